@@ -96,3 +96,116 @@ fn mean_normals(mesh: &TriangleMesh, groups: &[u32]) -> Vec<Vec3> {
     sums.par_iter_mut().for_each(|sum| *sum = sum.normalize_or_zero());
     sums
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::roughness::RoughnessStatistics;
+    use snowblue_geometry::topology::{Topology, volume};
+
+    fn roughness() -> Roughness {
+        Roughness::new(&RoughnessStatistics { height_m: 0.01, correlation_m: 0.1, hurst: 0.6 }, 3)
+    }
+
+    /// The unit cube with separate triangles.
+    fn cube() -> TriangleMesh {
+        let corner = |bits: usize| Vec3::from_array([1, 2, 4].map(|bit| if bits & bit == 0 { 0.0 } else { 1.0 }));
+        let sides = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        let triangles: Vec<_> =
+            sides.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).map(|bits| bits.map(corner)).collect();
+        TriangleMesh::from_triangles(&triangles)
+    }
+
+    /// Edges that are short near a corner of the cube.
+    fn near_corner(place: Vec3) -> f32 {
+        (0.1 * place.distance(Vec3::ONE)).max(0.01)
+    }
+
+    fn rough(edge_m: &(dyn Fn(Vec3) -> f32 + Sync), room: &(dyn Fn(Vec3, Vec3) -> f32 + Sync)) -> TriangleMesh {
+        let displacement = Displacement { roughness: &roughness(), edge_m, edge_growth: 0.1, room };
+        displacement.of(cube(), 1_000_000).unwrap()
+    }
+
+    #[test]
+    fn a_closed_mesh_stays_closed_and_edges_are_as_short_as_asked() {
+        let mesh = rough(&near_corner, &|_, _| 1.0);
+        let topology = Topology::of(&mesh);
+        assert!(topology.is_closed() && topology.reversed_edges + topology.degenerate_triangles == 0, "{topology:?}");
+        // Heights of 1 % of the side that are independent beyond a tenth of it leave the volume.
+        assert!((volume(&mesh) - 1.0).abs() < 0.01, "{}", volume(&mesh));
+        let smooth = rough(&near_corner, &|_, _| 0.0);
+        assert!((volume(&smooth) - 1.0).abs() < 1e-5);
+        for triangle in 0..smooth.indices.len() {
+            let [a, b, c] = smooth.corners(triangle);
+            for (from, to) in [(a, b), (b, c), (c, a)] {
+                let asked_m = 0.5 * (near_corner(from) + near_corner(to));
+                assert!(from.distance(to) <= 1.001 * asked_m, "{from} {to}");
+            }
+        }
+    }
+
+    /// The heights of the upper side are those of the field at the places from where its vertices moved.
+    #[test]
+    fn vertices_move_along_the_normal_by_the_height_at_their_place() {
+        let roughness = roughness();
+        let mesh = rough(&near_corner, &|_, _| 1.0);
+        let inner = mesh.positions.iter().filter(|at| (0.9..1.1).contains(&at.z) && at.truncate().max_element() < 0.9);
+        let mut count = 0;
+        for position in inner.filter(|at| at.truncate().min_element() > 0.1) {
+            let place = position.with_z(1.0);
+            let height_m = roughness.height_m(place.as_dvec3(), near_corner(place).into());
+            assert!((f64::from(position.z) - 1.0 - height_m).abs() < 1e-6, "{position}");
+            count += 1;
+        }
+        assert!(count > 1000, "{count}");
+    }
+
+    /// Where edges are as short as the heights need, finer ones change no height.
+    #[test]
+    fn finer_triangles_keep_the_heights_of_coarser_ones() {
+        // Octaves down to a 200th of the side.
+        let roughness = Roughness::new(&RoughnessStatistics { height_m: 3e-4, correlation_m: 4e-3, hurst: 0.5 }, 3);
+        let least_m = narrow(roughness.least_edge_m());
+        let mut small = cube();
+        small.positions.iter_mut().for_each(|position| *position *= 0.02);
+        let heights = [least_m, 0.5 * least_m].map(|edge_m| {
+            let displacement =
+                Displacement { roughness: &roughness, edge_m: &|_| edge_m, edge_growth: 0.1, room: &|_, _| 1.0 };
+            let mesh = displacement.of(small.clone(), 1_000_000).unwrap();
+            let upper = mesh.positions.iter().filter(|at| at.z > 0.018 && at.x.min(at.y) > 2e-3 && at.x.max(at.y) < 0.018);
+            let heights = upper.map(|at| ([at.x, at.y].map(f32::to_bits), at.z.to_bits()));
+            heights.collect::<BTreeMap<_, _>>()
+        });
+        let [coarse, fine] = &heights;
+        let both: Vec<_> = coarse.iter().filter_map(|(place, height)| Some((*height, *fine.get(place)?))).collect();
+        assert!(both.len() > 500 && 2 * coarse.len() < fine.len(), "{} {} {}", both.len(), coarse.len(), fine.len());
+        assert!(both.iter().all(|(coarse, fine)| coarse == fine));
+    }
+
+    /// The bent normals of a fine mesh are those of its triangles, with the smooth normals of the mesh below.
+    #[test]
+    fn normals_bend_with_the_surface_and_creases_stay() {
+        let mesh = rough(&|_| 0.012, &|_, _| 1.0);
+        let (mut sum, mut count) = (0.0, 0);
+        for (triangle, vertices) in (0..).zip(&mesh.indices) {
+            let face = snowblue_geometry::vertex_normals::face_normal(vertices.map(|at| mesh.positions[at as usize]));
+            let bent = mesh.normals.at(triangle, *vertices, [1.0 / 3.0; 3]).unwrap();
+            sum += bent.angle_between(face).to_degrees();
+            count += 1;
+        }
+        let mean_deg = sum / count as f32;
+        assert!(mean_deg < 8.0, "{mean_deg}");
+        let flat = rough(&|_| 0.05, &|_, _| 0.0);
+        for (triangle, vertices) in (0..).zip(&flat.indices) {
+            let normal = flat.normals.at(triangle, *vertices, [0.2, 0.3, 0.5]).unwrap();
+            assert!((normal.abs().max_element() - 1.0).abs() < 1e-4, "{normal}");
+        }
+    }
+
+    #[test]
+    fn too_many_triangles_are_refused() {
+        let displacement =
+            Displacement { roughness: &roughness(), edge_m: &|_| 0.01, edge_growth: 0.1, room: &|_, _| 1.0 };
+        assert!(displacement.of(cube(), 1000).is_none());
+    }
+}

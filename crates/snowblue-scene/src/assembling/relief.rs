@@ -31,6 +31,8 @@ use crate::seen::{RAYS, SeenPlaces};
 
 /// Greatest length of edges that are seen, in pixels.
 const PIXELS: f64 = 1.25;
+/// A picture of fewer rows has the triangles of one with so many.
+const FEWEST_ROWS: u32 = 240;
 /// Greatest length of other edges, as a fraction of the distance to the nearest place that is seen.
 const OF_DISTANCE: f64 = 0.125;
 /// Most triangles of all rough surfaces of a scene. Where they do not suffice, all edges are longer.
@@ -56,12 +58,13 @@ pub(super) fn with_relief(
         return None;
     }
     let fov_rad = f64::from(view.vertical_fov_deg.to_radians());
+    let width_per_m = 2.0 * (0.5 * fov_rad).tan();
+    let aspect = f64::from(film.width) / f64::from(film.height);
     let sight = Sight {
         seen: SeenPlaces::of(objects, camera),
         viewpoint: camera.position().as_dvec3(),
-        pixel_per_m: 2.0 * (0.5 * fov_rad).tan() / f64::from(film.height),
-        ray_per_m: 2.0 * (0.5 * fov_rad).tan() * f64::from(film.width.max(film.height))
-            / (f64::from(film.height) * f64::from(RAYS)),
+        pixel_per_m: width_per_m / f64::from(film.height.max(FEWEST_ROWS)),
+        ray_per_m: width_per_m * aspect.max(1.0) / f64::from(RAYS),
     };
     let mut factor = 1.0;
     loop {
@@ -112,7 +115,7 @@ fn rough_objects(
 struct Sight {
     seen: SeenPlaces,
     viewpoint: DVec3,
-    /// Width of a pixel, and of the distances between the rays that find what is seen, over their distance.
+    /// Width of a pixel, and of the gaps between the rays that find what is seen, over the distance.
     pixel_per_m: f64,
     ray_per_m: f64,
 }
