@@ -2,7 +2,7 @@
 //!
 //! `truth/references.csv` holds X, Y and Z of 4 × 4 cells of each scene by `reference` with their standard errors, over
 //! 16 renderings of 256 to 16,384 samples a cell. `UPDATE_TRUTH=1 cargo test -p snowblue-render --test truth` renders
-//! them again. `-- --nocapture` prints the errors of both integrators.
+//! them again, and `UPDATE_TRUTH=NAME` those of one scene. `-- --nocapture` prints the errors of both integrators.
 //!
 //! The measures are the greatest |ln| of the ratio of all light in X, Y and Z, and the root mean square of ln L/L₀ over
 //! cells with a luminance L₀ above a fiftieth of the greatest, without the noise of both.
@@ -337,6 +337,13 @@ fn scenes() -> Vec<Scene> {
             .with_hybrid(0.12, 0.08),
         Scene::new("lamp_inside", [0.04, 0.09], 0.04, object("shape = \"sphere\"\nradius = 0.04") + lamp),
         Scene::new("block_sky", [0.02, 0.02], 0.07, boxed([0.1, 0.1, 0.05]) + sky),
+        // Two kinds of relief, with the lamp on the side that is seen and behind.
+        Scene::new("rough_block", [0.05, 0.08], 0.07, boxed([0.1, 0.06, 0.1]) + sun)
+            .with_snow(&format!("{SNOW}relief = {{ height_mm = 0.8, correlation_mm = 8 }}\n"))
+            .with_samples(1024),
+        Scene::new("rough_ball", [0.19, 0.12], 0.05, object("shape = \"sphere\"\nradius = 0.05") + &front)
+            .with_snow(&format!("{SNOW}relief = {{ height_mm = 2, correlation_mm = 20, hurst = 0.8 }}\n"))
+            .with_samples(1024),
         Scene::new("coarse", [0.04, 0.07], 0.08, boxed([0.12, 0.06, 0.12]) + &behind)
             .with_snow("grain_size_um = 1000\nfacetness = 0.3\ndensity_kg_m3 = 300\n"),
         Scene::new("fresh", [0.04, 0.05], 0.08, boxed([0.12, 0.06, 0.12]) + &behind)
@@ -369,10 +376,16 @@ fn references() -> BTreeMap<String, Cells> {
 }
 
 #[expect(clippy::print_stdout, reason = "progress")]
-fn update() {
+fn update(name: &str) {
     scenes().iter().for_each(|scene| drop(scene.description()));
     let mut text = "scene,cell,x,y,z,x_error,y_error,z_error\n".to_owned();
+    let stored = std::fs::read_to_string(stored()).unwrap();
     for scene in scenes() {
+        if name != "1" && name != scene.name {
+            let of_scene = |line: &&str| line.split(',').next() == Some(scene.name);
+            stored.lines().filter(of_scene).for_each(|line| writeln!(text, "{line}").unwrap());
+            continue;
+        }
         let start = std::time::Instant::now();
         let cells = scene.rendered(IntegratorKind::Reference, Renderings { count: REFERENCES, samples: scene.samples });
         println!("{}: {:.1} s", scene.name, start.elapsed().as_secs_f64());
@@ -381,18 +394,21 @@ fn update() {
             writeln!(text, "{},{cell},{}", scene.name, numbers.join(",")).unwrap();
         }
     }
-    std::fs::write(stored(), text).unwrap();
+    std::fs::write(self::stored(), text).unwrap();
 }
 
 #[test]
 #[expect(clippy::print_stdout, reason = "a table of errors")]
 fn the_light_field_agrees_with_the_reference() {
-    let is_update = std::env::var_os("UPDATE_TRUTH").is_some();
-    if is_update {
-        update();
+    let updated = std::env::var("UPDATE_TRUTH").ok();
+    if let Some(name) = &updated {
+        update(name);
     }
+    let is_update = updated.is_some();
     let (truth, mut failures) = (references(), Vec::new());
-    for scene in scenes() {
+    for scene in
+        scenes().into_iter().filter(|scene| updated.as_deref().is_none_or(|name| ["1", scene.name].contains(&name)))
+    {
         let truth = &truth[scene.name];
         for (kind, renderings, limits) in
             [(IntegratorKind::Hybrid, HYBRID, scene.hybrid), (IntegratorKind::Diffusion, DIFFUSION, scene.diffusion)]

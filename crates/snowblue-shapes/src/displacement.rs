@@ -172,7 +172,8 @@ mod tests {
             let displacement =
                 Displacement { roughness: &roughness, edge_m: &|_| edge_m, edge_growth: 0.1, room: &|_, _| 1.0 };
             let mesh = displacement.of(small.clone(), 1_000_000).unwrap();
-            let upper = mesh.positions.iter().filter(|at| at.z > 0.018 && at.x.min(at.y) > 2e-3 && at.x.max(at.y) < 0.018);
+            let upper =
+                mesh.positions.iter().filter(|at| at.z > 0.018 && at.x.min(at.y) > 2e-3 && at.x.max(at.y) < 0.018);
             let heights = upper.map(|at| ([at.x, at.y].map(f32::to_bits), at.z.to_bits()));
             heights.collect::<BTreeMap<_, _>>()
         });

@@ -32,7 +32,9 @@ use crate::relief::uniform;
 pub const LEAST_WAVELENGTH_M: f64 = 1e-3;
 /// The least edges that heights need, as a fraction of a wavelength: an octave is left out where edges are longer than
 /// the second, and whole where they are shorter than the first.
-const EDGES_PER_WAVELENGTH: [f64; 2] = [0.4, 0.7];
+const EDGES_PER_WAVELENGTH: [f64; 2] = [0.55, 1.0];
+/// The edges that need not be shorter, as a fraction of the least wavelength.
+const SHORTEST_EDGE: f64 = 0.25;
 /// Greatest magnitude of gradient noise with unit gradients: that of the middle of a cell, all of whose corners point
 /// to it, 8 · (1/8) · √3/2.
 const GREATEST_NOISE: f64 = 0.867;
@@ -94,9 +96,9 @@ impl Roughness {
         heights.sum()
     }
 
-    /// The shortest edges that heights need, in m.
+    /// The edges that need not be shorter, in m.
     pub fn least_edge_m(&self) -> f64 {
-        self.octaves.last().map_or(f64::INFINITY, |octave| EDGES_PER_WAVELENGTH[0] * octave.wavelength_m)
+        self.octaves.last().map_or(f64::INFINITY, |octave| SHORTEST_EDGE * octave.wavelength_m)
     }
 
     /// The edges, in m, that are too long for all octaves.

@@ -30,7 +30,7 @@ use crate::objects::{Object, Objects};
 use crate::seen::{RAYS, SeenPlaces};
 
 /// Greatest length of edges that are seen, in pixels.
-const PIXELS: f64 = 1.25;
+const PIXELS: f64 = 1.5;
 /// A picture of fewer rows has the triangles of one with so many.
 const FEWEST_ROWS: u32 = 240;
 /// Greatest length of other edges, as a fraction of the distance to the nearest place that is seen.

@@ -107,9 +107,9 @@ impl ReliefKind {
 impl From<ReliefKind> for ReliefDescription {
     fn from(kind: ReliefKind) -> Self {
         let (height_mm, correlation_mm, hurst) = match kind {
-            ReliefKind::Fresh => (1.5, 20.0, 0.6),
+            ReliefKind::Fresh => (1.0, 25.0, 0.6),
             ReliefKind::WindPacked => (1.2, 50.0, 0.7),
-            ReliefKind::MeltForms => (6.0, 50.0, 0.9),
+            ReliefKind::MeltForms => (3.0, 60.0, 0.8),
         };
         Self { height_mm, correlation_mm, hurst, seed: Self::first_seed() }
     }
