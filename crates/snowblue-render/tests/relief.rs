@@ -1,4 +1,5 @@
-//! Snow with relief: heights that belong to the object, closed meshes, and what they do not cut. `truth.rs` has its light.
+//! Snow with relief: heights that belong to the object, closed meshes, and what they do not cut. `truth.rs` has its
+//! light.
 
 #![allow(clippy::unwrap_used, clippy::cast_possible_truncation, reason = "tests may panic, and rays are single")]
 
@@ -169,4 +170,12 @@ fn a_scene_that_is_built_after_another_has_triangles_for_its_own_camera() {
         scene.materials.insert("snow".to_owned(), text);
     }
     assert!(!Changes::new(&smooth[0], &smooth[1]).grids, "without relief the camera does not matter");
+}
+
+#[test]
+fn masked_snow_with_relief_needs_a_mesh() {
+    let relief = "\"fresh\"\nmask = { attribute = \"age\", range = [0, 1] }\n\
+                  between = [{ grain_size_um = 200 }, { grain_size_um = 800 }]";
+    let error = description(relief, [0.0, -0.2, 0.1], BLOCK).build(&FilesInMemory::default()).unwrap_err().to_string();
+    assert!(error.contains("a mask together with a relief needs a mesh"), "{error}");
 }

@@ -15,7 +15,8 @@
 //! places and orientations the autocorrelation of N is
 //!
 //! ```text
-//! ρ(r) = ⟨ Σ_k A(r_k) B(r_l) B(r_m) ⟩ / (3 A(0) B(0)²),   A(s) = ∫ t w(t) (t + s) w(t + s) dt,   B(s) = ∫ w(t) w(t + s) dt
+//! ρ(r) = ⟨ Σ_k A(r_k) B(r_l) B(r_m) ⟩ / (3 A(0) B(0)²)
+//! A(s) = ∫ t w(t) (t + s) w(t + s) dt,   B(s) = ∫ w(t) w(t + s) dt
 //! ```
 //!
 //! with the weight w of a lattice point, and the mean over the directions of r with the components r_k, r_l, r_m. The

@@ -1,8 +1,8 @@
 //! Snow with relief: the meshes that a camera sees of rough surfaces.
 //!
 //! Heights belong to places in the coordinates of an object ([`Shape::frame`]). The camera decides only how finely
-//! triangles are split, and which wavelengths they can show: edges are about as long as a pixel is wide where the camera
-//! sees them, and elsewhere an eighth of the distance to the nearest place that it sees.
+//! triangles are split, and which wavelengths they can show: edges are about as long as a pixel is wide where the
+//! camera sees them, and elsewhere an eighth of the distance to the nearest place that it sees.
 //!
 //! No vertex moves farther than a third of the way to the next surface in its direction, so that thin snow does not cut
 //! itself, and surfaces that touch stay joined.
@@ -35,7 +35,7 @@ const PIXELS: f64 = 1.5;
 const FEWEST_ROWS: u32 = 240;
 /// Greatest length of other edges, as a fraction of the distance to the nearest place that is seen.
 const OF_DISTANCE: f64 = 0.125;
-/// Most triangles of all rough surfaces of a scene. Where they do not suffice, all edges are longer.
+/// Most triangles that splitting adds in a scene. Where they do not suffice, all edges are longer.
 const MOST_TRIANGLES: usize = 4_000_000;
 /// The part of the way to the next surface that a vertex may move.
 const OF_WAY: f32 = 1.0 / 3.0;
@@ -72,13 +72,13 @@ pub(super) fn with_relief(
             let note = (factor > 1.0).then(|| {
                 format!(
                     "The triangles of the relief are up to {:.1} pixels wide instead of {PIXELS}, since there may be \
-                     {MOST_TRIANGLES} of them",
+                     {MOST_TRIANGLES} more of them",
                     factor * PIXELS
                 )
             });
             return Some((Objects::new(rough), note));
         }
-        factor *= 1.25;
+        factor *= 1.5;
     }
 }
 
@@ -102,8 +102,9 @@ fn rough_objects(
             edge_growth: narrow(factor * OF_DISTANCE.max(PIXELS * sight.pixel_per_m)),
             room: &|place, offset| neighbours.room(smooth.to_scene(place).as_vec3a(), smooth.turned(offset)),
         };
-        let mesh = displacement.of(smooth.mesh.clone(), left)?;
-        left -= mesh.indices.len().min(left);
+        let first = smooth.mesh.indices.len();
+        let mesh = displacement.of(smooth.mesh.clone(), first + left)?;
+        left -= mesh.indices.len() - first;
         let placement = Transform::new(&smooth.frame).expect("a frame is a rotation and a shift");
         let shape = Shape::Mesh(Instance::new(Arc::new(MeshBvh::new(mesh)), placement));
         Some(Object { shape, ..object.clone() })

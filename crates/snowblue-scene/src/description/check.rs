@@ -249,8 +249,8 @@ fn check_relief(path: &KeyPath, relief: &ReliefDescription) -> Checked {
     let [height, correlation, hurst] = [height_mm, correlation_mm, hurst].map(short_number);
     let most = short_number((height_mm * GREATEST_SLOPE / slope * 100.0).floor() / 100.0);
     Err(path.key("height_mm").error(format!(
-        "is {height} mm, but must be at most {most} mm for a correlation_mm of {correlation} and a hurst of {hurst}: its \
-         slope is then {GREATEST_SLOPE} on average (root mean square)"
+        "is {height} mm, but must be at most {most} mm for a correlation_mm of {correlation} and a hurst of {hurst}: \
+         its slope is then {GREATEST_SLOPE} on average (root mean square)"
     )))
 }
 

@@ -56,7 +56,13 @@ impl Material {
         match self {
             Self::Diffuse(Diffuse::Uniform(_)) => Ok(()),
             Self::Diffuse(Diffuse::Textured(_)) => Texture::check(shape),
-            Self::Snow(material) => material.snow.check(shape),
+            Self::Snow(material) => {
+                let is_masked = matches!(material.snow, Snow::Masked { .. });
+                if is_masked && material.relief.is_some() && shape.mesh().is_none() {
+                    return Err("a mask together with a relief needs a mesh".to_owned());
+                }
+                material.snow.check(shape)
+            }
         }
     }
 }
