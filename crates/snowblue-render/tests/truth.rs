@@ -337,13 +337,6 @@ fn scenes() -> Vec<Scene> {
             .with_hybrid(0.12, 0.08),
         Scene::new("lamp_inside", [0.04, 0.09], 0.04, object("shape = \"sphere\"\nradius = 0.04") + lamp),
         Scene::new("block_sky", [0.02, 0.02], 0.07, boxed([0.1, 0.1, 0.05]) + sky),
-        // Two kinds of relief, with the lamp on the side that is seen and behind.
-        Scene::new("rough_block", [0.05, 0.08], 0.07, boxed([0.1, 0.06, 0.1]) + sun)
-            .with_snow(&format!("{SNOW}relief = {{ height_mm = 0.8, correlation_mm = 8 }}\n"))
-            .with_samples(1024),
-        Scene::new("rough_ball", [0.19, 0.12], 0.05, object("shape = \"sphere\"\nradius = 0.05") + &front)
-            .with_snow(&format!("{SNOW}relief = {{ height_mm = 2, correlation_mm = 20, hurst = 0.8 }}\n"))
-            .with_samples(1024),
         Scene::new("coarse", [0.04, 0.07], 0.08, boxed([0.12, 0.06, 0.12]) + &behind)
             .with_snow("grain_size_um = 1000\nfacetness = 0.3\ndensity_kg_m3 = 300\n"),
         Scene::new("fresh", [0.04, 0.05], 0.08, boxed([0.12, 0.06, 0.12]) + &behind)

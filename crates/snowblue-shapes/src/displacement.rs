@@ -25,7 +25,8 @@ pub struct Displacement<'a> {
     pub edge_m: &'a (dyn Fn(Vec3) -> f32 + Sync),
     /// How much that length grows at most for each metre.
     pub edge_growth: f32,
-    /// How far a place may move by a vector, in parts of it.
+    /// How far a place may move by a vector, in parts of it. At a crease it is asked for each normal, and the least
+    /// counts.
     pub room: &'a (dyn Fn(Vec3, Vec3) -> f32 + Sync),
 }
 
@@ -47,16 +48,19 @@ impl Displacement<'_> {
         let places = merged(&mesh.positions);
         let mut directions = vec![Vec3::ZERO; places.len()];
         places.iter().zip(&normals).for_each(|(place, normal)| directions[*place as usize] += *normal);
-        let moved = |(at, place): (usize, &u32)| {
-            if at != *place as usize {
-                return Vec3::ZERO;
-            }
-            let (position, direction) = (mesh.positions[at], directions[at].normalize_or_zero());
-            let height_m = self.roughness.height_m(position.as_dvec3(), edges_m[at].into());
-            let offset = direction * narrow(height_m);
-            if offset == Vec3::ZERO { offset } else { offset * (self.room)(position, offset) }
+        let height_m = |at: usize| -> f32 {
+            let height_m = narrow(self.roughness.height_m(mesh.positions[at].as_dvec3(), edges_m[at].into()));
+            let offset = normals[at] * height_m;
+            if offset == Vec3::ZERO { 0.0 } else { height_m * (self.room)(mesh.positions[at], offset) }
         };
-        let moved: Vec<Vec3> = places.par_iter().enumerate().map(moved).collect();
+        let mut heights_m: Vec<f32> = (0..places.len()).into_par_iter().map(height_m).collect();
+        for (at, place) in places.iter().enumerate() {
+            if heights_m[at].abs() < heights_m[*place as usize].abs() {
+                heights_m[*place as usize] = heights_m[at];
+            }
+        }
+        let moved = directions.par_iter().zip(heights_m).map(|(sum, height_m)| sum.normalize_or_zero() * height_m);
+        let moved: Vec<Vec3> = moved.collect();
         let groups = groups(&places, &normals);
         let before = mean_normals(&mesh, &groups);
         for (position, place) in mesh.positions.iter_mut().zip(&places) {

@@ -137,7 +137,8 @@ mod tests {
         let is_long = |from: Vec3, to: Vec3| from.distance(to) > 0.1 && from.midpoint(to).x < 1.0;
         let lowest = |at: Vec3| at.z;
         let by_ends = |[from, to]: [Vec3; 2], heights: [f32; 2]| {
-            assert_eq!(heights, [from.z, to.z], "values are those of the places");
+            let of_places = [from.z, to.z].map(f32::to_bits);
+            assert_eq!(heights.map(f32::to_bits), of_places, "values are those of the places");
             is_long(from, to)
         };
         let refined = refine(&mut fine, 100_000, lowest, by_ends).unwrap();

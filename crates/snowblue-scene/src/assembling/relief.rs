@@ -5,7 +5,8 @@
 //! camera sees them, and elsewhere an eighth of the distance to the nearest place that it sees.
 //!
 //! No vertex moves farther than a third of the way to the next surface in its direction, so that thin snow does not cut
-//! itself, and surfaces that touch stay joined.
+//! itself, and surfaces that touch stay joined; and none comes nearer to another part of the surface than to where it
+//! was, so that faces do not cross at creases.
 
 use std::sync::Arc;
 
@@ -39,6 +40,8 @@ const OF_DISTANCE: f64 = 0.125;
 const MOST_TRIANGLES: usize = 4_000_000;
 /// The part of the way to the next surface that a vertex may move.
 const OF_WAY: f32 = 1.0 / 3.0;
+/// The part of its room near a crease that a face takes, so that faces on both sides do not meet.
+const BEFORE_MIDDLE: f32 = 0.9;
 /// Surfaces that are nearer than this touch, in m.
 const TOUCHING_M: f32 = 1e-4;
 /// Length of the edges of a sphere before its relief, as a fraction of its greatest extent: its middle is then 6·10⁻⁵
@@ -209,6 +212,10 @@ impl<'a> Neighbours<'a> {
         let (direction, limit_m) = (offset / length_m, length_m / OF_WAY);
         let ahead = Ray { origin: off_surface(point, direction, self.reach_m), direction };
         let mut way_m = self.own.first_hit(&ahead, limit_m).map_or(limit_m, |hit| hit.distance_m);
+        // Where it is nearer to another part of the surface, a face has its room as far as the line in the middle.
+        let nearest_m = self.own.nearest(point + offset).map_or(length_m, |hit| hit.distance_m.min(length_m));
+        let near = nearest_m / length_m;
+        way_m = way_m.min(limit_m * (BEFORE_MIDDLE * near + (1.0 - BEFORE_MIDDLE) * near.powi(8)));
         for (shape, is_of_body) in &self.others {
             let both = [direction, -direction];
             for direction in &both[..if *is_of_body { 2 } else { 1 }] {
