@@ -145,7 +145,7 @@ fn mistakes_in_snow_are_named_with_file_line_value_and_range() {
         ("sparkle = { flat_fraction = 1.5 }", "sparkle.flat_fraction is 1.5, but must lie in 0 to 1"),
         ("relief = true", "relief must be a kind of snow or a table"),
         ("relief = \"icy\"", "relief is \"icy\", but must be one of fresh, wind-packed, melt-forms"),
-        ("relief = { height_mm = 1 }", "relief: missing field `correlation_mm`"),
+        ("relief = { height_mm = 1 }", "relief.correlation_mm is missing"),
         (
             "relief = { height_mm = 40, correlation_mm = 99 }",
             "relief.height_mm is 40 mm, but must lie in 0.01 to 30 mm",
