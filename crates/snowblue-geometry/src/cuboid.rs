@@ -6,6 +6,7 @@ use glam::{BVec3A, Mat3A, Vec3A};
 use crate::bounds::{Bounds, Interval, finite_inverse};
 use crate::ray::{Crossing, Ray, ShapeHit};
 use crate::texture_coordinates::TextureCoordinates;
+use crate::triangle_mesh::TriangleMesh;
 
 /// A solid box.
 #[derive(Debug, Clone, Copy)]
@@ -49,6 +50,16 @@ impl Cuboid {
     /// The corner on the sides of these signs.
     pub fn corner(&self, signs: Vec3A) -> Vec3A {
         self.centre + self.axes * (self.half_size * signs)
+    }
+
+    /// Its surface, two triangles for each side, which face outwards.
+    pub fn triangles(&self) -> TriangleMesh {
+        const SIDES: [[u32; 4]; 6] =
+            [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        let sign = |bits: u32, axis: u32| if bits >> axis & 1 == 0 { -1.0 } else { 1.0 };
+        let corner = |bits: u32| self.corner(Vec3A::new(sign(bits, 0), sign(bits, 1), sign(bits, 2))).into();
+        let indices = SIDES.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
+        TriangleMesh { positions: (0..8).map(corner).collect(), indices, ..TriangleMesh::default() }
     }
 
     /// Its axes and its middle.

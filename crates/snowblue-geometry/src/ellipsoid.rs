@@ -11,6 +11,7 @@ use crate::bounds::Bounds;
 use crate::ray::{Crossing, Ray, ShapeHit, SurfacePoint, narrow};
 use crate::texture_coordinates::TextureCoordinates;
 use crate::transform::stretch;
+use crate::triangle_mesh::TriangleMesh;
 
 /// A solid sphere or ellipsoid.
 #[derive(Debug, Clone, Copy)]
@@ -63,6 +64,35 @@ impl Ellipsoid {
     /// The surface point on the line from the centre through a point.
     pub fn project(&self, point: Vec3A) -> SurfacePoint {
         self.surface_point(self.to_unit.transform_point3(point.as_dvec3()).normalize_or(DVec3::Z))
+    }
+
+    /// The icosahedron with its corners on the surface, whose triangles face outwards.
+    pub fn icosahedron(&self) -> TriangleMesh {
+        let golden = 0.5 * (1.0 + 5f64.sqrt());
+        let corner = |number: usize| {
+            let [one, other] = [1, 2].map(|bit| if number & bit == 0 { 1.0 } else { -1.0 });
+            let corner = [0.0, one, other * golden];
+            DVec3::from_array(std::array::from_fn(|axis| corner[(axis + number / 4) % 3]))
+        };
+        let directions: Vec<DVec3> = (0..12).map(|number| corner(number).normalize()).collect();
+        // Its edges are the shortest distances between corners: 1.05 on the unit sphere, the next are 1.70.
+        let are_neighbours = |a: usize, b: usize| directions[a].distance(directions[b]) < 1.3;
+        let mirrors = self.to_scene.matrix3.determinant() < 0.0;
+        let mut indices = Vec::with_capacity(20);
+        for a in 0..12 {
+            for b in a + 1..12 {
+                for c in b + 1..12 {
+                    if are_neighbours(a, b) && are_neighbours(b, c) && are_neighbours(c, a) {
+                        let [one, two, three] = [a, b, c].map(|corner| directions[corner]);
+                        let faces_outwards = (two - one).cross(three - one).dot(one + two + three) > 0.0;
+                        let turned = if faces_outwards == mirrors { [a, c, b] } else { [a, b, c] };
+                        indices.push(turned.map(|vertex| u32::try_from(vertex).unwrap_or_default()));
+                    }
+                }
+            }
+        }
+        let positions = directions.iter().map(|unit| self.surface_point(*unit).point.into()).collect();
+        TriangleMesh { positions, indices, ..TriangleMesh::default() }
     }
 
     /// Volume in m³.

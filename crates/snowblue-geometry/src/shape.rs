@@ -10,8 +10,8 @@ use crate::mesh_bvh::MeshBvh;
 use crate::plane::Plane;
 use crate::ray::{Crossing, MeshLocation, Ray, ShapeHit};
 
-/// A shape in the scene.
-#[derive(Debug)]
+/// A shape in the scene. A clone shares its mesh.
+#[derive(Debug, Clone)]
 pub enum Shape {
     /// A box.
     Cuboid(Cuboid),

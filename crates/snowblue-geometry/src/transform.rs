@@ -43,7 +43,7 @@ impl Transform {
     }
 
     /// The map from object space to scene space.
-    pub(crate) fn scene_map(&self) -> Affine3A {
+    pub fn scene_map(&self) -> Affine3A {
         self.to_scene
     }
 

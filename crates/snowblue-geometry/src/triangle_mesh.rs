@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use glam::{DAffine3, DVec3, Vec2, Vec3};
 
-use crate::vertex_normals::VertexNormals;
+use crate::vertex_normals::{VertexNormals, face_normal};
 
 /// An indexed triangle mesh in object space.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -60,6 +60,39 @@ impl TriangleMesh {
     pub fn flat(mut self) -> Self {
         self.normals = VertexNormals::default();
         self
+    }
+
+    /// The mesh with a vertex for each normal where several meet, as at creases and at the edges of flat faces, and the
+    /// unit normal of each vertex; zero if only triangles without area have it.
+    ///
+    /// # Panics
+    ///
+    /// When there are 2³² vertices.
+    pub fn split_at_creases(mut self) -> (Self, Vec<Vec3>) {
+        let mut normals: Vec<Option<Vec3>> = vec![None; self.positions.len()];
+        let mut further: BTreeMap<(u32, [u32; 3]), u32> = BTreeMap::new();
+        for triangle in 0..self.indices.len() {
+            let vertices = self.indices[triangle];
+            #[expect(clippy::cast_possible_truncation, reason = "a mesh in memory has fewer than 2^32 triangles")]
+            let corners = self.normals.corners(triangle as u32, vertices);
+            let corners = corners.unwrap_or_else(|| [face_normal(self.corners(triangle)); 3]);
+            self.indices[triangle] = [0, 1, 2].map(|corner| {
+                let (vertex, normal) = (vertices[corner], corners[corner]);
+                let at = vertex as usize;
+                if normal == Vec3::ZERO || *normals[at].get_or_insert(normal) == normal {
+                    return vertex;
+                }
+                *further.entry((vertex, normal.to_array().map(f32::to_bits))).or_insert_with(|| {
+                    self.positions.push(self.positions[at]);
+                    normals.push(Some(normal));
+                    self.uv.extend(self.uv.get(at).copied());
+                    self.attributes.values_mut().for_each(|values| values.push(values[at]));
+                    u32::try_from(normals.len() - 1).expect("a mesh in memory has fewer than 2^32 vertices")
+                })
+            });
+        }
+        self.normals = VertexNormals::default();
+        (self, normals.into_iter().map(Option::unwrap_or_default).collect())
     }
 
     /// Appends another mesh, transformed by `map`. Texture coordinates, vertex normals and attributes are kept only

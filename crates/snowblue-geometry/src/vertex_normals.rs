@@ -72,16 +72,22 @@ impl VertexNormals {
     ///
     /// `vertices` are the triangle's vertices.
     pub fn at(&self, triangle: u32, vertices: [u32; 3], weights: [f32; 3]) -> Option<Vec3> {
+        let corners = self.corners(triangle, vertices)?;
+        let sum: Vec3 = corners.into_iter().zip(weights).map(|(normal, weight)| normal * weight).sum();
+        sum.try_normalize()
+    }
+
+    /// The unit normals at the corners of a triangle; none where they are that of the face.
+    pub(crate) fn corners(&self, triangle: u32, vertices: [u32; 3]) -> Option<[Vec3; 3]> {
         if self.is_empty() {
             return None;
         }
-        let mut corners = vertices.map(|at| self.normals[at as usize]);
-        if corners.contains(&Vec3::ZERO) {
-            let found = self.at_creases.binary_search_by_key(&triangle, |crease| crease.triangle).ok()?;
-            corners = self.at_creases[found].corner_normals;
+        let corners = vertices.map(|at| self.normals[at as usize]);
+        if !corners.contains(&Vec3::ZERO) {
+            return Some(corners);
         }
-        let sum: Vec3 = corners.into_iter().zip(weights).map(|(normal, weight)| normal * weight).sum();
-        sum.try_normalize()
+        let found = self.at_creases.binary_search_by_key(&triangle, |crease| crease.triangle).ok()?;
+        Some(self.at_creases[found].corner_normals)
     }
 
     /// Appends the normals of another mesh, transformed by `map`, which also turns mirrored triangles around.

@@ -143,6 +143,25 @@ fn mistakes_in_snow_are_named_with_file_line_value_and_range() {
             "sparkle.facet_size_um is 800 µm, but must be at most 450 µm, the size of the largest grains",
         ),
         ("sparkle = { flat_fraction = 1.5 }", "sparkle.flat_fraction is 1.5, but must lie in 0 to 1"),
+        ("relief = true", "relief must be a kind of snow or a table"),
+        ("relief = \"icy\"", "relief is \"icy\", but must be one of fresh, wind-packed, melt-forms"),
+        ("relief = { height_mm = 1 }", "relief.correlation_mm is missing"),
+        (
+            "relief = { height_mm = 40, correlation_mm = 99 }",
+            "relief.height_mm is 40 mm, but must lie in 0.01 to 30 mm",
+        ),
+        (
+            "relief = { height_mm = 1, correlation_mm = 1 }",
+            "relief.correlation_mm is 1 mm, but must lie in 2 to 1000 mm",
+        ),
+        (
+            "relief = { height_mm = 1, correlation_mm = 9, hurst = nan }",
+            "relief.hurst is NaN, but must lie in 0.1 to 1",
+        ),
+        (
+            "relief = { height_mm = 5, correlation_mm = 9 }",
+            "relief.height_mm is 5 mm, but must be at most 1.76 mm for a correlation_mm of 9 and a hurst of 0.5",
+        ),
     ];
     for (wrong, expected) in cases {
         let message = load(&SCENE.replacen(SNOW_KEYS, wrong, 1), Some(PLY)).unwrap_err();
@@ -154,7 +173,7 @@ fn mistakes_in_snow_are_named_with_file_line_value_and_range() {
             SNOW_KEYS,
             "path = \"view\"",
             8,
-            "unknown key `path` in material.drift; known are type, sparkle, layers, mask, between, snow,",
+            "unknown key `path` in material.drift; known are type, sparkle, relief, layers, mask, between, snow,",
         ),
         (
             SNOW_KEYS,

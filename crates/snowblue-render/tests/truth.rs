@@ -2,7 +2,7 @@
 //!
 //! `truth/references.csv` holds X, Y and Z of 4 × 4 cells of each scene by `reference` with their standard errors, over
 //! 16 renderings of 256 to 16,384 samples a cell. `UPDATE_TRUTH=1 cargo test -p snowblue-render --test truth` renders
-//! them again. `-- --nocapture` prints the errors of both integrators.
+//! them again, and `UPDATE_TRUTH=NAME` those of one scene. `-- --nocapture` prints the errors of both integrators.
 //!
 //! The measures are the greatest |ln| of the ratio of all light in X, Y and Z, and the root mean square of ln L/L₀ over
 //! cells with a luminance L₀ above a fiftieth of the greatest, without the noise of both.
@@ -369,10 +369,16 @@ fn references() -> BTreeMap<String, Cells> {
 }
 
 #[expect(clippy::print_stdout, reason = "progress")]
-fn update() {
+fn update(name: &str) {
     scenes().iter().for_each(|scene| drop(scene.description()));
     let mut text = "scene,cell,x,y,z,x_error,y_error,z_error\n".to_owned();
+    let stored = std::fs::read_to_string(stored()).unwrap();
     for scene in scenes() {
+        if name != "1" && name != scene.name {
+            let of_scene = |line: &&str| line.split(',').next() == Some(scene.name);
+            stored.lines().filter(of_scene).for_each(|line| writeln!(text, "{line}").unwrap());
+            continue;
+        }
         let start = std::time::Instant::now();
         let cells = scene.rendered(IntegratorKind::Reference, Renderings { count: REFERENCES, samples: scene.samples });
         println!("{}: {:.1} s", scene.name, start.elapsed().as_secs_f64());
@@ -381,18 +387,21 @@ fn update() {
             writeln!(text, "{},{cell},{}", scene.name, numbers.join(",")).unwrap();
         }
     }
-    std::fs::write(stored(), text).unwrap();
+    std::fs::write(self::stored(), text).unwrap();
 }
 
 #[test]
 #[expect(clippy::print_stdout, reason = "a table of errors")]
 fn the_light_field_agrees_with_the_reference() {
-    let is_update = std::env::var_os("UPDATE_TRUTH").is_some();
-    if is_update {
-        update();
+    let updated = std::env::var("UPDATE_TRUTH").ok();
+    if let Some(name) = &updated {
+        update(name);
     }
+    let is_update = updated.is_some();
     let (truth, mut failures) = (references(), Vec::new());
-    for scene in scenes() {
+    for scene in
+        scenes().into_iter().filter(|scene| updated.as_deref().is_none_or(|name| ["1", scene.name].contains(&name)))
+    {
         let truth = &truth[scene.name];
         for (kind, renderings, limits) in
             [(IntegratorKind::Hybrid, HYBRID, scene.hybrid), (IntegratorKind::Diffusion, DIFFUSION, scene.diffusion)]

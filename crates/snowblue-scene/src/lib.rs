@@ -31,6 +31,7 @@ pub mod material;
 pub mod objects;
 pub mod progress;
 pub mod queries;
+pub mod seen;
 
 pub mod description;
 

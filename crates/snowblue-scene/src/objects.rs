@@ -19,8 +19,8 @@ use crate::undisturbed::UndisturbedSurface;
 /// Up to this number objects are tested one by one; more get a hierarchy.
 const FEW_OBJECTS: usize = 6;
 
-/// A shape with a material.
-#[derive(Debug)]
+/// A shape with a material. A clone shares what is large.
+#[derive(Debug, Clone)]
 pub struct Object {
     /// Name in reports: its file or shape.
     pub name: String,

@@ -31,6 +31,8 @@ pub struct Scene {
     /// The view of the camera.
     pub(crate) view: View,
     pub(crate) objects: Arc<Objects>,
+    /// The same without relief.
+    pub(crate) smooth_objects: Arc<Objects>,
     /// Objects refer to these by index. Those of the description come first, in the order of their names.
     pub(crate) materials: Arc<Vec<Material>>,
     /// The lights of the description, and then those of a glTF.
@@ -48,8 +50,9 @@ pub struct Scene {
     pub(crate) table_file: Option<PathBuf>,
     /// What the scene was built from.
     pub(crate) description: SceneDescription,
-    /// What was changed in meshes, in sentences.
+    /// What was changed in meshes, in sentences; the second without what was changed for the relief.
     pub(crate) notes: Vec<String>,
+    pub(crate) solid_notes: Vec<String>,
     /// Hashes of the files that were read, by name: for the lights of the description, and for all else.
     pub(crate) light_files: BTreeMap<String, u64>,
     pub(crate) solid_files: BTreeMap<String, u64>,
@@ -81,7 +84,8 @@ impl Scene {
         self.table_file.as_deref()
     }
 
-    /// The objects.
+    /// The objects. Those with relief have triangles for the camera and the size of the picture with which the scene
+    /// was built.
     pub fn objects(&self) -> &Objects {
         &self.objects
     }

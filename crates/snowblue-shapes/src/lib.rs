@@ -16,9 +16,12 @@ mod quadtree;
 mod sheet;
 pub mod terrain;
 
-mod refinement;
+pub mod refinement;
 mod segments;
 pub mod snow_on_mesh;
 
 pub mod carved;
 pub mod igloo;
+
+pub mod displacement;
+pub mod roughness;

@@ -1,49 +1,92 @@
 //! Finer triangles where a mesh needs them: edges are split at their middle until none is too long.
 
-use std::collections::BTreeMap;
-
 use glam::Vec3;
+use rayon::prelude::*;
 use snowblue_geometry::triangle_mesh::TriangleMesh;
 
-/// Splits edges while `is_long` says so of their ends, with at most `most` triangles; false if more are needed.
+/// What a mesh became.
+pub struct Refined<T> {
+    /// The two vertices whose middle each new vertex is, in the order of the new vertices. They come before it.
+    pub ends: Vec<[u32; 2]>,
+    /// A value of each vertex, also of the new ones.
+    pub values: Vec<T>,
+}
+
+/// Splits edges while `is_long` says so of the places of their ends and the values there, with at most `most`
+/// triangles; none if more are needed.
 ///
-/// What is done to an edge depends on its ends only, so that triangles of both its sides still fit. Texture coordinates
-/// and attributes of a middle are the means of those of the ends.
-pub(crate) fn refine(mesh: &mut TriangleMesh, most: usize, is_long: impl Fn(Vec3, Vec3) -> bool) -> bool {
-    // Edges that were found to be short, which stay so.
-    let mut middles: BTreeMap<[u32; 2], Option<u32>> = BTreeMap::new();
+/// What is done to an edge depends on the places of its ends only, so that triangles of both its sides still fit, also
+/// where each has vertices of its own. Texture coordinates and attributes of a middle are the means of those of the
+/// ends. Vertex normals are left out.
+pub fn refine<T: Copy + Send + Sync>(
+    mesh: &mut TriangleMesh,
+    most: usize,
+    value: impl Fn(Vec3) -> T + Sync,
+    is_long: impl Fn([Vec3; 2], [T; 2]) -> bool + Sync,
+) -> Option<Refined<T>> {
+    mesh.normals = Default::default();
+    let mut refined =
+        Refined { ends: Vec::new(), values: mesh.positions.par_iter().map(|at| value(*at)).collect::<Vec<T>>() };
+    // Triangles with an edge that was split, and those that are done.
+    let (mut active, mut done) = (std::mem::take(&mut mesh.indices), Vec::new());
     loop {
-        let mut is_done = true;
-        for triangle in 0..mesh.indices.len() {
-            let [a, b, c] = mesh.indices[triangle];
-            for edge in [[a, b], [b, c], [c, a]] {
-                let [low, high] = [edge[0].min(edge[1]), edge[0].max(edge[1])];
-                middles.entry([low, high]).or_insert_with(|| {
-                    let [from, to] = [low, high].map(|end| mesh.positions[end as usize]);
-                    let middle = is_long(from, to).then(|| add_middle(mesh, low, high));
-                    is_done &= middle.is_none();
-                    middle
-                });
+        let long = long_edges(&active, |ends: [u32; 2]| {
+            let ends = ends.map(|end| end as usize);
+            is_long(ends.map(|end| mesh.positions[end]), ends.map(|end| refined.values[end]))
+        });
+        if long.is_empty() {
+            done.append(&mut active);
+            mesh.indices = done;
+            return Some(refined);
+        }
+        let first_new = mesh.positions.len();
+        let mut middles = vec![None; 3 * active.len()];
+        for same in long.chunk_by(|one, other| one.ends == other.ends) {
+            let middle = add_middle(mesh, same[0].ends)?;
+            refined.ends.push(same[0].ends);
+            same.iter().for_each(|side| middles[side.number] = Some(middle));
+        }
+        refined.values.par_extend(mesh.positions[first_new..].par_iter().map(|at| value(*at)));
+        let mut finer = Vec::with_capacity(2 * active.len());
+        for (corners, middles) in active.iter().zip(middles.as_chunks::<3>().0) {
+            match middles {
+                [None, None, None] => done.push(*corners),
+                _ => split(&mesh.positions, *corners, *middles, &mut finer),
+            }
+            if finer.len() + done.len() > most {
+                mesh.indices = done;
+                return None;
             }
         }
-        if is_done {
-            return true;
-        }
-        let middle = |from: u32, to: u32| middles[&[from.min(to), from.max(to)]];
-        let mut finer = Vec::with_capacity(mesh.indices.len());
-        for &[a, b, c] in &mesh.indices {
-            split(&mesh.positions, [a, b, c], [middle(a, b), middle(b, c), middle(c, a)], &mut finer);
-            if finer.len() > most {
-                return false;
-            }
-        }
-        mesh.indices = finer;
+        active = finer;
     }
 }
 
-#[expect(clippy::cast_possible_truncation, reason = "there are fewer vertices than three for each of few triangles")]
-fn add_middle(mesh: &mut TriangleMesh, from: u32, to: u32) -> u32 {
-    let [from, to] = [from as usize, to as usize];
+/// A side of a triangle that is to be split.
+#[derive(PartialEq, Eq, PartialOrd, Ord)]
+struct LongSide {
+    /// The lower vertex first.
+    ends: [u32; 2],
+    /// Three times the number of the triangle, and the number of its side.
+    number: usize,
+}
+
+/// The sides that are too long, those of one edge together.
+fn long_edges(triangles: &[[u32; 3]], is_long: impl Fn([u32; 2]) -> bool + Sync) -> Vec<LongSide> {
+    let sides = triangles.par_iter().enumerate().flat_map_iter(|(triangle, &[a, b, c])| {
+        let sides = [[a, b], [b, c], [c, a]].into_iter().enumerate();
+        sides
+            .map(move |(side, [from, to])| LongSide { ends: [from.min(to), from.max(to)], number: 3 * triangle + side })
+    });
+    let mut long: Vec<LongSide> = sides.filter(|side| is_long(side.ends)).collect();
+    long.par_sort_unstable();
+    long
+}
+
+/// Adds the middle of an edge; none if there are as many vertices as there may be.
+fn add_middle(mesh: &mut TriangleMesh, ends: [u32; 2]) -> Option<u32> {
+    let number = u32::try_from(mesh.positions.len()).ok()?;
+    let [from, to] = ends.map(|end| end as usize);
     mesh.positions.push(mesh.positions[from].midpoint(mesh.positions[to]));
     if !mesh.uv.is_empty() {
         mesh.uv.push(mesh.uv[from].midpoint(mesh.uv[to]));
@@ -51,7 +94,7 @@ fn add_middle(mesh: &mut TriangleMesh, from: u32, to: u32) -> u32 {
     for values in mesh.attributes.values_mut() {
         values.push(values[from].midpoint(values[to]));
     }
-    mesh.positions.len() as u32 - 1
+    Some(number)
 }
 
 /// Splits a triangle at the middles of its sides from the first corner to the second and so on.
@@ -77,6 +120,8 @@ fn split(positions: &[Vec3], corners: [u32; 3], middles: [Option<u32>; 3], finer
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::collections::BTreeMap;
+
     use glam::Vec2;
     use snowblue_geometry::topology::{Topology, volume};
 
@@ -90,7 +135,18 @@ mod tests {
         let coarse = TriangleMesh { positions, indices, uv, attributes, ..TriangleMesh::default() };
         let mut fine = coarse.clone();
         let is_long = |from: Vec3, to: Vec3| from.distance(to) > 0.1 && from.midpoint(to).x < 1.0;
-        assert!(refine(&mut fine, 100_000, is_long));
+        let lowest = |at: Vec3| at.z;
+        let by_ends = |[from, to]: [Vec3; 2], heights: [f32; 2]| {
+            let of_places = [from.z, to.z].map(f32::to_bits);
+            assert_eq!(heights.map(f32::to_bits), of_places, "values are those of the places");
+            is_long(from, to)
+        };
+        let refined = refine(&mut fine, 100_000, lowest, by_ends).unwrap();
+        assert_eq!(refined.values.len(), fine.positions.len());
+        for (middle, ends) in fine.positions[coarse.positions.len()..].iter().zip(&refined.ends) {
+            let [from, to] = ends.map(|end| fine.positions[end as usize]);
+            assert_eq!(*middle, from.midpoint(to));
+        }
         let topology = Topology::of(&fine);
         assert!(topology.is_closed() && topology.reversed_edges + topology.merged_vertices == 0, "{topology:?}");
         assert!((volume(&fine) - volume(&coarse)).abs() < 1e-6);
@@ -102,6 +158,6 @@ mod tests {
             assert!(fine.uv[vertex].abs_diff_eq(Vec2::new(position.x, position.y), 1e-6));
             assert!((fine.attributes["height"][vertex] - position.z).abs() < 1e-6);
         }
-        assert!(!refine(&mut coarse.clone(), 100, is_long));
+        assert!(refine(&mut coarse.clone(), 100, lowest, by_ends).is_none());
     }
 }

@@ -108,12 +108,12 @@ fn split_sides(ground: &mut TriangleMesh, ends: &Segments, most_m: f64) -> Resul
     let reach_m = ground.positions.iter().map(|position| position.abs().max_element()).fold(0.0, f32::max);
     let longest_m = narrow((EDGE_OF_DEPTH * most_m).max(EDGE_OF_REACH * f64::from(reach_m)));
     let width_m = narrow(WIDTH_OF_DEPTH * most_m);
-    let is_long = |from: Vec3, to: Vec3| {
+    let is_long = |[from, to]: [Vec3; 2], _: [(); 2]| {
         let length_m = from.distance(to);
         let near_m = width_m + 0.5 * length_m;
         length_m > longest_m && ends.distance_m(from.midpoint(to), near_m) < near_m
     };
-    if refine(ground, MOST_TRIANGLES, is_long) {
+    if refine(ground, MOST_TRIANGLES, |_| (), is_long).is_some() {
         return Ok(());
     }
     Err(format!(

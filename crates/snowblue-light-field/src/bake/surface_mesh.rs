@@ -1,13 +1,13 @@
 //! The surface of a solid as triangles that face outwards and share their vertices.
 
-use glam::{DVec3, Vec3, Vec3A};
+use glam::Vec3;
 
 use snowblue_geometry::coincident::merged;
-use snowblue_geometry::cuboid::Cuboid;
 use snowblue_geometry::ellipsoid::Ellipsoid;
 use snowblue_geometry::instance::Instance;
 use snowblue_geometry::ray::Ray;
 use snowblue_geometry::shape::Shape;
+use snowblue_geometry::triangle_mesh::TriangleMesh;
 use snowblue_geometry::vertex_normals::face_normal;
 
 /// Edges of an ellipsoid are at most as long as this fraction of its greatest extent.
@@ -35,8 +35,10 @@ impl SurfaceMesh {
     /// The surface of a shape with as few triangles as it has; none of a plane.
     pub(super) fn of(shape: &Shape) -> Option<Self> {
         match shape {
-            Shape::Cuboid(cuboid) => Some(Self::of_cuboid(cuboid)),
-            Shape::Ellipsoid(ellipsoid) => Some(Self::of_ellipsoid(ellipsoid)),
+            Shape::Cuboid(cuboid) => Some(Self::of_triangles(cuboid.triangles())),
+            Shape::Ellipsoid(ellipsoid) => {
+                Some(Self { ellipsoid: Some(*ellipsoid), ..Self::of_triangles(ellipsoid.icosahedron()) })
+            }
             Shape::Plane(_) => None,
             Shape::Mesh(instance) => Some(Self::of_mesh(shape, instance)),
         }
@@ -61,46 +63,10 @@ impl SurfaceMesh {
         u32::try_from(self.positions.len() - 1).expect("a mesh in memory has fewer than 2^32 vertices")
     }
 
-    /// Two triangles for each side.
-    fn of_cuboid(cuboid: &Cuboid) -> Self {
-        const SIDES: [[u32; 4]; 6] =
-            [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-        let sign = |bits: u32, axis: u32| if bits >> axis & 1 == 0 { -1.0 } else { 1.0 };
-        let corner = |bits: u32| cuboid.corner(Vec3A::new(sign(bits, 0), sign(bits, 1), sign(bits, 2))).into();
-        let triangles = SIDES.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]);
-        let positions: Vec<Vec3> = (0..8).map(corner).collect();
-        let facets = triangles.map(|vertices| facet(vertices, &positions)).collect();
+    /// Triangles that face outwards.
+    fn of_triangles(TriangleMesh { positions, indices, .. }: TriangleMesh) -> Self {
+        let facets = indices.into_iter().map(|vertices| facet(vertices, &positions)).collect();
         Self { positions, facets, ellipsoid: None }
-    }
-
-    /// An icosahedron.
-    fn of_ellipsoid(ellipsoid: &Ellipsoid) -> Self {
-        let golden = 0.5 * (1.0 + 5f64.sqrt());
-        let corner = |number: usize| {
-            let [one, other] = [1, 2].map(|bit| if number & bit == 0 { 1.0 } else { -1.0 });
-            let corner = [0.0, one, other * golden];
-            DVec3::from_array(std::array::from_fn(|axis| corner[(axis + number / 4) % 3]))
-        };
-        let directions: Vec<DVec3> = (0..12).map(|number| corner(number).normalize()).collect();
-        let positions: Vec<Vec3> = directions.iter().map(|unit| ellipsoid.surface_point(*unit).point.into()).collect();
-        // Its edges are the shortest distances between corners: 1.05 on the unit sphere, the next are 1.70.
-        let are_neighbours = |a: usize, b: usize| directions[a].distance(directions[b]) < 1.3;
-        let mut facets = Vec::with_capacity(20);
-        for a in 0..12 {
-            for b in a + 1..12 {
-                for c in b + 1..12 {
-                    if are_neighbours(a, b) && are_neighbours(b, c) && are_neighbours(c, a) {
-                        let outward =
-                            ellipsoid.surface_point((directions[a] + directions[b] + directions[c]).normalize());
-                        let vertices = [a, b, c].map(|vertex| u32::try_from(vertex).unwrap_or_default());
-                        let facet = facet(vertices, &positions);
-                        let faces_outwards = facet.normal.dot(outward.normal.into()) > 0.0;
-                        facets.push(if faces_outwards { facet } else { facet.reversed() });
-                    }
-                }
-            }
-        }
-        Self { positions, facets, ellipsoid: Some(*ellipsoid) }
     }
 
     /// The triangles of a mesh that have distinct corners, turned outwards.

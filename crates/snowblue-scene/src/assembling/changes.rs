@@ -1,6 +1,6 @@
 //! What differs between two descriptions, so that the rest of a scene need not be built again.
 
-use crate::description::{SceneDescription, SkyDescription};
+use crate::description::{MaterialDescription, SceneDescription, SkyDescription};
 use crate::film::FilmSettings;
 use crate::integrator::IntegratorSettings;
 
@@ -52,7 +52,8 @@ impl Changes {
             // Without a camera there is that of the glTF.
             || camera.is_some() != other.camera.is_some();
         let view = *camera != other.camera || [*width, *height] != [other.film.width, other.film.height];
-        let grids = solids || *light_field != other.light_field;
+        let has_relief = || materials.values().any(MaterialDescription::has_relief);
+        let grids = solids || *light_field != other.light_field || view && has_relief();
         let count = |sky: &Option<SkyDescription>| sky.as_ref().map_or(0, SkyDescription::light_count);
         let has_same_lights = lights.len() == other.lights.len()
             && environment.is_some() == other.environment.is_some()

@@ -13,6 +13,7 @@ mod material;
 mod object;
 mod placing;
 mod recorded_files;
+mod relief;
 mod sky;
 mod snow;
 mod sources;
@@ -42,6 +43,7 @@ use ground::add_grounds;
 use material::build_materials;
 use object::ObjectBuilder;
 use recorded_files::RecordedFiles;
+use relief::with_relief;
 use sky::build_sky;
 use snowblue_base::files::FileSource;
 use sources::Sources;
@@ -96,12 +98,12 @@ impl SceneDescription {
         }
         let (described, of_gltf) = earlier.lights.split_at(earlier.described_lights);
         let solids = Solids {
-            objects: Arc::clone(&earlier.objects),
+            objects: Arc::clone(&earlier.smooth_objects),
             materials: Arc::clone(&earlier.materials),
             gltf_lights: of_gltf.to_vec(),
             // With a camera in the description, that of a glTF does not matter.
             gltf_view: Some(earlier.view).filter(|_| self.camera.is_none()),
-            notes: earlier.notes.clone(),
+            notes: earlier.solid_notes.clone(),
             files: earlier.solid_files.clone(),
         };
         let lights = (!changes.any_light()).then(|| DescribedLights {
@@ -130,25 +132,39 @@ impl SceneDescription {
         }
         let sensor = self.film.false_color.map_or_else(Sensor::cie_1931, Sensor::false_color);
         let sensor = self.balanced(sensor, &lights)?;
-        let Solids { objects, materials, gltf_view, notes, files: solid_files, .. } = solids;
+        let Solids { objects: smooth_objects, materials, gltf_view, notes: solid_notes, files: solid_files, .. } =
+            solids;
         let (view, path) = self.view(gltf_view)?;
-        if let Some(index) = objects.around(view.position, |object| materials[object.material].is_snow()) {
-            let name = &objects.list()[index].name;
-            return Err(path.key("position").error(format!("lies inside the snow of \"{name}\"")).into());
-        }
         let lens = self.camera.as_ref().map(|camera| camera.lens()).unwrap_or_default();
         let camera = PerspectiveCamera::new(&view, lens, self.film.width as f32 / self.film.height as f32);
         let camera = camera
             .ok_or_else(|| path.key("look_at").error("must not lie at the camera's position or along its up axis"))?;
-        let in_snow = |point| objects.around(point, |object| materials[object.material].is_snow());
-        if let Some(index) = camera.lens_points().find_map(in_snow) {
-            let name = &objects.list()[index].name;
-            return Err(path.key("aperture").error(format!("reaches into the snow of \"{name}\"")).into());
+        let check = |objects: &Objects| {
+            let in_snow = |point| objects.around(point, |object| materials[object.material].is_snow());
+            let name = |index: usize| &objects.list()[index].name;
+            if let Some(index) = in_snow(view.position) {
+                let reason = format!("lies inside the snow of \"{}\"", name(index));
+                return Err(path.key("position").error(reason));
+            }
+            if let Some(index) = camera.lens_points().find_map(in_snow) {
+                let reason = format!("reaches into the snow of \"{}\"", name(index));
+                return Err(path.key("aperture").error(reason));
+            }
+            Ok(())
+        };
+        check(&smooth_objects)?;
+        let (mut objects, mut notes) = (Arc::clone(&smooth_objects), solid_notes.clone());
+        if let Some((rough, note)) = with_relief(&smooth_objects, &materials, (&camera, &view, &self.film)) {
+            check(&rough)?;
+            objects = Arc::new(rough);
+            notes.extend(note);
         }
         Ok(Scene {
             camera,
             view,
             objects,
+            smooth_objects,
+            solid_notes,
             materials,
             lights,
             described_lights,

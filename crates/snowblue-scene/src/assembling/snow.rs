@@ -22,7 +22,7 @@ use snowblue_base::{KeyError, KeyPath};
 /// Builds snow as a material.
 pub(super) fn build_snow_material(
     path: &KeyPath,
-    SnowMaterialDescription { snow, sparkle }: &SnowMaterialDescription,
+    SnowMaterialDescription { snow, sparkle, relief }: &SnowMaterialDescription,
     sources: &Sources,
 ) -> Result<SnowMaterial, SceneError> {
     let snow = build_snow(path, snow, sources)?;
@@ -35,7 +35,10 @@ pub(super) fn build_snow_material(
             return Err(path.key("sparkle").key("facet_size_um").error(reason).into());
         }
     }
-    Ok(SnowMaterial { snow, sparkle: *sparkle })
+    if relief.is_some() && !cfg!(feature = "shapes") {
+        return Err(path.key("relief").error("is what this build does not make").into());
+    }
+    Ok(SnowMaterial { snow, sparkle: *sparkle, relief: *relief })
 }
 
 /// Builds snow, whose tables of constants must cover the wavelengths of the picture.

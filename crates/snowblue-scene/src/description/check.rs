@@ -6,7 +6,7 @@ use snowblue_base::RangeError;
 use snowblue_color::exposure::GREATEST_STOPS;
 use snowblue_color::temperature;
 use snowblue_transport::sample::{SnowKeyError, SnowKeys, SnowSample};
-use snowblue_transport::{ParameterRange, TransportError};
+use snowblue_transport::{ParameterRange, TransportError, short_number};
 
 use super::camera::CameraDescription;
 use super::carved::{CarvedDescription, SolidDescription};
@@ -15,8 +15,8 @@ use super::landscape::{
     SnowpackDescription,
 };
 use super::material::{
-    DiffuseDescription, LayersTop, MaskDescription, MaskedSnowDescription, MaterialDescription, SnowDescription,
-    SnowMaterialDescription, SparkleDescription, TextureDescription,
+    DiffuseDescription, LayersTop, MaskDescription, MaskedSnowDescription, MaterialDescription, ReliefDescription,
+    SnowDescription, SnowMaterialDescription, SparkleDescription, TextureDescription,
 };
 use super::object::{DriftDescription, IglooDescription, ObjectDescription, ShapeDescription};
 use super::range::{COORDINATE, Checked, DIRECTION, FRACTION, GREATEST_COORDINATE_M, ROTATION, Range, unit_vector};
@@ -56,6 +56,12 @@ const SHAPE_SIZE: Range = Range::new(1e-4, 1e5, "m");
 const HEIGHT: Range = Range::new(-1e5, 1e5, "m");
 /// A coordinate of a map.
 const MAP_COORDINATE: Range = Range::new(-1e8, 1e8, "m");
+/// Root mean square of the heights of a relief, their correlation length and their Hurst exponent.
+const RELIEF_HEIGHT: Range = Range::new(0.01, 30.0, "mm");
+const RELIEF_CORRELATION: Range = Range::new(2.0, 1000.0, "mm");
+const HURST: Range = Range::new(0.1, 1.0, "");
+/// Greatest root mean square of the slope of a relief.
+const GREATEST_SLOPE: f64 = 1.0;
 const SNOW_DEPTH: Range = Range::new(-100.0, 100.0, "m");
 const TAPER: Range = Range::new(0.5, 60.0, "deg");
 /// Coordinates and sizes of solids of carved snow, which a mesh of single precision resolves.
@@ -186,9 +192,10 @@ fn check_material(path: &KeyPath, material: &MaterialDescription) -> Checked {
             | DiffuseDescription::Spectrum { .. } => Ok(()),
             DiffuseDescription::Texture(texture) => check_texture(path, texture),
         },
-        MaterialDescription::Snow(SnowMaterialDescription { snow, sparkle }) => {
+        MaterialDescription::Snow(SnowMaterialDescription { snow, sparkle, relief }) => {
             check_snow(path, snow)?;
-            sparkle.map_or(Ok(()), |sparkle| check_sparkle(&path.key("sparkle"), &sparkle))
+            sparkle.map_or(Ok(()), |sparkle| check_sparkle(&path.key("sparkle"), &sparkle))?;
+            relief.map_or(Ok(()), |relief| check_relief(&path.key("relief"), &relief))
         }
     }
 }
@@ -228,6 +235,23 @@ fn check_sparkle(path: &KeyPath, sparkle: &SparkleDescription) -> Checked {
         FACET_SIZE.check(&path.key("facet_size_um"), facet_size_um)?;
     }
     FRACTION.check(&path.key("flat_fraction"), sparkle.flat_fraction)
+}
+
+fn check_relief(path: &KeyPath, relief: &ReliefDescription) -> Checked {
+    let ReliefDescription { height_mm, correlation_mm, hurst, seed: _ } = *relief;
+    RELIEF_HEIGHT.check(&path.key("height_mm"), height_mm)?;
+    RELIEF_CORRELATION.check(&path.key("correlation_mm"), correlation_mm)?;
+    HURST.check(&path.key("hurst"), hurst)?;
+    let slope = relief.roughness().slope();
+    if slope <= GREATEST_SLOPE {
+        return Ok(());
+    }
+    let [height, correlation, hurst] = [height_mm, correlation_mm, hurst].map(short_number);
+    let most = short_number((height_mm * GREATEST_SLOPE / slope * 100.0).floor() / 100.0);
+    Err(path.key("height_mm").error(format!(
+        "is {height} mm, but must be at most {most} mm for a correlation_mm of {correlation} and a hurst of {hurst}: \
+         its slope is then {GREATEST_SLOPE} on average (root mean square)"
+    )))
 }
 
 fn check_keys(path: &KeyPath, keys: &SnowKeys) -> Result<SnowSample, KeyError> {

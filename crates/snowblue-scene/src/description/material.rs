@@ -2,6 +2,7 @@
 
 use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use snowblue_shapes::roughness::{Roughness, RoughnessStatistics};
 use snowblue_transport::sample::SnowKeys;
 
 use super::value::{ColorDescription, some_numbers};
@@ -27,17 +28,20 @@ pub struct SnowMaterialDescription {
     /// Its sparkle, if it is drawn.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sparkle: Option<SparkleDescription>,
+    /// The relief of its surface, if it has one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub relief: Option<ReliefDescription>,
 }
 
 impl SnowMaterialDescription {
     /// The keys beside those of the snow.
-    pub(crate) const NAMES: [&'static str; 1] = ["sparkle"];
+    pub(crate) const NAMES: [&'static str; 2] = ["sparkle", "relief"];
 }
 
-/// Snow without sparkle.
+/// Snow without sparkle and without relief.
 impl From<SnowDescription> for SnowMaterialDescription {
     fn from(snow: SnowDescription) -> Self {
-        Self { snow, sparkle: None }
+        Self { snow, sparkle: None, relief: None }
     }
 }
 
@@ -56,6 +60,83 @@ impl Default for SparkleDescription {
     /// Facets by grain size and facetness, all over the grains.
     fn default() -> Self {
         Self { facet_size_um: None, flat_fraction: 1.0 }
+    }
+}
+
+/// The relief of a surface: random heights of known statistics.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ReliefDescription {
+    /// Root mean square of the heights, in mm.
+    pub height_mm: f64,
+    /// The distance at which the autocorrelation of heights is 1/e, in mm.
+    pub correlation_mm: f64,
+    /// Hurst exponent, 0–1: how much finer structure is lower than coarser one.
+    #[serde(default = "ReliefDescription::usual_hurst")]
+    pub hurst: f64,
+    /// Another number gives other heights of the same statistics.
+    #[serde(default = "ReliefDescription::first_seed")]
+    pub seed: u32,
+}
+
+/// Kinds of snow with a relief of their own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ReliefKind {
+    /// New snow that fell without wind.
+    Fresh,
+    /// Snow that the wind has packed and smoothed.
+    WindPacked,
+    /// Snow that the sun has melted into small hollows.
+    MeltForms,
+}
+
+impl ReliefKind {
+    /// All kinds.
+    pub const ALL: [Self; 3] = [Self::Fresh, Self::WindPacked, Self::MeltForms];
+
+    /// Its name in scene files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Fresh => "fresh",
+            Self::WindPacked => "wind-packed",
+            Self::MeltForms => "melt-forms",
+        }
+    }
+}
+
+impl From<ReliefKind> for ReliefDescription {
+    fn from(kind: ReliefKind) -> Self {
+        let (height_mm, correlation_mm, hurst) = match kind {
+            ReliefKind::Fresh => (1.0, 25.0, 0.6),
+            ReliefKind::WindPacked => (1.2, 50.0, 0.7),
+            ReliefKind::MeltForms => (3.0, 60.0, 0.8),
+        };
+        Self { height_mm, correlation_mm, hurst, seed: Self::first_seed() }
+    }
+}
+
+impl ReliefDescription {
+    fn usual_hurst() -> f64 {
+        0.5
+    }
+
+    fn first_seed() -> u32 {
+        1
+    }
+
+    /// The random heights.
+    pub(crate) fn roughness(&self) -> Roughness {
+        let Self { height_mm, correlation_mm, hurst, seed } = *self;
+        let statistics =
+            RoughnessStatistics { height_m: 1e-3 * height_mm, correlation_m: 1e-3 * correlation_mm, hurst };
+        Roughness::new(&statistics, seed)
+    }
+}
+
+impl MaterialDescription {
+    /// Whether it has relief.
+    pub(crate) fn has_relief(&self) -> bool {
+        matches!(self, Self::Snow(SnowMaterialDescription { relief: Some(_), .. }))
     }
 }
 

@@ -28,7 +28,7 @@ pub use landscape::{
 pub use light::{EnvironmentDescription, LampDescription, LightDescription, UniformSkyDescription};
 pub use material::{
     DiffuseDescription, LayeredSnowDescription, LayersTop, MaskDescription, MaskedSnowDescription, MaterialDescription,
-    SnowDescription, SnowMaterialDescription, SparkleDescription, TextureDescription,
+    ReliefDescription, ReliefKind, SnowDescription, SnowMaterialDescription, SparkleDescription, TextureDescription,
 };
 pub use object::{
     BoxDescription, DriftDescription, IglooDescription, MeshDescription, MoundDescription, ObjectDescription,

@@ -23,7 +23,8 @@
 //!                          #   between = [{ … }, { … }], and mask = { texture = "FILE.png", texture_scale_m = 1 } or
 //!                          #   mask = { attribute = "NAME", range = [0, 1] }; or
 //!                          #   layers = "FILE.toml" (as `spectrum --layers`), layers_top = "surface" or a height z;
-//!                          #   and sparkle = false, true or { facet_size_um, flat_fraction = 1 }
+//!                          #   and sparkle = false, true or { facet_size_um, flat_fraction = 1 },
+//!                          #   relief = "fresh" | … (a kind) or { height_mm, correlation_mm, hurst = 0.5, seed = 1 }
 //! [[light]]                # illuminant = "D65" or spectrum = "FILE.csv" (wavelength_nm,value), and
 //!                          # type = "point": position, radiant_intensity_w_sr
 //!                          # type = "spot": position, look_at, radiant_intensity_w_sr, inner_cone_deg = 0,

@@ -10,9 +10,9 @@ use crate::description::light::LampKeys;
 use crate::description::sky::OvercastKeys;
 use crate::description::{
     CarvedDescription, EnvironmentDescription, ImprintDescription, LampDescription, LightDescription, LightSource,
-    MaterialDescription, ObjectDescription, ObjectSettings, OvercastSkyDescription, SceneDescription, ShapeDescription,
-    SkyDescription, SnowDescription, SnowMaterialDescription, SolidDescription, SparkleDescription,
-    UniformSkyDescription,
+    MaterialDescription, ObjectDescription, ObjectSettings, OvercastSkyDescription, ReliefDescription, ReliefKind,
+    SceneDescription, ShapeDescription, SkyDescription, SnowDescription, SnowMaterialDescription, SolidDescription,
+    SparkleDescription, UniformSkyDescription,
 };
 use snowblue_base::KeyPath;
 use snowblue_base::key_path::Step;
@@ -77,15 +77,16 @@ fn read_material(value: &Spanned<DeValue>, path: &KeyPath) -> Read<MaterialDescr
     }
 }
 
-/// Reads snow: what it is made of, and its sparkle.
+/// Reads snow: what it is made of, its sparkle and its relief.
 fn read_snow(mut keys: Keys, path: &KeyPath) -> Read<SnowMaterialDescription> {
     let sparkle = read_sparkle(&mut keys, path)?;
-    Ok(SnowMaterialDescription { snow: read_contents(keys, path)?, sparkle })
+    let relief = read_relief(&mut keys, path)?;
+    Ok(SnowMaterialDescription { snow: read_contents(keys, path)?, sparkle, relief })
 }
 
 /// Reads what snow is made of: layers, two snows and a mask, or one snow.
 fn read_contents(keys: Keys, path: &KeyPath) -> Read<SnowDescription> {
-    let known = ["type", SnowMaterialDescription::NAMES[0]];
+    let known = ["type", SnowMaterialDescription::NAMES[0], SnowMaterialDescription::NAMES[1]];
     if keys.table.contains_key("layers") {
         keys.refuse_beside(
             "layers",
@@ -104,13 +105,30 @@ fn read_contents(keys: Keys, path: &KeyPath) -> Read<SnowDescription> {
 
 /// Takes the sparkle of snow out of its table: whether there is any, or its table.
 fn read_sparkle(keys: &mut Keys, path: &KeyPath) -> Read<Option<SparkleDescription>> {
-    let [name] = SnowMaterialDescription::NAMES;
+    let [name, _] = SnowMaterialDescription::NAMES;
     let Some(value) = keys.table.remove(name) else { return Ok(None) };
     let path = path.key(name);
     match value.get_ref() {
         DeValue::Boolean(is_on) => Ok(is_on.then(SparkleDescription::default)),
         DeValue::Table(_) => read(&value, &path, &[]).map(Some),
         _ => Err(Mistake { span: value.span(), reason: format!("{path} must be true, false or a table") }),
+    }
+}
+
+/// Takes the relief of snow out of its table: a kind, or its table.
+fn read_relief(keys: &mut Keys, path: &KeyPath) -> Read<Option<ReliefDescription>> {
+    let [_, name] = SnowMaterialDescription::NAMES;
+    let Some(value) = keys.table.remove(name) else { return Ok(None) };
+    let path = path.key(name);
+    match value.get_ref() {
+        DeValue::String(kind) => {
+            let found = ReliefKind::ALL.into_iter().find(|known| known.name() == kind);
+            let names = ReliefKind::ALL.map(ReliefKind::name);
+            let unknown = || none_of(&Spanned::new(value.span(), kind.to_string()), &path, &names);
+            found.map(|kind| Some(kind.into())).ok_or_else(unknown)
+        }
+        DeValue::Table(_) => read(&value, &path, &[]).map(Some),
+        _ => Err(Mistake { span: value.span(), reason: format!("{path} must be a kind of snow or a table") }),
     }
 }
 

@@ -8,7 +8,7 @@ pub mod texture;
 
 use snowblue_geometry::shape::Shape;
 
-use crate::description::SparkleDescription;
+use crate::description::{ReliefDescription, SparkleDescription};
 use crate::objects::{Objects, SurfaceInteraction};
 use crate::spectrum::Spectrum;
 use deep_snow::DeepSnow;
@@ -44,6 +44,14 @@ impl Material {
         }
     }
 
+    /// The relief, if it is snow with it.
+    pub(crate) fn relief(&self) -> Option<&ReliefDescription> {
+        match self {
+            Self::Diffuse(_) | Self::Ground(_) => None,
+            Self::Snow(material) => material.relief.as_ref(),
+        }
+    }
+
     /// The share of even light that it reflects at a hit; none of snow with an inside.
     pub fn albedo(&self, objects: &Objects, surface: &SurfaceInteraction) -> Option<Spectrum> {
         match self {
@@ -68,7 +76,13 @@ impl Material {
         match self {
             Self::Diffuse(Diffuse::Uniform(_)) | Self::Ground(_) => Ok(()),
             Self::Diffuse(Diffuse::Textured(_)) => Texture::check(shape),
-            Self::Snow(material) => material.snow.check(shape),
+            Self::Snow(material) => {
+                let is_masked = matches!(material.snow, Snow::Masked { .. });
+                if is_masked && material.relief.is_some() && shape.mesh().is_none() {
+                    return Err("a mask together with a relief needs a mesh".to_owned());
+                }
+                material.snow.check(shape)
+            }
         }
     }
 }

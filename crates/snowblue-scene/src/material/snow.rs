@@ -12,7 +12,7 @@ use snowblue_transport::optics::{Impurities, Substance};
 use snowblue_transport::sample::{GrainSize, SnowSample, TruncatedNormal};
 use snowblue_transport::{Demand, GrainTallies, Population, TallyPlan};
 
-use crate::description::SparkleDescription;
+use crate::description::{ReliefDescription, SparkleDescription};
 use crate::layering::Layering;
 use crate::material::mask::Mask;
 use crate::objects::{Objects, SurfaceInteraction};
@@ -35,6 +35,8 @@ pub struct SnowMaterial {
     pub snow: Snow,
     /// Its sparkle, if it is drawn.
     pub sparkle: Option<SparkleDescription>,
+    /// The relief of its surface, if it has one.
+    pub relief: Option<ReliefDescription>,
 }
 
 /// Snow, and where its parts lie.

@@ -1,0 +1,229 @@
+//! Snow with relief: the meshes that a camera sees of rough surfaces.
+//!
+//! Heights belong to places in the coordinates of an object ([`Shape::frame`]). The camera decides only how finely
+//! triangles are split, and which wavelengths they can show: edges are about as long as a pixel is wide where the
+//! camera sees them, and elsewhere an eighth of the distance to the nearest place that it sees.
+//!
+//! No vertex moves farther than a third of the way to the next surface in its direction, so that thin snow does not cut
+//! itself, and surfaces that touch stay joined; and none comes nearer to another part of the surface than to where it
+//! was, so that faces do not cross at creases.
+
+use std::sync::Arc;
+
+use glam::{DAffine3, DMat3, DVec3, Vec3, Vec3A};
+use snowblue_geometry::bounds::Bounds;
+use snowblue_geometry::ellipsoid::Ellipsoid;
+use snowblue_geometry::instance::Instance;
+use snowblue_geometry::mesh_bvh::MeshBvh;
+use snowblue_geometry::ray::{Ray, narrow, off_surface};
+use snowblue_geometry::shape::Shape;
+use snowblue_geometry::transform::Transform;
+use snowblue_geometry::triangle_mesh::TriangleMesh;
+use snowblue_geometry::vertex_normals::VertexNormals;
+use snowblue_shapes::displacement::Displacement;
+use snowblue_shapes::refinement::refine;
+use snowblue_shapes::roughness::Roughness;
+
+use crate::camera::{PerspectiveCamera, View};
+use crate::film::FilmSettings;
+use crate::material::Material;
+use crate::objects::{Object, Objects};
+use crate::seen::{RAYS, SeenPlaces};
+
+/// Greatest length of edges that are seen, in pixels.
+const PIXELS: f64 = 1.5;
+/// A picture of fewer rows has the triangles of one with so many.
+const FEWEST_ROWS: u32 = 240;
+/// Greatest length of other edges, as a fraction of the distance to the nearest place that is seen.
+const OF_DISTANCE: f64 = 0.125;
+/// Most triangles that splitting adds in a scene. Where they do not suffice, all edges are longer.
+const MOST_TRIANGLES: usize = 4_000_000;
+/// The part of the way to the next surface that a vertex may move.
+const OF_WAY: f32 = 1.0 / 3.0;
+/// The part of its room near a crease that a face takes, so that faces on both sides do not meet.
+const BEFORE_MIDDLE: f32 = 0.9;
+/// Surfaces that are nearer than this touch, in m.
+const TOUCHING_M: f32 = 1e-4;
+/// Length of the edges of a sphere before its relief, as a fraction of its greatest extent: its middle is then 6·10⁻⁵
+/// of its radius too low.
+const ROUNDEST: f32 = 1.0 / 90.0;
+
+/// The objects of a scene with the relief of their materials as a camera sees it, and what was changed for it in a
+/// sentence; none if no object has any.
+pub(super) fn with_relief(
+    objects: &Objects,
+    materials: &[Material],
+    (camera, view, film): (&PerspectiveCamera, &View, &FilmSettings),
+) -> Option<(Objects, Option<String>)> {
+    let roughness: Vec<Option<Roughness>> =
+        materials.iter().map(|material| Some(material.relief()?.roughness())).collect();
+    if objects.list().iter().all(|object| roughness[object.material].is_none()) {
+        return None;
+    }
+    let fov_rad = f64::from(view.vertical_fov_deg.to_radians());
+    let width_per_m = 2.0 * (0.5 * fov_rad).tan();
+    let aspect = f64::from(film.width) / f64::from(film.height);
+    let sight = Sight {
+        seen: SeenPlaces::of(objects, camera),
+        viewpoint: camera.position().as_dvec3(),
+        pixel_per_m: width_per_m / f64::from(film.height.max(FEWEST_ROWS)),
+        ray_per_m: width_per_m * aspect.max(1.0) / f64::from(RAYS),
+    };
+    let mut factor = 1.0;
+    loop {
+        if let Some(rough) = rough_objects(objects, &roughness, &sight, factor) {
+            let note = (factor > 1.0).then(|| {
+                format!(
+                    "The triangles of the relief are up to {:.1} pixels wide instead of {PIXELS}, since there may be \
+                     {MOST_TRIANGLES} more of them",
+                    factor * PIXELS
+                )
+            });
+            return Some((Objects::new(rough), note));
+        }
+        factor *= 1.5;
+    }
+}
+
+/// All objects, those with relief as rough meshes; none if they need too many triangles.
+fn rough_objects(
+    objects: &Objects,
+    roughness: &[Option<Roughness>],
+    sight: &Sight,
+    factor: f64,
+) -> Option<Vec<Object>> {
+    let mut left = MOST_TRIANGLES;
+    let rough = objects.list().iter().enumerate().map(|(index, object)| {
+        let (Some(roughness), Some(smooth)) = (&roughness[object.material], SmoothSurface::of(&object.shape)) else {
+            return Some(object.clone());
+        };
+        let neighbours = Neighbours::of(objects, index, narrow(roughness.greatest_m()));
+        let least_m = roughness.least_edge_m();
+        let displacement = Displacement {
+            roughness,
+            edge_m: &|place| narrow(factor * sight.edge_m(smooth.to_scene(place), least_m)),
+            edge_growth: narrow(factor * OF_DISTANCE.max(PIXELS * sight.pixel_per_m)),
+            room: &|place, offset| neighbours.room(smooth.to_scene(place).as_vec3a(), smooth.turned(offset)),
+        };
+        let first = smooth.mesh.indices.len();
+        let mesh = displacement.of(smooth.mesh.clone(), first + left)?;
+        left -= mesh.indices.len() - first;
+        let placement = Transform::new(&smooth.frame).expect("a frame is a rotation and a shift");
+        let shape = Shape::Mesh(Instance::new(Arc::new(MeshBvh::new(mesh)), placement));
+        Some(Object { shape, ..object.clone() })
+    });
+    rough.collect()
+}
+
+/// How fine a camera sees.
+struct Sight {
+    seen: SeenPlaces,
+    viewpoint: DVec3,
+    /// Width of a pixel, and of the gaps between the rays that find what is seen, over the distance.
+    pixel_per_m: f64,
+    ray_per_m: f64,
+}
+
+impl Sight {
+    /// Greatest length of the edges around a place, in m, and at least a length that needs no shorter ones.
+    fn edge_m(&self, place: DVec3, least_m: f64) -> f64 {
+        /// Distances between rays to the nearest of them. Surfaces that are seen at a grazing angle have few.
+        const RAYS_APART: f64 = 3.0;
+        let distance_m = place.distance(self.viewpoint);
+        let hidden_m = self.seen.distance_m(place, place) - RAYS_APART * self.ray_per_m * distance_m;
+        (PIXELS * self.pixel_per_m * distance_m).max(OF_DISTANCE * hidden_m).max(least_m)
+    }
+}
+
+/// The surface of an object in its own coordinates.
+struct SmoothSurface {
+    mesh: TriangleMesh,
+    /// From these coordinates to the scene.
+    frame: DAffine3,
+}
+
+impl SmoothSurface {
+    /// That of a shape; none of a plane.
+    fn of(shape: &Shape) -> Option<Self> {
+        let (axes, origin) = shape.frame();
+        let frame = DAffine3::from_mat3_translation(axes.as_dmat3(), origin.as_dvec3());
+        let (mesh, to_scene) = match shape {
+            Shape::Cuboid(cuboid) => (&cuboid.triangles(), DAffine3::IDENTITY),
+            Shape::Ellipsoid(ellipsoid) => (&round(ellipsoid), DAffine3::IDENTITY),
+            Shape::Plane(_) => return None,
+            Shape::Mesh(instance) => {
+                let map = instance.transform().scene_map();
+                let matrix: DMat3 = map.matrix3.as_dmat3();
+                (instance.mesh().triangles(), DAffine3::from_mat3_translation(matrix, map.translation.as_dvec3()))
+            }
+        };
+        let mut own = TriangleMesh::default();
+        own.append(mesh, &(frame.inverse() * to_scene)).ok()?;
+        Some(Self { mesh: own, frame })
+    }
+
+    fn to_scene(&self, place: Vec3) -> DVec3 {
+        self.frame.transform_point3(place.as_dvec3())
+    }
+
+    fn turned(&self, vector: Vec3) -> Vec3A {
+        self.frame.transform_vector3(vector.as_dvec3()).as_vec3a()
+    }
+}
+
+/// The surface of an ellipsoid in the scene, as triangles that look round.
+fn round(ellipsoid: &Ellipsoid) -> TriangleMesh {
+    let bounds = ellipsoid.bounds();
+    let longest_m = ROUNDEST * (bounds.high - bounds.low).max_element();
+    let mut mesh = ellipsoid.icosahedron();
+    let is_long = |[from, to]: [Vec3; 2], _: [(); 2]| from.distance(to) > longest_m;
+    refine(&mut mesh, MOST_TRIANGLES, |_| (), is_long);
+    let surface: Vec<_> = mesh.positions.iter().map(|position| ellipsoid.project((*position).into())).collect();
+    mesh.positions = surface.iter().map(|surface| surface.point.into()).collect();
+    mesh.normals = VertexNormals::new(surface.iter().map(|surface| surface.normal.into()));
+    mesh
+}
+
+/// What is near the surface of an object.
+struct Neighbours<'a> {
+    own: &'a Shape,
+    reach_m: f32,
+    /// Other shapes, and whether they are of the same body.
+    others: Vec<(&'a Shape, bool)>,
+}
+
+impl<'a> Neighbours<'a> {
+    /// Those that heights of a greatest magnitude may reach.
+    fn of(objects: &'a Objects, index: usize, greatest_m: f32) -> Self {
+        let around = objects.bounds(index).map(|bounds| bounds.padded(greatest_m / OF_WAY + TOUCHING_M));
+        let is_near = |other: &usize| {
+            let meets = |one: Bounds, other: Bounds| one.low.cmple(other.high).all() && other.low.cmple(one.high).all();
+            *other != index && around.zip(objects.bounds(*other)).is_none_or(|(one, other)| meets(one, other))
+        };
+        let (list, body) = (objects.list(), objects.body_of(index));
+        let others = (0..list.len()).filter(is_near).map(|other| (&list[other].shape, body.contains(&other)));
+        Self { own: &list[index].shape, reach_m: objects.reach_m(index), others: others.collect() }
+    }
+
+    /// The part of an offset by which a point of the surface may move: at most a third of the way to the next surface.
+    /// In a body of several objects, where surfaces may be joints, the way back counts as well.
+    fn room(&self, point: Vec3A, offset: Vec3A) -> f32 {
+        let length_m = offset.length();
+        let (direction, limit_m) = (offset / length_m, length_m / OF_WAY);
+        let ahead = Ray { origin: off_surface(point, direction, self.reach_m), direction };
+        let mut way_m = self.own.first_hit(&ahead, limit_m).map_or(limit_m, |hit| hit.distance_m);
+        // Where it is nearer to another part of the surface, a face has its room as far as the line in the middle.
+        let nearest_m = self.own.nearest(point + offset).map_or(length_m, |hit| hit.distance_m.min(length_m));
+        let near = nearest_m / length_m;
+        way_m = way_m.min(limit_m * (BEFORE_MIDDLE * near + (1.0 - BEFORE_MIDDLE) * near.powi(8)));
+        for (shape, is_of_body) in &self.others {
+            let both = [direction, -direction];
+            for direction in &both[..if *is_of_body { 2 } else { 1 }] {
+                let ray = Ray { origin: point - *direction * TOUCHING_M, direction: *direction };
+                let hit = shape.first_hit(&ray, limit_m + 2.0 * TOUCHING_M);
+                way_m = hit.map_or(way_m, |hit| way_m.min((hit.distance_m - 2.0 * TOUCHING_M).max(0.0)));
+            }
+        }
+        way_m / limit_m
+    }
+}

@@ -1,0 +1,123 @@
+//! What a camera sees: places on the objects of a scene, and the distances to them.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::camera::PerspectiveCamera;
+use crate::objects::Objects;
+use crate::queries::SceneQueries;
+
+/// Camera rays along each side of the picture that find what is seen.
+pub const RAYS: u16 = 256;
+/// Most places in a leaf of the tree.
+const LEAF: usize = 8;
+
+/// Places that a camera sees, in a tree of boxes.
+#[derive(Debug)]
+pub struct SeenPlaces {
+    places: Vec<DVec3>,
+    /// The first is the root.
+    boxes: Vec<PlaceBox>,
+}
+
+/// A box around some places.
+#[derive(Debug, Clone, Copy)]
+struct PlaceBox {
+    low: DVec3,
+    high: DVec3,
+    /// The first of its places if it is a leaf, otherwise the first of its two children.
+    first: usize,
+    /// How many places it has if it is a leaf, otherwise 0.
+    count: usize,
+}
+
+impl SeenPlaces {
+    /// What a camera sees of objects.
+    pub fn of(objects: &Objects, camera: &PerspectiveCamera) -> Self {
+        let at = |k: u16| (f32::from(k) + 0.5) / f32::from(RAYS);
+        let of_row = |row: u16| -> Vec<DVec3> {
+            let mut queries = SceneQueries::new(objects);
+            let hits = (0..RAYS).filter_map(|column| queries.camera_hit(&camera.ray(at(column), at(row))));
+            hits.map(|hit| hit.point.as_dvec3()).collect()
+        };
+        let rows: Vec<Vec<DVec3>> = (0..RAYS).into_par_iter().map(of_row).collect();
+        Self::of_places(rows.concat())
+    }
+
+    /// The places themselves.
+    pub fn of_places(mut places: Vec<DVec3>) -> Self {
+        let mut boxes = vec![PlaceBox::around(&places, 0)];
+        let mut next = 0;
+        while let Some(PlaceBox { low, high, first, count }) = boxes.get(next).copied() {
+            if count > LEAF {
+                let size = high - low;
+                let axis = size.max_position();
+                let (half, own) = (count / 2, &mut places[first..first + count]);
+                own.select_nth_unstable_by(half, |one, other| one[axis].total_cmp(&other[axis]));
+                let (lower, upper) = own.split_at(half);
+                let children = [PlaceBox::around(lower, first), PlaceBox::around(upper, first + half)];
+                boxes[next] = PlaceBox { low, high, first: boxes.len(), count: 0 };
+                boxes.extend(children);
+            }
+            next += 1;
+        }
+        Self { places, boxes }
+    }
+
+    /// The distance in m from the box between two corners to the nearest place; infinite if none is seen.
+    pub fn distance_m(&self, low: DVec3, high: DVec3) -> f64 {
+        let mut least = f64::INFINITY;
+        let with_distance = |found: &PlaceBox| (found.distance_squared(low, high), *found);
+        let mut stack = vec![with_distance(&self.boxes[0])];
+        while let Some((nearest, PlaceBox { first, count, .. })) = stack.pop() {
+            if nearest >= least {
+                continue;
+            }
+            if count > 0 {
+                let places = self.places[first..first + count].iter();
+                least = places.map(|place| place.distance_squared(place.clamp(low, high))).fold(least, f64::min);
+            } else {
+                let mut children = [0, 1].map(|child| with_distance(&self.boxes[first + child]));
+                // The nearer child is visited first.
+                children.sort_by(|one, other| other.0.total_cmp(&one.0));
+                stack.extend(children);
+            }
+        }
+        least.sqrt()
+    }
+}
+
+impl PlaceBox {
+    fn around(places: &[DVec3], first: usize) -> Self {
+        let bounds = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+        let [low, high] = places.iter().fold(bounds, |[low, high], place| [low.min(*place), high.max(*place)]);
+        Self { low, high, first, count: places.len() }
+    }
+
+    /// Square of the distance to the box between two corners, in m².
+    fn distance_squared(&self, low: DVec3, high: DVec3) -> f64 {
+        (self.low - high).max(low - self.high).max(DVec3::ZERO).length_squared()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_tree_finds_the_nearest_of_all_places() {
+        let random =
+            |seed: u32, axis: u32| f64::from((seed * 3 + axis).wrapping_mul(2_654_435_769) >> 8) / 16_777_216.0;
+        let point = |seed: u32| DVec3::new(random(seed, 0), random(seed, 1), random(seed, 2));
+        let places: Vec<DVec3> = (0..1000).map(point).collect();
+        let seen = SeenPlaces::of_places(places.clone());
+        for k in 0..200 {
+            let low = 3.0 * point(5000 + k) - DVec3::ONE;
+            let high = low + 0.2 * point(7000 + k);
+            let nearest =
+                places.iter().map(|place| place.distance(place.clamp(low, high))).fold(f64::INFINITY, f64::min);
+            assert!((seen.distance_m(low, high) - nearest).abs() < 1e-12, "{low} {high}");
+        }
+        assert!(SeenPlaces::of_places(Vec::new()).distance_m(DVec3::ZERO, DVec3::ONE).is_infinite());
+    }
+}
