@@ -175,7 +175,8 @@ fn hybrid_has_the_sparkle_of_the_light_field() {
 }
 
 /// What glints does not depend on the seed, although a pixel holds some two facets that mirror the light: 16 samples of
-/// a pixel, each of the area of a pixel, see the same facets but for some percent of the variance.
+/// a pixel, each of the area of a pixel, see the same facets but for 2 % of the variance, as discs of that area do that
+/// are thrown at points.
 #[test]
 fn crowded_facets_are_seen_by_every_seed() {
     let geometry = Geometry { height_deg: 10.0, ..SIDE_LIGHT };
@@ -190,7 +191,7 @@ fn crowded_facets_are_seen_by_every_seed() {
     };
     let [first, second] = [1, 2].map(of_seed);
     let found = correlation(&first, &second);
-    assert!(found > 0.95, "{found}");
+    assert!(found > 0.97, "{found}");
 }
 
 /// Facets lie on the snow: another seed and a camera that moves by a pixel find the same. A camera that moves by five
@@ -207,19 +208,24 @@ fn facets_stay_where_they_are() {
         changes(&with, &without)
     };
     let first = of(SIDE_LIGHT, Vec3A::ZERO, 1);
-    // 64 samples of pixels that facets cross.
-    assert!(correlation(&first, &of(SIDE_LIGHT, Vec3A::ZERO, 2)) > 0.98);
+    // 64 samples leave 0.2 % of the variance to chance, as discs of the area of a pixel do that are thrown at points.
+    let same = correlation(&first, &of(SIDE_LIGHT, Vec3A::ZERO, 2));
+    assert!(same > 0.99, "{same}");
     // The camera moves by one pixel to the right: of 8° over 64 pixels, at 1 m. That turns mirrored light by 2.2 mrad,
-    // a lobe of 6.5 mrad (0.47 λ/d): e^{−(2.2/6.5)²/4} = 0.97 of the correlation is left.
+    // a lobe of 6.5 mrad (0.47 λ/d): e^{−(2.2/6.5)²/4} = 0.97 of the correlation is left. Towards the upper and the
+    // lower edge the snow is nearer and farther by some 8 %, and its facets move by as much of a pixel.
     let pixel_m = 2.0 * 4.0_f32.to_radians().tan() / 64.0;
     let (y, x) = SIDE_LIGHT.azimuth_deg.to_radians().sin_cos();
     let moved = of(SIDE_LIGHT, Vec3A::new(-y, x, 0.0) * pixel_m, 1);
     let [shifted, kept] = [(&moved, 0), (&first, 1)].map(|(values, skip)| {
         values.chunks_exact(64).flat_map(|row| row[skip..63 + skip].iter().copied()).collect::<Vec<f64>>()
     });
-    assert!(correlation(&shifted, &kept) > 0.9, "{}", correlation(&shifted, &kept));
+    let moved = correlation(&shifted, &kept);
+    assert!(moved > 0.9, "{moved}");
     let turned = of(Geometry { azimuth_deg: SIDE_LIGHT.azimuth_deg + 5.0, ..SIDE_LIGHT }, Vec3A::ZERO, 1);
-    assert!(correlation(&first, &turned).abs() < 0.2);
+    // Independent pictures, in which a facet covers some four of 64 × 64 pixels: 4 standard errors.
+    let turned = correlation(&first, &turned);
+    assert!(turned.abs() < 4.0 * 2.0 / 64.0, "{turned}");
 }
 
 /// Crops, ranges of samples and threads have the bits of the whole.

@@ -198,8 +198,9 @@ mod tests {
         }
     }
 
-    /// What the equation leaves out are reflections by two and more facets, which the rays have too: 4 standard errors
-    /// below them, and at most a tenth of all reflections above.
+    /// What the equation leaves out are reflections by two and more facets, which the rays have too: it is no more than
+    /// 4 standard errors above them in any bin, and less by at most a tenth in all. The tenth is what the documentation
+    /// states; no law gives it.
     #[test]
     fn rough_grains_reflect_as_their_single_facets() {
         for facetness in [0.2, 0.5, 1.0] {
