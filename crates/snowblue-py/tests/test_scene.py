@@ -123,6 +123,23 @@ def test_baked_snow_conserves_light_and_lamps_add_up():
     assert 2 * np.mean(snow.escape(mu) * mu) == pytest.approx(1, rel=1e-3)
 
 
+def test_snow_sparkles_in_single_pixels():
+    def picture(sparkle, integrator):
+        snow = SNOW["snow"] | {"sparkle": sparkle}
+        scene = snowblue.Scene(
+            camera=CAMERA | {"vertical_fov_deg": 1.5, "look_at": [0, 0, 0.2]}, film=FILM, material={"snow": snow},
+            light=[LAMP],
+            object=[{"shape": "box", "size": [0.2, 0.2, 0.2], "position": [0, 0, 0.1], "material": "snow"}])
+        return scene.render(integrator=integrator, samples_per_pixel=4).rgb.sum("channel").values
+
+    for integrator in ("pcasnow", "diffusion"):
+        change = picture({"facet_size_um": 40}, integrator) - picture(False, integrator)
+        # Most pixels lose the mean of the glints, and a few gain much more.
+        assert np.median(change) < 0 and change.max() > -5 * change.min(), integrator
+    with pytest.raises(ValueError, match="facet_size_um is 500 µm, but must be at most"):
+        picture({"facet_size_um": 500}, "pcasnow")
+
+
 def test_descriptions_are_plain_data():
     scene = block(integrator={"samples_per_pixel": 2})
     assert scene.description["integrator"]["type"] == "hybrid"

@@ -139,8 +139,8 @@ fn mistakes_in_snow_are_named_with_file_line_value_and_range() {
         ("sparkle = { facet_size_um = 2 }", "sparkle.facet_size_um is 2 µm, but must lie in 5 to 5000 µm"),
         ("sparkle = { facet_size_um = nan }", "sparkle.facet_size_um is NaN µm, but must lie in 5 to 5000 µm"),
         (
-            "sparkle = { facet_size_um = 800 }",
-            "sparkle.facet_size_um is 800 µm, but must be at most 450 µm, the size of the largest grains",
+            "sparkle = { facet_size_um = 401 }",
+            "sparkle.facet_size_um is 401 µm, but must be at most 400 µm, the mean size of the grains",
         ),
         ("sparkle = { flat_fraction = 1.5 }", "sparkle.flat_fraction is 1.5, but must lie in 0 to 1"),
         ("relief = true", "relief must be a kind of snow or a table"),

@@ -65,7 +65,7 @@ impl Prepared {
         let note = |(material, _): (usize, _)| {
             let reason = match &self.sparkle {
                 _ if is_reference => "the reference has no facets that stay in their places",
-                Some(sparkle) if !sparkle.has_facets(material) => "its grains have no flat facets",
+                Some(sparkle) if !sparkle.has_facets(material) => "its grains have no flat facets in air",
                 _ => return None,
             };
             Some(format!("{}: its sparkle is not drawn, because {reason}", self.scene.material_path(material)))

@@ -27,11 +27,12 @@ pub(super) fn build_snow_material(
 ) -> Result<SnowMaterial, SceneError> {
     let snow = build_snow(path, snow, sources)?;
     if let Some(facet_size_um) = sparkle.and_then(|sparkle| sparkle.facet_size_um) {
-        let sizes_um = snow.samples().iter().map(|sample| sample.grain_size.max_um);
+        // Facets vary with the grains about their mean, so that none is then larger than its grain.
+        let sizes_um = snow.samples().iter().map(|sample| sample.grain_size.middle_um());
         let greatest_um = sizes_um.fold(f64::INFINITY, f64::min);
         if facet_size_um > greatest_um {
             let (size, greatest) = (short_number(facet_size_um), short_number(greatest_um));
-            let reason = format!("is {size} µm, but must be at most {greatest} µm, the size of the largest grains");
+            let reason = format!("is {size} µm, but must be at most {greatest} µm, the mean size of the grains");
             return Err(path.key("sparkle").key("facet_size_um").error(reason).into());
         }
     }

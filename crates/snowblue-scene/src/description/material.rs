@@ -49,7 +49,7 @@ impl From<SnowDescription> for SnowMaterialDescription {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SparkleDescription {
-    /// Diameter of the facets, in µm; none for that which follows from grain size and facetness.
+    /// Mean diameter of the facets, in µm; none for that which follows from grain size and facetness.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub facet_size_um: Option<f64>,
     /// Share of the surface of the grains that is flat facets, 0–1; the rest reflects smoothly.

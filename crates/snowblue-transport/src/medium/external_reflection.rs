@@ -58,17 +58,28 @@ impl ExternalReflection {
     /// # Errors
     /// If a parameter of the sample is out of range, or the tables do not cover the wavelength.
     pub fn of_sample(sample: &SnowSample, wavelength_nm: f64) -> Result<Self, TransportError> {
-        sample.check()?;
-        sample.check_wavelength(wavelength_nm)?;
-        let constituents = Constituents::new(sample, wavelength_nm);
-        let share = constituents.in_air.extinction_per_m / constituents.scatterer_extinction_per_m();
-        let roughness = ROUGHNESS_PER_FACETNESS * sample.facetness.mean_of(|facetness| facetness);
-        Ok(Self::new(share, constituents.in_air.relative_index, roughness))
+        let [reflection] = Self::at_wavelengths(sample, [wavelength_nm])?;
+        Ok(reflection)
     }
 
-    fn new(share: f64, index: f64, roughness: f64) -> Self {
-        let area = |cell: usize| area((cell as f64 / CELLS as f64).powi(2), roughness);
-        Self { share, index, areas: (0..=CELLS).map(area).collect() }
+    /// Those of a sample at some wavelengths, as by [`of_sample`](Self::of_sample): A is the same at all.
+    ///
+    /// # Errors
+    /// As [`of_sample`](Self::of_sample).
+    pub fn at_wavelengths<const N: usize>(
+        sample: &SnowSample,
+        wavelengths_nm: [f64; N],
+    ) -> Result<[Self; N], TransportError> {
+        sample.check()?;
+        for wavelength_nm in wavelengths_nm {
+            sample.check_wavelength(wavelength_nm)?;
+        }
+        let areas = areas(ROUGHNESS_PER_FACETNESS * sample.facetness.mean_of(|facetness| facetness));
+        Ok(wavelengths_nm.map(|wavelength_nm| {
+            let constituents = Constituents::new(sample, wavelength_nm);
+            let share = constituents.in_air.extinction_per_m / constituents.scatterer_extinction_per_m();
+            Self { share, index: constituents.in_air.relative_index, areas: areas.clone() }
+        }))
     }
 
     /// p_ext, in 1/sr, for the cosine of a scattering angle.
@@ -77,6 +88,12 @@ impl ExternalReflection {
     pub fn per_sr(&self, cos_scattering: f64) -> f64 {
         let cos_incidence = half_angle_sine(cos_scattering).min(1.0);
         self.share * fresnel(cos_incidence, self.index).reflectance * self.area(cos_incidence) / (4.0 * PI)
+    }
+
+    /// s: the share of the extinction that is by grains in air.
+    #[must_use]
+    pub fn share(&self) -> f64 {
+        self.share
     }
 
     /// A: area of the facets that are lit and seen over that of a smooth grain, for a cosine of incidence on them.
@@ -94,6 +111,11 @@ impl ExternalReflection {
     pub fn greatest_area(&self) -> f64 {
         self.areas.iter().copied().fold(0.0, f64::max)
     }
+}
+
+/// The table of A for a roughness.
+fn areas(roughness: f64) -> Vec<f64> {
+    (0..=CELLS).map(|cell| area((cell as f64 / CELLS as f64).powi(2), roughness)).collect()
 }
 
 /// A(i) for a roughness: the mean over slopes t by GGX, t² = α² u/(1 − u) with u uniform, and over azimuths.
@@ -149,7 +171,7 @@ mod tests {
                 hits[bin][1] += weight * weight;
             }
         }
-        let grains = ExternalReflection::new(1.0, index, ROUGHNESS_PER_FACETNESS * facetness);
+        let grains = ExternalReflection { share: 1.0, index, areas: areas(ROUGHNESS_PER_FACETNESS * facetness) };
         let expected = |bin: usize| {
             let [first, last] = [EDGES[bin], EDGES[bin + 1]];
             let steps = 4096;
@@ -176,8 +198,9 @@ mod tests {
         }
     }
 
-    /// What the equation leaves out are reflections by two and more facets, which the rays have too: 4 standard errors
-    /// below them, and at most a tenth of all reflections above.
+    /// What the equation leaves out are reflections by two and more facets, which the rays have too: it is no more than
+    /// 4 standard errors above them in any bin, and less by at most a tenth in all. The tenth is what the documentation
+    /// states; no law gives it.
     #[test]
     fn rough_grains_reflect_as_their_single_facets() {
         for facetness in [0.2, 0.5, 1.0] {

@@ -191,9 +191,12 @@ impl<'a> PathTracer<'a> {
             .sparkle
             .as_ref()
             .and_then(|sparkle| sparkle.at((vertex.surface, snow.kind, vertex.normal), camera_ray));
-        let is_read = self.walks.is_none() || self.scene.integrator().filter || sparkling.is_some();
-        let light = is_read.then(|| self.field_light::<C>(snow, vertex, (camera_ray, sparkling.as_ref()), sampler));
-        let FieldLight { reading, sparkle } = light.unwrap_or(FieldLight { reading: C::ZERO, sparkle: C::ZERO });
+        let FieldLight { reading, sparkle } = if self.walks.is_none() || self.scene.integrator().filter {
+            self.field_light::<C>(snow, vertex, (camera_ray, sparkling.as_ref()), sampler)
+        } else {
+            let sparkle = sparkling.map_or(C::ZERO, |sparkling| self.sparkle_light(&sparkling, vertex, sampler));
+            FieldLight { reading: C::ZERO, sparkle }
+        };
         let Some(walks) = &mut self.walks else {
             let mut light = reading;
             light += sparkle;
@@ -233,6 +236,37 @@ impl<'a> PathTracer<'a> {
         };
         let change = self.sparkle.as_mut()?.change(sparkling, light, sample, most_per_sr)?;
         Some(change * light.power(&sample.origin) * incident.irradiance_per_power)
+    }
+
+    /// The change of the light that leaves a surface by its sparkle in all lights.
+    fn sparkle_light<C: Carried>(&mut self, sparkling: &SparklingPoint, vertex: &Vertex, sampler: &mut Sampler) -> C {
+        let surface = vertex.shading_point();
+        let mut sparkle = Spectrum::ZERO;
+        for (index, source) in self.scene.lights().iter().enumerate().filter(|(_, light)| !light.is_sky()) {
+            for sample in self.samples_of_light(index, &surface, sampler).into_iter().flatten() {
+                if let Some(incident) = self.visible(vertex, &sample)
+                    && let Some(change) = self.sparkle_change(sparkling, vertex, (source, &sample), &incident)
+                {
+                    sparkle += change;
+                }
+            }
+        }
+        C::emitted(self.scene, &sparkle)
+    }
+
+    /// Samples of a light as seen from a surface, which count together; none of a diffuse light.
+    fn samples_of_light(
+        &self,
+        light: usize,
+        surface: &SurfacePoint,
+        sampler: &mut Sampler,
+    ) -> [Option<LightSample>; 2] {
+        let source = &self.scene.lights()[light];
+        match self.tables.delta_sample(light) {
+            Some(sample) => [Some(*sample), None],
+            None if source.is_diffuse() => [None, None],
+            None => source.samples_at(surface, sampler),
+        }
     }
 
     /// Light that comes to a path's first surface from further surfaces and by rays that hit lights, reflected there.
@@ -302,12 +336,7 @@ impl<'a> PathTracer<'a> {
         let point = self.singles.as_mut().map(|singles| singles.point(snow, vertex.surface, camera_ray, number));
         for index in 0..self.scene.lights().len() {
             let source = &self.scene.lights()[index];
-            let samples = match self.tables.delta_sample(index) {
-                Some(sample) => [Some(*sample), None],
-                None if source.is_diffuse() => continue,
-                None => source.samples_at(&surface, sampler),
-            };
-            for sample in samples.into_iter().flatten() {
+            for sample in self.samples_of_light(index, &surface, sampler).into_iter().flatten() {
                 let incident = self.visible(vertex, &sample);
                 if let Some(incident) = &incident {
                     light += self.reflected::<C>(vertex, index, &sample, incident);

@@ -22,11 +22,12 @@ const STEPS_PER_SIZE: f64 = 0.5;
 /// Axes from which latitude and longitude of normals count; the last is the pole. They lie askew, so that no usual
 /// surface has its facets at a pole, where bins are narrow wedges.
 const BIN_AXES: [Vec3A; 3] = [Vec3A::new(0.8, -0.6, 0.0), Vec3A::new(0.48, 0.64, -0.6), Vec3A::new(0.36, 0.48, 0.8)];
-/// Greatest distance from the middle of a bin to its corners, in steps of latitude, with room for the curvature of
-/// circles of latitude.
-const BIN_REACH: f64 = 1.1;
-/// Distance of a region from the poles, in units of its size, from which circles of latitude count as straight.
-const STRAIGHT: f64 = 16.0;
+/// Greatest distance from the middle of a bin to its corners, in steps of latitude: 0.87 in the wedges at a pole, and
+/// elsewhere half of the diagonal of a square.
+const BIN_REACH: f64 = 0.9;
+/// Distance of a region from the poles, in units of its size, from which circles of latitude count as straight, but
+/// for the second order of their curvature.
+const STRAIGHT: f64 = 8.0;
 /// Least and greatest power of two of the step of latitude, in rad.
 const STEP_EXPONENTS: [f64; 2] = [-14.0, -3.0];
 
@@ -38,7 +39,7 @@ pub(super) struct FacetField {
     density: f64,
     bands: u32,
     /// Side of the cells, in m.
-    cell_m: f64,
+    pub(super) cell_m: f64,
 }
 
 /// A facet in a footprint.
@@ -52,9 +53,10 @@ pub(super) struct Facet {
     pub(super) size: f32,
 }
 
-/// A point of a surface in the coordinates of its object, with the axis along which it faces most.
+/// A point of the surface of an object, in its coordinates, with the axis along which it faces most.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Place {
+    pub(super) object: usize,
     pub(super) point: [f64; 3],
     pub(super) axis: usize,
 }
@@ -104,16 +106,16 @@ impl FacetField {
     pub(super) fn list(
         &self,
         (place, footprint): (Place, &FlatFootprint),
-        (region, open): (&NormalRegion, f32),
+        (region, open_share): (&NormalRegion, f32),
         bins: &mut Vec<BandBins>,
         mut add: impl FnMut(&Facet),
     ) {
-        self.find_bins(region, open, bins);
+        self.find_bins(region, open_share, bins);
         let [first, second] = other_axes(place.axis);
         let [x, y] = [place.point[first], place.point[second]];
         let [_, half_height] = footprint.half_width_m.map(f64::from);
         let (shear, half_row) = (f64::from(footprint.shear), f64::from(footprint.half_row_m));
-        let seed = self.seed.wrapping_add(place.axis as u64);
+        let seed = split_mix_64(self.seed ^ (3 * place.object + place.axis) as u64);
         for row in cell(y - half_height, self.cell_m)..=cell(y + half_height, self.cell_m) {
             let below = row as f64 * self.cell_m - y;
             let ends = [below.max(-half_height), (below + self.cell_m).min(half_height)].map(|end| shear * end);
@@ -159,13 +161,13 @@ impl FacetField {
     }
 
     /// Finds the bins whose middles lie in a region or near it.
-    fn find_bins(&self, region: &NormalRegion, open: f32, bins: &mut Vec<BandBins>) {
+    fn find_bins(&self, region: &NormalRegion, open_share: f32, bins: &mut Vec<BandBins>) {
         bins.clear();
         let step = PI / f64::from(self.bands);
         let [x, y, z] = BIN_AXES.map(|axis| f64::from(axis.dot(region.middle)));
         let (sin_middle, longitude) = (x.hypot(y), y.atan2(x));
         let colatitude = sin_middle.atan2(z);
-        let half_widths = region.half_widths.map(|half| f64::from(half) + BIN_REACH * step);
+        let mut half_widths = region.half_widths.map(|half| f64::from(half) + BIN_REACH * step);
         // The sides of the region southwards and eastwards.
         let side = {
             let [side_x, side_y, side_z] = BIN_AXES.map(|axis| f64::from(axis.dot(region.side)));
@@ -174,9 +176,15 @@ impl FacetField {
         };
         let sides = [side, [-side[1], side[0]]];
         let reach = half_widths[0].hypot(half_widths[1]);
-        let is_straight = colatitude.min(PI - colatitude) > STRAIGHT * reach;
-        // Of a rectangle, whose corner may point north.
-        let high = sides.iter().zip(half_widths).map(|(side, half)| side[0].abs() * half).sum::<f64>();
+        let from_pole = colatitude.min(PI - colatitude);
+        let is_straight = from_pole > STRAIGHT * reach;
+        if is_straight {
+            // Circles of latitude leave their tangent by no more than that.
+            half_widths = half_widths.map(|half| half + 0.5 * reach * reach / from_pole);
+        }
+        // A corner of the rectangle may point north; near a pole, so may any part of it.
+        let corner = sides.iter().zip(half_widths).map(|(side, half)| side[0].abs() * half).sum::<f64>();
+        let high = if is_straight { corner } else { reach };
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to the bands")]
         let band_of = |angle: f64| (angle / step).clamp(0.0, f64::from(self.bands - 1)) as u32;
         for band in band_of(colatitude - high)..=band_of(colatitude + high) {
@@ -196,12 +204,12 @@ impl FacetField {
                 east = (reach.sin() / sin_middle).asin() + step / middle.sin();
                 west = -east;
             }
-            self.add_bins(band, [longitude + west, longitude + east], open, bins);
+            self.add_bins(band, [longitude + west, longitude + east], open_share, bins);
         }
     }
 
     /// Adds the bins of a band whose middles lie between two longitudes.
-    fn add_bins(&self, band: u32, [west, east]: [f64; 2], open: f32, bins: &mut Vec<BandBins>) {
+    fn add_bins(&self, band: u32, [west, east]: [f64; 2], open_share: f32, bins: &mut Vec<BandBins>) {
         let step = PI / f64::from(self.bands);
         let middle = (f64::from(band) + 0.5) * step;
         let around = (TAU * middle.sin() / step).round().max(1.0);
@@ -213,7 +221,7 @@ impl FacetField {
         let start = f64::from(band) * step;
         // cos a − cos b without a difference of large numbers.
         let cos_change = -2.0 * middle.sin() * (0.5 * step).sin();
-        let mean = -cos_change * width * self.density * self.cell_m * self.cell_m * f64::from(open);
+        let mean = -cos_change * width * self.density * self.cell_m * self.cell_m * f64::from(open_share);
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "numbers of bins, at most 2π 2¹⁴")]
         let [all, first, count] =
             [around, first.rem_euclid(around), (last - first + 1.0).min(around)].map(|number| number as u32);
@@ -288,7 +296,8 @@ mod tests {
     }
 
     /// Counts of facets in 4000 footprints, far apart, are Poisson's: mean and variance are area × solid angle ×
-    /// density, within 4 standard errors (of the mean √(m/n), of the variance √((m + 2m²)/n)).
+    /// density, within 4 standard errors (of the mean √(m/n), of the variance √((m + 2m²)/n)). Regions are as long as
+    /// ten times their width, and turned in many ways.
     #[test]
     fn counts_are_poissons_everywhere_on_the_sphere() {
         let normals = [
@@ -297,54 +306,59 @@ mod tests {
             -BIN_AXES[2],
             (BIN_AXES[2] + BIN_AXES[0] * 0.05).normalize(),
             (BIN_AXES[2] - BIN_AXES[1] * 0.2).normalize(),
+            (BIN_AXES[2] + BIN_AXES[1] * 0.8).normalize(),
             BIN_AXES[0],
             Vec3A::new(-0.5, 0.1, -0.8).normalize(),
         ];
         for (number, middle) in normals.into_iter().enumerate() {
-            for half_widths in [[0.01, 0.01], [0.05, 0.008]] {
-                for (axis, size_m) in [(2, 0.01), (0, 0.1)] {
+            for half_widths in [[0.01, 0.01], [0.05, 0.008], [0.08, 0.008]] {
+                for (axis, size_m, turn) in [(2, 0.01, 0.4_f32), (2, 0.01, 1.2), (2, 0.01, 2.4), (0, 0.1, 0.4)] {
                     let normal = Vec3A::AXES[axis];
                     let footprint = footprint(size_m, normal);
-                    let side = (middle.any_orthonormal_vector() + 0.4 * middle.any_orthonormal_pair().1).normalize();
+                    let (sin, cos) = turn.sin_cos();
+                    let side = middle.any_orthonormal_pair().0 * cos + middle.any_orthonormal_pair().1 * sin;
                     let region = NormalRegion { middle, side, half_widths };
                     let trials = if size_m > 0.05 { 400 } else { 4000 };
                     let counts = (0..trials).map(|trial| {
                         let point = [3.7 * f64::from(trial), -1.3 * f64::from(trial), 0.7 * f64::from(trial)];
-                        listed(Place { point, axis }, &footprint, &region).len() as f64
+                        listed(Place { object: 0, point, axis }, &footprint, &region).len() as f64
                     });
                     let counts: Vec<f64> = counts.collect();
                     let count = counts.len() as f64;
                     let mean = counts.iter().sum::<f64>() / count;
                     let variance = counts.iter().map(|one| (one - mean).powi(2)).sum::<f64>() / (count - 1.0);
-                    // The solid angle of the rectangle within rounding of its curvature, 0.05²/6.
-                    let solid_angle = 4.0 * f64::from(half_widths[0]) * f64::from(half_widths[1]);
+                    // ∫ dx dy/√(1 − x² − y²) over the rectangle to the second order.
+                    let [a, b] = half_widths.map(f64::from);
+                    let solid_angle = 4.0 * a * b * (1.0 + (a * a + b * b) / 6.0);
                     let expected = 2e6 * solid_angle * f64::from(footprint.area_m2);
-                    let of_mean = 4.0 * (expected / count).sqrt() + 5e-4 * expected;
-                    assert!((mean - expected).abs() < of_mean, "{number} {axis} {half_widths:?}: {mean} {expected}");
-                    let of_variance = 4.0 * ((expected + 2.0 * expected * expected) / count).sqrt() + 5e-4 * expected;
-                    assert!((variance - expected).abs() < of_variance, "{number} {axis}: {variance} {expected}");
+                    let error = 4.0 * (expected / count).sqrt();
+                    let place = format!("{number} {axis} {turn} {half_widths:?}");
+                    assert!((mean - expected).abs() < error, "{place}: {mean} {expected}");
+                    let error = 4.0 * ((expected + 2.0 * expected * expected) / count).sqrt();
+                    assert!((variance - expected).abs() < error, "{place}: {variance} {expected}");
                 }
             }
         }
     }
 
-    /// What two footprints that overlap have in common is the same in both.
+    /// What two footprints that overlap have in common is the same in both; another object has other facets.
     #[test]
     fn facets_stay_where_they_are() {
         let region = NormalRegion { middle: Vec3A::Z, side: Vec3A::X, half_widths: [0.1, 0.1] };
         let (wide, small) = (footprint(0.04, Vec3A::Z), footprint(0.02, Vec3A::Z));
-        let places = |footprint: &Footprint, x: f64| {
-            let place = Place { point: [x, 0.2, 0.0], axis: 2 };
+        let places = |footprint: &Footprint, x: f64, object: usize| {
+            let place = Place { object, point: [x, 0.2, 0.0], axis: 2 };
             let point = |facet: Facet| footprint.offset(facet.on_disc) + Vec3A::new(narrow(x), 0.2, 0.0);
             let facets = listed(place, footprint, &region).into_iter();
             facets.map(|facet| (point(facet), facet.normal)).collect::<Vec<_>>()
         };
-        let all = places(&wide, 1.0);
-        let part = places(&small, 1.004);
+        let all = places(&wide, 1.0, 4);
+        let part = places(&small, 1.004, 4);
         assert!(part.len() > 20 && all.len() > part.len());
         for (point, normal) in part {
             // Rounding of single precision at 1 m.
             assert!(all.iter().any(|(other, same)| other.distance(point) < 1e-6 && *same == normal), "{point}");
         }
+        assert!(places(&wide, 1.0, 5).iter().all(|facet| !all.contains(facet)));
     }
 }

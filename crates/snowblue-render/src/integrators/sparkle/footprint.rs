@@ -57,6 +57,12 @@ impl Footprint {
         Self { semi_axes: self.semi_axes.map(|axis| axis * share.sqrt()), area_m2: self.area_m2 * share }
     }
 
+    /// The greatest distance of a point from the middle, in m, or a little more.
+    pub(super) fn reach_m(&self) -> f32 {
+        let [a, b] = self.semi_axes.map(Vec3A::length_squared);
+        (a + b).sqrt()
+    }
+
     /// The greatest distance of a point from the middle as seen from a direction, in m, or a little more.
     pub(super) fn reach_across_m(&self, direction: Vec3A) -> f32 {
         let [a, b] = self.semi_axes.map(|axis| axis.cross(direction).length_squared());

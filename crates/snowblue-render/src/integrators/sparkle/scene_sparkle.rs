@@ -12,7 +12,7 @@ use snowblue_scene::Scene;
 use snowblue_scene::light::{Light, LightDirection, LightSample};
 use snowblue_scene::material::snow::SnowKinds;
 use snowblue_scene::objects::SurfaceInteraction;
-use snowblue_scene::spectrum::{SAMPLES, Spectrum};
+use snowblue_scene::spectrum::Spectrum;
 
 /// The facets of all snow of a scene that sparkles.
 #[derive(Debug)]
@@ -48,15 +48,14 @@ impl SceneSparkle {
     ///
     /// If the constants of some snow do not cover a wavelength.
     pub(in crate::integrators) fn new(scene: &Scene, kinds: &SnowOfMaterials<SnowKinds>) -> Result<Self, RenderError> {
-        let wavelengths_nm = scene.wavelengths_nm();
-        let nodes = Nodes::new(wavelengths_nm);
+        let nodes = Nodes::new(scene.wavelengths_nm());
         let mut facets = Vec::with_capacity(kinds.len());
         for (material, kinds) in kinds.iter().enumerate() {
             let mut of_kinds = Vec::new();
             if let (Some(sparkle), Some(kinds)) = (scene.materials()[material].sparkle(), kinds) {
                 for (kind, sample) in kinds.samples.iter().enumerate() {
                     let seed = (material as u64) << 32 | kind as u64;
-                    let of_kind = Facets::new(sample, sparkle, (&nodes, wavelengths_nm[SAMPLES / 2]), seed);
+                    let of_kind = Facets::new(sample, sparkle, &nodes, seed);
                     let path = scene.material_path(material);
                     of_kinds.push(of_kind.map_err(|error| path.error(format!("cannot be rendered: {error}")))?);
                 }
@@ -98,7 +97,7 @@ impl<'a> SparkleReader<'a> {
         let axis = plane.abs().max_position();
         let local = axes.as_dmat3().transpose() * (surface.point.as_dvec3() - origin.as_dvec3());
         let patch = Patch {
-            place: Place { point: local.to_array(), axis },
+            place: Place { object: surface.object, point: local.to_array(), axis },
             footprint,
             normal: plane,
             to_eye_m: to_object(to_eye_m),
@@ -130,10 +129,7 @@ impl<'a> SparkleReader<'a> {
             return None;
         }
         let glints = at.facets.glints(&at.patch, &beam, &mut self.bins)?;
-        let per_sr = glints.per_sr.min(most_per_sr);
-        if glints.count == 0 {
-            return Some(Spectrum::constant(-per_sr));
-        }
-        Some(self.sparkle.nodes.spectrum(glints.ratio.map(|ratio| per_sr * (ratio - 1.0))))
+        let change = |node: usize| glints.per_sr[node].min(most_per_sr) * (glints.ratio[node] - 1.0);
+        Some(self.sparkle.nodes.spectrum(std::array::from_fn(change)))
     }
 }
