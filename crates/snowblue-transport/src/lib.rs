@@ -45,6 +45,8 @@ pub mod sample;
 pub mod slab;
 pub mod stack;
 
+pub mod batch;
+
 pub mod parameters;
 
 pub mod layer_file;
