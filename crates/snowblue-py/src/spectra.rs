@@ -32,6 +32,7 @@ pub(crate) struct GivenCases<'py> {
     thickness_cm: Vec<f64>,
     angle_deg: Vec<Angle>,
     ground_albedo: Vec<f64>,
+    wavelength_nm: Vec<f64>,
     /// [case][snow, thickness, angle, ground]
     places: PyReadonlyArray2<'py, i64>,
 }
@@ -64,17 +65,19 @@ const FLUXES: [Quantity<DepthFluxes>; 4] =
 /// Reflectance, transmittance and absorptance of each case at each wavelength, the wavelength running fastest; with
 /// `_se` for standard errors. An error of one case has its row.
 #[pyfunction]
-#[pyo3(signature = (snows, cases, wavelength_nm, engine, progress))]
+#[pyo3(signature = (snows, cases, engine, progress))]
 pub(crate) fn spectrum<'py>(
     py: Python<'py>,
     snows: &Snows,
     cases: GivenCases<'py>,
-    wavelength_nm: Vec<f64>,
     engine: Engine,
     progress: Option<Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let (samples, cases) = (snows.samples.to_vec(), cases.cases(snows.samples.len())?);
-    let batch = Batch { samples, cases, wavelengths_nm: wavelength_nm };
+    let batch = Batch {
+        samples: snows.samples.to_vec(),
+        cases: cases.cases(snows.samples.len())?,
+        wavelengths_nm: cases.wavelength_nm,
+    };
     let (options, errors) = (engine.ordinates.options()?, engine.standard_errors);
     let monte_carlo = engine.monte_carlo();
     let with_errors = errors || monte_carlo.is_some();

@@ -190,7 +190,7 @@ def test_layers_have_standard_errors_unless_they_are_not_wanted():
 
 
 def test_unknown_arguments_are_named():
-    with pytest.raises(TypeError, match="'grain_size' is not known; did you mean grain_size_um[?] There are .*ssa_m2_kg"):
+    with pytest.raises(TypeError, match="'grain_size' is not known; did you mean grain_size_um[?] .*ssa_m2_kg"):
         snowblue.spectrum(grain_size=400)
     with pytest.raises(TypeError, match="thickness_cm"):
         snowblue.layers([{"snow": "firn"}])

@@ -40,7 +40,8 @@ pub(crate) struct SnowOptions {
     )]
     ssa: Vec<f64>,
     #[arg(
-        long, value_name = "UM", value_parser = parse::number, conflicts_with_all = ["grain_size", "ssa", "size_measure"],
+        long, value_name = "UM", value_parser = parse::number,
+        conflicts_with_all = ["grain_size", "ssa", "size_measure"],
         help = format!(
             "Optical radius in µm, that of spheres with the grains' surface per volume, instead of a grain size [{}]",
             limits::ends(&(0.5 * GRAIN_SIZE.range.least..=0.5 * GRAIN_SIZE.range.greatest))

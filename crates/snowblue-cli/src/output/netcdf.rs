@@ -1,8 +1,8 @@
 //! Tables of spectra as NetCDF classic with named dimensions and units, which xarray opens.
 //!
 //! The wavelength is a dimension. The columns before it are dimensions too where the rows are all combinations of their
-//! values, as those of thickness and angle; else they are variables on the dimension `slab`. Names are those of the Python
-//! package: `thickness` with the unit cm for `thickness_cm`.
+//! values, as those of thickness and angle; else they are variables on the dimension `slab`. Names are those of the
+//! Python package: `thickness` with the unit cm for `thickness_cm`.
 
 use std::fs::File;
 use std::io;

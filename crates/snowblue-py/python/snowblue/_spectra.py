@@ -140,7 +140,7 @@ def spectrum(
     snow_dims = tuple(axes.sizes)
     wavelengths = wavelength_argument(wavelength_nm)
     columns: list[tuple[str, ...]] = [snow_dims]
-    cases: dict[str, Any] = {}
+    cases: dict[str, Any] = {"wavelength_nm": wavelengths.values}
     for name, quantity, value in (
         ("thickness_cm", THICKNESS, thickness_cm),
         ("angle_deg", ANGLE, angle_deg),
@@ -155,14 +155,15 @@ def spectrum(
         standard_errors = not snow_dims
     options = _engine(engine, streams, rays, per_wavelength, seed, standard_errors)
     with reporting(progress, "rays" if engine == "montecarlo" else "slabs") as report, axes.locating_errors():
-        arrays = _native.spectrum(given.native, cases, wavelengths.values, options, report)
+        arrays = _native.spectrum(given.native, cases, options, report)
     dims = [*axes.sizes, wavelengths.dim]
     shape = [*axes.shape, len(wavelengths.values)]
     coords = {**axes.coords, **wavelengths.coords}
     made = _made(engine, streams, rays, per_wavelength, seed)
     if not columns[3] and cases["ground_albedo"] != [0.0]:
         made["ground_albedo"] = cases["ground_albedo"][0]
-    solved = _dataset({name: (dims, array.reshape(shape)) for name, array in arrays.items()}, coords, given.attrs | made)
+    variables = {name: (dims, array.reshape(shape)) for name, array in arrays.items()}
+    solved = _dataset(variables, coords, given.attrs | made)
     if any(albedo > 0 for albedo in cases["ground_albedo"]):
         solved.transmittance.attrs["long_name"] = LONG_NAMES["ground"]
     return solved

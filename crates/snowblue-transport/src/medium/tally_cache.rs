@@ -12,7 +12,8 @@ const MOST: usize = 16;
 /// Tallies with what they were made from, the last used first.
 static LAST: Mutex<VecDeque<(TallyRequest, Arc<Tally>)>> = Mutex::new(VecDeque::new());
 
-/// What a request asks for, of a tally that is kept or new. It is the same whenever and from whichever tally it is taken.
+/// What a request asks for, of a tally that is kept or new. It is the same whenever and from whichever tally it is
+/// taken.
 pub(super) fn tally(request: TallyRequest) -> TallyPart {
     if let Some(kept) = kept(&request) {
         return request.part_of(kept);

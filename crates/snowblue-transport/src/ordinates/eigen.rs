@@ -152,7 +152,6 @@ fn singular_values(mut matrix: DMatrix<f64>) -> (Vec<f64>, DMatrix<f64>) {
 
 /// Rotates the `n` columns of a square matrix until they are orthogonal, and the columns of `right` with them.
 #[inline(always)]
-#[expect(clippy::inline_always, reason = "a constant n halves the time")]
 fn orthogonalize(matrix: &mut [f64], right: &mut [f64], n: usize) {
     const MOST_SWEEPS: usize = 40;
     // The rounding of an inner product of n terms.

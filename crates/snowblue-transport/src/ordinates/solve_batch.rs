@@ -1,8 +1,8 @@
 //! Many slabs of snow by discrete ordinates, each with its own snow, thickness, light and ground.
 //!
-//! Grains that are alike but for their size share the rays that are traced through them: scattering angles do not depend
-//! on the size, and paths are proportional to it. Slabs of one snow share its modes. Each slab has the numbers that it
-//! has alone, to the last bit.
+//! Grains that are alike but for their size share the rays that are traced through them: scattering angles do not
+//! depend on the size, and paths are proportional to it. Slabs of one snow share its modes. Each slab has the numbers
+//! that it has alone, to the last bit.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -49,6 +49,16 @@ struct SlabPlan {
     ground_albedo: f64,
     /// Places among the sample's cases and among the incidences.
     cases: Vec<(usize, usize)>,
+}
+
+/// Cases with one number of streams while they are gathered.
+#[derive(Default)]
+struct Gathered {
+    /// The place of an incidence among the incidences, by the bits of its angle.
+    known: BTreeMap<u64, usize>,
+    incidences: Vec<Incidence>,
+    /// Places of cases and incidences, by the bits of thickness and ground.
+    slabs: BTreeMap<[u64; 2], Vec<(usize, usize)>>,
 }
 
 /// Fluxes of each case at each wavelength, the wavelength running fastest. Without `errors` the standard errors, by a
@@ -150,31 +160,36 @@ fn shared_tallies(plans: &[Plan], batch: &Batch, options: &OrdinatesOptions) -> 
     GrainTallies::new(&Population::of_sample(sample(&plans[0])), &demand, &options.plan_of_degree(degree))
 }
 
+impl Gathered {
+    fn add(&mut self, place: usize, SlabCase { thickness_cm, incidence, ground_albedo, .. }: SlabCase) {
+        let key = match incidence {
+            Incidence::Beam { angle_deg } => angle_deg.to_bits(),
+            Incidence::Diffuse => u64::MAX,
+        };
+        let light = *self.known.entry(key).or_insert(self.incidences.len());
+        if light == self.incidences.len() {
+            self.incidences.push(incidence);
+        }
+        self.slabs.entry([thickness_cm, ground_albedo].map(f64::to_bits)).or_default().push((place, light));
+    }
+}
+
 impl Plan {
     fn new(sample: usize, cases: &[usize], batch: &Batch, streams: Streams) -> Self {
-        type Slabs = BTreeMap<[u64; 2], Vec<(usize, usize)>>;
         let peak = Peak::of(&batch.samples[sample]);
-        let mut groups: BTreeMap<usize, (BTreeMap<u64, usize>, Vec<Incidence>, Slabs)> = BTreeMap::new();
+        let mut groups: BTreeMap<usize, Gathered> = BTreeMap::new();
         let mut grounds = Vec::with_capacity(cases.len());
         for (place, number) in cases.iter().enumerate() {
-            let SlabCase { thickness_cm, incidence, ground_albedo, .. } = batch.cases[*number];
-            let (known, incidences, slabs) = groups.entry(streams.under(&incidence, peak)).or_default();
-            let key = match incidence {
-                Incidence::Beam { angle_deg } => angle_deg.to_bits(),
-                Incidence::Diffuse => u64::MAX,
-            };
-            let light = *known.entry(key).or_insert(incidences.len());
-            if light == incidences.len() {
-                incidences.push(incidence);
-            }
-            slabs.entry([thickness_cm, ground_albedo].map(f64::to_bits)).or_default().push((place, light));
-            grounds.push(ground_albedo);
+            let case = batch.cases[*number];
+            groups.entry(streams.under(&case.incidence, peak)).or_default().add(place, case);
+            grounds.push(case.ground_albedo);
         }
         let degree = groups.keys().next_back().copied().unwrap_or_default();
-        let group = |(streams, (_, incidences, slabs)): (usize, (_, Vec<Incidence>, Slabs))| {
-            let slab = |(key, cases): ([u64; 2], _)| {
-                let [thickness_cm, ground_albedo] = key.map(f64::from_bits);
-                SlabPlan { thickness_cm, ground_albedo, cases }
+        let group = |(streams, Gathered { incidences, slabs, .. }): (usize, Gathered)| {
+            let slab = |([thickness, ground], cases): ([u64; 2], _)| SlabPlan {
+                thickness_cm: f64::from_bits(thickness),
+                ground_albedo: f64::from_bits(ground),
+                cases,
             };
             StreamPlan { streams, incidences, slabs: slabs.into_iter().map(slab).collect() }
         };

@@ -22,8 +22,8 @@ pub(super) struct StackOptions {
     /// optionally snow, grain_size_um, size_measure, ssa_m2_kg, facetness, sphericity, density_kg_m3, water_saturation,
     /// impurities_ng_g = { black-carbon = 10 }, temperature_c; the file may set ice
     #[arg(long, value_name = "FILE", conflicts_with_all = [
-        "snow", "grain_size", "ssa", "optical_radius", "size_measure", "facetness", "sphericity", "density", "water_saturation",
-        "impurity", "temperature", "ice", "thickness",
+        "snow", "grain_size", "ssa", "optical_radius", "size_measure", "facetness", "sphericity", "density",
+        "water_saturation", "impurity", "temperature", "ice", "thickness",
     ])]
     layers: Option<PathBuf>,
     #[arg(
