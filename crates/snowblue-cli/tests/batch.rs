@@ -151,5 +151,6 @@ fn spectra_are_written_as_netcdf_with_dimensions() {
     let dims = read.data_set().get_var("transmittance").unwrap().dim_names();
     assert_eq!(dims, ["specific_surface_area", "thickness", "angle", "wavelength"]);
     assert_eq!(read.read_var_f64("angle").unwrap(), [0.0, -1.0]);
+    assert_eq!(read.data_set().get_global_attr_as_string("ice").as_deref(), Some("warren2008"));
     assert_refused(&["spectrum", "--broadband", "-o", grid.to_str().unwrap()], &["grid.nc", "NetCDF needs spectra"]);
 }

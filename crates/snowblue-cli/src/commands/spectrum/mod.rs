@@ -168,7 +168,8 @@ impl Spectrum {
                 return Err(Failure::Input(format!("--{option} needs a single snow")));
             }
         }
-        let wavelengths = self.wavelengths(self.sample_of(axes)?.wavelength_range())?;
+        let sample = self.sample_of(axes)?;
+        let wavelengths = self.wavelengths(sample.wavelength_range())?;
         let usual = Usual {
             snow: &self.sample,
             thicknesses_cm: &self.slab.thickness,
@@ -198,6 +199,9 @@ impl Spectrum {
         if let Some(path) = &self.batch {
             metadata.push(("slabs", path.display().to_string()));
         }
+        // What the columns do not say.
+        let is_common = |(name, _): &(&str, String)| *name != "snow" && !slabs.columns.contains(name);
+        metadata.extend(self.sample.metadata_of(&sample).into_iter().filter(is_common));
         metadata.extend(self.stack.metadata());
         metadata.push(("seed", self.ordinates.seed.to_string()));
         let results = DataTable { columns, rows: rows.collect(), metadata };
