@@ -12,8 +12,8 @@
 //!
 //! A [`SnowSample`] describes the snow, a [`Slab`] or a [`Stack`] describes thicknesses, light and wavelengths, and
 //! both engines return [`Radiometry`]: [`ordinates::solve`] and [`monte_carlo::solve`] for slabs,
-//! [`ordinates::solve_stack`] and [`monte_carlo::solve_stack`] for stacks. A [`batch`] has many slabs, each with its own
-//! snow, thickness, light and ground. A [`layer_file`] describes layers as text.
+//! [`ordinates::solve_stack`] and [`monte_carlo::solve_stack`] for stacks. A [`batch`] has many slabs,
+//! each with its own snow, thickness, light and ground. A [`layer_file`] describes layers as text.
 //!
 //! For the diffusion of light in bodies of snow, [`PhaseFunction`] tabulates the scattering angles of a sample, and
 //! [`ordinates::HalfSpace`] describes its surface: escape, extrapolation and reflection.
