@@ -1,5 +1,7 @@
 //! Arguments from Python: snow, light and engines.
 
+use std::collections::BTreeMap;
+
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use snowblue_color::{Colorimeter, Illuminant, Observer};
@@ -7,7 +9,7 @@ use snowblue_transport::ordinates::{OrdinatesOptions, Streams};
 use snowblue_transport::sample::{SnowKeys, SnowSample};
 use snowblue_transport::slab::{Incidence, Slab};
 
-use crate::work::input;
+use crate::work::{input, input_in_row};
 
 /// A number or several.
 #[derive(FromPyObject)]
@@ -46,6 +48,60 @@ impl<'py> FromPyObject<'_, 'py> for Snow {
             }
         }
         Ok(Self(snow))
+    }
+}
+
+/// The values of a property of snow, one for each of several snows.
+#[derive(FromPyObject)]
+pub(crate) enum Column {
+    Numbers(Vec<f64>),
+    Words(Vec<String>),
+    /// Mass fractions of each impurity.
+    Impurities(BTreeMap<String, Vec<f64>>),
+}
+
+impl Column {
+    /// Sets the property `key` of the snow in row `row`.
+    fn set(&self, snow: &mut SnowKeys, key: &str, row: usize) -> PyResult<()> {
+        let unknown = || input(format!("'{key}' is not a property of snow that may vary"));
+        match self {
+            Self::Numbers(values) => {
+                let value = values[row];
+                match key {
+                    "grain_size_um" => snow.grain_size_um = Some(vec![value]),
+                    "ssa_m2_kg" => snow.ssa_m2_kg = Some(value),
+                    "facetness" => snow.facetness = Some(vec![value]),
+                    "sphericity" => snow.sphericity = Some(vec![value]),
+                    "density_kg_m3" => snow.density_kg_m3 = Some(value),
+                    "water_saturation" => snow.water_saturation = Some(value),
+                    "temperature_c" => snow.temperature_c = Some(value),
+                    _ => return Err(unknown()),
+                }
+            }
+            Self::Words(words) => {
+                let word = Some(words[row].clone());
+                match key {
+                    "snow" => snow.snow = word,
+                    "size_measure" => snow.size_measure = word,
+                    "ice" => snow.ice = word,
+                    _ => return Err(unknown()),
+                }
+            }
+            Self::Impurities(columns) => {
+                for (name, mass_fractions_ng_g) in columns {
+                    snow.impurities_ng_g.insert(name.clone(), mass_fractions_ng_g[row]);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn is_of_length(&self, count: usize) -> bool {
+        match self {
+            Self::Numbers(values) => values.len() == count,
+            Self::Words(words) => words.len() == count,
+            Self::Impurities(columns) => columns.values().all(|values| values.len() == count),
+        }
     }
 }
 
@@ -98,6 +154,20 @@ impl Numbers {
 }
 
 impl Snow {
+    /// Several snows that differ in some properties. An error has the row of the first wrong snow. Only grain sizes
+    /// are checked.
+    pub(crate) fn samples(&self, columns: &BTreeMap<String, Column>, count: usize) -> PyResult<Vec<SnowSample>> {
+        if !columns.values().all(|column| column.is_of_length(count)) {
+            return Err(input(format!("a property does not have {count} values")));
+        }
+        let sample = |row: usize| {
+            let mut snow = self.0.clone();
+            columns.iter().try_for_each(|(key, column)| column.set(&mut snow, key, row))?;
+            snow.description().and_then(|snow| snow.sample()).map_err(|error| input_in_row(error, row))
+        };
+        (0..count).map(sample).collect()
+    }
+
     /// The snow. Only its grain size is checked.
     pub(crate) fn sample(&self) -> PyResult<SnowSample> {
         self.0.description().and_then(|snow| snow.sample()).map_err(input)

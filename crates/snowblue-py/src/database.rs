@@ -7,6 +7,7 @@ use std::sync::Arc;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use rayon::prelude::*;
 use snowblue_color::Illuminant;
 use snowblue_database::fidelity::{self, Criteria, Spread};
 use snowblue_database::file::{self, AnyTable};
@@ -217,7 +218,7 @@ impl Table {
             return Err(input(format!("look-ups need a compressed table, but it is {}", self.0.kind())));
         };
         let snow: Vec<PcaSnow> = samples
-            .iter()
+            .par_iter()
             .map(|sample| PcaSnow::new(table, &sample.sample()?).map_err(input))
             .collect::<PyResult<_>>()?;
         looked_up(py, &table.axes, &snow, &thickness_cm, &angle_deg)

@@ -36,7 +36,7 @@ mod _native {
     #[pymodule_export]
     use super::sky::{sky, sun_position, sunlight};
     #[pymodule_export]
-    use super::snow::{parameters, resolved, single_scattering};
+    use super::snow::{Snows, parameters, single_scattering};
     #[pymodule_export]
     use super::spectra::{bsdf, spectrum, stack};
 

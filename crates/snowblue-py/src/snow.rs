@@ -1,5 +1,8 @@
 //! What a snow is, and its single scattering.
 
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -8,7 +11,7 @@ use snowblue_transport::ordinates::OrdinatesOptions;
 use snowblue_transport::parameters::PARAMETERS;
 use snowblue_transport::sample::{SnowSample, TruncatedNormal};
 
-use crate::arguments::Snow;
+use crate::arguments::{Column, Snow};
 use crate::work::{input, run};
 
 /// What each parameter is, its limits and its default, by the names of the keyword arguments.
@@ -30,26 +33,72 @@ pub(crate) fn parameters(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
     Ok(all)
 }
 
-/// All properties of a snow, those of its kind and defaults included, by the names of the keyword arguments.
-#[pyfunction]
-pub(crate) fn resolved<'py>(py: Python<'py>, snow: Snow) -> PyResult<Bound<'py, PyDict>> {
-    let sample = snow.sample()?;
-    let dict = PyDict::new(py);
-    let numbers = |distribution: &TruncatedNormal| {
-        [distribution.min, distribution.max, distribution.mean, distribution.standard_deviation]
-    };
-    dict.set_item("grain_size_um", [sample.grain_size.min_um, sample.grain_size.max_um])?;
-    dict.set_item("size_measure", sample.grain_size.measure.name())?;
-    dict.set_item("facetness", numbers(&sample.facetness))?;
-    dict.set_item("sphericity", numbers(&sample.sphericity))?;
-    dict.set_item("density_kg_m3", sample.density_kg_m3)?;
-    dict.set_item("water_saturation", sample.water_saturation)?;
-    for (substance, mass_fraction_ng_g) in sample.impurities.present() {
-        dict.set_item(format!("{}_ng_g", substance.name().replace('-', "_")), mass_fraction_ng_g)?;
+/// Several snows.
+#[pyclass(frozen)]
+pub(crate) struct Snows {
+    pub(crate) samples: Arc<Vec<SnowSample>>,
+}
+
+#[pymethods]
+impl Snows {
+    /// `count` snows with the properties `fixed`, and with `columns` of values of others. An error has the row of the
+    /// first wrong snow.
+    #[new]
+    fn new(fixed: Snow, columns: BTreeMap<String, Column>, count: usize) -> PyResult<Self> {
+        Ok(Self { samples: Arc::new(fixed.samples(&columns, count)?) })
     }
-    dict.set_item("temperature_c", sample.temperature_c)?;
-    dict.set_item("ice", sample.ice.name())?;
-    Ok(dict)
+
+    /// The properties that all snows have in common, those of their kind and defaults included, by the names of the
+    /// keyword arguments.
+    fn common<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let dict = PyDict::new(py);
+        let Some((first, others)) = self.samples.split_first() else { return Ok(dict) };
+        let mut common = properties(first);
+        for sample in others {
+            let own = properties(sample);
+            common.retain(|property| own.contains(property));
+        }
+        for (key, value) in common {
+            match value {
+                Property::Number(number) => dict.set_item(key, number)?,
+                Property::Numbers(numbers) => dict.set_item(key, numbers)?,
+                Property::Word(word) => dict.set_item(key, word)?,
+            }
+        }
+        Ok(dict)
+    }
+}
+
+/// The value of a property of snow.
+#[derive(PartialEq)]
+enum Property {
+    Number(f64),
+    Numbers(Vec<f64>),
+    Word(&'static str),
+}
+
+/// All properties of a sample.
+fn properties(sample: &SnowSample) -> Vec<(String, Property)> {
+    let numbers = |distribution: &TruncatedNormal| {
+        let TruncatedNormal { min, max, mean, standard_deviation } = *distribution;
+        Property::Numbers(vec![min, max, mean, standard_deviation])
+    };
+    let size = &sample.grain_size;
+    let mut properties = vec![
+        ("grain_size_um".to_owned(), Property::Numbers(vec![size.min_um, size.max_um])),
+        ("size_measure".to_owned(), Property::Word(size.measure.name())),
+        ("facetness".to_owned(), numbers(&sample.facetness)),
+        ("sphericity".to_owned(), numbers(&sample.sphericity)),
+        ("density_kg_m3".to_owned(), Property::Number(sample.density_kg_m3)),
+        ("water_saturation".to_owned(), Property::Number(sample.water_saturation)),
+    ];
+    for (substance, mass_fraction_ng_g) in sample.impurities.present() {
+        let key = format!("{}_ng_g", substance.name().replace('-', "_"));
+        properties.push((key, Property::Number(mass_fraction_ng_g)));
+    }
+    properties.push(("temperature_c".to_owned(), Property::Number(sample.temperature_c)));
+    properties.push(("ice".to_owned(), Property::Word(sample.ice.name())));
+    properties
 }
 
 /// Extinction coefficient, co-albedo and moments of the phase function at each wavelength, the degree of the moments

@@ -1,15 +1,18 @@
 //! Spectra of slabs and stacks, and distributions over directions.
 
-use numpy::PyArray1;
+use numpy::ndarray::ArrayView1;
+use numpy::{PyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use snowblue_transport::batch::{Batch, BatchError, CaseFluxes, SlabCase};
 use snowblue_transport::monte_carlo::{self, Distribution, GoniometricOptions, MonteCarloOptions, PatchGrid};
 use snowblue_transport::ordinates;
-use snowblue_transport::slab::{Estimate, Radiometry, Slab};
+use snowblue_transport::slab::{Estimate, Incidence, Radiometry};
 use snowblue_transport::stack::{DepthFluxes, Layer, Stack, StackRadiometry};
 
 use crate::arguments::{Angle, Cases, Ordinates, Snow};
-use crate::work::{Control, input, run};
+use crate::snow::Snows;
+use crate::work::{Control, input, input_in_row, run};
 
 /// Rays of the Monte Carlo engine, or none for discrete ordinates.
 #[derive(FromPyObject)]
@@ -19,6 +22,19 @@ pub(crate) struct Engine {
     rays: Option<u64>,
     per_wavelength: bool,
     standard_errors: bool,
+}
+
+/// Slabs: for each, the numbers of its snow and of its thickness, angle and albedo of the ground among the values of
+/// those.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct GivenCases<'py> {
+    thickness_cm: Vec<f64>,
+    angle_deg: Vec<Angle>,
+    ground_albedo: Vec<f64>,
+    wavelength_nm: Vec<f64>,
+    /// [case][snow, thickness, angle, ground]
+    places: PyReadonlyArray2<'py, i64>,
 }
 
 /// A layer and its thickness.
@@ -46,37 +62,43 @@ const FRACTIONS: [Quantity<Radiometry>; 3] = [
 const FLUXES: [Quantity<DepthFluxes>; 4] =
     [("down", |at| at.down), ("up", |at| at.up), ("net", |at| at.net), ("e_folding_depth", |at| at.e_folding_depth_cm)];
 
-/// Reflectance, transmittance and absorptance of slabs of each snow, for each thickness, then each angle, then each
-/// wavelength; with `_se` for standard errors.
+/// Reflectance, transmittance and absorptance of each case at each wavelength, the wavelength running fastest; with
+/// `_se` for standard errors. An error of one case has its row.
 #[pyfunction]
 #[pyo3(signature = (snows, cases, engine, progress))]
 pub(crate) fn spectrum<'py>(
     py: Python<'py>,
-    snows: Vec<Snow>,
-    cases: Cases,
+    snows: &Snows,
+    cases: GivenCases<'py>,
     engine: Engine,
     progress: Option<Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let slabs: Vec<Slab> = snows.iter().map(|snow| cases.slab(snow)).collect::<PyResult<_>>()?;
+    let batch = Batch {
+        samples: snows.samples.to_vec(),
+        cases: cases.cases(snows.samples.len())?,
+        wavelengths_nm: cases.wavelength_nm,
+    };
     let (options, errors) = (engine.ordinates.options()?, engine.standard_errors);
     let monte_carlo = engine.monte_carlo();
-    let solve = if errors { ordinates::solve } else { ordinates::solve_without_errors };
+    let with_errors = errors || monte_carlo.is_some();
     let rows = run(py, progress.as_ref(), move |control| {
-        let mut rows = Vec::new();
-        for (done, slab) in slabs.iter().enumerate() {
-            let solved = if let Some(options) = &monte_carlo {
-                control.check();
-                monte_carlo::solve(slab, options, &of_several(control, done, slabs.len()))
-            } else {
-                control.set(done as u64, slabs.len() as u64);
-                solve(slab, &options)
-            };
-            rows.extend(solved.map_err(input)?);
-        }
-        Ok(rows)
+        let count = batch.cases.len() as u64;
+        let solved = match &monte_carlo {
+            Some(options) => monte_carlo::solve_batch(&batch, options, &|at| control.set(at.traced, at.total)),
+            None => ordinates::solve_batch(&batch, &options, errors, &|done| control.set(done as u64, count)),
+        };
+        solved.map_err(|BatchError { case, error }| match case {
+            Some(case) => input_in_row(error, case),
+            None => input(error),
+        })
     })?;
     let dict = PyDict::new(py);
-    add(&dict, &FRACTIONS, &rows, errors || engine.rays.is_some())?;
+    let fractions: [Quantity<CaseFluxes>; 3] = [
+        ("reflectance", |row| row.reflectance),
+        ("transmittance", |row| row.transmittance),
+        ("absorptance", |row| row.absorptance),
+    ];
+    add(&dict, &fractions, &rows, with_errors)?;
     Ok(dict)
 }
 
@@ -170,6 +192,23 @@ pub(crate) fn bsdf<'py>(
         }
     }
     Ok(dict)
+}
+
+impl GivenCases<'_> {
+    fn cases(&self, snows: usize) -> PyResult<Vec<SlabCase>> {
+        let incidences: Vec<Incidence> = self.angle_deg.iter().map(Angle::incidence).collect::<PyResult<_>>()?;
+        let case = |row: ArrayView1<i64>| {
+            let place = |column: usize| usize::try_from(*row.get(column)?).ok();
+            Some(SlabCase {
+                sample: place(0).filter(|snow| *snow < snows)?,
+                thickness_cm: *self.thickness_cm.get(place(1)?)?,
+                incidence: *incidences.get(place(2)?)?,
+                ground_albedo: *self.ground_albedo.get(place(3)?)?,
+            })
+        };
+        let cases: Option<_> = self.places.as_array().rows().into_iter().map(case).collect();
+        cases.ok_or_else(|| input("a case has a place beyond the values"))
+    }
 }
 
 impl Engine {

@@ -149,6 +149,11 @@ pub(crate) fn input(error: impl Display) -> PyErr {
     PyValueError::new_err(error.to_string())
 }
 
+/// Bad input in one of several rows: a `ValueError` whose arguments are the message and the row.
+pub(crate) fn input_in_row(error: impl Display, row: usize) -> PyErr {
+    PyValueError::new_err((error.to_string(), row))
+}
+
 /// A failure at work as a `RuntimeError`.
 pub(crate) fn failure(error: impl Display) -> PyErr {
     PyRuntimeError::new_err(error.to_string())

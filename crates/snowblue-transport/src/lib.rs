@@ -3,7 +3,7 @@
 //! # Structure
 //!
 //! ```text
-//! optics ─► grain (one ray, one grain) ─► sample ─► slab, stack (input and output of the engines)
+//! optics ─► grain (one ray, one grain) ─► sample ─► slab, stack, batch (input and output of the engines)
 //!                                                        │
 //!           monte_carlo: random walks between grains ◄───┼───► medium: moments of scattering ─► ordinates
 //!                                                        ▼
@@ -12,7 +12,8 @@
 //!
 //! A [`SnowSample`] describes the snow, a [`Slab`] or a [`Stack`] describes thicknesses, light and wavelengths, and
 //! both engines return [`Radiometry`]: [`ordinates::solve`] and [`monte_carlo::solve`] for slabs,
-//! [`ordinates::solve_stack`] and [`monte_carlo::solve_stack`] for stacks. A [`layer_file`] describes layers as text.
+//! [`ordinates::solve_stack`] and [`monte_carlo::solve_stack`] for stacks. A [`batch`] has many slabs,
+//! each with its own snow, thickness, light and ground. A [`layer_file`] describes layers as text.
 //!
 //! For the diffusion of light in bodies of snow, [`PhaseFunction`] tabulates the scattering angles of a sample, and
 //! [`ordinates::HalfSpace`] describes its surface: escape, extrapolation and reflection.
@@ -44,6 +45,8 @@ pub mod sample;
 
 pub mod slab;
 pub mod stack;
+
+pub mod batch;
 
 pub mod parameters;
 

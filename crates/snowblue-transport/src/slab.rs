@@ -3,7 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use snowblue_base::{Parameter, ParameterRange};
+use snowblue_base::{Parameter, ParameterRange, RangeError};
 
 use crate::TransportError;
 use crate::sample::{PAPER, SnowSample};
@@ -130,6 +130,11 @@ impl Slab {
     pub fn optical_depth(&self, thickness_cm: f64) -> f64 {
         self.sample.extinction_per_m() * thickness_cm * 0.01
     }
+}
+
+/// Checks a thickness, which may be infinite.
+pub(crate) fn check_thickness(thickness_cm: f64) -> Result<(), RangeError> {
+    if thickness_cm.is_infinite() && thickness_cm > 0.0 { Ok(()) } else { THICKNESS_RANGE.check(thickness_cm) }
 }
 
 /// Checks that there is an incidence and that every angle is in range.

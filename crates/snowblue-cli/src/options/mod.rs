@@ -21,4 +21,4 @@ pub(crate) use given::{GivenOptions, Idle, has_no_effect};
 pub(crate) use light_field::LightFieldOptions;
 pub(crate) use scene::SceneOptions;
 pub(crate) use slab::SlabOptions;
-pub(crate) use snow::{SnowOptions, describe_distribution, describe_measure, describe_range};
+pub(crate) use snow::{SnowAxis, SnowOptions, SnowProperty, describe_distribution, describe_measure, describe_range};

@@ -34,14 +34,7 @@ impl GrainSizeArgument {
     }
 }
 
-/// `black-carbon=10`: an impurity and its mass fraction in ng/g.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct ImpurityAmount {
-    pub(crate) substance: Substance,
-    pub(crate) ng_g: f64,
-}
-
-/// `black-carbon=0:10:100`: an impurity and several mass fractions in ng/g.
+/// `black-carbon=10` or `black-carbon=0:10:100`: an impurity and one or several mass fractions in ng/g.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct ImpurityAxis {
     pub(crate) substance: Substance,
@@ -143,14 +136,9 @@ pub(crate) fn snow_type(word: &str) -> Result<SnowType, String> {
     word.parse::<SnowType>().map_err(|error| error.to_string())
 }
 
-pub(crate) fn impurity(words: &str) -> Result<ImpurityAmount, String> {
-    let (name, ng_g) = words.split_once('=').ok_or("give NAME=NG_G (black-carbon=10)")?;
-    let substance = name.trim().parse::<Substance>().map_err(|error| error.to_string())?;
-    Ok(ImpurityAmount { substance, ng_g: number(ng_g)? })
-}
-
 pub(crate) fn impurity_axis(words: &str) -> Result<ImpurityAxis, String> {
-    let (name, ng_g) = words.split_once('=').ok_or("give NAME=LIST (black-carbon=0:10:100)")?;
+    let (name, ng_g) =
+        words.split_once('=').ok_or("give NAME=NG_G (black-carbon=10, or several: black-carbon=0:10:100)")?;
     let substance = name.trim().parse::<Substance>().map_err(|error| error.to_string())?;
     Ok(ImpurityAxis { substance, ng_g: numbers(ng_g)? })
 }

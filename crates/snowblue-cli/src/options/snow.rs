@@ -9,9 +9,12 @@ use snowblue_transport::sample::{
 };
 use snowblue_transport::slab::Slab;
 
-use super::parse::{self, GrainSizeArgument, ImpurityAmount, Wavelengths};
+use super::parse::{self, GrainSizeArgument, ImpurityAxis, Wavelengths};
 use super::{SlabOptions, has_no_effect, limits};
 use crate::output::Failure;
+
+/// The end of the help of options that may have several values.
+const SEVERAL: &str = "; spectrum takes several, separated by commas";
 
 /// What the snow is made of.
 #[derive(Debug, Args)]
@@ -32,10 +35,19 @@ pub(crate) struct SnowOptions {
     )]
     grain_size: Option<GrainSizeArgument>,
     #[arg(
-        long, value_name = "AREA", value_parser = parse::number,
-        help = format!("{}, instead of a grain size", limits::described(&SURFACE_AREA))
+        long, value_name = "AREA", value_delimiter = ',', value_parser = parse::number,
+        help = format!("{}, instead of a grain size{SEVERAL}", limits::described(&SURFACE_AREA))
     )]
-    ssa: Option<f64>,
+    ssa: Vec<f64>,
+    #[arg(
+        long, value_name = "UM", value_parser = parse::number,
+        conflicts_with_all = ["grain_size", "ssa", "size_measure"],
+        help = format!(
+            "Optical radius in µm, that of spheres with the grains' surface per volume, instead of a grain size [{}]",
+            limits::ends(&(0.5 * GRAIN_SIZE.range.least..=0.5 * GRAIN_SIZE.range.greatest))
+        )
+    )]
+    optical_radius: Option<f64>,
     /// Diameter that the grain size means: greatest-extension (the longest distance across a grain), volume-diameter
     /// (of the sphere of equal volume) or optical-diameter (of equal volume per surface area)
     #[arg(
@@ -54,12 +66,13 @@ pub(crate) struct SnowOptions {
     )]
     sphericity: TruncatedNormal,
     #[arg(
-        long, value_name = "DENSITY", value_parser = parse::number,
+        long, value_name = "DENSITY", value_delimiter = ',', value_parser = parse::number,
         help = format!(
-            "{} [{}; default: {}]", DENSITY.describe(), limits::ends(&DENSITY.range.inclusive()), DENSITY.default
+            "{} [{}; default: {}]{SEVERAL}", DENSITY.describe(), limits::ends(&DENSITY.range.inclusive()),
+            DENSITY.default
         )
     )]
-    density: Option<f64>,
+    density: Vec<f64>,
     #[arg(
         long, value_name = "FRACTION", default_value_t = WATER_SATURATION.default, value_parser = parse::number,
         help = format!(
@@ -68,14 +81,15 @@ pub(crate) struct SnowOptions {
     )]
     water_saturation: f64,
     #[arg(
-        long, value_name = "NAME=NG_G", value_delimiter = ',', value_parser = parse::impurity,
+        long, value_name = "NAME=NG_G", value_delimiter = ',', value_parser = parse::impurity_axis,
         help = format!(
-            "{}, as black-carbon=10; several separated by commas or repeated: {}; for {} nm",
+            "{}, as black-carbon=10; several separated by commas or repeated: {}; for {} nm. spectrum also takes \
+             several values of one, black-carbon=0:10:100",
             limits::described(&MASS_FRACTION), Substance::ALL.map(Substance::name).join(", "),
             limits::wavelengths(impurity::WAVELENGTH_RANGE)
         )
     )]
-    impurity: Vec<ImpurityAmount>,
+    impurity: Vec<ImpurityAxis>,
     #[arg(
         long, value_name = "T", default_value_t = TEMPERATURE.default, value_parser = parse::number,
         allow_negative_numbers = true,
@@ -94,41 +108,69 @@ impl SnowOptions {
         GrainSize::from_numbers(&size.numbers_um(), self.size_measure).map_err(Failure::input)
     }
 
-    fn impurities(&self) -> Result<Impurities, Failure> {
-        let mut impurities = Impurities::none();
-        for (number, ImpurityAmount { substance, ng_g }) in self.impurity.iter().enumerate() {
-            if self.impurity[..number].iter().any(|other| other.substance == *substance) {
-                return Err(Failure::Input(format!("impurity {substance} is given twice")));
-            }
-            impurities = impurities.with(*substance, *ng_g);
-        }
-        Ok(impurities)
-    }
-
     /// The snow. Only its grain size is checked.
     pub(crate) fn sample(&self) -> Result<SnowSample, Failure> {
+        let several =
+            |option: &str| Failure::Input(format!("--{option} has several values, which only spectrum takes"));
+        for (option, count) in [("ssa", self.ssa.len()), ("density", self.density.len())] {
+            if count > 1 {
+                return Err(several(option));
+            }
+        }
+        if self.impurity.iter().any(|axis| axis.ng_g.len() > 1) {
+            return Err(several("impurity"));
+        }
+        self.description()?.sample().map_err(Failure::input)
+    }
+
+    /// What is known of the snow; of several values the first.
+    pub(crate) fn description(&self) -> Result<SnowDescription, Failure> {
+        let (ssa, density) = (self.ssa.first().copied(), self.density.first().copied());
         let measure = (self.size_measure != SizeMeasure::default()).then_some(self.size_measure);
         if self.snow.is_some() && self.grain_size.is_none() && measure.is_some() {
             return Err(Failure::Input("--size-measure with --snow needs --grain-size".to_owned()));
         }
-        let size = self.grain_size.map(|_| "--grain-size").or(self.ssa.map(|_| "--ssa"));
-        if let (Some(_), Some(_), Some(size)) = (self.snow, self.density, size) {
+        let size = self.grain_size.map(|_| "--grain-size").or(ssa.map(|_| "--ssa"));
+        let size = size.or(self.optical_radius.map(|_| "--optical-radius"));
+        if let (Some(_), Some(_), Some(size)) = (self.snow, density, size) {
             return Err(has_no_effect("snow", &format!("{size} and --density replace all that a kind of snow sets")));
         }
-        let described = SnowDescription {
+        let mut impurities = Impurities::none();
+        for (number, ImpurityAxis { substance, ng_g }) in self.impurity.iter().enumerate() {
+            if self.impurity[..number].iter().any(|other| other.substance == *substance) {
+                return Err(Failure::Input(format!("impurity {substance} is given twice")));
+            }
+            impurities = impurities.with(*substance, ng_g[0]);
+        }
+        let optical_diameter = self.optical_radius.map(|radius_um| vec![2.0 * radius_um; 2]);
+        Ok(SnowDescription {
             snow_type: self.snow,
-            grain_size_um: self.grain_size.map(GrainSizeArgument::numbers_um),
-            size_measure: measure,
-            surface_area_m2_kg: self.ssa,
+            size_measure: measure.or(optical_diameter.as_ref().map(|_| SizeMeasure::OpticalDiameter)),
+            grain_size_um: optical_diameter.or(self.grain_size.map(GrainSizeArgument::numbers_um)),
+            surface_area_m2_kg: ssa,
             sphericity: Some(self.sphericity),
             facetness: Some(self.facetness),
-            density_kg_m3: self.density,
+            density_kg_m3: density,
             water_saturation: Some(self.water_saturation),
-            impurities: self.impurities()?,
+            impurities,
             temperature_c: Some(self.temperature),
             ice: Some(self.ice),
+        })
+    }
+
+    /// The options with several values, whose combinations are meant.
+    pub(crate) fn axes(&self) -> Vec<SnowAxis> {
+        let mut axes = vec![
+            SnowAxis { property: SnowProperty::SurfaceArea, values: self.ssa.clone() },
+            SnowAxis { property: SnowProperty::Density, values: self.density.clone() },
+        ];
+        let axis = |ImpurityAxis { substance, ng_g }: &ImpurityAxis| SnowAxis {
+            property: SnowProperty::Impurity(*substance),
+            values: ng_g.clone(),
         };
-        described.sample().map_err(Failure::input)
+        axes.extend(self.impurity.iter().map(axis));
+        axes.retain(|axis| axis.values.len() > 1);
+        axes
     }
 
     /// A slab of this snow, checked.
@@ -145,12 +187,12 @@ impl SnowOptions {
 
     /// Whether an option sets the grain size.
     pub(crate) fn sets_grain_size(&self) -> bool {
-        self.grain_size.is_some() || self.ssa.is_some() || self.snow.is_some()
+        self.grain_size.is_some() || !self.ssa.is_empty() || self.optical_radius.is_some() || self.snow.is_some()
     }
 
     /// Whether an option sets the density.
     pub(crate) fn sets_density(&self) -> bool {
-        self.density.is_some() || self.snow.is_some()
+        !self.density.is_empty() || self.snow.is_some()
     }
 
     /// Metadata: the snow, its kind, ice constants, water and impurities.
@@ -169,14 +211,55 @@ impl SnowOptions {
             let source = "Daimon & Masumura 2007, Water Optical Properties Processor v3";
             metadata.push(("water", format!("saturation {} ({source})", format_number(self.water_saturation))));
         }
-        let describe = |ImpurityAmount { substance, ng_g }: &ImpurityAmount| {
-            format!("{substance}={} ng/g ({})", format_number(*ng_g), substance.source())
+        let describe = |ImpurityAxis { substance, ng_g }: &ImpurityAxis| {
+            let values: Vec<String> = ng_g.iter().map(|value| format_number(*value)).collect();
+            format!("{substance}={} ng/g ({})", values.join(":"), substance.source())
         };
-        let present: Vec<String> = self.impurity.iter().filter(|amount| amount.ng_g > 0.0).map(describe).collect();
+        let is_present = |axis: &&ImpurityAxis| axis.ng_g.iter().any(|value| *value > 0.0);
+        let present: Vec<String> = self.impurity.iter().filter(is_present).map(describe).collect();
         if !present.is_empty() {
             metadata.push(("impurities", present.join(", ")));
         }
         metadata
+    }
+}
+
+/// An option with several values.
+#[derive(Debug, Clone)]
+pub(crate) struct SnowAxis {
+    pub(crate) property: SnowProperty,
+    pub(crate) values: Vec<f64>,
+}
+
+/// A property of snow that may have several values.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum SnowProperty {
+    SurfaceArea,
+    Density,
+    Impurity(Substance),
+}
+
+impl SnowProperty {
+    /// The name of its column.
+    pub(crate) fn column(self) -> &'static str {
+        match self {
+            Self::SurfaceArea => SURFACE_AREA.key,
+            Self::Density => DENSITY.key,
+            Self::Impurity(Substance::BlackCarbon) => "black_carbon_ng_g",
+            Self::Impurity(Substance::BrownCarbon) => "brown_carbon_ng_g",
+            Self::Impurity(Substance::SaharanDust) => "saharan_dust_ng_g",
+            Self::Impurity(Substance::ColoradoDust) => "colorado_dust_ng_g",
+            Self::Impurity(Substance::SnowAlgae) => "snow_algae_ng_g",
+        }
+    }
+
+    /// Sets its value.
+    pub(crate) fn set(self, snow: &mut SnowDescription, value: f64) {
+        match self {
+            Self::SurfaceArea => snow.surface_area_m2_kg = Some(value),
+            Self::Density => snow.density_kg_m3 = Some(value),
+            Self::Impurity(substance) => snow.impurities = snow.impurities.with(substance, value),
+        }
     }
 }
 

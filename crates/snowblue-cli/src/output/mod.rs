@@ -7,6 +7,7 @@ mod terminal;
 mod failure;
 mod files;
 mod memory;
+mod netcdf;
 mod phases;
 mod progress;
 

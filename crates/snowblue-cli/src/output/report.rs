@@ -10,6 +10,7 @@ use snowblue_figures::{Cell, DataTable};
 
 use super::failure::{Failure, Outcome};
 use super::files::{check_path, ending, output_path, write_file};
+use super::netcdf;
 use super::terminal::{print, print_message};
 
 /// Where results go, and in which format.
@@ -57,6 +58,27 @@ impl OutputOptions {
             Some(path) => write_file(path, text.as_bytes()),
             None => print(&text).map_err(Failure::work),
         }
+    }
+
+    /// As [`check`](Self::check), for results on wavelengths, which may also be written as NetCDF.
+    pub(crate) fn check_spectrum(&self) -> Outcome {
+        match self.netcdf_path() {
+            Some(path) => check_path(path),
+            None => self.check(),
+        }
+    }
+
+    /// As [`write`](Self::write), for results on wavelengths, which may also be written as NetCDF.
+    pub(crate) fn write_spectrum(&self, results: &DataTable, quiet: bool) -> Outcome {
+        match self.netcdf_path() {
+            Some(path) => netcdf::write(path, results),
+            None => self.write(results, quiet),
+        }
+    }
+
+    /// The output file if it is NetCDF by its ending.
+    pub(crate) fn netcdf_path(&self) -> Option<&Path> {
+        self.output.as_deref().filter(|path| self.format.is_none() && ending(path, "csv") == "nc")
     }
 
     fn chosen_format(&self) -> Result<Format, Failure> {

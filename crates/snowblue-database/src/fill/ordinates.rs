@@ -78,7 +78,7 @@ fn fill_grain(axes: &Axes, samples: &[SnowSample], tallies: &GrainTallies, strea
                     (modes, lit)
                 });
                 for (t, thickness_cm) in axes.thicknesses_cm.iter().enumerate() {
-                    let all_fluxes = modes.fluxes(medium.extinction_per_m * thickness_cm * 0.01, lit);
+                    let all_fluxes = modes.fluxes(medium.extinction_per_m * thickness_cm * 0.01, &*lit);
                     for (light, fluxes) in group.iter().zip(all_fluxes) {
                         let index = ((s * lights + light) * thicknesses + t) * wavelengths + w;
                         filled.transmittance[index] = fluxes.transmittance;

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Mapping
+import difflib
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any, TypedDict
 
@@ -76,24 +77,86 @@ SNOW = {
 WORDS = ("snow", "size_measure", "ice")
 """Arguments of snow that are words."""
 
-RESERVED = ("thickness", "angle", "wavelength", "illuminant", "depth")
-"""Dimensions of results that snow cannot have."""
+RESERVED = ("wavelength", "illuminant", "depth")
+"""Dimensions of results that no argument but its own can have."""
 
 THICKNESS = Quantity("thickness", "cm")
 ANGLE = Quantity("angle", "degree", "angle of incidence")
 WAVELENGTH = Quantity("wavelength", "nm")
 DEPTH = Quantity("depth", "cm")
+GROUND_ALBEDO = Quantity("ground_albedo", "1", "albedo of the ground")
+
+
+@dataclass
+class Axes:
+    """The dimensions of several arguments, which are broadcast by name as those of xarray are."""
+
+    sizes: dict[str, int] = field(default_factory=dict)
+    coords: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        return tuple(self.sizes.values())
+
+    def add(self, quantity: Quantity, value: Any, array: np.ndarray) -> tuple[str, ...]:
+        """Adds the dimensions of an argument, which has this array of values, and its coordinate."""
+        dims = tuple(getattr(value, "dims", (quantity.name,)))
+        if len(dims) != array.ndim:
+            raise ValueError(
+                f"{quantity.name} has {array.ndim} dimensions, but must have 1; an xarray.DataArray may have several"
+            )
+        own = getattr(value, "coords", {})
+        for dim, size in zip(dims, array.shape):
+            if dim in RESERVED:
+                raise ValueError(f"{quantity.name} has a dimension '{dim}', which belongs to the results")
+            if size == 0:
+                raise ValueError(f"{quantity.name} has no values")
+            _check_labels(dim, own, self.coords)
+            if self.sizes.setdefault(dim, size) != size:
+                raise ValueError(
+                    f"the axis '{dim}' has {size} values in {quantity.name}, but {self.sizes[dim]} elsewhere"
+                )
+        self.coords.update(own)
+        self.coords[quantity.name] = (dims, array, quantity.attributes())
+        return dims
+
+    def places(self, dims: Iterable[str]) -> np.ndarray:
+        """For each element of all axes, flat, its place among the values of an argument with these dimensions."""
+        own = list(dims)
+        sizes = [self.sizes[dim] for dim in own]
+        places = np.arange(int(np.prod(sizes))).reshape(sizes)
+        ordered = [dim for dim in self.sizes if dim in own]
+        places = places.transpose([own.index(dim) for dim in ordered])
+        spread = places.reshape([size if dim in own else 1 for dim, size in self.sizes.items()])
+        return np.broadcast_to(spread, self.shape).reshape(-1)
+
+    @contextmanager
+    def locating_errors(self) -> Iterator[None]:
+        """Says where among the axes a value is wrong."""
+        try:
+            yield
+        except ValueError as error:
+            if len(error.args) != 2:
+                raise
+            message, row = error.args
+            places = zip(self.sizes.items(), np.unravel_index(row, self.shape) if self.sizes else ())
+            at = ", ".join(f"{dim}[{place}]" for (dim, size), place in places if size > 1)
+            raise ValueError(f"{message}, at {at}" if at else message) from None
 
 
 @dataclass
 class Snows:
     """Snow for each combination of the values along some axes."""
 
-    dims: list[str] = field(default_factory=list)
-    shape: list[int] = field(default_factory=list)
-    coords: dict[str, Any] = field(default_factory=dict)
-    snows: list[dict[str, Any]] = field(default_factory=list)
-    attrs: dict[str, Any] = field(default_factory=dict)
+    axes: Axes
+    native: _native.Snows
+    fixed: dict[str, Any]
+    """The properties of all snows that are given."""
+
+    @property
+    def attrs(self) -> dict[str, Any]:
+        """The properties that all snows have in common. The axes say what differs."""
+        return self.native.common()
 
 
 def is_several(value: Any) -> bool:
@@ -101,58 +164,51 @@ def is_several(value: Any) -> bool:
     return not isinstance(value, (str, tuple)) and np.ndim(value) > 0
 
 
-def check_names(known: Mapping[str, Any], given: Mapping[str, Any]) -> None:
+def check_names(known: Iterable[str], given: Iterable[str]) -> None:
     """Raises TypeError for an argument that is unknown."""
+    known = list(known)
     for name in given:
         if name not in known:
-            raise TypeError(f"'{name}' is not known; there are {', '.join(known)}")
+            close = difflib.get_close_matches(name, known, 1, 0.5) or [one for one in known if one.startswith(name)]
+            hint = f"did you mean {close[0]}? There" if close else "there"
+            raise TypeError(f"'{name}' is not known; {hint} are {', '.join(known)}")
 
 
-def snows(given: Mapping[str, Any]) -> Snows:
-    """All combinations of the values of the arguments of snow."""
-    check_names(Snow.__annotations__, given)
-    impurities = given.get("impurities_ng_g") or {}
-    arguments: list[tuple[Any, Quantity, Any]] = [
-        (name, SNOW[name], value) for name, value in given.items() if name in SNOW and value is not None
-    ]
-    arguments += [((name,), Quantity(name.replace("-", "_"), "ng g-1"), value) for name, value in impurities.items()]
-    result = Snows()
-    fixed: list[tuple[Any, Any]] = []
-    varying: list[tuple[Any, tuple[str, ...], np.ndarray]] = []
-    for name, quantity, value in arguments:
+def snows(given: Mapping[str, Any], others: Iterable[str] = ()) -> Snows:
+    """All combinations of the values of the arguments of snow; `others` are further arguments, for errors."""
+    check_names([*others, *Snow.__annotations__], given)
+    axes = Axes()
+    fixed: dict[str, Any] = {}
+    varying: list[tuple[str, str | None, tuple[str, ...], list[Any]]] = []
+
+    def add(name: str, impurity: str | None, quantity: Quantity, value: Any) -> None:
+        label = impurity or name
         if not is_several(value):
-            fixed.append((name, value))
-            continue
+            plain = number(label, value) if impurity else _plain(name, value)
+            if impurity:
+                fixed.setdefault(name, {})[impurity] = plain
+            else:
+                fixed[name] = plain
+            return
         array = np.asarray(value)
-        dims = tuple(getattr(value, "dims", (quantity.name,)))
-        if len(dims) != array.ndim:
-            raise ValueError(
-                f"{quantity.name} has {array.ndim} dimensions, but must have 1; an xarray.DataArray may have several"
-            )
-        for dim, size in zip(dims, array.shape):
-            if dim in RESERVED:
-                raise ValueError(f"{quantity.name} has a dimension '{dim}', which belongs to the results")
-            if size == 0:
-                raise ValueError(f"{quantity.name} has no values")
-            _check_labels(dim, getattr(value, "coords", {}), result.coords)
-            if dim not in result.dims:
-                result.dims.append(dim)
-                result.shape.append(size)
-            elif result.shape[result.dims.index(dim)] != size:
-                other = result.shape[result.dims.index(dim)]
-                raise ValueError(f"the axis '{dim}' has {size} values in {quantity.name}, but {other} elsewhere")
-        result.coords.update(getattr(value, "coords", {}))
-        result.coords[quantity.name] = (dims, array, quantity.attributes())
-        varying.append((name, dims, array))
-    for place in itertools.product(*map(range, result.shape)):
-        at = dict(zip(result.dims, place))
-        own = [(name, array[tuple(at[dim] for dim in dims)].item()) for name, dims, array in varying]
-        result.snows.append(_snow(fixed + own))
-    # The axes say what differs between the snows, the attributes what all have in common.
-    resolved = [_native.resolved(snow) for snow in result.snows]
-    common = resolved[0].items()
-    result.attrs = {name: value for name, value in common if all(one.get(name) == value for one in resolved)}
-    return result
+        dims = axes.add(quantity, value, array)
+        varying.append((name, impurity, dims, _plain_list(label, name in WORDS, array)))
+
+    for name, value in given.items():
+        if name in SNOW and value is not None:
+            add(name, None, SNOW[name], value)
+    for impurity, value in (given.get("impurities_ng_g") or {}).items():
+        add("impurities_ng_g", impurity, Quantity(impurity.replace("-", "_"), "ng g-1"), value)
+    columns: dict[str, Any] = {}
+    for name, impurity, dims, values in varying:
+        column = [values[place] for place in axes.places(dims).tolist()]
+        if impurity:
+            columns.setdefault(name, {})[impurity] = column
+        else:
+            columns[name] = column
+    with axes.locating_errors():
+        native = _native.Snows(fixed, columns, int(np.prod(axes.shape, dtype=int)))
+    return Snows(axes, native, fixed)
 
 
 def _check_labels(dim: str, coords: Mapping[str, Any], known: Mapping[str, Any]) -> None:
@@ -161,18 +217,19 @@ def _check_labels(dim: str, coords: Mapping[str, Any], known: Mapping[str, Any])
         raise ValueError(f"the axis '{dim}' has other labels in one array than in another: align them first")
 
 
-def one_snow(given: Mapping[str, Any]) -> Snows:
+def one_snow(given: Mapping[str, Any], others: Iterable[str] = ()) -> Snows:
     """A single snow."""
-    result = snows(given)
-    if result.dims:
-        raise ValueError(f"{result.dims[0]} has several values, but must have one")
+    result = snows(given, others)
+    if result.axes.sizes:
+        raise ValueError(f"{next(iter(result.axes.sizes))} has several values, but must have one")
     return result
 
 
-def _snow(properties: list[tuple[Any, Any]]) -> dict[str, Any]:
-    snow = {name: _plain(name, value) for name, value in properties if isinstance(name, str)}
-    impurities = {name[0]: number(name[0], value) for name, value in properties if not isinstance(name, str)}
-    return {**snow, "impurities_ng_g": impurities} if impurities else snow
+def _plain_list(name: str, is_word: bool, array: np.ndarray) -> list[Any]:
+    values = array.reshape(-1).tolist()
+    if is_word:
+        return [_plain(name, value) for value in values]
+    return values if array.dtype.kind in "fiu" else [number(name, value) for value in values]
 
 
 def _plain(name: str, value: Any) -> Any:
@@ -222,6 +279,32 @@ def angles(value: Any) -> list[Any]:
     ]
 
 
+def slab_argument(quantity: Quantity, value: Any, axes: Axes, always: bool = True) -> tuple[list[Any], tuple[str, ...]]:
+    """The values of a thickness, angle or albedo, flat, and its dimensions, which are added to the axes.
+
+    A single value makes an axis too if it must `always` be one.
+    """
+    several = is_several(value)
+    if not several and isinstance(value, tuple):
+        raise ValueError(f"{quantity.name} is {value}, but must be a number or an array")
+    # A list may hold numbers and words.
+    array = np.asarray(value, dtype=object) if isinstance(value, list) else np.asarray(value)
+    if quantity is ANGLE:
+        values = angles(array.reshape(-1).tolist())
+        # Words that are no angle are refused with the other values.
+        degrees = [np.nan if isinstance(one, str) else one for one in angle_coordinate(values)[1]]
+        array = np.array(degrees, dtype=float).reshape(array.shape)
+    else:
+        values = _plain_list(quantity.name, False, array)
+        array = np.array(values, dtype=float).reshape(array.shape)
+    if not several and not always:
+        return values, ()
+    dims = axes.add(quantity, value if several else array, array if several else array.reshape(1))
+    if quantity is ANGLE:
+        axes.coords[quantity.name] = (dims, array if several else array.reshape(1), angle_coordinate(values)[2])
+    return values, dims
+
+
 def angle_coordinate(given: list[Any]) -> tuple[str, list[float], dict[str, Any]]:
     """The coordinate of angles: numbers, where -1 flags diffuse light."""
     attributes: dict[str, Any] = ANGLE.attributes()
@@ -233,6 +316,26 @@ def angle_coordinate(given: list[Any]) -> tuple[str, list[float], dict[str, Any]
 def wavelength_coordinate(wavelengths_nm: list[float]) -> tuple[str, list[float], dict[str, str]]:
     """The coordinate of wavelengths."""
     return WAVELENGTH.name, wavelengths_nm, WAVELENGTH.attributes() | {"standard_name": "radiation_wavelength"}
+
+
+@dataclass
+class Wavelengths:
+    """The wavelengths of spectra."""
+
+    values: list[float]
+    dim: str
+    coords: dict[str, Any]
+
+
+def wavelength_argument(value: Any) -> Wavelengths:
+    """Wavelengths along their own dimension, or another one that no other argument has."""
+    [dim] = getattr(value, "dims", None) or (WAVELENGTH.name,)
+    if dim == WAVELENGTH.name:
+        values = numbers(WAVELENGTH, value)
+    else:
+        values = numbers(WAVELENGTH, value.values)
+    coordinate = wavelength_coordinate(values)
+    return Wavelengths(values, dim, {**getattr(value, "coords", {}), WAVELENGTH.name: (dim, *coordinate[1:])})
 
 
 def ordinates(streams: int | str = "auto", seed: int = 1) -> dict[str, Any]:

@@ -35,7 +35,7 @@ LABELS = {
 
 
 def color(
-    spectrum: xr.DataArray | None = None,
+    spectrum: xr.DataArray | xr.Dataset | None = None,
     *,
     illuminant: Any = "D65",
     observer: str = "1931",
@@ -47,17 +47,18 @@ def color(
 
     Parameters
     ----------
-    spectrum : xarray.DataArray, optional
-        Transmittance or reflectance on a dimension `wavelength` (nm), as in the result of :func:`snowblue.spectrum`. It
-        must cover 400 to 700 nm in steps of at most 20 nm; values outside do not count. Without it, that of the snow
-        and slab that further arguments describe.
+    spectrum : xarray.DataArray or xarray.Dataset, optional
+        Transmittance or reflectance on a dimension `wavelength` (nm), or the whole result of
+        :func:`snowblue.spectrum`. It must cover 400 to 700 nm in steps of at most 20 nm; values outside do not count.
+        Without it, that of the snow and slab that further arguments describe.
     illuminant : str or list
         CIE illuminant, one of :func:`snowblue.illuminants`.
     observer : "1931" or "1964"
     exposure_stops : float, optional
         Exposure of `hex` only. None brings the brightest channel of all to 0.9.
     reflected : bool
-        The reflected light instead of the transmitted light, of the snow that further arguments describe.
+        The reflected light instead of the transmitted light, of a dataset or of the snow that further arguments
+        describe.
     **slab_and_snow
         Arguments of :func:`snowblue.spectrum`.
 
@@ -76,9 +77,14 @@ def color(
     """
     import xarray as xr
 
-    curves = spectrum if spectrum is not None else _curves(reflected, slab_and_snow)
-    if spectrum is not None and (slab_and_snow or reflected):
-        raise TypeError(f"{next(iter(slab_and_snow), 'reflected')} has no effect on a given spectrum")
+    if isinstance(spectrum, xr.DataArray) and reflected:
+        raise TypeError("reflected has no effect on a given spectrum")
+    if spectrum is not None and slab_and_snow:
+        raise TypeError(f"{next(iter(slab_and_snow))} has no effect on a given spectrum")
+    if spectrum is None or isinstance(spectrum, xr.Dataset):
+        curves = _curves(reflected, spectrum, slab_and_snow)
+    else:
+        curves = spectrum
     if "wavelength" not in curves.dims:
         raise ValueError("the spectrum has no dimension 'wavelength'")
     curves = curves.transpose(..., "wavelength")
@@ -109,8 +115,9 @@ def color(
     return xr.Dataset(variables, coords, attributes(**made))
 
 
-def _curves(reflected: bool, slab_and_snow: Mapping[str, Any]) -> xr.DataArray:
-    solved = spectrum(**{"standard_errors": False, **slab_and_snow})
+def _curves(reflected: bool, solved: xr.Dataset | None, slab_and_snow: Mapping[str, Any]) -> xr.DataArray:
+    if solved is None:
+        solved = spectrum(**{"standard_errors": False, **slab_and_snow})
     curves = solved.reflectance if reflected else solved.transmittance
     made = {name: value for name, value in solved.attrs.items() if name not in ("Conventions", "source")}
     return curves.assign_attrs(made | {"light": "reflected" if reflected else "transmitted"})
@@ -174,7 +181,7 @@ def match(
         raise ValueError(f"angle_deg is {angle_deg}, but must be one angle")
     [angle] = angles(angle_deg)
     light = {"illuminant": illuminant, "observer": "1931"}
-    rows, missed = _native.match_color(target, given.snows[0], angle, fixed, light, ordinates(streams, seed))
+    rows, missed = _native.match_color(target, given.fixed, angle, fixed, light, ordinates(streams, seed))
     if missed:
         warnings.warn(f"{target}: {missed}", stacklevel=2)
     variables = {name: ("candidate", [row[name] for row in rows]) for name in rows[0]}

@@ -103,7 +103,7 @@ def invert(
         "standard_deviation": deviations.tolist(),
     }
     pack = {
-        "snow": given.snows[0],
+        "snow": given.fixed,
         "thickness_cm": float(thickness_cm),
         "ground_albedo": float(ground_albedo),
         "free_scale": free_scale,

@@ -266,6 +266,10 @@ class BakedObject:
         """K at cosines of the angle from the normal: the angular distribution of light from inside the snow."""
         return np.polynomial.polynomial.polyval(mu, self.escape_polynomial)
 
+    def __repr__(self) -> str:
+        counts = f"{len(self.positions)} vertices, {len(self.triangles)} triangles"
+        return f"<snowblue.BakedObject: {self.name}, {counts}, fluxes {self.flux.shape}>"
+
 
 @dataclass(frozen=True)
 class Bake:
@@ -275,6 +279,10 @@ class Bake:
     lamps: list[str]
     """What each lamp is: point, spot, directional, sphere or rectangle."""
     provenance: str
+
+    def __repr__(self) -> str:
+        vertices = ", ".join(f"{one.name}: {len(one.positions)} vertices" for one in self.objects)
+        return f"<snowblue.Bake: {vertices}; lamps: {', '.join(self.lamps) or 'none'}>"
 
 
 def _target(output: str | PathLike[str] | None) -> str | None:

@@ -9,7 +9,9 @@ import numpy as np
 
 from snowblue import _native
 from snowblue._arguments import (
+    ANGLE,
     DEPTH,
+    GROUND_ALBEDO,
     THICKNESS,
     VISIBLE_NM,
     WAVELENGTH,
@@ -18,17 +20,21 @@ from snowblue._arguments import (
     angles,
     attributes,
     check_names,
+    is_several,
     number,
     numbers,
     one_snow,
     ordinates,
+    slab_argument,
     snows,
+    wavelength_argument,
     wavelength_coordinate,
     whole,
 )
 from snowblue._progress import Progress, reporting
 
 if TYPE_CHECKING:
+    import pandas as pd
     import xarray as xr
     from typing_extensions import Unpack
 
@@ -37,6 +43,7 @@ LONG_NAMES = {
     "transmittance": "transmittance, direct and diffuse",
     "absorptance": "absorptance",
     "direct": "direct transmittance",
+    "ground": "downward flux at the ground per incident flux",
     "down": "downward flux per incident flux",
     "up": "upward flux per incident flux",
     "net": "net downward flux per incident flux",
@@ -57,23 +64,34 @@ def spectrum(
     thickness_cm: Any = 15.0,
     angle_deg: Any = 0.0,
     wavelength_nm: Any = VISIBLE_NM,
+    ground_albedo: Any = 0.0,
     engine: Literal["ordinates", "montecarlo"] = "ordinates",
     streams: int | str = "auto",
     rays: int = DEFAULT_RAYS,
     per_wavelength: bool = False,
     seed: int = 1,
-    standard_errors: bool = True,
+    standard_errors: bool | None = None,
     progress: Progress = None,
     **snow: Unpack[Snow],
 ) -> xr.Dataset:
     """Reflectance, transmittance and absorptance of slabs of snow.
 
+    Arguments are broadcast as xarray broadcasts: a list or an array makes an axis of its own, and
+    :class:`xarray.DataArray` arguments that share a dimension are paired along it, so that a slab of its own stands for
+    each row of a table. Snows that differ in anything but the shapes of their grains (facetness, sphericity) share the
+    rays through grains, which take most of the time of a first spectrum.
+
     Parameters
     ----------
     thickness_cm : float or array, 0 to 100000
+        Infinity is a half-space, by discrete ordinates only.
     angle_deg : float, "diffuse" or array
         Angle of a beam from the normal (0 to 89.99), or Lambertian light. In the result diffuse light is -1.
     wavelength_nm : float or array, 300 to 2500
+        All slabs have the same wavelengths.
+    ground_albedo : float or array, 0 to 1
+        On a ground that reflects, `transmittance` is the downward flux at the ground per incident flux, and absorptance
+        that of the snow, as in :func:`layers`.
     engine : "ordinates" or "montecarlo"
         Discrete ordinates, or random walks from grain to grain.
     streams : even int or "auto"
@@ -84,17 +102,24 @@ def spectrum(
         Separate random walks for each wavelength and thickness, as in the paper.
     seed : int
         Seed of all randomness.
-    standard_errors : bool
-        Standard errors by the jackknife: variables that end in `_se`. Without them, known grains take a tenth of the
-        time. Random walks always have them.
+    standard_errors : bool, optional
+        Standard errors by the jackknife: variables that end in `_se`. They take 16 times as long as the values of known
+        grains. By default a single snow has them, and several snows do not. Random walks always have them.
     progress : bool or callable, optional
     **snow
-        `grain_size_um`, `density_kg_m3` and the other arguments of :class:`Snow`. A list or an array makes an axis.
+        `grain_size_um`, `density_kg_m3` and the other arguments of :class:`Snow`.
 
     Returns
     -------
     xarray.Dataset
-        Fractions of the incident flux, on the axes of the snow, then thickness, angle and wavelength.
+        Fractions of the incident flux, on the axes of the snow, then thickness, angle, ground and wavelength. A
+        thickness or angle that is one number is an axis of length 1.
+
+    Raises
+    ------
+    ValueError
+        For a value that is out of range, with its index where there are several: `density is 1200 kg/m³, but must lie
+        in 10–900 kg/m³, at site[17]`. All values are checked before anything is computed.
 
     Examples
     --------
@@ -102,27 +127,79 @@ def spectrum(
     >>> thick = snowblue.spectrum(thickness_cm=[1, 30], wavelength_nm=[450, 650]).transmittance
     >>> bool(thick.sel(thickness=30, wavelength=450) > 5 * thick.sel(thickness=30, wavelength=650))
     True
+
+    The rows of a table, each with its own thickness:
+
+    >>> import xarray as xr
+    >>> pits = xr.Dataset({"ssa": ("pit", [20.0, 40.0]), "depth": ("pit", [10.0, 25.0])})
+    >>> snowblue.spectrum(ssa_m2_kg=pits.ssa, thickness_cm=pits.depth).reflectance.dims
+    ('pit', 'angle', 'wavelength')
     """
-    given = snows(snow)
-    cases = _cases(thickness_cm, angle_deg, wavelength_nm)
-    with reporting(progress, "rays" if engine == "montecarlo" else "snows") as report:
-        arrays = _native.spectrum(
-            given.snows, cases, _engine(engine, streams, rays, per_wavelength, seed, standard_errors), report
-        )
-    dims = [*given.dims, "thickness", "angle", "wavelength"]
-    shape = [*given.shape, *(len(values) for values in cases.values())]
-    coords = {
-        **given.coords,
-        "thickness": ("thickness", cases["thickness_cm"], THICKNESS.attributes()),
-        "angle": angle_coordinate(cases["angle_deg"]),
-        "wavelength": wavelength_coordinate(cases["wavelength_nm"]),
-    }
+    given = snows(snow, [name for name in _ARGUMENTS if name != "snow"])
+    axes = given.axes
+    snow_dims = tuple(axes.sizes)
+    wavelengths = wavelength_argument(wavelength_nm)
+    columns: list[tuple[str, ...]] = [snow_dims]
+    cases: dict[str, Any] = {"wavelength_nm": wavelengths.values}
+    for name, quantity, value in (
+        ("thickness_cm", THICKNESS, thickness_cm),
+        ("angle_deg", ANGLE, angle_deg),
+        ("ground_albedo", GROUND_ALBEDO, ground_albedo),
+    ):
+        cases[name], dims = slab_argument(quantity, value, axes, always=name != "ground_albedo")
+        columns.append(dims)
+    if wavelengths.dim in axes.sizes:
+        raise ValueError(f"wavelength is an array over '{wavelengths.dim}', but all slabs have the same wavelengths")
+    cases["places"] = np.stack([axes.places(dims) for dims in columns], axis=-1).astype(np.int64)
+    if standard_errors is None:
+        standard_errors = not snow_dims
+    options = _engine(engine, streams, rays, per_wavelength, seed, standard_errors)
+    with reporting(progress, "rays" if engine == "montecarlo" else "slabs") as report, axes.locating_errors():
+        arrays = _native.spectrum(given.native, cases, options, report)
+    dims = [*axes.sizes, wavelengths.dim]
+    shape = [*axes.shape, len(wavelengths.values)]
+    coords = {**axes.coords, **wavelengths.coords}
     made = _made(engine, streams, rays, per_wavelength, seed)
-    return _dataset({name: (dims, array.reshape(shape)) for name, array in arrays.items()}, coords, given.attrs | made)
+    if not columns[3] and cases["ground_albedo"] != [0.0]:
+        made["ground_albedo"] = cases["ground_albedo"][0]
+    variables = {name: (dims, array.reshape(shape)) for name, array in arrays.items()}
+    solved = _dataset(variables, coords, given.attrs | made)
+    if any(albedo > 0 for albedo in cases["ground_albedo"]):
+        solved.transmittance.attrs["long_name"] = LONG_NAMES["ground"]
+    return solved
+
+
+_ARGUMENTS = [name for name in spectrum.__annotations__ if name != "return"]
+
+
+def albedo(
+    *, thickness_cm: Any = np.inf, angle_deg: Any = "diffuse", wavelength_nm: Any = VISIBLE_NM, **arguments: Any
+) -> xr.DataArray:
+    """Spectral albedo of snow, by default of an infinite depth under an overcast sky.
+
+    It is the reflectance of :func:`spectrum`, whose arguments it takes. What is one number is no axis of the result.
+
+    Examples
+    --------
+    >>> import snowblue
+    >>> fresh, old = snowblue.albedo(ssa_m2_kg=[60, 10], wavelength_nm=1030)
+    >>> bool(fresh > old + 0.1)
+    True
+    """
+    solved = spectrum(
+        thickness_cm=thickness_cm,
+        angle_deg=angle_deg,
+        wavelength_nm=wavelength_nm,
+        **{"standard_errors": False, **arguments},
+    )
+    single = [("thickness", thickness_cm), ("angle", angle_deg), ("wavelength", wavelength_nm)]
+    found = solved.reflectance.squeeze([name for name, value in single if not is_several(value)])
+    made = {name: value for name, value in solved.attrs.items() if name not in ("Conventions", "source")}
+    return found.rename("albedo").assign_attrs(long_name="albedo", **made)
 
 
 def layers(
-    layers: Iterable[Mapping[str, Any]],
+    layers: Iterable[Mapping[str, Any]] | pd.DataFrame,
     *,
     ground_albedo: float = 0.0,
     depth_cm: Any = (),
@@ -139,8 +216,9 @@ def layers(
 
     Parameters
     ----------
-    layers : mappings, top first
-        Each has `thickness_cm`, and arguments of :class:`Snow`.
+    layers : mappings or pandas.DataFrame, top first
+        Each has `thickness_cm`, and arguments of :class:`Snow`. In a row of a DataFrame, NaN is an argument that is not
+        given.
     ground_albedo : float, 0 to 1
         On a ground that reflects, `transmittance` is the downward flux at the ground per incident flux. It may
         exceed 1, since light is reflected back and forth.
@@ -167,16 +245,22 @@ def layers(
     True
     """
     packed = []
+    if hasattr(layers, "to_dict"):
+        layers = [{name: value for name, value in row.items() if value == value} for row in layers.to_dict("records")]
     for layer in layers:
-        check_names({"thickness_cm": None, **Snow.__annotations__}, layer)
+        check_names(["thickness_cm", *Snow.__annotations__], layer)
         if "thickness_cm" not in layer:
             raise TypeError("a layer has no thickness_cm")
         snow = one_snow({name: value for name, value in layer.items() if name != "thickness_cm"})
-        packed.append((snow.snows[0], number("thickness_cm", layer["thickness_cm"])))
+        packed.append((snow.fixed, number("thickness_cm", layer["thickness_cm"])))
     depths_cm = numbers(DEPTH, depth_cm)
     if engine == "montecarlo" and depths_cm:
         raise ValueError("depth_cm needs the engine 'ordinates'")
-    cases = _cases([], angle_deg, wavelength_nm)
+    cases = {
+        "thickness_cm": [],
+        "angle_deg": angles(angle_deg),
+        "wavelength_nm": numbers(WAVELENGTH, wavelength_nm),
+    }
     ground = {"layers": packed, "ground_albedo": float(ground_albedo), "depth_cm": depths_cm}
     with reporting(progress, "rays") as report:
         arrays = _native.stack(ground, cases, _engine(engine, streams, rays, False, seed, standard_errors), report)
@@ -201,7 +285,7 @@ def layers(
     made = {"layers": described, "ground_albedo": float(ground_albedo), **_made(engine, streams, rays, False, seed)}
     solved = _dataset(variables, coords, made)
     if ground_albedo > 0:
-        solved.transmittance.attrs["long_name"] = "downward flux at the ground per incident flux"
+        solved.transmittance.attrs["long_name"] = LONG_NAMES["ground"]
     return solved
 
 
@@ -249,7 +333,7 @@ def bsdf(
     counts = (whole("rays", rays, 2), whole("seed", seed))
     with reporting(progress, "rays") as report:
         arrays = _native.bsdf(
-            given.snows[0], (float(thickness_cm), angle, wavelengths_nm), counts, patches, report
+            given.fixed, (float(thickness_cm), angle, wavelengths_nm), counts, patches, report
         )
     at = {name: arrays.pop(name).reshape(rings, -1) for name in ("theta", "phi", "solid_angle")}
     variables: dict[str, Any] = {}
@@ -296,20 +380,12 @@ def single_scattering(
     if not 1 <= degree <= 256:
         raise ValueError(f"degree is {degree}, but must lie in 1–256")
     wavelengths_nm = numbers(WAVELENGTH, wavelength_nm)
-    arrays = _native.single_scattering(given.snows[0], wavelengths_nm, degree, seed)
+    arrays = _native.single_scattering(given.fixed, wavelengths_nm, degree, seed)
     moments = arrays.pop("moments").reshape(len(wavelengths_nm), degree + 1)
     variables: dict[str, Any] = {name: (["wavelength"], array) for name, array in arrays.items()}
     variables["moments"] = (["wavelength", "degree"], moments)
     coords = {"wavelength": wavelength_coordinate(wavelengths_nm), "degree": np.arange(degree + 1)}
     return _dataset(variables, coords, given.attrs | {"seed": seed})
-
-
-def _cases(thickness_cm: Any, angle_deg: Any, wavelength_nm: Any) -> dict[str, list[Any]]:
-    return {
-        "thickness_cm": numbers(THICKNESS, thickness_cm),
-        "angle_deg": angles(angle_deg),
-        "wavelength_nm": numbers(WAVELENGTH, wavelength_nm),
-    }
 
 
 def _engine(

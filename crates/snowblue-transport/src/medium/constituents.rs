@@ -55,9 +55,13 @@ pub(crate) struct Scatterer {
 impl Constituents {
     /// The constituents of a sample at a wavelength that its tables cover.
     pub(crate) fn new(sample: &SnowSample, wavelength_nm: f64) -> Self {
+        Self::with_extinction(sample, sample.extinction_per_m(), wavelength_nm)
+    }
+
+    /// The same for the extinction coefficient of the sample's grains, which all wavelengths have in common.
+    pub(crate) fn with_extinction(sample: &SnowSample, extinction_per_m: f64, wavelength_nm: f64) -> Self {
         let (ice, wet) = (Ice::new(sample.ice), sample.water_saturation);
         let (index, absorption_per_m) = (ice.index(wavelength_nm), ice.absorption_per_m(wavelength_nm));
-        let extinction_per_m = sample.extinction_per_m();
         let (water_index, water_absorption_per_m) =
             if wet > 0.0 { (water::index(wavelength_nm), water::absorption_per_m(wavelength_nm)) } else { (1.0, 0.0) };
         let radiance_gain = water_index * water_index;

@@ -1,12 +1,10 @@
 //! The medium of a sample, mixed from tallies of grains in air and in water, particles, and absorption in the pores.
 
-use std::sync::Arc;
-
 use super::constituents::{Constituents, Grains};
 use super::grain_optics::GrainOptics;
 use super::population::Population;
 use super::scattering::{HenyeyGreenstein, Medium, Scattering};
-use super::tally::{Tally, TallyPlan, TallyRequest};
+use super::tally::{TallyPart, TallyPlan, TallyRequest};
 use super::tally_cache;
 use crate::optics::ice::{Ice, IceTable};
 use crate::sample::{GrainSize, SnowSample};
@@ -27,8 +25,16 @@ pub struct Demand<'w> {
 /// Tallies of the grains of one population, in air and, for wet snow, in water.
 #[derive(Debug, Clone)]
 pub struct GrainTallies {
-    in_air: Arc<Tally>,
-    in_water: Option<Arc<Tally>>,
+    in_air: GrainTally,
+    in_water: Option<GrainTally>,
+}
+
+/// The tally of grains in air or in water.
+#[derive(Debug, Clone)]
+struct GrainTally {
+    part: TallyPart,
+    /// Greatest effective absorption coefficient of the ice at any wavelength, in 1/m.
+    strongest_per_m: f64,
 }
 
 impl Demand<'_> {
@@ -64,12 +70,23 @@ impl GrainTallies {
             let range = indices().fold(f64::INFINITY, f64::min)..=indices().fold(f64::NEG_INFINITY, f64::max);
             let strongest =
                 constituents.iter().map(|constituents| grains(constituents).absorption_per_m).fold(0.0, f64::max);
-            tally_cache::tally(TallyRequest::new(population, range, strongest * demand.largest_um * 1e-6, plan))
+            let request = TallyRequest::new(population, range, strongest * demand.largest_um * 1e-6, plan);
+            GrainTally { part: tally_cache::tally(request), strongest_per_m: strongest }
         };
         Self {
             in_air: tally(&|constituents| constituents.in_air),
             in_water: demand.wet.then(|| tally(&|constituents| constituents.in_water)),
         }
+    }
+
+    /// What [`new`](Self::new) gives for grains up to `largest_um` and moments up to `degree`, which must not exceed
+    /// those of these tallies.
+    pub(crate) fn narrowed(&self, degree: usize, largest_um: f64) -> Self {
+        let narrowed = |GrainTally { part, strongest_per_m }: &GrainTally| GrainTally {
+            part: part.narrowed(degree, strongest_per_m * largest_um * 1e-6),
+            strongest_per_m: *strongest_per_m,
+        };
+        Self { in_air: narrowed(&self.in_air), in_water: self.in_water.as_ref().map(narrowed) }
     }
 
     /// The medium of a sample within the demand at a wavelength; `without` leaves out one of the 16 batches of the
@@ -79,15 +96,22 @@ impl GrainTallies {
     /// If the sample is wet and the demand is not.
     #[must_use]
     pub fn medium(&self, sample: &SnowSample, wavelength_nm: f64, without: Option<usize>) -> Medium {
+        self.medium_of(sample, &Constituents::new(sample, wavelength_nm), without)
+    }
+
+    /// The medium of the constituents of a sample at a wavelength.
+    ///
+    /// # Panics
+    /// If the sample is wet and the demand is not.
+    pub(crate) fn medium_of(&self, sample: &SnowSample, constituents: &Constituents, without: Option<usize>) -> Medium {
         assert!(sample.water_saturation <= 0.0 || self.in_water.is_some(), "the tallies do not cover wet snow");
-        let constituents = Constituents::new(sample, wavelength_nm);
         let mut parts = Vec::new();
         for (tally, grains) in
             [(Some(&self.in_air), constituents.in_air), (self.in_water.as_ref(), constituents.in_water)]
         {
             if let Some(tally) = tally.filter(|_| grains.extinction_per_m > 0.0) {
                 let scattering =
-                    tally.scattering(&sample.grain_size, grains.relative_index, grains.absorption_per_m, without);
+                    tally.part.scattering(&sample.grain_size, grains.relative_index, grains.absorption_per_m, without);
                 parts.push(Medium { extinction_per_m: grains.extinction_per_m, scattering });
             }
         }
@@ -95,7 +119,7 @@ impl GrainTallies {
         if parts.len() == 1 && constituents.particles.is_empty() && constituents.pore_absorption_per_m <= 0.0 {
             return parts.swap_remove(0);
         }
-        let degree = self.in_air.degree();
+        let degree = self.in_air.part.degree();
         for particle in &constituents.particles {
             let scattering =
                 HenyeyGreenstein { one_minus_albedo: 0.0, asymmetry: particle.asymmetry }.scattering(degree);
@@ -121,6 +145,6 @@ impl GrainTallies {
     /// Single scattering by grains in air with any refractive index in the range of the demand and any absorption
     /// coefficient, in 1/m.
     pub(crate) fn in_air(&self, size: &GrainSize, index: f64, absorption_per_m: f64) -> Scattering {
-        self.in_air.scattering(size, index, absorption_per_m, None)
+        self.in_air.part.scattering(size, index, absorption_per_m, None)
     }
 }

@@ -10,6 +10,7 @@
 //! the scrambles are independent, and the scatter between them gives the standard error of the tally.
 
 use std::ops::RangeInclusive;
+use std::sync::Arc;
 
 use rayon::prelude::*;
 
@@ -59,6 +60,16 @@ struct Moments {
     weight: f64,
 }
 
+/// The part of a tally that a request asks for. The tally may have been made for a wider request: the sums of a degree
+/// and of an absorption do not depend on which others there are.
+#[derive(Debug, Clone)]
+pub(crate) struct TallyPart {
+    tally: Arc<Tally>,
+    degree: usize,
+    /// Number of grid values of x in use. The interpolation near their end depends on it.
+    absorptions: usize,
+}
+
 /// What a tally is made from.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct TallyRequest {
@@ -85,6 +96,20 @@ impl TallyRequest {
         }
     }
 
+    /// Whether a tally of this request has all that `other` asks for.
+    pub(super) fn covers(&self, other: &Self) -> bool {
+        let TallyPlan { degree, rays, seed } = other.plan;
+        (&self.population, &self.index_nodes) == (&other.population, &other.index_nodes)
+            && (self.plan.rays, self.plan.seed) == (rays, seed)
+            && self.plan.degree >= degree
+            && self.absorptions.len() >= other.absorptions.len()
+    }
+
+    /// What this request asks for, of a tally whose request covers it.
+    pub(super) fn part_of(&self, tally: Arc<Tally>) -> TallyPart {
+        TallyPart { tally, degree: self.plan.degree, absorptions: self.absorptions.len() }
+    }
+
     /// Traces the rays.
     pub(crate) fn tally(&self) -> Tally {
         let Self { population, index_nodes, absorptions, plan } = self;
@@ -100,10 +125,25 @@ impl TallyRequest {
     }
 }
 
-impl Tally {
+impl TallyPart {
     /// The highest degree l of the moments.
     pub(crate) fn degree(&self) -> usize {
-        self.sums[0][0].scattered.len() - 1
+        self.degree
+    }
+
+    /// The part up to a lower degree and a smaller x = γs.
+    ///
+    /// # Panics
+    /// If the degree or x is greater than those of this part.
+    pub(super) fn narrowed(&self, degree: usize, most_absorption: f64) -> Self {
+        let absorptions = absorption_count(most_absorption);
+        assert!(degree <= self.degree && absorptions <= self.absorptions, "the tally has no such part");
+        Self { tally: Arc::clone(&self.tally), degree, absorptions }
+    }
+
+    #[cfg(test)]
+    pub(super) fn is_of_the_tally_of(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.tally, &other.tally)
     }
 
     /// Single scattering by grains of the given sizes, relative index n and absorption coefficient in 1/m; `without`
@@ -115,16 +155,16 @@ impl Tally {
         absorption_per_m: f64,
         without: Option<usize>,
     ) -> Scattering {
-        let degree = self.degree();
+        let Self { tally, degree, .. } = self;
         let (mut moments, mut absorbed) = (vec![0.0; degree + 1], vec![0.0; degree + 1]);
         let columns = self.absorption_columns(size, absorption_per_m);
-        for (index_weight, batches) in self.index_nodes.weights(n).into_iter().zip(&self.sums) {
+        for (index_weight, batches) in tally.index_nodes.weights(n).into_iter().zip(&tally.sums) {
             let kept = || batches.iter().enumerate().filter(|(i, _)| Some(*i) != without).map(|(_, batch)| batch);
             let factor = index_weight / kept().map(|batch| batch.weight).sum::<f64>();
             for batch in kept() {
                 add_scaled(&mut moments, factor, &batch.scattered);
-                for (strength, column) in columns.iter().zip(&batch.absorbed) {
-                    add_scaled(&mut absorbed, factor * strength, column);
+                for (strength, column) in &columns {
+                    add_scaled(&mut absorbed, factor * strength, &batch.absorbed[*column]);
                 }
             }
         }
@@ -135,20 +175,21 @@ impl Tally {
         Scattering { one_minus_albedo, moments }
     }
 
-    /// The weight of each column of absorbed moments, averaged over the sizes: x times the interpolation weights at x.
-    fn absorption_columns(&self, size: &GrainSize, absorption_per_m: f64) -> Vec<f64> {
-        let mut columns = vec![0.0; self.absorptions.len() + 1];
+    /// The weights of columns of absorbed moments, averaged over the sizes: x times the interpolation weights at x.
+    fn absorption_columns(&self, size: &GrainSize, absorption_per_m: f64) -> Vec<(f64, usize)> {
+        let grid = &self.tally.absorptions[..self.absorptions];
+        let mut columns = vec![0.0; grid.len() + 1];
         let rule = Quadrature::half_range(if size.min_um < size.max_um { 6 } else { 1 });
         let mean_square = size.mean_square_um2();
         for (node, weight) in rule.cosines.iter().zip(&rule.weights) {
             let size_um = size.min_um + node * (size.max_um - size.min_um);
             let x = absorption_per_m * size_um * 1e-6;
             let strength = weight * size_um * size_um / mean_square * x;
-            for (column, weight) in columns.iter_mut().zip(interpolation_weights(&self.absorptions, x)) {
+            for (column, weight) in columns.iter_mut().zip(interpolation_weights(grid, x)) {
                 *column += strength * weight;
             }
         }
-        columns
+        columns.into_iter().zip(0..).filter(|(strength, _)| strength.abs() > 0.0).collect()
     }
 }
 
@@ -189,13 +230,22 @@ pub(super) fn scramble(seed: u64, batch: usize) -> u32 {
     scramble
 }
 
-fn absorption_grid(most: f64) -> Vec<f64> {
-    let at = |i: i32| FIRST_ABSORPTION * 10_f64.powf(f64::from(i) / NODES_PER_DECADE);
-    let mut grid = vec![at(0), at(1)];
-    while grid[grid.len() - 1] < most {
-        grid.push(at(i32::try_from(grid.len()).unwrap_or(i32::MAX)));
+/// A value of the grid of x.
+fn grid_absorption(i: usize) -> f64 {
+    FIRST_ABSORPTION * 10_f64.powf(i as f64 / NODES_PER_DECADE)
+}
+
+/// The number of grid values, two or more, of which the last is not below `most`.
+fn absorption_count(most: f64) -> usize {
+    let mut count = 2;
+    while grid_absorption(count - 1) < most {
+        count += 1;
     }
-    grid
+    count
+}
+
+fn absorption_grid(most: f64) -> Vec<f64> {
+    (0..absorption_count(most)).map(grid_absorption).collect()
 }
 
 /// Interpolation weights at `x` of the limit x → 0 and of each grid value: linear in x below the grid, cubic in ln x on

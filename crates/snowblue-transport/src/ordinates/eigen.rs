@@ -17,7 +17,7 @@
 
 use std::sync::OnceLock;
 
-use nalgebra::{Cholesky, DMatrix, DVector};
+use nalgebra::{Cholesky, DMatrix, DVector, DVectorView, Dyn, StorageMut, Vector};
 
 use super::delta_m::Scaled;
 use crate::quadrature::{MOST_NODES, Quadrature, legendre_polynomials};
@@ -82,34 +82,51 @@ pub(crate) fn legendre_basis(order: usize) -> &'static DMatrix<f64> {
 /// the first axis to p_0 isolates this entry, so it is never the difference of two numbers near 1.
 fn even_root(medium: &Scaled, basis: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let n = basis.nrows();
-    let isotropic = basis.column(0);
-    let mut mirror: DVector<f64> = isotropic.into_owned();
-    mirror[0] -= 1.0;
-    let square = mirror.norm_squared();
-    let reflect = |vector: &mut DVector<f64>| {
-        if square > 0.0 {
-            let along = 2.0 * mirror.dot(vector) / square;
-            vector.axpy(-along, &mirror, 1.0);
-        }
-    };
+    let Mirrored { mirror, columns } = mirrored_basis(basis);
     let mut rest = DMatrix::identity(n - 1, n - 1);
     for l in (2..medium.albedo_moments.len()).step_by(2) {
-        let mut column = basis.column(l).into_owned();
-        reflect(&mut column);
-        let tail = column.rows(1, n - 1);
+        let tail = columns.view((1, l), (n - 1, 1));
+        let tail = tail.column(0);
         rest.ger(-medium.albedo_moments[l], &tail, &tail, 1.0);
     }
+    // F in the place of Fᵀ: its columns are contiguous.
     let mut root = DMatrix::zeros(n, n);
     root[(0, 0)] = medium.one_minus_albedo.sqrt();
     if n > 1 {
-        root.view_mut((1, 1), (n - 1, n - 1)).copy_from(&factor(rest)?.transpose());
+        root.view_mut((1, 1), (n - 1, n - 1)).copy_from(&factor(rest)?);
     }
-    for mut row in root.row_iter_mut() {
-        let mut column = row.transpose();
-        reflect(&mut column);
-        row.copy_from(&column.transpose());
+    for mut column in root.column_iter_mut() {
+        reflect(mirror, &mut column);
     }
-    Some(root)
+    Some(root.transpose())
+}
+
+/// The basis after the reflection that maps the first axis to p_0.
+struct Mirrored {
+    /// The normal of the reflection; not normalized.
+    mirror: DVector<f64>,
+    columns: DMatrix<f64>,
+}
+
+/// The reflected basis of a half-range rule, computed once and cached.
+fn mirrored_basis(basis: &DMatrix<f64>) -> &'static Mirrored {
+    static BASES: [OnceLock<Mirrored>; MOST_NODES] = [const { OnceLock::new() }; MOST_NODES];
+    BASES[basis.nrows() - 1].get_or_init(|| {
+        let mut mirror: DVector<f64> = basis.column(0).into_owned();
+        mirror[0] -= 1.0;
+        let mut columns = basis.clone();
+        columns.column_iter_mut().for_each(|mut column| reflect(&mirror, &mut column));
+        Mirrored { mirror, columns }
+    })
+}
+
+/// Reflects a vector in the plane with a normal.
+fn reflect<S: StorageMut<f64, Dyn>>(mirror: &DVector<f64>, vector: &mut Vector<f64, Dyn, S>) {
+    let square = mirror.norm_squared();
+    if square > 0.0 {
+        let along = 2.0 * mirror.dot(vector) / square;
+        vector.axpy(-along, mirror, 1.0);
+    }
 }
 
 /// The lower Cholesky factor of a positive definite matrix.
@@ -122,18 +139,36 @@ fn factor(matrix: DMatrix<f64>) -> Option<DMatrix<f64>> {
 /// Rotations make the columns of `matrix` orthogonal; their lengths are then the singular values. Small ones keep
 /// their relative precision (Demmel & Veselić 1992, doi:10.1137/0613074).
 fn singular_values(mut matrix: DMatrix<f64>) -> (Vec<f64>, DMatrix<f64>) {
-    const MOST_SWEEPS: usize = 40;
     let n = matrix.ncols();
+    let mut right = DMatrix::identity(n, n);
+    let (columns, rotated) = (matrix.as_mut_slice(), right.as_mut_slice());
+    match n {
+        // The usual number of streams, for which the compiler unrolls the loops.
+        8 => orthogonalize(columns, rotated, 8),
+        n => orthogonalize(columns, rotated, n),
+    }
+    (matrix.column_iter().map(|column| column.norm()).collect(), right)
+}
+
+/// Rotates the `n` columns of a square matrix until they are orthogonal, and the columns of `right` with them.
+#[inline(always)]
+fn orthogonalize(matrix: &mut [f64], right: &mut [f64], n: usize) {
+    const MOST_SWEEPS: usize = 40;
     // The rounding of an inner product of n terms.
     let tolerance = f64::EPSILON * n as f64;
-    let mut right = DMatrix::identity(n, n);
+    let mut storage = [0.0; MOST_NODES];
+    let squares = &mut storage[..n];
     for _ in 0..MOST_SWEEPS {
         let mut rotated = false;
         // Squared lengths are updated through the sweep, and recomputed before the next.
-        let mut squares: Vec<f64> = matrix.column_iter().map(|column| column.norm_squared()).collect();
+        for (square, column) in squares.iter_mut().zip(matrix.chunks_exact(n)) {
+            *square = DVectorView::from_slice(column, n).norm_squared();
+        }
         for p in 0..n {
             for q in p + 1..n {
-                let (alpha, beta, gamma) = (squares[p], squares[q], dot_of_columns(&matrix, p, q));
+                let (head, tail) = matrix.split_at_mut(q * n);
+                let (a, b) = (&mut head[p * n..p * n + n], &mut tail[..n]);
+                let (alpha, beta, gamma) = (squares[p], squares[q], inner_product(a, b));
                 if gamma * gamma <= tolerance * tolerance * alpha * beta || gamma.abs() < f64::MIN_POSITIVE {
                     continue;
                 }
@@ -141,9 +176,10 @@ fn singular_values(mut matrix: DMatrix<f64>) -> (Vec<f64>, DMatrix<f64>) {
                 let zeta = (beta - alpha) / (2.0 * gamma);
                 let tangent = zeta.signum() / (zeta.abs() + (1.0 + zeta * zeta).sqrt());
                 let cosine = 1.0 / (1.0 + tangent * tangent).sqrt();
-                let rotation = Rotation { p, q, cosine, sine: cosine * tangent };
-                rotation.apply(&mut matrix);
-                rotation.apply(&mut right);
+                let sine = cosine * tangent;
+                rotate(a, b, cosine, sine);
+                let (head, tail) = right.split_at_mut(q * n);
+                rotate(&mut head[p * n..p * n + n], &mut tail[..n], cosine, sine);
                 squares[p] = (alpha - tangent * gamma).max(0.0);
                 squares[q] = beta + tangent * gamma;
             }
@@ -152,13 +188,11 @@ fn singular_values(mut matrix: DMatrix<f64>) -> (Vec<f64>, DMatrix<f64>) {
             break;
         }
     }
-    (matrix.column_iter().map(|column| column.norm()).collect(), right)
 }
 
-/// The inner product of columns p < q, summed in two lanes.
-fn dot_of_columns(matrix: &DMatrix<f64>, p: usize, q: usize) -> f64 {
-    let rows = matrix.nrows();
-    let (a, b) = (&matrix.as_slice()[p * rows..(p + 1) * rows], &matrix.as_slice()[q * rows..(q + 1) * rows]);
+/// An inner product, summed in two lanes.
+#[inline]
+fn inner_product(a: &[f64], b: &[f64]) -> f64 {
     let mut lanes = [0.0; 2];
     let (pairs_a, pairs_b) = (a.chunks_exact(2), b.chunks_exact(2));
     let rest: f64 = pairs_a.remainder().iter().zip(pairs_b.remainder()).map(|(x, y)| x * y).sum();
@@ -169,21 +203,9 @@ fn dot_of_columns(matrix: &DMatrix<f64>, p: usize, q: usize) -> f64 {
     lanes[0] + lanes[1] + rest
 }
 
-/// A rotation of columns p < q.
-struct Rotation {
-    p: usize,
-    q: usize,
-    cosine: f64,
-    sine: f64,
-}
-
-impl Rotation {
-    fn apply(&self, matrix: &mut DMatrix<f64>) {
-        let Self { p, q, cosine, sine } = *self;
-        let rows = matrix.nrows();
-        let (head, tail) = matrix.as_mut_slice().split_at_mut(q * rows);
-        for (a, b) in head[p * rows..(p + 1) * rows].iter_mut().zip(&mut tail[..rows]) {
-            (*a, *b) = (cosine * *a - sine * *b, sine * *a + cosine * *b);
-        }
+#[inline]
+fn rotate(a: &mut [f64], b: &mut [f64], cosine: f64, sine: f64) {
+    for (a, b) in a.iter_mut().zip(b) {
+        (*a, *b) = (cosine * *a - sine * *b, sine * *a + cosine * *b);
     }
 }

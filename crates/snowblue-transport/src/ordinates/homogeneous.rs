@@ -21,7 +21,7 @@ use snowblue_base::ParameterRange;
 use super::delta_m::Scaled;
 use super::eigen::{Modes, legendre_basis};
 use super::integrals::{
-    exponential_integrals, hyperbolic_integrals, square_sech, tanh_over_argument, third_exponential_integral,
+    exponential_integrals, hyperbolic_integrals, square_sech, tanh_over_rate, third_exponential_integral,
 };
 use super::streams::check_streams;
 use crate::TransportError;
@@ -180,9 +180,9 @@ impl HomogeneousMedium {
         self.scaled.depth_ratio * self.modes.rates.iter().copied().fold(f64::INFINITY, f64::min)
     }
 
-    /// Fluxes of a slab of (unscaled) `optical_depth` under each of `lights`.
+    /// Fluxes of a slab of (unscaled) `optical_depth`, which may be infinite, under each of `lights`.
     #[must_use]
-    pub fn fluxes(&self, optical_depth: f64, lights: &[Light]) -> Vec<Fluxes> {
+    pub fn fluxes<'l>(&self, optical_depth: f64, lights: impl IntoIterator<Item = &'l Light>) -> Vec<Fluxes> {
         let depth = optical_depth * self.scaled.depth_ratio;
         let amplitudes = self.amplitudes(depth);
         let entering = &self.entering[1];
@@ -201,14 +201,14 @@ impl HomogeneousMedium {
                 direct: 2.0 * third_exponential_integral(optical_depth),
             },
         };
-        lights.iter().map(under).collect()
+        lights.into_iter().map(under).collect()
     }
 
     fn amplitudes(&self, depth: f64) -> Amplitudes {
         let rates = &self.modes.rates;
         let per_mode = |f: &dyn Fn(f64) -> f64| DVector::from_iterator(rates.len(), rates.iter().map(|k| f(*k)));
         let times_rate = per_mode(&|k| k * (0.5 * k * depth).tanh());
-        let over_rate = per_mode(&|k| 0.5 * depth * tanh_over_argument(0.5 * k * depth));
+        let over_rate = per_mode(&|k| tanh_over_rate(k, depth));
         let antisymmetric = solver(&self.gamma, &over_rate).solve(&self.entering[0]);
         let symmetric_solver = solver(&self.delta, &times_rate);
         let symmetric = symmetric_solver.solve(&self.entering[1]);

@@ -3,8 +3,13 @@
 use crate::quadrature::Quadrature;
 
 /// tanh(x)/x, which is 1 at 0.
-pub(super) fn tanh_over_argument(x: f64) -> f64 {
+fn tanh_over_argument(x: f64) -> f64 {
     if x < 1e-4 { 1.0 - x * x / 3.0 } else { x.tanh() / x }
+}
+
+/// tanh(kτ/2)/k, which is τ/2 at k = 0; τ may be infinite.
+pub(super) fn tanh_over_rate(k: f64, depth: f64) -> f64 {
+    if depth.is_infinite() { 1.0 / k } else { 0.5 * depth * tanh_over_argument(0.5 * k * depth) }
 }
 
 /// 1/cosh²(x) without overflow.
@@ -32,9 +37,12 @@ pub(super) fn hyperbolic_integrals(k: f64, depth: f64, q: f64, unscattered: f64)
     (first, second)
 }
 
-/// ∫₀^τ e^{−qs} e^{−ks} q ds and ∫₀^τ e^{−qs} e^{−k(τ−s)} q ds; q = k is a regular point.
+/// ∫₀^τ e^{−qs} e^{−ks} q ds and ∫₀^τ e^{−qs} e^{−k(τ−s)} q ds; q = k is a regular point, and τ may be infinite.
 pub(super) fn exponential_integrals(k: f64, depth: f64, q: f64) -> (f64, f64) {
     let near = -q / (q + k) * (-(q + k) * depth).exp_m1();
+    if depth.is_infinite() {
+        return (near, 0.0);
+    }
     let gap = (q - k).abs() * depth;
     let mean = if gap < 1e-8 { 1.0 - 0.5 * gap } else { -(-gap).exp_m1() / gap };
     (near, q * depth * (-q.min(k) * depth).exp() * mean)
@@ -42,6 +50,9 @@ pub(super) fn exponential_integrals(k: f64, depth: f64, q: f64) -> (f64, f64) {
 
 /// E₃(τ) = ∫₀¹ μ e^{−τ/μ} dμ by Gauss–Legendre in u with μ = u², scaled so that the tail keeps its relative precision.
 pub(super) fn third_exponential_integral(tau: f64) -> f64 {
+    if tau.is_infinite() {
+        return 0.0;
+    }
     // With 1/μ = 1 + t: E₃ = e^{−τ} ∫₀^∞ e^{−τt} (1 + t)⁻³ dt, and t = y/((1 + τ)(1 − y)) brings the range to (0, 1).
     let rule = Quadrature::half_range(48);
     let integral: f64 = rule

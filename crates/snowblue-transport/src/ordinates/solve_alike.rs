@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 
 use super::homogeneous::Fluxes;
-use super::solve::OrdinatesOptions;
+use super::options::OrdinatesOptions;
 use super::streams::Peak;
 use crate::TransportError;
 use crate::medium::{Demand, GrainTallies, Population};

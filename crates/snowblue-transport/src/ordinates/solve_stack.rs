@@ -9,7 +9,7 @@ use super::homogeneous::HomogeneousMedium;
 use super::integrals::third_exponential_integral;
 use super::jackknife::Jackknife;
 use super::layered::{FaceFluxes, LayeredMedium, MediumLayer};
-use super::solve::OrdinatesOptions;
+use super::options::OrdinatesOptions;
 use super::streams::{Peak, StreamGroup, Streams};
 use crate::TransportError;
 use crate::medium::{Demand, GrainTallies, Medium, Population};

@@ -22,8 +22,8 @@ pub(super) struct StackOptions {
     /// optionally snow, grain_size_um, size_measure, ssa_m2_kg, facetness, sphericity, density_kg_m3, water_saturation,
     /// impurities_ng_g = { black-carbon = 10 }, temperature_c; the file may set ice
     #[arg(long, value_name = "FILE", conflicts_with_all = [
-        "snow", "grain_size", "ssa", "size_measure", "facetness", "sphericity", "density", "water_saturation",
-        "impurity", "temperature", "ice", "thickness",
+        "snow", "grain_size", "ssa", "optical_radius", "size_measure", "facetness", "sphericity", "density",
+        "water_saturation", "impurity", "temperature", "ice", "thickness",
     ])]
     layers: Option<PathBuf>,
     #[arg(
@@ -55,6 +55,11 @@ impl StackOptions {
     /// Whether any of these options is given.
     pub(super) fn is_used(&self) -> bool {
         self.layers.is_some() || self.ground_albedo.is_some() || self.has_depths()
+    }
+
+    /// The albedo of the ground, 0 without one.
+    pub(super) fn ground_albedo(&self) -> f64 {
+        self.ground_albedo.unwrap_or(0.0)
     }
 
     /// Whether the snow lies on a ground that reflects.
@@ -104,7 +109,7 @@ impl StackOptions {
     pub(super) fn stacks(&self, slab: &Slab, pack: Option<&Pack>) -> Result<Vec<Stack>, Failure> {
         let stack = |layers: Vec<Layer>| Stack {
             layers,
-            ground_albedo: self.ground_albedo.unwrap_or(0.0),
+            ground_albedo: self.ground_albedo(),
             depths_cm: self.depths.clone(),
             incidences: slab.incidences.clone(),
             wavelengths_nm: slab.wavelengths_nm.clone(),

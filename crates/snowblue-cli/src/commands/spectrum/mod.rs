@@ -1,5 +1,6 @@
 //! `snowblue spectrum`: reflectance, transmittance and absorptance of a slab, per wavelength.
 
+mod batch;
 mod broadband;
 mod layers;
 
@@ -7,17 +8,19 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use snowblue_figures::{Cell, DataTable, Metadata, plot};
+use snowblue_transport::batch::CaseFluxes;
 use snowblue_transport::monte_carlo::{self, MonteCarloOptions};
 use snowblue_transport::ordinates;
 use snowblue_transport::range::WavelengthRange;
-use snowblue_transport::sample::alternatives;
+use snowblue_transport::sample::{SnowSample, alternatives};
 use snowblue_transport::slab::{Estimate, Radiometry, Slab};
 use snowblue_transport::stack::{Stack, StackRadiometry};
 use snowblue_transport::sunlight::{BandWeights, Broadband};
 
 use crate::options::parse::{self, Wavelengths};
-use crate::options::{GivenOptions, Idle, OrdinatesArguments, SlabOptions, SnowOptions, limits};
+use crate::options::{GivenOptions, Idle, OrdinatesArguments, SlabOptions, SnowAxis, SnowOptions, limits};
 use crate::output::{Failure, Outcome, OutputOptions, Progress, check_extension, print_message, write_file};
+use batch::{Slabs, Usual};
 use broadband::{ALL_BANDS, Bands};
 use layers::{PROFILE_COLUMNS, Pack, StackOptions, profile_rows};
 
@@ -34,6 +37,8 @@ const STANDARD_ERROR: &str = "transmittance standard error at most";
   snowblue spectrum --engine montecarlo --rays 20000 --wavelengths 450,550,650 --thickness 3
   snowblue spectrum --thickness 30 --wavelengths 450,650 --spread
   snowblue spectrum --snow firn --water-saturation 0.1 --impurity black-carbon=50,saharan-dust=500
+  snowblue spectrum --ssa 10,20,40 --density 200,300 --impurity black-carbon=0:20:100 -o grid.nc
+  snowblue spectrum --batch pits.csv --angle 60 -o pits.nc
   snowblue spectrum --layers pack.toml --ground-albedo 0.2 --depths 0,1,5,20 --wavelengths 450,650
   snowblue spectrum --broadband --thickness 1,5,15,30 --angle 60     albedo and PAR under sunlight
   snowblue spectrum --broadband visible,par --ice picard2016 --engine montecarlo"
@@ -48,6 +53,12 @@ pub(crate) struct Spectrum {
     slab: SlabOptions,
     #[command(flatten)]
     stack: StackOptions,
+    /// CSV file of slabs, one a line, below a line of names of columns: name, thickness_cm, angle_deg, ground_albedo,
+    /// snow, grain_size_um, ssa_m2_kg, optical_radius_um, size_measure, facetness, sphericity, density_kg_m3,
+    /// water_saturation, black_carbon_ng_g (and the other impurities), temperature_c, ice. Where a cell is empty or
+    /// there is no column, the option counts. All lines are checked before any is computed
+    #[arg(long, value_name = "FILE", help_heading = "Slab", conflicts_with_all = ["layers", "depths", "broadband"])]
+    batch: Option<PathBuf>,
     #[arg(
         long, value_name = "NM", value_parser = parse::wavelengths, help_heading = "Slab",
         help = format!(
@@ -80,12 +91,12 @@ pub(crate) struct Spectrum {
     #[arg(long, help_heading = "Engine")]
     per_wavelength: bool,
     /// Also solve plausible alternatives of the snow: ice table, facetness, size measure, sphericity
-    #[arg(long, help_heading = "Slab", conflicts_with_all = ["StackOptions", "plot"])]
+    #[arg(long, help_heading = "Slab", conflicts_with_all = ["StackOptions", "plot", "batch"])]
     spread: bool,
     #[command(flatten)]
     output: OutputOptions,
     /// Draw transmittance and reflectance against wavelength into this SVG file
-    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    #[arg(long, value_name = "FILE", help_heading = "Output", conflicts_with = "batch")]
     plot: Option<PathBuf>,
 }
 
@@ -105,11 +116,19 @@ struct Solution {
 
 impl Spectrum {
     pub(crate) fn run(&self, quiet: bool) -> Outcome {
-        self.output.check()?;
+        self.output.check_spectrum()?;
         if let Some(path) = &self.plot {
             check_extension(path, "svg", "the plot")?;
         }
+        if let Some(path) = self.output.netcdf_path().filter(|_| self.broadband.is_some() || self.stack.has_depths()) {
+            let name = path.display();
+            return Err(Failure::Input(format!("{name}: NetCDF needs spectra; write bands and depths as CSV or JSON")));
+        }
         self.check_effects()?;
+        let axes = self.sample.axes();
+        if self.batch.is_some() || !axes.is_empty() {
+            return self.run_batch(&axes, quiet);
+        }
         let pack = self.stack.pack()?;
         let range = match pack.as_ref().and_then(Pack::wavelength_range) {
             Some(range) => range,
@@ -118,7 +137,7 @@ impl Spectrum {
         let wavelengths = self.wavelengths(range)?;
         let slab = self.sample.slab(&self.slab, &wavelengths)?;
         if self.spread {
-            return self.output.write(&self.alternatives(&slab, quiet)?, quiet);
+            return self.output.write_spectrum(&self.alternatives(&slab, quiet)?, quiet);
         }
         let weights = self.band_weights(range, &wavelengths)?;
         let mut snow = match &pack {
@@ -139,7 +158,77 @@ impl Spectrum {
         if let Some(path) = &self.plot {
             write_file(path, plot::spectrum(&rows, &results.metadata, self.stack.has_ground()).as_bytes())?;
         }
-        self.output.write(&results, quiet)
+        self.output.write_spectrum(&results, quiet)
+    }
+
+    /// The lines of a file, or all combinations of options with several values.
+    fn run_batch(&self, axes: &[SnowAxis], quiet: bool) -> Outcome {
+        for option in ["spread", "plot", "broadband", "depths"] {
+            if self.given.has(option) {
+                return Err(Failure::Input(format!("--{option} needs a single snow")));
+            }
+        }
+        let sample = self.sample_of(axes)?;
+        let wavelengths = self.wavelengths(sample.wavelength_range())?;
+        let usual = Usual {
+            snow: &self.sample,
+            thicknesses_cm: &self.slab.thickness,
+            incidences: &self.slab.angle,
+            ground_albedo: self.stack.ground_albedo(),
+            wavelengths_nm: &wavelengths.0,
+        };
+        let slabs = match &self.batch {
+            Some(path) if axes.is_empty() => Slabs::read(path, &usual, &self.given)?,
+            Some(_) => return Err(Failure::Input("an option has several values, but --batch takes one".to_owned())),
+            None => Slabs::of_axes(axes, &usual)?,
+        };
+        let solved = self.solve_batch(&slabs, quiet)?;
+        let with_errors = self.engine == Engine::Montecarlo;
+        let mut columns = slabs.columns.clone();
+        columns.extend(["wavelength_nm", "reflectance", "transmittance", "absorptance"]);
+        if with_errors {
+            columns.extend(["reflectance_se", "transmittance_se", "absorptance_se"]);
+        }
+        let rows = slabs.leading.iter().zip(solved.chunks_exact(wavelengths.0.len())).flat_map(|(leading, fluxes)| {
+            fluxes.iter().zip(&wavelengths.0).map(|(at, wavelength_nm)| {
+                let leading = leading.iter().cloned().chain([Cell::from(*wavelength_nm)]).collect();
+                cells(leading, [at.reflectance, at.transmittance, at.absorptance], with_errors)
+            })
+        });
+        let mut metadata = vec![("snowblue", env!("CARGO_PKG_VERSION").to_owned()), ("engine", self.engine_name())];
+        if let Some(path) = &self.batch {
+            metadata.push(("slabs", path.display().to_string()));
+        }
+        // What the columns do not say.
+        let is_common = |(name, _): &(&str, String)| *name != "snow" && !slabs.columns.contains(name);
+        metadata.extend(self.sample.metadata_of(&sample).into_iter().filter(is_common));
+        metadata.extend(self.stack.metadata());
+        metadata.push(("seed", self.ordinates.seed.to_string()));
+        let results = DataTable { columns, rows: rows.collect(), metadata };
+        self.output.write_spectrum(&results, quiet)
+    }
+
+    /// A sample of the combinations of options.
+    fn sample_of(&self, axes: &[SnowAxis]) -> Result<SnowSample, Failure> {
+        if axes.is_empty() { self.sample.sample() } else { self.sample.description()?.sample().map_err(Failure::input) }
+    }
+
+    fn solve_batch(&self, slabs: &Slabs, quiet: bool) -> Result<Vec<CaseFluxes>, Failure> {
+        let (batch, count) = (&slabs.batch, slabs.batch.cases.len() as u64);
+        let solved = if self.engine == Engine::Montecarlo {
+            let bar = Progress::new("rays", quiet);
+            let solved =
+                monte_carlo::solve_batch(batch, &self.monte_carlo_options(), &|at| bar.set(at.traced, at.total));
+            bar.finish();
+            solved
+        } else {
+            let bar = Progress::new("slabs", quiet);
+            let options = self.ordinates.options();
+            let solved = ordinates::solve_batch(batch, &options, false, &|done| bar.set(done as u64, count));
+            bar.finish();
+            solved
+        };
+        solved.map_err(|wrong| slabs.failure(self.batch.as_deref(), wrong.case, &wrong.error))
     }
 
     /// Refuses options without effect.
@@ -250,7 +339,8 @@ impl Spectrum {
             columns.extend(["reflectance_se", "transmittance_se", "absorptance_se"]);
         }
         let row = |row: &Radiometry| {
-            let leading = [row.thickness_cm.into(), Cell::word(row.incidence.to_string()), row.wavelength_nm.into()];
+            let leading =
+                vec![row.thickness_cm.into(), Cell::word(row.incidence.to_string()), row.wavelength_nm.into()];
             cells(leading, [row.reflectance, row.transmittance, row.absorptance], with_errors)
         };
         let metadata = self.metadata(rows.iter().map(|row| row.transmittance), snow);
@@ -265,7 +355,7 @@ impl Spectrum {
         columns[2] = "band";
         let row = |row: &Broadband| {
             let leading =
-                [row.thickness_cm.into(), Cell::word(row.incidence.to_string()), Cell::Word(broadband::name(row))];
+                vec![row.thickness_cm.into(), Cell::word(row.incidence.to_string()), Cell::Word(broadband::name(row))];
             cells(leading, [row.reflectance, row.transmittance, row.absorptance], with_errors)
         };
         let mut metadata = self.metadata(bands.iter().map(|row| row.transmittance), snow);
@@ -273,18 +363,21 @@ impl Spectrum {
         DataTable { columns, rows: bands.iter().map(row).collect(), metadata }
     }
 
-    fn metadata(&self, transmittances: impl Iterator<Item = Estimate>, snow: &Metadata) -> Metadata {
-        let engine = match self.engine {
+    fn engine_name(&self) -> String {
+        match self.engine {
             Engine::Ordinates => format!("discrete ordinates, {} streams", self.ordinates.streams),
             Engine::Montecarlo => format!("Monte Carlo, {} rays", self.rays),
-        };
+        }
+    }
+
+    fn metadata(&self, transmittances: impl Iterator<Item = Estimate>, snow: &Metadata) -> Metadata {
         let relative: Vec<f64> = transmittances.map(|t| (t.standard_error / t.value).abs()).collect();
         let worst = if relative.iter().any(|error| error.is_nan()) {
             "unknown: some transmittance is 0".to_owned()
         } else {
             format!("{:.2} %", 100.0 * relative.into_iter().fold(0.0, f64::max))
         };
-        let mut metadata = vec![("snowblue", env!("CARGO_PKG_VERSION").to_owned()), ("engine", engine)];
+        let mut metadata = vec![("snowblue", env!("CARGO_PKG_VERSION").to_owned()), ("engine", self.engine_name())];
         metadata.extend_from_slice(snow);
         metadata.extend([("seed", self.ordinates.seed.to_string()), (STANDARD_ERROR, worst)]);
         metadata
@@ -292,8 +385,7 @@ impl Spectrum {
 }
 
 /// Cells of a row: leading cells, three quantities and optionally their standard errors.
-fn cells(leading: [Cell; 3], quantities: [Estimate; 3], with_errors: bool) -> Vec<Cell> {
-    let mut cells = leading.to_vec();
+fn cells(mut cells: Vec<Cell>, quantities: [Estimate; 3], with_errors: bool) -> Vec<Cell> {
     cells.extend(quantities.map(|estimate| Cell::from(estimate.value)));
     if with_errors {
         cells.extend(quantities.map(|estimate| Cell::from(estimate.standard_error)));

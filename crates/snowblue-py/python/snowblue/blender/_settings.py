@@ -37,7 +37,7 @@ def _number(key: str, margin: float = 0.0) -> Any:
 
 def _half_range_um() -> float:
     """Half of the range of sizes that a mean grain size stands for."""
-    least, greatest = _native.resolved({})["grain_size_um"]
+    least, greatest = _native.Snows({}, {}, 1).common()["grain_size_um"]
     return (greatest - least) / 2
 
 

@@ -1,0 +1,308 @@
+//! Many slabs: the lines of a CSV file, or the combinations of options with several values.
+//!
+//! All lines are checked before any is computed, so that a mistake on the last one costs no time.
+
+use std::path::Path;
+
+use snowblue_figures::Cell;
+use snowblue_transport::batch::{Batch, SlabCase};
+use snowblue_transport::optics::Substance;
+use snowblue_transport::sample::{SnowDescription, SnowSample};
+use snowblue_transport::slab::Incidence;
+
+use crate::input::SettingsFile;
+use crate::options::{GivenOptions, SnowAxis, SnowOptions, SnowProperty, parse};
+use crate::output::Failure;
+
+/// Slabs with what leads their rows.
+pub(super) struct Slabs {
+    pub(super) batch: Batch,
+    /// Names of the leading columns.
+    pub(super) columns: Vec<&'static str>,
+    /// Leading cells of each case.
+    pub(super) leading: Vec<Vec<Cell>>,
+    /// Line of the file of each case, from 1; none without a file.
+    lines: Option<Vec<usize>>,
+}
+
+/// What the options say of slabs for which neither a line nor an axis says it.
+pub(super) struct Usual<'o> {
+    pub(super) snow: &'o SnowOptions,
+    pub(super) thicknesses_cm: &'o [f64],
+    pub(super) incidences: &'o [Incidence],
+    pub(super) ground_albedo: f64,
+    pub(super) wavelengths_nm: &'o [f64],
+}
+
+/// A column of a file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Column {
+    Name,
+    Thickness,
+    Angle,
+    Ground,
+    Snow,
+    GrainSize,
+    OpticalRadius,
+    SizeMeasure,
+    Facetness,
+    Sphericity,
+    WaterSaturation,
+    Temperature,
+    Ice,
+    Property(SnowProperty),
+}
+
+/// One line of a file.
+struct Line {
+    snow: SnowDescription,
+    thickness_cm: f64,
+    incidence: Incidence,
+    ground_albedo: f64,
+}
+
+const THICKNESS: &str = "thickness_cm";
+const ANGLE: &str = "angle_deg";
+
+impl Slabs {
+    /// Every combination of the values of the options.
+    pub(super) fn of_axes(axes: &[SnowAxis], usual: &Usual) -> Result<Self, Failure> {
+        let mut combinations: Vec<(Vec<Cell>, SnowDescription)> = vec![(Vec::new(), usual.snow.description()?)];
+        for SnowAxis { property, values } in axes {
+            let with = |(cells, snow): &(Vec<Cell>, SnowDescription), value: f64| {
+                let mut snow = snow.clone();
+                property.set(&mut snow, value);
+                ([&cells[..], &[Cell::from(value)]].concat(), snow)
+            };
+            combinations =
+                combinations.iter().flat_map(|one| values.iter().map(move |value| with(one, *value))).collect();
+        }
+        let (mut samples, mut cases, mut leading) = (Vec::new(), Vec::new(), Vec::new());
+        for (cells, snow) in combinations {
+            samples.push(snow.sample().map_err(Failure::input)?);
+            for thickness_cm in usual.thicknesses_cm {
+                for incidence in usual.incidences {
+                    leading.push([&cells[..], &slab_cells(*thickness_cm, incidence)].concat());
+                    cases.push(SlabCase {
+                        sample: samples.len() - 1,
+                        thickness_cm: *thickness_cm,
+                        incidence: *incidence,
+                        ground_albedo: usual.ground_albedo,
+                    });
+                }
+            }
+        }
+        let batch = Batch { samples, cases, wavelengths_nm: usual.wavelengths_nm.to_vec() };
+        let columns = axes.iter().map(|axis| axis.property.column()).chain([THICKNESS, ANGLE]).collect();
+        let slabs = Self { batch, columns, leading, lines: None };
+        slabs.batch.check().map_err(|wrong| slabs.failure(None, wrong.case, &wrong.error))?;
+        Ok(slabs)
+    }
+
+    /// The lines of a file.
+    pub(super) fn read(path: &Path, usual: &Usual, given: &GivenOptions) -> Result<Self, Failure> {
+        let text = SettingsFile::read(path)?;
+        let mut lines = text.trim_start_matches('\u{feff}').lines().enumerate();
+        let mut lines =
+            lines.by_ref().map(|(number, line)| (number + 1, line)).filter(|(_, line)| !line.trim().is_empty());
+        let at = |line: usize, why: &str| Failure::Input(format!("{}:{line}: {why}", path.display()));
+        let empty = || Failure::Input(format!("{}: has no line of names of columns", path.display()));
+        let (number, header) = lines.next().ok_or_else(empty)?;
+        let columns = columns(header, given).map_err(|why| at(number, &why))?;
+        let first = Line {
+            snow: usual.snow.description()?,
+            thickness_cm: single("thickness", usual.thicknesses_cm)?,
+            incidence: single("angle", usual.incidences)?,
+            ground_albedo: usual.ground_albedo,
+        };
+        let mut slabs = Self {
+            batch: Batch { samples: Vec::new(), cases: Vec::new(), wavelengths_nm: usual.wavelengths_nm.to_vec() },
+            columns: Vec::new(),
+            leading: Vec::new(),
+            lines: Some(Vec::new()),
+        };
+        let has_slab = [Column::Thickness, Column::Angle].map(|column| columns.contains(&column));
+        slabs.columns = columns.iter().map(|column| column.name()).collect();
+        slabs.columns.extend(
+            [(THICKNESS, has_slab[0]), (ANGLE, has_slab[1])].iter().filter(|(_, has)| !has).map(|(name, _)| *name),
+        );
+        for (number, line) in lines {
+            let (own, mut cells, sample) = first.read(&columns, line).map_err(|why| at(number, &why))?;
+            let slab = slab_cells(own.thickness_cm, &own.incidence);
+            cells.extend(slab.into_iter().zip(has_slab).filter(|(_, has)| !has).map(|(cell, _)| cell));
+            slabs.leading.push(cells);
+            let sample = slabs.place_of(sample);
+            let Line { thickness_cm, incidence, ground_albedo, .. } = own;
+            slabs.batch.cases.push(SlabCase { sample, thickness_cm, incidence, ground_albedo });
+            slabs.lines.get_or_insert_default().push(number);
+        }
+        if slabs.batch.cases.is_empty() {
+            return Err(Failure::Input(format!("{}: has no slab below the names of columns", path.display())));
+        }
+        slabs.batch.check().map_err(|wrong| slabs.failure(Some(path), wrong.case, &wrong.error))?;
+        Ok(slabs)
+    }
+
+    /// The place of a sample among those of the batch; neighbouring lines often have the same.
+    fn place_of(&mut self, sample: SnowSample) -> usize {
+        if self.batch.samples.last() != Some(&sample) {
+            self.batch.samples.push(sample);
+        }
+        self.batch.samples.len() - 1
+    }
+
+    /// The error of a case.
+    pub(super) fn failure(&self, path: Option<&Path>, case: Option<usize>, error: &dyn std::fmt::Display) -> Failure {
+        let line = case.and_then(|case| Some(*self.lines.as_ref()?.get(case)?));
+        match (path, line) {
+            (Some(path), Some(line)) => Failure::Input(format!("{}:{line}: {error}", path.display())),
+            _ => Failure::Input(error.to_string()),
+        }
+    }
+}
+
+fn slab_cells(thickness_cm: f64, incidence: &Incidence) -> [Cell; 2] {
+    [thickness_cm.into(), Cell::word(incidence.to_string())]
+}
+
+/// The only value of an option.
+fn single<T: Copy>(option: &str, values: &[T]) -> Result<T, Failure> {
+    match values {
+        [value] => Ok(*value),
+        _ => Err(Failure::Input(format!("--{option} has several values, but --batch takes one, or a column"))),
+    }
+}
+
+/// The columns that a line names. A column and its option exclude each other.
+fn columns(header: &str, given: &GivenOptions) -> Result<Vec<Column>, String> {
+    let mut columns = Vec::new();
+    for name in header.split(',').map(unquoted) {
+        let column = Column::ALL.into_iter().find(|column| column.name() == name);
+        let known = || Column::ALL.map(Column::name).join(", ");
+        let column = column.ok_or_else(|| format!("column '{name}' is not known; there are {}", known()))?;
+        if columns.contains(&column) {
+            return Err(format!("column {name} is there twice"));
+        }
+        if let Some(option) = column.option().filter(|option| given.has(option)) {
+            return Err(format!("column {name} and --{} say the same: leave out one", option.replace('_', "-")));
+        }
+        columns.push(column);
+    }
+    Ok(columns)
+}
+
+fn unquoted(cell: &str) -> &str {
+    let cell = cell.trim();
+    cell.strip_prefix('"').and_then(|cell| cell.strip_suffix('"')).unwrap_or(cell).trim()
+}
+
+impl Line {
+    /// The slab of a line with the values of this one where a cell is empty, its cells, and its snow.
+    fn read(&self, columns: &[Column], line: &str) -> Result<(Self, Vec<Cell>, SnowSample), String> {
+        let words: Vec<&str> = line.split(',').map(unquoted).collect();
+        if words.len() != columns.len() {
+            return Err(format!("has {} cells, but there are {} columns", words.len(), columns.len()));
+        }
+        let mut own = Self { snow: self.snow.clone(), ..*self };
+        for (column, word) in columns.iter().zip(&words).filter(|(_, word)| !word.is_empty()) {
+            own.set(*column, word).map_err(|why| format!("{}: {why}", column.name()))?;
+        }
+        let cell = |(column, word): (&Column, &&str)| match word.parse::<f64>() {
+            Ok(number) if *column != Column::Name => Cell::from(number),
+            _ => Cell::word(*word),
+        };
+        let cells = columns.iter().zip(&words).map(cell).collect();
+        let sample = own.snow.sample().map_err(|error| error.to_string())?;
+        Ok((own, cells, sample))
+    }
+
+    fn set(&mut self, column: Column, word: &str) -> Result<(), String> {
+        let snow = &mut self.snow;
+        match column {
+            Column::Name => {}
+            Column::Thickness => self.thickness_cm = parse::number(word)?,
+            Column::Angle => self.incidence = parse::incidence(word)?,
+            Column::Ground => self.ground_albedo = parse::number(word)?,
+            Column::Snow => snow.snow_type = Some(parse::snow_type(word)?),
+            Column::GrainSize => snow.grain_size_um = Some(parse::grain_size(word)?.numbers_um()),
+            Column::OpticalRadius => {
+                snow.grain_size_um = Some(vec![2.0 * parse::number(word)?; 2]);
+                snow.size_measure = Some(parse::size_measure("optical-diameter")?);
+            }
+            Column::SizeMeasure => snow.size_measure = Some(parse::size_measure(word)?),
+            Column::Facetness => snow.facetness = Some(parse::facetness(word)?),
+            Column::Sphericity => snow.sphericity = Some(parse::sphericity(word)?),
+            Column::WaterSaturation => snow.water_saturation = Some(parse::number(word)?),
+            Column::Temperature => snow.temperature_c = Some(parse::number(word)?),
+            Column::Ice => snow.ice = Some(parse::ice(word)?),
+            Column::Property(property) => property.set(snow, parse::number(word)?),
+        }
+        Ok(())
+    }
+}
+
+impl Column {
+    const ALL: [Self; 20] = [
+        Self::Name,
+        Self::Thickness,
+        Self::Angle,
+        Self::Ground,
+        Self::Snow,
+        Self::GrainSize,
+        Self::Property(SnowProperty::SurfaceArea),
+        Self::OpticalRadius,
+        Self::SizeMeasure,
+        Self::Facetness,
+        Self::Sphericity,
+        Self::Property(SnowProperty::Density),
+        Self::WaterSaturation,
+        Self::Property(SnowProperty::Impurity(Substance::BlackCarbon)),
+        Self::Property(SnowProperty::Impurity(Substance::BrownCarbon)),
+        Self::Property(SnowProperty::Impurity(Substance::SaharanDust)),
+        Self::Property(SnowProperty::Impurity(Substance::ColoradoDust)),
+        Self::Property(SnowProperty::Impurity(Substance::SnowAlgae)),
+        Self::Temperature,
+        Self::Ice,
+    ];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Name => "name",
+            Self::Thickness => THICKNESS,
+            Self::Angle => ANGLE,
+            Self::Ground => "ground_albedo",
+            Self::Snow => "snow",
+            Self::GrainSize => "grain_size_um",
+            Self::OpticalRadius => "optical_radius_um",
+            Self::SizeMeasure => "size_measure",
+            Self::Facetness => "facetness",
+            Self::Sphericity => "sphericity",
+            Self::WaterSaturation => "water_saturation",
+            Self::Temperature => "temperature_c",
+            Self::Ice => "ice",
+            Self::Property(property) => property.column(),
+        }
+    }
+
+    /// The option that says the same of all slabs, by its name in Rust.
+    fn option(self) -> Option<&'static str> {
+        Some(match self {
+            Self::Name => return None,
+            Self::Thickness => "thickness",
+            Self::Angle => "angle",
+            Self::Ground => "ground_albedo",
+            Self::Snow => "snow",
+            Self::GrainSize => "grain_size",
+            Self::OpticalRadius => "optical_radius",
+            Self::SizeMeasure => "size_measure",
+            Self::Facetness => "facetness",
+            Self::Sphericity => "sphericity",
+            Self::WaterSaturation => "water_saturation",
+            Self::Temperature => "temperature",
+            Self::Ice => "ice",
+            Self::Property(SnowProperty::SurfaceArea) => "ssa",
+            Self::Property(SnowProperty::Density) => "density",
+            Self::Property(SnowProperty::Impurity(_)) => "impurity",
+        })
+    }
+}

@@ -1,0 +1,154 @@
+//! Many slabs of snow, each with its own snow, thickness, light and ground, and their fluxes.
+
+use crate::TransportError;
+use crate::sample::SnowSample;
+use crate::slab::{Estimate, Incidence, Radiometry, Slab, check_incidences, check_thickness, check_wavelengths};
+use crate::stack::GROUND_ALBEDO_RANGE;
+
+/// Slabs of snow at the same wavelengths.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Batch {
+    /// The kinds of snow.
+    pub samples: Vec<SnowSample>,
+    /// The slabs.
+    pub cases: Vec<SlabCase>,
+    /// Wavelengths, in nm.
+    pub wavelengths_nm: Vec<f64>,
+}
+
+/// A slab of one of several samples, under one light, on a Lambertian ground.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SlabCase {
+    /// Which of the samples it is.
+    pub sample: usize,
+    /// Thickness, in cm; infinity for a half-space.
+    pub thickness_cm: f64,
+    /// Incident light.
+    pub incidence: Incidence,
+    /// Albedo of the ground, 0–1.
+    pub ground_albedo: f64,
+}
+
+/// Reflectance, transmittance and absorptance of a slab at one wavelength, as fractions of the incident flux.
+///
+/// On a ground that reflects, the transmittance is the downward flux at the ground, and the snow absorbs 1 − R − (1 −
+/// albedo) T.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CaseFluxes {
+    /// Fraction that leaves the top.
+    pub reflectance: Estimate,
+    /// Fraction that arrives at the bottom, direct and diffuse.
+    pub transmittance: Estimate,
+    /// Fraction that the snow absorbs.
+    pub absorptance: Estimate,
+}
+
+/// What is wrong with a batch.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{error}")]
+pub struct BatchError {
+    /// The first case that is wrong, or none where all of them are.
+    pub case: Option<usize>,
+    /// What is wrong with it.
+    #[source]
+    pub error: TransportError,
+}
+
+impl Batch {
+    /// Checks every case, in order.
+    ///
+    /// # Errors
+    /// Reports the first case that is wrong.
+    ///
+    /// # Panics
+    /// If a case has a sample that is none of the samples.
+    pub fn check(&self) -> Result<(), BatchError> {
+        let mut checked = vec![false; self.samples.len()];
+        for (number, case) in self.cases.iter().enumerate() {
+            let is_known = std::mem::replace(&mut checked[case.sample], true);
+            self.check_case(case, is_known).map_err(|error| BatchError { case: Some(number), error })?;
+        }
+        Ok(())
+    }
+
+    /// The cases of each sample.
+    pub(crate) fn cases_of_samples(&self) -> Vec<Vec<usize>> {
+        let mut cases_of = vec![Vec::new(); self.samples.len()];
+        for (number, case) in self.cases.iter().enumerate() {
+            cases_of[case.sample].push(number);
+        }
+        cases_of
+    }
+
+    fn check_case(&self, case: &SlabCase, is_sample_known: bool) -> Result<(), TransportError> {
+        let sample = &self.samples[case.sample];
+        if !is_sample_known {
+            sample.check()?;
+        }
+        check_thickness(case.thickness_cm)?;
+        check_incidences(&[case.incidence])?;
+        GROUND_ALBEDO_RANGE.check(case.ground_albedo)?;
+        if is_sample_known { Ok(()) } else { check_wavelengths(&self.wavelengths_nm, sample) }
+    }
+}
+
+/// Each thickness under each incidence, on no ground.
+impl From<&Slab> for Batch {
+    fn from(slab: &Slab) -> Self {
+        let case = |thickness_cm: &f64, incidence: &Incidence| SlabCase {
+            sample: 0,
+            thickness_cm: *thickness_cm,
+            incidence: *incidence,
+            ground_albedo: 0.0,
+        };
+        let cases = slab.thicknesses_cm.iter().flat_map(|h| slab.incidences.iter().map(move |i| case(h, i)));
+        Self { samples: vec![slab.sample], cases: cases.collect(), wavelengths_nm: slab.wavelengths_nm.clone() }
+    }
+}
+
+impl CaseFluxes {
+    /// The fluxes of each case at each wavelength, the wavelength running fastest, with case and wavelength.
+    pub(crate) fn radiometry(batch: &Batch, fluxes: &[Self]) -> Vec<Radiometry> {
+        let places = batch.cases.iter().flat_map(|case| batch.wavelengths_nm.iter().map(move |nm| (case, *nm)));
+        let radiometry = |((case, wavelength_nm), fluxes): ((&SlabCase, f64), &Self)| Radiometry {
+            thickness_cm: case.thickness_cm,
+            incidence: case.incidence,
+            wavelength_nm,
+            reflectance: fluxes.reflectance,
+            transmittance: fluxes.transmittance,
+            absorptance: fluxes.absorptance,
+        };
+        places.zip(fluxes).map(radiometry).collect()
+    }
+}
+
+impl From<TransportError> for BatchError {
+    fn from(error: TransportError) -> Self {
+        Self { case: None, error }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_wrong_case_is_named() {
+        let dense = SnowSample { density_kg_m3: 1200.0, ..SnowSample::default() };
+        let case = |sample, thickness_cm| SlabCase {
+            sample,
+            thickness_cm,
+            incidence: Incidence::Beam { angle_deg: 60.0 },
+            ground_albedo: 0.0,
+        };
+        let wrong = |cases: Vec<SlabCase>| {
+            let batch = Batch { samples: vec![SnowSample::default(), dense], cases, wavelengths_nm: vec![500.0] };
+            batch.check().unwrap_err()
+        };
+        let BatchError { case: number, error } = wrong(vec![case(0, 1.0), case(0, f64::INFINITY), case(1, -1.0)]);
+        assert_eq!((number, &*error.to_string()), (Some(2), "density is 1200 kg/m³, but must lie in 10–900 kg/m³"));
+        let BatchError { case: number, error } = wrong(vec![case(0, 1.0), case(0, f64::NEG_INFINITY)]);
+        assert!(number == Some(1) && error.to_string().starts_with("thickness is -inf cm"), "{error}");
+        assert_eq!(wrong(vec![case(0, 1.0), case(0, f64::NAN), case(1, 1.0)]).case, Some(1));
+    }
+}
