@@ -108,33 +108,18 @@ fn mistakes_are_named_with_file_line_value_and_range() {
     assert_named(&cases);
 }
 
+/// Asserts messages on keys of the snow of the scene.
+fn assert_named_in_snow(cases: &[(&str, &str)]) {
+    for (wrong, expected) in cases {
+        let message = load(&SCENE.replacen(SNOW_KEYS, wrong, 1), Some(PLY)).unwrap_err();
+        let expected = format!("scene.toml:8: material.drift.{expected}");
+        assert!(message.contains(&expected) && !message.contains('\n'), "{wrong}: {message}");
+    }
+}
+
 #[test]
-fn mistakes_in_snow_are_named_with_file_line_value_and_range() {
-    let cases = [
-        ("density_kg_m3 = 1200", "density_kg_m3 is 1200 kg/m³, but must lie in 10–900 kg/m³"),
-        ("density_kg_m3 = nan", "density_kg_m3 is NaN kg/m³, but must lie in 10–900 kg/m³"),
-        ("density_kg_m3 = \"300\"", "density_kg_m3 is \"300\", but must be a number"),
-        ("grain_size_um = 5000", "grain_size_um is 5000 µm, but its range of ± 50 µm must lie in 20–5000 µm"),
-        ("grain_size_um = [500, 100]", "grain_size_um has the range 500:100 µm, whose ends are in the wrong order"),
-        ("grain_size_um = [1, 2, 3]", "grain_size_um has 3 numbers, but must be a mean (400) or a range (350, 450)"),
-        ("grain_size_um = \"fine\"", "grain_size_um is \"fine\", but must be a number or a list of numbers"),
-        ("size_measure = \"radius\"", "size_measure is \"radius\", but must be one of greatest-extension"),
-        ("snow = \"powder\"", "snow is \"powder\", but must be one of fresh, rounded, faceted"),
-        ("ssa_m2_kg = 1000", "ssa_m2_kg is 1000 m²/kg, but must lie in 1.4–300 m²/kg"),
-        ("ssa_m2_kg = 20\ngrain_size_um = 400", "ssa_m2_kg cannot be given with a grain size"),
-        ("facetness = 2", "facetness is 2, but must lie in 0–1"),
-        ("sphericity = 0.1", "sphericity is 0.1, but must lie in 0.5–1"),
-        ("water_saturation = 2", "water_saturation is 2, but must lie in 0–1"),
-        ("temperature_c = 5", "temperature_c is 5 °C, but must lie in -60–0 °C"),
-        ("ice = \"rime\"", "ice is \"rime\", but must be one of warren2008, picard2016"),
-        (
-            "impurities_ng_g = { soot = 5 }",
-            "impurities_ng_g.soot is an unknown impurity; known are black-carbon, saharan-dust",
-        ),
-        (
-            "impurities_ng_g = { black-carbon = -5 }",
-            "impurities_ng_g.black-carbon is -5 ng/g, but must lie in 0–10000000 ng/g",
-        ),
+fn mistakes_on_the_surface_of_snow_are_named_with_file_line_value_and_range() {
+    assert_named_in_snow(&[
         ("sparkle = 1", "sparkle must be true, false or a table"),
         ("sparkle = { facet_size_um = 2 }", "sparkle.facet_size_um is 2 µm, but must lie in 5 to 5000 µm"),
         ("sparkle = { facet_size_um = nan }", "sparkle.facet_size_um is NaN µm, but must lie in 5 to 5000 µm"),
@@ -162,12 +147,38 @@ fn mistakes_in_snow_are_named_with_file_line_value_and_range() {
             "relief = { height_mm = 5, correlation_mm = 9 }",
             "relief.height_mm is 5 mm, but must be at most 1.76 mm for a correlation_mm of 9 and a hurst of 0.5",
         ),
+    ]);
+}
+
+#[test]
+fn mistakes_in_snow_are_named_with_file_line_value_and_range() {
+    let cases = [
+        ("density_kg_m3 = 1200", "density_kg_m3 is 1200 kg/m³, but must lie in 10–900 kg/m³"),
+        ("density_kg_m3 = nan", "density_kg_m3 is NaN kg/m³, but must lie in 10–900 kg/m³"),
+        ("density_kg_m3 = \"300\"", "density_kg_m3 is \"300\", but must be a number"),
+        ("grain_size_um = 5000", "grain_size_um is 5000 µm, but its range of ± 50 µm must lie in 20–5000 µm"),
+        ("grain_size_um = [500, 100]", "grain_size_um has the range 500:100 µm, whose ends are in the wrong order"),
+        ("grain_size_um = [1, 2, 3]", "grain_size_um has 3 numbers, but must be a mean (400) or a range (350, 450)"),
+        ("grain_size_um = \"fine\"", "grain_size_um is \"fine\", but must be a number or a list of numbers"),
+        ("size_measure = \"radius\"", "size_measure is \"radius\", but must be one of greatest-extension"),
+        ("snow = \"powder\"", "snow is \"powder\", but must be one of fresh, rounded, faceted"),
+        ("ssa_m2_kg = 1000", "ssa_m2_kg is 1000 m²/kg, but must lie in 1.4–300 m²/kg"),
+        ("ssa_m2_kg = 20\ngrain_size_um = 400", "ssa_m2_kg cannot be given with a grain size"),
+        ("facetness = 2", "facetness is 2, but must lie in 0–1"),
+        ("sphericity = 0.1", "sphericity is 0.1, but must lie in 0.5–1"),
+        ("water_saturation = 2", "water_saturation is 2, but must lie in 0–1"),
+        ("temperature_c = 5", "temperature_c is 5 °C, but must lie in -60–0 °C"),
+        ("ice = \"rime\"", "ice is \"rime\", but must be one of warren2008, picard2016"),
+        (
+            "impurities_ng_g = { soot = 5 }",
+            "impurities_ng_g.soot is an unknown impurity; known are black-carbon, saharan-dust",
+        ),
+        (
+            "impurities_ng_g = { black-carbon = -5 }",
+            "impurities_ng_g.black-carbon is -5 ng/g, but must lie in 0–10000000 ng/g",
+        ),
     ];
-    for (wrong, expected) in cases {
-        let message = load(&SCENE.replacen(SNOW_KEYS, wrong, 1), Some(PLY)).unwrap_err();
-        let expected = format!("scene.toml:8: material.drift.{expected}");
-        assert!(message.contains(&expected) && !message.contains('\n'), "{wrong}: {message}");
-    }
+    assert_named_in_snow(&cases);
     assert_named(&[
         (
             SNOW_KEYS,
