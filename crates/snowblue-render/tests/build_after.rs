@@ -94,6 +94,7 @@ fn what_is_kept_is_checked_again() {
     let plane = |scene: &mut SceneDescription| {
         let ShapeDescription::Plane(plane) = scene.objects[1].shape.clone() else { return };
         scene.objects[0].shape = ShapeDescription::Plane(plane);
+        scene.objects[0].common.body = Some("block".to_owned());
     };
-    refused(plane, "snow");
+    refused(plane, "body joins snow, but a plane has no inside");
 }

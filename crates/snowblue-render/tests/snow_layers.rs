@@ -322,7 +322,7 @@ fn mistakes_are_named() {
         (
             &format!("{keys}path = \"view\"\n"),
             Some(good),
-            "unknown key `path` in material.snow; known are type, sparkle, layers, layers_top",
+            "unknown key `path` in material.snow; known are type, sparkle, relief, layers, layers_top",
         ),
         (
             &format!("{keys}layers_top = \"ground\"\n"),

@@ -51,7 +51,8 @@ impl Displacement<'_> {
         let height_m = |at: usize| -> f32 {
             let height_m = narrow(self.roughness.height_m(mesh.positions[at].as_dvec3(), edges_m[at].into()));
             let offset = normals[at] * height_m;
-            if offset == Vec3::ZERO { 0.0 } else { height_m * (self.room)(mesh.positions[at], offset) }
+            // Without a normal it has no direction, and other vertices at its place decide.
+            if offset == Vec3::ZERO { height_m } else { height_m * (self.room)(mesh.positions[at], offset) }
         };
         let mut heights_m: Vec<f32> = (0..places.len()).into_par_iter().map(height_m).collect();
         for (at, place) in places.iter().enumerate() {

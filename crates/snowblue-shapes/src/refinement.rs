@@ -32,7 +32,10 @@ pub fn refine<T: Copy + Send + Sync>(
     loop {
         let long = long_edges(&active, |ends: [u32; 2]| {
             let ends = ends.map(|end| end as usize);
-            is_long(ends.map(|end| mesh.positions[end]), ends.map(|end| refined.values[end]))
+            let [from, to] = ends.map(|end| mesh.positions[end]);
+            let middle = from.midpoint(to);
+            // Neighbouring numbers have no middle.
+            middle != from && middle != to && is_long([from, to], ends.map(|end| refined.values[end]))
         });
         if long.is_empty() {
             done.append(&mut active);

@@ -51,6 +51,8 @@ use sources::Sources;
 /// What there is in a scene without its described lights.
 struct Solids {
     objects: Arc<Objects>,
+    /// The objects with relief as the camera sees it, and all notes, if they are known.
+    rough: Option<(Arc<Objects>, Vec<String>)>,
     materials: Arc<Vec<Material>>,
     gltf_lights: Vec<Arc<Light>>,
     gltf_view: Option<View>,
@@ -99,6 +101,7 @@ impl SceneDescription {
         let (described, of_gltf) = earlier.lights.split_at(earlier.described_lights);
         let solids = Solids {
             objects: Arc::clone(&earlier.smooth_objects),
+            rough: (!changes.view).then(|| (Arc::clone(&earlier.objects), earlier.notes.clone())),
             materials: Arc::clone(&earlier.materials),
             gltf_lights: of_gltf.to_vec(),
             // With a camera in the description, that of a glTF does not matter.
@@ -132,8 +135,8 @@ impl SceneDescription {
         }
         let sensor = self.film.false_color.map_or_else(Sensor::cie_1931, Sensor::false_color);
         let sensor = self.balanced(sensor, &lights)?;
-        let Solids { objects: smooth_objects, materials, gltf_view, notes: solid_notes, files: solid_files, .. } =
-            solids;
+        let Solids { objects: smooth_objects, rough, materials, gltf_view, notes, files: solid_files, .. } = solids;
+        let solid_notes = notes;
         let (view, path) = self.view(gltf_view)?;
         let lens = self.camera.as_ref().map(|camera| camera.lens()).unwrap_or_default();
         let camera = PerspectiveCamera::new(&view, lens, self.film.width as f32 / self.film.height as f32);
@@ -153,12 +156,14 @@ impl SceneDescription {
             Ok(())
         };
         check(&smooth_objects)?;
-        let (mut objects, mut notes) = (Arc::clone(&smooth_objects), solid_notes.clone());
-        if let Some((rough, note)) = with_relief(&smooth_objects, &materials, (&camera, &view, &self.film)) {
+        let (objects, notes) = if let Some(same) = rough {
+            same
+        } else if let Some((rough, note)) = with_relief(&smooth_objects, &materials, (&camera, &view, &self.film)) {
             check(&rough)?;
-            objects = Arc::new(rough);
-            notes.extend(note);
-        }
+            (Arc::new(rough), solid_notes.iter().cloned().chain(note).collect())
+        } else {
+            (Arc::clone(&smooth_objects), solid_notes.clone())
+        };
         Ok(Scene {
             camera,
             view,
@@ -228,6 +233,7 @@ impl SceneDescription {
         }
         Ok(Solids {
             objects: Arc::new(objects),
+            rough: None,
             materials: Arc::new(materials.into_iter().map(|named| named.material).collect()),
             gltf_lights: gltf.lights.into_iter().map(Arc::new).collect(),
             gltf_view: gltf.view,

@@ -44,6 +44,8 @@ const OF_WAY: f32 = 1.0 / 3.0;
 const BEFORE_MIDDLE: f32 = 0.9;
 /// Surfaces that are nearer than this touch, in m.
 const TOUCHING_M: f32 = 1e-4;
+/// The same as a fraction of the largest coordinate, which bounds the rounding of places.
+const FARTHEST_TOUCHING: f32 = 1.0 / 524_288.0;
 /// Length of the edges of a sphere before its relief, as a fraction of its greatest extent: its middle is then 6·10⁻⁵
 /// of its radius too low.
 const ROUNDEST: f32 = 1.0 / 90.0;
@@ -94,21 +96,26 @@ fn rough_objects(
 ) -> Option<Vec<Object>> {
     let mut left = MOST_TRIANGLES;
     let rough = objects.list().iter().enumerate().map(|(index, object)| {
-        let (Some(roughness), Some(smooth)) = (&roughness[object.material], SmoothSurface::of(&object.shape)) else {
-            return Some(object.clone());
-        };
-        let neighbours = Neighbours::of(objects, index, narrow(roughness.greatest_m()));
+        let Some(roughness) = &roughness[object.material] else { return Some(object.clone()) };
         let least_m = roughness.least_edge_m();
+        // Where edges are too long for all heights, the object stays as it is.
+        let is_coarse = |bounds| factor * sight.least_edge_m(bounds) >= roughness.greatest_edge_m();
+        if objects.bounds(index).is_some_and(is_coarse) {
+            return Some(object.clone());
+        }
+        let Some(smooth) = SmoothSurface::of(&object.shape) else { return Some(object.clone()) };
+        let placement = Transform::new(&smooth.frame).expect("a frame is a rotation and a shift");
+        let own = Shape::Mesh(Instance::new(Arc::new(MeshBvh::new(smooth.mesh.clone())), placement));
+        let neighbours = Neighbours::of(objects, (index, &own), narrow(roughness.greatest_m()));
         let displacement = Displacement {
             roughness,
             edge_m: &|place| narrow(factor * sight.edge_m(smooth.to_scene(place), least_m)),
-            edge_growth: narrow(factor * OF_DISTANCE.max(PIXELS * sight.pixel_per_m)),
+            edge_growth: narrow(factor * sight.edge_growth()),
             room: &|place, offset| neighbours.room(smooth.to_scene(place).as_vec3a(), smooth.turned(offset)),
         };
         let first = smooth.mesh.indices.len();
         let mesh = displacement.of(smooth.mesh.clone(), first + left)?;
         left -= mesh.indices.len() - first;
-        let placement = Transform::new(&smooth.frame).expect("a frame is a rotation and a shift");
         let shape = Shape::Mesh(Instance::new(Arc::new(MeshBvh::new(mesh)), placement));
         Some(Object { shape, ..object.clone() })
     });
@@ -125,12 +132,27 @@ struct Sight {
 }
 
 impl Sight {
+    /// Distances between rays to the nearest of them. Surfaces that are seen at a grazing angle have few.
+    const RAYS_APART: f64 = 3.0;
+
+    /// A bound from below of the lengths of the edges in bounds, in m.
+    fn least_edge_m(&self, bounds: Bounds) -> f64 {
+        let [low, high] = [bounds.low, bounds.high].map(|corner| corner.as_dvec3());
+        let nearest_m = self.viewpoint.distance(self.viewpoint.clamp(low, high));
+        let farthest_m = (self.viewpoint - low).abs().max((high - self.viewpoint).abs()).length();
+        let hidden_m = self.seen.distance_m(low, high) - Self::RAYS_APART * self.ray_per_m * farthest_m;
+        (PIXELS * self.pixel_per_m * nearest_m).max(OF_DISTANCE * hidden_m)
+    }
+
+    /// How much the length of edges grows at most for each metre.
+    fn edge_growth(&self) -> f64 {
+        (PIXELS * self.pixel_per_m).max(OF_DISTANCE * (1.0 + Self::RAYS_APART * self.ray_per_m))
+    }
+
     /// Greatest length of the edges around a place, in m, and at least a length that needs no shorter ones.
     fn edge_m(&self, place: DVec3, least_m: f64) -> f64 {
-        /// Distances between rays to the nearest of them. Surfaces that are seen at a grazing angle have few.
-        const RAYS_APART: f64 = 3.0;
         let distance_m = place.distance(self.viewpoint);
-        let hidden_m = self.seen.distance_m(place, place) - RAYS_APART * self.ray_per_m * distance_m;
+        let hidden_m = self.seen.distance_m(place, place) - Self::RAYS_APART * self.ray_per_m * distance_m;
         (PIXELS * self.pixel_per_m * distance_m).max(OF_DISTANCE * hidden_m).max(least_m)
     }
 }
@@ -186,6 +208,7 @@ fn round(ellipsoid: &Ellipsoid) -> TriangleMesh {
 
 /// What is near the surface of an object.
 struct Neighbours<'a> {
+    /// The smooth mesh in m: its vertices lie on it exactly, and its nearest points are those in the scene.
     own: &'a Shape,
     reach_m: f32,
     /// Other shapes, and whether they are of the same body.
@@ -194,7 +217,7 @@ struct Neighbours<'a> {
 
 impl<'a> Neighbours<'a> {
     /// Those that heights of a greatest magnitude may reach.
-    fn of(objects: &'a Objects, index: usize, greatest_m: f32) -> Self {
+    fn of(objects: &'a Objects, (index, own): (usize, &'a Shape), greatest_m: f32) -> Self {
         let around = objects.bounds(index).map(|bounds| bounds.padded(greatest_m / OF_WAY + TOUCHING_M));
         let is_near = |other: &usize| {
             let meets = |one: Bounds, other: Bounds| one.low.cmple(other.high).all() && other.low.cmple(one.high).all();
@@ -202,26 +225,31 @@ impl<'a> Neighbours<'a> {
         };
         let (list, body) = (objects.list(), objects.body_of(index));
         let others = (0..list.len()).filter(is_near).map(|other| (&list[other].shape, body.contains(&other)));
-        Self { own: &list[index].shape, reach_m: objects.reach_m(index), others: others.collect() }
+        Self { own, reach_m: objects.reach_m(index), others: others.collect() }
     }
 
     /// The part of an offset by which a point of the surface may move: at most a third of the way to the next surface.
     /// In a body of several objects, where surfaces may be joints, the way back counts as well.
     fn room(&self, point: Vec3A, offset: Vec3A) -> f32 {
         let length_m = offset.length();
+        if length_m <= 0.0 {
+            return 0.0;
+        }
         let (direction, limit_m) = (offset / length_m, length_m / OF_WAY);
         let ahead = Ray { origin: off_surface(point, direction, self.reach_m), direction };
         let mut way_m = self.own.first_hit(&ahead, limit_m).map_or(limit_m, |hit| hit.distance_m);
         // Where it is nearer to another part of the surface, a face has its room as far as the line in the middle.
-        let nearest_m = self.own.nearest(point + offset).map_or(length_m, |hit| hit.distance_m.min(length_m));
-        let near = nearest_m / length_m;
-        way_m = way_m.min(limit_m * (BEFORE_MIDDLE * near + (1.0 - BEFORE_MIDDLE) * near.powi(8)));
+        let most_m = OF_WAY * way_m;
+        let nearest_m = self.own.nearest(point + direction * most_m).map_or(most_m, |hit| hit.distance_m.min(most_m));
+        let near = if most_m > 0.0 { nearest_m / most_m } else { 0.0 };
+        way_m *= BEFORE_MIDDLE * near + (1.0 - BEFORE_MIDDLE) * near.powi(8);
+        let touching_m = TOUCHING_M.max(self.reach_m * FARTHEST_TOUCHING);
         for (shape, is_of_body) in &self.others {
             let both = [direction, -direction];
             for direction in &both[..if *is_of_body { 2 } else { 1 }] {
-                let ray = Ray { origin: point - *direction * TOUCHING_M, direction: *direction };
-                let hit = shape.first_hit(&ray, limit_m + 2.0 * TOUCHING_M);
-                way_m = hit.map_or(way_m, |hit| way_m.min((hit.distance_m - 2.0 * TOUCHING_M).max(0.0)));
+                let ray = Ray { origin: point - *direction * touching_m, direction: *direction };
+                let hit = shape.first_hit(&ray, limit_m + 2.0 * touching_m);
+                way_m = hit.map_or(way_m, |hit| way_m.min((hit.distance_m - 2.0 * touching_m).max(0.0)));
             }
         }
         way_m / limit_m
