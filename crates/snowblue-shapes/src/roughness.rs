@@ -11,8 +11,8 @@
 //! of two heights is in proportion to r^{2H}, down to the least wavelength. With H = 1/2 the autocorrelation is nearly
 //! exponential.
 //!
-//! Each octave has a lattice of a random orientation and place, so that a plane passes through all parts of its cells. Over all
-//! places and orientations the autocorrelation of N is
+//! Each octave has a lattice of a random orientation and place, so that a plane passes through all parts of its cells.
+//! Over all places and orientations the autocorrelation of N is
 //!
 //! ```text
 //! ρ(r) = ⟨ Σ_k A(r_k) B(r_l) B(r_m) ⟩ / (3 A(0) B(0)²)
