@@ -51,7 +51,7 @@ def test_slabs_of_one_snow_may_be_paired_and_crossed():
     thickness, angle = xr.DataArray([1.0, 9.0], **sites), xr.DataArray([0.0, 70.0], **sites)
     paired = snowblue.spectrum(thickness_cm=thickness, angle_deg=angle, wavelength_nm=NM)
     crossed = snowblue.spectrum(thickness_cm=[1, 9], angle_deg=[0, 70], wavelength_nm=NM)
-    assert paired.transmittance.dims == ("site", "wavelength") and "transmittance_se" in paired
+    assert paired.transmittance.dims == ("site", "wavelength")
     for place in range(2):
         at = dict(thickness=thickness.values[place], angle=angle.values[place])
         for name in ("transmittance", "reflectance_se"):
@@ -94,12 +94,103 @@ def test_wavelengths_may_lie_on_another_axis():
         snowblue.spectrum(wavelength_nm=channels, density_kg_m3=xr.DataArray([100, 200, 300], dims="channel"))
 
 
-def test_several_snows_have_standard_errors_on_demand_only():
-    assert "transmittance_se" in snowblue.spectrum(wavelength_nm=550)
-    several = snowblue.spectrum(density_kg_m3=[200, 300], wavelength_nm=550)
-    assert "transmittance_se" not in several
-    errors = snowblue.spectrum(density_kg_m3=[200, 300], wavelength_nm=550, standard_errors=True)
-    assert (errors.transmittance_se > 0).all() and (errors.transmittance == several.transmittance).all()
+def test_spectra_have_standard_errors_unless_they_are_not_wanted():
+    for density in (200, [200, 300]):
+        errors = snowblue.spectrum(density_kg_m3=density, wavelength_nm=550)
+        assert (errors.transmittance_se > 0).all()
+        plain = snowblue.spectrum(density_kg_m3=density, wavelength_nm=550, standard_errors=False)
+        assert "transmittance_se" not in plain and (plain.transmittance == errors.transmittance).all()
+    # An albedo has no place for them.
+    with pytest.raises(TypeError, match="standard_errors"):
+        snowblue.albedo(standard_errors=True)
+
+
+def plain(**keywords):
+    return snowblue.spectrum(wavelength_nm=[550, 900], standard_errors=False, **keywords)
+
+
+def test_arguments_are_the_coordinates_whatever_others_carry():
+    pits = xr.Dataset({"ssa": ("density", [20.0, 40.0])}, {"density": [200.0, 300.0]})
+    doubled = plain(density_kg_m3=pits.density * 2, ssa_m2_kg=pits.ssa)
+    assert doubled.reflectance.dims == ("density", "thickness", "angle", "wavelength")
+    assert doubled.density.values.tolist() == [400, 600] and doubled.density.units == "kg m-3"
+    one = plain(density_kg_m3=600, ssa_m2_kg=40)
+    assert (doubled.transmittance[1].values == one.transmittance.values).all()
+    # In the other order too, and where the argument has an axis of its own.
+    assert plain(ssa_m2_kg=pits.ssa, density_kg_m3=pits.density * 2).density.values.tolist() == [400, 600]
+    sites = xr.DataArray([20.0, 40.0], dims="site", coords={"site": [3, 7], "angle": ("site", [8.0, 9.0])})
+    assert plain(ssa_m2_kg=sites, angle_deg=[0, 60]).angle.values.tolist() == [0, 60]
+
+
+def test_carried_coordinates_are_kept_unless_they_differ_or_have_names_of_results():
+    def sites(values, **coords):
+        return xr.DataArray(values, dims="site", coords={name: ("site", list(one)) for name, one in coords.items()})
+
+    ssa = sites([20.0, 40.0], site="ab", height=[1, 2], slope=[5, 6], reflectance=[0.5, 0.6], density=[1, 2], place="pq")
+    thickness = sites([3.0, 4.0], site="ab", height=[1, 2], slope=[5, 7], owner="xy")
+    solved = plain(ssa_m2_kg=ssa, thickness_cm=thickness)
+    assert set(solved.coords) == {
+        "site", "height", "place", "owner", "specific_surface_area", "thickness", "angle", "wavelength"}
+    assert set(solved.data_vars) == {"reflectance", "transmittance", "absorptance"}
+    # The axis of wavelengths replaces no argument.
+    channels = xr.DataArray([500.0, 600.0], dims="channel", coords={"thickness": ("channel", [8, 9])})
+    seen = snowblue.spectrum(wavelength_nm=channels, thickness_cm=[1, 2, 3], standard_errors=False)
+    assert seen.thickness.values.tolist() == [1, 2, 3]
+
+
+def test_arrays_may_share_an_axis_that_is_an_argument():
+    on = {"dims": "thickness", "coords": {"thickness": [1.0, 10.0]}}
+    depth, ground = xr.DataArray([1.0, 10.0], **on), xr.DataArray([0.1, 0.5], **on)
+    paired = plain(thickness_cm=depth, ground_albedo=ground)
+    assert paired.reflectance.dims == ("thickness", "angle", "wavelength")
+    assert (paired.transmittance.sel(thickness=10).values
+            == plain(thickness_cm=10, ground_albedo=0.5).transmittance[0].values).all()
+    ds = xr.Dataset({"ssa": ("density", [20.0, 40.0])}, {"density": [200, 300]})
+    both = plain(density_kg_m3=ds.density, ssa_m2_kg=ds.ssa)
+    assert both.reflectance.dims[0] == "density"
+    assert both.identical(plain(density_kg_m3=[200, 300], ssa_m2_kg=ds.ssa))
+    with pytest.raises(ValueError, match="'density' has other labels"):
+        plain(density_kg_m3=[200, 400], ssa_m2_kg=ds.ssa)
+    with pytest.raises(ValueError, match="'density' has other labels"):
+        plain(density_kg_m3=ds.density, ssa_m2_kg=ds.ssa[::-1])
+
+
+def test_levels_of_an_index_remain():
+    stacked = xr.DataArray(
+        [[10.0, 20.0], [30.0, 40.0]], dims=("year", "site"), coords={"year": [1, 2], "site": [3, 4]}).stack(row=("year", "site"))
+    solved = plain(ssa_m2_kg=stacked, density_kg_m3=stacked * 10)
+    assert solved.reflectance.dims[0] == "row"
+    assert solved.unstack("row").sel(year=2, site=3).specific_surface_area == 30
+
+
+def test_angles_in_words_keep_their_numbers():
+    for mixed in (np.array([0, "diffuse", "60"]), [0, "diffuse", "60"], np.array([0, "diffuse", 60], dtype=object)):
+        solved = plain(angle_deg=mixed)
+        assert solved.angle.values.tolist() == [0, -1, 60]
+    assert (solved.reflectance.values == plain(angle_deg=[0, -1, 60]).reflectance.values).all()
+
+
+def test_series_are_paired_by_their_index():
+    table = pd.DataFrame({"ssa": [20.0, 40.0, 60.0], "thickness": [1.0, 5.0, 9.0]}, index=["a", "b", "c"])
+    solved = plain(ssa_m2_kg=table.ssa, thickness_cm=table.thickness)
+    assert solved.reflectance.dims == ("index", "angle", "wavelength")
+    assert (solved.reflectance.sel(index="b").values == plain(ssa_m2_kg=40, thickness_cm=5).reflectance[0].values).all()
+    with pytest.raises(ValueError, match="other labels"):
+        plain(ssa_m2_kg=table.ssa, thickness_cm=table.thickness[::-1])
+
+
+def test_masked_values_are_missing():
+    with pytest.raises(ValueError, match=r"density is NaN kg/m³.*, at density\[1\]"):
+        plain(density_kg_m3=np.ma.masked_equal([300, 50], 50))
+    with pytest.raises(ValueError, match=r"thickness is NaN cm.*, at thickness\[0\]"):
+        plain(thickness_cm=np.ma.masked_less([1.0, 5.0], 2))
+
+
+def test_wavelengths_of_an_albedo_may_be_a_tuple():
+    assert snowblue.albedo(wavelength_nm=(500, 1000)).dims == ("wavelength",)
+    for value in ([[500, 600]], xr.DataArray([[500.0, 600.0]], dims=("a", "b"))):
+        with pytest.raises(ValueError, match="wavelength has 2 dimensions, but must have 1"):
+            snowblue.albedo(wavelength_nm=value)
 
 
 @pytest.mark.parametrize(("keywords", "words"), [
@@ -118,6 +209,13 @@ def test_several_snows_have_standard_errors_on_demand_only():
      "'site' has 2 values in thickness, but 1 elsewhere"),
     ({"thickness_cm": xr.DataArray([1.0, 2.0], dims="wavelength")}, "'wavelength', which belongs to the results"),
     ({"thickness_cm": np.inf, "engine": "montecarlo"}, "thickness is inf cm"),
+    ({"density_kg_m3": np.array([200, None])}, r"density_kg_m3 is None.*, at density\[1\]"),
+    ({"density_kg_m3": [200, "x"]}, r"density_kg_m3 is 'x'.*, at density\[1\]"),
+    ({"thickness_cm": [1, "x"]}, r"thickness is 'x'.*, at thickness\[1\]"),
+    ({"angle_deg": [0, "steep"]}, r"angle is 'steep', but must be .* 'diffuse', at angle\[1\]"),
+    ({"snow": ["firn", 3]}, r"snow is 3, but must be a word, at snow\[1\]"),
+    ({"wavelength_nm": [500, None]}, r"wavelength is None.*, at wavelength\[1\]"),
+    ({"thickness_cm": xr.DataArray([1.0], dims="reflectance")}, "'reflectance', which belongs to the results"),
 ])
 def test_wrong_elements_are_named_with_their_index(keywords, words):
     with pytest.raises(ValueError, match=words):

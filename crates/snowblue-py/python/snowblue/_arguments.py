@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Iterator, Mapping
+import functools
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any, TypedDict
@@ -77,8 +78,11 @@ SNOW = {
 WORDS = ("snow", "size_measure", "ice")
 """Arguments of snow that are words."""
 
-RESERVED = ("wavelength", "illuminant", "depth")
-"""Dimensions of results that no argument but its own can have."""
+FLUXES = ("reflectance", "transmittance", "absorptance")
+RESULTS = (*FLUXES, *(f"{name}_se" for name in FLUXES))
+
+RESERVED = ("wavelength", "illuminant", "depth", *RESULTS)
+"""Names of dimensions and variables of results, which no dimension of an argument can have."""
 
 THICKNESS = Quantity("thickness", "cm")
 ANGLE = Quantity("angle", "degree", "angle of incidence")
@@ -86,39 +90,65 @@ WAVELENGTH = Quantity("wavelength", "nm")
 DEPTH = Quantity("depth", "cm")
 GROUND_ALBEDO = Quantity("ground_albedo", "1", "albedo of the ground")
 
+_QUANTITIES = (*SNOW.values(), THICKNESS, ANGLE, WAVELENGTH, DEPTH, GROUND_ALBEDO)
+TAKEN = {*RESULTS, *(quantity.name for quantity in _QUANTITIES)}
+"""Names of arguments and results."""
+
 
 @dataclass
 class Axes:
     """The dimensions of several arguments, which are broadcast by name as those of xarray are."""
 
     sizes: dict[str, int] = field(default_factory=dict)
-    coords: dict[str, Any] = field(default_factory=dict)
+    own: dict[str, Any] = field(default_factory=dict)
+    """The values of the arguments, as coordinates."""
+    carried: list[Mapping[str, Any]] = field(default_factory=list)
+    """Further coordinates of each argument."""
+    labels: dict[str, Any] = field(default_factory=dict)
+    """The labels of the dimensions that have some, as pandas.Index."""
 
     @property
     def shape(self) -> tuple[int, ...]:
         return tuple(self.sizes.values())
 
-    def add(self, quantity: Quantity, value: Any, array: np.ndarray) -> tuple[str, ...]:
+    def add(self, quantity: Quantity, value: Any, array: np.ndarray, made: dict[str, Any] | None = None) -> None:
         """Adds the dimensions of an argument, which has this array of values, and its coordinate."""
-        dims = tuple(getattr(value, "dims", (quantity.name,)))
-        if len(dims) != array.ndim:
-            raise ValueError(
-                f"{quantity.name} has {array.ndim} dimensions, but must have 1; an xarray.DataArray may have several"
-            )
-        own = getattr(value, "coords", {})
+        import pandas as pd
+
+        dims, coords = dims_of(quantity, value, array), getattr(value, "coords", {})
         for dim, size in zip(dims, array.shape):
             if dim in RESERVED:
                 raise ValueError(f"{quantity.name} has a dimension '{dim}', which belongs to the results")
             if size == 0:
                 raise ValueError(f"{quantity.name} has no values")
-            _check_labels(dim, own, self.coords)
             if self.sizes.setdefault(dim, size) != size:
                 raise ValueError(
                     f"the axis '{dim}' has {size} values in {quantity.name}, but {self.sizes[dim]} elsewhere"
                 )
-        self.coords.update(own)
-        self.coords[quantity.name] = (dims, array, quantity.attributes())
-        return dims
+            # Arrays that share an axis are paired by position: their labels must agree.
+            labels = coords[dim].to_index() if dim in coords else pd.Index(array) if dim == quantity.name else None
+            if labels is not None and not self.labels.setdefault(dim, labels).equals(labels):
+                raise ValueError(f"the axis '{dim}' has other labels in one array than in another: align them first")
+        self.carried.append(coords)
+        self.own[quantity.name] = (dims, array, quantity.attributes() if made is None else made)
+
+    def coordinates(self, wavelengths: Wavelengths) -> dict[str, Any]:
+        """The coordinates of a result: the arguments, and what they carry.
+
+        Of what they carry, names of arguments and results are left out, and names that have other values in one
+        argument than in another.
+        """
+        dims = {*self.sizes, wavelengths.dim}
+        kept: dict[str, Any] = {}
+        differing: set[str] = set()
+        for coords in [*self.carried, wavelengths.carried]:
+            for name, coordinate in coords.items():
+                if name not in TAKEN or name in dims:
+                    first = kept.setdefault(name, coordinate)
+                    if not first.variable.equals(coordinate.variable):
+                        differing.add(name)
+        plain = {name: one.reset_coords(drop=True) for name, one in kept.items() if name not in differing}
+        return {**plain, **self.own, WAVELENGTH.name: wavelengths.own}
 
     def places(self, dims: Iterable[str]) -> np.ndarray:
         """For each element of all axes, flat, its place among the values of an argument with these dimensions."""
@@ -139,9 +169,7 @@ class Axes:
             if len(error.args) != 2:
                 raise
             message, row = error.args
-            places = zip(self.sizes.items(), np.unravel_index(row, self.shape) if self.sizes else ())
-            at = ", ".join(f"{dim}[{place}]" for (dim, size), place in places if size > 1)
-            raise ValueError(f"{message}, at {at}" if at else message) from None
+            raise ValueError(message + _at(row, self.sizes, self.shape)) from None
 
 
 @dataclass
@@ -190,9 +218,13 @@ def snows(given: Mapping[str, Any], others: Iterable[str] = ()) -> Snows:
             else:
                 fixed[name] = plain
             return
-        array = np.asarray(value)
-        dims = axes.add(quantity, value, array)
-        varying.append((name, impurity, dims, _plain_list(label, name in WORDS, array)))
+        value = labelled(value)
+        array = values_of(value)
+        dims = dims_of(quantity, value, array)
+        convert = functools.partial(_plain if name in WORDS else number, label)
+        values = converted(convert, array, dims)
+        axes.add(quantity, value, array if array.dtype.kind in "fiu" else np.array(values).reshape(array.shape))
+        varying.append((name, impurity, dims, values))
 
     for name, value in given.items():
         if name in SNOW and value is not None:
@@ -211,10 +243,49 @@ def snows(given: Mapping[str, Any], others: Iterable[str] = ()) -> Snows:
     return Snows(axes, native, fixed)
 
 
-def _check_labels(dim: str, coords: Mapping[str, Any], known: Mapping[str, Any]) -> None:
-    """Arrays that share an axis are paired by position: their labels must agree."""
-    if dim in coords and dim in known and not np.array_equal(np.asarray(coords[dim]), np.asarray(known[dim])):
-        raise ValueError(f"the axis '{dim}' has other labels in one array than in another: align them first")
+def labelled(value: Any) -> Any:
+    """A series of pandas as an array of xarray, whose axis is its index."""
+    return value.to_xarray() if hasattr(value, "to_xarray") and np.ndim(value) == 1 else value
+
+
+def values_of(value: Any) -> np.ndarray:
+    """The values of a list or an array. Those that are masked are NaN, and mixed ones keep their types."""
+    if isinstance(value, np.ma.MaskedArray):
+        return np.ma.filled(value.astype(float if value.dtype.kind in "fiub" else object), np.nan)
+    try:
+        array = np.asarray(value)
+    except ValueError:  # Lists of several lengths.
+        array = np.empty(0, dtype=object)
+    # A list may hold numbers and words.
+    return array if array.dtype.kind in "fiu" or not isinstance(value, list) else np.asarray(value, dtype=object)
+
+
+def dims_of(quantity: Quantity, value: Any, array: np.ndarray) -> tuple[str, ...]:
+    """The dimensions of an argument, which has this array of values."""
+    dims = tuple(getattr(value, "dims", (quantity.name,)))
+    if len(dims) != array.ndim:
+        raise ValueError(
+            f"{quantity.name} has {array.ndim} dimensions, but must have 1; an xarray.DataArray may have several"
+        )
+    return dims
+
+
+def converted(convert: Callable[[Any], Any], array: np.ndarray, dims: Iterable[str]) -> list[Any]:
+    """The converted values of an array, flat. An error has the index of its value."""
+    plain = array.reshape(-1).tolist()
+    for place, value in enumerate(plain):
+        try:
+            plain[place] = convert(value)
+        except ValueError as error:
+            raise ValueError(str(error) + _at(place, dims, array.shape)) from None
+    return plain
+
+
+def _at(place: int, dims: Iterable[str], shape: tuple[int, ...]) -> str:
+    """Names an element of an array at the end of a message."""
+    places = zip(dims, shape, np.unravel_index(place, shape) if shape else ())
+    at = ", ".join(f"{dim}[{index}]" for dim, size, index in places if size > 1)
+    return f", at {at}" if at else ""
 
 
 def one_snow(given: Mapping[str, Any], others: Iterable[str] = ()) -> Snows:
@@ -223,13 +294,6 @@ def one_snow(given: Mapping[str, Any], others: Iterable[str] = ()) -> Snows:
     if result.axes.sizes:
         raise ValueError(f"{next(iter(result.axes.sizes))} has several values, but must have one")
     return result
-
-
-def _plain_list(name: str, is_word: bool, array: np.ndarray) -> list[Any]:
-    values = array.reshape(-1).tolist()
-    if is_word:
-        return [_plain(name, value) for value in values]
-    return values if array.dtype.kind in "fiu" else [number(name, value) for value in values]
 
 
 def _plain(name: str, value: Any) -> Any:
@@ -264,19 +328,36 @@ def numbers(quantity: Quantity, value: Any) -> list[float]:
     dims = getattr(value, "dims", (quantity.name,))
     if dims and dims != (quantity.name,):
         raise ValueError(f"{quantity.name} is an array over '{dims[0]}', but can only be an axis of its own")
-    array = np.atleast_1d(np.asarray(value))
+    return _numbers(quantity, value)
+
+
+def _numbers(quantity: Quantity, value: Any) -> list[float]:
+    array = np.atleast_1d(values_of(list(value) if isinstance(value, tuple) else value))
     if array.ndim != 1:
         raise ValueError(f"{quantity.name} has {array.ndim} dimensions, but must have 1")
-    return [number(quantity.name, one) for one in array.tolist()]
+    return converted(functools.partial(number, quantity.name), array, (quantity.name,))
+
+
+def angle(value: Any) -> Any:
+    """An angle in degrees, or the word diffuse; -1 is diffuse too, as in the angles of a result.
+
+    Arrays of words and numbers hold numbers as words.
+    """
+    if isinstance(value, str):
+        if value == "diffuse":
+            return value
+        try:
+            value = float(value)
+        except ValueError:
+            raise ValueError(f"angle is {value!r}, but must be a number of degrees or 'diffuse'") from None
+    return "diffuse" if value == DIFFUSE_DEG else number("angle", value)
 
 
 def angles(value: Any) -> list[Any]:
-    """Angles in degrees, and the word diffuse; -1 is diffuse too, as in the angles of a result."""
-    several = value if is_several(value) else [value]
-    plain = [one.item() if hasattr(one, "item") else one for one in several]
-    return [
-        one if isinstance(one, str) else "diffuse" if one == DIFFUSE_DEG else number("angle_deg", one) for one in plain
-    ]
+    """The angles of a one-dimensional axis."""
+    if not is_several(value):
+        return [angle(value.item() if hasattr(value, "item") else value)]
+    return converted(angle, values_of(value), (ANGLE.name,))
 
 
 def slab_argument(quantity: Quantity, value: Any, axes: Axes, always: bool = True) -> tuple[list[Any], tuple[str, ...]]:
@@ -284,24 +365,23 @@ def slab_argument(quantity: Quantity, value: Any, axes: Axes, always: bool = Tru
 
     A single value makes an axis too if it must `always` be one.
     """
-    several = is_several(value)
-    if not several and isinstance(value, tuple):
-        raise ValueError(f"{quantity.name} is {value}, but must be a number or an array")
-    # A list may hold numbers and words.
-    array = np.asarray(value, dtype=object) if isinstance(value, list) else np.asarray(value)
+    if not is_several(value):
+        if isinstance(value, tuple):
+            raise ValueError(f"{quantity.name} is {value}, but must be a number or an array")
+        value = np.asarray(value).item()
+        if not always:
+            return [number(quantity.name, value)], ()
+        value = [value]
+    value = labelled(value)
+    array = values_of(value)
+    dims = dims_of(quantity, value, array)
     if quantity is ANGLE:
-        values = angles(array.reshape(-1).tolist())
-        # Words that are no angle are refused with the other values.
-        degrees = [np.nan if isinstance(one, str) else one for one in angle_coordinate(values)[1]]
-        array = np.array(degrees, dtype=float).reshape(array.shape)
+        values = converted(angle, array, dims)
+        _, plain, made = angle_coordinate(values)
     else:
-        values = _plain_list(quantity.name, False, array)
-        array = np.array(values, dtype=float).reshape(array.shape)
-    if not several and not always:
-        return values, ()
-    dims = axes.add(quantity, value if several else array, array if several else array.reshape(1))
-    if quantity is ANGLE:
-        axes.coords[quantity.name] = (dims, array if several else array.reshape(1), angle_coordinate(values)[2])
+        values = plain = converted(functools.partial(number, quantity.name), array, dims)
+        made = quantity.attributes()
+    axes.add(quantity, value, np.array(plain, dtype=float).reshape(array.shape), made)
     return values, dims
 
 
@@ -324,18 +404,18 @@ class Wavelengths:
 
     values: list[float]
     dim: str
-    coords: dict[str, Any]
+    own: Any
+    """Their coordinate."""
+    carried: Mapping[str, Any]
+    """Further coordinates on their dimension."""
 
 
 def wavelength_argument(value: Any) -> Wavelengths:
     """Wavelengths along their own dimension, or another one that no other argument has."""
+    values = _numbers(WAVELENGTH, value)
     [dim] = getattr(value, "dims", None) or (WAVELENGTH.name,)
-    if dim == WAVELENGTH.name:
-        values = numbers(WAVELENGTH, value)
-    else:
-        values = numbers(WAVELENGTH, value.values)
-    coordinate = wavelength_coordinate(values)
-    return Wavelengths(values, dim, {**getattr(value, "coords", {}), WAVELENGTH.name: (dim, *coordinate[1:])})
+    own = (dim, *wavelength_coordinate(values)[1:])
+    return Wavelengths(values, dim, own, getattr(value, "coords", {}))
 
 
 def ordinates(streams: int | str = "auto", seed: int = 1) -> dict[str, Any]:

@@ -117,7 +117,7 @@ def color(
 
 def _curves(reflected: bool, solved: xr.Dataset | None, slab_and_snow: Mapping[str, Any]) -> xr.DataArray:
     if solved is None:
-        solved = spectrum(**{"standard_errors": False, **slab_and_snow})
+        solved = spectrum(standard_errors=False, **slab_and_snow)
     curves = solved.reflectance if reflected else solved.transmittance
     made = {name: value for name, value in solved.attrs.items() if name not in ("Conventions", "source")}
     return curves.assign_attrs(made | {"light": "reflected" if reflected else "transmitted"})

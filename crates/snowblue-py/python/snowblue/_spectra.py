@@ -20,7 +20,6 @@ from snowblue._arguments import (
     angles,
     attributes,
     check_names,
-    is_several,
     number,
     numbers,
     one_snow,
@@ -70,14 +69,14 @@ def spectrum(
     rays: int = DEFAULT_RAYS,
     per_wavelength: bool = False,
     seed: int = 1,
-    standard_errors: bool | None = None,
+    standard_errors: bool = True,
     progress: Progress = None,
     **snow: Unpack[Snow],
 ) -> xr.Dataset:
     """Reflectance, transmittance and absorptance of slabs of snow.
 
     Arguments are broadcast as xarray broadcasts: a list or an array makes an axis of its own, and
-    :class:`xarray.DataArray` arguments that share a dimension are paired along it, so that a slab of its own stands for
+    :class:`xarray.DataArray` arguments that share a dimension are paired along it, so that there is one slab for
     each row of a table. Snows that differ in anything but the shapes of their grains (facetness, sphericity) share the
     rays through grains, which take most of the time of a first spectrum.
 
@@ -102,9 +101,9 @@ def spectrum(
         Separate random walks for each wavelength and thickness, as in the paper.
     seed : int
         Seed of all randomness.
-    standard_errors : bool, optional
-        Standard errors by the jackknife: variables that end in `_se`. They take 16 times as long as the values of known
-        grains. By default a single snow has them, and several snows do not. Random walks always have them.
+    standard_errors : bool
+        Standard errors by the jackknife: variables that end in `_se`. Values alone, of grains that are known, take about
+        a sixteenth of the time. Random walks always have errors.
     progress : bool or callable, optional
     **snow
         `grain_size_um`, `density_kg_m3` and the other arguments of :class:`Snow`.
@@ -151,14 +150,12 @@ def spectrum(
     if wavelengths.dim in axes.sizes:
         raise ValueError(f"wavelength is an array over '{wavelengths.dim}', but all slabs have the same wavelengths")
     cases["places"] = np.stack([axes.places(dims) for dims in columns], axis=-1).astype(np.int64)
-    if standard_errors is None:
-        standard_errors = not snow_dims
     options = _engine(engine, streams, rays, per_wavelength, seed, standard_errors)
     with reporting(progress, "rays" if engine == "montecarlo" else "slabs") as report, axes.locating_errors():
         arrays = _native.spectrum(given.native, cases, options, report)
     dims = [*axes.sizes, wavelengths.dim]
     shape = [*axes.shape, len(wavelengths.values)]
-    coords = {**axes.coords, **wavelengths.coords}
+    coords = axes.coordinates(wavelengths)
     made = _made(engine, streams, rays, per_wavelength, seed)
     if not columns[3] and cases["ground_albedo"] != [0.0]:
         made["ground_albedo"] = cases["ground_albedo"][0]
@@ -177,7 +174,8 @@ def albedo(
 ) -> xr.DataArray:
     """Spectral albedo of snow, by default of an infinite depth under an overcast sky.
 
-    It is the reflectance of :func:`spectrum`, whose arguments it takes. What is one number is no axis of the result.
+    It is the reflectance of :func:`spectrum`, whose arguments it takes, without standard errors. An argument that is
+    one number makes no axis.
 
     Examples
     --------
@@ -190,10 +188,12 @@ def albedo(
         thickness_cm=thickness_cm,
         angle_deg=angle_deg,
         wavelength_nm=wavelength_nm,
-        **{"standard_errors": False, **arguments},
+        standard_errors=False,
+        **arguments,
     )
+    # A tuple of wavelengths is a list.
     single = [("thickness", thickness_cm), ("angle", angle_deg), ("wavelength", wavelength_nm)]
-    found = solved.reflectance.squeeze([name for name, value in single if not is_several(value)])
+    found = solved.reflectance.squeeze([name for name, value in single if np.ndim(value) == 0])
     made = {name: value for name, value in solved.attrs.items() if name not in ("Conventions", "source")}
     return found.rename("albedo").assign_attrs(long_name="albedo", **made)
 
