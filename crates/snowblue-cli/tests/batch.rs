@@ -45,7 +45,7 @@ fn a_line_of_a_file_has_the_figures_of_its_options() {
         &["--ssa", "25", "--density", "300", "--thickness", "15", "--impurity", "black-carbon=5"],
         &["--ssa", "3", "--thickness", "40", "--impurity", "black-carbon=400"],
     ];
-    let names = ["upper ridge,60,120,0,2,0.1,60,", "valley,25,300,5,15,,60,", "glacier,3,,400,40,0,60,"];
+    let names = ["upper ridge,60,120,0,2,0.1,60,", "valley,25,300,5,15,0,60,", "glacier,3,300,400,40,0,60,"];
     for ((slab, options), name) in batch.chunks(2).zip(alone).zip(names) {
         let header = "thickness_cm,angle_deg,wavelength_nm,reflectance,transmittance,absorptance";
         let own = lines(&[&["spectrum"][..], options, &common].concat(), header);
@@ -108,15 +108,109 @@ fn nothing_is_computed_or_written_if_a_line_is_wrong() {
     wrong(&with_last("word,many,300,0,1,0"), &[":6: ssa_m2_kg: 'many' is not a number"]);
     wrong(&with_last("short,25"), &[":6: has 2 cells, but there are 6 columns"]);
     wrong("name,ssa\na,20\n", &[":1: column 'ssa' is not known; there are name", "ssa_m2_kg"]);
-    wrong("name,snow,name\n", &[":1: column name is there twice"]);
+    wrong("name,snow,name\n", &[":1: column name is given twice"]);
     wrong("name,snow\n", &[" has no slab"]);
     wrong("", &[" has no line of names"]);
-    wrong("ssa_m2_kg,grain_size_um\n20,300\n", &[":2: specific surface area cannot be given with a grain size"]);
+    wrong("ssa_m2_kg,grain_size_um\n20,300\n", &[":2: ssa_m2_kg cannot be given with grain_size_um"]);
     let pits = file(folder.path(), "pits.csv", PITS);
-    assert_refused(&["spectrum", "--batch", &pits, "--density", "200"], &[":1: column density_kg_m3 and --density"]);
+    assert_refused(&["spectrum", "--batch", &pits, "--wavelengths", "5000"], &["snowblue: wavelength is 5000 nm"]);
+    assert_refused(&["spectrum", "--batch", &pits, "--temperature=-70"], &["snowblue: temperature is -70"]);
     assert_refused(&["spectrum", "--batch", &pits, "--angle", "0,60"], &["--angle has several values", "column"]);
     assert_refused(&["spectrum", "--batch", &pits, "--ssa", "10,20"], &["several values", "--batch"]);
     assert_refused(&["spectrum", "--batch", "missing.csv"], &["missing.csv"]);
+}
+
+fn data_attr(read: &FileReader, variable: &str, name: &str) -> String {
+    read.data_set().get_var_attr_as_string(variable, name).unwrap()
+}
+
+/// An empty cell has the option's value, in the figures and in the row.
+#[test]
+fn options_count_where_cells_are_empty() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "density_kg_m3,black_carbon_ng_g,angle_deg,thickness_cm\n,,,\n400,90,60,4\n";
+    let pits = file(folder.path(), "pits.csv", text);
+    let slab = ["--density", "150", "--angle", "diffuse", "--thickness", "3", "--wavelengths", "500"];
+    let options = [&slab[..], &["--impurity", "black-carbon=7,saharan-dust=5"]].concat();
+    let printed = stdout(&[&["spectrum", "--batch", &pits][..], &options].concat());
+    let own = stdout(&[&["spectrum"][..], &options].concat());
+    let figures = own.lines().nth(1).unwrap().strip_prefix("3,diffuse,500,").unwrap();
+    assert_eq!(printed.lines().nth(1), Some(&*format!("150,7,diffuse,3,500,{figures}")));
+    assert!(printed.lines().nth(2).unwrap().starts_with("400,90,60,4,500,"), "{printed}");
+    let full = file(folder.path(), "full.csv", "density_kg_m3,black_carbon_ng_g\n200,10\n300,20\n");
+    for [option, value] in [["--density", "150"], ["--impurity", "black-carbon=3"]] {
+        assert_refused(&["spectrum", "--batch", &full, option, value], &[option, "has no effect", "each line", "full"]);
+    }
+    stdout(&["spectrum", "--batch", &full, "--impurity", "saharan-dust=3"]);
+}
+
+#[test]
+fn a_line_has_one_size_of_grains() {
+    let folder = tempfile::tempdir().unwrap();
+    let refused = |text: &str, options: &[&str], words: &[&str]| {
+        let pits = file(folder.path(), "pits.csv", text);
+        assert_refused(&[&["spectrum", "--batch", &pits][..], options].concat(), words);
+    };
+    let both = "size_measure,grain_size_um,optical_radius_um\n";
+    refused(&format!("{both},300,50\n"), &[], &[":2: grain_size_um cannot be given with optical_radius_um"]);
+    refused(&format!("{both}volume-diameter,,50\n"), &[], &[":2: size_measure cannot be given with optical_radius_um"]);
+    refused("optical_radius_um\n50\n", &["--grain-size", "300:800"], &[":1:", "optical_radius_um", "--grain-size"]);
+    refused("optical_radius_um\n50\n", &["--size-measure", "volume-diameter"], &[":1:", "--size-measure"]);
+    refused("grain_size_um\n300\n", &["--optical-radius", "50"], &[":1:", "grain_size_um", "--optical-radius"]);
+    refused("ssa_m2_kg\n20\n", &["--grain-size", "300"], &[":1:", "ssa_m2_kg", "--grain-size"]);
+    // Each line may have its own.
+    let pits = file(folder.path(), "pits.csv", &format!("{both}volume-diameter,300,\n,,50\n"));
+    assert_eq!(stdout(&["spectrum", "--batch", &pits, "--wavelengths", "500"]).lines().count(), 3);
+}
+
+#[test]
+fn inputs_are_not_overwritten() {
+    let folder = tempfile::tempdir().unwrap();
+    let pits = file(folder.path(), "pits.csv", PITS);
+    assert_refused(&["spectrum", "--batch", &pits, "-o", &pits], &["pits.csv: would be overwritten"]);
+    assert_eq!(std::fs::read_to_string(&pits).unwrap(), PITS);
+    let layers = file(folder.path(), "pack.toml", "[[layer]]\nthickness_cm = 3\n");
+    assert_refused(
+        &["spectrum", "--layers", &layers, "--format", "csv", "-o", &layers],
+        &["pack.toml: would be overwritten"],
+    );
+    assert_eq!(std::fs::read_to_string(&layers).unwrap(), "[[layer]]\nthickness_cm = 3\n");
+}
+
+#[test]
+fn metadata_say_what_no_column_says() {
+    let folder = tempfile::tempdir().unwrap();
+    let pits = file(folder.path(), "pits.csv", "density_kg_m3,black_carbon_ng_g\n200,5\n");
+    let output = folder.path().join("pits.json");
+    let options = ["--grain-size", "300:500", "--facetness", "0.4", "--temperature=-9", "--water-saturation", "0.1"];
+    let dust = ["--impurity", "saharan-dust=8", "--wavelengths", "500", "-o", output.to_str().unwrap()];
+    stdout(&[&["spectrum", "--batch", &pits][..], &options, &dust].concat());
+    let written: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(&output).unwrap()).unwrap();
+    let metadata = &written["metadata"];
+    for (name, value) in [
+        ("grain_size_um", "300–500"),
+        ("size_measure", "greatest extension"),
+        ("water_saturation", "0.1"),
+        ("temperature_c", "-9"),
+        ("ice", "warren2008"),
+    ] {
+        assert_eq!(metadata[name], value);
+    }
+    assert!(metadata["facetness"].as_str().unwrap().contains("about 0.4"), "{metadata}");
+    let impurities = metadata["impurities"].as_str().unwrap();
+    assert!(impurities.contains("black-carbon (") && impurities.contains("saharan-dust=8 ng/g ("), "{impurities}");
+    assert!(metadata.get("density_kg_m3").is_none());
+}
+
+/// An infinite thickness is refused wherever it is given.
+#[test]
+fn thicknesses_are_finite() {
+    let folder = tempfile::tempdir().unwrap();
+    let pits = file(folder.path(), "pits.csv", "thickness_cm\ninf\n");
+    assert_refused(&["spectrum", "--batch", &pits], &[":2: thickness_cm: thickness must be finite"]);
+    for ssa in ["10", "10,20"] {
+        assert_refused(&["spectrum", "--ssa", ssa, "--thickness", "inf"], &["--thickness", "must be finite"]);
+    }
 }
 
 #[test]
@@ -135,14 +229,22 @@ fn spectra_are_written_as_netcdf_with_dimensions() {
     assert_eq!(data.get_var_attr_as_string("specific_surface_area", "units").as_deref(), Some("m2 kg-1"));
     assert_eq!(data.get_var_attr_as_string("black_carbon", "units").as_deref(), Some("ng g-1"));
     let density = read.read_var_f64("density").unwrap();
-    assert!(density[..2] == [120.0, 300.0] && density[2].is_nan(), "{density:?}");
+    assert!(density == [120.0, 300.0, 300.0], "{density:?}");
     assert_eq!(read.read_var_u8("name").unwrap()[..11], *b"upper ridge");
+    assert_eq!(data_attr(&read, "name", "_Encoding"), "utf-8");
+    let coordinates = data_attr(&read, "reflectance", "coordinates");
+    assert_eq!(coordinates, "name specific_surface_area density black_carbon thickness ground_albedo angle");
     let printed = stdout(&["spectrum", "--batch", &pits, "--wavelengths", "450,1000"]);
     let reflectance = read.read_var_f64("reflectance").unwrap();
     for (line, value) in printed.lines().skip(1).zip(&reflectance) {
         let printed: f64 = line.split(',').nth(8).unwrap().parse().unwrap();
         assert!((printed - value).abs() < 1e-8, "{line} {value}");
     }
+    // Also lines that are all combinations are slabs.
+    let regular = file(folder.path(), "regular.csv", "thickness_cm\n1\n2\n");
+    stdout(&["spectrum", "--batch", &regular, "--wavelengths", "450", "-o", written]);
+    let regular = FileReader::open(&output).unwrap();
+    assert_eq!(regular.data_set().get_var("reflectance").unwrap().dim_names(), ["slab", "wavelength"]);
     // All combinations of axes are axes.
     let grid = folder.path().join("grid.nc");
     let axes = ["--ssa", "10,40", "--thickness", "1,2,5", "--angle", "0,diffuse", "--wavelengths", "450,550,650,750"];

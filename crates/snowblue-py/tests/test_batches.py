@@ -132,6 +132,10 @@ def test_carried_coordinates_are_kept_unless_they_differ_or_have_names_of_result
     assert set(solved.coords) == {
         "site", "height", "place", "owner", "specific_surface_area", "thickness", "angle", "wavelength"}
     assert set(solved.data_vars) == {"reflectance", "transmittance", "absorptance"}
+    # A value that has the name of an axis is none of its labels.
+    named = xr.DataArray([200.0, 300.0], dims="pit").assign_coords(day=8)
+    alone = plain(density_kg_m3=named, ssa_m2_kg=xr.DataArray([20.0, 40.0, 60.0], dims="day"))
+    assert alone.reflectance.dims[:2] == ("pit", "day") and "day" not in alone.coords
     # The axis of wavelengths replaces no argument.
     channels = xr.DataArray([500.0, 600.0], dims="channel", coords={"thickness": ("channel", [8, 9])})
     seen = snowblue.spectrum(wavelength_nm=channels, thickness_cm=[1, 2, 3], standard_errors=False)
@@ -156,11 +160,15 @@ def test_arrays_may_share_an_axis_that_is_an_argument():
 
 
 def test_levels_of_an_index_remain():
-    stacked = xr.DataArray(
-        [[10.0, 20.0], [30.0, 40.0]], dims=("year", "site"), coords={"year": [1, 2], "site": [3, 4]}).stack(row=("year", "site"))
+    grid = xr.DataArray([[10.0, 20.0], [30.0, 40.0]], dims=("year", "site"), coords={"year": [1, 2], "site": [3, 4]})
+    stacked = grid.stack(row=("year", "site"))
     solved = plain(ssa_m2_kg=stacked, density_kg_m3=stacked * 10)
     assert solved.reflectance.dims[0] == "row"
     assert solved.unstack("row").sel(year=2, site=3).specific_surface_area == 30
+    # A level that is an argument makes way for it.
+    renamed = grid.rename(year="density").stack(row=("density", "site"))
+    solved = plain(ssa_m2_kg=renamed, density_kg_m3=renamed * 10)
+    assert solved.density.values.tolist() == [100, 200, 300, 400] and solved.site.values.tolist() == [3, 4, 3, 4]
 
 
 def test_angles_in_words_keep_their_numbers():
@@ -213,6 +221,7 @@ def test_wavelengths_of_an_albedo_may_be_a_tuple():
     ({"density_kg_m3": [200, "x"]}, r"density_kg_m3 is 'x'.*, at density\[1\]"),
     ({"thickness_cm": [1, "x"]}, r"thickness is 'x'.*, at thickness\[1\]"),
     ({"angle_deg": [0, "steep"]}, r"angle is 'steep', but must be .* 'diffuse', at angle\[1\]"),
+    ({"density_kg_m3": [[200, 300], [400]]}, r"density_kg_m3 is \[200, 300\], but must be a number, at density\[0\]"),
     ({"snow": ["firn", 3]}, r"snow is 3, but must be a word, at snow\[1\]"),
     ({"wavelength_nm": [500, None]}, r"wavelength is None.*, at wavelength\[1\]"),
     ({"thickness_cm": xr.DataArray([1.0], dims="reflectance")}, "'reflectance', which belongs to the results"),

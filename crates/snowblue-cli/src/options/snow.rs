@@ -200,6 +200,50 @@ impl SnowOptions {
         Ok(self.metadata_of(&self.sample()?))
     }
 
+    /// Metadata of the samples of a batch: what they have in common and none of the columns says.
+    pub(crate) fn properties(&self, sample: &SnowSample, columns: &[&str]) -> Metadata {
+        let has = |name: &&str| columns.contains(name);
+        let SnowSample { grain_size, sphericity, facetness, density_kg_m3, water_saturation, impurities, .. } = sample;
+        let GrainSize { min_um, max_um, measure } = grain_size;
+        let mut metadata = Metadata::new();
+        if let Some(kind) = self.snow.filter(|_| !has(&"snow")) {
+            metadata.push(("kind", format!("{kind} ({})", kind.source())));
+        }
+        if !["snow", GRAIN_SIZE.key, SURFACE_AREA.key, "optical_radius_um"].iter().any(has) {
+            metadata.push((GRAIN_SIZE.key, describe_range(*min_um, *max_um)));
+        }
+        // Surface areas, optical radii and kinds of snow have a measure of their own.
+        if !["snow", "size_measure", SURFACE_AREA.key, "optical_radius_um"].iter().any(has) {
+            let measure = if has(&GRAIN_SIZE.key) { self.size_measure } else { *measure };
+            metadata.push(("size_measure", describe_measure(measure).to_owned()));
+        }
+        if !["snow", DENSITY.key].iter().any(has) {
+            metadata.push((DENSITY.key, format_number(*density_kg_m3)));
+        }
+        let others = [
+            (FACETNESS.key, describe_distribution(facetness)),
+            (SPHERICITY.key, describe_distribution(sphericity)),
+            (WATER_SATURATION.key, format_number(*water_saturation)),
+            (TEMPERATURE.key, format_number(sample.temperature_c)),
+            ("ice", self.ice.name().to_owned()),
+        ];
+        metadata.extend(others.into_iter().filter(|(name, _)| !has(name)));
+        let describe = |substance: Substance| {
+            let amount = impurities.present().find(|(present, _)| *present == substance);
+            match amount {
+                _ if has(&SnowProperty::Impurity(substance).column()) => Some(String::new()),
+                Some((_, ng_g)) => Some(format!("={} ng/g", format_number(ng_g))),
+                None => None,
+            }
+            .map(|amount| format!("{substance}{amount} ({})", substance.source()))
+        };
+        let present: Vec<String> = Substance::ALL.into_iter().filter_map(describe).collect();
+        if !present.is_empty() {
+            metadata.push(("impurities", present.join(", ")));
+        }
+        metadata
+    }
+
     /// Metadata of a sample that differs from the options in grain size or density.
     pub(crate) fn metadata_of(&self, sample: &SnowSample) -> Metadata {
         let mut metadata = vec![("snow", describe_sample(sample))];

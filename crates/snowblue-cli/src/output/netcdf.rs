@@ -1,9 +1,11 @@
 //! Tables of spectra as NetCDF classic with named dimensions and units, which xarray opens.
 //!
 //! The wavelength is a dimension. The columns before it are dimensions too where the rows are all combinations of their
-//! values, as those of thickness and angle; else they are variables on the dimension `slab`. Names are those of the
+//! values, as those of thickness and angle; else, and for the lines of a file, they are coordinates on the dimension
+//! `slab`. Names are those of the
 //! Python package: `thickness` with the unit cm for `thickness_cm`.
 
+use std::collections::HashSet;
 use std::fs::File;
 use std::io;
 use std::path::Path;
@@ -19,6 +21,15 @@ use super::failure::{Failure, Outcome};
 
 const SLAB: &str = "slab";
 const WAVELENGTH: &str = "wavelength";
+
+/// What the columns before the wavelength become.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Layout {
+    /// Dimensions if the rows are all combinations of their values, else coordinates of slabs.
+    Axes,
+    /// Coordinates of slabs whatever the values.
+    Slabs,
+}
 
 /// The content of a file.
 struct Content {
@@ -40,9 +51,9 @@ enum Values {
 }
 
 /// Writes a table whose rows have a column of wavelengths, of which each slab has the same.
-pub(super) fn write(path: &Path, results: &DataTable) -> Outcome {
+pub(super) fn write(path: &Path, results: &DataTable, layout: Layout) -> Outcome {
     let name = path.display();
-    let content = Content::new(results)
+    let content = Content::new(results, layout)
         .ok_or_else(|| Failure::Input(format!("{name}: NetCDF needs spectra; write these results as CSV or JSON")))?;
     let failed = |error: &dyn std::fmt::Debug| Failure::Work(format!("{name}: cannot be written: {error:?}"));
     let described = content.describe(results).map_err(|error| failed(&error))?;
@@ -58,7 +69,7 @@ pub(super) fn write(path: &Path, results: &DataTable) -> Outcome {
 
 impl Content {
     /// None if the rows are no spectra at the same wavelengths.
-    fn new(results: &DataTable) -> Option<Self> {
+    fn new(results: &DataTable, layout: Layout) -> Option<Self> {
         let place = results.columns.iter().position(|column| *column == "wavelength_nm")?;
         let numbers = |column: usize| results.rows.iter().map(move |row| number(results.columns[column], &row[column]));
         let all_nm: Vec<f64> = numbers(place).collect::<Option<_>>()?;
@@ -75,7 +86,8 @@ impl Content {
         let slabs: Vec<&Vec<Cell>> = results.rows.iter().step_by(count).collect();
         let mut variables = Vec::new();
         let mut dimensions: Vec<(String, usize)> = Vec::new();
-        if let Some(axes) = grid(&results.columns[..place], &slabs) {
+        let axes = || grid(&results.columns[..place], &slabs);
+        if let Some(axes) = (layout == Layout::Axes).then(axes).flatten() {
             for (column, values) in axes {
                 let (name, unit) = name_and_unit(column);
                 dimensions.push((name.clone(), values.len()));
@@ -120,14 +132,25 @@ impl Content {
         for (name, length) in &self.dimensions {
             data.add_fixed_dim(name, *length)?;
         }
+        // Coordinates of a dimension have its name; those of the slabs are listed.
+        let is_spectrum =
+            |dimensions: &[String]| dimensions.len() > 1 && dimensions.ends_with(&[WAVELENGTH.to_owned()]);
+        let is_of_slab = |variable: &&Variable| {
+            variable.dimensions.first().is_some_and(|first| first == SLAB) && !is_spectrum(&variable.dimensions)
+        };
+        let coordinates: Vec<&str> = self.variables.iter().filter(is_of_slab).map(|one| one.name.as_str()).collect();
         for Variable { name, unit, dimensions, values } in &self.variables {
             let Values::Numbers(values) = values else {
                 data.add_var_u8(name, dimensions)?;
+                data.add_var_attr_string(name, "_Encoding", "utf-8")?;
                 continue;
             };
             data.add_var_f64(name, dimensions)?;
             data.add_var_attr_string(name, "units", unit)?;
             data.add_var_attr_string(name, "long_name", name.replace('_', " "))?;
+            if is_spectrum(dimensions) && !coordinates.is_empty() {
+                data.add_var_attr_string(name, "coordinates", coordinates.join(" "))?;
+            }
             if name == "angle" && values.iter().any(|angle| *angle < 0.0) {
                 data.add_var_attr_f64(name, "flag_values", vec![DIFFUSE_ANGLE_DEG])?;
                 data.add_var_attr_string(name, "flag_meanings", "diffuse")?;
@@ -190,14 +213,11 @@ fn number(column: &str, cell: &Cell) -> Option<f64> {
 fn grid<'c>(columns: &[&'c str], slabs: &[&Vec<Cell>]) -> Option<Vec<(&'c str, Vec<f64>)>> {
     let mut axes: Vec<(&str, Vec<f64>)> = Vec::new();
     for (place, column) in columns.iter().enumerate() {
-        let mut values: Vec<f64> = Vec::new();
+        let (mut values, mut known) = (Vec::new(), HashSet::new());
         for slab in slabs {
             let value = number(column, &slab[place])?;
-            if !values.iter().any(|known| known.to_bits() == value.to_bits()) {
+            if known.insert(value.to_bits()) {
                 values.push(value);
-            }
-            if values.len() > slabs.len() {
-                return None;
             }
         }
         axes.push((column, values));

@@ -10,7 +10,7 @@ use snowblue_figures::{Cell, DataTable};
 
 use super::failure::{Failure, Outcome};
 use super::files::{check_path, ending, output_path, write_file};
-use super::netcdf;
+use super::netcdf::{self, Layout};
 use super::terminal::{print, print_message};
 
 /// Where results go, and in which format.
@@ -69,9 +69,9 @@ impl OutputOptions {
     }
 
     /// As [`write`](Self::write), for results on wavelengths, which may also be written as NetCDF.
-    pub(crate) fn write_spectrum(&self, results: &DataTable, quiet: bool) -> Outcome {
+    pub(crate) fn write_spectrum(&self, results: &DataTable, layout: Layout, quiet: bool) -> Outcome {
         match self.netcdf_path() {
-            Some(path) => netcdf::write(path, results),
+            Some(path) => netcdf::write(path, results, layout),
             None => self.write(results, quiet),
         }
     }

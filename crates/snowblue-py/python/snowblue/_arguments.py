@@ -143,12 +143,20 @@ class Axes:
         differing: set[str] = set()
         for coords in [*self.carried, wavelengths.carried]:
             for name, coordinate in coords.items():
-                if name not in TAKEN or name in dims:
+                if coordinate.dims == (name,) if name in dims else name not in TAKEN:
                     first = kept.setdefault(name, coordinate)
                     if not first.variable.equals(coordinate.variable):
                         differing.add(name)
-        plain = {name: one.reset_coords(drop=True) for name, one in kept.items() if name not in differing}
-        return {**plain, **self.own, WAVELENGTH.name: wavelengths.own}
+        own = {**self.own, WAVELENGTH.name: wavelengths.own}
+        kept = {name: one for name, one in kept.items() if name not in differing and name not in own}
+        # An index of several levels has all of them or none.
+        for dim in dims & kept.keys():
+            levels = kept[dim].to_index().names
+            if len(levels) > 1 and not kept.keys() >= {*levels}:
+                del kept[dim]
+                kept |= {name: kept[name].variable.to_base_variable() for name in levels if name in kept}
+        plain = {name: one.reset_coords(drop=True) if hasattr(one, "coords") else one for name, one in kept.items()}
+        return {**plain, **own}
 
     def places(self, dims: Iterable[str]) -> np.ndarray:
         """For each element of all axes, flat, its place among the values of an argument with these dimensions."""
@@ -189,7 +197,7 @@ class Snows:
 
 def is_several(value: Any) -> bool:
     """Whether a value makes an axis: lists and arrays do; numbers, words and tuples are one value."""
-    return not isinstance(value, (str, tuple)) and np.ndim(value) > 0
+    return isinstance(value, list) or not isinstance(value, (str, tuple)) and np.ndim(value) > 0
 
 
 def check_names(known: Iterable[str], given: Iterable[str]) -> None:

@@ -11,7 +11,7 @@ use snowblue_transport::sample::{SnowDescription, SnowSample};
 use snowblue_transport::slab::Incidence;
 
 use crate::input::SettingsFile;
-use crate::options::{GivenOptions, SnowAxis, SnowOptions, SnowProperty, parse};
+use crate::options::{GivenOptions, SnowAxis, SnowOptions, SnowProperty, has_no_effect, parse};
 use crate::output::Failure;
 
 /// Slabs with what leads their rows.
@@ -25,8 +25,8 @@ pub(super) struct Slabs {
     lines: Option<Vec<usize>>,
 }
 
-/// What the options say of slabs for which neither a line nor an axis says it.
-pub(super) struct Usual<'o> {
+/// Values of the options, for what no column or axis sets.
+pub(super) struct Defaults<'o> {
     pub(super) snow: &'o SnowOptions,
     pub(super) thicknesses_cm: &'o [f64],
     pub(super) incidences: &'o [Incidence],
@@ -66,8 +66,8 @@ const ANGLE: &str = "angle_deg";
 
 impl Slabs {
     /// Every combination of the values of the options.
-    pub(super) fn of_axes(axes: &[SnowAxis], usual: &Usual) -> Result<Self, Failure> {
-        let mut combinations: Vec<(Vec<Cell>, SnowDescription)> = vec![(Vec::new(), usual.snow.description()?)];
+    pub(super) fn of_axes(axes: &[SnowAxis], defaults: &Defaults) -> Result<Self, Failure> {
+        let mut combinations: Vec<(Vec<Cell>, SnowDescription)> = vec![(Vec::new(), defaults.snow.description()?)];
         for SnowAxis { property, values } in axes {
             let with = |(cells, snow): &(Vec<Cell>, SnowDescription), value: f64| {
                 let mut snow = snow.clone();
@@ -80,19 +80,19 @@ impl Slabs {
         let (mut samples, mut cases, mut leading) = (Vec::new(), Vec::new(), Vec::new());
         for (cells, snow) in combinations {
             samples.push(snow.sample().map_err(Failure::input)?);
-            for thickness_cm in usual.thicknesses_cm {
-                for incidence in usual.incidences {
+            for thickness_cm in defaults.thicknesses_cm {
+                for incidence in defaults.incidences {
                     leading.push([&cells[..], &slab_cells(*thickness_cm, incidence)].concat());
                     cases.push(SlabCase {
                         sample: samples.len() - 1,
                         thickness_cm: *thickness_cm,
                         incidence: *incidence,
-                        ground_albedo: usual.ground_albedo,
+                        ground_albedo: defaults.ground_albedo,
                     });
                 }
             }
         }
-        let batch = Batch { samples, cases, wavelengths_nm: usual.wavelengths_nm.to_vec() };
+        let batch = Batch { samples, cases, wavelengths_nm: defaults.wavelengths_nm.to_vec() };
         let columns = axes.iter().map(|axis| axis.property.column()).chain([THICKNESS, ANGLE]).collect();
         let slabs = Self { batch, columns, leading, lines: None };
         slabs.batch.check().map_err(|wrong| slabs.failure(None, wrong.case, &wrong.error))?;
@@ -100,7 +100,7 @@ impl Slabs {
     }
 
     /// The lines of a file.
-    pub(super) fn read(path: &Path, usual: &Usual, given: &GivenOptions) -> Result<Self, Failure> {
+    pub(super) fn read(path: &Path, defaults: &Defaults, given: &GivenOptions) -> Result<Self, Failure> {
         let text = SettingsFile::read(path)?;
         let mut lines = text.trim_start_matches('\u{feff}').lines().enumerate();
         let mut lines =
@@ -110,13 +110,17 @@ impl Slabs {
         let (number, header) = lines.next().ok_or_else(empty)?;
         let columns = columns(header, given).map_err(|why| at(number, &why))?;
         let first = Line {
-            snow: usual.snow.description()?,
-            thickness_cm: single("thickness", usual.thicknesses_cm)?,
-            incidence: single("angle", usual.incidences)?,
-            ground_albedo: usual.ground_albedo,
+            snow: defaults.snow.description()?,
+            thickness_cm: single("thickness", defaults.thicknesses_cm)?,
+            incidence: single("angle", defaults.incidences)?,
+            ground_albedo: defaults.ground_albedo,
         };
+        // What is wrong in the options is wrong on no line.
+        let samples = vec![first.snow.sample().map_err(Failure::input)?];
+        let options = Batch { samples, cases: vec![first.case(0)], wavelengths_nm: defaults.wavelengths_nm.to_vec() };
+        options.check().map_err(Failure::input)?;
         let mut slabs = Self {
-            batch: Batch { samples: Vec::new(), cases: Vec::new(), wavelengths_nm: usual.wavelengths_nm.to_vec() },
+            batch: Batch { samples: Vec::new(), cases: Vec::new(), wavelengths_nm: defaults.wavelengths_nm.to_vec() },
             columns: Vec::new(),
             leading: Vec::new(),
             lines: Some(Vec::new()),
@@ -126,20 +130,27 @@ impl Slabs {
         slabs.columns.extend(
             [(THICKNESS, has_slab[0]), (ANGLE, has_slab[1])].iter().filter(|(_, has)| !has).map(|(name, _)| *name),
         );
+        let mut is_full = vec![true; columns.len()];
         for (number, line) in lines {
-            let (own, mut cells, sample) = first.read(&columns, line).map_err(|why| at(number, &why))?;
+            let (own, mut cells, sample, is_given) = first.read(&columns, line).map_err(|why| at(number, &why))?;
+            is_full.iter_mut().zip(is_given).for_each(|(full, given)| *full &= given);
             let slab = slab_cells(own.thickness_cm, &own.incidence);
             cells.extend(slab.into_iter().zip(has_slab).filter(|(_, has)| !has).map(|(cell, _)| cell));
             slabs.leading.push(cells);
             let sample = slabs.place_of(sample);
-            let Line { thickness_cm, incidence, ground_albedo, .. } = own;
-            slabs.batch.cases.push(SlabCase { sample, thickness_cm, incidence, ground_albedo });
+            slabs.batch.cases.push(own.case(sample));
             slabs.lines.get_or_insert_default().push(number);
         }
         if slabs.batch.cases.is_empty() {
             return Err(Failure::Input(format!("{}: has no slab below the names of columns", path.display())));
         }
         slabs.batch.check().map_err(|wrong| slabs.failure(Some(path), wrong.case, &wrong.error))?;
+        for (column, _) in columns.iter().zip(is_full).filter(|(_, full)| *full) {
+            if let Some(option) = column.option().filter(|option| given.has(option) && column.is_in(&first.snow)) {
+                let why = format!("each line of {} has {}", path.display(), column.name());
+                return Err(has_no_effect(option, &why));
+            }
+        }
         Ok(slabs)
     }
 
@@ -173,7 +184,7 @@ fn single<T: Copy>(option: &str, values: &[T]) -> Result<T, Failure> {
     }
 }
 
-/// The columns that a line names. A column and its option exclude each other.
+/// The columns that a line names.
 fn columns(header: &str, given: &GivenOptions) -> Result<Vec<Column>, String> {
     let mut columns = Vec::new();
     for name in header.split(',').map(unquoted) {
@@ -181,10 +192,11 @@ fn columns(header: &str, given: &GivenOptions) -> Result<Vec<Column>, String> {
         let known = || Column::ALL.map(Column::name).join(", ");
         let column = column.ok_or_else(|| format!("column '{name}' is not known; there are {}", known()))?;
         if columns.contains(&column) {
-            return Err(format!("column {name} is there twice"));
+            return Err(format!("column {name} is given twice"));
         }
-        if let Some(option) = column.option().filter(|option| given.has(option)) {
-            return Err(format!("column {name} and --{} say the same: leave out one", option.replace('_', "-")));
+        let excluded = Column::ALL.into_iter().filter(|other| column.excludes(*other)).filter_map(Column::option);
+        if let Some(option) = excluded.into_iter().find(|option| given.has(option)) {
+            return Err(format!("column {name} cannot be given with --{}", option.replace('_', "-")));
         }
         columns.push(column);
     }
@@ -197,30 +209,59 @@ fn unquoted(cell: &str) -> &str {
 }
 
 impl Line {
-    /// The slab of a line with the values of this one where a cell is empty, its cells, and its snow.
-    fn read(&self, columns: &[Column], line: &str) -> Result<(Self, Vec<Cell>, SnowSample), String> {
+    /// The slab of a line with the values of this one where a cell is empty, its cells, its snow, and which of its
+    /// cells are not empty.
+    fn read(&self, columns: &[Column], line: &str) -> Result<(Self, Vec<Cell>, SnowSample, Vec<bool>), String> {
         let words: Vec<&str> = line.split(',').map(unquoted).collect();
         if words.len() != columns.len() {
             return Err(format!("has {} cells, but there are {} columns", words.len(), columns.len()));
         }
         let mut own = Self { snow: self.snow.clone(), ..*self };
-        for (column, word) in columns.iter().zip(&words).filter(|(_, word)| !word.is_empty()) {
+        let given = || columns.iter().zip(&words).filter(|(_, word)| !word.is_empty());
+        for (column, word) in given() {
+            if let Some((other, _)) = given().find(|(other, _)| column.excludes(**other)) {
+                return Err(format!("{} cannot be given with {}", column.name(), other.name()));
+            }
             own.set(*column, word).map_err(|why| format!("{}: {why}", column.name()))?;
         }
+        let sample = own.snow.sample().map_err(|error| error.to_string())?;
         let cell = |(column, word): (&Column, &&str)| match word.parse::<f64>() {
+            Err(_) if word.is_empty() => own.default_cell(*column, &sample),
             Ok(number) if *column != Column::Name => Cell::from(number),
             _ => Cell::word(*word),
         };
         let cells = columns.iter().zip(&words).map(cell).collect();
-        let sample = own.snow.sample().map_err(|error| error.to_string())?;
-        Ok((own, cells, sample))
+        Ok((own, cells, sample, words.iter().map(|word| !word.is_empty()).collect()))
+    }
+
+    /// What an empty cell stands for where that is one number, or an angle.
+    fn default_cell(&self, column: Column, sample: &SnowSample) -> Cell {
+        match column {
+            Column::Thickness => self.thickness_cm.into(),
+            Column::Angle => Cell::word(self.incidence.to_string()),
+            Column::Ground => self.ground_albedo.into(),
+            Column::WaterSaturation => sample.water_saturation.into(),
+            Column::Temperature => sample.temperature_c.into(),
+            Column::Property(SnowProperty::Density) => sample.density_kg_m3.into(),
+            Column::Property(SnowProperty::Impurity(substance)) => {
+                let found = sample.impurities.present().find(|(present, _)| *present == substance);
+                found.map_or(0.0, |(_, ng_g)| ng_g).into()
+            }
+            _ => Cell::word(""),
+        }
+    }
+
+    /// The slab with a sample of a batch.
+    fn case(&self, sample: usize) -> SlabCase {
+        let Self { thickness_cm, incidence, ground_albedo, .. } = *self;
+        SlabCase { sample, thickness_cm, incidence, ground_albedo }
     }
 
     fn set(&mut self, column: Column, word: &str) -> Result<(), String> {
         let snow = &mut self.snow;
         match column {
             Column::Name => {}
-            Column::Thickness => self.thickness_cm = parse::number(word)?,
+            Column::Thickness => self.thickness_cm = parse::thickness(word)?,
             Column::Angle => self.incidence = parse::incidence(word)?,
             Column::Ground => self.ground_albedo = parse::number(word)?,
             Column::Snow => snow.snow_type = Some(parse::snow_type(word)?),
@@ -284,7 +325,26 @@ impl Column {
         }
     }
 
-    /// The option that says the same of all slabs, by its name in Rust.
+    /// Whether a slab cannot have both, or one as a column and the other as an option: there is one size of grains,
+    /// and specific surface area and optical radius have a measure of their own.
+    fn excludes(self, other: Self) -> bool {
+        let has_measure = |one| matches!(one, Self::OpticalRadius | Self::Property(SnowProperty::SurfaceArea));
+        let is_size = |one| one == Self::GrainSize || has_measure(one);
+        let are_measures = |one, other| one == Self::SizeMeasure && has_measure(other);
+        self != other && is_size(self) && is_size(other) || are_measures(self, other) || are_measures(other, self)
+    }
+
+    /// Whether the options set this column, where one option sets several.
+    fn is_in(self, snow: &SnowDescription) -> bool {
+        match self {
+            Self::Property(SnowProperty::Impurity(substance)) => {
+                snow.impurities.present().any(|(present, _)| present == substance)
+            }
+            _ => true,
+        }
+    }
+
+    /// The option that sets the same of all slabs, by its name in Rust.
     fn option(self) -> Option<&'static str> {
         Some(match self {
             Self::Name => return None,

@@ -52,6 +52,11 @@ pub(super) const PROFILE_COLUMNS: [&str; 8] =
     ["thickness_cm", "depth_cm", "angle_deg", "wavelength_nm", "down", "up", "net", "e_folding_depth_cm"];
 
 impl StackOptions {
+    /// The file of layers.
+    pub(super) fn file(&self) -> Option<&Path> {
+        self.layers.as_deref()
+    }
+
     /// Whether any of these options is given.
     pub(super) fn is_used(&self) -> bool {
         self.layers.is_some() || self.ground_albedo.is_some() || self.has_depths()

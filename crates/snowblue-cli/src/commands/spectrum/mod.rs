@@ -19,8 +19,10 @@ use snowblue_transport::sunlight::{BandWeights, Broadband};
 
 use crate::options::parse::{self, Wavelengths};
 use crate::options::{GivenOptions, Idle, OrdinatesArguments, SlabOptions, SnowAxis, SnowOptions, limits};
-use crate::output::{Failure, Outcome, OutputOptions, Progress, check_extension, print_message, write_file};
-use batch::{Slabs, Usual};
+use crate::output::{
+    Failure, Layout, Outcome, OutputOptions, Progress, check_extension, check_not_input, print_message, write_file,
+};
+use batch::{Defaults, Slabs};
 use broadband::{ALL_BANDS, Bands};
 use layers::{PROFILE_COLUMNS, Pack, StackOptions, profile_rows};
 
@@ -56,7 +58,7 @@ pub(crate) struct Spectrum {
     /// CSV file of slabs, one a line, below a line of names of columns: name, thickness_cm, angle_deg, ground_albedo,
     /// snow, grain_size_um, ssa_m2_kg, optical_radius_um, size_measure, facetness, sphericity, density_kg_m3,
     /// water_saturation, black_carbon_ng_g (and the other impurities), temperature_c, ice. Where a cell is empty or
-    /// there is no column, the option counts. All lines are checked before any is computed
+    /// there is no column, the option counts. Result columns have the values used. All lines are checked before any is computed
     #[arg(long, value_name = "FILE", help_heading = "Slab", conflicts_with_all = ["layers", "depths", "broadband"])]
     batch: Option<PathBuf>,
     #[arg(
@@ -124,6 +126,10 @@ impl Spectrum {
             let name = path.display();
             return Err(Failure::Input(format!("{name}: NetCDF needs spectra; write bands and depths as CSV or JSON")));
         }
+        let inputs = self.batch.as_deref().into_iter().chain(self.stack.file());
+        for (input, output) in inputs.flat_map(|input| self.output.output.iter().map(move |output| (input, output))) {
+            check_not_input(input, output)?;
+        }
         self.check_effects()?;
         let axes = self.sample.axes();
         if self.batch.is_some() || !axes.is_empty() {
@@ -137,7 +143,7 @@ impl Spectrum {
         let wavelengths = self.wavelengths(range)?;
         let slab = self.sample.slab(&self.slab, &wavelengths)?;
         if self.spread {
-            return self.output.write_spectrum(&self.alternatives(&slab, quiet)?, quiet);
+            return self.output.write_spectrum(&self.alternatives(&slab, quiet)?, Layout::Axes, quiet);
         }
         let weights = self.band_weights(range, &wavelengths)?;
         let mut snow = match &pack {
@@ -158,7 +164,7 @@ impl Spectrum {
         if let Some(path) = &self.plot {
             write_file(path, plot::spectrum(&rows, &results.metadata, self.stack.has_ground()).as_bytes())?;
         }
-        self.output.write_spectrum(&results, quiet)
+        self.output.write_spectrum(&results, Layout::Axes, quiet)
     }
 
     /// The lines of a file, or all combinations of options with several values.
@@ -170,7 +176,7 @@ impl Spectrum {
         }
         let sample = self.sample_of(axes)?;
         let wavelengths = self.wavelengths(sample.wavelength_range())?;
-        let usual = Usual {
+        let defaults = Defaults {
             snow: &self.sample,
             thicknesses_cm: &self.slab.thickness,
             incidences: &self.slab.angle,
@@ -178,9 +184,9 @@ impl Spectrum {
             wavelengths_nm: &wavelengths.0,
         };
         let slabs = match &self.batch {
-            Some(path) if axes.is_empty() => Slabs::read(path, &usual, &self.given)?,
+            Some(path) if axes.is_empty() => Slabs::read(path, &defaults, &self.given)?,
             Some(_) => return Err(Failure::Input("an option has several values, but --batch takes one".to_owned())),
-            None => Slabs::of_axes(axes, &usual)?,
+            None => Slabs::of_axes(axes, &defaults)?,
         };
         let solved = self.solve_batch(&slabs, quiet)?;
         let with_errors = self.engine == Engine::Montecarlo;
@@ -199,13 +205,12 @@ impl Spectrum {
         if let Some(path) = &self.batch {
             metadata.push(("slabs", path.display().to_string()));
         }
-        // What the columns do not say.
-        let is_common = |(name, _): &(&str, String)| *name != "snow" && !slabs.columns.contains(name);
-        metadata.extend(self.sample.metadata_of(&sample).into_iter().filter(is_common));
+        metadata.extend(self.sample.properties(&sample, &slabs.columns));
         metadata.extend(self.stack.metadata());
         metadata.push(("seed", self.ordinates.seed.to_string()));
         let results = DataTable { columns, rows: rows.collect(), metadata };
-        self.output.write_spectrum(&results, quiet)
+        let layout = if self.batch.is_some() { Layout::Slabs } else { Layout::Axes };
+        self.output.write_spectrum(&results, layout, quiet)
     }
 
     /// A sample of the combinations of options.
