@@ -220,7 +220,7 @@ def test_wavelengths_of_an_albedo_may_be_a_tuple():
     ({"density_kg_m3": np.array([200, None])}, r"density_kg_m3 is None.*, at density\[1\]"),
     ({"density_kg_m3": [200, "x"]}, r"density_kg_m3 is 'x'.*, at density\[1\]"),
     ({"thickness_cm": [1, "x"]}, r"thickness is 'x'.*, at thickness\[1\]"),
-    ({"angle_deg": [0, "steep"]}, r"angle is 'steep', but must be .* 'diffuse', at angle\[1\]"),
+    ({"angle_deg": [0, "steep"]}, r"'steep' is neither an angle in degrees nor 'diffuse', at angle\[1\]"),
     ({"density_kg_m3": [[200, 300], [400]]}, r"density_kg_m3 is \[200, 300\], but must be a number, at density\[0\]"),
     ({"snow": ["firn", 3]}, r"snow is 3, but must be a word, at snow\[1\]"),
     ({"wavelength_nm": [500, None]}, r"wavelength is None.*, at wavelength\[1\]"),

@@ -164,3 +164,20 @@ fn random_walks_have_the_bits_of_single_slabs_and_stacks() {
     let wrong = monte_carlo::solve_batch(&endless, &options, &|_| ()).unwrap_err();
     assert!(wrong.case == Some(1) && matches!(wrong.error, TransportError::Range(_)), "{wrong}");
 }
+
+/// More snows than are solved at once.
+#[test]
+fn thousands_of_snows_stay_in_order() {
+    let samples: Vec<SnowSample> =
+        (0..2100).map(|i| SnowSample { density_kg_m3: 100.0 + 0.25 * f64::from(i), ..SnowSample::default() }).collect();
+    let case = |sample| SlabCase { sample, ..batch().cases[0] };
+    let of = |samples: &[SnowSample]| {
+        let cases = (0..samples.len()).map(case).collect();
+        let batch = Batch { samples: samples.to_vec(), cases, wavelengths_nm: vec![600.0] };
+        ordinates::solve_batch(&batch, &OPTIONS, false, &|_| ()).unwrap()
+    };
+    let all = of(&samples);
+    for place in [0, 1023, 1024, 2047, 2048, 2099] {
+        assert_eq!(bits(&all[place..=place]), bits(&of(&samples[place..=place])), "{place}");
+    }
+}

@@ -357,8 +357,8 @@ def angle(value: Any) -> Any:
         try:
             value = float(value)
         except ValueError:
-            raise ValueError(f"angle is {value!r}, but must be a number of degrees or 'diffuse'") from None
-    return "diffuse" if value == DIFFUSE_DEG else number("angle", value)
+            raise ValueError(f"{value!r} is neither an angle in degrees nor 'diffuse'") from None
+    return "diffuse" if value == DIFFUSE_DEG else number("angle_deg", value)
 
 
 def angles(value: Any) -> list[Any]:

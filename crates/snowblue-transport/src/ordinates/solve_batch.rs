@@ -19,6 +19,10 @@ use crate::medium::{Constituents, Demand, GrainTallies, Medium, Population};
 use crate::sample::SnowSample;
 use crate::slab::{Estimate, Incidence};
 
+/// Samples that are solved before their fluxes are put in order: enough for all threads, while the fluxes that wait
+/// take little memory.
+const PLANS_AT_ONCE: usize = 1024;
+
 /// Reflectance and transmittance.
 #[derive(Debug, Clone, Copy, Default)]
 struct Passed {
@@ -128,11 +132,13 @@ pub fn solve_batch(
             progress(done.fetch_add(plan.grounds.len(), Ordering::Relaxed) + plan.grounds.len());
             by_wavelength
         };
-        let answers: Vec<Vec<Vec<CaseFluxes>>> = plans.par_iter().map(solve).collect();
-        for (plan, by_wavelength) in plans.iter().zip(&answers) {
-            for (place, number) in cases_of[plan.sample].iter().enumerate() {
-                let row = &mut solved[number * wavelengths_nm.len()..][..wavelengths_nm.len()];
-                row.iter_mut().zip(by_wavelength).for_each(|(value, cases)| *value = cases[place]);
+        for plans in plans.chunks(PLANS_AT_ONCE) {
+            let answers: Vec<Vec<Vec<CaseFluxes>>> = plans.par_iter().map(solve).collect();
+            for (plan, by_wavelength) in plans.iter().zip(&answers) {
+                for (place, number) in cases_of[plan.sample].iter().enumerate() {
+                    let row = &mut solved[number * wavelengths_nm.len()..][..wavelengths_nm.len()];
+                    row.iter_mut().zip(by_wavelength).for_each(|(value, cases)| *value = cases[place]);
+                }
             }
         }
     }
