@@ -126,7 +126,8 @@ def test_carried_coordinates_are_kept_unless_they_differ_or_have_names_of_result
     def sites(values, **coords):
         return xr.DataArray(values, dims="site", coords={name: ("site", list(one)) for name, one in coords.items()})
 
-    ssa = sites([20.0, 40.0], site="ab", height=[1, 2], slope=[5, 6], reflectance=[0.5, 0.6], density=[1, 2], place="pq")
+    ssa = sites(
+        [20.0, 40.0], site="ab", height=[1, 2], slope=[5, 6], reflectance=[0.5, 0.6], density=[1, 2], place="pq")
     thickness = sites([3.0, 4.0], site="ab", height=[1, 2], slope=[5, 7], owner="xy")
     solved = plain(ssa_m2_kg=ssa, thickness_cm=thickness)
     assert set(solved.coords) == {

@@ -102,8 +102,8 @@ def spectrum(
     seed : int
         Seed of all randomness.
     standard_errors : bool
-        Standard errors by the jackknife: variables that end in `_se`. Values alone, of grains that are known, take about
-        a sixteenth of the time. Random walks always have errors.
+        Standard errors by the jackknife: variables that end in `_se`. Values alone take about a sixteenth of the time,
+        once the grains are known. Random walks always have errors.
     progress : bool or callable, optional
     **snow
         `grain_size_um`, `density_kg_m3` and the other arguments of :class:`Snow`.
