@@ -7,7 +7,7 @@ mod shell;
 use std::path::Path;
 
 use netcdf3::FileReader;
-use shell::{assert_refused, stdout};
+use shell::{assert_refused, snowblue, stdout};
 
 const PITS: &str = "\
 name,ssa_m2_kg,density_kg_m3,black_carbon_ng_g,thickness_cm,ground_albedo
@@ -142,6 +142,30 @@ fn options_count_where_cells_are_empty() {
         assert_refused(&["spectrum", "--batch", &full, option, value], &[option, "has no effect", "each line", "full"]);
     }
     stdout(&["spectrum", "--batch", &full, "--impurity", "saharan-dust=3"]);
+}
+
+/// Distributions have no number: the metadata describe them.
+#[test]
+fn rows_and_metadata_say_what_empty_cells_stand_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let row = |header: &str, line: &str, options: &[&str]| {
+        let pits = file(folder.path(), "pits.csv", &format!("{header}\n{line}\n"));
+        let base = ["spectrum", "--batch", &pits, "--wavelengths", "500", "--format", "csv"];
+        let output = snowblue(&[&base[..], options].concat());
+        let [out, errors] = [output.stdout, output.stderr].map(|text| String::from_utf8(text).unwrap());
+        (out.lines().nth(1).unwrap_or_else(|| panic!("{errors}")).to_owned(), errors)
+    };
+    let starts = |header: &str, options: &[&str], start: &str| {
+        let (row, _) = row(header, ",", options);
+        assert!(row.starts_with(start), "{row}");
+    };
+    starts("ssa_m2_kg,ice", &["--ssa", "20", "--ice", "picard2016"], "20,picard2016,");
+    starts("ssa_m2_kg,snow", &["--snow", "firn"], ",firn,");
+    starts("grain_size_um,size_measure", &["--grain-size", "300:500"], "300:500,,");
+    starts("optical_radius_um,name", &["--optical-radius", "80"], "80,,");
+    let (cells, metadata) = row("facetness,sphericity", ",0.8", &["--facetness", "0.4"]);
+    assert!(cells.starts_with(",0.8,"), "{cells}");
+    assert!(metadata.contains("facetness 0.3–0.5 about 0.4") && !metadata.contains("sphericity"), "{metadata}");
 }
 
 #[test]

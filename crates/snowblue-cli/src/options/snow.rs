@@ -200,8 +200,8 @@ impl SnowOptions {
         Ok(self.metadata_of(&self.sample()?))
     }
 
-    /// Metadata of the samples of a batch: what they have in common and none of the columns says.
-    pub(crate) fn properties(&self, sample: &SnowSample, columns: &[&str]) -> Metadata {
+    /// Metadata of the samples of a batch: what none of the columns says, or not of each sample; `full` columns do.
+    pub(crate) fn properties(&self, sample: &SnowSample, columns: &[&str], full: &[&str]) -> Metadata {
         let has = |name: &&str| columns.contains(name);
         let SnowSample { grain_size, sphericity, facetness, density_kg_m3, water_saturation, impurities, .. } = sample;
         let GrainSize { min_um, max_um, measure } = grain_size;
@@ -227,7 +227,7 @@ impl SnowOptions {
             (TEMPERATURE.key, format_number(sample.temperature_c)),
             ("ice", self.ice.name().to_owned()),
         ];
-        metadata.extend(others.into_iter().filter(|(name, _)| !has(name)));
+        metadata.extend(others.into_iter().filter(|(name, _)| !full.contains(name)));
         let describe = |substance: Substance| {
             let amount = impurities.present().find(|(present, _)| *present == substance);
             match amount {

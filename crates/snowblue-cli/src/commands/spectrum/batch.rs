@@ -4,10 +4,10 @@
 
 use std::path::Path;
 
-use snowblue_figures::Cell;
+use snowblue_figures::{Cell, format_number};
 use snowblue_transport::batch::{Batch, SlabCase};
 use snowblue_transport::optics::Substance;
-use snowblue_transport::sample::{SnowDescription, SnowSample};
+use snowblue_transport::sample::{SizeMeasure, SnowDescription, SnowSample};
 use snowblue_transport::slab::Incidence;
 
 use crate::input::SettingsFile;
@@ -154,6 +154,14 @@ impl Slabs {
         Ok(slabs)
     }
 
+    /// The columns that have a value for each slab.
+    pub(super) fn full_columns(&self) -> Vec<&'static str> {
+        let is_full = |place: &usize| {
+            self.leading.iter().all(|cells| !matches!(&cells[*place], Cell::Word(word) if word.is_empty()))
+        };
+        (0..self.columns.len()).filter(is_full).map(|place| self.columns[place]).collect()
+    }
+
     /// The place of a sample among those of the batch; neighbouring lines often have the same.
     fn place_of(&mut self, sample: SnowSample) -> usize {
         if self.batch.samples.last() != Some(&sample) {
@@ -226,7 +234,7 @@ impl Line {
         }
         let sample = own.snow.sample().map_err(|error| error.to_string())?;
         let cell = |(column, word): (&Column, &&str)| match word.parse::<f64>() {
-            Err(_) if word.is_empty() => own.default_cell(*column, &sample),
+            Err(_) if word.is_empty() => self.default_cell(*column, &sample),
             Ok(number) if *column != Column::Name => Cell::from(number),
             _ => Cell::word(*word),
         };
@@ -234,8 +242,10 @@ impl Line {
         Ok((own, cells, sample, words.iter().map(|word| !word.is_empty()).collect()))
     }
 
-    /// What an empty cell stands for where that is one number, or an angle.
+    /// What an empty cell of a line stands for if this is the slab of the options: empty if no option says it, and for
+    /// distributions, which metadata describe.
     fn default_cell(&self, column: Column, sample: &SnowSample) -> Cell {
+        let number = |value: Option<f64>| value.map_or(Cell::word(""), Cell::from);
         match column {
             Column::Thickness => self.thickness_cm.into(),
             Column::Angle => Cell::word(self.incidence.to_string()),
@@ -247,7 +257,16 @@ impl Line {
                 let found = sample.impurities.present().find(|(present, _)| *present == substance);
                 found.map_or(0.0, |(_, ng_g)| ng_g).into()
             }
-            _ => Cell::word(""),
+            Column::Property(SnowProperty::SurfaceArea) => number(self.snow.surface_area_m2_kg),
+            Column::GrainSize => match self.snow.grain_size_um.as_deref() {
+                Some([min_um, max_um]) => Cell::word(format!("{}:{}", format_number(*min_um), format_number(*max_um))),
+                sizes => number(sizes.and_then(|sizes| sizes.first()).copied()),
+            },
+            Column::OpticalRadius => number(self.snow.grain_size_um.as_ref().map(|diameters_um| 0.5 * diameters_um[0])),
+            Column::Snow => Cell::word(self.snow.snow_type.map_or(String::new(), |kind| kind.to_string())),
+            Column::SizeMeasure => Cell::word(self.snow.size_measure.map_or("", SizeMeasure::name)),
+            Column::Ice => Cell::word(sample.ice.name()),
+            Column::Name | Column::Facetness | Column::Sphericity => Cell::word(""),
         }
     }
 

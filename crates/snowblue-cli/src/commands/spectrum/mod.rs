@@ -206,7 +206,7 @@ impl Spectrum {
         if let Some(path) = &self.batch {
             metadata.push(("slabs", path.display().to_string()));
         }
-        metadata.extend(self.sample.properties(&sample, &slabs.columns));
+        metadata.extend(self.sample.properties(&sample, &slabs.columns, &slabs.full_columns()));
         metadata.extend(self.stack.metadata());
         metadata.push(("seed", self.ordinates.seed.to_string()));
         let results = DataTable { columns, rows: rows.collect(), metadata };
