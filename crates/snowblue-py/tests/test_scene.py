@@ -127,7 +127,7 @@ def test_snow_sparkles_in_single_pixels():
     def picture(sparkle, integrator):
         snow = SNOW["snow"] | {"sparkle": sparkle}
         scene = snowblue.Scene(
-            camera=CAMERA | {"vertical_fov_deg": 1.5, "look_at": [0, 0, 0.2]}, film=FILM, material={"snow": snow},
+            camera=CAMERA | {"vertical_fov_deg": 0.5, "look_at": [0, 0, 0.2]}, film=FILM, material={"snow": snow},
             light=[LAMP],
             object=[{"shape": "box", "size": [0.2, 0.2, 0.2], "position": [0, 0, 0.1], "material": "snow"}])
         return scene.render(integrator=integrator, samples_per_pixel=4).rgb.sum("channel").values
