@@ -51,6 +51,12 @@ impl SnowOptics {
             half_space: HalfSpace::new(&phase),
         })
     }
+
+    /// α = 4 √(μ_a ℓ*/3) at wavelength number `k`: a half-space reflects e^{−α K(μ₀)} of a beam (Kokhanovsky & Zege
+    /// 2004, *Scattering optics of snow*, doi:10.1364/AO.43.001589).
+    pub fn half_space_absorption(&self, k: usize) -> f64 {
+        4.0 * (self.absorption_per_m[k] * self.transport_lengths_m[k] / 3.0).sqrt()
+    }
 }
 
 #[cfg(test)]

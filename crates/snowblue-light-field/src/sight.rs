@@ -10,17 +10,12 @@ use snowblue_field::{CellSizes, SizeLimits, SizesByDistance};
 use snowblue_scene::Scene;
 use snowblue_scene::camera::PerspectiveCamera;
 use snowblue_scene::objects::Objects;
-use snowblue_scene::seen::SeenPlaces;
+use snowblue_scene::seen::{FEWEST_ROWS, SIZE_PER_DISTANCE, SeenPlaces};
 
-/// Greatest size of a cell over its distance to the nearest place that is seen.
-const SIZE_PER_DISTANCE: f64 = 0.125;
 /// Greatest cells at the surface that follow the picture, in m.
 const GREATEST_CELL_M: f64 = 1.0;
 /// Pixels of a picture that a cell of a body that is not wide may span.
 const PIXELS: f64 = 2.0;
-/// A picture of fewer rows has the cells of one with so many: in one of 32, the wall of a snow hut would be thinner
-/// than a cell.
-const FEWEST_ROWS: u32 = 240;
 
 /// A camera, the fineness of its picture, and what it sees.
 pub(crate) struct Sight<'a> {

@@ -126,9 +126,7 @@ impl KindOptics {
     /// Reflectance of much of the snow for light at a cosine of incidence: e^{−4 K(μ₀) √(μ_a ℓ*/3)} (Kokhanovsky & Zege
     /// 2004, *Scattering optics of snow*, doi:10.1364/AO.43.001589).
     pub fn deep_reflectance(&self, cos: f32) -> Spectrum {
-        let SnowOptics { transport_lengths_m, absorption_per_m, .. } = &self.optics;
-        let lost = |k: usize| 4.0 * (absorption_per_m[k] * transport_lengths_m[k] / 3.0).sqrt();
-        Spectrum(std::array::from_fn(|k| (-self.escape(cos) * narrow(lost(k))).exp()))
+        Spectrum(std::array::from_fn(|k| (-self.escape(cos) * narrow(self.optics.half_space_absorption(k))).exp()))
     }
 
     /// Mean displacement of the ends of random walks that enter at a cosine, along the surface, in m.

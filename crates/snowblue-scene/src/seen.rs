@@ -9,6 +9,11 @@ use crate::queries::SceneQueries;
 
 /// Camera rays along each side of the picture that find what is seen.
 pub const RAYS: u16 = 256;
+/// A picture of fewer rows has the cells and triangles of one with so many: in one of 32, the wall of a snow hut would
+/// be thinner than a cell.
+pub const FEWEST_ROWS: u32 = 240;
+/// Greatest size of what is not seen, a cell or an edge, over its distance to the nearest place that is seen.
+pub const SIZE_PER_DISTANCE: f64 = 0.125;
 /// Most places in a leaf of the tree.
 const LEAF: usize = 8;
 

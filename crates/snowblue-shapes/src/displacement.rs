@@ -104,8 +104,11 @@ fn mean_normals(mesh: &TriangleMesh, groups: &[u32]) -> Vec<Vec3> {
 
 #[cfg(test)]
 mod tests {
+    use glam::{Mat3A, Vec3A};
+
     use super::*;
     use crate::roughness::RoughnessStatistics;
+    use snowblue_geometry::cuboid::Cuboid;
     use snowblue_geometry::topology::{Topology, volume};
 
     fn roughness() -> Roughness {
@@ -114,10 +117,8 @@ mod tests {
 
     /// The unit cube with separate triangles.
     fn cube() -> TriangleMesh {
-        let corner = |bits: usize| Vec3::from_array([1, 2, 4].map(|bit| if bits & bit == 0 { 0.0 } else { 1.0 }));
-        let sides = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-        let triangles: Vec<_> =
-            sides.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).map(|bits| bits.map(corner)).collect();
+        let joined = Cuboid::new(Vec3A::splat(0.5), Vec3A::ONE, Mat3A::IDENTITY).triangles();
+        let triangles: Vec<_> = (0..joined.indices.len()).map(|triangle| joined.corners(triangle)).collect();
         TriangleMesh::from_triangles(&triangles)
     }
 

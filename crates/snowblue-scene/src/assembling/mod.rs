@@ -135,8 +135,7 @@ impl SceneDescription {
         }
         let sensor = self.film.false_color.map_or_else(Sensor::cie_1931, Sensor::false_color);
         let sensor = self.balanced(sensor, &lights)?;
-        let Solids { objects: smooth_objects, rough, materials, gltf_view, notes, files: solid_files, .. } = solids;
-        let solid_notes = notes;
+        let Solids { objects: smooth_objects, rough, materials, gltf_view, notes: solid_notes, .. } = solids;
         let (view, path) = self.view(gltf_view)?;
         let lens = self.camera.as_ref().map(|camera| camera.lens()).unwrap_or_default();
         let camera = PerspectiveCamera::new(&view, lens, self.film.width as f32 / self.film.height as f32);
@@ -181,7 +180,7 @@ impl SceneDescription {
             table_file: self.integrator.pcasnow.table.as_ref().map(|name| files.display_name(name)),
             description: self.clone(),
             notes,
-            solid_files,
+            solid_files: solids.files,
             light_files,
         })
     }

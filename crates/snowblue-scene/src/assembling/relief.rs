@@ -28,14 +28,10 @@ use crate::camera::{PerspectiveCamera, View};
 use crate::film::FilmSettings;
 use crate::material::Material;
 use crate::objects::{Object, Objects};
-use crate::seen::{RAYS, SeenPlaces};
+use crate::seen::{FEWEST_ROWS, RAYS, SIZE_PER_DISTANCE, SeenPlaces};
 
 /// Greatest length of edges that are seen, in pixels.
 const PIXELS: f64 = 1.5;
-/// A picture of fewer rows has the triangles of one with so many.
-const FEWEST_ROWS: u32 = 240;
-/// Greatest length of other edges, as a fraction of the distance to the nearest place that is seen.
-const OF_DISTANCE: f64 = 0.125;
 /// Most triangles that splitting adds in a scene. Where they do not suffice, all edges are longer.
 const MOST_TRIANGLES: usize = 4_000_000;
 /// The part of the way to the next surface that a vertex may move.
@@ -71,9 +67,14 @@ pub(super) fn with_relief(
         pixel_per_m: width_per_m / f64::from(film.height.max(FEWEST_ROWS)),
         ray_per_m: width_per_m * aspect.max(1.0) / f64::from(RAYS),
     };
+    let surface = |index: usize| {
+        let roughness = roughness[objects.list()[index].material].as_ref()?;
+        RoughSurface::of(objects, index, roughness, &sight)
+    };
+    let surfaces: Vec<Option<RoughSurface>> = (0..objects.list().len()).map(surface).collect();
     let mut factor = 1.0;
     loop {
-        if let Some(rough) = rough_objects(objects, &roughness, &sight, factor) {
+        if let Some(rough) = rough_objects(objects, &surfaces, &sight, factor) {
             let note = (factor > 1.0).then(|| {
                 format!(
                     "The triangles of the relief are up to {:.1} pixels wide instead of {PIXELS}, since there may be \
@@ -90,36 +91,63 @@ pub(super) fn with_relief(
 /// All objects, those with relief as rough meshes; none if they need too many triangles.
 fn rough_objects(
     objects: &Objects,
-    roughness: &[Option<Roughness>],
+    surfaces: &[Option<RoughSurface>],
     sight: &Sight,
     factor: f64,
 ) -> Option<Vec<Object>> {
     let mut left = MOST_TRIANGLES;
-    let rough = objects.list().iter().enumerate().map(|(index, object)| {
-        let Some(roughness) = &roughness[object.material] else { return Some(object.clone()) };
-        let least_m = roughness.least_edge_m();
-        // Where edges are too long for all heights, the object stays as it is.
-        let is_coarse = |bounds| factor * sight.least_edge_m(bounds) >= roughness.greatest_edge_m();
-        if objects.bounds(index).is_some_and(is_coarse) {
+    let rough = objects.list().iter().zip(surfaces).map(|(object, surface)| {
+        let Some(surface) = surface.as_ref().filter(|surface| !surface.is_coarse(factor)) else {
             return Some(object.clone());
+        };
+        let first = surface.smooth.mesh.indices.len();
+        let mesh = surface.displaced(sight, factor, first + left)?;
+        left -= mesh.indices.len() - first;
+        let shape = Shape::Mesh(Instance::new(Arc::new(MeshBvh::new(mesh)), surface.smooth.placement));
+        Some(Object { shape, ..object.clone() })
+    });
+    rough.collect()
+}
+
+/// The surface of an object with relief, before its triangles are split.
+struct RoughSurface<'a> {
+    roughness: &'a Roughness,
+    /// A bound from below of the lengths of its edges, in m.
+    least_edge_m: f64,
+    smooth: SmoothSurface,
+    neighbours: Neighbours<'a>,
+}
+
+impl<'a> RoughSurface<'a> {
+    /// None of a plane, and of an object all of whose edges are too long for any height.
+    fn of(objects: &'a Objects, index: usize, roughness: &'a Roughness, sight: &Sight) -> Option<Self> {
+        let least_edge_m = sight.least_edge_m(objects.bounds(index)?);
+        if least_edge_m >= roughness.greatest_edge_m() {
+            return None;
         }
-        let Some(smooth) = SmoothSurface::of(&object.shape) else { return Some(object.clone()) };
-        let placement = Transform::new(&smooth.frame).expect("a frame is a rotation and a shift");
-        let own = Shape::Mesh(Instance::new(Arc::new(MeshBvh::new(smooth.mesh.clone())), placement));
-        let neighbours = Neighbours::of(objects, (index, &own), narrow(roughness.greatest_m()));
+        let smooth = SmoothSurface::of(&objects.list()[index].shape)?;
+        let own = Shape::Mesh(Instance::new(Arc::new(MeshBvh::new(smooth.mesh.clone())), smooth.placement));
+        let neighbours = Neighbours::of(objects, (index, own), narrow(roughness.greatest_m()));
+        Some(Self { roughness, least_edge_m, smooth, neighbours })
+    }
+
+    /// Whether all edges are too long for any height.
+    fn is_coarse(&self, factor: f64) -> bool {
+        factor * self.least_edge_m >= self.roughness.greatest_edge_m()
+    }
+
+    /// The rough mesh, of at most `most` triangles; none if more are needed.
+    fn displaced(&self, sight: &Sight, factor: f64, most: usize) -> Option<TriangleMesh> {
+        let Self { roughness, smooth, neighbours, .. } = self;
+        let least_m = roughness.least_edge_m();
         let displacement = Displacement {
             roughness,
             edge_m: &|place| narrow(factor * sight.edge_m(smooth.to_scene(place), least_m)),
             edge_growth: narrow(factor * sight.edge_growth()),
             room: &|place, offset| neighbours.room(smooth.to_scene(place).as_vec3a(), smooth.turned(offset)),
         };
-        let first = smooth.mesh.indices.len();
-        let mesh = displacement.of(smooth.mesh.clone(), first + left)?;
-        left -= mesh.indices.len() - first;
-        let shape = Shape::Mesh(Instance::new(Arc::new(MeshBvh::new(mesh)), placement));
-        Some(Object { shape, ..object.clone() })
-    });
-    rough.collect()
+        displacement.of(smooth.mesh.clone(), most)
+    }
 }
 
 /// How fine a camera sees.
@@ -141,19 +169,19 @@ impl Sight {
         let nearest_m = self.viewpoint.distance(self.viewpoint.clamp(low, high));
         let farthest_m = (self.viewpoint - low).abs().max((high - self.viewpoint).abs()).length();
         let hidden_m = self.seen.distance_m(low, high) - Self::RAYS_APART * self.ray_per_m * farthest_m;
-        (PIXELS * self.pixel_per_m * nearest_m).max(OF_DISTANCE * hidden_m)
+        (PIXELS * self.pixel_per_m * nearest_m).max(SIZE_PER_DISTANCE * hidden_m)
     }
 
     /// How much the length of edges grows at most for each metre.
     fn edge_growth(&self) -> f64 {
-        (PIXELS * self.pixel_per_m).max(OF_DISTANCE * (1.0 + Self::RAYS_APART * self.ray_per_m))
+        (PIXELS * self.pixel_per_m).max(SIZE_PER_DISTANCE * (1.0 + Self::RAYS_APART * self.ray_per_m))
     }
 
     /// Greatest length of the edges around a place, in m, and at least a length that needs no shorter ones.
     fn edge_m(&self, place: DVec3, least_m: f64) -> f64 {
         let distance_m = place.distance(self.viewpoint);
         let hidden_m = self.seen.distance_m(place, place) - Self::RAYS_APART * self.ray_per_m * distance_m;
-        (PIXELS * self.pixel_per_m * distance_m).max(OF_DISTANCE * hidden_m).max(least_m)
+        (PIXELS * self.pixel_per_m * distance_m).max(SIZE_PER_DISTANCE * hidden_m).max(least_m)
     }
 }
 
@@ -162,6 +190,7 @@ struct SmoothSurface {
     mesh: TriangleMesh,
     /// From these coordinates to the scene.
     frame: DAffine3,
+    placement: Transform,
 }
 
 impl SmoothSurface {
@@ -181,7 +210,8 @@ impl SmoothSurface {
         };
         let mut own = TriangleMesh::default();
         own.append(mesh, &(frame.inverse() * to_scene)).ok()?;
-        Some(Self { mesh: own, frame })
+        let placement = Transform::new(&frame).expect("a frame is a rotation and a shift");
+        Some(Self { mesh: own, frame, placement })
     }
 
     fn to_scene(&self, place: Vec3) -> DVec3 {
@@ -209,7 +239,7 @@ fn round(ellipsoid: &Ellipsoid) -> TriangleMesh {
 /// What is near the surface of an object.
 struct Neighbours<'a> {
     /// The smooth mesh in m: its vertices lie on it exactly, and its nearest points are those in the scene.
-    own: &'a Shape,
+    own: Shape,
     reach_m: f32,
     /// Other shapes, and whether they are of the same body.
     others: Vec<(&'a Shape, bool)>,
@@ -217,7 +247,7 @@ struct Neighbours<'a> {
 
 impl<'a> Neighbours<'a> {
     /// Those that heights of a greatest magnitude may reach.
-    fn of(objects: &'a Objects, (index, own): (usize, &'a Shape), greatest_m: f32) -> Self {
+    fn of(objects: &'a Objects, (index, own): (usize, Shape), greatest_m: f32) -> Self {
         let around = objects.bounds(index).map(|bounds| bounds.padded(greatest_m / OF_WAY + TOUCHING_M));
         let is_near = |other: &usize| {
             let meets = |one: Bounds, other: Bounds| one.low.cmple(other.high).all() && other.low.cmple(one.high).all();

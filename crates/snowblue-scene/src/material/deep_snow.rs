@@ -28,11 +28,9 @@ pub struct DeepSnow {
 impl DeepSnow {
     pub(crate) fn new(sample: &SnowSample, wavelengths_nm: &[f64; SAMPLES]) -> Result<Self, TransportError> {
         let optics = SnowOptics::new(sample, wavelengths_nm, GRAIN_RAYS)?;
-        let SnowOptics { absorption_per_m, transport_lengths_m, .. } = &optics;
-        let absorption = |k: usize| narrow(4.0 * (absorption_per_m[k] * transport_lengths_m[k] / 3.0).sqrt());
         Ok(Self {
             albedo: Spectrum(diffuse_albedo(&optics).map(narrow)),
-            absorption: Spectrum(std::array::from_fn(absorption)),
+            absorption: Spectrum(std::array::from_fn(|k| narrow(optics.half_space_absorption(k)))),
             half_space: optics.half_space,
         })
     }

@@ -49,6 +49,18 @@ impl Demand<'_> {
         }
     }
 
+    /// The demand of some samples of one ice table.
+    ///
+    /// # Panics
+    /// If there are no samples.
+    pub(crate) fn of_samples<'a, 'w>(
+        samples: impl IntoIterator<Item = &'a SnowSample>,
+        wavelengths_nm: &'w [f64],
+    ) -> Demand<'w> {
+        let demands = samples.into_iter().map(|sample| Demand::of_sample(sample, wavelengths_nm));
+        demands.reduce(|all, demand| all.and(&demand)).unwrap_or_else(|| unreachable!("there is a sample"))
+    }
+
     /// The demand of both; they must have equal ice tables and wavelengths.
     #[must_use]
     pub fn and(self, other: &Self) -> Self {

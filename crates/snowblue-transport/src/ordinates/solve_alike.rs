@@ -75,8 +75,7 @@ pub fn solve_alike(
             return Err(TransportError::Missing { quantity: "sphericity, facetness, size measure and ice in common" });
         }
     }
-    let demands = samples.iter().map(|sample| Demand::of_sample(sample, &slab.wavelengths_nm));
-    let demand = demands.reduce(|all, demand| all.and(&demand)).unwrap_or_else(|| unreachable!("there is a first"));
+    let demand = Demand::of_samples(samples, &slab.wavelengths_nm);
     let peak = samples.iter().map(Peak::of).max().unwrap_or_default();
     let plan = options.plan(&slab.incidences, peak);
     let tallies = GrainTallies::new(&Population::of_sample(first), &demand, &plan);
@@ -106,13 +105,7 @@ pub fn solve_each(
     slab: &Slab,
     options: &OrdinatesOptions,
 ) -> Result<Vec<FluxSpectra>, TransportError> {
-    let mut groups: Vec<Vec<usize>> = Vec::new();
-    for (place, sample) in samples.iter().enumerate() {
-        match groups.iter_mut().find(|group| samples[group[0]].has_grains_of(sample)) {
-            Some(group) => group.push(place),
-            None => groups.push(vec![place]),
-        }
-    }
+    let groups = groups_alike(samples, 0..samples.len());
     let solve = |group: &Vec<usize>| {
         let alike: Vec<SnowSample> = group.iter().map(|place| samples[*place]).collect();
         solve_alike(&alike, slab, options)
@@ -121,6 +114,18 @@ pub fn solve_each(
     let mut answers: Vec<_> = groups.iter().flatten().zip(solved.into_iter().flatten()).collect();
     answers.sort_by_key(|(place, _)| **place);
     Ok(answers.into_iter().map(|(_, answer)| answer).collect())
+}
+
+/// Places of samples in groups that one tally serves.
+pub(super) fn groups_alike(samples: &[SnowSample], places: impl Iterator<Item = usize>) -> Vec<Vec<usize>> {
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    for place in places {
+        match groups.iter_mut().find(|group| samples[group[0]].has_grains_of(&samples[place])) {
+            Some(group) => group.push(place),
+            None => groups.push(vec![place]),
+        }
+    }
+    groups
 }
 
 #[cfg(test)]

@@ -13,10 +13,10 @@ use super::homogeneous::{HomogeneousMedium, Light};
 use super::jackknife::Jackknife;
 use super::layered::{LayeredMedium, MediumLayer};
 use super::options::OrdinatesOptions;
+use super::solve_alike::groups_alike;
 use super::streams::{Peak, Streams};
 use crate::batch::{Batch, BatchError, CaseFluxes, SlabCase};
 use crate::medium::{Constituents, Demand, GrainTallies, Medium, Population};
-use crate::sample::SnowSample;
 use crate::slab::{Estimate, Incidence};
 
 /// Samples that are solved before their fluxes are put in order: enough for all threads, while the fluxes that wait
@@ -116,7 +116,8 @@ pub fn solve_batch(
     let nothing = CaseFluxes { reflectance: nothing, transmittance: nothing, absorptance: nothing };
     let mut solved = vec![nothing; cases.len() * wavelengths_nm.len()];
     let done = AtomicUsize::new(0);
-    for group in alike(samples, &cases_of) {
+    let used = (0..samples.len()).filter(|sample| !cases_of[*sample].is_empty());
+    for group in groups_alike(samples, used) {
         let plan = |sample: &usize| Plan::new(*sample, &cases_of[*sample], batch, options.streams);
         let plans: Vec<Plan> = group.iter().map(plan).collect();
         let tallies = shared_tallies(&plans, batch, options);
@@ -145,23 +146,10 @@ pub fn solve_batch(
     Ok(solved)
 }
 
-/// Samples with cases, in groups that one tally serves.
-fn alike(samples: &[SnowSample], cases_of: &[Vec<usize>]) -> Vec<Vec<usize>> {
-    let mut groups: Vec<Vec<usize>> = Vec::new();
-    for number in (0..samples.len()).filter(|number| !cases_of[*number].is_empty()) {
-        match groups.iter_mut().find(|group| samples[group[0]].has_grains_of(&samples[number])) {
-            Some(group) => group.push(number),
-            None => groups.push(vec![number]),
-        }
-    }
-    groups
-}
-
 /// The tallies of all samples of a group.
 fn shared_tallies(plans: &[Plan], batch: &Batch, options: &OrdinatesOptions) -> GrainTallies {
     let sample = |plan: &Plan| &batch.samples[plan.sample];
-    let demands = plans.iter().map(|plan| Demand::of_sample(sample(plan), &batch.wavelengths_nm));
-    let demand = demands.reduce(|all, demand| all.and(&demand)).unwrap_or_else(|| unreachable!("a group has samples"));
+    let demand = Demand::of_samples(plans.iter().map(sample), &batch.wavelengths_nm);
     let degree = plans.iter().map(|plan| plan.degree).max().unwrap_or_default();
     GrainTallies::new(&Population::of_sample(sample(&plans[0])), &demand, &options.plan_of_degree(degree))
 }

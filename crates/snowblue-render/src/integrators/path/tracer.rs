@@ -82,7 +82,6 @@ struct Walked<C> {
     /// The radiance by the light field at the surface, for the filter.
     reading: Option<C>,
     normal: Vec3A,
-    distance_m: f32,
 }
 
 /// Light that snow with a light field sends out.
@@ -101,7 +100,7 @@ impl<C: Carried> PathRadiance<C> {
         if let Some(later) = later {
             radiance += carried(later);
         }
-        let snow = walk.and_then(|Walked { radiance: walked, reading, normal, distance_m }| {
+        let snow = walk.zip(distance_m).and_then(|(Walked { radiance: walked, reading, normal }, distance_m)| {
             let walked = carried(walked);
             radiance += walked;
             reading.map(|reading| SnowSample { residual: walked.less(reading), reading, normal, distance_m })
@@ -203,12 +202,8 @@ impl<'a> PathTracer<'a> {
             return (light, None);
         };
         let reading = self.scene.integrator().filter.then_some(reading);
-        let walked = Walked {
-            radiance: walks.walk(snow, vertex.surface, camera_ray, sampler),
-            reading,
-            normal: vertex.normal,
-            distance_m: vertex.surface.point.distance(camera_ray.origin),
-        };
+        let walked =
+            Walked { radiance: walks.walk(snow, vertex.surface, camera_ray, sampler), reading, normal: vertex.normal };
         // Facets are as sharp as the picture: the filter neither sees nor spreads them.
         (sparkle, Some(walked))
     }
