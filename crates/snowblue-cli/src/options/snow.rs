@@ -206,9 +206,7 @@ impl SnowOptions {
         let SnowSample { grain_size, sphericity, facetness, density_kg_m3, water_saturation, impurities, .. } = sample;
         let GrainSize { min_um, max_um, measure } = grain_size;
         let mut metadata = Metadata::new();
-        if let Some(kind) = self.snow.filter(|_| !has(&"snow")) {
-            metadata.push(("kind", format!("{kind} ({})", kind.source())));
-        }
+        metadata.extend(self.kind_metadata().filter(|_| !has(&"snow")));
         if !["snow", GRAIN_SIZE.key, SURFACE_AREA.key, "optical_radius_um"].iter().any(has) {
             metadata.push((GRAIN_SIZE.key, describe_range(*min_um, *max_um)));
         }
@@ -229,13 +227,12 @@ impl SnowOptions {
         ];
         metadata.extend(others.into_iter().filter(|(name, _)| !full.contains(name)));
         let describe = |substance: Substance| {
-            let amount = impurities.present().find(|(present, _)| *present == substance);
-            match amount {
-                _ if has(&SnowProperty::Impurity(substance).column()) => Some(String::new()),
-                Some((_, ng_g)) => Some(format!("={} ng/g", format_number(ng_g))),
-                None => None,
-            }
-            .map(|amount| format!("{substance}{amount} ({})", substance.source()))
+            let amount = match impurities.ng_g(substance) {
+                _ if has(&SnowProperty::Impurity(substance).column()) => String::new(),
+                ng_g if ng_g > 0.0 => format!("={} ng/g", format_number(ng_g)),
+                _ => return None,
+            };
+            Some(format!("{substance}{amount} ({})", substance.source()))
         };
         let present: Vec<String> = Substance::ALL.into_iter().filter_map(describe).collect();
         if !present.is_empty() {
@@ -244,12 +241,15 @@ impl SnowOptions {
         metadata
     }
 
+    /// The kind of snow, if one is given.
+    fn kind_metadata(&self) -> Option<(&'static str, String)> {
+        self.snow.map(|kind| ("kind", format!("{kind} ({})", kind.source())))
+    }
+
     /// Metadata of a sample that differs from the options in grain size or density.
     pub(crate) fn metadata_of(&self, sample: &SnowSample) -> Metadata {
         let mut metadata = vec![("snow", describe_sample(sample))];
-        if let Some(kind) = self.snow {
-            metadata.push(("kind", format!("{kind} ({})", kind.source())));
-        }
+        metadata.extend(self.kind_metadata());
         metadata.push(("ice", self.ice.name().to_owned()));
         if self.water_saturation > 0.0 {
             let source = "Daimon & Masumura 2007, Water Optical Properties Processor v3";

@@ -2,8 +2,7 @@
 //!
 //! The wavelength is a dimension. The columns before it are dimensions too where the rows are all combinations of their
 //! values, as those of thickness and angle; else, and for the lines of a file, they are coordinates on the dimension
-//! `slab`. Names are those of the
-//! Python package: `thickness` with the unit cm for `thickness_cm`.
+//! `slab`. Names are those of the Python package: `thickness` with the unit cm for `thickness_cm`.
 
 use std::collections::HashSet;
 use std::fs::File;

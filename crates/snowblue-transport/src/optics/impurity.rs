@@ -160,6 +160,12 @@ impl Impurities {
         self.present().next().is_none()
     }
 
+    /// The mass fraction of a substance, in ng/g.
+    #[must_use]
+    pub fn ng_g(&self, substance: Substance) -> f64 {
+        self.0[substance as usize]
+    }
+
     /// Each substance with a mass fraction above 0, in ng/g.
     pub fn present(&self) -> impl Iterator<Item = (Substance, f64)> {
         Substance::ALL.into_iter().zip(self.0).filter(|(_, mass_fraction)| *mass_fraction > 0.0)

@@ -102,9 +102,8 @@ impl Slabs {
     /// The lines of a file.
     pub(super) fn read(path: &Path, defaults: &Defaults, given: &GivenOptions) -> Result<Self, Failure> {
         let text = SettingsFile::read(path)?;
-        let mut lines = text.trim_start_matches('\u{feff}').lines().enumerate();
-        let mut lines =
-            lines.by_ref().map(|(number, line)| (number + 1, line)).filter(|(_, line)| !line.trim().is_empty());
+        let lines = (1..).zip(text.trim_start_matches('\u{feff}').lines());
+        let mut lines = lines.filter(|(_, line)| !line.trim().is_empty());
         let at = |line: usize, why: &str| Failure::Input(format!("{}:{line}: {why}", path.display()));
         let empty = || Failure::Input(format!("{}: has no line of names of columns", path.display()));
         let (number, header) = lines.next().ok_or_else(empty)?;
@@ -253,10 +252,7 @@ impl Line {
             Column::WaterSaturation => sample.water_saturation.into(),
             Column::Temperature => sample.temperature_c.into(),
             Column::Property(SnowProperty::Density) => sample.density_kg_m3.into(),
-            Column::Property(SnowProperty::Impurity(substance)) => {
-                let found = sample.impurities.present().find(|(present, _)| *present == substance);
-                found.map_or(0.0, |(_, ng_g)| ng_g).into()
-            }
+            Column::Property(SnowProperty::Impurity(substance)) => sample.impurities.ng_g(substance).into(),
             Column::Property(SnowProperty::SurfaceArea) => number(self.snow.surface_area_m2_kg),
             Column::GrainSize => match self.snow.grain_size_um.as_deref() {
                 Some([min_um, max_um]) => Cell::word(format!("{}:{}", format_number(*min_um), format_number(*max_um))),
