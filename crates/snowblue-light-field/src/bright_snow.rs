@@ -14,7 +14,7 @@ use wide::f32x8;
 
 use super::body_field::BodyField;
 use super::surface_light::surface_point;
-use snowblue_scene::sampling::cosine_direction;
+use snowblue_scene::directions::Directions;
 
 /// Most patches.
 const MOST_PATCHES: usize = LANES * MOST_BLOCKS;
@@ -24,7 +24,7 @@ const MOST_BLOCKS: usize = 16;
 /// Most surface elements that the patches are made of.
 const MOST_ELEMENTS: usize = 1 << 16;
 /// The share of the rays that are sampled as without patches.
-const COSINE_SHARE: f32 = 0.5;
+const OWN_SHARE: f32 = 0.5;
 
 /// The bright snow of a scene.
 #[derive(Debug)]
@@ -104,31 +104,28 @@ impl BrightSnow {
         Self(patches(elements.collect()).chunks(LANES).map(Patches::new).collect())
     }
 
-    /// Samples the direction of a path that goes on from a diffuse surface. Returns it with the factor cos θ / (π p) of
+    /// Samples the direction of a path that goes on from a surface. Returns it with the factor cos θ / (π p) of
     /// the path's throughput, p its density.
-    pub(super) fn sample(&self, surface: &SurfacePoint, [u, v, choice]: [f32; 3]) -> (Vec3A, f32) {
+    pub(super) fn sample(&self, directions: &Directions, [u, v, choice]: [f32; 3]) -> (Vec3A, f32) {
+        let surface = directions.surface();
         let views: ArrayVec<Views, MOST_BLOCKS> = self.0.iter().map(|patches| patches.views(surface)).collect();
         let total = views.iter().fold(f32x8::ZERO, |sum, views| sum + views.weight).reduce_add();
-        let towards_snow = if choice < COSINE_SHARE {
-            None
-        } else {
-            choose(&views, (choice - COSINE_SHARE) / (1.0 - COSINE_SHARE) * total)
-        };
+        let towards_snow =
+            if choice < OWN_SHARE { None } else { choose(&views, (choice - OWN_SHARE) / (1.0 - OWN_SHARE) * total) };
+        if total <= 0.0 {
+            return directions.sample_weighted([u, v]);
+        }
         let direction = match towards_snow {
             Some((views, lane)) => views.direction(lane, [u, v]),
-            None => cosine_direction(surface.normal, u, v),
+            None => directions.sample([u, v]),
         };
         let cosine_density = surface.normal.dot(direction).max(0.0) * FRAC_1_PI;
-        let factor = if cosine_density <= 0.0 {
-            0.0
-        } else if total <= 0.0 {
-            1.0
-        } else {
-            let densities = views.iter().fold(f32x8::ZERO, |sum, views| sum + views.density(direction));
-            let towards = densities.reduce_add() / total;
-            cosine_density / (COSINE_SHARE * cosine_density + (1.0 - COSINE_SHARE) * towards)
-        };
-        (direction, factor)
+        if cosine_density <= 0.0 {
+            return (direction, 0.0);
+        }
+        let densities = views.iter().fold(f32x8::ZERO, |sum, views| sum + views.density(direction));
+        let (own, towards) = (directions.density_per_sr(direction), densities.reduce_add() / total);
+        (direction, cosine_density / (OWN_SHARE * own + (1.0 - OWN_SHARE) * towards))
     }
 }
 
@@ -293,6 +290,7 @@ fn dot([x, y, z]: &[f32x8; 3], [a, b, c]: &[f32x8; 3]) -> f32x8 {
 mod tests {
     use super::*;
     use snowblue_scene::sampling::Sampler;
+    use snowblue_scene::sampling::cosine_direction;
 
     /// A wall at x = 1 m that faces the origin, with a bright stripe.
     fn wall() -> BrightSnow {
@@ -320,7 +318,7 @@ mod tests {
             let (mut total, mut mean, mut hits, mut hits_by_cosine) = (0.0, Vec3A::ZERO, 0, 0);
             for sample in 0..1 << 16 {
                 let [u, v, _, choice] = Sampler::new(1, 3, sample).next_four();
-                let (direction, factor) = snow.sample(&surface, [u, v, choice]);
+                let (direction, factor) = snow.sample(&Directions::Cosine(surface), [u, v, choice]);
                 total += factor / 65536.0;
                 mean += direction * factor / 65536.0;
                 hits += u32::from(hits_stripe(direction));

@@ -2,7 +2,7 @@
 
 use glam::Vec3A;
 use snowblue_field::{FieldError, GROUP, SnowBody, SpectralNodes, Survey};
-use snowblue_geometry::ray::SurfacePoint;
+use snowblue_scene::directions::Directions;
 
 use super::body_field::{BodyField, LitFluence};
 use super::bright_snow::BrightSnow;
@@ -200,10 +200,10 @@ impl LightField {
         self.lamps_in_snow.iter().find(|lamp| lamp.light == light)
     }
 
-    /// Samples the direction of a path that goes on from a diffuse surface, from three numbers in [0, 1): half of the
-    /// paths go towards bright snow. Returns it with the factor cos θ / (π p) of the path's throughput, p its density.
-    pub fn sample_reflection(&self, surface: &SurfacePoint, numbers: [f32; 3]) -> (Vec3A, f32) {
-        self.bright_snow.sample(surface, numbers)
+    /// Samples the direction of a path that goes on from a surface, from three numbers in [0, 1): half of the paths go
+    /// towards bright snow, and the others by `directions`. Returns it with the factor cos θ / (π p) of the path's throughput, p its density.
+    pub fn sample_reflection(&self, directions: &Directions, numbers: [f32; 3]) -> (Vec3A, f32) {
+        self.bright_snow.sample(directions, numbers)
     }
 
     /// If cells have sizes for a viewer: the greatest factor of these sizes that makes them fit into the memory.

@@ -8,6 +8,7 @@ use snowblue_geometry::ray::{SurfacePoint, narrow};
 use snowblue_transport::ordinates::HalfSpace;
 
 use super::end_depth::{EndDepth, WalkEndsByDepth};
+use snowblue_scene::directions::{Directions, ReflectionTable};
 use snowblue_scene::material::deep_snow::reflection_per_sr;
 use snowblue_scene::material::snow::SnowKinds;
 use snowblue_scene::objects::Objects;
@@ -25,6 +26,7 @@ pub struct Snowpack {
 #[derive(Debug)]
 pub struct KindOptics {
     optics: SnowOptics,
+    reflection: ReflectionTable,
     /// ℓ* at the middle wavelength, in m.
     transport_length_m: f32,
     /// κ there, in 1/m.
@@ -102,7 +104,8 @@ impl KindOptics {
         let transport_length_m = narrow(optics.transport_lengths_m[SAMPLES / 2]);
         let reduced = 1.0 - narrow(optics.half_space.phase().asymmetry());
         let extinction_per_m = (transport_length_m * reduced).recip();
-        Self { optics, transport_length_m, extinction_per_m, walk_ends }
+        let reflection = ReflectionTable::new(&optics.half_space);
+        Self { optics, reflection, transport_length_m, extinction_per_m, walk_ends }
     }
 
     fn diffusion(&self, nodes: &SpectralNodes) -> Vec<Diffusion> {
@@ -115,6 +118,11 @@ impl KindOptics {
     /// The reflection function R₀ of a surface, as that of [`reflection_per_sr`].
     pub fn reflection_per_sr(&self, normal: Vec3A, direction: Vec3A, to_light: Vec3A) -> f32 {
         reflection_per_sr(&self.optics.half_space, normal, direction, to_light)
+    }
+
+    /// Directions from which a surface reflects light against the unit vector `direction`.
+    pub fn directions(&self, surface: SurfacePoint, direction: Vec3A) -> Directions<'_> {
+        Directions::Reflected(self.reflection.at(surface, direction))
     }
 
     /// The escape function K.

@@ -8,6 +8,7 @@ use wide::f32x4;
 
 use crate::snowpack::Snowpack;
 use crate::solid::Solid;
+use snowblue_scene::directions::Directions;
 use snowblue_scene::light::{Light, LightSample};
 use snowblue_scene::objects::Side;
 use snowblue_scene::queries::SceneQueries;
@@ -115,6 +116,7 @@ pub(crate) fn visit_lights(
     samplers: impl ExactSizeIterator<Item = Sampler> + Clone,
     visit: &mut dyn FnMut(f32, Spectrum),
 ) {
+    let directions = Directions::Cosine(lit.surface);
     for light in lights {
         let mut add = |sample: &LightSample, share: f32| {
             let Some(incident) = sample.incident_at(&lit.surface) else { return };
@@ -129,7 +131,7 @@ pub(crate) fn visit_lights(
         }
         let share = (samplers.len() as f32).recip();
         for mut sampler in samplers.clone() {
-            for sample in light.samples_at(&lit.surface, &mut sampler).into_iter().flatten() {
+            for sample in light.samples_at(&directions, &mut sampler).into_iter().flatten() {
                 add(&sample, share);
             }
         }

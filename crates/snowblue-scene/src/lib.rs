@@ -17,6 +17,7 @@
 //! **Out of scope.** Light in snow, and pictures (`snowblue-light-field`, `snowblue-render`).
 
 pub mod air;
+pub mod directions;
 pub mod error;
 pub(crate) mod notation;
 pub mod sampling;

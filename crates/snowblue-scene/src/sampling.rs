@@ -8,6 +8,7 @@ use std::f32::consts::{FRAC_PI_2, FRAC_PI_4};
 use std::ops::Range;
 
 use glam::Vec3A;
+use snowblue_geometry::ray::narrow;
 use sobol_burley::{NUM_DIMENSION_SETS_4D, sample_4d};
 
 /// Length of one scrambled sequence. Further samples use a new scramble.
@@ -165,6 +166,30 @@ pub fn uniform_hemisphere_direction(normal: Vec3A, u: f32, v: f32) -> Vec3A {
     let radius = (u * (2.0 - u)).sqrt();
     let (sin, cos) = (std::f32::consts::TAU * v).sin_cos();
     (side * (radius * cos) + ahead * (radius * sin) + normal * (1.0 - u)).normalize()
+}
+
+/// The sum of weights, and their cumulative fractions.
+pub(crate) fn cumulative(weights: impl Iterator<Item = f32>) -> (f64, Vec<f32>) {
+    let mut total = 0.0;
+    let sums: Vec<f64> = weights
+        .map(|weight| {
+            total += f64::from(weight);
+            total
+        })
+        .collect();
+    (total, sums.into_iter().map(|sum| if total > 0.0 { narrow(sum / total) } else { 0.0 }).collect())
+}
+
+/// The step of a cumulative sum that contains a number in [0, 1), and the position within it.
+pub(crate) fn invert(sums: &[f32], u: f32) -> (usize, f32) {
+    let index = sums.partition_point(|&sum| sum <= u).min(sums.len() - 1);
+    let before = if index == 0 { 0.0 } else { sums[index - 1] };
+    (index, ((u - before) / (sums[index] - before)).min(1.0))
+}
+
+/// The fraction of one step of a cumulative sum.
+pub(crate) fn share(sums: &[f32], index: usize) -> f32 {
+    sums[index] - if index == 0 { 0.0 } else { sums[index - 1] }
 }
 
 #[cfg(test)]

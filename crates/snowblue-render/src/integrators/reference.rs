@@ -36,6 +36,7 @@ use crate::integrators::snow_volumes::{SnowVolumes, attenuation};
 use crate::integrators::snow_walk::{SnowWalk, WalkLight};
 use crate::integrators::surroundings::{Flight, Medium, SnowBodies, Surroundings};
 use snowblue_scene::Scene;
+use snowblue_scene::directions::Directions;
 use snowblue_scene::light::LightHit;
 use snowblue_scene::material::Material;
 use snowblue_scene::objects::SurfaceInteraction;
@@ -146,13 +147,15 @@ impl<'scene> ReferenceTracer<'scene> {
             match &self.scene.materials()[surface.material] {
                 Material::Diffuse(diffuse) => {
                     let reflectance = diffuse.reflectance(self.scene.objects(), &surface);
-                    if !self.reflect(path, &surface, |_| reflectance, bounce) {
+                    let directions = Directions::Cosine(surface.surface_point());
+                    if !self.reflect(path, &surface, (directions, |_| reflectance), bounce) {
                         return;
                     }
                 }
                 Material::Ground(ground) => {
                     let reflectance = |to_light| ground.reflectance(surface.normal, surface.direction, to_light);
-                    if !self.reflect(path, &surface, reflectance, bounce) {
+                    let directions = ground.directions(surface.surface_point(), surface.direction);
+                    if !self.reflect(path, &surface, (directions, reflectance), bounce) {
                         return;
                     }
                 }
@@ -185,11 +188,11 @@ impl<'scene> ReferenceTracer<'scene> {
         &mut self,
         path: &mut Path,
         surface: &SurfaceInteraction,
-        reflectance: impl Fn(Vec3A) -> Spectrum,
+        reflection: (Directions, impl Fn(Vec3A) -> Spectrum),
         bounce: u32,
     ) -> bool {
         let at_surface = (&*self.delta_lights, path.medium(), bounce);
-        path.walk.reflect(&mut self.surroundings, surface, reflectance, at_surface)
+        path.walk.reflect(&mut self.surroundings, surface, reflection, at_surface)
     }
 
     /// Scatters a path in snow, from its surface if `entering`, else from inside.

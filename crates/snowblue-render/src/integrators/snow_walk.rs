@@ -14,9 +14,9 @@ use snowblue_transport::rng::Stream;
 
 use super::russian_roulette::survival_probability;
 use super::surroundings::{Medium, Surroundings};
+use snowblue_scene::directions::Directions;
 use snowblue_scene::light::LightSample;
 use snowblue_scene::objects::SurfaceInteraction;
-use snowblue_scene::sampling::cosine_direction;
 use snowblue_scene::spectrum::Spectrum;
 
 /// A walk between two scatterings.
@@ -66,12 +66,13 @@ impl SnowWalk {
     }
 
     /// Reflects the walk at a surface outside of snow, in it, or in contact with it, and adds the lights there.
-    /// `reflectance` gives π times the reflection function for light from a direction. Returns false if the walk ends.
+    /// `reflectance` gives π times the reflection function for light from a direction, and `directions` are those that
+    /// the walk may go on in. Returns false if the walk ends.
     pub(super) fn reflect(
         &mut self,
         surroundings: &mut Surroundings,
         surface: &SurfaceInteraction,
-        reflectance: impl Fn(Vec3A) -> Spectrum,
+        (directions, reflectance): (Directions, impl Fn(Vec3A) -> Spectrum),
         (lights, medium, bounce): (&[WalkLight], Medium, u32),
     ) -> bool {
         let from = off_surface(surface.point, surface.normal, surroundings.reach_m(surface.object));
@@ -86,8 +87,8 @@ impl SnowWalk {
             }
         }
         let [u, v, chance] = [(); 3].map(|()| narrow(self.stream.uniform()));
-        let direction = cosine_direction(surface.normal, u, v);
-        self.throughput *= reflectance(direction);
+        let (direction, factor) = directions.sample_weighted([u, v]);
+        self.throughput *= reflectance(direction) * factor;
         let survival = survival_probability(bounce, &self.throughput);
         if chance >= survival {
             return false;

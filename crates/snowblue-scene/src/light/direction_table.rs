@@ -11,6 +11,8 @@ use glam::Vec3A;
 
 use snowblue_geometry::ray::narrow;
 
+use crate::sampling::{cumulative, invert, share};
+
 /// Cumulative sums of brightness over all directions.
 #[derive(Debug)]
 pub(super) struct DirectionTable {
@@ -62,8 +64,8 @@ impl DirectionTable {
         let [across, down] = self.place(direction);
         let (column, row) = (whole(across, self.width), whole(down, self.height));
         let [top, bottom] = edge_cosines(row, self.height);
-        let share = step(&self.rows, row) * step(&self.columns[row * self.width..][..self.width], column);
-        share * self.width as f32 / (TAU * (top - bottom))
+        let fraction = share(&self.rows, row) * share(&self.columns[row * self.width..][..self.width], column);
+        fraction * self.width as f32 / (TAU * (top - bottom))
     }
 
     /// Position of a direction in the table, in pixels from its upper left corner.
@@ -83,30 +85,6 @@ pub(super) fn longitude_rad(across: f32) -> f32 {
 /// Cosine of the polar angle at the upper and the lower edge of a row.
 fn edge_cosines(row: usize, height: usize) -> [f32; 2] {
     [row, row + 1].map(|edge| (PI * edge as f32 / height as f32).cos())
-}
-
-/// The sum of weights, and their cumulative fractions.
-fn cumulative(weights: impl Iterator<Item = f32>) -> (f64, Vec<f32>) {
-    let mut total = 0.0;
-    let sums: Vec<f64> = weights
-        .map(|weight| {
-            total += f64::from(weight);
-            total
-        })
-        .collect();
-    (total, sums.into_iter().map(|sum| if total > 0.0 { narrow(sum / total) } else { 0.0 }).collect())
-}
-
-/// The step of a cumulative sum that contains a number in [0, 1), and the position within it.
-fn invert(sums: &[f32], u: f32) -> (usize, f32) {
-    let index = sums.partition_point(|&sum| sum <= u).min(sums.len() - 1);
-    let before = if index == 0 { 0.0 } else { sums[index - 1] };
-    (index, ((u - before) / (sums[index] - before)).min(1.0))
-}
-
-/// The fraction of one step.
-fn step(sums: &[f32], index: usize) -> f32 {
-    sums[index] - if index == 0 { 0.0 } else { sums[index - 1] }
 }
 
 /// Pixel index of a coordinate, clamped to 0..`count`.

@@ -4,16 +4,16 @@
 //! importance sampling (Veach & Guibas 1995, "Optimally combining sampling techniques for Monte Carlo rendering",
 //! doi:10.1145/218380.218498).
 
-use std::f32::consts::FRAC_1_PI;
 use std::sync::Arc;
 
 use glam::Vec3A;
 use snowblue_geometry::ray::{Ray, SurfacePoint};
 
+use crate::directions::Directions;
 use crate::light::emitter::{Bounds, Emitter, InnerLamp};
 use crate::light::sample::{Falloff, LightOrigin, LightSample};
 use crate::light::sun;
-use crate::sampling::{Sampler, cosine_direction, uniform_hemisphere_direction};
+use crate::sampling::Sampler;
 use crate::spectrum::Spectrum;
 
 /// Where distant lights are seen from: they are the same from everywhere.
@@ -29,17 +29,15 @@ pub struct Light {
 
 /// A way of sampling a point or a direction of a light.
 #[derive(Debug, Clone, Copy)]
-pub enum SamplingTechnique {
+pub enum SamplingTechnique<'a> {
     /// That of the light itself as seen from a point.
     OfLight(Vec3A),
-    /// Proportional to the cosine with the normal of a surface point, p = cos θ / π.
-    Cosine(SurfacePoint),
-    /// Uniform in the hemisphere above a surface point, p = 1 / 2π.
-    Hemisphere(SurfacePoint),
+    /// Directions above a surface.
+    OfSurface(Directions<'a>),
 }
 
 /// The techniques that sample one light, each used once.
-pub type SamplingTechniques = [Option<SamplingTechnique>; 3];
+pub type SamplingTechniques<'a> = [Option<SamplingTechnique<'a>>; 3];
 
 /// What a ray finds of a light with extent.
 #[derive(Debug, Clone, Copy)]
@@ -155,39 +153,41 @@ impl Light {
         Some(LightSample { origin, falloff: Falloff::None })
     }
 
-    /// The technique that samples a light for reflection, besides the cosine of the path's next ray. An even sky has
-    /// none: only that ray finds it.
-    fn reflection_technique(&self, surface: &SurfacePoint) -> Option<SamplingTechnique> {
+    /// The technique that samples a light for reflection at a point, besides the path's next ray. An even sky has none:
+    /// only that ray finds it.
+    fn reflection_technique(&self, point: Vec3A) -> Option<SamplingTechnique<'static>> {
         match self.bounds {
-            Bounds::Surface { .. } | Bounds::Disc(_) | Bounds::Sky => Some(SamplingTechnique::OfLight(surface.point)),
+            Bounds::Surface { .. } | Bounds::Disc(_) | Bounds::Sky => Some(SamplingTechnique::OfLight(point)),
             Bounds::Point(..) | Bounds::Direction(_) | Bounds::EvenSky => None,
         }
     }
 
-    /// One sample of a light with extent for reflection at a surface. It counts together with the path's next ray
-    /// ([`hit_radiance`](Self::hit_radiance)).
-    pub fn sample_for_reflection(&self, surface: &SurfacePoint, sampler: &mut Sampler) -> Option<LightSample> {
-        let technique = self.reflection_technique(surface)?;
-        self.sample(0, &[Some(technique), Some(SamplingTechnique::Cosine(*surface)), None], sampler)
+    /// One sample of a light with extent for reflection at a surface. It counts together with the path's next ray, by
+    /// the density of `directions` ([`hit_radiance`](Self::hit_radiance)).
+    pub fn sample_for_reflection(&self, directions: &Directions, sampler: &mut Sampler) -> Option<LightSample> {
+        let technique = self.reflection_technique(directions.point())?;
+        self.sample(0, &[Some(technique), Some(SamplingTechnique::OfSurface(*directions)), None], sampler)
     }
 
-    /// Samples of a light with extent as seen from a surface, which count together: one for each technique.
-    pub fn samples_at(&self, surface: &SurfacePoint, sampler: &mut Sampler) -> [Option<LightSample>; 2] {
-        let cosine = self.is_sky().then_some(SamplingTechnique::Cosine(*surface));
-        let techniques = [self.reflection_technique(surface), cosine, None];
+    /// Samples of a light with extent as seen from a surface, which count together: one by the light's own technique,
+    /// and of a sky one by `directions`.
+    pub fn samples_at(&self, directions: &Directions, sampler: &mut Sampler) -> [Option<LightSample>; 2] {
+        let of_surface = self.is_sky().then_some(SamplingTechnique::OfSurface(*directions));
+        let techniques = [self.reflection_technique(directions.point()), of_surface, None];
         [0, 1].map(|chosen| self.sample(chosen, &techniques, sampler))
     }
 
     /// Radiance that a path's ray finds from this light before `limit_m`, weighted against
-    /// [`sample_for_reflection`](Self::sample_for_reflection). The ray starts at the camera, or at a surface with the
-    /// density of its cosine.
-    pub fn hit_radiance(&self, ray: &Ray, limit_m: f32, from: Option<&SurfacePoint>) -> Option<Spectrum> {
+    /// [`sample_for_reflection`](Self::sample_for_reflection). The ray starts at the camera, or at a surface by the
+    /// density of `from`.
+    pub fn hit_radiance(&self, ray: &Ray, limit_m: f32, from: Option<&Directions>) -> Option<Spectrum> {
         let origin = self.origin_on(ray, limit_m)?;
-        let Some(surface) = from else {
+        let Some(directions) = from else {
             return self.is_visible.then(|| self.power(&origin));
         };
-        let own = self.density(&SamplingTechnique::Cosine(*surface), &origin);
-        let other = self.reflection_technique(surface).map_or(0.0, |technique| self.density(&technique, &origin));
+        let own = self.density(&SamplingTechnique::OfSurface(*directions), &origin);
+        let technique = self.reflection_technique(directions.point());
+        let other = technique.map_or(0.0, |technique| self.density(&technique, &origin));
         let weight = if other > 0.0 { own / (own + other) } else { 1.0 };
         Some(self.power(&origin) * weight)
     }
@@ -213,7 +213,11 @@ impl Light {
 
     /// The techniques that sample light for snow, which enters at `exit` or along the line from the point `lines`, or
     /// both.
-    pub fn techniques_through(&self, exit: Option<&SurfacePoint>, lines: Option<&SurfacePoint>) -> SamplingTechniques {
+    pub fn techniques_through(
+        &self,
+        exit: Option<&SurfacePoint>,
+        lines: Option<&SurfacePoint>,
+    ) -> SamplingTechniques<'static> {
         let distant = Some(SamplingTechnique::OfLight(ANYWHERE));
         match self.bounds {
             Bounds::Point(..) | Bounds::Direction(_) => [None; 3],
@@ -223,8 +227,8 @@ impl Light {
             Bounds::Disc(_) => [distant, None, None],
             // A line that leaves through a side may do so with the full cosine, although it grazes its own surface.
             Bounds::Sky | Bounds::EvenSky => [
-                exit.copied().map(SamplingTechnique::Cosine),
-                lines.copied().map(SamplingTechnique::Hemisphere),
+                exit.map(|surface| SamplingTechnique::OfSurface(Directions::Cosine(*surface))),
+                lines.map(|surface| SamplingTechnique::OfSurface(Directions::Hemisphere(*surface))),
                 distant.filter(|_| !self.is_diffuse()),
             ],
         }
@@ -245,13 +249,9 @@ impl Light {
     }
 
     pub(super) fn sample_origin(&self, technique: &SamplingTechnique, numbers: [f32; 2]) -> Option<LightOrigin> {
-        let [u, v] = numbers;
         match technique {
             SamplingTechnique::OfLight(from) => self.emitter.sample_li(*from, numbers),
-            SamplingTechnique::Cosine(surface) => Some(LightOrigin::Distant(cosine_direction(surface.normal, u, v))),
-            SamplingTechnique::Hemisphere(surface) => {
-                Some(LightOrigin::Distant(uniform_hemisphere_direction(surface.normal, u, v)))
-            }
+            SamplingTechnique::OfSurface(directions) => Some(LightOrigin::Distant(directions.sample(numbers))),
         }
     }
 
@@ -259,12 +259,9 @@ impl Light {
     pub(super) fn density(&self, technique: &SamplingTechnique, origin: &LightOrigin) -> f32 {
         let (point, density_per_sr) = match technique {
             SamplingTechnique::OfLight(from) => (*from, self.emitter.pdf_li(*from, origin)),
-            SamplingTechnique::Cosine(SurfacePoint { point, normal }) => {
-                (*point, normal.dot(origin.direction_from(*point).direction).max(0.0) * FRAC_1_PI)
-            }
-            SamplingTechnique::Hemisphere(SurfacePoint { point, normal }) => {
-                let above = normal.dot(origin.direction_from(*point).direction) > 0.0;
-                (*point, if above { 0.5 * FRAC_1_PI } else { 0.0 })
+            SamplingTechnique::OfSurface(directions) => {
+                let point = directions.point();
+                (point, directions.density_per_sr(origin.direction_from(point).direction))
             }
         };
         density_per_sr / origin.area_per_solid_angle(point)
@@ -299,6 +296,7 @@ pub fn irradiance_by_sky(lights: &[Arc<Light>]) -> Spectrum {
     /// Samples of a light with extent.
     const SAMPLES: u32 = 1 << 12;
     let ground = SurfacePoint { point: Vec3A::ZERO, normal: Vec3A::Z };
+    let directions = Directions::Cosine(ground);
     let mut sum = Spectrum::ZERO;
     for light in lights {
         let mut add = |sample: &LightSample, share: f32| {
@@ -311,7 +309,7 @@ pub fn irradiance_by_sky(lights: &[Arc<Light>]) -> Spectrum {
             Bounds::Direction(_) => light.delta_sample().iter().for_each(|sample| add(sample, 1.0)),
             Bounds::Disc(_) | Bounds::Sky | Bounds::EvenSky => {
                 for index in 0..SAMPLES {
-                    let samples = light.samples_at(&ground, &mut Sampler::new(0, 0, index));
+                    let samples = light.samples_at(&directions, &mut Sampler::new(0, 0, index));
                     samples.iter().flatten().for_each(|sample| add(sample, (SAMPLES as f32).recip()));
                 }
             }

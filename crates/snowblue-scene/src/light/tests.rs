@@ -20,6 +20,7 @@ use super::sun::SunDisc;
 use super::techniques::SamplingTechnique;
 use super::*;
 use crate::description::{LightSource, PointLightDescription};
+use crate::directions::Directions;
 use crate::sampling::{Sampler, cosine_direction};
 use crate::spectrum::Spectrum;
 use crate::spectrum::light_spectrum::LightSpectrum;
@@ -97,12 +98,12 @@ fn density_per_sr(light: &Light, technique: &SamplingTechnique, direction: Vec3A
     })
 }
 
-fn techniques() -> [(&'static str, Light, SamplingTechnique); 6] {
+fn techniques() -> [(&'static str, Light, SamplingTechnique<'static>); 6] {
     [
         ("ball", ball(), SamplingTechnique::OfLight(place().point)),
         ("panel", panel(), SamplingTechnique::OfLight(place().point)),
-        ("cosine", image(), SamplingTechnique::Cosine(place())),
-        ("hemisphere", image(), SamplingTechnique::Hemisphere(place())),
+        ("cosine", image(), SamplingTechnique::OfSurface(Directions::Cosine(place()))),
+        ("hemisphere", image(), SamplingTechnique::OfSurface(Directions::Hemisphere(place()))),
         ("image", image(), SamplingTechnique::OfLight(place().point)),
         ("dome", dome(), SamplingTechnique::OfLight(place().point)),
     ]
@@ -221,6 +222,7 @@ fn each_way_and_both_together_meet_the_closed_forms() {
         (Light::new(panel), irradiance_of_polygon(&at, corners)),
     ];
     for (light, expected) in cases {
+        let by_cosine = Directions::Cosine(at);
         let alone = [Some(SamplingTechnique::OfLight(at.point)), None, None];
         let irradiance = |sample: Option<LightSample>| {
             let of = |sample: LightSample| {
@@ -235,8 +237,8 @@ fn each_way_and_both_together_meet_the_closed_forms() {
             let hit = |from| f64::from(light.hit_radiance(&ray, f32::INFINITY, from).map_or(0.0, |hit| hit.0[0])) * PI;
             ways[0].push(f64::from(irradiance(light.sample(0, &alone, &mut sampler(8, draw)))));
             ways[1].push(hit(None));
-            ways[2]
-                .push(f64::from(irradiance(light.sample_for_reflection(&at, &mut sampler(8, draw)))) + hit(Some(&at)));
+            let sampled = light.sample_for_reflection(&by_cosine, &mut sampler(8, draw));
+            ways[2].push(f64::from(irradiance(sampled)) + hit(Some(&by_cosine)));
         }
         for way in ways {
             let p = z_p_value((way.mean() - expected) / way.standard_error());

@@ -7,10 +7,11 @@ use std::f32::consts::PI;
 
 use glam::Vec3A;
 use snowblue_field::SnowOptics;
-use snowblue_geometry::ray::narrow;
+use snowblue_geometry::ray::{SurfacePoint, narrow};
 use snowblue_transport::ordinates::HalfSpace;
 use snowblue_transport::{SnowSample, TransportError};
 
+use crate::directions::{Directions, ReflectionTable};
 use crate::spectrum::{SAMPLES, Spectrum};
 
 /// Rays through grains, per node of the refractive index. They leave an albedo an error of less than 0.001.
@@ -20,6 +21,7 @@ const GRAIN_RAYS: u32 = 1 << 14;
 #[derive(Debug)]
 pub struct DeepSnow {
     half_space: HalfSpace,
+    table: ReflectionTable,
     albedo: Spectrum,
     /// α.
     absorption: Spectrum,
@@ -31,6 +33,7 @@ impl DeepSnow {
         Ok(Self {
             albedo: Spectrum(diffuse_albedo(&optics).map(narrow)),
             absorption: Spectrum(std::array::from_fn(|k| narrow(optics.half_space_absorption(k)))),
+            table: ReflectionTable::new(&optics.half_space),
             half_space: optics.half_space,
         })
     }
@@ -38,6 +41,11 @@ impl DeepSnow {
     /// The albedo under an even sky.
     pub fn albedo(&self) -> &Spectrum {
         &self.albedo
+    }
+
+    /// Directions from which it reflects light at a surface against the unit vector `direction`.
+    pub fn directions(&self, surface: SurfacePoint, direction: Vec3A) -> Directions<'_> {
+        Directions::Reflected(self.table.at(surface, direction))
     }
 
     /// π times the reflection function of a surface with a normal, for light from the unit vector `to_light` that

@@ -37,6 +37,7 @@ use crate::integrators::snow_walk::{SnowWalk, WalkLight};
 use crate::integrators::surroundings::{Flight, Medium, SnowBodies, Surroundings};
 use snowblue_light_field::{EndDepth, LightField, NearLight, SnowAt};
 use snowblue_scene::Scene;
+use snowblue_scene::directions::Directions;
 use snowblue_scene::light::LightSample;
 use snowblue_scene::objects::SurfaceInteraction;
 use snowblue_scene::queries::Statistics;
@@ -187,7 +188,7 @@ impl<'scene> WalkTracer<'scene> {
             };
             if light.has_extent() {
                 if !light.is_diffuse() && self.field.lamp_inside(index).is_none() {
-                    light.samples_at(entry, sampler).into_iter().for_each(add);
+                    light.samples_at(&Directions::Cosine(*entry), sampler).into_iter().for_each(add);
                 }
             } else {
                 add(light.delta_sample());
@@ -310,8 +311,9 @@ impl<'scene> WalkTracer<'scene> {
         let reflectance = albedo * attenuation(snow.volume, &walk.lengths, 0.0);
         walk.lengths = PathLengths::default();
         walk.bounces += 1;
+        let directions = Directions::Cosine(surface.surface_point());
         let at_surface = (&*self.lights, snow.medium(), walk.bounces);
-        walk.walk.reflect(&mut self.surroundings, surface, |_| reflectance, at_surface)
+        walk.walk.reflect(&mut self.surroundings, surface, (directions, |_| reflectance), at_surface)
     }
 }
 

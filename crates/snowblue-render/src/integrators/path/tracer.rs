@@ -32,13 +32,14 @@ use crate::integrators::single_scattering::SingleScattering;
 use crate::integrators::sparkle::{SparkleReader, SparklingPoint};
 use crate::integrators::{PathSample, SnowSample};
 use snowblue_light_field::{LightField, SnowAt};
+use snowblue_scene::directions::Directions;
 use snowblue_scene::film::sensor::SensorSample;
 use snowblue_scene::light::{IncidentLight, Light, LightSample};
 use snowblue_scene::material::Material;
 use snowblue_scene::material::diffuse::Diffuse;
 use snowblue_scene::objects::{Side, SurfaceInteraction};
 use snowblue_scene::queries::{SceneQueries, Statistics};
-use snowblue_scene::sampling::{Sampler, cosine_direction};
+use snowblue_scene::sampling::Sampler;
 use snowblue_scene::spectrum::Spectrum;
 use snowblue_scene::{Emission, Scene};
 
@@ -235,10 +236,10 @@ impl<'a> PathTracer<'a> {
 
     /// The change of the light that leaves a surface by its sparkle in all lights.
     fn sparkle_light<C: Carried>(&mut self, sparkling: &SparklingPoint, vertex: &Vertex, sampler: &mut Sampler) -> C {
-        let surface = vertex.shading_point();
+        let directions = vertex.directions;
         let mut sparkle = Spectrum::ZERO;
         for (index, source) in self.scene.lights().iter().enumerate().filter(|(_, light)| !light.is_sky()) {
-            for sample in self.samples_of_light(index, &surface, sampler).into_iter().flatten() {
+            for sample in self.samples_of_light(index, &directions, sampler).into_iter().flatten() {
                 if let Some(incident) = self.visible(vertex, &sample)
                     && let Some(change) = self.sparkle_change(sparkling, vertex, (source, &sample), &incident)
                 {
@@ -253,14 +254,14 @@ impl<'a> PathTracer<'a> {
     fn samples_of_light(
         &self,
         light: usize,
-        surface: &SurfacePoint,
+        directions: &Directions,
         sampler: &mut Sampler,
     ) -> [Option<LightSample>; 2] {
         let source = &self.scene.lights()[light];
         match self.tables.delta_sample(light) {
             Some(sample) => [Some(*sample), None],
             None if source.is_diffuse() => [None, None],
-            None => source.samples_at(surface, sampler),
+            None => source.samples_at(directions, sampler),
         }
     }
 
@@ -269,7 +270,7 @@ impl<'a> PathTracer<'a> {
         let max_bounces = self.scene.integrator().max_bounces;
         let (mut radiance, mut throughput) = (Spectrum::ZERO, Spectrum::ONE);
         let Some(mut ray) = self.bounce(first, 0, &mut throughput, sampler) else { return radiance };
-        let mut from = first.surface.surface_point();
+        let mut from = first.directions;
         for bounce in 1.. {
             let hit = self.queries.indirect_hit(&ray);
             if self.has_area_lights {
@@ -288,7 +289,7 @@ impl<'a> PathTracer<'a> {
                 break;
             }
             match self.bounce(&vertex, bounce, &mut throughput, sampler) {
-                Some(next) => (ray, from) = (next, surface.surface_point()),
+                Some(next) => (ray, from) = (next, vertex.directions),
                 None => break,
             }
         }
@@ -298,13 +299,13 @@ impl<'a> PathTracer<'a> {
     /// Samples the next ray of a path at a surface and updates its throughput; none if the path ends.
     fn bounce(&self, vertex: &Vertex, bounce: u32, throughput: &mut Spectrum, sampler: &mut Sampler) -> Option<Ray> {
         let [u, v, chance, choice] = sampler.next_four();
-        let surface = vertex.surface.surface_point();
+        let (surface, directions) = (vertex.surface.surface_point(), vertex.directions);
         // The last ray finds lights only.
         let (direction, factor) = match self.field {
             Some(field) if bounce < self.scene.integrator().max_bounces => {
-                field.sample_reflection(&surface, [u, v, choice])
+                field.sample_reflection(&directions, [u, v, choice])
             }
-            _ => (cosine_direction(surface.normal, u, v), 1.0),
+            _ => directions.sample_weighted([u, v]),
         };
         *throughput *= vertex.reflectance(direction) * factor;
         let survival = survival_probability(bounce, throughput);
@@ -323,7 +324,7 @@ impl<'a> PathTracer<'a> {
         (camera_ray, sparkling): (&Ray, Option<&SparklingPoint>),
         sampler: &mut Sampler,
     ) -> FieldLight<C> {
-        let surface = vertex.shading_point();
+        let (surface, directions) = (vertex.shading_point(), vertex.directions);
         let cos_exit = -surface.normal.dot(vertex.surface.direction);
         let mut radiance = snow.diffuse_radiance(&surface, cos_exit);
         let (mut light, mut sparkle) = (C::ZERO, Spectrum::ZERO);
@@ -331,7 +332,7 @@ impl<'a> PathTracer<'a> {
         let point = self.singles.as_mut().map(|singles| singles.point(snow, vertex.surface, camera_ray, number));
         for index in 0..self.scene.lights().len() {
             let source = &self.scene.lights()[index];
-            for sample in self.samples_of_light(index, &surface, sampler).into_iter().flatten() {
+            for sample in self.samples_of_light(index, &directions, sampler).into_iter().flatten() {
                 let incident = self.visible(vertex, &sample);
                 if let Some(incident) = &incident {
                     light += self.reflected::<C>(vertex, index, &sample, incident);
@@ -355,7 +356,7 @@ impl<'a> PathTracer<'a> {
     }
 
     /// Radiance from the lights that a ray hits before a surface.
-    fn hit_lights(&self, ray: &Ray, hit: Option<&SurfaceInteraction>, from: Option<&SurfacePoint>) -> Spectrum {
+    fn hit_lights(&self, ray: &Ray, hit: Option<&SurfaceInteraction>, from: Option<&Directions>) -> Spectrum {
         let limit_m = hit.map_or(f32::INFINITY, |surface| light_limit_m(ray, surface));
         let mut radiance = Spectrum::ZERO;
         for emitted in self.scene.lights().iter().filter_map(|light| light.hit_radiance(ray, limit_m, from)) {
@@ -365,21 +366,31 @@ impl<'a> PathTracer<'a> {
     }
 
     #[inline]
-    fn vertex<'v>(&mut self, surface: &'v SurfaceInteraction, sampler: &mut Sampler) -> Vertex<'v>
+    fn vertex<'v>(&mut self, surface: &'v SurfaceInteraction, sampler: &mut Sampler) -> Vertex<'v, 'a>
     where
         'a: 'v,
     {
         let (scene, field) = (self.scene, self.field.and_then(|all| all.of_object(surface.object)));
+        let mut normal = surface.normal;
+        let mut directions = Directions::Cosine(surface.surface_point());
         let shading = match (&scene.materials()[surface.material], field, &self.pcasnow) {
             (Material::Diffuse(Diffuse::Uniform(reflectance)), ..) => Shading::Diffuse(reflectance),
             (Material::Diffuse(diffuse), ..) => Shading::Textured(diffuse.reflectance(scene.objects(), surface)),
-            (Material::Ground(ground), ..) => Shading::Ground(ground),
-            (Material::Snow(_), Some(field), _) => Shading::Field(field.at(scene.objects(), surface, sampler)),
+            (Material::Ground(ground), ..) => {
+                directions = ground.directions(surface.surface_point(), surface.direction);
+                Shading::Ground(ground)
+            }
+            (Material::Snow(_), Some(field), _) => {
+                let snow = field.at(scene.objects(), surface, sampler);
+                normal = surface.shading_normal;
+                directions =
+                    snow.optics.directions(SurfacePoint { normal, ..surface.surface_point() }, surface.direction);
+                Shading::Field(snow)
+            }
             (Material::Snow(_), None, Some(pcasnow)) => Shading::Snow(pcasnow.vertex(surface, &mut self.queries)),
             (Material::Snow(_), None, None) => unreachable!("all snow has a light field or curves"),
         };
-        let is_smooth = matches!(shading, Shading::Field(_));
-        Vertex { surface, normal: if is_smooth { surface.shading_normal } else { surface.normal }, shading }
+        Vertex { surface, normal, directions, shading }
     }
 
     /// Light from the lights that leaves a surface: transmitted by snow and reflected.
@@ -394,10 +405,11 @@ impl<'a> PathTracer<'a> {
             Shading::Snow(snow) => snow.transmitted(self.scene, self.tables, &mut self.queries, sampler),
             Shading::Field(_) | Shading::Ground(_) | Shading::Diffuse(_) | Shading::Textured(_) => C::ZERO,
         };
+        let directions = vertex.directions;
         for index in 0..self.scene.lights().len() {
             let sample = match self.tables.delta_sample(index) {
                 Some(sample) => Some(*sample),
-                None => self.scene.lights()[index].sample_for_reflection(&vertex.surface.surface_point(), sampler),
+                None => self.scene.lights()[index].sample_for_reflection(&directions, sampler),
             };
             if let Some(sample) = sample
                 && let Some(incident) = self.visible(vertex, &sample)

@@ -7,16 +7,19 @@ use snowblue_geometry::ray::SurfacePoint;
 
 use crate::integrators::pcasnow::snow_vertex::SnowVertex;
 use snowblue_light_field::SnowAt;
+use snowblue_scene::directions::Directions;
 use snowblue_scene::material::deep_snow::DeepSnow;
 use snowblue_scene::objects::SurfaceInteraction;
 use snowblue_scene::spectrum::Spectrum;
 
 /// A surface on a path, ready to be shaded.
-pub(in crate::integrators) struct Vertex<'a> {
-    pub(in crate::integrators) surface: &'a SurfaceInteraction,
+pub(in crate::integrators) struct Vertex<'v, 'a> {
+    pub(in crate::integrators) surface: &'v SurfaceInteraction,
     /// The normal that light is reflected by: that for shading with a light field, for PCASnow the geometric one.
     pub(in crate::integrators) normal: Vec3A,
-    pub(in crate::integrators) shading: Shading<'a>,
+    /// Directions from which the surface reflects light, for samples.
+    pub(in crate::integrators) directions: Directions<'a>,
+    pub(in crate::integrators) shading: Shading<'v>,
 }
 
 /// What a surface reflects and transmits.
@@ -33,7 +36,7 @@ pub(in crate::integrators) enum Shading<'a> {
     Field(SnowAt<'a>),
 }
 
-impl Vertex<'_> {
+impl Vertex<'_, '_> {
     /// The point with the normal that light is reflected by.
     #[inline]
     pub(in crate::integrators) fn shading_point(&self) -> SurfacePoint {

@@ -101,7 +101,7 @@ impl SnowVertex<'_> {
 
     /// Techniques that sample a light: as seen from the exit of the straight path, and from the point itself for lines
     /// to the light.
-    fn techniques(&self, light: &Light) -> SamplingTechniques {
+    fn techniques(&self, light: &Light) -> SamplingTechniques<'static> {
         let exit = match self.straight.map(|chord| chord.exit) {
             Some(ChordEnd::Surface { point, normal, .. }) if self.settings.path.uses_straight() => {
                 Some(SurfacePoint { point, normal })
