@@ -14,6 +14,7 @@ use crate::octree::NONE;
 use crate::scan::SurfaceElement;
 use crate::solver::solve;
 use crate::source::{VolumeSource, add_source};
+use crate::spectral_nodes::Groups;
 use crate::surface_flux::{NodeFlux, SIDES, SurfaceNodes, sorted_sides};
 use crate::system::{Diffusion, System, WideCell, part, right_hand_side, slab_absorptance};
 
@@ -359,8 +360,9 @@ impl SnowBody {
         point: DVec3,
         normal: DVec3,
     ) -> Option<impl Iterator<Item = f32x4> + use<'f>> {
-        let (cell, at) = self.grid.find_at_surface(point, normal)?;
-        Some(values.0.iter().map(move |group| self.surface_nodes.flux(&self.grid, group, (cell, at), normal.as_vec3())))
+        let place = self.grid.find_at_surface(point, normal)?;
+        let groups = self.surface_nodes.flux(&self.grid, &values.0, place, normal.as_vec3());
+        Some(groups.into_iter().take(values.0.len()))
     }
 
     /// A point of the surface, in m, with an outward unit normal; none if there is no cell within a step of the point.
@@ -370,11 +372,11 @@ impl SnowBody {
         Some(SurfacePlace { cell: u32::try_from(number).ok()?, at, normal: normal.as_vec3() })
     }
 
-    /// What [`surface_value`](Self::surface_value) is at a place, for one group of wavelengths.
+    /// What [`surface_value`](Self::surface_value) is at a place.
     #[must_use]
-    pub fn value_at(&self, values: &SurfaceValues, group: usize, place: &SurfacePlace) -> f32x4 {
+    pub fn value_at(&self, values: &SurfaceValues, place: &SurfacePlace) -> Groups {
         let cell = &self.grid.cells[place.cell as usize];
-        self.surface_nodes.flux(&self.grid, &values.0[group], (cell, place.at), place.normal)
+        self.surface_nodes.flux(&self.grid, &values.0, (cell, place.at), place.normal)
     }
 
     /// The net flux outwards through the surface of each group of wavelengths at a point, in m, with an outward unit

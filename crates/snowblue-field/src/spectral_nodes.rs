@@ -17,6 +17,9 @@ pub const GROUP: usize = 4;
 /// Most groups of nodes.
 pub const MOST_GROUPS: usize = 4;
 
+/// Values of each group; 0 of those that are not used.
+pub type Groups = [f32x4; MOST_GROUPS];
+
 /// A layer of snow at some wavelengths. Its thickness is that in a typical vertical through a body.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LayerSpectrum<'a> {

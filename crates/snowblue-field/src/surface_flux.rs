@@ -16,6 +16,7 @@ use wide::f32x4;
 use crate::element::shape;
 use crate::grid::{Cell, Grid};
 use crate::octree::NONE;
+use crate::spectral_nodes::Groups;
 
 /// Orientations: towards either end of each axis.
 pub(crate) const SIDES: usize = 6;
@@ -89,29 +90,33 @@ impl SurfaceNodes {
             for index in elements {
                 let element = &grid.surface[index];
                 let at = grid.within(cell, element.point.as_dvec3());
-                values[index] = self.flux(grid, nodes, (cell, at), element.normal);
+                [values[index], ..] = self.flux(grid, std::slice::from_ref(nodes), (cell, at), element.normal);
             }
         }
         values
     }
 
-    /// The flux at a point of a cell on a surface with a normal.
+    /// The flux of some groups at a point of a cell on a surface with a normal.
     #[inline]
-    pub(crate) fn flux(&self, grid: &Grid, nodes: &NodeFlux, (cell, at): (&Cell, [f32; 3]), normal: Vec3) -> f32x4 {
+    pub(crate) fn flux(&self, grid: &Grid, groups: &[NodeFlux], (cell, at): (&Cell, [f32; 3]), normal: Vec3) -> Groups {
         let weights = side_weights(normal);
-        let (mut sum, mut sum_of_weights) = (f32x4::ZERO, 0.0);
+        let (mut sums, mut sum_of_weights) = (Groups::default(), 0.0);
         for (corner, shape) in cell.corners.iter().zip(shape(at)) {
             for term in grid.terms(*corner) {
                 let number = self.number[term.free as usize] as usize;
-                let Some(flux) = nodes.get(number) else { continue };
-                for (side, weight) in weights {
-                    let weight = shape * weight * term.weight;
-                    sum += flux[side] * weight;
-                    sum_of_weights += self.weight[number][side] * weight;
+                let Some(node_weights) = self.weight.get(number) else { continue };
+                let shares = weights.map(|(side, weight)| (side, shape * weight * term.weight));
+                for (side, share) in shares {
+                    sum_of_weights += node_weights[side] * share;
+                }
+                for (sum, flux) in sums.iter_mut().zip(groups) {
+                    for (side, share) in shares {
+                        *sum += flux[number][side] * share;
+                    }
                 }
             }
         }
-        quotient(sum, sum_of_weights)
+        sums.map(|sum| quotient(sum, sum_of_weights))
     }
 
     /// Takes the noise off a quantity of the surface elements that was sampled at random: averages it over as many

@@ -7,7 +7,7 @@
 //! near. So it is the preconditioner: what is missing in an estimate goes through the same equation.
 
 use snowblue_field::{
-    FixedPointOptions, Fluence, Patches, SnowBody, SolveOptions, SurfacePlace, SurfaceValues, solve_fixed_point,
+    FixedPointOptions, Fluence, Groups, Patches, SnowBody, SolveOptions, SurfacePlace, SurfaceValues, solve_fixed_point,
 };
 use wide::{f32x4, f64x4};
 
@@ -110,9 +110,9 @@ impl<'a> Exchange<'a> {
             let smooth =
                 |(prepared, solution): (&PreparedBody, &Solution)| prepared.body.smooth(&prepared.exitance(solution));
             let exitances: Vec<SurfaceValues> = self.prepared.iter().zip(&solutions).map(smooth).collect();
-            let mut missing = self.received(light.len(), &|snow, group| {
+            let mut missing = self.received(light.len(), &|snow| {
                 let body = snow.body as usize;
-                self.prepared[body].body.value_at(&exitances[body], group, &snow.place)
+                self.prepared[body].body.value_at(&exitances[body], &snow.place)
             });
             fluences = solutions.into_iter().map(|solution| solution.fluence).collect();
             add(&mut missing, &outer);
@@ -133,14 +133,18 @@ impl<'a> Exchange<'a> {
     }
 
     /// What all elements receive of what snow sends out at places that they see, for each of some groups.
-    fn received(&self, groups: usize, exitance: &(impl Fn(&SnowPlace, usize) -> f32x4 + Sync)) -> ElementValues {
+    fn received(&self, groups: usize, exitance: &(impl Fn(&SnowPlace) -> Groups + Sync)) -> ElementValues {
         joined(self.paths.iter().map(|paths| paths.irradiance_by_snow(groups, exitance)))
     }
 
     /// The same by estimate: each place sends out the mean of its patch.
     fn received_of_patches(&self, exitance: &[Vec<f32x4>]) -> ElementValues {
-        self.received(exitance.len(), &|snow, group| {
-            snow.patch.map_or(f32x4::ZERO, |patch| exitance[group][patch as usize])
+        self.received(exitance.len(), &|snow| {
+            let mut groups = Groups::default();
+            if let Some(patch) = snow.patch {
+                groups.iter_mut().zip(exitance).for_each(|(value, exitance)| *value = exitance[patch as usize]);
+            }
+            groups
         })
     }
 

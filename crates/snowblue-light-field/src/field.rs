@@ -201,7 +201,8 @@ impl LightField {
     }
 
     /// Samples the direction of a path that goes on from a surface, from three numbers in [0, 1): half of the paths go
-    /// towards bright snow, and the others by `directions`. Returns it with the factor cos θ / (π p) of the path's throughput, p its density.
+    /// towards bright snow, and the others by `directions`. Returns it with the factor cos θ / (π p) of the path's
+    /// throughput, p its density.
     pub fn sample_reflection(&self, directions: &Directions, numbers: [f32; 3]) -> (Vec3A, f32) {
         self.bright_snow.sample(directions, numbers)
     }

@@ -9,7 +9,7 @@
 //! reflected some hundred times, their shares add up to one.
 
 use rayon::prelude::*;
-use snowblue_field::{SnowBody, SpectralNodes, SurfaceElement, SurfacePlace};
+use snowblue_field::{Groups, SnowBody, SpectralNodes, SurfaceElement, SurfacePlace};
 use snowblue_geometry::ray::{Ray, SurfacePoint};
 use wide::f32x4;
 
@@ -165,25 +165,27 @@ impl GatheredPaths {
     }
 
     /// The irradiance of each element by snow, for each of some groups. `exitance` gives what snow sends out at a
-    /// place, for a group.
+    /// place.
     pub(super) fn irradiance_by_snow(
         &self,
         groups: usize,
-        exitance: &(impl Fn(&SnowPlace, usize) -> f32x4 + Sync),
+        exitance: &(impl Fn(&SnowPlace) -> Groups + Sync),
     ) -> ElementValues {
         let share = f32x4::splat((self.rays_per_element as f32).recip());
-        let of_element = |group: usize, range: &[usize]| {
-            let of_end = |end: &SnowEnd| {
-                let value = exitance(&end.place, group);
-                match end.throughput {
-                    NONE => value,
-                    start => value * self.throughputs[start as usize + group],
+        let of_element = |range: &[usize]| {
+            let mut sums = Groups::default();
+            for end in &self.ends[range[0]..range[1]] {
+                let mut values = exitance(&end.place);
+                if end.throughput != NONE {
+                    let throughputs = &self.throughputs[end.throughput as usize..][..groups];
+                    values.iter_mut().zip(throughputs).for_each(|(value, throughput)| *value *= *throughput);
                 }
-            };
-            self.ends[range[0]..range[1]].iter().fold(f32x4::ZERO, |sum, end| sum + of_end(end)) * share
+                sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += value);
+            }
+            sums.map(|sum| sum * share)
         };
-        let of_group = |group: usize| self.end_starts.par_windows(2).map(|range| of_element(group, range)).collect();
-        (0..groups).map(of_group).collect()
+        let elements: Vec<Groups> = self.end_starts.par_windows(2).map(of_element).collect();
+        (0..groups).map(|group| elements.iter().map(|groups| groups[group]).collect()).collect()
     }
 }
 

@@ -20,8 +20,9 @@ macro_rules! embedded {
 }
 
 /// All of them, by name.
-pub(crate) const SCENES: [EmbeddedScene; 18] = [
+pub(crate) const SCENES: [EmbeddedScene; 20] = [
     embedded!("block_30cm"),
+    embedded!("clump"),
     embedded!("cornice"),
     embedded!("crevasse"),
     embedded!("fig10_igloo"),
@@ -34,6 +35,7 @@ pub(crate) const SCENES: [EmbeddedScene; 18] = [
     embedded!("hole_and_footprint"),
     embedded!("igloo_clear"),
     embedded!("igloo_overcast"),
+    embedded!("lantern"),
     embedded!("quinzhee"),
     embedded!("snow_cave"),
     embedded!("truth_ball"),
