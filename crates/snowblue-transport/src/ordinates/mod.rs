@@ -6,6 +6,7 @@
 //! by the adding method ([`LayeredMedium`]). The half-space without absorption has all azimuths ([`HalfSpace`]).
 
 mod delta_m;
+mod differentiated;
 mod eigen;
 mod fluxes;
 mod half_space;

@@ -16,7 +16,7 @@ use super::options::OrdinatesOptions;
 use super::solve_alike::groups_alike;
 use super::streams::{Peak, Streams};
 use crate::batch::{Batch, BatchError, CaseFluxes, SlabCase};
-use crate::medium::{Constituents, Demand, GrainTallies, Medium, Population};
+use crate::medium::{Composition, Demand, GrainTallies, Medium, Population};
 use crate::slab::{Estimate, Incidence};
 
 /// Samples that are solved before their fluxes are put in order: enough for all threads, while the fluxes that wait
@@ -124,10 +124,10 @@ pub fn solve_batch(
         let solve = |plan: &Plan| {
             let sample = &samples[plan.sample];
             let tallies = tallies.narrowed(plan.degree, sample.grain_size.max_um);
-            let extinction_per_m = sample.extinction_per_m();
+            let composition = Composition::new(sample);
             let at = |wavelength_nm: &f64| {
-                let constituents = Constituents::with_extinction(sample, extinction_per_m, *wavelength_nm);
-                plan.solve(|without| tallies.medium_of(sample, &constituents, without), errors)
+                let constituents = composition.at(*wavelength_nm);
+                plan.solve(|without| tallies.medium_of(&sample.grain_size, &constituents, without), errors)
             };
             let by_wavelength: Vec<Vec<CaseFluxes>> = wavelengths_nm.par_iter().map(at).collect();
             progress(done.fetch_add(plan.grounds.len(), Ordering::Relaxed) + plan.grounds.len());
