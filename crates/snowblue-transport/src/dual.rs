@@ -179,6 +179,7 @@ impl Sub for Dual {
 impl Mul for Dual {
     type Output = Self;
 
+    #[expect(clippy::suspicious_arithmetic_impl, reason = "the product rule")]
     fn mul(self, other: Self) -> Self {
         Self::combined(self.value * other.value, |i| {
             self.derivatives[i] * other.value + self.value * other.derivatives[i]
@@ -189,6 +190,7 @@ impl Mul for Dual {
 impl Div for Dual {
     type Output = Self;
 
+    #[expect(clippy::suspicious_arithmetic_impl, reason = "the quotient rule")]
     fn div(self, other: Self) -> Self {
         let quotient = self.value / other.value;
         Self::combined(quotient, |i| (self.derivatives[i] - quotient * other.derivatives[i]) / other.value)

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use crate::dual::{Dual, LANES};
+use crate::dual::Dual;
 use crate::error::{TransportError, find_by_name};
 use crate::optics::Substance;
 use crate::sample::{DENSITY, SURFACE_AREA, SnowSample, WATER_SATURATION};
@@ -59,13 +59,10 @@ impl Variable {
         }
     }
 
-    /// A number that is the first of `variables` that is this one, if any is.
+    /// The value of this variable with its derivatives by `variables`: 1 by itself, 0 by others.
     pub(crate) fn number(self, value: f64, variables: &[Self]) -> Dual {
-        let mut derivatives = [0.0; LANES];
-        if let Some(place) = variables.iter().position(|variable| *variable == self) {
-            derivatives[place] = 1.0;
-        }
-        Dual::new(value, derivatives)
+        let by = |lane: usize| if variables.get(lane) == Some(&self) { 1.0 } else { 0.0 };
+        Dual::new(value, std::array::from_fn(by))
     }
 
     /// Checks that the tables of the water or the substance that this variable adds cover `wavelength_nm`.
