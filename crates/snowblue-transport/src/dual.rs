@@ -190,10 +190,9 @@ impl Mul for Dual {
 impl Div for Dual {
     type Output = Self;
 
-    #[expect(clippy::suspicious_arithmetic_impl, reason = "the quotient rule")]
     fn div(self, other: Self) -> Self {
-        let quotient = self.value / other.value;
-        Self::combined(quotient, |i| (self.derivatives[i] - quotient * other.derivatives[i]) / other.value)
+        let (quotient, inverse) = (self.value / other.value, 1.0 / other.value);
+        Self::combined(quotient, |i| (self.derivatives[i] - quotient * other.derivatives[i]) * inverse)
     }
 }
 

@@ -16,7 +16,7 @@
 //!
 //! All else is computed by the lines that compute the values, with numbers that have derivatives.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Dyn};
 
 use super::delta_m::Scaled;
 use super::homogeneous::{Direction, HomogeneousMedium, Light, LitSlab, SlabSolution, Transfer, strengths};
@@ -28,8 +28,12 @@ pub(super) struct DifferentiatedMedium<'m> {
     medium: &'m HomogeneousMedium,
     scaled: Scaled<Dual>,
     rates: Vec<Dual>,
-    /// X for each variable; none where it does not change the modes.
-    changes: Vec<Option<DMatrix<f64>>>,
+    /// Number of variables.
+    count: usize,
+    /// X of each variable, one below the other; 0 where it does not change the modes.
+    changes: DMatrix<f64>,
+    /// Xᵀ of each variable, one below the other.
+    transposed_changes: DMatrix<f64>,
     /// Vᵀ p_l for even l and Hᵀ p_l for odd l: a column for each l.
     shapes: DMatrix<f64>,
     /// Vᵀ M 1.
@@ -40,22 +44,28 @@ impl<'m> DifferentiatedMedium<'m> {
     /// `medium` with the derivatives that `scaled` has by the first `count` variables.
     pub(super) fn new(medium: &'m HomogeneousMedium, scaled: Scaled<Dual>, count: usize) -> Self {
         let modes = &medium.modes;
-        let mut shapes = DMatrix::zeros(modes.rates.len(), medium.basis.ncols());
+        let n = modes.rates.len();
+        let mut shapes = DMatrix::zeros(n, medium.basis.ncols());
         for (l, mut shape) in shapes.column_iter_mut().enumerate() {
             let matrix = if l % 2 == 0 { &modes.sums } else { &modes.differences };
             shape.gemv_tr(1.0, matrix, &medium.basis.column(l), 0.0);
         }
-        let change = |lane: usize| ModeChange::new(&modes.rates, &scaled, &shapes, lane);
-        let changes: Vec<Option<ModeChange>> = (0..count).map(change).collect();
-        let squares = |lane: usize| changes[lane].as_ref().map(|change| &change.squared_rates);
-        let rates = modes.rates.iter().enumerate();
-        let rates = rates.map(|(j, k)| {
-            Dual::new(*k, by_lane(count, |lane| squares(lane).map_or(0.0, |squares| 0.5 * squares[j] / k)))
-        });
-        let rates = rates.collect();
-        let changes: Vec<Option<DMatrix<f64>>> = changes.into_iter().map(|change| Some(change?.shapes)).collect();
-        let entering = with_derivatives(&medium.entering[1], &changes, |change, v| change.tr_mul(v));
-        Self { medium, scaled, rates, changes, shapes, entering }
+        let (mut changes, mut transposed_changes) = (DMatrix::zeros(n * count, n), DMatrix::zeros(n * count, n));
+        let mut squared_rates = vec![[0.0; LANES]; n];
+        for lane in 0..count {
+            if let Some(change) = ModeChange::new(&modes.rates, &scaled, &shapes, lane) {
+                changes.rows_mut(n * lane, n).copy_from(&change.shapes);
+                transposed_changes.rows_mut(n * lane, n).copy_from(&change.shapes.transpose());
+                squared_rates.iter_mut().zip(change.squared_rates).for_each(|(lanes, rate)| lanes[lane] = rate);
+            }
+        }
+        let rates = modes.rates.iter().zip(squared_rates);
+        let rates = rates.map(|(k, squares)| Dual::new(*k, squares.map(|square| 0.5 * square / k))).collect();
+        let mut differentiated =
+            Self { medium, scaled, rates, count, changes, transposed_changes, shapes, entering: Vec::new() };
+        let entering = &medium.entering[1];
+        differentiated.entering = with_derivatives(entering, &differentiated.transposed_changes(entering));
+        differentiated
     }
 
     /// A beam, whose cosine from the normal `cosine` gives derivatives, or Lambertian light.
@@ -68,81 +78,104 @@ impl<'m> DifferentiatedMedium<'m> {
 
     fn direction(&self, cos_incidence: Dual) -> Direction<Dual> {
         let strengths = strengths(&self.scaled.albedo_moments, cos_incidence);
-        let shape = |parity: usize, changed: fn(&DMatrix<f64>, &DVector<f64>) -> DVector<f64>| {
+        let shape = |parity: usize, changed: &dyn Fn(&DVector<f64>) -> DMatrix<f64>| -> Vec<Dual> {
             let sum = |j: usize| {
                 let terms = (parity..strengths.len()).step_by(2).map(|l| strengths[l] * self.shapes[(j, l)]);
                 terms.fold(Dual::from(0.0), |sum, term| sum + term)
             };
             let sums: Vec<Dual> = (0..self.rates.len()).map(sum).collect();
             let values = DVector::from_iterator(sums.len(), sums.iter().map(|sum| sum.value()));
-            let by_modes = with_derivatives(&values, &self.changes, changed);
-            sums.into_iter().zip(by_modes).map(|(sum, by_modes)| sum + (by_modes - by_modes.value())).collect()
+            let by_modes = with_derivatives(&DVector::zeros(values.len()), &changed(&values));
+            sums.into_iter().zip(by_modes).map(|(sum, by_modes)| sum + by_modes).collect()
         };
-        let even = shape(0, |change, values| change.tr_mul(values));
-        let odd = shape(1, |change, values| -(change * values));
+        let even = shape(0, &|values| self.transposed_changes(values));
+        let odd = shape(1, &|values| -self.changes(values));
         Direction { cos_incidence, even, odd }
     }
 
-    /// A slab of (unscaled) `optical_depth` under isotropic light from above.
-    pub(super) fn lit(&self, optical_depth: Dual) -> LitSlab<'_, Dual> {
+    /// A slab of (unscaled) `optical_depth` under isotropic light from above, whose systems have been solved.
+    pub(super) fn lit(&self, optical_depth: Dual, solution: &SlabSolution) -> LitSlab<'_, Dual> {
         let is_half_space = optical_depth.value().is_infinite();
         let depth = if is_half_space { optical_depth } else { optical_depth * self.scaled.depth_ratio };
-        let values = self.medium.modes.rates.iter().map(|k| Transfer::new(*k, depth.value()));
-        let solution = self.medium.solve_slab(&values.collect::<Vec<_>>());
         let transfers: Vec<Transfer<Dual>> = self.rates.iter().map(|k| Transfer::new(*k, depth)).collect();
-        let tangents = (0..self.changes.len()).map(|lane| self.tangent(&solution, &transfers, lane));
-        let tangents: Vec<SlabTangent> = tangents.collect();
+        let tangents = self.tangents(solution, &transfers);
         let amplitudes = transfers.iter().zip(&self.rates).enumerate().map(|(j, (transfer, k))| {
-            let number = |values: &DVector<f64>, of: fn(&SlabTangent) -> &DVector<f64>| {
-                Dual::new(values[j], by_lane(tangents.len(), |lane| of(&tangents[lane])[j]))
+            let number = |values: &DVector<f64>, tangents: &DMatrix<f64>| {
+                Dual::new(values[j], by_lane(self.count, |lane| tangents[(j, lane)]))
             };
             let numbers = [
-                number(&solution.symmetric, |tangent| &tangent.symmetric),
-                number(&solution.antisymmetric, |tangent| &tangent.antisymmetric),
-                number(&solution.bottom, |tangent| &tangent.bottom),
-                number(&solution.bottom_slope, |tangent| &tangent.bottom_slope),
+                number(&solution.symmetric, &tangents.symmetric),
+                number(&solution.antisymmetric, &tangents.antisymmetric),
+                number(&solution.bottom, &tangents.bottom),
+                number(&solution.bottom_slope, &tangents.bottom_slope),
             ];
-            transfer.amplitudes(*k, depth, numbers)
+            transfer.amplitudes(*k, numbers)
         });
         let amplitudes = amplitudes.collect();
         LitSlab { rates: &self.rates, entering: &self.entering, depth, amplitudes }
     }
 
-    /// The derivatives of the solutions by one variable.
-    fn tangent(&self, solution: &SlabSolution, transfers: &[Transfer<Dual>], lane: usize) -> SlabTangent {
-        let of = |f: fn(&Transfer<Dual>) -> Dual| {
-            DVector::from_iterator(transfers.len(), transfers.iter().map(|mode| f(mode).derivatives()[lane]))
+    /// The derivatives of the solutions of a slab:
+    ///
+    /// ```text
+    /// (Γ + diag t/k) db = Γ Xᵀ b − X (t/k) b − d(t/k) b,
+    /// (Δ + diag k t) da = Xᵀ k t a − Δ X a − d(k t) a,
+    /// (Δ + diag k t) dc = d(sech² b) − dΔ c − d(k t) c,     dΔ c = Xᵀ Δ c + Δ X c.
+    /// ```
+    fn tangents(&self, solution: &SlabSolution, transfers: &[Transfer<Dual>]) -> SlabTangents {
+        let SlabSolution { symmetric: a, antisymmetric: b, bottom: c, .. } = solution;
+        let n = transfers.len();
+        // Row by row, the derivatives of a factor of each mode times an amplitude.
+        let changed = |factor: fn(&Transfer<Dual>) -> Dual, amplitude: &DVector<f64>| {
+            DMatrix::from_fn(n, self.count, |j, lane| factor(&transfers[j]).derivatives()[lane] * amplitude[j])
         };
-        let HomogeneousMedium { gamma, delta, entering: [h, v], .. } = self.medium;
-        let SlabSolution { symmetric: a, antisymmetric: b, bottom: c, bottom_slope, .. } = solution;
-        let change = self.changes[lane].as_ref();
-        // dΔ u.
-        let changed_delta =
-            |x: &DMatrix<f64>, u: &DVector<f64>, delta_u: &DVector<f64>| x.tr_mul(delta_u) + delta * (x * u);
-        let mut for_b = -of(|mode| mode.over_rate).component_mul(b);
-        let by_depth = of(|mode| mode.times_rate);
-        let mut for_a = -by_depth.component_mul(a);
-        let mut slope_at_c = DVector::zeros(c.len());
-        if let Some(x) = change {
-            for_b += x * (gamma * b - h) + gamma * x.tr_mul(b);
-            for_a += x.tr_mul(v) - changed_delta(x, a, &(delta * a));
-            slope_at_c = changed_delta(x, c, bottom_slope);
+        let times = |factor: fn(&Transfer) -> f64, amplitude: &DVector<f64>| {
+            DVector::from_iterator(
+                n,
+                solution.transfers.iter().zip(amplitude).map(|(mode, value)| factor(mode) * value),
+            )
+        };
+        let HomogeneousMedium { gamma, delta, .. } = self.medium;
+        let over_rate = times(|mode| mode.over_rate, b);
+        let mut antisymmetric = gamma * self.transposed_changes(b) - self.changes(&over_rate);
+        antisymmetric -= changed(|mode| mode.over_rate, b);
+        solution.antisymmetric_factor.solve_mut(&mut antisymmetric);
+        let times_rate = times(|mode| mode.times_rate, a);
+        let mut symmetric = self.transposed_changes(&times_rate) - delta * self.changes(a);
+        symmetric -= changed(|mode| mode.times_rate, a);
+        solution.symmetric_factor.solve_mut(&mut symmetric);
+        let change_of_slope = self.transposed_changes(&solution.bottom_slope) + delta * self.changes(c);
+        let mut bottom = antisymmetric.clone();
+        for (mut row, mode) in bottom.row_iter_mut().zip(&solution.transfers) {
+            row *= mode.square_sech;
         }
-        let antisymmetric = solution.antisymmetric_factor.solve(&for_b);
-        let symmetric = solution.symmetric_factor.solve(&for_a);
-        let square_sech = DVector::from_iterator(c.len(), transfers.iter().map(|mode| mode.square_sech.value()));
-        let passed = of(|mode| mode.square_sech).component_mul(b) + square_sech.component_mul(&antisymmetric);
-        let bottom = solution.symmetric_factor.solve(&(passed - by_depth.component_mul(c) - &slope_at_c));
-        SlabTangent { bottom_slope: delta * &bottom + slope_at_c, symmetric, antisymmetric, bottom }
+        bottom += changed(|mode| mode.square_sech, b) - changed(|mode| mode.times_rate, c) - &change_of_slope;
+        solution.symmetric_factor.solve_mut(&mut bottom);
+        let bottom_slope = delta * &bottom + change_of_slope;
+        SlabTangents { symmetric, antisymmetric, bottom, bottom_slope }
+    }
+
+    /// X u: a column for each variable.
+    fn changes(&self, vector: &DVector<f64>) -> DMatrix<f64> {
+        self.columns(&self.changes * vector)
+    }
+
+    /// Xᵀ u: a column for each variable.
+    fn transposed_changes(&self, vector: &DVector<f64>) -> DMatrix<f64> {
+        self.columns(&self.transposed_changes * vector)
+    }
+
+    fn columns(&self, stacked: DVector<f64>) -> DMatrix<f64> {
+        stacked.reshape_generic(Dyn(self.rates.len()), Dyn(self.count))
     }
 }
 
-/// Derivatives of a [`SlabSolution`] by one variable.
-struct SlabTangent {
-    symmetric: DVector<f64>,
-    antisymmetric: DVector<f64>,
-    bottom: DVector<f64>,
-    bottom_slope: DVector<f64>,
+/// Derivatives of a [`SlabSolution`]: a column for each variable.
+struct SlabTangents {
+    symmetric: DMatrix<f64>,
+    antisymmetric: DMatrix<f64>,
+    bottom: DMatrix<f64>,
+    bottom_slope: DMatrix<f64>,
 }
 
 /// The change of modes with one variable.
@@ -190,14 +223,8 @@ fn by_lane(count: usize, of: impl Fn(usize) -> f64) -> [f64; LANES] {
     std::array::from_fn(|lane| if lane < count { of(lane) } else { 0.0 })
 }
 
-/// Numbers whose derivatives by each variable are a linear function of them.
-fn with_derivatives(
-    values: &DVector<f64>,
-    changes: &[Option<DMatrix<f64>>],
-    changed: fn(&DMatrix<f64>, &DVector<f64>) -> DVector<f64>,
-) -> Vec<Dual> {
-    let derivatives: Vec<Option<DVector<f64>>> =
-        changes.iter().map(|change| Some(changed(change.as_ref()?, values))).collect();
-    let of = |j: usize| by_lane(changes.len(), |lane| derivatives[lane].as_ref().map_or(0.0, |of| of[j]));
+/// Numbers with their derivatives, which have a column for each variable.
+fn with_derivatives(values: &DVector<f64>, derivatives: &DMatrix<f64>) -> Vec<Dual> {
+    let of = |j: usize| by_lane(derivatives.ncols(), |lane| derivatives[(j, lane)]);
     values.iter().enumerate().map(|(j, value)| Dual::new(*value, of(j))).collect()
 }

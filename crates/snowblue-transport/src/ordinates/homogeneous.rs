@@ -20,9 +20,7 @@ use snowblue_base::ParameterRange;
 
 use super::delta_m::Scaled;
 use super::eigen::{Modes, legendre_basis};
-use super::integrals::{
-    exponential_integrals, hyperbolic_integrals, square_sech, tanh_over_rate, third_exponential_integral,
-};
+use super::integrals::{exponential_integrals, hyperbolic_integrals, tanh_over_rate, third_exponential_integral};
 use super::streams::check_streams;
 use crate::TransportError;
 use crate::dual::Real;
@@ -83,10 +81,15 @@ pub(super) struct Transfer<T = f64> {
     pub(super) over_rate: T,
     /// sech²(kτ/2).
     pub(super) square_sech: T,
+    /// e^{−kτ}.
+    decay: T,
 }
 
 /// A slab under isotropic light from above: the solutions of its linear systems.
 pub(super) struct SlabSolution {
+    /// Scaled optical depth.
+    depth: f64,
+    pub(super) transfers: Vec<Transfer>,
     /// Factors of Δ + diag k t.
     pub(super) symmetric_factor: Cholesky<f64, Dyn>,
     /// Factors of Γ + diag t/k.
@@ -114,6 +117,8 @@ pub(super) struct Amplitudes<T = f64> {
     bottom_slope: T,
     /// Of the wave that decays from the illuminated face: (a + b/k)/(1 + e^{−kτ}); unused where k = 0.
     fading: T,
+    /// e^{−kτ}.
+    decay: T,
 }
 
 /// A slab under isotropic light from above.
@@ -220,7 +225,8 @@ impl HomogeneousMedium {
     #[must_use]
     pub fn fluxes<'l>(&self, optical_depth: f64, lights: impl IntoIterator<Item = &'l Light>) -> Vec<Fluxes> {
         let depth = optical_depth * self.scaled.depth_ratio;
-        let slab = self.lit(depth);
+        let solution = self.solve_slab(depth);
+        let slab = self.lit(&solution);
         let under = |light: &Light| {
             let Passed { reflectance, transmittance } = slab.passed(light);
             let direct = match light {
@@ -232,18 +238,20 @@ impl HomogeneousMedium {
         lights.into_iter().map(under).collect()
     }
 
-    fn lit(&self, depth: f64) -> LitSlab<'_> {
-        let rates = &self.modes.rates;
-        let transfers: Vec<Transfer> = rates.iter().map(|k| Transfer::new(*k, depth)).collect();
-        let SlabSolution { symmetric: a, antisymmetric: b, bottom: c, bottom_slope: slope, .. } =
-            self.solve_slab(&transfers);
-        let amplitudes = rates.iter().zip(transfers).enumerate();
-        let amplitudes =
-            amplitudes.map(|(j, (k, transfer))| transfer.amplitudes(*k, depth, [a[j], b[j], c[j], slope[j]]));
-        LitSlab { rates, entering: self.entering[1].as_slice(), depth, amplitudes: amplitudes.collect() }
+    pub(super) fn lit(&self, solution: &SlabSolution) -> LitSlab<'_> {
+        let SlabSolution { symmetric: a, antisymmetric: b, bottom: c, bottom_slope: slope, .. } = solution;
+        let modes = self.modes.rates.iter().zip(&solution.transfers).enumerate();
+        LitSlab {
+            rates: &self.modes.rates,
+            entering: self.entering[1].as_slice(),
+            depth: solution.depth,
+            amplitudes: modes.map(|(j, (k, mode))| mode.amplitudes(*k, [a[j], b[j], c[j], slope[j]])).collect(),
+        }
     }
 
-    pub(super) fn solve_slab(&self, transfers: &[Transfer]) -> SlabSolution {
+    /// Solves the linear systems of a slab of a scaled optical depth.
+    pub(super) fn solve_slab(&self, depth: f64) -> SlabSolution {
+        let transfers: Vec<Transfer> = self.modes.rates.iter().map(|k| Transfer::new(*k, depth)).collect();
         let of = |f: fn(&Transfer) -> f64| DVector::from_iterator(transfers.len(), transfers.iter().map(f));
         let antisymmetric_factor = solver(&self.gamma, &of(|mode| mode.over_rate));
         let antisymmetric = antisymmetric_factor.solve(&self.entering[0]);
@@ -251,7 +259,16 @@ impl HomogeneousMedium {
         let symmetric = symmetric_factor.solve(&self.entering[1]);
         let bottom = symmetric_factor.solve(&of(|mode| mode.square_sech).component_mul(&antisymmetric));
         let bottom_slope = &self.delta * &bottom;
-        SlabSolution { symmetric_factor, antisymmetric_factor, symmetric, antisymmetric, bottom, bottom_slope }
+        SlabSolution {
+            depth,
+            transfers,
+            symmetric_factor,
+            antisymmetric_factor,
+            symmetric,
+            antisymmetric,
+            bottom,
+            bottom_slope,
+        }
     }
 }
 
@@ -267,18 +284,21 @@ pub(super) fn strengths<T: Real>(albedo_moments: &[T], cos_incidence: T) -> Vec<
 
 impl<T: Real> Transfer<T> {
     pub(super) fn new(k: T, depth: T) -> Self {
-        let half = k * 0.5 * depth;
-        Self { times_rate: k * half.tanh(), over_rate: tanh_over_rate(k, depth), square_sech: square_sech(half) }
+        let (over_rate, tanh) = tanh_over_rate(k, depth);
+        let decay = (-k * depth).exp();
+        let square_sech = decay * 4.0 / ((decay + 1.0) * (decay + 1.0));
+        Self { times_rate: k * tanh, over_rate, square_sech, decay }
     }
 
     /// The amplitudes of the mode with the rate k for a, b, c and Δ c.
-    pub(super) fn amplitudes(&self, k: T, depth: T, [a, b, c, slope]: [T; 4]) -> Amplitudes<T> {
+    pub(super) fn amplitudes(&self, k: T, [a, b, c, slope]: [T; 4]) -> Amplitudes<T> {
         Amplitudes {
             top: a + self.over_rate * b,
             top_slope: -(self.times_rate * a + b),
             bottom: c,
             bottom_slope: slope,
-            fading: T::from(1.0) / ((-k * depth).exp() + 1.0) * (a + b / k),
+            fading: T::from(1.0) / (self.decay + 1.0) * (a + b / k),
+            decay: self.decay,
         }
     }
 }
@@ -315,7 +335,7 @@ impl<T: Real> LitSlab<'_, T> {
                 transmitted += from_face(mode.bottom, mode.bottom_slope);
             } else {
                 let (near, far) = exponential_integrals(k, depth, per_cosine);
-                let growing = mode.bottom - mode.fading * (-k * depth).exp();
+                let growing = mode.bottom - mode.fading * mode.decay;
                 reflected += (even - odd * k) * mode.fading * near + (even + odd * k) * growing * far;
                 transmitted += (even + odd * k) * mode.fading * far + (even - odd * k) * growing * near;
             }

@@ -3,20 +3,16 @@
 use crate::dual::Real;
 use crate::quadrature::Quadrature;
 
-/// tanh(x)/x, which is 1 at 0.
-fn tanh_over_argument<T: Real>(x: T) -> T {
-    if x.value() < 1e-4 { T::from(1.0) - x * x / 3.0 } else { x.tanh() / x }
-}
-
-/// tanh(kτ/2)/k, which is τ/2 at k = 0; τ may be infinite.
-pub(super) fn tanh_over_rate<T: Real>(k: T, depth: T) -> T {
-    if depth.value().is_infinite() { T::from(1.0) / k } else { depth * 0.5 * tanh_over_argument(k * 0.5 * depth) }
-}
-
-/// 1/cosh²(x) without overflow.
-pub(super) fn square_sech<T: Real>(x: T) -> T {
-    let e = (x * -2.0).exp();
-    e * 4.0 / ((e + 1.0) * (e + 1.0))
+/// tanh(kτ/2)/k, which is τ/2 at k = 0, with tanh(kτ/2); τ may be infinite.
+pub(super) fn tanh_over_rate<T: Real>(k: T, depth: T) -> (T, T) {
+    let x = k * 0.5 * depth;
+    let tanh = x.tanh();
+    let over_rate = if depth.value().is_infinite() {
+        T::from(1.0) / k
+    } else {
+        depth * 0.5 * if x.value() < 1e-4 { T::from(1.0) - x * x / 3.0 } else { tanh / x }
+    };
+    (over_rate, tanh)
 }
 
 /// k/sinh(kτ), which is 1/τ at k = 0 and does not overflow.

@@ -4,6 +4,7 @@
 //! depend on the size, and paths are proportional to it. Slabs of one snow share its modes. Each slab has the numbers
 //! that it has alone, to the last bit.
 
+use std::cell::LazyCell;
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -11,7 +12,7 @@ use rayon::prelude::*;
 
 use super::delta_m::Scaled;
 use super::differentiated::DifferentiatedMedium;
-use super::homogeneous::{HomogeneousMedium, Light, Passed};
+use super::homogeneous::{HomogeneousMedium, Light, Passed, SlabSolution};
 use super::jackknife::Jackknife;
 use super::layered::{LayeredMedium, MediumLayer};
 use super::options::OrdinatesOptions;
@@ -306,59 +307,73 @@ impl Plan {
             differentiated: differentiations.iter().map(nothing).collect(),
         };
         for group in &self.groups {
-            let modes = HomogeneousMedium::new(&medium.scattering, group.streams);
-            group.fill(medium.extinction_per_m, &modes, &mut solved.values);
-            for (differentiation, passed) in differentiations.iter().zip(&mut solved.differentiated) {
-                group.fill_differentiated(differentiation, &modes, passed);
-            }
+            group.fill(medium, differentiations, &mut solved);
         }
         solved
     }
 }
 
 impl StreamPlan {
-    /// Fills in the cases.
-    fn fill(&self, extinction_per_m: f64, modes: &HomogeneousMedium, all: &mut [Passed]) {
-        let Self { incidences, slabs, .. } = self;
-        let mut lights: Vec<Option<Light>> = incidences.iter().map(|_| None).collect();
-        for SlabPlan { thickness_cm, ground_albedo, cases } in slabs {
-            let optical_depth = extinction_per_m * thickness_cm * 0.01;
+    /// Fills in the cases of these streams.
+    fn fill(&self, medium: &Medium, differentiations: &[Differentiation], solved: &mut Solved) {
+        let modes = HomogeneousMedium::new(&medium.scattering, self.streams);
+        let lights: Vec<Light> = self.incidences.iter().map(|incidence| modes.light(incidence)).collect();
+        let differentiated: Vec<DifferentiatedPlan> =
+            differentiations.iter().map(|by| DifferentiatedPlan::new(by, &modes, self)).collect();
+        for slab @ SlabPlan { thickness_cm, ground_albedo, cases } in &self.slabs {
+            let optical_depth = medium.extinction_per_m * thickness_cm * 0.01;
+            let solution = LazyCell::new(|| modes.solve_slab(optical_depth * modes.scaled.depth_ratio));
             if *ground_albedo > 0.0 {
-                let under: Vec<Incidence> = cases.iter().map(|(_, light)| incidences[*light]).collect();
-                let layer = MediumLayer { medium: modes, optical_depth };
+                let under: Vec<Incidence> = cases.iter().map(|(_, light)| self.incidences[*light]).collect();
+                let layer = MediumLayer { medium: &modes, optical_depth };
                 let layered = LayeredMedium::new(&[layer], *ground_albedo, &under);
                 for (((place, _), top), bottom) in cases.iter().zip(layered.fluxes(0)).zip(layered.fluxes(1)) {
-                    all[*place] = Passed { reflectance: top.up, transmittance: bottom.down };
+                    solved.values[*place] = Passed { reflectance: top.up, transmittance: bottom.down };
                 }
-                continue;
+            } else {
+                let lit = modes.lit(&solution);
+                for (place, light) in cases {
+                    solved.values[*place] = lit.passed(&lights[*light]);
+                }
             }
-            for (_, light) in cases {
-                lights[*light].get_or_insert_with(|| modes.light(&incidences[*light]));
-            }
-            let under = cases.iter().filter_map(|(_, light)| lights[*light].as_ref());
-            for ((place, _), fluxes) in cases.iter().zip(modes.fluxes(optical_depth, under)) {
-                all[*place] = Passed { reflectance: fluxes.reflectance, transmittance: fluxes.transmittance };
+            for (plan, passed) in differentiated.iter().zip(&mut solved.differentiated) {
+                plan.fill(slab, &solution, passed);
             }
         }
     }
+}
 
-    /// Fills in the cases with their derivatives.
-    fn fill_differentiated(&self, by: &Differentiation, modes: &HomogeneousMedium, all: &mut [Passed<Dual>]) {
+/// Cases with one number of streams, prepared for some variables.
+struct DifferentiatedPlan<'m> {
+    by: &'m Differentiation,
+    medium: DifferentiatedMedium<'m>,
+    lights: Vec<Light<Dual>>,
+}
+
+impl<'m> DifferentiatedPlan<'m> {
+    fn new(by: &'m Differentiation, modes: &'m HomogeneousMedium, plan: &StreamPlan) -> Self {
         let Differentiation { variables, medium } = by;
-        let modes = DifferentiatedMedium::new(modes, Scaled::new(&medium.scattering, self.streams), variables.len());
+        let medium = DifferentiatedMedium::new(modes, Scaled::new(&medium.scattering, plan.streams), variables.len());
         let cosine = |cosine: f64| Variable::CosIncidence.number(cosine, variables);
-        let lights: Vec<Light<Dual>> = self.incidences.iter().map(|incidence| modes.light(incidence, cosine)).collect();
-        for SlabPlan { thickness_cm, ground_albedo, cases } in &self.slabs {
-            let slab = modes.lit(if thickness_cm.is_infinite() {
-                Dual::from(f64::INFINITY)
-            } else {
-                medium.extinction_per_m * Variable::Thickness.number(*thickness_cm, variables) * 0.01
-            });
-            let ground = Variable::GroundAlbedo.number(*ground_albedo, variables);
-            let diffuse = slab.passed(&Light::Lambertian);
-            for (place, light) in cases {
-                all[*place] = on_ground(slab.passed(&lights[*light]), diffuse, ground);
-            }
+        let lights = plan.incidences.iter().map(|incidence| medium.light(incidence, cosine)).collect();
+        Self { by, medium, lights }
+    }
+
+    /// Fills in the cases of a slab, whose systems have been solved.
+    fn fill(&self, slab: &SlabPlan, solution: &SlabSolution, all: &mut [Passed<Dual>]) {
+        let Differentiation { variables, medium } = self.by;
+        let thickness_cm = Variable::Thickness.number(slab.thickness_cm, variables);
+        let optical_depth = if slab.thickness_cm.is_infinite() {
+            Dual::from(f64::INFINITY)
+        } else {
+            medium.extinction_per_m * thickness_cm * 0.01
+        };
+        let lit = self.medium.lit(optical_depth, solution);
+        let ground_albedo = Variable::GroundAlbedo.number(slab.ground_albedo, variables);
+        let diffuse = (!ground_albedo.is_zero()).then(|| lit.passed(&Light::Lambertian));
+        for (place, light) in &slab.cases {
+            let passed = lit.passed(&self.lights[*light]);
+            all[*place] = diffuse.map_or(passed, |diffuse| on_ground(passed, diffuse, ground_albedo));
         }
     }
 }
