@@ -43,7 +43,7 @@ pub struct CaseFluxes {
     pub absorptance: Estimate,
 }
 
-/// Derivatives of reflectance, transmittance and absorptance by one variable, per its unit.
+/// Derivatives of reflectance, transmittance and absorptance with respect to one variable, per unit of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FluxDerivatives {
     /// Of the fraction that leaves the top.

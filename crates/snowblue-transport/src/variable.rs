@@ -1,4 +1,4 @@
-//! The variables by which spectra are differentiated.
+//! The variables with respect to which spectra are differentiated.
 
 use std::fmt;
 use std::str::FromStr;
@@ -10,7 +10,7 @@ use crate::sample::{DENSITY, SURFACE_AREA, SnowSample, WATER_SATURATION};
 use crate::slab::THICKNESS;
 use crate::stack::GROUND_ALBEDO;
 
-/// A quantity by which reflectance and transmittance are differentiated; all others stay as they are.
+/// A quantity with respect to which reflectance and transmittance are differentiated; all others stay as they are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Variable {
     /// Specific surface area of the grains, in m²/kg, which scales all grain sizes and leaves the shapes as they are.
@@ -59,7 +59,7 @@ impl Variable {
         }
     }
 
-    /// The value of this variable with its derivatives by `variables`: 1 by itself, 0 by others.
+    /// The value of this variable with its derivatives with respect to `variables`: 1 for itself, 0 for others.
     pub(crate) fn number(self, value: f64, variables: &[Self]) -> Dual {
         let by = |lane: usize| if variables.get(lane) == Some(&self) { 1.0 } else { 0.0 };
         Dual::new(value, std::array::from_fn(by))

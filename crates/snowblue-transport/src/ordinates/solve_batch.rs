@@ -33,7 +33,7 @@ const PLANS_AT_ONCE: usize = 1024;
 pub struct DifferentiatedFluxes {
     /// Of each case at each wavelength, the wavelength running fastest.
     pub fluxes: Vec<CaseFluxes>,
-    /// Of each case at each wavelength by each variable, the variable running fastest.
+    /// Of each case at each wavelength with respect to each variable, the variable running fastest.
     pub derivatives: Vec<FluxDerivatives>,
 }
 
@@ -130,11 +130,12 @@ pub fn solve_batch(
     Ok(differentiate_batch(batch, &[], options, errors, progress)?.fluxes)
 }
 
-/// As [`solve_batch`], with the derivatives by each of `variables`.
+/// As [`solve_batch`], with the derivatives with respect to each of `variables`.
 ///
-/// The derivatives are those of the discrete equations, by tangent-linear equations and not by differences: they hold
-/// for the tallies and the streams of the values. Four variables take about as long as the values. In snow without a
-/// substance or without water, and on ground without albedo, the derivative is that towards more of it.
+/// The derivatives are those of the values as computed, with their tallies and streams, by tangent-linear equations and
+/// not by differences. Those with respect to four variables take less time than the values of a single slab. In snow
+/// without a substance or without water, and on black ground, the derivative is that towards more of it; it does not
+/// include that wet snow and algae take more streams.
 ///
 /// ```
 /// use snowblue_transport::batch::{Batch, SlabCase};
