@@ -116,7 +116,7 @@ fn with(scene: &Scene, variable: Variable, value_then: f64) -> Scene {
 }
 
 /// Derivatives by differences: the sum of `weight` (f(p + `steps` h) − f(p))/h over the terms; for R and T f ln(f(p +
-/// `steps` h)/f(p))/h, so that no exponential decay is truncated. Where they are 0 at every step, so are the derivatives.
+/// `steps` h)/f(p))/h, so that no exponential decay is truncated.
 fn differences(
     scene: &Scene,
     variable: Variable,
@@ -195,8 +195,8 @@ fn derivatives_agree_with_central_differences() {
     assert_eq!(compared, 17 + 17 + 14 + 13 + 2 + 16 + 5);
 }
 
-/// Clean and dry snow on black ground, towards a little dirt, water and light from below; of a film, differences this small
-/// are rounding.
+/// Clean and dry snow on black ground, towards a little dirt, water and light from below. Such differences in a film are
+/// rounding.
 #[test]
 fn derivatives_at_zero_agree_with_forward_differences() {
     let forward = [(1.0, 4.0), (2.0, -3.0), (3.0, 4.0 / 3.0), (4.0, -0.25)];
