@@ -16,7 +16,9 @@
 //!
 //! All else is computed by the lines that compute the values, with numbers that have derivatives.
 
-use nalgebra::{DMatrix, DVector, Dyn};
+use std::ops::Mul;
+
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use super::delta_m::Scaled;
 use super::homogeneous::{Direction, HomogeneousMedium, Light, LitSlab, SlabSolution, Transfer, strengths};
@@ -24,48 +26,59 @@ use crate::dual::{Dual, LANES, Real};
 use crate::slab::Incidence;
 
 /// A homogeneous medium with its derivatives by up to [`LANES`] variables.
-pub(super) struct DifferentiatedMedium<'m> {
-    medium: &'m HomogeneousMedium,
+pub(super) struct DifferentiatedMedium {
     scaled: Scaled<Dual>,
     rates: Vec<Dual>,
-    /// Number of variables.
-    count: usize,
-    /// X of each variable, one below the other; 0 where it does not change the modes.
-    changes: DMatrix<f64>,
-    /// Xᵀ of each variable, one below the other.
-    transposed_changes: DMatrix<f64>,
+    /// X, with the value 0.
+    change: DMatrix<Dual>,
     /// Vᵀ p_l for even l and Hᵀ p_l for odd l: a column for each l.
     shapes: DMatrix<f64>,
-    /// Vᵀ M 1.
-    entering: Vec<Dual>,
+    /// Γ.
+    gamma: DMatrix<Dual>,
+    /// Δ.
+    delta: DMatrix<Dual>,
+    /// Hᵀ M 1 and Vᵀ M 1.
+    entering: [Vec<Dual>; 2],
 }
 
-impl<'m> DifferentiatedMedium<'m> {
-    /// `medium` with the derivatives that `scaled` has by the first `count` variables.
-    pub(super) fn new(medium: &'m HomogeneousMedium, scaled: Scaled<Dual>, count: usize) -> Self {
-        let modes = &medium.modes;
+impl DifferentiatedMedium {
+    /// `medium` with the derivatives of `scaled`.
+    pub(super) fn new(medium: &HomogeneousMedium, scaled: Scaled<Dual>) -> Self {
+        let HomogeneousMedium { modes, gamma, delta, entering: [h, v], .. } = medium;
         let n = modes.rates.len();
         let mut shapes = DMatrix::zeros(n, medium.basis.ncols());
         for (l, mut shape) in shapes.column_iter_mut().enumerate() {
             let matrix = if l % 2 == 0 { &modes.sums } else { &modes.differences };
             shape.gemv_tr(1.0, matrix, &medium.basis.column(l), 0.0);
         }
-        let (mut changes, mut transposed_changes) = (DMatrix::zeros(n * count, n), DMatrix::zeros(n * count, n));
-        let mut squared_rates = vec![[0.0; LANES]; n];
-        for lane in 0..count {
-            if let Some(change) = ModeChange::new(&modes.rates, &scaled, &shapes, lane) {
-                changes.rows_mut(n * lane, n).copy_from(&change.shapes);
-                transposed_changes.rows_mut(n * lane, n).copy_from(&change.shapes.transpose());
-                squared_rates.iter_mut().zip(change.squared_rates).for_each(|(lanes, rate)| lanes[lane] = rate);
-            }
+        let changes: [Option<ModeChange>; LANES] =
+            std::array::from_fn(|lane| ModeChange::new(&modes.rates, &scaled, &shapes, lane));
+        // Half of dΓ and of dΔ, to which its transpose is added.
+        let halves = |half: &dyn Fn(&DMatrix<f64>) -> DMatrix<f64>| {
+            changes.each_ref().map(|change| change.as_ref().map(|ModeChange { shapes: x, .. }| half(x)))
+        };
+        let symmetric = |matrix: &DMatrix<f64>, halves: &[Option<DMatrix<f64>>; LANES]| {
+            let by = |i: usize, j: usize| {
+                halves.each_ref().map(|half| half.as_ref().map_or(0.0, |half| half[(i, j)] + half[(j, i)]))
+            };
+            DMatrix::from_fn(n, n, |i, j| Dual::new(matrix[(i, j)], by(i, j)))
+        };
+        let by_change =
+            |of: &dyn Fn(&ModeChange) -> f64| changes.each_ref().map(|change| change.as_ref().map_or(0.0, of));
+        let change = DMatrix::from_fn(n, n, |i, j| Dual::new(0.0, by_change(&|change| change.shapes[(i, j)])));
+        let rate = |(j, k): (usize, &f64)| Dual::new(*k, by_change(&|change| 0.5 * change.squared_rates[j] / k));
+        Self {
+            rates: modes.rates.iter().enumerate().map(rate).collect(),
+            gamma: symmetric(gamma, &halves(&|x| -(x * gamma))),
+            delta: symmetric(delta, &halves(&|x| delta * x)),
+            entering: [
+                h.iter().zip(product(&change, h.as_slice())).map(|(h, by)| -by + *h).collect(),
+                v.iter().zip(transposed_product(&change, v.as_slice())).map(|(v, by)| by + *v).collect(),
+            ],
+            scaled,
+            change,
+            shapes,
         }
-        let rates = modes.rates.iter().zip(squared_rates);
-        let rates = rates.map(|(k, squares)| Dual::new(*k, squares.map(|square| 0.5 * square / k))).collect();
-        let mut differentiated =
-            Self { medium, scaled, rates, count, changes, transposed_changes, shapes, entering: Vec::new() };
-        let entering = &medium.entering[1];
-        differentiated.entering = with_derivatives(entering, &differentiated.transposed_changes(entering));
-        differentiated
     }
 
     /// A beam, whose cosine from the normal `cosine` gives derivatives, or Lambertian light.
@@ -78,19 +91,22 @@ impl<'m> DifferentiatedMedium<'m> {
 
     fn direction(&self, cos_incidence: Dual) -> Direction<Dual> {
         let strengths = strengths(&self.scaled.albedo_moments, cos_incidence);
-        let shape = |parity: usize, changed: &dyn Fn(&DVector<f64>) -> DMatrix<f64>| -> Vec<Dual> {
-            let sum = |j: usize| {
-                let terms = (parity..strengths.len()).step_by(2).map(|l| strengths[l] * self.shapes[(j, l)]);
-                terms.fold(Dual::from(0.0), |sum, term| sum + term)
-            };
-            let sums: Vec<Dual> = (0..self.rates.len()).map(sum).collect();
-            let values = DVector::from_iterator(sums.len(), sums.iter().map(|sum| sum.value()));
-            let by_modes = with_derivatives(&DVector::zeros(values.len()), &changed(&values));
-            sums.into_iter().zip(by_modes).map(|(sum, by_modes)| sum + by_modes).collect()
+        let sums = |parity: usize| {
+            let mut sums = vec![Dual::from(0.0); self.rates.len()];
+            for l in (parity..strengths.len()).step_by(2) {
+                sums.iter_mut().zip(&self.shapes.column(l)).for_each(|(sum, shape)| *sum += strengths[l] * *shape);
+            }
+            let values: Vec<f64> = sums.iter().map(|sum| sum.value()).collect();
+            (sums, values)
         };
-        let even = shape(0, &|values| self.transposed_changes(values));
-        let odd = shape(1, &|values| -self.changes(values));
-        Direction { cos_incidence, even, odd }
+        let ((even, even_values), (odd, odd_values)) = (sums(0), sums(1));
+        let (by_sums, by_differences) =
+            (transposed_product(&self.change, &even_values), product(&self.change, &odd_values));
+        Direction {
+            cos_incidence,
+            even: even.into_iter().zip(by_sums).map(|(even, by)| even + by).collect(),
+            odd: odd.into_iter().zip(by_differences).map(|(odd, by)| odd - by).collect(),
+        }
     }
 
     /// A slab of (unscaled) `optical_depth` under isotropic light from above, whose systems have been solved.
@@ -98,84 +114,72 @@ impl<'m> DifferentiatedMedium<'m> {
         let is_half_space = optical_depth.value().is_infinite();
         let depth = if is_half_space { optical_depth } else { optical_depth * self.scaled.depth_ratio };
         let transfers: Vec<Transfer<Dual>> = self.rates.iter().map(|k| Transfer::new(*k, depth)).collect();
-        let tangents = self.tangents(solution, &transfers);
-        let amplitudes = transfers.iter().zip(&self.rates).enumerate().map(|(j, (transfer, k))| {
-            let number = |values: &DVector<f64>, tangents: &DMatrix<f64>| {
-                Dual::new(values[j], by_lane(self.count, |lane| tangents[(j, lane)]))
-            };
-            let numbers = [
-                number(&solution.symmetric, &tangents.symmetric),
-                number(&solution.antisymmetric, &tangents.antisymmetric),
-                number(&solution.bottom, &tangents.bottom),
-                number(&solution.bottom_slope, &tangents.bottom_slope),
-            ];
-            transfer.amplitudes(*k, numbers)
-        });
-        let amplitudes = amplitudes.collect();
-        LitSlab { rates: &self.rates, entering: &self.entering, depth, amplitudes }
-    }
-
-    /// The derivatives of the solutions of a slab:
-    ///
-    /// ```text
-    /// (Γ + diag t/k) db = Γ Xᵀ b − X (t/k) b − d(t/k) b,
-    /// (Δ + diag k t) da = Xᵀ k t a − Δ X a − d(k t) a,
-    /// (Δ + diag k t) dc = d(sech² b) − dΔ c − d(k t) c,     dΔ c = Xᵀ Δ c + Δ X c.
-    /// ```
-    fn tangents(&self, solution: &SlabSolution, transfers: &[Transfer<Dual>]) -> SlabTangents {
-        let SlabSolution { symmetric: a, antisymmetric: b, bottom: c, .. } = solution;
-        let n = transfers.len();
-        // Row by row, the derivatives of a factor of each mode times an amplitude.
-        let changed = |factor: fn(&Transfer<Dual>) -> Dual, amplitude: &DVector<f64>| {
-            DMatrix::from_fn(n, self.count, |j, lane| factor(&transfers[j]).derivatives()[lane] * amplitude[j])
-        };
-        let times = |factor: fn(&Transfer) -> f64, amplitude: &DVector<f64>| {
-            DVector::from_iterator(
-                n,
-                solution.transfers.iter().zip(amplitude).map(|(mode, value)| factor(mode) * value),
-            )
-        };
-        let HomogeneousMedium { gamma, delta, .. } = self.medium;
-        let over_rate = times(|mode| mode.over_rate, b);
-        let mut antisymmetric = gamma * self.transposed_changes(b) - self.changes(&over_rate);
-        antisymmetric -= changed(|mode| mode.over_rate, b);
-        solution.antisymmetric_factor.solve_mut(&mut antisymmetric);
-        let times_rate = times(|mode| mode.times_rate, a);
-        let mut symmetric = self.transposed_changes(&times_rate) - delta * self.changes(a);
-        symmetric -= changed(|mode| mode.times_rate, a);
-        solution.symmetric_factor.solve_mut(&mut symmetric);
-        let change_of_slope = self.transposed_changes(&solution.bottom_slope) + delta * self.changes(c);
-        let mut bottom = antisymmetric.clone();
-        for (mut row, mode) in bottom.row_iter_mut().zip(&solution.transfers) {
-            row *= mode.square_sech;
+        let of = |f: fn(&Transfer<Dual>) -> Dual| transfers.iter().map(f).collect::<Vec<Dual>>();
+        let SlabSolution { symmetric_factor, antisymmetric_factor, symmetric, antisymmetric, bottom, .. } = solution;
+        let [h, v] = &self.entering;
+        let b = solved(&self.gamma, &of(|mode| mode.over_rate), antisymmetric_factor, h, antisymmetric);
+        let times_rate = of(|mode| mode.times_rate);
+        let a = solved(&self.delta, &times_rate, symmetric_factor, v, symmetric);
+        let passed: Vec<Dual> = transfers.iter().zip(&b).map(|(mode, b)| mode.square_sech * *b).collect();
+        let c = solved(&self.delta, &times_rate, symmetric_factor, &passed, bottom);
+        let slope = product(&self.delta, &c);
+        let modes = self.rates.iter().zip(&transfers).enumerate();
+        LitSlab {
+            rates: &self.rates,
+            entering: v,
+            depth,
+            amplitudes: modes.map(|(j, (k, mode))| mode.amplitudes(*k, [a[j], b[j], c[j], slope[j]])).collect(),
         }
-        bottom += changed(|mode| mode.square_sech, b) - changed(|mode| mode.times_rate, c) - &change_of_slope;
-        solution.symmetric_factor.solve_mut(&mut bottom);
-        let bottom_slope = delta * &bottom + change_of_slope;
-        SlabTangents { symmetric, antisymmetric, bottom, bottom_slope }
-    }
-
-    /// X u: a column for each variable.
-    fn changes(&self, vector: &DVector<f64>) -> DMatrix<f64> {
-        self.columns(&self.changes * vector)
-    }
-
-    /// Xᵀ u: a column for each variable.
-    fn transposed_changes(&self, vector: &DVector<f64>) -> DMatrix<f64> {
-        self.columns(&self.transposed_changes * vector)
-    }
-
-    fn columns(&self, stacked: DVector<f64>) -> DMatrix<f64> {
-        stacked.reshape_generic(Dyn(self.rates.len()), Dyn(self.count))
     }
 }
 
-/// Derivatives of a [`SlabSolution`]: a column for each variable.
-struct SlabTangents {
-    symmetric: DMatrix<f64>,
-    antisymmetric: DMatrix<f64>,
-    bottom: DMatrix<f64>,
-    bottom_slope: DMatrix<f64>,
+/// The solution of (A + diag d) a = v with its derivatives, from the factors of the matrix and the solution.
+fn solved(
+    matrix: &DMatrix<Dual>,
+    diagonal: &[Dual],
+    factor: &Cholesky<f64, Dyn>,
+    right: &[Dual],
+    solution: &DVector<f64>,
+) -> Vec<Dual> {
+    let product = product(matrix, solution.as_slice());
+    let residual = right.iter().zip(product).zip(diagonal.iter().zip(solution));
+    let mut numbers: Vec<Dual> = residual.map(|((v, product), (d, a))| *v - product - *d * *a).collect();
+    // Of all variables at once, while nalgebra substitutes in column after column.
+    let lower = factor.l_dirty();
+    for (j, column) in lower.column_iter().enumerate() {
+        numbers[j] = numbers[j] / column[j];
+        for i in j + 1..numbers.len() {
+            numbers[i] = numbers[i] - numbers[j] * column[i];
+        }
+    }
+    for (j, column) in lower.column_iter().enumerate().rev() {
+        for i in j + 1..numbers.len() {
+            numbers[j] = numbers[j] - numbers[i] * column[i];
+        }
+        numbers[j] = numbers[j] / column[j];
+    }
+    numbers.into_iter().zip(solution).map(|(number, a)| Dual::new(*a, *number.derivatives())).collect()
+}
+
+/// A u.
+fn product<T: Copy>(matrix: &DMatrix<Dual>, vector: &[T]) -> Vec<Dual>
+where
+    Dual: Mul<T, Output = Dual>,
+{
+    let mut sums = vec![Dual::from(0.0); matrix.nrows()];
+    for (column, number) in matrix.column_iter().zip(vector) {
+        sums.iter_mut().zip(&column).for_each(|(sum, entry)| *sum += *entry * *number);
+    }
+    sums
+}
+
+/// Aᵀ u.
+fn transposed_product(matrix: &DMatrix<Dual>, vector: &[f64]) -> Vec<Dual> {
+    let sum = |column: nalgebra::DVectorView<Dual>| {
+        let terms = column.iter().zip(vector).map(|(entry, number)| *entry * *number);
+        terms.fold(Dual::from(0.0), |sum, term| sum + term)
+    };
+    matrix.column_iter().map(sum).collect()
 }
 
 /// The change of modes with one variable.
@@ -216,15 +220,4 @@ impl ModeChange {
             shapes: DMatrix::from_fn(n, n, entry),
         })
     }
-}
-
-/// A number for each of the first `count` variables.
-fn by_lane(count: usize, of: impl Fn(usize) -> f64) -> [f64; LANES] {
-    std::array::from_fn(|lane| if lane < count { of(lane) } else { 0.0 })
-}
-
-/// Numbers with their derivatives, which have a column for each variable.
-fn with_derivatives(values: &DVector<f64>, derivatives: &DMatrix<f64>) -> Vec<Dual> {
-    let of = |j: usize| by_lane(derivatives.ncols(), |lane| derivatives[(j, lane)]);
-    values.iter().enumerate().map(|(j, value)| Dual::new(*value, of(j))).collect()
 }

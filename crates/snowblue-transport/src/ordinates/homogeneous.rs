@@ -89,7 +89,7 @@ pub(super) struct Transfer<T = f64> {
 pub(super) struct SlabSolution {
     /// Scaled optical depth.
     depth: f64,
-    pub(super) transfers: Vec<Transfer>,
+    transfers: Vec<Transfer>,
     /// Factors of Δ + diag k t.
     pub(super) symmetric_factor: Cholesky<f64, Dyn>,
     /// Factors of Γ + diag t/k.
@@ -101,7 +101,7 @@ pub(super) struct SlabSolution {
     /// c: S in the modes at the dark face.
     pub(super) bottom: DVector<f64>,
     /// Δ c: the slope towards the illuminated face.
-    pub(super) bottom_slope: DVector<f64>,
+    bottom_slope: DVector<f64>,
 }
 
 /// Amplitudes of one mode in a slab under isotropic light from above.

@@ -347,14 +347,14 @@ impl StreamPlan {
 /// Cases with one number of streams, prepared for some variables.
 struct DifferentiatedPlan<'m> {
     by: &'m Differentiation,
-    medium: DifferentiatedMedium<'m>,
+    medium: DifferentiatedMedium,
     lights: Vec<Light<Dual>>,
 }
 
 impl<'m> DifferentiatedPlan<'m> {
     fn new(by: &'m Differentiation, modes: &'m HomogeneousMedium, plan: &StreamPlan) -> Self {
         let Differentiation { variables, medium } = by;
-        let medium = DifferentiatedMedium::new(modes, Scaled::new(&medium.scattering, plan.streams), variables.len());
+        let medium = DifferentiatedMedium::new(modes, Scaled::new(&medium.scattering, plan.streams));
         let cosine = |cosine: f64| Variable::CosIncidence.number(cosine, variables);
         let lights = plan.incidences.iter().map(|incidence| medium.light(incidence, cosine)).collect();
         Self { by, medium, lights }
