@@ -195,34 +195,49 @@ fn derivatives_agree_with_central_differences() {
     assert_eq!(compared, 17 + 17 + 14 + 13 + 2 + 16 + 5);
 }
 
-/// Clean and dry snow on black ground, towards a little dirt, water and light from below. Such differences in a film are
-/// rounding.
+/// Clean and dry snow on black ground, towards a little dirt, water and light from below; no snow, towards a little;
+/// and what can only be less: water that fills the pores, a vertical beam, white ground.
 #[test]
-fn derivatives_at_zero_agree_with_forward_differences() {
-    let forward = [(1.0, 4.0), (2.0, -3.0), (3.0, 4.0 / 3.0), (4.0, -0.25)];
+fn derivatives_at_the_ends_of_ranges_agree_with_differences_to_one_side() {
+    let one_sided = [(1.0, 4.0), (2.0, -3.0), (3.0, 4.0 / 3.0), (4.0, -0.25)];
     // Water and algae would change the number of streams.
     let options = OrdinatesOptions { streams: Streams::Exactly(16), ..OPTIONS };
-    for (name, scene) in scenes().into_iter().skip(1).take(5) {
+    let saturated = SnowSample { water_saturation: 1.0, ..snow() };
+    let ends = [("nothing", scene(snow(), 0.0, 20.0, 0.5)), ("saturated", scene(saturated, 3.0, 0.0, 1.0))];
+    let mut compared = 0;
+    // Such differences in a film are rounding.
+    for (name, scene) in scenes().into_iter().skip(1).take(5).chain(ends) {
         let (derivatives, values) = (differentiate(&scene, &Variable::ALL, &options), solve(&scene, &options));
         for (place, variable) in Variable::ALL.into_iter().enumerate() {
-            if value(&scene, variable).is_some_and(|at| at <= 0.0) {
-                // Traces change deep snow.
-                let depth_cm = 1.0 + scene.case.thickness_cm.min(1e3);
-                let step = match variable {
-                    Variable::MassFraction(Substance::BlackCarbon | Substance::BrownCarbon) => 1.0 / depth_cm,
-                    Variable::MassFraction(_) => 100.0 / depth_cm,
-                    _ => 1e-3 / depth_cm,
-                };
-                let expected = differences(&scene, variable, (0.0, step), &forward, &options);
-                assert_near(
-                    &format!("{name}, {variable}"),
-                    (&column(&derivatives, place), &expected),
-                    &values,
-                    rounding(&forward) / step,
-                );
-            }
+            // Traces change deep snow.
+            let depth_cm = 1.0 + scene.case.thickness_cm.min(1e3);
+            let is_fraction =
+                matches!(variable, Variable::WaterSaturation | Variable::CosIncidence | Variable::GroundAlbedo);
+            let step = match variable {
+                Variable::MassFraction(Substance::BlackCarbon | Substance::BrownCarbon) => 1.0 / depth_cm,
+                Variable::MassFraction(_) => 100.0 / depth_cm,
+                // The steepest mode decays over 10⁻³ cm.
+                Variable::Thickness => 1e-6,
+                _ => 1e-3 / depth_cm,
+            };
+            let step = match value(&scene, variable) {
+                Some(at) if at <= 0.0 => step,
+                Some(at) if at >= 1.0 && is_fraction => -step,
+                _ => continue,
+            };
+            let at = value(&scene, variable).unwrap();
+            let expected = differences(&scene, variable, (at, step), &one_sided, &options);
+            assert_near(
+                &format!("{name}, {variable}"),
+                (&column(&derivatives, place), &expected),
+                &values,
+                rounding(&one_sided) / step.abs(),
+            );
+            compared += 1;
         }
     }
+    // Five impurities of all, water and ground of dry snow on black ground, and each end.
+    assert_eq!(compared, 5 * 7 + (5 + 1 + 1) + (5 + 3));
 }
 
 /// f(p + h) − f(p) − f' h is f'' h²/2 to leading order: half the step leaves a quarter of it.
