@@ -8,7 +8,7 @@
 //! ```
 //!
 //! which follows from φ' = (1 + o) ψ, ψ' = (k² + ε) φ with S = V φ and D = −H ψ (Spurr, Kurosu & Chance 2001,
-//! doi:10.1016/S0022-4073(00)00055-8, differentiate the usual form of the equations). No two modes have the same rate.
+//! J. Quant. Spectrosc. Radiat. Transfer 68, 689, differentiate the usual form of the equations). No two modes have the same rate.
 //! Then dΓ = −X Γ − Γ Xᵀ, dΔ = Xᵀ Δ + Δ X, d(Hᵀ M 1) = −X Hᵀ M 1 and d(Vᵀ M 1) = Xᵀ Vᵀ M 1.
 //!
 //! **Linear systems.** Of A a = v follows A da = dv − dA a: a variable costs a right-hand side of the system whose

@@ -2,7 +2,7 @@
 //!
 //! Grains that are alike but for their size share the rays that are traced through them: scattering angles do not
 //! depend on the size, and paths are proportional to it. Slabs of one snow share its modes. Each slab has the numbers
-//! that it has alone, to the last bit.
+//! that it has alone, to the last bit. Derivatives are computed beside the values, of the same modes and systems.
 
 use std::cell::LazyCell;
 use std::collections::BTreeMap;
@@ -37,7 +37,7 @@ pub struct DifferentiatedFluxes {
     pub derivatives: Vec<FluxDerivatives>,
 }
 
-/// Some variables, as many as a number has derivatives, and a medium with its derivatives by them.
+/// Some variables, no more than a number has derivatives, and a medium with its derivatives by them.
 struct Differentiation {
     variables: Vec<Variable>,
     medium: Medium<Dual>,
@@ -386,9 +386,9 @@ impl<T: Real> Passed<T> {
 }
 
 /// A slab on a Lambertian ground: light goes back and forth between them (van de Hulst 1980, *Multiple Light
-/// Scattering*, §4.3). `diffuse` is the slab under Lambertian light, from either side.
+/// Scattering*, ch. 4). `diffuse` is the slab under Lambertian light, from either side.
 ///
-/// [`LayeredMedium`] gives the same values, precise where 1 − R is small; derivatives do not need that.
+/// [`LayeredMedium`] gives the same values, also for several layers.
 fn on_ground(slab: Passed<Dual>, diffuse: Passed<Dual>, albedo: Dual) -> Passed<Dual> {
     let transmittance = slab.transmittance / (Dual::from(1.0) - albedo * diffuse.reflectance);
     Passed { reflectance: slab.reflectance + albedo * transmittance * diffuse.transmittance, transmittance }
