@@ -7,8 +7,8 @@
 //! dV = V X,   dH = −H Xᵀ,   X_ii = o_ii/2,   X_ij = (ε_ij + k_j² o_ij)/(k_j² − k_i²),
 //! ```
 //!
-//! which follows from φ' = (1 + o) ψ, ψ' = (k² + ε) φ with S = V φ and D = −H ψ (Spurr, Kurosu & Chance 2001,
-//! J. Quant. Spectrosc. Radiat. Transfer 68, 689, differentiate the usual form of the equations). No two modes have the same rate.
+//! which follows from φ' = (1 + o) ψ, ψ' = (k² + ε) φ with S = V φ and D = −H ψ. Spurr, Kurosu & Chance 2001, J. Quant.
+//! Spectrosc. Radiat. Transfer 68, 689, differentiate the usual form of the equations. No two modes have the same rate.
 //! Then dΓ = −X Γ − Γ Xᵀ, dΔ = Xᵀ Δ + Δ X, d(Hᵀ M 1) = −X Hᵀ M 1 and d(Vᵀ M 1) = Xᵀ Vᵀ M 1.
 //!
 //! **Linear systems.** Of A a = v follows A da = dv − dA a: a variable costs a right-hand side of the system whose

@@ -238,6 +238,7 @@ impl HomogeneousMedium {
         lights.into_iter().map(under).collect()
     }
 
+    /// A slab under isotropic light from above, whose systems have been solved.
     pub(super) fn lit(&self, solution: &SlabSolution) -> LitSlab<'_> {
         let SlabSolution { symmetric: a, antisymmetric: b, bottom: c, bottom_slope: slope, .. } = solution;
         let modes = self.modes.rates.iter().zip(&solution.transfers).enumerate();
