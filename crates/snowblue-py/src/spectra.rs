@@ -36,6 +36,8 @@ pub(crate) struct GivenCases<'py> {
     wavelength_nm: Vec<f64>,
     /// [case][snow, thickness, angle, ground]
     places: PyReadonlyArray2<'py, i64>,
+    /// Parameters with respect to which the fluxes are differentiated.
+    jacobian: Vec<String>,
 }
 
 /// A layer and its thickness.
@@ -54,6 +56,9 @@ pub(crate) struct Ground {
 /// A named quantity of a row.
 type Quantity<R> = (&'static str, fn(&R) -> Estimate);
 
+/// One of the derivatives of a row.
+type Derivative = fn(&FluxDerivatives) -> f64;
+
 const FRACTIONS: [Quantity<Radiometry>; 3] = [
     ("reflectance", |row| row.reflectance),
     ("transmittance", |row| row.transmittance),
@@ -64,19 +69,19 @@ const FLUXES: [Quantity<DepthFluxes>; 4] =
     [("down", |at| at.down), ("up", |at| at.up), ("net", |at| at.net), ("e_folding_depth", |at| at.e_folding_depth_cm)];
 
 /// Reflectance, transmittance and absorptance of each case at each wavelength, the wavelength running fastest; with
-/// `_se` for standard errors. Derivatives with respect to each parameter in `jacobian` have
-/// `_per_` and its name. An error of one case has its row.
+/// `_se` for standard errors. Derivatives with respect to each parameter of `jacobian` have `_per_` and its name. An
+/// error of one case has its row.
 #[pyfunction]
-#[pyo3(signature = (snows, cases, engine, jacobian, progress))]
+#[pyo3(signature = (snows, cases, engine, progress))]
 pub(crate) fn spectrum<'py>(
     py: Python<'py>,
     snows: &Snows,
     cases: GivenCases<'py>,
     engine: Engine,
-    jacobian: Vec<String>,
     progress: Option<Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let variables: Vec<Variable> = jacobian.iter().map(|name| name.parse().map_err(input)).collect::<PyResult<_>>()?;
+    let variables: Vec<Variable> =
+        cases.jacobian.iter().map(|name| name.parse().map_err(input)).collect::<PyResult<_>>()?;
     let batch = Batch {
         samples: snows.samples.to_vec(),
         cases: cases.cases(snows.samples.len())?,
@@ -107,7 +112,7 @@ pub(crate) fn spectrum<'py>(
         ("absorptance", |row| row.absorptance),
     ];
     add(&dict, &fractions, &rows, with_errors)?;
-    let fractions: [(&str, fn(&FluxDerivatives) -> f64); 3] = [
+    let fractions: [(&str, Derivative); 3] = [
         ("reflectance", |row| row.reflectance),
         ("transmittance", |row| row.transmittance),
         ("absorptance", |row| row.absorptance),

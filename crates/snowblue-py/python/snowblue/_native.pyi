@@ -15,7 +15,7 @@ def single_scattering(
     snow: dict[str, Any], wavelengths_nm: list[float], degree: int, seed: int
 ) -> dict[str, NDArray[np.float64]]: ...
 def spectrum(
-    snows: Snows, cases: dict[str, Any], engine: dict[str, Any], jacobian: list[str], progress: _Progress
+    snows: Snows, cases: dict[str, Any], engine: dict[str, Any], progress: _Progress
 ) -> dict[str, NDArray[np.float64]]: ...
 def stack(
     ground: dict[str, Any], cases: dict[str, list[Any]], engine: dict[str, Any], progress: _Progress

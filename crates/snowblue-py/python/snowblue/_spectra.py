@@ -175,11 +175,11 @@ def spectrum(
         raise ValueError(f"wavelength is an array over '{wavelengths.dim}', but all slabs have the same wavelengths")
     cases["places"] = np.stack([axes.places(dims) for dims in columns], axis=-1).astype(np.int64)
     options = _engine(engine, streams, rays, per_wavelength, seed, standard_errors)
-    jacobian = [jacobian] if isinstance(jacobian, str) else list(jacobian)
+    cases["jacobian"] = jacobian = [jacobian] if isinstance(jacobian, str) else list(jacobian)
     if engine == "montecarlo" and jacobian:
         raise ValueError("jacobian needs the engine 'ordinates'")
     with reporting(progress, "rays" if engine == "montecarlo" else "slabs") as report, axes.locating_errors():
-        arrays = _native.spectrum(given.native, cases, options, jacobian, report)
+        arrays = _native.spectrum(given.native, cases, options, report)
     dims = [*axes.sizes, wavelengths.dim]
     shape = [*axes.shape, len(wavelengths.values)]
     coords = axes.coordinates(wavelengths)

@@ -133,8 +133,8 @@ pub fn solve_batch(
 /// As [`solve_batch`], with the derivatives with respect to each of `variables`.
 ///
 /// The derivatives are those of the values as computed, with their tallies and streams, by tangent-linear equations and
-/// not by differences. In snow without a substance or without water, and on black ground, the derivative is that towards
-/// more of it; it does not include that wet snow and algae take more streams.
+/// not by differences. In snow without a substance or without water, and on black ground, the derivative is that
+/// towards more of it; it does not include that wet snow and algae take more streams.
 ///
 /// ```
 /// use snowblue_transport::batch::{Batch, SlabCase};
