@@ -4,9 +4,10 @@ use numpy::ndarray::ArrayView1;
 use numpy::{PyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use snowblue_transport::batch::{Batch, BatchError, CaseFluxes, SlabCase};
+use snowblue_transport::Variable;
+use snowblue_transport::batch::{Batch, BatchError, CaseFluxes, FluxDerivatives, SlabCase};
 use snowblue_transport::monte_carlo::{self, Distribution, GoniometricOptions, MonteCarloOptions, PatchGrid};
-use snowblue_transport::ordinates;
+use snowblue_transport::ordinates::{self, DifferentiatedFluxes};
 use snowblue_transport::slab::{Estimate, Incidence, Radiometry};
 use snowblue_transport::stack::{DepthFluxes, Layer, Stack, StackRadiometry};
 
@@ -35,6 +36,8 @@ pub(crate) struct GivenCases<'py> {
     wavelength_nm: Vec<f64>,
     /// [case][snow, thickness, angle, ground]
     places: PyReadonlyArray2<'py, i64>,
+    /// Parameters with respect to which the fluxes are differentiated.
+    jacobian: Vec<String>,
 }
 
 /// A layer and its thickness.
@@ -53,6 +56,9 @@ pub(crate) struct Ground {
 /// A named quantity of a row.
 type Quantity<R> = (&'static str, fn(&R) -> Estimate);
 
+/// One of the derivatives of a row.
+type Derivative = fn(&FluxDerivatives) -> f64;
+
 const FRACTIONS: [Quantity<Radiometry>; 3] = [
     ("reflectance", |row| row.reflectance),
     ("transmittance", |row| row.transmittance),
@@ -63,7 +69,8 @@ const FLUXES: [Quantity<DepthFluxes>; 4] =
     [("down", |at| at.down), ("up", |at| at.up), ("net", |at| at.net), ("e_folding_depth", |at| at.e_folding_depth_cm)];
 
 /// Reflectance, transmittance and absorptance of each case at each wavelength, the wavelength running fastest; with
-/// `_se` for standard errors. An error of one case has its row.
+/// `_se` for standard errors. Derivatives with respect to each parameter of `jacobian` have `_per_` and its name. An
+/// error of one case has its row.
 #[pyfunction]
 #[pyo3(signature = (snows, cases, engine, progress))]
 pub(crate) fn spectrum<'py>(
@@ -73,6 +80,8 @@ pub(crate) fn spectrum<'py>(
     engine: Engine,
     progress: Option<Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
+    let variables: Vec<Variable> =
+        cases.jacobian.iter().map(|name| name.parse().map_err(input)).collect::<PyResult<_>>()?;
     let batch = Batch {
         samples: snows.samples.to_vec(),
         cases: cases.cases(snows.samples.len())?,
@@ -81,11 +90,15 @@ pub(crate) fn spectrum<'py>(
     let (options, errors) = (engine.ordinates.options()?, engine.standard_errors);
     let monte_carlo = engine.monte_carlo();
     let with_errors = errors || monte_carlo.is_some();
-    let rows = run(py, progress.as_ref(), move |control| {
+    let by = variables.clone();
+    let DifferentiatedFluxes { fluxes: rows, derivatives } = run(py, progress.as_ref(), move |control| {
         let count = batch.cases.len() as u64;
         let solved = match &monte_carlo {
-            Some(options) => monte_carlo::solve_batch(&batch, options, &|at| control.set(at.traced, at.total)),
-            None => ordinates::solve_batch(&batch, &options, errors, &|done| control.set(done as u64, count)),
+            Some(options) => monte_carlo::solve_batch(&batch, options, &|at| control.set(at.traced, at.total))
+                .map(|fluxes| DifferentiatedFluxes { fluxes, derivatives: Vec::new() }),
+            None => ordinates::differentiate_batch(&batch, &by, &options, errors, &|done| {
+                control.set(done as u64, count);
+            }),
         };
         solved.map_err(|BatchError { case, error }| match case {
             Some(case) => input_in_row(error, case),
@@ -99,6 +112,17 @@ pub(crate) fn spectrum<'py>(
         ("absorptance", |row| row.absorptance),
     ];
     add(&dict, &fractions, &rows, with_errors)?;
+    let fractions: [(&str, Derivative); 3] = [
+        ("reflectance", |row| row.reflectance),
+        ("transmittance", |row| row.transmittance),
+        ("absorptance", |row| row.absorptance),
+    ];
+    for (place, variable) in variables.iter().enumerate() {
+        let rows = || derivatives.iter().skip(place).step_by(variables.len());
+        for (name, fraction) in fractions {
+            dict.set_item(format!("{name}_per_{variable}"), PyArray1::from_vec(py, rows().map(fraction).collect()))?;
+        }
+    }
     Ok(dict)
 }
 

@@ -4,14 +4,15 @@
 
 use divan::{Bencher, black_box, counter::ItemsCount};
 use snowblue_transport::Scattering;
+use snowblue_transport::batch::{Batch, SlabCase};
 use snowblue_transport::grain::Grain;
 use snowblue_transport::grain::Spheroid;
 use snowblue_transport::monte_carlo::{self, MonteCarloOptions};
-use snowblue_transport::ordinates::{HalfSpace, HomogeneousMedium};
+use snowblue_transport::ordinates::{HalfSpace, HomogeneousMedium, OrdinatesOptions, differentiate_batch};
 use snowblue_transport::rng::Stream;
 use snowblue_transport::sample::{SizeMeasure, SnowSample};
 use snowblue_transport::slab::{Incidence, Slab};
-use snowblue_transport::{Demand, GrainTallies, PhaseFunction, PhasePlan, Population, TallyPlan};
+use snowblue_transport::{Demand, GrainTallies, PhaseFunction, PhasePlan, Population, TallyPlan, Variable};
 
 fn main() {
     rayon::ThreadPoolBuilder::new().num_threads(1).build_global().unwrap();
@@ -66,6 +67,34 @@ fn spectrum_by_ordinates(bencher: Bencher, streams: usize) {
         };
         optics.iter().map(flux).sum::<f64>()
     });
+}
+
+/// Transmittance and reflectance at 31 wavelengths of one slab of dry snow, and their derivatives by some
+/// variables, from kept tallies.
+#[divan::bench(args = [0, 1, 4, 8])]
+fn derivatives_by_ordinates(bencher: Bencher, variables: usize) {
+    differentiate(bencher, SnowSample::default(), 1, variables);
+}
+
+/// The same for wet snow, which takes 64 streams.
+#[divan::bench(args = [0, 4])]
+fn derivatives_of_wet_snow(bencher: Bencher, variables: usize) {
+    differentiate(bencher, SnowSample { water_saturation: 0.1, ..SnowSample::default() }, 1, variables);
+}
+
+/// The same for 100 thicknesses of a snow.
+#[divan::bench(args = [0, 4])]
+fn derivatives_of_many_slabs(bencher: Bencher, variables: usize) {
+    differentiate(bencher, SnowSample::default(), 100, variables);
+}
+
+fn differentiate(bencher: Bencher, sample: SnowSample, slabs: u32, variables: usize) {
+    let incidence = Incidence::Beam { angle_deg: 60.0 };
+    let case = |place: u32| SlabCase { sample: 0, thickness_cm: 5.0 + f64::from(place), incidence, ground_albedo: 0.0 };
+    let batch = Batch { samples: vec![sample], cases: (0..slabs).map(case).collect(), wavelengths_nm: visible_nm() };
+    let options = OrdinatesOptions { tally_rays: 1 << 12, ..OrdinatesOptions::default() };
+    let variables = &Variable::ALL[..variables];
+    bencher.bench_local(|| differentiate_batch(black_box(&batch), variables, &options, false, &|_| ()).unwrap());
 }
 
 /// Rays of the grain tally at one index node, 33 moments.

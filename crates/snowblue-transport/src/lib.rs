@@ -31,6 +31,7 @@
 //!
 //! **Out of scope.** Radiance inside the snow (only fluxes are computed), and colour (`snowblue-color`).
 
+mod dual;
 mod error;
 pub mod range;
 
@@ -47,6 +48,7 @@ pub mod slab;
 pub mod stack;
 
 pub mod batch;
+mod variable;
 
 pub mod parameters;
 
@@ -73,3 +75,4 @@ pub use sample::{GrainSize, SizeMeasure, SnowSample, SnowType, TruncatedNormal};
 pub use slab::{Estimate, Incidence, Radiometry, Slab};
 pub use snowblue_base::{Parameter, ParameterRange, RangeError, short_number};
 pub use stack::{DepthFluxes, Layer, Stack, StackRadiometry};
+pub use variable::Variable;

@@ -7,6 +7,8 @@
 use std::f64::consts::PI;
 use std::sync::OnceLock;
 
+use crate::dual::Real;
+
 /// Most nodes that a half-range rule may have.
 pub(crate) const MOST_NODES: usize = 128;
 
@@ -76,12 +78,12 @@ fn legendre_with_derivative(n: usize, x: f64) -> (f64, f64) {
 }
 
 /// P_0(x) … P_{count−1}(x), for |x| ≤ 1, into `values`.
-pub(crate) fn legendre_polynomials(x: f64, values: &mut [f64]) {
-    let (mut before, mut legendre) = (0.0, 1.0);
+pub(crate) fn legendre_polynomials<T: Real>(x: T, values: &mut [T]) {
+    let (mut before, mut legendre) = (T::from(0.0), T::from(1.0));
     for (l, value) in values.iter_mut().enumerate() {
         *value = legendre;
         let l = l as f64;
-        (before, legendre) = (legendre, ((2.0 * l + 1.0) * x * legendre - l * before) / (l + 1.0));
+        (before, legendre) = (legendre, (x * (2.0 * l + 1.0) * legendre - before * l) / (l + 1.0));
     }
 }
 

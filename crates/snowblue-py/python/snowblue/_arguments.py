@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import functools
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -60,6 +61,12 @@ class Quantity:
         if self.unit is not None:
             attributes["units"] = self.unit
         return attributes
+
+    def inverse_unit(self) -> str:
+        """The unit of a fraction per this quantity."""
+        powers = [re.fullmatch(r"([a-zA-Z]+)(-?\d*)", factor).groups() for factor in self.unit.split() if factor != "1"]
+        inverse = [(symbol, -int(power or 1)) for symbol, power in powers]
+        return " ".join(symbol if power == 1 else f"{symbol}{power}" for symbol, power in inverse) or "1"
 
 
 SNOW = {

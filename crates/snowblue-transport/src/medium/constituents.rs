@@ -15,76 +15,141 @@
 //! **Particles** lie in the air of the pores at any saturation. A mass fraction c of [`crate::optics::impurity`] adds
 //! ρ c E (1 − ω) to the absorption of the pores and ρ c E ω to the scattering.
 
-use crate::optics::ice::Ice;
+use crate::dual::{Dual, Real};
+use crate::optics::ice::{Ice, IceTable};
+use crate::optics::impurity::Substance;
 use crate::optics::water;
 use crate::sample::SnowSample;
+use crate::variable::Variable;
 
 /// The constituents of snow at one wavelength.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Constituents {
+pub(crate) struct Constituents<T = f64> {
     /// Grains in air.
-    pub(crate) in_air: Grains,
+    pub(crate) in_air: Grains<T>,
     /// Grains in water; their extinction is 0 in dry snow.
-    pub(crate) in_water: Grains,
+    pub(crate) in_water: Grains<T>,
     /// Scattering by particles of each substance.
-    pub(crate) particles: Vec<Scatterer>,
+    pub(crate) particles: Vec<Scatterer<T>>,
     /// Absorption coefficient of the water and particles between grains, in 1/m.
-    pub(crate) pore_absorption_per_m: f64,
+    pub(crate) pore_absorption_per_m: T,
 }
 
 /// Grains in air or in water.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Grains {
+pub(crate) struct Grains<T = f64> {
     /// Extinction coefficient, in 1/m.
-    pub(crate) extinction_per_m: f64,
+    pub(crate) extinction_per_m: T,
     /// Refractive index of ice over that of the surrounding medium.
     pub(crate) relative_index: f64,
     /// Effective absorption coefficient of the ice, in 1/m.
-    pub(crate) absorption_per_m: f64,
+    pub(crate) absorption_per_m: T,
 }
 
 /// Particles with the Henyey–Greenstein phase function.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Scatterer {
+pub(crate) struct Scatterer<T = f64> {
     /// Scattering coefficient, in 1/m.
-    pub(crate) scattering_per_m: f64,
+    pub(crate) scattering_per_m: T,
     /// Asymmetry parameter.
     pub(crate) asymmetry: f64,
+}
+
+/// What the constituents are made of, at any wavelength.
+#[derive(Debug, Clone)]
+pub(crate) struct Composition<T = f64> {
+    ice: IceTable,
+    /// Extinction coefficient of all grains, in 1/m.
+    extinction_per_m: T,
+    /// Factor of all sizes of the sample. What a grain absorbs depends on the product of its size and the absorption
+    /// coefficient.
+    size_factor: T,
+    ice_fraction: T,
+    density_kg_m3: T,
+    water_saturation: T,
+    /// In ng/g.
+    mass_fractions: Vec<(Substance, T)>,
+}
+
+impl Composition {
+    /// The composition of a sample.
+    pub(crate) fn new(sample: &SnowSample) -> Self {
+        Self {
+            ice: sample.ice,
+            extinction_per_m: sample.extinction_per_m(),
+            size_factor: 1.0,
+            ice_fraction: sample.ice_fraction(),
+            density_kg_m3: sample.density_kg_m3,
+            water_saturation: sample.water_saturation,
+            mass_fractions: sample.impurities.present().collect(),
+        }
+    }
+
+    /// The same with its derivatives by some variables, and with the substances among these.
+    ///
+    /// At a given shape of the grains extinction goes as ρ SSA, and sizes go as 1/SSA.
+    pub(crate) fn differentiated(&self, variables: &[Variable]) -> Composition<Dual> {
+        let number = |variable: Variable, value: f64| variable.number(value, variables);
+        let relative = |variable: Variable, value: f64| number(variable, value) / value;
+        let denser = relative(Variable::Density, self.density_kg_m3);
+        let finer = relative(Variable::SurfaceArea, 4.0 * self.extinction_per_m / self.density_kg_m3);
+        let mass_fraction = |substance: Substance| {
+            let present = self.mass_fractions.iter().find(|(other, _)| *other == substance);
+            let value = present.map_or(0.0, |(_, mass_fraction_ng_g)| *mass_fraction_ng_g);
+            (substance, number(Variable::MassFraction(substance), value))
+        };
+        let mass_fractions = Substance::ALL.into_iter().map(mass_fraction);
+        Composition {
+            ice: self.ice,
+            extinction_per_m: denser * finer * self.extinction_per_m,
+            size_factor: Dual::from(1.0) / finer,
+            ice_fraction: denser * self.ice_fraction,
+            density_kg_m3: denser * self.density_kg_m3,
+            water_saturation: number(Variable::WaterSaturation, self.water_saturation),
+            mass_fractions: mass_fractions.filter(|(_, mass_fraction)| !mass_fraction.is_zero()).collect(),
+        }
+    }
+}
+
+impl<T: Real> Composition<T> {
+    /// The constituents at a wavelength that the tables cover.
+    pub(crate) fn at(&self, wavelength_nm: f64) -> Constituents<T> {
+        let (ice, wet) = (Ice::new(self.ice), self.water_saturation);
+        let (index, absorption_per_m) = (ice.index(wavelength_nm), ice.absorption_per_m(wavelength_nm));
+        let (water_index, water_absorption_per_m) = if wet.is_zero() {
+            (1.0, 0.0)
+        } else {
+            (water::index(wavelength_nm), water::absorption_per_m(wavelength_nm))
+        };
+        let radiance_gain = water_index * water_index;
+        let mut pore_absorption_per_m =
+            (T::from(1.0) - self.ice_fraction) * wet * radiance_gain * water_absorption_per_m;
+        let mut particles = Vec::new();
+        for (substance, mass_fraction_ng_g) in &self.mass_fractions {
+            let optics = substance.at(wavelength_nm);
+            let extinction_per_m = self.density_kg_m3 * *mass_fraction_ng_g * 1e-9 * optics.extinction_m2_kg;
+            pore_absorption_per_m += extinction_per_m * (1.0 - optics.albedo);
+            let scattering_per_m = extinction_per_m * optics.albedo;
+            particles.push(Scatterer { scattering_per_m, asymmetry: optics.asymmetry });
+        }
+        let grains = |fraction: T, relative_index, absorption_per_m: f64| Grains {
+            extinction_per_m: fraction * self.extinction_per_m,
+            relative_index,
+            absorption_per_m: self.size_factor * absorption_per_m,
+        };
+        Constituents {
+            in_air: grains(T::from(1.0) - wet, index, absorption_per_m),
+            in_water: grains(wet, index / water_index, radiance_gain * absorption_per_m),
+            particles,
+            pore_absorption_per_m,
+        }
+    }
 }
 
 impl Constituents {
     /// The constituents of a sample at a wavelength that its tables cover.
     pub(crate) fn new(sample: &SnowSample, wavelength_nm: f64) -> Self {
-        Self::with_extinction(sample, sample.extinction_per_m(), wavelength_nm)
-    }
-
-    /// The same for the extinction coefficient of the sample's grains, which all wavelengths have in common.
-    pub(crate) fn with_extinction(sample: &SnowSample, extinction_per_m: f64, wavelength_nm: f64) -> Self {
-        let (ice, wet) = (Ice::new(sample.ice), sample.water_saturation);
-        let (index, absorption_per_m) = (ice.index(wavelength_nm), ice.absorption_per_m(wavelength_nm));
-        let (water_index, water_absorption_per_m) =
-            if wet > 0.0 { (water::index(wavelength_nm), water::absorption_per_m(wavelength_nm)) } else { (1.0, 0.0) };
-        let radiance_gain = water_index * water_index;
-        let mut pore_absorption_per_m = (1.0 - sample.ice_fraction()) * wet * radiance_gain * water_absorption_per_m;
-        let mut particles = Vec::new();
-        for (substance, mass_fraction_ng_g) in sample.impurities.present() {
-            let optics = substance.at(wavelength_nm);
-            let extinction_per_m = sample.density_kg_m3 * mass_fraction_ng_g * 1e-9 * optics.extinction_m2_kg;
-            pore_absorption_per_m += (1.0 - optics.albedo) * extinction_per_m;
-            let scattering_per_m = optics.albedo * extinction_per_m;
-            particles.push(Scatterer { scattering_per_m, asymmetry: optics.asymmetry });
-        }
-        let grains = |fraction: f64, relative_index, absorption_per_m| Grains {
-            extinction_per_m: fraction * extinction_per_m,
-            relative_index,
-            absorption_per_m,
-        };
-        Self {
-            in_air: grains(1.0 - wet, index, absorption_per_m),
-            in_water: grains(wet, index / water_index, radiance_gain * absorption_per_m),
-            particles,
-            pore_absorption_per_m,
-        }
+        Composition::new(sample).at(wavelength_nm)
     }
 
     /// Extinction coefficient of all scatterers, in 1/m: grains and particles.

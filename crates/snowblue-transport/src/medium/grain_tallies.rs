@@ -3,9 +3,10 @@
 use super::constituents::{Constituents, Grains};
 use super::grain_optics::GrainOptics;
 use super::population::Population;
-use super::scattering::{HenyeyGreenstein, Medium, Scattering};
+use super::scattering::{HenyeyGreenstein, Medium, Scattering, mix};
 use super::tally::{TallyPart, TallyPlan, TallyRequest};
 use super::tally_cache;
+use crate::dual::Real;
 use crate::optics::ice::{Ice, IceTable};
 use crate::sample::{GrainSize, SnowSample};
 
@@ -108,36 +109,43 @@ impl GrainTallies {
     /// If the sample is wet and the demand is not.
     #[must_use]
     pub fn medium(&self, sample: &SnowSample, wavelength_nm: f64, without: Option<usize>) -> Medium {
-        self.medium_of(sample, &Constituents::new(sample, wavelength_nm), without)
+        self.medium_of(&sample.grain_size, &Constituents::new(sample, wavelength_nm), without)
     }
 
-    /// The medium of the constituents of a sample at a wavelength.
+    /// The medium of constituents, with grains of some sizes.
     ///
     /// # Panics
-    /// If the sample is wet and the demand is not.
-    pub(crate) fn medium_of(&self, sample: &SnowSample, constituents: &Constituents, without: Option<usize>) -> Medium {
-        assert!(sample.water_saturation <= 0.0 || self.in_water.is_some(), "the tallies do not cover wet snow");
+    /// If a grain is in water and the demand is not.
+    pub(crate) fn medium_of<T: Real>(
+        &self,
+        size: &GrainSize,
+        constituents: &Constituents<T>,
+        without: Option<usize>,
+    ) -> Medium<T> {
+        let is_dry = constituents.in_water.extinction_per_m.is_zero();
+        assert!(is_dry || self.in_water.is_some(), "the tallies do not cover wet snow");
         let mut parts = Vec::new();
         for (tally, grains) in
             [(Some(&self.in_air), constituents.in_air), (self.in_water.as_ref(), constituents.in_water)]
         {
-            if let Some(tally) = tally.filter(|_| grains.extinction_per_m > 0.0) {
-                let scattering =
-                    tally.part.scattering(&sample.grain_size, grains.relative_index, grains.absorption_per_m, without);
+            if let Some(tally) = tally.filter(|_| !grains.extinction_per_m.is_zero()) {
+                let scattering = tally.part.scattering(size, grains.relative_index, grains.absorption_per_m, without);
                 parts.push(Medium { extinction_per_m: grains.extinction_per_m, scattering });
             }
         }
         // A single scatterer needs no sums, which would round.
-        if parts.len() == 1 && constituents.particles.is_empty() && constituents.pore_absorption_per_m <= 0.0 {
+        if parts.len() == 1 && constituents.particles.is_empty() && constituents.pore_absorption_per_m.is_zero() {
             return parts.swap_remove(0);
         }
         let degree = self.in_air.part.degree();
         for particle in &constituents.particles {
-            let scattering =
+            let Scattering { moments, .. } =
                 HenyeyGreenstein { one_minus_albedo: 0.0, asymmetry: particle.asymmetry }.scattering(degree);
+            let moments = moments.into_iter().map(T::from).collect();
+            let scattering = Scattering { one_minus_albedo: T::from(0.0), moments };
             parts.push(Medium { extinction_per_m: particle.scattering_per_m, scattering });
         }
-        Medium::mix(&parts, constituents.pore_absorption_per_m)
+        mix(&parts, constituents.pore_absorption_per_m)
     }
 
     /// Asymmetry parameter and path enhancement B of a sample's grains in air at a wavelength, in the limit of weak

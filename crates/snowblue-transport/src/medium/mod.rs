@@ -14,7 +14,7 @@ mod tally;
 mod tally_cache;
 
 pub(crate) use angle_bins::AngleBins;
-pub(crate) use constituents::Constituents;
+pub(crate) use constituents::{Composition, Constituents};
 pub use external_reflection::ExternalReflection;
 pub use facet_size::facet_diameters_um;
 pub use grain_optics::{GrainOptics, Microstructure};

@@ -16,6 +16,7 @@ use rayon::prelude::*;
 
 use super::population::Population;
 use super::scattering::Scattering;
+use crate::dual::Real;
 use crate::optics::{IndexNodes, lagrange};
 use crate::quadrature::{Quadrature, legendre_polynomials};
 use crate::rng::Stream;
@@ -148,15 +149,15 @@ impl TallyPart {
 
     /// Single scattering by grains of the given sizes, relative index n and absorption coefficient in 1/m; `without`
     /// leaves out one of the 16 batches, for the jackknife (Tukey 1958).
-    pub(crate) fn scattering(
+    pub(crate) fn scattering<T: Real>(
         &self,
         size: &GrainSize,
         n: f64,
-        absorption_per_m: f64,
+        absorption_per_m: T,
         without: Option<usize>,
-    ) -> Scattering {
+    ) -> Scattering<T> {
         let Self { tally, degree, .. } = self;
-        let (mut moments, mut absorbed) = (vec![0.0; degree + 1], vec![0.0; degree + 1]);
+        let (mut moments, mut absorbed) = (vec![0.0; degree + 1], vec![T::from(0.0); degree + 1]);
         let columns = self.absorption_columns(size, absorption_per_m);
         for (index_weight, batches) in tally.index_nodes.weights(n).into_iter().zip(&tally.sums) {
             let kept = || batches.iter().enumerate().filter(|(i, _)| Some(*i) != without).map(|(_, batch)| batch);
@@ -164,32 +165,30 @@ impl TallyPart {
             for batch in kept() {
                 add_scaled(&mut moments, factor, &batch.scattered);
                 for (strength, column) in &columns {
-                    add_scaled(&mut absorbed, factor * strength, &batch.absorbed[*column]);
+                    add_scaled(&mut absorbed, *strength * factor, &batch.absorbed[*column]);
                 }
             }
         }
         let one_minus_albedo = absorbed[0];
-        for (moment, lost) in moments.iter_mut().zip(&absorbed) {
-            *moment = (*moment - lost) / (1.0 - one_minus_albedo);
-        }
-        Scattering { one_minus_albedo, moments }
+        let kept = |(moment, lost): (&f64, &T)| (T::from(*moment) - *lost) / (T::from(1.0) - one_minus_albedo);
+        Scattering { one_minus_albedo, moments: moments.iter().zip(&absorbed).map(kept).collect() }
     }
 
     /// The weights of columns of absorbed moments, averaged over the sizes: x times the interpolation weights at x.
-    fn absorption_columns(&self, size: &GrainSize, absorption_per_m: f64) -> Vec<(f64, usize)> {
+    fn absorption_columns<T: Real>(&self, size: &GrainSize, absorption_per_m: T) -> Vec<(T, usize)> {
         let grid = &self.tally.absorptions[..self.absorptions];
-        let mut columns = vec![0.0; grid.len() + 1];
+        let mut columns = vec![T::from(0.0); grid.len() + 1];
         let rule = Quadrature::half_range(if size.min_um < size.max_um { 6 } else { 1 });
         let mean_square = size.mean_square_um2();
         for (node, weight) in rule.cosines.iter().zip(&rule.weights) {
             let size_um = size.min_um + node * (size.max_um - size.min_um);
             let x = absorption_per_m * size_um * 1e-6;
-            let strength = weight * size_um * size_um / mean_square * x;
+            let strength = x * (weight * size_um * size_um / mean_square);
             for (column, weight) in columns.iter_mut().zip(interpolation_weights(grid, x)) {
                 *column += strength * weight;
             }
         }
-        columns.into_iter().zip(0..).filter(|(strength, _)| strength.abs() > 0.0).collect()
+        columns.into_iter().zip(0..).filter(|(strength, _)| !strength.is_zero()).collect()
     }
 }
 
@@ -216,9 +215,9 @@ fn run_batch(population: &Population, n: f64, batch: usize, absorptions: &[f64],
     sums
 }
 
-fn add_scaled(sums: &mut [f64], factor: f64, terms: &[f64]) {
+fn add_scaled<T: Real>(sums: &mut [T], factor: T, terms: &[f64]) {
     for (sum, term) in sums.iter_mut().zip(terms) {
-        *sum += factor * term;
+        *sum += factor * *term;
     }
 }
 
@@ -250,14 +249,14 @@ fn absorption_grid(most: f64) -> Vec<f64> {
 
 /// Interpolation weights at `x` of the limit x → 0 and of each grid value: linear in x below the grid, cubic in ln x on
 /// it.
-fn interpolation_weights(grid: &[f64], x: f64) -> Vec<f64> {
-    let mut weights = vec![0.0; grid.len() + 1];
-    if x <= grid[0] {
+fn interpolation_weights<T: Real>(grid: &[f64], x: T) -> Vec<T> {
+    let mut weights = vec![T::from(0.0); grid.len() + 1];
+    if x.value() <= grid[0] {
         weights[1] = x / grid[0];
-        weights[0] = 1.0 - weights[1];
+        weights[0] = T::from(1.0) - weights[1];
         return weights;
     }
-    let above = grid.partition_point(|node| *node < x).min(grid.len() - 1);
+    let above = grid.partition_point(|node| *node < x.value()).min(grid.len() - 1);
     let last = grid.len().min((above + 2).max(4));
     let first = last.saturating_sub(4);
     let logarithms: Vec<f64> = grid[first..last].iter().map(|node| node.ln()).collect();

@@ -10,6 +10,7 @@
 use std::f64::consts::PI;
 
 use super::ice::Ice;
+use crate::dual::Real;
 use crate::range::WavelengthRange;
 
 /// Greatest mean distance of the nodes; 400–700 nm then take three.
@@ -67,9 +68,10 @@ impl IndexNodes {
 }
 
 /// Lagrange's weights of any nodes at `x`.
-pub(crate) fn lagrange(nodes: &[f64], x: f64) -> Vec<f64> {
+pub(crate) fn lagrange<T: Real>(nodes: &[f64], x: T) -> Vec<T> {
     let weight = |(i, node): (usize, &f64)| {
-        nodes.iter().enumerate().filter(|(j, _)| *j != i).map(|(_, other)| (x - other) / (node - other)).product()
+        let others = nodes.iter().enumerate().filter(|(j, _)| *j != i);
+        others.map(|(_, other)| (x - *other) / (node - other)).fold(T::from(1.0), T::mul)
     };
     nodes.iter().enumerate().map(weight).collect()
 }

@@ -84,7 +84,7 @@ impl HalfSpace {
     pub fn new(phase: &PhaseFunction) -> Self {
         let rule = Quadrature::half_range(NODES);
         let moments = phase.moments(2 * NODES);
-        let scaled = Scattering { one_minus_albedo: 0.0, moments }.delta_m(2 * NODES);
+        let scaled = Scaled::new(&Scattering { one_minus_albedo: 0.0, moments }, 2 * NODES);
         let to_grid = interpolation(rule, CELLS);
         let mut multiple = vec![[0.0; MODES]; (CELLS + 1) * (CELLS + 1)];
         let (mut escape, mut extrapolation) = (DVector::zeros(NODES), 0.0);

@@ -20,11 +20,10 @@ use snowblue_base::ParameterRange;
 
 use super::delta_m::Scaled;
 use super::eigen::{Modes, legendre_basis};
-use super::integrals::{
-    exponential_integrals, hyperbolic_integrals, square_sech, tanh_over_rate, third_exponential_integral,
-};
+use super::integrals::{exponential_integrals, hyperbolic_integrals, tanh_over_rate, third_exponential_integral};
 use super::streams::check_streams;
 use crate::TransportError;
+use crate::dual::Real;
 use crate::medium::Scattering;
 use crate::quadrature::{Quadrature, legendre_polynomials};
 use crate::slab::Incidence;
@@ -45,11 +44,11 @@ pub struct HomogeneousMedium {
     pub(super) scaled: Scaled,
     pub(super) modes: Modes,
     /// √((2l + 1) w_i) P_l(μ_i): a column for each l.
-    basis: &'static DMatrix<f64>,
+    pub(super) basis: &'static DMatrix<f64>,
     /// M H.
     pub(super) weighted_differences: DMatrix<f64>,
     /// Γ = Hᵀ M H.
-    gamma: DMatrix<f64>,
+    pub(super) gamma: DMatrix<f64>,
     /// Δ = Vᵀ M V.
     pub(super) delta: DMatrix<f64>,
     /// Hᵀ M 1 and Vᵀ M 1, where 1 is isotropic radiance.
@@ -57,42 +56,87 @@ pub struct HomogeneousMedium {
 }
 
 /// Light on a slab, with the response of each mode to it, which does not depend on thickness.
-pub enum Light {
+pub enum Light<T = f64> {
     /// A parallel beam.
-    Beam(Direction),
+    Beam(Direction<T>),
     /// Lambertian light.
     Lambertian,
 }
 
 /// The radiance of each mode in one direction.
-pub struct Direction {
-    pub(super) cos_incidence: f64,
+pub struct Direction<T = f64> {
+    pub(super) cos_incidence: T,
     /// Σ over even l of (2l + 1) ω χ_l P_l(μ₀) p_l · v, one for each mode.
-    pub(super) even: Vec<f64>,
+    pub(super) even: Vec<T>,
     /// The same over odd l with the differences h.
-    pub(super) odd: Vec<f64>,
+    pub(super) odd: Vec<T>,
 }
 
-/// A slab under isotropic light from above: amplitudes of each mode.
-struct Amplitudes {
-    /// Of S at the illuminated face: a + (t/k) b.
-    top: DVector<f64>,
-    /// Slope of the mode there: −(k t a + b).
-    top_slope: DVector<f64>,
-    /// Of S at the dark face.
-    bottom: DVector<f64>,
-    /// Slope towards the illuminated face: b − k t a, which is Δ c.
+/// Transfer of one mode through a slab.
+#[derive(Clone, Copy)]
+pub(super) struct Transfer<T = f64> {
+    /// k tanh(kτ/2).
+    pub(super) times_rate: T,
+    /// tanh(kτ/2)/k.
+    pub(super) over_rate: T,
+    /// sech²(kτ/2).
+    pub(super) square_sech: T,
+    /// e^{−kτ}.
+    decay: T,
+}
+
+/// A slab under isotropic light from above: the solutions of its linear systems.
+pub(super) struct SlabSolution {
+    /// Scaled optical depth.
+    depth: f64,
+    transfers: Vec<Transfer>,
+    /// Factors of Δ + diag k t.
+    pub(super) symmetric_factor: Cholesky<f64, Dyn>,
+    /// Factors of Γ + diag t/k.
+    pub(super) antisymmetric_factor: Cholesky<f64, Dyn>,
+    /// a.
+    pub(super) symmetric: DVector<f64>,
+    /// b.
+    pub(super) antisymmetric: DVector<f64>,
+    /// c: S in the modes at the dark face.
+    pub(super) bottom: DVector<f64>,
+    /// Δ c: the slope towards the illuminated face.
     bottom_slope: DVector<f64>,
-    /// Of the wave that decays from the illuminated face: (a + b/k)/(1 + e^{−kτ}); unused where k = 0.
-    fading: DVector<f64>,
 }
 
-/// Scattered radiance that leaves a slab in one direction.
-struct LeavingRadiance {
-    /// From the illuminated face.
-    reflected: f64,
-    /// From the dark face.
-    transmitted: f64,
+/// Amplitudes of one mode in a slab under isotropic light from above.
+#[derive(Clone, Copy)]
+pub(super) struct Amplitudes<T = f64> {
+    /// Of S at the illuminated face: a + (t/k) b.
+    top: T,
+    /// Slope of the mode there: −(k t a + b).
+    top_slope: T,
+    /// Of S at the dark face.
+    bottom: T,
+    /// Slope towards the illuminated face: b − k t a, which is Δ c.
+    bottom_slope: T,
+    /// Of the wave that decays from the illuminated face: (a + b/k)/(1 + e^{−kτ}); unused where k = 0.
+    fading: T,
+    /// e^{−kτ}.
+    decay: T,
+}
+
+/// A slab under isotropic light from above.
+pub(super) struct LitSlab<'m, T = f64> {
+    pub(super) rates: &'m [T],
+    /// Vᵀ M 1.
+    pub(super) entering: &'m [T],
+    /// Scaled optical depth.
+    pub(super) depth: T,
+    /// Of each mode.
+    pub(super) amplitudes: Vec<Amplitudes<T>>,
+}
+
+/// Reflectance and total transmittance of a slab.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Passed<T = f64> {
+    pub(super) reflectance: T,
+    pub(super) transmittance: T,
 }
 
 impl HomogeneousMedium {
@@ -107,7 +151,7 @@ impl HomogeneousMedium {
         within("co-albedo", 0.0, 1.0).check(medium.one_minus_albedo)?;
         within("number of moments", streams as f64 + 1.0, 1e9).check(medium.moments.len() as f64)?;
         medium.moments.iter().try_for_each(|chi| within("moment", -1.0, 1.0).check(*chi))?;
-        let modes = Modes::new(&medium.delta_m(streams), Quadrature::half_range(streams / 2));
+        let modes = Modes::new(&Scaled::new(medium, streams), Quadrature::half_range(streams / 2));
         modes.map(drop).ok_or(TransportError::Unresolved { streams })
     }
 
@@ -119,7 +163,7 @@ impl HomogeneousMedium {
     pub fn new(medium: &Scattering, streams: usize) -> Self {
         assert!(streams >= 2 && streams.is_multiple_of(2), "streams must be even and positive, but are {streams}");
         let rule = Quadrature::half_range(streams / 2);
-        let scaled = medium.delta_m(streams);
+        let scaled = Scaled::new(medium, streams);
         let basis = legendre_basis(rule.order());
         let modes = Modes::new(&scaled, rule);
         let modes = modes.unwrap_or_else(|| panic!("{streams} streams cannot resolve the phase function"));
@@ -159,14 +203,11 @@ impl HomogeneousMedium {
     }
 
     pub(super) fn direction(&self, cos_incidence: f64) -> Direction {
-        let count = self.basis.ncols();
-        let mut polynomials = vec![0.0; count];
-        legendre_polynomials(cos_incidence, &mut polynomials);
+        let strengths = strengths(&self.scaled.albedo_moments, cos_incidence);
         let shape = |parity: usize, modes: &DMatrix<f64>| {
             let mut source = DVector::zeros(self.basis.nrows());
-            for l in (parity..count).step_by(2) {
-                let strength = ((2 * l + 1) as f64).sqrt() * self.scaled.albedo_moments[l] * polynomials[l];
-                source.axpy(strength, &self.basis.column(l), 1.0);
+            for l in (parity..strengths.len()).step_by(2) {
+                source.axpy(strengths[l], &self.basis.column(l), 1.0);
             }
             modes.tr_mul(&source).as_slice().to_vec()
         };
@@ -184,70 +225,123 @@ impl HomogeneousMedium {
     #[must_use]
     pub fn fluxes<'l>(&self, optical_depth: f64, lights: impl IntoIterator<Item = &'l Light>) -> Vec<Fluxes> {
         let depth = optical_depth * self.scaled.depth_ratio;
-        let amplitudes = self.amplitudes(depth);
-        let entering = &self.entering[1];
-        let under = |light: &Light| match light {
-            Light::Beam(direction) => {
-                let LeavingRadiance { reflected, transmitted } = self.leaving(&amplitudes, depth, direction);
-                Fluxes {
-                    reflectance: reflected,
-                    transmittance: transmitted + (-depth / direction.cos_incidence).exp(),
-                    direct: (-optical_depth / direction.cos_incidence).exp(),
-                }
-            }
-            Light::Lambertian => Fluxes {
-                reflectance: 2.0 * entering.dot(&amplitudes.top) - 1.0,
-                transmittance: 2.0 * entering.dot(&amplitudes.bottom),
-                direct: 2.0 * third_exponential_integral(optical_depth),
-            },
+        let solution = self.solve_slab(depth);
+        let slab = self.lit(&solution);
+        let under = |light: &Light| {
+            let Passed { reflectance, transmittance } = slab.passed(light);
+            let direct = match light {
+                Light::Beam(direction) => (-optical_depth / direction.cos_incidence).exp(),
+                Light::Lambertian => 2.0 * third_exponential_integral(optical_depth),
+            };
+            Fluxes { reflectance, transmittance, direct }
         };
         lights.into_iter().map(under).collect()
     }
 
-    fn amplitudes(&self, depth: f64) -> Amplitudes {
-        let rates = &self.modes.rates;
-        let per_mode = |f: &dyn Fn(f64) -> f64| DVector::from_iterator(rates.len(), rates.iter().map(|k| f(*k)));
-        let times_rate = per_mode(&|k| k * (0.5 * k * depth).tanh());
-        let over_rate = per_mode(&|k| tanh_over_rate(k, depth));
-        let antisymmetric = solver(&self.gamma, &over_rate).solve(&self.entering[0]);
-        let symmetric_solver = solver(&self.delta, &times_rate);
-        let symmetric = symmetric_solver.solve(&self.entering[1]);
-        let passed = per_mode(&|k| square_sech(0.5 * k * depth)).component_mul(&antisymmetric);
-        let bottom = symmetric_solver.solve(&passed);
-        let fading = per_mode(&|k| 1.0 / (1.0 + (-k * depth).exp()))
-            .component_mul(&(&symmetric + antisymmetric.component_div(&per_mode(&|k| k))));
-        Amplitudes {
-            top: &symmetric + over_rate.component_mul(&antisymmetric),
-            top_slope: -(times_rate.component_mul(&symmetric) + &antisymmetric),
-            bottom_slope: &self.delta * &bottom,
-            bottom,
-            fading,
+    /// A slab under isotropic light from above, whose systems have been solved.
+    pub(super) fn lit(&self, solution: &SlabSolution) -> LitSlab<'_> {
+        let SlabSolution { symmetric: a, antisymmetric: b, bottom: c, bottom_slope: slope, .. } = solution;
+        let modes = self.modes.rates.iter().zip(&solution.transfers).enumerate();
+        LitSlab {
+            rates: &self.modes.rates,
+            entering: self.entering[1].as_slice(),
+            depth: solution.depth,
+            amplitudes: modes.map(|(j, (k, mode))| mode.amplitudes(*k, [a[j], b[j], c[j], slope[j]])).collect(),
         }
     }
 
-    /// Scattered radiance that leaves both faces in `direction`.
-    fn leaving(&self, amplitudes: &Amplitudes, depth: f64, direction: &Direction) -> LeavingRadiance {
-        let per_cosine = 1.0 / direction.cos_incidence;
-        let unscattered = (-depth * per_cosine).exp();
-        let (mut reflected, mut transmitted) = (0.0, 0.0);
-        for (j, &k) in self.modes.rates.iter().enumerate() {
-            let (even, odd) = (0.5 * direction.even[j], 0.5 * direction.odd[j]);
-            if k < 0.5 && k * depth < 1.0 {
-                let (cosh, sinh_over_k) = hyperbolic_integrals(k, depth, per_cosine, unscattered);
-                let from_face = |amplitude: f64, slope: f64| {
-                    amplitude * (even * cosh + odd * k * k * sinh_over_k) + slope * (even * sinh_over_k + odd * cosh)
+    /// Solves the linear systems of a slab of a scaled optical depth.
+    pub(super) fn solve_slab(&self, depth: f64) -> SlabSolution {
+        let transfers: Vec<Transfer> = self.modes.rates.iter().map(|k| Transfer::new(*k, depth)).collect();
+        let of = |f: fn(&Transfer) -> f64| DVector::from_iterator(transfers.len(), transfers.iter().map(f));
+        let antisymmetric_factor = solver(&self.gamma, &of(|mode| mode.over_rate));
+        let antisymmetric = antisymmetric_factor.solve(&self.entering[0]);
+        let symmetric_factor = solver(&self.delta, &of(|mode| mode.times_rate));
+        let symmetric = symmetric_factor.solve(&self.entering[1]);
+        let bottom = symmetric_factor.solve(&of(|mode| mode.square_sech).component_mul(&antisymmetric));
+        let bottom_slope = &self.delta * &bottom;
+        SlabSolution {
+            depth,
+            transfers,
+            symmetric_factor,
+            antisymmetric_factor,
+            symmetric,
+            antisymmetric,
+            bottom,
+            bottom_slope,
+        }
+    }
+}
+
+/// √(2l + 1) ω χ_l P_l(μ₀) for each l.
+pub(super) fn strengths<T: Real>(albedo_moments: &[T], cos_incidence: T) -> Vec<T> {
+    let mut strengths = vec![T::from(0.0); albedo_moments.len()];
+    legendre_polynomials(cos_incidence, &mut strengths);
+    for (l, (strength, moment)) in strengths.iter_mut().zip(albedo_moments).enumerate() {
+        *strength = *moment * ((2 * l + 1) as f64).sqrt() * *strength;
+    }
+    strengths
+}
+
+impl<T: Real> Transfer<T> {
+    pub(super) fn new(k: T, depth: T) -> Self {
+        let (over_rate, tanh) = tanh_over_rate(k, depth);
+        let decay = (-k * depth).exp();
+        let square_sech = decay * 4.0 / ((decay + 1.0) * (decay + 1.0));
+        Self { times_rate: k * tanh, over_rate, square_sech, decay }
+    }
+
+    /// The amplitudes of the mode with the rate k for a, b, c and Δ c.
+    pub(super) fn amplitudes(&self, k: T, [a, b, c, slope]: [T; 4]) -> Amplitudes<T> {
+        Amplitudes {
+            top: a + self.over_rate * b,
+            top_slope: -(self.times_rate * a + b),
+            bottom: c,
+            bottom_slope: slope,
+            fading: T::from(1.0) / (self.decay + 1.0) * (a + b / k),
+            decay: self.decay,
+        }
+    }
+}
+
+impl<T: Real> LitSlab<'_, T> {
+    /// By reciprocity, the reflectance and transmittance under a light.
+    pub(super) fn passed(&self, light: &Light<T>) -> Passed<T> {
+        match light {
+            Light::Beam(direction) => self.leaving(direction),
+            Light::Lambertian => {
+                let flux = |amplitude: fn(&Amplitudes<T>) -> T| {
+                    let terms = self.entering.iter().zip(&self.amplitudes).map(|(v, mode)| *v * amplitude(mode));
+                    terms.fold(T::from(0.0), T::add) * 2.0
                 };
-                reflected += from_face(amplitudes.top[j], amplitudes.top_slope[j]);
-                transmitted += from_face(amplitudes.bottom[j], amplitudes.bottom_slope[j]);
-            } else {
-                let (near, far) = exponential_integrals(k, depth, per_cosine);
-                let fading = amplitudes.fading[j];
-                let growing = amplitudes.bottom[j] - fading * (-k * depth).exp();
-                reflected += (even - odd * k) * fading * near + (even + odd * k) * growing * far;
-                transmitted += (even + odd * k) * fading * far + (even - odd * k) * growing * near;
+                Passed { reflectance: flux(|mode| mode.top) - 1.0, transmittance: flux(|mode| mode.bottom) }
             }
         }
-        LeavingRadiance { reflected, transmitted }
+    }
+
+    /// Radiance that leaves both faces in a direction.
+    fn leaving(&self, direction: &Direction<T>) -> Passed<T> {
+        let depth = self.depth;
+        let per_cosine = T::from(1.0) / direction.cos_incidence;
+        let unscattered = (-depth * per_cosine).exp();
+        let (mut reflected, mut transmitted) = (T::from(0.0), T::from(0.0));
+        for (j, (&k, mode)) in self.rates.iter().zip(&self.amplitudes).enumerate() {
+            let (even, odd) = (direction.even[j] * 0.5, direction.odd[j] * 0.5);
+            if k.value() < 0.5 && k.value() * depth.value() < 1.0 {
+                let (cosh, sinh_over_k) = hyperbolic_integrals(k, depth, per_cosine, unscattered);
+                let from_face = |amplitude: T, slope: T| {
+                    amplitude * (even * cosh + odd * k * k * sinh_over_k) + slope * (even * sinh_over_k + odd * cosh)
+                };
+                reflected += from_face(mode.top, mode.top_slope);
+                transmitted += from_face(mode.bottom, mode.bottom_slope);
+            } else {
+                let (near, far) = exponential_integrals(k, depth, per_cosine);
+                let growing = mode.bottom - mode.fading * mode.decay;
+                reflected += (even - odd * k) * mode.fading * near + (even + odd * k) * growing * far;
+                transmitted += (even + odd * k) * mode.fading * far + (even - odd * k) * growing * near;
+            }
+        }
+        Passed { reflectance: reflected, transmittance: transmitted + unscattered }
     }
 }
 

@@ -1,21 +1,18 @@
 //! Scalar functions of optical depth that keep their relative precision where they are tiny or degenerate.
 
+use crate::dual::Real;
 use crate::quadrature::Quadrature;
 
-/// tanh(x)/x, which is 1 at 0.
-fn tanh_over_argument(x: f64) -> f64 {
-    if x < 1e-4 { 1.0 - x * x / 3.0 } else { x.tanh() / x }
-}
-
-/// tanh(kτ/2)/k, which is τ/2 at k = 0; τ may be infinite.
-pub(super) fn tanh_over_rate(k: f64, depth: f64) -> f64 {
-    if depth.is_infinite() { 1.0 / k } else { 0.5 * depth * tanh_over_argument(0.5 * k * depth) }
-}
-
-/// 1/cosh²(x) without overflow.
-pub(super) fn square_sech(x: f64) -> f64 {
-    let e = (-2.0 * x).exp();
-    4.0 * e / ((1.0 + e) * (1.0 + e))
+/// tanh(kτ/2)/k, which is τ/2 at k = 0, with tanh(kτ/2); τ may be infinite.
+pub(super) fn tanh_over_rate<T: Real>(k: T, depth: T) -> (T, T) {
+    let x = k * 0.5 * depth;
+    let tanh = x.tanh();
+    let over_rate = if depth.value().is_infinite() {
+        T::from(1.0) / k
+    } else {
+        depth * 0.5 * if x.value() < 1e-4 { T::from(1.0) - x * x / 3.0 } else { tanh / x }
+    };
+    (over_rate, tanh)
 }
 
 /// k/sinh(kτ), which is 1/τ at k = 0 and does not overflow.
@@ -28,24 +25,23 @@ pub(super) fn rate_over_sinh(k: f64, depth: f64) -> f64 {
 }
 
 /// ∫₀^τ e^{−qs} cosh(ks) q ds and ∫₀^τ e^{−qs} sinh(ks)/k q ds, for k < 1 ≤ q.
-pub(super) fn hyperbolic_integrals(k: f64, depth: f64, q: f64, unscattered: f64) -> (f64, f64) {
+pub(super) fn hyperbolic_integrals<T: Real>(k: T, depth: T, q: T, unscattered: T) -> (T, T) {
     let x = k * depth;
-    let sinh_over_k = if x < 1e-4 { depth * (1.0 + x * x / 6.0) } else { x.sinh() / k };
+    let sinh_over_k = if x.value() < 1e-4 { depth * (x * x / 6.0 + 1.0) } else { x.sinh() / k };
     let (cosh, norm) = (x.cosh(), q / (q * q - k * k));
     let first = norm * (q - unscattered * (q * cosh + k * k * sinh_over_k));
-    let second = norm * (1.0 - unscattered * (cosh + q * sinh_over_k));
+    let second = norm * (T::from(1.0) - unscattered * (cosh + q * sinh_over_k));
     (first, second)
 }
 
 /// ∫₀^τ e^{−qs} e^{−ks} q ds and ∫₀^τ e^{−qs} e^{−k(τ−s)} q ds; q = k is a regular point, and τ may be infinite.
-pub(super) fn exponential_integrals(k: f64, depth: f64, q: f64) -> (f64, f64) {
+pub(super) fn exponential_integrals<T: Real>(k: T, depth: T, q: T) -> (T, T) {
     let near = -q / (q + k) * (-(q + k) * depth).exp_m1();
-    if depth.is_infinite() {
-        return (near, 0.0);
+    if depth.value().is_infinite() {
+        return (near, T::from(0.0));
     }
-    let gap = (q - k).abs() * depth;
-    let mean = if gap < 1e-8 { 1.0 - 0.5 * gap } else { -(-gap).exp_m1() / gap };
-    (near, q * depth * (-q.min(k) * depth).exp() * mean)
+    let (low, high) = if q.value() < k.value() { (q, k) } else { (k, q) };
+    (near, q * depth * (-low * depth).exp() * ((high - low) * depth).mean_decay())
 }
 
 /// E₃(τ) = ∫₀¹ μ e^{−τ/μ} dμ by Gauss–Legendre in u with μ = u², scaled so that the tail keeps its relative precision.

@@ -21,6 +21,11 @@ impl<T> Jackknife<T> {
         Self { whole: result(None), parts: Vec::new() }
     }
 
+    /// The result of all batches.
+    pub(super) fn whole(&self) -> &T {
+        &self.whole
+    }
+
     /// A quantity of the result with its standard error, √((B − 1)/B Σ (v_b − v̄)²).
     pub(super) fn estimate(&self, quantity: impl Fn(&T) -> f64) -> Estimate {
         let parts: Vec<f64> = self.parts.iter().map(&quantity).collect();

@@ -6,6 +6,7 @@
 //! by the adding method ([`LayeredMedium`]). The half-space without absorption has all azimuths ([`HalfSpace`]).
 
 mod delta_m;
+mod differentiated;
 mod eigen;
 mod fluxes;
 mod half_space;
@@ -26,6 +27,6 @@ pub use layered::{FaceFluxes, LayeredMedium, MediumLayer};
 pub use options::OrdinatesOptions;
 pub use solve::{solve, solve_without_errors};
 pub use solve_alike::{FluxSpectra, solve_alike, solve_each};
-pub use solve_batch::solve_batch;
+pub use solve_batch::{DifferentiatedFluxes, differentiate_batch, solve_batch};
 pub use solve_stack::solve_stack;
 pub use streams::{MOST_STREAMS, Peak, StreamGroup, Streams, check_streams};

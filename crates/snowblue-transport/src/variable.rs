@@ -1,0 +1,112 @@
+//! The variables with respect to which spectra are differentiated.
+
+use std::fmt;
+use std::str::FromStr;
+
+use crate::dual::Dual;
+use crate::error::{TransportError, find_by_name};
+use crate::optics::Substance;
+use crate::sample::{DENSITY, SURFACE_AREA, SnowSample, WATER_SATURATION};
+use crate::slab::THICKNESS;
+use crate::stack::GROUND_ALBEDO;
+
+/// A quantity with respect to which reflectance and transmittance are differentiated; all others stay as they are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Variable {
+    /// Specific surface area of the grains, in m²/kg, which scales all grain sizes and leaves the shapes as they are.
+    SurfaceArea,
+    /// Density of the dry snow, in kg/m³.
+    Density,
+    /// Thickness, in cm. A half-space has the derivative 0.
+    Thickness,
+    /// Fraction of the pore volume that water fills.
+    WaterSaturation,
+    /// Mass fraction of a substance, in ng/g. Snow may be free of it.
+    MassFraction(Substance),
+    /// Cosine of the angle of incidence of a beam. Lambertian light has the derivative 0.
+    CosIncidence,
+    /// Albedo of the ground.
+    GroundAlbedo,
+}
+
+impl Variable {
+    /// Every variable.
+    pub const ALL: [Self; 11] = [
+        Self::SurfaceArea,
+        Self::Density,
+        Self::Thickness,
+        Self::WaterSaturation,
+        Self::MassFraction(Substance::BlackCarbon),
+        Self::MassFraction(Substance::SaharanDust),
+        Self::MassFraction(Substance::ColoradoDust),
+        Self::MassFraction(Substance::BrownCarbon),
+        Self::MassFraction(Substance::SnowAlgae),
+        Self::CosIncidence,
+        Self::GroundAlbedo,
+    ];
+
+    /// Its name: the key of the parameter, or the name of the substance.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::SurfaceArea => SURFACE_AREA.key,
+            Self::Density => DENSITY.key,
+            Self::Thickness => THICKNESS.key,
+            Self::WaterSaturation => WATER_SATURATION.key,
+            Self::MassFraction(substance) => substance.name(),
+            Self::CosIncidence => "cos_angle",
+            Self::GroundAlbedo => GROUND_ALBEDO.key,
+        }
+    }
+
+    /// The value of this variable with its derivatives with respect to `variables`: 1 for itself, 0 for others.
+    pub(crate) fn number(self, value: f64, variables: &[Self]) -> Dual {
+        let by = |lane: usize| if variables.get(lane) == Some(&self) { 1.0 } else { 0.0 };
+        Dual::new(value, std::array::from_fn(by))
+    }
+
+    /// Checks that the tables of the water or the substance that this variable adds cover `wavelength_nm`.
+    ///
+    /// # Errors
+    /// [`TransportError::Range`] if a table does not cover it.
+    pub(crate) fn check_wavelength(self, wavelength_nm: f64) -> Result<(), TransportError> {
+        let mut sample = SnowSample::default();
+        match self {
+            Self::WaterSaturation => sample.water_saturation = 1.0,
+            Self::MassFraction(substance) => sample.impurities = sample.impurities.with(substance, 1.0),
+            _ => return Ok(()),
+        }
+        sample.check_wavelength(wavelength_nm)
+    }
+}
+
+/// Formats the name.
+impl fmt::Display for Variable {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.write_str(self.name())
+    }
+}
+
+impl FromStr for Variable {
+    type Err = TransportError;
+
+    fn from_str(name: &str) -> Result<Self, TransportError> {
+        find_by_name("parameter", name, &Self::ALL, Self::name)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_variable_has_a_name() {
+        for variable in Variable::ALL {
+            assert_eq!(variable.to_string().parse(), Ok(variable));
+        }
+        let substances = Variable::ALL.iter().filter(|variable| matches!(variable, Variable::MassFraction(_)));
+        assert_eq!(substances.count(), Substance::ALL.len());
+        let message = "size".parse::<Variable>().unwrap_err().to_string();
+        assert!(message.starts_with("parameter 'size' is not known; there are ssa_m2_kg, density_kg_m3"), "{message}");
+    }
+}
