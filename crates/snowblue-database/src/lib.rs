@@ -11,7 +11,7 @@
 //! wavelength; [`fill::fill`] computes it by either engine, [`shard`] in parts. A [`CompressedTable`] keeps a few
 //! principal components of it ([`pca`]), in the paper's linear space or in the space of logarithms. [`PcaSnow`] is one
 //! snow sample of a compressed table, ready for look-ups of spectra at any thickness and angle: the paper's Algorithm
-//! 1. [`compact`] fits the colours of one sample for shaders. [`fidelity`] evaluates the errors of compression and
+//! 1. [`compact`] fits the colours of one sample for shaders, [`preset`] the subsurface parameters of other renderers. [`fidelity`] evaluates the errors of compression and
 //! interpolation, [`matching`] finds snow of a target colour, [`mod@file`] reads and writes NetCDF, and [`exchange`]
 //! exports other formats.
 //!
@@ -43,6 +43,7 @@ pub mod lookup;
 mod spline;
 
 pub mod compact;
+pub mod preset;
 
 pub mod fidelity;
 
