@@ -31,7 +31,7 @@ use snowblue_transport::{Demand, Ice, PhaseFunction, PhasePlan, TransportError};
 pub use inversion::AlbedoInversion;
 
 /// Thicknesses of the slabs whose transmittance is compared, in cm.
-pub const DEPTHS_CM: [f64; 3] = [5.0, 15.0, 30.0];
+pub const DEPTHS_CM: [f64; 4] = [1.0, 5.0, 15.0, 30.0];
 
 /// Light on deep snow and on slabs: normal incidence and diffuse.
 const LIGHTS: [Incidence; 2] = [Incidence::Beam { angle_deg: 0.0 }, Incidence::Diffuse];
@@ -238,11 +238,8 @@ impl SnowReference {
         let mut media = Vec::new();
         for (channel, name) in ["red", "green", "blue"].into_iter().enumerate() {
             let albedo = self.mean(&weights, channel, |optics| optics.albedos[1]);
-            let wanted = co_albedo(albedo, asymmetry).ok_or(PresetError::OutsideGamut {
-                channel: name,
-                albedo,
-                space,
-            })?;
+            let wanted =
+                co_albedo(albedo, asymmetry).ok_or(PresetError::OutsideGamut { channel: name, albedo, space })?;
             let color = model.inversion().color(wanted, asymmetry);
             let one_minus_albedo = model.inversion().one_minus_albedo(color, asymmetry);
             let transport_length_m = self.mean(&weights, channel, |optics| optics.transport_length_m);
@@ -346,9 +343,7 @@ fn kept(one_minus_albedo: f64, events: u32) -> f64 {
 /// The co-albedo of the Henyey–Greenstein half-space whose albedo under diffuse light is `albedo`, by bisection of its
 /// logarithm; none for an albedo that is not between 0 and 1.
 fn co_albedo(albedo: f64, asymmetry: f64) -> Option<f64> {
-    let of = |one_minus_albedo: f64| {
-        ChannelMedium { one_minus_albedo, asymmetry, mean_free_path_m: 1.0 }.fluxes().0[1]
-    };
+    let of = |one_minus_albedo: f64| ChannelMedium { one_minus_albedo, asymmetry, mean_free_path_m: 1.0 }.fluxes().0[1];
     let [mut low, mut high] = [LEAST_CO_ALBEDO.ln(), 0.0];
     if !(albedo > 0.0 && albedo < of(LEAST_CO_ALBEDO)) {
         return None;
@@ -394,4 +389,119 @@ fn looks(media: &[ChannelMedium], model: SubsurfaceModel) -> Vec<ChannelLook> {
         }
     };
     media.iter().map(look).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use snowblue_color::{Illuminant, Observer};
+    use snowblue_transport::optics::{Impurities, Substance};
+
+    use super::*;
+
+    fn colorimeter() -> Colorimeter {
+        let wavelengths_nm: Vec<f64> = (40..=70).map(|ten| 10.0 * f64::from(ten)).collect();
+        Colorimeter::new(Observer::Cie1931, Illuminant::D65, &wavelengths_nm).unwrap()
+    }
+
+    fn options() -> OrdinatesOptions {
+        OrdinatesOptions { tally_rays: 1 << 12, ..OrdinatesOptions::default() }
+    }
+
+    /// A grey medium with the Henyey–Greenstein phase function instead of snow.
+    fn grey(one_minus_albedo: f64, asymmetry: f64) -> SnowReference {
+        let medium = ChannelMedium { one_minus_albedo, asymmetry, mean_free_path_m: 1e-3 };
+        let optics = SpectralOptics::new(&medium.medium(), Streams::Exactly(HG_STREAMS), Peak::Broad);
+        let plan = BeamPlan { walks: 1 << 12, most_flights: MOST_FLIGHTS, seed: SEED };
+        let phase = PhaseFunction::henyey_greenstein(asymmetry);
+        SnowReference {
+            spectrum: vec![optics; 31],
+            colorimeter: colorimeter(),
+            index: 1.31,
+            beam: NarrowBeam::new(&phase, LIGHTS[0], &[], &plan),
+            beam_transport_length: 1.0 / (1.0 - (1.0 - one_minus_albedo) * asymmetry),
+        }
+    }
+
+    /// A grey medium with the renderer's own phase function comes back as it is, in every channel of every space.
+    #[test]
+    fn a_grey_medium_comes_back() {
+        for (one_minus_albedo, space) in [(1e-5, RgbSpace::Srgb), (1e-3, RgbSpace::Rec2020), (0.1, RgbSpace::AcesCg)] {
+            let preset = grey(one_minus_albedo, 0.7).preset(space, SubsurfaceModel::OpenPbr).unwrap();
+            for channel in &preset.channels {
+                // The weights sum to 1 to rounding, of which 1 − A of 0.01 keeps 12 digits, and 1 − α the double.
+                assert!((channel.one_minus_albedo / one_minus_albedo - 1.0).abs() < 1e-9, "{space} {channel:?}");
+                assert!((1e-3 * channel.extinction_per_m - 1.0).abs() < 1e-9, "{space} {channel:?}");
+                assert!((1e3 * channel.radius_m - 1.0).abs() < 1e-9);
+                // Van de Hulst's colour is the albedo to within 1 % of what is missing to white or to black.
+                let missing = (1.0 - channel.snow.albedo).min(channel.snow.albedo);
+                assert!((channel.color - channel.snow.albedo).abs() < 0.01 * missing, "{channel:?}");
+            }
+            assert!((preset.asymmetry - 0.7).abs() < 1e-12);
+        }
+    }
+
+    /// Blue behind snow is what Henyey & Greenstein's phase function makes of it: up to 1 % at depth, and the circle of
+    /// half of the light up to 10 % wider.
+    #[test]
+    fn a_preset_has_the_albedo_and_the_transport_length_of_snow() {
+        let reference = SnowReference::new(&SnowSample::default(), &colorimeter(), &options()).unwrap();
+        for space in RgbSpace::ALL {
+            let preset = reference.preset(space, SubsurfaceModel::OpenPbr).unwrap();
+            let weights = reference.weights(space);
+            for (channel, found) in preset.channels.iter().enumerate() {
+                let length_m = reference.mean(&weights, channel, |optics| optics.transport_length_m);
+                let reduced = 1.0 - (1.0 - found.one_minus_albedo) * preset.asymmetry;
+                assert!((found.extinction_per_m * reduced * length_m - 1.0).abs() < 1e-9);
+                assert!((found.preset.albedo - found.snow.albedo).abs() < 1e-9, "{found:?}");
+                let ratio = found.preset.half_radius_m / found.snow.half_radius_m;
+                assert!((0.9..1.1).contains(&ratio), "{ratio}");
+            }
+            let blue = preset.channels[2];
+            for (preset, snow) in blue.preset.transmittances.iter().zip(blue.snow.transmittances) {
+                assert!((preset / snow - 1.0).abs() < 0.03, "{space}: {preset} {snow}");
+            }
+        }
+    }
+
+    /// Cycles loses the light of long walks, 4/√(3π·256) of diffuse light without absorption.
+    #[test]
+    fn cycles_loses_the_light_of_long_walks() {
+        let preset = grey(1e-5, 0.7).preset(RgbSpace::Srgb, SubsurfaceModel::Cycles).unwrap();
+        for channel in &preset.channels {
+            let ChannelPreset { snow, preset, .. } = channel;
+            let lost = 4.0 / (3.0 * std::f64::consts::PI * 256.0).sqrt();
+            // Of the light that snow sends back, absorption takes a part: that of short walks.
+            assert!((1.0 - preset.albedo - lost).abs() < 0.2 * lost, "{preset:?}");
+            assert!(snow.albedo - preset.albedo > 0.05);
+            assert!((channel.radius_m * channel.extinction_per_m / (4.0 * std::f64::consts::PI) - 1.0).abs() < 1e-12);
+            // What diffuses through a thickness of L steps ℓ* within N flights, over all that does, is 1 + 2 Σ (−1)ᵏ
+            // exp(−k²π²N/3L²), with 0.71 ℓ* added to L on each side: the times of first passage through a slab.
+            for (depth, cm) in DEPTHS_CM.into_iter().enumerate() {
+                let steps = 1e-2 * cm * channel.extinction_per_m + 2.0 * 0.7104;
+                let decay = std::f64::consts::PI.powi(2) * 256.0 / (3.0 * steps * steps);
+                let term = |k: i32| 2.0 * (-1.0_f64).powi(k) * (-f64::from(k * k) * decay).exp();
+                let passed = 1.0 + (1..100).map(term).sum::<f64>();
+                let ratio = preset.transmittances[depth] / snow.transmittances[depth];
+                // In 1 cm, 3 ℓ*, isotropic light is up to 2 % off the grey medium's; beside that the noise of the walks.
+                let noise = 4.0 * (passed / (f64::from(ENDING_WALKS) * snow.transmittances[depth])).sqrt();
+                assert!((ratio - passed).abs() < 0.02 + noise, "{cm} cm: {ratio}, {passed}");
+            }
+        }
+    }
+
+    #[test]
+    fn no_medium_is_white_or_black() {
+        for albedo in [1.0, 1.1, 0.0, -0.1, f64::NAN] {
+            assert_eq!(co_albedo(albedo, 0.7), None);
+        }
+        let mut reference = grey(1e-3, 0.7);
+        reference.spectrum.iter_mut().for_each(|optics| optics.albedos[1] = 1.5);
+        let message = reference.preset(RgbSpace::Srgb, SubsurfaceModel::OpenPbr).unwrap_err().to_string();
+        assert!(message.starts_with("red of deep snow is 1.5000 in sRGB"), "{message}");
+        let dirty =
+            SnowSample { impurities: Impurities::none().with(Substance::BlackCarbon, 1e5), ..SnowSample::default() };
+        let dirty = SnowReference::new(&dirty, &colorimeter(), &options()).unwrap();
+        let black = dirty.preset(RgbSpace::AcesCg, SubsurfaceModel::OpenPbr).unwrap();
+        assert!(black.channels.iter().all(|channel| channel.color < 0.3 && channel.color > 0.2), "{black:?}");
+    }
 }
