@@ -42,9 +42,10 @@ const WALKS: u32 = 1 << 15;
 /// Streams of Henyey–Greenstein media with g up to 0.9: the albedo within 10⁻⁵.
 const HG_STREAMS: usize = 32;
 /// Walks in a renderer that gives them up, of which few pass the greater depths.
-const ENDING_WALKS: u32 = 1 << 18;
-/// Flights of a walk. Later light leaves far outside the radius of half of it.
-const MOST_FLIGHTS: u32 = 1 << 13;
+const ENDING_WALKS: u32 = 1 << 17;
+/// Length of a walk in transport mean free paths. Later light, 8 % of all, leaves some 20 of them from the entry, and one
+/// thousandth of all within the radius of half of it.
+const WALK_LENGTH: f64 = 300.0;
 /// Seed of the walks, the same for snow and preset, so that their noise is common.
 const SEED: u64 = 1;
 /// Least co-albedo of a channel: its half-space is white to 10⁻⁷.
@@ -208,13 +209,12 @@ impl SnowReference {
         let middle = tallies.medium(sample, MIDDLE_NM, None).scattering;
         let phase = PhaseFunction::of_sample(sample, MIDDLE_NM, &PhasePlan::default())?;
         let phase = phase.with_asymmetry(middle.asymmetry());
-        let plan = BeamPlan { walks: WALKS, most_flights: MOST_FLIGHTS, seed: SEED };
         Ok(Self {
             spectrum,
             colorimeter: colorimeter.clone(),
             index: Ice::new(sample.ice).index(MIDDLE_NM),
             beam_transport_length: 1.0 / (1.0 - (1.0 - middle.one_minus_albedo) * middle.asymmetry()),
-            beam: NarrowBeam::new(&phase, LIGHTS[0], &[], &plan),
+            beam: NarrowBeam::new(&phase, LIGHTS[0], &[], &beam_plan(&phase)),
         })
     }
 
@@ -280,7 +280,7 @@ impl SnowReference {
         let [normal, albedo] = [0, 1].map(|light| mean(&|optics| optics.albedos[light]));
         let kept = |events: u32| mean(&|optics| kept(optics.one_minus_albedo, events));
         // Of the light that the channel has, in lengths of the channel.
-        let by_events: Vec<f64> = (0..MOST_FLIGHTS).map(kept).collect();
+        let by_events: Vec<f64> = (0..=self.beam.most_events()).map(kept).collect();
         let radius = self.beam.radius(0.5 * normal, |events| by_events[events as usize]);
         let length_m = mean(&|optics| optics.transport_length_m) / self.beam_transport_length;
         ChannelLook {
@@ -335,6 +335,13 @@ fn fluxes(medium: &Medium, streams: Streams, peak: Peak) -> ([f64; 2], [f64; DEP
     ([0, 1].map(|light| at(0, light).reflectance), std::array::from_fn(|depth| at(depth + 1, 0).transmittance))
 }
 
+/// Walks that are long enough for the radius of half of the light.
+fn beam_plan(phase: &PhaseFunction) -> BeamPlan {
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "g is at most 0.998")]
+    let most_flights = (WALK_LENGTH / (1.0 - phase.asymmetry())).ceil() as u32;
+    BeamPlan { walks: WALKS, most_flights, seed: SEED }
+}
+
 /// The fraction of light that is left after some events: (1 − c)ⁿ for the co-albedo c.
 fn kept(one_minus_albedo: f64, events: u32) -> f64 {
     (f64::from(events) * (-one_minus_albedo).ln_1p()).exp()
@@ -363,9 +370,8 @@ fn co_albedo(albedo: f64, asymmetry: f64) -> Option<f64> {
 fn looks(media: &[ChannelMedium], model: SubsurfaceModel) -> Vec<ChannelLook> {
     let phase = PhaseFunction::henyey_greenstein(media[0].asymmetry);
     let depth = |medium: &ChannelMedium, cm: f64| 1e-2 * cm / medium.mean_free_path_m;
-    let plan = BeamPlan { walks: WALKS, most_flights: model.most_flights().unwrap_or(MOST_FLIGHTS), seed: SEED };
     let Some(most_flights) = model.most_flights() else {
-        let beam = NarrowBeam::new(&phase, LIGHTS[0], &[], &plan);
+        let beam = NarrowBeam::new(&phase, LIGHTS[0], &[], &beam_plan(&phase));
         let look = |medium: &ChannelMedium| {
             let ([normal, albedo], transmittances) = medium.fluxes();
             let radius = beam.radius(0.5 * normal, |events| kept(medium.one_minus_albedo, events));
@@ -375,7 +381,7 @@ fn looks(media: &[ChannelMedium], model: SubsurfaceModel) -> Vec<ChannelLook> {
         return media.iter().map(look).collect();
     };
     // Walks with an end have no ordinates.
-    let plan = BeamPlan { walks: ENDING_WALKS, most_flights, ..plan };
+    let plan = BeamPlan { walks: ENDING_WALKS, most_flights, seed: SEED };
     let diffuse = NarrowBeam::new(&phase, LIGHTS[1], &[], &plan);
     let look = |medium: &ChannelMedium| {
         let depths = DEPTHS_CM.map(|cm| depth(medium, cm));
@@ -411,8 +417,8 @@ mod tests {
     fn grey(one_minus_albedo: f64, asymmetry: f64) -> SnowReference {
         let medium = ChannelMedium { one_minus_albedo, asymmetry, mean_free_path_m: 1e-3 };
         let optics = SpectralOptics::new(&medium.medium(), Streams::Exactly(HG_STREAMS), Peak::Broad);
-        let plan = BeamPlan { walks: 1 << 12, most_flights: MOST_FLIGHTS, seed: SEED };
         let phase = PhaseFunction::henyey_greenstein(asymmetry);
+        let plan = BeamPlan { walks: 1 << 12, ..beam_plan(&phase) };
         SnowReference {
             spectrum: vec![optics; 31],
             colorimeter: colorimeter(),

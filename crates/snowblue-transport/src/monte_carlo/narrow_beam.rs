@@ -78,6 +78,12 @@ impl NarrowBeam {
         Self { walks: plan.walks, exits, passages }
     }
 
+    /// The most scattering events of a walk that leaves.
+    #[must_use]
+    pub fn most_events(&self) -> u32 {
+        self.exits.iter().map(|exit| exit.events).max().unwrap_or(0)
+    }
+
     /// The fraction of light that leaves, where light keeps the fraction `kept(n)` over n events.
     #[must_use]
     pub fn reflectance(&self, kept: impl Fn(u32) -> f64) -> f64 {
