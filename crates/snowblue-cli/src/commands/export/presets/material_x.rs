@@ -78,7 +78,9 @@ fn color_space_name(space: ColorSpace) -> &'static str {
 
 /// A comment of XML, in which two hyphens must not follow each other.
 fn comment(lines: &[String]) -> String {
-    let text: String = lines.iter().map(|line| format!("  {line}").trim_end().replace("--", "- -") + "\n").collect();
+    // The second time for three hyphens in a row.
+    let apart = |line: &String| format!("  {line}").trim_end().replace("--", "- -").replace("--", "- -");
+    let text: String = lines.iter().map(|line| apart(line) + "\n").collect();
     format!("<!--\n{text}-->\n")
 }
 
