@@ -51,7 +51,10 @@ def triple(color):
     return [color[channel] for channel in range(CHANNELS)]
 
 
-@pytest.mark.parametrize("space, name", [("acescg", "acescg"), ("srgb-linear", "lin_rec709"), ("rec2020", "lin_rec2020")])
+SPACES = [("acescg", "acescg"), ("srgb-linear", "lin_rec709"), ("rec2020", "lin_rec2020")]
+
+
+@pytest.mark.parametrize("space, name", SPACES)
 def test_material_x_reads_open_pbr(tmp_path, library, space, name):
     path = tmp_path / "snow.mtlx"
     exported("openpbr", "--color-space", space, "-o", path)

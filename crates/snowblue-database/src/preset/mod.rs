@@ -43,8 +43,8 @@ const WALKS: u32 = 1 << 15;
 const HG_STREAMS: usize = 32;
 /// Walks in a renderer that gives them up, of which few pass the greater depths.
 const ENDING_WALKS: u32 = 1 << 17;
-/// Length of a walk in transport mean free paths. Later light, 8 % of all, leaves some 20 of them from the entry, and one
-/// thousandth of all within the radius of half of it.
+/// Length of a walk in transport mean free paths. Later light, 8 % of all, leaves some 20 of them from the entry, and
+/// one thousandth of all within the radius of half of it.
 const WALK_LENGTH: f64 = 300.0;
 /// Seed of the walks, the same for snow and preset, so that their noise is common.
 const SEED: u64 = 1;
@@ -488,7 +488,7 @@ mod tests {
                 let term = |k: i32| 2.0 * (-1.0_f64).powi(k) * (-f64::from(k * k) * decay).exp();
                 let passed = 1.0 + (1..100).map(term).sum::<f64>();
                 let ratio = preset.transmittances[depth] / snow.transmittances[depth];
-                // In 1 cm, 3 ℓ*, isotropic light is up to 2 % off the grey medium's; beside that the noise of the walks.
+                // In 1 cm, 3 ℓ*, isotropic light is up to 2 % off the grey medium's; the rest is the noise of walks.
                 let noise = 4.0 * (passed / (f64::from(ENDING_WALKS) * snow.transmittances[depth])).sqrt();
                 assert!((ratio - passed).abs() < 0.02 + noise, "{cm} cm: {ratio}, {passed}");
             }

@@ -1,5 +1,5 @@
-//! `snowblue export`: one snow for other renderers: its colours as functions and tables, its optics as the parameters of
-//! their surfaces.
+//! `snowblue export`: one snow for other renderers: its colours as functions and tables, and the parameters of light
+//! below a surface.
 
 mod compact_options;
 mod presets;
@@ -18,8 +18,8 @@ use tables::TableFile;
 /// The shader of a surface of snow, without the functions that it calls.
 const OSL_SURFACE: &str = include_str!("surface.osl");
 
-/// Write one snow for other renderers: colours as WGSL, GLSL, OSL or a table, subsurface parameters as MaterialX, USD or
-/// a script for Blender
+/// Write one snow for other renderers: colours as WGSL, GLSL, OSL or a table; subsurface parameters as MaterialX, USD
+/// or a script for Blender
 #[derive(Debug, Subcommand)]
 #[command(after_help = "\
 Functions and tables are those of PCASnow: the transmittance and the reflectance of a slab by its thickness in m and \

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::{ColorSpace, Written, number, three};
+use super::written::{ColorSpace, Written, number, three};
 
 /// A surface by OpenPBR 1.1.
 pub(super) fn open_pbr(written: &Written) -> String {

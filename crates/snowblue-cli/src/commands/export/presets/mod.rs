@@ -4,15 +4,17 @@ mod comparison;
 mod material_x;
 mod principled;
 mod usd;
+mod written;
 
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use snowblue_color::{Observer, RgbSpace};
-use snowblue_database::preset::{ChannelPreset, RendererPreset, SnowReference, SubsurfaceModel};
+use snowblue_database::preset::{SnowReference, SubsurfaceModel};
 
 use crate::options::{LightOptions, OrdinatesArguments, SampleCount, SnowOptions};
 use crate::output::{Failure, Outcome, check_extension, output_path, print, write_file};
+use written::{ColorSpace, SceneUnit, Written};
 
 /// A file of subsurface parameters.
 #[derive(Debug, Args)]
@@ -42,33 +44,6 @@ pub(super) enum PresetFormat {
     Arnold,
     Usd,
     Principled,
-}
-
-/// Length of a unit of a scene.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum SceneUnit {
-    M,
-    Cm,
-    Mm,
-}
-
-/// A linear colour space of renderers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum ColorSpace {
-    #[value(name = "acescg")]
-    AcesCg,
-    SrgbLinear,
-    Rec2020,
-}
-
-/// What is written: parameters with radii in units of the scene, and lines of notes.
-struct Written {
-    preset: RendererPreset,
-    color_space: ColorSpace,
-    unit: SceneUnit,
-    /// The albedo of deep snow in linear sRGB, for surfaces without subsurface scattering.
-    srgb_albedo: [f64; 3],
-    notes: Vec<String>,
 }
 
 impl PresetFile {
@@ -152,74 +127,5 @@ impl PresetFormat {
             "One medium in a closed mesh: no layers, no facets that sparkle. The surface does not reflect; grains do.",
         ];
         own.iter().copied().chain(common).map(str::to_owned).collect()
-    }
-}
-
-impl SceneUnit {
-    fn metres(self) -> f64 {
-        match self {
-            Self::M => 1.0,
-            Self::Cm => 0.01,
-            Self::Mm => 0.001,
-        }
-    }
-
-    fn word(self) -> &'static str {
-        match self {
-            Self::M => "m",
-            Self::Cm => "cm",
-            Self::Mm => "mm",
-        }
-    }
-}
-
-impl ColorSpace {
-    fn rgb(self) -> RgbSpace {
-        match self {
-            Self::AcesCg => RgbSpace::AcesCg,
-            Self::SrgbLinear => RgbSpace::Srgb,
-            Self::Rec2020 => RgbSpace::Rec2020,
-        }
-    }
-}
-
-impl Written {
-    fn colors(&self) -> [f64; 3] {
-        self.preset.channels.map(|channel| channel.color)
-    }
-
-    /// The greatest radius, in units of the scene.
-    fn scale(&self) -> f64 {
-        self.radii().into_iter().fold(0.0, f64::max)
-    }
-
-    /// The radii over the greatest.
-    fn relative_radii(&self) -> [f64; 3] {
-        self.radii().map(|radius| radius / self.scale())
-    }
-
-    fn radii(&self) -> [f64; 3] {
-        self.preset.channels.map(|ChannelPreset { radius_m, .. }| radius_m / self.unit.metres())
-    }
-}
-
-/// A number with seven significant digits, as all these formats read it.
-fn number(value: f64) -> String {
-    let rounded: f64 = format!("{value:.6e}").parse().unwrap_or(value);
-    format!("{rounded:?}")
-}
-
-/// Three numbers with commas.
-fn three(values: [f64; 3]) -> String {
-    values.map(number).join(", ")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn numbers_have_seven_digits_and_a_point() {
-        assert_eq!([1.0, 0.0, 0.123_456_789, 2.0 / 3.0e6].map(number), ["1.0", "0.0", "0.1234568", "6.666667e-7"]);
     }
 }

@@ -1,6 +1,6 @@
 //! Presets as a script for Blender, which makes a material with the Principled BSDF.
 
-use super::{Written, number, three};
+use super::written::{Written, number, three};
 
 /// Makes the material of the values before it.
 const MATERIAL: &str = include_str!("principled.py");

@@ -1,6 +1,6 @@
 //! Presets as UsdShade: one material with `UsdPreviewSurface` for every renderer, and OpenPBR for those that know it.
 
-use super::{ColorSpace, Written, number, three};
+use super::written::{ColorSpace, Written, number, three};
 
 /// A layer with the material `/Snow`.
 pub(super) fn material(written: &Written) -> String {
