@@ -48,8 +48,10 @@ const ENDING_WALKS: u32 = 1 << 17;
 const WALK_LENGTH: f64 = 300.0;
 /// Seed of the walks, the same for snow and preset, so that their noise is common.
 const SEED: u64 = 1;
-/// Least co-albedo of a channel: its half-space is white to 10⁻⁷.
+/// Least co-albedo of a channel: its half-space is white to 3·10⁻⁷, 4 √(c/3(1 − g)) with g up to 0.9.
 const LEAST_CO_ALBEDO: f64 = 1e-15;
+/// Greatest albedo of a channel.
+const GREATEST_ALBEDO: f64 = 1.0 - 1e-6;
 /// Halvings of the logarithm of a co-albedo.
 const HALVINGS: u32 = 60;
 
@@ -218,11 +220,18 @@ impl SnowReference {
         })
     }
 
-    /// The albedo of deep snow under diffuse light in a colour space.
-    #[must_use]
-    pub fn albedo(&self, space: RgbSpace) -> [f64; 3] {
+    /// The albedo of deep snow under diffuse light in a colour space: red, green and blue.
+    ///
+    /// # Errors
+    /// If a channel is not between 0 and 1.
+    pub fn albedo(&self, space: RgbSpace) -> Result<[f64; 3], PresetError> {
         let weights = self.weights(space);
-        std::array::from_fn(|channel| self.mean(&weights, channel, |optics| optics.albedos[1]))
+        let albedo = std::array::from_fn(|channel| self.mean(&weights, channel, |optics| optics.albedos[1]));
+        let is_inside = |albedo: f64| albedo > 0.0 && albedo < GREATEST_ALBEDO;
+        match ["red", "green", "blue"].into_iter().zip(albedo).find(|(_, albedo)| !is_inside(*albedo)) {
+            Some((channel, albedo)) => Err(PresetError::OutsideGamut { channel, albedo, space }),
+            None => Ok(albedo),
+        }
     }
 
     /// The preset for a renderer in a colour space.
@@ -236,10 +245,8 @@ impl SnowReference {
             self.spectrum.iter().zip(luminance).map(|(optics, weight)| weight.y * optics.asymmetry).sum();
         let asymmetry = mean_asymmetry.min(model.greatest_asymmetry());
         let mut media = Vec::new();
-        for (channel, name) in ["red", "green", "blue"].into_iter().enumerate() {
-            let albedo = self.mean(&weights, channel, |optics| optics.albedos[1]);
-            let wanted =
-                co_albedo(albedo, asymmetry).ok_or(PresetError::OutsideGamut { channel: name, albedo, space })?;
+        for (channel, albedo) in self.albedo(space)?.into_iter().enumerate() {
+            let wanted = co_albedo(albedo, asymmetry);
             let color = model.inversion().color(wanted, asymmetry);
             let one_minus_albedo = model.inversion().one_minus_albedo(color, asymmetry);
             let transport_length_m = self.mean(&weights, channel, |optics| optics.transport_length_m);
@@ -347,14 +354,11 @@ fn kept(one_minus_albedo: f64, events: u32) -> f64 {
     (f64::from(events) * (-one_minus_albedo).ln_1p()).exp()
 }
 
-/// The co-albedo of the Henyey–Greenstein half-space whose albedo under diffuse light is `albedo`, by bisection of its
-/// logarithm; none for an albedo that is not between 0 and 1.
-fn co_albedo(albedo: f64, asymmetry: f64) -> Option<f64> {
+/// The co-albedo of the Henyey–Greenstein half-space whose albedo under diffuse light is `albedo`, between 0 and
+/// [`GREATEST_ALBEDO`], by bisection of its logarithm.
+fn co_albedo(albedo: f64, asymmetry: f64) -> f64 {
     let of = |one_minus_albedo: f64| ChannelMedium { one_minus_albedo, asymmetry, mean_free_path_m: 1.0 }.fluxes().0[1];
     let [mut low, mut high] = [LEAST_CO_ALBEDO.ln(), 0.0];
-    if !(albedo > 0.0 && albedo < of(LEAST_CO_ALBEDO)) {
-        return None;
-    }
     for _ in 0..HALVINGS {
         let middle = 0.5 * (low + high);
         if of(middle.exp()) > albedo {
@@ -363,7 +367,7 @@ fn co_albedo(albedo: f64, asymmetry: f64) -> Option<f64> {
             high = middle;
         }
     }
-    Some((0.5 * (low + high)).exp())
+    (0.5 * (low + high)).exp()
 }
 
 /// What a renderer shows of the media of three channels, which differ in extinction and absorption only.
@@ -497,11 +501,11 @@ mod tests {
 
     #[test]
     fn no_medium_is_white_or_black() {
-        for albedo in [1.0, 1.1, 0.0, -0.1, f64::NAN] {
-            assert_eq!(co_albedo(albedo, 0.7), None);
-        }
         let mut reference = grey(1e-3, 0.7);
-        reference.spectrum.iter_mut().for_each(|optics| optics.albedos[1] = 1.5);
+        for albedo in [1.0, 1.1, 0.0, -0.1, f64::NAN, 1.5] {
+            reference.spectrum.iter_mut().for_each(|optics| optics.albedos[1] = albedo);
+            assert!(reference.albedo(RgbSpace::Srgb).is_err(), "{albedo}");
+        }
         let message = reference.preset(RgbSpace::Srgb, SubsurfaceModel::OpenPbr).unwrap_err().to_string();
         assert!(message.starts_with("red of deep snow is 1.5000 in sRGB"), "{message}");
         let dirty =

@@ -9,7 +9,7 @@ mod written;
 use std::path::PathBuf;
 
 use clap::Args;
-use snowblue_color::{Observer, RgbSpace};
+use snowblue_color::Observer;
 use snowblue_database::preset::{SnowReference, SubsurfaceModel};
 
 use crate::options::{LightOptions, OrdinatesArguments, SampleCount, SnowOptions};
@@ -54,7 +54,7 @@ impl PresetFile {
         let text = match format {
             PresetFormat::OpenPbr => material_x::open_pbr(&self.fit(format)?),
             PresetFormat::Arnold => material_x::standard_surface(&self.fit(format)?),
-            PresetFormat::Usd => usd::material(&self.fit(format)?),
+            PresetFormat::Usd => usd::material(&self.fit(format)?).map_err(Failure::input)?,
             PresetFormat::Principled => principled::script(&self.fit(format)?),
         };
         match &self.output {
@@ -84,8 +84,7 @@ impl PresetFile {
         notes.extend(format.limits());
         notes.push(String::new());
         notes.extend(comparison::lines(&preset));
-        let srgb_albedo = reference.albedo(RgbSpace::Srgb);
-        Ok(Written { preset, color_space, unit: self.scene_unit, srgb_albedo, notes })
+        Ok(Written { preset, color_space, unit: self.scene_unit, reference, notes })
     }
 }
 

@@ -1,13 +1,20 @@
 //! Presets as UsdShade: one material with `UsdPreviewSurface` for every renderer, and OpenPBR for those that know it.
 
+use snowblue_color::RgbSpace;
+use snowblue_database::preset::PresetError;
+
 use super::written::{ColorSpace, Written, number, three};
 
 /// A layer with the material `/Snow`.
-pub(super) fn material(written: &Written) -> String {
+///
+/// # Errors
+/// If the albedo of deep snow lies outside linear sRGB, the space of `UsdPreviewSurface`.
+pub(super) fn material(written: &Written) -> Result<String, PresetError> {
+    let albedo = written.reference.albedo(RgbSpace::Srgb)?;
     // Text in three quotation marks takes all but these and the backslash, which no note has.
     let notes = written.notes.join("\n").replace(['\\', '"'], "'");
     let space = color_space_name(written.color_space);
-    format!(
+    Ok(format!(
         r#"#usda 1.0
 (
     defaultPrim = "Snow"
@@ -55,13 +62,13 @@ def Material "Snow"
 }}
 "#,
         metres = written.unit.metres(),
-        albedo = three(written.srgb_albedo),
+        albedo = three(albedo),
         index = number(written.preset.index),
         color = three(written.colors()),
         scale = number(written.scale()),
         radii = three(written.relative_radii()),
         asymmetry = number(written.preset.asymmetry),
-    )
+    ))
 }
 
 /// The name of a colour space in USD.

@@ -2,7 +2,7 @@
 
 use clap::ValueEnum;
 use snowblue_color::RgbSpace;
-use snowblue_database::preset::{ChannelPreset, RendererPreset};
+use snowblue_database::preset::{ChannelPreset, RendererPreset, SnowReference};
 
 /// Length of a unit of a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -26,8 +26,8 @@ pub(super) struct Written {
     pub(super) preset: RendererPreset,
     pub(super) color_space: ColorSpace,
     pub(super) unit: SceneUnit,
-    /// The albedo of deep snow in linear sRGB, for surfaces without subsurface scattering.
-    pub(super) srgb_albedo: [f64; 3],
+    /// What the parameters are fitted to.
+    pub(super) reference: SnowReference,
     pub(super) notes: Vec<String>,
 }
 
