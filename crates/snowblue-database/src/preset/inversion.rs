@@ -7,8 +7,8 @@
 //! s = 4.09712 + 4.20863 C − √(9.59217 + 41.6808 C + 17.7126 C²),   α = (1 − s²)/(1 − g s²).
 //! ```
 //!
-//! **Cycles'.** Blender 5.0 fits α(C, g), after Chiang, Kutz & Burley 2016 (*Practical and controllable subsurface
-//! scattering for production path tracing*), by
+//! **Cycles'.** Blender 4.0 to 5.1 fit α(C, g) (`kernel/integrator/subsurface_random_walk.h`), after Chiang, Kutz &
+//! Burley 2016 (*Practical and controllable subsurface scattering for production path tracing*), by
 //!
 //! ```text
 //! α = (1 − C^¼) A (atan B C)^p + C^¼ D (atan E C)^q, at most 0.999999;
@@ -34,7 +34,7 @@ const HALVINGS: u32 = 60;
 pub enum AlbedoInversion {
     /// Van de Hulst's approximation with the numbers of OpenPBR 1.1.
     VanDeHulst,
-    /// The fit of Cycles in Blender 4 and 5.0 for isotropic scattering.
+    /// The fit of Cycles in Blender 4.0 to 5.1 for isotropic scattering.
     Cycles,
 }
 

@@ -81,7 +81,7 @@ pub enum PresetError {
 pub enum SubsurfaceModel {
     /// OpenPBR 1.1: the radius is the mean free path 1/κ, colours are inverted after van de Hulst, walks have no end.
     OpenPbr,
-    /// Principled BSDF in Blender's Cycles, method "Random Walk" of Blender 4 and 5.0: the radius is 4π ℓ*, and walks
+    /// Principled BSDF in Blender's Cycles, method "Random Walk" of Blender 4.0 to 5.1: the radius is 4π ℓ*, and walks
     /// are given up after 256 flights. Preset with isotropic scattering, which Cycles goes over to after ten flights.
     Cycles,
 }
