@@ -11,9 +11,9 @@
 //! wavelength; [`fill::fill`] computes it by either engine, [`shard`] in parts. A [`CompressedTable`] keeps a few
 //! principal components of it ([`pca`]), in the paper's linear space or in the space of logarithms. [`PcaSnow`] is one
 //! snow sample of a compressed table, ready for look-ups of spectra at any thickness and angle: the paper's Algorithm
-//! 1. [`compact`] fits the colours of one sample for shaders. [`fidelity`] evaluates the errors of compression and
-//! interpolation, [`matching`] finds snow of a target colour, [`mod@file`] reads and writes NetCDF, and [`exchange`]
-//! exports other formats.
+//! 1. [`compact`] fits the colours of one sample for shaders, [`preset`] the subsurface parameters of other renderers.
+//! [`fidelity`] evaluates the errors of compression and interpolation, [`matching`] finds snow of a target colour,
+//! [`mod@file`] reads and writes NetCDF, and [`exchange`] exports other formats.
 //!
 //! **Simplifications.** Between the table's values everything is interpolated in log space. In the paper's scheme,
 //! grain size, facetness and density take only the values of the grid, as in the paper.
@@ -43,6 +43,7 @@ pub mod lookup;
 mod spline;
 
 pub mod compact;
+pub mod preset;
 
 pub mod fidelity;
 

@@ -6,6 +6,7 @@
 //! the same bits.
 
 mod goniometric;
+mod narrow_beam;
 mod options;
 mod rays;
 mod solve;
@@ -17,6 +18,7 @@ mod walk;
 mod walk_ends;
 
 pub use goniometric::{Distribution, GoniometricOptions, Patch, PatchGrid, PlanePoint, distribute};
+pub use narrow_beam::{BeamExit, BeamPlan, NarrowBeam};
 pub use options::{DEFAULT_RAYS, MonteCarloOptions, RayProgress};
 pub use solve::{MeanPaths, mean_paths, solve};
 pub use solve_batch::solve_batch;

@@ -99,7 +99,7 @@ fn end(node: &VolumeNode, mut stream: Stream, cos: f64, mean_flight: f64, depth:
 }
 
 /// A unit vector turned by the angle of a cosine, at an azimuth.
-fn turned([x, y, z]: [f64; 3], cos: f64, azimuth: f64) -> [f64; 3] {
+pub(super) fn turned([x, y, z]: [f64; 3], cos: f64, azimuth: f64) -> [f64; 3] {
     // Two vectors perpendicular to it and to each other (Duff et al. 2017, *Building an orthonormal basis, revisited*).
     let sign = 1.0_f64.copysign(z);
     let a = -1.0 / (sign + z);

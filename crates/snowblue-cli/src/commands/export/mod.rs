@@ -1,6 +1,8 @@
-//! `snowblue export`: the colours of one snow as functions and tables for real-time renderers and for Blender.
+//! `snowblue export`: one snow for other renderers: its colours as functions and tables, and the parameters of light
+//! below a surface.
 
 mod compact_options;
+mod presets;
 mod tables;
 
 use std::path::PathBuf;
@@ -10,23 +12,31 @@ use snowblue_database::compact::ShaderLanguage;
 
 use crate::output::{Failure, Outcome, check_path, output_path, print, write_file};
 use compact_options::CompactOptions;
+use presets::{PresetFile, PresetFormat};
 use tables::TableFile;
 
 /// The shader of a surface of snow, without the functions that it calls.
 const OSL_SURFACE: &str = include_str!("surface.osl");
 
-/// Write the colours of one snow for other renderers: WGSL, GLSL or OSL, or a look-up table
+/// Write one snow for other renderers: colours as WGSL, GLSL, OSL or a table; subsurface parameters as MaterialX, USD
+/// or a script for Blender
 #[derive(Debug, Subcommand)]
 #[command(after_help = "\
 Functions and tables are those of PCASnow: the transmittance and the reflectance of a slab by its thickness in m and \
 the cosine of the angle of incidence, under an illuminant whose light has luminance 1. Functions return linear sRGB, \
 tables hold log2 of X, Y and Z. Deep blue lies outside sRGB and has a negative red.
 
+openpbr, arnold, usd and principled write the parameters of a random walk below the surface: colour, radius and \
+anisotropy, fitted to the snow. Each file says what deep snow, slabs and the light around a narrow beam look like, in \
+snow and by the preset.
+
 Examples:
   snowblue export wgsl -o snow.wgsl
   snowblue export glsl --grain-size 800 --impurity black-carbon=100 -o snow.glsl
   snowblue export osl -o snow.osl             a material for Blender's Cycles
-  snowblue export lut -o snow.exr")]
+  snowblue export lut -o snow.exr
+  snowblue export openpbr --snow fresh --scene-unit cm -o snow.mtlx
+  snowblue export principled -o snow.py       a material for Blender's Cycles, without a plug-in")]
 pub(crate) enum Export {
     /// Write two functions in the WebGPU Shading Language
     Wgsl(Functions),
@@ -36,6 +46,14 @@ pub(crate) enum Export {
     Osl(Functions),
     /// Write a look-up table: logarithms to base 2 of X, Y and Z by thickness and angle
     Lut(TableFile),
+    /// Write an OpenPBR 1.1 surface as MaterialX
+    Openpbr(PresetFile),
+    /// Write a Standard Surface, of Arnold and others, as MaterialX
+    Arnold(PresetFile),
+    /// Write a material of USD: UsdPreviewSurface, and OpenPBR for renderers that know it
+    Usd(PresetFile),
+    /// Write a Python script that makes a material with Blender's Principled BSDF
+    Principled(PresetFile),
 }
 
 /// Functions of a shading language.
@@ -56,6 +74,10 @@ impl Export {
             Self::Glsl(functions) => functions.write(ShaderLanguage::Glsl, ""),
             Self::Osl(functions) => functions.write(ShaderLanguage::Osl, OSL_SURFACE),
             Self::Lut(file) => file.write(),
+            Self::Openpbr(file) => file.write(PresetFormat::OpenPbr),
+            Self::Arnold(file) => file.write(PresetFormat::Arnold),
+            Self::Usd(file) => file.write(PresetFormat::Usd),
+            Self::Principled(file) => file.write(PresetFormat::Principled),
         }
     }
 }

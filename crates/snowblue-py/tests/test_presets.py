@@ -1,0 +1,151 @@
+"""Presets in the libraries that renderers read them with."""
+
+import os
+import re
+import subprocess
+
+import MaterialX
+import pytest
+from pxr import Gf, Usd, UsdGeom, UsdShade
+
+CHANNELS = 3
+
+
+def exported(*arguments):
+    done = subprocess.run([os.environ["SNOWBLUE"], "export", *map(str, arguments)], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def compared(text, row, column):
+    """Red, green and blue of a row of the table in a file: of snow (column 0) or of the preset (column 1)."""
+    cells = re.search(rf"{re.escape(row)} +(.*)", text)[1].split()
+    return [float(cells[3 * channel + column]) for channel in range(CHANNELS)]
+
+
+@pytest.fixture(scope="module")
+def library():
+    document = MaterialX.createDocument()
+    MaterialX.loadLibraries(
+        MaterialX.getDefaultDataLibraryFolders(), MaterialX.getDefaultDataSearchPath(), document
+    )
+    return document
+
+
+def material_x(path, library):
+    """A file that MaterialX finds valid, and its surface, which lives as long as the file does."""
+    document = MaterialX.createDocument()
+    MaterialX.readFromXmlFile(document, str(path))
+    document.setDataLibrary(library)
+    valid, message = document.validate()
+    assert valid, message
+    [material] = document.getMaterialNodes()
+    [surface] = MaterialX.getShaderNodes(material)
+    definition = surface.getNodeDef()
+    for given in surface.getInputs():
+        assert definition.getActiveInput(given.getName()).getType() == given.getType(), given.getName()
+    return document, surface
+
+
+def triple(color):
+    return [color[channel] for channel in range(CHANNELS)]
+
+
+SPACES = [("acescg", "acescg"), ("srgb-linear", "lin_rec709"), ("rec2020", "lin_rec2020")]
+
+
+@pytest.mark.parametrize("space, name", SPACES)
+def test_material_x_reads_open_pbr(tmp_path, library, space, name):
+    path = tmp_path / "snow.mtlx"
+    exported("openpbr", "--color-space", space, "-o", path)
+    _document, surface = material_x(path, library)
+    assert surface.getCategory() == "open_pbr_surface"
+    assert surface.getNodeDef().getName() == "ND_open_pbr_surface_surfaceshader"
+    assert surface.getInput("subsurface_color").getActiveColorSpace() == name
+    # A change of colour space must not mix radii.
+    assert surface.getInput("subsurface_radius_scale").getActiveColorSpace() == ""
+    assert surface.getInputValue("subsurface_weight") == 1
+    assert surface.getInputValue("specular_weight") == 0
+    assert max(triple(surface.getInputValue("subsurface_radius_scale"))) == 1
+
+
+def test_material_x_reads_standard_surface(tmp_path, library):
+    path = tmp_path / "snow.mtlx"
+    exported("arnold", "--scene-unit", "cm", "-o", path)
+    _document, surface = material_x(path, library)
+    assert surface.getCategory() == "standard_surface"
+    assert surface.getInputValue("subsurface") == 1
+    assert surface.getInputValue("specular") == 0
+    # The mean free path of the default snow is 0.6 mm.
+    assert surface.getInputValue("subsurface_scale") == pytest.approx(0.06, rel=0.05)
+    assert max(triple(surface.getInputValue("subsurface_radius"))) == 1
+
+
+def test_the_numbers_of_a_file_are_the_medium_that_it_claims(tmp_path, library):
+    """The specification's medium of the numbers transmits, by discrete ordinates, what the table says."""
+    path = tmp_path / "snow.mtlx"
+    exported("openpbr", "--color-space", "srgb-linear", "-o", path)
+    _document, surface = material_x(path, library)
+    asymmetry = surface.getInputValue("subsurface_scatter_anisotropy")
+    colors = triple(surface.getInputValue("subsurface_color"))
+    radius = surface.getInputValue("subsurface_radius")
+    factors = triple(surface.getInputValue("subsurface_radius_scale"))
+    for cm in [5, 15, 30]:
+        claimed = compared(path.read_text(), f"through {cm} cm", 1)
+        for color, factor, transmittance in zip(colors, factors, claimed):
+            # OpenPBR 1.1, section "Subsurface".
+            s = 4.09712 + 4.20863 * color - (9.59217 + 41.6808 * color + 17.7126 * color**2) ** 0.5
+            co_albedo = s**2 * (1 - asymmetry) / (1 - asymmetry * s**2)
+            words = ["slab", "--one-minus-omega", co_albedo, "--g", asymmetry, "--tau", 0.01 * cm / (radius * factor),
+                     "--mu0", 1, "--streams", 32, "--quiet", "--format", "csv"]
+            done = subprocess.run([os.environ["SNOWBLUE"], *map(str, words)], capture_output=True, text=True)
+            assert done.returncode == 0, done.stderr
+            names, values = (line.split(",") for line in done.stdout.splitlines())
+            solved = dict(zip(names, map(float, values)))["transmittance"]
+            # The table has four digits, the file seven, of which s of 0.001 keeps four.
+            assert solved == pytest.approx(transmittance, rel=2e-3), (cm, color)
+
+
+@pytest.mark.parametrize("unit, metres", [("m", 1), ("cm", 0.01), ("mm", 0.001)])
+def test_usd_binds_both_surfaces(tmp_path, unit, metres):
+    path = tmp_path / "snow.usda"
+    exported("usd", "--scene-unit", unit, "-o", path)
+    stage = Usd.Stage.Open(str(path))
+    assert UsdGeom.GetStageMetersPerUnit(stage) == metres
+    material = UsdShade.Material(stage.GetDefaultPrim())
+    assert material and material.GetPath() == "/Snow"
+
+    block = UsdGeom.Cube.Define(stage, "/Block").GetPrim()
+    UsdShade.MaterialBindingAPI.Apply(block).Bind(material)
+    bound, _ = UsdShade.MaterialBindingAPI(block).ComputeBoundMaterial()
+    assert bound.GetPath() == "/Snow"
+
+    preview, *_ = bound.ComputeSurfaceSource()
+    assert preview.GetShaderId() == "UsdPreviewSurface"
+    diffuse = preview.GetInput("diffuseColor")
+    assert diffuse.GetAttr().GetColorSpace() == Gf.ColorSpaceNames.LinearRec709
+    albedo = compared(exported("openpbr", "--color-space", "srgb-linear"), "albedo, deep", 0)
+    assert list(diffuse.Get()) == pytest.approx(albedo, abs=1e-5)
+
+    surface, *_ = bound.ComputeSurfaceSource("mtlx")
+    assert surface.GetShaderId() == "ND_open_pbr_surface_surfaceshader"
+    color, factors = (surface.GetInput(name) for name in ("subsurface_color", "subsurface_radius_scale"))
+    assert color.GetAttr().GetColorSpace() == Gf.ColorSpaceNames.LinearAP1
+    assert factors.GetAttr().GetColorSpace() == Gf.ColorSpaceNames.Data
+    assert surface.GetInput("subsurface_radius").Get() * metres == pytest.approx(6.05e-4, rel=0.02)
+
+
+def test_usd_and_material_x_have_the_same_numbers(tmp_path, library):
+    usd, mtlx = tmp_path / "snow.usda", tmp_path / "snow.mtlx"
+    exported("usd", "--snow", "fresh", "-o", usd)
+    exported("openpbr", "--snow", "fresh", "-o", mtlx)
+    stage = Usd.Stage.Open(str(usd))
+    ours = UsdShade.Shader.Get(stage, "/Snow/OpenPBR")
+    _document, theirs = material_x(mtlx, library)
+    assert {given.GetBaseName() for given in ours.GetInputs()} == {given.getName() for given in theirs.getInputs()}
+    for given in ours.GetInputs():
+        value = theirs.getInputValue(given.GetBaseName())
+        if isinstance(value, MaterialX.Color3):
+            assert list(given.Get()) == pytest.approx(triple(value))
+        else:
+            assert given.Get() == pytest.approx(value)
