@@ -110,11 +110,11 @@ impl BrightSnow {
         let surface = directions.surface();
         let views: ArrayVec<Views, MOST_BLOCKS> = self.0.iter().map(|patches| patches.views(surface)).collect();
         let total = views.iter().fold(f32x8::ZERO, |sum, views| sum + views.weight).reduce_add();
-        let towards_snow =
-            if choice < OWN_SHARE { None } else { choose(&views, (choice - OWN_SHARE) / (1.0 - OWN_SHARE) * total) };
         if total <= 0.0 {
             return directions.sample_weighted([u, v]);
         }
+        let towards_snow =
+            if choice < OWN_SHARE { None } else { choose(&views, (choice - OWN_SHARE) / (1.0 - OWN_SHARE) * total) };
         let direction = match towards_snow {
             Some((views, lane)) => views.direction(lane, [u, v]),
             None => directions.sample([u, v]),

@@ -95,8 +95,10 @@ impl Directions<'_> {
         match self {
             Self::Cosine(_) => (direction, 1.0),
             Self::Hemisphere(_) | Self::Reflected(_) => {
-                let cos = self.surface().normal.dot(direction).max(0.0);
-                (direction, cos * FRAC_1_PI / self.density_per_sr(direction))
+                // By rounding, a grazing direction may lie below the surface, where the density is 0.
+                let cos = self.surface().normal.dot(direction);
+                let factor = if cos > 0.0 { cos * FRAC_1_PI / self.density_per_sr(direction) } else { 0.0 };
+                (direction, factor)
             }
         }
     }
@@ -115,7 +117,7 @@ impl ReflectionTable {
                 let weights = (0..AZIMUTHS).map(|column| {
                     let half_sine_squared = square(column as f64 + 0.5, AZIMUTHS);
                     let reflection = half_space.reflection(cos_exit, cos_incidence, 1.0 - 2.0 * half_sine_squared);
-                    // Some of all bins, so that the density is nowhere zero.
+                    // Above zero, so that every direction may be drawn.
                     narrow(reflection.max(1e-4)) * step_of_azimuth(column)
                 });
                 let (total, shares) = cumulative(weights);
@@ -206,7 +208,7 @@ mod tests {
     use snowblue_transport::PhaseFunction;
 
     /// Snow that absorbs nothing reflects all light: the mean of R₀ μ₀ / p is 1 from every side. Of its standard
-    /// deviation remains what bins do not resolve; with the density of the cosine it is above 2 at grazing exit.
+    /// deviation remains what bins do not resolve.
     #[test]
     fn reflected_directions_have_the_density_of_what_is_reflected() {
         let half_space = HalfSpace::new(&PhaseFunction::henyey_greenstein(0.8));
@@ -241,7 +243,23 @@ mod tests {
         }
     }
 
-    /// Of the sphere's parts above a surface, each is drawn as often as its density says.
+    /// At the ends of the numbers' range too, directions of a tilted surface have finite factors.
+    #[test]
+    fn grazing_directions_have_finite_factors() {
+        let table = ReflectionTable::new(&HalfSpace::new(&PhaseFunction::henyey_greenstein(0.8)));
+        let least = f32::EPSILON / 2.0;
+        for k in 0..1000 {
+            let turn = k as f32;
+            let normal = Vec3A::new(turn.cos(), turn.sin(), 0.3 * (turn * 0.7).sin()).normalize();
+            let to_viewer = (normal * 0.02 + normal.any_orthonormal_vector()).normalize();
+            let directions = Directions::Reflected(table.at(SurfacePoint { point: Vec3A::ZERO, normal }, -to_viewer));
+            for (u, v) in [(0.0, 0.0), (0.5, 0.0), (1.0 - least, 0.0), (0.3, least), (0.7, 1.0 - least)] {
+                let (direction, factor) = directions.sample_weighted([u, v]);
+                assert!(factor.is_finite() && factor >= 0.0 && direction.is_finite(), "{normal} {u} {v}: {factor}");
+            }
+        }
+    }
+
     #[test]
     fn densities_add_up_to_one() {
         let half_space = HalfSpace::new(&PhaseFunction::henyey_greenstein(0.8));

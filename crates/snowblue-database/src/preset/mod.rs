@@ -41,8 +41,10 @@ const MIDDLE_NM: f64 = 550.0;
 const WALKS: u32 = 1 << 15;
 /// Streams of Henyey–Greenstein media with g up to 0.9: the albedo within 10⁻⁵.
 const HG_STREAMS: usize = 32;
-/// Walks in a renderer that gives them up, of which few pass the greater depths.
+/// Walks in a renderer that ends them, of which few pass the greater depths.
 const ENDING_WALKS: u32 = 1 << 17;
+/// Least effective number of walks behind a transmittance, for a standard error of 10 %.
+const LEAST_WALKS: f64 = 100.0;
 /// Length of a walk in transport mean free paths. Later light, 8 % of all, leaves some 20 of them from the entry, and
 /// one thousandth of all within the radius of half of it.
 const WALK_LENGTH: f64 = 300.0;
@@ -63,8 +65,8 @@ pub enum PresetError {
     Transport(#[from] TransportError),
     /// The colour of deep snow has no medium.
     #[error(
-        "{channel} of deep snow is {albedo:.4} in {space}, but a preset needs 0–1 (exclusive): choose a wider colour \
-        space"
+        "{channel} of deep snow is {albedo:.7} in {space}, but a preset needs a value above 0 and at most \
+        {GREATEST_ALBEDO}"
     )]
     OutsideGamut {
         /// The channel.
@@ -82,7 +84,7 @@ pub enum SubsurfaceModel {
     /// OpenPBR 1.1: the radius is the mean free path 1/κ, colours are inverted after van de Hulst, walks have no end.
     OpenPbr,
     /// Principled BSDF in Blender's Cycles, method "Random Walk" of Blender 4.0 to 5.1: the radius is 4π ℓ*, and walks
-    /// are given up after 256 flights. Preset with isotropic scattering, which Cycles goes over to after ten flights.
+    /// end after 256 flights. Preset with isotropic scattering, which Cycles goes over to after ten flights.
     Cycles,
 }
 
@@ -139,14 +141,23 @@ pub struct ChannelPreset {
     pub preset: ChannelLook,
 }
 
-/// What light in one channel does.
+/// A transmittance, or what it is below.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Transmittance {
+    /// Its value.
+    Value(f64),
+    /// The bound below which it is, where too few walks pass to tell.
+    Below(f64),
+}
+
+/// What deep snow or a preset shows in one channel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ChannelLook {
     /// Albedo of deep snow under diffuse light.
     pub albedo: f64,
     /// Transmittance of slabs of [`DEPTHS_CM`] over black ground, at normal incidence. A colour outside the space has
     /// a negative channel.
-    pub transmittances: [f64; DEPTHS_CM.len()],
+    pub transmittances: [Transmittance; DEPTHS_CM.len()],
     /// Radius about the entry of a narrow beam, at normal incidence, within which half of the reflected light leaves
     /// deep snow, in m.
     pub half_radius_m: f64,
@@ -170,7 +181,7 @@ impl SubsurfaceModel {
         }
     }
 
-    /// Straight flights after which the renderer gives a walk up.
+    /// Straight flights after which the renderer ends a walk.
     fn most_flights(self) -> Option<u32> {
         match self {
             Self::OpenPbr => None,
@@ -292,7 +303,9 @@ impl SnowReference {
         let length_m = mean(&|optics| optics.transport_length_m) / self.beam_transport_length;
         ChannelLook {
             albedo,
-            transmittances: std::array::from_fn(|depth| mean(&|optics| optics.transmittances[depth])),
+            transmittances: std::array::from_fn(|depth| {
+                Transmittance::Value(mean(&|optics| optics.transmittances[depth]))
+            }),
             half_radius_m: radius.map_or(f64::INFINITY, |radius| radius * length_m),
         }
     }
@@ -380,7 +393,7 @@ fn looks(media: &[ChannelMedium], model: SubsurfaceModel) -> Vec<ChannelLook> {
             let ([normal, albedo], transmittances) = medium.fluxes();
             let radius = beam.radius(0.5 * normal, |events| kept(medium.one_minus_albedo, events));
             let half_radius_m = radius.map_or(f64::INFINITY, |radius| radius * medium.mean_free_path_m);
-            ChannelLook { albedo, transmittances, half_radius_m }
+            ChannelLook { albedo, transmittances: transmittances.map(Transmittance::Value), half_radius_m }
         };
         return media.iter().map(look).collect();
     };
@@ -392,9 +405,20 @@ fn looks(media: &[ChannelMedium], model: SubsurfaceModel) -> Vec<ChannelLook> {
         let beam = NarrowBeam::new(&phase, LIGHTS[0], &depths, &plan);
         let kept = |events: u32| kept(medium.one_minus_albedo, events);
         let radius = beam.radius(0.5 * beam.reflectance(kept), kept);
+        let (_, without_end) = medium.fluxes();
+        let transmittance = |depth: usize| {
+            // Where absorption takes what the longest walks carry, it does not matter that they end.
+            if kept(most_flights) < 1e-3 * without_end[depth] {
+                Transmittance::Value(without_end[depth])
+            } else if beam.effective_walks(depth, kept) >= LEAST_WALKS {
+                Transmittance::Value(beam.transmittance(depth, kept))
+            } else {
+                Transmittance::Below(without_end[depth].min(LEAST_WALKS / f64::from(ENDING_WALKS)))
+            }
+        };
         ChannelLook {
             albedo: diffuse.reflectance(kept),
-            transmittances: std::array::from_fn(|depth| beam.transmittance(depth, kept)),
+            transmittances: std::array::from_fn(transmittance),
             half_radius_m: radius.map_or(f64::INFINITY, |radius| radius * medium.mean_free_path_m),
         }
     };
@@ -411,6 +435,13 @@ mod tests {
     fn colorimeter() -> Colorimeter {
         let wavelengths_nm: Vec<f64> = (40..=70).map(|ten| 10.0 * f64::from(ten)).collect();
         Colorimeter::new(Observer::Cie1931, Illuminant::D65, &wavelengths_nm).unwrap()
+    }
+
+    fn value(transmittance: Transmittance) -> f64 {
+        match transmittance {
+            Transmittance::Value(value) => value,
+            Transmittance::Below(bound) => panic!("a value below {bound}"),
+        }
     }
 
     fn options() -> OrdinatesOptions {
@@ -467,7 +498,8 @@ mod tests {
                 assert!((0.9..1.1).contains(&ratio), "{ratio}");
             }
             let blue = preset.channels[2];
-            for (preset, snow) in blue.preset.transmittances.iter().zip(blue.snow.transmittances) {
+            for (preset, snow) in blue.preset.transmittances.into_iter().zip(blue.snow.transmittances) {
+                let [preset, snow] = [preset, snow].map(value);
                 assert!((preset / snow - 1.0).abs() < 0.03, "{space}: {preset} {snow}");
             }
         }
@@ -491,10 +523,17 @@ mod tests {
                 let decay = std::f64::consts::PI.powi(2) * 256.0 / (3.0 * steps * steps);
                 let term = |k: i32| 2.0 * (-1.0_f64).powi(k) * (-f64::from(k * k) * decay).exp();
                 let passed = 1.0 + (1..100).map(term).sum::<f64>();
-                let ratio = preset.transmittances[depth] / snow.transmittances[depth];
-                // In 1 cm, 3 ℓ*, isotropic light is up to 2 % off the grey medium's; the rest is the noise of walks.
-                let noise = 4.0 * (passed / (f64::from(ENDING_WALKS) * snow.transmittances[depth])).sqrt();
-                assert!((ratio - passed).abs() < 0.02 + noise, "{cm} cm: {ratio}, {passed}");
+                let snow = value(snow.transmittances[depth]);
+                match preset.transmittances[depth] {
+                    Transmittance::Value(preset) => {
+                        let ratio = preset / snow;
+                        // In 1 cm, 3 ℓ*, isotropic light is up to 2 % off the grey medium's; the rest is the noise of
+                        // walks.
+                        let noise = 4.0 * (passed / (f64::from(ENDING_WALKS) * snow)).sqrt();
+                        assert!((ratio - passed).abs() < 0.02 + noise, "{cm} cm: {ratio}, {passed}");
+                    }
+                    Transmittance::Below(bound) => assert!(passed * snow < bound && cm > 5.0, "{cm} cm: {passed}"),
+                }
             }
         }
     }
@@ -507,7 +546,7 @@ mod tests {
             assert!(reference.albedo(RgbSpace::Srgb).is_err(), "{albedo}");
         }
         let message = reference.preset(RgbSpace::Srgb, SubsurfaceModel::OpenPbr).unwrap_err().to_string();
-        assert!(message.starts_with("red of deep snow is 1.5000 in sRGB"), "{message}");
+        assert!(message.starts_with("red of deep snow is 1.5000000 in sRGB"), "{message}");
         let dirty =
             SnowSample { impurities: Impurities::none().with(Substance::BlackCarbon, 1e5), ..SnowSample::default() };
         let dirty = SnowReference::new(&dirty, &colorimeter(), &options()).unwrap();

@@ -175,7 +175,7 @@ def spectrum(
         raise ValueError(f"wavelength is an array over '{wavelengths.dim}', but all slabs have the same wavelengths")
     cases["places"] = np.stack([axes.places(dims) for dims in columns], axis=-1).astype(np.int64)
     options = _engine(engine, streams, rays, per_wavelength, seed, standard_errors)
-    cases["jacobian"] = jacobian = [jacobian] if isinstance(jacobian, str) else list(jacobian)
+    cases["jacobian"] = jacobian = [jacobian] if isinstance(jacobian, str) else list(jacobian or ())
     if engine == "montecarlo" and jacobian:
         raise ValueError("jacobian needs the engine 'ordinates'")
     with reporting(progress, "rays" if engine == "montecarlo" else "slabs") as report, axes.locating_errors():
@@ -219,6 +219,8 @@ def albedo(
     >>> bool(fresh > old + 0.1)
     True
     """
+    if "jacobian" in arguments:
+        raise TypeError("albedo has no argument 'jacobian': spectrum has")
     solved = spectrum(
         thickness_cm=thickness_cm,
         angle_deg=angle_deg,

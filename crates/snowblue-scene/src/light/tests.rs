@@ -3,13 +3,15 @@
 #![expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "bins of a histogram")]
 
 use std::f64::consts::{PI, TAU};
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
 
 use glam::Vec3A;
 use snowblue_color::LinearRgb;
 use snowblue_geometry::ray::{Ray, SurfacePoint, narrow};
 use snowblue_sky::{ClearSky, SUN_RADIUS_RAD, WAVELENGTHS_NM};
 use snowblue_stat::{Moments, chi_squared_p_value, sidak_level, z_p_value};
+use snowblue_transport::PhaseFunction;
+use snowblue_transport::ordinates::HalfSpace;
 
 use super::dome::{ClearRadiance, Resampling, SkyDome};
 use super::emitter::{EmissionSpectrum, Emitter};
@@ -20,7 +22,7 @@ use super::sun::SunDisc;
 use super::techniques::SamplingTechnique;
 use super::*;
 use crate::description::{LightSource, PointLightDescription};
-use crate::directions::Directions;
+use crate::directions::{Directions, ReflectionTable};
 use crate::sampling::{Sampler, cosine_direction};
 use crate::spectrum::Spectrum;
 use crate::spectrum::light_spectrum::LightSpectrum;
@@ -98,8 +100,19 @@ fn density_per_sr(light: &Light, technique: &SamplingTechnique, direction: Vec3A
     })
 }
 
-fn techniques() -> [(&'static str, Light, SamplingTechnique<'static>); 6] {
+/// Directions by the reflection of snow towards a viewer who sees the place at a cosine.
+fn reflected(cos_exit: f32) -> SamplingTechnique<'static> {
+    static TABLE: LazyLock<ReflectionTable> =
+        LazyLock::new(|| ReflectionTable::new(&HalfSpace::new(&PhaseFunction::henyey_greenstein(0.8))));
+    let normal = place().normal;
+    let to_viewer = normal * cos_exit + normal.any_orthonormal_vector() * (1.0 - cos_exit * cos_exit).sqrt();
+    SamplingTechnique::OfSurface(Directions::Reflected(TABLE.at(place(), -to_viewer)))
+}
+
+fn techniques() -> [(&'static str, Light, SamplingTechnique<'static>); 8] {
     [
+        ("reflected, grazing", image(), reflected(0.1)),
+        ("reflected, steep", image(), reflected(0.8)),
         ("ball", ball(), SamplingTechnique::OfLight(place().point)),
         ("panel", panel(), SamplingTechnique::OfLight(place().point)),
         ("cosine", image(), SamplingTechnique::OfSurface(Directions::Cosine(place()))),
@@ -189,7 +202,7 @@ fn directions_are_drawn_with_their_density() {
         }
         assert!(f64::from(rare_found) < rare + 6.0 * rare.sqrt() + 6.0, "{name}: {rare_found} for {rare}");
         let p = chi_squared_p_value(chi_squared, bins - 1.0);
-        assert!(p > sidak_level(LEVEL, 6), "{name}: χ² = {chi_squared} in {bins} bins, p = {p}");
+        assert!(p > sidak_level(LEVEL, 8), "{name}: χ² = {chi_squared} in {bins} bins, p = {p}");
     }
 }
 

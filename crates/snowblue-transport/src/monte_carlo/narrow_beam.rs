@@ -38,7 +38,7 @@ pub struct BeamExit {
 pub struct BeamPlan {
     /// Number of walks.
     pub walks: u32,
-    /// Straight flights after which a walk is given up.
+    /// Straight flights after which a walk ends.
     pub most_flights: u32,
     /// Seed of all randomness.
     pub seed: u64,
@@ -52,7 +52,7 @@ struct Walk {
 }
 
 impl NarrowBeam {
-    /// Follows walks into a half-space. The depths, in mean free paths, must not decrease.
+    /// Follows walks into a half-space. The depths are in mean free paths.
     ///
     /// Half of the light that snow sends back leaves within a few mean free paths of where it came in:
     /// ```
@@ -64,8 +64,12 @@ impl NarrowBeam {
     /// let radius = beam.radius(0.5, |_| 1.0).unwrap();
     /// assert!((3.0..10.0).contains(&radius));
     /// ```
+    ///
+    /// # Panics
+    /// If there is no walk, or depths decrease.
     #[must_use]
     pub fn new(phase: &PhaseFunction, incidence: Incidence, depths: &[f64], plan: &BeamPlan) -> Self {
+        assert!(plan.walks > 0 && depths.is_sorted(), "some walks, and depths {depths:?} that do not decrease");
         let found: Vec<Walk> = (0..plan.walks)
             .into_par_iter()
             .map(|walk| follow(phase, incidence, depths, plan.most_flights, Stream::new(plan.seed, walk.into())))
@@ -97,6 +101,19 @@ impl NarrowBeam {
     #[must_use]
     pub fn transmittance(&self, depth: usize, kept: impl Fn(u32) -> f64) -> f64 {
         self.passages[depth].iter().map(|events| kept(*events)).sum::<f64>() / f64::from(self.walks)
+    }
+
+    /// How many walks of equal weight would give [`transmittance`](Self::transmittance) as well: (Σw)² / Σw².
+    ///
+    /// # Panics
+    /// If there are fewer depths.
+    #[must_use]
+    pub fn effective_walks(&self, depth: usize, kept: impl Fn(u32) -> f64) -> f64 {
+        let (mut sum, mut squares) = (0.0, 0.0);
+        for weight in self.passages[depth].iter().map(|events| kept(*events)) {
+            (sum, squares) = (sum + weight, squares + weight * weight);
+        }
+        if squares > 0.0 { sum * sum / squares } else { 0.0 }
     }
 
     /// The radius, in mean free paths, of the circle about the entry through which the fraction `fraction` of the light

@@ -1,9 +1,10 @@
 //! Path tracer over surfaces: PCASnow, and the light field.
 //!
-//! L = Σ_k β_k L_lit(x_k), β_{k+1} = β_k ρ(x_k). The next direction is sampled with density cos θ / π, so that of a
-//! diffuse surface only its reflectance ρ remains (Kajiya 1986, "The rendering equation", doi:10.1145/15922.15902;
-//! notation of Pharr, Jakob & Humphreys 2023, chapter 13). With a light field, half of the directions are sampled
-//! towards bright snow. Long paths end by Russian roulette.
+//! L = Σ_k β_k L_lit(x_k), β_{k+1} = β_k ρ(x_k) cos θ / (π p) (Kajiya 1986, "The rendering equation",
+//! doi:10.1145/15922.15902; notation of Pharr, Jakob & Humphreys 2023, chapter 13). The density p of the next direction
+//! is cos θ / π at a diffuse surface, so that only its reflectance ρ remains, and about that of the reflected light at
+//! snow. With a light field, half of the directions are sampled towards bright snow. Long paths end by Russian
+//! roulette.
 //!
 //! Snow by PCASnow transmits light along one straight line, by the curves of a slab, and reflects it as a surface. Snow
 //! with a light field ends a path: the field holds the light that comes by other surfaces. The first surface is shaded

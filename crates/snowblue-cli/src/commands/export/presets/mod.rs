@@ -116,8 +116,7 @@ impl PresetFormat {
             ],
             Self::Principled => &[
                 "Cycles, method Random Walk of Blender 4.0 to 5.1, Random Walk (Legacy) of later versions.",
-                "Cycles gives a walk up after 256 flights, which the values below contain: snow is too dark, and thick \
-                 snow black.",
+                "Cycles ends a walk after 256 flights, which the values below contain: light that would go on is lost.",
                 "The base colour is not the colour of the snow, but the one that Cycles turns into its absorption.",
             ],
         };
