@@ -127,7 +127,7 @@ pub fn solve_batch(
     errors: bool,
     progress: &(dyn Fn(usize) + Sync),
 ) -> Result<Vec<CaseFluxes>, BatchError> {
-    Ok(differentiate_batch(batch, &[], options, errors, progress)?.fluxes)
+    Ok(solved::<false>(batch, &[], (options, errors), progress)?.fluxes)
 }
 
 /// As [`solve_batch`], with the derivatives with respect to each of `variables`.
@@ -163,6 +163,16 @@ pub fn differentiate_batch(
     errors: bool,
     progress: &(dyn Fn(usize) + Sync),
 ) -> Result<DifferentiatedFluxes, BatchError> {
+    solved::<true>(batch, variables, (options, errors), progress)
+}
+
+/// Solves a batch. Programs that never differentiate, such as the page, do not contain the code of derivatives.
+fn solved<const DIFFERENTIATE: bool>(
+    batch: &Batch,
+    variables: &[Variable],
+    (options, errors): (&OrdinatesOptions, bool),
+    progress: &(dyn Fn(usize) + Sync),
+) -> Result<DifferentiatedFluxes, BatchError> {
     options.streams.check()?;
     batch.check()?;
     let Batch { samples, cases, wavelengths_nm } = batch;
@@ -185,17 +195,18 @@ pub fn differentiate_batch(
             let sample = &samples[plan.sample];
             let tallies = tallies.narrowed(plan.degree, sample.grain_size.max_um);
             let composition = Composition::new(sample);
-            let groups = variables.chunks(LANES);
-            let groups: Vec<_> = groups.map(|group| (group, composition.differentiated(group))).collect();
+            let group = |group| (group, composition.differentiated(group));
+            let groups: Vec<_> = if DIFFERENTIATE { variables.chunks(LANES).map(group).collect() } else { Vec::new() };
             let at = |wavelength_nm: &f64| {
                 let differentiation = |(variables, composition): &(&[Variable], Composition<Dual>)| Differentiation {
                     variables: variables.to_vec(),
                     medium: tallies.medium_of(&sample.grain_size, &composition.at(*wavelength_nm), None),
                 };
-                let differentiations: Vec<Differentiation> = groups.iter().map(differentiation).collect();
+                let differentiations: Vec<Differentiation> =
+                    if DIFFERENTIATE { groups.iter().map(differentiation).collect() } else { Vec::new() };
                 let constituents = composition.at(*wavelength_nm);
                 let medium = |without| tallies.medium_of(&sample.grain_size, &constituents, without);
-                plan.solve(medium, &differentiations, errors)
+                plan.solve::<DIFFERENTIATE>(medium, &differentiations, errors)
             };
             let by_wavelength: Vec<_> = wavelengths_nm.par_iter().map(at).collect();
             progress(done.fetch_add(plan.grounds.len(), Ordering::Relaxed) + plan.grounds.len());
@@ -264,14 +275,14 @@ impl Plan {
     }
 
     /// All cases at one wavelength, with the derivatives by the variables of `differentiations`.
-    fn solve(
+    fn solve<const DIFFERENTIATE: bool>(
         &self,
         medium: impl Fn(Option<usize>) -> Medium,
         differentiations: &[Differentiation],
         errors: bool,
     ) -> DifferentiatedFluxes {
         let result = |without: Option<usize>| {
-            self.solved(&medium(without), if without.is_none() { differentiations } else { &[] })
+            self.solved::<DIFFERENTIATE>(&medium(without), if without.is_none() { differentiations } else { &[] })
         };
         let solved = if errors { Jackknife::new(result) } else { Jackknife::without_errors(result) };
         let case = |(place, ground): (usize, &f64)| CaseFluxes {
@@ -281,7 +292,8 @@ impl Plan {
         };
         let fluxes = self.grounds.iter().enumerate().map(case).collect();
         let mut derivatives = Vec::new();
-        for (place, ground) in self.grounds.iter().enumerate() {
+        let grounds = if DIFFERENTIATE { &*self.grounds } else { &[] };
+        for (place, ground) in grounds.iter().enumerate() {
             for (Differentiation { variables, .. }, of_case) in
                 differentiations.iter().zip(&solved.whole().differentiated)
             {
@@ -299,7 +311,7 @@ impl Plan {
     }
 
     /// Reflectance and transmittance of each case on a medium.
-    fn solved(&self, medium: &Medium, differentiations: &[Differentiation]) -> Solved {
+    fn solved<const DIFFERENTIATE: bool>(&self, medium: &Medium, differentiations: &[Differentiation]) -> Solved {
         let count = self.grounds.len();
         let nothing = |_: &Differentiation| vec![Passed::of(Dual::from(f64::NAN)); count];
         let mut solved = Solved {
@@ -307,7 +319,7 @@ impl Plan {
             differentiated: differentiations.iter().map(nothing).collect(),
         };
         for group in &self.groups {
-            group.fill(medium, differentiations, &mut solved);
+            group.fill::<DIFFERENTIATE>(medium, differentiations, &mut solved);
         }
         solved
     }
@@ -315,11 +327,17 @@ impl Plan {
 
 impl StreamPlan {
     /// Fills in the cases of these streams.
-    fn fill(&self, medium: &Medium, differentiations: &[Differentiation], solved: &mut Solved) {
+    fn fill<const DIFFERENTIATE: bool>(
+        &self,
+        medium: &Medium,
+        differentiations: &[Differentiation],
+        solved: &mut Solved,
+    ) {
         let modes = HomogeneousMedium::new(&medium.scattering, self.streams);
         let lights: Vec<Light> = self.incidences.iter().map(|incidence| modes.light(incidence)).collect();
+        let plan = |by| DifferentiatedPlan::new(by, &modes, self);
         let differentiated: Vec<DifferentiatedPlan> =
-            differentiations.iter().map(|by| DifferentiatedPlan::new(by, &modes, self)).collect();
+            if DIFFERENTIATE { differentiations.iter().map(plan).collect() } else { Vec::new() };
         for slab @ SlabPlan { thickness_cm, ground_albedo, cases } in &self.slabs {
             let optical_depth = medium.extinction_per_m * thickness_cm * 0.01;
             let solution = LazyCell::new(|| modes.solve_slab(optical_depth * modes.scaled.depth_ratio));
@@ -336,8 +354,10 @@ impl StreamPlan {
                     solved.values[*place] = lit.passed(&lights[*light]);
                 }
             }
-            for (plan, passed) in differentiated.iter().zip(&mut solved.differentiated) {
-                plan.fill(slab, &solution, passed);
+            if DIFFERENTIATE {
+                for (plan, passed) in differentiated.iter().zip(&mut solved.differentiated) {
+                    plan.fill(slab, &solution, passed);
+                }
             }
         }
     }
