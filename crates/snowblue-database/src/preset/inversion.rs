@@ -67,18 +67,19 @@ impl AlbedoInversion {
     /// The colour for which a renderer finds a co-albedo, by bisection; the nearest if there is none.
     #[must_use]
     pub fn color(self, one_minus_albedo: f64, asymmetry: f64) -> f64 {
-        let (mut low, mut high) = (0.0, 1.0);
-        for _ in 0..HALVINGS {
-            let middle = 0.5 * (low + high);
-            // Co-albedos fall with the colour.
-            if self.one_minus_albedo(middle, asymmetry) > one_minus_albedo {
-                low = middle;
-            } else {
-                high = middle;
-            }
-        }
+        // Co-albedos fall with the colour.
+        let [_, high] = bisect([0.0, 1.0], |color| self.one_minus_albedo(color, asymmetry) > one_minus_albedo);
         high
     }
+}
+
+/// Halves an interval towards the place up to which a condition holds.
+pub(super) fn bisect([mut low, mut high]: [f64; 2], holds: impl Fn(f64) -> bool) -> [f64; 2] {
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        *(if holds(middle) { &mut low } else { &mut high }) = middle;
+    }
+    [low, high]
 }
 
 #[cfg(test)]

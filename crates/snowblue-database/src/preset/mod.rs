@@ -29,6 +29,7 @@ use snowblue_transport::slab::Incidence;
 use snowblue_transport::{Demand, Ice, PhaseFunction, PhasePlan, TransportError};
 
 pub use inversion::AlbedoInversion;
+use inversion::bisect;
 
 /// Thicknesses of the slabs whose transmittance is compared, in cm.
 pub const DEPTHS_CM: [f64; 4] = [1.0, 5.0, 15.0, 30.0];
@@ -54,8 +55,6 @@ const SEED: u64 = 1;
 const LEAST_CO_ALBEDO: f64 = 1e-15;
 /// Greatest albedo of a channel.
 const GREATEST_ALBEDO: f64 = 1.0 - 1e-6;
-/// Halvings of the logarithm of a co-albedo.
-const HALVINGS: u32 = 60;
 
 /// Why a sample has no preset.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -371,15 +370,7 @@ fn kept(one_minus_albedo: f64, events: u32) -> f64 {
 /// [`GREATEST_ALBEDO`], by bisection of its logarithm.
 fn co_albedo(albedo: f64, asymmetry: f64) -> f64 {
     let of = |one_minus_albedo: f64| ChannelMedium { one_minus_albedo, asymmetry, mean_free_path_m: 1.0 }.fluxes().0[1];
-    let [mut low, mut high] = [LEAST_CO_ALBEDO.ln(), 0.0];
-    for _ in 0..HALVINGS {
-        let middle = 0.5 * (low + high);
-        if of(middle.exp()) > albedo {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
+    let [low, high] = bisect([LEAST_CO_ALBEDO.ln(), 0.0], |logarithm| of(logarithm.exp()) > albedo);
     (0.5 * (low + high)).exp()
 }
 
