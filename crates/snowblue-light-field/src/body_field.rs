@@ -146,7 +146,8 @@ impl SnowAt<'_> {
     /// density. It may be negative where the surface is lit: it lacks what does not return of the light that the
     /// reflection function reflects.
     pub fn diffuse_radiance(&self, surface: &SurfacePoint, cos_exit: f32) -> Spectrum {
-        let flux = self.field.flux(surface.point, surface.normal) * (self.optics.escape(cos_exit) * FRAC_1_PI);
+        let flux =
+            self.field.flux(surface.point, surface.normal) * (self.optics.surface().escape(cos_exit) * FRAC_1_PI);
         let mut sum = self.field.diffuse_irradiance(surface) * FRAC_1_PI;
         sum += flux;
         sum

@@ -129,7 +129,7 @@ impl<'a> PreparedBody<'a> {
         let options = GridOptions { step_m, shift: DVec3::ZERO, sizes };
         let of_cell = snow.diffusion(solid.objects, solid.object, &nodes);
         // The extrapolation lengths of kinds of snow differ by less than 0.002.
-        let extrapolation = snow.top().half_space().extrapolation();
+        let extrapolation = snow.top().surface().half_space().extrapolation();
         let body = SnowBody::new(&solid, options, &SnowOfCells { groups, of_cell: &of_cell, extrapolation });
         drop(of_cell);
         Ok(Self { solid, body, nodes, snow, transport_lengths_m, view_factor, before: None })

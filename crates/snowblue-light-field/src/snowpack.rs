@@ -2,17 +2,14 @@
 
 use std::sync::Arc;
 
-use glam::Vec3A;
 use snowblue_field::{CellBox, Diffusion, GROUP, LayerSpectrum, SnowOptics, SpectralNodes};
 use snowblue_geometry::ray::{SurfacePoint, narrow};
-use snowblue_transport::ordinates::HalfSpace;
 
 use super::end_depth::{EndDepth, WalkEndsByDepth};
-use snowblue_scene::directions::{Directions, ReflectionTable};
-use snowblue_scene::material::deep_snow::reflection_per_sr;
 use snowblue_scene::material::snow::SnowKinds;
+use snowblue_scene::material::surface_optics::SurfaceOptics;
 use snowblue_scene::objects::Objects;
-use snowblue_scene::spectrum::{SAMPLES, Spectrum};
+use snowblue_scene::spectrum::SAMPLES;
 
 /// The snow of a body: its kinds with their optics, layers from the top. Snow that is the same everywhere is one kind.
 #[derive(Debug)]
@@ -25,8 +22,7 @@ pub struct Snowpack {
 /// The optics of a kind of snow.
 #[derive(Debug)]
 pub struct KindOptics {
-    optics: SnowOptics,
-    reflection: ReflectionTable,
+    surface: SurfaceOptics,
     /// ℓ* at the middle wavelength, in m.
     transport_length_m: f32,
     /// κ there, in 1/m.
@@ -48,7 +44,7 @@ impl Snowpack {
 
     /// The least transport mean free path, in m.
     pub(super) fn least_transport_length_m(&self) -> f64 {
-        let lengths = self.optics.iter().flat_map(|kind| &kind.optics.transport_lengths_m);
+        let lengths = self.optics.iter().flat_map(|kind| &kind.surface.optics().transport_lengths_m);
         lengths.copied().fold(f64::INFINITY, f64::min)
     }
 
@@ -60,8 +56,8 @@ impl Snowpack {
         let kinds = self.optics.iter().zip(ranges_m);
         kinds
             .map(|(kind, [start_m, end_m])| LayerSpectrum {
-                transport_lengths_m: &kind.optics.transport_lengths_m,
-                absorption_per_m: &kind.optics.absorption_per_m,
+                transport_lengths_m: &kind.surface.optics().transport_lengths_m,
+                absorption_per_m: &kind.surface.optics().absorption_per_m,
                 thickness_m: share * (within_m(end_m) - within_m(start_m)),
             })
             .collect()
@@ -104,49 +100,27 @@ impl KindOptics {
         let transport_length_m = narrow(optics.transport_lengths_m[SAMPLES / 2]);
         let reduced = 1.0 - narrow(optics.half_space.phase().asymmetry());
         let extinction_per_m = (transport_length_m * reduced).recip();
-        let reflection = ReflectionTable::new(&optics.half_space);
-        Self { optics, reflection, transport_length_m, extinction_per_m, walk_ends }
+        Self { surface: SurfaceOptics::new(optics), transport_length_m, extinction_per_m, walk_ends }
     }
 
     fn diffusion(&self, nodes: &SpectralNodes) -> Vec<Diffusion> {
-        let lengths = nodes.gather(|index| narrow(self.optics.transport_lengths_m[index]));
-        let absorption = nodes.gather(|index| narrow(self.optics.absorption_per_m[index]));
+        let optics = self.surface.optics();
+        let lengths = nodes.gather(|index| narrow(optics.transport_lengths_m[index]));
+        let absorption = nodes.gather(|index| narrow(optics.absorption_per_m[index]));
         let snow = |(transport_length_m, absorption_per_m)| Diffusion { transport_length_m, absorption_per_m };
         lengths.zip(absorption).map(snow).collect()
     }
 
-    /// The reflection function R₀ of a surface, as that of [`reflection_per_sr`].
-    pub fn reflection_per_sr(&self, normal: Vec3A, direction: Vec3A, to_light: Vec3A) -> f32 {
-        reflection_per_sr(&self.optics.half_space, normal, direction, to_light)
-    }
-
-    /// Directions from which a surface reflects light against the unit vector `direction`.
-    pub fn directions(&self, surface: SurfacePoint, direction: Vec3A) -> Directions<'_> {
-        Directions::Reflected(self.reflection.at(surface, direction))
-    }
-
-    /// The escape function K.
+    /// The surface of the snow.
     #[inline]
-    pub fn escape(&self, cos: f32) -> f32 {
-        narrow(self.optics.half_space.escape(f64::from(cos)))
-    }
-
-    /// Reflectance of much of the snow for light at a cosine of incidence: e^{−4 K(μ₀) √(μ_a ℓ*/3)} (Kokhanovsky & Zege
-    /// 2004, *Scattering optics of snow*, doi:10.1364/AO.43.001589).
-    pub fn deep_reflectance(&self, cos: f32) -> Spectrum {
-        Spectrum(std::array::from_fn(|k| (-self.escape(cos) * narrow(self.optics.half_space_absorption(k))).exp()))
+    pub fn surface(&self) -> &SurfaceOptics {
+        &self.surface
     }
 
     /// Mean displacement of the ends of random walks that enter at a cosine, along the surface, in m.
     pub fn mean_displacement_m(&self, end_depth: EndDepth, cos: f32) -> f32 {
         let ends = self.walk_ends.as_ref().map(|ends| ends[end_depth as usize].at(f64::from(cos)));
         ends.map_or(0.0, |ends| narrow(ends.displacement) * self.transport_length_m)
-    }
-
-    /// The half-space of the snow.
-    #[inline]
-    pub fn half_space(&self) -> &HalfSpace {
-        &self.optics.half_space
     }
 
     /// Transport mean free path at the middle wavelength, in m.

@@ -68,7 +68,7 @@ pub(super) fn entering_light(
             let lit = LitPoint { surface: surface_point(element), side: Side::Outer(solid.object) };
             let optics = snow.at_surface(solid.objects, solid.object, &lit.surface);
             let mut add = |cos: f32, irradiance: Spectrum| {
-                escape_weighted += irradiance * optics.escape(cos);
+                escape_weighted += irradiance * optics.surface().escape(cos);
                 total += irradiance;
             };
             visit_lights(&mut queries, &small, &lit, samples.clone().take(MOST_SAMPLES_OF_SUN), &mut add);

@@ -30,7 +30,7 @@ pub enum Directions<'a> {
 /// What deep snow reflects, R₀ μ₀, over all directions of incidence, for some directions of exit. The density is
 /// constant over each bin of angles.
 #[derive(Debug)]
-pub struct ReflectionTable(Vec<Bins>);
+pub(crate) struct ReflectionTable(Vec<Bins>);
 
 /// The bins of a direction of exit: cumulative shares of rows of equal incidence, and of the azimuths in each row.
 #[derive(Debug)]
@@ -107,7 +107,7 @@ impl Directions<'_> {
 impl ReflectionTable {
     /// The table of a half-space.
     #[must_use]
-    pub fn new(half_space: &HalfSpace) -> Self {
+    pub(crate) fn new(half_space: &HalfSpace) -> Self {
         let square = |place: f64, count: usize| (place / count as f64).powi(2);
         let of_exit = |exit: usize| {
             let cos_exit = square(exit as f64, EXITS).max(LEAST_COSINE);
@@ -135,7 +135,7 @@ impl ReflectionTable {
     /// camera.
     #[inline]
     #[must_use]
-    pub fn at(&self, surface: SurfacePoint, direction: Vec3A) -> Reflected<'_> {
+    pub(crate) fn at(&self, surface: SurfacePoint, direction: Vec3A) -> Reflected<'_> {
         let cos_exit = -surface.normal.dot(direction);
         let along = -direction - surface.normal * cos_exit;
         let along = along.try_normalize().unwrap_or_else(|| surface.normal.any_orthonormal_vector());
@@ -203,7 +203,7 @@ fn bin(place: f32, count: usize) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::material::deep_snow::reflection_per_sr;
+    use crate::material::surface_optics::reflection_per_sr;
     use crate::sampling::Sampler;
     use snowblue_transport::PhaseFunction;
 

@@ -3,6 +3,8 @@
 //! A node tests its eight boxes at once in SIMD registers; a leaf holds at most four primitives, which the caller tests
 //! together (Wald, Benthin & Boulos 2008, "Getting rid of packets", doi:10.1109/RT.2008.4634620).
 
+use std::cell::Cell;
+
 use arrayvec::ArrayVec;
 use glam::Vec3A;
 use wide::f32x8;
@@ -167,11 +169,16 @@ impl Bvh8 {
         }
     }
 
-    /// Calls `visit` for each leaf whose box is within a distance of a point, in any order, until it returns true.
+    /// Calls `visit` for each leaf whose box is within a distance of a point, in any order. `visit` returns the
+    /// distance from then on, a negative one to end.
     #[inline]
-    pub(crate) fn visit_near(&self, point: Vec3A, distance: f32, visit: impl FnMut(usize) -> bool) {
-        let point = point.to_array().map(f32x8::splat);
-        self.visit_leaves(|node| node.near(&point, distance), visit);
+    pub(crate) fn visit_near(&self, point: Vec3A, distance: f32, mut visit: impl FnMut(usize) -> f32) {
+        let (point, distance) = (point.to_array().map(f32x8::splat), Cell::new(distance));
+        let visit = |leaf| {
+            distance.set(visit(leaf));
+            distance.get() < 0.0
+        };
+        self.visit_leaves(|node| node.near(&point, distance.get()), visit);
     }
 
     /// Calls `visit` for each leaf that the ray hits, in any order, until it returns true.

@@ -130,13 +130,14 @@ impl MeshBvh {
     pub fn is_near(&self, transform: &Transform, point: Vec3A, distance_m: f32) -> bool {
         let in_object = transform.point_to_object(point);
         let mut is_near = false;
-        self.bvh.visit_near(in_object, distance_m * transform.greatest_stretch_to_object(), |leaf| {
+        let in_object_units = distance_m * transform.greatest_stretch_to_object();
+        self.bvh.visit_near(in_object, in_object_units, |leaf| {
             let four = &self.leaves[leaf];
             is_near = (0..self.bvh.primitives(leaf).count()).any(|slot| {
                 let corners = four.corners(slot).map(|corner| transform.point_to_scene(corner.into()));
                 square_distance_to_triangle(point, &corners) < distance_m * distance_m
             });
-            is_near
+            if is_near { -1.0 } else { in_object_units }
         });
         is_near
     }
@@ -145,7 +146,7 @@ impl MeshBvh {
     pub(crate) fn nearest(&self, point: Vec3A) -> ShapeHit {
         let mut nearest = (f32::INFINITY, 0, 0);
         // A first guess, which grows until a triangle is within it.
-        let mut distance = self.bounds.diagonal_m() / 64.0;
+        let mut distance = self.bounds.diagonal_m() / 1024.0;
         while nearest.0 > distance * distance {
             distance *= 2.0;
             self.bvh.visit_near(point, distance, |leaf| {
@@ -156,7 +157,7 @@ impl MeshBvh {
                         nearest = (square, leaf, slot);
                     }
                 }
-                false
+                nearest.0.sqrt().min(distance)
             });
         }
         let (square, leaf, slot) = nearest;

@@ -267,7 +267,7 @@ fn surfaces(
             return Err(too_many);
         }
         let top = body.snow().top();
-        let half_space = top.half_space();
+        let half_space = top.surface().half_space();
         let snow = SnowSurface {
             escape: EscapePolynomial::of(half_space),
             extrapolation: half_space.extrapolation(),

@@ -128,6 +128,6 @@ impl<'a> FirstHits<'a> {
             Method::Reference(..) => self.prepared.snowpack(surface.material),
         };
         let optics = snow.map(|snow| snow.at_surface(objects, surface.object, &surface.surface_point()));
-        optics.map_or(Spectrum::ZERO, |optics| optics.deep_reflectance(1.0))
+        optics.map_or(Spectrum::ZERO, |optics| optics.surface().deep_reflectance(1.0))
     }
 }

@@ -154,7 +154,7 @@ impl<'scene> ReferenceTracer<'scene> {
                 }
                 Material::Ground(ground) => {
                     let reflectance = |to_light| ground.reflectance(surface.normal, surface.direction, to_light);
-                    let directions = ground.directions(surface.surface_point(), surface.direction);
+                    let directions = ground.surface().directions(surface.surface_point(), surface.direction);
                     if !self.reflect(path, &surface, (directions, reflectance), bounce) {
                         return;
                     }

@@ -73,7 +73,7 @@ impl<'scene> SingleScattering<'scene> {
         sample: &LightSample,
         incident: Option<&IncidentLight>,
     ) -> f32 {
-        let phase = point.snow.optics.half_space().phase();
+        let phase = point.snow.optics.surface().half_space().phase();
         let per_sr = |to_light: Vec3A| narrow(phase.per_sr(f64::from(point.direction.dot(to_light))));
         let half_space = incident.map_or(0.0, |incident| {
             let depth =

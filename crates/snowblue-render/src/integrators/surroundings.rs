@@ -73,7 +73,11 @@ pub(super) struct Surroundings<'a> {
     bodies: &'a SnowBodies,
     /// The snow of each material for walks; empty where there are none.
     volumes: &'a [Option<Arc<SnowVolumes>>],
+    /// Whether all snow is known to be closed.
+    is_closed: bool,
     crossings: Vec<Crossing>,
+    /// Lengths of the present line to a light in each body of snow, in m.
+    snow_m: Vec<f64>,
     pub(super) statistics: Statistics,
 }
 
@@ -121,7 +125,15 @@ impl Flight {
 
 impl<'a> Surroundings<'a> {
     pub(super) fn new(scene: &'a Scene, bodies: &'a SnowBodies, volumes: &'a [Option<Arc<SnowVolumes>>]) -> Self {
-        Self { scene, bodies, volumes, crossings: Vec::with_capacity(16), statistics: Statistics::default() }
+        Self {
+            scene,
+            bodies,
+            volumes,
+            is_closed: scene.integrator().kind.has_light_field(),
+            crossings: Vec::with_capacity(16),
+            snow_m: Vec::new(),
+            statistics: Statistics::default(),
+        }
     }
 
     fn objects(&self) -> &'a Objects {
@@ -265,9 +277,11 @@ impl<'a> Surroundings<'a> {
         let ray = Ray { origin: from, direction: to_light.direction };
         self.statistics.shadow_rays += 1;
         let mut depth = 0.0;
+        self.snow_m.clear();
         for body in &self.bodies.bodies {
             let Some(snow) = self.snow_of(*body) else { continue };
             let snow_m = self.snow_m(body.object, &ray, to_light.distance_m);
+            self.snow_m.push(snow_m);
             depth += match medium.volume_in(snow) {
                 Some((volume, node)) => volume.nodes()[node].extinction_per_m() * snow_m,
                 None if self.collides(*body, medium, &ray, (to_light.distance_m, chance)) => return None,
@@ -282,9 +296,9 @@ impl<'a> Surroundings<'a> {
             return None;
         }
         let mut transmittance = Spectrum::ONE;
-        for body in &self.bodies.bodies {
-            let Some(snow) = self.snow_of(*body) else { continue };
-            let pores_m = self.snow_m(body.object, &ray, to_light.distance_m);
+        let with_snow = self.bodies.bodies.iter().filter_map(|body| Some((body, self.snow_of(*body)?)));
+        for ((body, snow), pores_m) in with_snow.zip(&self.snow_m) {
+            let pores_m = *pores_m;
             let volume = match medium.volume_in(snow) {
                 Some((volume, _)) => volume,
                 // Little of the light is absorbed in the pores of the few mm, so that the snow at their start will do.
@@ -338,7 +352,12 @@ impl<'a> Surroundings<'a> {
     /// Sets `crossings` to the segments of a line inside a body, as ordered pairs.
     fn cross(&mut self, object: usize, ray: &Ray, limit_m: f32) {
         self.statistics.depth_lines += 1;
-        let odd = self.objects().crossings(object, ray, limit_m, &mut self.crossings);
+        let (objects, crossings) = (self.scene.objects(), &mut self.crossings);
+        let odd = if self.is_closed {
+            objects.crossings_of_closed(object, ray, limit_m, crossings)
+        } else {
+            objects.crossings(object, ray, limit_m, crossings)
+        };
         self.statistics.odd_depth_lines += u64::from(odd);
         pair_up(&mut self.crossings, 0);
     }

@@ -7,11 +7,10 @@ use std::f32::consts::PI;
 
 use glam::Vec3A;
 use snowblue_field::SnowOptics;
-use snowblue_geometry::ray::{SurfacePoint, narrow};
-use snowblue_transport::ordinates::HalfSpace;
+use snowblue_geometry::ray::narrow;
 use snowblue_transport::{SnowSample, TransportError};
 
-use crate::directions::{Directions, ReflectionTable};
+use super::surface_optics::SurfaceOptics;
 use crate::spectrum::{SAMPLES, Spectrum};
 
 /// Rays through grains, per node of the refractive index. They leave an albedo an error of less than 0.001.
@@ -20,8 +19,7 @@ const GRAIN_RAYS: u32 = 1 << 14;
 /// The surface of deep snow of one kind.
 #[derive(Debug)]
 pub struct DeepSnow {
-    half_space: HalfSpace,
-    table: ReflectionTable,
+    surface: SurfaceOptics,
     albedo: Spectrum,
     /// α.
     absorption: Spectrum,
@@ -33,8 +31,7 @@ impl DeepSnow {
         Ok(Self {
             albedo: Spectrum(diffuse_albedo(&optics).map(narrow)),
             absorption: Spectrum(std::array::from_fn(|k| narrow(optics.half_space_absorption(k)))),
-            table: ReflectionTable::new(&optics.half_space),
-            half_space: optics.half_space,
+            surface: SurfaceOptics::new(optics),
         })
     }
 
@@ -43,19 +40,19 @@ impl DeepSnow {
         &self.albedo
     }
 
-    /// Directions from which it reflects light at a surface against the unit vector `direction`.
-    pub fn directions(&self, surface: SurfacePoint, direction: Vec3A) -> Directions<'_> {
-        Directions::Reflected(self.table.at(surface, direction))
+    /// Its surface.
+    pub fn surface(&self) -> &SurfaceOptics {
+        &self.surface
     }
 
     /// π times the reflection function of a surface with a normal, for light from the unit vector `to_light` that
     /// leaves against the unit vector `direction`.
     pub fn reflectance(&self, normal: Vec3A, direction: Vec3A, to_light: Vec3A) -> Spectrum {
-        let white = PI * reflection_per_sr(&self.half_space, normal, direction, to_light);
+        let white = PI * self.surface.reflection_per_sr(normal, direction, to_light);
         if white <= 0.0 {
             return Spectrum::ZERO;
         }
-        let escape = |cos: f32| narrow(self.half_space.escape(f64::from(cos.max(0.0))));
+        let escape = |cos: f32| self.surface.escape(cos.max(0.0));
         let escapes = escape(-normal.dot(direction)) * escape(normal.dot(to_light)) / white;
         Spectrum(self.absorption.0.map(|absorption| white * (-absorption * escapes).exp()))
     }
@@ -77,19 +74,6 @@ fn diffuse_albedo<const N: usize>(optics: &SnowOptics) -> [f64; N] {
         let decay = (3.0 * optics.absorption_per_m[index] * optics.transport_lengths_m[index]).sqrt();
         1.0 - 4.0 / 3.0 * decay / (1.0 + extrapolation * decay)
     })
-}
-
-/// The reflection function R₀ of a surface with a normal, in 1/sr: for light from the unit vector `to_light` that
-/// leaves against the unit vector `direction`, both of rays that run backwards from the camera.
-pub fn reflection_per_sr(half_space: &HalfSpace, normal: Vec3A, direction: Vec3A, to_light: Vec3A) -> f32 {
-    let (cos_exit, cos_incidence) = (-normal.dot(direction), normal.dot(to_light).max(0.0));
-    // Both directions of propagation, projected on the surface.
-    let incident = normal * cos_incidence - to_light;
-    let exitant = -direction - normal * cos_exit;
-    let lengths = (incident.length_squared() * exitant.length_squared()).sqrt();
-    let cos_azimuth = if lengths > 1e-12 { incident.dot(exitant) / lengths } else { 0.0 };
-    let [exit, incidence, azimuth] = [cos_exit, cos_incidence, cos_azimuth.clamp(-1.0, 1.0)].map(f64::from);
-    narrow(half_space.reflection(exit, incidence, azimuth))
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@ pub mod deep_snow;
 pub mod diffuse;
 pub mod mask;
 pub mod snow;
+pub mod surface_optics;
 pub mod texture;
 
 use snowblue_geometry::shape::Shape;

@@ -104,7 +104,7 @@ impl<'a> TangentHalfSpace<'a> {
             && depth_m < seen_m * light.cos_incidence
         {
             let cos_scattering = f64::from(ray.direction.dot(light.to_light));
-            light.scattered_per_sr += narrow(self.optics.half_space().phase().per_sr(cos_scattering));
+            light.scattered_per_sr += narrow(self.optics.surface().half_space().phase().per_sr(cos_scattering));
         }
     }
 
@@ -128,14 +128,14 @@ impl<'a> TangentHalfSpace<'a> {
 
     /// (q + z′): φ(z′) − 4E over 3J.
     fn match_depth(&self) -> f32 {
-        narrow(self.optics.half_space().extrapolation()) + self.end_depth.match_lengths()
+        narrow(self.optics.surface().half_space().extrapolation()) + self.end_depth.match_lengths()
     }
 
     /// What a half-space with a normal sends out.
     fn mean(&self, normal: Vec3A) -> Spectrum {
         let cos_exit = -normal.dot(self.direction);
         let along = self.direction + normal * cos_exit;
-        let escape = self.optics.escape(cos_exit) / (3.0 * PI * self.match_depth());
+        let escape = self.optics.surface().escape(cos_exit) / (3.0 * PI * self.match_depth());
         let displacement_m = self.optics.mean_displacement_m(self.end_depth, cos_exit);
         let mut sum = self.near.sum(&LightWeights {
             fluence: escape,
@@ -147,8 +147,9 @@ impl<'a> TangentHalfSpace<'a> {
             if cos <= 0.0 {
                 continue;
             }
-            let reflection = self.optics.reflection_per_sr(normal, self.direction, *to_light);
-            sum += *irradiance * (cos / cos_incidence * (reflection - 4.0 * escape * self.optics.escape(cos)));
+            let reflection = self.optics.surface().reflection_per_sr(normal, self.direction, *to_light);
+            sum +=
+                *irradiance * (cos / cos_incidence * (reflection - 4.0 * escape * self.optics.surface().escape(cos)));
         }
         sum
     }
@@ -159,7 +160,7 @@ impl<'a> TangentHalfSpace<'a> {
         let (mut weights, mut entering) = (LightWeights { fluence: 0.0, gradient: Vec3A::ZERO, diffuse: 0.0 }, 0.0);
         match self.end {
             Some(End::Inside(ahead)) => {
-                let depth = narrow(self.optics.half_space().extrapolation())
+                let depth = narrow(self.optics.surface().half_space().extrapolation())
                     + self.depth_m(ahead) / self.optics.transport_length_m();
                 let share = depth / self.match_depth();
                 let offset = ahead - entry;
@@ -172,7 +173,7 @@ impl<'a> TangentHalfSpace<'a> {
         }
         *sum += self.near.sum(&weights);
         for TangentLight { cos_incidence, irradiance, scattered_per_sr, .. } in &self.lights {
-            let found = scattered_per_sr / cos_incidence + entering * self.optics.escape(*cos_incidence);
+            let found = scattered_per_sr / cos_incidence + entering * self.optics.surface().escape(*cos_incidence);
             *sum += *irradiance * -found;
         }
     }

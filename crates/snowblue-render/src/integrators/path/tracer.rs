@@ -378,14 +378,16 @@ impl<'a> PathTracer<'a> {
             (Material::Diffuse(Diffuse::Uniform(reflectance)), ..) => Shading::Diffuse(reflectance),
             (Material::Diffuse(diffuse), ..) => Shading::Textured(diffuse.reflectance(scene.objects(), surface)),
             (Material::Ground(ground), ..) => {
-                directions = ground.directions(surface.surface_point(), surface.direction);
+                directions = ground.surface().directions(surface.surface_point(), surface.direction);
                 Shading::Ground(ground)
             }
             (Material::Snow(_), Some(field), _) => {
                 let snow = field.at(scene.objects(), surface, sampler);
                 normal = surface.shading_normal;
-                directions =
-                    snow.optics.directions(SurfacePoint { normal, ..surface.surface_point() }, surface.direction);
+                directions = snow
+                    .optics
+                    .surface()
+                    .directions(SurfacePoint { normal, ..surface.surface_point() }, surface.direction);
                 Shading::Field(snow)
             }
             (Material::Snow(_), None, Some(pcasnow)) => Shading::Snow(pcasnow.vertex(surface, &mut self.queries)),

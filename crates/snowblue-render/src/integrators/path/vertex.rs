@@ -51,7 +51,7 @@ impl Vertex<'_, '_> {
             Shading::Ground(ground) => ground.reflectance(self.normal, self.surface.direction, to_light),
             Shading::Snow(snow) => snow.reflectance(self.normal.dot(to_light).max(0.0)),
             Shading::Field(snow) => {
-                let per_sr = snow.optics.reflection_per_sr(self.normal, self.surface.direction, to_light);
+                let per_sr = snow.optics.surface().reflection_per_sr(self.normal, self.surface.direction, to_light);
                 Spectrum::constant(PI * per_sr)
             }
         }
