@@ -553,6 +553,23 @@ impl Inversion {
 }
 
 impl Spectrum {
+    /// The value of a variable in the snow, its pack and the light; NaN for the cosine of diffuse light.
+    #[must_use]
+    pub fn known(&self, variable: Variable) -> f64 {
+        match variable {
+            Variable::SurfaceArea => 4.0 * self.snow.extinction_per_m() / self.snow.density_kg_m3,
+            Variable::Density => self.snow.density_kg_m3,
+            Variable::Thickness => self.thickness_cm,
+            Variable::WaterSaturation => self.snow.water_saturation,
+            Variable::MassFraction(substance) => self.snow.impurities.ng_g(substance),
+            Variable::CosIncidence => match self.illumination.incidences()[0] {
+                Incidence::Beam { angle_deg } => angle_deg.to_radians().cos(),
+                Incidence::Diffuse => f64::NAN,
+            },
+            Variable::GroundAlbedo => self.ground_albedo,
+        }
+    }
+
     fn measured(&self) -> impl Iterator<Item = &Measured> {
         self.albedo.iter().chain(&self.transmittance)
     }

@@ -1,0 +1,158 @@
+"""Retrieval of snow from spectra."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import snowblue
+
+NM = np.arange(400.0, 1401.0, 50.0)
+SOOTY = dict(ssa_m2_kg=18, impurities_ng_g={"black-carbon": 300})
+
+
+def noisy(array, deviation, seed=1):
+    return array + np.random.default_rng(seed).normal(0, deviation, array.shape)
+
+
+def test_snow_is_retrieved_within_its_posterior():
+    measured = noisy(snowblue.albedo(**SOOTY, angle_deg="diffuse", wavelength_nm=NM), 0.004)
+    fit = snowblue.invert(measured, standard_deviation=0.004)
+    # Two numbers, each within 4 standard deviations: 1e-4.
+    assert abs(fit.ssa - 18) < 4 * fit.ssa_sd and abs(fit.black_carbon - 300) < 4 * fit.black_carbon_sd
+    assert fit.ssa_lower < fit.ssa < fit.ssa_upper and fit.outcome == "converged"
+    # χ² of 21 degrees of freedom: 0.05 % and 99.95 %.
+    assert 5.9 < fit.chi_square < 48 and fit.data == 21
+    assert 0 < fit.degrees_of_freedom < 2
+    assert fit.ssa.units == "m2 kg-1" and fit.black_carbon.units == "ng g-1" and fit.ssa.dims == ()
+    kernel = fit.averaging_kernel
+    assert kernel.dims == ("parameter", "true_parameter") and list(kernel.parameter.values) == ["ssa", "black_carbon"]
+    assert abs(np.trace(kernel) - fit.degrees_of_freedom) < 1e-12
+    assert fit.albedo_fit.dims == ("wavelength",) and abs(fit.albedo_fit - measured).max() < 0.02
+    assert "black-carbon: median 30, deviation 2" in fit.prior
+
+
+def test_the_light_is_that_of_the_spectrum_or_named():
+    measured = snowblue.albedo(ssa_m2_kg=20, angle_deg=60, wavelength_nm=NM)
+    told = snowblue.invert(measured)
+    assert abs(told.ssa - 20) < 0.05 and told.light == "beam at angle_deg of the albedo's coordinate 'angle'"
+    bare = measured.drop_vars("angle")
+    assert abs(snowblue.invert(bare, angle_deg=60).ssa - told.ssa) < 1e-9
+    assert abs(snowblue.invert(bare.assign_attrs(angle_deg=60.0)).ssa - told.ssa) < 1e-9
+    as_diffuse = snowblue.invert(bare)
+    assert as_diffuse.light == "diffuse" and as_diffuse.ssa > 24
+    # An argument goes before a coordinate.
+    assert snowblue.invert(measured, angle_deg="diffuse").ssa == as_diffuse.ssa
+    assert snowblue.invert(measured, angle_deg=60).light == "beam at 60 degrees"
+    unnamed = measured.assign_coords(angle=np.pi / 3)
+    with pytest.raises(ValueError, match="coordinate 'angle' with the units None, but they must be degree"):
+        snowblue.invert(unnamed)
+
+    sky = snowblue.albedo(ssa_m2_kg=20, angle_deg="diffuse", wavelength_nm=NM).drop_vars("angle")
+    fraction = xr.DataArray(0.9 - 0.6 * (NM - 400) / 1000, dims="wavelength", coords={"wavelength": NM})
+    mixed = fraction * sky + (1 - fraction) * bare
+    fit = snowblue.invert(mixed, angle_deg=60, diffuse_fraction=fraction)
+    assert abs(fit.ssa - 20) < 0.05 and fit.light == "beam at 60 degrees with diffuse light"
+    assert abs(snowblue.invert(mixed, angle_deg=60).ssa - 20) > 0.2
+    with pytest.raises(ValueError, match="diffuse_fraction needs the angle of a beam"):
+        snowblue.invert(mixed, diffuse_fraction=0.5)
+
+
+def test_spectra_have_dimensions_and_gaps():
+    pits = xr.Dataset({"ssa": ("pit", [8.0, 20.0, 60.0]), "sun": ("pit", [30.0, 50.0, 70.0])}, {"pit": ["a", "b", "c"]})
+    albedo = snowblue.albedo(ssa_m2_kg=pits.ssa, angle_deg=pits.sun, wavelength_nm=NM)
+    assert albedo.dims == ("pit", "wavelength")
+    several = xr.concat([noisy(albedo, 0.005, seed) for seed in (1, 2)], "visit").transpose("wavelength", "visit", "pit")
+    several[3:6, 1, 2] = np.nan
+    several[:, 0, 1] = np.nan
+    fit = snowblue.invert(several, standard_deviation=0.005)
+    assert set(fit.ssa.dims) == {"pit", "visit"} and list(fit.pit.values) == ["a", "b", "c"]
+    at = fit.isel(visit=1)
+    assert (abs(at.ssa.values - pits.ssa.values) < 4 * at.ssa_sd.values).all()
+    empty = fit.isel(visit=0, pit=1)
+    assert empty.outcome == "no data" and abs(empty.ssa - 20) < 1e-9 and empty.degrees_of_freedom == 0
+    assert (fit.outcome == "converged").sum() == 5 and fit.data.isel(visit=1, pit=2) == 18
+    # Alone, without the missing wavelengths, to the noise of the rays through grains.
+    alone = several.isel(visit=1, pit=2).dropna("wavelength")
+    alone = snowblue.invert(alone, standard_deviation=0.005)
+    assert abs(alone.ssa / fit.ssa.isel(visit=1, pit=2) - 1) < 1e-3
+    plain = snowblue.invert(
+        several.isel(visit=1).transpose("pit", "wavelength").values, NM, standard_deviation=np.full(NM.size, 0.005),
+        angle_deg=xr.DataArray(pits.sun.values, dims="dim_0"))
+    np.testing.assert_allclose(plain.ssa, at.ssa, rtol=1e-12)
+    masked = np.ma.masked_invalid(several.isel(visit=1).transpose("pit", "wavelength").values)
+    plain = snowblue.invert(
+        masked, NM, standard_deviation=0.005, angle_deg=xr.DataArray(pits.sun.values, dims="dim_0"))
+    np.testing.assert_allclose(plain.ssa, at.ssa, rtol=1e-12)
+
+
+def test_transmittance_tells_the_thickness():
+    arguments = dict(ssa_m2_kg=25, density_kg_m3=250, thickness_cm=4, angle_deg=40, wavelength_nm=NM)
+    truth = snowblue.spectrum(**arguments, standard_errors=False).squeeze(drop=True)
+    fit = snowblue.invert(
+        truth.reflectance, transmittance=truth.transmittance, transmittance_standard_deviation=0.02 * truth.transmittance,
+        angle_deg=40, thickness_cm=6, density_kg_m3=250, retrieve={"ssa_m2_kg": (20, 0.5), "thickness_cm": None})
+    assert abs(fit.thickness - 4) < 0.02 and fit.thickness.units == "cm" and abs(fit.ssa - 25) < 0.2
+    assert fit.degrees_of_freedom > 1.9 and fit.data == 42 and "thickness_cm: median of the argument" in fit.prior
+    only = snowblue.invert(
+        transmittance=truth.transmittance, transmittance_standard_deviation=0.01, angle_deg=40, thickness_cm=4)
+    assert "albedo_fit" not in only and only.outcome == "converged"
+    with pytest.raises(ValueError, match="transmittance needs a thickness that is finite"):
+        snowblue.invert(transmittance=truth.transmittance, transmittance_standard_deviation=0.01)
+    with pytest.raises(TypeError, match="transmittance_standard_deviation"):
+        snowblue.invert(transmittance=truth.transmittance)
+
+
+def test_errors_in_common_are_part_of_the_posterior():
+    measured = 1.03 * snowblue.albedo(**SOOTY, wavelength_nm=NM)
+    trusted = snowblue.invert(measured, standard_deviation=0.004)
+    scaled = snowblue.invert(measured, standard_deviation=0.004, scale_error=0.03)
+    smooth = snowblue.invert(measured, standard_deviation=0.004, correlation_nm=100)
+    assert abs(trusted.ssa - 18) > 4 * trusted.ssa_sd and abs(scaled.ssa - 18) < scaled.ssa_sd
+    assert abs(scaled.albedo_scale - 1.03) < scaled.albedo_scale_sd and "albedo_scale" not in trusted
+    assert smooth.ssa_sd > 1.5 * trusted.ssa_sd
+    correlated = snowblue.invert(measured, prior_correlation=[[1, 0.5], [0.5, 1]])
+    assert correlated.ssa != snowblue.invert(measured).ssa
+    with pytest.raises(ValueError, match="2 rows and 2 columns"):
+        snowblue.invert(measured, prior_correlation=[[1]])
+
+
+def test_wrong_input_is_named_with_its_place():
+    with pytest.raises(TypeError, match="neither an albedo nor a transmittance"):
+        snowblue.invert()
+    with pytest.raises(TypeError, match="wavelength_nm is missing"):
+        snowblue.invert([0.9, 0.8])
+    with pytest.raises(ValueError, match=r"the albedo has the shape \(2,\), but there are 1 wavelengths"):
+        snowblue.invert([0.9, 0.8], [400])
+    with pytest.raises(ValueError, match=r"albedo is 2, but must lie in -0.5–1.5, at wavelength\[1\]"):
+        snowblue.invert([0.9, 2.0, 0.5], [400, 500, 600])
+    with pytest.raises(ValueError, match=r"standard deviation is 0, .* at wavelength\[0\]"):
+        snowblue.invert([0.9, 0.8], [400, 500], standard_deviation=0)
+    measured = snowblue.albedo(ssa_m2_kg=[20, 30], wavelength_nm=NM)
+    wrong = measured.copy()
+    wrong[1, 4] = np.inf
+    with pytest.raises(ValueError, match=r"albedo is inf, .*, at specific_surface_area\[1\], wavelength\[4\]"):
+        snowblue.invert(wrong)
+    with pytest.raises(ValueError, match=r"the standard deviation has the shape \(2,\), but there are 21 wavelengths"):
+        snowblue.invert(measured, standard_deviation=[0.01, 0.02])
+    with pytest.raises(ValueError, match=r"density is 1200 kg/m³, but must lie in 10–900 kg/m³, at pit\[1\]"):
+        snowblue.invert(
+            measured.isel(specific_surface_area=0), density_kg_m3=xr.DataArray([300.0, 1200.0], dims="pit"))
+    with pytest.raises(ValueError, match=r"wavelength in snow with impurities is 1600 nm, .*, at wavelength\[1\]"):
+        snowblue.invert([0.9, 0.1], [400, 1600])
+    with pytest.raises(ValueError, match="parameter 'size' is not known; there are ssa_m2_kg"):
+        snowblue.invert(measured, retrieve="size")
+    with pytest.raises(ValueError, match="the prior of ssa_m2_kg is 20, but must be a median and a deviation"):
+        snowblue.invert(measured, retrieve={"ssa_m2_kg": 20})
+    with pytest.raises(ValueError, match="specific surface area is 2000 m²/kg, but must lie in 1.4–300 m²/kg"):
+        snowblue.invert(measured, retrieve={"ssa_m2_kg": (2000, 1)})
+    with pytest.raises(TypeError, match="'free_scale' is not known"):
+        snowblue.invert(measured, free_scale=True)
+
+
+def test_the_result_can_be_written(tmp_path):
+    pytest.importorskip("scipy")
+    fit = snowblue.invert(snowblue.albedo(ssa_m2_kg=[20, 30], wavelength_nm=NM))
+    fit.to_netcdf(tmp_path / "fit.nc", engine="scipy")
+    again = xr.open_dataset(tmp_path / "fit.nc", engine="scipy")
+    np.testing.assert_array_equal(again.ssa, fit.ssa)
+    assert (again.outcome == "converged").all() and again.light == fit.light
