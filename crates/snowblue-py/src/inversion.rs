@@ -147,7 +147,10 @@ impl Unknowns<'_> {
             None => f64::from(u8::from(i == j)),
         };
         if let Some(i) = (0..n).find(|i| (correlation(*i, *i) - 1.0).abs() > 0.0) {
-            return Err(input(format!("the correlation of the prior is {} on its diagonal, but must be 1", correlation(i, i))));
+            return Err(input(format!(
+                "the correlation of the prior is {} on its diagonal, but must be 1",
+                correlation(i, i)
+            )));
         }
         let entry = |k: usize| correlation(k / n, k % n) * priors[k / n].deviation * priors[k % n].deviation;
         Ok((0..n * n).map(entry).collect())

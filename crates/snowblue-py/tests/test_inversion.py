@@ -34,15 +34,15 @@ def test_snow_is_retrieved_within_its_posterior():
 def test_the_light_is_that_of_the_spectrum_or_named():
     measured = snowblue.albedo(ssa_m2_kg=20, angle_deg=60, wavelength_nm=NM)
     told = snowblue.invert(measured)
-    assert abs(told.ssa - 20) < 0.05 and told.light == "beam at angle_deg of the albedo's coordinate 'angle'"
+    assert abs(told.ssa - 20) < 0.05 and told.light == "beam at 60 degrees, by the albedo's coordinate 'angle'"
     bare = measured.drop_vars("angle")
     assert abs(snowblue.invert(bare, angle_deg=60).ssa - told.ssa) < 1e-9
     assert abs(snowblue.invert(bare.assign_attrs(angle_deg=60.0)).ssa - told.ssa) < 1e-9
     as_diffuse = snowblue.invert(bare)
-    assert as_diffuse.light == "diffuse" and as_diffuse.ssa > 24
+    assert as_diffuse.light == "diffuse, by default" and as_diffuse.ssa > 24
     # An argument goes before a coordinate.
     assert snowblue.invert(measured, angle_deg="diffuse").ssa == as_diffuse.ssa
-    assert snowblue.invert(measured, angle_deg=60).light == "beam at 60 degrees"
+    assert snowblue.invert(measured, angle_deg=60).light == "beam at 60 degrees" and told.angle_deg == 60
     unnamed = measured.assign_coords(angle=np.pi / 3)
     with pytest.raises(ValueError, match="coordinate 'angle' with the units None, but they must be degree"):
         snowblue.invert(unnamed)

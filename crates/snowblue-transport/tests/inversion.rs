@@ -3,9 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use snowblue_transport::batch::{Batch, SlabCase};
-use snowblue_transport::inversion::{
-    Illumination, Inversion, InversionError, Measured, Outcome, Retrieval, Spectrum,
-};
+use snowblue_transport::inversion::{Illumination, Inversion, InversionError, Measured, Outcome, Retrieval, Spectrum};
 use snowblue_transport::ordinates::{OrdinatesOptions, Streams, solve_batch};
 use snowblue_transport::rng::Stream;
 use snowblue_transport::{GrainSize, Incidence, SnowSample, Substance, Variable};
@@ -60,11 +58,8 @@ fn exact(truth: &Truth) -> [Vec<f64>; 2] {
         incidence: *incidence,
         ground_albedo: 0.0,
     };
-    let batch = Batch {
-        samples: vec![sample],
-        cases: incidences.iter().map(case).collect(),
-        wavelengths_nm: NM.to_vec(),
-    };
+    let batch =
+        Batch { samples: vec![sample], cases: incidences.iter().map(case).collect(), wavelengths_nm: NM.to_vec() };
     let solved = solve_batch(&batch, &OPTIONS, false, &|_| ()).unwrap();
     let mixed = |k: usize, of: &dyn Fn(usize) -> f64| (1.0 - diffuse[k]) * of(k) + diffuse[k] * of(NM.len() + k);
     [
@@ -296,7 +291,7 @@ fn information_grows_with_the_data() {
 
 /// dx̂/dx by central differences where the truth is the prior's mean, so that the retrieval is the truth. The error of
 /// the difference is of second order in the step, 0.0025 of the third derivative, which is below that of an exponential
-/// model, A (1 − A) < 0.25; the search ends 10⁻⁵ of a standard deviation from the mode.
+/// model, A (1 − A) < 0.25; the search ends less than 10⁻⁴ of a standard deviation from the mode.
 #[test]
 fn the_averaging_kernel_is_the_derivative_of_the_retrieval() {
     const STEP: f64 = 0.05;
@@ -335,7 +330,8 @@ fn an_error_of_scale_is_retrieved_with_the_snow() {
     let distance = |retrieval: &Retrieval| (retrieval.values[0].median - 20.0) / retrieval.values[0].standard_deviation;
     assert!(distance(&trusted) > 10.0 && distance(&free).abs() < 1.0, "{trusted:?} {free:?}");
     assert!((free.albedo_scale.median - 1.03).abs() < free.albedo_scale.standard_deviation, "{free:?}");
-    assert!(trusted.chi_square > 10.0 * free.chi_square && trusted.albedo_scale.interval == [1.0; 2]);
+    assert!(trusted.chi_square > 10.0 * free.chi_square);
+    assert!((trusted.albedo_scale.interval[1] - 1.0).abs() < 1e-15);
 }
 
 /// Albedo and transmittance together, of all variables that they can tell apart.
@@ -360,13 +356,19 @@ fn every_variable_can_be_retrieved() {
         };
         let found = one(&inversion(&[variable], &[2.0]), spectrum);
         let off = found.values[0].median - value;
-        assert!(found.outcome == Outcome::Converged && off.abs() < 0.1 * found.values[0].standard_deviation, "{found:?}");
+        assert!(
+            found.outcome == Outcome::Converged && off.abs() < 0.1 * found.values[0].standard_deviation,
+            "{found:?}"
+        );
         assert!(found.data == 24 && found.data_chi_square < 0.1 && found.solutions < 30, "{found:?}");
     }
     // What is not in the snow, and what darkens it in another way.
     for (variable, median) in [(DUST, 1000.0), (Variable::GroundAlbedo, 0.2), (Variable::WaterSaturation, 0.02)] {
         let spectrum = Spectrum {
-            snow: SnowSample { grain_size: GrainSize::from_specific_surface_area(25.0, -5.0).unwrap(), ..SnowSample::default() },
+            snow: SnowSample {
+                grain_size: GrainSize::from_specific_surface_area(25.0, -5.0).unwrap(),
+                ..SnowSample::default()
+            },
             ..spectrum(&Truth { soot_ng_g: 0.0, ..truth.clone() }, &[median], 1e-4)
         };
         let found = one(&inversion(&[variable], &[2.0]), spectrum);

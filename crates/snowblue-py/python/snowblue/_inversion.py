@@ -61,9 +61,7 @@ def invert(
     wavelength_nm: Any = None,
     *,
     transmittance: Any = None,
-    retrieve: str | Iterable[str] | Mapping[str, tuple[float | None, float | None] | None] = (
-        "ssa_m2_kg", "black-carbon",
-    ),
+    retrieve: str | Iterable[str] | Mapping[str, Any] = ("ssa_m2_kg", "black-carbon"),
     standard_deviation: Any = 0.01,
     transmittance_standard_deviation: Any = None,
     scale_error: float = 0.0,
@@ -147,7 +145,7 @@ def invert(
     >>> fit.ssa.round().values
     array([12., 20.])
     >>> fit.light
-    "beam at angle_deg of the albedo's coordinate 'angle'"
+    "beam at 60 degrees, by the albedo's coordinate 'angle'"
 
     Soot in clean snow is not determined; the prior is.
 
@@ -169,39 +167,37 @@ def invert(
     columns: list[tuple[str, ...]] = [tuple(axes.sizes)]
     spectra: dict[str, Any] = {"wavelength_nm": wavelengths_nm}
     made: dict[str, Any] = {}
-    places_of = []
+    rows: dict[str, dict[str, Any]] = {}
     for name, array in measured.items():
         deviation = standard_deviation if name == "albedo" else transmittance_standard_deviation
-        rows = {
+        rows[name] = {
             "values": _rows(name, array, array, given[name], axes),
             "standard_deviation": _rows("standard deviation", deviation, array, given[name], axes),
         }
-        places_of.append((name, rows))
+    fraction = None
+    if diffuse_fraction is not None:
+        first, array = next(iter(measured.items()))
+        fraction = _rows("diffuse fraction", diffuse_fraction, array, given[first], axes)
     for name, own in (("thickness_cm", thickness_cm), ("angle_deg", angle_deg), ("ground_albedo", ground_albedo)):
         value, source = (own, "argument") if own is not None else _stated(name, measured)
         quantity = STATED[name][0]
         spectra[name], dims = slab_argument(quantity, value, axes, always=False)
         columns.append(dims)
-        made[name] = _described(spectra[name], source)
-    if diffuse_fraction is not None:
-        first, array = next(iter(measured.items()))
-        fraction = _rows("diffuse fraction", diffuse_fraction, array, given[first], axes)
-    else:
-        fraction = None
+        made[name] = spectra[name][0] if len(spectra[name]) == 1 else f"of the {source}"
+        if name == "angle_deg":
+            made["light"] = _light(spectra[name], source, diffuse_fraction is not None)
     # All axes are known from here on.
     spectra["places"] = np.stack([axes.places(dims) for dims in columns], axis=-1).astype(np.int64)
     spectra["diffuse_fraction"] = None if fraction is None else fraction[0][axes.places(fraction[1])]
+    errors = {"scale_error": number("scale_error", scale_error)}
+    errors["correlation_nm"] = number("correlation_nm", correlation_nm)
     spectra |= {"albedo": None, "transmittance": None}
-    for name, rows in places_of:
-        spread = {key: np.ascontiguousarray(values[axes.places(dims)]) for key, (values, dims) in rows.items()}
-        errors = {"scale_error": number("scale_error", scale_error), "correlation_nm": number("correlation_nm", correlation_nm)}
-        spectra[name] = spread | errors
+    for name, arrays in rows.items():
+        spectra[name] = {key: values[axes.places(dims)] for key, (values, dims) in arrays.items()} | errors
     unknowns = {
         "names": names,
-        "median": [None if prior[0] is None else number(f"median of {name}", prior[0]) for name, prior in zip(names, priors)],
-        "deviation": [
-            None if prior[1] is None else number(f"deviation of {name}", prior[1]) for name, prior in zip(names, priors)
-        ],
+        "median": [median for median, _ in priors],
+        "deviation": [deviation for _, deviation in priors],
         "correlation": None if prior_correlation is None else np.asarray(prior_correlation, dtype=float),
     }
     labels = [{"ssa_m2_kg": "ssa"}.get(name, _quantity(name).name) for name in names]
@@ -212,47 +208,57 @@ def invert(
     with reporting(progress, "spectra") as report, axes.locating_errors(len(wavelengths_nm)):
         found = _native.invert(snow_given.native, spectra, unknowns, ordinates(streams, seed), report)
 
-    dims, shape = [*axes.sizes], axes.shape
-    variables: dict[str, Any] = {}
-
-    def add(name: str, values: Any, long_name: str, unit: str = "1", more: tuple[str, ...] = ()) -> None:
-        sizes = [len(wavelengths_nm) if dim == "wavelength" else len(names) for dim in more]
-        array = np.asarray(values).reshape([*shape, *sizes])
-        variables[name] = ([*dims, *more], array, {"long_name": long_name} | ({"units": unit} if unit else {}))
-
-    for name, label in zip(names, labels):
-        quantity = _quantity(name)
-        attrs = quantity.attributes()
-        for aspect, text in ASPECTS.items():
-            add(label + aspect, found[name + aspect], text.format(attrs["long_name"]), attrs["units"])
-    for name in measured:
-        if scale_error:
-            for aspect, text in ASPECTS.items():
-                add(f"{name}_scale{aspect}", found[f"{name}_scale{aspect}"], text.format(f"measured over true {name}"))
-        add(name, spectra[name]["values"], f"measured {name}", more=("wavelength",))
-        add(f"{name}_fit", found[f"{name}_fit"], f"{name} of the retrieved snow", more=("wavelength",))
-    add("averaging_kernel", found["averaging_kernel"], "derivative of the retrieved state by the true one",
-        more=("parameter", "true_parameter"))
-    add("covariance", found["covariance"], "covariance of the state's posterior", more=("parameter", "true_parameter"))
-    for name, text in NUMBERS.items():
-        whole = name in ("data", "solutions")
-        add(name, found[name].astype(np.int64) if whole else found[name], text)
-    add("outcome", found["outcome"], "how the search has ended", unit="")
+    made["prior"] = "; ".join(
+        f"{name}: median {'of the argument' if median is None else f'{median:g}'}, deviation {deviation:g}"
+        for name, (median, deviation) in zip(names, found["prior"])
+    )
+    made |= errors | {"seed": seed}
+    ignored = {"ssa_m2_kg": ("grain_size_um", "size_measure")}
+    dropped = {key for name in names for key in ignored.get(name, (name, f"{name.replace('-', '_')}_ng_g"))}
+    kept = {name: value for name, value in snow_given.attrs.items() if name not in dropped}
+    variables = _variables(found, dict(zip(names, labels)), {name: spectra[name]["values"] for name in measured}, axes)
+    if not scale_error:
+        variables = {name: value for name, value in variables.items() if "_scale" not in name}
     own = wavelength_coordinate(wavelengths_nm)
     carried = next(iter(measured.values())).coords
     coords = axes.coordinates(Wavelengths(wavelengths_nm, "wavelength", own, carried))
     coords = {name: coordinate for name, coordinate in coords.items() if name not in variables}
     coords |= {"parameter": labels, "true_parameter": labels}
-    made["light"] = _light(spectra["angle_deg"], made.pop("angle_deg"), diffuse_fraction is not None)
-    made["prior"] = "; ".join(
-        f"{name}: median {'of the argument' if median is None else f'{median:g}'}, deviation {deviation:g}"
-        for name, (median, deviation) in zip(names, found["prior"])
-    )
-    made |= {"scale_error": float(scale_error), "correlation_nm": float(correlation_nm), "seed": seed}
-    ignored = {"ssa_m2_kg": ("grain_size_um", "size_measure")}
-    dropped = {key for name in names for key in ignored.get(name, (name, f"{name.replace('-', '_')}_ng_g"))}
-    kept = {name: value for name, value in snow_given.attrs.items() if name not in dropped}
     return xr.Dataset(variables, coords, attributes(**kept, **made))
+
+
+def _variables(
+    found: dict[str, Any], labels: dict[str, str], measured: dict[str, np.ndarray], axes: Axes
+) -> dict[str, Any]:
+    """The variables of the result, of parameters with these labels."""
+    variables: dict[str, Any] = {}
+
+    def add(name: str, values: Any, long_name: str, unit: str | None = "1", more: tuple[str, ...] = ()) -> None:
+        array = np.asarray(values)
+        if more == ("wavelength",):
+            array = array.reshape([*axes.shape, -1])
+        else:
+            array = array.reshape([*axes.shape, *(len(labels) for _ in more)])
+        variables[name] = ([*axes.sizes, *more], array, {"long_name": long_name} | ({"units": unit} if unit else {}))
+
+    for name, label in labels.items():
+        attrs = _quantity(name).attributes()
+        for aspect, text in ASPECTS.items():
+            add(label + aspect, found[name + aspect], text.format(attrs["long_name"]), attrs["units"])
+    for name, values in measured.items():
+        for aspect, text in ASPECTS.items():
+            add(f"{name}_scale{aspect}", found[f"{name}_scale{aspect}"], text.format(f"measured over true {name}"))
+        add(name, values, f"measured {name}", more=("wavelength",))
+        add(f"{name}_fit", found[f"{name}_fit"], f"{name} of the retrieved snow", more=("wavelength",))
+    pairs = ("parameter", "true_parameter")
+    kernel = found["averaging_kernel"]
+    add("averaging_kernel", kernel, "derivative of the retrieved state by the true one", more=pairs)
+    add("covariance", found["covariance"], "covariance of the posterior of the state", more=pairs)
+    for name, text in NUMBERS.items():
+        values = found[name]
+        add(name, values.astype(np.int64) if name in ("data", "solutions") else values, text)
+    add("outcome", found["outcome"], "how the search has ended", unit=None)
+    return variables
 
 
 def _quantity(name: str) -> Quantity:
@@ -272,7 +278,8 @@ def _priors(retrieve: Any) -> tuple[list[str], list[tuple[Any, Any]]]:
             median, deviation = (None, None) if prior is None else prior
         except (TypeError, ValueError):
             raise ValueError(f"the prior of {name} is {prior!r}, but must be a median and a deviation") from None
-        priors.append((median, deviation))
+        given = (("median", median), ("deviation", deviation))
+        priors.append(tuple(None if one is None else number(f"{what} of {name}", one) for what, one in given))
     return list(retrieve), priors
 
 
@@ -355,18 +362,11 @@ def _stated(name: str, measured: dict[str, xr.DataArray]) -> tuple[Any, str]:
     return default, "default"
 
 
-def _described(values: list[Any], source: str) -> Any:
-    """A value, or where the values are from."""
-    return values[0] if len(values) == 1 and source in ("argument", "default") else f"of the {source}"
-
-
-def _light(angles_deg: list[Any], described: Any, is_mixed: bool) -> str:
-    """Which light was assumed."""
-    if described == "diffuse":
-        return "diffuse"
-    if isinstance(described, str):
-        kind = "diffuse" if all(angle == "diffuse" for angle in angles_deg) else "beam"
-        text = f"{kind} at angle_deg {described}" if kind == "beam" else f"diffuse, {described}"
+def _light(angles_deg: list[Any], source: str, is_mixed: bool) -> str:
+    """Which light was assumed, and why."""
+    if len(angles_deg) > 1:
+        text = "beams at several angles"
     else:
-        text = f"beam at {described:g} degrees"
-    return text + (" with diffuse light" if is_mixed else "")
+        text = "diffuse" if angles_deg == ["diffuse"] else f"beam at {angles_deg[0]:g} degrees"
+    text += " with diffuse light" if is_mixed else ""
+    return text + {"argument": "", "default": ", by default"}.get(source, f", by the {source}")

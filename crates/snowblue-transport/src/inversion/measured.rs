@@ -54,7 +54,8 @@ struct Point {
 impl Measured {
     /// Checks all but the values that are missing.
     pub(super) fn check(&self, values: &ParameterRange, wavelengths_nm: &[f64]) -> Result<(), InversionError> {
-        for (quantity, numbers) in [(values.quantity, &self.values), (DEVIATION_RANGE.quantity, &self.standard_deviations)]
+        for (quantity, numbers) in
+            [(values.quantity, &self.values), (DEVIATION_RANGE.quantity, &self.standard_deviations)]
         {
             if numbers.len() != wavelengths_nm.len() {
                 let expected = "as many as there are wavelengths";

@@ -282,7 +282,8 @@ impl Inversion {
     }
 
     fn check_spectrum(&self, spectrum: &Spectrum, used: &[usize]) -> Result<(), InversionError> {
-        let Spectrum { snow, thickness_cm, ground_albedo, illumination, prior_medians, albedo, transmittance } = spectrum;
+        let Spectrum { snow, thickness_cm, ground_albedo, illumination, prior_medians, albedo, transmittance } =
+            spectrum;
         snow.check()?;
         check_thickness(*thickness_cm)?;
         GROUND_ALBEDO_RANGE.check(*ground_albedo)?;
