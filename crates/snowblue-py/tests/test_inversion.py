@@ -61,7 +61,8 @@ def test_spectra_have_dimensions_and_gaps():
     pits = xr.Dataset({"ssa": ("pit", [8.0, 20.0, 60.0]), "sun": ("pit", [30.0, 50.0, 70.0])}, {"pit": ["a", "b", "c"]})
     albedo = snowblue.albedo(ssa_m2_kg=pits.ssa, angle_deg=pits.sun, wavelength_nm=NM)
     assert albedo.dims == ("pit", "wavelength")
-    several = xr.concat([noisy(albedo, 0.005, seed) for seed in (1, 2)], "visit").transpose("wavelength", "visit", "pit")
+    visits = [noisy(albedo, 0.005, seed) for seed in (1, 2)]
+    several = xr.concat(visits, "visit").transpose("wavelength", "visit", "pit")
     several[3:6, 1, 2] = np.nan
     several[:, 0, 1] = np.nan
     fit = snowblue.invert(several, standard_deviation=0.005)
@@ -89,8 +90,9 @@ def test_transmittance_tells_the_thickness():
     arguments = dict(ssa_m2_kg=25, density_kg_m3=250, thickness_cm=4, angle_deg=40, wavelength_nm=NM)
     truth = snowblue.spectrum(**arguments, standard_errors=False).squeeze(drop=True)
     fit = snowblue.invert(
-        truth.reflectance, transmittance=truth.transmittance, transmittance_standard_deviation=0.02 * truth.transmittance,
-        angle_deg=40, thickness_cm=6, density_kg_m3=250, retrieve={"ssa_m2_kg": (20, 0.5), "thickness_cm": None})
+        truth.reflectance, transmittance=truth.transmittance,
+        transmittance_standard_deviation=0.02 * truth.transmittance, angle_deg=40, thickness_cm=6, density_kg_m3=250,
+        retrieve={"ssa_m2_kg": (20, 0.5), "thickness_cm": None})
     assert abs(fit.thickness - 4) < 0.02 and fit.thickness.units == "cm" and abs(fit.ssa - 25) < 0.2
     assert fit.degrees_of_freedom > 1.9 and fit.data == 42 and "thickness_cm: median of the argument" in fit.prior
     only = snowblue.invert(

@@ -1,4 +1,4 @@
-//! Surface area and black carbon retrieved from the albedo of thick snow, and the albedo of thin snow predicted from them.
+//! Surface area and black carbon retrieved from the albedo of thick snow, and the albedo of thin snow predicted.
 
 use snowblue_transport::batch::{Batch, BatchError, SlabCase};
 use snowblue_transport::inversion::{
@@ -93,12 +93,11 @@ pub(crate) fn figure() -> Result<Figure, FigureError> {
     Ok(Figure {
         title: "Snow from its albedo, and thin snow predicted from it",
         ours: "Top: measured albedo (Letcher et al. 2022, Vermont, 12 February 2021, sky light; bands ± 1 standard \
-               deviation) of 34 cm of snow, with our retrieval of surface area and black carbon, and of 4.5 cm on a black \
-               panel, with our prediction for the same snow. The band spans densities of 147–287 kg/m³ and panel \
-               albedos of .02–.06, which are not reported. Dashed: prediction with the surface area fitted to the thin \
-               snow beyond 1000 nm, where the panel has no effect. Middle: ours minus measured. Bottom: thin over \
-               thick, which does not depend on a common error of scale or of the ice table; grey is the band of the \
-               dashed line."
+               deviation) of 34 cm of snow, with that of the snow that we retrieve, and of 4.5 cm on a black panel, \
+               with our prediction for the same snow. The band spans densities of 147–287 kg/m³ and panel albedos of \
+               .02–.06, which are not reported. Dashed: prediction with the surface area of the thin snow beyond 1000 \
+               nm, where the panel has no effect. Middle: ours minus measured. Bottom: thin over thick, which does not \
+               depend on a common error of scale or of the ice table; grey is the band of the dashed line."
             .to_owned(),
         paper: "Compares its model with one measured reflectance (Fig. S2), not with these measurements.".to_owned(),
         drawing: Drawing::Svg(draw(&answers)),

@@ -79,7 +79,8 @@ def invert(
     """Properties of snow from measured spectra of albedo and transmittance, and how well the data determine them.
 
     Optimal estimation (Rodgers 2000): the most probable state, given the data, their errors, and a prior. The state has
-    the logarithms of positive quantities and the log-odds of fractions. All spectra are retrieved together, in parallel.
+    the logarithms of positive quantities and the log-odds of fractions. All spectra are retrieved together, in
+    parallel.
 
     Parameters
     ----------

@@ -12,7 +12,7 @@
 
 use snowblue_base::ParameterRange;
 
-use super::InversionError;
+use super::error::InversionError;
 use crate::TransportError;
 
 const DEVIATION_RANGE: ParameterRange =

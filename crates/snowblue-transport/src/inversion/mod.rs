@@ -1,8 +1,8 @@
 //! Snow from measured spectra of albedo and transmittance, by optimal estimation (Rodgers 2000, *Inverse Methods for
 //! Atmospheric Sounding*, ch. 5).
 //!
-//! In the infrared the albedo of thick snow depends on the specific surface area, since light takes longer paths through
-//! the ice of larger grains; in the visible it depends on impurities (Warren & Wiscombe 1980; Gallet et al. 2009,
+//! In the infrared the albedo of thick snow depends on the specific surface area, since light takes longer paths in the
+//! ice of larger grains; in the visible it depends on impurities (Warren & Wiscombe 1980; Gallet et al. 2009,
 //! doi:10.5194/tc-3-167-2009). The state has the logarithms of any [`Variable`]s, or the log-odds of fractions, with a
 //! normal prior. Its posterior says how well the data determine each of them. All spectra are solved together, each
 //! step of all in one batch, with the exact derivatives of [`differentiate_batch`].
@@ -54,8 +54,9 @@ use std::fmt;
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
-use snowblue_base::{ParameterRange, RangeError};
+use snowblue_base::ParameterRange;
 
+mod error;
 mod estimation;
 mod measured;
 mod state;
@@ -69,6 +70,7 @@ use crate::sample::{GrainSize, SURFACE_AREA_RANGE, SnowSample};
 use crate::slab::{Incidence, check_incidences, check_thickness, check_wavelengths};
 use crate::stack::GROUND_ALBEDO_RANGE;
 use crate::variable::Variable;
+pub use error::InversionError;
 use estimation::{End, Knowledge, Posterior, Search};
 use measured::Data;
 pub use measured::Measured;
@@ -193,19 +195,6 @@ pub enum Outcome {
     NotConverged,
     /// The spectrum has no values; the posterior is the prior.
     NoData,
-}
-
-/// What is wrong with the input.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("{error}")]
-pub struct InversionError {
-    /// The spectrum that is wrong, or none where all of them are.
-    pub spectrum: Option<usize>,
-    /// The wavelength at which it is wrong, if there is one.
-    pub wavelength: Option<usize>,
-    /// What is wrong with it.
-    #[source]
-    pub error: TransportError,
 }
 
 /// A spectrum in work.
@@ -630,24 +619,6 @@ impl fmt::Display for Outcome {
             Self::NotConverged => out.write_str("not converged"),
             Self::NoData => out.write_str("no data"),
         }
-    }
-}
-
-impl InversionError {
-    fn at_wavelength(place: usize, error: impl Into<TransportError>) -> Self {
-        Self { spectrum: None, wavelength: Some(place), error: error.into() }
-    }
-}
-
-impl From<TransportError> for InversionError {
-    fn from(error: TransportError) -> Self {
-        Self { spectrum: None, wavelength: None, error }
-    }
-}
-
-impl From<RangeError> for InversionError {
-    fn from(error: RangeError) -> Self {
-        TransportError::from(error).into()
     }
 }
 

@@ -26,7 +26,7 @@ pub struct Prior {
 impl Prior {
     /// A weak prior: 95 % of seasonal snow, and of what is deposited in it, lie within two of its deviations.
     ///
-    /// Density, thickness, the sun's cosine and the ground's albedo have a median where one is known, so theirs is none.
+    /// Density, thickness, the cosine of the sun and the albedo of the ground have the median that is known of them.
     #[must_use]
     pub fn weak(variable: Variable) -> Self {
         use crate::optics::Substance::{BlackCarbon, BrownCarbon, ColoradoDust, SaharanDust, SnowAlgae};
