@@ -39,7 +39,7 @@ struct GivenMeasured<'py> {
     correlation_nm: f64,
 }
 
-/// What is retrieved, and its prior: weak where none is given.
+/// What is retrieved, its prior, which is weak where none is given, and options of the engine.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct Unknowns<'py> {
@@ -47,10 +47,14 @@ pub(crate) struct Unknowns<'py> {
     median: Vec<Option<f64>>,
     deviation: Vec<Option<f64>>,
     correlation: Option<PyReadonlyArray2<'py, f64>>,
+    ordinates: Ordinates,
 }
 
 /// A number of each retrieval.
-type Number<T> = fn(&Retrieval) -> T;
+type Number = fn(&Retrieval) -> f64;
+
+/// Numbers of each retrieval.
+type Numbers = fn(&Retrieval) -> &[f64];
 
 /// A number of what is known of a quantity.
 type Aspect = fn(&Retrieved) -> f64;
@@ -65,13 +69,12 @@ const ASPECTS: [(&str, Aspect); 4] = [
 /// The posterior of each spectrum: an array of all spectra for each quantity and aspect, matrices row by row, and the
 /// prior as it was used. An error of one spectrum has its row, and its wavelength if there is one.
 #[pyfunction]
-#[pyo3(signature = (snows, spectra, unknowns, ordinates, progress))]
+#[pyo3(signature = (snows, spectra, unknowns, progress))]
 pub(crate) fn invert<'py>(
     py: Python<'py>,
     snows: &Snows,
     spectra: GivenSpectra<'py>,
     unknowns: Unknowns<'py>,
-    ordinates: Ordinates,
     progress: Option<Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let variables: Vec<Variable> =
@@ -81,7 +84,7 @@ pub(crate) fn invert<'py>(
         wavelengths_nm: spectra.wavelength_nm.clone(),
         prior_covariance: unknowns.covariance(&priors)?,
         variables: variables.clone(),
-        options: ordinates.options()?,
+        options: unknowns.ordinates.options()?,
     };
     let given = spectra.spectra(&snows.samples, &variables, &priors)?;
     let count = given.len() as u64;
@@ -98,7 +101,7 @@ pub(crate) fn invert<'py>(
         dict.set_item(format!("albedo_scale{aspect}"), array(&|one| of(&one.albedo_scale)))?;
         dict.set_item(format!("transmittance_scale{aspect}"), array(&|one| of(&one.transmittance_scale)))?;
     }
-    let numbers: [(&str, Number<f64>); 5] = [
+    let numbers: [(&str, Number); 5] = [
         ("degrees_of_freedom", |one| one.degrees_of_freedom),
         ("data", |one| one.data as f64),
         ("data_chi_square", |one| one.data_chi_square),
@@ -108,7 +111,7 @@ pub(crate) fn invert<'py>(
     for (name, of) in numbers {
         dict.set_item(name, array(&of))?;
     }
-    let several: [(&str, fn(&Retrieval) -> &[f64]); 4] = [
+    let several: [(&str, Numbers); 4] = [
         ("covariance", |one| &one.covariance),
         ("averaging_kernel", |one| &one.averaging_kernel),
         ("albedo_fit", |one| &one.albedo),

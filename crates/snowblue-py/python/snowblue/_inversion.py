@@ -200,6 +200,7 @@ def invert(
         "median": [median for median, _ in priors],
         "deviation": [deviation for _, deviation in priors],
         "correlation": None if prior_correlation is None else np.asarray(prior_correlation, dtype=float),
+        "ordinates": ordinates(streams, seed),
     }
     labels = [{"ssa_m2_kg": "ssa"}.get(name, _quantity(name).name) for name in names]
     taken = {*labels, "parameter", "true_parameter", "outcome", *NUMBERS}
@@ -207,7 +208,7 @@ def invert(
         if dim in taken:
             raise ValueError(f"an argument has a dimension '{dim}', which belongs to the results: rename it")
     with reporting(progress, "spectra") as report, axes.locating_errors(len(wavelengths_nm)):
-        found = _native.invert(snow_given.native, spectra, unknowns, ordinates(streams, seed), report)
+        found = _native.invert(snow_given.native, spectra, unknowns, report)
 
     made["prior"] = "; ".join(
         f"{name}: median {'of the argument' if median is None else f'{median:g}'}, deviation {deviation:g}"

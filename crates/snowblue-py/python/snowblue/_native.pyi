@@ -50,7 +50,6 @@ def invert(
     snows: Snows,
     spectra: dict[str, Any],
     unknowns: dict[str, Any],
-    ordinates: dict[str, Any],
     progress: _Progress,
 ) -> dict[str, Any]: ...
 

@@ -18,9 +18,9 @@
 //! the undamped step δ is far smaller than that covariance, gᵀδ ≪ n (eq. 5.29). That step is taken at last, without
 //! another evaluation.
 //!
-//! Where the model is that of an exponential of the state, it has second derivatives as large as the first, which steps
-//! include where they make them shorter: max(0, −Kᵀr) on the diagonal of H. Without them, steps go to and fro where the
-//! data say that a quantity is smaller than the prior has it.
+//! A model that is linear in exponentials of the state has second derivatives as large as the first. Steps that overshoot
+//! are followed by steps that include them where they are shorter for it: max(0, −Kᵀr) on the diagonal of H. Else they
+//! would go to and fro where the data say that a quantity is smaller than the prior has it.
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
@@ -57,6 +57,8 @@ pub(super) struct Search {
     /// The fall of J from the best state to the trial, by its derivatives.
     predicted: f64,
     damping: f64,
+    /// Whether steps have overshot.
+    is_bent: bool,
     solutions: usize,
     end: Option<End>,
 }
@@ -78,8 +80,8 @@ struct Evaluated {
     information: DMatrix<f64>,
     /// H.
     curvature: DMatrix<f64>,
-    /// H with the second derivatives of the model.
-    bent: DMatrix<f64>,
+    /// max(0, −Kᵀr).
+    second: DVector<f64>,
     /// g.
     descent: DVector<f64>,
 }
@@ -105,7 +107,16 @@ impl Search {
     /// A search that starts at the mean of the prior.
     pub(super) fn new(prior: Knowledge) -> Self {
         let trial = prior.mean.clone();
-        Self { prior, best: None, trial, predicted: 0.0, damping: FIRST_DAMPING, solutions: 0, end: None }
+        Self {
+            prior,
+            best: None,
+            trial,
+            predicted: 0.0,
+            damping: FIRST_DAMPING,
+            is_bent: false,
+            solutions: 0,
+            end: None,
+        }
     }
 
     /// The state at which the model is to be evaluated next.
@@ -128,24 +139,24 @@ impl Search {
         let is_better = fall.is_none_or(|fall| fall > 0.0);
         if is_better {
             self.damping = match fall {
-                Some(fall) if fall < 0.25 * self.predicted => WARY_DAMPING.max(2.0 * self.damping),
+                Some(fall) if fall < 0.25 * self.predicted && self.is_bent => WARY_DAMPING.max(2.0 * self.damping),
                 Some(fall) if fall > 0.75 * self.predicted => 0.1 * self.damping,
                 _ => self.damping,
             };
+            self.is_bent |= fall.is_some_and(|fall| fall < 0.25 * self.predicted);
             let information = jacobian.tr_mul(jacobian);
             let data_descent = jacobian.tr_mul(residuals);
-            let curvature = &information + &self.prior.precision;
-            let second = DMatrix::from_diagonal(&data_descent.map(|descent| (-descent).max(0.0)));
             self.best = Some(Evaluated {
                 state: self.trial.clone(),
                 data_cost,
                 prior_cost,
-                bent: &curvature + second,
-                curvature,
+                curvature: &information + &self.prior.precision,
+                second: data_descent.map(|descent| (-descent).max(0.0)),
                 information,
                 descent: data_descent - pull,
             });
         } else {
+            self.is_bent = true;
             self.damping *= 10.0;
         }
         self.advance(is_better);
@@ -156,11 +167,12 @@ impl Search {
     fn advance(&mut self, is_better: bool) {
         let Some(best) = &mut self.best else { return };
         let free = best.free(&self.prior);
-        let full = best.step(&free, 0.0);
+        let curvature = best.bent(self.is_bent);
+        let full = best.step(curvature.clone(), &free, 0.0);
         let decrement = full.dot(&best.descent) / full.len() as f64;
-        let trial = self.prior.within(&(&best.state + best.step(&free, self.damping)));
+        let trial = self.prior.within(&(&best.state + best.step(curvature.clone(), &free, self.damping)));
         let step = &trial - &best.state;
-        self.predicted = 2.0 * best.descent.dot(&step) - step.dot(&(&best.bent * &step));
+        self.predicted = 2.0 * best.descent.dot(&step) - step.dot(&(&curvature * &step));
         self.end = if decrement <= CONVERGED {
             best.state = self.prior.within(&(&best.state + full));
             Some(End::Converged)
@@ -206,7 +218,7 @@ impl Evaluated {
             prior_cost: 0.0,
             information: DMatrix::zeros(n, n),
             curvature: prior.precision.clone(),
-            bent: prior.precision.clone(),
+            second: DVector::zeros(n),
             descent: DVector::zeros(n),
         }
     }
@@ -220,9 +232,13 @@ impl Evaluated {
         (0..self.state.len()).map(is_free).collect()
     }
 
+    /// H, perhaps with the second derivatives of the model.
+    fn bent(&self, is_bent: bool) -> DMatrix<f64> {
+        if is_bent { &self.curvature + DMatrix::from_diagonal(&self.second) } else { self.curvature.clone() }
+    }
+
     /// δ, with 0 for elements that are not free.
-    fn step(&self, free: &[bool], damping: f64) -> DVector<f64> {
-        let mut curvature = self.bent.clone();
+    fn step(&self, mut curvature: DMatrix<f64>, free: &[bool], damping: f64) -> DVector<f64> {
         let mut descent = self.descent.clone();
         for i in 0..free.len() {
             curvature[(i, i)] *= 1.0 + damping;
