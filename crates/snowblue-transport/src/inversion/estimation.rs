@@ -18,9 +18,9 @@
 //! the undamped step δ is far smaller than that covariance, gᵀδ ≪ n (eq. 5.29). That step is taken at last, without
 //! another evaluation.
 //!
-//! A model that is linear in exponentials of the state has second derivatives as large as the first. Steps that overshoot
-//! are followed by steps that include them where they are shorter for it: max(0, −Kᵀr) on the diagonal of H. Else they
-//! would go to and fro where the data say that a quantity is smaller than the prior has it.
+//! A model that is linear in exponentials of the state has second derivatives as large as the first. Once a step has
+//! overshot, steps include them where that makes them shorter: max(0, −Kᵀr) on the diagonal of H. Else they would go to
+//! and fro where the data say that a quantity is smaller than the prior has it.
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
