@@ -4,10 +4,10 @@ use numpy::{PyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use snowblue_transport::inversion::{
-    Illumination, Inversion, InversionError, Measured, Prior, Retrieval, Retrieved, Spectrum,
+    Illumination, Inversion, InversionError, Measured, Prior, Retrieval, Retrieved, Spectrum, state_range,
 };
 use snowblue_transport::slab::Incidence;
-use snowblue_transport::{SnowSample, Variable};
+use snowblue_transport::{ParameterRange, SnowSample, Variable, short_number};
 
 use crate::arguments::{Angle, Ordinates};
 use crate::snow::Snows;
@@ -56,6 +56,9 @@ type Number = fn(&Retrieval) -> f64;
 /// Numbers of each retrieval.
 type Numbers = fn(&Retrieval) -> &[f64];
 
+/// What is known of a factor that all values of a spectrum have in common.
+type Scale = fn(&Retrieval) -> &Retrieved;
+
 /// A number of what is known of a quantity.
 type Aspect = fn(&Retrieved) -> f64;
 
@@ -86,6 +89,11 @@ pub(crate) fn invert<'py>(
         variables: variables.clone(),
         options: unknowns.ordinates.options()?,
     };
+    let measured: [(bool, (&str, Numbers, Scale)); 2] = [
+        (spectra.albedo.is_some(), ("albedo", |one| &one.albedo, |one| &one.albedo_scale)),
+        (spectra.transmittance.is_some(), ("transmittance", |one| &one.transmittance, |one| &one.transmittance_scale)),
+    ];
+    let measured: Vec<_> = measured.into_iter().filter(|(is_given, _)| *is_given).map(|(_, what)| what).collect();
     let given = spectra.spectra(&snows.samples, &variables, &priors)?;
     let count = given.len() as u64;
     let found = run(py, progress.as_ref(), move |control: &Control| {
@@ -98,8 +106,9 @@ pub(crate) fn invert<'py>(
         for (i, name) in unknowns.names.iter().enumerate() {
             dict.set_item(format!("{name}{aspect}"), array(&|one| of(&one.values[i])))?;
         }
-        dict.set_item(format!("albedo_scale{aspect}"), array(&|one| of(&one.albedo_scale)))?;
-        dict.set_item(format!("transmittance_scale{aspect}"), array(&|one| of(&one.transmittance_scale)))?;
+        for (name, _, scale) in &measured {
+            dict.set_item(format!("{name}_scale{aspect}"), array(&|one| of(scale(one))))?;
+        }
     }
     let numbers: [(&str, Number); 5] = [
         ("degrees_of_freedom", |one| one.degrees_of_freedom),
@@ -111,14 +120,11 @@ pub(crate) fn invert<'py>(
     for (name, of) in numbers {
         dict.set_item(name, array(&of))?;
     }
-    let several: [(&str, Numbers); 4] = [
-        ("covariance", |one| &one.covariance),
-        ("averaging_kernel", |one| &one.averaging_kernel),
-        ("albedo_fit", |one| &one.albedo),
-        ("transmittance_fit", |one| &one.transmittance),
-    ];
-    for (name, of) in several {
-        dict.set_item(name, PyArray1::from_vec(py, found.iter().flat_map(of).copied().collect()))?;
+    let several = |of: Numbers| PyArray1::from_vec(py, found.iter().flat_map(of).copied().collect());
+    dict.set_item("covariance", several(|one| &one.covariance))?;
+    dict.set_item("averaging_kernel", several(|one| &one.averaging_kernel))?;
+    for (name, fit, _) in measured {
+        dict.set_item(format!("{name}_fit"), several(fit))?;
     }
     dict.set_item("outcome", found.iter().map(|one| one.outcome.to_string()).collect::<Vec<_>>())?;
     dict.set_item("prior", priors.iter().map(|prior| (prior.median, prior.deviation)).collect::<Vec<_>>())?;
@@ -149,13 +155,25 @@ impl Unknowns<'_> {
             Some(given) => given[[i, j]],
             None => f64::from(u8::from(i == j)),
         };
-        if let Some(i) = (0..n).find(|i| (correlation(*i, *i) - 1.0).abs() > 0.0) {
-            return Err(input(format!(
-                "the correlation of the prior is {} on its diagonal, but must be 1",
-                correlation(i, i)
-            )));
+        for (i, j) in (0..n * n).map(|k| (k / n, k % n)) {
+            let (value, mirrored) = (correlation(i, j), correlation(j, i));
+            let rule = if i == j && value != 1.0 {
+                "must be 1".to_owned()
+            } else if !(-1.0..=1.0).contains(&value) {
+                "must lie in -1–1".to_owned()
+            } else if value != mirrored {
+                format!("is {mirrored} in row {} and column {}", j + 1, i + 1)
+            } else {
+                continue;
+            };
+            let place = format!("row {} and column {}", i + 1, j + 1);
+            return Err(input(format!("the correlation of the prior is {value} in {place}, but {rule}")));
         }
-        let entry = |k: usize| correlation(k / n, k % n) * priors[k / n].deviation * priors[k % n].deviation;
+        // The product of deviations comes first, so that a symmetric correlation gives a symmetric covariance.
+        let entry = |k: usize| {
+            let (i, j) = (k / n, k % n);
+            correlation(i, j) * (priors[i].deviation * priors[j].deviation)
+        };
         Ok((0..n * n).map(entry).collect())
     }
 }
@@ -204,8 +222,23 @@ impl GivenSpectra<'_> {
                 albedo: measured(&self.albedo),
                 transmittance: measured(&self.transmittance),
             };
-            let median = |(variable, prior): (&Variable, &Prior)| prior.median.unwrap_or(spectrum.known(*variable));
-            spectrum.prior_medians = variables.iter().zip(priors).map(median).collect();
+            let median = |(variable, prior): (&Variable, &Prior)| {
+                let known = spectrum.known(*variable);
+                let ParameterRange { least, greatest, .. } = state_range(*variable);
+                // A half-space and diffuse light are another error.
+                if prior.median.is_none() && known.is_finite() && !(least..=greatest).contains(&known) {
+                    let text = format!(
+                        "the prior of {variable} has no median, and the snow's own value {} is not within {}–{}: give \
+                         the prior a median, or another value",
+                        short_number(known),
+                        short_number(least),
+                        short_number(greatest),
+                    );
+                    return Err(input_at(text, Some(number), None));
+                }
+                Ok(prior.median.unwrap_or(known))
+            };
+            spectrum.prior_medians = variables.iter().zip(priors).map(median).collect::<PyResult<_>>()?;
             Ok(spectrum)
         };
         (0..count).map(spectrum).collect()

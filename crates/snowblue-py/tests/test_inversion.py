@@ -40,6 +40,9 @@ def test_the_light_is_that_of_the_spectrum_or_named():
     assert abs(snowblue.invert(bare.assign_attrs(angle_deg=60.0)).ssa - told.ssa) < 1e-9
     as_diffuse = snowblue.invert(bare)
     assert as_diffuse.light == "diffuse, by default" and as_diffuse.ssa > 24
+    both = xr.concat([measured, as_diffuse.albedo], "sky", coords="minimal", compat="override").drop_vars("angle")
+    both = snowblue.invert(both, angle_deg=xr.DataArray([60, -1], dims="sky"))
+    assert both.light == "diffuse or beam at 60 degrees"
     # An argument goes before a coordinate.
     assert snowblue.invert(measured, angle_deg="diffuse").ssa == as_diffuse.ssa
     assert snowblue.invert(measured, angle_deg=60).light == "beam at 60 degrees" and told.angle_deg == 60
@@ -86,6 +89,47 @@ def test_spectra_have_dimensions_and_gaps():
     np.testing.assert_allclose(plain.ssa, at.ssa, rtol=1e-12)
 
 
+def test_arrays_pair_with_the_spectrum_whatever_its_dimension_is_called():
+    named = snowblue.albedo(ssa_m2_kg=[20, 30], angle_deg=60, wavelength_nm=NM)
+    named = named.rename(specific_surface_area="pit").drop_vars("pit")
+    fraction = xr.full_like(named.wavelength, 0.2)
+    expected = snowblue.invert(named, standard_deviation=0.02 * named, angle_deg=60, diffuse_fraction=fraction)
+    # The labels of the bands are no wavelengths.
+    band = named.swap_dims(wavelength="band").drop_vars("wavelength").assign_coords(band=range(1, NM.size + 1))
+    for spectrum in (band, band.drop_vars("band"), band.transpose("pit", "band"), band.assign_coords(nm=("band", NM))):
+        spectrum = spectrum.transpose(..., "band")
+        deviation = 0.02 * spectrum
+        for given in (deviation, deviation.values):
+            fit = snowblue.invert(
+                spectrum, NM, standard_deviation=given, angle_deg=60,
+                diffuse_fraction=xr.DataArray(np.full(NM.size, 0.2), dims="band"))
+            assert fit.ssa.dims == ("pit",) and fit.albedo.dims == ("pit", "wavelength")
+            np.testing.assert_array_equal(fit.ssa, expected.ssa)
+            np.testing.assert_array_equal(fit.wavelength, NM)
+
+
+def test_a_series_with_its_own_index_is_a_spectrum():
+    pd = pytest.importorskip("pandas")
+    measured = snowblue.albedo(ssa_m2_kg=20, wavelength_nm=NM)
+    series = pd.Series(measured.values)
+    fit = snowblue.invert(series, NM, standard_deviation=pd.Series(np.full(NM.size, 0.01)), angle_deg="diffuse")
+    assert fit.ssa == snowblue.invert(measured).ssa and fit.ssa.dims == ()
+
+
+def test_a_wet_pit_does_not_need_the_wavelengths_of_a_dry_one():
+    wavelength_nm = [*NM, 1600.0]
+    dry = snowblue.albedo(ssa_m2_kg=20, wavelength_nm=wavelength_nm).drop_vars("specific_surface_area", errors="ignore")
+    pits = xr.concat([dry, dry.where(dry.wavelength < 1500)], "pit")
+    fit = snowblue.invert(
+        pits, retrieve="ssa_m2_kg", water_saturation=xr.DataArray([0.0, 0.05], dims="pit"))
+    assert (fit.outcome == "converged").all() and list(fit.data.values) == [22, 21]
+    assert np.isnan(fit.albedo_fit[1, -1]) and fit.albedo_fit.isnull().sum() == 1
+    with pytest.raises(ValueError, match=r"wavelength in wet snow is 1600 nm, .*, at pit\[1\], wavelength\[21\]"):
+        snowblue.invert(
+            xr.concat([dry, dry], "pit"), retrieve="ssa_m2_kg",
+            water_saturation=xr.DataArray([0.0, 0.05], dims="pit"))
+
+
 def test_transmittance_tells_the_thickness():
     arguments = dict(ssa_m2_kg=25, density_kg_m3=250, thickness_cm=4, angle_deg=40, wavelength_nm=NM)
     truth = snowblue.spectrum(**arguments, standard_errors=False).squeeze(drop=True)
@@ -98,6 +142,10 @@ def test_transmittance_tells_the_thickness():
     only = snowblue.invert(
         transmittance=truth.transmittance, transmittance_standard_deviation=0.01, angle_deg=40, thickness_cm=4)
     assert "albedo_fit" not in only and only.outcome == "converged"
+    with pytest.raises(ValueError, match="standard deviation of the transmittance is 0, but must lie in 1e-18–1000000"):
+        snowblue.invert(transmittance=truth.transmittance, transmittance_standard_deviation=0, thickness_cm=4)
+    with pytest.raises(ValueError, match="transmittance is .*, but must lie in -0.5–2"):
+        snowblue.invert(transmittance=100 * truth.transmittance, transmittance_standard_deviation=1, thickness_cm=4)
     with pytest.raises(ValueError, match="transmittance needs a thickness that is finite"):
         snowblue.invert(transmittance=truth.transmittance, transmittance_standard_deviation=0.01)
     with pytest.raises(TypeError, match="transmittance_standard_deviation"):
@@ -114,8 +162,36 @@ def test_errors_in_common_are_part_of_the_posterior():
     assert smooth.ssa_sd > 1.5 * trusted.ssa_sd
     correlated = snowblue.invert(measured, prior_correlation=[[1, 0.5], [0.5, 1]])
     assert correlated.ssa != snowblue.invert(measured).ssa
-    with pytest.raises(ValueError, match="2 rows and 2 columns"):
-        snowblue.invert(measured, prior_correlation=[[1]])
+    for wrong in ([[1]], [1, 0.5], [[[1, 0], [0, 1]]]):
+        with pytest.raises(ValueError, match="2 rows and 2 columns"):
+            snowblue.invert(measured, prior_correlation=wrong)
+    with pytest.raises(ValueError, match="is 0.3 in row 1 and column 2, but is 0.4 in row 2 and column 1"):
+        snowblue.invert(measured, prior_correlation=[[1, 0.3], [0.4, 1]])
+    with pytest.raises(ValueError, match="is 2 in row 1 and column 2, but must lie in -1–1"):
+        snowblue.invert(measured, prior_correlation=[[1, 2], [2, 1]])
+    with pytest.raises(ValueError, match="prior_correlation is not an array of numbers with rows of one length"):
+        snowblue.invert(measured, prior_correlation=[[1, 0.3], [1]])
+
+
+def test_a_symmetric_correlation_is_one_with_any_deviations():
+    """(0.3 · 0.7) · 1.5 and (0.3 · 1.5) · 0.7 differ by rounding."""
+    assert 0.3 * 0.7 * 1.5 != 0.3 * 1.5 * 0.7
+    fit = snowblue.invert(
+        np.full(NM.size, np.nan), NM, retrieve={"ssa_m2_kg": (20, 0.7), "black-carbon": (30, 1.5)},
+        prior_correlation=[[1, 0.3], [0.3, 1]])
+    np.testing.assert_allclose(fit.covariance, [[0.49, 0.315], [0.315, 2.25]], rtol=1e-12)
+
+
+def test_a_parameter_at_an_end_of_its_range_is_held_there():
+    bright = snowblue.albedo(ssa_m2_kg=200, impurities_ng_g={"black-carbon": 100}, wavelength_nm=NM)
+    bright = bright.where(bright.wavelength < 900, 1.0)
+    fit = snowblue.invert(bright, standard_deviation=0.02)
+    assert fit.outcome == "ssa_m2_kg is at an end of its range" and abs(fit.ssa - 300) < 1e-9
+    assert fit.ssa_sd == 0 and (fit.averaging_kernel.sel(parameter="ssa") == 0).all()
+    # The other has the posterior that it has in snow of this area.
+    alone = snowblue.invert(bright, standard_deviation=0.02, retrieve="black-carbon", ssa_m2_kg=300)
+    assert abs(np.log(fit.black_carbon / alone.black_carbon)) < 0.01
+    assert abs(fit.black_carbon_sd / alone.black_carbon_sd - 1) < 0.01
 
 
 def test_wrong_input_is_named_with_its_place():
@@ -125,16 +201,26 @@ def test_wrong_input_is_named_with_its_place():
         snowblue.invert([0.9, 0.8])
     with pytest.raises(ValueError, match=r"the albedo has the shape \(2,\), but there are 1 wavelengths"):
         snowblue.invert([0.9, 0.8], [400])
+    with pytest.raises(ValueError, match="wavelength_nm has no values"):
+        snowblue.invert([], [])
+    with pytest.raises(ValueError, match="albedo is not an array of numbers with rows of one length"):
+        snowblue.invert([[0.9, 0.8], [0.7]], [400, 500])
+    with pytest.raises(ValueError, match="the prior of ground_albedo has no median, and the snow's own value 0 is not"):
+        snowblue.invert([0.9, 0.8], [400, 500], retrieve="ground_albedo", thickness_cm=5)
+    with pytest.raises(ValueError, match="the prior of cos_angle has no median, and the snow's own value 1 is not"):
+        snowblue.invert([0.9, 0.8], [400, 500], retrieve="cos_angle", angle_deg=0)
+    with pytest.raises(ValueError, match="the prior of density_kg_m3: standard deviation is 0, but must lie in 1e-6–100"):
+        snowblue.invert([0.9, 0.8], [400, 500], retrieve={"density_kg_m3": (300, 0)})
     with pytest.raises(ValueError, match=r"albedo is 2, but must lie in -0.5–1.5, at wavelength\[1\]"):
         snowblue.invert([0.9, 2.0, 0.5], [400, 500, 600])
-    with pytest.raises(ValueError, match=r"standard deviation is 0, .* at wavelength\[0\]"):
+    with pytest.raises(ValueError, match=r"standard deviation of the albedo is 0, .* at wavelength\[0\]"):
         snowblue.invert([0.9, 0.8], [400, 500], standard_deviation=0)
     measured = snowblue.albedo(ssa_m2_kg=[20, 30], wavelength_nm=NM)
     wrong = measured.copy()
     wrong[1, 4] = np.inf
     with pytest.raises(ValueError, match=r"albedo is inf, .*, at specific_surface_area\[1\], wavelength\[4\]"):
         snowblue.invert(wrong)
-    with pytest.raises(ValueError, match=r"the standard deviation has the shape \(2,\), but there are 21 wavelengths"):
+    with pytest.raises(ValueError, match=r"the standard deviation of the albedo has the shape \(2,\), but there are 21 wavelengths"):
         snowblue.invert(measured, standard_deviation=[0.01, 0.02])
     with pytest.raises(ValueError, match=r"density is 1200 kg/m³, but must lie in 10–900 kg/m³, at pit\[1\]"):
         snowblue.invert(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -100,7 +101,7 @@ def invert(
         Standard deviation of each value: of the instrument and of the model. A transmittance needs one.
     scale_error : float
         Standard deviation of the logarithm of a factor that all values of a spectrum have in common, such as that of a
-        white reference; it is retrieved too, for albedo and transmittance each.
+        white reference, 0 or 1e-6 to 1; it is retrieved too, for albedo and transmittance each.
     correlation_nm : float
         Distance over which errors of neighbouring wavelengths correlate.
     angle_deg : float, "diffuse" or array
@@ -126,7 +127,8 @@ def invert(
         For each parameter (`ssa`, `black_carbon`, ...) the median of the posterior, `_sd`, its standard deviation to
         first order, and `_lower` and `_upper`, which hold 95 %. `averaging_kernel`, the derivative of the retrieved
         state by the true one, and `covariance`, both of the state. `degrees_of_freedom`: how many parameters the data
-        determine. `chi_square`, which is near `data`, the number of values, if model, errors and prior are right.
+        determine. A parameter at an end of its range, beyond which the fit would improve, is held there: its rows of both
+        matrices and its `_sd` are 0, and the others have their posterior given its value. `chi_square`, which is near `data`, the number of values, if model, errors and prior are right.
         `outcome`: "converged"; or which parameter is at an end of its range; "not converged"; or "no data", where the
         posterior is the prior. Measured and fitted spectra. The attribute `light` says which light was assumed.
 
@@ -161,7 +163,7 @@ def invert(
     if transmittance is not None and transmittance_standard_deviation is None:
         raise TypeError("a transmittance needs transmittance_standard_deviation")
     measured = _measured(given, wavelength_nm)
-    wavelengths_nm = numbers(WAVELENGTH, next(iter(measured.values())).wavelength.values)
+    wavelengths_nm = numbers(WAVELENGTH, next(iter(measured.values())).values.wavelength.values)
     names, priors = _priors(retrieve)
     snow_given = snows(snow, [name for name in invert.__annotations__ if name not in ("snow", "return")])
     axes = snow_given.axes
@@ -169,16 +171,15 @@ def invert(
     spectra: dict[str, Any] = {"wavelength_nm": wavelengths_nm}
     made: dict[str, Any] = {}
     rows: dict[str, dict[str, Any]] = {}
-    for name, array in measured.items():
+    for name, spectrum in measured.items():
         deviation = standard_deviation if name == "albedo" else transmittance_standard_deviation
         rows[name] = {
-            "values": _rows(name, array, array, given[name], axes),
-            "standard_deviation": _rows("standard deviation", deviation, array, given[name], axes),
+            "values": spectrum.rows(name, spectrum.values, axes),
+            "standard_deviation": spectrum.rows(f"standard deviation of the {name}", deviation, axes),
         }
     fraction = None
     if diffuse_fraction is not None:
-        first, array = next(iter(measured.items()))
-        fraction = _rows("diffuse fraction", diffuse_fraction, array, given[first], axes)
+        fraction = next(iter(measured.values())).rows("diffuse fraction", diffuse_fraction, axes)
     for name, own in (("thickness_cm", thickness_cm), ("angle_deg", angle_deg), ("ground_albedo", ground_albedo)):
         value, source = (own, "argument") if own is not None else _stated(name, measured)
         quantity = STATED[name][0]
@@ -199,7 +200,7 @@ def invert(
         "names": names,
         "median": [median for median, _ in priors],
         "deviation": [deviation for _, deviation in priors],
-        "correlation": None if prior_correlation is None else np.asarray(prior_correlation, dtype=float),
+        "correlation": None if prior_correlation is None else _matrix("prior_correlation", prior_correlation),
         "ordinates": ordinates(streams, seed),
     }
     labels = [{"ssa_m2_kg": "ssa"}.get(name, _quantity(name).name) for name in names]
@@ -222,7 +223,7 @@ def invert(
     if not scale_error:
         variables = {name: value for name, value in variables.items() if "_scale" not in name}
     own = wavelength_coordinate(wavelengths_nm)
-    carried = next(iter(measured.values())).coords
+    carried = next(iter(measured.values())).values.coords
     coords = axes.coordinates(Wavelengths(wavelengths_nm, "wavelength", own, carried))
     coords = {name: coordinate for name, coordinate in coords.items() if name not in variables}
     coords |= {"parameter": labels, "true_parameter": labels}
@@ -285,8 +286,50 @@ def _priors(retrieve: Any) -> tuple[list[str], list[tuple[Any, Any]]]:
     return list(retrieve), priors
 
 
-def _measured(given: dict[str, Any], wavelength_nm: Any) -> dict[str, xr.DataArray]:
-    """Each measured spectrum as an array whose last dimension is the wavelength, with its coordinate."""
+@dataclass
+class Measured:
+    """A measured spectrum."""
+
+    name: str
+    values: xr.DataArray
+    """The wavelength is the last dimension, with its coordinate."""
+    dim: str
+    """What the array that is given calls this dimension."""
+    given: tuple[tuple[str, ...], tuple[int, ...]]
+    """Dimensions and shape of the array that is given."""
+
+    def rows(self, label: str, value: Any, axes: Axes) -> tuple[np.ndarray, tuple[str, ...]]:
+        """Values at the wavelengths for each element of some dimensions, which are added to the axes."""
+        import xarray as xr
+
+        wavelengths_nm = self.values.wavelength.values
+        value = labelled(value)
+        if not hasattr(value, "dims"):
+            array = _floats(label, value)
+            dims, shape = self.given
+            known = {(): (), wavelengths_nm.shape: (self.dim,), shape: dims}
+            if array.shape not in known:
+                raise ValueError(
+                    f"the {label} has the shape {array.shape}, but there are {wavelengths_nm.size} wavelengths, and "
+                    f"spectra of the shape {shape}"
+                )
+            value = xr.DataArray(array, dims=known[array.shape])
+        value = _with_wavelength(value, self.dim)
+        if "wavelength" not in value.dims:
+            value = value.expand_dims(wavelength=wavelengths_nm)
+        elif value.sizes["wavelength"] != wavelengths_nm.size or (
+            "wavelength" in value.coords and not np.array_equal(value.wavelength.values, wavelengths_nm)
+        ):
+            raise ValueError(f"the {label} has other wavelengths than the spectra")
+        value = value.astype(float).transpose(..., "wavelength")
+        others = value.isel(wavelength=0, drop=True)
+        axes.add(Quantity(label), others, others.values)
+        del axes.own[label]
+        return value.values.reshape(-1, wavelengths_nm.size), others.dims
+
+
+def _measured(given: dict[str, Any], wavelength_nm: Any) -> dict[str, Measured]:
+    """The measured spectra."""
     import xarray as xr
 
     arrays = {name: labelled(value) for name, value in given.items()}
@@ -298,57 +341,52 @@ def _measured(given: dict[str, Any], wavelength_nm: Any) -> dict[str, xr.DataArr
         else:
             name = next(iter(arrays))
             raise TypeError(f"wavelength_nm is missing, and the {name} has no dimension 'wavelength' with values")
-    values_nm = np.atleast_1d(np.asarray(wavelength_nm, dtype=float))
+    values_nm = np.atleast_1d(_floats("wavelength_nm", wavelength_nm))
+    if values_nm.size == 0:
+        raise ValueError("wavelength_nm has no values")
     measured = {}
     for name, value in arrays.items():
-        if hasattr(value, "dims"):
-            dim = "wavelength" if "wavelength" in value.dims or value.ndim == 0 else value.dims[-1]
-            value = value.rename({dim: "wavelength"}) if dim in value.dims and dim != "wavelength" else value
-        else:
-            array = np.atleast_1d(values_of(value))
+        if not hasattr(value, "dims"):
+            array = np.atleast_1d(_floats(name, value))
             value = xr.DataArray(array, dims=[*(f"dim_{i}" for i in range(array.ndim - 1)), "wavelength"])
-        if values_nm.ndim != 1 or value.sizes.get("wavelength") != len(values_nm):
-            shape = np.shape(given[name])
-            raise ValueError(f"the {name} has the shape {shape}, but there are {values_nm.size} wavelengths")
+        dim = "wavelength" if "wavelength" in value.dims or value.ndim == 0 else value.dims[-1]
+        as_given = value.dims, value.shape
+        value = _with_wavelength(value, dim)
+        if values_nm.ndim != 1 or value.sizes.get("wavelength") != values_nm.size:
+            raise ValueError(f"the {name} has the shape {as_given[1]}, but there are {values_nm.size} wavelengths")
         if "wavelength" in value.coords and not np.array_equal(value.wavelength.values, values_nm):
             raise ValueError(f"the {name} has other wavelengths than those given")
-        measured[name] = value.astype(float).transpose(..., "wavelength").assign_coords(wavelength=values_nm)
+        value = value.astype(float).transpose(..., "wavelength").assign_coords(wavelength=values_nm)
+        measured[name] = Measured(name, value, dim, as_given)
     return measured
 
 
-def _rows(
-    label: str, value: Any, like: xr.DataArray, given: Any, axes: Axes
-) -> tuple[np.ndarray, tuple[str, ...]]:
-    """Values at the wavelengths of `like` for each element of some dimensions, which are added to the axes."""
-    import xarray as xr
-
-    count = like.sizes["wavelength"]
-    if not hasattr(value, "dims"):
-        array = np.asarray(values_of(value), dtype=float)
-        known = {(): (), (count,): ("wavelength",), np.shape(given): getattr(given, "dims", like.dims)}
-        if array.shape not in known:
-            raise ValueError(
-                f"the {label} has the shape {array.shape}, but there are {count} wavelengths, and spectra of the shape"
-                f" {np.shape(given)}"
-            )
-        value = xr.DataArray(array, dims=known[array.shape])
-    if "wavelength" not in value.dims:
-        value = value.expand_dims(wavelength=like.wavelength.values)
-    elif value.sizes["wavelength"] != count or (
-        "wavelength" in value.coords and not np.array_equal(value.wavelength.values, like.wavelength.values)
-    ):
-        raise ValueError(f"the {label} has other wavelengths than the spectra")
-    value = value.astype(float).transpose(..., "wavelength")
-    others = value.isel(wavelength=0, drop=True)
-    axes.add(Quantity(label), others, others.values)
-    del axes.own[label]
-    return value.values.reshape(-1, count), others.dims
+def _with_wavelength(value: xr.DataArray, dim: str) -> xr.DataArray:
+    """An array whose dimension of wavelengths, if it has one, is called so. Labels of another name are none."""
+    if dim == "wavelength" or dim not in value.dims:
+        return value
+    return value.swap_dims({dim: "wavelength"}).drop_vars(dim, errors="ignore")
 
 
-def _stated(name: str, measured: dict[str, xr.DataArray]) -> tuple[Any, str]:
+def _floats(label: str, value: Any) -> np.ndarray:
+    """The values of a list or an array as numbers."""
+    try:
+        return np.asarray(values_of(value), dtype=float)
+    except (TypeError, ValueError):
+        raise ValueError(f"{label} is not an array of numbers with rows of one length") from None
+
+
+def _matrix(label: str, value: Any) -> np.ndarray:
+    """An array with rows and columns."""
+    array = _floats(label, value)
+    return array if array.ndim == 2 else array.reshape(1, -1)
+
+
+def _stated(name: str, measured: dict[str, Measured]) -> tuple[Any, str]:
     """What a spectrum states of an argument that is not given, or the default, and where it is from."""
     _, other, units, default = STATED[name]
-    for label, array in measured.items():
+    for label, spectrum in measured.items():
+        array = spectrum.values
         if name in array.coords:
             return array.coords[name], f"{label}'s coordinate '{name}'"
         if name in array.attrs:
@@ -366,9 +404,10 @@ def _stated(name: str, measured: dict[str, xr.DataArray]) -> tuple[Any, str]:
 
 def _light(angles_deg: list[Any], source: str, is_mixed: bool) -> str:
     """Which light was assumed, and why."""
-    if len(angles_deg) > 1:
-        text = "beams at several angles"
-    else:
-        text = "diffuse" if angles_deg == ["diffuse"] else f"beam at {angles_deg[0]:g} degrees"
+    beams = {angle for angle in angles_deg if angle != "diffuse"}
+    kinds = ["diffuse"] if "diffuse" in angles_deg else []
+    if beams:
+        kinds.append(f"beam at {beams.pop():g} degrees" if len(beams) == 1 else "beams at several angles")
+    text = " or ".join(kinds)
     text += " with diffuse light" if is_mixed else ""
     return text + {"argument": "", "default": ", by default"}.get(source, f", by the {source}")

@@ -15,10 +15,15 @@ use snowblue_base::ParameterRange;
 use super::error::InversionError;
 use crate::TransportError;
 
-const DEVIATION_RANGE: ParameterRange =
-    ParameterRange { quantity: "standard deviation", least: 1e-12, greatest: 1e12, unit: "" };
+pub(super) const ALBEDO_DEVIATION_RANGE: ParameterRange =
+    ParameterRange { quantity: "standard deviation of the albedo", least: 1e-6, greatest: 1e6, unit: "" };
+/// A transmittance may be far below 1, and its error a fraction of it.
+pub(super) const TRANSMITTANCE_DEVIATION_RANGE: ParameterRange =
+    ParameterRange { quantity: "standard deviation of the transmittance", least: 1e-18, greatest: 1e6, unit: "" };
 const SCALE_ERROR_RANGE: ParameterRange =
     ParameterRange { quantity: "scale error", least: 0.0, greatest: 1.0, unit: "" };
+/// Least error of scale beside 0.
+const LEAST_SCALE_ERROR: f64 = 1e-6;
 const CORRELATION_RANGE: ParameterRange =
     ParameterRange { quantity: "correlation length", least: 0.0, greatest: 1e4, unit: "nm" };
 
@@ -53,19 +58,26 @@ struct Point {
 
 impl Measured {
     /// Checks all but the values that are missing.
-    pub(super) fn check(&self, values: &ParameterRange, wavelengths_nm: &[f64]) -> Result<(), InversionError> {
-        for (quantity, numbers) in
-            [(values.quantity, &self.values), (DEVIATION_RANGE.quantity, &self.standard_deviations)]
-        {
+    pub(super) fn check(
+        &self,
+        values: &ParameterRange,
+        deviations: &ParameterRange,
+        wavelengths_nm: &[f64],
+    ) -> Result<(), InversionError> {
+        for (quantity, numbers) in [(values.quantity, &self.values), (deviations.quantity, &self.standard_deviations)] {
             if numbers.len() != wavelengths_nm.len() {
                 let expected = "as many as there are wavelengths";
                 return Err(TransportError::Count { quantity, count: numbers.len(), expected }.into());
             }
         }
         SCALE_ERROR_RANGE.check(self.scale_error).map_err(TransportError::from)?;
+        if self.scale_error > 0.0 && self.scale_error < LEAST_SCALE_ERROR {
+            let (quantity, rule) = (SCALE_ERROR_RANGE.quantity, "must be 0 or at least 1e-6");
+            return Err(TransportError::Combination { quantity, rule }.into());
+        }
         CORRELATION_RANGE.check(self.correlation_nm).map_err(TransportError::from)?;
         for (place, value) in self.present() {
-            let check = values.check(value).and_then(|()| DEVIATION_RANGE.check(self.standard_deviations[place]));
+            let check = values.check(value).and_then(|()| deviations.check(self.standard_deviations[place]));
             check.map_err(|error| InversionError::at_wavelength(place, error))?;
         }
         let data = self.data(wavelengths_nm);

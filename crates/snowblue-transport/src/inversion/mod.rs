@@ -50,6 +50,7 @@
 //! **Simplified.** One homogeneous layer of snow. Errors of the model are not added to those of the measurement. The
 //! posterior is normal in the state, by the derivatives at its mode.
 
+use std::collections::BTreeMap;
 use std::fmt;
 
 use nalgebra::{DMatrix, DVector};
@@ -72,19 +73,19 @@ use crate::stack::GROUND_ALBEDO_RANGE;
 use crate::variable::Variable;
 pub use error::InversionError;
 use estimation::{End, Knowledge, Posterior, Search};
-use measured::Data;
 pub use measured::Measured;
+use measured::{ALBEDO_DEVIATION_RANGE, Data, TRANSMITTANCE_DEVIATION_RANGE};
 pub use state::{Prior, state_range};
 
 /// Range of a measured albedo. White references err, and so does a dark signal.
 const ALBEDO_RANGE: ParameterRange = ParameterRange { quantity: "albedo", least: -0.5, greatest: 1.5, unit: "" };
-/// Range of a measured transmittance, which exceeds 1 over a bright ground.
+/// Range of a measured transmittance, which exceeds 1 over a bright ground, but hardly 1.3. Percent are out of range.
 const TRANSMITTANCE_RANGE: ParameterRange =
-    ParameterRange { quantity: "transmittance", least: -0.5, greatest: 100.0, unit: "" };
+    ParameterRange { quantity: "transmittance", least: -0.5, greatest: 2.0, unit: "" };
 const DIFFUSE_FRACTION_RANGE: ParameterRange =
     ParameterRange { quantity: "diffuse fraction", least: 0.0, greatest: 1.0, unit: "" };
 const PRIOR_DEVIATION_RANGE: ParameterRange =
-    ParameterRange { quantity: "standard deviation of the prior", least: 1e-6, greatest: 100.0, unit: "" };
+    ParameterRange { quantity: "standard deviation", least: 1e-6, greatest: 100.0, unit: "" };
 /// Spectra that are solved together: enough for all threads, while their fluxes take little memory.
 const SPECTRA_AT_ONCE: usize = 256;
 /// An angle that takes the streams of grazing light.
@@ -140,6 +141,9 @@ pub enum Illumination {
 }
 
 /// The posterior of a spectrum. Matrices are those of the logarithms or log-odds of the variables, row by row.
+///
+/// A variable at an end of its range, beyond which the cost falls, is held there. The posterior is that of the others
+/// given this value: the rows of the held one in the covariance and the averaging kernel are 0, and so is its deviation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Retrieval {
     /// What is known of each variable.
@@ -162,7 +166,8 @@ pub struct Retrieval {
     pub albedo_scale: Retrieved,
     /// Measured over true transmittance.
     pub transmittance_scale: Retrieved,
-    /// Albedo of the retrieved snow at each wavelength; NaN at a wavelength without data in any spectrum.
+    /// Albedo of the retrieved snow at each wavelength. NaN where no spectrum has data, where the model of this snow does
+    /// not hold, and where this spectrum has no data at all.
     pub albedo: Vec<f64>,
     /// The same for the transmittance.
     pub transmittance: Vec<f64>,
@@ -188,8 +193,8 @@ pub struct Retrieved {
 pub enum Outcome {
     /// At the most probable state.
     Converged,
-    /// At the most probable state within the ranges; this variable is at an end of its range, and the data would have
-    /// it beyond.
+    /// At the most probable state within the ranges; this variable is held at an end of its range, beyond which the cost
+    /// falls.
     AtEndOfRange(Variable),
     /// Not at the most probable state.
     NotConverged,
@@ -218,28 +223,35 @@ impl Inversion {
         spectra: &[Spectrum],
         progress: &(dyn Fn(usize) + Sync),
     ) -> Result<Vec<Retrieval>, InversionError> {
-        let precision = self.check()?;
-        let is_used = |place: usize| {
-            let has_value = |measured: &Measured| measured.values.get(place).is_some_and(|value| !value.is_nan());
-            let measured = |spectrum: &'_ Spectrum| spectrum.measured().any(has_value);
-            spectra.iter().any(measured)
-        };
-        let used: Vec<usize> = (0..self.wavelengths_nm.len()).filter(|place| is_used(*place)).collect();
+        let precision_root = self.check()?;
+        let mut used = vec![false; self.wavelengths_nm.len()];
         for (number, spectrum) in spectra.iter().enumerate() {
-            let check = self.check_spectrum(spectrum, &used);
-            check.map_err(|error| InversionError { spectrum: Some(number), ..error })?;
+            let own = self.check_spectrum(spectrum);
+            let own = own.map_err(|error| InversionError { spectrum: Some(number), ..error })?;
+            own.into_iter().for_each(|place| used[place] = true);
         }
-        self.prepare_tallies(spectra, &used);
+        // Spectra are solved together at the wavelengths of all of them at which the model of their snow holds.
+        let mut groups: BTreeMap<Vec<usize>, Vec<(usize, &Spectrum)>> = BTreeMap::new();
+        for (number, spectrum) in spectra.iter().enumerate() {
+            let holds = |place: &usize| used[*place] && self.check_place(spectrum, *place).is_ok();
+            let places = (0..used.len()).filter(holds).collect();
+            groups.entry(places).or_default().push((number, spectrum));
+        }
         let mut done = Vec::with_capacity(spectra.len());
-        for chunk in spectra.chunks(SPECTRA_AT_ONCE) {
-            let first = done.len();
-            done.extend(self.solve(chunk, &used, &precision, &|count| progress(first + count))?);
+        for (places, group) in &groups {
+            self.prepare_tallies(group, places);
+            for chunk in group.chunks(SPECTRA_AT_ONCE) {
+                let first = done.len();
+                let found = self.solve(chunk, places, &precision_root, &|count| progress(first + count))?;
+                done.extend(chunk.iter().map(|(number, _)| *number).zip(found));
+            }
         }
         progress(spectra.len());
-        Ok(done)
+        done.sort_by_key(|(number, _)| *number);
+        Ok(done.into_iter().map(|(_, retrieval)| retrieval).collect())
     }
 
-    /// Checks what all spectra have in common, and gives the inverse covariance of the prior.
+    /// Checks what all spectra have in common, and gives the root of the inverse covariance of the prior.
     fn check(&self) -> Result<DMatrix<f64>, InversionError> {
         let Self { wavelengths_nm, variables, prior_covariance, options } = self;
         options.streams.check()?;
@@ -260,17 +272,18 @@ impl Inversion {
             return Err(TransportError::Count { quantity, count, expected: "those of a row for each variable" }.into());
         }
         let covariance = DMatrix::from_row_slice(n, n, prior_covariance);
-        for variance in covariance.diagonal().iter() {
-            PRIOR_DEVIATION_RANGE.check(variance.sqrt()).map_err(TransportError::from)?;
+        for (variable, variance) in variables.iter().zip(covariance.diagonal().iter()) {
+            let check = PRIOR_DEVIATION_RANGE.check(variance.sqrt());
+            check.map_err(|error| TransportError::Prior { parameter: variable.name(), error })?;
         }
-        let precision = estimation::inverse(&covariance);
-        if covariance == covariance.transpose() && precision.iter().all(|entry| entry.is_finite()) {
-            return Ok(precision);
-        }
-        Err(combination("covariance of the prior", "must be symmetric and positive definite").into())
+        let is_symmetric = covariance == covariance.transpose();
+        estimation::precision_root(&covariance)
+            .filter(|_| is_symmetric)
+            .ok_or_else(|| combination("covariance of the prior", "must be symmetric and positive definite").into())
     }
 
-    fn check_spectrum(&self, spectrum: &Spectrum, used: &[usize]) -> Result<(), InversionError> {
+    /// Checks a spectrum, and gives the wavelengths at which it has data.
+    fn check_spectrum(&self, spectrum: &Spectrum) -> Result<Vec<usize>, InversionError> {
         let Spectrum { snow, thickness_cm, ground_albedo, illumination, prior_medians, albedo, transmittance } =
             spectrum;
         snow.check()?;
@@ -283,16 +296,6 @@ impl Inversion {
                 let expected = "as many as there are wavelengths";
                 return Err(TransportError::Count { quantity, count, expected }.into());
             }
-            for place in used {
-                let check = DIFFUSE_FRACTION_RANGE.check(diffuse_fractions[*place]);
-                check.map_err(|error| InversionError::at_wavelength(*place, error))?;
-            }
-        }
-        for place in used {
-            let wavelength_nm = self.wavelengths_nm[*place];
-            let checks = self.variables.iter().map(|variable| variable.check_wavelength(wavelength_nm));
-            let mut checks = std::iter::once(check_wavelengths(&[wavelength_nm], snow)).chain(checks);
-            checks.try_for_each(|check| check.map_err(|error| InversionError::at_wavelength(*place, error)))?;
         }
         if prior_medians.len() != self.variables.len() {
             let (quantity, count) = ("median of the prior", prior_medians.len());
@@ -306,29 +309,49 @@ impl Inversion {
                 Variable::CosIncidence if matches!(illumination, Illumination::Single(Incidence::Diffuse)) => {
                     return Err(combination("angle", "cannot be retrieved under diffuse light").into());
                 }
-                _ => state_range(*variable).check(*median)?,
+                _ => {
+                    let check = state_range(*variable).check(*median);
+                    check.map_err(|error| TransportError::Prior { parameter: variable.name(), error })?;
+                }
             }
         }
-        for (measured, range) in [(albedo, ALBEDO_RANGE), (transmittance, TRANSMITTANCE_RANGE)] {
+        let ranges = [(ALBEDO_RANGE, ALBEDO_DEVIATION_RANGE), (TRANSMITTANCE_RANGE, TRANSMITTANCE_DEVIATION_RANGE)];
+        for (measured, (values, deviations)) in [albedo, transmittance].into_iter().zip(ranges) {
             if let Some(measured) = measured {
-                measured.check(&range, &self.wavelengths_nm)?;
+                measured.check(&values, &deviations, &self.wavelengths_nm)?;
             }
         }
         let has_transmittance = transmittance.as_ref().is_some_and(|measured| measured.present().next().is_some());
         if has_transmittance && thickness_cm.is_infinite() {
             return Err(combination("transmittance", "needs a thickness that is finite").into());
         }
-        Ok(())
+        let has_data = |place: &usize| spectrum.measured().any(|measured| !measured.values[*place].is_nan());
+        let own: Vec<usize> = (0..self.wavelengths_nm.len()).filter(has_data).collect();
+        for place in &own {
+            let check = self.check_place(spectrum, *place);
+            check.map_err(|error| InversionError::at_wavelength(*place, error))?;
+        }
+        Ok(own)
+    }
+
+    /// Checks that the model of a spectrum's snow and light holds at a wavelength.
+    fn check_place(&self, spectrum: &Spectrum, place: usize) -> Result<(), TransportError> {
+        if let Illumination::Mixed { diffuse_fractions, .. } = &spectrum.illumination {
+            DIFFUSE_FRACTION_RANGE.check(diffuse_fractions[place])?;
+        }
+        let wavelength_nm = self.wavelengths_nm[place];
+        check_wavelengths(&[wavelength_nm], &spectrum.snow)?;
+        self.variables.iter().try_for_each(|variable| variable.check_wavelength(wavelength_nm))
     }
 
     /// Traces the rays that serve all steps: those of the coarsest grains. The process keeps them.
-    fn prepare_tallies(&self, spectra: &[Spectrum], used: &[usize]) {
+    fn prepare_tallies(&self, spectra: &[(usize, &Spectrum)], used: &[usize]) {
         if !self.variables.contains(&Variable::SurfaceArea) || used.is_empty() {
             return;
         }
         let wavelengths_nm: Vec<f64> = used.iter().map(|place| self.wavelengths_nm[*place]).collect();
         let mut known: Vec<SnowSample> = Vec::new();
-        for spectrum in spectra {
+        for (_, spectrum) in spectra {
             let coarsest = with(&spectrum.snow, Variable::SurfaceArea, SURFACE_AREA_RANGE.least);
             if known.iter().any(|sample| sample.has_grains_of(&coarsest)) {
                 continue;
@@ -351,13 +374,13 @@ impl Inversion {
     /// Retrieves some spectra together.
     fn solve(
         &self,
-        spectra: &[Spectrum],
+        spectra: &[(usize, &Spectrum)],
         used: &[usize],
-        precision: &DMatrix<f64>,
+        precision_root: &DMatrix<f64>,
         progress: &(dyn Fn(usize) + Sync),
     ) -> Result<Vec<Retrieval>, InversionError> {
         let mut tasks: Vec<Task> =
-            spectra.iter().enumerate().map(|(number, spectrum)| self.task(number, spectrum, precision)).collect();
+            spectra.iter().map(|(number, spectrum)| self.task(*number, spectrum, precision_root)).collect();
         loop {
             let mut active: Vec<&mut Task> =
                 tasks.iter_mut().filter(|task| task.data() > 0 && !task.search.has_ended()).collect();
@@ -376,16 +399,16 @@ impl Inversion {
         Ok(tasks.into_par_iter().map(|task| self.retrieval(task, used)).collect())
     }
 
-    fn task<'s>(&self, number: usize, spectrum: &'s Spectrum, precision: &DMatrix<f64>) -> Task<'s> {
+    fn task<'s>(&self, number: usize, spectrum: &'s Spectrum, precision_root: &DMatrix<f64>) -> Task<'s> {
         let scale_errors = spectrum.scale_errors();
         let (n, all) = (self.variables.len(), self.variables.len() + scale_errors.len());
         let mut prior = Knowledge {
             mean: DVector::zeros(all),
-            precision: DMatrix::zeros(all, all),
+            precision_root: DMatrix::zeros(all, all),
             least: DVector::from_element(all, f64::NEG_INFINITY),
             greatest: DVector::from_element(all, f64::INFINITY),
         };
-        prior.precision.view_mut((0, 0), (n, n)).copy_from(precision);
+        prior.precision_root.view_mut((0, 0), (n, n)).copy_from(precision_root);
         for (i, (variable, median)) in self.variables.iter().zip(&spectrum.prior_medians).enumerate() {
             let ParameterRange { least, greatest, .. } = state_range(*variable);
             prior.mean[i] = state::element(*variable, *median);
@@ -393,7 +416,7 @@ impl Inversion {
             prior.greatest[i] = state::element(*variable, greatest);
         }
         for (i, scale_error) in scale_errors.iter().enumerate() {
-            prior.precision[(n + i, n + i)] = scale_error.powi(-2);
+            prior.precision_root[(n + i, n + i)] = scale_error.recip();
         }
         let data = |measured: &Option<Measured>| measured.as_ref().map(|measured| measured.data(&self.wavelengths_nm));
         Task {
