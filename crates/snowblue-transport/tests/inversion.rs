@@ -294,8 +294,8 @@ fn information_grows_with_the_data() {
 
 /// dx̂/dx by central differences where the truth is the prior's mean, so that the retrieval is the truth. The error of
 /// the difference is of second order in the step, 0.0025 of the third derivative, which is below that of an exponential
-/// model, A (1 − A) < 0.25. A search ends with gᵀδ below 10⁻⁶ per element, less than 10⁻³ of a standard deviation from the
-/// mode; the last step δ is taken, and what it leaves is of second order, below 10⁻⁵ over a difference of 0.1.
+/// model, A (1 − A) < 0.25. A search ends with gᵀδ below 10⁻⁶ per element, less than 10⁻³ of a standard deviation from
+/// the mode; the last step δ is taken, and what it leaves is of second order, below 10⁻⁵ over a difference of 0.1.
 #[test]
 fn the_averaging_kernel_is_the_derivative_of_the_retrieval() {
     const STEP: f64 = 0.05;

@@ -127,10 +127,11 @@ def invert(
         For each parameter (`ssa`, `black_carbon`, ...) the median of the posterior, `_sd`, its standard deviation to
         first order, and `_lower` and `_upper`, which hold 95 %. `averaging_kernel`, the derivative of the retrieved
         state by the true one, and `covariance`, both of the state. `degrees_of_freedom`: how many parameters the data
-        determine. A parameter at an end of its range, beyond which the fit would improve, is held there: its rows of both
-        matrices and its `_sd` are 0, and the others have their posterior given its value. `chi_square`, which is near `data`, the number of values, if model, errors and prior are right.
-        `outcome`: "converged"; or which parameter is at an end of its range; "not converged"; or "no data", where the
-        posterior is the prior. Measured and fitted spectra. The attribute `light` says which light was assumed.
+        determine. A parameter at an end of its range, beyond which the fit would improve, is held there: its rows of
+        both matrices and its `_sd` are 0, and the others have their posterior given its value. `chi_square`, which is
+        near `data`, the number of values, if model, errors and prior are right. `outcome`: "converged"; or which
+        parameter is at an end of its range; "not converged"; or "no data", where the posterior is the prior. Measured
+        and fitted spectra. The attribute `light` says which light was assumed.
 
     Raises
     ------

@@ -19,15 +19,15 @@
 //! another evaluation.
 //!
 //! H is never formed. With UᵀU = S_a⁻¹ and the factorisation QR of the rows of K and U, H = RᵀR, and δ is the solution
-//! of a linear least-squares problem (Golub 1965, doi:10.1007/BF01436075). The condition of R is the square root of that
-//! of H, so that elements which the data cannot tell apart keep the covariance of their prior.
+//! of a linear least-squares problem (Golub 1965, doi:10.1007/BF01436075). The condition of R is the square root of
+//! that of H, so that elements which the data cannot tell apart keep the covariance of their prior.
 //!
 //! An element at an end of its range, where J falls towards the outside, is held there. The posterior is then that of
 //! the other elements: H has their rows and columns only, and the rows of the held ones in covariance and kernel are 0.
 //!
 //! A model that is linear in exponentials of the state has second derivatives as large as the first. Once a step has
-//! overshot, steps include them where that makes them shorter: max(0, −Kᵀr) on the diagonal of H. Without them the steps
-//! oscillate where the data require a smaller quantity than the prior.
+//! overshot, steps include them where that makes them shorter: max(0, −Kᵀr) on the diagonal of H. Without them the
+//! steps oscillate where the data require a smaller quantity than the prior.
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 

@@ -143,7 +143,8 @@ pub enum Illumination {
 /// The posterior of a spectrum. Matrices are those of the logarithms or log-odds of the variables, row by row.
 ///
 /// A variable at an end of its range, beyond which the cost falls, is held there. The posterior is that of the others
-/// given this value: the rows of the held one in the covariance and the averaging kernel are 0, and so is its deviation.
+/// given this value: the rows of the held one in the covariance and the averaging kernel are 0, and so is its
+/// deviation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Retrieval {
     /// What is known of each variable.
@@ -166,8 +167,8 @@ pub struct Retrieval {
     pub albedo_scale: Retrieved,
     /// Measured over true transmittance.
     pub transmittance_scale: Retrieved,
-    /// Albedo of the retrieved snow at each wavelength. NaN where no spectrum has data, where the model of this snow does
-    /// not hold, and where this spectrum has no data at all.
+    /// Albedo of the retrieved snow at each wavelength. NaN where no spectrum has data, where the model of this snow
+    /// does not hold, and where this spectrum has no data at all.
     pub albedo: Vec<f64>,
     /// The same for the transmittance.
     pub transmittance: Vec<f64>,
@@ -193,8 +194,8 @@ pub struct Retrieved {
 pub enum Outcome {
     /// At the most probable state.
     Converged,
-    /// At the most probable state within the ranges; this variable is held at an end of its range, beyond which the cost
-    /// falls.
+    /// At the most probable state within the ranges; this variable is held at an end of its range, beyond which the
+    /// cost falls.
     AtEndOfRange(Variable),
     /// Not at the most probable state.
     NotConverged,
@@ -209,7 +210,7 @@ struct Task<'s> {
     albedo: Option<Data>,
     transmittance: Option<Data>,
     search: Search,
-    /// Reflectance and transmittance at the best state so far, at each wavelength with data.
+    /// Reflectance and transmittance at the best state so far, at each wavelength that is solved at.
     best: Vec<[f64; 2]>,
 }
 
