@@ -157,11 +157,11 @@ impl Unknowns<'_> {
         };
         for (i, j) in (0..n * n).map(|k| (k / n, k % n)) {
             let (value, mirrored) = (correlation(i, j), correlation(j, i));
-            let rule = if i == j && value != 1.0 {
+            let rule = if i == j && (value - 1.0).abs() > 0.0 {
                 "must be 1".to_owned()
             } else if !(-1.0..=1.0).contains(&value) {
                 "must lie in -1–1".to_owned()
-            } else if value != mirrored {
+            } else if (value - mirrored).abs() > 0.0 {
                 format!("is {mirrored} in row {} and column {}", j + 1, i + 1)
             } else {
                 continue;

@@ -188,7 +188,7 @@ def test_a_parameter_at_an_end_of_its_range_is_held_there():
     fit = snowblue.invert(bright, standard_deviation=0.02)
     assert fit.outcome == "ssa_m2_kg is at an end of its range" and abs(fit.ssa - 300) < 1e-9
     assert fit.ssa_sd == 0 and (fit.averaging_kernel.sel(parameter="ssa") == 0).all()
-    # The other has the posterior that it has in snow of this area.
+    # The other has the posterior that it has in snow of this area, to the noise of the rays through grains.
     alone = snowblue.invert(bright, standard_deviation=0.02, retrieve="black-carbon", ssa_m2_kg=300)
     assert abs(np.log(fit.black_carbon / alone.black_carbon)) < 0.01
     assert abs(fit.black_carbon_sd / alone.black_carbon_sd - 1) < 0.01

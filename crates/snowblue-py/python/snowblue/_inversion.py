@@ -291,7 +291,6 @@ def _priors(retrieve: Any) -> tuple[list[str], list[tuple[Any, Any]]]:
 class Measured:
     """A measured spectrum."""
 
-    name: str
     values: xr.DataArray
     """The wavelength is the last dimension, with its coordinate."""
     dim: str
@@ -358,7 +357,7 @@ def _measured(given: dict[str, Any], wavelength_nm: Any) -> dict[str, Measured]:
         if "wavelength" in value.coords and not np.array_equal(value.wavelength.values, values_nm):
             raise ValueError(f"the {name} has other wavelengths than those given")
         value = value.astype(float).transpose(..., "wavelength").assign_coords(wavelength=values_nm)
-        measured[name] = Measured(name, value, dim, as_given)
+        measured[name] = Measured(value, dim, as_given)
     return measured
 
 
