@@ -291,12 +291,12 @@ impl Inversion {
         check_thickness(*thickness_cm)?;
         GROUND_ALBEDO_RANGE.check(*ground_albedo)?;
         check_incidences(&illumination.incidences())?;
-        if let Illumination::Mixed { diffuse_fractions, .. } = illumination {
-            if diffuse_fractions.len() != self.wavelengths_nm.len() {
-                let (quantity, count) = (DIFFUSE_FRACTION_RANGE.quantity, diffuse_fractions.len());
-                let expected = "as many as there are wavelengths";
-                return Err(TransportError::Count { quantity, count, expected }.into());
-            }
+        if let Illumination::Mixed { diffuse_fractions, .. } = illumination
+            && diffuse_fractions.len() != self.wavelengths_nm.len()
+        {
+            let (quantity, count) = (DIFFUSE_FRACTION_RANGE.quantity, diffuse_fractions.len());
+            let expected = "as many as there are wavelengths";
+            return Err(TransportError::Count { quantity, count, expected }.into());
         }
         if prior_medians.len() != self.variables.len() {
             let (quantity, count) = ("median of the prior", prior_medians.len());
