@@ -69,8 +69,8 @@ impl ParameterRange {
 pub enum RangeError {
     /// A value lies outside the range of its quantity, or is not a number.
     #[error(
-        "{quantity} is {}{unit}, but must lie in {least}–{greatest}{unit}",
-        short_number(*.value), unit = suffix(.unit)
+        "{quantity} is {}{unit}, but must lie in {}–{}{unit}",
+        short_number(*.value), short_number(*.least), short_number(*.greatest), unit = suffix(.unit)
     )]
     OutOfRange {
         /// Name of the quantity.
@@ -98,10 +98,11 @@ pub enum RangeError {
     },
 }
 
-/// A number in digits, or with an exponent where there would be more than fifteen of them.
+/// A number in digits, or with an exponent where there would be more than fifteen of them, or five zeros in front.
 #[must_use]
 pub fn short_number(value: f64) -> String {
-    if value.abs() < 1e15 { value.to_string() } else { format!("{value:e}") }
+    let has_digits = value.abs() < 1e15 && (value.abs() >= 1e-5 || value.abs() <= 0.0);
+    if has_digits { value.to_string() } else { format!("{value:e}") }
 }
 
 /// A unit as it follows a number: `10 µm`, `45°`, `0.5`.
@@ -115,7 +116,7 @@ mod tests {
 
     #[test]
     fn long_numbers_have_an_exponent() {
-        let shown = [1200.0, -0.25, 123_456_789_012_345.0, 1e99, -1e15, f64::NAN].map(short_number);
-        assert_eq!(shown, ["1200", "-0.25", "123456789012345", "1e99", "-1e15", "NaN"]);
+        let shown = [1200.0, -0.25, 123_456_789_012_345.0, 1e99, -1e15, 1e-5, -2e-6, 0.0, f64::NAN].map(short_number);
+        assert_eq!(shown, ["1200", "-0.25", "123456789012345", "1e99", "-1e15", "0.00001", "-2e-6", "0", "NaN"]);
     }
 }

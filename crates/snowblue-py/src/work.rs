@@ -154,6 +154,15 @@ pub(crate) fn input_in_row(error: impl Display, row: usize) -> PyErr {
     PyValueError::new_err((error.to_string(), row))
 }
 
+/// Bad input in one of several rows, perhaps at a place of it: as [`input_in_row`], with the place as a third argument.
+pub(crate) fn input_at(error: impl Display, row: Option<usize>, place: Option<usize>) -> PyErr {
+    match (row, place) {
+        (Some(row), Some(place)) => PyValueError::new_err((error.to_string(), row, place)),
+        (Some(row), None) => input_in_row(error, row),
+        _ => input(error),
+    }
+}
+
 /// A failure at work as a `RuntimeError`.
 pub(crate) fn failure(error: impl Display) -> PyErr {
     PyRuntimeError::new_err(error.to_string())

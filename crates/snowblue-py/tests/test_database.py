@@ -1,4 +1,4 @@
-"""Tables and inversion."""
+"""Tables."""
 
 import numpy as np
 import pytest
@@ -70,38 +70,3 @@ def test_bad_tables_and_look_ups_are_named(tmp_path):
         snowblue.Database.build(tally_rays=0)
     with pytest.raises(ValueError, match="preset"):
         snowblue.Database.build(preset="snow")
-
-
-def test_albedo_is_inverted_within_its_standard_errors():
-    nm = np.arange(400, 1401, 20)
-    snow = dict(ssa_m2_kg=18, impurities_ng_g={"black-carbon": 300})
-    true = snowblue.spectrum(thickness_cm=100, angle_deg="diffuse", wavelength_nm=nm, **snow)
-    noisy = true.reflectance.squeeze(drop=True) + np.random.default_rng(1).normal(0, 0.004, nm.size)
-    fit = snowblue.invert(noisy, standard_deviation=0.004)
-    # Two numbers, each within 4 standard errors: 1e-4.
-    assert abs(fit.ssa - 18) < 4 * fit.ssa_se and abs(fit.black_carbon - 300) < 4 * fit.black_carbon_se
-    assert 0.4 < fit.chi_square_per_freedom < 2
-    with pytest.raises(TypeError, match="wavelength_nm is missing"):
-        snowblue.invert([0.9, 0.8])
-    with pytest.raises(ValueError, match="shape"):
-        snowblue.invert([0.9, 0.8], [400])
-    with pytest.raises(ValueError, match="2 wavelengths for 2 parameters"):
-        snowblue.invert([0.9, 0.8], [400, 500])
-    with pytest.raises(ValueError, match="the albedo is -0.5 to 0.9"):
-        snowblue.invert([0.9, 0.8, -0.5], [400, 500, 600])
-    with pytest.raises(ValueError, match="above 0"):
-        snowblue.invert([0.9, 0.8], [400, 500], standard_deviation=0)
-
-
-def test_an_albedo_may_have_axes_of_one_value():
-    nm = np.arange(400.0, 1401.0, 50.0)
-    measured = snowblue.spectrum(
-        ssa_m2_kg=[20, 30], thickness_cm=100, angle_deg="diffuse", wavelength_nm=nm, standard_errors=False).reflectance
-    one = measured.isel(specific_surface_area=[0])
-    plain = snowblue.invert(one.values.ravel(), nm, standard_deviation=0.01)
-    errors = np.full(one.shape, 0.01)
-    assert snowblue.invert(one, standard_deviation=errors).ssa.item() == plain.ssa.item()
-    with pytest.raises(ValueError, match=r"the albedo has the shape \(2, 1, 1, 21\), but there are 21 wavelengths"):
-        snowblue.invert(measured)
-    with pytest.raises(ValueError, match=r"the standard deviation has the shape \(2,\), but there are 21 values"):
-        snowblue.invert(one, standard_deviation=[0.01, 0.02])

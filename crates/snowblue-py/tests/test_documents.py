@@ -40,6 +40,36 @@ def test_the_page_for_python_runs(repository, monkeypatch, tmp_path):
     assert given["baked"].objects[0].flux.shape[0] == 2 and (tmp_path / "coarse.nc").exists()
 
 
+def test_the_page_on_retrieval_runs_and_prints_its_numbers(repository):
+    page = (repository / "docs" / "src" / "retrieval.md").read_text()
+    given = {}
+    for block in re.findall(r"```python\n(.*?)```", page, re.DOTALL):
+        exec(compile(block, "retrieval.md", "exec"), given)
+    fit, wrong, both = given["fit"], given["wrong"], given["both"]
+    number = r"([0-9.]+)"
+    for place, (area, soot) in enumerate((("SSA 20 m²/kg", "soot 15 ng/g, in the first"),
+                                          ("SSA 45 m²/kg", "soot 15 ng/g, in the second"))):
+        at = fit.isel(specific_surface_area=place)
+        for row, name in ((area, "ssa"), (soot, "black_carbon")):
+            printed = re.search(rf"\| {row} \| {number} \| {number}–{number} \| {number} \|", page)
+            kernel = at.averaging_kernel.sel(parameter=name, true_parameter=name)
+            values = [at[name], at[f"{name}_lower"], at[f"{name}_upper"], kernel]
+            assert [f"{value.item():.{digits}f}" for value, digits in zip(values, (1, 1, 1, 2))] == [*printed.groups()]
+    assert f"comes back as {wrong.ssa.values[0]:.1f} m²/kg" in page
+    assert (fit.outcome == "converged").all() and 15 < given["clear"].ssa[0] < 25 < 40 < given["clear"].ssa[1] < 50
+    # Only the product of density and thickness is determined: the variance of the density is that of its prior, 0.1².
+    _, density, thickness = np.diag(both.covariance)
+    assert 0.9 * 0.1**2 < density < 0.1**2 and both.covariance[1, 2] / np.sqrt(density * thickness) < -0.99
+    assert abs(both.ssa - 25) < 0.1
+    # The priors that the page lists.
+    every = [name for name in re.findall(r"`([a-z0-9_-]+)`", page[page.index("| parameter |"):page.index("## Many")])]
+    arguments = dict(angle_deg=60, thickness_cm=10, ground_albedo=0.3, retrieve=every)
+    for prior in snowblue.invert([0.9, 0.5], [450, 1030], **arguments).prior.split("; "):
+        name, median, deviation = re.fullmatch(r"(.*): median (.*), deviation (.*)", prior).groups()
+        [row] = [line for line in page.splitlines() if line.startswith("| `") and f"`{name}`" in line]
+        assert f"| {median.replace('of the argument', 'the argument')} " in row and f"| {deviation}" in row, prior
+
+
 def test_the_page_on_tables_of_other_programs_runs(repository, monkeypatch, tmp_path):
     page = (repository / "docs" / "src" / "exchange.md").read_text()
     (tmp_path / "scenes").symlink_to(repository / "scenes")

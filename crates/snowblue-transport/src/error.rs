@@ -63,6 +63,14 @@ pub enum TransportError {
         /// What the numbers may be.
         expected: &'static str,
     },
+    /// The prior of a parameter that is to be retrieved is out of range.
+    #[error("the prior of {parameter}: {error}")]
+    Prior {
+        /// Name of the parameter.
+        parameter: &'static str,
+        /// What is wrong with it.
+        error: RangeError,
+    },
     /// A quantity that has no meaning beside or without another.
     #[error("{quantity} {rule}")]
     Combination {

@@ -1,9 +1,13 @@
-//! Surface area and black carbon fitted to the albedo of thick snow, and the albedo of thin snow predicted from them.
+//! Surface area and black carbon retrieved from the albedo of thick snow, and the albedo of thin snow predicted.
 
-use snowblue_transport::inversion::{AlbedoModel, Finding, Fit, Fitted, MeasuredAlbedo, Pack, Scale};
+use snowblue_transport::batch::{Batch, BatchError, SlabCase};
+use snowblue_transport::inversion::{
+    Illumination, Inversion, InversionError, Measured, Outcome, Prior, Retrieval, Retrieved, Spectrum,
+};
 use snowblue_transport::measured::{MeanAndDeviation, PanelAlbedo, albedo_over_black_panels};
-use snowblue_transport::ordinates::OrdinatesOptions;
-use snowblue_transport::sample::SnowSample;
+use snowblue_transport::ordinates::{OrdinatesOptions, solve_batch};
+use snowblue_transport::sample::{GrainSize, SnowSample};
+use snowblue_transport::{Incidence, Substance, TransportError, Variable};
 
 use crate::error::FigureError;
 use crate::figure::{Drawing, Figure, FigureTable, ordinates_metadata};
@@ -21,19 +25,34 @@ const PANEL_ALBEDOS: [f64; 3] = [0.02, 0.04, 0.06];
 const BANDS_NM: [(f64, f64); 5] = [(400.0, 500.0), (500.0, 700.0), (700.0, 900.0), (900.0, 1100.0), (1100.0, 1300.0)];
 /// Beyond this wavelength 4.5 cm are optically infinite, in nm.
 const INFINITE_FROM_NM: f64 = 1000.0;
+/// Distance over which the errors of measurement and model correlate, in nm: the width of the residuals' features.
+const CORRELATION_NM: f64 = 50.0;
+/// Standard deviation of the white reference: the authors scaled by 0.965.
+const SCALE_ERROR: f64 = 0.035;
+/// Angle of the sun at noon of the day of the measurement, in degrees.
+const NOON_DEG: f64 = 58.0;
+const VARIABLES: [Variable; 2] = [Variable::SurfaceArea, Variable::MassFraction(Substance::BlackCarbon)];
+/// The retrieval from which the thin snow is predicted.
+const CHOSEN: usize = 1;
+/// Retrievals at wavelengths at which both snows are optically infinite.
+const INFRARED: [usize; 2] = [4, 5];
 
-/// Fits and predictions.
+/// Retrievals and predictions.
 struct Answers {
     measured: Vec<PanelAlbedo>,
-    /// With a trusted and with a free scale.
-    fits: [Fit; 2],
-    /// The albedo of the thick snow by the fit with a trusted scale.
+    retrievals: Vec<(&'static str, Retrieval)>,
+    /// The albedo of the thick snow by the chosen retrieval.
     thick: Vec<f64>,
     thin: Prediction,
-    /// Fits to the thick and the thin snow at wavelengths at which both are optically infinite.
-    infrared: [Fit; 2],
     /// Prediction with the surface area of the thin snow itself.
     thin_refitted: Prediction,
+}
+
+/// The properties that are retrieved.
+#[derive(Clone, Copy)]
+struct Finding {
+    surface_area_m2_kg: f64,
+    black_carbon_ng_g: f64,
 }
 
 /// The albedo of the thin snow, for the middle and the ends of the unknown quantities.
@@ -74,12 +93,11 @@ pub(crate) fn figure() -> Result<Figure, FigureError> {
     Ok(Figure {
         title: "Snow from its albedo, and thin snow predicted from it",
         ours: "Top: measured albedo (Letcher et al. 2022, Vermont, 12 February 2021, sky light; bands ± 1 standard \
-               deviation) of 34 cm of snow, with our fit of surface area and black carbon, and of 4.5 cm on a black \
-               panel, with our prediction for the same snow. The band spans densities of 147–287 kg/m³ and panel \
-               albedos of .02–.06, which are not reported. Dashed: prediction with the surface area fitted to the thin \
-               snow beyond 1000 nm, where the panel has no effect. Middle: ours minus measured. Bottom: thin over \
-               thick, which does not depend on a common error of scale or of the ice table; grey is the band of the \
-               dashed line."
+               deviation) of 34 cm of snow, with that of the snow that we retrieve, and of 4.5 cm on a black panel, \
+               with our prediction for the same snow. The band spans densities of 147–287 kg/m³ and panel albedos of \
+               .02–.06, which are not reported. Dashed: prediction with the surface area of the thin snow beyond 1000 \
+               nm, where the panel has no effect. Middle: ours minus measured. Bottom: thin over thick, which does not \
+               depend on a common error of scale or of the ice table; grey is the band of the dashed line."
             .to_owned(),
         paper: "Compares its model with one measured reflectance (Fig. S2), not with these measurements.".to_owned(),
         drawing: Drawing::Svg(draw(&answers)),
@@ -89,100 +107,143 @@ pub(crate) fn figure() -> Result<Figure, FigureError> {
     })
 }
 
-fn answers() -> Result<Answers, snowblue_transport::TransportError> {
+fn answers() -> Result<Answers, TransportError> {
     let measured = albedo_over_black_panels();
-    let wavelengths_nm: Vec<f64> = measured.iter().map(|albedo| albedo.wavelength_nm).collect();
-    let snow = SnowSample { density_kg_m3: DENSITIES_KG_M3[1], ..SnowSample::default() };
-    let model = AlbedoModel::new(&snow, &wavelengths_nm, &OrdinatesOptions::default())?;
-    let data = |of: fn(&PanelAlbedo) -> MeanAndDeviation, from_nm: f64| -> Vec<MeasuredAlbedo> {
-        let measured_albedo = |(index, albedo): (usize, &PanelAlbedo)| {
-            let MeanAndDeviation { mean, standard_deviation } = of(albedo);
-            MeasuredAlbedo { wavelength: index, albedo: mean, standard_deviation }
-        };
-        measured.iter().enumerate().filter(|(_, albedo)| albedo.wavelength_nm >= from_nm).map(measured_albedo).collect()
+    let (names, spectra): (Vec<&'static str>, Vec<Spectrum>) = spectra(&measured).into_iter().unzip();
+    let deviations = VARIABLES.map(|variable| Prior::weak(variable).deviation);
+    let inversion = Inversion {
+        wavelengths_nm: measured.iter().map(|albedo| albedo.wavelength_nm).collect(),
+        variables: VARIABLES.to_vec(),
+        prior_covariance: vec![deviations[0].powi(2), 0.0, 0.0, deviations[1].powi(2)],
+        options: OrdinatesOptions::default(),
     };
-    let pack = Pack { snow, thickness_cm: THICK_CM, ground_albedo: GROUND_ALBEDO };
-    let thick = data(|albedo| albedo.thick, 0.0);
-    let fits = [model.fit(&pack, &thick, Scale::Trusted)?, model.fit(&pack, &thick, Scale::Free)?];
-    let finding = fits[0].finding();
-    let bare = Pack { ground_albedo: 0.0, ..pack };
-    let infrared = [
-        model.fit(&bare, &data(|albedo| albedo.thick, INFINITE_FROM_NM), Scale::Trusted)?,
-        model.fit(
-            &Pack { thickness_cm: THIN_CM, ..bare },
-            &data(|albedo| albedo.thin, INFINITE_FROM_NM),
-            Scale::Trusted,
-        )?,
-    ];
-    let own = Finding { surface_area_m2_kg: infrared[1].surface_area_m2_kg.value, ..finding };
+    let retrievals = inversion.retrieve(&spectra, &|_| ()).map_err(|InversionError { error, .. }| error)?;
+    let finding = Finding::of(&retrievals[CHOSEN]);
+    let own = Finding { surface_area_m2_kg: Finding::of(&retrievals[INFRARED[1]]).surface_area_m2_kg, ..finding };
     Ok(Answers {
-        thick: model.albedo(&pack, &finding)?,
-        thin: predict(&model, &pack, &finding)?,
-        thin_refitted: predict(&model, &pack, &own)?,
-        fits,
-        infrared,
+        thick: retrievals[CHOSEN].albedo.clone(),
+        thin: predict(&inversion.wavelengths_nm, finding)?,
+        thin_refitted: predict(&inversion.wavelengths_nm, own)?,
+        retrievals: names.into_iter().zip(retrievals).collect(),
         measured,
     })
 }
 
-/// The thin snow on its panel, for the middle and the ends of density and panel albedo.
-fn predict(
-    model: &AlbedoModel,
-    pack: &Pack,
-    finding: &Finding,
-) -> Result<Prediction, snowblue_transport::TransportError> {
-    let case = |i: usize, j: usize| {
-        let snow = SnowSample { density_kg_m3: DENSITIES_KG_M3[i], ..pack.snow };
-        model.albedo(&Pack { snow, thickness_cm: THIN_CM, ground_albedo: PANEL_ALBEDOS[j] }, finding)
+/// What is retrieved from, with its name.
+fn spectra(measured: &[PanelAlbedo]) -> Vec<(&'static str, Spectrum)> {
+    let data = |of: fn(&PanelAlbedo) -> MeanAndDeviation, from_nm: f64, correlation_nm: f64| Measured {
+        values: measured
+            .iter()
+            .map(|albedo| if albedo.wavelength_nm < from_nm { f64::NAN } else { of(albedo).mean })
+            .collect(),
+        standard_deviations: measured.iter().map(|albedo| of(albedo).standard_deviation).collect(),
+        scale_error: 0.0,
+        correlation_nm,
     };
-    Ok(Prediction { middle: case(1, 1)?, low: case(0, 0)?, high: case(2, 2)? })
+    let thick = |albedo: Measured| Spectrum {
+        snow: snow(),
+        thickness_cm: THICK_CM,
+        ground_albedo: GROUND_ALBEDO,
+        illumination: Illumination::Single(Incidence::Diffuse),
+        prior_medians: VARIABLES.iter().filter_map(|variable| Prior::weak(*variable).median).collect(),
+        albedo: Some(albedo),
+        transmittance: None,
+    };
+    let whole = data(|albedo| albedo.thick, 0.0, CORRELATION_NM);
+    let infrared = data(|albedo| albedo.thick, INFINITE_FROM_NM, CORRELATION_NM);
+    let thin = data(|albedo| albedo.thin, INFINITE_FROM_NM, CORRELATION_NM);
+    vec![
+        ("34 cm, independent errors", thick(data(|albedo| albedo.thick, 0.0, 0.0))),
+        ("34 cm", thick(whole.clone())),
+        ("34 cm, scale within 3.5 %", thick(Measured { scale_error: SCALE_ERROR, ..whole.clone() })),
+        (
+            "34 cm, if the light was the noon sun",
+            Spectrum {
+                illumination: Illumination::Single(Incidence::Beam { angle_deg: NOON_DEG }),
+                ..thick(Measured { scale_error: SCALE_ERROR, ..whole })
+            },
+        ),
+        ("34 cm, from 1000 nm", thick(infrared)),
+        ("4.5 cm, from 1000 nm", Spectrum { thickness_cm: THIN_CM, ground_albedo: 0.0, ..thick(thin) }),
+    ]
+}
+
+fn snow() -> SnowSample {
+    SnowSample { density_kg_m3: DENSITIES_KG_M3[1], ..SnowSample::default() }
+}
+
+impl Finding {
+    fn of(retrieval: &Retrieval) -> Self {
+        let [surface_area_m2_kg, black_carbon_ng_g] = [0, 1].map(|i: usize| retrieval.values[i].median);
+        Self { surface_area_m2_kg, black_carbon_ng_g }
+    }
+}
+
+/// The thin snow on its panel, for the middle and the ends of density and panel albedo.
+fn predict(wavelengths_nm: &[f64], finding: Finding) -> Result<Prediction, TransportError> {
+    let snow = snow();
+    let grain_size = GrainSize::from_specific_surface_area(finding.surface_area_m2_kg, snow.temperature_c)?;
+    let impurities = snow.impurities.with(Substance::BlackCarbon, finding.black_carbon_ng_g);
+    let sample = |density_kg_m3: &f64| SnowSample { density_kg_m3: *density_kg_m3, grain_size, impurities, ..snow };
+    // The middle, the darkest and the brightest.
+    let case = |place: usize| SlabCase {
+        sample: place,
+        thickness_cm: THIN_CM,
+        incidence: Incidence::Diffuse,
+        ground_albedo: PANEL_ALBEDOS[place],
+    };
+    let batch = Batch {
+        samples: DENSITIES_KG_M3.iter().map(sample).collect(),
+        cases: (0..3).map(case).collect(),
+        wavelengths_nm: wavelengths_nm.to_vec(),
+    };
+    let solved = solve_batch(&batch, &OrdinatesOptions::default(), false, &|_| ());
+    let solved = solved.map_err(|BatchError { error, .. }| error)?;
+    let mut spectra = solved
+        .chunks_exact(wavelengths_nm.len())
+        .map(|rows| rows.iter().map(|row| row.reflectance.value).collect::<Vec<f64>>());
+    let mut next = || spectra.next().unwrap_or_default();
+    let (low, middle, high) = (next(), next(), next());
+    Ok(Prediction { middle, low, high })
 }
 
 fn fits(answers: &Answers) -> FigureTable {
-    // A parameter without an error is fixed, or at the end of its range.
-    let fitted = |parameter: &Fitted, decimals: usize| {
-        let value = parameter.value;
-        if parameter.block_error > 0.0 {
-            format!("{value:.decimals$} ± {:.decimals$}", parameter.block_error)
-        } else {
-            format!("{value}")
-        }
+    let with_interval = |value: &Retrieved, decimals: usize| {
+        let [low, high] = value.interval;
+        format!("{:.decimals$} ({low:.decimals$}–{high:.decimals$})", value.median)
     };
-    let row = |name: &str, fit: &Fit| {
-        let [area, carbon, scale] = [fit.surface_area_m2_kg, fit.black_carbon_ng_g, fit.scale];
-        let mut cells = vec![name.to_owned(), fitted(&area, 2), fitted(&carbon, 1), fitted(&scale, 4)];
-        cells.extend(
-            [(area, 2), (carbon, 1), (scale, 4)].map(|(parameter, n)| format!("{:.n$}", parameter.standard_error)),
-        );
-        let correlations = [fit.area_carbon_correlation, fit.scale_area_correlation, fit.scale_carbon_correlation];
-        cells.extend(correlations.map(|correlation| format!("{correlation:+.2}")));
-        cells.push(format!("{:.2}", fit.chi_square_per_freedom));
-        cells
+    let row = |(name, found): &(&'static str, Retrieval)| {
+        let [area, carbon] = [0, 1].map(|i: usize| found.values[i]);
+        let scale = found.albedo_scale;
+        let is_scaled = scale.standard_deviation > 0.0;
+        let kernel = |i: usize| format!("{:.2}", found.averaging_kernel[3 * i]);
+        let outcome = found.outcome;
+        vec![
+            (*name).to_owned(),
+            with_interval(&area, 1),
+            with_interval(&carbon, 1),
+            if is_scaled { with_interval(&scale, 3) } else { "1".to_owned() },
+            kernel(0),
+            kernel(1),
+            format!("{:.2}", found.chi_square / found.data as f64),
+            if outcome == Outcome::Converged { found.solutions.to_string() } else { outcome.to_string() },
+        ]
     };
     let columns = [
-        "fit",
+        "retrieved from",
         "SSA (m²/kg)",
         "BC (ng/g)",
-        "scale",
-        "± SSA",
-        "± BC",
-        "± scale",
-        "r SSA–BC",
-        "r SSA–scale",
-        "r BC–scale",
-        "χ²/freedom",
-    ];
-    let rows = vec![
-        row("34 cm scale trusted", &answers.fits[0]),
-        row("34 cm scale free", &answers.fits[1]),
-        row("34 cm from 1000 nm", &answers.infrared[0]),
-        row("4.5 cm from 1000 nm", &answers.infrared[1]),
+        "measured / true",
+        "A of SSA",
+        "A of BC",
+        "χ²/data",
+        "solutions",
     ];
     FigureTable::of_words(
         "fit",
-        "Snow from its albedo: errors by a jackknife over blocks of 50 nm; ± alone if wavelengths erred independently",
+        "Snow from its albedo, with the interval that holds 95 % of the posterior",
         &columns,
-        rows,
+        answers.retrievals.iter().map(row).collect(),
     )
 }
 
@@ -205,7 +266,7 @@ fn bands(answers: &Answers) -> FigureTable {
     };
     let mut rows: Vec<Vec<String>> = BANDS_NM.iter().map(|band| row(*band, format!("{}–{}", band.0, band.1))).collect();
     rows.push(row((400.0, 1300.0), "400–1300".to_owned()));
-    let columns = ["nm", "34 cm fitted", "4.5 cm predicted", "4.5 cm own SSA"];
+    let columns = ["nm", "34 cm retrieved", "4.5 cm predicted", "4.5 cm own SSA"];
     FigureTable::of_words("bands", "Root mean square (and mean) of ours less measured", &columns, rows)
 }
 
@@ -239,7 +300,7 @@ const THICK: &str = "#0072b2";
 const THIN: &str = "#d55e00";
 
 fn draw(answers: &Answers) -> String {
-    let mut chart = Chart::new(960.0, 900.0, "Albedo of snow in Vermont: fitted where thick, predicted where thin");
+    let mut chart = Chart::new(960.0, 900.0, "Albedo of snow in Vermont: retrieved where thick, predicted where thin");
     let axis = || Axis::linear(400.0, 1300.0, 9.0);
     let area = |top, bottom| Area { left: 84.0, right: 700.0, top, bottom };
     let upper = chart.panel(area(66.0, 390.0), [axis(), Axis::linear(0.4, 1.0, 6.0)], ["", "Albedo"]);
@@ -272,7 +333,7 @@ fn draw(answers: &Answers) -> String {
     chart.line(&upper, &answers.curve(|_, i| answers.thick[i]), Stroke::solid(THICK, 1.8));
     chart.line(&middle, &answers.curve(|albedo, i| answers.thick[i] - albedo.thick.mean), Stroke::solid(THICK, 1.8));
     legend(&mut chart);
-    let found = answers.fits[0].finding();
+    let found = Finding::of(&answers.retrievals[CHOSEN].1);
     let snow = format!("SSA {:.1} m²/kg, black carbon {:.0} ng/g", found.surface_area_m2_kg, found.black_carbon_ng_g);
     chart.finish(&ordinates_metadata(&[("ice", "warren2008"), ("snow", &snow), ("measured", "Letcher et al. 2022")]))
 }
@@ -292,7 +353,7 @@ fn legend(chart: &mut Chart) {
         "34 cm",
         &[
             Entry { name: "measured", symbol: Symbol::Dot(THICK) },
-            Entry { name: "fitted by us", symbol: Symbol::Line(Stroke::solid(THICK, 2.0)) },
+            Entry { name: "retrieved by us", symbol: Symbol::Line(Stroke::solid(THICK, 2.0)) },
         ],
     );
     let below = chart.legend(

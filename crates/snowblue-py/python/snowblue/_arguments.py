@@ -176,15 +176,19 @@ class Axes:
         return np.broadcast_to(spread, self.shape).reshape(-1)
 
     @contextmanager
-    def locating_errors(self) -> Iterator[None]:
-        """Says where among the axes a value is wrong."""
+    def locating_errors(self, wavelengths: int = 1) -> Iterator[None]:
+        """Says where among the axes, and perhaps the wavelengths, a value is wrong."""
         try:
             yield
         except ValueError as error:
-            if len(error.args) != 2:
-                raise
-            message, row = error.args
-            raise ValueError(message + _at(row, self.sizes, self.shape)) from None
+            if len(error.args) == 2:
+                message, row = error.args
+                raise ValueError(message + _at(row, self.sizes, self.shape)) from None
+            if len(error.args) == 3:
+                message, row, wavelength = error.args
+                dims, shape = [*self.sizes, WAVELENGTH.name], (*self.shape, wavelengths)
+                raise ValueError(message + _at(row * wavelengths + wavelength, dims, shape)) from None
+            raise
 
 
 @dataclass
@@ -385,7 +389,7 @@ def slab_argument(quantity: Quantity, value: Any, axes: Axes, always: bool = Tru
             raise ValueError(f"{quantity.name} is {value}, but must be a number or an array")
         value = np.asarray(value).item()
         if not always:
-            return [number(quantity.name, value)], ()
+            return [angle(value) if quantity is ANGLE else number(quantity.name, value)], ()
         value = [value]
     value = labelled(value)
     array = values_of(value)

@@ -1,128 +1,413 @@
-"""Snow from a measured albedo."""
+"""Snow from measured spectra."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from snowblue import _native
-from snowblue._arguments import WAVELENGTH, Snow, attributes, numbers, one_snow, ordinates, wavelength_coordinate
+from snowblue._arguments import (
+    ANGLE,
+    GROUND_ALBEDO,
+    THICKNESS,
+    WAVELENGTH,
+    Axes,
+    Quantity,
+    Snow,
+    Wavelengths,
+    attributes,
+    labelled,
+    number,
+    numbers,
+    ordinates,
+    slab_argument,
+    snows,
+    values_of,
+    wavelength_coordinate,
+)
+from snowblue._progress import Progress, reporting
+from snowblue._spectra import JACOBIAN
 
 if TYPE_CHECKING:
     import xarray as xr
     from typing_extensions import Unpack
 
+STATED = {
+    "angle_deg": (ANGLE, "angle", ("degree", "degrees", "deg"), "diffuse"),
+    "thickness_cm": (THICKNESS, "thickness", ("cm",), np.inf),
+    "ground_albedo": (GROUND_ALBEDO, None, (), 0.0),
+}
+"""Arguments that a spectrum may state as a coordinate or attribute: its other name, the units of that, the default."""
 
-BLOCK = 10
-"""Neighbouring wavelengths whose errors may correlate; fewer than 4 blocks have no scatter that says something."""
+ASPECTS = {
+    "": "{}, median of the posterior",
+    "_sd": "standard deviation of {}",
+    "_lower": "{}, lower end of the interval that holds 95 % of the posterior",
+    "_upper": "{}, upper end of the interval that holds 95 % of the posterior",
+}
+NUMBERS = {
+    "degrees_of_freedom": "degrees of freedom for signal",
+    "data": "number of measured values",
+    "data_chi_square": "sum of squared residuals in units of their errors",
+    "chi_square": "the same with the squared distance from the prior; expected: the number of values",
+    "solutions": "number of solutions of the equation of transfer",
+}
 
 
 def invert(
-    albedo: Any,
+    albedo: Any = None,
     wavelength_nm: Any = None,
     *,
+    transmittance: Any = None,
+    retrieve: str | Iterable[str] | Mapping[str, Any] = ("ssa_m2_kg", "black-carbon"),
     standard_deviation: Any = 0.01,
-    thickness_cm: float = 100.0,
-    ground_albedo: float = 0.0,
-    free_scale: bool = False,
+    transmittance_standard_deviation: Any = None,
+    scale_error: float = 0.0,
+    correlation_nm: float = 0.0,
+    angle_deg: Any = None,
+    diffuse_fraction: Any = None,
+    thickness_cm: Any = None,
+    ground_albedo: Any = None,
+    prior_correlation: Any = None,
     streams: int | str = "auto",
     seed: int = 1,
+    progress: Progress = None,
     **snow: Unpack[Snow],
 ) -> xr.Dataset:
-    """The specific surface area and the black carbon of the snow that fits a measured albedo best.
+    """Properties of snow from measured spectra of albedo and transmittance, and how well the data determine them.
 
-    The light is that of an overcast sky. In the infrared the albedo depends on the surface area, in the visible on
-    impurities.
+    Optimal estimation (Rodgers 2000): the most probable state, given the data, their errors, and a prior. The state has
+    the logarithms of positive quantities and the log-odds of fractions. All spectra are retrieved together, in
+    parallel.
 
     Parameters
     ----------
-    albedo : array
-        Albedo at each wavelength; an `xarray.DataArray` with a dimension `wavelength` (nm) needs no `wavelength_nm`.
-        Further axes may have one value each.
-    wavelength_nm : array, 305 to 1495
-    standard_deviation : float or array
-        Standard deviation of the albedo. A parameter at an end of its range has the standard error 0.
-    thickness_cm, ground_albedo : float
-        The thickness of the snow, and the albedo of the ground below.
-    free_scale : bool
-        Whether the albedo may have a common unknown factor, which is fitted too.
-    streams, seed
+    albedo, transmittance : array
+        Measured fractions of the light, with NaN where there is none; either or both. Dimensions of an
+        :class:`xarray.DataArray` other than `wavelength` (nm) are those of the result, and pair with those of other
+        arguments. Plain arrays have the wavelength last.
+    wavelength_nm : array
+        Needed where no dimension `wavelength` has it. The tables of impurities reach from 305 to 1495 nm.
+    retrieve : names, or a mapping of names to priors
+        Parameters that spectra can be differentiated by: `ssa_m2_kg`, `density_kg_m3`, `thickness_cm`,
+        `water_saturation`, `ground_albedo`, `cos_angle`, and impurities. A prior is a median, in the parameter's unit,
+        and the standard deviation of the logarithm (of the log-odds of saturation, `ground_albedo` and `cos_angle`).
+        None is a weak prior, which the attributes of the result state; for density, thickness, `ground_albedo` and
+        `cos_angle` its median is the argument.
+    standard_deviation, transmittance_standard_deviation : float or array
+        Standard deviation of each value: of the instrument and of the model. A transmittance needs one.
+    scale_error : float
+        Standard deviation of the logarithm of a factor that all values of a spectrum have in common, such as that of a
+        white reference, 0 or 1e-6 to 1; it is retrieved too, for albedo and transmittance each.
+    correlation_nm : float
+        Distance over which errors of neighbouring wavelengths correlate.
+    angle_deg : float, "diffuse" or array
+        Angle of the beam from the normal. Default: the spectrum's coordinate or attribute `angle_deg`, or its
+        coordinate `angle` in degrees; if it has none, "diffuse", the light of an overcast sky.
+    diffuse_fraction : float or array
+        Fraction of the light that is diffuse, beside the beam; it may have the dimension `wavelength`.
+    thickness_cm : float or array
+        Default: the spectrum's coordinate or attribute `thickness_cm`, or its coordinate `thickness` in cm; if it has
+        none, infinity.
+    ground_albedo : float or array
+        Default: the spectrum's coordinate or attribute; if it has none, 0.
+    prior_correlation : array
+        Correlation matrix of the prior, in the order of `retrieve`.
+    streams, seed, progress
         As in :func:`snowblue.spectrum`.
     **snow
-        Arguments of :class:`Snow`; grain size and black carbon are ignored.
+        Arguments of :class:`Snow`; what is retrieved is ignored. With `ssa_m2_kg` the grains have one size.
 
     Returns
     -------
     xarray.Dataset
-        `ssa` (m²/kg), `black_carbon` (ng/g) and `scale` with two standard errors: `_se` for errors that are independent
-        at all wavelengths, `_block_se` for errors that correlate over 10 neighbouring wavelengths in the order given,
-        which needs more than 30 (NaN) and is itself uncertain with fewer than some 100; the measured and
-        the fitted albedo; chi² per degree of freedom, and the correlation of surface area and black carbon.
+        For each parameter (`ssa`, `black_carbon`, ...) the median of the posterior, `_sd`, its standard deviation to
+        first order, and `_lower` and `_upper`, which hold 95 %. `averaging_kernel`, the derivative of the retrieved
+        state by the true one, and `covariance`, both of the state. `degrees_of_freedom`: how many parameters the data
+        determine. A parameter at an end of its range, beyond which the fit would improve, is held there: its rows of
+        both matrices and its `_sd` are 0, and the others have their posterior given its value. `chi_square`, which is
+        near `data`, the number of values, if model, errors and prior are right. `outcome`: "converged"; or which
+        parameter is at an end of its range; "not converged"; or "no data", where the posterior is the prior. Measured
+        and fitted spectra. The attribute `light` says which light was assumed.
+
+    Raises
+    ------
+    ValueError
+        For a value that is out of range, with its index: `albedo is 2, but must lie in -0.5–1.5, at pit[3],
+        wavelength[7]`.
 
     Examples
     --------
     >>> import numpy as np
     >>> import snowblue
     >>> wavelength_nm = np.arange(400, 1401, 50)
-    >>> measured = snowblue.spectrum(ssa_m2_kg=20, thickness_cm=100, angle_deg="diffuse", wavelength_nm=wavelength_nm)
-    >>> fit = snowblue.invert(measured.reflectance)
-    >>> abs(fit.ssa.item() - 20) < 0.5
+    >>> measured = snowblue.albedo(ssa_m2_kg=[12, 20], angle_deg=60, wavelength_nm=wavelength_nm)
+    >>> fit = snowblue.invert(measured, standard_deviation=0.01)
+    >>> fit.ssa.round().values
+    array([12., 20.])
+    >>> fit.light
+    "beam at 60 degrees, by the albedo's coordinate 'angle'"
+
+    Soot in clean snow is not determined; the prior is.
+
+    >>> bool((fit.averaging_kernel.sel(parameter="black_carbon", true_parameter="black_carbon") < 0.7).all())
     True
     """
     import xarray as xr
 
-    if wavelength_nm is None:
-        if "wavelength" not in getattr(albedo, "dims", ()):
-            raise TypeError("wavelength_nm is missing, and the albedo has no dimension 'wavelength'")
-        wavelength_nm = albedo.wavelength.values
-    wavelengths_nm = numbers(WAVELENGTH, wavelength_nm)
-    values = np.atleast_1d(np.squeeze(np.asarray(albedo, dtype=float)))
-    if values.shape != (len(wavelengths_nm),):
-        count = len(wavelengths_nm)
-        raise ValueError(f"the albedo has the shape {np.shape(albedo)}, but there are {count} wavelengths")
-    deviations = np.squeeze(np.asarray(standard_deviation, dtype=float))
-    if deviations.shape not in ((), values.shape):
-        raise ValueError(
-            f"the standard deviation has the shape {np.shape(standard_deviation)}, but there are {len(values)} values"
-        )
-    deviations = np.broadcast_to(deviations, values.shape)
-    if not (np.isfinite(values).all() and (deviations > 0).all() and np.isfinite(deviations).all()):
-        raise ValueError("the albedo must be finite, and its standard deviation finite and above 0")
-    if values.min() < 0 or values.max() > 1.5:
-        raise ValueError(f"the albedo is {values.min():g} to {values.max():g}, but must lie in 0–1.5")
-    parameters = 3 if free_scale else 2
-    if len(values) <= parameters:
-        raise ValueError(f"there are {len(values)} wavelengths for {parameters} parameters: give more")
-    if not thickness_cm > 0:
-        raise ValueError(f"thickness is {thickness_cm} cm, but must be above 0 cm")
-    given = one_snow(snow)
-    measured = {
-        "wavelength_nm": wavelengths_nm,
-        "albedo": values.tolist(),
-        "standard_deviation": deviations.tolist(),
+    given = {name: value for name, value in (("albedo", albedo), ("transmittance", transmittance)) if value is not None}
+    if not given:
+        raise TypeError("neither an albedo nor a transmittance is given")
+    if transmittance is not None and transmittance_standard_deviation is None:
+        raise TypeError("a transmittance needs transmittance_standard_deviation")
+    measured = _measured(given, wavelength_nm)
+    wavelengths_nm = numbers(WAVELENGTH, next(iter(measured.values())).values.wavelength.values)
+    names, priors = _priors(retrieve)
+    snow_given = snows(snow, [name for name in invert.__annotations__ if name not in ("snow", "return")])
+    axes = snow_given.axes
+    columns: list[tuple[str, ...]] = [tuple(axes.sizes)]
+    spectra: dict[str, Any] = {"wavelength_nm": wavelengths_nm}
+    made: dict[str, Any] = {}
+    rows: dict[str, dict[str, Any]] = {}
+    for name, spectrum in measured.items():
+        deviation = standard_deviation if name == "albedo" else transmittance_standard_deviation
+        rows[name] = {
+            "values": spectrum.rows(name, spectrum.values, axes),
+            "standard_deviation": spectrum.rows(f"standard deviation of the {name}", deviation, axes),
+        }
+    fraction = None
+    if diffuse_fraction is not None:
+        fraction = next(iter(measured.values())).rows("diffuse fraction", diffuse_fraction, axes)
+    for name, own in (("thickness_cm", thickness_cm), ("angle_deg", angle_deg), ("ground_albedo", ground_albedo)):
+        value, source = (own, "argument") if own is not None else _stated(name, measured)
+        quantity = STATED[name][0]
+        spectra[name], dims = slab_argument(quantity, value, axes, always=False)
+        columns.append(dims)
+        made[name] = spectra[name][0] if len(spectra[name]) == 1 else f"of the {source}"
+        if name == "angle_deg":
+            made["light"] = _light(spectra[name], source, diffuse_fraction is not None)
+    # All axes are known from here on.
+    spectra["places"] = np.stack([axes.places(dims) for dims in columns], axis=-1).astype(np.int64)
+    spectra["diffuse_fraction"] = None if fraction is None else fraction[0][axes.places(fraction[1])]
+    errors = {"scale_error": number("scale_error", scale_error)}
+    errors["correlation_nm"] = number("correlation_nm", correlation_nm)
+    spectra |= {"albedo": None, "transmittance": None}
+    for name, arrays in rows.items():
+        spectra[name] = {key: values[axes.places(dims)] for key, (values, dims) in arrays.items()} | errors
+    unknowns = {
+        "names": names,
+        "median": [median for median, _ in priors],
+        "deviation": [deviation for _, deviation in priors],
+        "correlation": None if prior_correlation is None else _matrix("prior_correlation", prior_correlation),
+        "ordinates": ordinates(streams, seed),
     }
-    pack = {
-        "snow": given.fixed,
-        "thickness_cm": float(thickness_cm),
-        "ground_albedo": float(ground_albedo),
-        "free_scale": free_scale,
-    }
-    fit = _native.invert(measured, pack, ordinates(streams, seed))
-    if len(values) <= 3 * BLOCK:
-        for name in ("ssa", "black_carbon", "scale"):
-            fit[f"{name}_block_se"] = float("nan")
-    units = {"ssa": "m2 kg-1", "black_carbon": "ng g-1"}
-    variables: dict[str, Any] = {
-        "albedo": ("wavelength", values, {"units": "1", "long_name": "measured albedo"}),
-        "albedo_fit": ("wavelength", fit.pop("albedo"), {"units": "1", "long_name": "albedo of the fitted snow"}),
-    }
-    for name, value in fit.items():
-        plain = name.removesuffix("_se").removesuffix("_block")
-        variables[name] = ((), value, {"units": units.get(plain, "1")})
-    coords = {"wavelength": wavelength_coordinate(wavelengths_nm)}
-    made = {"thickness_cm": float(thickness_cm), "ground_albedo": float(ground_albedo), "seed": seed}
-    made["free_scale"] = int(free_scale)
-    found = ("grain_size_um", "size_measure", "black_carbon_ng_g")
-    kept = {name: value for name, value in given.attrs.items() if name not in found}
+    labels = [{"ssa_m2_kg": "ssa"}.get(name, _quantity(name).name) for name in names]
+    taken = {*labels, "parameter", "true_parameter", "outcome", *NUMBERS}
+    for dim in axes.sizes:
+        if dim in taken:
+            raise ValueError(f"an argument has a dimension '{dim}', which belongs to the results: rename it")
+    with reporting(progress, "spectra") as report, axes.locating_errors(len(wavelengths_nm)):
+        found = _native.invert(snow_given.native, spectra, unknowns, report)
+
+    made["prior"] = "; ".join(
+        f"{name}: median {'of the argument' if median is None else f'{median:g}'}, deviation {deviation:g}"
+        for name, (median, deviation) in zip(names, found["prior"])
+    )
+    made |= errors | {"seed": seed}
+    ignored = {"ssa_m2_kg": ("grain_size_um", "size_measure")}
+    dropped = {key for name in names for key in ignored.get(name, (name, f"{name.replace('-', '_')}_ng_g"))}
+    kept = {name: value for name, value in snow_given.attrs.items() if name not in dropped}
+    variables = _variables(found, dict(zip(names, labels)), {name: spectra[name]["values"] for name in measured}, axes)
+    if not scale_error:
+        variables = {name: value for name, value in variables.items() if "_scale" not in name}
+    own = wavelength_coordinate(wavelengths_nm)
+    carried = next(iter(measured.values())).values.coords
+    coords = axes.coordinates(Wavelengths(wavelengths_nm, "wavelength", own, carried))
+    coords = {name: coordinate for name, coordinate in coords.items() if name not in variables}
+    coords |= {"parameter": labels, "true_parameter": labels}
     return xr.Dataset(variables, coords, attributes(**kept, **made))
+
+
+def _variables(
+    found: dict[str, Any], labels: dict[str, str], measured: dict[str, np.ndarray], axes: Axes
+) -> dict[str, Any]:
+    """The variables of the result, of parameters with these labels."""
+    variables: dict[str, Any] = {}
+
+    def add(name: str, values: Any, long_name: str, unit: str | None = "1", more: tuple[str, ...] = ()) -> None:
+        array = np.asarray(values)
+        if more == ("wavelength",):
+            array = array.reshape([*axes.shape, -1])
+        else:
+            array = array.reshape([*axes.shape, *(len(labels) for _ in more)])
+        variables[name] = ([*axes.sizes, *more], array, {"long_name": long_name} | ({"units": unit} if unit else {}))
+
+    for name, label in labels.items():
+        attrs = _quantity(name).attributes()
+        for aspect, text in ASPECTS.items():
+            add(label + aspect, found[name + aspect], text.format(attrs["long_name"]), attrs["units"])
+    for name, values in measured.items():
+        for aspect, text in ASPECTS.items():
+            add(f"{name}_scale{aspect}", found[f"{name}_scale{aspect}"], text.format(f"measured over true {name}"))
+        add(name, values, f"measured {name}", more=("wavelength",))
+        add(f"{name}_fit", found[f"{name}_fit"], f"{name} of the retrieved snow", more=("wavelength",))
+    pairs = ("parameter", "true_parameter")
+    kernel = found["averaging_kernel"]
+    add("averaging_kernel", kernel, "derivative of the retrieved state by the true one", more=pairs)
+    add("covariance", found["covariance"], "covariance of the posterior of the state", more=pairs)
+    for name, text in NUMBERS.items():
+        values = found[name]
+        add(name, values.astype(np.int64) if name in ("data", "solutions") else values, text)
+    add("outcome", found["outcome"], "how the search has ended", unit=None)
+    return variables
+
+
+def _quantity(name: str) -> Quantity:
+    """What a parameter is. Those that are not known elsewhere are impurities, or an error of the native code."""
+    return JACOBIAN.get(name) or Quantity(name.replace("-", "_"), "ng g-1")
+
+
+def _priors(retrieve: Any) -> tuple[list[str], list[tuple[Any, Any]]]:
+    """The names of parameters, and the median and deviation of each, or None."""
+    if isinstance(retrieve, str):
+        retrieve = [retrieve]
+    if not isinstance(retrieve, Mapping):
+        retrieve = dict.fromkeys(retrieve)
+    priors = []
+    for name, prior in retrieve.items():
+        try:
+            median, deviation = (None, None) if prior is None else prior
+        except (TypeError, ValueError):
+            raise ValueError(f"the prior of {name} is {prior!r}, but must be a median and a deviation") from None
+        given = (("median", median), ("deviation", deviation))
+        priors.append(tuple(None if one is None else number(f"{what} of {name}", one) for what, one in given))
+    return list(retrieve), priors
+
+
+@dataclass
+class Measured:
+    """A measured spectrum."""
+
+    values: xr.DataArray
+    """The wavelength is the last dimension, with its coordinate."""
+    dim: str
+    """What the array that is given calls this dimension."""
+    given: tuple[tuple[str, ...], tuple[int, ...]]
+    """Dimensions and shape of the array that is given."""
+
+    def rows(self, label: str, value: Any, axes: Axes) -> tuple[np.ndarray, tuple[str, ...]]:
+        """Values at the wavelengths for each element of some dimensions, which are added to the axes."""
+        import xarray as xr
+
+        wavelengths_nm = self.values.wavelength.values
+        value = labelled(value)
+        if not hasattr(value, "dims"):
+            array = _floats(label, value)
+            dims, shape = self.given
+            known = {(): (), wavelengths_nm.shape: (self.dim,), shape: dims}
+            if array.shape not in known:
+                raise ValueError(
+                    f"the {label} has the shape {array.shape}, but there are {wavelengths_nm.size} wavelengths, and "
+                    f"spectra of the shape {shape}"
+                )
+            value = xr.DataArray(array, dims=known[array.shape])
+        value = _with_wavelength(value, self.dim)
+        if "wavelength" not in value.dims:
+            value = value.expand_dims(wavelength=wavelengths_nm)
+        elif value.sizes["wavelength"] != wavelengths_nm.size or (
+            "wavelength" in value.coords and not np.array_equal(value.wavelength.values, wavelengths_nm)
+        ):
+            raise ValueError(f"the {label} has other wavelengths than the spectra")
+        value = value.astype(float).transpose(..., "wavelength")
+        others = value.isel(wavelength=0, drop=True)
+        axes.add(Quantity(label), others, others.values)
+        del axes.own[label]
+        return value.values.reshape(-1, wavelengths_nm.size), others.dims
+
+
+def _measured(given: dict[str, Any], wavelength_nm: Any) -> dict[str, Measured]:
+    """The measured spectra."""
+    import xarray as xr
+
+    arrays = {name: labelled(value) for name, value in given.items()}
+    if wavelength_nm is None:
+        for value in arrays.values():
+            if "wavelength" in getattr(value, "dims", ()) and "wavelength" in value.coords:
+                wavelength_nm = value.wavelength.values
+                break
+        else:
+            name = next(iter(arrays))
+            raise TypeError(f"wavelength_nm is missing, and the {name} has no dimension 'wavelength' with values")
+    values_nm = np.atleast_1d(_floats("wavelength_nm", wavelength_nm))
+    if values_nm.size == 0:
+        raise ValueError("wavelength_nm has no values")
+    measured = {}
+    for name, value in arrays.items():
+        if not hasattr(value, "dims"):
+            array = np.atleast_1d(_floats(name, value))
+            value = xr.DataArray(array, dims=[*(f"dim_{i}" for i in range(array.ndim - 1)), "wavelength"])
+        dim = "wavelength" if "wavelength" in value.dims or value.ndim == 0 else value.dims[-1]
+        as_given = value.dims, value.shape
+        value = _with_wavelength(value, dim)
+        if values_nm.ndim != 1 or value.sizes.get("wavelength") != values_nm.size:
+            raise ValueError(f"the {name} has the shape {as_given[1]}, but there are {values_nm.size} wavelengths")
+        if "wavelength" in value.coords and not np.array_equal(value.wavelength.values, values_nm):
+            raise ValueError(f"the {name} has other wavelengths than those given")
+        value = value.astype(float).transpose(..., "wavelength").assign_coords(wavelength=values_nm)
+        measured[name] = Measured(value, dim, as_given)
+    return measured
+
+
+def _with_wavelength(value: xr.DataArray, dim: str) -> xr.DataArray:
+    """An array whose dimension of wavelengths, if it has one, is called so. Labels of another name are none."""
+    if dim == "wavelength" or dim not in value.dims:
+        return value
+    return value.swap_dims({dim: "wavelength"}).drop_vars(dim, errors="ignore")
+
+
+def _floats(label: str, value: Any) -> np.ndarray:
+    """The values of a list or an array as numbers."""
+    try:
+        return np.asarray(values_of(value), dtype=float)
+    except (TypeError, ValueError):
+        raise ValueError(f"{label} is not an array of numbers with rows of one length") from None
+
+
+def _matrix(label: str, value: Any) -> np.ndarray:
+    """An array with rows and columns."""
+    array = _floats(label, value)
+    return array if array.ndim == 2 else array.reshape(1, -1)
+
+
+def _stated(name: str, measured: dict[str, Measured]) -> tuple[Any, str]:
+    """What a spectrum states of an argument that is not given, or the default, and where it is from."""
+    _, other, units, default = STATED[name]
+    for label, spectrum in measured.items():
+        array = spectrum.values
+        if name in array.coords:
+            return array.coords[name], f"{label}'s coordinate '{name}'"
+        if name in array.attrs:
+            return array.attrs[name], f"{label}'s attribute '{name}'"
+        if other in array.coords:
+            unit = array.coords[other].attrs.get("units")
+            if unit not in units:
+                raise ValueError(
+                    f"the {label} has a coordinate '{other}' with the units {unit}, but they must be {units[0]}: give "
+                    f"{name}"
+                )
+            return array.coords[other], f"{label}'s coordinate '{other}'"
+    return default, "default"
+
+
+def _light(angles_deg: list[Any], source: str, is_mixed: bool) -> str:
+    """Which light was assumed, and why."""
+    beams = {angle for angle in angles_deg if angle != "diffuse"}
+    kinds = ["diffuse"] if "diffuse" in angles_deg else []
+    if beams:
+        kinds.append(f"beam at {beams.pop():g} degrees" if len(beams) == 1 else "beams at several angles")
+    text = " or ".join(kinds)
+    text += " with diffuse light" if is_mixed else ""
+    return text + {"argument": "", "default": ", by default"}.get(source, f", by the {source}")

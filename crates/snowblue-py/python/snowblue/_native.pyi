@@ -46,7 +46,12 @@ def sun_position(latitude_deg: float, longitude_deg: float, time: str) -> tuple[
 def sky(
     elevation_deg: float, haze: tuple[float, float] | None, wavelengths_nm: list[float]
 ) -> dict[str, Any]: ...
-def invert(measured: dict[str, Any], pack: dict[str, Any], ordinates: dict[str, Any]) -> dict[str, Any]: ...
+def invert(
+    snows: Snows,
+    spectra: dict[str, Any],
+    unknowns: dict[str, Any],
+    progress: _Progress,
+) -> dict[str, Any]: ...
 
 class Snows:
     def __init__(self, fixed: dict[str, Any], columns: dict[str, Any], count: int) -> None: ...

@@ -1,0 +1,246 @@
+"""Retrieval of snow from spectra."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import snowblue
+
+NM = np.arange(400.0, 1401.0, 50.0)
+SOOTY = dict(ssa_m2_kg=18, impurities_ng_g={"black-carbon": 300})
+
+
+def noisy(array, deviation, seed=1):
+    return array + np.random.default_rng(seed).normal(0, deviation, array.shape)
+
+
+def test_snow_is_retrieved_within_its_posterior():
+    measured = noisy(snowblue.albedo(**SOOTY, angle_deg="diffuse", wavelength_nm=NM), 0.004)
+    fit = snowblue.invert(measured, standard_deviation=0.004)
+    # Two numbers, each within 4 standard deviations: 1e-4.
+    assert abs(fit.ssa - 18) < 4 * fit.ssa_sd and abs(fit.black_carbon - 300) < 4 * fit.black_carbon_sd
+    assert fit.ssa_lower < fit.ssa < fit.ssa_upper and fit.outcome == "converged"
+    # χ² of 21 degrees of freedom: 0.05 % and 99.95 %.
+    assert 5.9 < fit.chi_square < 48 and fit.data == 21
+    assert 0 < fit.degrees_of_freedom < 2
+    assert fit.ssa.units == "m2 kg-1" and fit.black_carbon.units == "ng g-1" and fit.ssa.dims == ()
+    kernel = fit.averaging_kernel
+    assert kernel.dims == ("parameter", "true_parameter") and list(kernel.parameter.values) == ["ssa", "black_carbon"]
+    assert abs(np.trace(kernel) - fit.degrees_of_freedom) < 1e-12
+    assert fit.albedo_fit.dims == ("wavelength",) and abs(fit.albedo_fit - measured).max() < 0.02
+    assert "black-carbon: median 30, deviation 2" in fit.prior
+
+
+def test_the_light_is_that_of_the_spectrum_or_named():
+    measured = snowblue.albedo(ssa_m2_kg=20, angle_deg=60, wavelength_nm=NM)
+    told = snowblue.invert(measured)
+    assert abs(told.ssa - 20) < 0.05 and told.light == "beam at 60 degrees, by the albedo's coordinate 'angle'"
+    bare = measured.drop_vars("angle")
+    assert abs(snowblue.invert(bare, angle_deg=60).ssa - told.ssa) < 1e-9
+    assert abs(snowblue.invert(bare.assign_attrs(angle_deg=60.0)).ssa - told.ssa) < 1e-9
+    as_diffuse = snowblue.invert(bare)
+    assert as_diffuse.light == "diffuse, by default" and as_diffuse.ssa > 24
+    both = xr.concat([measured, as_diffuse.albedo], "sky", coords="minimal", compat="override").drop_vars("angle")
+    both = snowblue.invert(both, angle_deg=xr.DataArray([60, -1], dims="sky"))
+    assert both.light == "diffuse or beam at 60 degrees"
+    # An argument goes before a coordinate.
+    assert snowblue.invert(measured, angle_deg="diffuse").ssa == as_diffuse.ssa
+    assert snowblue.invert(measured, angle_deg=60).light == "beam at 60 degrees" and told.angle_deg == 60
+    unnamed = measured.assign_coords(angle=np.pi / 3)
+    with pytest.raises(ValueError, match="coordinate 'angle' with the units None, but they must be degree"):
+        snowblue.invert(unnamed)
+
+    sky = snowblue.albedo(ssa_m2_kg=20, angle_deg="diffuse", wavelength_nm=NM).drop_vars("angle")
+    fraction = xr.DataArray(0.9 - 0.6 * (NM - 400) / 1000, dims="wavelength", coords={"wavelength": NM})
+    mixed = fraction * sky + (1 - fraction) * bare
+    fit = snowblue.invert(mixed, angle_deg=60, diffuse_fraction=fraction)
+    assert abs(fit.ssa - 20) < 0.05 and fit.light == "beam at 60 degrees with diffuse light"
+    assert abs(snowblue.invert(mixed, angle_deg=60).ssa - 20) > 0.2
+    with pytest.raises(ValueError, match="diffuse_fraction needs the angle of a beam"):
+        snowblue.invert(mixed, diffuse_fraction=0.5)
+
+
+def test_spectra_have_dimensions_and_gaps():
+    pits = xr.Dataset({"ssa": ("pit", [8.0, 20.0, 60.0]), "sun": ("pit", [30.0, 50.0, 70.0])}, {"pit": ["a", "b", "c"]})
+    albedo = snowblue.albedo(ssa_m2_kg=pits.ssa, angle_deg=pits.sun, wavelength_nm=NM)
+    assert albedo.dims == ("pit", "wavelength")
+    visits = [noisy(albedo, 0.005, seed) for seed in (1, 2)]
+    several = xr.concat(visits, "visit").transpose("wavelength", "visit", "pit")
+    several[3:6, 1, 2] = np.nan
+    several[:, 0, 1] = np.nan
+    fit = snowblue.invert(several, standard_deviation=0.005)
+    assert set(fit.ssa.dims) == {"pit", "visit"} and list(fit.pit.values) == ["a", "b", "c"]
+    at = fit.isel(visit=1)
+    assert (abs(at.ssa.values - pits.ssa.values) < 4 * at.ssa_sd.values).all()
+    empty = fit.isel(visit=0, pit=1)
+    assert empty.outcome == "no data" and abs(empty.ssa - 20) < 1e-9 and empty.degrees_of_freedom == 0
+    assert (fit.outcome == "converged").sum() == 5 and fit.data.isel(visit=1, pit=2) == 18
+    # Alone, without the missing wavelengths, to the noise of the rays through grains.
+    alone = several.isel(visit=1, pit=2).dropna("wavelength")
+    alone = snowblue.invert(alone, standard_deviation=0.005)
+    assert abs(alone.ssa / fit.ssa.isel(visit=1, pit=2) - 1) < 1e-3
+    plain = snowblue.invert(
+        several.isel(visit=1).transpose("pit", "wavelength").values, NM, standard_deviation=np.full(NM.size, 0.005),
+        angle_deg=xr.DataArray(pits.sun.values, dims="dim_0"))
+    np.testing.assert_allclose(plain.ssa, at.ssa, rtol=1e-12)
+    masked = np.ma.masked_invalid(several.isel(visit=1).transpose("pit", "wavelength").values)
+    plain = snowblue.invert(
+        masked, NM, standard_deviation=0.005, angle_deg=xr.DataArray(pits.sun.values, dims="dim_0"))
+    np.testing.assert_allclose(plain.ssa, at.ssa, rtol=1e-12)
+
+
+def test_arrays_pair_with_the_spectrum_whatever_its_dimension_is_called():
+    named = snowblue.albedo(ssa_m2_kg=[20, 30], angle_deg=60, wavelength_nm=NM)
+    named = named.rename(specific_surface_area="pit").drop_vars("pit")
+    fraction = xr.full_like(named.wavelength, 0.2)
+    expected = snowblue.invert(named, standard_deviation=0.02 * named, angle_deg=60, diffuse_fraction=fraction)
+    # The labels of the bands are no wavelengths.
+    band = named.swap_dims(wavelength="band").drop_vars("wavelength").assign_coords(band=range(1, NM.size + 1))
+    for spectrum in (band, band.drop_vars("band"), band.transpose("pit", "band"), band.assign_coords(nm=("band", NM))):
+        spectrum = spectrum.transpose(..., "band")
+        deviation = 0.02 * spectrum
+        for given in (deviation, deviation.values):
+            fit = snowblue.invert(
+                spectrum, NM, standard_deviation=given, angle_deg=60,
+                diffuse_fraction=xr.DataArray(np.full(NM.size, 0.2), dims="band"))
+            assert fit.ssa.dims == ("pit",) and fit.albedo.dims == ("pit", "wavelength")
+            np.testing.assert_array_equal(fit.ssa, expected.ssa)
+            np.testing.assert_array_equal(fit.wavelength, NM)
+
+
+def test_a_series_with_its_own_index_is_a_spectrum():
+    pd = pytest.importorskip("pandas")
+    measured = snowblue.albedo(ssa_m2_kg=20, wavelength_nm=NM)
+    series = pd.Series(measured.values)
+    fit = snowblue.invert(series, NM, standard_deviation=pd.Series(np.full(NM.size, 0.01)), angle_deg="diffuse")
+    assert fit.ssa == snowblue.invert(measured).ssa and fit.ssa.dims == ()
+
+
+def test_a_wet_pit_does_not_need_the_wavelengths_of_a_dry_one():
+    wavelength_nm = [*NM, 1600.0]
+    dry = snowblue.albedo(ssa_m2_kg=20, wavelength_nm=wavelength_nm).drop_vars("specific_surface_area", errors="ignore")
+    pits = xr.concat([dry, dry.where(dry.wavelength < 1500)], "pit")
+    fit = snowblue.invert(
+        pits, retrieve="ssa_m2_kg", water_saturation=xr.DataArray([0.0, 0.05], dims="pit"))
+    assert (fit.outcome == "converged").all() and list(fit.data.values) == [22, 21]
+    assert np.isnan(fit.albedo_fit[1, -1]) and fit.albedo_fit.isnull().sum() == 1
+    with pytest.raises(ValueError, match=r"wavelength in wet snow is 1600 nm, .*, at pit\[1\], wavelength\[21\]"):
+        snowblue.invert(
+            xr.concat([dry, dry], "pit"), retrieve="ssa_m2_kg",
+            water_saturation=xr.DataArray([0.0, 0.05], dims="pit"))
+
+
+def test_transmittance_tells_the_thickness():
+    arguments = dict(ssa_m2_kg=25, density_kg_m3=250, thickness_cm=4, angle_deg=40, wavelength_nm=NM)
+    truth = snowblue.spectrum(**arguments, standard_errors=False).squeeze(drop=True)
+    fit = snowblue.invert(
+        truth.reflectance, transmittance=truth.transmittance,
+        transmittance_standard_deviation=0.02 * truth.transmittance, angle_deg=40, thickness_cm=6, density_kg_m3=250,
+        retrieve={"ssa_m2_kg": (20, 0.5), "thickness_cm": None})
+    assert abs(fit.thickness - 4) < 0.02 and fit.thickness.units == "cm" and abs(fit.ssa - 25) < 0.2
+    assert fit.degrees_of_freedom > 1.9 and fit.data == 42 and "thickness_cm: median of the argument" in fit.prior
+    only = snowblue.invert(
+        transmittance=truth.transmittance, transmittance_standard_deviation=0.01, angle_deg=40, thickness_cm=4)
+    assert "albedo_fit" not in only and only.outcome == "converged"
+    with pytest.raises(ValueError, match="standard deviation of the transmittance is 0, but must lie in 1e-18–1000000"):
+        snowblue.invert(transmittance=truth.transmittance, transmittance_standard_deviation=0, thickness_cm=4)
+    with pytest.raises(ValueError, match="transmittance is .*, but must lie in -0.5–2"):
+        snowblue.invert(transmittance=100 * truth.transmittance, transmittance_standard_deviation=1, thickness_cm=4)
+    with pytest.raises(ValueError, match="transmittance needs a thickness that is finite"):
+        snowblue.invert(transmittance=truth.transmittance, transmittance_standard_deviation=0.01)
+    with pytest.raises(TypeError, match="transmittance_standard_deviation"):
+        snowblue.invert(transmittance=truth.transmittance)
+
+
+def test_errors_in_common_are_part_of_the_posterior():
+    measured = 1.03 * snowblue.albedo(**SOOTY, wavelength_nm=NM)
+    trusted = snowblue.invert(measured, standard_deviation=0.004)
+    scaled = snowblue.invert(measured, standard_deviation=0.004, scale_error=0.03)
+    smooth = snowblue.invert(measured, standard_deviation=0.004, correlation_nm=100)
+    assert abs(trusted.ssa - 18) > 4 * trusted.ssa_sd and abs(scaled.ssa - 18) < scaled.ssa_sd
+    assert abs(scaled.albedo_scale - 1.03) < scaled.albedo_scale_sd and "albedo_scale" not in trusted
+    assert smooth.ssa_sd > 1.5 * trusted.ssa_sd
+    correlated = snowblue.invert(measured, prior_correlation=[[1, 0.5], [0.5, 1]])
+    assert correlated.ssa != snowblue.invert(measured).ssa
+    for wrong in ([[1]], [1, 0.5], [[[1, 0], [0, 1]]]):
+        with pytest.raises(ValueError, match="2 rows and 2 columns"):
+            snowblue.invert(measured, prior_correlation=wrong)
+    with pytest.raises(ValueError, match="is 0.3 in row 1 and column 2, but is 0.4 in row 2 and column 1"):
+        snowblue.invert(measured, prior_correlation=[[1, 0.3], [0.4, 1]])
+    with pytest.raises(ValueError, match="is 2 in row 1 and column 2, but must lie in -1–1"):
+        snowblue.invert(measured, prior_correlation=[[1, 2], [2, 1]])
+    with pytest.raises(ValueError, match="prior_correlation is not an array of numbers with rows of one length"):
+        snowblue.invert(measured, prior_correlation=[[1, 0.3], [1]])
+
+
+def test_a_symmetric_correlation_is_one_with_any_deviations():
+    """(0.3 · 0.7) · 1.5 and (0.3 · 1.5) · 0.7 differ by rounding."""
+    assert 0.3 * 0.7 * 1.5 != 0.3 * 1.5 * 0.7
+    fit = snowblue.invert(
+        np.full(NM.size, np.nan), NM, retrieve={"ssa_m2_kg": (20, 0.7), "black-carbon": (30, 1.5)},
+        prior_correlation=[[1, 0.3], [0.3, 1]])
+    np.testing.assert_allclose(fit.covariance, [[0.49, 0.315], [0.315, 2.25]], rtol=1e-12)
+
+
+def test_a_parameter_at_an_end_of_its_range_is_held_there():
+    bright = snowblue.albedo(ssa_m2_kg=200, impurities_ng_g={"black-carbon": 100}, wavelength_nm=NM)
+    bright = bright.where(bright.wavelength < 900, 1.0)
+    fit = snowblue.invert(bright, standard_deviation=0.02)
+    assert fit.outcome == "ssa_m2_kg is at an end of its range" and abs(fit.ssa - 300) < 1e-9
+    assert fit.ssa_sd == 0 and (fit.averaging_kernel.sel(parameter="ssa") == 0).all()
+    # The other has the posterior that it has in snow of this area, to the noise of the rays through grains.
+    alone = snowblue.invert(bright, standard_deviation=0.02, retrieve="black-carbon", ssa_m2_kg=300)
+    assert abs(np.log(fit.black_carbon / alone.black_carbon)) < 0.01
+    assert abs(fit.black_carbon_sd / alone.black_carbon_sd - 1) < 0.01
+
+
+def test_wrong_input_is_named_with_its_place():
+    with pytest.raises(TypeError, match="neither an albedo nor a transmittance"):
+        snowblue.invert()
+    with pytest.raises(TypeError, match="wavelength_nm is missing"):
+        snowblue.invert([0.9, 0.8])
+    with pytest.raises(ValueError, match=r"the albedo has the shape \(2,\), but there are 1 wavelengths"):
+        snowblue.invert([0.9, 0.8], [400])
+    with pytest.raises(ValueError, match="wavelength_nm has no values"):
+        snowblue.invert([], [])
+    with pytest.raises(ValueError, match="albedo is not an array of numbers with rows of one length"):
+        snowblue.invert([[0.9, 0.8], [0.7]], [400, 500])
+    with pytest.raises(ValueError, match="the prior of ground_albedo has no median, and the snow's own value 0 is not"):
+        snowblue.invert([0.9, 0.8], [400, 500], retrieve="ground_albedo", thickness_cm=5)
+    with pytest.raises(ValueError, match="the prior of cos_angle has no median, and the snow's own value 1 is not"):
+        snowblue.invert([0.9, 0.8], [400, 500], retrieve="cos_angle", angle_deg=0)
+    with pytest.raises(ValueError, match="prior of density_kg_m3: standard deviation is 0, but must lie in 1e-6–100"):
+        snowblue.invert([0.9, 0.8], [400, 500], retrieve={"density_kg_m3": (300, 0)})
+    with pytest.raises(ValueError, match=r"albedo is 2, but must lie in -0.5–1.5, at wavelength\[1\]"):
+        snowblue.invert([0.9, 2.0, 0.5], [400, 500, 600])
+    with pytest.raises(ValueError, match=r"standard deviation of the albedo is 0, .* at wavelength\[0\]"):
+        snowblue.invert([0.9, 0.8], [400, 500], standard_deviation=0)
+    measured = snowblue.albedo(ssa_m2_kg=[20, 30], wavelength_nm=NM)
+    wrong = measured.copy()
+    wrong[1, 4] = np.inf
+    with pytest.raises(ValueError, match=r"albedo is inf, .*, at specific_surface_area\[1\], wavelength\[4\]"):
+        snowblue.invert(wrong)
+    with pytest.raises(ValueError, match=r"the standard deviation of the albedo has the shape \(2,\), but there are"):
+        snowblue.invert(measured, standard_deviation=[0.01, 0.02])
+    with pytest.raises(ValueError, match=r"density is 1200 kg/m³, but must lie in 10–900 kg/m³, at pit\[1\]"):
+        snowblue.invert(
+            measured.isel(specific_surface_area=0), density_kg_m3=xr.DataArray([300.0, 1200.0], dims="pit"))
+    with pytest.raises(ValueError, match=r"wavelength in snow with impurities is 1600 nm, .*, at wavelength\[1\]"):
+        snowblue.invert([0.9, 0.1], [400, 1600])
+    with pytest.raises(ValueError, match="parameter 'size' is not known; there are ssa_m2_kg"):
+        snowblue.invert(measured, retrieve="size")
+    with pytest.raises(ValueError, match="the prior of ssa_m2_kg is 20, but must be a median and a deviation"):
+        snowblue.invert(measured, retrieve={"ssa_m2_kg": 20})
+    with pytest.raises(ValueError, match="specific surface area is 2000 m²/kg, but must lie in 1.4–300 m²/kg"):
+        snowblue.invert(measured, retrieve={"ssa_m2_kg": (2000, 1)})
+    with pytest.raises(TypeError, match="'free_scale' is not known"):
+        snowblue.invert(measured, free_scale=True)
+
+
+def test_the_result_can_be_written(tmp_path):
+    pytest.importorskip("scipy")
+    fit = snowblue.invert(snowblue.albedo(ssa_m2_kg=[20, 30], wavelength_nm=NM))
+    fit.to_netcdf(tmp_path / "fit.nc", engine="scipy")
+    again = xr.open_dataset(tmp_path / "fit.nc", engine="scipy")
+    np.testing.assert_array_equal(again.ssa, fit.ssa)
+    assert (again.outcome == "converged").all() and again.light == fit.light

@@ -1,0 +1,109 @@
+//! Elements of the state: logarithms of positive quantities and log-odds of fractions, so that all are unbounded and
+//! priors are log-normal.
+
+use snowblue_base::ParameterRange;
+
+use crate::sample::{DENSITY_RANGE, MASS_FRACTION_RANGE, SURFACE_AREA_RANGE, WATER_SATURATION_RANGE};
+use crate::slab::THICKNESS_RANGE;
+use crate::stack::GROUND_ALBEDO_RANGE;
+use crate::variable::Variable;
+
+/// Least value of quantities that may be 0, in their units.
+const LEAST: f64 = 1e-6;
+/// Cosine of 89.988°, just within the range of angles.
+const LEAST_COSINE: f64 = 2e-4;
+
+/// What is known of a variable before the measurement: a log-normal distribution, or that of a fraction whose log-odds
+/// are normal.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Prior {
+    /// Median, in the unit of the variable; none for a variable whose value is part of the pack or the illumination.
+    pub median: Option<f64>,
+    /// Standard deviation of the logarithm or of the log-odds.
+    pub deviation: f64,
+}
+
+impl Prior {
+    /// A weak prior: 95 % of seasonal snow, and of what is deposited in it, lie within two of its deviations.
+    ///
+    /// Density, thickness, the cosine of the sun and the albedo of the ground have the median that is known of them.
+    #[must_use]
+    pub fn weak(variable: Variable) -> Self {
+        use crate::optics::Substance::{BlackCarbon, BrownCarbon, ColoradoDust, SaharanDust, SnowAlgae};
+        let (median, deviation) = match variable {
+            Variable::SurfaceArea => (Some(20.0), 1.0),
+            Variable::Density => (None, 0.4),
+            Variable::Thickness => (None, 0.5),
+            Variable::WaterSaturation => (Some(0.05), 1.5),
+            Variable::MassFraction(BlackCarbon) => (Some(30.0), 2.0),
+            Variable::MassFraction(BrownCarbon) => (Some(100.0), 2.0),
+            Variable::MassFraction(SaharanDust | ColoradoDust | SnowAlgae) => (Some(1000.0), 2.5),
+            Variable::CosIncidence => (None, 0.2),
+            Variable::GroundAlbedo => (None, 1.0),
+        };
+        Self { median, deviation }
+    }
+}
+
+/// The range of a variable as an element of the state.
+#[must_use]
+pub fn state_range(variable: Variable) -> ParameterRange {
+    let range = match variable {
+        Variable::SurfaceArea => SURFACE_AREA_RANGE,
+        Variable::Density => DENSITY_RANGE,
+        Variable::Thickness => THICKNESS_RANGE,
+        Variable::WaterSaturation => WATER_SATURATION_RANGE,
+        Variable::MassFraction(substance) => ParameterRange { quantity: substance.name(), ..MASS_FRACTION_RANGE },
+        Variable::CosIncidence => {
+            ParameterRange { quantity: "cosine of the angle", least: LEAST_COSINE, greatest: 1.0, unit: "" }
+        }
+        Variable::GroundAlbedo => GROUND_ALBEDO_RANGE,
+    };
+    let greatest = if is_fraction(variable) { 1.0 - LEAST } else { range.greatest };
+    ParameterRange { least: range.least.max(LEAST), greatest, ..range }
+}
+
+/// Whether the element is the log-odds of the variable, ln(v/(1 − v)), and not its logarithm.
+fn is_fraction(variable: Variable) -> bool {
+    matches!(variable, Variable::WaterSaturation | Variable::CosIncidence | Variable::GroundAlbedo)
+}
+
+/// The element of the state.
+pub(super) fn element(variable: Variable, value: f64) -> f64 {
+    if is_fraction(variable) { (value / (1.0 - value)).ln() } else { value.ln() }
+}
+
+/// The value of the variable, within the range in spite of rounding.
+pub(super) fn value(variable: Variable, element: f64) -> f64 {
+    let value = if is_fraction(variable) { 1.0 / (1.0 + (-element).exp()) } else { element.exp() };
+    let ParameterRange { least, greatest, .. } = state_range(variable);
+    value.clamp(least, greatest)
+}
+
+/// The derivative of the value by the element.
+pub(super) fn slope(variable: Variable, value: f64) -> f64 {
+    if is_fraction(variable) { value * (1.0 - value) } else { value }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_elements_and_slopes_agree() {
+        for variable in Variable::ALL {
+            let range = state_range(variable);
+            let middle = 0.5 * (range.least + range.greatest.min(100.0));
+            let at = element(variable, middle);
+            assert!((value(variable, at) / middle - 1.0).abs() < 1e-14, "{variable}");
+            // A central difference: h²/6 of its scale, and rounding over h.
+            let difference = (value(variable, at + 1e-5) - value(variable, at - 1e-5)) / 2e-5;
+            assert!((slope(variable, middle) / difference - 1.0).abs() < 1e-9, "{variable}");
+            for end in [range.least, range.greatest] {
+                assert!(range.contains(value(variable, element(variable, end))), "{variable}");
+            }
+            let Prior { median, deviation } = Prior::weak(variable);
+            assert!(deviation > 0.0 && median.is_none_or(|median| range.contains(median)), "{variable}");
+        }
+    }
+}
