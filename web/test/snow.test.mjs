@@ -6,10 +6,10 @@ import { inFolder } from "./command.mjs";
 import { readExr } from "./exr.mjs";
 import { control, follow, lit, pageTest, pixel, pixels, saved, viewSize } from "./page.mjs";
 
-/** On the front and on the right side of the block, away from edges, in m. */
+/** On the front and on the right side of the block of 15 cm, away from edges, in m. */
 const ON_BLOCK = [
-  ...[-0.12, 0, 0.12].flatMap((x) => [0.1, 0.2, 0.3].map((z) => [x, -0.14, z])),
-  ...[0.1, 0.2, 0.3].map((z) => [0.2, 0.02, z]),
+  ...[-0.12, 0, 0.12].flatMap((x) => [0.1, 0.2, 0.3].map((z) => [x, -0.01, z])),
+  ...[0.1, 0.2, 0.3].map((z) => [0.2, 0.065, z]),
 ];
 /** On the side of the ball that faces the camera. */
 const ON_BALL = [-40, -25, -10, 10, 25, 40].flatMap((azimuth) => [-30, -20, -10, 0, 10, 20, 30].map((elevation) => {
@@ -28,9 +28,11 @@ const RELATIVE = 1e-2;
  * too bright or too dark, at places of its own; so RELATIVE holds for the mean of many places.
  */
 const RELATIVE_AT_STEPS = 0.05;
-const DARK_SIDE = [0, -0.14, 0.2];
+const DARK_SIDE = [0, -0.01, 0.2];
 /** Of 255: light that differs by RELATIVE differs by one level at most, and both are rounded. */
 const LEVELS = 2;
+/** The level of a luminance of 0.8, at which the tone curve leaves the straight line. */
+const ABOVE_KNEE = 231;
 
 /**
  * Of one place under a sky. The light field samples the sky 16 times at each element of the surface, so that J varies
@@ -254,6 +256,17 @@ pageTest("snow in 3-D", {}, async (page, t) => {
     await follow(page, "shape=block&lamp=0.4,-0.6,0.5,D65,10&camera=0,5,1.25");
     await lit(page);
     for (const lights of await both(page, ON_BLOCK.filter(([, y]) => y === DARK_SIDE[1]))) assertNear(lights, RELATIVE);
+  });
+
+  await t.test("light above white rolls off as in the PNG of snowblue render", async () => {
+    await follow(page, "shape=block&lamp=0.4,-0.6,0.5,D65,10&camera=0,5,1.25&view_exposure=-0.5");
+    await lit(page);
+    const found = await bothColors(page, ON_BLOCK.filter(([, y]) => y === DARK_SIDE[1]));
+    for (const { here, there } of found) {
+      const apart = Math.max(...here.map((value, channel) => Math.abs(value - there[channel])));
+      assert.ok(apart <= LEVELS, `the colour is ${here}, but the command has ${there}`);
+    }
+    assert.ok(found.some(({ there: [, green] }) => green > ABOVE_KNEE), "no place is bright enough");
   });
 
   for (const [sky, name] of SKIES) {

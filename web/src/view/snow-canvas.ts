@@ -1,6 +1,6 @@
 /** The canvas of the view: snow, grid and lamps, drawn when something changed. */
 
-import { FloatType, PerspectiveCamera, Scene, Vector3, WebGLRenderer, WebGLRenderTarget } from "three";
+import { FloatType, PerspectiveCamera, Raycaster, Scene, Vector3, WebGLRenderer, WebGLRenderTarget } from "three";
 import type { View } from "../state";
 import type { LitBody } from "./lit-body";
 import { cameraPosition, verticalFieldOfView } from "./scene";
@@ -13,6 +13,9 @@ const MOST_PIXEL_RATIO = 2;
 const FEW_PIXELS = 250_000;
 const SLOW_FRAME_MS = 50;
 const REST_MS = 150;
+
+/** Behind the snow: a dark room with a grid on its ground, or the open land at dusk or by day. */
+export type Backdrop = "dark" | "dusk" | "day";
 
 export class SnowCanvas {
   readonly camera = new PerspectiveCamera();
@@ -27,6 +30,7 @@ export class SnowCanvas {
   private body: LitBody | undefined;
   private wanted: Wanted[] = [];
   private exposure = 1;
+  private hasShoulder = true;
   private size = { width: 1, height: 1 };
   private frame = 0;
   private lastFrame = 0;
@@ -61,8 +65,31 @@ export class SnowCanvas {
     this.invalidate();
   }
 
-  /** Sets what is shown; the exposure is a factor. */
-  show(body: LitBody | undefined, { lamps, sky }: Pick<View, "lamps" | "sky">, exposure: number): void {
+  /** The grid and the lines that measure are drawn in the dark room only. */
+  setBackdrop(backdrop: Backdrop): void {
+    const isMeasured = backdrop === "dark";
+    this.grid.visible = isMeasured;
+    this.marks.lines.visible = isMeasured;
+    this.sun.lines.visible = isMeasured;
+    this.invalidate();
+  }
+
+  /** Whether snow is between the eye and a place. */
+  isBehindSnow(place: Vector3): boolean {
+    if (this.body === undefined) return false;
+    const eye = this.camera.position;
+    const ray = new Raycaster(eye, place.clone().sub(eye).normalize(), 0, eye.distanceTo(place));
+    return ray.intersectObject(this.body.group).length > 0;
+  }
+
+  /** Sets what is shown; the exposure is a factor. With a shoulder, light above white keeps its order. */
+  show(
+    body: LitBody | undefined,
+    { lamps, sky }: Pick<View, "lamps" | "sky">,
+    exposure: number,
+    hasShoulder: boolean,
+  ): void {
+    this.hasShoulder = hasShoulder;
     if (this.body !== body) {
       if (this.body !== undefined) this.scene.remove(this.body.group);
       if (body !== undefined) this.scene.add(body.group);
@@ -100,7 +127,7 @@ export class SnowCanvas {
 
   /** Draws now, for a copy of the canvas. */
   draw(): void {
-    this.body?.show(this.wanted, this.exposure, false);
+    this.body?.show(this.wanted, this.exposure, this.hasShoulder ? "filmic" : "none");
     this.renderer.render(this.scene, this.camera);
     this.frames += 1;
   }
@@ -122,9 +149,9 @@ export class SnowCanvas {
   readPixels(x: number, y: number, width: number, height: number): Float32Array {
     const { width: columns, height: rows } = this.element;
     const target = new WebGLRenderTarget(columns, rows, { type: FloatType });
-    const hidden = [this.grid, this.marks.group, this.sun.group];
+    const hidden = [this.grid, this.marks.group, this.sun.group].filter(({ visible }) => visible);
     for (const one of hidden) one.visible = false;
-    this.body?.show(this.wanted, this.exposure, true);
+    this.body?.show(this.wanted, this.exposure, "radiance");
     this.renderer.setRenderTarget(target);
     this.renderer.clear();
     this.renderer.render(this.scene, this.camera);
