@@ -6,10 +6,12 @@ import { inFolder } from "./command.mjs";
 import { readExr } from "./exr.mjs";
 import { control, follow, lit, pageTest, pixel, pixels, saved, viewSize } from "./page.mjs";
 
-/** On the front and on the right side of the block of 15 cm, away from edges, in m. */
+/** A block of 28 cm, whose faces have room away from edges. */
+const BLOCK = "shape=block&layer=thickness_cm:28";
+/** On the front and on the right side of the block, away from edges, in m. */
 const ON_BLOCK = [
-  ...[-0.12, 0, 0.12].flatMap((x) => [0.1, 0.2, 0.3].map((z) => [x, -0.01, z])),
-  ...[0.1, 0.2, 0.3].map((z) => [0.2, 0.065, z]),
+  ...[-0.12, 0, 0.12].flatMap((x) => [0.1, 0.2, 0.3].map((z) => [x, -0.14, z])),
+  ...[0.1, 0.2, 0.3].map((z) => [0.2, 0.02, z]),
 ];
 /** On the side of the ball that faces the camera. */
 const ON_BALL = [-40, -25, -10, 10, 25, 40].flatMap((azimuth) => [-30, -20, -10, 0, 10, 20, 30].map((elevation) => {
@@ -28,7 +30,7 @@ const RELATIVE = 1e-2;
  * too bright or too dark, at places of its own; so RELATIVE holds for the mean of many places.
  */
 const RELATIVE_AT_STEPS = 0.05;
-const DARK_SIDE = [0, -0.01, 0.2];
+const DARK_SIDE = [0, -0.14, 0.2];
 /** Of 255: light that differs by RELATIVE differs by one level at most, and both are rounded. */
 const LEVELS = 2;
 /** The level of a luminance of 0.8, at which the tone curve leaves the straight line. */
@@ -181,7 +183,7 @@ function mean(lights) {
   return { here: of("here"), there: of("there") };
 }
 
-pageTest("snow in 3-D", {}, async (page, t) => {
+pageTest("snow in 3-D", { fragment: BLOCK }, async (page, t) => {
   await lit(page);
   const place = await seen(page, DARK_SIDE);
 
@@ -253,13 +255,13 @@ pageTest("snow in 3-D", {}, async (page, t) => {
   });
 
   await t.test("a face that a lamp shines on has the light of snowblue render", async () => {
-    await follow(page, "shape=block&lamp=0.4,-0.6,0.5,D65,10&camera=0,5,1.25");
+    await follow(page, `${BLOCK}&lamp=0.4,-0.6,0.5,D65,10&camera=0,5,1.25`);
     await lit(page);
     for (const lights of await both(page, ON_BLOCK.filter(([, y]) => y === DARK_SIDE[1]))) assertNear(lights, RELATIVE);
   });
 
   await t.test("light above white rolls off as in the PNG of snowblue render", async () => {
-    await follow(page, "shape=block&lamp=0.4,-0.6,0.5,D65,10&camera=0,5,1.25&view_exposure=-0.5");
+    await follow(page, `${BLOCK}&lamp=0.4,-0.6,0.5,D65,10&camera=0,5,1.25&view_exposure=-0.5`);
     await lit(page);
     const found = await bothColors(page, ON_BLOCK.filter(([, y]) => y === DARK_SIDE[1]));
     for (const { here, there } of found) {
@@ -271,7 +273,7 @@ pageTest("snow in 3-D", {}, async (page, t) => {
 
   for (const [sky, name] of SKIES) {
     await t.test(`the block has the light of snowblue render under ${name}`, async () => {
-      await follow(page, `shape=block&sky=${sky}`);
+      await follow(page, `${BLOCK}&sky=${sky}`);
       await lit(page);
       const lights = await bothUnderSky(page, ON_BLOCK);
       for (const light of lights) assertNear(light, RELATIVE_UNDER_SKY);

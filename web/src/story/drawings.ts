@@ -16,7 +16,7 @@ const LAST_NM = FIRST_NM + STEP_NM * (wavelengthColors.length - 1);
 const NARROW = 620;
 
 export function colorOf(wavelength_nm: number): string {
-  return VIVID[(wavelength_nm - FIRST_NM) / STEP_NM]!;
+  return VIVID[Math.round((wavelength_nm - FIRST_NM) / STEP_NM)]!;
 }
 
 interface Box {

@@ -10,8 +10,12 @@ const ICE_KG_M3 = 917;
 /** Absorption coefficient of ice at 400, 410, … 700 nm, in 1/m (Warren & Brandt 2008). */
 export { absorption_per_m };
 
+/** The same, linear between these wavelengths. */
 export function absorptionAt(wavelength_nm: number): number {
-  return absorption_per_m[(wavelength_nm - FIRST_NM) / STEP_NM]!;
+  const place = (wavelength_nm - FIRST_NM) / STEP_NM;
+  const before = Math.min(Math.floor(place), absorption_per_m.length - 2);
+  const [low, high] = [absorption_per_m[before]!, absorption_per_m[before + 1]!];
+  return low + (place - before) * (high - low);
 }
 
 /** The part of light that is left after a path through clear ice, by Beer's law. */
@@ -24,7 +28,7 @@ export function solidIce_m(thickness_cm: number, density_kg_m3 = parameters.dens
   return (0.01 * thickness_cm * density_kg_m3) / ICE_KG_M3;
 }
 
-/** Surfaces of grains on a path through ice: its straight pieces measure 4/(ρ S) in the mean (Cauchy), S the surface. */
+/** Surfaces of grains on a path through ice: its straight pieces measure 4/(ρ S) in the mean (Cauchy). */
 export function surfacesOn(path_m: number, ssa_m2_kg: number): number {
   return (path_m * ICE_KG_M3 * ssa_m2_kg) / 4;
 }

@@ -1,14 +1,13 @@
 /** The steps of the story: what each shows, its one control, and what it says of the present values. */
 
-import { parameters } from "../catalog";
+import { impurities, parameters } from "../catalog";
 import type { Fit } from "../chart/scale";
 import type { SpectrumAnswer } from "../native";
 import { figure, short } from "../numbers";
 import { GRAIN_SIZE, THICKNESS, control, impurityControl, type Control } from "../panel/parameters";
 import { setImpurity } from "../snow";
-import { impurities } from "../catalog";
 import type { State, Vector } from "../state";
-import { defaults } from "../view/shapes";
+import { BLOCK_CM, defaults } from "../view/shapes";
 import type { Backdrop } from "../view/snow-canvas";
 import { absorptionAt, left } from "./ice";
 
@@ -37,6 +36,8 @@ export const at = (values: readonly number[], { wavelengths_nm }: SpectrumAnswer
 export const percent = (value: number, digits = 2) =>
   `${figure(100 * value, value > 0.995 && value < 1 ? 4 : digits)}\u00a0%`;
 
+const passing = (answer: SpectrumAnswer, nm: number) => percent(at(answer.transmittance, answer, nm));
+
 /** How many times as much blue as red light passes. */
 export function blueness(answer: SpectrumAnswer): string {
   const ratio = at(answer.transmittance, answer, BLUE_NM) / at(answer.transmittance, answer, RED_NM);
@@ -50,22 +51,21 @@ const PASSING = {
     value / at(answer.transmittance, answer, BLUE_NM)),
 };
 
-/** Mounds of snow with a lamp inside, and a moon, of a strength relative to that of the lamp. */
-function dusk(state: State): void {
-  lamp(state, 0.01 * SOOT_DEPTH_CM);
-  state.view.exposure = -0.3;
+/** Height of the mound of the drift above the ground, in m. */
+const MOUND_M = 0.22;
+const MOON: Vector = [-1.9, -1.2, 1.5];
+/** Snow above the lamp at first, and in the step of soot. */
+const LAMP_DEPTH_CM = 15;
+
+function lampBelow(depth_cm: number): Vector {
+  return [0, 0, Number((MOUND_M - 0.01 * depth_cm).toFixed(4))];
 }
 
-const MOUND_M = 0.22;
-const SOOT_DEPTH_CM = 15;
-const MOON: Vector = [-1.9, -1.2, 1.5];
-
-function lamp({ view }: State, below_m: number): void {
-  view.shape = "drift";
-  view.sky = undefined;
-  view.method = "field";
+/** A drift with a lamp in it, and a moon. */
+function dusk({ view }: State): void {
+  Object.assign(view, { shape: "drift", sky: undefined, method: "field", exposure: -0.3 });
   view.lamps = [
-    { position: [0, 0, Number((MOUND_M - below_m).toFixed(3))], illuminant: "D65", radiant_intensity_w_sr: 0.1 },
+    { position: lampBelow(LAMP_DEPTH_CM), illuminant: "D65", radiant_intensity_w_sr: 0.1 },
     { position: MOON, illuminant: "D65", radiant_intensity_w_sr: 12 },
   ];
   view.camera = { azimuth_deg: 0, elevation_deg: 11, distance_m: 1.05 };
@@ -73,13 +73,16 @@ function lamp({ view }: State, below_m: number): void {
 
 /** A block with a lamp behind it. */
 function block({ view }: State, exposure: State["view"]["exposure"]): void {
-  Object.assign(view, { shape: "block", sky: undefined, method: "field", exposure, ...structuredClone(defaults("block")) });
+  Object.assign(view, { shape: "block", sky: undefined, method: "field", exposure });
+  Object.assign(view, structuredClone(defaults("block")));
 }
 
 const DEPTH: Control = {
   ...THICKNESS, label: "Snow above the lamp", quantity: "snow above the lamp",
   range: { least: 2, greatest: 25, default: 10, unit: "cm" }, slider: [2, 25], scale: "linear", step: 0.5,
 };
+/** What is drawn. */
+const BLOCK_THICKNESS: Control = { ...THICKNESS, range: { ...THICKNESS.range, ...BLOCK_CM }, slider: [4, 50] };
 const ICE_PATH: Control = {
   label: "Path through ice", quantity: "path through ice", range: { least: 0.01, greatest: 100, default: 3, unit: "m" },
   scale: "log", sentence: "Clear ice without bubbles, which does not scatter light.",
@@ -94,10 +97,10 @@ const SOOT: Control = {
   ...impurityControl(impurities.find(({ name }) => name === "black-carbon")!), label: "Soot",
   slider: [0, 300],
 };
-const ELEVATION: Control = {
-  ...control("elevation_deg", { slider: [10, 60], scale: "linear", step: 1 }), label: "Height of the sun",
-};
-ELEVATION.range = { ...ELEVATION.range, least: 10, greatest: 60 };
+/** From where the spectrum needs no more streams than usual. */
+const HEIGHTS = { least: 10, greatest: 60 };
+const SUN = control("elevation_deg", { slider: [HEIGHTS.least, HEIGHTS.greatest], scale: "linear", step: 1 });
+const ELEVATION: Control = { ...SUN, label: "Height of the sun", range: { ...SUN.range, ...HEIGHTS } };
 const SIDE: Control = {
   label: "Lamp to the side", quantity: "position of the lamp",
   range: { least: -40, greatest: 40, default: -5, unit: "cm" }, scale: "linear", step: 1,
@@ -106,11 +109,12 @@ const SIDE: Control = {
 
 export const STEPS: Step[] = [
   {
-    name: "Glow", title: "A lamp in the snow glows blue", control: DEPTH, value: 15, figure: "dusk", spectrum: PASSING,
+    name: "Glow", title: "A lamp in the snow glows blue", control: DEPTH, value: LAMP_DEPTH_CM, figure: "dusk",
+    spectrum: PASSING,
     start: dusk,
     set(state, below_cm) {
       state.layers = [{ thickness_cm: below_cm }];
-      state.view.lamps[0]!.position = [0, 0, Number((MOUND_M - 0.01 * below_cm).toFixed(4))];
+      state.view.lamps[0]!.position = lampBelow(below_cm);
     },
     text: (answer, below_cm) =>
       `Under moonlight snow is white. But a lamp shines below ${short(below_cm)} cm of this snow, and what comes ` +
@@ -134,8 +138,8 @@ export const STEPS: Step[] = [
     },
     // Needs the walks.
     text: () => "",
-    source: "Walks with the mean free path of this snow: Kokhanovsky & Zege 2004; pieces of 4 V/S between surfaces of " +
-      "grains: Cauchy; the path through ice by the transmittances at 450 and 650 nm",
+    source: "Mean free path of the walks: Kokhanovsky & Zege 2004; mean straight piece 4 V/S between surfaces of " +
+      "grains: Cauchy; path through ice by the transmittances at 450 and 650 nm",
   },
   {
     name: "Grains", title: "Coarse grains let more light through", control: GRAIN_SIZE, value: 400, figure: "dark",
@@ -145,20 +149,20 @@ export const STEPS: Step[] = [
       state.layers = [{ thickness_cm: 15, grain_size_um }];
     },
     text: (answer, grain_size_um) =>
-      `15 cm of snow with grains of ${short(grain_size_um)} µm let ${percent(at(answer.transmittance, answer, BLUE_NM))} ` +
-      `of the blue through and ${percent(at(answer.transmittance, answer, RED_NM))} of the red. Coarse grains have fewer ` +
-      `surfaces that turn light back: old snow is brighter inside than fresh snow.`,
+      `15 cm of snow with grains of ${short(grain_size_um)} µm let ${passing(answer, BLUE_NM)} of the blue through ` +
+      `and ${passing(answer, RED_NM)} of the red. Coarse grains have fewer surfaces that turn light back: old snow ` +
+      `is brighter inside than fresh snow.`,
     source: "Wiscombe & Warren 1980, A model for the spectral albedo of snow. I",
   },
   {
-    name: "Thickness", title: "Each centimetre makes it bluer", control: { ...THICKNESS, slider: [4, 50] }, value: 15,
+    name: "Thickness", title: "Each centimetre makes it bluer", control: BLOCK_THICKNESS, value: 15,
     figure: "dark", spectrum: PASSING,
     start: (state) => block(state, 0.5),
     set: (state, thickness_cm) => {
       state.layers = [{ thickness_cm }];
     },
     text: (answer, thickness_cm) =>
-      `A block of ${short(thickness_cm)} cm lets ${percent(at(answer.transmittance, answer, BLUE_NM))} of the blue ` +
+      `A block of ${short(thickness_cm)} cm lets ${passing(answer, BLUE_NM)} of the blue ` +
       `light through. Behind it, blue is ${blueness(answer)}. Make it thicker: it gets darker and bluer.`,
     source: "Warren 1982, Optical properties of snow",
   },
@@ -167,16 +171,16 @@ export const STEPS: Step[] = [
     spectrum: PASSING,
     start: dusk,
     set(state, ng_g) {
-      const [layer] = (state.layers = [{ thickness_cm: SOOT_DEPTH_CM }]);
+      const [layer] = (state.layers = [{ thickness_cm: LAMP_DEPTH_CM }]);
       setImpurity(layer!, "black-carbon", ng_g);
     },
     text(answer, ng_g) {
-      const passing = `${percent(at(answer.transmittance, answer, BLUE_NM))} of the blue gets through ` +
-        `${SOOT_DEPTH_CM} cm, and blue is ${blueness(answer)}`;
+      const result = `${passing(answer, BLUE_NM)} of the blue gets through ` +
+        `${LAMP_DEPTH_CM} cm, and blue is ${blueness(answer)}`;
       return ng_g === 0
-        ? `Without soot, ${passing}. Add some, and the glow dies.`
+        ? `Without soot, ${result}. Add some, and the glow dies.`
         : `With ${short(ng_g)} ng of soot in each gram of snow, ${short(ng_g / 10, 3)} parts in a hundred million, ` +
-          `${passing}. Soot absorbs all colours. Set it to 0, and the glow is back.`;
+          `${result}. Soot absorbs all colours. Set it to 0, and the glow is back.`;
     },
     source: "Warren & Wiscombe 1980, A model for the spectral albedo of snow. II",
   },
@@ -193,9 +197,10 @@ export const STEPS: Step[] = [
       state.view.sky = { type: "clear", elevation_deg, azimuth_deg: 305, turbidity: 2.5 };
     },
     text: (answer, elevation_deg) =>
-      `The sun stands ${short(elevation_deg)}° high. Snow sends back ${percent(at(answer.reflectance, answer, BLUE_NM), 3)} ` +
-      `of its blue and ${percent(at(answer.reflectance, answer, RED_NM), 3)} of its red: white. Shadows are blue for ` +
-      `another reason: only the sky shines there. A lower sun loses less light in the snow.`,
+      `The sun stands ${short(elevation_deg)}° high. Snow sends back ` +
+      `${percent(at(answer.reflectance, answer, BLUE_NM), 3)} of its blue and ` +
+      `${percent(at(answer.reflectance, answer, RED_NM), 3)} of its red: white. Shadows are blue for another reason: ` +
+      `only the sky shines there. A lower sun loses less light in the snow.`,
     source: "Wiscombe & Warren 1980; sky: Hosek & Wilkie 2012",
   },
   {
@@ -211,7 +216,7 @@ export const STEPS: Step[] = [
     },
     text: (answer) =>
       `On the right, the paper's PCASnow: light takes a straight line through the snow, whose transmittance is ` +
-      `tabulated (${percent(at(answer.transmittance, answer, BLUE_NM))} of the blue through 15 cm). On the left, the ` +
+      `tabulated (${passing(answer, BLUE_NM)} of the blue through 15 cm). On the left, the ` +
       `light field: light spreads and leaves by every side, so that the block fades towards its edges. Drag the ` +
       `line between both.`,
     source: "Varsa & Baranoski 2024, doi:10.1109/MCG.2023.3307517",

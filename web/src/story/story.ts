@@ -160,10 +160,11 @@ export class Story {
     const rest = meanOf(through, (length) => left(wavelength_nm, unit * length));
     const { thickness_cm, ssa_m2_kg } = this.#store.state.layers[0] as Layer & { ssa_m2_kg: number };
     const straight = solidIce_m(thickness_cm);
-    return `Straight through, ${thickness_cm} cm of snow hold ${figure(100 * straight, 2)} cm of ice. But light meets some ` +
-      `${Number(surfacesOn(path, ssa_m2_kg).toPrecision(2)).toLocaleString("en")} surfaces of grains before it comes out ` +
-      `below, and passes through ${figure(path, 2)} m of ice. Of light of ${wavelength_nm} nm, ` +
-      `${percent(rest)} is left of what would come out without absorption.`;
+    const surfaces = Number(surfacesOn(path, ssa_m2_kg).toPrecision(2)).toLocaleString("en");
+    return `Straight through, ${thickness_cm} cm of snow hold ${figure(100 * straight, 2)} cm of ice. But light ` +
+      `meets some ${surfaces} surfaces of grains before it comes out below, and passes through ` +
+      `${figure(path, 2)} m of ice. Of light of ${wavelength_nm} nm, ${percent(rest)} is left of what would come out ` +
+      `without absorption.`;
   }
 }
 

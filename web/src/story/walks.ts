@@ -19,8 +19,8 @@ const MOST_STEPS = 20_000;
 const HALVINGS = 40;
 
 /**
- * Mean free path in thicknesses by the transmittance of a layer that absorbs little: T = (1 + q) l/(d + 2 q l) for a beam
- * at right angles, with the extrapolation length q = 0.7104.
+ * Mean free path l in thicknesses d of a layer that absorbs little, by its transmittance for a beam at right angles:
+ * T = (1 + q) l/(d + 2 q l), with the extrapolation length q = 0.7104.
  */
 export function freePath(transmittance: number): number {
   const q = 0.7104;
