@@ -294,6 +294,16 @@ pageTest("snow in 3-D", { fragment: BLOCK }, async (page, t) => {
     });
   }
 
+  await t.test("a lamp in front does not make the igloo white all over", async () => {
+    await follow(page, "shape=igloo&lamp=0.1,-0.6,0.5,D65,10");
+    await lit(page);
+    const [width, height] = await viewSize(page);
+    const places = [0.4, 0.5, 0.6].flatMap((x) => [0.4, 0.5, 0.6].map((y) => [x * width, y * height].map(Math.floor)));
+    const greens = (await colors(page, (await saved(page, "3-D PNG"))["snow-view.png"], places)).map(([, one]) => one);
+    assert.ok(Math.max(...greens) < 254 && Math.min(...greens) > 50, `greens of ${greens}`);
+    assert.ok(Math.max(...greens) - Math.min(...greens) > 10, `greens of ${greens} have no relief`);
+  });
+
   await t.test("the ball has the light of snowblue render", async () => {
     await follow(page, "shape=ball");
     await lit(page);

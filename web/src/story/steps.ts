@@ -65,8 +65,8 @@ function lampBelow(depth_cm: number): Vector {
 function dusk({ view }: State): void {
   Object.assign(view, { shape: "drift", sky: undefined, method: "field", exposure: -0.3 });
   view.lamps = [
-    { position: lampBelow(LAMP_DEPTH_CM), illuminant: "D65", radiant_intensity_w_sr: 0.1 },
-    { position: MOON, illuminant: "D65", radiant_intensity_w_sr: 12 },
+    { position: lampBelow(LAMP_DEPTH_CM), illuminant: "D65", radiant_intensity_w_sr: 0.075 },
+    { position: MOON, illuminant: "D75", radiant_intensity_w_sr: 6 },
   ];
   view.camera = { azimuth_deg: 0, elevation_deg: 11, distance_m: 1.05 };
 }

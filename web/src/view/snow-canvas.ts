@@ -13,6 +13,10 @@ const MOST_PIXEL_RATIO = 2;
 const FEW_PIXELS = 250_000;
 const SLOW_FRAME_MS = 50;
 const REST_MS = 150;
+/** Columns and rows by which the view is metered. */
+const FEW_PLACES = [48, 36] as const;
+/** Of red, green and blue of linear sRGB. */
+const LUMINANCES = [0.2126, 0.7152, 0.0722] as const;
 
 /** Behind the snow: a dark room with a grid on its ground, or the open land at dusk or by day. */
 export type Backdrop = "dark" | "dusk" | "day";
@@ -29,7 +33,8 @@ export class SnowCanvas {
   private readonly sun = new SunMark();
   private body: LitBody | undefined;
   private wanted: Wanted[] = [];
-  private exposure = 1;
+  /** A factor of radiance. */
+  exposure = 1;
   private hasShoulder = true;
   private size = { width: 1, height: 1 };
   private frame = 0;
@@ -82,11 +87,10 @@ export class SnowCanvas {
     return ray.intersectObject(this.body.group).length > 0;
   }
 
-  /** Sets what is shown; the exposure is a factor. With a shoulder, light above white keeps its order. */
+  /** Sets what is shown. With a shoulder, light above white keeps its order. */
   show(
     body: LitBody | undefined,
     { lamps, sky }: Pick<View, "lamps" | "sky">,
-    exposure: number,
     hasShoulder: boolean,
   ): void {
     this.hasShoulder = hasShoulder;
@@ -96,7 +100,6 @@ export class SnowCanvas {
       this.body = body;
     }
     this.wanted = wantedOf({ lamps, sky });
-    this.exposure = exposure;
     this.marks.set(sky === undefined ? lamps : []);
     this.sun.set(sky);
     this.invalidate();
@@ -148,6 +151,28 @@ export class SnowCanvas {
   /** Radiance in W/(m² sr) as linear sRGB of pixels of the canvas, from the upper left, four values each. */
   readPixels(x: number, y: number, width: number, height: number): Float32Array {
     const { width: columns, height: rows } = this.element;
+    const upwards = this.radiance(columns, rows);
+    const downwards = new Float32Array(4 * width * height);
+    for (let row = 0; row < height; row++) {
+      const from = 4 * ((rows - 1 - y - row) * columns + x);
+      downwards.set(upwards.subarray(from, from + 4 * width), 4 * width * row);
+    }
+    return downwards;
+  }
+
+  /** Median luminance of the snow in view, in W/(m² sr); none without snow. */
+  medianLuminance(): number | undefined {
+    const pixels = this.radiance(...FEW_PLACES);
+    const luminances: number[] = [];
+    for (let at = 0; at < pixels.length; at += 4) {
+      const [red, green, blue, alpha] = pixels.subarray(at, at + 4) as unknown as [number, number, number, number];
+      if (alpha === 1) luminances.push(LUMINANCES[0] * red + LUMINANCES[1] * green + LUMINANCES[2] * blue);
+    }
+    return luminances.sort((one, other) => one - other)[luminances.length >> 1];
+  }
+
+  /** Radiance of the view in rows from below. */
+  private radiance(columns: number, rows: number): Float32Array {
     const target = new WebGLRenderTarget(columns, rows, { type: FloatType });
     const hidden = [this.grid, this.marks.group, this.sun.group].filter(({ visible }) => visible);
     for (const one of hidden) one.visible = false;
@@ -155,16 +180,12 @@ export class SnowCanvas {
     this.renderer.setRenderTarget(target);
     this.renderer.clear();
     this.renderer.render(this.scene, this.camera);
-    const upwards = new Float32Array(4 * width * height);
-    this.renderer.readRenderTargetPixels(target, x, rows - y - height, width, height, upwards);
+    const pixels = new Float32Array(4 * columns * rows);
+    this.renderer.readRenderTargetPixels(target, 0, 0, columns, rows, pixels);
     this.renderer.setRenderTarget(null);
     for (const one of hidden) one.visible = true;
     target.dispose();
-    const downwards = new Float32Array(upwards.length);
-    for (let row = 0; row < height; row++) {
-      downwards.set(upwards.subarray(4 * width * row, 4 * width * (row + 1)), 4 * width * (height - 1 - row));
-    }
-    return downwards;
+    return pixels;
   }
 
   dispose(): void {

@@ -49,6 +49,8 @@ const NAMES: Record<Exclude<Method, "field">, string> = {
 const PICTURE_PIXELS = 512;
 const FILE_PIXELS = 1024;
 const PICTURE_SAMPLES = 256;
+/** Greatest exposed median luminance of snow in view; white is 1. */
+const BRIGHTEST_MEDIAN = 0.5;
 /** What the camera looks at where there is no snow. */
 const NO_TARGET: Body["target"] = [0, 0, 0.15];
 
@@ -272,6 +274,12 @@ export class Viewer {
     for (const { resolve } of this.waiting.splice(0)) resolve();
   }
 
+  /** The exposure for a view from any side, or less where the snow in view would be white all over. */
+  private metered(stops: number): number {
+    const median = this.canvas?.medianLuminance() ?? 0;
+    return median > 0 ? Math.min(stops, Math.log2(BRIGHTEST_MEDIAN / median)) : stops;
+  }
+
   private blockNotice(): string {
     const { thickness_cm } = this.first;
     const { least, greatest } = BLOCK_CM;
@@ -284,9 +292,10 @@ export class Viewer {
     const view = this.view;
     const lit = this.body === undefined ? undefined : this.field.best;
     if (view === undefined || this.canvas === undefined) return;
-    this.stops = view.exposure === "auto" ? (lit?.stops ?? this.stops) : view.exposure;
     // The traced picture beside it has no shoulder.
-    this.canvas.show(lit, view, 2 ** this.stops, view.method === "field");
+    this.canvas.show(lit, view, view.method === "field");
+    this.stops = view.exposure === "auto" ? this.metered(lit?.stops ?? this.stops) : view.exposure;
+    this.canvas.exposure = 2 ** this.stops;
     this.trace(view);
   }
 
