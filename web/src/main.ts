@@ -17,10 +17,11 @@ import { Share } from "./share";
 import { Spectra, type Shown } from "./spectra";
 import type { State } from "./state";
 import { Store } from "./store";
+import { STEPS, blueness } from "./story/steps";
+import { Story } from "./story/story";
 import { Swatches } from "./swatch";
 import { buildTheme } from "./theme";
 import { buildToolbar } from "./toolbar";
-import { Tour } from "./tour";
 import { ViewHost } from "./view-host";
 
 /** What a spectrum and its colours depend on. */
@@ -28,8 +29,11 @@ const ASKED = ["layers", "ground_albedo", "angle_deg", "illuminant", "observer",
 /** The address follows the state after so long, in ms. */
 const ADDRESS_MS = 250;
 
+/** The fragment of the laboratory with the default state, whose own is empty. */
+const LABORATORY = "laboratory";
+
 buildTheme();
-const store = new Store(stateOfFragment(location.hash.slice(1)));
+const store = new Store(defaultState());
 const native = compiled("spectrum_bg.wasm");
 const spectra = new Spectra(native, show, wait);
 const chart = new Chart();
@@ -41,11 +45,16 @@ const compare = new Compare(store, spectra, ready, drawCurves);
 const host = new ViewHost(store);
 let current: Curve | undefined;
 let addressTimer: ReturnType<typeof setTimeout> | undefined;
+/** The open step of the story; none in the laboratory. */
+let storyStep: number | undefined;
 
 buildPanel(byId("panel"), store);
 buildToolbar(store, host);
 new Share(store, chart, curves, host);
-new Tour(store, spectra);
+const story = new Story(store, host, opened, () => enterLaboratory());
+byId("open-story").addEventListener("click", () => enterStory());
+byId("open-laboratory").addEventListener("click", () => enterLaboratory());
+follow(location.hash.slice(1));
 store.subscribe((state, before) => {
   if (state === before || ASKED.some((key) => state[key] !== before[key])) spectra.want(state);
 });
@@ -60,9 +69,9 @@ window.addEventListener("hashchange", ({ newURL }) => {
   // Not the present address: a write of it may have come between the link and this event.
   const fragment = new URL(newURL).hash.slice(1);
   // The name of a part of the page, as in the link that skips to the controls, is no state.
-  if (document.getElementById(fragment) !== null) return;
+  if (fragment !== "" && document.getElementById(fragment) !== null) return;
   clearTimeout(addressTimer);
-  if (fragment !== encode(store.state)) store.replace(stateOfFragment(fragment));
+  if (fragment !== address()) follow(fragment);
 });
 byId("version").textContent = `snowblue ${version}`;
 afterPaint(() => spectra.warm(store.state));
@@ -80,6 +89,8 @@ function show(shown: Shown): void {
   const { answer, sample, fine } = shown;
   current = { name: describe(sample), place: 0, answer };
   swatches.set(answer);
+  if (storyStep !== undefined) story.set(answer);
+  byId("meaning").textContent = `Through this snow, blue (450 nm) is ${blueness(answer)} (650 nm).`;
   compare.set(answer);
   drawCurves();
   byId("precision").textContent = precision(answer, fine);
@@ -117,6 +128,57 @@ function summary({ name, answer }: Curve): string {
   return `${name}: transmitted colour ${answer.transmitted.hex}, transmittance ${value} at 450 nm.`;
 }
 
+/** Opens what a fragment names: a step of the story, which is also without one, or a state of the laboratory. */
+function follow(fragment: string): void {
+  const step = /^story=(\d)$/.exec(fragment)?.[1];
+  if (fragment === "" || (step !== undefined && STEPS[Number(step) - 1] !== undefined)) {
+    say(byId("notice"), "");
+    showPart("story");
+    story.open(Number(step ?? 1) - 1);
+  } else {
+    storyStep = undefined;
+    showPart("laboratory");
+    store.replace(stateOfFragment(fragment === LABORATORY ? "" : fragment));
+  }
+}
+
+/** From the laboratory to the story; the button of the browser leads back. */
+function enterStory(): void {
+  if (storyStep !== undefined) return;
+  push("");
+  follow("");
+}
+
+/** From the story to the laboratory, with the same snow. */
+function enterLaboratory(): void {
+  if (storyStep === undefined) return;
+  storyStep = undefined;
+  showPart("laboratory");
+  push(address());
+  byId("open-laboratory").focus();
+}
+
+function opened(step: number): void {
+  storyStep = step;
+  scheduleAddress();
+}
+
+/** Shows one part of the page, with the 3-D view in it. */
+function showPart(part: "story" | "laboratory"): void {
+  const isStory = part === "story";
+  byId("story").hidden = !isStory;
+  byId("lab").hidden = isStory;
+  if (isStory) byId("story-snow").append(byId("view-box"));
+  else byId("toolbar").before(byId("view-box"));
+  if (!isStory) {
+    story.close();
+    host.backdrop("dark");
+  }
+  byId("open-story").setAttribute("aria-pressed", String(isStory));
+  byId("open-laboratory").setAttribute("aria-pressed", String(!isStory));
+  byId("skip").setAttribute("href", isStory ? "#story-title" : "#panel");
+}
+
 function stateOfFragment(fragment: string): State {
   const notice = byId("notice");
   try {
@@ -129,13 +191,28 @@ function stateOfFragment(fragment: string): State {
   }
 }
 
-function writeAddress(state: State, before: State): void {
-  if (state === before) return;
+/** The fragment of what is shown. */
+function address(): string {
+  if (storyStep === undefined) return encode(store.state) || LABORATORY;
+  return storyStep === 0 ? "" : `story=${storyStep + 1}`;
+}
+
+function place(fragment: string): string {
+  return fragment === "" ? location.pathname + location.search : `#${fragment}`;
+}
+
+function push(fragment: string): void {
   clearTimeout(addressTimer);
-  addressTimer = setTimeout(() => {
-    const fragment = encode(store.state);
-    history.replaceState(null, "", fragment === "" ? location.pathname + location.search : `#${fragment}`);
-  }, ADDRESS_MS);
+  history.pushState(null, "", place(fragment));
+}
+
+function writeAddress(state: State, before: State): void {
+  if (state !== before) scheduleAddress();
+}
+
+function scheduleAddress(): void {
+  clearTimeout(addressTimer);
+  addressTimer = setTimeout(() => history.replaceState(null, "", place(address())), ADDRESS_MS);
 }
 
 async function keepOffline(): Promise<void> {

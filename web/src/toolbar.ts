@@ -58,8 +58,8 @@ export function buildToolbar(store: Store, host: ViewHost): void {
   byId("toolbar").append(
     shapeRow(store, host), settings(store),
     el("p", { class: "note" },
-      "Drag the view to turn it, and a lamp to move it. The snow is that of the first layer; its thickness here is " +
-      "that of the shape."),
+      "Drag the view to turn it, and a lamp to move it. The snow is that of the first layer. The block is as thick " +
+      "as it; all other shapes have a thickness of their own."),
   );
   acceptDrops(byId("view-drop"), host);
 }

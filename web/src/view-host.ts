@@ -1,9 +1,9 @@
 /** Loads the 3-D view when the page stands, and keeps it and the state the same. */
 
 import { byId, say } from "./dom";
-import type { Snow } from "./native";
-import type { Layer, State, View } from "./state";
+import type { State, View } from "./state";
 import type { Store } from "./store";
+import type { Backdrop } from "./view/snow-canvas";
 import type { Viewer } from "./view/viewer";
 
 /** Time without a change after which a control counts as at rest, in ms. */
@@ -13,6 +13,7 @@ export class ViewHost {
   readonly #store: Store;
   #viewer: Promise<Viewer> | undefined;
   #rest: ReturnType<typeof setTimeout> | undefined;
+  #backdrop: Backdrop = "dark";
 
   constructor(store: Store) {
     this.#store = store;
@@ -41,6 +42,12 @@ export class ViewHost {
     await (await this.viewer()).addMesh(file);
   }
 
+  /** Sets what is seen behind the snow. */
+  backdrop(backdrop: Backdrop): void {
+    this.#backdrop = backdrop;
+    void this.#viewer?.then((viewer) => viewer.setBackdrop(backdrop), () => undefined);
+  }
+
   error(text: string): void {
     say(byId("view-error"), text);
   }
@@ -48,26 +55,23 @@ export class ViewHost {
   /** A lamp or the camera moves at once; the snow follows when its control is at rest, as all light is solved again. */
   #follow(viewer: Viewer, state: State, before: State): void {
     clearTimeout(this.#rest);
-    const set = () => viewer.set(snowOf(this.#store.state.layers[0]!), this.#store.state.view);
+    const set = () => viewer.set(this.#store.state.layers[0]!, this.#store.state.view);
     if (state === before || state.view !== before.view) set();
     else this.#rest = setTimeout(set, REST_MS);
   }
 
   async #load(): Promise<Viewer> {
     const { Viewer } = await import("./view/viewer");
-    return new Viewer(byId("view"), {
+    const viewer = new Viewer(byId("view"), {
       change: (view: View) => this.#changed(view),
       status: (text: string) => say(byId("view-status"), text),
       error: (text: string) => this.error(text),
     });
+    viewer.setBackdrop(this.#backdrop);
+    return viewer;
   }
 
   #changed(view: View): void {
     this.#store.update((state: State) => (state.view = structuredClone(view)));
   }
-}
-
-/** The snow of a layer of any thickness. */
-function snowOf({ thickness_cm: _, ...snow }: Layer): Snow {
-  return snow;
 }

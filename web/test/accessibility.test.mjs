@@ -67,14 +67,29 @@ pageTest("for everyone", { fragment: ALL, reducedMotion: "reduce" }, async (page
     await page.emulateMedia({ reducedMotion: "reduce" });
   });
 
-  await t.test("nothing serious in the tour and in the notice of a broken link, at 360 px", async () => {
+  await t.test("nothing serious in the notice of a broken link, at 360 px", async () => {
     await page.setViewportSize({ width: 360, height: 900 });
-    await page.getByRole("button", { name: "Why is snow blue?" }).click();
-    await page.locator("#tour .tiles").waitFor();
     await follow(page, "snow=1");
     await page.getByRole("alert").filter({ hasText: "The link cannot be read" }).waitFor();
-    assert.deepEqual(await findings(page, "#tour"), []);
     assert.deepEqual(await findings(page, "#notice"), []);
     assert.equal(await overflow(page), 0);
   });
+});
+
+pageTest("the story for everyone", { fragment: "", reducedMotion: "reduce" }, async (page, t) => {
+  const steps = page.getByRole("navigation", { name: "Steps of the story" }).getByRole("button");
+  await page.locator("#story-text:not(:empty)").waitFor();
+  for (let step = 0; step < await steps.count(); step++) {
+    await steps.nth(step).click();
+    for (const width of [360, 900, 1600]) {
+      await page.setViewportSize({ width, height: 900 });
+      for (const colorScheme of ["light", "dark"]) {
+        await t.test(`nothing serious in step ${step + 1} at ${width} px, ${colorScheme}`, async () => {
+          await page.emulateMedia({ colorScheme });
+          assert.deepEqual(await findings(page, "body"), []);
+          assert.equal(await overflow(page), 0);
+        });
+      }
+    }
+  }
 });

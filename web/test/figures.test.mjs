@@ -54,7 +54,7 @@ pageTest("the figures are those of the command line", { fragment: LAYERS }, asyn
   });
 
   await t.test("the default sample", async () => {
-    await follow(page, "");
+    await follow(page, "laboratory");
     await agrees(page);
     assert.match(await code(page, "Command line"), /--thickness 15 --angle 0 .*\n.*--illuminant D65 --observer 1931/);
   });

@@ -48,11 +48,11 @@ after(async () => {
 });
 
 /**
- * A test with a page of its own, opened at a fragment. It fails on any error in the console or of the page, and on any
- * request to somewhere else. `options` are those of a browser context, and `url` of another server. `body` gets the
- * page, and the context of the test for parts of it.
+ * A test with a page of its own, opened at a fragment, by default in the laboratory. It fails on any error in the
+ * console or of the page, and on any request to somewhere else. `options` are those of a browser context, and `url` of
+ * another server. `body` gets the page, and the context of the test for parts of it.
  */
-export function pageTest(name, { fragment = "", url = server.url, ...options }, body) {
+export function pageTest(name, { fragment = "laboratory", url = server.url, ...options }, body) {
   test(name, { timeout: HANGS_MS }, async (t) => {
     const context = await browser.newContext({ viewport: { width: 800, height: 600 }, ...options });
     const problems = [];

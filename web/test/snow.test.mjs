@@ -6,6 +6,8 @@ import { inFolder } from "./command.mjs";
 import { readExr } from "./exr.mjs";
 import { control, follow, lit, pageTest, pixel, pixels, saved, viewSize } from "./page.mjs";
 
+/** A block of 28 cm, whose faces have room away from edges. */
+const BLOCK = "shape=block&layer=thickness_cm:28";
 /** On the front and on the right side of the block, away from edges, in m. */
 const ON_BLOCK = [
   ...[-0.12, 0, 0.12].flatMap((x) => [0.1, 0.2, 0.3].map((z) => [x, -0.14, z])),
@@ -31,6 +33,8 @@ const RELATIVE_AT_STEPS = 0.05;
 const DARK_SIDE = [0, -0.14, 0.2];
 /** Of 255: light that differs by RELATIVE differs by one level at most, and both are rounded. */
 const LEVELS = 2;
+/** The level of a luminance of 0.8, at which the tone curve leaves the straight line. */
+const ABOVE_KNEE = 231;
 
 /**
  * Of one place under a sky. The light field samples the sky 16 times at each element of the surface, so that J varies
@@ -179,7 +183,7 @@ function mean(lights) {
   return { here: of("here"), there: of("there") };
 }
 
-pageTest("snow in 3-D", {}, async (page, t) => {
+pageTest("snow in 3-D", { fragment: BLOCK }, async (page, t) => {
   await lit(page);
   const place = await seen(page, DARK_SIDE);
 
@@ -251,14 +255,25 @@ pageTest("snow in 3-D", {}, async (page, t) => {
   });
 
   await t.test("a face that a lamp shines on has the light of snowblue render", async () => {
-    await follow(page, "shape=block&lamp=0.4,-0.6,0.5,D65,10&camera=0,5,1.25");
+    await follow(page, `${BLOCK}&lamp=0.4,-0.6,0.5,D65,10&camera=0,5,1.25`);
     await lit(page);
     for (const lights of await both(page, ON_BLOCK.filter(([, y]) => y === DARK_SIDE[1]))) assertNear(lights, RELATIVE);
   });
 
+  await t.test("light above white rolls off as in the PNG of snowblue render", async () => {
+    await follow(page, `${BLOCK}&lamp=0.4,-0.6,0.5,D65,10&camera=0,5,1.25&view_exposure=-0.5`);
+    await lit(page);
+    const found = await bothColors(page, ON_BLOCK.filter(([, y]) => y === DARK_SIDE[1]));
+    for (const { here, there } of found) {
+      const apart = Math.max(...here.map((value, channel) => Math.abs(value - there[channel])));
+      assert.ok(apart <= LEVELS, `the colour is ${here}, but the command has ${there}`);
+    }
+    assert.ok(found.some(({ there: [, green] }) => green > ABOVE_KNEE), "no place is bright enough");
+  });
+
   for (const [sky, name] of SKIES) {
     await t.test(`the block has the light of snowblue render under ${name}`, async () => {
-      await follow(page, `shape=block&sky=${sky}`);
+      await follow(page, `${BLOCK}&sky=${sky}`);
       await lit(page);
       const lights = await bothUnderSky(page, ON_BLOCK);
       for (const light of lights) assertNear(light, RELATIVE_UNDER_SKY);
@@ -278,6 +293,16 @@ pageTest("snow in 3-D", {}, async (page, t) => {
       assert.ok(half < RELATIVE_OF_HALF && nineTenths < RELATIVE_OF_NINE_TENTHS, `${half} and ${nineTenths}`);
     });
   }
+
+  await t.test("a lamp in front does not make the igloo white all over", async () => {
+    await follow(page, "shape=igloo&lamp=0.1,-0.6,0.5,D65,10");
+    await lit(page);
+    const [width, height] = await viewSize(page);
+    const places = [0.4, 0.5, 0.6].flatMap((x) => [0.4, 0.5, 0.6].map((y) => [x * width, y * height].map(Math.floor)));
+    const greens = (await colors(page, (await saved(page, "3-D PNG"))["snow-view.png"], places)).map(([, one]) => one);
+    assert.ok(Math.max(...greens) < 254 && Math.min(...greens) > 50, `greens of ${greens}`);
+    assert.ok(Math.max(...greens) - Math.min(...greens) > 10, `greens of ${greens} have no relief`);
+  });
 
   await t.test("the ball has the light of snowblue render", async () => {
     await follow(page, "shape=ball");

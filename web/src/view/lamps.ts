@@ -15,6 +15,7 @@ export class LampHandles {
   constructor(
     private readonly layer: HTMLElement,
     private readonly camera: PerspectiveCamera,
+    private readonly isHidden: (place: Vector3) => boolean,
     private readonly move: (lamp: number, position: Position) => void,
   ) {}
 
@@ -29,11 +30,13 @@ export class LampHandles {
     this.place();
   }
 
-  /** Puts the buttons where the camera sees the lamps. */
+  /** Puts the buttons where the camera sees the lamps; behind snow or in it, a lamp is a ring without glow. */
   place(): void {
     this.lamps.forEach(({ position }, lamp) => {
-      const seen = new Vector3(...position).project(this.camera);
-      const style = this.buttons[lamp]!.style;
+      const place = new Vector3(...position);
+      const { classList, style } = this.buttons[lamp]!;
+      classList.toggle("sb-behind", this.isHidden(place));
+      const seen = place.project(this.camera);
       style.left = `${50 + 50 * seen.x}%`;
       style.top = `${50 - 50 * seen.y}%`;
     });

@@ -3,7 +3,7 @@
 import { BufferAttribute, BufferGeometry, type Data3DTexture, Group, Mesh, Sphere, Vector3 } from "three";
 import type { FieldAnswer, LightOnObject, Rgb } from "./field-messages";
 import type { Light, Wanted } from "./lights";
-import { attributesOf, reflectionTexture, SnowMaterial } from "./snow-material";
+import { attributesOf, type Output, reflectionTexture, SnowMaterial } from "./snow-material";
 
 type BodyAnswer = Extract<FieldAnswer, { kind: "body" }>;
 type LightAnswer = Extract<FieldAnswer, { kind: "light" }>;
@@ -74,14 +74,14 @@ export class LitBody {
     return wanted.map(({ type, strength }, number) => (this.lights[number]?.light.type === type ? strength : 0));
   }
 
-  /** Sets the lights, the factor of the display, and whether radiance is written instead. */
-  show(wanted: readonly Wanted[], exposure: number, isLinear: boolean): void {
+  /** Sets the lights, the factor of the display, and what is written. */
+  show(wanted: readonly Wanted[], exposure: number, output: Output): void {
     const strengths = this.strengths(wanted);
     const types = wanted.map(({ type }, number) => this.lights[number]?.light.type ?? type);
     if (this.materials.length === 0 || this.types.join() !== types.join()) this.assemble(types);
     for (const material of this.materials) {
       material.exposure = exposure;
-      material.isLinear = isLinear;
+      material.output = output;
       strengths.forEach((strength, number) => {
         const solved = this.lights[number];
         if (solved !== undefined) material.setLight(number, { ...solved, strength });

@@ -34,23 +34,37 @@ export function namedMesh({ mesh }: Surface): NamedMesh | undefined {
   return mesh === undefined ? undefined : { name: mesh.name, ...mesh.triangles };
 }
 
-/** Bodies of all shapes except `own`, each made once. */
+/** Bodies of all shapes except `own`, each made once; of the block only the last. */
 const made = new Map<Shape, Body>();
+/** Thickness of the last block, in cm. */
+let blockThickness_cm: number | undefined;
 
-export function body(shape: Exclude<Shape, "own">): Body {
+/** Thinnest and thickest block, in cm: thinner ones have no inside for the light field, and thicker ones no view. */
+export const BLOCK_CM = { least: 2, greatest: 60 } as const;
+/** The back of the block, towards its lamp, in m. The front moves with the thickness. */
+const BLOCK_BACK_M = 0.14;
+
+/** The body of a shape. The block is as thick as the snow. */
+export function body(shape: Exclude<Shape, "own">, snow_cm: number): Body {
   let one = made.get(shape);
-  if (one === undefined) {
-    one = MAKERS[shape]();
-    made.set(shape, one);
+  if (shape === "block") {
+    const thickness_cm = Math.min(Math.max(snow_cm, BLOCK_CM.least), BLOCK_CM.greatest);
+    if (one === undefined || thickness_cm !== blockThickness_cm) one = block(thickness_cm);
+    blockThickness_cm = thickness_cm;
   }
+  one ??= MAKERS[shape as Exclude<Shape, "own" | "block">]();
+  made.set(shape, one);
   return one;
 }
 
-const MAKERS: Record<Exclude<Shape, "own">, () => Body> = {
-  block: () => ({
-    object: { shape: "box", size: [0.4, 0.28, 0.4], position: [0, 0, 0.2] },
-    target: [0, 0, 0.19],
-  }),
+function block(thickness_cm: number): Body {
+  const metres = (value: number) => Number(value.toFixed(6));
+  const depth = metres(0.01 * thickness_cm);
+  const middle = metres(BLOCK_BACK_M - 0.5 * depth);
+  return { object: { shape: "box", size: [0.4, depth, 0.4], position: [0, middle, 0.2] }, target: [0, middle, 0.19] };
+}
+
+const MAKERS: Record<Exclude<Shape, "own" | "block">, () => Body> = {
   ball: () => ({
     object: { shape: "sphere", radius: 0.19, position: [0, 0, 0.19] },
     target: [0, 0, 0.19],

@@ -1,6 +1,6 @@
 /** The canvas of the view: snow, grid and lamps, drawn when something changed. */
 
-import { FloatType, PerspectiveCamera, Scene, Vector3, WebGLRenderer, WebGLRenderTarget } from "three";
+import { FloatType, PerspectiveCamera, Raycaster, Scene, Vector3, WebGLRenderer, WebGLRenderTarget } from "three";
 import type { View } from "../state";
 import type { LitBody } from "./lit-body";
 import { cameraPosition, verticalFieldOfView } from "./scene";
@@ -13,6 +13,13 @@ const MOST_PIXEL_RATIO = 2;
 const FEW_PIXELS = 250_000;
 const SLOW_FRAME_MS = 50;
 const REST_MS = 150;
+/** Columns and rows by which the view is metered. */
+const FEW_PLACES = [48, 36] as const;
+/** Of red, green and blue of linear sRGB. */
+const LUMINANCES = [0.2126, 0.7152, 0.0722] as const;
+
+/** Behind the snow: a dark room with a grid on its ground, or the open land at dusk or by day. */
+export type Backdrop = "dark" | "dusk" | "day";
 
 export class SnowCanvas {
   readonly camera = new PerspectiveCamera();
@@ -26,7 +33,9 @@ export class SnowCanvas {
   private readonly sun = new SunMark();
   private body: LitBody | undefined;
   private wanted: Wanted[] = [];
-  private exposure = 1;
+  /** A factor of radiance. */
+  exposure = 1;
+  private hasShoulder = true;
   private size = { width: 1, height: 1 };
   private frame = 0;
   private lastFrame = 0;
@@ -61,15 +70,36 @@ export class SnowCanvas {
     this.invalidate();
   }
 
-  /** Sets what is shown; the exposure is a factor. */
-  show(body: LitBody | undefined, { lamps, sky }: Pick<View, "lamps" | "sky">, exposure: number): void {
+  /** The grid and the lines that measure are drawn in the dark room only. */
+  setBackdrop(backdrop: Backdrop): void {
+    const isMeasured = backdrop === "dark";
+    this.grid.visible = isMeasured;
+    this.marks.lines.visible = isMeasured;
+    this.sun.lines.visible = isMeasured;
+    this.invalidate();
+  }
+
+  /** Whether snow is between the eye and a place. */
+  isBehindSnow(place: Vector3): boolean {
+    if (this.body === undefined) return false;
+    const eye = this.camera.position;
+    const ray = new Raycaster(eye, place.clone().sub(eye).normalize(), 0, eye.distanceTo(place));
+    return ray.intersectObject(this.body.group).length > 0;
+  }
+
+  /** Sets what is shown. With a shoulder, light above white keeps its order. */
+  show(
+    body: LitBody | undefined,
+    { lamps, sky }: Pick<View, "lamps" | "sky">,
+    hasShoulder: boolean,
+  ): void {
+    this.hasShoulder = hasShoulder;
     if (this.body !== body) {
       if (this.body !== undefined) this.scene.remove(this.body.group);
       if (body !== undefined) this.scene.add(body.group);
       this.body = body;
     }
     this.wanted = wantedOf({ lamps, sky });
-    this.exposure = exposure;
     this.marks.set(sky === undefined ? lamps : []);
     this.sun.set(sky);
     this.invalidate();
@@ -100,7 +130,7 @@ export class SnowCanvas {
 
   /** Draws now, for a copy of the canvas. */
   draw(): void {
-    this.body?.show(this.wanted, this.exposure, false);
+    this.body?.show(this.wanted, this.exposure, this.hasShoulder ? "filmic" : "none");
     this.renderer.render(this.scene, this.camera);
     this.frames += 1;
   }
@@ -121,23 +151,41 @@ export class SnowCanvas {
   /** Radiance in W/(m² sr) as linear sRGB of pixels of the canvas, from the upper left, four values each. */
   readPixels(x: number, y: number, width: number, height: number): Float32Array {
     const { width: columns, height: rows } = this.element;
+    const upwards = this.radiance(columns, rows);
+    const downwards = new Float32Array(4 * width * height);
+    for (let row = 0; row < height; row++) {
+      const from = 4 * ((rows - 1 - y - row) * columns + x);
+      downwards.set(upwards.subarray(from, from + 4 * width), 4 * width * row);
+    }
+    return downwards;
+  }
+
+  /** Median luminance of the snow in view, in W/(m² sr); none without snow. */
+  medianLuminance(): number | undefined {
+    const pixels = this.radiance(...FEW_PLACES);
+    const luminances: number[] = [];
+    for (let at = 0; at < pixels.length; at += 4) {
+      const [red, green, blue, alpha] = pixels.subarray(at, at + 4) as unknown as [number, number, number, number];
+      if (alpha === 1) luminances.push(LUMINANCES[0] * red + LUMINANCES[1] * green + LUMINANCES[2] * blue);
+    }
+    return luminances.sort((one, other) => one - other)[luminances.length >> 1];
+  }
+
+  /** Radiance of the view in rows from below. */
+  private radiance(columns: number, rows: number): Float32Array {
     const target = new WebGLRenderTarget(columns, rows, { type: FloatType });
-    const hidden = [this.grid, this.marks.group, this.sun.group];
+    const hidden = [this.grid, this.marks.group, this.sun.group].filter(({ visible }) => visible);
     for (const one of hidden) one.visible = false;
-    this.body?.show(this.wanted, this.exposure, true);
+    this.body?.show(this.wanted, this.exposure, "radiance");
     this.renderer.setRenderTarget(target);
     this.renderer.clear();
     this.renderer.render(this.scene, this.camera);
-    const upwards = new Float32Array(4 * width * height);
-    this.renderer.readRenderTargetPixels(target, x, rows - y - height, width, height, upwards);
+    const pixels = new Float32Array(4 * columns * rows);
+    this.renderer.readRenderTargetPixels(target, 0, 0, columns, rows, pixels);
     this.renderer.setRenderTarget(null);
     for (const one of hidden) one.visible = true;
     target.dispose();
-    const downwards = new Float32Array(upwards.length);
-    for (let row = 0; row < height; row++) {
-      downwards.set(upwards.subarray(4 * width * row, 4 * width * (row + 1)), 4 * width * (height - 1 - row));
-    }
-    return downwards;
+    return pixels;
   }
 
   dispose(): void {

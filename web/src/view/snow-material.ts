@@ -34,6 +34,10 @@ export interface LightUniforms {
   strength: number;
 }
 
+/** Radiance, or colours of a display by a tone curve of the command: `filmic`, its default, or none. */
+export type Output = "radiance" | "none" | "filmic";
+const OUTPUTS: readonly Output[] = ["radiance", "none", "filmic"];
+
 /** Names of the attributes of a light and their sizes: J and V, H, and V F of a sky. */
 export function attributesOf(light: number, type: Light["type"]): [string, number][] {
   const names: [string, number][] = [[`flux${light}`, 4], [`irradiance${light}`, 3]];
@@ -73,7 +77,7 @@ export class SnowMaterial extends ShaderMaterial {
         strengths: { value: strengths },
         dome: { value: dome },
         exposure: { value: 1 },
-        is_linear: { value: false },
+        output_kind: { value: 0 },
       },
       vertexShader: vertexShader(lights),
       fragmentShader: fragmentShader(lights),
@@ -101,9 +105,8 @@ export class SnowMaterial extends ShaderMaterial {
     this.uniforms.exposure!.value = factor;
   }
 
-  /** Whether the output is radiance instead of a display's colour. */
-  set isLinear(value: boolean) {
-    this.uniforms.is_linear!.value = value;
+  set output(output: Output) {
+    this.uniforms.output_kind!.value = OUTPUTS.indexOf(output);
   }
 }
 
@@ -200,7 +203,7 @@ uniform float escape[4];
 uniform vec3 places[${lights.length}];
 uniform vec3 intensities[${lights.length}];
 uniform float exposure;
-uniform bool is_linear;
+uniform int output_kind;
 in vec3 place;
 in vec3 surface_normal;
 in vec3 flux;
@@ -211,6 +214,14 @@ out vec4 colour;
 const float PI = 3.14159265358979;
 ${DISPLAY_GLSL}
 ${REFLECTION_GLSL}
+// The tone curve \`filmic\` (crates/snowblue-color/src/tone.rs): luminance above a knee is compressed.
+vec3 filmic(vec3 light) {
+  const float KNEE = 0.8;
+  float luminance = dot(PRIMARY_LUMINANCES, light);
+  if (luminance <= KNEE) return light;
+  return light * ((1.0 - (1.0 - KNEE) * (1.0 - KNEE) / (luminance + 1.0 - 2.0 * KNEE)) / luminance);
+}
+
 // Light of a lamp or the sun that the surface reflects after few scatterings. The direction to the sun has length 1.
 vec3 reflected(vec3 normal, vec3 to_eye, float mu, vec3 towards, vec3 intensity, float visible) {
   float square = dot(towards, towards);
@@ -229,6 +240,8 @@ void main() {
   ${each(lights, (light, type) => (type === "dome" ? "" :
     `radiance +=
       reflected(normal, to_eye, mu, ${TOWARDS[type](light)}, intensities[${light}], visibility[${light}]);`))}
-  colour = vec4(is_linear ? radiance : display(exposure * radiance), 1.0);
+  vec3 exposed = exposure * radiance;
+  if (output_kind == ${OUTPUTS.indexOf("radiance")}) colour = vec4(radiance, 1.0);
+  else colour = vec4(display(output_kind == ${OUTPUTS.indexOf("filmic")} ? filmic(exposed) : exposed), 1.0);
 }`;
 }

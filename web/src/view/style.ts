@@ -1,13 +1,20 @@
-/** Style of the view. The backdrop is dark in both colour schemes, as snow that shines is. */
+/** Style of the view. The backdrops are the same in both colour schemes. */
 
 export const STYLE = `
 .sb-view { position: relative; overflow: hidden; width: 100%; height: 100%; min-height: 16rem; color: #dbe6ef;
   background: radial-gradient(ellipse at 50% 42%, #16202b 0%, #0b1118 62%, #070b10 100%); }
+.sb-view[data-backdrop="dusk"] {
+  background: linear-gradient(#0a1326 0%, #17294a 28%, #4a5b78 50%, #7b8390 66%, #6c727c 100%); }
+.sb-view[data-backdrop="day"] {
+  background: linear-gradient(#5f95cf 0%, #a9cbea 34%, #e4eef7 54%, #e6ebf2 100%); }
 .sb-view canvas { position: absolute; inset: 0; width: 100%; height: 100%; display: block; }
 .sb-view .sb-field { touch-action: pan-y; cursor: grab; outline-offset: -4px; }
 .sb-view .sb-field:active { cursor: grabbing; }
 .sb-view .sb-field:focus-visible { outline: 2px solid #8cc8ff; }
 .sb-view .sb-picture { pointer-events: none; background: #05080b; }
+.sb-view:not([data-backdrop="dark"]) .sb-field { mask-composite: intersect;
+  mask-image: linear-gradient(90deg, #0000, #0003 5%, #000c 14%, #000 22% 78%, #000c 86%, #0003 95%, #0000),
+  linear-gradient(#000 70%, #000c 85%, #0000); }
 .sb-layer { position: absolute; inset: 0; overflow: hidden; pointer-events: none; }
 .sb-lamp { position: absolute; width: 2.25rem; height: 2.25rem; margin: -1.125rem; padding: 0; border: 0;
   border-radius: 50%; z-index: 1; pointer-events: auto; cursor: move; touch-action: none;
@@ -15,6 +22,8 @@ export const STYLE = `
 .sb-lamp::after { content: ""; position: absolute; inset: 0.5rem; border: 1px solid #ffeec4b3; border-radius: 50%; }
 .sb-lamp:hover::after { border-color: #fff; }
 .sb-lamp:focus-visible { outline: 2px solid #8cc8ff; outline-offset: -2px; }
+.sb-lamp.sb-behind { background: none; }
+.sb-lamp.sb-behind::after { border-style: dashed; opacity: 0.55; }
 .sb-split { position: absolute; top: 0; bottom: 0; width: 2.5rem; margin-left: -1.25rem; padding: 0; border: 0;
   background: linear-gradient(#dbe6efcc, #dbe6efcc) 50% / 1px 100% no-repeat; cursor: ew-resize; touch-action: none;
   pointer-events: auto; }

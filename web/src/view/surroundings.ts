@@ -50,7 +50,7 @@ export class LampMarks {
   readonly group = new Group();
   private readonly ball = new SphereGeometry(LAMP_RADIUS_M, 16, 12);
   private readonly bright = new MeshBasicMaterial({ color: 0xfff6dc, toneMapped: false });
-  private readonly lines = new LineSegments(
+  readonly lines = new LineSegments(
     new BufferGeometry(),
     new LineBasicMaterial({ color: 0x5b7185, toneMapped: false }),
   );
@@ -83,7 +83,7 @@ export class SunMark {
     new SphereGeometry(SUN_RADIUS_M, 24, 16),
     new MeshBasicMaterial({ color: 0xffe9a8, toneMapped: false }),
   );
-  private readonly lines = new LineSegments(
+  readonly lines = new LineSegments(
     new BufferGeometry(),
     new LineBasicMaterial({ color: 0x8a7a4c, toneMapped: false }),
   );

@@ -1,7 +1,7 @@
 /** Snow in 3-D, lit by lamps that are dragged, or by a sky. */
 
 import type { Snow } from "../native";
-import type { Lamp, Method, Shape, View } from "../state";
+import type { Lamp, Layer, Method, View } from "../state";
 import { FieldClient } from "./field-client";
 import { LampHandles } from "./lamps";
 import { lightsOf, wantedOf } from "./lights";
@@ -10,8 +10,8 @@ import { readMesh } from "./own-mesh";
 import { PictureView } from "./picture-view";
 import { fieldScene, type Film, sceneOf, toToml } from "./scene";
 import { fileOf } from "./scene-files";
-import { body as bodyOf, type Body, defaults, meshBody, namedMesh, type Size, surfaceOf } from "./shapes";
-import { SnowCanvas } from "./snow-canvas";
+import { BLOCK_CM, body as bodyOf, type Body, defaults, meshBody, namedMesh, type Size, surfaceOf } from "./shapes";
+import { type Backdrop, SnowCanvas } from "./snow-canvas";
 import { STYLE } from "./style";
 
 export interface ViewerEvents {
@@ -49,6 +49,8 @@ const NAMES: Record<Exclude<Method, "field">, string> = {
 const PICTURE_PIXELS = 512;
 const FILE_PIXELS = 1024;
 const PICTURE_SAMPLES = 256;
+/** Greatest exposed median luminance of snow in view; white is 1. */
+const BRIGHTEST_MEDIAN = 0.5;
 /** What the camera looks at where there is no snow. */
 const NO_TARGET: Body["target"] = [0, 0, 0.15];
 
@@ -60,7 +62,7 @@ export class Viewer {
   private readonly picture: PictureView;
   private readonly handles: LampHandles | undefined;
   private readonly observer: ResizeObserver;
-  private snow: Snow = {};
+  private first: Layer = { thickness_cm: 1 };
   private view: View | undefined;
   private own: Body | undefined;
   /** What was shown before the visitor's mesh. */
@@ -84,7 +86,10 @@ export class Viewer {
     parent.append(this.root);
     this.canvas = this.makeCanvas();
     if (this.canvas !== undefined) {
-      this.handles = new LampHandles(this.layer, this.canvas.camera, (lamp, position) => this.moveLamp(lamp, position));
+      this.handles = new LampHandles(
+        this.layer, this.canvas.camera,
+        (place) => this.canvas!.isBehindSnow(place), (lamp, position) => this.moveLamp(lamp, position),
+      );
     }
     this.field = new FieldClient({
       changed: () => this.lightChanged(),
@@ -97,18 +102,24 @@ export class Viewer {
     window.__snowblue = this.testHook();
   }
 
-  /** Shows a snow in a view. Costs little if nothing changed. */
-  set(snow: Snow, view: View): void {
+  /** Shows the snow of a layer in a view. Costs little if nothing changed. */
+  set(layer: Layer, view: View): void {
     const before = this.view;
     const isNewShape = before !== undefined && before.shape !== view.shape;
     // What was refused is gone with other snow or another shape.
-    const isOther = isNewShape || (before !== undefined && !same(this.snow, snow));
+    const isOther = isNewShape || (before !== undefined && !same(this.first, layer));
     if (isOther && this.canvas !== undefined) this.events.error("");
     if (isNewShape && same(before.lamps, view.lamps) && same(before.camera, view.camera)) {
-      this.change({ ...view, ...defaults(view.shape) }, snow);
-    } else if (!same(before, view) || !same(this.snow, snow)) {
-      this.apply(structuredClone(view), structuredClone(snow));
+      this.change({ ...view, ...defaults(view.shape) }, layer);
+    } else if (!same(before, view) || !same(this.first, layer)) {
+      this.apply(structuredClone(view), structuredClone(layer));
     }
+  }
+
+  /** Sets what is seen behind the snow. */
+  setBackdrop(backdrop: Backdrop): void {
+    this.root.dataset["backdrop"] = backdrop;
+    this.canvas?.setBackdrop(backdrop);
   }
 
   /** Shows a visitor's mesh; what cannot be used is refused by an error in one sentence. */
@@ -124,7 +135,7 @@ export class Viewer {
           : `${file.name} was scaled by ${mesh.factor.toPrecision(3)}, so that it measures ${size}.`;
       if (this.view === undefined) return;
       if (this.view.shape !== "own") this.beforeOwn = this.view;
-      this.change({ ...this.view, shape: "own", ...around(mesh.size_m, mesh.height_m) }, this.snow);
+      this.change({ ...this.view, shape: "own", ...around(mesh.size_m, mesh.height_m) }, this.first);
     } catch (error) {
       this.events.error(error instanceof Error ? error.message : String(error));
     }
@@ -198,29 +209,36 @@ export class Viewer {
     new Orbit(
       element,
       () => this.view!.camera,
-      (camera) => this.change({ ...this.view!, camera }, this.snow),
+      (camera) => this.change({ ...this.view!, camera }, this.first),
     );
     return canvas;
   }
 
   private get body(): Body | undefined {
-    const shape: Shape | undefined = this.view?.shape;
-    return shape === undefined ? undefined : shape === "own" ? this.own : bodyOf(shape);
+    if (this.view === undefined) return undefined;
+    const { shape } = this.view;
+    return shape === "own" ? this.own : bodyOf(shape, this.first.thickness_cm);
+  }
+
+  /** The snow of the first layer, of any thickness. */
+  private get snow(): Snow {
+    const { thickness_cm: _, ...snow } = this.first;
+    return snow;
   }
 
   private moveLamp(lamp: number, position: Lamp["position"]): void {
     const lamps = this.view!.lamps.map((one, number) => (number === lamp ? { ...one, position } : one));
-    this.change({ ...this.view!, lamps }, this.snow);
+    this.change({ ...this.view!, lamps }, this.first);
   }
 
   /** A change made here, of which the page is notified. */
-  private change(view: View, snow: Snow): void {
-    this.apply(view, snow);
+  private change(view: View, layer: Layer): void {
+    this.apply(view, layer);
     this.events.change(structuredClone(view));
   }
 
-  private apply(view: View, snow: Snow): void {
-    [this.view, this.snow] = [view, snow];
+  private apply(view: View, layer: Layer): void {
+    [this.view, this.first] = [view, layer];
     const body = this.body;
     if (this.canvas === undefined) return;
     if (body === undefined) this.events.status("Choose a PLY or GLB file of a closed mesh, or drop it here.");
@@ -245,27 +263,39 @@ export class Viewer {
     this.show();
     if (!this.field.isFine) return;
     this.isOwnLit ||= this.view?.shape === "own";
-    const { nodes } = this.field.best!;
-    const { calls } = this.canvas!.work;
     this.events.status(
       [
-        `Light field of ${nodes.toLocaleString("en")} unknowns at each wavelength.`,
-        this.view?.sky === undefined
-          ? `${calls} draw calls, one texture fetch for each lamp in each pixel.`
-          : "The sky is that of the scene file; below the horizon it is dark.",
+        this.view?.shape === "block" ? this.blockNotice() : "",
+        this.view?.sky === undefined ? "" : "Below the horizon the sky is dark.",
         "Squares on the ground measure 10 cm.",
         this.view?.shape === "own" ? this.ownNotice : "",
-      ].join(" ").trim(),
+      ].filter((sentence) => sentence !== "").join(" "),
     );
     for (const { resolve } of this.waiting.splice(0)) resolve();
+  }
+
+  /** The exposure for a view from any side, or less where the snow in view would be white all over. */
+  private metered(stops: number): number {
+    const median = this.canvas?.medianLuminance() ?? 0;
+    return median > 0 ? Math.min(stops, Math.log2(BRIGHTEST_MEDIAN / median)) : stops;
+  }
+
+  private blockNotice(): string {
+    const { thickness_cm } = this.first;
+    const { least, greatest } = BLOCK_CM;
+    if (thickness_cm > greatest) return `The block is ${greatest} cm thick, the most that is drawn.`;
+    if (thickness_cm < least) return `The block is ${least} cm thick, the least that is drawn.`;
+    return `The block is ${thickness_cm} cm thick.`;
   }
 
   private show(): void {
     const view = this.view;
     const lit = this.body === undefined ? undefined : this.field.best;
     if (view === undefined || this.canvas === undefined) return;
-    this.stops = view.exposure === "auto" ? (lit?.stops ?? this.stops) : view.exposure;
-    this.canvas.show(lit, view, 2 ** this.stops);
+    // The traced picture beside it has no shoulder.
+    this.canvas.show(lit, view, view.method === "field");
+    this.stops = view.exposure === "auto" ? this.metered(lit?.stops ?? this.stops) : view.exposure;
+    this.canvas.exposure = 2 ** this.stops;
     this.trace(view);
   }
 
@@ -323,7 +353,7 @@ export class Viewer {
     if (this.view?.shape !== "own" || this.own === undefined || this.isOwnLit) return;
     const name = this.own.mesh!.name.replace(/\.obj$/, "");
     this.own = undefined;
-    if (this.beforeOwn !== undefined) this.change(this.beforeOwn, this.snow);
+    if (this.beforeOwn !== undefined) this.change(this.beforeOwn, this.first);
     const defect = /it has (.+?), but/.exec(text)?.[1];
     this.events.error(
       defect === undefined
