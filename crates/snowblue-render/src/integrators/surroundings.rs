@@ -154,7 +154,7 @@ impl<'a> Surroundings<'a> {
     /// Moves the origin of a ray that hits a body from outside to where it enters, and returns the flight to the other
     /// side.
     ///
-    /// It uses all crossings of the whole line, so that the result does not depend on the rounding of the hit point.
+    /// It uses all crossings of the line, so that the result does not depend on the rounding of the hit point.
     pub(super) fn enter(&mut self, surface_object: usize, ray: &mut Ray) -> Option<Flight> {
         self.cross(surface_object, ray, f32::INFINITY);
         let pair = self.crossings.chunks_exact(2).find(|pair| pair[1].distance_m > 0.0)?;
