@@ -145,16 +145,18 @@ function follow(fragment: string): void {
 /** From the laboratory to the story; the button of the browser leads back. */
 function enterStory(): void {
   if (storyStep !== undefined) return;
-  push("");
+  addEntry();
   follow("");
+  replaceAddress();
 }
 
 /** From the story to the laboratory, with the same snow. */
 function enterLaboratory(): void {
   if (storyStep === undefined) return;
+  addEntry();
   storyStep = undefined;
   showPart("laboratory");
-  push(address());
+  replaceAddress();
   byId("open-laboratory").focus();
 }
 
@@ -201,9 +203,10 @@ function place(fragment: string): string {
   return fragment === "" ? location.pathname + location.search : `#${fragment}`;
 }
 
-function push(fragment: string): void {
-  clearTimeout(addressTimer);
-  history.pushState(null, "", place(fragment));
+/** The browser's button leads back to what is shown now. */
+function addEntry(): void {
+  replaceAddress();
+  history.pushState(null, "");
 }
 
 function writeAddress(state: State, before: State): void {
@@ -212,7 +215,12 @@ function writeAddress(state: State, before: State): void {
 
 function scheduleAddress(): void {
   clearTimeout(addressTimer);
-  addressTimer = setTimeout(() => history.replaceState(null, "", place(address())), ADDRESS_MS);
+  addressTimer = setTimeout(replaceAddress, ADDRESS_MS);
+}
+
+function replaceAddress(): void {
+  clearTimeout(addressTimer);
+  history.replaceState(null, "", place(address()));
 }
 
 async function keepOffline(): Promise<void> {

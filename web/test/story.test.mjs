@@ -155,6 +155,16 @@ pageTest("the story by keyboard, and the way to the laboratory and back", { frag
     await shows(page, 7);
   });
 
+  await t.test("the button leads back to a step that was open for a moment only", async () => {
+    await page.evaluate(() => {
+      document.querySelector("nav[aria-label='Steps of the story'] button:nth-child(4)").click();
+      document.getElementById("open-laboratory").click();
+    });
+    await page.goBack();
+    await page.waitForFunction(() => location.hash === "#story=4");
+    await shows(page, 3);
+  });
+
   await t.test("soot of the story is soot of the laboratory", async () => {
     await stepButton(page, 5).press("Enter");
     await shows(page, 5);
