@@ -105,7 +105,7 @@ await esbuild.build({
 for (const file of readdirSync(WASM).filter((name) => name.endsWith(".wasm"))) {
   copyFileSync(join(WASM, file), join(DIST, file));
 }
-copyFileSync(join(ROOT, "index.html"), join(DIST, "index.html"));
+for (const file of ["index.html", "poster.webp"]) copyFileSync(join(ROOT, file), join(DIST, file));
 writeFileSync(join(DIST, "licences.txt"), licences());
 // Of the clear sky, which only visitors that choose it load.
 const SKY = join(ROOT, "../crates/snowblue-sky/data");

@@ -161,6 +161,7 @@ function enterLaboratory(): void {
 }
 
 function opened(step: number): void {
+  if (step !== 0) host.endPoster();
   storyStep = step;
   scheduleAddress();
 }
@@ -175,6 +176,7 @@ function showPart(part: "story" | "laboratory"): void {
   if (!isStory) {
     story.close();
     host.backdrop("dark");
+    host.endPoster();
   }
   byId("open-story").setAttribute("aria-pressed", String(isStory));
   byId("open-laboratory").setAttribute("aria-pressed", String(!isStory));

@@ -48,6 +48,11 @@ export class ViewHost {
     void this.#viewer?.then((viewer) => viewer.setBackdrop(backdrop), () => undefined);
   }
 
+  /** Takes away the picture that stands for the first view of the story. */
+  endPoster(): void {
+    byId("poster").classList.add("gone");
+  }
+
   error(text: string): void {
     say(byId("view-error"), text);
   }
@@ -64,6 +69,7 @@ export class ViewHost {
     const { Viewer } = await import("./view/viewer");
     const viewer = new Viewer(byId("view"), {
       change: (view: View) => this.#changed(view),
+      lit: () => this.endPoster(),
       status: (text: string) => say(byId("view-status"), text),
       error: (text: string) => this.error(text),
     });

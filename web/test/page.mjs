@@ -13,7 +13,7 @@ const DIST = fileURLToPath(new URL("../dist", import.meta.url));
 const BELOW = "/snow/";
 const TYPES = {
   ".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".wasm": "application/wasm",
-  ".svg": "image/svg+xml",
+  ".svg": "image/svg+xml", ".webp": "image/webp",
 };
 /** Software rendering, so that machines without a graphics card show the same. */
 const FLAGS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"];

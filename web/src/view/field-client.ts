@@ -141,6 +141,11 @@ export class FieldClient {
     return this.fine.body;
   }
 
+  /** Whether at least the coarse light of all lights where they are now is known. */
+  get isLit(): boolean {
+    return this.isFine || this.isReady(this.coarse, "coarse");
+  }
+
   /** Whether the fine light of all lights where they are now is known. */
   get isFine(): boolean {
     return this.isReady(this.fine, "fine");

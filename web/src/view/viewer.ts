@@ -16,6 +16,8 @@ import { STYLE } from "./style";
 
 export interface ViewerEvents {
   change(view: View): void;
+  /** The light of the present view is shown. */
+  lit(): void;
   status(text: string): void;
   /** One sentence, or nothing when the last one no longer applies. */
   error(text: string): void;
@@ -261,6 +263,7 @@ export class Viewer {
 
   private lightChanged(): void {
     this.show();
+    if (this.field.isLit) this.events.lit();
     if (!this.field.isFine) return;
     this.isOwnLit ||= this.view?.shape === "own";
     this.events.status(
