@@ -23,7 +23,7 @@ impl Instance {
     }
 
     /// The mesh in object space.
-    pub fn mesh(&self) -> &MeshBvh {
+    pub fn mesh(&self) -> &Arc<MeshBvh> {
         &self.mesh
     }
 

@@ -100,7 +100,7 @@ fn rough_objects(
         let Some(surface) = surface.as_ref().filter(|surface| !surface.is_coarse(factor)) else {
             return Some(object.clone());
         };
-        let first = surface.smooth.mesh.indices.len();
+        let first = surface.smooth.mesh.triangles().indices.len();
         let mesh = surface.displaced(sight, factor, first + left)?;
         left -= mesh.indices.len() - first;
         let shape = Shape::Mesh(Instance::new(Arc::new(MeshBvh::new(mesh)), surface.smooth.placement));
@@ -126,7 +126,7 @@ impl<'a> RoughSurface<'a> {
             return None;
         }
         let smooth = SmoothSurface::of(&objects.list()[index].shape)?;
-        let own = Shape::Mesh(Instance::new(Arc::new(MeshBvh::new(smooth.mesh.clone())), smooth.placement));
+        let own = Shape::Mesh(Instance::new(smooth.mesh.clone(), smooth.placement));
         let neighbours = Neighbours::of(objects, (index, own), narrow(roughness.greatest_m()));
         Some(Self { roughness, least_edge_m, smooth, neighbours })
     }
@@ -146,7 +146,7 @@ impl<'a> RoughSurface<'a> {
             edge_growth: narrow(factor * sight.edge_growth()),
             room: &|place, offset| neighbours.room(smooth.to_scene(place).as_vec3a(), smooth.turned(offset)),
         };
-        displacement.of(smooth.mesh.clone(), most)
+        displacement.of(smooth.mesh.triangles().clone(), most)
     }
 }
 
@@ -187,7 +187,7 @@ impl Sight {
 
 /// The surface of an object in its own coordinates.
 struct SmoothSurface {
-    mesh: TriangleMesh,
+    mesh: Arc<MeshBvh>,
     /// From these coordinates to the scene.
     frame: DAffine3,
     placement: Transform,
@@ -198,20 +198,29 @@ impl SmoothSurface {
     fn of(shape: &Shape) -> Option<Self> {
         let (axes, origin) = shape.frame();
         let frame = DAffine3::from_mat3_translation(axes.as_dmat3(), origin.as_dvec3());
-        let (mesh, to_scene) = match shape {
-            Shape::Cuboid(cuboid) => (&cuboid.triangles(), DAffine3::IDENTITY),
-            Shape::Ellipsoid(ellipsoid) => (&round(ellipsoid), DAffine3::IDENTITY),
-            Shape::Plane(_) => return None,
+        let placed = |mesh: &TriangleMesh, to_scene| {
+            let mut own = TriangleMesh::default();
+            own.append(mesh, &(frame.inverse() * to_scene)).ok()?;
+            Some(Arc::new(MeshBvh::new(own)))
+        };
+        let mesh = match shape {
+            Shape::Cuboid(cuboid) => placed(&cuboid.triangles(), DAffine3::IDENTITY),
+            Shape::Ellipsoid(ellipsoid) => placed(&round(ellipsoid), DAffine3::IDENTITY),
+            Shape::Plane(_) => None,
             Shape::Mesh(instance) => {
                 let map = instance.transform().scene_map();
                 let matrix: DMat3 = map.matrix3.as_dmat3();
-                (instance.mesh().triangles(), DAffine3::from_mat3_translation(matrix, map.translation.as_dvec3()))
+                let to_scene = DAffine3::from_mat3_translation(matrix, map.translation.as_dvec3());
+                // Without a scale or a rotation, the hierarchy of the mesh serves as it is.
+                if frame == to_scene {
+                    Some(instance.mesh().clone())
+                } else {
+                    placed(instance.mesh().triangles(), to_scene)
+                }
             }
-        };
-        let mut own = TriangleMesh::default();
-        own.append(mesh, &(frame.inverse() * to_scene)).ok()?;
+        }?;
         let placement = Transform::new(&frame).expect("a frame is a rotation and a shift");
-        Some(Self { mesh: own, frame, placement })
+        Some(Self { mesh, frame, placement })
     }
 
     fn to_scene(&self, place: Vec3) -> DVec3 {
