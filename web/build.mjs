@@ -58,17 +58,6 @@ async function evaluate(entry, values) {
   return import(`data:text/javascript;base64,${Buffer.from(outputFiles[0].contents).toString("base64")}`);
 }
 
-/** Absorption coefficient of ice at 400, 410, … 700 nm, in 1/m: 4π k / λ (Warren & Brandt 2008). */
-function iceAbsorption() {
-  const table = readFileSync(join(ROOT, "../crates/snowblue-transport/data/warren_brandt_2008.csv"), "utf8");
-  const rows = table.trim().split("\n").slice(1).map((line) => line.split(",").map(Number));
-  const visible = rows.filter(([wavelength_nm]) => wavelength_nm >= 400 && wavelength_nm <= 700);
-  if (visible.some(([wavelength_nm], index) => wavelength_nm !== 400 + 10 * index)) {
-    throw new Error("The table of ice has not every tenth nanometre.");
-  }
-  return visible.map(([wavelength_nm, , k]) => (4 * Math.PI * k) / (1e-9 * wavelength_nm));
-}
-
 const native = await spectrumModule();
 const values = {
   "virtual:catalog": {
@@ -79,9 +68,10 @@ const values = {
     parameters: JSON.parse(native.parameters()),
     spreads: JSON.parse(native.spreads()),
     wavelengthColors: JSON.parse(native.wavelength_colors()),
+    primaryLuminances: JSON.parse(native.luminances()),
+    clearIce: JSON.parse(native.ice()),
   },
   "virtual:display-shader": native.display_shader(),
-  "virtual:ice": iceAbsorption(),
 };
 const { defaultState, fineRequest } = await evaluate("src/request.ts", values);
 values["virtual:first-answer"] = JSON.parse(native.spectrum(JSON.stringify(fineRequest(defaultState()))));

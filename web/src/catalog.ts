@@ -25,6 +25,10 @@ export interface Catalog {
   spreads: Record<SpreadKey, { half_width: number; deviation: number }>;
   /** Colours of 400, 410, … 700 nm. */
   wavelengthColors: string[];
+  /** Luminances of red, green and blue light of linear sRGB. */
+  primaryLuminances: [number, number, number];
+  /** Clear ice; absorption coefficients at 400, 410, … 700 nm. */
+  clearIce: { density_kg_m3: number; absorption_per_m: number[] };
 }
 
 /** Keys whose values are distributions. */
@@ -46,4 +50,6 @@ export type ParameterKey =
   | "elevation_deg"
   | "turbidity";
 
-export const { version, illuminants, kinds, impurities, parameters, spreads, wavelengthColors } = catalog;
+export const {
+  version, illuminants, kinds, impurities, parameters, spreads, wavelengthColors, primaryLuminances, clearIce,
+} = catalog;

@@ -32,12 +32,6 @@ declare module "virtual:display-shader" {
   export default shader;
 }
 
-/** Absorption coefficient of ice at 400, 410, … 700 nm, in 1/m. */
-declare module "virtual:ice" {
-  const absorption_per_m: readonly number[];
-  export default absorption_per_m;
-}
-
 /** The spectrum of the default sample, computed when the page is built. */
 declare module "virtual:first-answer" {
   const answer: import("./native").SpectrumAnswer;

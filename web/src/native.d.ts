@@ -100,7 +100,14 @@ export interface SpectrumModule {
   spreads(): string;
   /** JSON: colours of 400, 410, … 700 nm as `#rrggbb`. */
   wavelength_colors(): string;
-  /** GLSL of `vec3 display(vec3 colour)`, from linear sRGB to what a display gets. */
+  /** JSON: luminances of red, green and blue light of linear sRGB. */
+  luminances(): string;
+  /** JSON: `{ density_kg_m3: number, absorption_per_m: number[] }`, absorption at 400, 410, … 700 nm. */
+  ice(): string;
+  /**
+   * GLSL of `vec3 display(vec3 colour)`, from linear sRGB to what a display gets, and of `vec3 filmic(vec3 light)`, the
+   * tone curve before it.
+   */
   display_shader(): string;
   /** ΔE*ab of the JSON `[[L, a, b], [L, a, b]]`. */
   delta_e(colors: string): number;

@@ -90,3 +90,10 @@ vec3 display(vec3 colour) {
   vec3 shown = displayable(colour);
   return vec3(encode_srgb(shown.r), encode_srgb(shown.g), encode_srgb(shown.b));
 }
+
+// Luminance above the knee is compressed, with a continuous slope.
+vec3 filmic(vec3 light) {
+  float luminance = dot(PRIMARY_LUMINANCES, light);
+  if (luminance <= KNEE) return light;
+  return light * ((1.0 - (1.0 - KNEE) * (1.0 - KNEE) / (luminance + 1.0 - 2.0 * KNEE)) / luminance);
+}

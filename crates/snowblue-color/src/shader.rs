@@ -1,12 +1,13 @@
-//! The display of linear light as a shader in GLSL, with the constants of this crate.
+//! Tone curve and display of linear light as a shader in GLSL, with the constants of this crate.
 
 use crate::gamut::{CONE_SLOPES, HUE_WEIGHT, PRIMARY_LUMINANCES, STEPS};
 use crate::matrix::Vector;
 use crate::oklab::ROOTS_TO_LAB;
+use crate::tone::KNEE;
 
-/// GLSL ES 3.0 of the function `vec3 display(vec3 colour)`: the code values of linear sRGB for a display, those of
-/// [`Srgb8::encode`](crate::Srgb8::encode) of the [`displayable`](crate::LinearRgb::displayable) colour up to single
-/// precision.
+/// GLSL ES 3.0 of two functions, up to single precision: `vec3 display(vec3 colour)`, the code values of linear sRGB for
+/// a display, those of [`Srgb8::encode`](crate::Srgb8::encode) of the [`displayable`](crate::LinearRgb::displayable)
+/// colour; and `vec3 filmic(vec3 light)`, the curve [`Filmic`](crate::ToneCurve::Filmic), which comes before it.
 #[must_use]
 pub fn display_glsl() -> String {
     let [red, green, blue] = CONE_SLOPES.map(numbers);
@@ -18,6 +19,7 @@ pub fn display_glsl() -> String {
          const vec3 ROOTS_TO_B = vec3({to_b});\n\
          const float HUE_WEIGHT = {HUE_WEIGHT:?};\n\
          const int STEPS = {STEPS};\n\
+         const float KNEE = {KNEE:?};\n\
          {}",
         numbers(PRIMARY_LUMINANCES),
         include_str!("display.glsl"),
@@ -41,6 +43,7 @@ mod tests {
             "const vec3 ROOTS_TO_A = vec3(1.977998495, -2.428592205, 0.450593710);",
             "const float HUE_WEIGHT = 4.0;",
             "const int STEPS = 2;",
+            "const float KNEE = 0.8;",
         ] {
             assert!(shader.contains(line), "{shader}");
         }

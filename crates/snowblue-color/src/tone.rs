@@ -42,7 +42,7 @@ pub enum ToneCurve {
 }
 
 /// Greatest luminance that [`ToneCurve::Filmic`] shows as it is.
-const KNEE: f64 = 0.8;
+pub(crate) const KNEE: f64 = 0.8;
 
 /// Halvings of the interval of logarithms in which a level of light is sought.
 const BISECTIONS: usize = 100;

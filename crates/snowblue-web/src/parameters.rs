@@ -5,7 +5,7 @@ use snowblue_color::exposure::GREATEST_STOPS;
 use snowblue_color::shader::display_glsl;
 use snowblue_color::{Illuminant, LinearRgb, Observer};
 use snowblue_sky::{ELEVATION_RANGE_DEG, TURBIDITY_RANGE};
-use snowblue_transport::optics::Substance;
+use snowblue_transport::optics::{Ice, Substance, ice};
 use snowblue_transport::parameters::PARAMETERS;
 use snowblue_transport::sample::{SnowSample, SnowType, TruncatedNormal};
 use snowblue_transport::{Parameter, ParameterRange};
@@ -136,7 +136,28 @@ pub fn wavelength_colors() -> String {
     json!(values.map(|xyz| (LinearRgb::from_xyz(xyz) * SHOWN_PART).display_hex()).collect::<Vec<_>>()).to_string()
 }
 
-/// The display of linear light as a shader.
+/// Clear ice, a JSON object: `density_kg_m3` at 0 °C, and `absorption_per_m` at 400, 410, …, 700 nm.
+#[wasm_bindgen]
+#[must_use]
+pub fn ice() -> String {
+    let ice = Ice::warren_brandt_2008();
+    let absorption_per_m = (400..=700).step_by(10).map(|wavelength_nm| ice.absorption_per_m(f64::from(wavelength_nm)));
+    json!({
+        "density_kg_m3": ice::density_kg_m3(0.0),
+        "absorption_per_m": absorption_per_m.collect::<Vec<_>>(),
+    })
+    .to_string()
+}
+
+/// Luminances of red, green and blue light of linear sRGB, a JSON array.
+#[wasm_bindgen]
+#[must_use]
+pub fn luminances() -> String {
+    let [r, g, b] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    json!([r, g, b].map(|[r, g, b]| LinearRgb { r, g, b }.luminance())).to_string()
+}
+
+/// The tone curve and the display of linear light as a shader.
 #[wasm_bindgen]
 #[must_use]
 pub fn display_shader() -> String {

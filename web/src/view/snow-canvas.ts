@@ -1,6 +1,7 @@
 /** The canvas of the view: snow, grid and lamps, drawn when something changed. */
 
 import { FloatType, PerspectiveCamera, Raycaster, Scene, Vector3, WebGLRenderer, WebGLRenderTarget } from "three";
+import { primaryLuminances } from "../catalog";
 import type { View } from "../state";
 import type { LitBody } from "./lit-body";
 import { cameraPosition, verticalFieldOfView } from "./scene";
@@ -15,8 +16,6 @@ const SLOW_FRAME_MS = 50;
 const REST_MS = 150;
 /** Columns and rows by which the view is metered. */
 const FEW_PLACES = [48, 36] as const;
-/** Of red, green and blue of linear sRGB. */
-const LUMINANCES = [0.2126, 0.7152, 0.0722] as const;
 
 /** Behind the snow: a dark room with a grid on its ground, or the open land at dusk or by day. */
 export type Backdrop = "dark" | "dusk" | "day";
@@ -163,10 +162,11 @@ export class SnowCanvas {
   /** Median luminance of the snow in view, in W/(m² sr); none without snow. */
   medianLuminance(): number | undefined {
     const pixels = this.radiance(...FEW_PLACES);
+    const [redLuminance, greenLuminance, blueLuminance] = primaryLuminances;
     const luminances: number[] = [];
     for (let at = 0; at < pixels.length; at += 4) {
       const [red, green, blue, alpha] = pixels.subarray(at, at + 4) as unknown as [number, number, number, number];
-      if (alpha === 1) luminances.push(LUMINANCES[0] * red + LUMINANCES[1] * green + LUMINANCES[2] * blue);
+      if (alpha === 1) luminances.push(redLuminance * red + greenLuminance * green + blueLuminance * blue);
     }
     return luminances.sort((one, other) => one - other)[luminances.length >> 1];
   }

@@ -214,13 +214,6 @@ out vec4 colour;
 const float PI = 3.14159265358979;
 ${DISPLAY_GLSL}
 ${REFLECTION_GLSL}
-// The tone curve \`filmic\` (crates/snowblue-color/src/tone.rs): luminance above a knee is compressed.
-vec3 filmic(vec3 light) {
-  const float KNEE = 0.8;
-  float luminance = dot(PRIMARY_LUMINANCES, light);
-  if (luminance <= KNEE) return light;
-  return light * ((1.0 - (1.0 - KNEE) * (1.0 - KNEE) / (luminance + 1.0 - 2.0 * KNEE)) / luminance);
-}
 
 // Light of a lamp or the sun that the surface reflects after few scatterings. The direction to the sun has length 1.
 vec3 reflected(vec3 normal, vec3 to_eye, float mu, vec3 towards, vec3 intensity, float visible) {
