@@ -101,8 +101,9 @@ def test_the_numbers_of_a_file_are_the_medium_that_it_claims(tmp_path, library):
     for cm in [5, 15, 30]:
         claimed = compared(path.read_text(), f"through {cm} cm", 1)
         for color, factor, transmittance in zip(colors, factors, claimed):
-            words = ["slab", "--one-minus-omega", co_albedo_of(color, asymmetry), "--g", asymmetry, "--tau", 0.01 * cm / (radius * factor),
-                     "--mu0", 1, "--streams", 32, "--quiet", "--format", "csv"]
+            co_albedo, tau = co_albedo_of(color, asymmetry), 0.01 * cm / (radius * factor)
+            words = ["slab", "--one-minus-omega", co_albedo, "--g", asymmetry, "--tau", tau, "--mu0", 1,
+                     "--streams", 32, "--quiet", "--format", "csv"]
             done = subprocess.run([os.environ["SNOWBLUE"], *map(str, words)], capture_output=True, text=True)
             assert done.returncode == 0, done.stderr
             names, values = (line.split(",") for line in done.stdout.splitlines())

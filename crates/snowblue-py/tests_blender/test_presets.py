@@ -119,8 +119,8 @@ def straight_out():
 
 @pytest.mark.parametrize("cm", [1, 5])
 def test_the_preset_beside_the_bake(scene, script, straight_out, tmp_path, cm):
-    """The same sheet in the same light, as snow of the add-on and with the preset: both are what the table says. Straight
-    on, snow is K(1) times as bright as a surface that sends its light equally in all directions, as Cycles' does."""
+    """A sheet as snow of the add-on, and with the preset: both are what the table says. Straight on, snow is K(1) times
+    as bright as a surface that sends its light equally in all directions, as Cycles' does."""
     assert "350–450 µm" in script.read_text() and "300 kg/m³" in script.read_text()
     bpy.ops.mesh.primitive_cube_add(size=1, location=(0, 0, -0.005 * cm))
     sheet = bpy.context.object

@@ -56,7 +56,7 @@ import mitsuba as mi
 import numpy as np
 
 from snowblue import _native
-from snowblue._arguments import SNOW, VISIBLE_NM, WORDS, number, whole
+from snowblue._arguments import SNOW, VISIBLE_NM, WORDS, number, snow_id, whole
 from snowblue._database import Database
 from snowblue._mitsuba_pcasnow import PATH_MODES, PCASnow, name_of
 from snowblue._renderers import BAND_WIDTH_NM, _bands, _csv, _rgb
@@ -154,6 +154,7 @@ def _bsdf_class() -> type:
         def __init__(self, props: mi.Properties) -> None:
             mi.BSDF.__init__(self, props)
             self.material = _snow_of(props)
+            self.snow_id = snow_id(self.material)
             self.material_name = json.dumps(self.material, sort_keys=True)
             self.body = props.get("body", "")
             self.reflection = None

@@ -122,7 +122,7 @@ impl PresetFormat {
                 "Cycles, method Random Walk of Blender 4.0 to 5.1, Random Walk (Legacy) of later versions.",
                 "Verified in Blender 5.0.1: albedo, and what comes through 1 and 5 cm, of the default snow.",
                 "Cycles ends a walk after 256 flights, which the values below contain: light that would go on is lost.",
-                "Light that comes through leaves equally in all directions. Snow is brighter straight on, by a quarter.",
+                "What comes through leaves equally in all directions. Snow is brighter straight on, by a quarter.",
                 "The base colour is not the colour of the snow, but the one that Cycles turns into its absorption.",
             ],
         };
