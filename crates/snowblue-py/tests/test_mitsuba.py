@@ -461,6 +461,8 @@ def test_arrays_make_shapes(tmp_path):
         snowblue.mitsuba.snow_mesh([0.0, 1.0, 2.0], triangles)
     with pytest.raises(ValueError, match="triangles of a mesh name vertices outside"):
         snowblue.mitsuba.snow_mesh(vertices[:5], triangles)
+    with pytest.raises((ValueError, RuntimeError), match="density"):
+        snowblue.mitsuba.snow_mesh(vertices, triangles, density_kg_m3=2000)
 
 
 def test_the_entry_point_brings_the_plug_ins():

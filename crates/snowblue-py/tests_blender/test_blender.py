@@ -472,7 +472,17 @@ def test_make_snow_refuses_sheets(scene):
     with pytest.raises(RuntimeError, match="'Plane' is a sheet without thickness: add a Solidify modifier"):
         bpy.ops.snowblue.make(close="FILL")
     assert len(bpy.context.object.data.polygons) == 1
-    bpy.context.object.modifiers.new("thick", "SOLIDIFY").thickness = 0.1
+    # Of several objects all become snow or none changes.
+    plane, other = bpy.context.object, monkey()
+    faces = len(other.data.polygons)
+    plane.select_set(True)
+    with pytest.raises(RuntimeError, match="'Plane' is a sheet"):
+        bpy.ops.snowblue.make(close="FILL")
+    assert len(other.data.polygons) == faces and other.data.polygons[7].material_index == 1
+    assert not other.snowblue.is_snow and not plane.snowblue.is_snow
+    bpy.data.objects.remove(other)
+    bpy.context.view_layer.objects.active = plane
+    plane.modifiers.new("thick", "SOLIDIFY").thickness = 0.1
     assert bpy.ops.snowblue.make() == {"FINISHED"}
 
 

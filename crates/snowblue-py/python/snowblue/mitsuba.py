@@ -470,8 +470,9 @@ class _Field:
             if all(key in emitter.fluxes for emitter in emitters):
                 continue
             text = _json(document | light.tables)
-            native = _named(names, lambda: _native.Scene.from_json(text, given, ".") if native is None
-                            else native.with_json(text))
+            native = _named(
+                names, lambda: native.with_json(text) if native else _native.Scene.from_json(text, given, ".")
+            )
             content = {"spectrum": True, "is_total": True, "reflection": True}
             objects = _named(names, lambda: native.bake(self.step_mm, content, None, None)[1:])
             for name, shape, one in zip(names, snow, objects):

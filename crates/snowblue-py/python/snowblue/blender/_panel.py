@@ -85,20 +85,23 @@ class SnowMake(bpy.types.Operator):
         return [one for one in context.selected_objects if one.snowblue.source is None]
 
     def _make(self, selected: list[bpy.types.Object]) -> str:
+        """Marks all of the objects as snow, or changes none."""
+        undo = []
+        try:
+            for one in selected:
+                count = open_edges(one)
+                if count and self.close == "NONE":
+                    raise ValueError(
+                        f"'{one.name}' has {count} open edges, but snow must be closed: choose Fill Holes or Voxel "
+                        "Remesh as Close"
+                    )
+                if count:
+                    undo.append(fill_holes(one) if self.close == "FILL" else remesh(one))
+        except ValueError:
+            for restore in reversed(undo):
+                restore()
+            raise
         for one in selected:
-            count = open_edges(one)
-            if count and self.close == "NONE":
-                raise ValueError(
-                    f"'{one.name}' has {count} open edges, but snow must be closed: choose Fill Holes or Voxel Remesh "
-                    "as Close"
-                )
-            if count and self.close == "FILL":
-                fill_holes(one)
-                left = open_edges(one)
-                if left:
-                    raise ValueError(f"'{one.name}' has {left} open edges by its modifiers: choose Voxel Remesh")
-            if count and self.close == "REMESH":
-                remesh(one)
             one.snowblue.is_snow = True
         return f"{len(selected)} objects are snow"
 
