@@ -367,6 +367,17 @@ def test_only_the_lamp_that_moves_is_solved_for_again(solutions):
     assert np.abs(changed(made, "sky.radiance", mi.Float(0.0))).max() == 0
 
 
+def test_lamps_in_one_place_add_up(solutions):
+    there = {name: {"type": "point", "position": [0.0, 0.6, 0.1], "intensity": {"type": "rgb", "value": color}}
+             for name, color in (("one", [8.0, 1.0, 3.0]), ("other", [2.0, 9.0, 7.0]))}
+    both = np.array(mi.render(scene(block(), there, max_depth=1), spp=4))
+    assert solutions() == 1
+    there = {"lamp": {"type": "point", "position": [0.0, 0.6, 0.1], "intensity": {"type": "rgb", "value": [10.0] * 3}}}
+    # Emission alone, which has no noise but that of the pixels.
+    alone = np.array(mi.render(scene(block(), there, max_depth=1), spp=4))
+    np.testing.assert_allclose(both, alone, rtol=1e-3, atol=1e-4)
+
+
 def test_scenes_in_other_units_are_solved_for():
     there, _ = lamp([0.0, 0.6, 0.1])
     first = np.array(mi.render(scene(block(), there, max_depth=2), spp=64))

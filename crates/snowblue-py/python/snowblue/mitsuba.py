@@ -152,9 +152,10 @@ def _bsdf_class() -> type:
         """What the surface of snow reflects."""
 
         def __init__(self, props: mi.Properties) -> None:
-            mi.BSDF.__init__(self, props)
+            # An error comes before the plug-in exists: compiled variants would evaluate a part of one.
             self.material = _snow_of(props)
             self.snow_id = snow_id(self.material)
+            mi.BSDF.__init__(self, props)
             self.material_name = json.dumps(self.material, sort_keys=True)
             self.body = props.get("body", "")
             self.reflection = None
@@ -484,7 +485,7 @@ class _Field:
         for shape in snow:
             # Lamps that have left or moved are forgotten.
             shape.emitter().fluxes = {key: shape.emitter().fluxes[key] for key in keys}
-            self._show(shape, [light.strength for light in lights])
+            self._show(shape, keys, [light.strength for light in lights])
 
     def _mesh(self, shape: Any) -> tuple[np.ndarray, np.ndarray]:
         parameters = mi.traverse(shape)
@@ -648,13 +649,13 @@ class _Field:
         emitter.escape_polynomial = baked.escape_polynomial
         emitter.put = np.array(mi.traverse(shape)["vertex_positions"]).reshape(-1, 3)
 
-    def _show(self, shape: Any, strengths: list[np.ndarray]) -> None:
-        """Sets the light at the vertices: the sum over all lamps."""
+    def _show(self, shape: Any, keys: list[str], strengths: list[np.ndarray]) -> None:
+        """Sets the light at the vertices: the sum over all lamps, of which several may have one key."""
         emitter = shape.emitter()
-        shown = "".join(emitter.fluxes).encode() + np.array(strengths).tobytes()
+        shown = "".join(keys).encode() + np.array(strengths).tobytes()
         if emitter.shown == shown:
             return
-        flux = sum(flux.astype(float) * strength for flux, strength in zip(emitter.fluxes.values(), strengths))
+        flux = sum(emitter.fluxes[key].astype(float) * strength for key, strength in zip(keys, strengths))
         if emitter.escape is not None:
             for number in range(2 if _is_spectral() else 1):
                 shape.remove_attribute(f"vertex_snow_{number}")
