@@ -74,10 +74,10 @@ impl Snows {
 enum Property {
     Number(f64),
     Numbers(Vec<f64>),
-    Word(&'static str),
+    Word(String),
 }
 
-/// All properties of a sample.
+/// All properties of a sample, and its identifier.
 fn properties(sample: &SnowSample) -> Vec<(String, Property)> {
     let numbers = |distribution: &TruncatedNormal| {
         let TruncatedNormal { min, max, mean, standard_deviation } = *distribution;
@@ -86,7 +86,7 @@ fn properties(sample: &SnowSample) -> Vec<(String, Property)> {
     let size = &sample.grain_size;
     let mut properties = vec![
         ("grain_size_um".to_owned(), Property::Numbers(vec![size.min_um, size.max_um])),
-        ("size_measure".to_owned(), Property::Word(size.measure.name())),
+        ("size_measure".to_owned(), Property::Word(size.measure.name().to_owned())),
         ("facetness".to_owned(), numbers(&sample.facetness)),
         ("sphericity".to_owned(), numbers(&sample.sphericity)),
         ("density_kg_m3".to_owned(), Property::Number(sample.density_kg_m3)),
@@ -97,7 +97,8 @@ fn properties(sample: &SnowSample) -> Vec<(String, Property)> {
         properties.push((key, Property::Number(mass_fraction_ng_g)));
     }
     properties.push(("temperature_c".to_owned(), Property::Number(sample.temperature_c)));
-    properties.push(("ice".to_owned(), Property::Word(sample.ice.name())));
+    properties.push(("ice".to_owned(), Property::Word(sample.ice.name().to_owned())));
+    properties.push(("snow_id".to_owned(), Property::Word(sample.id())));
     properties
 }
 

@@ -1,11 +1,16 @@
 """Snow in Mitsuba 3, beside our own pictures of the same scenes."""
 
+import collections
 import re
+import subprocess
+import sys
+import textwrap
 
 import drjit as dr
 import mitsuba as mi
 import numpy as np
 import pytest
+import trimesh
 
 mi.set_variant("llvm_ad_rgb")
 
@@ -45,10 +50,11 @@ def daylight():
     ).render(integrator="pcasnow", samples_per_pixel=1).rgb.values[0, 0]
 
 
-def ours(objects, light, bounces=0, samples=256, integrator="diffusion", **pcasnow):
+def ours(objects, light, bounces=0, samples=256, integrator="diffusion", more=None, **pcasnow):
     """Our picture and its standard errors, in units in which white light of D65 is 1."""
     key = "light" if "type" in light else "sky" if "sun" in light else "environment"
     made = snowblue.Scene(
+        **(more or {}),
         camera=CAMERA, film={"width": SIZE, "height": SIZE}, integrator={"max_bounces": bounces, "pcasnow": pcasnow},
         material={**SNOW, "floor": {"type": "diffuse", "reflectance": 0.5}},
         object=objects, **{key: [light] if key == "light" else light})
@@ -223,28 +229,158 @@ def test_floors_give_and_take_light(variant):
     assert_agree(theirs(made, samples=samples), ours([BOX, floor_here], here, bounces=7), allowed=0.05)
 
 
-def test_scalar_variants_agree_with_compiled_ones():
+def test_a_mesh_from_elsewhere_lies_in_the_sun_under_a_sky_on_a_floor():
+    """A ring by trimesh: concave, with sharp edges and long triangles. The sun has its true width in the sky."""
+    ring = trimesh.creation.annulus(r_min=0.04, r_max=0.1, height=0.08, sections=48)
+    ring.apply_transform(trimesh.transformations.rotation_matrix(1.2, [1, 0.2, 0]))
+    ring.apply_translation([0, 0, 0.12])
+    sun, radius = [3.0, -4.0, 5.0], 0.0329
+    there = {
+        "sun": {"type": "sphere", "center": sun, "radius": radius,
+                "emitter": {"type": "area", "radiance": {"type": "d65", "scale": 20000.0}}},
+        "sky": {"type": "constant", "radiance": {"type": "d65", "scale": 0.5}},
+        "floor": {"type": "rectangle", "bsdf": {"type": "diffuse", "reflectance": 0.5}},
+    }
+    made = scene({"ring": snowblue.mitsuba.snow_mesh(ring.vertices, ring.faces)}, there, max_depth=8, step_mm=4)
+    objects = [{"mesh": (ring.vertices, ring.faces), "material": "snow"},
+               {"shape": "box", "size": [2, 2, 0.1], "position": [0, 0, -0.05], "material": "floor"}]
+    light = {"type": "sphere", "position": sun, "radius": radius, "illuminant": "D65", "radiance_w_m2_sr": 20000.0}
+    sky = {"environment": {"illuminant": "D65", "radiance_w_m2_sr": 0.5}}
+    assert_agree(theirs(made, samples=128), ours(objects, light, bounces=7, more=sky), pixel=0.03, allowed=0.05)
+
+
+def logged(action):
+    """The messages that an action logs."""
+    texts = []
+
+    class Kept(mi.Appender):
+        def append(self, level, text):
+            texts.append(text)
+
+        def log_progress(self, progress, name, formatted, eta, ptr=None):
+            pass
+
+    kept = Kept()
+    mi.logger().add_appender(kept)
+    try:
+        action()
+    finally:
+        mi.logger().remove_appender(kept)
+    return texts
+
+
+def test_scalar_variants_agree_with_compiled_ones_and_are_silent():
+    floor = {"floor": {"type": "rectangle", "bsdf": {"type": "diffuse", "reflectance": 0.5}}}
     there, _ = lamp([0.0, 0.6, 0.1])
-    compiled = np.array(mi.render(scene(block(), there, max_depth=2), spp=64))
+    compiled = np.array(mi.render(scene({**block(), **floor}, there, max_depth=3), spp=64))
     mi.set_variant("scalar_rgb")
     try:
-        scalar = np.array(mi.render(scene(block(), there, max_depth=2), spp=2))
+        made, pictures = scene({**block(), **floor}, there, max_depth=3), []
+        texts = logged(lambda: pictures.append(np.array(mi.render(made, spp=16))))
+        # The snow of this scene has samples below 0, of which Mitsuba would warn.
+        inner = made.integrator().inner
+        loud = logged(lambda: inner.render(made, spp=1))
+        with snowblue.mitsuba._negative_samples_allowed():
+            others = ["Invalid sample value: [nan, 0, 0, 1]", "Another message"]
+            passed = logged(lambda: [mi.Log(mi.LogLevel.Warn, text) for text in others])
     finally:
         mi.set_variant("llvm_ad_rgb")
-    mask = inside(compiled) & inside(scalar)
-    assert scalar[mask].mean() == pytest.approx(compiled[mask].mean(), rel=0.01)
+    assert any("Invalid sample value" in text for text in loud)
+    assert not any("Invalid sample value" in text for text in texts)
+    assert all(any(other in text for text in passed) for other in others)
+    mask = inside(compiled) & inside(pictures[0])
+    np.testing.assert_allclose(pictures[0][mask].mean(axis=0), compiled[mask].mean(axis=0), rtol=0.01)
 
 
-def test_scenes_in_other_units_and_changed_lamps_are_solved_for():
-    there, _ = lamp([0.0, 0.6, 0.1])
-    metres = scene(block(), there, max_depth=2)
-    first = np.array(mi.render(metres, spp=64))
-    parameters = mi.traverse(metres)
-    key = next(key for key in parameters.keys() if key.startswith("lamp.intensity"))
-    parameters[key] = parameters[key] * 3
+@pytest.fixture
+def solutions(monkeypatch):
+    """Counts the solutions for light in snow."""
+    count, native = collections.Counter(), snowblue.mitsuba._native.Scene
+
+    class Counted:
+        def __init__(self, scene):
+            self.scene = scene
+
+        @staticmethod
+        def from_json(*arguments):
+            return Counted(native.from_json(*arguments))
+
+        def with_json(self, text):
+            return Counted(self.scene.with_json(text))
+
+        def bake(self, *arguments):
+            count["bakes"] += 1
+            return self.scene.bake(*arguments)
+
+    class Native:
+        Scene = Counted
+        colors = staticmethod(snowblue.mitsuba._native.colors)
+
+    monkeypatch.setattr(snowblue.mitsuba, "_native", Native)
+    return lambda: count["bakes"]
+
+
+def lamp_scene(color, position, sky=0.5):
+    """A block on a floor, lit by a lamp, whose colour is one number in spectral variants, and a sky."""
+    floor = {"floor": {"type": "rectangle", "bsdf": {"type": "diffuse", "reflectance": 0.5}}}
+    strength = {"type": "rgb", "value": color} if np.ndim(color) else {"type": "uniform", "value": color}
+    lights = {"lamp": {"type": "point", "position": position, "intensity": strength},
+              "sky": {"type": "constant", "radiance": {"type": "uniform", "value": sky}}}
+    return scene({**block(), **floor}, lights, max_depth=3)
+
+
+def changed(made, name, value):
+    parameters = mi.traverse(made)
+    key = next(key for key in parameters.keys() if key.startswith(name))
+    parameters[key] = value
     parameters.update()
-    np.testing.assert_allclose(np.array(mi.render(metres, spp=64)).mean(), 3 * first.mean(), rtol=0.01)
+    return np.array(mi.render(made, spp=16))
 
+
+def test_a_lamp_of_another_strength_or_colour_needs_no_solution(variant, solutions):
+    is_rgb = variant == "llvm_ad_rgb"
+    first, second = ([10.0, 10.0, 10.0], [3.0, 1.0, 8.0]) if is_rgb else (10.0, 30.0)
+    made = lamp_scene(first, [0.0, 0.6, 0.1])
+    mi.render(made, spp=1)
+    assert solutions() == 2
+    stronger = changed(made, "lamp.intensity", mi.Color3f(second) if is_rgb else mi.Float(second))
+    assert solutions() == 2
+    fresh = np.array(mi.render(lamp_scene(second, [0.0, 0.6, 0.1]), spp=16))
+    assert solutions() == 4
+    # The same samples, to the rounding of numbers with 24 bits.
+    np.testing.assert_allclose(stronger, fresh, rtol=1e-3, atol=1e-4 * fresh.max())
+
+
+def test_only_the_lamp_that_moves_is_solved_for_again(solutions):
+    made = lamp_scene([10.0, 10.0, 10.0], [0.0, 0.6, 0.1])
+    mi.render(made, spp=1)
+    assert solutions() == 2
+    moved = changed(made, "lamp.position", mi.Point3f(0.3, -0.8, 0.4))
+    assert solutions() == 3
+    fresh = np.array(mi.render(lamp_scene([10.0, 10.0, 10.0], [0.3, -0.8, 0.4]), spp=16))
+    np.testing.assert_allclose(moved, fresh, rtol=1e-3, atol=1e-4 * fresh.max())
+    # Dark lamps leave the light of the others.
+    dark = changed(made, "lamp.intensity", mi.Color3f(0.0))
+    assert solutions() == 5
+    without = np.array(mi.render(lamp_scene([0.0, 0.0, 0.0], [0.3, -0.8, 0.4]), spp=16))
+    np.testing.assert_allclose(dark, without, rtol=1e-3, atol=1e-4 * without.max())
+    assert np.abs(changed(made, "sky.radiance", mi.Float(0.0))).max() == 0
+
+
+def test_lamps_in_one_place_add_up(solutions):
+    there = {name: {"type": "point", "position": [0.0, 0.6, 0.1], "intensity": {"type": "rgb", "value": color}}
+             for name, color in (("one", [8.0, 1.0, 3.0]), ("other", [2.0, 9.0, 7.0]))}
+    both = np.array(mi.render(scene(block(), there, max_depth=1), spp=4))
+    assert solutions() == 1
+    there = {"lamp": {"type": "point", "position": [0.0, 0.6, 0.1], "intensity": {"type": "rgb", "value": [10.0] * 3}}}
+    # Emission alone, which has no noise but that of the pixels.
+    alone = np.array(mi.render(scene(block(), there, max_depth=1), spp=4))
+    np.testing.assert_allclose(both, alone, rtol=1e-3, atol=1e-4)
+
+
+def test_scenes_in_other_units_are_solved_for():
+    there, _ = lamp([0.0, 0.6, 0.1])
+    first = np.array(mi.render(scene(block(), there, max_depth=2), spp=64))
     transform = mi.ScalarTransform4f()
     larger = block()
     larger["block"]["to_world"] = transform.translate([0, 0, 10]).scale([10, 5, 10])
@@ -307,6 +443,61 @@ def test_xml_scenes_have_snow():
     assert np.array(mi.render(made, spp=16)).max() > 0
 
 
+def test_shapes_need_no_ids(variant):
+    """Two blocks in XML without ids, beside the same with ids."""
+    def xml(*ids):
+        shapes = "".join(f"""<shape type="cube" {name}><transform name="to_world"><scale value="0.1"/>
+            <translate x="{x}"/></transform><bsdf type="snow_surface"/><emitter type="snow_light"/></shape>"""
+            for name, x in zip(ids, (-0.15, 0.15)))
+        return mi.load_string(f"""<scene version="3.0.0"><integrator type="snow"/>
+            <sensor type="perspective"><transform name="to_world"><lookat origin="0.5,-0.7,0.3" target="0,0,0"
+            up="0,0,1"/></transform><film type="hdrfilm"><integer name="width" value="16"/>
+            <integer name="height" value="16"/></film></sensor>{shapes}
+            <emitter type="point"><point name="position" x="0" y="1" z="1"/></emitter></scene>""")
+    named, nameless = (np.array(mi.render(xml(*ids), spp=16)) for ids in (('id="a"', 'id="b"'), ("", "")))
+    assert named.max() > 0
+    np.testing.assert_allclose(nameless, named, rtol=1e-4, atol=1e-6)
+
+
+def test_arrays_make_shapes(tmp_path):
+    vertices, triangles = torus(48, 24)
+    there, _ = lamp([0.3, -0.8, 0.4])
+    by_file = np.array(mi.render(scene(as_shape(vertices, triangles, tmp_path), there, max_depth=2), spp=64))
+    made = snowblue.mitsuba.snow_mesh(vertices, triangles.tolist())
+    by_arrays = np.array(mi.render(scene({"torus": made}, there, max_depth=2), spp=64))
+    mask = inside(by_file) & inside(by_arrays)
+    # The file has no normals: its triangles are flat.
+    np.testing.assert_allclose(by_arrays[mask].mean(axis=0), by_file[mask].mean(axis=0), rtol=0.02)
+    with pytest.raises(ValueError, match=r"vertices of a mesh have the shape \(3,\), but must have \(n, 3\)"):
+        snowblue.mitsuba.snow_mesh([0.0, 1.0, 2.0], triangles)
+    with pytest.raises(ValueError, match="triangles of a mesh name vertices outside"):
+        snowblue.mitsuba.snow_mesh(vertices[:5], triangles)
+
+
+def test_the_entry_point_brings_the_plug_ins():
+    """As Mitsuba 3.10 does: it imports the module of each entry point, and again after each change of the variant."""
+    done = subprocess.run([sys.executable, "-W", "error", "-c", textwrap.dedent("""
+        import importlib, importlib.metadata
+        import mitsuba as mi
+
+        mi.set_variant("llvm_ad_mono")
+        [entry] = importlib.metadata.entry_points(group="mitsuba", name="snowblue")
+        module = importlib.import_module(entry.value)
+        for kind in ("snow_surface", "snow_light", "snow"):
+            try:
+                mi.load_dict({"type": kind})
+                raise SystemExit(f"{kind} is not refused")
+            except RuntimeError as error:
+                assert "has no snow; there are scalar_rgb, llvm_ad_rgb and llvm_ad_spectral" in str(error), error
+        for variant in ("llvm_ad_rgb", "scalar_rgb", "llvm_ad_spectral"):
+            mi.set_variant(variant)
+            importlib.reload(module)
+            for kind in ("snow_surface", "snow_light"):
+                mi.load_dict({"type": kind})
+        """)], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+
+
 def assert_refused(words, shapes, lights, **integrator):
     with pytest.raises((ValueError, RuntimeError)) as caught:
         mi.render(scene(shapes, lights, **integrator), spp=1)
@@ -340,7 +531,38 @@ def test_bad_scenes_are_named(tmp_path):
         "type": "snow_light", "of": "plain"}}})
     refused("one integrator in it", block(), max_depth=3, inner={"type": "direct"})
     disk = {"lamp": {"type": "disk", "emitter": {"type": "area"}}}
-    refused("'lamp' is a AreaLight on a Disk, which cannot light snow", block(), disk)
-    with pytest.warns(UserWarning, match="only the integrator 'snow' renders it"):
-        picture = np.array(mi.render(scene(block(), there), integrator=mi.load_dict({"type": "path"}), spp=1))
-    assert np.isnan(picture).any()
+    refused("emitter of shape 'lamp' is a AreaLight on a Disk, which cannot light snow", block(), disk)
+    image = {"type": "bitmap", "bitmap": mi.Bitmap(np.ones((4, 4, 3), dtype=np.float32)), "raw": True}
+    for lamp_of in ({"type": "rectangle", "emitter": {"type": "area", "radiance": image}},
+                    {"type": "sphere", "emitter": {"type": "area", "radiance": image}},
+                    {"type": "spot", "texture": image}):
+        refused("'lamp' is a .* with a texture, which cannot light snow", block(), {"lamp": lamp_of})
+    nameless = mi.load_string("""<scene version="3.0.0"><integrator type="snow"/><sensor type="perspective"/>
+        <shape type="sphere"><bsdf type="snow_surface"/><emitter type="snow_light"/></shape>
+        <emitter type="point"/></scene>""")
+    with pytest.raises(RuntimeError) as caught:
+        mi.render(nameless, spp=1)
+    assert "shape number 1 without an id is a Sphere" in str(caught.value.__cause__)
+
+
+def test_snow_that_is_not_solved_for_is_nan():
+    """In a process of its own: compiled variants evaluate the plug-ins of all scenes that exist."""
+    done = subprocess.run([sys.executable, "-c", textwrap.dedent("""
+        import warnings
+        import mitsuba as mi
+        import numpy as np
+        mi.set_variant("llvm_ad_rgb")
+        import snowblue.mitsuba
+
+        scene = mi.load_dict({
+            "type": "scene", "integrator": {"type": "path"},
+            "sensor": {"type": "perspective", "film": {"type": "hdrfilm", "width": 8, "height": 8},
+                       "to_world": mi.ScalarTransform4f().look_at([5, -7, 3], [0, 0, 0], [0, 0, 1])},
+            "block": {"type": "cube", "bsdf": {"type": "snow_surface"}, "emitter": {"type": "snow_light"}},
+            "lamp": {"type": "point", "position": [0, -3, 3]}})
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            assert np.isnan(np.array(mi.render(scene, spp=1))).any()
+        assert any("only the integrator 'snow' renders it" in str(one.message) for one in caught)
+        """)], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr

@@ -5,6 +5,8 @@ import re
 import subprocess
 
 import MaterialX
+import mitsuba as mi
+import numpy as np
 import pytest
 from pxr import Gf, Usd, UsdGeom, UsdShade
 
@@ -81,6 +83,12 @@ def test_material_x_reads_standard_surface(tmp_path, library):
     assert max(triple(surface.getInputValue("subsurface_radius"))) == 1
 
 
+def co_albedo_of(color, asymmetry):
+    """1 less the single-scattering albedo of a colour: OpenPBR 1.1, section "Subsurface"."""
+    s = 4.09712 + 4.20863 * color - (9.59217 + 41.6808 * color + 17.7126 * color**2) ** 0.5
+    return s**2 * (1 - asymmetry) / (1 - asymmetry * s**2)
+
+
 def test_the_numbers_of_a_file_are_the_medium_that_it_claims(tmp_path, library):
     """The specification's medium of the numbers transmits, by discrete ordinates, what the table says."""
     path = tmp_path / "snow.mtlx"
@@ -93,17 +101,65 @@ def test_the_numbers_of_a_file_are_the_medium_that_it_claims(tmp_path, library):
     for cm in [5, 15, 30]:
         claimed = compared(path.read_text(), f"through {cm} cm", 1)
         for color, factor, transmittance in zip(colors, factors, claimed):
-            # OpenPBR 1.1, section "Subsurface".
-            s = 4.09712 + 4.20863 * color - (9.59217 + 41.6808 * color + 17.7126 * color**2) ** 0.5
-            co_albedo = s**2 * (1 - asymmetry) / (1 - asymmetry * s**2)
-            words = ["slab", "--one-minus-omega", co_albedo, "--g", asymmetry, "--tau", 0.01 * cm / (radius * factor),
-                     "--mu0", 1, "--streams", 32, "--quiet", "--format", "csv"]
+            co_albedo, tau = co_albedo_of(color, asymmetry), 0.01 * cm / (radius * factor)
+            words = ["slab", "--one-minus-omega", co_albedo, "--g", asymmetry, "--tau", tau, "--mu0", 1,
+                     "--streams", 32, "--quiet", "--format", "csv"]
             done = subprocess.run([os.environ["SNOWBLUE"], *map(str, words)], capture_output=True, text=True)
             assert done.returncode == 0, done.stderr
             names, values = (line.split(",") for line in done.stdout.splitlines())
             solved = dict(zip(names, map(float, values)))["transmittance"]
             # The table has four digits, the file seven, of which s of 0.001 keeps four.
             assert solved == pytest.approx(transmittance, rel=2e-3), (cm, color)
+
+
+@pytest.fixture
+def monochrome():
+    before = mi.variant()
+    mi.set_variant("llvm_ad_mono")
+    yield
+    mi.set_variant(before)
+
+
+def transmittance_in_mitsuba(cm, mean_free_path_cm, albedo, asymmetry, samples):
+    """Of a wide slab for normal incidence, and its standard error: by reciprocity the radiance of a view straight
+    through it of a plane of the radiance 1."""
+    transform = mi.ScalarTransform4f()
+    made = mi.load_dict({
+        "type": "scene",
+        "integrator": {"type": "volpath", "max_depth": -1, "rr_depth": 1 << 30},
+        "sensor": {
+            "type": "orthographic",
+            "to_world": transform.look_at([0, 0, 100], [0, 0, 0], [0, 1, 0]),
+            "film": {"type": "hdrfilm", "width": 16, "height": 16, "rfilter": {"type": "box"},
+                     "pixel_format": "luminance"},
+        },
+        "plane": {"type": "rectangle", "to_world": transform.translate([0, 0, -cm]).scale(1000),
+                  "emitter": {"type": "area", "radiance": {"type": "uniform", "value": 1.0}}},
+        "slab": {
+            "type": "cube", "to_world": transform.scale([100, 100, cm / 2]), "bsdf": {"type": "null"},
+            "interior": {"type": "homogeneous", "sigma_t": 1 / mean_free_path_cm, "albedo": albedo,
+                         "phase": {"type": "hg", "g": asymmetry}},
+        },
+    })
+    pixels = np.array(mi.render(made, spp=samples)).ravel()
+    return pixels.mean(), pixels.std(ddof=1) / len(pixels) ** 0.5
+
+
+@pytest.mark.parametrize("cm", [1, 5])
+def test_another_renderer_agrees_on_the_medium(tmp_path, library, monochrome, cm):
+    """Mitsuba's random walks in the medium that the specification makes of the numbers in a file."""
+    path = tmp_path / "snow.mtlx"
+    exported("openpbr", "--color-space", "srgb-linear", "--scene-unit", "cm", "-o", path)
+    _document, surface = material_x(path, library)
+    asymmetry, radius = (surface.getInputValue(f"subsurface_{name}") for name in ("scatter_anisotropy", "radius"))
+    colors = triple(surface.getInputValue("subsurface_color"))
+    factors = triple(surface.getInputValue("subsurface_radius_scale"))
+    claimed = compared(path.read_text(), f"through {cm} cm", 1)
+    for color, factor, expected in zip(colors, factors, claimed):
+        albedo = 1 - co_albedo_of(color, asymmetry)
+        mean, error = transmittance_in_mitsuba(cm, radius * factor, albedo, asymmetry, 256)
+        # The table has four digits.
+        assert abs(mean - expected) < 4 * error + 1e-3 * expected, (mean, expected, error)
 
 
 @pytest.mark.parametrize("unit, metres", [("m", 1), ("cm", 0.01), ("mm", 0.001)])

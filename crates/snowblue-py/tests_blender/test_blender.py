@@ -410,7 +410,7 @@ def test_errors_say_what_to_do(scene):
     opened.from_mesh(thing.data)
     bmesh.ops.delete(opened, geom=[opened.faces[:][0]], context="FACES_ONLY")
     opened.to_mesh(thing.data)
-    assert "'block'" in error_of() and "open edges" in error_of() and "snowblue repair" in error_of()
+    assert error_of().startswith("'block' has 4 open edges, but snow must be closed: press 'Make Snow'")
     # Nothing is hidden, and nothing left behind.
     assert not thing.hide_viewport and len(bpy.data.objects) == 2 and len(bpy.data.meshes) == 1
     thing.data.clear_geometry()
@@ -427,6 +427,86 @@ def test_errors_say_what_to_do(scene):
     assert "spread" in error_of()
     with pytest.raises(ValueError, match="is not snow"):
         snowblue.blender.bake(objects=[light])
+
+
+def monkey():
+    """Blender's Suzanne, whose eyes and edge are open."""
+    bpy.ops.mesh.primitive_monkey_add(size=0.2)
+    thing = bpy.context.object
+    thing.vertex_groups.new(name="all").add(range(len(thing.data.vertices)), 0.5, "REPLACE")
+    other = bpy.data.materials.new("other")
+    thing.data.materials.append(other)
+    thing.data.materials.append(other)
+    thing.data.polygons[7].material_index = 1
+    return thing
+
+
+def test_make_snow_fills_holes_and_keeps_the_rest(scene):
+    thing = monkey()
+    faces, uv_map = len(thing.data.polygons), thing.data.uv_layers[0]
+    before = [tuple(one.vector) for one in uv_map.uv]
+    with pytest.raises(RuntimeError, match="'Suzanne' has 42 open edges, but snow must be closed: choose Fill Holes"):
+        bpy.ops.snowblue.make()
+    assert not thing.snowblue.is_snow and len(thing.data.polygons) == faces
+    assert bpy.ops.snowblue.make(close="FILL") == {"FINISHED"} and thing.snowblue.is_snow
+    assert len(thing.data.polygons) > faces and thing.data.polygons[7].material_index == 1
+    assert [tuple(one.vector) for one in thing.data.uv_layers[0].uv][: len(before)] == before
+    assert thing.vertex_groups[0].weight(0) == 0.5
+    lamp()
+    [baked] = snowblue.blender.bake()
+    assert len(baked.data.vertices) > len(thing.data.vertices)
+
+
+def test_make_snow_remeshes_what_is_open(scene):
+    thing = monkey()
+    thing.scale = (2, 2, 2)
+    assert bpy.ops.snowblue.make(close="REMESH") == {"FINISHED"} and thing.snowblue.is_snow
+    [modifier] = thing.modifiers
+    assert modifier.mode == "VOXEL" and modifier.voxel_size == pytest.approx(0.2 * 1.37 / 96, rel=0.02)
+    lamp()
+    assert len(snowblue.blender.bake()) == 1
+
+
+def test_make_snow_refuses_sheets(scene):
+    bpy.ops.mesh.primitive_plane_add(size=1)
+    with pytest.raises(RuntimeError, match="'Plane' is a sheet without thickness: add a Solidify modifier"):
+        bpy.ops.snowblue.make(close="FILL")
+    assert len(bpy.context.object.data.polygons) == 1
+    # Of several objects all become snow or none changes.
+    plane, other = bpy.context.object, monkey()
+    faces = len(other.data.polygons)
+    plane.select_set(True)
+    with pytest.raises(RuntimeError, match="'Plane' is a sheet"):
+        bpy.ops.snowblue.make(close="FILL")
+    assert len(other.data.polygons) == faces and other.data.polygons[7].material_index == 1
+    assert not other.snowblue.is_snow and not plane.snowblue.is_snow
+    bpy.data.objects.remove(other)
+    bpy.context.view_layer.objects.active = plane
+    plane.modifiers.new("thick", "SOLIDIFY").thickness = 0.1
+    assert bpy.ops.snowblue.make() == {"FINISHED"}
+
+
+def test_baked_meshes_have_the_uv_maps_and_vertex_groups(scene):
+    """Both are linear in the position here, in an object that is turned, scaled and mirrored."""
+    thing = block()
+    thing.scale, thing.rotation_euler = (-0.2, 0.1, 0.2), (0.1, 0.2, 0.3)
+    mesh = thing.data
+    for loop, uv in zip(mesh.loops, mesh.uv_layers[0].uv):
+        uv.vector = mesh.vertices[loop.vertex_index].co.xy * 0.5
+    group = thing.vertex_groups.new(name="top")
+    for vertex in mesh.vertices:
+        group.add([vertex.index], 0.25 + 0.5 * vertex.co.z, "REPLACE")
+    lamp()
+    [baked] = snowblue.blender.bake()
+    # A second bake does not add them twice.
+    assert snowblue.blender.bake() == [baked]
+    [uv_map], [top] = baked.data.uv_layers, baked.vertex_groups
+    assert (uv_map.name, top.name) == ("UVMap", "top")
+    places = np.array([one.co for one in baked.data.vertices])
+    corners = [loop.vertex_index for loop in baked.data.loops]
+    np.testing.assert_allclose([one.vector for one in uv_map.uv], 0.5 * places[corners, :2], atol=1e-5)
+    weights = [sum(one.weight for one in vertex.groups) for vertex in baked.data.vertices]
+    np.testing.assert_allclose(weights, np.clip(0.25 + 0.5 * places[:, 2], 0, 1), atol=1e-5)
 
 
 def test_names_do_not_mix_objects_up(scene):
@@ -451,8 +531,12 @@ def test_names_do_not_mix_objects_up(scene):
         (lambda thing: lamp("AREA", shape="DISK"), "same area"),
         (lambda thing: setattr(lamp(position=(1, 1, 1)), "hide_viewport", True), "hidden in the viewport"),
         (lambda thing: shining(), "emits light"),
+        (lambda thing: thing.keyframe_insert("location", frame=3), "'block' may change: 'block' is animated"),
+        (lambda thing: thing.modifiers.new("rig", "ARMATURE"), "the modifier 'rig' deforms it"),
+        (lambda thing: thing.constraints.new("COPY_LOCATION"), "the constraint 'Copy Location' moves it"),
+        (lambda thing: bpy.data.objects["lamp"].keyframe_insert("location"), "of frame 1, and 'lamp' may change"),
     ],
-    ids=["size", "falloff", "disk", "hidden", "emission"],
+    ids=["size", "falloff", "disk", "hidden", "emission", "moves", "deforms", "constraint", "lamp moves"],
 )
 def test_warnings_say_what_snow_does_not_see(scene, change, words):
     thing = block()

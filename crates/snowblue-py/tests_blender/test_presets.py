@@ -11,6 +11,9 @@ import numpy as np
 import OpenEXR
 import pytest
 
+import snowblue
+import snowblue.blender
+
 # Pixels along an edge of a picture.
 SIZE = 16
 
@@ -22,10 +25,10 @@ def script(tmp_path_factory):
     return path
 
 
-def claimed(script, row):
-    """Red, green and blue of the preset in a row of the table."""
+def claimed(script, row, column=1):
+    """Red, green and blue of a row of the table: of snow (column 0) or of the preset (column 1)."""
     cells = re.search(rf"# {re.escape(row)} +(.*)", script.read_text())[1].split()
-    return np.array([float(cells[3 * channel + 1]) for channel in range(3)])
+    return np.array([float(cells[3 * channel + column]) for channel in range(3)])
 
 
 def snow_material(script):
@@ -99,3 +102,40 @@ def test_cycles_reflects_what_the_script_claims(empty, script, tmp_path):
     # 4 standard errors of walks of which a tenth is lost, the polygons' area of 0.0004, and the script's own walks.
     noise = 4 * math.hypot(*(math.sqrt(0.09 / walks) for walks in [samples * SIZE**2 / 2, 2**17]))
     assert np.abs(albedo - claimed(script, "albedo, deep")).max() < noise + 0.002
+
+
+@pytest.fixture(scope="module")
+def straight_out():
+    """K(1) of the snow of the script: its radiance straight out over the mean of its radiance by diffuse exitance."""
+    snow = snowblue.Scene(
+        camera={"position": [0, -1, 0], "look_at": [0, 0, 0]},
+        integrator={"type": "diffusion"},
+        material={"snow": {"type": "snow", "grain_size_um": 400, "facetness": 0.3, "density_kg_m3": 300}},
+        light=[{"type": "point", "position": [0, 1, 0], "illuminant": "D65", "radiant_intensity_w_sr": 1.0}],
+        object=[{"shape": "box", "size": [0.1, 0.1, 0.1], "material": "snow"}],
+    )
+    return snow.bake().objects[0].escape(1.0)
+
+
+@pytest.mark.parametrize("cm", [1, 5])
+def test_the_preset_beside_the_bake(scene, script, straight_out, tmp_path, cm):
+    """A sheet as snow of the add-on, and with the preset: both are what the table says. Straight on, snow is K(1) times
+    as bright as a surface that sends its light equally in all directions, as Cycles' does."""
+    assert "350–450 µm" in script.read_text() and "300 kg/m³" in script.read_text()
+    bpy.ops.mesh.primitive_cube_add(size=1, location=(0, 0, -0.005 * cm))
+    sheet = bpy.context.object
+    sheet.scale = (0.8, 0.8, 0.01 * cm)
+    sheet.snowblue.is_snow, sheet.snowblue.preset = True, "OLD"
+    bpy.ops.object.light_add(type="SUN", rotation=(math.pi, 0, 0))
+    bpy.context.object.data.energy, bpy.context.object.data.angle = math.pi, 0
+    snowblue.blender.bake()
+    bake, _ = rendered(tmp_path, 0.1, 16)
+    snowblue.blender.clear()
+    sheet.data.materials.append(snow_material(script))
+    preset, error = rendered(tmp_path, 0.1, 1024)
+    row = f"through {cm} cm"
+    # The light field of a sheet is within 0.5 % of discrete ordinates, and J between vertices within 0.8 %.
+    np.testing.assert_allclose(bake, straight_out * claimed(script, row, 0), rtol=0.015)
+    expected = claimed(script, row)
+    own = np.sqrt(expected / 2**17)
+    assert (np.abs(preset - expected) < 4 * np.hypot(error, own) + 0.01 * expected).all(), (preset, expected, error)

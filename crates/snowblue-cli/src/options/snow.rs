@@ -195,7 +195,7 @@ impl SnowOptions {
         !self.density.is_empty() || self.snow.is_some()
     }
 
-    /// Metadata: the snow, its kind, ice constants, water and impurities.
+    /// Metadata: the snow, its identifier, its kind, ice constants, water and impurities.
     pub(crate) fn metadata(&self) -> Result<Metadata, Failure> {
         Ok(self.metadata_of(&self.sample()?))
     }
@@ -248,7 +248,7 @@ impl SnowOptions {
 
     /// Metadata of a sample that differs from the options in grain size or density.
     pub(crate) fn metadata_of(&self, sample: &SnowSample) -> Metadata {
-        let mut metadata = vec![("snow", describe_sample(sample))];
+        let mut metadata = vec![("snow", describe_sample(sample)), ("snow_id", sample.id())];
         metadata.extend(self.kind_metadata());
         metadata.push(("ice", self.ice.name().to_owned()));
         if self.water_saturation > 0.0 {

@@ -206,6 +206,11 @@ class Snows:
         return self.native.common()
 
 
+def snow_id(given: Mapping[str, Any]) -> str:
+    """The identifier of one snow, which is the same in all faces."""
+    return _native.Snows(dict(given), {}, 1).common()["snow_id"]
+
+
 def is_several(value: Any) -> bool:
     """Whether a value makes an axis: lists and arrays do; numbers, words and tuples are one value."""
     return isinstance(value, list) or not isinstance(value, (str, tuple)) and np.ndim(value) > 0

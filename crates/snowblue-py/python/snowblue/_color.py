@@ -186,7 +186,7 @@ def match(
         warnings.warn(f"{target}: {missed}", stacklevel=2)
     variables = {name: ("candidate", [row[name] for row in rows]) for name in rows[0]}
     # The candidates state what is searched for.
-    searched = () if fixed["grain_size"] else ("grain_size_um",)
+    searched = ("snow_id",) if fixed["grain_size"] else ("snow_id", "grain_size_um")
     searched += () if fixed["density"] else ("density_kg_m3",)
     kept = {name: value for name, value in given.attrs.items() if name not in searched}
     made = {**kept, "target": target, "angle_deg": angle, "illuminant": illuminant, "seed": seed}

@@ -219,7 +219,7 @@ def invert(
     made |= errors | {"seed": seed}
     ignored = {"ssa_m2_kg": ("grain_size_um", "size_measure")}
     dropped = {key for name in names for key in ignored.get(name, (name, f"{name.replace('-', '_')}_ng_g"))}
-    kept = {name: value for name, value in snow_given.attrs.items() if name not in dropped}
+    kept = {name: value for name, value in snow_given.attrs.items() if name not in {*dropped, "snow_id"}}
     variables = _variables(found, dict(zip(names, labels)), {name: spectra[name]["values"] for name in measured}, axes)
     if not scale_error:
         variables = {name: value for name, value in variables.items() if "_scale" not in name}

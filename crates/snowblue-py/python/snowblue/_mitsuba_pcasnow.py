@@ -140,7 +140,7 @@ class PCASnow:
             digest.update(array.tobytes())
         if self.meshes != digest.hexdigest():
             for shape, pair in zip(snow, arrays):
-                _check_closed(shape.id(), *pair)
+                _check_closed(name_of(shape, scene.shapes()), *pair)
             self._unite(arrays, [names.index(body) for body in bodies])
             self.meshes = digest.hexdigest()
         for number, shape in enumerate(snow):
@@ -152,7 +152,7 @@ class PCASnow:
                 try:
                     self.curves[key] = Curves(self.database, shape.bsdf().material)
                 except ValueError as error:
-                    raise ValueError(f"shape '{shape.id()}': {error}") from None
+                    raise ValueError(f"shape {name_of(shape, scene.shapes())}: {error}") from None
             shape.bsdf().pcasnow = shape.emitter().pcasnow = self
 
     def release(self) -> None:
@@ -437,6 +437,11 @@ def _sample(lamp: _Lamp, si: Any, place: int) -> Any:
     return mi.Point2f(mi.sample_tea_float32(first, second), mi.sample_tea_float32(second, first))
 
 
+def name_of(thing: Any, things: list[Any]) -> str:
+    """How messages name a shape or an emitter of a scene: by its id, or by its number among all."""
+    return f"'{thing.id()}'" if thing.id() else f"number {list(things).index(thing) + 1} without an id"
+
+
 def _arrays(shape: Any) -> tuple[np.ndarray, np.ndarray]:
     parameters = mi.traverse(shape)
     vertices = np.array(parameters["vertex_positions"]).reshape(-1, 3)
@@ -453,7 +458,7 @@ def _check_closed(name: str, vertices: np.ndarray, triangles: np.ndarray) -> Non
     odd = int((counts % 2).sum())
     if odd:
         raise ValueError(
-            f"shape '{name}' is open: {odd} of its edges have an odd number of triangles, but must have an even one; "
+            f"shape {name} is open: {odd} of its edges have an odd number of triangles, but must have an even one; "
             "`snowblue repair` closes holes"
         )
 

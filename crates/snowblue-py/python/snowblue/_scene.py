@@ -352,8 +352,8 @@ def _with_file(table: dict[str, Any], files: dict[str, bytes]) -> dict[str, Any]
     return {"up": "z", **table, "mesh": name}
 
 
-def _ply(vertices: np.ndarray, triangles: np.ndarray) -> bytes:
-    """A mesh as a binary PLY file."""
+def _check_mesh(vertices: np.ndarray, triangles: np.ndarray) -> None:
+    """Refuses arrays that are no mesh."""
     for name, array in (("vertices", vertices), ("triangles", triangles)):
         if array.ndim != 2 or array.shape[1] != 3:
             raise ValueError(f"the {name} of a mesh have the shape {array.shape}, but must have (n, 3)")
@@ -361,6 +361,11 @@ def _ply(vertices: np.ndarray, triangles: np.ndarray) -> bytes:
         raise ValueError(f"the triangles of a mesh are {triangles.dtype}, but must be whole numbers")
     if triangles.size and not (0 <= triangles.min() and triangles.max() < len(vertices)):
         raise ValueError(f"the triangles of a mesh name vertices outside 0–{len(vertices) - 1}")
+
+
+def _ply(vertices: np.ndarray, triangles: np.ndarray) -> bytes:
+    """A mesh as a binary PLY file."""
+    _check_mesh(vertices, triangles)
     header = (
         f"ply\nformat binary_little_endian 1.0\nelement vertex {len(vertices)}\n"
         "property float x\nproperty float y\nproperty float z\n"

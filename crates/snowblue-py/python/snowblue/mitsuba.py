@@ -10,7 +10,7 @@
 ...     "lamp": {"type": "point", "position": [0, 3, 1], "intensity": 10.0},
 ... })
 
-Importing this module registers three plug-ins:
+Importing this module registers three plug-ins. Mitsuba 3.10 and later find them without it, by an entry point.
 
 - the BSDF `snow_surface`: what the surface of snow reflects. Its parameters are those of :class:`snowblue.Snow` that
   are one number or word, such as `grain_size_um` (400), `density_kg_m3` (300) or `snow`; those of impurities in ng/g,
@@ -24,7 +24,9 @@ Importing this module registers three plug-ins:
     reflection function R0 of deep snow, and the light from inside is K(mu) J / pi, where J is the net flux through the
     surface. `step_mm` is the distance of the points on the surface where J is known, `field_step_mm` the size of the
     cells in the snow, and `gather_depth` (8) the number of surfaces over which light is followed before it enters the
-    snow. The light is solved for once; a change of the scene is noticed, and solved for again, in the next rendering.
+    snow. The light of each lamp is solved for once. The next rendering notices a change of the scene, and solves for
+    all lamps again, or only for those that are new or have moved; light is linear, so a lamp that is stronger or has
+    another colour needs no solution.
     It is lit by the emitters point, spot, directional, constant, envmap, sunsky, and area on spheres and rectangles.
   - `pcasnow` traces one straight path through the snow for each hit. The light from inside is T(d, theta) E / pi, where
     d is the length of the path in the snow, E the irradiance of a lamp where it leaves the snow, and theta the angle of
@@ -32,7 +34,11 @@ Importing this module registers three plug-ins:
     `light` or `view`, and `database` the file of a compressed table of curves instead of the embedded one. The curves
     of snow that the table does not hold are solved for, in about a second. It is lit by all emitters.
 
-Snow must be a closed mesh.
+Snow must be a closed mesh: a shape, or arrays by :func:`snow_mesh`.
+
+Pictures hold the colours that come out, unclipped: linear sRGB, in which the red of deep snow is negative, since its
+blue lies outside sRGB. Single samples may also be negative because J is negative where light enters the snow. In
+scalar variants Mitsuba warns of each such sample; while snow is rendered these warnings are left out.
 """
 
 from __future__ import annotations
@@ -40,6 +46,9 @@ from __future__ import annotations
 import hashlib
 import json
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import Any
 
 import drjit as dr
@@ -47,16 +56,17 @@ import mitsuba as mi
 import numpy as np
 
 from snowblue import _native
-from snowblue._arguments import SNOW, VISIBLE_NM, WORDS, number, whole
+from snowblue._arguments import SNOW, VISIBLE_NM, WORDS, number, snow_id, whole
 from snowblue._database import Database
-from snowblue._mitsuba_pcasnow import PATH_MODES, PCASnow
+from snowblue._mitsuba_pcasnow import PATH_MODES, PCASnow, name_of
 from snowblue._renderers import BAND_WIDTH_NM, _bands, _csv, _rgb
-from snowblue._scene import _baked, _json, _ply
+from snowblue._scene import _baked, _json, _ply, _check_mesh
 
 COMPONENTS = 6
 SAMPLING_WEIGHT = 1e-6
 UNSUPPORTED = ("mono", "polarized", "scalar_spectral", "cuda")
 """Parts of the names of variants that have no snow."""
+PLUGINS = ("snow_surface", "snow_light", "snow")
 METHOD_PARAMETERS = {
     "light_field": ("step_mm", "field_step_mm", "gather_depth"),
     "pcasnow": ("path_mode", "database"),
@@ -64,6 +74,8 @@ METHOD_PARAMETERS = {
 """The methods, and the parameters that only one of them has."""
 SKY_FILE, SKY_HEIGHT = "sky.exr", 256
 """The image of an envmap: greater ones are reduced to this height."""
+WHITE_FILE = "white.csv"
+"""The spectrum of the lamps that are solved for: 1 at all wavelengths."""
 IMPURITIES = {
     f"{name.replace('-', '_')}_ng_g": name
     for name in ("black-carbon", "brown-carbon", "saharan-dust", "colorado-dust", "snow-algae")
@@ -71,13 +83,57 @@ IMPURITIES = {
 """The names of impurities by those of their parameters."""
 
 
+def snow_mesh(vertices: Any, triangles: Any, **parameters: Any) -> Any:
+    """A shape of snow from arrays.
+
+    Parameters
+    ----------
+    vertices : array_like
+        Positions in units of the scene, (n, 3).
+    triangles : array_like
+        Vertices of each triangle, counter-clockwise from outside, (m, 3).
+    **parameters
+        Those of the plug-in `snow_surface`, such as `grain_size_um` or `body`.
+
+    Returns
+    -------
+    mitsuba.Mesh
+        A shape with a `snow_surface` and a `snow_light`, for a scene or a dictionary of one.
+
+    Examples
+    --------
+    >>> import snowblue.mitsuba
+    >>> corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+    >>> snow = snowblue.mitsuba.snow_mesh(corners, [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]], density_kg_m3=250)
+    >>> snow.face_count()
+    4
+    """
+    vertices, triangles = np.asarray(vertices, dtype=np.float32), np.asarray(triangles)
+    _check_mesh(vertices, triangles)
+    props = mi.Properties()
+    props["bsdf"] = mi.load_dict({"type": "snow_surface", **parameters})
+    props["emitter"] = mi.load_dict({"type": "snow_light"})
+    mesh = mi.Mesh("snow", len(vertices), len(triangles), props=props, has_vertex_normals=True)
+    _set(mesh, {"vertex_positions": vertices, "faces": triangles.astype(np.uint32)})
+    mesh.recompute_vertex_normals()
+    return mesh
+
+
 def _register() -> None:
     """Registers the plug-ins in the present variant."""
-    if mi.variant() is None or any(word in mi.variant() for word in UNSUPPORTED):
-        return
-    mi.register_bsdf("snow_surface", _bsdf_class())
-    mi.register_emitter("snow_light", _emitter_class())
-    mi.register_integrator("snow", _integrator_class())
+    if any(word in mi.variant() for word in UNSUPPORTED):
+        classes = [_refused] * len(PLUGINS)
+    else:
+        classes = [_bsdf_class(), _emitter_class(), _integrator_class()]
+    for register, name, one in zip((mi.register_bsdf, mi.register_emitter, mi.register_integrator), PLUGINS, classes):
+        register(name, one)
+
+
+def _refused(props: mi.Properties) -> Any:
+    """Instead of a plug-in, in a variant that has no snow."""
+    raise ValueError(
+        f"the variant {mi.variant()} has no snow; there are scalar_rgb, llvm_ad_rgb and llvm_ad_spectral"
+    )
 
 
 def _unsolved() -> float:
@@ -96,8 +152,10 @@ def _bsdf_class() -> type:
         """What the surface of snow reflects."""
 
         def __init__(self, props: mi.Properties) -> None:
-            mi.BSDF.__init__(self, props)
+            # An error comes before the plug-in exists: compiled variants would evaluate a part of one.
             self.material = _snow_of(props)
+            self.snow_id = snow_id(self.material)
+            mi.BSDF.__init__(self, props)
             self.material_name = json.dumps(self.material, sort_keys=True)
             self.body = props.get("body", "")
             self.reflection = None
@@ -184,10 +242,14 @@ def _emitter_class() -> type:
             self.of = props.get("of", "")
             self.m_flags = mi.EmitterFlags.Surface | mi.EmitterFlags.SpatiallyVarying
             self.escape: list[float] | None = None
-            # The mesh of the user, the vertices that were set in its place, and what they were computed from.
+            # The mesh of the user, the vertices that were set in its place, what they were computed from, and the flux
+            # there by white lamps, by what these were computed from.
             self.given: tuple[np.ndarray, np.ndarray] | None = None
             self.put = np.empty((0, 3))
             self.solved = ""
+            self.fluxes: dict[str, np.ndarray] = {}
+            # The strengths of the lamps whose light the attributes hold.
+            self.shown = b""
             # Set while the integrator renders by PCASnow.
             self.pcasnow: PCASnow | None = None
             self.basis: list[Any] = []
@@ -261,7 +323,8 @@ def _integrator_class() -> type:
                 return self.inner.render(scene, *arguments, **keywords)
             try:
                 self.method.prepare(scene, snow, lamps)
-                return self.inner.render(scene, *arguments, **keywords)
+                with _negative_samples_allowed():
+                    return self.inner.render(scene, *arguments, **keywords)
             finally:
                 self.method.release()
 
@@ -278,6 +341,38 @@ def _integrator_class() -> type:
             return f"SnowIntegrator[{self.inner}]"
 
     return SnowIntegrator
+
+
+@contextmanager
+def _negative_samples_allowed() -> Iterator[None]:
+    """Leaves out what scalar variants log of samples that are negative. Those that are not numbers are logged."""
+    if not mi.variant().startswith("scalar"):
+        yield
+        return
+    logger = mi.logger()
+    appenders = [logger.appender(number) for number in range(logger.appender_count())]
+
+    class Rest(mi.Appender):
+        """Hands all other messages on."""
+
+        def append(self, level: mi.LogLevel, text: str) -> None:
+            if "Invalid sample value" in text and "nan" not in text and "inf" not in text:
+                return
+            for appender in appenders:
+                appender.append(level, text)
+
+        def log_progress(self, progress: float, name: str, formatted: str, eta: str, ptr: Any = None) -> None:
+            for appender in appenders:
+                appender.log_progress(progress, name, formatted, eta, ptr)
+
+    logger.clear_appenders()
+    logger.add_appender(Rest())
+    try:
+        yield
+    finally:
+        logger.clear_appenders()
+        for appender in appenders:
+            logger.add_appender(appender)
 
 
 def _snow_of(props: mi.Properties) -> dict[str, Any]:
@@ -312,20 +407,29 @@ def _method(props: mi.Properties) -> _Field | PCASnow:
 
 def _snow(scene: Any) -> list[Any]:
     """The shapes of snow."""
-    parameters = mi.traverse(scene)
     snow = [shape for shape in scene.shapes() if _is_snow(shape.bsdf())]
     for shape in scene.shapes():
+        name = name_of(shape, scene.shapes())
         if _is_snow_light(shape.emitter()) and shape not in snow:
-            raise ValueError(f"shape '{shape.id()}' has the emitter 'snow_light', but not the bsdf 'snow_surface'")
-    for shape in snow:
-        name = shape.id()
+            raise ValueError(f"shape {name} has the emitter 'snow_light', but not the bsdf 'snow_surface'")
+        if shape not in snow:
+            continue
         if "vertex_positions" not in mi.traverse(shape):
-            raise ValueError(f"shape '{name}' is a {shape.class_name()}, but snow must be a mesh (cube, ply, obj)")
+            raise ValueError(f"shape {name} is a {shape.class_name()}, but snow must be a mesh (cube, ply, obj)")
         if not _is_snow_light(shape.emitter()):
-            raise ValueError(f"shape '{name}' has the bsdf 'snow_surface', but not the emitter 'snow_light'")
-        if f"{name}.vertex_positions" not in parameters:
-            raise ValueError(f"a shape of snow has the id '{name}', which its scene does not know: give it an id")
+            raise ValueError(f"shape {name} has the bsdf 'snow_surface', but not the emitter 'snow_light'")
     return snow
+
+
+@dataclass(frozen=True)
+class _Light:
+    """An emitter as a light of our scenes."""
+
+    tables: dict[str, Any]
+    """What a scene has of it alone. It is white, and as strong as an emitter of 1 at each wavelength."""
+    files: dict[str, bytes]
+    strength: np.ndarray
+    """The emitter itself, at 31 wavelengths."""
 
 
 class _Field:
@@ -345,20 +449,43 @@ class _Field:
         """Does nothing: the snow keeps its light for the next rendering."""
 
     def prepare(self, scene: Any, snow: list[Any], lamps: list[Any]) -> None:
-        """Solves for the light, unless the scene is the one that was solved for."""
-        parameters = mi.traverse(scene)
-        document, files = self._description(scene, snow, lamps)
-        text = _json(document)
+        """Gives the snow its light. What of it is known is not solved for again."""
+        document, files = self._description(scene, snow)
+        lights = [self._light(lamp, name_of(lamp, lamps)) for lamp in lamps]
+        # A scene without light is black. The solution for one lamp sets its meshes.
+        lights = [light for light in lights if light.strength.any()] or lights[:1]
         # Other integrators may have other steps.
-        digest = hashlib.sha256(f"{text} {self.step_mm}".encode())
-        for name in sorted(files):
-            digest.update(files[name])
-        if all(shape.emitter().solved == digest.hexdigest() for shape in snow):
-            return
-        objects = self._solve(text, files, snow)
-        for shape, baked in zip(snow, objects):
-            self._put(shape, baked, parameters)
-            shape.emitter().solved = digest.hexdigest()
+        solved = _digest(_json(document), str(self.step_mm), files)
+        keys = [_digest(_json(light.tables), "", light.files) for light in lights]
+        emitters = [shape.emitter() for shape in snow]
+        if any(emitter.solved != solved for emitter in emitters):
+            for emitter in emitters:
+                emitter.solved, emitter.fluxes, emitter.shown = solved, {}, b""
+        names = [name_of(shape, scene.shapes()) for shape in snow]
+        # What scenes of other lamps have in common is built once.
+        given: dict[str, bytes] = dict(files)
+        for light in lights:
+            given |= light.files
+        native = None
+        for key, light in zip(keys, lights):
+            if all(key in emitter.fluxes for emitter in emitters):
+                continue
+            text = _json(document | light.tables)
+            native = _named(
+                names, lambda: native.with_json(text) if native else _native.Scene.from_json(text, given, ".")
+            )
+            content = {"spectrum": True, "is_total": True, "reflection": True}
+            objects = _named(names, lambda: native.bake(self.step_mm, content, None, None)[1:])
+            for name, shape, one in zip(names, snow, objects):
+                self._put(shape, one, name)
+                shape.emitter().fluxes[key] = _baked(one, []).flux[0]
+        if native is not None:
+            # Meshes have changed.
+            scene.parameters_changed([])
+        for shape in snow:
+            # Lamps that have left or moved are forgotten.
+            shape.emitter().fluxes = {key: shape.emitter().fluxes[key] for key in keys}
+            self._show(shape, keys, [light.strength for light in lights])
 
     def _mesh(self, shape: Any) -> tuple[np.ndarray, np.ndarray]:
         parameters = mi.traverse(shape)
@@ -369,10 +496,9 @@ class _Field:
             return emitter.given
         return vertices, triangles
 
-    def _description(
-        self, scene: Any, snow: list[Any], lamps: list[Any]
-    ) -> tuple[dict[str, Any], dict[str, bytes]]:
-        files: dict[str, bytes] = {}
+    def _description(self, scene: Any, snow: list[Any]) -> tuple[dict[str, Any], dict[str, bytes]]:
+        """The scene without lamps."""
+        files: dict[str, bytes] = {WHITE_FILE: _csv(np.ones(len(VISIBLE_NM)))}
         materials: dict[str, Any] = {}
         # Snow comes first, so that its numbers are those of the baked objects.
         objects = []
@@ -380,7 +506,7 @@ class _Field:
             lamp = shape.emitter()
             if lamp is not None and not _is_snow_light(lamp):
                 continue
-            one = self._object(shape, f"shape {number}.ply", files)
+            one = self._object(shape, name_of(shape, scene.shapes()), f"shape {number}.ply", files)
             if one is None:
                 continue
             bsdf = shape.bsdf()
@@ -397,18 +523,13 @@ class _Field:
             "integrator": {"type": "diffusion", "max_bounces": self.gather_depth},
             "material": materials,
             "object": objects,
-            "light": [],
         }
         if self.field_step_mm is not None:
             document["light_field"] = {"step_mm": float(self.field_step_mm)}
-        for emitter in lamps:
-            self._light(emitter, document, files)
-        if not document["light"] and "environment" not in document and "sky" not in document:
-            raise ValueError("the scene has snow but no emitter to light it")
         return document, files
 
-    def _object(self, shape: Any, file: str, files: dict[str, bytes]) -> dict[str, Any] | None:
-        name, parameters = shape.id(), mi.traverse(shape)
+    def _object(self, shape: Any, name: str, file: str, files: dict[str, bytes]) -> dict[str, Any] | None:
+        parameters = mi.traverse(shape)
         if "vertex_positions" in parameters:
             vertices, triangles = self._mesh(shape)
         elif shape.class_name() == "Rectangle":
@@ -420,112 +541,121 @@ class _Field:
             return {"shape": "sphere", "radius": radius * self.unit_m, "position": (center * self.unit_m).tolist()}
         else:
             kind = shape.class_name()
-            warnings.warn(f"shape '{name}' is a {kind}: it casts no shadow on snow and gives it no light", stacklevel=2)
+            warnings.warn(f"shape {name} is a {kind}: it casts no shadow on snow and gives it no light", stacklevel=2)
             return None
         files[file] = _ply(np.asarray(vertices * self.unit_m, dtype="<f4"), triangles.astype(np.int64))
         return {"mesh": file, "up": "z"}
 
-    def _light(self, emitter: Any, document: dict[str, Any], files: dict[str, bytes]) -> None:
+    def _light(self, emitter: Any, name: str) -> _Light:
         kind = emitter.class_name()
         shape = emitter.get_shape() if kind == "AreaLight" else None
-        owner = emitter if shape is None else shape
-        name, parameters = owner.id(), mi.traverse(owner)
-        file = f"light {len(files)}.csv"
-
-        def spectrum(values: np.ndarray) -> tuple[dict[str, Any], float]:
-            values = np.maximum(values, 0.0)
-            files[file] = _csv(values)
-            return {"spectrum": file}, float(values.mean()) * BAND_WIDTH_NM
-
-        light: dict[str, Any]
-        if kind in ("PointLight", "SpotLight"):
-            if kind == "PointLight":
-                position, axis = np.array(parameters["position"]).ravel(), np.array([0.0, 0.0, 1.0])
-                light = {"type": "point"}
-            else:
-                to_world = _matrix(parameters["to_world"])
-                position, axis = to_world[:3, 3], _unit(to_world[:3, 2])
-                angles = {"inner_cone_deg": "beam_width", "outer_cone_deg": "cutoff_angle"}
-                light = {key: float(np.ravel(parameters[theirs])[0]) for key, theirs in angles.items()}
-                light["type"] = "spot"
-                light["look_at"] = ((position + axis) * self.unit_m).tolist()
-            files_of, power = spectrum(_incident(emitter, position + axis))
-            light |= files_of | {"position": (position * self.unit_m).tolist()}
-            light["radiant_intensity_w_sr"] = power * self.unit_m**2
-        elif kind == "DirectionalEmitter":
-            to_world = _matrix(parameters["to_world"])
-            files_of, power = spectrum(_incident(emitter, np.zeros(3)))
-            light = {"type": "directional", "direction": to_world[:3, 2].tolist(), "irradiance_w_m2": power, **files_of}
-        elif kind == "ConstantBackgroundEmitter":
-            files_of, power = spectrum(_emitted(emitter))
-            document["environment"] = {"radiance_w_m2_sr": power, **files_of}
-            return
-        elif kind == "EnvironmentMapEmitter":
-            image = _panorama(emitter)
-            if image.any():
-                files[SKY_FILE] = _exr(image)
-                document["environment"] = {"image": SKY_FILE}
-            return
-        elif kind == "SunskyEmitter":
-            document["sky"] = _sunsky(name, parameters)
-            return
-        elif kind == "AreaLight" and shape.class_name() in ("Sphere", "Rectangle"):
-            to_world = _matrix(parameters["to_world"])
-            files_of, power = spectrum(_emitted(emitter))
-            light = {"radiance_w_m2_sr": power, **files_of}
-            if shape.class_name() == "Sphere":
-                center, radius = _sphere(to_world)
-                light |= {"type": "sphere", "radius": radius * self.unit_m}
-                light["position"] = (center * self.unit_m).tolist()
-            else:
-                center, sides = to_world[:3, 3], to_world[:3, :2]
-                # Transforms may mirror, and normals may be flipped.
-                normal = np.array(shape.sample_position(0.0, mi.Point2f(0.5, 0.5)).n, dtype=float).ravel()
-                light |= {"type": "rectangle", "size": (2 * self.unit_m * np.linalg.norm(sides, axis=0)).tolist()}
-                light |= {"position": (center * self.unit_m).tolist(), "up": sides[:, 1].tolist()}
-                light["look_at"] = (center * self.unit_m + _unit(normal)).tolist()
-        else:
-            on = f" on a {shape.class_name()}" if shape is not None else ""
+        name = f"emitter {name}" if shape is None or not shape.id() else f"emitter of shape '{shape.id()}'"
+        on = f" on a {shape.class_name()}" if shape is not None else ""
+        if kind in ("AreaLight", "SpotLight") and mi.has_flag(emitter.flags(), mi.EmitterFlags.SpatiallyVarying):
             raise ValueError(
-                f"emitter '{name}' is a {kind}{on}, which cannot light snow; there are point, spot, directional, "
-                "constant, envmap, sunsky, and area on a sphere or rectangle"
+                f"{name} is a {kind}{on} with a texture, which cannot light snow: give it one colour, or divide it "
+                "into lamps of one colour each"
             )
-        if power > 0:
-            document["light"].append(light)
+        parameters = mi.traverse(emitter if shape is None else shape)
+        # A lamp of 1 at each wavelength has this over all of them.
+        power, white = BAND_WIDTH_NM, {"spectrum": WHITE_FILE}
 
-    def _solve(self, text: str, files: dict[str, bytes], snow: list[Any]) -> list[dict[str, Any]]:
-        content = {"spectrum": True, "is_total": True, "reflection": True}
-        try:
-            scene = _native.Scene.from_json(text, files, ".")
-            return scene.bake(self.step_mm, content, None, None)[1:]
-        except ValueError as error:
-            reason = str(error)
-            for number, shape in enumerate(snow):
-                reason = reason.replace(f"object[{number}]", f"shape '{shape.id()}'")
-            raise ValueError(reason) from None
+        def lamp(strength: np.ndarray, **light: Any) -> _Light:
+            return _Light({"light": [white | light]}, {}, np.maximum(strength, 0.0))
 
-    def _put(self, shape: Any, one: dict[str, Any], parameters: Any) -> None:
+        if kind == "PointLight":
+            position = np.array(parameters["position"]).ravel()
+            return lamp(
+                _incident(emitter, position + [0.0, 0.0, 1.0]),
+                type="point",
+                position=(position * self.unit_m).tolist(),
+                radiant_intensity_w_sr=power * self.unit_m**2,
+            )
+        if kind == "SpotLight":
+            to_world = _matrix(parameters["to_world"])
+            position, axis = to_world[:3, 3], _unit(to_world[:3, 2])
+            angles = {"inner_cone_deg": "beam_width", "outer_cone_deg": "cutoff_angle"}
+            return lamp(
+                _incident(emitter, position + axis),
+                type="spot",
+                position=(position * self.unit_m).tolist(),
+                look_at=((position + axis) * self.unit_m).tolist(),
+                radiant_intensity_w_sr=power * self.unit_m**2,
+                **{key: float(np.ravel(parameters[theirs])[0]) for key, theirs in angles.items()},
+            )
+        if kind == "DirectionalEmitter":
+            direction = _matrix(parameters["to_world"])[:3, 2].tolist()
+            strength = _incident(emitter, np.zeros(3))
+            return lamp(strength, type="directional", direction=direction, irradiance_w_m2=power)
+        if kind == "ConstantBackgroundEmitter":
+            environment = {"radiance_w_m2_sr": power, **white}
+            return _Light({"environment": environment}, {}, np.maximum(_emitted(emitter), 0.0))
+        if kind == "EnvironmentMapEmitter":
+            scale = float(np.ravel(parameters["scale"])[0])
+            image = _panorama(emitter) / (scale or 1.0)
+            files = {SKY_FILE: _exr(image)} if image.any() else {}
+            sky = {"image": SKY_FILE} if image.any() else {"radiance_w_m2_sr": power, **white}
+            return _Light({"environment": sky}, files, np.full(VISIBLE_NM.shape, scale if image.any() else 0.0))
+        if kind == "SunskyEmitter":
+            scale, sky = _sunsky(name, parameters)
+            return _Light({"sky": sky}, {}, np.full(VISIBLE_NM.shape, scale))
+        if kind == "AreaLight" and shape.class_name() == "Sphere":
+            center, radius = _sphere(_matrix(parameters["to_world"]))
+            return lamp(
+                _emitted(emitter),
+                type="sphere",
+                position=(center * self.unit_m).tolist(),
+                radius=radius * self.unit_m,
+                radiance_w_m2_sr=power,
+            )
+        if kind == "AreaLight" and shape.class_name() == "Rectangle":
+            to_world = _matrix(parameters["to_world"])
+            center, sides = to_world[:3, 3], to_world[:3, :2]
+            # Transforms may mirror, and normals may be flipped.
+            normal = np.array(shape.sample_position(0.0, mi.Point2f(0.5, 0.5)).n, dtype=float).ravel()
+            return lamp(
+                _emitted(emitter),
+                type="rectangle",
+                position=(center * self.unit_m).tolist(),
+                look_at=(center * self.unit_m + _unit(normal)).tolist(),
+                up=sides[:, 1].tolist(),
+                size=(2 * self.unit_m * np.linalg.norm(sides, axis=0)).tolist(),
+                radiance_w_m2_sr=power,
+            )
+        raise ValueError(
+            f"{name} is a {kind}{on}, which cannot light snow; there are point, spot, directional, constant, envmap, "
+            "sunsky, and area on a sphere or rectangle"
+        )
+
+    def _put(self, shape: Any, one: dict[str, Any], name: str) -> None:
         """Replaces a mesh by the one whose vertices hold the light."""
-        name, baked = shape.id(), _baked(one, [])
-        given = self._mesh(shape)
+        baked, emitter = _baked(one, []), shape.emitter()
         positions = (baked.positions / self.unit_m).astype(np.float32)
-        values = {
-            "vertex_positions": positions,
-            "faces": baked.triangles.astype(np.uint32),
-            "vertex_normals": baked.normals.astype(np.float32),
-            "vertex_texcoords": np.zeros((len(positions), 2), dtype=np.float32),
-        }
-        for key, array in values.items():
-            here = f"{name}.{key}"
-            # Meshes may lack normals and texture coordinates.
-            if here in parameters and len(parameters[here]) > 0:
-                kind = type(parameters[here])
-                # A parameter is compared with its new value, which scalar variants cannot do with other sizes than 1.
-                parameters[here] = kind(array.ravel()[:1])
-                parameters[here] = kind(array.ravel())
-        parameters.update()
-        flux = baked.flux[0].astype(float)
+        if emitter.fluxes:
+            if not np.array_equal(emitter.put, positions):
+                raise ValueError(f"the points on shape {name} where light is known differ between lamps: set step_mm")
+            return
+        emitter.given = self._mesh(shape)
+        _set(
+            shape,
+            {
+                "vertex_positions": positions,
+                "faces": baked.triangles.astype(np.uint32),
+                "vertex_normals": baked.normals.astype(np.float32),
+                "vertex_texcoords": np.zeros((len(positions), 2), dtype=np.float32),
+            },
+        )
+        shape.bsdf().set_reflection(one["reflection"])
+        emitter.escape_polynomial = baked.escape_polynomial
+        emitter.put = np.array(mi.traverse(shape)["vertex_positions"]).reshape(-1, 3)
+
+    def _show(self, shape: Any, keys: list[str], strengths: list[np.ndarray]) -> None:
+        """Sets the light at the vertices: the sum over all lamps, of which several may have one key."""
         emitter = shape.emitter()
+        shown = "".join(keys).encode() + np.array(strengths).tobytes()
+        if emitter.shown == shown:
+            return
+        flux = sum(emitter.fluxes[key].astype(float) * strength for key, strength in zip(keys, strengths))
         if emitter.escape is not None:
             for number in range(2 if _is_spectral() else 1):
                 shape.remove_attribute(f"vertex_snow_{number}")
@@ -538,9 +668,38 @@ class _Field:
         else:
             basis = None
             shape.add_attribute("vertex_snow_0", 3, _rgb(flux / _white()).astype(np.float32).ravel())
-        emitter.set_light(baked.escape_polynomial, basis)
-        shape.bsdf().set_reflection(one["reflection"])
-        emitter.given, emitter.put = given, np.array(mi.traverse(shape)["vertex_positions"]).reshape(-1, 3)
+        emitter.set_light(emitter.escape_polynomial, basis)
+        emitter.shown = shown
+
+
+def _digest(text: str, more: str, files: dict[str, bytes]) -> str:
+    digest = hashlib.sha256(f"{text} {more}".encode())
+    for name in sorted(files):
+        digest.update(files[name])
+    return digest.hexdigest()
+
+
+def _named(names: list[str], action: Any) -> Any:
+    """What an action gives. Errors of it name the shapes of snow as the scene does."""
+    try:
+        return action()
+    except ValueError as error:
+        reason = str(error)
+        for number, name in enumerate(names):
+            reason = reason.replace(f"object[{number}]", f"shape {name}")
+        raise ValueError(reason) from None
+
+
+def _set(shape: Any, values: dict[str, np.ndarray]) -> None:
+    """Sets the arrays of a mesh. Those that it lacks, as normals, stay out."""
+    parameters = mi.traverse(shape)
+    for key, array in values.items():
+        if len(parameters[key]) > 0:
+            kind = type(parameters[key])
+            # A parameter is compared with its new value, which scalar variants cannot do with other sizes than 1.
+            parameters[key] = kind(array.ravel()[:1])
+            parameters[key] = kind(array.ravel())
+    parameters.update()
 
 
 def _is_snow(bsdf: Any) -> bool:
@@ -604,20 +763,21 @@ def _emitted(emitter: Any) -> np.ndarray:
     return _spectrum(_first(emitter.eval(_interaction())))
 
 
-def _sunsky(name: str, parameters: Any) -> dict[str, Any]:
-    """Our clear sky, whose model is the same (Hosek & Wilkie 2012, 2013). The sun's direction is that in the scene."""
+def _sunsky(name: str, parameters: Any) -> tuple[float, dict[str, Any]]:
+    """The scale of a sunsky, and our clear sky of the scale 1, whose model is the same (Hosek & Wilkie 2012, 2013). The
+    sun's direction is that in the scene."""
     zenith = _unit(_matrix(parameters["to_world"])[:3, 2])
     if not np.allclose(zenith, [0, 0, 1], atol=1e-6):
-        raise ValueError(f"emitter '{name}' is a sunsky whose zenith is not +z")
+        raise ValueError(f"{name} is a sunsky whose zenith is not +z")
     value = {key: float(np.ravel(parameters[key])[0]) for key in ("turbidity", "sky_scale", "sun_scale")}
     if value["sky_scale"] != value["sun_scale"]:
-        raise ValueError(f"emitter '{name}' is a sunsky with different scales of sun and sky, which cannot light snow")
+        raise ValueError(f"{name} is a sunsky with different scales of sun and sky, which cannot light snow")
     albedo = [np.ravel(parameters[key]).mean() for key in parameters.keys() if key.startswith("albedo")]
-    return {
+    return value["sky_scale"], {
         "sun": {"towards": np.array(parameters["sun_direction"], dtype=float).ravel().tolist()},
         "turbidity": value["turbidity"],
         "ground_albedo": float(np.mean(albedo)),
-        "scale": value["sky_scale"],
+        "scale": 1.0,
     }
 
 
@@ -700,7 +860,5 @@ def _sphere(to_world: np.ndarray) -> tuple[np.ndarray, float]:
 
 if mi.variant() is None:
     raise ImportError("choose a variant before importing snowblue.mitsuba: mitsuba.set_variant('llvm_ad_rgb')")
-if any(word in mi.variant() for word in UNSUPPORTED):
-    raise ImportError(f"the variant {mi.variant()} has no snow; there are scalar_rgb, llvm_ad_rgb and llvm_ad_spectral")
 mi.detail.add_variant_callback(lambda old, new: _register())
 _register()

@@ -2,6 +2,8 @@
 //!
 //! The parameters are those of the paper's Tables 1 and S1 (Varsa & Baranoski 2024, doi:10.1109/MCG.2023.3307517).
 
+use snowblue_base::hash::Fnv1a;
+
 use super::grain_size::{GrainSize, MEAN_SIZE_HALF_RANGE_UM};
 use super::ranges::{
     DENSITY, DENSITY_RANGE, FACETNESS, FACETNESS_DEVIATION_RANGE, FACETNESS_RANGE, GRAIN_SIZE, SPHERICITY,
@@ -38,6 +40,33 @@ pub struct SnowSample {
 }
 
 impl SnowSample {
+    /// An identifier of the snow: 16 hexadecimal digits, the same in all faces for properties that are equal in nine
+    /// significant digits.
+    ///
+    /// ```
+    /// # use snowblue_transport::sample::SnowSample;
+    /// let snow = SnowSample { density_kg_m3: 0.1 + 0.2 + 299.7, ..SnowSample::default() };
+    /// assert_eq!(snow.id(), SnowSample::default().id());
+    /// assert_ne!(SnowSample { density_kg_m3: 301.0, ..snow }.id(), snow.id());
+    /// ```
+    #[must_use]
+    pub fn id(&self) -> String {
+        let GrainSize { min_um, max_um, measure } = self.grain_size;
+        let ranges = [self.sphericity, self.facetness]
+            .map(|TruncatedNormal { min, max, mean, standard_deviation }| [min, max, mean, standard_deviation]);
+        let single = [min_um, max_um, self.density_kg_m3, self.water_saturation, self.temperature_c];
+        let mut hash = Fnv1a::default();
+        // A sum with 0 has no negative zero.
+        for number in single.iter().chain(ranges.as_flattened()) {
+            hash.add(format!("{:.8e} ", number + 0.0).as_bytes());
+        }
+        for (substance, mass_fraction_ng_g) in self.impurities.present() {
+            hash.add(format!("{} {mass_fraction_ng_g:.8e} ", substance.name()).as_bytes());
+        }
+        hash.add(format!("{} {}", measure.name(), self.ice.name()).as_bytes());
+        format!("{:016x}", hash.value())
+    }
+
     /// Volume fraction of ice, φ = ρ/ρ_ice.
     #[must_use]
     pub fn ice_fraction(&self) -> f64 {

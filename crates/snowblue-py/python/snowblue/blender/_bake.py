@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import warnings
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
@@ -14,15 +15,21 @@ import numpy as np
 from mathutils import Matrix
 
 from snowblue import _native
-from snowblue._arguments import VISIBLE_NM
+from snowblue._arguments import VISIBLE_NM, snow_id
 from snowblue._renderers import _csv, _rgb
 from snowblue._scene import BakedObject, _baked, _json, _ply
 from snowblue.blender._lamps import WHITE_FILE, Lamp, lamp_of
+from snowblue.blender._layers import Layers, layers_of, put_layers
 from snowblue.blender._material import SKY, attribute_of, fill_material
 from snowblue.blender._meshes import WITH_FACES, diffuse_of, world_mesh
-from snowblue.blender._settings import baked_of, is_snow, material_of, source_of
+from snowblue.blender._settings import baked_of, is_snow, snow_of, source_of
 from snowblue.blender._world import environment_of
 
+OPEN = re.compile(r"('.*')\.mesh is .* it has (\d+) open edges.*")
+"""What the solver says of an open mesh."""
+OPEN_HERE = r"\1 has \2 open edges, but snow must be closed: press 'Make Snow' and choose Fill Holes or Voxel Remesh"
+DEFORMING = ("ARMATURE", "CLOTH", "SOFT_BODY", "FLUID", "MESH_CACHE", "MESH_SEQUENCE_CACHE", "OCEAN", "WAVE")
+"""Types of modifiers that change a mesh from frame to frame."""
 USUAL_SIZE_M = (0.01, 50.0)
 """Sizes of snow that need no hint at the unit of the scene."""
 
@@ -40,6 +47,8 @@ class _Scene:
     files: dict[str, bytes] = field(default_factory=dict)
     lamps: list[Lamp] = field(default_factory=list)
     environment: dict[str, Any] | None = None
+    layers: list[Layers | None] = field(default_factory=list)
+    """UV maps and vertex groups of the snow."""
 
 
 def bake(
@@ -119,6 +128,9 @@ def bake(
         if source in targets:
             attributes = {name: flux[number] for name, flux in zip(names, fluxes)}
             results.append(_put(source, baked[number], attributes, unit_m))
+            if made.layers[number] is not None:
+                put_layers(made.layers[number], results[-1])
+            results[-1]["snow_id"] = snow_id(snow_of(source))
             fill_material(
                 results[-1].data.materials[0], made.lamps, SKY in names, baked[number].escape_polynomial.tolist()
             )
@@ -179,9 +191,11 @@ def _collected(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, snow: li
         if not len(triangles):
             raise ValueError(f"'{source.name}' has no faces, but snow must be a closed mesh")
         _check_size(source, vertices)
+        _check_still(source, scene)
         points.append(vertices)
+        made.layers.append(layers_of(source.evaluated_get(depsgraph)))
         # Equal snow is one material, as in a body.
-        material = material_of(source)
+        material = {"type": "snow", **snow_of(source)}
         name = json.dumps(material)
         made.materials[name] = material
         body = source.snowblue.body.strip()
@@ -196,6 +210,7 @@ def _collected(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, snow: li
         if thing.hide_render:
             continue
         if thing.type == "LIGHT":
+            _check_still(thing, scene)
             lamp = lamp_of(thing, instance.matrix_world.copy(), unit_m, snow_m)
             made.lamps += [lamp] if lamp else []
         elif thing.type in WITH_FACES and instance.show_self:
@@ -241,6 +256,29 @@ def _check_size(source: bpy.types.Object, vertices: np.ndarray) -> None:
         )
 
 
+def _check_still(thing: bpy.types.Object, scene: bpy.types.Scene) -> None:
+    """Warns of what moves or deforms in the animation."""
+    chain = [thing]
+    while chain[-1].parent is not None:
+        chain.append(chain[-1].parent)
+    keys = thing.data.shape_keys if thing.type == "MESH" else None
+    reasons = [f"'{one.name}' is animated" for one in chain if _is_animated(one)]
+    reasons += [f"the constraint '{one.name}' moves it" for one in thing.constraints if not one.mute]
+    reasons += [f"the modifier '{one.name}' deforms it" for one in thing.modifiers if one.type in DEFORMING]
+    reasons += ["its shape keys are animated"] if keys is not None and _is_animated(keys) else []
+    if reasons:
+        warnings.warn(
+            f"the light in the snow is that of frame {scene.frame_current}, and '{thing.name}' may change: "
+            f"{reasons[0]}; bake again for other frames",
+            stacklevel=4,
+        )
+
+
+def _is_animated(data: bpy.types.ID) -> bool:
+    animation = data.animation_data
+    return animation is not None and bool(animation.action or animation.drivers or animation.nla_tracks)
+
+
 def _solved(
     document: dict[str, Any],
     made: _Scene,
@@ -275,7 +313,7 @@ def _bake_one(document: dict[str, Any], made: _Scene, step_mm: float | None, spe
         reason = str(error)
         for number, name in enumerate(made.names):
             reason = reason.replace(f"object[{number}]", f"'{name}'")
-        raise ValueError(reason) from None
+        raise ValueError(OPEN.sub(OPEN_HERE, reason)) from None
 
 
 def _put(

@@ -8,6 +8,7 @@ from collections.abc import Callable
 import bpy
 
 from snowblue.blender._bake import bake, clear
+from snowblue.blender._closing import REMESH, fill_holes, open_edges, remesh
 from snowblue.blender._settings import SnowSettings, baked_of, is_snow, source_of
 
 
@@ -53,16 +54,56 @@ class SnowMake(bpy.types.Operator):
     bl_label = "Make Snow"
     bl_options = {"REGISTER", "UNDO"}
 
+    close: bpy.props.EnumProperty(
+        name="Close",
+        description="What is done with meshes that have holes",
+        items=[
+            ("NONE", "Leave Open", "Open meshes do not become snow"),
+            ("FILL", "Fill Holes", "New faces fill the holes. All else of the mesh stays"),
+            ("REMESH", "Voxel Remesh", f"A modifier '{REMESH}' makes a closed surface, without UV maps"),
+        ],
+        default="NONE",
+    )
+
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        if not any(open_edges(one) for one in self._selected(context) if one.type == "MESH"):
+            return self.execute(context)
+        self.close = "FILL"
+        return context.window_manager.invoke_props_dialog(self, title="The mesh is open. Close it?")
+
     def execute(self, context: bpy.types.Context) -> set[str]:
-        selected = [one for one in context.selected_objects if one.snowblue.source is None]
+        selected = self._selected(context)
         wrong = [one for one in selected if one.type != "MESH"]
         if wrong or not selected:
             which = f"'{wrong[0].name}' is a {wrong[0].type.lower()}" if wrong else "nothing is selected"
             self.report({"ERROR"}, f"{which}, but snow must be a mesh")
             return {"CANCELLED"}
+        return _reporting(self, lambda: self._make(selected))
+
+    @staticmethod
+    def _selected(context: bpy.types.Context) -> list[bpy.types.Object]:
+        return [one for one in context.selected_objects if one.snowblue.source is None]
+
+    def _make(self, selected: list[bpy.types.Object]) -> str:
+        """Marks all of the objects as snow, or changes none."""
+        undo = []
+        try:
+            for one in selected:
+                count = open_edges(one)
+                if count and self.close == "NONE":
+                    raise ValueError(
+                        f"'{one.name}' has {count} open edges, but snow must be closed: choose Fill Holes or Voxel "
+                        "Remesh as Close"
+                    )
+                if count:
+                    undo.append(fill_holes(one) if self.close == "FILL" else remesh(one))
+        except ValueError:
+            for restore in reversed(undo):
+                restore()
+            raise
         for one in selected:
             one.snowblue.is_snow = True
-        return {"FINISHED"}
+        return f"{len(selected)} objects are snow"
 
 
 class SnowUnmake(bpy.types.Operator):

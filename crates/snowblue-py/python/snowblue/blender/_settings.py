@@ -89,9 +89,9 @@ def source_of(thing: bpy.types.Object) -> bpy.types.Object:
     return thing.snowblue.source or thing
 
 
-def material_of(thing: bpy.types.Object) -> dict[str, object]:
-    """The material of a scene for the snow of an object."""
+def snow_of(thing: bpy.types.Object) -> dict[str, float]:
+    """The snow of an object, as of :class:`snowblue.Snow`."""
     settings = thing.snowblue
     names = ("grain_size_um", "facetness", "density_kg_m3")
     # Blender keeps 32-bit numbers, which may lie outside a range by rounding.
-    return {"type": "snow", **{name: round(getattr(settings, name), 5) for name in names}}
+    return {name: round(getattr(settings, name), 5) for name in names}
