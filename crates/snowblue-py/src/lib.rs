@@ -36,9 +36,9 @@ mod _native {
     #[pymodule_export]
     use super::sky::{sky, sun_position, sunlight};
     #[pymodule_export]
-    use super::snow::{Snows, parameters, single_scattering};
+    use super::snow::{Snows, aged_surface_area, parameters, single_scattering};
     #[pymodule_export]
-    use super::spectra::{bsdf, spectrum, stack};
+    use super::spectra::{bsdf, spectrum, spread, stack};
 
     #[pymodule_export]
     #[allow(non_upper_case_globals, reason = "a Python name")]

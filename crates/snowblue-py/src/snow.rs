@@ -9,10 +9,10 @@ use pyo3::types::PyDict;
 use snowblue_transport::medium::{Demand, GrainTallies, Medium, Population, TallyPlan};
 use snowblue_transport::ordinates::OrdinatesOptions;
 use snowblue_transport::parameters::PARAMETERS;
-use snowblue_transport::sample::{SnowSample, TruncatedNormal};
+use snowblue_transport::sample::{Metamorphism, SnowSample, TruncatedNormal, aged_surface_area_m2_kg};
 
 use crate::arguments::{Column, Snow};
-use crate::work::{input, run};
+use crate::work::{input, input_in_row, run};
 
 /// What each parameter is, its limits and its default, by the names of the keyword arguments.
 #[pyfunction]
@@ -100,6 +100,24 @@ fn properties(sample: &SnowSample) -> Vec<(String, Property)> {
     properties.push(("ice".to_owned(), Property::Word(sample.ice.name().to_owned())));
     properties.push(("snow_id".to_owned(), Property::Word(sample.id())));
     properties
+}
+
+/// Specific surface areas of snow after each age in hours, in m²/kg, from those of new snow at each temperature. An
+/// error of one has its row.
+#[pyfunction]
+pub(crate) fn aged_surface_area(
+    py: Python<'_>,
+    new_m2_kg: Vec<f64>,
+    temperature_c: Vec<f64>,
+    age_h: Vec<f64>,
+    temperature_gradient: bool,
+) -> PyResult<Bound<'_, PyArray1<f64>>> {
+    let metamorphism = if temperature_gradient { Metamorphism::TemperatureGradient } else { Metamorphism::Isothermal };
+    let rows = new_m2_kg.iter().zip(&temperature_c).zip(&age_h).enumerate();
+    let aged = |(row, ((new, temperature), age)): (usize, ((&f64, &f64), &f64))| {
+        aged_surface_area_m2_kg(*new, *temperature, *age, metamorphism).map_err(|error| input_in_row(error, row))
+    };
+    Ok(PyArray1::from_vec(py, rows.map(aged).collect::<PyResult<_>>()?))
 }
 
 /// Extinction coefficient, co-albedo and moments of the phase function at each wavelength, the degree of the moments

@@ -4,16 +4,18 @@ use numpy::ndarray::ArrayView1;
 use numpy::{PyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use snowblue_transport::Variable;
 use snowblue_transport::batch::{Batch, BatchError, CaseFluxes, FluxDerivatives, SlabCase};
 use snowblue_transport::monte_carlo::{self, Distribution, GoniometricOptions, MonteCarloOptions, PatchGrid};
 use snowblue_transport::ordinates::{self, DifferentiatedFluxes};
 use snowblue_transport::slab::{Estimate, Incidence, Radiometry};
+use snowblue_transport::spread::{FluxIntervals, SizeDeviation, Uncertainty, solve_spread};
 use snowblue_transport::stack::{DepthFluxes, Layer, Stack, StackRadiometry};
+use snowblue_transport::{Substance, Variable};
+use std::collections::BTreeMap;
 
 use crate::arguments::{Angle, Cases, Ordinates, Snow};
 use crate::snow::Snows;
-use crate::work::{Control, input, input_in_row, run};
+use crate::work::{Control, input, input_at, input_in_row, run};
 
 /// Rays of the Monte Carlo engine, or none for discrete ordinates.
 #[derive(FromPyObject)]
@@ -38,6 +40,17 @@ pub(crate) struct GivenCases<'py> {
     places: PyReadonlyArray2<'py, i64>,
     /// Parameters with respect to which the fluxes are differentiated.
     jacobian: Vec<String>,
+}
+
+/// Standard deviations of what snow is made of.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct GivenUncertainty {
+    ssa_m2_kg: Option<f64>,
+    grain_size_um: Option<f64>,
+    density_kg_m3: f64,
+    impurities_ng_g: BTreeMap<String, f64>,
+    ice: bool,
 }
 
 /// A layer and its thickness.
@@ -65,8 +78,13 @@ const FRACTIONS: [Quantity<Radiometry>; 3] = [
     ("absorptance", |row| row.absorptance),
 ];
 
-const FLUXES: [Quantity<DepthFluxes>; 4] =
-    [("down", |at| at.down), ("up", |at| at.up), ("net", |at| at.net), ("e_folding_depth", |at| at.e_folding_depth_cm)];
+const FLUXES: [Quantity<DepthFluxes>; 5] = [
+    ("down", |at| at.down),
+    ("up", |at| at.up),
+    ("net", |at| at.net),
+    ("fluence", |at| at.fluence),
+    ("e_folding_depth", |at| at.e_folding_depth_cm),
+];
 
 /// Reflectance, transmittance and absorptance of each case at each wavelength, the wavelength running fastest; with
 /// `_se` for standard errors. Derivatives with respect to each parameter of `jacobian` have `_per_` and its name. An
@@ -126,6 +144,45 @@ pub(crate) fn spectrum<'py>(
     Ok(dict)
 }
 
+/// Intervals of reflectance, transmittance and absorptance of each case at each wavelength, the wavelength running
+/// fastest: `_lower` and `_upper`. An error of one case has its row.
+#[pyfunction]
+#[pyo3(signature = (snows, cases, uncertainty, engine, progress))]
+#[expect(clippy::too_many_arguments, reason = "one for each group of keywords")]
+pub(crate) fn spread<'py>(
+    py: Python<'py>,
+    snows: &Snows,
+    cases: GivenCases<'py>,
+    uncertainty: GivenUncertainty,
+    engine: Engine,
+    progress: Option<Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let (options, uncertainty) = (engine.ordinates.options()?, uncertainty.uncertainty()?);
+    let batch = Batch {
+        samples: snows.samples.to_vec(),
+        cases: cases.cases(snows.samples.len())?,
+        wavelengths_nm: cases.wavelength_nm,
+    };
+    let rows = run(py, progress.as_ref(), move |control| {
+        let count = batch.cases.len() as u64;
+        let solved = solve_spread(&batch, &uncertainty, &options, &|done| control.set(done as u64, count));
+        solved.map_err(|BatchError { case, error }| input_at(error, case, None))
+    })?;
+    let dict = PyDict::new(py);
+    let fractions: [(&str, fn(&FluxIntervals) -> [f64; 2]); 3] = [
+        ("reflectance", |row| row.reflectance),
+        ("transmittance", |row| row.transmittance),
+        ("absorptance", |row| row.absorptance),
+    ];
+    for (name, fraction) in fractions {
+        for (end, place) in [("lower", 0), ("upper", 1)] {
+            let values = rows.iter().map(|row| fraction(row)[place]).collect();
+            dict.set_item(format!("{name}_{end}"), PyArray1::from_vec(py, values))?;
+        }
+    }
+    Ok(dict)
+}
+
 /// Fluxes of a stack of layers, for each angle, then each wavelength; and at depths, the depth running fastest.
 #[pyfunction]
 #[pyo3(signature = (ground, cases, engine, progress))]
@@ -154,7 +211,8 @@ pub(crate) fn stack<'py>(
             let rows = monte_carlo::solve_stack(&stack, &options, &of_several(control, 0, 1)).map_err(input)?;
             return Ok((rows, Vec::new()));
         }
-        let answers: Vec<StackRadiometry> = ordinates::solve_stack(&stack, &options).map_err(input)?;
+        let solve = if with_errors { ordinates::solve_stack } else { ordinates::solve_stack_without_errors };
+        let answers: Vec<StackRadiometry> = solve(&stack, &options).map_err(input)?;
         let rows = answers.iter().map(|answer| answer.whole).collect();
         Ok((rows, answers.into_iter().flat_map(|answer| answer.profile).collect()))
     })?;
@@ -232,6 +290,19 @@ impl GivenCases<'_> {
         };
         let cases: Option<_> = self.places.as_array().rows().into_iter().map(case).collect();
         cases.ok_or_else(|| input("a case has a place beyond the values"))
+    }
+}
+
+impl GivenUncertainty {
+    fn uncertainty(self) -> PyResult<Uncertainty> {
+        let size = match (self.ssa_m2_kg, self.grain_size_um) {
+            (Some(_), Some(_)) => return Err(input("ssa_m2_kg and grain_size_um are two names of one size: give one")),
+            (Some(area), None) => Some(SizeDeviation::SurfaceArea(area)),
+            (None, size) => size.map(SizeDeviation::GrainSize),
+        };
+        let fraction = |(name, ng_g): (&String, &f64)| Ok((name.parse::<Substance>().map_err(input)?, *ng_g));
+        let mass_fractions_ng_g = self.impurities_ng_g.iter().map(fraction).collect::<PyResult<_>>()?;
+        Ok(Uncertainty { size, density_kg_m3: self.density_kg_m3, mass_fractions_ng_g, ice: self.ice })
     }
 }
 

@@ -3,7 +3,7 @@
 //! ```toml
 //! ice = "warren2008"          # or "picard2016"; for all layers
 //! [[layer]]                   # top first
-//! thickness_cm = 3            # the only required key
+//! thickness_cm = 3            # the only required key; inf for the last layer of a half-space
 //! grain_size_um = 200         # a mean, or [MIN, MAX]
 //! size_measure = "greatest-extension"   # or "volume-diameter", "optical-diameter"
 //! # ssa_m2_kg = 40            # instead of a grain size
@@ -90,8 +90,8 @@ impl LayerFile {
         if tables.is_empty() {
             return Err(none());
         }
-        let layers = tables.iter().enumerate();
-        let layers: Result<_, _> = layers.map(|(index, table)| read_layer(table, index, ice)).collect();
+        let read = |(index, table)| read_layer(table, index, (ice, index + 1 == tables.len()));
+        let layers: Result<_, _> = tables.iter().enumerate().map(read).collect();
         Ok(Self { layers: layers?, ice })
     }
 }
@@ -111,7 +111,11 @@ impl From<Mistake> for LayerFileError {
     }
 }
 
-fn read_layer(value: &Spanned<DeValue>, index: usize, ice: IceTable) -> Result<Layer, LayerFileError> {
+fn read_layer(
+    value: &Spanned<DeValue>,
+    index: usize,
+    (ice, is_last): (IceTable, bool),
+) -> Result<Layer, LayerFileError> {
     let path = KeyPath::root("layer").index(index);
     let mut keys = value.get_ref().as_table().cloned().ok_or_else(|| LayerFileError::at(value.span(), NO_LIST))?;
     let thickness = keys.remove("thickness_cm");
@@ -129,7 +133,7 @@ fn read_layer(value: &Spanned<DeValue>, index: usize, ice: IceTable) -> Result<L
         LayerFileError::at(given_impurity.or(given).map_or(value.span(), Spanned::span), error)
     })?;
     let layer = Layer { sample, thickness_cm };
-    layer.check().map_err(|error| LayerFileError::at(thickness.span(), error))?;
+    layer.check(is_last).map_err(|error| LayerFileError::at(thickness.span(), error))?;
     Ok(layer)
 }
 

@@ -62,6 +62,7 @@ pub mod ordinates;
 pub mod inversion;
 pub mod measured;
 pub mod simplification;
+pub mod spread;
 pub mod sunlight;
 
 pub use error::TransportError;

@@ -75,7 +75,7 @@ impl FromStr for Incidence {
 pub struct Slab {
     /// The snow.
     pub sample: SnowSample,
-    /// Thicknesses, in cm.
+    /// Thicknesses, in cm; infinity for a half-space, by ordinates only.
     pub thicknesses_cm: Vec<f64>,
     /// Incident light.
     pub incidences: Vec<Incidence>,
@@ -120,9 +120,15 @@ impl Slab {
         if self.thicknesses_cm.is_empty() {
             return Err(TransportError::Missing { quantity: "thickness" });
         }
-        self.thicknesses_cm.iter().try_for_each(|thickness_cm| THICKNESS_RANGE.check(*thickness_cm))?;
+        self.thicknesses_cm.iter().try_for_each(|thickness_cm| check_thickness(*thickness_cm))?;
         check_incidences(&self.incidences)?;
         check_wavelengths(&self.wavelengths_nm, &self.sample)
+    }
+
+    /// As [`check`](Self::check), for random walks, which have no end in a half-space.
+    pub(crate) fn check_finite(&self) -> Result<(), TransportError> {
+        self.check()?;
+        self.thicknesses_cm.iter().try_for_each(|thickness_cm| Ok(THICKNESS_RANGE.check(*thickness_cm)?))
     }
 
     /// Optical depth of the grains in a thickness, κh.

@@ -4,7 +4,9 @@ use snowblue_base::{Parameter, ParameterRange};
 
 use crate::TransportError;
 use crate::sample::SnowSample;
-use crate::slab::{Estimate, Incidence, Radiometry, THICKNESS_RANGE, check_incidences, check_wavelengths};
+use crate::slab::{
+    Estimate, Incidence, Radiometry, THICKNESS_RANGE, check_incidences, check_thickness, check_wavelengths,
+};
 
 /// Albedo of the ground.
 pub const GROUND_ALBEDO_RANGE: ParameterRange =
@@ -29,7 +31,7 @@ const DEPTH_ROUNDING: f64 = 1e-12;
 pub struct Layer {
     /// The snow.
     pub sample: SnowSample,
-    /// Thickness, in cm.
+    /// Thickness, in cm; infinity for the last layer of a half-space, by ordinates only.
     pub thickness_cm: f64,
 }
 
@@ -72,6 +74,9 @@ pub struct DepthFluxes {
     pub up: Estimate,
     /// Downwards less upwards: the flux that the snow and the ground below absorb.
     pub net: Estimate,
+    /// Fluence rate, from all directions: the actinic flux. It is 1/cos θ for a beam that nothing has scattered, 2 for
+    /// Lambertian light on one side, and 4 times `down` where light is isotropic.
+    pub fluence: Estimate,
     /// E-folding depth of the snow below this depth (at the ground, above it), in cm: the distance over which light
     /// decays by e far from all faces, 1/(κ k) with the rate k of the slowest mode per optical depth.
     pub e_folding_depth_cm: Estimate,
@@ -104,8 +109,8 @@ impl Stack {
         if self.layers.is_empty() {
             return Err(TransportError::Missing { quantity: "layer" });
         }
-        for layer in &self.layers {
-            layer.check()?;
+        for (index, layer) in self.layers.iter().enumerate() {
+            layer.check(index + 1 == self.layers.len())?;
             check_wavelengths(&self.wavelengths_nm, &layer.sample)?;
         }
         GROUND_ALBEDO_RANGE.check(self.ground_albedo)?;
@@ -153,13 +158,14 @@ impl Stack {
 }
 
 impl Layer {
-    /// Checks the snow and the thickness.
+    /// Checks the snow and the thickness, which may be infinite if this is the last layer.
     ///
     /// # Errors
     /// Reports the first quantity that lies outside its range.
-    pub fn check(&self) -> Result<(), TransportError> {
+    pub fn check(&self, is_last: bool) -> Result<(), TransportError> {
         self.sample.check()?;
-        Ok(THICKNESS_RANGE.check(self.thickness_cm)?)
+        let check = if is_last { check_thickness } else { |thickness_cm| THICKNESS_RANGE.check(thickness_cm) };
+        Ok(check(self.thickness_cm)?)
     }
 }
 
@@ -197,5 +203,15 @@ mod tests {
         let bright = Stack { ground_albedo: 1.5, ..stack(&[1.0], &[]) };
         assert!(bright.check().unwrap_err().to_string().starts_with("ground albedo is 1.5"));
         assert!(stack(&[], &[]).check().is_err());
+    }
+
+    #[test]
+    fn only_the_last_layer_is_a_half_space() {
+        assert_eq!(stack(&[1.0, f64::INFINITY], &[0.5, 1e9]).check(), Ok(()));
+        let message = stack(&[f64::INFINITY, 1.0], &[]).check().unwrap_err().to_string();
+        assert_eq!(message, "thickness is inf cm, but must lie in 0–100000 cm");
+        let Slices { slices, faces } = stack(&[1.0, f64::INFINITY], &[0.5, 4.0]).slices();
+        assert_eq!(slices.last(), Some(&Slice { layer: 1, thickness_cm: f64::INFINITY }));
+        assert_eq!(faces, [1, 3]);
     }
 }

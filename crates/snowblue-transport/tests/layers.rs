@@ -394,3 +394,71 @@ proptest! {
         }
     }
 }
+
+/// Over a layer the net flux falls by the power that is absorbed, (1 − ω) ∫ ϕ dτ, by Simpson's rule.
+#[test]
+fn what_is_absorbed_is_the_fluence_rate_times_the_absorption() {
+    for (one_minus_albedo, g) in [(1e-7, 0.7), (1e-3, 0.8), (0.1, 0.75)] {
+        let (above, within) = (medium(1e-4, 0.6), medium(one_minus_albedo, g));
+        for (albedo, depth) in [(0.0, 0.3), (0.7, 2.0)] {
+            let half = 0.01;
+            let layers = [(&above, depth), (&within, half), (&within, half), (&within, 3.0)]
+                .map(|(medium, optical_depth)| MediumLayer { medium, optical_depth });
+            let layered = LayeredMedium::new(&layers, albedo, &LIGHTS);
+            let [first, middle, last] = [1, 2, 3].map(|face| layered.fluence_rates(face));
+            let (top, bottom) = (layered.fluxes(1), layered.fluxes(3));
+            for light in 0..LIGHTS.len() {
+                let mean = (first[light] + 4.0 * middle[light] + last[light]) / 6.0;
+                let absorbed = top[light].net - bottom[light].net;
+                // The light of the beam at 89° decays within 0.02 of optical depth, which the rule follows to 1e-3.
+                let tolerance = if light == 2 { 1e-3 } else { 1e-6 } + 1e-15 / absorbed;
+                assert_near(absorbed, one_minus_albedo * 2.0 * half * mean, tolerance, &format!("light {light}"));
+            }
+        }
+    }
+}
+
+/// Where nothing scatters back, the fluence rate on top is that of the light alone: 1/μ₀, and 2 under a white sky. A
+/// white ground under no snow sends back 2 more.
+#[test]
+fn fluence_rates_have_their_limits() {
+    let clear = medium(1.0, 0.0);
+    for (albedo, ground) in [(0.0, 0.0), (1.0, 2.0)] {
+        let layer = MediumLayer { medium: &clear, optical_depth: 0.0 };
+        let rates = LayeredMedium::new(&[layer], albedo, &LIGHTS).fluence_rates(0);
+        for (rate, light) in rates.iter().zip(LIGHTS) {
+            let alone = match light {
+                Incidence::Beam { angle_deg } => 1.0 / angle_deg.to_radians().cos(),
+                Incidence::Diffuse => 2.0,
+            };
+            assert_near(*rate, alone + ground, 1e-12, &format!("{light} on albedo {albedo}"));
+        }
+    }
+    // Isotropic light in the middle of an endless white box: four times the flux through a plane.
+    let white = medium(0.0, 0.7);
+    let layer = |optical_depth| MediumLayer { medium: &white, optical_depth };
+    let layered = LayeredMedium::new(&[layer(500.0), layer(500.0)], 1.0, &LIGHTS);
+    for (rate, fluxes) in layered.fluence_rates(1).iter().zip(layered.fluxes(1)) {
+        assert_near(*rate, 4.0 * fluxes.down, 1e-9, "isotropic");
+    }
+}
+
+/// A half-space under a layer is the limit of a thick layer.
+#[test]
+fn the_last_layer_may_be_a_half_space() {
+    let pack = |thickness_cm: f64| Stack { layers: vec![Layer { thickness_cm, ..winter().layers[1] }], ..winter() };
+    let on_top = |thickness_cm: f64| {
+        let mut layers = vec![winter().layers[0]];
+        layers.extend(pack(thickness_cm).layers);
+        let stack = Stack { layers, depths_cm: vec![0.0, 1.0, 10.0], ..winter() };
+        ordinates::solve_stack_without_errors(&stack, &ordinates_options()).unwrap()
+    };
+    for (endless, thick) in on_top(f64::INFINITY).iter().zip(on_top(1e5)) {
+        assert_near(endless.whole.reflectance.value, thick.whole.reflectance.value, 1e-12, "R");
+        assert_eq!(endless.whole.transmittance.value.to_bits(), 0.0_f64.to_bits());
+        for (at, other) in endless.profile.iter().zip(&thick.profile) {
+            assert_near(at.down.value, other.down.value, 1e-10, "down");
+            assert_near(at.fluence.value, other.fluence.value, 1e-10, "fluence");
+        }
+    }
+}

@@ -60,12 +60,6 @@ pub(crate) fn number(word: &str) -> Result<f64, String> {
     word.trim().parse().map_err(|_| format!("'{word}' is not a number"))
 }
 
-/// A thickness in cm. A half-space has no transmittance, and JSON no number for it.
-pub(crate) fn thickness(word: &str) -> Result<f64, String> {
-    let thickness_cm = number(word)?;
-    if thickness_cm.is_infinite() { Err("thickness must be finite".to_owned()) } else { Ok(thickness_cm) }
-}
-
 /// The parser of a number in a range.
 pub(crate) fn number_of(range: RangeInclusive<f64>) -> impl Fn(&str) -> Result<f64, String> + Clone {
     move |word| {

@@ -11,8 +11,8 @@ use super::{limits, parse};
 pub(crate) struct SlabOptions {
     #[arg(
         long, value_name = "CM", default_values_t = [THICKNESS.default], value_delimiter = ',',
-        value_parser = parse::thickness,
-        help = format!("{}, several separated by commas", limits::described(&THICKNESS))
+        value_parser = parse::number,
+        help = format!("{}, or inf for a half-space, several separated by commas", limits::described(&THICKNESS))
     )]
     pub(crate) thickness: Vec<f64>,
     #[arg(

@@ -104,6 +104,8 @@ fn json_text(results: &DataTable) -> String {
     let value = |cell: &Cell| match cell {
         #[expect(clippy::cast_possible_truncation, reason = "whole and below 2⁵³")]
         Cell::Number(value) if value.fract() == 0.0 && value.abs() < 9e15 => json!(*value as i64),
+        // JSON has no number for the thickness of a half-space.
+        Cell::Number(value) if value.is_infinite() => json!(value.to_string()),
         Cell::Number(value) => json!(value),
         Cell::Word(word) => json!(word),
     };

@@ -17,7 +17,7 @@ from snowblue._database import Database
 from snowblue._inversion import invert
 from snowblue._scene import Bake, BakedObject, Scene
 from snowblue._sky import sky, sun_position, sunlight
-from snowblue._spectra import albedo, bsdf, layers, single_scattering, spectrum
+from snowblue._spectra import aged_ssa, albedo, bsdf, layers, single_scattering, spectrum
 
 __all__ = [
     "Bake",
@@ -26,6 +26,7 @@ __all__ = [
     "Scene",
     "Snow",
     "__version__",
+    "aged_ssa",
     "albedo",
     "bsdf",
     "color",

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import difflib
 import functools
+import inspect
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import Any, TypedDict
+from typing import Any, TypedDict, TypeVar
 
 import numpy as np
 
 from snowblue import _native
+
+Function = TypeVar("Function", bound=Callable[..., Any])
 
 VISIBLE_NM = np.arange(400.0, 701.0, 10.0)
 DIFFUSE_DEG = -1.0
@@ -86,7 +89,7 @@ WORDS = ("snow", "size_measure", "ice")
 """Arguments of snow that are words."""
 
 FLUXES = ("reflectance", "transmittance", "absorptance")
-RESULTS = (*FLUXES, *(f"{name}_se" for name in FLUXES))
+RESULTS = tuple(name + aspect for name in FLUXES for aspect in ("", "_se", "_lower", "_upper"))
 
 RESERVED = ("wavelength", "illuminant", "depth", *RESULTS)
 """Names of dimensions and variables of results, which no dimension of an argument can have."""
@@ -216,19 +219,56 @@ def is_several(value: Any) -> bool:
     return isinstance(value, list) or not isinstance(value, (str, tuple)) and np.ndim(value) > 0
 
 
+SNOW_NAMES = tuple(Snow.__annotations__)
+IMPURITIES = {
+    "soot": "black-carbon",
+    "dust": "saharan-dust",
+    "algae": "snow-algae",
+    **{name: name for name in ("black-carbon", "brown-carbon", "saharan-dust", "colorado-dust", "snow-algae")},
+}
+"""Impurities by words for them."""
+
+
 def check_names(known: Iterable[str], given: Iterable[str]) -> None:
     """Raises TypeError for an argument that is unknown."""
     known = list(known)
     for name in given:
         if name not in known:
-            close = difflib.get_close_matches(name, known, 1, 0.5) or [one for one in known if one.startswith(name)]
+            impurity = IMPURITIES.get(name.removesuffix("_ng_g").replace("_", "-"))
+            if impurity and "impurities_ng_g" in known:
+                close = [f"impurities_ng_g={{'{impurity}': ...}}"]
+            else:
+                # Many names are the beginning of a right one, which has a unit at its end.
+                close = [one for one in known if one.startswith(name)] or difflib.get_close_matches(name, known, 1, 0.5)
             hint = f"did you mean {close[0]}? There" if close else "there"
             raise TypeError(f"'{name}' is not known; {hint} are {', '.join(known)}")
 
 
-def snows(given: Mapping[str, Any], others: Iterable[str] = ()) -> Snows:
-    """All combinations of the values of the arguments of snow; `others` are further arguments, for errors."""
-    check_names([*others, *Snow.__annotations__], given)
+def checks_names(*further: str) -> Callable[[Function], Function]:
+    """Makes a function name all its arguments where one is unknown; `further` are those that it takes in `**`."""
+
+    def decorate(function: Function) -> Function:
+        names = list(dict.fromkeys([*argument_names(function), *further]))
+
+        @functools.wraps(function)
+        def checked(*arguments: Any, **named: Any) -> Any:
+            check_names(names, named)
+            return function(*arguments, **named)
+
+        return checked
+
+    return decorate
+
+
+def argument_names(function: Callable[..., Any]) -> list[str]:
+    """The arguments of a function, without those that it takes in `**`."""
+    kinds = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
+    parameters = inspect.signature(function).parameters.values()
+    return [one.name for one in parameters if one.kind in kinds and one.name not in ("self", "cls")]
+
+
+def snows(given: Mapping[str, Any]) -> Snows:
+    """All combinations of the values of the arguments of snow."""
     axes = Axes()
     fixed: dict[str, Any] = {}
     varying: list[tuple[str, str | None, tuple[str, ...], list[Any]]] = []
@@ -312,9 +352,9 @@ def _at(place: int, dims: Iterable[str], shape: tuple[int, ...]) -> str:
     return f", at {at}" if at else ""
 
 
-def one_snow(given: Mapping[str, Any], others: Iterable[str] = ()) -> Snows:
+def one_snow(given: Mapping[str, Any]) -> Snows:
     """A single snow."""
-    result = snows(given, others)
+    result = snows(given)
     if result.axes.sizes:
         raise ValueError(f"{next(iter(result.axes.sizes))} has several values, but must have one")
     return result

@@ -10,8 +10,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from snowblue import _native
-from snowblue._arguments import Snow, angles, attributes, is_several, number, one_snow, ordinates
-from snowblue._spectra import spectrum
+from snowblue._arguments import (
+    SNOW_NAMES,
+    Snow,
+    angles,
+    attributes,
+    checks_names,
+    is_several,
+    number,
+    one_snow,
+    ordinates,
+)
+from snowblue._spectra import SPECTRUM_NAMES, spectrum
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -34,6 +44,7 @@ LABELS = {
 }
 
 
+@checks_names(*SPECTRUM_NAMES)
 def color(
     spectrum: xr.DataArray | xr.Dataset | None = None,
     *,
@@ -123,6 +134,7 @@ def _curves(reflected: bool, solved: xr.Dataset | None, slab_and_snow: Mapping[s
     return curves.assign_attrs(made | {"light": "reflected" if reflected else "transmitted"})
 
 
+@checks_names(*SNOW_NAMES)
 def match(
     target: str,
     *,
@@ -193,6 +205,7 @@ def match(
     return xr.Dataset(variables, attrs=attributes(**made))
 
 
+@checks_names(*SPECTRUM_NAMES)
 def swatch(
     *,
     columns: Mapping[str, Any],

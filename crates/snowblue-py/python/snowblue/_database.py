@@ -17,6 +17,7 @@ from snowblue._arguments import (
     Quantity,
     angles,
     attributes,
+    checks_names,
     numbers,
     ordinates,
     wavelength_coordinate,
@@ -48,6 +49,7 @@ class Database:
         return cls(_native.Table.embedded())
 
     @classmethod
+    @checks_names()
     def build(
         cls,
         *,
@@ -120,6 +122,7 @@ class Database:
         axes = ", ".join(f"{name}: {len(values)}" for name, values in self.axes.items())
         return f"<snowblue.Database: {self.kind} of {len(self)} curves ({axes})>"
 
+    @checks_names()
     def compress(
         self,
         *,

@@ -13,12 +13,14 @@ from snowblue._arguments import (
     ANGLE,
     GROUND_ALBEDO,
     THICKNESS,
+    SNOW_NAMES,
     WAVELENGTH,
     Axes,
     Quantity,
     Snow,
     Wavelengths,
     attributes,
+    checks_names,
     labelled,
     number,
     numbers,
@@ -57,6 +59,7 @@ NUMBERS = {
 }
 
 
+@checks_names(*SNOW_NAMES)
 def invert(
     albedo: Any = None,
     wavelength_nm: Any = None,
@@ -166,7 +169,7 @@ def invert(
     measured = _measured(given, wavelength_nm)
     wavelengths_nm = numbers(WAVELENGTH, next(iter(measured.values())).values.wavelength.values)
     names, priors = _priors(retrieve)
-    snow_given = snows(snow, [name for name in invert.__annotations__ if name not in ("snow", "return")])
+    snow_given = snows(snow)
     axes = snow_given.axes
     columns: list[tuple[str, ...]] = [tuple(axes.sizes)]
     spectra: dict[str, Any] = {"wavelength_nm": wavelengths_nm}

@@ -17,6 +17,16 @@ def single_scattering(
 def spectrum(
     snows: Snows, cases: dict[str, Any], engine: dict[str, Any], progress: _Progress
 ) -> dict[str, NDArray[np.float64]]: ...
+def spread(
+    snows: Snows,
+    cases: dict[str, Any],
+    uncertainty: dict[str, Any],
+    engine: dict[str, Any],
+    progress: _Progress,
+) -> dict[str, NDArray[np.float64]]: ...
+def aged_surface_area(
+    new_m2_kg: list[float], temperature_c: list[float], age_h: list[float], temperature_gradient: bool
+) -> NDArray[np.float64]: ...
 def stack(
     ground: dict[str, Any], cases: dict[str, list[Any]], engine: dict[str, Any], progress: _Progress
 ) -> dict[str, NDArray[np.float64]]: ...

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from snowblue import _native
-from snowblue._arguments import attributes, wavelength_coordinate
+from snowblue._arguments import attributes, checks_names, wavelength_coordinate
 from snowblue._database import Database, existing
 from snowblue._progress import PhaseProgress, reporting_phases
 
@@ -46,6 +46,7 @@ class Scene:
     {'y': 24, 'x': 32, 'channel': 3}
     """
 
+    @checks_names()
     def __init__(
         self,
         *,
@@ -121,6 +122,7 @@ class Scene:
         lights, objects = len(tables.get("light", [])), len(tables.get("object", []))
         return f"<snowblue.Scene: objects: {objects}, lights: {lights}, materials: {names}>"
 
+    @checks_names()
     def render(
         self,
         *,
@@ -190,6 +192,7 @@ class Scene:
             rendered = changed.render(table, ",".join(["rgb", *aovs]), target, report, shown)
         return _picture(rendered)
 
+    @checks_names()
     def bake(
         self,
         *,
@@ -281,8 +284,8 @@ class Bake:
     provenance: str
 
     def __repr__(self) -> str:
-        vertices = ", ".join(f"{one.name}: {len(one.positions)} vertices" for one in self.objects)
-        return f"<snowblue.Bake: {vertices}; lamps: {', '.join(self.lamps) or 'none'}>"
+        vertices = sum(len(one.positions) for one in self.objects)
+        return f"<snowblue.Bake: objects: {len(self.objects)}, vertices: {vertices}, lamps: {len(self.lamps)}>"
 
 
 def _target(output: str | PathLike[str] | None) -> str | None:

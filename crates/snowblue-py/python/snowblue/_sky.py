@@ -12,6 +12,7 @@ from snowblue._arguments import (
     WAVELENGTH,
     Quantity,
     attributes,
+    checks_names,
     is_several,
     number,
     numbers,
@@ -38,6 +39,7 @@ _VARIABLES = {
 }
 
 
+@checks_names()
 def sunlight(wavelength_nm: Any = np.arange(300.0, 2501.0, 10.0)) -> xr.DataArray:
     """The sun's spectrum of ASTM G173-03: sun and clear sky on a plane that is tilted by 37° towards the sun.
 
@@ -67,6 +69,7 @@ def sunlight(wavelength_nm: Any = np.arange(300.0, 2501.0, 10.0)) -> xr.DataArra
     return xr.DataArray(_native.sunlight(wavelengths_nm), coords, ["wavelength"], "sunlight", made)
 
 
+@checks_names()
 def sun_position(*, latitude_deg: float, longitude_deg: float, time: Any) -> xr.Dataset:
     """Where the sun stands, within 0.02°.
 
@@ -105,6 +108,7 @@ def sun_position(*, latitude_deg: float, longitude_deg: float, time: Any) -> xr.
     return xr.Dataset(variables, {"time": _time_coordinate(dims, seconds)}, attributes(**place))
 
 
+@checks_names()
 def sky(
     *,
     elevation_deg: Any = None,

@@ -13,16 +13,21 @@ from snowblue._arguments import (
     DEPTH,
     FLUXES,
     GROUND_ALBEDO,
+    IMPURITIES,
     SNOW,
+    SNOW_NAMES,
     THICKNESS,
     VISIBLE_NM,
     WAVELENGTH,
+    Axes,
     Quantity,
     Snow,
     angle_coordinate,
     angles,
+    argument_names,
     attributes,
     check_names,
+    checks_names,
     number,
     numbers,
     one_snow,
@@ -49,6 +54,7 @@ LONG_NAMES = {
     "down": "downward flux per incident flux",
     "up": "upward flux per incident flux",
     "net": "net downward flux per incident flux",
+    "fluence": "fluence rate (actinic flux) per incident flux",
     "e_folding_depth": "e-folding depth of light deep in snow like that of the layer",
     "extinction": "extinction coefficient",
     "coalbedo": "single-scattering co-albedo",
@@ -65,9 +71,17 @@ JACOBIAN = {
     "cos_angle": Quantity("cos_angle", "1", "cosine of the angle of incidence"),
 }
 """Parameters of derivatives other than impurities."""
+NEW_SNOW = Quantity("new_snow", "m2 kg-1", "specific surface area of the snow when it was new")
+AGE = Quantity("age", "h", "age of the snow")
+ASPECTS = {
+    "_se": "standard error of {}",
+    "_lower": "{}, lower end of the interval that holds 95 % of the cases",
+    "_upper": "{}, upper end of the interval that holds 95 % of the cases",
+}
 DEFAULT_RAYS = 100_000
 
 
+@checks_names(*SNOW_NAMES)
 def spectrum(
     *,
     thickness_cm: Any = 15.0,
@@ -81,6 +95,7 @@ def spectrum(
     seed: int = 1,
     standard_errors: bool = True,
     jacobian: str | Iterable[str] = (),
+    plus_minus: Mapping[str, Any] | None = None,
     progress: Progress = None,
     **snow: Unpack[Snow],
 ) -> xr.Dataset:
@@ -121,6 +136,11 @@ def spectrum(
         the cosine of the angle of incidence. The variable `reflectance_per_ssa_m2_kg` is the derivative of the
         reflectance with respect to the specific surface area, in kg/m², and so on. Derivatives are exact for the
         values as computed, and have no standard errors.
+    plus_minus : mapping, optional
+        Standard deviations of what the snow is made of, such as `{"ssa_m2_kg": 2, "density_kg_m3": 30,
+        "black-carbon": 5, "ice": True}`; `grain_size_um` too. `reflectance_lower` and `reflectance_upper`, and so on,
+        are the ends of the interval that then holds 95 % of the cases, by 400 snows. Quantities are log-normal with the
+        given value as mean, and independent; `ice` makes either table equally likely. By discrete ordinates only.
     progress : bool or callable, optional
     **snow
         `grain_size_um`, `density_kg_m3` and the other arguments of :class:`Snow`.
@@ -158,7 +178,7 @@ def spectrum(
     >>> bool(blue < 100 * infrared < 0)
     True
     """
-    given = snows(snow, [name for name in _ARGUMENTS if name != "snow"])
+    given = snows(snow)
     axes = given.axes
     snow_dims = tuple(axes.sizes)
     wavelengths = wavelength_argument(wavelength_nm)
@@ -178,8 +198,13 @@ def spectrum(
     cases["jacobian"] = jacobian = [jacobian] if isinstance(jacobian, str) else list(jacobian or ())
     if engine == "montecarlo" and jacobian:
         raise ValueError("jacobian needs the engine 'ordinates'")
+    uncertainty = None if plus_minus is None else _uncertainty(plus_minus)
+    if engine == "montecarlo" and uncertainty:
+        raise ValueError("plus_minus needs the engine 'ordinates'")
     with reporting(progress, "rays" if engine == "montecarlo" else "slabs") as report, axes.locating_errors():
         arrays = _native.spectrum(given.native, cases, options, report)
+        if uncertainty:
+            arrays |= _native.spread(given.native, cases, uncertainty, options, report)
     dims = [*axes.sizes, wavelengths.dim]
     shape = [*axes.shape, len(wavelengths.values)]
     coords = axes.coordinates(wavelengths)
@@ -188,6 +213,8 @@ def spectrum(
         made["ground_albedo"] = cases["ground_albedo"][0]
     variables = {name.replace("-", "_"): (dims, array.reshape(shape)) for name, array in arrays.items()}
     coords = {name: coordinate for name, coordinate in coords.items() if name not in variables}
+    if plus_minus is not None:
+        made["plus_minus"] = ", ".join(f"{name}: {value}" for name, value in plus_minus.items())
     solved = _dataset(variables, coords, given.attrs | made)
     for name in jacobian:
         quantity = JACOBIAN.get(name) or Quantity(name.replace("-", "_"), "ng g-1")
@@ -201,16 +228,17 @@ def spectrum(
     return solved
 
 
-_ARGUMENTS = [name for name in spectrum.__annotations__ if name != "return"]
+SPECTRUM_NAMES = (*argument_names(spectrum), *SNOW_NAMES)
 
 
+@checks_names(*(name for name in SPECTRUM_NAMES if name not in ("standard_errors", "jacobian", "plus_minus")))
 def albedo(
     *, thickness_cm: Any = np.inf, angle_deg: Any = "diffuse", wavelength_nm: Any = VISIBLE_NM, **arguments: Any
 ) -> xr.DataArray:
     """Spectral albedo of snow, by default of an infinite depth under an overcast sky.
 
-    It is the reflectance of :func:`spectrum`, whose arguments it takes, without standard errors and derivatives. An
-    argument that is one number makes no axis.
+    It is the reflectance of :func:`spectrum`, whose arguments it takes, without standard errors, derivatives and
+    intervals. An argument that is one number makes no axis.
 
     Examples
     --------
@@ -219,8 +247,6 @@ def albedo(
     >>> bool(fresh > old + 0.1)
     True
     """
-    if "jacobian" in arguments:
-        raise TypeError("albedo has no argument 'jacobian': spectrum has")
     solved = spectrum(
         thickness_cm=thickness_cm,
         angle_deg=angle_deg,
@@ -236,6 +262,7 @@ def albedo(
     return found.rename("albedo").assign_attrs(long_name="albedo", **made)
 
 
+@checks_names()
 def layers(
     layers: Iterable[Mapping[str, Any]] | pd.DataFrame,
     *,
@@ -255,14 +282,15 @@ def layers(
     Parameters
     ----------
     layers : mappings or pandas.DataFrame, top first
-        Each has `thickness_cm`, and arguments of :class:`Snow`. In a row of a DataFrame, NaN is an argument that is not
-        given.
+        Each has `thickness_cm`, and arguments of :class:`Snow`. The last may be infinitely thick. In a row of a
+        DataFrame, NaN is an argument that is not given.
     ground_albedo : float, 0 to 1
         On a ground that reflects, `transmittance` is the downward flux at the ground per incident flux. It may
         exceed 1, since light is reflected back and forth.
     depth_cm : array
-        Depths at which the fluxes `down`, `up` and `net` are computed, by discrete ordinates only. `e_folding_depth` is
-        that of light deep in snow like that of the layer, far from all faces.
+        Depths at which the fluxes `down`, `up` and `net` through a level plane and the `fluence` rate (the actinic
+        flux, from all directions) are computed, by discrete ordinates only. `e_folding_depth` is that of light deep in
+        snow like that of the layer, far from all faces.
     angle_deg, wavelength_nm, engine, streams, rays, seed, progress
         As in :func:`spectrum`.
     standard_errors : bool
@@ -286,7 +314,7 @@ def layers(
     if hasattr(layers, "to_dict"):
         layers = [{name: value for name, value in row.items() if value == value} for row in layers.to_dict("records")]
     for layer in layers:
-        check_names(["thickness_cm", *Snow.__annotations__], layer)
+        check_names(["thickness_cm", *SNOW_NAMES], layer)
         if "thickness_cm" not in layer:
             raise TypeError("a layer has no thickness_cm")
         snow = one_snow({name: value for name, value in layer.items() if name != "thickness_cm"})
@@ -327,6 +355,7 @@ def layers(
     return solved
 
 
+@checks_names(*SNOW_NAMES)
 def bsdf(
     *,
     thickness_cm: float = 15.0,
@@ -392,6 +421,7 @@ def bsdf(
     return result
 
 
+@checks_names(*SNOW_NAMES)
 def single_scattering(
     *, wavelength_nm: Any = VISIBLE_NM, degree: int = 32, seed: int = 1, **snow: Unpack[Snow]
 ) -> xr.Dataset:
@@ -426,6 +456,68 @@ def single_scattering(
     return _dataset(variables, coords, given.attrs | {"seed": seed})
 
 
+@checks_names()
+def aged_ssa(
+    *, ssa_m2_kg: Any, age_h: Any, temperature_c: Any = -5.0, temperature_gradient: bool = False
+) -> xr.DataArray:
+    """Specific surface area of dry snow after some time, from that of new snow.
+
+    The law of Taillandier et al. (2007), for `ssa_m2_kg` of :func:`spectrum` and others. Arguments are broadcast as
+    those of :func:`spectrum`.
+
+    Parameters
+    ----------
+    ssa_m2_kg : float or array, 1.4 to 300
+        Of new snow.
+    age_h : float or array, 0 to 8784
+    temperature_c : float or array, -60 to 0
+    temperature_gradient : bool
+        Snow with a gradient of temperature of more than some 10 K/m, whose grains grow faster, instead of isothermal
+        snow.
+
+    Returns
+    -------
+    xarray.DataArray
+        In m2 kg-1. The law describes new, dry snow; the snow model Crocus does not follow it below 8 m2 kg-1.
+
+    Examples
+    --------
+    >>> import snowblue
+    >>> new, old = snowblue.aged_ssa(ssa_m2_kg=60, age_h=[0, 168], temperature_c=-10)
+    >>> float(new), 25 < float(old) < 35
+    (60.0, True)
+    """
+    import xarray as xr
+
+    axes = Axes()
+    given = [
+        slab_argument(quantity, value, axes, always=False)
+        for quantity, value in ((NEW_SNOW, ssa_m2_kg), (SNOW["temperature_c"], temperature_c), (AGE, age_h))
+    ]
+    columns = [[values[place] for place in axes.places(dims).tolist()] for values, dims in given]
+    with axes.locating_errors():
+        aged = _native.aged_surface_area(*columns, bool(temperature_gradient))
+    attrs = {
+        **SNOW["ssa_m2_kg"].attributes(),
+        "source": "Taillandier et al. 2007, doi:10.1029/2006JF000514",
+        "conditions": "temperature gradient" if temperature_gradient else "isothermal",
+    }
+    return xr.DataArray(aged.reshape(axes.shape), axes.own, list(axes.sizes), "ssa_m2_kg", attrs)
+
+
+def _uncertainty(plus_minus: Mapping[str, Any]) -> dict[str, Any]:
+    """Standard deviations by the names of their quantities."""
+    own = ("ssa_m2_kg", "grain_size_um", "density_kg_m3", "ice")
+    check_names([*own, *dict.fromkeys(IMPURITIES.values())], plus_minus)
+    impurities = {name: number(name, value) for name, value in plus_minus.items() if name not in own}
+    return {
+        **{name: None if name not in plus_minus else number(name, plus_minus[name]) for name in own[:2]},
+        "density_kg_m3": number("density_kg_m3", plus_minus.get("density_kg_m3", 0.0)),
+        "impurities_ng_g": impurities,
+        "ice": bool(plus_minus.get("ice", False)),
+    }
+
+
 def _engine(
     engine: str, streams: int | str, rays: int, per_wavelength: bool, seed: int, standard_errors: bool
 ) -> dict[str, Any]:
@@ -450,8 +542,8 @@ def _dataset(variables: dict[str, Any], coords: dict[str, Any], made: dict[str, 
     import xarray as xr
 
     for name, (dims, values) in variables.items():
-        plain = name.removesuffix("_se")
-        long_name = LONG_NAMES.get(plain, plain.replace("_", " "))
-        long_name = f"standard error of {long_name}" if name.endswith("_se") else long_name
+        aspect = next((end for end in ASPECTS if name.endswith(end)), "")
+        plain = name.removesuffix(aspect)
+        long_name = ASPECTS.get(aspect, "{}").format(LONG_NAMES.get(plain, plain.replace("_", " ")))
         variables[name] = (dims, values, {"units": UNITS.get(plain, "1"), "long_name": long_name})
     return xr.Dataset(variables, coords, attributes(**made))

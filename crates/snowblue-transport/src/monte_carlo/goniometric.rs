@@ -109,7 +109,7 @@ pub fn distribute(
     options: &GoniometricOptions,
     progress: &(dyn Fn(RayProgress) + Sync),
 ) -> Result<Vec<Distribution>, TransportError> {
-    slab.check()?;
+    slab.check_finite()?;
     check_rays(options.rays)?;
     options.patches.check()?;
     let thicknesses = slab.thicknesses_cm.iter();

@@ -31,7 +31,7 @@ pub fn solve(
     options: &MonteCarloOptions,
     progress: &(dyn Fn(RayProgress) + Sync),
 ) -> Result<Vec<Radiometry>, TransportError> {
-    slab.check()?;
+    slab.check_finite()?;
     check_rays(options.rays)?;
     if options.per_wavelength {
         Ok(solve_per_wavelength(slab, options, progress))
@@ -83,7 +83,7 @@ fn solve_per_wavelength(
 /// # Errors
 /// If a parameter is out of range.
 pub fn mean_paths(slab: &Slab, options: &MonteCarloOptions) -> Result<MeanPaths, TransportError> {
-    slab.check()?;
+    slab.check_finite()?;
     check_rays(options.rays)?;
     let constituents = Constituents::new(&slab.sample, slab.wavelengths_nm[0]);
     let scatterers = Scatterers::new(&slab.sample, &constituents);

@@ -11,7 +11,7 @@ use super::walk::{Absorption, Paths, Scatterers, scattered_cosine};
 use crate::TransportError;
 use crate::medium::{Constituents, hit_size_m};
 use crate::rng::Stream;
-use crate::slab::Radiometry;
+use crate::slab::{Radiometry, THICKNESS_RANGE};
 use crate::stack::{Layer, Stack};
 
 /// A layer at one wavelength.
@@ -30,13 +30,14 @@ struct OpticalLayer {
 /// `progress` is called with the number of rays traced.
 ///
 /// # Errors
-/// If a parameter is out of range.
+/// If a parameter is out of range, and for a half-space.
 pub fn solve_stack(
     stack: &Stack,
     options: &MonteCarloOptions,
     progress: &(dyn Fn(RayProgress) + Sync),
 ) -> Result<Vec<Radiometry>, TransportError> {
     stack.check()?;
+    stack.layers.iter().try_for_each(|layer| THICKNESS_RANGE.check(layer.thickness_cm))?;
     check_rays(options.rays)?;
     let mut answer = Vec::new();
     let total = (stack.incidences.len() * stack.wavelengths_nm.len()) as u64 * options.rays;

@@ -215,6 +215,11 @@ impl HomogeneousMedium {
         Direction { cos_incidence, even, odd }
     }
 
+    /// Vᵀ 1: the fluence rate of each mode.
+    pub(super) fn isotropic_sums(&self) -> DVector<f64> {
+        self.modes.sums.tr_mul(&self.basis.column(0))
+    }
+
     /// Decay rate of light far from all faces: the rate of the slowest mode per (unscaled) optical depth.
     #[must_use]
     pub fn decay_rate(&self) -> f64 {

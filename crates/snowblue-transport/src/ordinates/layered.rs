@@ -22,7 +22,8 @@
 //! (y_lower + y_upper)⁻¹ (v + y_lower h)   and   (y_lower + y_upper)⁻¹ (v − y_upper h),   v = Vᵀ M 1, h = Hᵀ M 1,
 //! ```
 //!
-//! for upward emission. The source function integrated along μ₀, layer by layer, is linear in the amplitudes.
+//! for upward emission. The fluence rate belongs to a face that emits the radiance 1/μ to both sides, whose amplitudes
+//! above and below are (y_lower + y_upper)⁻¹ 2 Vᵀ 1. The source function integrated along μ₀, layer by layer, is linear in the amplitudes.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
@@ -104,6 +105,7 @@ struct Side {
 enum Response {
     /// To a beam.
     Beam {
+        cosine: f64,
         /// Unscattered fraction at each face.
         clear: Vec<f64>,
         /// Radiance that each layer adds.
@@ -192,6 +194,21 @@ impl<'m> LayeredMedium<'m> {
         self.lights.iter().map(under).collect()
     }
 
+    /// Fluence rate at a face, from all directions, over the flux that falls on the top, under each of the lights.
+    ///
+    /// # Panics
+    /// If there is no such face.
+    #[must_use]
+    pub fn fluence_rates(&self, face: usize) -> Vec<f64> {
+        let injected = 2.0 * self.medium_at(face).isotropic_sums();
+        let nothing = DVector::zeros(injected.len());
+        let both = solver(&(&self.lower[face].conductance + &self.upper[face].conductance), &nothing);
+        let amplitudes = both.solve(&injected);
+        let emission = self.emission(face, (amplitudes.clone(), amplitudes), 0.0);
+        let under = |light: &Response| self.radiance(light, &emission, face) + light.unscattered_fluence(face);
+        self.lights.iter().map(under).collect()
+    }
+
     /// The medium in whose modes a face is described.
     fn medium_at(&self, face: usize) -> &'m HomogeneousMedium {
         self.layers[face.min(self.layers.len() - 1)].medium
@@ -226,7 +243,7 @@ impl<'m> LayeredMedium<'m> {
     fn radiance(&self, light: &Response, emission: &Emission, face: usize) -> f64 {
         match light {
             Response::Lambertian => 2.0 * self.layers[0].medium.entering[1].dot(&emission.top),
-            Response::Beam { clear, escape } => {
+            Response::Beam { clear, escape, .. } => {
                 let scattered = emission.layers.iter().zip(escape).zip(clear).map(|((layer, escape), clear)| {
                     let slopes = escape.top_slope.dot(&layer.top_slope);
                     clear * (escape.top.dot(&layer.top) + slopes + escape.bottom.dot(&layer.bottom))
@@ -325,7 +342,16 @@ impl Response {
             depth_above += layer.depth;
             clear.push((-depth_above / cosine).exp());
         }
-        Self::Beam { clear, escape: layers.iter().map(|layer| escape(layer, cosine)).collect() }
+        Self::Beam { cosine, clear, escape: layers.iter().map(|layer| escape(layer, cosine)).collect() }
+    }
+
+    /// Fluence rate at a face of the light that the layers above have not scattered; that of Lambertian light is in the
+    /// amplitudes.
+    fn unscattered_fluence(&self, face: usize) -> f64 {
+        match self {
+            Self::Beam { cosine, clear, .. } => clear[face] / cosine,
+            Self::Lambertian => 0.0,
+        }
     }
 }
 

@@ -28,5 +28,5 @@ pub use options::OrdinatesOptions;
 pub use solve::{solve, solve_without_errors};
 pub use solve_alike::{FluxSpectra, solve_alike, solve_each};
 pub use solve_batch::{DifferentiatedFluxes, differentiate_batch, solve_batch};
-pub use solve_stack::solve_stack;
+pub use solve_stack::{solve_stack, solve_stack_without_errors};
 pub use streams::{MOST_STREAMS, Peak, StreamGroup, Streams, check_streams};

@@ -38,6 +38,7 @@ struct StackFluxes {
 #[derive(Clone, Copy)]
 struct ProfilePoint {
     fluxes: FaceFluxes,
+    fluence: f64,
     e_folding_depth_cm: f64,
 }
 
@@ -48,6 +49,21 @@ struct ProfilePoint {
 /// # Errors
 /// If a parameter or the number of streams is out of range.
 pub fn solve_stack(stack: &Stack, options: &OrdinatesOptions) -> Result<Vec<StackRadiometry>, TransportError> {
+    solve_with(stack, options, true)
+}
+
+/// As [`solve_stack`], without standard errors, which are NaN: they take most of the time once the grains are tallied.
+///
+/// # Errors
+/// If a parameter or the number of streams is out of range.
+pub fn solve_stack_without_errors(
+    stack: &Stack,
+    options: &OrdinatesOptions,
+) -> Result<Vec<StackRadiometry>, TransportError> {
+    solve_with(stack, options, false)
+}
+
+fn solve_with(stack: &Stack, options: &OrdinatesOptions, errors: bool) -> Result<Vec<StackRadiometry>, TransportError> {
     stack.check()?;
     options.streams.check()?;
     let grains = Grains::new(stack, options);
@@ -57,9 +73,9 @@ pub fn solve_stack(stack: &Stack, options: &OrdinatesOptions) -> Result<Vec<Stac
         .wavelengths_nm
         .par_iter()
         .map(|&wavelength_nm| {
-            let jackknife = Jackknife::new(|without| {
-                stack_fluxes(stack, &slices, &grains.media(stack, wavelength_nm, without), options.streams)
-            });
+            let fluxes =
+                |without| stack_fluxes(stack, &slices, &grains.media(stack, wavelength_nm, without), options.streams);
+            let jackknife = if errors { Jackknife::new(fluxes) } else { Jackknife::without_errors(fluxes) };
             (0..stack.incidences.len()).map(|place| radiometry(stack, place, wavelength_nm, &jackknife)).collect()
         })
         .collect();
@@ -78,15 +94,15 @@ fn radiometry(
         1.0 - fluxes[place].reflectance - (1.0 - stack.ground_albedo) * fluxes[place].transmittance
     };
     let at_depth = |(number, depth_cm): (usize, &f64)| {
-        let estimate = |quantity: fn(&FaceFluxes) -> f64| {
-            jackknife.estimate(|fluxes| quantity(&fluxes[place].profile[number].fluxes))
-        };
+        let estimate =
+            |quantity: fn(&ProfilePoint) -> f64| jackknife.estimate(|all| quantity(&all[place].profile[number]));
         DepthFluxes {
             depth_cm: *depth_cm,
-            down: estimate(|fluxes| fluxes.down),
-            up: estimate(|fluxes| fluxes.up),
-            net: estimate(|fluxes| fluxes.net),
-            e_folding_depth_cm: jackknife.estimate(|fluxes| fluxes[place].profile[number].e_folding_depth_cm),
+            down: estimate(|at| at.fluxes.down),
+            up: estimate(|at| at.fluxes.up),
+            net: estimate(|at| at.fluxes.net),
+            fluence: estimate(|at| at.fluence),
+            e_folding_depth_cm: estimate(|at| at.e_folding_depth_cm),
         }
     };
     let direct = |optical_depth: f64| match incidence {
@@ -143,8 +159,9 @@ fn stack_fluxes(stack: &Stack, cut: &Slices, media: &[Medium], streams: Streams)
         for face in &cut.faces {
             let Slice { layer, .. } = cut.slices[(*face).min(slices.len() - 1)];
             let rate_per_cm = modes(layer).decay_rate() * optical_depth(&Slice { layer, thickness_cm: 1.0 });
-            for (place, fluxes) in places.iter().zip(layered.fluxes(*face)) {
-                all[*place].profile.push(ProfilePoint { fluxes, e_folding_depth_cm: 1.0 / rate_per_cm });
+            let at_face = layered.fluxes(*face).into_iter().zip(layered.fluence_rates(*face));
+            for (place, (fluxes, fluence)) in places.iter().zip(at_face) {
+                all[*place].profile.push(ProfilePoint { fluxes, fluence, e_folding_depth_cm: 1.0 / rate_per_cm });
             }
         }
     }

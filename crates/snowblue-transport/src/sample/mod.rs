@@ -1,6 +1,7 @@
 //! The composition of snow: a [`SnowSample`], the ranges of its parameters, kinds of snow by name, a sample from what
-//! is known of a snow (as values or as words), and alternative readings of a sample.
+//! is known of a snow (as values or as words), alternative readings of a sample, and the ageing of its surface.
 
+mod ageing;
 mod alternatives;
 mod grain_size;
 mod ranges;
@@ -11,6 +12,7 @@ mod snow_type;
 mod truncated_normal;
 
 pub use crate::grain::SizeMeasure;
+pub use ageing::{AGE_RANGE, Metamorphism, aged_surface_area_m2_kg};
 pub use alternatives::{Alternative, alternatives};
 pub use grain_size::{GrainSize, MEAN_SIZE_HALF_RANGE_UM, MEAN_SIZE_RANGE};
 pub(crate) use ranges::PAPER;

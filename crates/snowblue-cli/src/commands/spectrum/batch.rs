@@ -276,7 +276,7 @@ impl Line {
         let snow = &mut self.snow;
         match column {
             Column::Name => {}
-            Column::Thickness => self.thickness_cm = parse::thickness(word)?,
+            Column::Thickness => self.thickness_cm = parse::number(word)?,
             Column::Angle => self.incidence = parse::incidence(word)?,
             Column::Ground => self.ground_albedo = parse::number(word)?,
             Column::Snow => snow.snow_type = Some(parse::snow_type(word)?),

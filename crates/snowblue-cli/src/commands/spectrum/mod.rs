@@ -3,6 +3,7 @@
 mod batch;
 mod broadband;
 mod layers;
+mod plus_minus;
 
 use std::path::PathBuf;
 
@@ -14,6 +15,7 @@ use snowblue_transport::ordinates;
 use snowblue_transport::range::WavelengthRange;
 use snowblue_transport::sample::{SnowSample, alternatives};
 use snowblue_transport::slab::{Estimate, Radiometry, Slab};
+use snowblue_transport::spread::{FluxIntervals, Uncertainty, solve_spread};
 use snowblue_transport::stack::{Stack, StackRadiometry};
 use snowblue_transport::sunlight::{BandWeights, Broadband};
 
@@ -43,7 +45,9 @@ const STANDARD_ERROR: &str = "transmittance standard error at most";
   snowblue spectrum --batch pits.csv --angle 60 -o pits.nc
   snowblue spectrum --layers pack.toml --ground-albedo 0.2 --depths 0,1,5,20 --wavelengths 450,650
   snowblue spectrum --broadband --thickness 1,5,15,30 --angle 60     albedo and PAR under sunlight
-  snowblue spectrum --broadband visible,par --ice picard2016 --engine montecarlo"
+  snowblue spectrum --broadband visible,par --ice picard2016 --engine montecarlo
+  snowblue spectrum --ssa 20 --thickness inf --angle 60 --wavelengths 400:1400:50     the albedo of deep snow
+  snowblue spectrum --ssa 20 --density 250 --thickness 30 --plus-minus ssa=2,density=30,ice"
 )]
 pub(crate) struct Spectrum {
     /// Must be the first field.
@@ -96,6 +100,14 @@ pub(crate) struct Spectrum {
     /// Also solve plausible alternatives of the snow: ice table, facetness, size measure, sphericity
     #[arg(long, help_heading = "Slab", conflicts_with_all = ["StackOptions", "plot", "batch"])]
     spread: bool,
+    /// Intervals that hold 95 % of the cases if these are the standard deviations of what the snow is made of:
+    /// ssa=2,density=30,black-carbon=5,ice. Names are those of options (grain-size too); ice makes either table equally
+    /// likely. All else are log-normal and independent. By 400 snows; columns reflectance_lower, reflectance_upper, …
+    #[arg(
+        long, value_name = "DEVIATIONS", value_parser = plus_minus::uncertainty, help_heading = "Slab",
+        conflicts_with_all = ["spread", "layers", "depths", "broadband", "plot"]
+    )]
+    plus_minus: Option<Uncertainty>,
     #[command(flatten)]
     output: OutputOptions,
     /// Draw transmittance and reflectance against wavelength into this SVG file
@@ -133,7 +145,10 @@ impl Spectrum {
         }
         self.check_effects()?;
         let axes = self.sample.axes();
-        if self.batch.is_some() || !axes.is_empty() {
+        if self.plot.is_some() && self.slab.thickness.iter().any(|thickness_cm| thickness_cm.is_infinite()) {
+            return Err(Failure::Input("--plot draws transmittance, which a half-space lacks".to_owned()));
+        }
+        if self.batch.is_some() || !axes.is_empty() || self.plus_minus.is_some() {
             return self.run_batch(&axes, quiet);
         }
         let pack = self.stack.pack()?;
@@ -190,6 +205,7 @@ impl Spectrum {
             None => Slabs::of_axes(axes, &defaults)?,
         };
         let solved = self.solve_batch(&slabs, quiet)?;
+        let intervals = self.intervals(&slabs, quiet)?;
         let with_errors = self.engine == Engine::Montecarlo;
         let mut columns = slabs.columns.clone();
         columns.extend(["wavelength_nm", "reflectance", "transmittance", "absorptance"]);
@@ -202,14 +218,20 @@ impl Spectrum {
                 cells(leading, [at.reflectance, at.transmittance, at.absorptance], with_errors)
             })
         });
+        let mut rows: Vec<Vec<Cell>> = rows.collect();
+        if !intervals.is_empty() {
+            columns.extend(plus_minus::COLUMNS);
+            rows.iter_mut().zip(&intervals).for_each(|(row, at)| row.extend(plus_minus::cells(at)));
+        }
         let mut metadata = vec![("snowblue", env!("CARGO_PKG_VERSION").to_owned()), ("engine", self.engine_name())];
         if let Some(path) = &self.batch {
             metadata.push(("slabs", path.display().to_string()));
         }
         metadata.extend(self.sample.properties(&sample, &slabs.columns, &slabs.full_columns()));
         metadata.extend(self.stack.metadata());
+        metadata.extend(self.plus_minus.iter().flat_map(plus_minus::metadata));
         metadata.push(("seed", self.ordinates.seed.to_string()));
-        let results = DataTable { columns, rows: rows.collect(), metadata };
+        let results = DataTable { columns, rows, metadata };
         let layout = if self.batch.is_some() { Layout::Slabs } else { Layout::Axes };
         self.output.write_spectrum(&results, layout, quiet)
     }
@@ -234,6 +256,19 @@ impl Spectrum {
             bar.finish();
             solved
         };
+        solved.map_err(|wrong| slabs.failure(self.batch.as_deref(), wrong.case, &wrong.error))
+    }
+
+    /// The interval of each slab at each wavelength, if deviations are given.
+    fn intervals(&self, slabs: &Slabs, quiet: bool) -> Result<Vec<FluxIntervals>, Failure> {
+        let Some(uncertainty) = &self.plus_minus else { return Ok(Vec::new()) };
+        if self.engine == Engine::Montecarlo {
+            return Err(Failure::Input("--plus-minus needs --engine ordinates".to_owned()));
+        }
+        let (batch, bar) = (&slabs.batch, Progress::new("slabs", quiet));
+        let count = batch.cases.len() as u64;
+        let solved = solve_spread(batch, uncertainty, &self.ordinates.options(), &|done| bar.set(done as u64, count));
+        bar.finish();
         solved.map_err(|wrong| slabs.failure(self.batch.as_deref(), wrong.case, &wrong.error))
     }
 
@@ -349,7 +384,9 @@ impl Spectrum {
                 vec![row.thickness_cm.into(), Cell::word(row.incidence.to_string()), row.wavelength_nm.into()];
             cells(leading, [row.reflectance, row.transmittance, row.absorptance], with_errors)
         };
-        let metadata = self.metadata(rows.iter().map(|row| row.transmittance), snow);
+        // Nothing passes through a half-space.
+        let passed = rows.iter().filter(|row| row.thickness_cm.is_finite()).map(|row| row.transmittance);
+        let metadata = self.metadata(passed, snow);
         DataTable { columns, rows: rows.iter().map(row).collect(), metadata }
     }
 
@@ -364,7 +401,8 @@ impl Spectrum {
                 vec![row.thickness_cm.into(), Cell::word(row.incidence.to_string()), Cell::Word(broadband::name(row))];
             cells(leading, [row.reflectance, row.transmittance, row.absorptance], with_errors)
         };
-        let mut metadata = self.metadata(bands.iter().map(|row| row.transmittance), snow);
+        let passed = bands.iter().filter(|row| row.thickness_cm.is_finite()).map(|row| row.transmittance);
+        let mut metadata = self.metadata(passed, snow);
         metadata.extend(broadband::metadata(&bands));
         DataTable { columns, rows: bands.iter().map(row).collect(), metadata }
     }
@@ -379,13 +417,14 @@ impl Spectrum {
     fn metadata(&self, transmittances: impl Iterator<Item = Estimate>, snow: &Metadata) -> Metadata {
         let relative: Vec<f64> = transmittances.map(|t| (t.standard_error / t.value).abs()).collect();
         let worst = if relative.iter().any(|error| error.is_nan()) {
-            "unknown: some transmittance is 0".to_owned()
+            Some("unknown: some transmittance is 0".to_owned())
         } else {
-            format!("{:.2} %", 100.0 * relative.into_iter().fold(0.0, f64::max))
+            relative.into_iter().reduce(f64::max).map(|worst| format!("{:.2} %", 100.0 * worst))
         };
         let mut metadata = vec![("snowblue", env!("CARGO_PKG_VERSION").to_owned()), ("engine", self.engine_name())];
         metadata.extend_from_slice(snow);
-        metadata.extend([("seed", self.ordinates.seed.to_string()), (STANDARD_ERROR, worst)]);
+        metadata.push(("seed", self.ordinates.seed.to_string()));
+        metadata.extend(worst.map(|worst| (STANDARD_ERROR, worst)));
         metadata
     }
 }
