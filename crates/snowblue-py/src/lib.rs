@@ -34,11 +34,11 @@ mod _native {
     #[pymodule_export]
     use super::scene::Scene;
     #[pymodule_export]
-    use super::sky::{sky, sun_position, sunlight};
+    use super::sky::{daylight_wavelengths, sky, sun_of_day, sun_position, sunlight};
     #[pymodule_export]
-    use super::snow::{Snows, aged_surface_area, parameters, single_scattering};
+    use super::snow::{Snows, aged_surface_area, parameters, single_scattering, wavelength_range};
     #[pymodule_export]
-    use super::spectra::{bsdf, spectrum, spread, stack};
+    use super::spectra::{bsdf, light_in_layers, spectrum, spread, stack};
 
     #[pymodule_export]
     #[allow(non_upper_case_globals, reason = "a Python name")]

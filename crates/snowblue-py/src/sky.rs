@@ -3,7 +3,7 @@
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use snowblue_sky::{ClearSky, DateTime, Daylight, OvercastSky, Place, Sky};
+use snowblue_sky::{ClearSky, DateTime, Daylight, OvercastSky, Place, Sky, times_of_day};
 use snowblue_transport::sunlight::spectral_irradiance;
 
 use crate::work::input;
@@ -14,10 +14,27 @@ const UNIX_EPOCH: f64 = 2_440_587.5;
 /// Elevation, apparent elevation and azimuth of the sun in degrees, and the seconds since 1 January 1970, UTC.
 #[pyfunction]
 pub(crate) fn sun_position(latitude_deg: f64, longitude_deg: f64, time: &str) -> PyResult<(f64, f64, f64, f64)> {
-    let time: DateTime = time.parse().map_err(input)?;
-    let sun = snowblue_sky::sun_position(Place { latitude_deg, longitude_deg }, time).map_err(input)?;
+    position(Place { latitude_deg, longitude_deg }, time.parse().map_err(input)?)
+}
+
+/// The same at the middles of the quarters of an hour of a date, by the mean solar time of the place.
+#[pyfunction]
+pub(crate) fn sun_of_day(latitude_deg: f64, longitude_deg: f64, date: &str) -> PyResult<Vec<(f64, f64, f64, f64)>> {
+    let place = Place { latitude_deg, longitude_deg };
+    let times = times_of_day(date, longitude_deg).map_err(input)?;
+    times.into_iter().map(|time| position(place, time)).collect()
+}
+
+fn position(place: Place, time: DateTime) -> PyResult<(f64, f64, f64, f64)> {
+    let sun = snowblue_sky::sun_position(place, time).map_err(input)?;
     let seconds = 86_400.0 * (time.julian_day().map_err(input)? - UNIX_EPOCH);
     Ok((sun.elevation_deg, sun.apparent_elevation_deg(), sun.azimuth_deg, seconds))
+}
+
+/// Wavelengths that sample daylight.
+#[pyfunction]
+pub(crate) fn daylight_wavelengths(is_overcast: bool) -> Vec<f64> {
+    snowblue_sky::daylight_wavelengths_nm(is_overcast)
 }
 
 /// Irradiance of the standard sun at each wavelength.
@@ -27,22 +44,24 @@ pub(crate) fn sunlight(py: Python<'_>, wavelengths_nm: Vec<f64>) -> PyResult<Bou
     Ok(PyArray1::from_vec(py, values.map_err(input)?))
 }
 
-/// Irradiance of level ground at each wavelength, illuminance and PAR. `haze` is the turbidity and the ground's albedo
-/// of a clear sky; without it the sky is overcast.
+/// Irradiance of level ground at each wavelength, illuminance and PAR, of which there is none with the sun below the
+/// horizon. `haze` is the turbidity, the ground's albedo and the precipitable water in cm of a clear sky; without it the
+/// sky is overcast.
 #[pyfunction]
 #[pyo3(signature = (elevation_deg, haze, wavelengths_nm))]
 pub(crate) fn sky<'py>(
     py: Python<'py>,
     elevation_deg: f64,
-    haze: Option<(f64, f64)>,
+    haze: Option<(f64, f64, f64)>,
     wavelengths_nm: Vec<f64>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let sky = match haze {
-        Some((turbidity, ground_albedo)) => {
-            Sky::Clear(ClearSky::new(elevation_deg, turbidity, &[ground_albedo; 11]).map_err(input)?)
-        }
-        None => Sky::Overcast(OvercastSky::under_sun(elevation_deg).map_err(input)?),
-    };
+    let sky = Sky::of_sun(elevation_deg, |elevation_deg| match haze {
+        Some((turbidity, ground_albedo, water_cm)) => ClearSky::new(elevation_deg, turbidity, &[ground_albedo; 11])?
+            .with_precipitable_water(water_cm)
+            .map(Sky::Clear),
+        None => OvercastSky::under_sun(elevation_deg).map(Sky::Overcast),
+    });
+    let sky = sky.map_err(input)?;
     let rows = sky.irradiance(&wavelengths_nm).map_err(input)?;
     let dict = PyDict::new(py);
     let add = |name: &str, part: fn(&Daylight) -> f64| {

@@ -102,6 +102,13 @@ fn properties(sample: &SnowSample) -> Vec<(String, Property)> {
     properties
 }
 
+/// The first and the last wavelength that the tables of a snow cover, in nm.
+#[pyfunction]
+pub(crate) fn wavelength_range(snow: Snow) -> PyResult<(f64, f64)> {
+    let range = snow.sample()?.wavelength_range();
+    Ok((range.first_nm, range.last_nm))
+}
+
 /// Specific surface areas of snow after each age in hours, in m²/kg, from those of new snow at each temperature. An
 /// error of one has its row.
 #[pyfunction]

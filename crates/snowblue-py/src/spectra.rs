@@ -5,11 +5,13 @@ use numpy::{PyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use snowblue_transport::batch::{Batch, BatchError, CaseFluxes, FluxDerivatives, SlabCase};
+use snowblue_transport::illumination::{self, BandLight, Illumination, LightInLayers, LightLevel};
 use snowblue_transport::monte_carlo::{self, Distribution, GoniometricOptions, MonteCarloOptions, PatchGrid};
 use snowblue_transport::ordinates::{self, DifferentiatedFluxes};
 use snowblue_transport::slab::{Estimate, Incidence, Radiometry};
 use snowblue_transport::spread::{FluxIntervals, SizeDeviation, Uncertainty, solve_spread};
 use snowblue_transport::stack::{DepthFluxes, Layer, Stack, StackRadiometry};
+use snowblue_transport::sunlight::Band;
 use snowblue_transport::{Substance, Variable};
 use std::collections::BTreeMap;
 
@@ -193,16 +195,7 @@ pub(crate) fn stack<'py>(
     engine: Engine,
     progress: Option<Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let layer =
-        |GivenLayer(snow, thickness_cm): &GivenLayer| Ok(Layer { sample: snow.sample()?, thickness_cm: *thickness_cm });
-    let stack = Stack {
-        layers: ground.layers.iter().map(layer).collect::<PyResult<_>>()?,
-        ground_albedo: ground.ground_albedo,
-        depths_cm: ground.depth_cm,
-        incidences: cases.incidences()?,
-        wavelengths_nm: cases.wavelength_nm,
-    };
-    stack.check().map_err(input)?;
+    let stack = ground.stack(cases.incidences()?, cases.wavelength_nm)?;
     let options = engine.ordinates.options()?;
     let monte_carlo = engine.monte_carlo();
     let with_errors = engine.standard_errors || monte_carlo.is_some();
@@ -220,6 +213,77 @@ pub(crate) fn stack<'py>(
     add(&dict, &FRACTIONS, &rows, with_errors)?;
     if !profile.is_empty() {
         add(&dict, &FLUXES, &profile, with_errors)?;
+    }
+    Ok(dict)
+}
+
+/// The sun's elevation, and spectral irradiances of a level surface by the sun and by the sky.
+type GivenLight = (f64, Vec<f64>, Vec<f64>);
+
+/// A named quantity of a level of light.
+type LevelQuantity = (&'static str, fn(&LightLevel) -> f64);
+
+const LEVELS: [LevelQuantity; 5] = [
+    ("down", |level| level.down),
+    ("up", |level| level.up),
+    ("net", |level| level.net),
+    ("actinic", |level| level.actinic),
+    ("absorbed", |level| level.absorbed_per_m),
+];
+
+/// Light in layers on a ground under each of some lights, or, `daily`, the sum over a day of all of them: for each light
+/// the depths, then the wavelengths, and `layer_absorbed` with layers in place of depths; of each of `bands` the same
+/// without wavelengths, as `par_down` and so on; and with the solar band `warming` and `layer_warming`.
+#[pyfunction]
+#[pyo3(signature = (ground, wavelength_nm, lights, bands, daily, ordinates, progress))]
+#[expect(clippy::too_many_arguments, reason = "one for each group of keywords")]
+pub(crate) fn light_in_layers<'py>(
+    py: Python<'py>,
+    ground: Ground,
+    wavelength_nm: Vec<f64>,
+    lights: Vec<GivenLight>,
+    bands: Vec<String>,
+    daily: bool,
+    ordinates: Ordinates,
+    progress: Option<Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let wavelengths_nm = wavelength_nm.clone();
+    let stack = ground.stack(vec![Incidence::Diffuse], wavelength_nm)?;
+    let options = ordinates.options()?;
+    let light = |(elevation_deg, direct, diffuse)| Illumination::under_sun(elevation_deg, direct, diffuse);
+    let lights: Vec<Illumination> = lights.into_iter().map(light).collect();
+    if lights.iter().any(|light| [&light.direct, &light.diffuse].iter().any(|one| one.len() != wavelengths_nm.len())) {
+        return Err(input("a light has not as many irradiances as there are wavelengths"));
+    }
+    let solved_stack = stack.clone();
+    let mut solved = run(py, progress.as_ref(), move |_| {
+        illumination::light_in_layers(&solved_stack, &lights, &options).map_err(input)
+    })?;
+    if daily {
+        solved = vec![LightInLayers::sum_of_day(&solved)];
+    }
+    let dict = PyDict::new(py);
+    let set = |name: String, values: Vec<f64>| dict.set_item(name, PyArray1::from_vec(py, values));
+    for (name, quantity) in LEVELS {
+        set(name.to_owned(), solved.iter().flat_map(|light| light.levels.iter().map(quantity)).collect())?;
+    }
+    set("layer_absorbed".to_owned(), solved.iter().flat_map(|light| light.absorbed.iter().copied()).collect())?;
+    for band in bands {
+        let band = Band::ALL.into_iter().find(|known| known.name() == band).ok_or_else(|| input("an unknown band"))?;
+        let name = band.name().replace('-', "_");
+        let of_band = |light: &LightInLayers| light.band(band, &wavelengths_nm).map_err(input);
+        let of_band: Vec<BandLight> = solved.iter().map(of_band).collect::<PyResult<_>>()?;
+        for (quantity_name, quantity) in LEVELS {
+            let values = of_band.iter().flat_map(|light| light.levels.iter().map(quantity)).collect();
+            set(format!("{name}_{quantity_name}"), values)?;
+        }
+        let absorbed = of_band.iter().flat_map(|light| light.absorbed.iter().copied()).collect();
+        set(format!("{name}_layer_absorbed"), absorbed)?;
+        if band == Band::Solar {
+            let warming: Vec<[Vec<f64>; 2]> = of_band.iter().map(|light| light.warming_k_h(&stack)).collect();
+            set("warming".to_owned(), warming.iter().flat_map(|[at_depths, _]| at_depths.clone()).collect())?;
+            set("layer_warming".to_owned(), warming.iter().flat_map(|[_, of_layers]| of_layers.clone()).collect())?;
+        }
     }
     Ok(dict)
 }
@@ -290,6 +354,24 @@ impl GivenCases<'_> {
         };
         let cases: Option<_> = self.places.as_array().rows().into_iter().map(case).collect();
         cases.ok_or_else(|| input("a case has a place beyond the values"))
+    }
+}
+
+impl Ground {
+    /// The layers under some incidences, checked.
+    fn stack(self, incidences: Vec<Incidence>, wavelengths_nm: Vec<f64>) -> PyResult<Stack> {
+        let layer = |GivenLayer(snow, thickness_cm): &GivenLayer| {
+            Ok(Layer { sample: snow.sample()?, thickness_cm: *thickness_cm })
+        };
+        let stack = Stack {
+            layers: self.layers.iter().map(layer).collect::<PyResult<_>>()?,
+            ground_albedo: self.ground_albedo,
+            depths_cm: self.depth_cm,
+            incidences,
+            wavelengths_nm,
+        };
+        stack.check().map_err(input)?;
+        Ok(stack)
     }
 }
 

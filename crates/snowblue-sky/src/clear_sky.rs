@@ -21,6 +21,7 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use crate::error::{SkyError, check};
+use crate::infrared::{PRECIPITABLE_WATER_CM, PRECIPITABLE_WATER_RANGE_CM};
 use crate::rings::{Ring, midpoints};
 use crate::tables::{
     self, CONTROL_POINTS, Coefficients, NODES, SEGMENTS, SKY_VALUES, TURBIDITY_RANGE, TurbidityLevel, at_wavelength,
@@ -47,6 +48,7 @@ const SUN_POINTS: (u32, u32) = (32, 32);
 pub struct ClearSky {
     sun_elevation_deg: f64,
     turbidity: f64,
+    precipitable_water_cm: f64,
     /// R and p₀–p₈ at each wavelength.
     dome: Box<[[f64; SKY_VALUES]; NODES]>,
     /// Radiance of the sun at each wavelength: the polynomials of each segment.
@@ -97,7 +99,22 @@ impl ClearSky {
         }));
         let segment = |segment| std::array::from_fn(|node| coefficients.sun(level, segment, node));
         let sun = (0..SEGMENTS).map(segment).collect();
-        Ok(Self { sun_elevation_deg, turbidity, dome, sun })
+        Ok(Self { sun_elevation_deg, turbidity, precipitable_water_cm: PRECIPITABLE_WATER_CM, dome, sun })
+    }
+
+    /// The same sky with another amount of water vapour, which only the infrared feels.
+    ///
+    /// # Errors
+    /// [`SkyError::OutOfRange`] outside 0–10 cm.
+    pub fn with_precipitable_water(self, precipitable_water_cm: f64) -> Result<Self, SkyError> {
+        check("precipitable water", precipitable_water_cm, PRECIPITABLE_WATER_RANGE_CM, " cm")?;
+        Ok(Self { precipitable_water_cm, ..self })
+    }
+
+    /// Water vapour in the air, in cm of water.
+    #[must_use]
+    pub fn precipitable_water_cm(&self) -> f64 {
+        self.precipitable_water_cm
     }
 
     /// Angle between the horizon and the sun's centre, in degrees.

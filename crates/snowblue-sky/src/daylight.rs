@@ -1,7 +1,10 @@
 //! Daylight on the ground: its direct and its diffuse part.
 
-use crate::clear_sky::ClearSky;
+use std::cell::LazyCell;
+
+use crate::clear_sky::{ClearSky, ELEVATION_RANGE_DEG};
 use crate::error::{SkyError, check};
+use crate::infrared::{Infrared, Light};
 use crate::luminous::{ILLUMINANCE_LX, PAR_UMOL_M2_S, Weight};
 use crate::overcast::OvercastSky;
 use crate::tables::{NODES, WAVELENGTHS_NM, at_wavelength};
@@ -13,7 +16,12 @@ pub enum Sky {
     Clear(ClearSky),
     /// Covered by clouds.
     Overcast(OvercastSky),
+    /// With the sun below the horizon: no light.
+    Night,
 }
+
+/// Wavelengths of irradiances of a clear sky, in nm.
+pub const CLEAR_WAVELENGTH_RANGE_NM: (f64, f64) = (WAVELENGTHS_NM[0], 2500.0);
 
 /// The light that reaches the ground: a spectral irradiance, an illuminance, or a photon flux per area.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,6 +34,14 @@ pub struct Daylight {
     pub diffuse: f64,
 }
 
+/// Wavelengths that sample daylight, in nm: every 10 nm of 320–720 nm and, of a clear sky, every 20 nm of 740–2500 nm.
+#[must_use]
+pub fn daylight_wavelengths_nm(is_overcast: bool) -> Vec<f64> {
+    let visible = (320..=720).step_by(10);
+    let infrared = (740..=2500).step_by(20).filter(|_| !is_overcast);
+    visible.chain(infrared).map(f64::from).collect()
+}
+
 impl Daylight {
     /// All light on level ground.
     #[must_use]
@@ -35,13 +51,45 @@ impl Daylight {
 }
 
 impl Sky {
-    /// Spectral irradiance at each wavelength, in W m⁻² nm⁻¹.
+    /// The sky of a sun at an elevation of −90 to 90°, in degrees, which is [`Night`](Self::Night) below the horizon:
+    /// twilight has no model. `sky` makes that of a sun above it.
+    ///
+    /// ```
+    /// # use snowblue_sky::{OvercastSky, Sky};
+    /// let overcast = |elevation_deg| OvercastSky::under_sun(elevation_deg).map(Sky::Overcast);
+    /// assert_eq!(Sky::of_sun(-0.1, overcast)?, Sky::Night);
+    /// assert!(Sky::of_sun(0.1, overcast)?.illuminance().global() > 300.0);
+    /// # Ok::<(), snowblue_sky::SkyError>(())
+    /// ```
     ///
     /// # Errors
-    /// [`SkyError::OutOfRange`] if a wavelength lies outside 320–720 nm.
+    /// [`SkyError::OutOfRange`] for another elevation, and those of `sky`.
+    pub fn of_sun(elevation_deg: f64, sky: impl FnOnce(f64) -> Result<Self, SkyError>) -> Result<Self, SkyError> {
+        check("sun elevation", elevation_deg, (-90.0, ELEVATION_RANGE_DEG.1), "°")?;
+        if elevation_deg < ELEVATION_RANGE_DEG.0 { Ok(Self::Night) } else { sky(elevation_deg) }
+    }
+
+    /// Spectral irradiance at each wavelength, in W m⁻² nm⁻¹.
+    ///
+    /// A low sun has lost its blue, and vapour takes whole bands from the infrared:
+    /// ```
+    /// # use snowblue_sky::{ClearSky, Sky};
+    /// let light = Sky::Clear(ClearSky::new(10.0, 3.0, &[0.8; 11])?).irradiance(&[450.0, 870.0, 1390.0])?;
+    /// assert!(light[0].direct < light[1].direct && light[2].global() < 0.01 * light[1].global());
+    /// # Ok::<(), snowblue_sky::SkyError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`SkyError::OutOfRange`] if a wavelength lies outside 320–2500 nm, or [`SkyError::NoOvercastInfrared`] outside
+    /// 320–720 nm under an overcast sky.
     pub fn irradiance(&self, wavelengths_nm: &[f64]) -> Result<Vec<Daylight>, SkyError> {
-        let range = (WAVELENGTHS_NM[0], WAVELENGTHS_NM[NODES - 1]);
-        wavelengths_nm.iter().try_for_each(|wavelength_nm| check("wavelength", *wavelength_nm, range, " nm"))?;
+        let last_nm = WAVELENGTHS_NM[NODES - 1];
+        for wavelength_nm in wavelengths_nm {
+            check("wavelength", *wavelength_nm, CLEAR_WAVELENGTH_RANGE_NM, " nm")?;
+            if matches!(self, Self::Overcast(_)) && *wavelength_nm > last_nm {
+                return Err(SkyError::NoOvercastInfrared { wavelength_nm: *wavelength_nm });
+            }
+        }
         Ok(self.known_irradiance(wavelengths_nm))
     }
 
@@ -50,13 +98,19 @@ impl Sky {
             Self::Clear(sky) => {
                 let diffuse = sky.sky_irradiance_at_nodes();
                 let level = sky.sun_elevation_deg().to_radians().sin();
+                let infrared = LazyCell::new(|| Infrared::new(sky, &diffuse));
                 let at = |wavelength_nm: &f64| {
-                    let direct_normal = sky.sun_irradiance(*wavelength_nm);
-                    let diffuse = at_wavelength(&diffuse, *wavelength_nm);
+                    let Light { direct_normal, diffuse } = if *wavelength_nm > WAVELENGTHS_NM[NODES - 1] {
+                        infrared.at(*wavelength_nm)
+                    } else {
+                        let direct_normal = sky.sun_irradiance(*wavelength_nm);
+                        Light { direct_normal, diffuse: at_wavelength(&diffuse, *wavelength_nm) }
+                    };
                     Daylight { direct_normal, direct: level * direct_normal, diffuse }
                 };
                 wavelengths_nm.iter().map(at).collect()
             }
+            Self::Night => vec![Daylight { direct_normal: 0.0, direct: 0.0, diffuse: 0.0 }; wavelengths_nm.len()],
             Self::Overcast(sky) => {
                 let at = |wavelength_nm: &f64| Daylight {
                     direct_normal: 0.0,

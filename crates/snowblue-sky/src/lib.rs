@@ -14,8 +14,9 @@
 //!
 //! # Simplifications
 //!
-//! Wavelengths are those of the model, 320–720 nm, sampled every 40 nm: no absorption line of the air is resolved, and
-//! there is no near-infrared light. The ground is level and reflects all directions alike.
+//! Radiances have the wavelengths of the model, 320–720 nm, sampled every 40 nm: no absorption line of the air is
+//! resolved. Irradiances of a clear sky go on to 2500 nm with a model of the air's transmittance. The ground is level and
+//! reflects all directions alike. A sun below the horizon gives no light.
 //!
 //! # Out of scope
 //!
@@ -30,6 +31,8 @@ mod time;
 mod rings;
 mod tables;
 
+mod infrared;
+
 mod clear_sky;
 mod luminous;
 mod overcast;
@@ -38,9 +41,10 @@ mod daylight;
 
 pub use air::air_extinction_per_m;
 pub use clear_sky::{ClearSky, ELEVATION_RANGE_DEG, SUN_RADIUS_RAD, limb_darkening_at_nodes};
-pub use daylight::{Daylight, Sky};
+pub use daylight::{CLEAR_WAVELENGTH_RANGE_NM, Daylight, Sky, daylight_wavelengths_nm};
 pub use error::SkyError;
+pub use infrared::{PRECIPITABLE_WATER_CM, PRECIPITABLE_WATER_RANGE_CM};
 pub use overcast::{OVERCAST_IRRADIANCE_SR, OvercastSky, overcast_illuminance_lx, overcast_relative_radiance};
 pub use sun_position::{Place, SunPosition, sun_position};
 pub use tables::{Coefficients, TURBIDITY_RANGE, WAVELENGTHS_NM, at_wavelength};
-pub use time::DateTime;
+pub use time::{DateTime, times_of_day};

@@ -69,6 +69,32 @@ impl DateTime {
     }
 }
 
+/// The middles of 96 quarters of an hour of a date, by the mean solar time of a longitude.
+///
+/// ```
+/// # use snowblue_sky::times_of_day;
+/// let day = times_of_day("2026-02-01", 11.39)?;
+/// // The sun is highest near noon of solar time.
+/// assert!(day.len() == 96 && day[48].hours > 12.0 && day[47].hours < 12.0);
+/// # Ok::<(), snowblue_sky::SkyError>(())
+/// ```
+///
+/// # Errors
+/// [`SkyError::InvalidTime`] if the text is not a date as 2026-02-01, and as those of [`DateTime::julian_day`].
+pub fn times_of_day(date: &str, longitude_deg: f64) -> Result<Vec<DateTime>, SkyError> {
+    check("longitude", longitude_deg, (-180.0, 180.0), "°")?;
+    let midnight: DateTime = format!("{date}T00:00Z").parse().map_err(|error| match error {
+        SkyError::InvalidTime { .. } => SkyError::InvalidTime { text: date.to_owned() },
+        other => other,
+    })?;
+    let quarter = |quarter: u32| DateTime {
+        hours: 0.25 * (f64::from(quarter) + 0.5),
+        utc_offset_h: longitude_deg / 15.0,
+        ..midnight
+    };
+    Ok((0..96).map(quarter).collect())
+}
+
 impl FromStr for DateTime {
     type Err = SkyError;
 

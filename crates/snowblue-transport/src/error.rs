@@ -8,6 +8,12 @@ pub enum TransportError {
     /// A quantity lies outside the range in which the model holds, or the ends of an interval are in the wrong order.
     #[error(transparent)]
     Range(#[from] RangeError),
+    /// A layer of clear ice.
+    #[error("{error}: snow has separate grains, and a layer of clear ice, with faces that mirror, has no model")]
+    ClearIce {
+        /// The density and its range.
+        error: RangeError,
+    },
     /// A mean grain size whose range leaves the model's range.
     #[error(
         "mean grain size is {mean_um} µm, but its range of ± {half_range_um} µm must lie in {}–{} µm: give a mean of \

@@ -65,6 +65,8 @@ pub mod simplification;
 pub mod spread;
 pub mod sunlight;
 
+pub mod illumination;
+
 pub use error::TransportError;
 pub use medium::{
     Demand, GrainOptics, GrainTallies, HenyeyGreenstein, Medium, Microstructure, PhaseFunction, PhasePlan, Population,

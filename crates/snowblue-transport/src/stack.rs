@@ -77,6 +77,8 @@ pub struct DepthFluxes {
     /// Fluence rate, from all directions: the actinic flux. It is 1/cos θ for a beam that nothing has scattered, 2 for
     /// Lambertian light on one side, and 4 times `down` where light is isotropic.
     pub fluence: Estimate,
+    /// Flux that the snow below this depth (at the ground, above it) absorbs per m of depth, in 1/m.
+    pub absorbed_per_m: Estimate,
     /// E-folding depth of the snow below this depth (at the ground, above it), in cm: the distance over which light
     /// decays by e far from all faces, 1/(κ k) with the rate k of the slowest mode per optical depth.
     pub e_folding_depth_cm: Estimate,
@@ -128,6 +130,20 @@ impl Stack {
     #[must_use]
     pub fn thickness_cm(&self) -> f64 {
         self.layers.iter().map(|layer| layer.thickness_cm).sum()
+    }
+
+    /// The layer below a depth, in cm; at the ground the last.
+    ///
+    /// # Panics
+    /// If there is no layer.
+    #[must_use]
+    pub fn layer_at(&self, depth_cm: f64) -> &Layer {
+        let mut bottom_cm = 0.0;
+        let below = self.layers.iter().find(|layer| {
+            bottom_cm += layer.thickness_cm;
+            depth_cm < bottom_cm
+        });
+        below.unwrap_or_else(|| &self.layers[self.layers.len() - 1])
     }
 
     /// The layers, cut at every depth.

@@ -240,11 +240,43 @@ fn check_cover(band: Band, range: WavelengthRange, wavelengths_nm: &[f64]) -> Re
     }
 }
 
-/// ∫ E g h dλ over a range, with the hat function h of each wavelength: 1 there, 0 at its neighbours, linear in
-/// between.
+/// The weight of each ascending wavelength in the integral over a band of a spectrum that is linear between them: ∫ h dλ,
+/// or for PAR ∫ h λ/(h c N_A) dλ, in µmol J⁻¹ nm. The solar band is that of all wavelengths, and the near infrared ends
+/// with them.
+///
+/// # Errors
+/// As [`BandWeights::new`].
+pub fn band_integrals(band: Band, wavelengths_nm: &[f64]) -> Result<Vec<f64>, TransportError> {
+    let ends = (wavelengths_nm.first().copied(), wavelengths_nm.last().copied());
+    let (Some(first_nm), Some(last_nm)) = ends else { return Err(TransportError::Missing { quantity: "wavelength" }) };
+    let range = band.wavelength_range(WavelengthRange::new(first_nm, last_nm));
+    check_cover(band, range, wavelengths_nm)?;
+    if wavelengths_nm.len() < 2 {
+        return Err(TransportError::Missing { quantity: "second wavelength" });
+    }
+    let weight = |wavelength_nm| match band {
+        Band::Par => PHOTONS_UMOL_J_NM * wavelength_nm,
+        Band::Solar | Band::Visible | Band::NearInfrared => 1.0,
+    };
+    Ok(hat_integrals(wavelengths_nm, range, std::iter::empty(), weight))
+}
+
+/// ∫ E g h dλ over a range, with the hat function h of each wavelength.
 fn integrals(wavelengths_nm: &[f64], range: WavelengthRange, weight: impl Fn(f64) -> f64) -> Vec<f64> {
+    let density = |wavelength_nm| spectral_irradiance_w_m2_nm(wavelength_nm) * weight(wavelength_nm);
+    hat_integrals(wavelengths_nm, range, G173.wavelengths_nm(), density)
+}
+
+/// ∫ f h dλ over a range, with the hat function h of each wavelength: 1 there, 0 at its neighbours, linear in between.
+/// Between `kinks` f is quadratic at most.
+fn hat_integrals(
+    wavelengths_nm: &[f64],
+    range: WavelengthRange,
+    kinks: impl Iterator<Item = f64>,
+    density: impl Fn(f64) -> f64,
+) -> Vec<f64> {
     let inside = |nm: &f64| range.first_nm < *nm && *nm < range.last_nm;
-    let mut cuts: Vec<f64> = G173.wavelengths_nm().chain(wavelengths_nm.iter().copied()).filter(inside).collect();
+    let mut cuts: Vec<f64> = kinks.chain(wavelengths_nm.iter().copied()).filter(inside).collect();
     cuts.extend([range.first_nm, range.last_nm]);
     cuts.sort_by(f64::total_cmp);
     let mut integrals = vec![0.0; wavelengths_nm.len()];
@@ -254,7 +286,7 @@ fn integrals(wavelengths_nm: &[f64], range: WavelengthRange, weight: impl Fn(f64
         let right = wavelengths_nm.partition_point(|nm| *nm <= middle_nm).min(wavelengths_nm.len() - 1);
         let (left_nm, right_nm) = (wavelengths_nm[right - 1], wavelengths_nm[right]);
         for (at_nm, simpson) in [(from_nm, 1.0), (middle_nm, 4.0), (to_nm, 1.0)] {
-            let part = simpson / 6.0 * (to_nm - from_nm) * spectral_irradiance_w_m2_nm(at_nm) * weight(at_nm);
+            let part = simpson / 6.0 * (to_nm - from_nm) * density(at_nm);
             let hat = (at_nm - left_nm) / (right_nm - left_nm);
             integrals[right - 1] += (1.0 - hat) * part;
             integrals[right] += hat * part;

@@ -3,12 +3,14 @@
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use proptest::prelude::*;
+use snowblue_transport::illumination::{Illumination, LightInLayers, light_in_layers, warming_k_h};
 use snowblue_transport::ordinates::{
     self, FaceFluxes, Fluxes, HomogeneousMedium, LayeredMedium, MediumLayer, OrdinatesOptions, Streams,
 };
 use snowblue_transport::sample::{GrainSize, SnowSample, TruncatedNormal};
 use snowblue_transport::slab::{Estimate, Incidence, Slab};
 use snowblue_transport::stack::{Layer, Stack, StackRadiometry};
+use snowblue_transport::sunlight::Band;
 use snowblue_transport::{HenyeyGreenstein, Scattering};
 
 const STREAMS: usize = 16;
@@ -461,4 +463,49 @@ fn the_last_layer_may_be_a_half_space() {
             assert_near(at.fluence.value, other.fluence.value, 1e-10, "fluence");
         }
     }
+}
+
+/// What the layers absorb, what leaves the top and what the ground keeps is what falls on the snow, spectrally, in
+/// bands, and over a day; and the power per volume at depth is that between two depths.
+#[test]
+fn light_in_layers_is_conserved() {
+    let wavelengths_nm: Vec<f64> = (40..=100).map(|tens| 10.0 * f64::from(tens)).collect();
+    let light = |elevation_deg, direct, diffuse| {
+        Illumination::under_sun(elevation_deg, vec![direct; wavelengths_nm.len()], vec![diffuse; wavelengths_nm.len()])
+    };
+    let half_cm = 1e-3;
+    let depths_cm = vec![0.0, 1.0 - half_cm, 1.0, 1.0 + half_cm, 22.0];
+    let stack = Stack { depths_cm, wavelengths_nm: wavelengths_nm.clone(), ..winter() };
+    let lights = [light(40.0, 1.0, 0.3), light(-5.0, 0.0, 0.0), light(40.0, 0.5, 0.0), light(0.001, 0.1, 0.2)];
+    let solved = light_in_layers(&stack, &lights, &ordinates_options()).unwrap();
+    for (Illumination { direct, diffuse, .. }, light) in lights.iter().zip(&solved) {
+        let incident: Vec<f64> = direct.iter().zip(diffuse).map(|(direct, diffuse)| direct + diffuse).collect();
+        let (count, ground) = (wavelengths_nm.len(), 4 * wavelengths_nm.len());
+        for nm in 0..count {
+            assert!((light.levels[nm].down - incident[nm]).abs() < 1e-12);
+            let absorbed: f64 = light.absorbed.iter().skip(nm).step_by(count).sum();
+            let sum = light.levels[nm].up + absorbed + 0.8 * light.levels[ground + nm].down;
+            assert!((sum - incident[nm]).abs() < 1e-12, "{sum}");
+            let [above, at, below] = [1, 2, 3].map(|depth| light.levels[depth * count + nm]);
+            let power = (above.net - below.net) / (0.02 * half_cm);
+            // The rounding of the difference, and the curvature over 20 µm.
+            assert!((power - at.absorbed_per_m).abs() < 1e-4 * power + 1e-9, "{power} {}", at.absorbed_per_m);
+        }
+        let solar = light.band(Band::Solar, &wavelengths_nm).unwrap();
+        let kept = solar.levels[0].net - solar.levels[4].net;
+        assert!((solar.absorbed.iter().sum::<f64>() - kept).abs() < 1e-9);
+        // 1 W m⁻² nm⁻¹ from 400 to 700 nm are 165000 nm² /(h c N_A) photons.
+        let par = light.band(Band::Par, &wavelengths_nm).unwrap();
+        assert!((par.levels[0].down - 165_000.0 * 8.359_35e-3 * incident[0]).abs() < 1e-3, "{}", par.levels[0].down);
+    }
+    assert!(solved[1].levels.iter().all(|level| level.values().iter().all(|value| value.to_bits() == 0)));
+    let day = LightInLayers::sum_of_day(&solved[..2]);
+    assert!((day.levels[3].actinic - 43_200.0 * solved[0].levels[3].actinic).abs() < 1e-6);
+    // Warming of a layer is that of its power, and wet snow melts.
+    let band = solved[0].band(Band::Solar, &wavelengths_nm).unwrap();
+    let [_, layers] = band.warming_k_h(&stack);
+    let expected = 3600.0 * band.absorbed[1] / (0.07 * 300.0 * (152.5 + 7.122 * 268.15));
+    assert_near(layers[1], expected, 1e-12, "warming");
+    let wet = SnowSample { water_saturation: 0.1, ..SnowSample::default() };
+    assert!(warming_k_h(1.0, &wet).is_nan());
 }

@@ -15,6 +15,7 @@ from snowblue._arguments import Snow
 from snowblue._color import color, match, swatch
 from snowblue._database import Database
 from snowblue._inversion import invert
+from snowblue._light import light_at_depth
 from snowblue._scene import Bake, BakedObject, Scene
 from snowblue._sky import sky, sun_position, sunlight
 from snowblue._spectra import aged_ssa, albedo, bsdf, layers, single_scattering, spectrum
@@ -33,6 +34,7 @@ __all__ = [
     "illuminants",
     "invert",
     "layers",
+    "light_at_depth",
     "match",
     "parameters",
     "single_scattering",

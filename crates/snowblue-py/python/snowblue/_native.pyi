@@ -54,8 +54,22 @@ def draw_swatches(
 def sunlight(wavelengths_nm: list[float]) -> NDArray[np.float64]: ...
 def sun_position(latitude_deg: float, longitude_deg: float, time: str) -> tuple[float, float, float, float]: ...
 def sky(
-    elevation_deg: float, haze: tuple[float, float] | None, wavelengths_nm: list[float]
+    elevation_deg: float, haze: tuple[float, float, float] | None, wavelengths_nm: list[float]
 ) -> dict[str, Any]: ...
+def sun_of_day(
+    latitude_deg: float, longitude_deg: float, date: str
+) -> list[tuple[float, float, float, float]]: ...
+def daylight_wavelengths(is_overcast: bool) -> list[float]: ...
+def wavelength_range(snow: dict[str, Any]) -> tuple[float, float]: ...
+def light_in_layers(
+    ground: dict[str, Any],
+    wavelength_nm: list[float],
+    lights: list[tuple[float, list[float], list[float]]],
+    bands: list[str],
+    daily: bool,
+    ordinates: dict[str, Any],
+    progress: _Progress,
+) -> dict[str, NDArray[np.float64]]: ...
 def invert(
     snows: Snows,
     spectra: dict[str, Any],

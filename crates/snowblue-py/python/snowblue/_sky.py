@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime
+import re
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from snowblue import _native
 from snowblue._arguments import (
     WAVELENGTH,
     Quantity,
+    argument_names,
     attributes,
     checks_names,
     is_several,
@@ -25,6 +27,8 @@ if TYPE_CHECKING:
 SKY_NM = np.arange(320.0, 721.0, 10.0)
 ELEVATION = Quantity("elevation", "degree", "angle from the horizon to the sun")
 AZIMUTH = Quantity("azimuth", "degree", "angle of the sun from north, clockwise")
+STANDARD_NAMES = {ELEVATION: "solar_elevation_angle", AZIMUTH: "solar_azimuth_angle"}
+"""Names of the CF conventions. Light per wavelength and parts of illuminance and PAR have none."""
 
 _IRRADIANCE = "W m-2 nm-1"
 _VARIABLES = {
@@ -42,8 +46,6 @@ _VARIABLES = {
 @checks_names()
 def sunlight(wavelength_nm: Any = np.arange(300.0, 2501.0, 10.0)) -> xr.DataArray:
     """The sun's spectrum of ASTM G173-03: sun and clear sky on a plane that is tilted by 37° towards the sun.
-
-    It reaches into the near infrared, where :func:`sky` has no model.
 
     Parameters
     ----------
@@ -80,7 +82,8 @@ def sun_position(*, latitude_deg: float, longitude_deg: float, time: Any) -> xr.
     longitude_deg : float, -180 to 180
         East is positive.
     time : str, datetime with a time zone, or a list of them
-        Such as "2026-02-01T12:00:00+01:00". A list makes the axis `time`, in UTC.
+        Such as "2026-02-01T12:00:00+01:00". A list makes the axis `time`, in UTC. A date alone, "2026-02-01", is the
+        middles of its 96 quarters of an hour by the mean solar time of the place.
 
     Returns
     -------
@@ -100,9 +103,9 @@ def sun_position(*, latitude_deg: float, longitude_deg: float, time: Any) -> xr.
     dims, positions = _positions(latitude_deg, longitude_deg, time)
     elevation, apparent, azimuth, seconds = positions
     variables = {
-        "elevation": (dims, elevation, ELEVATION.attributes()),
+        "elevation": (dims, elevation, _described(ELEVATION)),
         "apparent_elevation": (dims, apparent, {"units": "degree", "long_name": "elevation of the sun, as it is seen"}),
-        "azimuth": (dims, azimuth, AZIMUTH.attributes()),
+        "azimuth": (dims, azimuth, _described(AZIMUTH)),
     }
     place = {"latitude_deg": float(latitude_deg), "longitude_deg": float(longitude_deg)}
     return xr.Dataset(variables, {"time": _time_coordinate(dims, seconds)}, attributes(**place))
@@ -119,16 +122,18 @@ def sky(
     turbidity: float = 3.0,
     ground_albedo: float = 0.8,
     overcast: bool = False,
+    precipitable_water_cm: float = 1.42,
     wavelength_nm: Any = SKY_NM,
 ) -> xr.Dataset:
     """Irradiance of level ground by the sun and the sky.
 
-    A clear sky is that of Hosek & Wilkie (2012, 2013), an overcast sky that of the CIE with the spectrum D65 and the
-    mean illuminance of Krochmann & Seidl (1974).
+    A clear sky is that of Hosek & Wilkie (2012, 2013) to 720 nm and that of Bird & Riordan (1986) beyond, scaled to join
+    it; an overcast sky is that of the CIE with the spectrum D65 and the mean illuminance of Krochmann & Seidl (1974).
+    With the sun below the horizon all light is zero: there is no model of twilight.
 
     Parameters
     ----------
-    elevation_deg : float or array, 0 to 90
+    elevation_deg : float or array, -90 to 90
         Angle from the horizon to the sun, instead of a place and a time. An array makes the axis `elevation`.
     latitude_deg, longitude_deg, time
         As for :func:`sun_position`.
@@ -140,7 +145,11 @@ def sky(
         Fraction of light that the ground reflects into a clear sky.
     overcast : bool
         An overcast sky instead of a clear one.
-    wavelength_nm : float or array, 320 to 720
+    precipitable_water_cm : float, 0 to 10
+        Water vapour in the air, which takes bands of the infrared: 1.42 in the US Standard Atmosphere, 0.1 to 1 in cold
+        air.
+    wavelength_nm : float or array, 320 to 2500
+        Under an overcast sky 320 to 720.
 
     Returns
     -------
@@ -170,9 +179,10 @@ def sky(
             raise ValueError("give either elevation_deg, or latitude_deg, longitude_deg and time")
         dims, (elevation, apparent, azimuth, seconds) = _positions(*place)
         elevations = apparent if refraction else elevation
-        coords = {"time": _time_coordinate(dims, seconds), "azimuth": (dims, azimuth, AZIMUTH.attributes())}
+        coords = {"time": _time_coordinate(dims, seconds), "azimuth": (dims, azimuth, _described(AZIMUTH))}
     wavelengths_nm = numbers(WAVELENGTH, wavelength_nm)
-    haze = None if overcast else (number("turbidity", turbidity), number("ground_albedo", ground_albedo))
+    water = number("precipitable_water_cm", precipitable_water_cm)
+    haze = None if overcast else (number("turbidity", turbidity), number("ground_albedo", ground_albedo), water)
     rows = [_native.sky(elevation, haze, wavelengths_nm) for elevation in np.ravel(elevations).tolist()]
     variables = {}
     for name, (unit, long_name) in _VARIABLES.items():
@@ -180,18 +190,29 @@ def sky(
         own = (*dims, "wavelength") if array.ndim == 2 else dims
         array = array.reshape([len(rows)] * len(dims) + list(array.shape[1:]))
         variables[name] = (own, array, {"units": unit, "long_name": long_name})
-    coords["elevation"] = (dims, elevations, ELEVATION.attributes())
+    coords["elevation"] = (dims, elevations, _described(ELEVATION))
     coords["wavelength"] = wavelength_coordinate(wavelengths_nm)
-    haze_made = {} if overcast else {"turbidity": float(turbidity), "ground_albedo": float(ground_albedo)}
-    made = {"sky": "overcast" if overcast else "clear", **haze_made}
+    haze_names = ("turbidity", "ground_albedo", "precipitable_water_cm")
+    made = {"sky": "overcast"} if overcast else {"sky": "clear", **dict(zip(haze_names, haze))}
     return xr.Dataset(variables, coords, attributes(**made))
+
+
+SKY_NAMES = argument_names(sky)
+
+
+def _described(quantity: Quantity) -> dict[str, str]:
+    return quantity.attributes() | {"standard_name": STANDARD_NAMES[quantity]}
 
 
 def _positions(latitude_deg: Any, longitude_deg: Any, time: Any) -> tuple[tuple[str, ...], np.ndarray]:
     """The dimensions of the time, and elevation, apparent elevation, azimuth and seconds since 1970."""
-    dims = ("time",) if is_several(time) else ()
+    is_date = isinstance(time, str) and re.fullmatch(r"\d{4}-\d{2}-\d{2}", time) is not None
+    dims = ("time",) if is_several(time) or is_date else ()
     place = (number("latitude_deg", latitude_deg), number("longitude_deg", longitude_deg))
-    rows = [_native.sun_position(*place, _time(one)) for one in (time if dims else [time])]
+    if is_date:
+        rows = _native.sun_of_day(*place, time)
+    else:
+        rows = [_native.sun_position(*place, _time(one)) for one in (time if dims else [time])]
     return dims, np.array(rows).T.reshape(4, *([len(rows)] if dims else []))
 
 
@@ -205,4 +226,4 @@ def _time(time: Any) -> str:
 
 def _time_coordinate(dims: tuple[str, ...], seconds: np.ndarray) -> tuple[Any, ...]:
     times = np.round(1000 * seconds).astype("datetime64[ms]").astype("datetime64[ns]")
-    return (dims, times, {"long_name": "time, UTC"})
+    return (dims, times, {"long_name": "time, UTC", "standard_name": "time"})

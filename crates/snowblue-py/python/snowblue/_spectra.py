@@ -310,15 +310,7 @@ def layers(
     >>> float(pack.reflectance.sel(wavelength=850).item()) > 0.8
     True
     """
-    packed = []
-    if hasattr(layers, "to_dict"):
-        layers = [{name: value for name, value in row.items() if value == value} for row in layers.to_dict("records")]
-    for layer in layers:
-        check_names(["thickness_cm", *SNOW_NAMES], layer)
-        if "thickness_cm" not in layer:
-            raise TypeError("a layer has no thickness_cm")
-        snow = one_snow({name: value for name, value in layer.items() if name != "thickness_cm"})
-        packed.append((snow.fixed, number("thickness_cm", layer["thickness_cm"])))
+    packed = packed_layers(layers)
     depths_cm = numbers(DEPTH, depth_cm)
     if engine == "montecarlo" and depths_cm:
         raise ValueError("depth_cm needs the engine 'ordinates'")
@@ -344,15 +336,35 @@ def layers(
     }
     if depths_cm:
         coords["depth"] = ("depth", depths_cm, DEPTH.attributes())
-    described = "; ".join(
-        ", ".join([f"{thickness_cm:g} cm", *(f"{name}={value}" for name, value in snow.items())])
-        for snow, thickness_cm in packed
-    )
-    made = {"layers": described, "ground_albedo": float(ground_albedo), **_made(engine, streams, rays, False, seed)}
+    made = {"layers": described_layers(packed), "ground_albedo": float(ground_albedo), **_made(engine, streams, rays, False, seed)}
     solved = _dataset(variables, coords, made)
     if ground_albedo > 0:
         solved.transmittance.attrs["long_name"] = LONG_NAMES["ground"]
     return solved
+
+
+def packed_layers(
+    layers: Iterable[Mapping[str, Any]] | pd.DataFrame,
+) -> list[tuple[dict[str, Any], float]]:
+    """The snow and the thickness of each layer."""
+    packed = []
+    if hasattr(layers, "to_dict"):
+        layers = [{name: value for name, value in row.items() if value == value} for row in layers.to_dict("records")]
+    for layer in layers:
+        check_names(["thickness_cm", *SNOW_NAMES], layer)
+        if "thickness_cm" not in layer:
+            raise TypeError("a layer has no thickness_cm")
+        snow = one_snow({name: value for name, value in layer.items() if name != "thickness_cm"})
+        packed.append((snow.fixed, number("thickness_cm", layer["thickness_cm"])))
+    return packed
+
+
+def described_layers(packed: list[tuple[dict[str, Any], float]]) -> str:
+    """Layers in words."""
+    return "; ".join(
+        ", ".join([f"{thickness_cm:g} cm", *(f"{name}={value}" for name, value in snow.items())])
+        for snow, thickness_cm in packed
+    )
 
 
 @checks_names(*SNOW_NAMES)

@@ -157,6 +157,13 @@ pub fn density_kg_m3(temperature_c: f64) -> f64 {
     917.0 - 0.1403 * temperature_c
 }
 
+/// Heat capacity of ice in J kg⁻¹ K⁻¹: 152.5 + 7.122 T, with T in K (Cuffey & Paterson 2010, *The Physics of Glaciers*,
+/// 4th edition, eq. 9.1).
+#[must_use]
+pub fn heat_capacity_j_kg_k(temperature_c: f64) -> f64 {
+    152.5 + 7.122 * (temperature_c + 273.15)
+}
+
 /// Absorption coefficient of ice by Warren & Brandt 2008, in 1/m; k is interpolated log–log between the rows.
 fn absorption_per_m_warren_brandt_2008(wavelength_nm: f64) -> f64 {
     let k = WARREN_BRANDT_2008.at(wavelength_nm).double_logarithmic(2, wavelength_nm);

@@ -39,6 +39,7 @@ struct StackFluxes {
 struct ProfilePoint {
     fluxes: FaceFluxes,
     fluence: f64,
+    absorption_per_m: f64,
     e_folding_depth_cm: f64,
 }
 
@@ -102,6 +103,7 @@ fn radiometry(
             up: estimate(|at| at.fluxes.up),
             net: estimate(|at| at.fluxes.net),
             fluence: estimate(|at| at.fluence),
+            absorbed_per_m: estimate(|at| at.absorption_per_m * at.fluence),
             e_folding_depth_cm: estimate(|at| at.e_folding_depth_cm),
         }
     };
@@ -159,9 +161,11 @@ fn stack_fluxes(stack: &Stack, cut: &Slices, media: &[Medium], streams: Streams)
         for face in &cut.faces {
             let Slice { layer, .. } = cut.slices[(*face).min(slices.len() - 1)];
             let rate_per_cm = modes(layer).decay_rate() * optical_depth(&Slice { layer, thickness_cm: 1.0 });
+            let absorption_per_m = media[layer].extinction_per_m * media[layer].scattering.one_minus_albedo;
             let at_face = layered.fluxes(*face).into_iter().zip(layered.fluence_rates(*face));
             for (place, (fluxes, fluence)) in places.iter().zip(at_face) {
-                all[*place].profile.push(ProfilePoint { fluxes, fluence, e_folding_depth_cm: 1.0 / rate_per_cm });
+                let e_folding_depth_cm = 1.0 / rate_per_cm;
+                all[*place].profile.push(ProfilePoint { fluxes, fluence, absorption_per_m, e_folding_depth_cm });
             }
         }
     }

@@ -18,6 +18,9 @@ use crate::optics::impurity::{self, Impurities};
 use crate::optics::water;
 use crate::range::WavelengthRange;
 
+/// Densities up to this one are meant as those of ice, in kg/m³: that of −60 °C is 925.4.
+const DENSEST_ICE_KG_M3: f64 = 926.0;
+
 /// The composition of snow.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SnowSample {
@@ -105,7 +108,13 @@ impl SnowSample {
         self.grain_size.check()?;
         self.sphericity.check(&SPHERICITY_RANGE, &SPHERICITY_DEVIATION_RANGE)?;
         self.facetness.check(&FACETNESS_RANGE, &FACETNESS_DEVIATION_RANGE)?;
-        DENSITY_RANGE.check(self.density_kg_m3)?;
+        DENSITY_RANGE.check(self.density_kg_m3).map_err(|error| {
+            if (DENSITY_RANGE.greatest..DENSEST_ICE_KG_M3).contains(&self.density_kg_m3) {
+                TransportError::ClearIce { error }
+            } else {
+                error.into()
+            }
+        })?;
         WATER_SATURATION_RANGE.check(self.water_saturation)?;
         self.impurities.check()?;
         Ok(TEMPERATURE_RANGE.check(self.temperature_c)?)

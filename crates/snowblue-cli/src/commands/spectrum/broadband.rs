@@ -29,6 +29,11 @@ pub(super) fn bands(words: &str) -> Result<Bands, String> {
 }
 
 impl Bands {
+    /// The bands.
+    pub(super) fn list(&self) -> &[Band] {
+        &self.0
+    }
+
     /// Wavelengths from the lowest to the highest end of all bands, within the range of the tables.
     pub(super) fn wavelengths(&self, range: WavelengthRange) -> Wavelengths {
         let ranges = self.0.iter().map(|band| band.wavelength_range(range));

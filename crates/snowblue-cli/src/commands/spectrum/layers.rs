@@ -36,7 +36,8 @@ pub(super) struct StackOptions {
         )
     )]
     ground_albedo: Option<f64>,
-    /// Print downward and upward fluxes at these depths in cm, separated by commas, instead of those of the whole slab
+    /// Print fluxes through a level plane (down, up, net) and the fluence rate from all directions at these depths in cm,
+    /// separated by commas, instead of fluxes of the whole slab
     #[arg(long, value_name = "CM", value_delimiter = ',', value_parser = parse::number)]
     depths: Vec<f64>,
 }
@@ -48,8 +49,8 @@ pub(super) struct Pack {
 }
 
 /// Columns of fluxes at depths.
-pub(super) const PROFILE_COLUMNS: [&str; 8] =
-    ["thickness_cm", "depth_cm", "angle_deg", "wavelength_nm", "down", "up", "net", "e_folding_depth_cm"];
+pub(super) const PROFILE_COLUMNS: [&str; 9] =
+    ["thickness_cm", "depth_cm", "angle_deg", "wavelength_nm", "down", "up", "net", "fluence", "e_folding_depth_cm"];
 
 impl StackOptions {
     /// The file of layers.
@@ -142,7 +143,9 @@ pub(super) fn profile_rows(answer: &StackRadiometry) -> impl Iterator<Item = Vec
         let whole = &answer.whole;
         let mut row: Vec<Cell> = vec![whole.thickness_cm.into(), at.depth_cm.into()];
         row.extend([Cell::word(whole.incidence.to_string()), whole.wavelength_nm.into()]);
-        row.extend([at.down, at.up, at.net, at.e_folding_depth_cm].map(|estimate| Cell::from(estimate.value)));
+        row.extend(
+            [at.down, at.up, at.net, at.fluence, at.e_folding_depth_cm].map(|estimate| Cell::from(estimate.value)),
+        );
         row
     })
 }

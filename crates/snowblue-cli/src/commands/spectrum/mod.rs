@@ -4,6 +4,7 @@ mod batch;
 mod broadband;
 mod layers;
 mod plus_minus;
+mod sky;
 
 use std::path::PathBuf;
 
@@ -27,6 +28,7 @@ use crate::output::{
 use batch::{Defaults, Slabs};
 use broadband::{ALL_BANDS, Bands};
 use layers::{PROFILE_COLUMNS, Pack, StackOptions, profile_rows};
+use sky::SkyOptions;
 
 /// Name of the greatest standard error in the metadata.
 const STANDARD_ERROR: &str = "transmittance standard error at most";
@@ -44,6 +46,7 @@ const STANDARD_ERROR: &str = "transmittance standard error at most";
   snowblue spectrum --ssa 10,20,40 --density 200,300 --impurity black-carbon=0:20:100 -o grid.nc
   snowblue spectrum --batch pits.csv --angle 60 -o pits.nc
   snowblue spectrum --layers pack.toml --ground-albedo 0.2 --depths 0,1,5,20 --wavelengths 450,650
+  snowblue spectrum --layers pack.toml --sky 47.27,11.39,2026-02-01T12:00+01:00 --depths 0,5,20 --broadband par,solar
   snowblue spectrum --broadband --thickness 1,5,15,30 --angle 60     albedo and PAR under sunlight
   snowblue spectrum --broadband visible,par --ice picard2016 --engine montecarlo
   snowblue spectrum --ssa 20 --thickness inf --angle 60 --wavelengths 400:1400:50     the albedo of deep snow
@@ -59,6 +62,8 @@ pub(crate) struct Spectrum {
     slab: SlabOptions,
     #[command(flatten)]
     stack: StackOptions,
+    #[command(flatten)]
+    sky: SkyOptions,
     /// CSV file of slabs, one a line, below a line of names of columns: name, thickness_cm, angle_deg, ground_albedo,
     /// snow, grain_size_um, ssa_m2_kg, optical_radius_um, size_measure, facetness, sphericity, density_kg_m3,
     /// water_saturation, black_carbon_ng_g (and the other impurities), temperature_c, ice. Where a cell is empty or
@@ -79,7 +84,7 @@ pub(crate) struct Spectrum {
     /// near-infrared and par, separated by commas
     #[arg(
         long, value_name = "BANDS", num_args = 0..=1, default_missing_value = ALL_BANDS,
-        value_parser = broadband::bands, help_heading = "Slab", conflicts_with_all = ["spread", "depths"]
+        value_parser = broadband::bands, help_heading = "Slab", conflicts_with = "spread"
     )]
     broadband: Option<Bands>,
     /// Method of solution
@@ -144,6 +149,9 @@ impl Spectrum {
             check_not_input(input, output)?;
         }
         self.check_effects()?;
+        if self.broadband.is_some() && self.stack.has_depths() && !self.sky.is_used() {
+            return Err(Failure::Input("--broadband with --depths needs the light of a --sky".to_owned()));
+        }
         let axes = self.sample.axes();
         if self.plot.is_some() && self.slab.thickness.iter().any(|thickness_cm| thickness_cm.is_infinite()) {
             return Err(Failure::Input("--plot draws transmittance, which a half-space lacks".to_owned()));
@@ -161,12 +169,24 @@ impl Spectrum {
         if self.spread {
             return self.output.write_spectrum(&self.alternatives(&slab, quiet)?, Layout::Axes, quiet);
         }
-        let weights = self.band_weights(range, &wavelengths)?;
+        let weights = if self.sky.is_used() { Vec::new() } else { self.band_weights(range, &wavelengths)? };
         let mut snow = match &pack {
             Some(pack) => pack.metadata.clone(),
             None => self.sample.metadata()?,
         };
         snow.extend(self.stack.metadata());
+        if self.sky.is_used() {
+            if self.engine == Engine::Montecarlo {
+                return Err(Failure::Input("--sky needs --engine ordinates".to_owned()));
+            }
+            let [stack] = <[Stack; 1]>::try_from(self.stack.stacks(&slab, pack.as_ref())?)
+                .map_err(|_| Failure::Input("--sky takes one --thickness".to_owned()))?;
+            let mut metadata = vec![("snowblue", env!("CARGO_PKG_VERSION").to_owned()), ("engine", self.engine_name())];
+            metadata.extend(snow);
+            metadata.push(("seed", self.ordinates.seed.to_string()));
+            let results = self.sky.results(stack, self.broadband.as_ref(), &self.ordinates.options(), metadata)?;
+            return self.output.write_spectrum(&results, Layout::Axes, quiet);
+        }
         let Solution { rows, mut results } = if self.stack.is_used() {
             let stacks = self.stack.stacks(&slab, pack.as_ref())?;
             self.solve_stacks(&stacks, &snow, quiet)?
@@ -185,7 +205,7 @@ impl Spectrum {
 
     /// The lines of a file, or all combinations of options with several values.
     fn run_batch(&self, axes: &[SnowAxis], quiet: bool) -> Outcome {
-        for option in ["spread", "plot", "broadband", "depths"] {
+        for option in ["spread", "plot", "broadband", "depths", "sky"] {
             if self.given.has(option) {
                 return Err(Failure::Input(format!("--{option} needs a single snow")));
             }
@@ -282,6 +302,7 @@ impl Spectrum {
                 options: &["streams"],
                 why: "--engine montecarlo sends rays through the snow and has no streams",
             },
+            Idle { when: self.sky.is_used(), options: &["angle"], why: "--sky says where the sun stands" },
             Idle {
                 when: self.stack.is_used(),
                 options: &["per_wavelength"],
@@ -294,6 +315,7 @@ impl Spectrum {
     fn wavelengths(&self, range: WavelengthRange) -> Result<Wavelengths, Failure> {
         match (&self.wavelengths, &self.broadband) {
             (Some(wavelengths), _) => Ok(wavelengths.clone()),
+            _ if self.sky.is_used() => Ok(self.sky.wavelengths(range)),
             (None, Some(bands)) => Ok(bands.wavelengths(range)),
             (None, None) => parse::wavelengths("400:700:10").map_err(Failure::Work),
         }

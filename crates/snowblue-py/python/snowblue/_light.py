@@ -1,0 +1,192 @@
+"""Light at depth in snow under the sun and the sky."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from snowblue import _native
+from snowblue._arguments import (
+    DEPTH,
+    THICKNESS,
+    WAVELENGTH,
+    attributes,
+    check_names,
+    checks_names,
+    number,
+    numbers,
+    ordinates,
+    wavelength_coordinate,
+)
+from snowblue._progress import Progress, reporting
+from snowblue._sky import SKY_NAMES, sky as daylight
+from snowblue._spectra import described_layers, packed_layers
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+LEVELS = {
+    "down": "flux downwards, through a level plane",
+    "up": "flux upwards, through a level plane",
+    "net": "net flux downwards",
+    "actinic": "actinic flux (fluence rate), from all directions",
+    "absorbed": "power that the snow absorbs per volume",
+    "layer_absorbed": "power that the layer absorbs per level area",
+}
+BANDS = ("solar", "par", "visible", "near-infrared")
+
+
+@checks_names()
+def light_at_depth(
+    layers: Iterable[Mapping[str, Any]] | pd.DataFrame,
+    sky: Mapping[str, Any] | xr.Dataset,
+    *,
+    depth_cm: Any,
+    ground_albedo: float = 0.0,
+    daily: bool = False,
+    bands: Iterable[str] = ("solar", "par"),
+    streams: int | str = "auto",
+    seed: int = 1,
+    progress: Progress = None,
+) -> xr.Dataset:
+    """Light and warming in layers of snow under the sun and the sky, at depths and in layers.
+
+    Irradiances and fluxes are per level area (plane); actinic fluxes count light from all directions alike (scalar);
+    absorbed power is per volume of snow, or per level area of a layer. The sky is taken as equally bright everywhere.
+
+    Parameters
+    ----------
+    layers : mappings or pandas.DataFrame, top first
+        As in :func:`layers`.
+    sky : mapping or xarray.Dataset
+        Arguments of :func:`sky`, such as `dict(latitude_deg=47.27, longitude_deg=11.39, time="2026-02-01T12:00+01:00",
+        turbidity=2)`, or its result, or measurements in that form: `direct` and `diffuse` in W m-2 nm-1 on
+        `wavelength`, and the `elevation` of the sun in degrees. Default wavelengths are every 10 nm of 320 to 720 nm
+        and, under a clear sky, every 20 nm of 740 to 2500 nm, as far as the tables of the snow reach: to 1480 nm with
+        impurities.
+    depth_cm : array
+        Depths below the surface.
+    ground_albedo : float, 0 to 1
+        Albedo of the ground below the snow.
+    daily : bool
+        Sums over a day instead of values at each time, whose steps must be equal: of the 96 quarters of an hour that
+        :func:`sky` takes for a date alone, `time="2026-02-01"`.
+    bands : names
+        Integrals: solar (over all wavelengths), par (photons of 400 to 700 nm), visible, near-infrared.
+    streams, seed, progress
+        As in :func:`spectrum`.
+
+    Returns
+    -------
+    xarray.Dataset
+        On the axis of the sky, then `depth`, then `wavelength`: `down`, `up`, `net`, `actinic` in W m-2 nm-1, and
+        `absorbed` in W m-3 nm-1; `layer_absorbed` in W m-2 nm-1, on `layer`. Bands have their names before these:
+        `solar_net` in W m-2, `par_actinic` in umol m-2 s-1. `warming` and `layer_warming`, in K h-1, are those of the
+        ice by the absorbed light alone, and NaN in wet snow. Sums of a day have J for W, umol for umol s-1, and K.
+
+    Examples
+    --------
+    >>> import snowblue
+    >>> pack = [dict(thickness_cm=10, snow="fresh"), dict(thickness_cm=50, snow="rounded")]
+    >>> noon = dict(elevation_deg=25, turbidity=2)
+    >>> light = snowblue.light_at_depth(pack, noon, depth_cm=[0, 10, 20])
+    >>> bool(light.par_actinic.sel(depth=10) > 3 * light.par_down.sel(depth=10))
+    True
+    """
+    import xarray as xr
+
+    packed = packed_layers(layers)
+    depths_cm = numbers(DEPTH, depth_cm)
+    if not isinstance(sky, xr.Dataset):
+        check_names(SKY_NAMES, sky)
+        sky = daylight(**{"wavelength_nm": _wavelengths(packed, sky), **sky})
+    for name in ("direct", "diffuse", "elevation"):
+        if name not in sky:
+            raise ValueError(f"the sky has no '{name}'")
+    wavelengths_nm = numbers(WAVELENGTH, sky.wavelength)
+    dims = [dim for dim in sky.direct.dims if dim != "wavelength"]
+    if len(dims) > 1:
+        raise ValueError(f"the sky has the axes {', '.join(map(str, dims))}, but may have one beside the wavelength")
+    if daily and dims != ["time"]:
+        raise ValueError("daily sums need a sky at times: give a date, time='2026-02-01'")
+    direct, diffuse = (
+        sky[name].transpose(*dims, "wavelength").values.reshape(-1, len(wavelengths_nm))
+        for name in ("direct", "diffuse")
+    )
+    elevations = np.broadcast_to(sky.elevation.values, [sky.sizes[dim] for dim in dims]).reshape(-1)
+    if daily:
+        _check_steps(sky.time.values)
+    lights = list(zip(elevations.tolist(), direct.tolist(), diffuse.tolist()))
+    bands = [bands] if isinstance(bands, str) else list(bands)
+    check_names(BANDS, bands)
+    ground = {"layers": packed, "ground_albedo": number("ground_albedo", ground_albedo), "depth_cm": depths_cm}
+    with reporting(progress, "steps") as report:
+        arrays = _native.light_in_layers(
+            ground, wavelengths_nm, lights, bands, bool(daily), ordinates(streams, seed), report
+        )
+    dims = [] if daily else dims
+    shape = [sky.sizes[dim] for dim in dims]
+    variables = {}
+    for name, array in arrays.items():
+        band = next((band for band in bands if name.startswith(band.replace("-", "_") + "_")), None)
+        plain = name.removeprefix(band.replace("-", "_") + "_") if band else name
+        at, count = ("layer", len(packed)) if plain.startswith("layer") else ("depth", len(depths_cm))
+        spectral = [] if band or "warming" in name else ["wavelength"]
+        if "warming" in name and daily:
+            array = array / 3600.0
+        variables[name] = (
+            [*dims, at, *spectral],
+            array.reshape(*shape, count, *([len(wavelengths_nm)] if spectral else [])),
+            _describe(plain, band, bool(spectral), daily),
+        )
+    kept = {} if daily else {name: sky[name].variable for name in ("time", "elevation", "azimuth") if name in sky}
+    coords: dict[str, Any] = {
+        **kept,
+        "depth": ("depth", depths_cm, DEPTH.attributes() | {"standard_name": "depth", "positive": "down"}),
+        "layer": ("layer", np.arange(len(packed)), {"long_name": "number of the layer, from the top"}),
+        "thickness": ("layer", [thickness_cm for _, thickness_cm in packed], THICKNESS.attributes()),
+        "wavelength": wavelength_coordinate(wavelengths_nm),
+    }
+    made = {
+        **{f"sky_{name}": value for name, value in sky.attrs.items() if name not in ("Conventions", "source")},
+        "layers": described_layers(packed),
+        "ground_albedo": float(ground_albedo),
+        "engine": f"discrete ordinates, {streams} streams",
+        "seed": seed,
+    }
+    if daily:
+        made["sum"] = f"of the day of {sky.time.values[len(sky.time) // 2].astype('datetime64[D]')}"
+    return xr.Dataset(variables, coords, attributes(**made))
+
+
+def _wavelengths(packed: list[tuple[dict[str, Any], float]], sky: Mapping[str, Any]) -> np.ndarray:
+    """Default wavelengths under a sky, as far as the tables of all layers reach."""
+    ranges = [_native.wavelength_range(snow) for snow, _ in packed]
+    first_nm, last_nm = max(one[0] for one in ranges), min(one[1] for one in ranges)
+    all_nm = np.array(_native.daylight_wavelengths(bool(sky.get("overcast"))))
+    return all_nm[(first_nm <= all_nm) & (all_nm <= last_nm)]
+
+
+def _check_steps(times: np.ndarray) -> None:
+    steps = np.diff(times)
+    day = np.timedelta64(1, "D")
+    # Times are rounded to milliseconds.
+    if len(steps) == 0 or abs(len(times) * steps - day).max() > np.timedelta64(1, "s"):
+        raise ValueError("daily sums need times at equal steps that fill a day: give a date, time='2026-02-01'")
+
+
+def _describe(plain: str, band: str | None, spectral: bool, daily: bool) -> dict[str, str]:
+    if "warming" in plain:
+        long_name = "warming of the ice by the light that the layer absorbs" if plain != "warming" else "warming of the ice"
+        return {"units": "K" if daily else "K h-1", "long_name": long_name}
+    volume = "m-3" if plain == "absorbed" else "m-2"
+    if band == "par":
+        units = f"umol {volume}" if daily else f"umol {volume} s-1"
+    else:
+        units = f"{'J' if daily else 'W'} {volume}{' nm-1' if spectral else ''}"
+    of = {"par": "photosynthetically active radiation: ", None: ""}.get(band, f"{band} radiation: ")
+    long_name = LEVELS[plain].replace("power", "photons") if band == "par" else LEVELS[plain]
+    return {"units": units, "long_name": of + long_name}
