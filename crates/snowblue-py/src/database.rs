@@ -83,6 +83,12 @@ impl Table {
         file::read(&path).map(Self::new).map_err(input)
     }
 
+    /// Reads a table from the bytes of a file.
+    #[staticmethod]
+    fn from_bytes(bytes: Vec<u8>) -> PyResult<Self> {
+        AnyTable::from_bytes("pickled table", &bytes).map(Self::new).map_err(input)
+    }
+
     /// The table of the package.
     #[staticmethod]
     fn embedded() -> Self {

@@ -117,6 +117,11 @@ impl Scene {
         Ok(Self { description: described(text)?, files, last })
     }
 
+    /// Files in memory by their names, and the folder of the others.
+    fn files(&self) -> (HashMap<String, Vec<u8>>, PathBuf) {
+        (self.files.in_memory.clone(), self.files.folder.display_name(""))
+    }
+
     /// The description as a JSON document.
     fn to_json(&self) -> PyResult<String> {
         serde_json::to_string(&self.description).map_err(failure)

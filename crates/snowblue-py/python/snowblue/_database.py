@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Mapping
 from os import PathLike, fspath
 from pathlib import Path
@@ -94,6 +95,16 @@ class Database:
         }
         with reporting(progress, "steps") as report:
             return cls(_native.Table.build(axes, filling, report))
+
+    def __getstate__(self) -> bytes:
+        """The bytes of its file, for pickle."""
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "table.nc"
+            self.write(path)
+            return path.read_bytes()
+
+    def __setstate__(self, state: bytes) -> None:
+        self._table = _native.Table.from_bytes(state)
 
     @property
     def kind(self) -> str:

@@ -107,6 +107,14 @@ class Scene:
         scene._scene = self._scene.with_json(_json(document))
         return scene
 
+    def __getstate__(self) -> tuple[str, dict[str, bytes], str]:
+        """Its description, meshes of arrays, and the folder of its files, for pickle. The files themselves stay."""
+        files, folder = self._scene.files()
+        return self._scene.to_json(), {name: bytes(content) for name, content in files.items()}, str(folder.absolute())
+
+    def __setstate__(self, state: tuple[str, dict[str, bytes], str]) -> None:
+        self._scene = _native.Scene.from_json(*state)
+
     @property
     def description(self) -> dict[str, Any]:
         """The tables of the scene, with all defaults. A copy."""

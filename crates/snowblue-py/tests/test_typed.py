@@ -1,0 +1,137 @@
+"""What people type: names that are nearly right, half-spaces, intervals, snow that ages, and pickles."""
+
+import pickle
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import snowblue
+
+
+@pytest.mark.parametrize("call, message", [
+    (lambda: snowblue.spectrum(ssa=20), "'ssa' is not known; did you mean ssa_m2_kg[?] There are thickness_cm, .*, ice$"),
+    (lambda: snowblue.albedo(densitiy=20), "did you mean density_kg_m3"),
+    (lambda: snowblue.albedo(jacobian="ssa_m2_kg"), "'jacobian' is not known"),
+    (lambda: snowblue.color(grain_size=20), "did you mean grain_size_um[?] There are spectrum, illuminant"),
+    (lambda: snowblue.layers([{"thickness_cm": 1}], depth=3), "did you mean depth_cm[?] There are layers"),
+    (lambda: snowblue.layers([{"thickness": 1}]), "did you mean thickness_cm"),
+    (lambda: snowblue.sky(elevation=3), "did you mean elevation_deg"),
+    (lambda: snowblue.sun_position(lat=3), "did you mean latitude_deg"),
+    (lambda: snowblue.match("#fff", angle=3), "did you mean angle_deg[?] There are target"),
+    (lambda: snowblue.invert([0.9], [500], sigma=1), "'sigma' is not known; .*standard_deviation"),
+    (lambda: snowblue.Scene(cam={}), "did you mean camera"),
+    (lambda: snowblue.Database.build(density=3), "did you mean density_kg_m3"),
+    (lambda: snowblue.spectrum(soot=3), r"did you mean impurities_ng_g=\{'black-carbon': ...\}"),
+    (lambda: snowblue.spectrum(saharan_dust_ng_g=3), r"did you mean impurities_ng_g=\{'saharan-dust'"),
+    (lambda: snowblue.spectrum(plus_minus={"ssa": 3}), "did you mean ssa_m2_kg"),
+])
+def test_unknown_names_are_answered_with_the_nearest_and_all(call, message):
+    with pytest.raises(TypeError, match=message):
+        call()
+
+
+def test_functions_keep_their_names_and_help():
+    assert snowblue.spectrum.__name__ == "spectrum" and "half-space" in snowblue.spectrum.__doc__
+
+
+def test_ice_is_refused_with_a_reason():
+    with pytest.raises(ValueError, match="density is 917 kg/m³, but must lie in 10–900 kg/m³: .* clear ice"):
+        snowblue.layers([{"thickness_cm": 3}, {"thickness_cm": 1, "density_kg_m3": 917}])
+    with pytest.raises(ValueError, match="density is 1200 kg/m³, but must lie in 10–900 kg/m³$"):
+        snowblue.spectrum(density_kg_m3=1200)
+
+
+def test_the_last_layer_may_be_endless():
+    rows = pd.DataFrame({"thickness_cm": [np.inf], "ssa_m2_kg": [20.0], "snow": [np.nan]})
+    endless = snowblue.layers(rows, angle_deg=60, wavelength_nm=[450, 1030], depth_cm=[0, 1000], standard_errors=False)
+    albedo = snowblue.albedo(ssa_m2_kg=20, angle_deg=60, wavelength_nm=[450, 1030])
+    np.testing.assert_allclose(endless.reflectance.squeeze(), albedo, rtol=1e-9)
+    assert (endless.transmittance == 0).all() and endless.fluence.isel(depth=1).max() < 1e-3
+    with pytest.raises(ValueError, match="thickness is inf cm"):
+        snowblue.layers([{"thickness_cm": np.inf}, {"thickness_cm": 1}])
+    with pytest.raises(ValueError, match="thickness is inf cm"):
+        snowblue.layers([{"thickness_cm": np.inf}], engine="montecarlo")
+
+
+def test_half_spaces_are_those_of_the_command(command):
+    rows = command("spectrum", "--ssa", 20, "--thickness", "inf", "--angle", 60, "--wavelengths", "450,1030")
+    albedo = snowblue.albedo(ssa_m2_kg=20, angle_deg=60, wavelength_nm=[450, 1030])
+    np.testing.assert_allclose([float(row["reflectance"]) for row in rows], albedo, rtol=1e-8)
+    assert [row["thickness_cm"] for row in rows] == ["inf", "inf"]
+
+
+def test_intervals_hold_the_value_and_are_those_of_the_command(command):
+    deviations = {"ssa_m2_kg": 2, "density_kg_m3": 30, "black-carbon": 5}
+    snow = {"ssa_m2_kg": 20, "impurities_ng_g": {"black-carbon": 20}, "wavelength_nm": [450, 700], "thickness_cm": 10}
+    found = snowblue.spectrum(**snow, plus_minus=deviations, standard_errors=False)
+    for name in ("reflectance", "transmittance", "absorptance"):
+        assert (found[f"{name}_lower"] < found[name]).all() and (found[name] < found[f"{name}_upper"]).all()
+    assert found.reflectance_lower.dims == found.reflectance.dims and "95 %" in found.reflectance_lower.long_name
+    # To first order the half-width of an interval of 95 % is 1.96 standard deviations.
+    by = snowblue.spectrum(**snow, jacobian=list(deviations))
+    slopes = [by[f"reflectance_per_{name.replace('-', '_')}"] for name in deviations]
+    first = 1.96 * np.sqrt(sum((slope * one) ** 2 for slope, one in zip(slopes, deviations.values())))
+    half = 0.5 * (found.reflectance_upper - found.reflectance_lower)
+    # The drawn ends have errors of some per cent of the width, and the distributions are skew.
+    np.testing.assert_allclose(half, first, rtol=0.12)
+    rows = command("spectrum", "--ssa", 20, "--impurity", "black-carbon=20", "--wavelengths", "450,700", "--thickness",
+                   10, "--plus-minus", "ssa=2,density=30,black-carbon=5")
+    np.testing.assert_allclose([float(row["reflectance_upper"]) for row in rows],
+                               found.reflectance_upper.values.ravel(), rtol=1e-8)
+
+
+def test_both_tables_of_ice_are_in_the_interval():
+    blue = {"ssa_m2_kg": 20, "wavelength_nm": 450, "thickness_cm": 50, "standard_errors": False}
+    values = sorted(snowblue.spectrum(**blue, ice=ice).transmittance.item() for ice in ("warren2008", "picard2016"))
+    found = snowblue.spectrum(**blue, plus_minus={"ice": True})
+    ends = [found.transmittance_lower.item(), found.transmittance_upper.item()]
+    np.testing.assert_allclose(ends, values, rtol=1e-12)
+
+
+@pytest.mark.parametrize("deviations, message", [
+    ({"ssa_m2_kg": 200}, r"deviation of the specific surface area is 200 m²/kg, .*, at specific_surface_area\[0\]"),
+    ({"grain_size_um": 10, "ssa_m2_kg": 1}, "two names of one size"),
+    ({"black-carbon": 5}, "needs a mass fraction above 0"),
+    ({"density_kg_m3": -1}, "standard deviation of the density is -1 kg/m³"),
+    ({"density_kg_m3": "a"}, "density_kg_m3 is 'a', but must be a number"),
+])
+def test_deviations_that_cannot_be_are_refused(deviations, message):
+    with pytest.raises(ValueError, match=message):
+        snowblue.spectrum(ssa_m2_kg=[20, 40], wavelength_nm=450, plus_minus=deviations)
+
+
+def test_snow_ages():
+    aged = snowblue.aged_ssa(ssa_m2_kg=[60, 30], age_h=[0, 24, 240], temperature_c=-10)
+    assert aged.dims == ("new_snow", "age") and (aged.diff("age") < 0).all()
+    np.testing.assert_array_equal(aged.isel(age=0), [60, 30])
+    faster = snowblue.aged_ssa(ssa_m2_kg=60, age_h=240, temperature_c=-10, temperature_gradient=True)
+    assert faster < aged.sel(new_snow=60, age=240)
+    albedo = snowblue.albedo(ssa_m2_kg=aged, wavelength_nm=1030)
+    assert albedo.dims == ("new_snow", "age") and (albedo.diff("age") < 0).all()
+    with pytest.raises(ValueError, match=r"age is -1 h, but must lie in 0–8784 h, at age\[1\]"):
+        snowblue.aged_ssa(ssa_m2_kg=60, age_h=[0, -1])
+
+
+def test_scenes_and_tables_travel_as_pickles(tmp_path):
+    vertices = 0.2 * np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    scene = snowblue.Scene(
+        camera={"position": [1, -1, 0.6], "look_at": [0, 0, 0.05], "vertical_fov_deg": 30},
+        film={"width": 16, "height": 12, "exposure": -1.0},
+        material={"snow": {"type": "snow", "grain_size_um": 400, "density_kg_m3": 300}},
+        light=[{"type": "point", "position": [-0.5, -1, 0.5], "illuminant": "D65", "radiant_intensity_w_sr": 10}],
+        object=[{"mesh": (vertices, [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]), "material": "snow"}],
+    )
+    again = pickle.loads(pickle.dumps(scene))
+    pictures = [one.render(samples_per_pixel=1, integrator="diffusion").rgb for one in (scene, again)]
+    np.testing.assert_array_equal(*pictures)
+    table = snowblue.Database.embedded()
+    again = pickle.loads(pickle.dumps(table))
+    looked_up = [one.look_up(thickness_cm=10).transmittance for one in (table, again)]
+    np.testing.assert_array_equal(*looked_up)
+    assert again.metadata == table.metadata
+
+
+def test_a_bake_has_a_short_name():
+    bake = snowblue.Bake([], [], "")
+    assert repr(bake) == "<snowblue.Bake: objects: 0, vertices: 0, lamps: 0>"
