@@ -37,6 +37,13 @@ def test_the_page_for_python_runs(repository, monkeypatch, tmp_path):
         plt.close("all")
     assert abs(given["fit"].ssa.item() - 20) < 0.5 and abs(given["fit"].black_carbon.item() - 30) < 1
     assert given["solved"].reflectance.dims == ("pit", "angle", "wavelength")
+    page = (repository / "docs" / "src" / "python.md").read_text()
+    aged = given["area"].sel(age=[24, 168])
+    gradient = snowblue.aged_ssa(ssa_m2_kg=60, age_h=[24, 168], temperature_c=-10, temperature_gradient=True)
+    assert "become {:.1f} after a day and {:.1f} after a week".format(*aged.values) in page
+    assert "they become {:.1f} and {:.1f}.".format(*gradient.values) in page
+    albedo = snowblue.albedo(ssa_m2_kg=given["area"].sel(age=[0, 24, 168]), wavelength_nm=1030)
+    assert "falls from {:.3f} to {:.3f}\nand {:.3f}".format(*albedo.values) in page
     assert given["baked"].objects[0].flux.shape[0] == 2 and (tmp_path / "coarse.nc").exists()
 
 
@@ -113,37 +120,43 @@ def test_the_page_on_the_sun_and_depth_runs_and_prints_its_numbers(repository, m
         exec(compile(block, "sun_and_depth.md", "exec"), given)
         plt.close("all")
     assert "<svg" in (tmp_path / "sun_and_depth.svg").read_text()
-    light, flux, par = given["light"], given["flux"], given["par"]
-
-    # The trapezoidal rule every 20 nm instead of every 5 nm.
-    assert abs(par.sel(depth=0).item() / (light.par_direct + light.par_diffuse).item() - 1) < 1e-3
-    # What the layers absorb is what the net flux loses.
-    absorbed = (given["absorbed_w_m3"] * 0.01 * flux.depth.diff("depth")).sum().item()
-    assert abs(absorbed / (flux[0] - flux[-1]).item() - 1) < 1e-12
-    assert (given["absorbed_w_m3"] > 0).all() and (par.diff("depth") < 0).all()
-
+    light, day, sky = given["light"], given["day"], given["sky"]
     rows = [line.strip("| ").split("|") for line in page.splitlines() if re.match(r"\| [0-9.]+ \|", line)]
     assert len(rows) == 10
-    quantities = [given[name] for name in ("par", "e_folding_cm", "absorbed_w_m3", "heating_k_h")]
+    quantities = [given[name] for name in ("par", "actinic", "e_folding_cm", "power", "warming")]
     for depth, *cells in rows:
         for cell, quantity in zip(cells, quantities):
             # Three digits.
             if cell.strip():
                 assert abs(float(cell) / quantity.sel(depth=float(depth)).item() - 1) < 6e-3, (depth, cell)
-    shortwave = given["net"].sel(wavelength=slice(320, 720)).integrate("wavelength")
-    for text, value in (
-        ("576 µmol", light.par_direct), ("and 306 from", light.par_diffuse),
-        ("absorb 3.0 W", shortwave[0]), ("instead of 22.9.", flux[0]),
-    ):
-        assert text in page
-        number = float(re.search(r"[0-9.]*[0-9]", text).group())
-        assert abs(number - value.item()) < 0.51 * 10 ** -len(str(number).rstrip("0").partition(".")[2]), text
+    visible = slice(320, 720)
+    by_light = light.absorbed.sel(wavelength=visible).integrate("wavelength")
+    layers = light.layer_absorbed.sel(wavelength=visible).integrate("wavelength").sum()
     clean = [{name: value for name, value in layer.items() if name != "impurities_ng_g"} for layer in given["pack"]]
-    seen = dict(wavelength_nm=given["seen_nm"], angle_deg=given["snow"].angle.values, standard_errors=False)
-    down = snowblue.layers(clean, ground_albedo=0.2, depth_cm=[20], **seen).down.squeeze()
-    down = down.isel(angle=0) * light.direct + down.isel(angle=1) * light.diffuse
-    photons = (8.3593e-3 * down.wavelength * down).sel(wavelength=slice(400, 700)).integrate("wavelength").item()
-    assert "PAR at 20 cm would be 249" in page and abs(photons - 249) < 0.51
+    noon = dict(given["place"], time="2026-02-01T12:00:00+01:00", wavelength_nm=light.wavelength)
+    without = snowblue.light_at_depth(clean, noon, depth_cm=[20], ground_albedo=0.2)
+    power, par, actinic = given["power"], given["par"], given["actinic"]
+    whole = sky["global"].integrate("wavelength")
+    beyond = 100 * (1 - sky["global"].sel(wavelength=slice(None, 1490)).integrate("wavelength") / whole)
+    for words, value in (
+        (r"up to 720 nm bring (\S+) of", by_light.sel(depth=0)), (r"of the (\S+) W m⁻³; at 20 cm", power.sel(depth=0)),
+        (r"they bring (\S+) of", by_light.sel(depth=20)), (r"they bring \S+ of (\S+)\. The pack", power.sel(depth=20)),
+        (r"The pack absorbs (\S+) W", light.solar_layer_absorbed.sum()), (r"in all, and (\S+) of light", layers),
+        (r"upper layer takes (\S+) W", light.solar_layer_absorbed[0]), (r"the lower (\S+)\. Without", light.solar_layer_absorbed[1]),
+        (r"would take (\S+), and", without.solar_layer_absorbed[1]), (r"at 20 cm would be (\S+) instead", without.par_down[0]),
+        (r"instead of (\S+) µmol", par.sel(depth=20)), (r"receives (\S+) % of", 100 * par.sel(depth=20) / par.sel(depth=0)),
+        (r"and (\S+) times", actinic.sel(depth=20) / par.sel(depth=20)), (r"not become (\S+) K", given["warming"].sel(depth=0)),
+        (r"beyond lie (\S+) %", beyond), (r"(\S+) mol of photons", 1e-6 * day.par_down.sel(depth=0)),
+        (r"and (\S+) mol reach", 1e-6 * day.par_actinic.sel(depth=20)),
+        (r"layers take (\S+) and", 1e-6 * day.solar_layer_absorbed[0]),
+        (r"layers take \S+ and (\S+) MJ", 1e-6 * day.solar_layer_absorbed[1]), (r"stands (\S+)°", sky.elevation),
+        (r"receives (\S+) µmol", sky.par_direct), (r"from it and (\S+) from", sky.par_diffuse),
+    ):
+        printed = re.search(words, re.sub(r"\s+", " ", page))
+        assert printed, words
+        number = printed.group(1)
+        digits = 10.0 ** -len(number.partition(".")[2]) if "." in number or number[-1] != "0" else 10.0
+        assert abs(float(number) - value.item()) < 0.51 * digits, (words, number, value.item())
 
     kinds = ["fresh", "rounded", "wind-packed", "faceted", "melt-forms", "firn"]
     through = snowblue.spectrum(

@@ -1,0 +1,83 @@
+"""Spectra on a cluster of two workers, of which one is killed. Skipped, by name, where dask.distributed is missing."""
+
+import os
+import re
+import signal
+import time
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import snowblue
+
+distributed = pytest.importorskip("distributed", reason="dask.distributed is missing: the cluster is not tested")
+
+PITS, ROWS = 4000, 100
+
+
+def albedo(path, first):
+    with xr.open_dataset(path) as file:
+        pits = file.isel(pit=slice(first, first + ROWS)).load()
+    # Long enough to be killed in the middle.
+    time.sleep(0.2)
+    return _albedo(pits), os.getpid()
+
+
+def _albedo(pits):
+    return snowblue.albedo(
+        ssa_m2_kg=pits.ssa, density_kg_m3=pits.density, impurities_ng_g={"black-carbon": pits.soot}, angle_deg=60,
+        wavelength_nm=[450, 1030],
+    )
+
+
+@pytest.fixture
+def pits(tmp_path):
+    draw = np.random.default_rng(1)
+    columns = {"ssa": draw.uniform(5, 80, PITS), "density": draw.uniform(80, 500, PITS), "soot": draw.uniform(0, 50, PITS)}
+    pits = xr.Dataset({name: ("pit", values) for name, values in columns.items()})
+    pits.to_netcdf(tmp_path / "pits.nc")
+    return pits, str(tmp_path / "pits.nc")
+
+
+@pytest.fixture
+def client(tmp_path):
+    cluster = distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, env={"RAYON_NUM_THREADS": "1"}, dashboard_address=None,
+        local_directory=str(tmp_path),
+    )
+    with cluster, distributed.Client(cluster) as client:
+        yield client
+
+
+def test_a_killed_worker_costs_no_pit(pits, client):
+    pits, path = pits
+    starts = range(0, PITS, ROWS)
+    futures = client.map(albedo, [path] * len(starts), starts, pure=False)
+    next(iter(distributed.as_completed(futures)))
+    victim = next(iter(client.run(os.getpid).values()))
+    os.kill(victim, signal.SIGKILL)
+    blocks, workers = zip(*client.gather(futures))
+    # The victim's finished blocks are lost with it, so that others have computed all that is left of them.
+    assert len(set(workers) - {victim}) >= 1 and len(blocks) == len(starts)
+    joined = xr.concat(blocks, "pit", coords="minimal", compat="override", combine_attrs="override")
+    np.testing.assert_array_equal(joined, _albedo(pits))
+
+
+def test_scenes_and_tables_reach_the_workers(client):
+    table = snowblue.Database.embedded()
+    there = client.submit(lambda given: given.look_up(thickness_cm=10).transmittance.values, table).result()
+    np.testing.assert_array_equal(there, table.look_up(thickness_cm=10).transmittance)
+    scene = snowblue.Scene(camera={"position": [0, -1, 1], "look_at": [0, 0, 0]}, sky={"sun": {"elevation_deg": 30}})
+    assert client.submit(lambda given: given.description, scene).result() == scene.description
+
+
+def test_the_page_on_clusters_runs(repository, pits, tmp_path, monkeypatch):
+    page = (repository / "docs" / "src" / "clusters.md").read_text()
+    [block] = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    (tmp_path / "page.py").write_text(block)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    import page as code
+
+    solved = code.main(pits[1])
+    assert solved.sizes == {"pit": PITS, "wavelength": 11} and solved.notnull().all()
