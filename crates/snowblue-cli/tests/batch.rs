@@ -226,15 +226,50 @@ fn metadata_say_what_no_column_says() {
     assert!(metadata.get("density_kg_m3").is_none());
 }
 
-/// An infinite thickness is refused wherever it is given.
+/// A half-space has no transmittance, is the limit of thick slabs, and has no random walks.
 #[test]
-fn thicknesses_are_finite() {
+fn thicknesses_may_be_infinite() {
     let folder = tempfile::tempdir().unwrap();
-    let pits = file(folder.path(), "pits.csv", "thickness_cm\ninf\n");
-    assert_refused(&["spectrum", "--batch", &pits], &[":2: thickness_cm: thickness must be finite"]);
-    for ssa in ["10", "10,20"] {
-        assert_refused(&["spectrum", "--ssa", ssa, "--thickness", "inf"], &["--thickness", "must be finite"]);
+    let pits = file(folder.path(), "pits.csv", "thickness_cm\ninf\n5000\n");
+    let common = ["spectrum", "--wavelengths", "600", "--format", "json"];
+    let json =
+        |more: &[&str]| -> serde_json::Value { serde_json::from_str(&stdout(&[&common[..], more].concat())).unwrap() };
+    for more in [&["--batch", &pits][..], &["--thickness", "inf,5000"]] {
+        let answer = json(more);
+        let [endless, thick] = [0, 1].map(|row| &answer["rows"][row]);
+        assert_eq!((&endless["thickness_cm"], &endless["transmittance"]), (&"inf".into(), &0.into()), "{answer}");
+        let [endless, thick] = [endless, thick].map(|row| row["reflectance"].as_f64().unwrap());
+        assert!((endless / thick - 1.0).abs() < 1e-8, "{answer}");
     }
+    let walks = ["spectrum", "--thickness", "inf", "--engine", "montecarlo"];
+    assert_refused(&walks, &["thickness is inf cm", "0–100000 cm"]);
+    assert_refused(&["spectrum", "--thickness", "inf", "--plot", "x.svg"], &["--plot", "half-space"]);
+}
+
+/// The values lie in their intervals, which are wider for less known snow.
+#[test]
+fn deviations_give_intervals() {
+    let header = "thickness_cm,angle_deg,wavelength_nm,reflectance,transmittance,absorptance,reflectance_lower,\
+                  reflectance_upper,transmittance_lower,transmittance_upper,absorptance_lower,absorptance_upper";
+    let common = ["spectrum", "--ssa", "20", "--thickness", "10", "--wavelengths", "450,700", "--plus-minus"];
+    let widths = ["ssa=1,density=10", "ssa=3,density=50,ice"].map(|deviations| {
+        let text = stdout(&[&common[..], &[deviations]].concat());
+        let mut lines = text.lines();
+        assert_eq!(lines.next(), Some(header));
+        let row = |line: &str| line.split(',').map(|word| word.parse().unwrap()).collect::<Vec<f64>>();
+        let rows: Vec<Vec<f64>> = lines.map(row).collect();
+        for row in &rows {
+            for (value, lower) in [(3, 6), (4, 8), (5, 10)] {
+                assert!(row[lower] < row[value] && row[value] < row[lower + 1], "{row:?}");
+            }
+        }
+        rows[1][7] - rows[1][6]
+    });
+    assert!(widths[1] > 2.0 * widths[0], "{widths:?}");
+    assert_refused(&["spectrum", "--plus-minus", "ssa=2"], &["specific surface area", "needs snow"]);
+    assert_refused(&["spectrum", "--plus-minus", "soot=2"], &["'soot'", "black-carbon"]);
+    let walks = ["spectrum", "--plus-minus", "density=2", "--engine", "montecarlo"];
+    assert_refused(&walks, &["--plus-minus", "--engine ordinates"]);
 }
 
 #[test]

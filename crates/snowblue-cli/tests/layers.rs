@@ -29,7 +29,7 @@ fn rows(arguments: &[&str], header: &str) -> Vec<Vec<f64>> {
 }
 
 const WHOLE: &str = "thickness_cm,angle_deg,wavelength_nm,reflectance,transmittance,absorptance";
-const PROFILE: &str = "thickness_cm,depth_cm,angle_deg,wavelength_nm,down,up,net,e_folding_depth_cm";
+const PROFILE: &str = "thickness_cm,depth_cm,angle_deg,wavelength_nm,down,up,net,fluence,e_folding_depth_cm";
 
 #[test]
 fn a_file_of_layers_has_fluxes_and_a_profile() {
@@ -49,7 +49,9 @@ fn a_file_of_layers_has_fluxes_and_a_profile() {
     for (three, whole) in profile.chunks_exact(3).zip(&whole) {
         assert!((three[0][4] - 1.0).abs() < 1e-8 && (three[0][5] - whole[3]).abs() < 1e-8, "{three:?}");
         assert!((three[2][4] - whole[4]).abs() < 1e-8 && (three[2][5] - 0.3 * whole[4]).abs() < 1e-8, "{three:?}");
-        assert!(three.is_sorted_by(|a, b| a[6] > b[6]) && three.iter().all(|row| row[7] > 0.0), "{three:?}");
+        assert!(three.is_sorted_by(|a, b| a[6] > b[6]) && three.iter().all(|row| row[8] > 0.0), "{three:?}");
+        // From all directions there is more than through a plane, and at most light along the plane.
+        assert!(three.iter().all(|row| row[7] > row[4] + row[5]), "{three:?}");
     }
 }
 
@@ -110,6 +112,70 @@ fn bad_layers_are_refused_with_file_and_line() {
     std::fs::write(&path, "[[layer]]\nthickness_cm = 1\n".repeat(1001)).unwrap();
     let refused = ["pack.toml:2001: ", "1001 [[layer]]", "at most 1000"];
     assert_refused(&["spectrum", "--layers", path.to_str().unwrap()], &refused);
+}
+
+#[test]
+fn the_last_layer_may_be_a_half_space() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("pack.toml");
+    let arguments = ["spectrum", "--layers", path.to_str().unwrap(), "--depths", "0,50", "--wavelengths", "450"];
+    std::fs::write(&path, PACK.replace("thickness_cm = 8.5", "thickness_cm = inf")).unwrap();
+    let profile = rows(&arguments, PROFILE);
+    assert!(profile[0][0].is_infinite() && profile[1][4] > 0.0 && profile[1][4] < profile[0][4], "{profile:?}");
+    std::fs::write(&path, PACK.replace("thickness_cm = 2\n", "thickness_cm = inf\n")).unwrap();
+    assert_refused(&arguments, &["pack.toml:3: ", "thickness is inf cm", "0–100000 cm"]);
+    std::fs::write(&path, PACK.replace("density_kg_m3 = 120", "density_kg_m3 = 917")).unwrap();
+    assert_refused(&arguments, &["pack.toml:6: ", "density is 917 kg/m³", "clear ice"]);
+}
+
+const SKY_BANDS: &str = "depth_cm,bottom_cm,band,unit,down,up,net,actinic,absorbed_per_m2,absorbed_per_m3,warming_k_h";
+
+/// What the layers take and what is left at the ground is what enters; by day, by night, and over a day.
+#[test]
+fn a_sky_gives_light_at_depth() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("pack.toml");
+    std::fs::write(&path, PACK).unwrap();
+    let sky = |sun: &'static str, more: &[&str]| {
+        let common = ["spectrum", "--layers", path.to_str().unwrap(), "--depths", "0,10.5", "--sky", sun];
+        stdout(&[&common[..], more].concat())
+    };
+    let bands = sky("25", &["--broadband", "par,solar", "--turbidity", "2"]);
+    let mut lines = bands.lines();
+    assert_eq!(lines.next(), Some(SKY_BANDS));
+    let cells: Vec<Vec<&str>> = lines.map(|line| line.split(',').collect()).collect();
+    assert_eq!(cells.len(), 8);
+    let number = |row: usize, column: usize| cells[row][column].parse::<f64>().unwrap();
+    for (first, band, unit) in [(0, "par", "µmol/(m² s)"), (4, "solar", "W/m²")] {
+        assert!(cells[first..first + 4].iter().all(|row| row[2] == band && row[3] == unit), "{bands}");
+        let kept = number(first, 6) - number(first + 1, 6);
+        let absorbed = number(first + 2, 8) + number(first + 3, 8);
+        assert!((absorbed / kept - 1.0).abs() < 1e-7 && number(first, 7) > number(first, 4), "{bands}");
+    }
+    assert!(cells[0][10].is_empty() && number(4, 10) > number(5, 10) && number(6, 10) > number(7, 10), "{bands}");
+    let spectra = sky("25", &["--wavelengths", "450,700"]);
+    let header = "depth_cm,wavelength_nm,down_w_m2_nm,up_w_m2_nm,net_w_m2_nm,actinic_w_m2_nm,absorbed_w_m3_nm";
+    assert_eq!((spectra.lines().next(), spectra.lines().count()), (Some(header), 5));
+    let night = sky("-5", &["--wavelengths", "450"]);
+    assert!(night.lines().skip(1).all(|line| line.ends_with(",450,0,0,0,0,0")), "{night}");
+    let day = sky("47.27,11.39,2026-02-01", &["--broadband", "par"]);
+    assert_names(&day, &["warming_k\n", "µmol/m²"]);
+}
+
+#[test]
+fn skies_that_cannot_be_are_refused() {
+    let refused = |more: &[&str], words: &[&str]| assert_refused(&[&["spectrum", "--sky"], more].concat(), words);
+    refused(&["25"], &["--depths"]);
+    refused(&["25", "--depths", "1", "--angle", "3"], &["--angle", "--sky"]);
+    refused(&["25", "--depths", "1", "--engine", "montecarlo"], &["--sky", "--engine ordinates"]);
+    refused(&["25", "--depths", "1", "--thickness", "2,5"], &["--sky", "--thickness"]);
+    refused(&["25,3", "--depths", "1"], &["--sky", "LATITUDE,LONGITUDE,TIME"]);
+    refused(&["95", "--depths", "1"], &["sun elevation", "95°", "-90–90°"]);
+    refused(&["47,11,2026-02-30", "--depths", "1"], &["day is 30", "28 days"]);
+    refused(&["25", "--depths", "1", "--turbidity", "20"], &["turbidity", "20", "1–10"]);
+    refused(&["25", "--depths", "1", "--overcast", "--wavelengths", "800"], &["800 nm", "overcast"]);
+    assert_refused(&["spectrum", "--depths", "1", "--turbidity", "2"], &["--sky"]);
+    assert_refused(&["spectrum", "--depths", "1", "--broadband"], &["--broadband", "--sky"]);
 }
 
 #[test]

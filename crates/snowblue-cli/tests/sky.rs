@@ -66,10 +66,16 @@ fn json_has_metadata_and_rows() {
 
 #[test]
 fn bad_input_is_refused() {
-    assert_refused(&["sky", "--elevation", "-3.2"], &["sun elevation", "-3.2°", "0–90°", "twilight"]);
+    assert_refused(&["sky", "--elevation", "-93.2"], &["sun elevation", "-93.2°", "-90–90°"]);
+    assert_refused(
+        &["sky", "--elevation", "3", "--precipitable-water", "11"],
+        &["precipitable water", "11 cm", "0–10 cm"],
+    );
+    let overcast = ["sky", "--elevation", "3", "--overcast", "--wavelengths", "800"];
+    assert_refused(&overcast, &["wavelength is 800 nm", "320–720 nm", "overcast"]);
     assert_refused(&["sky", "--elevation", "30", "--turbidity", "11"], &["turbidity", "11", "1–10"]);
     assert_refused(&["sky", "--elevation", "30", "--ground-albedo", "2"], &["ground albedo", "2", "0–1"]);
-    assert_refused(&["sky", "--elevation", "30", "--wavelengths", "450,800"], &["wavelength", "800", "320–720 nm"]);
+    assert_refused(&["sky", "--elevation", "30", "--wavelengths", "450,2501"], &["wavelength", "2501", "320–2500 nm"]);
     assert_refused(&["sky"], &["--elevation", "--latitude", "--longitude", "--time"]);
     assert_refused(&["sky", "--elevation", "3", "--refraction"], &["--elevation", "--refraction"]);
     assert_refused(&["sky", "--latitude", "47"], &["--longitude", "--time"]);
@@ -80,5 +86,15 @@ fn bad_input_is_refused() {
     assert_refused(&at("91", "2026-02-01T12:00Z"), &["latitude", "91°", "-90–90°"]);
     assert_refused(&at("47", "2026-02-01T12:00"), &["2026-02-01T12:00", "offset from UTC"]);
     assert_refused(&at("47", "2026-02-30T12:00Z"), &["day", "30", "28 days"]);
-    assert_refused(&at("47", "2026-02-01T00:00Z"), &["sun elevation is -59.4334°", "twilight"]);
+}
+
+/// At night there is no light; vapour dims its band at 940 nm and leaves the window at 1040 nm.
+#[test]
+fn the_night_is_dark_and_vapour_dims_its_bands() {
+    for row in rows(&["sky", "--elevation", "-3.2", "--wavelengths", "450,1000"]) {
+        assert!(row[1..].iter().all(|value| value.to_bits() == 0), "{row:?}");
+    }
+    let infrared = ["sky", "--elevation", "30", "--wavelengths", "940,1040", "--precipitable-water"];
+    let [dry, wet] = ["0.1", "3"].map(|water| rows(&[&infrared[..], &[water]].concat()));
+    assert!(wet[0][4] < 0.6 * dry[0][4] && (wet[1][4] / dry[1][4] - 1.0).abs() < 0.01, "{dry:?} {wet:?}");
 }

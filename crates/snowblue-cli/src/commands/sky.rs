@@ -3,8 +3,8 @@
 use clap::Args;
 use snowblue_figures::{Cell, DataTable, Metadata};
 use snowblue_sky::{
-    ClearSky, DateTime, Daylight, ELEVATION_RANGE_DEG, OvercastSky, Place, Sky as Model, SunPosition, TURBIDITY_RANGE,
-    WAVELENGTHS_NM, sun_position,
+    CLEAR_WAVELENGTH_RANGE_NM, ClearSky, DateTime, Daylight, OvercastSky, PRECIPITABLE_WATER_CM,
+    PRECIPITABLE_WATER_RANGE_CM, Place, Sky as Model, SunPosition, TURBIDITY_RANGE, WAVELENGTHS_NM, sun_position,
 };
 
 use crate::options::parse::{self, Wavelengths};
@@ -16,8 +16,9 @@ use crate::output::{Failure, Outcome, OutputOptions};
     allow_negative_numbers = true,
     after_help = "Columns: 'direct' is the light of the sun's disc, on a plane that faces it ('normal') and on level \
 ground; 'diffuse' is the light of the sky on level ground; 'global' is both, in W/(m² nm). A clear sky is that of \
-Hosek & Wilkie (2012, 2013), an overcast sky that of the CIE with the spectrum D65 and the mean illuminance of \
-Krochmann & Seidl (1974) for the sun's elevation.
+Hosek & Wilkie (2012, 2013) to 720 nm and of Bird & Riordan (1986) beyond, scaled to join it, an overcast sky that of the CIE with the spectrum D65 and the mean illuminance of \
+Krochmann & Seidl (1974) for the sun's elevation. With the sun below the horizon all light is zero: there is no model of \
+twilight.
 
 Examples:
   snowblue sky --elevation 25 --turbidity 2
@@ -28,9 +29,7 @@ pub(crate) struct Sky {
     #[arg(
         long, value_name = "DEG", value_parser = parse::number, help_heading = "Sun",
         conflicts_with_all = ["latitude", "longitude", "time", "refraction"],
-        help = format!(
-            "Angle between the horizon and the sun, in degrees [{}–{}]", ELEVATION_RANGE_DEG.0, ELEVATION_RANGE_DEG.1
-        )
+        help = "Angle between the horizon and the sun, in degrees [-90–90]"
     )]
     elevation: Option<f64>,
     /// Latitude in degrees, north positive [-90–90]
@@ -63,14 +62,23 @@ pub(crate) struct Sky {
         conflicts_with = "overcast"
     )]
     ground_albedo: f64,
+    #[arg(
+        long, value_name = "CM", value_parser = parse::number, default_value_t = PRECIPITABLE_WATER_CM,
+        help_heading = "Sky", conflicts_with = "overcast",
+        help = format!(
+            "Water vapour in the air, which takes bands of the infrared, in cm of water [{}–{}]",
+            PRECIPITABLE_WATER_RANGE_CM.0, PRECIPITABLE_WATER_RANGE_CM.1
+        )
+    )]
+    precipitable_water: f64,
     /// An overcast sky instead of a clear one
     #[arg(long, help_heading = "Sky")]
     overcast: bool,
     #[arg(
         long, value_name = "NM", value_parser = parse::wavelengths, default_value = "320:720:10", help_heading = "Sky",
         help = format!(
-            "Wavelengths in nm: FIRST:LAST:STEP or a list [{}–{}]",
-            WAVELENGTHS_NM[0], WAVELENGTHS_NM[WAVELENGTHS_NM.len() - 1]
+            "Wavelengths in nm: FIRST:LAST:STEP or a list [{}–{}; overcast: –{}]", CLEAR_WAVELENGTH_RANGE_NM.0,
+            CLEAR_WAVELENGTH_RANGE_NM.1, WAVELENGTHS_NM[WAVELENGTHS_NM.len() - 1]
         )
     )]
     wavelengths: Wavelengths,
@@ -113,11 +121,13 @@ impl Sky {
     }
 
     fn sky(&self, elevation_deg: f64) -> Result<Model, snowblue_sky::SkyError> {
-        if self.overcast {
-            OvercastSky::under_sun(elevation_deg).map(Model::Overcast)
-        } else {
-            ClearSky::new(elevation_deg, self.turbidity, &[self.ground_albedo; 11]).map(Model::Clear)
-        }
+        Model::of_sun(elevation_deg, |elevation_deg| {
+            if self.overcast {
+                return OvercastSky::under_sun(elevation_deg).map(Model::Overcast);
+            }
+            let sky = ClearSky::new(elevation_deg, self.turbidity, &[self.ground_albedo; 11])?;
+            sky.with_precipitable_water(self.precipitable_water).map(Model::Clear)
+        })
     }
 
     fn metadata(&self, sky: &Model, elevation_deg: f64, position: Option<SunPosition>) -> Metadata {
@@ -128,6 +138,7 @@ impl Sky {
             metadata.push(("sky", "clear".to_owned()));
             metadata.push(("turbidity", self.turbidity.to_string()));
             metadata.push(("ground albedo", self.ground_albedo.to_string()));
+            metadata.push(("precipitable water", format!("{} cm", self.precipitable_water)));
         }
         metadata.push(("sun elevation", format!("{elevation_deg:.2}°")));
         if let Some(position) = position {
