@@ -45,8 +45,8 @@ pub(crate) fn sunlight(py: Python<'_>, wavelengths_nm: Vec<f64>) -> PyResult<Bou
 }
 
 /// Irradiance of level ground at each wavelength, illuminance and PAR, of which there is none with the sun below the
-/// horizon. `haze` is the turbidity, the ground's albedo and the precipitable water in cm of a clear sky; without it the
-/// sky is overcast.
+/// horizon. `haze` is the turbidity, the ground's albedo and the precipitable water in cm of a clear sky; without it
+/// the sky is overcast.
 #[pyfunction]
 #[pyo3(signature = (elevation_deg, haze, wavelengths_nm))]
 pub(crate) fn sky<'py>(

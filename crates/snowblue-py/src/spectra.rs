@@ -71,6 +71,9 @@ pub(crate) struct Ground {
 /// A named quantity of a row.
 type Quantity<R> = (&'static str, fn(&R) -> Estimate);
 
+/// One of the intervals of a row.
+type Interval = fn(&FluxIntervals) -> [f64; 2];
+
 /// One of the derivatives of a row.
 type Derivative = fn(&FluxDerivatives) -> f64;
 
@@ -171,7 +174,7 @@ pub(crate) fn spread<'py>(
         solved.map_err(|BatchError { case, error }| input_at(error, case, None))
     })?;
     let dict = PyDict::new(py);
-    let fractions: [(&str, fn(&FluxIntervals) -> [f64; 2]); 3] = [
+    let fractions: [(&str, Interval); 3] = [
         ("reflectance", |row| row.reflectance),
         ("transmittance", |row| row.transmittance),
         ("absorptance", |row| row.absorptance),
@@ -231,9 +234,9 @@ const LEVELS: [LevelQuantity; 5] = [
     ("absorbed", |level| level.absorbed_per_m),
 ];
 
-/// Light in layers on a ground under each of some lights, or, `daily`, the sum over a day of all of them: for each light
-/// the depths, then the wavelengths, and `layer_absorbed` with layers in place of depths; of each of `bands` the same
-/// without wavelengths, as `par_down` and so on; and with the solar band `warming` and `layer_warming`.
+/// Light in layers on a ground under each of some lights, or, `daily`, the sum over a day of all of them: for each
+/// light the depths, then the wavelengths, and `layer_absorbed` with layers in place of depths; of each of `bands` the
+/// same without wavelengths, as `par_down` and so on; and with the solar band `warming` and `layer_warming`.
 #[pyfunction]
 #[pyo3(signature = (ground, wavelength_nm, lights, bands, daily, ordinates, progress))]
 #[expect(clippy::too_many_arguments, reason = "one for each group of keywords")]

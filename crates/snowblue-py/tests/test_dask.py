@@ -34,8 +34,8 @@ def _albedo(pits):
 @pytest.fixture
 def pits(tmp_path):
     draw = np.random.default_rng(1)
-    columns = {"ssa": draw.uniform(5, 80, PITS), "density": draw.uniform(80, 500, PITS), "soot": draw.uniform(0, 50, PITS)}
-    pits = xr.Dataset({name: ("pit", values) for name, values in columns.items()})
+    ranges = {"ssa": (5, 80), "density": (80, 500), "soot": (0, 50)}
+    pits = xr.Dataset({name: ("pit", draw.uniform(*ends, PITS)) for name, ends in ranges.items()})
     pits.to_netcdf(tmp_path / "pits.nc")
     return pits, str(tmp_path / "pits.nc")
 

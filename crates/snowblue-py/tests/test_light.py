@@ -98,7 +98,8 @@ def test_a_day_is_the_sum_of_its_quarters_and_the_night_is_dark():
 
 
 def test_the_infrared_of_the_sky_is_that_of_the_standard_sun():
-    # ASTM G173-03 has the air mass 1.5, 1.42 cm of water and a light haze; scaled at 640–700 nm, as its plane is tilted.
+    # ASTM G173-03 has the air mass 1.5, 1.42 cm of water and a light haze; scaled at 640–700 nm, as its plane is
+    # tilted.
     wavelength_nm = np.arange(640, 2501, 5)
     sky = snowblue.sky(elevation_deg=41.8, turbidity=2.5, wavelength_nm=wavelength_nm)["global"]
     sun = snowblue.sunlight(wavelength_nm)
@@ -133,7 +134,7 @@ def test_measured_light_is_taken():
 @pytest.mark.parametrize("keywords, message", [
     ({"sky": {"elevation": 30}}, "'elevation' is not known; did you mean elevation_deg"),
     ({"sky": {"elevation_deg": 95}}, "sun elevation is 95°, but must lie in -90–90°"),
-    ({"sky": {"elevation_deg": 30, "wavelength_nm": [400, 2600]}}, "wavelength is 2600 nm, but must lie in 320–2500 nm"),
+    ({"sky": {"elevation_deg": 30, "wavelength_nm": [400, 2600]}}, "wavelength is 2600 nm, but must lie in 320–2500"),
     ({"sky": {"elevation_deg": 30, "overcast": True, "wavelength_nm": [700, 800]}}, "no model of an overcast sky"),
     ({"sky": {"elevation_deg": 30, "precipitable_water_cm": 20}}, "precipitable water is 20 cm, but must lie in 0–10"),
     ({"depth_cm": [0, 80]}, "depth is 80 cm, but must lie in 0–70 cm"),

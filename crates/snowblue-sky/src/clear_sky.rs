@@ -21,11 +21,10 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use crate::error::{SkyError, check};
-use crate::infrared::{PRECIPITABLE_WATER_CM, PRECIPITABLE_WATER_RANGE_CM};
 use crate::rings::{Ring, midpoints};
 use crate::tables::{
-    self, CONTROL_POINTS, Coefficients, NODES, SEGMENTS, SKY_VALUES, TURBIDITY_RANGE, TurbidityLevel, at_wavelength,
-    polynomial,
+    self, CONTROL_POINTS, Coefficients, NODES, PRECIPITABLE_WATER_CM, PRECIPITABLE_WATER_RANGE_CM, SEGMENTS,
+    SKY_VALUES, TURBIDITY_RANGE, TurbidityLevel, at_wavelength, polynomial,
 };
 
 /// Angle from the centre of the sun's disc to its edge, in radians: half of 0.5358°, as in Mitsuba 3.

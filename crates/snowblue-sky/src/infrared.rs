@@ -2,13 +2,13 @@
 //! doi:10.2172/5986936; 1986, J. Clim. Appl. Meteorol. 25, 87).
 //!
 //! The sun's light outside the air is weakened by molecules, aerosol, ozone, water vapour and the other gases, each by
-//! its own law of the air mass (Kasten 1966); half of what molecules scatter and a part of what aerosol scatters arrives
-//! as light of the sky. Constants are those of the authors' program `spectrl2_2.c`, where they differ from the report.
-//! The optical thickness of the aerosol is β λ^−1.3 with λ in µm and β = 0.04608 T − 0.04586 for the turbidity T
-//! (Preetham, Shirley & Smits 1999, appendix).
+//! its own law of the air mass (Kasten 1966); half of what molecules scatter and a part of what aerosol scatters
+//! arrives as light of the sky. Constants are those of the authors' program `spectrl2_2.c`, where they differ from the
+//! report. The optical thickness of the aerosol is β λ^−1.3 with λ in µm and β = 0.04608 T − 0.04586 for the turbidity
+//! T (Preetham, Shirley & Smits 1999, appendix).
 //!
-//! Direct and diffuse light are each scaled by one factor, so that at 640 and 680 nm they have the sum that the model of
-//! Hosek & Wilkie has. Distances to the sun cancel.
+//! Direct and diffuse light are each scaled by one factor, so that at 640 and 680 nm they have the sum that the model
+//! of Hosek & Wilkie has. Distances to the sun cancel.
 //!
 //! **Simplified.** Between the 75 wavelengths of the table irradiances are linear, so bands of vapour are as in a
 //! spectrum of some 10 nm. The light that the ground sends into the sky and the sky back is left out: a few per cent of
@@ -18,13 +18,6 @@ use std::sync::LazyLock;
 
 use crate::clear_sky::ClearSky;
 use crate::tables::{WAVELENGTHS_NM, at_wavelength};
-
-/// Water vapour in the air above the ground, in cm of water: 1.42 in the US Standard Atmosphere, 0.1–1 above winter
-/// snow.
-pub const PRECIPITABLE_WATER_RANGE_CM: (f64, f64) = (0.0, 10.0);
-
-/// That of the US Standard Atmosphere, as in ASTM G173-03.
-pub const PRECIPITABLE_WATER_CM: f64 = 1.42;
 
 /// Ozone, in cm at standard conditions, as in ASTM G173-03.
 const OZONE_CM: f64 = 0.34;

@@ -15,8 +15,8 @@
 //! # Simplifications
 //!
 //! Radiances have the wavelengths of the model, 320–720 nm, sampled every 40 nm: no absorption line of the air is
-//! resolved. Irradiances of a clear sky go on to 2500 nm with a model of the air's transmittance. The ground is level and
-//! reflects all directions alike. A sun below the horizon gives no light.
+//! resolved. Irradiances of a clear sky go on to 2500 nm with a model of the air's transmittance. The ground is level
+//! and reflects all directions alike. A sun below the horizon gives no light.
 //!
 //! # Out of scope
 //!
@@ -43,8 +43,9 @@ pub use air::air_extinction_per_m;
 pub use clear_sky::{ClearSky, ELEVATION_RANGE_DEG, SUN_RADIUS_RAD, limb_darkening_at_nodes};
 pub use daylight::{CLEAR_WAVELENGTH_RANGE_NM, Daylight, Sky, daylight_wavelengths_nm};
 pub use error::SkyError;
-pub use infrared::{PRECIPITABLE_WATER_CM, PRECIPITABLE_WATER_RANGE_CM};
 pub use overcast::{OVERCAST_IRRADIANCE_SR, OvercastSky, overcast_illuminance_lx, overcast_relative_radiance};
 pub use sun_position::{Place, SunPosition, sun_position};
-pub use tables::{Coefficients, TURBIDITY_RANGE, WAVELENGTHS_NM, at_wavelength};
+pub use tables::{
+    Coefficients, PRECIPITABLE_WATER_CM, PRECIPITABLE_WATER_RANGE_CM, TURBIDITY_RANGE, WAVELENGTHS_NM, at_wavelength,
+};
 pub use time::{DateTime, times_of_day};

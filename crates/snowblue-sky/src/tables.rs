@@ -13,6 +13,13 @@ pub(crate) const NODES: usize = 11;
 /// The first and the last turbidity of the tables; they have every whole number between them.
 pub const TURBIDITY_RANGE: (f64, f64) = (1.0, 10.0);
 
+/// Water vapour in the air above the ground, in cm of water: 1.42 in the US Standard Atmosphere, 0.1–1 above winter
+/// snow.
+pub const PRECIPITABLE_WATER_RANGE_CM: (f64, f64) = (0.0, 10.0);
+
+/// That of the US Standard Atmosphere, as in ASTM G173-03.
+pub const PRECIPITABLE_WATER_CM: f64 = 1.42;
+
 /// Control points of the Bézier curves in the elevation of the sun.
 pub(crate) const CONTROL_POINTS: usize = 6;
 

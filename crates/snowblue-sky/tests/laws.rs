@@ -106,12 +106,43 @@ fn daylight_is_the_sum_of_its_parts() {
     assert!(near(daylight.diffuse, sky.sky_irradiance(517.0)));
     assert!(near(daylight.global(), daylight.direct + daylight.diffuse));
 
-    let message = Sky::Clear(sky).irradiance(&[400.0, 750.0]).unwrap_err().to_string();
-    assert_eq!(message, "wavelength is 750 nm, but must lie in 320–720 nm");
+    let message = Sky::Clear(sky).irradiance(&[400.0, 2501.0]).unwrap_err().to_string();
+    assert_eq!(message, "wavelength is 2501 nm, but must lie in 320–2500 nm");
 
     let clouds = OvercastSky::new(5000.0).unwrap();
     let overcast = Sky::Overcast(clouds);
     assert!(near(overcast.illuminance().global(), 5000.0));
     let [daylight] = overcast.irradiance(&[517.0]).unwrap().try_into().unwrap();
     assert!(near(daylight.global(), clouds.irradiance(517.0)) && daylight.direct_normal.abs() < 1e-300);
+    let message = overcast.irradiance(&[750.0]).unwrap_err().to_string();
+    assert_eq!(
+        message,
+        "wavelength is 750 nm, but must lie in 320–720 nm: there is no model of an overcast sky beyond"
+    );
+}
+
+/// More vapour and more haze let less of the sun through at every wavelength; haze adds to the sky.
+#[test]
+fn the_air_takes_from_the_sun_what_it_scatters_or_absorbs() {
+    let wavelengths_nm: Vec<f64> = (73..=250).map(|tens| 10.0 * f64::from(tens)).collect();
+    let light = |turbidity, water_cm| {
+        let sky = clear(30.0, turbidity, 0.2).with_precipitable_water(water_cm).unwrap();
+        Sky::Clear(sky).irradiance(&wavelengths_nm).unwrap()
+    };
+    let (dry, wet, hazy) = (light(2.0, 0.1), light(2.0, 3.0), light(6.0, 0.1));
+    for ((dry, wet), hazy) in dry.iter().zip(&wet).zip(&hazy) {
+        assert!(wet.direct <= dry.direct && hazy.direct < dry.direct && hazy.diffuse > dry.diffuse, "{dry:?} {wet:?}");
+        assert!(dry.direct > 0.0 && (dry.direct / dry.direct_normal - 0.5).abs() < 1e-12);
+    }
+    assert!(clear(30.0, 2.0, 0.2).with_precipitable_water(-1.0).is_err());
+}
+
+#[test]
+fn a_sun_below_the_horizon_gives_no_light() {
+    let sky = Sky::of_sun(-0.01, |_| panic!("there is no sun")).unwrap();
+    let dark = sky.irradiance(&[320.0, 2500.0]).unwrap();
+    assert!(dark.iter().all(|light| light.global().to_bits() == 0) && sky.par().global().to_bits() == 0);
+    for elevation_deg in [f64::NAN, -91.0, 91.0] {
+        assert!(Sky::of_sun(elevation_deg, |_| Ok(Sky::Night)).is_err());
+    }
 }

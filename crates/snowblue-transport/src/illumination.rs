@@ -1,9 +1,10 @@
 //! Light at depth in layers of snow under the sun and the sky: irradiances, fluence rates, absorbed power and warming.
 //!
-//! Fluxes are solved for one unit of light, for the beam of each sun and for Lambertian light, which stands for the sky,
-//! and weighted with their irradiances. **Conventions.** Irradiances on the snow and fluxes at depth are per level area
-//! (plane). The actinic flux, or fluence rate, counts light from all directions alike (scalar); a small sphere receives
-//! a quarter of it per area of its surface. Absorbed power is per volume of snow, or per level area of a layer.
+//! Fluxes are solved for one unit of light, for the beam of each sun and for Lambertian light, which stands for the
+//! sky, and weighted with their irradiances. **Conventions.** Irradiances on the snow and fluxes at depth are per level
+//! area (plane). The actinic flux, or fluence rate, counts light from all directions alike (scalar); a small sphere
+//! receives a quarter of it per area of its surface. Absorbed power is per volume of snow, or per level area of a
+//! layer.
 //!
 //! A band is an integral over its wavelengths, between which spectra are linear; PAR counts photons of 400–700 nm
 //! (McCree 1972). Warming is that of the ice by the absorbed light alone, with the heat capacity
@@ -183,8 +184,8 @@ impl LightInLayers {
     /// The light of a band, whose spectra are on these ascending wavelengths.
     ///
     /// # Errors
-    /// If the wavelengths do not cover the band, as for [`BandWeights`](crate::sunlight::BandWeights). The solar band is
-    /// that of all wavelengths.
+    /// If the wavelengths do not cover the band, as for [`BandWeights`](crate::sunlight::BandWeights). The solar band
+    /// is that of all wavelengths.
     pub fn band(&self, band: Band, wavelengths_nm: &[f64]) -> Result<BandLight, TransportError> {
         let weights = band_integrals(band, wavelengths_nm)?;
         let level = |spectrum: &[LightLevel]| {
@@ -201,8 +202,8 @@ impl LightInLayers {
 }
 
 impl BandLight {
-    /// Rates at which the light warms the ice, in K/h: at each depth, and of each layer. Where water is in the snow they
-    /// are NaN: it melts instead.
+    /// Rates at which the light warms the ice, in K/h: at each depth, and of each layer. Where water is in the snow
+    /// they are NaN: it melts instead.
     #[must_use]
     pub fn warming_k_h(&self, stack: &Stack) -> [Vec<f64>; 2] {
         let at = |(level, depth_cm): (&LightLevel, &f64)| {

@@ -29,7 +29,8 @@
 //! **Simplified.** No diffraction and no polarisation. Grains are points within the slab, and layers are homogeneous.
 //! The refractive index does not change at the faces of the slab. A grain lies entirely in water or entirely in air.
 //!
-//! **Out of scope.** Radiance inside the snow (only fluxes are computed), and colour (`snowblue-color`).
+//! **Out of scope.** Radiance inside the snow (only fluxes and fluence rates are computed), and colour
+//! (`snowblue-color`).
 
 mod dual;
 mod error;

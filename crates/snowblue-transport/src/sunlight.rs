@@ -240,9 +240,9 @@ fn check_cover(band: Band, range: WavelengthRange, wavelengths_nm: &[f64]) -> Re
     }
 }
 
-/// The weight of each ascending wavelength in the integral over a band of a spectrum that is linear between them: ∫ h dλ,
-/// or for PAR ∫ h λ/(h c N_A) dλ, in µmol J⁻¹ nm. The solar band is that of all wavelengths, and the near infrared ends
-/// with them.
+/// The weight of each ascending wavelength in the integral over a band of a spectrum that is linear between them: ∫ h
+/// dλ, or for PAR ∫ h λ/(h c N_A) dλ, in µmol J⁻¹ nm. The solar band is that of all wavelengths, and the near infrared
+/// ends with them.
 ///
 /// # Errors
 /// As [`BandWeights::new`].

@@ -481,11 +481,11 @@ fn light_in_layers_is_conserved() {
     for (Illumination { direct, diffuse, .. }, light) in lights.iter().zip(&solved) {
         let incident: Vec<f64> = direct.iter().zip(diffuse).map(|(direct, diffuse)| direct + diffuse).collect();
         let (count, ground) = (wavelengths_nm.len(), 4 * wavelengths_nm.len());
-        for nm in 0..count {
-            assert!((light.levels[nm].down - incident[nm]).abs() < 1e-12);
+        for (nm, incident) in incident.iter().enumerate() {
+            assert!((light.levels[nm].down - incident).abs() < 1e-12);
             let absorbed: f64 = light.absorbed.iter().skip(nm).step_by(count).sum();
             let sum = light.levels[nm].up + absorbed + 0.8 * light.levels[ground + nm].down;
-            assert!((sum - incident[nm]).abs() < 1e-12, "{sum}");
+            assert!((sum - incident).abs() < 1e-12, "{sum}");
             let [above, at, below] = [1, 2, 3].map(|depth| light.levels[depth * count + nm]);
             let power = (above.net - below.net) / (0.02 * half_cm);
             // The rounding of the difference, and the curvature over 20 µm.

@@ -180,7 +180,8 @@ def _check_steps(times: np.ndarray) -> None:
 
 def _describe(plain: str, band: str | None, spectral: bool, daily: bool) -> dict[str, str]:
     if "warming" in plain:
-        long_name = "warming of the ice by the light that the layer absorbs" if plain != "warming" else "warming of the ice"
+        where = "by the light that the layer absorbs" if plain.startswith("layer") else "by light at this depth"
+        long_name = f"warming of the ice {where}"
         return {"units": "K" if daily else "K h-1", "long_name": long_name}
     volume = "m-3" if plain == "absorbed" else "m-2"
     if band == "par":

@@ -127,9 +127,9 @@ def sky(
 ) -> xr.Dataset:
     """Irradiance of level ground by the sun and the sky.
 
-    A clear sky is that of Hosek & Wilkie (2012, 2013) to 720 nm and that of Bird & Riordan (1986) beyond, scaled to join
-    it; an overcast sky is that of the CIE with the spectrum D65 and the mean illuminance of Krochmann & Seidl (1974).
-    With the sun below the horizon all light is zero: there is no model of twilight.
+    A clear sky is that of Hosek & Wilkie (2012, 2013) to 720 nm and that of Bird & Riordan (1986) beyond, scaled to
+    join it; an overcast sky is that of the CIE with the spectrum D65 and the mean illuminance of Krochmann & Seidl
+    (1974). With the sun below the horizon all light is zero: there is no model of twilight.
 
     Parameters
     ----------

@@ -336,7 +336,11 @@ def layers(
     }
     if depths_cm:
         coords["depth"] = ("depth", depths_cm, DEPTH.attributes())
-    made = {"layers": described_layers(packed), "ground_albedo": float(ground_albedo), **_made(engine, streams, rays, False, seed)}
+    made = {
+        "layers": described_layers(packed),
+        "ground_albedo": float(ground_albedo),
+        **_made(engine, streams, rays, False, seed),
+    }
     solved = _dataset(variables, coords, made)
     if ground_albedo > 0:
         solved.transmittance.attrs["long_name"] = LONG_NAMES["ground"]

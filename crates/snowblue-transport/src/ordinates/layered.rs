@@ -23,7 +23,8 @@
 //! ```
 //!
 //! for upward emission. The fluence rate belongs to a face that emits the radiance 1/μ to both sides, whose amplitudes
-//! above and below are (y_lower + y_upper)⁻¹ 2 Vᵀ 1. The source function integrated along μ₀, layer by layer, is linear in the amplitudes.
+//! above and below are (y_lower + y_upper)⁻¹ 2 Vᵀ 1. The source function integrated along μ₀, layer by layer, is linear
+//! in the amplitudes.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 

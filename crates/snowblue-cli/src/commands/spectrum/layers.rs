@@ -36,8 +36,8 @@ pub(super) struct StackOptions {
         )
     )]
     ground_albedo: Option<f64>,
-    /// Print fluxes through a level plane (down, up, net) and the fluence rate from all directions at these depths in cm,
-    /// separated by commas, instead of fluxes of the whole slab
+    /// Print fluxes through a level plane (down, up, net) and the fluence rate from all directions at these depths in
+    /// cm, separated by commas, instead of fluxes of the whole slab
     #[arg(long, value_name = "CM", value_delimiter = ',', value_parser = parse::number)]
     depths: Vec<f64>,
 }

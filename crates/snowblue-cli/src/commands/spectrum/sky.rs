@@ -20,10 +20,10 @@ use crate::output::Failure;
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Sky")]
 pub(super) struct SkyOptions {
-    /// Light at --depths under the sun and the sky, in W/m² per nm, or with --broadband in bands: the sun's ELEVATION in
-    /// degrees, or LATITUDE,LONGITUDE,TIME as 47.27,11.39,2026-02-01T12:00+01:00; with a date alone the sums of the day.
-    /// Fluxes down, up and net are per level area, actinic fluxes count light from all directions alike, and what is
-    /// absorbed is per volume. Below the horizon all is dark
+    /// Light at --depths under the sun and the sky, in W/m² per nm, or with --broadband in bands: the sun's ELEVATION
+    /// in degrees, or LATITUDE,LONGITUDE,TIME as 47.27,11.39,2026-02-01T12:00+01:00; with a date alone the sums of the
+    /// day. Fluxes down, up and net are per level area, actinic fluxes count light from all directions alike, and what
+    /// is absorbed is per volume. Below the horizon all is dark
     #[arg(
         long, value_name = "SUN", value_parser = sun, requires = "depths", allow_hyphen_values = true,
         conflicts_with_all = ["plot", "spread", "batch"]
