@@ -129,6 +129,10 @@ def test_measured_light_is_taken():
     np.testing.assert_allclose(light.down, 0.7, rtol=1e-12)
     with pytest.raises(ValueError, match="the sky has no 'diffuse'"):
         snowblue.light_at_depth(PACK, measured.drop_vars("diffuse"), depth_cm=[0])
+    with pytest.raises(ValueError, match="elevation of the sun is not a number"):
+        snowblue.light_at_depth(PACK, measured.assign(elevation=np.nan), depth_cm=[0])
+    twilight = measured.assign(elevation=-3.0, direct=0 * measured.direct)
+    np.testing.assert_allclose(snowblue.light_at_depth(PACK, twilight, depth_cm=[0]).down, 0.2, rtol=1e-12)
 
 
 @pytest.mark.parametrize("keywords, message", [

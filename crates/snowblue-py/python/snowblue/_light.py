@@ -117,6 +117,8 @@ def light_at_depth(
         for name in ("direct", "diffuse")
     )
     elevations = np.broadcast_to(sky.elevation.values, [sky.sizes[dim] for dim in dims]).reshape(-1)
+    if not np.isfinite(elevations).all():
+        raise ValueError("elevation of the sun is not a number")
     if daily:
         _check_steps(sky.time.values)
     lights = list(zip(elevations.tolist(), direct.tolist(), diffuse.tolist()))
