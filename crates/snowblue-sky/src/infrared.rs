@@ -7,7 +7,7 @@
 //! report. The optical thickness of the aerosol is β λ^−1.3 with λ in µm and β = 0.04608 T − 0.04586 for the turbidity
 //! T (Preetham, Shirley & Smits 1999, appendix).
 //!
-//! Direct and diffuse light are each scaled by one factor, so that at 640 and 680 nm they have the sum that the model
+//! Direct and diffuse light are each scaled by one factor, so that at 620 and 660 nm they have the sum that the model
 //! of Hosek & Wilkie has. Distances to the sun cancel.
 //!
 //! **Simplified.** Between the 75 wavelengths of the table irradiances are linear, so bands of vapour are as in a
@@ -23,7 +23,7 @@ use crate::tables::{WAVELENGTHS_NM, at_wavelength};
 const OZONE_CM: f64 = 0.34;
 
 /// Where both models are made equal, in nm: free of vapour.
-const JOIN_NM: [f64; 2] = [640.0, 680.0];
+const JOIN_NM: [f64; 2] = [620.0, 660.0];
 
 const HEADER: &str = "wavelength_nm,extraterrestrial_w_m2_nm,water_vapour,ozone,mixed_gases";
 
@@ -157,7 +157,7 @@ mod tests {
                     (1040.0, 0.404_330_165_892_049_9, 0.011_367_104_257_136_516),
                     (1200.0, 0.278_362_702_248_485_25, 0.005_793_607_307_756_981),
                     (1610.0, 0.153_408_448_292_409_68, 0.001_811_437_423_370_235_5),
-                    (2198.0, 0.058_575_830_476_522_34, 0.000_393_337_717_506_971_25),
+                    (2198.0, 0.058_575_830_476_522_34, 0.000_393_337_717_597_106_25),
                 ],
             ),
         ];
