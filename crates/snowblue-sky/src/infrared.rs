@@ -4,11 +4,11 @@
 //! The sun's light outside the air is weakened by molecules, aerosol, ozone, water vapour and the other gases, each by
 //! its own law of the air mass (Kasten 1966); half of what molecules scatter and a part of what aerosol scatters
 //! arrives as light of the sky. Constants are those of the authors' program `spectrl2_2.c`, where they differ from the
-//! report. The optical thickness of the aerosol is β λ^−1.3 with λ in µm and β = 0.04608 T − 0.04586 for the turbidity
-//! T (Preetham, Shirley & Smits 1999, appendix).
+//! report.
 //!
-//! Direct and diffuse light are each scaled by one factor, so that at 620 and 660 nm they have the sum that the model
-//! of Hosek & Wilkie has. Distances to the sun cancel.
+//! The optical thickness of the aerosol is β λ^−1.3 with λ in µm. β is that with which the sun is as bright at 656 nm,
+//! where no vapour absorbs, as in the model of Hosek & Wilkie; where that is brighter than without aerosol, β is 0 and
+//! the sun is scaled. The diffuse light is scaled to that of Hosek & Wilkie at 656 nm.
 //!
 //! **Simplified.** Between the 75 wavelengths of the table irradiances are linear, so bands of vapour are as in a
 //! spectrum of some 10 nm. The light that the ground sends into the sky and the sky back is left out: a few per cent of
@@ -22,8 +22,11 @@ use crate::tables::{WAVELENGTHS_NM, at_wavelength};
 /// Ozone, in cm at standard conditions, as in ASTM G173-03.
 const OZONE_CM: f64 = 0.34;
 
-/// Where both models are made equal, in nm: free of vapour.
-const JOIN_NM: [f64; 2] = [620.0, 660.0];
+/// Where both models are made equal, in nm: a wavelength of the table, without vapour.
+const JOIN_NM: f64 = 656.0;
+
+/// Exponent of the wavelength in the optical thickness of aerosol (Ångström 1929).
+const AEROSOL_EXPONENT: f64 = 1.3;
 
 const HEADER: &str = "wavelength_nm,extraterrestrial_w_m2_nm,water_vapour,ozone,mixed_gases";
 
@@ -60,12 +63,16 @@ impl Infrared {
     /// That of a sky, of which `diffuse` is the irradiance of level ground at each of [`WAVELENGTHS_NM`].
     pub(crate) fn new(sky: &ClearSky, diffuse: &[f64; WAVELENGTHS_NM.len()]) -> Self {
         let water_cm = sky.precipitable_water_cm();
-        let rows = rows(sky.sun_elevation_deg(), sky.turbidity(), water_cm);
-        let mut infrared = Self { rows, direct_factor: 1.0, diffuse_factor: 1.0 };
-        let sum = |value: &dyn Fn(f64) -> f64| JOIN_NM.iter().map(|nm| value(*nm)).sum::<f64>();
-        let direct = sum(&|nm| sky.sun_irradiance(nm)) / sum(&|nm| infrared.at(nm).direct_normal);
-        let diffuse = sum(&|nm| at_wavelength(diffuse, nm)) / sum(&|nm| infrared.at(nm).diffuse);
-        (infrared.direct_factor, infrared.diffuse_factor) = (direct, diffuse);
+        let with = |beta| {
+            let rows = rows(sky.sun_elevation_deg(), beta, water_cm);
+            Self { rows, direct_factor: 1.0, diffuse_factor: 1.0 }
+        };
+        let (sun, clean) = (sky.sun_irradiance(JOIN_NM), with(0.0).at(JOIN_NM).direct_normal);
+        let thickness = (clean / sun).ln() / air_mass(sky.sun_elevation_deg());
+        let mut infrared = with(thickness.max(0.0) * (1e-3 * JOIN_NM).powf(AEROSOL_EXPONENT));
+        let at_join = infrared.at(JOIN_NM);
+        infrared.direct_factor = sun / at_join.direct_normal;
+        infrared.diffuse_factor = at_wavelength(diffuse, JOIN_NM) / at_join.diffuse;
         infrared
     }
 
@@ -82,14 +89,16 @@ impl Infrared {
     }
 }
 
-/// The model at each wavelength of the table.
-fn rows(elevation_deg: f64, turbidity: f64, water_cm: f64) -> Vec<(f64, Light)> {
-    let zenith_deg = 90.0 - elevation_deg;
-    let cos_zenith = zenith_deg.to_radians().cos();
-    let mass = 1.0 / (cos_zenith + 0.15 * (93.885 - zenith_deg).powf(-1.253));
+/// The air mass of a sun at an elevation (Kasten 1966).
+fn air_mass(elevation_deg: f64) -> f64 {
+    1.0 / (elevation_deg.to_radians().sin() + 0.15 * (3.885 + elevation_deg).powf(-1.253))
+}
+
+/// The model at each wavelength of the table, for aerosol with the optical thickness β λ^−1.3.
+fn rows(elevation_deg: f64, beta: f64, water_cm: f64) -> Vec<(f64, Light)> {
+    let (cos_zenith, mass) = (elevation_deg.to_radians().sin(), air_mass(elevation_deg));
     let height = 22.0 / 6370.0;
     let ozone_mass = (1.0 + height) / (cos_zenith * cos_zenith + 2.0 * height).sqrt();
-    let beta = 0.04608 * turbidity - 0.04586;
     // The part of the light scattered by aerosol that goes down, for the mean cosine 0.65 of the scattering angle.
     let log = (1.0_f64 - 0.65).ln();
     let (first, second) =
@@ -98,7 +107,7 @@ fn rows(elevation_deg: f64, turbidity: f64, water_cm: f64) -> Vec<(f64, Light)> 
     let row = |&[wavelength_nm, outside, water, ozone, mixed]: &[f64; 5]| {
         let micrometres = 1e-3 * wavelength_nm;
         let molecules = (-mass / (micrometres.powi(4) * (115.6406 - 1.3366 / micrometres.powi(2)))).exp();
-        let thickness = beta * micrometres.powf(-1.3);
+        let thickness = beta * micrometres.powf(-AEROSOL_EXPONENT);
         let albedo = 0.945 * (-0.095 * (micrometres / 0.4).ln().powi(2)).exp();
         let vapour = water * water_cm * mass;
         let gases = mixed * mass;
@@ -162,7 +171,7 @@ mod tests {
             ),
         ];
         for ((elevation_deg, turbidity, water_cm), expected) in cases {
-            let rows = rows(elevation_deg, turbidity, water_cm);
+            let rows = rows(elevation_deg, 0.04608 * turbidity - 0.04586, water_cm);
             for (wavelength_nm, direct_normal, diffuse) in expected {
                 let (_, light) = rows.iter().find(|(nm, _)| (nm - wavelength_nm).abs() < 1e-9).unwrap();
                 let distance = 0.999_636_340_465_471_5;
