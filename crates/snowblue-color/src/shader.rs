@@ -7,7 +7,7 @@ use crate::tone::KNEE;
 
 /// GLSL ES 3.0 of two functions, up to single precision. `vec3 display(vec3 colour)` gives the code values of linear
 /// sRGB for a display, those of [`Srgb8::encode`](crate::Srgb8::encode) of the
-/// [`displayable`](crate::LinearRgb::displayable) colour. `vec3 filmic(vec3 light)`, which comes before it, is the curve
+/// [`displayable`](crate::LinearRgb::displayable) colour. `vec3 filmic(vec3 light)` comes before it. It is the curve
 /// [`Filmic`](crate::ToneCurve::Filmic).
 #[must_use]
 pub fn display_glsl() -> String {
