@@ -566,3 +566,35 @@ def test_snow_that_is_not_solved_for_is_nan():
         assert any("only the integrator 'snow' renders it" in str(one.message) for one in caught)
         """)], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
+
+
+def test_a_lamp_that_fails_changes_nothing(monkeypatch):
+    made = lamp_scene([10.0, 10.0, 10.0], [0.0, 0.6, 0.1])
+    [emitter] = [one for one in made.emitters() if type(one).__name__ == "SnowLight"]
+    bake, calls = snowblue.mitsuba._baked, []
+
+    def failing(*arguments):
+        calls.append(arguments)
+        if len(calls) == 2:
+            raise ValueError("no light")
+        return bake(*arguments)
+
+    monkeypatch.setattr(snowblue.mitsuba, "_baked", failing)
+    with pytest.raises((ValueError, RuntimeError)):
+        mi.render(made, spp=1)
+    assert len(calls) == 2 and not emitter.solved and not emitter.fluxes and emitter.version == 0
+    monkeypatch.undo()
+    fresh = np.array(mi.render(lamp_scene([10.0, 10.0, 10.0], [0.0, 0.6, 0.1]), spp=4))
+    np.testing.assert_allclose(np.array(mi.render(made, spp=4)), fresh, rtol=1e-3, atol=1e-4 * fresh.max())
+
+
+def test_a_shape_may_be_in_two_scenes(solutions):
+    ring = trimesh.creation.torus(0.15, 0.06)
+    shape = snowblue.mitsuba.snow_mesh(ring.vertices, ring.faces)
+    lamps = [{"lamp": {"type": "point", "position": [x, 0.5, 0.4], "intensity": 1.0}} for x in (-0.3, 0.3)]
+    first, second = [scene({"ring": shape}, lamp) for lamp in lamps]
+    pictures = [np.array(mi.render(made, spp=4)) for made in (first, second, first)]
+    assert solutions() == 3
+    # The same samples, to the rounding of numbers with 24 bits.
+    np.testing.assert_allclose(pictures[0], pictures[2], rtol=1e-3, atol=1e-4 * pictures[0].max())
+    assert abs(pictures[0] - pictures[1]).max() > 0.1 * pictures[0].max()

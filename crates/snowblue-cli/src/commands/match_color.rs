@@ -94,6 +94,7 @@ impl Match {
         // Other rows have other grain sizes and densities.
         metadata.extend(
             first_row_metadata
+                .filter(|(name, _)| *name != "snow_id")
                 .map(|(name, value)| (if name == "snow" { "snow of the first row" } else { name }, value)),
         );
         metadata.push(("seed", self.ordinates.seed.to_string()));

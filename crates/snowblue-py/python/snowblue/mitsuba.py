@@ -64,8 +64,8 @@ from snowblue._scene import _baked, _json, _ply, _check_mesh
 
 COMPONENTS = 6
 SAMPLING_WEIGHT = 1e-6
-UNSUPPORTED = ("mono", "polarized", "scalar_spectral", "cuda")
-"""Parts of the names of variants that have no snow."""
+VARIANTS = ("scalar_rgb", "llvm_ad_rgb", "llvm_ad_spectral")
+"""The variants that have snow."""
 PLUGINS = ("snow_surface", "snow_light", "snow")
 METHOD_PARAMETERS = {
     "light_field": ("step_mm", "field_step_mm", "gather_depth"),
@@ -121,7 +121,7 @@ def snow_mesh(vertices: Any, triangles: Any, **parameters: Any) -> Any:
 
 def _register() -> None:
     """Registers the plug-ins in the present variant."""
-    if any(word in mi.variant() for word in UNSUPPORTED):
+    if mi.variant() not in VARIANTS:
         classes = [_refused] * len(PLUGINS)
     else:
         classes = [_bsdf_class(), _emitter_class(), _integrator_class()]
@@ -131,9 +131,7 @@ def _register() -> None:
 
 def _refused(props: mi.Properties) -> Any:
     """Instead of a plug-in, in a variant that has no snow."""
-    raise ValueError(
-        f"the variant {mi.variant()} has no snow; there are scalar_rgb, llvm_ad_rgb and llvm_ad_spectral"
-    )
+    raise ValueError(f"the variant {mi.variant()} has no snow; there are {', '.join(VARIANTS[:-1])} and {VARIANTS[-1]}")
 
 
 def _unsolved() -> float:
@@ -247,6 +245,8 @@ def _emitter_class() -> type:
             self.given: tuple[np.ndarray, np.ndarray] | None = None
             self.put = np.empty((0, 3))
             self.solved = ""
+            # How often that was: a scene whose rays know another mesh must be told.
+            self.version = 0
             self.fluxes: dict[str, np.ndarray] = {}
             # The strengths of the lamps whose light the attributes hold.
             self.shown = b""
@@ -444,6 +444,8 @@ class _Field:
     ) -> None:
         self.unit_m, self.step_mm, self.field_step_mm = unit_m, step_mm, field_step_mm
         self.gather_depth = gather_depth
+        # The versions of the meshes of snow that the rays of the scene meet.
+        self.versions: list[int] = []
 
     def release(self) -> None:
         """Does nothing: the snow keeps its light for the next rendering."""
@@ -458,34 +460,62 @@ class _Field:
         solved = _digest(_json(document), str(self.step_mm), files)
         keys = [_digest(_json(light.tables), "", light.files) for light in lights]
         emitters = [shape.emitter() for shape in snow]
-        if any(emitter.solved != solved for emitter in emitters):
-            for emitter in emitters:
-                emitter.solved, emitter.fluxes, emitter.shown = solved, {}, b""
+        is_same = all(emitter.solved == solved for emitter in emitters)
         names = [name_of(shape, scene.shapes()) for shape in snow]
+        missing = {
+            key: light for key, light in zip(keys, lights)
+            if not (is_same and all(key in emitter.fluxes for emitter in emitters))
+        }
+        # Nothing changes before all is known.
+        solutions = self._solve(names, document, files, lights, missing)
+        for name, emitter, by_key in zip(names, emitters, solutions):
+            points = [emitter.put] * is_same + [self._points(baked) for baked, _ in by_key.values()]
+            if any(not np.array_equal(one, points[0]) for one in points):
+                raise ValueError(f"the points on shape {name} where light is known differ between lamps: set step_mm")
+        for shape, emitter, by_key in zip(snow, emitters, solutions):
+            if not is_same:
+                self._put(shape, *next(iter(by_key.values())))
+                emitter.solved, emitter.fluxes = solved, {}
+            # Lamps that have left or moved are forgotten.
+            known = emitter.fluxes | {key: baked.flux[0] for key, (baked, _) in by_key.items()}
+            emitter.fluxes = {key: known[key] for key in keys}
+        if [emitter.version for emitter in emitters] != self.versions:
+            if is_same:
+                # Another scene has set the meshes. Setting them again marks them as changed for this one.
+                for shape, emitter in zip(snow, emitters):
+                    _set_points(shape, {"vertex_positions": emitter.put})
+            scene.parameters_changed([])
+            self.versions = [emitter.version for emitter in emitters]
+        for shape in snow:
+            self._show(shape, keys, [light.strength for light in lights])
+
+    def _solve(
+        self,
+        names: list[str],
+        document: dict[str, Any],
+        files: dict[str, bytes],
+        lights: list[_Light],
+        missing: dict[str, _Light],
+    ) -> list[dict[str, Any]]:
+        """For each shape of snow, by the keys of the lamps that are not known: its light, and what was baked of it."""
         # What scenes of other lamps have in common is built once.
         given: dict[str, bytes] = dict(files)
         for light in lights:
             given |= light.files
-        native = None
-        for key, light in zip(keys, lights):
-            if all(key in emitter.fluxes for emitter in emitters):
-                continue
+        native, solutions = None, [{} for _ in names]
+        content = {"spectrum": True, "is_total": True, "reflection": True}
+        for key, light in missing.items():
             text = _json(document | light.tables)
             native = _named(
                 names, lambda: native.with_json(text) if native else _native.Scene.from_json(text, given, ".")
             )
-            content = {"spectrum": True, "is_total": True, "reflection": True}
             objects = _named(names, lambda: native.bake(self.step_mm, content, None, None)[1:])
-            for name, shape, one in zip(names, snow, objects):
-                self._put(shape, one, name)
-                shape.emitter().fluxes[key] = _baked(one, []).flux[0]
-        if native is not None:
-            # Meshes have changed.
-            scene.parameters_changed([])
-        for shape in snow:
-            # Lamps that have left or moved are forgotten.
-            shape.emitter().fluxes = {key: shape.emitter().fluxes[key] for key in keys}
-            self._show(shape, keys, [light.strength for light in lights])
+            for by_key, one in zip(solutions, objects):
+                by_key[key] = _baked(one, []), one
+        return solutions
+
+    def _points(self, baked: Any) -> np.ndarray:
+        return (baked.positions / self.unit_m).astype(np.float32)
 
     def _mesh(self, shape: Any) -> tuple[np.ndarray, np.ndarray]:
         parameters = mi.traverse(shape)
@@ -627,27 +657,24 @@ class _Field:
             "sunsky, and area on a sphere or rectangle"
         )
 
-    def _put(self, shape: Any, one: dict[str, Any], name: str) -> None:
+    def _put(self, shape: Any, baked: Any, one: dict[str, Any]) -> None:
         """Replaces a mesh by the one whose vertices hold the light."""
-        baked, emitter = _baked(one, []), shape.emitter()
-        positions = (baked.positions / self.unit_m).astype(np.float32)
-        if emitter.fluxes:
-            if not np.array_equal(emitter.put, positions):
-                raise ValueError(f"the points on shape {name} where light is known differ between lamps: set step_mm")
-            return
+        emitter = shape.emitter()
         emitter.given = self._mesh(shape)
-        _set(
+        # They are as long as the mesh before.
+        _remove_light(shape)
+        emitter.put = self._points(baked)
+        _set_points(
             shape,
             {
-                "vertex_positions": positions,
+                "vertex_positions": emitter.put,
                 "faces": baked.triangles.astype(np.uint32),
                 "vertex_normals": baked.normals.astype(np.float32),
-                "vertex_texcoords": np.zeros((len(positions), 2), dtype=np.float32),
+                "vertex_texcoords": np.zeros((len(emitter.put), 2), dtype=np.float32),
             },
         )
         shape.bsdf().set_reflection(one["reflection"])
         emitter.escape_polynomial = baked.escape_polynomial
-        emitter.put = np.array(mi.traverse(shape)["vertex_positions"]).reshape(-1, 3)
 
     def _show(self, shape: Any, keys: list[str], strengths: list[np.ndarray]) -> None:
         """Sets the light at the vertices: the sum over all lamps, of which several may have one key."""
@@ -656,12 +683,12 @@ class _Field:
         if emitter.shown == shown:
             return
         flux = sum(emitter.fluxes[key].astype(float) * strength for key, strength in zip(keys, strengths))
-        if emitter.escape is not None:
-            for number in range(2 if _is_spectral() else 1):
-                shape.remove_attribute(f"vertex_snow_{number}")
+        _remove_light(shape)
         if _is_spectral():
             _, _, rows = np.linalg.svd(flux, full_matrices=False)
-            basis = rows[:COMPONENTS]
+            # A mesh of fewer vertices has fewer components.
+            basis = np.zeros((COMPONENTS, flux.shape[1]))
+            basis[: len(rows)] = rows[:COMPONENTS]
             coefficients = (flux @ basis.T).astype(np.float32)
             shape.add_attribute("vertex_snow_0", 3, np.ascontiguousarray(coefficients[:, :3]).ravel())
             shape.add_attribute("vertex_snow_1", 3, np.ascontiguousarray(coefficients[:, 3:]).ravel())
@@ -670,6 +697,15 @@ class _Field:
             shape.add_attribute("vertex_snow_0", 3, _rgb(flux / _white()).astype(np.float32).ravel())
         emitter.set_light(emitter.escape_polynomial, basis)
         emitter.shown = shown
+
+
+def _remove_light(shape: Any) -> None:
+    """Removes the light at the vertices, if there is some."""
+    emitter = shape.emitter()
+    if emitter.escape is not None:
+        for number in range(2 if emitter.basis else 1):
+            shape.remove_attribute(f"vertex_snow_{number}")
+    emitter.escape, emitter.shown = None, b""
 
 
 def _digest(text: str, more: str, files: dict[str, bytes]) -> str:
@@ -688,6 +724,12 @@ def _named(names: list[str], action: Any) -> Any:
         for number, name in enumerate(names):
             reason = reason.replace(f"object[{number}]", f"shape {name}")
         raise ValueError(reason) from None
+
+
+def _set_points(shape: Any, values: dict[str, np.ndarray]) -> None:
+    """Sets the arrays of snow. The rays of a scene meet the old ones until its parameters change."""
+    _set(shape, values)
+    shape.emitter().version += 1
 
 
 def _set(shape: Any, values: dict[str, np.ndarray]) -> None:

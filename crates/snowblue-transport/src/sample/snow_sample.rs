@@ -43,8 +43,7 @@ pub struct SnowSample {
 }
 
 impl SnowSample {
-    /// An identifier of the snow: 16 hexadecimal digits, the same in all faces for properties that are equal in nine
-    /// significant digits.
+    /// An identifier of the snow: 16 hexadecimal digits, by its properties, rounded to nine significant digits.
     ///
     /// ```
     /// # use snowblue_transport::sample::SnowSample;
@@ -54,19 +53,21 @@ impl SnowSample {
     /// ```
     #[must_use]
     pub fn id(&self) -> String {
-        let GrainSize { min_um, max_um, measure } = self.grain_size;
-        let ranges = [self.sphericity, self.facetness]
+        let Self { grain_size, sphericity, facetness, density_kg_m3, water_saturation, impurities, temperature_c, ice } =
+            self;
+        let GrainSize { min_um, max_um, measure } = grain_size;
+        let ranges = [*sphericity, *facetness]
             .map(|TruncatedNormal { min, max, mean, standard_deviation }| [min, max, mean, standard_deviation]);
-        let single = [min_um, max_um, self.density_kg_m3, self.water_saturation, self.temperature_c];
+        let single = [*min_um, *max_um, *density_kg_m3, *water_saturation, *temperature_c];
         let mut hash = Fnv1a::default();
         // A sum with 0 has no negative zero.
         for number in single.iter().chain(ranges.as_flattened()) {
             hash.add(format!("{:.8e} ", number + 0.0).as_bytes());
         }
-        for (substance, mass_fraction_ng_g) in self.impurities.present() {
+        for (substance, mass_fraction_ng_g) in impurities.present() {
             hash.add(format!("{} {mass_fraction_ng_g:.8e} ", substance.name()).as_bytes());
         }
-        hash.add(format!("{} {}", measure.name(), self.ice.name()).as_bytes());
+        hash.add(format!("{} {}", measure.name(), ice.name()).as_bytes());
         format!("{:016x}", hash.value())
     }
 
@@ -169,7 +170,10 @@ impl Default for SnowSample {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::HashSet;
+
     use super::*;
+    use crate::optics::Substance;
 
     #[test]
     fn messages_name_quantity_value_range_and_unit() {
@@ -181,6 +185,36 @@ mod tests {
         }
         let sample = SnowSample { facetness: TruncatedNormal::facetness_around(1.3), ..SnowSample::default() };
         assert_eq!(sample.check().unwrap_err().to_string(), "facetness is 1.3, but must lie in 0–1");
+    }
+
+    #[test]
+    fn the_identifier_depends_on_each_property() {
+        let usual = SnowSample::default();
+        let mut others: Vec<SnowSample> = Substance::ALL
+            .map(|substance| SnowSample { impurities: Impurities::none().with(substance, 1.0), ..usual })
+            .into();
+        let mut add = |change: &dyn Fn(&mut SnowSample)| {
+            let mut other = usual;
+            change(&mut other);
+            others.push(other);
+        };
+        let fields: [fn(&mut TruncatedNormal) -> &mut f64; 4] =
+            [|one| &mut one.min, |one| &mut one.max, |one| &mut one.mean, |one| &mut one.standard_deviation];
+        for field in fields {
+            add(&|sample| *field(&mut sample.sphericity) += 0.01);
+            add(&|sample| *field(&mut sample.facetness) += 0.01);
+        }
+        add(&|sample| sample.grain_size.min_um += 1.0);
+        add(&|sample| sample.grain_size.max_um += 1.0);
+        add(&|sample| sample.density_kg_m3 += 1.0);
+        add(&|sample| sample.water_saturation += 0.01);
+        add(&|sample| sample.temperature_c += 1.0);
+        add(&|sample| sample.ice = IceTable::Picard2016);
+        for measure in SizeMeasure::ALL.into_iter().filter(|measure| *measure != usual.grain_size.measure) {
+            add(&|sample| sample.grain_size.measure = measure);
+        }
+        let ids: HashSet<String> = others.iter().chain([&usual]).map(SnowSample::id).collect();
+        assert_eq!(ids.len(), others.len() + 1);
     }
 
     #[test]

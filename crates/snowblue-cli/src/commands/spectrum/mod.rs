@@ -340,7 +340,7 @@ impl Spectrum {
                 continue;
             }
             let mut results = self.results(&self.solve(&other, quiet)?, &self.sample.metadata()?);
-            results.metadata.retain(|(name, _)| !["ice", STANDARD_ERROR].contains(name));
+            results.metadata.retain(|(name, _)| !["snow_id", "ice", STANDARD_ERROR].contains(name));
             results.columns.insert(0, "alternative");
             results.rows.iter_mut().for_each(|row| row.insert(0, Cell::word(alternative.name)));
             match &mut all {

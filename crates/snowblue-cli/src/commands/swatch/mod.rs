@@ -256,7 +256,7 @@ impl Swatch {
         let exposure = format!("exposure {:+.2} stops", factor.log2()).replace('-', "−");
         let mut made = vec![format!("snowblue {}", env!("CARGO_PKG_VERSION")), colours, exposure];
         made.push(self.grains()?);
-        let rest = self.sample.metadata()?.into_iter().filter(|(name, _)| *name != "snow");
+        let rest = self.sample.metadata()?.into_iter().filter(|(name, _)| !["snow", "snow_id"].contains(name));
         made.extend(rest.map(|(name, value)| format!("{name} {value}")));
         made.push(format!("discrete ordinates, {} streams, seed {}", self.ordinates.streams, self.ordinates.seed));
         Ok(made.join(" · "))
