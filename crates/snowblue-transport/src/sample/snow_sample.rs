@@ -53,9 +53,16 @@ impl SnowSample {
     /// ```
     #[must_use]
     pub fn id(&self) -> String {
-        let Self { grain_size, sphericity, facetness, density_kg_m3, water_saturation, impurities, temperature_c, ice } =
-            self;
-        let GrainSize { min_um, max_um, measure } = grain_size;
+        let Self {
+            grain_size: GrainSize { min_um, max_um, measure },
+            sphericity,
+            facetness,
+            density_kg_m3,
+            water_saturation,
+            impurities,
+            temperature_c,
+            ice,
+        } = self;
         let ranges = [*sphericity, *facetness]
             .map(|TruncatedNormal { min, max, mean, standard_deviation }| [min, max, mean, standard_deviation]);
         let single = [*min_um, *max_um, *density_kg_m3, *water_saturation, *temperature_c];

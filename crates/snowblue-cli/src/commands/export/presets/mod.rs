@@ -109,8 +109,8 @@ impl PresetFormat {
         let own: &[&str] = match self {
             Self::OpenPbr | Self::Usd => &[
                 "A random walk as in OpenPBR 1.1, with van de Hulst's inversion of colours.",
-                "Verified: this medium, by volpath of Mitsuba 3.9.1, through 1 and 5 cm of the default snow, within 6 %. \
-                 Not verified: any renderer's own OpenPBR.",
+                "Verified: this medium, by volpath of Mitsuba 3.9.1, through 1 and 5 cm of the default snow, within \
+                 6 %. Not verified: any renderer's own OpenPBR.",
             ],
             Self::Arnold => &[
                 "A random walk with van de Hulst's inversion of colours. Standard Surface leaves the inversion to the \
