@@ -13,7 +13,7 @@ import bpy
 import numpy as np
 import OpenEXR
 import pytest
-from mathutils import Vector
+from mathutils import Matrix, Vector
 
 import snowblue.blender
 
@@ -482,12 +482,18 @@ def test_make_snow_refuses_what_voxel_remesh_makes_a_shell_of(scene):
 
 
 def test_make_snow_measures_the_mesh_itself(scene):
-    """A box that is flat by its scale is a solid, and one that is thick by its scale too."""
+    """A box that is flat by the scale of the object is a solid, and a sheet that is small by it is a sheet."""
     for scale in ((1, 1, 1e-5), (1e-5, 1e-5, 1)):
         thing = without_a_face(block(size=scale))
         thing.snowblue.is_snow = False
         assert bpy.ops.snowblue.make(close="FILL") == {"FINISHED"} and thing.snowblue.is_snow
         bpy.data.objects.remove(thing)
+    thing = without_a_face(block(size=(0.01, 0.01, 1)))
+    thing.snowblue.is_snow = False
+    # The volume is 5e-7 of the cube of the size.
+    thing.data.transform(Matrix.Diagonal((100, 100, 5e-5, 1)))
+    with pytest.raises(RuntimeError, match="'block' is a sheet"):
+        bpy.ops.snowblue.make(close="FILL")
 
 
 def test_make_snow_fills_only_holes_that_are_those_of_the_mesh(scene):
@@ -527,7 +533,7 @@ def test_vertices_in_one_place_are_one(scene):
     mesh.to_mesh(thing.data)
     whole = thing.data.copy()
     without_a_face(thing)
-    with pytest.raises(RuntimeError, match="'block' has separate faces: use Merge by Distance"):
+    with pytest.raises(RuntimeError, match="'block' has edges that touch but are not joined: use Merge by Distance"):
         bpy.ops.snowblue.make(close="FILL")
     thing.data = whole
     assert bpy.ops.snowblue.make() == {"FINISHED"} and thing.snowblue.is_snow
@@ -587,8 +593,8 @@ def test_uv_maps_are_those_of_the_face_that_is_seen(scene):
     thing = block()
     mesh = bmesh.new()
     bmesh.ops.create_cube(mesh, size=1)
-    small = bmesh.ops.create_cube(mesh, size=0.5)["verts"]
-    bmesh.ops.translate(mesh, vec=(0, 0, 0.75), verts=small)
+    small = bmesh.ops.create_cube(mesh, size=0.3)["verts"]
+    bmesh.ops.translate(mesh, vec=(0, 0, 0.65), verts=small)
     mesh.faces.new([mesh.verts.new((x, -0.5, -0.5)) for x in (-0.2, 0.2, 0.2)])
     layer = mesh.loops.layers.uv.new("side")
     for face in mesh.faces:
@@ -633,7 +639,10 @@ def test_names_do_not_mix_objects_up(scene):
         (lambda thing: carried(thing), "'block' may change: the constraint 'Copy Location' moves 'carrier'"),
         (lambda thing: bpy.data.objects["lamp"].keyframe_insert("location"), "of frame 1, and 'lamp' may change"),
     ],
-    ids=["size", "falloff", "disk", "hidden", "emission", "moves", "deforms", "hook", "constraint", "parent", "lamp moves"],
+    ids=[
+        *("size", "falloff", "disk", "hidden", "emission", "moves", "deforms", "hook", "constraint", "parent"),
+        "lamp moves",
+    ],
 )
 def test_warnings_say_what_snow_does_not_see(scene, change, words):
     thing = block()

@@ -26,8 +26,8 @@ from snowblue.blender._settings import baked_of, is_snow, snow_of, source_of
 from snowblue.blender._world import environment_of
 
 DEFORMING = (
-    *("ARMATURE", "BUILD", "CLOTH", "DYNAMIC_PAINT", "EXPLODE", "FLUID", "HOOK", "LATTICE", "MESH_CACHE", "MESH_DEFORM"),
-    *("MESH_SEQUENCE_CACHE", "OCEAN", "PARTICLE_INSTANCE", "SOFT_BODY", "SURFACE_DEFORM", "WAVE"),
+    *("ARMATURE", "CLOTH", "SOFT_BODY", "FLUID", "MESH_CACHE", "MESH_SEQUENCE_CACHE", "OCEAN", "WAVE", "BUILD"),
+    *("EXPLODE", "DYNAMIC_PAINT", "PARTICLE_INSTANCE", "HOOK", "LATTICE", "MESH_DEFORM", "SURFACE_DEFORM"),
 )
 """Types of modifiers that change a mesh from frame to frame, or with another object."""
 USUAL_SIZE_M = (0.01, 50.0)

@@ -43,7 +43,7 @@ def local_mesh(thing: bpy.types.Object) -> tuple[np.ndarray, np.ndarray]:
 
 
 def fill_holes(thing: bpy.types.Object) -> Callable[[], None]:
-    """Fills the holes of a mesh by new faces, and gives what takes that back. The normals of faces are made consistent.
+    """Fills the holes of a mesh by new faces, and gives what takes that back. The normals of faces are recalculated.
     All else of the mesh stays: UV maps, materials and vertex groups.
 
     Raises
@@ -69,7 +69,9 @@ def fill_holes(thing: bpy.types.Object) -> Callable[[], None]:
 
     try:
         if _odd_edges(mesh) != seen:
-            raise ValueError(f"'{thing.name}' has separate faces: use Merge by Distance, or choose Voxel Remesh")
+            raise ValueError(
+                f"'{thing.name}' has edges that touch but are not joined: use Merge by Distance, or choose Voxel Remesh"
+            )
         bmesh.ops.holes_fill(mesh, edges=[edge for edge in mesh.edges if edge.is_boundary], sides=0)
         bmesh.ops.recalc_face_normals(mesh, faces=mesh.faces)
         if mesh.calc_volume() <= FLAT * extent(np.array([vertex.co for vertex in mesh.verts])) ** 3:
@@ -111,7 +113,7 @@ def remesh(thing: bpy.types.Object) -> Callable[[], None]:
     first, second, third = vertices[triangles].transpose(1, 0, 2)
     volume = np.einsum("tk,tk->", first, np.cross(second, third)) / 6
     area = np.linalg.norm(np.cross(second - first, third - first), axis=1).sum() / 2
-    if open_edges(vertices, triangles) or 2 * volume <= voxel_size * area:
+    if open_edges(vertices, triangles) or 2 * volume <= modifier.voxel_size * area:
         thing.modifiers.remove(modifier)
         raise ValueError(
             f"Voxel Remesh makes no solid of '{thing.name}': choose Fill Holes, or add a Solidify modifier to a sheet"

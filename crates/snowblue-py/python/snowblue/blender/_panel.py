@@ -59,7 +59,7 @@ class SnowMake(bpy.types.Operator):
         description="What is done with meshes that have holes",
         items=[
             ("NONE", "Leave Open", "Open meshes do not become snow"),
-            ("FILL", "Fill Holes", "New faces fill the holes, and normals are recalculated. All else of the mesh stays"),
+            ("FILL", "Fill Holes", "New faces fill the holes. Normals are recalculated, all else of the mesh stays"),
             ("REMESH", "Voxel Remesh", f"A modifier '{REMESH}' makes a closed surface, without UV maps"),
         ],
         default="NONE",
