@@ -13,7 +13,7 @@ import bpy
 import numpy as np
 import OpenEXR
 import pytest
-from mathutils import Vector
+from mathutils import Matrix, Vector
 
 import snowblue.blender
 
@@ -406,10 +406,7 @@ def test_errors_say_what_to_do(scene):
     world((0.0, 0.0, 0.0))
     assert "no lamp" in error_of()
     light = lamp()
-    opened = bmesh.new()
-    opened.from_mesh(thing.data)
-    bmesh.ops.delete(opened, geom=[opened.faces[:][0]], context="FACES_ONLY")
-    opened.to_mesh(thing.data)
+    without_a_face(thing)
     assert error_of().startswith("'block' has 4 open edges, but snow must be closed: press 'Make Snow'")
     # Nothing is hidden, and nothing left behind.
     assert not thing.hide_viewport and len(bpy.data.objects) == 2 and len(bpy.data.meshes) == 1
@@ -467,11 +464,92 @@ def test_make_snow_remeshes_what_is_open(scene):
     assert len(snowblue.blender.bake()) == 1
 
 
+def without_a_face(thing):
+    opened = bmesh.new()
+    opened.from_mesh(thing.data)
+    bmesh.ops.delete(opened, geom=[opened.faces[:][0]], context="FACES_ONLY")
+    opened.to_mesh(thing.data)
+    return thing
+
+
+def test_make_snow_refuses_what_voxel_remesh_makes_a_shell_of(scene):
+    thing = without_a_face(block())
+    thing.snowblue.is_snow = False
+    with pytest.raises(RuntimeError, match="Voxel Remesh makes no solid of 'block': choose Fill Holes"):
+        bpy.ops.snowblue.make(close="REMESH")
+    assert not thing.snowblue.is_snow and not thing.modifiers
+    assert bpy.ops.snowblue.make(close="FILL") == {"FINISHED"} and len(thing.data.polygons) == 6
+
+
+def test_make_snow_measures_the_mesh_itself(scene):
+    """A box that is flat by the scale of the object is a solid, and a sheet that is small by it is a sheet."""
+    for scale in ((1, 1, 1e-5), (1e-5, 1e-5, 1)):
+        thing = without_a_face(block(size=scale))
+        thing.snowblue.is_snow = False
+        assert bpy.ops.snowblue.make(close="FILL") == {"FINISHED"} and thing.snowblue.is_snow
+        bpy.data.objects.remove(thing)
+    thing = without_a_face(block(size=(0.01, 0.01, 1)))
+    thing.snowblue.is_snow = False
+    # The volume is 5e-7 of the cube of the size.
+    thing.data.transform(Matrix.Diagonal((100, 100, 5e-5, 1)))
+    with pytest.raises(RuntimeError, match="'block' is a sheet"):
+        bpy.ops.snowblue.make(close="FILL")
+
+
+def test_make_snow_fills_only_holes_that_are_those_of_the_mesh(scene):
+    """Half a box that a modifier mirrors: the face at the seam must stay open."""
+    thing = without_a_face(block())
+    thing.snowblue.is_snow = False
+    opened = bmesh.new()
+    opened.from_mesh(thing.data)
+    bmesh.ops.bisect_plane(
+        opened, geom=opened.verts[:] + opened.edges[:] + opened.faces[:], plane_co=(0, 0, 0), plane_no=(0, 1, 0),
+        clear_outer=True,
+    )
+    opened.to_mesh(thing.data)
+    faces = len(thing.data.polygons)
+    modifier = thing.modifiers.new("mirror", "MIRROR")
+    modifier.use_axis = (False, True, False)
+    with pytest.raises(RuntimeError, match="'block' has modifiers that change its number of vertices"):
+        bpy.ops.snowblue.make(close="FILL")
+    thing.modifiers.clear()
+    other = link("other", thing.data)
+    with pytest.raises(RuntimeError, match="the mesh of 'block' has other users"):
+        bpy.ops.snowblue.make(close="FILL")
+    assert len(thing.data.polygons) == faces and not thing.snowblue.is_snow
+    bpy.data.objects.remove(other)
+    thing.data.use_fake_user = True
+    assert bpy.ops.snowblue.make(close="FILL") == {"FINISHED"} and thing.snowblue.is_snow
+
+
+def test_vertices_in_one_place_are_one(scene):
+    """Separate faces, and boxes in one mesh that share a face, are closed as for the solver."""
+    thing = block()
+    thing.snowblue.is_snow = False
+    mesh = bmesh.new()
+    mesh.from_mesh(thing.data)
+    bmesh.ops.translate(mesh, vec=(0, 0, 1), verts=bmesh.ops.create_cube(mesh, size=1)["verts"])
+    bmesh.ops.split_edges(mesh, edges=mesh.edges[:])
+    mesh.to_mesh(thing.data)
+    whole = thing.data.copy()
+    without_a_face(thing)
+    with pytest.raises(RuntimeError, match="'block' has edges that touch but are not joined: use Merge by Distance"):
+        bpy.ops.snowblue.make(close="FILL")
+    thing.data = whole
+    assert bpy.ops.snowblue.make() == {"FINISHED"} and thing.snowblue.is_snow
+    lamp()
+    [baked] = snowblue.blender.bake()
+    assert len(baked.data.polygons) > 0
+
+
 def test_make_snow_refuses_sheets(scene):
     bpy.ops.mesh.primitive_plane_add(size=1)
     with pytest.raises(RuntimeError, match="'Plane' is a sheet without thickness: add a Solidify modifier"):
         bpy.ops.snowblue.make(close="FILL")
     assert len(bpy.context.object.data.polygons) == 1
+    with pytest.raises(RuntimeError, match="Voxel Remesh makes no solid of 'Plane': .* add a Solidify modifier"):
+        bpy.ops.snowblue.make(close="REMESH")
+    assert not bpy.context.object.modifiers and not bpy.context.object.snowblue.is_snow
     # Of several objects all become snow or none changes.
     plane, other = bpy.context.object, monkey()
     faces = len(other.data.polygons)
@@ -509,6 +587,29 @@ def test_baked_meshes_have_the_uv_maps_and_vertex_groups(scene):
     np.testing.assert_allclose(weights, np.clip(0.25 + 0.5 * places[:, 2], 0, 1), atol=1e-5)
 
 
+def test_uv_maps_are_those_of_the_face_that_is_seen(scene):
+    """A triangle without area along an edge, and a second box that stands on a part of the first: where they
+    touch, each face has its own map, -1 where the face looks down and 1 where it looks up."""
+    thing = block()
+    mesh = bmesh.new()
+    bmesh.ops.create_cube(mesh, size=1)
+    small = bmesh.ops.create_cube(mesh, size=0.3)["verts"]
+    bmesh.ops.translate(mesh, vec=(0, 0, 0.65), verts=small)
+    mesh.faces.new([mesh.verts.new((x, -0.5, -0.5)) for x in (-0.2, 0.2, 0.2)])
+    layer = mesh.loops.layers.uv.new("side")
+    for face in mesh.faces:
+        face.normal_update()
+        for corner in face.loops:
+            corner[layer].uv = (round(face.normal.z), 0) if face.normal.length else (100, 100)
+    mesh.to_mesh(thing.data)
+    lamp()
+    [baked] = snowblue.blender.bake()
+    seen = [one.vector[0] for one in baked.data.uv_layers["side"].uv]
+    expected = [round(polygon.normal.z) for polygon in baked.data.polygons for _ in polygon.loop_indices]
+    assert {-1, 0, 1} == set(expected)
+    np.testing.assert_allclose(seen, expected, atol=1e-6)
+
+
 def test_names_do_not_mix_objects_up(scene):
     """A surface whose name and number make the name of the snow."""
     snow = block()
@@ -533,10 +634,15 @@ def test_names_do_not_mix_objects_up(scene):
         (lambda thing: shining(), "emits light"),
         (lambda thing: thing.keyframe_insert("location", frame=3), "'block' may change: 'block' is animated"),
         (lambda thing: thing.modifiers.new("rig", "ARMATURE"), "the modifier 'rig' deforms it"),
-        (lambda thing: thing.constraints.new("COPY_LOCATION"), "the constraint 'Copy Location' moves it"),
+        (lambda thing: thing.modifiers.new("grip", "HOOK"), "the modifier 'grip' deforms it"),
+        (lambda thing: thing.constraints.new("COPY_LOCATION"), "the constraint 'Copy Location' moves 'block'"),
+        (lambda thing: carried(thing), "'block' may change: the constraint 'Copy Location' moves 'carrier'"),
         (lambda thing: bpy.data.objects["lamp"].keyframe_insert("location"), "of frame 1, and 'lamp' may change"),
     ],
-    ids=["size", "falloff", "disk", "hidden", "emission", "moves", "deforms", "constraint", "lamp moves"],
+    ids=[
+        *("size", "falloff", "disk", "hidden", "emission", "moves", "deforms", "hook", "constraint", "parent"),
+        "lamp moves",
+    ],
 )
 def test_warnings_say_what_snow_does_not_see(scene, change, words):
     thing = block()
@@ -545,6 +651,21 @@ def test_warnings_say_what_snow_does_not_see(scene, change, words):
     with pytest.raises(UserWarning, match=words):
         snowblue.blender.bake()
     assert not thing.hide_render
+
+
+def carried(thing):
+    thing.parent = link("carrier", None)
+    thing.parent.constraints.new("COPY_LOCATION")
+
+
+@pytest.mark.filterwarnings("error::UserWarning")
+def test_what_is_muted_needs_no_warning(scene):
+    thing = block()
+    lamp()
+    modifier = thing.modifiers.new("rig", "ARMATURE")
+    modifier.show_viewport = modifier.show_render = False
+    thing.constraints.new("COPY_LOCATION").mute = True
+    assert len(snowblue.blender.bake()) == 1
 
 
 def shining():

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 import warnings
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
@@ -18,6 +17,7 @@ from snowblue import _native
 from snowblue._arguments import VISIBLE_NM, snow_id
 from snowblue._renderers import _csv, _rgb
 from snowblue._scene import BakedObject, _baked, _json, _ply
+from snowblue.blender._closing import extent, open_edges
 from snowblue.blender._lamps import WHITE_FILE, Lamp, lamp_of
 from snowblue.blender._layers import Layers, layers_of, put_layers
 from snowblue.blender._material import SKY, attribute_of, fill_material
@@ -25,11 +25,11 @@ from snowblue.blender._meshes import WITH_FACES, diffuse_of, world_mesh
 from snowblue.blender._settings import baked_of, is_snow, snow_of, source_of
 from snowblue.blender._world import environment_of
 
-OPEN = re.compile(r"('.*')\.mesh is .* it has (\d+) open edges.*")
-"""What the solver says of an open mesh."""
-OPEN_HERE = r"\1 has \2 open edges, but snow must be closed: press 'Make Snow' and choose Fill Holes or Voxel Remesh"
-DEFORMING = ("ARMATURE", "CLOTH", "SOFT_BODY", "FLUID", "MESH_CACHE", "MESH_SEQUENCE_CACHE", "OCEAN", "WAVE")
-"""Types of modifiers that change a mesh from frame to frame."""
+DEFORMING = (
+    *("ARMATURE", "CLOTH", "SOFT_BODY", "FLUID", "MESH_CACHE", "MESH_SEQUENCE_CACHE", "OCEAN", "WAVE", "BUILD"),
+    *("EXPLODE", "DYNAMIC_PAINT", "PARTICLE_INSTANCE", "HOOK", "LATTICE", "MESH_DEFORM", "SURFACE_DEFORM"),
+)
+"""Types of modifiers that change a mesh from frame to frame, or with another object."""
 USUAL_SIZE_M = (0.01, 50.0)
 """Sizes of snow that need no hint at the unit of the scene."""
 
@@ -190,6 +190,12 @@ def _collected(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, snow: li
         vertices, triangles, _ = world_mesh(source.evaluated_get(depsgraph), source.matrix_world, unit_m)
         if not len(triangles):
             raise ValueError(f"'{source.name}' has no faces, but snow must be a closed mesh")
+        count = open_edges(vertices, triangles)
+        if count:
+            raise ValueError(
+                f"'{source.name}' has {count} open edges, but snow must be closed: press 'Make Snow' and choose Fill "
+                "Holes or Voxel Remesh"
+            )
         _check_size(source, vertices)
         _check_still(source, scene)
         points.append(vertices)
@@ -247,7 +253,7 @@ def _add(
 
 
 def _check_size(source: bpy.types.Object, vertices: np.ndarray) -> None:
-    size_m = float(np.ptp(vertices, axis=0).max())
+    size_m = extent(vertices)
     if not USUAL_SIZE_M[0] <= size_m <= USUAL_SIZE_M[1]:
         warnings.warn(
             f"'{source.name}' is {size_m:.3g} m large: if that is not meant, change the Unit Scale of the scene or the "
@@ -263,8 +269,15 @@ def _check_still(thing: bpy.types.Object, scene: bpy.types.Scene) -> None:
         chain.append(chain[-1].parent)
     keys = thing.data.shape_keys if thing.type == "MESH" else None
     reasons = [f"'{one.name}' is animated" for one in chain if _is_animated(one)]
-    reasons += [f"the constraint '{one.name}' moves it" for one in thing.constraints if not one.mute]
-    reasons += [f"the modifier '{one.name}' deforms it" for one in thing.modifiers if one.type in DEFORMING]
+    reasons += [
+        f"the constraint '{constraint.name}' moves '{one.name}'"
+        for one in chain
+        for constraint in one.constraints
+        if not constraint.mute
+    ]
+    # The mesh is that of the viewport.
+    shown = [one for one in thing.modifiers if one.show_viewport]
+    reasons += [f"the modifier '{one.name}' deforms it" for one in shown if one.type in DEFORMING]
     reasons += ["its shape keys are animated"] if keys is not None and _is_animated(keys) else []
     if reasons:
         warnings.warn(
@@ -313,7 +326,7 @@ def _bake_one(document: dict[str, Any], made: _Scene, step_mm: float | None, spe
         reason = str(error)
         for number, name in enumerate(made.names):
             reason = reason.replace(f"object[{number}]", f"'{name}'")
-        raise ValueError(OPEN.sub(OPEN_HERE, reason)) from None
+        raise ValueError(reason) from None
 
 
 def _put(

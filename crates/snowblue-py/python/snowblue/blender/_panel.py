@@ -8,7 +8,7 @@ from collections.abc import Callable
 import bpy
 
 from snowblue.blender._bake import bake, clear
-from snowblue.blender._closing import REMESH, fill_holes, open_edges, remesh
+from snowblue.blender._closing import REMESH, fill_holes, local_mesh, open_edges, remesh
 from snowblue.blender._settings import SnowSettings, baked_of, is_snow, source_of
 
 
@@ -59,14 +59,14 @@ class SnowMake(bpy.types.Operator):
         description="What is done with meshes that have holes",
         items=[
             ("NONE", "Leave Open", "Open meshes do not become snow"),
-            ("FILL", "Fill Holes", "New faces fill the holes. All else of the mesh stays"),
+            ("FILL", "Fill Holes", "New faces fill the holes. Normals are recalculated, all else of the mesh stays"),
             ("REMESH", "Voxel Remesh", f"A modifier '{REMESH}' makes a closed surface, without UV maps"),
         ],
         default="NONE",
     )
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        if not any(open_edges(one) for one in self._selected(context) if one.type == "MESH"):
+        if not any(open_edges(*local_mesh(one)) for one in self._selected(context) if one.type == "MESH"):
             return self.execute(context)
         self.close = "FILL"
         return context.window_manager.invoke_props_dialog(self, title="The mesh is open. Close it?")
@@ -89,11 +89,11 @@ class SnowMake(bpy.types.Operator):
         undo = []
         try:
             for one in selected:
-                count = open_edges(one)
+                count = open_edges(*local_mesh(one))
                 if count and self.close == "NONE":
                     raise ValueError(
                         f"'{one.name}' has {count} open edges, but snow must be closed: choose Fill Holes or Voxel "
-                        "Remesh as Close"
+                        "Remesh"
                     )
                 if count:
                     undo.append(fill_holes(one) if self.close == "FILL" else remesh(one))
@@ -103,7 +103,7 @@ class SnowMake(bpy.types.Operator):
             raise
         for one in selected:
             one.snowblue.is_snow = True
-        return f"{len(selected)} objects are snow"
+        return "1 object is snow" if len(selected) == 1 else f"{len(selected)} objects are snow"
 
 
 class SnowUnmake(bpy.types.Operator):
