@@ -70,7 +70,7 @@ def test_figures_are_those_of_the_command(command, tmp_path):
     rows = command(*words, "--sky", f"{place}T12:00:00+01:00", "--broadband", "par,solar")
     at_depth = [row for row in rows if not row["bottom_cm"]]
     for band in ("par", "solar"):
-        printed = [float(row["actinic"]) for row in at_depth if row["band"] == band]
+        printed = [float(row["actinic_per_m2"]) for row in at_depth if row["band"] == band]
         np.testing.assert_allclose(ours[f"{band}_actinic"], printed, rtol=PRINTED)
     in_layers = [row for row in rows if row["bottom_cm"] and row["band"] == "solar"]
     np.testing.assert_allclose(ours.layer_warming, [float(row["warming_k_h"]) for row in in_layers], rtol=PRINTED)
@@ -78,8 +78,8 @@ def test_figures_are_those_of_the_command(command, tmp_path):
         PACK, {**INNSBRUCK, "time": "2026-02-01", "turbidity": 2}, depth_cm=DEPTHS, ground_albedo=0.2, daily=True
     )
     rows = command(*words, "--sky", place, "--broadband", "par")
-    np.testing.assert_allclose(day.par_down, [float(row["down"]) for row in rows if row["down"]], rtol=PRINTED)
-    assert rows[0]["unit"] == "µmol/m²" and day.par_down.units == "umol m-2"
+    np.testing.assert_allclose(day.par_down, [float(row["down_per_m2"]) for row in rows if row["down_per_m2"]], rtol=PRINTED)
+    assert rows[0]["unit"] == "µmol" and day.par_down.units == "umol m-2"
 
 
 def test_a_day_is_the_sum_of_its_quarters_and_the_night_is_dark():
@@ -104,7 +104,7 @@ def test_the_infrared_of_the_sky_is_that_of_the_standard_sun():
     sky = snowblue.sky(elevation_deg=41.8, turbidity=2.5, wavelength_nm=wavelength_nm)["global"]
     sun = snowblue.sunlight(wavelength_nm)
     join = slice(640, 700)
-    ratio = (sky / sky.sel(wavelength=join).mean()) / (sun / sun.sel(wavelength=join).mean())
+
     def band(first, last):
         part = slice(first, last)
         return (sky.sel(wavelength=part).mean() / sky.sel(wavelength=join).mean()).item() / (
@@ -113,7 +113,6 @@ def test_the_infrared_of_the_sky_is_that_of_the_standard_sun():
     # The report compares its model with measurements and rigorous codes, and finds 5 to 10 %.
     for first, last in ((720, 900), (900, 1000), (1000, 1100), (1150, 1300), (1500, 1750), (2050, 2400)):
         assert 0.9 < band(first, last) < 1.1, (first, last, band(first, last))
-    assert np.isfinite(ratio).all()
     dry = snowblue.sky(elevation_deg=41.8, precipitable_water_cm=0.1, wavelength_nm=[940, 1040])["global"]
     wet = snowblue.sky(elevation_deg=41.8, precipitable_water_cm=3, wavelength_nm=[940, 1040])["global"]
     assert wet[0] < 0.6 * dry[0] and wet[1] > 0.99 * dry[1]

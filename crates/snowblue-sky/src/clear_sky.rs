@@ -48,6 +48,7 @@ pub struct ClearSky {
     sun_elevation_deg: f64,
     turbidity: f64,
     precipitable_water_cm: f64,
+    ground_albedo: [f64; NODES],
     /// R and p₀–p₈ at each wavelength.
     dome: Box<[[f64; SKY_VALUES]; NODES]>,
     /// Radiance of the sun at each wavelength: the polynomials of each segment.
@@ -98,10 +99,11 @@ impl ClearSky {
         }));
         let segment = |segment| std::array::from_fn(|node| coefficients.sun(level, segment, node));
         let sun = (0..SEGMENTS).map(segment).collect();
-        Ok(Self { sun_elevation_deg, turbidity, precipitable_water_cm: PRECIPITABLE_WATER_CM, dome, sun })
+        let (ground_albedo, precipitable_water_cm) = (*ground_albedo, PRECIPITABLE_WATER_CM);
+        Ok(Self { sun_elevation_deg, turbidity, precipitable_water_cm, ground_albedo, dome, sun })
     }
 
-    /// The same sky with another amount of water vapour, which only the infrared feels.
+    /// The same sky with another amount of water vapour, which absorbs in the infrared alone.
     ///
     /// # Errors
     /// [`SkyError::OutOfRange`] outside 0–10 cm.
@@ -114,6 +116,12 @@ impl ClearSky {
     #[must_use]
     pub fn precipitable_water_cm(&self) -> f64 {
         self.precipitable_water_cm
+    }
+
+    /// Albedo of the ground at each of [`WAVELENGTHS_NM`](crate::WAVELENGTHS_NM).
+    #[must_use]
+    pub fn ground_albedo(&self) -> &[f64; NODES] {
+        &self.ground_albedo
     }
 
     /// Angle between the horizon and the sun's centre, in degrees.

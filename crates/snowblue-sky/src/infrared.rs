@@ -8,11 +8,13 @@
 //!
 //! The optical thickness of the aerosol is β λ^−1.3 with λ in µm. β is that with which the sun is as bright at 656 nm,
 //! where no vapour absorbs, as in the model of Hosek & Wilkie; where that is brighter than without aerosol, β is 0 and
-//! the sun is scaled. The diffuse light is scaled to that of Hosek & Wilkie at 656 nm.
+//! the sun is scaled. The diffuse light is scaled to that of Hosek & Wilkie at 656 nm. It includes what the sky sends
+//! back of the light that the ground reflects (1986, equations 3-13 to 3-15), over snow a fifth of the diffuse light at
+//! 656 nm.
 //!
 //! **Simplified.** Between the 75 wavelengths of the table irradiances are linear, so bands of vapour are as in a
-//! spectrum of some 10 nm. The light that the ground sends into the sky and the sky back is left out: a few per cent of
-//! the diffuse light.
+//! spectrum of some 10 nm. The ground is as bright as snow beyond the visible: its albedo is that at 720 nm up to 800
+//! nm and falls linearly to 0 at 1500 nm. The sun is at its mean distance, and the place at sea level.
 
 use std::sync::LazyLock;
 
@@ -28,6 +30,9 @@ const JOIN_NM: f64 = 656.0;
 /// Exponent of the wavelength in the optical thickness of aerosol (Ångström 1929).
 const AEROSOL_EXPONENT: f64 = 1.3;
 
+/// The weakest sun by which the haze is found, over that without aerosol.
+const LEAST_SUN: f64 = 1e-6;
+
 const HEADER: &str = "wavelength_nm,extraterrestrial_w_m2_nm,water_vapour,ozone,mixed_gases";
 
 /// Wavelength, irradiance outside the air, and coefficients of water vapour, ozone and mixed gases.
@@ -42,6 +47,12 @@ static TABLE: LazyLock<Vec<[f64; 5]>> = LazyLock::new(|| {
     lines.map(row).collect()
 });
 
+/// Where the albedo of snow begins to fall and where snow is dark, in nm (Wiscombe & Warren 1980, figure 8).
+const SNOW_FADES_NM: (f64, f64) = (800.0, 1500.0);
+
+/// Air mass of the light that the ground reflects.
+const REFLECTED_MASS: f64 = 1.8;
+
 /// Irradiance by the sun and by the sky.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Light {
@@ -53,7 +64,7 @@ pub(crate) struct Light {
 
 /// The infrared light of a sky.
 pub(crate) struct Infrared {
-    /// At each wavelength of the table, before scaling.
+    /// At each wavelength of the table, before scaling; the diffuse light over the sine of the sun's elevation.
     rows: Vec<(f64, Light)>,
     direct_factor: f64,
     diffuse_factor: f64,
@@ -64,11 +75,12 @@ impl Infrared {
     pub(crate) fn new(sky: &ClearSky, diffuse: &[f64; WAVELENGTHS_NM.len()]) -> Self {
         let water_cm = sky.precipitable_water_cm();
         let with = |beta| {
-            let rows = rows(sky.sun_elevation_deg(), beta, water_cm);
+            let rows = rows(sky.sun_elevation_deg(), beta, water_cm, |nm| ground_albedo(sky, nm));
             Self { rows, direct_factor: 1.0, diffuse_factor: 1.0 }
         };
         let (sun, clean) = (sky.sun_irradiance(JOIN_NM), with(0.0).at(JOIN_NM).direct_normal);
-        let thickness = (clean / sun).ln() / air_mass(sky.sun_elevation_deg());
+        // Just above the horizon the sun is 0 in that model.
+        let thickness = (clean / sun.max(LEAST_SUN * clean)).ln() / air_mass(sky.sun_elevation_deg());
         let mut infrared = with(thickness.max(0.0) * (1e-3 * JOIN_NM).powf(AEROSOL_EXPONENT));
         let at_join = infrared.at(JOIN_NM);
         infrared.direct_factor = sun / at_join.direct_normal;
@@ -89,37 +101,78 @@ impl Infrared {
     }
 }
 
+/// Albedo of the ground under a sky, as of snow beyond the visible.
+fn ground_albedo(sky: &ClearSky, wavelength_nm: f64) -> f64 {
+    let (first_nm, last_nm) = SNOW_FADES_NM;
+    let fading = ((last_nm - wavelength_nm) / (last_nm - first_nm)).clamp(0.0, 1.0);
+    fading * at_wavelength(sky.ground_albedo(), wavelength_nm.min(WAVELENGTHS_NM[WAVELENGTHS_NM.len() - 1]))
+}
+
 /// The air mass of a sun at an elevation (Kasten 1966).
 fn air_mass(elevation_deg: f64) -> f64 {
     1.0 / (elevation_deg.to_radians().sin() + 0.15 * (3.885 + elevation_deg).powf(-1.253))
 }
 
-/// The model at each wavelength of the table, for aerosol with the optical thickness β λ^−1.3.
-fn rows(elevation_deg: f64, beta: f64, water_cm: f64) -> Vec<(f64, Light)> {
-    let (cos_zenith, mass) = (elevation_deg.to_radians().sin(), air_mass(elevation_deg));
-    let height = 22.0 / 6370.0;
-    let ozone_mass = (1.0 + height) / (cos_zenith * cos_zenith + 2.0 * height).sqrt();
-    // The part of the light scattered by aerosol that goes down, for the mean cosine 0.65 of the scattering angle.
+/// Transmittances of the air at one wavelength.
+struct Transmittances {
+    molecules: f64,
+    aerosol_scattering: f64,
+    aerosol_absorption: f64,
+    /// Of vapour, ozone and mixed gases.
+    gases: f64,
+}
+
+impl Transmittances {
+    /// For an air mass, that of ozone, and aerosol with the optical thickness β λ^−1.3.
+    fn new(row: &[f64; 5], mass: f64, ozone_mass: f64, beta: f64, water_cm: f64) -> Self {
+        let &[wavelength_nm, _, water, ozone, mixed] = row;
+        let micrometres = 1e-3 * wavelength_nm;
+        let thickness = beta * micrometres.powf(-AEROSOL_EXPONENT);
+        let albedo = 0.945 * (-0.095 * (micrometres / 0.4).ln().powi(2)).exp();
+        let (vapour, mixed) = (water * water_cm * mass, mixed * mass);
+        Self {
+            molecules: (-mass / (micrometres.powi(4) * (115.6406 - 1.3366 / micrometres.powi(2)))).exp(),
+            aerosol_scattering: (-albedo * thickness * mass).exp(),
+            aerosol_absorption: (-(1.0 - albedo) * thickness * mass).exp(),
+            gases: (-0.2385 * vapour / (1.0 + 20.07 * vapour).powf(0.45)
+                - ozone * OZONE_CM * ozone_mass
+                - 1.41 * mixed / (1.0 + 118.3 * mixed).powf(0.45))
+            .exp(),
+        }
+    }
+}
+
+/// The part of the light scattered by aerosol that goes on, for the mean cosine 0.65 of the scattering angle.
+fn forwards(cosine: f64) -> f64 {
     let log = (1.0_f64 - 0.65).ln();
     let (first, second) =
         (log * (1.459 + log * (0.1595 + log * 0.4129)), log * (0.0783 + log * (-0.3824 - log * 0.5874)));
-    let downwards = 1.0 - 0.5 * ((first + second * cos_zenith) * cos_zenith).exp();
-    let row = |&[wavelength_nm, outside, water, ozone, mixed]: &[f64; 5]| {
-        let micrometres = 1e-3 * wavelength_nm;
-        let molecules = (-mass / (micrometres.powi(4) * (115.6406 - 1.3366 / micrometres.powi(2)))).exp();
-        let thickness = beta * micrometres.powf(-AEROSOL_EXPONENT);
-        let albedo = 0.945 * (-0.095 * (micrometres / 0.4).ln().powi(2)).exp();
-        let vapour = water * water_cm * mass;
-        let gases = mixed * mass;
-        let absorbed = (-0.2385 * vapour / (1.0 + 20.07 * vapour).powf(0.45)
-            - ozone * OZONE_CM * ozone_mass
-            - 1.41 * gases / (1.0 + 118.3 * gases).powf(0.45))
-        .exp();
-        let direct_normal = outside * absorbed * molecules * (-thickness * mass).exp();
-        let scattered = 0.5 * (1.0 - molecules.powf(0.95))
-            + molecules.powf(1.5) * (1.0 - (-albedo * thickness * mass).exp()) * downwards;
-        let level = outside * cos_zenith * absorbed * (-(1.0 - albedo) * thickness * mass).exp();
-        (wavelength_nm, Light { direct_normal, diffuse: level * scattered })
+    1.0 - 0.5 * ((first + second * cosine) * cosine).exp()
+}
+
+/// The model at each wavelength of the table, for aerosol with the optical thickness β λ^−1.3: the diffuse light over
+/// the sine of the elevation.
+fn rows(elevation_deg: f64, beta: f64, water_cm: f64, ground_albedo: impl Fn(f64) -> f64) -> Vec<(f64, Light)> {
+    let (cos_zenith, mass) = (elevation_deg.to_radians().sin(), air_mass(elevation_deg));
+    let height = 22.0 / 6370.0;
+    let ozone_mass = (1.0 + height) / (cos_zenith * cos_zenith + 2.0 * height).sqrt();
+    let row = |row: &[f64; 5]| {
+        let [wavelength_nm, outside, ..] = *row;
+        let sun = Transmittances::new(row, mass, ozone_mass, beta, water_cm);
+        let absorbed = sun.gases * sun.aerosol_absorption;
+        let direct_normal = outside * absorbed * sun.molecules * sun.aerosol_scattering;
+        let scattered = 0.5 * (1.0 - sun.molecules.powf(0.95))
+            + sun.molecules.powf(1.5) * (1.0 - sun.aerosol_scattering) * forwards(cos_zenith);
+        let diffuse = outside * absorbed * scattered;
+        // Light from the ground, of which the sky sends a part back, again and again; ozone is left out there.
+        let up = Transmittances::new(row, REFLECTED_MASS, 0.0, beta, water_cm);
+        let sky_albedo = up.gases
+            * up.aerosol_absorption
+            * (0.5 * (1.0 - up.molecules)
+                + (1.0 - forwards(1.0 / REFLECTED_MASS)) * up.molecules * (1.0 - up.aerosol_scattering));
+        let returned = sky_albedo * ground_albedo(wavelength_nm);
+        let from_ground = (direct_normal + diffuse) * returned / (1.0 - returned);
+        (wavelength_nm, Light { direct_normal, diffuse: diffuse + from_ground })
     };
     TABLE.iter().map(row).collect()
 }
@@ -142,7 +195,7 @@ mod tests {
         }
     }
 
-    /// pvlib 0.16.1, `spectrum.spectrl2` with `kasten1966`, black ground, 101300 Pa and 0.34 cm of ozone, per the
+    /// pvlib 0.16.1, `spectrum.spectrl2` with `kasten1966`, grounds of the albedos 0 and 0.8, 101300 Pa and 0.34 cm of ozone, per the
     /// factor 0.9996363404654715 of the distance to the sun on the day given.
     #[test]
     fn the_model_is_that_of_pvlib() {
@@ -150,33 +203,36 @@ mod tests {
             (
                 (30.0, 3.0, 1.42),
                 [
-                    (656.0, 0.963_809_339_243_124_2, 0.155_127_237_195_946_48),
-                    (880.0, 0.738_745_318_224_458_8, 0.067_837_440_480_949),
-                    (1040.0, 0.568_916_508_449_126_1, 0.038_919_862_676_662_2),
-                    (1200.0, 0.366_496_466_421_719_8, 0.019_622_722_465_561_845),
-                    (1610.0, 0.203_948_455_489_989_7, 0.006_663_164_401_850_476),
-                    (2198.0, 0.065_739_018_822_680_46, 0.001_274_724_871_163_008_4),
+                    (656.0, 0.963_809_339_243_124_2, 0.155_127_237_195_946_48, 0.198_894_830_346_991_62),
+                    (880.0, 0.738_745_318_224_458_8, 0.067_837_440_480_949, 0.082_972_147_591_694_8),
+                    (1040.0, 0.568_916_508_449_126_1, 0.038_919_862_676_662_2, 0.046_899_623_081_848_68),
+                    (1200.0, 0.366_496_466_421_719_8, 0.019_622_722_465_561_845, 0.022_896_155_836_117_28),
+                    (1610.0, 0.203_948_455_489_989_7, 0.006_663_164_401_850_476, 0.007_791_177_321_548_18),
+                    (2198.0, 0.065_739_018_822_680_46, 0.001_274_724_871_163_008_4, 0.001_487_432_480_881_002),
                 ],
             ),
             (
                 (5.0, 2.0, 0.3),
                 [
-                    (656.0, 0.337_786_744_048_792_9, 0.034_546_792_110_567_38),
-                    (880.0, 0.462_141_295_160_075_4, 0.019_165_069_233_229_86),
-                    (1040.0, 0.404_330_165_892_049_9, 0.011_367_104_257_136_516),
-                    (1200.0, 0.278_362_702_248_485_25, 0.005_793_607_307_756_981),
-                    (1610.0, 0.153_408_448_292_409_68, 0.001_811_437_423_370_235_5),
-                    (2198.0, 0.058_575_830_476_522_34, 0.000_393_337_717_597_106_25),
+                    (656.0, 0.337_786_744_048_792_9, 0.034_546_792_110_567_38, 0.037_912_766_414_628_14),
+                    (880.0, 0.462_141_295_160_075_4, 0.019_165_069_233_229_86, 0.020_540_515_403_957_037),
+                    (1040.0, 0.404_330_165_892_049_9, 0.011_367_104_257_136_516, 0.012_084_574_601_125_346),
+                    (1200.0, 0.278_362_702_248_485_25, 0.005_793_607_307_756_981, 0.006_108_843_689_089_952),
+                    (1610.0, 0.153_408_448_292_409_68, 0.001_811_437_423_370_235_5, 0.001_898_639_104_908_838),
+                    (2198.0, 0.058_575_830_476_522_34, 0.000_393_337_717_597_106_25, 0.000_412_086_022_712_139),
                 ],
             ),
         ];
         for ((elevation_deg, turbidity, water_cm), expected) in cases {
-            let rows = rows(elevation_deg, 0.04608 * turbidity - 0.04586, water_cm);
-            for (wavelength_nm, direct_normal, diffuse) in expected {
-                let (_, light) = rows.iter().find(|(nm, _)| (nm - wavelength_nm).abs() < 1e-9).unwrap();
-                let distance = 0.999_636_340_465_471_5;
-                assert!((distance * light.direct_normal / direct_normal - 1.0).abs() < 1e-12, "{light:?}");
-                assert!((distance * light.diffuse / diffuse - 1.0).abs() < 1e-12, "{wavelength_nm} {light:?}");
+            let over = |albedo: f64| rows(elevation_deg, 0.04608 * turbidity - 0.04586, water_cm, |_| albedo);
+            let (black, snow) = (over(0.0), over(0.8));
+            for (wavelength_nm, direct_normal, diffuse, diffuse_over_snow) in expected {
+                let place = black.iter().position(|(nm, _)| (nm - wavelength_nm).abs() < 1e-9).unwrap();
+                let ([(_, black), (_, snow)], distance) = ([black[place], snow[place]], 0.999_636_340_465_471_5);
+                let level = distance * elevation_deg.to_radians().sin();
+                assert!((distance * black.direct_normal / direct_normal - 1.0).abs() < 1e-12, "{black:?}");
+                assert!((level * black.diffuse / diffuse - 1.0).abs() < 1e-12, "{wavelength_nm} {black:?}");
+                assert!((level * snow.diffuse / diffuse_over_snow - 1.0).abs() < 1e-12, "{wavelength_nm} {snow:?}");
             }
         }
     }

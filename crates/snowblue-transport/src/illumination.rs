@@ -202,18 +202,27 @@ impl LightInLayers {
 }
 
 impl BandLight {
-    /// Rates at which the light warms the ice, in K/h: at each depth, and of each layer. Where water is in the snow
-    /// they are NaN: it melts instead.
+    /// Rates at which the light warms the ice, in K/h: at each depth, and of each layer on average. Where water is in
+    /// the snow they are NaN, as it melts instead, and so is that of a half-space.
     #[must_use]
     pub fn warming_k_h(&self, stack: &Stack) -> [Vec<f64>; 2] {
-        let at = |(level, depth_cm): (&LightLevel, &f64)| {
-            warming_k_h(level.absorbed_per_m, &stack.layer_at(*depth_cm).sample)
-        };
-        let of = |(absorbed, layer): (&f64, &Layer)| warming_k_h(absorbed / (0.01 * layer.thickness_cm), &layer.sample);
+        let at = |(level, layer): (&LightLevel, &Layer)| warming_k_h(level.absorbed_per_m, &layer.sample);
+        let powers = self.absorbed_per_m_of_layers(stack);
         [
-            self.levels.iter().zip(&stack.depths_cm).map(at).collect(),
-            self.absorbed.iter().zip(&stack.layers).map(of).collect(),
+            self.levels.iter().zip(stack.layers_at_depths()).map(at).collect(),
+            powers.iter().zip(&stack.layers).map(|(power, layer)| warming_k_h(*power, &layer.sample)).collect(),
         ]
+    }
+
+    /// Power that each layer absorbs per volume, on average: NaN of a layer with no thickness, and of a half-space,
+    /// which has no average.
+    #[must_use]
+    pub fn absorbed_per_m_of_layers(&self, stack: &Stack) -> Vec<f64> {
+        let of = |(absorbed, layer): (&f64, &Layer)| {
+            let is_half_space = layer.thickness_cm.is_infinite();
+            if is_half_space { f64::NAN } else { absorbed / (0.01 * layer.thickness_cm) }
+        };
+        self.absorbed.iter().zip(&stack.layers).map(of).collect()
     }
 }
 

@@ -1,6 +1,6 @@
 //! The spread of reflectance, transmittance and absorptance that follows from what is not known exactly of the snow.
 //!
-//! Specific surface area (which scales all grain sizes), density and mass fractions are log-normal, with the given
+//! Specific surface area or grain size (which scales all grains), density and mass fractions are log-normal, with the given
 //! value as mean and the given standard deviation, within the ranges of the parameters; either table of ice is equally
 //! likely. All are independent. [`DRAWS`] snows are a Latin hypercube (McKay, Beckman & Conover 1979,
 //! doi:10.2307/1268522): each quantity takes each of as many equally probable intervals once. Their order statistics
@@ -142,16 +142,15 @@ impl Uncertainty {
         if let Some(size) = self.size {
             let relative = size.relative(given)?;
             let GrainSize { min_um, max_um, .. } = given.grain_size;
-            // The factor of the surface area divides all sizes.
-            let range = ParameterRange {
-                quantity: "specific surface area",
-                least: max_um / GRAIN_SIZE_RANGE.greatest,
-                greatest: min_um / GRAIN_SIZE_RANGE.least,
-                unit: "",
-            };
+            // The factor of the surface area divides all sizes, that of a grain size multiplies them.
+            let (least, greatest) = (GRAIN_SIZE_RANGE.least / min_um, GRAIN_SIZE_RANGE.greatest / max_um);
+            let is_area = matches!(size, SizeDeviation::SurfaceArea(_));
+            let (least, greatest) = if is_area { (greatest.recip(), least.recip()) } else { (least, greatest) };
+            let range = ParameterRange { quantity: "factor of the size", least, greatest, unit: "" };
             let factors = log_normal(1.0, relative, &range, &permuted());
             for (sample, factor) in samples.iter_mut().zip(factors) {
-                sample.grain_size = GrainSize { min_um: min_um / factor, max_um: max_um / factor, ..given.grain_size };
+                let factor = if is_area { factor.recip() } else { factor };
+                sample.grain_size = GrainSize { min_um: min_um * factor, max_um: max_um * factor, ..given.grain_size };
             }
         }
         if self.density_kg_m3 != 0.0 {
@@ -269,8 +268,12 @@ mod tests {
             Uncertainty { size: Some(SizeDeviation::SurfaceArea(2.0)), density_kg_m3: 30.0, ice: true, ..soot(5.0) };
         let drawn = all.draw(&snow(), 1).unwrap();
         let area = |sample: &SnowSample| 20.0 * snow().grain_size.max_um / sample.grain_size.max_um;
+        let size_um = snow().grain_size.middle_um();
+        let by_size = Uncertainty { size: Some(SizeDeviation::GrainSize(0.3 * size_um)), ..Uncertainty::default() };
+        let sizes = by_size.draw(&snow(), 1).unwrap().into_iter().map(|sample| sample.grain_size.middle_um()).collect();
         for (values, mean, deviation) in [
             (drawn.iter().map(area).collect::<Vec<_>>(), 20.0, 2.0),
+            (sizes, size_um, 0.3 * size_um),
             (drawn.iter().map(|sample| sample.density_kg_m3).collect(), 300.0, 30.0),
             (drawn.iter().map(|sample| sample.impurities.ng_g(Substance::BlackCarbon)).collect(), 10.0, 5.0),
         ] {

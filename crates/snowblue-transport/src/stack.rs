@@ -132,18 +132,14 @@ impl Stack {
         self.layers.iter().map(|layer| layer.thickness_cm).sum()
     }
 
-    /// The layer below a depth, in cm; at the ground the last.
+    /// The layer below each of the depths, at the ground the last; layers of no thickness are none.
     ///
     /// # Panics
     /// If there is no layer.
     #[must_use]
-    pub fn layer_at(&self, depth_cm: f64) -> &Layer {
-        let mut bottom_cm = 0.0;
-        let below = self.layers.iter().find(|layer| {
-            bottom_cm += layer.thickness_cm;
-            depth_cm < bottom_cm
-        });
-        below.unwrap_or_else(|| &self.layers[self.layers.len() - 1])
+    pub fn layers_at_depths(&self) -> Vec<&Layer> {
+        let slices = self.slices();
+        slices.faces.iter().map(|face| &self.layers[slices.layer_below(*face)]).collect()
     }
 
     /// The layers, cut at every depth.
@@ -170,6 +166,16 @@ impl Stack {
         let face = |depth_cm: &f64| faces_cm.partition_point(|face_cm| face_cm < depth_cm).min(slices.len());
         let faces = self.depths_cm.iter().map(face).collect();
         Slices { slices, faces }
+    }
+}
+
+impl Slices {
+    /// Index of the layer below a face, at the ground of the last; slices of no thickness are none.
+    pub(crate) fn layer_below(&self, face: usize) -> usize {
+        let is_thick = |slice: &&Slice| slice.thickness_cm > 0.0;
+        let (above, below) = self.slices.split_at(face);
+        let slice = below.iter().find(is_thick).or_else(|| above.iter().rev().find(is_thick));
+        slice.unwrap_or(&self.slices[self.slices.len() - 1]).layer
     }
 }
 
@@ -206,6 +212,10 @@ mod tests {
         let expected = [(0, 1.0), (0, 1.0), (1, 2.0), (1, 1.0)];
         assert_eq!(slices, expected.map(|(layer, thickness_cm)| Slice { layer, thickness_cm }));
         assert_eq!(faces, [4, 0, 1, 2, 3, 1]);
+        // Layers of no thickness lie below no depth.
+        let slices = stack(&[0.0, 2.0, 0.0, 3.0, 0.0], &[0.0, 1.0, 2.0, 3.0, 5.0]).slices();
+        let layers: Vec<usize> = slices.faces.iter().map(|face| slices.layer_below(*face)).collect();
+        assert_eq!(layers, [1, 1, 3, 3, 3]);
         // The sum of three tenths rounds to above 0.3, which leaves a last slice of no thickness.
         let Slices { slices, faces } = stack(&[0.1, 0.1, 0.1], &[0.3]).slices();
         assert_eq!((slices.len(), faces[0]), (4, 3));

@@ -506,6 +506,18 @@ fn light_in_layers_is_conserved() {
     let [_, layers] = band.warming_k_h(&stack);
     let expected = 3600.0 * band.absorbed[1] / (0.07 * 300.0 * (152.5 + 7.122 * 268.15));
     assert_near(layers[1], expected, 1e-12, "warming");
+    // A half-space keeps what arrives at it, and has no power per volume.
+    let mut endless = Stack { depths_cm: vec![0.0], ..stack };
+    if let Some(layer) = endless.layers.last_mut() {
+        layer.thickness_cm = f64::INFINITY;
+    }
+    let solved = light_in_layers(&endless, &lights[..1], &ordinates_options()).unwrap();
+    let band = solved[0].band(Band::Solar, &wavelengths_nm).unwrap();
+    assert_near(band.absorbed.iter().sum(), band.levels[0].net, 1e-9, "absorbed by a half-space");
+    let [at_depths, of_layers] = band.warming_k_h(&endless);
+    let last = of_layers.len() - 1;
+    assert!(at_depths[0] > 0.0 && of_layers[last].is_nan() && of_layers[..last].iter().all(|k_h| *k_h > 0.0));
+    assert!(band.absorbed_per_m_of_layers(&endless)[last].is_nan() && band.absorbed[last] > 0.0);
     let wet = SnowSample { water_saturation: 0.1, ..SnowSample::default() };
     assert!(warming_k_h(1.0, &wet).is_nan());
 }

@@ -13,6 +13,7 @@ use snowblue_transport::slab::Radiometry;
 
 use crate::input::spectrum_file;
 use crate::options::parse::{self, Wavelengths};
+use crate::options::slab::check_transmits;
 use crate::options::{ColorOptions, LightOptions, OrdinatesArguments, SlabOptions, SnowOptions, limits};
 use crate::output::color_row::{self, ColorRow};
 use crate::output::{Failure, Outcome, OutputOptions};
@@ -125,6 +126,7 @@ impl Color {
 
     /// The spectrum of each slab.
     fn curves(&self, wavelengths: &Wavelengths) -> Result<Vec<Curve>, Failure> {
+        check_transmits(&self.slab.thickness, self.reflected)?;
         let slab = self.sample.slab(&self.slab, wavelengths)?;
         let solved = ordinates::solve(&slab, &self.ordinates.options()).map_err(Failure::input)?;
         let curve = |rows: &[Radiometry]| {

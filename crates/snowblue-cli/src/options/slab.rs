@@ -4,6 +4,7 @@ use clap::Args;
 use snowblue_transport::slab::{ANGLE, Incidence, THICKNESS};
 
 use super::{limits, parse};
+use crate::output::{Failure, Outcome};
 
 /// Thickness of a slab, and direction of the light.
 #[derive(Debug, Args)]
@@ -20,4 +21,13 @@ pub(crate) struct SlabOptions {
         help = format!("{}, or 'diffuse' (Lambertian), several separated by commas", limits::described(&ANGLE))
     )]
     pub(crate) angle: Vec<Incidence>,
+}
+
+/// Checks that light passes the slabs whose transmitted colour is asked for.
+pub(crate) fn check_transmits(thicknesses_cm: &[f64], is_reflected: bool) -> Outcome {
+    if !is_reflected && thicknesses_cm.iter().any(|thickness_cm| thickness_cm.is_infinite()) {
+        let message = "thickness is inf cm, which lets no light through: give --reflected, or a finite thickness";
+        return Err(Failure::Input(message.to_owned()));
+    }
+    Ok(())
 }

@@ -37,6 +37,7 @@ LEVELS = {
     "layer_absorbed": "power that the layer absorbs per level area",
 }
 BANDS = ("solar", "par", "visible", "near-infrared")
+PAR_NM = (400, 700)
 
 
 @checks_names()
@@ -47,7 +48,7 @@ def light_at_depth(
     depth_cm: Any,
     ground_albedo: float = 0.0,
     daily: bool = False,
-    bands: Iterable[str] = ("solar", "par"),
+    bands: Iterable[str] | None = None,
     streams: int | str = "auto",
     seed: int = 1,
     progress: Progress = None,
@@ -75,7 +76,8 @@ def light_at_depth(
         Sums over a day instead of values at each time, whose steps must be equal: of the 96 quarters of an hour that
         :func:`sky` takes for a date alone, `time="2026-02-01"`.
     bands : names
-        Integrals: solar (over all wavelengths), par (photons of 400 to 700 nm), visible, near-infrared.
+        Integrals: solar (over all wavelengths), par (photons of 400 to 700 nm), visible, near-infrared. By default
+        solar and par, as far as the wavelengths cover them: solar takes two.
     streams, seed, progress
         As in :func:`spectrum`.
 
@@ -121,7 +123,16 @@ def light_at_depth(
         raise ValueError("elevation of the sun is not a number")
     if daily:
         _check_steps(sky.time.values)
+    for name, light in (("direct", direct), ("diffuse", diffuse)):
+        wrong = ~(np.isfinite(light) & (light >= 0))
+        if wrong.any():
+            row, place = np.argwhere(wrong)[0]
+            where = f"{wavelengths_nm[place]:g} nm" + (f", {dims[0]} {row}" if dims else "")
+            raise ValueError(f"{name} light at {where} is {light[row, place]}, but must be a number from 0 up")
     lights = list(zip(elevations.tolist(), direct.tolist(), diffuse.tolist()))
+    if bands is None:
+        has_par = min(wavelengths_nm) <= PAR_NM[0] and max(wavelengths_nm) >= PAR_NM[1]
+        bands = ["solar"] * (len(wavelengths_nm) > 1) + ["par"] * has_par
     bands = [bands] if isinstance(bands, str) else list(bands)
     check_names(BANDS, bands)
     ground = {"layers": packed, "ground_albedo": number("ground_albedo", ground_albedo), "depth_cm": depths_cm}

@@ -24,6 +24,7 @@ from snowblue._arguments import (
 if TYPE_CHECKING:
     import xarray as xr
 
+CLEAR_WATER_CM = 1.42
 SKY_NM = np.arange(320.0, 721.0, 10.0)
 ELEVATION = Quantity("elevation", "degree", "angle from the horizon to the sun")
 AZIMUTH = Quantity("azimuth", "degree", "angle of the sun from north, clockwise")
@@ -122,13 +123,13 @@ def sky(
     turbidity: float = 3.0,
     ground_albedo: float = 0.8,
     overcast: bool = False,
-    precipitable_water_cm: float = 1.42,
+    precipitable_water_cm: float | None = None,
     wavelength_nm: Any = SKY_NM,
 ) -> xr.Dataset:
     """Irradiance of level ground by the sun and the sky.
 
     A clear sky is that of Hosek & Wilkie (2012, 2013) to 720 nm and that of Bird & Riordan (1986) beyond, scaled to
-    join it; an overcast sky is that of the CIE with the spectrum D65 and the mean illuminance of Krochmann & Seidl
+    agree at 656 nm, for the mean distance of the sun; an overcast sky is that of the CIE with the spectrum D65 and the mean illuminance of Krochmann & Seidl
     (1974). With the sun below the horizon all light is zero: there is no model of twilight.
 
     Parameters
@@ -146,8 +147,8 @@ def sky(
     overcast : bool
         An overcast sky instead of a clear one.
     precipitable_water_cm : float, 0 to 10
-        Water vapour in the air, which takes bands of the infrared: 1.42 in the US Standard Atmosphere, 0.1 to 1 in cold
-        air.
+        Water vapour in the air of a clear sky, which takes bands of the infrared: by default 1.42, as in the US
+        Standard Atmosphere; 0.1 to 1 in cold air.
     wavelength_nm : float or array, 320 to 2500
         Under an overcast sky 320 to 720.
 
@@ -181,7 +182,9 @@ def sky(
         elevations = apparent if refraction else elevation
         coords = {"time": _time_coordinate(dims, seconds), "azimuth": (dims, azimuth, _described(AZIMUTH))}
     wavelengths_nm = numbers(WAVELENGTH, wavelength_nm)
-    water = number("precipitable_water_cm", precipitable_water_cm)
+    if overcast and precipitable_water_cm is not None:
+        raise ValueError("precipitable_water_cm is of a clear sky: an overcast one has no infrared")
+    water = CLEAR_WATER_CM if precipitable_water_cm is None else number("precipitable_water_cm", precipitable_water_cm)
     haze = None if overcast else (number("turbidity", turbidity), number("ground_albedo", ground_albedo), water)
     rows = [_native.sky(elevation, haze, wavelengths_nm) for elevation in np.ravel(elevations).tolist()]
     variables = {}

@@ -526,11 +526,14 @@ def _uncertainty(plus_minus: Mapping[str, Any]) -> dict[str, Any]:
     own = ("ssa_m2_kg", "grain_size_um", "density_kg_m3", "ice")
     check_names([*own, *dict.fromkeys(IMPURITIES.values())], plus_minus)
     impurities = {name: number(name, value) for name, value in plus_minus.items() if name not in own}
+    ice = plus_minus.get("ice", False)
+    if not isinstance(ice, (bool, np.bool_)):
+        raise ValueError(f"ice is {ice!r}, but must be True or False")
     return {
         **{name: None if name not in plus_minus else number(name, plus_minus[name]) for name in own[:2]},
         "density_kg_m3": number("density_kg_m3", plus_minus.get("density_kg_m3", 0.0)),
         "impurities_ng_g": impurities,
-        "ice": bool(plus_minus.get("ice", False)),
+        "ice": bool(ice),
     }
 
 

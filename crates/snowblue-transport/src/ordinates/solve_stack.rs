@@ -159,7 +159,7 @@ fn stack_fluxes(stack: &Stack, cut: &Slices, media: &[Medium], streams: Streams)
             all[*place].optical_depth = slices.iter().map(|slice| slice.optical_depth).sum();
         }
         for face in &cut.faces {
-            let Slice { layer, .. } = cut.slices[(*face).min(slices.len() - 1)];
+            let layer = cut.layer_below(*face);
             let rate_per_cm = modes(layer).decay_rate() * optical_depth(&Slice { layer, thickness_cm: 1.0 });
             let absorption_per_m = media[layer].extinction_per_m * media[layer].scattering.one_minus_albedo;
             let at_face = layered.fluxes(*face).into_iter().zip(layered.fluence_rates(*face));

@@ -23,7 +23,7 @@ pub(super) struct SkyOptions {
     /// Light at --depths under the sun and the sky, in W/m² per nm, or with --broadband in bands: the sun's ELEVATION
     /// in degrees, or LATITUDE,LONGITUDE,TIME as 47.27,11.39,2026-02-01T12:00+01:00; with a date alone the sums of the
     /// day. Fluxes down, up and net are per level area, actinic fluxes count light from all directions alike, and what
-    /// is absorbed is per volume. Below the horizon all is dark
+    /// is absorbed is per volume. With the sun below the horizon all light is zero
     #[arg(
         long, value_name = "SUN", value_parser = sun, requires = "depths", allow_hyphen_values = true,
         conflicts_with_all = ["plot", "spread", "batch"]
@@ -201,10 +201,10 @@ impl Solved {
             "bottom_cm",
             "band",
             "unit",
-            "down",
-            "up",
-            "net",
-            "actinic",
+            "down_per_m2",
+            "up_per_m2",
+            "net_per_m2",
+            "actinic_per_m2",
             "absorbed_per_m2",
             "absorbed_per_m3",
             warming_column,
@@ -214,10 +214,10 @@ impl Solved {
         for band in bands {
             let of_band = light.band(*band, &stack.wavelengths_nm).map_err(Failure::input)?;
             let unit = match (band, is_day) {
-                (Band::Par, false) => "µmol/(m² s)",
-                (Band::Par, true) => "µmol/m²",
-                (_, false) => "W/m²",
-                (_, true) => "J/m²",
+                (Band::Par, false) => "µmol/s",
+                (Band::Par, true) => "µmol",
+                (_, false) => "W",
+                (_, true) => "J",
             };
             // Of a day, what is absorbed is in J: its warming in K is that of a power in W for a second.
             let warming = |k_h: f64| {
@@ -234,18 +234,20 @@ impl Solved {
                 rows.push(row);
             }
             let mut top_cm = 0.0;
-            for ((absorbed, layer), k_h) in of_band.absorbed.iter().zip(&stack.layers).zip(of_layers) {
+            let powers = of_band.absorbed_per_m_of_layers(stack);
+            let layers = of_band.absorbed.iter().zip(powers).zip(&stack.layers).zip(of_layers);
+            for (((absorbed, power), layer), k_h) in layers {
                 let bottom_cm = top_cm + layer.thickness_cm;
                 let mut row = named(Cell::from(top_cm), Cell::from(bottom_cm));
                 row.extend([none(), none(), none(), none(), Cell::from(*absorbed)]);
-                row.extend([Cell::from(absorbed / (0.01 * layer.thickness_cm)), warming(k_h)]);
+                row.extend([if power.is_nan() { none() } else { power.into() }, warming(k_h)]);
                 rows.push(row);
                 top_cm = bottom_cm;
             }
         }
         let mut metadata = metadata;
         let ends = [stack.wavelengths_nm.first(), stack.wavelengths_nm.last()];
-        if let [Some(first_nm), Some(last_nm)] = ends {
+        if let ([Some(first_nm), Some(last_nm)], true) = (ends, bands.contains(&Band::Solar)) {
             metadata.push(("solar", format!("{}–{} nm", format_number(*first_nm), format_number(*last_nm))));
         }
         Ok(DataTable { columns, rows, metadata })

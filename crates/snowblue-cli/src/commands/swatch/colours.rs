@@ -59,6 +59,7 @@ impl SheetColours<'_> {
         let mut cases = Cases::default();
         let indices: Vec<Vec<Case>> =
             subjects.iter().map(|row| row.iter().map(|subject| cases.case(subject)).collect()).collect();
+        check_transmits(&cases.thicknesses_cm, self.reflected)?;
         let slab = Slab {
             sample: subjects[0][0].sample,
             thicknesses_cm: cases.thicknesses_cm,
