@@ -45,6 +45,8 @@ fn exposure_changes_only_hex() {
     assert_eq!(brightest(&auto[0]), 243);
     assert!(brightest(&auto[1]) < 200, "one exposure for all");
     assert_refused(&["color", "--exposure", "bright"], &["--exposure", "'bright'", "stops", "'auto'"]);
+    assert_refused(&["color", "--thickness", "5,inf"], &["thickness is inf cm", "--reflected"]);
+    assert_eq!(stdout(&["color", "--thickness", "inf", "--reflected"]).lines().count(), 2);
     assert_refused(&["color", "--exposure", "101"], &["exposure", "101", "-100 to 100 stops"]);
 }
 

@@ -163,7 +163,8 @@ fn a_sky_gives_light_at_depth() {
     assert_names(&day, &["warming_k\n", ",par,µmol,"]);
     // A half-space has a power per area, but none per volume.
     std::fs::write(&path, "[[layer]]\nthickness_cm = inf\n").unwrap();
-    let endless = stdout(&["spectrum", "--layers", path.to_str().unwrap(), "--depths", "0", "--sky", "25", "--broadband"]);
+    let endless =
+        stdout(&["spectrum", "--layers", path.to_str().unwrap(), "--depths", "0", "--sky", "25", "--broadband"]);
     let row: Vec<&str> = endless.lines().find(|line| line.starts_with("0,inf,solar,W,")).unwrap().split(',').collect();
     assert!(row[8].parse::<f64>().unwrap() > 0.0 && row[9..].iter().all(|cell| cell.is_empty()), "{endless}");
 }

@@ -129,6 +129,7 @@ fn impossible_sheets_are_refused_in_one_line() {
         (&["--rows", "grain-size=200", "--ssa", "20"], &["grain-size", "--rows", "--ssa"]),
         (&["--columns", "angle=0,60", "--thickness", "1,5"], &["--thickness", "2"]),
         (&["--columns", "illuminant=E,A", "--false-color"], &["--columns", "illuminant", "--false-color"]),
+        (&["--columns", "thickness=1,inf"], &["thickness is inf cm", "--reflected"]),
         (&["--columns", "angle=0", "--exposure", "inf"], &["exposure", "inf stops"]),
         (&["--columns", "angle=0,1,2,3,4,5,6,7,8", "--size", "2048"], &["18432", "16384"]),
         (&["--columns", "angle=0", "--colors", "colours.txt"], &["colours.txt", ".csv"]),

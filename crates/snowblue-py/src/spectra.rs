@@ -11,7 +11,7 @@ use snowblue_transport::ordinates::{self, DifferentiatedFluxes};
 use snowblue_transport::slab::{Estimate, Incidence, Radiometry};
 use snowblue_transport::spread::{FluxIntervals, SizeDeviation, Uncertainty, solve_spread};
 use snowblue_transport::stack::{DepthFluxes, Layer, Stack, StackRadiometry};
-use snowblue_transport::sunlight::Band;
+use snowblue_transport::sunlight::{Band, band_integrals};
 use snowblue_transport::{Substance, Variable};
 use std::collections::BTreeMap;
 
@@ -289,6 +289,13 @@ pub(crate) fn light_in_layers<'py>(
         }
     }
     Ok(dict)
+}
+
+/// Names of the bands that these wavelengths cover.
+#[pyfunction]
+pub(crate) fn covered_bands(wavelengths_nm: Vec<f64>) -> Vec<&'static str> {
+    let is_covered = |band: &Band| band_integrals(*band, &wavelengths_nm).is_ok();
+    Band::ALL.into_iter().filter(is_covered).map(Band::name).collect()
 }
 
 /// BRDF and BTDF of a slab on patches of the hemispheres, for each wavelength, ring and sector. Without a number of

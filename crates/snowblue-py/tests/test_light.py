@@ -118,6 +118,28 @@ def test_the_infrared_of_the_sky_is_that_of_the_standard_sun():
     assert wet[0] < 0.6 * dry[0] and wet[1] > 0.99 * dry[1]
 
 
+def test_bands_are_those_that_the_wavelengths_cover():
+    def names(wavelength_nm):
+        sky = {"elevation_deg": 30, "wavelength_nm": wavelength_nm}
+        return {name for name in ("solar_down", "par_down", "warming")
+                if name in snowblue.light_at_depth(PACK, sky, depth_cm=[0])}
+    assert names([450]) == set() and names([500, 510]) == {"solar_down", "warming"}
+    assert names(np.arange(400, 701, 50)) == {"solar_down", "par_down", "warming"}
+
+
+def test_a_half_space_keeps_what_arrives_but_has_no_warming():
+    endless = [PACK[0], PACK[1] | {"thickness_cm": np.inf}]
+    light = snowblue.light_at_depth(endless, NOON, depth_cm=[0, 200])
+    np.testing.assert_allclose(light.solar_layer_absorbed.sum(), light.solar_net.sel(depth=0), rtol=1e-9)
+    assert light.layer_warming[0] > 0 and np.isnan(light.layer_warming[1]) and light.warming.notnull().all()
+
+
+def test_the_sum_of_a_day_says_which():
+    far_west = {"latitude_deg": 0, "longitude_deg": -180, "time": "2026-02-01", "wavelength_nm": [450]}
+    total = snowblue.light_at_depth(PACK, far_west, depth_cm=[0], daily=True)
+    assert total.attrs["sum"] == "from 2026-02-01T12:00:00 to 2026-02-02T12:00:00 UTC"
+
+
 def test_measured_light_is_taken():
     wavelength = ("wavelength", np.arange(400.0, 701.0, 50))
     measured = xr.Dataset(
@@ -130,6 +152,11 @@ def test_measured_light_is_taken():
         snowblue.light_at_depth(PACK, measured.drop_vars("diffuse"), depth_cm=[0])
     with pytest.raises(ValueError, match="elevation of the sun is not a number"):
         snowblue.light_at_depth(PACK, measured.assign(elevation=np.nan), depth_cm=[0])
+    for name, wrong in (("direct", np.nan), ("diffuse", -0.1)):
+        values = measured[name].values.copy()
+        values[2] = wrong
+        with pytest.raises(ValueError, match=f"{name} light at 500 nm is {wrong}, but must be a number from 0 up"):
+            snowblue.light_at_depth(PACK, measured.assign({name: ("wavelength", values)}), depth_cm=[0])
     twilight = measured.assign(elevation=-3.0, direct=0 * measured.direct)
     np.testing.assert_allclose(snowblue.light_at_depth(PACK, twilight, depth_cm=[0]).down, 0.2, rtol=1e-12)
 
@@ -139,6 +166,7 @@ def test_measured_light_is_taken():
     ({"sky": {"elevation_deg": 95}}, "sun elevation is 95°, but must lie in -90–90°"),
     ({"sky": {"elevation_deg": 30, "wavelength_nm": [400, 2600]}}, "wavelength is 2600 nm, but must lie in 320–2500"),
     ({"sky": {"elevation_deg": 30, "overcast": True, "wavelength_nm": [700, 800]}}, "no model of an overcast sky"),
+    ({"sky": {"elevation_deg": 30, "overcast": True, "precipitable_water_cm": 1}}, "precipitable_water_cm is of a clear"),
     ({"sky": {"elevation_deg": 30, "precipitable_water_cm": 20}}, "precipitable water is 20 cm, but must lie in 0–10"),
     ({"depth_cm": [0, 80]}, "depth is 80 cm, but must lie in 0–70 cm"),
     ({"daily": True}, "daily sums need a sky at times"),

@@ -13,8 +13,9 @@ use snowblue_transport::slab::Radiometry;
 
 use crate::input::spectrum_file;
 use crate::options::parse::{self, Wavelengths};
-use crate::options::slab::check_transmits;
-use crate::options::{ColorOptions, LightOptions, OrdinatesArguments, SlabOptions, SnowOptions, limits};
+use crate::options::{
+    ColorOptions, LightOptions, OrdinatesArguments, SlabOptions, SnowOptions, check_transmits, limits,
+};
 use crate::output::color_row::{self, ColorRow};
 use crate::output::{Failure, Outcome, OutputOptions};
 

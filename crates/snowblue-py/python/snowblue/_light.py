@@ -37,7 +37,6 @@ LEVELS = {
     "layer_absorbed": "power that the layer absorbs per level area",
 }
 BANDS = ("solar", "par", "visible", "near-infrared")
-PAR_NM = (400, 700)
 
 
 @checks_names()
@@ -77,7 +76,7 @@ def light_at_depth(
         :func:`sky` takes for a date alone, `time="2026-02-01"`.
     bands : names
         Integrals: solar (over all wavelengths), par (photons of 400 to 700 nm), visible, near-infrared. By default
-        solar and par, as far as the wavelengths cover them: solar takes two.
+        those of solar and par that the wavelengths cover.
     streams, seed, progress
         As in :func:`spectrum`.
 
@@ -87,7 +86,7 @@ def light_at_depth(
         On the axis of the sky, then `depth`, then `wavelength`: `down`, `up`, `net`, `actinic` in W m-2 nm-1, and
         `absorbed` in W m-3 nm-1; `layer_absorbed` in W m-2 nm-1, on `layer`. Bands have their names before these:
         `solar_net` in W m-2, `par_actinic` in umol m-2 s-1. `warming` and `layer_warming`, in K h-1, are those of the
-        ice by the absorbed light alone, and NaN in wet snow. Sums of a day have J for W, umol for umol s-1, and K.
+        ice by the absorbed light alone, and NaN in wet snow and of a half-space. Sums of a day have J for W, umol for umol s-1, and K.
 
     Examples
     --------
@@ -131,8 +130,8 @@ def light_at_depth(
             raise ValueError(f"{name} light at {where} is {light[row, place]}, but must be a number from 0 up")
     lights = list(zip(elevations.tolist(), direct.tolist(), diffuse.tolist()))
     if bands is None:
-        has_par = min(wavelengths_nm) <= PAR_NM[0] and max(wavelengths_nm) >= PAR_NM[1]
-        bands = ["solar"] * (len(wavelengths_nm) > 1) + ["par"] * has_par
+        covered = _native.covered_bands(wavelengths_nm)
+        bands = [band for band in ("solar", "par") if band in covered]
     bands = [bands] if isinstance(bands, str) else list(bands)
     check_names(BANDS, bands)
     ground = {"layers": packed, "ground_albedo": number("ground_albedo", ground_albedo), "depth_cm": depths_cm}
@@ -171,7 +170,9 @@ def light_at_depth(
         "seed": seed,
     }
     if daily:
-        made["sum"] = f"of the day of {sky.time.values[len(sky.time) // 2].astype('datetime64[D]')}"
+        half = (sky.time.values[1] - sky.time.values[0]) // 2
+        ends = (sky.time.values[0] - half, sky.time.values[-1] + half)
+        made["sum"] = "from {} to {} UTC".format(*(str(end.astype("datetime64[s]")) for end in ends))
     return xr.Dataset(variables, coords, attributes(**made))
 
 

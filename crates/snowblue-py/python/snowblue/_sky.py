@@ -29,7 +29,7 @@ SKY_NM = np.arange(320.0, 721.0, 10.0)
 ELEVATION = Quantity("elevation", "degree", "angle from the horizon to the sun")
 AZIMUTH = Quantity("azimuth", "degree", "angle of the sun from north, clockwise")
 STANDARD_NAMES = {ELEVATION: "solar_elevation_angle", AZIMUTH: "solar_azimuth_angle"}
-"""Names of the CF conventions. Light per wavelength and parts of illuminance and PAR have none."""
+"""Names of the CF conventions."""
 
 _IRRADIANCE = "W m-2 nm-1"
 _VARIABLES = {

@@ -8,7 +8,7 @@ use snowblue_transport::sample::SnowSample;
 use snowblue_transport::slab::{Incidence, Slab};
 
 use super::axis::{Axis, Subject};
-use crate::options::ColorOptions;
+use crate::options::{ColorOptions, check_transmits};
 use crate::output::Failure;
 use crate::output::color_row::ColorRow;
 
