@@ -95,12 +95,11 @@ def test_both_tables_of_ice_are_in_the_interval():
     ({"black-carbon": 5}, "needs a mass fraction above 0"),
     ({"density_kg_m3": -1}, "standard deviation of the density is -1 kg/m³"),
     ({"density_kg_m3": "a"}, "density_kg_m3 is 'a', but must be a number"),
+    ({"ice": "no"}, "ice is 'no', but must be True or False"),
 ])
 def test_deviations_that_cannot_be_are_refused(deviations, message):
     with pytest.raises(ValueError, match=message):
         snowblue.spectrum(ssa_m2_kg=[20, 40], wavelength_nm=450, plus_minus=deviations)
-    with pytest.raises(ValueError, match="ice is 'no', but must be True or False"):
-        snowblue.spectrum(plus_minus={"ice": "no"})
 
 
 def test_snow_ages():
