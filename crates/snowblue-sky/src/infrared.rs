@@ -195,8 +195,8 @@ mod tests {
         }
     }
 
-    /// pvlib 0.16.1, `spectrum.spectrl2` with `kasten1966`, grounds of the albedos 0 and 0.8, 101300 Pa and 0.34 cm of ozone, per the
-    /// factor 0.9996363404654715 of the distance to the sun on the day given.
+    /// pvlib 0.16.1, `spectrum.spectrl2` with `kasten1966`, grounds of the albedos 0 and 0.8, 101300 Pa and 0.34 cm of
+    /// ozone, per the factor 0.9996363404654715 of the distance to the sun on the day given.
     #[test]
     fn the_model_is_that_of_pvlib() {
         let cases = [

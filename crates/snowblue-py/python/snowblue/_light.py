@@ -86,7 +86,8 @@ def light_at_depth(
         On the axis of the sky, then `depth`, then `wavelength`: `down`, `up`, `net`, `actinic` in W m-2 nm-1, and
         `absorbed` in W m-3 nm-1; `layer_absorbed` in W m-2 nm-1, on `layer`. Bands have their names before these:
         `solar_net` in W m-2, `par_actinic` in umol m-2 s-1. `warming` and `layer_warming`, in K h-1, are those of the
-        ice by the absorbed light alone, and NaN in wet snow and of a half-space. Sums of a day have J for W, umol for umol s-1, and K.
+        ice by the absorbed light alone, and NaN in wet snow and of a half-space. Sums of a day have J for W,
+        umol for umol s-1, and K.
 
     Examples
     --------
