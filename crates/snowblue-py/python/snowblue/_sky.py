@@ -130,7 +130,8 @@ def sky(
 
     A clear sky is that of Hosek & Wilkie (2012, 2013) to 720 nm and that of Bird & Riordan (1986) beyond, scaled to
     agree at 656 nm, for the mean distance of the sun; an overcast sky is that of the CIE with the spectrum D65 and the
-    mean illuminance of Krochmann & Seidl (1974). With the sun below the horizon all light is zero: there is no model of twilight.
+    mean illuminance of Krochmann & Seidl (1974). With the sun below the horizon all light is zero:
+    there is no model of twilight.
 
     Parameters
     ----------
