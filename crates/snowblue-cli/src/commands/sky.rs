@@ -17,8 +17,8 @@ use crate::output::{Failure, Outcome, OutputOptions};
     after_help = "Columns: 'direct' is the light of the sun's disc, on a plane that faces it ('normal') and on level \
 ground; 'diffuse' is the light of the sky on level ground; 'global' is both, in W/(m² nm). A clear sky is that of \
 Hosek & Wilkie (2012, 2013) to 720 nm and of Bird & Riordan (1986) beyond, scaled to agree at 656 nm, an overcast sky \
-that of the CIE with the spectrum D65 and the mean illuminance of Krochmann & Seidl (1974) for the sun's elevation. With \
-the sun below the horizon all light is zero: there is no model of twilight.
+that of the CIE with the spectrum D65 and the mean illuminance of Krochmann & Seidl (1974) for the sun's elevation. \
+With the sun below the horizon all light is zero: there is no model of twilight.
 
 Examples:
   snowblue sky --elevation 25 --turbidity 2
