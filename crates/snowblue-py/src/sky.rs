@@ -3,7 +3,7 @@
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use snowblue_sky::{ClearSky, DateTime, Daylight, OvercastSky, Place, Sky, times_of_day};
+use snowblue_sky::{DateTime, Daylight, Place, Weather, times_of_day};
 use snowblue_transport::sunlight::spectral_irradiance;
 
 use crate::work::input;
@@ -55,13 +55,13 @@ pub(crate) fn sky<'py>(
     haze: Option<(f64, f64, f64)>,
     wavelengths_nm: Vec<f64>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let sky = Sky::of_sun(elevation_deg, |elevation_deg| match haze {
-        Some((turbidity, ground_albedo, water_cm)) => ClearSky::new(elevation_deg, turbidity, &[ground_albedo; 11])?
-            .with_precipitable_water(water_cm)
-            .map(Sky::Clear),
-        None => OvercastSky::under_sun(elevation_deg).map(Sky::Overcast),
-    });
-    let sky = sky.map_err(input)?;
+    let weather = match haze {
+        Some((turbidity, ground_albedo, precipitable_water_cm)) => {
+            Weather::Clear { turbidity, ground_albedo, precipitable_water_cm }
+        }
+        None => Weather::Overcast,
+    };
+    let sky = weather.sky(elevation_deg).map_err(input)?;
     let rows = sky.irradiance(&wavelengths_nm).map_err(input)?;
     let dict = PyDict::new(py);
     let add = |name: &str, part: fn(&Daylight) -> f64| {

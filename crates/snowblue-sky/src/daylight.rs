@@ -20,6 +20,38 @@ pub enum Sky {
     Night,
 }
 
+/// What a sky depends on beside the sun.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Weather {
+    /// Without a cloud.
+    Clear {
+        /// Extinction by the air in units of that by its molecules alone, 1–10.
+        turbidity: f64,
+        /// Fraction of light that the ground reflects, at all wavelengths.
+        ground_albedo: f64,
+        /// Water vapour in the air, in cm of water.
+        precipitable_water_cm: f64,
+    },
+    /// Covered by clouds.
+    Overcast,
+}
+
+impl Weather {
+    /// The sky of a sun at an elevation of −90 to 90°.
+    ///
+    /// # Errors
+    /// [`SkyError::OutOfRange`] if a value lies outside its range.
+    pub fn sky(self, sun_elevation_deg: f64) -> Result<Sky, SkyError> {
+        Sky::of_sun(sun_elevation_deg, |elevation_deg| match self {
+            Self::Clear { turbidity, ground_albedo, precipitable_water_cm } => {
+                let sky = ClearSky::new(elevation_deg, turbidity, &[ground_albedo; NODES])?;
+                sky.with_precipitable_water(precipitable_water_cm).map(Sky::Clear)
+            }
+            Self::Overcast => OvercastSky::under_sun(elevation_deg).map(Sky::Overcast),
+        })
+    }
+}
+
 /// Wavelengths of irradiances of a clear sky, in nm.
 pub const CLEAR_WAVELENGTH_RANGE_NM: (f64, f64) = (WAVELENGTHS_NM[0], 2500.0);
 

@@ -42,7 +42,7 @@ mod daylight;
 
 pub use air::air_extinction_per_m;
 pub use clear_sky::{ClearSky, ELEVATION_RANGE_DEG, SUN_RADIUS_RAD, limb_darkening_at_nodes};
-pub use daylight::{CLEAR_WAVELENGTH_RANGE_NM, Daylight, Sky, daylight_wavelengths_nm};
+pub use daylight::{CLEAR_WAVELENGTH_RANGE_NM, Daylight, Sky, Weather, daylight_wavelengths_nm};
 pub use error::SkyError;
 pub use overcast::{OVERCAST_IRRADIANCE_SR, OvercastSky, overcast_illuminance_lx, overcast_relative_radiance};
 pub use sun_position::{Place, SunPosition, sun_position};

@@ -3,8 +3,8 @@
 use clap::Args;
 use snowblue_figures::{Cell, DataTable, Metadata};
 use snowblue_sky::{
-    CLEAR_WAVELENGTH_RANGE_NM, ClearSky, DateTime, Daylight, OvercastSky, PRECIPITABLE_WATER_CM,
-    PRECIPITABLE_WATER_RANGE_CM, Place, Sky as Model, SunPosition, TURBIDITY_RANGE, WAVELENGTHS_NM, sun_position,
+    CLEAR_WAVELENGTH_RANGE_NM, DateTime, Daylight, PRECIPITABLE_WATER_CM, PRECIPITABLE_WATER_RANGE_CM, Place,
+    Sky as Model, SunPosition, TURBIDITY_RANGE, WAVELENGTHS_NM, Weather, sun_position,
 };
 
 use crate::options::parse::{self, Wavelengths};
@@ -66,7 +66,7 @@ pub(crate) struct Sky {
         long, value_name = "CM", value_parser = parse::number, default_value_t = PRECIPITABLE_WATER_CM,
         help_heading = "Sky", conflicts_with = "overcast",
         help = format!(
-            "Water vapour in the air, which takes bands of the infrared, in cm of water [{}–{}]",
+            "Water vapour in the air, which absorbs in the infrared, in cm of water [{}–{}]",
             PRECIPITABLE_WATER_RANGE_CM.0, PRECIPITABLE_WATER_RANGE_CM.1
         )
     )]
@@ -98,7 +98,7 @@ impl Sky {
                 return Err(Failure::Input("give --elevation, or --latitude, --longitude and --time".to_owned()));
             }
         };
-        let sky = self.sky(elevation_deg).map_err(Failure::input)?;
+        let sky = self.weather().sky(elevation_deg).map_err(Failure::input)?;
         let Wavelengths(wavelengths_nm) = &self.wavelengths;
         let rows = sky.irradiance(wavelengths_nm).map_err(Failure::input)?;
         let row = |(wavelength_nm, light): (&f64, &Daylight)| {
@@ -120,14 +120,12 @@ impl Sky {
         sun_position(Place { latitude_deg, longitude_deg }, time).map(Some).map_err(Failure::input)
     }
 
-    fn sky(&self, elevation_deg: f64) -> Result<Model, snowblue_sky::SkyError> {
-        Model::of_sun(elevation_deg, |elevation_deg| {
-            if self.overcast {
-                return OvercastSky::under_sun(elevation_deg).map(Model::Overcast);
-            }
-            let sky = ClearSky::new(elevation_deg, self.turbidity, &[self.ground_albedo; 11])?;
-            sky.with_precipitable_water(self.precipitable_water).map(Model::Clear)
-        })
+    fn weather(&self) -> Weather {
+        if self.overcast {
+            return Weather::Overcast;
+        }
+        let Self { turbidity, ground_albedo, precipitable_water: precipitable_water_cm, .. } = *self;
+        Weather::Clear { turbidity, ground_albedo, precipitable_water_cm }
     }
 
     fn metadata(&self, sky: &Model, elevation_deg: f64, position: Option<SunPosition>) -> Metadata {

@@ -148,7 +148,7 @@ def sky(
     overcast : bool
         An overcast sky instead of a clear one.
     precipitable_water_cm : float, 0 to 10
-        Water vapour in the air of a clear sky, which takes bands of the infrared: by default 1.42, as in the US
+        Water vapour in the air of a clear sky, which absorbs in the infrared: by default 1.42, as in the US
         Standard Atmosphere; 0.1 to 1 in cold air.
     wavelength_nm : float or array, 320 to 2500
         Under an overcast sky 320 to 720.

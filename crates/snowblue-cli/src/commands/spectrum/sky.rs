@@ -3,8 +3,8 @@
 use clap::Args;
 use snowblue_figures::{Cell, DataTable, Metadata, format_number};
 use snowblue_sky::{
-    ClearSky, DateTime, Daylight, OvercastSky, PRECIPITABLE_WATER_CM, PRECIPITABLE_WATER_RANGE_CM, Place, Sky,
-    SkyError, TURBIDITY_RANGE, daylight_wavelengths_nm, sun_position, times_of_day,
+    DateTime, Daylight, PRECIPITABLE_WATER_CM, PRECIPITABLE_WATER_RANGE_CM, Place, SkyError, TURBIDITY_RANGE, Weather,
+    daylight_wavelengths_nm, sun_position, times_of_day,
 };
 use snowblue_transport::illumination::{Illumination, LightInLayers, LightLevel, light_in_layers};
 use snowblue_transport::ordinates::OrdinatesOptions;
@@ -48,7 +48,7 @@ pub(super) struct SkyOptions {
         long, value_name = "CM", value_parser = parse::number, default_value_t = PRECIPITABLE_WATER_CM,
         requires = "sky", conflicts_with = "overcast",
         help = format!(
-            "Water vapour in the air, which takes bands of the infrared, in cm of water [{}–{}]",
+            "Water vapour in the air, which absorbs in the infrared, in cm of water [{}–{}]",
             PRECIPITABLE_WATER_RANGE_CM.0, PRECIPITABLE_WATER_RANGE_CM.1
         )
     )]
@@ -129,14 +129,13 @@ impl SkyOptions {
     }
 
     fn illumination(&self, elevation_deg: f64, wavelengths_nm: &[f64]) -> Result<Illumination, SkyError> {
-        let sky = Sky::of_sun(elevation_deg, |elevation_deg| {
-            if self.overcast {
-                return OvercastSky::under_sun(elevation_deg).map(Sky::Overcast);
-            }
-            let sky = ClearSky::new(elevation_deg, self.turbidity, &[self.sky_albedo; 11])?;
-            sky.with_precipitable_water(self.precipitable_water).map(Sky::Clear)
-        })?;
-        let daylight = sky.irradiance(wavelengths_nm)?;
+        let weather = if self.overcast {
+            Weather::Overcast
+        } else {
+            let Self { turbidity, sky_albedo: ground_albedo, precipitable_water: precipitable_water_cm, .. } = *self;
+            Weather::Clear { turbidity, ground_albedo, precipitable_water_cm }
+        };
+        let daylight = weather.sky(elevation_deg)?.irradiance(wavelengths_nm)?;
         let part = |of: fn(&Daylight) -> f64| daylight.iter().map(of).collect();
         Ok(Illumination::under_sun(elevation_deg, part(|light| light.direct), part(|light| light.diffuse)))
     }
