@@ -41,6 +41,7 @@ impl Weather {
     ///
     /// # Errors
     /// [`SkyError::OutOfRange`] if a value lies outside its range.
+    #[cfg(feature = "coefficients")]
     pub fn sky(self, sun_elevation_deg: f64) -> Result<Sky, SkyError> {
         Sky::of_sun(sun_elevation_deg, |elevation_deg| match self {
             Self::Clear { turbidity, ground_albedo, precipitable_water_cm } => {
