@@ -16,6 +16,26 @@ fn functions_state_their_snow_and_their_error() {
     assert_names(&osl, &["color snow_transmittance(float thickness_m", "shader snow(", "output closure color BSDF"]);
 }
 
+/// A shader must be short to be compiled and read: 12 kB at most, and shorter the more error it may add.
+#[test]
+fn functions_are_as_short_as_their_error_allows() {
+    let length = |error: &str| {
+        let text = stdout(&["export", "wgsl", "--added-error", error]);
+        let (_, stated) = text.split_once("greatest error of the fit: ").unwrap();
+        let stated: f64 = stated.split(' ').next().unwrap().parse().unwrap();
+        // The fit's own error is below 6e-4, and two digits are written.
+        let added: f64 = error.parse().unwrap();
+        assert!(stated > added && stated < 1.05 * (added + 6e-4), "{stated} {added}");
+        text.len()
+    };
+    let [exact, default, rough] = ["0.0001", "0.005", "0.01"].map(length);
+    assert!(exact > default && default > rough && default < 12_000, "{exact} {default} {rough}");
+    assert_eq!(stdout(&["export", "wgsl"]).len(), default);
+    for error in ["0", "0.2", "nan"] {
+        assert_refused(&["export", "wgsl", "--added-error", error], &["--added-error"]);
+    }
+}
+
 #[test]
 fn a_table_is_an_image_of_its_quantity() {
     let folder = tempfile::tempdir().unwrap();

@@ -86,16 +86,20 @@ def on_processor(text):
     """The same in double precision, from the numbers in the text."""
     colours = []
     for body in re.split(r"\n}\n", text)[:2]:
-        numbers = [[float(number) for number in vector.split(",")] for vector in re.findall(VECTOR, body)]
-        numbers = np.array([vector for vector in numbers if len(vector) == 3])
+        vectors = [[float(number) for number in vector.split(",")] for vector in re.findall(VECTOR, body)]
+        vectors = [vector for vector in vectors if len(vector) == 3]
         [per_octave, per_metre] = map(float, re.search(r"min\((\S+) \* log2\(1.0 \+ (\S+) \* h", body).groups())
         [per_root, offset] = map(float, re.search(r"clamp\((\S+) \* sqrt\(cos_incidence\) - (\S+),", body).groups())
         is_transmittance = "snow_transmittance" in body
-        *coefficients, x, y, z = numbers
-        decay = coefficients.pop() if is_transmittance else 0
-        columns = 2 + len(re.findall(r"\bt\d+ =", body))
-        # The text begins with the highest order.
-        rows = np.array(coefficients).reshape(-1, columns, 3)[::-1]
+        *_, x, y, z = np.array(vectors)
+        decay = np.array(vectors[-4]) if is_transmittance else 0
+        # The text begins with the highest order. Terms are three numbers, or one for all three.
+        orders = re.findall(r"(?:b\d+|sum) = (vec3.*?);", body, re.DOTALL)[::-1]
+        rows = np.zeros((len(orders), 2 + len(re.findall(r"\bt\d+ =", body)), 3))
+        for row, order in zip(rows, orders, strict=True):
+            row[0] = [float(number) for number in re.match(VECTOR, order).group(1).split(",")]
+            for degree, vector, number in re.findall(rf"\+ (y|t\d+) \* (?:{VECTOR}|([-\d.e]+))", order):
+                row[1 if degree == "y" else int(degree[1:])] = [float(one) for one in (vector or number).split(",")]
         thickness, cosine = POINTS.astype(np.float32).astype(float).T
         arguments = (
             np.minimum(per_octave * np.log2(1 + per_metre * thickness) - 1, 1),
@@ -132,9 +136,13 @@ def test_glsl_gives_the_figures_of_wgsl(device):
     assert relative(on_gpu(device, text, "comp"), wgsl).max() < 1e-5
 
 
+@pytest.mark.parametrize("added_error", ["0.0001", "0.005"])
 @pytest.mark.parametrize("name", SNOWS)
-def test_the_functions_give_the_colours_of_snow(device, name):
-    ours = on_gpu(device, exported("wgsl", *OPTIONS[name]) + WGSL_MAIN)
+def test_the_functions_give_the_colours_of_snow(device, name, added_error):
+    text = exported("wgsl", *OPTIONS[name], "--added-error", added_error)
+    stated = float(re.search(r"greatest error of the fit: (\S+)", text).group(1))
+    assert stated < 7e-4 + float(added_error)
+    ours = on_gpu(device, text + WGSL_MAIN)
     # Some points, each with a thickness and an angle of its own.
     for number in range(0, len(POINTS), 20):
         thickness_m, cosine = POINTS[number].astype(np.float32).astype(float)
@@ -142,8 +150,8 @@ def test_the_functions_give_the_colours_of_snow(device, name):
         for quantity, reflected in enumerate([False, True]):
             colours = snowblue.color(**SNOWS[name], **slab, reflected=reflected)
             colour = np.array([float(colours[f"{channel}_linear"].item()) for channel in "rgb"])
-            # The fit is within 6e-4 of X, Y and Z; the matrix to sRGB makes up to twice that of a channel.
-            assert relative(ours[number, quantity], colour) < 1e-3, (name, number, slab)
+            # The stated error is that of X, Y and Z; the matrix to sRGB makes up to twice that of a channel.
+            assert relative(ours[number, quantity], colour) < 2 * stated, (name, number, slab)
 
 
 def test_a_table_holds_the_fit(tmp_path):

@@ -5,7 +5,8 @@ use std::f64::consts::PI;
 /// Σ c T_i(x) T_j(y), for x and y of −1 to 1.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Chebyshev2 {
-    /// Coefficients of three polynomials together: [degree in x][degree in y][polynomial].
+    /// Coefficients of three polynomials together: [degree in x][degree in y][polynomial]. Each row has at least one,
+    /// and further ones up to a degree of its own.
     pub(super) rows: Vec<Vec<[f64; 3]>>,
 }
 
@@ -38,6 +39,57 @@ impl Chebyshev2 {
         Self { rows: (0..nx).map(|i| (0..ny).map(|j| coefficient(i, j)).collect()).collect() }
     }
 
+    /// One more than the greatest degree in y.
+    pub(super) fn longest_row(&self) -> usize {
+        self.rows.iter().map(Vec::len).max().unwrap_or(0)
+    }
+
+    /// The same with as few and as short coefficients as keep the sums within `tolerance` at all pairs of coordinates.
+    ///
+    /// Coefficients that end a row and are below a threshold go, differences between the three polynomials that are
+    /// below it too, and the others are rounded to a thousandth of the tolerance. The threshold is the greatest of a
+    /// series that keeps the tolerance.
+    pub(super) fn shortened(&self, tolerance: f64, points: [&[f64]; 2]) -> Self {
+        const STEPS: u32 = 48;
+        const STEPS_PER_OCTAVE: f64 = 4.0;
+        let exact = self.at_all(points);
+        let is_close = |short: &Self| {
+            let differences = short.at_all(points).into_iter().zip(&exact);
+            differences
+                .into_iter()
+                .all(|(short, exact)| short.iter().zip(exact).all(|(s, e)| (s - e).abs() <= tolerance))
+        };
+        let thresholds = (0..STEPS).map(|step| tolerance * (-f64::from(step) / STEPS_PER_OCTAVE).exp2());
+        thresholds
+            .map(|threshold| self.above(threshold, 1e-3 * tolerance))
+            .find(is_close)
+            .unwrap_or_else(|| self.clone())
+    }
+
+    /// The rows up to their last coefficients of at least a threshold, rounded to a power of ten of at most `unit`.
+    /// Those of the three polynomials that differ by less than the threshold from their middle are replaced by it.
+    fn above(&self, threshold: f64, unit: f64) -> Self {
+        let scale = 10.0_f64.powf(-unit.log10().floor());
+        let is_kept = |coefficients: &[f64; 3]| coefficients.iter().any(|value| value.abs() >= threshold);
+        let length = |row: &[[f64; 3]]| row.iter().rposition(is_kept).map_or(0, |last| last + 1);
+        let count = self.rows.iter().rposition(|row| length(row) > 0).map_or(1, |last| last + 1);
+        let united = |coefficients: &[f64; 3]| {
+            let [least, greatest] = [f64::min, f64::max].map(|of_two| coefficients.iter().copied().reduce(of_two));
+            match least.zip(greatest) {
+                Some((least, greatest)) if greatest - least < 2.0 * threshold => [0.5 * (least + greatest); 3],
+                _ => *coefficients,
+            }
+        };
+        let rounded = |coefficients: &[f64; 3]| united(coefficients).map(|value| (value * scale).round() / scale);
+        let of_row = |row: &Vec<[f64; 3]>| row[..length(row).max(1)].iter().map(rounded).collect();
+        Self { rows: self.rows[..count].iter().map(of_row).collect() }
+    }
+
+    /// The sums at all pairs of coordinates.
+    fn at_all(&self, [xs, ys]: [&[f64]; 2]) -> Vec<[f64; 3]> {
+        xs.iter().flat_map(|x| ys.iter().map(|y| self.at(*x, *y))).collect()
+    }
+
     /// The three sums at a point.
     pub(super) fn at(&self, x: f64, y: f64) -> [f64; 3] {
         let polynomials = |argument: f64, count: usize| -> Vec<f64> {
@@ -48,7 +100,7 @@ impl Chebyshev2 {
             };
             std::iter::repeat_n((), count).scan([1.0, argument], |pair, ()| next(pair)).collect()
         };
-        let (in_x, in_y) = (polynomials(x, self.rows.len()), polynomials(y, self.rows[0].len()));
+        let (in_x, in_y) = (polynomials(x, self.rows.len()), polynomials(y, self.longest_row()));
         let mut sums = [0.0; 3];
         for (row, px) in self.rows.iter().zip(in_x) {
             for (coefficients, py) in row.iter().zip(&in_y) {
@@ -67,6 +119,26 @@ fn fraction(numerator: usize, denominator: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A sum of decaying terms keeps its first ones, and what is left out is below the tolerance.
+    #[test]
+    fn few_coefficients_hold_a_tolerance() {
+        let coefficient = |i: i32, j: i32| [0.5_f64.powi(i + 2 * j), 0.0, if i + j == 0 { 1.0 / 3.0 } else { 0.0 }];
+        let full = Chebyshev2 { rows: (0..12).map(|i| (0..8).map(|j| coefficient(i, j)).collect()).collect() };
+        let points = nodes_and_middles(20);
+        let mut before = usize::MAX;
+        for tolerance in [1e-3, 1e-2, 1e-1] {
+            let short = full.shortened(tolerance, [&points, &points]);
+            let count = short.rows.iter().map(Vec::len).sum();
+            assert!(count < before, "{tolerance}: {count} {before}");
+            before = count;
+            for (x, y) in [(1.0, 1.0), (-0.4, 0.9), (0.1, -1.0)] {
+                for (short, full) in short.at(x, y).iter().zip(full.at(x, y)) {
+                    assert!((short - full).abs() <= tolerance, "{tolerance}: {short} {full} at {x} {y}");
+                }
+            }
+        }
+    }
 
     #[test]
     fn a_polynomial_is_its_own_interpolation() {

@@ -9,7 +9,7 @@
 //! - log₂ R = Q(x, y) + log₂ (h / (h + h₀)).
 //!
 //! Chebyshev polynomials of degree 16 to 40 in x and 8 to 16 in y interpolate them. Their errors are measured between
-//! the nodes.
+//! the nodes. Shaders leave out the small coefficients.
 
 mod chebyshev;
 mod shader;
@@ -28,6 +28,10 @@ pub use shader::ShaderLanguage;
 /// Range of the greatest thickness of [`CompactSnow`], in cm.
 pub const GREATEST_THICKNESS_RANGE: ParameterRange =
     ParameterRange { quantity: "greatest thickness", least: 0.1, greatest: 1000.0, unit: "cm" };
+
+/// Range of the error that [`CompactSnow::shortened`] may add.
+pub const ADDED_ERROR_RANGE: ParameterRange =
+    ParameterRange { quantity: "added error", least: 1e-4, greatest: 0.1, unit: "" };
 
 /// Largest angle of incidence, in degrees. Light from there to 90° counts as at this angle.
 const LAST_ANGLE_DEG: f64 = 89.0;
@@ -141,6 +145,25 @@ impl CompactSnow {
             return Err(CompactError::Fit { greatest_thickness_cm, error: best.error });
         }
         Ok(best)
+    }
+
+    /// The same with polynomials of fewer coefficients, which add a relative error of X, Y and Z of `added_error` at
+    /// most.
+    ///
+    /// # Errors
+    /// If the error lies outside of [`ADDED_ERROR_RANGE`].
+    pub fn shortened(&self, added_error: f64) -> Result<Self, RangeError> {
+        ADDED_ERROR_RANGE.check(added_error)?;
+        let [last_x, last_y] = DEGREES[DEGREES.len() - 1];
+        let [xs, ys] = [last_x, last_y].map(nodes_and_middles);
+        let tolerance = added_error.ln_1p() / std::f64::consts::LN_2;
+        let shortened = |polynomial: &Chebyshev2| polynomial.shortened(tolerance, [&xs, &ys]);
+        Ok(Self {
+            transmittance: shortened(&self.transmittance),
+            reflectance: shortened(&self.reflectance),
+            error: (1.0 + self.error) * (1.0 + added_error) - 1.0,
+            ..self.clone()
+        })
     }
 
     /// Greatest relative error of X, Y and Z between the nodes of the interpolation.

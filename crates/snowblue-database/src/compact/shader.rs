@@ -139,7 +139,7 @@ impl CompactSnow {
 fn write_sum(text: &mut String, language: ShaderLanguage, polynomial: &Chebyshev2) -> fmt::Result {
     let Syntax { let_number, let_vector, vector, .. } = language.syntax();
     let rows = &polynomial.rows;
-    for order in 2..rows[0].len() {
+    for order in 2..polynomial.longest_row() {
         let before = |order: usize| match order {
             0 => "1.0".to_owned(),
             1 => "y".to_owned(),
@@ -152,7 +152,12 @@ fn write_sum(text: &mut String, language: ShaderLanguage, polynomial: &Chebyshev
         write!(text, "    {let_vector} {name} = {}", Vector(vector, row[0]))?;
         for (degree, coefficients) in row.iter().enumerate().skip(1) {
             let factor = if degree == 1 { "y".to_owned() } else { format!("t{degree}") };
-            write!(text, "\n        + {factor} * {}", Vector(vector, *coefficients))?;
+            let [x, y, z] = *coefficients;
+            if x.to_bits() == y.to_bits() && y.to_bits() == z.to_bits() {
+                write!(text, "\n        + {factor} * {}", Number(x))?;
+            } else {
+                write!(text, "\n        + {factor} * {}", Vector(vector, *coefficients))?;
+            }
         }
         let factor = if order == 0 { "x" } else { "2.0 * x" };
         if order + 1 < rows.len() {
@@ -166,7 +171,7 @@ fn write_sum(text: &mut String, language: ShaderLanguage, polynomial: &Chebyshev
     Ok(())
 }
 
-/// A number of a shader: always with a point or an exponent.
+/// A number of a shader, in nine digits at most: always with a point or an exponent.
 struct Number(f64);
 
 /// Three numbers, with the name of their type.
@@ -174,7 +179,8 @@ struct Vector(&'static str, [f64; 3]);
 
 impl fmt::Display for Number {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(formatter, "{:.8e}", self.0)
+        let [all_digits, nine_digits] = [format!("{:?}", self.0), format!("{:.8e}", self.0)];
+        formatter.write_str(if all_digits.len() < nine_digits.len() { &all_digits } else { &nine_digits })
     }
 }
 

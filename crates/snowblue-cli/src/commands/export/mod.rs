@@ -8,8 +8,9 @@ mod tables;
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
-use snowblue_database::compact::ShaderLanguage;
+use snowblue_database::compact::{ADDED_ERROR_RANGE, ShaderLanguage};
 
+use crate::options::{limits, parse};
 use crate::output::{Failure, Outcome, check_path, output_path, print, write_file};
 use compact_options::CompactOptions;
 use presets::{PresetFile, PresetFormat};
@@ -62,6 +63,14 @@ pub(crate) enum Export {
 pub(crate) struct Functions {
     #[command(flatten)]
     compact: CompactOptions,
+    #[arg(
+        long, value_name = "FRACTION", default_value = "0.005", value_parser = added_error, help_heading = "Output",
+        help = format!(
+            "Error of X, Y and Z that the functions may add for a short text [{}]",
+            limits::ends(&ADDED_ERROR_RANGE.inclusive())
+        )
+    )]
+    added_error: f64,
     /// File to write [default: print]
     #[arg(short, long, value_name = "FILE", value_parser = output_path(), help_heading = "Output")]
     output: Option<PathBuf>,
@@ -85,7 +94,7 @@ impl Export {
 impl Functions {
     fn write(&self, language: ShaderLanguage, rest: &str) -> Outcome {
         self.output.as_deref().map_or(Ok(()), check_path)?;
-        let snow = self.compact.fit()?;
+        let snow = self.compact.fit()?.shortened(self.added_error).map_err(Failure::input)?;
         let comments: String = self.compact.notes(&snow)?.iter().map(|line| format!("// {line}\n")).collect();
         let text = format!("{comments}\n{}{rest}", snow.functions(language));
         match &self.output {
@@ -93,4 +102,10 @@ impl Functions {
             None => print(&text).map_err(Failure::work),
         }
     }
+}
+
+fn added_error(words: &str) -> Result<f64, String> {
+    let error = parse::number(words)?;
+    ADDED_ERROR_RANGE.check(error).map_err(|error| error.to_string())?;
+    Ok(error)
 }
