@@ -48,30 +48,42 @@ after(async () => {
 });
 
 /**
- * A test with a page of its own, opened at a fragment, by default in the laboratory. It fails on any error in the
- * console or of the page, and on any request to somewhere else. `options` are those of a browser context, and `url` of
- * another server. `body` gets the page, and the context of the test for parts of it.
+ * A test with an empty page of its own, which fails on any error in the console or of the page. `options` are those of
+ * a browser context. `body` gets the page, and the context of the test for parts of it.
  */
-export function pageTest(name, { fragment = "laboratory", url = server.url, ...options }, body) {
+export function browserTest(name, body, options = {}) {
   test(name, { timeout: HANGS_MS }, async (t) => {
     const context = await browser.newContext({ viewport: { width: 800, height: 600 }, ...options });
     const problems = [];
     context.on("console", (message) => message.type() === "error" && problems.push(message.text()));
     context.on("weberror", (error) => problems.push(error.error().message));
-    context.on("request", (request) => {
-      const address = request.url();
-      if (!address.startsWith(url) && !/^(blob|data):/.test(address)) problems.push(`request to ${address}`);
-    });
     try {
       const page = await context.newPage();
       page.setDefaultTimeout(HANGS_MS / 2);
-      await page.goto(`${url}${fragment && `#${fragment}`}`);
       await body(page, t);
     } finally {
       await context.close();
     }
     assert.deepEqual(problems, []);
   });
+}
+
+/**
+ * A test of the page at a fragment, by default in the laboratory. It fails on any request to somewhere else. `url` is
+ * that of another server; `options` and `body` are those of `browserTest`.
+ */
+export function pageTest(name, { fragment = "laboratory", url = server.url, ...options }, body) {
+  const opened = async (page, t) => {
+    const elsewhere = [];
+    page.context().on("request", (request) => {
+      const address = request.url();
+      if (!address.startsWith(url) && !/^(blob|data):/.test(address)) elsewhere.push(`request to ${address}`);
+    });
+    await page.goto(`${url}${fragment && `#${fragment}`}`);
+    await body(page, t);
+    assert.deepEqual(elsewhere, []);
+  };
+  browserTest(name, opened, options);
 }
 
 /** A field, a select or a slider by its whole label. */
