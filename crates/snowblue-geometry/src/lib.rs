@@ -21,6 +21,7 @@ pub mod triangle_mesh;
 
 pub mod cuboid;
 pub mod ellipsoid;
+pub mod parts;
 pub mod plane;
 
 pub mod bvh;

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use crate::coincident::{keep_used, merged};
 use crate::edges::visit_edges;
+use crate::parts::{PartTriangle, parts};
 use crate::topology::Topology;
 use crate::triangle_mesh::TriangleMesh;
 
@@ -63,43 +64,16 @@ pub fn repair(mesh: &TriangleMesh) -> RepairedMesh {
 
 /// Turns triangles so that all of a connected part run the same way around, and that its volume is positive.
 fn turn_outwards(triangles: &mut [[u32; 3]], positions: &[Vec3]) {
-    // For each triangle its neighbours across edges of two, and whether those run the other way around.
-    let mut neighbours = vec![[None; 3]; triangles.len()];
-    let mut link = |from: u32, to: u32, is_turned: bool| {
-        if let Some(place) = neighbours[from as usize].iter_mut().find(|place| place.is_none()) {
-            *place = Some((to as usize, is_turned));
-        }
-    };
-    visit_edges(positions.len(), triangles, |sides| {
-        if let [first, second] = sides {
-            let is_turned = first.from == second.from;
-            link(first.triangle, second.triangle, is_turned);
-            link(second.triangle, first.triangle, is_turned);
-        }
-    });
     let middle = positions.iter().map(|position| position.as_dvec3()).sum::<DVec3>() / positions.len().max(1) as f64;
-    let mut is_seen = vec![false; triangles.len()];
-    for start in 0..triangles.len() {
-        if std::mem::replace(&mut is_seen[start], true) {
-            continue;
-        }
-        let (mut part, mut next) = (vec![(start, false)], 0);
-        while let Some(&(at, is_turned)) = part.get(next) {
-            next += 1;
-            for (neighbour, differs) in neighbours[at].into_iter().flatten() {
-                if !std::mem::replace(&mut is_seen[neighbour], true) {
-                    part.push((neighbour, is_turned != differs));
-                }
-            }
-        }
-        let volume = |(number, is_turned): &(usize, bool)| {
-            let [a, b, c] = triangles[*number].map(|corner| positions[corner as usize].as_dvec3() - middle);
-            if *is_turned { -a.dot(b.cross(c)) } else { a.dot(b.cross(c)) }
+    for part in parts(positions.len(), triangles) {
+        let volume = |PartTriangle { triangle, is_reversed }: &PartTriangle| {
+            let [a, b, c] = triangles[*triangle].map(|corner| positions[corner as usize].as_dvec3() - middle);
+            if *is_reversed { -a.dot(b.cross(c)) } else { a.dot(b.cross(c)) }
         };
         let is_inside_out = part.iter().map(volume).sum::<f64>() < 0.0;
-        for (number, is_turned) in part {
-            if is_turned != is_inside_out {
-                triangles[number].swap(1, 2);
+        for PartTriangle { triangle, is_reversed } in part {
+            if is_reversed != is_inside_out {
+                triangles[triangle].swap(1, 2);
             }
         }
     }

@@ -5,7 +5,8 @@ use glam::Vec3;
 use snowblue_geometry::coincident::merged;
 use snowblue_geometry::ellipsoid::Ellipsoid;
 use snowblue_geometry::instance::Instance;
-use snowblue_geometry::ray::Ray;
+use snowblue_geometry::parts::{PartTriangle, parts};
+use snowblue_geometry::ray::{Crossing, Ray};
 use snowblue_geometry::shape::Shape;
 use snowblue_geometry::triangle_mesh::TriangleMesh;
 use snowblue_geometry::vertex_normals::face_normal;
@@ -69,22 +70,34 @@ impl SurfaceMesh {
         Self { positions, facets, ellipsoid: None }
     }
 
-    /// The triangles of a mesh that have distinct corners, turned outwards.
+    /// The triangles of a mesh that have distinct corners, turned outwards. All of a connected part are turned the same
+    /// way, the one that most of its area tells: a triangle may be covered where it is tested.
     fn of_mesh(shape: &Shape, instance: &Instance) -> Self {
         let mesh = instance.mesh().triangles();
         let first = merged(&mesh.positions);
         let to_scene = |position: &Vec3| Vec3::from(instance.transform().point_to_scene((*position).into()));
         let positions: Vec<Vec3> = mesh.positions.iter().map(to_scene).collect();
         let reach_m = instance.bounds().greatest_coordinate();
-        let mut facets = Vec::with_capacity(mesh.indices.len());
-        for indices in &mesh.indices {
-            let [a, b, c] = indices.map(|index| first[index as usize]);
-            if a == b || b == c || c == a {
-                continue;
+        let corners = mesh.indices.iter().map(|triangle| triangle.map(|index| first[index as usize]));
+        let triangles: Vec<[u32; 3]> = corners.filter(|[a, b, c]| a != b && b != c && c != a).collect();
+        let mut facets: Vec<Facet> = triangles.iter().map(|triangle| facet(*triangle, &positions)).collect();
+        for part in parts(positions.len(), &triangles) {
+            // Positive if the first triangle of the part faces outwards.
+            let facing_m2 = |PartTriangle { triangle, is_reversed }: &PartTriangle| {
+                let [a, b, c] = triangles[*triangle].map(|vertex| positions[vertex as usize]);
+                let area_m2 = 0.5 * (b - a).cross(c - a).length();
+                match faces_outwards(shape, (a + b + c) / 3.0, facets[*triangle].normal, reach_m) {
+                    Some(is_outward) if is_outward != *is_reversed => area_m2,
+                    Some(_) => -area_m2,
+                    None => 0.0,
+                }
+            };
+            let facing_m2: f32 = part.iter().map(facing_m2).sum();
+            for PartTriangle { triangle, is_reversed } in part {
+                if facing_m2 != 0.0 && is_reversed != (facing_m2 < 0.0) {
+                    facets[triangle] = facets[triangle].reversed();
+                }
             }
-            let facet = facet([a, b, c], &positions);
-            let middle = [a, b, c].iter().map(|vertex| positions[*vertex as usize]).sum::<Vec3>() / 3.0;
-            facets.push(if faces_outwards(shape, middle, facet.normal, reach_m) { facet } else { facet.reversed() });
         }
         Self { positions, facets, ellipsoid: None }.without_unused_vertices()
     }
@@ -119,21 +132,18 @@ fn facet(vertices: [u32; 3], positions: &[Vec3]) -> Facet {
 }
 
 /// Whether a triangle's normal points out of the solid: beyond it, a line crosses the surface an even number of times.
-/// True also if the line does not tell, as at an open mesh.
-fn faces_outwards(shape: &Shape, middle: Vec3, normal: Vec3, reach_m: f32) -> bool {
+/// None if the line does not tell: at an open mesh, and where another triangle covers the middle of this one.
+fn faces_outwards(shape: &Shape, middle: Vec3, normal: Vec3, reach_m: f32) -> Option<bool> {
     /// Greatest distance from the triangle at which the line crosses it, as a fraction of the greatest coordinate.
     const ROUNDING: f32 = 1e-5;
-    let mut crossings = Vec::new();
     if normal == Vec3::ZERO {
-        return true;
+        return None;
     }
+    let mut crossings = Vec::new();
     shape.crossings(&Ray { origin: middle.into(), direction: normal.into() }, &mut crossings);
-    let distances = || crossings.iter().map(|crossing| crossing.distance_m);
-    let own = distances().min_by(|one, other| one.abs().total_cmp(&other.abs()));
-    match own {
-        Some(own) if crossings.len() % 2 == 0 && own.abs() <= ROUNDING * reach_m => {
-            distances().filter(|distance_m| *distance_m > own).count() % 2 == 0
-        }
-        _ => true,
+    let is_here = |crossing: &&Crossing| crossing.distance_m.abs() <= ROUNDING * reach_m;
+    if crossings.len() % 2 != 0 || crossings.iter().filter(is_here).count() != 1 {
+        return None;
     }
+    Some(crossings.iter().filter(|crossing| !is_here(crossing) && crossing.distance_m > 0.0).count() % 2 == 0)
 }

@@ -86,6 +86,46 @@ fn triangles_of_meshes_are_turned_outwards() {
     assert!(vertices.positions.iter().zip(&vertices.normals).all(|(position, normal)| position.dot(*normal) > 0.0));
 }
 
+/// A box on another one in the same mesh. It covers the middles of both triangles that it stands on, so that lines
+/// through them do not tell where the solid lies.
+#[test]
+fn faces_that_another_part_covers_are_turned_outwards() {
+    let lower = Cuboid::new(Vec3A::ZERO, Vec3A::ONE, Mat3A::IDENTITY).triangles();
+    let upper = Cuboid::new(Vec3A::new(0.0, 0.0, 0.7), Vec3A::new(0.6, 0.6, 0.4), Mat3A::IDENTITY).triangles();
+    let triangles: Vec<[Vec3; 3]> = [&lower, &upper]
+        .into_iter()
+        .flat_map(|mesh| (0..mesh.indices.len()).map(|triangle| mesh.corners(triangle)))
+        .enumerate()
+        .map(|(number, [a, b, c])| if number % 3 == 0 { [a, c, b] } else { [a, b, c] })
+        .collect();
+    let mesh = Arc::new(MeshBvh::new(TriangleMesh::from_triangles(&triangles)));
+    let identity = Transform::new(&DAffine3::IDENTITY).unwrap();
+    let mesh = SurfaceMesh::of(&Shape::Mesh(Instance::new(mesh, identity))).unwrap();
+    let outward = |facet: &surface_mesh::Facet| {
+        let corners = facet.vertices.map(|vertex| mesh.positions[vertex as usize]);
+        let middle = corners.iter().sum::<Vec3>() / 3.0;
+        let is_upper = corners.iter().all(|corner| corner.x.abs() < 0.4);
+        let centre = if is_upper { Vec3::new(0.0, 0.0, 0.7) } else { Vec3::ZERO };
+        facet.normal.dot(middle - centre) > 0.0
+    };
+    assert_eq!(mesh.facets.iter().filter(|facet| outward(facet)).count(), 24);
+    assert!((volume_m3(&closed(&mesh)) - 1.0 - 0.6 * 0.6 * 0.4).abs() < 1e-6);
+}
+
+/// The wall of a hollow faces into it.
+#[test]
+fn walls_of_a_hollow_face_into_it() {
+    let boxed = |size: f32| Cuboid::new(Vec3A::ZERO, Vec3A::splat(size), Mat3A::IDENTITY).triangles();
+    let triangles: Vec<[Vec3; 3]> = [boxed(1.0), boxed(0.5)]
+        .iter()
+        .flat_map(|mesh| (0..mesh.indices.len()).map(|triangle| mesh.corners(triangle)).collect::<Vec<_>>())
+        .collect();
+    let mesh = Arc::new(MeshBvh::new(TriangleMesh::from_triangles(&triangles)));
+    let identity = Transform::new(&DAffine3::IDENTITY).unwrap();
+    let mesh = SurfaceMesh::of(&Shape::Mesh(Instance::new(mesh, identity))).unwrap();
+    assert!((volume_m3(&closed(&mesh)) - 1.0 + 0.125).abs() < 1e-6);
+}
+
 #[test]
 fn sharp_edges_have_vertices_on_both_sides() {
     let mut cube = SurfaceMesh::of(&Shape::Cuboid(Cuboid::new(Vec3A::ZERO, Vec3A::ONE, Mat3A::IDENTITY))).unwrap();
