@@ -4,16 +4,17 @@ use numpy::ndarray::ArrayView1;
 use numpy::{PyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use snowblue_transport::batch::{Batch, BatchError, CaseFluxes, FluxDerivatives, SlabCase};
+use snowblue_transport::batch::{Batch, BatchError, CaseFluxes, SlabCase};
 use snowblue_transport::illumination::{self, BandLight, Illumination, LightInLayers, LightLevel};
 use snowblue_transport::monte_carlo::{self, Distribution, GoniometricOptions, MonteCarloOptions, PatchGrid};
-use snowblue_transport::ordinates::{self, DifferentiatedFluxes};
-use snowblue_transport::slab::{Estimate, Incidence, Radiometry};
+use snowblue_transport::ordinates::{self, DifferentiatedFluxes, DifferentiatedStack};
+use snowblue_transport::slab::{Estimate, FluxDerivatives, Incidence, Radiometry};
 use snowblue_transport::spread::{FluxIntervals, SizeDeviation, Uncertainty, solve_spread};
-use snowblue_transport::stack::{DepthFluxes, Layer, Stack, StackRadiometry};
+use snowblue_transport::stack::{DepthDerivatives, DepthFluxes, Layer, Stack, StackDerivatives};
 use snowblue_transport::sunlight::{Band, band_integrals};
-use snowblue_transport::{Substance, Variable};
+use snowblue_transport::{LayerVariable, Substance, Variable};
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use crate::arguments::{Angle, Cases, Ordinates, Snow};
 use crate::snow::Snows;
@@ -74,8 +75,22 @@ type Quantity<R> = (&'static str, fn(&R) -> Estimate);
 /// One of the intervals of a row.
 type Interval = fn(&FluxIntervals) -> [f64; 2];
 
-/// One of the derivatives of a row.
-type Derivative = fn(&FluxDerivatives) -> f64;
+/// One of the derivatives of a row, by the name of what is differentiated.
+type Derivative<R> = (&'static str, fn(&R) -> f64);
+
+const FRACTION_DERIVATIVES: [Derivative<FluxDerivatives>; 3] = [
+    ("reflectance", |row| row.reflectance),
+    ("transmittance", |row| row.transmittance),
+    ("absorptance", |row| row.absorptance),
+];
+
+const FLUX_DERIVATIVES: [Derivative<DepthDerivatives>; 5] = [
+    ("down", |at| at.down),
+    ("up", |at| at.up),
+    ("net", |at| at.net),
+    ("fluence", |at| at.fluence),
+    ("e_folding_depth", |at| at.e_folding_depth_cm),
+];
 
 const FRACTIONS: [Quantity<Radiometry>; 3] = [
     ("reflectance", |row| row.reflectance),
@@ -135,14 +150,9 @@ pub(crate) fn spectrum<'py>(
         ("absorptance", |row| row.absorptance),
     ];
     add(&dict, &fractions, &rows, with_errors)?;
-    let fractions: [(&str, Derivative); 3] = [
-        ("reflectance", |row| row.reflectance),
-        ("transmittance", |row| row.transmittance),
-        ("absorptance", |row| row.absorptance),
-    ];
     for (place, variable) in variables.iter().enumerate() {
         let rows = || derivatives.iter().skip(place).step_by(variables.len());
-        for (name, fraction) in fractions {
+        for (name, fraction) in FRACTION_DERIVATIVES {
             dict.set_item(format!("{name}_per_{variable}"), PyArray1::from_vec(py, rows().map(fraction).collect()))?;
         }
     }
@@ -189,12 +199,16 @@ pub(crate) fn spread<'py>(
 }
 
 /// Fluxes of a stack of layers, for each angle, then each wavelength; and at depths, the depth running fastest.
+/// Derivatives with respect to each parameter of `jacobian` have `_per_` and its name; their layers run fastest, of
+/// parameters that layers have.
 #[pyfunction]
-#[pyo3(signature = (ground, cases, engine, progress))]
+#[pyo3(signature = (ground, cases, jacobian, engine, progress))]
+#[expect(clippy::too_many_arguments, reason = "one for each group of keywords")]
 pub(crate) fn stack<'py>(
     py: Python<'py>,
     ground: Ground,
     cases: Cases,
+    jacobian: Vec<String>,
     engine: Engine,
     progress: Option<Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
@@ -202,22 +216,48 @@ pub(crate) fn stack<'py>(
     let options = engine.ordinates.options()?;
     let monte_carlo = engine.monte_carlo();
     let with_errors = engine.standard_errors || monte_carlo.is_some();
-    let (rows, profile) = run(py, progress.as_ref(), move |control| {
+    let variables: Vec<Variable> = jacobian.iter().map(|name| name.parse().map_err(input)).collect::<PyResult<_>>()?;
+    let of_layers = LayerVariable::of_layers(&variables, stack.layers.len());
+    let (rows, profile, derivatives) = run(py, progress.as_ref(), move |control| {
         if let Some(options) = monte_carlo {
             let rows = monte_carlo::solve_stack(&stack, &options, &of_several(control, 0, 1)).map_err(input)?;
-            return Ok((rows, Vec::new()));
+            return Ok((rows, Vec::new(), Vec::new()));
         }
-        let solve = if with_errors { ordinates::solve_stack } else { ordinates::solve_stack_without_errors };
-        let answers: Vec<StackRadiometry> = solve(&stack, &options).map_err(input)?;
-        let rows = answers.iter().map(|answer| answer.whole).collect();
-        Ok((rows, answers.into_iter().flat_map(|answer| answer.profile).collect()))
+        let solved = ordinates::differentiate_stack(&stack, &variables, &options, with_errors).map_err(input)?;
+        let DifferentiatedStack { fluxes, derivatives } = solved;
+        let rows = fluxes.iter().map(|answer| answer.whole).collect();
+        Ok((rows, fluxes.into_iter().flat_map(|answer| answer.profile).collect(), derivatives))
     })?;
     let dict = PyDict::new(py);
     add(&dict, &FRACTIONS, &rows, with_errors)?;
     if !profile.is_empty() {
         add(&dict, &FLUXES, &profile, with_errors)?;
     }
+    for (name, places) in places_by_name(&of_layers) {
+        let rows = || derivatives.chunks_exact(of_layers.len()).map(|row| &row[places.clone()]);
+        for (flux, of) in FRACTION_DERIVATIVES {
+            let values = rows().flatten().map(|one| of(&one.whole)).collect();
+            dict.set_item(format!("{flux}_per_{name}"), PyArray1::from_vec(py, values))?;
+        }
+        let depths = derivatives.first().map_or(0, |one| one.profile.len());
+        for (flux, of) in FLUX_DERIVATIVES.into_iter().filter(|_| depths > 0) {
+            let at = |depth: usize| move |one: &StackDerivatives| of(&one.profile[depth]);
+            let values = rows().flat_map(|row| (0..depths).flat_map(move |depth| row.iter().map(at(depth)))).collect();
+            dict.set_item(format!("{flux}_per_{name}"), PyArray1::from_vec(py, values))?;
+        }
+    }
     Ok(dict)
+}
+
+/// The places of each variable, whose layers follow each other.
+fn places_by_name(of_layers: &[LayerVariable]) -> Vec<(&'static str, Range<usize>)> {
+    let mut first = 0;
+    let of_one = |group: &[LayerVariable]| {
+        let places = first..first + group.len();
+        first = places.end;
+        (group[0].variable.name(), places)
+    };
+    of_layers.chunk_by(|one, next| one.variable == next.variable && next.layer > Some(0)).map(of_one).collect()
 }
 
 /// The sun's elevation, and spectral irradiances of a level surface by the sun and by the sky.

@@ -8,10 +8,13 @@ use snowblue_transport::batch::{Batch, SlabCase};
 use snowblue_transport::grain::Grain;
 use snowblue_transport::grain::Spheroid;
 use snowblue_transport::monte_carlo::{self, MonteCarloOptions};
-use snowblue_transport::ordinates::{HalfSpace, HomogeneousMedium, OrdinatesOptions, differentiate_batch};
+use snowblue_transport::ordinates::{
+    HalfSpace, HomogeneousMedium, OrdinatesOptions, differentiate_batch, differentiate_stack,
+};
 use snowblue_transport::rng::Stream;
-use snowblue_transport::sample::{SizeMeasure, SnowSample};
+use snowblue_transport::sample::{GrainSize, SizeMeasure, SnowSample};
 use snowblue_transport::slab::{Incidence, Slab};
+use snowblue_transport::stack::{Layer, Stack};
 use snowblue_transport::{Demand, GrainTallies, PhaseFunction, PhasePlan, Population, TallyPlan, Variable};
 
 fn main() {
@@ -86,6 +89,28 @@ fn derivatives_of_wet_snow(bencher: Bencher, variables: usize) {
 #[divan::bench(args = [0, 4])]
 fn derivatives_of_many_slabs(bencher: Bencher, variables: usize) {
     differentiate(bencher, SnowSample::default(), 100, variables);
+}
+
+/// The same for five layers on a ground, each with its own derivatives, without and with four depths.
+#[divan::bench(args = [(0, 0), (0, 4), (4, 0), (4, 4)])]
+fn derivatives_of_layers(bencher: Bencher, (variables, depths): (usize, u32)) {
+    let layer = |place: u32| Layer {
+        sample: SnowSample {
+            grain_size: GrainSize::from_specific_surface_area(40.0 / f64::from(place), -5.0).unwrap(),
+            ..SnowSample::default()
+        },
+        thickness_cm: 2.0 * f64::from(place),
+    };
+    let stack = Stack {
+        layers: (1..=5).map(layer).collect(),
+        ground_albedo: 0.2,
+        depths_cm: (1..=depths).map(|place| 7.0 * f64::from(place)).collect(),
+        incidences: vec![Incidence::Beam { angle_deg: 60.0 }],
+        wavelengths_nm: visible_nm(),
+    };
+    let options = OrdinatesOptions { tally_rays: 1 << 12, ..OrdinatesOptions::default() };
+    let variables = &Variable::ALL[..variables];
+    bencher.bench_local(|| differentiate_stack(black_box(&stack), variables, &options, false).unwrap());
 }
 
 fn differentiate(bencher: Bencher, sample: SnowSample, slabs: u32, variables: usize) {

@@ -13,6 +13,8 @@ pub(crate) const LANES: usize = 4;
 pub(crate) trait Real:
     Copy
     + Debug
+    + PartialEq
+    + 'static
     + From<f64>
     + Add<Output = Self>
     + Sub<Output = Self>

@@ -78,5 +78,5 @@ pub use range::WavelengthRange;
 pub use sample::{GrainSize, SizeMeasure, SnowSample, SnowType, TruncatedNormal};
 pub use slab::{Estimate, Incidence, Radiometry, Slab};
 pub use snowblue_base::{Parameter, ParameterRange, RangeError, short_number};
-pub use stack::{DepthFluxes, Layer, Stack, StackRadiometry};
-pub use variable::Variable;
+pub use stack::{DepthDerivatives, DepthFluxes, Layer, Stack, StackDerivatives, StackRadiometry};
+pub use variable::{LayerVariable, Variable};

@@ -110,6 +110,17 @@ pub struct Radiometry {
     pub absorptance: Estimate,
 }
 
+/// Derivatives of reflectance, transmittance and absorptance with respect to one variable, per unit of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FluxDerivatives {
+    /// Of the fraction that leaves the top.
+    pub reflectance: f64,
+    /// Of the fraction that arrives at the bottom, direct and diffuse.
+    pub transmittance: f64,
+    /// Of the fraction that the snow absorbs.
+    pub absorptance: f64,
+}
+
 impl Slab {
     /// Checks the sample and every thickness, angle and wavelength.
     ///

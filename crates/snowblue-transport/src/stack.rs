@@ -5,7 +5,8 @@ use snowblue_base::{Parameter, ParameterRange};
 use crate::TransportError;
 use crate::sample::SnowSample;
 use crate::slab::{
-    Estimate, Incidence, Radiometry, THICKNESS_RANGE, check_incidences, check_thickness, check_wavelengths,
+    Estimate, FluxDerivatives, Incidence, Radiometry, THICKNESS_RANGE, check_incidences, check_thickness,
+    check_wavelengths,
 };
 
 /// Albedo of the ground.
@@ -84,6 +85,33 @@ pub struct DepthFluxes {
     pub e_folding_depth_cm: Estimate,
 }
 
+/// Derivatives of the fluxes of a stack with respect to one quantity, per unit of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StackDerivatives {
+    /// Of the whole stack.
+    pub whole: FluxDerivatives,
+    /// At each of the depths, which stay where they are below the top as faces move. At the depth of a face the
+    /// derivatives are those in the snow below it, at the ground above it.
+    pub profile: Vec<DepthDerivatives>,
+}
+
+/// Derivatives of [`DepthFluxes`] with respect to one quantity, per unit of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DepthDerivatives {
+    /// Of the flux downwards.
+    pub down: f64,
+    /// Of the flux upwards.
+    pub up: f64,
+    /// Of the net flux.
+    pub net: f64,
+    /// Of the fluence rate.
+    pub fluence: f64,
+    /// Of the flux that is absorbed per m of depth, in 1/m.
+    pub absorbed_per_m: f64,
+    /// Of the e-folding depth, in cm.
+    pub e_folding_depth_cm: f64,
+}
+
 /// A part of a layer between two depths.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Slice {
@@ -91,6 +119,17 @@ pub(crate) struct Slice {
     pub(crate) layer: usize,
     /// Thickness of the slice, in cm.
     pub(crate) thickness_cm: f64,
+    /// Its top and its bottom.
+    pub(crate) ends: [SliceEnd; 2],
+}
+
+/// Where a slice ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum SliceEnd {
+    /// At the bottom of as many layers.
+    Face(usize),
+    /// At one of the depths, wherever faces are.
+    Depth,
 }
 
 /// A stack cut at its depths.
@@ -142,30 +181,48 @@ impl Stack {
         slices.faces.iter().map(|face| &self.layers[slices.layer_below(*face)]).collect()
     }
 
-    /// The layers, cut at every depth.
+    /// The layers, cut at every depth below the top. At the depth of a face a slice has no thickness.
     pub(crate) fn slices(&self) -> Slices {
-        let mut cuts = self.depths_cm.clone();
+        let mut cuts: Vec<f64> = self.depths_cm.iter().copied().filter(|cut_cm| *cut_cm > 0.0).collect();
         cuts.sort_by(f64::total_cmp);
-        let mut faces_cm = vec![0.0];
+        cuts.dedup();
+        // The face at each cut.
+        let mut faces_at_cuts = Vec::with_capacity(cuts.len());
         let mut slices = Vec::new();
         let mut bottom_cm = 0.0;
         for (layer, Layer { thickness_cm, .. }) in self.layers.iter().enumerate() {
-            let mut top_cm = bottom_cm;
+            let (mut top_cm, mut top) = (bottom_cm, SliceEnd::Face(layer));
             bottom_cm += thickness_cm;
-            for cut_cm in cuts.iter().copied().filter(|cut_cm| *cut_cm < bottom_cm) {
-                if cut_cm > top_cm {
-                    slices.push(Slice { layer, thickness_cm: cut_cm - top_cm });
-                    faces_cm.push(cut_cm);
-                    top_cm = cut_cm;
-                }
+            let is_last = layer + 1 == self.layers.len();
+            let mut slice = |to_cm: f64, bottom: SliceEnd| {
+                // Beyond the last face there is only rounding.
+                let thickness_cm = (to_cm - top_cm).max(0.0);
+                slices.push(Slice { layer, thickness_cm, ends: [top, bottom] });
+                (top_cm, top) = (to_cm, bottom);
+                slices.len()
+            };
+            while let Some(cut_cm) = cuts.get(faces_at_cuts.len()).filter(|cut_cm| **cut_cm < bottom_cm || is_last) {
+                faces_at_cuts.push(slice(cut_cm.min(bottom_cm), SliceEnd::Depth));
             }
-            slices.push(Slice { layer, thickness_cm: bottom_cm - top_cm });
-            faces_cm.push(bottom_cm);
+            slice(bottom_cm, SliceEnd::Face(layer + 1));
         }
-        // The first face not above the depth; beyond the last face there is only rounding.
-        let face = |depth_cm: &f64| faces_cm.partition_point(|face_cm| face_cm < depth_cm).min(slices.len());
+        let face = |depth_cm: &f64| {
+            let cut = cuts.partition_point(|cut_cm| cut_cm < depth_cm);
+            if *depth_cm > 0.0 { faces_at_cuts[cut] } else { 0 }
+        };
         let faces = self.depths_cm.iter().map(face).collect();
         Slices { slices, faces }
+    }
+}
+
+impl Slice {
+    /// The derivative of the thickness with respect to that of a layer: faces below it move down, depths do not.
+    pub(crate) fn growth(&self, layer: usize) -> f64 {
+        let [top, bottom] = self.ends.map(|end| match end {
+            SliceEnd::Face(layers) if layers > layer => 1.0,
+            SliceEnd::Face(_) | SliceEnd::Depth => 0.0,
+        });
+        bottom - top
     }
 }
 
@@ -208,10 +265,23 @@ mod tests {
 
     #[test]
     fn slices_end_at_faces_and_depths() {
+        use SliceEnd::{Depth, Face};
         let Slices { slices, faces } = stack(&[2.0, 3.0], &[5.0, 0.0, 1.0, 2.0, 4.0, 1.0]).slices();
-        let expected = [(0, 1.0), (0, 1.0), (1, 2.0), (1, 1.0)];
-        assert_eq!(slices, expected.map(|(layer, thickness_cm)| Slice { layer, thickness_cm }));
-        assert_eq!(faces, [4, 0, 1, 2, 3, 1]);
+        let expected = [
+            (0, 1.0, [Face(0), Depth]),
+            (0, 1.0, [Depth, Face(1)]),
+            (1, 0.0, [Face(1), Depth]),
+            (1, 2.0, [Depth, Depth]),
+            (1, 1.0, [Depth, Depth]),
+            (1, 0.0, [Depth, Face(2)]),
+        ];
+        assert_eq!(slices, expected.map(|(layer, thickness_cm, ends)| Slice { layer, thickness_cm, ends }));
+        assert_eq!(faces, [5, 0, 1, 3, 4, 1]);
+        // The first layer's thickness moves the second between its cuts.
+        let growths: Vec<f64> = slices.iter().map(|slice| slice.growth(0)).collect();
+        assert_eq!(growths, [0.0, 1.0, -1.0, 0.0, 0.0, 1.0]);
+        let growth: f64 = slices.iter().map(|slice| slice.growth(1)).sum();
+        assert!((growth - 1.0).abs() < 1e-15);
         // Layers of no thickness lie below no depth.
         let slices = stack(&[0.0, 2.0, 0.0, 3.0, 0.0], &[0.0, 1.0, 2.0, 3.0, 5.0]).slices();
         let layers: Vec<usize> = slices.faces.iter().map(|face| slices.layer_below(*face)).collect();
@@ -237,7 +307,8 @@ mod tests {
         let message = stack(&[f64::INFINITY, 1.0], &[]).check().unwrap_err().to_string();
         assert_eq!(message, "thickness is inf cm, but must lie in 0–100000 cm");
         let Slices { slices, faces } = stack(&[1.0, f64::INFINITY], &[0.5, 4.0]).slices();
-        assert_eq!(slices.last(), Some(&Slice { layer: 1, thickness_cm: f64::INFINITY }));
+        let last = slices[slices.len() - 1];
+        assert!(last.layer == 1 && last.thickness_cm.is_infinite());
         assert_eq!(faces, [1, 3]);
     }
 }

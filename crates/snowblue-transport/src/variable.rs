@@ -59,6 +59,12 @@ impl Variable {
         }
     }
 
+    /// Whether each layer has its own, and not the light or the ground.
+    #[must_use]
+    pub fn is_of_layer(self) -> bool {
+        !matches!(self, Self::CosIncidence | Self::GroundAlbedo)
+    }
+
     /// The value of this variable with its derivatives with respect to `variables`: 1 for itself, 0 for others.
     pub(crate) fn number(self, value: f64, variables: &[Self]) -> Dual {
         let by = |lane: usize| if variables.get(lane) == Some(&self) { 1.0 } else { 0.0 };
@@ -77,6 +83,39 @@ impl Variable {
             _ => return Ok(()),
         }
         sample.check_wavelength(wavelength_nm)
+    }
+}
+
+/// A variable of one layer of several, or one of the light or the ground.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct LayerVariable {
+    /// The variable.
+    pub variable: Variable,
+    /// Index of the layer, counted from the top; none of the light or the ground.
+    pub layer: Option<usize>,
+}
+
+impl LayerVariable {
+    /// Each of `variables` of each layer, the layer running fastest.
+    #[must_use]
+    pub fn of_layers(variables: &[Variable], layers: usize) -> Vec<Self> {
+        let of = |variable: &Variable| -> Vec<Self> {
+            if !variable.is_of_layer() {
+                return vec![Self { variable: *variable, layer: None }];
+            }
+            (0..layers).map(|layer| Self { variable: *variable, layer: Some(layer) }).collect()
+        };
+        variables.iter().flat_map(of).collect()
+    }
+}
+
+/// Formats the name, with the number of the layer.
+impl fmt::Display for LayerVariable {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.layer {
+            Some(layer) => write!(out, "{} of layer {layer}", self.variable),
+            None => self.variable.fmt(out),
+        }
     }
 }
 

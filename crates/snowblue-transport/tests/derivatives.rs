@@ -2,8 +2,9 @@
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-use snowblue_transport::batch::{Batch, CaseFluxes, FluxDerivatives, SlabCase};
+use snowblue_transport::batch::{Batch, CaseFluxes, SlabCase};
 use snowblue_transport::ordinates::{OrdinatesOptions, Streams, differentiate_batch, solve_batch};
+use snowblue_transport::slab::FluxDerivatives;
 use snowblue_transport::{GrainSize, Impurities, Incidence, SnowSample, Substance, TruncatedNormal, Variable};
 
 const OPTIONS: OrdinatesOptions = OrdinatesOptions { tally_rays: 1 << 10, streams: Streams::Auto, seed: 1 };

@@ -22,7 +22,7 @@ from snowblue._arguments import (
 )
 from snowblue._progress import Progress, reporting
 from snowblue._sky import SKY_NAMES, sky as daylight
-from snowblue._spectra import described_layers, packed_layers
+from snowblue._spectra import LAYER, described_layers, packed_layers
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -159,7 +159,7 @@ def light_at_depth(
     coords: dict[str, Any] = {
         **kept,
         "depth": ("depth", depths_cm, DEPTH.attributes() | {"standard_name": "depth", "positive": "down"}),
-        "layer": ("layer", np.arange(len(packed)), {"long_name": "number of the layer, from the top"}),
+        "layer": ("layer", np.arange(len(packed)), LAYER),
         "thickness": ("layer", [thickness_cm for _, thickness_cm in packed], THICKNESS.attributes()),
         "wavelength": wavelength_coordinate(wavelengths_nm),
     }

@@ -29,7 +29,11 @@ def aged_surface_area(
     new_m2_kg: list[float], temperature_c: list[float], age_h: list[float], temperature_gradient: bool
 ) -> NDArray[np.float64]: ...
 def stack(
-    ground: dict[str, Any], cases: dict[str, list[Any]], engine: dict[str, Any], progress: _Progress
+    ground: dict[str, Any],
+    cases: dict[str, list[Any]],
+    jacobian: list[str],
+    engine: dict[str, Any],
+    progress: _Progress,
 ) -> dict[str, NDArray[np.float64]]: ...
 def bsdf(
     snow: dict[str, Any],

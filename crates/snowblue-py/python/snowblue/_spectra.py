@@ -71,6 +71,10 @@ JACOBIAN = {
     "cos_angle": Quantity("cos_angle", "1", "cosine of the angle of incidence"),
 }
 """Parameters of derivatives other than impurities."""
+WHOLE = ("cos_angle", "ground_albedo")
+"""Those that belong to no layer."""
+DEPTH_FLUXES = ("down", "up", "net", "fluence", "e_folding_depth")
+LAYER = {"long_name": "number of the layer, from the top"}
 NEW_SNOW = Quantity("new_snow", "m2 kg-1", "specific surface area of the snow when it was new")
 AGE = Quantity("age", "h", "age of the snow")
 ASPECTS = {
@@ -195,9 +199,7 @@ def spectrum(
         raise ValueError(f"wavelength is an array over '{wavelengths.dim}', but all slabs have the same wavelengths")
     cases["places"] = np.stack([axes.places(dims) for dims in columns], axis=-1).astype(np.int64)
     options = _engine(engine, streams, rays, per_wavelength, seed, standard_errors)
-    cases["jacobian"] = jacobian = [jacobian] if isinstance(jacobian, str) else list(jacobian or ())
-    if engine == "montecarlo" and jacobian:
-        raise ValueError("jacobian needs the engine 'ordinates'")
+    cases["jacobian"] = jacobian = _parameters(jacobian, engine)
     uncertainty = None if plus_minus is None else _uncertainty(plus_minus)
     if engine == "montecarlo" and uncertainty:
         raise ValueError("plus_minus needs the engine 'ordinates'")
@@ -216,13 +218,7 @@ def spectrum(
     if plus_minus is not None:
         made["plus_minus"] = ", ".join(f"{name}: {value}" for name, value in plus_minus.items())
     solved = _dataset(variables, coords, given.attrs | made)
-    for name in jacobian:
-        quantity = JACOBIAN.get(name) or Quantity(name.replace("-", "_"), "ng g-1")
-        for flux in FLUXES:
-            solved[f"{flux}_per_{name.replace('-', '_')}"].attrs = {
-                "units": quantity.inverse_unit(),
-                "long_name": f"derivative of {flux} with respect to {quantity.attributes()['long_name']}",
-            }
+    _describe_derivatives(solved, FLUXES, jacobian)
     if any(albedo > 0 for albedo in cases["ground_albedo"]):
         solved.transmittance.attrs["long_name"] = LONG_NAMES["ground"]
     return solved
@@ -275,6 +271,7 @@ def layers(
     rays: int = DEFAULT_RAYS,
     seed: int = 1,
     standard_errors: bool = True,
+    jacobian: str | Iterable[str] = (),
     progress: Progress = None,
 ) -> xr.Dataset:
     """Fluxes of layers of snow on a ground, and at depths.
@@ -295,12 +292,17 @@ def layers(
         As in :func:`spectrum`.
     standard_errors : bool
         Standard errors: variables that end in `_se`. Random walks always have them.
+    jacobian : str or several, optional
+        Parameters with respect to which the results are differentiated, as in :func:`spectrum`. Derivatives such as
+        `down_per_density_kg_m3` have the dimension `layer`, the number of the layer that changes, from the top; those
+        with respect to `ground_albedo` and `cos_angle` have none. Depths stay where they are below the surface when a
+        thickness changes. At the depth of a face derivatives are those in the snow below it, at the ground above it.
 
     Returns
     -------
     xarray.Dataset
-        Fractions of the incident flux on angle and wavelength, and on angle, wavelength and depth. Absorptance is that
-        of the snow: 1 - reflectance - (1 - ground_albedo) transmittance.
+        Fractions of the incident flux on angle and wavelength, and on angle, wavelength and depth; derivatives also on
+        layer. Absorptance is that of the snow: 1 - reflectance - (1 - ground_albedo) transmittance.
 
     Examples
     --------
@@ -308,6 +310,13 @@ def layers(
     >>> fresh_on_firn = [dict(thickness_cm=3, snow="fresh"), dict(thickness_cm=50, snow="firn")]
     >>> pack = snowblue.layers(fresh_on_firn, wavelength_nm=[850, 1030])
     >>> float(pack.reflectance.sel(wavelength=850).item()) > 0.8
+    True
+
+    Soot in the upper layer darkens most, per gram of snow:
+
+    >>> sooty = snowblue.layers(fresh_on_firn, wavelength_nm=450, jacobian="black-carbon", standard_errors=False)
+    >>> upper, lower = sooty.reflectance_per_black_carbon.squeeze().values
+    >>> bool(upper < lower < 0)
     True
     """
     packed = packed_layers(layers)
@@ -320,28 +329,35 @@ def layers(
         "wavelength_nm": numbers(WAVELENGTH, wavelength_nm),
     }
     ground = {"layers": packed, "ground_albedo": float(ground_albedo), "depth_cm": depths_cm}
+    options = _engine(engine, streams, rays, False, seed, standard_errors)
+    jacobian = _parameters(jacobian, engine)
     with reporting(progress, "rays") as report:
-        arrays = _native.stack(ground, cases, _engine(engine, streams, rays, False, seed, standard_errors), report)
-    dims = ["angle", "wavelength"]
-    shape = [len(cases["angle_deg"]), len(cases["wavelength_nm"])]
+        arrays = _native.stack(ground, cases, jacobian, options, report)
+    sizes = {"angle": len(cases["angle_deg"]), "wavelength": len(cases["wavelength_nm"])}
     variables = {}
     for name, array in arrays.items():
-        if name.removesuffix("_se") in ("reflectance", "transmittance", "absorptance"):
-            variables[name] = (dims, array.reshape(shape))
-        else:
-            variables[name] = ([*dims, "depth"], array.reshape(*shape, len(depths_cm)))
+        flux, _, parameter = name.partition("_per_")
+        own = dict(sizes)
+        if flux.removesuffix("_se") not in FLUXES:
+            own["depth"] = len(depths_cm)
+        if parameter and parameter not in WHOLE:
+            own["layer"] = len(packed)
+        variables[name.replace("-", "_")] = ([*own], array.reshape([*own.values()]))
     coords: dict[str, Any] = {
         "angle": angle_coordinate(cases["angle_deg"]),
         "wavelength": wavelength_coordinate(cases["wavelength_nm"]),
     }
     if depths_cm:
         coords["depth"] = ("depth", depths_cm, DEPTH.attributes())
+    if jacobian:
+        coords["layer"] = ("layer", np.arange(len(packed)), LAYER)
     made = {
         "layers": described_layers(packed),
         "ground_albedo": float(ground_albedo),
         **_made(engine, streams, rays, False, seed),
     }
     solved = _dataset(variables, coords, made)
+    _describe_derivatives(solved, FLUXES + DEPTH_FLUXES if depths_cm else FLUXES, jacobian)
     if ground_albedo > 0:
         solved.transmittance.attrs["long_name"] = LONG_NAMES["ground"]
     return solved
@@ -548,6 +564,25 @@ def _engine(
         "per_wavelength": per_wavelength,
         "standard_errors": standard_errors,
     }
+
+
+def _parameters(jacobian: str | Iterable[str], engine: str) -> list[str]:
+    """The names of parameters that results are differentiated by."""
+    names = [jacobian] if isinstance(jacobian, str) else list(jacobian or ())
+    if engine == "montecarlo" and names:
+        raise ValueError("jacobian needs the engine 'ordinates'")
+    return names
+
+
+def _describe_derivatives(solved: xr.Dataset, fluxes: Iterable[str], jacobian: Iterable[str]) -> None:
+    """Units and names of derivatives."""
+    for name in jacobian:
+        quantity = JACOBIAN.get(name) or Quantity(name.replace("-", "_"), "ng g-1")
+        for flux in fluxes:
+            own, inverse = UNITS.get(flux, "1"), quantity.inverse_unit()
+            units = " ".join(unit for unit in (own, inverse) if unit != "1") or "1"
+            long_name = f"derivative of {flux.replace('_', ' ')} with respect to {quantity.attributes()['long_name']}"
+            solved[f"{flux}_per_{name.replace('-', '_')}"].attrs = {"units": units, "long_name": long_name}
 
 
 def _made(engine: str, streams: int | str, rays: int, per_wavelength: bool, seed: int) -> dict[str, Any]:

@@ -63,12 +63,12 @@ mod measured;
 mod state;
 
 use crate::TransportError;
-use crate::batch::{Batch, BatchError, CaseFluxes, FluxDerivatives, SlabCase};
+use crate::batch::{Batch, BatchError, CaseFluxes, SlabCase};
 use crate::medium::{Demand, GrainTallies, Population};
 use crate::optics::Substance;
 use crate::ordinates::{DifferentiatedFluxes, OrdinatesOptions, Peak, differentiate_batch};
 use crate::sample::{GrainSize, SURFACE_AREA_RANGE, SnowSample};
-use crate::slab::{Incidence, check_incidences, check_thickness, check_wavelengths};
+use crate::slab::{FluxDerivatives, Incidence, check_incidences, check_thickness, check_wavelengths};
 use crate::stack::GROUND_ALBEDO_RANGE;
 use crate::variable::Variable;
 pub use error::InversionError;

@@ -25,14 +25,21 @@ use super::homogeneous::{Direction, HomogeneousMedium, Light, LitSlab, SlabSolut
 use crate::dual::{Dual, LANES, Real};
 use crate::slab::Incidence;
 
-/// A homogeneous medium with its derivatives by up to [`LANES`] variables.
-pub(super) struct DifferentiatedMedium {
-    scaled: Scaled<Dual>,
-    rates: Vec<Dual>,
+/// The modes of a medium with their derivatives by up to [`LANES`] variables.
+pub(super) struct DifferentiatedModes {
+    pub(super) scaled: Scaled<Dual>,
+    pub(super) rates: Vec<Dual>,
     /// X, with the value 0.
     change: DMatrix<Dual>,
+    /// The change with each variable.
+    changes: [Option<ModeChange>; LANES],
     /// Vᵀ p_l for even l and Hᵀ p_l for odd l: a column for each l.
     shapes: DMatrix<f64>,
+}
+
+/// A homogeneous medium with its derivatives by up to [`LANES`] variables.
+pub(super) struct DifferentiatedMedium {
+    modes: DifferentiatedModes,
     /// Γ.
     gamma: DMatrix<Dual>,
     /// Δ.
@@ -41,10 +48,10 @@ pub(super) struct DifferentiatedMedium {
     entering: [Vec<Dual>; 2],
 }
 
-impl DifferentiatedMedium {
-    /// `medium` with the derivatives of `scaled`.
+impl DifferentiatedModes {
+    /// The modes of `medium` with the derivatives of `scaled`.
     pub(super) fn new(medium: &HomogeneousMedium, scaled: Scaled<Dual>) -> Self {
-        let HomogeneousMedium { modes, gamma, delta, entering: [h, v], .. } = medium;
+        let modes = &medium.modes;
         let n = modes.rates.len();
         let mut shapes = DMatrix::zeros(n, medium.basis.ncols());
         for (l, mut shape) in shapes.column_iter_mut().enumerate() {
@@ -53,43 +60,24 @@ impl DifferentiatedMedium {
         }
         let changes: [Option<ModeChange>; LANES] =
             std::array::from_fn(|lane| ModeChange::new(&modes.rates, &scaled, &shapes, lane));
-        // Half of dΓ and of dΔ, to which its transpose is added.
-        let halves = |half: &dyn Fn(&DMatrix<f64>) -> DMatrix<f64>| {
-            changes.each_ref().map(|change| change.as_ref().map(|ModeChange { shapes: x, .. }| half(x)))
-        };
-        let symmetric = |matrix: &DMatrix<f64>, halves: &[Option<DMatrix<f64>>; LANES]| {
-            let by = |i: usize, j: usize| {
-                halves.each_ref().map(|half| half.as_ref().map_or(0.0, |half| half[(i, j)] + half[(j, i)]))
-            };
-            DMatrix::from_fn(n, n, |i, j| Dual::new(matrix[(i, j)], by(i, j)))
-        };
         let by_change =
             |of: &dyn Fn(&ModeChange) -> f64| changes.each_ref().map(|change| change.as_ref().map_or(0.0, of));
         let change = DMatrix::from_fn(n, n, |i, j| Dual::new(0.0, by_change(&|change| change.shapes[(i, j)])));
         let rate = |(j, k): (usize, &f64)| Dual::new(*k, by_change(&|change| 0.5 * change.squared_rates[j] / k));
-        Self {
-            rates: modes.rates.iter().enumerate().map(rate).collect(),
-            gamma: symmetric(gamma, &halves(&|x| -(x * gamma))),
-            delta: symmetric(delta, &halves(&|x| delta * x)),
-            entering: [
-                h.iter().zip(product(&change, h.as_slice())).map(|(h, by)| -by + *h).collect(),
-                v.iter().zip(transposed_product(&change, v.as_slice())).map(|(v, by)| by + *v).collect(),
-            ],
-            scaled,
-            change,
-            shapes,
-        }
+        Self { rates: modes.rates.iter().enumerate().map(rate).collect(), scaled, change, changes, shapes }
     }
 
-    /// A beam, whose cosine from the normal `cosine` gives derivatives, or Lambertian light.
-    pub(super) fn light(&self, incidence: &Incidence, cosine: impl Fn(f64) -> Dual) -> Light<Dual> {
-        match incidence {
-            Incidence::Beam { angle_deg } => Light::Beam(self.direction(cosine(angle_deg.to_radians().cos()))),
-            Incidence::Diffuse => Light::Lambertian,
-        }
+    /// X u.
+    pub(super) fn changed(&self, vector: &DVector<f64>) -> Vec<Dual> {
+        product(&self.change, vector.as_slice())
     }
 
-    fn direction(&self, cos_incidence: Dual) -> Direction<Dual> {
+    /// Xᵀ u.
+    pub(super) fn changed_transposed(&self, vector: &DVector<f64>) -> Vec<Dual> {
+        transposed_product(&self.change, vector.as_slice())
+    }
+
+    pub(super) fn direction(&self, cos_incidence: Dual) -> Direction<Dual> {
         let strengths = strengths(&self.scaled.albedo_moments, cos_incidence);
         let sums = |parity: usize| {
             let mut sums = vec![Dual::from(0.0); self.rates.len()];
@@ -109,11 +97,61 @@ impl DifferentiatedMedium {
         }
     }
 
-    /// A slab of (unscaled) `optical_depth` under isotropic light from above, whose systems have been solved.
-    pub(super) fn lit(&self, optical_depth: Dual, solution: &SlabSolution) -> LitSlab<'_, Dual> {
-        let is_half_space = optical_depth.value().is_infinite();
-        let depth = if is_half_space { optical_depth } else { optical_depth * self.scaled.depth_ratio };
-        let transfers: Vec<Transfer<Dual>> = self.rates.iter().map(|k| Transfer::new(*k, depth)).collect();
+    /// As that of the medium: the rate of the slowest mode per (unscaled) optical depth.
+    pub(super) fn decay_rate(&self) -> Dual {
+        let slowest = self.rates.iter().copied().reduce(|a, b| if b.value() < a.value() { b } else { a });
+        self.scaled.depth_ratio * slowest.unwrap_or_else(|| unreachable!("there is a mode"))
+    }
+
+    /// The scaled optical depth of a thickness in cm of a medium with this extinction coefficient.
+    pub(super) fn depth(&self, extinction_per_m: Dual, thickness_cm: Dual) -> Dual {
+        if thickness_cm.value().is_infinite() {
+            return Dual::from(f64::INFINITY);
+        }
+        extinction_per_m * thickness_cm * 0.01 * self.scaled.depth_ratio
+    }
+}
+
+impl DifferentiatedMedium {
+    /// `medium` with the derivatives of `scaled`.
+    pub(super) fn new(medium: &HomogeneousMedium, scaled: Scaled<Dual>) -> Self {
+        let HomogeneousMedium { gamma, delta, entering: [h, v], .. } = medium;
+        let modes = DifferentiatedModes::new(medium, scaled);
+        let n = modes.rates.len();
+        // Half of dΓ and of dΔ, to which its transpose is added.
+        let halves = |half: &dyn Fn(&DMatrix<f64>) -> DMatrix<f64>| {
+            modes.changes.each_ref().map(|change| change.as_ref().map(|ModeChange { shapes: x, .. }| half(x)))
+        };
+        let symmetric = |matrix: &DMatrix<f64>, halves: &[Option<DMatrix<f64>>; LANES]| {
+            let by = |i: usize, j: usize| {
+                halves.each_ref().map(|half| half.as_ref().map_or(0.0, |half| half[(i, j)] + half[(j, i)]))
+            };
+            DMatrix::from_fn(n, n, |i, j| Dual::new(matrix[(i, j)], by(i, j)))
+        };
+        Self {
+            gamma: symmetric(gamma, &halves(&|x| -(x * gamma))),
+            delta: symmetric(delta, &halves(&|x| delta * x)),
+            entering: [
+                h.iter().zip(modes.changed(h)).map(|(h, by)| -by + *h).collect(),
+                v.iter().zip(modes.changed_transposed(v)).map(|(v, by)| by + *v).collect(),
+            ],
+            modes,
+        }
+    }
+
+    /// A beam, whose cosine from the normal `cosine` gives derivatives, or Lambertian light.
+    pub(super) fn light(&self, incidence: &Incidence, cosine: impl Fn(f64) -> Dual) -> Light<Dual> {
+        match incidence {
+            Incidence::Beam { angle_deg } => Light::Beam(self.modes.direction(cosine(angle_deg.to_radians().cos()))),
+            Incidence::Diffuse => Light::Lambertian,
+        }
+    }
+
+    /// A slab of a thickness under isotropic light from above, whose systems have been solved.
+    pub(super) fn lit(&self, extinction_per_m: Dual, thickness_cm: Dual, solution: &SlabSolution) -> LitSlab<'_, Dual> {
+        let rates = &self.modes.rates;
+        let depth = self.modes.depth(extinction_per_m, thickness_cm);
+        let transfers: Vec<Transfer<Dual>> = rates.iter().map(|k| Transfer::new(*k, depth)).collect();
         let of = |f: fn(&Transfer<Dual>) -> Dual| transfers.iter().map(f).collect::<Vec<Dual>>();
         let SlabSolution { symmetric_factor, antisymmetric_factor, symmetric, antisymmetric, bottom, .. } = solution;
         let [h, v] = &self.entering;
@@ -123,9 +161,9 @@ impl DifferentiatedMedium {
         let passed: Vec<Dual> = transfers.iter().zip(&b).map(|(mode, b)| mode.square_sech * *b).collect();
         let c = solved(&self.delta, &times_rate, symmetric_factor, &passed, bottom);
         let slope = product(&self.delta, &c);
-        let modes = self.rates.iter().zip(&transfers).enumerate();
+        let modes = rates.iter().zip(&transfers).enumerate();
         LitSlab {
-            rates: &self.rates,
+            rates,
             entering: v,
             depth,
             amplitudes: modes.map(|(j, (k, mode))| mode.amplitudes(*k, [a[j], b[j], c[j], slope[j]])).collect(),

@@ -288,6 +288,13 @@ pub(super) fn strengths<T: Real>(albedo_moments: &[T], cos_incidence: T) -> Vec<
     strengths
 }
 
+impl<T: Real> Passed<T> {
+    /// What the snow absorbs over a ground of this albedo, where the transmittance is the downward flux on it.
+    pub(super) fn absorbed(self, ground_albedo: T) -> T {
+        T::from(1.0) - self.reflectance - (T::from(1.0) - ground_albedo) * self.transmittance
+    }
+}
+
 impl<T: Real> Transfer<T> {
     pub(super) fn new(k: T, depth: T) -> Self {
         let (over_rate, tanh) = tanh_over_rate(k, depth);

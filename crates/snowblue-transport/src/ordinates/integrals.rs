@@ -16,19 +16,24 @@ pub(super) fn tanh_over_rate<T: Real>(k: T, depth: T) -> (T, T) {
 }
 
 /// k/sinh(kτ), which is 1/τ at k = 0 and does not overflow.
-pub(super) fn rate_over_sinh(k: f64, depth: f64) -> f64 {
+pub(super) fn rate_over_sinh<T: Real>(k: T, depth: T) -> T {
     let x = k * depth;
-    if x < 1e-4 {
-        return (1.0 - x * x / 6.0) / depth;
+    if x.value() < 1e-4 {
+        return (T::from(1.0) - x * x / 6.0) / depth;
     }
-    -2.0 * k * (-x).exp() / (-2.0 * x).exp_m1()
+    k * -2.0 * (-x).exp() / (x * -2.0).exp_m1()
+}
+
+/// sinh(kτ)/k, which is τ at k = 0.
+pub(super) fn sinh_over_rate<T: Real>(k: T, depth: T) -> T {
+    let x = k * depth;
+    if x.value() < 1e-4 { depth * (x * x / 6.0 + 1.0) } else { x.sinh() / k }
 }
 
 /// ∫₀^τ e^{−qs} cosh(ks) q ds and ∫₀^τ e^{−qs} sinh(ks)/k q ds, for k < 1 ≤ q.
 pub(super) fn hyperbolic_integrals<T: Real>(k: T, depth: T, q: T, unscattered: T) -> (T, T) {
-    let x = k * depth;
-    let sinh_over_k = if x.value() < 1e-4 { depth * (x * x / 6.0 + 1.0) } else { x.sinh() / k };
-    let (cosh, norm) = (x.cosh(), q / (q * q - k * k));
+    let sinh_over_k = sinh_over_rate(k, depth);
+    let (cosh, norm) = ((k * depth).cosh(), q / (q * q - k * k));
     let first = norm * (q - unscattered * (q * cosh + k * k * sinh_over_k));
     let second = norm * (T::from(1.0) - unscattered * (cosh + q * sinh_over_k));
     (first, second)

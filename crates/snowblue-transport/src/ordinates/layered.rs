@@ -28,8 +28,9 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-use super::homogeneous::{HomogeneousMedium, solver};
+use super::homogeneous::{Direction, HomogeneousMedium, solver};
 use super::integrals::{exponential_integrals, hyperbolic_integrals, rate_over_sinh};
+use crate::dual::Real;
 use crate::slab::Incidence;
 
 /// Fluxes through a horizontal face over the flux that falls on the top, direct and diffuse.
@@ -56,60 +57,60 @@ pub struct MediumLayer<'m> {
 ///
 /// Faces are counted from the top, 0, to the ground, the number of layers.
 pub struct LayeredMedium<'m> {
-    layers: Vec<Layer<'m>>,
+    pub(super) layers: Vec<Layer<'m>>,
     /// Everything below each face, in the modes of the layer under it (on the ground, over it).
-    lower: Vec<Side>,
+    pub(super) lower: Vec<Side>,
     /// Everything above each face, in the same modes.
-    upper: Vec<Side>,
+    pub(super) upper: Vec<Side>,
     /// Radiance of the ground per 1ᵀ M S on it.
-    ground: f64,
-    lights: Vec<Response>,
+    pub(super) ground: f64,
+    pub(super) lights: Vec<Response>,
 }
 
 /// One layer of the stack.
-struct Layer<'m> {
-    medium: &'m HomogeneousMedium,
+pub(super) struct Layer<'m> {
+    pub(super) medium: &'m HomogeneousMedium,
     /// Scaled optical depth.
-    depth: f64,
+    pub(super) depth: f64,
     /// Takes S in the modes from the upper to the lower face; none where the layer is too thin to be one.
-    downwards: Option<Crossing>,
+    pub(super) downwards: Option<Crossing>,
     /// Takes S in the modes from the lower to the upper face.
     upwards: Option<Crossing>,
     /// Change to the modes of the layer below; none if it has the same medium.
-    interface: Option<Interface>,
+    pub(super) interface: Option<Interface>,
 }
 
 /// a ↦ (z + e)⁻¹ e a.
-struct Crossing {
-    factor: Cholesky<f64, Dyn>,
-    bridge: DVector<f64>,
+pub(super) struct Crossing {
+    pub(super) factor: Cholesky<f64, Dyn>,
+    pub(super) bridge: DVector<f64>,
 }
 
 /// The change of modes at a face between two media.
-struct Interface {
+pub(super) struct Interface {
     /// V_belowᵀ M H_above.
     down: DMatrix<f64>,
     /// V_aboveᵀ M H_below, the inverse of the other.
-    up: DMatrix<f64>,
+    pub(super) up: DMatrix<f64>,
 }
 
 /// Everything on one side of a face.
 #[derive(Clone)]
-struct Side {
+pub(super) struct Side {
     /// y: the current that it draws from S.
-    conductance: DMatrix<f64>,
+    pub(super) conductance: DMatrix<f64>,
     /// v − y h: its reflection of isotropic light.
     returned: DVector<f64>,
 }
 
 /// The response of a stack to one incident light.
-enum Response {
+pub(super) enum Response {
     /// To a beam.
     Beam {
         cosine: f64,
         /// Unscattered fraction at each face.
         clear: Vec<f64>,
-        /// Radiance that each layer adds.
+        /// Radiance that each layer adds, at its top.
         escape: Vec<Escape>,
     },
     /// To Lambertian light.
@@ -117,31 +118,39 @@ enum Response {
 }
 
 /// Radiance that leaves the top of a layer in one direction, per amplitude of each mode.
-struct Escape {
+pub(super) struct Escape<T: Real = f64> {
     /// Per amplitude of S at the top.
-    top: DVector<f64>,
+    pub(super) top: DVector<T>,
     /// Per slope of the mode at the top.
-    top_slope: DVector<f64>,
+    pub(super) top_slope: DVector<T>,
     /// Per amplitude of S at the bottom.
-    bottom: DVector<f64>,
+    pub(super) bottom: DVector<T>,
 }
 
 /// Amplitudes of the modes of one layer.
-struct Profile {
-    top: DVector<f64>,
-    top_slope: DVector<f64>,
-    bottom: DVector<f64>,
+pub(super) struct Profile {
+    pub(super) top: DVector<f64>,
+    pub(super) top_slope: DVector<f64>,
+    pub(super) bottom: DVector<f64>,
 }
 
 /// Light from an emitting face throughout the stack.
-struct Emission {
-    layers: Vec<Profile>,
-    /// Radiance of the ground.
-    ground: f64,
+pub(super) struct Emission {
+    pub(super) face: usize,
+    pub(super) layers: Vec<Profile>,
+    /// 1ᵀ M S on the ground.
+    pub(super) on_ground: f64,
     /// Amplitudes at the top of the stack.
     top: DVector<f64>,
     /// Radiance that the face itself emits upwards.
-    emitted: f64,
+    pub(super) emitted: f64,
+}
+
+/// The emissions whose radiance is each flux through a face.
+pub(super) struct FaceEmissions {
+    pub(super) down: Emission,
+    pub(super) up: Emission,
+    pub(super) net: Emission,
 }
 
 impl<'m> LayeredMedium<'m> {
@@ -176,6 +185,18 @@ impl<'m> LayeredMedium<'m> {
     /// If there is no such face.
     #[must_use]
     pub fn fluxes(&self, face: usize) -> Vec<FaceFluxes> {
+        let emissions = self.emissions(face);
+        self.lights.iter().map(|light| self.face_fluxes(light, &emissions)).collect()
+    }
+
+    /// The fluxes through the face of some emissions under a light.
+    pub(super) fn face_fluxes(&self, light: &Response, FaceEmissions { down, up, net }: &FaceEmissions) -> FaceFluxes {
+        let [down, up, net] = [down, up, net].map(|emission| self.radiance(light, emission));
+        FaceFluxes { down, up, net }
+    }
+
+    /// The emissions of a face for each flux.
+    pub(super) fn emissions(&self, face: usize) -> FaceEmissions {
         let (lower, upper) = (&self.lower[face], &self.upper[face]);
         let [h, v] = &self.medium_at(face).entering;
         let nothing = DVector::zeros(v.len());
@@ -184,15 +205,11 @@ impl<'m> LayeredMedium<'m> {
         let emission = |above: DVector<f64>, below: DVector<f64>, emitted: f64| {
             self.emission(face, (both.solve(&above), both.solve(&below)), emitted)
         };
-        let for_down = emission(v + &into_lower, upper.returned.clone(), 1.0);
-        let for_up = emission(lower.returned.clone(), v + &into_upper, 0.0);
-        let for_net = emission(2.0 * into_lower, -2.0 * into_upper, 1.0);
-        let under = |light: &Response| FaceFluxes {
-            down: self.radiance(light, &for_down, face),
-            up: self.radiance(light, &for_up, face),
-            net: self.radiance(light, &for_net, face),
-        };
-        self.lights.iter().map(under).collect()
+        FaceEmissions {
+            down: emission(v + &into_lower, upper.returned.clone(), 1.0),
+            up: emission(lower.returned.clone(), v + &into_upper, 0.0),
+            net: emission(2.0 * into_lower, -2.0 * into_upper, 1.0),
+        }
     }
 
     /// Fluence rate at a face, from all directions, over the flux that falls on the top, under each of the lights.
@@ -201,17 +218,26 @@ impl<'m> LayeredMedium<'m> {
     /// If there is no such face.
     #[must_use]
     pub fn fluence_rates(&self, face: usize) -> Vec<f64> {
+        let emission = self.fluence_emission(face);
+        self.lights.iter().map(|light| self.fluence_rate(light, &emission)).collect()
+    }
+
+    /// The fluence rate at the face of an emission under a light.
+    pub(super) fn fluence_rate(&self, light: &Response, emission: &Emission) -> f64 {
+        self.radiance(light, emission) + light.unscattered_fluence(emission.face)
+    }
+
+    /// The emission of a face for the fluence rate.
+    pub(super) fn fluence_emission(&self, face: usize) -> Emission {
         let injected = 2.0 * self.medium_at(face).isotropic_sums();
         let nothing = DVector::zeros(injected.len());
         let both = solver(&(&self.lower[face].conductance + &self.upper[face].conductance), &nothing);
         let amplitudes = both.solve(&injected);
-        let emission = self.emission(face, (amplitudes.clone(), amplitudes), 0.0);
-        let under = |light: &Response| self.radiance(light, &emission, face) + light.unscattered_fluence(face);
-        self.lights.iter().map(under).collect()
+        self.emission(face, (amplitudes.clone(), amplitudes), 0.0)
     }
 
     /// The medium in whose modes a face is described.
-    fn medium_at(&self, face: usize) -> &'m HomogeneousMedium {
+    pub(super) fn medium_at(&self, face: usize) -> &'m HomogeneousMedium {
         self.layers[face.min(self.layers.len() - 1)].medium
     }
 
@@ -235,27 +261,26 @@ impl<'m> LayeredMedium<'m> {
             layers.push(Profile { top_slope: -(&side.conductance * &below), top: below, bottom });
             below = next;
         }
-        let ground = self.ground * self.medium_at(self.layers.len()).entering[1].dot(&below);
-        Emission { layers, ground, top: above, emitted }
+        let on_ground = self.medium_at(self.layers.len()).entering[1].dot(&below);
+        Emission { face, layers, on_ground, top: above, emitted }
     }
 
     /// Radiance of an emission that leaves the top in the direction of a light; for Lambertian light its mean, weighted
     /// with the cosine.
-    fn radiance(&self, light: &Response, emission: &Emission, face: usize) -> f64 {
+    pub(super) fn radiance(&self, light: &Response, emission: &Emission) -> f64 {
         match light {
             Response::Lambertian => 2.0 * self.layers[0].medium.entering[1].dot(&emission.top),
             Response::Beam { clear, escape, .. } => {
-                let scattered = emission.layers.iter().zip(escape).zip(clear).map(|((layer, escape), clear)| {
-                    let slopes = escape.top_slope.dot(&layer.top_slope);
-                    clear * (escape.top.dot(&layer.top) + slopes + escape.bottom.dot(&layer.bottom))
-                });
-                scattered.sum::<f64>() + clear[self.layers.len()] * emission.ground + clear[face] * emission.emitted
+                let scattered = emission.layers.iter().zip(escape).zip(clear);
+                scattered.map(|((layer, escape), clear)| clear * escape.radiance(layer)).sum::<f64>()
+                    + clear[self.layers.len()] * (self.ground * emission.on_ground)
+                    + clear[emission.face] * emission.emitted
             }
         }
     }
 }
 
-fn cross(crossing: Option<&Crossing>, amplitudes: &DVector<f64>) -> DVector<f64> {
+pub(super) fn cross(crossing: Option<&Crossing>, amplitudes: &DVector<f64>) -> DVector<f64> {
     crossing.map_or_else(
         || amplitudes.clone(),
         |crossing| crossing.factor.solve(&crossing.bridge.component_mul(amplitudes)),
@@ -343,7 +368,9 @@ impl Response {
             depth_above += layer.depth;
             clear.push((-depth_above / cosine).exp());
         }
-        Self::Beam { cosine, clear, escape: layers.iter().map(|layer| escape(layer, cosine)).collect() }
+        let escape =
+            |layer: &Layer| Escape::new(&layer.medium.direction(cosine), &layer.medium.modes.rates, layer.depth);
+        Self::Beam { cosine, clear, escape: layers.iter().map(escape).collect() }
     }
 
     /// Fluence rate at a face of the light that the layers above have not scattered; that of Lambertian light is in the
@@ -356,31 +383,38 @@ impl Response {
     }
 }
 
-/// Radiance that leaves the top of a layer with cosine μ, ∫ J e^{−s/μ} ds/μ, per amplitude of each mode.
-///
-/// Slow modes in thin layers are a cosh(ks) + a' sinh(ks)/k from the top; the others are a wave that decays from the
-/// top, (a − a'/k)/2, and one that decays from the bottom and makes up the rest of the amplitude there.
-fn escape(layer: &Layer, cosine: f64) -> Escape {
-    let direction = layer.medium.direction(cosine);
-    let (depth, per_cosine) = (layer.depth, 1.0 / cosine);
-    let unscattered = (-depth * per_cosine).exp();
-    let rates = &layer.medium.modes.rates;
-    let zeros = || DVector::zeros(rates.len());
-    let mut escape = Escape { top: zeros(), top_slope: zeros(), bottom: zeros() };
-    for (j, &k) in rates.iter().enumerate() {
-        let (even, odd) = (0.5 * direction.even[j], 0.5 * direction.odd[j]);
-        if k < 0.5 && k * depth < 1.0 {
-            let (cosh, sinh_over_k) = hyperbolic_integrals(k, depth, per_cosine, unscattered);
-            escape.top[j] = even * cosh + odd * k * k * sinh_over_k;
-            escape.top_slope[j] = even * sinh_over_k + odd * cosh;
-        } else {
-            let (near, far) = exponential_integrals(k, depth, per_cosine);
-            let growing = (even + odd * k) * far;
-            let fading = 0.5 * ((even - odd * k) * near - growing * (-k * depth).exp());
-            escape.top[j] = fading;
-            escape.top_slope[j] = -fading / k;
-            escape.bottom[j] = growing;
-        }
+impl Escape {
+    /// The radiance of a layer with these amplitudes.
+    pub(super) fn radiance(&self, layer: &Profile) -> f64 {
+        self.top.dot(&layer.top) + self.top_slope.dot(&layer.top_slope) + self.bottom.dot(&layer.bottom)
     }
-    escape
+}
+
+impl<T: Real> Escape<T> {
+    /// Radiance that leaves the top of a layer with cosine μ, ∫ J e^{−s/μ} ds/μ, per amplitude of each mode.
+    ///
+    /// Slow modes in thin layers are a cosh(ks) + a' sinh(ks)/k from the top; the others are a wave that decays from
+    /// the top, (a − a'/k)/2, and one that decays from the bottom and makes up the rest of the amplitude there.
+    pub(super) fn new(direction: &Direction<T>, rates: &[T], depth: T) -> Self {
+        let per_cosine = T::from(1.0) / direction.cos_incidence;
+        let unscattered = (-depth * per_cosine).exp();
+        let zeros = || DVector::from_element(rates.len(), T::from(0.0));
+        let mut escape = Self { top: zeros(), top_slope: zeros(), bottom: zeros() };
+        for (j, &k) in rates.iter().enumerate() {
+            let (even, odd) = (direction.even[j] * 0.5, direction.odd[j] * 0.5);
+            if k.value() < 0.5 && k.value() * depth.value() < 1.0 {
+                let (cosh, sinh_over_k) = hyperbolic_integrals(k, depth, per_cosine, unscattered);
+                escape.top[j] = even * cosh + odd * k * k * sinh_over_k;
+                escape.top_slope[j] = even * sinh_over_k + odd * cosh;
+            } else {
+                let (near, far) = exponential_integrals(k, depth, per_cosine);
+                let growing = (even + odd * k) * far;
+                let fading = ((even - odd * k) * near - growing * (-k * depth).exp()) * 0.5;
+                escape.top[j] = fading;
+                escape.top_slope[j] = -fading / k;
+                escape.bottom[j] = growing;
+            }
+        }
+        escape
+    }
 }

@@ -18,10 +18,10 @@ use super::layered::{LayeredMedium, MediumLayer};
 use super::options::OrdinatesOptions;
 use super::solve_alike::groups_alike;
 use super::streams::{Peak, Streams};
-use crate::batch::{Batch, BatchError, CaseFluxes, FluxDerivatives, SlabCase};
+use crate::batch::{Batch, BatchError, CaseFluxes, SlabCase};
 use crate::dual::{Dual, LANES, Real};
 use crate::medium::{Composition, Demand, GrainTallies, Medium, Population};
-use crate::slab::{Estimate, Incidence};
+use crate::slab::{Estimate, FluxDerivatives, Incidence};
 use crate::variable::Variable;
 
 /// Samples that are solved before their fluxes are put in order: enough for all threads, while the fluxes that wait
@@ -288,7 +288,7 @@ impl Plan {
         let case = |(place, ground): (usize, &f64)| CaseFluxes {
             reflectance: solved.estimate(|solved| solved.values[place].reflectance),
             transmittance: solved.estimate(|solved| solved.values[place].transmittance),
-            absorptance: solved.estimate(|solved: &Solved| absorbed(solved.values[place], *ground)),
+            absorptance: solved.estimate(|solved: &Solved| solved.values[place].absorbed(*ground)),
         };
         let fluxes = self.grounds.iter().enumerate().map(case).collect();
         let mut derivatives = Vec::new();
@@ -298,7 +298,7 @@ impl Plan {
                 differentiations.iter().zip(&solved.whole().differentiated)
             {
                 let passed = of_case[place];
-                let absorptance = absorbed(passed, Variable::GroundAlbedo.number(*ground, variables));
+                let absorptance = passed.absorbed(Variable::GroundAlbedo.number(*ground, variables));
                 let by = |lane: usize| FluxDerivatives {
                     reflectance: passed.reflectance.derivatives()[lane],
                     transmittance: passed.transmittance.derivatives()[lane],
@@ -383,12 +383,7 @@ impl<'m> DifferentiatedPlan<'m> {
     fn fill(&self, slab: &SlabPlan, solution: &SlabSolution, all: &mut [Passed<Dual>]) {
         let Differentiation { variables, medium } = self.by;
         let thickness_cm = Variable::Thickness.number(slab.thickness_cm, variables);
-        let optical_depth = if slab.thickness_cm.is_infinite() {
-            Dual::from(f64::INFINITY)
-        } else {
-            medium.extinction_per_m * thickness_cm * 0.01
-        };
-        let lit = self.medium.lit(optical_depth, solution);
+        let lit = self.medium.lit(medium.extinction_per_m, thickness_cm, solution);
         let ground_albedo = Variable::GroundAlbedo.number(slab.ground_albedo, variables);
         let diffuse = (!ground_albedo.is_zero()).then(|| lit.passed(&Light::Lambertian));
         for (place, light) in &slab.cases {
@@ -411,9 +406,4 @@ impl<T: Real> Passed<T> {
 fn on_ground(slab: Passed<Dual>, diffuse: Passed<Dual>, albedo: Dual) -> Passed<Dual> {
     let transmittance = slab.transmittance / (Dual::from(1.0) - albedo * diffuse.reflectance);
     Passed { reflectance: slab.reflectance + albedo * transmittance * diffuse.transmittance, transmittance }
-}
-
-/// What the snow absorbs.
-fn absorbed<T: Real>(passed: Passed<T>, ground_albedo: T) -> T {
-    T::from(1.0) - passed.reflectance - (T::from(1.0) - ground_albedo) * passed.transmittance
 }

@@ -2,20 +2,48 @@
 //!
 //! Layers with the same grain shapes share a tally, and layers with the same single scattering share their modes. All
 //! tallies use the same scrambles of the sequence, so the jackknife leaves out the same batch of all of them.
+//! Derivatives are computed beside the values, of the same modes and systems.
 
 use rayon::prelude::*;
 
-use super::homogeneous::HomogeneousMedium;
+use super::delta_m::Scaled;
+use super::differentiated::DifferentiatedModes;
+use super::homogeneous::{HomogeneousMedium, Passed};
 use super::integrals::third_exponential_integral;
 use super::jackknife::Jackknife;
-use super::layered::{FaceFluxes, LayeredMedium, MediumLayer};
+use super::layered::{Emission, FaceEmissions, FaceFluxes, LayeredMedium, MediumLayer, Response};
 use super::options::OrdinatesOptions;
+use super::sensitivity::{DifferentiatedLayer, FaceQuantity, FluxChange, Sensitivity};
 use super::streams::{Peak, StreamGroup, Streams};
 use crate::TransportError;
-use crate::medium::{Demand, GrainTallies, Medium, Population};
+use crate::dual::{Dual, LANES, Real};
+use crate::medium::{Composition, Demand, GrainTallies, Medium, Population};
 use crate::sample::SnowSample;
-use crate::slab::{Incidence, Radiometry};
-use crate::stack::{DepthFluxes, Layer, Slice, Slices, Stack, StackRadiometry};
+use crate::slab::{FluxDerivatives, Incidence, Radiometry};
+use crate::stack::{DepthDerivatives, DepthFluxes, Layer, Slice, Slices, Stack, StackDerivatives, StackRadiometry};
+use crate::variable::{LayerVariable, Variable};
+
+/// Fluxes of a stack with their derivatives.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DifferentiatedStack {
+    /// For each incidence, then each wavelength.
+    pub fluxes: Vec<StackRadiometry>,
+    /// For each of them with respect to each variable of each layer, as [`LayerVariable::of_layers`] lists them; these
+    /// run fastest.
+    pub derivatives: Vec<StackDerivatives>,
+}
+
+/// Some variables, no more than a number has derivatives, and the composition of each layer with its derivatives.
+struct Differentiation<'v> {
+    variables: &'v [Variable],
+    compositions: Vec<Composition<Dual>>,
+}
+
+/// Some variables, and the medium of each layer with its derivatives at one wavelength.
+struct DifferentiatedMedia<'v> {
+    variables: &'v [Variable],
+    media: Vec<Medium<Dual>>,
+}
 
 /// Tallies of the grains of a stack.
 struct Grains {
@@ -32,6 +60,48 @@ struct StackFluxes {
     optical_depth: f64,
     /// At each depth.
     profile: Vec<ProfilePoint>,
+    /// By each variable of each layer.
+    derivatives: Vec<StackDerivatives>,
+}
+
+/// A stack of media under some lights, and the emissions of its fluxes.
+struct SolvedStack<'m> {
+    /// The modes of each layer.
+    layers: Vec<&'m HomogeneousMedium>,
+    layered: LayeredMedium<'m>,
+    /// For the reflectance.
+    top: Emission,
+    /// For the transmittance.
+    bottom: Emission,
+    depths: Vec<DepthEmissions>,
+}
+
+/// The emissions for the fluxes at one depth.
+struct DepthEmissions {
+    /// The layer below.
+    layer: usize,
+    fluxes: FaceEmissions,
+    fluence: Emission,
+}
+
+/// Changes of fluxes of a stack under one light.
+struct StackChanges {
+    reflectance: FluxChange,
+    transmittance: FluxChange,
+    profile: Vec<ProfileChange>,
+}
+
+/// Changes of fluxes at one depth.
+struct ProfileChange {
+    /// The layer below.
+    layer: usize,
+    /// Downwards, upwards, and net.
+    fluxes: [FluxChange; 3],
+    fluence: FluxChange,
+    /// Of the layer.
+    absorption_per_m: Dual,
+    /// Of the layer: the inverse of the e-folding depth.
+    rate_per_cm: Dual,
 }
 
 /// Fluxes and e-folding depth at one depth.
@@ -50,7 +120,7 @@ struct ProfilePoint {
 /// # Errors
 /// If a parameter or the number of streams is out of range.
 pub fn solve_stack(stack: &Stack, options: &OrdinatesOptions) -> Result<Vec<StackRadiometry>, TransportError> {
-    solve_with(stack, options, true)
+    Ok(solved::<false>(stack, &[], options, true)?.fluxes)
 }
 
 /// As [`solve_stack`], without standard errors, which are NaN: they take most of the time once the grains are tallied.
@@ -61,27 +131,92 @@ pub fn solve_stack_without_errors(
     stack: &Stack,
     options: &OrdinatesOptions,
 ) -> Result<Vec<StackRadiometry>, TransportError> {
-    solve_with(stack, options, false)
+    Ok(solved::<false>(stack, &[], options, false)?.fluxes)
 }
 
-fn solve_with(stack: &Stack, options: &OrdinatesOptions, errors: bool) -> Result<Vec<StackRadiometry>, TransportError> {
+/// Fluxes of a stack, and their derivatives with respect to each of `variables` of each layer, of the light and of the
+/// ground. Without `errors` the standard errors are NaN; derivatives have none.
+///
+/// ```
+/// use snowblue_transport::ordinates::{OrdinatesOptions, differentiate_stack};
+/// use snowblue_transport::{Incidence, Layer, SnowSample, Stack, Substance, Variable};
+///
+/// let layer = |thickness_cm| Layer { sample: SnowSample::default(), thickness_cm };
+/// let stack = Stack {
+///     layers: vec![layer(2.0), layer(20.0)],
+///     ground_albedo: 0.0,
+///     depths_cm: vec![],
+///     incidences: vec![Incidence::Diffuse],
+///     wavelengths_nm: vec![450.0],
+/// };
+/// let soot = [Variable::MassFraction(Substance::BlackCarbon)];
+/// let options = OrdinatesOptions { tally_rays: 1 << 12, ..OrdinatesOptions::default() };
+/// let solved = differentiate_stack(&stack, &soot, &options, false)?;
+/// // A nanogram of soot per gram of snow darkens most where the snow is: in the thick layer.
+/// let [upper, lower] = [0, 1].map(|layer| solved.derivatives[layer].whole.reflectance);
+/// assert!(lower < upper && upper < 0.0);
+/// // But that of the upper layer weighs more per gram.
+/// assert!(upper / 2.0 < lower / 20.0);
+/// # Ok::<(), snowblue_transport::TransportError>(())
+/// ```
+///
+/// # Errors
+/// As [`solve_stack`], and for a wavelength that the table of a variable's substance does not cover.
+pub fn differentiate_stack(
+    stack: &Stack,
+    variables: &[Variable],
+    options: &OrdinatesOptions,
+    errors: bool,
+) -> Result<DifferentiatedStack, TransportError> {
+    solved::<true>(stack, variables, options, errors)
+}
+
+/// Solves a stack. Programs that never differentiate, such as the page, do not contain the code of derivatives.
+fn solved<const DIFFERENTIATE: bool>(
+    stack: &Stack,
+    variables: &[Variable],
+    options: &OrdinatesOptions,
+    errors: bool,
+) -> Result<DifferentiatedStack, TransportError> {
     stack.check()?;
     options.streams.check()?;
-    let grains = Grains::new(stack, options);
+    for variable in variables {
+        stack.wavelengths_nm.iter().try_for_each(|wavelength_nm| variable.check_wavelength(*wavelength_nm))?;
+    }
+    let grains = Grains::new(stack, variables.contains(&Variable::WaterSaturation), options);
     let slices = stack.slices();
+    let differentiation = |variables| {
+        let of = |layer: &Layer| Composition::new(&layer.sample).differentiated(variables);
+        Differentiation { variables, compositions: stack.layers.iter().map(of).collect() }
+    };
+    let differentiations: Vec<Differentiation> =
+        if DIFFERENTIATE { variables.chunks(LANES).map(differentiation).collect() } else { Vec::new() };
+    let at = |wavelength_nm: &f64| {
+        let differentiated: Vec<DifferentiatedMedia> = if DIFFERENTIATE {
+            differentiations.iter().map(|by| grains.differentiated_media(stack, *wavelength_nm, by)).collect()
+        } else {
+            Vec::new()
+        };
+        let fluxes = |without: Option<usize>| {
+            let media = grains.media(stack, *wavelength_nm, without);
+            let by = if without.is_none() { &*differentiated } else { &[] };
+            stack_fluxes::<DIFFERENTIATE>(stack, &slices, &media, by, options.streams)
+        };
+        let jackknife = if errors { Jackknife::new(fluxes) } else { Jackknife::without_errors(fluxes) };
+        let answers = (0..stack.incidences.len()).map(|place| radiometry(stack, place, *wavelength_nm, &jackknife));
+        let derivatives = jackknife.whole().iter().map(|of_light| of_light.derivatives.clone());
+        answers.zip(derivatives).collect()
+    };
     // [wavelength][incidence]
-    let spectra: Vec<Vec<StackRadiometry>> = stack
-        .wavelengths_nm
-        .par_iter()
-        .map(|&wavelength_nm| {
-            let fluxes =
-                |without| stack_fluxes(stack, &slices, &grains.media(stack, wavelength_nm, without), options.streams);
-            let jackknife = if errors { Jackknife::new(fluxes) } else { Jackknife::without_errors(fluxes) };
-            (0..stack.incidences.len()).map(|place| radiometry(stack, place, wavelength_nm, &jackknife)).collect()
-        })
-        .collect();
-    let answers = (0..stack.incidences.len()).flat_map(|i| spectra.iter().map(move |spectrum| spectrum[i].clone()));
-    Ok(answers.collect())
+    let spectra: Vec<Vec<(StackRadiometry, Vec<StackDerivatives>)>> = stack.wavelengths_nm.par_iter().map(at).collect();
+    let mut answer = DifferentiatedStack { fluxes: Vec::new(), derivatives: Vec::new() };
+    for place in 0..stack.incidences.len() {
+        for (fluxes, derivatives) in spectra.iter().map(|spectrum| &spectrum[place]) {
+            answer.fluxes.push(fluxes.clone());
+            answer.derivatives.extend_from_slice(derivatives);
+        }
+    }
+    Ok(answer)
 }
 
 fn radiometry(
@@ -92,7 +227,8 @@ fn radiometry(
 ) -> StackRadiometry {
     let incidence = stack.incidences[place];
     let absorbed = |fluxes: &Vec<StackFluxes>| {
-        1.0 - fluxes[place].reflectance - (1.0 - stack.ground_albedo) * fluxes[place].transmittance
+        let StackFluxes { reflectance, transmittance, .. } = fluxes[place];
+        Passed { reflectance, transmittance }.absorbed(stack.ground_albedo)
     };
     let at_depth = |(number, depth_cm): (usize, &f64)| {
         let estimate =
@@ -130,8 +266,14 @@ fn peak(stack: &Stack) -> Peak {
     stack.layers.iter().map(|layer| Peak::of(&layer.sample)).max().unwrap_or_default()
 }
 
-/// Fluxes of a stack with layers of these media under each incidence.
-fn stack_fluxes(stack: &Stack, cut: &Slices, media: &[Medium], streams: Streams) -> Vec<StackFluxes> {
+/// Fluxes of a stack with layers of these media under each incidence, and their derivatives.
+fn stack_fluxes<const DIFFERENTIATE: bool>(
+    stack: &Stack,
+    cut: &Slices,
+    media: &[Medium],
+    differentiated: &[DifferentiatedMedia],
+    streams: Streams,
+) -> Vec<StackFluxes> {
     let mut all = vec![StackFluxes::default(); stack.incidences.len()];
     // Layers with the same single scattering, as of one snow at several densities, share their modes.
     let first_alike =
@@ -145,41 +287,194 @@ fn stack_fluxes(stack: &Stack, cut: &Slices, media: &[Medium], streams: Streams)
             .collect();
         let modes =
             |layer: usize| modes[first_alike(layer)].as_ref().unwrap_or_else(|| unreachable!("it is the first"));
+        let layers: Vec<&HomogeneousMedium> = (0..media.len()).map(modes).collect();
         let slices: Vec<MediumLayer> = cut
             .slices
             .iter()
-            .map(|slice| MediumLayer { medium: modes(slice.layer), optical_depth: optical_depth(slice) })
+            .map(|slice| MediumLayer { medium: layers[slice.layer], optical_depth: optical_depth(slice) })
             .collect();
         let incidences: Vec<Incidence> = places.iter().map(|place| stack.incidences[*place]).collect();
-        let layered = LayeredMedium::new(&slices, stack.ground_albedo, &incidences);
-        let (top, bottom) = (layered.fluxes(0), layered.fluxes(slices.len()));
-        for (i, place) in places.iter().enumerate() {
-            all[*place].reflectance = top[i].up;
-            all[*place].transmittance = bottom[i].down;
-            all[*place].optical_depth = slices.iter().map(|slice| slice.optical_depth).sum();
+        let solved = SolvedStack::new(layers, LayeredMedium::new(&slices, stack.ground_albedo, &incidences), cut);
+        let optical_depth = slices.iter().map(|slice| slice.optical_depth).sum();
+        for (light, place) in solved.layered.lights.iter().zip(&places) {
+            all[*place] = StackFluxes { optical_depth, ..solved.fluxes(light, media) };
         }
-        for face in &cut.faces {
-            let layer = cut.layer_below(*face);
-            let rate_per_cm = modes(layer).decay_rate() * optical_depth(&Slice { layer, thickness_cm: 1.0 });
-            let absorption_per_m = media[layer].extinction_per_m * media[layer].scattering.one_minus_albedo;
-            let at_face = layered.fluxes(*face).into_iter().zip(layered.fluence_rates(*face));
-            for (place, (fluxes, fluence)) in places.iter().zip(at_face) {
-                let e_folding_depth_cm = 1.0 / rate_per_cm;
-                all[*place].profile.push(ProfilePoint { fluxes, fluence, absorption_per_m, e_folding_depth_cm });
+        for by in if DIFFERENTIATE { differentiated } else { &[] } {
+            let scaled = |medium: &Medium<Dual>| Scaled::new(&medium.scattering, streams);
+            let modes = solved.layers.iter().zip(&by.media);
+            let modes: Vec<DifferentiatedModes> =
+                modes.map(|(modes, medium)| DifferentiatedModes::new(modes, scaled(medium))).collect();
+            let sensitivities = by.sensitivities(stack, cut, &modes, &solved.layered);
+            for (sensitivity, place) in sensitivities.iter().zip(&places) {
+                let changes = solved.changes(sensitivity, &modes, &by.media);
+                let fluxes = &mut all[*place];
+                for (lane, variable) in by.variables.iter().enumerate() {
+                    for by in LayerVariable::of_layers(&[*variable], stack.layers.len()) {
+                        let derivatives = changes.by(&by, lane, fluxes, (stack, cut));
+                        fluxes.derivatives.push(derivatives);
+                    }
+                }
             }
         }
     }
     all
 }
 
+impl<'m> SolvedStack<'m> {
+    fn new(layers: Vec<&'m HomogeneousMedium>, layered: LayeredMedium<'m>, cut: &Slices) -> Self {
+        let depth = |face: &usize| DepthEmissions {
+            layer: cut.layer_below(*face),
+            fluxes: layered.emissions(*face),
+            fluence: layered.fluence_emission(*face),
+        };
+        Self {
+            top: layered.emissions(0).up,
+            bottom: layered.emissions(cut.slices.len()).down,
+            depths: cut.faces.iter().map(depth).collect(),
+            layers,
+            layered,
+        }
+    }
+
+    /// The fluxes under a light, without the optical depth.
+    fn fluxes(&self, light: &Response, media: &[Medium]) -> StackFluxes {
+        let at_depth = |DepthEmissions { layer, fluxes, fluence }: &DepthEmissions| {
+            let Medium { extinction_per_m, scattering } = &media[*layer];
+            ProfilePoint {
+                fluxes: self.layered.face_fluxes(light, fluxes),
+                fluence: self.layered.fluence_rate(light, fluence),
+                absorption_per_m: extinction_per_m * scattering.one_minus_albedo,
+                e_folding_depth_cm: 1.0 / (self.layers[*layer].decay_rate() * (extinction_per_m * 0.01)),
+            }
+        };
+        StackFluxes {
+            reflectance: self.layered.radiance(light, &self.top),
+            transmittance: self.layered.radiance(light, &self.bottom),
+            profile: self.depths.iter().map(at_depth).collect(),
+            ..StackFluxes::default()
+        }
+    }
+
+    /// The changes of all fluxes under a light, whose layers have these modes and media.
+    fn changes(&self, light: &Sensitivity, modes: &[DifferentiatedModes], media: &[Medium<Dual>]) -> StackChanges {
+        let flux = |emission: &Emission| light.change(emission, FaceQuantity::Flux);
+        let at_depth = |DepthEmissions { layer, fluxes: FaceEmissions { down, up, net }, fluence }: &DepthEmissions| {
+            let Medium { extinction_per_m, scattering } = &media[*layer];
+            ProfileChange {
+                layer: *layer,
+                fluxes: [down, up, net].map(flux),
+                fluence: light.change(fluence, FaceQuantity::Fluence),
+                absorption_per_m: *extinction_per_m * scattering.one_minus_albedo,
+                rate_per_cm: modes[*layer].decay_rate() * (*extinction_per_m * 0.01),
+            }
+        };
+        StackChanges {
+            reflectance: flux(&self.top),
+            transmittance: flux(&self.bottom),
+            profile: self.depths.iter().map(at_depth).collect(),
+        }
+    }
+}
+
+impl DifferentiatedMedia<'_> {
+    /// The derivatives under each light.
+    fn sensitivities(
+        &self,
+        stack: &Stack,
+        cut: &Slices,
+        modes: &[DifferentiatedModes],
+        layered: &LayeredMedium,
+    ) -> Vec<Sensitivity> {
+        let Self { variables, media } = self;
+        let slice = |slice: &Slice| {
+            let thickness_cm = Variable::Thickness.number(slice.thickness_cm, variables);
+            let modes = &modes[slice.layer];
+            DifferentiatedLayer { modes, depth: modes.depth(media[slice.layer].extinction_per_m, thickness_cm) }
+        };
+        let slices: Vec<DifferentiatedLayer> = cut.slices.iter().map(slice).collect();
+        layered.sensitivities(&slices, Variable::GroundAlbedo.number(stack.ground_albedo, variables), variables)
+    }
+}
+
+impl StackChanges {
+    /// The derivatives by a variable of a layer.
+    fn by(
+        &self,
+        by: &LayerVariable,
+        lane: usize,
+        fluxes: &StackFluxes,
+        (stack, cut): (&Stack, &Slices),
+    ) -> StackDerivatives {
+        let of = |change: &FluxChange| change.by(by, lane, cut);
+        let number = |value: f64, derivative: f64| Dual::new(value, [derivative; LANES]);
+        let passed = Passed {
+            reflectance: number(fluxes.reflectance, of(&self.reflectance)),
+            transmittance: number(fluxes.transmittance, of(&self.transmittance)),
+        };
+        let is_ground = f64::from(u8::from(by.variable == Variable::GroundAlbedo));
+        let absorptance = passed.absorbed(number(stack.ground_albedo, is_ground));
+        let [reflectance, transmittance, absorptance] =
+            [passed.reflectance, passed.transmittance, absorptance].map(|number| number.derivatives()[lane]);
+        let points = fluxes.profile.iter().zip(&self.profile);
+        StackDerivatives {
+            whole: FluxDerivatives { reflectance, transmittance, absorptance },
+            profile: points.map(|(point, change)| change.by(by, lane, point, &of)).collect(),
+        }
+    }
+}
+
+impl FluxChange {
+    /// The derivative by a variable of a layer, which is that of some slices, or of the light or the ground.
+    fn by(&self, by: &LayerVariable, lane: usize, cut: &Slices) -> f64 {
+        let Some(layer) = by.layer else { return self.whole[lane] };
+        let weight = |slice: &Slice| match by.variable {
+            Variable::Thickness => slice.growth(layer),
+            _ => f64::from(u8::from(slice.layer == layer)),
+        };
+        let slices = cut.slices.iter().map(weight).zip(&self.layers);
+        slices.filter(|(weight, _)| weight.abs() > 0.0).map(|(weight, slice)| weight * slice[lane]).sum()
+    }
+}
+
+impl ProfileChange {
+    /// The derivatives by a variable, where those of fluxes are `of` their changes.
+    fn by(
+        &self,
+        by: &LayerVariable,
+        lane: usize,
+        point: &ProfilePoint,
+        of: &dyn Fn(&FluxChange) -> f64,
+    ) -> DepthDerivatives {
+        let [down, up, net] = self.fluxes.each_ref().map(of);
+        let fluence = of(&self.fluence);
+        // A thickness changes no medium.
+        let is_own = by.layer == Some(self.layer);
+        let own = |number: &Dual| if is_own { number.derivatives()[lane] } else { 0.0 };
+        let absorption_per_m = Dual::new(point.absorption_per_m, [own(&self.absorption_per_m); LANES]);
+        let absorbed_per_m = absorption_per_m * Dual::new(point.fluence, [fluence; LANES]);
+        let rate_per_cm = Dual::new(self.rate_per_cm.value(), [own(&self.rate_per_cm); LANES]);
+        let e_folding_depth_cm = Dual::from(1.0) / rate_per_cm;
+        DepthDerivatives {
+            down,
+            up,
+            net,
+            fluence,
+            absorbed_per_m: absorbed_per_m.derivatives()[lane],
+            e_folding_depth_cm: e_folding_depth_cm.derivatives()[lane],
+        }
+    }
+}
+
 impl Grains {
-    fn new(stack: &Stack, options: &OrdinatesOptions) -> Self {
+    /// Traces rays through the grains, also in water if any layer is wet or if wanted.
+    fn new(stack: &Stack, in_water: bool, options: &OrdinatesOptions) -> Self {
         let plan = options.plan(&stack.incidences, peak(stack));
         // A sample of each kind of grains, with the demand of all layers of that kind.
         let mut kinds: Vec<(SnowSample, Demand)> = Vec::new();
         let mut kind_of_layer = Vec::new();
         for Layer { sample, .. } in &stack.layers {
             let demand = Demand::of_sample(sample, &stack.wavelengths_nm);
+            let demand = Demand { wet: demand.wet || in_water, ..demand };
             let kind = kinds.iter().position(|(other, _)| other.has_grains_of(sample)).unwrap_or(kinds.len());
             match kinds.get_mut(kind) {
                 Some((_, whole)) => *whole = whole.and(&demand),
@@ -196,5 +491,19 @@ impl Grains {
     fn media(&self, stack: &Stack, wavelength_nm: f64, without: Option<usize>) -> Vec<Medium> {
         let layers = stack.layers.iter().zip(&self.kind_of_layer);
         layers.map(|(layer, kind)| self.tallies[*kind].medium(&layer.sample, wavelength_nm, without)).collect()
+    }
+
+    /// The medium of each layer at a wavelength, with derivatives.
+    fn differentiated_media<'v>(
+        &self,
+        stack: &Stack,
+        wavelength_nm: f64,
+        Differentiation { variables, compositions }: &Differentiation<'v>,
+    ) -> DifferentiatedMedia<'v> {
+        let layers = stack.layers.iter().zip(&self.kind_of_layer).zip(compositions);
+        let medium = |((layer, kind), composition): ((&Layer, &usize), &Composition<Dual>)| {
+            self.tallies[*kind].medium_of(&layer.sample.grain_size, &composition.at(wavelength_nm), None)
+        };
+        DifferentiatedMedia { variables, media: layers.map(medium).collect() }
     }
 }
