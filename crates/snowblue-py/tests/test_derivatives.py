@@ -83,7 +83,56 @@ def test_what_a_slab_does_not_depend_on_has_the_derivative_0():
     assert deep.reflectance_per_thickness_cm.item() == deep.reflectance_per_cos_angle.item() == 0
 
 
+PACK = [dict(thickness_cm=2, ssa_m2_kg=45, density_kg_m3=120),
+        dict(thickness_cm=8, ssa_m2_kg=20, density_kg_m3=250, impurities_ng_g={"black-carbon": 50}),
+        dict(thickness_cm=20, ssa_m2_kg=9, density_kg_m3=400)]
+
+
+def solve_layers(pack, jacobian=(), **changed):
+    arguments = dict(depth_cm=[0, 1, 5, 15], ground_albedo=0.3, angle_deg=[50, "diffuse"], wavelength_nm=NM) | changed
+    return snowblue.layers(pack, standard_errors=False, jacobian=jacobian, **arguments)
+
+
+def test_layers_have_derivatives_of_each_layer():
+    names = ["ssa_m2_kg", "density_kg_m3", "thickness_cm", "black-carbon", "ground_albedo"]
+    solved, plain = solve_layers(PACK, names), solve_layers(PACK)
+    xr.testing.assert_equal(solved[list(plain)].drop_vars("layer"), plain)
+    assert len(solved) == 8 + 8 * len(names) and "layer" not in plain.coords
+    assert solved.reflectance_per_ssa_m2_kg.dims == ("angle", "wavelength", "layer")
+    assert solved.down_per_ssa_m2_kg.dims == ("angle", "wavelength", "depth", "layer")
+    assert solved.up_per_ground_albedo.dims == ("angle", "wavelength", "depth")
+    assert solved.e_folding_depth_per_density_kg_m3.units == "cm kg-1 m3"
+    assert solved.fluence_per_thickness_cm.units == "cm-1"
+    assert solved.net_per_black_carbon.long_name == "derivative of net with respect to black carbon"
+    for name in ("ssa_m2_kg", "density_kg_m3", "thickness_cm", "black-carbon"):
+        derivatives = solved[[f"{flux}_per_{name.replace('-', '_')}" for flux in plain]]
+        for layer in range(3):
+            def changed(factor):
+                pack = [dict(one) for one in PACK]
+                if name == "black-carbon":
+                    pack[layer]["impurities_ng_g"] = {"black-carbon": 50 * factor}
+                else:
+                    pack[layer][name] *= factor
+                return solve_layers(pack)
+            if name == "black-carbon" and layer != 1:
+                continue
+            step = 1e-4 * (50 if name == "black-carbon" else PACK[layer][name])
+            more, less = changed(1 + 1e-4), changed(1 - 1e-4)
+            for flux in plain:
+                found = derivatives[f"{flux}_per_{name.replace('-', '_')}"].sel(layer=layer)
+                difference = (more[flux] - less[flux]) / (2 * step)
+                tolerance = 1e-5 * abs(difference) + 1e-12 * abs(plain[flux]).max() / step
+                assert (abs(found - difference) <= tolerance).all(), (name, layer, flux)
+    more, less = (solve_layers(PACK, ground_albedo=0.3 + sign * 1e-4) for sign in (1, -1))
+    difference = (more.up - less.up) / 2e-4
+    assert abs(solved.up_per_ground_albedo - difference).max() < 1e-7
+
+
 def test_errors_have_one_line():
+    with pytest.raises(ValueError, match=r"^parameter 'size' is not known; there are ssa_m2_kg, .*, ground_albedo$"):
+        solve_layers(PACK, ["size"])
+    with pytest.raises(ValueError, match="^jacobian needs the engine 'ordinates'$"):
+        solve_layers(PACK, "ssa_m2_kg", engine="montecarlo", depth_cm=())
     with pytest.raises(ValueError, match=r"^parameter 'size' is not known; there are ssa_m2_kg, .*, ground_albedo$"):
         snowblue.spectrum(jacobian=["ssa_m2_kg", "size"])
     with pytest.raises(ValueError, match="^wavelength in snow with impurities is 300 nm, but must lie in 305–1495 nm$"):

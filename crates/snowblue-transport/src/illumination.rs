@@ -12,11 +12,12 @@
 
 use crate::TransportError;
 use crate::optics::ice;
-use crate::ordinates::{OrdinatesOptions, solve_stack_without_errors};
+use crate::ordinates::{DifferentiatedStack, OrdinatesOptions, differentiate_stack, solve_stack_without_errors};
 use crate::sample::SnowSample;
 use crate::slab::{ANGLE_RANGE, Incidence};
-use crate::stack::{Layer, Stack, StackRadiometry};
+use crate::stack::{DepthDerivatives, Layer, Stack, StackRadiometry};
 use crate::sunlight::{Band, band_integrals};
+use crate::variable::{LayerVariable, Variable};
 
 /// Light on a level surface: its spectral irradiances, in W m⁻² nm⁻¹.
 #[derive(Debug, Clone, PartialEq)]
@@ -54,6 +55,25 @@ pub struct LightInLayers {
     pub absorbed: Vec<f64>,
 }
 
+/// Light in layers, with its derivatives.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DifferentiatedLight {
+    /// The light.
+    pub light: LightInLayers,
+    /// Its derivatives with respect to each variable of each layer, as [`LayerVariable::of_layers`] lists them, per unit
+    /// of it. Depths stay where they are below the top, and what a layer absorbs is that between its faces.
+    pub derivatives: Vec<LightInLayers>,
+}
+
+/// A stack under all the incidences of some lights, with the faces of its layers as further depths.
+struct LitStack {
+    stack: Stack,
+    /// The sun of each light among the incidences, which begin with that of the sky.
+    place_of_sun: Vec<Option<usize>>,
+    /// Number of depths before those of faces.
+    depths: usize,
+}
+
 /// Light of a band in layers: W m⁻² and W m⁻³, or for PAR µmol s⁻¹ in place of W.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BandLight {
@@ -89,44 +109,98 @@ pub fn light_in_layers(
     lights: &[Illumination],
     options: &OrdinatesOptions,
 ) -> Result<Vec<LightInLayers>, TransportError> {
-    let mut incidences = vec![Incidence::Diffuse];
-    let mut place_of_sun = Vec::new();
-    for light in lights {
-        assert!(
-            light.direct.len() == stack.wavelengths_nm.len() && light.diffuse.len() == stack.wavelengths_nm.len(),
-            "a light needs an irradiance at each wavelength"
-        );
-        let place = light.sun_angle_deg.map(|angle_deg| {
-            let sun = Incidence::Beam { angle_deg };
-            incidences.iter().position(|known| *known == sun).unwrap_or_else(|| {
-                incidences.push(sun);
-                incidences.len() - 1
-            })
-        });
-        place_of_sun.push(place);
-    }
-    // The faces of the layers follow the depths.
-    let mut faces_cm = vec![0.0];
-    for layer in &stack.layers {
-        faces_cm.push(faces_cm[faces_cm.len() - 1] + layer.thickness_cm);
-    }
-    let depths = stack.depths_cm.len();
-    let depths_cm = [&stack.depths_cm[..], &faces_cm].concat();
-    let answers = solve_stack_without_errors(&Stack { incidences, depths_cm, ..stack.clone() }, options)?;
-    let wavelengths = stack.wavelengths_nm.len();
-    let in_light = |(light, place): (&Illumination, &Option<usize>)| {
-        // The level of each unit of light, at a place of the profile.
-        let level = |profile: usize, wavelength: usize| {
-            let unit = |incidence: usize| unit_level(&answers[incidence * wavelengths + wavelength], profile);
-            let sky = unit(0).times(light.diffuse[wavelength]);
-            place.map_or(sky, |place| sky.plus(unit(place).times(light.direct[wavelength])))
+    let lit = LitStack::new(stack, lights);
+    let answers = solve_stack_without_errors(&lit.stack, options)?;
+    let unit = |row: usize, place: usize| unit_level(&answers[row], place);
+    Ok(lights.iter().enumerate().map(|(number, light)| lit.weighted(number, light, &unit)).collect())
+}
+
+/// The light in a stack under each of `lights`, and its derivatives with respect to each of `variables` of each layer,
+/// at constant irradiances; with respect to the cosine those of the sun's direction alone.
+///
+/// # Errors
+/// As [`light_in_layers`], and for a wavelength that the table of a variable's substance does not cover.
+///
+/// # Panics
+/// If a light has not as many irradiances as there are wavelengths.
+pub fn differentiate_light_in_layers(
+    stack: &Stack,
+    lights: &[Illumination],
+    variables: &[Variable],
+    options: &OrdinatesOptions,
+) -> Result<Vec<DifferentiatedLight>, TransportError> {
+    let lit = LitStack::new(stack, lights);
+    let DifferentiatedStack { fluxes, derivatives } = differentiate_stack(&lit.stack, variables, options, false)?;
+    let of_layers = LayerVariable::of_layers(variables, stack.layers.len());
+    let unit = |row: usize, place: usize| unit_level(&fluxes[row], place);
+    let in_light = |(number, light): (usize, &Illumination)| {
+        let by = |(place_of_variable, by): (usize, &LayerVariable)| {
+            let change = |row: usize, place: usize| {
+                let at = derivatives[row * of_layers.len() + place_of_variable].profile[place];
+                let DepthDerivatives { down, up, net, fluence, absorbed_per_m, .. } = at;
+                // A face moves down with the thickness of a layer above it, and the net flux falls with depth.
+                let layers_above = place.saturating_sub(lit.depths);
+                let moves = by.variable == Variable::Thickness && by.layer.is_some_and(|layer| layer < layers_above);
+                let net = if moves { net - 0.01 * unit(row, place).absorbed_per_m } else { net };
+                LightLevel { down, up, net, actinic: fluence, absorbed_per_m }
+            };
+            lit.weighted(number, light, &change)
         };
-        let levels = (0..depths).flat_map(|depth| (0..wavelengths).map(move |wavelength| level(depth, wavelength)));
-        let layers = (depths..depths + stack.layers.len())
-            .flat_map(|face| (0..wavelengths).map(move |nm| level(face, nm).net - level(face + 1, nm).net));
-        LightInLayers { levels: levels.collect(), absorbed: layers.collect() }
+        DifferentiatedLight {
+            light: lit.weighted(number, light, &unit),
+            derivatives: of_layers.iter().enumerate().map(by).collect(),
+        }
     };
-    Ok(lights.iter().zip(&place_of_sun).map(in_light).collect())
+    Ok(lights.iter().enumerate().map(in_light).collect())
+}
+
+impl LitStack {
+    fn new(stack: &Stack, lights: &[Illumination]) -> Self {
+        let mut incidences = vec![Incidence::Diffuse];
+        let mut place_of_sun = Vec::new();
+        for light in lights {
+            assert!(
+                light.direct.len() == stack.wavelengths_nm.len() && light.diffuse.len() == stack.wavelengths_nm.len(),
+                "a light needs an irradiance at each wavelength"
+            );
+            let place = light.sun_angle_deg.map(|angle_deg| {
+                let sun = Incidence::Beam { angle_deg };
+                incidences.iter().position(|known| *known == sun).unwrap_or_else(|| {
+                    incidences.push(sun);
+                    incidences.len() - 1
+                })
+            });
+            place_of_sun.push(place);
+        }
+        // The faces of the layers follow the depths.
+        let mut faces_cm = vec![0.0];
+        for layer in &stack.layers {
+            faces_cm.push(faces_cm[faces_cm.len() - 1] + layer.thickness_cm);
+        }
+        let depths_cm = [&stack.depths_cm[..], &faces_cm].concat();
+        Self { stack: Stack { incidences, depths_cm, ..stack.clone() }, place_of_sun, depths: stack.depths_cm.len() }
+    }
+
+    /// The light whose levels under one unit of each incidence at each wavelength, a row, and each depth are `unit`.
+    fn weighted(
+        &self,
+        number: usize,
+        light: &Illumination,
+        unit: &dyn Fn(usize, usize) -> LightLevel,
+    ) -> LightInLayers {
+        let wavelengths = self.stack.wavelengths_nm.len();
+        let level = |depth: usize, wavelength: usize| {
+            let sky = unit(wavelength, depth).times(light.diffuse[wavelength]);
+            let sun = self.place_of_sun[number].map(|place| unit(place * wavelengths + wavelength, depth));
+            sun.map_or(sky, |sun| sky.plus(sun.times(light.direct[wavelength])))
+        };
+        let places = |from: usize, to: usize| (from..to).flat_map(|at| (0..wavelengths).map(move |nm| (at, nm)));
+        let absorbed = |(face, nm): (usize, usize)| level(face, nm).net - level(face + 1, nm).net;
+        LightInLayers {
+            levels: places(0, self.depths).map(|(depth, nm)| level(depth, nm)).collect(),
+            absorbed: places(self.depths, self.depths + self.stack.layers.len()).map(absorbed).collect(),
+        }
+    }
 }
 
 fn unit_level(answer: &StackRadiometry, place: usize) -> LightLevel {

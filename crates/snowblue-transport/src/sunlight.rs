@@ -15,6 +15,8 @@
 
 use std::sync::LazyLock;
 
+use snowblue_base::ParameterRange;
+
 use crate::TransportError;
 use crate::optics::SpectralTable;
 use crate::range::WavelengthRange;
@@ -118,10 +120,16 @@ impl BandWeights {
     /// ends of the band or have a gap of more than [`MOST_STEP_NM`] in it.
     pub fn new(band: Band, available: WavelengthRange, wavelengths_nm: &[f64]) -> Result<Self, TransportError> {
         let range = band.wavelength_range(available);
-        check_cover(band, range, wavelengths_nm)?;
+        check_cover(band.name(), range, wavelengths_nm)?;
         let integrals = integrals(wavelengths_nm, range, |wavelength_nm| band.weight(wavelength_nm));
         let sum: f64 = integrals.iter().sum();
         Ok(Self { band, range, weights: integrals.into_iter().map(|integral| integral / sum).collect() })
+    }
+
+    /// The weight of each wavelength; their sum is 1.
+    #[must_use]
+    pub fn weights(&self) -> &[f64] {
+        &self.weights
     }
 
     /// Integrates the curve of one slab and one incidence, at the wavelengths of the weights, over the band.
@@ -211,13 +219,11 @@ fn integral(range: WavelengthRange, weight: impl Fn(f64) -> f64) -> f64 {
 }
 
 /// Checks that the wavelengths ascend and cover the band.
-fn check_cover(band: Band, range: WavelengthRange, wavelengths_nm: &[f64]) -> Result<(), TransportError> {
+fn check_cover(band: &'static str, range: WavelengthRange, wavelengths_nm: &[f64]) -> Result<(), TransportError> {
     let WavelengthRange { first_nm: low_nm, last_nm: high_nm } = range;
-    if let Some(pair) = wavelengths_nm.windows(2).find(|pair| pair[1] <= pair[0]) {
-        return Err(TransportError::Descending { previous_nm: pair[0], next_nm: pair[1] });
-    }
+    check_ascent(wavelengths_nm)?;
     let uncovered = |from_nm: f64, to_nm: f64| TransportError::Uncovered {
-        band: band.name(),
+        band,
         first_nm: low_nm,
         last_nm: high_nm,
         step_nm: MOST_STEP_NM,
@@ -240,6 +246,13 @@ fn check_cover(band: Band, range: WavelengthRange, wavelengths_nm: &[f64]) -> Re
     }
 }
 
+fn check_ascent(wavelengths_nm: &[f64]) -> Result<(), TransportError> {
+    match wavelengths_nm.windows(2).find(|pair| pair[1] <= pair[0] || !(pair[1] - pair[0]).is_finite()) {
+        Some(pair) => Err(TransportError::Descending { previous_nm: pair[0], next_nm: pair[1] }),
+        None => Ok(()),
+    }
+}
+
 /// The weight of each ascending wavelength in the integral over a band of a spectrum that is linear between them: ∫ h
 /// dλ, or for PAR ∫ h λ/(h c N_A) dλ, in µmol J⁻¹ nm. The solar band is that of all wavelengths, and the near infrared
 /// ends with them.
@@ -250,7 +263,7 @@ pub fn band_integrals(band: Band, wavelengths_nm: &[f64]) -> Result<Vec<f64>, Tr
     let ends = (wavelengths_nm.first().copied(), wavelengths_nm.last().copied());
     let (Some(first_nm), Some(last_nm)) = ends else { return Err(TransportError::Missing { quantity: "wavelength" }) };
     let range = band.wavelength_range(WavelengthRange::new(first_nm, last_nm));
-    check_cover(band, range, wavelengths_nm)?;
+    check_cover(band.name(), range, wavelengths_nm)?;
     if wavelengths_nm.len() < 2 {
         return Err(TransportError::Missing { quantity: "second wavelength" });
     }
@@ -259,6 +272,91 @@ pub fn band_integrals(band: Band, wavelengths_nm: &[f64]) -> Result<Vec<f64>, Tr
         Band::Solar | Band::Visible | Band::NearInfrared => 1.0,
     };
     Ok(hat_integrals(wavelengths_nm, range, std::iter::empty(), weight))
+}
+
+/// A spectrum that is linear between ascending wavelengths, and 0 beyond them: the response of a sensor, or a light.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LinearSpectrum {
+    wavelengths_nm: Vec<f64>,
+    values: Vec<f64>,
+}
+
+impl LinearSpectrum {
+    /// A spectrum of a quantity that is not negative.
+    ///
+    /// # Errors
+    /// If the wavelengths are fewer than two, do not ascend, or are not as many as the values; if a value is negative
+    /// or no number, or all are 0.
+    pub fn new(quantity: &'static str, wavelengths_nm: &[f64], values: &[f64]) -> Result<Self, TransportError> {
+        if wavelengths_nm.len() < 2 {
+            return Err(TransportError::Missing { quantity: "second wavelength" });
+        }
+        if values.len() != wavelengths_nm.len() {
+            let expected = "as many as there are wavelengths";
+            return Err(TransportError::Count { quantity, count: values.len(), expected });
+        }
+        check_ascent(wavelengths_nm)?;
+        let range = ParameterRange { quantity, least: 0.0, greatest: 1e12, unit: "" };
+        values.iter().try_for_each(|value| range.check(*value))?;
+        if values.iter().all(|value| *value <= 0.0) {
+            return Err(TransportError::Combination { quantity, rule: "must be above 0 somewhere" });
+        }
+        Ok(Self { wavelengths_nm: wavelengths_nm.to_vec(), values: values.to_vec() })
+    }
+
+    fn at(&self, wavelength_nm: f64) -> f64 {
+        let above = self.wavelengths_nm.partition_point(|nm| *nm < wavelength_nm).max(1);
+        let Some(above_nm) = self.wavelengths_nm.get(above).filter(|_| wavelength_nm >= self.wavelengths_nm[0]) else {
+            return 0.0;
+        };
+        let below_nm = self.wavelengths_nm[above - 1];
+        let part = (wavelength_nm - below_nm) / (above_nm - below_nm);
+        self.values[above - 1] + part * (self.values[above] - self.values[above - 1])
+    }
+
+    /// The wavelengths between which it is not 0.
+    fn support(&self) -> WavelengthRange {
+        let last = self.values.len() - 1;
+        let first_above = self.values.iter().position(|value| *value > 0.0).unwrap_or(0);
+        let last_above = self.values.iter().rposition(|value| *value > 0.0).unwrap_or(last);
+        let ends = [first_above.saturating_sub(1), (last_above + 1).min(last)].map(|place| self.wavelengths_nm[place]);
+        WavelengthRange::new(ends[0], ends[1])
+    }
+}
+
+/// The weight of each ascending wavelength of a curve in the mean that a sensor with this response sees,
+/// ∫ ρ E r dλ / ∫ E r dλ; their sum is 1. E is `light`, or the standard sun.
+///
+/// # Errors
+/// If the wavelengths do not ascend, do not reach the ends of the response, or have a gap of more than
+/// [`MOST_STEP_NM`] in it; if there is no light in the band.
+pub fn response_weights(
+    response: &LinearSpectrum,
+    light: Option<&LinearSpectrum>,
+    wavelengths_nm: &[f64],
+) -> Result<Vec<f64>, TransportError> {
+    let range = response.support();
+    check_cover("sensor", range, wavelengths_nm)?;
+    let light_wavelengths_nm: Vec<f64> = match light {
+        Some(light) => light.wavelengths_nm.clone(),
+        None => {
+            let covered = G173.wavelength_range();
+            [range.first_nm, range.last_nm].iter().try_for_each(|nm| covered.check("wavelength of a response", *nm))?;
+            G173.wavelengths_nm().collect()
+        }
+    };
+    let density =
+        |nm: f64| response.at(nm) * light.map_or_else(|| spectral_irradiance_w_m2_nm(nm), |light| light.at(nm));
+    let kinks = light_wavelengths_nm.into_iter().chain(response.wavelengths_nm.iter().copied());
+    let integrals = hat_integrals(wavelengths_nm, range, kinks, density);
+    let sum: f64 = integrals.iter().sum();
+    if sum <= 0.0 {
+        return Err(TransportError::Combination {
+            quantity: "light",
+            rule: "must be above 0 in the band of the sensor",
+        });
+    }
+    Ok(integrals.into_iter().map(|integral| integral / sum).collect())
 }
 
 /// ∫ E g h dλ over a range, with the hat function h of each wavelength.
@@ -324,6 +422,42 @@ mod tests {
 
     fn steps(first: u32, last: u32, step: usize) -> Vec<f64> {
         (first..=last).step_by(step).map(f64::from).collect()
+    }
+
+    /// A response of 1 over the visible band has its weights, one of λ those of PAR, and each light its own.
+    #[test]
+    fn the_weights_of_a_response_are_those_of_bands() {
+        let wavelengths_nm = steps(380, 720, 20);
+        let visible: Vec<f64> = (400..=700).map(f64::from).collect();
+        let ones = vec![1.0; visible.len()];
+        let weights = |values: &[f64], light: Option<&LinearSpectrum>| {
+            let response = LinearSpectrum::new("response", &visible, values).unwrap();
+            response_weights(&response, light, &wavelengths_nm).unwrap()
+        };
+        for (band, response) in [(Band::Visible, &ones), (Band::Par, &visible)] {
+            let expected = BandWeights::new(band, WARREN, &wavelengths_nm).unwrap();
+            for (found, expected) in weights(response, None).iter().zip(expected.weights()) {
+                assert!((found - expected).abs() < 1e-14, "{band:?}");
+            }
+        }
+        let flat = LinearSpectrum::new("light", &[300.0, 800.0], &[2.0, 2.0]).unwrap();
+        let by_flat = weights(&ones, Some(&flat));
+        // 300 nm of hats of 20 nm, of which the ends have half of one side.
+        assert!((by_flat[2] - 20.0 / 300.0).abs() < 1e-14 && (by_flat[1] - 10.0 / 300.0).abs() < 1e-14);
+        assert!(by_flat[0].abs() < 1e-15 && (by_flat.iter().sum::<f64>() - 1.0).abs() < 1e-14);
+        let message = |wavelengths_nm: &[f64], values: &[f64]| {
+            let response = LinearSpectrum::new("response", wavelengths_nm, values);
+            response
+                .and_then(|response| response_weights(&response, None, &steps(400, 700, 10)))
+                .unwrap_err()
+                .to_string()
+        };
+        assert_eq!(message(&[500.0, 600.0], &[1.0, -1.0]), "response is -1, but must lie in 0–1000000000000");
+        assert_eq!(message(&[500.0, 600.0], &[0.0, 0.0]), "response must be above 0 somewhere");
+        assert!(
+            message(&[600.0, 500.0], &[1.0, 1.0]).contains("600 nm") && message(&[500.0], &[1.0]).contains("second")
+        );
+        assert!(message(&[650.0, 750.0], &[1.0, 1.0]).contains("sensor"), "{}", message(&[650.0, 750.0], &[1.0, 1.0]));
     }
 
     /// ASTM G173-03 in print. All its rows sum to 1000.37 W/m², with 0.0015 below 300 and 7.79 beyond 2500 nm.

@@ -3,11 +3,13 @@
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use snowblue_transport::batch::{Batch, SlabCase};
+use snowblue_transport::illumination::{Illumination, LightInLayers, differentiate_light_in_layers, light_in_layers};
 use snowblue_transport::ordinates::{
     DifferentiatedStack, OrdinatesOptions, Streams, differentiate_batch, differentiate_stack, solve_stack,
     solve_stack_without_errors,
 };
 use snowblue_transport::slab::FluxDerivatives;
+use snowblue_transport::sunlight::Band;
 use snowblue_transport::{
     DepthDerivatives, DepthFluxes, GrainSize, Impurities, Incidence, Layer, LayerVariable, SnowSample, Stack,
     Substance, TruncatedNormal, Variable,
@@ -371,6 +373,55 @@ fn values_and_derivatives_do_not_depend_on_each_other() {
     let plain = solve_stack(&all, &OPTIONS).unwrap();
     for (with, without) in solved.fluxes.iter().zip(&plain) {
         assert_eq!(with, without);
+    }
+}
+
+/// Light under a sun and a sky, in bands and layers, against central differences: the second derivative over a step of
+/// 10⁻⁴ leaves 10⁻⁸, and rounding 10⁻¹² over the step.
+#[test]
+fn derivatives_of_light_in_layers_agree_with_differences() {
+    let (fresh, old) = (snow(45.0, 120.0), dirty(snow(9.0, 400.0)));
+    let wavelengths_nm: Vec<f64> = (40..=100).map(|tens| 10.0 * f64::from(tens)).collect();
+    let pack = stack(&[(fresh, 3.0), (old, 6.0), (fresh, 2.0)], 60.0, 0.3, &[0.0, 1.0, 5.0]);
+    let pack = Stack { wavelengths_nm: wavelengths_nm.clone(), ..pack };
+    let light = |elevation_deg| {
+        let count = wavelengths_nm.len();
+        Illumination::under_sun(elevation_deg, vec![1.0; count], vec![0.4; count])
+    };
+    let lights = [light(30.0), light(-3.0)];
+    let soot = Variable::MassFraction(Substance::BlackCarbon);
+    let variables = [Variable::SurfaceArea, Variable::Density, Variable::Thickness, soot, Variable::GroundAlbedo];
+    let solved = differentiate_light_in_layers(&pack, &lights, &variables, &OPTIONS).unwrap();
+    let plain = light_in_layers(&pack, &lights, &OPTIONS).unwrap();
+    let of_layers = LayerVariable::of_layers(&variables, 3);
+    let numbers = |light: &LightInLayers, band: Band| -> Vec<f64> {
+        let light = light.band(band, &wavelengths_nm).unwrap();
+        light.levels.iter().flat_map(|level| level.values()).chain(light.absorbed).collect()
+    };
+    for (solved, plain) in solved.iter().zip(&plain) {
+        assert_eq!(solved.light, *plain);
+        assert_eq!(solved.derivatives.len(), of_layers.len());
+    }
+    for (number, by) in of_layers.iter().enumerate() {
+        let at = value(&pack, by).unwrap();
+        if at <= 0.0 {
+            continue;
+        }
+        let step = 1e-4 * at;
+        let [more, less] =
+            [1.0, -1.0].map(|sign| light_in_layers(&with(&pack, by, at + sign * step), &lights, &OPTIONS).unwrap());
+        for (place, solved) in solved.iter().enumerate() {
+            for band in [Band::Par, Band::Solar] {
+                let [more, less] = [&more, &less].map(|all| numbers(&all[place], band));
+                let found = numbers(&solved.derivatives[number], band);
+                let sizes = numbers(&solved.light, band);
+                for (i, found) in found.iter().enumerate() {
+                    let difference = (more[i] - less[i]) / (2.0 * step);
+                    let tolerance = 1e-6 * difference.abs() + 1e-12 * sizes[i].abs().max(sizes[0]) / step;
+                    assert!((found - difference).abs() < tolerance, "{by}, {i}: {found:e} {difference:e}");
+                }
+            }
+        }
     }
 }
 
