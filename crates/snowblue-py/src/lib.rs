@@ -38,7 +38,7 @@ mod _native {
     #[pymodule_export]
     use super::snow::{Snows, aged_surface_area, parameters, single_scattering, wavelength_range};
     #[pymodule_export]
-    use super::spectra::{bsdf, covered_bands, light_in_layers, spectrum, spread, stack};
+    use super::spectra::{band_weights, bsdf, covered_bands, light_in_layers, spectrum, spread, stack};
 
     #[pymodule_export]
     #[allow(non_upper_case_globals, reason = "a Python name")]

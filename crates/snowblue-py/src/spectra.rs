@@ -5,13 +5,13 @@ use numpy::{PyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use snowblue_transport::batch::{Batch, BatchError, CaseFluxes, SlabCase};
-use snowblue_transport::illumination::{self, BandLight, Illumination, LightInLayers, LightLevel};
+use snowblue_transport::illumination::{self, BandLight, DifferentiatedLight, Illumination, LightInLayers, LightLevel};
 use snowblue_transport::monte_carlo::{self, Distribution, GoniometricOptions, MonteCarloOptions, PatchGrid};
 use snowblue_transport::ordinates::{self, DifferentiatedFluxes, DifferentiatedStack};
 use snowblue_transport::slab::{Estimate, FluxDerivatives, Incidence, Radiometry};
 use snowblue_transport::spread::{FluxIntervals, SizeDeviation, Uncertainty, solve_spread};
 use snowblue_transport::stack::{DepthDerivatives, DepthFluxes, Layer, Stack, StackDerivatives};
-use snowblue_transport::sunlight::{Band, band_integrals};
+use snowblue_transport::sunlight::{Band, LinearSpectrum, band_integrals, response_weights};
 use snowblue_transport::{LayerVariable, Substance, Variable};
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -118,8 +118,7 @@ pub(crate) fn spectrum<'py>(
     engine: Engine,
     progress: Option<Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let variables: Vec<Variable> =
-        cases.jacobian.iter().map(|name| name.parse().map_err(input)).collect::<PyResult<_>>()?;
+    let variables = variables(&cases.jacobian)?;
     let batch = Batch {
         samples: snows.samples.to_vec(),
         cases: cases.cases(snows.samples.len())?,
@@ -216,7 +215,7 @@ pub(crate) fn stack<'py>(
     let options = engine.ordinates.options()?;
     let monte_carlo = engine.monte_carlo();
     let with_errors = engine.standard_errors || monte_carlo.is_some();
-    let variables: Vec<Variable> = jacobian.iter().map(|name| name.parse().map_err(input)).collect::<PyResult<_>>()?;
+    let variables = variables(&jacobian)?;
     let of_layers = LayerVariable::of_layers(&variables, stack.layers.len());
     let (rows, profile, derivatives) = run(py, progress.as_ref(), move |control| {
         if let Some(options) = monte_carlo {
@@ -276,9 +275,11 @@ const LEVELS: [LevelQuantity; 5] = [
 
 /// Light in layers on a ground under each of some lights, or, `daily`, the sum over a day of all of them: for each
 /// light the depths, then the wavelengths, and `layer_absorbed` with layers in place of depths; of each of `bands` the
-/// same without wavelengths, as `par_down` and so on; and with the solar band `warming` and `layer_warming`.
+/// same without wavelengths, as `par_down` and so on; and with the solar band `warming` and `layer_warming`. Derivatives
+/// with respect to each parameter of `jacobian` have `_per_` and its name, for each light the layers that change, if the
+/// parameter is one of layers, and then the others.
 #[pyfunction]
-#[pyo3(signature = (ground, wavelength_nm, lights, bands, daily, ordinates, progress))]
+#[pyo3(signature = (ground, wavelength_nm, lights, bands, daily, jacobian, ordinates, progress))]
 #[expect(clippy::too_many_arguments, reason = "one for each group of keywords")]
 pub(crate) fn light_in_layers<'py>(
     py: Python<'py>,
@@ -287,6 +288,7 @@ pub(crate) fn light_in_layers<'py>(
     lights: Vec<GivenLight>,
     bands: Vec<String>,
     daily: bool,
+    jacobian: Vec<String>,
     ordinates: Ordinates,
     progress: Option<Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
@@ -298,37 +300,95 @@ pub(crate) fn light_in_layers<'py>(
     if lights.iter().any(|light| [&light.direct, &light.diffuse].iter().any(|one| one.len() != wavelengths_nm.len())) {
         return Err(input("a light has not as many irradiances as there are wavelengths"));
     }
+    let variables = variables(&jacobian)?;
+    let of_layers = LayerVariable::of_layers(&variables, stack.layers.len());
     let solved_stack = stack.clone();
-    let mut solved = run(py, progress.as_ref(), move |_| {
-        illumination::light_in_layers(&solved_stack, &lights, &options).map_err(input)
+    let solved = run(py, progress.as_ref(), move |_| {
+        illumination::differentiate_light_in_layers(&solved_stack, &lights, &variables, &options).map_err(input)
     })?;
-    if daily {
-        solved = vec![LightInLayers::sum_of_day(&solved)];
-    }
+    let of_all = |of: &dyn Fn(&DifferentiatedLight) -> LightInLayers| -> Vec<LightInLayers> {
+        let all: Vec<LightInLayers> = solved.iter().map(of).collect();
+        if daily { vec![LightInLayers::sum_of_day(&all)] } else { all }
+    };
+    let bands: Vec<Band> = bands.iter().map(|name| band(name)).collect::<PyResult<_>>()?;
     let dict = PyDict::new(py);
-    let set = |name: String, values: Vec<f64>| dict.set_item(name, PyArray1::from_vec(py, values));
-    for (name, quantity) in LEVELS {
-        set(name.to_owned(), solved.iter().flat_map(|light| light.levels.iter().map(quantity)).collect())?;
+    let values = of_all(&|one| one.light.clone());
+    add_light(&dict, &values, "", &bands, &wavelengths_nm)?;
+    if bands.contains(&Band::Solar) {
+        let solar = |light: &LightInLayers| light.band(Band::Solar, &wavelengths_nm).map_err(input);
+        let warming = |light: &LightInLayers| Ok(solar(light)?.warming_k_h(&stack));
+        let warming: Vec<[Vec<f64>; 2]> = values.iter().map(warming).collect::<PyResult<_>>()?;
+        for (place, name) in ["warming", "layer_warming"].into_iter().enumerate() {
+            let values = warming.iter().flat_map(|of_light| of_light[place].iter().copied()).collect();
+            dict.set_item(name, PyArray1::from_vec(py, values))?;
+        }
     }
-    set("layer_absorbed".to_owned(), solved.iter().flat_map(|light| light.absorbed.iter().copied()).collect())?;
+    for (name, places) in places_by_name(&of_layers) {
+        let by: Vec<Vec<LightInLayers>> = places.map(|place| of_all(&|one| one.derivatives[place].clone())).collect();
+        let lights = (0..values.len()).flat_map(|light| by.iter().map(move |of_all| of_all[light].clone()));
+        add_light(&dict, &lights.collect::<Vec<_>>(), &format!("_per_{name}"), &bands, &wavelengths_nm)?;
+    }
+    Ok(dict)
+}
+
+/// Adds the levels of some lights, spectral and in bands, whose names end in `end`.
+fn add_light(
+    dict: &Bound<'_, PyDict>,
+    lights: &[LightInLayers],
+    end: &str,
+    bands: &[Band],
+    wavelengths_nm: &[f64],
+) -> PyResult<()> {
+    let set = |name: String, values: Vec<f64>| dict.set_item(name + end, PyArray1::from_vec(dict.py(), values));
+    for (name, quantity) in LEVELS {
+        set(name.to_owned(), lights.iter().flat_map(|light| light.levels.iter().map(quantity)).collect())?;
+    }
+    set("layer_absorbed".to_owned(), lights.iter().flat_map(|light| light.absorbed.iter().copied()).collect())?;
     for band in bands {
-        let band = Band::ALL.into_iter().find(|known| known.name() == band).ok_or_else(|| input("an unknown band"))?;
         let name = band.name().replace('-', "_");
-        let of_band = |light: &LightInLayers| light.band(band, &wavelengths_nm).map_err(input);
-        let of_band: Vec<BandLight> = solved.iter().map(of_band).collect::<PyResult<_>>()?;
+        let of_band = |light: &LightInLayers| light.band(*band, wavelengths_nm).map_err(input);
+        let of_band: Vec<BandLight> = lights.iter().map(of_band).collect::<PyResult<_>>()?;
         for (quantity_name, quantity) in LEVELS {
             let values = of_band.iter().flat_map(|light| light.levels.iter().map(quantity)).collect();
             set(format!("{name}_{quantity_name}"), values)?;
         }
         let absorbed = of_band.iter().flat_map(|light| light.absorbed.iter().copied()).collect();
         set(format!("{name}_layer_absorbed"), absorbed)?;
-        if band == Band::Solar {
-            let warming: Vec<[Vec<f64>; 2]> = of_band.iter().map(|light| light.warming_k_h(&stack)).collect();
-            set("warming".to_owned(), warming.iter().flat_map(|[at_depths, _]| at_depths.clone()).collect())?;
-            set("layer_warming".to_owned(), warming.iter().flat_map(|[_, of_layers]| of_layers.clone()).collect())?;
-        }
     }
-    Ok(dict)
+    Ok(())
+}
+
+/// The parameters of these names.
+fn variables(names: &[String]) -> PyResult<Vec<Variable>> {
+    names.iter().map(|name| name.parse().map_err(input)).collect()
+}
+
+fn band(name: &str) -> PyResult<Band> {
+    Band::ALL.into_iter().find(|known| known.name() == name).ok_or_else(|| input(format!("'{name}' is no band")))
+}
+
+/// The weight of each wavelength of a curve in the mean over a band under the standard sun, or another light.
+#[pyfunction]
+#[pyo3(signature = (band_name, response, light, wavelengths_nm))]
+pub(crate) fn band_weights<'py>(
+    py: Python<'py>,
+    band_name: Option<String>,
+    response: Option<(Vec<f64>, Vec<f64>)>,
+    light: Option<(Vec<f64>, Vec<f64>)>,
+    wavelengths_nm: Vec<f64>,
+) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    let spectrum = |quantity: &'static str, given: &Option<(Vec<f64>, Vec<f64>)>| {
+        let spectrum = given.as_ref().map(|(nm, values)| LinearSpectrum::new(quantity, nm, values));
+        spectrum.transpose().map_err(input)
+    };
+    let light = spectrum("light", &light)?;
+    let response = match (band_name, spectrum("response", &response)?) {
+        (_, Some(response)) => response,
+        (Some(name), None) => band(&name)?.response(&wavelengths_nm).map_err(input)?,
+        (None, None) => return Err(input("neither a band nor a response is given")),
+    };
+    let weights = response_weights(&response, light.as_ref(), &wavelengths_nm).map_err(input)?;
+    Ok(PyArray1::from_vec(py, weights))
 }
 
 /// Names of the bands that these wavelengths cover.

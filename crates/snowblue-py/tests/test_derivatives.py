@@ -96,10 +96,10 @@ def solve_layers(pack, jacobian=(), **changed):
 def test_layers_have_derivatives_of_each_layer():
     names = ["ssa_m2_kg", "density_kg_m3", "thickness_cm", "black-carbon", "ground_albedo"]
     solved, plain = solve_layers(PACK, names), solve_layers(PACK)
-    xr.testing.assert_equal(solved[list(plain)].drop_vars("layer"), plain)
-    assert len(solved) == 8 + 8 * len(names) and "layer" not in plain.coords
-    assert solved.reflectance_per_ssa_m2_kg.dims == ("angle", "wavelength", "layer")
-    assert solved.down_per_ssa_m2_kg.dims == ("angle", "wavelength", "depth", "layer")
+    xr.testing.assert_equal(solved[list(plain)].drop_vars("changed_layer"), plain)
+    assert len(solved) == 8 + 8 * len(names) and "changed_layer" not in plain.coords
+    assert solved.reflectance_per_ssa_m2_kg.dims == ("angle", "wavelength", "changed_layer")
+    assert solved.down_per_ssa_m2_kg.dims == ("angle", "wavelength", "depth", "changed_layer")
     assert solved.up_per_ground_albedo.dims == ("angle", "wavelength", "depth")
     assert solved.e_folding_depth_per_density_kg_m3.units == "cm kg-1 m3"
     assert solved.fluence_per_thickness_cm.units == "cm-1"
@@ -119,13 +119,82 @@ def test_layers_have_derivatives_of_each_layer():
             step = 1e-4 * (50 if name == "black-carbon" else PACK[layer][name])
             more, less = changed(1 + 1e-4), changed(1 - 1e-4)
             for flux in plain:
-                found = derivatives[f"{flux}_per_{name.replace('-', '_')}"].sel(layer=layer)
+                found = derivatives[f"{flux}_per_{name.replace('-', '_')}"].sel(changed_layer=layer)
                 difference = (more[flux] - less[flux]) / (2 * step)
                 tolerance = 1e-5 * abs(difference) + 1e-12 * abs(plain[flux]).max() / step
                 assert (abs(found - difference) <= tolerance).all(), (name, layer, flux)
     more, less = (solve_layers(PACK, ground_albedo=0.3 + sign * 1e-4) for sign in (1, -1))
     difference = (more.up - less.up) / 2e-4
     assert abs(solved.up_per_ground_albedo - difference).max() < 1e-7
+
+
+def test_light_at_depth_has_derivatives_in_bands():
+    sun = dict(elevation_deg=[30.0, -2.0], turbidity=2, wavelength_nm=np.arange(400.0, 1001.0, 20))
+    def solve(pack, jacobian=()):
+        return snowblue.light_at_depth(
+            pack, sun, depth_cm=[0, 1, 5], ground_albedo=0.3, bands=["solar", "par"], jacobian=jacobian)
+
+    solved, plain = solve(PACK, ["density_kg_m3", "black-carbon", "cos_angle"]), solve(PACK)
+    xr.testing.assert_equal(solved[list(plain)].drop_vars("changed_layer"), plain)
+    assert solved.par_down_per_black_carbon.dims == ("elevation", "changed_layer", "depth")
+    assert solved.par_down_per_black_carbon.units == "umol m-2 s-1 ng-1 g"
+    assert solved.net_per_cos_angle.dims == ("elevation", "depth", "wavelength")
+    assert "warming_per_density_kg_m3" not in solved
+    denser, looser = ([one | {"density_kg_m3": 250 * factor} if i == 1 else one for i, one in enumerate(PACK)]
+                      for factor in (1 + 1e-4, 1 - 1e-4))
+    more, less = solve(denser), solve(looser)
+    for name in ("down", "par_actinic", "solar_absorbed", "layer_absorbed", "solar_layer_absorbed"):
+        found = solved[f"{name}_per_density_kg_m3"].sel(changed_layer=1)
+        difference = (more[name] - less[name]) / 0.05
+        assert (abs(found - difference) <= 1e-5 * abs(difference) + 1e-10 * abs(plain[name]).max()).all(), name
+    # At night nothing changes.
+    assert not solved.par_down_per_black_carbon.isel(elevation=1).any()
+
+
+def test_bands_are_means_of_values_and_derivatives():
+    nm = np.arange(400.0, 1001.0, 10)
+    solved = solve_layers(PACK, ["ssa_m2_kg"], wavelength_nm=nm)
+    red = xr.DataArray([0.0, 1.0, 1.0, 0.0], {"wavelength": [600.0, 610.0, 690.0, 700.0]}, name="red")
+    means = snowblue.bands(solved, {"par": None, "red": red, "green": ([500, 550, 600], [0, 2, 0])})
+    assert means.band.values.tolist() == ["par", "red", "green"] and means.attrs["light"] == "ASTM G173-03"
+    assert means.down_per_ssa_m2_kg.dims == ("angle", "band", "depth", "changed_layer")
+    assert means.down_per_ssa_m2_kg.attrs == solved.down_per_ssa_m2_kg.attrs
+    assert not any(name.startswith("e_folding") for name in means)
+    # A sum of many narrow trapezoids.
+    fine = np.arange(600.0, 700.05, 0.1)
+    weight = snowblue.sunlight(fine).values * red.interp(wavelength=fine).values
+    curve = solved.reflectance_per_ssa_m2_kg.interp(wavelength=fine)
+    expected = (curve * xr.DataArray(weight, dims="wavelength")).sum("wavelength") / weight.sum()
+    np.testing.assert_allclose(means.reflectance_per_ssa_m2_kg.sel(band="red"), expected, rtol=1e-4)
+    # The derivative of a mean by central differences.
+    step = 1e-4 * 20
+    more, less = ([one | {"ssa_m2_kg": 20 + sign * step} if i == 1 else one for i, one in enumerate(PACK)]
+                  for sign in (1, -1))
+    more, less = (snowblue.bands(solve_layers(pack, wavelength_nm=nm), "par").up for pack in (more, less))
+    difference = (more - less) / (2 * step)
+    np.testing.assert_allclose(
+        means.up_per_ssa_m2_kg.sel(changed_layer=1, band=["par"]), difference, rtol=1e-5, atol=1e-10)
+    # Another light weighs otherwise, and a plain array has plain means.
+    flat = xr.ones_like(solved.wavelength).rename("flat")
+    albedo = snowblue.albedo(ssa_m2_kg=20, wavelength_nm=nm)
+    by_flat, by_sun = snowblue.bands(albedo, "visible", light=flat), snowblue.bands(albedo, "visible")
+    assert by_flat.name == "albedo" and by_flat.dims == ("band",) and by_flat.item() != by_sun.item()
+    visible = albedo.sel(wavelength=slice(400, 700))
+    assert by_flat.item() == pytest.approx((visible.integrate("wavelength") / 300).item(), rel=1e-12)
+
+
+def test_bands_that_are_not_covered_are_named():
+    albedo = snowblue.albedo(ssa_m2_kg=20, wavelength_nm=np.arange(400.0, 651.0, 50))
+    with pytest.raises(ValueError, match="^band par: .*par.*400.*700"):
+        snowblue.bands(albedo, "par")
+    with pytest.raises(TypeError, match="'red' is not known; there are solar, par"):
+        snowblue.bands(albedo, "red")
+    with pytest.raises(ValueError, match="^band red: response is -1, but must lie in 0"):
+        snowblue.bands(albedo, {"red": ([450, 500], [1, -1])})
+    with pytest.raises(ValueError, match="^the response of red has wavelengths of the shape"):
+        snowblue.bands(albedo, {"red": ([450, 500], [1])})
+    with pytest.raises(ValueError, match="^the spectra have no dimension 'wavelength'$"):
+        snowblue.bands(albedo.isel(wavelength=0), "par")
 
 
 def test_errors_have_one_line():

@@ -103,6 +103,16 @@ impl Band {
         }
     }
 
+    /// Its response: g on the wavelengths of a curve, of which the solar band has all, and where the near infrared
+    /// ends.
+    ///
+    /// # Errors
+    /// If the band has no two wavelengths, or these do not ascend.
+    pub fn response(self, wavelengths_nm: &[f64]) -> Result<LinearSpectrum, TransportError> {
+        let WavelengthRange { first_nm, last_nm } = self.wavelength_range(ends(wavelengths_nm)?);
+        LinearSpectrum::new("response", &[first_nm, last_nm], &[self.weight(first_nm), self.weight(last_nm)])
+    }
+
     /// g, up to a factor.
     fn weight(self, wavelength_nm: f64) -> f64 {
         match self {
@@ -246,6 +256,14 @@ fn check_cover(band: &'static str, range: WavelengthRange, wavelengths_nm: &[f64
     }
 }
 
+/// The first and the last of some wavelengths.
+fn ends(wavelengths_nm: &[f64]) -> Result<WavelengthRange, TransportError> {
+    match (wavelengths_nm.first(), wavelengths_nm.last()) {
+        (Some(first_nm), Some(last_nm)) => Ok(WavelengthRange::new(*first_nm, *last_nm)),
+        _ => Err(TransportError::Missing { quantity: "wavelength" }),
+    }
+}
+
 fn check_ascent(wavelengths_nm: &[f64]) -> Result<(), TransportError> {
     match wavelengths_nm.windows(2).find(|pair| pair[1] <= pair[0] || !(pair[1] - pair[0]).is_finite()) {
         Some(pair) => Err(TransportError::Descending { previous_nm: pair[0], next_nm: pair[1] }),
@@ -260,9 +278,7 @@ fn check_ascent(wavelengths_nm: &[f64]) -> Result<(), TransportError> {
 /// # Errors
 /// As [`BandWeights::new`].
 pub fn band_integrals(band: Band, wavelengths_nm: &[f64]) -> Result<Vec<f64>, TransportError> {
-    let ends = (wavelengths_nm.first().copied(), wavelengths_nm.last().copied());
-    let (Some(first_nm), Some(last_nm)) = ends else { return Err(TransportError::Missing { quantity: "wavelength" }) };
-    let range = band.wavelength_range(WavelengthRange::new(first_nm, last_nm));
+    let range = band.wavelength_range(ends(wavelengths_nm)?);
     check_cover(band.name(), range, wavelengths_nm)?;
     if wavelengths_nm.len() < 2 {
         return Err(TransportError::Missing { quantity: "second wavelength" });

@@ -12,6 +12,7 @@ use all cores; the environment variable RAYON_NUM_THREADS limits them. The same 
 
 from snowblue._native import __version__, illuminants, parameters
 from snowblue._arguments import Snow
+from snowblue._bands import bands
 from snowblue._color import color, match, swatch
 from snowblue._database import Database
 from snowblue._inversion import invert
@@ -29,6 +30,7 @@ __all__ = [
     "__version__",
     "aged_ssa",
     "albedo",
+    "bands",
     "bsdf",
     "color",
     "illuminants",

@@ -31,7 +31,7 @@ from snowblue._arguments import (
     wavelength_coordinate,
 )
 from snowblue._progress import Progress, reporting
-from snowblue._spectra import JACOBIAN
+from snowblue._spectra import parameter_quantity
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -207,7 +207,7 @@ def invert(
         "correlation": None if prior_correlation is None else _matrix("prior_correlation", prior_correlation),
         "ordinates": ordinates(streams, seed),
     }
-    labels = [{"ssa_m2_kg": "ssa"}.get(name, _quantity(name).name) for name in names]
+    labels = [{"ssa_m2_kg": "ssa"}.get(name, parameter_quantity(name).name) for name in names]
     taken = {*labels, "parameter", "true_parameter", "outcome", *NUMBERS}
     for dim in axes.sizes:
         if dim in taken:
@@ -249,7 +249,7 @@ def _variables(
         variables[name] = ([*axes.sizes, *more], array, {"long_name": long_name} | ({"units": unit} if unit else {}))
 
     for name, label in labels.items():
-        attrs = _quantity(name).attributes()
+        attrs = parameter_quantity(name).attributes()
         for aspect, text in ASPECTS.items():
             add(label + aspect, found[name + aspect], text.format(attrs["long_name"]), attrs["units"])
     for name, values in measured.items():
@@ -266,11 +266,6 @@ def _variables(
         add(name, values.astype(np.int64) if name in ("data", "solutions") else values, text)
     add("outcome", found["outcome"], "how the search has ended", unit=None)
     return variables
-
-
-def _quantity(name: str) -> Quantity:
-    """What a parameter is. Those that are not known elsewhere are impurities, or an error of the native code."""
-    return JACOBIAN.get(name) or Quantity(name.replace("-", "_"), "ng g-1")
 
 
 def _priors(retrieve: Any) -> tuple[list[str], list[tuple[Any, Any]]]:

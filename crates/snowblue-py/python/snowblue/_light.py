@@ -22,7 +22,16 @@ from snowblue._arguments import (
 )
 from snowblue._progress import Progress, reporting
 from snowblue._sky import SKY_NAMES, sky as daylight
-from snowblue._spectra import LAYER, described_layers, packed_layers
+from snowblue._spectra import (
+    CHANGED_LAYER,
+    LAYER,
+    WHOLE,
+    described_layers,
+    packed_layers,
+    parameter_quantity,
+    parameters,
+    per,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -48,6 +57,7 @@ def light_at_depth(
     ground_albedo: float = 0.0,
     daily: bool = False,
     bands: Iterable[str] | None = None,
+    jacobian: str | Iterable[str] = (),
     streams: int | str = "auto",
     seed: int = 1,
     progress: Progress = None,
@@ -77,6 +87,10 @@ def light_at_depth(
     bands : names
         Integrals: solar (over all wavelengths), par (photons of 400 to 700 nm), visible, near-infrared. By default
         those of solar and par that the wavelengths cover.
+    jacobian : str or several, optional
+        Parameters with respect to which all but the warming is differentiated, as in :func:`layers`, at constant
+        irradiances: `par_down_per_ssa_m2_kg` and so on, before the other axes on `changed_layer`, the layer whose
+        property changes. `layer_absorbed` is what the layer absorbs between its faces, which move with a thickness.
     streams, seed, progress
         As in :func:`spectrum`.
 
@@ -135,25 +149,35 @@ def light_at_depth(
         bands = [band for band in ("solar", "par") if band in covered]
     bands = [bands] if isinstance(bands, str) else list(bands)
     check_names(BANDS, bands)
+    jacobian = parameters(jacobian)
     ground = {"layers": packed, "ground_albedo": number("ground_albedo", ground_albedo), "depth_cm": depths_cm}
     with reporting(progress, "steps") as report:
         arrays = _native.light_in_layers(
-            ground, wavelengths_nm, lights, bands, bool(daily), ordinates(streams, seed), report
+            ground, wavelengths_nm, lights, bands, bool(daily), jacobian, ordinates(streams, seed), report
         )
     dims = [] if daily else dims
     shape = [sky.sizes[dim] for dim in dims]
     variables = {}
-    for name, array in arrays.items():
+    by_name = {name.replace("-", "_"): name for name in jacobian}
+    for label, array in arrays.items():
+        label = label.replace("-", "_")
+        name, _, parameter = label.partition("_per_")
+        changed = {"changed_layer": len(packed)} if parameter and parameter not in WHOLE else {}
         band = next((band for band in bands if name.startswith(band.replace("-", "_") + "_")), None)
         plain = name.removeprefix(band.replace("-", "_") + "_") if band else name
         at, count = ("layer", len(packed)) if plain.startswith("layer") else ("depth", len(depths_cm))
         spectral = [] if band or "warming" in name else ["wavelength"]
         if "warming" in name and daily:
             array = array / 3600.0
-        variables[name] = (
-            [*dims, at, *spectral],
-            array.reshape(*shape, count, *([len(wavelengths_nm)] if spectral else [])),
-            _describe(plain, band, bool(spectral), daily),
+        attrs = _describe(plain, band, bool(spectral), daily)
+        if parameter:
+            quantity = parameter_quantity(by_name[parameter])
+            attrs["units"] = per(attrs["units"], quantity.inverse_unit())
+            attrs["long_name"] = f"derivative with respect to {quantity.attributes()['long_name']} of: " + attrs["long_name"]
+        variables[label] = (
+            [*dims, *changed, at, *spectral],
+            array.reshape(*shape, *changed.values(), count, *([len(wavelengths_nm)] if spectral else [])),
+            attrs,
         )
     kept = {} if daily else {name: sky[name].variable for name in ("time", "elevation", "azimuth") if name in sky}
     coords: dict[str, Any] = {
@@ -163,6 +187,8 @@ def light_at_depth(
         "thickness": ("layer", [thickness_cm for _, thickness_cm in packed], THICKNESS.attributes()),
         "wavelength": wavelength_coordinate(wavelengths_nm),
     }
+    if jacobian:
+        coords["changed_layer"] = ("changed_layer", np.arange(len(packed)), CHANGED_LAYER)
     made = {
         **{f"sky_{name}": value for name, value in sky.attrs.items() if name not in ("Conventions", "source")},
         "layers": described_layers(packed),

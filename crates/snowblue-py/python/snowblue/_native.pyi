@@ -66,6 +66,12 @@ def sun_of_day(
 ) -> list[tuple[float, float, float, float]]: ...
 def daylight_wavelengths(is_overcast: bool) -> list[float]: ...
 def wavelength_range(snow: dict[str, Any]) -> tuple[float, float]: ...
+def band_weights(
+    band_name: str | None,
+    response: tuple[list[float], list[float]] | None,
+    light: tuple[list[float], list[float]] | None,
+    wavelengths_nm: list[float],
+) -> NDArray[np.float64]: ...
 def covered_bands(wavelengths_nm: list[float]) -> list[str]: ...
 def light_in_layers(
     ground: dict[str, Any],
@@ -73,6 +79,7 @@ def light_in_layers(
     lights: list[tuple[float, list[float], list[float]]],
     bands: list[str],
     daily: bool,
+    jacobian: list[str],
     ordinates: dict[str, Any],
     progress: _Progress,
 ) -> dict[str, NDArray[np.float64]]: ...

@@ -75,6 +75,7 @@ WHOLE = ("cos_angle", "ground_albedo")
 """Those that belong to no layer."""
 DEPTH_FLUXES = ("down", "up", "net", "fluence", "e_folding_depth")
 LAYER = {"long_name": "number of the layer, from the top"}
+CHANGED_LAYER = {"long_name": "number of the layer that changes, from the top"}
 NEW_SNOW = Quantity("new_snow", "m2 kg-1", "specific surface area of the snow when it was new")
 AGE = Quantity("age", "h", "age of the snow")
 ASPECTS = {
@@ -199,7 +200,7 @@ def spectrum(
         raise ValueError(f"wavelength is an array over '{wavelengths.dim}', but all slabs have the same wavelengths")
     cases["places"] = np.stack([axes.places(dims) for dims in columns], axis=-1).astype(np.int64)
     options = _engine(engine, streams, rays, per_wavelength, seed, standard_errors)
-    cases["jacobian"] = jacobian = _parameters(jacobian, engine)
+    cases["jacobian"] = jacobian = parameters(jacobian, engine)
     uncertainty = None if plus_minus is None else _uncertainty(plus_minus)
     if engine == "montecarlo" and uncertainty:
         raise ValueError("plus_minus needs the engine 'ordinates'")
@@ -294,15 +295,15 @@ def layers(
         Standard errors: variables that end in `_se`. Random walks always have them.
     jacobian : str or several, optional
         Parameters with respect to which the results are differentiated, as in :func:`spectrum`. Derivatives such as
-        `down_per_density_kg_m3` have the dimension `layer`, the number of the layer that changes, from the top; those
-        with respect to `ground_albedo` and `cos_angle` have none. Depths stay where they are below the surface when a
+        `down_per_density_kg_m3` have the dimension `changed_layer`, the number of the layer whose property changes, from
+        the top; those with respect to `ground_albedo` and `cos_angle` have none. Depths stay where they are below the surface when a
         thickness changes. At the depth of a face derivatives are those in the snow below it, at the ground above it.
 
     Returns
     -------
     xarray.Dataset
-        Fractions of the incident flux on angle and wavelength, and on angle, wavelength and depth; derivatives also on
-        layer. Absorptance is that of the snow: 1 - reflectance - (1 - ground_albedo) transmittance.
+        Fractions of the incident flux on angle and wavelength, and on angle, wavelength and depth; derivatives also
+        on changed_layer. Absorptance is that of the snow: 1 - reflectance - (1 - ground_albedo) transmittance.
 
     Examples
     --------
@@ -330,7 +331,7 @@ def layers(
     }
     ground = {"layers": packed, "ground_albedo": float(ground_albedo), "depth_cm": depths_cm}
     options = _engine(engine, streams, rays, False, seed, standard_errors)
-    jacobian = _parameters(jacobian, engine)
+    jacobian = parameters(jacobian, engine)
     with reporting(progress, "rays") as report:
         arrays = _native.stack(ground, cases, jacobian, options, report)
     sizes = {"angle": len(cases["angle_deg"]), "wavelength": len(cases["wavelength_nm"])}
@@ -341,7 +342,7 @@ def layers(
         if flux.removesuffix("_se") not in FLUXES:
             own["depth"] = len(depths_cm)
         if parameter and parameter not in WHOLE:
-            own["layer"] = len(packed)
+            own["changed_layer"] = len(packed)
         variables[name.replace("-", "_")] = ([*own], array.reshape([*own.values()]))
     coords: dict[str, Any] = {
         "angle": angle_coordinate(cases["angle_deg"]),
@@ -350,7 +351,7 @@ def layers(
     if depths_cm:
         coords["depth"] = ("depth", depths_cm, DEPTH.attributes())
     if jacobian:
-        coords["layer"] = ("layer", np.arange(len(packed)), LAYER)
+        coords["changed_layer"] = ("changed_layer", np.arange(len(packed)), CHANGED_LAYER)
     made = {
         "layers": described_layers(packed),
         "ground_albedo": float(ground_albedo),
@@ -566,7 +567,12 @@ def _engine(
     }
 
 
-def _parameters(jacobian: str | Iterable[str], engine: str) -> list[str]:
+def parameter_quantity(name: str) -> Quantity:
+    """What a parameter is. Those that are not known elsewhere are impurities, or an error of the native code."""
+    return JACOBIAN.get(name) or Quantity(name.replace("-", "_"), "ng g-1")
+
+
+def parameters(jacobian: str | Iterable[str], engine: str = "ordinates") -> list[str]:
     """The names of parameters that results are differentiated by."""
     names = [jacobian] if isinstance(jacobian, str) else list(jacobian or ())
     if engine == "montecarlo" and names:
@@ -577,12 +583,17 @@ def _parameters(jacobian: str | Iterable[str], engine: str) -> list[str]:
 def _describe_derivatives(solved: xr.Dataset, fluxes: Iterable[str], jacobian: Iterable[str]) -> None:
     """Units and names of derivatives."""
     for name in jacobian:
-        quantity = JACOBIAN.get(name) or Quantity(name.replace("-", "_"), "ng g-1")
+        quantity = parameter_quantity(name)
         for flux in fluxes:
             own, inverse = UNITS.get(flux, "1"), quantity.inverse_unit()
-            units = " ".join(unit for unit in (own, inverse) if unit != "1") or "1"
+            units = per(own, inverse)
             long_name = f"derivative of {flux.replace('_', ' ')} with respect to {quantity.attributes()['long_name']}"
             solved[f"{flux}_per_{name.replace('-', '_')}"].attrs = {"units": units, "long_name": long_name}
+
+
+def per(unit: str, inverse_unit: str) -> str:
+    """The unit of a quantity per another, of which the inverse is given."""
+    return " ".join(one for one in (unit, inverse_unit) if one != "1") or "1"
 
 
 def _made(engine: str, streams: int | str, rays: int, per_wavelength: bool, seed: int) -> dict[str, Any]:

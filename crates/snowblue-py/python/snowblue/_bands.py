@@ -1,0 +1,115 @@
+"""Means over bands of sunlight and of sensors."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from snowblue import _native
+from snowblue._arguments import FLUXES, WAVELENGTH, check_names, checks_names, numbers
+from snowblue._light import BANDS
+from snowblue._spectra import DEPTH_FLUXES
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FRACTIONS = ("albedo", *FLUXES, *(name for name in DEPTH_FLUXES if name != "e_folding_depth"))
+
+
+@checks_names()
+def bands(
+    solved: xr.Dataset | xr.DataArray,
+    bands: str | Iterable[str] | Mapping[str, Any] = ("solar", "par"),
+    *,
+    light: xr.DataArray | None = None,
+) -> xr.Dataset | xr.DataArray:
+    """Means of spectra over bands, of sunlight or of a sensor: of fluxes, and of their derivatives.
+
+    A mean is weighted with the light that falls on the snow and with the response of the band. As it is linear in the
+    spectrum, the mean of a derivative is the derivative of the mean.
+
+    Parameters
+    ----------
+    solved : xarray.Dataset or xarray.DataArray
+        Result of :func:`spectrum`, :func:`layers` or :func:`albedo`, with ascending wavelengths that cover the bands in
+        steps of 50 nm or less.
+    bands : names, or a mapping of names to responses
+        solar (all wavelengths), par (photons of 400 to 700 nm), visible, near-infrared. A response is an
+        :class:`xarray.DataArray` on `wavelength`, or a pair of wavelengths (nm) and values, in any unit; between the
+        wavelengths it is linear, and beyond them 0. None is the band of that name.
+    light : xarray.DataArray, optional
+        Irradiance on `wavelength`, in any unit of energy, such as that of :func:`sky`; by default the standard sun,
+        that of :func:`sunlight`.
+
+    Returns
+    -------
+    xarray.Dataset or xarray.DataArray
+        With `band` in place of `wavelength`. Standard errors are those of errors that are equal at all wavelengths.
+        E-folding depths, which are no fractions of light, and intervals are left out.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import snowblue
+    >>> snow = snowblue.spectrum(thickness_cm=np.inf, wavelength_nm=np.arange(400, 1401, 20), standard_errors=False,
+    ...                          jacobian="ssa_m2_kg")
+    >>> means = snowblue.bands(snow, {"visible": None, "swir": ([1200, 1250, 1300], [0, 1, 0])})
+    >>> visible, infrared = means.reflectance_per_ssa_m2_kg.squeeze().values
+    >>> bool(infrared > 10 * visible > 0)
+    True
+    """
+    import xarray as xr
+
+    if "wavelength" not in solved.dims:
+        raise ValueError("the spectra have no dimension 'wavelength'")
+    wavelengths_nm = numbers(WAVELENGTH, solved.wavelength)
+    if isinstance(bands, str):
+        bands = [bands]
+    responses = dict(bands) if isinstance(bands, Mapping) else dict.fromkeys(bands)
+    check_names(BANDS, [name for name, response in responses.items() if response is None])
+    if not responses:
+        raise ValueError("no band is given")
+    lit = None if light is None else _curve("light", light)
+    weights = []
+    for name, response in responses.items():
+        curve = None if response is None else _curve(f"response of {name}", response)
+        try:
+            weights.append(_native.band_weights(name if curve is None else None, curve, lit, wavelengths_nm))
+        except ValueError as error:
+            raise ValueError(f"band {name}: {error}") from None
+    matrix = xr.DataArray(
+        np.array(weights), {"band": list(responses)}, ["band", "wavelength"]
+    )
+
+    def mean(spectrum: xr.DataArray) -> xr.DataArray:
+        dims = [("band" if dim == "wavelength" else dim) for dim in spectrum.dims]
+        found = xr.dot(matrix, spectrum.drop_vars("wavelength"), dim="wavelength").transpose(*dims)
+        return found.assign_attrs(spectrum.attrs)
+
+    if isinstance(solved, xr.DataArray):
+        return mean(solved).rename(solved.name)
+    of = {name: name.partition("_per_")[0].removesuffix("_se") for name in solved.data_vars}
+    kept = [name for name, plain in of.items() if plain in FRACTIONS and "wavelength" in solved[name].dims]
+    if not kept:
+        raise ValueError(f"the spectra have none of the variables {', '.join(FRACTIONS)}")
+    made = {"light": "ASTM G173-03" if light is None else str(light.name or "given")}
+    return xr.Dataset({name: mean(solved[name]) for name in kept}, attrs=solved.attrs | made)
+
+
+def _curve(label: str, given: Any) -> tuple[list[float], list[float]]:
+    """Wavelengths and values of a spectrum."""
+    if hasattr(given, "dims"):
+        if given.dims != ("wavelength",) or "wavelength" not in given.coords:
+            raise ValueError(f"the {label} has the dimensions {given.dims}, but must have 'wavelength' with its values")
+        given = (given.wavelength.values, given.values)
+    try:
+        wavelengths_nm, values = (np.asarray(one, dtype=float) for one in given)
+    except (TypeError, ValueError):
+        raise ValueError(f"the {label} is neither an array on 'wavelength' nor a pair of wavelengths and values") from None
+    if wavelengths_nm.ndim != 1 or values.shape != wavelengths_nm.shape:
+        raise ValueError(
+            f"the {label} has wavelengths of the shape {wavelengths_nm.shape}, but values of the shape {values.shape}"
+        )
+    return wavelengths_nm.tolist(), values.tolist()
