@@ -275,9 +275,9 @@ const LEVELS: [LevelQuantity; 5] = [
 
 /// Light in layers on a ground under each of some lights, or, `daily`, the sum over a day of all of them: for each
 /// light the depths, then the wavelengths, and `layer_absorbed` with layers in place of depths; of each of `bands` the
-/// same without wavelengths, as `par_down` and so on; and with the solar band `warming` and `layer_warming`. Derivatives
-/// with respect to each parameter of `jacobian` have `_per_` and its name, for each light the layers that change, if the
-/// parameter is one of layers, and then the others.
+/// same without wavelengths, as `par_down` and so on; and with the solar band `warming` and `layer_warming`.
+/// Derivatives with respect to each parameter of `jacobian` have `_per_` and its name, for each light the layers that
+/// change, if the parameter is one of layers, and then the others.
 #[pyfunction]
 #[pyo3(signature = (ground, wavelength_nm, lights, bands, daily, jacobian, ordinates, progress))]
 #[expect(clippy::too_many_arguments, reason = "one for each group of keywords")]

@@ -60,8 +60,8 @@ pub struct LightInLayers {
 pub struct DifferentiatedLight {
     /// The light.
     pub light: LightInLayers,
-    /// Its derivatives with respect to each variable of each layer, as [`LayerVariable::of_layers`] lists them, per unit
-    /// of it. Depths stay where they are below the top, and what a layer absorbs is that between its faces.
+    /// Its derivatives with respect to each variable of each layer, as [`LayerVariable::of_layers`] lists them, per
+    /// unit of it. Depths stay where they are below the top, and what a layer absorbs is that between its faces.
     pub derivatives: Vec<LightInLayers>,
 }
 

@@ -79,9 +79,7 @@ def bands(
             weights.append(_native.band_weights(name if curve is None else None, curve, lit, wavelengths_nm))
         except ValueError as error:
             raise ValueError(f"band {name}: {error}") from None
-    matrix = xr.DataArray(
-        np.array(weights), {"band": list(responses)}, ["band", "wavelength"]
-    )
+    matrix = xr.DataArray(np.array(weights), {"band": list(responses)}, ["band", "wavelength"])
 
     def mean(spectrum: xr.DataArray) -> xr.DataArray:
         dims = [("band" if dim == "wavelength" else dim) for dim in spectrum.dims]
@@ -107,7 +105,8 @@ def _curve(label: str, given: Any) -> tuple[list[float], list[float]]:
     try:
         wavelengths_nm, values = (np.asarray(one, dtype=float) for one in given)
     except (TypeError, ValueError):
-        raise ValueError(f"the {label} is neither an array on 'wavelength' nor a pair of wavelengths and values") from None
+        text = f"the {label} is neither an array on 'wavelength' nor a pair of wavelengths and values"
+        raise ValueError(text) from None
     if wavelengths_nm.ndim != 1 or values.shape != wavelengths_nm.shape:
         raise ValueError(
             f"the {label} has wavelengths of the shape {wavelengths_nm.shape}, but values of the shape {values.shape}"

@@ -173,7 +173,8 @@ def light_at_depth(
         if parameter:
             quantity = parameter_quantity(by_name[parameter])
             attrs["units"] = per(attrs["units"], quantity.inverse_unit())
-            attrs["long_name"] = f"derivative with respect to {quantity.attributes()['long_name']} of: " + attrs["long_name"]
+            of = f"derivative with respect to {quantity.attributes()['long_name']} of: "
+            attrs["long_name"] = of + attrs["long_name"]
         variables[label] = (
             [*dims, *changed, at, *spectral],
             array.reshape(*shape, *changed.values(), count, *([len(wavelengths_nm)] if spectral else [])),

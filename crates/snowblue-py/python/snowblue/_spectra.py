@@ -295,9 +295,10 @@ def layers(
         Standard errors: variables that end in `_se`. Random walks always have them.
     jacobian : str or several, optional
         Parameters with respect to which the results are differentiated, as in :func:`spectrum`. Derivatives such as
-        `down_per_density_kg_m3` have the dimension `changed_layer`, the number of the layer whose property changes, from
-        the top; those with respect to `ground_albedo` and `cos_angle` have none. Depths stay where they are below the surface when a
-        thickness changes. At the depth of a face derivatives are those in the snow below it, at the ground above it.
+        `down_per_density_kg_m3` have the dimension `changed_layer`, the number of the layer whose property changes,
+        from the top; those with respect to `ground_albedo` and `cos_angle` have none. Depths stay where they are below
+        the surface when a thickness changes. At the depth of a face derivatives are those in the snow below it, at the
+        ground above it.
 
     Returns
     -------

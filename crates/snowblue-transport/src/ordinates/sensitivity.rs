@@ -21,8 +21,8 @@
 //! where i are the currents into the layer, of x and of λ, and X is the change of its modes. Where a layer is thin,
 //! e (φ_t − φ_b) follows from the current, and de from r = 1/e.
 //!
-//! **Everything is an escape.** All terms are linear in the amplitudes of a layer, as its radiance is. So the derivative
-//! of a flux is a radiance as well, of an [`Escape`] with derivatives.
+//! **Everything is an escape.** All terms are linear in the amplitudes of a layer, as its radiance is. So the
+//! derivative of a flux is a radiance as well, of an [`Escape`] with derivatives.
 
 use nalgebra::DVector;
 
