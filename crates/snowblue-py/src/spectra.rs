@@ -382,12 +382,15 @@ pub(crate) fn band_weights<'py>(
         spectrum.transpose().map_err(input)
     };
     let light = spectrum("light", &light)?;
-    let response = match (band_name, spectrum("response", &response)?) {
-        (_, Some(response)) => response,
-        (Some(name), None) => band(&name)?.response(&wavelengths_nm).map_err(input)?,
+    let (label, response) = match (band_name, spectrum("response", &response)?) {
+        (_, Some(response)) => ("sensor", response),
+        (Some(name), None) => {
+            let band = band(&name)?;
+            (band.name(), band.response(&wavelengths_nm).map_err(input)?)
+        }
         (None, None) => return Err(input("neither a band nor a response is given")),
     };
-    let weights = response_weights(&response, light.as_ref(), &wavelengths_nm).map_err(input)?;
+    let weights = response_weights(label, &response, light.as_ref(), &wavelengths_nm).map_err(input)?;
     Ok(PyArray1::from_vec(py, weights))
 }
 

@@ -341,18 +341,19 @@ impl LinearSpectrum {
 }
 
 /// The weight of each ascending wavelength of a curve in the mean that a sensor with this response sees,
-/// ∫ ρ E r dλ / ∫ E r dλ; their sum is 1. E is `light`, or the standard sun.
+/// ∫ ρ E r dλ / ∫ E r dλ; their sum is 1. E is `light`, or the standard sun. `band` names the band in errors.
 ///
 /// # Errors
 /// If the wavelengths do not ascend, do not reach the ends of the response, or have a gap of more than
 /// [`MOST_STEP_NM`] in it; if there is no light in the band.
 pub fn response_weights(
+    band: &'static str,
     response: &LinearSpectrum,
     light: Option<&LinearSpectrum>,
     wavelengths_nm: &[f64],
 ) -> Result<Vec<f64>, TransportError> {
     let range = response.support();
-    check_cover("sensor", range, wavelengths_nm)?;
+    check_cover(band, range, wavelengths_nm)?;
     let light_wavelengths_nm: Vec<f64> = match light {
         Some(light) => light.wavelengths_nm.clone(),
         None => {
@@ -448,7 +449,7 @@ mod tests {
         let ones = vec![1.0; visible.len()];
         let weights = |values: &[f64], light: Option<&LinearSpectrum>| {
             let response = LinearSpectrum::new("response", &visible, values).unwrap();
-            response_weights(&response, light, &wavelengths_nm).unwrap()
+            response_weights("sensor", &response, light, &wavelengths_nm).unwrap()
         };
         for (band, response) in [(Band::Visible, &ones), (Band::Par, &visible)] {
             let expected = BandWeights::new(band, WARREN, &wavelengths_nm).unwrap();
@@ -464,7 +465,7 @@ mod tests {
         let message = |wavelengths_nm: &[f64], values: &[f64]| {
             let response = LinearSpectrum::new("response", wavelengths_nm, values);
             response
-                .and_then(|response| response_weights(&response, None, &steps(400, 700, 10)))
+                .and_then(|response| response_weights("sensor", &response, None, &steps(400, 700, 10)))
                 .unwrap_err()
                 .to_string()
         };

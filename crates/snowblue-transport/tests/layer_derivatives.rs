@@ -425,6 +425,37 @@ fn derivatives_of_light_in_layers_agree_with_differences() {
     }
 }
 
+/// From the finest and densest snow to the coarsest and loosest, black and white, in films and kilometres, under the
+/// lowest sun.
+#[test]
+fn derivatives_of_extreme_layers_are_numbers() {
+    let (finest, coarsest) = (snow(300.0, 900.0), snow(1.5, 10.0));
+    let full = SnowSample { water_saturation: 1.0, ..dirty(finest) };
+    let mut checked = 0;
+    for layers in [
+        vec![(finest, 1e5), (coarsest, 1e5)],
+        vec![(coarsest, 1e-9), (finest, 1e5), (coarsest, f64::INFINITY)],
+        vec![(full, 1e5), (finest, 0.0), (full, 1e-12)],
+        vec![(finest, 0.0)],
+    ] {
+        let is_wet = layers.iter().any(|(sample, _)| sample.water_saturation > 0.0);
+        let wavelengths_nm = if is_wet { vec![310.0, 460.0, 1395.0] } else { vec![310.0, 460.0, 1490.0] };
+        let depths: &[f64] = if layers.len() > 1 { &[0.0, 1e-9, 1.0, 1e5] } else { &[0.0] };
+        for (angle_deg, ground_albedo) in [(0.0, 0.0), (89.99, 1.0), (-1.0, 1.0)] {
+            let wavelengths_nm = wavelengths_nm.clone();
+            let stack = Stack { wavelengths_nm, ..stack(&layers, angle_deg, ground_albedo, depths) };
+            // The table of water ends before 1490 nm.
+            let has_table = |variable: &Variable| is_wet || *variable != Variable::WaterSaturation;
+            let variables: Vec<Variable> = Variable::ALL.into_iter().filter(has_table).collect();
+            for row in differentiate(&stack, &variables, &OPTIONS) {
+                assert!(row.iter().all(|derivative| derivative.is_finite()), "{stack:?} {row:?}");
+                checked += 1;
+            }
+        }
+    }
+    assert!(checked > 500, "{checked}");
+}
+
 #[test]
 fn what_cannot_be_differentiated_by_is_named() {
     let stack = Stack { wavelengths_nm: vec![300.0], ..stacks().remove(2).1 };
