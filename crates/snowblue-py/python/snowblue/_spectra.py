@@ -314,11 +314,11 @@ def layers(
     >>> float(pack.reflectance.sel(wavelength=850).item()) > 0.8
     True
 
-    Soot in the upper layer darkens most, per gram of snow:
+    A nanogram of soot per gram of snow darkens most in the thick layer, though it lies below:
 
     >>> sooty = snowblue.layers(fresh_on_firn, wavelength_nm=450, jacobian="black-carbon", standard_errors=False)
     >>> upper, lower = sooty.reflectance_per_black_carbon.squeeze().values
-    >>> bool(upper < lower < 0)
+    >>> bool(lower < upper < 0)
     True
     """
     packed = packed_layers(layers)
