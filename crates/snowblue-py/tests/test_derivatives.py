@@ -193,8 +193,40 @@ def test_bands_that_are_not_covered_are_named():
         snowblue.bands(albedo, {"red": ([450, 500], [1, -1])})
     with pytest.raises(ValueError, match="^the response of red has wavelengths of the shape"):
         snowblue.bands(albedo, {"red": ([450, 500], [1])})
-    with pytest.raises(ValueError, match="^the spectra have no dimension 'wavelength'$"):
+    with pytest.raises(ValueError, match="^the spectra need the dimension 'wavelength', and may not have 'band'$"):
         snowblue.bands(albedo.isel(wavelength=0), "par")
+    with pytest.raises(ValueError, match="^band near-infrared: the near-infrared band needs wavelengths from 700"):
+        snowblue.bands(albedo, "near-infrared")
+    short = xr.DataArray([1.0, 1.0], {"wavelength": [400.0, 480.0]}, ["wavelength"], name="blue lamp")
+    with pytest.raises(ValueError, match="^band par: wavelength of a response is 700 nm, but must lie in 400–480 nm$"):
+        snowblue.bands(snowblue.albedo(wavelength_nm=np.arange(400.0, 701.0, 20)), "par", light=short)
+    with pytest.raises(ValueError, match="^the spectra are of the type list, but must be a Dataset or a DataArray$"):
+        snowblue.bands([1.0], "par")
+
+
+def test_bands_of_irradiances_are_refused():
+    noon = dict(elevation_deg=30, turbidity=2)
+    light = snowblue.light_at_depth(PACK, noon, depth_cm=[1])
+    for spectra in (light, light.net):
+        with pytest.raises(ValueError, match="' is in W m-2 nm-1, but means of bands are those of fractions of light$"):
+            snowblue.bands(spectra, "par")
+
+
+def test_defaults_have_the_wavelengths_of_what_changes():
+    """Clean dry snow has tables beyond those of soot and water."""
+    noon = dict(elevation_deg=30, turbidity=2)
+    clean = [dict(thickness_cm=10, ssa_m2_kg=20)]
+    for name, last_nm in (("black-carbon", 1495), ("water_saturation", 1400)):
+        light = snowblue.light_at_depth(clean, noon, depth_cm=[1], jacobian=name)
+        assert 300 <= light.wavelength[0] and last_nm - 20 <= light.wavelength[-1] <= last_nm
+        assert np.isfinite(light[f"net_per_{name.replace('-', '_')}"]).all()
+
+
+def test_a_layer_of_no_thickness_has_no_derivatives_of_light_at_depth():
+    empty = [dict(thickness_cm=10), dict(thickness_cm=0), dict(thickness_cm=20)]
+    message = "^thickness of a layer must be above 0 for derivatives of the light at depth$"
+    with pytest.raises(ValueError, match=message):
+        snowblue.light_at_depth(empty, dict(elevation_deg=30, turbidity=2), depth_cm=[1], jacobian="ssa_m2_kg")
 
 
 def test_errors_have_one_line():
@@ -202,6 +234,8 @@ def test_errors_have_one_line():
         solve_layers(PACK, ["size"])
     with pytest.raises(ValueError, match="^jacobian needs the engine 'ordinates'$"):
         solve_layers(PACK, "ssa_m2_kg", engine="montecarlo", depth_cm=())
+    with pytest.raises(ValueError, match="^jacobian is 5, but must be names of parameters$"):
+        solve_layers(PACK, 5)
     with pytest.raises(ValueError, match=r"^parameter 'size' is not known; there are ssa_m2_kg, .*, ground_albedo$"):
         snowblue.spectrum(jacobian=["ssa_m2_kg", "size"])
     with pytest.raises(ValueError, match="^wavelength in snow with impurities is 300 nm, but must lie in 305–1495 nm$"):

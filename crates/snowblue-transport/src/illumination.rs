@@ -116,10 +116,11 @@ pub fn light_in_layers(
 }
 
 /// The light in a stack under each of `lights`, and its derivatives with respect to each of `variables` of each layer,
-/// at constant irradiances; with respect to the cosine those of the sun's direction alone.
+/// at constant irradiances: the cosine changes the sun's direction and leaves its irradiance.
 ///
 /// # Errors
-/// As [`light_in_layers`], and for a wavelength that the table of a variable's substance does not cover.
+/// As [`light_in_layers`], for a wavelength that the table of a variable's substance does not cover, and for a layer of
+/// no thickness, whose faces lie at one depth.
 ///
 /// # Panics
 /// If a light has not as many irradiances as there are wavelengths.
@@ -129,6 +130,12 @@ pub fn differentiate_light_in_layers(
     variables: &[Variable],
     options: &OrdinatesOptions,
 ) -> Result<Vec<DifferentiatedLight>, TransportError> {
+    if stack.layers.iter().any(|layer| layer.thickness_cm <= 0.0) {
+        return Err(TransportError::Combination {
+            quantity: "thickness of a layer",
+            rule: "must be above 0 for derivatives of the light at depth",
+        });
+    }
     let lit = LitStack::new(stack, lights);
     let DifferentiatedStack { fluxes, derivatives } = differentiate_stack(&lit.stack, variables, options, false)?;
     let of_layers = LayerVariable::of_layers(variables, stack.layers.len());

@@ -107,9 +107,11 @@ impl Band {
     /// ends.
     ///
     /// # Errors
-    /// If the band has no two wavelengths, or these do not ascend.
+    /// As [`band_integrals`].
     pub fn response(self, wavelengths_nm: &[f64]) -> Result<LinearSpectrum, TransportError> {
-        let WavelengthRange { first_nm, last_nm } = self.wavelength_range(ends(wavelengths_nm)?);
+        let range = self.wavelength_range(ends(wavelengths_nm)?);
+        check_cover(self.name(), range, wavelengths_nm)?;
+        let WavelengthRange { first_nm, last_nm } = range;
         LinearSpectrum::new("response", &[first_nm, last_nm], &[self.weight(first_nm), self.weight(last_nm)])
     }
 
@@ -243,6 +245,10 @@ fn check_cover(band: &'static str, range: WavelengthRange, wavelengths_nm: &[f64
     let (Some(first_nm), Some(last_nm)) = (wavelengths_nm.first(), wavelengths_nm.last()) else {
         return Err(uncovered(low_nm, high_nm));
     };
+    // A near infrared that ends with the wavelengths has none if they end before it.
+    if *last_nm <= low_nm {
+        return Err(uncovered(low_nm, high_nm.max(low_nm)));
+    }
     if *first_nm > low_nm {
         return Err(uncovered(low_nm, first_nm.min(high_nm)));
     }
@@ -265,7 +271,10 @@ fn ends(wavelengths_nm: &[f64]) -> Result<WavelengthRange, TransportError> {
 }
 
 fn check_ascent(wavelengths_nm: &[f64]) -> Result<(), TransportError> {
-    match wavelengths_nm.windows(2).find(|pair| pair[1] <= pair[0] || !(pair[1] - pair[0]).is_finite()) {
+    if wavelengths_nm.iter().any(|wavelength_nm| !wavelength_nm.is_finite()) {
+        return Err(TransportError::Combination { quantity: "wavelength", rule: "must be finite" });
+    }
+    match wavelengths_nm.windows(2).find(|pair| pair[1] <= pair[0]) {
         Some(pair) => Err(TransportError::Descending { previous_nm: pair[0], next_nm: pair[1] }),
         None => Ok(()),
     }
@@ -290,7 +299,11 @@ pub fn band_integrals(band: Band, wavelengths_nm: &[f64]) -> Result<Vec<f64>, Tr
     Ok(hat_integrals(wavelengths_nm, range, std::iter::empty(), weight))
 }
 
-/// A spectrum that is linear between ascending wavelengths, and 0 beyond them: the response of a sensor, or a light.
+/// Greatest value of a [`LinearSpectrum`]: integrals of greater ones lose digits.
+const GREATEST_VALUE: f64 = 1e12;
+
+/// A spectrum that is linear between ascending wavelengths, and 0 beyond them: the response of a sensor, or a light, in
+/// any unit per nm.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LinearSpectrum {
     wavelengths_nm: Vec<f64>,
@@ -312,7 +325,7 @@ impl LinearSpectrum {
             return Err(TransportError::Count { quantity, count: values.len(), expected });
         }
         check_ascent(wavelengths_nm)?;
-        let range = ParameterRange { quantity, least: 0.0, greatest: 1e12, unit: "" };
+        let range = ParameterRange { quantity, least: 0.0, greatest: GREATEST_VALUE, unit: "" };
         values.iter().try_for_each(|value| range.check(*value))?;
         if values.iter().all(|value| *value <= 0.0) {
             return Err(TransportError::Combination { quantity, rule: "must be above 0 somewhere" });
@@ -345,7 +358,7 @@ impl LinearSpectrum {
 ///
 /// # Errors
 /// If the wavelengths do not ascend, do not reach the ends of the response, or have a gap of more than
-/// [`MOST_STEP_NM`] in it; if there is no light in the band.
+/// [`MOST_STEP_NM`] in it; if the wavelengths of the light do not reach them, or there is no light in the band.
 pub fn response_weights(
     band: &'static str,
     response: &LinearSpectrum,
@@ -354,14 +367,11 @@ pub fn response_weights(
 ) -> Result<Vec<f64>, TransportError> {
     let range = response.support();
     check_cover(band, range, wavelengths_nm)?;
-    let light_wavelengths_nm: Vec<f64> = match light {
-        Some(light) => light.wavelengths_nm.clone(),
-        None => {
-            let covered = G173.wavelength_range();
-            [range.first_nm, range.last_nm].iter().try_for_each(|nm| covered.check("wavelength of a response", *nm))?;
-            G173.wavelengths_nm().collect()
-        }
+    let (covered, light_wavelengths_nm) = match light {
+        Some(light) => (ends(&light.wavelengths_nm)?, light.wavelengths_nm.clone()),
+        None => (G173.wavelength_range(), G173.wavelengths_nm().collect()),
     };
+    [range.first_nm, range.last_nm].iter().try_for_each(|nm| covered.check("wavelength of a response", *nm))?;
     let density =
         |nm: f64| response.at(nm) * light.map_or_else(|| spectral_irradiance_w_m2_nm(nm), |light| light.at(nm));
     let kinks = light_wavelengths_nm.into_iter().chain(response.wavelengths_nm.iter().copied());

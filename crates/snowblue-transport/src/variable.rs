@@ -1,4 +1,4 @@
-//! The variables with respect to which spectra are differentiated.
+//! The variables with respect to which fluxes are differentiated.
 
 use std::fmt;
 use std::str::FromStr;
@@ -10,7 +10,8 @@ use crate::sample::{DENSITY, SURFACE_AREA, SnowSample, WATER_SATURATION};
 use crate::slab::THICKNESS;
 use crate::stack::GROUND_ALBEDO;
 
-/// A quantity with respect to which reflectance and transmittance are differentiated; all others stay as they are.
+/// A quantity with respect to which reflectance, transmittance and fluxes are differentiated; all others stay as they
+/// are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Variable {
     /// Specific surface area of the grains, in m²/kg, which scales all grain sizes and leaves the shapes as they are.
@@ -59,7 +60,7 @@ impl Variable {
         }
     }
 
-    /// Whether each layer has its own, and not the light or the ground.
+    /// Whether the variable belongs to a layer, and not to the light or the ground.
     #[must_use]
     pub fn is_of_layer(self) -> bool {
         !matches!(self, Self::CosIncidence | Self::GroundAlbedo)

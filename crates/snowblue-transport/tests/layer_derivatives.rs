@@ -273,13 +273,11 @@ fn the_remainder_of_taylor_is_of_second_order() {
                         let there = &there[usize::from(part < 1.0)];
                         there[wavelength][place] - value - derivative * part * step
                     });
-                    // Where the curvature is seen above the rounding, by 10³.
-                    let scale = scale(place, here);
-                    if half.abs() > 1e-10 * scale {
-                        // The next term is some h/p times the number of e-foldings, and where the curvature changes its
-                        // sign it is not small.
-                        let folds = 1.0 + value.abs().ln().abs();
-                        let next = 0.05 * folds * (1.0 + 1e-4 * scale / half.abs());
+                    // The next term is some h/p times the number of e-foldings, and where the curvature changes its
+                    // sign it is not small. An error of first order leaves a ratio of 2.
+                    let folds = 1.0 + value.abs().ln().abs();
+                    let next = 0.05 * folds * (1.0 + 1e-5 * scale(place, here) / half.abs());
+                    if next < 1.0 {
                         let ratio = whole / half;
                         assert!(
                             (ratio - 4.0).abs() < next,
@@ -293,7 +291,7 @@ fn the_remainder_of_taylor_is_of_second_order() {
             }
         }
     }
-    assert!(tested > 3000, "{tested}");
+    assert!(tested > 500, "{tested}");
 }
 
 /// One layer has the derivatives of the slab, which is solved by another method.

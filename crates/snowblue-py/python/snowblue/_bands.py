@@ -40,13 +40,14 @@ def bands(
         :class:`xarray.DataArray` on `wavelength`, or a pair of wavelengths (nm) and values, in any unit; between the
         wavelengths it is linear, and beyond them 0. None is the band of that name.
     light : xarray.DataArray, optional
-        Irradiance on `wavelength`, in any unit of energy, such as that of :func:`sky`; by default the standard sun,
-        that of :func:`sunlight`.
+        Irradiance on `wavelength`, which must cover the bands, in any unit of energy, such as that of :func:`sky`; by
+        default the standard sun, that of :func:`sunlight`.
 
     Returns
     -------
     xarray.Dataset or xarray.DataArray
-        With `band` in place of `wavelength`. Standard errors are those of errors that are equal at all wavelengths.
+        With `band` in place of `wavelength`. Standard errors are those of errors that are fully correlated between
+        wavelengths, and too large for independent ones.
         E-folding depths, which are no fractions of light, and intervals are left out.
 
     Examples
@@ -62,12 +63,16 @@ def bands(
     """
     import xarray as xr
 
-    if "wavelength" not in solved.dims:
-        raise ValueError("the spectra have no dimension 'wavelength'")
+    if not isinstance(solved, (xr.Dataset, xr.DataArray)):
+        raise ValueError(f"the spectra are of the type {type(solved).__name__}, but must be a Dataset or a DataArray")
+    if "wavelength" not in solved.dims or "band" in solved.dims:
+        raise ValueError("the spectra need the dimension 'wavelength', and may not have 'band'")
     wavelengths_nm = numbers(WAVELENGTH, solved.wavelength)
     if isinstance(bands, str):
         bands = [bands]
-    responses = dict(bands) if isinstance(bands, Mapping) else dict.fromkeys(bands)
+    responses = dict(bands) if isinstance(bands, Mapping) else dict.fromkeys(bands or ())
+    if not all(isinstance(name, str) for name in responses):
+        raise ValueError("the names of bands must be words")
     check_names(BANDS, [name for name, response in responses.items() if response is None])
     if not responses:
         raise ValueError("no band is given")
@@ -87,20 +92,37 @@ def bands(
         return found.assign_attrs(spectrum.attrs)
 
     if isinstance(solved, xr.DataArray):
+        # Derivatives of fractions have units.
+        if "_per_" not in str(solved.name) or _plain(solved.name) not in FRACTIONS:
+            _check_fraction(solved)
         return mean(solved).rename(solved.name)
-    of = {name: name.partition("_per_")[0].removesuffix("_se") for name in solved.data_vars}
-    kept = [name for name, plain in of.items() if plain in FRACTIONS and "wavelength" in solved[name].dims]
+    kept = [name for name in solved.data_vars if _plain(name) in FRACTIONS and "wavelength" in solved[name].dims]
     if not kept:
         raise ValueError(f"the spectra have none of the variables {', '.join(FRACTIONS)}")
+    for name in {_plain(name) for name in kept} & set(solved.data_vars):
+        _check_fraction(solved[name])
     made = {"light": "ASTM G173-03" if light is None else str(light.name or "given")}
     return xr.Dataset({name: mean(solved[name]) for name in kept}, attrs=solved.attrs | made)
+
+
+def _check_fraction(spectrum: xr.DataArray) -> None:
+    """Irradiances must not be weighted with sunlight again."""
+    units = spectrum.attrs.get("units", "1")
+    if units != "1":
+        raise ValueError(f"'{spectrum.name}' is in {units}, but means of bands are those of fractions of light")
+
+
+def _plain(name: Any) -> str:
+    """The quantity whose standard error or derivative a variable is, or itself."""
+    return str(name).partition("_per_")[0].removesuffix("_se")
 
 
 def _curve(label: str, given: Any) -> tuple[list[float], list[float]]:
     """Wavelengths and values of a spectrum."""
     if hasattr(given, "dims"):
         if given.dims != ("wavelength",) or "wavelength" not in given.coords:
-            raise ValueError(f"the {label} has the dimensions {given.dims}, but must have 'wavelength' with its values")
+            dims = ", ".join(map(str, given.dims))
+            raise ValueError(f"the {label} has the dimensions {dims}, but must have 'wavelength' with its values")
         given = (given.wavelength.values, given.values)
     try:
         wavelengths_nm, values = (np.asarray(one, dtype=float) for one in given)

@@ -9,6 +9,7 @@ import numpy as np
 
 from snowblue import _native
 from snowblue._arguments import (
+    IMPURITIES,
     DEPTH,
     THICKNESS,
     WAVELENGTH,
@@ -118,7 +119,7 @@ def light_at_depth(
     depths_cm = numbers(DEPTH, depth_cm)
     if not isinstance(sky, xr.Dataset):
         check_names(SKY_NAMES, sky)
-        sky = daylight(**{"wavelength_nm": _wavelengths(packed, sky), **sky})
+        sky = daylight(**{"wavelength_nm": _wavelengths(packed, sky, parameters(jacobian)), **sky})
     for name in ("direct", "diffuse", "elevation"):
         if name not in sky:
             raise ValueError(f"the sky has no '{name}'")
@@ -204,9 +205,14 @@ def light_at_depth(
     return xr.Dataset(variables, coords, attributes(**made))
 
 
-def _wavelengths(packed: list[tuple[dict[str, Any], float]], sky: Mapping[str, Any]) -> np.ndarray:
-    """Default wavelengths under a sky, as far as the tables of all layers reach."""
-    ranges = [_native.wavelength_range(snow) for snow, _ in packed]
+def _wavelengths(
+    packed: list[tuple[dict[str, Any], float]], sky: Mapping[str, Any], jacobian: Iterable[str]
+) -> np.ndarray:
+    """Default wavelengths under a sky, as far as the tables of all layers reach, and of what changes in them."""
+    changed: dict[str, Any] = {"impurities_ng_g": {name: 1.0 for name in jacobian if name in IMPURITIES.values()}}
+    if "water_saturation" in jacobian:
+        changed["water_saturation"] = 0.01
+    ranges = [_native.wavelength_range(snow) for snow in (*(snow for snow, _ in packed), changed)]
     first_nm, last_nm = max(one[0] for one in ranges), min(one[1] for one in ranges)
     all_nm = np.array(_native.daylight_wavelengths(bool(sky.get("overcast"))))
     return all_nm[(first_nm <= all_nm) & (all_nm <= last_nm)]

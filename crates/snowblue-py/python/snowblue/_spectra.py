@@ -575,7 +575,10 @@ def parameter_quantity(name: str) -> Quantity:
 
 def parameters(jacobian: str | Iterable[str], engine: str = "ordinates") -> list[str]:
     """The names of parameters that results are differentiated by."""
-    names = [jacobian] if isinstance(jacobian, str) else list(jacobian or ())
+    names = [jacobian] if isinstance(jacobian, str) else jacobian
+    if not isinstance(names, Iterable) or not all(isinstance(name, str) for name in names):
+        raise ValueError(f"jacobian is {jacobian!r}, but must be names of parameters")
+    names = list(names)
     if engine == "montecarlo" and names:
         raise ValueError("jacobian needs the engine 'ordinates'")
     return names

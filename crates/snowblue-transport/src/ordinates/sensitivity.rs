@@ -1,5 +1,5 @@
-//! Derivatives of the fluxes of layers by the adjoint equations: one further solution for each light serves every flux,
-//! depth, layer and variable.
+//! Derivatives of the fluxes of layers by the adjoint equations: for each light and four variables, one further
+//! solution serves every flux, depth and layer.
 //!
 //! **The network and its adjoint.** S at all faces solves A x = s, where A is symmetric and sums the conductances of
 //! the layers, and s is what an emitting face injects, which no variable changes. A flux is cᵀ x, the radiance that
@@ -63,7 +63,7 @@ struct BeamSensitivity {
     unchanged: Vec<Escape>,
 }
 
-/// A flux through a face, as the radiance of an emission.
+/// Whether an emission gives a flux through a face or the fluence rate there.
 #[derive(Clone, Copy)]
 pub(super) enum FaceQuantity {
     /// A flux downwards, upwards or both.

@@ -152,7 +152,7 @@ pub fn solve_stack_without_errors(
 /// let soot = [Variable::MassFraction(Substance::BlackCarbon)];
 /// let options = OrdinatesOptions { tally_rays: 1 << 12, ..OrdinatesOptions::default() };
 /// let solved = differentiate_stack(&stack, &soot, &options, false)?;
-/// // A nanogram of soot per gram of snow darkens most where the snow is: in the thick layer.
+/// // A mass fraction of soot darkens a thick layer more than a thin one.
 /// let [upper, lower] = [0, 1].map(|layer| solved.derivatives[layer].whole.reflectance);
 /// assert!(lower < upper && upper < 0.0);
 /// // But that of the upper layer weighs more per gram.
