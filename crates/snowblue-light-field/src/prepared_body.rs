@@ -13,7 +13,7 @@ use super::body_field::LitFluence;
 use super::field_scene::FieldScene;
 use super::gather::ElementValues;
 use super::illumination::{Illumination, LampInSnow};
-use super::sight::SizesBySight;
+use super::sight::{SizesBySight, greatest_cell_m};
 use super::snowpack::Snowpack;
 use super::solid::Solid;
 use super::surface_light::{EnteringLight, entering_light};
@@ -86,14 +86,17 @@ impl BareBody<'_> {
     fn sizes<'s>(&self, groups: usize, scene: &'s FieldScene, memory_mib: u64) -> Option<SizesBySight<'s>> {
         let LightFieldSettings { step_mm: None, nodes: None, .. } = scene.settings else { return None };
         let sight = scene.sight.as_ref()?;
+        let [low, high] = self.solid.bounds();
+        let extent_m = (high - low).max_element();
         let is_wide = self.is_wide(groups, scene, memory_mib);
         let sizes: Option<SizesByDistance> = if is_wide {
-            Some(sight.sizes_of_wide())
+            Some(sight.sizes_of_wide(extent_m))
         } else {
             let shortest_m = self.snow.least_transport_length_m();
             scene.has_one_view.then(|| sight.sizes(self.survey.coarsest_usual_step_m(shortest_m)))
         };
-        Some(SizesBySight { sizes: sizes?, seen: scene.has_one_view.then(|| sight.seen()) })
+        let seen = scene.has_one_view.then(|| sight.seen());
+        Some(SizesBySight { sizes: sizes?, seen, greatest_m: greatest_cell_m(extent_m) })
     }
 
     /// Whether its cells must follow a picture to fit into the memory.

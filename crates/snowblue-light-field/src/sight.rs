@@ -12,8 +12,10 @@ use snowblue_scene::camera::PerspectiveCamera;
 use snowblue_scene::objects::Objects;
 use snowblue_scene::seen::{FEWEST_ROWS, SIZE_PER_DISTANCE, SeenPlaces};
 
-/// Greatest cells at the surface that follow the picture, in m.
+/// Greatest size of the cells at the surface that follow the picture, in m.
 const GREATEST_CELL_M: f64 = 1.0;
+/// Cells of the greatest size along a body that is wider than so many m: lines through all of them are a million.
+const GREATEST_CELLS_ALONG: f64 = 1000.0;
 /// Pixels of a picture that a cell of a body that is not wide may span.
 const PIXELS: f64 = 2.0;
 
@@ -35,9 +37,9 @@ impl<'a> Sight<'a> {
         Self { objects, camera, pixel_rad: fov_rad / f64::from(rows), seen: OnceLock::new() }
     }
 
-    /// Sizes of the cells of a wide body.
-    pub(crate) fn sizes_of_wide(&self) -> SizesByDistance {
-        SizesByDistance::of_picture(self.viewpoint(), self.pixel_rad, GREATEST_CELL_M)
+    /// Sizes of the cells of a wide body of an extent in m.
+    pub(crate) fn sizes_of_wide(&self, extent_m: f64) -> SizesByDistance {
+        SizesByDistance::of_picture(self.viewpoint(), self.pixel_rad, greatest_cell_m(extent_m))
     }
 
     /// Sizes of the cells of another body, in m, which are smaller than the greatest everywhere.
@@ -56,6 +58,11 @@ impl<'a> Sight<'a> {
     }
 }
 
+/// Greatest size of the cells at the surface of a body of an extent in m.
+pub(crate) fn greatest_cell_m(extent_m: f64) -> f64 {
+    GREATEST_CELL_M.max(extent_m / GREATEST_CELLS_ALONG)
+}
+
 /// The sizes of another rule at what is seen, and greater ones with the distance to it.
 #[derive(Debug)]
 pub(crate) struct SizesBySight<'a> {
@@ -63,13 +70,15 @@ pub(crate) struct SizesBySight<'a> {
     pub(crate) sizes: SizesByDistance,
     /// What is seen; all if none.
     pub(crate) seen: Option<&'a SeenPlaces>,
+    /// The greatest size, in m.
+    pub(crate) greatest_m: f64,
 }
 
 impl CellSizes for SizesBySight<'_> {
     fn least_between(&self, low: DVec3, high: DVec3) -> SizeLimits {
         let SizeLimits { flat_m, detailed_m } = self.sizes.least_between(low, high);
         let hidden_m = self.seen.map_or(0.0, |seen| SIZE_PER_DISTANCE * seen.distance_m(low, high));
-        let hidden_m = hidden_m.min(GREATEST_CELL_M);
+        let hidden_m = hidden_m.min(self.greatest_m);
         SizeLimits { flat_m: flat_m.max(hidden_m), detailed_m: detailed_m.max(hidden_m) }
     }
 }
@@ -87,7 +96,7 @@ mod tests {
             flat_per_distance: 0.02,
             greatest_m: 0.5,
         };
-        let sizes = SizesBySight { sizes, seen: Some(&seen) };
+        let sizes = SizesBySight { sizes, seen: Some(&seen), greatest_m: greatest_cell_m(1.0) };
         let at = |y: f64| sizes.least_between(DVec3::new(0.0, y, 0.0), DVec3::new(0.0, y, 0.0));
         assert_eq!(at(2.0), SizeLimits { flat_m: 0.04, detailed_m: 0.01 });
         // Half a metre behind it.
