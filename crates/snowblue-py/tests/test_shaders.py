@@ -150,8 +150,8 @@ def test_the_functions_give_the_colours_of_snow(device, name, added_error):
         for quantity, reflected in enumerate([False, True]):
             colours = snowblue.color(**SNOWS[name], **slab, reflected=reflected)
             colour = np.array([float(colours[f"{channel}_linear"].item()) for channel in "rgb"])
-            # The stated error is that of X, Y and Z; the matrix to sRGB makes up to twice that of a channel.
-            assert relative(ours[number, quantity], colour) < 2 * stated, (name, number, slab)
+            # The stated error is that of X, Y and Z; of a channel the matrix to sRGB makes up to twice the fit's 6e-4.
+            assert relative(ours[number, quantity], colour) < max(stated, 1e-3), (name, number, slab)
 
 
 def test_a_table_holds_the_fit(tmp_path):

@@ -43,7 +43,7 @@ pub(crate) struct Bake {
     #[arg(short, long, value_name = "FILE", value_parser = output_path())]
     output: PathBuf,
     #[arg(
-        long, value_name = "MM", value_parser = step_mm,
+        long, value_name = "MM", value_parser = parse::parameter(STEP_RANGE),
         help = format!(
             "Greatest length of an edge in mm [{}; default: twice the cells of the light field at the surface]; there \
              are at most {MOST_VERTICES} vertices", limits::ends(&STEP_RANGE.inclusive())
@@ -140,10 +140,4 @@ impl Bake {
             Failure::Input(format!("{}: {reason}", self.scene.name()))
         })
     }
-}
-
-fn step_mm(words: &str) -> Result<f64, String> {
-    let step_mm = parse::number(words)?;
-    STEP_RANGE.check(step_mm).map_err(|error| error.to_string())?;
-    Ok(step_mm)
 }

@@ -3,6 +3,7 @@
 use std::ops::{Range, RangeInclusive};
 use std::time::Duration;
 
+use snowblue_base::ParameterRange;
 use snowblue_color::exposure::GREATEST_STOPS;
 use snowblue_color::{Illuminant, Observer, Srgb8};
 use snowblue_database::axes_file;
@@ -65,6 +66,15 @@ pub(crate) fn number_of(range: RangeInclusive<f64>) -> impl Fn(&str) -> Result<f
     move |word| {
         let number = number(word).ok().filter(|number| range.contains(number));
         number.ok_or_else(|| format!("must be a number of {}–{}", range.start(), range.end()))
+    }
+}
+
+/// The parser of a parameter, whose errors name it with its range and unit.
+pub(crate) fn parameter(range: ParameterRange) -> impl Fn(&str) -> Result<f64, String> + Clone {
+    move |word| {
+        let number = number(word)?;
+        range.check(number).map_err(|error| error.to_string())?;
+        Ok(number)
     }
 }
 

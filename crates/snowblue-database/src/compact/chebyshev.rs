@@ -54,10 +54,8 @@ impl Chebyshev2 {
         const STEPS_PER_OCTAVE: f64 = 4.0;
         let exact = self.at_all(points);
         let is_close = |short: &Self| {
-            let differences = short.at_all(points).into_iter().zip(&exact);
-            differences
-                .into_iter()
-                .all(|(short, exact)| short.iter().zip(exact).all(|(s, e)| (s - e).abs() <= tolerance))
+            let sums = short.at_all(points);
+            sums.iter().flatten().zip(exact.iter().flatten()).all(|(short, exact)| (short - exact).abs() <= tolerance)
         };
         let thresholds = (0..STEPS).map(|step| tolerance * (-f64::from(step) / STEPS_PER_OCTAVE).exp2());
         thresholds
@@ -73,12 +71,9 @@ impl Chebyshev2 {
         let is_kept = |coefficients: &[f64; 3]| coefficients.iter().any(|value| value.abs() >= threshold);
         let length = |row: &[[f64; 3]]| row.iter().rposition(is_kept).map_or(0, |last| last + 1);
         let count = self.rows.iter().rposition(|row| length(row) > 0).map_or(1, |last| last + 1);
-        let united = |coefficients: &[f64; 3]| {
-            let [least, greatest] = [f64::min, f64::max].map(|of_two| coefficients.iter().copied().reduce(of_two));
-            match least.zip(greatest) {
-                Some((least, greatest)) if greatest - least < 2.0 * threshold => [0.5 * (least + greatest); 3],
-                _ => *coefficients,
-            }
+        let united = |&[x, y, z]: &[f64; 3]| {
+            let (least, greatest) = (x.min(y).min(z), x.max(y).max(z));
+            if greatest - least < 2.0 * threshold { [0.5 * (least + greatest); 3] } else { [x, y, z] }
         };
         let rounded = |coefficients: &[f64; 3]| united(coefficients).map(|value| (value * scale).round() / scale);
         let of_row = |row: &Vec<[f64; 3]>| row[..length(row).max(1)].iter().map(rounded).collect();

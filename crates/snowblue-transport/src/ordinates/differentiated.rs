@@ -21,7 +21,7 @@ use std::ops::Mul;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use super::delta_m::Scaled;
-use super::homogeneous::{Direction, HomogeneousMedium, Light, LitSlab, SlabSolution, Transfer, strengths};
+use super::homogeneous::{Direction, HomogeneousMedium, Light, LitSlab, SlabSolution, Transfer, decay_rate, strengths};
 use crate::dual::{Dual, LANES, Real};
 use crate::slab::Incidence;
 
@@ -31,8 +31,6 @@ pub(super) struct DifferentiatedModes {
     pub(super) rates: Vec<Dual>,
     /// X, with the value 0.
     change: DMatrix<Dual>,
-    /// The change with each variable.
-    changes: [Option<ModeChange>; LANES],
     /// Vᵀ p_l for even l and Hᵀ p_l for odd l: a column for each l.
     shapes: DMatrix<f64>,
 }
@@ -51,6 +49,11 @@ pub(super) struct DifferentiatedMedium {
 impl DifferentiatedModes {
     /// The modes of `medium` with the derivatives of `scaled`.
     pub(super) fn new(medium: &HomogeneousMedium, scaled: Scaled<Dual>) -> Self {
+        Self::with_changes(medium, scaled).0
+    }
+
+    /// The same, with the change by each variable.
+    fn with_changes(medium: &HomogeneousMedium, scaled: Scaled<Dual>) -> (Self, [Option<ModeChange>; LANES]) {
         let modes = &medium.modes;
         let n = modes.rates.len();
         let mut shapes = DMatrix::zeros(n, medium.basis.ncols());
@@ -64,7 +67,8 @@ impl DifferentiatedModes {
             |of: &dyn Fn(&ModeChange) -> f64| changes.each_ref().map(|change| change.as_ref().map_or(0.0, of));
         let change = DMatrix::from_fn(n, n, |i, j| Dual::new(0.0, by_change(&|change| change.shapes[(i, j)])));
         let rate = |(j, k): (usize, &f64)| Dual::new(*k, by_change(&|change| 0.5 * change.squared_rates[j] / k));
-        Self { rates: modes.rates.iter().enumerate().map(rate).collect(), scaled, change, changes, shapes }
+        let rates = modes.rates.iter().enumerate().map(rate).collect();
+        (Self { rates, scaled, change, shapes }, changes)
     }
 
     /// X u.
@@ -97,10 +101,9 @@ impl DifferentiatedModes {
         }
     }
 
-    /// As that of the medium: the rate of the slowest mode per (unscaled) optical depth.
+    /// As that of the medium.
     pub(super) fn decay_rate(&self) -> Dual {
-        let slowest = self.rates.iter().copied().reduce(|a, b| if b.value() < a.value() { b } else { a });
-        self.scaled.depth_ratio * slowest.unwrap_or_else(|| unreachable!("there is a mode"))
+        decay_rate(self.scaled.depth_ratio, &self.rates)
     }
 
     /// The scaled optical depth of a thickness in cm of a medium with this extinction coefficient.
@@ -116,11 +119,11 @@ impl DifferentiatedMedium {
     /// `medium` with the derivatives of `scaled`.
     pub(super) fn new(medium: &HomogeneousMedium, scaled: Scaled<Dual>) -> Self {
         let HomogeneousMedium { gamma, delta, entering: [h, v], .. } = medium;
-        let modes = DifferentiatedModes::new(medium, scaled);
+        let (modes, changes) = DifferentiatedModes::with_changes(medium, scaled);
         let n = modes.rates.len();
         // Half of dΓ and of dΔ, to which its transpose is added.
         let halves = |half: &dyn Fn(&DMatrix<f64>) -> DMatrix<f64>| {
-            modes.changes.each_ref().map(|change| change.as_ref().map(|ModeChange { shapes: x, .. }| half(x)))
+            changes.each_ref().map(|change| change.as_ref().map(|ModeChange { shapes: x, .. }| half(x)))
         };
         let symmetric = |matrix: &DMatrix<f64>, halves: &[Option<DMatrix<f64>>; LANES]| {
             let by = |i: usize, j: usize| {

@@ -139,6 +139,12 @@ pub(super) struct Passed<T = f64> {
     pub(super) transmittance: T,
 }
 
+/// Decay rate of light far from all faces: the rate of the slowest mode per (unscaled) optical depth.
+pub(super) fn decay_rate<T: Real>(depth_ratio: T, rates: &[T]) -> T {
+    let slowest = rates.iter().copied().reduce(|a, b| if b.value() < a.value() { b } else { a });
+    depth_ratio * slowest.unwrap_or_else(|| unreachable!("there is a mode"))
+}
+
 impl HomogeneousMedium {
     /// Checks that `medium` has a valid albedo and moments, and that `streams` ordinates resolve its phase function.
     /// With too few ordinates for a narrow peak that is not forward, the discrete medium would create light.
@@ -223,7 +229,7 @@ impl HomogeneousMedium {
     /// Decay rate of light far from all faces: the rate of the slowest mode per (unscaled) optical depth.
     #[must_use]
     pub fn decay_rate(&self) -> f64 {
-        self.scaled.depth_ratio * self.modes.rates.iter().copied().fold(f64::INFINITY, f64::min)
+        decay_rate(self.scaled.depth_ratio, &self.modes.rates)
     }
 
     /// Fluxes of a slab of (unscaled) `optical_depth`, which may be infinite, under each of `lights`.

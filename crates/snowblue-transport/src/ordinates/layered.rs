@@ -176,7 +176,7 @@ impl<'m> LayeredMedium<'m> {
         let lower = lower_sides(&mut layers, ground_albedo);
         let upper = upper_sides(&mut layers);
         let lights = incidences.iter().map(|incidence| Response::new(&layers, incidence)).collect();
-        Self { lower, upper, ground: 2.0 * ground_albedo / (1.0 + ground_albedo), lights, layers }
+        Self { lower, upper, ground: ground_radiance(ground_albedo), lights, layers }
     }
 
     /// Fluxes through a face under each of the lights.
@@ -287,6 +287,11 @@ pub(super) fn cross(crossing: Option<&Crossing>, amplitudes: &DVector<f64>) -> D
     )
 }
 
+/// Radiance of a ground of an albedo A per 1ᵀ M S on it, 2A/(1 + A).
+pub(super) fn ground_radiance<T: Real>(albedo: T) -> T {
+    albedo * 2.0 / (albedo + 1.0)
+}
+
 /// The sides below each face, computed from the ground up; sets `downwards` of each layer.
 ///
 /// The ground's y is Δ − 4A/(1 + A) v vᵀ, since it reflects 2A 1 1ᵀ M I⁺.
@@ -294,8 +299,9 @@ fn lower_sides(layers: &mut [Layer], albedo: f64) -> Vec<Side> {
     let bottom = layers[layers.len() - 1].medium;
     let [_, v] = &bottom.entering;
     let mut conductance = bottom.delta.clone();
-    conductance.ger(-4.0 * albedo / (1.0 + albedo), v, v, 1.0);
-    let mut sides = vec![Side { conductance, returned: v * (2.0 * albedo / (1.0 + albedo)) }];
+    let ground = ground_radiance(albedo);
+    conductance.ger(-2.0 * ground, v, v, 1.0);
+    let mut sides = vec![Side { conductance, returned: v * ground }];
     for layer in layers.iter_mut().rev() {
         let below = &sides[sides.len() - 1];
         let near = layer.interface.as_ref().map_or_else(|| below.clone(), |interface| below.changed(&interface.up));

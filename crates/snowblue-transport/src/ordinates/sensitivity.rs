@@ -1,5 +1,5 @@
-//! Derivatives of the fluxes of layers by the adjoint equations: for each light and four variables, one further
-//! solution serves every flux, depth and layer.
+//! Derivatives of the fluxes of layers by the adjoint equations: one further solution for each light serves every flux,
+//! depth, layer and variable.
 //!
 //! **The network and its adjoint.** S at all faces solves A x = s, where A is symmetric and sums the conductances of
 //! the layers, and s is what an emitting face injects, which no variable changes. A flux is cᵀ x, the radiance that
@@ -29,7 +29,7 @@ use nalgebra::DVector;
 use super::differentiated::DifferentiatedModes;
 use super::homogeneous::solver;
 use super::integrals::{rate_over_sinh, sinh_over_rate};
-use super::layered::{Emission, Escape, Layer, LayeredMedium, Profile, Response, cross};
+use super::layered::{Emission, Escape, Layer, LayeredMedium, Profile, Response, cross, ground_radiance};
 use crate::dual::{Dual, LANES, Real};
 use crate::variable::Variable;
 
@@ -40,19 +40,28 @@ pub(super) struct DifferentiatedLayer<'m> {
     pub(super) depth: Dual,
 }
 
-/// The derivatives of all fluxes under one light by some variables.
-pub(super) struct Sensitivity {
-    /// Of the radiance of each layer, in the light that arrives at its top.
-    escape: Vec<Escape<Dual>>,
-    beam: Option<BeamSensitivity>,
+/// The adjoint solution for one light, which serves all variables.
+pub(super) struct Adjoint {
+    /// λ in each layer.
+    layers: Vec<AdjointLayer>,
     /// 1ᵀ M λ on the ground.
     on_ground: f64,
+    /// Radiance of each layer at the top of the stack per amplitude of its modes, of a beam.
+    unchanged: Option<Vec<Escape>>,
+}
+
+/// The derivatives of all fluxes under one light by some variables.
+pub(super) struct Sensitivity<'a> {
+    adjoint: &'a Adjoint,
+    /// Of the radiance of each layer, in the light that arrives at its top.
+    escape: Vec<Escape<Dual>>,
+    beam: Option<BeamSensitivity<'a>>,
     /// Radiance of the ground per 1ᵀ M S on it.
     ground: Dual,
 }
 
 /// What changes of a beam that is not scattered.
-struct BeamSensitivity {
+struct BeamSensitivity<'a> {
     /// 1/μ, by the cosine.
     per_cosine: Dual,
     /// Unscattered fraction at each face, by the cosine.
@@ -60,7 +69,7 @@ struct BeamSensitivity {
     /// Relative change of the unscattered fraction below each layer.
     attenuation: Vec<Dual>,
     /// Radiance of each layer at the top of the stack per amplitude of its modes, for those below a layer.
-    unchanged: Vec<Escape>,
+    unchanged: &'a [Escape],
 }
 
 /// Whether an emission gives a flux through a face or the fluence rate there.
@@ -81,7 +90,7 @@ pub(super) struct FluxChange {
 }
 
 /// The adjoint solution in one layer.
-struct Adjoint {
+struct AdjointLayer {
     /// λ_t.
     top: DVector<f64>,
     /// λ_t + c_s.
@@ -97,27 +106,30 @@ struct Adjoint {
 }
 
 impl LayeredMedium<'_> {
-    /// The derivatives under each of the lights by `variables`, of which `layers` and `ground_albedo` have the numbers.
-    pub(super) fn sensitivities(
+    /// The derivatives under each of the lights, of which `adjoints` are the solutions, by `variables`, of which
+    /// `layers` and `ground_albedo` have the numbers.
+    pub(super) fn sensitivities<'a>(
         &self,
+        adjoints: &'a [Adjoint],
         layers: &[DifferentiatedLayer],
         ground_albedo: Dual,
         variables: &[Variable],
-    ) -> Vec<Sensitivity> {
-        let ground = ground_albedo * 2.0 / (ground_albedo + 1.0);
-        self.lights.iter().map(|light| self.sensitivity(light, layers, ground, variables)).collect()
+    ) -> Vec<Sensitivity<'a>> {
+        let ground = ground_radiance(ground_albedo);
+        let lights = self.lights.iter().zip(adjoints);
+        lights.map(|light| self.sensitivity(light, layers, ground, variables)).collect()
     }
 
-    fn sensitivity(
+    fn sensitivity<'a>(
         &self,
-        light: &Response,
+        (light, adjoint): (&Response, &'a Adjoint),
         layers: &[DifferentiatedLayer],
         ground: Dual,
         variables: &[Variable],
-    ) -> Sensitivity {
+    ) -> Sensitivity<'a> {
         let beam = match light {
             Response::Lambertian => None,
-            Response::Beam { cosine, clear, escape } => {
+            Response::Beam { cosine, .. } => {
                 let per_cosine = Dual::from(1.0) / Variable::CosIncidence.number(*cosine, variables);
                 let mut depth_above = 0.0;
                 let mut clear_by_cosine = vec![Dual::from(1.0)];
@@ -125,13 +137,12 @@ impl LayeredMedium<'_> {
                     depth_above += layer.depth;
                     clear_by_cosine.push((-per_cosine * depth_above).exp());
                 }
-                let unchanged = escape.iter().zip(clear).map(|(escape, clear)| escape.times(*clear)).collect();
+                let unchanged = adjoint.unchanged.as_deref().unwrap_or_default();
                 let attenuation = layers.iter().map(|layer| -layer.depth / *cosine).collect();
                 Some(BeamSensitivity { per_cosine, clear: clear_by_cosine, attenuation, unchanged })
             }
         };
-        let (adjoints, on_ground) = self.adjoint(beam.as_ref());
-        let escapes = layers.iter().zip(&self.layers).zip(&adjoints).enumerate();
+        let escapes = layers.iter().zip(&self.layers).zip(&adjoint.layers).enumerate();
         let escape = escapes.map(|(j, ((layer, plain), adjoint))| {
             let own = match &beam {
                 Some(BeamSensitivity { per_cosine, clear, .. }) => {
@@ -142,16 +153,28 @@ impl LayeredMedium<'_> {
             };
             adjoint.add_to(own, layer, plain.depth)
         });
-        Sensitivity { escape: escape.collect(), beam, on_ground, ground }
+        Sensitivity { adjoint, escape: escape.collect(), beam, ground }
     }
 
-    /// λ in each layer, and 1ᵀ M λ on the ground.
-    fn adjoint(&self, beam: Option<&BeamSensitivity>) -> (Vec<Adjoint>, f64) {
+    /// The adjoint solution for each of the lights.
+    pub(super) fn adjoints(&self) -> Vec<Adjoint> {
+        self.lights.iter().map(|light| self.adjoint(light)).collect()
+    }
+
+    fn adjoint(&self, light: &Response) -> Adjoint {
+        let beam = match light {
+            Response::Lambertian => None,
+            Response::Beam { clear, escape, .. } => {
+                let unchanged: Vec<Escape> =
+                    escape.iter().zip(clear).map(|(escape, clear)| escape.times(*clear)).collect();
+                Some((unchanged, clear[self.layers.len()]))
+            }
+        };
         let last = self.layers.len();
         let ground = &self.medium_at(last).entering[1];
         // What everything below a face injects there: its current is y λ less this.
-        let mut injected = match beam {
-            Some(BeamSensitivity { clear, .. }) => ground * (clear[last].value() * self.ground),
+        let mut injected = match &beam {
+            Some((_, clear_at_ground)) => ground * (clear_at_ground * self.ground),
             None => DVector::zeros(ground.len()),
         };
         let mut below = vec![injected.clone()];
@@ -161,7 +184,8 @@ impl LayeredMedium<'_> {
                 injected = &interface.up * injected;
             }
             near.push(injected.clone());
-            if let Some(escape) = beam.map(|beam| &beam.unchanged[j]) {
+            if let Some((unchanged, _)) = &beam {
+                let escape = &unchanged[j];
                 injected = &escape.top - &self.lower[j].conductance * &escape.top_slope
                     + layer.returned(&(&escape.bottom + &injected));
             } else {
@@ -174,19 +198,19 @@ impl LayeredMedium<'_> {
         let above = if beam.is_some() { injected } else { injected + 2.0 * &self.layers[0].medium.entering[1] };
         let mut top = both.solve(&above);
         let mut current = &self.lower[0].conductance * &top - &below[last];
-        let mut adjoints = Vec::with_capacity(last);
+        let mut layers = Vec::with_capacity(last);
         for (j, layer) in self.layers.iter().enumerate() {
-            let escape = beam.map(|beam| &beam.unchanged[j]);
+            let escape = beam.as_ref().map(|(unchanged, _)| &unchanged[j]);
             let raised = escape.map_or_else(|| top.clone(), |escape| &top + &escape.top_slope);
             let source = escape.map_or_else(|| DVector::zeros(top.len()), |escape| escape.bottom.clone());
             let bottom = cross(layer.downwards.as_ref(), &raised) + layer.received(&(&source + &near[last - 1 - j]));
             let next = layer.interface.as_ref().map_or_else(|| bottom.clone(), |one| one.up.tr_mul(&bottom));
             let onwards = &self.lower[j + 1].conductance * &next - &below[last - 1 - j];
             let bottom_current = -layer.interface.as_ref().map_or_else(|| onwards.clone(), |one| &one.up * &onwards);
-            adjoints.push(Adjoint { top, raised, bottom, top_current: current, bottom_current, source });
+            layers.push(AdjointLayer { top, raised, bottom, top_current: current, bottom_current, source });
             (top, current) = (next, onwards);
         }
-        (adjoints, ground.dot(&top))
+        Adjoint { layers, on_ground: ground.dot(&top), unchanged: beam.map(|(unchanged, _)| unchanged) }
     }
 }
 
@@ -203,7 +227,7 @@ impl Layer<'_> {
     }
 }
 
-impl Adjoint {
+impl AdjointLayer {
     /// Adds −λᵀ dA of a layer of a scaled `depth` to the derivatives of its escape.
     fn add_to(&self, mut escape: Escape<Dual>, layer: &DifferentiatedLayer, depth: f64) -> Escape<Dual> {
         let Self { top, raised, bottom, top_current, bottom_current, source } = self;
@@ -256,13 +280,13 @@ impl<T: Real> Escape<T> {
     }
 }
 
-impl Sensitivity {
+impl Sensitivity<'_> {
     /// The derivatives of the flux that is the radiance of an emission.
     pub(super) fn change(&self, emission: &Emission, quantity: FaceQuantity) -> FluxChange {
         let own: Vec<Dual> = self.escape.iter().zip(&emission.layers).map(|(one, layer)| one.change(layer)).collect();
         let mut whole = own.iter().fold(Dual::from(0.0), |sum, own| sum + *own);
         // The ground draws Δ − 4A/(1 + A) v vᵀ.
-        whole += self.ground * (2.0 * self.on_ground * emission.on_ground);
+        whole += self.ground * (2.0 * self.adjoint.on_ground * emission.on_ground);
         let mut layers = own;
         if let Some(BeamSensitivity { per_cosine, clear, attenuation, unchanged }) = &self.beam {
             let emitted = match quantity {

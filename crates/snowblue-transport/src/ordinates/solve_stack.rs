@@ -13,7 +13,7 @@ use super::integrals::third_exponential_integral;
 use super::jackknife::Jackknife;
 use super::layered::{Emission, FaceEmissions, FaceFluxes, LayeredMedium, MediumLayer, Response};
 use super::options::OrdinatesOptions;
-use super::sensitivity::{DifferentiatedLayer, FaceQuantity, FluxChange, Sensitivity};
+use super::sensitivity::{Adjoint, DifferentiatedLayer, FaceQuantity, FluxChange, Sensitivity};
 use super::streams::{Peak, StreamGroup, Streams};
 use crate::TransportError;
 use crate::dual::{Dual, LANES, Real};
@@ -299,12 +299,14 @@ fn stack_fluxes<const DIFFERENTIATE: bool>(
         for (light, place) in solved.layered.lights.iter().zip(&places) {
             all[*place] = StackFluxes { optical_depth, ..solved.fluxes(light, media) };
         }
-        for by in if DIFFERENTIATE { differentiated } else { &[] } {
+        let is_differentiated = DIFFERENTIATE && !differentiated.is_empty();
+        let adjoints = if is_differentiated { solved.layered.adjoints() } else { Vec::new() };
+        for by in if is_differentiated { differentiated } else { &[] } {
             let scaled = |medium: &Medium<Dual>| Scaled::new(&medium.scattering, streams);
             let modes = solved.layers.iter().zip(&by.media);
             let modes: Vec<DifferentiatedModes> =
                 modes.map(|(modes, medium)| DifferentiatedModes::new(modes, scaled(medium))).collect();
-            let sensitivities = by.sensitivities(stack, cut, &modes, &solved.layered);
+            let sensitivities = by.sensitivities(stack, cut, &modes, (&solved.layered, &adjoints));
             for (sensitivity, place) in sensitivities.iter().zip(&places) {
                 let changes = solved.changes(sensitivity, &modes, &by.media);
                 let fluxes = &mut all[*place];
@@ -378,13 +380,13 @@ impl<'m> SolvedStack<'m> {
 
 impl DifferentiatedMedia<'_> {
     /// The derivatives under each light.
-    fn sensitivities(
+    fn sensitivities<'a>(
         &self,
         stack: &Stack,
         cut: &Slices,
         modes: &[DifferentiatedModes],
-        layered: &LayeredMedium,
-    ) -> Vec<Sensitivity> {
+        (layered, adjoints): (&LayeredMedium, &'a [Adjoint]),
+    ) -> Vec<Sensitivity<'a>> {
         let Self { variables, media } = self;
         let slice = |slice: &Slice| {
             let thickness_cm = Variable::Thickness.number(slice.thickness_cm, variables);
@@ -392,7 +394,8 @@ impl DifferentiatedMedia<'_> {
             DifferentiatedLayer { modes, depth: modes.depth(media[slice.layer].extinction_per_m, thickness_cm) }
         };
         let slices: Vec<DifferentiatedLayer> = cut.slices.iter().map(slice).collect();
-        layered.sensitivities(&slices, Variable::GroundAlbedo.number(stack.ground_albedo, variables), variables)
+        let ground_albedo = Variable::GroundAlbedo.number(stack.ground_albedo, variables);
+        layered.sensitivities(adjoints, &slices, ground_albedo, variables)
     }
 }
 

@@ -18,8 +18,8 @@ pub(super) struct CompactOptions {
     #[command(flatten)]
     ordinates: OrdinatesArguments,
     #[arg(
-        long, value_name = "CM", default_value = "100", value_parser = greatest_thickness, help_heading = "Slab",
-        help = format!(
+        long, value_name = "CM", default_value = "100", value_parser = parse::parameter(GREATEST_THICKNESS_RANGE),
+        help_heading = "Slab", help = format!(
             "Greatest thickness in cm [{}]; thicker snow is extrapolated by its decay there",
             limits::ends(&GREATEST_THICKNESS_RANGE.inclusive())
         )
@@ -46,10 +46,4 @@ impl CompactOptions {
         ));
         Ok(notes)
     }
-}
-
-fn greatest_thickness(words: &str) -> Result<f64, String> {
-    let thickness_cm = parse::number(words)?;
-    GREATEST_THICKNESS_RANGE.check(thickness_cm).map_err(|error| error.to_string())?;
-    Ok(thickness_cm)
 }

@@ -64,9 +64,9 @@ pub(crate) struct Functions {
     #[command(flatten)]
     compact: CompactOptions,
     #[arg(
-        long, value_name = "FRACTION", default_value = "0.005", value_parser = added_error, help_heading = "Output",
-        help = format!(
-            "Error of X, Y and Z that the functions may add for a short text [{}]",
+        long, value_name = "FRACTION", default_value = "0.005", value_parser = parse::parameter(ADDED_ERROR_RANGE),
+        help_heading = "Output", help = format!(
+            "Greatest relative error of X, Y and Z that shortening the functions adds [{}]",
             limits::ends(&ADDED_ERROR_RANGE.inclusive())
         )
     )]
@@ -102,10 +102,4 @@ impl Functions {
             None => print(&text).map_err(Failure::work),
         }
     }
-}
-
-fn added_error(words: &str) -> Result<f64, String> {
-    let error = parse::number(words)?;
-    ADDED_ERROR_RANGE.check(error).map_err(|error| error.to_string())?;
-    Ok(error)
 }
