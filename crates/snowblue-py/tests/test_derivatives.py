@@ -236,6 +236,17 @@ def test_errors_have_one_line():
         solve_layers(PACK, "ssa_m2_kg", engine="montecarlo", depth_cm=())
     with pytest.raises(ValueError, match="^jacobian is 5, but must be names of parameters$"):
         solve_layers(PACK, 5)
+    with pytest.raises(ValueError, match=r"^jacobian is \[5\], but must be names of parameters$"):
+        solve_layers(PACK, [5])
+
+
+def test_parameters_may_come_from_an_iterator():
+    noon = dict(elevation_deg=30, turbidity=2)
+    light = snowblue.light_at_depth(PACK, noon, depth_cm=[1], jacobian=iter(["ssa_m2_kg"]))
+    assert "net_per_ssa_m2_kg" in light
+
+
+def test_parameters_that_are_not_known_are_named():
     with pytest.raises(ValueError, match=r"^parameter 'size' is not known; there are ssa_m2_kg, .*, ground_albedo$"):
         snowblue.spectrum(jacobian=["ssa_m2_kg", "size"])
     with pytest.raises(ValueError, match="^wavelength in snow with impurities is 300 nm, but must lie in 305–1495 nm$"):

@@ -47,8 +47,8 @@ def bands(
     -------
     xarray.Dataset or xarray.DataArray
         With `band` in place of `wavelength`. Standard errors are those of errors that are fully correlated between
-        wavelengths, and too large for independent ones.
-        E-folding depths, which are no fractions of light, and intervals are left out.
+        wavelengths, and too large for independent ones. E-folding depths, which are no fractions of light, and
+        intervals are left out.
 
     Examples
     --------

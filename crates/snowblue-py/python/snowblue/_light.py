@@ -9,8 +9,8 @@ import numpy as np
 
 from snowblue import _native
 from snowblue._arguments import (
-    IMPURITIES,
     DEPTH,
+    IMPURITIES,
     THICKNESS,
     WAVELENGTH,
     attributes,
@@ -117,9 +117,10 @@ def light_at_depth(
 
     packed = packed_layers(layers)
     depths_cm = numbers(DEPTH, depth_cm)
+    jacobian = parameters(jacobian)
     if not isinstance(sky, xr.Dataset):
         check_names(SKY_NAMES, sky)
-        sky = daylight(**{"wavelength_nm": _wavelengths(packed, sky, parameters(jacobian)), **sky})
+        sky = daylight(**{"wavelength_nm": _wavelengths(packed, sky, jacobian), **sky})
     for name in ("direct", "diffuse", "elevation"):
         if name not in sky:
             raise ValueError(f"the sky has no '{name}'")
@@ -150,7 +151,6 @@ def light_at_depth(
         bands = [band for band in ("solar", "par") if band in covered]
     bands = [bands] if isinstance(bands, str) else list(bands)
     check_names(BANDS, bands)
-    jacobian = parameters(jacobian)
     ground = {"layers": packed, "ground_albedo": number("ground_albedo", ground_albedo), "depth_cm": depths_cm}
     with reporting(progress, "steps") as report:
         arrays = _native.light_in_layers(

@@ -314,7 +314,7 @@ def layers(
     >>> float(pack.reflectance.sel(wavelength=850).item()) > 0.8
     True
 
-    A nanogram of soot per gram of snow darkens most in the thick layer, though it lies below:
+    A mass fraction of soot darkens more in the thick layer, although that lies below:
 
     >>> sooty = snowblue.layers(fresh_on_firn, wavelength_nm=450, jacobian="black-carbon", standard_errors=False)
     >>> upper, lower = sooty.reflectance_per_black_carbon.squeeze().values
@@ -575,10 +575,10 @@ def parameter_quantity(name: str) -> Quantity:
 
 def parameters(jacobian: str | Iterable[str], engine: str = "ordinates") -> list[str]:
     """The names of parameters that results are differentiated by."""
-    names = [jacobian] if isinstance(jacobian, str) else jacobian
-    if not isinstance(names, Iterable) or not all(isinstance(name, str) for name in names):
+    given = [jacobian] if isinstance(jacobian, str) else jacobian or ()
+    names = list(given) if isinstance(given, Iterable) else [given]
+    if not all(isinstance(name, str) for name in names):
         raise ValueError(f"jacobian is {jacobian!r}, but must be names of parameters")
-    names = list(names)
     if engine == "montecarlo" and names:
         raise ValueError("jacobian needs the engine 'ordinates'")
     return names
