@@ -225,8 +225,12 @@ def test_defaults_have_the_wavelengths_of_what_changes():
 def test_a_layer_of_no_thickness_has_no_derivatives_of_light_at_depth():
     empty = [dict(thickness_cm=10), dict(thickness_cm=0), dict(thickness_cm=20)]
     message = "^thickness of a layer must be above 0 for derivatives of the light at depth$"
+    noon = dict(elevation_deg=30, turbidity=2)
     with pytest.raises(ValueError, match=message):
-        snowblue.light_at_depth(empty, dict(elevation_deg=30, turbidity=2), depth_cm=[1], jacobian="ssa_m2_kg")
+        snowblue.light_at_depth(empty, noon, depth_cm=[1], jacobian="ssa_m2_kg")
+    # But it has light.
+    light = snowblue.light_at_depth(empty, noon, depth_cm=[1])
+    assert light.solar_layer_absorbed[0] > light.solar_layer_absorbed[1] == 0
 
 
 def test_errors_have_one_line():

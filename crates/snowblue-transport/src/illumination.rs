@@ -119,8 +119,8 @@ pub fn light_in_layers(
 /// at constant irradiances: the cosine changes the sun's direction and leaves its irradiance.
 ///
 /// # Errors
-/// As [`light_in_layers`], for a wavelength that the table of a variable's substance does not cover, and for a layer of
-/// no thickness, whose faces lie at one depth.
+/// As [`light_in_layers`], for a wavelength that the table of a variable's substance does not cover, and with
+/// variables for a layer of no thickness, whose faces lie at one depth.
 ///
 /// # Panics
 /// If a light has not as many irradiances as there are wavelengths.
@@ -130,7 +130,7 @@ pub fn differentiate_light_in_layers(
     variables: &[Variable],
     options: &OrdinatesOptions,
 ) -> Result<Vec<DifferentiatedLight>, TransportError> {
-    if stack.layers.iter().any(|layer| layer.thickness_cm <= 0.0) {
+    if !variables.is_empty() && stack.layers.iter().any(|layer| layer.thickness_cm <= 0.0) {
         return Err(TransportError::Combination {
             quantity: "thickness of a layer",
             rule: "must be above 0 for derivatives of the light at depth",
