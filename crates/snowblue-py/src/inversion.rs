@@ -4,46 +4,52 @@ use numpy::{PyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use snowblue_transport::inversion::{
-    Illumination, Inversion, InversionError, Measured, Prior, Retrieval, Retrieved, Spectrum, state_range,
+    Illumination, Inversion, InversionError, Measured, Observation, Prior, Quantity, Retrieval, Retrieved,
 };
 use snowblue_transport::slab::Incidence;
-use snowblue_transport::{ParameterRange, SnowSample, Variable, short_number};
+use snowblue_transport::{Layer, LayerVariable, ParameterRange, SnowSample, short_number};
 
 use crate::arguments::{Angle, Ordinates};
 use crate::snow::Snows;
+use crate::spectra::GivenLayer;
 use crate::work::{Control, input, input_at, run};
 
-/// What is known of the snow of each spectrum, and the light: as in a spectrum's cases.
+/// What is known of each pack and its light, as in a spectrum's cases, and what is measured.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
-pub(crate) struct GivenSpectra<'py> {
+pub(crate) struct GivenPacks<'py> {
     thickness_cm: Vec<f64>,
     angle_deg: Vec<Angle>,
     ground_albedo: Vec<f64>,
     wavelength_nm: Vec<f64>,
-    /// [spectrum][snow, thickness, angle, ground]
+    /// [pack][snow, thickness, angle, ground]
     places: PyReadonlyArray2<'py, i64>,
-    /// [spectrum][wavelength]
+    /// The layers of all packs, in place of their snow and thickness.
+    layers: Option<Vec<GivenLayer>>,
+    /// [pack][wavelength]
     diffuse_fraction: Option<PyReadonlyArray2<'py, f64>>,
-    albedo: Option<GivenMeasured<'py>>,
-    transmittance: Option<GivenMeasured<'py>>,
+    measured: Vec<GivenMeasured<'py>>,
 }
 
-/// Measured values with their errors, [spectrum][wavelength].
+/// Measured values with their errors, [pack][depth and wavelength].
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 struct GivenMeasured<'py> {
+    quantity: String,
+    depth_cm: Vec<f64>,
     values: PyReadonlyArray2<'py, f64>,
     standard_deviation: PyReadonlyArray2<'py, f64>,
     scale_error: f64,
     correlation_nm: f64,
 }
 
-/// What is retrieved, its prior, which is weak where none is given, and options of the engine.
+/// What is retrieved: names of parameters, perhaps of one layer, and their names in the results; its prior, which is
+/// weak where none is given, and options of the engine.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct Unknowns<'py> {
-    names: Vec<String>,
+    names: Vec<(String, Option<usize>)>,
+    labels: Vec<String>,
     median: Vec<Option<f64>>,
     deviation: Vec<Option<f64>>,
     correlation: Option<PyReadonlyArray2<'py, f64>>,
@@ -54,10 +60,7 @@ pub(crate) struct Unknowns<'py> {
 type Number = fn(&Retrieval) -> f64;
 
 /// Numbers of each retrieval.
-type Numbers = fn(&Retrieval) -> &[f64];
-
-/// What is known of a factor that all values of a spectrum have in common.
-type Scale = fn(&Retrieval) -> &Retrieved;
+type Numbers<'a> = &'a dyn Fn(&Retrieval) -> &[f64];
 
 /// A number of what is known of a quantity.
 type Aspect = fn(&Retrieved) -> f64;
@@ -69,45 +72,43 @@ const ASPECTS: [(&str, Aspect); 4] = [
     ("_upper", |value| value.interval[1]),
 ];
 
-/// The posterior of each spectrum: an array of all spectra for each quantity and aspect, matrices row by row, and the
-/// prior as it was used. An error of one spectrum has its row, and its wavelength if there is one.
+/// The posterior of each pack: an array of all packs for each quantity and aspect, matrices row by row, and the prior
+/// as it was used. An error of one pack has its row, and its wavelength if there is one.
 #[pyfunction]
-#[pyo3(signature = (snows, spectra, unknowns, progress))]
+#[pyo3(signature = (snows, packs, unknowns, progress))]
 pub(crate) fn invert<'py>(
     py: Python<'py>,
     snows: &Snows,
-    spectra: GivenSpectra<'py>,
+    packs: GivenPacks<'py>,
     unknowns: Unknowns<'py>,
     progress: Option<Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let variables: Vec<Variable> =
-        unknowns.names.iter().map(|name| name.parse().map_err(input)).collect::<PyResult<_>>()?;
+    let variables = unknowns.variables()?;
     let priors = unknowns.priors(&variables)?;
     let inversion = Inversion {
-        wavelengths_nm: spectra.wavelength_nm.clone(),
+        wavelengths_nm: packs.wavelength_nm.clone(),
         prior_covariance: unknowns.covariance(&priors)?,
         variables: variables.clone(),
         options: unknowns.ordinates.options()?,
     };
-    let measured: [(bool, (&str, Numbers, Scale)); 2] = [
-        (spectra.albedo.is_some(), ("albedo", |one| &one.albedo, |one| &one.albedo_scale)),
-        (spectra.transmittance.is_some(), ("transmittance", |one| &one.transmittance, |one| &one.transmittance_scale)),
-    ];
-    let measured: Vec<_> = measured.into_iter().filter(|(is_given, _)| *is_given).map(|(_, what)| what).collect();
-    let given = spectra.spectra(&snows.samples, &variables, &priors)?;
+    let measured: Vec<String> = packs.measured.iter().map(|measured| measured.quantity.clone()).collect();
+    let given = packs.observations(&snows.samples, &variables, &priors)?;
     let count = given.len() as u64;
     let found = run(py, progress.as_ref(), move |control: &Control| {
         let found = inversion.retrieve(&given, &|done| control.set(done as u64, count));
-        found.map_err(|InversionError { spectrum, wavelength, error }| input_at(error, spectrum, wavelength))
+        found.map_err(|error| {
+            let InversionError { observation, wavelength, .. } = error;
+            input_at(error, observation, wavelength)
+        })
     })?;
     let dict = PyDict::new(py);
     let array = |of: &dyn Fn(&Retrieval) -> f64| PyArray1::from_vec(py, found.iter().map(of).collect());
     for (aspect, of) in ASPECTS {
-        for (i, name) in unknowns.names.iter().enumerate() {
+        for (i, name) in unknowns.labels.iter().enumerate() {
             dict.set_item(format!("{name}{aspect}"), array(&|one| of(&one.values[i])))?;
         }
-        for (name, _, scale) in &measured {
-            dict.set_item(format!("{name}_scale{aspect}"), array(&|one| of(scale(one))))?;
+        for (i, name) in measured.iter().enumerate() {
+            dict.set_item(format!("{name}_scale{aspect}"), array(&|one| of(&one.scales[i])))?;
         }
     }
     let numbers: [(&str, Number); 5] = [
@@ -121,10 +122,10 @@ pub(crate) fn invert<'py>(
         dict.set_item(name, array(&of))?;
     }
     let several = |of: Numbers| PyArray1::from_vec(py, found.iter().flat_map(of).copied().collect());
-    dict.set_item("covariance", several(|one| &one.covariance))?;
-    dict.set_item("averaging_kernel", several(|one| &one.averaging_kernel))?;
-    for (name, fit, _) in measured {
-        dict.set_item(format!("{name}_fit"), several(fit))?;
+    dict.set_item("covariance", several(&|one| &one.covariance))?;
+    dict.set_item("averaging_kernel", several(&|one| &one.averaging_kernel))?;
+    for (i, name) in measured.iter().enumerate() {
+        dict.set_item(format!("{name}_fit"), several(&|one| &one.fits[i]))?;
     }
     dict.set_item("outcome", found.iter().map(|one| one.outcome.to_string()).collect::<Vec<_>>())?;
     dict.set_item("prior", priors.iter().map(|prior| (prior.median, prior.deviation)).collect::<Vec<_>>())?;
@@ -132,13 +133,24 @@ pub(crate) fn invert<'py>(
 }
 
 impl Unknowns<'_> {
-    fn priors(&self, variables: &[Variable]) -> PyResult<Vec<Prior>> {
+    fn variables(&self) -> PyResult<Vec<LayerVariable>> {
+        let variable = |(name, layer): &(String, Option<usize>)| -> PyResult<LayerVariable> {
+            let by = LayerVariable { variable: name.parse().map_err(input)?, layer: *layer };
+            if layer.is_some() && !by.variable.is_of_layer() {
+                return Err(input(format!("{name} belongs to no layer, but one is given")));
+            }
+            Ok(by)
+        };
+        self.names.iter().map(variable).collect()
+    }
+
+    fn priors(&self, variables: &[LayerVariable]) -> PyResult<Vec<Prior>> {
         if self.median.len() != variables.len() || self.deviation.len() != variables.len() {
             return Err(input("there is not one prior for each quantity"));
         }
         let given = self.median.iter().zip(&self.deviation);
-        let prior = |(variable, (median, deviation)): (&Variable, (&Option<f64>, &Option<f64>))| {
-            let weak = Prior::weak(*variable);
+        let prior = |(by, (median, deviation)): (&LayerVariable, (&Option<f64>, &Option<f64>))| {
+            let weak = Prior::weak(by.variable);
             Prior { median: median.or(weak.median), deviation: deviation.unwrap_or(weak.deviation) }
         };
         Ok(variables.iter().zip(given).map(prior).collect())
@@ -178,22 +190,30 @@ impl Unknowns<'_> {
     }
 }
 
-impl GivenSpectra<'_> {
-    fn spectra(&self, samples: &[SnowSample], variables: &[Variable], priors: &[Prior]) -> PyResult<Vec<Spectrum>> {
+impl GivenPacks<'_> {
+    fn observations(
+        &self,
+        samples: &[SnowSample],
+        variables: &[LayerVariable],
+        priors: &[Prior],
+    ) -> PyResult<Vec<Observation>> {
         let places = self.places.as_array();
         let count = places.nrows();
-        let measured = [&self.albedo, &self.transmittance].into_iter().flatten();
-        let arrays = measured.flat_map(|given| [&given.values, &given.standard_deviation]);
-        for array in arrays.chain(&self.diffuse_fraction) {
-            if array.as_array().shape() != [count, self.wavelength_nm.len()] {
-                return Err(input("an array does not have a value for each spectrum and wavelength"));
-            }
+        let check = |array: &PyReadonlyArray2<f64>, depths: usize| {
+            let is_whole = array.as_array().shape() == [count, depths * self.wavelength_nm.len()];
+            is_whole.then_some(()).ok_or_else(|| input("an array does not have a value for each pack and wavelength"))
+        };
+        self.diffuse_fraction.as_ref().map_or(Ok(()), |fraction| check(fraction, 1))?;
+        for GivenMeasured { depth_cm, values, standard_deviation, .. } in &self.measured {
+            check(values, depth_cm.len().max(1)).and_then(|()| check(standard_deviation, depth_cm.len().max(1)))?;
         }
+        let layers = self.layers.as_ref().map(|layers| layers.iter().map(GivenLayer::layer).collect::<PyResult<_>>());
+        let layers: Option<Vec<Layer>> = layers.transpose()?;
         let row = |array: &PyReadonlyArray2<f64>, number: usize| array.as_array().row(number).to_vec();
-        let spectrum = |number: usize| -> PyResult<Spectrum> {
+        let observation = |number: usize| -> PyResult<Observation> {
             let place = |column: usize, count: usize| {
                 let place = usize::try_from(places[[number, column]]).ok().filter(|place| *place < count);
-                place.ok_or_else(|| input(format!("spectrum {number} has a place that is not among the values")))
+                place.ok_or_else(|| input(format!("pack {number} has a place that is not among the values")))
             };
             let incidence = self.angle_deg[place(2, self.angle_deg.len())?].incidence()?;
             let illumination = match (&self.diffuse_fraction, incidence) {
@@ -205,42 +225,56 @@ impl GivenSpectra<'_> {
                     return Err(input_at("diffuse_fraction needs the angle of a beam", Some(number), None));
                 }
             };
-            let measured = |given: &Option<GivenMeasured>| {
-                given.as_ref().map(|given| Measured {
+            let measured = |given: &GivenMeasured| -> PyResult<Measured> {
+                Ok(Measured {
+                    quantity: given.quantity.parse::<Quantity>().map_err(input)?,
+                    depths_cm: given.depth_cm.clone(),
                     values: row(&given.values, number),
                     standard_deviations: row(&given.standard_deviation, number),
                     scale_error: given.scale_error,
                     correlation_nm: given.correlation_nm,
                 })
             };
-            let mut spectrum = Spectrum {
-                snow: samples[place(0, samples.len())?],
-                thickness_cm: self.thickness_cm[place(1, self.thickness_cm.len())?],
+            let slab = || -> PyResult<Vec<Layer>> {
+                let sample = samples[place(0, samples.len())?];
+                Ok(vec![Layer { sample, thickness_cm: self.thickness_cm[place(1, self.thickness_cm.len())?] }])
+            };
+            let mut observation = Observation {
+                layers: layers.as_ref().map_or_else(slab, |layers| Ok(layers.clone()))?,
                 ground_albedo: self.ground_albedo[place(3, self.ground_albedo.len())?],
                 illumination,
                 prior_medians: Vec::new(),
-                albedo: measured(&self.albedo),
-                transmittance: measured(&self.transmittance),
+                measured: self.measured.iter().map(measured).collect::<PyResult<_>>()?,
             };
-            let median = |(variable, prior): (&Variable, &Prior)| {
-                let known = spectrum.known(*variable);
-                let ParameterRange { least, greatest, .. } = state_range(*variable);
-                // A half-space and diffuse light are another error.
-                if prior.median.is_none() && known.is_finite() && !(least..=greatest).contains(&known) {
-                    let text = format!(
-                        "the prior of {variable} has no median, and the snow's own value {} is not within {}–{}: give \
-                         the prior a median, or another value",
-                        short_number(known),
-                        short_number(least),
-                        short_number(greatest),
-                    );
-                    return Err(input_at(text, Some(number), None));
-                }
-                Ok(prior.median.unwrap_or(known))
+            let median = |(by, prior): (&LayerVariable, &Prior)| {
+                prior_median(&observation, by, prior).map_err(|text| input_at(text, Some(number), None))
             };
-            spectrum.prior_medians = variables.iter().zip(priors).map(median).collect::<PyResult<_>>()?;
-            Ok(spectrum)
+            observation.prior_medians = variables.iter().zip(priors).map(median).collect::<PyResult<_>>()?;
+            Ok(observation)
         };
-        (0..count).map(spectrum).collect()
+        (0..count).map(observation).collect()
     }
+}
+
+/// The median of a prior: if it has none, the value that is known.
+fn prior_median(observation: &Observation, by: &LayerVariable, prior: &Prior) -> Result<f64, String> {
+    let known = observation.known(*by);
+    if let Some(median) = prior.median {
+        return Ok(median);
+    }
+    if by.layer.is_none() && by.variable.is_of_layer() && known.is_nan() {
+        return Err(format!("the prior of {by} has no median, and the layers differ: give the prior a median"));
+    }
+    let ParameterRange { least, greatest, .. } = observation.range(by);
+    // A half-space and diffuse light are another error.
+    if known.is_finite() && !(least..=greatest).contains(&known) {
+        return Err(format!(
+            "the prior of {by} has no median, and the snow's own value {} is not within {}–{}: give the prior a \
+             median, or another value",
+            short_number(known),
+            short_number(least),
+            short_number(greatest),
+        ));
+    }
+    Ok(known)
 }

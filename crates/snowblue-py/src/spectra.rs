@@ -473,11 +473,8 @@ impl GivenCases<'_> {
 impl Ground {
     /// The layers under some incidences, checked.
     fn stack(self, incidences: Vec<Incidence>, wavelengths_nm: Vec<f64>) -> PyResult<Stack> {
-        let layer = |GivenLayer(snow, thickness_cm): &GivenLayer| {
-            Ok(Layer { sample: snow.sample()?, thickness_cm: *thickness_cm })
-        };
         let stack = Stack {
-            layers: self.layers.iter().map(layer).collect::<PyResult<_>>()?,
+            layers: self.layers.iter().map(GivenLayer::layer).collect::<PyResult<_>>()?,
             ground_albedo: self.ground_albedo,
             depths_cm: self.depth_cm,
             incidences,
@@ -485,6 +482,13 @@ impl Ground {
         };
         stack.check().map_err(input)?;
         Ok(stack)
+    }
+}
+
+impl GivenLayer {
+    pub(crate) fn layer(&self) -> PyResult<Layer> {
+        let Self(snow, thickness_cm) = self;
+        Ok(Layer { sample: snow.sample()?, thickness_cm: *thickness_cm })
     }
 }
 

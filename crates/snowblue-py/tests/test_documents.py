@@ -68,8 +68,14 @@ def test_the_page_on_retrieval_runs_and_prints_its_numbers(repository):
     _, density, thickness = np.diag(both.covariance)
     assert 0.9 * 0.1**2 < density < 0.1**2 and both.covariance[1, 2] / np.sqrt(density * thickness) < -0.99
     assert abs(both.ssa - 25) < 0.1
+    for row, name in (
+        ("SSA of the upper layer", "ssa_0"), ("SSA of the lower layer", "ssa_1"), ("soot in both", "black_carbon")
+    ):
+        [line] = [line for line in page.splitlines() if line.startswith(f"| {row} |")]
+        for found in (given["above"], given["below"]):
+            assert f"| {found[name].item():.1f} ± {found[f'{name}_sd'].item():.1f} |" in line, line
     # The priors that the page lists.
-    every = [name for name in re.findall(r"`([a-z0-9_-]+)`", page[page.index("| parameter |"):page.index("## Many")])]
+    every = [name for name in re.findall(r"`([a-z0-9_-]+)`", page[page.index("| parameter |"):page.index("## Layers")])]
     arguments = dict(angle_deg=60, thickness_cm=10, ground_albedo=0.3, retrieve=every)
     for prior in snowblue.invert([0.9, 0.5], [450, 1030], **arguments).prior.split("; "):
         name, median, deviation = re.fullmatch(r"(.*): median (.*), deviation (.*)", prior).groups()

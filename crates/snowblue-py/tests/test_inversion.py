@@ -195,7 +195,7 @@ def test_a_parameter_at_an_end_of_its_range_is_held_there():
 
 
 def test_wrong_input_is_named_with_its_place():
-    with pytest.raises(TypeError, match="neither an albedo nor a transmittance"):
+    with pytest.raises(TypeError, match="no albedo, transmittance or fluxes are given"):
         snowblue.invert()
     with pytest.raises(TypeError, match="wavelength_nm is missing"):
         snowblue.invert([0.9, 0.8])
@@ -244,3 +244,97 @@ def test_the_result_can_be_written(tmp_path):
     again = xr.open_dataset(tmp_path / "fit.nc", engine="scipy")
     np.testing.assert_array_equal(again.ssa, fit.ssa)
     assert (again.outcome == "converged").all() and again.light == fit.light
+
+
+PACK = [dict(thickness_cm=3, density_kg_m3=150), dict(thickness_cm=20, density_kg_m3=350)]
+
+
+def layered():
+    """Two layers of 45 and 12 m²/kg with 60 ng/g of soot, and what is measured of them."""
+    soot = {"black-carbon": 60}
+    pack = [dict(layer, ssa_m2_kg=area, impurities_ng_g=soot) for layer, area in zip(PACK, (45, 12))]
+    return snowblue.layers(
+        pack, ground_albedo=0.1, angle_deg=60, depth_cm=[2, 12], wavelength_nm=NM[:15], standard_errors=False
+    ).squeeze(drop=True)
+
+
+def test_layers_are_retrieved_from_fluxes_at_depth():
+    exact = layered()
+    albedo = noisy(exact.reflectance, 0.01)
+    fluxes = {}
+    deviations = {}
+    for seed, name in enumerate(("down", "fluence")):
+        deviations[name] = 0.05 * exact[name] + 1e-6
+        fluxes[name] = exact[name] + deviations[name] * np.random.default_rng(seed).normal(size=exact[name].shape)
+    given = dict(layers=PACK, ground_albedo=0.1, angle_deg=60)
+    retrieve = [("ssa_m2_kg", 0), ("ssa_m2_kg", 1), "black-carbon"]
+    fit = snowblue.invert(albedo, fluxes=fluxes, fluxes_standard_deviation=deviations, retrieve=retrieve, **given)
+    assert fit.outcome == "converged" and fit.data == 15 * 5
+    for name, truth in (("ssa_0", 45), ("ssa_1", 12), ("black_carbon", 60)):
+        # Three numbers, each within 4 standard deviations: 2e-4.
+        assert abs(fit[name] - truth) < 4 * fit[f"{name}_sd"], name
+    # χ² of 75 degrees of freedom: 0.05 % and 99.95 %.
+    assert 39 < fit.chi_square < 124
+    assert list(fit.parameter.values) == ["ssa_0", "ssa_1", "black_carbon"]
+    assert fit.ssa_1.long_name.startswith("specific surface area of layer 1") and fit.ssa_1.units == "m2 kg-1"
+    assert fit.down_fit.dims == ("depth", "wavelength") and list(fit.depth.values) == [2, 12]
+    assert (abs(fit.down_fit / exact.down.transpose("depth", "wavelength") - 1) < 0.1).all()
+    assert "thickness_cm" not in fit.attrs and fit.layers.startswith("3 cm, density_kg_m3=150")
+    assert fit.prior.startswith("ssa_m2_kg of layer 0: median 20")
+    # The albedo alone says little of what lies below.
+    alone = snowblue.invert(albedo, retrieve=retrieve, **given)
+    assert alone.ssa_1_sd > 10 * fit.ssa_1_sd and alone.degrees_of_freedom < fit.degrees_of_freedom
+
+    # Fluxes without an albedo, of several pits, with gaps, and with a factor in common.
+    pits = xr.concat([fluxes["down"], 1.2 * fluxes["down"]], "pit").transpose("depth", "pit", "wavelength")
+    pits[0, 1, 3:6] = np.nan
+    deviation = deviations["down"].transpose("wavelength", "depth")
+    scaled = snowblue.invert(
+        fluxes={"down": pits}, fluxes_standard_deviation=deviation, retrieve=retrieve, scale_error=0.3,
+        diffuse_fraction=xr.full_like(pits.wavelength, 0.0), **given)
+    assert scaled.ssa_0.dims == ("pit",) and list(scaled.data.values) == [30, 27]
+    # Both have the same noise, but for the gaps.
+    assert abs(scaled.down_scale[1] - 1.2 * scaled.down_scale[0]) < scaled.down_scale_sd[1]
+
+
+def test_one_layer_is_snow_without_layers():
+    exact = snowblue.spectrum(
+        ssa_m2_kg=25, density_kg_m3=200, thickness_cm=8, angle_deg=50, wavelength_nm=NM[:15], standard_errors=False)
+    data = dict(
+        albedo=exact.reflectance.squeeze(drop=True), transmittance=exact.transmittance.squeeze(drop=True),
+        transmittance_standard_deviation=0.01, angle_deg=50)
+    plain = snowblue.invert(**data, density_kg_m3=200, thickness_cm=8)
+    in_layer = snowblue.invert(**data, layers=[dict(density_kg_m3=200, thickness_cm=8)])
+    assert in_layer.ssa == plain.ssa and in_layer.covariance.equals(plain.covariance)
+    first = snowblue.invert(
+        **data, layers=[dict(density_kg_m3=200, thickness_cm=8)], retrieve=[("ssa_m2_kg", 0), ("black-carbon", 0)])
+    assert first.ssa_0 == plain.ssa
+
+
+def test_wrong_layers_and_fluxes_are_named():
+    exact = layered()
+    given = dict(fluxes={"down": exact.down}, fluxes_standard_deviation=0.1, layers=PACK, ground_albedo=0.1,
+                 angle_deg=60, retrieve="ssa_m2_kg")
+
+    def told(error, match, **changed):
+        with pytest.raises(error, match=match):
+            snowblue.invert(**{**given, **changed})
+
+    told(TypeError, "down needs fluxes_standard_deviation", fluxes_standard_deviation=None)
+    told(TypeError, "thickness_cm belongs to the layers", thickness_cm=3)
+    told(TypeError, "density_kg_m3 belongs to the layers", density_kg_m3=300)
+    told(ValueError, "number of the layer is 2, but must lie in 0–1", retrieve=[("ssa_m2_kg", 2)])
+    told(ValueError, "ground_albedo belongs to no layer", retrieve=[("ground_albedo", 0)])
+    told(ValueError, "the layers differ: give the prior a median", retrieve="density_kg_m3")
+    told(ValueError, "fluxes have 'actinic', but may have down, up, net, fluence", fluxes={"actinic": exact.down})
+    told(ValueError, "down must be an xarray.DataArray with the dimension 'depth'", fluxes={"down": exact.down.values})
+    metres = exact.down.assign_coords(depth=exact.depth.assign_attrs(units="m"))
+    told(ValueError, "down has depths in m, but they must be in cm", fluxes={"down": metres})
+    other = dict(down=exact.down, up=exact.up.isel(depth=[0]))
+    told(ValueError, "up has other depths than the first of the fluxes", fluxes=other)
+    told(ValueError, "other depths than the fluxes", fluxes_standard_deviation=exact.down.isel(depth=[0]))
+    told(ValueError, r"down is 40, but must lie in -0.5–3, at a depth of 12 cm, at wavelength\[2\]",
+         fluxes={"down": xr.where((exact.depth == 12) & (exact.wavelength == NM[2]), 40, exact.down)})
+    told(ValueError, "depth is 30 cm, but must lie in 0–23 cm",
+         fluxes={"down": exact.down.assign_coords(depth=[2, 30])})
+    told(ValueError, r"retrieve has \('ssa_m2_kg', 0, 1\), but must have names", retrieve=[("ssa_m2_kg", 0, 1)])

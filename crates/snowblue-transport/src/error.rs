@@ -73,7 +73,7 @@ pub enum TransportError {
     #[error("the prior of {parameter}: {error}")]
     Prior {
         /// Name of the parameter.
-        parameter: &'static str,
+        parameter: String,
         /// What is wrong with it.
         error: RangeError,
     },

@@ -147,12 +147,17 @@ impl Stack {
     /// # Errors
     /// Reports the first quantity that is missing or lies outside its range.
     pub fn check(&self) -> Result<(), TransportError> {
+        self.check_pack()?;
+        self.layers.iter().try_for_each(|layer| check_wavelengths(&self.wavelengths_nm, &layer.sample))
+    }
+
+    /// Checks all but the wavelengths.
+    pub(crate) fn check_pack(&self) -> Result<(), TransportError> {
         if self.layers.is_empty() {
             return Err(TransportError::Missing { quantity: "layer" });
         }
         for (index, layer) in self.layers.iter().enumerate() {
             layer.check(index + 1 == self.layers.len())?;
-            check_wavelengths(&self.wavelengths_nm, &layer.sample)?;
         }
         GROUND_ALBEDO_RANGE.check(self.ground_albedo)?;
         let bottom_cm = self.thickness_cm();

@@ -8,7 +8,7 @@ use crate::error::{TransportError, find_by_name};
 use crate::optics::Substance;
 use crate::sample::{DENSITY, SURFACE_AREA, SnowSample, WATER_SATURATION};
 use crate::slab::THICKNESS;
-use crate::stack::GROUND_ALBEDO;
+use crate::stack::{GROUND_ALBEDO, Layer};
 
 /// A quantity with respect to which reflectance, transmittance and fluxes are differentiated; all others stay as they
 /// are.
@@ -87,12 +87,12 @@ impl Variable {
     }
 }
 
-/// A variable of one layer of several, or one of the light or the ground.
+/// A variable of one layer of several, the common one of all layers, or one of the light or the ground.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct LayerVariable {
     /// The variable.
     pub variable: Variable,
-    /// Index of the layer, counted from the top; none of the light or the ground.
+    /// Index of the layer, counted from the top; none of all layers, the light or the ground.
     pub layer: Option<usize>,
 }
 
@@ -107,6 +107,34 @@ impl LayerVariable {
             (0..layers).map(|layer| Self { variable: *variable, layer: Some(layer) }).collect()
         };
         variables.iter().flat_map(of).collect()
+    }
+}
+
+impl LayerVariable {
+    /// Whether both change the same quantity of a layer, the light or the ground.
+    #[must_use]
+    pub fn overlaps(&self, other: &Self) -> bool {
+        self.variable == other.variable && (self.layer.is_none() || other.layer.is_none() || self.layer == other.layer)
+    }
+
+    /// Those of all layers to which the variable belongs.
+    pub(crate) fn of<'l>(&self, layers: &'l [Layer]) -> impl Iterator<Item = &'l Layer> + use<'l> {
+        let only = self.layer;
+        layers.iter().enumerate().filter(move |(layer, _)| only.is_none_or(|only| only == *layer)).map(|(_, one)| one)
+    }
+
+    /// The same, to change them.
+    pub(crate) fn of_mut<'l>(&self, layers: &'l mut [Layer]) -> impl Iterator<Item = &'l mut Layer> + use<'l> {
+        let only = self.layer;
+        let layers = layers.iter_mut().enumerate();
+        layers.filter(move |(layer, _)| only.is_none_or(|only| only == *layer)).map(|(_, one)| one)
+    }
+}
+
+/// The variable of all layers, the light or the ground.
+impl From<Variable> for LayerVariable {
+    fn from(variable: Variable) -> Self {
+        Self { variable, layer: None }
     }
 }
 

@@ -2,11 +2,14 @@
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
+use nalgebra::{DMatrix, DVector};
 use snowblue_transport::batch::{Batch, SlabCase};
-use snowblue_transport::inversion::{Illumination, Inversion, InversionError, Measured, Outcome, Retrieval, Spectrum};
-use snowblue_transport::ordinates::{OrdinatesOptions, Streams, solve_batch};
+use snowblue_transport::inversion::{
+    Illumination, Inversion, InversionError, Measured, Observation, Outcome, Quantity, Retrieval,
+};
+use snowblue_transport::ordinates::{OrdinatesOptions, Streams, solve_batch, solve_stack_without_errors};
 use snowblue_transport::rng::Stream;
-use snowblue_transport::{GrainSize, Incidence, SnowSample, Substance, Variable};
+use snowblue_transport::{GrainSize, Incidence, Layer, LayerVariable, SnowSample, Stack, Substance, Variable};
 
 const OPTIONS: OrdinatesOptions = OrdinatesOptions { tally_rays: 1 << 10, streams: Streams::Auto, seed: 1 };
 const NM: [f64; 12] = [400.0, 450.0, 500.0, 600.0, 700.0, 800.0, 900.0, 1000.0, 1030.0, 1100.0, 1200.0, 1300.0];
@@ -35,7 +38,7 @@ fn inversion(variables: &[Variable], deviations: &[f64]) -> Inversion {
     let entry = |k: usize| if k / n == k % n { deviations[k / n].powi(2) } else { 0.0 };
     Inversion {
         wavelengths_nm: NM.to_vec(),
-        variables: variables.to_vec(),
+        variables: variables.iter().copied().map(LayerVariable::from).collect(),
         prior_covariance: (0..n * n).map(entry).collect(),
         options: OPTIONS,
     }
@@ -69,30 +72,34 @@ fn exact(truth: &Truth) -> [Vec<f64>; 2] {
 }
 
 fn measured(values: Vec<f64>, deviation: f64) -> Measured {
-    let standard_deviations = vec![deviation; values.len()];
-    Measured { values, standard_deviations, scale_error: 0.0, correlation_nm: 0.0 }
-}
-
-/// The albedo of a truth, without errors but with a stated one.
-fn spectrum(truth: &Truth, medians: &[f64], deviation: f64) -> Spectrum {
-    let [albedo, _] = exact(truth);
-    Spectrum {
-        snow: SnowSample::default(),
-        thickness_cm: truth.thickness_cm,
-        ground_albedo: 0.0,
-        illumination: truth.light.clone(),
-        prior_medians: medians.to_vec(),
-        albedo: Some(measured(albedo, deviation)),
-        transmittance: None,
+    Measured {
+        quantity: Quantity::Albedo,
+        depths_cm: vec![],
+        standard_deviations: vec![deviation; values.len()],
+        values,
+        scale_error: 0.0,
+        correlation_nm: 0.0,
     }
 }
 
-fn retrieve(inversion: &Inversion, spectra: &[Spectrum]) -> Vec<Retrieval> {
+/// The albedo of a truth, without errors but with a stated one.
+fn observation(truth: &Truth, medians: &[f64], deviation: f64) -> Observation {
+    let [albedo, _] = exact(truth);
+    Observation {
+        layers: vec![Layer { sample: SnowSample::default(), thickness_cm: truth.thickness_cm }],
+        ground_albedo: 0.0,
+        illumination: truth.light.clone(),
+        prior_medians: medians.to_vec(),
+        measured: vec![measured(albedo, deviation)],
+    }
+}
+
+fn retrieve(inversion: &Inversion, spectra: &[Observation]) -> Vec<Retrieval> {
     inversion.retrieve(spectra, &|_| ()).unwrap()
 }
 
-fn one(inversion: &Inversion, spectrum: Spectrum) -> Retrieval {
-    retrieve(inversion, &[spectrum]).remove(0)
+fn one(inversion: &Inversion, observation: Observation) -> Retrieval {
+    retrieve(inversion, &[observation]).remove(0)
 }
 
 /// A normal number (Box & Muller 1958).
@@ -133,8 +140,8 @@ fn identical_twins_are_recovered_within_their_posterior() {
         let draw = [normal(&mut stream), normal(&mut stream)];
         let at = |i: usize| medians[i] * (deviations[i] * draw[i]).exp();
         let truth = deep(at(0), at(1), lights[number % lights.len()].clone());
-        let mut twin = spectrum(&truth, &medians, DEVIATION);
-        let albedo = twin.albedo.as_mut().unwrap();
+        let mut twin = observation(&truth, &medians, DEVIATION);
+        let albedo = &mut twin.measured[0];
         albedo.correlation_nm = if number % 3 == 1 { 150.0 } else { 0.0 };
         albedo.scale_error = if number % 3 == 2 { 0.02 } else { 0.0 };
         let factor = (albedo.scale_error * normal(&mut stream)).exp();
@@ -144,7 +151,7 @@ fn identical_twins_are_recovered_within_their_posterior() {
         }
         (truth, twin)
     };
-    let (truths, twins): (Vec<Truth>, Vec<Spectrum>) = (0..TWINS).map(twin).unzip();
+    let (truths, twins): (Vec<Truth>, Vec<Observation>) = (0..TWINS).map(twin).unzip();
     let found = retrieve(&inversion, &twins);
     let (mut in_ellipse, mut in_interval, mut chi_square) = (0, [0, 0], 0.0);
     for (truth, retrieval) in truths.iter().zip(&found) {
@@ -174,14 +181,14 @@ fn identical_twins_are_recovered_within_their_posterior() {
 #[test]
 fn an_albedo_under_the_sun_is_that_of_its_angle() {
     let inversion = inversion(&[Variable::SurfaceArea], &[1.0]);
-    let sun = spectrum(&deep(20.0, 0.0, beam(60.0)), &[30.0], 0.01);
+    let sun = observation(&deep(20.0, 0.0, beam(60.0)), &[30.0], 0.01);
     let found = one(&inversion, sun.clone());
     let (kernel, median) = (found.averaging_kernel[0], found.values[0].median);
     let shift = (median / 20.0).ln();
     let expected = (1.0 - kernel) / kernel * (30.0 / median).ln();
     assert!((shift / expected - 1.0).abs() < 0.01 && shift < 0.002, "{shift} {expected} {found:?}");
     // As diffuse light it would be another snow, whose albedo fits less well.
-    let wrong = one(&inversion, Spectrum { illumination: Illumination::Single(Incidence::Diffuse), ..sun });
+    let wrong = one(&inversion, Observation { illumination: Illumination::Single(Incidence::Diffuse), ..sun });
     assert!(wrong.values[0].median > 24.0 && wrong.data_chi_square > 10.0 * found.data_chi_square, "{wrong:?}");
 }
 
@@ -190,8 +197,8 @@ fn a_mix_of_light_lies_between_its_parts() {
     let inversion = inversion(&[Variable::SurfaceArea, SOOT], &[1.0, 2.0]);
     let mixed = |fraction: f64| Illumination::Mixed { angle_deg: 20.0, diffuse_fractions: vec![fraction; NM.len()] };
     let retrieved = |truth: Illumination, told: Illumination| {
-        let spectrum = spectrum(&deep(20.0, 100.0, truth), &[20.0, 100.0], 0.01);
-        one(&inversion, Spectrum { illumination: told, ..spectrum }).values[0].median
+        let spectrum = observation(&deep(20.0, 100.0, truth), &[20.0, 100.0], 0.01);
+        one(&inversion, Observation { illumination: told, ..spectrum }).values[0].median
     };
     let diffuse = Illumination::Single(Incidence::Diffuse);
     for (truth, told) in [(mixed(0.0), beam(20.0)), (mixed(1.0), diffuse.clone()), (mixed(0.3), mixed(0.3))] {
@@ -208,9 +215,9 @@ fn a_mix_of_light_lies_between_its_parts() {
 fn a_mask_of_missing_wavelengths_equals_dropping_them() {
     let whole = inversion(&[Variable::SurfaceArea, SOOT], &[1.0, 2.0]);
     let truth = deep(35.0, 80.0, beam(40.0));
-    let mut masked = spectrum(&truth, &[20.0, 30.0], 0.01);
+    let mut masked = observation(&truth, &[20.0, 30.0], 0.01);
     let kept: Vec<usize> = (0..NM.len()).filter(|place| ![0, 5, 6, 11].contains(place)).collect();
-    let albedo = masked.albedo.as_mut().unwrap();
+    let albedo = &mut masked.measured[0];
     (albedo.correlation_nm, albedo.scale_error) = (60.0, 0.01);
     let dropped = Measured {
         values: kept.iter().map(|place| albedo.values[*place]).collect(),
@@ -221,13 +228,12 @@ fn a_mask_of_missing_wavelengths_equals_dropping_them() {
         (albedo.values[place], albedo.standard_deviations[place]) = (f64::NAN, f64::NAN);
     }
     let fewer = Inversion { wavelengths_nm: kept.iter().map(|place| NM[*place]).collect(), ..whole.clone() };
-    let short = Spectrum { albedo: Some(dropped), ..masked.clone() };
+    let short = Observation { measured: vec![dropped], ..masked.clone() };
     let (masked, short) = (one(&whole, masked), one(&fewer, short));
     assert_eq!((masked.data, masked.outcome), (8, Outcome::Converged));
-    assert!(masked.albedo[5].is_nan());
-    let albedo = kept.iter().map(|place| masked.albedo[*place]).collect();
-    let transmittance = kept.iter().map(|place| masked.transmittance[*place]).collect();
-    assert_eq!(Retrieval { albedo, transmittance, ..masked }, short);
+    assert!(masked.fits[0][5].is_nan());
+    let fits = vec![kept.iter().map(|place| masked.fits[0][*place]).collect()];
+    assert_eq!(Retrieval { fits, ..masked }, short);
 }
 
 /// A spectrum has the result that it has alone, whatever the others are.
@@ -235,7 +241,7 @@ fn a_mask_of_missing_wavelengths_equals_dropping_them() {
 fn spectra_do_not_depend_on_each_other() {
     let inversion = inversion(&[Variable::SurfaceArea, SOOT], &[1.0, 2.0]);
     let truths = [deep(8.0, 10.0, beam(10.0)), deep(80.0, 500.0, beam(70.0)), deep(20.0, 1.0, beam(82.0))];
-    let spectra: Vec<Spectrum> = truths.iter().map(|truth| spectrum(truth, &[20.0, 30.0], 0.01)).collect();
+    let spectra: Vec<Observation> = truths.iter().map(|truth| observation(truth, &[20.0, 30.0], 0.01)).collect();
     let together = retrieve(&inversion, &spectra);
     let alone: Vec<Retrieval> = spectra.into_iter().map(|spectrum| one(&inversion, spectrum)).collect();
     assert_eq!(together, alone);
@@ -245,10 +251,10 @@ fn spectra_do_not_depend_on_each_other() {
 fn without_information_the_posterior_is_the_prior() {
     let mut inversion = inversion(&[Variable::SurfaceArea, SOOT], &[0.7, 1.5]);
     (inversion.prior_covariance[1], inversion.prior_covariance[2]) = (0.5, 0.5);
-    let vague = spectrum(&deep(35.0, 80.0, beam(40.0)), &[20.0, 30.0], 1e6);
+    let vague = observation(&deep(35.0, 80.0, beam(40.0)), &[20.0, 30.0], 1e6);
     let mut empty = vague.clone();
-    empty.albedo.as_mut().unwrap().values.fill(f64::NAN);
-    let unmeasured = Spectrum { albedo: None, ..vague.clone() };
+    empty.measured[0].values.fill(f64::NAN);
+    let unmeasured = Observation { measured: vec![], ..vague.clone() };
     let found = retrieve(&inversion, &[vague, empty, unmeasured]);
     for retrieval in &found {
         // What the data say is less than 10⁻¹² of what the prior does.
@@ -272,13 +278,13 @@ fn information_grows_with_the_data() {
     let both = |deviation: f64, relative: Option<f64>| {
         let [albedo, transmittance] = exact(&truth);
         let measure = |relative: f64| Measured {
+            quantity: Quantity::Transmittance,
             standard_deviations: transmittance.iter().map(|value| relative * value).collect(),
             ..measured(transmittance.clone(), 1.0)
         };
-        Spectrum {
-            albedo: Some(measured(albedo, deviation)),
-            transmittance: relative.map(measure),
-            ..spectrum(&truth, &[20.0, 100.0, 6.0], deviation)
+        Observation {
+            measured: [measured(albedo, deviation)].into_iter().chain(relative.map(measure)).collect(),
+            ..observation(&truth, &[20.0, 100.0, 6.0], deviation)
         }
     };
     let cases = [both(1.0, None), both(0.02, None), both(0.005, None), both(0.005, Some(0.1)), both(1e-4, Some(1e-3))];
@@ -304,8 +310,8 @@ fn the_averaging_kernel_is_the_derivative_of_the_retrieval() {
     let at = |i: usize, sign: f64| {
         let mut state = mean;
         state[i] *= (sign * STEP).exp();
-        let mut spectrum = spectrum(&deep(state[0], state[1], beam(30.0)), &mean, 0.02);
-        spectrum.albedo.as_mut().unwrap().scale_error = 0.02;
+        let mut spectrum = observation(&deep(state[0], state[1], beam(30.0)), &mean, 0.02);
+        spectrum.measured[0].scale_error = 0.02;
         spectrum
     };
     let cases = [at(0, 0.0), at(0, 1.0), at(0, -1.0), at(1, 1.0), at(1, -1.0)];
@@ -326,16 +332,16 @@ fn the_averaging_kernel_is_the_derivative_of_the_retrieval() {
 fn an_error_of_scale_is_retrieved_with_the_snow() {
     let inversion = inversion(&[Variable::SurfaceArea, SOOT], &[1.0, 2.0]);
     let truth = deep(20.0, 100.0, beam(30.0));
-    let mut scaled = spectrum(&truth, &[20.0, 100.0], 0.002);
-    scaled.albedo.as_mut().unwrap().values.iter_mut().for_each(|value| *value *= 1.03);
+    let mut scaled = observation(&truth, &[20.0, 100.0], 0.002);
+    scaled.measured[0].values.iter_mut().for_each(|value| *value *= 1.03);
     let trusted = one(&inversion, scaled.clone());
-    scaled.albedo.as_mut().unwrap().scale_error = 0.05;
+    scaled.measured[0].scale_error = 0.05;
     let free = one(&inversion, scaled);
     let distance = |retrieval: &Retrieval| (retrieval.values[0].median - 20.0) / retrieval.values[0].standard_deviation;
     assert!(distance(&trusted) > 10.0 && distance(&free).abs() < 1.0, "{trusted:?} {free:?}");
-    assert!((free.albedo_scale.median - 1.03).abs() < free.albedo_scale.standard_deviation, "{free:?}");
+    assert!((free.scales[0].median - 1.03).abs() < free.scales[0].standard_deviation, "{free:?}");
     assert!(trusted.chi_square > 10.0 * free.chi_square);
-    assert!((trusted.albedo_scale.interval[1] - 1.0).abs() < 1e-15);
+    assert!((trusted.scales[0].interval[1] - 1.0).abs() < 1e-15);
 }
 
 /// Albedo and transmittance together, of all variables that they can tell apart.
@@ -352,11 +358,12 @@ fn every_variable_can_be_retrieved() {
     ] {
         let grain_size = GrainSize::from_specific_surface_area(25.0, -5.0).unwrap();
         let impurities = SnowSample::default().impurities.with(Substance::BlackCarbon, 100.0);
-        let spectrum = Spectrum {
-            snow: SnowSample { grain_size, impurities, ..SnowSample::default() },
-            transmittance: Some(measured(transmittance.clone(), 1e-3)),
-            albedo: Some(measured(albedo.clone(), 1e-3)),
-            ..spectrum(&truth, &[wrong], 1e-3)
+        let transmittance = Measured { quantity: Quantity::Transmittance, ..measured(transmittance.clone(), 1e-3) };
+        let sample = SnowSample { grain_size, impurities, ..SnowSample::default() };
+        let spectrum = Observation {
+            layers: vec![Layer { sample, thickness_cm: truth.thickness_cm }],
+            measured: vec![measured(albedo.clone(), 1e-3), transmittance],
+            ..observation(&truth, &[wrong], 1e-3)
         };
         let found = one(&inversion(&[variable], &[2.0]), spectrum);
         let off = found.values[0].median - value;
@@ -368,12 +375,11 @@ fn every_variable_can_be_retrieved() {
     }
     // What is not in the snow, and what darkens it in another way.
     for (variable, median) in [(DUST, 1000.0), (Variable::GroundAlbedo, 0.2), (Variable::WaterSaturation, 0.02)] {
-        let spectrum = Spectrum {
-            snow: SnowSample {
-                grain_size: GrainSize::from_specific_surface_area(25.0, -5.0).unwrap(),
-                ..SnowSample::default()
-            },
-            ..spectrum(&Truth { soot_ng_g: 0.0, ..truth.clone() }, &[median], 1e-4)
+        let grain_size = GrainSize::from_specific_surface_area(25.0, -5.0).unwrap();
+        let sample = SnowSample { grain_size, ..SnowSample::default() };
+        let spectrum = Observation {
+            layers: vec![Layer { sample, thickness_cm: truth.thickness_cm }],
+            ..observation(&Truth { soot_ng_g: 0.0, ..truth.clone() }, &[median], 1e-4)
         };
         let found = one(&inversion(&[variable], &[2.0]), spectrum);
         assert!(found.values[0].interval[1] < 0.3 * median && found.outcome != Outcome::NotConverged, "{found:?}");
@@ -383,10 +389,10 @@ fn every_variable_can_be_retrieved() {
 #[test]
 fn a_variable_at_an_end_of_its_range_is_named() {
     let inversion = inversion(&[Variable::SurfaceArea], &[3.0]);
-    let mut bright = spectrum(&deep(200.0, 0.0, beam(0.0)), &[20.0], 0.005);
-    bright.albedo.as_mut().unwrap().values.fill(1.0);
+    let mut bright = observation(&deep(200.0, 0.0, beam(0.0)), &[20.0], 0.005);
+    bright.measured[0].values.fill(1.0);
     let found = one(&inversion, bright);
-    assert_eq!(found.outcome, Outcome::AtEndOfRange(Variable::SurfaceArea));
+    assert_eq!(found.outcome, Outcome::AtEndOfRange(Variable::SurfaceArea.into()));
     assert!((found.values[0].median - 300.0).abs() < 1e-9);
     // It is held there: a slightly different snow would be retrieved as the same.
     let posterior = [found.averaging_kernel[0], found.covariance[0], found.degrees_of_freedom];
@@ -398,36 +404,36 @@ fn a_variable_at_an_end_of_its_range_is_named() {
 #[test]
 fn a_spectrum_needs_its_own_wavelengths_only() {
     let mut inversion = inversion(&[Variable::SurfaceArea], &[1.0]);
-    let mut dry = spectrum(&deep(20.0, 0.0, beam(30.0)), &[20.0], 0.01);
+    let mut dry = observation(&deep(20.0, 0.0, beam(30.0)), &[20.0], 0.01);
     let mut wet = dry.clone();
-    wet.snow.water_saturation = 0.05;
+    wet.layers[0].sample.water_saturation = 0.05;
     inversion.wavelengths_nm.push(1600.0);
     for (spectrum, value) in [(&mut dry, 0.1), (&mut wet, f64::NAN)] {
-        let albedo = spectrum.albedo.as_mut().unwrap();
+        let albedo = &mut spectrum.measured[0];
         albedo.values.push(value);
         albedo.standard_deviations.push(0.05);
     }
     let found = retrieve(&inversion, &[wet.clone(), dry.clone(), wet.clone()]);
     assert!(found.iter().all(|retrieval| retrieval.outcome == Outcome::Converged), "{found:?}");
     assert!(found[0].values == found[2].values && found[0].data == 12 && found[1].data == 13);
-    assert!(found[0].albedo[12].is_nan() && found[1].albedo[12] > 0.0 && found[0].albedo[11] > 0.0);
-    wet.albedo.as_mut().unwrap().values[12] = 0.1;
+    assert!(found[0].fits[0][12].is_nan() && found[1].fits[0][12] > 0.0 && found[0].fits[0][11] > 0.0);
+    wet.measured[0].values[12] = 0.1;
     let error = inversion.retrieve(&[dry, wet], &|_| ()).unwrap_err();
-    assert!((error.spectrum, error.wavelength) == (Some(1), Some(12)), "{error}");
+    assert!((error.observation, error.wavelength) == (Some(1), Some(12)), "{error}");
 }
 
 #[test]
 fn wrong_input_is_named_with_its_place() {
     let good = inversion(&[Variable::SurfaceArea, SOOT], &[1.0, 2.0]);
-    let spectrum = spectrum(&deep(20.0, 100.0, beam(30.0)), &[20.0, 100.0], 0.01);
-    let told = |inversion: &Inversion, wrong: Spectrum| {
+    let spectrum = observation(&deep(20.0, 100.0, beam(30.0)), &[20.0, 100.0], 0.01);
+    let told = |inversion: &Inversion, wrong: Observation| {
         let error = inversion.retrieve(&[spectrum.clone(), wrong], &|_| ()).unwrap_err();
-        let InversionError { spectrum, wavelength, error } = error;
-        (spectrum, wavelength, error.to_string())
+        let InversionError { observation, wavelength, .. } = error;
+        (observation, wavelength, error.to_string())
     };
     let albedo = |change: &dyn Fn(&mut Measured)| {
         let mut wrong = spectrum.clone();
-        change(wrong.albedo.as_mut().unwrap());
+        change(&mut wrong.measured[0]);
         told(&good, wrong)
     };
     let message = |place: Option<usize>, text: &str| (Some(1), place, text.to_owned());
@@ -440,7 +446,7 @@ fn wrong_input_is_named_with_its_place() {
     assert_eq!(albedo(&|m| m.scale_error = 1e-9), message(None, "scale error must be 0 or at least 1e-6"));
     let text = "scale error is 2, but must lie in 0–1";
     assert_eq!(albedo(&|m| m.scale_error = 2.0), message(None, text));
-    let wrong = |change: &dyn Fn(&mut Spectrum)| {
+    let wrong = |change: &dyn Fn(&mut Observation)| {
         let mut wrong = spectrum.clone();
         change(&mut wrong);
         told(&good, wrong)
@@ -457,9 +463,9 @@ fn wrong_input_is_named_with_its_place() {
     let text = "the prior of ssa_m2_kg: specific surface area is 1000 m²/kg, but must lie in 1.4–300 m²/kg";
     assert_eq!(wrong(&|s| s.prior_medians[0] = 1000.0), message(None, text));
     let text = "transmittance needs a thickness that is finite";
-    assert_eq!(wrong(&|s| s.transmittance = s.albedo.clone()), message(None, text));
+    assert_eq!(wrong(&|s| s.measured[0].quantity = Quantity::Transmittance), message(None, text));
     let text = "density is 1200 kg/m³, but must lie in 10–900 kg/m³";
-    assert_eq!(wrong(&|s| s.snow.density_kg_m3 = 1200.0), message(None, text));
+    assert_eq!(wrong(&|s| s.layers[0].sample.density_kg_m3 = 1200.0), message(None, text));
 
     let changed = |change: &dyn Fn(&mut Inversion)| {
         let mut inversion = good.clone();
@@ -467,7 +473,10 @@ fn wrong_input_is_named_with_its_place() {
         told(&inversion, spectrum.clone())
     };
     let whole = |text: &str| (None, None, text.to_owned());
-    assert_eq!(changed(&|i| i.variables[1] = Variable::SurfaceArea), whole("ssa_m2_kg is to be retrieved twice"));
+    assert_eq!(
+        changed(&|i| i.variables[1] = Variable::SurfaceArea.into()),
+        whole("ssa_m2_kg is to be retrieved twice")
+    );
     let text = "covariance of the prior must be symmetric and positive definite";
     assert_eq!(changed(&|i| i.prior_covariance[1] = 0.1), whole(text));
     assert_eq!(changed(&|i| (i.prior_covariance[1], i.prior_covariance[2]) = (9.0, 9.0)), whole(text));
@@ -477,5 +486,186 @@ fn wrong_input_is_named_with_its_place() {
     assert_eq!(changed(&|i| i.variables.clear()), whole("no quantity to retrieve is given"));
     assert!(changed(&|i| i.wavelengths_nm[2] = 1600.0).1 == Some(2));
     let half_space = "thickness cannot be retrieved for a half-space";
-    assert_eq!(changed(&|i| i.variables[1] = Variable::Thickness).2, half_space);
+    assert_eq!(changed(&|i| i.variables[1] = Variable::Thickness.into()).2, half_space);
+}
+
+/// A soft and a hard layer on a dark ground.
+fn pack() -> Vec<Layer> {
+    let layer = |density_kg_m3, thickness_cm| Layer {
+        sample: SnowSample { density_kg_m3, ..SnowSample::default() },
+        thickness_cm,
+    };
+    vec![layer(150.0, 3.0), layer(350.0, 20.0)]
+}
+
+fn of_layer(variable: Variable, layer: usize) -> LayerVariable {
+    LayerVariable { variable, layer: Some(layer) }
+}
+
+/// Exact albedo, and fluxes downwards at depths, of two layers of these surface areas with some soot in both.
+fn exact_in_layers(areas_m2_kg: [f64; 2], soot_ng_g: f64, depths_cm: &[f64], angle_deg: f64) -> [Vec<f64>; 2] {
+    let mut layers = pack();
+    for (layer, area_m2_kg) in layers.iter_mut().zip(areas_m2_kg) {
+        layer.sample.grain_size = GrainSize::from_specific_surface_area(area_m2_kg, -5.0).unwrap();
+        layer.sample.impurities = layer.sample.impurities.with(Substance::BlackCarbon, soot_ng_g);
+    }
+    let stack = Stack {
+        layers,
+        ground_albedo: 0.1,
+        depths_cm: depths_cm.to_vec(),
+        incidences: vec![Incidence::Beam { angle_deg }],
+        wavelengths_nm: NM.to_vec(),
+    };
+    let solved = solve_stack_without_errors(&stack, &OPTIONS).unwrap();
+    let down = |depth: usize| solved.iter().map(move |row| row.profile[depth].down.value);
+    [solved.iter().map(|row| row.whole.reflectance.value).collect(), (0..depths_cm.len()).flat_map(down).collect()]
+}
+
+/// An albedo of this error, and fluxes downwards with a relative error over that of a dark signal.
+fn profile(values: [Vec<f64>; 2], depths_cm: &[f64], deviation: f64, relative: f64) -> Vec<Measured> {
+    let [albedo, down] = values;
+    let flux = Measured {
+        quantity: Quantity::Down,
+        depths_cm: depths_cm.to_vec(),
+        standard_deviations: down.iter().map(|value| 1e-6 + relative * value).collect(),
+        ..measured(down, 1.0)
+    };
+    vec![measured(albedo, deviation), flux]
+}
+
+fn of_pack(measured: Vec<Measured>, angle_deg: f64, medians: &[f64]) -> Observation {
+    Observation {
+        layers: pack(),
+        ground_albedo: 0.1,
+        illumination: beam(angle_deg),
+        prior_medians: medians.to_vec(),
+        measured,
+    }
+}
+
+fn inversion_of(variables: Vec<LayerVariable>, deviations: &[f64]) -> Inversion {
+    Inversion { variables, ..inversion(&[Variable::SurfaceArea, SOOT, DUST][..deviations.len()], deviations) }
+}
+
+/// As the twins of one layer, with the albedo and the fluxes at two depths of two layers, whose soot is the same: 200
+/// draws with probability 0.95 count 179 to 198 times between the 0.05 % and 99.95 % quantiles.
+#[test]
+fn layers_are_recovered_within_their_posterior() {
+    const TWINS: usize = 200;
+    let (medians, deviations, depths_cm) = ([40.0, 15.0, 60.0], [0.3, 0.3, 0.5], [2.0, 12.0]);
+    let variables = vec![of_layer(Variable::SurfaceArea, 0), of_layer(Variable::SurfaceArea, 1), SOOT.into()];
+    let inversion = inversion_of(variables, &deviations);
+    let mut stream = Stream::new(12, 0);
+    let twin = |number: usize| {
+        let truth: [f64; 3] = std::array::from_fn(|i| medians[i] * (deviations[i] * normal(&mut stream)).exp());
+        let angle_deg = [20.0, 65.0][number % 2];
+        let mut measured =
+            profile(exact_in_layers([truth[0], truth[1]], truth[2], &depths_cm, angle_deg), &depths_cm, 0.01, 0.05);
+        measured[1].scale_error = if number % 3 == 2 { 0.1 } else { 0.0 };
+        for one in &mut measured {
+            let factor = (one.scale_error * normal(&mut stream)).exp();
+            for (value, deviation) in one.values.iter_mut().zip(&one.standard_deviations) {
+                *value = factor * *value + deviation * normal(&mut stream);
+            }
+        }
+        (truth, of_pack(measured, angle_deg, &medians))
+    };
+    let (truths, twins): (Vec<[f64; 3]>, Vec<Observation>) = (0..TWINS).map(twin).unzip();
+    let found = retrieve(&inversion, &twins);
+    let (mut in_ellipse, mut in_interval) = (0, [0; 3]);
+    for (truth, retrieval) in truths.iter().zip(&found) {
+        assert!(retrieval.outcome == Outcome::Converged && retrieval.data == 36, "{truth:?} {retrieval:?}");
+        for (i, value) in retrieval.values.iter().enumerate() {
+            in_interval[i] += usize::from((value.interval[0]..=value.interval[1]).contains(&truth[i]));
+        }
+        let off = DVector::from_fn(3, |i, _| (truth[i] / retrieval.values[i].median).ln());
+        let precision = DMatrix::from_row_slice(3, 3, &retrieval.covariance).try_inverse().unwrap();
+        // The 95 % quantile of χ² with 3 degrees of freedom.
+        in_ellipse += usize::from(off.dot(&(precision * &off)) <= 7.814_727_903);
+    }
+    for count in [in_ellipse, in_interval[0], in_interval[1], in_interval[2]] {
+        assert!((179..=198).contains(&count), "{in_ellipse} {in_interval:?}");
+    }
+}
+
+/// Light at depth says of the lower layer what an albedo does not.
+#[test]
+fn fluxes_at_depth_determine_what_lies_below() {
+    let depths_cm = [2.0, 12.0];
+    let variables = vec![of_layer(Variable::SurfaceArea, 0), of_layer(Variable::SurfaceArea, 1)];
+    let inversion = inversion_of(variables, &[0.7, 0.7]);
+    let both = profile(exact_in_layers([60.0, 10.0], 0.0, &depths_cm, 50.0), &depths_cm, 0.01, 0.03);
+    let albedo = vec![both[0].clone()];
+    let [by_albedo, by_both] = [albedo, both].map(|measured| one(&inversion, of_pack(measured, 50.0, &[30.0, 30.0])));
+    // Below 3 cm the albedo sees little: its error of the lower surface area is that of the prior, to a third.
+    let deviations = |retrieval: &Retrieval| [0, 3].map(|entry: usize| retrieval.covariance[entry].sqrt());
+    let ([upper, lower], [upper_by_both, lower_by_both]) = (deviations(&by_albedo), deviations(&by_both));
+    assert!(upper < 0.1 && lower > 0.1 && upper_by_both < upper && lower_by_both < 0.3 * lower, "{by_albedo:?}");
+    for (value, truth) in by_both.values.iter().zip([60.0, 10.0]) {
+        // Exact data: the prior shifts the state by a small part of its error.
+        assert!((value.median - truth).abs() < 0.5 * value.standard_deviation, "{by_both:?}");
+    }
+    assert!(by_both.fits[1].len() == 24 && (by_both.fits[1][0] / 0.7 - 1.0).abs() < 0.5, "{:?}", by_both.fits);
+}
+
+/// Of layers that are alike the common value is that of one layer, to rounding.
+#[test]
+fn a_common_value_of_equal_layers_is_that_of_one() {
+    let truth = deep(25.0, 100.0, beam(45.0));
+    let inversion = inversion(&[Variable::SurfaceArea, SOOT], &[1.0, 2.0]);
+    let whole = observation(&truth, &[20.0, 30.0], 0.01);
+    let mut cut = whole.clone();
+    cut.layers.insert(0, Layer { thickness_cm: 2.0, ..whole.layers[0] });
+    let found = retrieve(&inversion, &[whole, cut]);
+    for (whole, cut) in found[0].values.iter().zip(&found[1].values) {
+        assert!((whole.median / cut.median - 1.0).abs() < 1e-8, "{found:?}");
+        assert!((whole.standard_deviation / cut.standard_deviation - 1.0).abs() < 1e-6, "{found:?}");
+    }
+    let observation = observation(&truth, &[20.0, 30.0], 0.01);
+    assert!((observation.known(Variable::Density.into()) - 300.0).abs() < 1e-12);
+    let layered = of_pack(vec![], 45.0, &[]);
+    assert!(layered.known(Variable::Density.into()).is_nan());
+    assert!((layered.known(of_layer(Variable::Density, 1)) - 350.0).abs() < 1e-12);
+}
+
+#[test]
+fn wrong_packs_are_named() {
+    let depths_cm = [2.0, 12.0];
+    let data = profile(exact_in_layers([40.0, 20.0], 0.0, &depths_cm, 30.0), &depths_cm, 0.01, 0.05);
+    let told = |variables: Vec<LayerVariable>, change: &dyn Fn(&mut Observation)| {
+        let medians = vec![20.0; variables.len()];
+        let mut wrong = of_pack(data.clone(), 30.0, &medians);
+        change(&mut wrong);
+        let inversion = inversion_of(variables, &vec![1.0; medians.len()]);
+        inversion.retrieve(&[wrong], &|_| ()).map(|_| ()).unwrap_err()
+    };
+    let area = |layer: usize| vec![of_layer(Variable::SurfaceArea, layer)];
+    assert_eq!(told(area(2), &|_| ()).to_string(), "number of the layer is 2, but must lie in 0–1");
+    let twice = vec![of_layer(Variable::SurfaceArea, 0), Variable::SurfaceArea.into()];
+    assert_eq!(told(twice, &|_| ()).to_string(), "ssa_m2_kg is to be retrieved twice");
+    let deep = told(area(0), &|wrong| wrong.measured[1].depths_cm[1] = 30.0);
+    assert_eq!(deep.to_string(), "depth is 30 cm, but must lie in 0–23 cm");
+    let value = told(area(0), &|wrong| wrong.measured[1].values[15] = 80.0);
+    assert_eq!(value.to_string(), "down is 80, but must lie in -0.5–3, at a depth of 12 cm");
+    assert_eq!((value.wavelength, value.depth_cm), (Some(3), Some(12.0)));
+    let bare = told(area(0), &|wrong| wrong.measured[1].depths_cm.clear());
+    assert_eq!(bare.to_string(), "down needs depths");
+    let deep = told(area(0), &|wrong| wrong.measured[0].depths_cm.push(1.0));
+    assert_eq!(deep.to_string(), "albedo has no depths");
+    let missing = told(area(0), &|wrong| wrong.layers.clear());
+    assert_eq!(missing.to_string(), "no layer is given");
+
+    // The ground stays below the deepest flux.
+    let thickness = |layer: usize| vec![of_layer(Variable::Thickness, layer)];
+    let shallow = told(thickness(1), &|wrong| wrong.prior_medians[0] = 8.0);
+    assert_eq!(
+        shallow.to_string(),
+        "the prior of thickness_cm of layer 1: thickness is 8 cm, but must lie in 9–100000 cm"
+    );
+    let both = told([thickness(0), thickness(1)].concat(), &|_| ());
+    let text = "thickness of several layers cannot be retrieved from fluxes at depth, which the ground must not reach";
+    assert_eq!(both.to_string(), text);
+    assert_eq!(told(vec![Variable::Thickness.into()], &|_| ()).to_string(), text);
+    let half_space = told(thickness(1), &|wrong| wrong.layers[1].thickness_cm = f64::INFINITY);
+    assert_eq!(half_space.to_string(), "thickness cannot be retrieved for a half-space");
 }

@@ -2,12 +2,12 @@
 
 use snowblue_transport::batch::{Batch, BatchError, SlabCase};
 use snowblue_transport::inversion::{
-    Illumination, Inversion, InversionError, Measured, Outcome, Prior, Retrieval, Retrieved, Spectrum,
+    Illumination, Inversion, InversionError, Measured, Observation, Outcome, Prior, Quantity, Retrieval, Retrieved,
 };
 use snowblue_transport::measured::{MeanAndDeviation, PanelAlbedo, albedo_over_black_panels};
 use snowblue_transport::ordinates::{OrdinatesOptions, solve_batch};
 use snowblue_transport::sample::{GrainSize, SnowSample};
-use snowblue_transport::{Incidence, Substance, TransportError, Variable};
+use snowblue_transport::{Incidence, Layer, LayerVariable, Substance, TransportError, Variable};
 
 use crate::error::FigureError;
 use crate::figure::{Drawing, Figure, FigureTable, ordinates_metadata};
@@ -109,19 +109,19 @@ pub(crate) fn figure() -> Result<Figure, FigureError> {
 
 fn answers() -> Result<Answers, TransportError> {
     let measured = albedo_over_black_panels();
-    let (names, spectra): (Vec<&'static str>, Vec<Spectrum>) = spectra(&measured).into_iter().unzip();
+    let (names, observations): (Vec<&'static str>, Vec<Observation>) = observations(&measured).into_iter().unzip();
     let deviations = VARIABLES.map(|variable| Prior::weak(variable).deviation);
     let inversion = Inversion {
         wavelengths_nm: measured.iter().map(|albedo| albedo.wavelength_nm).collect(),
-        variables: VARIABLES.to_vec(),
+        variables: VARIABLES.map(LayerVariable::from).to_vec(),
         prior_covariance: vec![deviations[0].powi(2), 0.0, 0.0, deviations[1].powi(2)],
         options: OrdinatesOptions::default(),
     };
-    let retrievals = inversion.retrieve(&spectra, &|_| ()).map_err(|InversionError { error, .. }| error)?;
+    let retrievals = inversion.retrieve(&observations, &|_| ()).map_err(|InversionError { error, .. }| *error)?;
     let finding = Finding::of(&retrievals[CHOSEN]);
     let own = Finding { surface_area_m2_kg: Finding::of(&retrievals[INFRARED[1]]).surface_area_m2_kg, ..finding };
     Ok(Answers {
-        thick: retrievals[CHOSEN].albedo.clone(),
+        thick: retrievals[CHOSEN].fits[0].clone(),
         thin: predict(&inversion.wavelengths_nm, finding)?,
         thin_refitted: predict(&inversion.wavelengths_nm, own)?,
         retrievals: names.into_iter().zip(retrievals).collect(),
@@ -130,8 +130,10 @@ fn answers() -> Result<Answers, TransportError> {
 }
 
 /// What is retrieved from, with its name.
-fn spectra(measured: &[PanelAlbedo]) -> Vec<(&'static str, Spectrum)> {
+fn observations(measured: &[PanelAlbedo]) -> Vec<(&'static str, Observation)> {
     let data = |of: fn(&PanelAlbedo) -> MeanAndDeviation, from_nm: f64, correlation_nm: f64| Measured {
+        quantity: Quantity::Albedo,
+        depths_cm: Vec::new(),
         values: measured
             .iter()
             .map(|albedo| if albedo.wavelength_nm < from_nm { f64::NAN } else { of(albedo).mean })
@@ -140,14 +142,13 @@ fn spectra(measured: &[PanelAlbedo]) -> Vec<(&'static str, Spectrum)> {
         scale_error: 0.0,
         correlation_nm,
     };
-    let thick = |albedo: Measured| Spectrum {
-        snow: snow(),
-        thickness_cm: THICK_CM,
+    let layer = |thickness_cm| vec![Layer { sample: snow(), thickness_cm }];
+    let thick = |albedo: Measured| Observation {
+        layers: layer(THICK_CM),
         ground_albedo: GROUND_ALBEDO,
         illumination: Illumination::Single(Incidence::Diffuse),
         prior_medians: VARIABLES.iter().filter_map(|variable| Prior::weak(*variable).median).collect(),
-        albedo: Some(albedo),
-        transmittance: None,
+        measured: vec![albedo],
     };
     let whole = data(|albedo| albedo.thick, 0.0, CORRELATION_NM);
     let infrared = data(|albedo| albedo.thick, INFINITE_FROM_NM, CORRELATION_NM);
@@ -158,13 +159,13 @@ fn spectra(measured: &[PanelAlbedo]) -> Vec<(&'static str, Spectrum)> {
         ("34 cm, scale within 3.5 %", thick(Measured { scale_error: SCALE_ERROR, ..whole.clone() })),
         (
             "34 cm, if the light was the noon sun",
-            Spectrum {
+            Observation {
                 illumination: Illumination::Single(Incidence::Beam { angle_deg: NOON_DEG }),
                 ..thick(Measured { scale_error: SCALE_ERROR, ..whole })
             },
         ),
         ("34 cm, from 1000 nm", thick(infrared)),
-        ("4.5 cm, from 1000 nm", Spectrum { thickness_cm: THIN_CM, ground_albedo: 0.0, ..thick(thin) }),
+        ("4.5 cm, from 1000 nm", Observation { layers: layer(THIN_CM), ground_albedo: 0.0, ..thick(thin) }),
     ]
 }
 
@@ -214,7 +215,7 @@ fn fits(answers: &Answers) -> FigureTable {
     };
     let row = |(name, found): &(&'static str, Retrieval)| {
         let [area, carbon] = [0, 1].map(|i: usize| found.values[i]);
-        let scale = found.albedo_scale;
+        let scale = found.scales[0];
         let is_scaled = scale.standard_deviation > 0.0;
         let kernel = |i: usize| format!("{:.2}", found.averaging_kernel[3 * i]);
         let outcome = found.outcome;

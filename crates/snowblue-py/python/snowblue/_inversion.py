@@ -11,6 +11,7 @@ import numpy as np
 from snowblue import _native
 from snowblue._arguments import (
     ANGLE,
+    DEPTH,
     GROUND_ALBEDO,
     THICKNESS,
     SNOW_NAMES,
@@ -29,11 +30,13 @@ from snowblue._arguments import (
     snows,
     values_of,
     wavelength_coordinate,
+    whole,
 )
 from snowblue._progress import Progress, reporting
-from snowblue._spectra import parameter_quantity
+from snowblue._spectra import LONG_NAMES, described_layers, packed_layers, parameter_quantity
 
 if TYPE_CHECKING:
+    import pandas as pd
     import xarray as xr
     from typing_extensions import Unpack
 
@@ -50,6 +53,8 @@ ASPECTS = {
     "_lower": "{}, lower end of the interval that holds 95 % of the posterior",
     "_upper": "{}, upper end of the interval that holds 95 % of the posterior",
 }
+AT_DEPTH = ("down", "up", "net", "fluence")
+"""Fluxes at depth that can be measured, as :func:`snowblue.layers` names them."""
 NUMBERS = {
     "degrees_of_freedom": "degrees of freedom for signal",
     "data": "number of measured values",
@@ -65,9 +70,12 @@ def invert(
     wavelength_nm: Any = None,
     *,
     transmittance: Any = None,
-    retrieve: str | Iterable[str] | Mapping[str, Any] = ("ssa_m2_kg", "black-carbon"),
+    fluxes: Mapping[str, xr.DataArray] | xr.Dataset | None = None,
+    layers: Iterable[Mapping[str, Any]] | pd.DataFrame | None = None,
+    retrieve: str | Iterable[Any] | Mapping[Any, Any] = ("ssa_m2_kg", "black-carbon"),
     standard_deviation: Any = 0.01,
     transmittance_standard_deviation: Any = None,
+    fluxes_standard_deviation: Any = None,
     scale_error: float = 0.0,
     correlation_nm: float = 0.0,
     angle_deg: Any = None,
@@ -80,7 +88,9 @@ def invert(
     progress: Progress = None,
     **snow: Unpack[Snow],
 ) -> xr.Dataset:
-    """Properties of snow from measured spectra of albedo and transmittance, and how well the data determine them.
+    """Properties of snow from measured spectra, and how well the data determine them.
+
+    The spectra are those of albedo, transmittance and fluxes at depth; the snow may have layers.
 
     Optimal estimation (Rodgers 2000): the most probable state, given the data, their errors, and a prior. The state has
     the logarithms of positive quantities and the log-odds of fractions. All spectra are retrieved together, in
@@ -94,17 +104,26 @@ def invert(
         arguments. Plain arrays have the wavelength last.
     wavelength_nm : array
         Needed where no dimension `wavelength` has it. The tables of impurities reach from 305 to 1495 nm.
+    fluxes : mapping or Dataset, optional
+        Measured fluxes at depth over the incident flux: any of `down`, `up` and `net`, through a level plane, and
+        `fluence`, from all directions, as :func:`snowblue.layers` gives them. Each has the dimensions `depth`, with
+        the depths below the surface in cm, and `wavelength`.
+    layers : mappings or pandas.DataFrame, top first, optional
+        The layers of all packs, as in :func:`snowblue.layers`, in place of `thickness_cm` and the arguments of
+        :class:`Snow`.
     retrieve : names, or a mapping of names to priors
         Parameters that spectra can be differentiated by: `ssa_m2_kg`, `density_kg_m3`, `thickness_cm`,
-        `water_saturation`, `ground_albedo`, `cos_angle`, and impurities. A prior is a median, in the parameter's unit,
-        and the standard deviation of the logarithm (of the log-odds of saturation, `ground_albedo` and `cos_angle`).
-        None is a weak prior, which the attributes of the result state; for density, thickness, `ground_albedo` and
-        `cos_angle` its median is the argument.
-    standard_deviation, transmittance_standard_deviation : float or array
-        Standard deviation of each value: of the instrument and of the model. A transmittance needs one.
+        `water_saturation`, `ground_albedo`, `cos_angle`, and impurities. In layers a name is that of the common value
+        of all of them, and a pair such as `("ssa_m2_kg", 0)` that of one, which are numbered from the top. A prior is a
+        median, in the parameter's unit, and the standard deviation of the logarithm (of the log-odds of saturation,
+        `ground_albedo` and `cos_angle`). None is a weak prior, which the attributes of the result state; for density,
+        thickness, `ground_albedo` and `cos_angle` its median is the argument.
+    standard_deviation, transmittance_standard_deviation, fluxes_standard_deviation : float or array
+        Standard deviation of each value: of the instrument and of the model. A transmittance needs one, and so do
+        fluxes, perhaps a mapping with one for each.
     scale_error : float
         Standard deviation of the logarithm of a factor that all values of a spectrum have in common, such as that of a
-        white reference, 0 or 1e-6 to 1; it is retrieved too, for albedo and transmittance each.
+        white reference, 0 or 1e-6 to 1; it is retrieved too, for each measured quantity. All depths share it.
     correlation_nm : float
         Distance over which errors of neighbouring wavelengths correlate.
     angle_deg : float, "diffuse" or array
@@ -127,14 +146,14 @@ def invert(
     Returns
     -------
     xarray.Dataset
-        For each parameter (`ssa`, `black_carbon`, ...) the median of the posterior, `_sd`, its standard deviation to
-        first order, and `_lower` and `_upper`, which hold 95 %. `averaging_kernel`, the derivative of the retrieved
-        state by the true one, and `covariance`, both of the state. `degrees_of_freedom`: how many parameters the data
-        determine. A parameter at an end of its range, beyond which the fit would improve, is held there: its rows of
-        both matrices and its `_sd` are 0, and the others have their posterior given its value. `chi_square`, which is
-        near `data`, the number of values, if model, errors and prior are right. `outcome`: "converged"; or which
-        parameter is at an end of its range; "not converged"; or "no data", where the posterior is the prior. Measured
-        and fitted spectra. The attribute `light` says which light was assumed.
+        For each parameter (`ssa`, `black_carbon`; of one layer `ssa_0`, ...) the median of the posterior, `_sd`, its
+        standard deviation to first order, and `_lower` and `_upper`, which hold 95 %. `averaging_kernel`, the
+        derivative of the retrieved state by the true one, and `covariance`, both of the state. `degrees_of_freedom`:
+        how many parameters the data determine. A parameter at an end of its range, beyond which the fit would improve,
+        is held there: its rows of both matrices and its `_sd` are 0, and the others have their posterior given its
+        value. `chi_square`, which is near `data`, the number of values, if model, errors and prior are right.
+        `outcome`: "converged"; or which parameter is at an end of its range; "not converged"; or "no data", where the
+        posterior is the prior. Measured and fitted spectra. The attribute `light` says which light was assumed.
 
     Raises
     ------
@@ -162,10 +181,23 @@ def invert(
     import xarray as xr
 
     given = {name: value for name, value in (("albedo", albedo), ("transmittance", transmittance)) if value is not None}
+    deviations = {"albedo": standard_deviation, "transmittance": transmittance_standard_deviation}
+    if fluxes is not None:
+        at_depth = _fluxes(fluxes)
+        given |= at_depth
+        own = fluxes_standard_deviation
+        deviations |= own if isinstance(own, Mapping) else dict.fromkeys(at_depth, own)
     if not given:
-        raise TypeError("neither an albedo nor a transmittance is given")
-    if transmittance is not None and transmittance_standard_deviation is None:
-        raise TypeError("a transmittance needs transmittance_standard_deviation")
+        raise TypeError("no albedo, transmittance or fluxes are given")
+    for name in given:
+        if deviations.get(name) is None:
+            owner = "transmittance" if name == "transmittance" else "fluxes"
+            raise TypeError(f"{name} needs {owner}_standard_deviation")
+    packed = None if layers is None else packed_layers(layers)
+    if packed is not None:
+        for name in (*snow, *(["thickness_cm"] if thickness_cm is not None else [])):
+            raise TypeError(f"{name} belongs to the layers")
+        thickness_cm = 0.0
     measured = _measured(given, wavelength_nm)
     wavelengths_nm = numbers(WAVELENGTH, next(iter(measured.values())).values.wavelength.values)
     names, priors = _priors(retrieve)
@@ -176,14 +208,13 @@ def invert(
     made: dict[str, Any] = {}
     rows: dict[str, dict[str, Any]] = {}
     for name, spectrum in measured.items():
-        deviation = standard_deviation if name == "albedo" else transmittance_standard_deviation
         rows[name] = {
             "values": spectrum.rows(name, spectrum.values, axes),
-            "standard_deviation": spectrum.rows(f"standard deviation of the {name}", deviation, axes),
+            "standard_deviation": spectrum.rows(f"standard deviation of the {name}", deviations[name], axes),
         }
     fraction = None
     if diffuse_fraction is not None:
-        fraction = next(iter(measured.values())).rows("diffuse fraction", diffuse_fraction, axes)
+        fraction = next(iter(measured.values())).at_one_depth().rows("diffuse fraction", diffuse_fraction, axes)
     for name, own in (("thickness_cm", thickness_cm), ("angle_deg", angle_deg), ("ground_albedo", ground_albedo)):
         value, source = (own, "argument") if own is not None else _stated(name, measured)
         quantity = STATED[name][0]
@@ -197,17 +228,22 @@ def invert(
     spectra["diffuse_fraction"] = None if fraction is None else fraction[0][axes.places(fraction[1])]
     errors = {"scale_error": number("scale_error", scale_error)}
     errors["correlation_nm"] = number("correlation_nm", correlation_nm)
-    spectra |= {"albedo": None, "transmittance": None}
-    for name, arrays in rows.items():
-        spectra[name] = {key: values[axes.places(dims)] for key, (values, dims) in arrays.items()} | errors
+    spectra["measured"] = [
+        {"quantity": name, "depth_cm": measured[name].depths_cm}
+        | {key: values[axes.places(dims)] for key, (values, dims) in arrays.items()}
+        | errors
+        for name, arrays in rows.items()
+    ]
+    spectra["layers"] = packed
+    labels = [_label(*name) for name in names]
     unknowns = {
         "names": names,
+        "labels": labels,
         "median": [median for median, _ in priors],
         "deviation": [deviation for _, deviation in priors],
         "correlation": None if prior_correlation is None else _matrix("prior_correlation", prior_correlation),
         "ordinates": ordinates(streams, seed),
     }
-    labels = [{"ssa_m2_kg": "ssa"}.get(name, parameter_quantity(name).name) for name in names]
     taken = {*labels, "parameter", "true_parameter", "outcome", *NUMBERS}
     for dim in axes.sizes:
         if dim in taken:
@@ -216,50 +252,59 @@ def invert(
         found = _native.invert(snow_given.native, spectra, unknowns, report)
 
     made["prior"] = "; ".join(
-        f"{name}: median {'of the argument' if median is None else f'{median:g}'}, deviation {deviation:g}"
-        for name, (median, deviation) in zip(names, found["prior"])
+        f"{_words(name, layer)}: median {'of the argument' if median is None else f'{median:g}'}, "
+        f"deviation {deviation:g}"
+        for (name, layer), (median, deviation) in zip(names, found["prior"])
     )
     made |= errors | {"seed": seed}
     ignored = {"ssa_m2_kg": ("grain_size_um", "size_measure")}
-    dropped = {key for name in names for key in ignored.get(name, (name, f"{name.replace('-', '_')}_ng_g"))}
+    dropped = {key for name, _ in names for key in ignored.get(name, (name, f"{name.replace('-', '_')}_ng_g"))}
     kept = {name: value for name, value in snow_given.attrs.items() if name not in {*dropped, "snow_id"}}
-    variables = _variables(found, dict(zip(names, labels)), {name: spectra[name]["values"] for name in measured}, axes)
+    if packed is not None:
+        kept = {}
+        del made["thickness_cm"]
+        made = {"layers": described_layers(packed), **made}
+    variables = _variables(found, dict(zip(labels, names)), measured, spectra["measured"], axes)
     if not scale_error:
         variables = {name: value for name, value in variables.items() if "_scale" not in name}
     own = wavelength_coordinate(wavelengths_nm)
-    carried = next(iter(measured.values())).values.coords
+    carried = next(iter(measured.values())).values.drop_vars("depth", errors="ignore").coords
     coords = axes.coordinates(Wavelengths(wavelengths_nm, "wavelength", own, carried))
     coords = {name: coordinate for name, coordinate in coords.items() if name not in variables}
     coords |= {"parameter": labels, "true_parameter": labels}
+    for spectrum in measured.values():
+        if spectrum.depths_cm:
+            coords["depth"] = ("depth", spectrum.depths_cm, DEPTH.attributes())
     return xr.Dataset(variables, coords, attributes(**kept, **made))
 
 
 def _variables(
-    found: dict[str, Any], labels: dict[str, str], measured: dict[str, np.ndarray], axes: Axes
+    found: dict[str, Any],
+    parameters: dict[str, tuple[str, int | None]],
+    measured: dict[str, Measured],
+    given: list[dict[str, Any]],
+    axes: Axes,
 ) -> dict[str, Any]:
-    """The variables of the result, of parameters with these labels."""
+    """The variables of the result, of parameters by their labels."""
     variables: dict[str, Any] = {}
 
-    def add(name: str, values: Any, long_name: str, unit: str | None = "1", more: tuple[str, ...] = ()) -> None:
-        array = np.asarray(values)
-        if more == ("wavelength",):
-            array = array.reshape([*axes.shape, -1])
-        else:
-            array = array.reshape([*axes.shape, *(len(labels) for _ in more)])
+    def add(name: str, values: Any, long_name: str, unit: str | None = "1", more: dict[str, int] = {}) -> None:
+        array = np.asarray(values).reshape([*axes.shape, *more.values()])
         variables[name] = ([*axes.sizes, *more], array, {"long_name": long_name} | ({"units": unit} if unit else {}))
 
-    for name, label in labels.items():
+    for label, (name, layer) in parameters.items():
         attrs = parameter_quantity(name).attributes()
         for aspect, text in ASPECTS.items():
-            add(label + aspect, found[name + aspect], text.format(attrs["long_name"]), attrs["units"])
-    for name, values in measured.items():
+            add(label + aspect, found[label + aspect], text.format(_words(attrs["long_name"], layer)), attrs["units"])
+    for (name, spectrum), own in zip(measured.items(), given):
+        long_name = LONG_NAMES.get(name, name) if spectrum.depths_cm else name
         for aspect, text in ASPECTS.items():
             add(f"{name}_scale{aspect}", found[f"{name}_scale{aspect}"], text.format(f"measured over true {name}"))
-        add(name, values, f"measured {name}", more=("wavelength",))
-        add(f"{name}_fit", found[f"{name}_fit"], f"{name} of the retrieved snow", more=("wavelength",))
-    pairs = ("parameter", "true_parameter")
-    kernel = found["averaging_kernel"]
-    add("averaging_kernel", kernel, "derivative of the retrieved state by the true one", more=pairs)
+        more = {dim: spectrum.values.sizes[dim] for dim in spectrum.inner}
+        add(name, own["values"], f"measured {long_name}", more=more)
+        add(f"{name}_fit", found[f"{name}_fit"], f"{long_name} of the retrieved snow", more=more)
+    pairs = dict.fromkeys(("parameter", "true_parameter"), len(parameters))
+    add("averaging_kernel", found["averaging_kernel"], "derivative of the retrieved state by the true one", more=pairs)
     add("covariance", found["covariance"], "covariance of the posterior of the state", more=pairs)
     for name, text in NUMBERS.items():
         values = found[name]
@@ -268,21 +313,57 @@ def _variables(
     return variables
 
 
-def _priors(retrieve: Any) -> tuple[list[str], list[tuple[Any, Any]]]:
-    """The names of parameters, and the median and deviation of each, or None."""
+def _priors(retrieve: Any) -> tuple[list[tuple[str, int | None]], list[tuple[Any, Any]]]:
+    """The name and the layer, or None, of each parameter, and the median and deviation of its prior, or None."""
     if isinstance(retrieve, str):
         retrieve = [retrieve]
     if not isinstance(retrieve, Mapping):
         retrieve = dict.fromkeys(retrieve)
+    names: list[tuple[str, int | None]] = []
     priors = []
-    for name, prior in retrieve.items():
+    for key, prior in retrieve.items():
+        name, layer = key if isinstance(key, tuple) and len(key) == 2 else (key, None)
+        if not isinstance(name, str):
+            raise ValueError(f"retrieve has {key!r}, but must have names, or pairs of a name and the number of a layer")
+        names.append((name, None if layer is None else whole("the number of the layer", layer)))
         try:
             median, deviation = (None, None) if prior is None else prior
         except (TypeError, ValueError):
-            raise ValueError(f"the prior of {name} is {prior!r}, but must be a median and a deviation") from None
+            text = f"the prior of {_words(*names[-1])} is {prior!r}, but must be a median and a deviation"
+            raise ValueError(text) from None
         given = (("median", median), ("deviation", deviation))
         priors.append(tuple(None if one is None else number(f"{what} of {name}", one) for what, one in given))
-    return list(retrieve), priors
+    return names, priors
+
+
+def _label(name: str, layer: int | None) -> str:
+    """The name of a parameter in results."""
+    label = {"ssa_m2_kg": "ssa"}.get(name, parameter_quantity(name).name)
+    return label if layer is None else f"{label}_{layer}"
+
+
+def _words(name: str, layer: int | None) -> str:
+    """A name with that of its layer."""
+    return name if layer is None else f"{name} of layer {layer}"
+
+
+def _fluxes(given: Mapping[str, Any]) -> dict[str, xr.DataArray]:
+    """Fluxes with their depths."""
+    arrays: dict[str, xr.DataArray] = {}
+    for name in given:
+        value = given[name]
+        if name not in AT_DEPTH:
+            raise ValueError(f"fluxes have '{name}', but may have {', '.join(AT_DEPTH)}")
+        if "depth" not in getattr(value, "dims", ()) or "depth" not in value.coords:
+            raise ValueError(f"{name} must be an xarray.DataArray with the dimension 'depth' and its values in cm")
+        unit = value.depth.attrs.get("units", DEPTH.unit)
+        if unit != DEPTH.unit:
+            raise ValueError(f"{name} has depths in {unit}, but they must be in {DEPTH.unit}")
+        first = next(iter(arrays.values()), value)
+        if not np.array_equal(value.depth.values, first.depth.values):
+            raise ValueError(f"{name} has other depths than the first of the fluxes")
+        arrays[name] = value
+    return arrays
 
 
 @dataclass
@@ -290,14 +371,31 @@ class Measured:
     """A measured spectrum."""
 
     values: xr.DataArray
-    """The wavelength is the last dimension, with its coordinate."""
+    """The wavelength is the last dimension, with its coordinate, perhaps after the depth."""
     dim: str
     """What the array that is given calls this dimension."""
     given: tuple[tuple[str, ...], tuple[int, ...]]
     """Dimensions and shape of the array that is given."""
 
+    @property
+    def depths_cm(self) -> list[float]:
+        return self.values.depth.values.tolist() if "depth" in self.values.dims else []
+
+    @property
+    def inner(self) -> list[str]:
+        """The dimensions that belong to one pack."""
+        return ["depth", "wavelength"] if "depth" in self.values.dims else ["wavelength"]
+
+    def at_one_depth(self) -> Measured:
+        """The spectrum at one of the depths."""
+        if not self.depths_cm:
+            return self
+        kept = [(dim, size) for dim, size in zip(*self.given) if dim != "depth"]
+        given = tuple(dim for dim, _ in kept), tuple(size for _, size in kept)
+        return Measured(self.values.isel(depth=0, drop=True), self.dim, given)
+
     def rows(self, label: str, value: Any, axes: Axes) -> tuple[np.ndarray, tuple[str, ...]]:
-        """Values at the wavelengths for each element of some dimensions, which are added to the axes."""
+        """Values at all depths and wavelengths for each element of some dimensions, which are added to the axes."""
         import xarray as xr
 
         wavelengths_nm = self.values.wavelength.values
@@ -319,11 +417,18 @@ class Measured:
             "wavelength" in value.coords and not np.array_equal(value.wavelength.values, wavelengths_nm)
         ):
             raise ValueError(f"the {label} has other wavelengths than the spectra")
-        value = value.astype(float).transpose(..., "wavelength")
-        others = value.isel(wavelength=0, drop=True)
+        if self.depths_cm:
+            if "depth" not in value.dims:
+                value = value.expand_dims(depth=self.depths_cm)
+            elif value.sizes["depth"] != len(self.depths_cm) or (
+                "depth" in value.coords and not np.array_equal(value.depth.values, self.depths_cm)
+            ):
+                raise ValueError(f"the {label} has other depths than the fluxes")
+        value = value.astype(float).transpose(..., *self.inner)
+        others = value.isel(dict.fromkeys(self.inner, 0), drop=True)
         axes.add(Quantity(label), others, others.values)
         del axes.own[label]
-        return value.values.reshape(-1, wavelengths_nm.size), others.dims
+        return value.values.reshape(-1, int(np.prod([value.sizes[dim] for dim in self.inner]))), others.dims
 
 
 def _measured(given: dict[str, Any], wavelength_nm: Any) -> dict[str, Measured]:

@@ -85,7 +85,7 @@ def light_in_layers(
 ) -> dict[str, NDArray[np.float64]]: ...
 def invert(
     snows: Snows,
-    spectra: dict[str, Any],
+    packs: dict[str, Any],
     unknowns: dict[str, Any],
     progress: _Progress,
 ) -> dict[str, Any]: ...

@@ -10,16 +10,21 @@
 //! are independent with unit variance (Uhlenbeck & Ornstein 1930, doi:10.1103/PhysRev.36.823), so that no covariance is
 //! inverted. A common error of scale is an element of the state.
 
+use std::fmt;
+use std::str::FromStr;
+
 use snowblue_base::ParameterRange;
 
 use super::error::InversionError;
-use crate::TransportError;
+use crate::error::{TransportError, find_by_name};
 
-pub(super) const ALBEDO_DEVIATION_RANGE: ParameterRange =
-    ParameterRange { quantity: "standard deviation of the albedo", least: 1e-6, greatest: 1e6, unit: "" };
-/// A transmittance may be far below 1, and its error a fraction of it.
-pub(super) const TRANSMITTANCE_DEVIATION_RANGE: ParameterRange =
-    ParameterRange { quantity: "standard deviation of the transmittance", least: 1e-18, greatest: 1e6, unit: "" };
+/// Least standard deviation of an albedo.
+const LEAST_ALBEDO_DEVIATION: f64 = 1e-6;
+/// What the snow transmits may be far below 1, and its error a fraction of it.
+const LEAST_TRANSMITTED_DEVIATION: f64 = 1e-18;
+const GREATEST_DEVIATION: f64 = 1e6;
+/// Least measured value of all quantities: white references err, and so does a dark signal.
+const LEAST_VALUE: f64 = -0.5;
 const SCALE_ERROR_RANGE: ParameterRange =
     ParameterRange { quantity: "scale error", least: 0.0, greatest: 1.0, unit: "" };
 /// Least error of scale beside 0.
@@ -27,10 +32,31 @@ const LEAST_SCALE_ERROR: f64 = 1e-6;
 const CORRELATION_RANGE: ParameterRange =
     ParameterRange { quantity: "correlation length", least: 0.0, greatest: 1e4, unit: "nm" };
 
-/// A measured albedo or transmittance at each wavelength.
+/// What is measured, over the incident flux.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Quantity {
+    /// The fraction of the light that the snow and the ground reflect.
+    Albedo,
+    /// The fraction of the light that arrives at the ground.
+    Transmittance,
+    /// Flux downwards at depths.
+    Down,
+    /// Flux upwards at depths.
+    Up,
+    /// Net flux at depths.
+    Net,
+    /// Fluence rate at depths.
+    Fluence,
+}
+
+/// A measured quantity at each wavelength, and at each depth if it is one at depths.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Measured {
-    /// Values; NaN where there is none.
+    /// What is measured.
+    pub quantity: Quantity,
+    /// Depths below the surface, in cm; none of an albedo or a transmittance.
+    pub depths_cm: Vec<f64>,
+    /// Values at each depth, then each wavelength; NaN where there is none.
     pub values: Vec<f64>,
     /// Standard deviation of each value.
     pub standard_deviations: Vec<f64>,
@@ -40,7 +66,7 @@ pub struct Measured {
     pub correlation_nm: f64,
 }
 
-/// The values of a spectrum in the order of their wavelengths.
+/// The values at each depth in the order of their wavelengths.
 #[derive(Debug, Clone)]
 pub(super) struct Data {
     points: Vec<Point>,
@@ -48,7 +74,7 @@ pub(super) struct Data {
 
 #[derive(Debug, Clone, Copy)]
 struct Point {
-    /// Place among the wavelengths.
+    /// Place among the depths and, fastest, the wavelengths.
     place: usize,
     value: f64,
     standard_deviation: f64,
@@ -56,17 +82,87 @@ struct Point {
     correlation: f64,
 }
 
+impl Quantity {
+    /// Every quantity.
+    pub const ALL: [Self; 6] = [Self::Albedo, Self::Transmittance, Self::Down, Self::Up, Self::Net, Self::Fluence];
+
+    /// Its name, as in results.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Albedo => "albedo",
+            Self::Transmittance => "transmittance",
+            Self::Down => "down",
+            Self::Up => "up",
+            Self::Net => "net",
+            Self::Fluence => "fluence",
+        }
+    }
+
+    /// Whether it is a flux at depths.
+    #[must_use]
+    pub fn is_at_depth(self) -> bool {
+        !matches!(self, Self::Albedo | Self::Transmittance)
+    }
+
+    /// The range of its values. Percent are out of range, but for a fluence rate.
+    fn range(self) -> ParameterRange {
+        let greatest = match self {
+            Self::Albedo => 1.5,
+            // It exceeds 1 over a bright ground, but hardly 1.3.
+            Self::Transmittance => 2.0,
+            Self::Down | Self::Up | Self::Net => 3.0,
+            // 1/cos θ of a beam that nothing has scattered.
+            Self::Fluence => 1e4,
+        };
+        ParameterRange { quantity: self.name(), least: LEAST_VALUE, greatest, unit: "" }
+    }
+
+    /// The range of the standard deviations of its values.
+    fn deviation_range(self) -> ParameterRange {
+        let (quantity, least) = match self {
+            Self::Albedo => ("standard deviation of the albedo", LEAST_ALBEDO_DEVIATION),
+            Self::Transmittance => ("standard deviation of the transmittance", LEAST_TRANSMITTED_DEVIATION),
+            Self::Down => ("standard deviation of the flux down", LEAST_TRANSMITTED_DEVIATION),
+            Self::Up => ("standard deviation of the flux up", LEAST_TRANSMITTED_DEVIATION),
+            Self::Net => ("standard deviation of the net flux", LEAST_TRANSMITTED_DEVIATION),
+            Self::Fluence => ("standard deviation of the fluence rate", LEAST_TRANSMITTED_DEVIATION),
+        };
+        ParameterRange { quantity, least, greatest: GREATEST_DEVIATION, unit: "" }
+    }
+}
+
+/// Formats the name.
+impl fmt::Display for Quantity {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.write_str(self.name())
+    }
+}
+
+impl FromStr for Quantity {
+    type Err = TransportError;
+
+    fn from_str(name: &str) -> Result<Self, TransportError> {
+        find_by_name("quantity", name, &Self::ALL, Self::name)
+    }
+}
+
 impl Measured {
-    /// Checks all but the values that are missing.
-    pub(super) fn check(
-        &self,
-        values: &ParameterRange,
-        deviations: &ParameterRange,
-        wavelengths_nm: &[f64],
-    ) -> Result<(), InversionError> {
+    /// Checks all but the values that are missing, and whether depths lie in the snow.
+    pub(super) fn check(&self, wavelengths_nm: &[f64]) -> Result<(), InversionError> {
+        let Self { quantity, depths_cm, .. } = self;
+        if quantity.is_at_depth() == depths_cm.is_empty() {
+            let rule = if depths_cm.is_empty() { "needs depths" } else { "has no depths" };
+            return Err(TransportError::Combination { quantity: quantity.name(), rule }.into());
+        }
+        let (values, deviations) = (quantity.range(), quantity.deviation_range());
         for (quantity, numbers) in [(values.quantity, &self.values), (deviations.quantity, &self.standard_deviations)] {
-            if numbers.len() != wavelengths_nm.len() {
-                let expected = "as many as there are wavelengths";
+            if numbers.len() != self.rows() * wavelengths_nm.len() {
+                let expected = if depths_cm.is_empty() {
+                    "as many as there are wavelengths"
+                } else {
+                    "as many as there are depths and wavelengths"
+                };
                 return Err(TransportError::Count { quantity, count: numbers.len(), expected }.into());
             }
         }
@@ -76,19 +172,27 @@ impl Measured {
             return Err(TransportError::Combination { quantity, rule }.into());
         }
         CORRELATION_RANGE.check(self.correlation_nm).map_err(TransportError::from)?;
+        let located = |place: usize, error: TransportError| InversionError {
+            depth_cm: self.depths_cm.get(place / wavelengths_nm.len()).copied(),
+            ..InversionError::at_wavelength(place % wavelengths_nm.len(), error)
+        };
         for (place, value) in self.present() {
             let check = values.check(value).and_then(|()| deviations.check(self.standard_deviations[place]));
-            check.map_err(|error| InversionError::at_wavelength(place, error))?;
+            check.map_err(|error| located(place, error.into()))?;
         }
-        let data = self.data(wavelengths_nm);
-        match data.points.iter().skip(1).find(|point| point.correlation >= 1.0) {
+        match self.data(wavelengths_nm).points.iter().find(|point| point.correlation >= 1.0) {
             Some(point) => {
                 let quantity = "wavelength";
                 let rule = "is given twice, so that the errors of its values would be equal";
-                Err(InversionError::at_wavelength(point.place, TransportError::Combination { quantity, rule }))
+                Err(located(point.place, TransportError::Combination { quantity, rule }))
             }
             None => Ok(()),
         }
+    }
+
+    /// Number of depths; 1 of an albedo or a transmittance.
+    pub(super) fn rows(&self) -> usize {
+        if self.quantity.is_at_depth() { self.depths_cm.len() } else { 1 }
     }
 
     /// Places and values of those that are not missing.
@@ -96,12 +200,26 @@ impl Measured {
         self.values.iter().copied().enumerate().filter(|(_, value)| !value.is_nan())
     }
 
+    /// Whether there is a value at a wavelength, of which there are as many as values in a row.
+    pub(super) fn has_data_at(&self, wavelength: usize) -> bool {
+        let wavelengths = self.values.len() / self.rows();
+        self.values.iter().skip(wavelength).step_by(wavelengths).any(|value| !value.is_nan())
+    }
+
     pub(super) fn data(&self, wavelengths_nm: &[f64]) -> Data {
+        let wavelengths = wavelengths_nm.len();
         let mut present: Vec<(usize, f64)> = self.present().collect();
-        present.sort_by(|(a, _), (b, _)| wavelengths_nm[*a].total_cmp(&wavelengths_nm[*b]));
+        let key = |place: usize| (place / wavelengths, wavelengths_nm[place % wavelengths]);
+        present.sort_by(|(a, _), (b, _)| {
+            let ((row, nm), (other_row, other_nm)) = (key(*a), key(*b));
+            row.cmp(&other_row).then(nm.total_cmp(&other_nm))
+        });
         let before = std::iter::once(None).chain(present.iter().map(|(place, _)| Some(*place)));
         let point = |(before, (place, value)): (Option<usize>, &(usize, f64))| {
-            let distance_nm = before.map_or(f64::INFINITY, |before| wavelengths_nm[*place] - wavelengths_nm[before]);
+            let (row, nm) = key(*place);
+            // Errors at different depths are independent.
+            let before = before.map(key).filter(|(row_before, _)| *row_before == row);
+            let distance_nm = before.map_or(f64::INFINITY, |(_, nm_before)| nm - nm_before);
             Point {
                 place: *place,
                 value: *value,
@@ -150,7 +268,14 @@ mod tests {
         let wavelengths_nm = [700.0, 400.0, 450.0, 900.0, 430.0];
         let values = vec![0.9, 0.95, f64::NAN, 0.7, 0.96];
         let standard_deviations = vec![0.01, 0.02, f64::NAN, 0.005, 0.01];
-        let measured = Measured { values, standard_deviations, scale_error: 0.0, correlation_nm: 80.0 };
+        let measured = Measured {
+            quantity: Quantity::Albedo,
+            depths_cm: Vec::new(),
+            values,
+            standard_deviations,
+            scale_error: 0.0,
+            correlation_nm: 80.0,
+        };
         let data = measured.data(&wavelengths_nm);
         let sum: f64 = data.residuals(|place| 0.9 + 0.01 * place as f64).map(|u| u * u).sum();
         let places = [0, 1, 3, 4];

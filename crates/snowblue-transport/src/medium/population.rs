@@ -1,5 +1,7 @@
 //! Random grains, drawn in proportion to their projected area.
 
+use std::sync::OnceLock;
+
 use crate::grain::{Grain, ROUGHNESS_PER_FACETNESS, Scattered, Spheroid};
 use crate::rng::Stream;
 use crate::sample::{GrainSize, Quantiles, SizeMeasure, SnowSample, TruncatedNormal};
@@ -10,9 +12,9 @@ use crate::sample::{GrainSize, Quantiles, SizeMeasure, SnowSample, TruncatedNorm
 pub struct Population {
     /// The distributions by number.
     given: [TruncatedNormal; 2],
-    sphericity: Quantiles,
-    facetness: Quantiles,
     measure: SizeMeasure,
+    /// Made when the first grain is drawn: whoever finds a tally of these grains draws none.
+    quantiles: OnceLock<[Quantiles; 2]>,
 }
 
 /// Populations of the same distributions are equal.
@@ -32,22 +34,24 @@ impl Population {
     /// Grains with given distributions by number, whose sizes are given by `measure`.
     #[must_use]
     pub fn new(sphericity: &TruncatedNormal, facetness: &TruncatedNormal, measure: SizeMeasure) -> Self {
-        Self {
-            given: [*sphericity, *facetness],
-            sphericity: sphericity.weighted(|psi| Spheroid::of_unit_size(psi, measure).surface()),
-            facetness: facetness.weighted(|_| 1.0),
-            measure,
-        }
+        Self { given: [*sphericity, *facetness], measure, quantiles: OnceLock::new() }
     }
 
     /// The grain of the given relative index for two uniform numbers.
     #[inline]
     pub(crate) fn grain(&self, [shape, facetness]: [f64; 2], relative_index: f64) -> Grain {
+        let [of_sphericity, of_facetness] = self.quantiles.get_or_init(|| self.weighted());
         Grain {
-            shape: Spheroid::of_unit_size(self.sphericity.at(shape), self.measure),
-            roughness: ROUGHNESS_PER_FACETNESS * self.facetness.at(facetness),
+            shape: Spheroid::of_unit_size(of_sphericity.at(shape), self.measure),
+            roughness: ROUGHNESS_PER_FACETNESS * of_facetness.at(facetness),
             relative_index,
         }
+    }
+
+    /// Quantiles of sphericity and facetness, weighted by projected area.
+    fn weighted(&self) -> [Quantiles; 2] {
+        let [sphericity, facetness] = &self.given;
+        [sphericity.weighted(|psi| Spheroid::of_unit_size(psi, self.measure).surface()), facetness.weighted(|_| 1.0)]
     }
 
     /// Scattering of a random ray by a random grain of the given relative index, and its weight: the entry point is

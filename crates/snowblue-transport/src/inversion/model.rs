@@ -1,0 +1,203 @@
+//! Fluxes of a pack at a state of the search, with their derivatives.
+
+use super::Inversion;
+use super::measured::Quantity;
+use super::observation::Observation;
+use crate::TransportError;
+use crate::medium::{Demand, GrainTallies, Population};
+use crate::optics::Substance;
+use crate::ordinates::{DifferentiatedStack, Peak, differentiate_stack};
+use crate::sample::{GrainSize, SURFACE_AREA_RANGE, SnowSample};
+use crate::slab::Incidence;
+use crate::stack::{DepthDerivatives, DepthFluxes, Stack, StackDerivatives, StackRadiometry};
+use crate::variable::{LayerVariable, Variable};
+
+/// An angle that takes the streams of grazing light.
+const GRAZING_DEG: f64 = 89.0;
+
+/// Each measured quantity of a pack at each depth, its row, and wavelength.
+#[derive(Debug, Clone)]
+pub(super) struct Model {
+    /// The position of each wavelength among those that are solved at.
+    positions: Vec<Option<usize>>,
+    /// Number of wavelengths that are solved at.
+    solved: usize,
+    /// [row][position]
+    values: Vec<f64>,
+    /// [variable][row][position]
+    derivatives: Vec<f64>,
+}
+
+impl Model {
+    /// The value of the quantity whose first row is `row`, where `place` counts its rows and, fastest, all wavelengths;
+    /// NaN at a wavelength that is not solved at.
+    pub(super) fn value(&self, row: usize, place: usize) -> f64 {
+        self.at(row, place).map_or(f64::NAN, |at| self.values[at])
+    }
+
+    /// The derivative by a variable.
+    pub(super) fn derivative(&self, variable: usize, row: usize, place: usize) -> f64 {
+        self.at(row, place).map_or(f64::NAN, |at| self.derivatives[variable * self.values.len() + at])
+    }
+
+    fn at(&self, row: usize, place: usize) -> Option<usize> {
+        let (further, wavelength) = (place / self.positions.len(), place % self.positions.len());
+        self.positions[wavelength].map(|position| (row + further) * self.solved + position)
+    }
+}
+
+impl Inversion {
+    /// What the model gives for some values of the variables at the wavelengths of these places.
+    pub(super) fn model(
+        &self,
+        observation: &Observation,
+        values: &[f64],
+        used: &[usize],
+    ) -> Result<Model, TransportError> {
+        let stack = self.stack(observation, values, used);
+        let mut kinds: Vec<Variable> = Vec::new();
+        for LayerVariable { variable, .. } in &self.variables {
+            if !kinds.contains(variable) {
+                kinds.push(*variable);
+            }
+        }
+        let of_layers = LayerVariable::of_layers(&kinds, stack.layers.len());
+        let DifferentiatedStack { fluxes, derivatives } = differentiate_stack(&stack, &kinds, &self.options, false)?;
+        let lights = observation.illumination.weights(used);
+        // The mean over the lights, of which all have all wavelengths.
+        let mean = |k: usize, of: &dyn Fn(usize) -> f64| -> f64 {
+            lights.iter().enumerate().map(|(light, weights)| weights[k] * of(light * used.len() + k)).sum()
+        };
+        let rows = observation.rows();
+        let of_all = |value: &dyn Fn(Quantity, usize, usize) -> f64| -> Vec<f64> {
+            let of_row = |(quantity, depth): &(Quantity, usize)| {
+                let (quantity, depth) = (*quantity, *depth);
+                (0..used.len()).map(|k| mean(k, &|row| value(quantity, depth, row))).collect::<Vec<_>>()
+            };
+            rows.iter().flat_map(of_row).collect()
+        };
+        let by = |by: &LayerVariable| {
+            let is_part = |part: &&(usize, &LayerVariable)| by.overlaps(part.1);
+            let parts: Vec<usize> =
+                of_layers.iter().enumerate().filter(|part| is_part(&part)).map(|(place, _)| place).collect();
+            of_all(&|quantity, depth, row| {
+                let of_part = |part: &usize| quantity.derivative(&derivatives[row * of_layers.len() + part], depth);
+                parts.iter().map(of_part).sum()
+            })
+        };
+        let mut positions = vec![None; self.wavelengths_nm.len()];
+        used.iter().enumerate().for_each(|(position, place)| positions[*place] = Some(position));
+        Ok(Model {
+            positions,
+            solved: used.len(),
+            values: of_all(&|quantity, depth, row| quantity.value(&fluxes[row], depth)),
+            derivatives: self.variables.iter().flat_map(by).collect(),
+        })
+    }
+
+    /// The pack with some values of the variables.
+    fn stack(&self, observation: &Observation, values: &[f64], used: &[usize]) -> Stack {
+        let mut stack = observation.stack(used.iter().map(|place| self.wavelengths_nm[*place]).collect());
+        for (by, value) in self.variables.iter().zip(values) {
+            match by.variable {
+                Variable::GroundAlbedo => stack.ground_albedo = *value,
+                Variable::CosIncidence => {
+                    stack.incidences[0] = Incidence::Beam { angle_deg: value.acos().to_degrees() };
+                }
+                Variable::Thickness => by.of_mut(&mut stack.layers).for_each(|layer| layer.thickness_cm = *value),
+                variable => {
+                    by.of_mut(&mut stack.layers).for_each(|layer| layer.sample = with(&layer.sample, variable, *value));
+                }
+            }
+        }
+        stack
+    }
+
+    /// Traces the rays that serve all steps: those of the coarsest grains. The process keeps them.
+    pub(super) fn prepare_tallies<'o>(&self, observations: impl Iterator<Item = &'o Observation>, used: &[usize]) {
+        let areas: Vec<&LayerVariable> =
+            self.variables.iter().filter(|by| by.variable == Variable::SurfaceArea).collect();
+        if areas.is_empty() || used.is_empty() {
+            return;
+        }
+        let wavelengths_nm: Vec<f64> = used.iter().map(|place| self.wavelengths_nm[*place]).collect();
+        let retrieves = |variable: Variable| self.variables.iter().any(|by| by.variable == variable);
+        let is_wet = retrieves(Variable::WaterSaturation);
+        let adds_peak = is_wet || retrieves(Variable::MassFraction(Substance::SnowAlgae));
+        let mut known: Vec<SnowSample> = Vec::new();
+        for observation in observations {
+            let peaks = observation.layers.iter().map(|layer| Peak::of(&layer.sample));
+            let peak = if adds_peak { Peak::Sharp } else { peaks.max().unwrap_or_default() };
+            let mut incidences = observation.illumination.incidences();
+            if retrieves(Variable::CosIncidence) {
+                incidences.push(Incidence::Beam { angle_deg: GRAZING_DEG });
+            }
+            for layer in areas.iter().flat_map(|by| by.of(&observation.layers)) {
+                let coarsest = with(&layer.sample, Variable::SurfaceArea, SURFACE_AREA_RANGE.least);
+                if known.iter().any(|sample| sample.has_grains_of(&coarsest)) {
+                    continue;
+                }
+                known.push(coarsest);
+                let demand = Demand::of_sample(&coarsest, &wavelengths_nm);
+                let demand = Demand { wet: demand.wet || is_wet, ..demand };
+                let plan = self.options.plan(&incidences, peak);
+                drop(GrainTallies::new(&Population::of_sample(&coarsest), &demand, &plan));
+            }
+        }
+    }
+}
+
+impl Observation {
+    /// Each measured quantity at each depth, whose place is among those of all.
+    fn rows(&self) -> Vec<(Quantity, usize)> {
+        let mut depths = 0;
+        let mut rows = Vec::new();
+        for measured in &self.measured {
+            rows.extend((0..measured.rows()).map(|row| (measured.quantity, depths + row)));
+            depths += measured.depths_cm.len();
+        }
+        rows
+    }
+}
+
+impl Quantity {
+    fn value(self, fluxes: &StackRadiometry, depth: usize) -> f64 {
+        let at_depth = |of: fn(&DepthFluxes) -> f64| of(&fluxes.profile[depth]);
+        match self {
+            Self::Albedo => fluxes.whole.reflectance.value,
+            Self::Transmittance => fluxes.whole.transmittance.value,
+            Self::Down => at_depth(|at| at.down.value),
+            Self::Up => at_depth(|at| at.up.value),
+            Self::Net => at_depth(|at| at.net.value),
+            Self::Fluence => at_depth(|at| at.fluence.value),
+        }
+    }
+
+    fn derivative(self, derivatives: &StackDerivatives, depth: usize) -> f64 {
+        let at_depth = |of: fn(&DepthDerivatives) -> f64| of(&derivatives.profile[depth]);
+        match self {
+            Self::Albedo => derivatives.whole.reflectance,
+            Self::Transmittance => derivatives.whole.transmittance,
+            Self::Down => at_depth(|at| at.down),
+            Self::Up => at_depth(|at| at.up),
+            Self::Net => at_depth(|at| at.net),
+            Self::Fluence => at_depth(|at| at.fluence),
+        }
+    }
+}
+
+/// Snow with another value, within its range, of one of its variables.
+fn with(sample: &SnowSample, variable: Variable, value: f64) -> SnowSample {
+    let mut changed = *sample;
+    match variable {
+        Variable::SurfaceArea => {
+            let grain_size = GrainSize::from_specific_surface_area(value, sample.temperature_c);
+            changed.grain_size = grain_size.unwrap_or_else(|error| unreachable!("within its range: {error}"));
+        }
+        Variable::Density => changed.density_kg_m3 = value,
+        Variable::WaterSaturation => changed.water_saturation = value,
+        Variable::MassFraction(substance) => changed.impurities = changed.impurities.with(substance, value),
+        Variable::Thickness | Variable::CosIncidence | Variable::GroundAlbedo => {}
+    }
+    changed
+}

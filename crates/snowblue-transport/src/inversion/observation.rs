@@ -1,0 +1,204 @@
+//! What is known and measured of a pack of snow, and its check.
+
+use snowblue_base::ParameterRange;
+
+use super::error::InversionError;
+use super::measured::{Measured, Quantity};
+use super::state::state_range;
+use super::{Inversion, combination};
+use crate::TransportError;
+use crate::slab::{Incidence, check_wavelengths};
+use crate::stack::{Layer, Stack};
+use crate::variable::{LayerVariable, Variable};
+
+const DIFFUSE_FRACTION_RANGE: ParameterRange =
+    ParameterRange { quantity: "diffuse fraction", least: 0.0, greatest: 1.0, unit: "" };
+
+/// Measured spectra of one pack of snow, and what is known of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Observation {
+    /// Layers, top first; what is retrieved of them is ignored.
+    pub layers: Vec<Layer>,
+    /// Albedo of the Lambertian ground.
+    pub ground_albedo: f64,
+    /// Light on the snow.
+    pub illumination: Illumination,
+    /// Median of the prior of each variable, in its unit.
+    pub prior_medians: Vec<f64>,
+    /// What is measured.
+    pub measured: Vec<Measured>,
+}
+
+/// Light on the snow.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Illumination {
+    /// A beam or Lambertian light.
+    Single(Incidence),
+    /// The beam of the sun with Lambertian light.
+    Mixed {
+        /// Angle of the beam from the normal, in degrees.
+        angle_deg: f64,
+        /// Fraction of the irradiance that is diffuse, at each wavelength.
+        diffuse_fractions: Vec<f64>,
+    },
+}
+
+impl Inversion {
+    /// Checks an observation, and gives the wavelengths at which it has data.
+    pub(super) fn check_observation(&self, observation: &Observation) -> Result<Vec<usize>, InversionError> {
+        let Observation { layers, illumination, prior_medians, measured, .. } = observation;
+        let stack = observation.stack(Vec::new());
+        stack.check_pack()?;
+        if let Illumination::Mixed { diffuse_fractions, .. } = illumination
+            && diffuse_fractions.len() != self.wavelengths_nm.len()
+        {
+            let (quantity, count) = (DIFFUSE_FRACTION_RANGE.quantity, diffuse_fractions.len());
+            let expected = "as many as there are wavelengths";
+            return Err(TransportError::Count { quantity, count, expected }.into());
+        }
+        if prior_medians.len() != self.variables.len() {
+            let (quantity, count) = ("median of the prior", prior_medians.len());
+            return Err(TransportError::Count { quantity, count, expected: "one for each variable" }.into());
+        }
+        for (by, median) in self.variables.iter().zip(prior_medians) {
+            if let Some(layer) = by.layer {
+                let greatest = layers.len() as f64 - 1.0;
+                let numbers = ParameterRange { quantity: "number of the layer", least: 0.0, greatest, unit: "" };
+                numbers.check(layer as f64)?;
+            }
+            self.check_thickness(observation, by)?;
+            if by.variable == Variable::CosIncidence && matches!(illumination, Illumination::Single(Incidence::Diffuse))
+            {
+                return Err(combination("angle", "cannot be retrieved under diffuse light").into());
+            }
+            let check = observation.range(by).check(*median);
+            check.map_err(|error| TransportError::Prior { parameter: by.to_string(), error })?;
+        }
+        for one in measured {
+            one.check(&self.wavelengths_nm)?;
+            let is_transmittance = one.quantity == Quantity::Transmittance && one.present().next().is_some();
+            if is_transmittance && stack.thickness_cm().is_infinite() {
+                return Err(combination("transmittance", "needs a thickness that is finite").into());
+            }
+        }
+        let own: Vec<usize> =
+            (0..self.wavelengths_nm.len()).filter(|place| measured.iter().any(|one| one.has_data_at(*place))).collect();
+        for place in &own {
+            let check = self.check_place(observation, *place);
+            check.map_err(|error| InversionError::at_wavelength(*place, error))?;
+        }
+        Ok(own)
+    }
+
+    /// Checks that a thickness, if this variable is one, may be retrieved.
+    fn check_thickness(&self, observation: &Observation, by: &LayerVariable) -> Result<(), TransportError> {
+        if by.variable != Variable::Thickness {
+            return Ok(());
+        }
+        if by.of(&observation.layers).any(|layer| layer.thickness_cm.is_infinite()) {
+            return Err(combination("thickness", "cannot be retrieved for a half-space"));
+        }
+        let others = self.variables.iter().filter(|other| other.variable == Variable::Thickness).count() > 1;
+        let is_shared = by.layer.is_none() && observation.layers.len() > 1;
+        if (others || is_shared) && observation.deepest_cm() > 0.0 && observation.thickness_cm().is_finite() {
+            let rule = "of several layers cannot be retrieved from fluxes at depth, which the ground must not reach";
+            return Err(combination("thickness", rule));
+        }
+        Ok(())
+    }
+
+    /// Checks that the model of the snow and its light holds at a wavelength.
+    pub(super) fn check_place(&self, observation: &Observation, place: usize) -> Result<(), TransportError> {
+        if let Illumination::Mixed { diffuse_fractions, .. } = &observation.illumination {
+            DIFFUSE_FRACTION_RANGE.check(diffuse_fractions[place])?;
+        }
+        let wavelength_nm = self.wavelengths_nm[place];
+        observation.layers.iter().try_for_each(|layer| check_wavelengths(&[wavelength_nm], &layer.sample))?;
+        self.variables.iter().try_for_each(|by| by.variable.check_wavelength(wavelength_nm))
+    }
+}
+
+impl Observation {
+    /// The value of a variable in the snow, its pack and the light; NaN for the cosine of diffuse light, and for the
+    /// common value of layers that differ.
+    #[must_use]
+    pub fn known(&self, by: LayerVariable) -> f64 {
+        let of_layers = |value: &dyn Fn(&Layer) -> f64| {
+            let mut values = by.of(&self.layers).map(value);
+            let first = values.next().unwrap_or(f64::NAN);
+            if values.all(|other| other.total_cmp(&first).is_eq()) { first } else { f64::NAN }
+        };
+        match by.variable {
+            Variable::SurfaceArea => {
+                of_layers(&|Layer { sample, .. }| 4.0 * sample.extinction_per_m() / sample.density_kg_m3)
+            }
+            Variable::Density => of_layers(&|layer| layer.sample.density_kg_m3),
+            Variable::Thickness => of_layers(&|layer| layer.thickness_cm),
+            Variable::WaterSaturation => of_layers(&|layer| layer.sample.water_saturation),
+            Variable::MassFraction(substance) => of_layers(&|layer| layer.sample.impurities.ng_g(substance)),
+            Variable::CosIncidence => match self.illumination.incidences()[0] {
+                Incidence::Beam { angle_deg } => angle_deg.to_radians().cos(),
+                Incidence::Diffuse => f64::NAN,
+            },
+            Variable::GroundAlbedo => self.ground_albedo,
+        }
+    }
+
+    /// The range of a variable. No thickness lets the ground rise above a measured flux.
+    #[must_use]
+    pub fn range(&self, by: &LayerVariable) -> ParameterRange {
+        let range = state_range(by.variable);
+        if by.variable != Variable::Thickness || self.thickness_cm().is_infinite() {
+            return range;
+        }
+        let own_cm: f64 = by.of(&self.layers).map(|layer| layer.thickness_cm).sum();
+        let least = self.deepest_cm() - (self.thickness_cm() - own_cm);
+        ParameterRange { least: range.least.max(least), ..range }
+    }
+
+    /// The pack as it is known.
+    pub(super) fn stack(&self, wavelengths_nm: Vec<f64>) -> Stack {
+        Stack {
+            layers: self.layers.clone(),
+            ground_albedo: self.ground_albedo,
+            depths_cm: self.measured.iter().flat_map(|measured| &measured.depths_cm).copied().collect(),
+            incidences: self.illumination.incidences(),
+            wavelengths_nm,
+        }
+    }
+
+    /// Those that are not 0, in the order of their elements of the state.
+    pub(super) fn scale_errors(&self) -> Vec<f64> {
+        self.measured.iter().map(|measured| measured.scale_error).filter(|scale_error| *scale_error > 0.0).collect()
+    }
+
+    fn thickness_cm(&self) -> f64 {
+        self.layers.iter().map(|layer| layer.thickness_cm).sum()
+    }
+
+    /// Depth of the deepest measured flux, in cm; 0 if there is none.
+    fn deepest_cm(&self) -> f64 {
+        self.measured.iter().flat_map(|measured| &measured.depths_cm).copied().fold(0.0, f64::max)
+    }
+}
+
+impl Illumination {
+    /// The beam, if there is one, then diffuse light, if there is some.
+    pub(super) fn incidences(&self) -> Vec<Incidence> {
+        match self {
+            Self::Single(incidence) => vec![*incidence],
+            Self::Mixed { angle_deg, .. } => vec![Incidence::Beam { angle_deg: *angle_deg }, Incidence::Diffuse],
+        }
+    }
+
+    /// The weight of each incidence at some wavelengths.
+    pub(super) fn weights(&self, places: &[usize]) -> Vec<Vec<f64>> {
+        match self {
+            Self::Single(_) => vec![vec![1.0; places.len()]],
+            Self::Mixed { diffuse_fractions, .. } => {
+                let diffuse: Vec<f64> = places.iter().map(|place| diffuse_fractions[*place]).collect();
+                vec![diffuse.iter().map(|fraction| 1.0 - fraction).collect(), diffuse]
+            }
+        }
+    }
+}
