@@ -1,6 +1,7 @@
 """The code in the documents runs."""
 
 import re
+import warnings
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -81,6 +82,38 @@ def test_the_page_on_retrieval_runs_and_prints_its_numbers(repository):
         name, median, deviation = re.fullmatch(r"(.*): median (.*), deviation (.*)", prior).groups()
         [row] = [line for line in page.splitlines() if line.startswith("| `") and f"`{name}`" in line]
         assert f"| {median.replace('of the argument', 'the argument')} " in row and f"| {deviation}" in row, prior
+
+
+def test_the_page_beside_other_models_runs_and_prints_its_numbers(repository, capsys):
+    page = (repository / "docs" / "src" / "models.md").read_text()
+    given = {}
+    with warnings.catch_warnings():
+        # Another solver warns of albedos near 1.
+        warnings.simplefilter("ignore")
+        for block in re.findall(r"```python\n(.*?)```", page, re.DOTALL):
+            exec(compile(block, "models.md", "exec"), given)
+    albedos, nm = given["albedos"], given["wavelength_nm"]
+    rows = re.findall(r"^\| (\d+)° \| (\d+) \| ([0-9. |]+) \|$", page, re.MULTILINE)
+    assert len(rows) == 15
+    columns = ("TARTES", "its grains, 32 streams", "snowblue", "facetness 0.6")
+    for angle_deg, wavelength, printed in rows:
+        of_angle = albedos[int(angle_deg)]
+        values = [of_angle[name][nm == int(wavelength)].item() for name in columns]
+        assert " | ".join(f"{value:.3f}" for value in values) == printed
+    off = {angle: of["TARTES"] - of["its grains, 32 streams"] for angle, of in albedos.items()}
+    assert all(abs(of["snowblue"] - of["our grains, 32 streams"]).max() < 2e-5 for of in albedos.values())
+    near = nm <= 1300
+    assert f"{max(one[near].max() for one in off.values()):.3f}" == "0.011"
+    assert f"{min(one[near].min() for one in off.values()):.3f}" == "-0.035"
+    assert max((of["TARTES"] / of["its grains, 32 streams"]).max() for of in albedos.values()) < 9
+    coalbedos = [np.array([one[0] for one in given[name]])[near] for name in ("ours", "theirs")]
+    assert abs(coalbedos[0] / coalbedos[1] - 1).max() < 0.03
+    asymmetry = given["medium"].asymmetry.values[near]
+    assert [round(asymmetry.min(), 2), round(asymmetry.max(), 2)] == [0.68, 0.72]
+    # Reduced scattering, and the decay of light.
+    for line in capsys.readouterr().out.splitlines():
+        area, density, reduced, *decays = line.replace("[", " ").replace("]", " ").split()
+        assert f"| {area} | {density} | {reduced} | {', '.join(f'{float(one):.1f}' for one in decays)} |" in page
 
 
 def test_the_page_on_tables_of_other_programs_runs(repository, monkeypatch, tmp_path):
