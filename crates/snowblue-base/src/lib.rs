@@ -9,6 +9,7 @@ pub mod range;
 pub mod parameter;
 
 pub mod atomic_file;
+pub mod csv_text;
 pub mod files;
 pub mod hash;
 

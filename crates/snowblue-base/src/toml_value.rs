@@ -10,7 +10,7 @@ use serde::de::value::StrDeserializer;
 use serde::de::{self, DeserializeSeed, Expected, MapAccess, SeqAccess, Unexpected, Visitor};
 use serde::{Deserialize, Deserializer, forward_to_deserialize_any};
 use toml::Spanned;
-use toml::de::DeValue;
+use toml::de::{DeTable, DeValue};
 
 use crate::key_path::{KeyPath, Step};
 
@@ -24,10 +24,51 @@ pub struct Mistake {
     pub reason: String,
 }
 
-impl From<toml::de::Error> for Mistake {
-    fn from(error: toml::de::Error) -> Self {
-        Self { span: error.span().unwrap_or(0..0), reason: error.message().replace('\n', "; ") }
+impl Mistake {
+    /// The error of the parser in a text. Of what looks like a number it names the key, and how TOML writes it.
+    #[must_use]
+    pub fn of_parser(text: &str, error: &toml::de::Error) -> Self {
+        let span = error.span().unwrap_or(0..0);
+        let reason = wrong_number(text, span.start).unwrap_or_else(|| error.message().replace('\n', "; "));
+        Self { span, reason }
     }
+}
+
+/// Parses a text.
+///
+/// # Errors
+///
+/// When it is not TOML.
+pub fn parse(text: &str) -> Result<Spanned<DeTable<'_>>, Mistake> {
+    DeTable::parse(text).map_err(|error| Mistake::of_parser(text, &error))
+}
+
+/// What is wrong with a value at a byte of a text, if it is written like a number: with digits, and with nothing on
+/// either side of the point, a decimal comma, leading zeros or a unit.
+fn wrong_number(text: &str, place: usize) -> Option<String> {
+    let start = text.get(..place)?.rfind('\n').map_or(0, |before| before + 1);
+    let line = text[start..].lines().next()?.split('#').next()?;
+    let (before, after) = line.split_at_checked(place - start).unwrap_or((line, ""));
+    // A comma separates the items of a list; without one it is that of a decimal.
+    let ends: &[char] = if before.contains(['[', '{']) { &['=', '[', ']', '{', '}', ','] } else { &['='] };
+    let from = before.rfind(ends).map_or(0, |before| before + 1);
+    let to = after.find(ends).map_or(line.len(), |end| before.len() + end);
+    let (value, key) = (line[from..to].trim().trim_end_matches(','), line[..from].rsplit_once('=').map(|(key, _)| key));
+    let number = value.trim_start_matches(['+', '-']);
+    let first = number.trim_start_matches('.').chars().next()?;
+    if !first.is_ascii_digit() || value.contains(['"', '\'', ':']) {
+        return None;
+    }
+    let key = key.map(|key| key.rsplit(['[', '{', ',']).next().unwrap_or(key).trim());
+    let quantity = key.filter(|key| !key.is_empty()).unwrap_or("a number");
+    let plain = number.replacen(',', ".", 1);
+    let hint = match plain.parse::<f64>() {
+        Ok(plain) => format!(", such as {}{plain:?}", if value.starts_with('-') { "-" } else { "" }),
+        Err(_) if plain.ends_with(char::is_alphabetic) => " without a unit".to_owned(),
+        Err(_) if plain.chars().all(|c| c.is_ascii_digit() || c == '.' || c == ',') => String::new(),
+        Err(_) => return None,
+    };
+    Some(format!("{quantity} is {value}, but must be a number{hint}"))
 }
 
 /// Reads the value at a path. `known` are keys that it may have beside those of the type.
@@ -294,8 +335,6 @@ where
 
 #[cfg(test)]
 mod tests {
-    use toml::de::DeTable;
-
     use super::*;
 
     #[derive(Debug, Deserialize)]
@@ -367,6 +406,32 @@ mod tests {
                 read::<Lamp>(&document.get_ref()["lamp"], &KeyPath::root("lamp"), &["type"]).unwrap_err();
             assert!(reason.contains(expected), "{text}: {reason}");
             assert!(text[span.clone()].starts_with(place), "{text}: {span:?}");
+        }
+    }
+
+    #[test]
+    fn numbers_that_are_written_otherwise_are_named() {
+        for (text, expected) in [
+            ("a = 1\nfacetness = .7 # rough", "facetness is .7, but must be a number, such as 0.7"),
+            ("facetness = -.7", "facetness is -.7, but must be a number, such as -0.7"),
+            ("facetness = 7.\nb = 2", "facetness is 7., but must be a number, such as 7.0"),
+            ("facetness = 7.", "facetness is 7., but must be a number, such as 7.0"),
+            ("facetness = 0,7\n", "facetness is 0,7, but must be a number, such as 0.7"),
+            ("layer.depth = 007", "layer.depth is 007, but must be a number, such as 7.0"),
+            ("depth = 0.7.1", "depth is 0.7.1, but must be a number"),
+            ("depth = 30cm", "depth is 30cm, but must be a number without a unit"),
+            ("depth = 30 cm", "depth is 30 cm, but must be a number without a unit"),
+            ("size = [1, .7, 2]", "size is .7, but must be a number, such as 0.7"),
+            ("size = [\n  1,\n  .7,\n]", "a number is .7, but must be a number, such as 0.7"),
+            ("of = { size = 1, soot = .5 }", "soot is .5, but must be a number, such as 0.5"),
+        ] {
+            let Mistake { span, reason } = parse(text).unwrap_err();
+            assert_eq!(reason, expected, "{text}");
+            assert!(text[..span.start].lines().count() <= text.lines().count(), "{text}: {span:?}");
+        }
+        for text in ["a = [1", "a 1", "= 1", "[a", "a = \"1", "a = x7", "a = 1 = 2", "é = é", "a = 1979-99-99", "."] {
+            let Mistake { reason, .. } = parse(text).unwrap_err();
+            assert!(!reason.is_empty() && !reason.contains('\n'), "{text}: {reason}");
         }
     }
 

@@ -108,6 +108,11 @@ fn nothing_is_computed_or_written_if_a_line_is_wrong() {
     wrong(&with_last("word,many,300,0,1,0"), &[":6: ssa_m2_kg: 'many' is not a number"]);
     wrong(&with_last("short,25"), &[":6: has 2 cells, but there are 6 columns"]);
     wrong("name,ssa\na,20\n", &[":1: column 'ssa' is not known; there are name", "ssa_m2_kg"]);
+    wrong("# pits\nname;ssa_m2_kg\na;20\n", &[":2: column 'name;ssa_m2_kg' is not known: columns", "has semicolons"]);
+    wrong("name\tssa_m2_kg\n", &[":1: ", "columns are separated by commas", "has tabs"]);
+    wrong("ssa_m2_kg\n20;5\n", &[":2: ssa_m2_kg: '20;5' is not a number: columns are separated by commas"]);
+    let decimals = "decimals have a point, but this line has more commas";
+    wrong("ssa_m2_kg,thickness_cm\n20,5,3\n", &[":2: has 3 cells, but there are 2 columns", decimals]);
     wrong("name,snow,name\n", &[":1: column name is given twice"]);
     wrong("name,snow\n", &[" has no slab"]);
     wrong("", &[" has no line of names"]);
@@ -122,6 +127,18 @@ fn nothing_is_computed_or_written_if_a_line_is_wrong() {
 
 fn data_attr(read: &FileReader, variable: &str, name: &str) -> String {
     read.data_set().get_var_attr_as_string(variable, name).unwrap()
+}
+
+#[test]
+fn comments_are_left_out() {
+    let folder = tempfile::tempdir().unwrap();
+    let rows =
+        |text: &str| stdout(&["spectrum", "--batch", &file(folder.path(), "pits.csv", text), "--wavelengths", "500"]);
+    let plain = rows("ssa_m2_kg,thickness_cm\n20,5\n30,7\n");
+    assert_eq!(rows("# pits\n\n  # of May\nssa_m2_kg,thickness_cm\n20,5\n# later\n30,7\n"), plain);
+    // A name may begin as a comment does.
+    let named = rows("# pits\nname,ssa_m2_kg,thickness_cm\n#1,20,5\n#2,30,7\n");
+    assert!(named.contains("#1,20,5,") && named.contains("#2,30,7,"), "{named}");
 }
 
 /// An empty cell has the option's value, in the figures and in the row.

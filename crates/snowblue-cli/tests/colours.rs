@@ -79,6 +79,8 @@ fn spectra_from_a_file_have_the_colours_of_their_snow() {
     let gap = text.replace(&format!("{}\n{}\n", line(40), line(41)), "");
     refused(&gap, &["broken.csv:33:", "step", "460", "490 nm", "20 nm"]);
     refused(&text.replacen("transmittance", "passed", 1), &["broken.csv:1:", "wavelength_nm", "transmittance"]);
+    refused("# measured\n400;0.5\n", &["broken.csv:2: expected a wavelength", "400;0.5", "this line has semicolons"]);
+    refused("400,0.5\n410,0,5\n", &["broken.csv:2:", "decimals have a point, but this line has more commas"]);
     refused("wavelength_nm,value\n", &["broken.csv:", "spectrum"]);
 }
 

@@ -187,8 +187,13 @@ fn parts_of_different_pictures_are_refused_in_one_line() {
         folder.assert_merge_refused(&parts, "no.exr", expected);
     }
     for (more, expected) in [
-        (vec!["--crop", "0:22,0:14"], &["--crop", "22,14", "21 × 14 pixels"][..]),
-        (vec!["--crop", "5:5,0:1"], &["--crop", "'5:5'"]),
+        (
+            vec!["--crop", "0:22,0:14"],
+            &["--crop has the columns 0:22, but the picture has 21 × 14 pixels: columns lie in 0:21"][..],
+        ),
+        (vec!["--crop", "0:21,3:15"], &["--crop has the rows 3:15, but", "rows lie in 0:14"]),
+        (vec!["--crop", "5:5,0:1"], &["--crop", "the columns are '5:5', but must be X0:X1"]),
+        (vec!["--crop", "5:6"], &["--crop", "the rows are missing", "X0:X1,Y0:Y1", "500:516,300:316"]),
         (vec!["--spp-range", "0:4294967296"], &["--spp-range", "4294967296", "4294967295"]),
         (vec!["--spp-range", "0:4", "--spp", "4"], &["--spp-range", "--spp"]),
         (vec!["--aovs", "depth"], &["'depth'", "rgb", "spectrum"]),

@@ -18,6 +18,7 @@ use std::fmt::Display;
 use std::ops::Range;
 
 use serde::Deserialize;
+use snowblue_base::toml_value::Mistake;
 use snowblue_transport::optics::IceTable;
 use snowblue_transport::slab::Incidence;
 use toml::Spanned;
@@ -87,7 +88,8 @@ enum WavelengthList {
 /// If the text is not TOML, a key is unknown, or [`Axes::check`] refuses the axes.
 pub fn parse(text: &str, ice: IceTable) -> Result<Axes, AxesFileError> {
     let tables: Tables = toml::from_str(text)
-        .map_err(|error| AxesFileError::at(error.span().unwrap_or(0..0), error.message().replace('\n', "; ")))?;
+        .map_err(|error| Mistake::of_parser(text, &error))
+        .map_err(|Mistake { span, reason }| AxesFileError::at(span, reason))?;
     let mut axes = match &tables.preset {
         None => Axes::paper(),
         Some(name) => Axes::preset(name.get_ref()).ok_or_else(|| {

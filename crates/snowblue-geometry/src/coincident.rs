@@ -1,28 +1,92 @@
-//! Vertices at the same position, as at texture seams, where a surface has one vertex and a mesh several.
+//! Vertices at the same position, as at texture seams and at the pole of a sphere, where a surface has one vertex and a
+//! mesh several.
+//!
+//! Programs compute these vertices on several ways, so that they may differ by a rounding: the sine of 180° is 10⁻¹⁶
+//! and not 0. Vertices within [`TOLERANCE`] times the longest side of the box around the mesh are at one position.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
-/// For each vertex, the first vertex with the same position.
+/// Greatest distance of vertices at one position, per longest side of the box around the mesh: 1.2·10⁻⁷, or two units
+/// in the last place of a coordinate of a mesh about the origin in single precision.
+pub const TOLERANCE: f64 = f32::EPSILON as f64;
+
+/// Side of a cell of the grid that finds close vertices, in tolerances. In smaller ones more vertices lie near a side,
+/// and are looked up in the neighbouring cell too; in larger ones there may be more vertices.
+const CELL: f64 = 8.0;
+
+/// For each vertex, the first vertex at the same position, which represents itself. Vertices that represent others are
+/// further apart than the tolerance. A vertex that is not finite represents itself only.
 #[expect(clippy::cast_possible_truncation, reason = "vertex indices have 32 bits")]
 pub fn merged(positions: &[Vec3]) -> Vec<u32> {
-    // Adding zero turns negative zeros into positive ones.
-    let key = |position: Vec3| (position + 0.0).to_array().map(f32::to_bits);
+    let grid = Grid::around(positions);
     // A hash table with open addressing: the slots hold vertices, each that of a new position.
     let bits = (2 * positions.len()).next_power_of_two().trailing_zeros().max(1);
     let mut slots = vec![u32::MAX; 1 << bits];
     let mut first = Vec::with_capacity(positions.len());
     for (index, position) in positions.iter().enumerate() {
-        let key_here = key(*position);
-        let mut slot = (hash(key_here) >> (u64::BITS - bits)) as usize;
-        while slots[slot] != u32::MAX && key(positions[slots[slot] as usize]) != key_here {
-            slot = (slot + 1) & (slots.len() - 1);
+        let slot_of = |cell: [u32; 3]| (hash(cell) >> (u64::BITS - bits)) as usize;
+        let mut found = None;
+        for mut slot in grid.cells(*position).map(slot_of) {
+            while slots[slot] != u32::MAX {
+                if grid.are_close(*position, positions[slots[slot] as usize]) {
+                    found = Some(found.map_or(slots[slot], |first: u32| first.min(slots[slot])));
+                }
+                slot = (slot + 1) & (slots.len() - 1);
+            }
         }
-        if slots[slot] == u32::MAX {
+        first.push(found.unwrap_or_else(|| {
+            let mut slot = slot_of(grid.cell(*position, 0.0));
+            while slots[slot] != u32::MAX {
+                slot = (slot + 1) & (slots.len() - 1);
+            }
             slots[slot] = index as u32;
-        }
-        first.push(slots[slot]);
+            index as u32
+        }));
     }
     first
+}
+
+/// Moves each vertex to the first one at the same position, so that no ray passes between them.
+pub fn weld(positions: &mut [Vec3]) {
+    for (index, first) in merged(positions).into_iter().enumerate() {
+        positions[index] = positions[first as usize];
+    }
+}
+
+/// A grid around vertices.
+struct Grid {
+    low: DVec3,
+    tolerance: f64,
+}
+
+impl Grid {
+    fn around(positions: &[Vec3]) -> Self {
+        let finite = positions.iter().filter(|position| position.is_finite());
+        let ends = finite.fold(None, |ends: Option<[Vec3; 2]>, position| {
+            let [low, high] = ends.unwrap_or([*position; 2]);
+            Some([low.min(*position), high.max(*position)])
+        });
+        let [low, high] = ends.unwrap_or_default().map(|end| end.as_dvec3());
+        Self { low, tolerance: TOLERANCE * (high - low).max_element() }
+    }
+
+    fn are_close(&self, position: Vec3, other: Vec3) -> bool {
+        position.as_dvec3().distance_squared(other.as_dvec3()) <= self.tolerance * self.tolerance
+    }
+
+    /// The cell of a position that is moved by a number of tolerances along all axes. Regular meshes have positions at
+    /// the lower side and whole powers of two of it, which lie in the middle of cells.
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "there are 2²⁰ cells along an axis")]
+    fn cell(&self, position: Vec3, moved: f64) -> [u32; 3] {
+        let at = (position.as_dvec3() - self.low) / (CELL * self.tolerance) + 0.5 + moved / CELL;
+        at.to_array().map(|at| at as u32)
+    }
+
+    /// The cells in which positions within the tolerance of one may lie.
+    fn cells(&self, position: Vec3) -> impl Iterator<Item = [u32; 3]> {
+        let ([ax, ay, az], [bx, by, bz]) = (self.cell(position, -1.0), self.cell(position, 1.0));
+        (ax..=bx).flat_map(move |x| (ay..=by).flat_map(move |y| (az..=bz).map(move |z| [x, y, z])))
+    }
 }
 
 /// Keeps the positions that triangles use, in the order in which they use them.
@@ -69,5 +133,34 @@ mod tests {
         let grid = |k: u16| Vec3::new(f32::from(k % 64), f32::from(k / 64 % 64), f32::from(k / 4096)) / 7.0;
         let twice: Vec<Vec3> = (0..32768).chain(0..32768).map(grid).collect();
         assert!((0..).zip(merged(&twice)).all(|(index, first)| first == index % 32768));
+    }
+
+    #[test]
+    fn positions_within_the_tolerance_of_the_size_are_one() {
+        for size in [1e-20_f32, 1.0, 1e20] {
+            let box_of_size = [Vec3::splat(-0.5 * size), Vec3::splat(0.5 * size)];
+            // On a ball around a position, which lies on a side of a cell or in one.
+            for middle in (0..40u8).map(|k| 0.01 * f32::from(k) * size * Vec3::new(0.25, 0.5, 1.0)) {
+                let directions = [Vec3::X, Vec3::NEG_X, Vec3::NEG_Y, Vec3::NEG_Z, Vec3::ONE.normalize()];
+                let around = |distance: f32| directions.map(|direction| middle + direction * (distance * size));
+                let of = |positions: [Vec3; 5]| merged(&[&box_of_size[..], &[middle], &positions].concat());
+                assert_eq!(of(around(0.7 * f32::EPSILON)), [0, 1, 2, 2, 2, 2, 2, 2], "{middle}");
+                assert!(of(around(1.7 * f32::EPSILON))[3..].iter().all(|first| *first != 2), "{middle}");
+            }
+        }
+    }
+
+    #[test]
+    fn positions_that_are_not_finite_represent_themselves_only() {
+        let positions = [Vec3::ZERO, Vec3::splat(f32::NAN), Vec3::X, Vec3::INFINITY, Vec3::NEG_INFINITY, Vec3::X];
+        assert_eq!(merged(&positions), [0, 1, 2, 3, 4, 2]);
+        assert_eq!(merged(&[Vec3::splat(f32::NAN)]), [0]);
+    }
+
+    #[test]
+    fn welded_positions_are_equal() {
+        let mut positions = vec![Vec3::ZERO, Vec3::X, Vec3::new(1e-17, 0.0, -1e-17), Vec3::new(1.0, 0.0, 1e-8)];
+        weld(&mut positions);
+        assert_eq!(positions, [Vec3::ZERO, Vec3::X, Vec3::ZERO, Vec3::X]);
     }
 }

@@ -279,7 +279,7 @@ const LEVELS: [LevelQuantity; 5] = [
 /// Derivatives with respect to each parameter of `jacobian` have `_per_` and its name, for each light the layers that
 /// change, if the parameter is one of layers, and then the others.
 #[pyfunction]
-#[pyo3(signature = (ground, wavelength_nm, lights, bands, daily, jacobian, ordinates, progress))]
+#[pyo3(signature = (ground, wavelength_nm, lights, bands, daily, jacobian, ordinates))]
 #[expect(clippy::too_many_arguments, reason = "one for each group of keywords")]
 pub(crate) fn light_in_layers<'py>(
     py: Python<'py>,
@@ -290,7 +290,6 @@ pub(crate) fn light_in_layers<'py>(
     daily: bool,
     jacobian: Vec<String>,
     ordinates: Ordinates,
-    progress: Option<Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let wavelengths_nm = wavelength_nm.clone();
     let stack = ground.stack(vec![Incidence::Diffuse], wavelength_nm)?;
@@ -303,7 +302,7 @@ pub(crate) fn light_in_layers<'py>(
     let variables = variables(&jacobian)?;
     let of_layers = LayerVariable::of_layers(&variables, stack.layers.len());
     let solved_stack = stack.clone();
-    let solved = run(py, progress.as_ref(), move |_| {
+    let solved = run(py, None, move |_| {
         illumination::differentiate_light_in_layers(&solved_stack, &lights, &variables, &options).map_err(input)
     })?;
     let of_all = |of: &dyn Fn(&DifferentiatedLight) -> LightInLayers| -> Vec<LightInLayers> {

@@ -4,7 +4,9 @@ import datetime
 
 import mitsuba
 import numpy as np
+import pandas as pd
 import pytest
+import xarray as xr
 
 import snowblue
 
@@ -105,6 +107,22 @@ def test_the_sun_stands_where_it_should():
     assert day.elevation.dims == ("time",) and day.elevation.values.argmax() == 1
 
 
+def test_times_of_numpy_pandas_and_xarray_are_utc():
+    texts = ["2026-02-01T08:30Z", "2026-02-01T11:30Z"]
+    expected = snowblue.sun_position(**INNSBRUCK, time=texts)
+    plain = np.array(["2026-02-01T08:30", "2026-02-01T11:30"], dtype="datetime64[m]")
+    for times in (plain, list(plain), pd.DatetimeIndex(plain), pd.Series(plain), list(pd.DatetimeIndex(plain)),
+                  expected.time, pd.DatetimeIndex(plain).tz_localize("UTC").tz_convert("Europe/Vienna")):
+        xr.testing.assert_identical(snowblue.sun_position(**INNSBRUCK, time=times), expected)
+    first = snowblue.sun_position(**INNSBRUCK, time=texts[0])
+    for time in (plain[0], pd.Timestamp(plain[0]), expected.time[0], plain[0].astype("datetime64[ns]")):
+        xr.testing.assert_identical(snowblue.sun_position(**INNSBRUCK, time=time), first)
+    day = snowblue.sun_position(**INNSBRUCK, time="2026-02-01")
+    xr.testing.assert_identical(snowblue.sun_position(**INNSBRUCK, time=datetime.date(2026, 2, 1)), day)
+    midnight = snowblue.sun_position(**INNSBRUCK, time="2026-02-01T00:00Z")
+    xr.testing.assert_identical(snowblue.sun_position(**INNSBRUCK, time=np.datetime64("2026-02-01")), midnight)
+
+
 @pytest.mark.parametrize("keywords, message", [
     ({}, "give either elevation_deg, or latitude_deg, longitude_deg and time"),
     ({"latitude_deg": 47, "longitude_deg": 11}, "give either elevation_deg, or "),
@@ -116,8 +134,11 @@ def test_the_sun_stands_where_it_should():
     ({"elevation_deg": 30, "wavelength_nm": 2501}, "wavelength is 2501 nm, but must lie in 320–2500 nm"),
     ({"elevation_deg": 30, "overcast": True, "wavelength_nm": 800}, "wavelength is 800 nm, but must lie in 320–720 nm"),
     ({**INNSBRUCK, "time": "noon"}, "time is `noon`, but must be a date, a time and its offset from UTC"),
-    ({**INNSBRUCK, "time": 12}, "time is 12, but must be a word such as"),
+    ({**INNSBRUCK, "time": 12}, "time is 12, but must be a text such as"),
     ({**INNSBRUCK, "time": datetime.datetime(2026, 2, 1, 12)}, "offset from UTC"),
+    ({**INNSBRUCK, "time": np.datetime64("NaT")}, "but must be a text such as"),
+    ({**INNSBRUCK, "time": np.datetime64("2026-02-01T12", "h") + np.zeros((2, 2), int)}, "time has 2 dimensions"),
+    ({**INNSBRUCK, "time": []}, "time has no values"),
 ])
 def test_bad_input_is_refused(keywords, message):
     with pytest.raises(ValueError) as refusal:

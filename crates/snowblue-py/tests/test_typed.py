@@ -25,10 +25,57 @@ import snowblue
     (lambda: snowblue.spectrum(soot=3), r"did you mean impurities_ng_g=\{'black-carbon': ...\}"),
     (lambda: snowblue.spectrum(saharan_dust_ng_g=3), r"did you mean impurities_ng_g=\{'saharan-dust'"),
     (lambda: snowblue.spectrum(plus_minus={"ssa": 3}), "did you mean ssa_m2_kg"),
+    (lambda: snowblue.spectrum("fresh"), "^'fresh' is given without the name .*did you mean snow='fresh'[?] There are"),
+    (lambda: snowblue.albedo("fresh"), "did you mean snow='fresh'"),
+    (lambda: snowblue.bsdf(15), "^15 is given without the name .*; did you mean thickness_cm=15[?]"),
+    (lambda: snowblue.sky(25), "did you mean elevation_deg=25[?] There are elevation_deg, latitude_deg"),
+    (lambda: snowblue.match("#fff", "fresh"), "did you mean snow='fresh'"),
+    (lambda: snowblue.layers([{"thickness_cm": 3}, {"snow": "fresh"}]), r"^layers\[1\] has no thickness_cm$"),
+    (lambda: snowblue.light_at_depth([{"thickness_cm": 1}], {}, depth_cm=0, progress=False), "'progress' is not known"),
 ])
 def test_unknown_names_are_answered_with_the_nearest_and_all(call, message):
     with pytest.raises(TypeError, match=message):
         call()
+
+
+PACK = "must be mappings in a list, or a pandas.DataFrame, top first"
+
+
+@pytest.mark.parametrize("call, message", [
+    (lambda: snowblue.spectrum(impurities_ng_g=[1, 2]),
+     r"^impurities_ng_g is \[1, 2\], but must be a mapping such as \{'black-carbon': 10\}$"),
+    (lambda: snowblue.spectrum(impurities_ng_g=np.ones(2)), r"^impurities_ng_g is array\(\[1., 1.\]\), but must be"),
+    (lambda: snowblue.spectrum(impurities_ng_g={"soot": 1}),
+     "^impurity 'soot' is not known; did you mean black-carbon[?] There are black-carbon, brown-carbon"),
+    (lambda: snowblue.spectrum(impurities_ng_g={"snow-algea": [1, 2]}), "did you mean snow-algae"),
+    (lambda: snowblue.spectrum(impurities_ng_g={5: 1}), "^impurity 5 is not known; there are black-carbon"),
+    (lambda: snowblue.spectrum(impurities_ng_g={"snow-algae": 1, "snow_algae": 1}), "has snow-algae twice"),
+    (lambda: snowblue.spectrum(plus_minus=2), r"^plus_minus is 2, but must be a mapping such as \{'ssa_m2_kg': 2"),
+    (lambda: snowblue.layers({"thickness_cm": 1}), rf"^layers is one mapping, \{{'thickness_cm': 1\}}, but {PACK}"),
+    (lambda: snowblue.layers("fresh"), f"^layers is 'fresh', but {PACK}"),
+    (lambda: snowblue.layers(10), f"^layers is 10, but {PACK}"),
+    (lambda: snowblue.layers([10]), r"^layers\[0\] is 10, but must be a mapping such as \{'thickness_cm': 10"),
+    (lambda: snowblue.light_at_depth([{"thickness_cm": 1}], 30, depth_cm=0), "^sky is 30, but must be a mapping"),
+    (lambda: snowblue.light_at_depth([{"thickness_cm": 1}], {"elevation_deg": 30}, depth_cm=0, bands=5),
+     "^bands is 5, but must be names of bands, such as 'par'$"),
+    (lambda: snowblue.albedo(engine="montecarlo"), "^thickness_cm is inf, a half-space, which needs the engine 'ord"),
+    (lambda: snowblue.albedo(engine="monte-carlo"), "^engine 'monte-carlo' is not known; did you mean montecarlo"),
+    (lambda: snowblue.single_scattering(degree="many"), "^degree is 'many', but must be a number"),
+])
+def test_values_of_another_kind_are_named_with_what_is_expected(call, message):
+    with pytest.raises(ValueError, match=message) as error:
+        call()
+    assert "\n" not in str(error.value)
+
+
+def test_names_of_impurities_have_hyphens_or_underscores():
+    given = [{"impurities_ng_g": {name: [5, 50]}, "plus_minus": {name: 2}, "jacobian": name, "wavelength_nm": 500}
+             for name in ("black-carbon", "black_carbon")]
+    one, other = (snowblue.spectrum(**keywords).drop_attrs() for keywords in given)
+    assert one.identical(other) and "reflectance_per_black_carbon" in other
+    pack = [{"thickness_cm": 5, "impurities_ng_g": {"black_carbon": 5}}]
+    light = snowblue.light_at_depth(pack, {"elevation_deg": 30}, depth_cm=[1], jacobian="black_carbon")
+    assert "W m-2 nm-1 ng-1 g" == light.down_per_black_carbon.units and light.wavelength.max() < 1500
 
 
 def test_functions_keep_their_names_and_help():

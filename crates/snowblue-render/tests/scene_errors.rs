@@ -174,6 +174,14 @@ fn mistakes_in_snow_are_named_with_file_line_value_and_range() {
             "impurities_ng_g.soot is an unknown impurity; known are black-carbon, saharan-dust",
         ),
         (
+            "impurities_ng_g = { black_carbon = -5 }",
+            "impurities_ng_g.black_carbon is -5 ng/g, but must lie in 0–10000000 ng/g",
+        ),
+        (
+            "impurities_ng_g = { black-carbon = 5, black_carbon = 5 }",
+            "impurities_ng_g.black_carbon is given twice, with a hyphen and with an underscore",
+        ),
+        (
             "impurities_ng_g = { black-carbon = -5 }",
             "impurities_ng_g.black-carbon is -5 ng/g, but must lie in 0–10000000 ng/g",
         ),
@@ -303,6 +311,9 @@ fn mistakes_in_lights_are_named_with_file_line_value_and_range() {
             18,
             "unknown key `radiant_intensity_w_sr` in light[0]; known are type",
         ),
+        ("facetness = 0.3", "facetness = .7", 9, "facetness is .7, but must be a number, such as 0.7"),
+        ("facetness = 0.3", "facetness = 0,7", 9, "facetness is 0,7, but must be a number, such as 0.7"),
+        ("size = [1, 1, 1]", "size = [1, .5, 1]", 21, "size is .5, but must be a number, such as 0.5"),
         ("illuminant = \"D65\"", "spectrum = \"gone.csv\"", 17, "gone.csv does not exist"),
         (
             "illuminant = \"D65\"",
@@ -556,9 +567,35 @@ fn missing_and_broken_meshes_and_scenes_are_named() {
     let missing = load(SCENE, None).unwrap_err();
     assert!(missing.contains("scene.toml:24: ") && missing.contains("gone.ply does not exist"), "{missing}");
     let truncated = load(SCENE, Some(&PLY[..PLY.len() - 12])).unwrap_err();
-    assert!(truncated.contains("gone.ply:12: not a readable PLY file"), "{truncated}");
+    assert!(truncated.contains("gone.ply:12: coordinate y of vertex 2 is missing"), "{truncated}");
+    let infinite = load(SCENE, Some(&PLY.replacen("0 1 0", "0 inf 0", 1))).unwrap_err();
+    assert!(infinite.contains("gone.ply:12: coordinate y of vertex 2 is inf, but must be finite"), "{infinite}");
     let nowhere = Scene::load("no/such/scene.toml").unwrap_err().to_string();
     assert!(nowhere.contains("cannot read no/such/scene.toml"), "{nowhere}");
+}
+
+#[test]
+fn snow_smaller_than_a_grain_has_a_note() {
+    let of = |size: &str, keys: &str| {
+        let scene = SCENE.replacen("size = [1, 1, 1]", size, 1).replacen("grain_size_um = 400", keys, 1);
+        load(&scene, Some(PLY)).unwrap().notes().to_vec()
+    };
+    assert_eq!(
+        of("size = [1, 0.0003, 1]", "grain_size_um = 400"),
+        [
+            "\"box\" is 1000 × 0.3 × 1000 mm, smaller than a grain of its snow, which is 0.4 mm: light is computed as in \
+          many grains"
+        ]
+    );
+    assert!(of("size = [0.001, 0.001, 0.001]", "grain_size_um = 400").is_empty());
+    assert_eq!(of("size = [0.001, 0.001, 0.001]", "grain_size_um = [1000, 1200]").len(), 1);
+    // Two halves of one body are as large as both.
+    let body = "material = \"drift\"\nbody = \"pair\"\n";
+    let half = |place: &str| format!("shape = \"box\"\nposition = [0, {place}, 0]\nsize = [1, 0.0003, 1]\n{body}");
+    let halves = format!("{}[[object]]\n{}", half("0"), half("0.0003"));
+    let whole = SCENE.replacen("shape = \"box\"\nsize = [1, 1, 1]\nmaterial = \"drift\"\n", &halves, 1);
+    let notes = load(&whole, Some(PLY)).unwrap().notes().to_vec();
+    assert!(whole.contains("pair") && notes.is_empty(), "{notes:?}");
 }
 
 /// A tetrahedron, and the same without a side.

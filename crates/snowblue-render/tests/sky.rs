@@ -154,7 +154,11 @@ fn mistakes_are_named() {
     for (sky, expected) in [
         ("[sky]\n", "scene.toml:12: sky.sun is missing"),
         ("[sky]\ntype = \"cloudy\"\n", "scene.toml:13: sky.type is \"cloudy\", but must be one of clear, overcast"),
-        ("[sky]\nsun = { elevation_deg = -3, azimuth_deg = 0 }\n", "sun elevation is -3°"),
+        (
+            "[sky]\nsun = { elevation_deg = -3, azimuth_deg = 0 }\n",
+            ": sky.sun elevation is -3°, but must lie in 0–90°: there is no model of twilight",
+        ),
+        ("[sky]\ntype = \"overcast\"\nsun = { elevation_deg = -3 }\n", ": sky.sun elevation is -3°, but must lie in"),
         ("[sky]\nsun = { elevation_deg = 30, latitude_deg = 3 }\n", "needs either `towards`, or `elevation_deg`"),
         ("[sky]\nsun = { towards = [0, 0, 0] }\n", "sky.sun.towards is [0, 0, 0], but must not be zero"),
         ("[sky]\nturbidity = 11\nsun = { elevation_deg = 30 }\n", "sky.turbidity is 11, but must lie in 1 to 10"),

@@ -22,9 +22,9 @@ use std::fmt::Display;
 use std::ops::Range;
 
 use snowblue_base::KeyPath;
-use snowblue_base::toml_value::{Mistake, read};
+use snowblue_base::toml_value::{Mistake, parse, read};
 use toml::Spanned;
-use toml::de::{DeTable, DeValue};
+use toml::de::DeValue;
 
 use crate::optics::IceTable;
 use crate::sample::{SnowKeyError, SnowKeys};
@@ -68,7 +68,7 @@ impl LayerFile {
     /// If the text is not TOML, a key is unknown or missing, a value is out of range, or there is no layer or more than
     /// [`MOST_LAYERS`].
     pub fn parse(text: &str) -> Result<Self, LayerFileError> {
-        let mut file = DeTable::parse(text).map_err(Mistake::from)?.into_inner();
+        let mut file = parse(text)?.into_inner();
         let ice = match file.remove("ice") {
             Some(ice) => read::<String>(&ice, &KeyPath::root("ice"), &[])?
                 .parse()

@@ -159,7 +159,8 @@ impl FromStr for Variable {
     type Err = TransportError;
 
     fn from_str(name: &str) -> Result<Self, TransportError> {
-        find_by_name("parameter", name, &Self::ALL, Self::name)
+        let substance = name.parse::<Substance>().map(Self::MassFraction);
+        substance.or_else(|_| find_by_name("parameter", name, &Self::ALL, Self::name))
     }
 }
 
@@ -171,6 +172,7 @@ mod tests {
     fn every_variable_has_a_name() {
         for variable in Variable::ALL {
             assert_eq!(variable.to_string().parse(), Ok(variable));
+            assert_eq!(variable.to_string().replace('-', "_").parse(), Ok(variable));
         }
         let substances = Variable::ALL.iter().filter(|variable| matches!(variable, Variable::MassFraction(_)));
         assert_eq!(substances.count(), Substance::ALL.len());

@@ -47,6 +47,9 @@ Examples:
   snowblue match --target '#9dacaf' --thickness 10 --impurity black-carbon=20"
 )]
 pub(crate) struct Match {
+    /// A colour without its option, which is refused with what to type.
+    #[arg(value_name = "COLOUR", value_parser = parse::option_of_color, hide = true)]
+    color: Option<String>,
     /// Target colour as #rrggbb, not black
     #[arg(long, value_name = "HEX", value_parser = parse::hex)]
     target: Srgb8,

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use snowblue_base::csv_text::{rows, separator_hint};
 use snowblue_render::scene::spectrum::light_spectrum::LightSpectrum;
 
 use super::settings_file::SettingsFile;
@@ -41,8 +42,7 @@ struct Row {
 /// does not ascend.
 pub(crate) fn read(path: &Path, quantity: &str) -> Result<Vec<Curve>, Failure> {
     let text = SettingsFile::read(path)?;
-    let text = text.trim_start_matches('\u{feff}');
-    let mut lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty()).peekable();
+    let mut lines = rows(&text).peekable();
     let mut columns = Columns { count: 2, slab: [None, None], wavelength: 0, value: 1 };
     let starts_with_letter = |line: &str| line.trim_start().starts_with(|c: char| c.is_alphabetic());
     if let Some((number, line)) = lines.next_if(|(_, line)| starts_with_letter(line)) {
@@ -60,8 +60,7 @@ pub(crate) fn read(path: &Path, quantity: &str) -> Result<Vec<Curve>, Failure> {
                 last.values.push(value);
             }
             _ => {
-                let line = number + 1;
-                curves.push(Curve { slab, wavelengths_nm: vec![wavelength_nm], values: vec![value], line });
+                curves.push(Curve { slab, wavelengths_nm: vec![wavelength_nm], values: vec![value], line: number });
             }
         }
     }
@@ -71,9 +70,9 @@ pub(crate) fn read(path: &Path, quantity: &str) -> Result<Vec<Curve>, Failure> {
     Ok(curves)
 }
 
-/// An error on a line, counted from 0.
+/// An error on a line, counted from 1.
 fn failure(path: &Path, line: usize, why: &str) -> Failure {
-    Failure::Input(format!("{}:{}: {why}", path.display(), line + 1))
+    Failure::Input(format!("{}:{line}: {why}", path.display()))
 }
 
 impl Columns {
@@ -84,20 +83,26 @@ impl Columns {
         let (wavelength, value) = match (find("wavelength_nm"), find(quantity)) {
             (Some(wavelength), Some(value)) => (wavelength, value),
             _ if names.len() == 2 => (0, 1),
-            _ => return Err(format!("expected the columns wavelength_nm and {quantity}, but found '{line}'")),
+            _ => {
+                let hint = separator_hint(line, names.len());
+                return Err(format!("expected the columns wavelength_nm and {quantity}, but found '{line}'{hint}"));
+            }
         };
         Ok(Self { count: names.len(), slab: [find("thickness_cm"), find("angle_deg")], wavelength, value })
     }
 
     fn row(&self, line: &str) -> Result<Row, String> {
         let fields: Vec<&str> = line.split(',').map(str::trim).collect();
-        let wrong =
-            || format!("expected a wavelength in nm and a value of 0 to {GREATEST_VALUE:e}, but found '{line}'");
+        let hint = || separator_hint(line, self.count);
+        let wrong = || {
+            let values = format!("a wavelength in nm and a value of 0 to {GREATEST_VALUE:e}");
+            format!("expected {values}, but found '{line}'{}", hint())
+        };
         if fields.len() != self.count {
             return Err(if self.count == 2 {
                 wrong()
             } else {
-                format!("expected {} fields, but found {}", self.count, fields.len())
+                format!("expected {} fields, but found {}{}", self.count, fields.len(), hint())
             });
         }
         let number = |column: usize| parse::number(fields[column]).ok().filter(|number| number.is_finite());

@@ -212,19 +212,30 @@ pub(crate) fn false_color(words: &str) -> Result<FalseColor, String> {
 
 /// A half-open range of whole numbers, `A:B`.
 pub(crate) fn whole_range(words: &str) -> Result<Range<u32>, String> {
-    let range =
-        words.split_once(':').and_then(|(start, end)| Some(start.trim().parse().ok()?..end.trim().parse().ok()?));
-    match range {
-        Some(range) if range.start < range.end => Ok(range),
-        _ => Err(format!("'{words}' is not a range A:B of whole numbers with 0 ≤ A < B ≤ {}", u32::MAX)),
-    }
+    range(words).ok_or_else(|| format!("'{words}' is not a range A:B of whole numbers with 0 ≤ A < B ≤ {}", u32::MAX))
+}
+
+fn range(words: &str) -> Option<Range<u32>> {
+    let (start, end) = words.split_once(':')?;
+    let range = start.trim().parse().ok()?..end.trim().parse().ok()?;
+    (range.start < range.end).then_some(range)
 }
 
 /// A rectangle of pixels, `X0:X1,Y0:Y1`.
 pub(crate) fn window(words: &str) -> Result<Window, String> {
-    let (columns, rows) =
-        words.split_once(',').ok_or_else(|| format!("'{words}' is not a rectangle X0:X1,Y0:Y1 of pixels"))?;
-    Ok(Window { columns: whole_range(columns)?, rows: whole_range(rows)? })
+    let example = "a rectangle is X0:X1,Y0:Y1 in pixels from the upper left, such as 500:516,300:316";
+    let (columns, rows) = words.split_once(',').ok_or_else(|| format!("the rows are missing: {example}"))?;
+    let side = |name: &str, letter: char, words: &str| {
+        let rule = format!("whole numbers with 0 ≤ {letter}0 < {letter}1");
+        range(words)
+            .ok_or_else(|| format!("the {name} are '{words}', but must be {letter}0:{letter}1, {rule}; {example}"))
+    };
+    Ok(Window { columns: side("columns", 'X', columns)?, rows: side("rows", 'Y', rows)? })
+}
+
+/// Refuses a colour that is given without the name of its option.
+pub(crate) fn option_of_color(word: &str) -> Result<String, String> {
+    Err(format!("a colour is given as --target '{word}'"))
 }
 
 /// Names of AOVs, separated by commas.
@@ -274,6 +285,22 @@ mod tests {
         assert_eq!(fraction("1e-4").unwrap().to_bits(), 1e-4_f64.to_bits());
         for wrong in ["1%", "0", "nan", "2"] {
             assert_eq!(fraction(wrong).unwrap_err(), "must be a number of 0.0001–1", "{wrong}");
+        }
+    }
+
+    #[test]
+    fn rectangles_have_columns_and_rows() {
+        assert_eq!(window("1:2, 0:30"), Ok(Window { columns: 1..2, rows: 0..30 }));
+        for (wrong, expected) in [
+            ("5", "the rows are missing: a rectangle is X0:X1,Y0:Y1"),
+            ("1:2", "the rows are missing"),
+            ("5:3,0:1", "the columns are '5:3', but must be X0:X1, whole numbers with 0 ≤ X0 < X1"),
+            ("-1:3,0:1", "the columns are '-1:3'"),
+            ("0:1,0:0", "the rows are '0:0', but must be Y0:Y1, whole numbers with 0 ≤ Y0 < Y1"),
+            ("0:1,2,3:4", "the rows are '2,3:4'"),
+        ] {
+            let message = window(wrong).unwrap_err();
+            assert!(message.starts_with(expected) && message.ends_with("such as 500:516,300:316"), "{message}");
         }
     }
 

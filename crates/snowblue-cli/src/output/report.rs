@@ -36,16 +36,22 @@ pub(crate) enum Format {
     Json,
 }
 
+/// Endings of files of results.
+const ENDINGS: &str = ".csv, .json or .txt";
+
+/// Endings of files of results on wavelengths.
+const ENDINGS_OF_SPECTRA: &str = ".csv, .json, .txt or .nc";
+
 impl OutputOptions {
     /// Checks before long work that the output can be written.
     pub(crate) fn check(&self) -> Outcome {
-        self.chosen_format()?;
+        self.chosen_format(ENDINGS)?;
         self.output.as_deref().map_or(Ok(()), check_path)
     }
 
     /// Writes results to the file or to stdout. Metadata of CSV goes to stderr unless `quiet`.
     pub(crate) fn write(&self, results: &DataTable, quiet: bool) -> Outcome {
-        let format = self.chosen_format()?;
+        let format = self.chosen_format(ENDINGS)?;
         let text = match format {
             Format::Table => results.text(),
             Format::Csv => results.csv(),
@@ -64,7 +70,10 @@ impl OutputOptions {
     pub(crate) fn check_spectrum(&self) -> Outcome {
         match self.netcdf_path() {
             Some(path) => check_path(path),
-            None => self.check(),
+            None => {
+                self.chosen_format(ENDINGS_OF_SPECTRA)?;
+                self.check()
+            }
         }
     }
 
@@ -81,7 +90,8 @@ impl OutputOptions {
         self.output.as_deref().filter(|path| self.format.is_none() && ending(path, "csv") == "nc")
     }
 
-    fn chosen_format(&self) -> Result<Format, Failure> {
+    /// The format by the option or the ending of the file, which must be one of `endings`.
+    fn chosen_format(&self, endings: &str) -> Result<Format, Failure> {
         if let Some(format) = self.format {
             return Ok(format);
         }
@@ -94,7 +104,7 @@ impl OutputOptions {
             "txt" => Ok(Format::Table),
             _ => {
                 let name = path.display();
-                Err(Failure::Input(format!("{name}: the file must end in .csv, .json or .txt, or give --format")))
+                Err(Failure::Input(format!("{name}: the file must end in {endings}, or give --format")))
             }
         }
     }

@@ -6,11 +6,12 @@
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
-use std::fmt::Write;
+use std::fmt::{Display, Write};
 
 use glam::{Vec2, Vec3};
 use snowblue_base::files::{FileError, NamedFile};
 
+use crate::mesh_files::{check_finite, number};
 use crate::triangle_mesh::TriangleMesh;
 use crate::vertex_normals::VertexNormals;
 
@@ -70,13 +71,16 @@ impl Parser {
         let line = line.split('#').next().unwrap_or_default();
         let mut words = line.split_whitespace();
         match words.next() {
-            Some("v") => self.position(&numbers(words)?)?,
-            Some("vt") => match numbers(words)?[..] {
+            Some("v") => {
+                let quantity = format_args!("a number of vertex {} (1 is the first)", self.positions.len() + 1);
+                self.position(&numbers(words, quantity)?)?;
+            }
+            Some("vt") => match numbers(words, "a texture coordinate")?[..] {
                 [u, v, ..] => self.uv.push(Vec2::new(u, v)),
                 [u] => self.uv.push(Vec2::new(u, 0.0)),
                 [] => return Err("texture coordinates are missing after `vt`".into()),
             },
-            Some("vn") => match numbers(words)?[..] {
+            Some("vn") => match numbers(words, "a number of a normal")?[..] {
                 [x, y, z] => self.normals.push(Vec3::new(x, y, z)),
                 ref numbers => return Err(format!("a normal has {} numbers, but must have 3", numbers.len())),
             },
@@ -96,10 +100,9 @@ impl Parser {
         let (&[x, y, z, ref more @ ..], 3..=7) = (numbers, numbers.len()) else {
             return Err(format!("a vertex has {} numbers, but must have 3 to 7", numbers.len()));
         };
-        if let Some(value) = [x, y, z].into_iter().find(|value| !value.is_finite()) {
-            return Err(format!("a coordinate is {value}, but must be finite"));
-        }
-        self.positions.push(Vec3::new(x, y, z));
+        let position = Vec3::new(x, y, z);
+        check_finite(position, || format!("vertex {} (1 is the first)", self.positions.len() + 1))?;
+        self.positions.push(position);
         if let &[.., red, green, blue] = more {
             self.colours.push([red, green, blue]);
         }
@@ -161,8 +164,8 @@ impl Parser {
     }
 }
 
-fn numbers<'line>(words: impl Iterator<Item = &'line str>) -> Result<Vec<f32>, String> {
-    words.map(|word| word.parse().map_err(|_| format!("\"{word}\" is not a number"))).collect()
+fn numbers<'line>(words: impl Iterator<Item = &'line str>, quantity: impl Display + Copy) -> Result<Vec<f32>, String> {
+    words.map(|word| number(word, quantity)).collect()
 }
 
 /// Converts an OBJ index, which counts from 1 or backwards from -1, to one that counts from 0.
@@ -219,10 +222,12 @@ mod tests {
             ("f -4/1", "f -5/1", 15, "refers to vertex -5"),
             ("f -4/1 -3/4 -2/3", "f -4/1 -3/4", 15, "a face has 2 corners"),
             ("v 1 1 0 0 0 1", "v 1 1", 5, "a vertex has 2 numbers"),
-            ("v 1 1 0 0 0 1", "v 1 nan 0", 5, "a coordinate is NaN"),
+            ("v 1 1 0 0 0 1", "v 1 nan 0", 5, "coordinate y of vertex 3 (1 is the first) is NaN, but must be finite"),
+            ("v 1 1 0 0 0 1", "v 1 1 1e99", 5, "coordinate z of vertex 3 (1 is the first) is inf, but must be finite"),
+            ("v 1 1 0 0 0 1", "v 1,5 1 0", 5, "is \"1,5\", but must be a number with a decimal point"),
             ("f 1/1/1", "f 1/1/2", 12, "refers to normal 2, but there are 1"),
             ("vn 0 0 1", "vn 0 1", 11, "a normal has 2 numbers, but must have 3"),
-            ("vt 1 1", "vt 1 one", 9, "\"one\" is not a number"),
+            ("vt 1 1", "vt 1 one", 9, "a texture coordinate is \"one\", but must be a number"),
         ] {
             let message = read_text(&SQUARE.replacen(right, wrong, 1), None).unwrap_err();
             assert!(message.contains(&format!("mesh.obj:{line}: ")) && message.contains(expected), "{message}");

@@ -4,6 +4,7 @@
 //! scalar vertex properties but positions as attributes, and `vertex_indices` (or `vertex_index`) of faces. Faces with
 //! more than three corners become triangle fans. Other elements and properties are ignored.
 
+use std::borrow::Cow;
 use std::io::{Cursor, Seek};
 use std::path::Path;
 
@@ -12,6 +13,7 @@ use ply_rs_bw::parser::{ParseError, Parser, Reader};
 use ply_rs_bw::ply::{ElementDef, Encoding, Header, Property, PropertyAccess, PropertyAccessResult, PropertyType};
 use snowblue_base::files::{FileError, NamedFile};
 
+use crate::mesh_files::number as mesh_number;
 use crate::ray::narrow;
 use crate::triangle_mesh::TriangleMesh;
 use crate::vertex_normals::VertexNormals;
@@ -99,34 +101,111 @@ pub(super) fn read(file: &NamedFile) -> Result<TriangleMesh, FileError> {
     let wrong = |reason: String| FileError::Content { path: path.clone(), reason };
     let mut reader = Reader::new(Cursor::new(file.bytes.as_slice()));
     let header = Parser::<Vertex>::new().read_header(&mut reader).map_err(|error| malformed(path, &error, None))?;
+    let content = if header.encoding == Encoding::Ascii { file.text() } else { Cow::default() };
+    let mut text = TextLines::after_header(&content);
     let (mut vertices, mut faces, mut names) = (Vec::new(), Vec::new(), Vec::new());
     for element in header.elements.values() {
         if element.properties.is_empty() {
             return Err(wrong(format!("element {} has no properties", element.name)));
         }
-        let read = match element.name.as_str() {
+        let mut payload = Payload { reader: &mut reader, text: &mut text, element, header: &header, path };
+        match element.name.as_str() {
             "vertex" => {
                 names = attribute_names(element).map_err(wrong)?;
-                payload(&mut reader, element, &header).map(|read| vertices = read)
+                vertices = payload.read()?;
             }
-            "face" => payload(&mut reader, element, &header).map(|read| faces = read),
-            _ => payload::<Ignored>(&mut reader, element, &header).map(drop),
-        };
-        if let Err(error) = read {
-            // Binary files have no lines, so the message gives the byte.
-            let byte = reader.get_mut().stream_position().ok().filter(|_| header.encoding != Encoding::Ascii);
-            return Err(malformed(path, &error, byte));
+            "face" => faces = payload.read()?,
+            _ => drop(payload.read::<Ignored>()?),
         }
     }
     mesh(&vertices, &faces, &names).map_err(wrong)
 }
 
-fn payload<T: PropertyAccess>(
-    reader: &mut Reader<Cursor<&[u8]>>,
-    element: &ElementDef,
-    header: &Header,
-) -> Result<Vec<T>, ParseError> {
-    Parser::<T>::new().read_payload_for_element(reader, element, header)
+/// The part of a file that holds an element.
+struct Payload<'file, 'a> {
+    /// What is read of a binary file.
+    reader: &'a mut Reader<Cursor<&'file [u8]>>,
+    /// What is read of a text.
+    text: &'a mut TextLines<'file>,
+    element: &'a ElementDef,
+    header: &'a Header,
+    path: &'a Path,
+}
+
+impl Payload<'_, '_> {
+    fn read<T: PropertyAccess>(&mut self) -> Result<Vec<T>, FileError> {
+        if self.header.encoding == Encoding::Ascii {
+            return self.read_text();
+        }
+        let read = Parser::<T>::new().read_payload_for_element(self.reader, self.element, self.header);
+        // Binary files have no lines, so the message gives the byte.
+        read.map_err(|error| malformed(self.path, &error, self.reader.get_mut().stream_position().ok()))
+    }
+
+    /// Reads a line for each element. Words after the last property are ignored.
+    fn read_text<T: PropertyAccess>(&mut self) -> Result<Vec<T>, FileError> {
+        let ElementDef { name, count, .. } = self.element;
+        let mut read = Vec::new();
+        for number in 0..*count {
+            let Some((line, words)) = self.text.next() else {
+                let reason = format!("not a readable PLY file: it ends after {number} of {count} elements `{name}`");
+                return Err(FileError::Content { path: self.path.into(), reason });
+            };
+            let wrong = |reason| FileError::Line { path: self.path.into(), line, reason };
+            read.push(text_element(self.element, number, words).map_err(wrong)?);
+        }
+        Ok(read)
+    }
+}
+
+/// The lines of a text that are not blank.
+struct TextLines<'file>(std::iter::Enumerate<std::str::Lines<'file>>);
+
+impl<'file> TextLines<'file> {
+    /// The lines after the header.
+    fn after_header(text: &'file str) -> Self {
+        let mut lines = text.lines().enumerate();
+        lines.find(|(_, line)| line.trim_end() == "end_header");
+        Self(lines)
+    }
+
+    /// The number of the next line, from 1, and the line.
+    fn next(&mut self) -> Option<(usize, &'file str)> {
+        let (number, line) = self.0.find(|(_, line)| !line.trim().is_empty())?;
+        Some((number + 1, line))
+    }
+}
+
+/// An element from its line. Whatever types the header names, numbers may be written as in any text.
+fn text_element<T: PropertyAccess>(element: &ElementDef, number: usize, line: &str) -> Result<T, String> {
+    let mut words = line.split_whitespace();
+    let (mut read, name) = (T::new(), &element.name);
+    for (property, definition) in &element.properties {
+        let is_coordinate = POSITION.contains(&property.as_str());
+        let kind = if is_coordinate { "coordinate" } else { "property" };
+        let quantity = format_args!("{kind} {property} of {name} {number}");
+        let mut word = || words.next().ok_or_else(|| format!("{quantity} is missing"));
+        let value = match definition.data_type {
+            PropertyType::Scalar(_) => {
+                let value = mesh_number(word()?, quantity)?;
+                if is_coordinate && !value.is_finite() {
+                    return Err(format!("{quantity} is {value}, but must be finite"));
+                }
+                Property::Float(value)
+            }
+            PropertyType::List(..) => {
+                let whole = |word: &str| {
+                    word.parse::<i32>().map_err(|_| format!("{quantity} has \"{word}\", but must have whole numbers"))
+                };
+                let count = whole(word()?)?;
+                // Lists that are not used may have any numbers.
+                let item = |_| if is_index_list(property) { whole(word()?) } else { word().map(|_| 0) };
+                Property::ListInt((0..count).map(item).collect::<Result<_, _>>()?)
+            }
+        };
+        read.set_property(property, value);
+    }
+    Ok(read)
 }
 
 fn malformed(path: &Path, error: &ParseError, byte: Option<u64>) -> FileError {
@@ -300,10 +379,33 @@ mod tests {
             (String::new(), "not a readable PLY"),
             ("solid stl\n".into(), "not a readable PLY"),
             (format!("{HEADER}{VERTICES}{face}"), "not a readable PLY"),
-            (format!("{HEADER}0 0 0\n1 0 oops\n1 1 0\n0 1 0\n{face}{face}"), "mesh.ply:11: not a readable PLY"),
+            (
+                format!("{HEADER}0 0 0\n1 0 oops\n1 1 0\n0 1 0\n{face}{face}"),
+                "mesh.ply:11: coordinate z of vertex 1 is \"oops\", but must be a number",
+            ),
+            (
+                format!("{HEADER}0 0 0\n1 nan 0\n1 1 0\n0 1 0\n{face}{face}"),
+                "mesh.ply:11: coordinate y of vertex 1 is NaN",
+            ),
+            (
+                format!("{HEADER}0 0 0\n\n1 0,5 0\n1 1 0\n0 1 0\n{face}{face}"),
+                "mesh.ply:12: coordinate y of vertex 1 is \"0,5\", but must be a number with a decimal point",
+            ),
+            (
+                format!("{HEADER}0 0 0\n1 0\n1 1 0\n0 1 0\n{face}{face}"),
+                "mesh.ply:11: coordinate z of vertex 1 is missing",
+            ),
+            (format!("{HEADER}{VERTICES}{face}3 0 1\n"), "property vertex_indices of face 1 is missing"),
+            (
+                format!("{HEADER}{VERTICES}{face}3 0 1 2.5\n"),
+                "property vertex_indices of face 1 has \"2.5\", but must have whole",
+            ),
             (format!("{HEADER}0 0 0\n"), "not a readable PLY"),
             (no_faces, "no faces"),
-            (format!("{HEADER}0 0 0\n1 1e99 0\n1 1 0\n0 1 0\n{face}{face}"), "vertex 1 is inf"),
+            (
+                format!("{HEADER}0 0 0\n1 1e99 0\n1 1 0\n0 1 0\n{face}{face}"),
+                "mesh.ply:11: coordinate y of vertex 1 is inf, but must be finite",
+            ),
             (format!("{HEADER}{VERTICES}{face}3 0 1 4\n"), "face 1 refers to vertex 4"),
             (format!("{HEADER}{VERTICES}{face}3 0 1 -1\n"), "face 1 refers to vertex -1"),
             (format!("{HEADER}{VERTICES}{face}2 0 1\n"), "face 1 has 2 corners"),

@@ -7,6 +7,7 @@ use glam::Vec3;
 use snowblue_base::files::{FileError, NamedFile};
 
 use crate::coincident::{keep_used, merged};
+use crate::mesh_files::{check_finite, number};
 use crate::triangle_mesh::TriangleMesh;
 
 /// Length in bytes of what precedes the triangles of a binary file: a text, and their number.
@@ -24,9 +25,22 @@ pub(super) fn read(file: &NamedFile) -> Result<TriangleMesh, FileError> {
         Err(_) if begins_as_text && !bytes.contains(&0) => {
             ascii(&file.text()).map_err(|(line, reason)| FileError::Line { path: path.clone(), line, reason })?
         }
-        triangles => triangles.map_err(|reason| FileError::Content { path: path.clone(), reason })?,
+        triangles => {
+            let triangles = triangles.and_then(|triangles| check_triangles(&triangles).map(|()| triangles));
+            triangles.map_err(|reason| FileError::Content { path: path.clone(), reason })?
+        }
     };
     Ok(welded(&triangles))
+}
+
+/// Checks that all corners are finite, while they have the numbers of the file.
+fn check_triangles(triangles: &[[Vec3; 3]]) -> Result<(), String> {
+    for (number, corners) in triangles.iter().enumerate() {
+        for (corner, position) in corners.iter().enumerate() {
+            check_finite(*position, || format!("vertex {corner} of triangle {number} (0 is the first)"))?;
+        }
+    }
+    Ok(())
 }
 
 /// Joins corners at the same position.
@@ -105,15 +119,12 @@ impl Parser {
 }
 
 fn position<'line>(words: impl Iterator<Item = &'line str>) -> Result<Vec3, String> {
-    let number = |word: &str| word.parse().map_err(|_| format!("\"{word}\" is not a number"));
-    let numbers = words.map(number).collect::<Result<Vec<f32>, _>>()?;
+    let numbers = words.map(|word| number(word, "a coordinate of a vertex")).collect::<Result<Vec<f32>, _>>()?;
     let &[x, y, z] = numbers.as_slice() else {
         return Err(format!("a vertex has {} numbers, but must have 3", numbers.len()));
     };
-    match numbers.into_iter().find(|value| !value.is_finite()) {
-        Some(value) => Err(format!("a coordinate is {value}, but must be finite")),
-        None => Ok(Vec3::new(x, y, z)),
-    }
+    let position = Vec3::new(x, y, z);
+    check_finite(position, || "a vertex".to_owned()).map(|()| position)
 }
 
 /// The triangles of a mesh as a binary file.
@@ -196,8 +207,9 @@ mod tests {
     fn errors_name_the_line_or_the_vertex() {
         for (right, wrong, line, expected) in [
             ("vertex 1 0 0", "vertex 1 0", 5, "a vertex has 2 numbers, but must have 3"),
-            ("vertex 1 0 0", "vertex 1 0 one", 5, "\"one\" is not a number"),
-            ("vertex 1 0 0", "vertex 1 0 nan", 5, "a coordinate is NaN"),
+            ("vertex 1 0 0", "vertex 1 0 one", 5, "a coordinate of a vertex is \"one\", but must be a number"),
+            ("vertex 1 0 0", "vertex 1 0 0,5", 5, "is \"0,5\", but must be a number with a decimal point"),
+            ("vertex 1 0 0", "vertex 1 0 nan", 5, "coordinate z of a vertex is NaN, but must be finite"),
             ("vertex 1 0 0\n", "\n", 8, "a facet has 2 vertices, but must have 3"),
             ("endloop", "vertex 1 1 1", 7, "a facet has more than 3 vertices"),
             ("endloop", "end", 7, "\"end\" is not a keyword of STL"),
@@ -208,8 +220,9 @@ mod tests {
             assert!(message.contains(&format!("mesh.stl:{line}: ")) && message.contains(expected), "{message}");
         }
         let mut content = stl_bytes(&tetrahedron());
-        content[84 + 12..][..4].copy_from_slice(&f32::INFINITY.to_le_bytes());
-        assert!(read(&content).unwrap_err().contains("a coordinate of vertex 0 is inf"));
+        content[84 + 50 + 12 + 16..][..4].copy_from_slice(&f32::INFINITY.to_le_bytes());
+        let message = read(&content).unwrap_err();
+        assert!(message.contains("coordinate y of vertex 1 of triangle 1 (0 is the first) is inf"), "{message}");
         let files = FilesInMemory::from([("mesh.stl", TEXT)]);
         assert!(read_mesh_from(&files, "mesh.stl", Some("two")).unwrap_err().to_string().contains("has no parts"));
     }

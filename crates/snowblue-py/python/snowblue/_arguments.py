@@ -6,6 +6,7 @@ import difflib
 import functools
 import inspect
 import re
+import reprlib
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -220,13 +221,76 @@ def is_several(value: Any) -> bool:
 
 
 SNOW_NAMES = tuple(Snow.__annotations__)
+SUBSTANCES = ("black-carbon", "brown-carbon", "saharan-dust", "colorado-dust", "snow-algae")
+"""Names of impurities."""
 IMPURITIES = {
     "soot": "black-carbon",
     "dust": "saharan-dust",
     "algae": "snow-algae",
-    **{name: name for name in ("black-carbon", "brown-carbon", "saharan-dust", "colorado-dust", "snow-algae")},
+    **{name: name for name in SUBSTANCES},
 }
 """Impurities by words for them."""
+
+
+def shown(value: Any) -> str:
+    """A value in a message, on one line of moderate length."""
+    short = reprlib.Repr()
+    short.maxstring = short.maxother = 60
+    return " ".join(short.repr(value).split())
+
+
+def mapping(name: str, value: Any, example: str) -> Any:
+    """An argument that must be a mapping."""
+    if not hasattr(value, "keys") or not hasattr(value, "items"):
+        raise ValueError(f"{name} is {shown(value)}, but must be a mapping such as {example}")
+    return value
+
+
+def names_of(name: str, value: Any, what: str) -> list[str]:
+    """An argument that must be one name or several."""
+    given = [value] if isinstance(value, str) else value
+    names = list(given) if isinstance(given, Iterable) else [given]
+    if not all(isinstance(one, str) for one in names):
+        raise ValueError(f"{name} is {shown(value)}, but must be names of {what}")
+    return names
+
+
+def hyphenated(name: Any) -> Any:
+    """The name of an impurity, whose words may be joined by hyphens or underscores; other names as they are."""
+    plain = name.replace("_", "-") if isinstance(name, str) else name
+    return plain if plain in SUBSTANCES else name
+
+
+def by_substance(argument: str, given: Any) -> dict[str, Any]:
+    """A mapping with the names of impurities in one form."""
+    named: dict[str, Any] = {}
+    for name, value in given.items():
+        if hyphenated(name) in named:
+            raise ValueError(f"{argument} has {hyphenated(name)} twice, with a hyphen and with an underscore")
+        named[hyphenated(name)] = value
+    return named
+
+
+def impurities(given: Any) -> dict[str, Any]:
+    """The argument impurities_ng_g, by the names of the impurities."""
+    if given is None:
+        return {}
+    named = by_substance("impurities_ng_g", mapping("impurities_ng_g", given, "{'black-carbon': 10}"))
+    for name in named:
+        if name not in SUBSTANCES:
+            word = str(name).removesuffix("_ng_g").replace("_", "-")
+            raise ValueError(f"impurity {name!r} is not known; {suggestion(word, SUBSTANCES, IMPURITIES.get(word))}")
+    return named
+
+
+def suggestion(name: str, known: Iterable[str], close: str | None = None) -> str:
+    """The end of a message on an unknown name: the nearest one, or the given one, and all."""
+    known = list(known)
+    if close is None:
+        # Many names are the beginning of a right one, which has a unit at its end.
+        close = next((one for one in known if one.startswith(name)), None)
+        close = close or next(iter(difflib.get_close_matches(name, known, 1, 0.5)), None)
+    return f"{f'did you mean {close}? There' if close else 'there'} are {', '.join(known)}"
 
 
 def check_names(known: Iterable[str], given: Iterable[str]) -> None:
@@ -234,14 +298,10 @@ def check_names(known: Iterable[str], given: Iterable[str]) -> None:
     known = list(known)
     for name in given:
         if name not in known:
-            impurity = IMPURITIES.get(name.removesuffix("_ng_g").replace("_", "-"))
-            if impurity and "impurities_ng_g" in known:
-                close = [f"impurities_ng_g={{'{impurity}': ...}}"]
-            else:
-                # Many names are the beginning of a right one, which has a unit at its end.
-                close = [one for one in known if one.startswith(name)] or difflib.get_close_matches(name, known, 1, 0.5)
-            hint = f"did you mean {close[0]}? There" if close else "there"
-            raise TypeError(f"'{name}' is not known; {hint} are {', '.join(known)}")
+            word = str(name)
+            impurity = IMPURITIES.get(word.removesuffix("_ng_g").replace("_", "-"))
+            close = f"impurities_ng_g={{'{impurity}': ...}}" if impurity and "impurities_ng_g" in known else None
+            raise TypeError(f"{name!r} is not known; {suggestion(word, known, close)}")
 
 
 def checks_names(*further: str) -> Callable[[Function], Function]:
@@ -249,9 +309,18 @@ def checks_names(*further: str) -> Callable[[Function], Function]:
 
     def decorate(function: Function) -> Function:
         names = list(dict.fromkeys([*argument_names(function), *further]))
+        parameters = inspect.signature(function).parameters.values()
+        positional = [one.name for one in parameters if one.kind is inspect.Parameter.POSITIONAL_OR_KEYWORD]
 
         @functools.wraps(function)
         def checked(*arguments: Any, **named: Any) -> Any:
+            if len(arguments) > len(positional):
+                value, named_only = shown(arguments[len(positional)]), [name for name in names if name not in positional]
+                name = "snow" if value.startswith("'") and "snow" in named_only else named_only[0]
+                raise TypeError(
+                    f"{value} is given without the name of its argument; "
+                    f"{suggestion('', named_only, f'{name}={value}')}"
+                )
             check_names(names, named)
             return function(*arguments, **named)
 
@@ -293,7 +362,7 @@ def snows(given: Mapping[str, Any]) -> Snows:
     for name, value in given.items():
         if name in SNOW and value is not None:
             add(name, None, SNOW[name], value)
-    for impurity, value in (given.get("impurities_ng_g") or {}).items():
+    for impurity, value in impurities(given.get("impurities_ng_g")).items():
         add("impurities_ng_g", impurity, Quantity(impurity.replace("-", "_"), "ng g-1"), value)
     columns: dict[str, Any] = {}
     for name, impurity, dims, values in varying:

@@ -10,18 +10,19 @@ import numpy as np
 from snowblue import _native
 from snowblue._arguments import (
     DEPTH,
-    IMPURITIES,
+    SUBSTANCES,
     THICKNESS,
     WAVELENGTH,
     attributes,
     check_names,
     checks_names,
+    mapping,
+    names_of,
     number,
     numbers,
     ordinates,
     wavelength_coordinate,
 )
-from snowblue._progress import Progress, reporting
 from snowblue._sky import SKY_NAMES, sky as daylight
 from snowblue._spectra import (
     CHANGED_LAYER,
@@ -61,7 +62,6 @@ def light_at_depth(
     jacobian: str | Iterable[str] = (),
     streams: int | str = "auto",
     seed: int = 1,
-    progress: Progress = None,
 ) -> xr.Dataset:
     """Light and warming in layers of snow under the sun and the sky, at depths and in layers.
 
@@ -92,7 +92,7 @@ def light_at_depth(
         Parameters with respect to which all but the warming is differentiated, as in :func:`layers`, at constant
         irradiances: `par_down_per_ssa_m2_kg` and so on, before the other axes on `changed_layer`, the layer whose
         property changes. `layer_absorbed` is what the layer absorbs between its faces, which move with a thickness.
-    streams, seed, progress
+    streams, seed
         As in :func:`spectrum`.
 
     Returns
@@ -119,7 +119,7 @@ def light_at_depth(
     depths_cm = numbers(DEPTH, depth_cm)
     jacobian = parameters(jacobian)
     if not isinstance(sky, xr.Dataset):
-        check_names(SKY_NAMES, sky)
+        check_names(SKY_NAMES, mapping("sky", sky, "{'elevation_deg': 25}, or a dataset of snowblue.sky"))
         sky = daylight(**{"wavelength_nm": _wavelengths(packed, sky, jacobian), **sky})
     for name in ("direct", "diffuse", "elevation"):
         if name not in sky:
@@ -149,13 +149,12 @@ def light_at_depth(
     if bands is None:
         covered = _native.covered_bands(wavelengths_nm)
         bands = [band for band in ("solar", "par") if band in covered]
-    bands = [bands] if isinstance(bands, str) else list(bands)
+    bands = names_of("bands", bands, "bands, such as 'par'")
     check_names(BANDS, bands)
     ground = {"layers": packed, "ground_albedo": number("ground_albedo", ground_albedo), "depth_cm": depths_cm}
-    with reporting(progress, "steps") as report:
-        arrays = _native.light_in_layers(
-            ground, wavelengths_nm, lights, bands, bool(daily), jacobian, ordinates(streams, seed), report
-        )
+    arrays = _native.light_in_layers(
+        ground, wavelengths_nm, lights, bands, bool(daily), jacobian, ordinates(streams, seed)
+    )
     dims = [] if daily else dims
     shape = [sky.sizes[dim] for dim in dims]
     variables = {}
@@ -209,7 +208,7 @@ def _wavelengths(
     packed: list[tuple[dict[str, Any], float]], sky: Mapping[str, Any], jacobian: Iterable[str]
 ) -> np.ndarray:
     """Default wavelengths under a sky, as far as the tables of all layers reach, and of what changes in them."""
-    changed: dict[str, Any] = {"impurities_ng_g": {name: 1.0 for name in jacobian if name in IMPURITIES.values()}}
+    changed: dict[str, Any] = {"impurities_ng_g": {name: 1.0 for name in jacobian if name in SUBSTANCES}}
     if "water_saturation" in jacobian:
         changed["water_saturation"] = 0.01
     ranges = [_native.wavelength_range(snow) for snow in (*(snow for snow, _ in packed), changed)]

@@ -18,6 +18,7 @@ from snowblue._arguments import (
     is_several,
     number,
     numbers,
+    shown,
     wavelength_coordinate,
 )
 
@@ -82,9 +83,10 @@ def sun_position(*, latitude_deg: float, longitude_deg: float, time: Any) -> xr.
         North is positive.
     longitude_deg : float, -180 to 180
         East is positive.
-    time : str, datetime with a time zone, or a list of them
-        Such as "2026-02-01T12:00:00+01:00". A list makes the axis `time`, in UTC. A date alone, "2026-02-01", is the
-        middles of its 96 quarters of an hour by the mean solar time of the place.
+    time : str, datetime with a time zone, numpy.datetime64, pandas.Timestamp, or a list or an array of them
+        Such as "2026-02-01T12:00:00+01:00". Times of NumPy, pandas and xarray without a time zone are UTC. A list
+        makes the axis `time`, in UTC. A date alone, "2026-02-01" or a datetime.date, is the middles of its 96 quarters
+        of an hour by the mean solar time of the place; as a numpy.datetime64 it is its beginning.
 
     Returns
     -------
@@ -210,8 +212,17 @@ def _described(quantity: Quantity) -> dict[str, str]:
 
 def _positions(latitude_deg: Any, longitude_deg: Any, time: Any) -> tuple[tuple[str, ...], np.ndarray]:
     """The dimensions of the time, and elevation, apparent elevation, azimuth and seconds since 1970."""
+    if hasattr(time, "dtype"):
+        array = np.asarray(time)
+        if array.ndim > 1:
+            raise ValueError(f"time has {array.ndim} dimensions, but must have 1")
+        time = list(array) if array.ndim == 1 else array[()]
+    elif isinstance(time, datetime.date) and not isinstance(time, datetime.datetime):
+        time = time.isoformat()
     is_date = isinstance(time, str) and re.fullmatch(r"\d{4}-\d{2}-\d{2}", time) is not None
     dims = ("time",) if is_several(time) or is_date else ()
+    if dims and len(time) == 0:
+        raise ValueError("time has no values")
     place = (number("latitude_deg", latitude_deg), number("longitude_deg", longitude_deg))
     if is_date:
         rows = _native.sun_of_day(*place, time)
@@ -221,10 +232,18 @@ def _positions(latitude_deg: Any, longitude_deg: Any, time: Any) -> tuple[tuple[
 
 
 def _time(time: Any) -> str:
+    """A time as text. That of NumPy and pandas is UTC unless it has a time zone, that of Python needs one."""
+    if hasattr(time, "to_datetime64") and time.tzinfo is None:
+        time = time.to_datetime64()
+    if isinstance(time, np.datetime64) and not np.isnat(time):
+        return f"{time.astype('datetime64[ms]')}Z"
     if isinstance(time, datetime.datetime):
         return time.isoformat()
     if not isinstance(time, str):
-        raise ValueError(f"time is {time!r}, but must be a word such as '2026-02-01T12:00:00+01:00', or a datetime")
+        raise ValueError(
+            f"time is {shown(time)}, but must be a text such as '2026-02-01T12:00:00+01:00', a datetime with a time "
+            "zone or a numpy.datetime64, which is UTC"
+        )
     return time
 
 

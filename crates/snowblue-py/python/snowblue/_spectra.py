@@ -13,9 +13,9 @@ from snowblue._arguments import (
     DEPTH,
     FLUXES,
     GROUND_ALBEDO,
-    IMPURITIES,
     SNOW,
     SNOW_NAMES,
+    SUBSTANCES,
     THICKNESS,
     VISIBLE_NM,
     WAVELENGTH,
@@ -26,14 +26,20 @@ from snowblue._arguments import (
     angles,
     argument_names,
     attributes,
+    by_substance,
     check_names,
     checks_names,
+    hyphenated,
+    mapping,
+    names_of,
     number,
     numbers,
     one_snow,
     ordinates,
+    shown,
     slab_argument,
     snows,
+    suggestion,
     wavelength_argument,
     wavelength_coordinate,
     whole,
@@ -201,6 +207,11 @@ def spectrum(
     cases["places"] = np.stack([axes.places(dims) for dims in columns], axis=-1).astype(np.int64)
     options = _engine(engine, streams, rays, per_wavelength, seed, standard_errors)
     cases["jacobian"] = jacobian = parameters(jacobian, engine)
+    if engine == "montecarlo" and np.inf in cases["thickness_cm"]:
+        raise ValueError(
+            "thickness_cm is inf, a half-space, which needs the engine 'ordinates': "
+            "for 'montecarlo' give a thickness of 0 to 100000 cm"
+        )
     uncertainty = None if plus_minus is None else _uncertainty(plus_minus)
     if engine == "montecarlo" and uncertainty:
         raise ValueError("plus_minus needs the engine 'ordinates'")
@@ -289,10 +300,12 @@ def layers(
         Depths at which the fluxes `down`, `up` and `net` through a level plane and the `fluence` rate (the actinic
         flux, from all directions) are computed, by discrete ordinates only. `e_folding_depth` is that of light deep in
         snow like that of the layer, far from all faces.
-    angle_deg, wavelength_nm, engine, streams, rays, seed, progress
+    angle_deg, wavelength_nm, engine, streams, rays, seed
         As in :func:`spectrum`.
     standard_errors : bool
         Standard errors: variables that end in `_se`. Random walks always have them.
+    progress : bool or callable, optional
+        As in :func:`spectrum`, of random walks.
     jacobian : str or several, optional
         Parameters with respect to which the results are differentiated, as in :func:`spectrum`. Derivatives such as
         `down_per_density_kg_m3` have the dimension `changed_layer`, the number of the layer whose property changes,
@@ -370,12 +383,18 @@ def packed_layers(
 ) -> list[tuple[dict[str, Any], float]]:
     """The snow and the thickness of each layer."""
     packed = []
+    what = "mappings in a list, or a pandas.DataFrame, top first, such as [{'thickness_cm': 10, 'snow': 'fresh'}]"
+    if hasattr(layers, "keys") and not hasattr(layers, "columns"):
+        raise ValueError(f"layers is one mapping, {shown(layers)}, but must be {what}")
+    if isinstance(layers, str) or not isinstance(layers, Iterable):
+        raise ValueError(f"layers is {shown(layers)}, but must be {what}")
     if hasattr(layers, "to_dict"):
         layers = [{name: value for name, value in row.items() if value == value} for row in layers.to_dict("records")]
-    for layer in layers:
+    for place, layer in enumerate(layers):
+        mapping(f"layers[{place}]", layer, "{'thickness_cm': 10, 'snow': 'fresh'}")
         check_names(["thickness_cm", *SNOW_NAMES], layer)
         if "thickness_cm" not in layer:
-            raise TypeError("a layer has no thickness_cm")
+            raise TypeError(f"layers[{place}] has no thickness_cm")
         snow = one_snow({name: value for name, value in layer.items() if name != "thickness_cm"})
         packed.append((snow.fixed, number("thickness_cm", layer["thickness_cm"])))
     return packed
@@ -479,6 +498,7 @@ def single_scattering(
         scattering angle.
     """
     given = one_snow(snow)
+    degree = whole("degree", degree)
     if not 1 <= degree <= 256:
         raise ValueError(f"degree is {degree}, but must lie in 1–256")
     wavelengths_nm = numbers(WAVELENGTH, wavelength_nm)
@@ -542,7 +562,8 @@ def aged_ssa(
 def _uncertainty(plus_minus: Mapping[str, Any]) -> dict[str, Any]:
     """Standard deviations by the names of their quantities."""
     own = ("ssa_m2_kg", "grain_size_um", "density_kg_m3", "ice")
-    check_names([*own, *dict.fromkeys(IMPURITIES.values())], plus_minus)
+    plus_minus = by_substance("plus_minus", mapping("plus_minus", plus_minus, "{'ssa_m2_kg': 2, 'black-carbon': 5}"))
+    check_names([*own, *SUBSTANCES], plus_minus)
     impurities = {name: number(name, value) for name, value in plus_minus.items() if name not in own}
     ice = plus_minus.get("ice", False)
     if not isinstance(ice, (bool, np.bool_)):
@@ -559,7 +580,8 @@ def _engine(
     engine: str, streams: int | str, rays: int, per_wavelength: bool, seed: int, standard_errors: bool
 ) -> dict[str, Any]:
     if engine not in ("ordinates", "montecarlo"):
-        raise ValueError(f"engine '{engine}' is not known; there are ordinates, montecarlo")
+        word = str(engine).replace("-", "").replace("_", "").lower()
+        raise ValueError(f"engine {engine!r} is not known; {suggestion(word, ('ordinates', 'montecarlo'))}")
     return {
         "ordinates": ordinates(streams, seed),
         "rays": whole("rays", rays, 2) if engine == "montecarlo" else None,
@@ -574,11 +596,8 @@ def parameter_quantity(name: str) -> Quantity:
 
 
 def parameters(jacobian: str | Iterable[str], engine: str = "ordinates") -> list[str]:
-    """The names of parameters that results are differentiated by."""
-    given = [jacobian] if isinstance(jacobian, str) else jacobian or ()
-    names = list(given) if isinstance(given, Iterable) else [given]
-    if not all(isinstance(name, str) for name in names):
-        raise ValueError(f"jacobian is {jacobian!r}, but must be names of parameters")
+    """The names of parameters that results are differentiated by, with hyphens in those of impurities."""
+    names = [hyphenated(name) for name in names_of("jacobian", jacobian or (), "parameters")]
     if engine == "montecarlo" and names:
         raise ValueError("jacobian needs the engine 'ordinates'")
     return names

@@ -33,14 +33,15 @@ use crate::film::white_balance::WhiteBalance;
 use crate::integrator::IntegratorKind;
 use crate::light::{Light, irradiance_by_sky};
 use crate::material::Material;
-use crate::objects::Objects;
+use crate::objects::{Object, Objects};
 use crate::spectrum::light_spectrum::LightSpectrum;
-use snowblue_base::{KeyError, KeyPath};
+use snowblue_base::{KeyError, KeyPath, short_number};
+use snowblue_geometry::bounds::Bounds;
 
 use changes::Changes;
 use gltf_scene::{GltfScene, read_gltf};
 use ground::add_grounds;
-use material::build_materials;
+use material::{NamedMaterial, build_materials};
 use object::ObjectBuilder;
 use recorded_files::RecordedFiles;
 use relief::with_relief;
@@ -226,6 +227,7 @@ impl SceneDescription {
         notes.extend(gltf.notes);
         objects.extend(gltf.objects);
         let objects = Objects::new(objects);
+        notes.extend(small_bodies(&objects, &materials));
         if let Some(body) = body_of_two(&objects).filter(|_| self.integrator.kind != IntegratorKind::PcaSnow) {
             let reason = format!("has a body \"{body}\" of several materials; this integrator takes one");
             return Err(KeyPath::root("object").error(reason).into());
@@ -277,6 +279,31 @@ impl SceneDescription {
         let view = of_gltf.ok_or_else(|| KeyPath::root("camera").error(reason))?;
         Ok((view, KeyPath::root("gltf").key("camera")))
     }
+}
+
+/// Notes on bodies of snow that have a side below the diameter of their finest grains.
+fn small_bodies(objects: &Objects, materials: &[NamedMaterial]) -> Vec<String> {
+    let note = |(index, object): (usize, &Object)| {
+        let members = objects.body_of(index);
+        let snow = materials[object.material].material.snow().filter(|_| members.first() == Some(&index))?;
+        let bounds: Vec<Bounds> =
+            members.iter().map(|member| objects.list()[*member].shape.bounds()).collect::<Option<_>>()?;
+        let bounds = Bounds::of(bounds.iter().flat_map(|bounds| [bounds.low.into(), bounds.high.into()]));
+        let size_mm = 1e3 * (bounds.high - bounds.low).as_dvec3();
+        let grains_mm = snow.samples().iter().map(|sample| 1e-3 * sample.grain_size.middle_um());
+        let grain_mm = grains_mm.fold(f64::INFINITY, f64::min);
+        let name = object.body.as_ref().unwrap_or(&object.name);
+        // Bounds have single precision.
+        let [x, y, z] = size_mm.to_array().map(|side_mm| short_number((side_mm * 1e4).round() / 1e4));
+        (size_mm.min_element() < grain_mm).then(|| {
+            format!(
+                "\"{name}\" is {x} × {y} × {z} mm, smaller than a grain of its snow, which is {} mm: light is computed \
+                 as in many grains",
+                short_number(grain_mm)
+            )
+        })
+    };
+    objects.list().iter().enumerate().filter_map(note).collect()
 }
 
 /// A body whose objects differ in material.

@@ -7,7 +7,8 @@ use glam::{DVec3, Vec3A};
 use snowblue_base::files::{FileSource, NamedFile};
 use snowblue_geometry::ray::narrow;
 use snowblue_sky::{
-    ClearSky, Coefficients, DateTime, Place, SunPosition, WAVELENGTHS_NM, overcast_illuminance_lx, sun_position,
+    ClearSky, Coefficients, DateTime, Place, SkyError, SunPosition, WAVELENGTHS_NM, overcast_illuminance_lx,
+    sun_position,
 };
 
 use crate::air::Air;
@@ -77,7 +78,7 @@ fn clear_sky(
 ) -> Result<BuiltSky, KeyError> {
     let (position, to_sun) = place_sun(&path.key("sun"), &clear.sun)?;
     let sky = ClearSky::with_coefficients(coefficients, position.elevation_deg, clear.turbidity, albedo);
-    let sky = sky.map_err(|error| path.key("sun").error(error.to_string()))?;
+    let sky = sky.map_err(|error| sun_error(&path.key("sun"), &error))?;
     let resampling = Resampling::new(clear.scale, sources.is_false_color);
     let sun = SunDisc::new(&sky, to_sun, &resampling);
     let radiance = Arc::new(ClearRadiance { sky, to_sun, resampling });
@@ -95,13 +96,18 @@ fn overcast_sky(path: &KeyPath, overcast: &OvercastSkyDescription, sources: &Sou
             let path = path.key("sun");
             let (position, _) = place_sun(&path, sun)?;
             let illuminance_lx =
-                overcast_illuminance_lx(position.elevation_deg).map_err(|error| path.error(error.to_string()))?;
+                overcast_illuminance_lx(position.elevation_deg).map_err(|error| sun_error(&path, &error))?;
             lamp.relative * narrow(illuminance_lx / lumens_per_watt_of_luminance_one())
         }
     };
     let dome =
         SkyDome::overcast(&irradiance).ok_or_else(|| path.key("irradiance_w_m2").error("is 0: the sky is dark"))?;
     Ok(Light::new(dome).with_visibility(overcast.visible))
+}
+
+/// An error about the sun at its path, which names it: `sky.sun elevation is -3°`.
+fn sun_error(path: &KeyPath, error: &SkyError) -> KeyError {
+    path.error(error.to_string().trim_start_matches("sun "))
 }
 
 /// The position of the sun, and the unit direction towards it. y points north and x east.

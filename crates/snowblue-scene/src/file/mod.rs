@@ -107,7 +107,7 @@ use crate::error::SceneError;
 use place::span_of;
 use reader::read_description;
 use snowblue_base::files::{FileError, FilesIn};
-use snowblue_base::toml_value::Mistake;
+use snowblue_base::toml_value::{Mistake, parse};
 
 pub(crate) use place::line_of;
 
@@ -189,7 +189,7 @@ impl<'de> Deserialize<'de> for SceneDescription {
 
 /// The description that a text gives.
 fn description_of(text: &str) -> Result<SceneDescription, Mistake> {
-    read_description(DeTable::parse(text)?)
+    read_description(parse(text)?)
 }
 
 impl Scene {

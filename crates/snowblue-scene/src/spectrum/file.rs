@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use snowblue_base::csv_text::{rows, separator_hint};
 use snowblue_base::files::NamedFile;
 
 use crate::error::SceneError;
@@ -27,12 +28,11 @@ impl SpectrumFile {
     pub(crate) fn parse(file: &NamedFile, greatest: f64) -> Result<Self, SceneError> {
         let text = file.text();
         let mut file = Self { path: file.path.clone(), rows: Vec::new(), last_line: 1 };
-        for (index, line) in text.trim_start_matches('\u{feff}').lines().enumerate() {
-            let is_header = index == 0 && line.starts_with(|first: char| first.is_ascii_alphabetic());
-            if is_header || line.trim().is_empty() {
+        for (index, (line_number, line)) in rows(&text).enumerate() {
+            if index == 0 && line.starts_with(|first: char| first.is_ascii_alphabetic()) {
                 continue;
             }
-            file.last_line = index + 1;
+            file.last_line = line_number;
             let row = parse_row(line).map_err(|reason| file.error(reason))?;
             let Row { nm, value } = row;
             if value > greatest {
@@ -73,7 +73,10 @@ fn parse_row(line: &str) -> Result<Row, String> {
     let fields: Vec<Option<f64>> = line.split(',').map(|field| field.trim().parse().ok()).collect();
     match fields[..] {
         [Some(nm), Some(value)] if f64::is_finite(nm) && f64::is_finite(value) && value >= 0.0 => Ok(Row { nm, value }),
-        _ => Err(format!("expected a wavelength in nm and a value of 0 or more, but found `{line}`")),
+        _ => Err(format!(
+            "expected a wavelength in nm and a value of 0 or more, but found `{line}`{}",
+            separator_hint(line, 2)
+        )),
     }
 }
 

@@ -135,8 +135,11 @@ impl fmt::Display for Substance {
 impl FromStr for Substance {
     type Err = TransportError;
 
+    /// Words of a name may be joined by hyphens or underscores, as in the names of columns.
     fn from_str(name: &str) -> Result<Self, TransportError> {
-        find_by_name("impurity", name, &Self::ALL, Self::name)
+        let hyphenated = name.replace('_', "-");
+        let named = Self::ALL.into_iter().find(|substance| substance.name() == hyphenated);
+        named.map_or_else(|| find_by_name("impurity", name, &Self::ALL, Self::name), Ok)
     }
 }
 
@@ -223,6 +226,7 @@ mod tests {
     fn names_parse_as_they_print() {
         for substance in Substance::ALL {
             assert_eq!(substance.to_string().parse(), Ok(substance));
+            assert_eq!(substance.to_string().replace('-', "_").parse(), Ok(substance));
         }
         let message = "soot".parse::<Substance>().unwrap_err().to_string();
         assert!(message.starts_with("impurity 'soot' is not known; there are black-carbon, saharan-dust"), "{message}");

@@ -7,7 +7,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::{SnowDescription, SnowSample, TruncatedNormal};
 use crate::TransportError;
-use crate::optics::Impurities;
+use crate::optics::{Impurities, Substance};
 
 /// What is known of a snow, as words and numbers by the keys of a [file of layers](crate::layer_file).
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -65,11 +65,17 @@ impl SnowKeys {
     /// The same with all words resolved.
     ///
     /// # Errors
-    /// If a word is not known, or sphericity or facetness are out of range.
+    /// If a word is not known, an impurity is given twice, or sphericity or facetness are out of range.
     pub fn description(&self) -> Result<SnowDescription, TransportError> {
-        let mut impurities = Impurities::none();
+        let (mut impurities, mut given) = (Impurities::none(), Vec::new());
         for (name, mass_fraction_ng_g) in &self.impurities_ng_g {
-            impurities = impurities.with(name.parse()?, *mass_fraction_ng_g);
+            let substance: Substance = name.parse()?;
+            if given.contains(&substance) {
+                let rule = "is given twice, with a hyphen and with an underscore";
+                return Err(TransportError::Combination { quantity: substance.name(), rule });
+            }
+            given.push(substance);
+            impurities = impurities.with(substance, *mass_fraction_ng_g);
         }
         Ok(SnowDescription {
             snow_type: parsed(self.snow.as_deref())?,
@@ -172,6 +178,10 @@ mod tests {
         let dirty = SnowKeys { impurities_ng_g: [("salt".to_owned(), 3.0)].into(), ..SnowKeys::default() };
         let (key, impurity, _) = wrong(dirty);
         assert_eq!((key, &*impurity), ("impurities_ng_g", "salt"));
+        let twice = [("black-carbon".to_owned(), 3.0), ("black_carbon".to_owned(), 0.0)];
+        let (key, impurity, message) = wrong(SnowKeys { impurities_ng_g: twice.into(), ..SnowKeys::default() });
+        assert_eq!((key, &*impurity), ("impurities_ng_g", "black_carbon"));
+        assert!(message.starts_with("black-carbon is given twice"), "{message}");
         let twice = SnowKeys { grain_size_um: Some(vec![400.0]), ssa_m2_kg: Some(20.0), ..SnowKeys::default() };
         assert_eq!(wrong(twice).0, "ssa_m2_kg");
     }

@@ -379,13 +379,14 @@ impl Render {
             target.samples = samples.clone();
         }
         if let Some(crop) = &self.crop {
-            let SampleBlock { columns, rows, .. } = &target;
-            if crop.columns.end > columns.end || crop.rows.end > rows.end {
-                let (x, y) = (crop.columns.end, crop.rows.end);
-                return Err(Failure::Input(format!(
-                    "--crop ends at {x},{y}, but the picture has {} × {} pixels",
-                    columns.end, rows.end
-                )));
+            for (what, own, all) in [("columns", &crop.columns, film.width), ("rows", &crop.rows, film.height)] {
+                if own.end > all {
+                    let (start, end) = (own.start, own.end);
+                    return Err(Failure::Input(format!(
+                        "--crop has the {what} {start}:{end}, but the picture has {} × {} pixels: {what} lie in 0:{all}",
+                        film.width, film.height
+                    )));
+                }
             }
             (target.columns, target.rows) = (crop.columns.clone(), crop.rows.clone());
         }

@@ -4,6 +4,7 @@
 
 use std::path::Path;
 
+use snowblue_base::csv_text::{is_comment, lines, separator_hint};
 use snowblue_figures::{Cell, format_number};
 use snowblue_transport::batch::{Batch, SlabCase};
 use snowblue_transport::optics::Substance;
@@ -102,8 +103,7 @@ impl Slabs {
     /// The lines of a file.
     pub(super) fn read(path: &Path, defaults: &Defaults, given: &GivenOptions) -> Result<Self, Failure> {
         let text = SettingsFile::read(path)?;
-        let lines = (1..).zip(text.trim_start_matches('\u{feff}').lines());
-        let mut lines = lines.filter(|(_, line)| !line.trim().is_empty());
+        let mut lines = lines(&text).skip_while(|(_, line)| is_comment(line));
         let at = |line: usize, why: &str| Failure::Input(format!("{}:{line}: {why}", path.display()));
         let empty = || Failure::Input(format!("{}: has no line of names of columns", path.display()));
         let (number, header) = lines.next().ok_or_else(empty)?;
@@ -130,7 +130,9 @@ impl Slabs {
             [(THICKNESS, has_slab[0]), (ANGLE, has_slab[1])].iter().filter(|(_, has)| !has).map(|(name, _)| *name),
         );
         let mut is_full = vec![true; columns.len()];
-        for (number, line) in lines {
+        // A name may begin with the sign of a comment.
+        let has_comments = columns.first() != Some(&Column::Name);
+        for (number, line) in lines.filter(|(_, line)| !has_comments || !is_comment(line)) {
             let (own, mut cells, sample, is_given) = first.read(&columns, line).map_err(|why| at(number, &why))?;
             is_full.iter_mut().zip(is_given).for_each(|(full, given)| *full &= given);
             let slab = slab_cells(own.thickness_cm, &own.incidence);
@@ -196,8 +198,15 @@ fn columns(header: &str, given: &GivenOptions) -> Result<Vec<Column>, String> {
     let mut columns = Vec::new();
     for name in header.split(',').map(unquoted) {
         let column = Column::ALL.into_iter().find(|column| column.name() == name);
-        let known = || Column::ALL.map(Column::name).join(", ");
-        let column = column.ok_or_else(|| format!("column '{name}' is not known; there are {}", known()))?;
+        let column = column.ok_or_else(|| {
+            let hint = separator_hint(name, 1);
+            let known = if hint.is_empty() {
+                format!("; there are {}", Column::ALL.map(Column::name).join(", "))
+            } else {
+                hint
+            };
+            format!("column '{name}' is not known{known}")
+        })?;
         if columns.contains(&column) {
             return Err(format!("column {name} is given twice"));
         }
@@ -221,7 +230,8 @@ impl Line {
     fn read(&self, columns: &[Column], line: &str) -> Result<(Self, Vec<Cell>, SnowSample, Vec<bool>), String> {
         let words: Vec<&str> = line.split(',').map(unquoted).collect();
         if words.len() != columns.len() {
-            return Err(format!("has {} cells, but there are {} columns", words.len(), columns.len()));
+            let hint = separator_hint(line, columns.len());
+            return Err(format!("has {} cells, but there are {} columns{hint}", words.len(), columns.len()));
         }
         let mut own = Self { snow: self.snow.clone(), ..*self };
         let given = || columns.iter().zip(&words).filter(|(_, word)| !word.is_empty());
@@ -229,7 +239,7 @@ impl Line {
             if let Some((other, _)) = given().find(|(other, _)| column.excludes(**other)) {
                 return Err(format!("{} cannot be given with {}", column.name(), other.name()));
             }
-            own.set(*column, word).map_err(|why| format!("{}: {why}", column.name()))?;
+            own.set(*column, word).map_err(|why| format!("{}: {why}{}", column.name(), separator_hint(word, 1)))?;
         }
         let sample = own.snow.sample().map_err(|error| error.to_string())?;
         let cell = |(column, word): (&Column, &&str)| match word.parse::<f64>() {

@@ -1,0 +1,52 @@
+//! The lines of CSV files that people write: which of them are rows, and what to say of other separators.
+
+/// The lines of a text that are not blank, with their numbers from 1.
+pub fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
+    (1..).zip(text.trim_start_matches('\u{feff}').lines()).filter(|(_, line)| !line.trim().is_empty())
+}
+
+/// Whether a line begins with `#`, which makes it a comment where cells are numbers.
+pub fn is_comment(line: &str) -> bool {
+    line.trim_start().starts_with('#')
+}
+
+/// The lines of a text that are neither blank nor comments, with their numbers from 1.
+pub fn rows(text: &str) -> impl Iterator<Item = (usize, &str)> {
+    lines(text).filter(|(_, line)| !is_comment(line))
+}
+
+/// The end of a message on a row that does not have as many cells as there are columns, or cells that are no numbers:
+/// how cells are separated, if the row has another separator or more commas. Else it is empty.
+pub fn separator_hint(row: &str, columns: usize) -> String {
+    let other = if row.contains(';') {
+        "semicolons"
+    } else if row.contains('\t') {
+        "tabs"
+    } else if row.split(',').count() > columns {
+        "more commas"
+    } else {
+        return String::new();
+    };
+    format!(": columns are separated by commas and decimals have a point, but this line has {other}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn comments_and_blank_lines_are_no_rows() {
+        let text = "\u{feff}# made by hand\n\na,b\n  # of them\n1,2 \n\t\n3,#4";
+        assert_eq!(rows(text).collect::<Vec<_>>(), [(3, "a,b"), (5, "1,2 "), (7, "3,#4")]);
+    }
+
+    #[test]
+    fn hints_name_what_a_line_has() {
+        for (row, expected) in
+            [("1;2", "semicolons"), ("1,5;2,5", "semicolons"), ("1\t2", "tabs"), ("1,5,2", "more commas")]
+        {
+            assert!(separator_hint(row, 2).ends_with(&format!("but this line has {expected}")), "{row}");
+        }
+        assert!(separator_hint("1,2", 2).is_empty() && separator_hint("1 2", 2).is_empty());
+    }
+}
