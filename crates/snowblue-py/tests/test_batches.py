@@ -217,7 +217,7 @@ def test_wavelengths_of_an_albedo_may_be_a_tuple():
     ({"thickness_cm": xr.DataArray([1.0, 2.0], dims="site"), "density_kg_m3": xr.DataArray([1.0], dims="site")},
      "'site' has 2 values in thickness, but 1 elsewhere"),
     ({"thickness_cm": xr.DataArray([1.0, 2.0], dims="wavelength")}, "'wavelength', which belongs to the results"),
-    ({"thickness_cm": np.inf, "engine": "montecarlo"}, "thickness_cm is inf, a half-space, which needs the engine 'ordinates'"),
+    ({"thickness_cm": np.inf, "engine": "montecarlo"}, "thickness_cm is inf, a half-space, which needs the engine"),
     ({"density_kg_m3": np.array([200, None])}, r"density_kg_m3 is None.*, at density\[1\]"),
     ({"density_kg_m3": [200, "x"]}, r"density_kg_m3 is 'x'.*, at density\[1\]"),
     ({"thickness_cm": [1, "x"]}, r"thickness is 'x'.*, at thickness\[1\]"),

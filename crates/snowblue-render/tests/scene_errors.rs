@@ -582,10 +582,8 @@ fn snow_smaller_than_a_grain_has_a_note() {
     };
     assert_eq!(
         of("size = [1, 0.0003, 1]", "grain_size_um = 400"),
-        [
-            "\"box\" is 1000 × 0.3 × 1000 mm, smaller than a grain of its snow, which is 0.4 mm: light is computed as in \
-          many grains"
-        ]
+        ["\"box\" is 1000 × 0.3 × 1000 mm, smaller than a grain of its snow, which is 0.4 mm: light is computed \
+          as in many grains"]
     );
     assert!(of("size = [0.001, 0.001, 0.001]", "grain_size_um = 400").is_empty());
     assert_eq!(of("size = [0.001, 0.001, 0.001]", "grain_size_um = [1000, 1200]").len(), 1);

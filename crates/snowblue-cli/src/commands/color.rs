@@ -36,9 +36,9 @@ Examples:
 
 A file of spectra has the columns wavelength_nm,value, or is a CSV of 'snowblue spectrum'. Cells are separated by \
 commas, decimals have a point, and lines that begin with # are comments. It must cover 400–700 nm in steps of at most \
-20 nm; values outside are ignored. Values in equal steps of at most 10 nm that include 400 and 700 nm are summed as they \
-are; others are first interpolated linearly to 400, 410, … 700 nm. A constant spectrum has the chromaticity of the \
-light, whatever its wavelengths are."
+20 nm; values outside are ignored. Values in equal steps of at most 10 nm that include 400 and 700 nm are summed as \
+they are; others are first interpolated linearly to 400, 410, … 700 nm. A constant spectrum has the chromaticity of \
+the light, whatever its wavelengths are."
 )]
 pub(crate) struct Color {
     #[command(flatten)]

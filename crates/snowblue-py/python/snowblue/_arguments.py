@@ -315,7 +315,8 @@ def checks_names(*further: str) -> Callable[[Function], Function]:
         @functools.wraps(function)
         def checked(*arguments: Any, **named: Any) -> Any:
             if len(arguments) > len(positional):
-                value, named_only = shown(arguments[len(positional)]), [name for name in names if name not in positional]
+                value = shown(arguments[len(positional)])
+                named_only = [name for name in names if name not in positional]
                 name = "snow" if value.startswith("'") and "snow" in named_only else named_only[0]
                 raise TypeError(
                     f"{value} is given without the name of its argument; "

@@ -383,7 +383,8 @@ impl Render {
                 if own.end > all {
                     let (start, end) = (own.start, own.end);
                     return Err(Failure::Input(format!(
-                        "--crop has the {what} {start}:{end}, but the picture has {} × {} pixels: {what} lie in 0:{all}",
+                        "--crop has the {what} {start}:{end}, but the picture has {} × {} pixels: {what} lie in \
+                         0:{all}",
                         film.width, film.height
                     )));
                 }
