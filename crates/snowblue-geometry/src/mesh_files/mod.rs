@@ -1,24 +1,22 @@
 //! Mesh files: PLY, Wavefront OBJ, STL, glTF 2.0 and GLB, chosen by file extension.
 
+mod coordinates;
 pub mod gltf;
 mod obj;
 mod ply;
 mod stl;
 
-use std::fmt::Display;
 use std::path::Path;
 
-use glam::Vec3;
 use snowblue_base::files::{FileError, FileSource, FilesIn, NamedFile, check_formats, extension};
 
+use crate::mesh_files::coordinates::check_finite;
 use crate::mesh_files::gltf::GltfFile;
 use crate::triangle_mesh::TriangleMesh;
 
 pub use obj::obj_text;
 pub use ply::ply_bytes;
 pub use stl::stl_bytes;
-
-const COORDINATES: [&str; 3] = ["x", "y", "z"];
 
 /// The extensions of mesh files.
 pub const MESH_EXTENSIONS: [&str; 5] = ["ply", "obj", "stl", "gltf", "glb"];
@@ -69,22 +67,6 @@ pub fn read_mesh_from(files: &dyn FileSource, name: &str, part: Option<&str>) ->
     };
     check(&mesh).map_err(wrong)?;
     Ok(mesh)
-}
-
-/// Checks that the coordinates of a vertex are finite.
-fn check_finite(position: Vec3, vertex: impl Fn() -> String) -> Result<(), String> {
-    match position.to_array().into_iter().zip(COORDINATES).find(|(value, _)| !value.is_finite()) {
-        Some((value, name)) => Err(format!("coordinate {name} of {} is {value}, but must be finite", vertex())),
-        None => Ok(()),
-    }
-}
-
-/// The number that a word of a text file is; `quantity` says what it stands for.
-fn number(word: &str, quantity: impl Display) -> Result<f32, String> {
-    word.parse().map_err(|_| {
-        let hint = if word.contains(',') { " with a decimal point" } else { "" };
-        format!("{quantity} is \"{word}\", but must be a number{hint}")
-    })
 }
 
 /// Whether the format of a mesh file defines y as up, as glTF does.

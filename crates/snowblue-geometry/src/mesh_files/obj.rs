@@ -11,7 +11,7 @@ use std::fmt::{Display, Write};
 use glam::{Vec2, Vec3};
 use snowblue_base::files::{FileError, NamedFile};
 
-use crate::mesh_files::{check_finite, number};
+use crate::mesh_files::coordinates::{check_finite, number};
 use crate::triangle_mesh::TriangleMesh;
 use crate::vertex_normals::VertexNormals;
 

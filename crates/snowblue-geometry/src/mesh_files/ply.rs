@@ -13,12 +13,10 @@ use ply_rs_bw::parser::{ParseError, Parser, Reader};
 use ply_rs_bw::ply::{ElementDef, Encoding, Header, Property, PropertyAccess, PropertyAccessResult, PropertyType};
 use snowblue_base::files::{FileError, NamedFile};
 
-use crate::mesh_files::number as mesh_number;
+use crate::mesh_files::coordinates::{COORDINATES, number as mesh_number};
 use crate::ray::narrow;
 use crate::triangle_mesh::TriangleMesh;
 use crate::vertex_normals::VertexNormals;
-
-const POSITION: [&str; 3] = ["x", "y", "z"];
 
 const NORMAL: [&str; 3] = ["nx", "ny", "nz"];
 
@@ -61,7 +59,7 @@ impl PropertyAccess for Vertex {
             Property::UChar(value) => f32::from(value),
             _ => return PropertyAccessResult::Ignored,
         };
-        match POSITION.iter().position(|axis| *axis == name) {
+        match COORDINATES.iter().position(|axis| *axis == name) {
             Some(axis) => self.position[axis] = value,
             None => self.attributes.push(value),
         }
@@ -181,7 +179,7 @@ fn text_element<T: PropertyAccess>(element: &ElementDef, number: usize, line: &s
     let mut words = line.split_whitespace();
     let (mut read, name) = (T::new(), &element.name);
     for (property, definition) in &element.properties {
-        let is_coordinate = POSITION.contains(&property.as_str());
+        let is_coordinate = COORDINATES.contains(&property.as_str());
         let kind = if is_coordinate { "coordinate" } else { "property" };
         let quantity = format_args!("{kind} {property} of {name} {number}");
         let mut word = || words.next().ok_or_else(|| format!("{quantity} is missing"));
@@ -228,9 +226,9 @@ fn attribute_names(element: &ElementDef) -> Result<Vec<String>, String> {
         .filter(|(_, property)| matches!(property.data_type, PropertyType::Scalar(_)))
         .map(|(name, _)| name)
         .collect();
-    match POSITION.iter().find(|axis| !scalars.iter().any(|name| name == *axis)) {
+    match COORDINATES.iter().find(|axis| !scalars.iter().any(|name| name == *axis)) {
         Some(axis) => Err(format!("vertices have no coordinate `{axis}`")),
-        None => Ok(scalars.into_iter().filter(|name| !POSITION.contains(&name.as_str())).cloned().collect()),
+        None => Ok(scalars.into_iter().filter(|name| !COORDINATES.contains(&name.as_str())).cloned().collect()),
     }
 }
 

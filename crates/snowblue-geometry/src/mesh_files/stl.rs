@@ -7,7 +7,7 @@ use glam::Vec3;
 use snowblue_base::files::{FileError, NamedFile};
 
 use crate::coincident::{keep_used, merged};
-use crate::mesh_files::{check_finite, number};
+use crate::mesh_files::coordinates::{check_finite, number};
 use crate::triangle_mesh::TriangleMesh;
 
 /// Length in bytes of what precedes the triangles of a binary file: a text, and their number.
