@@ -112,6 +112,8 @@ fn bad_input_is_refused_in_one_line() {
         (&["spectrum", "--plot", "plot.png"], &["plot.png", ".svg"]),
         (&["color", "--illuminant", "D66"], &["D66", "D65"]),
         (&["match", "#5fa8c4"], &["a colour is given as --target '#5fa8c4'"]),
+        (&["match", "5fa8c4"], &["a colour is given as --target '#5fa8c4'"]),
+        (&["match", "blue"], &["a colour is given as --target '#rrggbb'"]),
         (&["match", "#5fa8c4", "--thickness", "10"], &["a colour is given as --target '#5fa8c4'"]),
         (&["spectrum", "-o", "a.xlsx"], &["a.xlsx: the file must end in .csv, .json, .txt or .nc, or give --format"]),
         (&["color", "-o", "a.xlsx"], &["a.xlsx: the file must end in .csv, .json or .txt, or give --format"]),

@@ -235,7 +235,9 @@ pub(crate) fn window(words: &str) -> Result<Window, String> {
 
 /// Refuses a colour that is given without the name of its option.
 pub(crate) fn option_of_color(word: &str) -> Result<String, String> {
-    Err(format!("a colour is given as --target '{word}'"))
+    let color = format!("#{}", word.trim_start_matches('#'));
+    let color = if hex(&color).is_ok() { &color } else { "#rrggbb" };
+    Err(format!("a colour is given as --target '{color}'"))
 }
 
 /// Names of AOVs, separated by commas.
