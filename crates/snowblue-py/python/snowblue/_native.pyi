@@ -81,7 +81,6 @@ def light_in_layers(
     daily: bool,
     jacobian: list[str],
     ordinates: dict[str, Any],
-    progress: _Progress,
 ) -> dict[str, NDArray[np.float64]]: ...
 def invert(
     snows: Snows,
