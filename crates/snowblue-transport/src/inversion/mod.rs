@@ -3,9 +3,9 @@
 //!
 //! In the infrared the albedo of thick snow depends on the specific surface area, since light takes longer paths in the
 //! ice of larger grains; in the visible it depends on impurities (Warren & Wiscombe 1980; Gallet et al. 2009,
-//! doi:10.5194/tc-3-167-2009). The state has the logarithms of any [`Variable`]s, or the log-odds of fractions, with a
-//! normal prior. Its posterior says how well the data determine each of them. All packs are solved together, each step
-//! of all in parallel, with exact derivatives.
+//! doi:10.5194/tc-3-167-2009). The state has the logarithms of any [`Variable`](crate::Variable)s, or the log-odds of
+//! fractions, with a normal prior. Its posterior says how well the data determine each of them. All packs are solved
+//! together, each step of all in parallel, with exact derivatives.
 //!
 //! ```
 //! use snowblue_transport::inversion::{Illumination, Inversion, Measured, Observation, Outcome, Prior, Quantity};
@@ -65,41 +65,22 @@ mod error;
 mod estimation;
 mod measured;
 mod model;
-mod observation;
+mod problem;
 mod state;
 
-use crate::TransportError;
-use crate::ordinates::OrdinatesOptions;
 use crate::variable::LayerVariable;
 pub use error::InversionError;
 use estimation::{End, Knowledge, Posterior, Search};
 use measured::Data;
 pub use measured::{Measured, Quantity};
 use model::Model;
-pub use observation::{Illumination, Observation};
+pub use problem::{Illumination, Inversion, Observation};
 pub use state::{Prior, state_range};
 
-const PRIOR_DEVIATION_RANGE: ParameterRange =
-    ParameterRange { quantity: "standard deviation", least: 1e-6, greatest: 100.0, unit: "" };
 /// Packs that are solved together: enough for all threads, while their fluxes take little memory.
 const PACKS_AT_ONCE: usize = 256;
 /// Half the width of a normal interval that holds 95 %, in standard deviations.
 const HALF_WIDTH_OF_95_PERCENT: f64 = 1.959_963_984_540_054;
-
-/// What is to be retrieved from spectra at the same wavelengths, and how well it is known beforehand.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Inversion {
-    /// Wavelengths, in nm.
-    pub wavelengths_nm: Vec<f64>,
-    /// What is to be retrieved: of one layer, or, without a number, the common value of all layers, or that of the
-    /// light or the ground. With the surface area, the grains have one optical diameter.
-    pub variables: Vec<LayerVariable>,
-    /// Covariance of the prior, row by row, of the logarithms of the variables, or the log-odds of saturation, cosine
-    /// and ground albedo.
-    pub prior_covariance: Vec<f64>,
-    /// Options of the engine.
-    pub options: OrdinatesOptions,
-}
 
 /// The posterior of a pack. Matrices are those of the logarithms or log-odds of the variables, row by row.
 ///
@@ -207,37 +188,6 @@ impl Inversion {
         progress(observations.len());
         done.sort_by_key(|(number, _)| *number);
         Ok(done.into_iter().map(|(_, retrieval)| retrieval).collect())
-    }
-
-    /// Checks what all packs have in common, and gives the root of the inverse covariance of the prior.
-    fn check(&self) -> Result<DMatrix<f64>, InversionError> {
-        let Self { wavelengths_nm, variables, prior_covariance, options } = self;
-        options.streams.check()?;
-        if wavelengths_nm.is_empty() {
-            return Err(TransportError::Missing { quantity: "wavelength" }.into());
-        }
-        let n = variables.len();
-        if n == 0 {
-            return Err(TransportError::Missing { quantity: "quantity to retrieve" }.into());
-        }
-        for (place, variable) in variables.iter().enumerate() {
-            if variables[..place].iter().any(|other| other.overlaps(variable)) {
-                return Err(combination(variable.variable.name(), "is to be retrieved twice").into());
-            }
-        }
-        if prior_covariance.len() != n * n {
-            let (quantity, count) = ("covariance of the prior", prior_covariance.len());
-            return Err(TransportError::Count { quantity, count, expected: "those of a row for each variable" }.into());
-        }
-        let covariance = DMatrix::from_row_slice(n, n, prior_covariance);
-        for (variable, variance) in variables.iter().zip(covariance.diagonal().iter()) {
-            let check = PRIOR_DEVIATION_RANGE.check(variance.sqrt());
-            check.map_err(|error| TransportError::Prior { parameter: variable.to_string(), error })?;
-        }
-        let is_symmetric = covariance == covariance.transpose();
-        estimation::precision_root(&covariance)
-            .filter(|_| is_symmetric)
-            .ok_or_else(|| combination("covariance of the prior", "must be symmetric and positive definite").into())
     }
 
     /// Retrieves some packs together.
@@ -408,8 +358,4 @@ impl fmt::Display for Outcome {
             Self::NoData => out.write_str("no data"),
         }
     }
-}
-
-fn combination(quantity: &'static str, rule: &'static str) -> TransportError {
-    TransportError::Combination { quantity, rule }
 }

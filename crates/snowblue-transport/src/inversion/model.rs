@@ -1,8 +1,7 @@
 //! Fluxes of a pack at a state of the search, with their derivatives.
 
-use super::Inversion;
 use super::measured::Quantity;
-use super::observation::Observation;
+use super::problem::{Inversion, Observation};
 use crate::TransportError;
 use crate::medium::{Demand, GrainTallies, Population};
 use crate::optics::Substance;

@@ -1,18 +1,37 @@
-//! What is known and measured of a pack of snow, and its check.
+//! What is to be retrieved, what is known and measured of each pack of snow, and their checks.
 
+use nalgebra::DMatrix;
 use snowblue_base::ParameterRange;
 
 use super::error::InversionError;
+use super::estimation;
 use super::measured::{Measured, Quantity};
 use super::state::state_range;
-use super::{Inversion, combination};
 use crate::TransportError;
+use crate::ordinates::OrdinatesOptions;
 use crate::slab::{Incidence, check_wavelengths};
 use crate::stack::{Layer, Stack};
 use crate::variable::{LayerVariable, Variable};
 
 const DIFFUSE_FRACTION_RANGE: ParameterRange =
     ParameterRange { quantity: "diffuse fraction", least: 0.0, greatest: 1.0, unit: "" };
+const PRIOR_DEVIATION_RANGE: ParameterRange =
+    ParameterRange { quantity: "standard deviation", least: 1e-6, greatest: 100.0, unit: "" };
+
+/// What is to be retrieved from spectra at the same wavelengths, and how well it is known beforehand.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Inversion {
+    /// Wavelengths, in nm.
+    pub wavelengths_nm: Vec<f64>,
+    /// What is to be retrieved: of one layer, or, without a number, the common value of all layers, or that of the
+    /// light or the ground. With the surface area, the grains have one optical diameter.
+    pub variables: Vec<LayerVariable>,
+    /// Covariance of the prior, row by row, of the logarithms of the variables, or the log-odds of saturation, cosine
+    /// and ground albedo.
+    pub prior_covariance: Vec<f64>,
+    /// Options of the engine.
+    pub options: OrdinatesOptions,
+}
 
 /// Measured spectra of one pack of snow, and what is known of it.
 #[derive(Debug, Clone, PartialEq)]
@@ -44,6 +63,37 @@ pub enum Illumination {
 }
 
 impl Inversion {
+    /// Checks what all packs have in common, and gives the root of the inverse covariance of the prior.
+    pub(super) fn check(&self) -> Result<DMatrix<f64>, InversionError> {
+        let Self { wavelengths_nm, variables, prior_covariance, options } = self;
+        options.streams.check()?;
+        if wavelengths_nm.is_empty() {
+            return Err(TransportError::Missing { quantity: "wavelength" }.into());
+        }
+        let n = variables.len();
+        if n == 0 {
+            return Err(TransportError::Missing { quantity: "quantity to retrieve" }.into());
+        }
+        for (place, variable) in variables.iter().enumerate() {
+            if variables[..place].iter().any(|other| other.overlaps(variable)) {
+                return Err(combination(variable.variable.name(), "is to be retrieved twice").into());
+            }
+        }
+        if prior_covariance.len() != n * n {
+            let (quantity, count) = ("covariance of the prior", prior_covariance.len());
+            return Err(TransportError::Count { quantity, count, expected: "those of a row for each variable" }.into());
+        }
+        let covariance = DMatrix::from_row_slice(n, n, prior_covariance);
+        for (variable, variance) in variables.iter().zip(covariance.diagonal().iter()) {
+            let check = PRIOR_DEVIATION_RANGE.check(variance.sqrt());
+            check.map_err(|error| TransportError::Prior { parameter: variable.to_string(), error })?;
+        }
+        let is_symmetric = covariance == covariance.transpose();
+        estimation::precision_root(&covariance)
+            .filter(|_| is_symmetric)
+            .ok_or_else(|| combination("covariance of the prior", "must be symmetric and positive definite").into())
+    }
+
     /// Checks an observation, and gives the wavelengths at which it has data.
     pub(super) fn check_observation(&self, observation: &Observation) -> Result<Vec<usize>, InversionError> {
         let Observation { layers, illumination, prior_medians, measured, .. } = observation;
@@ -201,4 +251,8 @@ impl Illumination {
             }
         }
     }
+}
+
+fn combination(quantity: &'static str, rule: &'static str) -> TransportError {
+    TransportError::Combination { quantity, rule }
 }
