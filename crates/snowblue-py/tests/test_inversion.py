@@ -209,7 +209,7 @@ def test_wrong_input_is_named_with_its_place():
         snowblue.invert([0.9, 0.8], [400, 500], retrieve="ground_albedo", thickness_cm=5)
     with pytest.raises(ValueError, match="the prior of cos_angle has no median, and the snow's own value 1 is not"):
         snowblue.invert([0.9, 0.8], [400, 500], retrieve="cos_angle", angle_deg=0)
-    with pytest.raises(ValueError, match="prior of density_kg_m3: standard deviation is 0, but must lie in 1e-6–100"):
+    with pytest.raises(ValueError, match="deviation of density_kg_m3 is 0, but must be above 0"):
         snowblue.invert([0.9, 0.8], [400, 500], retrieve={"density_kg_m3": (300, 0)})
     with pytest.raises(ValueError, match=r"albedo is 2, but must lie in -0.5–1.5, at wavelength\[1\]"):
         snowblue.invert([0.9, 2.0, 0.5], [400, 500, 600])
@@ -281,6 +281,12 @@ def test_layers_are_retrieved_from_fluxes_at_depth():
     assert (abs(fit.down_fit / exact.down.transpose("depth", "wavelength") - 1) < 0.1).all()
     assert "thickness_cm" not in fit.attrs and fit.layers.startswith("3 cm, density_kg_m3=150")
     assert fit.prior.startswith("ssa_m2_kg of layer 0: median 20")
+    # What is retrieved is not stated as known.
+    known = [dict(layer, ssa_m2_kg=30, impurities_ng_g={"black_carbon": 5}) for layer in PACK]
+    same = snowblue.invert(
+        albedo, fluxes=xr.Dataset(fluxes), fluxes_standard_deviation=xr.Dataset(deviations), retrieve=retrieve,
+        **{**given, "layers": known})
+    assert same.layers == fit.layers and same.ssa_1 == fit.ssa_1
     # The albedo alone says little of what lies below.
     alone = snowblue.invert(albedo, retrieve=retrieve, **given)
     assert alone.ssa_1_sd > 10 * fit.ssa_1_sd and alone.degrees_of_freedom < fit.degrees_of_freedom
@@ -331,7 +337,23 @@ def test_wrong_layers_and_fluxes_are_named():
     metres = exact.down.assign_coords(depth=exact.depth.assign_attrs(units="m"))
     told(ValueError, "down has depths in m, but they must be in cm", fluxes={"down": metres})
     other = dict(down=exact.down, up=exact.up.isel(depth=[0]))
-    told(ValueError, "up has other depths than the first of the fluxes", fluxes=other)
+    told(ValueError, "up has other depths than down", fluxes=other)
+    told(ValueError, "fluxes_standard_deviation has 'albedo', but the fluxes are down",
+         fluxes_standard_deviation={"down": 0.1, "albedo": 0.1})
+    told(TypeError, "down needs fluxes_standard_deviation", fluxes_standard_deviation={})
+    told(TypeError, "fluxes_standard_deviation is given without fluxes", fluxes=None)
+    told(TypeError, "transmittance_standard_deviation is given without a", transmittance_standard_deviation=0.1)
+    told(TypeError, "albedo needs standard_deviation", albedo=exact.reflectance, standard_deviation=None)
+    told(ValueError, "fluxes is .*, but must be a mapping such as", fluxes=[exact.down])
+    told(ValueError, "fluxes are empty", fluxes={})
+    told(ValueError, "down has no dimension of wavelengths", fluxes={"down": exact.down.isel(wavelength=0)})
+    told(ValueError, "down must have depths, and all of them finite",
+         fluxes={"down": exact.down.assign_coords(depth=[2, np.nan])})
+    told(ValueError, "retrieve is 5, but must be names", retrieve=5)
+    told(ValueError, "the number of the layer is 10000000000, but must be below", retrieve=[("ssa_m2_kg", 10**10)])
+    told(ValueError, "ssa_m2_kg is to be retrieved twice", retrieve=[("ssa_m2_kg", 0)] * 2)
+    told(ValueError, "deviation of ssa_m2_kg of layer 0 is -1, but must be above 0",
+         retrieve={("ssa_m2_kg", 0): (20, -1)})
     told(ValueError, "other depths than the fluxes", fluxes_standard_deviation=exact.down.isel(depth=[0]))
     told(ValueError, r"down is 40, but must lie in -0.5–3, at a depth of 12 cm, at wavelength\[2\]",
          fluxes={"down": xr.where((exact.depth == 12) & (exact.wavelength == NM[2]), 40, exact.down)})

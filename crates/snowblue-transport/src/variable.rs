@@ -108,9 +108,7 @@ impl LayerVariable {
         };
         variables.iter().flat_map(of).collect()
     }
-}
 
-impl LayerVariable {
     /// Whether both change the same quantity of a layer, the light or the ground.
     #[must_use]
     pub fn overlaps(&self, other: &Self) -> bool {
@@ -119,15 +117,18 @@ impl LayerVariable {
 
     /// Those of all layers to which the variable belongs.
     pub(crate) fn of<'l>(&self, layers: &'l [Layer]) -> impl Iterator<Item = &'l Layer> + use<'l> {
-        let only = self.layer;
-        layers.iter().enumerate().filter(move |(layer, _)| only.is_none_or(|only| only == *layer)).map(|(_, one)| one)
+        let by = *self;
+        layers.iter().enumerate().filter(move |(layer, _)| by.is_of(*layer)).map(|(_, one)| one)
     }
 
     /// The same, to change them.
     pub(crate) fn of_mut<'l>(&self, layers: &'l mut [Layer]) -> impl Iterator<Item = &'l mut Layer> + use<'l> {
-        let only = self.layer;
-        let layers = layers.iter_mut().enumerate();
-        layers.filter(move |(layer, _)| only.is_none_or(|only| only == *layer)).map(|(_, one)| one)
+        let by = *self;
+        layers.iter_mut().enumerate().filter(move |(layer, _)| by.is_of(*layer)).map(|(_, one)| one)
+    }
+
+    fn is_of(self, layer: usize) -> bool {
+        self.layer.is_none_or(|only| only == layer)
     }
 }
 

@@ -597,7 +597,7 @@ fn fluxes_at_depth_determine_what_lies_below() {
     let both = profile(exact_in_layers([60.0, 10.0], 0.0, &depths_cm, 50.0), &depths_cm, 0.01, 0.03);
     let albedo = vec![both[0].clone()];
     let [by_albedo, by_both] = [albedo, both].map(|measured| one(&inversion, of_pack(measured, 50.0, &[30.0, 30.0])));
-    // Below 3 cm the albedo sees little: its error of the lower surface area is that of the prior, to a third.
+    // Below 3 cm the albedo sees little.
     let deviations = |retrieval: &Retrieval| [0, 3].map(|entry: usize| retrieval.covariance[entry].sqrt());
     let ([upper, lower], [upper_by_both, lower_by_both]) = (deviations(&by_albedo), deviations(&by_both));
     assert!(upper < 0.1 && lower > 0.1 && upper_by_both < upper && lower_by_both < 0.3 * lower, "{by_albedo:?}");
@@ -605,7 +605,12 @@ fn fluxes_at_depth_determine_what_lies_below() {
         // Exact data: the prior shifts the state by a small part of its error.
         assert!((value.median - truth).abs() < 0.5 * value.standard_deviation, "{by_both:?}");
     }
-    assert!(by_both.fits[1].len() == 24 && (by_both.fits[1][0] / 0.7 - 1.0).abs() < 0.5, "{:?}", by_both.fits);
+    let [_, exact] = exact_in_layers([60.0, 10.0], 0.0, &depths_cm, 50.0);
+    assert_eq!(by_both.fits[1].len(), exact.len());
+    for (fit, exact) in by_both.fits[1].iter().zip(exact) {
+        // Within the stated error.
+        assert!((fit - exact).abs() < 1e-6 + 0.03 * exact, "{fit} {exact}");
+    }
 }
 
 /// Of layers that are alike the common value is that of one layer, to rounding.
@@ -640,6 +645,7 @@ fn wrong_packs_are_named() {
         inversion.retrieve(&[wrong], &|_| ()).map(|_| ()).unwrap_err()
     };
     let area = |layer: usize| vec![of_layer(Variable::SurfaceArea, layer)];
+    let thickness = |layer: usize| vec![of_layer(Variable::Thickness, layer)];
     assert_eq!(told(area(2), &|_| ()).to_string(), "number of the layer is 2, but must lie in 0–1");
     let twice = vec![of_layer(Variable::SurfaceArea, 0), Variable::SurfaceArea.into()];
     assert_eq!(told(twice, &|_| ()).to_string(), "ssa_m2_kg is to be retrieved twice");
@@ -650,13 +656,14 @@ fn wrong_packs_are_named() {
     assert_eq!((value.wavelength, value.depth_cm), (Some(3), Some(12.0)));
     let bare = told(area(0), &|wrong| wrong.measured[1].depths_cm.clear());
     assert_eq!(bare.to_string(), "down needs depths");
+    let known = told(thickness(1), &|wrong| (wrong.layers[1].thickness_cm, wrong.prior_medians[0]) = (2.0, 8.0));
+    assert!(known.to_string().ends_with("thickness is 8 cm, but must lie in 9–100000 cm"), "{known}");
     let deep = told(area(0), &|wrong| wrong.measured[0].depths_cm.push(1.0));
     assert_eq!(deep.to_string(), "albedo has no depths");
     let missing = told(area(0), &|wrong| wrong.layers.clear());
     assert_eq!(missing.to_string(), "no layer is given");
 
     // The ground stays below the deepest flux.
-    let thickness = |layer: usize| vec![of_layer(Variable::Thickness, layer)];
     let shallow = told(thickness(1), &|wrong| wrong.prior_medians[0] = 8.0);
     assert_eq!(
         shallow.to_string(),
@@ -665,7 +672,9 @@ fn wrong_packs_are_named() {
     let both = told([thickness(0), thickness(1)].concat(), &|_| ());
     let text = "thickness of several layers cannot be retrieved from fluxes at depth, which the ground must not reach";
     assert_eq!(both.to_string(), text);
-    assert_eq!(told(vec![Variable::Thickness.into()], &|_| ()).to_string(), text);
+    // A common thickness of both layers is at least half of the depth.
+    let common = told(vec![Variable::Thickness.into()], &|wrong| wrong.prior_medians[0] = 5.0);
+    assert_eq!(common.to_string(), "the prior of thickness_cm: thickness is 5 cm, but must lie in 6–100000 cm");
     let half_space = told(thickness(1), &|wrong| wrong.layers[1].thickness_cm = f64::INFINITY);
     assert_eq!(half_space.to_string(), "thickness cannot be retrieved for a half-space");
 }

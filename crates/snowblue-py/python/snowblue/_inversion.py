@@ -22,7 +22,9 @@ from snowblue._arguments import (
     Wavelengths,
     attributes,
     checks_names,
+    hyphenated,
     labelled,
+    mapping,
     number,
     numbers,
     ordinates,
@@ -55,6 +57,9 @@ ASPECTS = {
 }
 AT_DEPTH = ("down", "up", "net", "fluence")
 """Fluxes at depth that can be measured, as :func:`snowblue.layers` names them."""
+MOST_LAYERS = 1_000_000
+DEVIATIONS = {"albedo": "standard_deviation", "transmittance": "transmittance_standard_deviation"}
+"""The argument with the standard deviation of each quantity that is no flux at depth."""
 NUMBERS = {
     "degrees_of_freedom": "degrees of freedom for signal",
     "data": "number of measured values",
@@ -99,8 +104,8 @@ def invert(
     Parameters
     ----------
     albedo, transmittance : array
-        Measured fractions of the light, with NaN where there is none; either or both. Dimensions of an
-        :class:`xarray.DataArray` other than `wavelength` (nm) are those of the result, and pair with those of other
+        Measured fractions of the light, with NaN where there is none; one of these or `fluxes` is needed. Dimensions of
+        an :class:`xarray.DataArray` other than `wavelength` (nm) are those of the result, and pair with those of other
         arguments. Plain arrays have the wavelength last.
     wavelength_nm : array
         Needed where no dimension `wavelength` has it. The tables of impurities reach from 305 to 1495 nm.
@@ -114,10 +119,10 @@ def invert(
     retrieve : names, or a mapping of names to priors
         Parameters that spectra can be differentiated by: `ssa_m2_kg`, `density_kg_m3`, `thickness_cm`,
         `water_saturation`, `ground_albedo`, `cos_angle`, and impurities. In layers a name is that of the common value
-        of all of them, and a pair such as `("ssa_m2_kg", 0)` that of one, which are numbered from the top. A prior is a
-        median, in the parameter's unit, and the standard deviation of the logarithm (of the log-odds of saturation,
-        `ground_albedo` and `cos_angle`). None is a weak prior, which the attributes of the result state; for density,
-        thickness, `ground_albedo` and `cos_angle` its median is the argument.
+        of all of them, and a pair such as `("ssa_m2_kg", 0)` that of one; they are numbered from 0 at the top. A prior
+        is a median, in the parameter's unit, and the standard deviation of the logarithm (of the log-odds of
+        saturation, `ground_albedo` and `cos_angle`). None is a weak prior, which the attributes of the result state;
+        for density, thickness, `ground_albedo` and `cos_angle` its median is the argument.
     standard_deviation, transmittance_standard_deviation, fluxes_standard_deviation : float or array
         Standard deviation of each value: of the instrument and of the model. A transmittance needs one, and so do
         fluxes, perhaps a mapping with one for each.
@@ -182,22 +187,23 @@ def invert(
 
     given = {name: value for name, value in (("albedo", albedo), ("transmittance", transmittance)) if value is not None}
     deviations = {"albedo": standard_deviation, "transmittance": transmittance_standard_deviation}
+    if transmittance is None and transmittance_standard_deviation is not None:
+        raise TypeError("transmittance_standard_deviation is given without a transmittance")
     if fluxes is not None:
         at_depth = _fluxes(fluxes)
         given |= at_depth
-        own = fluxes_standard_deviation
-        deviations |= own if isinstance(own, Mapping) else dict.fromkeys(at_depth, own)
+        deviations |= _deviations(at_depth, fluxes_standard_deviation)
+    elif fluxes_standard_deviation is not None:
+        raise TypeError("fluxes_standard_deviation is given without fluxes")
     if not given:
         raise TypeError("no albedo, transmittance or fluxes are given")
     for name in given:
-        if deviations.get(name) is None:
-            owner = "transmittance" if name == "transmittance" else "fluxes"
-            raise TypeError(f"{name} needs {owner}_standard_deviation")
+        if deviations[name] is None:
+            raise TypeError(f"{name} needs {DEVIATIONS.get(name, 'fluxes_standard_deviation')}")
     packed = None if layers is None else packed_layers(layers)
     if packed is not None:
         for name in (*snow, *(["thickness_cm"] if thickness_cm is not None else [])):
             raise TypeError(f"{name} belongs to the layers")
-        thickness_cm = 0.0
     measured = _measured(given, wavelength_nm)
     wavelengths_nm = numbers(WAVELENGTH, next(iter(measured.values())).values.wavelength.values)
     names, priors = _priors(retrieve)
@@ -215,7 +221,12 @@ def invert(
     fraction = None
     if diffuse_fraction is not None:
         fraction = next(iter(measured.values())).at_one_depth().rows("diffuse fraction", diffuse_fraction, axes)
-    for name, own in (("thickness_cm", thickness_cm), ("angle_deg", angle_deg), ("ground_albedo", ground_albedo)):
+    known = {"thickness_cm": thickness_cm, "angle_deg": angle_deg, "ground_albedo": ground_albedo}
+    for name, own in known.items():
+        if name == "thickness_cm" and packed is not None:
+            spectra[name] = [np.inf]
+            columns.append(())
+            continue
         value, source = (own, "argument") if own is not None else _stated(name, measured)
         quantity = STATED[name][0]
         spectra[name], dims = slab_argument(quantity, value, axes, always=False)
@@ -244,7 +255,9 @@ def invert(
         "correlation": None if prior_correlation is None else _matrix("prior_correlation", prior_correlation),
         "ordinates": ordinates(streams, seed),
     }
-    taken = {*labels, "parameter", "true_parameter", "outcome", *NUMBERS}
+    taken = {f"{label}{aspect}" for label in labels for aspect in ASPECTS}
+    taken |= {f"{name}{end}" for name in measured for end in ("", "_fit", *(f"_scale{aspect}" for aspect in ASPECTS))}
+    taken |= {"parameter", "true_parameter", "outcome", "averaging_kernel", "covariance", *NUMBERS}
     for dim in axes.sizes:
         if dim in taken:
             raise ValueError(f"an argument has a dimension '{dim}', which belongs to the results: rename it")
@@ -257,13 +270,12 @@ def invert(
         for (name, layer), (median, deviation) in zip(names, found["prior"])
     )
     made |= errors | {"seed": seed}
-    ignored = {"ssa_m2_kg": ("grain_size_um", "size_measure")}
-    dropped = {key for name, _ in names for key in ignored.get(name, (name, f"{name.replace('-', '_')}_ng_g"))}
-    kept = {name: value for name, value in snow_given.attrs.items() if name not in {*dropped, "snow_id"}}
+    kept = _without(snow_given.attrs, names, None)
+    kept.pop("snow_id", None)
     if packed is not None:
         kept = {}
-        del made["thickness_cm"]
-        made = {"layers": described_layers(packed), **made}
+        shown = [(_without(snow, names, place), thickness) for place, (snow, thickness) in enumerate(packed)]
+        made = {"layers": described_layers(shown), **made}
     variables = _variables(found, dict(zip(labels, names)), measured, spectra["measured"], axes)
     if not scale_error:
         variables = {name: value for name, value in variables.items() if "_scale" not in name}
@@ -317,22 +329,29 @@ def _priors(retrieve: Any) -> tuple[list[tuple[str, int | None]], list[tuple[Any
     """The name and the layer, or None, of each parameter, and the median and deviation of its prior, or None."""
     if isinstance(retrieve, str):
         retrieve = [retrieve]
-    if not isinstance(retrieve, Mapping):
-        retrieve = dict.fromkeys(retrieve)
+    if not isinstance(retrieve, Iterable):
+        raise ValueError(f"retrieve is {retrieve!r}, but must be names of parameters, or a mapping of names to priors")
+    given_priors = retrieve.items() if isinstance(retrieve, Mapping) else [(key, None) for key in retrieve]
     names: list[tuple[str, int | None]] = []
     priors = []
-    for key, prior in retrieve.items():
-        name, layer = key if isinstance(key, tuple) and len(key) == 2 else (key, None)
+    for key, prior in given_priors:
+        name, layer = key if isinstance(key, (tuple, list)) and len(key) == 2 else (key, None)
         if not isinstance(name, str):
             raise ValueError(f"retrieve has {key!r}, but must have names, or pairs of a name and the number of a layer")
-        names.append((name, None if layer is None else whole("the number of the layer", layer)))
+        layer = None if layer is None else whole("the number of the layer", layer)
+        if layer is not None and layer >= MOST_LAYERS:
+            raise ValueError(f"the number of the layer is {layer}, but must be below {MOST_LAYERS}")
+        names.append((hyphenated(name), layer))
         try:
             median, deviation = (None, None) if prior is None else prior
         except (TypeError, ValueError):
             text = f"the prior of {_words(*names[-1])} is {prior!r}, but must be a median and a deviation"
             raise ValueError(text) from None
+        words = _words(*names[-1])
         given = (("median", median), ("deviation", deviation))
-        priors.append(tuple(None if one is None else number(f"{what} of {name}", one) for what, one in given))
+        priors.append(tuple(None if one is None else number(f"{what} of {words}", one) for what, one in given))
+        if deviation is not None and not priors[-1][1] > 0:
+            raise ValueError(f"deviation of {words} is {deviation}, but must be above 0")
     return names, priors
 
 
@@ -347,23 +366,50 @@ def _words(name: str, layer: int | None) -> str:
     return name if layer is None else f"{name} of layer {layer}"
 
 
+def _without(snow: Mapping[str, Any], names: list[tuple[str, int | None]], layer: int | None) -> dict[str, Any]:
+    """The properties of the snow of a layer, or of all, without those that are retrieved."""
+    retrieved = {name for name, own in names if own is None or own == layer}
+    dropped = {"ssa_m2_kg", "grain_size_um", "size_measure"} if "ssa_m2_kg" in retrieved else set()
+    dropped |= {key for name in retrieved for key in (name, f"{name.replace('-', '_')}_ng_g")}
+    kept = {name: value for name, value in snow.items() if name not in dropped}
+    impurities = kept.pop("impurities_ng_g", {})
+    impurities = {name: value for name, value in impurities.items() if hyphenated(name) not in retrieved}
+    return kept | ({"impurities_ng_g": impurities} if impurities else {})
+
+
 def _fluxes(given: Mapping[str, Any]) -> dict[str, xr.DataArray]:
     """Fluxes with their depths."""
     arrays: dict[str, xr.DataArray] = {}
-    for name in given:
-        value = given[name]
+    for name, value in mapping("fluxes", given, "{'down': array}").items():
         if name not in AT_DEPTH:
-            raise ValueError(f"fluxes have '{name}', but may have {', '.join(AT_DEPTH)}")
-        if "depth" not in getattr(value, "dims", ()) or "depth" not in value.coords:
+            raise ValueError(f"fluxes have {name!r}, but may have {', '.join(AT_DEPTH)}")
+        if "depth" not in getattr(value, "dims", ()) or "depth" not in getattr(value, "coords", ()):
             raise ValueError(f"{name} must be an xarray.DataArray with the dimension 'depth' and its values in cm")
+        if value.ndim == 1:
+            raise ValueError(f"{name} has no dimension of wavelengths")
         unit = value.depth.attrs.get("units", DEPTH.unit)
         if unit != DEPTH.unit:
             raise ValueError(f"{name} has depths in {unit}, but they must be in {DEPTH.unit}")
-        first = next(iter(arrays.values()), value)
-        if not np.array_equal(value.depth.values, first.depth.values):
-            raise ValueError(f"{name} has other depths than the first of the fluxes")
+        depths_cm = numbers(DEPTH, value.depth.values)
+        if not depths_cm or not np.isfinite(depths_cm).all():
+            raise ValueError(f"{name} must have depths, and all of them finite")
+        for other, array in arrays.items():
+            if array.depth.values.tolist() != depths_cm:
+                raise ValueError(f"{name} has other depths than {other}")
         arrays[name] = value
+    if not arrays:
+        raise ValueError("fluxes are empty")
     return arrays
+
+
+def _deviations(fluxes: Mapping[str, Any], given: Any) -> dict[str, Any]:
+    """The standard deviation of each flux."""
+    if not isinstance(given, Mapping):
+        return dict.fromkeys(fluxes, given)
+    for name in given:
+        if name not in fluxes:
+            raise ValueError(f"fluxes_standard_deviation has {name!r}, but the fluxes are {', '.join(fluxes)}")
+    return {name: given[name] if name in given else None for name in fluxes}
 
 
 @dataclass
@@ -452,7 +498,8 @@ def _measured(given: dict[str, Any], wavelength_nm: Any) -> dict[str, Measured]:
         if not hasattr(value, "dims"):
             array = np.atleast_1d(_floats(name, value))
             value = xr.DataArray(array, dims=[*(f"dim_{i}" for i in range(array.ndim - 1)), "wavelength"])
-        dim = "wavelength" if "wavelength" in value.dims or value.ndim == 0 else value.dims[-1]
+        inner = [dim for dim in value.dims if dim != "depth"]
+        dim = "wavelength" if "wavelength" in value.dims or not inner else inner[-1]
         as_given = value.dims, value.shape
         value = _with_wavelength(value, dim)
         if values_nm.ndim != 1 or value.sizes.get("wavelength") != values_nm.size:

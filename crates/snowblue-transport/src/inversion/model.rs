@@ -95,7 +95,7 @@ impl Inversion {
     }
 
     /// The pack with some values of the variables.
-    fn stack(&self, observation: &Observation, values: &[f64], used: &[usize]) -> Stack {
+    pub(super) fn stack(&self, observation: &Observation, values: &[f64], used: &[usize]) -> Stack {
         let mut stack = observation.stack(used.iter().map(|place| self.wavelengths_nm[*place]).collect());
         for (by, value) in self.variables.iter().zip(values) {
             match by.variable {

@@ -97,8 +97,7 @@ impl Inversion {
     /// Checks an observation, and gives the wavelengths at which it has data.
     pub(super) fn check_observation(&self, observation: &Observation) -> Result<Vec<usize>, InversionError> {
         let Observation { layers, illumination, prior_medians, measured, .. } = observation;
-        let stack = observation.stack(Vec::new());
-        stack.check_pack()?;
+        observation.check_layers()?;
         if let Illumination::Mixed { diffuse_fractions, .. } = illumination
             && diffuse_fractions.len() != self.wavelengths_nm.len()
         {
@@ -124,10 +123,12 @@ impl Inversion {
             let check = observation.range(by).check(*median);
             check.map_err(|error| TransportError::Prior { parameter: by.to_string(), error })?;
         }
+        // Of what is retrieved, what is known is ignored.
+        self.stack(observation, prior_medians, &[]).check_pack()?;
         for one in measured {
             one.check(&self.wavelengths_nm)?;
             let is_transmittance = one.quantity == Quantity::Transmittance && one.present().next().is_some();
-            if is_transmittance && stack.thickness_cm().is_infinite() {
+            if is_transmittance && observation.thickness_cm().is_infinite() {
                 return Err(combination("transmittance", "needs a thickness that is finite").into());
             }
         }
@@ -149,8 +150,7 @@ impl Inversion {
             return Err(combination("thickness", "cannot be retrieved for a half-space"));
         }
         let others = self.variables.iter().filter(|other| other.variable == Variable::Thickness).count() > 1;
-        let is_shared = by.layer.is_none() && observation.layers.len() > 1;
-        if (others || is_shared) && observation.deepest_cm() > 0.0 && observation.thickness_cm().is_finite() {
+        if others && observation.deepest_cm() > 0.0 && observation.thickness_cm().is_finite() {
             let rule = "of several layers cannot be retrieved from fluxes at depth, which the ground must not reach";
             return Err(combination("thickness", rule));
         }
@@ -202,8 +202,15 @@ impl Observation {
             return range;
         }
         let own_cm: f64 = by.of(&self.layers).map(|layer| layer.thickness_cm).sum();
-        let least = self.deepest_cm() - (self.thickness_cm() - own_cm);
+        let rest_cm = self.thickness_cm() - own_cm;
+        let least = (self.deepest_cm() - rest_cm) / by.of(&self.layers).count() as f64;
         ParameterRange { least: range.least.max(least), ..range }
+    }
+
+    fn check_layers(&self) -> Result<(), TransportError> {
+        let mut stack = self.stack(Vec::new());
+        stack.depths_cm.clear();
+        stack.check_pack()
     }
 
     /// The pack as it is known.
