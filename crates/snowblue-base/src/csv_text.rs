@@ -18,12 +18,17 @@ pub fn rows(text: &str) -> impl Iterator<Item = (usize, &str)> {
 /// The end of a message on a row that does not have as many cells as there are columns, or cells that are no numbers:
 /// how cells are separated, if the row has another separator or more commas. Else it is empty.
 pub fn separator_hint(row: &str, columns: usize) -> String {
-    let other = if row.contains(';') {
+    let is_split_by = |separator: char| row.split(separator).count() == columns.max(2);
+    let other = if is_split_by(';') {
         "semicolons"
-    } else if row.contains('\t') {
+    } else if is_split_by('\t') {
         "tabs"
     } else if row.split(',').count() > columns {
         "more commas"
+    } else if row.contains(';') {
+        "semicolons"
+    } else if row.contains('\t') {
+        "tabs"
     } else {
         return String::new();
     };

@@ -14,6 +14,9 @@ use toml::de::{DeTable, DeValue};
 
 use crate::key_path::{KeyPath, Step};
 
+/// Longest text that a message names as a number, in bytes.
+const LONGEST_NUMBER: usize = 40;
+
 /// Something wrong at a place in a document.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{reason}")]
@@ -29,7 +32,10 @@ impl Mistake {
     #[must_use]
     pub fn of_parser(text: &str, error: &toml::de::Error) -> Self {
         let span = error.span().unwrap_or(0..0);
-        let reason = wrong_number(text, span.start).unwrap_or_else(|| error.message().replace('\n', "; "));
+        // A text of the right form has values of a wrong type, of which the parser says what is right.
+        let is_malformed = DeTable::parse(text).is_err();
+        let number = if is_malformed { wrong_number(text, span.start) } else { None };
+        let reason = number.unwrap_or_else(|| error.message().replace('\n', "; "));
         Self { span, reason }
     }
 }
@@ -56,16 +62,27 @@ fn wrong_number(text: &str, place: usize) -> Option<String> {
     let (value, key) = (line[from..to].trim().trim_end_matches(','), line[..from].rsplit_once('=').map(|(key, _)| key));
     let number = value.trim_start_matches(['+', '-']);
     let first = number.trim_start_matches('.').chars().next()?;
-    if !first.is_ascii_digit() || value.contains(['"', '\'', ':']) {
+    let is_other = value.chars().any(|c| c.is_control() || matches!(c, '"' | '\'' | ':'));
+    // Another assignment follows, without a line break or a comma.
+    let is_followed = line[to..].starts_with('=');
+    // The value is right, and something else is not.
+    let is_right = || DeTable::parse(&format!("a = {value}")).is_ok();
+    if !first.is_ascii_digit() || is_other || is_followed || value.len() > LONGEST_NUMBER || is_right() {
         return None;
     }
     let key = key.map(|key| key.rsplit(['[', '{', ',']).next().unwrap_or(key).trim());
     let quantity = key.filter(|key| !key.is_empty()).unwrap_or("a number");
     let plain = number.replacen(',', ".", 1);
+    let unit = number.trim_start_matches(|c: char| c.is_ascii_digit() || c == '.' || c == ',').trim_start();
+    // Digits of another base, or an exponent without digits, are no units.
+    let is_unit = !unit.is_empty() && unit.chars().all(char::is_alphabetic) && !unit.starts_with(['e', 'E', 'x', 'X']);
+    // A comma before three digits may separate thousands.
+    let is_grouped = number.split_once(',').is_some_and(|(_, after)| after.len() == 3);
     let hint = match plain.parse::<f64>() {
+        Ok(_) if is_grouped => String::new(),
         Ok(plain) => format!(", such as {}{plain:?}", if value.starts_with('-') { "-" } else { "" }),
-        Err(_) if plain.ends_with(char::is_alphabetic) => " without a unit".to_owned(),
-        Err(_) if plain.chars().all(|c| c.is_ascii_digit() || c == '.' || c == ',') => String::new(),
+        Err(_) if is_unit => " without a unit".to_owned(),
+        Err(_) if plain.chars().all(|c| c.is_ascii_digit() || c == '.') => String::new(),
         Err(_) => return None,
     };
     Some(format!("{quantity} is {value}, but must be a number{hint}"))
@@ -421,17 +438,41 @@ mod tests {
             ("depth = 0.7.1", "depth is 0.7.1, but must be a number"),
             ("depth = 30cm", "depth is 30cm, but must be a number without a unit"),
             ("depth = 30 cm", "depth is 30 cm, but must be a number without a unit"),
+            ("size = 1,000", "size is 1,000, but must be a number"),
             ("size = [1, .7, 2]", "size is .7, but must be a number, such as 0.7"),
             ("size = [\n  1,\n  .7,\n]", "a number is .7, but must be a number, such as 0.7"),
             ("of = { size = 1, soot = .5 }", "soot is .5, but must be a number, such as 0.5"),
         ] {
             let Mistake { span, reason } = parse(text).unwrap_err();
             assert_eq!(reason, expected, "{text}");
-            assert!(text[..span.start].lines().count() <= text.lines().count(), "{text}: {span:?}");
+            let (value, _) = reason.split_once(" is ").unwrap().1.split_once(", but").unwrap();
+            let line = text[..span.start].matches('\n').count();
+            assert_eq!(Some(line), text.lines().position(|line| line.contains(value)), "{text}: {span:?}");
         }
-        for text in ["a = [1", "a 1", "= 1", "[a", "a = \"1", "a = x7", "a = 1 = 2", "é = é", "a = 1979-99-99", "."] {
+        for text in [
+            "a = [1",
+            "a 1",
+            "= 1",
+            "[a",
+            "a = \"1",
+            "a = x7",
+            "a = 1 = 2",
+            "é = é",
+            "a = 1979-99-99",
+            ".",
+            "size = [1, 2, 3",
+            "a = [\n 1\n 2\n]",
+            "a = 1e",
+            "a = 0xZZ",
+            "of = { soot = 5 dust = 3 }",
+            "a = 1 b = 2",
+            "a = 5\rb = 6",
+            "a = [\n 1,.7,2,\n]",
+            "1 = 1\n1 = 2",
+        ] {
             let Mistake { reason, .. } = parse(text).unwrap_err();
             assert!(!reason.is_empty() && !reason.contains('\n'), "{text}: {reason}");
+            assert!(!reason.contains("must be a number"), "{text}: {reason}");
         }
     }
 

@@ -19,6 +19,7 @@ use std::ops::Range;
 
 use serde::Deserialize;
 use snowblue_base::toml_value::Mistake;
+use snowblue_transport::Substance;
 use snowblue_transport::optics::IceTable;
 use snowblue_transport::slab::Incidence;
 use toml::Spanned;
@@ -130,8 +131,14 @@ pub fn parse(text: &str, ice: IceTable) -> Result<Axes, AxesFileError> {
     };
     set(Property::WaterSaturation, tables.water_saturation);
     set(Property::Temperature, tables.temperature_c);
+    let mut substances: Vec<Substance> = Vec::new();
     for (name, values) in tables.impurities_ng_g {
         let substance = name.get_ref().parse().map_err(|error| AxesFileError::at(name.span(), error))?;
+        if substances.contains(&substance) {
+            let reason = format!("{substance} is given twice, with a hyphen and with an underscore");
+            return Err(AxesFileError::at(name.span(), reason));
+        }
+        substances.push(substance);
         set(Property::Impurity(substance), Some(values));
     }
     axes.check(ice).map_err(|error| AxesFileError { span: None, reason: error.to_string() })?;

@@ -1,13 +1,13 @@
 //! Vertices at the same position, as at texture seams and at the pole of a sphere, where a surface has one vertex and a
 //! mesh several.
 //!
-//! Programs compute these vertices on several ways, so that they may differ by a rounding: the sine of 180° is 10⁻¹⁶
+//! Programs compute these vertices in several ways, so that they may differ by a rounding: the sine of 180° is 10⁻¹⁶
 //! and not 0. Vertices within [`TOLERANCE`] times the longest side of the box around the mesh are at one position.
 
 use glam::{DVec3, Vec3};
 
-/// Greatest distance of vertices at one position, per longest side of the box around the mesh: 1.2·10⁻⁷, or two units
-/// in the last place of a coordinate of a mesh about the origin in single precision.
+/// Greatest distance of vertices at one position, per longest side of the box around the triangles: 1.2·10⁻⁷, or at
+/// least two units in the last place of a coordinate of a mesh about the origin in single precision.
 pub const TOLERANCE: f64 = f32::EPSILON as f64;
 
 /// Side of a cell of the grid that finds close vertices, in tolerances. In smaller ones more vertices lie near a side,
@@ -15,10 +15,11 @@ pub const TOLERANCE: f64 = f32::EPSILON as f64;
 const CELL: f64 = 8.0;
 
 /// For each vertex, the first vertex at the same position, which represents itself. Vertices that represent others are
-/// further apart than the tolerance. A vertex that is not finite represents itself only.
+/// further apart than the tolerance. A vertex that is not finite represents itself only. Those that no triangle uses
+/// do not count for the size of the mesh.
 #[expect(clippy::cast_possible_truncation, reason = "vertex indices have 32 bits")]
-pub fn merged(positions: &[Vec3]) -> Vec<u32> {
-    let grid = Grid::around(positions);
+pub fn merged(positions: &[Vec3], triangles: &[[u32; 3]]) -> Vec<u32> {
+    let grid = Grid::around(triangles.as_flattened().iter().map(|corner| positions[*corner as usize]));
     // A hash table with open addressing: the slots hold vertices, each that of a new position.
     let bits = (2 * positions.len()).next_power_of_two().trailing_zeros().max(1);
     let mut slots = vec![u32::MAX; 1 << bits];
@@ -47,8 +48,8 @@ pub fn merged(positions: &[Vec3]) -> Vec<u32> {
 }
 
 /// Moves each vertex to the first one at the same position, so that no ray passes between them.
-pub fn weld(positions: &mut [Vec3]) {
-    for (index, first) in merged(positions).into_iter().enumerate() {
+pub fn weld(positions: &mut [Vec3], triangles: &[[u32; 3]]) {
+    for (index, first) in merged(positions, triangles).into_iter().enumerate() {
         positions[index] = positions[first as usize];
     }
 }
@@ -60,11 +61,11 @@ struct Grid {
 }
 
 impl Grid {
-    fn around(positions: &[Vec3]) -> Self {
-        let finite = positions.iter().filter(|position| position.is_finite());
+    fn around(positions: impl Iterator<Item = Vec3>) -> Self {
+        let finite = positions.filter(|position| position.is_finite());
         let ends = finite.fold(None, |ends: Option<[Vec3; 2]>, position| {
-            let [low, high] = ends.unwrap_or([*position; 2]);
-            Some([low.min(*position), high.max(*position)])
+            let [low, high] = ends.unwrap_or([position; 2]);
+            Some([low.min(position), high.max(position)])
         });
         let [low, high] = ends.unwrap_or_default().map(|end| end.as_dvec3());
         Self { low, tolerance: TOLERANCE * (high - low).max_element() }
@@ -75,7 +76,7 @@ impl Grid {
     }
 
     /// The cell of a position that is moved by a number of tolerances along all axes. Regular meshes have positions at
-    /// the lower side and whole powers of two of it, which lie in the middle of cells.
+    /// the lower side plus its length divided by a power of two, which lie in the middle of cells.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "there are 2²⁰ cells along an axis")]
     fn cell(&self, position: Vec3, moved: f64) -> [u32; 3] {
         let at = (position.as_dvec3() - self.low) / (CELL * self.tolerance) + 0.5 + moved / CELL;
@@ -116,6 +117,12 @@ fn hash(words: [u32; 3]) -> u64 {
 mod tests {
     use super::*;
 
+    /// Of vertices that triangles use.
+    fn merged_all(positions: &[Vec3]) -> Vec<u32> {
+        let triangles: Vec<[u32; 3]> = (0..).zip(positions).map(|(index, _)| [index; 3]).collect();
+        merged(positions, &triangles)
+    }
+
     #[test]
     fn only_used_positions_are_kept() {
         let (mut positions, mut triangles) = (vec![Vec3::X, Vec3::Y, Vec3::Z, Vec3::ONE], [[3, 0, 1], [0, 3, 3]]);
@@ -126,13 +133,13 @@ mod tests {
     #[test]
     fn the_first_of_equal_positions_represents_them() {
         let positions = [Vec3::X, Vec3::new(0.0, 1.0, -0.0), Vec3::X, Vec3::Y, Vec3::NEG_X, Vec3::X];
-        assert_eq!(merged(&positions), [0, 1, 0, 1, 4, 0]);
-        assert!(merged(&[]).is_empty());
-        assert_eq!(merged(&[Vec3::ONE; 3]), [0; 3]);
+        assert_eq!(merged_all(&positions), [0, 1, 0, 1, 4, 0]);
+        assert!(merged_all(&[]).is_empty());
+        assert_eq!(merged_all(&[Vec3::ONE; 3]), [0; 3]);
         // A grid of many positions, twice.
         let grid = |k: u16| Vec3::new(f32::from(k % 64), f32::from(k / 64 % 64), f32::from(k / 4096)) / 7.0;
         let twice: Vec<Vec3> = (0..32768).chain(0..32768).map(grid).collect();
-        assert!((0..).zip(merged(&twice)).all(|(index, first)| first == index % 32768));
+        assert!((0..).zip(merged_all(&twice)).all(|(index, first)| first == index % 32768));
     }
 
     #[test]
@@ -143,7 +150,7 @@ mod tests {
             for middle in (0..40u8).map(|k| 0.01 * f32::from(k) * size * Vec3::new(0.25, 0.5, 1.0)) {
                 let directions = [Vec3::X, Vec3::NEG_X, Vec3::NEG_Y, Vec3::NEG_Z, Vec3::ONE.normalize()];
                 let around = |distance: f32| directions.map(|direction| middle + direction * (distance * size));
-                let of = |positions: [Vec3; 5]| merged(&[&box_of_size[..], &[middle], &positions].concat());
+                let of = |positions: [Vec3; 5]| merged_all(&[&box_of_size[..], &[middle], &positions].concat());
                 assert_eq!(of(around(0.7 * f32::EPSILON)), [0, 1, 2, 2, 2, 2, 2, 2], "{middle}");
                 assert!(of(around(1.7 * f32::EPSILON))[3..].iter().all(|first| *first != 2), "{middle}");
             }
@@ -153,14 +160,20 @@ mod tests {
     #[test]
     fn positions_that_are_not_finite_represent_themselves_only() {
         let positions = [Vec3::ZERO, Vec3::splat(f32::NAN), Vec3::X, Vec3::INFINITY, Vec3::NEG_INFINITY, Vec3::X];
-        assert_eq!(merged(&positions), [0, 1, 2, 3, 4, 2]);
-        assert_eq!(merged(&[Vec3::splat(f32::NAN)]), [0]);
+        assert_eq!(merged_all(&positions), [0, 1, 2, 3, 4, 2]);
+        assert_eq!(merged_all(&[Vec3::splat(f32::NAN)]), [0]);
     }
 
     #[test]
     fn welded_positions_are_equal() {
         let mut positions = vec![Vec3::ZERO, Vec3::X, Vec3::new(1e-17, 0.0, -1e-17), Vec3::new(1.0, 0.0, 1e-8)];
-        weld(&mut positions);
+        weld(&mut positions, &[[0, 1, 2], [3; 3]]);
         assert_eq!(positions, [Vec3::ZERO, Vec3::X, Vec3::ZERO, Vec3::X]);
+    }
+
+    #[test]
+    fn vertices_that_no_triangle_uses_merge_no_others() {
+        let positions = [Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::splat(-1e9), Vec3::splat(1e9), Vec3::X];
+        assert_eq!(merged(&positions, &[[0, 1, 2]]), [0, 1, 2, 3, 4, 1]);
     }
 }

@@ -32,7 +32,7 @@ pub struct RepairedMesh {
 /// A hole is a loop of boundary edges. Loops that share a vertex are left open;
 /// [`Topology::of`](crate::topology::Topology::of) counts their edges.
 pub fn repair(mesh: &TriangleMesh) -> RepairedMesh {
-    let vertices = merged(&mesh.positions);
+    let vertices = merged(&mesh.positions, &mesh.indices);
     let merge = |triangle: &[u32; 3]| triangle.map(|corner| vertices[corner as usize]);
     let indices = mesh.indices.iter().map(merge).collect();
     let mut merged = TriangleMesh { positions: mesh.positions.clone(), indices, ..TriangleMesh::default() };
@@ -86,7 +86,7 @@ fn turn_outwards(triangles: &mut [[u32; 3]], positions: &[Vec3]) {
 /// same corners one remains if most face the same way, and none if as many face either way. If the mesh is open then,
 /// and less so when triangles are removed in pairs, whichever way they face, they are removed so.
 pub fn remove_coincident(mesh: &mut TriangleMesh) -> usize {
-    let vertices = merged(&mesh.positions);
+    let vertices = merged(&mesh.positions, &mesh.indices);
     // The corners in ascending order, whether they run that way around, and the number.
     let mut triangles: Vec<([u32; 3], bool, usize)> = (0..mesh.indices.len())
         .into_par_iter()

@@ -35,7 +35,7 @@ pub struct Topology {
 impl Topology {
     /// Analyses a mesh.
     pub fn of(mesh: &TriangleMesh) -> Self {
-        let vertices = merged(&mesh.positions);
+        let vertices = merged(&mesh.positions, &mesh.indices);
         let mut topology = Self { triangles: mesh.indices.len(), ..Self::default() };
         topology.merged_vertices =
             vertices.iter().enumerate().filter(|&(index, &merged)| index != merged as usize).count();

@@ -124,7 +124,7 @@ struct Face {
 impl<'a> Surface<'a> {
     fn new(positions: &[Vec3], indices: &'a [[u32; 3]]) -> Self {
         let face = |triangle: &[u32; 3]| Face::new(triangle.map(|at| positions[at as usize]));
-        Self { indices, vertices: merged(positions), faces: indices.par_iter().map(face).collect() }
+        Self { indices, vertices: merged(positions, indices), faces: indices.par_iter().map(face).collect() }
     }
 
     /// The first vertices at the corners of a triangle.

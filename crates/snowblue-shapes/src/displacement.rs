@@ -45,7 +45,7 @@ impl Displacement<'_> {
         for [from, to] in ends {
             normals.push((normals[from as usize] + normals[to as usize]).normalize_or_zero());
         }
-        let places = merged(&mesh.positions);
+        let places = merged(&mesh.positions, &mesh.indices);
         let mut directions = vec![Vec3::ZERO; places.len()];
         places.iter().zip(&normals).for_each(|(place, normal)| directions[*place as usize] += *normal);
         let height_m = |at: usize| -> f32 {

@@ -46,7 +46,7 @@ pub fn snow_on_mesh(
     most_m: f64,
     depth_m: impl Fn(&TriangleMesh, usize) -> f64,
 ) -> Result<TriangleMesh, String> {
-    let first = merged(&ground.positions);
+    let first = merged(&ground.positions, &ground.indices);
     ground.indices.iter_mut().flatten().for_each(|corner| *corner = first[*corner as usize]);
     let edges = Segments::new(keep_upper(&mut ground));
     if ground.indices.is_empty() {

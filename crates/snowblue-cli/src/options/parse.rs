@@ -226,7 +226,7 @@ pub(crate) fn window(words: &str) -> Result<Window, String> {
     let example = "a rectangle is X0:X1,Y0:Y1 in pixels from the upper left, such as 500:516,300:316";
     let (columns, rows) = words.split_once(',').ok_or_else(|| format!("the rows are missing: {example}"))?;
     let side = |name: &str, letter: char, words: &str| {
-        let rule = format!("whole numbers with 0 ≤ {letter}0 < {letter}1");
+        let rule = format!("whole numbers with 0 ≤ {letter}0 < {letter}1 ≤ {}", u32::MAX);
         range(words)
             .ok_or_else(|| format!("the {name} are '{words}', but must be {letter}0:{letter}1, {rule}; {example}"))
     };

@@ -179,7 +179,7 @@ fn text_element<T: PropertyAccess>(element: &ElementDef, number: usize, line: &s
     let mut words = line.split_whitespace();
     let (mut read, name) = (T::new(), &element.name);
     for (property, definition) in &element.properties {
-        let is_coordinate = COORDINATES.contains(&property.as_str());
+        let is_coordinate = name == "vertex" && COORDINATES.contains(&property.as_str());
         let kind = if is_coordinate { "coordinate" } else { "property" };
         let quantity = format_args!("{kind} {property} of {name} {number}");
         let mut word = || words.next().ok_or_else(|| format!("{quantity} is missing"));
@@ -195,7 +195,10 @@ fn text_element<T: PropertyAccess>(element: &ElementDef, number: usize, line: &s
                 let whole = |word: &str| {
                     word.parse::<i32>().map_err(|_| format!("{quantity} has \"{word}\", but must have whole numbers"))
                 };
-                let count = whole(word()?)?;
+                let word_of_count = word()?;
+                let count: u32 = word_of_count
+                    .parse()
+                    .map_err(|_| format!("{quantity} has \"{word_of_count}\" items, but must have a whole number"))?;
                 // Lists that are not used may have any numbers.
                 let item = |_| if is_index_list(property) { whole(word()?) } else { word().map(|_| 0) };
                 Property::ListInt((0..count).map(item).collect::<Result<_, _>>()?)

@@ -46,7 +46,7 @@ fn check_triangles(triangles: &[[Vec3; 3]]) -> Result<(), String> {
 /// Joins corners at the same position.
 fn welded(triangles: &[[Vec3; 3]]) -> TriangleMesh {
     let mut mesh = TriangleMesh::from_triangles(triangles);
-    let first = merged(&mesh.positions);
+    let first = merged(&mesh.positions, &mesh.indices);
     mesh.indices.iter_mut().flatten().for_each(|corner| *corner = first[*corner as usize]);
     keep_used(&mut mesh.positions, &mut mesh.indices);
     mesh

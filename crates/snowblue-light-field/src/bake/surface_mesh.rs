@@ -74,7 +74,7 @@ impl SurfaceMesh {
     /// way, the one that most of its area tells: a triangle may be covered where it is tested.
     fn of_mesh(shape: &Shape, instance: &Instance) -> Self {
         let mesh = instance.mesh().triangles();
-        let first = merged(&mesh.positions);
+        let first = merged(&mesh.positions, &mesh.indices);
         let to_scene = |position: &Vec3| Vec3::from(instance.transform().point_to_scene((*position).into()));
         let positions: Vec<Vec3> = mesh.positions.iter().map(to_scene).collect();
         let reach_m = instance.bounds().greatest_coordinate();

@@ -239,11 +239,11 @@ def shown(value: Any) -> str:
     return " ".join(short.repr(value).split())
 
 
-def mapping(name: str, value: Any, example: str) -> Any:
-    """An argument that must be a mapping."""
+def mapping(name: str, value: Any, example: str) -> dict[Any, Any]:
+    """An argument that must be a mapping, as one of Python."""
     if not hasattr(value, "keys") or not hasattr(value, "items"):
         raise ValueError(f"{name} is {shown(value)}, but must be a mapping such as {example}")
-    return value
+    return dict(value.items())
 
 
 def names_of(name: str, value: Any, what: str) -> list[str]:

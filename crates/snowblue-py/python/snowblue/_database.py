@@ -19,6 +19,7 @@ from snowblue._arguments import (
     angles,
     attributes,
     checks_names,
+    impurities,
     numbers,
     ordinates,
     wavelength_coordinate,
@@ -76,7 +77,7 @@ class Database:
         if engine not in ("ordinates", "montecarlo"):
             raise ValueError(f"engine '{engine}' is not known; there are ordinates, montecarlo")
         properties: dict[str, Any] = {"water_saturation": water_saturation, "temperature": temperature_c}
-        properties |= {name.replace("-", "_"): values for name, values in (impurities_ng_g or {}).items()}
+        properties |= {name.replace("-", "_"): values for name, values in impurities(impurities_ng_g).items()}
         axes = {
             "preset": preset,
             "grain_size_um": _axis("grain_size", grain_size_um),

@@ -119,7 +119,8 @@ def light_at_depth(
     depths_cm = numbers(DEPTH, depth_cm)
     jacobian = parameters(jacobian)
     if not isinstance(sky, xr.Dataset):
-        check_names(SKY_NAMES, mapping("sky", sky, "{'elevation_deg': 25}, or a dataset of snowblue.sky"))
+        sky = mapping("sky", sky, "{'elevation_deg': 25}, or a dataset of snowblue.sky")
+        check_names(SKY_NAMES, sky)
         sky = daylight(**{"wavelength_nm": _wavelengths(packed, sky, jacobian), **sky})
     for name in ("direct", "diffuse", "elevation"):
         if name not in sky:

@@ -391,7 +391,7 @@ def packed_layers(
     if hasattr(layers, "to_dict"):
         layers = [{name: value for name, value in row.items() if value == value} for row in layers.to_dict("records")]
     for place, layer in enumerate(layers):
-        mapping(f"layers[{place}]", layer, "{'thickness_cm': 10, 'snow': 'fresh'}")
+        layer = mapping(f"layers[{place}]", layer, "{'thickness_cm': 10, 'snow': 'fresh'}")
         check_names(["thickness_cm", *SNOW_NAMES], layer)
         if "thickness_cm" not in layer:
             raise TypeError(f"layers[{place}] has no thickness_cm")
@@ -597,7 +597,7 @@ def parameter_quantity(name: str) -> Quantity:
 
 def parameters(jacobian: str | Iterable[str], engine: str = "ordinates") -> list[str]:
     """The names of parameters that results are differentiated by, with hyphens in those of impurities."""
-    names = [hyphenated(name) for name in names_of("jacobian", jacobian or (), "parameters")]
+    names = [hyphenated(name) for name in names_of("jacobian", () if jacobian is None else jacobian, "parameters")]
     if engine == "montecarlo" and names:
         raise ValueError("jacobian needs the engine 'ordinates'")
     return names

@@ -12,7 +12,7 @@ const MOST_OF_AN_EDGE: usize = 100;
 /// Joins vertices at one position, leaves out triangles that bound no solid, and says how many. Refuses a mesh of which
 /// nothing is left.
 pub(super) fn solid(mesh: &mut TriangleMesh) -> Result<Option<String>, String> {
-    weld(&mut mesh.positions);
+    weld(&mut mesh.positions, &mesh.indices);
     let all = mesh.indices.len();
     let removed = remove_coincident(mesh);
     let reason = "have coincident corners or coincide with others";

@@ -281,7 +281,10 @@ impl SceneDescription {
     }
 }
 
-/// Notes on bodies of snow that have a side below the diameter of their finest grains.
+/// Most bodies that notes name one by one.
+const MOST_NAMED: usize = 3;
+
+/// Notes on bodies of snow that have a side below the size of their finest grains.
 fn small_bodies(objects: &Objects, materials: &[NamedMaterial]) -> Vec<String> {
     let note = |(index, object): (usize, &Object)| {
         let members = objects.body_of(index);
@@ -290,12 +293,12 @@ fn small_bodies(objects: &Objects, materials: &[NamedMaterial]) -> Vec<String> {
             members.iter().map(|member| objects.list()[*member].shape.bounds()).collect::<Option<_>>()?;
         let bounds = Bounds::of(bounds.iter().flat_map(|bounds| [bounds.low.into(), bounds.high.into()]));
         let size_mm = 1e3 * (bounds.high - bounds.low).as_dvec3();
+        let rounding_mm = 2e3 * f64::from(bounds.low.abs().max(bounds.high.abs()).max_element() * f32::EPSILON);
         let grains_mm = snow.samples().iter().map(|sample| 1e-3 * sample.grain_size.middle_um());
         let grain_mm = grains_mm.fold(f64::INFINITY, f64::min);
         let name = object.body.as_ref().unwrap_or(&object.name);
-        // Bounds have single precision.
         let [x, y, z] = size_mm.to_array().map(|side_mm| short_number((side_mm * 1e4).round() / 1e4));
-        (size_mm.min_element() < grain_mm).then(|| {
+        (size_mm.min_element() + rounding_mm < grain_mm).then(|| {
             format!(
                 "\"{name}\" is {x} × {y} × {z} mm, smaller than a grain of its snow, which is {} mm: light is computed \
                  as in many grains",
@@ -303,7 +306,13 @@ fn small_bodies(objects: &Objects, materials: &[NamedMaterial]) -> Vec<String> {
             )
         })
     };
-    objects.list().iter().enumerate().filter_map(note).collect()
+    let mut notes: Vec<String> = objects.list().iter().enumerate().filter_map(note).collect();
+    if notes.len() > MOST_NAMED {
+        let more = notes.len() - MOST_NAMED;
+        notes.truncate(MOST_NAMED);
+        notes.push(format!("{more} more bodies are smaller than a grain of their snow"));
+    }
+    notes
 }
 
 /// A body whose objects differ in material.
