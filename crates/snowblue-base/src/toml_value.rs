@@ -80,7 +80,10 @@ fn wrong_number(text: &str, place: usize) -> Option<String> {
     let is_grouped = number.split_once(',').is_some_and(|(_, after)| after.len() == 3);
     let hint = match plain.parse::<f64>() {
         Ok(_) if is_grouped => String::new(),
-        Ok(plain) => format!(", such as {}{plain:?}", if value.starts_with('-') { "-" } else { "" }),
+        Ok(plain) => {
+            let sign = if value.starts_with('-') { "-" } else { "" };
+            format!(", such as {sign}{plain}{}", if plain.fract() > 0.0 { "" } else { ".0" })
+        }
         Err(_) if is_unit => " without a unit".to_owned(),
         Err(_) if plain.chars().all(|c| c.is_ascii_digit() || c == '.') => String::new(),
         Err(_) => return None,
