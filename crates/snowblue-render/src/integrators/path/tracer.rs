@@ -203,9 +203,6 @@ impl<'a> PathTracer<'a> {
             light += sparkle;
             return (light, None);
         };
-        // The residual is what the walk finds more than the reading, whatever that is. A negative reading counts as
-        // none.
-        let reading = if reading.luminance(self.tables) > 0.0 { reading } else { C::ZERO };
         let reading = self.scene.integrator().filter.then_some(reading);
         let walked =
             Walked { radiance: walks.walk(snow, vertex.surface, camera_ray, sampler), reading, normal: vertex.normal };
