@@ -18,21 +18,20 @@ pub fn rows(text: &str) -> impl Iterator<Item = (usize, &str)> {
 /// The end of a message on a row that does not have as many cells as there are columns, or cells that are no numbers:
 /// how cells are separated, if the row has another separator or more commas. Else it is empty.
 pub fn separator_hint(row: &str, columns: usize) -> String {
-    let is_split_by = |separator: char| row.split(separator).count() == columns.max(2);
-    let other = if is_split_by(';') {
-        "semicolons"
-    } else if is_split_by('\t') {
-        "tabs"
-    } else if row.split(',').count() > columns {
-        "more commas"
-    } else if row.contains(';') {
-        "semicolons"
-    } else if row.contains('\t') {
-        "tabs"
-    } else {
-        return String::new();
-    };
-    format!(": columns are separated by commas and decimals have a point, but this line has {other}")
+    let cells = |separator: char| row.split(separator).count();
+    let others = [(';', "semicolons"), ('\t', "tabs")];
+    let name_of = |fits: &dyn Fn(usize) -> bool| others.into_iter().find(|(other, _)| fits(cells(*other)));
+    let has_more_commas = cells(',') > columns;
+    // A separator that makes all columns, then commas, then a separator that makes some.
+    let other = name_of(&|count| count == columns.max(2))
+        .or(has_more_commas.then_some((',', "more commas")))
+        .or_else(|| name_of(&|count| count > 1));
+    match other {
+        Some((_, other)) => {
+            format!(": columns are separated by commas and decimals have a point, but this line has {other}")
+        }
+        None => String::new(),
+    }
 }
 
 #[cfg(test)]

@@ -75,7 +75,8 @@ fn wrong_number(text: &str, place: usize) -> Option<String> {
     let plain = number.replacen(',', ".", 1);
     let unit = number.trim_start_matches(|c: char| c.is_ascii_digit() || c == '.' || c == ',').trim_start();
     // Digits of another base, or an exponent without digits, are no units.
-    let is_unit = !unit.is_empty() && unit.chars().all(char::is_alphabetic) && !unit.starts_with(['e', 'E', 'x', 'X']);
+    let is_letter = |c: char| c.is_ascii_alphabetic() || !c.is_ascii();
+    let is_unit = !unit.is_empty() && unit.chars().all(is_letter) && !unit.starts_with(['e', 'E', 'x', 'X']);
     // A comma before three digits may separate thousands.
     let is_grouped = number.split_once(',').is_some_and(|(_, after)| after.len() == 3);
     let hint = match plain.parse::<f64>() {

@@ -58,6 +58,7 @@ ASPECTS = {
 AT_DEPTH = ("down", "up", "net", "fluence")
 """Fluxes at depth that can be measured, as :func:`snowblue.layers` names them."""
 MOST_LAYERS = 1_000_000
+"""Greater numbers of layers are refused at once."""
 DEVIATIONS = {"albedo": "standard_deviation", "transmittance": "transmittance_standard_deviation"}
 """The argument with the standard deviation of each quantity that is no flux at depth."""
 NUMBERS = {
@@ -342,12 +343,11 @@ def _priors(retrieve: Any) -> tuple[list[tuple[str, int | None]], list[tuple[Any
         if layer is not None and layer >= MOST_LAYERS:
             raise ValueError(f"the number of the layer is {layer}, but must be below {MOST_LAYERS}")
         names.append((hyphenated(name), layer))
+        words = _words(*names[-1])
         try:
             median, deviation = (None, None) if prior is None else prior
         except (TypeError, ValueError):
-            text = f"the prior of {_words(*names[-1])} is {prior!r}, but must be a median and a deviation"
-            raise ValueError(text) from None
-        words = _words(*names[-1])
+            raise ValueError(f"the prior of {words} is {prior!r}, but must be a median and a deviation") from None
         given = (("median", median), ("deviation", deviation))
         priors.append(tuple(None if one is None else number(f"{what} of {words}", one) for what, one in given))
         if deviation is not None and not priors[-1][1] > 0:

@@ -56,7 +56,7 @@ import mitsuba as mi
 import numpy as np
 
 from snowblue import _native
-from snowblue._arguments import SNOW, VISIBLE_NM, WORDS, number, snow_id, whole
+from snowblue._arguments import SNOW, SUBSTANCES, VISIBLE_NM, WORDS, number, snow_id, whole
 from snowblue._database import Database
 from snowblue._mitsuba_pcasnow import PATH_MODES, PCASnow, name_of
 from snowblue._renderers import BAND_WIDTH_NM, _bands, _csv, _rgb
@@ -76,10 +76,7 @@ SKY_FILE, SKY_HEIGHT = "sky.exr", 256
 """The image of an envmap: greater ones are reduced to this height."""
 WHITE_FILE = "white.csv"
 """The spectrum of the lamps that are solved for: 1 at all wavelengths."""
-IMPURITIES = {
-    f"{name.replace('-', '_')}_ng_g": name
-    for name in ("black-carbon", "brown-carbon", "saharan-dust", "colorado-dust", "snow-algae")
-}
+IMPURITIES = {f"{name.replace('-', '_')}_ng_g": name for name in SUBSTANCES}
 """The names of impurities by those of their parameters."""
 
 

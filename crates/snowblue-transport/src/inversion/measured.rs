@@ -10,7 +10,6 @@
 //! are independent with unit variance (Uhlenbeck & Ornstein 1930, doi:10.1103/PhysRev.36.823), so that no covariance is
 //! inverted. A common error of scale is an element of the state.
 
-use std::fmt;
 use std::str::FromStr;
 
 use snowblue_base::ParameterRange;
@@ -132,13 +131,6 @@ impl Quantity {
     }
 }
 
-/// Formats the name.
-impl fmt::Display for Quantity {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        out.write_str(self.name())
-    }
-}
-
 impl FromStr for Quantity {
     type Err = TransportError;
 
@@ -148,7 +140,7 @@ impl FromStr for Quantity {
 }
 
 impl Measured {
-    /// Checks all but the values that are missing, and whether depths lie in the snow.
+    /// Checks all but values that are missing, and that depths lie in the snow, which is checked with its layers.
     pub(super) fn check(&self, wavelengths_nm: &[f64]) -> Result<(), InversionError> {
         let Self { quantity, depths_cm, .. } = self;
         if quantity.is_at_depth() == depths_cm.is_empty() {

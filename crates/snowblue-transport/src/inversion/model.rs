@@ -76,9 +76,7 @@ impl Inversion {
             rows.iter().flat_map(of_row).collect()
         };
         let by = |by: &LayerVariable| {
-            let is_part = |part: &&(usize, &LayerVariable)| by.overlaps(part.1);
-            let parts: Vec<usize> =
-                of_layers.iter().enumerate().filter(|part| is_part(&part)).map(|(place, _)| place).collect();
+            let parts: Vec<usize> = (0..of_layers.len()).filter(|part| by.overlaps(&of_layers[*part])).collect();
             of_all(&|quantity, depth, row| {
                 let of_part = |part: &usize| quantity.derivative(&derivatives[row * of_layers.len() + part], depth);
                 parts.iter().map(of_part).sum()

@@ -13,7 +13,7 @@ pub struct Population {
     /// The distributions by number.
     given: [TruncatedNormal; 2],
     measure: SizeMeasure,
-    /// Made when the first grain is drawn: whoever finds a tally of these grains draws none.
+    /// Tabulated when the first grain is drawn: with a known tally none is.
     quantiles: OnceLock<[Quantiles; 2]>,
 }
 
