@@ -51,6 +51,8 @@ pub(super) struct LitFluence {
     pub(super) diffuse: Option<SurfaceValues>,
     /// ℓ* times the spectrum: spectra over this are smooth in the absorption.
     pub(super) scale: Spectrum,
+    /// The irradiance by skies that are not uniform, if the lights are such skies.
+    pub(super) sky: Option<SurfaceValues>,
 }
 
 impl BodyField {
@@ -74,6 +76,13 @@ impl BodyField {
             let groups = self.body.surface_value(lit.diffuse.as_ref()?, point, normal)?;
             Some(self.spectrum(groups, &lit.scale))
         })
+    }
+
+    /// The irradiance by skies that are not uniform, in W m⁻² as a band density. It is sampled when the light field is
+    /// made, and as smooth as the cells.
+    pub fn sky_irradiance(&self, surface: &SurfacePoint) -> Spectrum {
+        let (point, normal) = (surface.point.as_dvec3(), surface.normal.as_dvec3());
+        self.sum(|lit| Some(self.spectrum(self.body.surface_value(lit.sky.as_ref()?, point, normal)?, &lit.scale)))
     }
 
     /// Radiance that leaves a surface point, the same in all directions: the exitance over π.

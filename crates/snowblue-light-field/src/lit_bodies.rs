@@ -36,6 +36,7 @@ pub(super) fn solve(
         };
         scene.watch.end_rounds();
         let spectrum = illumination.spectrum.unwrap_or_else(|| mean_spectrum(&lightings));
+        let is_of_sky = illumination.lights.iter().all(|light| light.is_sky() && !light.is_diffuse());
         let Balance { diffuse, fluences } = balance;
         let bodies = prepared.iter().zip(&lightings).zip(diffuse).enumerate();
         let lit = bodies.map(|(number, ((prepared, lighting), mut diffuse))| {
@@ -43,7 +44,8 @@ pub(super) fn solve(
             let start = fluences.get(number).or(prepared.before.as_ref());
             let solution = prepared.solve(lighting, &diffuse, SolveOptions { start, ..SolveOptions::default() });
             let scale = |k: usize| narrow(prepared.transport_lengths_m[k]) * spectrum.0[k];
-            prepared.lit(solution, &diffuse, Spectrum(std::array::from_fn(scale)))
+            let sky = is_of_sky.then_some(&lighting.entering.irradiance);
+            prepared.lit(solution, &diffuse, sky, Spectrum(std::array::from_fn(scale)))
         });
         lit.collect()
     };

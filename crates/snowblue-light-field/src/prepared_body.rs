@@ -20,6 +20,9 @@ use super::surface_light::{EnteringLight, entering_light};
 use snowblue_scene::integrator::LightFieldSettings;
 use snowblue_scene::spectrum::Spectrum;
 
+/// Relative noise to which the irradiance by a sky is smoothed where it is read.
+const SKY_NOISE: f32 = 0.01;
+
 /// A body without cells.
 pub(super) struct BareBody<'a> {
     pub(super) solid: Solid<'a>,
@@ -165,14 +168,27 @@ impl<'a> PreparedBody<'a> {
         Solution { entering, irradiance, fluence }
     }
 
-    /// The light to be read.
-    pub(super) fn lit(&self, solution: Solution, diffuse: &[Vec<f32x4>], scale: Spectrum) -> LitFluence {
+    /// The light to be read, with the diffuse irradiance H, and the irradiance by skies that are not uniform, if the
+    /// lights are such skies.
+    pub(super) fn lit(
+        &self,
+        solution: Solution,
+        diffuse: &[Vec<f32x4>],
+        sky: Option<&ElementValues>,
+        scale: Spectrum,
+    ) -> LitFluence {
         let is_dark = diffuse.iter().flatten().all(|values| *values == f32x4::ZERO);
+        let sky = sky.map(|sky| {
+            let mut sky = sky.clone();
+            self.body.denoise(&mut sky, SKY_NOISE);
+            self.body.smooth(&sky)
+        });
         LitFluence {
             diffuse: (!is_dark).then(|| self.body.smooth(diffuse)),
             exitance: self.body.smooth(&self.exitance(&solution)),
             flux: self.body.smooth(&self.flux(&solution)),
             fluence: solution.fluence,
+            sky,
             scale,
         }
     }

@@ -1,15 +1,22 @@
-//! The filter of random walks: light in snow is smooth where the light field at the surface has taken all edges.
+//! The filter of random walks and of samples of a sky: light in snow is smooth where the light field at the surface has
+//! taken all edges.
 //!
-//! A sample of snow by a random walk is the sum of two parts: the reading of the light field at the surface, which has
-//! little noise, and the residual, what the walk finds more or less than that. The residual is small, and as smooth as
-//! the surface and its light. So its mean over the neighbourhood of a pixel replaces that of the pixel: relative to the
+//! A sample of snow is the sum of two parts: the reading of the light field at the surface, which has little noise, and
+//! the residual, what the walk, or by `diffusion` the samples of a sky, find more or less than that. In the reading a
+//! sky has the irradiance that the light field knows at its cells. The residual is small, and as smooth as the surface
+//! and its light. So its mean over the neighbourhood of a pixel replaces that of the pixel: relative to the
 //! reading, over pixels of like normal, distance and reading (a joint bilateral filter by the à-trous scheme: Dammertz,
 //! Sewtz, Hanika & Lensch 2010, *Edge-avoiding à-trous wavelet transform for fast global illumination filtering*, HPG).
 //!
 //! Pixels of like noise count more, too: near edges walks are noisy, and their residual is not that of even snow. Each
 //! level doubles the neighbourhood. Each pixel takes the first level at which the standard error of its residual is
 //! below 1 % of its reading, by the variance of the samples. So the neighbourhood shrinks as samples come, and the
-//! picture converges to that of the walks alone.
+//! picture converges to that of the samples alone.
+//!
+//! Some pixels find too few like pixels, as at silhouettes and the edges of shadows, and a single walk of few samples
+//! makes a dot there: a white one, or a black one, since differences of walks may be negative. Where the noise is
+//! large, a pixel is therefore made no brighter and no darker than the snow next to it, by a smaller residual. What is
+//! taken away or added is spread over the snow around, so that the light of the image stays the same.
 //!
 //! The filter works on the sums of an image, at the end. What is resumed or merged is the same as what is rendered at
 //! once; a part of an image is filtered by itself.
@@ -46,6 +53,13 @@ const GREATEST_VARIANCE: f32 = 1e20;
 const LEAST_WEIGHT: f32 = 1e-4;
 /// Most that a residual grows with the reading.
 const MOST_SCALE: f32 = 4.0;
+/// Standard error relative to the reading above which a pixel of snow that is brighter or darker than all eight around
+/// it is an outlier.
+const OUTLIER_ERROR: f32 = 0.25;
+/// What is spread changes the pixels around an outlier by this fraction of their standard error at most, if so many
+/// pixels on each side suffice.
+const MOST_SPREAD: f32 = 0.5;
+const MOST_SPREAD_PIXELS: usize = 8;
 /// Readings below this fraction of the brightest count as equally dark.
 const DARK: f32 = 1e-6;
 
@@ -121,6 +135,8 @@ impl Filtered {
         let mut filter = Filter { width, values, guides: guides(&pixels, layout, width) };
         let start = Level::of(&pixels, layout);
         let Level { residual: mut changes, luminance } = filter.run(&start, &counts);
+        let coverage: Vec<f32> = pixels.iter().map(|pixel| pixel.mean(layout.count)).collect();
+        filter.spread_outliers([&start.luminance, &luminance], &coverage, &mut changes);
         let noise = pixels.par_iter().zip(&luminance).zip(&start.luminance).zip(changes.par_chunks_exact(values));
         let noise = noise.zip(start.residual.par_chunks_exact(values));
         let noise = noise.map(|((((pixel, after), before), residual), own)| {
@@ -288,6 +304,63 @@ impl Filter {
         luminance.par_iter().enumerate().map(smooth).collect()
     }
 
+    /// Reduces the residual of outliers, and spreads the difference over the snow around them. Pixels of the greatest
+    /// error come first.
+    fn spread_outliers(&self, levels: [&[Luminance]; 2], coverage: &[f32], residual: &mut [f32]) {
+        let [start, filtered] = levels;
+        let values = self.values;
+        let light_of = |residual: &[f32], pixel: usize| start[pixel].reading + residual[pixel * values + 1];
+        let error = |pixel: usize| Luminance { reading: start[pixel].reading, ..filtered[pixel] }.error();
+        let is_doubtful = |pixel: &usize| error(*pixel) > OUTLIER_ERROR || light_of(residual, *pixel) < 0.0;
+        let is_snow = |pixel: &usize| self.guides[*pixel].is_snow;
+        let mut doubtful: Vec<usize> = (0..filtered.len()).filter(is_snow).filter(is_doubtful).collect();
+        doubtful.sort_by(|one, other| error(*other).total_cmp(&error(*one)));
+        for pixel in doubtful {
+            let (reading, light) = (start[pixel].reading, light_of(residual, pixel));
+            // Light of what shows snow.
+            let nearest = self.snow_around(pixel, 1).map(|other| light_of(residual, other) / coverage[other]);
+            let nearest = nearest.filter(|light| *light > 0.0);
+            let [least, most] =
+                nearest.fold([f32::INFINITY, 0.0], |[least, most], light| [light.min(least), light.max(most)]);
+            let likely = if least <= most { light.clamp(least * coverage[pixel], most * coverage[pixel]) } else { 0.0 };
+            let own = &residual[pixel * values..][..values];
+            if likely.total_cmp(&light).is_eq() || own[1].abs() <= 0.0 {
+                continue;
+            }
+            let share = ((likely - reading) / own[1]).clamp(0.0, 1.0);
+            let excess: Vec<f32> = own.iter().map(|value| (1.0 - share) * value).collect();
+            // Pixels take what is spread in proportion to their own standard errors, so that even snow stays as it is.
+            let room = |residual: &[f32], other: usize| {
+                let light = light_of(residual, other).max(0.0);
+                filtered[other].variance.sqrt().max(TARGET * light).min(light)
+            };
+            let spread = |residual: &[f32], distance: usize| -> f32 {
+                self.snow_around(pixel, distance).map(|other| room(residual, other)).sum()
+            };
+            let suffices = |distance: &usize| excess[1].abs() <= MOST_SPREAD * spread(residual, *distance);
+            let distance = (1..MOST_SPREAD_PIXELS).find(suffices).unwrap_or(MOST_SPREAD_PIXELS);
+            let total = spread(residual, distance);
+            if total > 0.0 {
+                residual[pixel * values..][..values].iter_mut().for_each(|value| *value *= share);
+                for other in self.snow_around(pixel, distance) {
+                    let fraction = room(residual, other) / total;
+                    let values = &mut residual[other * values..][..values];
+                    values.iter_mut().zip(&excess).for_each(|(value, excess)| *value += fraction * excess);
+                }
+            }
+        }
+    }
+
+    /// The other pixels of snow in the square around a pixel, with so many on each side.
+    fn snow_around(&self, pixel: usize, distance: usize) -> impl Iterator<Item = usize> {
+        let (width, height) = (self.width, self.guides.len() / self.width);
+        let range = |middle: usize, end: usize| middle.saturating_sub(distance)..(middle + distance + 1).min(end);
+        let columns = range(pixel % width, width);
+        range(pixel / width, height)
+            .flat_map(move |row| columns.clone().map(move |column| row * width + column))
+            .filter(move |other| *other != pixel && self.guides[*other].is_snow)
+    }
+
     /// Calls `add` for the neighbours of a pixel of snow, so many apart, and itself, with their weights.
     #[inline]
     fn for_neighbours(&self, pixel: usize, step: usize, mut add: impl FnMut(usize, f32)) {
@@ -396,6 +469,21 @@ mod tests {
             assert!(error < 5.0 * f64::from(TARGET) * 2.0, "column {column}: {luminance} for {expected}");
             assert!(column < 20 || error < 1e-12, "no snow is not changed");
         }
+    }
+
+    /// One walk in some hundred finds far less than the others: its pixel would be black.
+    #[test]
+    fn outliers_are_spread_and_the_light_stays() {
+        let film = film(4, |_, number| if number < 0.003 { -60.0 } else { 0.0 });
+        let raw: Vec<f64> = film.all_pixels().iter().map(|pixel| pixel.mean_xyz().y).collect();
+        let filtered: Vec<f64> = film.film().pixels().iter().map(|pixel| pixel.y).collect();
+        let [before, after] = [&raw, &filtered].map(|picture| picture.iter().copied().fold(f64::INFINITY, f64::min));
+        assert!(before < 0.0, "{before}");
+        // Not more than half of the light for each of a few outliers.
+        assert!(after > 0.5, "{after}");
+        let [before, after] = [&raw, &filtered].map(|picture| picture.iter().sum::<f64>());
+        // Rounding in single precision.
+        assert!((after / before - 1.0).abs() < 1e-5, "{after} {before}");
     }
 
     #[test]

@@ -10,7 +10,7 @@ use super::material::MaterialDescription;
 use super::object::ObjectDescription;
 use super::sky::SkyDescription;
 use crate::film::FilmSettings;
-use crate::integrator::{IntegratorSettings, LightFieldSettings};
+use crate::integrator::{IntegratorKind, IntegratorSettings, LightFieldSettings};
 
 /// A scene as plain data.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
@@ -54,6 +54,18 @@ impl SceneDescription {
     /// Whether a material is snow.
     pub fn has_snow(&self) -> bool {
         self.materials.values().any(|material| matches!(material, MaterialDescription::Snow(_)))
+    }
+
+    /// Whether the noise of snow's light is filtered: by `hybrid` that of random walks, and by `diffusion` that of the
+    /// samples of a sky that is not uniform.
+    pub fn is_filtered(&self) -> bool {
+        let has_sky = || self.sky.is_some() || matches!(self.environment, Some(EnvironmentDescription::Image(_)));
+        let is_noisy = match self.integrator.kind {
+            IntegratorKind::Hybrid => true,
+            IntegratorKind::Diffusion => has_sky(),
+            IntegratorKind::PcaSnow | IntegratorKind::Reference => false,
+        };
+        self.integrator.filter && is_noisy
     }
 
     /// The scene as the text of a scene file.

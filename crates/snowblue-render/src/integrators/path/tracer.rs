@@ -62,6 +62,8 @@ pub(crate) struct PathTracer<'a> {
     sparkle: Option<SparkleReader<'a>>,
     /// Whether paths can hit lights.
     has_area_lights: bool,
+    /// Whether the light of snow is filtered.
+    is_filtered: bool,
 }
 
 /// Radiance along a camera ray, in W m⁻² sr⁻¹ as a band density.
@@ -74,22 +76,24 @@ struct PathRadiance<C> {
     distance_m: Option<f32>,
     /// Light that comes by further surfaces, if the path has any.
     later: Option<Spectrum>,
-    /// Light of a random walk into snow, if one was followed.
-    walk: Option<Walked<C>>,
+    /// Light of snow with a light field, if the first surface is such snow.
+    snow: Option<SnowLight<C>>,
 }
 
-/// Light of a random walk into snow.
-struct Walked<C> {
-    radiance: Spectrum,
-    /// The radiance by the light field at the surface, for the filter.
+/// Light of snow with a light field, without its sparkle.
+struct SnowLight<C> {
+    radiance: C,
+    /// The radiance by the light field alone, for the filter. It has little noise.
     reading: Option<C>,
     normal: Vec3A,
 }
 
-/// Light that snow with a light field sends out.
+/// Light that snow with a light field sends out, by the field at its surface.
 struct FieldLight<C> {
-    /// By the light field at the surface.
-    reading: C,
+    /// By the field and by all lights without that of skies.
+    steady: C,
+    /// By samples of the skies, unless they are left out.
+    of_sky: C,
     /// What single facets add to it, or take away.
     sparkle: C,
 }
@@ -98,14 +102,13 @@ impl<C: Carried> PathRadiance<C> {
     /// The sample of the path.
     #[inline]
     fn sample(self, carried: impl Fn(Spectrum) -> C) -> PathSample<C> {
-        let Self { first: mut radiance, sees_snow, distance_m, later, walk } = self;
+        let Self { first: mut radiance, sees_snow, distance_m, later, snow } = self;
         if let Some(later) = later {
             radiance += carried(later);
         }
-        let snow = walk.zip(distance_m).and_then(|(Walked { radiance: walked, reading, normal }, distance_m)| {
-            let walked = carried(walked);
-            radiance += walked;
-            reading.map(|reading| SnowSample { residual: walked.less(reading), reading, normal, distance_m })
+        let snow = snow.zip(distance_m).and_then(|(SnowLight { radiance: of_snow, reading, normal }, distance_m)| {
+            radiance += of_snow;
+            reading.map(|reading| SnowSample { residual: of_snow.less(reading), reading, normal, distance_m })
         });
         PathSample { radiance, sees_snow, distance_m, snow }
     }
@@ -131,6 +134,7 @@ impl<'a> PathTracer<'a> {
             singles: field.map(|field| SingleScattering::new(scene, field, bodies)),
             sparkle: prepared.sparkle.as_ref().map(|sparkle| SparkleReader::new(scene, sparkle)),
             has_area_lights: scene.lights().iter().any(|light| light.has_extent()),
+            is_filtered: scene.description().is_filtered(),
         }
     }
 
@@ -161,53 +165,60 @@ impl<'a> PathTracer<'a> {
             first += C::emitted(self.scene, &self.hit_lights(camera_ray, hit.as_ref(), None));
         }
         let Some(surface) = hit else {
-            return PathRadiance { first, sees_snow: false, distance_m: None, later: None, walk: None };
+            return PathRadiance { first, sees_snow: false, distance_m: None, later: None, snow: None };
         };
         let sees_snow = self.scene.materials()[surface.material].looks_like_snow();
         let distance_m = Some(surface.point.distance(camera_ray.origin));
         let vertex = self.vertex(&surface, sampler);
         if let Shading::Field(snow) = vertex.shading {
-            let (light, walk) = self.snow_light(snow, &vertex, camera_ray, sampler);
-            first += light;
-            return PathRadiance { first, sees_snow, distance_m, later: None, walk };
+            let (light, sparkle) = self.snow_light(snow, &vertex, camera_ray, sampler);
+            // Facets are as sharp as the picture: the filter neither sees nor spreads them.
+            first += sparkle;
+            return PathRadiance { first, sees_snow, distance_m, later: None, snow: Some(light) };
         }
         let sparkling = self.sparkling_curves(&vertex, camera_ray, sampler);
         first += self.direct_light::<C>(&vertex, sparkling.as_ref(), sampler);
         if self.scene.integrator().max_bounces == 0 && !self.has_area_lights {
-            return PathRadiance { first, sees_snow, distance_m, later: None, walk: None };
+            return PathRadiance { first, sees_snow, distance_m, later: None, snow: None };
         }
         let later = Some(self.indirect_light(&vertex, sampler));
-        PathRadiance { first, sees_snow, distance_m, later, walk: None }
+        PathRadiance { first, sees_snow, distance_m, later, snow: None }
     }
 
-    /// Light from snow: by the light field at the surface, or its sparkle and a random walk.
+    /// Light from snow, by the light field at the surface or by a random walk, and its sparkle.
     fn snow_light<C: Carried>(
         &mut self,
         snow: SnowAt,
         vertex: &Vertex,
         camera_ray: &Ray,
         sampler: &mut Sampler,
-    ) -> (C, Option<Walked<C>>) {
+    ) -> (SnowLight<C>, C) {
         let sparkling = self
             .sparkle
             .as_ref()
             .and_then(|sparkle| sparkle.at((vertex.surface, snow.kind, vertex.normal), camera_ray));
-        let FieldLight { reading, sparkle } = if self.walks.is_none() || self.scene.integrator().filter {
+        let FieldLight { steady, of_sky, sparkle } = if self.walks.is_none() || self.is_filtered {
             self.field_light::<C>(snow, vertex, (camera_ray, sparkling.as_ref()), sampler)
         } else {
             let sparkle = sparkling.map_or(C::ZERO, |sparkling| self.sparkle_light(&sparkling, vertex, sampler));
-            FieldLight { reading: C::ZERO, sparkle }
+            FieldLight { steady: C::ZERO, of_sky: C::ZERO, sparkle }
         };
-        let Some(walks) = &mut self.walks else {
-            let mut light = reading;
-            light += sparkle;
-            return (light, None);
+        let reading = self.is_filtered.then(|| {
+            let mut reading = steady;
+            let of_sky = snow.field.sky_irradiance(&vertex.shading_point()) * FRAC_1_PI;
+            reading += C::emitted(self.scene, &of_sky);
+            // The residual is what is found beside the reading, whatever that is. A negative reading counts as none.
+            if reading.luminance(self.tables) > 0.0 { reading } else { C::ZERO }
+        });
+        let radiance = match &mut self.walks {
+            Some(walks) => C::emitted(self.scene, &walks.walk(snow, vertex.surface, camera_ray, sampler)),
+            None => {
+                let mut radiance = steady;
+                radiance += of_sky;
+                radiance
+            }
         };
-        let reading = self.scene.integrator().filter.then_some(reading);
-        let walked =
-            Walked { radiance: walks.walk(snow, vertex.surface, camera_ray, sampler), reading, normal: vertex.normal };
-        // Facets are as sharp as the picture: the filter neither sees nor spreads them.
-        (sparkle, Some(walked))
+        (SnowLight { radiance, reading, normal: vertex.normal }, sparkle)
     }
 
     /// The facets of snow by PCASnow that sparkles.
@@ -327,16 +338,22 @@ impl<'a> PathTracer<'a> {
     ) -> FieldLight<C> {
         let (surface, directions) = (vertex.shading_point(), vertex.directions);
         let cos_exit = -surface.normal.dot(vertex.surface.direction);
-        let mut radiance = snow.diffuse_radiance(&surface, cos_exit);
-        let (mut light, mut sparkle) = (C::ZERO, Spectrum::ZERO);
+        // Light that is computed as spectra, and responses: each without the skies' light and of it.
+        let mut radiances = [snow.diffuse_radiance(&surface, cos_exit), Spectrum::ZERO];
+        let (mut lights, mut sparkle) = ([C::ZERO; 2], Spectrum::ZERO);
         let [number, ..] = sampler.next_four();
         let point = self.singles.as_mut().map(|singles| singles.point(snow, vertex.surface, camera_ray, number));
         for index in 0..self.scene.lights().len() {
             let source = &self.scene.lights()[index];
+            let part = usize::from(source.is_sky());
+            if source.is_sky() && self.walks.is_some() {
+                // The walk samples it.
+                continue;
+            }
             for sample in self.samples_of_light(index, &directions, sampler).into_iter().flatten() {
                 let incident = self.visible(vertex, &sample);
                 if let Some(incident) = &incident {
-                    light += self.reflected::<C>(vertex, index, &sample, incident);
+                    lights[part] += self.reflected::<C>(vertex, index, &sample, incident);
                     if let Some(sparkling) = sparkling
                         && let Some(change) = self.sparkle_change(sparkling, vertex, (source, &sample), incident)
                     {
@@ -347,13 +364,17 @@ impl<'a> PathTracer<'a> {
                     // The half-space that the ray enters is that of the geometric normal.
                     let on_plane = incident.and_then(|_| sample.incident_at(&vertex.surface.surface_point()));
                     let factor = singles.correction(point, &sample, on_plane.as_ref());
-                    radiance += source.power(&sample.origin) * factor;
+                    radiances[part] += source.power(&sample.origin) * factor;
                 }
             }
         }
-        light += C::emitted(self.scene, &radiance);
+        let [steady, of_sky] = [0, 1].map(|part| {
+            let mut light = lights[part];
+            light += C::emitted(self.scene, &radiances[part]);
+            light
+        });
         let sparkle = if sparkling.is_some() { C::emitted(self.scene, &sparkle) } else { C::ZERO };
-        FieldLight { reading: light, sparkle }
+        FieldLight { steady, of_sky, sparkle }
     }
 
     /// Radiance from the lights that a ray hits before a surface.
