@@ -140,7 +140,7 @@ export class DepthChart {
       "font-family": "system-ui, sans-serif", "font-size": 12,
     });
     const axes = svg("g", { fill: "var(--muted)" },
-      svg("text", { x: left, y: 14, fill: "var(--ink)", "font-weight": 600, "font-size": 13 },
+      svg("text", { x: 4, y: 14, fill: "var(--ink)", "font-weight": 600, "font-size": 13 },
         `${QUANTITIES[quantity]} over the incident flux`));
     for (const { value, label } of scale.ticks) {
       axes.append(
