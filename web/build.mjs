@@ -70,6 +70,7 @@ const values = {
     wavelengthColors: JSON.parse(native.wavelength_colors()),
     primaryLuminances: JSON.parse(native.luminances()),
     clearIce: JSON.parse(native.ice()),
+    sunlight: native.sunlight_name(),
   },
   "virtual:display-shader": native.display_shader(),
 };

@@ -29,6 +29,8 @@ export interface Catalog {
   primaryLuminances: [number, number, number];
   /** Clear ice; absorption coefficients at 400, 410, … 700 nm. */
   clearIce: { density_kg_m3: number; absorption_per_m: number[] };
+  /** The name of the spectrum of sunlight. */
+  sunlight: string;
 }
 
 /** Keys whose values are distributions. */
@@ -52,4 +54,5 @@ export type ParameterKey =
 
 export const {
   version, illuminants, kinds, impurities, parameters, spreads, wavelengthColors, primaryLuminances, clearIce,
+  sunlight,
 } = catalog;

@@ -1,13 +1,13 @@
 /** Up to four samples pinned beside the current one. */
 
 import { delta_e } from "native:spectrum";
-import type { Curve } from "./chart/draw";
+import { keyOf, type Answers, type Asked } from "./answers";
+import { curve, type Curve } from "./chart/draw";
 import { describe } from "./describe";
 import { byId, el, say } from "./dom";
 import { icon } from "./icons/icons";
 import type { Color, SpectrumAnswer } from "./native";
 import { figure, short } from "./numbers";
-import { keyOf, type Asked, type Spectra } from "./spectra";
 import { MOST_PINNED, sampleOf, type Sample, type State } from "./state";
 import type { Store } from "./store";
 import { labText } from "./swatch";
@@ -18,7 +18,7 @@ const HEADS = ["Sample", "Transmitted", "Lab", "ΔE*ab", ...SHOWN_NM.map((nm) =>
 
 export class Compare {
   readonly #store: Store;
-  readonly #spectra: Spectra;
+  readonly #spectra: Answers<"spectrum">;
   readonly #ready: Promise<unknown>;
   readonly #changed: () => void;
   readonly #pin = byId("pin") as HTMLButtonElement;
@@ -26,7 +26,7 @@ export class Compare {
   #current: SpectrumAnswer | undefined;
 
   /** `ready` when the module `spectrum` is; `changed` is called when a pinned sample is ready or gone. */
-  constructor(store: Store, spectra: Spectra, ready: Promise<unknown>, changed: () => void) {
+  constructor(store: Store, spectra: Answers<"spectrum">, ready: Promise<unknown>, changed: () => void) {
     this.#store = store;
     this.#spectra = spectra;
     this.#ready = ready;
@@ -51,7 +51,7 @@ export class Compare {
   /** The curves of the pinned samples that are ready. */
   curves(): Curve[] {
     return this.#pinned().flatMap(({ sample, answer }, index) =>
-      answer === undefined ? [] : [{ name: describe(sample), place: index + 1, answer }]);
+      answer === undefined ? [] : [curve(sample, index + 1, answer)]);
   }
 
   async #compute(asked: Asked): Promise<void> {

@@ -1,12 +1,11 @@
-/** A worker that computes one spectrum after another. */
+/** A worker that answers one question after another. */
 
-import type { SpectrumAnswer, SpectrumRequest } from "./native";
-import type { SpectrumResult } from "./workers/spectrum";
+import type { Name, Question, Questions, Result } from "./workers/spectrum";
 
 interface Job {
-  request: SpectrumRequest;
+  question: Question;
   signal: AbortSignal | undefined;
-  resolve(answer: SpectrumAnswer): void;
+  resolve(answer: Questions[Name][1]): void;
   reject(reason: unknown): void;
 }
 
@@ -21,9 +20,9 @@ export class Engine {
   }
 
   /** The answer, after all that were asked for before. Rejects in the words of the engine, or when it is aborted. */
-  ask(request: SpectrumRequest, signal?: AbortSignal): Promise<SpectrumAnswer> {
+  ask<One extends Name>(name: One, request: Questions[One][0], signal?: AbortSignal): Promise<Questions[One][1]> {
     return new Promise((resolve, reject) => {
-      const job = { request, signal, resolve, reject };
+      const job = { question: { name, request }, signal, resolve: resolve as Job["resolve"], reject };
       signal?.addEventListener("abort", () => this.#abort(job), { once: true });
       this.#queue.push(job);
       void this.#next();
@@ -37,7 +36,7 @@ export class Engine {
     this.#running = job;
     try {
       const module = await this.#module;
-      if (this.#running === job) this.#work(module).postMessage(job.request);
+      if (this.#running === job) this.#work(module).postMessage(job.question);
     } catch (reason) {
       this.#end(job, () => job.reject(reason));
     }
@@ -46,7 +45,7 @@ export class Engine {
   #work(module: WebAssembly.Module): Worker {
     if (this.#worker !== undefined) return this.#worker;
     const worker = new Worker(new URL("spectrum.js", import.meta.url), { type: "module" });
-    worker.onmessage = ({ data }: MessageEvent<SpectrumResult>) => {
+    worker.onmessage = ({ data }: MessageEvent<Result>) => {
       const job = this.#running!;
       this.#end(job, () => ("error" in data ? job.reject(new Error(data.error)) : job.resolve(data.answer)));
     };

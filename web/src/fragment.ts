@@ -8,7 +8,7 @@ import { outside } from "./numbers";
 import { defaultState } from "./request";
 import { amounts, entries } from "./snow";
 import {
-  METHODS, MOST_LAMPS, MOST_LAYERS, MOST_PINNED, SHAPES,
+  AT_DEPTH, METHODS, MOST_LAMPS, MOST_LAYERS, MOST_PINNED, RANGES, SHAPES,
   type Camera, type IceTable, type Lamp, type Layer, type Sample, type Sky, type State, type Vector,
 } from "./state";
 import { defaults } from "./view/shapes";
@@ -24,6 +24,10 @@ const LAYER_NUMBERS = {
   thickness_cm: [1], grain_size_um: [1, 2], ssa_m2_kg: [1], facetness: [1, 4], sphericity: [1, 4],
   density_kg_m3: [1], water_saturation: [1], temperature_c: [1],
 } as const;
+/** Keys beside those of a sample. */
+const OF_STATE = [
+  "exposure", "range", "at_depth", "shape", "method", "view_exposure", "lamp", "sky", "camera", "pin",
+];
 const METRES = { least: -100, greatest: 100, default: 0, unit: "m" };
 const STRENGTH = { least: 0, greatest: 1e6, default: 10, unit: "W/sr" };
 const DISTANCE = { least: 0.01, greatest: 100, default: 1, unit: "m" };
@@ -41,6 +45,8 @@ export function encode(state: State): string {
   const { shape, lamps, camera } = view.shape === "own" ? usual.view : view;
   const placed = defaults(shape);
   add("exposure", state.swatch_exposure, usual.swatch_exposure);
+  add("range", state.range, usual.range);
+  add("at_depth", state.at_depth, usual.at_depth);
   add("shape", shape, usual.view.shape);
   add("method", view.method, usual.view.method);
   add("view_exposure", view.exposure, usual.view.exposure);
@@ -63,8 +69,10 @@ export function decode(fragment: string): State {
   const given = pairsOf(fragment);
   const lamps = given.getAll("lamp");
   const pins = given.getAll("pin");
-  decodeSample(given, state, ["exposure", "shape", "method", "view_exposure", "lamp", "sky", "camera", "pin"]);
+  decodeSample(given, state, OF_STATE);
   state.swatch_exposure = exposure(given.get("exposure"));
+  state.range = word("range", given.get("range") ?? state.range, RANGES);
+  state.at_depth = word("at_depth", given.get("at_depth") ?? state.at_depth, AT_DEPTH);
   const shape = word("shape", given.get("shape") ?? state.view.shape, SHAPES);
   Object.assign(state.view, { shape, ...structuredClone(defaults(shape)) });
   state.view.method = word("method", given.get("method") ?? state.view.method, METHODS);
@@ -101,7 +109,7 @@ function samplePairs(sample: Sample, usual: Sample): (readonly [string, string])
   return pairs;
 }
 
-function decodeSample(given: URLSearchParams, into: State, others: string[]): Sample {
+function decodeSample(given: URLSearchParams, into: State, others: readonly string[]): Sample {
   const known = ["layer", "ice", "ground_albedo", "angle_deg", "illuminant", "observer", ...others];
   for (const key of given.keys()) {
     if (!known.includes(key)) throw new Error(`'${key}' is not known`);

@@ -1,24 +1,26 @@
 /** The page: state, engine and views put together. */
 
 import init from "native:spectrum";
+import firstAnswer from "virtual:first-answer";
+import { Answers, type Shown } from "./answers";
 import { version } from "./catalog";
 import { Chart } from "./chart/chart";
-import type { Curve } from "./chart/draw";
+import { curve, type Curve } from "./chart/draw";
 import { Compare } from "./compare";
 import { compiled } from "./compiled";
-import { describe } from "./describe";
 import { byId, el, say } from "./dom";
+import { Engine } from "./engine";
 import { decode, encode } from "./fragment";
 import type { SpectrumAnswer } from "./native";
 import { figure } from "./numbers";
 import { buildPanel } from "./panel/panel";
-import { COARSE_RAYS, FINE_RAYS, defaultState } from "./request";
+import { COARSE_RAYS, FINE_RAYS, coarseRequest, defaultState, fineRequest } from "./request";
 import { Share } from "./share";
-import { Spectra, type Shown } from "./spectra";
 import type { State } from "./state";
 import { Store } from "./store";
 import { STEPS, blueness } from "./story/steps";
 import { Story } from "./story/story";
+import type { Sunlight } from "./sunlight/sunlight";
 import { Swatches } from "./swatch";
 import { buildTheme } from "./theme";
 import { buildToolbar } from "./toolbar";
@@ -29,14 +31,19 @@ const ASKED = ["layers", "ground_albedo", "angle_deg", "illuminant", "observer",
 /** The address follows the state after so long, in ms. */
 const ADDRESS_MS = 250;
 
+/** The results are near the window within this. */
+const NEAR = "400px";
+
 /** The fragment of the laboratory with the default state, whose own is empty. */
 const LABORATORY = "laboratory";
 
 buildTheme();
 const store = new Store(defaultState());
 const native = compiled("spectrum_bg.wasm");
-const spectra = new Spectra(native, show, wait);
-const chart = new Chart();
+const subject = { name: "spectrum", coarse: coarseRequest, fine: fineRequest } as const;
+const spectra = new Answers([new Engine(native), new Engine(native)], subject, show, wait);
+spectra.keep(defaultState(), firstAnswer);
+const chart = new Chart((range) => store.update((state) => (state.range = range)));
 const swatches = new Swatches(store);
 const ready = native.then((module) => init({ module_or_path: module }));
 // Where the page needs the module, it says that it is missing.
@@ -44,13 +51,15 @@ ready.catch(() => undefined);
 const compare = new Compare(store, spectra, ready, drawCurves);
 const host = new ViewHost(store);
 let current: Curve | undefined;
+/** Infrared light and light at depth; none before the results come near the window. */
+let sunlight: Sunlight | undefined;
 let addressTimer: ReturnType<typeof setTimeout> | undefined;
 /** The open step of the story; none in the laboratory. */
 let storyStep: number | undefined;
 
 buildPanel(byId("panel"), store);
 buildToolbar(store, host);
-new Share(store, chart, curves, host);
+const share = new Share(store, chart, curves, host);
 const story = new Story(store, host, opened, () => enterLaboratory());
 byId("open-story").addEventListener("click", () => enterStory());
 byId("open-laboratory").addEventListener("click", () => enterLaboratory());
@@ -63,6 +72,7 @@ store.subscribe((state, before) => {
     compare.update(state);
     drawCurves();
   }
+  if (state.range !== before.range) drawCurves();
 });
 store.subscribe(writeAddress);
 window.addEventListener("hashchange", ({ newURL }) => {
@@ -77,17 +87,23 @@ byId("version").textContent = `snowblue ${version}`;
 afterPaint(() => spectra.warm(store.state));
 afterPaint(() => void host.start());
 afterPaint(() => void keepOffline());
+const near = new IntersectionObserver((entries) => {
+  if (!entries.some(({ isIntersecting }) => isIntersecting)) return;
+  near.disconnect();
+  void startSunlight();
+}, { rootMargin: NEAR });
+near.observe(byId("results"));
 
 function wait(): void {
   byId("precision").textContent = "Computing a preview.";
 }
 
-function show(shown: Shown): void {
+function show(shown: Shown<SpectrumAnswer>): void {
   say(byId("spectrum-error"), "error" in shown ? `${upper(shown.error)}.` : "");
   document.body.classList.toggle("stale", "error" in shown);
   if ("error" in shown) return;
   const { answer, sample, fine } = shown;
-  current = { name: describe(sample), place: 0, answer };
+  current = curve(sample, 0, answer);
   swatches.set(answer);
   if (storyStep !== undefined) story.set(answer);
   byId("meaning").textContent = `Through this snow, blue (450 nm) is ${blueness(answer)} (650 nm).`;
@@ -95,15 +111,30 @@ function show(shown: Shown): void {
   drawCurves();
   byId("precision").textContent = precision(answer, fine);
   glance(answer);
-  if (fine) byId("summary").textContent = summary(current);
+  if (fine) byId("summary").textContent = summary(current.name, answer);
 }
 
+/** Over the range of the chart; visible light alone where that is all that is known. */
 function curves(): Curve[] {
-  return [...(current === undefined ? [] : [current]), ...compare.curves()];
+  const visible = [...(current === undefined ? [] : [current]), ...compare.curves()];
+  if (store.state.range === "visible") return visible;
+  return visible.map((one) => sunlight?.extended(one) ?? one);
 }
 
 function drawCurves(): void {
-  if (current !== undefined) chart.set(curves());
+  if (current === undefined) return;
+  const { range } = store.state;
+  chart.set({ curves: curves(), measured: sunlight?.measured, range });
+  share.setSolar(range === "solar" ? sunlight?.wavelengths_nm : undefined);
+}
+
+async function startSunlight(): Promise<void> {
+  try {
+    const { Sunlight } = await import("./sunlight/sunlight");
+    sunlight = new Sunlight(store, native, drawCurves);
+  } catch (error) {
+    say(byId("sunlight-error"), `Sunlight cannot be computed: ${error instanceof Error ? error.message : error}`);
+  }
 }
 
 /** How exact the figures are. */
@@ -112,7 +143,7 @@ function precision({ transmittance, transmittance_se }: SpectrumAnswer, fine: bo
   const words = `${name}: ${rays.toLocaleString("en")} rays through grains`;
   if (transmittance_se === undefined) return `${words}; the standard error comes with the final figures.`;
   const relative = transmittance_se.map((error, index) => error / Math.max(transmittance[index]!, Number.MIN_VALUE));
-  return `${words}, standard error of T at most ${figure(100 * Math.max(...relative), 2)} %.`;
+  return `${words}, standard error of T at most ${figure(100 * Math.max(...relative), 2)} % (400–700 nm).`;
 }
 
 /** The result beside the controls. */
@@ -123,7 +154,7 @@ function glance({ transmitted, transmittance, wavelengths_nm }: SpectrumAnswer):
 }
 
 /** What a screen reader says of a new result. */
-function summary({ name, answer }: Curve): string {
+function summary(name: string, answer: SpectrumAnswer): string {
   const value = figure(answer.transmittance[answer.wavelengths_nm.indexOf(450)]!);
   return `${name}: transmitted colour ${answer.transmitted.hex}, transmittance ${value} at 450 nm.`;
 }

@@ -6,6 +6,10 @@ declare module "native:spectrum" {
   const init: Native["default"];
   export default init;
   export const spectrum: Native["spectrum"];
+  export const sunlight: Native["sunlight"];
+  export const light_at_depth: Native["light_at_depth"];
+  export const measured_curve: Native["measured_curve"];
+  export const difference_from: Native["difference_from"];
   export const delta_e: Native["delta_e"];
 }
 

@@ -21,19 +21,64 @@ export interface Snow {
   ice?: "warren2008" | "picard2016";
 }
 
-/** What `spectrum` computes. */
-export interface SpectrumRequest {
+/** Snow on a ground and the light on it. */
+export interface SampleRequest {
   /** Top first; one for a slab. */
   layers: (Snow & { thickness_cm: number })[];
   ground_albedo?: number;
   angle_deg: number | "diffuse";
+  /** Rays through grains; fewer are faster. 16384 is coarse, 262144 (default) fine. */
+  tally_rays?: number;
+}
+
+/** What `spectrum` computes. */
+export interface SpectrumRequest {
+  sample: SampleRequest;
   illuminant: string;
   observer: "1931" | "1964";
   /** Of the hex colours: stops, or "auto". */
   exposure: number | "auto";
-  /** Rays through grains; fewer are faster. 16384 is coarse, 262144 (default) fine. */
-  tally_rays?: number;
   standard_errors?: boolean;
+}
+
+/** What `light_at_depth` computes. */
+export interface DepthRequest {
+  sample: SampleRequest;
+  depths_cm: number[];
+  wavelengths_nm: number[];
+}
+
+export type Measures = "reflectance" | "transmittance";
+
+/** A file for `measured_curve`. */
+export interface CurveFile {
+  name: string;
+  text: string;
+  quantity: Measures;
+}
+
+export interface MeasuredCurve {
+  wavelengths_nm: number[];
+  values: number[];
+}
+
+/** What `difference_from` computes. */
+export interface DifferenceRequest extends MeasuredCurve {
+  sample: SampleRequest;
+  quantity: Measures;
+  /** Wavelengths outside are left out. */
+  first_nm: number;
+  last_nm: number;
+}
+
+/** Measured − computed. */
+export interface Difference {
+  /** Number of wavelengths, and the first and the last of them. */
+  count: number;
+  first_nm: number;
+  last_nm: number;
+  root_mean_square: number;
+  mean: number;
 }
 
 export interface Color {
@@ -44,7 +89,8 @@ export interface Color {
   hex: string;
 }
 
-export interface SpectrumAnswer {
+/** Values at each wavelength. */
+export interface Spectrum {
   wavelengths_nm: number[];
   reflectance: number[];
   transmittance: number[];
@@ -53,12 +99,42 @@ export interface SpectrumAnswer {
   reflectance_se?: number[];
   transmittance_se?: number[];
   absorptance_se?: number[];
+}
+
+export interface SpectrumAnswer extends Spectrum {
   /** By 31 wavelengths. */
   transmitted: Color;
   reflected: Color;
   /** By three wavelengths, and its difference ΔE*ab. */
   transmitted_3: Color;
   transmitted_3_delta_e: number;
+}
+
+/** Means over a band of sunlight. */
+export interface Band {
+  name: "solar" | "visible" | "near-infrared" | "par";
+  first_nm: number;
+  last_nm: number;
+  full_sun: number;
+  unit: string;
+  reflectance: number;
+  transmittance: number;
+  absorptance: number;
+}
+
+/** The spectrum over all wavelengths of the model, and its means. */
+export interface SunlightAnswer extends Spectrum {
+  bands: Band[];
+}
+
+/** Fluxes over the incident flux at one wavelength, for each depth. */
+export interface DepthProfile {
+  wavelength_nm: number;
+  down: number[];
+  up: number[];
+  fluence: number[];
+  /** Of the snow below each depth. */
+  e_folding_depth_cm: number[];
 }
 
 /** A range of a parameter and its default. */
@@ -85,6 +161,16 @@ export interface SpectrumModule {
   version(): string;
   /** JSON of a `SpectrumRequest` in, of a `SpectrumAnswer` out. */
   spectrum(request: string): string;
+  /** JSON of a `SampleRequest` in, of a `SunlightAnswer` out. */
+  sunlight(request: string): string;
+  /** The name of the spectrum of sunlight. */
+  sunlight_name(): string;
+  /** JSON of a `DepthRequest` in, of a `DepthProfile[]` out, one for each wavelength. */
+  light_at_depth(request: string): string;
+  /** JSON of a `CurveFile` in, of a `MeasuredCurve` out. */
+  measured_curve(file: string): string;
+  /** JSON of a `DifferenceRequest` in, of a `Difference` out. */
+  difference_from(request: string): string;
   /** JSON: `string[]`. */
   illuminants(): string;
   /** JSON: `{ name: string, ssa_m2_kg: number, density_kg_m3: number, source: string }[]`. */

@@ -1,9 +1,9 @@
 /** What the page computes: the default state, and requests to the engine. */
 
 import { parameters } from "./catalog";
-import type { SpectrumRequest } from "./native";
+import type { SampleRequest, SpectrumRequest } from "./native";
 import { impurity, plain } from "./snow";
-import { sampleOf, type Sample, type State } from "./state";
+import type { Sample, State } from "./state";
 import { defaults } from "./view/shapes";
 
 /** Rays through grains of the answer while a control moves. */
@@ -19,22 +19,35 @@ export function defaultState(): State {
     illuminant: "D65",
     observer: "1931",
     swatch_exposure: "auto",
+    range: "visible",
+    at_depth: "down",
     view: { shape: "block", method: "field", exposure: "auto", sky: undefined, ...structuredClone(defaults("block")) },
     pinned: [],
   };
 }
 
+/** What a spectrum and its colours depend on. */
+type Asked = Sample & Pick<State, "swatch_exposure">;
+
 /** Above this angle, and in wet snow and with algae, the engine uses many streams, and errors take it a second. */
 const STEEPEST_DEG = 80;
 
-export function coarseRequest(state: Sample & Pick<State, "swatch_exposure">): SpectrumRequest {
+export function coarseRequest(state: Asked): SpectrumRequest {
   const hasManyStreams = (state.angle_deg !== "diffuse" && state.angle_deg > STEEPEST_DEG)
     || state.layers.some((layer) => plain(layer, "water_saturation") > 0 || impurity(layer, "snow-algae") > 0);
-  return {
-    ...sampleOf(state), exposure: state.swatch_exposure, tally_rays: COARSE_RAYS, standard_errors: !hasManyStreams,
-  };
+  return spectrumRequest(state, COARSE_RAYS, !hasManyStreams);
 }
 
-export function fineRequest(state: Sample & Pick<State, "swatch_exposure">): SpectrumRequest {
-  return { ...coarseRequest(state), tally_rays: FINE_RAYS, standard_errors: true };
+export function fineRequest(state: Asked): SpectrumRequest {
+  return spectrumRequest(state, FINE_RAYS, true);
+}
+
+function spectrumRequest(state: Asked, tally_rays: number, standard_errors: boolean): SpectrumRequest {
+  const { illuminant, observer, swatch_exposure: exposure } = state;
+  return { sample: sampleRequest(state, tally_rays), illuminant, observer, exposure, standard_errors };
+}
+
+/** The snow and its light, and how many rays go through grains. */
+export function sampleRequest({ layers, ground_albedo, angle_deg }: Sample, tally_rays: number): SampleRequest {
+  return { layers, ground_albedo, angle_deg, tally_rays };
 }

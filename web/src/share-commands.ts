@@ -10,9 +10,13 @@ type Asked = Pick<State, "layers" | "ground_albedo" | "angle_deg" | "illuminant"
 /** Name of the file of layers in a command. */
 export const LAYERS_FILE = "layers.toml";
 const SPECTRUM_FILE = "spectrum.csv";
+const STEP_NM = 10;
 
-/** `snowblue spectrum` and `snowblue color`; layers come from a file. */
-export function commandLines(sample: Asked): string {
+/**
+ * `snowblue spectrum` and `snowblue color`; layers come from a file. With the wavelengths of a solar spectrum this one
+ * and the bands too.
+ */
+export function commandLines(sample: Asked, solar_nm?: readonly number[]): string {
   const { layers, angle_deg, ground_albedo } = sample;
   const [layer] = layers;
   const snow = layers.length === 1
@@ -22,10 +26,21 @@ export function commandLines(sample: Asked): string {
   const slab = [...snow, `--angle ${angle_deg}`, ...ground];
   const exposure = sample.swatch_exposure === "auto" ? "auto" : exact(sample.swatch_exposure);
   const light = [`--illuminant ${sample.illuminant}`, `--observer ${sample.observer}`, `--exposure ${exposure}`];
+  const solar = solar_nm === undefined ? [] : [
+    ["snowblue spectrum", ...slab, `--wavelengths ${stepsOf(solar_nm)?.join(":") ?? solar_nm.join()}`, "-o solar.csv"],
+    ["snowblue spectrum", ...slab, "--broadband all", "-o bands.csv"],
+  ];
   return [
     ["snowblue spectrum", ...slab, `-o ${SPECTRUM_FILE}`],
     ["snowblue color", `--spectrum ${SPECTRUM_FILE}`, ...light],
+    ...solar,
   ].map((words) => words.join(" ")).join("\n");
+}
+
+/** First, last and step of wavelengths, if the last step is one like the others. */
+function stepsOf(wavelengths_nm: readonly number[]): [number, number, number] | undefined {
+  const [first, last] = [wavelengths_nm[0]!, wavelengths_nm.at(-1)!];
+  return (last - first) % STEP_NM === 0 ? [first, last, STEP_NM] : undefined;
 }
 
 /** The file of layers, if there are several. */
@@ -37,8 +52,8 @@ export function layersToml({ layers }: Asked): string | undefined {
   return [...(ice === undefined ? [] : [line(["ice", ice])]), ...tables].join("\n");
 }
 
-/** `snowblue.spectrum` or `snowblue.layers`, and `snowblue.color`. */
-export function pythonCall(sample: Asked): string {
+/** `snowblue.spectrum` or `snowblue.layers`, and `snowblue.color`; and `snowblue.bands` of a solar spectrum. */
+export function pythonCall(sample: Asked, solar_nm?: readonly number[]): string {
   const { layers, angle_deg, ground_albedo } = sample;
   const [layer] = layers;
   const angle = `angle_deg=${angle_deg === "diffuse" ? '"diffuse"' : exact(angle_deg)}`;
@@ -52,17 +67,30 @@ export function pythonCall(sample: Asked): string {
         angle,
       ];
   const exposure = sample.swatch_exposure === "auto" ? "None" : exact(sample.swatch_exposure);
+  const call = (name: string, more: readonly string[]) => [
+    `${name} = snowblue.${isSlab ? "spectrum" : "layers"}(`,
+    ...[...arguments_, ...more].map((argument) => `    ${argument},`),
+    ")",
+  ];
+  const solar = solar_nm === undefined ? [] : [
+    ...call("solar", [`wavelength_nm=${pythonRange(solar_nm)}`]),
+    'bands = snowblue.bands(solar, ("solar", "visible", "near-infrared", "par"))',
+  ];
   return [
     "import snowblue",
     "",
-    `snow = snowblue.${isSlab ? "spectrum" : "layers"}(`,
-    ...arguments_.map((argument) => `    ${argument},`),
-    ")",
+    ...call("snow", []),
     "color = snowblue.color(",
     `    snow.transmittance, illuminant="${sample.illuminant}", observer="${sample.observer}",`,
     `    exposure_stops=${exposure},`,
     ")",
+    ...solar,
   ].join("\n");
+}
+
+function pythonRange(wavelengths_nm: readonly number[]): string {
+  const steps = stepsOf(wavelengths_nm);
+  return steps === undefined ? `[${wavelengths_nm.join(", ")}]` : `range(${steps[0]}, ${steps[1] + 1}, ${steps[2]})`;
 }
 
 function snowOptions(layer: Layer): string[] {

@@ -5,7 +5,7 @@ import { svg } from "./dom";
 
 /** The light colour scheme, for files. */
 const INK = {
-  "--ink": "#16212b", "--muted": "#51606d", "--line": "#dde3e8",
+  "--ink": "#16212b", "--card": "#ffffff", "--muted": "#51606d", "--line": "#dde3e8",
   "--curve-0": "#0b63ad", "--curve-1": "#b3541e", "--curve-2": "#2f7d4f",
   "--curve-3": "#8a4a9e", "--curve-4": "#6b6f76",
 };
@@ -19,9 +19,9 @@ const LEFT = 54;
  * sample has place 0, pinned ones have 1 to 4. */
 export function csv(curves: readonly Curve[]): string {
   const header = ["place", "sample", "wavelength_nm", ...QUANTITIES.flatMap(({ key, error }) => [key, error])];
-  const rows = curves.flatMap(({ name, place, answer }) => answer.wavelengths_nm.map((wavelength_nm, index) => [
+  const rows = curves.flatMap(({ name, place, spectrum }) => spectrum.wavelengths_nm.map((wavelength_nm, index) => [
     place, `"${name}"`, wavelength_nm,
-    ...QUANTITIES.flatMap(({ key, error }) => [answer[key][index], answer[error]?.[index] ?? ""]),
+    ...QUANTITIES.flatMap(({ key, error }) => [spectrum[key][index], spectrum[error]?.[index] ?? ""]),
   ]));
   return `${[header, ...rows].map((row) => row.join(",")).join("\n")}\n`;
 }
@@ -39,8 +39,7 @@ export function svgFile(chart: SVGSVGElement, curves: readonly Curve[], about: s
   return new XMLSerializer().serializeToString(chart);
 }
 
-function legend({ name, place, answer }: Curve, y: number): SVGElement[] {
-  const { hex } = answer.transmitted;
+function legend({ name, place, hex }: Curve, y: number): SVGElement[] {
   return [
     svg("line", { x1: LEFT, x2: LEFT + 24, y1: y, y2: y, ...stroke(place) }),
     svg("rect", { x: LEFT + 34, y: y - 8, width: 16, height: 16, rx: 3, fill: hex }),

@@ -6,7 +6,6 @@ import type { Curve } from "./chart/draw";
 import { byId, el, say } from "./dom";
 import { LAYERS_FILE, commandLines, layersToml, pythonCall } from "./share-commands";
 import { csv, pngFile, save, svgFile } from "./share-files";
-import type { State } from "./state";
 import type { Store } from "./store";
 import type { Viewer } from "./view/viewer";
 import type { ViewHost } from "./view-host";
@@ -18,6 +17,8 @@ export class Share {
   readonly #command = code("Command line");
   readonly #layers = code(`File ${LAYERS_FILE}`);
   readonly #python = code("Python");
+  readonly #store: Store;
+  #solar_nm: readonly number[] | undefined;
 
   constructor(store: Store, chart: Chart, curves: () => readonly Curve[], view: ViewHost) {
     const about = () => `snowblue ${version}, discrete ordinates`;
@@ -36,13 +37,21 @@ export class Share {
       ),
       this.#command.element, this.#layers.element, this.#python.element,
     );
-    store.subscribe((state) => this.#show(state));
+    this.#store = store;
+    store.subscribe(() => this.#show());
   }
 
-  #show(state: State): void {
-    this.#command.set(commandLines(state));
+  /** Also shows what gives the spectrum at some wavelengths, or none. */
+  setSolar(wavelengths_nm: readonly number[] | undefined): void {
+    this.#solar_nm = wavelengths_nm;
+    this.#show();
+  }
+
+  #show(): void {
+    const { state } = this.#store;
+    this.#command.set(commandLines(state, this.#solar_nm));
     this.#layers.set(layersToml(state) ?? "");
-    this.#python.set(pythonCall(state));
+    this.#python.set(pythonCall(state, this.#solar_nm));
   }
 
   async #run(label: string, run: () => void | Promise<void>): Promise<void> {

@@ -4,12 +4,18 @@ import type { Snow } from "./native";
 
 export type Shape = "block" | "ball" | "igloo" | "drift" | "sculpture" | "own";
 export type Method = "field" | "pcasnow" | "hybrid";
+/** Wavelengths of the spectrum: 400–700 nm, or all of the model. */
+export type Range = "visible" | "solar";
+/** What is shown at depths. */
+export type AtDepth = "down" | "fluence";
 export type Vector = [number, number, number];
 export type IceTable = NonNullable<Snow["ice"]>;
 
 /** All shapes but the visitor's own. */
 export const SHAPES: readonly Exclude<Shape, "own">[] = ["block", "ball", "igloo", "drift", "sculpture"];
 export const METHODS: readonly Method[] = ["field", "pcasnow", "hybrid"];
+export const RANGES: readonly Range[] = ["visible", "solar"];
+export const AT_DEPTH: readonly AtDepth[] = ["down", "fluence"];
 
 /** At most so many lamps in the view. */
 export const MOST_LAMPS = 4;
@@ -61,6 +67,8 @@ export interface Sample {
 export interface State extends Sample {
   /** Of the swatches: stops, or "auto". */
   swatch_exposure: number | "auto";
+  range: Range;
+  at_depth: AtDepth;
   view: View;
   pinned: Sample[];
 }

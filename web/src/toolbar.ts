@@ -1,6 +1,7 @@
 /** The controls of the 3-D view: shape, light transport, lamps or a sky, exposure and the visitor's own mesh. */
 
 import { byId, el } from "./dom";
+import { acceptDrops } from "./drops";
 import { icon } from "./icons/icons";
 import { Radio, Select } from "./panel/choice";
 import { illuminantOptions } from "./panel/light";
@@ -61,7 +62,7 @@ export function buildToolbar(store: Store, host: ViewHost): void {
       "Drag the view to turn it, and a lamp to move it. The snow is that of the first layer. The block is as thick " +
       "as it; all other shapes have a thickness of their own."),
   );
-  acceptDrops(byId("view-drop"), host);
+  acceptDrops(byId("view-drop"), (file) => void host.addMesh(file));
 }
 
 function shapeRow(store: Store, host: ViewHost): HTMLElement {
@@ -194,19 +195,4 @@ function another(lamps: Lamp[]): Lamp {
   const last = structuredClone(lamps[lamps.length - 1]!);
   last.position[0] += 0.12;
   return last;
-}
-
-function acceptDrops(area: HTMLElement, host: ViewHost): void {
-  const mark = (isOver: boolean) => area.classList.toggle("over", isOver);
-  area.addEventListener("dragover", (event) => {
-    event.preventDefault();
-    mark(true);
-  });
-  area.addEventListener("dragleave", () => mark(false));
-  area.addEventListener("drop", (event) => {
-    event.preventDefault();
-    mark(false);
-    const file = event.dataTransfer?.files[0];
-    if (file !== undefined) void host.addMesh(file);
-  });
 }

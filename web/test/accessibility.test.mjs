@@ -3,12 +3,12 @@
 import assert from "node:assert/strict";
 import { readFile } from "node:fs/promises";
 import { createRequire } from "node:module";
-import { final, follow, pageTest } from "./page.mjs";
+import { chooseCurve, final, follow, pageTest, sunlit } from "./page.mjs";
 
 const AXE = await readFile(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
-/** Two layers, pins, two lamps, fixed exposures: all controls that there are. */
+/** Two layers, pins, two lamps, fixed exposures, infrared light: all controls that there are. */
 const ALL = "layer=thickness_cm:15,black-carbon:20&layer=thickness_cm:3&pin=layer%3Dthickness_cm:30&pin=&" +
-  "lamp=0,0.3,0.2,D65,10&lamp=0.1,0.3,0.2,A,5&view_exposure=1&exposure=3";
+  "lamp=0,0.3,0.2,D65,10&lamp=0.1,0.3,0.2,A,5&view_exposure=1&exposure=3&range=solar";
 
 /** Serious and critical findings in a part of the page. The policy of the page lets no other script in by a tag. */
 function findings(page, part) {
@@ -30,9 +30,12 @@ function transition(page) {
   return page.locator("#swatches .color").first().evaluate((one) => getComputedStyle(one).transitionDuration);
 }
 
-/** Opens all that is folded, and makes an entry wrong. */
+/** Opens all that is folded, chooses a measured curve, and makes an entry wrong. */
 async function showAll(page) {
   await page.locator(".sb-lamp").nth(1).waitFor();
+  await sunlit(page);
+  await chooseCurve(page, "field.csv", "500,0.9\n1000,0.7\n");
+  await page.locator("#measured .ring").waitFor();
   await page.getByRole("button", { name: "Explain all" }).click();
   await page.locator("details").evaluateAll((all) => all.forEach((one) => (one.open = true)));
   await page.getByLabel("Density", { exact: true }).fill("5");

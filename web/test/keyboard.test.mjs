@@ -1,7 +1,7 @@
 // Everything works by keyboard alone.
 
 import assert from "node:assert/strict";
-import { code, control, final, lit, pageTest, pixel, viewSize } from "./page.mjs";
+import { chooseCurve, code, control, final, lit, pageTest, pixel, sunlit, viewSize } from "./page.mjs";
 
 /** More stops than the page has; going on for longer would mean that the focus is caught. */
 const MOST_STOPS = 400;
@@ -54,6 +54,9 @@ async function nameOfFocused(session) {
 pageTest("the Tab key reaches every control, which has a name and shows its focus", { fragment: ALL }, async (page) => {
   await page.locator(".sb-lamp").nth(1).waitFor();
   await final(page);
+  await sunlit(page);
+  await chooseCurve(page, "field.csv", "500,0.9\n1000,0.7\n");
+  await page.locator("#measured .ring").waitFor();
   await openAll(page);
   const session = await page.context().newCDPSession(page);
   const count = await expected(page);

@@ -104,6 +104,15 @@ export async function final(page) {
   await page.waitForFunction(() => document.getElementById("precision").textContent.startsWith("Final"));
 }
 
+/** Brings sunlight and light at depth into view, one after the other, and waits for their final figures. */
+export async function sunlit(page) {
+  for (const part of ["#bands", "#depth-chart"]) {
+    await page.locator(part).scrollIntoViewIfNeeded();
+    await page.waitForFunction(
+      (part) => document.querySelector(`${part} [role=status]`)?.textContent.startsWith("Final"), part);
+  }
+}
+
 /** Waits for the fine light field of the present view. */
 export async function lit(page) {
   await page.waitForFunction(() => window.__snowblue);
@@ -113,6 +122,11 @@ export async function lit(page) {
 /** A text to copy, by its title. */
 export function code(page, title) {
   return page.getByRole("region", { name: title, exact: true }).textContent();
+}
+
+/** Chooses a file as the measured curve. The controls for it are there once the results have been in view. */
+export async function chooseCurve(page, name, content) {
+  await page.setInputFiles("#measured input[type=file]", { name, mimeType: "text/csv", buffer: Buffer.from(content) });
 }
 
 /** Presses a button below "Share and reproduce" and gives the files that it saves, by name. */

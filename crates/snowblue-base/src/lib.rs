@@ -12,6 +12,7 @@ pub mod atomic_file;
 pub mod csv_text;
 pub mod files;
 pub mod hash;
+pub mod spectrum_csv;
 
 pub mod key_path;
 pub mod toml_value;

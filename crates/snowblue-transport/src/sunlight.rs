@@ -29,6 +29,9 @@ pub const SPECTRUM: &str = "ASTM G173-03 global on a plane tilted by 37°, air m
 /// wavelengths, at 10 nm within 2·10⁻⁵. The infrared transmittance of thick snow needs dense wavelengths.
 pub const MOST_STEP_NM: f64 = 50.0;
 
+/// Distance of the wavelengths of [`wavelengths_nm`], in nm.
+const STEP_NM: f64 = 10.0;
+
 /// Photons per energy and wavelength, 1/(h c N_A), in µmol J⁻¹ nm⁻¹ (exact constants of the SI).
 const PHOTONS_UMOL_J_NM: f64 = 1e-3 / (6.626_070_15e-34 * 299_792_458.0 * 6.022_140_76e23);
 
@@ -254,6 +257,13 @@ fn check_cover(band: &'static str, range: WavelengthRange, wavelengths_nm: &[f64
         Some(gap) => Err(uncovered(gap[0], gap[1])),
         None => Ok(()),
     }
+}
+
+/// Wavelengths for the bands within a range, in nm: every 10 nm from its first one, and its last one.
+#[must_use]
+pub fn wavelengths_nm(range: WavelengthRange) -> Vec<f64> {
+    let steps = std::iter::successors(Some(range.first_nm), |nm| Some(nm + STEP_NM));
+    steps.take_while(|nm| *nm < range.last_nm).chain([range.last_nm]).collect()
 }
 
 /// The first and the last of some wavelengths.

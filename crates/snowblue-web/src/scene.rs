@@ -17,7 +17,7 @@ use snowblue_render::scene::light::Light;
 use snowblue_render::{Aovs, FilmAccumulator, Integrator, SceneDescription};
 use wasm_bindgen::prelude::*;
 
-use crate::snow::text;
+use crate::text;
 
 /// Files that scenes name: meshes, and the coefficients of the clear sky.
 #[wasm_bindgen]

@@ -3,34 +3,22 @@
 use serde::{Deserialize, Serialize};
 use snowblue_color::exposure::{AutoExposure, factor};
 use snowblue_color::{Colorimeter, Illuminant, Lab, LinearRgb, Observer, THREE_SAMPLES_NM};
-use snowblue_transport::ordinates::{OrdinatesOptions, solve, solve_stack, solve_without_errors};
-use snowblue_transport::slab::{Estimate, Incidence, Radiometry, Slab};
-use snowblue_transport::stack::{self, Stack};
+use snowblue_transport::slab::{Estimate, Radiometry};
 use wasm_bindgen::prelude::*;
 
-use crate::snow::{Layer, text};
+use crate::sample::Sample;
+use crate::text;
 
 /// What is to be computed.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Request {
-    layers: Vec<Layer>,
-    #[serde(default)]
-    ground_albedo: f64,
-    angle_deg: Angle,
+    sample: Sample,
     illuminant: String,
     observer: String,
     exposure: Exposure,
-    tally_rays: Option<u32>,
     #[serde(default)]
     standard_errors: bool,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(untagged)]
-enum Angle {
-    Degrees(f64),
-    Word(String),
 }
 
 #[derive(Debug, Deserialize)]
@@ -111,7 +99,7 @@ impl Request {
         let observer: Observer = self.observer.parse().map_err(text)?;
         let wavelengths_nm: Vec<f64> = (400..=700).step_by(10).map(f64::from).collect();
         let all = wavelengths_nm.iter().copied().chain(THREE_SAMPLES_NM).collect();
-        let rows = self.rows(all)?;
+        let rows = self.sample.rows(all, self.standard_errors)?;
         let (rows, three) = rows.split_at(wavelengths_nm.len());
         let of_31 = Colorimeter::new(observer, illuminant, &wavelengths_nm).map_err(text)?;
         let of_3 = Colorimeter::new(observer, illuminant, &THREE_SAMPLES_NM).map_err(text)?;
@@ -140,23 +128,6 @@ impl Request {
         })
     }
 
-    fn rows(&self, wavelengths_nm: Vec<f64>) -> Result<Vec<Radiometry>, String> {
-        let default = OrdinatesOptions::default();
-        let options = OrdinatesOptions { tally_rays: self.tally_rays.unwrap_or(default.tally_rays), ..default };
-        let incidences = vec![self.angle_deg.incidence()?];
-        let layer = |layer: &Layer| Ok(stack::Layer { sample: layer.sample()?, thickness_cm: layer.thickness_cm });
-        let layers: Vec<stack::Layer> = self.layers.iter().map(layer).collect::<Result<_, String>>()?;
-        if let ([stack::Layer { sample, thickness_cm }], true) = (&*layers, self.ground_albedo == 0.0) {
-            let slab = Slab { sample: *sample, thicknesses_cm: vec![*thickness_cm], incidences, wavelengths_nm };
-            let solve = if self.standard_errors { solve } else { solve_without_errors };
-            return solve(&slab, &options).map_err(text);
-        }
-        let stack =
-            Stack { layers, ground_albedo: self.ground_albedo, depths_cm: Vec::new(), incidences, wavelengths_nm };
-        let solved = solve_stack(&stack, &options).map_err(text)?;
-        Ok(solved.into_iter().map(|answer| answer.whole).collect())
-    }
-
     fn color(&self, colorimeter: &Colorimeter, values: &[f64]) -> Result<Color, String> {
         let xyz = colorimeter.xyz(values);
         let lab = Lab::from_xyz(xyz, colorimeter.white());
@@ -172,14 +143,5 @@ impl Request {
             linear_rgb: [rgb.r, rgb.g, rgb.b],
             hex: (rgb * factor).display_hex(),
         })
-    }
-}
-
-impl Angle {
-    fn incidence(&self) -> Result<Incidence, String> {
-        match self {
-            Self::Degrees(angle_deg) => Ok(Incidence::Beam { angle_deg: *angle_deg }),
-            Self::Word(word) => word.parse().map_err(text),
-        }
     }
 }

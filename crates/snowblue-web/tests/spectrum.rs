@@ -9,15 +9,15 @@ use snowblue_web::spectrum::answer;
 
 fn request(changes: Value) -> Value {
     let mut request = json!({
-        "layers": [{ "thickness_cm": 5.0 }],
-        "angle_deg": 60.0,
+        "sample": { "layers": [{ "thickness_cm": 5.0 }], "angle_deg": 60.0, "tally_rays": 1024 },
         "illuminant": "D65",
         "observer": "1931",
         "exposure": "auto",
-        "tally_rays": 1024,
     });
     for (key, value) in changes.as_object().unwrap() {
-        request[key] = value.clone();
+        let is_of_sample = ["layers", "ground_albedo", "angle_deg"].contains(&key.as_str());
+        let part = if is_of_sample { &mut request["sample"] } else { &mut request };
+        part[key] = value.clone();
     }
     request
 }

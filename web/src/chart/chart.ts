@@ -1,22 +1,23 @@
 /** The chart on the page, and its reading at one wavelength by pointer or keyboard. */
 
 import { byId, el, svg } from "../dom";
-import type { SpectrumAnswer } from "../native";
+import type { Spectrum } from "../native";
 import { decimal, figure, superscript } from "../numbers";
 import { Radio } from "../panel/choice";
-import { FIRST_NM, LAST_NM, QUANTITIES, across, down, drawChart, type Curve, type Plot } from "./draw";
+import type { Range } from "../state";
+import { RANGE_ENDS, QUANTITIES, across, down, drawChart, type Content, type Plot } from "./draw";
 import type { Fit } from "./scale";
 
-const STEP_NM = 10;
-const KEYS: Record<string, (wavelength_nm: number) => number> = {
-  ArrowLeft: (at) => at - STEP_NM,
-  ArrowRight: (at) => at + STEP_NM,
-  ArrowDown: (at) => at - STEP_NM,
-  ArrowUp: (at) => at + STEP_NM,
-  PageDown: (at) => at - 5 * STEP_NM,
-  PageUp: (at) => at + 5 * STEP_NM,
-  Home: () => FIRST_NM,
-  End: () => LAST_NM,
+/** Changes of the place among the wavelengths. */
+export const KEYS: Record<string, number> = {
+  ArrowLeft: -1,
+  ArrowRight: 1,
+  ArrowDown: -1,
+  ArrowUp: 1,
+  PageDown: -5,
+  PageUp: 5,
+  Home: -Infinity,
+  End: Infinity,
 };
 /** The pointer may be so far outside a panel, in px. */
 const REACH = 24;
@@ -27,19 +28,26 @@ const WIDE = 620;
 
 export class Chart {
   readonly #frame: HTMLElement;
+  readonly #range: Radio<Range>;
   readonly #readings = el("table", { class: "figures", "aria-labelledby": "chart-at" });
   readonly #at = el("p", { id: "chart-at", class: "note" });
   readonly #all = el("table", { class: "figures" });
-  #curves: readonly Curve[] = [];
+  #content: Content = { curves: [], measured: undefined, range: "visible" };
   #fit: Fit = "close";
   #at_nm = 450;
   #plots: Plot[] = [];
   #cursor: SVGGElement | undefined;
 
-  constructor() {
+  /** `change` is called when the visitor chooses a range. */
+  constructor(change: (range: Range) => void) {
+    this.#range = new Radio<Range>(
+      { label: "Range" },
+      [{ value: "visible", label: "Visible" }, { value: "solar", label: "Solar, 300–2500 nm" }],
+      change,
+    );
     this.#frame = el("div", {
       class: "chart-frame", tabindex: 0, role: "slider", "aria-label": "Reading of the spectrum at a wavelength",
-      "aria-valuemin": FIRST_NM, "aria-valuemax": LAST_NM, "aria-describedby": "chart-help",
+      "aria-describedby": "chart-help",
       keydown: (event: KeyboardEvent) => this.#pressed(event),
       pointermove: (event: PointerEvent) => this.#pointed(event),
       pointerdown: (event: PointerEvent) => this.#pointed(event),
@@ -53,9 +61,10 @@ export class Chart {
       },
     );
     fit.set(this.#fit);
-    fit.element.classList.add("inline");
+    for (const one of [fit, this.#range]) one.element.classList.add("inline");
     byId("chart").append(
-      fit.element, this.#frame, this.#at, scrolled("Reading", this.#readings),
+      el("div", { class: "choices" }, this.#range.element, fit.element),
+      this.#frame, this.#at, scrolled("Reading", this.#readings),
       el("p", { id: "chart-help", class: "note" },
         "Move the pointer over the curves, or use the arrow keys, to read their values. R + T + A = 1. Without a " +
         "ground, A is what the snow absorbs."),
@@ -64,23 +73,23 @@ export class Chart {
     new ResizeObserver(() => this.#draw()).observe(this.#frame);
   }
 
-  /** The first curve is the current sample. */
-  set(curves: readonly Curve[]): void {
-    this.#curves = curves;
+  set(content: Content): void {
+    this.#content = content;
+    this.#range.set(content.range);
     this.#draw();
-    this.#all.replaceChildren(...tableOf(curves[0]?.answer));
+    this.#all.replaceChildren(...tableOf(content.curves[0]?.spectrum));
   }
 
   /** The chart for a file, in the colours of the light scheme. */
   picture(width: number): SVGSVGElement {
-    const { chart } = drawChart(this.#curves, this.#fit, { width, columns: 3 });
+    const { chart } = drawChart(this.#content, this.#fit, { width, columns: 3 });
     return chart;
   }
 
   #draw(): void {
     const width = this.#frame.clientWidth;
     if (width < NARROWEST) return;
-    const { chart, plots } = drawChart(this.#curves, this.#fit, { width, columns: width < WIDE ? 1 : 3 });
+    const { chart, plots } = drawChart(this.#content, this.#fit, { width, columns: width < WIDE ? 1 : 3 });
     chart.setAttribute("aria-hidden", "true");
     this.#cursor = svg("g");
     chart.append(this.#cursor);
@@ -93,7 +102,9 @@ export class Chart {
     const move = KEYS[event.key];
     if (move === undefined) return;
     event.preventDefault();
-    this.#read(Math.min(LAST_NM, Math.max(FIRST_NM, move(this.#at_nm))));
+    const wavelengths_nm = this.#wavelengths_nm();
+    const place = nearest(wavelengths_nm, this.#at_nm) + move;
+    this.#read(wavelengths_nm[Math.min(wavelengths_nm.length - 1, Math.max(0, place))]!);
   }
 
   #pointed({ clientX, clientY }: PointerEvent): void {
@@ -102,42 +113,73 @@ export class Chart {
     const plot = this.#plots.find(({ left, right, top, bottom }) =>
       x >= left - REACH && x <= right + REACH && y >= top - REACH && y <= bottom + REACH);
     if (plot === undefined) return;
-    const way = Math.min(1, Math.max(0, (x - plot.left) / (plot.right - plot.left)));
-    this.#read(FIRST_NM + STEP_NM * Math.round((way * (LAST_NM - FIRST_NM)) / STEP_NM));
+    const { first_nm, last_nm } = plot.ends;
+    this.#read(first_nm + ((x - plot.left) / (plot.right - plot.left)) * (last_nm - first_nm));
   }
 
-  #read(wavelength_nm: number): void {
+  /** Those of the current sample. */
+  #wavelengths_nm(): readonly number[] {
+    return this.#content.curves[0]?.spectrum.wavelengths_nm ?? Object.values(RANGE_ENDS[this.#content.range]);
+  }
+
+  /** Reads the values at the wavelength of the current sample that is nearest. */
+  #read(wanted_nm: number): void {
+    const wavelengths_nm = this.#wavelengths_nm();
+    const wavelength_nm = wavelengths_nm[nearest(wavelengths_nm, wanted_nm)]!;
     this.#at_nm = wavelength_nm;
-    const index = (wavelength_nm - FIRST_NM) / STEP_NM;
+    const { curves, range } = this.#content;
     this.#cursor?.replaceChildren(...this.#plots.flatMap((plot) => {
       const x = across(plot, wavelength_nm);
-      const dots = this.#curves.map(({ place, answer }) => svg("circle", {
-        cx: x, cy: down(plot, answer[plot.key][index]!), r: 4, fill: `var(--curve-${place})`, stroke: "var(--card)",
-        "stroke-width": 2,
-      }));
+      const dots = curves.flatMap(({ place, spectrum }) => {
+        const value = valueAt(spectrum, plot.key, wavelength_nm);
+        return value === undefined ? [] : [svg("circle", {
+          cx: x, cy: down(plot, value), r: 4, fill: `var(--curve-${place})`, stroke: "var(--card)", "stroke-width": 2,
+        })];
+      });
       return [svg("line", { x1: x, x2: x, y1: plot.top, y2: plot.bottom, stroke: "var(--edge)" }), ...dots.reverse()];
     }));
-    const rows = this.#curves.map(({ name, place, answer }) => el("tr", {},
+    const rows = curves.map(({ name, place, spectrum }) => el("tr", {},
       el("th", { scope: "row" }, el("span", { class: "key", style: `--key: var(--curve-${place})` }), name),
-      ...QUANTITIES.map(({ key, error }) => el("td", {}, reading(answer[key][index], answer[error]?.[index])))));
+      ...QUANTITIES.map(({ key, error }) => el("td", {}, reading(
+        valueAt(spectrum, key, wavelength_nm), spectrum[error]?.[spectrum.wavelengths_nm.indexOf(wavelength_nm)])))));
+    const current = curves[0]?.spectrum;
     const at = el("strong", {}, `${wavelength_nm} nm`);
-    this.#at.replaceChildren("At ", at, ", ± one standard error of the rays through grains");
+    const hasErrors = current?.reflectance_se !== undefined;
+    this.#at.replaceChildren("At ", at, hasErrors ? ", ± one standard error of the rays through grains" : "");
     this.#readings.replaceChildren(
       el("thead", {}, el("tr", {}, el("th", { scope: "col" }, "Sample"), ...QUANTITIES.map(({ sign, name }) =>
         el("th", { scope: "col" }, `${sign} `, el("span", { class: "long" }, name.toLowerCase()))))),
       el("tbody", {}, ...rows),
     );
-    const current = this.#curves[0]?.answer;
+    this.#frame.setAttribute("aria-valuemin", String(RANGE_ENDS[range].first_nm));
+    this.#frame.setAttribute("aria-valuemax", String(RANGE_ENDS[range].last_nm));
     this.#frame.setAttribute("aria-valuenow", String(wavelength_nm));
     this.#frame.setAttribute("aria-valuetext", current === undefined ? `${wavelength_nm} nanometres` : [
       `${wavelength_nm} nanometres`,
-      ...QUANTITIES.map(({ key, name }) => `${name.toLowerCase()} ${figure(current[key][index]!)}`),
+      ...QUANTITIES.map(({ key, name }) => `${name.toLowerCase()} ${figure(valueAt(current, key, wavelength_nm)!)}`),
     ].join(", "));
   }
 }
 
+/** The place of the wavelength that is nearest to another. */
+function nearest(wavelengths_nm: readonly number[], wanted_nm: number): number {
+  const distances = wavelengths_nm.map((wavelength_nm) => Math.abs(wavelength_nm - wanted_nm));
+  return distances.indexOf(Math.min(...distances));
+}
+
+/** The height of a line of the chart at a wavelength; none beyond its ends. */
+function valueAt(spectrum: Spectrum, key: Plot["key"], wavelength_nm: number): number | undefined {
+  const { wavelengths_nm, [key]: values } = spectrum;
+  const right = wavelengths_nm.findIndex((one) => one >= wavelength_nm);
+  const [above, upper] = [wavelengths_nm[right], values[right]];
+  if (above === undefined || upper === undefined || above === wavelength_nm) return upper;
+  const [below, lower] = [wavelengths_nm[right - 1], values[right - 1]];
+  if (below === undefined || lower === undefined) return undefined;
+  return lower + ((wavelength_nm - below) / (above - below)) * (upper - lower);
+}
+
 /** A table that may be wider than the page. */
-function scrolled(label: string, table: HTMLElement): HTMLElement {
+export function scrolled(label: string, table: HTMLElement): HTMLElement {
   return el("div", { class: "scroll", tabindex: 0, role: "region", "aria-label": label }, table);
 }
 
@@ -155,7 +197,7 @@ function reading(value: number | undefined, error: number | undefined): string {
   return `(${decimal(value / unit, fewer)} ± ${decimal(error / unit, fewer)}) × 10${superscript(power)}`;
 }
 
-function tableOf(answer: SpectrumAnswer | undefined): HTMLElement[] {
+function tableOf(answer: Spectrum | undefined): HTMLElement[] {
   if (answer === undefined) return [];
   const head = el("tr", {}, el("th", { scope: "col" }, "Wavelength (nm)"),
     ...QUANTITIES.map(({ sign, name }) => el("th", { scope: "col" }, `${name} ${sign}`)));

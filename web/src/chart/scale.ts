@@ -57,7 +57,8 @@ function logarithmic(least: number, greatest: number, count: number): Scale {
   return { place, ticks };
 }
 
-function niceStep(rough: number): number {
+/** The next step of 1, 2 or 5 times a power of ten. */
+export function niceStep(rough: number): number {
   const power = 10 ** Math.floor(Math.log10(rough));
   const mantissa = rough / power;
   return power * (mantissa <= 1 ? 1 : mantissa <= 2 ? 2 : mantissa <= 5 ? 5 : 10);

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use snowblue_base::spectrum_csv::{self, SpectrumRows};
 use snowblue_color::Colorimeter;
 use snowblue_color::exposure::{self, AutoExposure};
 use snowblue_figures::{Cell, DataTable, Metadata};
@@ -11,7 +12,7 @@ use snowblue_render::FalseColor;
 use snowblue_transport::ordinates;
 use snowblue_transport::slab::Radiometry;
 
-use crate::input::spectrum_file;
+use crate::input::SettingsFile;
 use crate::options::parse::{self, Wavelengths};
 use crate::options::{
     ColorOptions, LightOptions, OrdinatesArguments, SlabOptions, SnowOptions, check_transmits, limits,
@@ -141,7 +142,7 @@ impl Color {
 
     fn colours_of_file(&self, path: &Path) -> Result<Vec<ColorRow>, Failure> {
         let quantity = if self.reflected { "reflectance" } else { "transmittance" };
-        let row = |curve: spectrum_file::Curve| {
+        let row = |curve: SpectrumRows| {
             let colorimeter =
                 Colorimeter::for_spectrum(self.color.observer, self.light.illuminant, &curve.wavelengths_nm);
             let colorimeter =
@@ -149,7 +150,9 @@ impl Color {
             let slab = curve.slab.map(Cell::Word).to_vec();
             Ok(self.row(Curve { slab, values: curve.values }, &colorimeter))
         };
-        spectrum_file::read(path, quantity)?.into_iter().map(row).collect()
+        let spectra = spectrum_csv::read(&SettingsFile::read(path)?, quantity)
+            .map_err(|error| Failure::Input(error.in_file(&path.display().to_string())))?;
+        spectra.into_iter().map(row).collect()
     }
 
     fn row(&self, curve: Curve, colorimeter: &Colorimeter) -> ColorRow {

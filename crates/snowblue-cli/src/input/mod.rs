@@ -1,8 +1,7 @@
-//! Files that the command reads itself: settings in TOML and spectra in CSV; and the scenes inside it.
+//! Files that the command reads itself: settings in TOML; and the scenes inside it.
 
 mod embedded_scenes;
 mod settings_file;
-pub(crate) mod spectrum_file;
 
 pub(crate) use embedded_scenes::{EmbeddedScene, SCENES};
 pub(crate) use settings_file::SettingsFile;

@@ -3,6 +3,7 @@
 use std::sync::LazyLock;
 
 use snowblue_base::files::{FileSource, NamedFile};
+use snowblue_base::spectrum_csv;
 use snowblue_color::{ColorError, Colorimeter, Illuminant, Observer, temperature};
 use snowblue_geometry::ray::narrow;
 
@@ -23,8 +24,8 @@ pub struct LightSpectrum {
 }
 
 impl LightSpectrum {
-    /// Greatest value in a file, in any unit. Sums over a spectrum are far below the greatest number.
-    pub const GREATEST_VALUE: f64 = 1e30;
+    /// Greatest value in a file, in any unit.
+    pub const GREATEST_VALUE: f64 = spectrum_csv::GREATEST_VALUE;
     /// Equal power at all wavelengths. In false colour all lights have this spectrum.
     pub const EQUAL_ENERGY: Self = Self { unit: Spectrum::ONE, relative: Spectrum::ONE };
 

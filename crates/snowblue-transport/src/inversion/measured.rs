@@ -105,7 +105,8 @@ impl Quantity {
     }
 
     /// The range of its values. Percent are out of range, but for a fluence rate.
-    fn range(self) -> ParameterRange {
+    #[must_use]
+    pub fn range(self) -> ParameterRange {
         let greatest = match self {
             Self::Albedo => 1.5,
             // It exceeds 1 over a bright ground, but hardly 1.3.

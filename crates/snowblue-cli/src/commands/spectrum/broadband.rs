@@ -11,9 +11,6 @@ use crate::output::Failure;
 /// All bands, as the option takes them.
 pub(super) const ALL_BANDS: &str = "solar,visible,near-infrared,par";
 
-/// Step of the wavelengths of a band, in nm.
-const STEP_NM: f64 = 10.0;
-
 /// Bands of sunlight.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Bands(Vec<Band>);
@@ -37,9 +34,7 @@ impl Bands {
     /// Wavelengths from the lowest to the highest end of all bands, within the range of the tables.
     pub(super) fn wavelengths(&self, range: WavelengthRange) -> Wavelengths {
         let ranges = self.0.iter().map(|band| band.wavelength_range(range));
-        let Some(union) = ranges.reduce(WavelengthRange::hull) else { return Wavelengths(Vec::new()) };
-        let steps = std::iter::successors(Some(union.first_nm), |nm| Some(nm + STEP_NM));
-        Wavelengths(steps.take_while(|nm| *nm < union.last_nm).chain([union.last_nm]).collect())
+        Wavelengths(ranges.reduce(WavelengthRange::hull).map_or_else(Vec::new, sunlight::wavelengths_nm))
     }
 
     /// Weights of each band.

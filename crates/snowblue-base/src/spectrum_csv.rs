@@ -1,0 +1,207 @@
+//! Spectra as comma-separated values that people write: two columns, or the output of `snowblue spectrum`.
+
+use thiserror::Error;
+
+use crate::csv_text::{rows, separator_hint};
+
+/// Greatest value of a spectrum, in any unit. Sums over a spectrum are far below the greatest number.
+pub const GREATEST_VALUE: f64 = 1e30;
+
+/// Greatest number of characters of a line that a message repeats.
+const MOST_SHOWN: usize = 80;
+
+/// A spectrum of a text.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct SpectrumRows {
+    /// Thickness in cm and angle in degrees as they are written; empty if the text has no such column.
+    pub slab: [String; 2],
+    /// Ascending wavelengths, in nm.
+    pub wavelengths_nm: Vec<f64>,
+    /// The value at each wavelength, 0 to [`GREATEST_VALUE`].
+    pub values: Vec<f64>,
+    /// The line of the text on which it starts, from 1.
+    pub line: usize,
+}
+
+/// A text without a spectrum. A face adds the name of the file before it: with a line as `file:LINE: `, else as
+/// `file: `.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[error("{reason}")]
+pub struct SpectrumError {
+    /// The line, from 1.
+    pub line: Option<usize>,
+    /// What is wrong with it.
+    pub reason: String,
+}
+
+/// Indices of the columns.
+struct Columns {
+    count: usize,
+    slab: [Option<usize>; 2],
+    wavelength: usize,
+    value: usize,
+}
+
+/// A parsed row.
+struct Row {
+    slab: [String; 2],
+    wavelength_nm: f64,
+    value: f64,
+}
+
+/// Reads the spectra of a text: rows of `wavelength_nm,value`, with or without a header, or rows under a header with
+/// the columns `wavelength_nm` and `quantity`. Two columns hold one spectrum; among more, a new one starts where
+/// thickness or angle change, or where the wavelength does not ascend.
+///
+/// ```
+/// use snowblue_base::spectrum_csv::read;
+///
+/// let spectra = read("wavelength_nm,albedo\n400,0.97\n1030,0.61\n", "reflectance")?;
+/// assert_eq!(spectra[0].values, [0.97, 0.61]);
+/// let error = read("400,0.97\n400;0.61\n", "reflectance").unwrap_err();
+/// assert_eq!(error.line, Some(2));
+/// # Ok::<(), snowblue_base::spectrum_csv::SpectrumError>(())
+/// ```
+///
+/// # Errors
+/// Names the first line that is no row of numbers in range or, among two columns, does not ascend; or that the text
+/// holds no spectrum.
+pub fn read(text: &str, quantity: &str) -> Result<Vec<SpectrumRows>, SpectrumError> {
+    let mut lines = rows(text).peekable();
+    let mut columns = Columns { count: 2, slab: [None, None], wavelength: 0, value: 1 };
+    let starts_with_letter = |line: &str| line.trim_start().starts_with(|c: char| c.is_alphabetic());
+    if let Some((number, line)) = lines.next_if(|(_, line)| starts_with_letter(line)) {
+        columns = Columns::of_header(line, quantity).map_err(at(number))?;
+    }
+    let mut spectra: Vec<SpectrumRows> = Vec::new();
+    for (number, line) in lines {
+        let Row { slab, wavelength_nm, value } = columns.row(line).map_err(at(number))?;
+        let last_nm = spectra.last().and_then(|spectrum| spectrum.wavelengths_nm.last());
+        let ascends = last_nm.is_none_or(|last_nm| *last_nm < wavelength_nm);
+        if let (2, false, Some(last_nm)) = (columns.count, ascends, last_nm) {
+            let reason = format!("wavelength is {wavelength_nm} nm, but must lie above {last_nm} nm, the one before");
+            return Err(at(number)(reason));
+        }
+        match spectra.last_mut() {
+            Some(last) if ascends && last.slab == slab => {
+                last.wavelengths_nm.push(wavelength_nm);
+                last.values.push(value);
+            }
+            _ => {
+                let (wavelengths_nm, values) = (vec![wavelength_nm], vec![value]);
+                spectra.push(SpectrumRows { slab, wavelengths_nm, values, line: number });
+            }
+        }
+    }
+    if spectra.is_empty() {
+        return Err(SpectrumError { line: None, reason: "holds no spectrum".to_owned() });
+    }
+    Ok(spectra)
+}
+
+/// The start of a line in a message.
+fn shown(line: &str) -> String {
+    match line.char_indices().nth(MOST_SHOWN) {
+        Some((end, _)) => format!("{}…", &line[..end]),
+        None => line.to_owned(),
+    }
+}
+
+/// An error on a line, counted from 1.
+fn at(line: usize) -> impl Fn(String) -> SpectrumError {
+    move |reason| SpectrumError { line: Some(line), reason }
+}
+
+impl SpectrumError {
+    /// The message, after the name of the file.
+    #[must_use]
+    pub fn in_file(&self, name: &str) -> String {
+        let Self { line, reason } = self;
+        line.map_or_else(|| format!("{name}: {reason}"), |line| format!("{name}:{line}: {reason}"))
+    }
+}
+
+impl Columns {
+    /// Columns by their names. Two columns are wavelength and value whatever their names are.
+    fn of_header(line: &str, quantity: &str) -> Result<Self, String> {
+        let names: Vec<&str> = line.split(',').map(str::trim).collect();
+        let find = |wanted: &str| names.iter().position(|name| *name == wanted);
+        let (wavelength, value) = match (find("wavelength_nm"), find(quantity)) {
+            (Some(wavelength), Some(value)) => (wavelength, value),
+            _ if names.len() == 2 => (0, 1),
+            _ => {
+                let hint = separator_hint(line, names.len());
+                let line = shown(line);
+                return Err(format!("expected the columns wavelength_nm and {quantity}, but found '{line}'{hint}"));
+            }
+        };
+        Ok(Self { count: names.len(), slab: [find("thickness_cm"), find("angle_deg")], wavelength, value })
+    }
+
+    fn row(&self, line: &str) -> Result<Row, String> {
+        let fields: Vec<&str> = line.split(',').map(str::trim).collect();
+        let hint = || separator_hint(line, self.count);
+        let wrong = || {
+            let values = format!("a wavelength in nm and a value of 0 to {GREATEST_VALUE:e}");
+            format!("expected {values}, but found '{}'{}", shown(line), hint())
+        };
+        if fields.len() != self.count {
+            return Err(if self.count == 2 {
+                wrong()
+            } else {
+                format!("expected {} fields, but found {}{}", self.count, fields.len(), hint())
+            });
+        }
+        let number = |column: usize| fields[column].parse().ok().filter(|number: &f64| number.is_finite());
+        match (number(self.wavelength), number(self.value)) {
+            (Some(wavelength_nm), Some(value)) if (0.0..=GREATEST_VALUE).contains(&value) => {
+                let slab = self.slab.map(|column| column.map_or_else(String::new, |column| fields[column].to_owned()));
+                Ok(Row { slab, wavelength_nm, value })
+            }
+            _ => Err(wrong()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn spectra_start_where_the_slab_changes() {
+        let text =
+            "thickness_cm,angle_deg,wavelength_nm,reflectance\n1,0,400,0.5\n1,0,500,0.4\n2,0,600,0.7\n2,0,500,1\n";
+        let spectra = read(text, "reflectance").unwrap();
+        let values: Vec<_> = spectra.iter().map(|one| (one.line, one.slab[0].as_str(), one.values.clone())).collect();
+        assert_eq!(values, [(2, "1", vec![0.5, 0.4]), (4, "2", vec![0.7]), (5, "2", vec![1.0])]);
+    }
+
+    #[test]
+    fn errors_name_the_line() {
+        let message = |text: &str| read(text, "reflectance").unwrap_err().in_file("field.csv");
+        for (text, expected) in [
+            ("", "field.csv: holds no spectrum"),
+            ("nm,albedo\n", "field.csv: holds no spectrum"),
+            (
+                "# made by hand\n500,0.9\n400,0.9",
+                "field.csv:3: wavelength is 400 nm, but must lie above 500 nm, the one before",
+            ),
+            ("500,0.9\n510", "field.csv:2: expected a wavelength in nm and a value of 0 to 1e30, but found '510'"),
+            ("500,-0.1", "field.csv:1: expected a wavelength in nm and a value of 0 to 1e30, but found '500,-0.1'"),
+            (
+                "nm,sun,snow\n500,1,1",
+                "field.csv:1: expected the columns wavelength_nm and reflectance, but found 'nm,sun,snow'",
+            ),
+            ("wavelength_nm,reflectance,error\n500,1", "field.csv:2: expected 3 fields, but found 2"),
+            (
+                &"é".repeat(1000),
+                &format!(
+                    "field.csv:1: expected the columns wavelength_nm and reflectance, but found '{}…'",
+                    "é".repeat(80)
+                ),
+            ),
+        ] {
+            assert_eq!(message(text), expected);
+        }
+    }
+}

@@ -1,0 +1,93 @@
+//! Layers of snow on a ground, and the light on them.
+
+use serde::Deserialize;
+use snowblue_transport::ordinates::{OrdinatesOptions, solve, solve_stack, solve_without_errors};
+use snowblue_transport::range::WavelengthRange;
+use snowblue_transport::sample::{SnowKeys, SnowSample};
+use snowblue_transport::slab::{Incidence, Radiometry, Slab};
+use snowblue_transport::stack::{self, Stack};
+
+use crate::text;
+
+/// A layer of snow.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Layer {
+    thickness_cm: f64,
+    #[serde(flatten)]
+    snow: SnowKeys,
+}
+
+/// Layers on a ground under light, and how exactly they are solved for.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Sample {
+    layers: Vec<Layer>,
+    #[serde(default)]
+    ground_albedo: f64,
+    angle_deg: Angle,
+    tally_rays: Option<u32>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(untagged)]
+enum Angle {
+    Degrees(f64),
+    Word(String),
+}
+
+impl Layer {
+    /// The snow. Only its grain size is checked.
+    fn sample(&self) -> Result<SnowSample, String> {
+        self.snow.description().and_then(|snow| snow.sample()).map_err(text)
+    }
+}
+
+impl Sample {
+    /// Reflectance, transmittance and absorptance at each wavelength; without `errors` the standard errors may be NaN.
+    pub(crate) fn rows(&self, wavelengths_nm: Vec<f64>, errors: bool) -> Result<Vec<Radiometry>, String> {
+        let options = self.options();
+        let Stack { layers, ground_albedo, incidences, .. } = self.stack()?;
+        if let ([stack::Layer { sample, thickness_cm }], true) = (&*layers, ground_albedo == 0.0) {
+            let slab = Slab { sample: *sample, thicknesses_cm: vec![*thickness_cm], incidences, wavelengths_nm };
+            let solve = if errors { solve } else { solve_without_errors };
+            return solve(&slab, &options).map_err(text);
+        }
+        let stack = Stack { layers, ground_albedo, depths_cm: Vec::new(), incidences, wavelengths_nm };
+        let solved = solve_stack(&stack, &options).map_err(text)?;
+        Ok(solved.into_iter().map(|answer| answer.whole).collect())
+    }
+
+    /// The stack, without depths and wavelengths.
+    pub(crate) fn stack(&self) -> Result<Stack, String> {
+        let layer = |layer: &Layer| Ok(stack::Layer { sample: layer.sample()?, thickness_cm: layer.thickness_cm });
+        Ok(Stack {
+            layers: self.layers.iter().map(layer).collect::<Result<_, String>>()?,
+            ground_albedo: self.ground_albedo,
+            depths_cm: Vec::new(),
+            incidences: vec![self.angle_deg.incidence()?],
+            wavelengths_nm: Vec::new(),
+        })
+    }
+
+    /// The wavelengths that the tables of all layers cover.
+    pub(crate) fn wavelength_range(&self) -> Result<WavelengthRange, String> {
+        let stack = self.stack()?;
+        let ranges = stack.layers.iter().map(|layer| layer.sample.wavelength_range());
+        ranges.reduce(WavelengthRange::intersection).ok_or_else(|| "there is no layer".to_owned())
+    }
+
+    pub(crate) fn options(&self) -> OrdinatesOptions {
+        let default = OrdinatesOptions::default();
+        OrdinatesOptions { tally_rays: self.tally_rays.unwrap_or(default.tally_rays), ..default }
+    }
+}
+
+impl Angle {
+    fn incidence(&self) -> Result<Incidence, String> {
+        match self {
+            Self::Degrees(angle_deg) => Ok(Incidence::Beam { angle_deg: *angle_deg }),
+            Self::Word(word) => word.parse().map_err(text),
+        }
+    }
+}

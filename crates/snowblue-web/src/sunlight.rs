@@ -1,0 +1,93 @@
+//! The spectrum of snow over all wavelengths of the model, and its means over bands of sunlight.
+
+use serde::Serialize;
+use snowblue_transport::slab::Radiometry;
+use snowblue_transport::sunlight::{
+    Band, BandWeights, SPECTRUM, irradiance_w_m2, photon_flux_umol_m2_s, wavelengths_nm,
+};
+use wasm_bindgen::prelude::*;
+
+use crate::sample::Sample;
+use crate::text;
+
+/// The solar spectrum of a sample, without standard errors.
+#[derive(Debug, Serialize)]
+struct Answer {
+    wavelengths_nm: Vec<f64>,
+    reflectance: Vec<f64>,
+    transmittance: Vec<f64>,
+    absorptance: Vec<f64>,
+    /// Those of [`Band::ALL`] that the tables of the snow cover.
+    bands: Vec<Mean>,
+}
+
+/// Means over a band.
+#[derive(Debug, Serialize)]
+struct Mean {
+    name: &'static str,
+    first_nm: f64,
+    last_nm: f64,
+    /// Irradiance of the sun in W/m²; for PAR its photon flux in µmol m⁻² s⁻¹.
+    full_sun: f64,
+    unit: &'static str,
+    reflectance: f64,
+    transmittance: f64,
+    absorptance: f64,
+}
+
+/// The name of the spectrum of sunlight.
+#[wasm_bindgen]
+#[must_use]
+pub fn sunlight_name() -> String {
+    SPECTRUM.to_owned()
+}
+
+/// Solves for the spectrum from 300 to 2500 nm, or as far as the tables of the snow reach, every 10 nm, and its means
+/// over the bands of `snowblue spectrum --broadband`: JSON in and out.
+///
+/// # Errors
+///
+/// In the words of the command, if a parameter is unknown or out of range.
+#[wasm_bindgen]
+pub fn sunlight(sample: &str) -> Result<String, JsError> {
+    answer(sample).map_err(|reason| JsError::new(&reason))
+}
+
+/// As [`sunlight`], with the error as text.
+///
+/// # Errors
+///
+/// As those of [`sunlight`].
+pub fn answer(sample: &str) -> Result<String, String> {
+    let sample: Sample = serde_json::from_str(sample).map_err(text)?;
+    let available = sample.wavelength_range()?;
+    let wavelengths_nm = wavelengths_nm(available);
+    let rows = sample.rows(wavelengths_nm.clone(), false)?;
+    let mean = |band: Band| {
+        let mean = BandWeights::new(band, available, &wavelengths_nm).map_err(text)?.broadband(&rows);
+        let (full_sun, unit) = match band {
+            Band::Par => (photon_flux_umol_m2_s(mean.range), "µmol m⁻² s⁻¹"),
+            Band::Solar | Band::Visible | Band::NearInfrared => (irradiance_w_m2(mean.range), "W/m²"),
+        };
+        Ok(Mean {
+            name: band.name(),
+            first_nm: mean.range.first_nm,
+            last_nm: mean.range.last_nm,
+            full_sun,
+            unit,
+            reflectance: mean.reflectance.value,
+            transmittance: mean.transmittance.value,
+            absorptance: mean.absorptance.value,
+        })
+    };
+    let bands = Band::ALL.into_iter().map(mean).collect::<Result<_, String>>()?;
+    let values = |of: fn(&Radiometry) -> f64| rows.iter().map(of).collect();
+    let answer = Answer {
+        reflectance: values(|row| row.reflectance.value),
+        transmittance: values(|row| row.transmittance.value),
+        absorptance: values(|row| row.absorptance.value),
+        bands,
+        wavelengths_nm,
+    };
+    serde_json::to_string(&answer).map_err(text)
+}
