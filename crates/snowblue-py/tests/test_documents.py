@@ -39,11 +39,11 @@ def test_the_page_for_python_runs(repository, monkeypatch, tmp_path):
     assert abs(given["fit"].ssa.item() - 20) < 0.5 and abs(given["fit"].black_carbon.item() - 30) < 1
     assert given["solved"].reflectance.dims == ("pit", "angle", "wavelength")
     page = (repository / "docs" / "src" / "python.md").read_text()
-    aged = given["area"].sel(age=[24, 168])
+    aged = given["area_m2_kg"].sel(age=[24, 168])
     gradient = snowblue.aged_ssa(ssa_m2_kg=60, age_h=[24, 168], temperature_c=-10, temperature_gradient=True)
     assert "become {:.1f} after a day and {:.1f} after a week".format(*aged.values) in page
     assert "they become {:.1f} and {:.1f}.".format(*gradient.values) in page
-    albedo = snowblue.albedo(ssa_m2_kg=given["area"].sel(age=[0, 24, 168]), wavelength_nm=1030)
+    albedo = snowblue.albedo(ssa_m2_kg=given["area_m2_kg"].sel(age=[0, 24, 168]), wavelength_nm=1030)
     assert "falls from {:.3f} to {:.3f}\nand {:.3f}".format(*albedo.values) in page
     assert given["baked"].objects[0].flux.shape[0] == 2 and (tmp_path / "coarse.nc").exists()
 
@@ -84,8 +84,9 @@ def test_the_page_on_retrieval_runs_and_prints_its_numbers(repository):
         assert f"| {median.replace('of the argument', 'the argument')} " in row and f"| {deviation}" in row, prior
 
 
-def test_the_page_beside_other_models_runs_and_prints_its_numbers(repository, capsys):
+def test_the_page_beside_other_models_runs_and_prints_its_numbers(repository, monkeypatch, capsys):
     page = (repository / "docs" / "src" / "models.md").read_text()
+    monkeypatch.chdir(repository)
     given = {}
     with warnings.catch_warnings():
         # Another solver warns of albedos near 1.
@@ -93,7 +94,7 @@ def test_the_page_beside_other_models_runs_and_prints_its_numbers(repository, ca
         for block in re.findall(r"```python\n(.*?)```", page, re.DOTALL):
             exec(compile(block, "models.md", "exec"), given)
     albedos, nm = given["albedos"], given["wavelength_nm"]
-    rows = re.findall(r"^\| (\d+)° \| (\d+) \| ([0-9. |]+) \|$", page, re.MULTILINE)
+    rows = re.findall(r"^\| (\d+)° \| (\d+) \| ([0-9. |]+) \|$", page.split("## SNICAR")[0], re.MULTILINE)
     assert len(rows) == 15
     columns = ("TARTES", "its grains, 32 streams", "snowblue", "facetness 0.6")
     for angle_deg, wavelength, printed in rows:
@@ -110,12 +111,44 @@ def test_the_page_beside_other_models_runs_and_prints_its_numbers(repository, ca
     assert abs(coalbedos[0] / coalbedos[1] - 1).max() < 0.03
     asymmetry = given["medium"].asymmetry.values[near]
     assert [round(asymmetry.min(), 2), round(asymmetry.max(), 2)] == [0.68, 0.72]
+    check_spheres(given, page)
     # Reduced scattering, and the decay of light.
     lines = capsys.readouterr().out.splitlines()
     assert len(lines) == 3
     for line in lines:
         area, density, reduced, *decays = line.replace("[", " ").replace("]", " ").split()
         assert f"| {area} | {density} | {reduced} | {', '.join(f'{float(one):.1f}' for one in decays)} |" in page
+
+
+def check_spheres(given, page):
+    """The table and the text on SNICAR."""
+    albedos, nm = given["beside_snicar"], given["nm"]
+    columns = ("SNICAR", "its grains, 32 streams", "smooth spheres", "snowblue")
+    section = page.split("## SNICAR")[1].split("## How")[0]
+    rows = re.findall(r"^\| (\d+)° \| (\d+) \| ([0-9. |]+) \|$", section, re.MULTILINE)
+    assert len(rows) == 15
+    for angle_deg, wavelength, printed in rows:
+        values = [albedos[int(angle_deg)][name][nm == int(wavelength)].item() for name in columns]
+        assert " | ".join(f"{value:.3f}" for value in values) == printed
+    near = nm <= 1305
+    spheres = given["spheres"]
+    default = snowblue.single_scattering(ssa_m2_kg=given["area_m2_kg"], wavelength_nm=nm[near])
+    ratio = (given["coalbedo"] / spheres.coalbedo.values)[near]
+    assert (round(100 * (ratio.min() - 1)), round(100 * (ratio.max() - 1))) == (2, 6)
+    assert abs(given["asymmetry"] - spheres.asymmetry.values)[near].max() < 0.005
+    ratio = default.coalbedo.values / spheres.coalbedo.values[near]
+    assert (round(ratio.min(), 1), round(ratio.max(), 1)) == (1.3, 1.4)
+    differences = {
+        (one, other): [(of[one] - of[other])[near] for of in albedos.values()]
+        for one, other in ((columns[0], columns[1]), (columns[2], columns[1]), (columns[3], columns[2]))
+    }
+    high, steep, low, grazing = differences[columns[0], columns[1]]
+    assert [f"{one.max():.3f}" for one in (high, steep)] == ["0.009", "0.009"]
+    assert [nm[one.argmax()] for one in (high, steep)] == [1205, 1305]
+    assert [f"{one.min():.3f}" for one in (low, grazing)] == ["-0.018", "-0.062"]
+    assert nm[low.argmin()] == nm[grazing.argmin()] == 1305
+    assert f"{max(abs(one).max() for one in differences[columns[2], columns[1]]):.3f}" == "0.009"
+    assert f"{max(abs(one).max() for one in differences[columns[3], columns[2]]):.3f}" == "0.018"
 
 
 def test_the_page_on_tables_of_other_programs_runs(repository, monkeypatch, tmp_path):
