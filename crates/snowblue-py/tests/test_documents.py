@@ -48,21 +48,15 @@ def test_the_page_for_python_runs(repository, monkeypatch, tmp_path):
     assert given["baked"].objects[0].flux.shape[0] == 2 and (tmp_path / "coarse.nc").exists()
 
 
-def test_the_page_on_retrieval_runs_and_prints_its_numbers(repository):
+def test_the_page_on_retrieval_runs_and_prints_its_numbers(repository, monkeypatch, capsys):
+    monkeypatch.chdir(repository)
     page = (repository / "docs" / "src" / "retrieval.md").read_text()
     given = {}
     for block in re.findall(r"```python\n(.*?)```", page, re.DOTALL):
         exec(compile(block, "retrieval.md", "exec"), given)
     fit, wrong, both = given["fit"], given["wrong"], given["both"]
-    number = r"([0-9.]+)"
-    for place, (area, soot) in enumerate((("SSA 20 m²/kg", "soot 15 ng/g, in the first"),
-                                          ("SSA 45 m²/kg", "soot 15 ng/g, in the second"))):
-        at = fit.isel(specific_surface_area=place)
-        for row, name in ((area, "ssa"), (soot, "black_carbon")):
-            printed = re.search(rf"\| {row} \| {number} \| {number}–{number} \| {number} \|", page)
-            kernel = at.averaging_kernel.sel(parameter=name, true_parameter=name)
-            values = [at[name], at[f"{name}_lower"], at[f"{name}_upper"], kernel]
-            assert [f"{value.item():.{digits}f}" for value, digits in zip(values, (1, 1, 1, 2))] == [*printed.groups()]
+    check_posterior(fit, page[: page.index("## The light")])
+    check_posterior(given["sensed"], page[page.index("## Bands of a sensor") : page.index("## Layers")])
     assert f"comes back as {wrong.ssa.values[0]:.1f} m²/kg" in page
     assert (fit.outcome == "converged").all() and 15 < given["clear"].ssa[0] < 25 < 40 < given["clear"].ssa[1] < 50
     # Only the product of density and thickness is determined: the variance of the density is that of its prior, 0.1².
@@ -75,13 +69,52 @@ def test_the_page_on_retrieval_runs_and_prints_its_numbers(repository):
         [line] = [line for line in page.splitlines() if line.startswith(f"| {row} |")]
         for found in (given["above"], given["below"]):
             assert f"| {found[name].item():.1f} ± {found[f'{name}_sd'].item():.1f} |" in line, line
+    printed = capsys.readouterr().out
+    check_melting_snow(given, page[page.index("## Melting snow") : page.index("## Many spectra")], printed)
     # The priors that the page lists.
-    every = [name for name in re.findall(r"`([a-z0-9_-]+)`", page[page.index("| parameter |"):page.index("## Layers")])]
+    every = [name for name in re.findall(r"`([a-z0-9_-]+)`", page[page.index("| parameter |"):page.index("## Bands")])]
     arguments = dict(angle_deg=60, thickness_cm=10, ground_albedo=0.3, retrieve=every)
     for prior in snowblue.invert([0.9, 0.5], [450, 1030], **arguments).prior.split("; "):
         name, median, deviation = re.fullmatch(r"(.*): median (.*), deviation (.*)", prior).groups()
         [row] = [line for line in page.splitlines() if line.startswith("| `") and f"`{name}`" in line]
         assert f"| {median.replace('of the argument', 'the argument')} " in row and f"| {deviation}" in row, prior
+
+
+def check_melting_snow(given, section, printed):
+    """The tables and the text on melting snow."""
+    dry, wet, liquid = given["dry"], given["wet"], given["liquid"]
+    for sample in given["samples"]:
+        [line] = [line for line in section.splitlines() if line.startswith(f"| {sample}") and line.count("|") == 8]
+        own, ends = wet.sel(sample=sample), (liquid.sel(sample=sample).min(), liquid.sel(sample=sample).max())
+        cells = [f"{(one.chi_square / one.data).sel(sample=sample).item():.2f}" for one in (dry, wet)]
+        cells += [f"{own[name].item():.{digits}f} ± {own[name + '_sd'].item():.{digits}f}"
+                  for name, digits in (("ssa", 1), ("water_saturation", 3), ("albedo_scale", 2))]
+        cells.insert(4, "–".join(f"{end.item():.3f}" for end in ends))
+        assert line.split(" | ", 1)[1] == " | ".join(cells) + " |"
+    assert (wet.chi_square < 0.5 * dry.chi_square).all() and (wet.outcome == "converged").all()
+    assert dry.outcome.sel(sample="mSnw09") == "ssa_m2_kg is at an end of its range"
+    saturation = given["guessed"].water_saturation
+    assert (saturation[-1] > 9 * saturation[0]).all() and 5 < wet.ssa[0] / wet.ssa[-1] < 6
+    # A beam from the zenith.
+    assumed = given["assumed"] | {"angle_deg": 0, "retrieve": ["ssa_m2_kg", "black-carbon", "water_saturation"]}
+    above = snowblue.invert(given["near"].sel(sample="mSnw01a"), **assumed)
+    assert f"{(above.ssa / wet.ssa[0]).item():.1f} times as great" in section
+    for line in printed.splitlines()[-3:]:
+        start, end, measured, predicted = line.split()
+        assert f"| {start}–{end} nm | {float(measured):.3f} | {float(predicted):.3f} |" in section
+
+
+def check_posterior(fit, section):
+    """The table of two snows with soot."""
+    number = r"([0-9.]+)"
+    for place, (area, soot) in enumerate((("SSA 20 m²/kg", "soot 15 ng/g, in the first"),
+                                          ("SSA 45 m²/kg", "soot 15 ng/g, in the second"))):
+        at = fit.isel(specific_surface_area=place)
+        for row, name in ((area, "ssa"), (soot, "black_carbon")):
+            printed = re.search(rf"\| {row} \| {number} \| {number}–{number} \| {number} \|", section)
+            kernel = at.averaging_kernel.sel(parameter=name, true_parameter=name)
+            values = [at[name], at[f"{name}_lower"], at[f"{name}_upper"], kernel]
+            assert [f"{value.item():.{digits}f}" for value, digits in zip(values, (1, 1, 1, 2))] == [*printed.groups()]
 
 
 def test_the_page_beside_other_models_runs_and_prints_its_numbers(repository, monkeypatch, capsys):
