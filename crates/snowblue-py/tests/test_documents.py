@@ -39,11 +39,11 @@ def test_the_page_for_python_runs(repository, monkeypatch, tmp_path):
     assert abs(given["fit"].ssa.item() - 20) < 0.5 and abs(given["fit"].black_carbon.item() - 30) < 1
     assert given["solved"].reflectance.dims == ("pit", "angle", "wavelength")
     page = (repository / "docs" / "src" / "python.md").read_text()
-    aged = given["area_m2_kg"].sel(age=[24, 168])
+    aged = given["area"].sel(age=[24, 168])
     gradient = snowblue.aged_ssa(ssa_m2_kg=60, age_h=[24, 168], temperature_c=-10, temperature_gradient=True)
     assert "become {:.1f} after a day and {:.1f} after a week".format(*aged.values) in page
     assert "they become {:.1f} and {:.1f}.".format(*gradient.values) in page
-    albedo = snowblue.albedo(ssa_m2_kg=given["area_m2_kg"].sel(age=[0, 24, 168]), wavelength_nm=1030)
+    albedo = snowblue.albedo(ssa_m2_kg=given["area"].sel(age=[0, 24, 168]), wavelength_nm=1030)
     assert "falls from {:.3f} to {:.3f}\nand {:.3f}".format(*albedo.values) in page
     assert given["baked"].objects[0].flux.shape[0] == 2 and (tmp_path / "coarse.nc").exists()
 
