@@ -143,7 +143,7 @@ impl FromStr for Quantity {
 
 impl Measured {
     /// Checks all but values that are missing, and that depths lie in the snow, which is checked with its layers.
-    pub(super) fn check(&self, channels: &Channels) -> Result<(), InversionError> {
+    pub(super) fn check(&self, channels: &Channels<'_>) -> Result<(), InversionError> {
         let Self { quantity, depths_cm, .. } = self;
         if quantity.is_at_depth() == depths_cm.is_empty() {
             let rule = if depths_cm.is_empty() { "needs depths" } else { "has no depths" };
@@ -192,7 +192,7 @@ impl Measured {
         self.values.iter().skip(channel).step_by(channels).any(|value| !value.is_nan())
     }
 
-    pub(super) fn data(&self, channels: &Channels) -> Data {
+    pub(super) fn data(&self, channels: &Channels<'_>) -> Data {
         let mut present: Vec<(usize, f64)> = self.present().collect();
         let key = |place: usize| (place / channels.len(), channels.wavelengths_nm[place % channels.len()]);
         present.sort_by(|(a, _), (b, _)| {
@@ -250,7 +250,7 @@ mod tests {
     /// |u|² = zᵀ C⁻¹ z with the dense inverse of the correlations, for unsorted wavelengths with one missing.
     #[test]
     fn residuals_are_those_of_the_inverse_covariance() {
-        let channels = Channels { wavelengths_nm: vec![700.0, 400.0, 450.0, 900.0, 430.0], are_bands: false };
+        let channels = Channels::new(&[700.0, 400.0, 450.0, 900.0, 430.0], None);
         let values = vec![0.9, 0.95, f64::NAN, 0.7, 0.96];
         let standard_deviations = vec![0.01, 0.02, f64::NAN, 0.005, 0.01];
         let measured = Measured {

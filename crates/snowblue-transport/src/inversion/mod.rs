@@ -286,7 +286,7 @@ impl Inversion {
         let data = task.count();
         let mut first = 0;
         let mut fit = |measured: &Measured| -> Vec<f64> {
-            let (channels, row) = (self.channel_count(), first);
+            let (channels, row) = (self.channels().len(), first);
             first += measured.rows();
             let value = |place: usize| task.best.as_ref().map_or(f64::NAN, |best| best.value(row, place));
             (0..measured.rows() * channels).map(value).collect()

@@ -70,7 +70,8 @@ impl Inversion {
             lights.iter().enumerate().map(|(light, weights)| weights[k] * of(light * used.len() + k)).sum()
         };
         let rows = observation.rows();
-        let (solved, weights) = self.solved_channels(used);
+        let channels = self.channels();
+        let (solved, weights) = channels.solved(used);
         let of_all = |value: &dyn Fn(Quantity, usize, usize) -> f64| -> Vec<f64> {
             let of_row = |(quantity, depth): &(Quantity, usize)| {
                 let (quantity, depth) = (*quantity, *depth);
@@ -89,7 +90,7 @@ impl Inversion {
                 parts.iter().map(of_part).sum()
             })
         };
-        let mut positions = vec![None; self.channel_count()];
+        let mut positions = vec![None; channels.len()];
         solved.iter().enumerate().for_each(|(position, channel)| positions[*channel] = Some(position));
         Ok(Model {
             positions,

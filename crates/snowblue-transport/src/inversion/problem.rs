@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 use snowblue_base::ParameterRange;
 
-use super::channels::Channels;
+use super::channels::{Channels, check_bands};
 use super::error::InversionError;
 use super::estimation;
 use super::measured::{Measured, Quantity};
@@ -74,7 +74,7 @@ impl Inversion {
         if wavelengths_nm.is_empty() {
             return Err(TransportError::Missing { quantity: "wavelength" }.into());
         }
-        self.check_bands()?;
+        self.bands.as_ref().map_or(Ok(()), |bands| check_bands(bands, wavelengths_nm.len()))?;
         let n = variables.len();
         if n == 0 {
             return Err(TransportError::Missing { quantity: "quantity to retrieve" }.into());
@@ -99,11 +99,16 @@ impl Inversion {
             .ok_or_else(|| combination("covariance of the prior", "must be symmetric and positive definite").into())
     }
 
+    /// Where values are measured.
+    pub(super) fn channels(&self) -> Channels<'_> {
+        Channels::new(&self.wavelengths_nm, self.bands.as_deref())
+    }
+
     /// Checks an observation, and gives the wavelengths that its data need.
     pub(super) fn check_observation(
         &self,
         observation: &Observation,
-        channels: &Channels,
+        channels: &Channels<'_>,
     ) -> Result<Vec<usize>, InversionError> {
         let Observation { layers, illumination, prior_medians, measured, .. } = observation;
         observation.check_layers()?;
@@ -143,7 +148,7 @@ impl Inversion {
         }
         let mut own = Vec::new();
         for channel in (0..channels.len()).filter(|channel| measured.iter().any(|one| one.has_data_at(*channel))) {
-            for place in self.wavelengths_of(channel) {
+            for place in channels.wavelengths_of(channel) {
                 let check = self.check_place(observation, place);
                 check.map_err(|error| InversionError::at_wavelength(channel, error))?;
                 own.push(place);
