@@ -22,6 +22,8 @@ pub(crate) struct GivenPacks<'py> {
     angle_deg: Vec<Angle>,
     ground_albedo: Vec<f64>,
     wavelength_nm: Vec<f64>,
+    /// The weights of the wavelengths in each band, if values are measured in bands.
+    bands: Option<Vec<Vec<f64>>>,
     /// [pack][snow, thickness, angle, ground]
     places: PyReadonlyArray2<'py, i64>,
     /// The layers of all packs, in place of their snow and thickness.
@@ -31,7 +33,7 @@ pub(crate) struct GivenPacks<'py> {
     measured: Vec<GivenMeasured<'py>>,
 }
 
-/// Measured values with their errors, [pack][depth and wavelength].
+/// Measured values with their errors, [pack][depth and wavelength or band].
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 struct GivenMeasured<'py> {
@@ -73,7 +75,7 @@ const ASPECTS: [(&str, Aspect); 4] = [
 ];
 
 /// The posterior of each pack: an array of all packs for each quantity and aspect, matrices row by row, and the prior
-/// as it was used. An error of one pack has its row, and its wavelength if there is one.
+/// as it was used. An error of one pack has its row, and its wavelength or band if there is one.
 #[pyfunction]
 #[pyo3(signature = (snows, packs, unknowns, progress))]
 pub(crate) fn invert<'py>(
@@ -87,6 +89,7 @@ pub(crate) fn invert<'py>(
     let priors = unknowns.priors(&variables)?;
     let inversion = Inversion {
         wavelengths_nm: packs.wavelength_nm.clone(),
+        bands: packs.bands.clone(),
         prior_covariance: unknowns.covariance(&priors)?,
         variables: variables.clone(),
         options: unknowns.ordinates.options()?,
@@ -199,13 +202,16 @@ impl GivenPacks<'_> {
     ) -> PyResult<Vec<Observation>> {
         let places = self.places.as_array();
         let count = places.nrows();
-        let check = |array: &PyReadonlyArray2<f64>, depths: usize| {
-            let is_whole = array.as_array().shape() == [count, depths * self.wavelength_nm.len()];
-            is_whole.then_some(()).ok_or_else(|| input("an array does not have a value for each pack and wavelength"))
+        let check = |array: &PyReadonlyArray2<f64>, of_pack: usize| {
+            let is_whole = array.as_array().shape() == [count, of_pack];
+            is_whole.then_some(()).ok_or_else(|| input("an array does not have all the values of each pack"))
         };
-        self.diffuse_fraction.as_ref().map_or(Ok(()), |fraction| check(fraction, 1))?;
+        let wavelengths = self.wavelength_nm.len();
+        self.diffuse_fraction.as_ref().map_or(Ok(()), |fraction| check(fraction, wavelengths))?;
+        let channels = self.bands.as_ref().map_or(wavelengths, Vec::len);
         for GivenMeasured { depth_cm, values, standard_deviation, .. } in &self.measured {
-            check(values, depth_cm.len().max(1)).and_then(|()| check(standard_deviation, depth_cm.len().max(1)))?;
+            let of_pack = depth_cm.len().max(1) * channels;
+            check(values, of_pack).and_then(|()| check(standard_deviation, of_pack))?;
         }
         let layers = self.layers.as_ref().map(|layers| layers.iter().map(GivenLayer::layer).collect::<PyResult<_>>());
         let layers: Option<Vec<Layer>> = layers.transpose()?;

@@ -48,21 +48,15 @@ def test_the_page_for_python_runs(repository, monkeypatch, tmp_path):
     assert given["baked"].objects[0].flux.shape[0] == 2 and (tmp_path / "coarse.nc").exists()
 
 
-def test_the_page_on_retrieval_runs_and_prints_its_numbers(repository):
+def test_the_page_on_retrieval_runs_and_prints_its_numbers(repository, monkeypatch, capsys):
+    monkeypatch.chdir(repository)
     page = (repository / "docs" / "src" / "retrieval.md").read_text()
     given = {}
     for block in re.findall(r"```python\n(.*?)```", page, re.DOTALL):
         exec(compile(block, "retrieval.md", "exec"), given)
     fit, wrong, both = given["fit"], given["wrong"], given["both"]
-    number = r"([0-9.]+)"
-    for place, (area, soot) in enumerate((("SSA 20 m²/kg", "soot 15 ng/g, in the first"),
-                                          ("SSA 45 m²/kg", "soot 15 ng/g, in the second"))):
-        at = fit.isel(specific_surface_area=place)
-        for row, name in ((area, "ssa"), (soot, "black_carbon")):
-            printed = re.search(rf"\| {row} \| {number} \| {number}–{number} \| {number} \|", page)
-            kernel = at.averaging_kernel.sel(parameter=name, true_parameter=name)
-            values = [at[name], at[f"{name}_lower"], at[f"{name}_upper"], kernel]
-            assert [f"{value.item():.{digits}f}" for value, digits in zip(values, (1, 1, 1, 2))] == [*printed.groups()]
+    check_posterior(fit, page[: page.index("## The light")])
+    check_posterior(given["sensed"], page[page.index("## Bands of a sensor") : page.index("## Layers")])
     assert f"comes back as {wrong.ssa.values[0]:.1f} m²/kg" in page
     assert (fit.outcome == "converged").all() and 15 < given["clear"].ssa[0] < 25 < 40 < given["clear"].ssa[1] < 50
     # Only the product of density and thickness is determined: the variance of the density is that of its prior, 0.1².
@@ -75,8 +69,10 @@ def test_the_page_on_retrieval_runs_and_prints_its_numbers(repository):
         [line] = [line for line in page.splitlines() if line.startswith(f"| {row} |")]
         for found in (given["above"], given["below"]):
             assert f"| {found[name].item():.1f} ± {found[f'{name}_sd'].item():.1f} |" in line, line
+    printed = capsys.readouterr().out
+    check_melting_snow(given, page[page.index("## Melting snow") : page.index("## Many spectra")], printed)
     # The priors that the page lists.
-    every = [name for name in re.findall(r"`([a-z0-9_-]+)`", page[page.index("| parameter |"):page.index("## Layers")])]
+    every = [name for name in re.findall(r"`([a-z0-9_-]+)`", page[page.index("| parameter |"):page.index("## Bands")])]
     arguments = dict(angle_deg=60, thickness_cm=10, ground_albedo=0.3, retrieve=every)
     for prior in snowblue.invert([0.9, 0.5], [450, 1030], **arguments).prior.split("; "):
         name, median, deviation = re.fullmatch(r"(.*): median (.*), deviation (.*)", prior).groups()
@@ -84,8 +80,46 @@ def test_the_page_on_retrieval_runs_and_prints_its_numbers(repository):
         assert f"| {median.replace('of the argument', 'the argument')} " in row and f"| {deviation}" in row, prior
 
 
-def test_the_page_beside_other_models_runs_and_prints_its_numbers(repository, capsys):
+def check_melting_snow(given, section, printed):
+    """The tables and the text on melting snow."""
+    dry, wet, liquid = given["dry"], given["wet"], given["liquid"]
+    for sample in given["samples"]:
+        [line] = [line for line in section.splitlines() if line.startswith(f"| {sample}") and line.count("|") == 8]
+        own, ends = wet.sel(sample=sample), (liquid.sel(sample=sample).min(), liquid.sel(sample=sample).max())
+        cells = [f"{(one.chi_square / one.data).sel(sample=sample).item():.2f}" for one in (dry, wet)]
+        cells += [f"{own[name].item():.{digits}f} ± {own[name + '_sd'].item():.{digits}f}"
+                  for name, digits in (("ssa", 1), ("water_saturation", 3), ("albedo_scale", 2))]
+        cells.insert(4, "–".join(f"{end.item():.3f}" for end in ends))
+        assert line.split(" | ", 1)[1] == " | ".join(cells) + " |"
+    assert (wet.chi_square < 0.5 * dry.chi_square).all() and (wet.outcome == "converged").all()
+    assert dry.outcome.sel(sample="mSnw09") == "ssa_m2_kg is at an end of its range"
+    saturation = given["guessed"].water_saturation
+    assert (saturation[-1] > 9 * saturation[0]).all() and 5 < wet.ssa[0] / wet.ssa[-1] < 6
+    # A beam from the zenith.
+    assumed = given["assumed"] | {"angle_deg": 0, "retrieve": ["ssa_m2_kg", "black-carbon", "water_saturation"]}
+    above = snowblue.invert(given["near"].sel(sample="mSnw01a"), **assumed)
+    assert f"{(above.ssa / wet.ssa[0]).item():.1f} times as great" in section
+    for line in printed.splitlines()[-3:]:
+        start, end, measured, predicted = line.split()
+        assert f"| {start}–{end} nm | {float(measured):.3f} | {float(predicted):.3f} |" in section
+
+
+def check_posterior(fit, section):
+    """The table of two snows with soot."""
+    number = r"([0-9.]+)"
+    for place, (area, soot) in enumerate((("SSA 20 m²/kg", "soot 15 ng/g, in the first"),
+                                          ("SSA 45 m²/kg", "soot 15 ng/g, in the second"))):
+        at = fit.isel(specific_surface_area=place)
+        for row, name in ((area, "ssa"), (soot, "black_carbon")):
+            printed = re.search(rf"\| {row} \| {number} \| {number}–{number} \| {number} \|", section)
+            kernel = at.averaging_kernel.sel(parameter=name, true_parameter=name)
+            values = [at[name], at[f"{name}_lower"], at[f"{name}_upper"], kernel]
+            assert [f"{value.item():.{digits}f}" for value, digits in zip(values, (1, 1, 1, 2))] == [*printed.groups()]
+
+
+def test_the_page_beside_other_models_runs_and_prints_its_numbers(repository, monkeypatch, capsys):
     page = (repository / "docs" / "src" / "models.md").read_text()
+    monkeypatch.chdir(repository)
     given = {}
     with warnings.catch_warnings():
         # Another solver warns of albedos near 1.
@@ -93,7 +127,7 @@ def test_the_page_beside_other_models_runs_and_prints_its_numbers(repository, ca
         for block in re.findall(r"```python\n(.*?)```", page, re.DOTALL):
             exec(compile(block, "models.md", "exec"), given)
     albedos, nm = given["albedos"], given["wavelength_nm"]
-    rows = re.findall(r"^\| (\d+)° \| (\d+) \| ([0-9. |]+) \|$", page, re.MULTILINE)
+    rows = re.findall(r"^\| (\d+)° \| (\d+) \| ([0-9. |]+) \|$", page.split("## SNICAR")[0], re.MULTILINE)
     assert len(rows) == 15
     columns = ("TARTES", "its grains, 32 streams", "snowblue", "facetness 0.6")
     for angle_deg, wavelength, printed in rows:
@@ -110,12 +144,44 @@ def test_the_page_beside_other_models_runs_and_prints_its_numbers(repository, ca
     assert abs(coalbedos[0] / coalbedos[1] - 1).max() < 0.03
     asymmetry = given["medium"].asymmetry.values[near]
     assert [round(asymmetry.min(), 2), round(asymmetry.max(), 2)] == [0.68, 0.72]
+    check_spheres(given, page)
     # Reduced scattering, and the decay of light.
     lines = capsys.readouterr().out.splitlines()
     assert len(lines) == 3
     for line in lines:
         area, density, reduced, *decays = line.replace("[", " ").replace("]", " ").split()
         assert f"| {area} | {density} | {reduced} | {', '.join(f'{float(one):.1f}' for one in decays)} |" in page
+
+
+def check_spheres(given, page):
+    """The table and the text on SNICAR."""
+    albedos, nm = given["beside_snicar"], given["nm"]
+    columns = ("SNICAR", "its grains, 32 streams", "smooth spheres", "snowblue")
+    section = page.split("## SNICAR")[1].split("## How")[0]
+    rows = re.findall(r"^\| (\d+)° \| (\d+) \| ([0-9. |]+) \|$", section, re.MULTILINE)
+    assert len(rows) == 15
+    for angle_deg, wavelength, printed in rows:
+        values = [albedos[int(angle_deg)][name][nm == int(wavelength)].item() for name in columns]
+        assert " | ".join(f"{value:.3f}" for value in values) == printed
+    near = nm <= 1305
+    spheres = given["spheres"]
+    default = snowblue.single_scattering(ssa_m2_kg=given["area_m2_kg"], wavelength_nm=nm[near])
+    ratio = (given["coalbedo"] / spheres.coalbedo.values)[near]
+    assert (round(100 * (ratio.min() - 1)), round(100 * (ratio.max() - 1))) == (2, 6)
+    assert abs(given["asymmetry"] - spheres.asymmetry.values)[near].max() < 0.005
+    ratio = default.coalbedo.values / spheres.coalbedo.values[near]
+    assert (round(ratio.min(), 1), round(ratio.max(), 1)) == (1.3, 1.4)
+    differences = {
+        (one, other): [(of[one] - of[other])[near] for of in albedos.values()]
+        for one, other in ((columns[0], columns[1]), (columns[2], columns[1]), (columns[3], columns[2]))
+    }
+    high, steep, low, grazing = differences[columns[0], columns[1]]
+    assert [f"{one.max():.3f}" for one in (high, steep)] == ["0.009", "0.009"]
+    assert [nm[one.argmax()] for one in (high, steep)] == [1205, 1305]
+    assert [f"{one.min():.3f}" for one in (low, grazing)] == ["-0.018", "-0.062"]
+    assert nm[low.argmin()] == nm[grazing.argmin()] == 1305
+    assert f"{max(abs(one).max() for one in differences[columns[2], columns[1]]):.3f}" == "0.009"
+    assert f"{max(abs(one).max() for one in differences[columns[3], columns[2]]):.3f}" == "0.018"
 
 
 def test_the_page_on_tables_of_other_programs_runs(repository, monkeypatch, tmp_path):

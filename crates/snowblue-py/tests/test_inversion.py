@@ -360,3 +360,130 @@ def test_wrong_layers_and_fluxes_are_named():
     told(ValueError, "depth is 30 cm, but must lie in 0–23 cm",
          fluxes={"down": exact.down.assign_coords(depth=[2, 30])})
     told(ValueError, r"retrieve has \('ssa_m2_kg', 0, 1\), but must have names", retrieve=[("ssa_m2_kg", 0, 1)])
+
+
+SENSOR = {
+    "blue": ([440, 450, 500, 510], [0, 1, 1, 0]),
+    "green": xr.DataArray([0.0, 1.0, 1.0, 0.0], {"wavelength": [530.0, 550.0, 580.0, 590.0]}, ["wavelength"]),
+    "red": ([640, 670], [1, 1]),
+    "infrared": ([840, 870, 890], [0.2, 1, 0.4]),
+    "swir": ([1220, 1240, 1260], [0, 1, 0]),
+}
+
+
+def test_snow_is_retrieved_from_bands_of_a_sensor():
+    dense = snowblue.albedo(
+        ssa_m2_kg=[12, 40], impurities_ng_g={"black-carbon": 200}, angle_deg=60, wavelength_nm=np.arange(400, 1301, 2))
+    bands = snowblue.bands(dense, SENSOR)
+    measured = noisy(bands, 0.004)
+    fit = snowblue.invert(measured, bands=SENSOR, standard_deviation=0.004)
+    truth = {"ssa": [12, 40], "black_carbon": [200, 200]}
+    # Four numbers, each within 4 standard deviations: 3e-4.
+    assert all((abs(fit[name] - own) < 4 * fit[f"{name}_sd"]).all() for name, own in truth.items())
+    assert (fit.outcome == "converged").all() and list(fit.data.values) == [5, 5]
+    assert fit.albedo.dims == ("specific_surface_area", "band") and list(fit.band.values) == list(SENSOR)
+    assert fit.wavelength.dims == ("band",) and fit.light.startswith("beam at 60 degrees")
+    np.testing.assert_allclose(fit.wavelength, [475, 562.5, 655, 866, 1240], atol=6)
+    # At the wavelengths of the data the model errs by nothing, and the wide prior shifts the result by little.
+    wide = dict(standard_deviation=1e-3, retrieve={"ssa_m2_kg": (20, 3), "black-carbon": (99, 3)})
+    exact = snowblue.invert(bands, dense.wavelength, bands=SENSOR, **wide)
+    coarse = snowblue.invert(bands, bands=SENSOR, **wide)
+    for name, own in truth.items():
+        np.testing.assert_allclose(exact[name], own, rtol=1e-3)
+        # Steps of 10 nm, which make the albedo near an absorption band less smooth.
+        np.testing.assert_allclose(coarse[name], own, rtol=0.01)
+    # A thousandth of the surface area, the noise of the rays through grains, changes an albedo by less than this.
+    assert abs(exact.albedo_fit - bands).max() < 3e-4
+    # By name or by place, whatever the dimension is called.
+    shuffled = measured.isel(band=[3, 0, 4, 2, 1])
+    for given in (shuffled, measured.values, measured.rename(band="channel").drop_vars("channel"), measured.T):
+        again = snowblue.invert(given, bands=SENSOR, standard_deviation=0.004, angle_deg=60)
+        np.testing.assert_array_equal(again.ssa, fit.ssa)
+    # The light, and the deviation of each band.
+    light = xr.DataArray([0.0, 1.0], {"wavelength": [400.0, 1300.0]}, ["wavelength"], name="lamp")
+    lit = snowblue.invert(snowblue.bands(dense, SENSOR, light=light), bands=SENSOR, light=light,
+                          standard_deviation=xr.full_like(bands[0], 1e-3).isel(band=[1, 0, 2, 3, 4]))
+    np.testing.assert_allclose(lit.ssa, truth["ssa"], rtol=0.005)
+    assert lit.band_light == "lamp" and fit.band_light == "ASTM G173-03"
+
+
+def test_bands_of_single_wavelengths_equal_the_spectrum():
+    places = [2, 6, 9, 12, 16]
+    measured = noisy(snowblue.albedo(**SOOTY, angle_deg="diffuse", wavelength_nm=NM[places]), 0.004)
+    arguments = dict(standard_deviation=0.004, scale_error=0.02, correlation_nm=80)
+    expected = snowblue.invert(measured, **arguments)
+    single = {f"b{nm:g}": ([nm], [1]) for nm in NM[places]}
+    found = snowblue.invert(measured.values, bands=single, **arguments)
+    for name in ("ssa", "ssa_sd", "black_carbon", "black_carbon_sd", "chi_square", "albedo_scale", "covariance"):
+        np.testing.assert_allclose(found[name], expected[name], rtol=1e-9)
+    np.testing.assert_allclose(found.wavelength, expected.wavelength, rtol=1e-15)
+    means = snowblue.bands(expected.albedo_fit, single)
+    np.testing.assert_allclose(means, expected.albedo_fit, rtol=1e-15)
+
+
+def test_transmittance_fluxes_and_a_sky_in_bands():
+    light = snowblue.sky(elevation_deg=30, turbidity=2, ground_albedo=0.9, wavelength_nm=np.arange(420, 901, 10))
+    fraction = (light.diffuse / (light.direct + light.diffuse)).drop_vars("elevation")
+    sensor = {name: SENSOR[name] for name in ("blue", "green", "red", "infrared")}
+    arguments = dict(thickness_cm=6, density_kg_m3=200, ground_albedo=0.2)
+    parts = [
+        snowblue.layers([dict(ssa_m2_kg=25, thickness_cm=6, density_kg_m3=200)], ground_albedo=0.2, angle_deg=angle,
+                        depth_cm=[1, 3], wavelength_nm=np.arange(420, 901, 5), standard_errors=False).squeeze(drop=True)
+        for angle in (60, "diffuse")
+    ]
+    names = ["reflectance", "transmittance", "down"]
+    dense = fraction.interp(wavelength=parts[0].wavelength)
+    truth = snowblue.bands((1 - dense) * parts[0][names] + dense * parts[1][names], sensor)
+    fit = snowblue.invert(
+        truth.reflectance, bands=sensor, angle_deg=60, diffuse_fraction=fraction, retrieve="ssa_m2_kg",
+        transmittance=truth.transmittance, transmittance_standard_deviation=0.02 * truth.transmittance,
+        fluxes={"down": truth.down}, fluxes_standard_deviation=0.02 * truth.down, **arguments)
+    assert abs(fit.ssa - 25) < 0.1 and fit.data == 16 and fit.down_fit.dims == ("depth", "band")
+    assert abs(fit.down_fit / truth.down - 1).max() < 0.005
+    with pytest.raises(ValueError, match="diffuse fraction is given from 420 to 600 nm, but the bands need it from"):
+        snowblue.invert(
+            truth.reflectance, bands=sensor, angle_deg=60, diffuse_fraction=fraction.sel(wavelength=slice(420, 600)))
+
+
+def test_wrong_bands_are_named():
+    measured = xr.DataArray(np.full((2, 5), 0.8), dims=("pit", "band"))
+    wrong = measured.copy()
+    wrong[1, 2] = 2
+    with pytest.raises(ValueError, match=r"albedo is 2, but must lie in -0.5–1.5, at pit\[1\], in the band red"):
+        snowblue.invert(wrong, bands=SENSOR)
+    with pytest.raises(ValueError, match="albedo is 2, but must lie in -0.5–1.5, in the band red"):
+        snowblue.invert(wrong[1], bands=SENSOR)
+    far = SENSOR | {"swir": ([1560, 1660], [1, 1])}
+    with pytest.raises(ValueError, match="snow with impurities is 1560 nm, but must lie in .*, in the band swir"):
+        snowblue.invert(measured[0], bands=far)
+    assert snowblue.invert(measured[0], bands=far, retrieve="ssa_m2_kg").data == 5
+    for change, text in (
+        ({"red": ([670, 640], [1, 1])}, "band red: the wavelengths of a band must ascend"),
+        ({"red": ([640, 670], [1, -1])}, "band red: response is -1"),
+        ({"red": ([640, np.nan], [1, 1])}, "response of red has wavelengths that are no numbers"),
+        ({"red": ([640], [0])}, "band red: response is 0, but must be above 0"),
+        ({"red": ([], [])}, "band red: "),
+        ({"red": 3}, "response of red is neither"),
+    ):
+        with pytest.raises(ValueError, match=text):
+            snowblue.invert(measured, bands=SENSOR | change)
+    with pytest.raises(ValueError, match="5 bands|4 bands"):
+        snowblue.invert(measured[:, :3], bands=SENSOR)
+    with pytest.raises(ValueError, match="albedo has other bands than those given"):
+        snowblue.invert(measured.assign_coords(band=list("abcde")), bands=SENSOR)
+    with pytest.raises(ValueError, match="standard deviation of the albedo has other bands than the spectra"):
+        deviation = xr.DataArray(np.full(5, 0.01), {"band": list("abcde")}, ["band"])
+        snowblue.invert(measured, bands=SENSOR, standard_deviation=deviation)
+    with pytest.raises(ValueError, match="has the dimension 'wavelength', but its values must be those of the bands"):
+        snowblue.invert(measured.rename(band="wavelength"), bands=SENSOR)
+    with pytest.raises(TypeError, match="light is given without bands"):
+        snowblue.invert([0.9], [500], light=snowblue.sunlight())
+    with pytest.raises(TypeError, match="wavelength_nm is missing, and the band visible has no response"):
+        snowblue.invert(0.9, bands="visible")
+    with pytest.raises(ValueError, match="band b: its wavelength of 500 nm is not one of the spectra"):
+        snowblue.invert(0.9, np.arange(401, 700, 10), bands={"b": ([500], [1])})
+    visible = snowblue.invert([0.9], np.arange(400, 701, 10), bands="visible")
+    assert visible.outcome == "converged" and visible.data == 1
+    same = {"one": SENSOR["red"], "other": SENSOR["red"]}
+    with pytest.raises(ValueError, match="mean wavelength of a band is that of another.*, in the band other"):
+        snowblue.invert([0.9, 0.9], bands=same, correlation_nm=50)

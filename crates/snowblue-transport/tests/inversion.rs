@@ -38,6 +38,7 @@ fn inversion(variables: &[Variable], deviations: &[f64]) -> Inversion {
     let entry = |k: usize| if k / n == k % n { deviations[k / n].powi(2) } else { 0.0 };
     Inversion {
         wavelengths_nm: NM.to_vec(),
+        bands: None,
         variables: variables.iter().copied().map(LayerVariable::from).collect(),
         prior_covariance: (0..n * n).map(entry).collect(),
         options: OPTIONS,
@@ -107,11 +108,11 @@ fn normal(stream: &mut Stream) -> f64 {
     (-2.0 * stream.uniform().ln()).sqrt() * (std::f64::consts::TAU * stream.uniform()).cos()
 }
 
-/// Errors of unit variance at [`NM`] that correlate over `length_nm`.
-fn correlated(stream: &mut Stream, length_nm: f64) -> Vec<f64> {
+/// Errors of unit variance at ascending wavelengths that correlate over `length_nm`.
+fn correlated(stream: &mut Stream, wavelengths_nm: &[f64], length_nm: f64) -> Vec<f64> {
     let mut error = normal(stream);
     let mut errors = vec![error];
-    for pair in NM.windows(2) {
+    for pair in wavelengths_nm.windows(2) {
         let rho = if length_nm > 0.0 { (-(pair[1] - pair[0]) / length_nm).exp() } else { 0.0 };
         error = rho * error + (1.0 - rho * rho).sqrt() * normal(stream);
         errors.push(error);
@@ -125,10 +126,43 @@ fn correlated(stream: &mut Stream, length_nm: f64) -> Vec<f64> {
 /// the 0.05 % and 99.95 % quantiles of the binomial distribution.
 #[test]
 fn identical_twins_are_recovered_within_their_posterior() {
-    const TWINS: usize = 400;
+    check_twins(400, 364..=393, None);
+}
+
+/// The weights of [`NM`] in the bands of a sensor: two in the visible, two in the near infrared and one beyond.
+fn bands() -> Vec<Vec<f64>> {
+    let band = |weights: &[(usize, f64)]| {
+        let mut band = vec![0.0; NM.len()];
+        weights.iter().for_each(|(place, weight)| band[*place] = *weight);
+        band
+    };
+    vec![
+        band(&[(1, 0.5), (2, 0.5)]),
+        band(&[(3, 0.75), (4, 0.25)]),
+        band(&[(5, 0.25), (6, 0.75)]),
+        band(&[(7, 0.25), (8, 0.5), (9, 0.25)]),
+        band(&[(10, 0.5), (11, 0.5)]),
+    ]
+}
+
+/// The mean of a spectrum over each band.
+fn means(bands: &[Vec<f64>], spectrum: &[f64]) -> Vec<f64> {
+    bands.iter().map(|band| band.iter().zip(spectrum).map(|(weight, value)| weight * value).sum()).collect()
+}
+
+/// The same where the albedo is measured in bands, whose errors correlate by their mean wavelengths: of 200 twins 179
+/// to 198.
+#[test]
+fn twins_in_bands_are_recovered_within_their_posterior() {
+    check_twins(200, 179..=198, Some(bands()));
+}
+
+/// Twins at wavelengths or in bands, and how many of them the ellipse and the intervals have to hold.
+fn check_twins(count: usize, expected: std::ops::RangeInclusive<usize>, bands: Option<Vec<Vec<f64>>>) {
     const DEVIATION: f64 = 0.01;
     let (medians, deviations) = ([25.0, 150.0], [0.4, 0.5]);
-    let inversion = inversion(&[Variable::SurfaceArea, SOOT], &deviations);
+    let inversion = Inversion { bands: bands.clone(), ..inversion(&[Variable::SurfaceArea, SOOT], &deviations) };
+    let channels_nm = bands.as_ref().map_or(NM.to_vec(), |bands| means(bands, &NM));
     let mut stream = Stream::new(11, 0);
     let lights = [
         beam(60.0),
@@ -142,16 +176,19 @@ fn identical_twins_are_recovered_within_their_posterior() {
         let truth = deep(at(0), at(1), lights[number % lights.len()].clone());
         let mut twin = observation(&truth, &medians, DEVIATION);
         let albedo = &mut twin.measured[0];
+        if let Some(bands) = &bands {
+            *albedo = measured(means(bands, &albedo.values), DEVIATION);
+        }
         albedo.correlation_nm = if number % 3 == 1 { 150.0 } else { 0.0 };
         albedo.scale_error = if number % 3 == 2 { 0.02 } else { 0.0 };
         let factor = (albedo.scale_error * normal(&mut stream)).exp();
-        let errors = correlated(&mut stream, albedo.correlation_nm);
+        let errors = correlated(&mut stream, &channels_nm, albedo.correlation_nm);
         for (value, error) in albedo.values.iter_mut().zip(errors) {
             *value = factor * *value + DEVIATION * error;
         }
         (truth, twin)
     };
-    let (truths, twins): (Vec<Truth>, Vec<Observation>) = (0..TWINS).map(twin).unzip();
+    let (truths, twins): (Vec<Truth>, Vec<Observation>) = (0..count).map(twin).unzip();
     let found = retrieve(&inversion, &twins);
     let (mut in_ellipse, mut in_interval, mut chi_square) = (0, [0, 0], 0.0);
     for (truth, retrieval) in truths.iter().zip(&found) {
@@ -168,12 +205,92 @@ fn identical_twins_are_recovered_within_their_posterior() {
         in_ellipse += usize::from(distance <= 5.991_464_547);
         chi_square += retrieval.chi_square;
     }
-    for count in [in_ellipse, in_interval[0], in_interval[1]] {
-        assert!((364..=393).contains(&count), "{in_ellipse} {in_interval:?}");
+    for held in [in_ellipse, in_interval[0], in_interval[1]] {
+        assert!(expected.contains(&held), "{in_ellipse} {in_interval:?}");
     }
-    // χ² with 400 · 12 degrees of freedom: 3.3 of its standard deviations, √(2 · 4800).
-    let expected = (TWINS * NM.len()) as f64;
+    // χ² with as many degrees of freedom as values: 3.3 of its standard deviations, √(2 · 4800) of 400 spectra.
+    let expected = (count * channels_nm.len()) as f64;
     assert!((chi_square - expected).abs() < 3.3 * (2.0 * expected).sqrt(), "{chi_square}");
+}
+
+/// A band of one wavelength is that wavelength, in any order, also where some are missing or their errors correlate.
+#[test]
+fn bands_of_single_wavelengths_have_the_posterior_of_the_wavelengths() {
+    let at_wavelengths = inversion(&[Variable::SurfaceArea, SOOT], &[1.0, 2.0]);
+    let order: Vec<usize> = (0..NM.len()).rev().collect();
+    let single = |place: usize| (0..NM.len()).map(|other| f64::from(u8::from(other == place))).collect();
+    let bands = Some(order.iter().map(|place| single(*place)).collect());
+    let in_bands = Inversion { bands, ..at_wavelengths.clone() };
+    let mut spectrum = observation(&deep(20.0, 100.0, beam(60.0)), &[30.0, 50.0], 0.01);
+    let albedo = &mut spectrum.measured[0];
+    (albedo.correlation_nm, albedo.scale_error, albedo.values[3]) = (100.0, 0.02, f64::NAN);
+    let expected = one(&at_wavelengths, spectrum.clone());
+    spectrum.measured[0].values = order.iter().map(|place| spectrum.measured[0].values[*place]).collect();
+    let found = one(&in_bands, spectrum);
+    let near = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a / b - 1.0).abs() < 1e-9 || a.is_nan());
+    for (a, b) in found.values.iter().zip(&expected.values) {
+        assert!(near(&[a.median, a.standard_deviation], &[b.median, b.standard_deviation]), "{found:?} {expected:?}");
+    }
+    assert!(near(&found.covariance, &expected.covariance) && near(&[found.chi_square], &[expected.chi_square]));
+    let reordered: Vec<f64> = order.iter().map(|place| expected.fits[0][*place]).collect();
+    assert!(near(&found.fits[0], &reordered) && found.data == 11 && found.fits[0][8].is_nan());
+}
+
+/// Soot has no optical properties beyond 1495 nm, which only one of the bands needs.
+#[test]
+fn a_spectrum_needs_the_wavelengths_of_its_own_bands_only() {
+    let mut wavelengths_nm = NM.to_vec();
+    wavelengths_nm.push(1600.0);
+    let mut all: Vec<Vec<f64>> = bands().into_iter().map(|band| [band, vec![0.0]].concat()).collect();
+    let mut last = vec![0.0; NM.len() + 1];
+    (last[11], last[12]) = (0.5, 0.5);
+    all.push(last);
+    let whole = inversion(&[Variable::SurfaceArea, SOOT], &[1.0, 2.0]);
+    let inversion = Inversion { wavelengths_nm, bands: Some(all), ..whole.clone() };
+    let mut spectrum = observation(&deep(20.0, 100.0, beam(60.0)), &[30.0, 50.0], 0.01);
+    let values = means(&bands(), &spectrum.measured[0].values);
+    let expected = one(
+        &Inversion { bands: Some(bands()), ..whole },
+        Observation { measured: vec![measured(values.clone(), 0.01)], ..spectrum.clone() },
+    );
+    spectrum.measured[0] = measured([values, vec![f64::NAN]].concat(), 0.01);
+    let found = one(&inversion, spectrum.clone());
+    assert!((found.values[0].median / expected.values[0].median - 1.0).abs() < 1e-9, "{found:?} {expected:?}");
+    assert!(found.fits[0][5].is_nan() && found.fits[0][4].is_finite());
+    spectrum.measured[0].values[5] = 0.3;
+    let error = inversion.retrieve(&[spectrum], &|_| ()).unwrap_err();
+    assert_eq!((error.observation, error.wavelength), (Some(0), Some(5)), "{error}");
+    assert!(error.to_string().contains("impurities is 1600 nm"), "{error}");
+}
+
+#[test]
+fn wrong_bands_are_named() {
+    let spectrum = observation(&deep(20.0, 100.0, beam(60.0)), &[30.0, 50.0], 0.01);
+    let of_bands = measured(means(&bands(), &spectrum.measured[0].values), 0.01);
+    let wrong = |bands: Vec<Vec<f64>>, albedo: Measured| {
+        let inversion = Inversion { bands: Some(bands), ..inversion(&[Variable::SurfaceArea, SOOT], &[1.0, 2.0]) };
+        let error = inversion.retrieve(&[Observation { measured: vec![albedo], ..spectrum.clone() }], &|_| ());
+        let error = error.unwrap_err();
+        (error.wavelength, error.to_string())
+    };
+    let changed = |band: usize, weights: Vec<f64>| {
+        let mut all = bands();
+        all[band] = weights;
+        all
+    };
+    let told = |(place, text): (Option<usize>, String), expected: Option<usize>, words: &str| {
+        assert!(place == expected && text.contains(words), "{place:?} {text}");
+    };
+    told(wrong(vec![], of_bands.clone()), None, "band");
+    told(wrong(changed(1, vec![1.0]), of_bands.clone()), Some(1), "as many as there are wavelengths");
+    told(wrong(changed(2, [vec![1.5, -0.5], vec![0.0; 10]].concat()), of_bands.clone()), Some(2), "negative");
+    told(wrong(changed(3, vec![0.1; 12]), of_bands.clone()), Some(3), "sum of the weights of a band must be 1");
+    told(wrong(bands(), spectrum.measured[0].clone()), None, "as many as there are bands");
+    let mut bright = of_bands.clone();
+    bright.values[4] = 2.0;
+    told(wrong(bands(), bright), Some(4), "albedo is 2");
+    let twice = changed(1, bands()[0].clone());
+    told(wrong(twice, Measured { correlation_nm: 50.0, ..of_bands }), Some(1), "mean wavelength of a band is that of");
 }
 
 /// At the mode x̂ of exact data, KᵀK (x − x̂) = S_a⁻¹ (x̂ − x_a) with the derivatives between x̂ and x, so that

@@ -113,6 +113,7 @@ fn answers() -> Result<Answers, TransportError> {
     let deviations = VARIABLES.map(|variable| Prior::weak(variable).deviation);
     let inversion = Inversion {
         wavelengths_nm: measured.iter().map(|albedo| albedo.wavelength_nm).collect(),
+        bands: None,
         variables: VARIABLES.map(LayerVariable::from).to_vec(),
         prior_covariance: vec![deviations[0].powi(2), 0.0, 0.0, deviations[1].powi(2)],
         options: OrdinatesOptions::default(),

@@ -7,7 +7,7 @@ import functools
 import inspect
 import re
 import reprlib
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any, TypedDict, TypeVar
@@ -180,8 +180,8 @@ class Axes:
         return np.broadcast_to(spread, self.shape).reshape(-1)
 
     @contextmanager
-    def locating_errors(self, wavelengths: int = 1) -> Iterator[None]:
-        """Says where among the axes, and perhaps the wavelengths, a value is wrong."""
+    def locating_errors(self, wavelengths: int = 1, bands: Sequence[str] | None = None) -> Iterator[None]:
+        """Says where among the axes, and perhaps the wavelengths or the bands, a value is wrong."""
         try:
             yield
         except ValueError as error:
@@ -190,6 +190,9 @@ class Axes:
                 raise ValueError(message + _at(row, self.sizes, self.shape)) from None
             if len(error.args) == 3:
                 message, row, wavelength = error.args
+                if bands is not None:
+                    place = _at(row, self.sizes, self.shape)
+                    raise ValueError(f"{message}{place}, in the band {bands[wavelength]}") from None
                 dims, shape = [*self.sizes, WAVELENGTH.name], (*self.shape, wavelengths)
                 raise ValueError(message + _at(row * wavelengths + wavelength, dims, shape)) from None
             raise

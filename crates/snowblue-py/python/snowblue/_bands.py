@@ -38,7 +38,8 @@ def bands(
     bands : names, or a mapping of names to responses
         solar (all wavelengths), par (photons of 400 to 700 nm), visible, near-infrared. A response is an
         :class:`xarray.DataArray` on `wavelength`, or a pair of wavelengths (nm) and values, in any unit; between the
-        wavelengths it is linear, and beyond them 0. None is the band of that name.
+        wavelengths it is linear, and beyond them 0. A response at a single wavelength is a band of this wavelength,
+        which must be one of the spectra. None is the band of that name.
     light : xarray.DataArray, optional
         Irradiance on `wavelength`, which must cover the bands, in any unit of energy, such as that of :func:`sky`; by
         default the standard sun, that of :func:`sunlight`.
@@ -67,24 +68,9 @@ def bands(
         raise ValueError(f"the spectra are of the type {type(solved).__name__}, but must be a Dataset or a DataArray")
     if "wavelength" not in solved.dims or "band" in solved.dims:
         raise ValueError("the spectra need the dimension 'wavelength', and may not have 'band'")
-    wavelengths_nm = numbers(WAVELENGTH, solved.wavelength)
-    if isinstance(bands, str):
-        bands = [bands]
-    responses = dict(bands) if isinstance(bands, Mapping) else dict.fromkeys(bands or ())
-    if not all(isinstance(name, str) for name in responses):
-        raise ValueError("the names of bands must be words")
-    check_names(BANDS, [name for name, response in responses.items() if response is None])
-    if not responses:
-        raise ValueError("no band is given")
-    lit = None if light is None else _curve("light", light)
-    weights = []
-    for name, response in responses.items():
-        curve = None if response is None else _curve(f"response of {name}", response)
-        try:
-            weights.append(_native.band_weights(name if curve is None else None, curve, lit, wavelengths_nm))
-        except ValueError as error:
-            raise ValueError(f"band {name}: {error}") from None
-    matrix = xr.DataArray(np.array(weights), {"band": list(responses)}, ["band", "wavelength"])
+    curves = response_curves(bands)
+    weights = band_weights(curves, light, numbers(WAVELENGTH, solved.wavelength))
+    matrix = xr.DataArray(weights, {"band": list(curves)}, ["band", "wavelength"])
 
     def mean(spectrum: xr.DataArray) -> xr.DataArray:
         dims = [("band" if dim == "wavelength" else dim) for dim in spectrum.dims]
@@ -105,6 +91,53 @@ def bands(
     return xr.Dataset({name: mean(solved[name]) for name in kept}, attrs=solved.attrs | made)
 
 
+Curve = tuple[list[float], list[float]]
+"""Wavelengths and values of a spectrum."""
+
+
+def response_curves(bands: str | Iterable[str] | Mapping[str, Any]) -> dict[str, Curve | None]:
+    """The response of each band; None of those whose names have one."""
+    if isinstance(bands, str):
+        bands = [bands]
+    responses = dict(bands) if isinstance(bands, Mapping) else dict.fromkeys(bands or ())
+    if not all(isinstance(name, str) for name in responses):
+        raise ValueError("the names of bands must be words")
+    check_names(BANDS, [name for name, response in responses.items() if response is None])
+    if not responses:
+        raise ValueError("no band is given")
+    return {
+        name: None if response is None else _curve(f"response of {name}", response)
+        for name, response in responses.items()
+    }
+
+
+def band_weights(
+    curves: Mapping[str, Curve | None], light: xr.DataArray | None, wavelengths_nm: list[float]
+) -> np.ndarray:
+    """The weight of each wavelength in each band, row by row."""
+    lit = None if light is None else _curve("light", light)
+    weights = []
+    for name, curve in curves.items():
+        try:
+            if curve is not None and len(curve[0]) == 1:
+                weights.append(_single(curve, wavelengths_nm))
+            else:
+                weights.append(_native.band_weights(name if curve is None else None, curve, lit, wavelengths_nm))
+        except ValueError as error:
+            raise ValueError(f"band {name}: {error}") from None
+    return np.array(weights)
+
+
+def _single(curve: Curve, wavelengths_nm: list[float]) -> np.ndarray:
+    """The weights of a band of one wavelength."""
+    [wavelength_nm], [response] = curve
+    if not 0 < response < np.inf:
+        raise ValueError(f"response is {response:g}, but must be above 0")
+    if wavelength_nm not in wavelengths_nm:
+        raise ValueError(f"its wavelength of {wavelength_nm:g} nm is not one of the spectra")
+    return (np.array(wavelengths_nm) == wavelength_nm).astype(float)
+
+
 def _check_fraction(spectrum: xr.DataArray) -> None:
     """Irradiances must not be weighted with sunlight again."""
     units = spectrum.attrs.get("units", "1")
@@ -117,7 +150,7 @@ def _plain(name: Any) -> str:
     return str(name).partition("_per_")[0].removesuffix("_se")
 
 
-def _curve(label: str, given: Any) -> tuple[list[float], list[float]]:
+def _curve(label: str, given: Any) -> Curve:
     """Wavelengths and values of a spectrum."""
     if hasattr(given, "dims"):
         if given.dims != ("wavelength",) or "wavelength" not in given.coords:
@@ -129,6 +162,8 @@ def _curve(label: str, given: Any) -> tuple[list[float], list[float]]:
     except (TypeError, ValueError):
         text = f"the {label} is neither an array on 'wavelength' nor a pair of wavelengths and values"
         raise ValueError(text) from None
+    if not np.isfinite(wavelengths_nm).all():
+        raise ValueError(f"the {label} has wavelengths that are no numbers")
     if wavelengths_nm.ndim != 1 or values.shape != wavelengths_nm.shape:
         raise ValueError(
             f"the {label} has wavelengths of the shape {wavelengths_nm.shape}, but values of the shape {values.shape}"

@@ -34,6 +34,7 @@ from snowblue._arguments import (
     wavelength_coordinate,
     whole,
 )
+from snowblue._bands import Curve, band_weights, response_curves
 from snowblue._progress import Progress, reporting
 from snowblue._spectra import LONG_NAMES, described_layers, packed_layers, parameter_quantity
 
@@ -57,6 +58,10 @@ ASPECTS = {
 }
 AT_DEPTH = ("down", "up", "net", "fluence")
 """Fluxes at depth that can be measured, as :func:`snowblue.layers` names them."""
+BAND_STEP_NM = 10.0
+"""Greatest distance of the wavelengths at which the model of a band is solved, unless they are given."""
+MOST_STEPS = 10_000
+"""More wavelengths of a band are out of every range, and no array is made of them."""
 MOST_LAYERS = 1_000_000
 """Greater numbers of layers are refused at once."""
 DEVIATIONS = {"albedo": "standard_deviation", "transmittance": "transmittance_standard_deviation"}
@@ -75,6 +80,8 @@ def invert(
     albedo: Any = None,
     wavelength_nm: Any = None,
     *,
+    bands: str | Iterable[str] | Mapping[str, Any] | None = None,
+    light: xr.DataArray | None = None,
     transmittance: Any = None,
     fluxes: Mapping[str, xr.DataArray] | xr.Dataset | None = None,
     layers: Iterable[Mapping[str, Any]] | pd.DataFrame | None = None,
@@ -96,7 +103,8 @@ def invert(
 ) -> xr.Dataset:
     """Properties of snow from measured spectra, and how well the data determine them.
 
-    The spectra are those of albedo, transmittance and fluxes at depth; the snow may have layers.
+    The spectra are those of albedo, transmittance and fluxes at depth, at wavelengths or in the bands of a sensor; the
+    snow may have layers.
 
     Optimal estimation (Rodgers 2000): the most probable state, given the data, their errors, and a prior. The state has
     the logarithms of positive quantities and the log-odds of fractions. All spectra are retrieved together, in
@@ -109,7 +117,15 @@ def invert(
         an :class:`xarray.DataArray` other than `wavelength` (nm) are those of the result, and pair with those of other
         arguments. Plain arrays have the wavelength last.
     wavelength_nm : array
-        Needed where no dimension `wavelength` has it. The tables of impurities reach from 305 to 1495 nm.
+        Needed where no dimension `wavelength` has it. The tables of impurities reach from 305 to 1495 nm. With `bands`
+        the wavelengths at which the model is solved; by default those of the responses in steps of 10 nm or less.
+    bands : names, or a mapping of names to responses, optional
+        The bands of a sensor, as in :func:`snowblue.bands`, if the values are means over them. The last dimension of
+        the spectra, or that of the name `band`, is then that of the bands, in their order or with their names. All that
+        is said of wavelengths below holds for bands; their errors correlate by their mean wavelengths. Bands without a
+        response of their own, such as "visible", need `wavelength_nm`.
+    light : xarray.DataArray, optional
+        Irradiance on `wavelength` with which the means are weighted, as in :func:`snowblue.bands`.
     fluxes : mapping or Dataset, optional
         Measured fluxes at depth over the incident flux: any of `down`, `up` and `net`, through a level plane, and
         `fluence`, from all directions, as :func:`snowblue.layers` gives them. Each has the dimensions `depth`, with
@@ -136,7 +152,8 @@ def invert(
         Angle of the beam from the normal. Default: the spectrum's coordinate or attribute `angle_deg`, or its
         coordinate `angle` in degrees; if it has none, "diffuse", the light of an overcast sky.
     diffuse_fraction : float or array
-        Fraction of the light that is diffuse, beside the beam; it may have the dimension `wavelength`.
+        Fraction of the light that is diffuse, beside the beam; it may have the dimension `wavelength`, on which it is
+        interpolated if the data are those of bands.
     thickness_cm : float or array
         Default: the spectrum's coordinate or attribute `thickness_cm`, or its coordinate `thickness` in cm; if it has
         none, infinity.
@@ -165,7 +182,7 @@ def invert(
     ------
     ValueError
         For a value that is out of range, with its index: `albedo is 2, but must lie in -0.5–1.5, at pit[3],
-        wavelength[7]`.
+        wavelength[7]`, or `..., in the band red`.
 
     Examples
     --------
@@ -205,13 +222,23 @@ def invert(
     if packed is not None:
         for name in (*snow, *(["thickness_cm"] if thickness_cm is not None else [])):
             raise TypeError(f"{name} belongs to the layers")
-    measured = _measured(given, wavelength_nm)
-    wavelengths_nm = numbers(WAVELENGTH, next(iter(measured.values())).values.wavelength.values)
+    weights = None
+    if bands is None:
+        if light is not None:
+            raise TypeError("light is given without bands")
+        channels = _wavelengths(given, wavelength_nm)
+        wavelengths_nm = numbers(WAVELENGTH, channels.labels)
+    else:
+        curves = response_curves(bands)
+        wavelengths_nm = _model_wavelengths(curves, wavelength_nm)
+        weights = band_weights(curves, light, wavelengths_nm)
+        channels = Channels("band", np.array(list(curves)))
+    measured = _measured(given, channels)
     names, priors = _priors(retrieve)
     snow_given = snows(snow)
     axes = snow_given.axes
     columns: list[tuple[str, ...]] = [tuple(axes.sizes)]
-    spectra: dict[str, Any] = {"wavelength_nm": wavelengths_nm}
+    spectra: dict[str, Any] = {"wavelength_nm": wavelengths_nm, "bands": None if weights is None else weights.tolist()}
     made: dict[str, Any] = {}
     rows: dict[str, dict[str, Any]] = {}
     for name, spectrum in measured.items():
@@ -221,7 +248,12 @@ def invert(
         }
     fraction = None
     if diffuse_fraction is not None:
-        fraction = next(iter(measured.values())).at_one_depth().rows("diffuse fraction", diffuse_fraction, axes)
+        spectrum = next(iter(measured.values())).at_one_depth()
+        if weights is not None:
+            spectrum = _at_wavelengths(wavelengths_nm)
+            used_nm = np.array(wavelengths_nm)[weights.any(axis=0)]
+            diffuse_fraction = _interpolated("diffuse fraction", diffuse_fraction, wavelengths_nm, used_nm)
+        fraction = spectrum.rows("diffuse fraction", diffuse_fraction, axes)
     known = {"thickness_cm": thickness_cm, "angle_deg": angle_deg, "ground_albedo": ground_albedo}
     for name, own in known.items():
         if name == "thickness_cm" and packed is not None:
@@ -258,11 +290,11 @@ def invert(
     }
     taken = {f"{label}{aspect}" for label in labels for aspect in ASPECTS}
     taken |= {f"{name}{end}" for name in measured for end in ("", "_fit", *(f"_scale{aspect}" for aspect in ASPECTS))}
-    taken |= {"parameter", "true_parameter", "outcome", "averaging_kernel", "covariance", *NUMBERS}
+    taken |= {channels.dim, "parameter", "true_parameter", "outcome", "averaging_kernel", "covariance", *NUMBERS}
     for dim in axes.sizes:
         if dim in taken:
             raise ValueError(f"an argument has a dimension '{dim}', which belongs to the results: rename it")
-    with reporting(progress, "spectra") as report, axes.locating_errors(len(wavelengths_nm)):
+    with reporting(progress, "spectra") as report, axes.locating_errors(channels.count, channels.names):
         found = _native.invert(snow_given.native, spectra, unknowns, report)
 
     made["prior"] = "; ".join(
@@ -280,9 +312,13 @@ def invert(
     variables = _variables(found, dict(zip(labels, names)), measured, spectra["measured"], axes)
     if not scale_error:
         variables = {name: value for name, value in variables.items() if "_scale" not in name}
-    own = wavelength_coordinate(wavelengths_nm)
+    mean_nm = wavelengths_nm if weights is None else (weights @ wavelengths_nm).tolist()
+    own = (channels.dim, *wavelength_coordinate(mean_nm)[1:])
     carried = next(iter(measured.values())).values.drop_vars("depth", errors="ignore").coords
-    coords = axes.coordinates(Wavelengths(wavelengths_nm, "wavelength", own, carried))
+    coords = axes.coordinates(Wavelengths(mean_nm, channels.dim, own, carried))
+    if weights is not None:
+        coords["band"] = ("band", channels.labels)
+        made["band_light"] = "ASTM G173-03" if light is None else str(light.name or "given")
     coords = {name: coordinate for name, coordinate in coords.items() if name not in variables}
     coords |= {"parameter": labels, "true_parameter": labels}
     for spectrum in measured.values():
@@ -413,11 +449,54 @@ def _deviations(fluxes: Mapping[str, Any], given: Any) -> dict[str, Any]:
 
 
 @dataclass
+class Channels:
+    """Where values are measured: at wavelengths, or in bands."""
+
+    dim: str
+    """Its dimension in results: `wavelength` or `band`."""
+    labels: np.ndarray
+    """The wavelengths in nm, or the names of the bands."""
+
+    @property
+    def count(self) -> int:
+        return len(self.labels)
+
+    @property
+    def names(self) -> list[str] | None:
+        """The names of bands."""
+        return self.labels.tolist() if self.dim == "band" else None
+
+    @property
+    def words(self) -> str:
+        """Their number, in words."""
+        return f"{self.count} {self.dim}s"
+
+    def take(self, value: xr.DataArray, dim: str) -> xr.DataArray:
+        """An array whose dimension of channels, if it has one, is called so. Labels of another name are none."""
+        if dim != self.dim and dim in value.dims:
+            value = value.swap_dims({dim: self.dim}).drop_vars(dim, errors="ignore")
+        if self.dim != "band" or "band" not in value.dims or "band" not in value.coords:
+            return value
+        own = value.band.values
+        if own.dtype.kind not in "OU":
+            return value.drop_vars("band")
+        is_same_set = len(own) == self.count and {*own.tolist()} == {*self.labels.tolist()}
+        return value.sel(band=self.labels) if is_same_set else value
+
+    def are_labels_of(self, value: xr.DataArray) -> bool:
+        """Whether an array has as many channels, and no other labels."""
+        is_labelled = self.dim in value.coords
+        is_same_size = value.sizes.get(self.dim) == self.count
+        return is_same_size and not (is_labelled and not np.array_equal(value[self.dim].values, self.labels))
+
+
+@dataclass
 class Measured:
     """A measured spectrum."""
 
     values: xr.DataArray
-    """The wavelength is the last dimension, with its coordinate, perhaps after the depth."""
+    """The wavelength or band is the last dimension, with its coordinate, perhaps after the depth."""
+    channels: Channels
     dim: str
     """What the array that is given calls this dimension."""
     given: tuple[tuple[str, ...], tuple[int, ...]]
@@ -430,7 +509,7 @@ class Measured:
     @property
     def inner(self) -> list[str]:
         """The dimensions that belong to one pack."""
-        return ["depth", "wavelength"] if "depth" in self.values.dims else ["wavelength"]
+        return ["depth", self.channels.dim] if "depth" in self.values.dims else [self.channels.dim]
 
     def at_one_depth(self) -> Measured:
         """The spectrum at one of the depths."""
@@ -438,31 +517,29 @@ class Measured:
             return self
         kept = [(dim, size) for dim, size in zip(*self.given) if dim != "depth"]
         given = tuple(dim for dim, _ in kept), tuple(size for _, size in kept)
-        return Measured(self.values.isel(depth=0, drop=True), self.dim, given)
+        return Measured(self.values.isel(depth=0, drop=True), self.channels, self.dim, given)
 
     def rows(self, label: str, value: Any, axes: Axes) -> tuple[np.ndarray, tuple[str, ...]]:
-        """Values at all depths and wavelengths for each element of some dimensions, which are added to the axes."""
+        """Values at all depths and channels for each element of some dimensions, which are added to the axes."""
         import xarray as xr
 
-        wavelengths_nm = self.values.wavelength.values
+        channels = self.channels
         value = labelled(value)
         if not hasattr(value, "dims"):
             array = _floats(label, value)
             dims, shape = self.given
-            known = {(): (), wavelengths_nm.shape: (self.dim,), shape: dims}
+            known = {(): (), (channels.count,): (self.dim,), shape: dims}
             if array.shape not in known:
                 raise ValueError(
-                    f"the {label} has the shape {array.shape}, but there are {wavelengths_nm.size} wavelengths, and "
-                    f"spectra of the shape {shape}"
+                    f"the {label} has the shape {array.shape}, but there are {channels.words}, and spectra of the "
+                    f"shape {shape}"
                 )
             value = xr.DataArray(array, dims=known[array.shape])
-        value = _with_wavelength(value, self.dim)
-        if "wavelength" not in value.dims:
-            value = value.expand_dims(wavelength=wavelengths_nm)
-        elif value.sizes["wavelength"] != wavelengths_nm.size or (
-            "wavelength" in value.coords and not np.array_equal(value.wavelength.values, wavelengths_nm)
-        ):
-            raise ValueError(f"the {label} has other wavelengths than the spectra")
+        value = channels.take(value, self.dim)
+        if channels.dim not in value.dims:
+            value = value.expand_dims({channels.dim: channels.labels})
+        elif not channels.are_labels_of(value):
+            raise ValueError(f"the {label} has other {channels.dim}s than the spectra")
         if self.depths_cm:
             if "depth" not in value.dims:
                 value = value.expand_dims(depth=self.depths_cm)
@@ -477,45 +554,87 @@ class Measured:
         return value.values.reshape(-1, int(np.prod([value.sizes[dim] for dim in self.inner]))), others.dims
 
 
-def _measured(given: dict[str, Any], wavelength_nm: Any) -> dict[str, Measured]:
-    """The measured spectra."""
-    import xarray as xr
-
-    arrays = {name: labelled(value) for name, value in given.items()}
+def _wavelengths(given: dict[str, Any], wavelength_nm: Any) -> Channels:
+    """The wavelengths of the spectra."""
     if wavelength_nm is None:
-        for value in arrays.values():
+        for value in map(labelled, given.values()):
             if "wavelength" in getattr(value, "dims", ()) and "wavelength" in value.coords:
                 wavelength_nm = value.wavelength.values
                 break
         else:
-            name = next(iter(arrays))
+            name = next(iter(given))
             raise TypeError(f"wavelength_nm is missing, and the {name} has no dimension 'wavelength' with values")
     values_nm = np.atleast_1d(_floats("wavelength_nm", wavelength_nm))
     if values_nm.size == 0:
         raise ValueError("wavelength_nm has no values")
+    return Channels("wavelength", values_nm)
+
+
+def _model_wavelengths(curves: Mapping[str, Curve | None], wavelength_nm: Any) -> list[float]:
+    """The wavelengths at which the model is solved."""
+    if wavelength_nm is not None:
+        return numbers(WAVELENGTH, wavelength_nm)
+    points: set[float] = set()
+    for name, curve in curves.items():
+        if curve is None:
+            raise TypeError(f"wavelength_nm is missing, and the band {name} has no response")
+        own_nm = curve[0]
+        if own_nm:
+            steps = np.ceil(abs(own_nm[-1] - own_nm[0]) / BAND_STEP_NM)
+            points |= {*np.linspace(own_nm[0], own_nm[-1], int(min(steps, MOST_STEPS)) + 1).tolist()}
+    return sorted(points)
+
+
+def _at_wavelengths(wavelengths_nm: list[float]) -> Measured:
+    """A spectrum at the wavelengths of the model, with which others pair."""
+    import xarray as xr
+
+    channels = Channels("wavelength", np.array(wavelengths_nm))
+    values = xr.DataArray(np.zeros(channels.count), {"wavelength": wavelengths_nm}, ["wavelength"])
+    return Measured(values, channels, "wavelength", (("wavelength",), (channels.count,)))
+
+
+def _interpolated(label: str, value: Any, wavelengths_nm: list[float], used_nm: np.ndarray) -> Any:
+    """An array on `wavelength` at other wavelengths, of which it must cover those that are used."""
+    if "wavelength" not in getattr(value, "dims", ()) or "wavelength" not in value.coords:
+        return value
+    value = value.transpose(..., "wavelength")
+    own_nm = np.asarray(numbers(WAVELENGTH, value.wavelength.values))
+    if not (np.diff(own_nm) > 0).all():
+        raise ValueError(f"the {label} has wavelengths that do not ascend")
+    if own_nm[0] > used_nm.min() or own_nm[-1] < used_nm.max():
+        raise ValueError(
+            f"the {label} is given from {own_nm[0]:g} to {own_nm[-1]:g} nm, but the bands need it from "
+            f"{used_nm.min():g} to {used_nm.max():g} nm"
+        )
+    found = np.apply_along_axis(lambda row: np.interp(wavelengths_nm, own_nm, row), -1, value.values)
+    at_first = value.isel(wavelength=0, drop=True)
+    return at_first.expand_dims(wavelength=wavelengths_nm, axis=-1).copy(data=found)
+
+
+def _measured(given: dict[str, Any], channels: Channels) -> dict[str, Measured]:
+    """The measured spectra."""
+    import xarray as xr
+
+    arrays = {name: labelled(value) for name, value in given.items()}
     measured = {}
     for name, value in arrays.items():
         if not hasattr(value, "dims"):
             array = np.atleast_1d(_floats(name, value))
-            value = xr.DataArray(array, dims=[*(f"dim_{i}" for i in range(array.ndim - 1)), "wavelength"])
+            value = xr.DataArray(array, dims=[*(f"dim_{i}" for i in range(array.ndim - 1)), channels.dim])
+        if channels.dim == "band" and "wavelength" in value.dims:
+            raise ValueError(f"the {name} has the dimension 'wavelength', but its values must be those of the bands")
         inner = [dim for dim in value.dims if dim != "depth"]
-        dim = "wavelength" if "wavelength" in value.dims or not inner else inner[-1]
+        dim = channels.dim if channels.dim in value.dims or not inner else inner[-1]
         as_given = value.dims, value.shape
-        value = _with_wavelength(value, dim)
-        if values_nm.ndim != 1 or value.sizes.get("wavelength") != values_nm.size:
-            raise ValueError(f"the {name} has the shape {as_given[1]}, but there are {values_nm.size} wavelengths")
-        if "wavelength" in value.coords and not np.array_equal(value.wavelength.values, values_nm):
-            raise ValueError(f"the {name} has other wavelengths than those given")
-        value = value.astype(float).transpose(..., "wavelength").assign_coords(wavelength=values_nm)
-        measured[name] = Measured(value, dim, as_given)
+        value = channels.take(value, dim)
+        if channels.labels.ndim != 1 or value.sizes.get(channels.dim) != channels.count:
+            raise ValueError(f"the {name} has the shape {as_given[1]}, but there are {channels.words}")
+        if not channels.are_labels_of(value):
+            raise ValueError(f"the {name} has other {channels.dim}s than those given")
+        value = value.astype(float).transpose(..., channels.dim).assign_coords({channels.dim: channels.labels})
+        measured[name] = Measured(value, channels, dim, as_given)
     return measured
-
-
-def _with_wavelength(value: xr.DataArray, dim: str) -> xr.DataArray:
-    """An array whose dimension of wavelengths, if it has one, is called so. Labels of another name are none."""
-    if dim == "wavelength" or dim not in value.dims:
-        return value
-    return value.swap_dims({dim: "wavelength"}).drop_vars(dim, errors="ignore")
 
 
 def _floats(label: str, value: Any) -> np.ndarray:

@@ -10,7 +10,7 @@ use crate::TransportError;
 pub struct InversionError {
     /// The observation that is wrong, or none where all of them are.
     pub observation: Option<usize>,
-    /// The wavelength at which it is wrong, if there is one.
+    /// The wavelength, or the band, at which it is wrong, if there is one.
     pub wavelength: Option<usize>,
     /// The depth at which it is wrong, in cm, if there is one.
     pub depth_cm: Option<f64>,

@@ -14,6 +14,7 @@ use std::str::FromStr;
 
 use snowblue_base::ParameterRange;
 
+use super::channels::Channels;
 use super::error::InversionError;
 use crate::error::{TransportError, find_by_name};
 
@@ -48,20 +49,21 @@ pub enum Quantity {
     Fluence,
 }
 
-/// A measured quantity at each wavelength, and at each depth if it is one at depths.
+/// A measured quantity at each wavelength or in each band, and at each depth if it is one at depths.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Measured {
     /// What is measured.
     pub quantity: Quantity,
     /// Depths below the surface, in cm; none of an albedo or a transmittance.
     pub depths_cm: Vec<f64>,
-    /// Values at each depth, then each wavelength; NaN where there is none.
+    /// Values at each depth, then each wavelength or band; NaN where there is none.
     pub values: Vec<f64>,
     /// Standard deviation of each value.
     pub standard_deviations: Vec<f64>,
     /// Standard deviation of the logarithm of a factor that all values have in common, such as that of a calibration.
     pub scale_error: f64,
-    /// Distance over which the errors of neighbouring wavelengths correlate, in nm: the correlation falls by e.
+    /// Distance over which the errors of neighbouring wavelengths, or mean wavelengths of bands, correlate, in nm: the
+    /// correlation falls by e.
     pub correlation_nm: f64,
 }
 
@@ -73,7 +75,7 @@ pub(super) struct Data {
 
 #[derive(Debug, Clone, Copy)]
 struct Point {
-    /// Place among the depths and, fastest, the wavelengths.
+    /// Place among the depths and, fastest, the channels.
     place: usize,
     value: f64,
     standard_deviation: f64,
@@ -142,7 +144,7 @@ impl FromStr for Quantity {
 
 impl Measured {
     /// Checks all but values that are missing, and that depths lie in the snow, which is checked with its layers.
-    pub(super) fn check(&self, wavelengths_nm: &[f64]) -> Result<(), InversionError> {
+    pub(super) fn check(&self, channels: &Channels<'_>) -> Result<(), InversionError> {
         let Self { quantity, depths_cm, .. } = self;
         if quantity.is_at_depth() == depths_cm.is_empty() {
             let rule = if depths_cm.is_empty() { "needs depths" } else { "has no depths" };
@@ -150,12 +152,8 @@ impl Measured {
         }
         let (values, deviations) = (quantity.range(), quantity.deviation_range());
         for (quantity, numbers) in [(values.quantity, &self.values), (deviations.quantity, &self.standard_deviations)] {
-            if numbers.len() != self.rows() * wavelengths_nm.len() {
-                let expected = if depths_cm.is_empty() {
-                    "as many as there are wavelengths"
-                } else {
-                    "as many as there are depths and wavelengths"
-                };
+            if numbers.len() != self.rows() * channels.len() {
+                let expected = channels.expected(!depths_cm.is_empty());
                 return Err(TransportError::Count { quantity, count: numbers.len(), expected }.into());
             }
         }
@@ -166,19 +164,15 @@ impl Measured {
         }
         CORRELATION_RANGE.check(self.correlation_nm).map_err(TransportError::from)?;
         let located = |place: usize, error: TransportError| InversionError {
-            depth_cm: self.depths_cm.get(place / wavelengths_nm.len()).copied(),
-            ..InversionError::at_wavelength(place % wavelengths_nm.len(), error)
+            depth_cm: self.depths_cm.get(place / channels.len()).copied(),
+            ..InversionError::at_wavelength(place % channels.len(), error)
         };
         for (place, value) in self.present() {
             let check = values.check(value).and_then(|()| deviations.check(self.standard_deviations[place]));
             check.map_err(|error| located(place, error.into()))?;
         }
-        match self.data(wavelengths_nm).points.iter().find(|point| point.correlation >= 1.0) {
-            Some(point) => {
-                let quantity = "wavelength";
-                let rule = "is given twice, so that the errors of its values would be equal";
-                Err(located(point.place, TransportError::Combination { quantity, rule }))
-            }
+        match self.data(channels).points.iter().find(|point| point.correlation >= 1.0) {
+            Some(point) => Err(located(point.place, channels.given_twice())),
             None => Ok(()),
         }
     }
@@ -193,16 +187,15 @@ impl Measured {
         self.values.iter().copied().enumerate().filter(|(_, value)| !value.is_nan())
     }
 
-    /// Whether there is a value at a wavelength, of which there are as many as values in a row.
-    pub(super) fn has_data_at(&self, wavelength: usize) -> bool {
-        let wavelengths = self.values.len() / self.rows();
-        self.values.iter().skip(wavelength).step_by(wavelengths).any(|value| !value.is_nan())
+    /// Whether there is a value in a channel, of which there are as many as values in a row.
+    pub(super) fn has_data_at(&self, channel: usize) -> bool {
+        let channels = self.values.len() / self.rows();
+        self.values.iter().skip(channel).step_by(channels).any(|value| !value.is_nan())
     }
 
-    pub(super) fn data(&self, wavelengths_nm: &[f64]) -> Data {
-        let wavelengths = wavelengths_nm.len();
+    pub(super) fn data(&self, channels: &Channels<'_>) -> Data {
         let mut present: Vec<(usize, f64)> = self.present().collect();
-        let key = |place: usize| (place / wavelengths, wavelengths_nm[place % wavelengths]);
+        let key = |place: usize| (place / channels.len(), channels.wavelengths_nm[place % channels.len()]);
         present.sort_by(|(a, _), (b, _)| {
             let ((row, nm), (other_row, other_nm)) = (key(*a), key(*b));
             row.cmp(&other_row).then(nm.total_cmp(&other_nm))
@@ -258,7 +251,7 @@ mod tests {
     /// |u|² = zᵀ C⁻¹ z with the dense inverse of the correlations, for unsorted wavelengths with one missing.
     #[test]
     fn residuals_are_those_of_the_inverse_covariance() {
-        let wavelengths_nm = [700.0, 400.0, 450.0, 900.0, 430.0];
+        let channels = Channels::new(&[700.0, 400.0, 450.0, 900.0, 430.0], None);
         let values = vec![0.9, 0.95, f64::NAN, 0.7, 0.96];
         let standard_deviations = vec![0.01, 0.02, f64::NAN, 0.005, 0.01];
         let measured = Measured {
@@ -269,13 +262,13 @@ mod tests {
             scale_error: 0.0,
             correlation_nm: 80.0,
         };
-        let data = measured.data(&wavelengths_nm);
+        let data = measured.data(&channels);
         let sum: f64 = data.residuals(|place| 0.9 + 0.01 * place as f64).map(|u| u * u).sum();
         let places = [0, 1, 3, 4];
         let covariance = DMatrix::from_fn(4, 4, |i, j| {
             let (i, j) = (places[i], places[j]);
             let [a, b] = [i, j].map(|place: usize| measured.standard_deviations[place]);
-            a * b * (-(wavelengths_nm[i] - wavelengths_nm[j]).abs() / 80.0).exp()
+            a * b * (-(channels.wavelengths_nm[i] - channels.wavelengths_nm[j]).abs() / 80.0).exp()
         });
         let off = DVector::from_fn(4, |i, _| measured.values[places[i]] - 0.9 - 0.01 * places[i] as f64);
         let expected = off.dot(&(covariance.try_inverse().unwrap() * &off));

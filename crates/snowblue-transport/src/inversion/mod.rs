@@ -35,6 +35,7 @@
 //! };
 //! let inversion = Inversion {
 //!     wavelengths_nm,
+//!     bands: None,
 //!     variables: vec![Variable::SurfaceArea.into()],
 //!     prior_covariance: vec![Prior::weak(Variable::SurfaceArea).deviation.powi(2)],
 //!     options,
@@ -61,6 +62,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use snowblue_base::ParameterRange;
 
+mod channels;
 mod error;
 mod estimation;
 mod measured;
@@ -107,8 +109,8 @@ pub struct Retrieval {
     pub chi_square: f64,
     /// Measured over true values, of each measured quantity.
     pub scales: Vec<Retrieved>,
-    /// Each measured quantity in the retrieved snow, at each depth and wavelength. NaN where no pack has data, where
-    /// the model of this snow does not hold, and where this pack has no data at all.
+    /// Each measured quantity in the retrieved snow, at each depth and wavelength or band. NaN where no pack has data,
+    /// where the model of this snow does not hold, and where this pack has no data at all.
     pub fits: Vec<Vec<f64>>,
     /// Number of solutions of the equation of transfer.
     pub solutions: usize,
@@ -163,9 +165,10 @@ impl Inversion {
         progress: &(dyn Fn(usize) + Sync),
     ) -> Result<Vec<Retrieval>, InversionError> {
         let precision_root = self.check()?;
+        let channels = self.channels();
         let mut used = vec![false; self.wavelengths_nm.len()];
         for (number, observation) in observations.iter().enumerate() {
-            let own = self.check_observation(observation);
+            let own = self.check_observation(observation, &channels);
             let own = own.map_err(|error| InversionError { observation: Some(number), ..error })?;
             own.into_iter().for_each(|place| used[place] = true);
         }
@@ -219,7 +222,7 @@ impl Inversion {
     }
 
     fn task<'o>(&self, number: usize, observation: &'o Observation, precision_root: &DMatrix<f64>) -> Task<'o> {
-        let scale_errors = observation.scale_errors();
+        let (channels, scale_errors) = (self.channels(), observation.scale_errors());
         let (n, all) = (self.variables.len(), self.variables.len() + scale_errors.len());
         let mut prior = Knowledge {
             mean: DVector::zeros(all),
@@ -240,7 +243,7 @@ impl Inversion {
         Task {
             number,
             observation,
-            data: observation.measured.iter().map(|measured| measured.data(&self.wavelengths_nm)).collect(),
+            data: observation.measured.iter().map(|measured| measured.data(&channels)).collect(),
             search: Search::new(prior),
             best: None,
         }
@@ -283,10 +286,10 @@ impl Inversion {
         let data = task.count();
         let mut first = 0;
         let mut fit = |measured: &Measured| -> Vec<f64> {
-            let (wavelengths, row) = (self.wavelengths_nm.len(), first);
+            let (channels, row) = (self.channels().len(), first);
             first += measured.rows();
             let value = |place: usize| task.best.as_ref().map_or(f64::NAN, |best| best.value(row, place));
-            (0..measured.rows() * wavelengths).map(value).collect()
+            (0..measured.rows() * channels).map(value).collect()
         };
         let fits = task.observation.measured.iter().map(&mut fit).collect();
         let Posterior { state, covariance, averaging_kernel, data_cost, prior_cost, is_at_end, solutions, end } =

@@ -1,5 +1,7 @@
 //! Fluxes of a pack at a state of the search, with their derivatives.
 
+use nalgebra::DVector;
+
 use super::measured::Quantity;
 use super::problem::{Inversion, Observation};
 use crate::TransportError;
@@ -14,12 +16,12 @@ use crate::variable::{LayerVariable, Variable};
 /// An angle that takes the streams of grazing light.
 const GRAZING_DEG: f64 = 89.0;
 
-/// Each measured quantity of a pack at each depth, its row, and wavelength.
+/// Each measured quantity of a pack at each depth, its row, and wavelength or band.
 #[derive(Debug, Clone)]
 pub(super) struct Model {
-    /// The position of each wavelength among those that are solved at.
+    /// The position of each channel among those that have a value.
     positions: Vec<Option<usize>>,
-    /// Number of wavelengths that are solved at.
+    /// Number of channels that have a value.
     solved: usize,
     /// [row][position]
     values: Vec<f64>,
@@ -28,8 +30,8 @@ pub(super) struct Model {
 }
 
 impl Model {
-    /// The value of the quantity whose first row is `row`, where `place` counts its rows and, fastest, all wavelengths;
-    /// NaN at a wavelength that is not solved at.
+    /// The value of the quantity whose first row is `row`, where `place` counts its rows and, fastest, all channels;
+    /// NaN in a channel that has none.
     pub(super) fn value(&self, row: usize, place: usize) -> f64 {
         self.at(row, place).map_or(f64::NAN, |at| self.values[at])
     }
@@ -40,8 +42,8 @@ impl Model {
     }
 
     fn at(&self, row: usize, place: usize) -> Option<usize> {
-        let (further, wavelength) = (place / self.positions.len(), place % self.positions.len());
-        self.positions[wavelength].map(|position| (row + further) * self.solved + position)
+        let (further, channel) = (place / self.positions.len(), place % self.positions.len());
+        self.positions[channel].map(|position| (row + further) * self.solved + position)
     }
 }
 
@@ -68,10 +70,16 @@ impl Inversion {
             lights.iter().enumerate().map(|(light, weights)| weights[k] * of(light * used.len() + k)).sum()
         };
         let rows = observation.rows();
+        let channels = self.channels();
+        let (solved, weights) = channels.solved(used);
         let of_all = |value: &dyn Fn(Quantity, usize, usize) -> f64| -> Vec<f64> {
             let of_row = |(quantity, depth): &(Quantity, usize)| {
                 let (quantity, depth) = (*quantity, *depth);
-                (0..used.len()).map(|k| mean(k, &|row| value(quantity, depth, row))).collect::<Vec<_>>()
+                let spectrum = (0..used.len()).map(|k| mean(k, &|row| value(quantity, depth, row))).collect::<Vec<_>>();
+                match &weights {
+                    None => spectrum,
+                    Some(weights) => (weights * DVector::from_vec(spectrum)).as_slice().to_vec(),
+                }
             };
             rows.iter().flat_map(of_row).collect()
         };
@@ -82,11 +90,11 @@ impl Inversion {
                 parts.iter().map(of_part).sum()
             })
         };
-        let mut positions = vec![None; self.wavelengths_nm.len()];
-        used.iter().enumerate().for_each(|(position, place)| positions[*place] = Some(position));
+        let mut positions = vec![None; channels.len()];
+        solved.iter().enumerate().for_each(|(position, channel)| positions[*channel] = Some(position));
         Ok(Model {
             positions,
-            solved: used.len(),
+            solved: solved.len(),
             values: of_all(&|quantity, depth, row| quantity.value(&fluxes[row], depth)),
             derivatives: self.variables.iter().flat_map(by).collect(),
         })

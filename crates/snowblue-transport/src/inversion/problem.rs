@@ -3,6 +3,7 @@
 use nalgebra::DMatrix;
 use snowblue_base::ParameterRange;
 
+use super::channels::{Channels, check_bands};
 use super::error::InversionError;
 use super::estimation;
 use super::measured::{Measured, Quantity};
@@ -23,6 +24,9 @@ const PRIOR_DEVIATION_RANGE: ParameterRange =
 pub struct Inversion {
     /// Wavelengths, in nm.
     pub wavelengths_nm: Vec<f64>,
+    /// The weight of each wavelength in each band in which values are measured, with the sum 1: that of the sensor's
+    /// response and the light. Without bands, values are measured at the wavelengths.
+    pub bands: Option<Vec<Vec<f64>>>,
     /// What is to be retrieved: of one layer, or, without a number, the common value of all layers, or that of the
     /// light or the ground. With the surface area, the grains have one optical diameter.
     pub variables: Vec<LayerVariable>,
@@ -65,11 +69,12 @@ pub enum Illumination {
 impl Inversion {
     /// Checks what all packs have in common, and gives the root of the inverse covariance of the prior.
     pub(super) fn check(&self) -> Result<DMatrix<f64>, InversionError> {
-        let Self { wavelengths_nm, variables, prior_covariance, options } = self;
+        let Self { wavelengths_nm, variables, prior_covariance, options, .. } = self;
         options.streams.check()?;
         if wavelengths_nm.is_empty() {
             return Err(TransportError::Missing { quantity: "wavelength" }.into());
         }
+        self.bands.as_ref().map_or(Ok(()), |bands| check_bands(bands, wavelengths_nm.len()))?;
         let n = variables.len();
         if n == 0 {
             return Err(TransportError::Missing { quantity: "quantity to retrieve" }.into());
@@ -94,8 +99,17 @@ impl Inversion {
             .ok_or_else(|| combination("covariance of the prior", "must be symmetric and positive definite").into())
     }
 
-    /// Checks an observation, and gives the wavelengths at which it has data.
-    pub(super) fn check_observation(&self, observation: &Observation) -> Result<Vec<usize>, InversionError> {
+    /// Where values are measured.
+    pub(super) fn channels(&self) -> Channels<'_> {
+        Channels::new(&self.wavelengths_nm, self.bands.as_deref())
+    }
+
+    /// Checks an observation, and gives the wavelengths that its data need.
+    pub(super) fn check_observation(
+        &self,
+        observation: &Observation,
+        channels: &Channels<'_>,
+    ) -> Result<Vec<usize>, InversionError> {
         let Observation { layers, illumination, prior_medians, measured, .. } = observation;
         observation.check_layers()?;
         if let Illumination::Mixed { diffuse_fractions, .. } = illumination
@@ -126,17 +140,19 @@ impl Inversion {
         // Of what is retrieved, what is known is ignored.
         self.stack(observation, prior_medians, &[]).check_pack()?;
         for one in measured {
-            one.check(&self.wavelengths_nm)?;
+            one.check(channels)?;
             let is_transmittance = one.quantity == Quantity::Transmittance && one.present().next().is_some();
             if is_transmittance && observation.thickness_cm().is_infinite() {
                 return Err(combination("transmittance", "needs a thickness that is finite").into());
             }
         }
-        let own: Vec<usize> =
-            (0..self.wavelengths_nm.len()).filter(|place| measured.iter().any(|one| one.has_data_at(*place))).collect();
-        for place in &own {
-            let check = self.check_place(observation, *place);
-            check.map_err(|error| InversionError::at_wavelength(*place, error))?;
+        let mut own = Vec::new();
+        for channel in (0..channels.len()).filter(|channel| measured.iter().any(|one| one.has_data_at(*channel))) {
+            for place in channels.wavelengths_of(channel) {
+                let check = self.check_place(observation, place);
+                check.map_err(|error| InversionError::at_wavelength(channel, error))?;
+                own.push(place);
+            }
         }
         Ok(own)
     }
