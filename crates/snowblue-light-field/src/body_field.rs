@@ -51,7 +51,7 @@ pub(super) struct LitFluence {
     pub(super) diffuse: Option<SurfaceValues>,
     /// ℓ* times the spectrum: spectra over this are smooth in the absorption.
     pub(super) scale: Spectrum,
-    /// The irradiance by skies that are not uniform, if the lights are such skies.
+    /// The irradiance by smooth skies, if the lights are such skies.
     pub(super) sky: Option<SurfaceValues>,
 }
 
@@ -78,7 +78,7 @@ impl BodyField {
         })
     }
 
-    /// The irradiance by skies that are not uniform, in W m⁻² as a band density. It is sampled when the light field is
+    /// The irradiance by smooth skies, in W m⁻² as a band density. It is sampled when the light field is
     /// made, and as smooth as the cells.
     pub fn sky_irradiance(&self, surface: &SurfacePoint) -> Spectrum {
         let (point, normal) = (surface.point.as_dvec3(), surface.normal.as_dvec3());

@@ -36,7 +36,7 @@ pub(super) fn solve(
         };
         scene.watch.end_rounds();
         let spectrum = illumination.spectrum.unwrap_or_else(|| mean_spectrum(&lightings));
-        let is_of_sky = illumination.lights.iter().all(|light| light.is_sky() && !light.is_diffuse());
+        let is_of_sky = illumination.lights.iter().all(|light| light.is_smooth_sky());
         let Balance { diffuse, fluences } = balance;
         let bodies = prepared.iter().zip(&lightings).zip(diffuse).enumerate();
         let lit = bodies.map(|(number, ((prepared, lighting), mut diffuse))| {

@@ -467,7 +467,7 @@ def test_wrong_bands_are_named():
     ):
         with pytest.raises(ValueError, match=text):
             snowblue.invert(measured, bands=SENSOR | change)
-    with pytest.raises(ValueError, match="5 bands|4 bands"):
+    with pytest.raises(ValueError, match="5 bands"):
         snowblue.invert(measured[:, :3], bands=SENSOR)
     with pytest.raises(ValueError, match="albedo has other bands than those given"):
         snowblue.invert(measured.assign_coords(band=list("abcde")), bands=SENSOR)

@@ -421,8 +421,8 @@ fn a_cave_with_a_narrow_opening_is_as_bright_as_by_the_reference() {
     }
 }
 
-/// At few samples, the filter leaves a fraction of the noise of random walks and of samples of a sky, and takes no light
-/// away.
+/// At few samples, the filter leaves a fraction of the noise of random walks and of samples of a sky, and takes no
+/// light away.
 #[test]
 fn filtered_pictures_have_less_noise_and_the_same_light() {
     const LAMP: &str = "[[light]]\ntype = \"point\"\nposition = [0.5, -1, 0.5]\nradiant_intensity_w_sr = 5\n";

@@ -66,8 +66,8 @@ export class Chart {
       el("div", { class: "choices" }, this.#range.element, fit.element),
       this.#frame, this.#at, scrolled("Reading", this.#readings),
       el("p", { id: "chart-help", class: "note" },
-        "Move the pointer over the curves, or use the arrow keys, to read their values. R + T + A = 1. Without a " +
-        "ground, A is what the snow absorbs."),
+        "Move the pointer over the curves, or use the arrow keys, to read their values. A is what the snow " +
+        "absorbs: A = 1 − R − (1 − ground albedo) T."),
       el("details", { class: "fold" }, el("summary", {}, "All values as a table"), scrolled("All values", this.#all)),
     );
     new ResizeObserver(() => this.#draw()).observe(this.#frame);

@@ -30,8 +30,8 @@ export class Bands {
     parent.append(
       this.#precision, this.#error, this.#lead, scrolled("Bands of sunlight", this.#table), this.#end,
       el("p", { class: "note" },
-        `Means weighted by the standard sun (${sunlight}), at the incidence of the sample. R + T + A = 1. PAR counts ` +
-        "photons, all other bands energy."),
+        `Means weighted by the standard sun (${sunlight}), at the incidence of the sample. Absorbed is by the ` +
+        "snow: A = 1 − R − (1 − ground albedo) T. PAR counts photons, all other bands energy."),
     );
   }
 

@@ -27,6 +27,8 @@ export class Measurement {
   readonly #error = el("p", { class: "error", role: "alert", hidden: true });
   #file: Omit<CurveFile, "quantity"> | undefined;
   #measures: Measures = "reflectance";
+  /** Number of the last reading: an answer to an earlier one is dropped. */
+  #turn = 0;
   /** The sample that was last asked for. */
   #asked = "";
   #differences: Answers<"difference_from"> | undefined;
@@ -76,7 +78,10 @@ export class Measurement {
     const { name, size } = file;
     try {
       if (size > MOST_BYTES) throw new Error(`${name}: has ${size} bytes, but may have ${MOST_BYTES}`);
-      this.#file = { name, text: await textOf(file) };
+      const turn = (this.#turn += 1);
+      const text = await textOf(file);
+      if (turn !== this.#turn) return;
+      this.#file = { name, text };
       await this.#read();
     } catch (error) {
       this.#refuse(error);
@@ -85,30 +90,40 @@ export class Measurement {
 
   /** Reads the file as the chosen quantity. */
   async #read(): Promise<void> {
-    if (this.#file === undefined) return;
+    const file = this.#file;
+    if (file === undefined) return;
     const quantity = this.#measures;
+    const turn = (this.#turn += 1);
     try {
-      const curve = await this.#engines[0].ask("measured_curve", { ...this.#file, quantity });
+      const curve = await this.#engines[0].ask("measured_curve", { ...file, quantity });
+      // Another file or quantity was chosen since, or this one removed.
+      if (turn !== this.#turn) return;
       say(this.#error, "");
       const { first_nm, last_nm } = RANGE_ENDS.visible;
       const isVisible = curve.wavelengths_nm[0]! >= first_nm && curve.wavelengths_nm.at(-1)! <= last_nm;
-      this.#set({ ...curve, name: this.#file.name, quantity });
+      this.#set({ ...curve, name: file.name, quantity });
       if (!isVisible) this.#store.update((state) => (state.range = "solar"));
     } catch (error) {
-      this.#refuse(error);
+      if (turn === this.#turn) this.#refuse(error);
     }
   }
 
+  /** Says what is wrong. The file stays, to be read as the other quantity. */
   #refuse(error: unknown): void {
+    const file = this.#file;
     this.#set(undefined);
+    this.#file = file;
     say(this.#error, `${error instanceof Error ? error.message : error}.`);
   }
 
   #set(curve: Measured | undefined): void {
     this.curve = curve;
-    this.#remove.hidden = this.#quantity.element.hidden = curve === undefined;
+    this.#remove.hidden = curve === undefined;
     this.#quantity.set(this.#measures);
-    if (curve === undefined) this.#file = undefined;
+    if (curve === undefined) {
+      this.#file = undefined;
+      this.#turn += 1;
+    }
     say(this.#error, "");
     this.#note.textContent =
       "A CSV file of wavelength_nm,value, with values of 0 to 1; or drop it here. It stays in this browser.";

@@ -19,7 +19,8 @@ export class Sunlight {
   readonly #spectra: Answers<"sunlight">;
   readonly #bands = new Bands(byId("bands"));
   readonly #measurement: Measurement;
-  readonly #pinned = new Map<string, SunlightAnswer>();
+  /** Answers for pinned samples; undefined while they are computed, or if that failed. */
+  readonly #pinned = new Map<string, SunlightAnswer | undefined>();
   /** The current sample, or the one before it while it is computed. */
   #latest: { sample: Asked; answer: SunlightAnswer } | undefined;
 
@@ -99,6 +100,7 @@ export class Sunlight {
   async #learn(sample: Sample): Promise<void> {
     const asked = bare(sample);
     if (this.#pinned.has(keyOf(asked))) return;
+    this.#pinned.set(keyOf(asked), undefined);
     try {
       this.#pinned.set(keyOf(asked), await this.#spectra.fine(asked));
       this.#redraw();

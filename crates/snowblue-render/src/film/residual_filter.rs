@@ -3,10 +3,11 @@
 //!
 //! A sample of snow is the sum of two parts: the reading of the light field at the surface, which has little noise, and
 //! the residual, what the walk, or by `diffusion` the samples of a sky, find more or less than that. In the reading a
-//! sky has the irradiance that the light field knows at its cells. The residual is small, and as smooth as the surface
-//! and its light. So its mean over the neighbourhood of a pixel replaces that of the pixel: relative to the
-//! reading, over pixels of like normal, distance and reading (a joint bilateral filter by the à-trous scheme: Dammertz,
-//! Sewtz, Hanika & Lensch 2010, *Edge-avoiding à-trous wavelet transform for fast global illumination filtering*, HPG).
+//! sky, not an image of one, has the irradiance that the light field knows at its cells. The residual is small, and as
+//! smooth as the surface and its light. So its mean over the neighbourhood of a pixel replaces that of the pixel:
+//! relative to the reading, over pixels of like normal, distance and reading (a joint bilateral filter by the à-trous
+//! scheme: Dammertz, Sewtz, Hanika & Lensch 2010, *Edge-avoiding à-trous wavelet transform for fast global illumination
+//! filtering*, HPG).
 //!
 //! Pixels of like noise count more, too: near edges walks are noisy, and their residual is not that of even snow. Each
 //! level doubles the neighbourhood. Each pixel takes the first level at which the standard error of its residual is
@@ -322,7 +323,11 @@ impl Filter {
             let nearest = nearest.filter(|light| *light > 0.0);
             let [least, most] =
                 nearest.fold([f32::INFINITY, 0.0], |[least, most], light| [light.min(least), light.max(most)]);
-            let likely = if least <= most { light.clamp(least * coverage[pixel], most * coverage[pixel]) } else { 0.0 };
+            let likely = if least <= most {
+                light.clamp(least * coverage[pixel], most * coverage[pixel])
+            } else {
+                light.max(0.0)
+            };
             let own = &residual[pixel * values..][..values];
             if likely.total_cmp(&light).is_eq() || own[1].abs() <= 0.0 {
                 continue;

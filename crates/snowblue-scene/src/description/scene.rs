@@ -57,12 +57,11 @@ impl SceneDescription {
     }
 
     /// Whether the noise of snow's light is filtered: by `hybrid` that of random walks, and by `diffusion` that of the
-    /// samples of a sky that is not uniform.
+    /// samples of a `sky`.
     pub fn is_filtered(&self) -> bool {
-        let has_sky = || self.sky.is_some() || matches!(self.environment, Some(EnvironmentDescription::Image(_)));
         let is_noisy = match self.integrator.kind {
             IntegratorKind::Hybrid => true,
-            IntegratorKind::Diffusion => has_sky(),
+            IntegratorKind::Diffusion => self.sky.is_some(),
             IntegratorKind::PcaSnow | IntegratorKind::Reference => false,
         };
         self.integrator.filter && is_noisy

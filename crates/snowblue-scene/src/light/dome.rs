@@ -114,6 +114,10 @@ impl Emitter for SkyDome {
         Bounds::Sky
     }
 
+    fn is_smooth_sky(&self) -> bool {
+        true
+    }
+
     fn uniform(&self) -> Option<&EmissionSpectrum> {
         None
     }

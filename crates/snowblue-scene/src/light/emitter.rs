@@ -61,6 +61,11 @@ pub(crate) trait Emitter: Debug + Send + Sync + 'static {
         Spectrum::ZERO
     }
 
+    /// Whether it is a sky without edges. What it brings to a surface is as smooth as what hides it.
+    fn is_smooth_sky(&self) -> bool {
+        false
+    }
+
     /// The light as a lamp inside snow; none if it cannot be one.
     fn inner_lamp(&self) -> Option<InnerLamp> {
         None

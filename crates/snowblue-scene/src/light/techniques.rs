@@ -116,6 +116,11 @@ impl Light {
         }
     }
 
+    /// Whether it is a sky without edges: a model of the sky, without its sun, and not an image.
+    pub fn is_smooth_sky(&self) -> bool {
+        self.emitter.is_smooth_sky()
+    }
+
     /// The light as a lamp inside snow; none if it cannot be one.
     pub fn inner_lamp(&self) -> Option<InnerLamp> {
         self.emitter.inner_lamp()

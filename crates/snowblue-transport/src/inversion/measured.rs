@@ -25,6 +25,8 @@ const LEAST_TRANSMITTED_DEVIATION: f64 = 1e-18;
 const GREATEST_DEVIATION: f64 = 1e6;
 /// Least measured value of all quantities: white references err, and so does a dark signal.
 const LEAST_VALUE: f64 = -0.5;
+/// Errors of values that correlate more are those of one wavelength, but for the rounding of mean wavelengths.
+const GREATEST_CORRELATION: f64 = 1.0 - 1e-12;
 const SCALE_ERROR_RANGE: ParameterRange =
     ParameterRange { quantity: "scale error", least: 0.0, greatest: 1.0, unit: "" };
 /// Least error of scale beside 0.
@@ -171,7 +173,7 @@ impl Measured {
             let check = values.check(value).and_then(|()| deviations.check(self.standard_deviations[place]));
             check.map_err(|error| located(place, error.into()))?;
         }
-        match self.data(channels).points.iter().find(|point| point.correlation >= 1.0) {
+        match self.data(channels).points.iter().find(|point| point.correlation > GREATEST_CORRELATION) {
             Some(point) => Err(located(point.place, channels.given_twice())),
             None => Ok(()),
         }

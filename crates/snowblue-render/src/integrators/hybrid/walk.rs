@@ -17,8 +17,8 @@
 //! has the mean of the walk in the body, and little noise.
 //!
 //! Where a ray soon leaves the body again, as at silhouettes and rims, the half-space tells nothing of the body, and
-//! its walk only adds noise. So the half-space's mean less its walk, which is zero on average, counts by the factor
-//! 1 − e^{−d/2ℓ*}, with the way d through the body along the ray.
+//! its walk only adds noise. So the half-space's mean less its walk, which is zero on average but for the shading
+//! normals of meshes, counts by the factor 1 − e^{−d/2ℓ*}, with the way d through the body along the ray.
 //!
 //! In snow of layers, or that varies by a mask, a walk has the snow of the place where it enters, for the few mm that
 //! it goes.

@@ -90,9 +90,9 @@ struct SnowLight<C> {
 
 /// Light that snow with a light field sends out, by the field at its surface.
 struct FieldLight<C> {
-    /// By the field and by all lights without that of skies.
+    /// By the field and by all lights but smooth skies.
     steady: C,
-    /// By samples of the skies, unless they are left out.
+    /// By samples of smooth skies, unless they are left out.
     of_sky: C,
     /// What single facets add to it, or take away.
     sparkle: C,
@@ -338,15 +338,15 @@ impl<'a> PathTracer<'a> {
     ) -> FieldLight<C> {
         let (surface, directions) = (vertex.shading_point(), vertex.directions);
         let cos_exit = -surface.normal.dot(vertex.surface.direction);
-        // Light that is computed as spectra, and responses: each without the skies' light and of it.
+        // Light that is computed as spectra, and responses: each without the light of smooth skies, and of it alone.
         let mut radiances = [snow.diffuse_radiance(&surface, cos_exit), Spectrum::ZERO];
         let (mut lights, mut sparkle) = ([C::ZERO; 2], Spectrum::ZERO);
         let [number, ..] = sampler.next_four();
         let point = self.singles.as_mut().map(|singles| singles.point(snow, vertex.surface, camera_ray, number));
         for index in 0..self.scene.lights().len() {
             let source = &self.scene.lights()[index];
-            let part = usize::from(source.is_sky());
-            if source.is_sky() && self.walks.is_some() {
+            let part = usize::from(source.is_smooth_sky());
+            if source.is_smooth_sky() && self.walks.is_some() {
                 // The walk samples it.
                 continue;
             }
