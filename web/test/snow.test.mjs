@@ -107,7 +107,7 @@ async function bothUnderSky(page, places) {
   });
 }
 
-/** A picture of the command with larger pixels than those of the page. */
+/** A picture of the command with larger pixels than those of the page. Its filter would smooth shadows of the sky. */
 async function coarsePicture(page, samples, isMesh = false) {
   // A mesh comes as a file of its own.
   const files = await saved(page, "Scene TOML", isMesh ? 2 : 1);
@@ -116,7 +116,7 @@ async function coarsePicture(page, samples, isMesh = false) {
   const coarse = size.map((length) => Math.floor(length / COARSER));
   const film = ["--width", String(coarse[0]), "--height", String(coarse[1]), "--spp", String(samples)];
   const channels = await inFolder(files, async (run, read) => {
-    await run("render", "scene.toml", "--integrator", "diffusion", ...film, "-o", "scene.exr");
+    await run("render", "scene.toml", "--integrator", "diffusion", "--raw", ...film, "-o", "scene.exr");
     return readExr(await read("scene.exr"));
   });
   const picture = (x, y) => ["R", "G", "B"].map((channel) => channels(x, y, channel));
