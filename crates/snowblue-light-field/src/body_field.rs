@@ -78,8 +78,8 @@ impl BodyField {
         })
     }
 
-    /// The irradiance by smooth skies, in W m⁻² as a band density. It is sampled when the light field is
-    /// made, and as smooth as the cells.
+    /// The irradiance by smooth skies, in W m⁻² as a band density. It is sampled when the light field is made, and as
+    /// smooth as the cells.
     pub fn sky_irradiance(&self, surface: &SurfacePoint) -> Spectrum {
         let (point, normal) = (surface.point.as_dvec3(), surface.normal.as_dvec3());
         self.sum(|lit| Some(self.spectrum(self.body.surface_value(lit.sky.as_ref()?, point, normal)?, &lit.scale)))

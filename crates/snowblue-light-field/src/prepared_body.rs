@@ -168,8 +168,8 @@ impl<'a> PreparedBody<'a> {
         Solution { entering, irradiance, fluence }
     }
 
-    /// The light to be read, with the diffuse irradiance H, and the irradiance by smooth skies, if the
-    /// lights are such skies.
+    /// The light to be read, with the diffuse irradiance H, and the irradiance by smooth skies, if the lights are such
+    /// skies.
     pub(super) fn lit(
         &self,
         solution: Solution,

@@ -133,8 +133,8 @@ pub fn accumulator(scene: &Scene, aovs: Aovs, window: &Window) -> FilmAccumulato
 }
 
 /// The AOVs that an image has if some are asked for: with a noise target also the variance; for automatic exposure also
-/// the emitter, with lamps or a sun that the camera may see, and the snow, if there is any; and what the filter
-/// needs, if the scene has one.
+/// the emitter, with lamps or a sun that the camera may see, and the snow, if there is any; and what the filter needs,
+/// if the scene has one.
 pub fn with_needed(aovs: Aovs, scene: &SceneDescription) -> Aovs {
     Aovs {
         variance: aovs.variance || scene.integrator.noise_target.is_some(),

@@ -41,7 +41,8 @@ struct Difference {
 ///
 /// # Errors
 ///
-/// Names the file and the line that cannot be read, or whose value is out of the range of a measured quantity.
+/// Names the file, and the line that cannot be read, or the wavelength at which the value is out of the range of a
+/// measured quantity.
 #[wasm_bindgen]
 pub fn measured_curve(file: &str) -> Result<String, JsError> {
     curve(file).map_err(|reason| JsError::new(&reason))

@@ -1,6 +1,6 @@
 //! Layers of snow on a ground, and the light on them.
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use snowblue_transport::ordinates::{OrdinatesOptions, solve, solve_stack, solve_without_errors};
 use snowblue_transport::range::WavelengthRange;
 use snowblue_transport::sample::{SnowKeys, SnowSample};
@@ -27,6 +27,15 @@ pub(crate) struct Sample {
     ground_albedo: f64,
     angle_deg: Angle,
     tally_rays: Option<u32>,
+}
+
+/// What a sample does to light at each wavelength.
+#[derive(Debug, Serialize)]
+pub(crate) struct Curves {
+    pub(crate) wavelengths_nm: Vec<f64>,
+    pub(crate) reflectance: Vec<f64>,
+    pub(crate) transmittance: Vec<f64>,
+    pub(crate) absorptance: Vec<f64>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -80,6 +89,18 @@ impl Sample {
     pub(crate) fn options(&self) -> OrdinatesOptions {
         let default = OrdinatesOptions::default();
         OrdinatesOptions { tally_rays: self.tally_rays.unwrap_or(default.tally_rays), ..default }
+    }
+}
+
+impl Curves {
+    pub(crate) fn of(rows: &[Radiometry]) -> Self {
+        let values = |of: fn(&Radiometry) -> f64| rows.iter().map(of).collect();
+        Self {
+            wavelengths_nm: values(|row| row.wavelength_nm),
+            reflectance: values(|row| row.reflectance.value),
+            transmittance: values(|row| row.transmittance.value),
+            absorptance: values(|row| row.absorptance.value),
+        }
     }
 }
 

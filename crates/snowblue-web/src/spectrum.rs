@@ -6,7 +6,7 @@ use snowblue_color::{Colorimeter, Illuminant, Lab, LinearRgb, Observer, THREE_SA
 use snowblue_transport::slab::{Estimate, Radiometry};
 use wasm_bindgen::prelude::*;
 
-use crate::sample::Sample;
+use crate::sample::{Curves, Sample};
 use crate::text;
 
 /// What is to be computed.
@@ -31,10 +31,8 @@ enum Exposure {
 /// The spectrum and its colours.
 #[derive(Debug, Serialize)]
 struct Answer {
-    wavelengths_nm: Vec<f64>,
-    reflectance: Vec<f64>,
-    transmittance: Vec<f64>,
-    absorptance: Vec<f64>,
+    #[serde(flatten)]
+    curves: Curves,
     #[serde(skip_serializing_if = "Option::is_none")]
     reflectance_se: Option<Vec<f64>>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -103,28 +101,22 @@ impl Request {
         let (rows, three) = rows.split_at(wavelengths_nm.len());
         let of_31 = Colorimeter::new(observer, illuminant, &wavelengths_nm).map_err(text)?;
         let of_3 = Colorimeter::new(observer, illuminant, &THREE_SAMPLES_NM).map_err(text)?;
-        let values = |rows: &[Radiometry], of: fn(&Radiometry) -> Estimate| -> Vec<f64> {
-            rows.iter().map(|row| of(row).value).collect()
-        };
         let errors = |of: fn(&Radiometry) -> Estimate| -> Option<Vec<f64>> {
             self.standard_errors.then(|| rows.iter().map(|row| of(row).standard_error).collect())
         };
-        let (reflectance, transmittance) = (values(rows, |row| row.reflectance), values(rows, |row| row.transmittance));
+        let curves = Curves::of(rows);
         let color = |colorimeter: &Colorimeter, values: &[f64]| self.color(colorimeter, values);
-        let transmitted = color(&of_31, &transmittance)?;
-        let transmitted_3 = color(&of_3, &values(three, |row| row.transmittance))?;
+        let transmitted = color(&of_31, &curves.transmittance)?;
+        let transmitted_3 = color(&of_3, &Curves::of(three).transmittance)?;
         Ok(Answer {
             transmitted_3_delta_e: difference(transmitted.lab, transmitted_3.lab),
             transmitted,
-            reflected: color(&of_31, &reflectance)?,
+            reflected: color(&of_31, &curves.reflectance)?,
             transmitted_3,
-            reflectance,
-            transmittance,
-            absorptance: values(rows, |row| row.absorptance),
+            curves,
             reflectance_se: errors(|row| row.reflectance),
             transmittance_se: errors(|row| row.transmittance),
             absorptance_se: errors(|row| row.absorptance),
-            wavelengths_nm,
         })
     }
 

@@ -1,23 +1,20 @@
 //! The spectrum of snow over all wavelengths of the model, and its means over bands of sunlight.
 
 use serde::Serialize;
-use snowblue_transport::slab::Radiometry;
 use snowblue_transport::sunlight::{
     Band, BandWeights, SPECTRUM, irradiance_w_m2, photon_flux_umol_m2_s, wavelengths_nm,
 };
 use wasm_bindgen::prelude::*;
 
-use crate::sample::Sample;
+use crate::sample::{Curves, Sample};
 use crate::text;
 
 /// The solar spectrum of a sample, without standard errors.
 #[derive(Debug, Serialize)]
 struct Answer {
-    wavelengths_nm: Vec<f64>,
-    reflectance: Vec<f64>,
-    transmittance: Vec<f64>,
-    absorptance: Vec<f64>,
-    /// Those of [`Band::ALL`] that the tables of the snow cover.
+    #[serde(flatten)]
+    curves: Curves,
+    /// All of [`Band::ALL`], as far as the tables of the snow reach.
     bands: Vec<Mean>,
 }
 
@@ -81,13 +78,5 @@ pub fn answer(sample: &str) -> Result<String, String> {
         })
     };
     let bands = Band::ALL.into_iter().map(mean).collect::<Result<_, String>>()?;
-    let values = |of: fn(&Radiometry) -> f64| rows.iter().map(of).collect();
-    let answer = Answer {
-        reflectance: values(|row| row.reflectance.value),
-        transmittance: values(|row| row.transmittance.value),
-        absorptance: values(|row| row.absorptance.value),
-        bands,
-        wavelengths_nm,
-    };
-    serde_json::to_string(&answer).map_err(text)
+    serde_json::to_string(&Answer { curves: Curves::of(&rows), bands }).map_err(text)
 }

@@ -76,15 +76,15 @@ export class Measurement {
 
   async #take(file: File): Promise<void> {
     const { name, size } = file;
+    const turn = (this.#turn += 1);
     try {
       if (size > MOST_BYTES) throw new Error(`${name}: has ${size} bytes, but may have ${MOST_BYTES}`);
-      const turn = (this.#turn += 1);
       const text = await textOf(file);
       if (turn !== this.#turn) return;
       this.#file = { name, text };
       await this.#read();
     } catch (error) {
-      this.#refuse(error);
+      if (turn === this.#turn) this.#refuse(error);
     }
   }
 

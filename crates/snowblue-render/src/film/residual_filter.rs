@@ -57,8 +57,8 @@ const MOST_SCALE: f32 = 4.0;
 /// Standard error relative to the reading above which a pixel of snow that is brighter or darker than all eight around
 /// it is an outlier.
 const OUTLIER_ERROR: f32 = 0.25;
-/// What is spread changes the pixels around an outlier by this fraction of their standard error at most, if so many
-/// pixels on each side suffice.
+/// What is spread changes the pixels around an outlier by this fraction of their standard error, which counts as 1 % of
+/// their light at least, if so many pixels on each side suffice.
 const MOST_SPREAD: f32 = 0.5;
 const MOST_SPREAD_PIXELS: usize = 8;
 /// Readings below this fraction of the brightest count as equally dark.
