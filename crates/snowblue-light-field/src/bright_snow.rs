@@ -196,13 +196,13 @@ impl Patch {
         let first = (any - normal * any.dot(normal)).normalize_or(normal.any_orthonormal_vector());
         let sides = [first, normal.cross(first)];
         let middle = (low + high) * 0.5;
-        // Elements lie apart by about the root of their areas.
-        let margin_m = 0.5 * (area_m2 / elements.len() as f32).sqrt();
+        // An element reaches about as far as a square of its area.
         let extents = sides.map(|side| {
             let along = |element: &Element| (element.surface.point - middle).dot(side);
-            let least = elements.iter().map(along).fold(f32::INFINITY, f32::min);
-            let greatest = elements.iter().map(along).fold(f32::NEG_INFINITY, f32::max);
-            [0.5 * (greatest + least), 0.5 * (greatest - least) + margin_m]
+            let reach_m = |element: &Element| 0.5 * element.area_m2.sqrt();
+            let least = elements.iter().map(|one| along(one) - reach_m(one)).fold(f32::INFINITY, f32::min);
+            let greatest = elements.iter().map(|one| along(one) + reach_m(one)).fold(f32::NEG_INFINITY, f32::max);
+            [0.5 * (greatest + least), 0.5 * (greatest - least)]
         });
         Self {
             centre: middle + sides[0] * extents[0][0] + sides[1] * extents[1][0],
