@@ -494,6 +494,20 @@ mod tests {
         assert!((after / before - 1.0).abs() < 1e-5, "{after} {before}");
     }
 
+    /// The pixels around have no room for all that an outlier has: none gives more than half of its light.
+    #[test]
+    fn large_outliers_make_no_other_pixel_dark() {
+        let film = film(4, |column, number| if column < 4 && number < 0.01 { -2000.0 } else { 0.0 });
+        let raw: Vec<f64> = film.all_pixels().iter().map(|pixel| pixel.mean_xyz().y).collect();
+        let filtered: Vec<f64> = film.film().pixels().iter().map(|pixel| pixel.y).collect();
+        let outliers = raw.iter().filter(|light| **light < 0.0).count();
+        assert!(outliers > 0);
+        let [before, after] = [&raw, &filtered].map(|picture| picture.iter().sum::<f64>());
+        assert!((after / before - 1.0).abs() < 1e-5, "{after} {before}");
+        let dark = filtered.iter().zip(&raw).filter(|(after, before)| **after < 0.0 && **before > 0.0).count();
+        assert_eq!(dark, 0);
+    }
+
     #[test]
     fn residuals_without_noise_stay_as_they_are() {
         let film = film(4, |column, _| 0.1 * (column % 3) as f32);
