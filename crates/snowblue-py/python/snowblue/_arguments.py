@@ -15,6 +15,7 @@ from typing import Any, TypedDict, TypeVar
 import numpy as np
 
 from snowblue import _native
+from snowblue._blocks import Labelled, is_lazy, origin
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -86,6 +87,20 @@ SNOW = {
     "ice": Quantity("ice", long_name="table of ice"),
 }
 
+STAND_INS: dict[str, tuple[Any, Any]] = {
+    "snow": ("fresh", "firn"),
+    "grain_size_um": (400.0, 500.0),
+    "size_measure": ("greatest-extension", "volume-diameter"),
+    "ssa_m2_kg": (20.0, 30.0),
+    "facetness": (0.3, 0.4),
+    "sphericity": (0.7, 0.8),
+    "density_kg_m3": (300.0, 310.0),
+    "water_saturation": (0.0, 0.01),
+    "temperature_c": (-5.0, -4.0),
+    "ice": ("warren2008", "picard2016"),
+}
+"""Values of arguments that are not known yet."""
+
 WORDS = ("snow", "size_measure", "ice")
 """Arguments of snow that are words."""
 
@@ -104,6 +119,16 @@ GROUND_ALBEDO = Quantity("ground_albedo", "1", "albedo of the ground")
 _QUANTITIES = (*SNOW.values(), THICKNESS, ANGLE, WAVELENGTH, DEPTH, GROUND_ALBEDO)
 TAKEN = {*RESULTS, *(quantity.name for quantity in _QUANTITIES)}
 """Names of arguments and results."""
+
+
+ARGUMENTS = {
+    **{quantity.name: name for name, quantity in SNOW.items()},
+    THICKNESS.name: "thickness_cm",
+    ANGLE.name: "angle_deg",
+    WAVELENGTH.name: "wavelength_nm",
+    GROUND_ALBEDO.name: "ground_albedo",
+}
+"""Arguments by the names of their quantities; others are impurities."""
 
 
 @dataclass
@@ -130,6 +155,8 @@ class Axes:
         for dim, size in zip(dims, array.shape):
             if dim in RESERVED:
                 raise ValueError(f"{quantity.name} has a dimension '{dim}', which belongs to the results")
+            if size != size:
+                raise ValueError(f"{quantity.name} has chunks of unknown sizes: call its compute_chunk_sizes() first")
             if size == 0:
                 raise ValueError(f"{quantity.name} has no values")
             if self.sizes.setdefault(dim, size) != size:
@@ -137,7 +164,11 @@ class Axes:
                     f"the axis '{dim}' has {size} values in {quantity.name}, but {self.sizes[dim]} elsewhere"
                 )
             # Arrays that share an axis are paired by position: their labels must agree.
-            labels = coords[dim].to_index() if dim in coords else pd.Index(array) if dim == quantity.name else None
+            # Labels that are not known yet are not compared.
+            if dim in coords:
+                labels = None if is_lazy(coords[dim].variable) else coords[dim].to_index()
+            else:
+                labels = pd.Index(array) if dim == quantity.name and not is_lazy(array) else None
             if labels is not None and not self.labels.setdefault(dim, labels).equals(labels):
                 raise ValueError(f"the axis '{dim}' has other labels in one array than in another: align them first")
         self.carried.append(coords)
@@ -156,7 +187,7 @@ class Axes:
             for name, coordinate in coords.items():
                 if coordinate.dims == (name,) if name in dims else name not in TAKEN:
                     first = kept.setdefault(name, coordinate)
-                    if not first.variable.equals(coordinate.variable):
+                    if not _are_same(first.variable, coordinate.variable):
                         differing.add(name)
         own = {**self.own, WAVELENGTH.name: wavelengths.own}
         kept = {name: one for name, one in kept.items() if name not in differing and name not in own}
@@ -178,6 +209,16 @@ class Axes:
         places = places.transpose([own.index(dim) for dim in ordered])
         spread = places.reshape([size if dim in own else 1 for dim, size in self.sizes.items()])
         return np.broadcast_to(spread, self.shape).reshape(-1)
+
+    @property
+    def arrays(self) -> dict[str, Labelled]:
+        """The values of the arguments that have dimensions, by the names of the quantities."""
+        return {name: (dims, array) for name, (dims, array, _) in self.own.items() if len(dims) > 0}
+
+    @property
+    def are_lazy(self) -> bool:
+        """Whether the values of an argument are not known yet."""
+        return any(is_lazy(array) for _, array in self.arrays.values())
 
     @contextmanager
     def locating_errors(self, wavelengths: int = 1, bands: Sequence[str] | None = None) -> Iterator[None]:
@@ -211,6 +252,29 @@ class Snows:
     def attrs(self) -> dict[str, Any]:
         """The properties that all snows have in common. The axes say what differs."""
         return self.native.common()
+
+
+def single_arguments(given: Mapping[str, Any]) -> dict[str, Any]:
+    """The arguments of snow that are one value."""
+    single = {name: value for name, value in given.items() if name in SNOW and not is_several(value)}
+    mixed = impurities(given.get("impurities_ng_g"))
+    return single | {"impurities_ng_g": {name: value for name, value in mixed.items() if not is_several(value)}}
+
+
+def with_arrays(
+    single: Mapping[str, Any], arrays: Mapping[str, Labelled], names: Mapping[str, str] = {}
+) -> dict[str, Any]:
+    """Arguments that are one value, and arrays by the names of their quantities, as keyword arguments."""
+    import xarray as xr
+
+    given = dict(single)
+    for name, (dims, values) in arrays.items():
+        array, argument = xr.DataArray(values, dims=dims), (ARGUMENTS | names).get(name)
+        if argument is None:
+            given["impurities_ng_g"] = {**given["impurities_ng_g"], name: array}
+        else:
+            given[argument] = array
+    return given
 
 
 def snow_id(given: Mapping[str, Any]) -> str:
@@ -344,7 +408,7 @@ def snows(given: Mapping[str, Any]) -> Snows:
     """All combinations of the values of the arguments of snow."""
     axes = Axes()
     fixed: dict[str, Any] = {}
-    varying: list[tuple[str, str | None, tuple[str, ...], list[Any]]] = []
+    varying: list[tuple[str, str | None, tuple[str, ...], list[Any] | None]] = []
 
     def add(name: str, impurity: str | None, quantity: Quantity, value: Any) -> None:
         label = impurity or name
@@ -356,8 +420,12 @@ def snows(given: Mapping[str, Any]) -> Snows:
                 fixed[name] = plain
             return
         value = labelled(value)
-        array = values_of(value)
+        array = array_of(value)
         dims = dims_of(quantity, value, array)
+        if is_lazy(array):
+            axes.add(quantity, value, array)
+            varying.append((name, impurity, dims, None))
+            return
         convert = functools.partial(_plain if name in WORDS else number, label)
         values = converted(convert, array, dims)
         axes.add(quantity, value, array if array.dtype.kind in "fiu" else np.array(values).reshape(array.shape))
@@ -368,16 +436,29 @@ def snows(given: Mapping[str, Any]) -> Snows:
             add(name, None, SNOW[name], value)
     for impurity, value in impurities(given.get("impurities_ng_g")).items():
         add("impurities_ng_g", impurity, Quantity(impurity.replace("-", "_"), "ng g-1"), value)
+    # Arguments that are not known yet, and those on their axes, have two values of their own: the snows of a result
+    # have in common what they have in common with these.
+    unknown = {dim for _, _, dims, values in varying if values is None for dim in dims}
+    known = Axes({dim: 2 if dim in unknown else size for dim, size in axes.sizes.items()})
     columns: dict[str, Any] = {}
     for name, impurity, dims, values in varying:
-        column = [values[place] for place in axes.places(dims).tolist()]
+        if unknown & {*dims}:
+            values = np.resize(STAND_INS.get(name, (1.0, 2.0)), [known.sizes[dim] for dim in dims]).reshape(-1).tolist()
+        column = [values[place] for place in known.places(dims).tolist()]
         if impurity:
             columns.setdefault(name, {})[impurity] = column
         else:
             columns[name] = column
-    with axes.locating_errors():
-        native = _native.Snows(fixed, columns, int(np.prod(axes.shape, dtype=int)))
+    with known.locating_errors():
+        native = _native.Snows(fixed, columns, int(np.prod(known.shape, dtype=int)))
     return Snows(axes, native, fixed)
+
+
+def _are_same(first: Any, second: Any) -> bool:
+    """Whether two variables of xarray are equal. Those that are not known yet are if they are the same array."""
+    if is_lazy(first) or is_lazy(second):
+        return first.dims == second.dims and getattr(first.data, "name", 1) == getattr(second.data, "name", 2)
+    return first.equals(second)
 
 
 def labelled(value: Any) -> Any:
@@ -395,6 +476,11 @@ def values_of(value: Any) -> np.ndarray:
         array = np.empty(0, dtype=object)
     # A list may hold numbers and words.
     return array if array.dtype.kind in "fiu" or not isinstance(value, list) else np.asarray(value, dtype=object)
+
+
+def array_of(value: Any) -> Any:
+    """The values of a list or an array, without labels; an array of dask as it is."""
+    return getattr(value, "data", value) if is_lazy(value) else values_of(value)
 
 
 def dims_of(quantity: Quantity, value: Any, array: np.ndarray) -> tuple[str, ...]:
@@ -421,7 +507,8 @@ def converted(convert: Callable[[Any], Any], array: np.ndarray, dims: Iterable[s
 def _at(place: int, dims: Iterable[str], shape: tuple[int, ...]) -> str:
     """Names an element of an array at the end of a message."""
     places = zip(dims, shape, np.unravel_index(place, shape) if shape else ())
-    at = ", ".join(f"{dim}[{index}]" for dim, size, index in places if size > 1)
+    first = origin()
+    at = ", ".join(f"{dim}[{first.get(dim, 0) + index}]" for dim, size, index in places if size > 1 or dim in first)
     return f", at {at}" if at else ""
 
 
@@ -502,22 +589,31 @@ def slab_argument(quantity: Quantity, value: Any, axes: Axes, always: bool = Tru
 
     A single value makes an axis too if it must `always` be one.
     """
-    if not is_several(value):
+    made: dict[str, Any] = quantity.attributes()
+    if is_several(value) and quantity is ANGLE:
+        # Of an array this does not depend on its values, which may not be known yet.
+        made = angle_coordinate(["diffuse"])[2]
+    elif not is_several(value):
         if isinstance(value, tuple):
             raise ValueError(f"{quantity.name} is {value}, but must be a number or an array")
         value = np.asarray(value).item()
         if not always:
             return [angle(value) if quantity is ANGLE else number(quantity.name, value)], ()
         value = [value]
+        made = angle_coordinate(value)[2] if quantity is ANGLE else made
     value = labelled(value)
-    array = values_of(value)
+    array = array_of(value)
     dims = dims_of(quantity, value, array)
+    if is_lazy(array):
+        if array.dtype.kind not in "fiu":
+            raise ValueError(f"{quantity.name} is an array of dask of the type {array.dtype}, but must have numbers")
+        axes.add(quantity, value, array.astype(float), made)
+        return [], dims
     if quantity is ANGLE:
         values = converted(angle, array, dims)
-        _, plain, made = angle_coordinate(values)
+        _, plain, _ = angle_coordinate(values)
     else:
         values = plain = converted(functools.partial(number, quantity.name), array, dims)
-        made = quantity.attributes()
     axes.add(quantity, value, np.array(plain, dtype=float).reshape(array.shape), made)
     return values, dims
 

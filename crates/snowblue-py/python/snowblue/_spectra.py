@@ -37,14 +37,17 @@ from snowblue._arguments import (
     one_snow,
     ordinates,
     shown,
+    single_arguments,
     slab_argument,
     snows,
     suggestion,
     wavelength_argument,
     wavelength_coordinate,
     whole,
+    with_arrays,
 )
-from snowblue._progress import Progress, reporting
+from snowblue._blocks import Labelled, dataset, in_blocks
+from snowblue._progress import Progress, check_no_progress, reporting
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -204,7 +207,6 @@ def spectrum(
         columns.append(dims)
     if wavelengths.dim in axes.sizes:
         raise ValueError(f"wavelength is an array over '{wavelengths.dim}', but all slabs have the same wavelengths")
-    cases["places"] = np.stack([axes.places(dims) for dims in columns], axis=-1).astype(np.int64)
     options = _engine(engine, streams, rays, per_wavelength, seed, standard_errors)
     cases["jacobian"] = jacobian = parameters(jacobian, engine)
     if engine == "montecarlo" and np.inf in cases["thickness_cm"]:
@@ -215,6 +217,11 @@ def spectrum(
     uncertainty = None if plus_minus is None else _uncertainty(plus_minus)
     if engine == "montecarlo" and uncertainty:
         raise ValueError("plus_minus needs the engine 'ordinates'")
+    if axes.are_lazy:
+        check_no_progress(progress)
+    # Where values are not known yet no slab is solved now, but options are checked.
+    rows = [axes.places(dims)[: 0 if axes.are_lazy else None] for dims in columns]
+    cases["places"] = np.stack(rows, axis=-1).astype(np.int64)
     with reporting(progress, "rays" if engine == "montecarlo" else "slabs") as report, axes.locating_errors():
         arrays = _native.spectrum(given.native, cases, options, report)
         if uncertainty:
@@ -225,15 +232,33 @@ def spectrum(
     made = _made(engine, streams, rays, per_wavelength, seed)
     if not columns[3] and cases["ground_albedo"] != [0.0]:
         made["ground_albedo"] = cases["ground_albedo"][0]
-    variables = {name.replace("-", "_"): (dims, array.reshape(shape)) for name, array in arrays.items()}
+    arrays = {name.replace("-", "_"): array for name, array in arrays.items()}
+    if axes.are_lazy:
+        asked = {"engine": engine, "streams": streams, "rays": rays, "per_wavelength": per_wavelength, "seed": seed}
+        asked |= {"standard_errors": standard_errors, "jacobian": jacobian, "plus_minus": plus_minus}
+        arrays = in_blocks(
+            _block_of_spectra,
+            # Blocks have all wavelengths, since the rays through grains are those of indices of refraction among them.
+            {**axes.arrays, WAVELENGTH.name: ([wavelengths.dim], np.array(wavelengths.values))},
+            dict(zip(dims, shape)),
+            dict.fromkeys(arrays, ({}, float)),
+            single=single_arguments(snow) | asked,
+        )
+    variables = {name: (dims, array.reshape(shape)) for name, array in arrays.items()}
     coords = {name: coordinate for name, coordinate in coords.items() if name not in variables}
     if plus_minus is not None:
         made["plus_minus"] = ", ".join(f"{name}: {value}" for name, value in plus_minus.items())
     solved = _dataset(variables, coords, given.attrs | made)
     _describe_derivatives(solved, FLUXES, jacobian)
-    if any(albedo > 0 for albedo in cases["ground_albedo"]):
+    if columns[3] or cases["ground_albedo"][0] > 0:
         solved.transmittance.attrs["long_name"] = LONG_NAMES["ground"]
     return solved
+
+
+def _block_of_spectra(arrays: Mapping[str, Labelled], single: Mapping[str, Any]) -> dict[str, Any]:
+    """The values of the spectra of some slabs."""
+    solved = spectrum(**with_arrays(single, arrays), progress=False)
+    return {name: variable.values for name, variable in solved.data_vars.items()}
 
 
 SPECTRUM_NAMES = (*argument_names(spectrum), *SNOW_NAMES)
@@ -541,22 +566,34 @@ def aged_ssa(
     >>> float(new), 25 < float(old) < 35
     (60.0, True)
     """
-    import xarray as xr
-
     axes = Axes()
     given = [
         slab_argument(quantity, value, axes, always=False)
         for quantity, value in ((NEW_SNOW, ssa_m2_kg), (SNOW["temperature_c"], temperature_c), (AGE, age_h))
     ]
-    columns = [[values[place] for place in axes.places(dims).tolist()] for values, dims in given]
-    with axes.locating_errors():
-        aged = _native.aged_surface_area(*columns, bool(temperature_gradient))
+    if axes.are_lazy:
+        single = {"temperature_gradient": temperature_gradient}
+        for name, (values, dims) in zip(("ssa_m2_kg", "temperature_c", "age_h"), given):
+            single |= {} if dims else {name: values[0]}
+        outputs = {"aged": ({}, float)}
+        aged = in_blocks(_block_of_ages, axes.arrays, axes.sizes, outputs, single=single)["aged"]
+    else:
+        columns = [[values[place] for place in axes.places(dims).tolist()] for values, dims in given]
+        with axes.locating_errors():
+            aged = _native.aged_surface_area(*columns, bool(temperature_gradient))
     attrs = {
         **SNOW["ssa_m2_kg"].attributes(),
         "source": "Taillandier et al. 2007, doi:10.1029/2006JF000514",
         "conditions": "temperature gradient" if temperature_gradient else "isothermal",
     }
-    return xr.DataArray(aged.reshape(axes.shape), axes.own, list(axes.sizes), "ssa_m2_kg", attrs)
+    aged = aged.reshape(axes.shape)
+    return dataset({"ssa_m2_kg": (list(axes.sizes), aged, attrs)}, axes.own, {}).ssa_m2_kg
+
+
+def _block_of_ages(arrays: Mapping[str, Labelled], single: Mapping[str, Any]) -> dict[str, Any]:
+    """Specific surface areas of some snows."""
+    names = {NEW_SNOW.name: "ssa_m2_kg", AGE.name: "age_h"}
+    return {"aged": aged_ssa(**with_arrays(single, arrays, names)).values}
 
 
 def _uncertainty(plus_minus: Mapping[str, Any]) -> dict[str, Any]:
@@ -627,11 +664,9 @@ def _made(engine: str, streams: int | str, rays: int, per_wavelength: bool, seed
 
 
 def _dataset(variables: dict[str, Any], coords: dict[str, Any], made: dict[str, Any]) -> xr.Dataset:
-    import xarray as xr
-
     for name, (dims, values) in variables.items():
         aspect = next((end for end in ASPECTS if name.endswith(end)), "")
         plain = name.removesuffix(aspect)
         long_name = ASPECTS.get(aspect, "{}").format(LONG_NAMES.get(plain, plain.replace("_", " ")))
         variables[name] = (dims, values, {"units": UNITS.get(plain, "1"), "long_name": long_name})
-    return xr.Dataset(variables, coords, attributes(**made))
+    return dataset(variables, coords, attributes(**made))
