@@ -46,7 +46,8 @@ def drawn(count):
 def spectrum(pits, **keywords):
     return snowblue.spectrum(
         ssa_m2_kg=pits.ssa, density_kg_m3=pits.density, impurities_ng_g={"black-carbon": pits.soot},
-        thickness_cm=pits.thickness, angle_deg=pits.angle, ground_albedo=pits.ground, **{"wavelength_nm": NM} | keywords)
+        thickness_cm=pits.thickness, angle_deg=pits.angle, ground_albedo=pits.ground,
+        **{"wavelength_nm": NM} | keywords)
 
 
 def look_up(pits):
@@ -136,7 +137,8 @@ def test_lazy_arrays_are_broadcast_with_others(nothing_runs):
 
     def solve(chunk):
         return snowblue.spectrum(
-            ssa_m2_kg=chunk(grid), density_kg_m3=index, facetness=(0.2, 0.4, 0.3, 0.05), ice=["warren2008", "picard2016"],
+            ssa_m2_kg=chunk(grid), density_kg_m3=index, facetness=(0.2, 0.4, 0.3, 0.05),
+            ice=["warren2008", "picard2016"],
             thickness_cm=[5, 20], angle_deg=chunk(pits.angle), standard_errors=False,
             wavelength_nm=xr.DataArray(NM, dims="channel", coords={"channel": ["blue", "red", "infrared"]}))
 

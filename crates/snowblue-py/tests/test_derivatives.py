@@ -103,6 +103,7 @@ def test_layers_have_derivatives_of_each_layer():
     assert solved.up_per_ground_albedo.dims == ("angle", "wavelength", "depth")
     assert solved.e_folding_depth_per_density_kg_m3.units == "cm kg-1 m3"
     assert solved.fluence_per_thickness_cm.units == "cm-1"
+    assert solved.e_folding_depth_per_thickness_cm.units == "1"
     assert solved.net_per_black_carbon.long_name == "derivative of net with respect to black carbon"
     for name in ("ssa_m2_kg", "density_kg_m3", "thickness_cm", "black-carbon"):
         derivatives = solved[[f"{flux}_per_{name.replace('-', '_')}" for flux in plain]]
@@ -181,6 +182,14 @@ def test_bands_are_means_of_values_and_derivatives():
     assert by_flat.name == "albedo" and by_flat.dims == ("band",) and by_flat.item() != by_sun.item()
     visible = albedo.sel(wavelength=slice(400, 700))
     assert by_flat.item() == pytest.approx((visible.integrate("wavelength") / 300).item(), rel=1e-12)
+
+
+def test_a_band_of_one_wavelength_is_the_spectrum_there():
+    """Also where the spectrum has it twice."""
+    for wavelengths_nm in ([400.0, 500.0, 600.0], [500.0, 500.0, 600.0]):
+        albedo = snowblue.albedo(wavelength_nm=wavelengths_nm)
+        narrow = snowblue.bands(albedo, {"green": ([500], [3])})
+        np.testing.assert_allclose(narrow.sel(band="green"), albedo[1], rtol=1e-15)
 
 
 def test_bands_that_are_not_covered_are_named():

@@ -60,6 +60,7 @@ PACK = "must be mappings in a list, or a pandas.DataFrame, top first"
      "^bands is 5, but must be names of bands, such as 'par'$"),
     (lambda: snowblue.albedo(engine="montecarlo"), "^thickness_cm is inf, a half-space, which needs the engine 'ord"),
     (lambda: snowblue.albedo(engine="monte-carlo"), "^engine 'monte-carlo' is not known; did you mean montecarlo"),
+    (lambda: snowblue.Database.build(engine="mote-carlo"), "^engine 'mote-carlo' is not known; did you mean monteca"),
     (lambda: snowblue.single_scattering(degree="many"), "^degree is 'many', but must be a number"),
 ])
 def test_values_of_another_kind_are_named_with_what_is_expected(call, message):
@@ -87,6 +88,26 @@ def test_ice_is_refused_with_a_reason():
         snowblue.layers([{"thickness_cm": 3}, {"thickness_cm": 1, "density_kg_m3": 917}])
     with pytest.raises(ValueError, match="density is 1200 kg/m³, but must lie in 10–900 kg/m³$"):
         snowblue.spectrum(density_kg_m3=1200)
+
+
+@pytest.mark.parametrize("change, keywords, message", [
+    ({"density_kg_m3": np.inf}, {}, r"density is inf kg/m³, but must lie in 10–900 kg/m³, at layers\[1\]$"),
+    ({"thickness_cm": np.inf}, {}, r"thickness is inf cm, .*, at layers\[1\]$"),
+    ({"facetness": np.nan}, {}, r"facetness is NaN, .*, at layers\[1\]$"),
+    ({}, {"depth_cm": [1, -np.inf]}, r"depth is -inf cm, but must lie in 0–9 cm, at depth\[1\]$"),
+    ({}, {"angle_deg": [0, 30, 95]}, r"angle is 95°, but must lie in 0–89.99°, at angle\[2\]$"),
+    ({}, {"wavelength_nm": [500, 200]}, r"wavelength is 200 nm, but must lie in 300–2500 nm, at wavelength\[1\]$"),
+    ({}, {"ground_albedo": 2}, "ground albedo is 2, but must lie in 0–1$"),
+])
+def test_what_is_wrong_in_layers_is_named_with_its_place(change, keywords, message):
+    pack = [{"thickness_cm": 2}, {"thickness_cm": 3} | change, {"thickness_cm": 4}]
+    with pytest.raises(ValueError, match=message):
+        snowblue.layers(pack, **keywords)
+    if change:
+        with pytest.raises(ValueError, match=message):
+            snowblue.light_at_depth(pack, {"elevation_deg": 30}, depth_cm=[1])
+        with pytest.raises(ValueError, match=message):
+            snowblue.invert([0.9, 0.8], [500, 600], layers=pack)
 
 
 def test_the_last_layer_may_be_endless():

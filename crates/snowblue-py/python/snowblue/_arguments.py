@@ -67,11 +67,14 @@ class Quantity:
             attributes["units"] = self.unit
         return attributes
 
-    def inverse_unit(self) -> str:
-        """The unit of a fraction per this quantity."""
-        powers = [re.fullmatch(r"([a-zA-Z]+)(-?\d*)", factor).groups() for factor in self.unit.split() if factor != "1"]
-        inverse = [(symbol, -int(power or 1)) for symbol, power in powers]
-        return " ".join(symbol if power == 1 else f"{symbol}{power}" for symbol, power in inverse) or "1"
+    def of_derivative(self, unit: str) -> str:
+        """The unit of the derivative of something with a unit with respect to this quantity."""
+        powers: dict[str, int] = {}
+        for factors, sign in ((unit, 1), (self.unit, -1)):
+            for symbol, power in re.findall(r"([a-zA-Z]+)(-?\d*)", factors):
+                powers[symbol] = powers.get(symbol, 0) + sign * int(power or 1)
+        kept = [symbol if power == 1 else f"{symbol}{power}" for symbol, power in powers.items() if power != 0]
+        return " ".join(kept) or "1"
 
 
 SNOW = {
@@ -631,6 +634,16 @@ def wavelength_coordinate(wavelengths_nm: list[float]) -> tuple[str, list[float]
     return WAVELENGTH.name, wavelengths_nm, WAVELENGTH.attributes() | {"standard_name": "radiation_wavelength"}
 
 
+def check_wavelengths(wavelengths_nm: list[float]) -> None:
+    """Raises ValueError for the first wavelength at which no ice is known. Tables of other matter reach less far."""
+    least, greatest = _native.wavelength_range({})
+    for place, nm in enumerate(wavelengths_nm):
+        if not least <= nm <= greatest:
+            at = _at(place, (WAVELENGTH.name,), (len(wavelengths_nm),))
+            value = "NaN" if nm != nm else f"{nm:.12g}"
+            raise ValueError(f"wavelength is {value} nm, but must lie in {least:g}–{greatest:g} nm{at}")
+
+
 @dataclass
 class Wavelengths:
     """The wavelengths of spectra."""
@@ -646,9 +659,17 @@ class Wavelengths:
 def wavelength_argument(value: Any) -> Wavelengths:
     """Wavelengths along their own dimension, or another one that no other argument has."""
     values = _numbers(WAVELENGTH, value)
+    check_wavelengths(values)
     [dim] = getattr(value, "dims", None) or (WAVELENGTH.name,)
     own = (dim, *wavelength_coordinate(values)[1:])
     return Wavelengths(values, dim, own, getattr(value, "coords", {}))
+
+
+def check_engine(engine: str) -> None:
+    """Raises ValueError for an engine that is unknown."""
+    if engine not in ("ordinates", "montecarlo"):
+        word = str(engine).replace("-", "").replace("_", "").lower()
+        raise ValueError(f"engine {engine!r} is not known; {suggestion(word, ('ordinates', 'montecarlo'))}")
 
 
 def ordinates(streams: int | str = "auto", seed: int = 1) -> dict[str, Any]:

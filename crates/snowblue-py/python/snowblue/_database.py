@@ -22,6 +22,7 @@ from snowblue._arguments import (
     Wavelengths,
     angles,
     attributes,
+    check_engine,
     checks_names,
     impurities,
     numbers,
@@ -87,8 +88,7 @@ class Database:
         progress: Progress = None,
     ) -> Database:
         """Computes a full table. Axes that are not given are those of the preset, by default the paper's."""
-        if engine not in ("ordinates", "montecarlo"):
-            raise ValueError(f"engine '{engine}' is not known; there are ordinates, montecarlo")
+        check_engine(engine)
         properties: dict[str, Any] = {"water_saturation": water_saturation, "temperature": temperature_c}
         properties |= {name.replace("-", "_"): values for name, values in impurities(impurities_ng_g).items()}
         axes = {

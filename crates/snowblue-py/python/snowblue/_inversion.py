@@ -22,6 +22,7 @@ from snowblue._arguments import (
     Wavelengths,
     array_of,
     attributes,
+    check_wavelengths,
     checks_names,
     hyphenated,
     labelled,
@@ -40,7 +41,7 @@ from snowblue._arguments import (
 from snowblue._bands import Curve, band_weights, response_curves
 from snowblue._blocks import Labelled, dataset, in_blocks, is_lazy
 from snowblue._progress import Progress, check_no_progress, reporting
-from snowblue._spectra import LONG_NAMES, described_layers, packed_layers, parameter_quantity
+from snowblue._spectra import LONG_NAMES, described_layers, locating_layers, packed_layers, parameter_quantity
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -60,8 +61,8 @@ ASPECTS = {
     "_lower": "{}, lower end of the interval that holds 95 % of the posterior",
     "_upper": "{}, upper end of the interval that holds 95 % of the posterior",
 }
-AT_DEPTH = ("down", "up", "net", "fluence")
-"""Fluxes at depth that can be measured, as :func:`snowblue.layers` names them."""
+AT_DEPTH = {"down": "flux down", "up": "flux up", "net": "net flux", "fluence": "fluence rate"}
+"""Fluxes at depth that can be measured, as :func:`snowblue.layers` names them, in words."""
 BAND_STEP_NM = 10.0
 """Greatest distance of the wavelengths at which the model of a band is solved, unless they are given."""
 MOST_STEPS = 10_000
@@ -248,7 +249,7 @@ def invert(
     for name, spectrum in measured.items():
         rows[name] = {
             "values": spectrum.rows(name, spectrum.values, axes),
-            "deviation": spectrum.rows(f"standard deviation of the {name}", deviations[name], axes),
+            "deviation": spectrum.rows(f"standard deviation of the {_in_words(name)}", deviations[name], axes),
         }
     fraction = None
     if diffuse_fraction is not None:
@@ -271,7 +272,8 @@ def invert(
         made[name] = spectra[name][0] if len(spectra[name]) == 1 else f"of the {source}"
         if name == "angle_deg":
             made["light"] = _light(spectra[name], source, diffuse_fraction is not None)
-    # All axes are known from here on. Where values are not known yet no spectrum is fitted now, but options are checked.
+    # All axes are known from here on. Where values are not known yet no spectrum is fitted now, but options are
+    # checked.
     arrays = {f"{name} {key}": value for name, own in rows.items() for key, value in own.items()}
     arrays |= {} if fraction is None else {"diffuse_fraction": fraction}
     later = axes.are_lazy or any(is_lazy(value) for value in arrays.values())
@@ -312,7 +314,11 @@ def invert(
     for dim in axes.sizes:
         if dim in taken:
             raise ValueError(f"an argument has a dimension '{dim}', which belongs to the results: rename it")
-    with reporting(progress, "spectra") as report, axes.locating_errors(channels.count, channels.names):
+    with (
+        reporting(progress, "spectra") as report,
+        axes.locating_errors(channels.count, channels.names),
+        locating_layers(packed or []),
+    ):
         found = _native.invert(snow_given.native, spectra, unknowns, report)
     if later:
         single = {"bands": bands, "light": light, "retrieve": retrieve, "prior_correlation": prior_correlation}
@@ -462,6 +468,11 @@ def _priors(retrieve: Any) -> tuple[list[tuple[str, int | None]], list[tuple[Any
         if deviation is not None and not priors[-1][1] > 0:
             raise ValueError(f"deviation of {words} is {deviation}, but must be above 0")
     return names, priors
+
+
+def _in_words(quantity: str) -> str:
+    """What is measured."""
+    return AT_DEPTH.get(quantity, quantity)
 
 
 def _label(name: str, layer: int | None) -> str:
@@ -636,10 +647,12 @@ def _wavelengths(given: dict[str, Any], wavelength_nm: Any) -> Channels:
                 break
         else:
             name = next(iter(given))
-            raise TypeError(f"wavelength_nm is missing, and the {name} has no dimension 'wavelength' with values")
+            words = f"the {_in_words(name)} has no dimension 'wavelength' with values"
+            raise TypeError(f"wavelength_nm is missing, and {words}")
     values_nm = np.atleast_1d(_floats("wavelength_nm", wavelength_nm))
     if values_nm.size == 0:
         raise ValueError("wavelength_nm has no values")
+    check_wavelengths(values_nm.reshape(-1).tolist())
     return Channels("wavelength", values_nm)
 
 
@@ -707,15 +720,16 @@ def _measured(given: dict[str, Any], channels: Channels) -> dict[str, Measured]:
             array = value if is_lazy(value) else np.atleast_1d(_floats(name, value))
             value = xr.DataArray(array, dims=[*(f"dim_{i}" for i in range(array.ndim - 1)), channels.dim])
         if channels.dim == "band" and "wavelength" in value.dims:
-            raise ValueError(f"the {name} has the dimension 'wavelength', but its values must be those of the bands")
+            words = f"the {_in_words(name)} has the dimension 'wavelength'"
+            raise ValueError(f"{words}, but its values must be those of the bands")
         inner = [dim for dim in value.dims if dim != "depth"]
         dim = channels.dim if channels.dim in value.dims or not inner else inner[-1]
         as_given = value.dims, value.shape
         value = channels.take(value, dim)
         if channels.labels.ndim != 1 or value.sizes.get(channels.dim) != channels.count:
-            raise ValueError(f"the {name} has the shape {as_given[1]}, but there are {channels.words}")
+            raise ValueError(f"the {_in_words(name)} has the shape {as_given[1]}, but there are {channels.words}")
         if not channels.are_labels_of(value):
-            raise ValueError(f"the {name} has other {channels.dim}s than those given")
+            raise ValueError(f"the {_in_words(name)} has other {channels.dim}s than those given")
         value = value.astype(float).transpose(..., channels.dim).assign_coords({channels.dim: channels.labels})
         measured[name] = Measured(value, channels, dim, as_given)
     return measured

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -27,7 +28,9 @@ from snowblue._arguments import (
     argument_names,
     attributes,
     by_substance,
+    check_engine,
     check_names,
+    check_wavelengths,
     checks_names,
     hyphenated,
     mapping,
@@ -40,7 +43,6 @@ from snowblue._arguments import (
     single_arguments,
     slab_argument,
     snows,
-    suggestion,
     wavelength_argument,
     wavelength_coordinate,
     whole,
@@ -80,8 +82,6 @@ JACOBIAN = {
     "cos_angle": Quantity("cos_angle", "1", "cosine of the angle of incidence"),
 }
 """Parameters of derivatives other than impurities."""
-WHOLE = ("cos_angle", "ground_albedo")
-"""Those that belong to no layer."""
 DEPTH_FLUXES = ("down", "up", "net", "fluence", "e_folding_depth")
 LAYER = {"long_name": "number of the layer, from the top"}
 CHANGED_LAYER = {"long_name": "number of the layer that changes, from the top"}
@@ -211,8 +211,7 @@ def spectrum(
     cases["jacobian"] = jacobian = parameters(jacobian, engine)
     if engine == "montecarlo" and np.inf in cases["thickness_cm"]:
         raise ValueError(
-            "thickness_cm is inf, a half-space, which needs the engine 'ordinates': "
-            "for 'montecarlo' give a thickness of 0 to 100000 cm"
+            "thickness_cm is inf, a half-space, which needs the engine 'ordinates': give 'montecarlo' a finite one"
         )
     uncertainty = None if plus_minus is None else _uncertainty(plus_minus)
     if engine == "montecarlo" and uncertainty:
@@ -371,7 +370,8 @@ def layers(
     ground = {"layers": packed, "ground_albedo": float(ground_albedo), "depth_cm": depths_cm}
     options = _engine(engine, streams, rays, False, seed, standard_errors)
     jacobian = parameters(jacobian, engine)
-    with reporting(progress, "rays") as report:
+    check_wavelengths(cases["wavelength_nm"])
+    with reporting(progress, "rays") as report, locating_layers(packed, depths_cm, cases["angle_deg"]):
         arrays = _native.stack(ground, cases, jacobian, options, report)
     sizes = {"angle": len(cases["angle_deg"]), "wavelength": len(cases["wavelength_nm"])}
     variables = {}
@@ -380,8 +380,7 @@ def layers(
         own = dict(sizes)
         if flux.removesuffix("_se") not in FLUXES:
             own["depth"] = len(depths_cm)
-        if parameter and parameter not in WHOLE:
-            own["changed_layer"] = len(packed)
+        own |= changed_layers(parameter, len(packed))
         variables[name.replace("-", "_")] = ([*own], array.reshape([*own.values()]))
     coords: dict[str, Any] = {
         "angle": angle_coordinate(cases["angle_deg"]),
@@ -415,14 +414,58 @@ def packed_layers(
         raise ValueError(f"layers is {shown(layers)}, but must be {what}")
     if hasattr(layers, "to_dict"):
         layers = [{name: value for name, value in row.items() if value == value} for row in layers.to_dict("records")]
+    layers = list(layers)
     for place, layer in enumerate(layers):
         layer = mapping(f"layers[{place}]", layer, "{'thickness_cm': 10, 'snow': 'fresh'}")
         check_names(["thickness_cm", *SNOW_NAMES], layer)
         if "thickness_cm" not in layer:
             raise TypeError(f"layers[{place}] has no thickness_cm")
-        snow = one_snow({name: value for name, value in layer.items() if name != "thickness_cm"})
-        packed.append((snow.fixed, number("thickness_cm", layer["thickness_cm"])))
+        try:
+            snow = one_snow({name: value for name, value in layer.items() if name != "thickness_cm"})
+            packed.append((snow.fixed, number("thickness_cm", layer["thickness_cm"])))
+        except ValueError as error:
+            if len(layers) > 1:
+                raise ValueError(f"{error}, at layers[{place}]") from None
+            raise
     return packed
+
+
+def changed_layers(parameter: str, count: int) -> dict[str, int]:
+    """The dimension of a derivative with respect to a parameter of layers; others, and values, have none."""
+    return {} if parameter in ("", "cos_angle", "ground_albedo") else {"changed_layer": count}
+
+
+@contextmanager
+def locating_layers(
+    packed: list[tuple[dict[str, Any], float]], depths_cm: Iterable[float] = (), angles_deg: Iterable[Any] = ()
+) -> Iterator[None]:
+    """Says in which layer, at which of the depths or at which of the angles a value is wrong."""
+    try:
+        yield
+    except ValueError as error:
+        options = _engine("ordinates", "auto", 2, False, 1, False)
+
+        def is_cause(layers: list[Any], depth_cm: list[float], angle_deg: list[Any]) -> bool:
+            ground = {"layers": layers, "ground_albedo": 0.0, "depth_cm": depth_cm}
+            cases = {"thickness_cm": [], "angle_deg": angle_deg, "wavelength_nm": []}
+            try:
+                # Without wavelengths nothing is solved.
+                _native.stack(ground, cases, [], options, None)
+            except ValueError as own:
+                return own.args[0] == error.args[0]
+            return False
+
+        causes = {
+            # Only the last one may be infinitely thick.
+            "layers": [([layer, ({}, 1.0)], [], []) for layer in packed[:-1]] + [(packed[-1:], [], [])],
+            DEPTH.name: [(packed, [depth_cm], []) for depth_cm in depths_cm],
+            ANGLE.name: [(packed, [], [angle_deg]) for angle_deg in angles_deg],
+        }
+        for name, ones in causes.items():
+            for place, one in enumerate(ones):
+                if len(ones) > 1 and is_cause(*one):
+                    raise ValueError(f"{error.args[0]}, at {name}[{place}]", *error.args[1:]) from None
+        raise
 
 
 def described_layers(packed: list[tuple[dict[str, Any], float]]) -> str:
@@ -616,9 +659,7 @@ def _uncertainty(plus_minus: Mapping[str, Any]) -> dict[str, Any]:
 def _engine(
     engine: str, streams: int | str, rays: int, per_wavelength: bool, seed: int, standard_errors: bool
 ) -> dict[str, Any]:
-    if engine not in ("ordinates", "montecarlo"):
-        word = str(engine).replace("-", "").replace("_", "").lower()
-        raise ValueError(f"engine {engine!r} is not known; {suggestion(word, ('ordinates', 'montecarlo'))}")
+    check_engine(engine)
     return {
         "ordinates": ordinates(streams, seed),
         "rays": whole("rays", rays, 2) if engine == "montecarlo" else None,
@@ -645,15 +686,9 @@ def _describe_derivatives(solved: xr.Dataset, fluxes: Iterable[str], jacobian: I
     for name in jacobian:
         quantity = parameter_quantity(name)
         for flux in fluxes:
-            own, inverse = UNITS.get(flux, "1"), quantity.inverse_unit()
-            units = per(own, inverse)
+            units = quantity.of_derivative(UNITS.get(flux, "1"))
             long_name = f"derivative of {flux.replace('_', ' ')} with respect to {quantity.attributes()['long_name']}"
             solved[f"{flux}_per_{name.replace('-', '_')}"].attrs = {"units": units, "long_name": long_name}
-
-
-def per(unit: str, inverse_unit: str) -> str:
-    """The unit of a quantity per another, of which the inverse is given."""
-    return " ".join(one for one in (unit, inverse_unit) if one != "1") or "1"
 
 
 def _made(engine: str, streams: int | str, rays: int, per_wavelength: bool, seed: int) -> dict[str, Any]:
