@@ -243,7 +243,7 @@ def test_a_layer_of_no_thickness_has_no_derivatives_of_light_at_depth():
 
 
 def test_errors_have_one_line():
-    with pytest.raises(ValueError, match=r"^parameter 'size' is not known; there are ssa_m2_kg, .*, ground_albedo$"):
+    with pytest.raises(ValueError, match=r"^parameter 'size' is not known; there are ssa_m2_kg, .*, snow-algae$"):
         solve_layers(PACK, ["size"])
     with pytest.raises(ValueError, match="^jacobian needs the engine 'ordinates'$"):
         solve_layers(PACK, "ssa_m2_kg", engine="montecarlo", depth_cm=())
@@ -260,7 +260,7 @@ def test_parameters_may_come_from_an_iterator():
 
 
 def test_parameters_that_are_not_known_are_named():
-    with pytest.raises(ValueError, match=r"^parameter 'size' is not known; there are ssa_m2_kg, .*, ground_albedo$"):
+    with pytest.raises(ValueError, match=r"^parameter 'size' is not known; there are ssa_m2_kg, .*, snow-algae$"):
         snowblue.spectrum(jacobian=["ssa_m2_kg", "size"])
     with pytest.raises(ValueError, match="^wavelength in snow with impurities is 300 nm, but must lie in 305–1495 nm$"):
         snowblue.spectrum(wavelength_nm=300, jacobian="black-carbon")

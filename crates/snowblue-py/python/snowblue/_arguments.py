@@ -53,6 +53,35 @@ class Snow(TypedDict, total=False):
     ice: Any
 
 
+UNIT_WORDS = {"1": "fractions", "degC": "degrees Celsius", "degree": "degrees"}
+"""Units in words, where their symbols are none."""
+SPELLINGS = {
+    "degrees": "degree", "deg": "degree", "°": "degree",
+    "celsius": "degC", "°C": "degC", "C": "degC", "deg_C": "degC", "degree_C": "degC", "degrees_C": "degC",
+    "degree_Celsius": "degC", "degrees_Celsius": "degC", "degree_celsius": "degC", "degrees_celsius": "degC",
+    "micrometer": "um", "micrometre": "um", "micron": "um", "microns": "um", "nanometer": "nm", "nanometers": "nm",
+    "centimeter": "cm", "centimeters": "cm", "hours": "h", "hour": "h", "hr": "h",
+    "dimensionless": "", "fraction": "", "none": "", "-": "",
+}  # fmt: skip
+"""Other spellings of the symbols of units."""
+
+
+def powers_of(units: str) -> dict[str, int]:
+    """The powers of the symbols of units as UDUNITS has them, such as 'kg m-3', 'kg/m3' and 'kg m^-3'."""
+    plain = units.strip()
+    for given, symbol in {"µ": "u", "μ": "u", "²": "2", "³": "3", "⁻": "-", "¹": "1", "^": "", "**": ""}.items():
+        plain = plain.replace(given, symbol)
+    powers: dict[str, int] = {}
+    for place, factors in enumerate(plain.split("/")):
+        for factor in re.split(r"[\s.·*]+", factors):
+            parts = re.fullmatch(r"(-|[^\d\s-]+)(-?\d+)?", factor)
+            symbol, power = parts.groups() if parts else (factor, None)
+            symbol = SPELLINGS.get(symbol, symbol)
+            if symbol not in ("", "1"):
+                powers[symbol] = powers.get(symbol, 0) + int(power or 1) * (1 if place == 0 else -1)
+    return powers
+
+
 @dataclass(frozen=True)
 class Quantity:
     """The coordinate of an argument."""
@@ -67,12 +96,23 @@ class Quantity:
             attributes["units"] = self.unit
         return attributes
 
+    def check(self, value: Any) -> None:
+        """Raises ValueError for a dataset, and for an array that states another unit."""
+        if hasattr(value, "data_vars"):
+            raise ValueError(f"{self.name} is a Dataset, but must be an array, such as one of its variables")
+        units = getattr(value, "attrs", {}).get("units")
+        if units is None or self.unit is None or powers_of(str(units)) == powers_of(self.unit):
+            return
+        raise ValueError(
+            f"{self.name} states the units '{units}', but must be in {UNIT_WORDS.get(self.unit, self.unit)}: convert "
+            "it, and its attribute"
+        )
+
     def of_derivative(self, unit: str) -> str:
         """The unit of the derivative of something with a unit with respect to this quantity."""
-        powers: dict[str, int] = {}
-        for factors, sign in ((unit, 1), (self.unit, -1)):
-            for symbol, power in re.findall(r"([a-zA-Z]+)(-?\d*)", factors):
-                powers[symbol] = powers.get(symbol, 0) + sign * int(power or 1)
+        powers = powers_of(unit)
+        for symbol, power in powers_of(self.unit).items():
+            powers[symbol] = powers.get(symbol, 0) - power
         kept = [symbol if power == 1 else f"{symbol}{power}" for symbol, power in powers.items() if power != 0]
         return " ".join(kept) or "1"
 
@@ -106,6 +146,8 @@ STAND_INS: dict[str, tuple[Any, Any]] = {
 
 WORDS = ("snow", "size_measure", "ice")
 """Arguments of snow that are words."""
+RANGES = ("grain_size_um", "facetness", "sphericity")
+"""Arguments of snow that may be a tuple."""
 
 FLUXES = ("reflectance", "transmittance", "absorptance")
 RESULTS = tuple(name + aspect for name in FLUXES for aspect in ("", "_se", "_lower", "_upper"))
@@ -177,22 +219,23 @@ class Axes:
         self.carried.append(coords)
         self.own[quantity.name] = (dims, array, quantity.attributes() if made is None else made)
 
-    def coordinates(self, wavelengths: Wavelengths) -> dict[str, Any]:
+    def coordinates(self, wavelengths: Wavelengths | None = None) -> dict[str, Any]:
         """The coordinates of a result: the arguments, and what they carry.
 
         Of what they carry, names of arguments and results are left out, and names that have other values in one
         argument than in another.
         """
-        dims = {*self.sizes, wavelengths.dim}
+        spectral = [] if wavelengths is None else [wavelengths]
+        dims = {*self.sizes, *(one.dim for one in spectral)}
         kept: dict[str, Any] = {}
         differing: set[str] = set()
-        for coords in [*self.carried, wavelengths.carried]:
+        for coords in [*self.carried, *(one.carried for one in spectral)]:
             for name, coordinate in coords.items():
                 if coordinate.dims == (name,) if name in dims else name not in TAKEN:
                     first = kept.setdefault(name, coordinate)
                     if not _are_same(first.variable, coordinate.variable):
                         differing.add(name)
-        own = {**self.own, WAVELENGTH.name: wavelengths.own}
+        own = {**self.own, **{WAVELENGTH.name: one.own for one in spectral}}
         kept = {name: one for name, one in kept.items() if name not in differing and name not in own}
         # An index of several levels has all of them or none.
         for dim in dims & kept.keys():
@@ -380,6 +423,7 @@ def checks_names(*further: str) -> Callable[[Function], Function]:
     def decorate(function: Function) -> Function:
         names = list(dict.fromkeys([*argument_names(function), *further]))
         parameters = inspect.signature(function).parameters.values()
+        switches = {one.name for one in parameters if isinstance(one.default, bool)}
         positional = [one.name for one in parameters if one.kind is inspect.Parameter.POSITIONAL_OR_KEYWORD]
 
         @functools.wraps(function)
@@ -393,6 +437,8 @@ def checks_names(*further: str) -> Callable[[Function], Function]:
                     f"{suggestion('', named_only, f'{name}={value}')}"
                 )
             check_names(names, named)
+            for name in switches & named.keys():
+                truth(name, named[name])
             return function(*arguments, **named)
 
         return checked
@@ -415,6 +461,7 @@ def snows(given: Mapping[str, Any]) -> Snows:
 
     def add(name: str, impurity: str | None, quantity: Quantity, value: Any) -> None:
         label = impurity or name
+        quantity.check(value)
         if not is_several(value):
             plain = number(label, value) if impurity else _plain(name, value)
             if impurity:
@@ -496,9 +543,14 @@ def dims_of(quantity: Quantity, value: Any, array: np.ndarray) -> tuple[str, ...
     return dims
 
 
+def plain_values(array: np.ndarray) -> list[Any]:
+    """The values of an array, flat, as those of Python; times stay as they are, since some would become numbers."""
+    return list(array.reshape(-1)) if array.dtype.kind in "mM" else array.reshape(-1).tolist()
+
+
 def converted(convert: Callable[[Any], Any], array: np.ndarray, dims: Iterable[str]) -> list[Any]:
     """The converted values of an array, flat. An error has the index of its value."""
-    plain = array.reshape(-1).tolist()
+    plain = plain_values(array)
     for place, value in enumerate(plain):
         try:
             plain[place] = convert(value)
@@ -528,12 +580,21 @@ def _plain(name: str, value: Any) -> Any:
         if not isinstance(value, str):
             raise ValueError(f"{name} is {value!r}, but must be a word")
         return value
+    if isinstance(value, tuple) and name not in RANGES:
+        raise ValueError(f"{name} is {value!r}, but must be a number; a list makes an axis")
     return [number(name, one) for one in value] if isinstance(value, tuple) else number(name, value)
 
 
+def truth(name: str, value: Any) -> bool:
+    """True or False; words and numbers for them are neither."""
+    if not isinstance(value, (bool, np.bool_)):
+        raise ValueError(f"{name} is {value!r}, but must be True or False")
+    return bool(value)
+
+
 def number(name: str, value: Any) -> float:
-    """A number; the words of one are none."""
-    if isinstance(value, (str, bytes)):
+    """A number; the words of one, times and truth values are none."""
+    if isinstance(value, (str, bytes, bool, np.bool_, np.datetime64, np.timedelta64)):
         raise ValueError(f"{name} is {value!r}, but must be a number")
     try:
         return float(value)
@@ -559,6 +620,7 @@ def numbers(quantity: Quantity, value: Any) -> list[float]:
 
 
 def _numbers(quantity: Quantity, value: Any) -> list[float]:
+    quantity.check(value)
     array = np.atleast_1d(values_of(list(value) if isinstance(value, tuple) else value))
     if array.ndim != 1:
         raise ValueError(f"{quantity.name} has {array.ndim} dimensions, but must have 1")
@@ -592,6 +654,7 @@ def slab_argument(quantity: Quantity, value: Any, axes: Axes, always: bool = Tru
 
     A single value makes an axis too if it must `always` be one.
     """
+    quantity.check(value)
     made: dict[str, Any] = quantity.attributes()
     if is_several(value) and quantity is ANGLE:
         # Of an array this does not depend on its values, which may not be known yet.
@@ -599,7 +662,7 @@ def slab_argument(quantity: Quantity, value: Any, axes: Axes, always: bool = Tru
     elif not is_several(value):
         if isinstance(value, tuple):
             raise ValueError(f"{quantity.name} is {value}, but must be a number or an array")
-        value = np.asarray(value).item()
+        [value] = plain_values(np.asarray(value))
         if not always:
             return [angle(value) if quantity is ANGLE else number(quantity.name, value)], ()
         value = [value]

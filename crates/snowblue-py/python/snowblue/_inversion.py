@@ -30,6 +30,7 @@ from snowblue._arguments import (
     number,
     numbers,
     ordinates,
+    powers_of,
     single_arguments,
     slab_argument,
     snows,
@@ -41,7 +42,14 @@ from snowblue._arguments import (
 from snowblue._bands import Curve, band_weights, response_curves
 from snowblue._blocks import Labelled, dataset, in_blocks, is_lazy
 from snowblue._progress import Progress, check_no_progress, reporting
-from snowblue._spectra import LONG_NAMES, described_layers, locating_layers, packed_layers, parameter_quantity
+from snowblue._spectra import (
+    LONG_NAMES,
+    check_parameters,
+    described_layers,
+    locating_layers,
+    packed_layers,
+    parameter_quantity,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -49,11 +57,11 @@ if TYPE_CHECKING:
     from typing_extensions import Unpack
 
 STATED = {
-    "angle_deg": (ANGLE, "angle", ("degree", "degrees", "deg"), "diffuse"),
-    "thickness_cm": (THICKNESS, "thickness", ("cm",), np.inf),
-    "ground_albedo": (GROUND_ALBEDO, None, (), 0.0),
+    "angle_deg": (ANGLE, "angle", "diffuse"),
+    "thickness_cm": (THICKNESS, "thickness", np.inf),
+    "ground_albedo": (GROUND_ALBEDO, None, 0.0),
 }
-"""Arguments that a spectrum may state as a coordinate or attribute: its other name, the units of that, the default."""
+"""Arguments that a spectrum may state as a coordinate or attribute: its other name, which needs units, the default."""
 
 ASPECTS = {
     "": "{}, median of the posterior",
@@ -457,6 +465,7 @@ def _priors(retrieve: Any) -> tuple[list[tuple[str, int | None]], list[tuple[Any
         layer = None if layer is None else whole("the number of the layer", layer)
         if layer is not None and layer >= MOST_LAYERS:
             raise ValueError(f"the number of the layer is {layer}, but must be below {MOST_LAYERS}")
+        check_parameters([hyphenated(name)])
         names.append((hyphenated(name), layer))
         words = _words(*names[-1])
         try:
@@ -716,6 +725,7 @@ def _measured(given: dict[str, Any], channels: Channels) -> dict[str, Measured]:
     arrays = {name: labelled(value) for name, value in given.items()}
     measured = {}
     for name, value in arrays.items():
+        Quantity(name, "1").check(value)
         if not hasattr(value, "dims"):
             array = value if is_lazy(value) else np.atleast_1d(_floats(name, value))
             value = xr.DataArray(array, dims=[*(f"dim_{i}" for i in range(array.ndim - 1)), channels.dim])
@@ -751,7 +761,7 @@ def _matrix(label: str, value: Any) -> np.ndarray:
 
 def _stated(name: str, measured: dict[str, Measured]) -> tuple[Any, str]:
     """What a spectrum states of an argument that is not given, or the default, and where it is from."""
-    _, other, units, default = STATED[name]
+    quantity, other, default = STATED[name]
     for label, spectrum in measured.items():
         array = spectrum.values
         if name in array.coords:
@@ -760,10 +770,10 @@ def _stated(name: str, measured: dict[str, Measured]) -> tuple[Any, str]:
             return array.attrs[name], f"{label}'s attribute '{name}'"
         if other in array.coords:
             unit = array.coords[other].attrs.get("units")
-            if unit not in units:
+            if unit is None or powers_of(unit) != powers_of(quantity.unit):
                 raise ValueError(
-                    f"the {label} has a coordinate '{other}' with the units {unit}, but they must be {units[0]}: give "
-                    f"{name}"
+                    f"the {label} has a coordinate '{other}' with the units {unit}, but they must be {quantity.unit}: "
+                    f"give {name}"
                 )
             return array.coords[other], f"{label}'s coordinate '{other}'"
     return default, "default"

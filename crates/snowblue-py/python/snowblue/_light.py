@@ -195,7 +195,7 @@ def light_at_depth(
     made = {
         **{f"sky_{name}": value for name, value in sky.attrs.items() if name not in ("Conventions", "source")},
         "layers": described_layers(packed),
-        "ground_albedo": float(ground_albedo),
+        "ground_albedo": ground["ground_albedo"],
         "engine": f"discrete ordinates, {streams} streams",
         "seed": seed,
     }

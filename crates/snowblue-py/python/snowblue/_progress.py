@@ -62,6 +62,8 @@ def reporting_phases(progress: PhaseProgress) -> Iterator[Callable[[int, int, st
 @contextmanager
 def _reporting(progress: Any, shown_by: Callable[[Any], Any], **options: str) -> Iterator[Any]:
     """None, the given function, or what shows the progress by a bar with some options."""
+    if not (progress is None or isinstance(progress, bool) or callable(progress)):
+        raise ValueError(f"progress is {progress!r}, but must be True, False or a function")
     if progress is False or callable(progress):
         yield progress or None
         return

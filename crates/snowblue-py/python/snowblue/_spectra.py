@@ -43,6 +43,8 @@ from snowblue._arguments import (
     single_arguments,
     slab_argument,
     snows,
+    suggestion,
+    truth,
     wavelength_argument,
     wavelength_coordinate,
     whole,
@@ -316,7 +318,7 @@ def layers(
     ----------
     layers : mappings or pandas.DataFrame, top first
         Each has `thickness_cm`, and arguments of :class:`Snow`. The last may be infinitely thick. In a row of a
-        DataFrame, NaN is an argument that is not given.
+        DataFrame, NaN is an argument that is not given, and columns such as `black_carbon_ng_g` are impurities.
     ground_albedo : float, 0 to 1
         On a ground that reflects, `transmittance` is the downward flux at the ground per incident flux. It may
         exceed 1, since light is reflected back and forth.
@@ -367,7 +369,8 @@ def layers(
         "angle_deg": angles(angle_deg),
         "wavelength_nm": numbers(WAVELENGTH, wavelength_nm),
     }
-    ground = {"layers": packed, "ground_albedo": float(ground_albedo), "depth_cm": depths_cm}
+    ground_albedo = number("ground_albedo", ground_albedo)
+    ground = {"layers": packed, "ground_albedo": ground_albedo, "depth_cm": depths_cm}
     options = _engine(engine, streams, rays, False, seed, standard_errors)
     jacobian = parameters(jacobian, engine)
     check_wavelengths(cases["wavelength_nm"])
@@ -392,7 +395,7 @@ def layers(
         coords["changed_layer"] = ("changed_layer", np.arange(len(packed)), CHANGED_LAYER)
     made = {
         "layers": described_layers(packed),
-        "ground_albedo": float(ground_albedo),
+        "ground_albedo": ground_albedo,
         **_made(engine, streams, rays, False, seed),
     }
     solved = _dataset(variables, coords, made)
@@ -413,7 +416,7 @@ def packed_layers(
     if isinstance(layers, str) or not isinstance(layers, Iterable):
         raise ValueError(f"layers is {shown(layers)}, but must be {what}")
     if hasattr(layers, "to_dict"):
-        layers = [{name: value for name, value in row.items() if value == value} for row in layers.to_dict("records")]
+        layers = [_row_of_layers(row) for row in layers.to_dict("records")]
     layers = list(layers)
     for place, layer in enumerate(layers):
         layer = mapping(f"layers[{place}]", layer, "{'thickness_cm': 10, 'snow': 'fresh'}")
@@ -428,6 +431,18 @@ def packed_layers(
                 raise ValueError(f"{error}, at layers[{place}]") from None
             raise
     return packed
+
+
+def _row_of_layers(row: Mapping[str, Any]) -> dict[str, Any]:
+    """A layer of a table, whose columns of impurities are named as those of the command."""
+    import pandas as pd
+
+    layer = {name: value for name, value in row.items() if np.ndim(value) > 0 or not pd.isna(value)}
+    for substance in SUBSTANCES:
+        name = f"{substance.replace('-', '_')}_ng_g"
+        if name in layer:
+            layer["impurities_ng_g"] = {**layer.get("impurities_ng_g", {}), substance: layer.pop(name)}
+    return layer
 
 
 def changed_layers(parameter: str, count: int) -> dict[str, int]:
@@ -519,9 +534,10 @@ def bsdf(
     wavelengths_nm = numbers(WAVELENGTH, wavelength_nm)
     patches = (whole("rings", rings, 1), None if sectors is None else whole("sectors", sectors, 1))
     counts = (whole("rays", rays, 2), whole("seed", seed))
+    thickness_cm = number("thickness_cm", thickness_cm)
     with reporting(progress, "rays") as report:
         arrays = _native.bsdf(
-            given.fixed, (float(thickness_cm), angle, wavelengths_nm), counts, patches, report
+            given.fixed, (thickness_cm, angle, wavelengths_nm), counts, patches, report
         )
     at = {name: arrays.pop(name).reshape(rings, -1) for name in ("theta", "phi", "solid_angle")}
     variables: dict[str, Any] = {}
@@ -536,7 +552,7 @@ def bsdf(
         "theta": ("theta", at["theta"][:, 0], {"units": "degree", "long_name": "angle from the normal"}),
         "phi": ("phi", at["phi"][0], {"units": "degree", "long_name": "azimuth from the forward direction"}),
     }
-    made = {"thickness_cm": float(thickness_cm), "angle_deg": angle, "rays": rays, "seed": seed}
+    made = {"thickness_cm": thickness_cm, "angle_deg": angle, "rays": rays, "seed": seed}
     result = _dataset(variables, coords, given.attrs | made)
     result["solid_angle"].attrs.update(units="sr", long_name="solid angle of the patch and its mirror image")
     return result
@@ -630,7 +646,7 @@ def aged_ssa(
         "conditions": "temperature gradient" if temperature_gradient else "isothermal",
     }
     aged = aged.reshape(axes.shape)
-    return dataset({"ssa_m2_kg": (list(axes.sizes), aged, attrs)}, axes.own, {}).ssa_m2_kg
+    return dataset({"ssa_m2_kg": (list(axes.sizes), aged, attrs)}, axes.coordinates(), {}).ssa_m2_kg
 
 
 def _block_of_ages(arrays: Mapping[str, Labelled], single: Mapping[str, Any]) -> dict[str, Any]:
@@ -645,14 +661,11 @@ def _uncertainty(plus_minus: Mapping[str, Any]) -> dict[str, Any]:
     plus_minus = by_substance("plus_minus", mapping("plus_minus", plus_minus, "{'ssa_m2_kg': 2, 'black-carbon': 5}"))
     check_names([*own, *SUBSTANCES], plus_minus)
     impurities = {name: number(name, value) for name, value in plus_minus.items() if name not in own}
-    ice = plus_minus.get("ice", False)
-    if not isinstance(ice, (bool, np.bool_)):
-        raise ValueError(f"ice is {ice!r}, but must be True or False")
     return {
         **{name: None if name not in plus_minus else number(name, plus_minus[name]) for name in own[:2]},
         "density_kg_m3": number("density_kg_m3", plus_minus.get("density_kg_m3", 0.0)),
         "impurities_ng_g": impurities,
-        "ice": bool(ice),
+        "ice": truth("ice", plus_minus.get("ice", False)),
     }
 
 
@@ -669,16 +682,25 @@ def _engine(
 
 
 def parameter_quantity(name: str) -> Quantity:
-    """What a parameter is. Those that are not known elsewhere are impurities, or an error of the native code."""
+    """What a parameter is. Those that are not known elsewhere are impurities."""
     return JACOBIAN.get(name) or Quantity(name.replace("-", "_"), "ng g-1")
 
 
 def parameters(jacobian: str | Iterable[str], engine: str = "ordinates") -> list[str]:
     """The names of parameters that results are differentiated by, with hyphens in those of impurities."""
     names = [hyphenated(name) for name in names_of("jacobian", () if jacobian is None else jacobian, "parameters")]
+    check_parameters(names)
     if engine == "montecarlo" and names:
         raise ValueError("jacobian needs the engine 'ordinates'")
     return names
+
+
+def check_parameters(names: Iterable[str]) -> None:
+    """Raises ValueError for a parameter that is unknown."""
+    known = [*JACOBIAN, *SUBSTANCES]
+    for name in names:
+        if name not in known:
+            raise ValueError(f"parameter {name!r} is not known; {suggestion(name, known)}")
 
 
 def _describe_derivatives(solved: xr.Dataset, fluxes: Iterable[str], jacobian: Iterable[str]) -> None:
