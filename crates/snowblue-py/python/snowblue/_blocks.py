@@ -22,7 +22,7 @@ _origin: ContextVar[Mapping[str, int]] = ContextVar("origin", default={})
 def is_lazy(value: Any) -> bool:
     """Whether a value is an array of dask, or one of xarray with such values."""
     graph = getattr(value, "__dask_graph__", None)
-    return callable(graph) and graph() is not None and getattr(value, "chunks", None) is not None
+    return getattr(value, "chunks", None) is not None and callable(graph) and graph() is not None
 
 
 def origin() -> Mapping[str, int]:

@@ -121,7 +121,7 @@ def invert(
 
     Optimal estimation (Rodgers 2000): the most probable state, given the data, their errors, and a prior. The state has
     the logarithms of positive quantities and the log-odds of fractions. All spectra are retrieved together, in
-    parallel.
+    parallel; those of dask by blocks, when the result is asked for.
 
     Parameters
     ----------
@@ -289,7 +289,7 @@ def invert(
         check_no_progress(progress)
 
     def places(dims: Iterable[str]) -> np.ndarray:
-        return axes.places(dims)[: 0 if later else None]
+        return np.empty(0, dtype=np.int64) if later else axes.places(dims)
 
     def flat(value: xr.DataArray) -> np.ndarray:
         dims = [dim for dim in value.dims if dim in axes.sizes]

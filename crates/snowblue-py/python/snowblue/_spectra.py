@@ -119,8 +119,9 @@ def spectrum(
 
     Arguments are broadcast as xarray broadcasts: a list or an array makes an axis of its own, and
     :class:`xarray.DataArray` arguments that share a dimension are paired along it, so that there is one slab for
-    each row of a table. Snows that differ in anything but the shapes of their grains (facetness, sphericity) share the
-    rays through grains, which take most of the time of a first spectrum.
+    each row of a table. If an argument is an array of dask, the result is computed by blocks, when it is asked for.
+    Snows that differ in anything but the shapes of their grains (facetness, sphericity) share the rays through grains,
+    which take most of the time of a first spectrum.
 
     Parameters
     ----------
@@ -221,7 +222,8 @@ def spectrum(
     if axes.are_lazy:
         check_no_progress(progress)
     # Where values are not known yet no slab is solved now, but options are checked.
-    rows = [axes.places(dims)[: 0 if axes.are_lazy else None] for dims in columns]
+    none = np.empty(0, dtype=np.int64)
+    rows = [none if axes.are_lazy else axes.places(dims) for dims in columns]
     cases["places"] = np.stack(rows, axis=-1).astype(np.int64)
     with reporting(progress, "rays" if engine == "montecarlo" else "slabs") as report, axes.locating_errors():
         arrays = _native.spectrum(given.native, cases, options, report)
@@ -458,6 +460,7 @@ def locating_layers(
     try:
         yield
     except ValueError as error:
+        message = error.args[0]
         options = _engine("ordinates", "auto", 2, False, 1, False)
 
         def is_cause(layers: list[Any], depth_cm: list[float], angle_deg: list[Any]) -> bool:
@@ -467,7 +470,7 @@ def locating_layers(
                 # Without wavelengths nothing is solved.
                 _native.stack(ground, cases, [], options, None)
             except ValueError as own:
-                return own.args[0] == error.args[0]
+                return own.args[0] == message
             return False
 
         causes = {
@@ -479,7 +482,7 @@ def locating_layers(
         for name, ones in causes.items():
             for place, one in enumerate(ones):
                 if len(ones) > 1 and is_cause(*one):
-                    raise ValueError(f"{error.args[0]}, at {name}[{place}]", *error.args[1:]) from None
+                    raise ValueError(f"{message}, at {name}[{place}]", *error.args[1:]) from None
         raise
 
 
