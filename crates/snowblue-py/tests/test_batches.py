@@ -225,6 +225,8 @@ def test_wavelengths_of_an_albedo_may_be_a_tuple():
     ({"density_kg_m3": [[200, 300], [400]]}, r"density_kg_m3 is \[200, 300\], but must be a number, at density\[0\]"),
     ({"snow": ["firn", 3]}, r"snow is 3, but must be a word, at snow\[1\]"),
     ({"wavelength_nm": [500, None]}, r"wavelength is None.*, at wavelength\[1\]"),
+    ({"wavelength_nm": [500, np.inf]}, r"wavelength is inf nm, but must lie in 300–2500 nm, at wavelength\[1\]"),
+    ({"density_kg_m3": [200, -np.inf]}, r"density is -inf kg/m³, .*, at density\[1\]"),
     ({"thickness_cm": xr.DataArray([1.0], dims="reflectance")}, "'reflectance', which belongs to the results"),
 ])
 def test_wrong_elements_are_named_with_their_index(keywords, words):

@@ -41,6 +41,20 @@ def test_tables_are_built_compressed_written_and_read(tmp_path):
         full.compress()
 
 
+def test_look_ups_are_paired_along_shared_dimensions():
+    table = snowblue.Database.embedded()
+    pits = xr.Dataset({"size": ("pit", [150.0, 300.0]), "thick": ("pit", [5.0, 20.0]), "angle": ("pit", [0.0, 60.0])},
+                      {"pit": ["ridge", "valley"]})
+    paired = table.look_up(grain_size_um=pits["size"], thickness_cm=pits.thick, angle_deg=pits.angle,
+                           density_kg_m3=[250, 350])
+    assert paired.transmittance.dims == ("pit", "density", "wavelength") and paired.pit.values[1] == "valley"
+    crossed = table.look_up(grain_size_um=[150, 300], thickness_cm=[5, 20], angle_deg=[0, 60], density_kg_m3=[250, 350])
+    for name in ("transmittance", "reflectance"):
+        for place in range(2):
+            at = {"grain_size": place, "thickness": place, "angle": place}
+            np.testing.assert_array_equal(paired[name][place], crossed[name].isel(at))
+
+
 def test_files_of_xarray_are_tables(tmp_path):
     full = snowblue.Database.build(**SMALL).to_xarray()
     path = tmp_path / "curves.nc"
@@ -64,6 +78,11 @@ def test_bad_tables_and_look_ups_are_named(tmp_path):
         table.look_up(thickness_cm=5, angle_deg=95)
     with pytest.raises(ValueError, match="grain size"):
         table.look_up(thickness_cm=5, grain_size_um=2000)
+    with pytest.raises(ValueError, match=r"thickness is NaN cm, .*, at density\[0\], thickness\[1\]"):
+        table.look_up(thickness_cm=[5, np.nan], density_kg_m3=[250, 300])
+    with pytest.raises(ValueError, match=r"density is 950 kg/m³, .*, at pit\[1\]"):
+        table.look_up(
+            thickness_cm=xr.DataArray([5, 6], dims="pit"), density_kg_m3=xr.DataArray([300, 950], dims="pit"))
     with pytest.raises(ValueError, match="'tea' is not known"):
         table.look_up(thickness_cm=5, tea=1)
     with pytest.raises(ValueError, match="number of tally rays is 0, but must lie in 1024"):

@@ -103,6 +103,7 @@ def test_layers_have_derivatives_of_each_layer():
     assert solved.up_per_ground_albedo.dims == ("angle", "wavelength", "depth")
     assert solved.e_folding_depth_per_density_kg_m3.units == "cm kg-1 m3"
     assert solved.fluence_per_thickness_cm.units == "cm-1"
+    assert solved.e_folding_depth_per_thickness_cm.units == "1"
     assert solved.net_per_black_carbon.long_name == "derivative of net with respect to black carbon"
     for name in ("ssa_m2_kg", "density_kg_m3", "thickness_cm", "black-carbon"):
         derivatives = solved[[f"{flux}_per_{name.replace('-', '_')}" for flux in plain]]
@@ -183,6 +184,14 @@ def test_bands_are_means_of_values_and_derivatives():
     assert by_flat.item() == pytest.approx((visible.integrate("wavelength") / 300).item(), rel=1e-12)
 
 
+def test_a_band_of_one_wavelength_is_the_spectrum_there():
+    """Also where the spectrum has it twice."""
+    for wavelengths_nm in ([400.0, 500.0, 600.0], [500.0, 500.0, 600.0]):
+        albedo = snowblue.albedo(wavelength_nm=wavelengths_nm)
+        narrow = snowblue.bands(albedo, {"green": ([500], [3])})
+        np.testing.assert_allclose(narrow.sel(band="green"), albedo[1], rtol=1e-15)
+
+
 def test_bands_that_are_not_covered_are_named():
     albedo = snowblue.albedo(ssa_m2_kg=20, wavelength_nm=np.arange(400.0, 651.0, 50))
     with pytest.raises(ValueError, match="^band par: the .* band needs wavelengths from 400 to 700 nm"):
@@ -234,7 +243,7 @@ def test_a_layer_of_no_thickness_has_no_derivatives_of_light_at_depth():
 
 
 def test_errors_have_one_line():
-    with pytest.raises(ValueError, match=r"^parameter 'size' is not known; there are ssa_m2_kg, .*, ground_albedo$"):
+    with pytest.raises(ValueError, match=r"^parameter 'size' is not known; there are ssa_m2_kg, .*, snow-algae$"):
         solve_layers(PACK, ["size"])
     with pytest.raises(ValueError, match="^jacobian needs the engine 'ordinates'$"):
         solve_layers(PACK, "ssa_m2_kg", engine="montecarlo", depth_cm=())
@@ -251,7 +260,7 @@ def test_parameters_may_come_from_an_iterator():
 
 
 def test_parameters_that_are_not_known_are_named():
-    with pytest.raises(ValueError, match=r"^parameter 'size' is not known; there are ssa_m2_kg, .*, ground_albedo$"):
+    with pytest.raises(ValueError, match=r"^parameter 'size' is not known; there are ssa_m2_kg, .*, snow-algae$"):
         snowblue.spectrum(jacobian=["ssa_m2_kg", "size"])
     with pytest.raises(ValueError, match="^wavelength in snow with impurities is 300 nm, but must lie in 305–1495 nm$"):
         snowblue.spectrum(wavelength_nm=300, jacobian="black-carbon")

@@ -227,6 +227,13 @@ def test_wrong_input_is_named_with_its_place():
             measured.isel(specific_surface_area=0), density_kg_m3=xr.DataArray([300.0, 1200.0], dims="pit"))
     with pytest.raises(ValueError, match=r"wavelength in snow with impurities is 1600 nm, .*, at wavelength\[1\]"):
         snowblue.invert([0.9, 0.1], [400, 1600])
+    with pytest.raises(ValueError, match=r"^wavelength is inf nm, but must lie in 300–2500 nm, at wavelength\[1\]$"):
+        snowblue.invert([0.9, 0.8], [400, np.inf])
+    down = xr.DataArray([[0.5, 0.4]], {"wavelength": [400, 500], "depth": [3]}, ["depth", "wavelength"])
+    with pytest.raises(ValueError, match="the standard deviation of the flux down has the shape"):
+        snowblue.invert(fluxes={"down": down}, fluxes_standard_deviation=[1, 1, 1])
+    with pytest.raises(ValueError, match="standard deviation of the flux down is 0, but must lie"):
+        snowblue.invert(fluxes={"down": down}, fluxes_standard_deviation=0)
     with pytest.raises(ValueError, match="parameter 'size' is not known; there are ssa_m2_kg"):
         snowblue.invert(measured, retrieve="size")
     with pytest.raises(ValueError, match="the prior of ssa_m2_kg is 20, but must be a median and a deviation"):

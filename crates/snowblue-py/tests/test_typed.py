@@ -5,6 +5,7 @@ import pickle
 import numpy as np
 import pandas as pd
 import pytest
+import xarray as xr
 
 import snowblue
 
@@ -60,12 +61,75 @@ PACK = "must be mappings in a list, or a pandas.DataFrame, top first"
      "^bands is 5, but must be names of bands, such as 'par'$"),
     (lambda: snowblue.albedo(engine="montecarlo"), "^thickness_cm is inf, a half-space, which needs the engine 'ord"),
     (lambda: snowblue.albedo(engine="monte-carlo"), "^engine 'monte-carlo' is not known; did you mean montecarlo"),
+    (lambda: snowblue.Database.build(engine="mote-carlo"), "^engine 'mote-carlo' is not known; did you mean monteca"),
+    (lambda: snowblue.spectrum(standard_errors="no"), "^standard_errors is 'no', but must be True or False$"),
+    (lambda: snowblue.albedo(per_wavelength=1), "^per_wavelength is 1, but must be True or False$"),
+    (lambda: snowblue.aged_ssa(ssa_m2_kg=60, age_h=1, temperature_gradient="no"), "^temperature_gradient is 'no', but"),
+    (lambda: snowblue.spectrum(progress=5), "^progress is 5, but must be True, False or a function$"),
+    (lambda: snowblue.spectrum(jacobian="ssa"), "^parameter 'ssa' is not known; did you mean ssa_m2_kg[?] There are"),
+    (lambda: snowblue.invert([0.9], [500], retrieve="density"), "^parameter 'density' .*did you mean density_kg_m3"),
+    (lambda: snowblue.albedo(ssa_m2_kg=(20, 30)), r"^ssa_m2_kg is \(20, 30\), but must be a number; a list makes an"),
+    (lambda: snowblue.albedo(ssa_m2_kg=True), "^ssa_m2_kg is True, but must be a number$"),
+    (lambda: snowblue.albedo(density_kg_m3=np.array([200, 300], "timedelta64[ns]")),
+     r"^density_kg_m3 is np.timedelta64\(200,'ns'\), but must be a number, at density\[0\]$"),
+    (lambda: snowblue.albedo(thickness_cm=np.datetime64(20, "ns")), "^thickness is np.datetime64.*, but must be a num"),
+    (lambda: snowblue.albedo(ssa_m2_kg=xr.Dataset()), "^specific_surface_area is a Dataset, but must be an array"),
+    (lambda: snowblue.invert(snowblue.spectrum(wavelength_nm=500)), "^albedo is a Dataset, but must be an array"),
+    (lambda: snowblue.layers([{"thickness_cm": 1}], ground_albedo=[0.1]), r"^ground_albedo is \[0.1\], but must"),
+    (lambda: snowblue.bsdf(thickness_cm=[1, 2]), r"^thickness_cm is \[1, 2\], but must be a number$"),
+    (lambda: snowblue.color(np.ones(31)), "^the spectrum is array.*, but must be a Dataset or an xarray.DataArray$"),
+    (lambda: snowblue.color(snowblue.spectrum()[["reflectance"]]), "^the spectra have no transmittance$"),
+    (lambda: snowblue.Database.embedded().look_up(thickness_cm=1, temp=3), "^property 'temp' .*did you mean temp"),
     (lambda: snowblue.single_scattering(degree="many"), "^degree is 'many', but must be a number"),
 ])
 def test_values_of_another_kind_are_named_with_what_is_expected(call, message):
     with pytest.raises(ValueError, match=message) as error:
         call()
     assert "\n" not in str(error.value)
+
+
+def stating(units, *values):
+    return xr.DataArray(list(values), dims="pit", attrs={"units": units})
+
+
+@pytest.mark.parametrize("call, message", [
+    (lambda: snowblue.spectrum(thickness_cm=stating("m", 0.2, 0.3)),
+     "^thickness states the units 'm', but must be in cm: convert it, and its attribute$"),
+    (lambda: snowblue.spectrum(density_kg_m3=stating("g cm-3", 0.2, 0.3)), "density states the units 'g cm-3'"),
+    (lambda: snowblue.spectrum(wavelength_nm=stating("um", 500, 600)), "wavelength states the units 'um', but .* nm"),
+    (lambda: snowblue.spectrum(temperature_c=stating("K", -5, -4)), "but must be in degrees Celsius"),
+    (lambda: snowblue.spectrum(facetness=stating("%", 0.1, 0.2)), "'%', but must be in fractions"),
+    (lambda: snowblue.spectrum(angle_deg=stating("radian", 1, 1)), "'radian', but must be in degrees"),
+    (lambda: snowblue.spectrum(impurities_ng_g={"black-carbon": stating("mg/g", 1, 1)}), "black_carbon states the "),
+    (lambda: snowblue.aged_ssa(ssa_m2_kg=60, age_h=stating("days", 1, 2)), "age states the units 'days'"),
+    (lambda: snowblue.layers([{"thickness_cm": 5}], depth_cm=stating("m", 0.1)[0]), "depth states the units 'm'"),
+    (lambda: snowblue.invert(stating("%", 0.9, 0.8), [500, 600]), "albedo states the units '%', but must be in fracti"),
+    (lambda: snowblue.Database.embedded().look_up(thickness_cm=stating("mm", 9)), "thickness states the units 'mm'"),
+])
+def test_arrays_that_state_other_units_are_refused(call, message):
+    with pytest.raises(ValueError, match=message):
+        call()
+
+
+def test_units_may_be_spelt_in_several_ways():
+    plain = snowblue.spectrum(ssa_m2_kg=20, density_kg_m3=300, thickness_cm=5, temperature_c=-5, wavelength_nm=500)
+    for words in (("m2 kg-1", "kg m-3", "cm", "degC"), ("m²/kg", "kg/m^3", "centimeter", "°C"),
+                  ("m^2 kg^-1", "kg m**-3", "cm", "degrees_celsius"), ("m² kg⁻¹", "kg·m⁻³", "cm", "celsius")):
+        ssa, density, thickness, temperature = (
+            stating(units, value) for units, value in zip(words, (20.0, 300.0, 5.0, -5.0)))
+        same = snowblue.spectrum(ssa_m2_kg=ssa, density_kg_m3=density, thickness_cm=thickness,
+                                 temperature_c=temperature, wavelength_nm=500)
+        assert same.reflectance.item() == plain.reflectance.item()
+    # What a result has for coordinates may be an argument.
+    again = snowblue.spectrum(angle_deg=snowblue.spectrum(angle_deg=[0, -1]).angle, wavelength_nm=plain.wavelength)
+    assert again.angle.values.tolist() == [0, -1]
+
+
+def test_tables_of_layers_have_columns_of_impurities():
+    table = pd.DataFrame({"thickness_cm": [3, 20], "black_carbon_ng_g": [np.nan, 50.0], "snow": [pd.NA, "firn"]})
+    pack = [{"thickness_cm": 3}, {"thickness_cm": 20, "snow": "firn", "impurities_ng_g": {"black-carbon": 50}}]
+    keywords = {"wavelength_nm": 500, "standard_errors": False}
+    xr.testing.assert_identical(snowblue.layers(table, **keywords), snowblue.layers(pack, **keywords))
 
 
 def test_names_of_impurities_have_hyphens_or_underscores():
@@ -87,6 +151,26 @@ def test_ice_is_refused_with_a_reason():
         snowblue.layers([{"thickness_cm": 3}, {"thickness_cm": 1, "density_kg_m3": 917}])
     with pytest.raises(ValueError, match="density is 1200 kg/m³, but must lie in 10–900 kg/m³$"):
         snowblue.spectrum(density_kg_m3=1200)
+
+
+@pytest.mark.parametrize("change, keywords, message", [
+    ({"density_kg_m3": np.inf}, {}, r"density is inf kg/m³, but must lie in 10–900 kg/m³, at layers\[1\]$"),
+    ({"thickness_cm": np.inf}, {}, r"thickness is inf cm, .*, at layers\[1\]$"),
+    ({"facetness": np.nan}, {}, r"facetness is NaN, .*, at layers\[1\]$"),
+    ({}, {"depth_cm": [1, -np.inf]}, r"depth is -inf cm, but must lie in 0–9 cm, at depth\[1\]$"),
+    ({}, {"angle_deg": [0, 30, 95]}, r"angle is 95°, but must lie in 0–89.99°, at angle\[2\]$"),
+    ({}, {"wavelength_nm": [500, 200]}, r"wavelength is 200 nm, but must lie in 300–2500 nm, at wavelength\[1\]$"),
+    ({}, {"ground_albedo": 2}, "ground albedo is 2, but must lie in 0–1$"),
+])
+def test_what_is_wrong_in_layers_is_named_with_its_place(change, keywords, message):
+    pack = [{"thickness_cm": 2}, {"thickness_cm": 3} | change, {"thickness_cm": 4}]
+    with pytest.raises(ValueError, match=message):
+        snowblue.layers(pack, **keywords)
+    if change:
+        with pytest.raises(ValueError, match=message):
+            snowblue.light_at_depth(pack, {"elevation_deg": 30}, depth_cm=[1])
+        with pytest.raises(ValueError, match=message):
+            snowblue.invert([0.9, 0.8], [500, 600], layers=pack)
 
 
 def test_the_last_layer_may_be_endless():
@@ -159,6 +243,12 @@ def test_snow_ages():
     assert albedo.dims == ("new_snow", "age") and (albedo.diff("age") < 0).all()
     with pytest.raises(ValueError, match=r"age is -1 h, but must lie in 0–8784 h, at age\[1\]"):
         snowblue.aged_ssa(ssa_m2_kg=60, age_h=[0, -1])
+
+
+def test_snow_that_ages_keeps_its_labels():
+    new = xr.DataArray([60.0, 30.0], dims="site", coords={"site": ["ridge", "valley"], "height": ("site", [2000, 900])})
+    aged = snowblue.aged_ssa(ssa_m2_kg=new, age_h=24)
+    assert aged.site.values.tolist() == ["ridge", "valley"] and {"height", "new_snow"} < {*aged.coords}
 
 
 def test_scenes_and_tables_travel_as_pickles(tmp_path):

@@ -15,6 +15,7 @@ from typing import Any, TypedDict, TypeVar
 import numpy as np
 
 from snowblue import _native
+from snowblue._blocks import Labelled, is_lazy, origin
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -52,6 +53,35 @@ class Snow(TypedDict, total=False):
     ice: Any
 
 
+UNIT_WORDS = {"1": "fractions", "degC": "degrees Celsius", "degree": "degrees"}
+"""Units in words, where their symbols are none."""
+SPELLINGS = {
+    "degrees": "degree", "deg": "degree", "°": "degree",
+    "celsius": "degC", "°C": "degC", "C": "degC", "deg_C": "degC", "degree_C": "degC", "degrees_C": "degC",
+    "degree_Celsius": "degC", "degrees_Celsius": "degC", "degree_celsius": "degC", "degrees_celsius": "degC",
+    "micrometer": "um", "micrometre": "um", "micron": "um", "microns": "um", "nanometer": "nm", "nanometers": "nm",
+    "centimeter": "cm", "centimeters": "cm", "hours": "h", "hour": "h", "hr": "h",
+    "dimensionless": "", "fraction": "", "none": "", "-": "",
+}  # fmt: skip
+"""Other spellings of the symbols of units."""
+
+
+def powers_of(units: str) -> dict[str, int]:
+    """The powers of the symbols of units as UDUNITS has them, such as 'kg m-3', 'kg/m3' and 'kg m^-3'."""
+    plain = units.strip()
+    for given, symbol in {"µ": "u", "μ": "u", "²": "2", "³": "3", "⁻": "-", "¹": "1", "^": "", "**": ""}.items():
+        plain = plain.replace(given, symbol)
+    powers: dict[str, int] = {}
+    for place, factors in enumerate(plain.split("/")):
+        for factor in re.split(r"[\s.·*]+", factors):
+            parts = re.fullmatch(r"(-|[^\d\s-]+)(-?\d+)?", factor)
+            symbol, power = parts.groups() if parts else (factor, None)
+            symbol = SPELLINGS.get(symbol, symbol)
+            if symbol not in ("", "1"):
+                powers[symbol] = powers.get(symbol, 0) + int(power or 1) * (1 if place == 0 else -1)
+    return powers
+
+
 @dataclass(frozen=True)
 class Quantity:
     """The coordinate of an argument."""
@@ -66,11 +96,25 @@ class Quantity:
             attributes["units"] = self.unit
         return attributes
 
-    def inverse_unit(self) -> str:
-        """The unit of a fraction per this quantity."""
-        powers = [re.fullmatch(r"([a-zA-Z]+)(-?\d*)", factor).groups() for factor in self.unit.split() if factor != "1"]
-        inverse = [(symbol, -int(power or 1)) for symbol, power in powers]
-        return " ".join(symbol if power == 1 else f"{symbol}{power}" for symbol, power in inverse) or "1"
+    def check(self, value: Any) -> None:
+        """Raises ValueError for a dataset, and for an array that states another unit."""
+        if hasattr(value, "data_vars"):
+            raise ValueError(f"{self.name} is a Dataset, but must be an array, such as one of its variables")
+        units = getattr(value, "attrs", {}).get("units")
+        if units is None or self.unit is None or powers_of(str(units)) == powers_of(self.unit):
+            return
+        raise ValueError(
+            f"{self.name} states the units '{units}', but must be in {UNIT_WORDS.get(self.unit, self.unit)}: convert "
+            "it, and its attribute"
+        )
+
+    def of_derivative(self, unit: str) -> str:
+        """The unit of the derivative of something with a unit with respect to this quantity."""
+        powers = powers_of(unit)
+        for symbol, power in powers_of(self.unit).items():
+            powers[symbol] = powers.get(symbol, 0) - power
+        kept = [symbol if power == 1 else f"{symbol}{power}" for symbol, power in powers.items() if power != 0]
+        return " ".join(kept) or "1"
 
 
 SNOW = {
@@ -86,8 +130,24 @@ SNOW = {
     "ice": Quantity("ice", long_name="table of ice"),
 }
 
+STAND_INS: dict[str, tuple[Any, Any]] = {
+    "snow": ("fresh", "firn"),
+    "grain_size_um": (400.0, 500.0),
+    "size_measure": ("greatest-extension", "volume-diameter"),
+    "ssa_m2_kg": (20.0, 30.0),
+    "facetness": (0.3, 0.4),
+    "sphericity": (0.7, 0.8),
+    "density_kg_m3": (300.0, 310.0),
+    "water_saturation": (0.0, 0.01),
+    "temperature_c": (-5.0, -4.0),
+    "ice": ("warren2008", "picard2016"),
+}
+"""Values of arguments that are not known yet."""
+
 WORDS = ("snow", "size_measure", "ice")
 """Arguments of snow that are words."""
+RANGES = ("grain_size_um", "facetness", "sphericity")
+"""Arguments of snow that may be a tuple."""
 
 FLUXES = ("reflectance", "transmittance", "absorptance")
 RESULTS = tuple(name + aspect for name in FLUXES for aspect in ("", "_se", "_lower", "_upper"))
@@ -104,6 +164,16 @@ GROUND_ALBEDO = Quantity("ground_albedo", "1", "albedo of the ground")
 _QUANTITIES = (*SNOW.values(), THICKNESS, ANGLE, WAVELENGTH, DEPTH, GROUND_ALBEDO)
 TAKEN = {*RESULTS, *(quantity.name for quantity in _QUANTITIES)}
 """Names of arguments and results."""
+
+
+ARGUMENTS = {
+    **{quantity.name: name for name, quantity in SNOW.items()},
+    THICKNESS.name: "thickness_cm",
+    ANGLE.name: "angle_deg",
+    WAVELENGTH.name: "wavelength_nm",
+    GROUND_ALBEDO.name: "ground_albedo",
+}
+"""Arguments by the names of their quantities; others are impurities."""
 
 
 @dataclass
@@ -130,6 +200,8 @@ class Axes:
         for dim, size in zip(dims, array.shape):
             if dim in RESERVED:
                 raise ValueError(f"{quantity.name} has a dimension '{dim}', which belongs to the results")
+            if size != size:
+                raise ValueError(f"{quantity.name} has chunks of unknown sizes: call its compute_chunk_sizes() first")
             if size == 0:
                 raise ValueError(f"{quantity.name} has no values")
             if self.sizes.setdefault(dim, size) != size:
@@ -137,28 +209,33 @@ class Axes:
                     f"the axis '{dim}' has {size} values in {quantity.name}, but {self.sizes[dim]} elsewhere"
                 )
             # Arrays that share an axis are paired by position: their labels must agree.
-            labels = coords[dim].to_index() if dim in coords else pd.Index(array) if dim == quantity.name else None
+            # Labels that are not known yet are not compared.
+            if dim in coords:
+                labels = None if is_lazy(coords[dim].variable) else coords[dim].to_index()
+            else:
+                labels = pd.Index(array) if dim == quantity.name and not is_lazy(array) else None
             if labels is not None and not self.labels.setdefault(dim, labels).equals(labels):
                 raise ValueError(f"the axis '{dim}' has other labels in one array than in another: align them first")
         self.carried.append(coords)
         self.own[quantity.name] = (dims, array, quantity.attributes() if made is None else made)
 
-    def coordinates(self, wavelengths: Wavelengths) -> dict[str, Any]:
+    def coordinates(self, wavelengths: Wavelengths | None = None) -> dict[str, Any]:
         """The coordinates of a result: the arguments, and what they carry.
 
         Of what they carry, names of arguments and results are left out, and names that have other values in one
         argument than in another.
         """
-        dims = {*self.sizes, wavelengths.dim}
+        spectral = [] if wavelengths is None else [wavelengths]
+        dims = {*self.sizes, *(one.dim for one in spectral)}
         kept: dict[str, Any] = {}
         differing: set[str] = set()
-        for coords in [*self.carried, wavelengths.carried]:
+        for coords in [*self.carried, *(one.carried for one in spectral)]:
             for name, coordinate in coords.items():
                 if coordinate.dims == (name,) if name in dims else name not in TAKEN:
                     first = kept.setdefault(name, coordinate)
-                    if not first.variable.equals(coordinate.variable):
+                    if not _are_same(first.variable, coordinate.variable):
                         differing.add(name)
-        own = {**self.own, WAVELENGTH.name: wavelengths.own}
+        own = {**self.own, **{WAVELENGTH.name: one.own for one in spectral}}
         kept = {name: one for name, one in kept.items() if name not in differing and name not in own}
         # An index of several levels has all of them or none.
         for dim in dims & kept.keys():
@@ -178,6 +255,16 @@ class Axes:
         places = places.transpose([own.index(dim) for dim in ordered])
         spread = places.reshape([size if dim in own else 1 for dim, size in self.sizes.items()])
         return np.broadcast_to(spread, self.shape).reshape(-1)
+
+    @property
+    def arrays(self) -> dict[str, Labelled]:
+        """The values of the arguments that have dimensions, by the names of the quantities."""
+        return {name: (dims, array) for name, (dims, array, _) in self.own.items() if len(dims) > 0}
+
+    @property
+    def are_lazy(self) -> bool:
+        """Whether the values of an argument are not known yet."""
+        return any(is_lazy(array) for _, array in self.arrays.values())
 
     @contextmanager
     def locating_errors(self, wavelengths: int = 1, bands: Sequence[str] | None = None) -> Iterator[None]:
@@ -211,6 +298,29 @@ class Snows:
     def attrs(self) -> dict[str, Any]:
         """The properties that all snows have in common. The axes say what differs."""
         return self.native.common()
+
+
+def single_arguments(given: Mapping[str, Any]) -> dict[str, Any]:
+    """The arguments of snow that are one value."""
+    single = {name: value for name, value in given.items() if name in SNOW and not is_several(value)}
+    mixed = impurities(given.get("impurities_ng_g"))
+    return single | {"impurities_ng_g": {name: value for name, value in mixed.items() if not is_several(value)}}
+
+
+def with_arrays(
+    single: Mapping[str, Any], arrays: Mapping[str, Labelled], names: Mapping[str, str] = {}
+) -> dict[str, Any]:
+    """Arguments that are one value, and arrays by the names of their quantities, as keyword arguments."""
+    import xarray as xr
+
+    given = dict(single)
+    for name, (dims, values) in arrays.items():
+        array, argument = xr.DataArray(values, dims=dims), (ARGUMENTS | names).get(name)
+        if argument is None:
+            given["impurities_ng_g"] = {**given["impurities_ng_g"], name: array}
+        else:
+            given[argument] = array
+    return given
 
 
 def snow_id(given: Mapping[str, Any]) -> str:
@@ -313,6 +423,7 @@ def checks_names(*further: str) -> Callable[[Function], Function]:
     def decorate(function: Function) -> Function:
         names = list(dict.fromkeys([*argument_names(function), *further]))
         parameters = inspect.signature(function).parameters.values()
+        switches = {one.name for one in parameters if isinstance(one.default, bool)}
         positional = [one.name for one in parameters if one.kind is inspect.Parameter.POSITIONAL_OR_KEYWORD]
 
         @functools.wraps(function)
@@ -326,6 +437,8 @@ def checks_names(*further: str) -> Callable[[Function], Function]:
                     f"{suggestion('', named_only, f'{name}={value}')}"
                 )
             check_names(names, named)
+            for name in switches & named.keys():
+                truth(name, named[name])
             return function(*arguments, **named)
 
         return checked
@@ -344,10 +457,11 @@ def snows(given: Mapping[str, Any]) -> Snows:
     """All combinations of the values of the arguments of snow."""
     axes = Axes()
     fixed: dict[str, Any] = {}
-    varying: list[tuple[str, str | None, tuple[str, ...], list[Any]]] = []
+    varying: list[tuple[str, str | None, tuple[str, ...], list[Any] | None]] = []
 
     def add(name: str, impurity: str | None, quantity: Quantity, value: Any) -> None:
         label = impurity or name
+        quantity.check(value)
         if not is_several(value):
             plain = number(label, value) if impurity else _plain(name, value)
             if impurity:
@@ -356,8 +470,12 @@ def snows(given: Mapping[str, Any]) -> Snows:
                 fixed[name] = plain
             return
         value = labelled(value)
-        array = values_of(value)
+        array = array_of(value)
         dims = dims_of(quantity, value, array)
+        if is_lazy(array):
+            axes.add(quantity, value, array)
+            varying.append((name, impurity, dims, None))
+            return
         convert = functools.partial(_plain if name in WORDS else number, label)
         values = converted(convert, array, dims)
         axes.add(quantity, value, array if array.dtype.kind in "fiu" else np.array(values).reshape(array.shape))
@@ -368,16 +486,29 @@ def snows(given: Mapping[str, Any]) -> Snows:
             add(name, None, SNOW[name], value)
     for impurity, value in impurities(given.get("impurities_ng_g")).items():
         add("impurities_ng_g", impurity, Quantity(impurity.replace("-", "_"), "ng g-1"), value)
+    # Arguments that are not known yet, and those on their axes, have two values of their own: the snows of a result
+    # have in common what they have in common with these.
+    unknown = {dim for _, _, dims, values in varying if values is None for dim in dims}
+    known = Axes({dim: 2 if dim in unknown else size for dim, size in axes.sizes.items()})
     columns: dict[str, Any] = {}
     for name, impurity, dims, values in varying:
-        column = [values[place] for place in axes.places(dims).tolist()]
+        if unknown & {*dims}:
+            values = np.resize(STAND_INS.get(name, (1.0, 2.0)), [known.sizes[dim] for dim in dims]).reshape(-1).tolist()
+        column = [values[place] for place in known.places(dims).tolist()]
         if impurity:
             columns.setdefault(name, {})[impurity] = column
         else:
             columns[name] = column
-    with axes.locating_errors():
-        native = _native.Snows(fixed, columns, int(np.prod(axes.shape, dtype=int)))
+    with known.locating_errors():
+        native = _native.Snows(fixed, columns, int(np.prod(known.shape, dtype=int)))
     return Snows(axes, native, fixed)
+
+
+def _are_same(first: Any, second: Any) -> bool:
+    """Whether two variables of xarray are equal. Those that are not known yet are if they are the same array."""
+    if is_lazy(first) or is_lazy(second):
+        return first.dims == second.dims and getattr(first.data, "name", 1) == getattr(second.data, "name", 2)
+    return first.equals(second)
 
 
 def labelled(value: Any) -> Any:
@@ -397,6 +528,11 @@ def values_of(value: Any) -> np.ndarray:
     return array if array.dtype.kind in "fiu" or not isinstance(value, list) else np.asarray(value, dtype=object)
 
 
+def array_of(value: Any) -> Any:
+    """The values of a list or an array, without labels; an array of dask as it is."""
+    return getattr(value, "data", value) if is_lazy(value) else values_of(value)
+
+
 def dims_of(quantity: Quantity, value: Any, array: np.ndarray) -> tuple[str, ...]:
     """The dimensions of an argument, which has this array of values."""
     dims = tuple(getattr(value, "dims", (quantity.name,)))
@@ -407,9 +543,14 @@ def dims_of(quantity: Quantity, value: Any, array: np.ndarray) -> tuple[str, ...
     return dims
 
 
+def plain_values(array: np.ndarray) -> list[Any]:
+    """The values of an array, flat, as those of Python; times stay as they are, since some would become numbers."""
+    return list(array.reshape(-1)) if array.dtype.kind in "mM" else array.reshape(-1).tolist()
+
+
 def converted(convert: Callable[[Any], Any], array: np.ndarray, dims: Iterable[str]) -> list[Any]:
     """The converted values of an array, flat. An error has the index of its value."""
-    plain = array.reshape(-1).tolist()
+    plain = plain_values(array)
     for place, value in enumerate(plain):
         try:
             plain[place] = convert(value)
@@ -421,7 +562,8 @@ def converted(convert: Callable[[Any], Any], array: np.ndarray, dims: Iterable[s
 def _at(place: int, dims: Iterable[str], shape: tuple[int, ...]) -> str:
     """Names an element of an array at the end of a message."""
     places = zip(dims, shape, np.unravel_index(place, shape) if shape else ())
-    at = ", ".join(f"{dim}[{index}]" for dim, size, index in places if size > 1)
+    first = origin()
+    at = ", ".join(f"{dim}[{first.get(dim, 0) + index}]" for dim, size, index in places if size > 1 or dim in first)
     return f", at {at}" if at else ""
 
 
@@ -438,12 +580,21 @@ def _plain(name: str, value: Any) -> Any:
         if not isinstance(value, str):
             raise ValueError(f"{name} is {value!r}, but must be a word")
         return value
+    if isinstance(value, tuple) and name not in RANGES:
+        raise ValueError(f"{name} is {value!r}, but must be a number; a list makes an axis")
     return [number(name, one) for one in value] if isinstance(value, tuple) else number(name, value)
 
 
+def truth(name: str, value: Any) -> bool:
+    """True or False; words and numbers for them are neither."""
+    if not isinstance(value, (bool, np.bool_)):
+        raise ValueError(f"{name} is {value!r}, but must be True or False")
+    return bool(value)
+
+
 def number(name: str, value: Any) -> float:
-    """A number; the words of one are none."""
-    if isinstance(value, (str, bytes)):
+    """A number; the words of one, times and truth values are none."""
+    if isinstance(value, (str, bytes, bool, np.bool_, np.datetime64, np.timedelta64)):
         raise ValueError(f"{name} is {value!r}, but must be a number")
     try:
         return float(value)
@@ -469,6 +620,7 @@ def numbers(quantity: Quantity, value: Any) -> list[float]:
 
 
 def _numbers(quantity: Quantity, value: Any) -> list[float]:
+    quantity.check(value)
     array = np.atleast_1d(values_of(list(value) if isinstance(value, tuple) else value))
     if array.ndim != 1:
         raise ValueError(f"{quantity.name} has {array.ndim} dimensions, but must have 1")
@@ -502,22 +654,32 @@ def slab_argument(quantity: Quantity, value: Any, axes: Axes, always: bool = Tru
 
     A single value makes an axis too if it must `always` be one.
     """
-    if not is_several(value):
+    quantity.check(value)
+    made: dict[str, Any] = quantity.attributes()
+    if is_several(value) and quantity is ANGLE:
+        # Of an array this does not depend on its values, which may not be known yet.
+        made = angle_coordinate(["diffuse"])[2]
+    elif not is_several(value):
         if isinstance(value, tuple):
             raise ValueError(f"{quantity.name} is {value}, but must be a number or an array")
-        value = np.asarray(value).item()
+        [value] = plain_values(np.asarray(value))
         if not always:
             return [angle(value) if quantity is ANGLE else number(quantity.name, value)], ()
         value = [value]
+        made = angle_coordinate(value)[2] if quantity is ANGLE else made
     value = labelled(value)
-    array = values_of(value)
+    array = array_of(value)
     dims = dims_of(quantity, value, array)
+    if is_lazy(array):
+        if array.dtype.kind not in "fiu":
+            raise ValueError(f"{quantity.name} is an array of dask of the type {array.dtype}, but must have numbers")
+        axes.add(quantity, value, array.astype(float), made)
+        return [], dims
     if quantity is ANGLE:
         values = converted(angle, array, dims)
-        _, plain, made = angle_coordinate(values)
+        _, plain, _ = angle_coordinate(values)
     else:
         values = plain = converted(functools.partial(number, quantity.name), array, dims)
-        made = quantity.attributes()
     axes.add(quantity, value, np.array(plain, dtype=float).reshape(array.shape), made)
     return values, dims
 
@@ -535,6 +697,16 @@ def wavelength_coordinate(wavelengths_nm: list[float]) -> tuple[str, list[float]
     return WAVELENGTH.name, wavelengths_nm, WAVELENGTH.attributes() | {"standard_name": "radiation_wavelength"}
 
 
+def check_wavelengths(wavelengths_nm: list[float]) -> None:
+    """Raises ValueError for the first wavelength at which no ice is known. Tables of other matter reach less far."""
+    least, greatest = _native.wavelength_range({})
+    for place, nm in enumerate(wavelengths_nm):
+        if not least <= nm <= greatest:
+            at = _at(place, (WAVELENGTH.name,), (len(wavelengths_nm),))
+            value = "NaN" if nm != nm else f"{nm:.12g}"
+            raise ValueError(f"wavelength is {value} nm, but must lie in {least:g}–{greatest:g} nm{at}")
+
+
 @dataclass
 class Wavelengths:
     """The wavelengths of spectra."""
@@ -550,9 +722,17 @@ class Wavelengths:
 def wavelength_argument(value: Any) -> Wavelengths:
     """Wavelengths along their own dimension, or another one that no other argument has."""
     values = _numbers(WAVELENGTH, value)
+    check_wavelengths(values)
     [dim] = getattr(value, "dims", None) or (WAVELENGTH.name,)
     own = (dim, *wavelength_coordinate(values)[1:])
     return Wavelengths(values, dim, own, getattr(value, "coords", {}))
+
+
+def check_engine(engine: str) -> None:
+    """Raises ValueError for an engine that is unknown."""
+    if engine not in ("ordinates", "montecarlo"):
+        word = str(engine).replace("-", "").replace("_", "").lower()
+        raise ValueError(f"engine {engine!r} is not known; {suggestion(word, ('ordinates', 'montecarlo'))}")
 
 
 def ordinates(streams: int | str = "auto", seed: int = 1) -> dict[str, Any]:

@@ -135,7 +135,8 @@ def _single(curve: Curve, wavelengths_nm: list[float]) -> np.ndarray:
         raise ValueError(f"response is {response:g}, but must be above 0")
     if wavelength_nm not in wavelengths_nm:
         raise ValueError(f"its wavelength of {wavelength_nm:g} nm is not one of the spectra")
-    return (np.array(wavelengths_nm) == wavelength_nm).astype(float)
+    at = np.array(wavelengths_nm) == wavelength_nm
+    return at / at.sum()
 
 
 def _check_fraction(spectrum: xr.DataArray) -> None:

@@ -20,6 +20,7 @@ from snowblue._arguments import (
     number,
     one_snow,
     ordinates,
+    shown,
 )
 from snowblue._spectra import SPECTRUM_NAMES, spectrum
 
@@ -96,6 +97,8 @@ def color(
         curves = _curves(reflected, spectrum, slab_and_snow)
     else:
         curves = spectrum
+    if not hasattr(curves, "dims"):
+        raise ValueError(f"the spectrum is {shown(spectrum)}, but must be a Dataset or an xarray.DataArray")
     if "wavelength" not in curves.dims:
         raise ValueError("the spectrum has no dimension 'wavelength'")
     curves = curves.transpose(..., "wavelength")
@@ -129,7 +132,10 @@ def color(
 def _curves(reflected: bool, solved: xr.Dataset | None, slab_and_snow: Mapping[str, Any]) -> xr.DataArray:
     if solved is None:
         solved = spectrum(standard_errors=False, **slab_and_snow)
-    curves = solved.reflectance if reflected else solved.transmittance
+    name = "reflectance" if reflected else "transmittance"
+    if name not in solved:
+        raise ValueError(f"the spectra have no {name}")
+    curves = solved[name]
     made = {name: value for name, value in solved.attrs.items() if name not in ("Conventions", "source")}
     return curves.assign_attrs(made | {"light": "reflected" if reflected else "transmitted"})
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Mapping
+from dataclasses import replace
 from os import PathLike, fspath
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -13,18 +14,25 @@ import numpy as np
 from snowblue import _native
 from snowblue._arguments import (
     ANGLE,
+    SUBSTANCES,
     THICKNESS,
     WAVELENGTH,
+    Axes,
     Quantity,
+    Wavelengths,
     angles,
     attributes,
+    check_engine,
     checks_names,
     impurities,
     numbers,
     ordinates,
+    slab_argument,
+    suggestion,
     wavelength_coordinate,
     whole,
 )
+from snowblue._blocks import Labelled, dataset, in_blocks
 from snowblue._progress import Progress, reporting
 
 if TYPE_CHECKING:
@@ -32,6 +40,12 @@ if TYPE_CHECKING:
 
 PRESETS = Literal["paper", "default", "fine", "infrared"]
 MOST_TALLY_RAYS = 1 << 20
+LOOKED_UP_SNOW = {"grain_size": "grain_size_um", "facetness": "facetness", "density": "density_kg_m3"}
+"""Arguments of a look-up that all tables have, by the names of their axes."""
+PROPERTIES = ("water_saturation", "temperature", *(name.replace("-", "_") for name in SUBSTANCES))
+"""Further axes of tables."""
+BEAM = replace(ANGLE)
+"""The angle of a beam. Look-ups have no diffuse light."""
 
 
 class Database:
@@ -74,8 +88,7 @@ class Database:
         progress: Progress = None,
     ) -> Database:
         """Computes a full table. Axes that are not given are those of the preset, by default the paper's."""
-        if engine not in ("ordinates", "montecarlo"):
-            raise ValueError(f"engine '{engine}' is not known; there are ordinates, montecarlo")
+        check_engine(engine)
         properties: dict[str, Any] = {"water_saturation": water_saturation, "temperature": temperature_c}
         properties |= {name.replace("-", "_"): values for name, values in impurities(impurities_ng_g).items()}
         axes = {
@@ -166,39 +179,76 @@ class Database:
     ) -> xr.Dataset:
         """Interpolates the curves of a compressed table.
 
-        Lists and arrays make axes of the result. Further properties are axes of the table: `water_saturation`,
+        Arguments are broadcast as those of :func:`snowblue.spectrum`: lists and arrays make axes of the result, and
+        :class:`xarray.DataArray` arguments that share a dimension are paired along it. If one is of dask, the result
+        is computed by blocks, when it is asked for. Further properties are axes of the table: `water_saturation`,
         `temperature`, `black_carbon` and so on. Values are single precision, as in a rendering.
         """
-        import itertools
-
-        import xarray as xr
-
-        given = {"grain_size": grain_size_um, "facetness": facetness, "density": density_kg_m3, **properties}
-        axes = {name: numbers(Quantity(name), value) for name, value in given.items()}
-        dims = [name for name, value in given.items() if np.ndim(value) > 0]
-        samples = []
-        for values in itertools.product(*axes.values()):
-            grain_size, facet, density, *others = values
-            own = dict(zip(properties, others))
-            sample = {"grain_size_um": grain_size, "facetness": facet, "density_kg_m3": density, "properties": own}
-            samples.append(sample)
-        thicknesses_cm, angles_deg = numbers(THICKNESS, thickness_cm), numbers(ANGLE, angle_deg)
-        arrays = self._table.look_up(samples, thicknesses_cm, angles_deg)
-        wavelengths_nm = self.axes["wavelength"].tolist()
-        shape = [len(axes[name]) for name in dims] + [len(thicknesses_cm), len(angles_deg), len(wavelengths_nm)]
+        for name in properties:
+            if name not in PROPERTIES:
+                raise ValueError(f"property {name!r} is not known; {suggestion(name, PROPERTIES)}")
         units = {name: unit for name, unit, _ in self._table.axis_values}
-        coords: dict[str, Any] = {
-            name: (name, axes[name], Quantity(name, units.get(name)).attributes()) for name in dims
+        axes = Axes()
+        given = {"grain_size": grain_size_um, "facetness": facetness, "density": density_kg_m3, **properties}
+        columns = {
+            name: slab_argument(Quantity(name, units.get(name)), value, axes, always=False)
+            for name, value in given.items()
         }
-        coords["thickness"] = ("thickness", thicknesses_cm, THICKNESS.attributes())
-        coords["angle"] = ("angle", angles_deg, ANGLE.attributes())
-        coords["wavelength"] = wavelength_coordinate(wavelengths_nm)
+        snow_axes = Axes(dict(axes.sizes))
+        light = [slab_argument(THICKNESS, thickness_cm, axes), slab_argument(BEAM, angle_deg, axes)]
+        fixed = {name: values[0] for name, (values, dims) in columns.items() if not dims}
+        wavelengths_nm = self.axes["wavelength"].tolist()
+        sizes = {**axes.sizes, WAVELENGTH.name: len(wavelengths_nm)}
+        # Without snow a table says which curves it has, or that it has no look-ups.
+        found = self._table.look_up([], [], [])
+        if axes.are_lazy:
+            import dask
+
+            # Workers get the table once.
+            options = {"table": dask.delayed(self, traverse=False), "fixed": fixed}
+            found = in_blocks(_looked_up, axes.arrays, sizes, dict.fromkeys(found, ({}, np.float32)), **options)
+        else:
+            rows = ([values[place] for place in snow_axes.places(dims)] for values, dims in columns.values())
+            found = self._curves([dict(zip(columns, row)) for row in zip(*rows)], tuple(snow_axes.sizes), light, axes)
         variables = {
-            name: ([*dims, "thickness", "angle", "wavelength"], array.reshape(shape), {"units": "1", "long_name": name})
-            for name, array in arrays.items()
+            name: ([*sizes], array.reshape([*sizes.values()]), {"units": "1", "long_name": name})
+            for name, array in found.items()
         }
-        fixed = {name: axes[name][0] for name in given if name not in dims}
-        return xr.Dataset(variables, coords, attributes(**fixed, table=self.kind))
+        own = wavelength_coordinate(wavelengths_nm)
+        coords = axes.coordinates(Wavelengths(wavelengths_nm, WAVELENGTH.name, own, {}))
+        return dataset(variables, coords, attributes(**fixed, table=self.kind))
+
+    def _curves(
+        self,
+        snows: list[dict[str, float]],
+        snow_dims: tuple[str, ...],
+        light: list[tuple[list[float], tuple[str, ...]]],
+        axes: Axes,
+    ) -> dict[str, np.ndarray]:
+        """The curves of some snows under some light, which has thicknesses and angles, for each element of the axes."""
+        samples = []
+        for snow in snows:
+            *main, properties = *(snow.pop(name) for name in LOOKED_UP_SNOW), snow
+            samples.append(dict(zip(LOOKED_UP_SNOW.values(), main)) | {"properties": properties})
+        (thicknesses_cm, thickness_dims), (angles_deg, angle_dims) = light
+        dims = (*snow_dims, *thickness_dims, *angle_dims)
+        if len({*dims}) == len(dims):
+            try:
+                return self._table.look_up(samples, thicknesses_cm, angles_deg)
+            except ValueError:
+                # Each element alone says where the error is.
+                if len(axes.places(())) == 1:
+                    raise
+        places = zip(*(axes.places(own).tolist() for own in (snow_dims, thickness_dims, angle_dims)))
+        curves = []
+        with axes.locating_errors():
+            for row, (snow, thickness, angle) in enumerate(places):
+                try:
+                    one = self._table.look_up([samples[snow]], [thicknesses_cm[thickness]], [angles_deg[angle]])
+                except ValueError as error:
+                    raise ValueError(str(error), row) from None
+                curves.append(one)
+        return {name: np.concatenate([one[name] for one in curves]) for name in curves[0]}
 
     def fidelity(
         self, *, space: Literal["log", "linear"] = "log", components: int = 4, illuminant: str = "D65"
@@ -230,6 +280,16 @@ class Database:
             for name, array in self._table.values().items()
         }
         return xr.Dataset(variables, coords, attributes(**self.metadata))
+
+
+def _looked_up(arrays: Mapping[str, Labelled], table: Database, fixed: Mapping[str, float]) -> dict[str, Any]:
+    """The curves of some snows."""
+    import xarray as xr
+
+    names = {**LOOKED_UP_SNOW, THICKNESS.name: "thickness_cm", ANGLE.name: "angle_deg"}
+    given = {name: xr.DataArray(values, dims=dims) for name, (dims, values) in arrays.items()} | fixed
+    solved = table.look_up(**{names.get(name, name): value for name, value in given.items()})
+    return {name: variable.values for name, variable in solved.data_vars.items()}
 
 
 def _axis(name: str, values: Any) -> list[float] | None:

@@ -20,7 +20,9 @@ from snowblue._arguments import (
     Quantity,
     Snow,
     Wavelengths,
+    array_of,
     attributes,
+    check_wavelengths,
     checks_names,
     hyphenated,
     labelled,
@@ -28,15 +30,26 @@ from snowblue._arguments import (
     number,
     numbers,
     ordinates,
+    powers_of,
+    single_arguments,
     slab_argument,
     snows,
     values_of,
     wavelength_coordinate,
     whole,
+    with_arrays,
 )
 from snowblue._bands import Curve, band_weights, response_curves
-from snowblue._progress import Progress, reporting
-from snowblue._spectra import LONG_NAMES, described_layers, packed_layers, parameter_quantity
+from snowblue._blocks import Labelled, dataset, in_blocks, is_lazy
+from snowblue._progress import Progress, check_no_progress, reporting
+from snowblue._spectra import (
+    LONG_NAMES,
+    check_parameters,
+    described_layers,
+    locating_layers,
+    packed_layers,
+    parameter_quantity,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -44,11 +57,11 @@ if TYPE_CHECKING:
     from typing_extensions import Unpack
 
 STATED = {
-    "angle_deg": (ANGLE, "angle", ("degree", "degrees", "deg"), "diffuse"),
-    "thickness_cm": (THICKNESS, "thickness", ("cm",), np.inf),
-    "ground_albedo": (GROUND_ALBEDO, None, (), 0.0),
+    "angle_deg": (ANGLE, "angle", "diffuse"),
+    "thickness_cm": (THICKNESS, "thickness", np.inf),
+    "ground_albedo": (GROUND_ALBEDO, None, 0.0),
 }
-"""Arguments that a spectrum may state as a coordinate or attribute: its other name, the units of that, the default."""
+"""Arguments that a spectrum may state as a coordinate or attribute: its other name, which needs units, the default."""
 
 ASPECTS = {
     "": "{}, median of the posterior",
@@ -56,8 +69,8 @@ ASPECTS = {
     "_lower": "{}, lower end of the interval that holds 95 % of the posterior",
     "_upper": "{}, upper end of the interval that holds 95 % of the posterior",
 }
-AT_DEPTH = ("down", "up", "net", "fluence")
-"""Fluxes at depth that can be measured, as :func:`snowblue.layers` names them."""
+AT_DEPTH = {"down": "flux down", "up": "flux up", "net": "net flux", "fluence": "fluence rate"}
+"""Fluxes at depth that can be measured, as :func:`snowblue.layers` names them, in words."""
 BAND_STEP_NM = 10.0
 """Greatest distance of the wavelengths at which the model of a band is solved, unless they are given."""
 MOST_STEPS = 10_000
@@ -108,7 +121,7 @@ def invert(
 
     Optimal estimation (Rodgers 2000): the most probable state, given the data, their errors, and a prior. The state has
     the logarithms of positive quantities and the log-odds of fractions. All spectra are retrieved together, in
-    parallel.
+    parallel; those of dask by blocks, when the result is asked for.
 
     Parameters
     ----------
@@ -240,11 +253,11 @@ def invert(
     columns: list[tuple[str, ...]] = [tuple(axes.sizes)]
     spectra: dict[str, Any] = {"wavelength_nm": wavelengths_nm, "bands": None if weights is None else weights.tolist()}
     made: dict[str, Any] = {}
-    rows: dict[str, dict[str, Any]] = {}
+    rows: dict[str, dict[str, xr.DataArray]] = {}
     for name, spectrum in measured.items():
         rows[name] = {
             "values": spectrum.rows(name, spectrum.values, axes),
-            "standard_deviation": spectrum.rows(f"standard deviation of the {name}", deviations[name], axes),
+            "deviation": spectrum.rows(f"standard deviation of the {_in_words(name)}", deviations[name], axes),
         }
     fraction = None
     if diffuse_fraction is not None:
@@ -267,16 +280,31 @@ def invert(
         made[name] = spectra[name][0] if len(spectra[name]) == 1 else f"of the {source}"
         if name == "angle_deg":
             made["light"] = _light(spectra[name], source, diffuse_fraction is not None)
-    # All axes are known from here on.
-    spectra["places"] = np.stack([axes.places(dims) for dims in columns], axis=-1).astype(np.int64)
-    spectra["diffuse_fraction"] = None if fraction is None else fraction[0][axes.places(fraction[1])]
+    # All axes are known from here on. Where values are not known yet no spectrum is fitted now, but options are
+    # checked.
+    arrays = {f"{name} {key}": value for name, own in rows.items() for key, value in own.items()}
+    arrays |= {} if fraction is None else {"diffuse_fraction": fraction}
+    later = axes.are_lazy or any(is_lazy(value) for value in arrays.values())
+    if later:
+        check_no_progress(progress)
+
+    def places(dims: Iterable[str]) -> np.ndarray:
+        return np.empty(0, dtype=np.int64) if later else axes.places(dims)
+
+    def flat(value: xr.DataArray) -> np.ndarray:
+        dims = [dim for dim in value.dims if dim in axes.sizes]
+        inner = int(np.prod([size for dim, size in value.sizes.items() if dim not in dims]))
+        return np.empty((0, inner)) if later else value.values.reshape(-1, inner)[places(dims)]
+
+    spectra["places"] = np.stack([places(dims) for dims in columns], axis=-1).astype(np.int64)
+    spectra["diffuse_fraction"] = None if fraction is None else flat(fraction)
     errors = {"scale_error": number("scale_error", scale_error)}
     errors["correlation_nm"] = number("correlation_nm", correlation_nm)
     spectra["measured"] = [
         {"quantity": name, "depth_cm": measured[name].depths_cm}
-        | {key: values[axes.places(dims)] for key, (values, dims) in arrays.items()}
+        | {"values": flat(own["values"]), "standard_deviation": flat(own["deviation"])}
         | errors
-        for name, arrays in rows.items()
+        for name, own in rows.items()
     ]
     spectra["layers"] = packed
     labels = [_label(*name) for name in names]
@@ -294,8 +322,30 @@ def invert(
     for dim in axes.sizes:
         if dim in taken:
             raise ValueError(f"an argument has a dimension '{dim}', which belongs to the results: rename it")
-    with reporting(progress, "spectra") as report, axes.locating_errors(channels.count, channels.names):
+    with (
+        reporting(progress, "spectra") as report,
+        axes.locating_errors(channels.count, channels.names),
+        locating_layers(packed or []),
+    ):
         found = _native.invert(snow_given.native, spectra, unknowns, report)
+    if later:
+        single = {"bands": bands, "light": light, "retrieve": retrieve, "prior_correlation": prior_correlation}
+        single |= {"streams": streams, "seed": seed, **errors}
+        single |= single_arguments(snow) if packed is None else {"layers": layers}
+        single |= {name: spectra[name][0] for name in made if name in known and len(spectra[name]) == 1}
+        single["wavelength_nm"] = channels.labels if weights is None else wavelengths_nm
+        labels_of = {"wavelength": wavelengths_nm, channels.dim: channels.labels}
+        labels_of |= {"depth": spectrum.depths_cm for spectrum in measured.values() if spectrum.depths_cm}
+        found |= in_blocks(
+            _block_of_retrievals,
+            {name: (value.dims, value.data) for name, value in arrays.items()} | axes.arrays,
+            axes.sizes,
+            _outputs(dict(zip(labels, names)), measured),
+            single=single,
+            labels=labels_of,
+        )
+        for own in spectra["measured"]:
+            own["values"] = found[own["quantity"]]
 
     made["prior"] = "; ".join(
         f"{_words(name, layer)}: median {'of the argument' if median is None else f'{median:g}'}, "
@@ -324,7 +374,7 @@ def invert(
     for spectrum in measured.values():
         if spectrum.depths_cm:
             coords["depth"] = ("depth", spectrum.depths_cm, DEPTH.attributes())
-    return xr.Dataset(variables, coords, attributes(**kept, **made))
+    return dataset(variables, coords, attributes(**kept, **made))
 
 
 def _variables(
@@ -338,7 +388,8 @@ def _variables(
     variables: dict[str, Any] = {}
 
     def add(name: str, values: Any, long_name: str, unit: str | None = "1", more: dict[str, int] = {}) -> None:
-        array = np.asarray(values).reshape([*axes.shape, *more.values()])
+        array = np.asarray(values) if isinstance(values, list) else values
+        array = array.reshape([*axes.shape, *more.values()])
         variables[name] = ([*axes.sizes, *more], array, {"long_name": long_name} | ({"units": unit} if unit else {}))
 
     for label, (name, layer) in parameters.items():
@@ -362,6 +413,42 @@ def _variables(
     return variables
 
 
+def _outputs(
+    parameters: dict[str, tuple[str, int | None]], measured: dict[str, Measured]
+) -> dict[str, tuple[dict[str, int], Any]]:
+    """The further dimensions and the type of each variable of a result."""
+    words = max(len(_words(*parameter)) for parameter in parameters.values())
+    outputs: dict[str, tuple[dict[str, int], Any]] = {"outcome": ({}, f"U{words + len(' is at an end of its range')}")}
+    for name in (*parameters, *(f"{name}_scale" for name in measured)):
+        outputs |= {name + aspect: ({}, float) for aspect in ASPECTS}
+    for name, spectrum in measured.items():
+        more = {dim: spectrum.values.sizes[dim] for dim in spectrum.inner}
+        outputs |= {name: (more, float), f"{name}_fit": (more, float)}
+    pairs = dict.fromkeys(("parameter", "true_parameter"), len(parameters))
+    outputs |= {name: (pairs, float) for name in ("averaging_kernel", "covariance")}
+    return outputs | {name: ({}, float) for name in NUMBERS}
+
+
+def _block_of_retrievals(
+    arrays: Mapping[str, Labelled], single: Mapping[str, Any], labels: Mapping[str, Any]
+) -> dict[str, Any]:
+    """What is retrieved from some spectra."""
+    import xarray as xr
+
+    further = dict(arrays)
+    given: dict[str, Any] = {}
+    for name in [name for name in arrays if name == "diffuse_fraction" or name.endswith((" values", " deviation"))]:
+        dims, values = further.pop(name)
+        array = xr.DataArray(values, {dim: labels[dim] for dim in dims if dim in labels}, dims)
+        quantity, _, key = name.partition(" ")
+        if quantity in AT_DEPTH:
+            given.setdefault("fluxes" if key == "values" else "fluxes_standard_deviation", {})[quantity] = array
+        else:
+            given[DEVIATIONS[quantity] if key == "deviation" else quantity] = array
+    solved = invert(**given, **with_arrays(single, further), progress=False)
+    return {name: variable.values for name, variable in solved.data_vars.items()}
+
+
 def _priors(retrieve: Any) -> tuple[list[tuple[str, int | None]], list[tuple[Any, Any]]]:
     """The name and the layer, or None, of each parameter, and the median and deviation of its prior, or None."""
     if isinstance(retrieve, str):
@@ -378,6 +465,7 @@ def _priors(retrieve: Any) -> tuple[list[tuple[str, int | None]], list[tuple[Any
         layer = None if layer is None else whole("the number of the layer", layer)
         if layer is not None and layer >= MOST_LAYERS:
             raise ValueError(f"the number of the layer is {layer}, but must be below {MOST_LAYERS}")
+        check_parameters([hyphenated(name)])
         names.append((hyphenated(name), layer))
         words = _words(*names[-1])
         try:
@@ -389,6 +477,11 @@ def _priors(retrieve: Any) -> tuple[list[tuple[str, int | None]], list[tuple[Any
         if deviation is not None and not priors[-1][1] > 0:
             raise ValueError(f"deviation of {words} is {deviation}, but must be above 0")
     return names, priors
+
+
+def _in_words(quantity: str) -> str:
+    """What is measured."""
+    return AT_DEPTH.get(quantity, quantity)
 
 
 def _label(name: str, layer: int | None) -> str:
@@ -519,14 +612,14 @@ class Measured:
         given = tuple(dim for dim, _ in kept), tuple(size for _, size in kept)
         return Measured(self.values.isel(depth=0, drop=True), self.channels, self.dim, given)
 
-    def rows(self, label: str, value: Any, axes: Axes) -> tuple[np.ndarray, tuple[str, ...]]:
-        """Values at all depths and channels for each element of some dimensions, which are added to the axes."""
+    def rows(self, label: str, value: Any, axes: Axes) -> xr.DataArray:
+        """Values on some dimensions, which are added to the axes, and then at all depths and channels."""
         import xarray as xr
 
         channels = self.channels
         value = labelled(value)
         if not hasattr(value, "dims"):
-            array = _floats(label, value)
+            array = value if is_lazy(value) else _floats(label, value)
             dims, shape = self.given
             known = {(): (), (channels.count,): (self.dim,), shape: dims}
             if array.shape not in known:
@@ -549,9 +642,9 @@ class Measured:
                 raise ValueError(f"the {label} has other depths than the fluxes")
         value = value.astype(float).transpose(..., *self.inner)
         others = value.isel(dict.fromkeys(self.inner, 0), drop=True)
-        axes.add(Quantity(label), others, others.values)
+        axes.add(Quantity(label), others, array_of(others))
         del axes.own[label]
-        return value.values.reshape(-1, int(np.prod([value.sizes[dim] for dim in self.inner]))), others.dims
+        return value
 
 
 def _wavelengths(given: dict[str, Any], wavelength_nm: Any) -> Channels:
@@ -563,10 +656,12 @@ def _wavelengths(given: dict[str, Any], wavelength_nm: Any) -> Channels:
                 break
         else:
             name = next(iter(given))
-            raise TypeError(f"wavelength_nm is missing, and the {name} has no dimension 'wavelength' with values")
+            words = f"the {_in_words(name)} has no dimension 'wavelength' with values"
+            raise TypeError(f"wavelength_nm is missing, and {words}")
     values_nm = np.atleast_1d(_floats("wavelength_nm", wavelength_nm))
     if values_nm.size == 0:
         raise ValueError("wavelength_nm has no values")
+    check_wavelengths(values_nm.reshape(-1).tolist())
     return Channels("wavelength", values_nm)
 
 
@@ -596,6 +691,8 @@ def _at_wavelengths(wavelengths_nm: list[float]) -> Measured:
 
 def _interpolated(label: str, value: Any, wavelengths_nm: list[float], used_nm: np.ndarray) -> Any:
     """An array on `wavelength` at other wavelengths, of which it must cover those that are used."""
+    import xarray as xr
+
     if "wavelength" not in getattr(value, "dims", ()) or "wavelength" not in value.coords:
         return value
     value = value.transpose(..., "wavelength")
@@ -607,9 +704,18 @@ def _interpolated(label: str, value: Any, wavelengths_nm: list[float], used_nm: 
             f"the {label} is given from {own_nm[0]:g} to {own_nm[-1]:g} nm, but the bands need it from "
             f"{used_nm.min():g} to {used_nm.max():g} nm"
         )
-    found = np.apply_along_axis(lambda row: np.interp(wavelengths_nm, own_nm, row), -1, value.values)
-    at_first = value.isel(wavelength=0, drop=True)
-    return at_first.expand_dims(wavelength=wavelengths_nm, axis=-1).copy(data=found)
+    found = xr.apply_ufunc(
+        lambda row: np.interp(wavelengths_nm, own_nm, row),
+        value,
+        input_core_dims=[["wavelength"]],
+        output_core_dims=[["wavelength"]],
+        exclude_dims={"wavelength"},
+        vectorize=True,
+        dask="parallelized",
+        output_dtypes=[float],
+        dask_gufunc_kwargs={"output_sizes": {"wavelength": len(wavelengths_nm)}, "allow_rechunk": True},
+    )
+    return found.assign_coords(wavelength=wavelengths_nm)
 
 
 def _measured(given: dict[str, Any], channels: Channels) -> dict[str, Measured]:
@@ -619,19 +725,21 @@ def _measured(given: dict[str, Any], channels: Channels) -> dict[str, Measured]:
     arrays = {name: labelled(value) for name, value in given.items()}
     measured = {}
     for name, value in arrays.items():
+        Quantity(name, "1").check(value)
         if not hasattr(value, "dims"):
-            array = np.atleast_1d(_floats(name, value))
+            array = value if is_lazy(value) else np.atleast_1d(_floats(name, value))
             value = xr.DataArray(array, dims=[*(f"dim_{i}" for i in range(array.ndim - 1)), channels.dim])
         if channels.dim == "band" and "wavelength" in value.dims:
-            raise ValueError(f"the {name} has the dimension 'wavelength', but its values must be those of the bands")
+            words = f"the {_in_words(name)} has the dimension 'wavelength'"
+            raise ValueError(f"{words}, but its values must be those of the bands")
         inner = [dim for dim in value.dims if dim != "depth"]
         dim = channels.dim if channels.dim in value.dims or not inner else inner[-1]
         as_given = value.dims, value.shape
         value = channels.take(value, dim)
         if channels.labels.ndim != 1 or value.sizes.get(channels.dim) != channels.count:
-            raise ValueError(f"the {name} has the shape {as_given[1]}, but there are {channels.words}")
+            raise ValueError(f"the {_in_words(name)} has the shape {as_given[1]}, but there are {channels.words}")
         if not channels.are_labels_of(value):
-            raise ValueError(f"the {name} has other {channels.dim}s than those given")
+            raise ValueError(f"the {_in_words(name)} has other {channels.dim}s than those given")
         value = value.astype(float).transpose(..., channels.dim).assign_coords({channels.dim: channels.labels})
         measured[name] = Measured(value, channels, dim, as_given)
     return measured
@@ -653,7 +761,7 @@ def _matrix(label: str, value: Any) -> np.ndarray:
 
 def _stated(name: str, measured: dict[str, Measured]) -> tuple[Any, str]:
     """What a spectrum states of an argument that is not given, or the default, and where it is from."""
-    _, other, units, default = STATED[name]
+    quantity, other, default = STATED[name]
     for label, spectrum in measured.items():
         array = spectrum.values
         if name in array.coords:
@@ -662,10 +770,10 @@ def _stated(name: str, measured: dict[str, Measured]) -> tuple[Any, str]:
             return array.attrs[name], f"{label}'s attribute '{name}'"
         if other in array.coords:
             unit = array.coords[other].attrs.get("units")
-            if unit not in units:
+            if unit is None or powers_of(unit) != powers_of(quantity.unit):
                 raise ValueError(
-                    f"the {label} has a coordinate '{other}' with the units {unit}, but they must be {units[0]}: give "
-                    f"{name}"
+                    f"the {label} has a coordinate '{other}' with the units {unit}, but they must be {quantity.unit}: "
+                    f"give {name}"
                 )
             return array.coords[other], f"{label}'s coordinate '{other}'"
     return default, "default"
@@ -675,7 +783,9 @@ def _light(angles_deg: list[Any], source: str, is_mixed: bool) -> str:
     """Which light was assumed, and why."""
     beams = {angle for angle in angles_deg if angle != "diffuse"}
     kinds = ["diffuse"] if "diffuse" in angles_deg else []
-    if beams:
+    if not angles_deg:
+        kinds = ["beams or diffuse light at several angles"]
+    elif beams:
         kinds.append(f"beam at {beams.pop():g} degrees" if len(beams) == 1 else "beams at several angles")
     text = " or ".join(kinds)
     text += " with diffuse light" if is_mixed else ""

@@ -27,12 +27,12 @@ from snowblue._sky import SKY_NAMES, sky as daylight
 from snowblue._spectra import (
     CHANGED_LAYER,
     LAYER,
-    WHOLE,
+    changed_layers,
     described_layers,
+    locating_layers,
     packed_layers,
     parameter_quantity,
     parameters,
-    per,
 )
 
 if TYPE_CHECKING:
@@ -153,9 +153,10 @@ def light_at_depth(
     bands = names_of("bands", bands, "bands, such as 'par'")
     check_names(BANDS, bands)
     ground = {"layers": packed, "ground_albedo": number("ground_albedo", ground_albedo), "depth_cm": depths_cm}
-    arrays = _native.light_in_layers(
-        ground, wavelengths_nm, lights, bands, bool(daily), jacobian, ordinates(streams, seed)
-    )
+    with locating_layers(packed, depths_cm):
+        arrays = _native.light_in_layers(
+            ground, wavelengths_nm, lights, bands, bool(daily), jacobian, ordinates(streams, seed)
+        )
     dims = [] if daily else dims
     shape = [sky.sizes[dim] for dim in dims]
     variables = {}
@@ -163,7 +164,7 @@ def light_at_depth(
     for label, array in arrays.items():
         label = label.replace("-", "_")
         name, _, parameter = label.partition("_per_")
-        changed = {"changed_layer": len(packed)} if parameter and parameter not in WHOLE else {}
+        changed = changed_layers(parameter, len(packed))
         band = next((band for band in bands if name.startswith(band.replace("-", "_") + "_")), None)
         plain = name.removeprefix(band.replace("-", "_") + "_") if band else name
         at, count = ("layer", len(packed)) if plain.startswith("layer") else ("depth", len(depths_cm))
@@ -173,7 +174,7 @@ def light_at_depth(
         attrs = _describe(plain, band, bool(spectral), daily)
         if parameter:
             quantity = parameter_quantity(by_name[parameter])
-            attrs["units"] = per(attrs["units"], quantity.inverse_unit())
+            attrs["units"] = quantity.of_derivative(attrs["units"])
             of = f"derivative with respect to {quantity.attributes()['long_name']} of: "
             attrs["long_name"] = of + attrs["long_name"]
         variables[label] = (
@@ -194,7 +195,7 @@ def light_at_depth(
     made = {
         **{f"sky_{name}": value for name, value in sky.attrs.items() if name not in ("Conventions", "source")},
         "layers": described_layers(packed),
-        "ground_albedo": float(ground_albedo),
+        "ground_albedo": ground["ground_albedo"],
         "engine": f"discrete ordinates, {streams} streams",
         "seed": seed,
     }

@@ -16,6 +16,12 @@ their number is not known."""
 DELAY_S = 1.0
 
 
+def check_no_progress(progress: Any) -> None:
+    """Results that are computed later report nothing now."""
+    if progress not in (None, False):
+        raise ValueError("progress is given, but arrays of dask are computed later; dask has a bar of its own")
+
+
 @contextmanager
 def reporting(progress: Progress, unit: str) -> Iterator[Callable[[int, int], object] | None]:
     """A function that shows the progress of some work."""
@@ -56,6 +62,8 @@ def reporting_phases(progress: PhaseProgress) -> Iterator[Callable[[int, int, st
 @contextmanager
 def _reporting(progress: Any, shown_by: Callable[[Any], Any], **options: str) -> Iterator[Any]:
     """None, the given function, or what shows the progress by a bar with some options."""
+    if not (progress is None or isinstance(progress, bool) or callable(progress)):
+        raise ValueError(f"progress is {progress!r}, but must be True, False or a function")
     if progress is False or callable(progress):
         yield progress or None
         return

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -27,7 +28,9 @@ from snowblue._arguments import (
     argument_names,
     attributes,
     by_substance,
+    check_engine,
     check_names,
+    check_wavelengths,
     checks_names,
     hyphenated,
     mapping,
@@ -37,14 +40,18 @@ from snowblue._arguments import (
     one_snow,
     ordinates,
     shown,
+    single_arguments,
     slab_argument,
     snows,
     suggestion,
+    truth,
     wavelength_argument,
     wavelength_coordinate,
     whole,
+    with_arrays,
 )
-from snowblue._progress import Progress, reporting
+from snowblue._blocks import Labelled, dataset, in_blocks
+from snowblue._progress import Progress, check_no_progress, reporting
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -77,8 +84,6 @@ JACOBIAN = {
     "cos_angle": Quantity("cos_angle", "1", "cosine of the angle of incidence"),
 }
 """Parameters of derivatives other than impurities."""
-WHOLE = ("cos_angle", "ground_albedo")
-"""Those that belong to no layer."""
 DEPTH_FLUXES = ("down", "up", "net", "fluence", "e_folding_depth")
 LAYER = {"long_name": "number of the layer, from the top"}
 CHANGED_LAYER = {"long_name": "number of the layer that changes, from the top"}
@@ -114,8 +119,9 @@ def spectrum(
 
     Arguments are broadcast as xarray broadcasts: a list or an array makes an axis of its own, and
     :class:`xarray.DataArray` arguments that share a dimension are paired along it, so that there is one slab for
-    each row of a table. Snows that differ in anything but the shapes of their grains (facetness, sphericity) share the
-    rays through grains, which take most of the time of a first spectrum.
+    each row of a table. If an argument is an array of dask, the result is computed by blocks, when it is asked for.
+    Snows that differ in anything but the shapes of their grains (facetness, sphericity) share the rays through grains,
+    which take most of the time of a first spectrum.
 
     Parameters
     ----------
@@ -204,17 +210,21 @@ def spectrum(
         columns.append(dims)
     if wavelengths.dim in axes.sizes:
         raise ValueError(f"wavelength is an array over '{wavelengths.dim}', but all slabs have the same wavelengths")
-    cases["places"] = np.stack([axes.places(dims) for dims in columns], axis=-1).astype(np.int64)
     options = _engine(engine, streams, rays, per_wavelength, seed, standard_errors)
     cases["jacobian"] = jacobian = parameters(jacobian, engine)
     if engine == "montecarlo" and np.inf in cases["thickness_cm"]:
         raise ValueError(
-            "thickness_cm is inf, a half-space, which needs the engine 'ordinates': "
-            "for 'montecarlo' give a thickness of 0 to 100000 cm"
+            "thickness_cm is inf, a half-space, which needs the engine 'ordinates': give 'montecarlo' a finite one"
         )
     uncertainty = None if plus_minus is None else _uncertainty(plus_minus)
     if engine == "montecarlo" and uncertainty:
         raise ValueError("plus_minus needs the engine 'ordinates'")
+    if axes.are_lazy:
+        check_no_progress(progress)
+    # Where values are not known yet no slab is solved now, but options are checked.
+    none = np.empty(0, dtype=np.int64)
+    rows = [none if axes.are_lazy else axes.places(dims) for dims in columns]
+    cases["places"] = np.stack(rows, axis=-1).astype(np.int64)
     with reporting(progress, "rays" if engine == "montecarlo" else "slabs") as report, axes.locating_errors():
         arrays = _native.spectrum(given.native, cases, options, report)
         if uncertainty:
@@ -225,15 +235,33 @@ def spectrum(
     made = _made(engine, streams, rays, per_wavelength, seed)
     if not columns[3] and cases["ground_albedo"] != [0.0]:
         made["ground_albedo"] = cases["ground_albedo"][0]
-    variables = {name.replace("-", "_"): (dims, array.reshape(shape)) for name, array in arrays.items()}
+    arrays = {name.replace("-", "_"): array for name, array in arrays.items()}
+    if axes.are_lazy:
+        asked = {"engine": engine, "streams": streams, "rays": rays, "per_wavelength": per_wavelength, "seed": seed}
+        asked |= {"standard_errors": standard_errors, "jacobian": jacobian, "plus_minus": plus_minus}
+        arrays = in_blocks(
+            _block_of_spectra,
+            # Blocks have all wavelengths, since the rays through grains are those of indices of refraction among them.
+            {**axes.arrays, WAVELENGTH.name: ([wavelengths.dim], np.array(wavelengths.values))},
+            dict(zip(dims, shape)),
+            dict.fromkeys(arrays, ({}, float)),
+            single=single_arguments(snow) | asked,
+        )
+    variables = {name: (dims, array.reshape(shape)) for name, array in arrays.items()}
     coords = {name: coordinate for name, coordinate in coords.items() if name not in variables}
     if plus_minus is not None:
         made["plus_minus"] = ", ".join(f"{name}: {value}" for name, value in plus_minus.items())
     solved = _dataset(variables, coords, given.attrs | made)
     _describe_derivatives(solved, FLUXES, jacobian)
-    if any(albedo > 0 for albedo in cases["ground_albedo"]):
+    if columns[3] or cases["ground_albedo"][0] > 0:
         solved.transmittance.attrs["long_name"] = LONG_NAMES["ground"]
     return solved
+
+
+def _block_of_spectra(arrays: Mapping[str, Labelled], single: Mapping[str, Any]) -> dict[str, Any]:
+    """The values of the spectra of some slabs."""
+    solved = spectrum(**with_arrays(single, arrays), progress=False)
+    return {name: variable.values for name, variable in solved.data_vars.items()}
 
 
 SPECTRUM_NAMES = (*argument_names(spectrum), *SNOW_NAMES)
@@ -292,7 +320,7 @@ def layers(
     ----------
     layers : mappings or pandas.DataFrame, top first
         Each has `thickness_cm`, and arguments of :class:`Snow`. The last may be infinitely thick. In a row of a
-        DataFrame, NaN is an argument that is not given.
+        DataFrame, NaN is an argument that is not given, and columns such as `black_carbon_ng_g` are impurities.
     ground_albedo : float, 0 to 1
         On a ground that reflects, `transmittance` is the downward flux at the ground per incident flux. It may
         exceed 1, since light is reflected back and forth.
@@ -343,10 +371,12 @@ def layers(
         "angle_deg": angles(angle_deg),
         "wavelength_nm": numbers(WAVELENGTH, wavelength_nm),
     }
-    ground = {"layers": packed, "ground_albedo": float(ground_albedo), "depth_cm": depths_cm}
+    ground_albedo = number("ground_albedo", ground_albedo)
+    ground = {"layers": packed, "ground_albedo": ground_albedo, "depth_cm": depths_cm}
     options = _engine(engine, streams, rays, False, seed, standard_errors)
     jacobian = parameters(jacobian, engine)
-    with reporting(progress, "rays") as report:
+    check_wavelengths(cases["wavelength_nm"])
+    with reporting(progress, "rays") as report, locating_layers(packed, depths_cm, cases["angle_deg"]):
         arrays = _native.stack(ground, cases, jacobian, options, report)
     sizes = {"angle": len(cases["angle_deg"]), "wavelength": len(cases["wavelength_nm"])}
     variables = {}
@@ -355,8 +385,7 @@ def layers(
         own = dict(sizes)
         if flux.removesuffix("_se") not in FLUXES:
             own["depth"] = len(depths_cm)
-        if parameter and parameter not in WHOLE:
-            own["changed_layer"] = len(packed)
+        own |= changed_layers(parameter, len(packed))
         variables[name.replace("-", "_")] = ([*own], array.reshape([*own.values()]))
     coords: dict[str, Any] = {
         "angle": angle_coordinate(cases["angle_deg"]),
@@ -368,7 +397,7 @@ def layers(
         coords["changed_layer"] = ("changed_layer", np.arange(len(packed)), CHANGED_LAYER)
     made = {
         "layers": described_layers(packed),
-        "ground_albedo": float(ground_albedo),
+        "ground_albedo": ground_albedo,
         **_made(engine, streams, rays, False, seed),
     }
     solved = _dataset(variables, coords, made)
@@ -389,15 +418,72 @@ def packed_layers(
     if isinstance(layers, str) or not isinstance(layers, Iterable):
         raise ValueError(f"layers is {shown(layers)}, but must be {what}")
     if hasattr(layers, "to_dict"):
-        layers = [{name: value for name, value in row.items() if value == value} for row in layers.to_dict("records")]
+        layers = [_row_of_layers(row) for row in layers.to_dict("records")]
+    layers = list(layers)
     for place, layer in enumerate(layers):
         layer = mapping(f"layers[{place}]", layer, "{'thickness_cm': 10, 'snow': 'fresh'}")
         check_names(["thickness_cm", *SNOW_NAMES], layer)
         if "thickness_cm" not in layer:
             raise TypeError(f"layers[{place}] has no thickness_cm")
-        snow = one_snow({name: value for name, value in layer.items() if name != "thickness_cm"})
-        packed.append((snow.fixed, number("thickness_cm", layer["thickness_cm"])))
+        try:
+            snow = one_snow({name: value for name, value in layer.items() if name != "thickness_cm"})
+            packed.append((snow.fixed, number("thickness_cm", layer["thickness_cm"])))
+        except ValueError as error:
+            if len(layers) > 1:
+                raise ValueError(f"{error}, at layers[{place}]") from None
+            raise
     return packed
+
+
+def _row_of_layers(row: Mapping[str, Any]) -> dict[str, Any]:
+    """A layer of a table, whose columns of impurities are named as those of the command."""
+    import pandas as pd
+
+    layer = {name: value for name, value in row.items() if np.ndim(value) > 0 or not pd.isna(value)}
+    for substance in SUBSTANCES:
+        name = f"{substance.replace('-', '_')}_ng_g"
+        if name in layer:
+            layer["impurities_ng_g"] = {**layer.get("impurities_ng_g", {}), substance: layer.pop(name)}
+    return layer
+
+
+def changed_layers(parameter: str, count: int) -> dict[str, int]:
+    """The dimension of a derivative with respect to a parameter of layers; others, and values, have none."""
+    return {} if parameter in ("", "cos_angle", "ground_albedo") else {"changed_layer": count}
+
+
+@contextmanager
+def locating_layers(
+    packed: list[tuple[dict[str, Any], float]], depths_cm: Iterable[float] = (), angles_deg: Iterable[Any] = ()
+) -> Iterator[None]:
+    """Says in which layer, at which of the depths or at which of the angles a value is wrong."""
+    try:
+        yield
+    except ValueError as error:
+        message = error.args[0]
+        options = _engine("ordinates", "auto", 2, False, 1, False)
+
+        def is_cause(layers: list[Any], depth_cm: list[float], angle_deg: list[Any]) -> bool:
+            ground = {"layers": layers, "ground_albedo": 0.0, "depth_cm": depth_cm}
+            cases = {"thickness_cm": [], "angle_deg": angle_deg, "wavelength_nm": []}
+            try:
+                # Without wavelengths nothing is solved.
+                _native.stack(ground, cases, [], options, None)
+            except ValueError as own:
+                return own.args[0] == message
+            return False
+
+        causes = {
+            # Only the last one may be infinitely thick.
+            "layers": [([layer, ({}, 1.0)], [], []) for layer in packed[:-1]] + [(packed[-1:], [], [])],
+            DEPTH.name: [(packed, [depth_cm], []) for depth_cm in depths_cm],
+            ANGLE.name: [(packed, [], [angle_deg]) for angle_deg in angles_deg],
+        }
+        for name, ones in causes.items():
+            for place, one in enumerate(ones):
+                if len(ones) > 1 and is_cause(*one):
+                    raise ValueError(f"{message}, at {name}[{place}]", *error.args[1:]) from None
+        raise
 
 
 def described_layers(packed: list[tuple[dict[str, Any], float]]) -> str:
@@ -451,9 +537,10 @@ def bsdf(
     wavelengths_nm = numbers(WAVELENGTH, wavelength_nm)
     patches = (whole("rings", rings, 1), None if sectors is None else whole("sectors", sectors, 1))
     counts = (whole("rays", rays, 2), whole("seed", seed))
+    thickness_cm = number("thickness_cm", thickness_cm)
     with reporting(progress, "rays") as report:
         arrays = _native.bsdf(
-            given.fixed, (float(thickness_cm), angle, wavelengths_nm), counts, patches, report
+            given.fixed, (thickness_cm, angle, wavelengths_nm), counts, patches, report
         )
     at = {name: arrays.pop(name).reshape(rings, -1) for name in ("theta", "phi", "solid_angle")}
     variables: dict[str, Any] = {}
@@ -468,7 +555,7 @@ def bsdf(
         "theta": ("theta", at["theta"][:, 0], {"units": "degree", "long_name": "angle from the normal"}),
         "phi": ("phi", at["phi"][0], {"units": "degree", "long_name": "azimuth from the forward direction"}),
     }
-    made = {"thickness_cm": float(thickness_cm), "angle_deg": angle, "rays": rays, "seed": seed}
+    made = {"thickness_cm": thickness_cm, "angle_deg": angle, "rays": rays, "seed": seed}
     result = _dataset(variables, coords, given.attrs | made)
     result["solid_angle"].attrs.update(units="sr", long_name="solid angle of the patch and its mirror image")
     return result
@@ -541,22 +628,34 @@ def aged_ssa(
     >>> float(new), 25 < float(old) < 35
     (60.0, True)
     """
-    import xarray as xr
-
     axes = Axes()
     given = [
         slab_argument(quantity, value, axes, always=False)
         for quantity, value in ((NEW_SNOW, ssa_m2_kg), (SNOW["temperature_c"], temperature_c), (AGE, age_h))
     ]
-    columns = [[values[place] for place in axes.places(dims).tolist()] for values, dims in given]
-    with axes.locating_errors():
-        aged = _native.aged_surface_area(*columns, bool(temperature_gradient))
+    if axes.are_lazy:
+        single = {"temperature_gradient": temperature_gradient}
+        for name, (values, dims) in zip(("ssa_m2_kg", "temperature_c", "age_h"), given):
+            single |= {} if dims else {name: values[0]}
+        outputs = {"aged": ({}, float)}
+        aged = in_blocks(_block_of_ages, axes.arrays, axes.sizes, outputs, single=single)["aged"]
+    else:
+        columns = [[values[place] for place in axes.places(dims).tolist()] for values, dims in given]
+        with axes.locating_errors():
+            aged = _native.aged_surface_area(*columns, bool(temperature_gradient))
     attrs = {
         **SNOW["ssa_m2_kg"].attributes(),
         "source": "Taillandier et al. 2007, doi:10.1029/2006JF000514",
         "conditions": "temperature gradient" if temperature_gradient else "isothermal",
     }
-    return xr.DataArray(aged.reshape(axes.shape), axes.own, list(axes.sizes), "ssa_m2_kg", attrs)
+    aged = aged.reshape(axes.shape)
+    return dataset({"ssa_m2_kg": (list(axes.sizes), aged, attrs)}, axes.coordinates(), {}).ssa_m2_kg
+
+
+def _block_of_ages(arrays: Mapping[str, Labelled], single: Mapping[str, Any]) -> dict[str, Any]:
+    """Specific surface areas of some snows."""
+    names = {NEW_SNOW.name: "ssa_m2_kg", AGE.name: "age_h"}
+    return {"aged": aged_ssa(**with_arrays(single, arrays, names)).values}
 
 
 def _uncertainty(plus_minus: Mapping[str, Any]) -> dict[str, Any]:
@@ -565,23 +664,18 @@ def _uncertainty(plus_minus: Mapping[str, Any]) -> dict[str, Any]:
     plus_minus = by_substance("plus_minus", mapping("plus_minus", plus_minus, "{'ssa_m2_kg': 2, 'black-carbon': 5}"))
     check_names([*own, *SUBSTANCES], plus_minus)
     impurities = {name: number(name, value) for name, value in plus_minus.items() if name not in own}
-    ice = plus_minus.get("ice", False)
-    if not isinstance(ice, (bool, np.bool_)):
-        raise ValueError(f"ice is {ice!r}, but must be True or False")
     return {
         **{name: None if name not in plus_minus else number(name, plus_minus[name]) for name in own[:2]},
         "density_kg_m3": number("density_kg_m3", plus_minus.get("density_kg_m3", 0.0)),
         "impurities_ng_g": impurities,
-        "ice": bool(ice),
+        "ice": truth("ice", plus_minus.get("ice", False)),
     }
 
 
 def _engine(
     engine: str, streams: int | str, rays: int, per_wavelength: bool, seed: int, standard_errors: bool
 ) -> dict[str, Any]:
-    if engine not in ("ordinates", "montecarlo"):
-        word = str(engine).replace("-", "").replace("_", "").lower()
-        raise ValueError(f"engine {engine!r} is not known; {suggestion(word, ('ordinates', 'montecarlo'))}")
+    check_engine(engine)
     return {
         "ordinates": ordinates(streams, seed),
         "rays": whole("rays", rays, 2) if engine == "montecarlo" else None,
@@ -591,16 +685,25 @@ def _engine(
 
 
 def parameter_quantity(name: str) -> Quantity:
-    """What a parameter is. Those that are not known elsewhere are impurities, or an error of the native code."""
+    """What a parameter is. Those that are not known elsewhere are impurities."""
     return JACOBIAN.get(name) or Quantity(name.replace("-", "_"), "ng g-1")
 
 
 def parameters(jacobian: str | Iterable[str], engine: str = "ordinates") -> list[str]:
     """The names of parameters that results are differentiated by, with hyphens in those of impurities."""
     names = [hyphenated(name) for name in names_of("jacobian", () if jacobian is None else jacobian, "parameters")]
+    check_parameters(names)
     if engine == "montecarlo" and names:
         raise ValueError("jacobian needs the engine 'ordinates'")
     return names
+
+
+def check_parameters(names: Iterable[str]) -> None:
+    """Raises ValueError for a parameter that is unknown."""
+    known = [*JACOBIAN, *SUBSTANCES]
+    for name in names:
+        if name not in known:
+            raise ValueError(f"parameter {name!r} is not known; {suggestion(name, known)}")
 
 
 def _describe_derivatives(solved: xr.Dataset, fluxes: Iterable[str], jacobian: Iterable[str]) -> None:
@@ -608,15 +711,9 @@ def _describe_derivatives(solved: xr.Dataset, fluxes: Iterable[str], jacobian: I
     for name in jacobian:
         quantity = parameter_quantity(name)
         for flux in fluxes:
-            own, inverse = UNITS.get(flux, "1"), quantity.inverse_unit()
-            units = per(own, inverse)
+            units = quantity.of_derivative(UNITS.get(flux, "1"))
             long_name = f"derivative of {flux.replace('_', ' ')} with respect to {quantity.attributes()['long_name']}"
             solved[f"{flux}_per_{name.replace('-', '_')}"].attrs = {"units": units, "long_name": long_name}
-
-
-def per(unit: str, inverse_unit: str) -> str:
-    """The unit of a quantity per another, of which the inverse is given."""
-    return " ".join(one for one in (unit, inverse_unit) if one != "1") or "1"
 
 
 def _made(engine: str, streams: int | str, rays: int, per_wavelength: bool, seed: int) -> dict[str, Any]:
@@ -627,11 +724,9 @@ def _made(engine: str, streams: int | str, rays: int, per_wavelength: bool, seed
 
 
 def _dataset(variables: dict[str, Any], coords: dict[str, Any], made: dict[str, Any]) -> xr.Dataset:
-    import xarray as xr
-
     for name, (dims, values) in variables.items():
         aspect = next((end for end in ASPECTS if name.endswith(end)), "")
         plain = name.removesuffix(aspect)
         long_name = ASPECTS.get(aspect, "{}").format(LONG_NAMES.get(plain, plain.replace("_", " ")))
         variables[name] = (dims, values, {"units": UNITS.get(plain, "1"), "long_name": long_name})
-    return xr.Dataset(variables, coords, attributes(**made))
+    return dataset(variables, coords, attributes(**made))

@@ -78,8 +78,6 @@ SKY_FILE, SKY_HEIGHT = "sky.exr", 256
 """The image of an envmap: greater ones are reduced to this height."""
 WHITE_FILE = "white.csv"
 """The spectrum of the lamps that are solved for: 1 at all wavelengths."""
-IMPURITIES = {f"{name.replace('-', '_')}_ng_g": name for name in SUBSTANCES}
-"""The names of impurities by those of their parameters."""
 
 
 def snow_mesh(vertices: Any, triangles: Any, **parameters: Any) -> Any:
@@ -377,7 +375,11 @@ def _negative_samples_allowed() -> Iterator[None]:
 def _snow_of(props: mi.Properties) -> dict[str, Any]:
     """The snow that the parameters of a surface describe."""
     snow = {name: props[name] if name in WORDS else number(name, props[name]) for name in SNOW if name in props}
-    impurities = {name: number(key, props[key]) for key, name in IMPURITIES.items() if key in props}
+    impurities = {}
+    for name in SUBSTANCES:
+        key = f"{name.replace('-', '_')}_ng_g"
+        if key in props:
+            impurities[name] = number(key, props[key])
     return {**snow, "impurities_ng_g": impurities} if impurities else snow
 
 
