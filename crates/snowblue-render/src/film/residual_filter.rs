@@ -60,7 +60,7 @@ const OUTLIER_ERROR: f32 = 0.25;
 /// What is spread changes the pixels around an outlier by this fraction of their standard error, which counts as 1 % of
 /// their light at least, if so many pixels on each side suffice.
 const MOST_SPREAD: f32 = 0.5;
-const MOST_SPREAD_PIXELS: usize = 8;
+const MOST_SPREAD_PIXELS: usize = 16;
 /// Readings below this fraction of the brightest count as equally dark.
 const DARK: f32 = 1e-6;
 
@@ -137,7 +137,11 @@ impl Filtered {
         let start = Level::of(&pixels, layout);
         let Level { residual: mut changes, luminance } = filter.run(&start, &counts);
         let coverage: Vec<f32> = pixels.iter().map(|pixel| pixel.mean(layout.count)).collect();
-        filter.spread_outliers([&start.luminance, &luminance], &coverage, &mut changes);
+        let rest_of = |pixel: usize| {
+            let residual = &start.residual[pixel * values..][..values];
+            residual.iter().enumerate().map(|(k, residual)| pixels[pixel].mean(k) - residual).collect()
+        };
+        filter.spread_outliers([&start.luminance, &luminance], &coverage, &rest_of, &mut changes);
         let noise = pixels.par_iter().zip(&luminance).zip(&start.luminance).zip(changes.par_chunks_exact(values));
         let noise = noise.zip(start.residual.par_chunks_exact(values));
         let noise = noise.map(|((((pixel, after), before), residual), own)| {
@@ -305,9 +309,16 @@ impl Filter {
         luminance.par_iter().enumerate().map(smooth).collect()
     }
 
-    /// Reduces the residual of outliers, and spreads the difference over the snow around them. Pixels of the greatest
-    /// error come first.
-    fn spread_outliers(&self, levels: [&[Luminance]; 2], coverage: &[f32], residual: &mut [f32]) {
+    /// Reduces the residual of outliers, and spreads the difference over the snow around them. Where the noise is large,
+    /// the residual also has the colour of the rest of the pixel, which `rest_of` gives. Pixels of the greatest error
+    /// come first.
+    fn spread_outliers(
+        &self,
+        levels: [&[Luminance]; 2],
+        coverage: &[f32],
+        rest_of: &dyn Fn(usize) -> Vec<f32>,
+        residual: &mut [f32],
+    ) {
         let [start, filtered] = levels;
         let values = self.values;
         let light_of = |residual: &[f32], pixel: usize| start[pixel].reading + residual[pixel * values + 1];
@@ -329,11 +340,14 @@ impl Filter {
                 light.max(0.0)
             };
             let own = &residual[pixel * values..][..values];
-            if likely.total_cmp(&light).is_eq() || own[1].abs() <= 0.0 {
+            // What has no noise gives the colour.
+            let rest = rest_of(pixel);
+            let factor = if rest[1] > 0.0 { (likely - reading) / rest[1] } else { 0.0 };
+            let mut excess: Vec<f32> = own.iter().zip(&rest).map(|(own, rest)| own - factor * rest).collect();
+            let size = excess.iter().take(3).fold(0.0, |size: f32, value| size.max(value.abs()));
+            if size <= 0.0 {
                 continue;
             }
-            let share = ((likely - reading) / own[1]).clamp(0.0, 1.0);
-            let excess = (1.0 - share) * own[1];
             // Pixels take what is spread in proportion to their own standard errors, so that even snow stays as it is.
             let room = |residual: &[f32], other: usize| {
                 let light = light_of(residual, other).max(0.0);
@@ -342,18 +356,21 @@ impl Filter {
             let spread = |residual: &[f32], distance: usize| -> f32 {
                 self.snow_around(pixel, distance).map(|other| room(residual, other)).sum()
             };
-            let suffices = |distance: &usize| excess.abs() <= spread(residual, *distance);
+            let suffices = |distance: &usize| size <= spread(residual, *distance);
             let distance = (1..MOST_SPREAD_PIXELS).find(suffices).unwrap_or(MOST_SPREAD_PIXELS);
             let total = spread(residual, distance);
             if total > 0.0 {
                 // What the pixels around have no room for stays.
-                let moved = (excess.abs().min(total) / own[1].abs()).min(1.0);
-                let given: Vec<f32> = own.iter().map(|value| moved * value).collect();
-                residual[pixel * values..][..values].iter_mut().zip(&given).for_each(|(value, given)| *value -= given);
+                let share = (total / size).min(1.0);
+                excess.iter_mut().for_each(|value| *value *= share);
+                residual[pixel * values..][..values]
+                    .iter_mut()
+                    .zip(&excess)
+                    .for_each(|(value, excess)| *value -= excess);
                 for other in self.snow_around(pixel, distance) {
                     let fraction = room(residual, other) / total;
                     let values = &mut residual[other * values..][..values];
-                    values.iter_mut().zip(&given).for_each(|(value, given)| *value += fraction * given);
+                    values.iter_mut().zip(&excess).for_each(|(value, excess)| *value += fraction * excess);
                 }
             }
         }
