@@ -192,7 +192,11 @@ class SnowBake(bpy.types.Operator):
             return others
         outcome = _reporting(self, lambda: self._step(context))
         if outcome == {"FINISHED"} and not self.is_finished:
-            _show(context, job)
+            # What is drawn all the time takes no clicks.
+            if job.progress != self.shown:
+                self.shown = job.progress
+                context.workspace.status_text_set(_draw_status)
+                _redraw(context)
             return others
         self._end(context)
         return outcome
@@ -204,7 +208,7 @@ class SnowBake(bpy.types.Operator):
 
     def _begin(self, context: bpy.types.Context) -> str:
         job = _job(context)
-        self.is_finished = False
+        self.is_finished, self.shown = False, None
         self._collect(job)
         self.job = job
         return ""
@@ -257,14 +261,19 @@ def _finished(context: bpy.types.Context, job: BakeJob) -> str:
     return f"baked {objects} of snow with {points:,} points{frames}"
 
 
-def _show(context: bpy.types.Context, job: BakeJob) -> None:
-    """Shows the progress in the status bar and in the panel."""
-    part, label = job.progress
-    context.workspace.status_text_set(f"Snow: {label}, {part:.0%}. Esc stops the bake")
-    _redraw(context)
+def _draw_status(header: bpy.types.Header, context: bpy.types.Context) -> None:
+    """The status bar while snow is baked."""
+    if _running is not None:
+        part, label = _running.progress
+        header.layout.label(text=f"Snow: {label}")
+        header.layout.progress(factor=part, text=f"{part:.0%}")
+        header.layout.label(text="Stop the bake", icon="EVENT_ESC")
+    header.layout.separator_spacer()
+    header.layout.template_reports_banner()
 
 
 def _redraw(context: bpy.types.Context) -> None:
+    """Draws the panel anew."""
     for window in context.window_manager.windows:
         for area in window.screen.areas:
             for region in area.regions if area.type == "VIEW_3D" else ():
@@ -326,13 +335,13 @@ class SnowPanel(bpy.types.Panel):
         settings = context.scene.snowblue_bake
         for name in ("step_mm", "field_step_mm", "max_bounces", "use_frames"):
             layout.prop(settings, name)
-        row = layout.row()
-        row.scale_y = 1.5
         if _running is not None:
             part, label = _running.progress
-            row.progress(factor=part, text=label)
-            row.operator(SnowStop.bl_idname, icon="CANCEL")
+            layout.progress(factor=part, text=label)
+            layout.operator(SnowStop.bl_idname, icon="CANCEL")
             return
+        row = layout.row()
+        row.scale_y = 1.5
         is_baked = source is not None and is_snow(source) and baked_of(source) is not None
         row.operator(SnowBake.bl_idname, text="Bake Again" if is_baked else "Bake")
         row.operator(SnowClear.bl_idname)

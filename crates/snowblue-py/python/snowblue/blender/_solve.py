@@ -68,9 +68,10 @@ def solve(frames: list[Collected], options: Options, report: Report) -> list[Sol
             label = prefix + name
 
             def watch(part: int, parts: int, phase: str) -> None:
-                report(done + (part / parts if phase == LONGEST_PHASE and parts else 0.0), total, label)
+                share = part / parts if phase == LONGEST_PHASE and parts else 0.0
+                report(done + share, total, f"{label}: {phase}")
 
-            watch(0, 0, "")
+            watch(0, 0, "meshes")
             text = _json(_document(made, options) | tables)
             digest = _digest(text, made.files | own_files)
             objects = earlier.get(digest)
