@@ -21,7 +21,7 @@ from snowblue._arguments import VISIBLE_NM, snow_id
 from snowblue._renderers import _csv
 from snowblue._scene import _ply
 from snowblue.blender._closing import extent, open_edges
-from snowblue.blender._lamps import WHITE_FILE, Lamp, lamp_of
+from snowblue.blender._lamps import WHITE_FILE, Lamp, SnowSurface, lamp_of
 from snowblue.blender._layers import Layers, layers_of
 from snowblue.blender._meshes import WITH_FACES, diffuse_of, placed, world_mesh
 from snowblue.blender._settings import baked_of, is_snow, object_of, scene_of, snow_of, source_of
@@ -97,6 +97,8 @@ def request_of(scene: bpy.types.Scene, objects: Iterable[bpy.types.Object] | Non
     snow = [one for one in scene.objects if is_snow(one) and (one in (asked or ()) or _is_shown(one, view_layer))]
     targets = snow if asked is None else asked
     if not targets:
+        if asked is None and any(is_snow(one) and one.name not in scene.objects for one in bpy.data.objects):
+            raise ValueError("there is no snow but in instances: use Object > Apply > Make Instances Real")
         raise ValueError("there is no snow: select a mesh and press 'Make Snow'")
     for one in snow:
         if one.type != "MESH":
@@ -170,8 +172,8 @@ def collect(request: Request, frame: int | None, earlier: Collected | None = Non
             raise ValueError("an object of snow was removed while it was baked")
         # One of several frames needs no warning of what moves.
         warned = scene if frame is None else None
-        snow_m = np.concatenate([_add_snow(made, one, view_layer, depsgraph, warned) for one in snow])
-        _add_rest(made, depsgraph, snow_m, warned)
+        surface = SnowSurface([_add_snow(made, one, view_layer, depsgraph, warned) for one in snow])
+        _add_rest(made, depsgraph, surface, warned)
         for thing in view_layer.objects:
             is_hidden = not thing.hide_render and not thing.visible_get(view_layer=view_layer)
             if is_hidden and (thing.type in WITH_FACES or thing.type == "LIGHT") and thing not in snow:
@@ -217,8 +219,8 @@ def _add_snow(
     view_layer: bpy.types.ViewLayer,
     depsgraph: bpy.types.Depsgraph,
     warned: bpy.types.Scene | None,
-) -> np.ndarray:
-    """Adds an object of snow, and gives its vertices in m."""
+) -> tuple[np.ndarray, np.ndarray]:
+    """Adds an object of snow, and gives its vertices in m and its triangles."""
     # Blender does not evaluate the modifiers of what is hidden.
     if not source.visible_get(view_layer=view_layer):
         raise ValueError(f"'{source.name}' is hidden in the viewport, or its collection is: show it to bake it")
@@ -245,11 +247,11 @@ def _add_snow(
     made.materials[name] = material
     body = source.snowblue.body.strip()
     _add(made, source.name, vertices, triangles, name, {"body": body} if body else {})
-    return vertices
+    return vertices, triangles
 
 
 def _add_rest(
-    made: Collected, depsgraph: bpy.types.Depsgraph, snow_m: np.ndarray, warned: bpy.types.Scene | None
+    made: Collected, depsgraph: bpy.types.Depsgraph, surface: SnowSurface, warned: bpy.types.Scene | None
 ) -> None:
     """Adds lamps and surfaces that are not snow, and warns of instances that are left out."""
     left_out: Counter[tuple[str, str]] = Counter()
@@ -268,7 +270,7 @@ def _add_rest(
         if thing.type == "LIGHT":
             if warned is not None:
                 _check_still(thing, warned)
-            lamp = lamp_of(thing, instance.matrix_world.copy(), made.unit_m, snow_m)
+            lamp = lamp_of(thing, instance.matrix_world.copy(), made.unit_m, surface)
             made.lamps += [lamp] if lamp else []
         elif thing.type in WITH_FACES and instance.show_self:
             _add_surfaces(made, thing, instance.object, instance.matrix_world.copy())

@@ -9,12 +9,16 @@ from __future__ import annotations
 
 import math
 import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
 from typing import Any
 
 import bpy
 import numpy as np
 from mathutils import Matrix, Vector
+from mathutils.bvhtree import BVHTree
 
 from snowblue._renderers import BAND_WIDTH_NM
 
@@ -32,10 +36,27 @@ FALLOFF_ERROR = 0.01
 FULL_SPREAD = 1e-4
 """A spread within so much of 180° is none."""
 LEAST_SPREAD = math.radians(1)
-SPREAD_SLICES = 4
+SPREAD_SLICES = 16
 """Cones of each of the spots that stand for an area lamp with a spread."""
-MOST_SPOTS = 12
+MOST_SPOTS = 8
 """Along each side of an area lamp with a spread."""
+
+
+class SnowSurface:
+    """The surface of the snow of a scene."""
+
+    def __init__(self, meshes: list[tuple[np.ndarray, np.ndarray]]) -> None:
+        """Of vertices in m, (n, 3), and triangles (m, 3)."""
+        self._meshes = meshes
+
+    @cached_property
+    def _trees(self) -> list[BVHTree]:
+        meshes = self._meshes
+        return [BVHTree.FromPolygons(*(one.tolist() for one in mesh), all_triangles=True) for mesh in meshes]
+
+    def distance_m(self, place: Sequence[float]) -> float:
+        """From a place to the nearest point of the snow."""
+        return min(tree.find_nearest(place)[3] for tree in self._trees)
 
 
 @dataclass(frozen=True)
@@ -49,19 +70,19 @@ class Lamp:
     """Lights of a scene that together are white, and as strong as a Blender lamp with the energy 1."""
 
 
-def lamp_of(thing: bpy.types.Object, to_world: Matrix, unit_m: float, snow_m: np.ndarray) -> Lamp | None:
+def lamp_of(thing: bpy.types.Object, to_world: Matrix, unit_m: float, snow: SnowSurface) -> Lamp | None:
     """The lamp of an object; none for what is no lamp.
 
-    `unit_m` is the length of a unit of the scene, `snow_m` are points of the snow.
+    `unit_m` is the length of a unit of the scene.
     """
     light = thing.data
     if light.type == "AREA" and light.cycles.is_portal:
         return None
     _check(thing)
-    return Lamp(thing.name, thing.session_uid, _lights(thing, to_world, unit_m, snow_m))
+    return Lamp(thing.name, thing.session_uid, _lights(thing, to_world, unit_m, snow))
 
 
-def _lights(thing: bpy.types.Object, to_world: Matrix, unit_m: float, snow_m: np.ndarray) -> list[dict[str, Any]]:
+def _lights(thing: bpy.types.Object, to_world: Matrix, unit_m: float, snow: SnowSurface) -> list[dict[str, Any]]:
     light = thing.data
     is_normalized = _is_normalized(light)
     position = to_world.translation * unit_m
@@ -74,12 +95,12 @@ def _lights(thing: bpy.types.Object, to_world: Matrix, unit_m: float, snow_m: np
         return [description]
     if light.type == "AREA":
         rectangle = at | _rectangle(thing, to_world, position, axis, unit_m)
-        return [rectangle] if light.spread > math.pi - FULL_SPREAD else _spread(thing, rectangle, snow_m)
+        return [rectangle] if light.spread > math.pi - FULL_SPREAD else _spread(thing, rectangle, snow)
     radius = light.shadow_soft_size
     area = 1.0 if is_normalized else 4 * math.pi * radius**2 if radius > 0 else CYCLES_POINT_AREA
     intensity = BAND_WIDTH_NM * area / (4 * math.pi) * unit_m**2
     if light.use_soft_falloff and radius > 0:
-        _check_falloff(thing, np.array(position), radius * unit_m, snow_m)
+        _check_falloff(thing, np.array(position), radius * unit_m, snow)
     if light.type == "SPOT":
         description = at | {"type": "spot", "look_at": list(position + axis), "radiant_intensity_w_sr": intensity}
         description |= _cone(light.spot_size, light.spot_blend)
@@ -128,7 +149,7 @@ def _rectangle(
     }
 
 
-def _spread(thing: bpy.types.Object, rectangle: dict[str, Any], snow_m: np.ndarray) -> list[dict[str, Any]]:
+def _spread(thing: bpy.types.Object, rectangle: dict[str, Any], snow: SnowSurface) -> list[dict[str, Any]]:
     """Spots that shine together like an area lamp with a spread.
 
     Cycles gives each point of the lamp the radiance L tan h/(tan h - h) (1 - tan(theta)/tan h) up to half the spread h,
@@ -138,11 +159,10 @@ def _spread(thing: bpy.types.Object, rectangle: dict[str, Any], snow_m: np.ndarr
     size, position = np.array(rectangle["size"]), np.array(rectangle["position"])
     axis, up = np.array(rectangle["look_at"]) - position, np.array(rectangle["up"])
     sides = np.stack([np.cross(axis, up), up])
-    outside = np.abs((snow_m - position) @ sides.T) - size / 2
-    along = (snow_m - position) @ axis
-    distance = float(np.sqrt((np.maximum(outside, 0.0) ** 2).sum(axis=1) + along**2).min())
-    # Cones of neighbours overlap on the snow by half.
-    spacing = max(0.5 * distance * min(1.0, math.tan(half)), 1e-9)
+    corners = [position + (np.array(corner) * size / 2) @ sides for corner in product((-1, 0, 1), repeat=2)]
+    distance = min(snow.distance_m(corner.tolist()) for corner in corners)
+    # A quarter of the radius of a cone on the snow.
+    spacing = max(0.25 * distance * min(1.0, math.tan(half)), 1e-9)
     wanted = np.ceil(size / spacing)
     if wanted.max() > MOST_SPOTS:
         warnings.warn(
@@ -151,10 +171,9 @@ def _spread(thing: bpy.types.Object, rectangle: dict[str, Any], snow_m: np.ndarr
         )
     columns, rows = np.clip(wanted, 1, MOST_SPOTS).astype(int)
     peak = rectangle["radiance_w_m2_sr"] * size.prod() / (1 - half / math.tan(half)) / (columns * rows * SPREAD_SLICES)
-    places = [((column + 0.5) / columns - 0.5, (row + 0.5) / rows - 0.5) for row in range(rows) for column in range(columns)]
     spots = []
-    for place in places:
-        center = position + (place * size) @ sides
+    for column, row in product(range(columns), range(rows)):
+        center = position + (np.array([(column + 0.5) / columns - 0.5, (row + 0.5) / rows - 0.5]) * size) @ sides
         at = {"type": "spot", "position": center.tolist(), "look_at": (center + axis).tolist()}
         at |= {"spectrum": rectangle["spectrum"], "radiant_intensity_w_sr": peak}
         spots += [at | cone for cone in _slices(half)]
@@ -162,7 +181,10 @@ def _spread(thing: bpy.types.Object, rectangle: dict[str, Any], snow_m: np.ndarr
 
 
 def _slices(half: float) -> list[dict[str, float]]:
-    """Cones of spots whose mean has the profile sin(h - theta)/sin h. Each has the power of its slice of the profile."""
+    """Cones of spots whose mean has the profile sin(h - theta)/sin h, to 1/4 of a slice of it.
+
+    Each has the power of its slice.
+    """
     theta = np.linspace(0.0, half, 2001)
     profile = SPREAD_SLICES * np.sin(half - theta) / math.sin(half)
     cones = []
@@ -172,7 +194,8 @@ def _slices(half: float) -> list[dict[str, float]]:
         outer = math.cos(half - math.asin(number / SPREAD_SLICES * math.sin(half)))
         # The mean of the falloff over its part of the cone is 1/3.
         inner = min((3 * (1 - power) - outer) / 2, 1.0)
-        cones.append({"inner_cone_deg": math.degrees(math.acos(inner)), "outer_cone_deg": math.degrees(math.acos(outer))})
+        inner_deg, outer_deg = (math.degrees(math.acos(cosine)) for cosine in (inner, outer))
+        cones.append({"inner_cone_deg": inner_deg, "outer_cone_deg": outer_deg})
     return cones
 
 
@@ -197,8 +220,7 @@ def _check(thing: bpy.types.Object) -> None:
         warnings.warn(f"lamp '{name}' has light linking, which the light in the snow does not", stacklevel=2)
 
 
-def _check_falloff(thing: bpy.types.Object, position_m: np.ndarray, radius_m: float, snow_m: np.ndarray) -> None:
-    nearest_m = float(np.linalg.norm(snow_m - position_m, axis=1).min())
+def _check_falloff(thing: bpy.types.Object, radius_m: float, nearest_m: float) -> None:
     error = radius_m**2 / (radius_m**2 + nearest_m**2)
     if error > FALLOFF_ERROR:
         warnings.warn(

@@ -77,22 +77,10 @@ def changes_with_time(world: bpy.types.World | None) -> bool:
 
 
 def _sun_discs(world: bpy.types.World) -> list[bpy.types.Node]:
-    """Sky textures with a sun that is too small for the image of the World and can be a lamp."""
-    suns = []
-    for node in world.node_tree.nodes if world.node_tree else ():
-        if node.type != "TEX_SKY" or node.sky_type not in WITH_SUN or not node.sun_disc:
-            continue
-        if node.sun_size > LARGEST_SUN or not node.outputs["Color"].is_linked:
-            continue
-        if node.inputs["Vector"].is_linked:
-            warnings.warn(
-                f"'{node.name}' of the World has a Vector: the light of its sun in the snow is noisy; unlink it, or "
-                "switch its Sun Disc off and add a sun lamp",
-                stacklevel=2,
-            )
-        else:
-            suns.append(node)
-    return suns
+    """Sky textures with a sun that is too small for the image of the World."""
+    nodes = world.node_tree.nodes if world.node_tree else ()
+    skies = [node for node in nodes if node.type == "TEX_SKY" and node.sky_type in WITH_SUN and node.sun_disc]
+    return [node for node in skies if node.sun_size <= LARGEST_SUN and node.outputs["Color"].is_linked]
 
 
 def _sun(sky: bpy.types.Scene, camera: bpy.types.Object, node: bpy.types.Node) -> Skylight | None:
@@ -112,6 +100,9 @@ def _sun(sky: bpy.types.Scene, camera: bpy.types.Object, node: bpy.types.Node) -
     # Of each pixel, times the cosine of the angle from the sun.
     solid_angle = (2 * half / SUN_PIXELS) ** 2 / distance**4
     _, with_sun = _rendered(sky, SUN_PIXELS, SUN_PIXELS)
+    # Without its sun a sky texture has a Vector, which may be linked.
+    for link in [one for one in sky.world.node_tree.links if one.to_node == node]:
+        sky.world.node_tree.links.remove(link)
     node.sun_disc = False
     _, without = _rendered(sky, SUN_PIXELS, SUN_PIXELS)
     irradiance = np.einsum("yx,yxc->c", solid_angle, np.maximum(with_sun.astype(float) - without, 0.0))
