@@ -190,3 +190,30 @@ def test_a_large_sun_stays_in_the_image(scene):
     node.sun_elevation = math.radians(-10)
     # Below the horizon.
     assert len(collected().skylight) == 1
+
+
+def test_denoising_keeps_the_light_of_snow(scene, tmp_path):
+    block()
+    bpy.ops.mesh.primitive_plane_add(size=4)
+    lamp(position=(0, 0.3, 0.1))
+    snowblue.blender.bake()
+    path = tmp_path / "picture.exr"
+    data = bpy.data.cameras.new("camera")
+    data.angle = math.radians(35)
+    scene.camera = link("camera", data, (0.5, -0.8, 0.4), (0, 0, 0.08))
+    scene.render.engine = "CYCLES"
+    scene.render.resolution_x = scene.render.resolution_y = 100
+    settings = scene.render.image_settings
+    settings.file_format, settings.color_mode, settings.color_depth = "OPEN_EXR", "RGB", "32"
+    scene.render.filepath = str(path)
+
+    def picture(samples, denoises):
+        scene.cycles.samples, scene.cycles.use_denoising = samples, denoises
+        scene.cycles.use_adaptive_sampling = False
+        bpy.ops.render.render(write_still=True)
+        return OpenEXR.File(str(path)).channels()["RGB"].pixels
+
+    reference, noisy, denoised = picture(512, False), picture(16, False), picture(16, True)
+    error, error_denoised = (np.sqrt(np.mean((one - reference) ** 2)) for one in (noisy, denoised))
+    assert error_denoised < error / 2
+    np.testing.assert_allclose(denoised.mean(axis=(0, 1)), reference.mean(axis=(0, 1)), rtol=0.01)

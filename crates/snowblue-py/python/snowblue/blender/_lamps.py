@@ -100,7 +100,7 @@ def _lights(thing: bpy.types.Object, to_world: Matrix, unit_m: float, snow: Snow
     area = 1.0 if is_normalized else 4 * math.pi * radius**2 if radius > 0 else CYCLES_POINT_AREA
     intensity = BAND_WIDTH_NM * area / (4 * math.pi) * unit_m**2
     if light.use_soft_falloff and radius > 0:
-        _check_falloff(thing, np.array(position), radius * unit_m, snow)
+        _check_falloff(thing, radius * unit_m, snow.distance_m(position))
     if light.type == "SPOT":
         description = at | {"type": "spot", "look_at": list(position + axis), "radiant_intensity_w_sr": intensity}
         description |= _cone(light.spot_size, light.spot_blend)
@@ -166,7 +166,8 @@ def _spread(thing: bpy.types.Object, rectangle: dict[str, Any], snow: SnowSurfac
     wanted = np.ceil(size / spacing)
     if wanted.max() > MOST_SPOTS:
         warnings.warn(
-            f"lamp '{thing.name}' is close to the snow or has a small spread: snow sees {MOST_SPOTS} spots along a side",
+            f"lamp '{thing.name}' is close to the snow or has a small spread: snow sees {MOST_SPOTS} spots along a "
+            "side",
             stacklevel=2,
         )
     columns, rows = np.clip(wanted, 1, MOST_SPOTS).astype(int)

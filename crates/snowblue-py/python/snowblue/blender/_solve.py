@@ -55,9 +55,11 @@ def solve(frames: list[Collected], options: Options, report: Report) -> list[Sol
     done = 0
     known: dict[bytes, list[BakedObject]] = {}
     solutions = []
-    scene, files = None, None
+    scene, files = None, {}
     for made in frames:
-        files_before, files = files, made.files | {name: file for one in made.skylight for name, file in one.files.items()}
+        files_before, files = files, dict(made.files)
+        for part in made.skylight:
+            files |= part.files
         # Scenes made from each other share the cells of the snow.
         scene = scene if files == files_before else None
         prefix = f"frame {made.frame}, " if len(frames) > 1 else ""
