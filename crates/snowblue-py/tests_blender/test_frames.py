@@ -185,3 +185,22 @@ def test_the_operator_takes_the_range_of_the_scene(scene):
     assert len(baked.snowblue.frames.objects) == 3
     link("other", None)
     assert bpy.ops.snowblue.clear() == {"FINISHED"} and not bpy.data.collections and not bpy.data.node_groups
+
+
+def test_a_frame_takes_as_many_bytes_in_a_file_as_the_page_says(scene, repository, tmp_path):
+    page = (repository / "docs" / "src" / "blender.md").read_text()
+    [in_file] = {int(row.split("|")[3]) for row in page.splitlines() if row.startswith("| snow ")}
+    thing = block()
+    moving_lamp()
+    for frame, x in ((1, 0.0), (9, 0.4)):
+        thing.location.x = x
+        thing.keyframe_insert("location", frame=frame)
+    sizes = []
+    for frames in (range(1, 3), range(1, 7)):
+        [baked] = snowblue.blender.bake(frames=frames)
+        path = tmp_path / f"{len(frames)}.blend"
+        bpy.ops.wm.save_as_mainfile(filepath=str(path), compress=False)
+        sizes.append(path.stat().st_size)
+    # Blocks of data have headers.
+    each = (sizes[1] - sizes[0]) / 4 / len(baked.data.vertices)
+    assert each == pytest.approx(in_file, rel=0.05)

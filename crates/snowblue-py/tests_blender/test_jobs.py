@@ -8,6 +8,7 @@ import pytest
 from test_blender import block, lamp, world
 
 import snowblue.blender
+from snowblue.blender import _panel
 from snowblue.blender._bake import BakeJob, Stopped
 from snowblue.blender._solve import Options
 
@@ -213,3 +214,24 @@ def test_without_a_window_the_operator_bakes_at_once(scene):
     lamp()
     assert bpy.ops.snowblue.bake("INVOKE_DEFAULT") == {"FINISHED"} and thing.hide_render
     assert not bpy.ops.snowblue.stop.poll()
+
+
+def test_a_bake_ends_with_the_add_on(scene):
+    block()
+    lamp()
+    job = _panel._running = started(FINE)
+    snowblue.blender.unregister()
+    assert job.is_done and _panel._running is None
+    snowblue.blender.register()
+    assert bpy.ops.snowblue.bake.poll()
+
+
+def test_the_panel_offers_no_second_bake(scene, monkeypatch):
+    block()
+    lamp()
+    job = started()
+    monkeypatch.setattr(_panel, "_running", job)
+    assert not bpy.ops.snowblue.bake.poll()
+    assert bpy.ops.snowblue.stop() == {"FINISHED"}
+    with pytest.raises(Stopped):
+        waited(job).finish()

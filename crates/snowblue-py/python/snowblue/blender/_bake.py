@@ -107,7 +107,7 @@ class BakeJob:
         self._frames: list[int | None] = [None] if frames is None else list(frames)
         self._collected: list[Collected] = []
         self._solutions: list[Solution] = []
-        self._error: Exception | None = None
+        self._error: BaseException | None = None
         self._thread: threading.Thread | None = None
         self._stopping = threading.Event()
         self._progress: tuple[float, str] = (0.0, "")
@@ -151,8 +151,8 @@ class BakeJob:
     def _run(self) -> None:
         try:
             self.solve()
-        except Exception as error:
-            # `finish` raises it on the thread of Blender.
+        except BaseException as error:
+            # `finish` raises it on the thread of Blender, a panic of Rust too.
             self._error = error
 
     @property

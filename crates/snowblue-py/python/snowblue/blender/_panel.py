@@ -190,7 +190,12 @@ class SnowBake(bpy.types.Operator):
         others = {"PASS_THROUGH"} if job.is_collected else {"RUNNING_MODAL"}
         if event.type != "TIMER":
             return others
-        outcome = _reporting(self, lambda: self._step(context))
+        try:
+            outcome = _reporting(self, lambda: self._step(context))
+        except BaseException:
+            # Another bake must be possible.
+            self.cancel(context)
+            raise
         if outcome == {"FINISHED"} and not self.is_finished:
             # What is drawn all the time takes no clicks.
             if job.progress != self.shown:
@@ -202,7 +207,7 @@ class SnowBake(bpy.types.Operator):
         return outcome
 
     def cancel(self, context: bpy.types.Context) -> None:
-        """Blender closes, or opens another file."""
+        """Ends the bake: Blender closes, or opens another file."""
         self.job.stop(waits=True)
         self._end(context)
 
@@ -360,8 +365,11 @@ def register() -> None:
 
 def unregister() -> None:
     """Takes away what :func:`register` added. Settings stay in the files that have them."""
+    global _running
     if _running is not None:
         _running.stop(waits=True)
+        _running = None
+        bpy.context.workspace.status_text_set(None)
     del bpy.types.Scene.snowblue_bake
     del bpy.types.Object.snowblue
     for one in reversed(CLASSES):
