@@ -343,6 +343,17 @@ impl SnowBody {
         SurfaceValues(elements.par_iter().map(|values| self.surface_nodes.smooth(&self.grid, values)).collect())
     }
 
+    /// Smooths the net flux outwards and the exitance of the surface elements. The exitance does not fall below 0 beside
+    /// bright edges.
+    #[must_use]
+    pub fn smooth_light(&self, flux: &[Vec<f32x4>], exitance: &[Vec<f32x4>]) -> [SurfaceValues; 2] {
+        let of_group = |(flux, exitance): (&Vec<f32x4>, &Vec<f32x4>)| {
+            self.surface_nodes.smooth_light(&self.grid, flux, exitance).into()
+        };
+        let (flux, exitance) = flux.par_iter().zip(exitance).map(of_group).unzip();
+        [SurfaceValues(flux), SurfaceValues(exitance)]
+    }
+
     /// Takes the noise off a quantity of the surface elements that was sampled at random, for each group of
     /// wavelengths: averages it over as much of the surface around each element as brings its standard error below
     /// `tolerance` of its mean, but not over more than some two cells in each direction, nor across an edge of light

@@ -23,6 +23,8 @@ pub(crate) const SIDES: usize = 6;
 
 /// Most steps of averaging over neighbouring cells.
 const MOST_STEPS: usize = 6;
+/// Least exitance by the sharpened average, over that by the average.
+const LEAST_SHARE: f32 = 0.5;
 /// Steps that average the noise itself.
 const STEPS_OF_ERROR: usize = 2;
 
@@ -73,14 +75,34 @@ impl SurfaceNodes {
 
     /// The smoothed flux of the fluxes of all surface elements.
     pub(crate) fn smooth(&self, grid: &Grid, flux: &[f32x4]) -> NodeFlux {
-        let mut smoothed = self.averaged(grid, flux);
-        let mut missed = self.at_elements(grid, &smoothed);
-        missed.iter_mut().zip(flux).for_each(|(smoothed, flux)| *smoothed = *flux - *smoothed);
-        let correction = self.averaged(grid, &missed);
-        for (flux, correction) in smoothed.iter_mut().flatten().zip(correction.into_iter().flatten()) {
-            *flux += correction;
+        let [smooth, _] = self.smooth_and_averaged(grid, flux);
+        smooth
+    }
+
+    /// The smoothed flux and exitance. Beside a bright edge the sharpened average falls below what it should be, even
+    /// below 0. So the exitance is not below a share of its average, and the flux grows by as much.
+    pub(crate) fn smooth_light(&self, grid: &Grid, flux: &[f32x4], exitance: &[f32x4]) -> [NodeFlux; 2] {
+        let mut flux = self.smooth(grid, flux);
+        let [mut exitance, averaged] = self.smooth_and_averaged(grid, exitance);
+        let values = exitance.iter_mut().flatten().zip(flux.iter_mut().flatten());
+        for ((exitance, flux), averaged) in values.zip(averaged.iter().flatten()) {
+            let most = exitance.max(*averaged * LEAST_SHARE);
+            *flux += most - *exitance;
+            *exitance = most;
         }
-        smoothed
+        [flux, exitance]
+    }
+
+    /// Values of the surface elements, smoothed, and their averages.
+    fn smooth_and_averaged(&self, grid: &Grid, values: &[f32x4]) -> [NodeFlux; 2] {
+        let averaged = self.averaged(grid, values);
+        let mut missed = self.at_elements(grid, &averaged);
+        missed.iter_mut().zip(values).for_each(|(smoothed, value)| *smoothed = *value - *smoothed);
+        let mut smooth = self.averaged(grid, &missed);
+        for (smooth, averaged) in smooth.iter_mut().flatten().zip(averaged.iter().flatten()) {
+            *smooth += *averaged;
+        }
+        [smooth, averaged]
     }
 
     /// The flux at each surface element.

@@ -292,6 +292,41 @@ fn light_is_conserved_without_absorption() {
     assert!((total / entered).abs() < 1e-4, "{total} {entered}");
 }
 
+/// Beside the edge of a lit face the sharpened average of the exitance falls below 0, and light that leaves cannot.
+#[test]
+fn the_exitance_is_not_negative_beside_a_bright_edge() {
+    let size = DVec3::new(0.1, 0.06, 0.08);
+    let body = BoxBody::aligned(DVec3::ZERO, size);
+    let options = GridOptions { step_m: 0.004, shift: DVec3::ZERO, sizes: None };
+    let prepared = SnowBody::uniform(&body, options, &[snow()], Q);
+    let lit = |element: &SurfaceElement| f32x4::splat(element.normal.y.max(0.0));
+    let light: Vec<f32x4> = prepared.surface().iter().map(lit).collect();
+    let fluence = prepared.solve(&[&light], SolveOptions::default());
+    let flux = prepared.element_flux(&fluence, &[&light]);
+    let exitance = vec![flux[0].iter().zip(&light).map(|(flux, light)| *flux + *light).collect::<Vec<_>>()];
+    let smooth = [prepared.smooth(&flux), prepared.smooth(&exitance)];
+    let limited = prepared.smooth_light(&flux, &exitance);
+    // Over the side next to the lit face.
+    let (mut is_below, mut is_same) = (false, false);
+    for k in 0..1600 {
+        let [y, z] = [k % 40, k / 40].map(|number| (f64::from(number) + 0.5) / 40.0 - 0.5);
+        let point = DVec3::new(0.5, y, z) * size;
+        let at = |values| prepared.surface_value(values, point, DVec3::X).unwrap().next().unwrap().to_array();
+        let [[flux, exitance], [flux_limited, exitance_limited]] =
+            [&smooth, &limited].map(|[flux, exitance]| [at(flux), at(exitance)]);
+        for wavelength in 0..4 {
+            assert!(exitance_limited[wavelength] >= 0.0, "{y} {z}: {}", exitance_limited[wavelength]);
+            let [added, to_flux] =
+                [exitance_limited[wavelength] - exitance[wavelength], flux_limited[wavelength] - flux[wavelength]];
+            // Rounding of values of about 1.
+            assert!(added >= -1e-6 && (added - to_flux).abs() < 1e-6, "{y} {z}: {added} {to_flux}");
+            is_below |= exitance[wavelength] < 0.0;
+            is_same |= exitance[wavelength] > 0.01 && added.abs() < 1e-6;
+        }
+    }
+    assert!(is_below && is_same);
+}
+
 /// Shifts of the grid by parts of a cell do not change the light that leaves the dark side of a block by more than 2 %.
 /// Cells of the image at an edge may change by 2 % more for each edge: the coverage of a cell is known to an eighth of
 /// it, 0.5 mm, and the light falls to nearly nothing over their 25 mm.

@@ -183,10 +183,14 @@ impl<'a> PreparedBody<'a> {
             self.body.denoise(&mut sky, SKY_NOISE);
             self.body.smooth(&sky)
         });
+        let flux = self.flux(&solution);
+        let mut exitance = flux.clone();
+        add(&mut exitance, &solution.irradiance);
+        let [flux, exitance] = self.body.smooth_light(&flux, &exitance);
         LitFluence {
             diffuse: (!is_dark).then(|| self.body.smooth(diffuse)),
-            exitance: self.body.smooth(&self.exitance(&solution)),
-            flux: self.body.smooth(&self.flux(&solution)),
+            exitance,
+            flux,
             fluence: solution.fluence,
             sky,
             scale,

@@ -11,7 +11,7 @@ import pytest
 
 matplotlib.use("Agg")
 # The plug-ins are imported with the doctests.
-mitsuba.set_variant("llvm_ad_rgb")
+mitsuba.set_variant(f"{os.environ.get('SNOWBLUE_MITSUBA', 'llvm')}_ad_rgb")
 
 REPOSITORY = Path(__file__).resolve().parents[3]
 

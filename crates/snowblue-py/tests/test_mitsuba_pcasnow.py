@@ -4,8 +4,10 @@ import mitsuba as mi
 import numpy as np
 import pytest
 from test_mitsuba import (
+    BACKEND,
     BOX,
     LUMINANCE,
+    RGB,
     SIZE,
     as_shape,
     assert_agree,
@@ -20,10 +22,11 @@ from test_mitsuba import (
     variant,
 )
 
-import snowblue
+import snowblue.mitsuba
 from snowblue._renderers import _bands, _rgb
 
 __all__ = ["variant"]
+pytestmark = pytest.mark.skipif(BACKEND == "cuda", reason="variants of CUDA do not have PCASnow")
 MODES = ["brightest", "normal", "light", "view"]
 # Lamps by their samples and the first surface only: our own pictures without bounces have no light from snow to snow.
 DIRECT = {"type": "direct", "emitter_samples": 1, "bsdf_samples": 0}
@@ -52,7 +55,7 @@ def assert_same(there, here, **tolerances):
 
 def samples_of(variant):
     # Four wavelengths a sample are noisy.
-    return 32 if variant == "llvm_ad_rgb" else 512
+    return 32 if variant == RGB else 512
 
 
 @pytest.mark.parametrize("mode", MODES)
@@ -67,7 +70,7 @@ def test_a_mesh_with_a_hole_is_that_of_our_own_pictures(variant, lamps, mode, tm
     mesh = torus()
     shapes = as_shape(*mesh, tmp_path)
     # The thin rim lets most light through and needs more samples for the mean to be within a third of the tolerance.
-    samples = 128 if variant == "llvm_ad_rgb" else 512
+    samples = 128 if variant == RGB else 512
     there, here = pictures(shapes, [{"mesh": mesh, "material": "snow"}], lamps, mode, samples, mean=1024)
     assert_same(there, here, allowed=0.05)
 
@@ -170,7 +173,7 @@ def test_scalar_variants_agree_with_compiled_ones():
     try:
         scalar = np.array(mi.render(scene(block(), there, method="pcasnow", max_depth=2), spp=2))
     finally:
-        mi.set_variant("llvm_ad_rgb")
+        mi.set_variant(RGB)
     mask = inside(compiled) & inside(scalar)
     assert mask.sum() > 200
     assert scalar[mask].mean() == pytest.approx(compiled[mask].mean(), rel=0.01)
@@ -245,3 +248,14 @@ def test_bad_scenes_are_named(tmp_path):
     assert_refused("no emitter to light it", block(), {}, method="pcasnow")
     # An error leaves nothing behind.
     assert np.array(mi.render(scene(block(), there, method="pcasnow"), spp=1)).shape == (SIZE, SIZE, 3)
+
+
+def test_variants_of_cuda_refuse_it(monkeypatch):
+    """Without a graphics card such a variant cannot be chosen."""
+    props = mi.Properties()
+    props["method"] = "pcasnow"
+    monkeypatch.setattr(snowblue.mitsuba.mi, "variant", lambda: "cuda_ad_rgb")
+    with pytest.raises(ValueError, match="cuda_ad_rgb has no method pcasnow, .* there are scalar_rgb, llvm_ad_rgb and "):
+        snowblue.mitsuba._method(props)
+    del props["method"]
+    snowblue.mitsuba._method(props)

@@ -187,6 +187,7 @@ def test_the_operator_takes_the_range_of_the_scene(scene):
     assert bpy.ops.snowblue.clear() == {"FINISHED"} and not bpy.data.collections and not bpy.data.node_groups
 
 
+@pytest.mark.skipif(bpy.app.version < (5, 0), reason="the page has the bytes of Blender 5.0")
 def test_a_frame_takes_as_many_bytes_in_a_file_as_the_page_says(scene, repository, tmp_path):
     page = (repository / "docs" / "src" / "blender.md").read_text()
     [in_file] = {int(row.split("|")[3]) for row in page.splitlines() if row.startswith("| snow ")}

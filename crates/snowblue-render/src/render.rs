@@ -37,7 +37,7 @@ use crate::film::noise::{decide, repeat};
 use crate::film::pixel_accumulator::PixelAccumulator;
 use crate::film::sample_block::SampleBlock;
 use crate::film::window::{Window, range_length};
-use crate::integrators::{Integrator, PathSample, Preparation};
+use crate::integrators::{Integrator, Preparation};
 use crate::raster::PixelPosition;
 use snowblue_scene::description::SceneDescription;
 use snowblue_scene::film::Development;
@@ -284,15 +284,18 @@ impl RowRenderer<'_> {
             let pixel = Pixel::new(scene, &pattern, column, row.number);
             for sample in samples {
                 let (ray, mut sampler) = (pixel.camera_ray(sample), pixel.sampler(sample));
-                let sees_snow = if aovs.spectrum {
-                    let PathSample { radiance, sees_snow, snow, .. } = tracer.radiance(&ray, &mut sampler);
-                    accumulator.add_radiance(scene.sensor(), &radiance, snow.as_ref());
-                    sees_snow
+                let (sees_snow, distance_m) = if aovs.spectrum {
+                    let sample = tracer.radiance(&ray, &mut sampler);
+                    accumulator.add_radiance(scene.sensor(), &sample.radiance, sample.snow.as_ref());
+                    (sample.sees_snow, sample.distance_m)
                 } else {
-                    let PathSample { radiance, sees_snow, snow, .. } = tracer.response(scene, &ray, &mut sampler);
-                    accumulator.add_sample(radiance, snow.as_ref());
-                    sees_snow
+                    let sample = tracer.response(scene, &ray, &mut sampler);
+                    accumulator.add_sample(sample.radiance, sample.snow.as_ref());
+                    (sample.sees_snow, sample.distance_m)
                 };
+                if distance_m.is_some() {
+                    accumulator.add_surface();
+                }
                 accumulator.add_aov(Aov::Snow, [if sees_snow { 1.0 } else { 0.0 }, 0.0, 0.0]);
                 if let Some(first_hits) = &mut first_hits {
                     first_hits.add(&ray, &mut accumulator, aovs);

@@ -20,7 +20,7 @@ macro_rules! embedded {
 }
 
 /// All of them, by name.
-pub(crate) const SCENES: [EmbeddedScene; 20] = [
+pub(crate) const SCENES: [EmbeddedScene; 21] = [
     embedded!("block_30cm"),
     embedded!("clump"),
     embedded!("cornice"),
@@ -36,6 +36,7 @@ pub(crate) const SCENES: [EmbeddedScene; 20] = [
     embedded!("igloo_clear"),
     embedded!("igloo_overcast"),
     embedded!("lantern"),
+    embedded!("probe_hole"),
     embedded!("quinzhee"),
     embedded!("snow_cave"),
     embedded!("truth_ball"),

@@ -32,7 +32,8 @@ Importing this module registers three plug-ins. Mitsuba 3.10 and later find them
     d is the length of the path in the snow, E the irradiance of a lamp where it leaves the snow, and theta the angle of
     incidence there. The surface reflects R(d, theta) E / pi. `path_mode` is `brightest` (the default), `normal`,
     `light` or `view`, and `database` the file of a compressed table of curves instead of the embedded one. The curves
-    of snow that the table does not hold are solved for, in about a second. It is lit by all emitters.
+    of snow that the table does not hold are solved for, in about a second. It is lit by all emitters. Variants of CUDA
+    do not have it.
 
 Snow must be a closed mesh: a shape, or arrays by :func:`snow_mesh`.
 
@@ -64,8 +65,9 @@ from snowblue._scene import _baked, _json, _ply, _check_mesh
 
 COMPONENTS = 6
 SAMPLING_WEIGHT = 1e-6
-VARIANTS = ("scalar_rgb", "llvm_ad_rgb", "llvm_ad_spectral")
-"""The variants that have snow."""
+HOST_VARIANTS = ("scalar_rgb", "llvm_ad_rgb", "llvm_ad_spectral")
+VARIANTS = (*HOST_VARIANTS, "cuda_ad_rgb", "cuda_ad_spectral")
+"""The variants that have snow. Those of the host have both methods, those of CUDA the light field."""
 PLUGINS = ("snow_surface", "snow_light", "snow")
 METHOD_PARAMETERS = {
     "light_field": ("step_mm", "field_step_mm", "gather_depth"),
@@ -388,6 +390,11 @@ def _method(props: mi.Properties) -> _Field | PCASnow:
         for name in names:
             if name in props and other != method:
                 raise ValueError(f"{name} belongs to the method {other}, but the method is {method}")
+    if method == "pcasnow" and mi.variant().startswith("cuda"):
+        # A kernel of OptiX traces rays in one scene.
+        raise ValueError(
+            f"the variant {mi.variant()} has no method pcasnow, which traces rays in scenes of single bodies; there are "
+            f"{', '.join(HOST_VARIANTS[:-1])} and {HOST_VARIANTS[-1]}")
     lengths = {"unit_m": 1.0, "step_mm": None, "field_step_mm": None}
     for name in lengths:
         if name in props:

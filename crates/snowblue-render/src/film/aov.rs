@@ -130,6 +130,8 @@ pub(crate) struct ResidualLayout {
     pub(crate) residual_square: usize,
     /// Square of Y of the radiance without the residual.
     pub(crate) rest_square: usize,
+    /// Number of samples that meet a surface.
+    pub(crate) surfaces: usize,
     /// Number of samples that hit snow. The sums that follow are over them.
     pub(crate) count: usize,
     /// Y of the reading.
@@ -145,8 +147,9 @@ impl ResidualLayout {
     fn names(self) -> impl Iterator<Item = String> {
         let residual = ["X", "Y", "Z"].map(String::from).into_iter();
         let wavelengths = (0..self.values - 3).map(|number| format!("S{number:02}"));
-        let others = ["Y_squared", "rest_Y_squared", "samples", "reading_Y", "normal_X", "normal_Y", "normal_Z"];
-        let others = others.into_iter().chain(["distance"]).map(String::from);
+        let others =
+            ["Y_squared", "rest_Y_squared", "surface_samples", "samples", "reading_Y"].map(String::from).into_iter();
+        let others = others.chain(["normal_X", "normal_Y", "normal_Z", "distance"].map(String::from));
         residual.chain(wavelengths).chain(others).map(|name| format!("residual_{name}"))
     }
 
@@ -230,10 +233,11 @@ impl Aovs {
             values,
             residual_square: after,
             rest_square: after + 1,
-            count: after + 2,
-            reading: after + 3,
-            normal: after + 4,
-            distance: after + 7,
+            surfaces: after + 2,
+            count: after + 3,
+            reading: after + 4,
+            normal: after + 5,
+            distance: after + 8,
         })
     }
 
@@ -262,6 +266,7 @@ mod tests {
                 ("X", (|layout| layout.residual) as fn(ResidualLayout) -> usize),
                 ("Y_squared", |layout| layout.residual_square),
                 ("rest_Y_squared", |layout| layout.rest_square),
+                ("surface_samples", |layout| layout.surfaces),
                 ("samples", |layout| layout.count),
                 ("reading_Y", |layout| layout.reading),
                 ("normal_X", |layout| layout.normal),

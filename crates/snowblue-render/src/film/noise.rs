@@ -32,16 +32,33 @@ pub(crate) fn decide(film: &mut FilmAccumulator, block: &SampleBlock, samples: u
     film.decision = Decision { samples, done };
 }
 
-/// Whether the relative noise of each pixel of the window is not above `target`. A black pixel is never done: rare
-/// paths may still find light.
+/// Whether the relative noise of each pixel of the window is not above `target`. A black pixel is done if it shows no
+/// surface, nor do its neighbours; otherwise rare paths may still find light.
 fn done_pixels(film: &FilmAccumulator, target: f64) -> Vec<bool> {
-    let noise: Vec<f32> = match Filtered::new(film) {
-        Some(filtered) => filtered.into_noise(),
-        None => film.all_pixels().par_iter().map(own_noise).collect(),
-    };
     // False for the noise of a black pixel, which is not a number.
     let is_low = |noise: f32| f64::from(noise) <= target;
-    noise.into_iter().map(is_low).collect()
+    match Filtered::new(film) {
+        Some(filtered) => {
+            let noise = filtered.into_noise().into_iter().zip(surfaces_near(film));
+            noise.map(|(noise, is_near_surface)| is_low(noise) || noise.is_nan() && !is_near_surface).collect()
+        }
+        None => film.all_pixels().par_iter().map(|pixel| is_low(own_noise(pixel))).collect(),
+    }
+}
+
+/// Whether each pixel of the window or one of the eight around it shows a surface.
+fn surfaces_near(film: &FilmAccumulator) -> Vec<bool> {
+    let width = film.window().size().width as usize;
+    let layout = film.aovs().residual_layout();
+    let shows_surface = |pixel: &PixelSums| layout.is_some_and(|layout| pixel.at(layout.surfaces) > 0);
+    let shows_surface: Vec<bool> = film.all_pixels().iter().map(shows_surface).collect();
+    let or_neighbours = |values: &[bool], step: usize| -> Vec<bool> {
+        let at = |index: Option<usize>| index.and_then(|index| values.get(index)).is_some_and(|value| *value);
+        let near = |index: usize| values[index] || at(index.checked_sub(step)) || at(index.checked_add(step));
+        (0..values.len()).map(near).collect()
+    };
+    // The last pixel of a row and the first of the next count as neighbours, which does no harm.
+    or_neighbours(&or_neighbours(&shows_surface, 1), width)
 }
 
 /// The standard error of red, green and blue, weighted as in the luminance, relative to the luminance.
@@ -165,16 +182,25 @@ mod tests {
     }
 
     #[test]
-    fn black_pixels_are_not_done() {
-        let black = Aovs { variance: true, ..Aovs::default() };
-        let mut film = FilmAccumulator::new(
-            ImageSize { width: 1, height: 1 },
-            &(SampleBlock { columns: 0..1, rows: 0..1, samples: 0..32 }).window(),
-            black,
-            &[0.0; 31],
-        );
-        film.par_rows_mut(&SampleBlock { columns: 0..1, rows: 0..1, samples: 0..32 })
-            .for_each(|row| row.counts[0] = 32);
-        assert_eq!(done_pixels(&film, 0.01), [false]);
+    fn black_pixels_are_done_only_away_from_surfaces() {
+        let block = SampleBlock { columns: 0..5, rows: 0..4, samples: 0..32 };
+        let is_done = |residual: bool| {
+            let aovs = Aovs { variance: true, residual, ..Aovs::default() };
+            let mut film = FilmAccumulator::new(ImageSize { width: 5, height: 4 }, &block.window(), aovs, &[0.0; 31]);
+            film.par_rows_mut(&block).for_each(|row| {
+                let mut pixel = PixelAccumulator::new(aovs);
+                for (column, sums) in row.sums.chunks_exact_mut(aovs.sum_count()).enumerate() {
+                    if (column, row.number) == (1, 1) {
+                        pixel.add_surface();
+                    }
+                    pixel.flush(sums);
+                }
+                row.counts.fill(32);
+            });
+            done_pixels(&film, 0.01)
+        };
+        let near = |pixel: usize| pixel % 5 < 3 && pixel / 5 < 3;
+        assert!(is_done(true).iter().enumerate().all(|(pixel, done)| *done != near(pixel)));
+        assert!(!is_done(false).contains(&true), "surfaces are not counted");
     }
 }

@@ -83,7 +83,8 @@ struct ResidualSums {
     values: Vec<SplitSum>,
     square: i128,
     rest_square: i128,
-    /// Number of samples that hit snow, in units of 2⁻⁶⁴.
+    /// Numbers of samples that meet a surface, and that hit snow, in units of 2⁻⁶⁴.
+    surfaces: i128,
     count: i128,
     reading: SplitSum,
     normal: [SplitSum; 3],
@@ -158,6 +159,12 @@ impl PixelAccumulator {
         true
     }
 
+    /// Counts a sample that meets a surface.
+    #[inline]
+    pub(crate) fn add_surface(&mut self) {
+        self.residual.surfaces += 1i128 << 64;
+    }
+
     /// Adds an AOV of a sample if the layout has it and all values are usable.
     pub(crate) fn add_aov(&mut self, aov: Aov, values: [f32; 3]) {
         if self.aovs.contains(aov) && values.iter().all(|value| value.abs() < MAX_MAGNITUDE) {
@@ -223,6 +230,7 @@ impl ResidualSums {
         {
             sums[offset] = sums[offset].saturating_add(std::mem::take(square));
         }
+        sums[layout.surfaces] += std::mem::take(&mut self.surfaces);
         sums[layout.count] += std::mem::take(&mut self.count);
         self.reading.flush(&mut sums[layout.reading]);
         self.normal.iter_mut().zip(&mut sums[layout.normal..]).for_each(|(split, sum)| split.flush(sum));

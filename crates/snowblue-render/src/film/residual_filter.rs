@@ -333,24 +333,27 @@ impl Filter {
                 continue;
             }
             let share = ((likely - reading) / own[1]).clamp(0.0, 1.0);
-            let excess: Vec<f32> = own.iter().map(|value| (1.0 - share) * value).collect();
+            let excess = (1.0 - share) * own[1];
             // Pixels take what is spread in proportion to their own standard errors, so that even snow stays as it is.
             let room = |residual: &[f32], other: usize| {
                 let light = light_of(residual, other).max(0.0);
-                filtered[other].variance.sqrt().max(TARGET * light).min(light)
+                MOST_SPREAD * filtered[other].variance.sqrt().max(TARGET * light).min(light)
             };
             let spread = |residual: &[f32], distance: usize| -> f32 {
                 self.snow_around(pixel, distance).map(|other| room(residual, other)).sum()
             };
-            let suffices = |distance: &usize| excess[1].abs() <= MOST_SPREAD * spread(residual, *distance);
+            let suffices = |distance: &usize| excess.abs() <= spread(residual, *distance);
             let distance = (1..MOST_SPREAD_PIXELS).find(suffices).unwrap_or(MOST_SPREAD_PIXELS);
             let total = spread(residual, distance);
             if total > 0.0 {
-                residual[pixel * values..][..values].iter_mut().for_each(|value| *value *= share);
+                // What the pixels around have no room for stays.
+                let moved = (excess.abs().min(total) / own[1].abs()).min(1.0);
+                let given: Vec<f32> = own.iter().map(|value| moved * value).collect();
+                residual[pixel * values..][..values].iter_mut().zip(&given).for_each(|(value, given)| *value -= given);
                 for other in self.snow_around(pixel, distance) {
                     let fraction = room(residual, other) / total;
                     let values = &mut residual[other * values..][..values];
-                    values.iter_mut().zip(&excess).for_each(|(value, excess)| *value += fraction * excess);
+                    values.iter_mut().zip(&given).for_each(|(value, given)| *value += fraction * given);
                 }
             }
         }
@@ -489,6 +492,20 @@ mod tests {
         let [before, after] = [&raw, &filtered].map(|picture| picture.iter().sum::<f64>());
         // Rounding in single precision.
         assert!((after / before - 1.0).abs() < 1e-5, "{after} {before}");
+    }
+
+    /// The pixels around have no room for all that an outlier has: none gives more than half of its light.
+    #[test]
+    fn large_outliers_make_no_other_pixel_dark() {
+        let film = film(4, |column, number| if column < 4 && number < 0.01 { -2000.0 } else { 0.0 });
+        let raw: Vec<f64> = film.all_pixels().iter().map(|pixel| pixel.mean_xyz().y).collect();
+        let filtered: Vec<f64> = film.film().pixels().iter().map(|pixel| pixel.y).collect();
+        let outliers = raw.iter().filter(|light| **light < 0.0).count();
+        assert!(outliers > 0);
+        let [before, after] = [&raw, &filtered].map(|picture| picture.iter().sum::<f64>());
+        assert!((after / before - 1.0).abs() < 1e-5, "{after} {before}");
+        let dark = filtered.iter().zip(&raw).filter(|(after, before)| **after < 0.0 && **before > 0.0).count();
+        assert_eq!(dark, 0);
     }
 
     #[test]
