@@ -420,8 +420,8 @@ def test_errors_say_what_to_do(scene):
     bpy.data.objects.remove(thing)
     thing = block()
     light.data.type = "AREA"
-    light.data.spread = 1.0
-    assert "spread" in error_of()
+    light.data.spread = 0.0
+    assert "a spread of 0°, but must have 1–180°" in error_of()
     with pytest.raises(ValueError, match="is not snow"):
         snowblue.blender.bake(objects=[light])
 

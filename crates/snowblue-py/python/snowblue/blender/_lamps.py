@@ -9,12 +9,16 @@ from __future__ import annotations
 
 import math
 import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
 from typing import Any
 
 import bpy
 import numpy as np
 from mathutils import Matrix, Vector
+from mathutils.bvhtree import BVHTree
 
 from snowblue._renderers import BAND_WIDTH_NM
 
@@ -29,6 +33,30 @@ CYCLES_POINT_AREA = 4.0
 """The area that Cycles gives to a point without a radius if `Normalize` is off."""
 FALLOFF_ERROR = 0.01
 """Greatest error of the irradiance by a soft falloff that needs no warning."""
+FULL_SPREAD = 1e-4
+"""A spread within so much of 180° is none."""
+LEAST_SPREAD = math.radians(1)
+SPREAD_SLICES = 16
+"""Cones of each of the spots that stand for an area lamp with a spread."""
+MOST_SPOTS = 8
+"""Along each side of an area lamp with a spread."""
+
+
+class SnowSurface:
+    """The surface of the snow of a scene."""
+
+    def __init__(self, meshes: list[tuple[np.ndarray, np.ndarray]]) -> None:
+        """Of vertices in m, (n, 3), and triangles (m, 3)."""
+        self._meshes = meshes
+
+    @cached_property
+    def _trees(self) -> list[BVHTree]:
+        meshes = self._meshes
+        return [BVHTree.FromPolygons(*(one.tolist() for one in mesh), all_triangles=True) for mesh in meshes]
+
+    def distance_m(self, place: Sequence[float]) -> float:
+        """From a place to the nearest point of the snow."""
+        return min(tree.find_nearest(place)[3] for tree in self._trees)
 
 
 @dataclass(frozen=True)
@@ -36,20 +64,26 @@ class Lamp:
     """A lamp that is solved for alone."""
 
     name: str
-    object: bpy.types.Object
-    description: dict[str, Any]
-    """A light of a scene: white, and as strong as a Blender lamp with the energy 1."""
+    uid: int
+    """Of its object: the `session_uid`."""
+    lights: list[dict[str, Any]]
+    """Lights of a scene that together are white, and as strong as a Blender lamp with the energy 1."""
 
 
-def lamp_of(thing: bpy.types.Object, to_world: Matrix, unit_m: float, snow_m: np.ndarray) -> Lamp | None:
+def lamp_of(thing: bpy.types.Object, to_world: Matrix, unit_m: float, snow: SnowSurface) -> Lamp | None:
     """The lamp of an object; none for what is no lamp.
 
-    `unit_m` is the length of a unit of the scene, `snow_m` are points of the snow.
+    `unit_m` is the length of a unit of the scene.
     """
     light = thing.data
     if light.type == "AREA" and light.cycles.is_portal:
         return None
     _check(thing)
+    return Lamp(thing.name, thing.session_uid, _lights(thing, to_world, unit_m, snow))
+
+
+def _lights(thing: bpy.types.Object, to_world: Matrix, unit_m: float, snow: SnowSurface) -> list[dict[str, Any]]:
+    light = thing.data
     is_normalized = _is_normalized(light)
     position = to_world.translation * unit_m
     axis = (to_world.to_3x3() @ Vector((0, 0, -1))).normalized()
@@ -58,14 +92,15 @@ def lamp_of(thing: bpy.types.Object, to_world: Matrix, unit_m: float, snow_m: np
         area = 1.0 if is_normalized or light.angle == 0 else math.pi * math.sin(light.angle / 2) ** 2
         description = {"type": "directional", "direction": list(axis), "spectrum": WHITE_FILE}
         description["irradiance_w_m2"] = BAND_WIDTH_NM * area
-        return Lamp(thing.name, thing, description)
+        return [description]
     if light.type == "AREA":
-        return Lamp(thing.name, thing, at | _rectangle(thing, to_world, position, axis, unit_m))
+        rectangle = at | _rectangle(thing, to_world, position, axis, unit_m)
+        return [rectangle] if light.spread > math.pi - FULL_SPREAD else _spread(thing, rectangle, snow)
     radius = light.shadow_soft_size
     area = 1.0 if is_normalized else 4 * math.pi * radius**2 if radius > 0 else CYCLES_POINT_AREA
     intensity = BAND_WIDTH_NM * area / (4 * math.pi) * unit_m**2
     if light.use_soft_falloff and radius > 0:
-        _check_falloff(thing, np.array(position), radius * unit_m, snow_m)
+        _check_falloff(thing, radius * unit_m, snow.distance_m(position))
     if light.type == "SPOT":
         description = at | {"type": "spot", "look_at": list(position + axis), "radiant_intensity_w_sr": intensity}
         description |= _cone(light.spot_size, light.spot_blend)
@@ -74,7 +109,7 @@ def lamp_of(thing: bpy.types.Object, to_world: Matrix, unit_m: float, snow_m: np
         description = at | {"type": "sphere", "radius": radius * unit_m, "radiance_w_m2_sr": radiance}
     else:
         description = at | {"type": "point", "radiant_intensity_w_sr": intensity}
-    return Lamp(thing.name, thing, description)
+    return [description]
 
 
 def _is_normalized(light: bpy.types.Light) -> bool:
@@ -114,15 +149,69 @@ def _rectangle(
     }
 
 
+def _spread(thing: bpy.types.Object, rectangle: dict[str, Any], snow: SnowSurface) -> list[dict[str, Any]]:
+    """Spots that shine together like an area lamp with a spread.
+
+    Cycles gives each point of the lamp the radiance L tan h/(tan h - h) (1 - tan(theta)/tan h) up to half the spread h,
+    and so the intensity in proportion to sin(h - theta)/sin h.
+    """
+    half = thing.data.spread / 2
+    size, position = np.array(rectangle["size"]), np.array(rectangle["position"])
+    axis, up = np.array(rectangle["look_at"]) - position, np.array(rectangle["up"])
+    sides = np.stack([np.cross(axis, up), up])
+    corners = [position + (np.array(corner) * size / 2) @ sides for corner in product((-1, 0, 1), repeat=2)]
+    distance = min(snow.distance_m(corner.tolist()) for corner in corners)
+    # A quarter of the radius of a cone on the snow.
+    spacing = max(0.25 * distance * min(1.0, math.tan(half)), 1e-9)
+    wanted = np.ceil(size / spacing)
+    if wanted.max() > MOST_SPOTS:
+        warnings.warn(
+            f"lamp '{thing.name}' is close to the snow or has a small spread: snow sees {MOST_SPOTS} spots along a "
+            "side",
+            stacklevel=2,
+        )
+    columns, rows = np.clip(wanted, 1, MOST_SPOTS).astype(int)
+    peak = rectangle["radiance_w_m2_sr"] * size.prod() / (1 - half / math.tan(half)) / (columns * rows * SPREAD_SLICES)
+    spots = []
+    for column, row in product(range(columns), range(rows)):
+        center = position + (np.array([(column + 0.5) / columns - 0.5, (row + 0.5) / rows - 0.5]) * size) @ sides
+        at = {"type": "spot", "position": center.tolist(), "look_at": (center + axis).tolist()}
+        at |= {"spectrum": rectangle["spectrum"], "radiant_intensity_w_sr": peak}
+        spots += [at | cone for cone in _slices(half)]
+    return spots
+
+
+def _slices(half: float) -> list[dict[str, float]]:
+    """Cones of spots whose mean has the profile sin(h - theta)/sin h, to 1/4 of a slice of it.
+
+    Each has the power of its slice.
+    """
+    theta = np.linspace(0.0, half, 2001)
+    profile = SPREAD_SLICES * np.sin(half - theta) / math.sin(half)
+    cones = []
+    for number in range(SPREAD_SLICES):
+        values = np.clip(profile - number, 0.0, 1.0) * np.sin(theta)
+        power = float(((values[1:] + values[:-1]) / 2 * np.diff(theta)).sum())
+        outer = math.cos(half - math.asin(number / SPREAD_SLICES * math.sin(half)))
+        # The mean of the falloff over its part of the cone is 1/3.
+        inner = min((3 * (1 - power) - outer) / 2, 1.0)
+        inner_deg, outer_deg = (math.degrees(math.acos(cosine)) for cosine in (inner, outer))
+        cones.append({"inner_cone_deg": inner_deg, "outer_cone_deg": outer_deg})
+    return cones
+
+
 def _check(thing: bpy.types.Object) -> None:
     """Refuses lamps whose light snow cannot take, and warns of what it does not see."""
     light, name = thing.data, thing.name
     if light.use_nodes and emission_of(light) is None:
         raise ValueError(f"lamp '{name}' has nodes other than a plain Emission: switch 'Use Nodes' off")
-    if light.type == "AREA" and light.spread < math.pi - 1e-4:
-        raise ValueError(f"lamp '{name}' has a spread of {math.degrees(light.spread):.0f}°, but must have 180°")
+    if light.type == "AREA" and light.spread < LEAST_SPREAD:
+        raise ValueError(
+            f"lamp '{name}' has a spread of {math.degrees(light.spread):.2g}°, but must have "
+            f"{math.degrees(LEAST_SPREAD):.0f}–180°"
+        )
     if light.type == "SPOT" and light.use_square:
-        raise ValueError(f"lamp '{name}' is a square spot, but must be a round one")
+        warnings.warn(f"lamp '{name}' is a square spot: snow sees a round one, as Cycles does", stacklevel=2)
     if light.type == "SPOT" and light.spot_size >= math.pi:
         raise ValueError(f"lamp '{name}' has a cone of {math.degrees(light.spot_size):.0f}°, but must be below 180°")
     if not light.use_shadow:
@@ -132,8 +221,7 @@ def _check(thing: bpy.types.Object) -> None:
         warnings.warn(f"lamp '{name}' has light linking, which the light in the snow does not", stacklevel=2)
 
 
-def _check_falloff(thing: bpy.types.Object, position_m: np.ndarray, radius_m: float, snow_m: np.ndarray) -> None:
-    nearest_m = float(np.linalg.norm(snow_m - position_m, axis=1).min())
+def _check_falloff(thing: bpy.types.Object, radius_m: float, nearest_m: float) -> None:
     error = radius_m**2 / (radius_m**2 + nearest_m**2)
     if error > FALLOFF_ERROR:
         warnings.warn(
@@ -152,16 +240,16 @@ def emission_of(light: bpy.types.Light) -> bpy.types.Node | None:
     return node if is_plain else None
 
 
-def drive_strength(socket: bpy.types.NodeSocket, lamp: Lamp) -> None:
+def drive_strength(socket: bpy.types.NodeSocket, lamp: bpy.types.Object) -> None:
     """Makes a socket of three numbers the strength of a lamp: its colour times its energy, and 0 if it is hidden."""
-    light = lamp.object.data
+    light = lamp.data
     for channel, curve in enumerate(socket.driver_add("default_value")):
         driver = curve.driver
         driver.type = "SCRIPTED"
         terms = ["energy", "color", "(1 - hidden)"]
         _variable(driver, "energy", "LIGHT", light, "energy")
         _variable(driver, "color", "LIGHT", light, f"color[{channel}]")
-        _variable(driver, "hidden", "OBJECT", lamp.object, "hide_render")
+        _variable(driver, "hidden", "OBJECT", lamp, "hide_render")
         if "exposure" in light.bl_rna.properties:
             terms.append("pow(2, exposure)")
             _variable(driver, "exposure", "LIGHT", light, "exposure")

@@ -12,18 +12,18 @@ from collections.abc import Sequence
 
 import bpy
 
-from snowblue.blender._lamps import Lamp, drive_strength
+from snowblue.blender._lamps import drive_strength
 
-SKY = "snow_sky"
+SKY, LAMP = "snow_sky", "snow_lamp_"
 COLUMN = 220
 
 
 def attribute_of(number: int) -> str:
     """The name of the attribute of a lamp."""
-    return f"snow_lamp_{number}"
+    return f"{LAMP}{number}"
 
 
-class _Tree:
+class Tree:
     """Nodes in columns from left to right."""
 
     def __init__(self, tree: bpy.types.NodeTree) -> None:
@@ -54,13 +54,13 @@ class _Tree:
 
 
 def fill_material(
-    material: bpy.types.Material, lamps: Sequence[Lamp], has_sky: bool, escape: Sequence[float]
+    material: bpy.types.Material, lamps: Sequence[bpy.types.Object], has_sky: bool, escape: Sequence[float]
 ) -> None:
     """Makes the nodes of snow, whose K has these coefficients by ascending powers."""
     if not material.node_tree:
         material.use_nodes = True
     material.node_tree.nodes.clear()
-    tree = _Tree(material.node_tree)
+    tree = Tree(material.node_tree)
     flux = _flux(tree, lamps, has_sky)
     geometry = tree.add("ShaderNodeNewGeometry", 0, -2)
     dot = tree.add("ShaderNodeVectorMath", 1, -2, operation="DOT_PRODUCT")
@@ -98,7 +98,7 @@ def fill_material(
     material.cycles.emission_sampling = "FRONT"
 
 
-def _flux(tree: _Tree, lamps: Sequence[Lamp], has_sky: bool) -> bpy.types.NodeSocket:
+def _flux(tree: Tree, lamps: Sequence[bpy.types.Object], has_sky: bool) -> bpy.types.NodeSocket:
     """J, the sum over the lamps and the sky."""
     parts = []
     for row, lamp in enumerate(lamps):

@@ -33,9 +33,14 @@ def world_mesh(
         mesh.loop_triangles.foreach_get("material_index", materials)
     finally:
         evaluated.to_mesh_clear()
+    in_world = placed(vertices.reshape(-1, 3).astype(float), to_world, unit_m)
+    return in_world, triangles.reshape(-1, 3).astype(np.int64), materials.astype(np.int64)
+
+
+def placed(vertices: np.ndarray, to_world: Matrix, unit_m: float) -> np.ndarray:
+    """Vertices (n, 3) of an object in the world, in m."""
     matrix = np.array(to_world)
-    placed = vertices.reshape(-1, 3).astype(float) @ matrix[:3, :3].T + matrix[:3, 3]
-    return placed * unit_m, triangles.reshape(-1, 3).astype(np.int64), materials.astype(np.int64)
+    return (vertices @ matrix[:3, :3].T + matrix[:3, 3]) * unit_m
 
 
 def diffuse_of(thing: bpy.types.Object, slot: int) -> dict[str, Any]:

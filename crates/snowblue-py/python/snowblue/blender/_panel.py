@@ -7,9 +7,16 @@ from collections.abc import Callable
 
 import bpy
 
-from snowblue.blender._bake import bake, clear
+from snowblue.blender._bake import BakeJob, Stopped, clear
 from snowblue.blender._closing import REMESH, fill_holes, local_mesh, open_edges, remesh
 from snowblue.blender._settings import SnowSettings, baked_of, is_snow, source_of
+from snowblue.blender._solve import Options
+
+
+INTERVAL_S = 0.1
+"""Time between two looks at a bake."""
+_running: BakeJob | None = None
+"""The bake that runs beside Blender: at most one."""
 
 
 class SnowBakeSettings(bpy.types.PropertyGroup):
@@ -23,6 +30,9 @@ class SnowBakeSettings(bpy.types.PropertyGroup):
     )
     max_bounces: bpy.props.IntProperty(
         name="Bounces", description="Surfaces over which light is followed into the snow", min=0, max=64, default=8
+    )
+    use_frames: bpy.props.BoolProperty(
+        name="Frame Range", description="Bake each frame of the range of the scene, by its step"
     )
 
 
@@ -38,12 +48,16 @@ def _reporting(operator: bpy.types.Operator, work: Callable[[], str]) -> set[str
         warnings.simplefilter("always", UserWarning)
         try:
             done = work()
+        except Stopped:
+            operator.report({"INFO"}, "the bake was stopped, and nothing was changed")
+            return {"CANCELLED"}
         except (ValueError, RuntimeError) as error:
             operator.report({"ERROR"}, str(error))
             return {"CANCELLED"}
     for text in dict.fromkeys(str(one.message) for one in caught if one.category is UserWarning):
         operator.report({"WARNING"}, text)
-    operator.report({"INFO"}, done)
+    if done:
+        operator.report({"INFO"}, done)
     return {"FINISHED"}
 
 
@@ -132,29 +146,159 @@ class SnowBake(bpy.types.Operator):
     bl_label = "Bake"
     bl_options = {"REGISTER", "UNDO"}
 
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return _running is None
+
     def execute(self, context: bpy.types.Context) -> set[str]:
-        settings, manager = context.scene.snowblue_bake, context.window_manager
+        """Bakes at once, as scripts expect."""
+        manager = context.window_manager
 
         def work() -> str:
-            baked = bake(
-                context.scene,
-                _chosen(context) or None,
-                step_mm=settings.step_mm or None,
-                field_step_mm=settings.field_step_mm or None,
-                max_bounces=settings.max_bounces,
-                progress=lambda done, total: manager.progress_update(done / total),
-            )
-            for one in baked:
-                one.select_set(True)
-            context.view_layer.objects.active = baked[0]
-            points = sum(len(one.data.vertices) for one in baked)
-            return f"baked {len(baked)} objects of snow with {points:,} points"
+            job = _job(context)
+            while not job.is_collected:
+                job.collect()
+            job.solve(lambda done, total, _: manager.progress_update(done / total))
+            return _finished(context, job)
 
         manager.progress_begin(0, 1)
         try:
             return _reporting(self, work)
         finally:
             manager.progress_end()
+
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        """Bakes beside Blender, which goes on."""
+        global _running
+        if bpy.app.background:
+            return self.execute(context)
+        self.job: BakeJob | None = None
+        outcome = _reporting(self, lambda: self._begin(context))
+        if self.job is None:
+            return outcome
+        _running = self.job
+        self.timer = context.window_manager.event_timer_add(INTERVAL_S, window=context.window)
+        context.window_manager.modal_handler_add(self)
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        job = self.job
+        if event.type == "ESC" and event.value == "PRESS":
+            job.stop()
+            return {"RUNNING_MODAL"}
+        # The scene must not change while its frames are read.
+        others = {"PASS_THROUGH"} if job.is_collected else {"RUNNING_MODAL"}
+        if event.type != "TIMER":
+            return others
+        try:
+            outcome = _reporting(self, lambda: self._step(context))
+        except BaseException:
+            # Another bake must be possible.
+            self.cancel(context)
+            raise
+        if outcome == {"FINISHED"} and not self.is_finished:
+            # What is drawn all the time takes no clicks.
+            if job.progress != self.shown:
+                self.shown = job.progress
+                context.workspace.status_text_set(_draw_status)
+                _redraw(context)
+            return others
+        self._end(context)
+        return outcome
+
+    def cancel(self, context: bpy.types.Context) -> None:
+        """Ends the bake: Blender closes, or opens another file."""
+        self.job.stop(waits=True)
+        self._end(context)
+
+    def _begin(self, context: bpy.types.Context) -> str:
+        job = _job(context)
+        self.is_finished, self.shown = False, None
+        self._collect(job)
+        self.job = job
+        return ""
+
+    def _step(self, context: bpy.types.Context) -> str:
+        """Reads a frame, looks at the solution, or makes the baked objects of it."""
+        job = self.job
+        if not job.is_collected and not job.is_stopping:
+            self._collect(job)
+        elif job.is_done and not bpy.app.is_job_running("RENDER"):
+            self.is_finished = True
+            return _finished(context, job)
+        return ""
+
+    @staticmethod
+    def _collect(job: BakeJob) -> None:
+        job.collect()
+        if job.is_collected:
+            job.start()
+
+    def _end(self, context: bpy.types.Context) -> None:
+        global _running
+        _running = None
+        context.window_manager.event_timer_remove(self.timer)
+        context.workspace.status_text_set(None)
+        _redraw(context)
+
+
+def _job(context: bpy.types.Context) -> BakeJob:
+    """The bake that the panel asks for."""
+    scene = context.scene
+    settings = scene.snowblue_bake
+    options = Options(settings.step_mm or None, settings.field_step_mm or None, settings.max_bounces)
+    frames = range(scene.frame_start, scene.frame_end + 1, scene.frame_step) if settings.use_frames else None
+    return BakeJob(scene, _chosen(context) or None, options, frames)
+
+
+def _finished(context: bpy.types.Context, job: BakeJob) -> str:
+    """Makes the baked objects and says how many. They are selected where the originals were, which are hidden now."""
+    selected, active = context.selected_objects, context.view_layer.objects.active
+    baked = job.finish()
+    for one in baked:
+        if one.snowblue.source in selected:
+            one.select_set(True)
+        if one.snowblue.source == active and context.mode == "OBJECT":
+            context.view_layer.objects.active = one
+    points = sum(len(one.data.vertices) for one in baked)
+    objects = "1 object" if len(baked) == 1 else f"{len(baked)} objects"
+    frames = f" at {job.frame_count} frames" if job.frame_count > 1 else ""
+    return f"baked {objects} of snow with {points:,} points{frames}"
+
+
+def _draw_status(header: bpy.types.Header, context: bpy.types.Context) -> None:
+    """The status bar while snow is baked."""
+    if _running is not None:
+        part, label = _running.progress
+        header.layout.label(text=f"Snow: {label}")
+        header.layout.progress(factor=part, text=f"{part:.0%}")
+        header.layout.label(text="Stop the bake", icon="EVENT_ESC")
+    header.layout.separator_spacer()
+    header.layout.template_reports_banner()
+
+
+def _redraw(context: bpy.types.Context) -> None:
+    """Draws the panel anew."""
+    for window in context.window_manager.windows:
+        for area in window.screen.areas:
+            for region in area.regions if area.type == "VIEW_3D" else ():
+                if region.type == "UI":
+                    region.tag_redraw()
+
+
+class SnowStop(bpy.types.Operator):
+    """Stop the bake. Nothing is changed"""
+
+    bl_idname = "snowblue.stop"
+    bl_label = "Stop"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return _running is not None
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        _running.stop()
+        return {"FINISHED"}
 
 
 class SnowClear(bpy.types.Operator):
@@ -194,8 +338,13 @@ class SnowPanel(bpy.types.Panel):
         row.operator(SnowMake.bl_idname)
         row.operator(SnowUnmake.bl_idname)
         settings = context.scene.snowblue_bake
-        for name in ("step_mm", "field_step_mm", "max_bounces"):
+        for name in ("step_mm", "field_step_mm", "max_bounces", "use_frames"):
             layout.prop(settings, name)
+        if _running is not None:
+            part, label = _running.progress
+            layout.progress(factor=part, text=label)
+            layout.operator(SnowStop.bl_idname, icon="CANCEL")
+            return
         row = layout.row()
         row.scale_y = 1.5
         is_baked = source is not None and is_snow(source) and baked_of(source) is not None
@@ -203,7 +352,7 @@ class SnowPanel(bpy.types.Panel):
         row.operator(SnowClear.bl_idname)
 
 
-CLASSES = (SnowSettings, SnowBakeSettings, SnowMake, SnowUnmake, SnowBake, SnowClear, SnowPanel)
+CLASSES = (SnowSettings, SnowBakeSettings, SnowMake, SnowUnmake, SnowBake, SnowStop, SnowClear, SnowPanel)
 
 
 def register() -> None:
@@ -216,6 +365,11 @@ def register() -> None:
 
 def unregister() -> None:
     """Takes away what :func:`register` added. Settings stay in the files that have them."""
+    global _running
+    if _running is not None:
+        _running.stop(waits=True)
+        _running = None
+        bpy.context.workspace.status_text_set(None)
     del bpy.types.Scene.snowblue_bake
     del bpy.types.Object.snowblue
     for one in reversed(CLASSES):

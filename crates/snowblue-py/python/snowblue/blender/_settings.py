@@ -70,6 +70,9 @@ class SnowSettings(bpy.types.PropertyGroup):
     source: bpy.props.PointerProperty(
         type=bpy.types.Object, name="Source", description="The object that a baked object was made of"
     )
+    frames: bpy.props.PointerProperty(
+        type=bpy.types.Collection, name="Frames", description="The objects that a baked object shows by the frame"
+    )
     was_hidden_in_viewport: bpy.props.BoolProperty(description="Whether the viewport hid it before the bake")
     was_hidden_in_render: bpy.props.BoolProperty(description="Whether renders hid it before the bake")
 
@@ -87,6 +90,16 @@ def baked_of(source: bpy.types.Object) -> bpy.types.Object | None:
 def source_of(thing: bpy.types.Object) -> bpy.types.Object:
     """The object that the user marked: of a baked object its source, else the object."""
     return thing.snowblue.source or thing
+
+
+def object_of(uid: int) -> bpy.types.Object | None:
+    """The object with a `session_uid`."""
+    return next((one for one in bpy.data.objects if one.session_uid == uid), None)
+
+
+def scene_of(uid: int) -> bpy.types.Scene | None:
+    """The scene with a `session_uid`."""
+    return next((one for one in bpy.data.scenes if one.session_uid == uid), None)
 
 
 def snow_of(thing: bpy.types.Object) -> dict[str, float]:
