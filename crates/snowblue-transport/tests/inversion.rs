@@ -87,7 +87,7 @@ fn measured(values: Vec<f64>, deviation: f64) -> Measured {
 fn observation(truth: &Truth, medians: &[f64], deviation: f64) -> Observation {
     let [albedo, _] = exact(truth);
     Observation {
-        layers: vec![Layer { sample: SnowSample::default(), thickness_cm: truth.thickness_cm }],
+        layers: vec![Layer::snow(SnowSample::default(), truth.thickness_cm)],
         ground_albedo: 0.0,
         illumination: truth.light.clone(),
         prior_medians: medians.to_vec(),
@@ -478,7 +478,7 @@ fn every_variable_can_be_retrieved() {
         let transmittance = Measured { quantity: Quantity::Transmittance, ..measured(transmittance.clone(), 1e-3) };
         let sample = SnowSample { grain_size, impurities, ..SnowSample::default() };
         let spectrum = Observation {
-            layers: vec![Layer { sample, thickness_cm: truth.thickness_cm }],
+            layers: vec![Layer::snow(sample, truth.thickness_cm)],
             measured: vec![measured(albedo.clone(), 1e-3), transmittance],
             ..observation(&truth, &[wrong], 1e-3)
         };
@@ -495,7 +495,7 @@ fn every_variable_can_be_retrieved() {
         let grain_size = GrainSize::from_specific_surface_area(25.0, -5.0).unwrap();
         let sample = SnowSample { grain_size, ..SnowSample::default() };
         let spectrum = Observation {
-            layers: vec![Layer { sample, thickness_cm: truth.thickness_cm }],
+            layers: vec![Layer::snow(sample, truth.thickness_cm)],
             ..observation(&Truth { soot_ng_g: 0.0, ..truth.clone() }, &[median], 1e-4)
         };
         let found = one(&inversion(&[variable], &[2.0]), spectrum);
@@ -523,7 +523,7 @@ fn a_spectrum_needs_its_own_wavelengths_only() {
     let mut inversion = inversion(&[Variable::SurfaceArea], &[1.0]);
     let mut dry = observation(&deep(20.0, 0.0, beam(30.0)), &[20.0], 0.01);
     let mut wet = dry.clone();
-    wet.layers[0].sample.water_saturation = 0.05;
+    wet.layers[0].sample_mut().unwrap().water_saturation = 0.05;
     inversion.wavelengths_nm.push(1600.0);
     for (spectrum, value) in [(&mut dry, 0.1), (&mut wet, f64::NAN)] {
         let albedo = &mut spectrum.measured[0];
@@ -582,7 +582,7 @@ fn wrong_input_is_named_with_its_place() {
     let text = "transmittance needs a thickness that is finite";
     assert_eq!(wrong(&|s| s.measured[0].quantity = Quantity::Transmittance), message(None, text));
     let text = "density is 1200 kg/m³, but must lie in 10–900 kg/m³";
-    assert_eq!(wrong(&|s| s.layers[0].sample.density_kg_m3 = 1200.0), message(None, text));
+    assert_eq!(wrong(&|s| s.layers[0].sample_mut().unwrap().density_kg_m3 = 1200.0), message(None, text));
 
     let changed = |change: &dyn Fn(&mut Inversion)| {
         let mut inversion = good.clone();
@@ -608,9 +608,8 @@ fn wrong_input_is_named_with_its_place() {
 
 /// A soft and a hard layer on a dark ground.
 fn pack() -> Vec<Layer> {
-    let layer = |density_kg_m3, thickness_cm| Layer {
-        sample: SnowSample { density_kg_m3, ..SnowSample::default() },
-        thickness_cm,
+    let layer = |density_kg_m3, thickness_cm| {
+        Layer::snow(SnowSample { density_kg_m3, ..SnowSample::default() }, thickness_cm)
     };
     vec![layer(150.0, 3.0), layer(350.0, 20.0)]
 }
@@ -623,8 +622,9 @@ fn of_layer(variable: Variable, layer: usize) -> LayerVariable {
 fn exact_in_layers(areas_m2_kg: [f64; 2], soot_ng_g: f64, depths_cm: &[f64], angle_deg: f64) -> [Vec<f64>; 2] {
     let mut layers = pack();
     for (layer, area_m2_kg) in layers.iter_mut().zip(areas_m2_kg) {
-        layer.sample.grain_size = GrainSize::from_specific_surface_area(area_m2_kg, -5.0).unwrap();
-        layer.sample.impurities = layer.sample.impurities.with(Substance::BlackCarbon, soot_ng_g);
+        let sample = layer.sample_mut().unwrap();
+        sample.grain_size = GrainSize::from_specific_surface_area(area_m2_kg, -5.0).unwrap();
+        sample.impurities = sample.impurities.with(Substance::BlackCarbon, soot_ng_g);
     }
     let stack = Stack {
         layers,

@@ -33,7 +33,7 @@ fn dirty(sample: SnowSample) -> SnowSample {
 
 fn stack(layers: &[(SnowSample, f64)], angle_deg: f64, ground_albedo: f64, depths_cm: &[f64]) -> Stack {
     let incidence = if angle_deg < 0.0 { Incidence::Diffuse } else { Incidence::Beam { angle_deg } };
-    let layer = |(sample, thickness_cm): &(SnowSample, f64)| Layer { sample: *sample, thickness_cm: *thickness_cm };
+    let layer = |(sample, thickness_cm): &(SnowSample, f64)| Layer::snow(*sample, *thickness_cm);
     Stack {
         layers: layers.iter().map(layer).collect(),
         ground_albedo,
@@ -101,17 +101,18 @@ fn differentiate(stack: &Stack, variables: &[Variable], options: &OrdinatesOptio
 /// The value of a variable, if the stack has one.
 fn value(stack: &Stack, by: &LayerVariable) -> Option<f64> {
     let layer = by.layer.map(|layer| stack.layers[layer]);
+    let sample = layer.as_ref().and_then(Layer::sample);
     Some(match by.variable {
         Variable::CosIncidence => match stack.incidences[0] {
             Incidence::Beam { angle_deg } => angle_deg.to_radians().cos(),
             Incidence::Diffuse => return None,
         },
         Variable::GroundAlbedo => stack.ground_albedo,
-        Variable::SurfaceArea => 4.0 * layer?.sample.extinction_per_m() / layer?.sample.density_kg_m3,
-        Variable::Density => layer?.sample.density_kg_m3,
+        Variable::SurfaceArea => 4.0 * sample?.extinction_per_m() / sample?.density_kg_m3,
+        Variable::Density => sample?.density_kg_m3,
         Variable::Thickness => layer.map(|layer| layer.thickness_cm).filter(|thickness| thickness.is_finite())?,
-        Variable::WaterSaturation => layer?.sample.water_saturation,
-        Variable::MassFraction(substance) => layer?.sample.impurities.ng_g(substance),
+        Variable::WaterSaturation => sample?.water_saturation,
+        Variable::MassFraction(substance) => sample?.impurities.ng_g(substance),
     })
 }
 
@@ -125,19 +126,22 @@ fn with(stack: &Stack, by: &LayerVariable, value_then: f64) -> Stack {
         }
         (Variable::GroundAlbedo, _) => changed.ground_albedo = value_then,
         (variable, layer) => {
-            let Layer { sample, thickness_cm } = &mut changed.layers[layer.unwrap()];
+            let layer = &mut changed.layers[layer.unwrap()];
+            let Some(sample) = layer.sample_mut().filter(|_| variable != Variable::Thickness) else {
+                layer.thickness_cm = value_then;
+                return changed;
+            };
             match variable {
                 Variable::SurfaceArea => {
                     sample.grain_size.min_um *= ratio;
                     sample.grain_size.max_um *= ratio;
                 }
                 Variable::Density => sample.density_kg_m3 = value_then,
-                Variable::Thickness => *thickness_cm = value_then,
                 Variable::WaterSaturation => sample.water_saturation = value_then,
                 Variable::MassFraction(substance) => {
                     sample.impurities = sample.impurities.with(substance, value_then);
                 }
-                Variable::CosIncidence | Variable::GroundAlbedo => unreachable!(),
+                Variable::Thickness | Variable::CosIncidence | Variable::GroundAlbedo => unreachable!(),
             }
         }
     }

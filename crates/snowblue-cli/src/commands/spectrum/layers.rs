@@ -99,7 +99,7 @@ impl StackOptions {
         let LayerFile { layers, ice } = read(path)?;
         let mut metadata = vec![("ice", ice.name().to_owned()), ("layers", path.display().to_string())];
         let is_present =
-            |substance: &Substance| layers.iter().any(|l| l.sample.impurities.present().any(|(s, _)| s == *substance));
+            |substance: &Substance| layers.iter().filter_map(Layer::sample).any(|sample| sample.impurities.ng_g(*substance) > 0.0);
         let sources: Vec<&str> = Substance::ALL
             .iter()
             .filter(|substance| is_present(substance))
@@ -120,7 +120,7 @@ impl StackOptions {
             incidences: slab.incidences.clone(),
             wavelengths_nm: slab.wavelengths_nm.clone(),
         };
-        let single_layer = |thickness_cm: &f64| stack(vec![Layer { sample: slab.sample, thickness_cm: *thickness_cm }]);
+        let single_layer = |thickness_cm: &f64| stack(vec![Layer::snow(slab.sample, *thickness_cm)]);
         let stacks: Vec<Stack> = match pack {
             Some(pack) => vec![stack(pack.layers.clone())],
             None => slab.thicknesses_cm.iter().map(single_layer).collect(),
@@ -133,7 +133,7 @@ impl StackOptions {
 impl Pack {
     /// The range of wavelengths that the tables of all layers cover, in nm.
     pub(super) fn wavelength_range(&self) -> Option<WavelengthRange> {
-        self.layers.iter().map(|layer| layer.sample.wavelength_range()).reduce(WavelengthRange::intersection)
+        self.layers.iter().map(Layer::wavelength_range).reduce(WavelengthRange::intersection)
     }
 }
 
