@@ -400,7 +400,9 @@ impl Layer {
     pub(crate) fn check_wavelengths(&self, wavelengths_nm: &[f64]) -> Result<(), TransportError> {
         match &self.kind {
             LayerKind::Snow(sample) => check_wavelengths(wavelengths_nm, sample),
-            LayerKind::Ice(table) => check_wavelengths(wavelengths_nm, &SnowSample { ice: *table, ..SnowSample::default() }),
+            LayerKind::Ice(table) => {
+                check_wavelengths(wavelengths_nm, &SnowSample { ice: *table, ..SnowSample::default() })
+            }
         }
     }
 }
@@ -441,7 +443,10 @@ mod tests {
             (1, 1.0, [Depth, Depth]),
             (1, 0.0, [Depth, Face(2)]),
         ];
-        assert_eq!(slices, expected.map(|(layer, thickness_cm, ends)| Slice { layer, is_ice: false, thickness_cm, ends }));
+        assert_eq!(
+            slices,
+            expected.map(|(layer, thickness_cm, ends)| Slice { layer, is_ice: false, thickness_cm, ends })
+        );
         assert_eq!(places, [5, 0, 1, 3, 4, 1].map(Place::Face));
         // The first layer's thickness moves the second between its cuts.
         let growths: Vec<f64> = slices.iter().map(|slice| slice.growth(0)).collect();
@@ -500,7 +505,10 @@ mod tests {
         assert_eq!(slices.slices, expected);
         let ice = |slice: usize, depth_cm: f64| Place::Ice { slice, depth_cm };
         let face = Place::Face;
-        assert_eq!(slices.places, [face(0), face(1), ice(2, 0.25), ice(2, 0.5), face(4), face(5), ice(6, 0.25), face(7)]);
+        assert_eq!(
+            slices.places,
+            [face(0), face(1), ice(2, 0.25), ice(2, 0.5), face(4), face(5), ice(6, 0.25), face(7)]
+        );
         let layers: Vec<usize> = slices.places.iter().map(|place| slices.layer_at(*place)).collect();
         assert_eq!(layers, [0, 0, 1, 1, 3, 3, 4, 4]);
         let ice: Vec<Option<(usize, f64)>> = slices.places.iter().map(|place| slices.ice_at(*place)).collect();

@@ -12,8 +12,7 @@ use snowblue_transport::slab::Incidence;
 use snowblue_transport::stack::{Layer, Stack, StackRadiometry};
 
 const TABLE: IceTable = IceTable::WarrenBrandt2008;
-const OPTIONS: OrdinatesOptions =
-    OrdinatesOptions { streams: Streams::Exactly(16), tally_rays: 1 << 12, seed: 1 };
+const OPTIONS: OrdinatesOptions = OrdinatesOptions { streams: Streams::Exactly(16), tally_rays: 1 << 12, seed: 1 };
 const LIGHTS: [Incidence; 4] = [
     Incidence::Beam { angle_deg: 0.0 },
     Incidence::Beam { angle_deg: 60.0 },
@@ -94,7 +93,11 @@ fn ice_alone_has_its_closed_form() {
             rule.cosines.iter().zip(&rule.weights).map(|(mu, weight)| 2.0 * mu * weight * slab(*mu, 3.0, nm)[i]).sum()
         };
         let diffuse = &solved[3];
-        println!("{nm} R {:e} T {:e}", diffuse.whole.reflectance.value / mean(0) - 1.0, diffuse.whole.transmittance.value/mean(1)-1.0);
+        println!(
+            "{nm} R {:e} T {:e}",
+            diffuse.whole.reflectance.value / mean(0) - 1.0,
+            diffuse.whole.transmittance.value / mean(1) - 1.0
+        );
         assert!((diffuse.whole.reflectance.value - mean(0)).abs() < 1e-5, "{nm}: {diffuse:?} {}", mean(0));
         assert!((diffuse.whole.transmittance.value - mean(1)).abs() < 1e-5, "{nm}: {diffuse:?} {}", mean(1));
         assert!((diffuse.direct / mean(1) - 1.0).abs() < 1e-9, "{nm}: {diffuse:?} {}", mean(1));
@@ -152,14 +155,28 @@ fn absorbed_light_is_what_the_net_flux_loses() {
             }
             let stack = Stack { depths_cm, ..stack(layers.clone(), 0.3, &[550.0, 1030.0]) };
             for answer in solve(&stack) {
-                let sum: f64 = answer.profile.iter().enumerate().map(|(step, at)| {
-                    let weight = if step == 0 || step == 400 { 1.0 } else if step % 2 == 1 { 4.0 } else { 2.0 };
-                    weight * at.absorbed_per_m.value
-                }).sum();
+                let sum: f64 = answer
+                    .profile
+                    .iter()
+                    .enumerate()
+                    .map(|(step, at)| {
+                        let weight = if step == 0 || step == 400 {
+                            1.0
+                        } else if step % 2 == 1 {
+                            4.0
+                        } else {
+                            2.0
+                        };
+                        weight * at.absorbed_per_m.value
+                    })
+                    .sum();
                 let absorbed = sum * 0.01 * step_cm / 3.0;
                 let lost = answer.profile[0].net.value - answer.profile[400].net.value;
                 let incidence = answer.whole.incidence;
-                assert!((absorbed - lost).abs() < 1e-9 * absorbed + 1e-14, "{name} {number} {incidence}: {absorbed:e} {lost:e}");
+                assert!(
+                    (absorbed - lost).abs() < 1e-9 * absorbed + 1e-14,
+                    "{name} {number} {incidence}: {absorbed:e} {lost:e}"
+                );
                 // Down and up, whose difference is the net flux.
                 for at in &answer.profile {
                     assert!((at.down.value - at.up.value - at.net.value).abs() < 1e-13, "{at:?}");
@@ -193,11 +210,22 @@ fn cuts_change_nothing() {
     let cut = Stack { layers: vec![half, half, ice(0.5), ice(0.2), ice(0.3), old], ..whole.clone() };
     for (whole, cut) in solve(&whole).iter().zip(&solve(&cut)) {
         let (r, t) = (whole.whole.reflectance.value, whole.whole.transmittance.value);
-        assert!((cut.whole.reflectance.value - r).abs() < 1e-12 && (cut.whole.transmittance.value / t - 1.0).abs() < 1e-11);
+        assert!(
+            (cut.whole.reflectance.value - r).abs() < 1e-12 && (cut.whole.transmittance.value / t - 1.0).abs() < 1e-11
+        );
         assert!((cut.direct - whole.direct).abs() <= 1e-10 * whole.direct, "{} {}", whole.direct, cut.direct);
         for (a, b) in whole.profile.iter().zip(&cut.profile) {
-            for (a, b) in [(a.down, b.down), (a.up, b.up), (a.net, b.net), (a.fluence, b.fluence), (a.absorbed_per_m, b.absorbed_per_m)] {
-                assert!((a.value - b.value).abs() < 1e-11 * (a.value.abs() + whole.profile[0].down.value * 1e-2), "{a:?} {b:?}");
+            for (a, b) in [
+                (a.down, b.down),
+                (a.up, b.up),
+                (a.net, b.net),
+                (a.fluence, b.fluence),
+                (a.absorbed_per_m, b.absorbed_per_m),
+            ] {
+                assert!(
+                    (a.value - b.value).abs() < 1e-11 * (a.value.abs() + whole.profile[0].down.value * 1e-2),
+                    "{a:?} {b:?}"
+                );
             }
         }
     }
@@ -210,7 +238,10 @@ fn random_walks_agree() {
     let exact = OrdinatesOptions { streams: Streams::Exactly(64), tally_rays: 1 << 18, seed: 1 };
     for (name, layers) in packs() {
         for albedo in [0.0, 0.7] {
-            let thin = |layer: &Layer| Layer { thickness_cm: if layer.is_ice() { layer.thickness_cm } else { 0.15 * layer.thickness_cm }, ..*layer };
+            let thin = |layer: &Layer| Layer {
+                thickness_cm: if layer.is_ice() { layer.thickness_cm } else { 0.15 * layer.thickness_cm },
+                ..*layer
+            };
             let layers = layers.iter().map(thin).collect();
             let mut stack = stack(layers, albedo, &[1300.0]);
             stack.incidences = vec![Incidence::Beam { angle_deg: 70.0 }, Incidence::Diffuse];

@@ -608,9 +608,8 @@ fn wrong_input_is_named_with_its_place() {
 
 /// A soft and a hard layer on a dark ground.
 fn pack() -> Vec<Layer> {
-    let layer = |density_kg_m3, thickness_cm| {
-        Layer::snow(SnowSample { density_kg_m3, ..SnowSample::default() }, thickness_cm)
-    };
+    let layer =
+        |density_kg_m3, thickness_cm| Layer::snow(SnowSample { density_kg_m3, ..SnowSample::default() }, thickness_cm);
     vec![layer(150.0, 3.0), layer(350.0, 20.0)]
 }
 

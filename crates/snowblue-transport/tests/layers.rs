@@ -267,11 +267,8 @@ fn stacks_of_one_sample_are_slabs() {
     let denser = SnowSample { density_kg_m3: 600.0, ..SnowSample::default() };
     let one = Stack { layers: vec![layer(15.0)], ground_albedo: 0.0, ..winter() };
     // Half the thickness at twice the density is the same load.
-    let three = Stack {
-        layers: vec![layer(4.0), Layer::snow(denser, 3.0), layer(5.0)],
-        depths_cm: vec![],
-        ..one.clone()
-    };
+    let three =
+        Stack { layers: vec![layer(4.0), Layer::snow(denser, 3.0), layer(5.0)], depths_cm: vec![], ..one.clone() };
     let one = Stack { depths_cm: vec![], ..one };
     let slab = Slab {
         sample: SnowSample::default(),

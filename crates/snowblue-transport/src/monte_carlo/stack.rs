@@ -13,8 +13,8 @@ use super::rays::sum_over_rays;
 use super::walk::{Absorption, Paths, Scatterers, scattered_cosine};
 use crate::TransportError;
 use crate::medium::{Constituents, hit_size_m};
-use crate::rng::Stream;
 use crate::optics::Ice;
+use crate::rng::Stream;
 use crate::slab::{Radiometry, THICKNESS_RANGE};
 use crate::stack::{LayerKind, Stack};
 
@@ -113,11 +113,7 @@ impl OpticalStack {
                     let is_further = number > 0 && stack.layers[number - 1].is_ice();
                     match optical.slabs.last_mut().filter(|_| is_further) {
                         Some(slab) => slab.absorption += absorption,
-                        None => optical.slabs.push(IceSlab {
-                            place: top,
-                            index: ice.index(wavelength_nm),
-                            absorption,
-                        }),
+                        None => optical.slabs.push(IceSlab { place: top, index: ice.index(wavelength_nm), absorption }),
                     }
                 }
             }
@@ -174,7 +170,8 @@ fn trace_ray(stack: &OpticalStack, ground_albedo: f64, cos_incidence: f64, strea
     let mut slabs_above = 0;
     loop {
         let (above, below) = (&stack.slabs[..slabs_above], stack.slabs.get(slabs_above));
-        let (top, bottom) = (above.last().map_or(0.0, |slab| slab.place), below.map_or(stack.ground, |slab| slab.place));
+        let (top, bottom) =
+            (above.last().map_or(0.0, |slab| slab.place), below.map_or(stack.ground, |slab| slab.place));
         let beyond = depth - stream.uniform().ln() * cosine;
         let next = beyond.clamp(top, bottom);
         absorbed += ((stack.pore_absorption(next) - stack.pore_absorption(depth)) / cosine).abs();

@@ -100,9 +100,8 @@ impl<T: Real> IceLight<T> {
         let [up, down] = quantity.emitted(self.cos_refraction);
         let [up, down] = [up * self.above, down * self.below];
         let a = self.above * self.below;
-        let out = |near: T, far: T| {
-            self.mean(|f| (T::from(1.0) - f) / (T::from(1.0) - f * f * a * a) * (near + f * a * far))
-        };
+        let out =
+            |near: T, far: T| self.mean(|f| (T::from(1.0) - f) / (T::from(1.0) - f * f * a * a) * (near + f * a * far));
         [out(up, down), out(down, up)]
     }
 

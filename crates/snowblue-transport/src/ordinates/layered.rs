@@ -291,7 +291,8 @@ impl<'m> LayeredMedium<'m> {
             let medium = self.medium_at(face);
             let radiances = emitted.iter().zip(&rule.weights).map(|(radiance, weight)| radiance[side] * weight.sqrt());
             let radiances = DVector::from_iterator(rule.order(), radiances);
-            let fluxes = DVector::from_iterator(rule.order(), radiances.iter().zip(&rule.cosines).map(|(i, mu)| i * mu));
+            let fluxes =
+                DVector::from_iterator(rule.order(), radiances.iter().zip(&rule.cosines).map(|(i, mu)| i * mu));
             let h = medium.weighted_differences.tr_mul(&radiances) * if side == 0 { 1.0 } else { -1.0 };
             let (v, both) = (medium.modes.sums.tr_mul(&fluxes), self.solver_at(face));
             let above = both.solve(&(&v + &self.lower[face].conductance * &h));

@@ -320,8 +320,7 @@ impl BeamSensitivity<'_> {
     fn changes(&self, emission: &Emission, from_ground: f64) -> Vec<Dual> {
         let Beam { cosine, unscattered: Unscattered { down, up }, escapes, passed } = self.beam;
         let count = passed.len();
-        let ([upper, lower], [upwards, downwards]) =
-            (emission.emitter.faces(), emission.emitter.emitted(*cosine));
+        let ([upper, lower], [upwards, downwards]) = (emission.emitter.faces(), emission.emitter.emitted(*cosine));
         let added: Vec<[f64; 2]> = escapes
             .iter()
             .zip(&emission.layers)

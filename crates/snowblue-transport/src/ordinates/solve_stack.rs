@@ -89,7 +89,7 @@ struct DepthEmissions {
     fluence: Emission,
     /// For the fluence rate just within ice, where the depth is at a face of it to air.
     within_ice: Option<Emission>,
-    /// For what changes with the place of a depth within ice.
+    /// The plane within ice of the depth, or at whose face it is.
     plane: Option<IcePlane>,
 }
 
@@ -107,7 +107,7 @@ struct ProfileChange {
     /// Downwards, upwards, and net, the fluence rate, and that of what is absorbed.
     fluxes: [FluxChange; 5],
     /// Of a depth within ice: the index of its slice, and the changes of the same fluxes per cm by which the plane
-    /// moves down, and per cm by which the ice gets thicker below it.
+    /// moves down, and per cm by which the ice gets thicker.
     within: Option<(usize, [[f64; 5]; 2])>,
     /// Of the layer.
     absorption_per_m: Dual,
@@ -343,12 +343,7 @@ fn stack_fluxes<const DIFFERENTIATE: bool>(
 }
 
 impl<'m> SolvedStack<'m> {
-    fn new(
-        layers: Vec<&'m HomogeneousMedium>,
-        layered: LayeredMedium<'m>,
-        cut: &Slices,
-        media: &[Medium],
-    ) -> Self {
+    fn new(layers: Vec<&'m HomogeneousMedium>, layered: LayeredMedium<'m>, cut: &Slices, media: &[Medium]) -> Self {
         let depth = |place: &Place| {
             let layer = cut.layer_at(*place);
             let plane = cut.ice_at(*place).zip(layers[layer].ice_index).map(|((slice, depth_cm), index)| {
@@ -370,7 +365,7 @@ impl<'m> SolvedStack<'m> {
                     fluxes: layered.emissions(*face),
                     fluence: layered.fluence_emission(*face),
                     within_ice: plane.map(fluence),
-                    plane: None,
+                    plane,
                 },
             }
         };
@@ -417,8 +412,17 @@ impl<'m> SolvedStack<'m> {
             let Medium { extinction_per_m, scattering } = &media[*layer];
             let within = plane.map(|plane| {
                 let per_cm = extinction_per_m.value() * 0.01;
-                let by = [[per_cm, -per_cm], [0.0, per_cm]];
-                (plane.layer, by.map(|changes| self.changes_of_plane(light, plane, changes)))
+                let of_plane = |changes| self.changes_of_plane(light, plane, changes);
+                let by = match within_ice {
+                    None => [of_plane([per_cm, -per_cm]), of_plane([0.0, per_cm])],
+                    // At a face, with which it moves.
+                    Some(_) => {
+                        let is_top = plane.depths[0] <= 0.0;
+                        let [.., absorbed] = of_plane(if is_top { [0.0, per_cm] } else { [per_cm, 0.0] });
+                        [[0.0; 5], [0.0, 0.0, 0.0, 0.0, absorbed]]
+                    }
+                };
+                (plane.layer, by)
             });
             ProfileChange {
                 layer: *layer,
@@ -589,14 +593,16 @@ impl Grains {
         Differentiation { variables, compositions }: &Differentiation<'v>,
     ) -> DifferentiatedMedia<'v> {
         let layers = stack.layers.iter().zip(&self.kind_of_layer).zip(compositions);
-        let medium = |((layer, kind), composition): ((&Layer, &Option<usize>), &Option<Composition<Dual>>)| {
-            match (&layer.kind, kind, composition) {
-                (LayerKind::Snow(sample), Some(kind), Some(composition)) => {
-                    self.tallies[*kind].medium_of(&sample.grain_size, &composition.at(wavelength_nm), None)
-                }
-                (LayerKind::Snow(_), ..) => unreachable!("snow has tallies and a composition"),
-                (LayerKind::Ice(table), ..) => clear_ice(*table, wavelength_nm),
+        let medium = |((layer, kind), composition): ((&Layer, &Option<usize>), &Option<Composition<Dual>>)| match (
+            &layer.kind,
+            kind,
+            composition,
+        ) {
+            (LayerKind::Snow(sample), Some(kind), Some(composition)) => {
+                self.tallies[*kind].medium_of(&sample.grain_size, &composition.at(wavelength_nm), None)
             }
+            (LayerKind::Snow(_), ..) => unreachable!("snow has tallies and a composition"),
+            (LayerKind::Ice(table), ..) => clear_ice(*table, wavelength_nm),
         };
         DifferentiatedMedia { variables, media: layers.map(medium).collect() }
     }

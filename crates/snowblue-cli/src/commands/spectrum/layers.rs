@@ -98,8 +98,9 @@ impl StackOptions {
         let Some(path) = &self.layers else { return Ok(None) };
         let LayerFile { layers, ice } = read(path)?;
         let mut metadata = vec![("ice", ice.name().to_owned()), ("layers", path.display().to_string())];
-        let is_present =
-            |substance: &Substance| layers.iter().filter_map(Layer::sample).any(|sample| sample.impurities.ng_g(*substance) > 0.0);
+        let is_present = |substance: &Substance| {
+            layers.iter().filter_map(Layer::sample).any(|sample| sample.impurities.ng_g(*substance) > 0.0)
+        };
         let sources: Vec<&str> = Substance::ALL
             .iter()
             .filter(|substance| is_present(substance))
