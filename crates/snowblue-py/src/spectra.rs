@@ -10,9 +10,9 @@ use snowblue_transport::monte_carlo::{self, Distribution, GoniometricOptions, Mo
 use snowblue_transport::ordinates::{self, DifferentiatedFluxes, DifferentiatedStack};
 use snowblue_transport::slab::{Estimate, FluxDerivatives, Incidence, Radiometry};
 use snowblue_transport::spread::{FluxIntervals, SizeDeviation, Uncertainty, solve_spread};
-use snowblue_transport::stack::{DepthDerivatives, DepthFluxes, Layer, Stack, StackDerivatives};
+use snowblue_transport::stack::{DepthDerivatives, DepthFluxes, Layer, Stack, StackDerivatives, check_kind};
 use snowblue_transport::sunlight::{Band, LinearSpectrum, band_integrals, response_weights};
-use snowblue_transport::{LayerVariable, Substance, Variable};
+use snowblue_transport::{IceTable, LayerVariable, Substance, Variable};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -58,7 +58,28 @@ pub(crate) struct GivenUncertainty {
 
 /// A layer and its thickness.
 #[derive(FromPyObject)]
-pub(crate) struct GivenLayer(Snow, f64);
+pub(crate) struct GivenLayer(GivenKind, f64);
+
+/// What a layer consists of: a dictionary of what is known of snow, or one with a `kind`.
+enum GivenKind {
+    Snow(Box<Snow>),
+    Ice(IceTable),
+}
+
+impl<'py> FromPyObject<'_, 'py> for GivenKind {
+    type Error = PyErr;
+
+    fn extract(given: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        let known = given.cast::<PyDict>()?.copy()?;
+        let Some(kind) = known.get_item("kind")? else { return Ok(Self::Snow(Box::new(given.extract()?))) };
+        known.del_item("kind")?;
+        let ice: Option<String> = known.get_item("ice")?.map(|table| table.extract()).transpose()?;
+        let keys: Vec<String> = known.keys().extract()?;
+        let property = keys.iter().find(|key| *key != "ice").map(String::as_str);
+        check_kind(&kind.extract::<String>()?, property).map_err(input)?;
+        Ok(Self::Ice(ice.map_or(Ok(IceTable::default()), |table| table.parse()).map_err(input)?))
+    }
+}
 
 /// Layers on a ground.
 #[derive(FromPyObject)]
@@ -486,8 +507,11 @@ impl Ground {
 
 impl GivenLayer {
     pub(crate) fn layer(&self) -> PyResult<Layer> {
-        let Self(snow, thickness_cm) = self;
-        Ok(Layer { sample: snow.sample()?, thickness_cm: *thickness_cm })
+        let Self(kind, thickness_cm) = self;
+        Ok(match kind {
+            GivenKind::Snow(snow) => Layer::snow(snow.sample()?, *thickness_cm),
+            GivenKind::Ice(table) => Layer::ice(*table, *thickness_cm),
+        })
     }
 }
 

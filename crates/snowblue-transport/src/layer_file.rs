@@ -55,6 +55,8 @@ pub const MOST_LAYERS: usize = 1000;
 pub struct LayerFile {
     /// The layers, top first: at least one.
     pub layers: Vec<Layer>,
+    /// The bytes of the text of each layer.
+    pub spans: Vec<Range<usize>>,
     /// Table of the absorption of ice.
     pub ice: IceTable,
 }
@@ -100,7 +102,7 @@ impl LayerFile {
         }
         let read = |(index, table)| read_layer(table, index, (ice, index + 1 == tables.len()));
         let layers: Result<_, _> = tables.iter().enumerate().map(read).collect();
-        Ok(Self { layers: layers?, ice })
+        Ok(Self { layers: layers?, spans: tables.iter().map(Spanned::span).collect(), ice })
     }
 }
 

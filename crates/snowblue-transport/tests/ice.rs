@@ -93,11 +93,6 @@ fn ice_alone_has_its_closed_form() {
             rule.cosines.iter().zip(&rule.weights).map(|(mu, weight)| 2.0 * mu * weight * slab(*mu, 3.0, nm)[i]).sum()
         };
         let diffuse = &solved[3];
-        println!(
-            "{nm} R {:e} T {:e}",
-            diffuse.whole.reflectance.value / mean(0) - 1.0,
-            diffuse.whole.transmittance.value / mean(1) - 1.0
-        );
         assert!((diffuse.whole.reflectance.value - mean(0)).abs() < 1e-5, "{nm}: {diffuse:?} {}", mean(0));
         assert!((diffuse.whole.transmittance.value - mean(1)).abs() < 1e-5, "{nm}: {diffuse:?} {}", mean(1));
         assert!((diffuse.direct / mean(1) - 1.0).abs() < 1e-9, "{nm}: {diffuse:?} {}", mean(1));
@@ -255,7 +250,7 @@ fn random_walks_agree() {
                 ] {
                     let sigmas = (walked.value - solved.value) / walked.standard_error;
                     // Of 60 comparisons one is beyond with a probability of 0.4 %.
-                    assert!(sigmas.abs() < 4.0, "{name} {albedo} {}: {walked:?} {solved:?} {sigmas}", 0);
+                    assert!(sigmas.abs() < 4.0, "{name} {albedo}: {walked:?} {solved:?} {sigmas}");
                 }
             }
         }

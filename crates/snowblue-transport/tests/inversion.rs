@@ -9,7 +9,9 @@ use snowblue_transport::inversion::{
 };
 use snowblue_transport::ordinates::{OrdinatesOptions, Streams, solve_batch, solve_stack_without_errors};
 use snowblue_transport::rng::Stream;
-use snowblue_transport::{GrainSize, Incidence, Layer, LayerVariable, SnowSample, Stack, Substance, Variable};
+use snowblue_transport::{
+    GrainSize, IceTable, Incidence, Layer, LayerVariable, SnowSample, Stack, Substance, Variable,
+};
 
 const OPTIONS: OrdinatesOptions = OrdinatesOptions { tally_rays: 1 << 10, streams: Streams::Auto, seed: 1 };
 const NM: [f64; 12] = [400.0, 450.0, 500.0, 600.0, 700.0, 800.0, 900.0, 1000.0, 1030.0, 1100.0, 1200.0, 1300.0];
@@ -747,6 +749,48 @@ fn a_common_value_of_equal_layers_is_that_of_one() {
     let layered = of_pack(vec![], 45.0, &[]);
     assert!(layered.known(Variable::Density.into()).is_nan());
     assert!((layered.known(of_layer(Variable::Density, 1)) - 350.0).abs() < 1e-12);
+}
+
+/// A glaze of ice, whose infrared absorption tells its thickness, on snow, whose surface area is retrieved with it.
+#[test]
+fn the_thickness_of_ice_is_retrieved() {
+    let glazed = |thickness_cm: f64, area_m2_kg: f64| {
+        let grain_size = GrainSize::from_specific_surface_area(area_m2_kg, -5.0).unwrap();
+        let snow = SnowSample { grain_size, ..SnowSample::default() };
+        vec![Layer::ice(IceTable::default(), thickness_cm), Layer::snow(snow, f64::INFINITY)]
+    };
+    let stack = Stack {
+        layers: glazed(0.4, 12.0),
+        ground_albedo: 0.0,
+        depths_cm: vec![],
+        incidences: vec![Incidence::Beam { angle_deg: 50.0 }],
+        wavelengths_nm: NM.to_vec(),
+    };
+    let solved = solve_stack_without_errors(&stack, &OPTIONS).unwrap();
+    let albedo = solved.iter().map(|row| row.whole.reflectance.value).collect();
+    let observation = Observation {
+        layers: glazed(1.0, 30.0),
+        ground_albedo: 0.0,
+        illumination: beam(50.0),
+        prior_medians: vec![1.0, 20.0],
+        measured: vec![measured(albedo, 1e-4)],
+    };
+    // The common surface area of all layers is that of the snow.
+    let variables = vec![of_layer(Variable::Thickness, 0), Variable::SurfaceArea.into()];
+    let found = one(&inversion_of(variables, &[1.0, 1.0]), observation.clone());
+    assert_eq!(found.outcome, Outcome::Converged);
+    for (value, truth) in found.values.iter().zip([0.4, 12.0]) {
+        // Exact data: the prior shifts the state by a small part of its error.
+        assert!((value.median - truth).abs() < 0.1 * value.standard_deviation, "{found:?}");
+        assert!(value.standard_deviation < 0.05 * truth, "{found:?}");
+    }
+    let told = |by: LayerVariable, median: f64| {
+        let wrong = Observation { prior_medians: vec![median], ..observation.clone() };
+        inversion_of(vec![by], &[1.0]).retrieve(&[wrong], &|_| ()).unwrap_err().to_string()
+    };
+    assert_eq!(told(of_layer(Variable::SurfaceArea, 0), 20.0), "ssa_m2_kg is no variable of clear ice");
+    let thin = "the prior of thickness_cm of layer 0: thickness is 0.001 cm, but must lie in 0.01–100000 cm";
+    assert_eq!(told(of_layer(Variable::Thickness, 0), 0.001), thin);
 }
 
 #[test]

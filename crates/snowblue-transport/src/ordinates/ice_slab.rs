@@ -18,6 +18,7 @@
 //! the bottom as F a times this.
 
 use crate::dual::Real;
+use crate::quadrature::Quadrature;
 
 /// A plane in a slab of ice, or all of the slab, under light in one direction.
 pub(super) struct IceLight<T> {
@@ -109,4 +110,10 @@ impl<T: Real> IceLight<T> {
         let [s, p] = self.reflectances.map(of);
         (s + p) * 0.5
     }
+}
+
+/// Light at each ordinate in ice of an optical depth.
+pub(super) fn ice_lights<T: Real>(index: f64, order: usize, depth: T) -> impl Iterator<Item = IceLight<T>> {
+    let cosines = Quadrature::half_range(order).cosines.iter();
+    cosines.map(move |mu| IceLight::new(index, T::from(*mu), [depth, T::from(0.0)]))
 }

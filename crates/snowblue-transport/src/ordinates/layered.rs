@@ -33,9 +33,11 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-use super::homogeneous::{Direction, HomogeneousMedium, solver};
-use super::ice_slab::{FaceQuantity, IceLight};
-use super::integrals::{exponential_integrals, hyperbolic_integrals, rate_over_sinh, transmitted_integral};
+use super::escape::{FaceEscapes, Profile};
+use super::homogeneous::{HomogeneousMedium, solver};
+use super::ice_slab::{FaceQuantity, IceLight, ice_lights};
+use super::integrals::rate_over_sinh;
+use super::unscattered::{Unscattered, unscattered};
 use crate::dual::{Dual, LANES, Real};
 use crate::quadrature::Quadrature;
 use crate::slab::Incidence;
@@ -126,40 +128,6 @@ pub(super) struct Beam {
     pub(super) passed: Vec<[f64; 2]>,
     /// Radiance that each layer adds, at its faces.
     pub(super) escapes: Vec<FaceEscapes>,
-}
-
-/// Fractions of a beam that arrive at each face unscattered, outside ice. By reciprocity they are the weights with
-/// which radiance at the face is seen from the top.
-pub(super) struct Unscattered<T> {
-    /// Downwards; the weight of radiance upwards.
-    pub(super) down: Vec<T>,
-    /// Upwards, reflected by ice; the weight of radiance downwards.
-    pub(super) up: Vec<T>,
-}
-
-/// Radiance that leaves a layer in one direction.
-pub(super) struct FaceEscapes<T: Real = f64> {
-    /// From its top.
-    pub(super) top: Escape<T>,
-    /// From its bottom; none if no ice below reflects it.
-    pub(super) bottom: Option<Escape<T>>,
-}
-
-/// Radiance that leaves the top of a layer in one direction, per amplitude of each mode.
-pub(super) struct Escape<T: Real = f64> {
-    /// Per amplitude of S at the top.
-    pub(super) top: DVector<T>,
-    /// Per slope of the mode at the top.
-    pub(super) top_slope: DVector<T>,
-    /// Per amplitude of S at the bottom.
-    pub(super) bottom: DVector<T>,
-}
-
-/// Amplitudes of the modes of one layer.
-pub(super) struct Profile {
-    pub(super) top: DVector<f64>,
-    pub(super) top_slope: DVector<f64>,
-    pub(super) bottom: DVector<f64>,
 }
 
 /// Light from an emitting plane throughout the stack.
@@ -494,61 +462,6 @@ impl Layer<'_> {
     }
 }
 
-/// Light at each ordinate in ice of an optical depth.
-pub(super) fn ice_lights<T: Real>(index: f64, order: usize, depth: T) -> impl Iterator<Item = IceLight<T>> {
-    let cosines = Quadrature::half_range(order).cosines.iter();
-    cosines.map(move |mu| IceLight::new(index, T::from(*mu), [depth, T::from(0.0)]))
-}
-
-/// Fractions of the unscattered light in one direction that snow, or ice with an index, reflects and transmits.
-pub(super) fn unscattered<T: Real>(ice_index: Option<f64>, depth: T, cosine: T) -> [T; 2] {
-    let ice = ice_index.map(|index| IceLight::new(index, cosine, [depth, T::from(0.0)]).passed());
-    ice.unwrap_or_else(|| [T::from(0.0), (-depth / cosine).exp()])
-}
-
-impl<T: Real> Unscattered<T> {
-    /// Of layers that reflect and transmit these fractions.
-    pub(super) fn new(layers: &[[T; 2]]) -> Self {
-        let whole = T::from(1.0);
-        // What everything below a face reflects.
-        let mut below = vec![T::from(0.0)];
-        for &[reflected, transmitted] in layers.iter().rev() {
-            let next = below[below.len() - 1];
-            below.push(reflected + transmitted * transmitted * next / (whole - reflected * next));
-        }
-        below.reverse();
-        let mut down = vec![whole];
-        for (&[reflected, transmitted], next) in layers.iter().zip(&below[1..]) {
-            down.push(down[down.len() - 1] * transmitted / (whole - reflected * *next));
-        }
-        let up = down.iter().zip(below).map(|(down, below)| *down * below).collect();
-        Self { down, up }
-    }
-}
-
-impl MediumLayer<'_> {
-    /// The unscattered part of the light that falls on the top of layers and passes them.
-    pub(super) fn direct(layers: &[Self], incidence: &Incidence) -> f64 {
-        let is_snow = |layer: &&Self| layer.medium.ice_index.is_none();
-        let depth: f64 = layers.iter().filter(is_snow).map(|layer| layer.optical_depth).sum();
-        let fraction = |cosine: f64| {
-            let passed = |layer: &Self| unscattered(layer.medium.ice_index, layer.optical_depth, cosine);
-            let passed: Vec<[f64; 2]> = layers.iter().map(passed).collect();
-            // The transmittance of the ice alone, with what it reflects through the snow.
-            let down = Unscattered::new(&passed).down;
-            let ratios = layers.iter().enumerate().filter(|(_, layer)| !is_snow(layer));
-            ratios.map(|(j, _)| if down[j] > 0.0 { down[j + 1] / down[j] } else { 1.0 }).product::<f64>()
-        };
-        match incidence {
-            Incidence::Beam { angle_deg } => {
-                let cosine = angle_deg.to_radians().cos();
-                (-depth / cosine).exp() * fraction(cosine)
-            }
-            Incidence::Diffuse => 2.0 * transmitted_integral(depth, fraction),
-        }
-    }
-}
-
 impl Interface {
     fn between(above: &HomogeneousMedium, below: &HomogeneousMedium) -> Option<Self> {
         let overlap = |sums: &HomogeneousMedium, differences: &HomogeneousMedium| {
@@ -581,78 +494,59 @@ impl Response {
     }
 }
 
-impl<T: Real> FaceEscapes<T> {
-    /// Radiance that leaves the top of a layer with a cosine, and the bottom if it is seen.
-    pub(super) fn new(direction: &Direction<T>, rates: &[T], (depth, sees_bottom): (T, bool)) -> Self {
-        Self {
-            top: Escape::new(direction, rates, depth),
-            bottom: sees_bottom.then(|| Escape::from_bottom(direction, rates, depth)),
-        }
-    }
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::medium::HenyeyGreenstein;
 
-impl Escape {
-    /// The radiance of a layer with these amplitudes.
-    pub(super) fn radiance(&self, layer: &Profile) -> f64 {
-        self.top.dot(&layer.top) + self.top_slope.dot(&layer.top_slope) + self.bottom.dot(&layer.bottom)
-    }
-}
+    const STREAMS: usize = 16;
+    const LIGHTS: [Incidence; 4] = [
+        Incidence::Beam { angle_deg: 0.0 },
+        Incidence::Beam { angle_deg: 53.0 },
+        Incidence::Beam { angle_deg: 89.0 },
+        Incidence::Diffuse,
+    ];
 
-impl<T: Real> Escape<T> {
-    /// Radiance that leaves the top of a layer with cosine μ, ∫ J e^{−s/μ} ds/μ, per amplitude of each mode.
-    ///
-    /// Slow modes in thin layers are a cosh(ks) + a' sinh(ks)/k from the top; the others are a wave that decays from
-    /// the top, (a − a'/k)/2, and one that decays from the bottom and makes up the rest of the amplitude there.
-    pub(super) fn new(direction: &Direction<T>, rates: &[T], depth: T) -> Self {
-        let per_cosine = T::from(1.0) / direction.cos_incidence;
-        let unscattered = (-depth * per_cosine).exp();
-        let mut escape = Self::zeros(rates.len());
-        for (j, &k) in rates.iter().enumerate() {
-            let (even, odd) = (direction.even[j] * 0.5, direction.odd[j] * 0.5);
-            if k.value() < 0.5 && k.value() * depth.value() < 1.0 {
-                let (cosh, sinh_over_k) = hyperbolic_integrals(k, depth, per_cosine, unscattered);
-                escape.top[j] = even * cosh + odd * k * k * sinh_over_k;
-                escape.top_slope[j] = even * sinh_over_k + odd * cosh;
-            } else {
-                let (near, far) = exponential_integrals(k, depth, per_cosine);
-                let growing = (even + odd * k) * far;
-                let fading = ((even - odd * k) * near - growing * (-k * depth).exp()) * 0.5;
-                escape.top[j] = fading;
-                escape.top_slope[j] = -fading / k;
-                escape.bottom[j] = growing;
+    /// Where neither snow nor ice absorbs, the net flux is equal at every face and within the ice, and what is not
+    /// reflected reaches the ground.
+    #[test]
+    fn net_flux_is_constant_where_ice_does_not_absorb() {
+        let scattering = HenyeyGreenstein { one_minus_albedo: 0.0, asymmetry: 0.7 }.scattering(STREAMS);
+        let (snow, ice) = (HomogeneousMedium::new(&scattering, STREAMS), HomogeneousMedium::ice(1.31, STREAMS));
+        let layers = [(&ice, 0.0), (&snow, 0.3), (&ice, 0.0), (&snow, 0.0), (&ice, 0.0), (&snow, 40.0), (&ice, 0.0)];
+        let layers = layers.map(|(medium, optical_depth)| MediumLayer { medium, optical_depth });
+        for albedo in [0.0, 0.7, 1.0] {
+            let layered = LayeredMedium::new(&layers, albedo, &LIGHTS);
+            let reflected = layered.fluxes(0);
+            let arriving = layered.fluxes(layers.len());
+            let plane = IcePlane { layer: 2, index: 1.31, depths: [0.0; 2], changes: None };
+            let within = layered.ice_emissions(plane);
+            for (number, light) in layered.lights.iter().enumerate() {
+                let (top, ground) = (reflected[number], arriving[number]);
+                let net = (1.0 - albedo) * ground.down;
+                // Thousands of reflections of light near 1, each with its rounding.
+                assert!((1.0 - top.up - net).abs() < 1e-11, "{albedo} {number}: {top:?} {ground:?}");
+                let faces = (0..=layers.len()).map(|face| layered.fluxes(face)[number]);
+                for at in faces.chain([layered.face_fluxes(light, &within)]) {
+                    assert!((at.net - net).abs() < 1e-11, "{albedo} {number}: {at:?} {net}");
+                    assert!((at.down - at.up - net).abs() < 1e-11, "{albedo} {number}: {at:?} {net}");
+                }
             }
         }
-        escape
-    }
-    /// The same for radiance that leaves the bottom: slow modes are b cosh(ks) + b' sinh(ks)/k from there, with
-    /// b' = −k sinh(kτ) a − cosh(kτ) a'.
-    fn from_bottom(direction: &Direction<T>, rates: &[T], depth: T) -> Self {
-        let per_cosine = T::from(1.0) / direction.cos_incidence;
-        let unscattered = (-depth * per_cosine).exp();
-        let mut escape = Self::zeros(rates.len());
-        for (j, &k) in rates.iter().enumerate() {
-            let (even, odd) = (direction.even[j] * 0.5, direction.odd[j] * 0.5);
-            if k.value() < 0.5 && k.value() * depth.value() < 1.0 {
-                let (cosh, sinh_over_k) = hyperbolic_integrals(k, depth, per_cosine, unscattered);
-                let slope = even * sinh_over_k + odd * cosh;
-                escape.top[j] = -slope * k * (k * depth).sinh();
-                escape.top_slope[j] = -slope * (k * depth).cosh();
-                escape.bottom[j] = even * cosh + odd * k * k * sinh_over_k;
-            } else {
-                let (near, far) = exponential_integrals(k, depth, per_cosine);
-                let growing = (even - odd * k) * near;
-                let fading = ((even + odd * k) * far - growing * (-k * depth).exp()) * 0.5;
-                escape.top[j] = fading;
-                escape.top_slope[j] = -fading / k;
-                escape.bottom[j] = growing;
-            }
-        }
-        escape
     }
 
-    /// No radiance.
-    pub(super) fn zeros(modes: usize) -> Self {
-        let zeros = || DVector::from_element(modes, T::from(0.0));
-        Self { top: zeros(), top_slope: zeros(), bottom: zeros() }
+    /// By reciprocity light passes a stack with ice equally in both directions, under Lambertian light; under a beam
+    /// the scattered light does not, but a beam through clear layers does.
+    #[test]
+    fn a_beam_passes_clear_layers_in_both_directions() {
+        let black = HenyeyGreenstein { one_minus_albedo: 1.0, asymmetry: 0.0 }.scattering(STREAMS);
+        let (air, ice) = (HomogeneousMedium::new(&black, STREAMS), HomogeneousMedium::ice(1.31, STREAMS));
+        let layers = [(&ice, 0.2), (&air, 0.3), (&ice, 0.5), (&air, 0.1), (&ice, 0.05)];
+        let layers = layers.map(|(medium, optical_depth)| MediumLayer { medium, optical_depth });
+        let reversed: Vec<MediumLayer> = layers.iter().rev().copied().collect();
+        let [down, up] = [&layers[..], &reversed].map(|layers| LayeredMedium::new(layers, 0.0, &LIGHTS).fluxes(5));
+        for (number, (down, up)) in down.iter().zip(&up).enumerate() {
+            assert!((down.down / up.down - 1.0).abs() < 1e-13, "{number}: {down:?} {up:?}");
+        }
     }
 }

@@ -8,6 +8,7 @@
 mod delta_m;
 mod differentiated;
 mod eigen;
+mod escape;
 mod fluxes;
 mod half_space;
 mod homogeneous;
@@ -21,7 +22,9 @@ mod solve;
 mod solve_alike;
 mod solve_batch;
 mod solve_stack;
+mod stack_media;
 mod streams;
+mod unscattered;
 
 pub use half_space::HalfSpace;
 pub use homogeneous::{Direction, Fluxes, HomogeneousMedium, Light};

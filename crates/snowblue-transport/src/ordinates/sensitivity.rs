@@ -31,12 +31,12 @@
 use nalgebra::DVector;
 
 use super::differentiated::DifferentiatedModes;
+use super::escape::{Escape, FaceEscapes, Profile};
 use super::homogeneous::{HomogeneousMedium, solver};
+use super::ice_slab::ice_lights;
 use super::integrals::{rate_over_sinh, sinh_over_rate};
-use super::layered::{
-    Beam, Emission, Escape, FaceEscapes, Layer, LayeredMedium, Profile, Response, Unscattered, cross, ground_radiance,
-    ice_lights, unscattered,
-};
+use super::layered::{Beam, Emission, Layer, LayeredMedium, Response, cross, ground_radiance};
+use super::unscattered::{Unscattered, unscattered};
 use crate::dual::{Dual, LANES, Real};
 use crate::variable::Variable;
 

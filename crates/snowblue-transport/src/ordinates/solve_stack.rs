@@ -14,15 +14,16 @@ use super::jackknife::Jackknife;
 use super::layered::{Emission, FaceEmissions, FaceFluxes, IcePlane, LayeredMedium, MediumLayer, Response};
 use super::options::OrdinatesOptions;
 use super::sensitivity::{Adjoint, DifferentiatedLayer, FluxChange, Sensitivity};
-use super::streams::{MOST_STREAMS, Peak, StreamGroup, Streams};
+use super::stack_media::{DifferentiatedMedia, Differentiation, Grains, peak};
+use super::streams::{StreamGroup, Streams};
+use super::unscattered::direct;
 use crate::TransportError;
 use crate::dual::{Dual, LANES, Real};
-use crate::medium::{Composition, Demand, GrainTallies, Medium, Population, Scattering};
-use crate::optics::{Ice, IceTable};
-use crate::sample::SnowSample;
+use crate::medium::Medium;
+use crate::optics::Ice;
 use crate::slab::{FluxDerivatives, Incidence, Radiometry};
 use crate::stack::{
-    DepthDerivatives, DepthFluxes, Layer, LayerKind, Place, Slice, Slices, Stack, StackDerivatives, StackRadiometry,
+    DepthDerivatives, DepthFluxes, LayerKind, Place, Slice, Slices, Stack, StackDerivatives, StackRadiometry,
 };
 use crate::variable::{LayerVariable, Variable};
 
@@ -34,26 +35,6 @@ pub struct DifferentiatedStack {
     /// For each of them with respect to each variable of each layer, as [`LayerVariable::of_layers`] lists them; these
     /// run fastest.
     pub derivatives: Vec<StackDerivatives>,
-}
-
-/// Some variables, no more than a number has derivatives, and the composition of each layer with its derivatives.
-struct Differentiation<'v> {
-    variables: &'v [Variable],
-    /// None of ice.
-    compositions: Vec<Option<Composition<Dual>>>,
-}
-
-/// Some variables, and the medium of each layer with its derivatives at one wavelength.
-struct DifferentiatedMedia<'v> {
-    variables: &'v [Variable],
-    media: Vec<Medium<Dual>>,
-}
-
-/// Tallies of the grains of a stack.
-struct Grains {
-    tallies: Vec<GrainTallies>,
-    /// The tallies of each layer; none of ice.
-    kind_of_layer: Vec<Option<usize>>,
 }
 
 /// Fluxes of a stack for one incidence at one wavelength.
@@ -198,12 +179,11 @@ fn solved<const DIFFERENTIATE: bool>(
     }
     let grains = Grains::new(stack, variables.contains(&Variable::WaterSaturation), options);
     let slices = stack.slices();
-    let differentiation = |variables| {
-        let of = |sample: &SnowSample| Composition::new(sample).differentiated(variables);
-        Differentiation { variables, compositions: stack.layers.iter().map(|layer| layer.sample().map(of)).collect() }
+    let differentiations: Vec<Differentiation> = if DIFFERENTIATE {
+        variables.chunks(LANES).map(|variables| Differentiation::new(stack, variables)).collect()
+    } else {
+        Vec::new()
     };
-    let differentiations: Vec<Differentiation> =
-        if DIFFERENTIATE { variables.chunks(LANES).map(differentiation).collect() } else { Vec::new() };
     let at = |wavelength_nm: &f64| {
         let differentiated: Vec<DifferentiatedMedia> = if DIFFERENTIATE {
             differentiations.iter().map(|by| grains.differentiated_media(stack, *wavelength_nm, by)).collect()
@@ -270,11 +250,6 @@ fn radiometry(
     }
 }
 
-/// The sharpest peak of all layers, which use the same number of streams.
-fn peak(stack: &Stack) -> Peak {
-    stack.layers.iter().filter_map(|layer| layer.sample().map(Peak::of)).max().unwrap_or_default()
-}
-
 /// Fluxes of a stack with layers of these media under each incidence, and their derivatives.
 fn stack_fluxes<const DIFFERENTIATE: bool>(
     (stack, cut): (&Stack, &Slices),
@@ -312,10 +287,11 @@ fn stack_fluxes<const DIFFERENTIATE: bool>(
             .map(|slice| MediumLayer { medium: layers[slice.layer], optical_depth: optical_depth(slice) })
             .collect();
         let incidences: Vec<Incidence> = places.iter().map(|place| stack.incidences[*place]).collect();
+        let depths: Vec<_> = slices.iter().map(|slice| (slice.medium.ice_index, slice.optical_depth)).collect();
         let layered = LayeredMedium::new(&slices, stack.ground_albedo, &incidences);
         let solved = SolvedStack::new(layers, layered, cut, media);
         for (light, place) in solved.layered.lights.iter().zip(&places) {
-            let direct = MediumLayer::direct(&slices, &stack.incidences[*place]);
+            let direct = direct(&depths, &stack.incidences[*place]);
             all[*place] = StackFluxes { direct, ..solved.fluxes(light, media) };
         }
         let is_differentiated = DIFFERENTIATE && !differentiated.is_empty();
@@ -545,73 +521,5 @@ impl ProfileChange {
             absorbed_per_m: absorbed_per_m.derivatives()[lane],
             e_folding_depth_cm: e_folding_depth_cm.derivatives()[lane],
         }
-    }
-}
-
-impl Grains {
-    /// Traces rays through the grains, also in water if any layer is wet or if wanted.
-    fn new(stack: &Stack, in_water: bool, options: &OrdinatesOptions) -> Self {
-        let plan = options.plan(&stack.incidences, peak(stack));
-        // A sample of each kind of grains, with the demand of all layers of that kind.
-        let mut kinds: Vec<(SnowSample, Demand)> = Vec::new();
-        let mut kind_of_layer = Vec::new();
-        for layer in &stack.layers {
-            let Some(sample) = layer.sample() else {
-                kind_of_layer.push(None);
-                continue;
-            };
-            let demand = Demand::of_sample(sample, &stack.wavelengths_nm);
-            let demand = Demand { wet: demand.wet || in_water, ..demand };
-            let kind = kinds.iter().position(|(other, _)| other.has_grains_of(sample)).unwrap_or(kinds.len());
-            match kinds.get_mut(kind) {
-                Some((_, whole)) => *whole = whole.and(&demand),
-                None => kinds.push((*sample, demand)),
-            }
-            kind_of_layer.push(Some(kind));
-        }
-        let tallies =
-            kinds.iter().map(|(sample, demand)| GrainTallies::new(&Population::of_sample(sample), demand, &plan));
-        Self { tallies: tallies.collect(), kind_of_layer }
-    }
-
-    /// The medium of each layer at a wavelength.
-    fn media(&self, stack: &Stack, wavelength_nm: f64, without: Option<usize>) -> Vec<Medium> {
-        let layers = stack.layers.iter().zip(&self.kind_of_layer);
-        let medium = |(layer, kind): (&Layer, &Option<usize>)| match (&layer.kind, kind) {
-            (LayerKind::Snow(sample), Some(kind)) => self.tallies[*kind].medium(sample, wavelength_nm, without),
-            (LayerKind::Snow(_), None) => unreachable!("snow has tallies"),
-            (LayerKind::Ice(table), _) => clear_ice(*table, wavelength_nm),
-        };
-        layers.map(medium).collect()
-    }
-
-    /// The medium of each layer at a wavelength, with derivatives.
-    fn differentiated_media<'v>(
-        &self,
-        stack: &Stack,
-        wavelength_nm: f64,
-        Differentiation { variables, compositions }: &Differentiation<'v>,
-    ) -> DifferentiatedMedia<'v> {
-        let layers = stack.layers.iter().zip(&self.kind_of_layer).zip(compositions);
-        let medium = |((layer, kind), composition): ((&Layer, &Option<usize>), &Option<Composition<Dual>>)| match (
-            &layer.kind,
-            kind,
-            composition,
-        ) {
-            (LayerKind::Snow(sample), Some(kind), Some(composition)) => {
-                self.tallies[*kind].medium_of(&sample.grain_size, &composition.at(wavelength_nm), None)
-            }
-            (LayerKind::Snow(_), ..) => unreachable!("snow has tallies and a composition"),
-            (LayerKind::Ice(table), ..) => clear_ice(*table, wavelength_nm),
-        };
-        DifferentiatedMedia { variables, media: layers.map(medium).collect() }
-    }
-}
-
-/// Ice that only absorbs.
-fn clear_ice<T: Real>(table: IceTable, wavelength_nm: f64) -> Medium<T> {
-    Medium {
-        extinction_per_m: T::from(Ice::new(table).absorption_per_m(wavelength_nm)),
-        scattering: Scattering { one_minus_albedo: T::from(1.0), moments: vec![T::from(0.0); MOST_STREAMS + 1] },
     }
 }
