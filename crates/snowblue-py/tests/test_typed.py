@@ -85,7 +85,8 @@ def test_functions_keep_their_names_and_help():
 def test_clear_ice_is_a_layer():
     snow = {"thickness_cm": 3, "ssa_m2_kg": 30, "density_kg_m3": 200}
     pack = [snow, {"kind": "ice", "thickness_cm": 1}, {**snow, "thickness_cm": 20}]
-    keywords = dict(depth_cm=[0, 3, 3.5, 4], angle_deg=[0, 70, "diffuse"], wavelength_nm=[450, 1030], standard_errors=False)
+    keywords = dict(depth_cm=[0, 3, 3.5, 4], angle_deg=[0, 70, "diffuse"], wavelength_nm=[450, 1030],
+                    standard_errors=False)
     solved = snowblue.layers(pack, jacobian=["thickness_cm", "ssa_m2_kg"], **keywords)
     np.testing.assert_allclose(solved.net.isel(depth=0), 1 - solved.reflectance, rtol=1e-9)
     assert (solved.net.diff("depth") < 0).all() and "kind=ice" in solved.attrs["layers"]

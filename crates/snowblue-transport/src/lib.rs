@@ -27,7 +27,8 @@
 //! computation uses SI units and radians.
 //!
 //! **Simplified.** No diffraction and no polarisation. Grains are points within the slab, and layers are homogeneous.
-//! The refractive index does not change at the faces of snow. Clear ice has no bubbles and smooth faces. A grain lies entirely in water or entirely in air.
+//! The refractive index does not change at the faces of snow. Clear ice has no bubbles and smooth faces. A grain lies
+//! entirely in water or entirely in air.
 //!
 //! **Out of scope.** Radiance inside the snow (only fluxes and fluence rates are computed), and colour
 //! (`snowblue-color`).

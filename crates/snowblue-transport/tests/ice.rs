@@ -99,8 +99,8 @@ fn ice_alone_has_its_closed_form() {
     }
 }
 
-/// What leaves the top, what the layers absorb and what the ground absorbs are all the light, which is computed by
-/// separate emissions; and where nothing absorbs the net flux is the same at each depth.
+/// The net flux is what is not reflected, at the ground what the ground absorbs, at each face the difference of the
+/// fluxes down and up, and falls with depth: all of these are computed by separate emissions.
 #[test]
 fn energy_is_conserved() {
     for (name, layers) in packs() {
@@ -133,13 +133,13 @@ fn energy_is_conserved() {
     }
 }
 
-/// The net flux falls by what is absorbed: Simpson's rule over the depths within each layer of ice and snow.
+/// Within ice the net flux falls by the fluence rate times the absorption coefficient, by Simpson's rule.
 #[test]
 fn absorbed_light_is_what_the_net_flux_loses() {
     for (name, layers) in packs() {
         let mut top_cm = 0.0;
         for (number, layer) in layers.iter().enumerate() {
-            // Half a billionth from the faces, where fluxes jump.
+            // Within the faces, where fluxes jump.
             let steps = 400;
             let inset_cm = 1e-9;
             let step_cm = (layer.thickness_cm - 2.0 * inset_cm) / f64::from(steps);

@@ -397,7 +397,9 @@ def packed_layers(
         if "thickness_cm" not in layer:
             raise TypeError(f"layers[{place}] has no thickness_cm")
         known = {name: value for name, value in layer.items() if name != "thickness_cm"}
-        packed.append((known if "kind" in known else one_snow(known).fixed, number("thickness_cm", layer["thickness_cm"])))
+        if "kind" not in known:
+            known = one_snow(known).fixed
+        packed.append((known, number("thickness_cm", layer["thickness_cm"])))
     return packed
 
 

@@ -9,13 +9,13 @@
 //! 1 − R − T = (1 − F)(1 − a)/(1 − F a),     1 − R + T = (1 − F)(1 + a)/(1 + F a),
 //! ```
 //!
-//! (Born & Wolf 1999, *Principles of Optics*, §1.5.2, for F), of which the mean over both polarisations is taken. In the
-//! network of [`layered`](super::layered), per ordinate, the shunt is μ (1 − R − T)/(1 + R + T), and the bridge is
+//! (Born & Wolf 1999, *Principles of Optics*, §1.5.2, for F), of which the mean over both polarisations is taken. In
+//! the network of [`layered`](super::layered), per ordinate, the shunt is μ (1 − R − T)/(1 + R + T), and the bridge is
 //! 2μ T/((1 + R)² − T²).
 //!
-//! Inside, radiance over n² is what its flux is outside: n² μ' dμ' = μ dμ. Unit radiance over n² that a plane within the
-//! ice emits upwards, with the transmissions a_z above it and a_r below it, leaves the top as (1 − F) a_z/(1 − F²a²) and
-//! the bottom as F a times this.
+//! Inside, radiance over n² is what its flux is outside: n² μ' dμ' = μ dμ. Unit radiance over n² that a plane within
+//! the ice emits upwards, with the transmissions a_z above it and a_r below it, leaves the top as
+//! (1 − F) a_z/(1 − F²a²) and the bottom as F a times this.
 
 use crate::dual::Real;
 use crate::quadrature::Quadrature;

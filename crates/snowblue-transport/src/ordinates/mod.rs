@@ -3,7 +3,8 @@
 //! Chandrasekhar's (1960) method with double-Gauss quadrature and δ-M scaling, averaged over azimuth because only
 //! fluxes are computed. A homogeneous medium is solved once ([`HomogeneousMedium`]); each thickness then costs two
 //! small Cholesky factorisations and each angle a sum over the modes. Layers of several media on a ground are combined
-//! by the adding method ([`LayeredMedium`]), with slabs of clear ice between them. The half-space without absorption has all azimuths ([`HalfSpace`]).
+//! by the adding method ([`LayeredMedium`]), with slabs of clear ice between them. The half-space without absorption
+//! has all azimuths ([`HalfSpace`]).
 
 mod delta_m;
 mod differentiated;

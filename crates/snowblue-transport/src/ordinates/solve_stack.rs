@@ -85,10 +85,13 @@ struct StackChanges {
 struct ProfileChange {
     /// The layer to which the depth belongs.
     layer: usize,
-    /// Downwards, upwards, and net, the fluence rate, and that of what is absorbed.
-    fluxes: [FluxChange; 5],
-    /// Of a depth within ice: the index of its slice, and the changes of the same fluxes per cm by which the plane
-    /// moves down, and per cm by which the ice gets thicker.
+    /// Downwards, upwards, and net.
+    fluxes: [FluxChange; 3],
+    fluence: FluxChange,
+    /// Of the fluence rate just within ice, at a face of it to air.
+    within_ice: Option<FluxChange>,
+    /// Of a depth within ice: the index of its slice, and the changes of the fluxes, the fluence rate and that of what
+    /// is absorbed, per cm by which the plane moves down, and per cm by which the ice gets thicker.
     within: Option<(usize, [[f64; 5]; 2])>,
     /// Of the layer.
     absorption_per_m: Dual,
@@ -402,7 +405,9 @@ impl<'m> SolvedStack<'m> {
             });
             ProfileChange {
                 layer: *layer,
-                fluxes: [down, up, net, fluence, within_ice.as_ref().unwrap_or(fluence)].map(flux),
+                fluxes: [down, up, net].map(flux),
+                fluence: flux(fluence),
+                within_ice: within_ice.as_ref().map(flux),
                 within,
                 absorption_per_m: *extinction_per_m * scattering.one_minus_albedo,
                 rate_per_cm: modes[*layer].decay_rate() * (*extinction_per_m * 0.01),
@@ -495,7 +500,9 @@ impl ProfileChange {
         (point, cut): (&ProfilePoint, &Slices),
         of: &dyn Fn(&FluxChange) -> f64,
     ) -> DepthDerivatives {
-        let mut changes = self.fluxes.each_ref().map(of);
+        let [down, up, net] = self.fluxes.each_ref().map(of);
+        let fluence = of(&self.fluence);
+        let mut changes = [down, up, net, fluence, self.within_ice.as_ref().map_or(fluence, of)];
         if let (Some((slice, [by_place, by_thickness])), Variable::Thickness, Some(layer)) =
             (&self.within, by.variable, by.layer)
         {

@@ -46,6 +46,9 @@ pub(super) fn direct(layers: &[(Option<f64>, f64)], incidence: &Incidence) -> f6
     let depth: f64 = layers.iter().filter(|(index, _)| index.is_none()).map(|(_, depth)| depth).sum();
     // The transmittance of the ice alone, with what it reflects through the snow.
     let through_ice = |cosine: f64| {
+        if layers.iter().all(|(index, _)| index.is_none()) {
+            return 1.0;
+        }
         let passed: Vec<[f64; 2]> = layers.iter().map(|(index, depth)| unscattered(*index, *depth, cosine)).collect();
         let down = Unscattered::new(&passed).down;
         let ratios = layers.iter().zip(down.windows(2)).filter(|((index, _), _)| index.is_some());
