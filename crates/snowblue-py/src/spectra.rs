@@ -60,24 +60,22 @@ pub(crate) struct GivenUncertainty {
 #[derive(FromPyObject)]
 pub(crate) struct GivenLayer(GivenKind, f64);
 
-/// What a layer consists of: a dictionary of what is known of snow, or one with a `kind`.
+/// What a layer consists of: what is known of snow, or a `kind` with the names of what else is known of it.
 enum GivenKind {
     Snow(Box<Snow>),
-    Ice(IceTable),
+    Named { kind: String, ice: Option<String>, others: Vec<String> },
 }
 
 impl<'py> FromPyObject<'_, 'py> for GivenKind {
     type Error = PyErr;
 
     fn extract(given: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
-        let known = given.cast::<PyDict>()?.copy()?;
+        let known = given.cast::<PyDict>()?;
         let Some(kind) = known.get_item("kind")? else { return Ok(Self::Snow(Box::new(given.extract()?))) };
-        known.del_item("kind")?;
-        let ice: Option<String> = known.get_item("ice")?.map(|table| table.extract()).transpose()?;
-        let keys: Vec<String> = known.keys().extract()?;
-        let property = keys.iter().find(|key| *key != "ice").map(String::as_str);
-        check_kind(&kind.extract::<String>()?, property).map_err(input)?;
-        Ok(Self::Ice(ice.map_or(Ok(IceTable::default()), |table| table.parse()).map_err(input)?))
+        let ice = known.get_item("ice")?.map(|table| table.extract()).transpose()?;
+        let mut others: Vec<String> = known.keys().extract()?;
+        others.retain(|name| !["kind", "ice"].contains(&&**name));
+        Ok(Self::Named { kind: kind.extract()?, ice, others })
     }
 }
 
@@ -510,7 +508,11 @@ impl GivenLayer {
         let Self(kind, thickness_cm) = self;
         Ok(match kind {
             GivenKind::Snow(snow) => Layer::snow(snow.sample()?, *thickness_cm),
-            GivenKind::Ice(table) => Layer::ice(*table, *thickness_cm),
+            GivenKind::Named { kind, ice, others } => {
+                check_kind(kind, others.first().map(String::as_str)).map_err(input)?;
+                let table: Option<IceTable> = ice.as_deref().map(str::parse).transpose().map_err(input)?;
+                Layer::ice(table.unwrap_or_default(), *thickness_cm)
+            }
         })
     }
 }

@@ -9,6 +9,7 @@ use snowblue_transport::ordinates::{
     solve_stack_without_errors,
 };
 use snowblue_transport::slab::FluxDerivatives;
+use snowblue_transport::stack::ICE_THICKNESS_RANGE;
 use snowblue_transport::sunlight::Band;
 use snowblue_transport::{
     DepthDerivatives, DepthFluxes, GrainSize, IceTable, Impurities, Incidence, Layer, LayerVariable, SnowSample, Stack,
@@ -476,9 +477,16 @@ fn derivatives_of_extreme_layers_are_numbers() {
             // The table of water ends before 1490 nm.
             let has_table = |variable: &Variable| is_wet || *variable != Variable::WaterSaturation;
             let variables: Vec<Variable> = Variable::ALL.into_iter().filter(has_table).collect();
-            for row in differentiate(&stack, &variables, &OPTIONS) {
-                assert!(row.iter().all(|derivative| derivative.is_finite()), "{stack:?} {row:?}");
-                checked += 1;
+            // And with the thinnest ice on top, and the thickest below the first layer.
+            let ice = [(0, ICE_THICKNESS_RANGE.least), (2, ICE_THICKNESS_RANGE.greatest)];
+            let with_ice = iced(stack.clone(), if layers.len() > 1 { &ice } else { &ice[..1] });
+            for stack in [stack, with_ice] {
+                let solved = values(&stack, &OPTIONS);
+                assert!(solved.iter().flatten().all(|value| *value > -1e-12), "{stack:?} {solved:?}");
+                for row in differentiate(&stack, &variables, &OPTIONS) {
+                    assert!(row.iter().all(|derivative| derivative.is_finite()), "{stack:?} {row:?}");
+                    checked += 1;
+                }
             }
         }
     }
