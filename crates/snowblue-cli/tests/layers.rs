@@ -125,7 +125,33 @@ fn the_last_layer_may_be_a_half_space() {
     std::fs::write(&path, PACK.replace("thickness_cm = 2\n", "thickness_cm = inf\n")).unwrap();
     assert_refused(&arguments, &["pack.toml:3: ", "thickness is inf cm", "0–100000 cm"]);
     std::fs::write(&path, PACK.replace("density_kg_m3 = 120", "density_kg_m3 = 917")).unwrap();
-    assert_refused(&arguments, &["pack.toml:6: ", "density is 917 kg/m³", "clear ice"]);
+    assert_refused(&arguments, &["pack.toml:6: ", "density is 917 kg/m³", "kind = \"ice\""]);
+}
+
+/// Ice between snow dims what is below it, and has no property of snow.
+#[test]
+fn a_layer_may_be_clear_ice() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("pack.toml");
+    let arguments =
+        ["spectrum", "--layers", path.to_str().unwrap(), "--depths", "0,2,2.5,11.5", "--wavelengths", "450"];
+    let profile = |text: &str| {
+        std::fs::write(&path, text).unwrap();
+        rows(&arguments, PROFILE)
+    };
+    let (first, second) = PACK.split_at(PACK.rfind("[[layer]]").unwrap());
+    let ice = "[[layer]]\nkind = \"ice\"\nthickness_cm = 1\n";
+    let iced = profile(&format!("{first}{ice}{second}"));
+    // The same without ice, and 1 cm more of the snow below.
+    let plain = profile(&PACK.replace("8.5", "9.5"));
+    assert_eq!((iced.len(), iced[0][0]), (4, 11.5));
+    assert!(iced[0][5] > 0.5 && iced[3][4] < plain[3][4] * 1.5, "{iced:?} {plain:?}");
+    // In the ice, of which 0.03 per m absorb, hardly any net flux is lost.
+    assert!((iced[2][6] / iced[1][6] - 1.0).abs() < 1e-2 && iced[2][8] > 1000.0, "{iced:?}");
+    std::fs::write(&path, format!("{first}{ice}ssa_m2_kg = 20\n{second}")).unwrap();
+    assert_refused(&arguments, &["pack.toml:10: ", "ssa_m2_kg is not of clear ice"]);
+    std::fs::write(&path, format!("{first}{}{second}", ice.replace('1', "0.001"))).unwrap();
+    assert_refused(&arguments, &["pack.toml:9: ", "thickness of ice is 0.001 cm", "0.01–100000 cm"]);
 }
 
 const SKY_BANDS: &str = "depth_cm,bottom_cm,band,unit,down_per_m2,up_per_m2,net_per_m2,actinic_per_m2,absorbed_per_m2,\

@@ -343,8 +343,8 @@ impl SnowBody {
         SurfaceValues(elements.par_iter().map(|values| self.surface_nodes.smooth(&self.grid, values)).collect())
     }
 
-    /// Smooths the net flux outwards and the exitance of the surface elements. The exitance does not fall below 0 beside
-    /// bright edges.
+    /// Smooths the net flux outwards and the exitance of the surface elements. The exitance does not fall below 0
+    /// beside bright edges.
     #[must_use]
     pub fn smooth_light(&self, flux: &[Vec<f32x4>], exitance: &[Vec<f32x4>]) -> [SurfaceValues; 2] {
         let of_group = |(flux, exitance): (&Vec<f32x4>, &Vec<f32x4>)| {

@@ -243,7 +243,7 @@ impl GivenPacks<'_> {
             };
             let slab = || -> PyResult<Vec<Layer>> {
                 let sample = samples[place(0, samples.len())?];
-                Ok(vec![Layer { sample, thickness_cm: self.thickness_cm[place(1, self.thickness_cm.len())?] }])
+                Ok(vec![Layer::snow(sample, self.thickness_cm[place(1, self.thickness_cm.len())?])])
             };
             let mut observation = Observation {
                 layers: layers.as_ref().map_or_else(slab, |layers| Ok(layers.clone()))?,

@@ -10,9 +10,9 @@ use snowblue_transport::monte_carlo::{self, Distribution, GoniometricOptions, Mo
 use snowblue_transport::ordinates::{self, DifferentiatedFluxes, DifferentiatedStack};
 use snowblue_transport::slab::{Estimate, FluxDerivatives, Incidence, Radiometry};
 use snowblue_transport::spread::{FluxIntervals, SizeDeviation, Uncertainty, solve_spread};
-use snowblue_transport::stack::{DepthDerivatives, DepthFluxes, Layer, Stack, StackDerivatives};
+use snowblue_transport::stack::{DepthDerivatives, DepthFluxes, Layer, Stack, StackDerivatives, check_kind};
 use snowblue_transport::sunlight::{Band, LinearSpectrum, band_integrals, response_weights};
-use snowblue_transport::{LayerVariable, Substance, Variable};
+use snowblue_transport::{IceTable, LayerVariable, Substance, Variable};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -58,7 +58,26 @@ pub(crate) struct GivenUncertainty {
 
 /// A layer and its thickness.
 #[derive(FromPyObject)]
-pub(crate) struct GivenLayer(Snow, f64);
+pub(crate) struct GivenLayer(GivenKind, f64);
+
+/// What a layer consists of: what is known of snow, or a `kind` with the names of what else is known of it.
+enum GivenKind {
+    Snow(Box<Snow>),
+    Named { kind: String, ice: Option<String>, others: Vec<String> },
+}
+
+impl<'py> FromPyObject<'_, 'py> for GivenKind {
+    type Error = PyErr;
+
+    fn extract(given: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        let known = given.cast::<PyDict>()?;
+        let Some(kind) = known.get_item("kind")? else { return Ok(Self::Snow(Box::new(given.extract()?))) };
+        let ice = known.get_item("ice")?.map(|table| table.extract()).transpose()?;
+        let mut others: Vec<String> = known.keys().extract()?;
+        others.retain(|name| !["kind", "ice"].contains(&&**name));
+        Ok(Self::Named { kind: kind.extract()?, ice, others })
+    }
+}
 
 /// Layers on a ground.
 #[derive(FromPyObject)]
@@ -486,8 +505,15 @@ impl Ground {
 
 impl GivenLayer {
     pub(crate) fn layer(&self) -> PyResult<Layer> {
-        let Self(snow, thickness_cm) = self;
-        Ok(Layer { sample: snow.sample()?, thickness_cm: *thickness_cm })
+        let Self(kind, thickness_cm) = self;
+        Ok(match kind {
+            GivenKind::Snow(snow) => Layer::snow(snow.sample()?, *thickness_cm),
+            GivenKind::Named { kind, ice, others } => {
+                check_kind(kind, others.first().map(String::as_str)).map_err(input)?;
+                let table: Option<IceTable> = ice.as_deref().map(str::parse).transpose().map_err(input)?;
+                Layer::ice(table.unwrap_or_default(), *thickness_cm)
+            }
+        })
     }
 }
 

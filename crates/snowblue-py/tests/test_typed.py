@@ -146,8 +146,41 @@ def test_functions_keep_their_names_and_help():
     assert snowblue.spectrum.__name__ == "spectrum" and "half-space" in snowblue.spectrum.__doc__
 
 
+def test_clear_ice_is_a_layer():
+    snow = {"thickness_cm": 3, "ssa_m2_kg": 30, "density_kg_m3": 200}
+    pack = [snow, {"kind": "ice", "thickness_cm": 1}, {**snow, "thickness_cm": 20}]
+    keywords = dict(depth_cm=[0, 3, 3.5, 4], angle_deg=[0, 70, "diffuse"], wavelength_nm=[450, 1030],
+                    standard_errors=False)
+    solved = snowblue.layers(pack, jacobian=["thickness_cm", "ssa_m2_kg"], **keywords)
+    np.testing.assert_allclose(solved.net.isel(depth=0), 1 - solved.reflectance, rtol=1e-9)
+    assert (solved.net.diff("depth") < 0).all() and "kind=ice" in solved.attrs["layers"]
+    assert (solved.reflectance_per_ssa_m2_kg.isel(changed_layer=1) == 0).all()
+    thicker = snowblue.layers([snow, {"kind": "ice", "thickness_cm": 1.0001}, pack[2]], **keywords)
+    slope = (thicker.reflectance - solved.reflectance) / 0.0001
+    # To first order in the step, and rounding over it.
+    np.testing.assert_allclose(solved.reflectance_per_thickness_cm.isel(changed_layer=1), slope, rtol=1e-3, atol=1e-9)
+    table = pd.DataFrame({"thickness_cm": [3, 1, 20], "kind": [np.nan, "ice", np.nan], "ssa_m2_kg": [30, np.nan, 30],
+                          "density_kg_m3": [200, np.nan, 200]})
+    assert snowblue.layers(table, **keywords).reflectance.equals(solved.reflectance)
+    walked = snowblue.layers(pack, angle_deg=70, wavelength_nm=1030, engine="montecarlo", rays=20_000)
+    exact = solved.sel(angle=70, wavelength=1030)
+    assert abs(walked.reflectance - exact.reflectance).item() < 4 * walked.reflectance_se.item()
+    light = snowblue.light_at_depth(pack, {"elevation_deg": 30}, depth_cm=[1, 3.5])
+    assert (light.solar_layer_absorbed > 0).all() and (light.layer_warming > 0).all()
+    alone = snowblue.layers([{"kind": "ice", "thickness_cm": 1, "ice": "picard2016"}], wavelength_nm=450)
+    # Two faces in air reflect 2 F/(1 + F).
+    np.testing.assert_allclose(alone.reflectance.item(), 2 * 0.01861 / 1.01861, rtol=0.01)
+
+
 def test_ice_is_refused_with_a_reason():
-    with pytest.raises(ValueError, match="density is 917 kg/m³, but must lie in 10–900 kg/m³: .* clear ice"):
+    for layer, message in [
+        ({"kind": "ice", "thickness_cm": 1, "ssa_m2_kg": 20}, "ssa_m2_kg is not of clear ice"),
+        ({"kind": "water", "thickness_cm": 1}, "kind of layer 'water' is not known; there are ice"),
+        ({"kind": "ice", "thickness_cm": 0}, "thickness of ice is 0 cm, but must lie in 0.01–100000 cm"),
+    ]:
+        with pytest.raises(ValueError, match=message):
+            snowblue.layers([layer])
+    with pytest.raises(ValueError, match="density is 917 kg/m³, but must lie in 10–900 kg/m³: .* kind = \"ice\""):
         snowblue.layers([{"thickness_cm": 3}, {"thickness_cm": 1, "density_kg_m3": 917}])
     with pytest.raises(ValueError, match="density is 1200 kg/m³, but must lie in 10–900 kg/m³$"):
         snowblue.spectrum(density_kg_m3=1200)

@@ -103,7 +103,7 @@ fn a_slab_under_a_uniform_sky_returns_what_it_does_not_absorb() {
 #[test]
 fn snow_on_white_ground_agrees_with_a_stack_on_white_ground() {
     let stack = Stack {
-        layers: vec![Layer { sample: SnowSample::default(), thickness_cm: 2.0 }],
+        layers: vec![Layer::snow(SnowSample::default(), 2.0)],
         ground_albedo: 1.0,
         depths_cm: vec![],
         incidences: vec![Incidence::Beam { angle_deg: 30.0 }],

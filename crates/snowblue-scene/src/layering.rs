@@ -139,6 +139,16 @@ mod tests {
     const PACK: &str = "[[layer]]\nthickness_cm = 2\ngrain_size_um = 200\ndensity_kg_m3 = 350\n\
         [[layer]]\nthickness_cm = 8\ngrain_size_um = 800\ndensity_kg_m3 = 250\n";
 
+    #[test]
+    fn layers_of_clear_ice_are_refused() {
+        let pack = format!("{PACK}[[layer]]\nkind = \"ice\"\nthickness_cm = 1\n");
+        let files = FilesInMemory::from([("pack.toml", &*pack)]);
+        let body = "[[object]]\nshape = \"box\"\nsize = [1, 1, 1]\nmaterial = \"pack\"\n";
+        let file = SceneFile::parse(format!("{HEAD}{body}"), "scene.toml").unwrap();
+        let message = file.description.build(&files).err().unwrap().to_string();
+        assert!(message.contains("pack.toml:9") && message.contains("clear ice"), "{message}");
+    }
+
     /// Two steps of a stair, as one body: depth counts from the step above the point, and through a gap.
     #[test]
     fn depth_follows_the_terrain_or_a_height() {

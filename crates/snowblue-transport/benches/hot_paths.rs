@@ -94,12 +94,9 @@ fn derivatives_of_many_slabs(bencher: Bencher, variables: usize) {
 /// The same for five layers on a ground, each with its own derivatives, without and with four depths.
 #[divan::bench(args = [(0, 0), (0, 4), (4, 0), (4, 4)])]
 fn derivatives_of_layers(bencher: Bencher, (variables, depths): (usize, u32)) {
-    let layer = |place: u32| Layer {
-        sample: SnowSample {
-            grain_size: GrainSize::from_specific_surface_area(40.0 / f64::from(place), -5.0).unwrap(),
-            ..SnowSample::default()
-        },
-        thickness_cm: 2.0 * f64::from(place),
+    let layer = |place: u32| {
+        let grain_size = GrainSize::from_specific_surface_area(40.0 / f64::from(place), -5.0).unwrap();
+        Layer::snow(SnowSample { grain_size, ..SnowSample::default() }, 2.0 * f64::from(place))
     };
     let stack = Stack {
         layers: (1..=5).map(layer).collect(),

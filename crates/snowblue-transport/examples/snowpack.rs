@@ -10,12 +10,9 @@ fn main() -> Result<(), TransportError> {
     let black_carbon = Impurities::none().with(Substance::BlackCarbon, 20.0);
     let stack = Stack {
         layers: vec![
-            Layer { sample: SnowType::Fresh.sample()?, thickness_cm: 3.0 },
-            Layer {
-                sample: SnowSample { impurities: black_carbon, ..SnowType::WindPacked.sample()? },
-                thickness_cm: 5.0,
-            },
-            Layer { sample: SnowType::Rounded.sample()?, thickness_cm: 12.0 },
+            Layer::snow(SnowType::Fresh.sample()?, 3.0),
+            Layer::snow(SnowSample { impurities: black_carbon, ..SnowType::WindPacked.sample()? }, 5.0),
+            Layer::snow(SnowType::Rounded.sample()?, 12.0),
         ],
         ground_albedo: 0.15,
         depths_cm: vec![0.0, 1.0, 3.0, 8.0, 20.0],

@@ -34,6 +34,7 @@ pub(crate) trait Real:
     fn ln(self) -> Self;
     fn exp(self) -> Self;
     fn exp_m1(self) -> Self;
+    fn sqrt(self) -> Self;
     fn sinh(self) -> Self;
     fn cosh(self) -> Self;
     fn tanh(self) -> Self;
@@ -67,6 +68,10 @@ impl Real for f64 {
 
     fn exp_m1(self) -> Self {
         self.exp_m1()
+    }
+
+    fn sqrt(self) -> Self {
+        self.sqrt()
     }
 
     fn sinh(self) -> Self {
@@ -128,6 +133,11 @@ impl Real for Dual {
 
     fn exp_m1(self) -> Self {
         self.chain(self.value.exp_m1(), self.value.exp())
+    }
+
+    fn sqrt(self) -> Self {
+        let value = self.value.sqrt();
+        self.chain(value, 0.5 / value)
     }
 
     fn sinh(self) -> Self {
@@ -258,13 +268,14 @@ mod tests {
     #[test]
     fn derivatives_are_those_of_calculus() {
         let x = 0.7_f64;
-        let functions: [Known; 9] = [
+        let functions: [Known; 10] = [
             (|x| x * x * x, x.powi(3), 3.0 * x * x),
             (|x| Dual::from(2.0) / x - x, 2.0 / x - x, -2.0 / (x * x) - 1.0),
             (|x| -(x * 3.0 + 1.0) / 2.0, -(3.0 * x + 1.0) / 2.0, -1.5),
             (|x| x.exp() - 1.0, x.exp() - 1.0, x.exp()),
             (Dual::exp_m1, x.exp_m1(), x.exp()),
             (Dual::ln, x.ln(), 1.0 / x),
+            (Dual::sqrt, x.sqrt(), 0.5 / x.sqrt()),
             (|x| x.sinh() + x.cosh(), x.exp(), x.exp()),
             (Dual::tanh, x.tanh(), 1.0 / x.cosh().powi(2)),
             (Dual::mean_decay, (1.0 - (-x).exp()) / x, ((-x).exp() * (1.0 + x) - 1.0) / (x * x)),

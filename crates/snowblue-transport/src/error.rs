@@ -8,8 +8,14 @@ pub enum TransportError {
     /// A quantity lies outside the range in which the model holds, or the ends of an interval are in the wrong order.
     #[error(transparent)]
     Range(#[from] RangeError),
-    /// A layer of clear ice.
-    #[error("{error}: snow has separate grains, and a layer of clear ice, with faces that mirror, has no model")]
+    /// A property of snow for a layer of clear ice.
+    #[error("{key} is not of clear ice, of which only thickness_cm is given")]
+    IceProperty {
+        /// Key of the property.
+        key: String,
+    },
+    /// The density of clear ice for snow.
+    #[error("{error}: snow has separate grains; a layer of clear ice has kind = \"ice\"")]
     ClearIce {
         /// The density and its range.
         error: RangeError,

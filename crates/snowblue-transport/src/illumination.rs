@@ -13,11 +13,14 @@
 use crate::TransportError;
 use crate::optics::ice;
 use crate::ordinates::{DifferentiatedStack, OrdinatesOptions, differentiate_stack, solve_stack_without_errors};
-use crate::sample::SnowSample;
+use crate::sample::{SnowSample, TEMPERATURE};
 use crate::slab::{ANGLE_RANGE, Incidence};
 use crate::stack::{DepthDerivatives, Layer, Stack, StackRadiometry};
 use crate::sunlight::{Band, band_integrals};
 use crate::variable::{LayerVariable, Variable};
+
+/// Temperature of clear ice, that of snow by default, in °C.
+const ICE_TEMPERATURE_C: f64 = TEMPERATURE.default;
 
 /// Light on a level surface: its spectral irradiances, in W m⁻² nm⁻¹.
 #[derive(Debug, Clone, PartialEq)]
@@ -145,9 +148,12 @@ pub fn differentiate_light_in_layers(
             let change = |row: usize, place: usize| {
                 let at = derivatives[row * of_layers.len() + place_of_variable].profile[place];
                 let DepthDerivatives { down, up, net, fluence, absorbed_per_m, .. } = at;
-                // A face moves down with the thickness of a layer above it, and the net flux falls with depth.
+                // A face moves down with the thickness of a layer above it, and the net flux falls with depth. A depth
+                // at the ground under ice has moved with it.
                 let layers_above = place.saturating_sub(lit.depths);
-                let moves = by.variable == Variable::Thickness && by.layer.is_some_and(|layer| layer < layers_above);
+                let is_own = by.layer.is_some_and(|layer| layer < layers_above);
+                let has_moved = layers_above == stack.layers.len() && stack.layers[layers_above - 1].is_ice();
+                let moves = by.variable == Variable::Thickness && is_own && !has_moved;
                 let net = if moves { net - 0.01 * unit(row, place).absorbed_per_m } else { net };
                 LightLevel { down, up, net, actinic: fluence, absorbed_per_m }
             };
@@ -284,14 +290,19 @@ impl LightInLayers {
 
 impl BandLight {
     /// Rates at which the light warms the ice, in K/h: at each depth, and of each layer on average. Where water is in
-    /// the snow they are NaN, as it melts instead, and so is that of a half-space.
+    /// the snow they are NaN, as it melts instead, and so is that of a half-space. Clear ice is at the default
+    /// temperature.
     #[must_use]
     pub fn warming_k_h(&self, stack: &Stack) -> [Vec<f64>; 2] {
-        let at = |(level, layer): (&LightLevel, &Layer)| warming_k_h(level.absorbed_per_m, &layer.sample);
+        let rate = |power_w_m3: f64, layer: &Layer| match layer.sample() {
+            Some(sample) => warming_k_h(power_w_m3, sample),
+            None => warming_of_ice_k_h(power_w_m3, ice::density_kg_m3(ICE_TEMPERATURE_C), ICE_TEMPERATURE_C),
+        };
+        let at = |(level, layer): (&LightLevel, &Layer)| rate(level.absorbed_per_m, layer);
         let powers = self.absorbed_per_m_of_layers(stack);
         [
             self.levels.iter().zip(stack.layers_at_depths()).map(at).collect(),
-            powers.iter().zip(&stack.layers).map(|(power, layer)| warming_k_h(*power, &layer.sample)).collect(),
+            powers.iter().zip(&stack.layers).map(|(power, layer)| rate(*power, layer)).collect(),
         ]
     }
 
@@ -321,5 +332,9 @@ pub fn warming_k_h(absorbed_w_m3: f64, sample: &SnowSample) -> f64 {
     if sample.water_saturation > 0.0 {
         return f64::NAN;
     }
-    3600.0 * absorbed_w_m3 / (sample.density_kg_m3 * ice::heat_capacity_j_kg_k(sample.temperature_c))
+    warming_of_ice_k_h(absorbed_w_m3, sample.density_kg_m3, sample.temperature_c)
+}
+
+fn warming_of_ice_k_h(absorbed_w_m3: f64, density_kg_m3: f64, temperature_c: f64) -> f64 {
+    3600.0 * absorbed_w_m3 / (density_kg_m3 * ice::heat_capacity_j_kg_k(temperature_c))
 }

@@ -1,4 +1,4 @@
-//! Layers of snow from a TOML file.
+//! Layers of snow and clear ice from a TOML file.
 //!
 //! ```toml
 //! ice = "warren2008"          # or "picard2016"; for all layers
@@ -16,7 +16,14 @@
 //! temperature_c = -5
 //! ```
 //!
-//! Missing keys have the values of [`SnowSample::default`](crate::SnowSample).
+//! Missing keys have the values of [`SnowSample::default`](crate::SnowSample). A layer of clear ice has a thickness
+//! alone:
+//!
+//! ```toml
+//! [[layer]]
+//! kind = "ice"
+//! thickness_cm = 0.5
+//! ```
 
 use std::fmt::Display;
 use std::ops::Range;
@@ -28,25 +35,28 @@ use toml::de::DeValue;
 
 use crate::optics::IceTable;
 use crate::sample::{SnowKeyError, SnowKeys};
-use crate::stack::Layer;
+use crate::stack::{ICE_KIND, Layer, check_kind};
 
 /// Greatest number of layers in a file. Each kind of grain costs a scattering tally of some tenths of a second.
 pub const MOST_LAYERS: usize = 1000;
 
-/// Layers of snow, and the table of ice that all of them use.
+/// Layers of snow and clear ice, and the table of ice that all of them use.
 ///
 /// ```
 /// # use snowblue_transport::layer_file::LayerFile;
 /// let pack = LayerFile::parse("[[layer]]\nthickness_cm = 3\nsnow = \"fresh\"\n[[layer]]\nthickness_cm = 20\n")?;
 /// assert_eq!(pack.layers.len(), 2);
+/// let [fresh, below] = [0, 1].map(|layer| *pack.layers[layer].sample().unwrap());
 /// // Fresh snow is light.
-/// assert!(pack.layers[0].sample.density_kg_m3 < 0.5 * pack.layers[1].sample.density_kg_m3);
+/// assert!(fresh.density_kg_m3 < 0.5 * below.density_kg_m3);
 /// # Ok::<(), snowblue_transport::layer_file::LayerFileError>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct LayerFile {
     /// The layers, top first: at least one.
     pub layers: Vec<Layer>,
+    /// The bytes of the text of each layer.
+    pub spans: Vec<Range<usize>>,
     /// Table of the absorption of ice.
     pub ice: IceTable,
 }
@@ -92,7 +102,7 @@ impl LayerFile {
         }
         let read = |(index, table)| read_layer(table, index, (ice, index + 1 == tables.len()));
         let layers: Result<_, _> = tables.iter().enumerate().map(read).collect();
-        Ok(Self { layers: layers?, ice })
+        Ok(Self { layers: layers?, spans: tables.iter().map(Spanned::span).collect(), ice })
     }
 }
 
@@ -125,6 +135,18 @@ fn read_layer(
         return Err(LayerFileError::at(key.span(), "`ice` is the same for all layers: it stands above them"));
     }
     let thickness_cm = read(&thickness, &path.key("thickness_cm"), &[])?;
+    let checked = |layer: Layer| match layer.check(is_last) {
+        Ok(()) => Ok(layer),
+        Err(error) => Err(LayerFileError::at(thickness.span(), error)),
+    };
+    if let Some(kind) = keys.remove("kind") {
+        let name: String = read(&kind, &path.key("kind"), &[])?;
+        if let Err(error) = check_kind(&name, keys.keys().next().map(|key| &**key.get_ref())) {
+            let key = keys.keys().next().filter(|_| name == ICE_KIND);
+            return Err(LayerFileError::at(key.map_or(kind.span(), Spanned::span), error));
+        }
+        return checked(Layer::ice(ice, thickness_cm));
+    }
     let snow: SnowKeys = read(&Spanned::new(value.span(), DeValue::Table(keys.clone())), &path, &["thickness_cm"])?;
     let snow = SnowKeys { ice: Some(ice.name().to_owned()), ..snow };
     let sample = snow.sample().map_err(|SnowKeyError { key, impurity, error }| {
@@ -132,9 +154,7 @@ fn read_layer(
         let given_impurity = impurity.and_then(|name| given?.get_ref().as_table()?.get(name.as_str()));
         LayerFileError::at(given_impurity.or(given).map_or(value.span(), Spanned::span), error)
     })?;
-    let layer = Layer { sample, thickness_cm };
-    layer.check(is_last).map_err(|error| LayerFileError::at(thickness.span(), error))?;
-    Ok(layer)
+    checked(Layer::snow(sample, thickness_cm))
 }
 
 #[cfg(test)]
@@ -146,13 +166,14 @@ mod tests {
     fn values_are_numbers_or_lists() {
         let text = "[[layer]]\nthickness_cm = 3\ngrain_size_um = 200\nfacetness = 0.5\nsphericity = 0.9\n\
                     [[layer]]\nthickness_cm = 2\ngrain_size_um = [100, 300]\nfacetness = [0, 1, 0.5, 0.2]\n";
-        let [first, second] = LayerFile::parse(text).unwrap().layers[..] else { panic!("two layers") };
+        let layers = LayerFile::parse(text).unwrap().layers;
+        let [first, second] = [0, 1].map(|layer| *layers[layer].sample().unwrap());
         let ends = |sample: &SnowSample| (sample.grain_size.min_um, sample.grain_size.max_um);
-        assert_eq!((ends(&first.sample), ends(&second.sample)), ((150.0, 250.0), (100.0, 300.0)));
-        assert_eq!(first.sample.facetness, TruncatedNormal::facetness_around(0.5));
-        assert_eq!(first.sample.sphericity, TruncatedNormal::exactly(0.9));
+        assert_eq!((ends(&first), ends(&second)), ((150.0, 250.0), (100.0, 300.0)));
+        assert_eq!(first.facetness, TruncatedNormal::facetness_around(0.5));
+        assert_eq!(first.sphericity, TruncatedNormal::exactly(0.9));
         let wide = TruncatedNormal { min: 0.0, max: 1.0, mean: 0.5, standard_deviation: 0.2 };
-        assert_eq!(second.sample.facetness, wide);
+        assert_eq!(second.facetness, wide);
     }
 
     #[test]
@@ -162,6 +183,11 @@ mod tests {
             ("thickness_cm = 3\ngrain_size_um = [1, 2, 3]", "3"),
             ("thickness_cm = 3\nfacetness = \"rough\"", "number or a list of numbers"),
             ("thickness_cm = -3", "thickness is -3 cm"),
+            ("thickness_cm = 3\ndensity_kg_m3 = 917", "kind = \"ice\""),
+            ("thickness_cm = 3\nkind = \"water\"", "kind of layer 'water' is not known; there are ice"),
+            ("thickness_cm = 3\nkind = \"ice\"\nssa_m2_kg = 3", "ssa_m2_kg is not of clear ice"),
+            ("thickness_cm = 0\nkind = \"ice\"", "thickness of ice is 0 cm, but must lie in 0.01–100000 cm"),
+            ("thickness_cm = inf\nkind = \"ice\"", "thickness of ice is inf cm"),
         ] {
             let error = LayerFile::parse(&format!("[[layer]]\n{layer}\n")).unwrap_err();
             assert!(error.reason.contains(expected), "{}", error.reason);

@@ -27,7 +27,8 @@
 //! computation uses SI units and radians.
 //!
 //! **Simplified.** No diffraction and no polarisation. Grains are points within the slab, and layers are homogeneous.
-//! The refractive index does not change at the faces of the slab. A grain lies entirely in water or entirely in air.
+//! The refractive index does not change at the faces of snow. Clear ice has no bubbles and smooth faces. A grain lies
+//! entirely in water or entirely in air.
 //!
 //! **Out of scope.** Radiance inside the snow (only fluxes and fluence rates are computed), and colour
 //! (`snowblue-color`).
@@ -78,5 +79,5 @@ pub use range::WavelengthRange;
 pub use sample::{GrainSize, SizeMeasure, SnowSample, SnowType, TruncatedNormal};
 pub use slab::{Estimate, Incidence, Radiometry, Slab};
 pub use snowblue_base::{Parameter, ParameterRange, RangeError, short_number};
-pub use stack::{DepthDerivatives, DepthFluxes, Layer, Stack, StackDerivatives, StackRadiometry};
+pub use stack::{DepthDerivatives, DepthFluxes, Layer, LayerKind, Stack, StackDerivatives, StackRadiometry};
 pub use variable::{LayerVariable, Variable};

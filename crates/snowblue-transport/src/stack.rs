@@ -1,8 +1,16 @@
-//! Layers of different snow on a ground under light, and their fluxes above, below and at any depth.
+//! Layers of different snow, and of clear ice, on a ground under light, and their fluxes above, below and at any depth.
+//!
+//! **Clear ice.** A layer of ice has no bubbles and smooth, parallel faces to air. Light refracts at its faces by
+//! Fresnel's equations and is absorbed along its path; nothing scatters it. Light that its two faces reflect again and
+//! again is summed by power, separately for both polarisations, whose mean leaves the ice: the ice is thick against the
+//! wavelength and the coherence length of the light. Between layers light has no polarisation. Neighbouring layers of
+//! ice are one slab. The ground is under air as well.
 
 use snowblue_base::{Parameter, ParameterRange};
 
-use crate::TransportError;
+use crate::error::{TransportError, find_by_name};
+use crate::optics::{Ice, IceTable};
+use crate::range::WavelengthRange;
 use crate::sample::SnowSample;
 use crate::slab::{
     Estimate, FluxDerivatives, Incidence, Radiometry, THICKNESS_RANGE, check_incidences, check_thickness,
@@ -24,19 +32,35 @@ pub const GROUND_ALBEDO: Parameter = Parameter {
     source: "Stamnes et al. 1988, doi:10.1364/AO.27.002502",
 };
 
+/// Thickness of a layer of clear ice, in cm: thick against the coherence length of light in a band of 10 nm.
+pub const ICE_THICKNESS_RANGE: ParameterRange =
+    ParameterRange { quantity: "thickness of ice", least: 0.01, greatest: THICKNESS_RANGE.greatest, unit: "cm" };
+
+/// The word for a layer of clear ice, by the key `kind`.
+pub const ICE_KIND: &str = "ice";
+
 /// Relative rounding by which a depth may exceed the sum of the thicknesses.
 const DEPTH_ROUNDING: f64 = 1e-12;
 
-/// A layer of one snow sample.
+/// A layer of one snow sample, or of clear ice.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Layer {
-    /// The snow.
-    pub sample: SnowSample,
-    /// Thickness, in cm; infinity for the last layer of a half-space, by ordinates only.
+    /// What it consists of.
+    pub kind: LayerKind,
+    /// Thickness, in cm; infinity for the last layer of a half-space of snow, by ordinates only.
     pub thickness_cm: f64,
 }
 
-/// Layers of snow on a Lambertian ground, under every incidence at every wavelength.
+/// What a layer consists of.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum LayerKind {
+    /// Snow.
+    Snow(SnowSample),
+    /// Clear ice, by a table of its absorption.
+    Ice(IceTable),
+}
+
+/// Layers of snow and ice on a Lambertian ground, under every incidence at every wavelength.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stack {
     /// Layers, top first.
@@ -57,7 +81,8 @@ pub struct StackRadiometry {
     /// Fluxes of the whole stack over the incident flux: R leaves the top, T arrives at the ground (including light
     /// that the ground has reflected before), and the snow absorbs 1 − R − (1 − albedo) T.
     pub whole: Radiometry,
-    /// Unscattered part of the transmittance: exp(−τ/μ₀), or 2 E₃(τ) for Lambertian light.
+    /// Unscattered part of the transmittance: exp(−τ/μ₀), or 2 E₃(τ) for Lambertian light; less what ice reflects and
+    /// absorbs.
     pub direct: f64,
     /// Fluxes at each of the depths. Automatic streams are chosen for T: just below the top at 80° these are off by
     /// 1.5·10⁻⁴.
@@ -65,6 +90,8 @@ pub struct StackRadiometry {
 }
 
 /// Fluxes through a horizontal plane in the snow over the incident flux.
+///
+/// At a face of ice they are those outside it: in the snow, or in the air above the top and at the ground.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DepthFluxes {
     /// Depth below the top, in cm.
@@ -76,12 +103,14 @@ pub struct DepthFluxes {
     /// Downwards less upwards: the flux that the snow and the ground below absorb.
     pub net: Estimate,
     /// Fluence rate, from all directions: the actinic flux. It is 1/cos θ for a beam that nothing has scattered, 2 for
-    /// Lambertian light on one side, and 4 times `down` where light is isotropic.
+    /// Lambertian light on one side, and 4 times `down` where light is isotropic. In ice it is that of the refracted
+    /// light.
     pub fluence: Estimate,
-    /// Flux that the snow below this depth (at the ground, above it) absorbs per m of depth, in 1/m.
+    /// Flux that the snow below this depth (at the ground and at the top of ice under snow, above it) absorbs per m of
+    /// depth, in 1/m; at a face of ice to air, that of the ice.
     pub absorbed_per_m: Estimate,
-    /// E-folding depth of the snow below this depth (at the ground, above it), in cm: the distance over which light
-    /// decays by e far from all faces, 1/(κ k) with the rate k of the slowest mode per optical depth.
+    /// E-folding depth of the same snow, in cm: the distance over which light decays by e far from all faces, 1/(κ k)
+    /// with the rate k of the slowest mode per optical depth. That of ice is the inverse of its absorption coefficient.
     pub e_folding_depth_cm: Estimate,
 }
 
@@ -91,7 +120,8 @@ pub struct StackDerivatives {
     /// Of the whole stack.
     pub whole: FluxDerivatives,
     /// At each of the depths, which stay where they are below the top as faces move. At the depth of a face the
-    /// derivatives are those in the snow below it, at the ground above it.
+    /// derivatives are those in the snow below it, at the ground and at the top of ice above it. A depth at the ground
+    /// under ice is that of the ground, wherever it is.
     pub profile: Vec<DepthDerivatives>,
 }
 
@@ -112,11 +142,13 @@ pub struct DepthDerivatives {
     pub e_folding_depth_cm: f64,
 }
 
-/// A part of a layer between two depths.
+/// A part of a layer between two depths, or a slab of ice.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Slice {
-    /// Index of the layer.
+    /// Index of the layer; of several layers of ice the first.
     pub(crate) layer: usize,
+    /// Whether it is of ice, with all neighbouring ice.
+    pub(crate) is_ice: bool,
     /// Thickness of the slice, in cm.
     pub(crate) thickness_cm: f64,
     /// Its top and its bottom.
@@ -135,10 +167,24 @@ pub(crate) enum SliceEnd {
 /// A stack cut at its depths.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Slices {
-    /// Slices, top first.
+    /// Slices, top first. Ice is in one piece with neighbouring ice.
     pub(crate) slices: Vec<Slice>,
-    /// The face at each depth, counted from the top.
-    pub(crate) faces: Vec<usize>,
+    /// Where each depth is.
+    pub(crate) places: Vec<Place>,
+}
+
+/// Where a depth is in a cut stack.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Place {
+    /// At a face, counted from the top.
+    Face(usize),
+    /// Within a slice of ice, at a depth in cm below its top.
+    Ice {
+        /// Index of the slice.
+        slice: usize,
+        /// Depth below its top, in cm.
+        depth_cm: f64,
+    },
 }
 
 impl Stack {
@@ -148,7 +194,7 @@ impl Stack {
     /// Reports the first quantity that is missing or lies outside its range.
     pub fn check(&self) -> Result<(), TransportError> {
         self.check_pack()?;
-        self.layers.iter().try_for_each(|layer| check_wavelengths(&self.wavelengths_nm, &layer.sample))
+        self.layers.iter().try_for_each(|layer| layer.check_wavelengths(&self.wavelengths_nm))
     }
 
     /// Checks all but the wavelengths.
@@ -158,6 +204,14 @@ impl Stack {
         }
         for (index, layer) in self.layers.iter().enumerate() {
             layer.check(index + 1 == self.layers.len())?;
+        }
+        for pair in self.layers.windows(2) {
+            if let [LayerKind::Ice(above), LayerKind::Ice(below)] = [pair[0].kind, pair[1].kind]
+                && above != below
+            {
+                let rule = "of neighbouring layers of ice must be one, as they are one slab";
+                return Err(TransportError::Combination { quantity: "ice table", rule });
+            }
         }
         GROUND_ALBEDO_RANGE.check(self.ground_albedo)?;
         let bottom_cm = self.thickness_cm();
@@ -183,40 +237,56 @@ impl Stack {
     #[must_use]
     pub fn layers_at_depths(&self) -> Vec<&Layer> {
         let slices = self.slices();
-        slices.faces.iter().map(|face| &self.layers[slices.layer_below(*face)]).collect()
+        slices.places.iter().map(|place| &self.layers[slices.layer_at(*place)]).collect()
     }
 
-    /// The layers, cut at every depth below the top. At the depth of a face a slice has no thickness.
+    /// The layers, cut at every depth below the top in snow. At the depth of a face a slice has no thickness.
     pub(crate) fn slices(&self) -> Slices {
         let mut cuts: Vec<f64> = self.depths_cm.iter().copied().filter(|cut_cm| *cut_cm > 0.0).collect();
         cuts.sort_by(f64::total_cmp);
         cuts.dedup();
-        // The face at each cut.
-        let mut faces_at_cuts = Vec::with_capacity(cuts.len());
+        let mut places_of_cuts = Vec::with_capacity(cuts.len());
         let mut slices = Vec::new();
-        let mut bottom_cm = 0.0;
-        for (layer, Layer { thickness_cm, .. }) in self.layers.iter().enumerate() {
-            let (mut top_cm, mut top) = (bottom_cm, SliceEnd::Face(layer));
-            bottom_cm += thickness_cm;
-            let is_last = layer + 1 == self.layers.len();
-            let mut slice = |to_cm: f64, bottom: SliceEnd| {
-                // Beyond the last face there is only rounding.
-                let thickness_cm = (to_cm - top_cm).max(0.0);
-                slices.push(Slice { layer, thickness_cm, ends: [top, bottom] });
-                (top_cm, top) = (to_cm, bottom);
-                slices.len()
+        let (mut layer, mut top_cm) = (0, 0.0);
+        // Neighbouring layers of ice are one piece.
+        for piece in self.layers.chunk_by(|above, below| above.is_ice() && below.is_ice()) {
+            let (next, is_ice) = (layer + piece.len(), piece[0].is_ice());
+            let bottom_cm = piece.iter().fold(top_cm, |sum, layer| sum + layer.thickness_cm);
+            let rounding_cm = DEPTH_ROUNDING * bottom_cm;
+            // A cut at the ground, or at the top of ice, is above it.
+            let is_above = |cut_cm: f64| match self.layers.get(next) {
+                None => true,
+                Some(below) => cut_cm < bottom_cm || (below.is_ice() && cut_cm <= bottom_cm + rounding_cm),
             };
-            while let Some(cut_cm) = cuts.get(faces_at_cuts.len()).filter(|cut_cm| **cut_cm < bottom_cm || is_last) {
-                faces_at_cuts.push(slice(cut_cm.min(bottom_cm), SliceEnd::Depth));
+            let own: Vec<f64> =
+                cuts[places_of_cuts.len()..].iter().copied().take_while(|cut_cm| is_above(*cut_cm)).collect();
+            if is_ice {
+                let top = slices.len();
+                places_of_cuts.extend(own.iter().map(|cut_cm| match cut_cm {
+                    _ if *cut_cm <= top_cm + rounding_cm => Place::Face(top),
+                    _ if *cut_cm >= bottom_cm - rounding_cm => Place::Face(top + 1),
+                    _ => Place::Ice { slice: top, depth_cm: cut_cm - top_cm },
+                }));
             }
-            slice(bottom_cm, SliceEnd::Face(layer + 1));
+            let (mut from_cm, mut from) = (top_cm, SliceEnd::Face(layer));
+            for cut_cm in own.iter().filter(|_| !is_ice) {
+                // Beyond the last face there is only rounding.
+                let to_cm = cut_cm.min(bottom_cm);
+                let thickness_cm = (to_cm - from_cm).max(0.0);
+                slices.push(Slice { layer, is_ice, thickness_cm, ends: [from, SliceEnd::Depth] });
+                (from_cm, from) = (to_cm, SliceEnd::Depth);
+                places_of_cuts.push(Place::Face(slices.len()));
+            }
+            let ends = [from, SliceEnd::Face(next)];
+            slices.push(Slice { layer, is_ice, thickness_cm: (bottom_cm - from_cm).max(0.0), ends });
+            (layer, top_cm) = (next, bottom_cm);
         }
-        let face = |depth_cm: &f64| {
+        let place = |depth_cm: &f64| {
             let cut = cuts.partition_point(|cut_cm| cut_cm < depth_cm);
-            if *depth_cm > 0.0 { faces_at_cuts[cut] } else { 0 }
+            if *depth_cm > 0.0 { places_of_cuts[cut] } else { Place::Face(0) }
         };
-        let faces = self.depths_cm.iter().map(face).collect();
-        Slices { slices, faces }
+        let places = self.depths_cm.iter().map(place).collect();
+        Slices { slices, places }
     }
 }
 
@@ -229,28 +299,121 @@ impl Slice {
         });
         bottom - top
     }
+
+    /// Whether its top moves down with the thickness of a layer.
+    pub(crate) fn moves_with(&self, layer: usize) -> bool {
+        matches!(self.ends[0], SliceEnd::Face(layers) if layers > layer)
+    }
 }
 
 impl Slices {
-    /// Index of the layer below a face, at the ground of the last; slices of no thickness are none.
-    pub(crate) fn layer_below(&self, face: usize) -> usize {
-        let is_thick = |slice: &&Slice| slice.thickness_cm > 0.0;
-        let (above, below) = self.slices.split_at(face);
-        let slice = below.iter().find(is_thick).or_else(|| above.iter().rev().find(is_thick));
-        slice.unwrap_or(&self.slices[self.slices.len() - 1]).layer
+    /// Index of the layer to which a place belongs: the one below a face, but the one above at the ground and at the
+    /// top of ice. Slices of no thickness are none.
+    pub(crate) fn layer_at(&self, place: Place) -> usize {
+        self.slices[self.slice_at(place)].layer
+    }
+
+    /// The slice of ice to which a place belongs, with the depth below its top, in cm.
+    pub(crate) fn ice_at(&self, place: Place) -> Option<(usize, f64)> {
+        let slice = self.slice_at(place);
+        let Slice { is_ice, thickness_cm, .. } = self.slices[slice];
+        let depth_cm = match place {
+            Place::Ice { depth_cm, .. } => depth_cm,
+            Place::Face(face) if face <= slice => 0.0,
+            Place::Face(_) => thickness_cm,
+        };
+        is_ice.then_some((slice, depth_cm))
+    }
+
+    fn slice_at(&self, place: Place) -> usize {
+        let face = match place {
+            Place::Ice { slice, .. } => return slice,
+            Place::Face(face) => face,
+        };
+        let is_thick = |slice: &usize| self.slices[*slice].thickness_cm > 0.0;
+        let below = (face..self.slices.len()).find(is_thick);
+        let is_beyond_snow = |slice: &usize| *slice > face && self.slices[*slice].is_ice;
+        let above = || (0..face).rev().find(is_thick);
+        below.filter(|slice| !is_beyond_snow(slice)).or_else(above).or(below).unwrap_or(self.slices.len() - 1)
     }
 }
 
 impl Layer {
-    /// Checks the snow and the thickness, which may be infinite if this is the last layer.
+    /// A layer of snow.
+    #[must_use]
+    pub fn snow(sample: SnowSample, thickness_cm: f64) -> Self {
+        Self { kind: LayerKind::Snow(sample), thickness_cm }
+    }
+
+    /// A layer of clear ice.
+    #[must_use]
+    pub fn ice(table: IceTable, thickness_cm: f64) -> Self {
+        Self { kind: LayerKind::Ice(table), thickness_cm }
+    }
+
+    /// The snow; none of ice.
+    #[must_use]
+    pub fn sample(&self) -> Option<&SnowSample> {
+        match &self.kind {
+            LayerKind::Snow(sample) => Some(sample),
+            LayerKind::Ice(_) => None,
+        }
+    }
+
+    /// The snow, to change it; none of ice.
+    pub fn sample_mut(&mut self) -> Option<&mut SnowSample> {
+        match &mut self.kind {
+            LayerKind::Snow(sample) => Some(sample),
+            LayerKind::Ice(_) => None,
+        }
+    }
+
+    /// Whether it is clear ice.
+    #[must_use]
+    pub fn is_ice(&self) -> bool {
+        self.sample().is_none()
+    }
+
+    /// The wavelengths that the tables of what is in the layer cover.
+    #[must_use]
+    pub fn wavelength_range(&self) -> WavelengthRange {
+        match &self.kind {
+            LayerKind::Snow(sample) => sample.wavelength_range(),
+            LayerKind::Ice(table) => Ice::new(*table).wavelength_range(),
+        }
+    }
+
+    /// Checks the snow and the thickness, which may be infinite if this is the last layer, of snow.
     ///
     /// # Errors
     /// Reports the first quantity that lies outside its range.
     pub fn check(&self, is_last: bool) -> Result<(), TransportError> {
-        self.sample.check()?;
+        let Some(sample) = self.sample() else {
+            return Ok(ICE_THICKNESS_RANGE.check(self.thickness_cm)?);
+        };
+        sample.check()?;
         let check = if is_last { check_thickness } else { |thickness_cm| THICKNESS_RANGE.check(thickness_cm) };
         Ok(check(self.thickness_cm)?)
     }
+
+    /// Checks that there are wavelengths and that the tables of what is in the layer cover them.
+    pub(crate) fn check_wavelengths(&self, wavelengths_nm: &[f64]) -> Result<(), TransportError> {
+        match &self.kind {
+            LayerKind::Snow(sample) => check_wavelengths(wavelengths_nm, sample),
+            LayerKind::Ice(table) => {
+                check_wavelengths(wavelengths_nm, &SnowSample { ice: *table, ..SnowSample::default() })
+            }
+        }
+    }
+}
+
+/// Checks the word for the kind of a layer that is not snow, and that no property of snow, by its key, is given of it.
+///
+/// # Errors
+/// For an unknown kind, and for a property.
+pub fn check_kind(kind: &str, property: Option<&str>) -> Result<(), TransportError> {
+    find_by_name("kind of layer", kind, &[ICE_KIND], |kind| kind)?;
+    property.map_or(Ok(()), |key| Err(TransportError::IceProperty { key: key.to_owned() }))
 }
 
 #[cfg(test)]
@@ -258,7 +421,7 @@ mod tests {
     use super::*;
 
     fn stack(thicknesses_cm: &[f64], depths_cm: &[f64]) -> Stack {
-        let layer = |thickness_cm: &f64| Layer { sample: SnowSample::default(), thickness_cm: *thickness_cm };
+        let layer = |thickness_cm: &f64| Layer::snow(SnowSample::default(), *thickness_cm);
         Stack {
             layers: thicknesses_cm.iter().map(layer).collect(),
             ground_albedo: 0.0,
@@ -271,7 +434,7 @@ mod tests {
     #[test]
     fn slices_end_at_faces_and_depths() {
         use SliceEnd::{Depth, Face};
-        let Slices { slices, faces } = stack(&[2.0, 3.0], &[5.0, 0.0, 1.0, 2.0, 4.0, 1.0]).slices();
+        let Slices { slices, places } = stack(&[2.0, 3.0], &[5.0, 0.0, 1.0, 2.0, 4.0, 1.0]).slices();
         let expected = [
             (0, 1.0, [Face(0), Depth]),
             (0, 1.0, [Depth, Face(1)]),
@@ -280,8 +443,11 @@ mod tests {
             (1, 1.0, [Depth, Depth]),
             (1, 0.0, [Depth, Face(2)]),
         ];
-        assert_eq!(slices, expected.map(|(layer, thickness_cm, ends)| Slice { layer, thickness_cm, ends }));
-        assert_eq!(faces, [5, 0, 1, 3, 4, 1]);
+        assert_eq!(
+            slices,
+            expected.map(|(layer, thickness_cm, ends)| Slice { layer, is_ice: false, thickness_cm, ends })
+        );
+        assert_eq!(places, [5, 0, 1, 3, 4, 1].map(Place::Face));
         // The first layer's thickness moves the second between its cuts.
         let growths: Vec<f64> = slices.iter().map(|slice| slice.growth(0)).collect();
         assert_eq!(growths, [0.0, 1.0, -1.0, 0.0, 0.0, 1.0]);
@@ -289,11 +455,11 @@ mod tests {
         assert!((growth - 1.0).abs() < 1e-15);
         // Layers of no thickness lie below no depth.
         let slices = stack(&[0.0, 2.0, 0.0, 3.0, 0.0], &[0.0, 1.0, 2.0, 3.0, 5.0]).slices();
-        let layers: Vec<usize> = slices.faces.iter().map(|face| slices.layer_below(*face)).collect();
+        let layers: Vec<usize> = slices.places.iter().map(|place| slices.layer_at(*place)).collect();
         assert_eq!(layers, [1, 1, 3, 3, 3]);
         // The sum of three tenths rounds to above 0.3, which leaves a last slice of no thickness.
-        let Slices { slices, faces } = stack(&[0.1, 0.1, 0.1], &[0.3]).slices();
-        assert_eq!((slices.len(), faces[0]), (4, 3));
+        let Slices { slices, places } = stack(&[0.1, 0.1, 0.1], &[0.3]).slices();
+        assert_eq!((slices.len(), places[0]), (4, Place::Face(3)));
     }
 
     #[test]
@@ -311,9 +477,55 @@ mod tests {
         assert_eq!(stack(&[1.0, f64::INFINITY], &[0.5, 1e9]).check(), Ok(()));
         let message = stack(&[f64::INFINITY, 1.0], &[]).check().unwrap_err().to_string();
         assert_eq!(message, "thickness is inf cm, but must lie in 0–100000 cm");
-        let Slices { slices, faces } = stack(&[1.0, f64::INFINITY], &[0.5, 4.0]).slices();
+        let Slices { slices, places } = stack(&[1.0, f64::INFINITY], &[0.5, 4.0]).slices();
         let last = slices[slices.len() - 1];
         assert!(last.layer == 1 && last.thickness_cm.is_infinite());
-        assert_eq!(faces, [1, 3]);
+        assert_eq!(places, [1, 3].map(Place::Face));
+    }
+
+    /// Ice is not cut, neighbouring ice is one slab, and depths at its faces are in the snow beside it.
+    #[test]
+    fn ice_is_in_one_piece() {
+        use SliceEnd::{Depth, Face};
+        let mut pack = stack(&[2.0, 0.5, 0.25, 3.0, 1.0], &[0.0, 2.0, 2.25, 2.5, 2.75, 5.75, 6.0, 6.75]);
+        for layer in [1, 2, 4] {
+            pack.layers[layer].kind = LayerKind::Ice(IceTable::default());
+        }
+        let slices = pack.slices();
+        let expected = [
+            (0, false, 2.0, [Face(0), Depth]),
+            (0, false, 0.0, [Depth, Face(1)]),
+            (1, true, 0.75, [Face(1), Face(3)]),
+            (3, false, 0.0, [Face(3), Depth]),
+            (3, false, 3.0, [Depth, Depth]),
+            (3, false, 0.0, [Depth, Face(4)]),
+            (4, true, 1.0, [Face(4), Face(5)]),
+        ];
+        let expected = expected.map(|(layer, is_ice, thickness_cm, ends)| Slice { layer, is_ice, thickness_cm, ends });
+        assert_eq!(slices.slices, expected);
+        let ice = |slice: usize, depth_cm: f64| Place::Ice { slice, depth_cm };
+        let face = Place::Face;
+        assert_eq!(
+            slices.places,
+            [face(0), face(1), ice(2, 0.25), ice(2, 0.5), face(4), face(5), ice(6, 0.25), face(7)]
+        );
+        let layers: Vec<usize> = slices.places.iter().map(|place| slices.layer_at(*place)).collect();
+        assert_eq!(layers, [0, 0, 1, 1, 3, 3, 4, 4]);
+        let ice: Vec<Option<(usize, f64)>> = slices.places.iter().map(|place| slices.ice_at(*place)).collect();
+        let (none, inner) = (None, [Some((2, 0.25)), Some((2, 0.5))]);
+        assert_eq!(ice, [none, none, inner[0], inner[1], none, none, Some((6, 0.25)), Some((6, 1.0))]);
+        let on_top = Stack { layers: pack.layers[4..].to_vec(), depths_cm: vec![0.0], ..pack };
+        let slices = on_top.slices();
+        assert_eq!((slices.places[0], slices.ice_at(slices.places[0])), (face(0), Some((0, 0.0))));
+    }
+
+    #[test]
+    fn ice_is_neither_thin_nor_endless() {
+        let ice = |thickness_cm| Layer::ice(IceTable::default(), thickness_cm);
+        assert_eq!(ice(0.01).check(false), Ok(()));
+        for thickness_cm in [0.0, 0.009, f64::INFINITY] {
+            let message = ice(thickness_cm).check(true).unwrap_err().to_string();
+            assert!(message.starts_with("thickness of ice is"), "{message}");
+        }
     }
 }

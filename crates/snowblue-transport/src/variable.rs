@@ -11,7 +11,7 @@ use crate::slab::THICKNESS;
 use crate::stack::{GROUND_ALBEDO, Layer};
 
 /// A quantity with respect to which reflectance, transmittance and fluxes are differentiated; all others stay as they
-/// are.
+/// are. A layer of clear ice has the derivative 0 by all that is of layers but the thickness.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Variable {
     /// Specific surface area of the grains, in m²/kg, which scales all grain sizes and leaves the shapes as they are.
@@ -115,20 +115,20 @@ impl LayerVariable {
         self.variable == other.variable && (self.layer.is_none() || other.layer.is_none() || self.layer == other.layer)
     }
 
-    /// Those of all layers to which the variable belongs.
+    /// Those of all layers to which the variable belongs. Clear ice has no variable but its thickness.
     pub(crate) fn of<'l>(&self, layers: &'l [Layer]) -> impl Iterator<Item = &'l Layer> + use<'l> {
         let by = *self;
-        layers.iter().enumerate().filter(move |(layer, _)| by.is_of(*layer)).map(|(_, one)| one)
+        layers.iter().enumerate().filter(move |(layer, one)| by.is_of(*layer, one)).map(|(_, one)| one)
     }
 
     /// The same, to change them.
     pub(crate) fn of_mut<'l>(&self, layers: &'l mut [Layer]) -> impl Iterator<Item = &'l mut Layer> + use<'l> {
         let by = *self;
-        layers.iter_mut().enumerate().filter(move |(layer, _)| by.is_of(*layer)).map(|(_, one)| one)
+        layers.iter_mut().enumerate().filter(move |(layer, one)| by.is_of(*layer, one)).map(|(_, one)| one)
     }
 
-    fn is_of(self, layer: usize) -> bool {
-        self.layer.is_none_or(|only| only == layer)
+    fn is_of(self, layer: usize, one: &Layer) -> bool {
+        self.layer.is_none_or(|only| only == layer) && (self.variable == Variable::Thickness || !one.is_ice())
     }
 }
 

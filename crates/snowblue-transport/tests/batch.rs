@@ -53,7 +53,7 @@ fn every_slab_has_the_bits_that_it_has_alone() {
         let sample = batch.samples[case.sample];
         let rows = if case.ground_albedo > 0.0 {
             let stack = Stack {
-                layers: vec![Layer { sample, thickness_cm: case.thickness_cm }],
+                layers: vec![Layer::snow(sample, case.thickness_cm)],
                 ground_albedo: case.ground_albedo,
                 depths_cm: Vec::new(),
                 incidences: vec![case.incidence],
@@ -153,7 +153,7 @@ fn random_walks_have_the_bits_of_single_slabs_and_stacks() {
         }
     }
     let stack = Stack {
-        layers: vec![Layer { sample: batch.samples[1], thickness_cm: 2.0 }],
+        layers: vec![Layer::snow(batch.samples[1], 2.0)],
         ground_albedo: 0.5,
         depths_cm: Vec::new(),
         incidences: vec![beam],

@@ -144,9 +144,9 @@ fn engines_agree_about_layers() {
         ice,
         ..SnowSample::default()
     };
-    let fresh = Layer { sample: sample(150.0, 0.7, 120.0, IceTable::WarrenBrandt2008), thickness_cm: 0.5 };
-    let old = Layer { sample: sample(800.0, 0.2, 400.0, IceTable::Picard2016), thickness_cm: 2.0 };
-    let crust = Layer { sample: sample(2000.0, 0.1, 700.0, IceTable::WarrenBrandt2008), thickness_cm: 0.3 };
+    let fresh = Layer::snow(sample(150.0, 0.7, 120.0, IceTable::WarrenBrandt2008), 0.5);
+    let old = Layer::snow(sample(800.0, 0.2, 400.0, IceTable::Picard2016), 2.0);
+    let crust = Layer::snow(sample(2000.0, 0.1, 700.0, IceTable::WarrenBrandt2008), 0.3);
     for (layers, ground_albedo) in [(vec![fresh, old], 0.0), (vec![old, fresh], 0.6), (vec![crust, fresh, old], 0.95)] {
         let stack = Stack {
             layers,

@@ -9,7 +9,9 @@ use snowblue_transport::inversion::{
 };
 use snowblue_transport::ordinates::{OrdinatesOptions, Streams, solve_batch, solve_stack_without_errors};
 use snowblue_transport::rng::Stream;
-use snowblue_transport::{GrainSize, Incidence, Layer, LayerVariable, SnowSample, Stack, Substance, Variable};
+use snowblue_transport::{
+    GrainSize, IceTable, Incidence, Layer, LayerVariable, SnowSample, Stack, Substance, Variable,
+};
 
 const OPTIONS: OrdinatesOptions = OrdinatesOptions { tally_rays: 1 << 10, streams: Streams::Auto, seed: 1 };
 const NM: [f64; 12] = [400.0, 450.0, 500.0, 600.0, 700.0, 800.0, 900.0, 1000.0, 1030.0, 1100.0, 1200.0, 1300.0];
@@ -87,7 +89,7 @@ fn measured(values: Vec<f64>, deviation: f64) -> Measured {
 fn observation(truth: &Truth, medians: &[f64], deviation: f64) -> Observation {
     let [albedo, _] = exact(truth);
     Observation {
-        layers: vec![Layer { sample: SnowSample::default(), thickness_cm: truth.thickness_cm }],
+        layers: vec![Layer::snow(SnowSample::default(), truth.thickness_cm)],
         ground_albedo: 0.0,
         illumination: truth.light.clone(),
         prior_medians: medians.to_vec(),
@@ -478,7 +480,7 @@ fn every_variable_can_be_retrieved() {
         let transmittance = Measured { quantity: Quantity::Transmittance, ..measured(transmittance.clone(), 1e-3) };
         let sample = SnowSample { grain_size, impurities, ..SnowSample::default() };
         let spectrum = Observation {
-            layers: vec![Layer { sample, thickness_cm: truth.thickness_cm }],
+            layers: vec![Layer::snow(sample, truth.thickness_cm)],
             measured: vec![measured(albedo.clone(), 1e-3), transmittance],
             ..observation(&truth, &[wrong], 1e-3)
         };
@@ -495,7 +497,7 @@ fn every_variable_can_be_retrieved() {
         let grain_size = GrainSize::from_specific_surface_area(25.0, -5.0).unwrap();
         let sample = SnowSample { grain_size, ..SnowSample::default() };
         let spectrum = Observation {
-            layers: vec![Layer { sample, thickness_cm: truth.thickness_cm }],
+            layers: vec![Layer::snow(sample, truth.thickness_cm)],
             ..observation(&Truth { soot_ng_g: 0.0, ..truth.clone() }, &[median], 1e-4)
         };
         let found = one(&inversion(&[variable], &[2.0]), spectrum);
@@ -523,7 +525,7 @@ fn a_spectrum_needs_its_own_wavelengths_only() {
     let mut inversion = inversion(&[Variable::SurfaceArea], &[1.0]);
     let mut dry = observation(&deep(20.0, 0.0, beam(30.0)), &[20.0], 0.01);
     let mut wet = dry.clone();
-    wet.layers[0].sample.water_saturation = 0.05;
+    wet.layers[0].sample_mut().unwrap().water_saturation = 0.05;
     inversion.wavelengths_nm.push(1600.0);
     for (spectrum, value) in [(&mut dry, 0.1), (&mut wet, f64::NAN)] {
         let albedo = &mut spectrum.measured[0];
@@ -582,7 +584,7 @@ fn wrong_input_is_named_with_its_place() {
     let text = "transmittance needs a thickness that is finite";
     assert_eq!(wrong(&|s| s.measured[0].quantity = Quantity::Transmittance), message(None, text));
     let text = "density is 1200 kg/m³, but must lie in 10–900 kg/m³";
-    assert_eq!(wrong(&|s| s.layers[0].sample.density_kg_m3 = 1200.0), message(None, text));
+    assert_eq!(wrong(&|s| s.layers[0].sample_mut().unwrap().density_kg_m3 = 1200.0), message(None, text));
 
     let changed = |change: &dyn Fn(&mut Inversion)| {
         let mut inversion = good.clone();
@@ -608,10 +610,8 @@ fn wrong_input_is_named_with_its_place() {
 
 /// A soft and a hard layer on a dark ground.
 fn pack() -> Vec<Layer> {
-    let layer = |density_kg_m3, thickness_cm| Layer {
-        sample: SnowSample { density_kg_m3, ..SnowSample::default() },
-        thickness_cm,
-    };
+    let layer =
+        |density_kg_m3, thickness_cm| Layer::snow(SnowSample { density_kg_m3, ..SnowSample::default() }, thickness_cm);
     vec![layer(150.0, 3.0), layer(350.0, 20.0)]
 }
 
@@ -623,8 +623,9 @@ fn of_layer(variable: Variable, layer: usize) -> LayerVariable {
 fn exact_in_layers(areas_m2_kg: [f64; 2], soot_ng_g: f64, depths_cm: &[f64], angle_deg: f64) -> [Vec<f64>; 2] {
     let mut layers = pack();
     for (layer, area_m2_kg) in layers.iter_mut().zip(areas_m2_kg) {
-        layer.sample.grain_size = GrainSize::from_specific_surface_area(area_m2_kg, -5.0).unwrap();
-        layer.sample.impurities = layer.sample.impurities.with(Substance::BlackCarbon, soot_ng_g);
+        let sample = layer.sample_mut().unwrap();
+        sample.grain_size = GrainSize::from_specific_surface_area(area_m2_kg, -5.0).unwrap();
+        sample.impurities = sample.impurities.with(Substance::BlackCarbon, soot_ng_g);
     }
     let stack = Stack {
         layers,
@@ -748,6 +749,48 @@ fn a_common_value_of_equal_layers_is_that_of_one() {
     let layered = of_pack(vec![], 45.0, &[]);
     assert!(layered.known(Variable::Density.into()).is_nan());
     assert!((layered.known(of_layer(Variable::Density, 1)) - 350.0).abs() < 1e-12);
+}
+
+/// A glaze of ice, whose infrared absorption tells its thickness, on snow, whose surface area is retrieved with it.
+#[test]
+fn the_thickness_of_ice_is_retrieved() {
+    let glazed = |thickness_cm: f64, area_m2_kg: f64| {
+        let grain_size = GrainSize::from_specific_surface_area(area_m2_kg, -5.0).unwrap();
+        let snow = SnowSample { grain_size, ..SnowSample::default() };
+        vec![Layer::ice(IceTable::default(), thickness_cm), Layer::snow(snow, f64::INFINITY)]
+    };
+    let stack = Stack {
+        layers: glazed(0.4, 12.0),
+        ground_albedo: 0.0,
+        depths_cm: vec![],
+        incidences: vec![Incidence::Beam { angle_deg: 50.0 }],
+        wavelengths_nm: NM.to_vec(),
+    };
+    let solved = solve_stack_without_errors(&stack, &OPTIONS).unwrap();
+    let albedo = solved.iter().map(|row| row.whole.reflectance.value).collect();
+    let observation = Observation {
+        layers: glazed(1.0, 30.0),
+        ground_albedo: 0.0,
+        illumination: beam(50.0),
+        prior_medians: vec![1.0, 20.0],
+        measured: vec![measured(albedo, 1e-4)],
+    };
+    // The common surface area of all layers is that of the snow.
+    let variables = vec![of_layer(Variable::Thickness, 0), Variable::SurfaceArea.into()];
+    let found = one(&inversion_of(variables, &[1.0, 1.0]), observation.clone());
+    assert_eq!(found.outcome, Outcome::Converged);
+    for (value, truth) in found.values.iter().zip([0.4, 12.0]) {
+        // Exact data: the prior shifts the state by a small part of its error.
+        assert!((value.median - truth).abs() < 0.1 * value.standard_deviation, "{found:?}");
+        assert!(value.standard_deviation < 0.05 * truth, "{found:?}");
+    }
+    let told = |by: LayerVariable, median: f64| {
+        let wrong = Observation { prior_medians: vec![median], ..observation.clone() };
+        inversion_of(vec![by], &[1.0]).retrieve(&[wrong], &|_| ()).unwrap_err().to_string()
+    };
+    assert_eq!(told(of_layer(Variable::SurfaceArea, 0), 20.0), "ssa_m2_kg is no variable of clear ice");
+    let thin = "the prior of thickness_cm of layer 0: thickness is 0.001 cm, but must lie in 0.01–100000 cm";
+    assert_eq!(told(of_layer(Variable::Thickness, 0), 0.001), thin);
 }
 
 #[test]

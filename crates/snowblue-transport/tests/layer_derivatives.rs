@@ -9,9 +9,10 @@ use snowblue_transport::ordinates::{
     solve_stack_without_errors,
 };
 use snowblue_transport::slab::FluxDerivatives;
+use snowblue_transport::stack::ICE_THICKNESS_RANGE;
 use snowblue_transport::sunlight::Band;
 use snowblue_transport::{
-    DepthDerivatives, DepthFluxes, GrainSize, Impurities, Incidence, Layer, LayerVariable, SnowSample, Stack,
+    DepthDerivatives, DepthFluxes, GrainSize, IceTable, Impurities, Incidence, Layer, LayerVariable, SnowSample, Stack,
     Substance, TruncatedNormal, Variable,
 };
 
@@ -33,7 +34,7 @@ fn dirty(sample: SnowSample) -> SnowSample {
 
 fn stack(layers: &[(SnowSample, f64)], angle_deg: f64, ground_albedo: f64, depths_cm: &[f64]) -> Stack {
     let incidence = if angle_deg < 0.0 { Incidence::Diffuse } else { Incidence::Beam { angle_deg } };
-    let layer = |(sample, thickness_cm): &(SnowSample, f64)| Layer { sample: *sample, thickness_cm: *thickness_cm };
+    let layer = |(sample, thickness_cm): &(SnowSample, f64)| Layer::snow(*sample, *thickness_cm);
     Stack {
         layers: layers.iter().map(layer).collect(),
         ground_albedo,
@@ -41,6 +42,28 @@ fn stack(layers: &[(SnowSample, f64)], angle_deg: f64, ground_albedo: f64, depth
         incidences: vec![incidence],
         wavelengths_nm: NM.to_vec(),
     }
+}
+
+/// The stack with layers of ice of a thickness in cm, each as the layer of a number.
+fn iced(mut stack: Stack, ice: &[(usize, f64)]) -> Stack {
+    for (layer, thickness_cm) in ice {
+        stack.layers.insert(*layer, Layer::ice(IceTable::default(), *thickness_cm));
+    }
+    stack
+}
+
+/// Ice on top, within, on the ground, alone, and in several places with neighbouring ice, with depths within it.
+fn iced_stacks() -> Vec<(&'static str, Stack)> {
+    let snows = [(snow(45.0, 120.0), 2.0), (dirty(snow(9.0, 400.0)), 5.0)];
+    let stack = |angle_deg, depths_cm: &[f64]| stack(&snows, angle_deg, 0.3, depths_cm);
+    let alone = Stack { layers: vec![], ..stack(40.0, &[1.0]) };
+    vec![
+        ("ice on top", iced(stack(50.0, &[0.2, 1.0, 4.0]), &[(0, 0.5)])),
+        ("ice within", iced(stack(65.0, &[1.0, 2.4, 5.0]), &[(1, 1.0)])),
+        ("ice on the ground", iced(stack(-1.0, &[1.0, 8.1]), &[(2, 2.0)])),
+        ("ice alone", iced(alone, &[(0, 3.0)])),
+        ("several", iced(stack(75.0, &[0.1, 1.0, 2.5, 2.9, 9.0]), &[(0, 0.3), (2, 0.4), (3, 0.6), (5, 3.0)])),
+    ]
 }
 
 /// Thin, thick and endless layers, under high and low sun and a white sky, clean, dirty and wet, on black and bright
@@ -63,6 +86,9 @@ fn stacks() -> Vec<(&'static str, Stack)> {
         ("wet", stack(&[(fresh, 1.0), (wet, 4.0)], 35.0, 0.3, &[0.5, 3.0])),
         ("algae", stack(&[(algae, 1.0), (smooth, 4.0), (algae, 2.0)], -1.0, 0.9, &[0.5, 3.0])),
     ]
+    .into_iter()
+    .chain(iced_stacks())
+    .collect()
 }
 
 const QUANTITIES: [&str; 6] = ["down", "up", "net", "fluence", "absorbed_per_m", "e_folding_depth_cm"];
@@ -101,17 +127,18 @@ fn differentiate(stack: &Stack, variables: &[Variable], options: &OrdinatesOptio
 /// The value of a variable, if the stack has one.
 fn value(stack: &Stack, by: &LayerVariable) -> Option<f64> {
     let layer = by.layer.map(|layer| stack.layers[layer]);
+    let sample = layer.as_ref().and_then(Layer::sample);
     Some(match by.variable {
         Variable::CosIncidence => match stack.incidences[0] {
             Incidence::Beam { angle_deg } => angle_deg.to_radians().cos(),
             Incidence::Diffuse => return None,
         },
         Variable::GroundAlbedo => stack.ground_albedo,
-        Variable::SurfaceArea => 4.0 * layer?.sample.extinction_per_m() / layer?.sample.density_kg_m3,
-        Variable::Density => layer?.sample.density_kg_m3,
+        Variable::SurfaceArea => 4.0 * sample?.extinction_per_m() / sample?.density_kg_m3,
+        Variable::Density => sample?.density_kg_m3,
         Variable::Thickness => layer.map(|layer| layer.thickness_cm).filter(|thickness| thickness.is_finite())?,
-        Variable::WaterSaturation => layer?.sample.water_saturation,
-        Variable::MassFraction(substance) => layer?.sample.impurities.ng_g(substance),
+        Variable::WaterSaturation => sample?.water_saturation,
+        Variable::MassFraction(substance) => sample?.impurities.ng_g(substance),
     })
 }
 
@@ -125,19 +152,22 @@ fn with(stack: &Stack, by: &LayerVariable, value_then: f64) -> Stack {
         }
         (Variable::GroundAlbedo, _) => changed.ground_albedo = value_then,
         (variable, layer) => {
-            let Layer { sample, thickness_cm } = &mut changed.layers[layer.unwrap()];
+            let layer = &mut changed.layers[layer.unwrap()];
+            let Some(sample) = layer.sample_mut().filter(|_| variable != Variable::Thickness) else {
+                layer.thickness_cm = value_then;
+                return changed;
+            };
             match variable {
                 Variable::SurfaceArea => {
                     sample.grain_size.min_um *= ratio;
                     sample.grain_size.max_um *= ratio;
                 }
                 Variable::Density => sample.density_kg_m3 = value_then,
-                Variable::Thickness => *thickness_cm = value_then,
                 Variable::WaterSaturation => sample.water_saturation = value_then,
                 Variable::MassFraction(substance) => {
                     sample.impurities = sample.impurities.with(substance, value_then);
                 }
-                Variable::CosIncidence | Variable::GroundAlbedo => unreachable!(),
+                Variable::Thickness | Variable::CosIncidence | Variable::GroundAlbedo => unreachable!(),
             }
         }
     }
@@ -220,7 +250,9 @@ fn derivatives_agree_with_central_differences() {
         compared += compare(name, &stack, step, &central);
     }
     // Area and density of 20 layers, thickness of all but 2, cosines, grounds, and water and dirt where there is some.
-    assert_eq!(compared, 20 + 20 + 18 + 7 + 5 + 1 + 2 * 4 + 2);
+    let of_snow = 20 + 20 + 18 + 7 + 5 + 1 + 2 * 4 + 2;
+    // Area, density and dirt of 8 layers of snow, thickness of 8 and of 8 of ice, 4 cosines and 5 grounds.
+    assert_eq!(compared, of_snow + 8 + 8 + 4 * 2 + 16 + 4 + 5);
 }
 
 /// Dirt, water and light from below where there is none; layers of no thickness; and depths at faces, where the
@@ -380,8 +412,9 @@ fn values_and_derivatives_do_not_depend_on_each_other() {
 fn derivatives_of_light_in_layers_agree_with_differences() {
     let (fresh, old) = (snow(45.0, 120.0), dirty(snow(9.0, 400.0)));
     let wavelengths_nm: Vec<f64> = (40..=100).map(|tens| 10.0 * f64::from(tens)).collect();
-    let pack = stack(&[(fresh, 3.0), (old, 6.0), (fresh, 2.0)], 60.0, 0.3, &[0.0, 1.0, 5.0]);
-    let pack = Stack { wavelengths_nm: wavelengths_nm.clone(), ..pack };
+    let snow = stack(&[(fresh, 3.0), (old, 6.0), (fresh, 2.0)], 60.0, 0.3, &[0.0, 1.0, 5.0]);
+    let ice = iced(stack(&[(fresh, 3.0), (old, 6.0)], 60.0, 0.3, &[0.0, 1.0, 3.6]), &[(0, 0.4), (2, 0.5), (4, 1.0)]);
+    let packs = [snow, ice].map(|pack| Stack { wavelengths_nm: wavelengths_nm.clone(), ..pack });
     let light = |elevation_deg| {
         let count = wavelengths_nm.len();
         Illumination::under_sun(elevation_deg, vec![1.0; count], vec![0.4; count])
@@ -389,34 +422,33 @@ fn derivatives_of_light_in_layers_agree_with_differences() {
     let lights = [light(30.0), light(-3.0)];
     let soot = Variable::MassFraction(Substance::BlackCarbon);
     let variables = [Variable::SurfaceArea, Variable::Density, Variable::Thickness, soot, Variable::GroundAlbedo];
-    let solved = differentiate_light_in_layers(&pack, &lights, &variables, &OPTIONS).unwrap();
-    let plain = light_in_layers(&pack, &lights, &OPTIONS).unwrap();
-    let of_layers = LayerVariable::of_layers(&variables, 3);
     let numbers = |light: &LightInLayers, band: Band| -> Vec<f64> {
         let light = light.band(band, &wavelengths_nm).unwrap();
         light.levels.iter().flat_map(|level| level.values()).chain(light.absorbed).collect()
     };
-    for (solved, plain) in solved.iter().zip(&plain) {
-        assert_eq!(solved.light, *plain);
-        assert_eq!(solved.derivatives.len(), of_layers.len());
-    }
-    for (number, by) in of_layers.iter().enumerate() {
-        let at = value(&pack, by).unwrap();
-        if at <= 0.0 {
-            continue;
+    for pack in &packs {
+        let solved = differentiate_light_in_layers(pack, &lights, &variables, &OPTIONS).unwrap();
+        let plain = light_in_layers(pack, &lights, &OPTIONS).unwrap();
+        let of_layers = LayerVariable::of_layers(&variables, pack.layers.len());
+        for (solved, plain) in solved.iter().zip(&plain) {
+            assert_eq!(solved.light, *plain);
+            assert_eq!(solved.derivatives.len(), of_layers.len());
         }
-        let step = 1e-4 * at;
-        let [more, less] =
-            [1.0, -1.0].map(|sign| light_in_layers(&with(&pack, by, at + sign * step), &lights, &OPTIONS).unwrap());
-        for (place, solved) in solved.iter().enumerate() {
-            for band in [Band::Par, Band::Solar] {
-                let [more, less] = [&more, &less].map(|all| numbers(&all[place], band));
-                let found = numbers(&solved.derivatives[number], band);
-                let sizes = numbers(&solved.light, band);
-                for (i, found) in found.iter().enumerate() {
-                    let difference = (more[i] - less[i]) / (2.0 * step);
-                    let tolerance = 1e-6 * difference.abs() + 1e-12 * sizes[i].abs().max(sizes[0]) / step;
-                    assert!((found - difference).abs() < tolerance, "{by}, {i}: {found:e} {difference:e}");
+        for (number, by) in of_layers.iter().enumerate() {
+            let Some(at) = value(pack, by).filter(|at| *at > 0.0) else { continue };
+            let step = 1e-4 * at;
+            let [more, less] =
+                [1.0, -1.0].map(|sign| light_in_layers(&with(pack, by, at + sign * step), &lights, &OPTIONS).unwrap());
+            for (place, solved) in solved.iter().enumerate() {
+                for band in [Band::Par, Band::Solar] {
+                    let [more, less] = [&more, &less].map(|all| numbers(&all[place], band));
+                    let found = numbers(&solved.derivatives[number], band);
+                    let sizes = numbers(&solved.light, band);
+                    for (i, found) in found.iter().enumerate() {
+                        let difference = (more[i] - less[i]) / (2.0 * step);
+                        let tolerance = 1e-6 * difference.abs() + 1e-12 * sizes[i].abs().max(sizes[0]) / step;
+                        assert!((found - difference).abs() < tolerance, "{by}, {i}: {found:e} {difference:e}");
+                    }
                 }
             }
         }
@@ -445,9 +477,16 @@ fn derivatives_of_extreme_layers_are_numbers() {
             // The table of water ends before 1490 nm.
             let has_table = |variable: &Variable| is_wet || *variable != Variable::WaterSaturation;
             let variables: Vec<Variable> = Variable::ALL.into_iter().filter(has_table).collect();
-            for row in differentiate(&stack, &variables, &OPTIONS) {
-                assert!(row.iter().all(|derivative| derivative.is_finite()), "{stack:?} {row:?}");
-                checked += 1;
+            // And with the thinnest ice on top, and the thickest below the first layer.
+            let ice = [(0, ICE_THICKNESS_RANGE.least), (2, ICE_THICKNESS_RANGE.greatest)];
+            let with_ice = iced(stack.clone(), if layers.len() > 1 { &ice } else { &ice[..1] });
+            for stack in [stack, with_ice] {
+                let solved = values(&stack, &OPTIONS);
+                assert!(solved.iter().flatten().all(|value| *value > -1e-12), "{stack:?} {solved:?}");
+                for row in differentiate(&stack, &variables, &OPTIONS) {
+                    assert!(row.iter().all(|derivative| derivative.is_finite()), "{stack:?} {row:?}");
+                    checked += 1;
+                }
             }
         }
     }
@@ -462,4 +501,19 @@ fn what_cannot_be_differentiated_by_is_named() {
     assert_eq!(message, "wavelength in snow with impurities is 300 nm, but must lie in 305–1495 nm");
     let by = LayerVariable { variable: soot[0], layer: Some(2) };
     assert_eq!(by.to_string(), "black-carbon of layer 2");
+}
+
+/// Ice has no variable but its thickness.
+#[test]
+fn ice_has_no_property_of_snow() {
+    for (name, stack) in iced_stacks() {
+        let of_layers = LayerVariable::of_layers(&Variable::ALL, stack.layers.len());
+        let rows = differentiate(&stack, &Variable::ALL, &OPTIONS);
+        for (row, by) in rows.iter().zip(of_layers.iter().cycle()) {
+            let is_none =
+                by.variable != Variable::Thickness && by.layer.is_some_and(|layer| stack.layers[layer].is_ice());
+            let is_zero = row.iter().all(|derivative| derivative.abs() <= 0.0);
+            assert!(!is_none || is_zero, "{name}, {by}: {row:?}");
+        }
+    }
 }

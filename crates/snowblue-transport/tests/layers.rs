@@ -220,7 +220,7 @@ fn winter() -> Stack {
     let old = SnowSample { grain_size: GrainSize::around(800.0).unwrap(), ..SnowSample::default() };
     Stack {
         layers: [(fresh, 3.0), (SnowSample::default(), 7.0), (old, 12.0)]
-            .map(|(sample, thickness_cm)| Layer { sample, thickness_cm })
+            .map(|(sample, thickness_cm)| Layer::snow(sample, thickness_cm))
             .to_vec(),
         ground_albedo: 0.2,
         depths_cm: vec![0.0, 1.0, 3.0, 8.0, 22.0],
@@ -263,15 +263,12 @@ fn profiles_of_a_snow_pack() {
 /// The same snow in one layer, in three, or as a slab has the same fluxes and standard errors.
 #[test]
 fn stacks_of_one_sample_are_slabs() {
-    let layer = |thickness_cm| Layer { sample: SnowSample::default(), thickness_cm };
+    let layer = |thickness_cm| Layer::snow(SnowSample::default(), thickness_cm);
     let denser = SnowSample { density_kg_m3: 600.0, ..SnowSample::default() };
     let one = Stack { layers: vec![layer(15.0)], ground_albedo: 0.0, ..winter() };
     // Half the thickness at twice the density is the same load.
-    let three = Stack {
-        layers: vec![layer(4.0), Layer { sample: denser, thickness_cm: 3.0 }, layer(5.0)],
-        depths_cm: vec![],
-        ..one.clone()
-    };
+    let three =
+        Stack { layers: vec![layer(4.0), Layer::snow(denser, 3.0), layer(5.0)], depths_cm: vec![], ..one.clone() };
     let one = Stack { depths_cm: vec![], ..one };
     let slab = Slab {
         sample: SnowSample::default(),
@@ -300,7 +297,7 @@ fn stacks_of_one_sample_are_slabs() {
 #[test]
 fn light_decays_over_the_e_folding_depth() {
     let stack = Stack {
-        layers: vec![Layer { sample: SnowSample::default(), thickness_cm: 5000.0 }],
+        layers: vec![Layer::snow(SnowSample::default(), 5000.0)],
         depths_cm: vec![1000.0, 1010.0],
         wavelengths_nm: vec![400.0, 700.0],
         ..winter()

@@ -29,7 +29,7 @@ fn slab(sample: SnowSample, thickness_cm: f64, wavelengths_nm: &[f64]) -> Slab {
 
 fn one_layer(sample: SnowSample, thickness_cm: f64) -> Stack {
     Stack {
-        layers: vec![Layer { sample, thickness_cm }],
+        layers: vec![Layer::snow(sample, thickness_cm)],
         ground_albedo: 0.0,
         depths_cm: vec![],
         incidences: vec![Incidence::Beam { angle_deg: 0.0 }],
@@ -221,7 +221,7 @@ fn engines_agree_about_wet_and_dirty_snow() {
 
 #[test]
 fn engines_agree_about_wet_and_dirty_layers() {
-    let layer = |sample, thickness_cm| Layer { sample, thickness_cm };
+    let layer = Layer::snow;
     let stack = Stack {
         layers: vec![layer(sooty(300.0), 0.5), layer(wet(0.5), 1.0), layer(SnowSample::default(), 0.5)],
         ground_albedo: 0.3,

@@ -57,8 +57,9 @@ impl Sample {
     pub(crate) fn rows(&self, wavelengths_nm: Vec<f64>, errors: bool) -> Result<Vec<Radiometry>, String> {
         let options = self.options();
         let Stack { layers, ground_albedo, incidences, .. } = self.stack()?;
-        if let ([stack::Layer { sample, thickness_cm }], true) = (&*layers, ground_albedo == 0.0) {
-            let slab = Slab { sample: *sample, thicknesses_cm: vec![*thickness_cm], incidences, wavelengths_nm };
+        let single = if let [layer] = &*layers { layer.sample().zip(Some(layer.thickness_cm)) } else { None };
+        if let (Some((sample, thickness_cm)), true) = (single, ground_albedo == 0.0) {
+            let slab = Slab { sample: *sample, thicknesses_cm: vec![thickness_cm], incidences, wavelengths_nm };
             let solve = if errors { solve } else { solve_without_errors };
             return solve(&slab, &options).map_err(text);
         }
@@ -69,7 +70,7 @@ impl Sample {
 
     /// The stack, without depths and wavelengths.
     pub(crate) fn stack(&self) -> Result<Stack, String> {
-        let layer = |layer: &Layer| Ok(stack::Layer { sample: layer.sample()?, thickness_cm: layer.thickness_cm });
+        let layer = |layer: &Layer| Ok(stack::Layer::snow(layer.sample()?, layer.thickness_cm));
         Ok(Stack {
             layers: self.layers.iter().map(layer).collect::<Result<_, String>>()?,
             ground_albedo: self.ground_albedo,
@@ -82,7 +83,7 @@ impl Sample {
     /// The wavelengths that the tables of all layers cover.
     pub(crate) fn wavelength_range(&self) -> Result<WavelengthRange, String> {
         let stack = self.stack()?;
-        let ranges = stack.layers.iter().map(|layer| layer.sample.wavelength_range());
+        let ranges = stack.layers.iter().map(stack::Layer::wavelength_range);
         ranges.reduce(WavelengthRange::intersection).ok_or_else(|| "there is no layer".to_owned())
     }
 

@@ -83,7 +83,7 @@ fn light_at_depth_is_that_of_the_engine() {
     });
     let answer = parsed(depth::answer(&request.to_string()));
     let dense = SnowSample { density_kg_m3: 400.0, ..SnowSample::default() };
-    let layer = |sample, thickness_cm| Layer { sample, thickness_cm };
+    let layer = Layer::snow;
     let stack = Stack {
         layers: vec![layer(SnowSample::default(), 2.0), layer(dense, 8.0)],
         ground_albedo: 0.3,

@@ -143,7 +143,7 @@ fn observations(measured: &[PanelAlbedo]) -> Vec<(&'static str, Observation)> {
         scale_error: 0.0,
         correlation_nm,
     };
-    let layer = |thickness_cm| vec![Layer { sample: snow(), thickness_cm }];
+    let layer = |thickness_cm| vec![Layer::snow(snow(), thickness_cm)];
     let thick = |albedo: Measured| Observation {
         layers: layer(THICK_CM),
         ground_albedo: GROUND_ALBEDO,

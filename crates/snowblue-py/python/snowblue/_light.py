@@ -213,7 +213,8 @@ def _wavelengths(
     changed: dict[str, Any] = {"impurities_ng_g": {name: 1.0 for name in jacobian if name in SUBSTANCES}}
     if "water_saturation" in jacobian:
         changed["water_saturation"] = 0.01
-    ranges = [_native.wavelength_range(snow) for snow in (*(snow for snow, _ in packed), changed)]
+    of_layers = ({name: value for name, value in layer.items() if name != "kind"} for layer, _ in packed)
+    ranges = [_native.wavelength_range(snow) for snow in (*of_layers, changed)]
     first_nm, last_nm = max(one[0] for one in ranges), min(one[1] for one in ranges)
     all_nm = np.array(_native.daylight_wavelengths(bool(sky.get("overcast"))))
     return all_nm[(first_nm <= all_nm) & (all_nm <= last_nm)]

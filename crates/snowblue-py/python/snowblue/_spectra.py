@@ -314,12 +314,13 @@ def layers(
     jacobian: str | Iterable[str] = (),
     progress: Progress = None,
 ) -> xr.Dataset:
-    """Fluxes of layers of snow on a ground, and at depths.
+    """Fluxes of layers of snow and clear ice on a ground, and at depths.
 
     Parameters
     ----------
     layers : mappings or pandas.DataFrame, top first
-        Each has `thickness_cm`, and arguments of :class:`Snow`. The last may be infinitely thick. In a row of a
+        Each has `thickness_cm`, and arguments of :class:`Snow`. The last may be infinitely thick. A layer of clear ice
+        is `{"kind": "ice", "thickness_cm": 1}`; it may have the table `ice` too, and nothing else. In a row of a
         DataFrame, NaN is an argument that is not given, and columns such as `black_carbon_ng_g` are impurities.
     ground_albedo : float, 0 to 1
         On a ground that reflects, `transmittance` is the downward flux at the ground per incident flux. It may
@@ -327,7 +328,7 @@ def layers(
     depth_cm : array
         Depths at which the fluxes `down`, `up` and `net` through a level plane and the `fluence` rate (the actinic
         flux, from all directions) are computed, by discrete ordinates only. `e_folding_depth` is that of light deep in
-        snow like that of the layer, far from all faces.
+        snow like that of the layer, far from all faces. At a face of ice all are those outside it.
     angle_deg, wavelength_nm, engine, streams, rays, seed
         As in :func:`spectrum`.
     standard_errors : bool
@@ -339,7 +340,7 @@ def layers(
         `down_per_density_kg_m3` have the dimension `changed_layer`, the number of the layer whose property changes,
         from the top; those with respect to `ground_albedo` and `cos_angle` have none. Depths stay where they are below
         the surface when a thickness changes. At the depth of a face derivatives are those in the snow below it, at the
-        ground above it.
+        ground and at the top of ice above it. Ice has the derivative 0 with respect to all of snow but the thickness.
 
     Returns
     -------
@@ -410,7 +411,7 @@ def layers(
 def packed_layers(
     layers: Iterable[Mapping[str, Any]] | pd.DataFrame,
 ) -> list[tuple[dict[str, Any], float]]:
-    """The snow and the thickness of each layer."""
+    """The snow, or the kind of what is no snow, and the thickness of each layer."""
     packed = []
     what = "mappings in a list, or a pandas.DataFrame, top first, such as [{'thickness_cm': 10, 'snow': 'fresh'}]"
     if hasattr(layers, "keys") and not hasattr(layers, "columns"):
@@ -422,12 +423,14 @@ def packed_layers(
     layers = list(layers)
     for place, layer in enumerate(layers):
         layer = mapping(f"layers[{place}]", layer, "{'thickness_cm': 10, 'snow': 'fresh'}")
-        check_names(["thickness_cm", *SNOW_NAMES], layer)
+        check_names(["thickness_cm", "kind", *SNOW_NAMES], layer)
         if "thickness_cm" not in layer:
             raise TypeError(f"layers[{place}] has no thickness_cm")
+        known = {name: value for name, value in layer.items() if name != "thickness_cm"}
         try:
-            snow = one_snow({name: value for name, value in layer.items() if name != "thickness_cm"})
-            packed.append((snow.fixed, number("thickness_cm", layer["thickness_cm"])))
+            if "kind" not in known:
+                known = one_snow(known).fixed
+            packed.append((known, number("thickness_cm", layer["thickness_cm"])))
         except ValueError as error:
             if len(layers) > 1:
                 raise ValueError(f"{error}, at layers[{place}]") from None

@@ -309,9 +309,9 @@ impl Filter {
         luminance.par_iter().enumerate().map(smooth).collect()
     }
 
-    /// Reduces the residual of outliers, and spreads the difference over the snow around them. Where the noise is large,
-    /// the residual also has the colour of the rest of the pixel, which `rest_of` gives. Pixels of the greatest error
-    /// come first.
+    /// Reduces the residual of outliers, and spreads the difference over the snow around them. Where the noise is
+    /// large, the residual also has the colour of the rest of the pixel, which `rest_of` gives. Pixels of the greatest
+    /// error come first.
     fn spread_outliers(
         &self,
         levels: [&[Luminance]; 2],

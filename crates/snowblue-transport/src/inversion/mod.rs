@@ -14,7 +14,7 @@
 //!
 //! let wavelengths_nm = vec![700.0, 900.0, 1030.0, 1240.0];
 //! let incidence = Incidence::Beam { angle_deg: 60.0 };
-//! let half_space = |sample| Layer { sample, thickness_cm: f64::INFINITY };
+//! let half_space = |sample| Layer::snow(sample, f64::INFINITY);
 //! let grain_size = GrainSize::from_specific_surface_area(12.0, -5.0)?;
 //! let truth = Stack {
 //!     layers: vec![half_space(SnowSample { grain_size, ..SnowSample::default() })],

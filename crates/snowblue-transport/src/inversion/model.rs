@@ -10,7 +10,9 @@ use crate::optics::Substance;
 use crate::ordinates::{DifferentiatedStack, Peak, differentiate_stack};
 use crate::sample::{GrainSize, SURFACE_AREA_RANGE, SnowSample};
 use crate::slab::Incidence;
-use crate::stack::{DepthDerivatives, DepthFluxes, Stack, StackDerivatives, StackRadiometry};
+use crate::stack::{
+    DepthDerivatives, DepthFluxes, ICE_THICKNESS_RANGE, Layer, Stack, StackDerivatives, StackRadiometry,
+};
 use crate::variable::{LayerVariable, Variable};
 
 /// An angle that takes the streams of grazing light.
@@ -109,9 +111,14 @@ impl Inversion {
                 Variable::CosIncidence => {
                     stack.incidences[0] = Incidence::Beam { angle_deg: value.acos().to_degrees() };
                 }
-                Variable::Thickness => by.of_mut(&mut stack.layers).for_each(|layer| layer.thickness_cm = *value),
+                Variable::Thickness => by.of_mut(&mut stack.layers).for_each(|layer| {
+                    // Within the range in spite of rounding.
+                    let least_cm = if layer.is_ice() { ICE_THICKNESS_RANGE.least } else { 0.0 };
+                    layer.thickness_cm = value.max(least_cm);
+                }),
                 variable => {
-                    by.of_mut(&mut stack.layers).for_each(|layer| layer.sample = with(&layer.sample, variable, *value));
+                    let samples = by.of_mut(&mut stack.layers).filter_map(Layer::sample_mut);
+                    samples.for_each(|sample| *sample = with(sample, variable, *value));
                 }
             }
         }
@@ -131,14 +138,14 @@ impl Inversion {
         let adds_peak = is_wet || retrieves(Variable::MassFraction(Substance::SnowAlgae));
         let mut known: Vec<SnowSample> = Vec::new();
         for observation in observations {
-            let peaks = observation.layers.iter().map(|layer| Peak::of(&layer.sample));
+            let peaks = observation.layers.iter().filter_map(|layer| layer.sample().map(Peak::of));
             let peak = if adds_peak { Peak::Sharp } else { peaks.max().unwrap_or_default() };
             let mut incidences = observation.illumination.incidences();
             if retrieves(Variable::CosIncidence) {
                 incidences.push(Incidence::Beam { angle_deg: GRAZING_DEG });
             }
-            for layer in areas.iter().flat_map(|by| by.of(&observation.layers)) {
-                let coarsest = with(&layer.sample, Variable::SurfaceArea, SURFACE_AREA_RANGE.least);
+            for sample in areas.iter().flat_map(|by| by.of(&observation.layers)).filter_map(Layer::sample) {
+                let coarsest = with(sample, Variable::SurfaceArea, SURFACE_AREA_RANGE.least);
                 if known.iter().any(|sample| sample.has_grains_of(&coarsest)) {
                     continue;
                 }

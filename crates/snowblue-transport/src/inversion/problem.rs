@@ -10,8 +10,9 @@ use super::measured::{Measured, Quantity};
 use super::state::state_range;
 use crate::TransportError;
 use crate::ordinates::OrdinatesOptions;
-use crate::slab::{Incidence, check_wavelengths};
-use crate::stack::{Layer, Stack};
+use crate::sample::SnowSample;
+use crate::slab::Incidence;
+use crate::stack::{ICE_THICKNESS_RANGE, Layer, Stack};
 use crate::variable::{LayerVariable, Variable};
 
 const DIFFUSE_FRACTION_RANGE: ParameterRange =
@@ -129,6 +130,9 @@ impl Inversion {
                 let numbers = ParameterRange { quantity: "number of the layer", least: 0.0, greatest, unit: "" };
                 numbers.check(layer as f64)?;
             }
+            if by.variable.is_of_layer() && by.of(layers).next().is_none() {
+                return Err(combination(by.variable.name(), "is no variable of clear ice").into());
+            }
             self.check_thickness(observation, by)?;
             if by.variable == Variable::CosIncidence && matches!(illumination, Illumination::Single(Incidence::Diffuse))
             {
@@ -179,7 +183,7 @@ impl Inversion {
             DIFFUSE_FRACTION_RANGE.check(diffuse_fractions[place])?;
         }
         let wavelength_nm = self.wavelengths_nm[place];
-        observation.layers.iter().try_for_each(|layer| check_wavelengths(&[wavelength_nm], &layer.sample))?;
+        observation.layers.iter().try_for_each(|layer| layer.check_wavelengths(&[wavelength_nm]))?;
         self.variables.iter().try_for_each(|by| by.variable.check_wavelength(wavelength_nm))
     }
 }
@@ -194,14 +198,13 @@ impl Observation {
             let first = values.next().unwrap_or(f64::NAN);
             if values.all(|other| other.total_cmp(&first).is_eq()) { first } else { f64::NAN }
         };
+        let of_snow = |value: &dyn Fn(&SnowSample) -> f64| of_layers(&|layer| layer.sample().map_or(f64::NAN, value));
         match by.variable {
-            Variable::SurfaceArea => {
-                of_layers(&|Layer { sample, .. }| 4.0 * sample.extinction_per_m() / sample.density_kg_m3)
-            }
-            Variable::Density => of_layers(&|layer| layer.sample.density_kg_m3),
+            Variable::SurfaceArea => of_snow(&|sample| 4.0 * sample.extinction_per_m() / sample.density_kg_m3),
+            Variable::Density => of_snow(&|sample| sample.density_kg_m3),
             Variable::Thickness => of_layers(&|layer| layer.thickness_cm),
-            Variable::WaterSaturation => of_layers(&|layer| layer.sample.water_saturation),
-            Variable::MassFraction(substance) => of_layers(&|layer| layer.sample.impurities.ng_g(substance)),
+            Variable::WaterSaturation => of_snow(&|sample| sample.water_saturation),
+            Variable::MassFraction(substance) => of_snow(&|sample| sample.impurities.ng_g(substance)),
             Variable::CosIncidence => match self.illumination.incidences()[0] {
                 Incidence::Beam { angle_deg } => angle_deg.to_radians().cos(),
                 Incidence::Diffuse => f64::NAN,
@@ -213,7 +216,10 @@ impl Observation {
     /// The range of a variable. No thickness lets the ground rise above a measured flux.
     #[must_use]
     pub fn range(&self, by: &LayerVariable) -> ParameterRange {
-        let range = state_range(by.variable);
+        let mut range = state_range(by.variable);
+        if by.variable == Variable::Thickness && by.of(&self.layers).any(Layer::is_ice) {
+            range.least = ICE_THICKNESS_RANGE.least;
+        }
         if by.variable != Variable::Thickness || self.thickness_cm().is_infinite() {
             return range;
         }

@@ -79,7 +79,7 @@ fn slab_of(batch: &Batch, cases: &[usize]) -> Option<Slab> {
 /// The case as a layer on its ground.
 fn stack_of(batch: &Batch, case: &SlabCase) -> Stack {
     Stack {
-        layers: vec![Layer { sample: batch.samples[case.sample], thickness_cm: case.thickness_cm }],
+        layers: vec![Layer::snow(batch.samples[case.sample], case.thickness_cm)],
         ground_albedo: case.ground_albedo,
         depths_cm: Vec::new(),
         incidences: vec![case.incidence],

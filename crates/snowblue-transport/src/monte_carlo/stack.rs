@@ -4,17 +4,41 @@
 //! Free flights are drawn in optical depth across all layers; the layer at their end provides the grain. The ground
 //! reflects a ray with the probability of its albedo. A ray counts in the transmittance each time that it arrives at
 //! the ground.
+//!
+//! In a slab of clear ice a ray has one of both polarisations, with equal probability, and is reflected at each face
+//! with the probability that Fresnel's equations give.
 
 use super::options::{MonteCarloOptions, RayProgress, check_rays, cos_incidence};
 use super::rays::sum_over_rays;
 use super::walk::{Absorption, Paths, Scatterers, scattered_cosine};
 use crate::TransportError;
 use crate::medium::{Constituents, hit_size_m};
+use crate::optics::Ice;
 use crate::rng::Stream;
 use crate::slab::{Radiometry, THICKNESS_RANGE};
-use crate::stack::{Layer, Stack};
+use crate::stack::{LayerKind, Stack};
 
-/// A layer at one wavelength.
+/// A stack at one wavelength.
+#[derive(Default)]
+struct OpticalStack {
+    /// Layers of snow.
+    layers: Vec<OpticalLayer>,
+    /// Slabs of ice between them.
+    slabs: Vec<IceSlab>,
+    /// Optical depth of the ground below the top of the stack.
+    ground: f64,
+}
+
+/// A slab of ice at one wavelength.
+struct IceSlab {
+    /// Optical depth of the snow above it.
+    place: f64,
+    index: f64,
+    /// Optical depth of absorption, along the normal.
+    absorption: f64,
+}
+
+/// A layer of snow at one wavelength.
 struct OpticalLayer {
     scatterers: Scatterers,
     absorption: Absorption,
@@ -43,13 +67,13 @@ pub fn solve_stack(
     let total = (stack.incidences.len() * stack.wavelengths_nm.len()) as u64 * options.rays;
     for &incidence in &stack.incidences {
         for &wavelength_nm in &stack.wavelengths_nm {
-            let layers = optical_layers(stack, wavelength_nm);
+            let optical = OpticalStack::new(stack, wavelength_nm);
             // The inverted seed makes the streams independent of those of slabs.
             let seed = Stream::key(!options.seed, answer.len() as u64);
             let sums = sum_over_rays(options.rays, |ray| {
                 let mut stream = Stream::new(seed, ray);
                 let cosine = cos_incidence(incidence, &mut stream);
-                let [reflected, arrived] = trace_ray(&layers, stack.ground_albedo, cosine, &mut stream);
+                let [reflected, arrived] = trace_ray(&optical, stack.ground_albedo, cosine, &mut stream);
                 [reflected, arrived, 1.0 - reflected - (1.0 - stack.ground_albedo) * arrived]
             });
             answer.push(Radiometry {
@@ -66,54 +90,116 @@ pub fn solve_stack(
     Ok(answer)
 }
 
-fn optical_layers(stack: &Stack, wavelength_nm: f64) -> Vec<OpticalLayer> {
-    let (mut bottom, mut pores_above) = (0.0, 0.0);
-    let layer = |Layer { sample, thickness_cm }: &Layer| {
-        let constituents = Constituents::new(sample, wavelength_nm);
-        let scatterers = Scatterers::new(sample, &constituents);
-        let absorption = Absorption::new(&constituents, &scatterers);
-        let (top, above) = (bottom, pores_above);
-        bottom += scatterers.extinction_per_m * thickness_cm * 0.01;
-        pores_above += constituents.pore_absorption_per_m * thickness_cm * 0.01;
-        OpticalLayer { scatterers, absorption, top, bottom, pores_above: above }
-    };
-    stack.layers.iter().map(layer).collect()
+impl OpticalStack {
+    fn new(stack: &Stack, wavelength_nm: f64) -> Self {
+        let (mut optical, mut pores_above) = (Self::default(), 0.0);
+        for (number, layer) in stack.layers.iter().enumerate() {
+            let thickness_m = 0.01 * layer.thickness_cm;
+            let top = optical.ground;
+            match &layer.kind {
+                LayerKind::Snow(sample) => {
+                    let constituents = Constituents::new(sample, wavelength_nm);
+                    let scatterers = Scatterers::new(sample, &constituents);
+                    let absorption = Absorption::new(&constituents, &scatterers);
+                    let bottom = top + scatterers.extinction_per_m * thickness_m;
+                    optical.ground = bottom;
+                    optical.layers.push(OpticalLayer { scatterers, absorption, top, bottom, pores_above });
+                    pores_above += constituents.pore_absorption_per_m * thickness_m;
+                }
+                LayerKind::Ice(table) => {
+                    let ice = Ice::new(*table);
+                    let absorption = ice.absorption_per_m(wavelength_nm) * thickness_m;
+                    // Neighbouring layers of ice are one slab.
+                    let is_further = number > 0 && stack.layers[number - 1].is_ice();
+                    match optical.slabs.last_mut().filter(|_| is_further) {
+                        Some(slab) => slab.absorption += absorption,
+                        None => optical.slabs.push(IceSlab { place: top, index: ice.index(wavelength_nm), absorption }),
+                    }
+                }
+            }
+        }
+        optical
+    }
+
+    /// The layer of snow at an optical depth, or the last one.
+    fn layer_at(&self, depth: f64) -> &OpticalLayer {
+        let Self { layers, .. } = self;
+        &layers[layers.partition_point(|layer| layer.bottom <= depth).min(layers.len() - 1)]
+    }
+
+    /// Optical depth of absorption in the pores down to an optical depth, along the vertical.
+    fn pore_absorption(&self, depth: f64) -> f64 {
+        if self.layers.is_empty() {
+            return 0.0;
+        }
+        let layer = self.layer_at(depth);
+        layer.pores_above + layer.absorption.free * (depth - layer.top)
+    }
 }
 
-/// The layer at an optical depth, or the last one.
-fn layer_at(layers: &[OpticalLayer], depth: f64) -> &OpticalLayer {
-    &layers[layers.partition_point(|layer| layer.bottom <= depth).min(layers.len() - 1)]
-}
-
-/// Optical depth of absorption in the pores down to an optical depth, along the vertical.
-fn pore_absorption(layers: &[OpticalLayer], depth: f64) -> f64 {
-    let layer = layer_at(layers, depth);
-    layer.pores_above + layer.absorption.free * (depth - layer.top)
+impl IceSlab {
+    /// Whether a ray that arrives with the cosine of an angle passes the slab; adds the absorption on its way.
+    fn is_passed(&self, cosine: f64, absorbed: &mut f64, stream: &mut Stream) -> bool {
+        let n = self.index;
+        let cos_refraction = (1.0 - (1.0 - cosine * cosine) / (n * n)).sqrt();
+        let amplitude = if stream.uniform() < 0.5 {
+            (cosine - n * cos_refraction) / (cosine + n * cos_refraction)
+        } else {
+            (n * cosine - cos_refraction) / (n * cosine + cos_refraction)
+        };
+        let reflectance = amplitude * amplitude;
+        if stream.uniform() < reflectance {
+            return false;
+        }
+        let mut passed = false;
+        loop {
+            *absorbed += self.absorption / cos_refraction;
+            passed = !passed;
+            if stream.uniform() >= reflectance {
+                return passed;
+            }
+        }
+    }
 }
 
 /// Traces a ray: the weight that leaves the top, and the weight that arrives at the ground.
-fn trace_ray(layers: &[OpticalLayer], ground_albedo: f64, cos_incidence: f64, stream: &mut Stream) -> [f64; 2] {
-    let ground = layers[layers.len() - 1].bottom;
+fn trace_ray(stack: &OpticalStack, ground_albedo: f64, cos_incidence: f64, stream: &mut Stream) -> [f64; 2] {
     let (mut depth, mut cosine) = (0.0, cos_incidence);
     let (mut absorbed, mut arrived) = (0.0_f64, 0.0);
+    // The number of slabs of ice above the ray.
+    let mut slabs_above = 0;
     loop {
+        let (above, below) = (&stack.slabs[..slabs_above], stack.slabs.get(slabs_above));
+        let (top, bottom) =
+            (above.last().map_or(0.0, |slab| slab.place), below.map_or(stack.ground, |slab| slab.place));
         let beyond = depth - stream.uniform().ln() * cosine;
-        let next = beyond.clamp(0.0, ground);
-        absorbed += ((pore_absorption(layers, next) - pore_absorption(layers, depth)) / cosine).abs();
+        let next = beyond.clamp(top, bottom);
+        absorbed += ((stack.pore_absorption(next) - stack.pore_absorption(depth)) / cosine).abs();
         depth = next;
-        // Without snow a downward ray reaches the ground, not the top.
-        if cosine < 0.0 && beyond <= 0.0 {
-            return [(-absorbed).exp(), arrived];
-        }
-        if beyond >= ground {
-            arrived += (-absorbed).exp();
-            if stream.uniform() >= ground_albedo {
-                return [0.0, arrived];
+        // Without snow a downward ray reaches what is below it, not the top.
+        if cosine < 0.0 && beyond <= top {
+            match above.last() {
+                None => return [(-absorbed).exp(), arrived],
+                Some(slab) if slab.is_passed(-cosine, &mut absorbed, stream) => slabs_above -= 1,
+                Some(_) => cosine = -cosine,
             }
-            (depth, cosine) = (ground, -stream.uniform().sqrt());
             continue;
         }
-        let layer = layer_at(layers, depth);
+        if cosine > 0.0 && beyond >= bottom {
+            match below {
+                Some(slab) if slab.is_passed(cosine, &mut absorbed, stream) => slabs_above += 1,
+                Some(_) => cosine = -cosine,
+                None => {
+                    arrived += (-absorbed).exp();
+                    if stream.uniform() >= ground_albedo {
+                        return [0.0, arrived];
+                    }
+                    cosine = -stream.uniform().sqrt();
+                }
+            }
+            continue;
+        }
+        let layer = stack.layer_at(depth);
         let collision = layer.scatterers.collide(stream);
         let mut paths = Paths::default();
         collision.add_ice_path(hit_size_m(&layer.scatterers.size, stream), &mut paths);

@@ -53,6 +53,8 @@ pub struct HomogeneousMedium {
     pub(super) delta: DMatrix<f64>,
     /// Hᵀ M 1 and Vᵀ M 1, where 1 is isotropic radiance.
     pub(super) entering: [DVector<f64>; 2],
+    /// Refractive index of clear ice with faces to air; none of a medium without faces, as snow.
+    pub(super) ice_index: Option<f64>,
 }
 
 /// Light on a slab, with the response of each mode to it, which does not depend on thickness.
@@ -190,6 +192,29 @@ impl HomogeneousMedium {
             scaled,
             modes,
             basis,
+            ice_index: None,
+        }
+    }
+
+    /// Clear ice of a refractive index, for layers whose optical depth is that of absorption. Each ordinate outside it
+    /// stands in the place of a mode: V = 1 and H = M⁻¹. Rates of 1 are those of light along the normal.
+    pub(super) fn ice(index: f64, streams: usize) -> Self {
+        let rule = Quadrature::half_range(streams / 2);
+        let n = rule.order();
+        let diagonal = |of: &dyn Fn(f64) -> f64| {
+            DMatrix::from_diagonal(&DVector::from_iterator(n, rule.cosines.iter().map(|mu| of(*mu))))
+        };
+        let isotropic = DVector::from_iterator(n, rule.weights.iter().map(|weight| weight.sqrt()));
+        let (identity, delta, gamma) = (DMatrix::identity(n, n), diagonal(&|mu| mu), diagonal(&f64::recip));
+        Self {
+            scaled: Scaled { one_minus_albedo: 1.0, albedo_moments: vec![0.0; streams], depth_ratio: 1.0 },
+            modes: Modes { rates: vec![1.0; n], sums: identity.clone(), differences: gamma.clone() },
+            basis: legendre_basis(n),
+            entering: [isotropic.clone(), &delta * isotropic],
+            weighted_differences: identity,
+            gamma,
+            delta,
+            ice_index: Some(index),
         }
     }
 

@@ -51,6 +51,11 @@ pub(super) fn exponential_integrals<T: Real>(k: T, depth: T, q: T) -> (T, T) {
 
 /// E₃(τ) = ∫₀¹ μ e^{−τ/μ} dμ by Gauss–Legendre in u with μ = u², scaled so that the tail keeps its relative precision.
 pub(super) fn third_exponential_integral(tau: f64) -> f64 {
+    transmitted_integral(tau, |_| 1.0)
+}
+
+/// ∫₀¹ μ e^{−τ/μ} f(μ) dμ, in the same way.
+pub(super) fn transmitted_integral(tau: f64, factor: impl Fn(f64) -> f64) -> f64 {
     if tau.is_infinite() {
         return 0.0;
     }
@@ -63,7 +68,7 @@ pub(super) fn third_exponential_integral(tau: f64) -> f64 {
         .map(|(y, weight)| {
             let t = y / ((1.0 + tau) * (1.0 - y));
             let jacobian = 1.0 / ((1.0 + tau) * (1.0 - y) * (1.0 - y));
-            weight * jacobian * (-tau * t).exp() / (1.0 + t).powi(3)
+            weight * jacobian * (-tau * t).exp() * factor(1.0 / (1.0 + t)) / (1.0 + t).powi(3)
         })
         .sum();
     (-tau).exp() * integral

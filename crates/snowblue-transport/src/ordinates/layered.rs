@@ -25,15 +25,24 @@
 //! for upward emission. The fluence rate belongs to a face that emits the radiance 1/μ to both sides, whose amplitudes
 //! above and below are (y_lower + y_upper)⁻¹ 2 Vᵀ 1. The source function integrated along μ₀, layer by layer, is linear
 //! in the amplitudes.
+//!
+//! **Ice.** A slab of clear ice is a further element of the ladder, diagonal in the ordinates ([`IceLight`]). Seen from
+//! the top along μ₀, it shows light from below by its transmittance, and light from above, in the direction −μ₀, by its
+//! reflectance. So the line of sight goes down and up: weights of both at each face take the place of e^{−τ/μ₀}. A
+//! plane within the ice emits through both faces of it. All of this is exact for a beam at any angle.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-use super::homogeneous::{Direction, HomogeneousMedium, solver};
-use super::integrals::{exponential_integrals, hyperbolic_integrals, rate_over_sinh};
-use crate::dual::Real;
+use super::escape::{FaceEscapes, Profile};
+use super::homogeneous::{HomogeneousMedium, solver};
+use super::ice_slab::{FaceQuantity, IceLight, ice_lights};
+use super::integrals::rate_over_sinh;
+use super::unscattered::{Unscattered, unscattered};
+use crate::dual::{Dual, LANES, Real};
+use crate::quadrature::Quadrature;
 use crate::slab::Incidence;
 
-/// Fluxes through a horizontal face over the flux that falls on the top, direct and diffuse.
+/// Fluxes through a horizontal face over the flux that falls on the top, direct and diffuse; outside ice.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FaceFluxes {
     /// Flux downwards.
@@ -106,47 +115,53 @@ pub(super) struct Side {
 /// The response of a stack to one incident light.
 pub(super) enum Response {
     /// To a beam.
-    Beam {
-        cosine: f64,
-        /// Unscattered fraction at each face.
-        clear: Vec<f64>,
-        /// Radiance that each layer adds, at its top.
-        escape: Vec<Escape>,
-    },
+    Beam(Beam),
     /// To Lambertian light.
     Lambertian,
 }
 
-/// Radiance that leaves the top of a layer in one direction, per amplitude of each mode.
-pub(super) struct Escape<T: Real = f64> {
-    /// Per amplitude of S at the top.
-    pub(super) top: DVector<T>,
-    /// Per slope of the mode at the top.
-    pub(super) top_slope: DVector<T>,
-    /// Per amplitude of S at the bottom.
-    pub(super) bottom: DVector<T>,
+/// The response to a beam.
+pub(super) struct Beam {
+    pub(super) cosine: f64,
+    pub(super) unscattered: Unscattered<f64>,
+    /// Fractions that each layer reflects and transmits unscattered.
+    pub(super) passed: Vec<[f64; 2]>,
+    /// Radiance that each layer adds, at its faces.
+    pub(super) escapes: Vec<FaceEscapes>,
 }
 
-/// Amplitudes of the modes of one layer.
-pub(super) struct Profile {
-    pub(super) top: DVector<f64>,
-    pub(super) top_slope: DVector<f64>,
-    pub(super) bottom: DVector<f64>,
-}
-
-/// Light from an emitting face throughout the stack.
+/// Light from an emitting plane throughout the stack.
 pub(super) struct Emission {
-    pub(super) face: usize,
+    pub(super) emitter: Emitter,
     pub(super) layers: Vec<Profile>,
     /// 1ᵀ M S on the ground.
     pub(super) on_ground: f64,
     /// Amplitudes at the top of the stack.
     top: DVector<f64>,
-    /// Radiance that the face itself emits upwards.
-    pub(super) emitted: f64,
 }
 
-/// The emissions whose radiance is each flux through a face.
+/// A plane that emits what leaves the top with the value of a quantity there.
+#[derive(Clone, Copy)]
+pub(super) enum Emitter {
+    /// A face.
+    Face(usize, FaceQuantity),
+    /// A plane within a layer of ice.
+    Ice(IcePlane, FaceQuantity),
+}
+
+/// A plane within a layer of ice.
+#[derive(Clone, Copy)]
+pub(super) struct IcePlane {
+    /// The number of the layer.
+    pub(super) layer: usize,
+    pub(super) index: f64,
+    /// Optical depths of the ice above and below the plane.
+    pub(super) depths: [f64; 2],
+    /// Changes of these depths; what is emitted is then the change.
+    pub(super) changes: Option<[f64; 2]>,
+}
+
+/// The emissions whose radiance is each flux through a plane.
 pub(super) struct FaceEmissions {
     pub(super) down: Emission,
     pub(super) up: Emission,
@@ -189,7 +204,7 @@ impl<'m> LayeredMedium<'m> {
         self.lights.iter().map(|light| self.face_fluxes(light, &emissions)).collect()
     }
 
-    /// The fluxes through the face of some emissions under a light.
+    /// The fluxes of some emissions under a light.
     pub(super) fn face_fluxes(&self, light: &Response, FaceEmissions { down, up, net }: &FaceEmissions) -> FaceFluxes {
         let [down, up, net] = [down, up, net].map(|emission| self.radiance(light, emission));
         FaceFluxes { down, up, net }
@@ -199,16 +214,15 @@ impl<'m> LayeredMedium<'m> {
     pub(super) fn emissions(&self, face: usize) -> FaceEmissions {
         let (lower, upper) = (&self.lower[face], &self.upper[face]);
         let [h, v] = &self.medium_at(face).entering;
-        let nothing = DVector::zeros(v.len());
-        let both = solver(&(&lower.conductance + &upper.conductance), &nothing);
+        let both = self.solver_at(face);
         let (into_lower, into_upper) = (&lower.conductance * h, &upper.conductance * h);
-        let emission = |above: DVector<f64>, below: DVector<f64>, emitted: f64| {
-            self.emission(face, (both.solve(&above), both.solve(&below)), emitted)
+        let emission = |above: DVector<f64>, below: DVector<f64>, quantity: FaceQuantity| {
+            self.emission(face, (both.solve(&above), both.solve(&below)), Emitter::Face(face, quantity))
         };
         FaceEmissions {
-            down: emission(v + &into_lower, upper.returned.clone(), 1.0),
-            up: emission(lower.returned.clone(), v + &into_upper, 0.0),
-            net: emission(2.0 * into_lower, -2.0 * into_upper, 1.0),
+            down: emission(v + &into_lower, upper.returned.clone(), FaceQuantity::Down),
+            up: emission(lower.returned.clone(), v + &into_upper, FaceQuantity::Up),
+            net: emission(2.0 * into_lower, -2.0 * into_upper, FaceQuantity::Net),
         }
     }
 
@@ -219,21 +233,47 @@ impl<'m> LayeredMedium<'m> {
     #[must_use]
     pub fn fluence_rates(&self, face: usize) -> Vec<f64> {
         let emission = self.fluence_emission(face);
-        self.lights.iter().map(|light| self.fluence_rate(light, &emission)).collect()
-    }
-
-    /// The fluence rate at the face of an emission under a light.
-    pub(super) fn fluence_rate(&self, light: &Response, emission: &Emission) -> f64 {
-        self.radiance(light, emission) + light.unscattered_fluence(emission.face)
+        self.lights.iter().map(|light| self.radiance(light, &emission)).collect()
     }
 
     /// The emission of a face for the fluence rate.
     pub(super) fn fluence_emission(&self, face: usize) -> Emission {
         let injected = 2.0 * self.medium_at(face).isotropic_sums();
-        let nothing = DVector::zeros(injected.len());
-        let both = solver(&(&self.lower[face].conductance + &self.upper[face].conductance), &nothing);
-        let amplitudes = both.solve(&injected);
-        self.emission(face, (amplitudes.clone(), amplitudes), 0.0)
+        let amplitudes = self.solver_at(face).solve(&injected);
+        self.emission(face, (amplitudes.clone(), amplitudes), Emitter::Face(face, FaceQuantity::Fluence))
+    }
+
+    /// The emissions of a plane within ice for each flux.
+    pub(super) fn ice_emissions(&self, plane: IcePlane) -> FaceEmissions {
+        let of = |quantity: FaceQuantity| self.ice_emission(plane, quantity);
+        FaceEmissions { down: of(FaceQuantity::Down), up: of(FaceQuantity::Up), net: of(FaceQuantity::Net) }
+    }
+
+    /// The emission of a plane within ice for one quantity: that of both faces of the ice.
+    pub(super) fn ice_emission(&self, plane: IcePlane, quantity: FaceQuantity) -> Emission {
+        let emitter = Emitter::Ice(plane, quantity);
+        let rule = Quadrature::half_range(self.layers[0].medium.modes.rates.len());
+        let emitted: Vec<[f64; 2]> = rule.cosines.iter().map(|mu| emitter.emitted(*mu)).collect();
+        let from_face = |side: usize| {
+            let face = emitter.faces()[side];
+            let medium = self.medium_at(face);
+            let radiances = emitted.iter().zip(&rule.weights).map(|(radiance, weight)| radiance[side] * weight.sqrt());
+            let radiances = DVector::from_iterator(rule.order(), radiances);
+            let fluxes =
+                DVector::from_iterator(rule.order(), radiances.iter().zip(&rule.cosines).map(|(i, mu)| i * mu));
+            let h = medium.weighted_differences.tr_mul(&radiances) * if side == 0 { 1.0 } else { -1.0 };
+            let (v, both) = (medium.modes.sums.tr_mul(&fluxes), self.solver_at(face));
+            let above = both.solve(&(&v + &self.lower[face].conductance * &h));
+            let below = both.solve(&(v - &self.upper[face].conductance * h));
+            self.emission(face, (above, below), emitter)
+        };
+        from_face(0).plus(&from_face(1))
+    }
+
+    /// Factors of y_lower + y_upper at a face.
+    fn solver_at(&self, face: usize) -> Cholesky<f64, Dyn> {
+        let (lower, upper) = (&self.lower[face].conductance, &self.upper[face].conductance);
+        solver(&(lower + upper), &DVector::zeros(lower.nrows()))
     }
 
     /// The medium in whose modes a face is described.
@@ -242,7 +282,12 @@ impl<'m> LayeredMedium<'m> {
     }
 
     /// Extends the amplitudes just above and just below an emitting face over the stack.
-    fn emission(&self, face: usize, (mut above, mut below): (DVector<f64>, DVector<f64>), emitted: f64) -> Emission {
+    fn emission(
+        &self,
+        face: usize,
+        (mut above, mut below): (DVector<f64>, DVector<f64>),
+        emitter: Emitter,
+    ) -> Emission {
         let mut layers = Vec::with_capacity(self.layers.len());
         for (j, layer) in self.layers.iter().enumerate().take(face).rev() {
             if let Some(interface) = &layer.interface {
@@ -262,7 +307,7 @@ impl<'m> LayeredMedium<'m> {
             below = next;
         }
         let on_ground = self.medium_at(self.layers.len()).entering[1].dot(&below);
-        Emission { face, layers, on_ground, top: above, emitted }
+        Emission { emitter, layers, on_ground, top: above }
     }
 
     /// Radiance of an emission that leaves the top in the direction of a light; for Lambertian light its mean, weighted
@@ -270,11 +315,63 @@ impl<'m> LayeredMedium<'m> {
     pub(super) fn radiance(&self, light: &Response, emission: &Emission) -> f64 {
         match light {
             Response::Lambertian => 2.0 * self.layers[0].medium.entering[1].dot(&emission.top),
-            Response::Beam { clear, escape, .. } => {
-                let scattered = emission.layers.iter().zip(escape).zip(clear);
-                scattered.map(|((layer, escape), clear)| clear * escape.radiance(layer)).sum::<f64>()
-                    + clear[self.layers.len()] * (self.ground * emission.on_ground)
-                    + clear[emission.face] * emission.emitted
+            Response::Beam(Beam { cosine, unscattered: Unscattered { down, up }, escapes, .. }) => {
+                let scattered = emission.layers.iter().zip(escapes).enumerate().map(|(j, (layer, escape))| {
+                    let from_bottom = escape.bottom.as_ref().map_or(0.0, |bottom| up[j + 1] * bottom.radiance(layer));
+                    down[j] * escape.top.radiance(layer) + from_bottom
+                });
+                let [upper, lower] = emission.emitter.faces();
+                let [upwards, downwards] = emission.emitter.emitted(*cosine);
+                scattered.sum::<f64>()
+                    + down[self.layers.len()] * (self.ground * emission.on_ground)
+                    + down[upper] * upwards
+                    + up[lower] * downwards
+            }
+        }
+    }
+}
+
+impl Emission {
+    /// Both together.
+    fn plus(mut self, other: &Self) -> Self {
+        for (own, other) in self.layers.iter_mut().zip(&other.layers) {
+            own.top += &other.top;
+            own.top_slope += &other.top_slope;
+            own.bottom += &other.bottom;
+        }
+        self.top += &other.top;
+        self.on_ground += other.on_ground;
+        self
+    }
+}
+
+impl Emitter {
+    /// The faces through which radiance leaves upwards and downwards.
+    pub(super) fn faces(&self) -> [usize; 2] {
+        match self {
+            Self::Face(face, _) => [*face; 2],
+            Self::Ice(IcePlane { layer, .. }, _) => [*layer, layer + 1],
+        }
+    }
+
+    /// The radiance there upwards and downwards, in one direction.
+    pub(super) fn emitted(&self, cosine: f64) -> [f64; 2] {
+        match self {
+            Self::Ice(plane @ IcePlane { changes: Some(changes), .. }, quantity) => {
+                let depth = |side: usize| Dual::new(plane.depths[side], [changes[side]; LANES]);
+                let light = IceLight::new(plane.index, Dual::from(cosine), [depth(0), depth(1)]);
+                light.leaving(*quantity).map(|radiance| radiance.derivatives()[0])
+            }
+            _ => self.radiances(cosine),
+        }
+    }
+
+    /// The same of an emitter that is no change.
+    pub(super) fn radiances<T: Real>(&self, cosine: T) -> [T; 2] {
+        match self {
+            Self::Face(_, quantity) => quantity.emitted(cosine),
+            Self::Ice(IcePlane { index, depths, .. }, quantity) => {
+                IceLight::new(*index, cosine, depths.map(T::from)).leaving(*quantity)
             }
         }
     }
@@ -327,23 +424,42 @@ fn upper_sides(layers: &mut [Layer]) -> Vec<Side> {
 
 /// Takes a side across a layer, with the operator that takes amplitudes back towards it.
 fn beyond(layer: &Layer, side: Side) -> (Side, Option<Crossing>) {
-    let (medium, depth) = (layer.medium, layer.depth);
-    // Thinner layers underflow.
-    if depth < 1e-100 {
+    let Some([shunt, bridge]) = layer.elements() else {
         return (side, None);
-    }
-    let rates = DVector::from_column_slice(&medium.modes.rates);
-    let shunt = rates.map(|k| k * (0.5 * k * depth).tanh());
-    let bridge = rates.map(|k| rate_over_sinh(k, depth));
+    };
     let mut shunted = side.conductance;
     shunted.set_diagonal(&(shunted.diagonal() + &shunt));
     let factor = solver(&shunted, &bridge);
     let through = &shunted * factor.solve(&DMatrix::from_diagonal(&bridge));
     let mut conductance = 0.5 * (&through + through.transpose());
     conductance.set_diagonal(&(conductance.diagonal() + shunt));
-    let [h, v] = &medium.entering;
+    let [h, v] = &layer.medium.entering;
     let returned = v - &conductance * h;
     (Side { conductance, returned }, Some(Crossing { factor, bridge }))
+}
+
+impl Layer<'_> {
+    /// The shunt at each face and the bridge between them; none where snow is too thin to be a layer.
+    fn elements(&self) -> Option<[DVector<f64>; 2]> {
+        let Self { medium, depth, .. } = self;
+        if let Some(index) = medium.ice_index {
+            let elements: Vec<[f64; 2]> = ice_lights(index, medium.modes.rates.len(), *depth)
+                .map(|light: IceLight<f64>| light.elements())
+                .collect();
+            return Some([0, 1].map(|i| DVector::from_iterator(elements.len(), elements.iter().map(|both| both[i]))));
+        }
+        // Thinner layers underflow.
+        if *depth < 1e-100 {
+            return None;
+        }
+        let rates = DVector::from_column_slice(&medium.modes.rates);
+        Some([rates.map(|k| k * (0.5 * k * depth).tanh()), rates.map(|k| rate_over_sinh(k, *depth))])
+    }
+
+    /// Fractions of the unscattered light in one direction that the layer reflects and transmits.
+    pub(super) fn unscattered<T: Real>(&self, cosine: T) -> [T; 2] {
+        unscattered(self.medium.ice_index, T::from(self.depth), cosine)
+    }
 }
 
 impl Interface {
@@ -368,59 +484,69 @@ impl Response {
             return Self::Lambertian;
         };
         let cosine = angle_deg.to_radians().cos();
-        let mut depth_above = 0.0;
-        let mut clear = vec![1.0];
-        for layer in layers {
-            depth_above += layer.depth;
-            clear.push((-depth_above / cosine).exp());
-        }
-        let escape =
-            |layer: &Layer| Escape::new(&layer.medium.direction(cosine), &layer.medium.modes.rates, layer.depth);
-        Self::Beam { cosine, clear, escape: layers.iter().map(escape).collect() }
-    }
-
-    /// Fluence rate at a face of the light that the layers above have not scattered; that of Lambertian light is in the
-    /// amplitudes.
-    fn unscattered_fluence(&self, face: usize) -> f64 {
-        match self {
-            Self::Beam { cosine, clear, .. } => clear[face] / cosine,
-            Self::Lambertian => 0.0,
-        }
+        let passed: Vec<[f64; 2]> = layers.iter().map(|layer| layer.unscattered(cosine)).collect();
+        let unscattered = Unscattered::new(&passed);
+        let escapes = layers.iter().zip(&unscattered.up[1..]).map(|(layer, up)| {
+            let direction = layer.medium.direction(cosine);
+            FaceEscapes::new(&direction, &layer.medium.modes.rates, (layer.depth, *up > 0.0))
+        });
+        Self::Beam(Beam { cosine, escapes: escapes.collect(), unscattered, passed })
     }
 }
 
-impl Escape {
-    /// The radiance of a layer with these amplitudes.
-    pub(super) fn radiance(&self, layer: &Profile) -> f64 {
-        self.top.dot(&layer.top) + self.top_slope.dot(&layer.top_slope) + self.bottom.dot(&layer.bottom)
-    }
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::medium::HenyeyGreenstein;
 
-impl<T: Real> Escape<T> {
-    /// Radiance that leaves the top of a layer with cosine μ, ∫ J e^{−s/μ} ds/μ, per amplitude of each mode.
-    ///
-    /// Slow modes in thin layers are a cosh(ks) + a' sinh(ks)/k from the top; the others are a wave that decays from
-    /// the top, (a − a'/k)/2, and one that decays from the bottom and makes up the rest of the amplitude there.
-    pub(super) fn new(direction: &Direction<T>, rates: &[T], depth: T) -> Self {
-        let per_cosine = T::from(1.0) / direction.cos_incidence;
-        let unscattered = (-depth * per_cosine).exp();
-        let zeros = || DVector::from_element(rates.len(), T::from(0.0));
-        let mut escape = Self { top: zeros(), top_slope: zeros(), bottom: zeros() };
-        for (j, &k) in rates.iter().enumerate() {
-            let (even, odd) = (direction.even[j] * 0.5, direction.odd[j] * 0.5);
-            if k.value() < 0.5 && k.value() * depth.value() < 1.0 {
-                let (cosh, sinh_over_k) = hyperbolic_integrals(k, depth, per_cosine, unscattered);
-                escape.top[j] = even * cosh + odd * k * k * sinh_over_k;
-                escape.top_slope[j] = even * sinh_over_k + odd * cosh;
-            } else {
-                let (near, far) = exponential_integrals(k, depth, per_cosine);
-                let growing = (even + odd * k) * far;
-                let fading = ((even - odd * k) * near - growing * (-k * depth).exp()) * 0.5;
-                escape.top[j] = fading;
-                escape.top_slope[j] = -fading / k;
-                escape.bottom[j] = growing;
+    const STREAMS: usize = 16;
+    const LIGHTS: [Incidence; 4] = [
+        Incidence::Beam { angle_deg: 0.0 },
+        Incidence::Beam { angle_deg: 53.0 },
+        Incidence::Beam { angle_deg: 89.0 },
+        Incidence::Diffuse,
+    ];
+
+    /// Where neither snow nor ice absorbs, the net flux is equal at every face and within the ice, and what is not
+    /// reflected reaches the ground.
+    #[test]
+    fn net_flux_is_constant_where_ice_does_not_absorb() {
+        let scattering = HenyeyGreenstein { one_minus_albedo: 0.0, asymmetry: 0.7 }.scattering(STREAMS);
+        let (snow, ice) = (HomogeneousMedium::new(&scattering, STREAMS), HomogeneousMedium::ice(1.31, STREAMS));
+        let layers = [(&ice, 0.0), (&snow, 0.3), (&ice, 0.0), (&snow, 0.0), (&ice, 0.0), (&snow, 40.0), (&ice, 0.0)];
+        let layers = layers.map(|(medium, optical_depth)| MediumLayer { medium, optical_depth });
+        for albedo in [0.0, 0.7, 1.0] {
+            let layered = LayeredMedium::new(&layers, albedo, &LIGHTS);
+            let reflected = layered.fluxes(0);
+            let arriving = layered.fluxes(layers.len());
+            let plane = IcePlane { layer: 2, index: 1.31, depths: [0.0; 2], changes: None };
+            let within = layered.ice_emissions(plane);
+            for (number, light) in layered.lights.iter().enumerate() {
+                let (top, ground) = (reflected[number], arriving[number]);
+                let net = (1.0 - albedo) * ground.down;
+                // Thousands of reflections of light near 1, each with its rounding.
+                assert!((1.0 - top.up - net).abs() < 1e-11, "{albedo} {number}: {top:?} {ground:?}");
+                let faces = (0..=layers.len()).map(|face| layered.fluxes(face)[number]);
+                for at in faces.chain([layered.face_fluxes(light, &within)]) {
+                    assert!((at.net - net).abs() < 1e-11, "{albedo} {number}: {at:?} {net}");
+                    assert!((at.down - at.up - net).abs() < 1e-11, "{albedo} {number}: {at:?} {net}");
+                }
             }
         }
-        escape
+    }
+
+    /// By reciprocity light passes a stack with ice equally in both directions, under Lambertian light; under a beam
+    /// the scattered light does not, but a beam through clear layers does.
+    #[test]
+    fn a_beam_passes_clear_layers_in_both_directions() {
+        let black = HenyeyGreenstein { one_minus_albedo: 1.0, asymmetry: 0.0 }.scattering(STREAMS);
+        let (air, ice) = (HomogeneousMedium::new(&black, STREAMS), HomogeneousMedium::ice(1.31, STREAMS));
+        let layers = [(&ice, 0.2), (&air, 0.3), (&ice, 0.5), (&air, 0.1), (&ice, 0.05)];
+        let layers = layers.map(|(medium, optical_depth)| MediumLayer { medium, optical_depth });
+        let reversed: Vec<MediumLayer> = layers.iter().rev().copied().collect();
+        let [down, up] = [&layers[..], &reversed].map(|layers| LayeredMedium::new(layers, 0.0, &LIGHTS).fluxes(5));
+        for (number, (down, up)) in down.iter().zip(&up).enumerate() {
+            assert!((down.down / up.down - 1.0).abs() < 1e-13, "{number}: {down:?} {up:?}");
+        }
     }
 }

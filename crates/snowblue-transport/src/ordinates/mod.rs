@@ -3,14 +3,17 @@
 //! Chandrasekhar's (1960) method with double-Gauss quadrature and δ-M scaling, averaged over azimuth because only
 //! fluxes are computed. A homogeneous medium is solved once ([`HomogeneousMedium`]); each thickness then costs two
 //! small Cholesky factorisations and each angle a sum over the modes. Layers of several media on a ground are combined
-//! by the adding method ([`LayeredMedium`]). The half-space without absorption has all azimuths ([`HalfSpace`]).
+//! by the adding method ([`LayeredMedium`]), with slabs of clear ice between them. The half-space without absorption
+//! has all azimuths ([`HalfSpace`]).
 
 mod delta_m;
 mod differentiated;
 mod eigen;
+mod escape;
 mod fluxes;
 mod half_space;
 mod homogeneous;
+mod ice_slab;
 mod integrals;
 mod jackknife;
 mod layered;
@@ -20,7 +23,9 @@ mod solve;
 mod solve_alike;
 mod solve_batch;
 mod solve_stack;
+mod stack_media;
 mod streams;
+mod unscattered;
 
 pub use half_space::HalfSpace;
 pub use homogeneous::{Direction, Fluxes, HomogeneousMedium, Light};

@@ -21,15 +21,22 @@
 //! where i are the currents into the layer, of x and of λ, and X is the change of its modes. Where a layer is thin,
 //! e (φ_t − φ_b) follows from the current, and de from r = 1/e.
 //!
+//! In ice dD and de are those of its own elements, and X is 0. Radiance that is not scattered on its way through the
+//! stack, down and up between layers of ice, has its own derivative: the light in the beam's direction at each face,
+//! weighted with the fractions of the beam that arrive there.
+//!
 //! **Everything is an escape.** All terms are linear in the amplitudes of a layer, as its radiance is. So the
 //! derivative of a flux is a radiance as well, of an [`Escape`] with derivatives.
 
 use nalgebra::DVector;
 
 use super::differentiated::DifferentiatedModes;
-use super::homogeneous::solver;
+use super::escape::{Escape, FaceEscapes, Profile};
+use super::homogeneous::{HomogeneousMedium, solver};
+use super::ice_slab::ice_lights;
 use super::integrals::{rate_over_sinh, sinh_over_rate};
-use super::layered::{Emission, Escape, Layer, LayeredMedium, Profile, Response, cross, ground_radiance};
+use super::layered::{Beam, Emission, Layer, LayeredMedium, Response, cross, ground_radiance};
+use super::unscattered::{Unscattered, unscattered};
 use crate::dual::{Dual, LANES, Real};
 use crate::variable::Variable;
 
@@ -46,8 +53,6 @@ pub(super) struct Adjoint {
     layers: Vec<AdjointLayer>,
     /// 1ᵀ M λ on the ground.
     on_ground: f64,
-    /// Radiance of each layer at the top of the stack per amplitude of its modes, of a beam.
-    unchanged: Option<Vec<Escape>>,
 }
 
 /// The derivatives of all fluxes under one light by some variables.
@@ -62,23 +67,14 @@ pub(super) struct Sensitivity<'a> {
 
 /// What changes of a beam that is not scattered.
 struct BeamSensitivity<'a> {
-    /// 1/μ, by the cosine.
-    per_cosine: Dual,
-    /// Unscattered fraction at each face, by the cosine.
-    clear: Vec<Dual>,
-    /// Relative change of the unscattered fraction below each layer.
-    attenuation: Vec<Dual>,
-    /// Radiance of each layer at the top of the stack per amplitude of its modes, for those below a layer.
-    unchanged: &'a [Escape],
-}
-
-/// Whether an emission gives a flux through a face or the fluence rate there.
-#[derive(Clone, Copy)]
-pub(super) enum FaceQuantity {
-    /// A flux downwards, upwards or both.
-    Flux,
-    /// The fluence rate, to which the beam itself belongs.
-    Fluence,
+    beam: &'a Beam,
+    /// μ, by the cosine.
+    cosine: Dual,
+    /// Unscattered fractions at each face, by the cosine.
+    unscattered: Unscattered<Dual>,
+    /// Fractions that each layer reflects and transmits unscattered, by its own variables. Of snow the second is the
+    /// relative change of what it transmits, with the value 1.
+    passed: Vec<[Dual; 2]>,
 }
 
 /// The derivatives of a flux.
@@ -109,7 +105,7 @@ impl LayeredMedium<'_> {
     /// The derivatives under each of the lights, of which `adjoints` are the solutions, by `variables`, of which
     /// `layers` and `ground_albedo` have the numbers.
     pub(super) fn sensitivities<'a>(
-        &self,
+        &'a self,
         adjoints: &'a [Adjoint],
         layers: &[DifferentiatedLayer],
         ground_albedo: Dual,
@@ -122,36 +118,35 @@ impl LayeredMedium<'_> {
 
     fn sensitivity<'a>(
         &self,
-        (light, adjoint): (&Response, &'a Adjoint),
+        (light, adjoint): (&'a Response, &'a Adjoint),
         layers: &[DifferentiatedLayer],
         ground: Dual,
         variables: &[Variable],
     ) -> Sensitivity<'a> {
         let beam = match light {
             Response::Lambertian => None,
-            Response::Beam { cosine, .. } => {
-                let per_cosine = Dual::from(1.0) / Variable::CosIncidence.number(*cosine, variables);
-                let mut depth_above = 0.0;
-                let mut clear_by_cosine = vec![Dual::from(1.0)];
-                for layer in &self.layers {
-                    depth_above += layer.depth;
-                    clear_by_cosine.push((-per_cosine * depth_above).exp());
-                }
-                let unchanged = adjoint.unchanged.as_deref().unwrap_or_default();
-                let attenuation = layers.iter().map(|layer| -layer.depth / *cosine).collect();
-                Some(BeamSensitivity { per_cosine, clear: clear_by_cosine, attenuation, unchanged })
+            Response::Beam(beam) => {
+                let cosine = Variable::CosIncidence.number(beam.cosine, variables);
+                let by_cosine: Vec<[Dual; 2]> = self.layers.iter().map(|layer| layer.unscattered(cosine)).collect();
+                let passed = layers.iter().zip(&self.layers).map(|(layer, plain)| match plain.medium.ice_index {
+                    Some(_) => unscattered(plain.medium.ice_index, layer.depth, Dual::from(beam.cosine)),
+                    None => [Dual::from(0.0), -layer.depth / beam.cosine],
+                });
+                let unscattered = Unscattered::new(&by_cosine);
+                Some(BeamSensitivity { beam, cosine, unscattered, passed: passed.collect() })
             }
         };
         let escapes = layers.iter().zip(&self.layers).zip(&adjoint.layers).enumerate();
         let escape = escapes.map(|(j, ((layer, plain), adjoint))| {
             let own = match &beam {
-                Some(BeamSensitivity { per_cosine, clear, .. }) => {
-                    let direction = layer.modes.direction(Dual::from(1.0) / *per_cosine);
-                    Escape::new(&direction, &layer.modes.rates, layer.depth).times(clear[j])
+                Some(BeamSensitivity { cosine, unscattered: Unscattered { down, up }, .. }) => {
+                    let (rates, sees_bottom) = (&layer.modes.rates, up[j + 1].value() > 0.0);
+                    let faces = FaceEscapes::new(&layer.modes.direction(*cosine), rates, (layer.depth, sees_bottom));
+                    faces.seen([down[j], up[j + 1]])
                 }
                 None => Escape::zeros(plain.medium.modes.rates.len()),
             };
-            adjoint.add_to(own, layer, plain.depth)
+            adjoint.add_to(own, layer, plain)
         });
         Sensitivity { adjoint, escape: escape.collect(), beam, ground }
     }
@@ -164,17 +159,16 @@ impl LayeredMedium<'_> {
     fn adjoint(&self, light: &Response) -> Adjoint {
         let beam = match light {
             Response::Lambertian => None,
-            Response::Beam { clear, escape, .. } => {
-                let unchanged: Vec<Escape> =
-                    escape.iter().zip(clear).map(|(escape, clear)| escape.times(*clear)).collect();
-                Some((unchanged, clear[self.layers.len()]))
+            Response::Beam(Beam { unscattered: Unscattered { down, up }, escapes, .. }) => {
+                let seen = escapes.iter().enumerate().map(|(j, faces)| faces.seen([down[j], up[j + 1]]));
+                Some((seen.collect::<Vec<Escape>>(), down[self.layers.len()]))
             }
         };
         let last = self.layers.len();
         let ground = &self.medium_at(last).entering[1];
         // What everything below a face injects there: its current is y λ less this.
         let mut injected = match &beam {
-            Some((_, clear_at_ground)) => ground * (clear_at_ground * self.ground),
+            Some((_, at_ground)) => ground * (at_ground * self.ground),
             None => DVector::zeros(ground.len()),
         };
         let mut below = vec![injected.clone()];
@@ -184,8 +178,8 @@ impl LayeredMedium<'_> {
                 injected = &interface.up * injected;
             }
             near.push(injected.clone());
-            if let Some((unchanged, _)) = &beam {
-                let escape = &unchanged[j];
+            if let Some((seen, _)) = &beam {
+                let escape = &seen[j];
                 injected = &escape.top - &self.lower[j].conductance * &escape.top_slope
                     + layer.returned(&(&escape.bottom + &injected));
             } else {
@@ -200,7 +194,7 @@ impl LayeredMedium<'_> {
         let mut current = &self.lower[0].conductance * &top - &below[last];
         let mut layers = Vec::with_capacity(last);
         for (j, layer) in self.layers.iter().enumerate() {
-            let escape = beam.as_ref().map(|(unchanged, _)| &unchanged[j]);
+            let escape = beam.as_ref().map(|(seen, _)| &seen[j]);
             let raised = escape.map_or_else(|| top.clone(), |escape| &top + &escape.top_slope);
             let source = escape.map_or_else(|| DVector::zeros(top.len()), |escape| escape.bottom.clone());
             let bottom = cross(layer.downwards.as_ref(), &raised) + layer.received(&(&source + &near[last - 1 - j]));
@@ -210,7 +204,7 @@ impl LayeredMedium<'_> {
             layers.push(AdjointLayer { top, raised, bottom, top_current: current, bottom_current, source });
             (top, current) = (next, onwards);
         }
-        Adjoint { layers, on_ground: ground.dot(&top), unchanged: beam.map(|(unchanged, _)| unchanged) }
+        Adjoint { layers, on_ground: ground.dot(&top) }
     }
 }
 
@@ -228,8 +222,18 @@ impl Layer<'_> {
 }
 
 impl AdjointLayer {
-    /// Adds −λᵀ dA of a layer of a scaled `depth` to the derivatives of its escape.
-    fn add_to(&self, mut escape: Escape<Dual>, layer: &DifferentiatedLayer, depth: f64) -> Escape<Dual> {
+    /// Adds −λᵀ dA of a layer to the derivatives of its escape.
+    fn add_to(&self, mut escape: Escape<Dual>, layer: &DifferentiatedLayer, plain: &Layer) -> Escape<Dual> {
+        let Layer { medium: HomogeneousMedium { ice_index, modes, .. }, depth, .. } = plain;
+        if let Some(index) = ice_index {
+            for (j, light) in ice_lights(*index, modes.rates.len(), layer.depth).enumerate() {
+                let [shunt, bridge] = light.elements();
+                let through = bridge * (self.top[j] - self.bottom[j]);
+                escape.top[j] += -shunt * self.top[j] - through;
+                escape.bottom[j] += -shunt * self.bottom[j] + through;
+            }
+            return escape;
+        }
         let Self { top, raised, bottom, top_current, bottom_current, source } = self;
         let [top_change, bottom_change] = [top, bottom].map(|vector| layer.modes.changed(vector));
         let [by_top, by_bottom] = [top_current, bottom_current].map(|vector| layer.modes.changed_transposed(vector));
@@ -238,7 +242,7 @@ impl AdjointLayer {
             let d = shunt.value();
             let (mut at_top, mut at_slope) = (by_top[j] - shunt * raised[j], -top_change[j]);
             let mut at_bottom = by_bottom[j] - shunt * bottom[j] + bottom_change[j] * d;
-            if k.value() * depth < 1.0 {
+            if k.value() * *depth < 1.0 {
                 // Of the current e (φ_t − φ_b) = −φ'_t − D φ_t.
                 let resistance = sinh_over_rate(k, layer.depth);
                 let through = resistance * (d * bottom[j] - source[j] - bottom_current[j]);
@@ -267,12 +271,21 @@ impl Escape<Dual> {
     }
 }
 
-impl<T: Real> Escape<T> {
-    fn zeros(modes: usize) -> Self {
-        let zeros = || DVector::from_element(modes, T::from(0.0));
-        Self { top: zeros(), top_slope: zeros(), bottom: zeros() }
+impl<T: Real> FaceEscapes<T> {
+    /// The radiance that arrives at the top of the stack, of which these fractions of both faces' do.
+    fn seen(&self, [top, bottom]: [T; 2]) -> Escape<T> {
+        let mut seen = self.top.times(top);
+        if let Some(escape) = &self.bottom {
+            let Escape { top, top_slope, bottom } = escape.times(bottom);
+            seen.top += top;
+            seen.top_slope += top_slope;
+            seen.bottom += bottom;
+        }
+        seen
     }
+}
 
+impl<T: Real> Escape<T> {
     fn times(&self, factor: T) -> Self {
         let Self { top, top_slope, bottom } = self;
         let [top, top_slope, bottom] = [top, top_slope, bottom].map(|vector| vector.map(|number| number * factor));
@@ -282,34 +295,76 @@ impl<T: Real> Escape<T> {
 
 impl Sensitivity<'_> {
     /// The derivatives of the flux that is the radiance of an emission.
-    pub(super) fn change(&self, emission: &Emission, quantity: FaceQuantity) -> FluxChange {
+    pub(super) fn change(&self, emission: &Emission) -> FluxChange {
         let own: Vec<Dual> = self.escape.iter().zip(&emission.layers).map(|(one, layer)| one.change(layer)).collect();
         let mut whole = own.iter().fold(Dual::from(0.0), |sum, own| sum + *own);
         // The ground draws Δ − 4A/(1 + A) v vᵀ.
         whole += self.ground * (2.0 * self.adjoint.on_ground * emission.on_ground);
         let mut layers = own;
-        if let Some(BeamSensitivity { per_cosine, clear, attenuation, unchanged }) = &self.beam {
-            let emitted = match quantity {
-                FaceQuantity::Flux => Dual::from(emission.emitted),
-                FaceQuantity::Fluence => *per_cosine,
-            };
-            let from_face = clear[emission.face] * emitted;
-            let from_ground = clear[layers.len()] * self.ground * emission.on_ground;
-            whole += from_face + from_ground;
-            // Radiance that comes from below each layer.
-            let mut beyond = from_ground.value();
-            for j in (0..layers.len()).rev() {
-                if j + 1 == emission.face {
-                    beyond += from_face.value();
-                }
-                // Light that does not pass a half-space does not change either.
-                if beyond.abs() > 0.0 {
-                    layers[j] += attenuation[j] * beyond;
-                }
-                beyond += unchanged[j].radiance(&emission.layers[j]);
-            }
+        if let Some(beam) = &self.beam {
+            let Unscattered { down, up } = &beam.unscattered;
+            let ([upper, lower], [upwards, downwards]) =
+                (emission.emitter.faces(), emission.emitter.radiances(beam.cosine));
+            whole += down[upper] * upwards + up[lower] * downwards;
+            whole += down[layers.len()] * self.ground * emission.on_ground;
+            let changes = beam.changes(emission, self.ground.value() * emission.on_ground);
+            layers.iter_mut().zip(changes).for_each(|(layer, change)| *layer += change);
         }
         let derivatives = |number: &Dual| *number.derivatives();
         FluxChange { layers: layers.iter().map(derivatives).collect(), whole: derivatives(&whole) }
     }
+}
+
+impl BeamSensitivity<'_> {
+    /// The change, with each layer's own variables, of what passes it unscattered, where the ground emits a radiance.
+    fn changes(&self, emission: &Emission, from_ground: f64) -> Vec<Dual> {
+        let Beam { cosine, unscattered: Unscattered { down, up }, escapes, passed } = self.beam;
+        let count = passed.len();
+        let ([upper, lower], [upwards, downwards]) = (emission.emitter.faces(), emission.emitter.emitted(*cosine));
+        let added: Vec<[f64; 2]> = escapes
+            .iter()
+            .zip(&emission.layers)
+            .map(|(faces, layer)| {
+                [faces.top.radiance(layer), faces.bottom.as_ref().map_or(0.0, |bottom| bottom.radiance(layer))]
+            })
+            .collect();
+        // Just above each face light goes down with the radiance r u + s, where u goes up.
+        let emitted_down = |face: usize| if face == lower { downwards } else { 0.0 };
+        let emitted_up = |face: usize| if face == upper { upwards } else { 0.0 };
+        let mut above = vec![[0.0, 0.0]];
+        for (j, (&[reflected, transmitted], added)) in passed.iter().zip(&added).enumerate() {
+            let [r, s] = below_face(above[j], emitted_up(j), emitted_down(j));
+            let share = transmitted / (1.0 - reflected * r);
+            let next = reflected + transmitted * share * r;
+            above.push([next, share * (s + r * added[0]) + added[1]]);
+        }
+        let mut changes = vec![Dual::from(0.0); count];
+        let mut upwards_below = from_ground;
+        for j in (0..count).rev() {
+            // Upwards at the lower face of the layer, and downwards at its upper face.
+            upwards_below += emitted_up(j + 1);
+            let [r, s] = below_face(above[j], emitted_up(j), emitted_down(j));
+            let [reflected, transmitted] = passed[j];
+            let upwards_above = (transmitted * upwards_below + reflected * s + added[j][0]) / (1.0 - reflected * r);
+            let downwards_above = r * upwards_above + s;
+            let [by_reflected, by_transmitted] = self.passed[j];
+            if reflected > 0.0 {
+                changes[j] = by_reflected * (down[j] * downwards_above + up[j + 1] * upwards_below)
+                    + by_transmitted * (down[j] * upwards_below + up[j + 1] * downwards_above);
+            } else {
+                // Light that does not pass a half-space does not change either.
+                let passing = down[j + 1] * upwards_below + up[j] * downwards_above;
+                if passing.abs() > 0.0 {
+                    changes[j] = by_transmitted * passing;
+                }
+            }
+            upwards_below = upwards_above;
+        }
+        changes
+    }
+}
+
+/// The relation of light downwards to light upwards just below a face that emits, from that just above it.
+fn below_face([r, s]: [f64; 2], emitted_up: f64, emitted_down: f64) -> [f64; 2] {
+    [r, s + r * emitted_up + emitted_down]
 }

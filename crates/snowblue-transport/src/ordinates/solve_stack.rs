@@ -9,18 +9,22 @@ use rayon::prelude::*;
 use super::delta_m::Scaled;
 use super::differentiated::DifferentiatedModes;
 use super::homogeneous::{HomogeneousMedium, Passed};
-use super::integrals::third_exponential_integral;
+use super::ice_slab::FaceQuantity;
 use super::jackknife::Jackknife;
-use super::layered::{Emission, FaceEmissions, FaceFluxes, LayeredMedium, MediumLayer, Response};
+use super::layered::{Emission, FaceEmissions, FaceFluxes, IcePlane, LayeredMedium, MediumLayer, Response};
 use super::options::OrdinatesOptions;
-use super::sensitivity::{Adjoint, DifferentiatedLayer, FaceQuantity, FluxChange, Sensitivity};
-use super::streams::{Peak, StreamGroup, Streams};
+use super::sensitivity::{Adjoint, DifferentiatedLayer, FluxChange, Sensitivity};
+use super::stack_media::{DifferentiatedMedia, Differentiation, Grains, peak};
+use super::streams::{StreamGroup, Streams};
+use super::unscattered::direct;
 use crate::TransportError;
 use crate::dual::{Dual, LANES, Real};
-use crate::medium::{Composition, Demand, GrainTallies, Medium, Population};
-use crate::sample::SnowSample;
+use crate::medium::Medium;
+use crate::optics::Ice;
 use crate::slab::{FluxDerivatives, Incidence, Radiometry};
-use crate::stack::{DepthDerivatives, DepthFluxes, Layer, Slice, Slices, Stack, StackDerivatives, StackRadiometry};
+use crate::stack::{
+    DepthDerivatives, DepthFluxes, LayerKind, Place, Slice, Slices, Stack, StackDerivatives, StackRadiometry,
+};
 use crate::variable::{LayerVariable, Variable};
 
 /// Fluxes of a stack with their derivatives.
@@ -33,31 +37,13 @@ pub struct DifferentiatedStack {
     pub derivatives: Vec<StackDerivatives>,
 }
 
-/// Some variables, no more than a number has derivatives, and the composition of each layer with its derivatives.
-struct Differentiation<'v> {
-    variables: &'v [Variable],
-    compositions: Vec<Composition<Dual>>,
-}
-
-/// Some variables, and the medium of each layer with its derivatives at one wavelength.
-struct DifferentiatedMedia<'v> {
-    variables: &'v [Variable],
-    media: Vec<Medium<Dual>>,
-}
-
-/// Tallies of the grains of a stack.
-struct Grains {
-    tallies: Vec<GrainTallies>,
-    /// The tallies of each layer.
-    kind_of_layer: Vec<usize>,
-}
-
 /// Fluxes of a stack for one incidence at one wavelength.
 #[derive(Clone, Default)]
 struct StackFluxes {
     reflectance: f64,
     transmittance: f64,
-    optical_depth: f64,
+    /// Unscattered part of the transmittance.
+    direct: f64,
     /// At each depth.
     profile: Vec<ProfilePoint>,
     /// By each variable of each layer.
@@ -78,10 +64,14 @@ struct SolvedStack<'m> {
 
 /// The emissions for the fluxes at one depth.
 struct DepthEmissions {
-    /// The layer below.
+    /// The layer to which the depth belongs.
     layer: usize,
     fluxes: FaceEmissions,
     fluence: Emission,
+    /// For the fluence rate just within ice, where the depth is at a face of it to air.
+    within_ice: Option<Emission>,
+    /// The plane within ice of the depth, or at whose face it is.
+    plane: Option<IcePlane>,
 }
 
 /// Changes of fluxes of a stack under one light.
@@ -93,11 +83,16 @@ struct StackChanges {
 
 /// Changes of fluxes at one depth.
 struct ProfileChange {
-    /// The layer below.
+    /// The layer to which the depth belongs.
     layer: usize,
     /// Downwards, upwards, and net.
     fluxes: [FluxChange; 3],
     fluence: FluxChange,
+    /// Of the fluence rate just within ice, at a face of it to air.
+    within_ice: Option<FluxChange>,
+    /// Of a depth within ice: the index of its slice, and the changes of the fluxes, the fluence rate and that of what
+    /// is absorbed, per cm by which the plane moves down, and per cm by which the ice gets thicker.
+    within: Option<(usize, [[f64; 5]; 2])>,
     /// Of the layer.
     absorption_per_m: Dual,
     /// Of the layer: the inverse of the e-folding depth.
@@ -109,6 +104,8 @@ struct ProfileChange {
 struct ProfilePoint {
     fluxes: FaceFluxes,
     fluence: f64,
+    /// The fluence rate of what is absorbed.
+    absorbed_fluence: f64,
     absorption_per_m: f64,
     e_folding_depth_cm: f64,
 }
@@ -141,7 +138,7 @@ pub fn solve_stack_without_errors(
 /// use snowblue_transport::ordinates::{OrdinatesOptions, differentiate_stack};
 /// use snowblue_transport::{Incidence, Layer, SnowSample, Stack, Substance, Variable};
 ///
-/// let layer = |thickness_cm| Layer { sample: SnowSample::default(), thickness_cm };
+/// let layer = |thickness_cm| Layer::snow(SnowSample::default(), thickness_cm);
 /// let stack = Stack {
 ///     layers: vec![layer(2.0), layer(20.0)],
 ///     ground_albedo: 0.0,
@@ -185,12 +182,11 @@ fn solved<const DIFFERENTIATE: bool>(
     }
     let grains = Grains::new(stack, variables.contains(&Variable::WaterSaturation), options);
     let slices = stack.slices();
-    let differentiation = |variables| {
-        let of = |layer: &Layer| Composition::new(&layer.sample).differentiated(variables);
-        Differentiation { variables, compositions: stack.layers.iter().map(of).collect() }
+    let differentiations: Vec<Differentiation> = if DIFFERENTIATE {
+        variables.chunks(LANES).map(|variables| Differentiation::new(stack, variables)).collect()
+    } else {
+        Vec::new()
     };
-    let differentiations: Vec<Differentiation> =
-        if DIFFERENTIATE { variables.chunks(LANES).map(differentiation).collect() } else { Vec::new() };
     let at = |wavelength_nm: &f64| {
         let differentiated: Vec<DifferentiatedMedia> = if DIFFERENTIATE {
             differentiations.iter().map(|by| grains.differentiated_media(stack, *wavelength_nm, by)).collect()
@@ -200,7 +196,7 @@ fn solved<const DIFFERENTIATE: bool>(
         let fluxes = |without: Option<usize>| {
             let media = grains.media(stack, *wavelength_nm, without);
             let by = if without.is_none() { &*differentiated } else { &[] };
-            stack_fluxes::<DIFFERENTIATE>(stack, &slices, &media, by, options.streams)
+            stack_fluxes::<DIFFERENTIATE>((stack, &slices), *wavelength_nm, &media, by, options.streams)
         };
         let jackknife = if errors { Jackknife::new(fluxes) } else { Jackknife::without_errors(fluxes) };
         let answers = (0..stack.incidences.len()).map(|place| radiometry(stack, place, *wavelength_nm, &jackknife));
@@ -239,13 +235,9 @@ fn radiometry(
             up: estimate(|at| at.fluxes.up),
             net: estimate(|at| at.fluxes.net),
             fluence: estimate(|at| at.fluence),
-            absorbed_per_m: estimate(|at| at.absorption_per_m * at.fluence),
+            absorbed_per_m: estimate(|at| at.absorption_per_m * at.absorbed_fluence),
             e_folding_depth_cm: estimate(|at| at.e_folding_depth_cm),
         }
-    };
-    let direct = |optical_depth: f64| match incidence {
-        Incidence::Beam { angle_deg } => (-optical_depth / angle_deg.to_radians().cos()).exp(),
-        Incidence::Diffuse => 2.0 * third_exponential_integral(optical_depth),
     };
     StackRadiometry {
         whole: Radiometry {
@@ -256,33 +248,37 @@ fn radiometry(
             transmittance: jackknife.estimate(|fluxes| fluxes[place].transmittance),
             absorptance: jackknife.estimate(absorbed),
         },
-        direct: jackknife.estimate(|fluxes| direct(fluxes[place].optical_depth)).value,
+        direct: jackknife.whole()[place].direct,
         profile: stack.depths_cm.iter().enumerate().map(at_depth).collect(),
     }
 }
 
-/// The sharpest peak of all layers, which use the same number of streams.
-fn peak(stack: &Stack) -> Peak {
-    stack.layers.iter().map(|layer| Peak::of(&layer.sample)).max().unwrap_or_default()
-}
-
 /// Fluxes of a stack with layers of these media under each incidence, and their derivatives.
 fn stack_fluxes<const DIFFERENTIATE: bool>(
-    stack: &Stack,
-    cut: &Slices,
+    (stack, cut): (&Stack, &Slices),
+    wavelength_nm: f64,
     media: &[Medium],
     differentiated: &[DifferentiatedMedia],
     streams: Streams,
 ) -> Vec<StackFluxes> {
     let mut all = vec![StackFluxes::default(); stack.incidences.len()];
     // Layers with the same single scattering, as of one snow at several densities, share their modes.
-    let first_alike =
-        |layer: usize| media.iter().position(|medium| medium.scattering == media[layer].scattering).unwrap_or(layer);
+    let ice_index = |layer: usize| match stack.layers[layer].kind {
+        LayerKind::Snow(_) => None,
+        LayerKind::Ice(table) => Some(Ice::new(table).index(wavelength_nm)),
+    };
+    let is_alike = |one: usize, other: usize| {
+        ice_index(one) == ice_index(other) && media[one].scattering == media[other].scattering
+    };
+    let first_alike = |layer: usize| (0..layer).find(|other| is_alike(*other, layer)).unwrap_or(layer);
     let optical_depth = |slice: &Slice| media[slice.layer].extinction_per_m * slice.thickness_cm * 0.01;
     for StreamGroup { streams, places } in streams.groups(&stack.incidences, peak(stack)) {
         let modes: Vec<Option<HomogeneousMedium>> = (0..media.len())
             .map(|layer| {
-                (first_alike(layer) == layer).then(|| HomogeneousMedium::new(&media[layer].scattering, streams))
+                (first_alike(layer) == layer).then(|| match ice_index(layer) {
+                    Some(index) => HomogeneousMedium::ice(index, streams),
+                    None => HomogeneousMedium::new(&media[layer].scattering, streams),
+                })
             })
             .collect();
         let modes =
@@ -294,10 +290,12 @@ fn stack_fluxes<const DIFFERENTIATE: bool>(
             .map(|slice| MediumLayer { medium: layers[slice.layer], optical_depth: optical_depth(slice) })
             .collect();
         let incidences: Vec<Incidence> = places.iter().map(|place| stack.incidences[*place]).collect();
-        let solved = SolvedStack::new(layers, LayeredMedium::new(&slices, stack.ground_albedo, &incidences), cut);
-        let optical_depth = slices.iter().map(|slice| slice.optical_depth).sum();
+        let depths: Vec<_> = slices.iter().map(|slice| (slice.medium.ice_index, slice.optical_depth)).collect();
+        let layered = LayeredMedium::new(&slices, stack.ground_albedo, &incidences);
+        let solved = SolvedStack::new(layers, layered, cut, media);
         for (light, place) in solved.layered.lights.iter().zip(&places) {
-            all[*place] = StackFluxes { optical_depth, ..solved.fluxes(light, media) };
+            let direct = direct(&depths, &stack.incidences[*place]);
+            all[*place] = StackFluxes { direct, ..solved.fluxes(light, media) };
         }
         let is_differentiated = DIFFERENTIATE && !differentiated.is_empty();
         let adjoints = if is_differentiated { solved.layered.adjoints() } else { Vec::new() };
@@ -307,8 +305,9 @@ fn stack_fluxes<const DIFFERENTIATE: bool>(
             let modes: Vec<DifferentiatedModes> =
                 modes.map(|(modes, medium)| DifferentiatedModes::new(modes, scaled(medium))).collect();
             let sensitivities = by.sensitivities(stack, cut, &modes, (&solved.layered, &adjoints));
-            for (sensitivity, place) in sensitivities.iter().zip(&places) {
-                let changes = solved.changes(sensitivity, &modes, &by.media);
+            let lights = solved.layered.lights.iter().zip(&sensitivities);
+            for (light, place) in lights.zip(&places) {
+                let changes = solved.changes(light, &modes, &by.media);
                 let fluxes = &mut all[*place];
                 for (lane, variable) in by.variables.iter().enumerate() {
                     for by in LayerVariable::of_layers(&[*variable], stack.layers.len()) {
@@ -323,28 +322,50 @@ fn stack_fluxes<const DIFFERENTIATE: bool>(
 }
 
 impl<'m> SolvedStack<'m> {
-    fn new(layers: Vec<&'m HomogeneousMedium>, layered: LayeredMedium<'m>, cut: &Slices) -> Self {
-        let depth = |face: &usize| DepthEmissions {
-            layer: cut.layer_below(*face),
-            fluxes: layered.emissions(*face),
-            fluence: layered.fluence_emission(*face),
+    fn new(layers: Vec<&'m HomogeneousMedium>, layered: LayeredMedium<'m>, cut: &Slices, media: &[Medium]) -> Self {
+        let depth = |place: &Place| {
+            let layer = cut.layer_at(*place);
+            let plane = cut.ice_at(*place).zip(layers[layer].ice_index).map(|((slice, depth_cm), index)| {
+                let depths_cm = [depth_cm, cut.slices[slice].thickness_cm - depth_cm];
+                let depths = depths_cm.map(|depth_cm| media[layer].extinction_per_m * 0.01 * depth_cm.max(0.0));
+                IcePlane { layer: slice, index, depths, changes: None }
+            });
+            let fluence = |plane: IcePlane| layered.ice_emission(plane, FaceQuantity::Fluence);
+            match (place, plane) {
+                (Place::Ice { .. }, Some(plane)) => DepthEmissions {
+                    layer,
+                    fluxes: layered.ice_emissions(plane),
+                    fluence: fluence(plane),
+                    within_ice: None,
+                    plane: Some(plane),
+                },
+                (Place::Ice { slice: face, .. } | Place::Face(face), plane) => DepthEmissions {
+                    layer,
+                    fluxes: layered.emissions(*face),
+                    fluence: layered.fluence_emission(*face),
+                    within_ice: plane.map(fluence),
+                    plane,
+                },
+            }
         };
         Self {
             top: layered.emissions(0).up,
             bottom: layered.emissions(cut.slices.len()).down,
-            depths: cut.faces.iter().map(depth).collect(),
+            depths: cut.places.iter().map(depth).collect(),
             layers,
             layered,
         }
     }
 
-    /// The fluxes under a light, without the optical depth.
+    /// The fluxes under a light, without the unscattered part.
     fn fluxes(&self, light: &Response, media: &[Medium]) -> StackFluxes {
-        let at_depth = |DepthEmissions { layer, fluxes, fluence }: &DepthEmissions| {
+        let at_depth = |DepthEmissions { layer, fluxes, fluence, within_ice, .. }: &DepthEmissions| {
             let Medium { extinction_per_m, scattering } = &media[*layer];
+            let fluence = self.layered.radiance(light, fluence);
             ProfilePoint {
                 fluxes: self.layered.face_fluxes(light, fluxes),
-                fluence: self.layered.fluence_rate(light, fluence),
+                fluence,
+                absorbed_fluence: within_ice.as_ref().map_or(fluence, |within| self.layered.radiance(light, within)),
                 absorption_per_m: extinction_per_m * scattering.one_minus_albedo,
                 e_folding_depth_cm: 1.0 / (self.layers[*layer].decay_rate() * (extinction_per_m * 0.01)),
             }
@@ -358,14 +379,36 @@ impl<'m> SolvedStack<'m> {
     }
 
     /// The changes of all fluxes under a light, whose layers have these modes and media.
-    fn changes(&self, light: &Sensitivity, modes: &[DifferentiatedModes], media: &[Medium<Dual>]) -> StackChanges {
-        let flux = |emission: &Emission| light.change(emission, FaceQuantity::Flux);
-        let at_depth = |DepthEmissions { layer, fluxes: FaceEmissions { down, up, net }, fluence }: &DepthEmissions| {
+    fn changes(
+        &self,
+        (light, sensitivity): (&Response, &Sensitivity),
+        modes: &[DifferentiatedModes],
+        media: &[Medium<Dual>],
+    ) -> StackChanges {
+        let flux = |emission: &Emission| sensitivity.change(emission);
+        let at_depth = |depth: &DepthEmissions| {
+            let DepthEmissions { layer, fluxes: FaceEmissions { down, up, net }, fluence, within_ice, plane } = depth;
             let Medium { extinction_per_m, scattering } = &media[*layer];
+            let within = plane.map(|plane| {
+                let per_cm = extinction_per_m.value() * 0.01;
+                let of_plane = |changes| self.changes_of_plane(light, plane, changes);
+                let by = match within_ice {
+                    None => [of_plane([per_cm, -per_cm]), of_plane([0.0, per_cm])],
+                    // At a face, with which it moves.
+                    Some(_) => {
+                        let is_top = plane.depths[0] <= 0.0;
+                        let [.., absorbed] = of_plane(if is_top { [0.0, per_cm] } else { [per_cm, 0.0] });
+                        [[0.0; 5], [0.0, 0.0, 0.0, 0.0, absorbed]]
+                    }
+                };
+                (plane.layer, by)
+            });
             ProfileChange {
                 layer: *layer,
                 fluxes: [down, up, net].map(flux),
-                fluence: light.change(fluence, FaceQuantity::Fluence),
+                fluence: flux(fluence),
+                within_ice: within_ice.as_ref().map(flux),
+                within,
                 absorption_per_m: *extinction_per_m * scattering.one_minus_albedo,
                 rate_per_cm: modes[*layer].decay_rate() * (*extinction_per_m * 0.01),
             }
@@ -376,6 +419,15 @@ impl<'m> SolvedStack<'m> {
             profile: self.depths.iter().map(at_depth).collect(),
         }
     }
+
+    /// Changes of the fluxes and of the fluence rate, twice, at a plane within ice as the optical depths above and
+    /// below it change, while the ice stays as it is to all light from outside.
+    fn changes_of_plane(&self, light: &Response, plane: IcePlane, changes: [f64; 2]) -> [f64; 5] {
+        let plane = IcePlane { changes: Some(changes), ..plane };
+        let change = |quantity| self.layered.radiance(light, &self.layered.ice_emission(plane, quantity));
+        let [down, up, fluence] = [FaceQuantity::Down, FaceQuantity::Up, FaceQuantity::Fluence].map(change);
+        [down, up, down - up, fluence, fluence]
+    }
 }
 
 impl DifferentiatedMedia<'_> {
@@ -385,7 +437,7 @@ impl DifferentiatedMedia<'_> {
         stack: &Stack,
         cut: &Slices,
         modes: &[DifferentiatedModes],
-        (layered, adjoints): (&LayeredMedium, &'a [Adjoint]),
+        (layered, adjoints): (&'a LayeredMedium<'_>, &'a [Adjoint]),
     ) -> Vec<Sensitivity<'a>> {
         let Self { variables, media } = self;
         let slice = |slice: &Slice| {
@@ -421,7 +473,7 @@ impl StackChanges {
         let points = fluxes.profile.iter().zip(&self.profile);
         StackDerivatives {
             whole: FluxDerivatives { reflectance, transmittance, absorptance },
-            profile: points.map(|(point, change)| change.by(by, lane, point, &of)).collect(),
+            profile: points.map(|(point, change)| change.by(by, lane, (point, cut), &of)).collect(),
         }
     }
 }
@@ -445,16 +497,27 @@ impl ProfileChange {
         &self,
         by: &LayerVariable,
         lane: usize,
-        point: &ProfilePoint,
+        (point, cut): (&ProfilePoint, &Slices),
         of: &dyn Fn(&FluxChange) -> f64,
     ) -> DepthDerivatives {
         let [down, up, net] = self.fluxes.each_ref().map(of);
         let fluence = of(&self.fluence);
+        let mut changes = [down, up, net, fluence, self.within_ice.as_ref().map_or(fluence, of)];
+        if let (Some((slice, [by_place, by_thickness])), Variable::Thickness, Some(layer)) =
+            (&self.within, by.variable, by.layer)
+        {
+            let slice = &cut.slices[*slice];
+            let (by_own, is_above) = (slice.growth(layer), slice.moves_with(layer));
+            for (change, (by_place, by_thickness)) in changes.iter_mut().zip(by_place.iter().zip(by_thickness)) {
+                *change += by_thickness * by_own - if is_above { *by_place } else { 0.0 };
+            }
+        }
+        let [down, up, net, fluence, absorbed_fluence] = changes;
         // A thickness changes no medium.
         let is_own = by.layer == Some(self.layer);
         let own = |number: &Dual| if is_own { number.derivatives()[lane] } else { 0.0 };
         let absorption_per_m = Dual::new(point.absorption_per_m, [own(&self.absorption_per_m); LANES]);
-        let absorbed_per_m = absorption_per_m * Dual::new(point.fluence, [fluence; LANES]);
+        let absorbed_per_m = absorption_per_m * Dual::new(point.absorbed_fluence, [absorbed_fluence; LANES]);
         let rate_per_cm = Dual::new(self.rate_per_cm.value(), [own(&self.rate_per_cm); LANES]);
         let e_folding_depth_cm = Dual::from(1.0) / rate_per_cm;
         DepthDerivatives {
@@ -465,48 +528,5 @@ impl ProfileChange {
             absorbed_per_m: absorbed_per_m.derivatives()[lane],
             e_folding_depth_cm: e_folding_depth_cm.derivatives()[lane],
         }
-    }
-}
-
-impl Grains {
-    /// Traces rays through the grains, also in water if any layer is wet or if wanted.
-    fn new(stack: &Stack, in_water: bool, options: &OrdinatesOptions) -> Self {
-        let plan = options.plan(&stack.incidences, peak(stack));
-        // A sample of each kind of grains, with the demand of all layers of that kind.
-        let mut kinds: Vec<(SnowSample, Demand)> = Vec::new();
-        let mut kind_of_layer = Vec::new();
-        for Layer { sample, .. } in &stack.layers {
-            let demand = Demand::of_sample(sample, &stack.wavelengths_nm);
-            let demand = Demand { wet: demand.wet || in_water, ..demand };
-            let kind = kinds.iter().position(|(other, _)| other.has_grains_of(sample)).unwrap_or(kinds.len());
-            match kinds.get_mut(kind) {
-                Some((_, whole)) => *whole = whole.and(&demand),
-                None => kinds.push((*sample, demand)),
-            }
-            kind_of_layer.push(kind);
-        }
-        let tallies =
-            kinds.iter().map(|(sample, demand)| GrainTallies::new(&Population::of_sample(sample), demand, &plan));
-        Self { tallies: tallies.collect(), kind_of_layer }
-    }
-
-    /// The medium of each layer at a wavelength.
-    fn media(&self, stack: &Stack, wavelength_nm: f64, without: Option<usize>) -> Vec<Medium> {
-        let layers = stack.layers.iter().zip(&self.kind_of_layer);
-        layers.map(|(layer, kind)| self.tallies[*kind].medium(&layer.sample, wavelength_nm, without)).collect()
-    }
-
-    /// The medium of each layer at a wavelength, with derivatives.
-    fn differentiated_media<'v>(
-        &self,
-        stack: &Stack,
-        wavelength_nm: f64,
-        Differentiation { variables, compositions }: &Differentiation<'v>,
-    ) -> DifferentiatedMedia<'v> {
-        let layers = stack.layers.iter().zip(&self.kind_of_layer).zip(compositions);
-        let medium = |((layer, kind), composition): ((&Layer, &usize), &Composition<Dual>)| {
-            self.tallies[*kind].medium_of(&layer.sample.grain_size, &composition.at(wavelength_nm), None)
-        };
-        DifferentiatedMedia { variables, media: layers.map(medium).collect() }
     }
 }

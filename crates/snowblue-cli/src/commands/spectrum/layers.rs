@@ -20,7 +20,8 @@ use crate::output::Failure;
 pub(super) struct StackOptions {
     /// TOML file of layers, top first, instead of the options of one snow. Each `[[layer]]` has thickness_cm (cm) and
     /// optionally snow, grain_size_um, size_measure, ssa_m2_kg, facetness, sphericity, density_kg_m3, water_saturation,
-    /// impurities_ng_g = { black-carbon = 10 }, temperature_c; the file may set ice
+    /// impurities_ng_g = { black-carbon = 10 }, temperature_c; or it is clear ice, with kind = "ice" and thickness_cm
+    /// alone. The file may set ice, the table
     #[arg(long, value_name = "FILE", conflicts_with_all = [
         "snow", "grain_size", "ssa", "optical_radius", "size_measure", "facetness", "sphericity", "density",
         "water_saturation", "impurity", "temperature", "ice", "thickness",
@@ -96,10 +97,11 @@ impl StackOptions {
     /// The layers of the file, if there is one.
     pub(super) fn pack(&self) -> Result<Option<Pack>, Failure> {
         let Some(path) = &self.layers else { return Ok(None) };
-        let LayerFile { layers, ice } = read(path)?;
+        let LayerFile { layers, ice, .. } = read(path)?;
         let mut metadata = vec![("ice", ice.name().to_owned()), ("layers", path.display().to_string())];
-        let is_present =
-            |substance: &Substance| layers.iter().any(|l| l.sample.impurities.present().any(|(s, _)| s == *substance));
+        let is_present = |substance: &Substance| {
+            layers.iter().filter_map(Layer::sample).any(|sample| sample.impurities.ng_g(*substance) > 0.0)
+        };
         let sources: Vec<&str> = Substance::ALL
             .iter()
             .filter(|substance| is_present(substance))
@@ -120,7 +122,7 @@ impl StackOptions {
             incidences: slab.incidences.clone(),
             wavelengths_nm: slab.wavelengths_nm.clone(),
         };
-        let single_layer = |thickness_cm: &f64| stack(vec![Layer { sample: slab.sample, thickness_cm: *thickness_cm }]);
+        let single_layer = |thickness_cm: &f64| stack(vec![Layer::snow(slab.sample, *thickness_cm)]);
         let stacks: Vec<Stack> = match pack {
             Some(pack) => vec![stack(pack.layers.clone())],
             None => slab.thicknesses_cm.iter().map(single_layer).collect(),
@@ -133,7 +135,7 @@ impl StackOptions {
 impl Pack {
     /// The range of wavelengths that the tables of all layers cover, in nm.
     pub(super) fn wavelength_range(&self) -> Option<WavelengthRange> {
-        self.layers.iter().map(|layer| layer.sample.wavelength_range()).reduce(WavelengthRange::intersection)
+        self.layers.iter().map(Layer::wavelength_range).reduce(WavelengthRange::intersection)
     }
 }
 

@@ -1,0 +1,110 @@
+//! The media of the layers of a stack at a wavelength, with the tallies of their grains.
+
+use super::options::OrdinatesOptions;
+use super::streams::{MOST_STREAMS, Peak};
+use crate::dual::{Dual, Real};
+use crate::medium::{Composition, Demand, GrainTallies, Medium, Population, Scattering};
+use crate::optics::{Ice, IceTable};
+use crate::sample::SnowSample;
+use crate::stack::{Layer, LayerKind, Stack};
+use crate::variable::Variable;
+
+/// Some variables, no more than a number has derivatives, and the composition of each layer with its derivatives.
+pub(super) struct Differentiation<'v> {
+    pub(super) variables: &'v [Variable],
+    /// None of ice.
+    compositions: Vec<Option<Composition<Dual>>>,
+}
+
+/// Some variables, and the medium of each layer with its derivatives at one wavelength.
+pub(super) struct DifferentiatedMedia<'v> {
+    pub(super) variables: &'v [Variable],
+    pub(super) media: Vec<Medium<Dual>>,
+}
+
+/// Tallies of the grains of a stack.
+pub(super) struct Grains {
+    tallies: Vec<GrainTallies>,
+    /// The tallies of each layer; none of ice.
+    kind_of_layer: Vec<Option<usize>>,
+}
+
+impl<'v> Differentiation<'v> {
+    pub(super) fn new(stack: &Stack, variables: &'v [Variable]) -> Self {
+        let of = |sample: &SnowSample| Composition::new(sample).differentiated(variables);
+        Self { variables, compositions: stack.layers.iter().map(|layer| layer.sample().map(of)).collect() }
+    }
+}
+
+/// The sharpest peak of all layers, which use the same number of streams.
+pub(super) fn peak(stack: &Stack) -> Peak {
+    stack.layers.iter().filter_map(|layer| layer.sample().map(Peak::of)).max().unwrap_or_default()
+}
+
+impl Grains {
+    /// Traces rays through the grains, also in water if any layer is wet or if wanted.
+    pub(super) fn new(stack: &Stack, in_water: bool, options: &OrdinatesOptions) -> Self {
+        let plan = options.plan(&stack.incidences, peak(stack));
+        // A sample of each kind of grains, with the demand of all layers of that kind.
+        let mut kinds: Vec<(SnowSample, Demand)> = Vec::new();
+        let mut kind_of_layer = Vec::new();
+        for layer in &stack.layers {
+            let Some(sample) = layer.sample() else {
+                kind_of_layer.push(None);
+                continue;
+            };
+            let demand = Demand::of_sample(sample, &stack.wavelengths_nm);
+            let demand = Demand { wet: demand.wet || in_water, ..demand };
+            let kind = kinds.iter().position(|(other, _)| other.has_grains_of(sample)).unwrap_or(kinds.len());
+            match kinds.get_mut(kind) {
+                Some((_, whole)) => *whole = whole.and(&demand),
+                None => kinds.push((*sample, demand)),
+            }
+            kind_of_layer.push(Some(kind));
+        }
+        let tallies =
+            kinds.iter().map(|(sample, demand)| GrainTallies::new(&Population::of_sample(sample), demand, &plan));
+        Self { tallies: tallies.collect(), kind_of_layer }
+    }
+
+    /// The medium of each layer at a wavelength.
+    pub(super) fn media(&self, stack: &Stack, wavelength_nm: f64, without: Option<usize>) -> Vec<Medium> {
+        let layers = stack.layers.iter().zip(&self.kind_of_layer);
+        let medium = |(layer, kind): (&Layer, &Option<usize>)| match (&layer.kind, kind) {
+            (LayerKind::Snow(sample), Some(kind)) => self.tallies[*kind].medium(sample, wavelength_nm, without),
+            (LayerKind::Snow(_), None) => unreachable!("snow has tallies"),
+            (LayerKind::Ice(table), _) => clear_ice(*table, wavelength_nm),
+        };
+        layers.map(medium).collect()
+    }
+
+    /// The medium of each layer at a wavelength, with derivatives.
+    pub(super) fn differentiated_media<'v>(
+        &self,
+        stack: &Stack,
+        wavelength_nm: f64,
+        Differentiation { variables, compositions }: &Differentiation<'v>,
+    ) -> DifferentiatedMedia<'v> {
+        let layers = stack.layers.iter().zip(&self.kind_of_layer).zip(compositions);
+        let medium = |((layer, kind), composition): ((&Layer, &Option<usize>), &Option<Composition<Dual>>)| match (
+            &layer.kind,
+            kind,
+            composition,
+        ) {
+            (LayerKind::Snow(sample), Some(kind), Some(composition)) => {
+                self.tallies[*kind].medium_of(&sample.grain_size, &composition.at(wavelength_nm), None)
+            }
+            (LayerKind::Snow(_), ..) => unreachable!("snow has tallies and a composition"),
+            (LayerKind::Ice(table), ..) => clear_ice(*table, wavelength_nm),
+        };
+        DifferentiatedMedia { variables, media: layers.map(medium).collect() }
+    }
+}
+
+/// Ice that only absorbs.
+fn clear_ice<T: Real>(table: IceTable, wavelength_nm: f64) -> Medium<T> {
+    Medium {
+        extinction_per_m: T::from(Ice::new(table).absorption_per_m(wavelength_nm)),
+        scattering: Scattering { one_minus_albedo: T::from(1.0), moments: vec![T::from(0.0); MOST_STREAMS + 1] },
+    }
+}
