@@ -23,7 +23,7 @@ pub(crate) const SIDES: usize = 6;
 
 /// Most steps of averaging over neighbouring cells.
 const MOST_STEPS: usize = 6;
-/// Least exitance by the sharpened average, over that by the average.
+/// Least exitance after the average is sharpened, as a fraction of that before.
 const LEAST_SHARE: f32 = 0.5;
 /// Steps that average the noise itself.
 const STEPS_OF_ERROR: usize = 2;
@@ -79,14 +79,15 @@ impl SurfaceNodes {
         smooth
     }
 
-    /// The smoothed flux and exitance. Beside a bright edge the sharpened average falls below what it should be, even
-    /// below 0. So the exitance is not below a share of its average, and the flux grows by as much.
+    /// The smoothed flux and exitance, for pictures. Beside a bright edge the sharpened average falls below what it
+    /// should be, even below 0. So the exitance is not below a share of its average, nor below 0, and the flux grows by
+    /// as much. The sum over the surface grows too; the light between bodies is that without this limit.
     pub(crate) fn smooth_light(&self, grid: &Grid, flux: &[f32x4], exitance: &[f32x4]) -> [NodeFlux; 2] {
         let mut flux = self.smooth(grid, flux);
         let [mut exitance, averaged] = self.smooth_and_averaged(grid, exitance);
         let values = exitance.iter_mut().flatten().zip(flux.iter_mut().flatten());
         for ((exitance, flux), averaged) in values.zip(averaged.iter().flatten()) {
-            let most = exitance.max(*averaged * LEAST_SHARE);
+            let most = exitance.max(*averaged * LEAST_SHARE).max(f32x4::ZERO);
             *flux += most - *exitance;
             *exitance = most;
         }

@@ -255,7 +255,7 @@ def test_variants_of_cuda_refuse_it(monkeypatch):
     props = mi.Properties()
     props["method"] = "pcasnow"
     monkeypatch.setattr(snowblue.mitsuba.mi, "variant", lambda: "cuda_ad_rgb")
-    with pytest.raises(ValueError, match="cuda_ad_rgb has no method pcasnow, .* there are scalar_rgb, "):
+    with pytest.raises(ValueError, match="cuda_ad_rgb has no method pcasnow, .* use scalar_rgb, "):
         snowblue.mitsuba._method(props)
     del props["method"]
     snowblue.mitsuba._method(props)

@@ -395,8 +395,8 @@ def _method(props: mi.Properties) -> _Field | PCASnow:
     if method == "pcasnow" and mi.variant().startswith("cuda"):
         # A kernel of OptiX traces rays in one scene.
         raise ValueError(
-            f"the variant {mi.variant()} has no method pcasnow, which traces rays in scenes of single bodies; there "
-            f"are {', '.join(HOST_VARIANTS[:-1])} and {HOST_VARIANTS[-1]}")
+            f"the variant {mi.variant()} has no method pcasnow, which traces rays in scenes of single bodies; use "
+            f"{', '.join(HOST_VARIANTS[:-1])} or {HOST_VARIANTS[-1]}")
     lengths = {"unit_m": 1.0, "step_mm": None, "field_step_mm": None}
     for name in lengths:
         if name in props:

@@ -33,32 +33,33 @@ pub(crate) fn decide(film: &mut FilmAccumulator, block: &SampleBlock, samples: u
 }
 
 /// Whether the relative noise of each pixel of the window is not above `target`. A black pixel is done if it shows no
-/// surface, nor do its neighbours; otherwise rare paths may still find light.
+/// surface, and its neighbours show no surface and no light; otherwise rare paths may still find light.
 fn done_pixels(film: &FilmAccumulator, target: f64) -> Vec<bool> {
     // False for the noise of a black pixel, which is not a number.
     let is_low = |noise: f32| f64::from(noise) <= target;
     match Filtered::new(film) {
         Some(filtered) => {
-            let noise = filtered.into_noise().into_iter().zip(surfaces_near(film));
-            noise.map(|(noise, is_near_surface)| is_low(noise) || noise.is_nan() && !is_near_surface).collect()
+            let noise = filtered.into_noise().into_iter().zip(anything_near(film));
+            noise.map(|(noise, is_near_anything)| is_low(noise) || noise.is_nan() && !is_near_anything).collect()
         }
         None => film.all_pixels().par_iter().map(|pixel| is_low(own_noise(pixel))).collect(),
     }
 }
 
-/// Whether each pixel of the window or one of the eight around it shows a surface.
-fn surfaces_near(film: &FilmAccumulator) -> Vec<bool> {
+/// Whether each pixel of the window or one of the eight around it shows a surface or light.
+fn anything_near(film: &FilmAccumulator) -> Vec<bool> {
     let width = film.window().size().width as usize;
     let layout = film.aovs().residual_layout();
-    let shows_surface = |pixel: &PixelSums| layout.is_some_and(|layout| pixel.at(layout.surfaces) > 0);
-    let shows_surface: Vec<bool> = film.all_pixels().iter().map(shows_surface).collect();
+    let shows_anything =
+        |pixel: &PixelSums| layout.is_some_and(|layout| pixel.at(layout.surfaces) > 0) || pixel.mean_xyz().y > 0.0;
+    let shows_anything: Vec<bool> = film.all_pixels().iter().map(shows_anything).collect();
     let or_neighbours = |values: &[bool], step: usize| -> Vec<bool> {
         let at = |index: Option<usize>| index.and_then(|index| values.get(index)).is_some_and(|value| *value);
         let near = |index: usize| values[index] || at(index.checked_sub(step)) || at(index.checked_add(step));
         (0..values.len()).map(near).collect()
     };
     // The last pixel of a row and the first of the next count as neighbours, which does no harm.
-    or_neighbours(&or_neighbours(&shows_surface, 1), width)
+    or_neighbours(&or_neighbours(&shows_anything, 1), width)
 }
 
 /// The standard error of red, green and blue, weighted as in the luminance, relative to the luminance.

@@ -16,7 +16,7 @@
 //!
 //! Some pixels find too few like pixels, as at silhouettes and the edges of shadows, and a single walk of few samples
 //! makes a dot there: a white one, or a black one, since differences of walks may be negative. Where the noise is
-//! large, a pixel is therefore made no brighter and no darker than the snow next to it, by a smaller residual. What is
+//! large, a pixel is therefore made no brighter and no darker than the snow next to it, by another residual. What is
 //! taken away or added is spread over the snow around, so that the light of the image stays the same.
 //!
 //! The filter works on the sums of an image, at the end. What is resumed or merged is the same as what is rendered at
@@ -58,9 +58,11 @@ const MOST_SCALE: f32 = 4.0;
 /// it is an outlier.
 const OUTLIER_ERROR: f32 = 0.25;
 /// What is spread changes the pixels around an outlier by this fraction of their standard error, which counts as 1 % of
-/// their light at least, if so many pixels on each side suffice.
+/// their light at least; more pixels on each side take part until they suffice.
 const MOST_SPREAD: f32 = 0.5;
-const MOST_SPREAD_PIXELS: usize = 16;
+const SPREAD_PIXELS: [usize; 5] = [1, 2, 4, 8, 16];
+/// Fraction of the samples of a pixel that hit snow from which on nothing else counts in its colour.
+const FULL_COVERAGE: f32 = 0.999;
 /// Readings below this fraction of the brightest count as equally dark.
 const DARK: f32 = 1e-6;
 
@@ -310,8 +312,8 @@ impl Filter {
     }
 
     /// Reduces the residual of outliers, and spreads the difference over the snow around them. Where the noise is
-    /// large, the residual also has the colour of the rest of the pixel, which `rest_of` gives. Pixels of the greatest
-    /// error come first.
+    /// large and a pixel shows snow alone, the residual also has the colour of the rest of the pixel, which `rest_of`
+    /// gives. Pixels of the greatest error come first.
     fn spread_outliers(
         &self,
         levels: [&[Luminance]; 2],
@@ -340,10 +342,15 @@ impl Filter {
                 light.max(0.0)
             };
             let own = &residual[pixel * values..][..values];
-            // What has no noise gives the colour.
+            // What is no residual gives the colour, if all of it is light of snow.
             let rest = rest_of(pixel);
-            let factor = if rest[1] > 0.0 { (likely - reading) / rest[1] } else { 0.0 };
-            let mut excess: Vec<f32> = own.iter().zip(&rest).map(|(own, rest)| own - factor * rest).collect();
+            let mut excess: Vec<f32> = if rest[1] > 0.0 && coverage[pixel] >= FULL_COVERAGE {
+                let factor = (likely - reading) / rest[1];
+                own.iter().zip(&rest).map(|(own, rest)| own - factor * rest).collect()
+            } else {
+                let share = if own[1].abs() > 0.0 { ((likely - reading) / own[1]).clamp(0.0, 1.0) } else { 1.0 };
+                own.iter().map(|own| (1.0 - share) * own).collect()
+            };
             let size = excess.iter().take(3).fold(0.0, |size: f32, value| size.max(value.abs()));
             if size <= 0.0 {
                 continue;
@@ -357,7 +364,7 @@ impl Filter {
                 self.snow_around(pixel, distance).map(|other| room(residual, other)).sum()
             };
             let suffices = |distance: &usize| size <= spread(residual, *distance);
-            let distance = (1..MOST_SPREAD_PIXELS).find(suffices).unwrap_or(MOST_SPREAD_PIXELS);
+            let distance = SPREAD_PIXELS.into_iter().find(suffices).unwrap_or(SPREAD_PIXELS[SPREAD_PIXELS.len() - 1]);
             let total = spread(residual, distance);
             if total > 0.0 {
                 // What the pixels around have no room for stays.
@@ -436,6 +443,7 @@ fn blend(levels: [&Level; 2], pixel: usize, reading: f32, residual: &mut [f32]) 
 #[cfg(test)]
 mod tests {
     use glam::Vec3A;
+    use snowblue_color::Xyz;
     use snowblue_scene::film::ImageSize;
     use snowblue_scene::film::sensor::SensorSample;
     use snowblue_transport::rng::Stream;
@@ -450,10 +458,16 @@ mod tests {
     /// An image whose snow has a reading of 2 and a residual that a function of the column and a random number gives.
     /// The normal turns at column 12, and the last four columns show no snow but a radiance of 1.
     fn film(samples: u32, residual: impl Fn(u32, f32) -> f32 + Sync) -> FilmAccumulator {
+        film_of(samples, |column, number| [residual(column, number); 3])
+    }
+
+    /// The same with a residual of three values.
+    fn film_of(samples: u32, residual: impl Fn(u32, f32) -> [f32; 3] + Sync) -> FilmAccumulator {
         let aovs = Aovs { residual: true, ..Aovs::default() };
         let block = SampleBlock { columns: 0..SIZE.width, rows: 0..SIZE.height, samples: 0..samples };
         let mut film = FilmAccumulator::new(SIZE, &block.window(), aovs, &[0.0; 31]);
-        let grey = |value: f32| SensorSample::from_array([value, value, value, 3.0 * value.abs()]);
+        let colour = |[x, y, z]: [f32; 3]| SensorSample::from_array([x, y, z, x.abs() + y.abs() + z.abs()]);
+        let grey = |value: f32| colour([value; 3]);
         film.par_rows_mut(&block).for_each(|row| {
             let mut pixel = PixelAccumulator::new(aovs);
             for (column, sums) in (0..SIZE.width).zip(row.sums.chunks_exact_mut(aovs.sum_count())) {
@@ -462,12 +476,13 @@ mod tests {
                     let residual = residual(column, narrow(stream.uniform()));
                     let normal = if column < 12 { Vec3A::Z } else { Vec3A::X };
                     let snow = (column < 20).then_some(SnowSample {
-                        residual: grey(residual),
+                        residual: colour(residual),
                         reading: grey(2.0),
                         normal,
                         distance_m: 1.0,
                     });
-                    pixel.add_sample(grey(if column < 20 { 2.0 + residual } else { 1.0 }), snow.as_ref());
+                    let of_snow = colour(residual.map(|residual| 2.0 + residual));
+                    pixel.add_sample(if column < 20 { of_snow } else { grey(1.0) }, snow.as_ref());
                 }
                 pixel.flush(sums);
                 row.counts[column as usize] = samples;
@@ -511,7 +526,7 @@ mod tests {
         assert!((after / before - 1.0).abs() < 1e-5, "{after} {before}");
     }
 
-    /// The pixels around have no room for all that an outlier has: none gives more than half of its light.
+    /// The pixels around have no room for all that an outlier has, and none of them becomes black.
     #[test]
     fn large_outliers_make_no_other_pixel_dark() {
         let film = film(4, |column, number| if column < 4 && number < 0.01 { -2000.0 } else { 0.0 });
@@ -523,6 +538,26 @@ mod tests {
         assert!((after / before - 1.0).abs() < 1e-5, "{after} {before}");
         let dark = filtered.iter().zip(&raw).filter(|(after, before)| **after < 0.0 && **before > 0.0).count();
         assert_eq!(dark, 0);
+    }
+
+    /// A walk that finds far more red than the others, of the luminance of the snow around: its pixel would be magenta.
+    #[test]
+    fn outliers_have_the_colour_of_the_snow() {
+        let film = film_of(4, |_, number| {
+            let grey = 0.02 * (number - 0.5);
+            if number < 0.01 { [grey + 30.0, grey - 3.0, grey + 20.0] } else { [grey; 3] }
+        });
+        let raw: Vec<Xyz> = film.all_pixels().iter().map(PixelSums::mean_xyz).collect();
+        let filtered = film.film();
+        let is_snow = |index: &usize| index % (SIZE.width as usize) < 20;
+        let most_red = |pixels: &mut dyn Iterator<Item = Xyz>| pixels.map(|xyz| xyz.x / xyz.y).fold(0.0, f64::max);
+        let indices = || (0..raw.len()).filter(is_snow);
+        assert!(most_red(&mut indices().map(|index| raw[index])) > 3.0);
+        assert!(most_red(&mut indices().map(|index| filtered.pixels()[index])) < 1.6);
+        let [before, after]: [f64; 2] =
+            [indices().map(|index| raw[index].x).sum(), indices().map(|index| filtered.pixels()[index].x).sum()];
+        // Rounding in single precision.
+        assert!((after / before - 1.0).abs() < 1e-5, "{after} {before}");
     }
 
     #[test]
