@@ -46,8 +46,8 @@ def drawn(count):
 def spectrum(pits, **keywords):
     return snowblue.spectrum(
         ssa_m2_kg=pits.ssa, density_kg_m3=pits.density, impurities_ng_g={"black-carbon": pits.soot},
-        thickness_cm=pits.thickness, angle_deg=pits.angle, ground_albedo=pits.ground,
-        **{"wavelength_nm": NM} | keywords)
+        thickness_cm=pits.thickness, angle_deg=pits.angle,
+        **{"wavelength_nm": NM, "ground_albedo": pits.ground} | keywords)
 
 
 def look_up(pits):
@@ -121,12 +121,27 @@ def test_lazy_results_are_those_of_arrays_in_memory(solve, chunks, nothing_runs,
     {"standard_errors": False},
     {"plus_minus": {"ssa_m2_kg": 2, "ice": True}, "standard_errors": False},
     {"engine": "montecarlo", "rays": 200},
+    {"ground_albedo": 0.4},
+    {"ground_albedo": 0.4, "engine": "montecarlo", "rays": 200},
 ])
 def test_all_kinds_of_spectra_are_lazy(keywords, nothing_runs):
     pits = drawn(5)
     with nothing_runs:
         later = spectrum(pits.chunk(pit=2), **keywords)
     xr.testing.assert_identical(later.compute(), spectrum(pits, **keywords))
+
+
+def test_one_ground_is_that_of_all_blocks(nothing_runs):
+    pits = drawn(4)
+
+    def solve(pits, ground):
+        return snowblue.albedo(ssa_m2_kg=pits.ssa, thickness_cm=2, ground_albedo=ground, wavelength_nm=450)
+
+    with nothing_runs:
+        later = solve(pits.chunk(pit=2), 0.4).compute
+    at_once = solve(pits, 0.4)
+    xr.testing.assert_identical(later(), at_once)
+    assert (at_once > solve(pits, 0.0)).all()
 
 
 def test_lazy_arrays_are_broadcast_with_others(nothing_runs):

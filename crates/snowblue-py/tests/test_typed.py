@@ -162,6 +162,9 @@ def test_clear_ice_is_a_layer():
     table = pd.DataFrame({"thickness_cm": [3, 1, 20], "kind": [np.nan, "ice", np.nan], "ssa_m2_kg": [30, np.nan, 30],
                           "density_kg_m3": [200, np.nan, 200]})
     assert snowblue.layers(table, **keywords).reflectance.equals(solved.reflectance)
+    # None is an argument that is not given.
+    unsaid = [{**snow, "kind": None}, {**pack[1], "snow": None, "ssa_m2_kg": None, "ice": None}, pack[2]]
+    assert snowblue.layers(unsaid, **keywords).reflectance.equals(solved.reflectance)
     walked = snowblue.layers(pack, angle_deg=70, wavelength_nm=1030, engine="montecarlo", rays=20_000)
     exact = solved.sel(angle=70, wavelength=1030)
     assert abs(walked.reflectance - exact.reflectance).item() < 4 * walked.reflectance_se.item()
@@ -174,12 +177,17 @@ def test_clear_ice_is_a_layer():
 
 def test_ice_is_refused_with_a_reason():
     for layer, message in [
-        ({"kind": "ice", "thickness_cm": 1, "ssa_m2_kg": 20}, "ssa_m2_kg is not of clear ice"),
-        ({"kind": "water", "thickness_cm": 1}, "kind of layer 'water' is not known; there are ice"),
+        ({"kind": "ice", "thickness_cm": 1, "ssa_m2_kg": 20},
+         "ssa_m2_kg is a property of snow: a layer of clear ice has only thickness_cm"),
+        ({"kind": "water", "thickness_cm": 1}, "kind of layer 'water' is not known; it must be ice, or"),
+        ({"kind": 3, "thickness_cm": 1}, "kind is 3, but must be a word"),
+        ({"kind": "ice", "thickness_cm": 1, "ice": 3}, "ice is 3, but must be a word"),
         ({"kind": "ice", "thickness_cm": 0}, "thickness of ice is 0 cm, but must lie in 0.01–100000 cm"),
     ]:
         with pytest.raises(ValueError, match=message):
             snowblue.layers([layer])
+    with pytest.raises(ValueError, match=r"kind is 3, but must be a word, at layers\[1\]"):
+        snowblue.layers([{"thickness_cm": 3}, {"kind": 3, "thickness_cm": 1}])
     with pytest.raises(ValueError, match="density is 917 kg/m³, but must lie in 10–900 kg/m³: .* kind = \"ice\""):
         snowblue.layers([{"thickness_cm": 3}, {"thickness_cm": 1, "density_kg_m3": 917}])
     with pytest.raises(ValueError, match="density is 1200 kg/m³, but must lie in 10–900 kg/m³$"):

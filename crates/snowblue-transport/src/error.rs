@@ -9,10 +9,16 @@ pub enum TransportError {
     #[error(transparent)]
     Range(#[from] RangeError),
     /// A property of snow for a layer of clear ice.
-    #[error("{key} is not of clear ice, of which only thickness_cm is given")]
+    #[error("{key} is a property of snow: a layer of clear ice has only thickness_cm")]
     IceProperty {
         /// Key of the property.
         key: String,
+    },
+    /// A kind of layer that is none.
+    #[error("kind of layer '{name}' is not known; it must be ice, or be left out for snow")]
+    LayerKind {
+        /// The kind given.
+        name: String,
     },
     /// The density of clear ice for snow.
     #[error("{error}: snow has separate grains; a layer of clear ice has kind = \"ice\"")]

@@ -184,8 +184,14 @@ mod tests {
             ("thickness_cm = 3\nfacetness = \"rough\"", "number or a list of numbers"),
             ("thickness_cm = -3", "thickness is -3 cm"),
             ("thickness_cm = 3\ndensity_kg_m3 = 917", "kind = \"ice\""),
-            ("thickness_cm = 3\nkind = \"water\"", "kind of layer 'water' is not known; there are ice"),
-            ("thickness_cm = 3\nkind = \"ice\"\nssa_m2_kg = 3", "ssa_m2_kg is not of clear ice"),
+            (
+                "thickness_cm = 3\nkind = \"water\"",
+                "kind of layer 'water' is not known; it must be ice, or be left out for snow",
+            ),
+            (
+                "thickness_cm = 3\nkind = \"ice\"\nssa_m2_kg = 3",
+                "ssa_m2_kg is a property of snow: a layer of clear ice has only",
+            ),
             ("thickness_cm = 0\nkind = \"ice\"", "thickness of ice is 0 cm, but must lie in 0.01–100000 cm"),
             ("thickness_cm = inf\nkind = \"ice\"", "thickness of ice is inf cm"),
         ] {

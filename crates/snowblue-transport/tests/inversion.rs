@@ -788,7 +788,7 @@ fn the_thickness_of_ice_is_retrieved() {
         let wrong = Observation { prior_medians: vec![median], ..observation.clone() };
         inversion_of(vec![by], &[1.0]).retrieve(&[wrong], &|_| ()).unwrap_err().to_string()
     };
-    assert_eq!(told(of_layer(Variable::SurfaceArea, 0), 20.0), "ssa_m2_kg is no variable of clear ice");
+    assert_eq!(told(of_layer(Variable::SurfaceArea, 0), 20.0), "ssa_m2_kg cannot be retrieved from clear ice");
     let thin = "the prior of thickness_cm of layer 0: thickness is 0.001 cm, but must lie in 0.01–100000 cm";
     assert_eq!(told(of_layer(Variable::Thickness, 0), 0.001), thin);
 }

@@ -79,7 +79,8 @@ def light_at_depth(
         and, under a clear sky, every 20 nm of 740 to 2500 nm, as far as the tables of the snow reach: to 1480 nm with
         impurities.
     depth_cm : array
-        Depths below the surface.
+        Depths below the surface. At a face of ice fluxes are those outside it; `absorbed` and `warming` at a face of
+        ice to air are those of the ice.
     ground_albedo : float, 0 to 1
         Albedo of the ground below the snow.
     daily : bool

@@ -239,6 +239,9 @@ def spectrum(
     if axes.are_lazy:
         asked = {"engine": engine, "streams": streams, "rays": rays, "per_wavelength": per_wavelength, "seed": seed}
         asked |= {"standard_errors": standard_errors, "jacobian": jacobian, "plus_minus": plus_minus}
+        if not columns[3]:
+            # One albedo makes no axis, so the arrays of a block lack it.
+            asked["ground_albedo"] = cases["ground_albedo"][0]
         arrays = in_blocks(
             _block_of_spectra,
             # Blocks have all wavelengths, since the rays through grains are those of indices of refraction among them.
@@ -328,7 +331,8 @@ def layers(
     depth_cm : array
         Depths at which the fluxes `down`, `up` and `net` through a level plane and the `fluence` rate (the actinic
         flux, from all directions) are computed, by discrete ordinates only. `e_folding_depth` is that of light deep in
-        snow like that of the layer, far from all faces. At a face of ice all are those outside it.
+        snow like that of the layer, far from all faces. At a face of ice the fluxes and the fluence rate are those
+        outside it; `e_folding_depth` at a face of ice to air is that of the ice.
     angle_deg, wavelength_nm, engine, streams, rays, seed
         As in :func:`spectrum`.
     standard_errors : bool
@@ -426,9 +430,13 @@ def packed_layers(
         check_names(["thickness_cm", "kind", *SNOW_NAMES], layer)
         if "thickness_cm" not in layer:
             raise TypeError(f"layers[{place}] has no thickness_cm")
-        known = {name: value for name, value in layer.items() if name != "thickness_cm"}
+        known = {name: value for name, value in layer.items() if name != "thickness_cm" and value is not None}
         try:
-            if "kind" not in known:
+            if "kind" in known:
+                for name in ("kind", "ice"):
+                    if not isinstance(known.get(name, ""), str):
+                        raise ValueError(f"{name} is {shown(known[name])}, but must be a word")
+            else:
                 known = one_snow(known).fixed
             packed.append((known, number("thickness_cm", layer["thickness_cm"])))
         except ValueError as error:

@@ -131,7 +131,7 @@ impl Inversion {
                 numbers.check(layer as f64)?;
             }
             if by.variable.is_of_layer() && by.of(layers).next().is_none() {
-                return Err(combination(by.variable.name(), "is no variable of clear ice").into());
+                return Err(combination(by.variable.name(), "cannot be retrieved from clear ice").into());
             }
             self.check_thickness(observation, by)?;
             if by.variable == Variable::CosIncidence && matches!(illumination, Illumination::Single(Incidence::Diffuse))

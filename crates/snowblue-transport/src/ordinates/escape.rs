@@ -14,7 +14,7 @@ pub(super) struct FaceEscapes<T: Real = f64> {
     pub(super) bottom: Option<Escape<T>>,
 }
 
-/// Radiance that leaves the top of a layer in one direction, per amplitude of each mode.
+/// Radiance that leaves a face of a layer in one direction, per amplitude of each mode.
 pub(super) struct Escape<T: Real = f64> {
     /// Per amplitude of S at the top.
     pub(super) top: DVector<T>,
@@ -74,6 +74,7 @@ impl<T: Real> Escape<T> {
         }
         escape
     }
+
     /// The same for radiance that leaves the bottom: slow modes are b cosh(ks) + b' sinh(ks)/k from there, with
     /// b' = −k sinh(kτ) a − cosh(kτ) a'.
     fn from_bottom(direction: &Direction<T>, rates: &[T], depth: T) -> Self {

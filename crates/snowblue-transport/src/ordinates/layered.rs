@@ -29,7 +29,7 @@
 //! **Ice.** A slab of clear ice is a further element of the ladder, diagonal in the ordinates ([`IceLight`]). Seen from
 //! the top along μ₀, it shows light from below by its transmittance, and light from above, in the direction −μ₀, by its
 //! reflectance. So the line of sight goes down and up: weights of both at each face take the place of e^{−τ/μ₀}. A
-//! plane within the ice emits through both faces of it. All of this is exact for a beam at any angle.
+//! plane within the ice emits through both faces of it. The unscattered beam is exact at any angle.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 

@@ -58,7 +58,7 @@ pub(super) struct Adjoint {
 /// The derivatives of all fluxes under one light by some variables.
 pub(super) struct Sensitivity<'a> {
     adjoint: &'a Adjoint,
-    /// Of the radiance of each layer, in the light that arrives at its top.
+    /// Of the radiance of each layer, as it arrives at the top of the stack.
     escape: Vec<Escape<Dual>>,
     beam: Option<BeamSensitivity<'a>>,
     /// Radiance of the ground per 1ᵀ M S on it.
