@@ -11,12 +11,13 @@
 
 use glam::Vec3;
 use rayon::prelude::*;
-use wide::f32x4;
+use wide::{f32x4, f64x4};
 
 use crate::element::shape;
 use crate::grid::{Cell, Grid};
 use crate::octree::NONE;
 use crate::spectral_nodes::Groups;
+use crate::vectors::{narrow, ratio, wide};
 
 /// Orientations: towards either end of each axis.
 pub(crate) const SIDES: usize = 6;
@@ -79,17 +80,28 @@ impl SurfaceNodes {
         smooth
     }
 
-    /// The smoothed flux and exitance, for pictures. Beside a bright edge the sharpened average falls below what it
-    /// should be, even below 0. So the exitance is not below a share of its average, nor below 0, and the flux grows by
-    /// as much. The sum over the surface grows too; the light between bodies is that without this limit.
+    /// The smoothed flux and exitance. Beside a bright edge the sharpened average falls below what it should be, even
+    /// below 0. So the exitance is not below a share of its average, nor below 0, and the flux grows by as much. What is
+    /// added is taken from what sharpening adds on the same side, so that the light of the surface stays.
     pub(crate) fn smooth_light(&self, grid: &Grid, flux: &[f32x4], exitance: &[f32x4]) -> [NodeFlux; 2] {
         let mut flux = self.smooth(grid, flux);
         let [mut exitance, averaged] = self.smooth_and_averaged(grid, exitance);
-        let values = exitance.iter_mut().flatten().zip(flux.iter_mut().flatten());
-        for ((exitance, flux), averaged) in values.zip(averaged.iter().flatten()) {
-            let most = exitance.max(*averaged * LEAST_SHARE).max(f32x4::ZERO);
-            *flux += most - *exitance;
-            *exitance = most;
+        for side in 0..SIDES {
+            let (mut added, mut sharpened) = (f64x4::ZERO, f64x4::ZERO);
+            for (node, averaged) in averaged.iter().enumerate().filter(|(node, _)| self.weight[*node][side] > 0.0) {
+                let area = f64x4::splat((self.area_m2[node][side] / self.weight[node][side]).into());
+                let least = (averaged[side] * LEAST_SHARE).max(f32x4::ZERO);
+                added += wide(least.max(exitance[node][side]) - exitance[node][side]) * area;
+                sharpened += wide((exitance[node][side] - averaged[side]).max(f32x4::ZERO)) * area;
+            }
+            let part = narrow(ratio(added, sharpened).min(f64x4::ONE));
+            for ((exitance, flux), averaged) in exitance.iter_mut().zip(&mut flux).zip(&averaged) {
+                let least = (averaged[side] * LEAST_SHARE).max(f32x4::ZERO);
+                let excess = (exitance[side] - averaged[side]).max(f32x4::ZERO);
+                let change = least.max(exitance[side]) - exitance[side] - excess * part;
+                exitance[side] += change;
+                flux[side] += change;
+            }
         }
         [flux, exitance]
     }

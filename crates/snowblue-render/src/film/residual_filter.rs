@@ -344,7 +344,7 @@ impl Filter {
             let own = &residual[pixel * values..][..values];
             // What is no residual gives the colour, if all of it is light of snow.
             let rest = rest_of(pixel);
-            let mut excess: Vec<f32> = if rest[1] > 0.0 && coverage[pixel] >= FULL_COVERAGE {
+            let excess: Vec<f32> = if rest[1] > 0.0 && coverage[pixel] >= FULL_COVERAGE {
                 let factor = (likely - reading) / rest[1];
                 own.iter().zip(&rest).map(|(own, rest)| own - factor * rest).collect()
             } else {
@@ -356,28 +356,25 @@ impl Filter {
                 continue;
             }
             // Pixels take what is spread in proportion to their own standard errors, so that even snow stays as it is.
+            let light = |residual: &[f32], other: usize| light_of(residual, other).max(0.0);
             let room = |residual: &[f32], other: usize| {
-                let light = light_of(residual, other).max(0.0);
-                MOST_SPREAD * filtered[other].variance.sqrt().max(TARGET * light).min(light)
+                let light = light(residual, other);
+                filtered[other].variance.sqrt().max(TARGET * light).min(light)
             };
             let spread = |residual: &[f32], distance: usize| -> f32 {
                 self.snow_around(pixel, distance).map(|other| room(residual, other)).sum()
             };
-            let suffices = |distance: &usize| size <= spread(residual, *distance);
+            let suffices = |distance: &usize| size <= MOST_SPREAD * spread(residual, *distance);
             let distance = SPREAD_PIXELS.into_iter().find(suffices).unwrap_or(SPREAD_PIXELS[SPREAD_PIXELS.len() - 1]);
             let total = spread(residual, distance);
             if total > 0.0 {
-                // What the pixels around have no room for stays.
-                let share = (total / size).min(1.0);
-                excess.iter_mut().for_each(|value| *value *= share);
-                residual[pixel * values..][..values]
-                    .iter_mut()
-                    .zip(&excess)
-                    .for_each(|(value, excess)| *value -= excess);
                 for other in self.snow_around(pixel, distance) {
-                    let fraction = room(residual, other) / total;
-                    let values = &mut residual[other * values..][..values];
-                    values.iter_mut().zip(&excess).for_each(|(value, excess)| *value += fraction * excess);
+                    // What finds no room stays.
+                    let share = (room(residual, other) / total).min(MOST_SPREAD * light(residual, other) / size);
+                    for (value, excess) in excess.iter().enumerate() {
+                        residual[other * values + value] += share * excess;
+                        residual[pixel * values + value] -= share * excess;
+                    }
                 }
             }
         }
