@@ -8,6 +8,8 @@ from test_jobs import everything, flux
 
 import snowblue.blender
 import snowblue.blender._solve
+from snowblue.blender._bake import BakeJob
+from snowblue.blender._solve import Options
 
 
 def shown(frame):
@@ -173,6 +175,72 @@ def test_frames_are_at_equal_distances(scene, frames):
     lamp()
     with pytest.raises(ValueError, match="frames of a bake must be one or more, upwards and at equal distances"):
         snowblue.blender.bake(frames=frames)
+
+
+def test_a_world_that_follows_an_object_changes(scene):
+    block()
+    world((0.5, 0.5, 0.5))
+    node = scene.world.node_tree.nodes.new("ShaderNodeTexCoord")
+    assert not snowblue.blender._world.changes_with_time(scene.world)
+    node.object = link("empty", None)
+    assert snowblue.blender._world.changes_with_time(scene.world)
+
+
+def test_the_kind_of_snow_is_that_of_all_frames(scene):
+    thing = block()
+    lamp()
+    thing.snowblue.preset = "CUSTOM"
+    for frame, size in ((1, 200.0), (3, 600.0)):
+        thing.snowblue.grain_size_um = size
+        thing.snowblue.keyframe_insert("grain_size_um", frame=frame)
+    with pytest.raises(ValueError, match="the kind of the snow 'block' differs between the frames 1 and 2"):
+        snowblue.blender.bake(frames=range(1, 4))
+
+
+def test_frames_are_those_of_the_active_scene(scene):
+    other = bpy.data.scenes.new("other")
+    for thing in (block(), lamp()):
+        other.collection.objects.link(thing)
+    with pytest.raises(ValueError, match="in the active scene only"):
+        snowblue.blender.bake(other, frames=range(1, 3))
+    assert len(snowblue.blender.bake(other)) == 1
+
+
+def test_another_scene_is_read_at_its_own_frame(scene):
+    """A lamp and snow that move have the light of the frame of their scene, though another is active."""
+    thing = block()
+    for frame, x in ((1, 0.0), (5, 0.2)):
+        thing.location.x = x
+        thing.keyframe_insert("location", frame=frame)
+    light = moving_lamp()
+    scene.frame_set(5)
+    with pytest.warns(UserWarning, match="of frame 5"):
+        [baked] = snowblue.blender.bake()
+    expected = flux(baked)
+    snowblue.blender.clear()
+    scene.frame_set(1)
+    other = bpy.data.scenes.new("other")
+    for one in (thing, light):
+        other.collection.objects.link(one)
+        scene.collection.objects.unlink(one)
+    other.frame_set(5)
+    # The originals have the values of the active scene.
+    assert thing.location.x == 0
+    with pytest.warns(UserWarning, match="of frame 5"):
+        [baked] = snowblue.blender.bake(other)
+    np.testing.assert_array_equal(flux(baked), expected)
+
+
+def test_instances_of_frames_are_no_surfaces(scene):
+    block()
+    moving_lamp()
+    [baked] = snowblue.blender.bake(frames=range(1, 3))
+    empty = link("empty", None, (0, 0.3, 0))
+    empty.instance_type, empty.instance_collection = "COLLECTION", baked.snowblue.frames
+    job = BakeJob(scene, None, Options())
+    with pytest.warns(UserWarning, match="'empty' makes 2 instances of 'block', whose snow is left out"):
+        job.collect()
+    assert job._collected[0].names == ["block"]
 
 
 def test_the_operator_takes_the_range_of_the_scene(scene):

@@ -1,6 +1,7 @@
 """Area lamps with a spread, square spots and sun discs of sky textures, beside what Cycles shows of them on a floor."""
 
 import math
+import warnings
 
 import bpy
 import numpy as np
@@ -14,6 +15,7 @@ from snowblue._renderers import BAND_WIDTH_NM
 from snowblue.blender._bake import BakeJob
 from snowblue.blender._solve import Options
 
+SKY_TYPE = "SINGLE_SCATTERING" if bpy.app.version >= (5, 0) else "NISHITA"
 PIXELS, WIDTH = 32, 2.0
 """Of the picture of the floor, and its width in m."""
 
@@ -125,7 +127,7 @@ def sky_texture(**settings):
     world((1.0, 1.0, 1.0))
     tree = bpy.context.scene.world.node_tree
     node = tree.nodes.new("ShaderNodeTexSky")
-    node.sky_type = "SINGLE_SCATTERING" if bpy.app.version >= (5, 0) else "NISHITA"
+    node.sky_type = SKY_TYPE
     for name, value in settings.items():
         setattr(node, name, value)
     tree.links.new(node.outputs["Color"], tree.nodes["Background"].inputs["Color"])
@@ -133,9 +135,12 @@ def sky_texture(**settings):
     return node
 
 
-def test_the_sun_of_a_sky_texture_has_its_irradiance_and_direction(scene, tmp_path):
+@pytest.mark.parametrize("size", [0.545, 0.1])
+def test_the_sun_of_a_sky_texture_has_its_irradiance_and_direction(scene, tmp_path, size):
     block()
-    node = sky_texture(sun_elevation=math.radians(30), sun_rotation=math.radians(130))
+    node = sky_texture(
+        sun_elevation=math.radians(30), sun_rotation=math.radians(130), sun_size=math.radians(size)
+    )
     made = collected()
     # The node itself is as it was.
     assert node.sun_disc
@@ -190,6 +195,49 @@ def test_a_large_sun_stays_in_the_image(scene):
     node.sun_elevation = math.radians(-10)
     # Below the horizon.
     assert len(collected().skylight) == 1
+
+
+def test_a_sun_without_a_size_shines(scene):
+    block()
+    sky_texture(sun_size=0.0)
+    assert len(collected().skylight) == 2
+
+
+def test_a_sun_that_is_not_found_is_named(scene):
+    block()
+    node = sky_texture(sun_elevation=math.radians(30))
+    tree = scene.world.node_tree
+    mix = tree.nodes.new("ShaderNodeMixRGB")
+    mix.inputs["Fac"].default_value = 0.0
+    tree.links.new(node.outputs["Color"], mix.inputs["Color2"])
+    tree.links.new(mix.outputs["Color"], tree.nodes["Background"].inputs["Color"])
+    with pytest.warns(UserWarning, match="the sun of the sky texture 'Sky Texture' was not found in the World"):
+        assert len(collected().skylight) == 1
+    # Below the horizon there is none to be found, and none in a black World.
+    lamp()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        node.sun_elevation = math.radians(-10)
+        collected()
+        node.sun_elevation = math.radians(30)
+        tree.nodes["Background"].inputs["Strength"].default_value = 0.0
+        assert collected().skylight == []
+
+
+def test_a_sun_in_a_node_group_is_named(scene):
+    block()
+    world((1.0, 1.0, 1.0))
+    group = bpy.data.node_groups.new("sky", "ShaderNodeTree")
+    group.interface.new_socket("Color", in_out="OUTPUT", socket_type="NodeSocketColor")
+    node, end = group.nodes.new("ShaderNodeTexSky"), group.nodes.new("NodeGroupOutput")
+    node.sky_type = SKY_TYPE
+    group.links.new(node.outputs["Color"], end.inputs["Color"])
+    tree = scene.world.node_tree
+    inside = tree.nodes.new("ShaderNodeGroup")
+    inside.node_tree = group
+    tree.links.new(inside.outputs["Color"], tree.nodes["Background"].inputs["Color"])
+    with pytest.warns(UserWarning, match="the sun of the sky texture 'Sky Texture' is in the node group 'sky'"):
+        assert len(collected().skylight) == 1
 
 
 def test_denoising_keeps_the_light_of_snow(scene, tmp_path):

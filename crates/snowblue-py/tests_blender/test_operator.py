@@ -1,4 +1,4 @@
-"""The operator that bakes beside Blender, with what stands for its window. It was tried in a real one by hand."""
+"""The operator that bakes beside Blender, with what stands for its window."""
 
 import time
 from types import SimpleNamespace
@@ -23,6 +23,7 @@ class Window:
 
     def event_timer_add(self, interval, window):
         self.timers += 1
+        return self
 
     def event_timer_remove(self, timer):
         self.timers -= 1
@@ -106,7 +107,7 @@ def test_esc_stops_the_operator(scene, window):
     assert window.status is not None
     assert operator.modal(window, event("ESC", "PRESS")) == {"RUNNING_MODAL"}
     assert ended(operator, window) == {"CANCELLED"} and everything() == before
-    assert operator.reports == [("INFO", "the bake was stopped, and nothing was changed")]
+    assert operator.reports == [("INFO", "the bake was stopped, and no baked object was changed")]
 
 
 def test_no_event_passes_while_the_operator_reads_frames(scene, window):
@@ -132,7 +133,11 @@ def test_errors_of_the_operator(scene, window, monkeypatch):
     operator = begun(window)
     bpy.data.objects.remove(thing)
     assert ended(operator, window) == {"CANCELLED"}
-    assert operator.reports == [("ERROR", "the snow was changed or removed while it was baked: bake again")]
+    # A warning names the object.
+    assert operator.reports == [
+        ("WARNING", "'block' was removed while it was baked: it has no light of this bake"),
+        ("ERROR", "the snow was changed or removed while it was baked: bake again"),
+    ]
     # After an error of the add-on itself, another bake is possible.
     block()
     operator = begun(window)
@@ -140,6 +145,55 @@ def test_errors_of_the_operator(scene, window, monkeypatch):
     with pytest.raises(KeyError, match="missing"):
         ended(operator, window)
     assert _panel._running is None and window.timers == 0 and bpy.ops.snowblue.bake.poll()
+
+
+def test_a_bake_ends_in_object_mode(scene, window):
+    block()
+    lamp()
+    bpy.ops.mesh.primitive_cube_add(location=(5, 5, 5))
+    operator = begun(window)
+    bpy.ops.object.mode_set(mode="EDIT")
+    while not operator.job.is_done:
+        time.sleep(0.02)
+    for _ in range(2):
+        assert operator.modal(window, event("TIMER")) == {"PASS_THROUGH"}
+    assert operator.job.progress == (1, "solved, waits for Object Mode")
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert ended(operator, window) == {"FINISHED"}
+
+
+def test_no_bake_begins_while_a_render_runs(scene, window, monkeypatch):
+    block()
+    lamp()
+    monkeypatch.setattr(_panel.bpy.app, "is_job_running", lambda kind: kind == "RENDER")
+    operator = Operator()
+    assert operator.invoke(window, None) == {"CANCELLED"} and _panel._running is None
+    assert operator.reports == [("ERROR", "a render is running: bake after it")]
+
+
+def test_the_timer_ends_with_the_add_on(scene, window, monkeypatch):
+    block()
+    lamp()
+    begun(window)
+    monkeypatch.setattr(_panel.bpy, "context", window)
+    snowblue.blender.unregister()
+    assert window.timers == 0 and _panel._running is None
+    monkeypatch.undo()
+    snowblue.blender.register()
+
+
+def test_a_baked_object_of_an_excluded_collection_is_not_selected(scene, window):
+    thing = block()
+    lamp()
+    [baked] = snowblue.blender.bake()
+    thing.hide_viewport = False
+    collection = bpy.data.collections.new("excluded")
+    scene.collection.children.link(collection)
+    scene.collection.objects.unlink(baked)
+    collection.objects.link(baked)
+    bpy.context.view_layer.layer_collection.children["excluded"].exclude = True
+    thing.select_set(True)
+    assert ended(begun(window), window) == {"FINISHED"} and not baked.select_get()
 
 
 def test_closing_blender_ends_the_operator(scene, window):

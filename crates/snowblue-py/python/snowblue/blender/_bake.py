@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import threading
-import warnings
 from collections.abc import Callable, Iterable, Sequence
 
 import bpy
 
 from snowblue.blender._collect import Collected, collect, request_of, unchanged_snow
 from snowblue.blender._put import put, remove_baked
-from snowblue.blender._settings import baked_of, scene_of, source_of
+from snowblue.blender._settings import baked_of, source_of
 from snowblue.blender._solve import Options, Solution, solve
 
 
@@ -176,10 +175,19 @@ class BakeJob:
         return self._progress
 
     def stop(self, *, waits: bool = False) -> None:
-        """Ends the solution, within about 0.1 s. Nothing of it stays."""
+        """Ends the solution, at its next report. Nothing of it stays."""
         self._stopping.set()
         if waits and self._thread is not None:
             self._thread.join()
+
+    @property
+    def is_solved(self) -> bool:
+        """Whether there is a solution, of which `finish` makes baked objects."""
+        return bool(self._solutions) and not self.is_stopping
+
+    def wait(self, reason: str) -> None:
+        """Shows in the progress what the end of the bake waits for."""
+        self._progress = self._progress[0], reason
 
     def finish(self) -> list[bpy.types.Object]:
         """Makes the baked objects of a solution.

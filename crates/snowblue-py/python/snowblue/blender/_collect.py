@@ -164,8 +164,12 @@ def collect(request: Request, frame: int | None, earlier: Collected | None = Non
     Raises
     ------
     ValueError
-        If there is no light, an object is not a closed mesh, or a lamp is of an unknown kind.
+        If there is no light, an object is not a closed mesh, a lamp is of an unknown kind, the scene of several frames
+        is not active, or the kind of the snow changes.
     """
+    if frame is not None and bpy.context.scene.session_uid != request.scene:
+        # Animated values reach the originals in the active scene alone.
+        raise ValueError("several frames can be baked in the active scene only: make the scene active")
     with _evaluated(request, frame) as (scene, view_layer, depsgraph, snow):
         made = Collected(scene.frame_current, scene.unit_settings.scale_length)
         if len(snow) != len(request.snow):
@@ -173,6 +177,7 @@ def collect(request: Request, frame: int | None, earlier: Collected | None = Non
         # One of several frames needs no warning of what moves.
         warned = scene if frame is None else None
         surface = SnowSurface([_add_snow(made, one, view_layer, depsgraph, warned) for one in snow])
+        _check_kinds(made, earlier, request.targets)
         _add_rest(made, depsgraph, surface, warned)
         for thing in view_layer.objects:
             is_hidden = not thing.hide_render and not thing.visible_get(view_layer=view_layer)
@@ -197,17 +202,25 @@ def unchanged_snow(request: Request, earlier: Collected) -> list[int]:
     scene = scene_of(request.scene)
     is_there = scene is not None and scene.frame_current == earlier.frame
     with _evaluated(request, None if is_there else earlier.frame) as (_, _, depsgraph, snow):
-        there = {one.session_uid: one for one in snow if is_snow(one) and one.mode == "OBJECT"}
-        shapes = {uid: world_mesh(one.evaluated_get(depsgraph), Matrix(), 1.0)[:2] for uid, one in there.items()}
+        there = {one.session_uid: one for one in snow}
+        found = {uid: world_mesh(one.evaluated_get(depsgraph), Matrix(), 1.0)[:2] for uid, one in there.items()}
     unchanged = []
-    for number, one in enumerate(earlier.snow):
+    for name, one in zip(earlier.names, earlier.snow):
+        thing = there.get(one.uid)
         if one.uid not in request.targets:
             continue
-        if one.uid in shapes and all(map(np.array_equal, shapes[one.uid], one.shape)):
-            unchanged.append(one.uid)
+        if thing is None:
+            done = "was removed"
+        elif not is_snow(thing):
+            done = "was marked as no snow"
+        elif thing.mode != "OBJECT":
+            done = "left Object Mode"
+        elif not all(map(np.array_equal, found[one.uid], one.shape)):
+            done = "was changed"
         else:
-            done = "changed" if one.uid in shapes else "edited or removed"
-            warnings.warn(f"'{earlier.names[number]}' was {done} while it was baked: bake it again", stacklevel=3)
+            unchanged.append(one.uid)
+            continue
+        warnings.warn(f"'{name}' {done} while it was baked: it has no light of this bake", stacklevel=3)
     if not unchanged:
         raise ValueError("the snow was changed or removed while it was baked: bake again")
     return unchanged
@@ -226,7 +239,9 @@ def _add_snow(
         raise ValueError(f"'{source.name}' is hidden in the viewport, or its collection is: show it to bake it")
     shown = source.evaluated_get(depsgraph)
     shape = world_mesh(shown, Matrix(), 1.0)[:2]
-    vertices, triangles = placed(shape[0], source.matrix_world, made.unit_m), shape[1]
+    # The original follows the active scene alone.
+    to_world = shown.matrix_world.copy()
+    vertices, triangles = placed(shape[0], to_world, made.unit_m), shape[1]
     if not len(triangles):
         raise ValueError(f"'{source.name}' has no faces, but snow must be a closed mesh")
     count = open_edges(vertices, triangles)
@@ -238,8 +253,7 @@ def _add_snow(
     _check_size(source, vertices)
     if warned is not None:
         _check_still(source, warned)
-    snow = snow_of(source)
-    to_world = source.matrix_world.copy()
+    snow = snow_of(shown)
     made.snow.append(Snow(source.session_uid, to_world, shape, layers_of(shown), snow_id(snow)))
     # Equal snow is one material, as in a body.
     material = {"type": "snow", **snow}
@@ -255,22 +269,25 @@ def _add_rest(
 ) -> None:
     """Adds lamps and surfaces that are not snow, and warns of instances that are left out."""
     left_out: Counter[tuple[str, str]] = Counter()
+    baked = [one for one in bpy.data.objects if one.snowblue.frames is not None]
+    frames = {one: thing.snowblue.source for thing in baked for one in thing.snowblue.frames.objects}
     for instance in depsgraph.object_instances:
         thing = instance.object.original
+        source = frames.get(thing) or source_of(thing)
         maker = instance.parent.original if instance.is_instance else None
         if maker is not None and maker.snowblue.source:
             # A frame of a baked object.
             continue
-        if is_snow(thing) or thing.snowblue.source:
+        if is_snow(thing) or source != thing:
             if maker is not None:
-                left_out[maker.name, source_of(thing).name] += 1
+                left_out[maker.name, source.name] += 1
             continue
-        if thing.hide_render:
+        if instance.object.hide_render:
             continue
         if thing.type == "LIGHT":
             if warned is not None:
                 _check_still(thing, warned)
-            lamp = lamp_of(thing, instance.matrix_world.copy(), made.unit_m, surface)
+            lamp = lamp_of(instance.object, instance.matrix_world.copy(), made.unit_m, surface)
             made.lamps += [lamp] if lamp else []
         elif thing.type in WITH_FACES and instance.show_self:
             _add_surfaces(made, thing, instance.object, instance.matrix_world.copy())
@@ -309,6 +326,16 @@ def _add(
     used, corners = np.unique(triangles, return_inverse=True)
     made.files[file] = _ply(vertices[used].astype("<f4"), corners.reshape(-1, 3))
     made.objects.append({"mesh": file, "up": "z", "material": material, **more})
+
+
+def _check_kinds(made: Collected, earlier: Collected | None, targets: list[int]) -> None:
+    """Refuses snow whose kind changes: a baked object has one material."""
+    for number, (one, before) in enumerate(zip(made.snow, earlier.snow if earlier is not None else ())):
+        if one.uid in targets and one.identifier != before.identifier:
+            raise ValueError(
+                f"the kind of the snow '{made.names[number]}' differs between the frames {earlier.frame} and "
+                f"{made.frame}: bake each frame alone, or remove the animation of its settings"
+            )
 
 
 def _check_size(source: bpy.types.Object, vertices: np.ndarray) -> None:

@@ -65,7 +65,9 @@ class Lamp:
 
     name: str
     uid: int
-    """Of its object: the `session_uid`."""
+    """Of its object: the `session_uid`. That of an evaluated one differs."""
+    kind: tuple[str, bool]
+    """What the strength of the lights follows from: the type, and whether `Normalize` is on."""
     lights: list[dict[str, Any]]
     """Lights of a scene that together are white, and as strong as a Blender lamp with the energy 1."""
 
@@ -79,7 +81,18 @@ def lamp_of(thing: bpy.types.Object, to_world: Matrix, unit_m: float, snow: Snow
     if light.type == "AREA" and light.cycles.is_portal:
         return None
     _check(thing)
-    return Lamp(thing.name, thing.session_uid, _lights(thing, to_world, unit_m, snow))
+    return Lamp(thing.name, thing.original.session_uid, _kind(light), _lights(thing, to_world, unit_m, snow))
+
+
+def is_driven(lamp: Lamp, thing: bpy.types.Object) -> bool:
+    """Whether drivers can still make the strength of an object that of a lamp."""
+    if thing.type != "LIGHT" or _kind(thing.data) != lamp.kind:
+        return False
+    return not thing.data.use_nodes or emission_of(thing.data) is not None
+
+
+def _kind(light: bpy.types.Light) -> tuple[str, bool]:
+    return light.type, _is_normalized(light)
 
 
 def _lights(thing: bpy.types.Object, to_world: Matrix, unit_m: float, snow: SnowSurface) -> list[dict[str, Any]]:

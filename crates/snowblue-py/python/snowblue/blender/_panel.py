@@ -17,6 +17,8 @@ INTERVAL_S = 0.1
 """Time between two looks at a bake."""
 _running: BakeJob | None = None
 """The bake that runs beside Blender: at most one."""
+_timer: bpy.types.Timer | None = None
+"""What makes Blender look at it."""
 
 
 class SnowBakeSettings(bpy.types.PropertyGroup):
@@ -46,19 +48,18 @@ def _reporting(operator: bpy.types.Operator, work: Callable[[], str]) -> set[str
     """Runs some work and tells the user of its result, its warnings and its error."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", UserWarning)
+        kind, outcome = "INFO", "CANCELLED"
         try:
-            done = work()
+            result, outcome = work(), "FINISHED"
         except Stopped:
-            operator.report({"INFO"}, "the bake was stopped, and nothing was changed")
-            return {"CANCELLED"}
+            result = "the bake was stopped, and no baked object was changed"
         except (ValueError, RuntimeError) as error:
-            operator.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+            kind, result = "ERROR", str(error)
     for text in dict.fromkeys(str(one.message) for one in caught if one.category is UserWarning):
         operator.report({"WARNING"}, text)
-    if done:
-        operator.report({"INFO"}, done)
-    return {"FINISHED"}
+    if result:
+        operator.report({kind}, result)
+    return {outcome}
 
 
 class SnowMake(bpy.types.Operator):
@@ -157,7 +158,7 @@ class SnowBake(bpy.types.Operator):
         def work() -> str:
             job = _job(context)
             while not job.is_collected:
-                job.collect()
+                _read(job)
             job.solve(lambda done, total, _: manager.progress_update(done / total))
             return _finished(context, job)
 
@@ -169,7 +170,7 @@ class SnowBake(bpy.types.Operator):
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         """Bakes beside Blender, which goes on."""
-        global _running
+        global _running, _timer
         if bpy.app.background:
             return self.execute(context)
         self.job: BakeJob | None = None
@@ -177,7 +178,7 @@ class SnowBake(bpy.types.Operator):
         if self.job is None:
             return outcome
         _running = self.job
-        self.timer = context.window_manager.event_timer_add(INTERVAL_S, window=context.window)
+        _timer = context.window_manager.event_timer_add(INTERVAL_S, window=context.window)
         context.window_manager.modal_handler_add(self)
         return {"RUNNING_MODAL"}
 
@@ -203,13 +204,13 @@ class SnowBake(bpy.types.Operator):
                 context.workspace.status_text_set(_draw_status)
                 _redraw(context)
             return others
-        self._end(context)
+        _end(context)
         return outcome
 
     def cancel(self, context: bpy.types.Context) -> None:
         """Ends the bake: Blender closes, or opens another file."""
         self.job.stop(waits=True)
-        self._end(context)
+        _end(context)
 
     def _begin(self, context: bpy.types.Context) -> str:
         job = _job(context)
@@ -223,6 +224,9 @@ class SnowBake(bpy.types.Operator):
         job = self.job
         if not job.is_collected and not job.is_stopping:
             self._collect(job)
+        elif job.is_done and job.is_solved and context.mode != "OBJECT":
+            # An undo step of another mode does not hold new objects.
+            job.wait("solved, waits for Object Mode")
         elif job.is_done and not bpy.app.is_job_running("RENDER"):
             self.is_finished = True
             return _finished(context, job)
@@ -230,16 +234,27 @@ class SnowBake(bpy.types.Operator):
 
     @staticmethod
     def _collect(job: BakeJob) -> None:
-        job.collect()
+        _read(job)
         if job.is_collected:
             job.start()
 
-    def _end(self, context: bpy.types.Context) -> None:
-        global _running
-        _running = None
-        context.window_manager.event_timer_remove(self.timer)
-        context.workspace.status_text_set(None)
-        _redraw(context)
+
+def _read(job: BakeJob) -> None:
+    """Reads the next frame of a bake. That renders the World, which fails during another render."""
+    if bpy.app.is_job_running("RENDER"):
+        raise ValueError("a render is running: bake after it")
+    job.collect()
+
+
+def _end(context: bpy.types.Context) -> None:
+    """Takes away what shows the bake."""
+    global _running, _timer
+    _running = None
+    if _timer is not None:
+        context.window_manager.event_timer_remove(_timer)
+        _timer = None
+    context.workspace.status_text_set(None)
+    _redraw(context)
 
 
 def _job(context: bpy.types.Context) -> BakeJob:
@@ -255,7 +270,12 @@ def _finished(context: bpy.types.Context, job: BakeJob) -> str:
     """Makes the baked objects and says how many. They are selected where the originals were, which are hidden now."""
     selected, active = context.selected_objects, context.view_layer.objects.active
     baked = job.finish()
+    # The view layer has new objects after an update.
+    context.view_layer.update()
     for one in baked:
+        if context.view_layer.objects.get(one.name) != one:
+            # Its collection is excluded.
+            continue
         if one.snowblue.source in selected:
             one.select_set(True)
         if one.snowblue.source == active and context.mode == "OBJECT":
@@ -287,7 +307,7 @@ def _redraw(context: bpy.types.Context) -> None:
 
 
 class SnowStop(bpy.types.Operator):
-    """Stop the bake. Nothing is changed"""
+    """Stop the bake. No baked object is changed"""
 
     bl_idname = "snowblue.stop"
     bl_label = "Stop"
@@ -365,11 +385,9 @@ def register() -> None:
 
 def unregister() -> None:
     """Takes away what :func:`register` added. Settings stay in the files that have them."""
-    global _running
     if _running is not None:
         _running.stop(waits=True)
-        _running = None
-        bpy.context.workspace.status_text_set(None)
+        _end(bpy.context)
     del bpy.types.Scene.snowblue_bake
     del bpy.types.Object.snowblue
     for one in reversed(CLASSES):

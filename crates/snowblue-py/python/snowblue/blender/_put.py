@@ -15,6 +15,7 @@ from mathutils import Matrix
 
 from snowblue._scene import BakedObject
 from snowblue.blender._collect import Collected, Snow
+from snowblue.blender._lamps import is_driven
 from snowblue.blender._layers import put_layers
 from snowblue.blender._material import LAMP, SKY, Tree, attribute_of, fill_material
 from snowblue.blender._settings import baked_of, object_of
@@ -30,15 +31,16 @@ def put(frames: list[Collected], solutions: list[Solution], targets: Sequence[in
     lamps = []
     for lamp in {one.uid: one for made in frames for one in made.lamps}.values():
         thing = object_of(lamp.uid)
-        if thing is None or thing.type != "LIGHT":
-            warnings.warn(f"lamp '{lamp.name}' was removed: its light in the snow is left out", stacklevel=3)
+        if thing is None or not is_driven(lamp, thing):
+            done = "removed" if thing is None else "changed in its type, Normalize or nodes"
+            warnings.warn(f"lamp '{lamp.name}' was {done}: its light in the snow is left out", stacklevel=3)
             continue
         names[lamp.uid] = attribute_of(len(lamps))
         lamps.append(thing)
     if any(made.skylight for made in frames):
         names[WORLD] = SKY
     if not names:
-        raise ValueError("the lamps were removed: add one and bake again")
+        raise ValueError("the lamps were removed or changed while the snow was baked: bake again with one")
     results = []
     for number, first in enumerate(frames[0].snow):
         source = object_of(first.uid)

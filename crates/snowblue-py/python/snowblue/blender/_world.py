@@ -25,8 +25,10 @@ WITH_SUN = ("NISHITA", "SINGLE_SCATTERING", "MULTIPLE_SCATTERING")
 """Types of sky textures that have a sun disc."""
 LARGEST_SUN = math.radians(5)
 """The image of the World resolves larger sun discs."""
+LEAST_VIEW = math.radians(0.4)
+"""Cameras of Blender see no less than 0.367°."""
 SUN_PIXELS = 64
-"""Across the picture of a sun disc, which is twice as wide as the disc."""
+"""Across the picture of a sun disc, which is at least twice as wide as the disc."""
 
 
 @dataclass(frozen=True)
@@ -60,27 +62,45 @@ def skylight_of(scene: bpy.types.Scene) -> list[Skylight]:
 
 
 def changes_with_time(world: bpy.types.World | None) -> bool:
-    """Whether a World is animated, or has movies or sequences of images."""
-    data = [world] if world is not None else []
-    for one in data:
-        if one.animation_data is not None:
+    """Whether a World is animated, or has movies, sequences of images, or nodes that follow an object."""
+    if world is None or world.animation_data is not None:
+        return world is not None
+    for tree in _node_trees(world):
+        if tree.animation_data is not None:
             return True
-        nodes = one.nodes if isinstance(one, bpy.types.NodeTree) else one.node_tree.nodes if one.node_tree else ()
-        if isinstance(one, bpy.types.World) and one.node_tree:
-            data.append(one.node_tree)
-        for node in nodes:
+        for node in tree.nodes:
             if getattr(getattr(node, "image", None), "source", "") in ("MOVIE", "SEQUENCE"):
                 return True
-            group = getattr(node, "node_tree", None)
-            data += [group] if group is not None and group not in data else []
+            if getattr(node, "object", None) is not None:
+                return True
     return False
+
+
+def _node_trees(world: bpy.types.World) -> list[bpy.types.NodeTree]:
+    """The nodes of a World, and of the groups in them."""
+    trees = [world.node_tree] if world.node_tree else []
+    for tree in trees:
+        groups = dict.fromkeys(getattr(node, "node_tree", None) for node in tree.nodes)
+        trees += [one for one in groups if one is not None and one not in trees]
+    return trees
 
 
 def _sun_discs(world: bpy.types.World) -> list[bpy.types.Node]:
     """Sky textures with a sun that is too small for the image of the World."""
-    nodes = world.node_tree.nodes if world.node_tree else ()
-    skies = [node for node in nodes if node.type == "TEX_SKY" and node.sky_type in WITH_SUN and node.sun_disc]
-    return [node for node in skies if node.sun_size <= LARGEST_SUN and node.outputs["Color"].is_linked]
+    found = []
+    for tree in _node_trees(world):
+        skies = [node for node in tree.nodes if node.type == "TEX_SKY" and node.sky_type in WITH_SUN and node.sun_disc]
+        small = [node for node in skies if node.sun_size <= LARGEST_SUN and node.outputs["Color"].is_linked]
+        if tree == world.node_tree:
+            found = small
+            continue
+        for node in small:
+            warnings.warn(
+                f"the sun of the sky texture '{node.name}' is in the node group '{tree.name}': its image is coarse, so "
+                "use a sun lamp, or put the sky texture outside of the group",
+                stacklevel=4,
+            )
+    return found
 
 
 def _sun(sky: bpy.types.Scene, camera: bpy.types.Object, node: bpy.types.Node) -> Skylight | None:
@@ -93,8 +113,8 @@ def _sun(sky: bpy.types.Scene, camera: bpy.types.Object, node: bpy.types.Node) -
         )
     )
     camera.rotation_euler = to_sun.to_track_quat("-Z", "Y").to_euler()
-    camera.data.type, camera.data.angle = "PERSP", 2 * node.sun_size
-    half = math.tan(node.sun_size)
+    camera.data.type, camera.data.angle = "PERSP", max(2 * node.sun_size, LEAST_VIEW)
+    half = math.tan(camera.data.angle / 2)
     across = half * (2 * (np.arange(SUN_PIXELS) + 0.5) / SUN_PIXELS - 1)
     distance = np.sqrt(1 + across[:, None] ** 2 + across[None, :] ** 2)
     # Of each pixel, times the cosine of the angle from the sun.
@@ -107,6 +127,11 @@ def _sun(sky: bpy.types.Scene, camera: bpy.types.Object, node: bpy.types.Node) -
     _, without = _rendered(sky, SUN_PIXELS, SUN_PIXELS)
     irradiance = np.einsum("yx,yxc->c", solid_angle, np.maximum(with_sun.astype(float) - without, 0.0))
     if not irradiance.any():
+        if node.sun_elevation > -node.sun_size / 2 and with_sun.any():
+            warnings.warn(
+                f"the sun of the sky texture '{node.name}' was not found in the World: the light in the snow lacks it",
+                stacklevel=4,
+            )
         return None
     spectrum, name = _bands(irradiance), f"sun {node.name}.csv"
     lamp = {
