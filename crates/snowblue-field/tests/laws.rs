@@ -297,7 +297,7 @@ fn light_is_conserved_without_absorption() {
 fn the_exitance_is_not_negative_beside_a_bright_edge() {
     let size = DVec3::new(0.1, 0.06, 0.08);
     let body = BoxBody::aligned(DVec3::ZERO, size);
-    let options = GridOptions { step_m: 0.004, shift: DVec3::ZERO, sizes: None };
+    let options = GridOptions { step_m: 0.01, shift: DVec3::ZERO, sizes: None };
     let prepared = SnowBody::uniform(&body, options, &[snow()], Q);
     let lit = |element: &SurfaceElement| f32x4::splat(element.normal.y.max(0.0));
     let light: Vec<f32x4> = prepared.surface().iter().map(lit).collect();
@@ -308,6 +308,7 @@ fn the_exitance_is_not_negative_beside_a_bright_edge() {
     let limited = prepared.smooth_light(&flux, &exitance);
     // Over the side next to the lit face.
     let (mut is_below, mut is_same) = (false, false);
+    let [mut sum, mut sum_of_magnitudes] = [[0.0; 4]; 2];
     for k in 0..1600 {
         let [y, z] = [k % 40, k / 40].map(|number| (f64::from(number) + 0.5) / 40.0 - 0.5);
         let point = DVec3::new(0.5, y, z) * size;
@@ -319,12 +320,18 @@ fn the_exitance_is_not_negative_beside_a_bright_edge() {
             let [added, to_flux] =
                 [exitance_limited[wavelength] - exitance[wavelength], flux_limited[wavelength] - flux[wavelength]];
             // Rounding of values of about 1.
-            assert!(added >= -1e-6 && (added - to_flux).abs() < 1e-6, "{y} {z}: {added} {to_flux}");
+            assert!((added - to_flux).abs() < 1e-6, "{y} {z}: {added} {to_flux}");
             is_below |= exitance[wavelength] < 0.0;
-            is_same |= exitance[wavelength] > 0.01 && added.abs() < 1e-6;
+            is_same |= exitance[wavelength] > 0.01 && added.abs() < 0.01 * exitance[wavelength];
+            sum[wavelength] += added;
+            sum_of_magnitudes[wavelength] += added.abs();
         }
     }
     assert!(is_below && is_same);
+    for (sum, magnitudes) in sum.into_iter().zip(sum_of_magnitudes) {
+        // The points stand for the integral over cells that some five of them share.
+        assert!(sum.abs() < 0.1 * magnitudes, "{sum} {magnitudes}");
+    }
 }
 
 /// Shifts of the grid by parts of a cell do not change the light that leaves the dark side of a block by more than 2 %.

@@ -356,8 +356,9 @@ mod tests {
                 (hits, greatest) = (hits + 1, greatest.max(factor));
             }
         }
-        // By the cosine some 10 rays would find it. Of the half that goes to snow most do, so that the factor is small.
-        assert!(hits > 5000, "{hits}");
+        // By the cosine some 10 rays would find it. Of the half that goes to snow most go to the patch that ends with it,
+        // of which it is a seventeenth.
+        assert!(hits > 1000, "{hits}");
         assert!(greatest < 0.1, "{greatest}");
     }
 }
