@@ -81,8 +81,8 @@ impl SurfaceNodes {
     }
 
     /// The smoothed flux and exitance. Beside a bright edge the sharpened average falls below what it should be, even
-    /// below 0. So the exitance is not below a share of its average, nor below 0, and the flux grows by as much. What is
-    /// added is taken from what sharpening adds on the same side, so that the light of the surface stays.
+    /// below 0. So the exitance is not below a share of its average, nor below 0, and the flux grows by as much. What
+    /// is added is taken from what sharpening adds on the same side, so that the light of the surface stays.
     pub(crate) fn smooth_light(&self, grid: &Grid, flux: &[f32x4], exitance: &[f32x4]) -> [NodeFlux; 2] {
         let mut flux = self.smooth(grid, flux);
         let [mut exitance, averaged] = self.smooth_and_averaged(grid, exitance);

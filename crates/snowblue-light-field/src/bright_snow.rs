@@ -356,8 +356,8 @@ mod tests {
                 (hits, greatest) = (hits + 1, greatest.max(factor));
             }
         }
-        // By the cosine some 10 rays would find it. Of the half that goes to snow most go to the patch that ends with it,
-        // of which it is a seventeenth.
+        // By the cosine some 10 rays would find it. Of the half that goes to snow most go to the patch that ends with
+        // it, of which it is a seventeenth.
         assert!(hits > 1000, "{hits}");
         assert!(greatest < 0.1, "{greatest}");
     }
