@@ -86,19 +86,18 @@ impl SurfaceNodes {
     pub(crate) fn smooth_light(&self, grid: &Grid, flux: &[f32x4], exitance: &[f32x4]) -> [NodeFlux; 2] {
         let mut flux = self.smooth(grid, flux);
         let [mut exitance, averaged] = self.smooth_and_averaged(grid, exitance);
+        let least = |averaged: f32x4| (averaged * LEAST_SHARE).max(f32x4::ZERO);
         for side in 0..SIDES {
             let (mut added, mut sharpened) = (f64x4::ZERO, f64x4::ZERO);
             for (node, averaged) in averaged.iter().enumerate().filter(|(node, _)| self.weight[*node][side] > 0.0) {
                 let area = f64x4::splat((self.area_m2[node][side] / self.weight[node][side]).into());
-                let least = (averaged[side] * LEAST_SHARE).max(f32x4::ZERO);
-                added += wide(least.max(exitance[node][side]) - exitance[node][side]) * area;
+                added += wide(least(averaged[side]).max(exitance[node][side]) - exitance[node][side]) * area;
                 sharpened += wide((exitance[node][side] - averaged[side]).max(f32x4::ZERO)) * area;
             }
             let part = narrow(ratio(added, sharpened).min(f64x4::ONE));
             for ((exitance, flux), averaged) in exitance.iter_mut().zip(&mut flux).zip(&averaged) {
-                let least = (averaged[side] * LEAST_SHARE).max(f32x4::ZERO);
                 let excess = (exitance[side] - averaged[side]).max(f32x4::ZERO);
-                let change = least.max(exitance[side]) - exitance[side] - excess * part;
+                let change = least(averaged[side]).max(exitance[side]) - exitance[side] - excess * part;
                 exitance[side] += change;
                 flux[side] += change;
             }

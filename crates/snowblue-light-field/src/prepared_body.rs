@@ -184,9 +184,7 @@ impl<'a> PreparedBody<'a> {
             self.body.smooth(&sky)
         });
         let flux = self.flux(&solution);
-        let mut exitance = flux.clone();
-        add(&mut exitance, &solution.irradiance);
-        let [flux, exitance] = self.body.smooth_light(&flux, &exitance);
+        let [flux, exitance] = self.body.smooth_light(&flux, &solution.exitance(flux.clone()));
         LitFluence {
             diffuse: (!is_dark).then(|| self.body.smooth(diffuse)),
             exitance,
@@ -205,8 +203,15 @@ impl<'a> PreparedBody<'a> {
 
     /// What each surface element sends out, J + Σ F + H.
     pub(super) fn exitance(&self, solution: &Solution) -> ElementValues {
-        let mut exitance = self.flux(solution);
-        add(&mut exitance, &solution.irradiance);
+        solution.exitance(self.flux(solution))
+    }
+}
+
+impl Solution {
+    /// What each surface element sends out with a net flux J.
+    fn exitance(&self, flux: ElementValues) -> ElementValues {
+        let mut exitance = flux;
+        add(&mut exitance, &self.irradiance);
         exitance
     }
 }

@@ -13,7 +13,7 @@ use super::rays::sum_over_rays;
 use super::walk::{Absorption, Paths, Scatterers, scattered_cosine};
 use crate::TransportError;
 use crate::medium::{Constituents, hit_size_m};
-use crate::optics::Ice;
+use crate::optics::{Ice, polarised};
 use crate::rng::Stream;
 use crate::slab::{Radiometry, THICKNESS_RANGE};
 use crate::stack::{LayerKind, Stack};
@@ -140,14 +140,8 @@ impl OpticalStack {
 impl IceSlab {
     /// Whether a ray that arrives with the cosine of an angle passes the slab; adds the absorption on its way.
     fn is_passed(&self, cosine: f64, absorbed: &mut f64, stream: &mut Stream) -> bool {
-        let n = self.index;
-        let cos_refraction = (1.0 - (1.0 - cosine * cosine) / (n * n)).sqrt();
-        let amplitude = if stream.uniform() < 0.5 {
-            (cosine - n * cos_refraction) / (cosine + n * cos_refraction)
-        } else {
-            (n * cosine - cos_refraction) / (n * cosine + cos_refraction)
-        };
-        let reflectance = amplitude * amplitude;
+        let (cos_refraction, [s, p]) = polarised(cosine, self.index);
+        let reflectance = if stream.uniform() < 0.5 { s } else { p };
         if stream.uniform() < reflectance {
             return false;
         }

@@ -3,6 +3,8 @@
 //!
 //! The absorption of ice is far too weak in 300–2500 nm to change them (k < 10⁻² there), so indices are real.
 
+use crate::dual::Real;
+
 /// Reflection and refraction of unpolarised light at an interface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fresnel {
@@ -22,14 +24,23 @@ pub struct Fresnel {
 #[must_use]
 #[inline]
 pub fn fresnel(cos_incidence: f64, relative_index: f64) -> Fresnel {
-    let square = 1.0 - (1.0 - cos_incidence * cos_incidence) / (relative_index * relative_index);
-    if square <= 0.0 {
-        return Fresnel { reflectance: 1.0, cos_refraction: 0.0 };
+    let (cos_refraction, [s, p]) = polarised(cos_incidence, relative_index);
+    Fresnel { reflectance: 0.5 * (s + p), cos_refraction }
+}
+
+/// The same of light of each polarisation: the cosine of the angle of refraction, and the reflectances of s- and
+/// p-polarised light.
+#[inline]
+pub(crate) fn polarised<T: Real>(cos_incidence: T, relative_index: f64) -> (T, [T; 2]) {
+    let one = T::from(1.0);
+    let square = one - (one - cos_incidence * cos_incidence) / (relative_index * relative_index);
+    if square.value() <= 0.0 {
+        return (T::from(0.0), [one; 2]);
     }
     let cos_refraction = square.sqrt();
-    let s = (cos_incidence - relative_index * cos_refraction) / (cos_incidence + relative_index * cos_refraction);
-    let p = (relative_index * cos_incidence - cos_refraction) / (relative_index * cos_incidence + cos_refraction);
-    Fresnel { reflectance: 0.5 * (s * s + p * p), cos_refraction }
+    let s = (cos_incidence - cos_refraction * relative_index) / (cos_incidence + cos_refraction * relative_index);
+    let p = (cos_incidence * relative_index - cos_refraction) / (cos_incidence * relative_index + cos_refraction);
+    (cos_refraction, [s * s, p * p])
 }
 
 #[cfg(test)]

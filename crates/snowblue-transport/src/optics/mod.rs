@@ -7,6 +7,7 @@ mod index_nodes;
 mod spectral_table;
 pub mod water;
 
+pub(crate) use fresnel::polarised;
 pub use fresnel::{Fresnel, fresnel};
 pub use ice::{Ice, IceTable};
 pub use impurity::{Impurities, Substance};

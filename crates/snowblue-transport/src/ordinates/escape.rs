@@ -24,6 +24,13 @@ pub(super) struct Escape<T: Real = f64> {
     pub(super) bottom: DVector<T>,
 }
 
+/// The faces of a layer.
+#[derive(Clone, Copy)]
+enum Face {
+    Top,
+    Bottom,
+}
+
 /// Amplitudes of the modes of one layer.
 pub(super) struct Profile {
     pub(super) top: DVector<f64>,
@@ -35,8 +42,8 @@ impl<T: Real> FaceEscapes<T> {
     /// Radiance that leaves the top of a layer with a cosine, and the bottom if it is seen.
     pub(super) fn new(direction: &Direction<T>, rates: &[T], (depth, sees_bottom): (T, bool)) -> Self {
         Self {
-            top: Escape::new(direction, rates, depth),
-            bottom: sees_bottom.then(|| Escape::from_bottom(direction, rates, depth)),
+            top: Escape::new(Face::Top, direction, rates, depth),
+            bottom: sees_bottom.then(|| Escape::new(Face::Bottom, direction, rates, depth)),
         }
     }
 }
@@ -49,11 +56,12 @@ impl Escape {
 }
 
 impl<T: Real> Escape<T> {
-    /// Radiance that leaves the top of a layer with cosine μ, ∫ J e^{−s/μ} ds/μ, per amplitude of each mode.
+    /// Radiance that leaves a face of a layer with cosine μ, ∫ J e^{−s/μ} ds/μ, per amplitude of each mode.
     ///
-    /// Slow modes in thin layers are a cosh(ks) + a' sinh(ks)/k from the top; the others are a wave that decays from
-    /// the top, (a − a'/k)/2, and one that decays from the bottom and makes up the rest of the amplitude there.
-    pub(super) fn new(direction: &Direction<T>, rates: &[T], depth: T) -> Self {
+    /// Slow modes in thin layers are a cosh(ks) + a' sinh(ks)/k from the face. From the bottom the amplitude is that
+    /// there, b, and the slope b' = −k sinh(kτ) a − cosh(kτ) a'. The others are a wave that decays from the top,
+    /// (a − a'/k)/2, and one that decays from the bottom and makes up the rest of the amplitude there.
+    fn new(face: Face, direction: &Direction<T>, rates: &[T], depth: T) -> Self {
         let per_cosine = T::from(1.0) / direction.cos_incidence;
         let unscattered = (-depth * per_cosine).exp();
         let mut escape = Self::zeros(rates.len());
@@ -61,41 +69,26 @@ impl<T: Real> Escape<T> {
             let (even, odd) = (direction.even[j] * 0.5, direction.odd[j] * 0.5);
             if k.value() < 0.5 && k.value() * depth.value() < 1.0 {
                 let (cosh, sinh_over_k) = hyperbolic_integrals(k, depth, per_cosine, unscattered);
-                escape.top[j] = even * cosh + odd * k * k * sinh_over_k;
-                escape.top_slope[j] = even * sinh_over_k + odd * cosh;
+                let (amplitude, slope) = (even * cosh + odd * k * k * sinh_over_k, even * sinh_over_k + odd * cosh);
+                match face {
+                    Face::Top => (escape.top[j], escape.top_slope[j]) = (amplitude, slope),
+                    Face::Bottom => {
+                        escape.top[j] = -slope * k * (k * depth).sinh();
+                        escape.top_slope[j] = -slope * (k * depth).cosh();
+                        escape.bottom[j] = amplitude;
+                    }
+                }
             } else {
                 let (near, far) = exponential_integrals(k, depth, per_cosine);
-                let growing = (even + odd * k) * far;
-                let fading = ((even - odd * k) * near - growing * (-k * depth).exp()) * 0.5;
+                let [from_face, to_face] = [(even - odd * k) * near, (even + odd * k) * far];
+                let [from_top, from_bottom] = match face {
+                    Face::Top => [from_face, to_face],
+                    Face::Bottom => [to_face, from_face],
+                };
+                let fading = (from_top - from_bottom * (-k * depth).exp()) * 0.5;
                 escape.top[j] = fading;
                 escape.top_slope[j] = -fading / k;
-                escape.bottom[j] = growing;
-            }
-        }
-        escape
-    }
-
-    /// The same for radiance that leaves the bottom: slow modes are b cosh(ks) + b' sinh(ks)/k from there, with
-    /// b' = −k sinh(kτ) a − cosh(kτ) a'.
-    fn from_bottom(direction: &Direction<T>, rates: &[T], depth: T) -> Self {
-        let per_cosine = T::from(1.0) / direction.cos_incidence;
-        let unscattered = (-depth * per_cosine).exp();
-        let mut escape = Self::zeros(rates.len());
-        for (j, &k) in rates.iter().enumerate() {
-            let (even, odd) = (direction.even[j] * 0.5, direction.odd[j] * 0.5);
-            if k.value() < 0.5 && k.value() * depth.value() < 1.0 {
-                let (cosh, sinh_over_k) = hyperbolic_integrals(k, depth, per_cosine, unscattered);
-                let slope = even * sinh_over_k + odd * cosh;
-                escape.top[j] = -slope * k * (k * depth).sinh();
-                escape.top_slope[j] = -slope * (k * depth).cosh();
-                escape.bottom[j] = even * cosh + odd * k * k * sinh_over_k;
-            } else {
-                let (near, far) = exponential_integrals(k, depth, per_cosine);
-                let growing = (even - odd * k) * near;
-                let fading = ((even + odd * k) * far - growing * (-k * depth).exp()) * 0.5;
-                escape.top[j] = fading;
-                escape.top_slope[j] = -fading / k;
-                escape.bottom[j] = growing;
+                escape.bottom[j] = from_bottom;
             }
         }
         escape

@@ -9,7 +9,7 @@
 //! 1 − R − T = (1 − F)(1 − a)/(1 − F a),     1 − R + T = (1 − F)(1 + a)/(1 + F a),
 //! ```
 //!
-//! (Born & Wolf 1999, *Principles of Optics*, §1.5.2, for F), of which the mean over both polarisations is taken. In
+//! of which the mean over both polarisations is taken. In
 //! the network of [`layered`](super::layered), per ordinate, the shunt is μ (1 − R − T)/(1 + R + T), and the bridge is
 //! 2μ T/((1 + R)² − T²).
 //!
@@ -18,6 +18,7 @@
 //! (1 − F) a_z/(1 − F²a²) and the bottom as F a times this.
 
 use crate::dual::Real;
+use crate::optics::polarised;
 use crate::quadrature::Quadrature;
 
 /// A plane in a slab of ice, or all of the slab, under light in one direction.
@@ -65,13 +66,11 @@ impl FaceQuantity {
 impl<T: Real> IceLight<T> {
     /// Ice with optical depths of absorption above and below a plane.
     pub(super) fn new(index: f64, cosine: T, [above, below]: [T; 2]) -> Self {
-        let cos_refraction = (T::from(1.0) - (T::from(1.0) - cosine * cosine) / (index * index)).sqrt();
-        let s = (cosine - cos_refraction * index) / (cosine + cos_refraction * index);
-        let p = (cosine * index - cos_refraction) / (cosine * index + cos_refraction);
+        let (cos_refraction, reflectances) = polarised(cosine, index);
         Self {
             cosine,
             cos_refraction,
-            reflectances: [s * s, p * p],
+            reflectances,
             above: (-above / cos_refraction).exp(),
             below: (-below / cos_refraction).exp(),
             absorbed: -(-(above + below) / cos_refraction).exp_m1(),
