@@ -368,6 +368,11 @@ def names_of(name: str, value: Any, what: str) -> list[str]:
     return names
 
 
+def mass_argument(substance: str) -> str:
+    """The name of the mass fraction of an impurity where it is an argument of its own, as `black_carbon_ng_g`."""
+    return f"{substance.replace('-', '_')}_ng_g"
+
+
 def hyphenated(name: Any) -> Any:
     """The name of an impurity, whose words may be joined by hyphens or underscores; other names as they are."""
     plain = name.replace("_", "-") if isinstance(name, str) else name

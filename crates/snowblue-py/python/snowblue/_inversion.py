@@ -27,6 +27,7 @@ from snowblue._arguments import (
     hyphenated,
     labelled,
     mapping,
+    mass_argument,
     number,
     numbers,
     ordinates,
@@ -499,7 +500,7 @@ def _without(snow: Mapping[str, Any], names: list[tuple[str, int | None]], layer
     """The properties of the snow of a layer, or of all, without those that are retrieved."""
     retrieved = {name for name, own in names if own is None or own == layer}
     dropped = {"ssa_m2_kg", "grain_size_um", "size_measure"} if "ssa_m2_kg" in retrieved else set()
-    dropped |= {key for name in retrieved for key in (name, f"{name.replace('-', '_')}_ng_g")}
+    dropped |= {key for name in retrieved for key in (name, mass_argument(name))}
     kept = {name: value for name, value in snow.items() if name not in dropped}
     impurities = kept.pop("impurities_ng_g", {})
     impurities = {name: value for name, value in impurities.items() if hyphenated(name) not in retrieved}

@@ -34,6 +34,7 @@ from snowblue._arguments import (
     checks_names,
     hyphenated,
     mapping,
+    mass_argument,
     names_of,
     number,
     numbers,
@@ -452,7 +453,7 @@ def _row_of_layers(row: Mapping[str, Any]) -> dict[str, Any]:
 
     layer = {name: value for name, value in row.items() if np.ndim(value) > 0 or not pd.isna(value)}
     for substance in SUBSTANCES:
-        name = f"{substance.replace('-', '_')}_ng_g"
+        name = mass_argument(substance)
         if name in layer:
             layer["impurities_ng_g"] = {**layer.get("impurities_ng_g", {}), substance: layer.pop(name)}
     return layer

@@ -57,7 +57,7 @@ import mitsuba as mi
 import numpy as np
 
 from snowblue import _native
-from snowblue._arguments import SNOW, SUBSTANCES, VISIBLE_NM, WORDS, number, snow_id, whole
+from snowblue._arguments import SNOW, SUBSTANCES, VISIBLE_NM, WORDS, mass_argument, number, snow_id, whole
 from snowblue._database import Database
 from snowblue._mitsuba_pcasnow import PATH_MODES, PCASnow, name_of
 from snowblue._renderers import BAND_WIDTH_NM, _bands, _csv, _rgb
@@ -377,7 +377,7 @@ def _snow_of(props: mi.Properties) -> dict[str, Any]:
     snow = {name: props[name] if name in WORDS else number(name, props[name]) for name in SNOW if name in props}
     impurities = {}
     for name in SUBSTANCES:
-        key = f"{name.replace('-', '_')}_ng_g"
+        key = mass_argument(name)
         if key in props:
             impurities[name] = number(key, props[key])
     return {**snow, "impurities_ng_g": impurities} if impurities else snow

@@ -65,6 +65,7 @@ def solve(frames: list[Collected], options: Options, report: Report) -> list[Sol
         prefix = f"frame {made.frame}, " if len(frames) > 1 else ""
         # What is equal at two frames that follow each other is solved for once.
         earlier, known = known, {}
+        meshes = _digest(b"", made.files)
         solution = None
         for key, name, tables, own_files, is_image in _lights(made):
             label = prefix + name
@@ -75,7 +76,7 @@ def solve(frames: list[Collected], options: Options, report: Report) -> list[Sol
 
             watch(0, 0, "meshes")
             text = _json(_document(made, options) | tables)
-            digest = _digest(text, made.files | own_files)
+            digest = _digest(text.encode() + meshes, own_files)
             objects = earlier.get(digest)
             if objects is None:
                 # The spectrum of an image is made of its colours, so that its flux is a colour.
@@ -115,8 +116,8 @@ def _document(made: Collected, options: Options) -> dict[str, Any]:
     return document
 
 
-def _digest(text: str, files: dict[str, bytes]) -> bytes:
-    digest = hashlib.sha256(text.encode())
+def _digest(start: bytes, files: dict[str, bytes]) -> bytes:
+    digest = hashlib.sha256(start)
     for name, content in files.items():
         digest.update(name.encode() + hashlib.sha256(content).digest())
     return digest.digest()
