@@ -205,7 +205,11 @@ fn skies_that_cannot_be_are_refused() {
     refused(&["95", "--depths", "1"], &["sun elevation", "95°", "-90–90°"]);
     refused(&["47,11,2026-02-30", "--depths", "1"], &["day is 30", "28 days"]);
     refused(&["25", "--depths", "1", "--turbidity", "20"], &["turbidity", "20", "1–10"]);
-    refused(&["25", "--depths", "1", "--overcast", "--wavelengths", "800"], &["800 nm", "overcast"]);
+    refused(&["25", "--depths", "1", "--cloud-thickness", "20"], &["--overcast"]);
+    refused(
+        &["25", "--depths", "1", "--overcast", "--cloud-thickness", "0"],
+        &["optical thickness of clouds", "0", "1–200"],
+    );
     assert_refused(&["spectrum", "--depths", "1", "--turbidity", "2"], &["--sky"]);
     assert_refused(&["spectrum", "--depths", "1", "--broadband"], &["--broadband", "--sky"]);
 }

@@ -71,8 +71,10 @@ fn bad_input_is_refused() {
         &["sky", "--elevation", "3", "--precipitable-water", "11"],
         &["precipitable water", "11 cm", "0–10 cm"],
     );
-    let overcast = ["sky", "--elevation", "3", "--overcast", "--wavelengths", "800"];
-    assert_refused(&overcast, &["wavelength is 800 nm", "320–720 nm", "overcast"]);
+    assert_refused(
+        &["sky", "--elevation", "3", "--overcast", "--cloud-thickness", "201"],
+        &["optical thickness of clouds", "201", "1–200"],
+    );
     assert_refused(&["sky", "--elevation", "30", "--turbidity", "11"], &["turbidity", "11", "1–10"]);
     assert_refused(&["sky", "--elevation", "30", "--ground-albedo", "2"], &["ground albedo", "2", "0–1"]);
     assert_refused(&["sky", "--elevation", "30", "--wavelengths", "450,2501"], &["wavelength", "2501", "320–2500 nm"]);

@@ -3,7 +3,7 @@
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use snowblue_sky::{DateTime, Daylight, Place, Weather, times_of_day};
+use snowblue_sky::{Clouds, DateTime, Daylight, Place, Weather, times_of_day};
 use snowblue_transport::sunlight::spectral_irradiance;
 
 use crate::work::input;
@@ -33,8 +33,8 @@ fn position(place: Place, time: DateTime) -> PyResult<(f64, f64, f64, f64)> {
 
 /// Wavelengths that sample daylight.
 #[pyfunction]
-pub(crate) fn daylight_wavelengths(is_overcast: bool) -> Vec<f64> {
-    snowblue_sky::daylight_wavelengths_nm(is_overcast)
+pub(crate) fn daylight_wavelengths() -> Vec<f64> {
+    snowblue_sky::daylight_wavelengths_nm()
 }
 
 /// Irradiance of the standard sun at each wavelength.
@@ -45,22 +45,21 @@ pub(crate) fn sunlight(py: Python<'_>, wavelengths_nm: Vec<f64>) -> PyResult<Bou
 }
 
 /// Irradiance of level ground at each wavelength, illuminance and PAR, of which there is none with the sun below the
-/// horizon. `haze` is the turbidity, the ground's albedo and the precipitable water in cm of a clear sky; without it
-/// the sky is overcast.
+/// horizon. `haze` is the turbidity of a clear sky or the optical thickness of the clouds of an overcast one.
 #[pyfunction]
-#[pyo3(signature = (elevation_deg, haze, wavelengths_nm))]
+#[pyo3(signature = (elevation_deg, is_overcast, haze, ground_albedo, precipitable_water_cm, wavelengths_nm))]
 pub(crate) fn sky<'py>(
     py: Python<'py>,
     elevation_deg: f64,
-    haze: Option<(f64, f64, f64)>,
+    is_overcast: bool,
+    haze: f64,
+    ground_albedo: f64,
+    precipitable_water_cm: f64,
     wavelengths_nm: Vec<f64>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let weather = match haze {
-        Some((turbidity, ground_albedo, precipitable_water_cm)) => {
-            Weather::Clear { turbidity, ground_albedo, precipitable_water_cm }
-        }
-        None => Weather::Overcast,
-    };
+    let clouds =
+        if is_overcast { Clouds::Overcast { optical_thickness: haze } } else { Clouds::None { turbidity: haze } };
+    let weather = Weather { clouds, ground_albedo, precipitable_water_cm };
     let sky = weather.sky(elevation_deg).map_err(input)?;
     let rows = sky.irradiance(&wavelengths_nm).map_err(input)?;
     let dict = PyDict::new(py);

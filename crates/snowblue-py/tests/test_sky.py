@@ -20,9 +20,11 @@ def test_figures_are_those_of_the_command(command):
         (["--turbidity", 2.2, "--ground-albedo", 0.3], {"turbidity": 2.2, "ground_albedo": 0.3}),
         ([], {}),
         (["--overcast"], {"overcast": True}),
+        (["--overcast", "--cloud-thickness", 40, "--ground-albedo", 0.2, "--precipitable-water", 0.5],
+         {"overcast": True, "cloud_optical_thickness": 40, "ground_albedo": 0.2, "precipitable_water_cm": 0.5}),
     ):
-        rows = command("sky", "--elevation", 25, "--wavelengths", "350,450,650", *words)
-        ours = snowblue.sky(elevation_deg=25, wavelength_nm=[350, 450, 650], **keywords)
+        rows = command("sky", "--elevation", 25, "--wavelengths", "350,450,650,1240", *words)
+        ours = snowblue.sky(elevation_deg=25, wavelength_nm=[350, 450, 650, 1240], **keywords)
         for name in ("direct_normal", "direct", "diffuse", "global"):
             printed = [float(row[f"{name}_w_m2_nm"]) for row in rows]
             np.testing.assert_allclose(ours[name], printed, rtol=PRINTED)
@@ -63,6 +65,7 @@ def test_variables_have_units_and_attributes_say_what_made_them():
     np.testing.assert_allclose(light.direct, 0.5 * light.direct_normal, rtol=1e-12)
     overcast = snowblue.sky(elevation_deg=30, overcast=True)
     assert overcast.attrs["sky"] == "overcast" and "turbidity" not in overcast.attrs
+    assert overcast.attrs["cloud_optical_thickness"] == 15 and overcast.attrs["precipitable_water_cm"] == 1.42
     assert (overcast.direct == 0).all() and overcast.illuminance_diffuse.item() == pytest.approx(10800)
 
 
@@ -132,7 +135,9 @@ def test_times_of_numpy_pandas_and_xarray_are_utc():
     ({"elevation_deg": 30, "turbidity": 0.5}, "turbidity is 0.5, but must lie in 1–10"),
     ({"elevation_deg": 30, "ground_albedo": 1.5}, "ground albedo is 1.5, but must lie in 0–1"),
     ({"elevation_deg": 30, "wavelength_nm": 2501}, "wavelength is 2501 nm, but must lie in 320–2500 nm"),
-    ({"elevation_deg": 30, "overcast": True, "wavelength_nm": 800}, "wavelength is 800 nm, but must lie in 320–720 nm"),
+    ({"elevation_deg": 30, "overcast": True, "turbidity": 2}, "turbidity is of a clear sky, but overcast=True"),
+    ({"elevation_deg": 30, "cloud_optical_thickness": 2}, "cloud_optical_thickness is of an overcast sky"),
+    ({"elevation_deg": 30, "overcast": True, "cloud_optical_thickness": 0}, "thickness of clouds is 0, but must"),
     ({**INNSBRUCK, "time": "noon"}, "time is `noon`, but must be a date, a time and its offset from UTC"),
     ({**INNSBRUCK, "time": 12}, "time is 12, but must be a text such as"),
     ({**INNSBRUCK, "time": datetime.datetime(2026, 2, 1, 12)}, "offset from UTC"),

@@ -22,18 +22,28 @@ pub enum Sky {
 
 /// What a sky depends on beside the sun.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Weather {
-    /// Without a cloud.
-    Clear {
+pub struct Weather {
+    /// Whether there are clouds.
+    pub clouds: Clouds,
+    /// Fraction of visible light that the ground reflects, 0–1.
+    pub ground_albedo: f64,
+    /// Water vapour in the air, in cm of water, 0–10.
+    pub precipitable_water_cm: f64,
+}
+
+/// Clouds, or none.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Clouds {
+    /// Air without a cloud.
+    None {
         /// Extinction by the air in units of that by its molecules alone, 1–10.
         turbidity: f64,
-        /// Fraction of light that the ground reflects, at all wavelengths.
-        ground_albedo: f64,
-        /// Water vapour in the air, in cm of water.
-        precipitable_water_cm: f64,
     },
-    /// Covered by clouds.
-    Overcast,
+    /// All of the sky is covered.
+    Overcast {
+        /// Of the clouds in the visible, 1–200.
+        optical_thickness: f64,
+    },
 }
 
 impl Weather {
@@ -43,18 +53,22 @@ impl Weather {
     /// [`SkyError::OutOfRange`] if a value lies outside its range.
     #[cfg(feature = "coefficients")]
     pub fn sky(self, sun_elevation_deg: f64) -> Result<Sky, SkyError> {
-        Sky::of_sun(sun_elevation_deg, |elevation_deg| match self {
-            Self::Clear { turbidity, ground_albedo, precipitable_water_cm } => {
-                let sky = ClearSky::new(elevation_deg, turbidity, &[ground_albedo; NODES])?;
-                sky.with_precipitable_water(precipitable_water_cm).map(Sky::Clear)
-            }
-            Self::Overcast => OvercastSky::under_sun(elevation_deg).map(Sky::Overcast),
+        let Self { clouds, ground_albedo, precipitable_water_cm } = self;
+        Sky::of_sun(sun_elevation_deg, |elevation_deg| match clouds {
+            Clouds::None { turbidity } => ClearSky::new(elevation_deg, turbidity, &[ground_albedo; NODES])?
+                .with_precipitable_water(precipitable_water_cm)
+                .map(Sky::Clear),
+            Clouds::Overcast { optical_thickness } => OvercastSky::under_sun(elevation_deg)?
+                .with_optical_thickness(optical_thickness)?
+                .with_ground_albedo(ground_albedo)?
+                .with_precipitable_water(precipitable_water_cm)
+                .map(Sky::Overcast),
         })
     }
 }
 
-/// Wavelengths of irradiances of a clear sky, in nm.
-pub const CLEAR_WAVELENGTH_RANGE_NM: (f64, f64) = (WAVELENGTHS_NM[0], 2500.0);
+/// Wavelengths of irradiances, in nm.
+pub const DAYLIGHT_RANGE_NM: (f64, f64) = (WAVELENGTHS_NM[0], 2500.0);
 
 /// The light that reaches the ground: a spectral irradiance, an illuminance, or a photon flux per area.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -67,12 +81,10 @@ pub struct Daylight {
     pub diffuse: f64,
 }
 
-/// Wavelengths that sample daylight, in nm: every 10 nm of 320–720 nm and, of a clear sky, every 20 nm of 740–2500 nm.
+/// Wavelengths that sample daylight, in nm: every 10 nm of 320–720 nm and every 20 nm of 740–2500 nm.
 #[must_use]
-pub fn daylight_wavelengths_nm(is_overcast: bool) -> Vec<f64> {
-    let visible = (320..=720).step_by(10);
-    let infrared = (740..=2500).step_by(20).filter(|_| !is_overcast);
-    visible.chain(infrared).map(f64::from).collect()
+pub fn daylight_wavelengths_nm() -> Vec<f64> {
+    (320..=720).step_by(10).chain((740..=2500).step_by(20)).map(f64::from).collect()
 }
 
 impl Daylight {
@@ -113,16 +125,9 @@ impl Sky {
     /// ```
     ///
     /// # Errors
-    /// [`SkyError::OutOfRange`] if a wavelength lies outside 320–2500 nm, or [`SkyError::NoOvercastInfrared`] outside
-    /// 320–720 nm under an overcast sky.
+    /// [`SkyError::OutOfRange`] if a wavelength lies outside 320–2500 nm.
     pub fn irradiance(&self, wavelengths_nm: &[f64]) -> Result<Vec<Daylight>, SkyError> {
-        let last_nm = WAVELENGTHS_NM[NODES - 1];
-        for wavelength_nm in wavelengths_nm {
-            check("wavelength", *wavelength_nm, CLEAR_WAVELENGTH_RANGE_NM, " nm")?;
-            if matches!(self, Self::Overcast(_)) && *wavelength_nm > last_nm {
-                return Err(SkyError::NoOvercastInfrared { wavelength_nm: *wavelength_nm });
-            }
-        }
+        wavelengths_nm.iter().try_for_each(|nm| check("wavelength", *nm, DAYLIGHT_RANGE_NM, " nm"))?;
         Ok(self.known_irradiance(wavelengths_nm))
     }
 
@@ -131,7 +136,7 @@ impl Sky {
             Self::Clear(sky) => {
                 let diffuse = sky.sky_irradiance_at_nodes();
                 let level = sky.sun_elevation_deg().to_radians().sin();
-                let infrared = LazyCell::new(|| Infrared::new(sky, &diffuse));
+                let infrared = LazyCell::new(|| Infrared::clear(sky, &diffuse));
                 let at = |wavelength_nm: &f64| {
                     let Light { direct_normal, diffuse } = if *wavelength_nm > WAVELENGTHS_NM[NODES - 1] {
                         infrared.at(*wavelength_nm)
@@ -145,10 +150,12 @@ impl Sky {
             }
             Self::Night => vec![Daylight { direct_normal: 0.0, direct: 0.0, diffuse: 0.0 }; wavelengths_nm.len()],
             Self::Overcast(sky) => {
-                let at = |wavelength_nm: &f64| Daylight {
-                    direct_normal: 0.0,
-                    direct: 0.0,
-                    diffuse: sky.irradiance(*wavelength_nm),
+                let infrared = LazyCell::new(|| Infrared::overcast(sky));
+                let at = |wavelength_nm: &f64| {
+                    let is_visible = *wavelength_nm <= WAVELENGTHS_NM[NODES - 1];
+                    let diffuse =
+                        if is_visible { sky.irradiance(*wavelength_nm) } else { infrared.at(*wavelength_nm).diffuse };
+                    Daylight { direct_normal: 0.0, direct: 0.0, diffuse }
                 };
                 wavelengths_nm.iter().map(at).collect()
             }

@@ -23,14 +23,6 @@ pub enum SkyError {
         /// Elevation of the sun in degrees, rounded down to four decimals.
         elevation_deg: f64,
     },
-    /// A wavelength at which there is no overcast sky.
-    #[error(
-        "wavelength is {wavelength_nm} nm, but must lie in 320–720 nm: there is no model of an overcast sky beyond"
-    )]
-    NoOvercastInfrared {
-        /// The given wavelength, in nm.
-        wavelength_nm: f64,
-    },
     /// A month has fewer days.
     #[error("day is {day}, but month {month} of the year {year} has {days} days")]
     NoSuchDay {

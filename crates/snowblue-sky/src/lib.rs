@@ -15,9 +15,9 @@
 //! # Simplifications
 //!
 //! Radiances have the wavelengths of the model, 320–720 nm, sampled every 40 nm: no absorption line of the air is
-//! resolved. Irradiances of a clear sky go on to 2500 nm with a model of the air's transmittance. The ground is level
-//! and reflects all directions alike. A sun below the horizon gives no light. The sun is at its mean distance, from
-//! which its light departs by −3.3 % (July) to 3.4 % (January), and the place at sea level.
+//! resolved. Irradiances go on to 2500 nm with a model of the transmittance of the air and of clouds. The ground is
+//! level and reflects all directions alike. A sun below the horizon gives no light. The sun is at its mean distance,
+//! from which its light departs by −3.3 % (July) to 3.4 % (January), and the place at sea level.
 //!
 //! # Out of scope
 //!
@@ -32,6 +32,7 @@ mod time;
 mod rings;
 mod tables;
 
+mod cloud;
 mod infrared;
 
 mod clear_sky;
@@ -42,9 +43,12 @@ mod daylight;
 
 pub use air::air_extinction_per_m;
 pub use clear_sky::{ClearSky, ELEVATION_RANGE_DEG, SUN_RADIUS_RAD, limb_darkening_at_nodes};
-pub use daylight::{CLEAR_WAVELENGTH_RANGE_NM, Daylight, Sky, Weather, daylight_wavelengths_nm};
+pub use daylight::{Clouds, DAYLIGHT_RANGE_NM, Daylight, Sky, Weather, daylight_wavelengths_nm};
 pub use error::SkyError;
-pub use overcast::{OVERCAST_IRRADIANCE_SR, OvercastSky, overcast_illuminance_lx, overcast_relative_radiance};
+pub use overcast::{
+    CLOUD_OPTICAL_THICKNESS, CLOUD_OPTICAL_THICKNESS_RANGE, OVERCAST_IRRADIANCE_SR, OvercastSky,
+    overcast_illuminance_lx, overcast_relative_radiance,
+};
 pub use sun_position::{Place, SunPosition, sun_position};
 pub use tables::{
     Coefficients, PRECIPITABLE_WATER_CM, PRECIPITABLE_WATER_RANGE_CM, TURBIDITY_RANGE, WAVELENGTHS_NM, at_wavelength,

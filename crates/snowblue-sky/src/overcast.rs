@@ -6,11 +6,12 @@
 //! **Strength** (Krochmann & Seidl 1974, Light. Res. Technol. 6, 165): under a sun at the elevation h₀, level ground
 //! receives 300 + 21000 sin h₀ lx.
 //!
-//! **Spectrum**: daylight D65 (CIE 015:2018).
+//! **Spectrum**: daylight D65 (CIE 015:2018) to 720 nm. Beyond, what a cloud of droplets and the air let through.
 //!
-//! **Simplified.** All clouds are alike. Light that goes back and forth between snow and clouds is not added. With an
-//! albedo of 0.9 instead of 0.2 below clouds that reflect 0.6, it would nearly double the illuminance:
-//! (1 − 0.2 · 0.6) / (1 − 0.9 · 0.6) = 1.9.
+//! **Simplified.** Clouds differ in their optical thickness alone, and that in the infrared alone: the strength is a
+//! mean over all clouds. Light that goes back and forth between snow and clouds is not added to it. With an albedo of
+//! 0.9 instead of 0.2 below clouds that reflect 0.6, it would nearly double the illuminance: (1 − 0.2 · 0.6) / (1 − 0.9
+//! · 0.6) = 1.9.
 
 use std::f64::consts::PI;
 use std::sync::LazyLock;
@@ -20,11 +21,21 @@ use snowblue_color::Illuminant;
 use crate::clear_sky::check_elevation;
 use crate::error::{SkyError, check};
 use crate::luminous::ILLUMINANCE_LX;
-use crate::tables::WAVELENGTHS_NM;
+use crate::tables::{NODES, PRECIPITABLE_WATER_CM, PRECIPITABLE_WATER_RANGE_CM, WAVELENGTHS_NM};
 
 /// Irradiance of level ground under an overcast sky divided by the radiance at the zenith, in sr:
 /// ∫ (1 + 2 cos θ)/3 cos θ dω = 7π/9.
 pub const OVERCAST_IRRADIANCE_SR: f64 = 7.0 * PI / 9.0;
+
+/// Optical thickness of the clouds in the visible. With 15 the infrared is that of the cloudy sky that ships with
+/// SNICAR (Flanner et al. 2021).
+pub const CLOUD_OPTICAL_THICKNESS: f64 = 15.0;
+
+/// Optical thickness of clouds: 5–20 of thin stratus, 20–100 of rain clouds.
+pub const CLOUD_OPTICAL_THICKNESS_RANGE: (f64, f64) = (1.0, 200.0);
+
+/// Albedo of snow in the visible.
+pub(crate) const SNOW_ALBEDO: f64 = 0.8;
 
 /// Illuminance by the tabulated power of D65 as irradiance in W m⁻² nm⁻¹, in lx.
 static TABLE_ILLUMINANCE_LX: LazyLock<f64> =
@@ -34,6 +45,9 @@ static TABLE_ILLUMINANCE_LX: LazyLock<f64> =
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OvercastSky {
     illuminance_lx: f64,
+    optical_thickness: f64,
+    ground_albedo: f64,
+    precipitable_water_cm: f64,
 }
 
 impl OvercastSky {
@@ -43,7 +57,59 @@ impl OvercastSky {
     /// [`SkyError::OutOfRange`] if it lies outside 0–200000 lx.
     pub fn new(illuminance_lx: f64) -> Result<Self, SkyError> {
         check("illuminance", illuminance_lx, (0.0, 200_000.0), " lx")?;
-        Ok(Self { illuminance_lx })
+        Ok(Self {
+            illuminance_lx,
+            optical_thickness: CLOUD_OPTICAL_THICKNESS,
+            ground_albedo: SNOW_ALBEDO,
+            precipitable_water_cm: PRECIPITABLE_WATER_CM,
+        })
+    }
+
+    /// The same sky with clouds of another optical thickness, 1–200. The thicker they are, the more of the infrared
+    /// they absorb; the illuminance stays.
+    ///
+    /// # Errors
+    /// [`SkyError::OutOfRange`] outside that range.
+    pub fn with_optical_thickness(self, optical_thickness: f64) -> Result<Self, SkyError> {
+        check("optical thickness of clouds", optical_thickness, CLOUD_OPTICAL_THICKNESS_RANGE, "")?;
+        Ok(Self { optical_thickness, ..self })
+    }
+
+    /// The same sky over ground that reflects another fraction of the visible light, 0–1. Over bright ground the light
+    /// is poorer in infrared, since the visible goes back and forth between ground and clouds; the illuminance stays.
+    ///
+    /// # Errors
+    /// [`SkyError::OutOfRange`] outside that range.
+    pub fn with_ground_albedo(self, ground_albedo: f64) -> Result<Self, SkyError> {
+        check("ground albedo", ground_albedo, (0.0, 1.0), "")?;
+        Ok(Self { ground_albedo, ..self })
+    }
+
+    /// The same sky with another amount of water vapour, which absorbs in the infrared alone.
+    ///
+    /// # Errors
+    /// [`SkyError::OutOfRange`] outside 0–10 cm.
+    pub fn with_precipitable_water(self, precipitable_water_cm: f64) -> Result<Self, SkyError> {
+        check("precipitable water", precipitable_water_cm, PRECIPITABLE_WATER_RANGE_CM, " cm")?;
+        Ok(Self { precipitable_water_cm, ..self })
+    }
+
+    /// Optical thickness of the clouds in the visible.
+    #[must_use]
+    pub fn optical_thickness(self) -> f64 {
+        self.optical_thickness
+    }
+
+    /// Fraction of the visible light that the ground reflects.
+    #[must_use]
+    pub fn ground_albedo(self) -> f64 {
+        self.ground_albedo
+    }
+
+    /// Water vapour in the air, in cm of water.
+    #[must_use]
+    pub fn precipitable_water_cm(self) -> f64 {
+        self.precipitable_water_cm
     }
 
     /// The sky of mean strength under a sun at an elevation of 0–90°, in degrees ([`overcast_illuminance_lx`]).
@@ -106,9 +172,9 @@ pub fn overcast_illuminance_lx(sun_elevation_deg: f64) -> Result<f64, SkyError> 
 /// Relative power of D65.
 ///
 /// # Panics
-/// If the wavelength lies outside the range of the clear sky, which is that of all skies here.
+/// If the wavelength lies outside the range of radiances, 320–720 nm.
 fn d65(wavelength_nm: f64) -> f64 {
-    let (first_nm, last_nm) = (WAVELENGTHS_NM[0], WAVELENGTHS_NM[WAVELENGTHS_NM.len() - 1]);
+    let (first_nm, last_nm) = (WAVELENGTHS_NM[0], WAVELENGTHS_NM[NODES - 1]);
     let known = (first_nm..=last_nm).contains(&wavelength_nm);
     let power = Illuminant::D65.relative_power(wavelength_nm).ok().filter(|_| known);
     power.unwrap_or_else(|| panic!("wavelength is {wavelength_nm} nm, but must lie in {first_nm}–{last_nm} nm"))

@@ -114,11 +114,6 @@ fn daylight_is_the_sum_of_its_parts() {
     assert!(near(overcast.illuminance().global(), 5000.0));
     let [daylight] = overcast.irradiance(&[517.0]).unwrap().try_into().unwrap();
     assert!(near(daylight.global(), clouds.irradiance(517.0)) && daylight.direct_normal.abs() < 1e-300);
-    let message = overcast.irradiance(&[750.0]).unwrap_err().to_string();
-    assert_eq!(
-        message,
-        "wavelength is 750 nm, but must lie in 320–720 nm: there is no model of an overcast sky beyond"
-    );
 }
 
 /// More vapour and more haze let less of the sun through at every wavelength; haze adds to the sky.
@@ -135,6 +130,36 @@ fn the_air_takes_from_the_sun_what_it_scatters_or_absorbs() {
         assert!(dry.direct > 0.0 && (dry.direct / dry.direct_normal - 0.5).abs() < 1e-12);
     }
     assert!(clear(30.0, 2.0, 0.2).with_precipitable_water(-1.0).is_err());
+}
+
+/// Beyond the visible an overcast sky has light everywhere; thicker clouds, brighter ground and more vapour take from
+/// it, and leave the visible as it is.
+#[test]
+fn clouds_take_from_the_infrared() {
+    let wavelengths_nm: Vec<f64> = (32..=250).map(|tens| 10.0 * f64::from(tens)).collect();
+    let light = |thickness, albedo, water_cm| {
+        let sky = OvercastSky::new(5000.0).and_then(|sky| sky.with_optical_thickness(thickness));
+        let sky =
+            sky.and_then(|sky| sky.with_ground_albedo(albedo)).and_then(|sky| sky.with_precipitable_water(water_cm));
+        Sky::Overcast(sky.unwrap()).irradiance(&wavelengths_nm).unwrap()
+    };
+    let thin = light(10.0, 0.2, 0.5);
+    assert!(thin.iter().all(|light| light.diffuse > 0.0));
+    for other in [light(60.0, 0.2, 0.5), light(10.0, 0.8, 0.5), light(10.0, 0.2, 2.0)] {
+        for ((nm, thin), other) in wavelengths_nm.iter().zip(&thin).zip(&other) {
+            let ratio = other.diffuse / thin.diffuse;
+            if *nm <= 720.0 {
+                assert!((ratio - 1.0).abs() < 1e-12, "{nm} nm: {ratio}");
+            } else {
+                assert!(ratio < 1.01, "{nm} nm: {ratio}");
+            }
+        }
+        let infrared = |rows: &[snowblue_sky::Daylight]| rows[41..].iter().map(|light| light.diffuse).sum::<f64>();
+        assert!(infrared(&other) < 0.97 * infrared(&thin));
+    }
+    let sky = OvercastSky::new(5000.0).unwrap();
+    assert!(sky.with_optical_thickness(0.5).is_err() && sky.with_ground_albedo(1.1).is_err());
+    assert!(sky.with_precipitable_water(-1.0).is_err());
 }
 
 #[test]

@@ -3,8 +3,9 @@
 use clap::Args;
 use snowblue_figures::{Cell, DataTable, Metadata};
 use snowblue_sky::{
-    CLEAR_WAVELENGTH_RANGE_NM, DateTime, Daylight, PRECIPITABLE_WATER_CM, PRECIPITABLE_WATER_RANGE_CM, Place,
-    Sky as Model, SunPosition, TURBIDITY_RANGE, WAVELENGTHS_NM, Weather, sun_position,
+    CLOUD_OPTICAL_THICKNESS, CLOUD_OPTICAL_THICKNESS_RANGE, Clouds, DAYLIGHT_RANGE_NM, DateTime, Daylight,
+    PRECIPITABLE_WATER_CM, PRECIPITABLE_WATER_RANGE_CM, Place, Sky as Model, SunPosition, TURBIDITY_RANGE, Weather,
+    sun_position,
 };
 
 use crate::options::parse::{self, Wavelengths};
@@ -17,7 +18,8 @@ use crate::output::{Failure, Outcome, OutputOptions};
     after_help = "Columns: 'direct' is the light of the sun's disc, on a plane that faces it ('normal') and on level \
 ground; 'diffuse' is the light of the sky on level ground; 'global' is both, in W/(m² nm). A clear sky is that of \
 Hosek & Wilkie (2012, 2013) to 720 nm and of Bird & Riordan (1986) beyond, scaled to agree at 656 nm, an overcast sky \
-that of the CIE with the spectrum D65 and the mean illuminance of Krochmann & Seidl (1974) for the sun's elevation. \
+that of the CIE with the spectrum D65 and the mean illuminance of Krochmann & Seidl (1974) for the sun's elevation; \
+beyond 720 nm its spectrum is that of clouds of droplets. \
 With the sun below the horizon all light is zero: there is no model of twilight.
 
 Examples:
@@ -57,14 +59,11 @@ pub(crate) struct Sky {
     )]
     turbidity: f64,
     /// Fraction of light that the ground reflects into the sky [0–1]
-    #[arg(
-        long, value_name = "A", value_parser = parse::number, default_value = "0.8", help_heading = "Sky",
-        conflicts_with = "overcast"
-    )]
+    #[arg(long, value_name = "A", value_parser = parse::number, default_value = "0.8", help_heading = "Sky")]
     ground_albedo: f64,
     #[arg(
         long, value_name = "CM", value_parser = parse::number, default_value_t = PRECIPITABLE_WATER_CM,
-        help_heading = "Sky", conflicts_with = "overcast",
+        help_heading = "Sky",
         help = format!(
             "Water vapour in the air, which absorbs in the infrared, in cm of water [{}–{}]",
             PRECIPITABLE_WATER_RANGE_CM.0, PRECIPITABLE_WATER_RANGE_CM.1
@@ -75,10 +74,18 @@ pub(crate) struct Sky {
     #[arg(long, help_heading = "Sky")]
     overcast: bool,
     #[arg(
+        long, value_name = "TAU", value_parser = parse::number, default_value_t = CLOUD_OPTICAL_THICKNESS,
+        help_heading = "Sky", requires = "overcast",
+        help = format!(
+            "Optical thickness of the clouds, which absorb in the infrared; the illuminance stays [{}–{}]",
+            CLOUD_OPTICAL_THICKNESS_RANGE.0, CLOUD_OPTICAL_THICKNESS_RANGE.1
+        )
+    )]
+    cloud_thickness: f64,
+    #[arg(
         long, value_name = "NM", value_parser = parse::wavelengths, default_value = "320:720:10", help_heading = "Sky",
         help = format!(
-            "Wavelengths in nm: FIRST:LAST:STEP or a list [{}–{}; overcast: –{}]", CLEAR_WAVELENGTH_RANGE_NM.0,
-            CLEAR_WAVELENGTH_RANGE_NM.1, WAVELENGTHS_NM[WAVELENGTHS_NM.len() - 1]
+            "Wavelengths in nm: FIRST:LAST:STEP or a list [{}–{}]", DAYLIGHT_RANGE_NM.0, DAYLIGHT_RANGE_NM.1
         )
     )]
     wavelengths: Wavelengths,
@@ -121,23 +128,22 @@ impl Sky {
     }
 
     fn weather(&self) -> Weather {
-        if self.overcast {
-            return Weather::Overcast;
-        }
-        let Self { turbidity, ground_albedo, precipitable_water: precipitable_water_cm, .. } = *self;
-        Weather::Clear { turbidity, ground_albedo, precipitable_water_cm }
+        let Self { turbidity, cloud_thickness: optical_thickness, ground_albedo, .. } = *self;
+        let clouds = if self.overcast { Clouds::Overcast { optical_thickness } } else { Clouds::None { turbidity } };
+        Weather { clouds, ground_albedo, precipitable_water_cm: self.precipitable_water }
     }
 
     fn metadata(&self, sky: &Model, elevation_deg: f64, position: Option<SunPosition>) -> Metadata {
         let mut metadata: Metadata = vec![("snowblue", env!("CARGO_PKG_VERSION").to_owned())];
         if self.overcast {
             metadata.push(("sky", "overcast".to_owned()));
+            metadata.push(("optical thickness of clouds", self.cloud_thickness.to_string()));
         } else {
             metadata.push(("sky", "clear".to_owned()));
             metadata.push(("turbidity", self.turbidity.to_string()));
-            metadata.push(("ground albedo", self.ground_albedo.to_string()));
-            metadata.push(("precipitable water", format!("{} cm", self.precipitable_water)));
         }
+        metadata.push(("ground albedo", self.ground_albedo.to_string()));
+        metadata.push(("precipitable water", format!("{} cm", self.precipitable_water)));
         metadata.push(("sun elevation", format!("{elevation_deg:.2}°")));
         if let Some(position) = position {
             metadata.push(("sun azimuth", format!("{:.2}°", position.azimuth_deg)));

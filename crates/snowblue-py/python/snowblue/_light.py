@@ -217,7 +217,7 @@ def _wavelengths(
     of_layers = ({name: value for name, value in layer.items() if name != "kind"} for layer, _ in packed)
     ranges = [_native.wavelength_range(snow) for snow in (*of_layers, changed)]
     first_nm, last_nm = max(one[0] for one in ranges), min(one[1] for one in ranges)
-    all_nm = np.array(_native.daylight_wavelengths(bool(sky.get("overcast"))))
+    all_nm = np.array(_native.daylight_wavelengths())
     return all_nm[(first_nm <= all_nm) & (all_nm <= last_nm)]
 
 

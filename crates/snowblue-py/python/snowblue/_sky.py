@@ -25,7 +25,7 @@ from snowblue._arguments import (
 if TYPE_CHECKING:
     import xarray as xr
 
-CLEAR_WATER_CM = 1.42
+CLEAR_TURBIDITY, CLOUD_OPTICAL_THICKNESS = 3.0, 15.0
 SKY_NM = np.arange(320.0, 721.0, 10.0)
 ELEVATION = Quantity("elevation", "degree", "angle from the horizon to the sun")
 AZIMUTH = Quantity("azimuth", "degree", "angle of the sun from north, clockwise")
@@ -122,18 +122,19 @@ def sky(
     longitude_deg: float | None = None,
     time: Any = None,
     refraction: bool = False,
-    turbidity: float = 3.0,
+    turbidity: float | None = None,
     ground_albedo: float = 0.8,
     overcast: bool = False,
-    precipitable_water_cm: float | None = None,
+    cloud_optical_thickness: float | None = None,
+    precipitable_water_cm: float = 1.42,
     wavelength_nm: Any = SKY_NM,
 ) -> xr.Dataset:
     """Irradiance of level ground by the sun and the sky.
 
     A clear sky is that of Hosek & Wilkie (2012, 2013) to 720 nm and that of Bird & Riordan (1986) beyond, scaled to
     agree at 656 nm, for the mean distance of the sun; an overcast sky is that of the CIE with the spectrum D65 and the
-    mean illuminance of Krochmann & Seidl (1974). With the sun below the horizon all light is zero:
-    there is no model of twilight.
+    mean illuminance of Krochmann & Seidl (1974), and beyond 720 nm what clouds of droplets let through of the sun's
+    light. With the sun below the horizon all light is zero: there is no model of twilight.
 
     Parameters
     ----------
@@ -144,16 +145,18 @@ def sky(
     refraction : bool
         Use the elevation at which the sun is seen at that place and time.
     turbidity : float, 1 to 10
-        Haze of a clear sky: 2 is very clear air, 3 clear, 6 moist and warm, 10 hazy.
+        Haze of a clear sky: 2 is very clear air, 3, the default, clear, 6 moist and warm, 10 hazy.
     ground_albedo : float, 0 to 1
-        Fraction of light that the ground reflects into a clear sky.
+        Fraction of visible light that the ground reflects into the sky. Beyond, the ground is as snow.
     overcast : bool
         An overcast sky instead of a clear one.
+    cloud_optical_thickness : float, 1 to 200
+        Of the clouds of an overcast sky, by default 15. It changes the infrared, which clouds absorb; the illuminance
+        is a mean over all clouds and stays.
     precipitable_water_cm : float, 0 to 10
-        Water vapour in the air of a clear sky, which absorbs in the infrared: by default 1.42, as in the US
-        Standard Atmosphere; 0.1 to 1 in cold air.
+        Water vapour in the air, which absorbs in the infrared: by default that of the US Standard Atmosphere; 0.1 to
+        1 in cold air.
     wavelength_nm : float or array, 320 to 2500
-        Under an overcast sky 320 to 720.
 
     Returns
     -------
@@ -185,11 +188,23 @@ def sky(
         elevations = apparent if refraction else elevation
         coords = {"time": _time_coordinate(dims, seconds), "azimuth": (dims, azimuth, _described(AZIMUTH))}
     wavelengths_nm = numbers(WAVELENGTH, wavelength_nm)
-    if overcast and precipitable_water_cm is not None:
-        raise ValueError("precipitable_water_cm is of a clear sky: an overcast one has no infrared")
-    water = CLEAR_WATER_CM if precipitable_water_cm is None else number("precipitable_water_cm", precipitable_water_cm)
-    haze = None if overcast else (number("turbidity", turbidity), number("ground_albedo", ground_albedo), water)
-    rows = [_native.sky(elevation, haze, wavelengths_nm) for elevation in np.ravel(elevations).tolist()]
+    if overcast and turbidity is not None:
+        raise ValueError("turbidity is of a clear sky, but overcast=True")
+    if not overcast and cloud_optical_thickness is not None:
+        raise ValueError("cloud_optical_thickness is of an overcast sky: give overcast=True as well")
+    if overcast:
+        kind, haze_name, haze = "overcast", "cloud_optical_thickness", cloud_optical_thickness
+        haze = CLOUD_OPTICAL_THICKNESS if haze is None else number(haze_name, haze)
+    else:
+        kind, haze_name = "clear", "turbidity"
+        haze = CLEAR_TURBIDITY if turbidity is None else number(haze_name, turbidity)
+    made = {
+        haze_name: haze,
+        "ground_albedo": number("ground_albedo", ground_albedo),
+        "precipitable_water_cm": number("precipitable_water_cm", precipitable_water_cm),
+    }
+    flat = np.ravel(elevations).tolist()
+    rows = [_native.sky(elevation, overcast, *made.values(), wavelengths_nm) for elevation in flat]
     variables = {}
     for name, (unit, long_name) in _VARIABLES.items():
         array = np.array([row[name] for row in rows])
@@ -198,9 +213,7 @@ def sky(
         variables[name] = (own, array, {"units": unit, "long_name": long_name})
     coords["elevation"] = (dims, elevations, _described(ELEVATION))
     coords["wavelength"] = wavelength_coordinate(wavelengths_nm)
-    haze_names = ("turbidity", "ground_albedo", "precipitable_water_cm")
-    made = {"sky": "overcast"} if overcast else {"sky": "clear", **dict(zip(haze_names, haze))}
-    return xr.Dataset(variables, coords, attributes(**made))
+    return xr.Dataset(variables, coords, attributes(sky=kind, **made))
 
 
 SKY_NAMES = argument_names(sky)

@@ -3,8 +3,9 @@
 use clap::Args;
 use snowblue_figures::{Cell, DataTable, Metadata, format_number};
 use snowblue_sky::{
-    DateTime, Daylight, PRECIPITABLE_WATER_CM, PRECIPITABLE_WATER_RANGE_CM, Place, SkyError, TURBIDITY_RANGE, Weather,
-    daylight_wavelengths_nm, sun_position, times_of_day,
+    CLOUD_OPTICAL_THICKNESS, CLOUD_OPTICAL_THICKNESS_RANGE, Clouds, DateTime, Daylight, PRECIPITABLE_WATER_CM,
+    PRECIPITABLE_WATER_RANGE_CM, Place, SkyError, TURBIDITY_RANGE, Weather, daylight_wavelengths_nm, sun_position,
+    times_of_day,
 };
 use snowblue_transport::illumination::{Illumination, LightInLayers, LightLevel, light_in_layers};
 use snowblue_transport::ordinates::OrdinatesOptions;
@@ -38,24 +39,30 @@ pub(super) struct SkyOptions {
         )
     )]
     turbidity: f64,
-    /// Fraction of light that the snow around reflects into a clear sky [0–1]
-    #[arg(
-        long, value_name = "A", value_parser = parse::number, default_value = "0.8", requires = "sky",
-        conflicts_with = "overcast"
-    )]
+    /// Fraction of light that the snow around reflects into the sky [0–1]
+    #[arg(long, value_name = "A", value_parser = parse::number, default_value = "0.8", requires = "sky")]
     sky_albedo: f64,
     #[arg(
         long, value_name = "CM", value_parser = parse::number, default_value_t = PRECIPITABLE_WATER_CM,
-        requires = "sky", conflicts_with = "overcast",
+        requires = "sky",
         help = format!(
             "Water vapour in the air, which absorbs in the infrared, in cm of water [{}–{}]",
             PRECIPITABLE_WATER_RANGE_CM.0, PRECIPITABLE_WATER_RANGE_CM.1
         )
     )]
     precipitable_water: f64,
-    /// An overcast sky, for 320–720 nm
+    /// An overcast sky
     #[arg(long, requires = "sky")]
     overcast: bool,
+    #[arg(
+        long, value_name = "TAU", value_parser = parse::number, default_value_t = CLOUD_OPTICAL_THICKNESS,
+        requires = "overcast",
+        help = format!(
+            "Optical thickness of the clouds, which absorb in the infrared; the illuminance stays [{}–{}]",
+            CLOUD_OPTICAL_THICKNESS_RANGE.0, CLOUD_OPTICAL_THICKNESS_RANGE.1
+        )
+    )]
+    cloud_thickness: f64,
 }
 
 /// Where the sun stands.
@@ -97,7 +104,7 @@ impl SkyOptions {
 
     /// Wavelengths that sample the sky, as far as the tables of the snow reach.
     pub(super) fn wavelengths(&self, range: WavelengthRange) -> Wavelengths {
-        let all = daylight_wavelengths_nm(self.overcast).into_iter();
+        let all = daylight_wavelengths_nm().into_iter();
         Wavelengths(all.filter(|nm| (range.first_nm..=range.last_nm).contains(nm)).collect())
     }
 
@@ -129,12 +136,9 @@ impl SkyOptions {
     }
 
     fn illumination(&self, elevation_deg: f64, wavelengths_nm: &[f64]) -> Result<Illumination, SkyError> {
-        let weather = if self.overcast {
-            Weather::Overcast
-        } else {
-            let Self { turbidity, sky_albedo: ground_albedo, precipitable_water: precipitable_water_cm, .. } = *self;
-            Weather::Clear { turbidity, ground_albedo, precipitable_water_cm }
-        };
+        let Self { turbidity, cloud_thickness: optical_thickness, sky_albedo: ground_albedo, .. } = *self;
+        let clouds = if self.overcast { Clouds::Overcast { optical_thickness } } else { Clouds::None { turbidity } };
+        let weather = Weather { clouds, ground_albedo, precipitable_water_cm: self.precipitable_water };
         let daylight = weather.sky(elevation_deg)?.irradiance(wavelengths_nm)?;
         let part = |of: fn(&Daylight) -> f64| daylight.iter().map(of).collect();
         Ok(Illumination::under_sun(elevation_deg, part(|light| light.direct), part(|light| light.diffuse)))
@@ -142,17 +146,13 @@ impl SkyOptions {
 
     fn metadata(&self, sun: &Sun, elevations_deg: &[f64]) -> Metadata {
         let mut metadata = Metadata::new();
-        if self.overcast {
-            metadata.push(("sky", "overcast".to_owned()));
+        let Self { turbidity, cloud_thickness, sky_albedo, precipitable_water, .. } = self;
+        let sky = if self.overcast {
+            format!("overcast, optical thickness {cloud_thickness}")
         } else {
-            let Self { turbidity, sky_albedo, precipitable_water, .. } = self;
-            metadata.push((
-                "sky",
-                format!(
-                    "clear, turbidity {turbidity}, albedo {sky_albedo}, precipitable water {precipitable_water} cm"
-                ),
-            ));
-        }
+            format!("clear, turbidity {turbidity}")
+        };
+        metadata.push(("sky", format!("{sky}, albedo {sky_albedo}, precipitable water {precipitable_water} cm")));
         match sun {
             Sun::Day(Place { latitude_deg, longitude_deg }, date) => {
                 metadata.push(("sum", format!("of {date} at {latitude_deg}°, {longitude_deg}°")));
