@@ -2,14 +2,13 @@
 
 #![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
 
-use std::f64::consts::FRAC_1_PI;
-use std::path::Path;
+use std::collections::HashMap;
 
-use glam::{DVec2, DVec3, Vec3A};
-use snowblue_base::files::{Files, FilesInMemory};
+use glam::{DVec2, DVec3};
+use snowblue_base::files::FilesInMemory;
 use snowblue_color::{LinearRgb, Srgb8};
 use snowblue_geometry::images::png_image::PngImage;
-use snowblue_render::bake::{BakeOptions, BakedScene, Lightmap, glb_bytes};
+use snowblue_render::bake::{BakeOptions, BakedObject, BakedScene, Lightmap, glb_bytes};
 use snowblue_render::{Integrator, SceneFile};
 
 const HEAD: &str = "[camera]\nposition = [0, -3, 0]\nlook_at = [0, 0, 0]\n[film]\nwidth = 1\nheight = 1\n\
@@ -47,84 +46,94 @@ fn colour(light: LinearRgb) -> DVec3 {
     DVec3::new(light.r, light.g, light.b)
 }
 
+/// The light at a vertex, relative to the greatest, and that of the lightmap there differ by what light changes within a
+/// texel of 1.5 mm. At edges of the block it falls off within a cell of the field, and vertices read it beside the edge:
+/// there they differ by 10 %, which counts in the mean only.
 #[test]
 fn the_lightmap_has_the_light_of_the_vertices_on_both_sides_of_each_seam() {
-    let integrator = integrator(&format!("{BLOCK}{BALL}"));
-    let baked = baked(&integrator, 0.01, 512);
+    let baked = baked(&integrator(&format!("{BLOCK}{BALL}")), 0.01, 512);
     let lightmap = baked.lightmap.as_ref().unwrap();
     let greatest = baked.objects.iter().flat_map(|object| &object.exitance).map(|light| light.g).fold(0.0, f64::max);
-    for object in &baked.objects {
-        let mut worst = 0.0_f64;
-        let mut sum = 0.0;
-        for (light, coordinates) in object.exitance.iter().zip(&object.texture_coordinates) {
-            let (at_vertex, shown) = (colour(*light), sample(lightmap, *coordinates));
-            worst = worst.max((at_vertex - shown).abs().max_element() / greatest);
-            sum += (at_vertex - shown).abs().max_element() / greatest;
-        }
-        println!("{}: {worst} {} texel {}", object.name, sum / object.exitance.len() as f64, lightmap.texel_m);
+    for (object, is_round) in baked.objects.iter().zip([false, true]) {
+        let shown: Vec<DVec3> = object.texture_coordinates.iter().map(|at| sample(lightmap, *at) / greatest).collect();
+        let vertices = object.exitance.iter().map(|light| colour(*light) / greatest);
+        let differences: Vec<f64> =
+            shown.iter().zip(vertices).map(|(one, other)| (*one - other).abs().max_element()).collect();
+        let mean = differences.iter().sum::<f64>() / differences.len() as f64;
+        assert!(mean < 0.002, "{}: {mean}", object.name);
+        let worst = differences.into_iter().fold(0.0, f64::max);
+        assert!(!is_round || worst < 0.01, "{}: {worst}", object.name);
         // Vertices of one place with one normal have one light, in whatever charts they are.
-        let mut seams = std::collections::HashMap::new();
-        let bits = |vector: glam::Vec3| vector.to_array().map(f32::to_bits);
-        for vertex in 0..object.positions.len() {
-            let key = (bits(object.positions[vertex]), bits(object.normals[vertex]));
-            seams.entry(key).or_insert_with(Vec::new).push(sample(lightmap, object.texture_coordinates[vertex]));
+        let mut charts: HashMap<[u32; 6], Vec<DVec3>> = HashMap::new();
+        for (vertex, light) in shown.into_iter().enumerate() {
+            let numbers = [object.positions[vertex], object.normals[vertex]].map(|vector| vector.to_array());
+            let key = numbers.concat().try_into().map(|numbers: [f32; 6]| numbers.map(f32::to_bits));
+            charts.entry(key.unwrap()).or_default().push(light);
         }
-        let mut gap = 0.0_f64;
-        for places in seams.values().filter(|places| places.len() > 1) {
-            for place in places {
-                gap = gap.max((*place - places[0]).abs().max_element() / greatest);
-            }
-        }
-        println!("seams {} gap {gap}", seams.values().filter(|places| places.len() > 1).count());
+        let at_seams = vertices_of_several_charts(&charts);
+        assert_eq!(!at_seams.is_empty(), is_round, "faces of a block have charts of their own");
+        let gap = |lights: &&Vec<DVec3>| (lights[0] - lights[1]).abs().max_element();
+        let widest = at_seams.iter().map(gap).fold(0.0, f64::max);
+        assert!(widest < 0.015, "{}: {widest}", object.name);
     }
 }
 
+/// The light of the places that more than one chart has.
+fn vertices_of_several_charts(charts: &HashMap<[u32; 6], Vec<DVec3>>) -> Vec<&Vec<DVec3>> {
+    charts.values().filter(|lights| lights.len() > 1).collect()
+}
+
+/// The light of all surfaces of an object in W.
+fn light_w(object: &BakedObject, of_triangle: impl Fn([usize; 3]) -> DVec3) -> DVec3 {
+    let light = |triangle: &[u32; 3]| {
+        let triangle = triangle.map(|vertex| vertex as usize);
+        let [a, b, c] = triangle.map(|vertex| object.positions[vertex].as_dvec3());
+        of_triangle(triangle) * (0.5 * (b - a).cross(c - a).length())
+    };
+    object.triangles.iter().map(light).sum()
+}
+
+/// The mean light of the lightmap in a triangle: at the middles of the 64 into which three halvings divide it.
+fn mean_in_triangle(lightmap: &Lightmap, corners: [DVec2; 3]) -> DVec3 {
+    let places = (0..8).flat_map(|i| (0..8 - i).map(move |j| [f64::from(i), f64::from(j)]));
+    let middles = places.flat_map(|[i, j]| {
+        let lower = [i + 1.0 / 3.0, j + 1.0 / 3.0];
+        let upper = (i + j < 6.5).then_some([i + 2.0 / 3.0, j + 2.0 / 3.0]);
+        std::iter::once(lower).chain(upper)
+    });
+    let light = |[u, v]: [f64; 2]| {
+        let [a, b, c] = corners;
+        let place = a + (b - a) * (u / 8.0) + (c - a) * (v / 8.0);
+        sample(lightmap, place.as_vec2().to_array())
+    };
+    middles.map(light).sum::<DVec3>() / 64.0
+}
+
+/// The lightmap of a mesh with edges of 20 mm has the light of vertices 2 mm apart: the texels are read from the light
+/// field, not from the vertices. 0.02 % was found for the block, where vertices 20 mm apart miss 0.5 %.
 #[test]
-fn the_mean_light_of_the_lightmap_is_that_of_fine_vertices() {
+fn the_light_of_the_lightmap_is_that_of_fine_vertices() {
     let integrator = integrator(&format!("{BLOCK}{BALL}"));
-    let coarse = baked(&integrator, 0.02, 512);
-    let fine = baked(&integrator, 0.002, 512);
-    for number in 0..coarse.objects.len() {
-        let mut means = Vec::new();
-        for (baked, has_texture) in [(&coarse, true), (&coarse, false), (&fine, false), (&fine, true)] {
-            let object = &baked.objects[number];
-            let lightmap = baked.lightmap.as_ref().unwrap();
-            let (mut light, mut area) = (DVec3::ZERO, 0.0);
-            for triangle in &object.triangles {
-                let [a, b, c] = triangle.map(|vertex| object.positions[vertex as usize].as_dvec3());
-                let triangle_area = (b - a).cross(c - a).length();
-                let mean = if has_texture {
-                    // The middles of the 64 triangles into which three halvings of the edges divide it.
-                    let mut sum = DVec3::ZERO;
-                    let corners = triangle.map(|vertex| {
-                        DVec2::from(object.texture_coordinates[vertex as usize].map(f64::from))
-                    });
-                    let mut count = 0.0;
-                    for i in 0..8 {
-                        for j in 0..8 - i {
-                            for (offset, exists) in [(1.0 / 3.0, true), (2.0 / 3.0, i + j < 7)] {
-                                if exists {
-                                    let [u, v] = [i, j].map(|k| (f64::from(k) + offset) / 8.0);
-                                    let at = corners[0] * (1.0 - u - v) + corners[1] * u + corners[2] * v;
-                                    sum += sample(lightmap, at.to_array().map(|x| x as f32));
-                                    count += 1.0;
-                                }
-                            }
-                        }
-                    }
-                    sum / count
-                } else {
-                    triangle.iter().map(|vertex| colour(object.exitance[*vertex as usize])).sum::<DVec3>() / 3.0
-                };
-                light += mean * triangle_area;
-                area += triangle_area;
-            }
-            means.push(light / area);
-        }
-        println!("{}: lightmap/vertices of coarse {}, coarse vertices/fine {}, lightmap coarse/fine {}, fine {}",
-            coarse.objects[number].name, means[0] / means[1], means[1] / means[2], means[0] / means[2], means[3] / means[2]);
+    let [coarse, fine] = [0.02, 0.002].map(|step_m| baked(&integrator, step_m, 512));
+    let lightmap = coarse.lightmap.as_ref().unwrap();
+    for (coarse, fine) in coarse.objects.iter().zip(&fine.objects) {
+        let at_vertices = |object: &BakedObject| {
+            light_w(object, |triangle| {
+                triangle.iter().map(|vertex| colour(object.exitance[*vertex])).sum::<DVec3>() / 3.0
+            })
+        };
+        let of_lightmap = light_w(coarse, |triangle| {
+            let corners = triangle.map(|vertex| DVec2::from(coarse.texture_coordinates[vertex].map(f64::from)));
+            mean_in_triangle(lightmap, corners)
+        });
+        let error = |light: DVec3, truth: DVec3| (light / truth - 1.0).abs().max_element();
+        let of_coarse = at_vertices(coarse);
+        assert!(error(of_lightmap, of_coarse) < 0.01, "{}: {of_lightmap} {of_coarse}", coarse.name);
+        // The ball is cut off by flat triangles, in both in another way.
+        let same_area = light_w(coarse, |_| DVec3::ONE) / light_w(fine, |_| DVec3::ONE);
+        let truth = at_vertices(fine) * same_area;
+        assert!(error(of_lightmap, truth) < 0.001, "{}: {of_lightmap} {truth}", coarse.name);
     }
-    let _ = (Vec3A::ZERO, FRAC_1_PI, Path::new(""), Files::default());
 }
 
 #[test]
@@ -140,11 +149,16 @@ fn a_glb_has_the_lightmap_as_its_base_colour() {
         let mut names: Vec<String> = primitive.attributes().map(|(semantic, _)| semantic.to_string()).collect();
         names.sort();
         assert_eq!(names, ["NORMAL", "POSITION", "TEXCOORD_0", "_LAMP_0", "_SKY"]);
-        let reader = primitive.reader(|_| Some(blob));
-        let coordinates: Vec<[f32; 2]> = reader.read_tex_coords(0).unwrap().into_f32().collect();
-        assert_eq!(coordinates, object.texture_coordinates);
+        let coordinates = primitive.get(&gltf::Semantic::TexCoords(0)).unwrap();
+        assert_eq!(
+            (coordinates.count(), coordinates.dimensions()),
+            (object.positions.len(), gltf::accessor::Dimensions::Vec2)
+        );
+        let view = coordinates.view().unwrap();
+        let numbers: Vec<u8> =
+            object.texture_coordinates.as_flattened().iter().flat_map(|number| number.to_le_bytes()).collect();
+        assert_eq!(blob[view.offset()..view.offset() + view.length()], numbers);
         let material = primitive.material();
-        assert!(material.unlit());
         let texture = material.pbr_metallic_roughness().base_color_texture().unwrap();
         assert_eq!(texture.tex_coord(), 0);
         let gltf::image::Source::View { view, mime_type } = texture.texture().source().source() else { panic!() };

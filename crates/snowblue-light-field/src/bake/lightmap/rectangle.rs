@@ -54,6 +54,10 @@ fn convex_hull(points: &[DVec2]) -> Vec<DVec2> {
     };
     let (mut hull, upper) = (chain(&mut sorted.iter()), chain(&mut sorted.iter().rev()));
     hull.extend(upper);
+    if hull.is_empty() {
+        // All points are one.
+        hull.extend(sorted.first());
+    }
     hull
 }
 

@@ -30,8 +30,7 @@ fn grid(rows: u32, columns: u32, is_closed: bool, place: impl Fn(f64, f64) -> DV
     let at = |row: u32, column: u32| row % rows * columns + column % columns;
     let squares = (0..cells[0] * cells[1]).map(|number| (number / cells[1], number % cells[1]));
     let indices = squares.flat_map(|(row, column)| {
-        let [a, b, c, d] =
-            [at(row, column), at(row + 1, column), at(row + 1, column + 1), at(row, column + 1)];
+        let [a, b, c, d] = [at(row, column), at(row + 1, column), at(row + 1, column + 1), at(row, column + 1)];
         [[a, b, c], [a, c, d]]
     });
     TriangleMesh { positions: positions.collect(), indices: indices.collect(), ..TriangleMesh::default() }
@@ -81,12 +80,12 @@ fn surfaces() -> Vec<(&'static str, SurfaceMesh, usize)> {
         let (sin, cos) = (TAU * around).sin_cos();
         DVec3::new((2.0 + cos) * (TAU * along).cos(), (2.0 + cos) * (TAU * along).sin(), sin)
     });
-    // The greatest numbers of charts were 6, 16, 22, 34, 5 and 6.
+    // Numbers of charts that were found, and a quarter more.
     vec![
         ("block", SurfaceMesh::of(&block).unwrap(), 6),
-        ("ball", SurfaceMesh::of(&ball).unwrap(), 20),
+        ("ball", SurfaceMesh::of(&ball).unwrap(), 18),
         ("torus", surface(torus), 30),
-        ("knot", surface(knot()), 50),
+        ("knot", surface(knot()), 89),
         ("ramp", surface(ramp()), 10),
         ("bad", surface(bad()), 6),
     ]
@@ -123,10 +122,12 @@ fn inside([a, b, c]: &[DVec2; 3], fineness: f64) -> Vec<[u64; 2]> {
 #[test]
 fn every_triangle_has_a_part_of_the_texture_of_its_own() {
     for (name, mut mesh, most_charts) in surfaces() {
-        assert!(subdivide(&mut mesh, mesh.longest_edge_m().min(0.2), MOST_VERTICES));
+        let step_m = mesh.longest_edge_m().min(0.2);
+        assert!(subdivide(&mut mesh, step_m, MOST_VERTICES));
         let mut vertices = Vertices::of(&mesh);
         let smooth = Vertices { triangles: vertices.triangles.clone(), ..Vertices::of(&mesh) };
         let charts = Charts::of(&mesh, &mut vertices);
+        println!("{name}: {} charts", charts.list.len());
         assert!(charts.list.len() <= most_charts, "{name}: {} charts", charts.list.len());
         // The surface is the same: each triangle once, with its places and normals.
         let mut triangles: Vec<u32> = charts.list.iter().flat_map(|chart| chart.triangles.clone()).collect();
@@ -147,7 +148,7 @@ fn every_triangle_has_a_part_of_the_texture_of_its_own() {
             let share = (*b - *a).perp_dot(*c - *a) / packing.texels_per_m.powi(2) / area_m2;
             assert!(area_m2 < 1e-9 || (LEAST_COS..1.0 + 1e-4).contains(&share), "{name}: {share}");
         }
-        // On a grid of eight places a texel in each direction.
+        // On a grid of four places a texel in each direction.
         let fineness = 4.0;
         let mut owner = std::collections::HashMap::new();
         for (number, corners) in corners.iter().enumerate() {
@@ -166,7 +167,8 @@ fn every_triangle_has_a_part_of_the_texture_of_its_own() {
 #[test]
 fn the_gutter_shows_the_edge_of_its_chart() {
     for (name, mut mesh, _) in surfaces() {
-        assert!(subdivide(&mut mesh, mesh.longest_edge_m().min(0.2), MOST_VERTICES));
+        let step_m = mesh.longest_edge_m().min(0.2);
+        assert!(subdivide(&mut mesh, step_m, MOST_VERTICES));
         let mut vertices = Vertices::of(&mesh);
         let charts = Charts::of(&mesh, &mut vertices);
         let extents: Vec<DVec2> = charts.list.iter().map(|chart| chart.extent_m).collect();
@@ -175,9 +177,7 @@ fn the_gutter_shows_the_edge_of_its_chart() {
         for (chart, [left, top]) in charts.list.iter().zip(&packing.corners) {
             let corners = |triangle: u32| {
                 let vertices = vertices.triangles[triangle as usize];
-                vertices.map(|vertex| {
-                    charts.flat_m[vertex as usize] * packing.texels_per_m + f64::from(GUTTER)
-                })
+                vertices.map(|vertex| charts.flat_m[vertex as usize] * packing.texels_per_m + f64::from(GUTTER))
             };
             let texels = ChartTexels::of(&chart.triangles, with_gutter(chart.extent_m, packing.texels_per_m), corners);
             let shown: std::collections::HashMap<_, _> = texels.shown().into_iter().collect();
