@@ -79,3 +79,37 @@ browserTest("baked snow in three.js has the light of the command", async (page) 
     }
   }
 });
+
+browserTest("a lightmap in three.js is the colour of its file", async (page) => {
+  const source = program('new GLTFLoader().load("block.glb", ({ scene: snow }) => scene.add(snow));');
+  const { outputFiles } = await esbuild.build({
+    stdin: { contents: source, resolveDir: HERE }, bundle: true, format: "iife", write: false,
+  });
+  const scene = await readFile(SCENE, "utf8");
+  // Vertices 5 mm apart, and texels as far apart.
+  const files = await inFolder({ "block.toml": scene }, async (run, read) => {
+    await run("bake", "block.toml", "--lightmap", "256", "-o", "texture.glb");
+    await run("bake", "block.toml", "--step-mm", "5", "-o", "vertices.glb");
+    return [await read("texture.glb"), await read("vertices.glb")];
+  });
+  const view = [SIZE, ...["position", "look_at", "vertical_fov_deg"].map((key) => numbers(scene, key)), PLACES];
+  const pictures = [];
+  for (const glb of files) {
+    await page.route("**/*", (route) => {
+      const answers = { "/block.glb": glb, "/": "<!doctype html><script src=program.js></script>" };
+      return route.fulfill({ body: answers[new URL(route.request().url()).pathname] ?? outputFiles[0].text });
+    });
+    await page.goto("http://snow.test/");
+    await page.waitForFunction(() => window.isLoaded());
+    pictures.push(await page.evaluate((view) => window.radiance(...view), view));
+    await page.unroute("**/*");
+  }
+  for (const [number, [column, row]] of PLACES.entries()) {
+    for (const channel of [0, 1, 2]) {
+      const [texture, vertices] = pictures.map((picture) => picture[number][channel]);
+      // Half a code of 8 bits at a code of 50 is 2.5 % of the light.
+      const difference = Math.abs(texture / vertices - 1);
+      assert.ok(vertices > 0.01 && difference < 0.025, `${column}, ${row}, ${channel}: ${texture}, ${vertices}`);
+    }
+  }
+});

