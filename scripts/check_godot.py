@@ -25,8 +25,8 @@ SCENE = ROOT / "scenes/block_30cm.toml"
 EYE, TARGET, FOV_DEG, SIZE = np.array([1.2, 0.7, 1.6]), np.array([0, 0.27, 0]), 30, 480
 # A pixel is compared where its file is nearly the same one pixel around, in sRGB codes.
 STEADY = 3
-# Godot's renderer for OpenGL approximates the transfer function of sRGB: from this code on within 0.3 codes, and by up to
-# 6.4 codes below.
+# Godot's renderer for OpenGL approximates the transfer function of sRGB: from this code on within 0.3 codes, below it
+# by up to 6.4 codes.
 LEAST_CODE = 64
 # Half a code of rounding, 0.3 of the approximation, and the rest for texture coordinates that graphics cards round.
 MOST_DIFFERENCE = 1.5
@@ -104,7 +104,7 @@ def main(snowblue, godot):
         for name, renderer, most in CASES:
             picture = shown(godot, paths[name], os.path.join(folder, "picture.png"), renderer)
             difference = np.abs(picture - codes)[chosen].max()
-            print(f"{name}, {renderer}: {chosen.sum()} channels of pixels differ by at most {difference:.1f} codes of 255")
+            print(f"{name}, {renderer}: {chosen.sum()} values differ by at most {difference:.1f} codes of 255")
             if difference > most:
                 sys.exit(f"check_godot: {name}, {renderer}: Godot shows other colours than the file has")
 

@@ -113,3 +113,39 @@ browserTest("a lightmap in three.js is the colour of its file", async (page) => 
     }
   }
 });
+
+browserTest("the page of the chapter shows blue snow", async (page) => {
+  const [, html] = (await readFile(CHAPTER, "utf8")).match(/```html\n(.*?)```/s);
+  const scene = await readFile(SCENE, "utf8");
+  const glb = await inFolder({ "block.toml": scene }, async (run, read) => {
+    await run("bake", "block.toml", "--lightmap", "256", "-o", "block.glb");
+    return read("block.glb");
+  });
+  await page.route("**/*", async (route) => {
+    const { pathname } = new URL(route.request().url());
+    if (pathname.startsWith("/node_modules/")) {
+      const body = await readFile(new URL(`..${pathname}`, import.meta.url));
+      return route.fulfill({ body, contentType: "text/javascript" });
+    }
+    return pathname === "/" ? route.fulfill({ body: html, contentType: "text/html" }) : route.fulfill({ body: glb });
+  });
+  await page.goto("http://snow.test/");
+  // The dark side of the block, in a window of 800 × 600.
+  const clip = { x: 340, y: 280, width: 40, height: 40 };
+  const middle = async () => {
+    const png = await page.screenshot({ clip });
+    return page.evaluate(async (base64) => {
+      const picture = await createImageBitmap(await (await fetch(`data:image/png;base64,${base64}`)).blob());
+      const context = new OffscreenCanvas(picture.width, picture.height).getContext("2d");
+      context.drawImage(picture, 0, 0);
+      return [...context.getImageData(20, 20, 1, 1).data.subarray(0, 3)];
+    }, png.toString("base64"));
+  };
+  let colour = [0, 0, 0];
+  for (let tries = 0; tries < 100 && Math.max(...colour) === 0; tries++) {
+    await page.waitForTimeout(100);
+    colour = await middle();
+  }
+  const [red, green, blue] = colour;
+  assert.ok(blue > 100 && blue > green && green > 1.5 * red, `${colour}`);
+});

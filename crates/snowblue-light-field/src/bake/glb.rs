@@ -1,7 +1,7 @@
 //! Binary glTF 2.0 (Khronos Group 2021, ISO/IEC 12113:2022): a mesh for each object, y up.
 //!
-//! The material is unlit (`KHR_materials_unlit`), so that a viewer shows `COLOR_0` as it is, or the lightmap as the texture
-//! of the base colour. `COLOR_0` would multiply the texture, so that a file has one of them.
+//! The material is unlit (`KHR_materials_unlit`), so that a viewer shows `COLOR_0` as it is, or the lightmap as the
+//! texture of the base colour. `COLOR_0` would multiply the texture, so that a file has one of them.
 
 use std::f64::consts::{FRAC_1_PI, PI};
 use std::io::{BufWriter, Write};

@@ -33,8 +33,8 @@ fn turned(point: DVec2, along: DVec2) -> DVec2 {
     DVec2::new(along.dot(point), along.perp_dot(point))
 }
 
-/// The corners of the convex hull, counter-clockwise, by a monotone chain (Andrew 1979, "Another efficient algorithm for
-/// convex hulls in two dimensions", doi:10.1016/0020-0190(79)90072-3).
+/// The corners of the convex hull, counter-clockwise, by a monotone chain (Andrew 1979, "Another efficient algorithm
+/// for convex hulls in two dimensions", doi:10.1016/0020-0190(79)90072-3).
 fn convex_hull(points: &[DVec2]) -> Vec<DVec2> {
     let mut sorted = points.to_vec();
     sorted.sort_unstable_by(|one, other| one.x.total_cmp(&other.x).then(one.y.total_cmp(&other.y)));
