@@ -69,15 +69,16 @@ fn a_lightmap_takes_the_place_of_the_colours() {
     let file = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     let scene = &*file("block.toml");
     coarse_block(scene);
+    let (glb, other) = (file("snow.glb"), file("a.glb"));
     let lightmap = ["bake", scene, "--step-mm", "100", "--lightmap"];
-    let baked = |words: &[&str]| [&lightmap[..], words].concat();
-    stdout(&baked(&["256", "-o", &file("snow.glb")]));
+    stdout(&[&lightmap[..], &["256", "-o", &glb]].concat());
     let bytes = std::fs::read(file("snow.glb")).unwrap();
     let text = String::from_utf8_lossy(&bytes);
     assert_names(&text, &["TEXCOORD_0", "baseColorTexture", "image/png", "lightmap_texel_m"]);
     assert!(!text.contains("COLOR_0"));
-    assert_refused(&baked(&["63", "-o", &file("a.glb")]), &["--lightmap", "63", "64–4096"]);
-    assert_refused(&baked(&["256", "-o", &file("a.ply")]), &["--lightmap", "a .ply has no preview"]);
+    assert_refused(&[&lightmap[..], &["63", "-o", &other]].concat(), &["--lightmap", "63", "64–4096"]);
+    let ply = file("a.ply");
+    assert_refused(&[&lightmap[..], &["256", "-o", &ply]].concat(), &["--lightmap", "a .ply has no preview"]);
     // A hundred blocks have 600 faces, each of 5 × 5 texels at least.
     let scene_text = std::fs::read_to_string(scene).unwrap();
     let block = |number: u32| {
@@ -89,6 +90,6 @@ fn a_lightmap_takes_the_place_of_the_colours() {
     let many: String = (0..100).map(block).collect();
     std::fs::write(scene, format!("{scene_text}{many}")).unwrap();
     let words = ["606 parts", "64 × 64 texels", "it must have 128", "--lightmap"];
-    let few_bounces = ["64", "--max-bounces", "0", "--field-step-mm", "60", "-o"];
-    assert_refused(&baked(&[&few_bounces[..], &[&file("a.glb")]].concat()), &words);
+    let coarse = ["64", "--max-bounces", "0", "-o", &other];
+    assert_refused(&[&lightmap[..], &coarse].concat(), &words);
 }
