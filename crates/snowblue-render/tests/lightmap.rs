@@ -1,8 +1,9 @@
 //! The lightmap of a bake beside its vertices, and in a GLB.
 
 #![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
+#![allow(clippy::cast_possible_truncation, reason = "texels of a small texture")]
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 
 use glam::{DVec2, DVec3};
 use snowblue_base::files::FilesInMemory;
@@ -64,7 +65,7 @@ fn the_lightmap_has_the_light_of_the_vertices_on_both_sides_of_each_seam() {
         let worst = differences.into_iter().fold(0.0, f64::max);
         assert!(!is_round || worst < 0.01, "{}: {worst}", object.name);
         // Vertices of one place with one normal have one light, in whatever charts they are.
-        let mut charts: HashMap<[u32; 6], Vec<DVec3>> = HashMap::new();
+        let mut charts: BTreeMap<[u32; 6], Vec<DVec3>> = BTreeMap::new();
         for (vertex, light) in shown.into_iter().enumerate() {
             let numbers = [object.positions[vertex], object.normals[vertex]].map(|vector| vector.to_array());
             let key = numbers.concat().try_into().map(|numbers: [f32; 6]| numbers.map(f32::to_bits));
@@ -79,7 +80,7 @@ fn the_lightmap_has_the_light_of_the_vertices_on_both_sides_of_each_seam() {
 }
 
 /// The light of the places that more than one chart has.
-fn vertices_of_several_charts(charts: &HashMap<[u32; 6], Vec<DVec3>>) -> Vec<&Vec<DVec3>> {
+fn vertices_of_several_charts(charts: &BTreeMap<[u32; 6], Vec<DVec3>>) -> Vec<&Vec<DVec3>> {
     charts.values().filter(|lights| lights.len() > 1).collect()
 }
 

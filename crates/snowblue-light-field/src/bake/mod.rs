@@ -43,12 +43,12 @@ use snowblue_scene::progress::{Phase, Progress, Report};
 use snowblue_scene::spectrum::{SAMPLES, Spectrum, WAVELENGTH_STEP_NM};
 
 use lamps::{field_of, lamps};
-use lightmap::Charts;
+use lightmap::{Charts, FlatSurface, LitSurfaces, TooManyCharts};
 use snowblue_geometry::ellipsoid::Ellipsoid;
 use snowblue_geometry::ray::narrow;
 use subdivision::subdivide;
 use surface_mesh::SurfaceMesh;
-use vertices::{INSET, Vertices};
+use vertices::Vertices;
 
 pub use escape_polynomial::EscapePolynomial;
 pub use glb::{glb_bytes, write_glb};
@@ -225,7 +225,7 @@ pub fn bake(scene: &Scene, field: &LightField, options: BakeOptions, report: Rep
     let most_vertices = MOST_VERTICES.min(MOST_NUMBERS / numbers);
     let mut surfaces = surfaces(scene, field, step_m, most_vertices, options.lightmap.is_some())?;
     let lightmap = match options.lightmap {
-        Some(size) => Some(lightmap::of(&mut surfaces, size, field, scene.sensor())?),
+        Some(size) => Some(lightmap_of(&mut surfaces, size, field, scene.sensor())?),
         None => None,
     };
     let mut sky: Vec<Vec<f32>> =
@@ -273,6 +273,22 @@ struct Surface {
     /// The ellipsoid whose surface it is.
     ellipsoid: Option<Ellipsoid>,
     baked: BakedObject,
+}
+
+/// The lightmap of all surfaces, whose vertices get texture coordinates.
+fn lightmap_of(
+    surfaces: &mut [Surface],
+    size: u32,
+    field: &LightField,
+    sensor: &Sensor,
+) -> Result<Lightmap, BakeError> {
+    let flat: Vec<FlatSurface> = surfaces.iter().map(Surface::flat).collect();
+    let LitSurfaces { lightmap, texture_coordinates } = lightmap::of(&flat, size, field, sensor)
+        .map_err(|TooManyCharts { charts, enough }| BakeError::SmallLightmap { size, charts, enough })?;
+    for (surface, coordinates) in surfaces.iter_mut().zip(texture_coordinates) {
+        surface.baked.texture_coordinates = coordinates;
+    }
+    Ok(lightmap)
 }
 
 /// The surfaces of all snow, with edges of at most a length in m that depends on the body.
@@ -327,6 +343,12 @@ fn surfaces(
 }
 
 impl Surface {
+    fn flat(&self) -> FlatSurface<'_> {
+        let Self { object, ref charts, ellipsoid, ref baked, .. } = *self;
+        let BakedObject { positions, normals, triangles, .. } = baked;
+        FlatSurface { object, charts, ellipsoid, positions, normals, triangles }
+    }
+
     /// The net flux at all vertices.
     fn flux(&self, field: &LightField, channels: Channels, sensor: &Sensor) -> Vec<f32> {
         let Some(body) = field.of_object(self.object) else { return Vec::new() };

@@ -7,6 +7,7 @@
 //! 4. Texels between the charts get the light of the nearest ones, so that smaller levels of a mipmap mix no other.
 
 mod charts;
+mod flat_surface;
 mod packing;
 mod rectangle;
 mod texels;
@@ -21,9 +22,9 @@ use snowblue_geometry::ray::narrow;
 use snowblue_scene::film::sensor::Sensor;
 
 use crate::LightField;
-use crate::bake::{BakeError, Surface, rgb};
 
 pub(super) use charts::Charts;
+pub(super) use flat_surface::FlatSurface;
 use packing::{GUTTER, Packing, pack, with_gutter};
 use texels::{ChartTexels, place};
 
@@ -41,61 +42,76 @@ pub struct Lightmap {
     pub texels: Vec<[f32; 3]>,
 }
 
-/// The lightmap of all surfaces. Their vertices get texture coordinates.
+/// A lightmap of some surfaces.
+pub(super) struct LitSurfaces {
+    pub(super) lightmap: Lightmap,
+    /// Of the vertices of each surface.
+    pub(super) texture_coordinates: Vec<Vec<[f32; 2]>>,
+}
+
+/// More charts than fit into a lightmap.
+pub(super) struct TooManyCharts {
+    pub(super) charts: usize,
+    /// A size that is enough, if there is one.
+    pub(super) enough: Option<u32>,
+}
+
+/// The lightmap of all surfaces, and the texture coordinates of their vertices.
 ///
 /// # Errors
 ///
 /// When the charts do not fit.
 pub(super) fn of(
-    surfaces: &mut [Surface],
+    surfaces: &[FlatSurface],
     size: u32,
     field: &LightField,
     sensor: &Sensor,
-) -> Result<Lightmap, BakeError> {
-    let packing = lay_out(surfaces, size)?;
-    Ok(read(surfaces, &packing, size, field, sensor))
-}
-
-/// Lays all surfaces flat in a square and gives their vertices texture coordinates.
-fn lay_out(surfaces: &mut [Surface], size: u32) -> Result<Packing, BakeError> {
+) -> Result<LitSurfaces, TooManyCharts> {
     let extents_m: Vec<DVec2> =
         surfaces.iter().flat_map(|surface| &surface.charts.list).map(|chart| chart.extent_m).collect();
     let packing = pack(&extents_m, size).ok_or_else(|| {
         let fits = |size: &u32| pack(&extents_m, *size).is_some();
         let enough =
             (0..).map(|doublings| size << doublings).take_while(|size| LIGHTMAP_SIZES.contains(size)).find(fits);
-        BakeError::SmallLightmap { size, charts: extents_m.len(), enough }
+        TooManyCharts { charts: extents_m.len(), enough }
     })?;
+    let lightmap = read(surfaces, &packing, size, field, sensor);
+    Ok(LitSurfaces { lightmap, texture_coordinates: coordinates(surfaces, &packing, size) })
+}
+
+/// The texture coordinates of the vertices of each surface.
+fn coordinates(surfaces: &[FlatSurface], packing: &Packing, size: u32) -> Vec<Vec<[f32; 2]>> {
     let mut corners = packing.corners.iter();
-    for surface in surfaces {
+    let of_surface = |surface: &FlatSurface| {
         let mut coordinates = vec![[0.0; 2]; surface.charts.flat_m.len()];
         for (chart, corner) in surface.charts.list.iter().zip(&mut corners) {
             let corner = DVec2::from(corner.map(|texel| f64::from(texel + GUTTER)));
-            for vertex in chart.triangles.iter().flat_map(|triangle| surface.baked.triangles[*triangle as usize]) {
+            for vertex in chart.triangles.iter().flat_map(|triangle| surface.triangles[*triangle as usize]) {
                 let at = corner + surface.charts.flat_m[vertex as usize] * packing.texels_per_m;
                 coordinates[vertex as usize] = (at / f64::from(size)).to_array().map(narrow);
             }
         }
-        surface.baked.texture_coordinates = coordinates;
-    }
-    Ok(packing)
+        coordinates
+    };
+    surfaces.iter().map(of_surface).collect()
 }
 
 /// Reads the light field at all texels.
-fn read(surfaces: &[Surface], packing: &Packing, size: u32, field: &LightField, sensor: &Sensor) -> Lightmap {
+fn read(surfaces: &[FlatSurface], packing: &Packing, size: u32, field: &LightField, sensor: &Sensor) -> Lightmap {
     let mut shown: Vec<Option<[f32; 3]>> = vec![None; size as usize * size as usize];
     let charts = surfaces.iter().flat_map(|surface| surface.charts.list.iter().map(move |chart| (surface, chart)));
     for ((surface, chart), [left, top]) in charts.zip(&packing.corners) {
         let Some(body) = field.of_object(surface.object) else { continue };
         let scale = packing.texels_per_m;
         let corners = |triangle: u32| {
-            let vertices = surface.baked.triangles[triangle as usize];
+            let vertices = surface.triangles[triangle as usize];
             vertices.map(|vertex| surface.charts.flat_m[vertex as usize] * scale + f64::from(GUTTER))
         };
         let texels = ChartTexels::of(&chart.triangles, with_gutter(chart.extent_m, scale), corners);
         let read = |(at, triangle): ([u32; 2], u32)| {
             let surface_point = place(surface, triangle, &corners(triangle), at);
-            let LinearRgb { r, g, b } = rgb(&body.exitance(surface_point.point, surface_point.normal), sensor);
+            let LinearRgb { r, g, b } =
+                LinearRgb::from_xyz(sensor.xyz(&body.exitance(surface_point.point, surface_point.normal)));
             (at, [r, g, b].map(narrow))
         };
         let read: Vec<([u32; 2], [f32; 3])> = texels.shown().into_par_iter().map(read).collect();

@@ -1,5 +1,8 @@
 //! Charts and texels of shapes that are hard to lay flat.
 
+#![expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "texels of a small texture")]
+
+use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
@@ -149,7 +152,7 @@ fn every_triangle_has_a_part_of_the_texture_of_its_own() {
         }
         // On a grid of four places a texel in each direction.
         let fineness = 4.0;
-        let mut owner = std::collections::HashMap::new();
+        let mut owner = BTreeMap::new();
         for (number, corners) in corners.iter().enumerate() {
             for place in inside(corners, fineness) {
                 let other = owner.insert(place, number);
@@ -179,7 +182,7 @@ fn the_gutter_shows_the_edge_of_its_chart() {
                 vertices.map(|vertex| charts.flat_m[vertex as usize] * packing.texels_per_m + f64::from(GUTTER))
             };
             let texels = ChartTexels::of(&chart.triangles, with_gutter(chart.extent_m, packing.texels_per_m), corners);
-            let shown: std::collections::HashMap<_, _> = texels.shown().into_iter().collect();
+            let shown: BTreeMap<_, _> = texels.shown().into_iter().collect();
             for [column, row] in shown.keys() {
                 let texel = (top + row) * 256 + left + column;
                 assert!(!std::mem::replace(&mut is_taken[texel as usize], true), "{name}");

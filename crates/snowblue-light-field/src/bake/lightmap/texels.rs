@@ -2,9 +2,10 @@
 
 use glam::{DVec2, Vec3, Vec3A};
 
+use crate::bake::lightmap::flat_surface::FlatSurface;
 use crate::bake::lightmap::packing::GUTTER;
-use crate::bake::{INSET, Surface};
-use snowblue_geometry::ray::SurfacePoint;
+use crate::bake::vertices::INSET;
+use snowblue_geometry::ray::{SurfacePoint, narrow};
 
 /// A texel that shows no place.
 const NO_TRIANGLE: u32 = u32::MAX;
@@ -57,17 +58,22 @@ impl ChartTexels {
 /// The place of the surface that a texel of a chart shows, whose triangle has these corners in the chart.
 ///
 /// Light is not known beyond edges. The place of a texel beyond the edge of a chart lies within the triangle.
-pub(super) fn place(surface: &Surface, triangle: u32, corners: &[DVec2; 3], [column, row]: [u32; 2]) -> SurfacePoint {
+pub(super) fn place(
+    surface: &FlatSurface,
+    triangle: u32,
+    corners: &[DVec2; 3],
+    [column, row]: [u32; 2],
+) -> SurfacePoint {
     let Nearest { distance_squared, weights } = nearest_point(corners, centre(column, row));
     let inset = if distance_squared > 0.0 { f64::from(INSET) } else { 0.0 };
-    let weights = weights.map(|weight| ((1.0 - inset) * weight + inset / 3.0) as f32);
-    let vertices = surface.baked.triangles[triangle as usize].map(|vertex| vertex as usize);
+    let weights = weights.map(|weight| narrow((1.0 - inset) * weight + inset / 3.0));
+    let vertices = surface.triangles[triangle as usize].map(|vertex| vertex as usize);
     let mean = |values: &[Vec3]| -> Vec3 { vertices.iter().zip(weights).map(|(k, weight)| values[*k] * weight).sum() };
-    let point = Vec3A::from(mean(&surface.baked.positions));
+    let point = Vec3A::from(mean(surface.positions));
     if let Some(ellipsoid) = &surface.ellipsoid {
         return ellipsoid.project(point);
     }
-    let normal = mean(&surface.baked.normals).try_normalize().unwrap_or(surface.baked.normals[vertices[0]]);
+    let normal = mean(surface.normals).try_normalize().unwrap_or(surface.normals[vertices[0]]);
     SurfacePoint { point, normal: normal.into() }
 }
 
