@@ -79,3 +79,73 @@ browserTest("baked snow in three.js has the light of the command", async (page) 
     }
   }
 });
+
+browserTest("a lightmap in three.js is the colour of its file", async (page) => {
+  const source = program('new GLTFLoader().load("block.glb", ({ scene: snow }) => scene.add(snow));');
+  const { outputFiles } = await esbuild.build({
+    stdin: { contents: source, resolveDir: HERE }, bundle: true, format: "iife", write: false,
+  });
+  const scene = await readFile(SCENE, "utf8");
+  // Vertices 5 mm apart, and texels as far apart.
+  const files = await inFolder({ "block.toml": scene }, async (run, read) => {
+    await run("bake", "block.toml", "--lightmap", "256", "-o", "texture.glb");
+    await run("bake", "block.toml", "--step-mm", "5", "-o", "vertices.glb");
+    return [await read("texture.glb"), await read("vertices.glb")];
+  });
+  const view = [SIZE, ...["position", "look_at", "vertical_fov_deg"].map((key) => numbers(scene, key)), PLACES];
+  const pictures = [];
+  for (const glb of files) {
+    await page.route("**/*", (route) => {
+      const answers = { "/block.glb": glb, "/": "<!doctype html><script src=program.js></script>" };
+      return route.fulfill({ body: answers[new URL(route.request().url()).pathname] ?? outputFiles[0].text });
+    });
+    await page.goto("http://snow.test/");
+    await page.waitForFunction(() => window.isLoaded());
+    pictures.push(await page.evaluate((view) => window.radiance(...view), view));
+    await page.unroute("**/*");
+  }
+  for (const [number, [column, row]] of PLACES.entries()) {
+    for (const channel of [0, 1, 2]) {
+      const [texture, vertices] = pictures.map((picture) => picture[number][channel]);
+      // Half a code of 8 bits at a code of 50 is 2.5 % of the light.
+      const difference = Math.abs(texture / vertices - 1);
+      assert.ok(vertices > 0.01 && difference < 0.025, `${column}, ${row}, ${channel}: ${texture}, ${vertices}`);
+    }
+  }
+});
+
+browserTest("the page of the chapter shows blue snow", async (page) => {
+  const [, html] = (await readFile(CHAPTER, "utf8")).match(/```html\n(.*?)```/s);
+  const scene = await readFile(SCENE, "utf8");
+  const glb = await inFolder({ "block.toml": scene }, async (run, read) => {
+    await run("bake", "block.toml", "--lightmap", "256", "-o", "block.glb");
+    return read("block.glb");
+  });
+  await page.route("**/*", async (route) => {
+    const { pathname } = new URL(route.request().url());
+    if (pathname.startsWith("/node_modules/")) {
+      const body = await readFile(new URL(`..${pathname}`, import.meta.url));
+      return route.fulfill({ body, contentType: "text/javascript" });
+    }
+    return pathname === "/" ? route.fulfill({ body: html, contentType: "text/html" }) : route.fulfill({ body: glb });
+  });
+  await page.goto("http://snow.test/");
+  // The dark side of the block, in a window of 800 × 600.
+  const clip = { x: 340, y: 280, width: 40, height: 40 };
+  const middle = async () => {
+    const png = await page.screenshot({ clip });
+    return page.evaluate(async (base64) => {
+      const picture = await createImageBitmap(await (await fetch(`data:image/png;base64,${base64}`)).blob());
+      const context = new OffscreenCanvas(picture.width, picture.height).getContext("2d");
+      context.drawImage(picture, 0, 0);
+      return [...context.getImageData(20, 20, 1, 1).data.subarray(0, 3)];
+    }, png.toString("base64"));
+  };
+  let colour = [0, 0, 0];
+  for (let tries = 0; tries < 100 && Math.max(...colour) === 0; tries++) {
+    await page.waitForTimeout(100);
+    colour = await middle();
+  }
+  const [red, green, blue] = colour;
+  assert.ok(blue > 100 && blue > green && green > 1.5 * red, `${colour}`);
+});

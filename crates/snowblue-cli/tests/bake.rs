@@ -62,3 +62,34 @@ fn what_cannot_be_baked_is_refused_in_one_line() {
     assert!(!snowblue(&["bake", scene]).status.success());
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2, "nothing was written");
 }
+
+#[test]
+fn a_lightmap_takes_the_place_of_the_colours() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let scene = &*file("block.toml");
+    coarse_block(scene);
+    let (glb, other) = (file("snow.glb"), file("a.glb"));
+    let lightmap = ["bake", scene, "--step-mm", "100", "--lightmap"];
+    stdout(&[&lightmap[..], &["256", "-o", &glb]].concat());
+    let bytes = std::fs::read(file("snow.glb")).unwrap();
+    let text = String::from_utf8_lossy(&bytes);
+    assert_names(&text, &["TEXCOORD_0", "baseColorTexture", "image/png", "lightmap_texel_m"]);
+    assert!(!text.contains("COLOR_0"));
+    assert_refused(&[&lightmap[..], &["63", "-o", &other]].concat(), &["--lightmap", "63", "64–4096"]);
+    let ply = file("a.ply");
+    assert_refused(&[&lightmap[..], &["256", "-o", &ply]].concat(), &["--lightmap", "a .ply has no preview"]);
+    // A hundred blocks have 600 faces, each of 5 × 5 texels at least.
+    let scene_text = std::fs::read_to_string(scene).unwrap();
+    let block = |number: u32| {
+        let x = 0.1 * f64::from(number);
+        format!(
+            "[[object]]\nshape = \"box\"\nsize = [0.06, 0.06, 0.06]\nposition = [{x}, 5, 0.3]\nmaterial = \"drift\"\n"
+        )
+    };
+    let many: String = (0..100).map(block).collect();
+    std::fs::write(scene, format!("{scene_text}{many}")).unwrap();
+    let words = ["606 parts", "64 × 64 texels", "it must have 128", "--lightmap"];
+    let coarse = ["64", "--max-bounces", "0", "-o", &other];
+    assert_refused(&[&lightmap[..], &coarse].concat(), &words);
+}

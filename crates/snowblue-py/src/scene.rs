@@ -12,7 +12,7 @@ use pyo3::types::PyDict;
 use snowblue_database::CompressedTable;
 use snowblue_render::Development;
 use snowblue_render::bake::{
-    BakeError, BakeOptions, BakedObject, BakedScene, Channels, STEP_RANGE, write_glb, write_ply,
+    BakeError, BakeOptions, BakedObject, BakedScene, Channels, LIGHTMAP_SIZES, STEP_RANGE, write_glb, write_ply,
 };
 use snowblue_render::files::{FileSource, FilesIn};
 use snowblue_render::film::channels::channels;
@@ -65,6 +65,8 @@ pub(crate) struct Content {
     is_total: bool,
     /// The table of the reflection function.
     reflection: bool,
+    /// Columns and rows of a lightmap.
+    lightmap: Option<u32>,
 }
 
 /// Steps of each argument in the table of the reflection function.
@@ -201,9 +203,14 @@ impl Scene {
             step_m: step_mm.map(|step_mm| 1e-3 * step_mm),
             channels: if content.spectrum { Channels::Spectrum } else { Channels::Rgb },
             is_total: content.is_total,
+            lightmap: content.lightmap,
         };
         if let Some(step_mm) = step_mm {
             STEP_RANGE.check(step_mm).map_err(input)?;
+        }
+        if let Some(size) = content.lightmap.filter(|size| !LIGHTMAP_SIZES.contains(size)) {
+            let (least, most) = LIGHTMAP_SIZES.into_inner();
+            return Err(input(format!("the lightmap has {size} rows, but must have {least}–{most}")));
         }
         let (baked, provenance) = self.work(
             py,
@@ -222,6 +229,9 @@ impl Scene {
         let bake_dict = PyDict::new(py);
         bake_dict.set_item("lamps", baked.lamps.iter().map(|lamp| lamp.kind).collect::<Vec<_>>())?;
         bake_dict.set_item("provenance", provenance.to_string())?;
+        if let Some(lightmap) = &baked.lightmap {
+            bake_dict.set_item("lightmap", PyArray1::from_slice(py, lightmap.texels.as_flattened()))?;
+        }
         let objects = baked.objects.iter().map(|object| {
             let dict = baked_object(py, &baked, object)?;
             if content.reflection {
@@ -323,6 +333,7 @@ fn baked_object<'py>(py: Python<'py>, baked: &BakedScene, object: &BakedObject) 
     dict.set_item("positions", vectors(&object.positions))?;
     dict.set_item("normals", vectors(&object.normals))?;
     dict.set_item("triangles", PyArray1::from_vec(py, object.triangles.concat()))?;
+    dict.set_item("texture_coordinates", PyArray1::from_slice(py, object.texture_coordinates.as_flattened()))?;
     let flux: Vec<_> = object.flux.iter().map(|flux| PyArray1::from_slice(py, flux)).collect();
     dict.set_item("flux", flux)?;
     let exitance = object.exitance.iter().flat_map(|colour| [colour.r, colour.g, colour.b]).collect();

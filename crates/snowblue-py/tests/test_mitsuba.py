@@ -146,6 +146,20 @@ def test_a_mesh_is_that_of_our_own_pictures(tmp_path):
     assert_agree(theirs(made), ours([{"mesh": mesh, "material": "snow"}], here), pixel=0.03, allowed=0.05)
 
 
+@pytest.mark.parametrize("position, mean", [([0.0, 0.6, 0.1], 0.74), ([0.3, -0.8, 0.4], 1.09)])
+def test_a_small_ball_has_the_light_of_the_chapter_beside_hybrid(tmp_path, monkeypatch, position, mean):
+    monkeypatch.setitem(CAMERA, "vertical_fov_deg", 4)
+    ball = trimesh.creation.icosphere(subdivisions=4, radius=0.02)
+    there, here = lamp(position)
+    shape = as_shape(ball.vertices + [0, 0, 0.1], ball.faces, tmp_path)
+    picture, _error = theirs(scene(shape, there, max_depth=2), batches=2, samples=64)
+    sphere = {"shape": "sphere", "radius": 0.02, "position": [0, 0, 0.1], "material": "snow"}
+    walks, _error = ours([sphere], here, integrator="hybrid")
+    mask = inside(picture) & inside(walks)
+    # The noise of 256 walks a pixel, over 700 pixels, and the differences of the two meshes.
+    np.testing.assert_allclose(picture[mask].mean(axis=0) / walks[mask].mean(axis=0), mean, atol=0.02)
+
+
 @pytest.mark.parametrize("kind", ["sphere", "rectangle", "spot", "directional", "constant"])
 def test_every_emitter_lights_snow_as_our_own(kind):
     transform = mi.ScalarTransform4f()

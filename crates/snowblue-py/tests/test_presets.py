@@ -3,6 +3,7 @@
 import os
 import re
 import subprocess
+import textwrap
 
 import MaterialX
 import mitsuba as mi
@@ -205,3 +206,16 @@ def test_usd_and_material_x_have_the_same_numbers(tmp_path, library):
             assert list(given.Get()) == pytest.approx(triple(value))
         else:
             assert given.Get() == pytest.approx(value)
+
+
+def test_the_scene_of_the_chapter_binds_the_preset(tmp_path, repository):
+    [scene] = re.findall(r"```usda\n(.*?)```", (repository / "docs" / "src" / "presets.md").read_text(), re.DOTALL)
+    (tmp_path / "scene.usda").write_text(textwrap.dedent(scene).strip())
+    exported("usd", "--scene-unit", "m", "-o", tmp_path / "snow.usda")
+    stage = Usd.Stage.Open(str(tmp_path / "scene.usda"))
+    block = stage.GetPrimAtPath("/World/Block")
+    material, _relation = UsdShade.MaterialBindingAPI(block).ComputeBoundMaterial()
+    assert material.GetPath() == "/World/Snow"
+    surface, _name, _type = material.ComputeSurfaceSource("mtlx")
+    assert surface.GetShaderId() == "ND_open_pbr_surface_surfaceshader"
+    assert UsdGeom.GetStageMetersPerUnit(stage) == 1

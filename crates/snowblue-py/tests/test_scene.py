@@ -6,6 +6,7 @@ import subprocess
 import numpy as np
 import OpenEXR
 import pytest
+import trimesh
 
 import snowblue
 
@@ -121,6 +122,26 @@ def test_baked_snow_conserves_light_and_lamps_add_up():
     # The half-space sends out what it contains: 2 ∫ K μ dμ = 1.
     mu = (np.arange(200) + 0.5) / 200
     assert 2 * np.mean(snow.escape(mu) * mu) == pytest.approx(1, rel=1e-3)
+
+
+def test_a_lightmap_is_read_by_another_program(tmp_path):
+    path = tmp_path / "snow.glb"
+    baked = block().bake(max_bounces=0, step_mm=20, lightmap=256, output=path)
+    [snow] = baked.objects
+    assert baked.lightmap.shape == (256, 256, 3) and snow.texture_coordinates.shape == (len(snow.positions), 2)
+    mesh = trimesh.load(path, force="mesh", process=False)
+    # trimesh counts v from the last row. A GLB has y upwards.
+    np.testing.assert_allclose(mesh.visual.uv, snow.texture_coordinates * [1, -1] + [0, 1], atol=1e-7)
+    np.testing.assert_array_equal(mesh.vertices, snow.positions[:, [0, 2, 1]] * [1, 1, -1])
+    colours = np.asarray(mesh.visual.material.baseColorTexture.convert("RGB"))
+    assert colours.shape == (256, 256, 3)
+    # Brighter light has a brighter colour, up to white.
+    green, code = baked.lightmap[..., 1].ravel(), colours[..., 1].ravel().astype(int)
+    assert (np.diff(code[np.argsort(green, kind="stable")]) >= -1).all() and code.min() < 20 and code.max() == 255
+    with pytest.raises(ValueError, match="63 rows, but must have 64–4096"):
+        block().bake(lightmap=63)
+    with pytest.raises(ValueError, match="snow.ply: a lightmap needs a .glb"):
+        block().bake(lightmap=64, output=tmp_path / "snow.ply")
 
 
 def test_snow_sparkles_in_single_pixels():

@@ -61,7 +61,7 @@ fn with_bounces(text: &str) -> Integrator {
 }
 
 fn baked(integrator: &Integrator, step_m: f64, channels: Channels) -> BakedScene {
-    integrator.bake(BakeOptions { step_m: Some(step_m), channels, is_total: false }, &|_| {}).unwrap()
+    integrator.bake(BakeOptions { step_m: Some(step_m), channels, ..BakeOptions::default() }, &|_| {}).unwrap()
 }
 
 fn area_m2(object: &BakedObject, triangle: [u32; 3]) -> f64 {

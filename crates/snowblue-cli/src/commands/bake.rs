@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use snowblue_render::Exposure;
 use snowblue_render::bake::{
-    BakeError, BakeOptions, BakedScene, Channels, MOST_VERTICES, STEP_RANGE, write_glb, write_ply,
+    BakeError, BakeOptions, BakedScene, Channels, LIGHTMAP_SIZES, MOST_VERTICES, STEP_RANGE, write_glb, write_ply,
 };
 use snowblue_render::scene::IntegratorKind;
 use snowblue_render::scene::description::BOUNCES;
@@ -23,7 +23,7 @@ attribute for each lamp (_LAMP_0, lamp_0_r, ...), which may be scaled, and one f
 of other surfaces (_SKY, sky_r, ...). Snow then sends out the radiance L(mu) = R0 F + K(mu) J/pi, where F is the \
 irradiance by all light on the surface. The file has K as a polynomial, and a line of GLSL. Fluxes are linear \
 sRGB, in W/m2 as in renderings, so that pi L of an .exr agrees with them. COLOR_0 of a GLB is a preview with the \
-exposure of a .png.
+exposure of a .png; --lightmap makes it a texture, which shows more than the vertices do.
 
 The integrator of the scene does not matter: the light field is always solved for.
 
@@ -31,6 +31,7 @@ Examples:
   snowblue bake scenes/block_30cm.toml -o block.glb
   snowblue bake --scene block_30cm -o block.glb                       a scene inside this program
   snowblue bake scenes/fig10_igloo.toml --step-mm 20 -o igloo.glb      vertices every 20 mm at most
+  snowblue bake scenes/block_30cm.toml --lightmap 1024 -o block.glb    the preview as a texture
   snowblue bake scenes/block_30cm.toml --spectrum -o block.ply        31 wavelengths, W/(m2 nm)
   snowblue bake scenes/block_30cm.toml --max-bounces 0 -o direct.ply   no light by way of other surfaces")]
 pub(crate) struct Bake {
@@ -53,6 +54,14 @@ pub(crate) struct Bake {
     /// Write 31 wavelengths instead of red, green and blue, in W/(m² nm); needs a .ply
     #[arg(long)]
     spectrum: bool,
+    #[arg(
+        long, value_name = "TEXELS", value_parser = parse::whole_number_of(LIGHTMAP_SIZES),
+        help = format!(
+            "Write the preview in a .glb as a texture of so many rows and columns [{}] instead of COLOR_0",
+            limits::ends(&LIGHTMAP_SIZES)
+        )
+    )]
+    lightmap: Option<u32>,
     #[arg(
         long, value_name = "STOPS", value_parser = parse::exposure, allow_negative_numbers = true,
         help = format!(
@@ -82,7 +91,7 @@ impl Bake {
         let format = self.format()?;
         let is_ply = matches!(format, Format::Ply);
         let why = "a .ply has no preview";
-        self.given.refuse_idle(&[Idle { when: is_ply, options: &["exposure"], why }])?;
+        self.given.refuse_idle(&[Idle { when: is_ply, options: &["exposure", "lightmap"], why }])?;
         let mut file = self.scene.open()?;
         let SceneDescription { film, integrator, light_field, .. } = &mut file.description;
         film.exposure = self.exposure.unwrap_or(film.exposure);
@@ -129,12 +138,14 @@ impl Bake {
             step_m: self.step_mm.map(|step_mm| 1e-3 * step_mm),
             channels: if self.spectrum { Channels::Spectrum } else { Channels::Rgb },
             is_total: false,
+            lightmap: self.lightmap,
         };
         let baked = integrator.bake(options, &|at| phases.report(at));
         phases.end();
         baked.map_err(|error| {
             let reason = match error {
                 BakeError::TooManyVertices { .. } => format!("{error} (--step-mm)"),
+                BakeError::SmallLightmap { .. } => format!("{error} (--lightmap)"),
                 _ => error.to_string(),
             };
             Failure::Input(format!("{}: {reason}", self.scene.name()))

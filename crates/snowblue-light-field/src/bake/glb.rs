@@ -1,6 +1,7 @@
 //! Binary glTF 2.0 (Khronos Group 2021, ISO/IEC 12113:2022): a mesh for each object, y up.
 //!
-//! The material is unlit (`KHR_materials_unlit`), so that a viewer shows `COLOR_0` as it is.
+//! The material is unlit (`KHR_materials_unlit`), so that a viewer shows `COLOR_0` as it is, or the lightmap as the
+//! texture of the base colour. `COLOR_0` would multiply the texture, so that a file has one of them.
 
 use std::f64::consts::{FRAC_1_PI, PI};
 use std::io::{BufWriter, Write};
@@ -10,24 +11,27 @@ use glam::Vec3;
 use serde_json::{Map, Value, json};
 use snowblue_base::atomic_file::write_atomically;
 use snowblue_base::files::FileError;
-use snowblue_color::LinearRgb;
+use snowblue_color::{LinearRgb, Srgb8};
 use snowblue_geometry::mesh_files::gltf::Y_UP_TO_Z_UP;
 use snowblue_geometry::ray::narrow;
 
 use crate::bake::metadata::{attributes, generator, of_file, of_snow};
-use crate::bake::{BakedObject, BakedScene};
+use crate::bake::{BakedObject, BakedScene, Lightmap};
 use snowblue_scene::provenance::Provenance;
 
 const FLOAT: u32 = 5126;
 const UNSIGNED_INT: u32 = 5125;
 const ARRAY_BUFFER: u32 = 34_962;
 const ELEMENT_ARRAY_BUFFER: u32 = 34_963;
+const LINEAR: u32 = 9729;
+const LINEAR_MIPMAP_LINEAR: u32 = 9987;
+const CLAMP_TO_EDGE: u32 = 33_071;
 /// Bytes of the header of the file, and of a chunk.
 const FILE_HEADER: usize = 12;
 const CHUNK_HEADER: usize = 8;
 
 /// Writes a baked scene of linear sRGB as GLB, completely or not at all: `POSITION`, `NORMAL`, `_LAMP_0` and so on,
-/// `_SKY`, and as `COLOR_0` a preview of what leaves the surface.
+/// `_SKY`, and a preview of what leaves the surface: `COLOR_0`, or with a lightmap `TEXCOORD_0` and a PNG.
 ///
 /// # Errors
 ///
@@ -37,11 +41,12 @@ const CHUNK_HEADER: usize = 8;
 ///
 /// When the scene is baked as spectra, which a GLB cannot hold.
 pub fn write_glb(baked: &BakedScene, provenance: &Provenance, path: &Path) -> Result<(), FileError> {
-    let parts = Parts::new(baked, provenance);
-    let written = write_atomically(path, |file| {
-        let mut writer = BufWriter::new(file);
-        parts.write(&mut writer)?;
-        writer.flush()
+    let written = Parts::new(baked, provenance).and_then(|parts| {
+        write_atomically(path, |file| {
+            let mut writer = BufWriter::new(file);
+            parts.write(&mut writer)?;
+            writer.flush()
+        })
     });
     written.map_err(|source| FileError::Write { path: path.into(), source })
 }
@@ -57,7 +62,7 @@ pub fn write_glb(baked: &BakedScene, provenance: &Provenance, path: &Path) -> Re
 /// When the scene is baked as spectra, which a GLB cannot hold.
 pub fn glb_bytes(baked: &BakedScene, provenance: &Provenance) -> std::io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
-    Parts::new(baked, provenance).write(&mut bytes)?;
+    Parts::new(baked, provenance)?.write(&mut bytes)?;
     Ok(bytes)
 }
 
@@ -71,7 +76,7 @@ struct Parts {
 }
 
 impl Parts {
-    fn new(baked: &BakedScene, provenance: &Provenance) -> Self {
+    fn new(baked: &BakedScene, provenance: &Provenance) -> std::io::Result<Self> {
         assert_eq!(baked.channels.count(), 3, "a GLB holds linear sRGB");
         let names = attributes(baked, |lamp| format!("_LAMP_{lamp}"), "_SKY");
         let preview = Preview::of(baked);
@@ -91,12 +96,13 @@ impl Parts {
             of_file(baked, provenance).into_iter().map(|(name, value)| (name.to_owned(), json!(value))).collect();
         let attribute = |(name, kind): &(String, &str)| json!({ "name": name, "kind": kind });
         extras.insert("attributes".to_owned(), names.iter().map(attribute).collect());
+        let shown = if baked.lightmap.is_some() { "lightmap" } else { "color_0" };
         extras.insert(
-            "color_0_content".to_owned(),
+            format!("{shown}_content"),
             json!("exitance: J and the irradiance by all light, at most 1, mapped into sRGB"),
         );
-        extras.insert("color_0_scale_w_m2".to_owned(), json!(preview.scale_w_m2));
-        let document = json!({
+        extras.insert(format!("{shown}_scale_w_m2"), json!(preview.scale_w_m2));
+        let mut document = json!({
             "asset": { "version": "2.0", "generator": generator(provenance) },
             "extensionsUsed": ["KHR_materials_unlit"],
             "scene": 0,
@@ -108,14 +114,24 @@ impl Parts {
                 "pbrMetallicRoughness": { "metallicFactor": 0.0, "roughnessFactor": 1.0 },
                 "extensions": { "KHR_materials_unlit": {} }
             }],
-            "accessors": parts.accessors,
-            "bufferViews": parts.views,
-            "buffers": [{ "byteLength": parts.binary.len() }],
         });
+        if let Some(lightmap) = &baked.lightmap {
+            document["scenes"][0]["extras"]["lightmap_texel_m"] = json!(lightmap.texel_m);
+            document["images"] =
+                json!([{ "bufferView": parts.add_image(lightmap, &preview)?, "mimeType": "image/png" }]);
+            document["samplers"] = json!([{
+                "magFilter": LINEAR, "minFilter": LINEAR_MIPMAP_LINEAR, "wrapS": CLAMP_TO_EDGE, "wrapT": CLAMP_TO_EDGE
+            }]);
+            document["textures"] = json!([{ "sampler": 0, "source": 0 }]);
+            document["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"] = json!({ "index": 0 });
+        }
+        document["accessors"] = json!(parts.accessors);
+        document["bufferViews"] = json!(parts.views);
+        document["buffers"] = json!([{ "byteLength": parts.binary.len() }]);
         parts.json = document.to_string().into_bytes();
-        // Chunks are multiples of four bytes; all numbers have four.
+        // Chunks are multiples of four bytes.
         parts.json.resize(parts.json.len().next_multiple_of(4), b' ');
-        parts
+        Ok(parts)
     }
 
     /// Adds the numbers of an object.
@@ -127,8 +143,12 @@ impl Parts {
         self.accessors[position]["min"] = json!(low.to_array());
         self.accessors[position]["max"] = json!(high.to_array());
         let normal = self.add_vectors(object.normals.iter().flat_map(|normal| y_up(*normal).to_array()));
-        let color = self.add_vectors(object.exitance.iter().flat_map(|exitance| preview.colour(*exitance)));
-        let mut attributes: Map<String, Value> = [("POSITION", position), ("NORMAL", normal), ("COLOR_0", color)]
+        let shown = if object.texture_coordinates.is_empty() {
+            ("COLOR_0", self.add_vectors(object.exitance.iter().flat_map(|exitance| preview.colour(*exitance))))
+        } else {
+            ("TEXCOORD_0", self.add_floats("VEC2", 2, object.texture_coordinates.iter().flatten().copied()))
+        };
+        let mut attributes: Map<String, Value> = [("POSITION", position), ("NORMAL", normal), shown]
             .map(|(name, k)| (name.to_owned(), json!(k)))
             .into_iter()
             .collect();
@@ -140,10 +160,32 @@ impl Parts {
 
     /// Adds vectors of three numbers, and returns their accessor.
     fn add_vectors(&mut self, numbers: impl Iterator<Item = f32>) -> usize {
+        self.add_floats("VEC3", 3, numbers)
+    }
+
+    /// Adds vectors of a type of so many numbers, and returns their accessor.
+    fn add_floats(&mut self, kind: &str, dimensions: usize, numbers: impl Iterator<Item = f32>) -> usize {
         let start = self.binary.len();
         self.binary.extend(numbers.flat_map(f32::to_le_bytes));
-        let count = (self.binary.len() - start) / 12;
-        self.add_accessor(start, ARRAY_BUFFER, json!({ "componentType": FLOAT, "type": "VEC3", "count": count }))
+        let count = (self.binary.len() - start) / (dimensions * size_of::<f32>());
+        self.add_accessor(start, ARRAY_BUFFER, json!({ "componentType": FLOAT, "type": kind, "count": count }))
+    }
+
+    /// Adds a lightmap as PNG, and returns its view.
+    fn add_image(&mut self, lightmap: &Lightmap, preview: &Preview) -> std::io::Result<usize> {
+        let start = self.binary.len();
+        let mut encoder = png::Encoder::new(&mut self.binary, lightmap.size, lightmap.size);
+        encoder.set_color(png::ColorType::Rgb);
+        encoder.set_depth(png::BitDepth::Eight);
+        encoder.set_source_srgb(png::SrgbRenderingIntent::RelativeColorimetric);
+        let colours: Vec<u8> = lightmap.texels.iter().flat_map(|exitance| preview.encoded(*exitance)).collect();
+        let mut writer = encoder.write_header()?;
+        writer.write_image_data(&colours)?;
+        writer.finish()?;
+        let length = self.binary.len() - start;
+        self.views.push(json!({ "buffer": 0, "byteOffset": start, "byteLength": length }));
+        self.binary.resize(self.binary.len().next_multiple_of(4), 0);
+        Ok(self.views.len() - 1)
     }
 
     fn add_indices(&mut self, triangles: &[[u32; 3]]) -> usize {
@@ -199,6 +241,13 @@ impl Preview {
     fn colour(&self, exitance: LinearRgb) -> [f32; 3] {
         let LinearRgb { r, g, b } = (exitance * self.scale_w_m2.recip()).displayable();
         [r, g, b].map(narrow)
+    }
+
+    /// The colour as a PNG has it.
+    fn encoded(&self, [r, g, b]: [f32; 3]) -> [u8; 3] {
+        let [r, g, b] = self.colour(LinearRgb { r: r.into(), g: g.into(), b: b.into() });
+        let Srgb8 { r, g, b } = Srgb8::encode(LinearRgb { r: r.into(), g: g.into(), b: b.into() });
+        [r, g, b]
     }
 }
 

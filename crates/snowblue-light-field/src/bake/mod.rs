@@ -15,6 +15,7 @@
 mod escape_polynomial;
 mod glb;
 mod lamps;
+mod lightmap;
 mod metadata;
 mod metering;
 mod ply;
@@ -42,6 +43,8 @@ use snowblue_scene::progress::{Phase, Progress, Report};
 use snowblue_scene::spectrum::{SAMPLES, Spectrum, WAVELENGTH_STEP_NM};
 
 use lamps::{field_of, lamps};
+use lightmap::{Charts, FlatSurface, LitSurfaces, TooManyCharts};
+use snowblue_geometry::ellipsoid::Ellipsoid;
 use snowblue_geometry::ray::narrow;
 use subdivision::subdivide;
 use surface_mesh::SurfaceMesh;
@@ -50,6 +53,7 @@ use vertices::Vertices;
 pub use escape_polynomial::EscapePolynomial;
 pub use glb::{glb_bytes, write_glb};
 pub use lamps::Lamp;
+pub use lightmap::{LIGHTMAP_SIZES, Lightmap};
 pub use metering::WeightedLight;
 pub use ply::write_ply;
 pub use relighting::{LitSnow, LitSurface, Relighting};
@@ -84,6 +88,8 @@ pub struct BakeOptions {
     pub channels: Channels,
     /// One attribute for all light, instead of one for each lamp and one for the rest.
     pub is_total: bool,
+    /// Columns and rows of a lightmap, within [`LIGHTMAP_SIZES`]; none for no lightmap.
+    pub lightmap: Option<u32>,
 }
 
 /// Why a light field cannot be baked.
@@ -102,6 +108,19 @@ pub enum BakeError {
         most: usize,
         /// The greatest length of an edge, in mm.
         step_mm: f64,
+    },
+    /// The charts of the surface do not fit into the lightmap at one texel each.
+    #[error(
+        "the surface is cut into {charts} parts, too many for a lightmap of {size} × {size} texels{}",
+        enough.map_or(String::new(), |enough| format!(": it must have {enough}"))
+    )]
+    SmallLightmap {
+        /// Columns and rows.
+        size: u32,
+        /// Parts of the surface that are laid flat.
+        charts: usize,
+        /// A size that is enough, if there is one.
+        enough: Option<u32>,
     },
     /// A lamp has no light field.
     #[error("object \"{object}\" {reason}")]
@@ -122,6 +141,8 @@ pub struct BakedScene {
     pub channels: Channels,
     /// All objects of snow.
     pub objects: Vec<BakedObject>,
+    /// The light as a texture, if one was asked for.
+    pub lightmap: Option<Lightmap>,
     /// Brightness of the preview.
     pub exposure: Exposure,
     /// Wavelengths of the scene, in nm.
@@ -140,6 +161,8 @@ pub struct BakedObject {
     pub normals: Vec<Vec3>,
     /// The vertices of each triangle, counter-clockwise from outside.
     pub triangles: Vec<[u32; 3]>,
+    /// Coordinates of the vertices in the lightmap, 0–1, v = 0 at its first row; none without a lightmap.
+    pub texture_coordinates: Vec<[f32; 2]>,
     /// The net flux J outwards by each lamp, and last by the sky and other surfaces: all channels of the first vertex,
     /// then of the second.
     pub flux: Vec<Vec<f32>>,
@@ -194,12 +217,17 @@ fn rgb(flux: &Spectrum, sensor: &Sensor) -> LinearRgb {
 ///
 /// # Errors
 ///
-/// When there is no snow, a lamp has no light field, or there would be too many vertices.
+/// When there is no snow, a lamp has no light field, there would be too many vertices, or the lightmap is too small.
 pub fn bake(scene: &Scene, field: &LightField, options: BakeOptions, report: Report) -> Result<BakedScene, BakeError> {
     let lamps = if options.is_total { Vec::new() } else { lamps(scene) };
     let numbers = options.channels.count() * (lamps.len() + 1);
     let step_m = |body: &BodyField| options.step_m.unwrap_or_else(|| DEFAULT_CELLS * body.step_m());
-    let mut surfaces = surfaces(scene, field, step_m, MOST_VERTICES.min(MOST_NUMBERS / numbers))?;
+    let most_vertices = MOST_VERTICES.min(MOST_NUMBERS / numbers);
+    let mut surfaces = surfaces(scene, field, step_m, most_vertices, options.lightmap.is_some())?;
+    let lightmap = match options.lightmap {
+        Some(size) => Some(lightmap_of(&mut surfaces, size, field, scene.sensor())?),
+        None => None,
+    };
     let mut sky: Vec<Vec<f32>> =
         surfaces.iter().map(|surface| surface.flux(field, options.channels, scene.sensor())).collect();
     for surface in &mut surfaces {
@@ -226,6 +254,7 @@ pub fn bake(scene: &Scene, field: &LightField, options: BakeOptions, report: Rep
         lamps,
         channels: options.channels,
         objects: finished.collect(),
+        lightmap,
         exposure: scene.film().exposure,
         wavelengths_nm: *scene.sensor().wavelengths_nm(),
         is_false_color: !scene.sensor().is_standard_observer(),
@@ -239,7 +268,27 @@ struct Surface {
     object: usize,
     /// Points where the light is read.
     points: Vec<Vec3>,
+    /// The parts that are laid flat; none without a lightmap.
+    charts: Charts,
+    /// The ellipsoid whose surface it is.
+    ellipsoid: Option<Ellipsoid>,
     baked: BakedObject,
+}
+
+/// The lightmap of all surfaces, whose vertices get texture coordinates.
+fn lightmap_of(
+    surfaces: &mut [Surface],
+    size: u32,
+    field: &LightField,
+    sensor: &Sensor,
+) -> Result<Lightmap, BakeError> {
+    let flat: Vec<FlatSurface> = surfaces.iter().map(Surface::flat).collect();
+    let LitSurfaces { lightmap, texture_coordinates } = lightmap::of(&flat, size, field, sensor)
+        .map_err(|TooManyCharts { charts, enough }| BakeError::SmallLightmap { size, charts, enough })?;
+    for (surface, coordinates) in surfaces.iter_mut().zip(texture_coordinates) {
+        surface.baked.texture_coordinates = coordinates;
+    }
+    Ok(lightmap)
 }
 
 /// The surfaces of all snow, with edges of at most a length in m that depends on the body.
@@ -248,6 +297,7 @@ fn surfaces(
     field: &LightField,
     step_m: impl Fn(&BodyField) -> f64,
     most_vertices: usize,
+    has_lightmap: bool,
 ) -> Result<Vec<Surface>, BakeError> {
     let (mut surfaces, mut count) = (Vec::new(), 0);
     for (number, object) in scene.objects().list().iter().enumerate() {
@@ -258,7 +308,9 @@ fn surfaces(
         if !subdivide(&mut mesh, edge_m, most_vertices.saturating_sub(count)) {
             return Err(too_many);
         }
-        let Vertices { positions, normals, points, triangles } = Vertices::of(&mesh);
+        let mut vertices = Vertices::of(&mesh);
+        let charts = if has_lightmap { Charts::of(&mesh, &mut vertices) } else { Charts::default() };
+        let Vertices { positions, normals, points, triangles } = vertices;
         if positions.is_empty() {
             continue;
         }
@@ -274,15 +326,29 @@ fn surfaces(
             transport_length_m: top.transport_length_m().into(),
             step_m,
         };
-        let (flux, exitance) = (Vec::new(), Vec::new());
-        let (name, half_space) = (object.name.clone(), half_space.clone());
-        let baked = BakedObject { name, positions, normals, triangles, flux, exitance, snow, half_space };
-        surfaces.push(Surface { object: number, points, baked });
+        let baked = BakedObject {
+            name: object.name.clone(),
+            positions,
+            normals,
+            triangles,
+            texture_coordinates: Vec::new(),
+            flux: Vec::new(),
+            exitance: Vec::new(),
+            snow,
+            half_space: half_space.clone(),
+        };
+        surfaces.push(Surface { object: number, points, charts, ellipsoid: mesh.ellipsoid, baked });
     }
     if surfaces.is_empty() { Err(BakeError::NoSnow) } else { Ok(surfaces) }
 }
 
 impl Surface {
+    fn flat(&self) -> FlatSurface<'_> {
+        let Self { object, ref charts, ellipsoid, ref baked, .. } = *self;
+        let BakedObject { positions, normals, triangles, .. } = baked;
+        FlatSurface { object, charts, ellipsoid, positions, normals, triangles }
+    }
+
     /// The net flux at all vertices.
     fn flux(&self, field: &LightField, channels: Channels, sensor: &Sensor) -> Vec<f32> {
         let Some(body) = field.of_object(self.object) else { return Vec::new() };

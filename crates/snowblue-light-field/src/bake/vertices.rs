@@ -12,7 +12,7 @@ use crate::bake::surface_mesh::{Facet, SurfaceMesh};
 
 /// How far a point of the surface is moved from a vertex on a sharp edge towards the middle of a face, as a fraction of
 /// the distance. The field ends at edges, and rounding must not move the point beyond.
-const INSET: f32 = 0.02;
+pub(super) const INSET: f32 = 0.02;
 
 /// Vertices and triangles of a surface.
 #[derive(Debug, Default)]

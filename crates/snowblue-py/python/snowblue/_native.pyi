@@ -148,5 +148,5 @@ class Scene:
         preview: Callable[[int, int, NDArray[np.uint8]], object] | None,
     ) -> dict[str, Any]: ...
     def bake(
-        self, step_mm: float | None, content: dict[str, bool], output: str | None, progress: _PhaseProgress
+        self, step_mm: float | None, content: dict[str, bool | int | None], output: str | None, progress: _PhaseProgress
     ) -> list[dict[str, Any]]: ...

@@ -207,6 +207,7 @@ class Scene:
         *,
         step_mm: float | None = None,
         spectrum: bool = False,
+        lightmap: int | None = None,
         max_bounces: int | None = None,
         output: str | PathLike[str] | None = None,
         progress: PhaseProgress = None,
@@ -222,6 +223,9 @@ class Scene:
             Greatest length of an edge; by default twice the cells of the light field.
         spectrum : bool
             31 wavelengths in W/(m² nm) instead of linear sRGB in W/m².
+        lightmap : int, optional
+            Rows and columns, 64 to 4096, of a texture of all that leaves the snow: `lightmap` of the result. A .glb
+            shows it in place of COLOR_0.
         max_bounces : int, optional
         output : path, optional
             A .glb or .ply file to write too.
@@ -233,11 +237,19 @@ class Scene:
             raise ValueError(f"{target}: the baked snow must end in .glb or .ply")
         if target is not None and spectrum and Path(target).suffix.lower() == ".glb":
             raise ValueError(f"{target}: spectra need a .ply: a GLB holds colours only")
+        if target is not None and lightmap is not None and Path(target).suffix.lower() == ".ply":
+            raise ValueError(f"{target}: a lightmap needs a .glb: a PLY holds no texture")
         changed = self._changed(integrator={"type": "diffusion", "max_bounces": max_bounces})
         with reporting_phases(progress) as report:
-            content = {"spectrum": spectrum, "is_total": False, "reflection": False}
+            content = {"spectrum": spectrum, "is_total": False, "reflection": False, "lightmap": lightmap}
             of_all, *objects = changed.bake(step_mm, content, target, report)
-        return Bake([_baked(one, of_all["lamps"]) for one in objects], of_all["lamps"], of_all["provenance"])
+        texels = of_all.get("lightmap")
+        return Bake(
+            [_baked(one, of_all["lamps"]) for one in objects],
+            of_all["lamps"],
+            of_all["provenance"],
+            None if texels is None else texels.reshape(lightmap, lightmap, 3),
+        )
 
     def _changed(self, **tables: Mapping[str, Any]) -> _native.Scene:
         changes = {
@@ -262,6 +274,8 @@ class BakedObject:
     """Outward unit normals, (n, 3)."""
     triangles: np.ndarray
     """Vertices of each triangle, counter-clockwise from outside, (m, 3)."""
+    texture_coordinates: np.ndarray
+    """Columns and rows of the lightmap at the vertices as fractions of its size, (n, 2); (0, 2) without a lightmap."""
     flux: np.ndarray
     """Net flux J outwards by each lamp, and last by the sky and all light by way of other surfaces: (lamps + 1, n, 3)
     in W/m² as linear sRGB, or (lamps + 1, n, 31) in W/(m² nm)."""
@@ -291,6 +305,8 @@ class Bake:
     lamps: list[str]
     """What each lamp is: point, spot, directional, sphere or rectangle."""
     provenance: str
+    lightmap: np.ndarray | None = None
+    """What leaves the surface of all snow as a texture, (rows, columns, 3), in W/m² as linear sRGB."""
 
     def __repr__(self) -> str:
         vertices = sum(len(one.positions) for one in self.objects)
@@ -345,6 +361,7 @@ def _baked(one: dict[str, Any], lamps: list[str]) -> BakedObject:
         positions=one["positions"].reshape(count, 3),
         normals=one["normals"].reshape(count, 3),
         triangles=one["triangles"].reshape(-1, 3),
+        texture_coordinates=one["texture_coordinates"].reshape(-1, 2),
         flux=np.stack(one["flux"]).reshape(len(lamps) + 1, count, one["channels"]),
         exitance=one["exitance"].reshape(count, 3),
         escape_polynomial=np.array(one["escape_polynomial"]),

@@ -80,7 +80,7 @@ def solve(frames: list[Collected], options: Options, report: Report) -> list[Sol
             objects = earlier.get(digest)
             if objects is None:
                 # The spectrum of an image is made of its colours, so that its flux is a colour.
-                content = {"spectrum": not is_image, "is_total": True, "reflection": False}
+                content = {"spectrum": not is_image, "is_total": True, "reflection": False, "lightmap": None}
                 with _names_of_blender(made):
                     scene = _native.Scene.from_json(text, files, ".") if scene is None else scene.with_json(text)
                     objects = [_baked(one, []) for one in scene.bake(options.step_mm, content, None, watch)[1:]]

@@ -1,0 +1,149 @@
+//! The light of all snow in one texture: a lightmap.
+//!
+//! 1. `charts`: each surface is cut into parts that are laid flat.
+//! 2. `packing`: the rectangles about them are packed into a square of texels, all at one scale.
+//! 3. `texels`: the light field is read at the place that each texel shows. In the gutter around a chart that is the
+//!    nearest place of its edge.
+//! 4. Texels between the charts get the light of the nearest ones, so that smaller levels of a mipmap mix no other.
+
+mod charts;
+mod flat_surface;
+mod packing;
+mod rectangle;
+mod texels;
+
+#[cfg(test)]
+mod tests;
+
+use glam::DVec2;
+use rayon::prelude::*;
+use snowblue_color::LinearRgb;
+use snowblue_geometry::ray::narrow;
+use snowblue_scene::film::sensor::Sensor;
+
+use crate::LightField;
+
+pub(super) use charts::Charts;
+pub(super) use flat_surface::FlatSurface;
+use packing::{GUTTER, Packing, pack, with_gutter};
+use texels::{ChartTexels, place};
+
+/// Columns and rows of a lightmap.
+pub const LIGHTMAP_SIZES: std::ops::RangeInclusive<u32> = 64..=4096;
+
+/// What leaves the surface of all snow, as a square texture.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Lightmap {
+    /// Columns and rows.
+    pub size: u32,
+    /// Side of a texel on a surface that lies flat, in m.
+    pub texel_m: f64,
+    /// Exitance as linear sRGB in W/m², row by row from v = 0: red, green and blue.
+    pub texels: Vec<[f32; 3]>,
+}
+
+/// A lightmap of some surfaces.
+pub(super) struct LitSurfaces {
+    pub(super) lightmap: Lightmap,
+    /// Of the vertices of each surface.
+    pub(super) texture_coordinates: Vec<Vec<[f32; 2]>>,
+}
+
+/// More charts than fit into a lightmap.
+pub(super) struct TooManyCharts {
+    pub(super) charts: usize,
+    /// A size that is enough, if there is one.
+    pub(super) enough: Option<u32>,
+}
+
+/// The lightmap of all surfaces, and the texture coordinates of their vertices.
+///
+/// # Errors
+///
+/// When the charts do not fit.
+pub(super) fn of(
+    surfaces: &[FlatSurface],
+    size: u32,
+    field: &LightField,
+    sensor: &Sensor,
+) -> Result<LitSurfaces, TooManyCharts> {
+    let extents_m: Vec<DVec2> =
+        surfaces.iter().flat_map(|surface| &surface.charts.list).map(|chart| chart.extent_m).collect();
+    let packing = pack(&extents_m, size).ok_or_else(|| {
+        let fits = |size: &u32| pack(&extents_m, *size).is_some();
+        let enough =
+            (0..).map(|doublings| size << doublings).take_while(|size| LIGHTMAP_SIZES.contains(size)).find(fits);
+        TooManyCharts { charts: extents_m.len(), enough }
+    })?;
+    let lightmap = read(surfaces, &packing, size, field, sensor);
+    Ok(LitSurfaces { lightmap, texture_coordinates: coordinates(surfaces, &packing, size) })
+}
+
+/// The texture coordinates of the vertices of each surface.
+fn coordinates(surfaces: &[FlatSurface], packing: &Packing, size: u32) -> Vec<Vec<[f32; 2]>> {
+    let mut corners = packing.corners.iter();
+    let of_surface = |surface: &FlatSurface| {
+        let mut coordinates = vec![[0.0; 2]; surface.charts.flat_m.len()];
+        for (chart, corner) in surface.charts.list.iter().zip(&mut corners) {
+            let corner = DVec2::from(corner.map(|texel| f64::from(texel + GUTTER)));
+            for vertex in chart.triangles.iter().flat_map(|triangle| surface.triangles[*triangle as usize]) {
+                let at = corner + surface.charts.flat_m[vertex as usize] * packing.texels_per_m;
+                coordinates[vertex as usize] = (at / f64::from(size)).to_array().map(narrow);
+            }
+        }
+        coordinates
+    };
+    surfaces.iter().map(of_surface).collect()
+}
+
+/// Reads the light field at all texels.
+fn read(surfaces: &[FlatSurface], packing: &Packing, size: u32, field: &LightField, sensor: &Sensor) -> Lightmap {
+    let mut shown: Vec<Option<[f32; 3]>> = vec![None; size as usize * size as usize];
+    let charts = surfaces.iter().flat_map(|surface| surface.charts.list.iter().map(move |chart| (surface, chart)));
+    for ((surface, chart), [left, top]) in charts.zip(&packing.corners) {
+        let Some(body) = field.of_object(surface.object) else { continue };
+        let scale = packing.texels_per_m;
+        let corners = |triangle: u32| {
+            let vertices = surface.triangles[triangle as usize];
+            vertices.map(|vertex| surface.charts.flat_m[vertex as usize] * scale + f64::from(GUTTER))
+        };
+        let texels = ChartTexels::of(&chart.triangles, with_gutter(chart.extent_m, scale), corners);
+        let read = |(at, triangle): ([u32; 2], u32)| {
+            let surface_point = place(surface, triangle, &corners(triangle), at);
+            let LinearRgb { r, g, b } =
+                LinearRgb::from_xyz(sensor.xyz(&body.exitance(surface_point.point, surface_point.normal)));
+            (at, [r, g, b].map(narrow))
+        };
+        let read: Vec<([u32; 2], [f32; 3])> = texels.shown().into_par_iter().map(read).collect();
+        for ([column, row], exitance) in read {
+            shown[((top + row) * size + left + column) as usize] = Some(exitance);
+        }
+    }
+    Lightmap { size, texel_m: packing.texels_per_m.recip(), texels: spread(shown, size) }
+}
+
+/// Fills texels without a value with that of the nearest one, by steps to the four neighbours.
+fn spread(mut texels: Vec<Option<[f32; 3]>>, size: u32) -> Vec<[f32; 3]> {
+    let size = size as usize;
+    let mut edge: Vec<usize> = (0..texels.len()).filter(|texel| texels[*texel].is_some()).collect();
+    while !edge.is_empty() {
+        let mut next = Vec::new();
+        for texel in edge {
+            let (column, value) = (texel % size, texels[texel]);
+            let neighbours = [
+                (column > 0).then(|| texel - 1),
+                (column + 1 < size).then(|| texel + 1),
+                texel.checked_sub(size),
+                Some(texel + size).filter(|texel| *texel < texels.len()),
+            ];
+            for neighbour in neighbours.into_iter().flatten() {
+                if texels[neighbour].is_none() {
+                    texels[neighbour] = value;
+                    next.push(neighbour);
+                }
+            }
+        }
+        edge = next;
+    }
+    texels.into_iter().map(Option::unwrap_or_default).collect()
+}

@@ -1,0 +1,88 @@
+//! The smallest rectangle about points of a plane.
+
+use glam::DVec2;
+
+/// Turns and moves points into the smallest rectangle about them that has its lower corner at 0 and its longer sides
+/// along x, and returns its sides. One side of the rectangle lies along the convex hull (Freeman & Shapira 1975,
+/// "Determining the minimum-area encasing rectangle for an arbitrary closed curve", doi:10.1145/360881.360919).
+pub(super) fn smallest_rectangle(points: &mut [DVec2]) -> DVec2 {
+    let hull = convex_hull(points);
+    let rectangle = |along: DVec2| {
+        let points = hull.iter().map(|point| turned(*point, along));
+        let (low, high) =
+            points.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), point| (low.min(point), high.max(point)));
+        (low, high - low)
+    };
+    let next = hull.iter().cycle().skip(1);
+    let directions = hull.iter().zip(next).filter_map(|(from, to)| (*to - *from).try_normalize());
+    let by_area = |one: &DVec2, other: &DVec2| {
+        let [one, other] = [one, other].map(|along| rectangle(*along).1.element_product());
+        one.total_cmp(&other)
+    };
+    let mut along = directions.min_by(by_area).unwrap_or(DVec2::X);
+    if rectangle(along).1.x < rectangle(along).1.y {
+        along = along.perp();
+    }
+    let (low, extent) = rectangle(along);
+    points.iter_mut().for_each(|point| *point = turned(*point, along) - low);
+    extent
+}
+
+/// A point in axes of which the first has a direction.
+fn turned(point: DVec2, along: DVec2) -> DVec2 {
+    DVec2::new(along.dot(point), along.perp_dot(point))
+}
+
+/// The corners of the convex hull, counter-clockwise, by a monotone chain (Andrew 1979, "Another efficient algorithm
+/// for convex hulls in two dimensions", doi:10.1016/0020-0190(79)90072-3).
+fn convex_hull(points: &[DVec2]) -> Vec<DVec2> {
+    let mut sorted = points.to_vec();
+    sorted.sort_unstable_by(|one, other| one.x.total_cmp(&other.x).then(one.y.total_cmp(&other.y)));
+    let chain = |points: &mut dyn Iterator<Item = &DVec2>| {
+        let mut chain: Vec<DVec2> = Vec::new();
+        for point in points {
+            while let [.., before, last] = chain[..] {
+                if (last - before).perp_dot(*point - last) > 0.0 {
+                    break;
+                }
+                chain.pop();
+            }
+            chain.push(*point);
+        }
+        chain.pop();
+        chain
+    };
+    let (mut hull, upper) = (chain(&mut sorted.iter()), chain(&mut sorted.iter().rev()));
+    hull.extend(upper);
+    if hull.is_empty() {
+        // All points are one.
+        hull.extend(sorted.first());
+    }
+    hull
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_rectangle_of_a_turned_one_is_itself() {
+        let corners = [[0.0, 0.0], [0.0, 3.0], [1.0, 3.0], [1.0, 0.0], [0.4, 1.7]].map(DVec2::from);
+        for angle in [0.0, 0.3, 1.2, 2.9] {
+            let mut points = corners.map(|corner| DVec2::from_angle(angle).rotate(corner) + DVec2::new(7.0, -2.0));
+            let extent = smallest_rectangle(&mut points);
+            assert!(extent.distance(DVec2::new(3.0, 1.0)) < 1e-12, "{extent}");
+            for (one, other) in [(0, 1), (1, 2), (2, 4), (4, 0)] {
+                let length = |points: &[DVec2; 5]| points[one].distance(points[other]);
+                assert!((length(&points) - length(&corners)).abs() < 1e-12, "it is turned and moved only");
+            }
+            assert!(points.iter().all(|point| point.min_element() > -1e-12 && (extent - point).min_element() > -1e-12));
+            let around = [0, 1, 2, 3].map(|k| points[k].perp_dot(points[(k + 1) % 4])).iter().sum::<f64>();
+            assert!((around + 6.0).abs() < 1e-12, "it is not mirrored: {around}");
+        }
+        // Points on a line, and a single one.
+        let mut line = [[1.0, 1.0], [2.0, 2.0], [3.0, 3.0]].map(DVec2::from);
+        assert!(smallest_rectangle(&mut line).distance(DVec2::new(8_f64.sqrt(), 0.0)) < 1e-12);
+        assert_eq!(smallest_rectangle(&mut [DVec2::ONE]), DVec2::ZERO);
+    }
+}
