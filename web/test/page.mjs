@@ -151,15 +151,38 @@ export async function chooseCurve(page, name, content) {
 
 /** Presses a button below "Share and reproduce" and gives the files that it saves, by name. */
 export async function saved(page, name, count = 1, press = (button) => button.click()) {
+  const wait = await (IS_FIREFOX ? linked : downloaded)(page, count);
+  await press(page.getByRole("button", { name, exact: true }));
+  return wait();
+}
+
+function downloaded(page, count) {
   const downloads = [];
   const all = new Promise((resolve) => {
     page.on("download", (download) => downloads.push(download) === count && resolve());
   });
-  await press(page.getByRole("button", { name, exact: true }));
-  await all;
-  page.removeAllListeners("download");
-  const files = downloads.map(async (one) => [one.suggestedFilename(), await readFile(await one.path())]);
-  return Object.fromEntries(await Promise.all(files));
+  return async () => {
+    await all;
+    page.removeAllListeners("download");
+    const files = downloads.map(async (one) => [one.suggestedFilename(), await readFile(await one.path())]);
+    return Object.fromEntries(await Promise.all(files));
+  };
+}
+
+/** Playwright learns of no download in Firefox, so the links of the files are read. */
+async function linked(page, count) {
+  await page.evaluate(() => {
+    window.savedFiles = [];
+    HTMLAnchorElement.prototype.click = function () {
+      const { download, href } = this;
+      window.savedFiles.push(fetch(href).then(async (file) => [download, [...new Uint8Array(await file.arrayBuffer())]]));
+    };
+  });
+  return async () => {
+    await page.waitForFunction((count) => window.savedFiles.length === count, count);
+    const files = await page.evaluate(() => Promise.all(window.savedFiles));
+    return Object.fromEntries(files.map(([name, bytes]) => [name, Buffer.from(bytes)]));
+  };
 }
 
 /** Chooses a file as the visitor's own mesh. */
