@@ -37,10 +37,8 @@ pageTest("the story is alive before its live light", { fragment: "", url: slow.u
   await lit(page);
 });
 
-pageTest("no file is sent twice", { fragment: "", url: whole.url }, async (page, t) => {
+pageTest("no file is sent twice", { fragment: "", url: whole.url }, async (page) => {
   await lit(page);
-  const bytes = await size(whole.sent.map(({ file }) => file));
-  t.diagnostic(`${bytes} bytes after brotli until the first live light`);
   await page.waitForFunction(() => navigator.serviceWorker.controller?.state === "activated");
   const paths = whole.sent.map(({ pathname }) => pathname);
   assert.deepEqual(paths.filter((path, index) => paths.indexOf(path) !== index), []);
