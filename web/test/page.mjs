@@ -185,7 +185,8 @@ async function linked(page, count) {
     window.savedFiles = [];
     HTMLAnchorElement.prototype.click = function () {
       const { download, href } = this;
-      window.savedFiles.push(fetch(href).then(async (file) => [download, [...new Uint8Array(await file.arrayBuffer())]]));
+      const bytes = fetch(href).then(async (file) => [...new Uint8Array(await file.arrayBuffer())]);
+      window.savedFiles.push(bytes.then((bytes) => [download, bytes]));
     };
   });
   return async () => {
