@@ -69,10 +69,11 @@ after(async () => {
 
 /**
  * A test with an empty page of its own, which fails on any error in the console or of the page. `options` are those of
- * a browser context. `body` gets the page, and the context of the test for parts of it.
+ * a browser context, and `skip` the reason to leave the test out. `body` gets the page, and the context of the test for
+ * parts of it.
  */
-export function browserTest(name, body, options = {}) {
-  test(name, { timeout: HANGS_MS }, async (t) => {
+export function browserTest(name, body, { skip = false, ...options } = {}) {
+  test(name, { timeout: HANGS_MS, skip }, async (t) => {
     const context = await browser.newContext({ viewport: { width: 800, height: 600 }, ...options });
     const problems = [];
     context.on("console", (message) => message.type() === "error" && problems.push(message.text()));
