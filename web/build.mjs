@@ -87,7 +87,7 @@ await esbuild.build({
     ...readdirSync(join(ROOT, "src/workers")).map((file) => `src/workers/${file}`),
   ],
   entryNames: "[name]",
-  chunkNames: "part-[hash]",
+  chunkNames: "[name]-[hash]",
   format: "esm",
   splitting: true,
   outdir: DIST,

@@ -11,6 +11,9 @@ const REST_MS = 300;
 const MOST_KEPT = 64;
 
 export type Asked = Sample & Pick<State, "swatch_exposure">;
+/** Said of figures that stay after an error. */
+export const FORMER = "The figures are those of the sample before.";
+
 type Outcome<Answer> = { answer: Answer } | { error: string };
 export type Shown<Answer> = { sample: Asked; fine: boolean } & Outcome<Answer>;
 

@@ -23,6 +23,7 @@ export class Compare {
   readonly #changed: () => void;
   readonly #pin = byId("pin") as HTMLButtonElement;
   readonly #answers = new Map<string, SpectrumAnswer>();
+  readonly #computing = new Map<string, Promise<void>>();
   #current: SpectrumAnswer | undefined;
 
   /** `ready` when the module `spectrum` is; `changed` is called when a pinned sample is ready or gone. */
@@ -43,9 +44,16 @@ export class Compare {
   update(state: State): void {
     for (const sample of state.pinned) {
       const asked = { ...sample, swatch_exposure: state.swatch_exposure };
-      if (!this.#answers.has(keyOf(asked))) void this.#compute(asked);
+      const key = keyOf(asked);
+      if (this.#answers.has(key) || this.#computing.has(key)) continue;
+      this.#computing.set(key, this.#compute(asked).finally(() => this.#computing.delete(key)));
     }
     this.#show();
+  }
+
+  /** Waits for all pinned samples. */
+  async settle(): Promise<void> {
+    await Promise.all(this.#computing.values());
   }
 
   /** The curves of the pinned samples that are ready. */

@@ -49,6 +49,22 @@ export function fresh(stem: string): string {
   return `${stem}-${count}`;
 }
 
+/** A result is announced after so long without another one, in ms. */
+const ANNOUNCE_MS = 1000;
+/** Results to announce, by what they are of. */
+const results = new Map<string, string>();
+let announcement: ReturnType<typeof setTimeout> | undefined;
+
+/** Has screen readers say a result, in one sentence. A newer one of the same name replaces it. */
+export function announce(name: string, sentence: string): void {
+  results.set(name, sentence);
+  clearTimeout(announcement);
+  announcement = setTimeout(() => {
+    byId("summary").textContent = [...results.values()].join(" ");
+    results.clear();
+  }, ANNOUNCE_MS);
+}
+
 /** Shows or hides text that announces itself. */
 export function say(element: HTMLElement, text: string): void {
   if (element.textContent !== text) element.textContent = text;

@@ -2,13 +2,13 @@
 
 import init from "native:spectrum";
 import firstAnswer from "virtual:first-answer";
-import { Answers, type Shown } from "./answers";
+import { Answers, FORMER, type Shown } from "./answers";
 import { version } from "./catalog";
 import { Chart } from "./chart/chart";
-import { curve, type Curve } from "./chart/draw";
+import { curve, type Content, type Curve } from "./chart/draw";
 import { Compare } from "./compare";
 import { compiled } from "./compiled";
-import { byId, el, say } from "./dom";
+import { announce, byId, el, say } from "./dom";
 import { Engine } from "./engine";
 import { decode, encode } from "./fragment";
 import type { SpectrumAnswer } from "./native";
@@ -53,13 +53,14 @@ const host = new ViewHost(store);
 let current: Curve | undefined;
 /** Infrared light and light at depth; none before the results come near the window. */
 let sunlight: Sunlight | undefined;
+let sunlightStarted: Promise<void> | undefined;
 let addressTimer: ReturnType<typeof setTimeout> | undefined;
 /** The open step of the story; none in the laboratory. */
 let storyStep: number | undefined;
 
 buildPanel(byId("panel"), store);
 buildToolbar(store, host);
-const share = new Share(store, chart, curves, host);
+const share = new Share(store, chart, { content, settle, solar_nm }, host);
 const story = new Story(store, host, opened, () => enterLaboratory());
 byId("open-story").addEventListener("click", () => enterStory());
 byId("open-laboratory").addEventListener("click", () => enterLaboratory());
@@ -86,11 +87,12 @@ window.addEventListener("hashchange", ({ newURL }) => {
 byId("version").textContent = `snowblue ${version}`;
 afterPaint(() => spectra.warm(store.state));
 afterPaint(() => void host.start());
-afterPaint(() => void keepOffline());
+// What is kept for later must not slow the first light down.
+void host.opened.then(keepOffline);
 const near = new IntersectionObserver((entries) => {
   if (!entries.some(({ isIntersecting }) => isIntersecting)) return;
   near.disconnect();
-  void startSunlight();
+  sunlightStarted = startSunlight();
 }, { rootMargin: NEAR });
 near.observe(byId("results"));
 
@@ -101,7 +103,10 @@ function wait(): void {
 function show(shown: Shown<SpectrumAnswer>): void {
   say(byId("spectrum-error"), "error" in shown ? `${upper(shown.error)}.` : "");
   document.body.classList.toggle("stale", "error" in shown);
-  if ("error" in shown) return;
+  if ("error" in shown) {
+    byId("precision").textContent = current === undefined ? "" : FORMER;
+    return;
+  }
   const { answer, sample, fine } = shown;
   current = curve(sample, 0, answer);
   swatches.set(answer);
@@ -111,7 +116,7 @@ function show(shown: Shown<SpectrumAnswer>): void {
   drawCurves();
   byId("precision").textContent = precision(answer, fine);
   glance(answer);
-  if (fine) byId("summary").textContent = summary(current.name, answer);
+  if (fine) announce("spectrum", summary(current.name, answer));
 }
 
 /** Over the range of the chart; visible light alone where that is all that is known. */
@@ -121,11 +126,36 @@ function curves(): Curve[] {
   return visible.map((one) => sunlight?.extended(one) ?? one);
 }
 
+/** All that the chart shows. */
+function content(): Content {
+  return { curves: curves(), measured: sunlight?.measured, range: store.state.range };
+}
+
+/** The wavelengths of the solar spectrum, if it is shown and that of the present sample is known. */
+function solar_nm(): readonly number[] | undefined {
+  return store.state.range === "solar" ? sunlight?.wavelengths_nm : undefined;
+}
+
+/** Shows the final figures of the present samples, so that a file has them. */
+async function settle(): Promise<void> {
+  let state: State;
+  do {
+    ({ state } = store);
+    await Promise.all([spectra.fine(state), compare.settle(), state.range === "solar" ? settleSunlight() : undefined]);
+  } while (state !== store.state);
+  spectra.want(state);
+}
+
+async function settleSunlight(): Promise<void> {
+  await sunlightStarted;
+  if (sunlight === undefined) throw new Error("sunlight cannot be computed");
+  await sunlight.settle();
+}
+
 function drawCurves(): void {
   if (current === undefined) return;
-  const { range } = store.state;
-  chart.set({ curves: curves(), measured: sunlight?.measured, range });
-  share.setSolar(range === "solar" ? sunlight?.wavelengths_nm : undefined);
+  chart.set(content());
+  share.show();
 }
 
 async function startSunlight(): Promise<void> {

@@ -22,7 +22,8 @@ worker.addEventListener("fetch", (event) => {
 
 async function keep(): Promise<void> {
   const cache = await caches.open(CACHE);
-  await cache.addAll(["./", ...FILES].map((file) => new Request(file, { cache: "reload" })));
+  // The server says of files that the page has loaded whether they are still the same, and does not send them again.
+  await cache.addAll(["./", ...FILES].map((file) => new Request(file, { cache: "no-cache" })));
 }
 
 async function forget(): Promise<void> {

@@ -1,6 +1,6 @@
 /** Files of the figures on the page. */
 
-import { QUANTITIES, stroke, type Curve } from "./chart/draw";
+import { QUANTITIES, RANGE_ENDS, marks, stroke, within, type Content, type Curve, type Measured } from "./chart/draw";
 import { svg } from "./dom";
 
 /** The light colour scheme, for files. */
@@ -26,11 +26,19 @@ export function csv(curves: readonly Curve[]): string {
   return `${[header, ...rows].map((row) => row.join(",")).join("\n")}\n`;
 }
 
-/** A chart as a file that stands alone, with its curves and their transmitted colours named below it. */
-export function svgFile(chart: SVGSVGElement, curves: readonly Curve[], about: string): string {
+/**
+ * A chart of a range as a file that stands alone, with its curves, their transmitted colours and the measured curve
+ * named below it.
+ */
+export function svgFile(chart: SVGSVGElement, { curves, measured, range }: Content, about: string): string {
   const [width, height] = [Number(chart.getAttribute("width")), Number(chart.getAttribute("height"))];
-  const rows = curves.flatMap((curve, index) => legend(curve, height + ROW * (index + 0.5)));
-  const taller = height + ROW * (curves.length + 1.5);
+  const points = measured === undefined ? 0 : within(measured, RANGE_ENDS[range]).length;
+  const names = [
+    ...curves.map((curve) => (y: number) => legend(curve, y)),
+    ...(measured === undefined || points === 0 ? [] : [(y: number) => measuredLegend(measured, points, y)]),
+  ];
+  const rows = names.flatMap((name, index) => name(height + ROW * (index + 0.5)));
+  const taller = height + ROW * (names.length + 1.5);
   chart.setAttribute("height", String(taller));
   chart.setAttribute("viewBox", `0 0 ${width} ${taller}`);
   chart.setAttribute("style", Object.entries(INK).map(([name, color]) => `${name}: ${color}`).join("; "));
@@ -44,6 +52,13 @@ function legend({ name, place, hex }: Curve, y: number): SVGElement[] {
     svg("line", { x1: LEFT, x2: LEFT + 24, y1: y, y2: y, ...stroke(place) }),
     svg("rect", { x: LEFT + 34, y: y - 8, width: 16, height: 16, rx: 3, fill: hex }),
     svg("text", { x: LEFT + 60, y: y + 4, fill: "var(--ink)" }, `${name}; transmitted ${hex}`),
+  ];
+}
+
+function measuredLegend({ name, quantity }: Measured, points: number, y: number): SVGElement[] {
+  return [
+    ...marks(points, [[LEFT, y], [LEFT + 12, y], [LEFT + 24, y]]),
+    svg("text", { x: LEFT + 60, y: y + 4, fill: "var(--ink)" }, `${name}; measured ${quantity}`),
   ];
 }
 

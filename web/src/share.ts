@@ -2,7 +2,7 @@
 
 import { version } from "./catalog";
 import type { Chart } from "./chart/chart";
-import type { Curve } from "./chart/draw";
+import type { Content } from "./chart/draw";
 import { byId, el, say } from "./dom";
 import { LAYERS_FILE, commandLines, layersToml, pythonCall } from "./share-commands";
 import { csv, pngFile, save, svgFile } from "./share-files";
@@ -13,24 +13,46 @@ import type { ViewHost } from "./view-host";
 /** Width of the chart in files, in px. */
 const WIDTH = 1080;
 
+/** What files and commands are of. */
+export interface Shared {
+  content(): Content;
+  /** Has the final figures of the present samples shown. */
+  settle(): Promise<void>;
+  /** Wavelengths of the solar spectrum, if there is one. */
+  solar_nm(): readonly number[] | undefined;
+}
+
 export class Share {
   readonly #command = code("Command line");
   readonly #layers = code(`File ${LAYERS_FILE}`);
   readonly #python = code("Python");
   readonly #store: Store;
-  #solar_nm: readonly number[] | undefined;
+  readonly #shared: Shared;
 
-  constructor(store: Store, chart: Chart, curves: () => readonly Curve[], view: ViewHost) {
-    const about = () => `snowblue ${version}, discrete ordinates`;
-    const figure = () => svgFile(chart.picture(WIDTH), curves(), about());
-    const button = (label: string, run: () => void | Promise<void>) =>
+  constructor(store: Store, chart: Chart, shared: Shared, view: ViewHost) {
+    const about = `snowblue ${version}, discrete ordinates`;
+    const figure = () => svgFile(chart.picture(WIDTH), shared.content(), about);
+    const settled = async () => {
+      say(byId("share-status"), "Computing the final figures.");
+      await shared.settle();
+    };
+    const button = (label: string, run: () => Promise<void>) =>
       el("button", { type: "button", class: "button", click: () => void this.#run(label, run) }, label);
     byId("share").append(
       el("div", { class: "row wrap" },
         button("Copy link", async () => copy(location.href)),
-        button("CSV", () => save("snow.csv", csv(curves()), "text/csv")),
-        button("SVG", () => save("snow.svg", figure(), "image/svg+xml")),
-        button("PNG", async () => save("snow.png", await pngFile(figure()))),
+        button("CSV", async () => {
+          await settled();
+          save("snow.csv", csv(shared.content().curves), "text/csv");
+        }),
+        button("SVG", async () => {
+          await settled();
+          save("snow.svg", figure(), "image/svg+xml");
+        }),
+        button("PNG", async () => {
+          await settled();
+          save("snow.png", await pngFile(figure()));
+        }),
         button("3-D PNG", async () => save("snow-view.png", await (await view.viewer()).exportPng())),
         button("3-D GLB", async () => save("snow.glb", await (await view.viewer()).exportGlb())),
         button("Scene TOML", async () => saveScene(await view.viewer())),
@@ -38,23 +60,20 @@ export class Share {
       this.#command.element, this.#layers.element, this.#python.element,
     );
     this.#store = store;
-    store.subscribe(() => this.#show());
+    this.#shared = shared;
+    store.subscribe(() => this.show());
   }
 
-  /** Also shows what gives the spectrum at some wavelengths, or none. */
-  setSolar(wavelengths_nm: readonly number[] | undefined): void {
-    this.#solar_nm = wavelengths_nm;
-    this.#show();
-  }
-
-  #show(): void {
+  /** Shows the commands of the present sample. */
+  show(): void {
     const { state } = this.#store;
-    this.#command.set(commandLines(state, this.#solar_nm));
+    const solar_nm = this.#shared.solar_nm();
+    this.#command.set(commandLines(state, solar_nm));
     this.#layers.set(layersToml(state) ?? "");
-    this.#python.set(pythonCall(state, this.#solar_nm));
+    this.#python.set(pythonCall(state, solar_nm));
   }
 
-  async #run(label: string, run: () => void | Promise<void>): Promise<void> {
+  async #run(label: string, run: () => Promise<void>): Promise<void> {
     const status = byId("share-status");
     try {
       await run();

@@ -10,6 +10,9 @@ import type { Viewer } from "./view/viewer";
 const REST_MS = 200;
 
 export class ViewHost {
+  /** Resolves when the first light is shown, or cannot be. */
+  readonly opened: Promise<void>;
+  #open!: () => void;
   readonly #store: Store;
   #viewer: Promise<Viewer> | undefined;
   #rest: ReturnType<typeof setTimeout> | undefined;
@@ -17,6 +20,7 @@ export class ViewHost {
 
   constructor(store: Store) {
     this.#store = store;
+    this.opened = new Promise((resolve) => (this.#open = resolve));
   }
 
   /** The view, loaded once. */
@@ -34,6 +38,7 @@ export class ViewHost {
     } catch (error) {
       byId("view-wait").hidden = true;
       this.error(error instanceof Error ? error.message : String(error));
+      this.#open();
     }
   }
 
@@ -69,9 +74,15 @@ export class ViewHost {
     const { Viewer } = await import("./view/viewer");
     const viewer = new Viewer(byId("view"), {
       change: (view: View) => this.#changed(view),
-      lit: () => this.endPoster(),
+      lit: () => {
+        this.endPoster();
+        this.#open();
+      },
       status: (text: string) => say(byId("view-status"), text),
-      error: (text: string) => this.error(text),
+      error: (text: string) => {
+        this.error(text);
+        if (text !== "") this.#open();
+      },
     });
     viewer.setBackdrop(this.#backdrop);
     return viewer;

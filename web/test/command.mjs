@@ -23,6 +23,17 @@ export async function inFolder(files, work) {
   }
 }
 
+/** A Python that has the package `snowblue`, if there is one. */
+export const PYTHON = process.env.SNOWBLUE_PYTHON;
+
+/** Runs lines in Python; gives the values of arrays of xarray, by the expressions of them. */
+export async function inPython(lines, expressions) {
+  const values = expressions.map((expression) => `(${expression}).values.ravel().tolist()`);
+  const code = `${lines}\nimport json\nprint(json.dumps([${values.join(", ")}]))\n`;
+  const { stdout } = await promisify(execFile)(PYTHON, ["-c", code]);
+  return Object.fromEntries(JSON.parse(stdout).map((one, index) => [expressions[index], one]));
+}
+
 /** Rows of comma-separated values as objects by the header; no value may hold a comma outside quotes. */
 export function rowsOf(csv) {
   const [header, ...lines] = String(csv).trim().split("\n").map((line) => line.replace(/"[^"]*"/g, "").split(","));

@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import { code, control, final, follow, pageTest, saved } from "./page.mjs";
-import { inFolder, rowsOf } from "./command.mjs";
+import { inFolder, inPython, PYTHON, rowsOf } from "./command.mjs";
 
 const QUANTITIES = ["reflectance", "transmittance", "absorptance"];
 /** Both engines trace the same rays; only the last digits of sine and power differ, far below the standard error. */
@@ -23,6 +23,18 @@ async function agrees(page) {
     const [{ hex }] = rowsOf(await run(...color));
     assert.equal(await page.locator("#swatches .hex").first().textContent(), hex);
   });
+  if (PYTHON !== undefined) await agreesWithPython(page, page_rows);
+}
+
+/** The lines in Python give the same figures. */
+async function agreesWithPython(page, page_rows) {
+  const names = [...QUANTITIES.map((quantity) => `snow.${quantity}`), "snow.wavelength", "color.hex"];
+  const values = await inPython(await code(page, "Python"), names);
+  compare(page_rows, page_rows.map((_, index) => ({
+    wavelength_nm: String(values["snow.wavelength"][index]),
+    ...Object.fromEntries(QUANTITIES.map((quantity) => [quantity, values[`snow.${quantity}`][index]])),
+  })));
+  assert.deepEqual(values["color.hex"], [await page.locator("#swatches .hex").first().textContent()]);
 }
 
 function compare(page_rows, command_rows) {

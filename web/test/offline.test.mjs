@@ -13,7 +13,8 @@ pageTest("figures and snow without the server", { url }, async (page) => {
   await control(page, "Thickness").fill("21");
   await final(page);
   assert.match(await code(page, "Command line"), /--thickness 21 /);
-  assert.match(await page.locator("#summary").textContent(), /^21 cm, .+ transmitted colour #[0-9a-f]{6}/);
+  const summary = page.locator("#summary", { hasText: /^21 cm, .+ transmitted colour #[0-9a-f]{6}/ });
+  await summary.waitFor({ state: "attached" });
   await lit(page);
   const [width, height] = await viewSize(page);
   const [red, green, blue] = await pixel(page, [width / 2, height / 2]);

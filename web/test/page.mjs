@@ -1,14 +1,17 @@
-// What the tests share: a server of web/dist below a path, Chromium, and pages that fail on any error.
+// What the tests share: a server of web/dist below a path, a browser, and pages that fail on any error. The browser is
+// Chromium, or Firefox if SNOWBLUE_BROWSER says so. playwright-core drives Firefox by WebDriver BiDi; versions after
+// 1.64 send commands that Firefox ESR 153 does not know.
 
 import assert from "node:assert/strict";
+import { createHash } from "node:crypto";
 import { readFile } from "node:fs/promises";
 import { createServer } from "node:http";
 import { extname, join } from "node:path";
 import { fileURLToPath } from "node:url";
 import test, { after } from "node:test";
-import { chromium } from "playwright-core";
+import { chromium, firefox } from "playwright-core";
 
-const DIST = fileURLToPath(new URL("../dist", import.meta.url));
+export const DIST = fileURLToPath(new URL("../dist", import.meta.url));
 /** The page must not depend on being at the root of its host. */
 const BELOW = "/snow/";
 const TYPES = {
@@ -20,14 +23,26 @@ const FLAGS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--e
 /** Only against tests that hang: a busy machine may need many times as long as a free one, also for many parts. */
 const HANGS_MS = 600_000;
 
-/** Serves the page at `url` until `close`. */
-export async function serve() {
-  const server = createServer(async ({ url }, response) => {
+/**
+ * Serves the page at `url` until `close`. Before it sends a file it waits for `ready` of its name. `sent` has the paths
+ * and names of those that it sent; a browser that has a file is told that it is the same.
+ */
+export async function serve(ready = async () => undefined) {
+  const sent = [];
+  const server = createServer(async ({ url, headers }, response) => {
     const { pathname } = new URL(url, "http://host");
     const file = pathname === BELOW ? "index.html" : pathname.slice(BELOW.length);
     try {
       const content = await readFile(join(DIST, file));
-      response.writeHead(200, { "content-type": TYPES[extname(file)] ?? "application/octet-stream" }).end(content);
+      const etag = `"${createHash("sha256").update(content).digest("hex")}"`;
+      await ready(file);
+      if (headers["if-none-match"] === etag) {
+        response.writeHead(304).end();
+        return;
+      }
+      sent.push({ pathname, file });
+      const type = TYPES[extname(file)] ?? "application/octet-stream";
+      response.writeHead(200, { etag, "content-type": type }).end(content);
     } catch {
       response.writeHead(404).end();
     }
@@ -37,11 +52,16 @@ export async function serve() {
     server.close(resolve);
     server.closeAllConnections();
   });
-  return { url: `http://127.0.0.1:${server.address().port}${BELOW}`, close };
+  return { url: `http://127.0.0.1:${server.address().port}${BELOW}`, close, sent };
 }
 
-const server = await serve();
-const browser = await chromium.launch({ executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium", args: FLAGS });
+export const server = await serve();
+export const IS_FIREFOX = process.env.SNOWBLUE_BROWSER === "firefox";
+const browser = await (IS_FIREFOX
+  // It has WebGL only with a display.
+  ? firefox.launch({ channel: "moz-firefox", executablePath: process.env.FIREFOX ?? "/usr/bin/firefox-esr",
+    headless: false, firefoxUserPrefs: { "webgl.force-enabled": true, "gfx.webrender.software": true } })
+  : chromium.launch({ executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium", args: FLAGS }));
 after(async () => {
   await browser.close();
   await server.close();
@@ -49,10 +69,11 @@ after(async () => {
 
 /**
  * A test with an empty page of its own, which fails on any error in the console or of the page. `options` are those of
- * a browser context. `body` gets the page, and the context of the test for parts of it.
+ * a browser context, and `skip` the reason to leave the test out. `body` gets the page, and the context of the test for
+ * parts of it.
  */
-export function browserTest(name, body, options = {}) {
-  test(name, { timeout: HANGS_MS }, async (t) => {
+export function browserTest(name, body, { skip = false, ...options } = {}) {
+  test(name, { timeout: HANGS_MS, skip }, async (t) => {
     const context = await browser.newContext({ viewport: { width: 800, height: 600 }, ...options });
     const problems = [];
     context.on("console", (message) => message.type() === "error" && problems.push(message.text()));
@@ -60,12 +81,22 @@ export function browserTest(name, body, options = {}) {
     try {
       const page = await context.newPage();
       page.setDefaultTimeout(HANGS_MS / 2);
+      if (IS_FIREFOX) Object.getPrototypeOf(page.locator("input")).fill = fillNumber;
       await body(page, t);
     } finally {
       await context.close();
     }
     assert.deepEqual(problems, []);
   });
+}
+
+/** In Firefox, Playwright adds to a number instead of replacing it. */
+function fillNumber(value) {
+  return this.evaluate((field, value) => {
+    field.focus();
+    field.value = value;
+    for (const type of ["input", "change"]) field.dispatchEvent(new Event(type, { bubbles: true }));
+  }, value);
 }
 
 /**
@@ -109,7 +140,7 @@ export async function sunlit(page) {
   for (const part of ["#bands", "#depth-chart"]) {
     await page.locator(part).scrollIntoViewIfNeeded();
     await page.waitForFunction(
-      (part) => document.querySelector(`${part} [role=status]`)?.textContent.startsWith("Final"), part);
+      (part) => document.querySelector(`${part} .precision`)?.textContent.startsWith("Final"), part);
   }
 }
 
@@ -130,16 +161,40 @@ export async function chooseCurve(page, name, content) {
 }
 
 /** Presses a button below "Share and reproduce" and gives the files that it saves, by name. */
-export async function saved(page, button, count = 1) {
+export async function saved(page, name, count = 1, press = (button) => button.click()) {
+  const wait = await (IS_FIREFOX ? linked : downloaded)(page, count);
+  await press(page.getByRole("button", { name, exact: true }));
+  return wait();
+}
+
+function downloaded(page, count) {
   const downloads = [];
   const all = new Promise((resolve) => {
     page.on("download", (download) => downloads.push(download) === count && resolve());
   });
-  await page.getByRole("button", { name: button, exact: true }).click();
-  await all;
-  page.removeAllListeners("download");
-  const files = downloads.map(async (one) => [one.suggestedFilename(), await readFile(await one.path())]);
-  return Object.fromEntries(await Promise.all(files));
+  return async () => {
+    await all;
+    page.removeAllListeners("download");
+    const files = downloads.map(async (one) => [one.suggestedFilename(), await readFile(await one.path())]);
+    return Object.fromEntries(await Promise.all(files));
+  };
+}
+
+/** Playwright learns of no download in Firefox, so the links of the files are read. */
+async function linked(page, count) {
+  await page.evaluate(() => {
+    window.savedFiles = [];
+    HTMLAnchorElement.prototype.click = function () {
+      const { download, href } = this;
+      const bytes = fetch(href).then(async (file) => [...new Uint8Array(await file.arrayBuffer())]);
+      window.savedFiles.push(bytes.then((bytes) => [download, bytes]));
+    };
+  });
+  return async () => {
+    await page.waitForFunction((count) => window.savedFiles.length === count, count);
+    const files = await page.evaluate(() => Promise.all(window.savedFiles));
+    return Object.fromEntries(files.map(([name, bytes]) => [name, Buffer.from(bytes)]));
+  };
 }
 
 /** Chooses a file as the visitor's own mesh. */

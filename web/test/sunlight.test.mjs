@@ -1,8 +1,10 @@
 // Infrared light, sunlight, light at depth and a measured curve: the figures are those of the command.
 
 import assert from "node:assert/strict";
-import { inFolder, rowsOf } from "./command.mjs";
-import { chooseCurve, code, control, final, follow, pageTest, saved, sunlit } from "./page.mjs";
+import { inFolder, inPython, PYTHON, rowsOf } from "./command.mjs";
+import {
+  browserTest, chooseCurve, code, control, final, follow, pageTest, saved, server, sunlit,
+} from "./page.mjs";
 
 const QUANTITIES = ["reflectance", "transmittance", "absorptance"];
 /** The command writes nine digits; this leaves three for the sines and powers of other machines. */
@@ -55,6 +57,7 @@ async function spectrumAndBandsAgree(page, count) {
         assert.ok(Math.abs(one - other) <= RELATIVE * other + ABSOLUTE, what);
       }
     });
+    if (PYTHON !== undefined) await agreesWithPython(page, here, means);
     await run(...bands);
     const rows = rowsOf(await read("bands.csv"));
     assert.equal(means.length, rows.length);
@@ -68,6 +71,25 @@ async function spectrumAndBandsAgree(page, count) {
     });
     const [lead] = /^0\.\d{3}/.exec(await page.locator("#bands .lead").textContent());
     assert.ok(Math.abs(Number(lead) - Number(rows[0].reflectance)) <= 5.1e-4, `${lead}, not ${rows[0].reflectance}`);
+  });
+}
+
+/** The lines in Python give the same solar spectrum and bands. */
+async function agreesWithPython(page, here, means) {
+  const names = QUANTITIES.flatMap((quantity) => [`solar.${quantity}`, `bands.${quantity}`]);
+  const values = await inPython(await code(page, "Python"), names);
+  QUANTITIES.forEach((quantity, column) => {
+    assert.equal(values[`solar.${quantity}`].length, here.length);
+    here.forEach((row, index) => {
+      const [one, other] = [Number(row[quantity]), values[`solar.${quantity}`][index]];
+      const what = `${quantity} at ${row.wavelength_nm} nm: ${one}, not ${other} of Python`;
+      assert.ok(Math.abs(one - other) <= RELATIVE * other + ABSOLUTE, what);
+    });
+    assert.equal(values[`bands.${quantity}`].length, means.length);
+    means.forEach((cells, index) => {
+      const [one, other] = [Number(cells[column + 1]), values[`bands.${quantity}`][index]];
+      assert.ok(Math.abs(one - other) <= FOUR_DECIMALS, `${quantity} of ${cells[0]}: ${one}, not ${other} of Python`);
+    });
   });
 }
 
@@ -130,6 +152,27 @@ pageTest("sunlight and depth are those of the command line", { fragment: `${LAYE
     assert.match(await page.locator("#notice").textContent(), /'infrared' is not known for range/);
   });
 
+  await t.test("a file has the present sample, although no chart is in view", async () => {
+    await follow(page, "range=solar");
+    await sunlit(page);
+    await page.locator("#stage").scrollIntoViewIfNeeded();
+    await page.waitForFunction(() => document.getElementById("chart").getBoundingClientRect().top > innerHeight + 200);
+    await control(page, "Thickness").evaluate((field) => {
+      field.value = "3";
+      for (const type of ["input", "change"]) field.dispatchEvent(new Event(type, { bubbles: true }));
+    });
+    const files = await saved(page, "CSV", 1, (button) => button.dispatchEvent("click"));
+    const rows = String(files["snow.csv"]).split("\n");
+    assert.match(rows[1], /^0,"3 cm, 400 µm, 300 kg\/m³",300,/);
+    assert.equal(rows.length, 223);
+    // The table of soot ends before 2500 nm; nothing says so before it is asked for.
+    await follow(page, "layer=thickness_cm:3,black-carbon:100&range=solar");
+    assert.doesNotMatch(await code(page, "Command line"), /300:2500/);
+    await page.locator("#share").scrollIntoViewIfNeeded();
+    await page.getByRole("region", { name: "Command line", exact: true }).filter({ hasText: "solar.csv" }).waitFor();
+    assert.doesNotMatch(await code(page, "Command line"), /300:2500/);
+  });
+
   await t.test("dirty snow, whose tables end before", async () => {
     await follow(page, "layer=thickness_cm:5,black-carbon:100&range=solar");
     await spectrumAndBandsAgree(page, 120);
@@ -162,6 +205,13 @@ pageTest("a measured curve", {}, async (page, t) => {
     assert.equal(await page.locator("#chart .chart circle[r='2.5']").count(), 31);
   });
 
+  await t.test("is named in the file of the chart", async () => {
+    const file = String((await saved(page, "SVG"))["snow.svg"]);
+    assert.match(file, />field\.csv; measured reflectance<\/text>/);
+    // 31 in the chart and three in the legend.
+    assert.equal(file.match(/<circle /g).length, 34);
+  });
+
   await t.test("is compared with another sample", async () => {
     await control(page, "Thickness").fill("2");
     await page.waitForFunction(() => /difference from the current sample 0\.[1-9]/.test(
@@ -174,7 +224,8 @@ pageTest("a measured curve", {}, async (page, t) => {
     ["descends.csv", "500,0.9\n400,0.9\n", undefined],
     ["empty.csv", "# nothing\n", undefined],
     ["bytes.csv", new Uint8Array([52, 48, 48, 44, 255, 254]), undefined],
-    ["percent.csv", "400,97\n", "percent.csv: at 400 nm albedo is 97, but must lie in -0.5–1.5"],
+    ["percent.csv", "400,97\n", "percent.csv:1: albedo is 97, but must lie in -0.5–1.5"],
+    ["below.csv", "400,0.9\n410,-0.6\n", "below.csv:2: albedo is -0.6, but must lie in -0.5–1.5"],
     ["long.csv", "4".repeat(1_100_000), "long.csv: has 1100000 bytes, but may have 1048576"],
   ]) {
     await t.test(`${name} is refused in one line${why === undefined ? ", that of the command" : ""}`, async () => {
@@ -203,9 +254,60 @@ pageTest("a measured curve", {}, async (page, t) => {
     assert.equal(await error.isVisible(), false);
   });
 
+  await t.test("noise below 0 is read", async () => {
+    await chooseCurve(page, "noise.csv", "500,0.9\n2400,-0.01\n");
+    await note.filter({ hasText: /^noise\.csv, .+ over 2 wavelengths of 500–2400 nm\.$/ }).waitFor();
+  });
+
   await t.test("is removed", async () => {
     await page.locator("#measured").getByRole("button", { name: "Remove" }).click();
     assert.match(await note.textContent(), /^A CSV file of wavelength_nm,value/);
     assert.equal(await page.evaluate(() => document.activeElement.textContent), "Measured curve…");
   });
+});
+
+/** Has the workers of spectra answer nothing but an error while `window.isBroken` is set. */
+function breakable() {
+  const Intact = window.Worker;
+  window.Worker = class extends Intact {
+    postMessage(data, ...more) {
+      if (window.isBroken && data.name !== undefined) setTimeout(() => this.onmessage({ data: { error: "it broke" } }));
+      else super.postMessage(data, ...more);
+    }
+  };
+}
+
+browserTest("nothing says that a computation goes on after it failed", async (page) => {
+  await page.addInitScript(breakable);
+  await page.goto(`${server.url}#laboratory`);
+  await final(page);
+  await sunlit(page);
+  await page.evaluate(() => (window.isBroken = true));
+  await control(page, "Thickness").fill("4");
+  for (const part of ["#chart", "#bands", "#depth-chart"]) {
+    await page.locator(part).scrollIntoViewIfNeeded();
+    const note = page.locator(part === "#chart" ? "#precision" : `${part} .precision`);
+    await note.filter({ hasText: "The figures are those of the sample before." }).waitFor();
+  }
+  await page.evaluate(() => (window.isBroken = false));
+  await control(page, "Thickness").fill("5");
+  await final(page);
+  await sunlit(page);
+});
+
+pageTest("results are announced in one place, once they rest", {}, async (page) => {
+  await final(page);
+  await sunlit(page);
+  await page.locator("#summary", { hasText: "Light at depth" }).waitFor({ state: "attached" });
+  await page.evaluate(() => {
+    window.said = [];
+    new MutationObserver(() => window.said.push(document.getElementById("summary").textContent))
+      .observe(document.getElementById("summary"), { childList: true, characterData: true, subtree: true });
+  });
+  for (const thickness of [6, 7, 8]) await control(page, "Thickness").fill(String(thickness));
+  await final(page);
+  await page.locator("#summary", { hasText: "8 cm, " }).waitFor({ state: "attached" });
+  const said = await page.evaluate(() => window.said);
+  assert.ok(said.length <= 2 && !/\b[67] cm, /.test(said.join("\n")), said.join("\n"));
+  assert.equal(await page.locator("#results [role=status]:not([hidden])").count(), 0);
 });

@@ -2,6 +2,7 @@
 
 use thiserror::Error;
 
+use crate::ParameterRange;
 use crate::csv_text::{rows, separator_hint};
 
 /// Greatest value of a spectrum, in any unit. Sums over a spectrum are far below the greatest number.
@@ -17,7 +18,7 @@ pub struct SpectrumRows {
     pub slab: [String; 2],
     /// Ascending wavelengths, in nm.
     pub wavelengths_nm: Vec<f64>,
-    /// The value at each wavelength, 0 to [`GREATEST_VALUE`].
+    /// The value at each wavelength.
     pub values: Vec<f64>,
     /// The line of the text on which it starts, from 1.
     pub line: usize,
@@ -40,6 +41,8 @@ struct Columns {
     slab: [Option<usize>; 2],
     wavelength: usize,
     value: usize,
+    /// The range of values.
+    range: ParameterRange,
 }
 
 /// A parsed row.
@@ -64,14 +67,23 @@ struct Row {
 /// ```
 ///
 /// # Errors
-/// Names the first line that is no row of numbers in range or, among two columns, does not ascend; or that the text
-/// holds no spectrum.
+/// Names the first line that is no row of numbers, whose value does not lie in 0 to [`GREATEST_VALUE`] or, among two
+/// columns, which does not ascend; or that the text holds no spectrum.
 pub fn read(text: &str, quantity: &str) -> Result<Vec<SpectrumRows>, SpectrumError> {
+    let range = ParameterRange { quantity: "value", least: 0.0, greatest: GREATEST_VALUE, unit: "" };
+    read_within(text, quantity, range)
+}
+
+/// As [`read`], with values in another range.
+///
+/// # Errors
+/// As those of [`read`].
+pub fn read_within(text: &str, quantity: &str, range: ParameterRange) -> Result<Vec<SpectrumRows>, SpectrumError> {
     let mut lines = rows(text).peekable();
-    let mut columns = Columns { count: 2, slab: [None, None], wavelength: 0, value: 1 };
+    let mut columns = Columns { count: 2, slab: [None, None], wavelength: 0, value: 1, range };
     let starts_with_letter = |line: &str| line.trim_start().starts_with(|c: char| c.is_alphabetic());
     if let Some((number, line)) = lines.next_if(|(_, line)| starts_with_letter(line)) {
-        columns = Columns::of_header(line, quantity).map_err(at(number))?;
+        columns = columns.under_header(line, quantity).map_err(at(number))?;
     }
     let mut spectra: Vec<SpectrumRows> = Vec::new();
     for (number, line) in lines {
@@ -123,7 +135,7 @@ impl SpectrumError {
 
 impl Columns {
     /// Columns by their names. Two columns are wavelength and value whatever their names are.
-    fn of_header(line: &str, quantity: &str) -> Result<Self, String> {
+    fn under_header(self, line: &str, quantity: &str) -> Result<Self, String> {
         let names: Vec<&str> = line.split(',').map(str::trim).collect();
         let find = |wanted: &str| names.iter().position(|name| *name == wanted);
         let (wavelength, value) = match (find("wavelength_nm"), find(quantity)) {
@@ -135,16 +147,14 @@ impl Columns {
                 return Err(format!("expected the columns wavelength_nm and {quantity}, but found '{line}'{hint}"));
             }
         };
-        Ok(Self { count: names.len(), slab: [find("thickness_cm"), find("angle_deg")], wavelength, value })
+        let slab = [find("thickness_cm"), find("angle_deg")];
+        Ok(Self { count: names.len(), slab, wavelength, value, ..self })
     }
 
     fn row(&self, line: &str) -> Result<Row, String> {
         let fields: Vec<&str> = line.split(',').map(str::trim).collect();
         let hint = || separator_hint(line, self.count);
-        let wrong = || {
-            let values = format!("a wavelength in nm and a value of 0 to {GREATEST_VALUE:e}");
-            format!("expected {values}, but found '{}'{}", shown(line), hint())
-        };
+        let wrong = || format!("expected a wavelength in nm and a value, but found '{}'{}", shown(line), hint());
         if fields.len() != self.count {
             return Err(if self.count == 2 {
                 wrong()
@@ -153,13 +163,12 @@ impl Columns {
             });
         }
         let number = |column: usize| fields[column].parse().ok().filter(|number: &f64| number.is_finite());
-        match (number(self.wavelength), number(self.value)) {
-            (Some(wavelength_nm), Some(value)) if (0.0..=GREATEST_VALUE).contains(&value) => {
-                let slab = self.slab.map(|column| column.map_or_else(String::new, |column| fields[column].to_owned()));
-                Ok(Row { slab, wavelength_nm, value })
-            }
-            _ => Err(wrong()),
-        }
+        let (Some(wavelength_nm), Some(value)) = (number(self.wavelength), number(self.value)) else {
+            return Err(wrong());
+        };
+        self.range.check(value).map_err(|error| error.to_string())?;
+        let slab = self.slab.map(|column| column.map_or_else(String::new, |column| fields[column].to_owned()));
+        Ok(Row { slab, wavelength_nm, value })
     }
 }
 
@@ -177,6 +186,15 @@ mod tests {
     }
 
     #[test]
+    fn another_range_allows_values_below_0() {
+        let range = ParameterRange { quantity: "albedo", least: -0.5, greatest: 1.5, unit: "" };
+        let read = |text| read_within(text, "reflectance", range);
+        assert_eq!(read("2500,-0.01").unwrap()[0].values, [-0.01]);
+        let message = read("2500,-0.6").unwrap_err().in_file("field.csv");
+        assert_eq!(message, "field.csv:1: albedo is -0.6, but must lie in -0.5–1.5");
+    }
+
+    #[test]
     fn errors_name_the_line() {
         let message = |text: &str| read(text, "reflectance").unwrap_err().in_file("field.csv");
         for (text, expected) in [
@@ -186,8 +204,8 @@ mod tests {
                 "# made by hand\n500,0.9\n400,0.9",
                 "field.csv:3: wavelength is 400 nm, but must lie above 500 nm, the one before",
             ),
-            ("500,0.9\n510", "field.csv:2: expected a wavelength in nm and a value of 0 to 1e30, but found '510'"),
-            ("500,-0.1", "field.csv:1: expected a wavelength in nm and a value of 0 to 1e30, but found '500,-0.1'"),
+            ("500,0.9\n510", "field.csv:2: expected a wavelength in nm and a value, but found '510'"),
+            ("500,-0.1", "field.csv:1: value is -0.1, but must lie in 0–1e30"),
             (
                 "nm,sun,snow\n500,1,1",
                 "field.csv:1: expected the columns wavelength_nm and reflectance, but found 'nm,sun,snow'",

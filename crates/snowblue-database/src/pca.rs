@@ -166,6 +166,25 @@ impl CompressedTable {
         })
     }
 
+    /// The same table with its coefficients rounded to multiples of a step, so that its file can be compressed further.
+    ///
+    /// In log space the error of a curve is a relative one. The basis is orthonormal, so that over the wavelengths its
+    /// root mean square is at most step √(l'/n) / 2, with n wavelengths, and step √(l'/(12 n)) for a usual curve.
+    ///
+    /// # Panics
+    /// If the step is not a positive power of two, whose multiples single precision holds without rounding.
+    #[must_use]
+    pub fn rounded(mut self, step: f32) -> Self {
+        assert!(step.is_normal() && step.to_bits() << 9 == 0 && step > 0.0, "the step must be a power of two");
+        for components in [&mut self.transmittance, &mut self.reflectance] {
+            components
+                .coefficients
+                .iter_mut()
+                .for_each(|coefficient| *coefficient = step * (*coefficient / step).round());
+        }
+        self
+    }
+
     /// The components of a quantity.
     #[must_use]
     pub fn components(&self, quantity: Quantity) -> &Components {

@@ -65,6 +65,29 @@ fn all_components_rebuild_the_table() {
     }
 }
 
+/// Rounding moves a curve by at most half a step along each vector of the orthonormal basis.
+#[test]
+fn rounded_coefficients_change_curves_within_the_bound() {
+    const STEP: f32 = 1.0 / 1024.0;
+    let exact = CompressedTable::new(&small_table(), Space::Log, 3).unwrap();
+    let rounded = exact.clone().rounded(STEP);
+    let bound = 0.5 * f64::from(STEP) * (3.0_f64 / 31.0).sqrt();
+    let mut worst = 0.0_f64;
+    for quantity in Quantity::ALL {
+        let [exact, rounded] = [&exact, &rounded].map(|table| table.components(quantity));
+        assert!(rounded.coefficients.iter().all(|coefficient| (coefficient / STEP).fract().abs() <= 0.0));
+        for curve in 0..exact.coefficients.len() / 3 {
+            let (mut before, mut after) = (vec![0.0; 31], vec![0.0; 31]);
+            exact.rebuild(curve, Space::Log, &mut before);
+            rounded.rebuild(curve, Space::Log, &mut after);
+            let squares: f64 = before.iter().zip(&after).map(|(before, after)| (after / before).ln().powi(2)).sum();
+            worst = worst.max((squares / 31.0).sqrt());
+        }
+    }
+    // The basis is in single precision.
+    assert!(worst > 0.3 * bound && worst < 1.001 * bound, "{worst} of {bound}");
+}
+
 #[test]
 fn broken_and_foreign_files_are_refused() {
     let folder = tempfile::tempdir().unwrap();

@@ -36,13 +36,12 @@ struct Difference {
     mean: f64,
 }
 
-/// Reads a measured curve as `snowblue color --spectrum` does: JSON of `{ name, text, quantity }` in, of
-/// `{ wavelengths_nm, values }` out.
+/// Reads a measured curve as `snowblue color --spectrum` does, but within the range of a measured quantity, which noise
+/// takes below 0: JSON of `{ name, text, quantity }` in, of `{ wavelengths_nm, values }` out.
 ///
 /// # Errors
 ///
-/// Names the file, and the line that cannot be read, or the wavelength at which the value is out of the range of a
-/// measured quantity.
+/// Names the file, and the line that cannot be read or whose value is out of range.
 #[wasm_bindgen]
 pub fn measured_curve(file: &str) -> Result<String, JsError> {
     curve(file).map_err(|reason| JsError::new(&reason))
@@ -62,14 +61,11 @@ pub fn curve(file: &str) -> Result<String, String> {
         quantity: Measures,
     }
     let File { name, text: content, quantity } = serde_json::from_str(file).map_err(text)?;
-    let spectra = spectrum_csv::read(&content, quantity.column()).map_err(|error| error.in_file(&name))?;
+    let spectra = spectrum_csv::read_within(&content, quantity.column(), quantity.measured().range())
+        .map_err(|error| error.in_file(&name))?;
     let [SpectrumRows { wavelengths_nm, values, .. }] = &spectra[..] else {
         return Err(format!("{name}: holds {} spectra, but must hold one", spectra.len()));
     };
-    for (wavelength_nm, value) in wavelengths_nm.iter().zip(values) {
-        let in_range = quantity.measured().range().check(*value);
-        in_range.map_err(|error| format!("{name}: at {wavelength_nm} nm {error}"))?;
-    }
     let curve = Curve { wavelengths_nm: wavelengths_nm.clone(), values: values.clone() };
     serde_json::to_string(&curve).map_err(text)
 }

@@ -165,11 +165,14 @@ function line(plot: Plot, { place, spectrum }: Curve, { key, error }: (typeof QU
   return elements;
 }
 
-/** A measured curve: dots, or a line if there are many. */
 function dots(plot: Plot, points: readonly Point[]): SVGElement[] {
   const place = ({ wavelength_nm, value }: Point) => [round(across(plot, wavelength_nm)), down(plot, value)] as const;
-  const places = points.map(place);
-  if (points.length > MOST_DOTS) {
+  return marks(points.length, points.map(place));
+}
+
+/** How a measured curve of so many points looks along some places: dots, or a line if there are many. */
+export function marks(count: number, places: readonly (readonly [number, number])[]): SVGElement[] {
+  if (count > MOST_DOTS) {
     return [svg("path", { d: `M${places.join("L")}`, fill: "none", stroke: "var(--ink)" })];
   }
   return places.map(([cx, cy]) => svg("circle", { cx, cy, r: 2.5, fill: "var(--card)", stroke: "var(--ink)" }));
@@ -181,7 +184,7 @@ interface Point {
 }
 
 /** The points of a measured curve in a range. */
-function within({ wavelengths_nm, values }: MeasuredCurve, { first_nm, last_nm }: Ends): Point[] {
+export function within({ wavelengths_nm, values }: MeasuredCurve, { first_nm, last_nm }: Ends): Point[] {
   return wavelengths_nm.map((wavelength_nm, index) => ({ wavelength_nm, value: values[index]! }))
     .filter(({ wavelength_nm }) => first_nm <= wavelength_nm && wavelength_nm <= last_nm);
 }

@@ -1,9 +1,9 @@
 /** Broadband albedo: what snow does with the light of bands of the sun's spectrum. */
 
-import type { Shown } from "../answers";
+import { FORMER, type Shown } from "../answers";
 import { sunlight } from "../catalog";
 import { scrolled } from "../chart/chart";
-import { el, say } from "../dom";
+import { announce, el, say } from "../dom";
 import type { Band, SunlightAnswer } from "../native";
 import { decimal } from "../numbers";
 import { precision } from "./precision";
@@ -22,7 +22,7 @@ const LAST_NM = 2500;
 export class Bands {
   readonly #lead = el("p", { class: "lead", hidden: true });
   readonly #table = el("table", { class: "figures bands" });
-  readonly #precision = el("p", { class: "note", role: "status" });
+  readonly #precision = el("p", { class: "note precision" });
   readonly #error = el("p", { class: "error", role: "alert", hidden: true });
   readonly #end = el("p", { class: "note", hidden: true });
 
@@ -41,7 +41,10 @@ export class Bands {
 
   show(shown: Shown<SunlightAnswer>): void {
     say(this.#error, "error" in shown ? `${shown.error}.` : "");
-    if ("error" in shown) return;
+    if ("error" in shown) {
+      this.#precision.textContent = this.#lead.hidden ? "" : FORMER;
+      return;
+    }
     const { bands } = shown.answer;
     const [solar] = bands;
     this.#precision.textContent = precision(shown.fine);
@@ -50,6 +53,7 @@ export class Bands {
       el("strong", {}, decimal(solar!.reflectance, 3)),
       ` broadband albedo: of the light of the sun, ${limits(solar!)}, this snow reflects ` +
       `${decimal(100 * solar!.reflectance, 1)} %.`);
+    if (shown.fine) announce("bands", `Broadband albedo in sunlight: ${decimal(solar!.reflectance, 3)}.`);
     say(this.#end, solar!.last_nm < LAST_NM
       ? `The bands end at ${solar!.last_nm} nm, as the tables of water and impurities do.` : "");
     this.#table.replaceChildren(

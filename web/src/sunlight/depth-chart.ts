@@ -1,9 +1,9 @@
 /** Light at depth: fluxes against the depth below the top, at a few wavelengths. */
 
-import type { Asked, Shown } from "../answers";
+import { FORMER, type Asked, type Shown } from "../answers";
 import { KEYS, scrolled } from "../chart/chart";
 import { scaleOf } from "../chart/scale";
-import { el, say, svg } from "../dom";
+import { announce, el, say, svg } from "../dom";
 import type { DepthProfile, DepthRequest } from "../native";
 import { figure, short } from "../numbers";
 import { Radio } from "../panel/choice";
@@ -53,7 +53,7 @@ function topsOf(layers: readonly Layer[]): number[] {
 export class DepthChart {
   readonly #store: Store;
   readonly #frame: HTMLElement;
-  readonly #precision = el("p", { class: "note", role: "status" });
+  readonly #precision = el("p", { class: "note precision" });
   readonly #error = el("p", { class: "error", role: "alert", hidden: true });
   readonly #lead = el("p", { class: "lead", hidden: true });
   readonly #at = el("p", { id: "depth-at", class: "note" });
@@ -101,12 +101,16 @@ export class DepthChart {
 
   show(shown: Shown<DepthProfile[]>): void {
     say(this.#error, "error" in shown ? `${shown.error}.` : "");
-    if ("error" in shown) return;
+    if ("error" in shown) {
+      this.#precision.textContent = this.#solved === undefined ? "" : FORMER;
+      return;
+    }
     const { layers } = shown.sample;
     this.#solved = { layers, depths_cm: depthsOf(layers), profiles: shown.answer };
     this.#precision.textContent = precision(shown.fine);
     this.#lead.hidden = false;
     this.#lead.replaceChildren(...this.#summary(this.#solved));
+    if (shown.fine) announce("depths", `Light at depth: ${this.#lead.textContent}`);
     this.#draw();
   }
 

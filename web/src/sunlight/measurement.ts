@@ -2,7 +2,7 @@
 
 import { Answers, keyOf, type Asked, type Shown } from "../answers";
 import { RANGE_ENDS, type Measured } from "../chart/draw";
-import { el, say } from "../dom";
+import { announce, el, say } from "../dom";
 import { acceptDrops } from "../drops";
 import type { Engine } from "../engine";
 import type { CurveFile, Difference, Measures } from "../native";
@@ -23,7 +23,7 @@ export class Measurement {
   readonly #quantity: Radio<Measures>;
   readonly #remove: HTMLButtonElement;
   readonly #choose: HTMLButtonElement;
-  readonly #note = el("p", { class: "note", role: "status" });
+  readonly #note = el("p", { class: "note" });
   readonly #error = el("p", { class: "error", role: "alert", hidden: true });
   #file: Omit<CurveFile, "quantity"> | undefined;
   #measures: Measures = "reflectance";
@@ -168,6 +168,7 @@ export class Measurement {
       el("strong", {}, figure(root_mean_square)),
       `, mean of measured − computed ${figure(mean)}, over ${count} wavelengths of ${first_nm}–${last_nm} nm` +
       `${shown.fine ? "." : " (preview)."}`);
+    if (shown.fine) announce("measured", this.#note.textContent ?? "");
   }
 }
 

@@ -15,17 +15,23 @@ import { DepthChart, depthRequest } from "./depth-chart";
 import { Measurement } from "./measurement";
 
 export class Sunlight {
+  readonly #store: Store;
   readonly #redraw: () => void;
   readonly #spectra: Answers<"sunlight">;
   readonly #bands = new Bands(byId("bands"));
   readonly #measurement: Measurement;
-  /** Answers for pinned samples; undefined while they are computed, or if that failed. */
-  readonly #pinned = new Map<string, SunlightAnswer | undefined>();
+  /** Answers for pinned samples. */
+  readonly #pinned = new Map<string, SunlightAnswer>();
+  /** Of those that are computed or failed. */
+  readonly #learning = new Map<string, Promise<void>>();
+  /** The sample whose spectrum was last asked for. */
+  #asked = "";
   /** The current sample, or the one before it while it is computed. */
   #latest: { sample: Asked; answer: SunlightAnswer } | undefined;
 
   /** `redraw` is called when a spectrum or the measured curve has changed. */
   constructor(store: Store, module: Promise<WebAssembly.Module>, redraw: () => void) {
+    this.#store = store;
     this.#redraw = redraw;
     const engines = [new Engine(module), new Engine(module)] as const;
     this.#spectra = new Answers(engines, {
@@ -41,26 +47,24 @@ export class Sunlight {
     }, (shown) => chart.show(shown), () => undefined);
     this.#measurement = new Measurement(byId("measured"), store, engines, redraw);
 
-    const [spectrum, bands, deep] = [byId("chart"), byId("sunlight"), byId("depths")];
-    /** Parts in view, and the samples that they last asked for. */
+    const [spectrum, bands, deep, share] = [byId("chart"), byId("sunlight"), byId("depths"), byId("share")];
     const inView = new Set<Element>();
-    const asked = { bands: "", depths: "" };
+    /** The sample whose light at depth was last asked for. */
+    let askedDepths = "";
     const follow = () => {
       const { state } = store;
       const sample = bare(state);
       const key = keyOf(sample);
-      const isSolar = state.range === "solar" && inView.has(spectrum);
-      if (asked.bands !== key) {
+      // The commands below "Share" are those of the solar spectrum.
+      const isSolar = state.range === "solar" && (inView.has(spectrum) || inView.has(share));
+      if (this.#asked !== key) {
         this.#bands.wait();
-        if (isSolar || inView.has(bands)) {
-          asked.bands = key;
-          this.#spectra.want(sample);
-        }
+        if (isSolar || inView.has(bands)) this.#want(sample);
       }
-      if (asked.depths !== key) {
+      if (askedDepths !== key) {
         chart.wait();
         if (inView.has(deep)) {
-          asked.depths = key;
+          askedDepths = key;
           depths.want(sample);
         }
       }
@@ -73,7 +77,7 @@ export class Sunlight {
       }
       follow();
     }, { rootMargin: "100px" });
-    for (const part of [spectrum, bands, deep]) observer.observe(part);
+    for (const part of [spectrum, bands, deep, share]) observer.observe(part);
     store.subscribe(follow);
     redraw();
   }
@@ -93,14 +97,33 @@ export class Sunlight {
 
   /** Its wavelengths, if the spectrum of the current sample is known. */
   get wavelengths_nm(): readonly number[] | undefined {
-    return this.#latest?.answer.wavelengths_nm;
+    if (this.#latest === undefined || keyOf(this.#latest.sample) !== keyOf(bare(this.#store.state))) return undefined;
+    return this.#latest.answer.wavelengths_nm;
   }
 
-  /** Computes the spectrum of a pinned sample. */
-  async #learn(sample: Sample): Promise<void> {
+  /** Shows the final spectra of the current and the pinned samples, also out of view. */
+  async settle(): Promise<void> {
+    const { state } = this.#store;
+    const sample = bare(state);
+    await Promise.all([this.#spectra.fine(sample), ...state.pinned.map((pin) => this.#learn(pin))]);
+    this.#want(sample);
+  }
+
+  #want(sample: Asked): void {
+    this.#asked = keyOf(sample);
+    this.#spectra.want(sample);
+  }
+
+  /** Computes the spectrum of a pinned sample, once. */
+  #learn(sample: Sample): Promise<void> {
     const asked = bare(sample);
-    if (this.#pinned.has(keyOf(asked))) return;
-    this.#pinned.set(keyOf(asked), undefined);
+    const key = keyOf(asked);
+    const learning = this.#learning.get(key) ?? this.#compute(asked);
+    this.#learning.set(key, learning);
+    return learning;
+  }
+
+  async #compute(asked: Asked): Promise<void> {
     try {
       this.#pinned.set(keyOf(asked), await this.#spectra.fine(asked));
       this.#redraw();

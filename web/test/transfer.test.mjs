@@ -1,0 +1,45 @@
+// What a first visit transfers.
+
+import assert from "node:assert/strict";
+import { readFile } from "node:fs/promises";
+import { join } from "node:path";
+import { brotliCompressSync } from "node:zlib";
+import { after } from "node:test";
+import { DIST, lit, pageTest, serve } from "./page.mjs";
+
+/** Greatest size of what the story needs without its live light, in bytes after brotli. */
+const MOST_BYTES = 400_000;
+
+let release;
+const released = new Promise((resolve) => (release = resolve));
+/** Files of the 3-D view. */
+const isOfView = (file) => /^(viewer-|scene|field)/.test(file);
+const slow = await serve((file) => (isOfView(file) ? released : undefined));
+const whole = await serve();
+after(() => Promise.all([slow.close(), whole.close()]));
+
+async function size(files) {
+  const contents = await Promise.all([...new Set(files)].map((file) => readFile(join(DIST, file))));
+  return contents.reduce((sum, content) => sum + brotliCompressSync(content).length, 0);
+}
+
+pageTest("the story is alive before its live light", { fragment: "", url: slow.url }, async (page, t) => {
+  const text = page.locator("#story-text");
+  await text.filter({ hasText: "below 15 cm of this snow" }).waitFor();
+  assert.ok(await page.locator("#poster").isVisible(), "there is no picture");
+  await page.locator("#story").getByLabel("Snow above the lamp", { exact: true }).fill("20");
+  await text.filter({ hasText: "below 20 cm of this snow" }).waitFor();
+  await page.waitForFunction(() => document.getElementById("precision").textContent.startsWith("Final"));
+  const bytes = await size(slow.sent.map(({ file }) => file));
+  t.diagnostic(`${bytes} bytes after brotli: ${[...new Set(slow.sent.map(({ file }) => file))].join(", ")}`);
+  assert.ok(bytes < MOST_BYTES, `the story loads ${bytes} bytes`);
+  release();
+  await lit(page);
+});
+
+pageTest("no file is sent twice", { fragment: "", url: whole.url }, async (page) => {
+  await lit(page);
+  await page.waitForFunction(() => navigator.serviceWorker.controller?.state === "activated");
+  const paths = whole.sent.map(({ pathname }) => pathname);
+  assert.deepEqual(paths.filter((path, index) => paths.indexOf(path) !== index), []);
+});
