@@ -15,6 +15,7 @@ use wide::f32x8;
 use super::body_field::BodyField;
 use super::surface_light::surface_point;
 use snowblue_scene::directions::Directions;
+use snowblue_scene::spectrum::Spectrum;
 
 /// Most patches.
 const MOST_PATCHES: usize = LANES * MOST_BLOCKS;
@@ -25,6 +26,15 @@ const MOST_BLOCKS: usize = 16;
 const MOST_ELEMENTS: usize = 1 << 16;
 /// The share of the rays that are sampled as without patches.
 const OWN_SHARE: f32 = 0.5;
+
+/// The snow that a surface sees, roughly.
+#[derive(Debug, Clone, Copy)]
+pub struct SnowSeen {
+    /// Its irradiance by the snow, in W/m² as a band density.
+    pub irradiance: Spectrum,
+    /// The share of the irradiance by an even sky that the snow hides, 0–1.
+    pub share: f32,
+}
 
 /// The bright snow of a scene.
 #[derive(Debug)]
@@ -46,6 +56,8 @@ struct Patches {
     area_m2: f32x8,
     /// Mean exitance.
     exitance: f32x8,
+    /// Mean radiance of each, in W m⁻² sr⁻¹ as a band density.
+    radiance: [Spectrum; LANES],
 }
 
 /// A patch.
@@ -58,6 +70,7 @@ struct Patch {
     sin_spread: f32,
     area_m2: f32,
     exitance: f32,
+    radiance: Spectrum,
 }
 
 /// Patches as seen from a point.
@@ -75,6 +88,7 @@ struct Element {
     surface: SurfacePoint,
     area_m2: f32,
     exitance: f32,
+    radiance: Spectrum,
 }
 
 /// Elements that become a patch or are divided.
@@ -98,10 +112,30 @@ impl BrightSnow {
             body.body.surface().iter().step_by(stride).filter_map(|element| {
                 let surface = surface_point(element);
                 let (exitance, area_m2) = (body.brightness(&surface), element.area_m2 * stride as f32);
-                (exitance > 0.0).then_some(Element { surface, area_m2, exitance })
+                let radiance = body.mean_radiance(&surface);
+                (exitance > 0.0).then_some(Element { surface, area_m2, exitance, radiance })
             })
         });
-        Self(patches(elements.collect()).chunks(LANES).map(Patches::new).collect())
+        Self::of_elements(elements.collect())
+    }
+
+    fn of_elements(elements: Vec<Element>) -> Self {
+        Self(patches(elements).chunks(LANES).map(Patches::new).collect())
+    }
+
+    /// What a surface receives of the snow if no part hides another, and the share of the light of an even sky that the
+    /// snow takes away.
+    pub(super) fn seen_from(&self, surface: &SurfacePoint) -> SnowSeen {
+        let (mut share, mut irradiance) = (0.0, Spectrum::ZERO);
+        for patches in &self.0 {
+            let factors = patches.form_factors(surface).to_array();
+            for (factor, radiance) in factors.iter().zip(&patches.radiance).filter(|(factor, _)| **factor > 0.0) {
+                share += factor;
+                irradiance += *radiance * (PI * factor);
+            }
+        }
+        // Patches behind others count too.
+        SnowSeen { irradiance: irradiance * share.max(1.0).recip(), share: share.min(1.0) }
     }
 
     /// Samples the direction of a path that goes on from a surface. Returns it with the factor cos θ / (π p) of
@@ -150,9 +184,7 @@ fn choose<'v>(views: &'v [Views], number: f32) -> Option<(&'v Views<'v>, usize)>
 fn patches(elements: Vec<Element>) -> Vec<Patch> {
     let mut facing: [Vec<Element>; 6] = Default::default();
     for element in elements {
-        let normal = element.surface.normal;
-        let axis = normal.abs().max_position();
-        facing[2 * axis + usize::from(normal[axis] < 0.0)].push(element);
+        facing[facing_of(element.surface.normal)].push(element);
     }
     let mut parts: Vec<Part> = facing.into_iter().filter_map(Part::new).collect();
     for _ in parts.len()..MOST_PATCHES {
@@ -161,7 +193,16 @@ fn patches(elements: Vec<Element>) -> Vec<Patch> {
         let part = parts.swap_remove(most_varied);
         parts.extend(part.halves());
     }
-    parts.into_iter().map(Patch::new).collect()
+    let mut patches: Vec<Patch> = parts.into_iter().map(Patch::new).collect();
+    // Patches that face the same way are seen, or not, together.
+    patches.sort_by_key(|patch| facing_of(patch.normal));
+    patches
+}
+
+/// The number of the half axis that a normal is nearest to.
+fn facing_of(normal: Vec3A) -> usize {
+    let axis = normal.abs().max_position();
+    2 * axis + usize::from(normal[axis] < 0.0)
 }
 
 impl Part {
@@ -196,6 +237,8 @@ impl Patch {
         let first = (any - normal * any.dot(normal)).normalize_or(normal.any_orthonormal_vector());
         let sides = [first, normal.cross(first)];
         let middle = (low + high) * 0.5;
+        let mut radiance = Spectrum::ZERO;
+        elements.iter().for_each(|element| radiance += element.radiance * element.area_m2);
         // An element reaches about as far as a square of its area.
         let extents = sides.map(|side| {
             let along = |element: &Element| (element.surface.point - middle).dot(side);
@@ -212,6 +255,7 @@ impl Patch {
             sin_spread: if cos_spread > 0.0 { (1.0 - cos_spread * cos_spread).max(0.0).sqrt() } else { 1.0 },
             area_m2,
             exitance,
+            radiance: radiance * area_m2.recip(),
         }
     }
 }
@@ -231,7 +275,43 @@ impl Patches {
             sin_spread: gather(&|patch| patch.sin_spread),
             area_m2: gather(&|patch| patch.area_m2),
             exitance: gather(&|patch| patch.exitance),
+            radiance: lanes.map(|patch| patch.radiance),
         }
+    }
+
+    /// The form factors from a point of a surface to the patches that face it, by the formula of Lambert (1760) for
+    /// polygons: the sum over the edges of the angles that they subtend, each times the cosine between the normals of
+    /// the surface and of the plane through the edge and the point.
+    #[inline]
+    fn form_factors(&self, from: &SurfacePoint) -> f32x8 {
+        let point = from.point.to_array().map(f32x8::splat);
+        let surface_normal = from.normal.to_array().map(f32x8::splat);
+        let way: [f32x8; 3] = std::array::from_fn(|axis| self.centre[axis] - point[axis]);
+        let is_faced = dot(&way, &self.normal).simd_lt(f32x8::ZERO);
+        if is_faced.none() {
+            return f32x8::ZERO;
+        }
+        let corner = |along: f32, across: f32| -> [f32x8; 3] {
+            let (along, across) = (self.half_m[0] * f32x8::splat(along), self.half_m[1] * f32x8::splat(across));
+            let corner: [f32x8; 3] =
+                std::array::from_fn(|axis| way[axis] + self.sides[0][axis] * along + self.sides[1][axis] * across);
+            let per_length = f32x8::ONE / dot(&corner, &corner).fast_max(f32x8::splat(f32::MIN_POSITIVE)).sqrt();
+            corner.map(|value| value * per_length)
+        };
+        let corners = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
+        let mut sum = f32x8::ZERO;
+        for (number, start) in corners.iter().enumerate() {
+            let end = &corners[(number + 1) % corners.len()];
+            let cross: [f32x8; 3] = std::array::from_fn(|axis| {
+                let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
+                start[next] * end[last] - start[last] * end[next]
+            });
+            let sine = dot(&cross, &cross).fast_max(f32x8::splat(f32::MIN_POSITIVE)).sqrt();
+            let angle = sine.atan2(dot(start, end));
+            sum += angle * dot(&cross, &surface_normal) / sine;
+        }
+        // The corners go round the normal, so that they turn to the left as seen from its side.
+        is_faced & (sum * f32x8::splat(-0.5 * FRAC_1_PI)).fast_max(f32x8::ZERO)
     }
 
     /// The patches from a point of a surface.
@@ -298,9 +378,9 @@ mod tests {
             let (y, z) = ((k % 64) as f32 / 32.0 - 1.0, (k / 64) as f32 / 32.0);
             let exitance = if (0.5..0.6).contains(&y) { 1000.0 } else { 1.0 };
             let surface = SurfacePoint { point: Vec3A::new(1.0, y, z), normal: Vec3A::NEG_X };
-            Element { surface, area_m2: 1.0 / 1024.0, exitance }
+            Element { surface, area_m2: 1.0 / 1024.0, exitance, radiance: Spectrum::constant(exitance * FRAC_1_PI) }
         };
-        BrightSnow(patches((0..4096).map(element).collect()).chunks(LANES).map(Patches::new).collect())
+        BrightSnow::of_elements((0..4096).map(element).collect())
     }
 
     #[test]
@@ -330,6 +410,26 @@ mod tests {
         }
     }
 
+    /// A point of the floor in front of the middle of the wall, 2 m wide and high, at a distance of 1 m: the form factor
+    /// is (atan 1 − atan(1/√5)/√5) / π (Howell, Mengüç, Daun & Siegel 2020, *Thermal Radiation Heat Transfer*, C-4,
+    /// twice). A wall behind is not seen, nor one whose snow faces away.
+    #[test]
+    fn the_snow_that_is_seen_has_the_form_factor_of_its_rectangles() {
+        let snow = wall();
+        let at = |x: f32| SurfacePoint { point: Vec3A::new(x, 0.0, 0.0), normal: Vec3A::Z };
+        let root = 5.0_f32.sqrt();
+        let expected = (1.0_f32.atan() - root.recip().atan() / root) * FRAC_1_PI;
+        let seen = snow.seen_from(&at(0.0));
+        // Elements reach half their size beyond the ends of the wall.
+        assert!((seen.share / expected - 1.0).abs() < 0.02, "{} {expected}", seen.share);
+        // The wall's exitance is 1 but for the stripe, which is a twentieth of it.
+        let mean = seen.irradiance.0[0] / seen.share;
+        assert!((10.0..60.0).contains(&mean), "{mean}");
+        assert!(snow.seen_from(&at(2.0)).share <= 0.0);
+        let below = SurfacePoint { point: Vec3A::ZERO, normal: Vec3A::NEG_X };
+        assert!(snow.seen_from(&below).share <= 0.0);
+    }
+
     /// A floor in front of a wall at x = 1 m whose last millimetre, of narrow elements, is as bright as snow in the
     /// light next to it. Each ray that finds it must be likely, or it makes a white dot.
     #[test]
@@ -343,9 +443,9 @@ mod tests {
                 ((column as f32 + 0.5) / 63.0 * 0.999, 0.999 / 63.0, 1.0)
             };
             let surface = SurfacePoint { point: Vec3A::new(1.0, y, z), normal: Vec3A::NEG_X };
-            Element { surface, area_m2: width / 64.0, exitance }
+            Element { surface, area_m2: width / 64.0, exitance, radiance: Spectrum::constant(exitance * FRAC_1_PI) }
         };
-        let snow = BrightSnow(patches((0..4096).map(element).collect()).chunks(LANES).map(Patches::new).collect());
+        let snow = BrightSnow::of_elements((0..4096).map(element).collect());
         let surface = SurfacePoint { point: Vec3A::new(0.0, 0.5, 0.0), normal: Vec3A::Z };
         let (mut hits, mut greatest) = (0, 0.0_f32);
         for sample in 0..1 << 16 {

@@ -2,10 +2,11 @@
 
 use glam::Vec3A;
 use snowblue_field::{FieldError, GROUP, SnowBody, SpectralNodes, Survey};
+use snowblue_geometry::ray::SurfacePoint;
 use snowblue_scene::directions::Directions;
 
 use super::body_field::{BodyField, LitFluence};
-use super::bright_snow::BrightSnow;
+use super::bright_snow::{BrightSnow, SnowSeen};
 use super::field_scene::FieldScene;
 use super::illumination::{Illumination, LampInSnow, illuminations};
 use super::lit_bodies::solve;
@@ -205,6 +206,11 @@ impl LightField {
     /// throughput, p its density.
     pub fn sample_reflection(&self, directions: &Directions, numbers: [f32; 3]) -> (Vec3A, f32) {
         self.bright_snow.sample(directions, numbers)
+    }
+
+    /// The snow that another surface sees, roughly: as if no part hid another.
+    pub fn snow_seen_from(&self, surface: &SurfacePoint) -> SnowSeen {
+        self.bright_snow.seen_from(surface)
     }
 
     /// If cells have sizes for a viewer: the greatest factor of these sizes that makes them fit into the memory.

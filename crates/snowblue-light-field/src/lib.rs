@@ -28,6 +28,7 @@ mod surface_light;
 mod watch;
 
 pub use body_field::{BodyField, SnowAt};
+pub use bright_snow::SnowSeen;
 pub use end_depth::{EndDepth, WalkEndsByDepth};
 pub use field::{FieldStatistics, LightField};
 pub use field_scene::FieldScene;

@@ -284,18 +284,15 @@ impl RowRenderer<'_> {
             let pixel = Pixel::new(scene, &pattern, column, row.number);
             for sample in samples {
                 let (ray, mut sampler) = (pixel.camera_ray(sample), pixel.sampler(sample));
-                let (sees_snow, distance_m) = if aovs.spectrum {
+                let sees_snow = if aovs.spectrum {
                     let sample = tracer.radiance(&ray, &mut sampler);
-                    accumulator.add_radiance(scene.sensor(), &sample.radiance, sample.snow.as_ref());
-                    (sample.sees_snow, sample.distance_m)
+                    accumulator.add_radiance(scene.sensor(), &sample.radiance, sample.filtered.as_ref());
+                    sample.sees_snow
                 } else {
                     let sample = tracer.response(scene, &ray, &mut sampler);
-                    accumulator.add_sample(sample.radiance, sample.snow.as_ref());
-                    (sample.sees_snow, sample.distance_m)
+                    accumulator.add_sample(sample.radiance, sample.filtered.as_ref());
+                    sample.sees_snow
                 };
-                if distance_m.is_some() {
-                    accumulator.add_surface();
-                }
                 accumulator.add_aov(Aov::Snow, [if sees_snow { 1.0 } else { 0.0 }, 0.0, 0.0]);
                 if let Some(first_hits) = &mut first_hits {
                     first_hits.add(&ray, &mut accumulator, aovs);

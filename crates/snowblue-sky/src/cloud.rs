@@ -9,28 +9,18 @@ use std::sync::LazyLock;
 
 const HEADER: &str = "wavelength_nm,coalbedo,asymmetry,absorption_per_m";
 
-static TABLE: LazyLock<Vec<Droplets>> = LazyLock::new(|| {
+/// Wavelength in nm, fraction of the light that a droplet takes up which it absorbs, mean cosine of the scattering
+/// angle, and the absorption of water in 1/m.
+static TABLE: LazyLock<Vec<[f64; 4]>> = LazyLock::new(|| {
     let mut lines = include_str!("../data/cloud_droplets.csv").lines();
     assert_eq!(lines.next(), Some(HEADER), "a table that ships with this crate");
     let row = |line: &str| {
         let mut row = [f64::NAN; 4];
         row.iter_mut().zip(line.split(',')).for_each(|(value, word)| *value = word.parse().unwrap_or(f64::NAN));
-        let [wavelength_nm, coalbedo, asymmetry, absorption_per_m] = row;
-        Droplets { wavelength_nm, coalbedo, asymmetry, absorption_per_m }
+        row
     };
     lines.map(row).collect()
 });
-
-/// Single scattering at a wavelength.
-struct Droplets {
-    wavelength_nm: f64,
-    /// Fraction of the light that meets a droplet which it absorbs.
-    coalbedo: f64,
-    /// Mean cosine of the scattering angle.
-    asymmetry: f64,
-    /// Of liquid water.
-    absorption_per_m: f64,
-}
 
 /// What a layer does to diffuse light.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,11 +32,11 @@ pub(crate) struct Cloud {
 impl Cloud {
     /// A layer of an optical thickness, at each wavelength of the table of the air.
     pub(crate) fn table(optical_thickness: f64) -> impl Iterator<Item = Self> {
-        TABLE.iter().map(move |droplets| Self::new(droplets, optical_thickness))
+        TABLE.iter().map(move |[_, coalbedo, asymmetry, _]| Self::new(*coalbedo, *asymmetry, optical_thickness))
     }
 
-    fn new(droplets: &Droplets, optical_thickness: f64) -> Self {
-        let (albedo, g) = (1.0 - droplets.coalbedo, droplets.asymmetry);
+    fn new(coalbedo: f64, g: f64, optical_thickness: f64) -> Self {
+        let albedo = 1.0 - coalbedo;
         let lost = 0.25 * (7.0 - albedo * (4.0 + 3.0 * g));
         let turned_back = 0.25 * (albedo * (4.0 - 3.0 * g) - 1.0);
         let decay = (lost * lost - turned_back * turned_back).sqrt();
@@ -69,8 +59,8 @@ mod tests {
     fn the_table_has_the_wavelengths_of_the_air() {
         let air = include_str!("../data/bird_riordan_1986.csv").lines().skip(1);
         let of_air: Vec<f64> = air.map(|line| line.split(',').next().unwrap().parse().unwrap()).collect();
-        assert_eq!(TABLE.iter().map(|row| row.wavelength_nm).collect::<Vec<_>>(), of_air);
-        assert!(TABLE.iter().all(|row| [row.coalbedo, row.asymmetry].iter().all(|value| (0.0..1.0).contains(value))));
+        assert_eq!(TABLE.iter().map(|row| row[0]).collect::<Vec<_>>(), of_air);
+        assert!(TABLE.iter().all(|row| row[1..3].iter().all(|value| (0.0..1.0).contains(value))));
     }
 
     /// A large sphere that absorbs little takes up n² (1 − (1 − n⁻²)^3/2) α V, half of what it scatters is diffracted,
@@ -78,9 +68,11 @@ mod tests {
     /// (Nussenzveig & Wiscombe 1980, Phys. Rev. Lett. 45, 1490).
     #[test]
     fn droplets_absorb_as_large_spheres() {
-        for row in TABLE.iter().filter(|row| (700.0..1350.0).contains(&row.wavelength_nm)) {
-            let over_rays = row.coalbedo / (0.84 * row.absorption_per_m * 10e-6);
-            assert!((1.05..1.3).contains(&over_rays), "{} nm: {over_rays}", row.wavelength_nm);
+        for [wavelength_nm, coalbedo, _, absorption_per_m] in
+            TABLE.iter().filter(|row| (700.0..1350.0).contains(&row[0]))
+        {
+            let over_rays = coalbedo / (0.84 * absorption_per_m * 10e-6);
+            assert!((1.05..1.3).contains(&over_rays), "{wavelength_nm} nm: {over_rays}");
         }
     }
 
@@ -88,10 +80,7 @@ mod tests {
     /// reflectance to that of a layer without end.
     #[test]
     fn layers_tend_to_their_limits() {
-        let layer = |coalbedo, optical_thickness| {
-            let droplets = Droplets { wavelength_nm: 656.0, coalbedo, asymmetry: 0.86, absorption_per_m: 0.0 };
-            Cloud::new(&droplets, optical_thickness)
-        };
+        let layer = |coalbedo, optical_thickness| Cloud::new(coalbedo, 0.86, optical_thickness);
         let clear = layer(1e-12, 20.0);
         assert!((clear.transmittance - 1.0 / (1.0 + 0.75 * 0.14 * 20.0)).abs() < 1e-6, "{clear:?}");
         assert!((clear.transmittance + clear.reflectance - 1.0).abs() < 1e-6);

@@ -130,10 +130,10 @@ pub(crate) struct ResidualLayout {
     pub(crate) residual_square: usize,
     /// Square of Y of the radiance without the residual.
     pub(crate) rest_square: usize,
-    /// Number of samples that meet a surface.
-    pub(crate) surfaces: usize,
-    /// Number of samples that hit snow. The sums that follow are over them.
+    /// Number of samples that meet a surface. The sums that follow are over them.
     pub(crate) count: usize,
+    /// Number of those that hit snow with a light field.
+    pub(crate) snow: usize,
     /// Y of the reading.
     pub(crate) reading: usize,
     /// The normal.
@@ -147,8 +147,9 @@ impl ResidualLayout {
     fn names(self) -> impl Iterator<Item = String> {
         let residual = ["X", "Y", "Z"].map(String::from).into_iter();
         let wavelengths = (0..self.values - 3).map(|number| format!("S{number:02}"));
-        let others =
-            ["Y_squared", "rest_Y_squared", "surface_samples", "samples", "reading_Y"].map(String::from).into_iter();
+        let others = ["Y_squared", "rest_Y_squared", "surface_samples", "snow_samples", "reading_Y"]
+            .map(String::from)
+            .into_iter();
         let others = others.chain(["normal_X", "normal_Y", "normal_Z", "distance"].map(String::from));
         residual.chain(wavelengths).chain(others).map(|name| format!("residual_{name}"))
     }
@@ -233,8 +234,8 @@ impl Aovs {
             values,
             residual_square: after,
             rest_square: after + 1,
-            surfaces: after + 2,
-            count: after + 3,
+            count: after + 2,
+            snow: after + 3,
             reading: after + 4,
             normal: after + 5,
             distance: after + 8,
@@ -266,8 +267,8 @@ mod tests {
                 ("X", (|layout| layout.residual) as fn(ResidualLayout) -> usize),
                 ("Y_squared", |layout| layout.residual_square),
                 ("rest_Y_squared", |layout| layout.rest_square),
-                ("surface_samples", |layout| layout.surfaces),
-                ("samples", |layout| layout.count),
+                ("surface_samples", |layout| layout.count),
+                ("snow_samples", |layout| layout.snow),
                 ("reading_Y", |layout| layout.reading),
                 ("normal_X", |layout| layout.normal),
                 ("distance", |layout| layout.distance),

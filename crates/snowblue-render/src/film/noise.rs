@@ -51,7 +51,7 @@ fn anything_near(film: &FilmAccumulator) -> Vec<bool> {
     let width = film.window().size().width as usize;
     let layout = film.aovs().residual_layout();
     let shows_anything =
-        |pixel: &PixelSums| layout.is_some_and(|layout| pixel.at(layout.surfaces) > 0) || pixel.mean_xyz().y > 0.0;
+        |pixel: &PixelSums| layout.is_some_and(|layout| pixel.at(layout.count) > 0) || pixel.mean_xyz().y > 0.0;
     let shows_anything: Vec<bool> = film.all_pixels().iter().map(shows_anything).collect();
     let or_neighbours = |values: &[bool], step: usize| -> Vec<bool> {
         let at = |index: Option<usize>| index.and_then(|index| values.get(index)).is_some_and(|value| *value);
@@ -105,7 +105,7 @@ fn repeated_square(sum: i128, mean: f64, [count, more]: [u64; 2]) -> i128 {
 mod tests {
     use super::*;
     use crate::film::pixel_accumulator::PixelAccumulator;
-    use crate::integrators::SnowSample;
+    use crate::integrators::FilteredSample;
     use glam::Vec3A;
     use snowblue_scene::film::ImageSize;
     use snowblue_scene::film::sensor::Sensor;
@@ -121,7 +121,7 @@ mod tests {
             for sample in 0..count {
                 let found = if sample % 2 == 0 { -spread } else { spread };
                 let [residual, reading] = [found, 1.0].map(Spectrum::constant);
-                let snow = SnowSample { residual, reading, normal: Vec3A::Z, distance_m: 1.0 };
+                let snow = FilteredSample { residual, reading, is_snow: true, normal: Vec3A::Z, distance_m: 1.0 };
                 let snow = Some(&snow).filter(|_| aovs.residual);
                 pixel.add_radiance(&Sensor::cie_1931(), &Spectrum::constant(1.0 + found), snow);
             }

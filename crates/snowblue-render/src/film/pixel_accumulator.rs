@@ -4,7 +4,7 @@ use snowblue_color::{LinearRgb, Xyz};
 
 use crate::film::accumulator::SQUARE_UNITS;
 use crate::film::aov::{Aov, Aovs, ResidualLayout, SPECTRUM_OFFSET};
-use crate::integrators::SnowSample;
+use crate::integrators::FilteredSample;
 use snowblue_scene::film::sensor::{Sensor, SensorSample};
 use snowblue_scene::spectrum::{SAMPLES, Spectrum};
 
@@ -77,15 +77,15 @@ pub(crate) struct PixelAccumulator {
     pub(crate) unusable_samples: u64,
 }
 
-/// Sums for the filter of random walks, as in [`ResidualLayout`].
+/// Sums for the filter, as in [`ResidualLayout`].
 #[derive(Debug, Default)]
 struct ResidualSums {
     values: Vec<SplitSum>,
     square: i128,
     rest_square: i128,
-    /// Numbers of samples that meet a surface, and that hit snow, in units of 2⁻⁶⁴.
-    surfaces: i128,
+    /// Numbers of samples that meet a surface, and that hit snow with a light field, in units of 2⁻⁶⁴.
     count: i128,
+    snow: i128,
     reading: SplitSum,
     normal: [SplitSum; 3],
     distance: SplitSum,
@@ -115,31 +115,36 @@ impl PixelAccumulator {
         }
     }
 
-    /// Adds the radiance of a sample, of which `snow` comes from snow.
+    /// Adds the radiance of a sample, with what the filter compares of it.
     #[inline]
-    pub(crate) fn add_radiance(&mut self, sensor: &Sensor, radiance: &Spectrum, snow: Option<&SnowSample<Spectrum>>) {
+    pub(crate) fn add_radiance(
+        &mut self,
+        sensor: &Sensor,
+        radiance: &Spectrum,
+        filtered: Option<&FilteredSample<Spectrum>>,
+    ) {
         let sample = sensor.sample(radiance);
-        let snow_sample = snow.map(|snow| snow.map(|spectrum| sensor.sample(spectrum)));
-        if !self.add_sample(sample, snow_sample.as_ref()) || !self.aovs.spectrum {
+        let filtered_sample = filtered.map(|filtered| filtered.map(|spectrum| sensor.sample(spectrum)));
+        if !self.add_sample(sample, filtered_sample.as_ref()) || !self.aovs.spectrum {
             return;
         }
         for (sum, &value) in self.spectrum.iter_mut().zip(&radiance.0) {
             sum.add(value);
         }
-        if let (Some(snow), [_, _, _, sums @ ..]) = (snow, &mut *self.residual.values) {
-            sums.iter_mut().zip(&snow.residual.0).for_each(|(sum, value)| sum.add(*value));
+        if let (Some(filtered), [_, _, _, sums @ ..]) = (filtered, &mut *self.residual.values) {
+            sums.iter_mut().zip(&filtered.residual.0).for_each(|(sum, value)| sum.add(*value));
         }
     }
 
-    /// Adds a sample without its spectrum, of which `snow` comes from snow. Returns whether it is usable.
+    /// Adds a sample without its spectrum, with what the filter compares of it. Returns whether it is usable.
     #[inline]
-    pub(crate) fn add_sample(&mut self, sample: SensorSample, snow: Option<&SnowSample<SensorSample>>) -> bool {
-        if !is_usable(sample) || snow.is_some_and(|snow| !is_usable(snow.residual) || !is_usable(snow.reading)) {
+    pub(crate) fn add_sample(&mut self, sample: SensorSample, filtered: Option<&FilteredSample<SensorSample>>) -> bool {
+        if !is_usable(sample) || filtered.is_some_and(|one| !is_usable(one.residual) || !is_usable(one.reading)) {
             self.unusable_samples += 1;
             return false;
         }
         if self.aovs.residual {
-            self.residual.add(sample, snow);
+            self.residual.add(sample, filtered);
         }
         // A black sample adds nothing.
         if sample.magnitude() <= 0.0 {
@@ -157,12 +162,6 @@ impl PixelAccumulator {
             }
         }
         true
-    }
-
-    /// Counts a sample that meets a surface.
-    #[inline]
-    pub(crate) fn add_surface(&mut self) {
-        self.residual.surfaces += 1i128 << 64;
     }
 
     /// Adds an AOV of a sample if the layout has it and all values are usable.
@@ -206,17 +205,18 @@ impl PixelAccumulator {
 }
 
 impl ResidualSums {
-    /// Adds a sample, of which `snow` comes from snow.
+    /// Adds a sample, with what the filter compares of it.
     #[inline]
-    fn add(&mut self, sample: SensorSample, snow: Option<&SnowSample<SensorSample>>) {
-        let residual_y = snow.map_or(0.0, |snow| snow.residual.luminance());
+    fn add(&mut self, sample: SensorSample, filtered: Option<&FilteredSample<SensorSample>>) {
+        let residual_y = filtered.map_or(0.0, |filtered| filtered.residual.luminance());
         let rest_y = f64::from(sample.luminance() - residual_y);
         self.rest_square = self.rest_square.saturating_add(square_units(rest_y * rest_y));
-        let Some(SnowSample { residual, reading, normal, distance_m }) = snow else { return };
+        let Some(FilteredSample { residual, reading, is_snow, normal, distance_m }) = filtered else { return };
         self.values.iter_mut().zip(residual.xyz()).for_each(|(sum, value)| sum.add(value));
         let residual_y = f64::from(residual_y);
         self.square = self.square.saturating_add(square_units(residual_y * residual_y));
         self.count += 1i128 << 64;
+        self.snow += if *is_snow { 1i128 << 64 } else { 0 };
         self.reading.add(reading.luminance());
         self.normal.iter_mut().zip(normal.to_array()).for_each(|(sum, value)| sum.add(value));
         self.distance.add(distance_m.min(MAX_MAGNITUDE.next_down()));
@@ -230,8 +230,8 @@ impl ResidualSums {
         {
             sums[offset] = sums[offset].saturating_add(std::mem::take(square));
         }
-        sums[layout.surfaces] += std::mem::take(&mut self.surfaces);
         sums[layout.count] += std::mem::take(&mut self.count);
+        sums[layout.snow] += std::mem::take(&mut self.snow);
         self.reading.flush(&mut sums[layout.reading]);
         self.normal.iter_mut().zip(&mut sums[layout.normal..]).for_each(|(split, sum)| split.flush(sum));
         self.distance.flush(&mut sums[layout.distance]);

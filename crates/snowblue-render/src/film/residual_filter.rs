@@ -38,11 +38,15 @@ const KERNEL: [f32; 5] = [1.0 / 16.0, 4.0 / 16.0, 6.0 / 16.0, 4.0 / 16.0, 1.0 / 
 /// Deviations at which a weight falls by e^{−½}: of normals, and of the logarithm of the reading.
 const NORMAL_DEVIATION: f32 = 0.35;
 const READING_DEVIATION: f32 = 0.5;
+/// The same of the fraction of snow: its residual is of another kind than that of other surfaces.
+const SNOW_DEVIATION: f32 = 0.2;
 /// The same of the logarithm of the noise, which grows near edges.
 const ERROR_DEVIATION: f32 = 1.0;
 /// The same of the distance, as a multiple of that of a plane through the neighbouring pixels, and of the distance.
 const SLOPE_DEVIATION: f32 = 2.0;
 const DISTANCE_DEVIATION: f32 = 0.002;
+/// Standard errors by which the mean over a neighbourhood may differ from that over a smaller one.
+const CONFIDENCE: f32 = 6.0;
 /// Least error of a residual that is told from none.
 const LEAST_ERROR: f32 = 1e-4;
 /// The geometric mean of variances of few samples is less than their mean: by about a factor of 1 + this number over
@@ -97,7 +101,10 @@ struct Guide {
     slope_m: [f32; 2],
     /// Logarithm of the standard error of the residual relative to the reading.
     log_error: f32,
-    is_snow: bool,
+    /// Fraction of the samples of surfaces that hit snow with a light field.
+    snow: f32,
+    /// Whether the pixel shows a surface.
+    is_filtered: bool,
 }
 
 /// An image of residuals, one level of the filter.
@@ -185,12 +192,12 @@ impl Level {
 
 /// What the filter compares of each pixel.
 fn guides(pixels: &[PixelSums], layout: ResidualLayout, width: usize) -> Vec<Guide> {
-    let of_snow = |pixel: &PixelSums, offset: usize| pixel.quotient(offset, layout.count);
-    let is_snow = |pixel: &PixelSums| pixel.at(layout.count) > 0;
-    let readings = pixels.iter().map(|pixel| of_snow(pixel, layout.reading));
+    let of_surface = |pixel: &PixelSums, offset: usize| pixel.quotient(offset, layout.count);
+    let is_filtered = |pixel: &PixelSums| pixel.at(layout.count) > 0;
+    let readings = pixels.iter().map(|pixel| of_surface(pixel, layout.reading));
     let dark = DARK * readings.clone().fold(f32::MIN_POSITIVE, f32::max);
     let distances: Vec<Option<f32>> =
-        pixels.iter().map(|pixel| is_snow(pixel).then(|| of_snow(pixel, layout.distance))).collect();
+        pixels.iter().map(|pixel| is_filtered(pixel).then(|| of_surface(pixel, layout.distance))).collect();
     // The smaller change to the neighbours on both sides: on the surface, and not over its edge.
     let slope = |index: usize, step: usize, has_before: bool, has_after: bool| {
         let before = has_before.then(|| distances[index - step]).flatten();
@@ -202,12 +209,13 @@ fn guides(pixels: &[PixelSums], layout: ResidualLayout, width: usize) -> Vec<Gui
         let (column, row) = (index % width, index / width);
         let slopes = [slope(index, 1, column > 0, column + 1 < width), slope(index, width, row > 0, true)];
         Guide {
-            normal: [0, 1, 2].map(|k| of_snow(pixel, layout.normal + k)),
+            normal: [0, 1, 2].map(|k| of_surface(pixel, layout.normal + k)),
             log_reading: reading.max(dark).ln(),
             distance_m: distances[index].unwrap_or(0.0),
             slope_m: slopes.map(|slope| if slope.is_finite() { slope } else { 0.0 }),
             log_error: 0.0,
-            is_snow: is_snow(pixel),
+            snow: of_surface(pixel, layout.snow),
+            is_filtered: is_filtered(pixel),
         }
     };
     let readings: Vec<f32> = readings.collect();
@@ -218,7 +226,7 @@ impl Guide {
     /// How much the residual of another pixel, so many pixels across and down, counts for this one.
     #[inline]
     fn weight(&self, other: &Self, across: f32, down: f32) -> f32 {
-        if !other.is_snow {
+        if !other.is_filtered {
             return 0.0;
         }
         let square = |x: f32| x * x;
@@ -228,7 +236,9 @@ impl Guide {
         let deviation_m = SLOPE_DEVIATION * plane_m + DISTANCE_DEVIATION * self.distance_m;
         let distances = square((self.distance_m - other.distance_m) / deviation_m.max(f32::MIN_POSITIVE));
         let errors = square((self.log_error - other.log_error) / ERROR_DEVIATION);
-        let sum = normals / square(NORMAL_DEVIATION) + readings / square(READING_DEVIATION) + distances + errors;
+        let snows = square((self.snow - other.snow) / SNOW_DEVIATION);
+        let sum =
+            normals / square(NORMAL_DEVIATION) + readings / square(READING_DEVIATION) + distances + errors + snows;
         (-0.5 * sum).exp()
     }
 }
@@ -249,7 +259,8 @@ impl Filter {
             guide.log_error = luminance.log_error();
         }
         let mut result = level.clone();
-        let is_noisy = |(luminance, guide): (&Luminance, &Guide)| guide.is_snow && luminance.error() > TARGET;
+        let mut intervals = vec![[f32::NEG_INFINITY, f32::INFINITY]; level.luminance.len()];
+        let is_noisy = |(luminance, guide): (&Luminance, &Guide)| guide.is_filtered && luminance.error() > TARGET;
         let mut needs: Vec<bool> = level.luminance.iter().zip(&self.guides).map(is_noisy).collect();
         for (number, shared) in SHARED_VARIANCE.into_iter().enumerate() {
             if !needs.contains(&true) {
@@ -257,11 +268,21 @@ impl Filter {
             }
             let next = self.next(&level, 1 << number, shared);
             let results = result.residual.par_chunks_exact_mut(self.values).zip(&mut result.luminance);
-            results.zip(&mut needs).enumerate().for_each(|(pixel, ((residual, luminance), need))| {
+            let results = results.zip(&mut needs).zip(&mut intervals).enumerate();
+            results.for_each(|(pixel, (((residual, luminance), need), [low, high]))| {
+                if !*need {
+                    return;
+                }
+                // A mean over a larger neighbourhood that contradicts a smaller one has crossed what is no noise
+                // (the method of Lepski 1991).
+                let mean = next.residual[pixel * self.values + 1] / next.luminance[pixel].reading;
+                let error = next.luminance[pixel].error();
+                *need = !(mean < *low || mean > *high);
                 if *need {
                     let own = start.luminance[pixel].reading;
                     *luminance = blend([&level, &next], pixel, own, residual);
-                    *need = next.luminance[pixel].error() > TARGET;
+                    [*low, *high] = [low.max(mean - CONFIDENCE * error), high.min(mean + CONFIDENCE * error)];
+                    *need = error > TARGET;
                 }
             });
             level = next;
@@ -326,13 +347,13 @@ impl Filter {
         let light_of = |residual: &[f32], pixel: usize| start[pixel].reading + residual[pixel * values + 1];
         let error = |pixel: usize| Luminance { reading: start[pixel].reading, ..filtered[pixel] }.error();
         let is_doubtful = |pixel: &usize| error(*pixel) > OUTLIER_ERROR || light_of(residual, *pixel) < 0.0;
-        let is_snow = |pixel: &usize| self.guides[*pixel].is_snow;
-        let mut doubtful: Vec<usize> = (0..filtered.len()).filter(is_snow).filter(is_doubtful).collect();
+        let is_filtered = |pixel: &usize| self.guides[*pixel].is_filtered;
+        let mut doubtful: Vec<usize> = (0..filtered.len()).filter(is_filtered).filter(is_doubtful).collect();
         doubtful.sort_by(|one, other| error(*other).total_cmp(&error(*one)));
         for pixel in doubtful {
             let (reading, light) = (start[pixel].reading, light_of(residual, pixel));
             // Light of what shows snow.
-            let nearest = self.snow_around(pixel, 1).map(|other| light_of(residual, other) / coverage[other]);
+            let nearest = self.alike_around(pixel, 1).map(|other| light_of(residual, other) / coverage[other]);
             let nearest = nearest.filter(|light| *light > 0.0);
             let [least, most] =
                 nearest.fold([f32::INFINITY, 0.0], |[least, most], light| [light.min(least), light.max(most)]);
@@ -362,13 +383,13 @@ impl Filter {
                 filtered[other].variance.sqrt().max(TARGET * light).min(light)
             };
             let spread = |residual: &[f32], distance: usize| -> f32 {
-                self.snow_around(pixel, distance).map(|other| room(residual, other)).sum()
+                self.alike_around(pixel, distance).map(|other| room(residual, other)).sum()
             };
             let suffices = |distance: &usize| size <= MOST_SPREAD * spread(residual, *distance);
             let distance = SPREAD_PIXELS.into_iter().find(suffices).unwrap_or(SPREAD_PIXELS[SPREAD_PIXELS.len() - 1]);
             let total = spread(residual, distance);
             if total > 0.0 {
-                for other in self.snow_around(pixel, distance) {
+                for other in self.alike_around(pixel, distance) {
                     // What finds no room stays.
                     let share = (room(residual, other) / total).min(MOST_SPREAD * light(residual, other) / size);
                     for (value, excess) in excess.iter().enumerate() {
@@ -380,21 +401,23 @@ impl Filter {
         }
     }
 
-    /// The other pixels of snow in the square around a pixel, with so many on each side.
-    fn snow_around(&self, pixel: usize, distance: usize) -> impl Iterator<Item = usize> {
+    /// The other pixels in the square around a pixel, with so many on each side, that are mainly snow or mainly not, as
+    /// it is.
+    fn alike_around(&self, pixel: usize, distance: usize) -> impl Iterator<Item = usize> {
         let (width, height) = (self.width, self.guides.len() / self.width);
         let range = |middle: usize, end: usize| middle.saturating_sub(distance)..(middle + distance + 1).min(end);
         let columns = range(pixel % width, width);
         range(pixel / width, height)
             .flat_map(move |row| columns.clone().map(move |column| row * width + column))
-            .filter(move |other| *other != pixel && self.guides[*other].is_snow)
+            .filter(move |other| *other != pixel && self.guides[*other].is_filtered)
+            .filter(move |other| (self.guides[*other].snow - self.guides[pixel].snow).abs() < 0.5)
     }
 
     /// Calls `add` for the neighbours of a pixel of snow, so many apart, and itself, with their weights.
     #[inline]
     fn for_neighbours(&self, pixel: usize, step: usize, mut add: impl FnMut(usize, f32)) {
         let guide = &self.guides[pixel];
-        if !guide.is_snow {
+        if !guide.is_filtered {
             return;
         }
         let (column, row, height) = (pixel % self.width, pixel / self.width, self.guides.len() / self.width);
@@ -448,7 +471,7 @@ mod tests {
     use super::*;
     use crate::film::pixel_accumulator::PixelAccumulator;
     use crate::film::sample_block::SampleBlock;
-    use crate::integrators::SnowSample;
+    use crate::integrators::FilteredSample;
 
     const SIZE: ImageSize = ImageSize { width: 24, height: 16 };
 
@@ -472,9 +495,10 @@ mod tests {
                 for _ in 0..samples {
                     let residual = residual(column, narrow(stream.uniform()));
                     let normal = if column < 12 { Vec3A::Z } else { Vec3A::X };
-                    let snow = (column < 20).then_some(SnowSample {
+                    let snow = (column < 20).then_some(FilteredSample {
                         residual: colour(residual),
                         reading: grey(2.0),
+                        is_snow: true,
                         normal,
                         distance_m: 1.0,
                     });

@@ -18,8 +18,8 @@ mod sparkle;
 
 mod first_hit;
 mod integrator;
+mod path_sample;
 mod prepared;
-mod snow_sample;
 
 pub use integrator::{Integrator, Preparation, SceneStatistics};
-pub(crate) use snow_sample::{PathSample, SnowSample};
+pub(crate) use path_sample::{FilteredSample, PathSample};

@@ -1,4 +1,4 @@
-//! What a sample finds of snow, for the filter of random walks.
+//! What a sample finds of a surface, for the filter.
 
 use glam::Vec3A;
 use snowblue_scene::air::AirBetween;
@@ -13,17 +13,17 @@ pub(crate) struct PathSample<C> {
     pub(crate) sees_snow: bool,
     /// Distance to the first surface, in m; none if there is none.
     pub(crate) distance_m: Option<f32>,
-    /// The part that comes from snow, if a walk was followed there.
-    pub(crate) snow: Option<SnowSample<C>>,
+    /// What the filter compares, if the first surface is filtered.
+    pub(crate) filtered: Option<FilteredSample<C>>,
 }
 
-impl<C> PathSample<C> {
+impl<C: Copy> PathSample<C> {
     /// The same sample of another quantity.
     #[inline]
     pub(crate) fn map<T>(&self, of: impl Fn(&C) -> T) -> PathSample<T> {
-        let Self { radiance, sees_snow, distance_m, snow } = self;
-        let snow = snow.as_ref().map(|snow| snow.map(&of));
-        PathSample { radiance: of(radiance), sees_snow: *sees_snow, distance_m: *distance_m, snow }
+        let Self { radiance, sees_snow, distance_m, filtered } = self;
+        let filtered = filtered.as_ref().map(|filtered| filtered.map(&of));
+        PathSample { radiance: of(radiance), sees_snow: *sees_snow, distance_m: *distance_m, filtered }
     }
 }
 
@@ -36,24 +36,27 @@ impl PathSample<Spectrum> {
     }
 }
 
-/// Light from snow, by a random walk and by the light field at the surface.
+/// Light that leaves a surface, and an estimate of it that has little noise.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct SnowSample<C> {
-    /// The radiance by the walk less the reading.
+pub(crate) struct FilteredSample<C> {
+    /// The radiance less the reading.
     pub(crate) residual: C,
-    /// The radiance by the light field at the surface.
+    /// Of snow, the radiance by the light field at the surface; of other surfaces, what lamps and the sun give, and
+    /// what skies and snow would if nothing hid them.
     pub(crate) reading: C,
+    /// Whether the surface is snow with a light field.
+    pub(crate) is_snow: bool,
     /// Normal of the surface.
     pub(crate) normal: Vec3A,
     /// Distance from the camera, in m.
     pub(crate) distance_m: f32,
 }
 
-impl<C> SnowSample<C> {
+impl<C: Copy> FilteredSample<C> {
     /// The same sample of another quantity.
     #[inline]
-    pub(crate) fn map<T>(&self, of: impl Fn(&C) -> T) -> SnowSample<T> {
-        let Self { residual, reading, normal, distance_m } = self;
-        SnowSample { residual: of(residual), reading: of(reading), normal: *normal, distance_m: *distance_m }
+    pub(crate) fn map<T>(&self, of: impl Fn(&C) -> T) -> FilteredSample<T> {
+        let Self { residual, reading, is_snow, normal, distance_m } = *self;
+        FilteredSample { residual: of(&residual), reading: of(&reading), is_snow, normal, distance_m }
     }
 }

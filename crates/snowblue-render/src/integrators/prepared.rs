@@ -4,6 +4,7 @@ use std::sync::{Arc, OnceLock};
 
 use crate::error::RenderError;
 use crate::integrators::path::carried::LightTables;
+use crate::integrators::path::open_sky::OpenSky;
 use crate::integrators::pcasnow::snow_curves::SnowCurves;
 use crate::integrators::snow_volumes::SnowVolumes;
 use crate::integrators::sparkle::SceneSparkle;
@@ -28,6 +29,8 @@ pub(super) struct Prepared {
     /// The responses to each light, and none, for pictures of spectra.
     pub(super) tables: LightTables,
     pub(super) no_tables: LightTables,
+    /// Of a picture that is filtered.
+    pub(super) sky: OpenSky,
 }
 
 /// What an integrator has prepared.
@@ -55,7 +58,9 @@ impl Prepared {
         let is_drawn = !matches!(method, Method::Reference(..))
             && scene.materials().iter().any(|material| material.sparkle().is_some());
         let sparkle = is_drawn.then(|| SceneSparkle::new(scene, &method.kinds(scene))).transpose()?;
-        Ok(Self { scene: scene.clone(), method, bodies, sparkle, tables, no_tables })
+        let is_filtered = scene.description().is_filtered();
+        let sky = OpenSky::new(scene.lights().iter().map(Arc::as_ref).filter(|_| is_filtered));
+        Ok(Self { scene: scene.clone(), method, bodies, sparkle, tables, no_tables, sky })
     }
 
     /// Why snow does not sparkle that should, in sentences.

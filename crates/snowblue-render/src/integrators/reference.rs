@@ -126,7 +126,7 @@ impl<'scene> ReferenceTracer<'scene> {
             (sees_snow, distance_m) = self.trace(&mut path);
             radiance.add_product(1.0, &self.weights[node], &path.walk.radiance);
         }
-        PathSample { radiance, sees_snow, distance_m, snow: None }
+        PathSample { radiance, sees_snow, distance_m, filtered: None }
     }
 
     /// Traces a path to its end. Returns whether the first surface is snow, and its distance in m.

@@ -10,7 +10,7 @@ use super::material::MaterialDescription;
 use super::object::ObjectDescription;
 use super::sky::SkyDescription;
 use crate::film::FilmSettings;
-use crate::integrator::{IntegratorKind, IntegratorSettings, LightFieldSettings};
+use crate::integrator::{IntegratorSettings, LightFieldSettings};
 
 /// A scene as plain data.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
@@ -56,15 +56,9 @@ impl SceneDescription {
         self.materials.values().any(|material| matches!(material, MaterialDescription::Snow(_)))
     }
 
-    /// Whether the noise of snow's light is filtered: by `hybrid` that of random walks, and by `diffusion` that of the
-    /// samples of a `sky`.
+    /// Whether noise is filtered: that of random walks, of samples of a `sky`, and of light that comes by other surfaces.
     pub fn is_filtered(&self) -> bool {
-        let is_noisy = match self.integrator.kind {
-            IntegratorKind::Hybrid => true,
-            IntegratorKind::Diffusion => self.sky.is_some(),
-            IntegratorKind::PcaSnow | IntegratorKind::Reference => false,
-        };
-        self.integrator.filter && is_noisy
+        self.integrator.filter && self.integrator.kind.has_light_field()
     }
 
     /// The scene as the text of a scene file.

@@ -29,7 +29,7 @@ pub fn wavelengths_nm() -> [f64; SAMPLES] {
 }
 
 /// A quantity at each of the [`wavelengths_nm`].
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Spectrum(pub [f32; SAMPLES]);
 
 impl Spectrum {

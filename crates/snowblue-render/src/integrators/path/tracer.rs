@@ -23,6 +23,7 @@ use glam::Vec3A;
 use snowblue_geometry::ray::{Ray, SurfacePoint};
 
 use super::carried::{Carried, LightTables, Source};
+use super::open_sky::OpenSky;
 use super::vertex::{Shading, Vertex};
 use crate::integrators::first_hit::light_limit_m;
 use crate::integrators::hybrid::walk::WalkTracer;
@@ -31,7 +32,7 @@ use crate::integrators::prepared::{Method, Prepared};
 use crate::integrators::russian_roulette::survival_probability;
 use crate::integrators::single_scattering::SingleScattering;
 use crate::integrators::sparkle::{SparkleReader, SparklingPoint};
-use crate::integrators::{PathSample, SnowSample};
+use crate::integrators::{FilteredSample, PathSample};
 use snowblue_light_field::{LightField, SnowAt};
 use snowblue_scene::directions::Directions;
 use snowblue_scene::film::sensor::SensorSample;
@@ -62,8 +63,9 @@ pub(crate) struct PathTracer<'a> {
     sparkle: Option<SparkleReader<'a>>,
     /// Whether paths can hit lights.
     has_area_lights: bool,
-    /// Whether the light of snow is filtered.
+    /// Whether the picture is filtered.
     is_filtered: bool,
+    sky: &'a OpenSky,
 }
 
 /// Radiance along a camera ray, in W m⁻² sr⁻¹ as a band density.
@@ -76,16 +78,35 @@ struct PathRadiance<C> {
     distance_m: Option<f32>,
     /// Light that comes by further surfaces, if the path has any.
     later: Option<Spectrum>,
-    /// Light of snow with a light field, if the first surface is such snow.
-    snow: Option<SnowLight<C>>,
+    /// What the filter compares, if the first surface is filtered.
+    filtered: Option<Reading<C>>,
 }
 
-/// Light of snow with a light field, without its sparkle.
-struct SnowLight<C> {
+/// An estimate of the light of a surface that has little noise, for the filter. All light that leaves the surface, but
+/// for its sparkle, is compared with it.
+struct Reading<C> {
+    /// All light that leaves the surface, less what comes by further surfaces.
     radiance: C,
-    /// The radiance by the light field alone, for the filter. It has little noise.
-    reading: Option<C>,
+    reading: C,
+    is_snow: bool,
     normal: Vec3A,
+}
+
+/// Light of snow with a light field.
+struct SnowLight<C> {
+    /// All but the sparkle.
+    radiance: C,
+    /// The radiance by the light field alone, for the filter.
+    reading: Option<C>,
+    /// What single facets add to it, or take away.
+    sparkle: C,
+}
+
+/// Light of lamps and skies that another surface sends out.
+struct DirectLight<C> {
+    /// Of all lights but smooth skies.
+    steady: C,
+    of_sky: C,
 }
 
 /// Light that snow with a light field sends out, by the field at its surface.
@@ -102,15 +123,19 @@ impl<C: Carried> PathRadiance<C> {
     /// The sample of the path.
     #[inline]
     fn sample(self, carried: impl Fn(Spectrum) -> C) -> PathSample<C> {
-        let Self { first: mut radiance, sees_snow, distance_m, later, snow } = self;
+        let Self { first: mut radiance, sees_snow, distance_m, later, filtered } = self;
+        let later = later.map(carried);
         if let Some(later) = later {
-            radiance += carried(later);
+            radiance += later;
         }
-        let snow = snow.zip(distance_m).and_then(|(SnowLight { radiance: of_snow, reading, normal }, distance_m)| {
-            radiance += of_snow;
-            reading.map(|reading| SnowSample { residual: of_snow.less(reading), reading, normal, distance_m })
+        let filtered = filtered.zip(distance_m).map(|(estimate, distance_m)| {
+            let Reading { radiance: mut found, reading, is_snow, normal } = estimate;
+            if let Some(later) = later {
+                found += later;
+            }
+            FilteredSample { residual: found.less(reading), reading, is_snow, normal, distance_m }
         });
-        PathSample { radiance, sees_snow, distance_m, snow }
+        PathSample { radiance, sees_snow, distance_m, filtered }
     }
 }
 
@@ -135,6 +160,7 @@ impl<'a> PathTracer<'a> {
             sparkle: prepared.sparkle.as_ref().map(|sparkle| SparkleReader::new(scene, sparkle)),
             has_area_lights: scene.lights().iter().any(|light| light.has_extent()),
             is_filtered: scene.description().is_filtered(),
+            sky: &prepared.sky,
         }
     }
 
@@ -165,24 +191,44 @@ impl<'a> PathTracer<'a> {
             first += C::emitted(self.scene, &self.hit_lights(camera_ray, hit.as_ref(), None));
         }
         let Some(surface) = hit else {
-            return PathRadiance { first, sees_snow: false, distance_m: None, later: None, snow: None };
+            return PathRadiance { first, sees_snow: false, distance_m: None, later: None, filtered: None };
         };
         let sees_snow = self.scene.materials()[surface.material].looks_like_snow();
         let distance_m = Some(surface.point.distance(camera_ray.origin));
         let vertex = self.vertex(&surface, sampler);
         if let Shading::Field(snow) = vertex.shading {
-            let (light, sparkle) = self.snow_light(snow, &vertex, camera_ray, sampler);
+            let SnowLight { radiance, reading, sparkle } = self.snow_light(snow, &vertex, camera_ray, sampler);
             // Facets are as sharp as the picture: the filter neither sees nor spreads them.
+            first += radiance;
             first += sparkle;
-            return PathRadiance { first, sees_snow, distance_m, later: None, snow: Some(light) };
+            let filtered = reading.map(|reading| Reading { radiance, reading, is_snow: true, normal: vertex.normal });
+            return PathRadiance { first, sees_snow, distance_m, later: None, filtered };
         }
         let sparkling = self.sparkling_curves(&vertex, camera_ray, sampler);
-        first += self.direct_light::<C>(&vertex, sparkling.as_ref(), sampler);
-        if self.scene.integrator().max_bounces == 0 && !self.has_area_lights {
-            return PathRadiance { first, sees_snow, distance_m, later: None, snow: None };
+        let DirectLight { steady, of_sky } = self.direct_light::<C>(&vertex, sparkling.as_ref(), sampler);
+        let mut radiance = steady;
+        radiance += of_sky;
+        first += radiance;
+        let filtered = self.is_filtered.then(|| {
+            let mut reading = steady;
+            reading += self.unhidden_light(&vertex);
+            Reading { radiance, reading, is_snow: false, normal: vertex.normal }
+        });
+        let has_later = self.scene.integrator().max_bounces > 0 || self.has_area_lights;
+        let later = has_later.then(|| self.indirect_light(&vertex, sampler));
+        PathRadiance { first, sees_snow, distance_m, later, filtered }
+    }
+
+    /// The light of the smooth skies and of the snow around that a surface reflects, roughly: as if nothing hid the snow,
+    /// and nothing else the skies.
+    fn unhidden_light<C: Carried>(&self, vertex: &Vertex) -> C {
+        let mut light = self.sky.reflected(vertex);
+        if let Some(field) = self.field {
+            let snow = field.snow_seen_from(&vertex.shading_point());
+            light = light * (1.0 - snow.share);
+            light += vertex.reflectance(vertex.normal) * snow.irradiance * FRAC_1_PI;
         }
-        let later = Some(self.indirect_light(&vertex, sampler));
-        PathRadiance { first, sees_snow, distance_m, later, snow: None }
+        C::emitted(self.scene, &light)
     }
 
     /// Light from snow, by the light field at the surface or by a random walk, and its sparkle.
@@ -192,7 +238,7 @@ impl<'a> PathTracer<'a> {
         vertex: &Vertex,
         camera_ray: &Ray,
         sampler: &mut Sampler,
-    ) -> (SnowLight<C>, C) {
+    ) -> SnowLight<C> {
         let sparkling = self
             .sparkle
             .as_ref()
@@ -218,7 +264,7 @@ impl<'a> PathTracer<'a> {
                 radiance
             }
         };
-        (SnowLight { radiance, reading, normal: vertex.normal }, sparkle)
+        SnowLight { radiance, reading, sparkle }
     }
 
     /// The facets of snow by PCASnow that sparkles.
@@ -294,8 +340,9 @@ impl<'a> PathTracer<'a> {
                 radiance.add_product(1.0, &throughput, &snow.field.mean_radiance(&surface.surface_point()));
                 break;
             }
-            let direct = self.direct_light::<Spectrum>(&vertex, None, sampler);
-            radiance.add_product(1.0, &throughput, &direct);
+            let DirectLight { mut steady, of_sky } = self.direct_light::<Spectrum>(&vertex, None, sampler);
+            steady += of_sky;
+            radiance.add_product(1.0, &throughput, &steady);
             // The last ray finds lights only.
             if bounce == max_bounces && !self.has_area_lights {
                 break;
@@ -424,11 +471,12 @@ impl<'a> PathTracer<'a> {
         vertex: &Vertex,
         sparkling: Option<&SparklingPoint>,
         sampler: &mut Sampler,
-    ) -> C {
-        let mut light = match &vertex.shading {
+    ) -> DirectLight<C> {
+        let transmitted = match &vertex.shading {
             Shading::Snow(snow) => snow.transmitted(self.scene, self.tables, &mut self.queries, sampler),
             Shading::Field(_) | Shading::Ground(_) | Shading::Diffuse(_) | Shading::Textured(_) => C::ZERO,
         };
+        let mut light = DirectLight { steady: transmitted, of_sky: C::ZERO };
         let directions = vertex.directions;
         for index in 0..self.scene.lights().len() {
             let sample = match self.tables.delta_sample(index) {
@@ -438,12 +486,13 @@ impl<'a> PathTracer<'a> {
             if let Some(sample) = sample
                 && let Some(incident) = self.visible(vertex, &sample)
             {
-                light += self.reflected::<C>(vertex, index, &sample, &incident);
                 let source = &self.scene.lights()[index];
+                let part = if source.is_smooth_sky() { &mut light.of_sky } else { &mut light.steady };
+                *part += self.reflected::<C>(vertex, index, &sample, &incident);
                 if let Some(sparkling) = sparkling
                     && let Some(change) = self.sparkle_change(sparkling, vertex, (source, &sample), &incident)
                 {
-                    light += C::emitted(self.scene, &change);
+                    light.steady += C::emitted(self.scene, &change);
                 }
             }
         }
