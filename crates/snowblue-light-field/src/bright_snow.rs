@@ -410,9 +410,9 @@ mod tests {
         }
     }
 
-    /// A point of the floor in front of the middle of the wall, 2 m wide and high, at a distance of 1 m: the form factor
-    /// is (atan 1 − atan(1/√5)/√5) / π (Howell, Mengüç, Daun & Siegel 2020, *Thermal Radiation Heat Transfer*, C-4,
-    /// twice). A wall behind is not seen, nor one whose snow faces away.
+    /// A point of the floor in front of the middle of the wall, 2 m wide and high, at a distance of 1 m: the form
+    /// factor is (atan 1 − atan(1/√5)/√5) / π (Howell, Mengüç, Daun & Siegel 2020, *Thermal Radiation Heat Transfer*,
+    /// C-4, twice). A wall behind is not seen, nor one whose snow faces away.
     #[test]
     fn the_snow_that_is_seen_has_the_form_factor_of_its_rectangles() {
         let snow = wall();

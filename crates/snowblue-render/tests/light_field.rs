@@ -454,6 +454,42 @@ fn filtered_pictures_have_less_noise_and_the_same_light() {
     }
 }
 
+/// A block of snow and a box on a floor or on a plain of snow under the sun and the sky: with few samples the filter
+/// leaves a fraction of the noise of floors, and as much light.
+#[test]
+fn floors_and_plains_have_less_noise_and_the_same_light() {
+    const CUBE: &str = "[[object]]\nshape = \"box\"\nmaterial = \"floor\"\nsize = [0.06, 0.06, 0.06]\n\
+                        position = [0.15, -0.1, 0.03]\n";
+    const SKY: &str = "[sky]\nsun = { elevation_deg = 30, azimuth_deg = 60 }\nturbidity = 3\n";
+    let block = shape("box", "size = [0.16, 0.08, 0.2]\nposition = [0, 0, 0.1]");
+    let content = format!("{block}[material.floor]\ntype = \"diffuse\"\nreflectance = 0.4\n{CUBE}{SKY}");
+    for (method, floor, least_gain) in [("hybrid", "floor", 2.0), ("hybrid", "snow", 2.0), ("diffusion", "floor", 2.0)]
+    {
+        let picture = |filter: bool, [samples, seed]: [u32; 2]| -> Vec<f64> {
+            let text = format!(
+                "[camera]\nposition = [0.5, -0.9, 0.35]\nlook_at = [0, 0, 0.05]\nvertical_fov_deg = 28\n\
+                 [film]\nwidth = 64\nheight = 48\n[integrator]\ntype = \"{method}\"\nfilter = {filter}\n\
+                 samples_per_pixel = {samples}\nseed = {seed}\n{SNOW}{content}\
+                 [[object]]\nshape = \"plane\"\nmaterial = \"{floor}\"\n"
+            );
+            let scene = SceneFile::parse(text, Path::new("floor.toml")).unwrap().build().unwrap();
+            render(&scene).unwrap().film.pixels().iter().map(|pixel| pixel.y).collect()
+        };
+        let truth = picture(false, [256, 2]);
+        // The upper part shows the floor alone, up to the horizon.
+        let error = |picture: &[f64]| -> f64 {
+            let pixels = picture.iter().zip(&truth).take(64 * 10);
+            pixels.map(|(value, truth)| (value / truth - 1.0).powi(2)).sum::<f64>().sqrt()
+        };
+        let filtered = picture(true, [8, 1]);
+        let gain = error(&picture(false, [8, 1])) / error(&filtered);
+        assert!(gain > least_gain, "{method} on {floor}: {gain}");
+        let ratio = filtered.iter().sum::<f64>() / truth.iter().sum::<f64>();
+        // Of 3,000 pixels with a noise of some 10 % each.
+        assert!((ratio - 1.0).abs() < 0.01, "{method} on {floor}: {ratio}");
+    }
+}
+
 /// With few samples no pixel of snow is a black dot among the snow around it, and the light is that of the walks.
 #[test]
 fn pictures_of_few_samples_have_no_black_dots() {

@@ -52,8 +52,8 @@ pub struct IntegratorSettings {
     /// Standard error of a pixel relative to its luminance below which it gets no further samples.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub noise_target: Option<f64>,
-    /// Whether the noise of random walks is filtered by `hybrid`, and by `diffusion` that of samples of a `sky`: what
-    /// they find beside the light field at the surface is averaged over pixels of like snow, fewer as samples come.
+    /// Whether `hybrid` and `diffusion` filter noise: what samples find beside an estimate without noise, for snow the
+    /// light field at the surface, is averaged over pixels of like surfaces, fewer as samples come.
     pub filter: bool,
     /// Greatest number of surfaces after the first on a path; 0 is direct light only.
     pub max_bounces: u32,

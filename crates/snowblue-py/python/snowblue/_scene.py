@@ -159,8 +159,8 @@ class Scene:
         width, height, samples_per_pixel, noise_target, max_bounces, seed, exposure, tone, bloom : optional
             Instead of those of the scene.
         raw : bool
-            Leave out the filter of hybrid and diffusion, which averages the noise of random walks and of samples of a
-            sky over pixels of like snow.
+            Leave out the filter of hybrid and diffusion, which averages the noise of random walks, of samples of a sky
+            and of light from other surfaces over pixels of like surfaces.
         aovs : sequence
             Values beside the colours: spectrum, variance, normal, albedo, thickness, angle, emitter, snow.
         database : Database, optional

@@ -343,7 +343,12 @@ impl PixelSums<'_> {
 
     /// Mean of the sum at an offset of the layout.
     pub(crate) fn mean(&self, offset: usize) -> f32 {
-        narrow(mean(self.sums[offset], self.count.into()))
+        narrow(self.exact_mean(offset))
+    }
+
+    /// The same in double precision.
+    pub(crate) fn exact_mean(&self, offset: usize) -> f64 {
+        mean(self.sums[offset], self.count.into())
     }
 
     /// The sum at an offset over the number of samples at another; 0 for none.

@@ -28,7 +28,7 @@ pub struct Aovs {
     pub emitter: bool,
     /// Fraction of the samples that see snow first. Automatic exposure meters pixels of snow.
     pub snow: bool,
-    /// The sums that the filter of random walks needs. They are no channels of an image.
+    /// The sums that the filter needs. They are no channels of an image.
     pub residual: bool,
 }
 
@@ -118,8 +118,8 @@ impl Aov {
 /// Offset of the sums of the spectrum.
 pub(crate) const SPECTRUM_OFFSET: usize = 3;
 
-/// Where the sums for the filter of random walks lie. The residual of a sample is its radiance less the reading, which
-/// is that of the light field at the surface of the snow.
+/// Where the sums for the filter lie. The residual of a sample is its radiance less the reading, an estimate with
+/// little noise.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct ResidualLayout {
     /// X, Y, Z of the residual, then with `spectrum` its wavelengths.
@@ -224,7 +224,7 @@ impl Aovs {
         self.contains(aov).then(|| self.first_aov_offset() + values_before)
     }
 
-    /// Where the sums for the filter of random walks lie, if there are any.
+    /// Where the sums for the filter lie, if there are any.
     pub(crate) fn residual_layout(self) -> Option<ResidualLayout> {
         let values = self.colour_count();
         let residual = values + if self.variance { 3 } else { 0 };

@@ -109,6 +109,7 @@ mod tests {
     use glam::Vec3A;
     use snowblue_scene::film::ImageSize;
     use snowblue_scene::film::sensor::Sensor;
+    use snowblue_scene::film::sensor::SensorSample;
     use snowblue_scene::spectrum::Spectrum;
 
     /// A pixel of `count` samples 1 ± `spread`; with `residual`, of snow, of which ± `spread` is the residual.
@@ -192,7 +193,10 @@ mod tests {
                 let mut pixel = PixelAccumulator::new(aovs);
                 for (column, sums) in row.sums.chunks_exact_mut(aovs.sum_count()).enumerate() {
                     if (column, row.number) == (1, 1) {
-                        pixel.add_surface();
+                        let black = SensorSample::from_array([0.0; 4]);
+                        let (residual, reading, is_snow, normal) = (black, black, false, Vec3A::Z);
+                        let filtered = FilteredSample { residual, reading, is_snow, normal, distance_m: 1.0 };
+                        pixel.add_sample(black, Some(&filtered));
                     }
                     pixel.flush(sums);
                 }

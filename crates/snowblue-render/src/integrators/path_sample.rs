@@ -41,8 +41,8 @@ impl PathSample<Spectrum> {
 pub(crate) struct FilteredSample<C> {
     /// The radiance less the reading.
     pub(crate) residual: C,
-    /// Of snow, the radiance by the light field at the surface; of other surfaces, what lamps and the sun give, and
-    /// what skies and snow would if nothing hid them.
+    /// Of snow, the radiance by the light field at the surface; of other surfaces, what samples of lamps and of the sun
+    /// give, and what skies and snow would if nothing hid the snow, and snow alone the skies.
     pub(crate) reading: C,
     /// Whether the surface is snow with a light field.
     pub(crate) is_snow: bool,

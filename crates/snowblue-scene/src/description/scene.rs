@@ -56,7 +56,7 @@ impl SceneDescription {
         self.materials.values().any(|material| matches!(material, MaterialDescription::Snow(_)))
     }
 
-    /// Whether noise is filtered: that of random walks, of samples of a `sky`, and of light that comes by other surfaces.
+    /// Whether noise is filtered: that of random walks, of samples of a `sky`, and of light by other surfaces.
     pub fn is_filtered(&self) -> bool {
         self.integrator.filter && self.integrator.kind.has_light_field()
     }

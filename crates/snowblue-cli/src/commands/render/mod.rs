@@ -119,8 +119,8 @@ pub(crate) struct Render {
         )
     )]
     noise_target: Option<f64>,
-    /// Leave out the filter of hybrid and diffusion, which averages the noise of random walks and of samples of a sky
-    /// over pixels of like snow
+    /// Leave out the filter of hybrid and diffusion, which averages the noise of random walks, of samples of a sky and
+    /// of light from other surfaces over pixels of like surfaces
     #[arg(long)]
     raw: bool,
     /// Only samples A to B-1 of each pixel, 0 ≤ A < B ≤ 4294967295: a part for 'snowblue merge'

@@ -65,6 +65,7 @@ pub(crate) struct PathTracer<'a> {
     has_area_lights: bool,
     /// Whether the picture is filtered.
     is_filtered: bool,
+    /// Skies that nothing hides, for the filter.
     sky: &'a OpenSky,
 }
 
@@ -219,8 +220,8 @@ impl<'a> PathTracer<'a> {
         PathRadiance { first, sees_snow, distance_m, later, filtered }
     }
 
-    /// The light of the smooth skies and of the snow around that a surface reflects, roughly: as if nothing hid the snow,
-    /// and nothing else the skies.
+    /// The light of the smooth skies and of the snow around that a surface reflects, roughly: as if nothing hid the
+    /// snow, and nothing else the skies.
     fn unhidden_light<C: Carried>(&self, vertex: &Vertex) -> C {
         let mut light = self.sky.reflected(vertex);
         if let Some(field) = self.field {

@@ -1,0 +1,214 @@
+use glam::Vec3A;
+use snowblue_color::Xyz;
+use snowblue_scene::film::ImageSize;
+use snowblue_scene::film::sensor::SensorSample;
+use snowblue_transport::rng::Stream;
+
+use super::*;
+use crate::film::pixel_accumulator::PixelAccumulator;
+use crate::film::sample_block::SampleBlock;
+use crate::integrators::FilteredSample;
+
+const SIZE: ImageSize = ImageSize { width: 24, height: 16 };
+
+/// An image whose snow has a reading of 2 and a residual that a function of the column and a random number gives.
+/// The normal turns at column 12, and the last four columns show no snow but a radiance of 1.
+fn film(samples: u32, residual: impl Fn(u32, f32) -> f32 + Sync) -> FilmAccumulator {
+    film_of(samples, |column, number| [residual(column, number); 3])
+}
+
+/// The same with a residual of three values.
+fn film_of(samples: u32, residual: impl Fn(u32, f32) -> [f32; 3] + Sync) -> FilmAccumulator {
+    film_of_surfaces(samples, |_| (2.0, true), residual)
+}
+
+/// The same with other readings, of snow or of other surfaces, in each column.
+fn film_of_surfaces(
+    samples: u32,
+    surface: impl Fn(u32) -> (f32, bool) + Sync,
+    residual: impl Fn(u32, f32) -> [f32; 3] + Sync,
+) -> FilmAccumulator {
+    let aovs = Aovs { residual: true, ..Aovs::default() };
+    let block = SampleBlock { columns: 0..SIZE.width, rows: 0..SIZE.height, samples: 0..samples };
+    let mut film = FilmAccumulator::new(SIZE, &block.window(), aovs, &[0.0; 31]);
+    let colour = |[x, y, z]: [f32; 3]| SensorSample::from_array([x, y, z, x.abs() + y.abs() + z.abs()]);
+    let grey = |value: f32| colour([value; 3]);
+    film.par_rows_mut(&block).for_each(|row| {
+        let mut pixel = PixelAccumulator::new(aovs);
+        for (column, sums) in (0..SIZE.width).zip(row.sums.chunks_exact_mut(aovs.sum_count())) {
+            let mut stream = Stream::new(row.number.into(), column.into());
+            for _ in 0..samples {
+                let residual = residual(column, narrow(stream.uniform()));
+                let (reading, is_snow) = surface(column);
+                let normal = if column < 12 { Vec3A::Z } else { Vec3A::X };
+                let filtered = (column < 20).then_some(FilteredSample {
+                    residual: colour(residual),
+                    reading: grey(reading),
+                    is_snow,
+                    normal,
+                    distance_m: 1.0,
+                });
+                let of_surface = colour(residual.map(|residual| reading + residual));
+                pixel.add_sample(if column < 20 { of_surface } else { grey(1.0) }, filtered.as_ref());
+            }
+            pixel.flush(sums);
+            row.counts[column as usize] = samples;
+        }
+    });
+    film
+}
+
+/// Luminances of a row.
+fn row(film: &FilmAccumulator, row: usize) -> Vec<f64> {
+    let width = SIZE.width as usize;
+    film.film().pixels()[row * width..][..width].iter().map(|pixel| pixel.y).collect()
+}
+
+#[test]
+fn noise_is_averaged_over_like_snow_and_not_over_an_edge() {
+    let mean = |column: u32| if column < 12 { 0.2 } else { -0.4 };
+    let film = film(16, |column, number| mean(column) + 2.0 * (number - 0.5));
+    // The standard error of a pixel is 2/√12/√16 = .14.
+    for (column, luminance) in (0..SIZE.width).zip(row(&film, 8)) {
+        let expected = if column < 20 { f64::from(2.0 + mean(column)) } else { 1.0 };
+        let error = (luminance - expected).abs();
+        // Five times the error that is aimed at.
+        assert!(error < 5.0 * f64::from(TARGET) * 2.0, "column {column}: {luminance} for {expected}");
+        assert!(column < 20 || error < 1e-12, "no snow is not changed");
+    }
+}
+
+/// One walk in some hundred finds far less than the others: its pixel would be black.
+#[test]
+fn outliers_are_spread_and_the_light_stays() {
+    let film = film(4, |_, number| if number < 0.003 { -60.0 } else { 0.0 });
+    let raw: Vec<f64> = film.all_pixels().iter().map(|pixel| pixel.mean_xyz().y).collect();
+    let filtered: Vec<f64> = film.film().pixels().iter().map(|pixel| pixel.y).collect();
+    let [before, after] = [&raw, &filtered].map(|picture| picture.iter().copied().fold(f64::INFINITY, f64::min));
+    assert!(before < 0.0, "{before}");
+    // Not more than half of the light for each of a few outliers.
+    assert!(after > 0.5, "{after}");
+    let [before, after] = [&raw, &filtered].map(|picture| picture.iter().sum::<f64>());
+    // Rounding in single precision.
+    assert!((after / before - 1.0).abs() < 1e-5, "{after} {before}");
+}
+
+/// The pixels around have no room for all that an outlier has, and none of them becomes black.
+#[test]
+fn large_outliers_make_no_other_pixel_dark() {
+    let film = film(4, |column, number| if column < 4 && number < 0.01 { -2000.0 } else { 0.0 });
+    let raw: Vec<f64> = film.all_pixels().iter().map(|pixel| pixel.mean_xyz().y).collect();
+    let filtered: Vec<f64> = film.film().pixels().iter().map(|pixel| pixel.y).collect();
+    let outliers = raw.iter().filter(|light| **light < 0.0).count();
+    assert!(outliers > 0);
+    let dark = filtered.iter().zip(&raw).filter(|(after, before)| **after < 0.0 && **before > 0.0).count();
+    assert_eq!(dark, 0);
+}
+
+/// Snow has half the light of its reading. A walk of few finds far less, but more red: its pixel would be magenta.
+#[test]
+fn outliers_have_the_colour_of_the_snow() {
+    let film = film_of(4, |_, number| if number < 0.003 { [30.0, -60.0, 20.0] } else { [-1.0; 3] });
+    let raw: Vec<Xyz> = film.all_pixels().iter().map(PixelSums::mean_xyz).collect();
+    let filtered = film.film();
+    let is_snow = |index: &usize| index % (SIZE.width as usize) < 20;
+    let most_red = |pixels: &mut dyn Iterator<Item = Xyz>| pixels.map(|xyz| xyz.x / xyz.y).fold(0.0, f64::max);
+    let indices = || (0..raw.len()).filter(is_snow);
+    assert!(indices().any(|index| raw[index].y < 0.0 && raw[index].x > 5.0));
+    assert!(indices().all(|index| filtered.pixels()[index].y > 0.0));
+    assert!(most_red(&mut indices().map(|index| filtered.pixels()[index])) < 1.6);
+    let [before, after]: [f64; 2] =
+        [indices().map(|index| raw[index].x).sum(), indices().map(|index| filtered.pixels()[index].x).sum()];
+    // Rounding in single precision.
+    assert!((after / before - 1.0).abs() < 1e-5, "{after} {before}");
+}
+
+#[test]
+fn residuals_without_noise_stay_as_they_are() {
+    let film = film(4, |column, _| 0.1 * (column % 3) as f32);
+    for (column, luminance) in (0..20u32).zip(row(&film, 3)) {
+        assert!((luminance - 2.0 - 0.1 * f64::from(column % 3)).abs() < 1e-6, "{luminance}");
+    }
+}
+
+#[test]
+fn the_filter_states_the_noise_that_is_left() {
+    let film = film(16, |_, number| 2.0 * (number - 0.5));
+    let noise = Filtered::new(&film).unwrap().into_noise();
+    let errors = film.film();
+    let pixels = || errors.pixels().iter().zip(&noise).enumerate().filter(|(k, _)| k % 24 < 20);
+    let [square, stated] = pixels().fold([0.0, 0.0], |[square, stated], (_, (pixel, noise))| {
+        [square + (pixel.y / 2.0 - 1.0).powi(2), stated + f64::from(*noise).powi(2)]
+    });
+    // Neighbouring pixels share most of their samples: 320 pixels are some 20 independent values, and the borders
+    // have fewer neighbours.
+    let ratio = (square / stated).sqrt();
+    assert!((0.5..1.7).contains(&ratio), "{ratio}");
+    assert!(noise.iter().enumerate().all(|(k, noise)| k % 24 < 20 || *noise == 0.0), "constant pixels have none");
+}
+
+#[test]
+fn one_sample_and_pixels_without_samples_give_finite_colours() {
+    let one = film(1, |_, number| number - 0.5);
+    assert!(row(&one, 5).iter().all(|luminance| luminance.is_finite() && *luminance > 0.0));
+    let block = SampleBlock { columns: 0..SIZE.width, rows: 0..4, samples: 0..1 };
+    let mut some = one.clone();
+    some.par_rows_mut(&block).for_each(|row| {
+        row.sums.fill(0);
+        row.counts.fill(0);
+    });
+    assert!(row(&some, 2).iter().all(|luminance| *luminance == 0.0), "no samples are black");
+    assert!(row(&some, 10).iter().all(|luminance| luminance.is_finite()));
+}
+
+/// The mean of each column.
+fn columns(film: &FilmAccumulator) -> Vec<f64> {
+    let (width, pixels) = (SIZE.width as usize, film.film());
+    let mean = |column: usize| {
+        let of_column = pixels.pixels().iter().skip(column).step_by(width);
+        of_column.map(|pixel| pixel.y).sum::<f64>() / f64::from(SIZE.height)
+    };
+    (0..width).map(mean).collect()
+}
+
+/// What nothing but the residual shows, as a contact shadow, stays on a floor, and on snow becomes smooth.
+#[test]
+fn floors_keep_edges_that_their_reading_does_not_know() {
+    let residual = |column: u32, number: f32| [if column < 6 { -1.0 } else { 0.0 } + 2.0 * (number - 0.5); 3];
+    let errors = [false, true].map(|is_snow| {
+        let film = film_of_surfaces(16, |_| (2.0, is_snow), residual);
+        let means = columns(&film);
+        [(3, 1.0), (8, 2.0)].map(|(column, light): (usize, f64)| (means[column] - light).abs())
+    });
+    let [floor, snow] = errors;
+    for (floor, snow) in floor.into_iter().zip(snow) {
+        // The mean of a column has a standard error of 2/√12/√256 = .036 before the filter.
+        assert!(floor < 0.15 && snow > 1.5 * floor, "{floor} {snow}");
+    }
+}
+
+/// Their residuals are of different kinds.
+#[test]
+fn snow_and_other_surfaces_of_like_light_are_kept_apart() {
+    let residual = |column: u32, number: f32| [if column < 6 { 0.4 } else { -0.4 } + 2.0 * (number - 0.5); 3];
+    let means = columns(&film_of_surfaces(16, |column| (2.0, column < 6), residual));
+    for (column, light) in [(4, 2.4), (5, 2.4), (6, 1.6), (7, 1.6)] {
+        // Four standard errors of the mean of a column.
+        assert!((means[column] - light).abs() < 0.15, "{column}: {}", means[column]);
+    }
+}
+
+/// A floor to which no lamp, sky or snow seems to shine has no reading, and one under a roof less light than its
+/// reading. Both are filtered, and have the noise of their own light.
+#[test]
+fn noise_counts_beside_the_light_that_there_is() {
+    for reading in [0.0, 20.0] {
+        let film = film_of_surfaces(16, |_| (reading, false), |_, number| [2.0 * number - reading; 3]);
+        let light = row(&film, 8);
+        // The standard error of a pixel is 2/√12/√16 = .14 of a light of 1.
+        let square: f64 = light[1..11].iter().map(|light| (light - 1.0).powi(2)).sum();
+        assert!((square / 10.0).sqrt() < 0.07, "{reading}: {light:?}");
+        let noise = Filtered::new(&film).unwrap().into_noise();
+        assert!(noise[..20].iter().all(|noise| (0.005..0.2).contains(noise)), "{reading}: {:?}", &noise[..20]);
+    }
+}
