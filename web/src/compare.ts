@@ -23,6 +23,7 @@ export class Compare {
   readonly #changed: () => void;
   readonly #pin = byId("pin") as HTMLButtonElement;
   readonly #answers = new Map<string, SpectrumAnswer>();
+  /** Of those that are computed. A failed one is computed again by the next change or file. */
   readonly #computing = new Map<string, Promise<void>>();
   #current: SpectrumAnswer | undefined;
 
@@ -40,20 +41,16 @@ export class Compare {
     this.#show();
   }
 
-  /** Computes what is newly pinned. */
+  /** Computes the pinned samples that have no answer. */
   update(state: State): void {
-    for (const sample of state.pinned) {
-      const asked = { ...sample, swatch_exposure: state.swatch_exposure };
-      const key = keyOf(asked);
-      if (this.#answers.has(key) || this.#computing.has(key)) continue;
-      this.#computing.set(key, this.#compute(asked).finally(() => this.#computing.delete(key)));
-    }
+    // The page says that one has failed.
+    for (const computing of this.#compute(state)) computing.catch(() => undefined);
     this.#show();
   }
 
-  /** Waits for all pinned samples. */
+  /** Waits for all pinned samples; fails if one of them has no answer. */
   async settle(): Promise<void> {
-    await Promise.all(this.#computing.values());
+    await Promise.all(this.#compute(this.#store.state));
   }
 
   /** The curves of the pinned samples that are ready. */
@@ -62,15 +59,29 @@ export class Compare {
       answer === undefined ? [] : [curve(sample, index + 1, answer)]);
   }
 
-  async #compute(asked: Asked): Promise<void> {
+  /** Starts what is not computed yet, and returns all that is on the way. */
+  #compute({ pinned, swatch_exposure }: State): Promise<void>[] {
+    return pinned.map((sample) => ({ ...sample, swatch_exposure })).flatMap((asked) => {
+      const key = keyOf(asked);
+      if (this.#answers.has(key)) return [];
+      const computing = this.#computing.get(key) ?? this.#answer(asked).finally(() => this.#computing.delete(key));
+      this.#computing.set(key, computing);
+      return [computing];
+    });
+  }
+
+  async #answer(asked: Asked): Promise<void> {
+    const note = byId("compare-error");
+    say(note, "");
     try {
       await this.#ready;
       this.#answers.set(keyOf(asked), await this.#spectra.fine(asked));
-      this.#show();
-      this.#changed();
     } catch (error) {
-      say(byId("compare-error"), `A pinned sample has no spectrum: ${error instanceof Error ? error.message : error}`);
+      say(note, `A pinned sample has no spectrum: ${error instanceof Error ? error.message : error}`);
+      throw error;
     }
+    this.#show();
+    this.#changed();
   }
 
   #pinned(): { sample: Sample; answer: SpectrumAnswer | undefined }[] {

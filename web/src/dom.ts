@@ -55,7 +55,7 @@ const ANNOUNCE_MS = 1000;
 const results = new Map<string, string>();
 let announcement: ReturnType<typeof setTimeout> | undefined;
 
-/** Has screen readers say a result, in one sentence. A newer one of the same name replaces it. */
+/** Announces a result to screen readers, in one sentence. A newer one of the same name replaces it. */
 export function announce(name: string, sentence: string): void {
   results.set(name, sentence);
   clearTimeout(announcement);

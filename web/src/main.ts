@@ -92,7 +92,7 @@ void host.opened.then(keepOffline);
 const near = new IntersectionObserver((entries) => {
   if (!entries.some(({ isIntersecting }) => isIntersecting)) return;
   near.disconnect();
-  sunlightStarted = startSunlight();
+  void (sunlightStarted ??= startSunlight());
 }, { rootMargin: NEAR });
 near.observe(byId("results"));
 
@@ -147,7 +147,7 @@ async function settle(): Promise<void> {
 }
 
 async function settleSunlight(): Promise<void> {
-  await sunlightStarted;
+  await (sunlightStarted ??= startSunlight());
   if (sunlight === undefined) throw new Error("sunlight cannot be computed");
   await sunlight.settle();
 }

@@ -63,7 +63,7 @@ pageTest("for everyone", { fragment: ALL, reducedMotion: "reduce" }, async (page
     assert.equal(await page.locator(".sb-lamp").count(), 0);
   });
 
-  // Firefox ESR 153 has no command for this wish.
+  // Firefox ESR 153 cannot emulate a preference for reduced motion.
   await t.test("nothing moves by itself where that is wanted", { skip: IS_FIREFOX }, async () => {
     assert.equal(await transition(page), "0s");
     await page.emulateMedia({ reducedMotion: "no-preference" });

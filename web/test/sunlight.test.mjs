@@ -266,7 +266,7 @@ pageTest("a measured curve", {}, async (page, t) => {
   });
 });
 
-/** Has the workers of spectra answer nothing but an error while `window.isBroken` is set. */
+/** Makes the workers of spectra answer every request with an error while `window.isBroken` is set. */
 function breakable() {
   const Intact = window.Worker;
   window.Worker = class extends Intact {
@@ -295,7 +295,7 @@ browserTest("nothing says that a computation goes on after it failed", async (pa
   await sunlit(page);
 });
 
-pageTest("results are announced in one place, once they rest", {}, async (page) => {
+pageTest("results are announced in one place, when they no longer change", {}, async (page) => {
   await final(page);
   await sunlit(page);
   await page.locator("#summary", { hasText: "Light at depth" }).waitFor({ state: "attached" });

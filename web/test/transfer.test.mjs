@@ -23,7 +23,7 @@ async function size(files) {
   return contents.reduce((sum, content) => sum + brotliCompressSync(content).length, 0);
 }
 
-pageTest("the story is alive before its live light", { fragment: "", url: slow.url }, async (page, t) => {
+pageTest("the story can be used before its light is computed", { fragment: "", url: slow.url }, async (page, t) => {
   const text = page.locator("#story-text");
   await text.filter({ hasText: "below 15 cm of this snow" }).waitFor();
   assert.ok(await page.locator("#poster").isVisible(), "there is no picture");

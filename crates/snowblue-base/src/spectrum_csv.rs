@@ -69,8 +69,8 @@ struct Row {
 /// # Errors
 /// Names the first line that is no row of numbers, whose value does not lie in 0 to [`GREATEST_VALUE`] or, among two
 /// columns, which does not ascend; or that the text holds no spectrum.
-pub fn read(text: &str, quantity: &str) -> Result<Vec<SpectrumRows>, SpectrumError> {
-    let range = ParameterRange { quantity: "value", least: 0.0, greatest: GREATEST_VALUE, unit: "" };
+pub fn read(text: &str, quantity: &'static str) -> Result<Vec<SpectrumRows>, SpectrumError> {
+    let range = ParameterRange { quantity, least: 0.0, greatest: GREATEST_VALUE, unit: "" };
     read_within(text, quantity, range)
 }
 
@@ -162,8 +162,9 @@ impl Columns {
                 format!("expected {} fields, but found {}{}", self.count, fields.len(), hint())
             });
         }
-        let number = |column: usize| fields[column].parse().ok().filter(|number: &f64| number.is_finite());
-        let (Some(wavelength_nm), Some(value)) = (number(self.wavelength), number(self.value)) else {
+        let number = |column: usize| fields[column].parse::<f64>().ok();
+        let wavelength_nm = number(self.wavelength).filter(|wavelength_nm| wavelength_nm.is_finite());
+        let (Some(wavelength_nm), Some(value)) = (wavelength_nm, number(self.value)) else {
             return Err(wrong());
         };
         self.range.check(value).map_err(|error| error.to_string())?;
@@ -205,7 +206,10 @@ mod tests {
                 "field.csv:3: wavelength is 400 nm, but must lie above 500 nm, the one before",
             ),
             ("500,0.9\n510", "field.csv:2: expected a wavelength in nm and a value, but found '510'"),
-            ("500,-0.1", "field.csv:1: value is -0.1, but must lie in 0–1e30"),
+            ("500,-0.1", "field.csv:1: reflectance is -0.1, but must lie in 0–1e30"),
+            ("500,1e400", "field.csv:1: reflectance is inf, but must lie in 0–1e30"),
+            ("500,nan", "field.csv:1: reflectance is NaN, but must lie in 0–1e30"),
+            ("1e400,0.5", "field.csv:1: expected a wavelength in nm and a value, but found '1e400,0.5'"),
             (
                 "nm,sun,snow\n500,1,1",
                 "field.csv:1: expected the columns wavelength_nm and reflectance, but found 'nm,sun,snow'",

@@ -89,7 +89,7 @@ fn a_lightmap_takes_the_place_of_the_colours() {
     };
     let many: String = (0..100).map(block).collect();
     std::fs::write(scene, format!("{scene_text}{many}")).unwrap();
-    let words = ["606 parts", "64 × 64 texels", "it must have 128", "--lightmap"];
+    let words = ["606 parts", "64 × 64 texels", "128 × 128 suffice", "--lightmap"];
     let coarse = ["64", "--max-bounces", "0", "-o", &other];
     assert_refused(&[&lightmap[..], &coarse].concat(), &words);
 }

@@ -23,7 +23,7 @@ fn has_the_documented_axes_and_components() {
 /// The coefficients are multiples of 2⁻¹⁴, so that archives with the table are smaller. This changes a value by at most
 /// half a step times the sum of the absolute entries of the basis.
 #[test]
-fn rounding_changes_values_by_at_most_six_in_a_hundred_thousand() {
+fn rounding_changes_values_by_at_most_0_0061_percent() {
     const STEP: f32 = 1.0 / 16384.0;
     for quantity in Quantity::ALL {
         let components = embedded().components(quantity);

@@ -43,4 +43,9 @@ mod _native {
     #[pymodule_export]
     #[allow(non_upper_case_globals, reason = "a Python name")]
     const __version__: &str = env!("CARGO_PKG_VERSION");
+
+    /// Least and greatest size of a lightmap.
+    #[pymodule_export]
+    const LIGHTMAP_SIZES: (u32, u32) =
+        (*snowblue_render::bake::LIGHTMAP_SIZES.start(), *snowblue_render::bake::LIGHTMAP_SIZES.end());
 }

@@ -12,7 +12,7 @@ use pyo3::types::PyDict;
 use snowblue_database::CompressedTable;
 use snowblue_render::Development;
 use snowblue_render::bake::{
-    BakeError, BakeOptions, BakedObject, BakedScene, Channels, LIGHTMAP_SIZES, STEP_RANGE, write_glb, write_ply,
+    BakeError, BakeOptions, BakedObject, BakedScene, Channels, STEP_RANGE, write_glb, write_ply,
 };
 use snowblue_render::files::{FileSource, FilesIn};
 use snowblue_render::film::channels::channels;
@@ -207,10 +207,6 @@ impl Scene {
         };
         if let Some(step_mm) = step_mm {
             STEP_RANGE.check(step_mm).map_err(input)?;
-        }
-        if let Some(size) = content.lightmap.filter(|size| !LIGHTMAP_SIZES.contains(size)) {
-            let (least, most) = LIGHTMAP_SIZES.into_inner();
-            return Err(input(format!("the lightmap has {size} rows, but must have {least}–{most}")));
         }
         let (baked, provenance) = self.work(
             py,

@@ -138,8 +138,9 @@ def test_a_lightmap_is_read_by_another_program(tmp_path):
     # Brighter light has a brighter colour, up to white.
     green, code = baked.lightmap[..., 1].ravel(), colours[..., 1].ravel().astype(int)
     assert (np.diff(code[np.argsort(green, kind="stable")]) >= -1).all() and code.min() < 20 and code.max() == 255
-    with pytest.raises(ValueError, match="63 rows, but must have 64–4096"):
-        block().bake(lightmap=63)
+    for size in [63, 4097, -1, 256.5, "256"]:
+        with pytest.raises(ValueError, match=f"lightmap is {size}, but must be a whole number in 64–4096"):
+            block().bake(lightmap=size)
     with pytest.raises(ValueError, match="snow.ply: a lightmap needs a .glb"):
         block().bake(lightmap=64, output=tmp_path / "snow.ply")
 

@@ -22,7 +22,7 @@ export class Sunlight {
   readonly #measurement: Measurement;
   /** Answers for pinned samples. */
   readonly #pinned = new Map<string, SunlightAnswer>();
-  /** Of those that are computed or failed. */
+  /** Of those that are computed. A failed one is computed again by the next change or file. */
   readonly #learning = new Map<string, Promise<void>>();
   /** The sample whose spectrum was last asked for. */
   #asked = "";
@@ -68,7 +68,7 @@ export class Sunlight {
           depths.want(sample);
         }
       }
-      if (isSolar) for (const pin of state.pinned) void this.#learn(pin);
+      if (isSolar) for (const pin of state.pinned) this.#learn(pin).catch(() => undefined);
     };
     const observer = new IntersectionObserver((entries) => {
       for (const { target, isIntersecting } of entries) {
@@ -101,7 +101,7 @@ export class Sunlight {
     return this.#latest.answer.wavelengths_nm;
   }
 
-  /** Shows the final spectra of the current and the pinned samples, also out of view. */
+  /** Shows the final spectra of the current and the pinned samples, also out of view; fails if there is none of one. */
   async settle(): Promise<void> {
     const { state } = this.#store;
     const sample = bare(state);
@@ -114,23 +114,26 @@ export class Sunlight {
     this.#spectra.want(sample);
   }
 
-  /** Computes the spectrum of a pinned sample, once. */
+  /** Computes the spectrum of a pinned sample, unless it is known. */
   #learn(sample: Sample): Promise<void> {
     const asked = bare(sample);
     const key = keyOf(asked);
-    const learning = this.#learning.get(key) ?? this.#compute(asked);
+    if (this.#pinned.has(key)) return Promise.resolve();
+    const learning = this.#learning.get(key) ?? this.#compute(asked).finally(() => this.#learning.delete(key));
     this.#learning.set(key, learning);
     return learning;
   }
 
   async #compute(asked: Asked): Promise<void> {
+    const note = byId("sunlight-error");
+    say(note, "");
     try {
       this.#pinned.set(keyOf(asked), await this.#spectra.fine(asked));
-      this.#redraw();
     } catch (error) {
-      const why = error instanceof Error ? error.message : error;
-      say(byId("sunlight-error"), `A pinned sample has no solar spectrum: ${why}`);
+      say(note, `A pinned sample has no solar spectrum: ${error instanceof Error ? error.message : error}`);
+      throw error;
     }
+    this.#redraw();
   }
 
   #show(shown: Shown<SunlightAnswer>): void {

@@ -1,6 +1,6 @@
 /**
  * The light field at two sizes of cells, each in a worker of its own: a coarse one follows lights as they move, a fine
- * one is solved for once they rest.
+ * one is solved for when they stop moving.
  */
 
 import { type Body, namedMesh, type Size, surfaceOf } from "./shapes";

@@ -43,7 +43,7 @@ use snowblue_scene::progress::{Phase, Progress, Report};
 use snowblue_scene::spectrum::{SAMPLES, Spectrum, WAVELENGTH_STEP_NM};
 
 use lamps::{field_of, lamps};
-use lightmap::{Charts, FlatSurface, LitSurfaces, TooManyCharts};
+use lightmap::{Charts, FlatSurface, Packing, TooManyCharts};
 use snowblue_geometry::ellipsoid::Ellipsoid;
 use snowblue_geometry::ray::narrow;
 use subdivision::subdivide;
@@ -88,7 +88,8 @@ pub struct BakeOptions {
     pub channels: Channels,
     /// One attribute for all light, instead of one for each lamp and one for the rest.
     pub is_total: bool,
-    /// Columns and rows of a lightmap, within [`LIGHTMAP_SIZES`]; none for no lightmap.
+    /// Columns and rows of a lightmap, within [`LIGHTMAP_SIZES`]; none for no lightmap. It is an error if the charts of
+    /// the surface do not fit into it at one texel each.
     pub lightmap: Option<u32>,
 }
 
@@ -109,10 +110,21 @@ pub enum BakeError {
         /// The greatest length of an edge, in mm.
         step_mm: f64,
     },
+    /// No lightmap has this size.
+    #[error(
+        "lightmap is {size}, but must be a whole number in {}–{}", LIGHTMAP_SIZES.start(), LIGHTMAP_SIZES.end()
+    )]
+    LightmapSize {
+        /// Columns and rows.
+        size: u32,
+    },
     /// The charts of the surface do not fit into the lightmap at one texel each.
     #[error(
-        "the surface is cut into {charts} parts, too many for a lightmap of {size} × {size} texels{}",
-        enough.map_or(String::new(), |enough| format!(": it must have {enough}"))
+        "the surface is cut into {charts} parts, too many for a lightmap of {size} × {size} texels; {}",
+        match enough {
+            Some(enough) => format!("{enough} × {enough} suffice"),
+            None => format!("the largest one, {0} × {0}, does not suffice", LIGHTMAP_SIZES.end()),
+        }
     )]
     SmallLightmap {
         /// Columns and rows.
@@ -217,15 +229,20 @@ fn rgb(flux: &Spectrum, sensor: &Sensor) -> LinearRgb {
 ///
 /// # Errors
 ///
-/// When there is no snow, a lamp has no light field, there would be too many vertices, or the lightmap is too small.
+/// When there is no snow, a lamp has no light field, there would be too many vertices, or the size of the lightmap is
+/// not within [`LIGHTMAP_SIZES`] or too small for the charts of the surface.
 pub fn bake(scene: &Scene, field: &LightField, options: BakeOptions, report: Report) -> Result<BakedScene, BakeError> {
+    if let Some(size) = options.lightmap.filter(|size| !LIGHTMAP_SIZES.contains(size)) {
+        return Err(BakeError::LightmapSize { size });
+    }
     let lamps = if options.is_total { Vec::new() } else { lamps(scene) };
     let numbers = options.channels.count() * (lamps.len() + 1);
     let step_m = |body: &BodyField| options.step_m.unwrap_or_else(|| DEFAULT_CELLS * body.step_m());
     let most_vertices = MOST_VERTICES.min(MOST_NUMBERS / numbers);
     let mut surfaces = surfaces(scene, field, step_m, most_vertices, options.lightmap.is_some())?;
-    let lightmap = match options.lightmap {
-        Some(size) => Some(lightmap_of(&mut surfaces, size, field, scene.sensor())?),
+    // A lightmap that is too small fails before the lamps, which take long.
+    let packing = match options.lightmap {
+        Some(size) => Some((packing_of(&mut surfaces, size)?, size)),
         None => None,
     };
     let mut sky: Vec<Vec<f32>> =
@@ -233,9 +250,9 @@ pub fn bake(scene: &Scene, field: &LightField, options: BakeOptions, report: Rep
     for surface in &mut surfaces {
         surface.baked.exitance = surface.exitance(field, scene.sensor());
     }
+    let of_lamp = |done: usize| Progress { phase: Phase::Lamps, done: done as u64, total: lamps.len() as u64 };
     for (number, lamp) in lamps.iter().enumerate() {
         // What a lamp alone reports is a sign of life.
-        let of_lamp = |done: usize| Progress { phase: Phase::Lamps, done: done as u64, total: lamps.len() as u64 };
         let alone = field_of(lamp, scene, field, &|_| report(of_lamp(number))).map_err(|(object, reason)| {
             BakeError::Field { object: scene.objects().list()[object].name.clone(), reason }
         })?;
@@ -246,6 +263,11 @@ pub fn bake(scene: &Scene, field: &LightField, options: BakeOptions, report: Rep
         }
         report(of_lamp(number + 1));
     }
+    let lightmap = packing.map(|(packing, size)| {
+        let flat: Vec<FlatSurface> = surfaces.iter().map(Surface::flat).collect();
+        // A report may stop the work.
+        lightmap::read(&flat, (&packing, size), field, scene.sensor(), || report(of_lamp(lamps.len())))
+    });
     let finished = surfaces.into_iter().zip(sky).map(|(mut surface, sky)| {
         surface.baked.flux.push(sky);
         surface.baked
@@ -275,20 +297,16 @@ struct Surface {
     baked: BakedObject,
 }
 
-/// The lightmap of all surfaces, whose vertices get texture coordinates.
-fn lightmap_of(
-    surfaces: &mut [Surface],
-    size: u32,
-    field: &LightField,
-    sensor: &Sensor,
-) -> Result<Lightmap, BakeError> {
+/// Where the charts of all surfaces lie in a lightmap. The vertices get texture coordinates.
+fn packing_of(surfaces: &mut [Surface], size: u32) -> Result<Packing, BakeError> {
     let flat: Vec<FlatSurface> = surfaces.iter().map(Surface::flat).collect();
-    let LitSurfaces { lightmap, texture_coordinates } = lightmap::of(&flat, size, field, sensor)
+    let packing = lightmap::packed(&flat, size)
         .map_err(|TooManyCharts { charts, enough }| BakeError::SmallLightmap { size, charts, enough })?;
+    let texture_coordinates = lightmap::coordinates(&flat, &packing, size);
     for (surface, coordinates) in surfaces.iter_mut().zip(texture_coordinates) {
         surface.baked.texture_coordinates = coordinates;
     }
-    Ok(lightmap)
+    Ok(packing)
 }
 
 /// The surfaces of all snow, with edges of at most a length in m that depends on the body.

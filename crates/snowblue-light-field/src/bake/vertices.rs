@@ -68,15 +68,10 @@ fn smooth_part(mesh: &SurfaceMesh, vertex: usize, facet: &Facet, around: &[(u32,
     if let Some(ellipsoid) = &mesh.ellipsoid {
         return (ellipsoid.project(Vec3A::from(position)).normal.into(), position);
     }
-    let crease_cos = CREASE_DEG.to_radians().cos();
-    let is_smooth = |other: &Facet| {
-        let cos = facet.normal.dot(other.normal);
-        cos > crease_cos || facet.normal == Vec3::ZERO || other.normal == Vec3::ZERO
-    };
     let (mut sum, mut middles) = (Vec3::ZERO, Vec::with_capacity(around.len()));
     for &(other, corner) in around {
         let other = &mesh.facets[other as usize];
-        if is_smooth(other) {
+        if is_smooth(facet.normal, other.normal) {
             let [a, b] = [1, 2].map(|step| mesh.positions[other.vertices[(corner as usize + step) % 3] as usize]);
             sum += other.normal * (a - position).angle_between(b - position).max(0.0);
             middles.push((a + b + position) / 3.0);
@@ -91,6 +86,12 @@ fn smooth_part(mesh: &SurfaceMesh, vertex: usize, facet: &Facet, around: &[(u32,
         |one: &Vec3, other: &Vec3| one.distance_squared(middle).total_cmp(&other.distance_squared(middle));
     let nearest = middles.into_iter().min_by(by_distance).unwrap_or(position);
     (normal, position + (nearest - position) * INSET)
+}
+
+/// Whether the surface is smooth between two facets with some normals. A facet without area, whose normal is zero, is
+/// smooth to all.
+pub(super) fn is_smooth(one: Vec3, other: Vec3) -> bool {
+    one == Vec3::ZERO || other == Vec3::ZERO || one.dot(other) > CREASE_DEG.to_radians().cos()
 }
 
 fn same_bits(one: Vec3, other: Vec3) -> bool {

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 __version__: str
+LIGHTMAP_SIZES: tuple[int, int]
 
 _Progress = Callable[[int, int], object] | None
 _PhaseProgress = Callable[[int, int, str], object] | None

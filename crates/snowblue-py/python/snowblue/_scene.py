@@ -239,16 +239,20 @@ class Scene:
             raise ValueError(f"{target}: spectra need a .ply: a GLB holds colours only")
         if target is not None and lightmap is not None and Path(target).suffix.lower() == ".ply":
             raise ValueError(f"{target}: a lightmap needs a .glb: a PLY holds no texture")
+        least, most = _native.LIGHTMAP_SIZES
+        if lightmap is not None and lightmap not in range(least, most + 1):
+            raise ValueError(f"lightmap is {lightmap}, but must be a whole number in {least}–{most}")
+        size = None if lightmap is None else int(lightmap)
         changed = self._changed(integrator={"type": "diffusion", "max_bounces": max_bounces})
         with reporting_phases(progress) as report:
-            content = {"spectrum": spectrum, "is_total": False, "reflection": False, "lightmap": lightmap}
+            content = {"spectrum": spectrum, "is_total": False, "reflection": False, "lightmap": size}
             of_all, *objects = changed.bake(step_mm, content, target, report)
         texels = of_all.get("lightmap")
         return Bake(
             [_baked(one, of_all["lamps"]) for one in objects],
             of_all["lamps"],
             of_all["provenance"],
-            None if texels is None else texels.reshape(lightmap, lightmap, 3),
+            None if texels is None else texels.reshape(size, size, 3),
         )
 
     def _changed(self, **tables: Mapping[str, Any]) -> _native.Scene:

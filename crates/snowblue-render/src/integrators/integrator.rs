@@ -201,7 +201,7 @@ impl Integrator {
     ///
     /// # Errors
     ///
-    /// When the method has no light field, there is no snow, or there would be too many vertices.
+    /// When the method has no light field, and as those of [`bake`](bake()).
     pub fn bake(&self, options: BakeOptions, report: Report) -> Result<BakedScene, BakeError> {
         bake(self.scene(), self.light_field().ok_or(BakeError::NoField)?, options, report)
     }

@@ -2,18 +2,19 @@
 //!
 //! A chart grows from a facet across smooth edges, the facets first whose normals are nearest to that of the first one,
 //! and is projected along that normal. No normal is inclined to it by more than [`GREATEST_INCLINATION_DEG`], so that
-//! lengths shrink to 0.64 at the least. A facet that would overlap the chart is left to another one.
+//! lengths shrink to 0.64 at the least. A facet that would overlap the chart is left to another one. Facets without
+//! area join the chart of a neighbour.
 
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap};
 
 use glam::{DVec2, DVec3, Vec3};
 use snowblue_geometry::edges::visit_edges;
-use snowblue_geometry::vertex_normals::{CREASE_DEG, face_normal};
+use snowblue_geometry::vertex_normals::face_normal;
 
 use crate::bake::lightmap::rectangle::smallest_rectangle;
 use crate::bake::surface_mesh::SurfaceMesh;
-use crate::bake::vertices::Vertices;
+use crate::bake::vertices::{Vertices, is_smooth};
 
 /// Greatest angle between the normal of a facet and the direction along which its chart is projected.
 const GREATEST_INCLINATION_DEG: f32 = 50.0;
@@ -104,7 +105,6 @@ impl<'m> Growth<'m> {
         };
         let normals: Vec<Vec3> =
             triangles.iter().zip(mesh.facets.iter().map(|facet| facet.normal)).map(normal).collect();
-        let crease_cos = CREASE_DEG.to_radians().cos();
         let mut neighbours = vec![[None; 3]; triangles.len()];
         let mut link = |from: u32, to: u32| {
             if let Some(place) = neighbours[from as usize].iter_mut().find(|place| place.is_none()) {
@@ -113,8 +113,8 @@ impl<'m> Growth<'m> {
         };
         visit_edges(mesh.positions.len(), &triangles, |sides| {
             let [one, other] = sides else { return };
-            let is_smooth = normals[one.triangle as usize].dot(normals[other.triangle as usize]) > crease_cos;
-            if is_smooth && one.from != other.from {
+            let [normal, beside] = [one, other].map(|side| normals[side.triangle as usize]);
+            if one.from != other.from && is_smooth(normal, beside) {
                 link(one.triangle, other.triangle);
                 link(other.triangle, one.triangle);
             }
@@ -127,12 +127,15 @@ impl<'m> Growth<'m> {
         Self { mesh, normals, neighbours, chart_of: vec![NO_CHART; triangles.len()], square_m }
     }
 
-    /// All charts. Together they have each facet once.
+    /// All charts. Together they have each facet once. They begin at facets with area, whose normals direct them;
+    /// facets without area that none of them reaches have charts of their own.
     fn charts(mut self) -> Vec<Grown> {
         let mut charts = Vec::new();
-        for (first, number) in (0..).zip(0..self.chart_of.len()) {
-            if self.chart_of[number] == NO_CHART {
-                charts.push(self.grow(charts.len(), first));
+        for has_area in [true, false] {
+            for (first, number) in (0..).zip(0..self.chart_of.len()) {
+                if self.chart_of[number] == NO_CHART && (self.normals[number] != Vec3::ZERO) == has_area {
+                    charts.push(self.grow(charts.len(), first));
+                }
             }
         }
         charts

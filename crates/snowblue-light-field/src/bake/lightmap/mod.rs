@@ -25,7 +25,8 @@ use crate::LightField;
 
 pub(super) use charts::Charts;
 pub(super) use flat_surface::FlatSurface;
-use packing::{GUTTER, Packing, pack, with_gutter};
+pub(super) use packing::Packing;
+use packing::{GUTTER, pack, with_gutter};
 use texels::{ChartTexels, place};
 
 /// Columns and rows of a lightmap.
@@ -42,13 +43,6 @@ pub struct Lightmap {
     pub texels: Vec<[f32; 3]>,
 }
 
-/// A lightmap of some surfaces.
-pub(super) struct LitSurfaces {
-    pub(super) lightmap: Lightmap,
-    /// Of the vertices of each surface.
-    pub(super) texture_coordinates: Vec<Vec<[f32; 2]>>,
-}
-
 /// More charts than fit into a lightmap.
 pub(super) struct TooManyCharts {
     pub(super) charts: usize,
@@ -56,31 +50,25 @@ pub(super) struct TooManyCharts {
     pub(super) enough: Option<u32>,
 }
 
-/// The lightmap of all surfaces, and the texture coordinates of their vertices.
+/// Packs the charts of all surfaces.
 ///
 /// # Errors
 ///
-/// When the charts do not fit.
-pub(super) fn of(
-    surfaces: &[FlatSurface],
-    size: u32,
-    field: &LightField,
-    sensor: &Sensor,
-) -> Result<LitSurfaces, TooManyCharts> {
+/// When they do not fit.
+pub(super) fn packed(surfaces: &[FlatSurface], size: u32) -> Result<Packing, TooManyCharts> {
     let extents_m: Vec<DVec2> =
         surfaces.iter().flat_map(|surface| &surface.charts.list).map(|chart| chart.extent_m).collect();
-    let packing = pack(&extents_m, size).ok_or_else(|| {
-        let fits = |size: &u32| pack(&extents_m, *size).is_some();
-        let enough =
-            (0..).map(|doublings| size << doublings).take_while(|size| LIGHTMAP_SIZES.contains(size)).find(fits);
+    pack(&extents_m, size).ok_or_else(|| {
+        let (least, greatest) = LIGHTMAP_SIZES.into_inner();
+        let doublings = std::iter::successors(Some(least), |size| size.checked_mul(2));
+        let sizes = doublings.take_while(|size| *size < greatest).chain([greatest]);
+        let enough = sizes.filter(|larger| *larger > size).find(|larger| pack(&extents_m, *larger).is_some());
         TooManyCharts { charts: extents_m.len(), enough }
-    })?;
-    let lightmap = read(surfaces, &packing, size, field, sensor);
-    Ok(LitSurfaces { lightmap, texture_coordinates: coordinates(surfaces, &packing, size) })
+    })
 }
 
 /// The texture coordinates of the vertices of each surface.
-fn coordinates(surfaces: &[FlatSurface], packing: &Packing, size: u32) -> Vec<Vec<[f32; 2]>> {
+pub(super) fn coordinates(surfaces: &[FlatSurface], packing: &Packing, size: u32) -> Vec<Vec<[f32; 2]>> {
     let mut corners = packing.corners.iter();
     let of_surface = |surface: &FlatSurface| {
         let mut coordinates = vec![[0.0; 2]; surface.charts.flat_m.len()];
@@ -96,11 +84,18 @@ fn coordinates(surfaces: &[FlatSurface], packing: &Packing, size: u32) -> Vec<Ve
     surfaces.iter().map(of_surface).collect()
 }
 
-/// Reads the light field at all texels.
-fn read(surfaces: &[FlatSurface], packing: &Packing, size: u32, field: &LightField, sensor: &Sensor) -> Lightmap {
+/// Reads the light field at all texels. It calls `before_chart` before each chart.
+pub(super) fn read(
+    surfaces: &[FlatSurface],
+    (packing, size): (&Packing, u32),
+    field: &LightField,
+    sensor: &Sensor,
+    before_chart: impl Fn(),
+) -> Lightmap {
     let mut shown: Vec<Option<[f32; 3]>> = vec![None; size as usize * size as usize];
     let charts = surfaces.iter().flat_map(|surface| surface.charts.list.iter().map(move |chart| (surface, chart)));
     for ((surface, chart), [left, top]) in charts.zip(&packing.corners) {
+        before_chart();
         let Some(body) = field.of_object(surface.object) else { continue };
         let scale = packing.texels_per_m;
         let corners = |triangle: u32| {

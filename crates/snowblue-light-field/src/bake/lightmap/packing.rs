@@ -9,7 +9,7 @@ const STEPS: u32 = 40;
 
 /// Where rectangles lie in a square of texels, with their gutters.
 #[derive(Debug, PartialEq)]
-pub(super) struct Packing {
+pub(in crate::bake) struct Packing {
     pub(super) texels_per_m: f64,
     /// The lower corner of each rectangle's gutter, column and row.
     pub(super) corners: Vec<[u32; 2]>,

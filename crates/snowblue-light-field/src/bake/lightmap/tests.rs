@@ -15,6 +15,7 @@ use snowblue_geometry::shape::Shape;
 use snowblue_geometry::transform::Transform;
 use snowblue_geometry::triangle_mesh::TriangleMesh;
 
+use super::charts::Chart;
 use super::*;
 use crate::bake::MOST_VERTICES;
 use crate::bake::subdivision::subdivide;
@@ -90,7 +91,7 @@ fn surfaces() -> Vec<(&'static str, SurfaceMesh, usize)> {
         ("torus", surface(torus), 30),
         ("knot", surface(knot()), 89),
         ("ramp", surface(ramp()), 5),
-        ("bad", surface(bad()), 324),
+        ("bad", surface(bad()), 163),
     ]
 }
 
@@ -201,6 +202,22 @@ fn the_gutter_shows_the_edge_of_its_chart() {
             }
         }
     }
+}
+
+/// Charts without area take 5 × 5 texels each.
+#[test]
+fn a_lightmap_that_is_too_small_names_one_that_is_not() {
+    let enough = |charts: usize, size: u32| {
+        let chart = || Chart { triangles: Vec::new(), extent_m: DVec2::ZERO };
+        let charts = Charts { list: std::iter::repeat_with(chart).take(charts).collect(), ..Charts::default() };
+        let surface =
+            FlatSurface { object: 0, charts: &charts, ellipsoid: None, positions: &[], normals: &[], triangles: &[] };
+        packed(&[surface], size).map(|_| ()).map_err(|error| error.enough)
+    };
+    assert_eq!(enough(144, 64), Ok(()));
+    assert_eq!(enough(145, 64), Err(Some(128)));
+    assert_eq!(enough(600_usize.pow(2) + 1, 3000), Err(Some(4096)), "not a doubling of the size");
+    assert_eq!(enough(819_usize.pow(2) + 1, 64), Err(None));
 }
 
 #[test]
