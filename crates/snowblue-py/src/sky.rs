@@ -45,16 +45,13 @@ pub(crate) fn sunlight(py: Python<'_>, wavelengths_nm: Vec<f64>) -> PyResult<Bou
 }
 
 /// Irradiance of level ground at each wavelength, illuminance and PAR, of which there is none with the sun below the
-/// horizon. `haze` is the turbidity of a clear sky or the optical thickness of the clouds of an overcast one.
+/// horizon. The weather is whether clouds cover the sky, their optical thickness or else the turbidity, the albedo of
+/// the ground, and the precipitable water in cm.
 #[pyfunction]
-#[pyo3(signature = (elevation_deg, is_overcast, haze, ground_albedo, precipitable_water_cm, wavelengths_nm))]
 pub(crate) fn sky<'py>(
     py: Python<'py>,
     elevation_deg: f64,
-    is_overcast: bool,
-    haze: f64,
-    ground_albedo: f64,
-    precipitable_water_cm: f64,
+    (is_overcast, haze, ground_albedo, precipitable_water_cm): (bool, f64, f64, f64),
     wavelengths_nm: Vec<f64>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let clouds =

@@ -35,7 +35,7 @@ pub const CLOUD_OPTICAL_THICKNESS: f64 = 15.0;
 pub const CLOUD_OPTICAL_THICKNESS_RANGE: (f64, f64) = (1.0, 200.0);
 
 /// Albedo of snow in the visible.
-pub(crate) const SNOW_ALBEDO: f64 = 0.8;
+const SNOW_ALBEDO: f64 = 0.8;
 
 /// Illuminance by the tabulated power of D65 as irradiance in W m⁻² nm⁻¹, in lx.
 static TABLE_ILLUMINANCE_LX: LazyLock<f64> =

@@ -60,12 +60,7 @@ def draw_swatches(
 def sunlight(wavelengths_nm: list[float]) -> NDArray[np.float64]: ...
 def sun_position(latitude_deg: float, longitude_deg: float, time: str) -> tuple[float, float, float, float]: ...
 def sky(
-    elevation_deg: float,
-    is_overcast: bool,
-    haze: float,
-    ground_albedo: float,
-    precipitable_water_cm: float,
-    wavelengths_nm: list[float],
+    elevation_deg: float, weather: tuple[bool, float, float, float], wavelengths_nm: list[float]
 ) -> dict[str, Any]: ...
 def sun_of_day(
     latitude_deg: float, longitude_deg: float, date: str

@@ -204,7 +204,8 @@ def sky(
         "precipitable_water_cm": number("precipitable_water_cm", precipitable_water_cm),
     }
     flat = np.ravel(elevations).tolist()
-    rows = [_native.sky(elevation, overcast, *made.values(), wavelengths_nm) for elevation in flat]
+    weather = (overcast, made[haze_name], made["ground_albedo"], made["precipitable_water_cm"])
+    rows = [_native.sky(elevation, weather, wavelengths_nm) for elevation in flat]
     variables = {}
     for name, (unit, long_name) in _VARIABLES.items():
         array = np.array([row[name] for row in rows])

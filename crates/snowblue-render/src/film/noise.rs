@@ -108,8 +108,7 @@ mod tests {
     use crate::integrators::FilteredSample;
     use glam::Vec3A;
     use snowblue_scene::film::ImageSize;
-    use snowblue_scene::film::sensor::Sensor;
-    use snowblue_scene::film::sensor::SensorSample;
+    use snowblue_scene::film::sensor::{Sensor, SensorSample};
     use snowblue_scene::spectrum::Spectrum;
 
     /// A pixel of `count` samples 1 ± `spread`; with `residual`, of snow, of which ± `spread` is the residual.
