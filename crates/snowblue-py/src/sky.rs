@@ -51,9 +51,10 @@ pub(crate) fn sunlight(py: Python<'_>, wavelengths_nm: Vec<f64>) -> PyResult<Bou
 pub(crate) fn sky<'py>(
     py: Python<'py>,
     elevation_deg: f64,
-    (is_overcast, haze, ground_albedo, precipitable_water_cm): (bool, f64, f64, f64),
+    weather: (bool, f64, f64, f64),
     wavelengths_nm: Vec<f64>,
 ) -> PyResult<Bound<'py, PyDict>> {
+    let (is_overcast, haze, ground_albedo, precipitable_water_cm) = weather;
     let clouds =
         if is_overcast { Clouds::Overcast { optical_thickness: haze } } else { Clouds::None { turbidity: haze } };
     let weather = Weather { clouds, ground_albedo, precipitable_water_cm };
