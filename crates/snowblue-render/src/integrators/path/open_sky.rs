@@ -8,33 +8,32 @@ use super::vertex::{Shading, Vertex};
 use snowblue_scene::light::{Light, LightOrigin};
 use snowblue_scene::spectrum::Spectrum;
 
-/// Directions that stand for the sky: rings of equal irradiance on level ground, and azimuths.
-const RINGS: u8 = 4;
-const AZIMUTHS: u8 = 4;
+/// Directions that stand for the sky: rings of equal solid angle, and azimuths.
+const RINGS: u8 = 6;
+const AZIMUTHS: u8 = 8;
 
 /// The skies of a scene that have no edges, as light from a few directions.
 #[derive(Debug)]
 pub(in crate::integrators) struct OpenSky(Vec<(Vec3A, Spectrum)>);
 
 impl OpenSky {
-    /// That of some lights. The radiance of each direction is divided by the cosine to the zenith, and counts as π sr
-    /// over the number of directions.
+    /// That of some lights. The radiance of each direction is multiplied by its share of the hemisphere, in sr.
     pub(in crate::integrators) fn new<'l>(lights: impl Iterator<Item = &'l Light>) -> Self {
         let skies: Vec<&Light> = lights.filter(|light| light.is_smooth_sky() || light.is_diffuse()).collect();
         let count = f32::from(if skies.is_empty() { 0 } else { RINGS * AZIMUTHS });
         let direction = |number: f32| {
             let (ring, azimuth) = ((number / f32::from(AZIMUTHS)).floor(), number % f32::from(AZIMUTHS));
-            let sine_squared = (ring + 0.5) / f32::from(RINGS);
+            let cosine = (ring + 0.5) / f32::from(RINGS);
+            let sine = (1.0 - cosine * cosine).sqrt();
             // Each ring is turned against the one before.
             let (sin, cos) = (TAU * (azimuth / f32::from(AZIMUTHS) + 0.382 * ring)).sin_cos();
-            let (sine, cosine) = (sine_squared.sqrt(), (1.0 - sine_squared).sqrt());
             Vec3A::new(sine * cos, sine * sin, cosine)
         };
         let directions = (0..u8::MAX).map(f32::from).take_while(|number| *number < count).map(direction);
         let lit = directions.map(|direction| {
             let mut radiance = Spectrum::ZERO;
             skies.iter().for_each(|sky| radiance += sky.power(&LightOrigin::Distant(direction)));
-            (direction, radiance * (PI / (count * direction.z)))
+            (direction, radiance * (TAU / count))
         });
         Self(lit.collect())
     }
