@@ -54,7 +54,7 @@ def test_units_and_axes_are_stated():
     assert light.wavelength.max() == 1480 and light.sky_turbidity == 2
     assert snowblue.light_at_depth(PACK[:1], NOON, depth_cm=0).wavelength.max() == 2500
     dark = snowblue.light_at_depth(PACK[:1], {"elevation_deg": 20, "overcast": True}, depth_cm=0)
-    assert dark.wavelength.max() == 720
+    assert dark.wavelength.max() == 2500
 
 
 def test_figures_are_those_of_the_command(command, tmp_path):

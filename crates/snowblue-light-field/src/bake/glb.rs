@@ -115,7 +115,8 @@ impl Parts {
                 "extensions": { "KHR_materials_unlit": {} }
             }],
         });
-        if let Some(lightmap) = &baked.lightmap {
+        // Without lightmaps a program needs no encoder for PNG.
+        if let Some(lightmap) = baked.lightmap.as_ref().filter(|_| cfg!(feature = "lightmaps")) {
             document["scenes"][0]["extras"]["lightmap_texel_m"] = json!(lightmap.texel_m);
             document["images"] =
                 json!([{ "bufferView": parts.add_image(lightmap, &preview)?, "mimeType": "image/png" }]);

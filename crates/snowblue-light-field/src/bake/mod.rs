@@ -110,6 +110,9 @@ pub enum BakeError {
         /// The greatest length of an edge, in mm.
         step_mm: f64,
     },
+    /// The feature `lightmaps` of this crate is off.
+    #[error("this program makes no lightmaps")]
+    NoLightmaps,
     /// No lightmap has this size.
     #[error(
         "lightmap is {size}, but must be a whole number in {}–{}", LIGHTMAP_SIZES.start(), LIGHTMAP_SIZES.end()
@@ -232,6 +235,9 @@ fn rgb(flux: &Spectrum, sensor: &Sensor) -> LinearRgb {
 /// When there is no snow, a lamp has no light field, there would be too many vertices, or the size of the lightmap is
 /// not within [`LIGHTMAP_SIZES`] or too small for the charts of the surface.
 pub fn bake(scene: &Scene, field: &LightField, options: BakeOptions, report: Report) -> Result<BakedScene, BakeError> {
+    if options.lightmap.is_some() && !cfg!(feature = "lightmaps") {
+        return Err(BakeError::NoLightmaps);
+    }
     if let Some(size) = options.lightmap.filter(|size| !LIGHTMAP_SIZES.contains(size)) {
         return Err(BakeError::LightmapSize { size });
     }
