@@ -359,8 +359,8 @@ impl Views<'_> {
     }
 }
 
-/// An angle over 2π times its sine, by its cosine, within 2·10⁻⁶ (Heitz & Hill 2016, "Real-time area lighting: a journey
-/// from research to production", SIGGRAPH course).
+/// An angle over 2π times its sine, by its cosine, within 2·10⁻⁶ (Heitz & Hill 2016, "Real-time area lighting: a
+/// journey from research to production", SIGGRAPH course).
 #[inline]
 fn angle_over_sine(cosine: f32x8) -> f32x8 {
     let size = cosine.abs();
