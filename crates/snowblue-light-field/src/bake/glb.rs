@@ -16,7 +16,7 @@ use snowblue_geometry::mesh_files::gltf::Y_UP_TO_Z_UP;
 use snowblue_geometry::ray::narrow;
 
 use crate::bake::metadata::{attributes, generator, of_file, of_snow};
-use crate::bake::{BakedObject, BakedScene, Lightmap};
+use crate::bake::{BakedObject, BakedScene, HAS_LIGHTMAPS, Lightmap};
 use snowblue_scene::provenance::Provenance;
 
 const FLOAT: u32 = 5126;
@@ -116,7 +116,7 @@ impl Parts {
             }],
         });
         // Without lightmaps a program needs no encoder for PNG.
-        if let Some(lightmap) = baked.lightmap.as_ref().filter(|_| cfg!(feature = "lightmaps")) {
+        if let Some(lightmap) = baked.lightmap.as_ref().filter(|_| HAS_LIGHTMAPS) {
             document["scenes"][0]["extras"]["lightmap_texel_m"] = json!(lightmap.texel_m);
             document["images"] =
                 json!([{ "bufferView": parts.add_image(lightmap, &preview)?, "mimeType": "image/png" }]);

@@ -66,6 +66,8 @@ pub const MOST_VERTICES: usize = 1 << 22;
 const MOST_NUMBERS: usize = 1 << 28;
 /// Width of the whole grid of wavelengths, to which band densities refer, in nm.
 const BAND_WIDTH_NM: f64 = SAMPLES as f64 * WAVELENGTH_STEP_NM;
+/// Whether the program can make lightmaps. Its compiler drops what it does not need.
+const HAS_LIGHTMAPS: bool = cfg!(feature = "lightmaps");
 /// Default length of edges, in cells of the light field at the surface.
 const DEFAULT_CELLS: f64 = 2.0;
 
@@ -235,7 +237,7 @@ fn rgb(flux: &Spectrum, sensor: &Sensor) -> LinearRgb {
 /// When there is no snow, a lamp has no light field, there would be too many vertices, or the size of the lightmap is
 /// not within [`LIGHTMAP_SIZES`] or too small for the charts of the surface.
 pub fn bake(scene: &Scene, field: &LightField, options: BakeOptions, report: Report) -> Result<BakedScene, BakeError> {
-    if options.lightmap.is_some() && !cfg!(feature = "lightmaps") {
+    if options.lightmap.is_some() && !HAS_LIGHTMAPS {
         return Err(BakeError::NoLightmaps);
     }
     if let Some(size) = options.lightmap.filter(|size| !LIGHTMAP_SIZES.contains(size)) {
@@ -247,7 +249,7 @@ pub fn bake(scene: &Scene, field: &LightField, options: BakeOptions, report: Rep
     let most_vertices = MOST_VERTICES.min(MOST_NUMBERS / numbers);
     let mut surfaces = surfaces(scene, field, step_m, most_vertices, options.lightmap.is_some())?;
     // A lightmap that is too small fails before the lamps, which take long.
-    let packing = match options.lightmap {
+    let packing = match options.lightmap.filter(|_| HAS_LIGHTMAPS) {
         Some(size) => Some((packing_of(&mut surfaces, size)?, size)),
         None => None,
     };
@@ -333,7 +335,7 @@ fn surfaces(
             return Err(too_many);
         }
         let mut vertices = Vertices::of(&mesh);
-        let charts = if has_lightmap { Charts::of(&mesh, &mut vertices) } else { Charts::default() };
+        let charts = if HAS_LIGHTMAPS && has_lightmap { Charts::of(&mesh, &mut vertices) } else { Charts::default() };
         let Vertices { positions, normals, points, triangles } = vertices;
         if positions.is_empty() {
             continue;
