@@ -1,4 +1,4 @@
-# Shows a baked file of snow: godot --path examples/godot -- block.glb [picture.png]
+# Shows a baked file of snow: godot --path examples/godot -- "$PWD/block.glb" ["$PWD/picture.png"]
 #
 # With a second name it writes a picture and ends. Units are metres, y is up.
 extends Node3D

@@ -29,6 +29,8 @@ export class Answers<One extends Name> {
   readonly #fine: Engine;
   readonly #subject: Subject<One>;
   readonly #kept = new Map<string, Questions[One][1]>();
+  /** Fine answers that are being computed. */
+  readonly #computing = new Map<string, Promise<Questions[One][1]>>();
   readonly #show: (shown: Shown<Questions[One][1]>) => void;
   readonly #wait: () => void;
   #wanted: Asked | undefined;
@@ -89,11 +91,21 @@ export class Answers<One extends Name> {
 
   /** The fine answer for a sample. */
   async fine(sample: Asked, signal?: AbortSignal): Promise<Questions[One][1]> {
-    const kept = this.#kept.get(keyOf(sample));
+    const key = keyOf(sample);
+    // One that is aborted or fails is computed again.
+    await this.#computing.get(key)?.catch(() => undefined);
+    signal?.throwIfAborted();
+    const kept = this.#kept.get(key);
     if (kept !== undefined) return kept;
-    const answer = await this.#fine.ask(this.#subject.name, this.#subject.fine(sample), signal);
-    this.keep(sample, answer);
-    return answer;
+    const computing = this.#fine.ask(this.#subject.name, this.#subject.fine(sample), signal);
+    this.#computing.set(key, computing);
+    try {
+      const answer = await computing;
+      this.keep(sample, answer);
+      return answer;
+    } finally {
+      if (this.#computing.get(key) === computing) this.#computing.delete(key);
+    }
   }
 
   #coarse(sample: Asked): Promise<Questions[One][1]> {

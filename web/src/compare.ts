@@ -1,13 +1,14 @@
 /** Up to four samples pinned beside the current one. */
 
 import { delta_e } from "native:spectrum";
-import { keyOf, type Answers, type Asked } from "./answers";
+import type { Answers, Asked } from "./answers";
 import { curve, type Curve } from "./chart/draw";
 import { describe } from "./describe";
 import { byId, el, say } from "./dom";
 import { icon } from "./icons/icons";
 import type { Color, SpectrumAnswer } from "./native";
 import { figure, short } from "./numbers";
+import { PinnedAnswers } from "./pinned-answers";
 import { MOST_PINNED, sampleOf, type Sample, type State } from "./state";
 import type { Store } from "./store";
 import { labText } from "./swatch";
@@ -18,21 +19,23 @@ const HEADS = ["Sample", "Transmitted", "Lab", "ΔE*ab", ...SHOWN_NM.map((nm) =>
 
 export class Compare {
   readonly #store: Store;
-  readonly #spectra: Answers<"spectrum">;
-  readonly #ready: Promise<unknown>;
   readonly #changed: () => void;
   readonly #pin = byId("pin") as HTMLButtonElement;
-  readonly #answers = new Map<string, SpectrumAnswer>();
-  /** Of those that are computed. A failed one is computed again by the next change or file. */
-  readonly #computing = new Map<string, Promise<void>>();
+  readonly #answers: PinnedAnswers<SpectrumAnswer>;
   #current: SpectrumAnswer | undefined;
 
   /** `ready` when the module `spectrum` is; `changed` is called when a pinned sample is ready or gone. */
   constructor(store: Store, spectra: Answers<"spectrum">, ready: Promise<unknown>, changed: () => void) {
     this.#store = store;
-    this.#spectra = spectra;
-    this.#ready = ready;
     this.#changed = changed;
+    const fine = async (asked: Asked) => {
+      await ready;
+      return spectra.fine(asked);
+    };
+    this.#answers = new PinnedAnswers(fine, byId("compare-error"), "spectrum", () => {
+      this.#show();
+      changed();
+    });
     this.#pin.addEventListener("click", () => store.update((state) => state.pinned.push(sampleOf(state))));
   }
 
@@ -43,14 +46,13 @@ export class Compare {
 
   /** Computes the pinned samples that have no answer. */
   update(state: State): void {
-    // The page says that one has failed.
-    for (const computing of this.#compute(state)) computing.catch(() => undefined);
+    this.#answers.want(pinnedOf(state));
     this.#show();
   }
 
   /** Waits for all pinned samples; fails if one of them has no answer. */
   async settle(): Promise<void> {
-    await Promise.all(this.#compute(this.#store.state));
+    await this.#answers.all(pinnedOf(this.#store.state));
   }
 
   /** The curves of the pinned samples that are ready. */
@@ -59,34 +61,8 @@ export class Compare {
       answer === undefined ? [] : [curve(sample, index + 1, answer)]);
   }
 
-  /** Starts what is not computed yet, and returns all that is on the way. */
-  #compute({ pinned, swatch_exposure }: State): Promise<void>[] {
-    return pinned.map((sample) => ({ ...sample, swatch_exposure })).flatMap((asked) => {
-      const key = keyOf(asked);
-      if (this.#answers.has(key)) return [];
-      const computing = this.#computing.get(key) ?? this.#answer(asked).finally(() => this.#computing.delete(key));
-      this.#computing.set(key, computing);
-      return [computing];
-    });
-  }
-
-  async #answer(asked: Asked): Promise<void> {
-    const note = byId("compare-error");
-    say(note, "");
-    try {
-      await this.#ready;
-      this.#answers.set(keyOf(asked), await this.#spectra.fine(asked));
-    } catch (error) {
-      say(note, `A pinned sample has no spectrum: ${error instanceof Error ? error.message : error}`);
-      throw error;
-    }
-    this.#show();
-    this.#changed();
-  }
-
   #pinned(): { sample: Sample; answer: SpectrumAnswer | undefined }[] {
-    const { pinned, swatch_exposure } = this.#store.state;
-    return pinned.map((sample) => ({ sample, answer: this.#answers.get(keyOf({ ...sample, swatch_exposure })) }));
+    return pinnedOf(this.#store.state).map((sample) => ({ sample, answer: this.#answers.get(sample) }));
   }
 
   #show(): void {
@@ -125,6 +101,10 @@ export class Compare {
     const actions = el("td", { class: "actions" }, use, remove);
     return el("tr", {}, ...cells(name, describe(sample), index + 1, answer, this.#current), actions);
   }
+}
+
+function pinnedOf({ pinned, swatch_exposure }: State): Asked[] {
+  return pinned.map((sample) => ({ ...sample, swatch_exposure }));
 }
 
 function cells(

@@ -32,27 +32,19 @@ export class Share {
   constructor(store: Store, chart: Chart, shared: Shared, view: ViewHost) {
     const about = `snowblue ${version}, discrete ordinates`;
     const figure = () => svgFile(chart.picture(WIDTH), shared.content(), about);
-    const settled = async () => {
-      say(byId("share-status"), "Computing the final figures.");
-      await shared.settle();
-    };
     const button = (label: string, run: () => Promise<void>) =>
       el("button", { type: "button", class: "button", click: () => void this.#run(label, run) }, label);
+    const file = (label: string, write: () => Promise<void>) => button(label, async () => {
+      say(byId("share-status"), "Computing the final figures.");
+      await shared.settle();
+      await write();
+    });
     byId("share").append(
       el("div", { class: "row wrap" },
         button("Copy link", async () => copy(location.href)),
-        button("CSV", async () => {
-          await settled();
-          save("snow.csv", csv(shared.content().curves), "text/csv");
-        }),
-        button("SVG", async () => {
-          await settled();
-          save("snow.svg", figure(), "image/svg+xml");
-        }),
-        button("PNG", async () => {
-          await settled();
-          save("snow.png", await pngFile(figure()));
-        }),
+        file("CSV", async () => save("snow.csv", csv(shared.content().curves), "text/csv")),
+        file("SVG", async () => save("snow.svg", figure(), "image/svg+xml")),
+        file("PNG", async () => save("snow.png", await pngFile(figure()))),
         button("3-D PNG", async () => save("snow-view.png", await (await view.viewer()).exportPng())),
         button("3-D GLB", async () => save("snow.glb", await (await view.viewer()).exportGlb())),
         button("Scene TOML", async () => saveScene(await view.viewer())),

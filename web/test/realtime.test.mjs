@@ -47,19 +47,10 @@ function numbers(scene, key) {
   return JSON.parse(scene.match(new RegExp(`^${key} = (.*)$`, "m"))[1]);
 }
 
-browserTest("baked snow in three.js has the light of the command", async (page) => {
-  const [, lines] = (await readFile(CHAPTER, "utf8")).match(/```js\n(.*?)```/s);
+/** The radiance at the places by lines for three.js that show a file, in the view of a scene. */
+async function radiance(page, lines, glb, scene) {
   const { outputFiles } = await esbuild.build({
     stdin: { contents: program(lines), resolveDir: HERE }, bundle: true, format: "iife", write: false,
-  });
-  const scene = await readFile(SCENE, "utf8");
-  const sampled = ["--width", String(SIZE), "--height", String(SIZE), "--spp", "16"];
-  // Light by way of the floor is part of the snow's own lighting, which the chapter leaves to three.js.
-  const direct = ["--max-bounces", "0"];
-  const { glb, picture } = await inFolder({ "block.toml": scene }, async (run, read) => {
-    await run("bake", "block.toml", ...direct, "-o", "block.glb");
-    await run("render", "block.toml", "--integrator", "diffusion", ...direct, ...sampled, "-o", "block.exr");
-    return { glb: await read("block.glb"), picture: readExr(await read("block.exr")) };
   });
   await page.route("**/*", (route) => {
     const files = { "/block.glb": glb, "/": "<!doctype html><script src=program.js></script>" };
@@ -70,6 +61,22 @@ browserTest("baked snow in three.js has the light of the command", async (page) 
   await page.waitForFunction(() => window.isLoaded());
   const view = [SIZE, ...["position", "look_at", "vertical_fov_deg"].map((key) => numbers(scene, key)), PLACES];
   const found = await page.evaluate((view) => window.radiance(...view), view);
+  await page.unroute("**/*");
+  return found;
+}
+
+browserTest("baked snow in three.js has the light of the command", async (page) => {
+  const [, lines] = (await readFile(CHAPTER, "utf8")).match(/```js\n(.*?)```/s);
+  const scene = await readFile(SCENE, "utf8");
+  const sampled = ["--width", String(SIZE), "--height", String(SIZE), "--spp", "16"];
+  // Light by way of the floor is part of the snow's own lighting, which the chapter leaves to three.js.
+  const direct = ["--max-bounces", "0"];
+  const { glb, picture } = await inFolder({ "block.toml": scene }, async (run, read) => {
+    await run("bake", "block.toml", ...direct, "-o", "block.glb");
+    await run("render", "block.toml", "--integrator", "diffusion", ...direct, ...sampled, "-o", "block.exr");
+    return { glb: await read("block.glb"), picture: readExr(await read("block.exr")) };
+  });
+  const found = await radiance(page, lines, glb, scene);
   for (const [number, [column, row]] of PLACES.entries()) {
     for (const [channel, name] of [..."RGB"].entries()) {
       const expected = picture(column, row, name);
@@ -81,10 +88,7 @@ browserTest("baked snow in three.js has the light of the command", async (page) 
 });
 
 browserTest("a lightmap in three.js is the colour of its file", async (page) => {
-  const source = program('new GLTFLoader().load("block.glb", ({ scene: snow }) => scene.add(snow));');
-  const { outputFiles } = await esbuild.build({
-    stdin: { contents: source, resolveDir: HERE }, bundle: true, format: "iife", write: false,
-  });
+  const lines = 'new GLTFLoader().load("block.glb", ({ scene: snow }) => scene.add(snow));';
   const scene = await readFile(SCENE, "utf8");
   // Vertices 5 mm apart, and texels as far apart.
   const files = await inFolder({ "block.toml": scene }, async (run, read) => {
@@ -92,18 +96,8 @@ browserTest("a lightmap in three.js is the colour of its file", async (page) => 
     await run("bake", "block.toml", "--step-mm", "5", "-o", "vertices.glb");
     return [await read("texture.glb"), await read("vertices.glb")];
   });
-  const view = [SIZE, ...["position", "look_at", "vertical_fov_deg"].map((key) => numbers(scene, key)), PLACES];
   const pictures = [];
-  for (const glb of files) {
-    await page.route("**/*", (route) => {
-      const answers = { "/block.glb": glb, "/": "<!doctype html><script src=program.js></script>" };
-      return route.fulfill({ body: answers[new URL(route.request().url()).pathname] ?? outputFiles[0].text });
-    });
-    await page.goto("http://snow.test/");
-    await page.waitForFunction(() => window.isLoaded());
-    pictures.push(await page.evaluate((view) => window.radiance(...view), view));
-    await page.unroute("**/*");
-  }
+  for (const glb of files) pictures.push(await radiance(page, lines, glb, scene));
   for (const [number, [column, row]] of PLACES.entries()) {
     for (const channel of [0, 1, 2]) {
       const [texture, vertices] = pictures.map((picture) => picture[number][channel]);

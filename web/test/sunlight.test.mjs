@@ -50,47 +50,53 @@ async function spectrumAndBandsAgree(page, count) {
     await run(...solar);
     const there = rowsOf(await read("solar.csv"));
     assert.deepEqual(here.map((row) => row.wavelength_nm), there.map((row) => row.wavelength_nm));
-    here.forEach((row, index) => {
-      for (const quantity of QUANTITIES) {
-        const [one, other] = [row, there[index]].map((values) => Number(values[quantity]));
-        const what = `${quantity} at ${row.wavelength_nm} nm: ${one}, not ${other}`;
-        assert.ok(Math.abs(one - other) <= RELATIVE * other + ABSOLUTE, what);
-      }
-    });
+    spectraAgree(here, there, "the command");
     if (PYTHON !== undefined) await agreesWithPython(page, here, means);
     await run(...bands);
     const rows = rowsOf(await read("bands.csv"));
-    assert.equal(means.length, rows.length);
+    bandsAgree(means, rows, "the command");
     rows.forEach((row, index) => {
       const [, first_nm, last_nm] = /([\d.]+)-([\d.]+)$/.exec(row.band);
       assert.ok(means[index][0].endsWith(`${first_nm}–${last_nm} nm`), `${means[index][0]} is not ${row.band}`);
-      QUANTITIES.forEach((quantity, column) => {
-        const [one, other] = [Number(means[index][column + 1]), Number(row[quantity])];
-        assert.ok(Math.abs(one - other) <= FOUR_DECIMALS, `${row.band}, ${quantity}: ${one}, not ${other}`);
-      });
     });
     const [lead] = /^0\.\d{3}/.exec(await page.locator("#bands .lead").textContent());
     assert.ok(Math.abs(Number(lead) - Number(rows[0].reflectance)) <= 5.1e-4, `${lead}, not ${rows[0].reflectance}`);
   });
 }
 
+/** Rows of the quantities at each wavelength of the page and of another program. */
+function spectraAgree(here, there, program) {
+  assert.equal(here.length, there.length);
+  here.forEach((row, index) => {
+    for (const quantity of QUANTITIES) {
+      const [one, other] = [row, there[index]].map((values) => Number(values[quantity]));
+      const what = `${quantity} at ${row.wavelength_nm} nm: ${one}, not ${other} of ${program}`;
+      assert.ok(Math.abs(one - other) <= RELATIVE * other + ABSOLUTE, what);
+    }
+  });
+}
+
+/** Cells of the bands of the page, and rows of the quantities of another program. */
+function bandsAgree(means, rows, program) {
+  assert.equal(means.length, rows.length);
+  rows.forEach((row, index) => QUANTITIES.forEach((quantity, column) => {
+    const [one, other] = [Number(means[index][column + 1]), Number(row[quantity])];
+    const what = `${quantity} of ${means[index][0]}: ${one}, not ${other} of ${program}`;
+    assert.ok(Math.abs(one - other) <= FOUR_DECIMALS, what);
+  }));
+}
+
 /** The lines in Python give the same solar spectrum and bands. */
 async function agreesWithPython(page, here, means) {
   const names = QUANTITIES.flatMap((quantity) => [`solar.${quantity}`, `bands.${quantity}`]);
   const values = await inPython(await code(page, "Python"), names);
-  QUANTITIES.forEach((quantity, column) => {
-    assert.equal(values[`solar.${quantity}`].length, here.length);
-    here.forEach((row, index) => {
-      const [one, other] = [Number(row[quantity]), values[`solar.${quantity}`][index]];
-      const what = `${quantity} at ${row.wavelength_nm} nm: ${one}, not ${other} of Python`;
-      assert.ok(Math.abs(one - other) <= RELATIVE * other + ABSOLUTE, what);
-    });
-    assert.equal(values[`bands.${quantity}`].length, means.length);
-    means.forEach((cells, index) => {
-      const [one, other] = [Number(cells[column + 1]), values[`bands.${quantity}`][index]];
-      assert.ok(Math.abs(one - other) <= FOUR_DECIMALS, `${quantity} of ${cells[0]}: ${one}, not ${other} of Python`);
-    });
-  });
+  const rowsOf = (kind, count) => {
+    for (const quantity of QUANTITIES) assert.equal(values[`${kind}.${quantity}`].length, count);
+    const row = (_, index) => Object.fromEntries(QUANTITIES.map((one) => [one, values[`${kind}.${one}`][index]]));
+    return Array.from({ length: count }, row);
+  };
+  spectraAgree(here, rowsOf("solar", here.length), "Python");
+  bandsAgree(means, rowsOf("bands", means.length), "Python");
 }
 
 /** The light at the depth of the cursor. */

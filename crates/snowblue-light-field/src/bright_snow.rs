@@ -279,14 +279,19 @@ impl Patches {
         }
     }
 
+    /// The ways from a point of a surface to the centres, in m.
+    #[inline]
+    fn way(&self, from: &SurfacePoint) -> [f32x8; 3] {
+        let point = from.point.to_array().map(f32x8::splat);
+        std::array::from_fn(|axis| self.centre[axis] - point[axis])
+    }
+
     /// The form factors from a point of a surface to the patches that face it, by the formula of Lambert (1760) for
     /// polygons: the sum over the edges of the angles that they subtend, each times the cosine between the normals of
     /// the surface and of the plane through the edge and the point. What lies below the surface counts as negative.
     #[inline]
     fn form_factors(&self, from: &SurfacePoint) -> f32x8 {
-        let point = from.point.to_array().map(f32x8::splat);
-        let surface_normal = from.normal.to_array().map(f32x8::splat);
-        let way: [f32x8; 3] = std::array::from_fn(|axis| self.centre[axis] - point[axis]);
+        let (way, surface_normal) = (self.way(from), from.normal.to_array().map(f32x8::splat));
         let is_faced = dot(&way, &self.normal).simd_lt(f32x8::ZERO);
         if is_faced.none() {
             return f32x8::ZERO;
@@ -316,8 +321,7 @@ impl Patches {
     #[inline]
     fn views(&self, from: &SurfacePoint) -> Views<'_> {
         let unit = |value: f32x8| value.fast_max(f32x8::ZERO).fast_min(f32x8::ONE);
-        let point = from.point.to_array().map(f32x8::splat);
-        let way = std::array::from_fn(|axis| self.centre[axis] - point[axis]);
+        let way = self.way(from);
         let distance_squared = dot(&way, &way).fast_max(f32x8::splat(f32::MIN_POSITIVE));
         let per_distance = f32x8::ONE / distance_squared.sqrt();
         let axis = way.map(|way| way * per_distance);

@@ -7,20 +7,14 @@
 
 use std::sync::LazyLock;
 
+use crate::tables::{INFRARED_WAVELENGTHS, shipped};
+
 const HEADER: &str = "wavelength_nm,coalbedo,asymmetry,absorption_per_m";
 
 /// Wavelength in nm, fraction of the light that a droplet takes up which it absorbs, mean cosine of the scattering
 /// angle, and the absorption of water in 1/m.
-static TABLE: LazyLock<Vec<[f64; 4]>> = LazyLock::new(|| {
-    let mut lines = include_str!("../data/cloud_droplets.csv").lines();
-    assert_eq!(lines.next(), Some(HEADER), "a table that ships with this crate");
-    let row = |line: &str| {
-        let mut row = [f64::NAN; 4];
-        row.iter_mut().zip(line.split(',')).for_each(|(value, word)| *value = word.parse().unwrap_or(f64::NAN));
-        row
-    };
-    lines.map(row).collect()
-});
+static TABLE: LazyLock<Vec<[f64; 4]>> =
+    LazyLock::new(|| shipped(include_str!("../data/cloud_droplets.csv"), HEADER, &[[]; INFRARED_WAVELENGTHS]));
 
 /// What a layer does to diffuse light.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -32,7 +32,7 @@ use std::sync::LazyLock;
 use crate::clear_sky::ClearSky;
 use crate::cloud::Cloud;
 use crate::overcast::OvercastSky;
-use crate::tables::{NODES, WAVELENGTHS_NM, at_wavelength};
+use crate::tables::{INFRARED_WAVELENGTHS, NODES, WAVELENGTHS_NM, at_wavelength, shipped};
 
 /// Ozone, in cm at standard conditions, as in ASTM G173-03.
 const OZONE_CM: f64 = 0.34;
@@ -49,16 +49,8 @@ const LEAST_SUN: f64 = 1e-6;
 const HEADER: &str = "wavelength_nm,extraterrestrial_w_m2_nm,water_vapour,ozone,mixed_gases";
 
 /// Wavelength, irradiance outside the air, and coefficients of water vapour, ozone and mixed gases.
-static TABLE: LazyLock<Vec<[f64; 5]>> = LazyLock::new(|| {
-    let mut lines = include_str!("../data/bird_riordan_1986.csv").lines();
-    assert_eq!(lines.next(), Some(HEADER), "a table that ships with this crate");
-    let row = |line: &str| {
-        let mut row = [f64::NAN; 5];
-        row.iter_mut().zip(line.split(',')).for_each(|(value, word)| *value = word.parse().unwrap_or(f64::NAN));
-        row
-    };
-    lines.map(row).collect()
-});
+static TABLE: LazyLock<Vec<[f64; 5]>> =
+    LazyLock::new(|| shipped(include_str!("../data/bird_riordan_1986.csv"), HEADER, &[[]; INFRARED_WAVELENGTHS]));
 
 /// Where the albedo of snow begins to fall and where snow is dark, in nm (Wiscombe & Warren 1980, figure 8).
 const SNOW_FADES_NM: (f64, f64) = (800.0, 1500.0);

@@ -10,6 +10,9 @@ pub const WAVELENGTHS_NM: [f64; NODES] = [320.0, 360.0, 400.0, 440.0, 480.0, 520
 /// Number of wavelengths of the tables.
 pub(crate) const NODES: usize = 11;
 
+/// Number of wavelengths of the tables of the air and of clouds beyond, 610–2600 nm.
+pub(crate) const INFRARED_WAVELENGTHS: usize = 75;
+
 /// The first and the last turbidity of the tables; they have every whole number between them.
 pub const TURBIDITY_RANGE: (f64, f64) = (1.0, 10.0);
 
@@ -42,8 +45,8 @@ pub struct Coefficients {
 
 static LIMB_DARKENING: LazyLock<[[f64; 6]; NODES]> = LazyLock::new(|| {
     let csv = include_str!("../data/hosek_wilkie_2013_limb_darkening.csv");
-    let rows = parse(csv, "wavelength_nm,a0,a1,a2,a3,a4,a5", &wavelengths().map(|nm| [nm]).collect::<Vec<_>>());
-    let rows = rows.unwrap_or_else(|reason| unreachable!("a table that ships with this crate: {reason}"));
+    let rows: Vec<[f64; 6]> =
+        shipped(csv, "wavelength_nm,a0,a1,a2,a3,a4,a5", &wavelengths().map(|nm| [nm]).collect::<Vec<_>>());
     std::array::from_fn(|node| rows[node])
 });
 
@@ -209,6 +212,11 @@ fn parse<const K: usize, const N: usize>(csv: &str, header: &str, keys: &[[u32; 
         None => Ok(rows),
         Some(_) => Err(format!("it has more than {} lines", keys.len() + 1)),
     }
+}
+
+/// The same of a table that ships with this crate.
+pub(crate) fn shipped<const K: usize, const N: usize>(csv: &str, header: &str, keys: &[[u32; K]]) -> Vec<[f64; N]> {
+    parse(csv, header, keys).unwrap_or_else(|reason| unreachable!("a table that ships with this crate: {reason}"))
 }
 
 #[cfg(test)]

@@ -3,11 +3,11 @@
 import { Answers, keyOf, type Asked, type Shown } from "../answers";
 import type { Curve, Measured } from "../chart/draw";
 import { describe } from "../describe";
-import { byId, say } from "../dom";
+import { byId } from "../dom";
 import { Engine } from "../engine";
 import type { SunlightAnswer } from "../native";
+import { PinnedAnswers } from "../pinned-answers";
 import { COARSE_RAYS, FINE_RAYS, sampleRequest } from "../request";
-import type { Sample } from "../state";
 import type { Store } from "../store";
 import { Bands } from "./bands";
 import { bare } from "./bare";
@@ -20,10 +20,7 @@ export class Sunlight {
   readonly #spectra: Answers<"sunlight">;
   readonly #bands = new Bands(byId("bands"));
   readonly #measurement: Measurement;
-  /** Answers for pinned samples. */
-  readonly #pinned = new Map<string, SunlightAnswer>();
-  /** Of those that are computed. A failed one is computed again by the next change or file. */
-  readonly #learning = new Map<string, Promise<void>>();
+  readonly #pinned: PinnedAnswers<SunlightAnswer>;
   /** The sample whose spectrum was last asked for. */
   #asked = "";
   /** The current sample, or the one before it while it is computed. */
@@ -39,6 +36,8 @@ export class Sunlight {
       coarse: (sample) => sampleRequest(sample, COARSE_RAYS),
       fine: (sample) => sampleRequest(sample, FINE_RAYS),
     }, (shown) => this.#show(shown), () => undefined);
+    const fine = (asked: Asked) => this.#spectra.fine(asked);
+    this.#pinned = new PinnedAnswers(fine, byId("sunlight-error"), "solar spectrum", redraw);
     const chart = new DepthChart(byId("depth-chart"), store);
     const depths = new Answers(engines, {
       name: "light_at_depth",
@@ -68,7 +67,7 @@ export class Sunlight {
           depths.want(sample);
         }
       }
-      if (isSolar) for (const pin of state.pinned) this.#learn(pin).catch(() => undefined);
+      if (isSolar) this.#pinned.want(state.pinned.map(bare));
     };
     const observer = new IntersectionObserver((entries) => {
       for (const { target, isIntersecting } of entries) {
@@ -88,7 +87,7 @@ export class Sunlight {
 
   /** A curve over all wavelengths, or as it is where that is not known. The current one follows its sample. */
   extended(curve: Curve): Curve {
-    if (curve.place > 0) return { ...curve, spectrum: this.#pinned.get(keyOf(bare(curve.sample))) ?? curve.spectrum };
+    if (curve.place > 0) return { ...curve, spectrum: this.#pinned.get(bare(curve.sample)) ?? curve.spectrum };
     if (this.#latest === undefined) return curve;
     const { sample: { layers, ground_albedo, angle_deg }, answer } = this.#latest;
     const sample = { ...curve.sample, layers, ground_albedo, angle_deg };
@@ -105,35 +104,13 @@ export class Sunlight {
   async settle(): Promise<void> {
     const { state } = this.#store;
     const sample = bare(state);
-    await Promise.all([this.#spectra.fine(sample), ...state.pinned.map((pin) => this.#learn(pin))]);
+    await Promise.all([this.#spectra.fine(sample), this.#pinned.all(state.pinned.map(bare))]);
     this.#want(sample);
   }
 
   #want(sample: Asked): void {
     this.#asked = keyOf(sample);
     this.#spectra.want(sample);
-  }
-
-  /** Computes the spectrum of a pinned sample, unless it is known. */
-  #learn(sample: Sample): Promise<void> {
-    const asked = bare(sample);
-    const key = keyOf(asked);
-    if (this.#pinned.has(key)) return Promise.resolve();
-    const learning = this.#learning.get(key) ?? this.#compute(asked).finally(() => this.#learning.delete(key));
-    this.#learning.set(key, learning);
-    return learning;
-  }
-
-  async #compute(asked: Asked): Promise<void> {
-    const note = byId("sunlight-error");
-    say(note, "");
-    try {
-      this.#pinned.set(keyOf(asked), await this.#spectra.fine(asked));
-    } catch (error) {
-      say(note, `A pinned sample has no solar spectrum: ${error instanceof Error ? error.message : error}`);
-      throw error;
-    }
-    this.#redraw();
   }
 
   #show(shown: Shown<SunlightAnswer>): void {

@@ -2,12 +2,9 @@
 
 use clap::Args;
 use snowblue_figures::{Cell, DataTable, Metadata};
-use snowblue_sky::{
-    CLOUD_OPTICAL_THICKNESS, CLOUD_OPTICAL_THICKNESS_RANGE, Clouds, DAYLIGHT_RANGE_NM, DateTime, Daylight,
-    PRECIPITABLE_WATER_CM, PRECIPITABLE_WATER_RANGE_CM, Place, Sky as Model, SunPosition, TURBIDITY_RANGE, Weather,
-    sun_position,
-};
+use snowblue_sky::{DAYLIGHT_RANGE_NM, DateTime, Daylight, Place, Sky as Model, SunPosition, sun_position};
 
+use crate::options::WeatherOptions;
 use crate::options::parse::{self, Wavelengths};
 use crate::output::{Failure, Outcome, OutputOptions};
 
@@ -49,39 +46,11 @@ pub(crate) struct Sky {
     /// Use the elevation at which the sun is seen, lifted by the refraction of the air
     #[arg(long, help_heading = "Sun", requires = "latitude")]
     refraction: bool,
-    #[arg(
-        long, value_name = "T", value_parser = parse::number, default_value = "3", help_heading = "Sky",
-        conflicts_with = "overcast",
-        help = format!(
-            "Haze: 2 is very clear air, 3 clear, 6 moist and warm, 10 hazy [{}–{}]",
-            TURBIDITY_RANGE.0, TURBIDITY_RANGE.1
-        )
-    )]
-    turbidity: f64,
+    #[command(flatten)]
+    weather: WeatherOptions,
     /// Fraction of light that the ground reflects into the sky [0–1]
     #[arg(long, value_name = "A", value_parser = parse::number, default_value = "0.8", help_heading = "Sky")]
     ground_albedo: f64,
-    #[arg(
-        long, value_name = "CM", value_parser = parse::number, default_value_t = PRECIPITABLE_WATER_CM,
-        help_heading = "Sky",
-        help = format!(
-            "Water vapour in the air, which absorbs in the infrared, in cm of water [{}–{}]",
-            PRECIPITABLE_WATER_RANGE_CM.0, PRECIPITABLE_WATER_RANGE_CM.1
-        )
-    )]
-    precipitable_water: f64,
-    /// An overcast sky instead of a clear one
-    #[arg(long, help_heading = "Sky")]
-    overcast: bool,
-    #[arg(
-        long, value_name = "TAU", value_parser = parse::number, default_value_t = CLOUD_OPTICAL_THICKNESS,
-        help_heading = "Sky", requires = "overcast",
-        help = format!(
-            "Optical thickness of the clouds, which absorb in the infrared; the illuminance stays [{}–{}]",
-            CLOUD_OPTICAL_THICKNESS_RANGE.0, CLOUD_OPTICAL_THICKNESS_RANGE.1
-        )
-    )]
-    cloud_thickness: f64,
     #[arg(
         long, value_name = "NM", value_parser = parse::wavelengths, default_value = "320:720:10", help_heading = "Sky",
         help = format!(
@@ -105,7 +74,7 @@ impl Sky {
                 return Err(Failure::Input("give --elevation, or --latitude, --longitude and --time".to_owned()));
             }
         };
-        let sky = self.weather().sky(elevation_deg).map_err(Failure::input)?;
+        let sky = self.weather.weather(self.ground_albedo).sky(elevation_deg).map_err(Failure::input)?;
         let Wavelengths(wavelengths_nm) = &self.wavelengths;
         let rows = sky.irradiance(wavelengths_nm).map_err(Failure::input)?;
         let row = |(wavelength_nm, light): (&f64, &Daylight)| {
@@ -127,23 +96,17 @@ impl Sky {
         sun_position(Place { latitude_deg, longitude_deg }, time).map(Some).map_err(Failure::input)
     }
 
-    fn weather(&self) -> Weather {
-        let Self { turbidity, cloud_thickness: optical_thickness, ground_albedo, .. } = *self;
-        let clouds = if self.overcast { Clouds::Overcast { optical_thickness } } else { Clouds::None { turbidity } };
-        Weather { clouds, ground_albedo, precipitable_water_cm: self.precipitable_water }
-    }
-
     fn metadata(&self, sky: &Model, elevation_deg: f64, position: Option<SunPosition>) -> Metadata {
         let mut metadata: Metadata = vec![("snowblue", env!("CARGO_PKG_VERSION").to_owned())];
-        if self.overcast {
+        if self.weather.overcast {
             metadata.push(("sky", "overcast".to_owned()));
-            metadata.push(("optical thickness of clouds", self.cloud_thickness.to_string()));
+            metadata.push(("optical thickness of clouds", self.weather.cloud_thickness.to_string()));
         } else {
             metadata.push(("sky", "clear".to_owned()));
-            metadata.push(("turbidity", self.turbidity.to_string()));
+            metadata.push(("turbidity", self.weather.turbidity.to_string()));
         }
         metadata.push(("ground albedo", self.ground_albedo.to_string()));
-        metadata.push(("precipitable water", format!("{} cm", self.precipitable_water)));
+        metadata.push(("precipitable water", format!("{} cm", self.weather.precipitable_water)));
         metadata.push(("sun elevation", format!("{elevation_deg:.2}°")));
         if let Some(position) = position {
             metadata.push(("sun azimuth", format!("{:.2}°", position.azimuth_deg)));

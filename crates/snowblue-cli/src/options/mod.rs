@@ -12,6 +12,7 @@ mod light_field;
 mod scene;
 mod slab;
 mod snow;
+mod weather;
 
 pub(crate) use color::{ColorOptions, LightOptions, SampleCount};
 pub(crate) use compression::Compression;
@@ -22,3 +23,4 @@ pub(crate) use light_field::LightFieldOptions;
 pub(crate) use scene::SceneOptions;
 pub(crate) use slab::{SlabOptions, check_transmits};
 pub(crate) use snow::{SnowAxis, SnowOptions, SnowProperty, describe_distribution, describe_measure, describe_range};
+pub(crate) use weather::WeatherOptions;

@@ -226,7 +226,7 @@ struct Accessors {
     indices: usize,
 }
 
-/// How `COLOR_0` shows an exitance: as a PNG shows the radiance of a diffuse surface that sends it out.
+/// How `COLOR_0` or the lightmap shows an exitance: as a PNG shows the radiance of a diffuse surface that sends it out.
 struct Preview {
     /// The exitance that is shown as 1, in W/m².
     scale_w_m2: f64,

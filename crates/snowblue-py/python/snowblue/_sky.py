@@ -192,20 +192,18 @@ def sky(
         raise ValueError("turbidity is of a clear sky, but overcast=True")
     if not overcast and cloud_optical_thickness is not None:
         raise ValueError("cloud_optical_thickness is of an overcast sky: give overcast=True as well")
-    if overcast:
-        kind, haze_name, haze = "overcast", "cloud_optical_thickness", cloud_optical_thickness
-        haze = CLOUD_OPTICAL_THICKNESS if haze is None else number(haze_name, haze)
-    else:
-        kind, haze_name = "clear", "turbidity"
-        haze = CLEAR_TURBIDITY if turbidity is None else number(haze_name, turbidity)
+    haze_name, haze, usual = (
+        ("cloud_optical_thickness", cloud_optical_thickness, CLOUD_OPTICAL_THICKNESS)
+        if overcast
+        else ("turbidity", turbidity, CLEAR_TURBIDITY)
+    )
     made = {
-        haze_name: haze,
+        haze_name: usual if haze is None else number(haze_name, haze),
         "ground_albedo": number("ground_albedo", ground_albedo),
         "precipitable_water_cm": number("precipitable_water_cm", precipitable_water_cm),
     }
-    flat = np.ravel(elevations).tolist()
-    weather = (overcast, made[haze_name], made["ground_albedo"], made["precipitable_water_cm"])
-    rows = [_native.sky(elevation, weather, wavelengths_nm) for elevation in flat]
+    weather = (overcast, *made.values())
+    rows = [_native.sky(elevation, weather, wavelengths_nm) for elevation in np.ravel(elevations).tolist()]
     variables = {}
     for name, (unit, long_name) in _VARIABLES.items():
         array = np.array([row[name] for row in rows])
@@ -214,7 +212,7 @@ def sky(
         variables[name] = (own, array, {"units": unit, "long_name": long_name})
     coords["elevation"] = (dims, elevations, _described(ELEVATION))
     coords["wavelength"] = wavelength_coordinate(wavelengths_nm)
-    return xr.Dataset(variables, coords, attributes(sky=kind, **made))
+    return xr.Dataset(variables, coords, attributes(sky="overcast" if overcast else "clear", **made))
 
 
 SKY_NAMES = argument_names(sky)

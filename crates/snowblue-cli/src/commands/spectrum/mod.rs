@@ -305,6 +305,11 @@ impl Spectrum {
             },
             Idle { when: self.sky.is_used(), options: &["angle"], why: "--sky says where the sun stands" },
             Idle {
+                when: !self.sky.is_used(),
+                options: &["turbidity", "precipitable_water", "overcast"],
+                why: "there is no --sky",
+            },
+            Idle {
                 when: self.stack.is_used(),
                 options: &["per_wavelength"],
                 why: "on layers and on a ground each wavelength has its own rays in any case",

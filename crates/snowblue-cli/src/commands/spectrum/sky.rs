@@ -2,11 +2,7 @@
 
 use clap::Args;
 use snowblue_figures::{Cell, DataTable, Metadata, format_number};
-use snowblue_sky::{
-    CLOUD_OPTICAL_THICKNESS, CLOUD_OPTICAL_THICKNESS_RANGE, Clouds, DateTime, Daylight, PRECIPITABLE_WATER_CM,
-    PRECIPITABLE_WATER_RANGE_CM, Place, SkyError, TURBIDITY_RANGE, Weather, daylight_wavelengths_nm, sun_position,
-    times_of_day,
-};
+use snowblue_sky::{DateTime, Daylight, Place, SkyError, daylight_wavelengths_nm, sun_position, times_of_day};
 use snowblue_transport::illumination::{Illumination, LightInLayers, LightLevel, light_in_layers};
 use snowblue_transport::ordinates::OrdinatesOptions;
 use snowblue_transport::range::WavelengthRange;
@@ -14,6 +10,7 @@ use snowblue_transport::stack::Stack;
 use snowblue_transport::sunlight::Band;
 
 use super::broadband::Bands;
+use crate::options::WeatherOptions;
 use crate::options::parse::{self, Wavelengths};
 use crate::output::Failure;
 
@@ -30,39 +27,11 @@ pub(super) struct SkyOptions {
         conflicts_with_all = ["plot", "spread", "batch"]
     )]
     sky: Option<Sun>,
-    #[arg(
-        long, value_name = "T", value_parser = parse::number, default_value = "3", requires = "sky",
-        conflicts_with = "overcast",
-        help = format!(
-            "Haze of a clear sky: 2 is very clear air, 3 clear, 6 moist and warm, 10 hazy [{}–{}]",
-            TURBIDITY_RANGE.0, TURBIDITY_RANGE.1
-        )
-    )]
-    turbidity: f64,
+    #[command(flatten)]
+    weather: WeatherOptions,
     /// Fraction of light that the snow around reflects into the sky [0–1]
     #[arg(long, value_name = "A", value_parser = parse::number, default_value = "0.8", requires = "sky")]
     sky_albedo: f64,
-    #[arg(
-        long, value_name = "CM", value_parser = parse::number, default_value_t = PRECIPITABLE_WATER_CM,
-        requires = "sky",
-        help = format!(
-            "Water vapour in the air, which absorbs in the infrared, in cm of water [{}–{}]",
-            PRECIPITABLE_WATER_RANGE_CM.0, PRECIPITABLE_WATER_RANGE_CM.1
-        )
-    )]
-    precipitable_water: f64,
-    /// An overcast sky
-    #[arg(long, requires = "sky")]
-    overcast: bool,
-    #[arg(
-        long, value_name = "TAU", value_parser = parse::number, default_value_t = CLOUD_OPTICAL_THICKNESS,
-        requires = "overcast",
-        help = format!(
-            "Optical thickness of the clouds, which absorb in the infrared; the illuminance stays [{}–{}]",
-            CLOUD_OPTICAL_THICKNESS_RANGE.0, CLOUD_OPTICAL_THICKNESS_RANGE.1
-        )
-    )]
-    cloud_thickness: f64,
 }
 
 /// Where the sun stands.
@@ -136,18 +105,16 @@ impl SkyOptions {
     }
 
     fn illumination(&self, elevation_deg: f64, wavelengths_nm: &[f64]) -> Result<Illumination, SkyError> {
-        let Self { turbidity, cloud_thickness: optical_thickness, sky_albedo: ground_albedo, .. } = *self;
-        let clouds = if self.overcast { Clouds::Overcast { optical_thickness } } else { Clouds::None { turbidity } };
-        let weather = Weather { clouds, ground_albedo, precipitable_water_cm: self.precipitable_water };
-        let daylight = weather.sky(elevation_deg)?.irradiance(wavelengths_nm)?;
+        let daylight = self.weather.weather(self.sky_albedo).sky(elevation_deg)?.irradiance(wavelengths_nm)?;
         let part = |of: fn(&Daylight) -> f64| daylight.iter().map(of).collect();
         Ok(Illumination::under_sun(elevation_deg, part(|light| light.direct), part(|light| light.diffuse)))
     }
 
     fn metadata(&self, sun: &Sun, elevations_deg: &[f64]) -> Metadata {
         let mut metadata = Metadata::new();
-        let Self { turbidity, cloud_thickness, sky_albedo, precipitable_water, .. } = self;
-        let sky = if self.overcast {
+        let Self { sky_albedo, weather, .. } = self;
+        let WeatherOptions { turbidity, precipitable_water, overcast, cloud_thickness } = weather;
+        let sky = if *overcast {
             format!("overcast, optical thickness {cloud_thickness}")
         } else {
             format!("clear, turbidity {turbidity}")

@@ -12,6 +12,7 @@ use glam::{DVec2, DVec3, Vec3};
 use snowblue_geometry::edges::visit_edges;
 use snowblue_geometry::vertex_normals::face_normal;
 
+use crate::bake::lightmap::packing::GUTTER;
 use crate::bake::lightmap::rectangle::smallest_rectangle;
 use crate::bake::surface_mesh::SurfaceMesh;
 use crate::bake::vertices::{Vertices, is_smooth};
@@ -41,6 +42,11 @@ pub(in crate::bake) struct Charts {
 }
 
 impl Charts {
+    /// Where the corners of a triangle lie in a chart with its gutter, in texels.
+    pub(super) fn corners(&self, vertices: [u32; 3], texels_per_m: f64) -> [DVec2; 3] {
+        vertices.map(|vertex| self.flat_m[vertex as usize] * texels_per_m + f64::from(GUTTER))
+    }
+
     /// Lays a surface flat. Vertices at the edges of charts are divided, so that each has one place.
     ///
     /// # Panics
@@ -86,7 +92,7 @@ struct Growth<'m> {
     mesh: &'m SurfaceMesh,
     /// Unit normal of each facet.
     normals: Vec<Vec3>,
-    /// Neighbours of each facet across smooth edges of two.
+    /// Neighbours of each facet across smooth edges that two facets share.
     neighbours: Vec<[Option<u32>; 3]>,
     /// The chart of each facet.
     chart_of: Vec<u32>,

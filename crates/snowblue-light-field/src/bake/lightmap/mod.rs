@@ -98,15 +98,12 @@ pub(super) fn read(
         before_chart();
         let Some(body) = field.of_object(surface.object) else { continue };
         let scale = packing.texels_per_m;
-        let corners = |triangle: u32| {
-            let vertices = surface.triangles[triangle as usize];
-            vertices.map(|vertex| surface.charts.flat_m[vertex as usize] * scale + f64::from(GUTTER))
-        };
+        let corners = |triangle: u32| surface.charts.corners(surface.triangles[triangle as usize], scale);
         let texels = ChartTexels::of(&chart.triangles, with_gutter(chart.extent_m, scale), corners);
         let read = |(at, triangle): ([u32; 2], u32)| {
             let surface_point = place(surface, triangle, &corners(triangle), at);
-            let LinearRgb { r, g, b } =
-                LinearRgb::from_xyz(sensor.xyz(&body.exitance(surface_point.point, surface_point.normal)));
+            let exitance = body.exitance(surface_point.point, surface_point.normal);
+            let LinearRgb { r, g, b } = LinearRgb::from_xyz(sensor.xyz(&exitance));
             (at, [r, g, b].map(narrow))
         };
         let read: Vec<([u32; 2], [f32; 3])> = texels.shown().into_par_iter().map(read).collect();

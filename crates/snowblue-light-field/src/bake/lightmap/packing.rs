@@ -4,7 +4,7 @@ use glam::DVec2;
 
 /// Texels around each chart that belong to no other one.
 pub(super) const GUTTER: u32 = 2;
-/// Steps in which the scale is halved in.
+/// Bisections of the interval of scales.
 const STEPS: u32 = 40;
 
 /// Where rectangles lie in a square of texels, with their gutters.

@@ -15,15 +15,14 @@ pub(super) fn smallest_rectangle(points: &mut [DVec2]) -> DVec2 {
     };
     let next = hull.iter().cycle().skip(1);
     let directions = hull.iter().zip(next).filter_map(|(from, to)| (*to - *from).try_normalize());
-    let by_area = |one: &DVec2, other: &DVec2| {
-        let [one, other] = [one, other].map(|along| rectangle(*along).1.element_product());
-        one.total_cmp(&other)
-    };
-    let mut along = directions.min_by(by_area).unwrap_or(DVec2::X);
-    if rectangle(along).1.x < rectangle(along).1.y {
+    let area = |along: DVec2| rectangle(along).1.element_product();
+    let smallest = directions.map(|along| (along, area(along))).min_by(|(_, one), (_, other)| one.total_cmp(other));
+    let mut along = smallest.map_or(DVec2::X, |(along, _)| along);
+    let (mut low, mut extent) = rectangle(along);
+    if extent.x < extent.y {
         along = along.perp();
+        (low, extent) = rectangle(along);
     }
-    let (low, extent) = rectangle(along);
     points.iter_mut().for_each(|point| *point = turned(*point, along) - low);
     extent
 }

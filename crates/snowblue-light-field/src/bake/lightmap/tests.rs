@@ -99,11 +99,11 @@ fn surfaces() -> Vec<(&'static str, SurfaceMesh, usize)> {
 fn laid_out(vertices: &Vertices, charts: &Charts, packing: &Packing) -> Vec<[DVec2; 3]> {
     let mut corners = vec![[DVec2::ZERO; 3]; vertices.triangles.len()];
     for (chart, corner) in charts.list.iter().zip(&packing.corners) {
-        let corner = DVec2::from(corner.map(|texel| f64::from(texel + GUTTER)));
+        let corner = DVec2::from(corner.map(f64::from));
         for &triangle in &chart.triangles {
             let triangle = triangle as usize;
-            corners[triangle] = vertices.triangles[triangle]
-                .map(|vertex| corner + charts.flat_m[vertex as usize] * packing.texels_per_m);
+            corners[triangle] =
+                charts.corners(vertices.triangles[triangle], packing.texels_per_m).map(|place| corner + place);
         }
     }
     corners
@@ -178,10 +178,7 @@ fn the_gutter_shows_the_edge_of_its_chart() {
         let packing = pack(&extents, 256).unwrap();
         let mut is_taken = vec![false; 256 * 256];
         for (chart, [left, top]) in charts.list.iter().zip(&packing.corners) {
-            let corners = |triangle: u32| {
-                let vertices = vertices.triangles[triangle as usize];
-                vertices.map(|vertex| charts.flat_m[vertex as usize] * packing.texels_per_m + f64::from(GUTTER))
-            };
+            let corners = |triangle: u32| charts.corners(vertices.triangles[triangle as usize], packing.texels_per_m);
             let texels = ChartTexels::of(&chart.triangles, with_gutter(chart.extent_m, packing.texels_per_m), corners);
             let shown: BTreeMap<_, _> = texels.shown().into_iter().collect();
             for [column, row] in shown.keys() {

@@ -232,6 +232,10 @@ fn guides(pixels: &[PixelSums], layout: ResidualLayout, width: usize) -> Vec<Gui
 }
 
 impl Guide {
+    fn is_snow(&self) -> bool {
+        self.snow >= MAINLY
+    }
+
     /// How much the residual of another pixel, so many pixels across and down, counts for this one.
     #[inline]
     fn weight(&self, other: &Self, across: f32, down: f32) -> f32 {
@@ -283,8 +287,7 @@ impl Filter {
                     return;
                 }
                 let of_level = next.luminance[pixel];
-                let is_snow = self.guides[pixel].snow >= MAINLY;
-                if !is_snow {
+                if !self.guides[pixel].is_snow() {
                     let unit = if of_level.reading > 0.0 { of_level.reading.recip() } else { 1.0 };
                     let mean = unit * next.residual[pixel * self.values + 1];
                     if mean < *low || mean > *high {
@@ -330,14 +333,11 @@ impl Filter {
     /// The luminances with what errors are relative to: where it is not snow, the light of the nearest pixels.
     fn with_scales(&self, start: &Level) -> Vec<Luminance> {
         let scaled = |(pixel, own): (usize, &Luminance)| {
-            let (mut total, mut sum) = (0.0, 0.0);
-            if self.guides[pixel].snow < MAINLY {
-                self.for_neighbours(pixel, 1, |neighbour, weight| {
-                    total += weight;
-                    sum += weight * (start.luminance[neighbour].reading + start.residual[neighbour * self.values + 1]);
-                });
+            if self.guides[pixel].is_snow() {
+                return *own;
             }
-            Luminance { scale: if total > 0.0 { (sum / total).max(0.0) } else { own.scale }, ..*own }
+            let light = |pixel: usize| start.luminance[pixel].reading + start.residual[pixel * self.values + 1];
+            Luminance { scale: self.mean_nearby(pixel, light).map_or(own.scale, |light| light.max(0.0)), ..*own }
         };
         start.luminance.par_iter().enumerate().map(scaled).collect()
     }
@@ -347,12 +347,8 @@ impl Filter {
     fn with_smooth_variances(&self, luminance: &[Luminance], counts: &[u32]) -> Vec<Luminance> {
         let log_errors: Vec<f32> = luminance.iter().map(|luminance| luminance.log_error()).collect();
         let smooth = |(pixel, own): (usize, &Luminance)| {
-            let (mut total, mut sum) = (0.0, 0.0);
-            self.for_neighbours(pixel, 1, |neighbour, weight| {
-                total += weight;
-                sum += weight * log_errors[neighbour];
-            });
-            let error = (sum / total).exp() * own.scale;
+            let Some(log_error) = self.mean_nearby(pixel, |pixel| log_errors[pixel]) else { return *own };
+            let error = log_error.exp() * own.scale;
             let doubt = 1.0 + SAMPLES_OF_DOUBT / (counts[pixel].max(1) as f32);
             let variance = doubt * error * error;
             Luminance { variance: if variance.is_finite() { variance } else { own.variance }, ..*own }
@@ -439,7 +435,17 @@ impl Filter {
         range(pixel / width, height)
             .flat_map(move |row| columns.clone().map(move |column| row * width + column))
             .filter(move |other| *other != pixel && self.guides[*other].is_filtered)
-            .filter(move |other| (self.guides[*other].snow >= MAINLY) == (self.guides[pixel].snow >= MAINLY))
+            .filter(move |other| self.guides[*other].is_snow() == self.guides[pixel].is_snow())
+    }
+
+    /// The weighted mean of a value over the nearest pixels; none for a pixel that shows no surface.
+    fn mean_nearby(&self, pixel: usize, value: impl Fn(usize) -> f32) -> Option<f32> {
+        let (mut total, mut sum) = (0.0, 0.0);
+        self.for_neighbours(pixel, 1, |neighbour, weight| {
+            total += weight;
+            sum += weight * value(neighbour);
+        });
+        (total > 0.0).then(|| sum / total)
     }
 
     /// Calls `add` for the neighbours of a pixel that shows a surface, so many apart, and itself, with their weights.

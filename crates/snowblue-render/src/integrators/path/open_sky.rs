@@ -1,6 +1,6 @@
 //! The light that surfaces reflect of skies which nothing hides, without noise, for the filter.
 
-use std::f32::consts::{PI, TAU};
+use std::f32::consts::{FRAC_1_PI, TAU};
 
 use glam::Vec3A;
 
@@ -20,46 +20,40 @@ impl OpenSky {
     /// That of some lights. The radiance of each direction is multiplied by its share of the hemisphere, in sr.
     pub(in crate::integrators) fn new<'l>(lights: impl Iterator<Item = &'l Light>) -> Self {
         let skies: Vec<&Light> = lights.filter(|light| light.is_smooth_sky() || light.is_diffuse()).collect();
-        let count = f32::from(if skies.is_empty() { 0 } else { RINGS * AZIMUTHS });
-        let direction = |number: f32| {
-            let (ring, azimuth) = ((number / f32::from(AZIMUTHS)).floor(), number % f32::from(AZIMUTHS));
-            let cosine = (ring + 0.5) / f32::from(RINGS);
-            let sine = (1.0 - cosine * cosine).sqrt();
-            // Each ring is turned against the one before.
-            let (sin, cos) = (TAU * (azimuth / f32::from(AZIMUTHS) + 0.382 * ring)).sin_cos();
-            Vec3A::new(sine * cos, sine * sin, cosine)
-        };
-        let directions = (0..u8::MAX).map(f32::from).take_while(|number| *number < count).map(direction);
-        let lit = directions.map(|direction| {
+        let directions = (0..RINGS).flat_map(|ring| (0..AZIMUTHS).map(move |azimuth| direction(ring, azimuth)));
+        let lit = directions.filter(|_| !skies.is_empty()).map(|direction| {
             let mut radiance = Spectrum::ZERO;
             skies.iter().for_each(|sky| radiance += sky.power(&LightOrigin::Distant(direction)));
-            (direction, radiance * (TAU / count))
+            (direction, radiance * (TAU / f32::from(RINGS * AZIMUTHS)))
         });
         Self(lit.collect())
     }
 
     /// The radiance that leaves a surface, as a band density.
     pub(super) fn reflected(&self, vertex: &Vertex) -> Spectrum {
-        let mut sum = Spectrum::ZERO;
-        let mut add = |reflection: &dyn Fn(Vec3A) -> f32| {
-            for (direction, radiance) in &self.0 {
-                let cos = vertex.normal.dot(*direction);
-                if cos > 0.0 {
-                    sum += *radiance * (cos * reflection(*direction));
-                }
-            }
+        let (normal, view) = (vertex.normal, vertex.surface.direction);
+        // Of deep snow absorption hardly depends on the direction.
+        let ground = if let Shading::Ground(ground) = &vertex.shading { Some(ground) } else { None };
+        let per_sr = |direction: Vec3A| match ground {
+            Some(ground) => ground.surface().reflection_per_sr(normal, view, direction),
+            None => FRAC_1_PI,
         };
-        match &vertex.shading {
-            // Absorption hardly depends on the direction.
-            Shading::Ground(ground) => {
-                let view = vertex.surface.direction;
-                add(&|direction| ground.surface().reflection_per_sr(vertex.normal, view, direction));
-                sum * *ground.albedo()
-            }
-            Shading::Diffuse(_) | Shading::Textured(_) | Shading::Snow(_) | Shading::Field(_) => {
-                add(&|_| 1.0 / PI);
-                vertex.reflectance(vertex.normal) * sum
+        let mut sum = Spectrum::ZERO;
+        for (direction, radiance) in &self.0 {
+            let cos = normal.dot(*direction);
+            if cos > 0.0 {
+                sum += *radiance * (cos * per_sr(*direction));
             }
         }
+        sum * ground.map_or_else(|| vertex.reflectance(normal), |ground| *ground.albedo())
     }
+}
+
+/// The middle of a part of the sky.
+fn direction(ring: u8, azimuth: u8) -> Vec3A {
+    let cosine = (f32::from(ring) + 0.5) / f32::from(RINGS);
+    let sine = (1.0 - cosine * cosine).sqrt();
+    // Each ring is turned against the one before.
+    let (sin, cos) = (TAU * (f32::from(azimuth) / f32::from(AZIMUTHS) + 0.382 * f32::from(ring))).sin_cos();
+    Vec3A::new(sine * cos, sine * sin, cosine)
 }

@@ -80,14 +80,14 @@ struct PathRadiance<C> {
     /// Light that comes by further surfaces, if the path has any.
     later: Option<Spectrum>,
     /// What the filter compares, if the first surface is filtered.
-    filtered: Option<Reading<C>>,
+    filtered: Option<Compared<C>>,
 }
 
-/// An estimate of the light of a surface that has little noise, for the filter. All light that leaves the surface, but
-/// for its sparkle, is compared with it.
-struct Reading<C> {
-    /// All light that leaves the surface, less what comes by further surfaces.
-    radiance: C,
+/// What the filter compares: light that leaves a surface, but for its sparkle, and an estimate of it.
+struct Compared<C> {
+    /// All of it but what comes by further surfaces.
+    found: C,
+    /// An estimate of all of it that has little noise.
     reading: C,
     is_snow: bool,
     normal: Vec3A,
@@ -103,21 +103,23 @@ struct SnowLight<C> {
     sparkle: C,
 }
 
-/// Light of lamps and skies that another surface sends out.
+/// Light that leaves a surface by lamps and skies, and of snow by its light field.
 struct DirectLight<C> {
-    /// Of all lights but smooth skies.
-    steady: C,
-    of_sky: C,
-}
-
-/// Light that snow with a light field sends out, by the field at its surface.
-struct FieldLight<C> {
     /// By the field and by all lights but smooth skies.
     steady: C,
     /// By samples of smooth skies, unless they are left out.
     of_sky: C,
     /// What single facets add to it, or take away.
     sparkle: C,
+}
+
+impl<C: Carried> DirectLight<C> {
+    /// All but the sparkle.
+    fn smooth(&self) -> C {
+        let mut light = self.steady;
+        light += self.of_sky;
+        light
+    }
 }
 
 impl<C: Carried> PathRadiance<C> {
@@ -129,8 +131,8 @@ impl<C: Carried> PathRadiance<C> {
         if let Some(later) = later {
             radiance += later;
         }
-        let filtered = filtered.zip(distance_m).map(|(estimate, distance_m)| {
-            let Reading { radiance: mut found, reading, is_snow, normal } = estimate;
+        let filtered = filtered.zip(distance_m).map(|(compared, distance_m)| {
+            let Compared { mut found, reading, is_snow, normal } = compared;
             if let Some(later) = later {
                 found += later;
             }
@@ -202,18 +204,19 @@ impl<'a> PathTracer<'a> {
             // Facets are as sharp as the picture: the filter neither sees nor spreads them.
             first += radiance;
             first += sparkle;
-            let filtered = reading.map(|reading| Reading { radiance, reading, is_snow: true, normal: vertex.normal });
+            let of_snow = |reading| Compared { found: radiance, reading, is_snow: true, normal: vertex.normal };
+            let filtered = reading.map(of_snow);
             return PathRadiance { first, sees_snow, distance_m, later: None, filtered };
         }
         let sparkling = self.sparkling_curves(&vertex, camera_ray, sampler);
-        let DirectLight { steady, of_sky } = self.direct_light::<C>(&vertex, sparkling.as_ref(), sampler);
-        let mut radiance = steady;
-        radiance += of_sky;
-        first += radiance;
+        let direct = self.direct_light::<C>(&vertex, sparkling.as_ref(), sampler);
+        let light = direct.smooth();
+        first += light;
+        first += direct.sparkle;
         let filtered = self.is_filtered.then(|| {
-            let mut reading = steady;
+            let mut reading = direct.steady;
             reading += self.unhidden_light(&vertex);
-            Reading { radiance, reading, is_snow: false, normal: vertex.normal }
+            Compared { found: light, reading, is_snow: false, normal: vertex.normal }
         });
         let has_later = self.scene.integrator().max_bounces > 0 || self.has_area_lights;
         let later = has_later.then(|| self.indirect_light(&vertex, sampler));
@@ -244,14 +247,14 @@ impl<'a> PathTracer<'a> {
             .sparkle
             .as_ref()
             .and_then(|sparkle| sparkle.at((vertex.surface, snow.kind, vertex.normal), camera_ray));
-        let FieldLight { steady, of_sky, sparkle } = if self.walks.is_none() || self.is_filtered {
+        let direct = if self.walks.is_none() || self.is_filtered {
             self.field_light::<C>(snow, vertex, (camera_ray, sparkling.as_ref()), sampler)
         } else {
             let sparkle = sparkling.map_or(C::ZERO, |sparkling| self.sparkle_light(&sparkling, vertex, sampler));
-            FieldLight { steady: C::ZERO, of_sky: C::ZERO, sparkle }
+            DirectLight { steady: C::ZERO, of_sky: C::ZERO, sparkle }
         };
         let reading = self.is_filtered.then(|| {
-            let mut reading = steady;
+            let mut reading = direct.steady;
             let of_sky = snow.field.sky_irradiance(&vertex.shading_point()) * FRAC_1_PI;
             reading += C::emitted(self.scene, &of_sky);
             // The residual is what is found beside the reading, whatever that is. A negative reading counts as none.
@@ -259,13 +262,9 @@ impl<'a> PathTracer<'a> {
         });
         let radiance = match &mut self.walks {
             Some(walks) => C::emitted(self.scene, &walks.walk(snow, vertex.surface, camera_ray, sampler)),
-            None => {
-                let mut radiance = steady;
-                radiance += of_sky;
-                radiance
-            }
+            None => direct.smooth(),
         };
-        SnowLight { radiance, reading, sparkle }
+        SnowLight { radiance, reading, sparkle: direct.sparkle }
     }
 
     /// The facets of snow by PCASnow that sparkles.
@@ -341,9 +340,8 @@ impl<'a> PathTracer<'a> {
                 radiance.add_product(1.0, &throughput, &snow.field.mean_radiance(&surface.surface_point()));
                 break;
             }
-            let DirectLight { mut steady, of_sky } = self.direct_light::<Spectrum>(&vertex, None, sampler);
-            steady += of_sky;
-            radiance.add_product(1.0, &throughput, &steady);
+            let direct = self.direct_light::<Spectrum>(&vertex, None, sampler).smooth();
+            radiance.add_product(1.0, &throughput, &direct);
             // The last ray finds lights only.
             if bounce == max_bounces && !self.has_area_lights {
                 break;
@@ -383,7 +381,7 @@ impl<'a> PathTracer<'a> {
         vertex: &Vertex,
         (camera_ray, sparkling): (&Ray, Option<&SparklingPoint>),
         sampler: &mut Sampler,
-    ) -> FieldLight<C> {
+    ) -> DirectLight<C> {
         let (surface, directions) = (vertex.shading_point(), vertex.directions);
         let cos_exit = -surface.normal.dot(vertex.surface.direction);
         // Light that is computed as spectra, and responses: each without the light of smooth skies, and of it alone.
@@ -422,7 +420,7 @@ impl<'a> PathTracer<'a> {
             light
         });
         let sparkle = if sparkling.is_some() { C::emitted(self.scene, &sparkle) } else { C::ZERO };
-        FieldLight { steady, of_sky, sparkle }
+        DirectLight { steady, of_sky, sparkle }
     }
 
     /// Radiance from the lights that a ray hits before a surface.
@@ -477,7 +475,7 @@ impl<'a> PathTracer<'a> {
             Shading::Snow(snow) => snow.transmitted(self.scene, self.tables, &mut self.queries, sampler),
             Shading::Field(_) | Shading::Ground(_) | Shading::Diffuse(_) | Shading::Textured(_) => C::ZERO,
         };
-        let mut light = DirectLight { steady: transmitted, of_sky: C::ZERO };
+        let mut light = DirectLight { steady: transmitted, of_sky: C::ZERO, sparkle: C::ZERO };
         let directions = vertex.directions;
         for index in 0..self.scene.lights().len() {
             let sample = match self.tables.delta_sample(index) {
@@ -493,7 +491,7 @@ impl<'a> PathTracer<'a> {
                 if let Some(sparkling) = sparkling
                     && let Some(change) = self.sparkle_change(sparkling, vertex, (source, &sample), &incident)
                 {
-                    light.steady += C::emitted(self.scene, &change);
+                    light.sparkle += C::emitted(self.scene, &change);
                 }
             }
         }
