@@ -4,7 +4,8 @@
 //! bodies, and G what of that each surface element receives. In a cavity of snow hardly any light is lost from one
 //! reflection to the next, so that reflections are not added up one by one. Of a slab, the light that is sent out is
 //! (1 − a) H, with the absorptance a known. With E of slabs the equation has no solutions inside, and its solution is
-//! near. So it is the preconditioner: what is missing in an estimate goes through the same equation.
+//! near. So it is the preconditioner: what is missing in an estimate goes through the same equation. In a gap narrower
+//! than a cell, light that enters the snow leaves it beside the gap, so there slabs send less back.
 
 use snowblue_field::{
     FixedPointOptions, Fluence, Groups, Patches, SnowBody, SolveOptions, SurfacePlace, SurfaceValues, solve_fixed_point,
@@ -15,8 +16,8 @@ use super::field_scene::FieldScene;
 use super::gather::{ElementValues, GatheredPaths, SnowPlace};
 use super::prepared_body::{Lighting, PreparedBody, Solution, add};
 
-/// How far the light is followed: root mean square over the surface elements of what an estimate by slabs adds to the
-/// light there, relative to that light.
+/// How far the light is followed: root mean square over the surface of what an estimate by slabs adds to the light there,
+/// relative to that light.
 const TOLERANCE: f64 = 1e-3;
 /// Steps that are remembered.
 const HISTORY: usize = 5;
@@ -24,9 +25,11 @@ const HISTORY: usize = 5;
 const LIGHT_OF_SLABS: FixedPointOptions = FixedPointOptions { tolerance: 1e-2, most_estimates: 60, history: 3 };
 /// Relative residual of the first solutions inside, and of others over that of those before for the new light.
 const FIRST_RESIDUAL: f64 = 1e-3;
-const RESIDUAL_LEFT: f64 = 0.03;
+const RESIDUAL_LEFT: f64 = 0.01;
 /// Light below which it no longer counts how great an error is beside the light, over the mean.
 const DARK: f32 = 0.03;
+/// Least area of a surface element over the mean.
+const LEAST_AREA: f32 = 1e-4;
 /// Least light that other light is divided by.
 const LEAST_LIGHT: f32 = 1e-20;
 
@@ -84,14 +87,10 @@ impl<'a> Exchange<'a> {
         add(&mut outer, &direct);
         let mut light = self.of_slabs(self.received_of_patches(&self.patches.means(&exitance)));
         add(&mut light, &outer);
-        // Errors count beside the light at their place.
-        let scale = without_dark(&light);
         let mut fluences: Vec<Fluence> = Vec::new();
-        let mut missing = |relative: &[Vec<f32x4>], share: f64| {
+        let mut missing_of = |light: &[Vec<f32x4>], share: f64| {
             scene.watch.begin_round((share.ln() / TOLERANCE.ln()).clamp(0.0, 1.0));
-            let mut light = relative.to_vec();
-            multiply(&mut light, &scale);
-            let mut diffuse = light.clone();
+            let mut diffuse = light.to_vec();
             subtract(&mut diffuse, &direct);
             let mut solutions = Vec::with_capacity(self.prepared.len());
             for (number, (prepared, diffuse)) in self.prepared.iter().zip(self.parts(&diffuse)).enumerate() {
@@ -110,19 +109,30 @@ impl<'a> Exchange<'a> {
             let smooth =
                 |(prepared, solution): (&PreparedBody, &Solution)| prepared.body.smooth(&prepared.exitance(solution));
             let exitances: Vec<SurfaceValues> = self.prepared.iter().zip(&solutions).map(smooth).collect();
-            let mut missing = self.received(light.len(), &|snow| {
+            let mut missing = self.received(diffuse.len(), &|snow, _| {
                 let body = snow.body as usize;
                 self.prepared[body].body.value_at(&exitances[body], &snow.place)
             });
             fluences = solutions.into_iter().map(|solution| solution.fluence).collect();
             add(&mut missing, &outer);
-            subtract(&mut missing, &light);
-            let mut missing = self.of_slabs(missing);
+            subtract(&mut missing, light);
+            self.of_slabs(missing)
+        };
+        let first = missing_of(&light, 1.0);
+        add(&mut light, &first);
+        // Errors count by area and beside the light at their place. In gaps most of it comes through snow, which the
+        // first estimate leaves out.
+        let mut scale = without_dark(&light);
+        self.divide_by_root_of_area(&mut scale);
+        divide(&mut light, &scale);
+        let mut missing = |relative: &[Vec<f32x4>], share: f64| {
+            let mut light = relative.to_vec();
+            multiply(&mut light, &scale);
+            let mut missing = missing_of(&light, share);
             divide(&mut missing, &scale);
             missing
         };
-        divide(&mut light, &scale);
-        let most_estimates = scene.settings.most_rounds as usize;
+        let most_estimates = (scene.settings.most_rounds as usize).saturating_sub(1);
         let options = FixedPointOptions { tolerance: TOLERANCE, most_estimates, history: HISTORY };
         let mut diffuse = solve_fixed_point(light, &mut missing, options);
         multiply(&mut diffuse, &scale);
@@ -132,17 +142,28 @@ impl<'a> Exchange<'a> {
         Balance { diffuse: self.parts(&diffuse), fluences }
     }
 
+    /// Divides the values of all elements by the root of their area, over that of the mean.
+    fn divide_by_root_of_area(&self, groups: &mut [Vec<f32x4>]) {
+        let elements = || self.prepared.iter().flat_map(|prepared| prepared.body.surface());
+        let mean_m2 = elements().map(|element| element.area_m2).sum::<f32>() / elements().count().max(1) as f32;
+        let root = |area_m2: f32| (area_m2 / mean_m2).max(LEAST_AREA).sqrt();
+        for group in groups {
+            group.iter_mut().zip(elements()).for_each(|(value, element)| *value /= f32x4::splat(root(element.area_m2)));
+        }
+    }
+
     /// What all elements receive of what snow sends out at places that they see, for each of some groups.
-    fn received(&self, groups: usize, exitance: &(impl Fn(&SnowPlace) -> Groups + Sync)) -> ElementValues {
+    fn received(&self, groups: usize, exitance: &(impl Fn(&SnowPlace, f32) -> Groups + Sync)) -> ElementValues {
         joined(self.paths.iter().map(|paths| paths.irradiance_by_snow(groups, exitance)))
     }
 
-    /// The same by estimate: each place sends out the mean of its patch.
+    /// The same by estimate: each place sends out the mean of its patch, and less into a narrow gap.
     fn received_of_patches(&self, exitance: &[Vec<f32x4>]) -> ElementValues {
-        self.received(exitance.len(), &|snow| {
+        self.received(exitance.len(), &|snow, kept| {
             let mut groups = Groups::default();
             if let Some(patch) = snow.patch {
-                groups.iter_mut().zip(exitance).for_each(|(value, exitance)| *value = exitance[patch as usize]);
+                let sent = exitance.iter().map(|exitance| exitance[patch as usize] * f32x4::splat(kept));
+                groups.iter_mut().zip(sent).for_each(|(value, sent)| *value = sent);
             }
             groups
         })

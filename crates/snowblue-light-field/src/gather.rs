@@ -10,7 +10,7 @@
 
 use rayon::prelude::*;
 use snowblue_field::{Groups, SnowBody, SpectralNodes, SurfaceElement, SurfacePlace};
-use snowblue_geometry::ray::{Ray, SurfacePoint};
+use snowblue_geometry::ray::{Ray, SurfacePoint, narrow};
 use wide::f32x4;
 
 use crate::solid::Solid;
@@ -51,6 +51,8 @@ struct SnowEnd {
     place: SnowPlace,
     /// Number of its throughput, or [`NONE`] if it met no other surface.
     throughput: u32,
+    /// Share of the light of a lit gap of this width that the snow sends back into it, and not out beside it.
+    kept_in_gap: f32,
 }
 
 /// A place on the surface of one of the bodies.
@@ -99,6 +101,9 @@ impl GatheredPaths {
         let is_dark = around.most_surfaces == 0 && around.lit.iter().all(|lit| lit.sky == Spectrum::ZERO);
         let rays_per_element = if is_dark { 0 } else { u32::try_from(rays_per_element).unwrap_or(1) };
         let groups = nodes.indices().len() / snowblue_field::GROUP;
+        // Light leaves snow some transport lengths from where it enters, and what leaves is known for each cell. It only
+        // has to be right roughly: estimates alone take it.
+        let spread_m = narrow(body.step_m());
         let task = |(task, elements): (usize, &[SurfaceElement])| {
             let mut queries = SceneQueries::new(solid.objects);
             let steady = vec![vec![Vec::with_capacity(elements.len()); groups]; around.lit.len()];
@@ -115,7 +120,8 @@ impl GatheredPaths {
                     let end = trace(&mut queries, start, sampler, around, &mut sums);
                     let Some((surface, throughput)) = end else { continue };
                     let Some(place) = (around.place_at)(&surface) else { continue };
-                    let mut end = SnowEnd { place, throughput: NONE };
+                    let gap_m = surface.point.distance(element.point.into());
+                    let mut end = SnowEnd { place, throughput: NONE, kept_in_gap: gap_m / (gap_m + spread_m) };
                     if let Some(throughput) = throughput {
                         end.throughput = u32::try_from(found.throughputs.len()).unwrap_or(NONE);
                         found.throughputs.extend(nodes.gather(|index| throughput.0[index]));
@@ -165,17 +171,17 @@ impl GatheredPaths {
     }
 
     /// The irradiance of each element by snow, for each of some groups. `exitance` gives what snow sends out at a
-    /// place.
+    /// place, and also takes the share that stays in a gap of the length of the path there.
     pub(super) fn irradiance_by_snow(
         &self,
         groups: usize,
-        exitance: &(impl Fn(&SnowPlace) -> Groups + Sync),
+        exitance: &(impl Fn(&SnowPlace, f32) -> Groups + Sync),
     ) -> ElementValues {
         let share = f32x4::splat((self.rays_per_element as f32).recip());
         let of_element = |range: &[usize]| {
             let mut sums = Groups::default();
             for end in &self.ends[range[0]..range[1]] {
-                let mut values = exitance(&end.place);
+                let mut values = exitance(&end.place, end.kept_in_gap);
                 if end.throughput != NONE {
                     let throughputs = &self.throughputs[end.throughput as usize..][..groups];
                     values.iter_mut().zip(throughputs).for_each(|(value, throughput)| *value *= *throughput);

@@ -174,16 +174,20 @@ pub fn render_missing(
         (control.report)(Progress { done, total, ..row });
     };
     let control = RenderControl { report: &report_row, ..control };
-    let per_pass = samples_per_pixel_and_pass(integrator.scene(), target);
+    let (per_pass, noise_target) =
+        (samples_per_pixel_and_pass(integrator.scene(), target), integrator.scene().integrator().noise_target);
     let mut statistics = Statistics::default();
     let fewest = accumulator.counts_of(target).min();
     let mut start = fewest.map_or(target.samples.end, |count| target.samples.start.saturating_add(count));
     while start < target.samples.end && !(control.stop)() {
-        let end = pass_end(start, per_pass);
-        let pass = SampleBlock { samples: target.samples.start..end.min(target.samples.end), ..target.clone() };
-        if let Some(noise) = integrator.scene().integrator().noise_target {
-            decide(accumulator, target, start - target.samples.start, noise);
+        let done = start - target.samples.start;
+        if let Some(noise) = noise_target {
+            decide(accumulator, target, done, noise);
         }
+        // To decide which pixels are done takes as long as some samples of all.
+        let per_pass = if noise_target.is_some() { per_pass.max(done) } else { per_pass };
+        let end = target.samples.start.saturating_add(pass_end(done, per_pass));
+        let pass = SampleBlock { samples: target.samples.start..end.min(target.samples.end), ..target.clone() };
         statistics = statistics.plus(render_pass(RowRenderer { integrator }, &pass, accumulator, control));
         start = end;
     }
@@ -203,13 +207,13 @@ fn samples_per_pixel_and_pass(scene: &Scene, target: &SampleBlock) -> u32 {
     u32::try_from(count).unwrap_or(u32::MAX)
 }
 
-/// End of the pass that begins with sample `start`. The first passes are short, for an early preview of the whole
-/// image.
-fn pass_end(start: u32, per_pass: u32) -> u32 {
-    match start {
+/// Samples of a pixel after the pass that begins with so many. The first passes are short, for an early preview of the
+/// whole image.
+fn pass_end(done: u32, per_pass: u32) -> u32 {
+    match done {
         0 => 1,
         1..4 => 4,
-        _ => (start / per_pass * per_pass).saturating_add(per_pass),
+        _ => (done / per_pass * per_pass).saturating_add(per_pass),
     }
 }
 

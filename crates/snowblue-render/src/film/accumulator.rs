@@ -54,6 +54,8 @@ pub struct FilmAccumulator {
 pub(crate) struct Decision {
     /// Number of samples of each pixel at the start of the pass.
     pub(crate) samples: u32,
+    /// The greatest relative noise of a pixel that is done.
+    pub(crate) target: f64,
     /// Whether each pixel of the window is done; empty if none is.
     pub(crate) done: Vec<bool>,
 }

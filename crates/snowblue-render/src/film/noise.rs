@@ -18,7 +18,10 @@ use crate::film::sample_block::SampleBlock;
 /// Samples before which no pixel is done: with fewer, a rare bright path may be missing. The filter has those of the
 /// neighbours too.
 const FEWEST_SAMPLES: u32 = 32;
-const FEWEST_FILTERED_SAMPLES: u32 = 16;
+const FEWEST_FILTERED_SAMPLES: u32 = 4;
+/// Samples before which a filtered pixel is done only if nothing around it is left to do: the variance of few samples
+/// may be too small by chance.
+const FEWEST_SAMPLES_NEAR_NOISE: u32 = 16;
 
 /// Decides which pixels need no further samples, before a pass of a block that begins with so many samples. A pass that
 /// goes on after an interrupt keeps its decision, and if that is lost, all its pixels get their samples.
@@ -28,38 +31,61 @@ pub(crate) fn decide(film: &mut FilmAccumulator, block: &SampleBlock, samples: u
         return;
     }
     let fewest = if film.aovs().residual { FEWEST_FILTERED_SAMPLES } else { FEWEST_SAMPLES };
-    let done = if is_start && samples >= fewest { done_pixels(film, target) } else { Vec::new() };
-    film.decision = Decision { samples, done };
+    let done = if is_start && samples >= fewest { done_pixels(film, samples, target) } else { Vec::new() };
+    film.decision = Decision { samples, target, done };
 }
 
-/// Whether the relative noise of each pixel of the window is not above `target`. A black pixel is done if it shows no
-/// surface, and its neighbours show no surface and no light; otherwise rare paths may still find light.
-fn done_pixels(film: &FilmAccumulator, target: f64) -> Vec<bool> {
+/// Whether each pixel of the window is done: before, or now, after so many samples, since its relative noise is not
+/// above `target`. A black pixel is done if it shows no surface, and its neighbours show no surface and no light;
+/// otherwise rare paths may still find light.
+fn done_pixels(film: &FilmAccumulator, samples: u32, target: f64) -> Vec<bool> {
     // False for the noise of a black pixel, which is not a number.
     let is_low = |noise: f32| f64::from(noise) <= target;
-    match Filtered::new(film) {
-        Some(filtered) => {
-            let noise = filtered.into_noise().into_iter().zip(anything_near(film));
-            noise.map(|(noise, is_near_anything)| is_low(noise) || noise.is_nan() && !is_near_anything).collect()
+    let pixels = film.all_pixels();
+    let before: &[bool] = if film.decision.target.to_bits() == target.to_bits() { &film.decision.done } else { &[] };
+    let Some(filtered) = Filtered::but_for(film, before) else {
+        return pixels.par_iter().map(|pixel| is_low(own_noise(pixel))).collect();
+    };
+    let light = |(index, pixel): (usize, &PixelSums)| pixel.filtered_xyz(filtered.changes(index)).y;
+    let light: Vec<f64> = pixels.par_iter().enumerate().map(light).collect();
+    let (noise, near_anything) = (filtered.noise(), anything_near(film));
+    let is_done = |pixel: usize| {
+        if before.get(pixel) == Some(&true) || noise[pixel].is_nan() && !near_anything[pixel] {
+            return true;
         }
-        None => film.all_pixels().par_iter().map(|pixel| is_low(own_noise(pixel))).collect(),
-    }
+        if samples >= FEWEST_SAMPLES_NEAR_NOISE {
+            return is_low(noise[pixel]);
+        }
+        // All samples of a pixel may have missed an edge that crosses it. Then its error is at most half of the
+        // difference across the edge, over the root of their number.
+        let around = || around(film, pixel);
+        let [least, most] = around().fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], other| {
+            [least.min(light[other]), most.max(light[other])]
+        });
+        let by_edges = 0.5 * (most - least) / f64::from(samples).sqrt();
+        by_edges <= target * light[pixel] && around().all(|other| is_low(noise[other]))
+    };
+    (0..pixels.len()).into_par_iter().map(is_done).collect()
+}
+
+/// A pixel of the window and those of the eight around it that are in the window.
+fn around(film: &FilmAccumulator, pixel: usize) -> impl Iterator<Item = usize> {
+    let (width, height) = (film.window().size().width as usize, film.window().size().height as usize);
+    let near = |middle: usize, end: usize| middle.saturating_sub(1)..(middle + 2).min(end);
+    let columns = near(pixel % width, width);
+    near(pixel / width, height).flat_map(move |row| columns.clone().map(move |column| row * width + column))
 }
 
 /// Whether each pixel of the window or one of the eight around it shows a surface or light.
 fn anything_near(film: &FilmAccumulator) -> Vec<bool> {
-    let width = film.window().size().width as usize;
     let layout = film.aovs().residual_layout();
     let shows_anything =
         |pixel: &PixelSums| layout.is_some_and(|layout| pixel.at(layout.count) > 0) || pixel.mean_xyz().y > 0.0;
-    let shows_anything: Vec<bool> = film.all_pixels().iter().map(shows_anything).collect();
-    let or_neighbours = |values: &[bool], step: usize| -> Vec<bool> {
-        let at = |index: Option<usize>| index.and_then(|index| values.get(index)).is_some_and(|value| *value);
-        let near = |index: usize| values[index] || at(index.checked_sub(step)) || at(index.checked_add(step));
-        (0..values.len()).map(near).collect()
-    };
-    // The last pixel of a row and the first of the next count as neighbours, which does no harm.
-    or_neighbours(&or_neighbours(&shows_anything, 1), width)
+    let shows_anything: Vec<bool> = film.all_pixels().par_iter().map(shows_anything).collect();
+    (0..shows_anything.len())
+        .into_par_iter()
+        .map(|pixel| around(film, pixel).any(|near| shows_anything[near]))
+        .collect()
 }
 
 /// The standard error of red, green and blue, weighted as in the luminance, relative to the luminance.
@@ -146,8 +172,8 @@ mod tests {
         // The standard error of 64 samples of spread 0.4 is 0.05. One pixel has no neighbours for the filter, which
         // takes its variance for twice as much.
         for (residual, above) in [(false, 0.06), (true, 0.08)] {
-            assert_eq!(done_pixels(&film(64, 0.4, residual), above), [true]);
-            assert_eq!(done_pixels(&film(64, 0.4, residual), 0.04), [false]);
+            assert_eq!(done_pixels(&film(64, 0.4, residual), 64, above), [true]);
+            assert_eq!(done_pixels(&film(64, 0.4, residual), 64, 0.04), [false]);
             let block = SampleBlock { columns: 0..1, rows: 0..1, samples: 0..128 };
             let decided = |count: u32| {
                 let mut film = film(count, 0.4, residual);
@@ -201,7 +227,7 @@ mod tests {
                 }
                 row.counts.fill(32);
             });
-            done_pixels(&film, 0.01)
+            done_pixels(&film, 32, 0.01)
         };
         let near = |pixel: usize| pixel % 5 < 3 && pixel / 5 < 3;
         assert!(is_done(true).iter().enumerate().all(|(pixel, done)| *done != near(pixel)));

@@ -134,7 +134,7 @@ fn residuals_without_noise_stay_as_they_are() {
 #[test]
 fn the_filter_states_the_noise_that_is_left() {
     let film = film(16, |_, number| 2.0 * (number - 0.5));
-    let noise = Filtered::new(&film).unwrap().into_noise();
+    let noise = Filtered::new(&film).unwrap().noise().to_vec();
     let errors = film.film();
     let pixels = || errors.pixels().iter().zip(&noise).enumerate().filter(|(k, _)| k % 24 < 20);
     let [square, stated] = pixels().fold([0.0, 0.0], |[square, stated], (_, (pixel, noise))| {
@@ -208,7 +208,7 @@ fn noise_counts_beside_the_light_that_there_is() {
         // The standard error of a pixel is 2/√12/√16 = .14 of a light of 1.
         let square: f64 = light[1..11].iter().map(|light| (light - 1.0).powi(2)).sum();
         assert!((square / 10.0).sqrt() < 0.07, "{reading}: {light:?}");
-        let noise = Filtered::new(&film).unwrap().into_noise();
+        let noise = Filtered::new(&film).unwrap().noise().to_vec();
         assert!(noise[..20].iter().all(|noise| (0.005..0.2).contains(noise)), "{reading}: {:?}", &noise[..20]);
     }
 }
