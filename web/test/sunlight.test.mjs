@@ -18,6 +18,13 @@ const LAYERS = "layer=thickness_cm:2,ssa_m2_kg:80&layer=thickness_cm:8,grain_siz
 const THREE_DIGITS = 5.1e-3;
 const FOUR_DECIMALS = 5.1e-5;
 
+/** The server `unready` does not have the script of sunlight while this is so. */
+let isMissing = true;
+const unready = await serve(async (file) => {
+  if (isMissing && file === "sunlight.js") throw new Error("it is missing");
+});
+after(() => unready.close());
+
 /** Runs the lines of the page's own command in a folder. */
 function inFolderOf(page, work) {
   return (async () => {
@@ -323,12 +330,6 @@ browserTest("a pinned sample that cannot be computed says so, and is computed la
   assert.equal(await error.isVisible(), false);
 });
 
-let isMissing = true;
-const unready = await serve(async (file) => {
-  if (isMissing && file === "sunlight.js") throw new Error("it is missing");
-});
-after(() => unready.close());
-
 browserTest("sunlight that could not be loaded is loaded later", async (page) => {
   await page.goto(`${unready.url}#range=solar`);
   await final(page);
@@ -343,6 +344,7 @@ browserTest("sunlight that could not be loaded is loaded later", async (page) =>
   await page.locator("#sunlight").scrollIntoViewIfNeeded();
   await error.waitFor({ state: "hidden" });
   await sunlit(page);
+  await follow(page, "range=solar");
   assert.equal(rowsOf((await saved(page, "CSV"))["snow.csv"]).length, 221);
 }, { expected: /404|sunlight\.js/ });
 

@@ -15,7 +15,9 @@ const released = new Promise((resolve) => (release = resolve));
 /** Files of the 3-D view. */
 const isOfView = (file) => /^(viewer-|scene|field)/.test(file);
 const slow = await serve((file) => (isOfView(file) ? released : undefined));
-after(() => slow.close());
+/** The addresses of the page, each with a server of its own. */
+const whole = await Promise.all(["", "index.html"].map(async (address) => ({ address, ...await serve() })));
+after(() => Promise.all([slow, ...whole].map(({ close }) => close())));
 
 async function size(files) {
   const contents = await Promise.all([...new Set(files)].map((file) => readFile(join(DIST, file))));
@@ -36,14 +38,12 @@ pageTest("the story can be used before its light is computed", { fragment: "", u
   await lit(page);
 });
 
-for (const address of ["", "index.html"]) {
-  const whole = await serve();
-  after(() => whole.close());
+for (const { address, url, sent } of whole) {
   browserTest(`no file is sent twice to a visitor of ./${address}`, async (page) => {
-    await page.goto(`${whole.url}${address}`);
+    await page.goto(`${url}${address}`);
     await lit(page);
     await page.waitForFunction(() => navigator.serviceWorker.controller?.state === "activated");
-    const files = whole.sent.map(({ file }) => file);
+    const files = sent.map(({ file }) => file);
     assert.deepEqual(files.filter((file, index) => files.indexOf(file) !== index), []);
   });
 }
