@@ -83,6 +83,7 @@ await esbuild.build({
   ...COMMON,
   entryPoints: [
     "src/main.ts",
+    "src/sunlight/sunlight.ts",
     "src/style.css",
     ...readdirSync(join(ROOT, "src/workers")).map((file) => `src/workers/${file}`),
   ],
@@ -109,12 +110,14 @@ if (existsSync(icon)) copyFileSync(icon, join(DIST, "icon.svg"));
 const files = readdirSync(DIST).sort();
 const hash = createHash("sha256");
 for (const file of files) hash.update(file).update(readFileSync(join(DIST, file)));
+// The service worker knows the page by both of its addresses.
+const kept = files.filter((file) => file !== "index.html");
 await esbuild.build({
   ...COMMON,
   entryPoints: ["src/service-worker.ts"],
   format: "iife",
   outdir: DIST,
-  define: { FILES: JSON.stringify(files), BUILD: JSON.stringify(hash.digest("hex").slice(0, 16)) },
+  define: { FILES: JSON.stringify(kept), BUILD: JSON.stringify(hash.digest("hex").slice(0, 16)) },
 });
 
 const sizes = readdirSync(DIST).sort().map((file) => {

@@ -16,6 +16,14 @@ import { labText } from "./swatch";
 /** Wavelengths of the figures, in nm. */
 const SHOWN_NM = [450, 550, 650];
 const HEADS = ["Sample", "Transmitted", "Lab", "ΔE*ab", ...SHOWN_NM.map((nm) => `T ${nm} nm`)];
+/** Columns of figures of a sample. */
+const FIGURES = HEADS.length - 1;
+
+interface Pinned {
+  sample: Asked;
+  answer: SpectrumAnswer | undefined;
+  failure: string | undefined;
+}
 
 export class Compare {
   readonly #store: Store;
@@ -24,7 +32,7 @@ export class Compare {
   readonly #answers: PinnedAnswers<SpectrumAnswer>;
   #current: SpectrumAnswer | undefined;
 
-  /** `ready` when the module `spectrum` is; `changed` is called when a pinned sample is ready or gone. */
+  /** `ready` when the module `spectrum` is; `changed` is called when a pinned sample is ready, fails or is gone. */
   constructor(store: Store, spectra: Answers<"spectrum">, ready: Promise<unknown>, changed: () => void) {
     this.#store = store;
     this.#changed = changed;
@@ -61,8 +69,9 @@ export class Compare {
       answer === undefined ? [] : [curve(sample, index + 1, answer)]);
   }
 
-  #pinned(): { sample: Sample; answer: SpectrumAnswer | undefined }[] {
-    return pinnedOf(this.#store.state).map((sample) => ({ sample, answer: this.#answers.get(sample) }));
+  #pinned(): Pinned[] {
+    return pinnedOf(this.#store.state).map((sample) =>
+      ({ sample, answer: this.#answers.get(sample), failure: this.#answers.failure(sample) }));
   }
 
   #show(): void {
@@ -74,17 +83,17 @@ export class Compare {
     const table = byId("compare-table");
     table.hidden = pinned.length === 0;
     if (pinned.length === 0) return table.replaceChildren();
-    const rows = pinned.map(({ sample, answer }, index) => this.#row(sample, answer, index));
+    const rows = pinned.map((one, index) => this.#row(one, index));
     const current = this.#store.state;
     table.replaceChildren(
       el("caption", { class: "hidden" }, "Pinned samples and the current one"),
       el("thead", {}, el("tr", {}, ...HEADS.map((text) => el("th", { scope: "col" }, text)), el("td"))),
       el("tbody", {}, ...(this.#current === undefined ? [] : [el("tr", {},
-        ...cells("Current", describe(current), 0, this.#current, undefined), el("td", {}))]), ...rows),
+        ...cells("Current", current, 0, figures(this.#current, undefined)), el("td", {}))]), ...rows),
     );
   }
 
-  #row(sample: Sample, answer: SpectrumAnswer | undefined, index: number): HTMLElement {
+  #row({ sample, answer, failure }: Pinned, index: number): HTMLElement {
     const name = `Pin ${index + 1}`;
     const remove = el("button", {
       type: "button", class: "quiet icon", "aria-label": `Remove ${name}`,
@@ -99,7 +108,9 @@ export class Compare {
       click: () => this.#store.update((state) => Object.assign(state, structuredClone(sample))),
     }, "Use");
     const actions = el("td", { class: "actions" }, use, remove);
-    return el("tr", {}, ...cells(name, describe(sample), index + 1, answer, this.#current), actions);
+    const state = failure === undefined ? "Computing…" : `No spectrum: ${failure}`;
+    const result = answer === undefined ? [el("td", { colspan: FIGURES }, state)] : figures(answer, this.#current);
+    return el("tr", {}, ...cells(name, sample, index + 1, result), actions);
   }
 }
 
@@ -107,19 +118,16 @@ function pinnedOf({ pinned, swatch_exposure }: State): Asked[] {
   return pinned.map((sample) => ({ ...sample, swatch_exposure }));
 }
 
-function cells(
-  name: string,
-  words: string,
-  place: number,
-  answer: SpectrumAnswer | undefined,
-  current: SpectrumAnswer | undefined,
-): HTMLElement[] {
+/** The name of a sample and what is known of it. */
+function cells(name: string, sample: Sample, place: number, figures: HTMLElement[]): HTMLElement[] {
   const head = el("th", { scope: "row" }, el("span", { class: "key", style: `--key: var(--curve-${place})` }),
-    el("strong", {}, name), el("span", { class: "words" }, words));
-  if (answer === undefined) return [head, el("td", { colspan: 3 + SHOWN_NM.length }, "Computing…")];
+    el("strong", {}, name), el("span", { class: "words" }, describe(sample)));
+  return [head, ...figures];
+}
+
+function figures(answer: SpectrumAnswer, current: SpectrumAnswer | undefined): HTMLElement[] {
   const { transmitted } = answer;
   return [
-    head,
     el("td", {}, el("span", { class: "dot", style: `background: ${transmitted.hex}` }), transmitted.hex),
     el("td", {}, labText(transmitted.lab)),
     el("td", {}, current === undefined ? "–" : short(difference(transmitted, current.transmitted), 2)),

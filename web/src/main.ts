@@ -54,6 +54,8 @@ let current: Curve | undefined;
 /** Infrared light and light at depth; none before the results come near the window. */
 let sunlight: Sunlight | undefined;
 let sunlightStarted: Promise<void> | undefined;
+/** How often it could not be loaded. */
+let sunlightFailures = 0;
 let addressTimer: ReturnType<typeof setTimeout> | undefined;
 /** The open step of the story; none in the laboratory. */
 let storyStep: number | undefined;
@@ -90,9 +92,7 @@ afterPaint(() => void host.start());
 // What is kept for later must not slow the first light down.
 void host.opened.then(keepOffline);
 const near = new IntersectionObserver((entries) => {
-  if (!entries.some(({ isIntersecting }) => isIntersecting)) return;
-  near.disconnect();
-  void (sunlightStarted ??= startSunlight());
+  if (entries.some(({ isIntersecting }) => isIntersecting)) void startSunlight();
 }, { rootMargin: NEAR });
 near.observe(byId("results"));
 
@@ -147,7 +147,7 @@ async function settle(): Promise<void> {
 }
 
 async function settleSunlight(): Promise<void> {
-  await (sunlightStarted ??= startSunlight());
+  await startSunlight();
   if (sunlight === undefined) throw new Error("sunlight cannot be computed");
   await sunlight.settle();
 }
@@ -158,12 +158,26 @@ function drawCurves(): void {
   share.show();
 }
 
-async function startSunlight(): Promise<void> {
+/** Loads sunlight once. After a failure the next call tries again. */
+function startSunlight(): Promise<void> {
+  sunlightStarted ??= loadSunlight();
+  return sunlightStarted;
+}
+
+async function loadSunlight(): Promise<void> {
   try {
-    const { Sunlight } = await import("./sunlight/sunlight");
+    const address = new URL("sunlight.js", import.meta.url);
+    // Firefox does not load an address again that has failed.
+    if (sunlightFailures > 0) address.search = String(sunlightFailures);
+    const { Sunlight } = (await import(address.href)) as typeof import("./sunlight/sunlight");
+    say(byId("sunlight-error"), "");
     sunlight = new Sunlight(store, native, drawCurves);
+    near.disconnect();
   } catch (error) {
-    say(byId("sunlight-error"), `Sunlight cannot be computed: ${error instanceof Error ? error.message : error}`);
+    sunlightFailures += 1;
+    sunlightStarted = undefined;
+    const reason = error instanceof Error ? error.message : error;
+    say(byId("sunlight-error"), `Sunlight cannot be computed: ${reason}. Scroll away and back to try again.`);
   }
 }
 

@@ -1,6 +1,7 @@
 /** Fine answers for pinned samples. */
 
 import { keyOf, type Asked } from "./answers";
+import { describe } from "./describe";
 import { say } from "./dom";
 
 export class PinnedAnswers<Answer> {
@@ -9,9 +10,14 @@ export class PinnedAnswers<Answer> {
   readonly #what: string;
   readonly #changed: () => void;
   readonly #known = new Map<string, Answer>();
+  /** Why an answer could not be computed. */
+  readonly #failed = new Map<string, string>();
   readonly #computing = new Map<string, Promise<void>>();
+  #wanted: Asked[] = [];
 
-  /** `changed` is called when an answer is known. `note` says that a sample has no `what` if its computation fails. */
+  /**
+   * `changed` is called when an answer is known or cannot be. `note` says which samples have no `what`, and why.
+   */
   constructor(fine: (asked: Asked) => Promise<Answer>, note: HTMLElement, what: string, changed: () => void) {
     this.#fine = fine;
     this.#note = note;
@@ -23,14 +29,22 @@ export class PinnedAnswers<Answer> {
     return this.#known.get(keyOf(asked));
   }
 
-  /** Computes the answers that are not known. What has failed is computed again. The page says that one fails. */
+  /** Why the last computation of an answer failed, until the next one starts. */
+  failure(asked: Asked): string | undefined {
+    return this.#failed.get(keyOf(asked));
+  }
+
+  /** Computes the answers that are not known. What has failed is computed again. The page says which ones fail. */
   want(asked: Asked[]): void {
     this.all(asked).catch(() => undefined);
   }
 
   /** Waits until all answers are known; fails if one fails. */
   async all(asked: Asked[]): Promise<void> {
-    await Promise.all(asked.map((one) => this.#one(one)));
+    this.#wanted = asked;
+    const all = asked.map((one) => this.#one(one));
+    this.#report();
+    await Promise.all(all);
   }
 
   #one(asked: Asked): Promise<void> {
@@ -42,14 +56,24 @@ export class PinnedAnswers<Answer> {
   }
 
   async #compute(asked: Asked): Promise<void> {
-    say(this.#note, "");
+    const key = keyOf(asked);
+    this.#failed.delete(key);
     try {
-      this.#known.set(keyOf(asked), await this.#fine(asked));
+      this.#known.set(key, await this.#fine(asked));
     } catch (error) {
-      const reason = error instanceof Error ? error.message : error;
-      say(this.#note, `A pinned sample has no ${this.#what}: ${reason}`);
+      this.#failed.set(key, error instanceof Error ? error.message : String(error));
       throw error;
+    } finally {
+      this.#report();
+      this.#changed();
     }
-    this.#changed();
+  }
+
+  #report(): void {
+    const sentences = this.#wanted.flatMap((asked) => {
+      const reason = this.failure(asked);
+      return reason === undefined ? [] : [`The pinned sample ${describe(asked)} has no ${this.#what}: ${reason}.`];
+    });
+    say(this.#note, sentences.join(" "));
   }
 }

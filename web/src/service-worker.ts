@@ -5,6 +5,8 @@ export {};
 const worker = self as unknown as ServiceWorkerGlobalScope;
 const PREFIX = "snowblue-";
 const CACHE = `${PREFIX}${BUILD}`;
+/** The addresses of the page. */
+const PAGE = ["./", "index.html"].map((name) => new URL(name, worker.location.href).href);
 
 worker.addEventListener("install", (event) => {
   event.waitUntil(keep());
@@ -22,8 +24,11 @@ worker.addEventListener("fetch", (event) => {
 
 async function keep(): Promise<void> {
   const cache = await caches.open(CACHE);
+  const open = await worker.clients.matchAll({ type: "window", includeUncontrolled: true });
+  // One address is enough for both, and that of the visitor is not sent again.
+  const page = PAGE.find((address) => open.some(({ url }) => withoutEnd(url) === address)) ?? PAGE[0]!;
   // The server says of files that the page has loaded whether they are still the same, and does not send them again.
-  await cache.addAll(["./", ...FILES].map((file) => new Request(file, { cache: "no-cache" })));
+  await cache.addAll([page, ...FILES].map((file) => new Request(file, { cache: "no-cache" })));
 }
 
 async function forget(): Promise<void> {
@@ -34,5 +39,14 @@ async function forget(): Promise<void> {
 
 async function answer(request: Request): Promise<Response> {
   const cache = await caches.open(CACHE);
-  return (await cache.match(request, { ignoreSearch: request.mode === "navigate" })) ?? fetch(request);
+  for (const address of PAGE.includes(withoutEnd(request.url)) ? PAGE : [request]) {
+    const kept = await cache.match(address);
+    if (kept !== undefined) return kept;
+  }
+  return fetch(request);
+}
+
+/** An address without its query and fragment. */
+function withoutEnd(url: string): string {
+  return url.replace(/[?#].*/s, "");
 }

@@ -77,6 +77,26 @@ export async function pngFile(file: string): Promise<Blob> {
   }
 }
 
+/** A picture with a strip below it: a swatch of a colour beside lines of text. */
+export async function captioned(picture: Blob, hex: string, lines: readonly string[]): Promise<Blob> {
+  const image = await createImageBitmap(picture);
+  const { width, height } = image;
+  const em = Math.max(14, width / 48);
+  const strip = 1.5 * em * (lines.length + 1);
+  const canvas = new OffscreenCanvas(width, height + strip);
+  const context = canvas.getContext("2d")!;
+  context.fillStyle = "#0b1118";
+  context.fillRect(0, 0, width, height + strip);
+  context.drawImage(image, 0, 0);
+  context.fillStyle = hex;
+  context.fillRect(em, height + em, strip - 2 * em, strip - 2 * em);
+  context.fillStyle = "#dbe6ef";
+  context.font = `${em}px system-ui, sans-serif`;
+  lines.forEach((line, row) =>
+    context.fillText(line, strip, height + 1.5 * em * (row + 1.2), width - strip - em));
+  return canvas.convertToBlob({ type: "image/png" });
+}
+
 export function save(name: string, content: Blob | string, type = "text/plain"): void {
   const url = URL.createObjectURL(content instanceof Blob ? content : new Blob([content], { type }));
   const link = document.createElement("a");

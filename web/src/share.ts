@@ -5,7 +5,7 @@ import type { Chart } from "./chart/chart";
 import type { Content } from "./chart/draw";
 import { byId, el, say } from "./dom";
 import { LAYERS_FILE, commandLines, layersToml, pythonCall } from "./share-commands";
-import { csv, pngFile, save, svgFile } from "./share-files";
+import { captioned, csv, pngFile, save, svgFile } from "./share-files";
 import type { Store } from "./store";
 import type { Viewer } from "./view/viewer";
 import type { ViewHost } from "./view-host";
@@ -46,6 +46,11 @@ export class Share {
         file("SVG", async () => save("snow.svg", figure(), "image/svg+xml")),
         file("PNG", async () => save("snow.png", await pngFile(figure()))),
         button("3-D PNG", async () => save("snow-view.png", await (await view.viewer()).exportPng())),
+        file("Picture to share", async () => {
+          const { name, hex } = shared.content().curves[0]!;
+          const lines = [name, `transmitted light ${hex}`, location.href];
+          save("snow-blue.png", await captioned(await (await view.viewer()).exportPng(), hex, lines));
+        }),
         button("3-D GLB", async () => save("snow.glb", await (await view.viewer()).exportGlb())),
         button("Scene TOML", async () => saveScene(await view.viewer())),
       ),

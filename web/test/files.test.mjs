@@ -83,6 +83,24 @@ pageTest("files in and out", {}, async (page, t) => {
     assert.deepEqual([file.readUInt32BE(16), file.readUInt32BE(20)], await viewSize(page));
   });
 
+  await t.test("Picture to share", async () => {
+    const file = (await saved(page, "Picture to share"))["snow-blue.png"];
+    assertStart(file, PNG);
+    const [width, height] = await viewSize(page);
+    assert.equal(file.readUInt32BE(16), width);
+    assert.ok(file.readUInt32BE(20) > height, "there is no strip below the view");
+    // Left in the strip, half way down.
+    const place = [width / 24, (height + file.readUInt32BE(20)) / 2];
+    const color = await page.evaluate(async ([bytes, [x, y]]) => {
+      const bitmap = await createImageBitmap(new Blob([Uint8Array.from(bytes)]));
+      const context = new OffscreenCanvas(bitmap.width, bitmap.height).getContext("2d");
+      context.drawImage(bitmap, 0, 0);
+      return [...context.getImageData(x, y, 1, 1).data.subarray(0, 3)];
+    }, [[...file], place]);
+    const hex = await page.locator("#swatches .hex").first().textContent();
+    assert.equal(`#${Buffer.from(color).toString("hex")}`, hex);
+  });
+
   await t.test("3-D GLB", async () => {
     const file = (await saved(page, "3-D GLB"))["snow.glb"];
     assert.equal(file.toString("latin1", 0, 4), "glTF");

@@ -19,4 +19,6 @@ pageTest("figures and snow without the server", { url }, async (page) => {
   const [width, height] = await viewSize(page);
   const [red, green, blue] = await pixel(page, [width / 2, height / 2]);
   assert.ok(blue > green && green > red && red > 0, `${[red, green, blue]} is not blue snow`);
+  await page.goto(`${url}index.html#layer=thickness_cm:22`);
+  await page.locator("#summary", { hasText: /^22 cm, / }).waitFor({ state: "attached" });
 });

@@ -1,4 +1,4 @@
-// The lines for three.js in the chapter on real time, in Chromium, against the command.
+// The lines for three.js in the chapter on real time, in the browser, against the command.
 
 import assert from "node:assert/strict";
 import { readFile } from "node:fs/promises";

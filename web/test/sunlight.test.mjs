@@ -1,9 +1,10 @@
 // Infrared light, sunlight, light at depth and a measured curve: the figures are those of the command.
 
 import assert from "node:assert/strict";
+import { after } from "node:test";
 import { inFolder, inPython, PYTHON, rowsOf } from "./command.mjs";
 import {
-  browserTest, chooseCurve, code, control, final, follow, pageTest, saved, server, sunlit,
+  browserTest, chooseCurve, code, control, final, follow, pageTest, saved, serve, server, sunlit,
 } from "./page.mjs";
 
 const QUANTITIES = ["reflectance", "transmittance", "absorptance"];
@@ -16,6 +17,13 @@ const LAYERS = "layer=thickness_cm:2,ssa_m2_kg:80&layer=thickness_cm:8,grain_siz
 /** Of the figures in the tables: three digits, or four decimals. */
 const THREE_DIGITS = 5.1e-3;
 const FOUR_DECIMALS = 5.1e-5;
+
+/** The server `unready` does not have the script of sunlight while this is so. */
+let isMissing = true;
+const unready = await serve(async (file) => {
+  if (isMissing && file === "sunlight.js") throw new Error("it is missing");
+});
+after(() => unready.close());
 
 /** Runs the lines of the page's own command in a folder. */
 function inFolderOf(page, work) {
@@ -300,6 +308,45 @@ browserTest("nothing says that a computation goes on after it failed", async (pa
   await final(page);
   await sunlit(page);
 });
+
+browserTest("a pinned sample that cannot be computed says so, and is computed later", async (page) => {
+  await page.addInitScript(breakable);
+  await page.goto(`${server.url}#laboratory`);
+  await final(page);
+  await page.evaluate(() => (window.isBroken = true));
+  await control(page, "Thickness").fill("4");
+  await page.getByRole("button", { name: "Pin this sample" }).click();
+  const row = page.locator("#compare-table tbody tr", { hasText: "Pin 1" });
+  await row.filter({ hasText: "No spectrum: it broke" }).waitFor();
+  const error = page.locator("#compare-error");
+  const why = "The pinned sample 4 cm, 400 µm, 300 kg/m³ has no spectrum: it broke.";
+  assert.equal(await error.textContent(), why);
+  await page.getByRole("button", { name: "CSV", exact: true }).click();
+  await page.locator("#share-status", { hasText: "CSV failed: it broke" }).waitFor();
+  await page.evaluate(() => (window.isBroken = false));
+  // The present sample and the pinned one, at 31 wavelengths each.
+  assert.equal(rowsOf((await saved(page, "CSV"))["snow.csv"]).length, 62);
+  await row.filter({ hasText: /#[0-9a-f]{6}/ }).waitFor();
+  assert.equal(await error.isVisible(), false);
+});
+
+browserTest("sunlight that could not be loaded is loaded later", async (page) => {
+  await page.goto(`${unready.url}#range=solar`);
+  await final(page);
+  await page.locator("#sunlight").scrollIntoViewIfNeeded();
+  const error = page.locator("#sunlight-error", { hasText: "Sunlight cannot be computed" });
+  await error.waitFor();
+  await page.getByRole("button", { name: "CSV", exact: true }).click();
+  await page.locator("#share-status", { hasText: "CSV failed: sunlight cannot be computed" }).waitFor();
+  isMissing = false;
+  await page.getByRole("button", { name: "Story", exact: true }).click();
+  await page.getByRole("button", { name: "Laboratory", exact: true }).click();
+  await page.locator("#sunlight").scrollIntoViewIfNeeded();
+  await error.waitFor({ state: "hidden" });
+  await sunlit(page);
+  await follow(page, "range=solar");
+  assert.equal(rowsOf((await saved(page, "CSV"))["snow.csv"]).length, 221);
+}, { expected: /404|sunlight\.js/ });
 
 pageTest("results are announced in one place, when they no longer change", {}, async (page) => {
   await final(page);

@@ -5,7 +5,7 @@ import { readFile } from "node:fs/promises";
 import { join } from "node:path";
 import { brotliCompressSync } from "node:zlib";
 import { after } from "node:test";
-import { DIST, lit, pageTest, serve } from "./page.mjs";
+import { DIST, browserTest, lit, pageTest, serve } from "./page.mjs";
 
 /** Greatest size of what the story needs without its live light, in bytes after brotli. */
 const MOST_BYTES = 400_000;
@@ -15,8 +15,9 @@ const released = new Promise((resolve) => (release = resolve));
 /** Files of the 3-D view. */
 const isOfView = (file) => /^(viewer-|scene|field)/.test(file);
 const slow = await serve((file) => (isOfView(file) ? released : undefined));
-const whole = await serve();
-after(() => Promise.all([slow.close(), whole.close()]));
+/** The addresses of the page, each with a server of its own. */
+const whole = await Promise.all(["", "index.html"].map(async (address) => ({ address, ...await serve() })));
+after(() => Promise.all([slow, ...whole].map(({ close }) => close())));
 
 async function size(files) {
   const contents = await Promise.all([...new Set(files)].map((file) => readFile(join(DIST, file))));
@@ -37,9 +38,12 @@ pageTest("the story can be used before its light is computed", { fragment: "", u
   await lit(page);
 });
 
-pageTest("no file is sent twice", { fragment: "", url: whole.url }, async (page) => {
-  await lit(page);
-  await page.waitForFunction(() => navigator.serviceWorker.controller?.state === "activated");
-  const paths = whole.sent.map(({ pathname }) => pathname);
-  assert.deepEqual(paths.filter((path, index) => paths.indexOf(path) !== index), []);
-});
+for (const { address, url, sent } of whole) {
+  browserTest(`no file is sent twice to a visitor of ./${address}`, async (page) => {
+    await page.goto(`${url}${address}`);
+    await lit(page);
+    await page.waitForFunction(() => navigator.serviceWorker.controller?.state === "activated");
+    const files = sent.map(({ file }) => file);
+    assert.deepEqual(files.filter((file, index) => files.indexOf(file) !== index), []);
+  });
+}

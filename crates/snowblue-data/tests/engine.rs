@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
+use snowblue_base::hash::Fnv1a;
 use snowblue_color::{Colorimeter, Illuminant, Lab, Observer};
 use snowblue_data::embedded;
 use snowblue_database::fill::{self, FillOptions};
@@ -20,7 +21,25 @@ fn has_the_documented_axes_and_components() {
     assert_eq!((table.space, table.transmittance.count, table.reflectance.count), (Space::Log, 6, 6));
 }
 
-/// The coefficients are multiples of 2⁻¹⁴, so that archives with the table are smaller. This changes a value by at most
+/// The coefficients are those that were computed and rounded, in whatever way the file holds them.
+#[test]
+fn the_file_holds_every_bit_of_the_rounded_coefficients() {
+    let mut hash = Fnv1a::default();
+    for quantity in Quantity::ALL {
+        let coefficients = &embedded().components(quantity).coefficients;
+        coefficients.iter().for_each(|coefficient| hash.add(&coefficient.to_le_bytes()));
+    }
+    assert_eq!(hash.value(), 0xef20_88a3_2294_e437);
+}
+
+#[test]
+fn the_file_takes_about_a_tenth_of_the_bytes_of_the_coefficients() {
+    let coefficients: usize = Quantity::ALL.iter().map(|q| embedded().components(*q).coefficients.len()).sum();
+    let share = include_bytes!("../data/snow.nc").len() as f64 / (4 * coefficients) as f64;
+    assert!((0.09..0.115).contains(&share), "{share}");
+}
+
+/// The coefficients are multiples of 2⁻¹⁴, so that the file is small. This changes a value by at most
 /// half a step times the sum of the absolute entries of the basis.
 #[test]
 fn rounding_changes_values_by_at_most_0_0061_percent() {

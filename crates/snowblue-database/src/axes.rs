@@ -173,7 +173,7 @@ impl Axes {
     /// The name of a missing axis.
     pub(crate) fn from_named<'n>(values: impl IntoIterator<Item = (&'n str, Vec<f64>)>) -> Result<Self, &'static str> {
         let mut values: Vec<(&str, Vec<f64>)> = values.into_iter().collect();
-        let mut required = |name: &'static str| {
+        let mut required = |name: &'static str| -> Result<Vec<f64>, &'static str> {
             let index = values.iter().position(|(other, _)| *other == name).ok_or(name)?;
             Ok(values.remove(index).1)
         };

@@ -166,7 +166,7 @@ impl CompressedTable {
         })
     }
 
-    /// The same table with its coefficients rounded to multiples of a step, so that its file can be compressed further.
+    /// The same table with its coefficients rounded to multiples of a step.
     ///
     /// In log space the error of a curve is a relative one. The basis is orthonormal, so that over the wavelengths its
     /// root mean square is at most step √(l'/n) / 2, with n wavelengths, and step √(l'/(12 n)) for a usual curve.

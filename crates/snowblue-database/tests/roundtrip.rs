@@ -46,6 +46,30 @@ fn compressed_table_is_read_as_written() {
     }
 }
 
+/// A packed table is the rounded one in a smaller file.
+#[test]
+fn packed_table_is_read_as_rounded() {
+    const STEP: f32 = 1.0 / 1024.0;
+    let folder = tempfile::tempdir().unwrap();
+    for space in [Space::Linear, Space::Log] {
+        let [plain, packed] = ["plain.nc", "packed.nc"].map(|name| folder.path().join(name));
+        let compressed = CompressedTable::new(&small_table(), space, 3).unwrap();
+        compressed.write(&plain).unwrap();
+        compressed.write_packed(&packed, STEP).unwrap();
+        assert_eq!(file::read(&packed).unwrap(), AnyTable::Compressed(compressed.rounded(STEP)));
+        let [plain, packed] = [&plain, &packed].map(|path| path.metadata().unwrap().len());
+        assert!(packed < plain, "{packed} {plain}");
+    }
+}
+
+#[test]
+fn a_step_that_is_too_small_is_refused() {
+    let compressed = CompressedTable::new(&small_table(), Space::Log, 3).unwrap();
+    let message = compressed.write_packed(Path::new("no/file.nc"), f32::MIN_POSITIVE).unwrap_err().to_string();
+    assert!(message.starts_with("no/file.nc: cannot be written: the coefficient -"), "{message}");
+    assert!(message.ends_with(" of transmittance has more than 2²⁴ steps"), "{message}");
+}
+
 /// All components together rebuild the table to single precision.
 #[test]
 fn all_components_rebuild_the_table() {
@@ -91,9 +115,10 @@ fn rounded_coefficients_change_curves_within_the_bound() {
 #[test]
 fn broken_and_foreign_files_are_refused() {
     let folder = tempfile::tempdir().unwrap();
-    let whole = folder.path().join("whole.nc");
-    CompressedTable::new(&small_table(), Space::Log, 3).unwrap().write(&whole).unwrap();
-    let bytes = std::fs::read(&whole).unwrap();
+    let [plain, packed] = ["plain.nc", "packed.nc"].map(|name| folder.path().join(name));
+    let compressed = CompressedTable::new(&small_table(), Space::Log, 3).unwrap();
+    compressed.write(&plain).unwrap();
+    compressed.write_packed(&packed, 1.0 / 1024.0).unwrap();
     let path = folder.path().join("broken.nc");
     let refuse = |contents: &[u8]| {
         std::fs::write(&path, contents).unwrap();
@@ -101,18 +126,20 @@ fn broken_and_foreign_files_are_refused() {
         assert!(message.contains("broken.nc") && !message.contains('\n'), "{message}");
     };
     // Every truncation, and every damaged byte of the header.
-    for length in (0..bytes.len() - 4).step_by(97) {
-        refuse(&bytes[..length]);
+    for bytes in [plain, packed].map(|path| std::fs::read(path).unwrap()) {
+        for length in (0..bytes.len() - 4).step_by(97) {
+            refuse(&bytes[..length]);
+        }
+        for place in (0..bytes.len()).step_by(11) {
+            let mut damaged = bytes.clone();
+            damaged[place] ^= 0xff;
+            std::fs::write(&path, &damaged).unwrap();
+            // Damage to a number may go undetected; damage to the layout is an error, never a panic.
+            drop(file::read(&path));
+        }
     }
     refuse(b"");
     refuse(b"PK\x03\x04 not a table");
-    for place in (0..bytes.len()).step_by(11) {
-        let mut damaged = bytes.clone();
-        damaged[place] ^= 0xff;
-        std::fs::write(&path, &damaged).unwrap();
-        // Damage to a number may go undetected; damage to the layout is an error, never a panic.
-        drop(file::read(&path));
-    }
     let missing = file::read(Path::new("no/such/file.nc")).unwrap_err().to_string();
     assert!(missing.starts_with("no/such/file.nc: cannot be read"), "{missing}");
 }

@@ -8,7 +8,7 @@ use snowblue_database::fill::{self, FillOptions};
 use snowblue_database::{Axes, CompressedTable, DatabaseError, Space};
 
 /// Step of the coefficients. The relative error of a value that comes of it is 8·10⁻⁶ (root mean square) and at most
-/// 6.1·10⁻⁵, far below that of leaving out all other components; in archives the file is half as large.
+/// 6.1·10⁻⁵, far below that of leaving out all other components.
 const COEFFICIENT_STEP: f32 = 1.0 / 16384.0;
 
 /// Fills, compresses and writes the table, to its place in the repository unless a file is given.
@@ -17,5 +17,5 @@ pub(crate) fn run(file: Option<&str>) -> Result<(), DatabaseError> {
     let path = file.map_or_else(place, PathBuf::from);
     let table = fill::fill(&Axes::with_thin_and_thick_knots(), &FillOptions::default(), &|_| ())?;
     let compressed = CompressedTable::new(&table, Space::Log, Space::Log.default_components())?;
-    compressed.rounded(COEFFICIENT_STEP).write(&path)
+    compressed.write_packed(&path, COEFFICIENT_STEP)
 }

@@ -7,7 +7,11 @@ use netcdf3::error::ReadError;
 use netcdf3::{DataSet, FileReader};
 
 use super::header;
-use super::names::{ARITHMETIC, COMPONENT, CONVENTIONS, ERROR_SUFFIX, SHARD, SHARD_DIMENSIONS, SINGULAR_VALUE, SPACE};
+use super::names::{
+    ARITHMETIC, COMPONENT, CONVENTIONS, ERROR_SUFFIX, PACKED_SUFFIX, SHARD, SHARD_DIMENSIONS, SINGULAR_VALUE, SPACE,
+    STEP,
+};
+use super::packed;
 use crate::axes::is_axis;
 use crate::pca::{Components, MAX_COMPONENTS};
 use crate::shard::{Part, Shard};
@@ -204,9 +208,15 @@ fn read_components(
     }
     let name = |part: &str| format!("{}_{part}", quantity.name());
     let singular_values = reader.data_set().dim_size(SINGULAR_VALUE).unwrap_or(0);
+    let packed = format!("{}{PACKED_SUFFIX}", quantity.name());
+    let coefficients = if reader.data_set().has_var(&packed) {
+        read_packed(path, reader, &packed, axes, count)?
+    } else {
+        read_f32(path, reader, &name("coefficients"), axes.curves() * count)?
+    };
     Ok(Components {
         count,
-        coefficients: read_f32(path, reader, &name("coefficients"), axes.curves() * count)?,
+        coefficients,
         basis: read_f32(path, reader, &name("basis"), axes.wavelengths_nm.len() * count)?,
         singular_values: read_f64(path, reader, &name("singular_values"), singular_values)?,
     })
@@ -224,6 +234,28 @@ fn read_f32(path: &Path, reader: &mut FileReader, name: &str, expected: usize) -
     let values = reader.read_var_f32(name).map_err(|error| invalid_netcdf(path, &error))?;
     check_finite(path, name, values.iter().position(|value| !value.is_finite()))?;
     Ok(values)
+}
+
+fn read_packed(
+    path: &Path,
+    reader: &mut FileReader,
+    name: &str,
+    axes: &Axes,
+    count: usize,
+) -> Result<Vec<f32>, DatabaseError> {
+    let step = match reader.data_set().get_var_attr_f32(name, STEP) {
+        Some(&[step]) if step > 0.0 => step,
+        _ => return Err(DatabaseError::file(path, format!("'{name}' has no {STEP} above 0"))),
+    };
+    let bytes: Vec<u8> = match reader.read_var_i8(name) {
+        Ok(bytes) => bytes.into_iter().map(i8::cast_unsigned).collect(),
+        Err(error) => return Err(invalid_netcdf(path, &error)),
+    };
+    let integers = packed::unpack(&bytes, &packed::lengths(axes), count)
+        .map_err(|why| DatabaseError::file(path, format!("the bytes of '{name}' are invalid: {why}")))?;
+    let coefficients: Vec<f32> = integers.into_iter().map(|integer| step * integer as f32).collect();
+    check_finite(path, name, coefficients.iter().position(|value| !value.is_finite()))?;
+    Ok(coefficients)
 }
 
 /// Checks that a variable exists and has the length that follows from the axes, before memory of that size is

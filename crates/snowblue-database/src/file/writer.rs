@@ -9,8 +9,10 @@ use netcdf3::{DataSet, FileWriter, Version};
 use snowblue_base::atomic_file::write_atomically;
 
 use super::names::{
-    ARITHMETIC, COMPONENT, CONVENTIONS, ERROR_SUFFIX, GRAIN, SAMPLE, SHARD, SHARD_DIMENSIONS, SINGULAR_VALUE, SPACE,
+    ARITHMETIC, COMPONENT, CONVENTIONS, ERROR_SUFFIX, GRAIN, PACKED_DIMENSIONS, PACKED_SUFFIX, SAMPLE, SHARD,
+    SHARD_DIMENSIONS, SINGULAR_VALUE, SPACE, STEP,
 };
+use super::packed;
 use crate::axes::{DIFFUSE_ANGLE_DEG, NamedAxis};
 use crate::shard::Shard;
 use crate::table::{Attribute, StandardErrors};
@@ -39,6 +41,7 @@ struct Variable<'a> {
 enum Values<'a> {
     Double(&'a [f64]),
     Single(&'a [f32]),
+    Packed { bytes: Vec<i8>, step: f32 },
 }
 
 impl Table {
@@ -88,30 +91,79 @@ impl CompressedTable {
     /// # Errors
     /// If the file cannot be written.
     pub fn write(&self, path: &Path) -> Result<(), DatabaseError> {
-        let mut curve_dimensions: Vec<&'static str> = self.axes.named().iter().map(|axis| axis.name).collect();
-        curve_dimensions.pop();
-        curve_dimensions.push(COMPONENT);
+        let mut dimensions: Vec<&'static str> = self.axes.named().iter().map(|axis| axis.name).collect();
+        dimensions.pop();
+        dimensions.push(COMPONENT);
+        let coefficients = |quantity: Quantity| Variable {
+            name: format!("{}_coefficients", quantity.name()),
+            dimensions: dimensions.clone(),
+            values: Values::Single(&self.components(quantity).coefficients),
+        };
+        self.content(Vec::new(), Quantity::ALL.map(coefficients)).write(path)
+    }
+
+    /// Writes the table to `path` with its coefficients as [`rounded`](Self::rounded) by `step`, and packed: of the
+    /// embedded table, they take about a tenth of the bytes. It is read as any other table, but by this crate alone.
+    ///
+    /// # Errors
+    /// If the file cannot be written, or a coefficient has more than 2²⁴ steps.
+    ///
+    /// # Panics
+    /// As [`rounded`](Self::rounded).
+    pub fn write_packed(&self, path: &Path, step: f32) -> Result<(), DatabaseError> {
+        let rounded = self.clone().rounded(step);
+        let (mut dimensions, mut variables) = (Vec::new(), Vec::new());
+        for (quantity, dimension) in Quantity::ALL.into_iter().zip(PACKED_DIMENSIONS) {
+            let components = rounded.components(quantity);
+            let integers = components.coefficients.iter().map(|coefficient| steps(*coefficient, step));
+            let integers = integers.collect::<Result<_, _>>().map_err(|coefficient| {
+                let what = format!("the coefficient {coefficient} of {} has more than 2²⁴ steps", quantity.name());
+                DatabaseError::file(path, format!("cannot be written: {what}"))
+            })?;
+            let bytes = packed::pack(integers, &packed::lengths(&self.axes), components.count);
+            let bytes: Vec<i8> = bytes.into_iter().map(u8::cast_signed).collect();
+            dimensions.push(Dimension { name: dimension, length: bytes.len() });
+            variables.push(Variable {
+                name: format!("{}{PACKED_SUFFIX}", quantity.name()),
+                dimensions: vec![dimension],
+                values: Values::Packed { bytes, step },
+            });
+        }
+        self.content(dimensions, variables).write(path)
+    }
+
+    /// The content of a file with these coefficients, on axes and further dimensions.
+    fn content<'t>(
+        &'t self,
+        mut dimensions: Vec<Dimension>,
+        coefficients: impl IntoIterator<Item = Variable<'t>>,
+    ) -> Content<'t> {
+        dimensions.push(Dimension { name: COMPONENT, length: self.transmittance.count });
+        dimensions.push(Dimension { name: SINGULAR_VALUE, length: self.transmittance.singular_values.len() });
         let mut variables = Vec::new();
-        for quantity in Quantity::ALL {
+        for (quantity, coefficients) in Quantity::ALL.into_iter().zip(coefficients) {
             let components = self.components(quantity);
+            variables.push(coefficients);
             let mut add = |part: &str, dimensions, values| {
                 variables.push(Variable { name: format!("{}_{part}", quantity.name()), dimensions, values });
             };
-            add("coefficients", curve_dimensions.clone(), Values::Single(&components.coefficients));
             add("basis", vec!["wavelength", COMPONENT], Values::Single(&components.basis));
             add("singular_values", vec![SINGULAR_VALUE], Values::Double(&components.singular_values));
         }
-        let content = Content {
+        Content {
             axes: &self.axes,
-            dimensions: vec![
-                Dimension { name: COMPONENT, length: self.transmittance.count },
-                Dimension { name: SINGULAR_VALUE, length: self.transmittance.singular_values.len() },
-            ],
+            dimensions,
             attributes: [&self.metadata[..], &[Attribute::new(SPACE, self.space.name())]].concat(),
             variables,
-        };
-        content.write(path)
+        }
     }
+}
+
+/// A coefficient in steps, of which it is a multiple; itself, if there are too many.
+fn steps(coefficient: f32, step: f32) -> Result<i32, f32> {
+    let steps = coefficient / step;
+    #[expect(clippy::cast_possible_truncation, reason = "a whole number within the range")]
+    if steps.abs() <= packed::GREATEST as f32 { Ok(steps as i32) } else { Err(coefficient) }
 }
 
 /// Transmittance, reflectance and their standard errors, if they are known, as variables.
@@ -167,6 +219,10 @@ impl Content<'_> {
             match values {
                 Values::Double(_) => data.add_var_f64(name, dimensions)?,
                 Values::Single(_) => data.add_var_f32(name, dimensions)?,
+                Values::Packed { step, .. } => {
+                    data.add_var_i8(name, dimensions)?;
+                    data.add_var_attr_f32(name, STEP, vec![*step])?;
+                }
             }
             data.add_var_attr_string(name, "units", "1")?;
             data.add_var_attr_string(name, "long_name", name.replace('_', " "))?;
@@ -184,6 +240,7 @@ impl Content<'_> {
             match values {
                 Values::Double(values) => writer.write_var_f64(name, values)?,
                 Values::Single(values) => writer.write_var_f32(name, values)?,
+                Values::Packed { bytes, .. } => writer.write_var_i8(name, bytes)?,
             }
         }
         writer.close()

@@ -1,0 +1,168 @@
+//! Integers on axes as few bytes.
+//!
+//! Neighbours on an axis are alike, so what is stored are the differences along every axis, one axis after the other
+//! (the Lorenzo predictor of Ibarria et al. 2003, doi:10.1111/1467-8659.00681). Before the first value of an axis is 0.
+//! The differences of the first component come first, then those of the second, and so on, in the order of the axes.
+//!
+//! A difference d becomes the number n = 2d for d ≥ 0 and −2d − 1 for d < 0, and n an exponential Golomb code of order
+//! k (Teuhola 1978, doi:10.1016/0020-0190(78)90024-8): n + 2ᵏ in binary, after as many zeros as it has digits beyond
+//! k + 1. The order follows the numbers of a component: with s = 0 before the first and s ← s − ⌊s/8⌋ + n after each,
+//! it is ⌊log₂(s/16)⌋, but at least 0. The highest bit of a byte comes first. Zeros fill the last byte.
+
+use crate::Axes;
+
+/// The greatest absolute integer. Single precision holds all up to it.
+pub(super) const GREATEST: i32 = 1 << 24;
+
+/// Lengths of the axes of coefficients, which are those of a table but the wavelength.
+pub(super) fn lengths(axes: &Axes) -> Vec<usize> {
+    let mut lengths: Vec<usize> = axes.named().iter().map(|axis| axis.values.len()).collect();
+    lengths.pop();
+    lengths
+}
+
+/// Packs integers of all components on axes of the given lengths. The component runs fastest.
+pub(super) fn pack(mut integers: Vec<i32>, lengths: &[usize], components: usize) -> Vec<u8> {
+    for (stride, length) in strides(lengths, components) {
+        for block in integers.chunks_exact_mut(stride * length) {
+            for index in (stride..block.len()).rev() {
+                block[index] = block[index].wrapping_sub(block[index - stride]);
+            }
+        }
+    }
+    let mut bits = Vec::new();
+    for component in 0..components {
+        let mut order = Order::default();
+        for difference in integers.iter().skip(component).step_by(components) {
+            let number = ((difference << 1) ^ (difference >> 31)).cast_unsigned();
+            let code = u64::from(number) + (1 << order.get());
+            let zeros = code.ilog2() - order.get();
+            let digits = zeros + code.ilog2() + 1;
+            bits.extend((0..digits).rev().map(|digit| u8::from(digit < 64 && code >> digit & 1 == 1)));
+            order.follow(number);
+        }
+    }
+    bits.chunks(8).map(|byte| byte.iter().zip((0..8).rev()).map(|(bit, place)| bit << place).sum()).collect()
+}
+
+/// Unpacks what [`pack`] packed.
+///
+/// # Errors
+/// What is wrong with the bytes, in a few words.
+pub(super) fn unpack(bytes: &[u8], lengths: &[usize], components: usize) -> Result<Vec<i32>, &'static str> {
+    const SHORT: &str = "there are too few";
+    let count = lengths.iter().try_fold(components, |product, length| product.checked_mul(*length)).ok_or(SHORT)?;
+    // A code has at least one bit, so bytes that are there bound the memory.
+    if count.div_ceil(8) > bytes.len() {
+        return Err(SHORT);
+    }
+    let mut bits = bytes.iter().flat_map(|byte| (0..8).rev().map(move |place| byte >> place & 1));
+    let mut integers = vec![0_i32; count];
+    for component in 0..components {
+        let mut order = Order::default();
+        for difference in integers.iter_mut().skip(component).step_by(components) {
+            let zeros = bits.by_ref().position(|bit| bit == 1).ok_or(SHORT)?;
+            let zeros = u32::try_from(zeros).ok().filter(|zeros| *zeros <= u32::BITS).ok_or("a number is too large")?;
+            let mut code = 1_u64;
+            for _ in 0..zeros + order.get() {
+                code = code << 1 | u64::from(bits.next().ok_or(SHORT)?);
+            }
+            let number = u32::try_from(code - (1 << order.get())).map_err(|_| "a number is too large")?;
+            *difference = (number >> 1).cast_signed() ^ -(number & 1).cast_signed();
+            order.follow(number);
+        }
+    }
+    if bits.by_ref().take(7).any(|bit| bit == 1) || bits.next().is_some() {
+        return Err("there are too many");
+    }
+    for (stride, length) in strides(lengths, components) {
+        for block in integers.chunks_exact_mut(stride * length) {
+            for index in stride..block.len() {
+                block[index] = block[index].wrapping_add(block[index - stride]);
+            }
+        }
+    }
+    if integers.iter().any(|integer| integer.unsigned_abs() > GREATEST.unsigned_abs()) {
+        return Err("a number is too large");
+    }
+    Ok(integers)
+}
+
+/// Distance of neighbours on each axis, and its length.
+fn strides(lengths: &[usize], components: usize) -> impl Iterator<Item = (usize, usize)> {
+    lengths.iter().rev().scan(components, |stride, length| {
+        let own = *stride;
+        *stride *= length;
+        Some((own, *length))
+    })
+}
+
+/// The order of the next code.
+#[derive(Default)]
+struct Order {
+    /// About eight times the mean of the last numbers.
+    sum: u64,
+}
+
+impl Order {
+    fn get(&self) -> u32 {
+        (self.sum / 16).checked_ilog2().unwrap_or(0)
+    }
+
+    fn follow(&mut self, number: u32) {
+        self.sum = self.sum - self.sum / 8 + u64::from(number);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+    use proptest::prelude::*;
+
+    use super::*;
+
+    /// The codes of 0, −1 and 1 at order 0 are 1, 010 and 011.
+    #[test]
+    fn the_first_codes_are_those_of_the_format() {
+        assert_eq!(pack(vec![0, -1, 0], &[3], 1), [0b1010_0110]);
+        assert_eq!(unpack(&[0b1010_0110], &[3], 1).unwrap(), [0, -1, 0]);
+    }
+
+    /// A sum of terms of single axes has differences other than 0 only at the start of an axis.
+    #[test]
+    fn sums_of_terms_of_the_axes_take_a_bit_each() {
+        let integers: Vec<i32> = (0..10 * 20 * 30).map(|i| 3 * (i / 600) + 5 * (i / 30 % 20) - i % 30).collect();
+        let packed = pack(integers.clone(), &[10, 20, 30], 1);
+        assert!(packed.len() < 6000 / 8 + 60, "{}", packed.len());
+        assert_eq!(unpack(&packed, &[10, 20, 30], 1).unwrap(), integers);
+    }
+
+    proptest! {
+        #[test]
+        fn integers_are_unpacked_as_packed(
+            integers in prop::collection::vec(-GREATEST..=GREATEST, 2 * 3 * 4 * 2),
+            shift in 0..25,
+        ) {
+            let integers: Vec<i32> = integers.iter().map(|integer| integer >> shift).collect();
+            let packed = pack(integers.clone(), &[2, 3, 4], 2);
+            prop_assert_eq!(unpack(&packed, &[2, 3, 4], 2), Ok(integers));
+            prop_assert!(unpack(&packed[..packed.len() - 1], &[2, 3, 4], 2).is_err());
+            prop_assert_eq!(unpack(&[&packed[..], &[0]].concat(), &[2, 3, 4], 2), Err("there are too many"));
+        }
+
+        #[test]
+        fn any_bytes_are_read_or_refused(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
+            if let Ok(integers) = unpack(&bytes, &[2, 5], 3) {
+                prop_assert_eq!(pack(integers, &[2, 5], 3), bytes);
+            }
+        }
+    }
+
+    #[test]
+    fn axes_that_the_bytes_cannot_hold_take_no_memory() {
+        assert!(unpack(&[0xff; 100], &[1 << 20, 1 << 20], 31).is_err());
+        assert!(unpack(&[0xff; 100], &[usize::MAX, 2], 31).is_err());
+        assert!(unpack(&[0; 100], &[10], 1).is_err());
+    }
+}
