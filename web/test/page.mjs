@@ -10,6 +10,7 @@ import { extname, join } from "node:path";
 import { fileURLToPath } from "node:url";
 import test, { after } from "node:test";
 import { chromium, firefox } from "playwright-core";
+import { FLAGS } from "./three.mjs";
 
 export const DIST = fileURLToPath(new URL("../dist", import.meta.url));
 /** The page must not depend on being at the root of its host. */
@@ -18,8 +19,6 @@ const TYPES = {
   ".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".wasm": "application/wasm",
   ".svg": "image/svg+xml", ".webp": "image/webp",
 };
-/** Software rendering, so that machines without a graphics card show the same. */
-const FLAGS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"];
 /** Only against tests that hang: a busy machine may need many times as long as a free one, also for many parts. */
 const HANGS_MS = 600_000;
 

@@ -2,13 +2,11 @@
 
 import assert from "node:assert/strict";
 import { readFile } from "node:fs/promises";
-import { fileURLToPath } from "node:url";
-import * as esbuild from "esbuild";
 import { inFolder } from "./command.mjs";
 import { readExr } from "./exr.mjs";
 import { browserTest } from "./page.mjs";
+import { radiance } from "./three.mjs";
 
-const HERE = fileURLToPath(new URL(".", import.meta.url));
 const CHAPTER = new URL("../../docs/src/realtime.md", import.meta.url);
 const SCENE = new URL("../../scenes/block_30cm.toml", import.meta.url);
 const SIZE = 270;
@@ -17,52 +15,14 @@ const PLACES = [100, 115, 130].flatMap((column) => [90, 120, 150, 180].map((row)
 /** The file has a vertex every two cells of the light field, and light is linear between them. */
 const MOST_DIFFERENCE = 0.01;
 
-/** The chapter's lines in a page, with its camera and a picture of floats. The axes of glTF are x, z and −y. */
-function program(lines) {
-  return `
-    import * as THREE from "three";
-    import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
-    const scene = new THREE.Scene();
-    ${lines}
-    window.radiance = (size, position, target, fov, places) => {
-      const renderer = new THREE.WebGLRenderer();
-      const camera = new THREE.PerspectiveCamera(fov, 1, 0.1, 100);
-      const turned = ([x, y, z]) => new THREE.Vector3(x, z, -y);
-      camera.position.copy(turned(position));
-      camera.lookAt(turned(target));
-      const picture = new THREE.WebGLRenderTarget(size, size, { type: THREE.FloatType });
-      renderer.setRenderTarget(picture);
-      renderer.render(scene, camera);
-      return places.map(([column, row]) => {
-        const pixel = new Float32Array(4);
-        renderer.readRenderTargetPixels(picture, column, size - 1 - row, 1, 1, pixel);
-        return [...pixel.subarray(0, 3)];
-      });
-    };
-    window.isLoaded = () => scene.children.length > 0;`;
-}
-
 /** The numbers of a key of a scene. */
 function numbers(scene, key) {
   return JSON.parse(scene.match(new RegExp(`^${key} = (.*)$`, "m"))[1]);
 }
 
-/** The radiance at the places by lines for three.js that show a file, in the view of a scene. */
-async function radiance(page, lines, glb, scene) {
-  const { outputFiles } = await esbuild.build({
-    stdin: { contents: program(lines), resolveDir: HERE }, bundle: true, format: "iife", write: false,
-  });
-  await page.route("**/*", (route) => {
-    const files = { "/block.glb": glb, "/": "<!doctype html><script src=program.js></script>" };
-    const { pathname } = new URL(route.request().url());
-    return route.fulfill({ body: files[pathname] ?? outputFiles[0].text });
-  });
-  await page.goto("http://snow.test/");
-  await page.waitForFunction(() => window.isLoaded());
-  const view = [SIZE, ...["position", "look_at", "vertical_fov_deg"].map((key) => numbers(scene, key)), PLACES];
-  const found = await page.evaluate((view) => window.radiance(...view), view);
-  await page.unroute("**/*");
-  return found;
+/** The view of a scene, with the places. */
+function viewOf(scene) {
+  return [SIZE, ...["position", "look_at", "vertical_fov_deg"].map((key) => numbers(scene, key)), PLACES];
 }
 
 browserTest("baked snow in three.js has the light of the command", async (page) => {
@@ -76,7 +36,7 @@ browserTest("baked snow in three.js has the light of the command", async (page) 
     await run("render", "block.toml", "--integrator", "diffusion", ...direct, ...sampled, "-o", "block.exr");
     return { glb: await read("block.glb"), picture: readExr(await read("block.exr")) };
   });
-  const found = await radiance(page, lines, glb, scene);
+  const found = await radiance(page, lines, glb, viewOf(scene));
   for (const [number, [column, row]] of PLACES.entries()) {
     for (const [channel, name] of [..."RGB"].entries()) {
       const expected = picture(column, row, name);
@@ -97,7 +57,7 @@ browserTest("a lightmap in three.js is the colour of its file", async (page) => 
     return [await read("texture.glb"), await read("vertices.glb")];
   });
   const pictures = [];
-  for (const glb of files) pictures.push(await radiance(page, lines, glb, scene));
+  for (const glb of files) pictures.push(await radiance(page, lines, glb, viewOf(scene)));
   for (const [number, [column, row]] of PLACES.entries()) {
     for (const channel of [0, 1, 2]) {
       const [texture, vertices] = pictures.map((picture) => picture[number][channel]);

@@ -14,8 +14,12 @@ pub enum Phase {
     /// The light in the snow is solved for. Its steps are solutions in a body; how many there will be is an estimate,
     /// by how far the light between bodies is from its balance.
     Light,
+    /// The surface of an object is laid flat for a lightmap.
+    Charts,
     /// The light of one lamp after the other, to be baked.
     Lamps,
+    /// Texels of a lightmap are read.
+    Texels,
     /// Samples of pixels.
     Samples,
 }
@@ -30,7 +34,9 @@ impl Phase {
             Self::Snow => "snow",
             Self::Cells => "cells",
             Self::Light => "light",
+            Self::Charts => "charts",
             Self::Lamps => "lamps",
+            Self::Texels => "texels",
             Self::Samples => "samples",
         }
     }
@@ -44,7 +50,9 @@ impl Phase {
             Self::Snow => "materials",
             Self::Cells => "bodies",
             Self::Light => "solutions",
+            Self::Charts => "triangles",
             Self::Lamps => "lamps",
+            Self::Texels => "texels",
             Self::Samples => "samples",
         }
     }

@@ -26,7 +26,7 @@ impl Progress {
             Phase::Meshes | Phase::Preview | Phase::Snow => {
                 Self::with_template(&format!("{name} {{spinner}} {{elapsed}}"), quiet)
             }
-            Phase::Cells | Phase::Light | Phase::Lamps | Phase::Samples => {
+            Phase::Cells | Phase::Light | Phase::Charts | Phase::Lamps | Phase::Texels | Phase::Samples => {
                 Self::with_template(&format!("{name} {{wide_bar}} {{human_pos}}/{{human_len}} {unit}{{pace}}"), quiet)
             }
         };

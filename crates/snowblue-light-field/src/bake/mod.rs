@@ -46,7 +46,7 @@ use lamps::{field_of, lamps};
 use lightmap::{Charts, FlatSurface, Packing, TooManyCharts};
 use snowblue_geometry::ellipsoid::Ellipsoid;
 use snowblue_geometry::ray::narrow;
-use subdivision::subdivide;
+use subdivision::{Longest, subdivide};
 use surface_mesh::SurfaceMesh;
 use vertices::Vertices;
 
@@ -70,6 +70,8 @@ const BAND_WIDTH_NM: f64 = SAMPLES as f64 * WAVELENGTH_STEP_NM;
 const HAS_LIGHTMAPS: bool = cfg!(feature = "lightmaps");
 /// Default length of edges, in cells of the light field at the surface.
 const DEFAULT_CELLS: f64 = 2.0;
+/// Length of edges that run away from a sharp one, in cells of the light field at the surface.
+const CELLS_FROM_EDGES: f64 = 0.25;
 
 /// What the attributes hold.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -247,7 +249,7 @@ pub fn bake(scene: &Scene, field: &LightField, options: BakeOptions, report: Rep
     let numbers = options.channels.count() * (lamps.len() + 1);
     let step_m = |body: &BodyField| options.step_m.unwrap_or_else(|| DEFAULT_CELLS * body.step_m());
     let most_vertices = MOST_VERTICES.min(MOST_NUMBERS / numbers);
-    let mut surfaces = surfaces(scene, field, step_m, most_vertices, options.lightmap.is_some())?;
+    let mut surfaces = surfaces(scene, field, step_m, most_vertices, options.lightmap.map(|_| report))?;
     // A lightmap that is too small fails before the lamps, which take long.
     let packing = match options.lightmap.filter(|_| HAS_LIGHTMAPS) {
         Some(size) => Some((packing_of(&mut surfaces, size)?, size)),
@@ -273,8 +275,9 @@ pub fn bake(scene: &Scene, field: &LightField, options: BakeOptions, report: Rep
     }
     let lightmap = packing.map(|(packing, size)| {
         let flat: Vec<FlatSurface> = surfaces.iter().map(Surface::flat).collect();
-        // A report may stop the work.
-        lightmap::read(&flat, (&packing, size), field, scene.sensor(), || report(of_lamp(lamps.len())))
+        lightmap::read(&flat, (&packing, size), field, scene.sensor(), |done, total| {
+            report(Progress { phase: Phase::Texels, done, total });
+        })
     });
     let finished = surfaces.into_iter().zip(sky).map(|(mut surface, sky)| {
         surface.baked.flux.push(sky);
@@ -317,13 +320,14 @@ fn packing_of(surfaces: &mut [Surface], size: u32) -> Result<Packing, BakeError>
     Ok(packing)
 }
 
-/// The surfaces of all snow, with edges of at most a length in m that depends on the body.
+/// The surfaces of all snow, with edges of at most a length in m that depends on the body. For a lightmap they are laid
+/// flat, which is reported.
 fn surfaces(
     scene: &Scene,
     field: &LightField,
     step_m: impl Fn(&BodyField) -> f64,
     most_vertices: usize,
-    has_lightmap: bool,
+    lightmap: Option<Report>,
 ) -> Result<Vec<Surface>, BakeError> {
     let (mut surfaces, mut count) = (Vec::new(), 0);
     for (number, object) in scene.objects().list().iter().enumerate() {
@@ -331,11 +335,18 @@ fn surfaces(
         let step_m = step_m(body);
         let too_many = BakeError::TooManyVertices { most: most_vertices, step_mm: 1e3 * step_m };
         let edge_m = narrow(step_m).min(mesh.longest_edge_m());
-        if !subdivide(&mut mesh, edge_m, most_vertices.saturating_sub(count)) {
+        let away_m = edge_m.min(narrow(CELLS_FROM_EDGES * body.step_m()));
+        if !subdivide(&mut mesh, Longest { edge_m, away_m }, most_vertices.saturating_sub(count)) {
             return Err(too_many);
         }
         let mut vertices = Vertices::of(&mesh);
-        let charts = if HAS_LIGHTMAPS && has_lightmap { Charts::of(&mesh, &mut vertices) } else { Charts::default() };
+        let charts = match lightmap.filter(|_| HAS_LIGHTMAPS) {
+            Some(report) => Charts::of(&mesh, &mut vertices, &|done| {
+                let total = mesh.facets.len() as u64;
+                report(Progress { phase: Phase::Charts, done: done as u64, total });
+            }),
+            None => Charts::default(),
+        };
         let Vertices { positions, normals, points, triangles } = vertices;
         if positions.is_empty() {
             continue;

@@ -230,7 +230,8 @@ class Scene:
         output : path, optional
             A .glb or .ply file to write too.
         progress : bool or callable, optional
-            A function of the steps done, of all, and of the phase: meshes, snow, cells, light, lamps.
+            A function of the steps done, of all, and of the phase: meshes, snow, cells, light, lamps,
+            and with a lightmap charts before and texels after lamps.
         """
         target = _target(output)
         if target is not None and Path(target).suffix.lower() not in (".glb", ".ply"):

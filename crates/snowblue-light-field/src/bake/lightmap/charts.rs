@@ -6,7 +6,7 @@
 //! area join the chart of a neighbour.
 
 use std::cmp::Reverse;
-use std::collections::{BinaryHeap, HashMap};
+use std::collections::{BinaryHeap, HashMap, HashSet};
 
 use glam::{DVec2, DVec3, Vec3};
 use snowblue_geometry::edges::visit_edges;
@@ -21,6 +21,10 @@ use crate::bake::vertices::{Vertices, is_smooth};
 const GREATEST_INCLINATION_DEG: f32 = 50.0;
 /// Overlaps of triangles by less than this fraction of their edges are rounding.
 const ROUNDING: f64 = 1e-9;
+/// Most halvings of squares. Smaller triangles are in squares that are wider than they are.
+const MOST_HALVINGS: f64 = 40.0;
+/// Triangles after which a report is due.
+const TRIANGLES_PER_REPORT: usize = 1 << 12;
 /// A triangle that no chart has yet.
 const NO_CHART: u32 = u32::MAX;
 
@@ -47,17 +51,18 @@ impl Charts {
         vertices.map(|vertex| self.flat_m[vertex as usize] * texels_per_m + f64::from(GUTTER))
     }
 
-    /// Lays a surface flat. Vertices at the edges of charts are divided, so that each has one place.
+    /// Lays a surface flat. Vertices at the edges of charts are divided, so that each has one place. It reports how
+    /// many triangles have a chart.
     ///
     /// # Panics
     ///
     /// When there are 2³² vertices.
-    pub(in crate::bake) fn of(mesh: &SurfaceMesh, vertices: &mut Vertices) -> Self {
+    pub(in crate::bake) fn of(mesh: &SurfaceMesh, vertices: &mut Vertices, report: &dyn Fn(usize)) -> Self {
         let mut charts = Self::default();
         let mut divided = Vertices { triangles: vertices.triangles.clone(), ..Vertices::default() };
         // For each vertex the last chart that has it, and its number there.
         let mut last = vec![(NO_CHART, 0); vertices.positions.len()];
-        for (chart, grown) in (0..).zip(Growth::of(mesh).charts()) {
+        for (chart, grown) in (0..).zip(Growth::of(mesh).charts(report)) {
             let first = divided.positions.len();
             for &triangle in &grown.triangles {
                 for vertex in &mut divided.triangles[triangle as usize] {
@@ -96,8 +101,10 @@ struct Growth<'m> {
     neighbours: Vec<[Option<u32>; 3]>,
     /// The chart of each facet.
     chart_of: Vec<u32>,
-    /// Size of the squares in which triangles are sought, in m: the root mean square of the longest edges.
-    square_m: f64,
+    /// The longest edge, in m.
+    longest_m: f64,
+    /// Triangles that have a chart.
+    done: usize,
 }
 
 impl<'m> Growth<'m> {
@@ -125,22 +132,22 @@ impl<'m> Growth<'m> {
                 link(other.triangle, one.triangle);
             }
         });
-        let longest_squared = |triangle: &[u32; 3]| {
+        let longest = |triangle: &[u32; 3]| {
             let [a, b, c] = corners(triangle);
-            f64::from(a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a)))
+            a.distance(b).max(b.distance(c)).max(c.distance(a))
         };
-        let square_m = (triangles.iter().map(longest_squared).sum::<f64>() / triangles.len() as f64).sqrt();
-        Self { mesh, normals, neighbours, chart_of: vec![NO_CHART; triangles.len()], square_m }
+        let longest_m = triangles.iter().map(longest).fold(f32::MIN_POSITIVE, f32::max).into();
+        Self { mesh, normals, neighbours, chart_of: vec![NO_CHART; triangles.len()], longest_m, done: 0 }
     }
 
     /// All charts. Together they have each facet once. They begin at facets with area, whose normals direct them;
     /// facets without area that none of them reaches have charts of their own.
-    fn charts(mut self) -> Vec<Grown> {
+    fn charts(mut self, report: &dyn Fn(usize)) -> Vec<Grown> {
         let mut charts = Vec::new();
         for has_area in [true, false] {
             for (first, number) in (0..).zip(0..self.chart_of.len()) {
                 if self.chart_of[number] == NO_CHART && (self.normals[number] != Vec3::ZERO) == has_area {
-                    charts.push(self.grow(charts.len(), first));
+                    charts.push(self.grow(charts.len(), first, report));
                 }
             }
         }
@@ -149,11 +156,11 @@ impl<'m> Growth<'m> {
 
     /// The chart that grows from a facet.
     #[expect(clippy::cast_possible_truncation, reason = "a mesh in memory has fewer than 2^32 triangles")]
-    fn grow(&mut self, number: usize, first: u32) -> Grown {
+    fn grow(&mut self, number: usize, first: u32, report: &dyn Fn(usize)) -> Grown {
         let axis = self.normals[first as usize].try_normalize().unwrap_or(Vec3::Z);
         let least_cos = GREATEST_INCLINATION_DEG.to_radians().cos();
         let plane = Plane::new(self.mesh.positions[self.mesh.facets[first as usize].vertices[0] as usize], axis);
-        let mut squares = Squares { square_m: self.square_m, triangles: HashMap::new() };
+        let mut squares = Squares::new(self.longest_m);
         let mut triangles = Vec::new();
         // Positive numbers are in the order of their bits.
         let mut waiting = BinaryHeap::from([(1.0_f32.to_bits(), Reverse(first))]);
@@ -171,6 +178,10 @@ impl<'m> Growth<'m> {
             }
             self.chart_of[index] = number as u32;
             triangles.push(facet);
+            self.done += 1;
+            if self.done % TRIANGLES_PER_REPORT == 0 {
+                report(self.done);
+            }
             for neighbour in self.neighbours[index].into_iter().flatten() {
                 let normal = self.normals[neighbour as usize];
                 let cos = if normal == Vec3::ZERO { 1.0 } else { normal.dot(axis) };
@@ -201,31 +212,95 @@ impl Plane {
     }
 }
 
-/// The triangles of a chart in squares of the plane, to find those near another one.
+/// A square of a plane: how often [`Squares::widest_m`] is halved for its side, its column and its row.
+type Square = (i32, [i64; 2]);
+
+/// The triangles of a chart in squares of the plane, to find those near another one. A triangle is in the one to four
+/// squares that it reaches of those that are as wide as it or less than twice as wide: of the triangles in the squares
+/// of one size only few are near another one, whatever sizes there are.
 struct Squares {
-    square_m: f64,
-    triangles: HashMap<[i64; 2], Vec<[DVec2; 3]>>,
+    /// Side of the widest squares, in m. No triangle is wider.
+    widest_m: f64,
+    triangles: HashMap<Square, Vec<[DVec2; 3]>>,
+    /// Squares with triangles in narrower ones within them.
+    divided: HashSet<Square>,
 }
 
 impl Squares {
-    /// The squares of the rectangle about a triangle.
+    fn new(widest_m: f64) -> Self {
+        Self { widest_m, triangles: HashMap::new(), divided: HashSet::new() }
+    }
+
+    /// The squares in which a triangle is.
+    fn of(&self, triangle: &[DVec2; 3]) -> impl Iterator<Item = Square> + use<> {
+        let (low, high) = bounds(triangle);
+        let halvings = (self.widest_m / (high - low).max_element()).log2().floor();
+        #[expect(clippy::cast_possible_truncation, reason = "clamped")]
+        self.around(triangle, halvings.clamp(0.0, MOST_HALVINGS) as i32)
+    }
+
+    /// The squares of a size that the rectangle about a triangle reaches.
     #[expect(clippy::cast_possible_truncation, reason = "a chart has fewer than 2^63 squares")]
-    fn around(&self, [a, b, c]: &[DVec2; 3]) -> impl Iterator<Item = [i64; 2]> + use<> {
-        let square = |place: DVec2| (place / self.square_m).floor().to_array().map(|index| index as i64);
-        let ([left, low], [right, high]) = (square(a.min(*b).min(*c)), square(a.max(*b).max(*c)));
-        (left..=right).flat_map(move |column| (low..=high).map(move |row| [column, row]))
+    fn around(&self, triangle: &[DVec2; 3], halvings: i32) -> impl Iterator<Item = Square> + use<> {
+        let (low, high) = bounds(triangle);
+        let per_m = f64::from(halvings).exp2() / self.widest_m;
+        let [[left, bottom], [right, top]] =
+            [low, high].map(|place| (place * per_m).floor().to_array().map(|index| index as i64));
+        (left..=right).flat_map(move |column| (bottom..=top).map(move |row| (halvings, [column, row])))
     }
 
     fn add(&mut self, triangle: [DVec2; 3]) {
-        for square in self.around(&triangle) {
+        for mut square in self.of(&triangle) {
             self.triangles.entry(square).or_default().push(triangle);
+            while square.0 > 0 {
+                square = wider(square);
+                if !self.divided.insert(square) {
+                    break;
+                }
+            }
         }
     }
 
     fn overlap(&self, triangle: &[DVec2; 3]) -> bool {
-        let near = self.around(triangle).filter_map(|square| self.triangles.get(&square)).flatten();
-        near.into_iter().any(|other| !are_apart(triangle, other) && !are_apart(other, triangle))
+        let overlaps = |square: &Square| {
+            let mut near = self.triangles.get(square).into_iter().flatten();
+            near.any(|other| !are_apart(triangle, other) && !are_apart(other, triangle))
+        };
+        let own: Vec<Square> = self.of(triangle).collect();
+        let Some((halvings, _)) = own.first().copied() else { return false };
+        let mut narrower = own.clone();
+        if own.iter().any(overlaps) || (0..halvings).any(|wide| self.around(triangle, wide).any(|at| overlaps(&at))) {
+            return true;
+        }
+        let (low, high) = bounds(triangle);
+        while let Some((halvings, [column, row])) = narrower.pop() {
+            if !self.divided.contains(&(halvings, [column, row])) {
+                continue;
+            }
+            for (right, up) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+                let part = (halvings + 1, [2 * column + right, 2 * row + up]);
+                let side_m = self.widest_m * f64::from(-part.0).exp2();
+                let corner = DVec2::from(part.1.map(|index| index as f64 * side_m));
+                if corner.cmple(high).all() && (corner + side_m).cmpge(low).all() {
+                    if overlaps(&part) {
+                        return true;
+                    }
+                    narrower.push(part);
+                }
+            }
+        }
+        false
     }
+}
+
+/// The square of twice the side around a square.
+fn wider((halvings, [column, row]): Square) -> Square {
+    (halvings - 1, [column.div_euclid(2), row.div_euclid(2)])
+}
+
+/// The corners of least and greatest coordinates of the rectangle about a triangle.
+fn bounds([a, b, c]: &[DVec2; 3]) -> (DVec2, DVec2) {
+    (a.min(*b).min(*c), a.max(*b).max(*c))
 }
 
 /// Whether an edge of the first triangle, counter-clockwise, has all of the other one on its outer side.

@@ -23,12 +23,15 @@ use snowblue_scene::film::sensor::Sensor;
 
 use crate::LightField;
 
+use charts::Chart;
 pub(super) use charts::Charts;
 pub(super) use flat_surface::FlatSurface;
 pub(super) use packing::Packing;
 use packing::{GUTTER, pack, with_gutter};
 use texels::{ChartTexels, place};
 
+/// Texels that are read between two reports.
+const TEXELS_PER_REPORT: usize = 1 << 15;
 /// Columns and rows of a lightmap.
 pub const LIGHTMAP_SIZES: std::ops::RangeInclusive<u32> = 64..=4096;
 
@@ -84,33 +87,42 @@ pub(super) fn coordinates(surfaces: &[FlatSurface], packing: &Packing, size: u32
     surfaces.iter().map(of_surface).collect()
 }
 
-/// Reads the light field at all texels. It calls `before_chart` before each chart.
+/// Reads the light field at all texels. It reports how many texels are done, and how many there are.
 pub(super) fn read(
     surfaces: &[FlatSurface],
     (packing, size): (&Packing, u32),
     field: &LightField,
     sensor: &Sensor,
-    before_chart: impl Fn(),
+    report: impl Fn(u64, u64),
 ) -> Lightmap {
     let mut shown: Vec<Option<[f32; 3]>> = vec![None; size as usize * size as usize];
     let charts = surfaces.iter().flat_map(|surface| surface.charts.list.iter().map(move |chart| (surface, chart)));
+    let scale = packing.texels_per_m;
+    let area = |chart: &Chart| with_gutter(chart.extent_m, scale).map(u64::from).into_iter().product::<u64>();
+    let total: u64 = surfaces.iter().flat_map(|surface| &surface.charts.list).map(area).sum();
+    let mut before = 0;
     for ((surface, chart), [left, top]) in charts.zip(&packing.corners) {
-        before_chart();
+        report(before, total);
         let Some(body) = field.of_object(surface.object) else { continue };
-        let scale = packing.texels_per_m;
         let corners = |triangle: u32| surface.charts.corners(surface.triangles[triangle as usize], scale);
-        let texels = ChartTexels::of(&chart.triangles, with_gutter(chart.extent_m, scale), corners);
+        let [columns, rows] = with_gutter(chart.extent_m, scale);
+        let texels = ChartTexels::of(&chart.triangles, [columns, rows], corners, &|| report(before, total));
         let read = |(at, triangle): ([u32; 2], u32)| {
             let surface_point = place(surface, triangle, &corners(triangle), at);
             let exitance = body.exitance(surface_point.point, surface_point.normal);
             let LinearRgb { r, g, b } = LinearRgb::from_xyz(sensor.xyz(&exitance));
             (at, [r, g, b].map(narrow))
         };
-        let read: Vec<([u32; 2], [f32; 3])> = texels.shown().into_par_iter().map(read).collect();
-        for ([column, row], exitance) in read {
-            shown[((top + row) * size + left + column) as usize] = Some(exitance);
+        for (number, part) in (0..).zip(texels.shown().chunks(TEXELS_PER_REPORT)) {
+            let read: Vec<([u32; 2], [f32; 3])> = part.par_iter().copied().map(read).collect();
+            for ([column, row], exitance) in read {
+                shown[((top + row) * size + left + column) as usize] = Some(exitance);
+            }
+            report(before + number * TEXELS_PER_REPORT as u64 + part.len() as u64, total);
         }
+        before += area(chart);
     }
+    report(total, total);
     Lightmap { size, texel_m: packing.texels_per_m.recip(), texels: spread(shown, size) }
 }
 

@@ -20,6 +20,7 @@ use super::*;
 use crate::bake::MOST_VERTICES;
 use crate::bake::subdivision::subdivide;
 use crate::bake::surface_mesh::SurfaceMesh;
+use crate::bake::tests::longest;
 use crate::bake::vertices::Vertices;
 
 /// Lengths shrink by the cosine of the greatest inclination at most.
@@ -127,10 +128,10 @@ fn inside([a, b, c]: &[DVec2; 3], fineness: f64) -> Vec<[u64; 2]> {
 fn every_triangle_has_a_part_of_the_texture_of_its_own() {
     for (name, mut mesh, most_charts) in surfaces() {
         let step_m = mesh.longest_edge_m().min(0.2);
-        assert!(subdivide(&mut mesh, step_m, MOST_VERTICES));
+        assert!(subdivide(&mut mesh, longest(step_m), MOST_VERTICES));
         let mut vertices = Vertices::of(&mesh);
         let smooth = Vertices { triangles: vertices.triangles.clone(), ..Vertices::of(&mesh) };
-        let charts = Charts::of(&mesh, &mut vertices);
+        let charts = Charts::of(&mesh, &mut vertices, &|_| ());
         assert!(charts.list.len() <= most_charts, "{name}: {} charts", charts.list.len());
         // The surface is the same: each triangle once, with its places and normals.
         let mut triangles: Vec<u32> = charts.list.iter().flat_map(|chart| chart.triangles.clone()).collect();
@@ -171,15 +172,16 @@ fn every_triangle_has_a_part_of_the_texture_of_its_own() {
 fn the_gutter_shows_the_edge_of_its_chart() {
     for (name, mut mesh, _) in surfaces() {
         let step_m = mesh.longest_edge_m().min(0.2);
-        assert!(subdivide(&mut mesh, step_m, MOST_VERTICES));
+        assert!(subdivide(&mut mesh, longest(step_m), MOST_VERTICES));
         let mut vertices = Vertices::of(&mesh);
-        let charts = Charts::of(&mesh, &mut vertices);
+        let charts = Charts::of(&mesh, &mut vertices, &|_| ());
         let extents: Vec<DVec2> = charts.list.iter().map(|chart| chart.extent_m).collect();
         let packing = pack(&extents, 256).unwrap();
         let mut is_taken = vec![false; 256 * 256];
         for (chart, [left, top]) in charts.list.iter().zip(&packing.corners) {
             let corners = |triangle: u32| charts.corners(vertices.triangles[triangle as usize], packing.texels_per_m);
-            let texels = ChartTexels::of(&chart.triangles, with_gutter(chart.extent_m, packing.texels_per_m), corners);
+            let texels =
+                ChartTexels::of(&chart.triangles, with_gutter(chart.extent_m, packing.texels_per_m), corners, &|| ());
             let shown: BTreeMap<_, _> = texels.shown().into_iter().collect();
             for [column, row] in shown.keys() {
                 let texel = (top + row) * 256 + left + column;

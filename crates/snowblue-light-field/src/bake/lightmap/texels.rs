@@ -7,6 +7,8 @@ use crate::bake::lightmap::packing::GUTTER;
 use crate::bake::vertices::INSET;
 use snowblue_geometry::ray::{SurfacePoint, narrow};
 
+/// Distances that are computed between two signs of life.
+const TEXELS_PER_SIGN: u32 = 1 << 20;
 /// A texel that shows no place.
 const NO_TRIANGLE: u32 = u32::MAX;
 
@@ -27,21 +29,32 @@ struct Nearest {
 
 impl ChartTexels {
     /// Finds for each texel the triangle that is nearest to its centre: the one in which it lies, or beyond the edge of
-    /// the chart one at the edge. Texels far from all triangles show none.
-    pub(super) fn of(triangles: &[u32], [columns, rows]: [u32; 2], corners: impl Fn(u32) -> [DVec2; 3]) -> Self {
+    /// the chart one at the edge. Texels far from all triangles show none. It calls `sign_of_life` now and then.
+    pub(super) fn of(
+        triangles: &[u32],
+        [columns, rows]: [u32; 2],
+        corners: impl Fn(u32) -> [DVec2; 3],
+        sign_of_life: &dyn Fn(),
+    ) -> Self {
         let count = columns as usize * rows as usize;
         let mut nearest = vec![(f64::INFINITY, NO_TRIANGLE); count];
+        let mut since = 0;
         for &triangle in triangles {
             let corners @ [a, b, c] = corners(triangle);
-            let (low, high) = (a.min(b).min(c), a.max(b).max(c));
-            for row in centres(low.y, high.y, rows) {
-                for column in centres(low.x, high.x, columns) {
+            for row in centres(a.y.min(b.y).min(c.y), a.y.max(b.y).max(c.y), rows) {
+                let [left, right] = extent_around(&corners, f64::from(row) + 0.5);
+                for column in centres(left, right, columns) {
                     let Nearest { distance_squared, .. } = nearest_point(&corners, centre(column, row));
                     let known = &mut nearest[(row * columns + column) as usize];
                     if distance_squared < known.0 {
                         *known = (distance_squared, triangle);
                     }
+                    since += 1;
                 }
+            }
+            if since >= TEXELS_PER_SIGN {
+                since = 0;
+                sign_of_life();
             }
         }
         Self { columns, triangles: nearest.into_iter().map(|(_, triangle)| triangle).collect() }
@@ -86,6 +99,26 @@ fn centre(column: u32, row: u32) -> DVec2 {
 fn centres(low: f64, high: f64, count: u32) -> std::ops::Range<u32> {
     let gutter = f64::from(GUTTER);
     (low - 0.5 - gutter).ceil().max(0.0) as u32..((high - 0.5 + gutter).floor() + 1.0).clamp(0.0, count.into()) as u32
+}
+
+/// The least and the greatest x of a triangle in the gutter around a line y: long, thin triangles are not looked for in
+/// all of the rectangle about them.
+fn extent_around(corners: &[DVec2; 3], y: f64) -> [f64; 2] {
+    let gutter = f64::from(GUTTER);
+    let (low, high) = (y - gutter, y + gutter);
+    let mut extent = [f64::INFINITY, f64::NEG_INFINITY];
+    let mut add = |x: f64| extent = [extent[0].min(x), extent[1].max(x)];
+    for (from, to) in [(0, 1), (1, 2), (2, 0)].map(|(from, to)| (corners[from], corners[to])) {
+        if (low..=high).contains(&from.y) {
+            add(from.x);
+        }
+        for line in [low, high] {
+            if (from.y < line) != (to.y < line) {
+                add(from.x + (to.x - from.x) * ((line - from.y) / (to.y - from.y)));
+            }
+        }
+    }
+    extent
 }
 
 /// The nearest point of a triangle that runs counter-clockwise.
