@@ -16,8 +16,8 @@ use super::field_scene::FieldScene;
 use super::gather::{ElementValues, GatheredPaths, SnowPlace};
 use super::prepared_body::{Lighting, PreparedBody, Solution, add};
 
-/// How far the light is followed: root mean square over the surface of what an estimate by slabs adds to the light there,
-/// relative to that light.
+/// How far the light is followed: root mean square over the surface of what an estimate by slabs adds to the light
+/// there, relative to that light.
 const TOLERANCE: f64 = 1e-3;
 /// Steps that are remembered.
 const HISTORY: usize = 5;

@@ -101,8 +101,8 @@ impl GatheredPaths {
         let is_dark = around.most_surfaces == 0 && around.lit.iter().all(|lit| lit.sky == Spectrum::ZERO);
         let rays_per_element = if is_dark { 0 } else { u32::try_from(rays_per_element).unwrap_or(1) };
         let groups = nodes.indices().len() / snowblue_field::GROUP;
-        // Light leaves snow some transport lengths from where it enters, and what leaves is known for each cell. It only
-        // has to be right roughly: estimates alone take it.
+        // Light leaves snow some transport lengths from where it enters, and what leaves is known for each cell. The
+        // length need not be exact: estimates alone take it.
         let spread_m = narrow(body.step_m());
         let task = |(task, elements): (usize, &[SurfaceElement])| {
             let mut queries = SceneQueries::new(solid.objects);

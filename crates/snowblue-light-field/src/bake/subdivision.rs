@@ -18,7 +18,7 @@ use crate::bake::surface_mesh::{Facet, SurfaceMesh};
 use crate::bake::vertices::is_smooth;
 
 /// Greatest length of the sides of a rectangle, in steps: a little below √½, so that no diagonal is longer than a step.
-const LONGEST_SIDE: f32 = 0.7071;
+const LONGEST_SIDE: f32 = 0.999 * std::f32::consts::FRAC_1_SQRT_2;
 /// Greatest cosine of the angle between the sides of a parallelogram that counts as a rectangle: 15° from a right
 /// angle.
 const RECTANGLE_COS: f32 = 0.26;

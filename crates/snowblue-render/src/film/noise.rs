@@ -181,8 +181,46 @@ mod tests {
                 film.decision.done
             };
             assert_eq!(decided(64), [true]);
-            assert!(decided(8).is_empty(), "too few samples");
+            let fewest = if residual { FEWEST_FILTERED_SAMPLES } else { FEWEST_SAMPLES };
+            assert!(decided(fewest - 1).is_empty(), "too few samples");
+            assert_eq!(decided(fewest), [true]);
         }
+    }
+
+    #[test]
+    fn pixels_beside_edges_and_noise_need_more_than_the_fewest_samples() {
+        // Bright snow beside dark snow, without noise but for one pixel.
+        let block = SampleBlock { columns: 0..12, rows: 0..6, samples: 0..4 };
+        let is_done = |samples: u32| {
+            let aovs = Aovs { variance: true, residual: true, ..Aovs::default() };
+            let mut film = FilmAccumulator::new(ImageSize { width: 12, height: 6 }, &block.window(), aovs, &[0.0; 31]);
+            film.par_rows_mut(&block).for_each(|row| {
+                let mut pixel = PixelAccumulator::new(aovs);
+                for (column, sums) in row.sums.chunks_exact_mut(aovs.sum_count()).enumerate() {
+                    for sample in 0..samples {
+                        let light = if column < 4 { 1.0 } else { 1.5 };
+                        // Noise that the filter does not take.
+                        let noise = if (column, row.number) == (9, 3) && sample == 0 { 3.0 } else { 0.0 };
+                        let [residual, reading] = [0.0, light].map(Spectrum::constant);
+                        let snow =
+                            FilteredSample { residual, reading, is_snow: true, normal: Vec3A::Z, distance_m: 1.0 };
+                        pixel.add_radiance(&Sensor::cie_1931(), &Spectrum::constant(light + noise), Some(&snow));
+                    }
+                    pixel.flush(sums);
+                }
+                row.counts.fill(samples);
+            });
+            done_pixels(&film, samples, 0.02)
+        };
+        let of_few = is_done(4);
+        for (pixel, done) in of_few.iter().enumerate() {
+            let (column, row) = (pixel % 12, pixel / 12);
+            let is_near = (3..5).contains(&column) || column.abs_diff(9) < 2 && row.abs_diff(3) < 2;
+            assert_eq!(*done, !is_near, "{column} {row}");
+        }
+        // With more samples each pixel counts for itself.
+        let of_more = is_done(16);
+        assert_eq!(of_more.iter().filter(|done| !**done).count(), 1, "{of_more:?}");
     }
 
     #[test]

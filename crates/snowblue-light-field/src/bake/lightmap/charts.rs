@@ -179,7 +179,7 @@ impl<'m> Growth<'m> {
             self.chart_of[index] = number as u32;
             triangles.push(facet);
             self.done += 1;
-            if self.done % TRIANGLES_PER_REPORT == 0 {
+            if self.done.is_multiple_of(TRIANGLES_PER_REPORT) {
                 report(self.done);
             }
             for neighbour in self.neighbours[index].into_iter().flatten() {

@@ -150,7 +150,7 @@ impl Filtered {
         Self::but_for(film, &[])
     }
 
-    /// The same, faster, but for the pixels that are `done`; none are if that is empty. Theirs stay unfiltered.
+    /// The same without the changes of the pixels that are `done`, which is faster; none are if that is empty.
     pub(crate) fn but_for(film: &FilmAccumulator, done: &[bool]) -> Option<Self> {
         let layout = film.aovs().residual_layout()?;
         let width = film.window().size().width as usize;
@@ -166,6 +166,13 @@ impl Filtered {
             residual.iter().enumerate().map(|(k, residual)| pixels[pixel].mean(k) - residual).collect()
         };
         filter.spread_outliers([&start.luminance, &luminance], (&coverage, done), &rest_of, &mut changes);
+        // A huge outlier may leave others without light that have some, if all around have no room.
+        let own_light = |pixel: usize| start.luminance[pixel].reading + start.residual[pixel * values + 1];
+        changes.par_chunks_exact_mut(values).enumerate().for_each(|(pixel, residual)| {
+            if start.luminance[pixel].reading + residual[1] < 0.0 && own_light(pixel) >= 0.0 {
+                residual.copy_from_slice(&start.residual[pixel * values..][..values]);
+            }
+        });
         let noise = pixels.par_iter().zip(&luminance).zip(&start.luminance).zip(changes.par_chunks_exact(values));
         let noise = noise.zip(start.residual.par_chunks_exact(values));
         let noise = noise.map(|((((pixel, after), before), residual), own)| {
@@ -335,7 +342,8 @@ impl Filter {
         transposed(&by_both, height)
     }
 
-    /// The next level, by pixels that are so many apart, with its factor of the variance, of those pixels that are read.
+    /// The next level, by pixels that are so many apart, with its factor of the variance. Only those that are read have
+    /// values.
     fn next(&self, level: &Level, step: usize, shared: f32, is_read: &[bool]) -> Level {
         let mut residual = vec![0.0; level.residual.len()];
         let pixels = residual.par_chunks_exact_mut(self.values).enumerate();
