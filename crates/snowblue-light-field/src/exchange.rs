@@ -10,6 +10,7 @@
 use snowblue_field::{
     FixedPointOptions, Fluence, Groups, Patches, SnowBody, SolveOptions, SurfacePlace, SurfaceValues, solve_fixed_point,
 };
+use snowblue_geometry::ray::narrow;
 use wide::{f32x4, f64x4};
 
 use super::field_scene::FieldScene;
@@ -123,7 +124,7 @@ impl<'a> Exchange<'a> {
         // Errors count by area and beside the light at their place. In gaps most of it comes through snow, which the
         // first estimate leaves out.
         let mut scale = without_dark(&light);
-        self.divide_by_root_of_area(&mut scale);
+        self.weigh_by_area(&mut scale);
         divide(&mut light, &scale);
         let mut missing = |relative: &[Vec<f32x4>], share: f64| {
             let mut light = relative.to_vec();
@@ -142,11 +143,13 @@ impl<'a> Exchange<'a> {
         Balance { diffuse: self.parts(&diffuse), fluences }
     }
 
-    /// Divides the values of all elements by the root of their area, over that of the mean.
-    fn divide_by_root_of_area(&self, groups: &mut [Vec<f32x4>]) {
+    /// Divides a scale by the root of the area of each element, over the mean: squares of what is beside that scale
+    /// count by area.
+    fn weigh_by_area(&self, groups: &mut [Vec<f32x4>]) {
         let elements = || self.prepared.iter().flat_map(|prepared| prepared.body.surface());
-        let mean_m2 = elements().map(|element| element.area_m2).sum::<f32>() / elements().count().max(1) as f32;
-        let root = |area_m2: f32| (area_m2 / mean_m2).max(LEAST_AREA).sqrt();
+        let area_m2: f64 = elements().map(|element| f64::from(element.area_m2)).sum();
+        let mean_m2 = area_m2 / elements().count().max(1) as f64;
+        let root = |area_m2: f32| narrow(f64::from(area_m2) / mean_m2).max(LEAST_AREA).sqrt();
         for group in groups {
             group.iter_mut().zip(elements()).for_each(|(value, element)| *value /= f32x4::splat(root(element.area_m2)));
         }
@@ -268,7 +271,7 @@ fn without_dark(light: &[Vec<f32x4>]) -> ElementValues {
         let sum = group.iter().fold(f64x4::ZERO, |sum, value| sum + f64x4::from(value.to_array().map(f64::from)));
         #[expect(clippy::cast_possible_truncation, reason = "rounding is intended")]
         let mean = f32x4::from(sum.to_array().map(|sum| (sum / group.len() as f64) as f32));
-        // Lamps inside are not part of the first estimate, which may be dark.
+        // Some wavelengths may have no light.
         let is_lit = mean.simd_gt(f32x4::ZERO);
         let least = is_lit.select((mean * DARK).max(f32x4::splat(LEAST_LIGHT)), f32x4::ONE);
         group.iter().map(|value| value.max(least)).collect()

@@ -122,6 +122,10 @@ impl GatheredPaths {
                     let Some(place) = (around.place_at)(&surface) else { continue };
                     let gap_m = surface.point.distance(element.point.into());
                     let mut end = SnowEnd { place, throughput: NONE, kept_in_gap: gap_m / (gap_m + spread_m) };
+                    // Other surfaces keep their light.
+                    if throughput.is_some() {
+                        end.kept_in_gap = 1.0;
+                    }
                     if let Some(throughput) = throughput {
                         end.throughput = u32::try_from(found.throughputs.len()).unwrap_or(NONE);
                         found.throughputs.extend(nodes.gather(|index| throughput.0[index]));
@@ -171,7 +175,7 @@ impl GatheredPaths {
     }
 
     /// The irradiance of each element by snow, for each of some groups. `exitance` gives what snow sends out at a
-    /// place, and also takes the share that stays in a gap of the length of the path there.
+    /// place, and also takes the share that stays in a gap of that width.
     pub(super) fn irradiance_by_snow(
         &self,
         groups: usize,

@@ -53,6 +53,8 @@ const SAMPLES_PER_PASS: u64 = 1 << 20;
 /// `hybrid` and the reference it is the fewest, because their samples are slow and an interrupt waits for the end of a
 /// pixel. So it is with a noise target, which is compared with the noise before each pass.
 const SAMPLES_PER_PIXEL_AND_PASS: [u64; 2] = [16, 1 << 12];
+/// Most samples of a pixel in one pass with a noise target.
+const MOST_SAMPLES_BETWEEN_DECISIONS: u32 = 256;
 
 /// Callbacks of a rendering. Any thread calls them.
 #[derive(Clone, Copy)]
@@ -174,8 +176,8 @@ pub fn render_missing(
         (control.report)(Progress { done, total, ..row });
     };
     let control = RenderControl { report: &report_row, ..control };
-    let (per_pass, noise_target) =
-        (samples_per_pixel_and_pass(integrator.scene(), target), integrator.scene().integrator().noise_target);
+    let fewest_per_pass = samples_per_pixel_and_pass(integrator.scene(), target);
+    let noise_target = integrator.scene().integrator().noise_target;
     let mut statistics = Statistics::default();
     let fewest = accumulator.counts_of(target).min();
     let mut start = fewest.map_or(target.samples.end, |count| target.samples.start.saturating_add(count));
@@ -184,8 +186,9 @@ pub fn render_missing(
         if let Some(noise) = noise_target {
             decide(accumulator, target, done, noise);
         }
-        // To decide which pixels are done takes as long as some samples of all.
-        let per_pass = if noise_target.is_some() { per_pass.max(done) } else { per_pass };
+        // A decision takes as long as some samples of all pixels, so that passes double the samples.
+        let most_per_pass = if noise_target.is_some() { MOST_SAMPLES_BETWEEN_DECISIONS } else { fewest_per_pass };
+        let per_pass = done.min(most_per_pass).max(fewest_per_pass);
         let end = target.samples.start.saturating_add(pass_end(done, per_pass));
         let pass = SampleBlock { samples: target.samples.start..end.min(target.samples.end), ..target.clone() };
         statistics = statistics.plus(render_pass(RowRenderer { integrator }, &pass, accumulator, control));

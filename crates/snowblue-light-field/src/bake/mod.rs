@@ -232,7 +232,7 @@ fn rgb(flux: &Spectrum, sensor: &Sensor) -> LinearRgb {
     LinearRgb::from_xyz(sensor.xyz(flux))
 }
 
-/// Bakes the light field of a scene. It reports which lamps are done.
+/// Bakes the light field of a scene. It reports which lamps, charts and texels are done.
 ///
 /// # Errors
 ///
@@ -335,7 +335,8 @@ fn surfaces(
         let step_m = step_m(body);
         let too_many = BakeError::TooManyVertices { most: most_vertices, step_mm: 1e3 * step_m };
         let edge_m = narrow(step_m).min(mesh.longest_edge_m());
-        let away_m = edge_m.min(narrow(CELLS_FROM_EDGES * body.step_m()));
+        // As far as the cells resolve, but coarser where a great step asks for it.
+        let away_m = edge_m.min(narrow(CELLS_FROM_EDGES * body.step_m().max(step_m / DEFAULT_CELLS)));
         if !subdivide(&mut mesh, Longest { edge_m, away_m }, most_vertices.saturating_sub(count)) {
             return Err(too_many);
         }

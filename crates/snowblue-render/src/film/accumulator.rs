@@ -230,6 +230,7 @@ impl FilmAccumulator {
 
     /// Adds samples that follow those of each pixel.
     fn add_all(&mut self, other: &Self) {
+        self.decision = Decision::default();
         self.begin_at(if self.is_empty() { other.first_sample } else { self.first_sample });
         for ((pixel, count), sums) in other.pixels().zip(other.sums.chunks_exact(self.aovs.sum_count())) {
             let index = self.index(pixel.x, pixel.y);

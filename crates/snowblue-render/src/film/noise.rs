@@ -19,44 +19,49 @@ use crate::film::sample_block::SampleBlock;
 /// neighbours too.
 const FEWEST_SAMPLES: u32 = 32;
 const FEWEST_FILTERED_SAMPLES: u32 = 4;
-/// Samples before which a filtered pixel is done only if nothing around it is left to do: the variance of few samples
-/// may be too small by chance.
+/// Samples before which a filtered pixel is done only if the noise of all pixels around is low too, and their light
+/// much the same: the variance of few samples may be too small by chance.
 const FEWEST_SAMPLES_NEAR_NOISE: u32 = 16;
 
 /// Decides which pixels need no further samples, before a pass of a block that begins with so many samples. A pass that
 /// goes on after an interrupt keeps its decision, and if that is lost, all its pixels get their samples.
 pub(crate) fn decide(film: &mut FilmAccumulator, block: &SampleBlock, samples: u32, target: f64) {
     let is_start = film.counts_of(block).all(|count| count == samples);
-    if !is_start && film.decision.samples == samples {
+    let is_decided = film.decision.samples == samples && film.decision.target.to_bits() == target.to_bits();
+    if is_decided && !(is_start && film.decision.done.is_empty()) {
         return;
     }
-    let fewest = if film.aovs().residual { FEWEST_FILTERED_SAMPLES } else { FEWEST_SAMPLES };
-    let done = if is_start && samples >= fewest { done_pixels(film, samples, target) } else { Vec::new() };
+    let done = if is_start { done_pixels(film, target) } else { Vec::new() };
     film.decision = Decision { samples, target, done };
 }
 
-/// Whether each pixel of the window is done: before, or now, after so many samples, since its relative noise is not
-/// above `target`. A black pixel is done if it shows no surface, and its neighbours show no surface and no light;
-/// otherwise rare paths may still find light.
-fn done_pixels(film: &FilmAccumulator, samples: u32, target: f64) -> Vec<bool> {
+/// Whether each pixel of the window is done, since its relative noise is not above `target`. With the filter a pixel
+/// that was done before stays so. A black pixel is done if it shows no surface, and its neighbours show no surface and
+/// no light; otherwise rare paths may still find light.
+fn done_pixels(film: &FilmAccumulator, target: f64) -> Vec<bool> {
     // False for the noise of a black pixel, which is not a number.
     let is_low = |noise: f32| f64::from(noise) <= target;
     let pixels = film.all_pixels();
     let before: &[bool] = if film.decision.target.to_bits() == target.to_bits() { &film.decision.done } else { &[] };
     let Some(filtered) = Filtered::but_for(film, before) else {
-        return pixels.par_iter().map(|pixel| is_low(own_noise(pixel))).collect();
+        let is_done = |pixel: &PixelSums| pixel.count() >= FEWEST_SAMPLES && is_low(own_noise(pixel));
+        return pixels.par_iter().map(is_done).collect();
     };
     let light = |(index, pixel): (usize, &PixelSums)| pixel.filtered_xyz(filtered.changes(index)).y;
     let light: Vec<f64> = pixels.par_iter().enumerate().map(light).collect();
     let (noise, near_anything) = (filtered.noise(), anything_near(film));
     let is_done = |pixel: usize| {
+        let samples = pixels[pixel].count();
+        if samples < FEWEST_FILTERED_SAMPLES {
+            return false;
+        }
         if before.get(pixel) == Some(&true) || noise[pixel].is_nan() && !near_anything[pixel] {
             return true;
         }
         if samples >= FEWEST_SAMPLES_NEAR_NOISE {
             return is_low(noise[pixel]);
         }
-        // All samples of a pixel may have missed an edge that crosses it. Then its error is at most half of the
+        // All samples of a pixel may have missed an edge that crosses it. Its standard error is at most half of the
         // difference across the edge, over the root of their number.
         let around = || around(film, pixel);
         let [least, most] = around().fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], other| {
@@ -172,8 +177,8 @@ mod tests {
         // The standard error of 64 samples of spread 0.4 is 0.05. One pixel has no neighbours for the filter, which
         // takes its variance for twice as much.
         for (residual, above) in [(false, 0.06), (true, 0.08)] {
-            assert_eq!(done_pixels(&film(64, 0.4, residual), 64, above), [true]);
-            assert_eq!(done_pixels(&film(64, 0.4, residual), 64, 0.04), [false]);
+            assert_eq!(done_pixels(&film(64, 0.4, residual), above), [true]);
+            assert_eq!(done_pixels(&film(64, 0.4, residual), 0.04), [false]);
             let block = SampleBlock { columns: 0..1, rows: 0..1, samples: 0..128 };
             let decided = |count: u32| {
                 let mut film = film(count, 0.4, residual);
@@ -191,7 +196,7 @@ mod tests {
     fn pixels_beside_edges_and_noise_need_more_than_the_fewest_samples() {
         // Bright snow beside dark snow, without noise but for one pixel.
         let block = SampleBlock { columns: 0..12, rows: 0..6, samples: 0..4 };
-        let is_done = |samples: u32| {
+        let film_of = |samples: u32| {
             let aovs = Aovs { variance: true, residual: true, ..Aovs::default() };
             let mut film = FilmAccumulator::new(ImageSize { width: 12, height: 6 }, &block.window(), aovs, &[0.0; 31]);
             film.par_rows_mut(&block).for_each(|row| {
@@ -210,17 +215,29 @@ mod tests {
                 }
                 row.counts.fill(samples);
             });
-            done_pixels(&film, samples, 0.02)
+            film
         };
-        let of_few = is_done(4);
+        let of_few = done_pixels(&film_of(4), 0.02);
         for (pixel, done) in of_few.iter().enumerate() {
             let (column, row) = (pixel % 12, pixel / 12);
             let is_near = (3..5).contains(&column) || column.abs_diff(9) < 2 && row.abs_diff(3) < 2;
             assert_eq!(*done, !is_near, "{column} {row}");
         }
         // With more samples each pixel counts for itself.
-        let of_more = is_done(16);
-        assert_eq!(of_more.iter().filter(|done| !**done).count(), 1, "{of_more:?}");
+        let mut film = film_of(16);
+        let noisy = 3 * 12 + 9;
+        let of_more = done_pixels(&film, 0.02);
+        assert!(of_more.iter().enumerate().all(|(pixel, done)| *done == (pixel != noisy)), "{of_more:?}");
+        // What is done stays done, but not for another target. The same decision is not taken twice.
+        film.decision = Decision { samples: 4, target: 0.02, done: vec![true; 72] };
+        assert!(!done_pixels(&film, 0.02).contains(&false));
+        assert_eq!(done_pixels(&film, 0.01), of_more);
+        let block = SampleBlock { columns: 0..12, rows: 0..6, samples: 0..64 };
+        film.decision = Decision { samples: 16, target: 0.02, done: vec![false; 72] };
+        decide(&mut film, &block, 16, 0.02);
+        assert_eq!(film.decision.done, [false; 72]);
+        decide(&mut film, &block, 16, 0.01);
+        assert_eq!(film.decision.done, of_more);
     }
 
     #[test]
@@ -265,7 +282,7 @@ mod tests {
                 }
                 row.counts.fill(32);
             });
-            done_pixels(&film, 32, 0.01)
+            done_pixels(&film, 0.01)
         };
         let near = |pixel: usize| pixel % 5 < 3 && pixel / 5 < 3;
         assert!(is_done(true).iter().enumerate().all(|(pixel, done)| *done != near(pixel)));

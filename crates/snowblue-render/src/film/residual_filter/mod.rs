@@ -69,8 +69,8 @@ const MOST_SCALE: f32 = 4.0;
 /// Standard error relative to the light above which a pixel that is brighter or darker than all eight around it is an
 /// outlier.
 const OUTLIER_ERROR: f32 = 0.25;
-/// What is spread changes the pixels around an outlier by this fraction of their standard error, which counts as 1 % of
-/// their light at least; more pixels on each side take part until they suffice.
+/// What is spread changes the pixels around an outlier by this fraction of their standard error, which counts as
+/// what is aimed at, at least; more pixels on each side take part until they suffice.
 const MOST_SPREAD: f32 = 0.5;
 const SPREAD_PIXELS: [usize; 5] = [1, 2, 4, 8, 16];
 /// Fraction of the samples of a pixel that hit snow with a light field from which on nothing else counts in its colour.
@@ -150,7 +150,8 @@ impl Filtered {
         Self::but_for(film, &[])
     }
 
-    /// The same without the changes of the pixels that are `done`, which is faster; none are if that is empty.
+    /// The same, faster, where the changes and the noise of pixels that are `done` do not matter; none are if that is
+    /// empty.
     pub(crate) fn but_for(film: &FilmAccumulator, done: &[bool]) -> Option<Self> {
         let layout = film.aovs().residual_layout()?;
         let width = film.window().size().width as usize;
@@ -159,7 +160,7 @@ impl Filtered {
         let values = layout.values;
         let mut filter = Filter { width, values, guides: guides(&pixels, layout, width) };
         let start = Level::of(&pixels, layout);
-        let Level { residual: mut changes, luminance } = filter.run(&start, &counts, done);
+        let Level { residual: mut changes, mut luminance } = filter.run(&start, &counts, done);
         let coverage: Vec<f32> = pixels.par_iter().map(|pixel| pixel.mean(layout.count)).collect();
         let rest_of = |pixel: usize| {
             let residual = &start.residual[pixel * values..][..values];
@@ -168,9 +169,11 @@ impl Filtered {
         filter.spread_outliers([&start.luminance, &luminance], (&coverage, done), &rest_of, &mut changes);
         // A huge outlier may leave others without light that have some, if all around have no room.
         let own_light = |pixel: usize| start.luminance[pixel].reading + start.residual[pixel * values + 1];
-        changes.par_chunks_exact_mut(values).enumerate().for_each(|(pixel, residual)| {
+        let results = changes.par_chunks_exact_mut(values).zip(&mut luminance).enumerate();
+        results.for_each(|(pixel, (residual, luminance))| {
             if start.luminance[pixel].reading + residual[1] < 0.0 && own_light(pixel) >= 0.0 {
                 residual.copy_from_slice(&start.residual[pixel * values..][..values]);
+                *luminance = start.luminance[pixel];
             }
         });
         let noise = pixels.par_iter().zip(&luminance).zip(&start.luminance).zip(changes.par_chunks_exact(values));

@@ -213,3 +213,18 @@ fn noise_counts_beside_the_light_that_there_is() {
         assert!(noise[..20].iter().all(|noise| (0.005..0.2).contains(noise)), "{reading}: {:?}", &noise[..20]);
     }
 }
+
+/// What is left out for pixels that are done changes no other pixel, although each reads up to 62 pixels on each side.
+#[test]
+fn pixels_that_are_done_do_not_change_the_others() {
+    let film = film(8, |_, number| number - 0.5);
+    let all = Filtered::new(&film).unwrap();
+    for left in [0, 5 * SIZE.width as usize + 7, 15 * SIZE.width as usize + 19] {
+        let mut done = vec![true; all.noise().len()];
+        done[left] = false;
+        let one = Filtered::but_for(&film, &done).unwrap();
+        assert_eq!(one.changes(left), all.changes(left), "{left}");
+        assert!((one.noise()[left] - all.noise()[left]).abs() == 0.0, "{left}");
+        assert!(one.changes(left + 1) != all.changes(left + 1), "{left}");
+    }
+}
