@@ -61,7 +61,8 @@ def layers_of(evaluated: bpy.types.Object) -> Layers | None:
 
 
 def put_layers(layers: Layers, thing: bpy.types.Object) -> None:
-    """Gives a baked object the layers. Each of its triangles lies in one of the original."""
+    """Gives a baked object the layers. Each of its triangles lies in one of the original, or in two that
+    make a rectangle."""
     mesh = thing.data
     places, corners = np.empty(3 * len(mesh.vertices)), np.empty(len(mesh.loops), int)
     mesh.vertices.foreach_get("co", places)
@@ -104,6 +105,6 @@ def _barycentric(triangles: np.ndarray, points: np.ndarray) -> np.ndarray:
     offset = points - triangles[:, None, 0]
     first, second = (triangles[:, None, corner] - triangles[:, None, 0] for corner in (1, 2))
     u, v = (np.einsum("tpk,tk->tp", sides, normals) for sides in (np.cross(offset, second), np.cross(first, offset)))
-    # Rounding puts points outside narrow triangles.
-    shares = np.clip(np.stack([1 - u - v, u, v], axis=-1), 0.0, 1.0)
+    # Points may lie in the other triangle of a rectangle. Rounding puts them far outside narrow triangles.
+    shares = np.clip(np.stack([1 - u - v, u, v], axis=-1), -1.0, 2.0)
     return shares / shares.sum(axis=-1, keepdims=True)
