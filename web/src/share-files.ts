@@ -81,8 +81,8 @@ export async function pngFile(file: string): Promise<Blob> {
 export async function captioned(picture: Blob, hex: string, lines: readonly string[]): Promise<Blob> {
   const image = await createImageBitmap(picture);
   const { width, height } = image;
-  const em = Math.max(14, width / 48);
-  const strip = 1.5 * em * (lines.length + 1);
+  const em = Math.max(14, Math.round(width / 48));
+  const strip = Math.ceil(1.5 * em * (lines.length + 1));
   const canvas = new OffscreenCanvas(width, height + strip);
   const context = canvas.getContext("2d")!;
   context.fillStyle = "#0b1118";

@@ -165,8 +165,8 @@ impl<'a> Exchange<'a> {
         self.received(exitance.len(), &|snow, kept| {
             let mut groups = Groups::default();
             if let Some(patch) = snow.patch {
-                let sent = exitance.iter().map(|exitance| exitance[patch as usize] * f32x4::splat(kept));
-                groups.iter_mut().zip(sent).for_each(|(value, sent)| *value = sent);
+                let kept = f32x4::splat(kept);
+                groups.iter_mut().zip(exitance).for_each(|(value, exitance)| *value = exitance[patch as usize] * kept);
             }
             groups
         })

@@ -122,11 +122,9 @@ impl GatheredPaths {
                     let Some(place) = (around.place_at)(&surface) else { continue };
                     let gap_m = surface.point.distance(element.point.into());
                     let mut end = SnowEnd { place, throughput: NONE, kept_in_gap: gap_m / (gap_m + spread_m) };
-                    // Other surfaces keep their light.
-                    if throughput.is_some() {
-                        end.kept_in_gap = 1.0;
-                    }
                     if let Some(throughput) = throughput {
+                        // Other surfaces keep their light.
+                        end.kept_in_gap = 1.0;
                         end.throughput = u32::try_from(found.throughputs.len()).unwrap_or(NONE);
                         found.throughputs.extend(nodes.gather(|index| throughput.0[index]));
                     }

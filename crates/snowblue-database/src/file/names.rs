@@ -7,7 +7,7 @@ pub(super) const PACKED_SUFFIX: &str = "_packed";
 /// Dimensions of the bytes of packed coefficients, of transmittance and reflectance.
 pub(super) const PACKED_DIMENSIONS: [&str; 2] = ["transmittance_byte", "reflectance_byte"];
 /// The attribute of packed coefficients that has their step.
-pub(super) const STEP: &str = "scale_factor";
+pub(super) const STEP: &str = "packing_step";
 pub(super) const SPACE: &str = "space";
 pub(super) const SHARD: &str = "shard";
 pub(super) const ARITHMETIC: &str = "arithmetic";

@@ -53,10 +53,11 @@ fn divided_surfaces_stay_closed() {
     let ball = Shape::Ellipsoid(Ellipsoid::new(stretched).unwrap());
     let volumes = [0.6 * 0.15 * 0.37, 4.0 / 3.0 * PI * 0.3 * 0.1 * 0.2];
     for (shape, volume) in [block, ball].iter().zip(volumes) {
-        for step_m in [0.5, 0.11, 0.031, 0.013] {
+        let steps = [0.5, 0.11, 0.031, 0.013].into_iter().flat_map(|step_m| [(step_m, 1.0), (step_m, 4.0)]);
+        for (step_m, finer) in steps {
             let mut mesh = SurfaceMesh::of(shape).unwrap();
             let edge_m = mesh.longest_edge_m().min(step_m);
-            assert!(subdivide(&mut mesh, longest(edge_m), MOST_VERTICES));
+            assert!(subdivide(&mut mesh, Longest { edge_m, away_m: edge_m / finer }, MOST_VERTICES));
             let triangles = closed(&mesh);
             assert!(longest_edge_m(&triangles) <= edge_m);
             // The ellipsoid is cut off by the flat triangles.

@@ -81,7 +81,7 @@ pub(crate) fn means(accumulator: &FilmAccumulator) -> Vec<(String, Mean)> {
 pub fn channels(accumulator: &FilmAccumulator) -> Vec<Channel> {
     let filtered = Filtered::new(accumulator);
     let pixels = accumulator.all_pixels();
-    let changes = |index: usize| filtered.as_ref().map_or(&[][..], |filtered| filtered.changes(index));
+    let changes = |index: usize| Filtered::changes(filtered.as_ref(), index);
     let values = |mean: Mean| pixels.iter().enumerate().map(|(index, pixel)| mean.of(pixel, changes(index))).collect();
     means(accumulator).into_iter().map(|(name, mean)| Channel { name, values: values(mean) }).collect()
 }
@@ -92,7 +92,7 @@ impl FilmAccumulator {
     pub fn film(&self) -> Film {
         let filtered = Filtered::new(self);
         let pixels = self.all_pixels();
-        let changes = |index: usize| filtered.as_ref().map_or(&[][..], |filtered| filtered.changes(index));
+        let changes = |index: usize| Filtered::changes(filtered.as_ref(), index);
         let colours = pixels.par_iter().enumerate().map(|(index, pixel)| pixel.filtered_xyz(changes(index)));
         let shown =
             |pixel: &PixelSums| Shown { snow: pixel.aov(Aov::Snow, 0), emitter: pixel.aov(Aov::Emitter, 0) > 0.0 };

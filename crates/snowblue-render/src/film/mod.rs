@@ -11,6 +11,7 @@ mod bloom;
 pub mod channels;
 mod display;
 pub mod image_file;
+pub(crate) mod neighbourhood;
 pub(crate) mod noise;
 pub(crate) mod pixel_accumulator;
 pub mod residual_filter;

@@ -11,6 +11,7 @@ use snowblue_geometry::ray::narrow;
 
 use crate::film::accumulator::{Decision, FilmAccumulator, PixelSums, SQUARE_UNITS, UNITS};
 use crate::film::aov::Aovs;
+use crate::film::neighbourhood::{near, square_around};
 use crate::film::pixel_accumulator::square_units;
 use crate::film::residual_filter::Filtered;
 use crate::film::sample_block::SampleBlock;
@@ -47,9 +48,11 @@ fn done_pixels(film: &FilmAccumulator, target: f64) -> Vec<bool> {
         let is_done = |pixel: &PixelSums| pixel.count() >= FEWEST_SAMPLES && is_low(own_noise(pixel));
         return pixels.par_iter().map(is_done).collect();
     };
-    let light = |(index, pixel): (usize, &PixelSums)| pixel.filtered_xyz(filtered.changes(index)).y;
+    let light = |(index, pixel): (usize, &PixelSums)| pixel.filtered_xyz(Filtered::changes(Some(&filtered), index)).y;
     let light: Vec<f64> = pixels.par_iter().enumerate().map(light).collect();
     let (noise, near_anything) = (filtered.noise(), anything_near(film));
+    let size = film.window().size();
+    let size = [size.width, size.height].map(|length| length as usize);
     let is_done = |pixel: usize| {
         let samples = pixels[pixel].count();
         if samples < FEWEST_FILTERED_SAMPLES {
@@ -63,7 +66,7 @@ fn done_pixels(film: &FilmAccumulator, target: f64) -> Vec<bool> {
         }
         // All samples of a pixel may have missed an edge that crosses it. Its standard error is at most half of the
         // difference across the edge, over the root of their number.
-        let around = || around(film, pixel);
+        let around = || square_around(pixel, 1, size);
         let [least, most] = around().fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], other| {
             [least.min(light[other]), most.max(light[other])]
         });
@@ -73,24 +76,13 @@ fn done_pixels(film: &FilmAccumulator, target: f64) -> Vec<bool> {
     (0..pixels.len()).into_par_iter().map(is_done).collect()
 }
 
-/// A pixel of the window and those of the eight around it that are in the window.
-fn around(film: &FilmAccumulator, pixel: usize) -> impl Iterator<Item = usize> {
-    let (width, height) = (film.window().size().width as usize, film.window().size().height as usize);
-    let near = |middle: usize, end: usize| middle.saturating_sub(1)..(middle + 2).min(end);
-    let columns = near(pixel % width, width);
-    near(pixel / width, height).flat_map(move |row| columns.clone().map(move |column| row * width + column))
-}
-
 /// Whether each pixel of the window or one of the eight around it shows a surface or light.
 fn anything_near(film: &FilmAccumulator) -> Vec<bool> {
     let layout = film.aovs().residual_layout();
     let shows_anything =
         |pixel: &PixelSums| layout.is_some_and(|layout| pixel.at(layout.count) > 0) || pixel.mean_xyz().y > 0.0;
     let shows_anything: Vec<bool> = film.all_pixels().par_iter().map(shows_anything).collect();
-    (0..shows_anything.len())
-        .into_par_iter()
-        .map(|pixel| around(film, pixel).any(|near| shows_anything[near]))
-        .collect()
+    near(&shows_anything, 1, film.window().size().width as usize)
 }
 
 /// The standard error of red, green and blue, weighted as in the luminance, relative to the luminance.

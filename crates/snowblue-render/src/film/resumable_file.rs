@@ -223,8 +223,7 @@ impl ChannelsWriter for &FilmChannels<'_> {
             let (first, count) = (block.pixel_position.x(), block.pixel_size.width());
             let pixels: Vec<PixelSums> = self.accumulator.row(row).skip(first).take(count).collect();
             let first = (row - window.rows.start) as usize * window.size().width as usize + first;
-            let changes =
-                |index: usize| self.filtered.as_ref().map_or(&[][..], |filtered| filtered.changes(first + index));
+            let changes = |index: usize| Filtered::changes(self.filtered.as_ref(), first + index);
             for content in &self.contents {
                 match *content {
                     Content::Mean(mean) => {

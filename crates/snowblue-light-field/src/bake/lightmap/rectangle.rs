@@ -112,6 +112,7 @@ mod tests {
         assert!(smallest_rectangle(&mut line).distance(DVec2::new(8_f64.sqrt(), 0.0)) < 1e-12);
         assert_eq!(smallest_rectangle(&mut [DVec2::ONE]), DVec2::ZERO);
     }
+
     /// All directions of edges are tried: the best is among them.
     #[test]
     fn no_edge_has_a_smaller_rectangle() {

@@ -7,8 +7,8 @@ use crate::bake::lightmap::packing::GUTTER;
 use crate::bake::vertices::INSET;
 use snowblue_geometry::ray::{SurfacePoint, narrow};
 
-/// Distances that are computed between two signs of life.
-const TEXELS_PER_SIGN: u32 = 1 << 20;
+/// Distances that are computed between two reports.
+const DISTANCES_PER_REPORT: u32 = 1 << 20;
 /// A texel that shows no place.
 const NO_TRIANGLE: u32 = u32::MAX;
 
@@ -29,12 +29,12 @@ struct Nearest {
 
 impl ChartTexels {
     /// Finds for each texel the triangle that is nearest to its centre: the one in which it lies, or beyond the edge of
-    /// the chart one at the edge. Texels far from all triangles show none. It calls `sign_of_life` now and then.
+    /// the chart one at the edge. Texels far from all triangles show none. It calls `report` now and then.
     pub(super) fn of(
         triangles: &[u32],
         [columns, rows]: [u32; 2],
         corners: impl Fn(u32) -> [DVec2; 3],
-        sign_of_life: &dyn Fn(),
+        report: &dyn Fn(),
     ) -> Self {
         let count = columns as usize * rows as usize;
         let mut nearest = vec![(f64::INFINITY, NO_TRIANGLE); count];
@@ -52,9 +52,9 @@ impl ChartTexels {
                     since += 1;
                 }
             }
-            if since >= TEXELS_PER_SIGN {
+            if since >= DISTANCES_PER_REPORT {
                 since = 0;
-                sign_of_life();
+                report();
             }
         }
         Self { columns, triangles: nearest.into_iter().map(|(_, triangle)| triangle).collect() }

@@ -32,6 +32,7 @@ use snowblue_geometry::ray::narrow;
 
 use crate::film::accumulator::{FilmAccumulator, PixelSums};
 use crate::film::aov::{Aovs, ResidualLayout};
+use crate::film::neighbourhood::{near, square_around};
 
 /// Standard error of the residual, relative to the light, that is aimed at.
 const TARGET: f32 = 0.007;
@@ -190,9 +191,10 @@ impl Filtered {
         Some(Self { values, changes, noise })
     }
 
-    /// What is added to X, Y and Z, and then the wavelengths, of a pixel of the window, row by row.
-    pub(crate) fn changes(&self, pixel: usize) -> &[f32] {
-        &self.changes[pixel * self.values..][..self.values]
+    /// What is added to X, Y and Z, and then the wavelengths, of a pixel of the window, row by row; nothing without a
+    /// filter.
+    pub(crate) fn changes(filtered: Option<&Self>, pixel: usize) -> &[f32] {
+        filtered.map_or(&[], |filtered| &filtered.changes[pixel * filtered.values..][..filtered.values])
     }
 
     /// Standard error of each pixel relative to its luminance; no finite number if that is 0.
@@ -308,7 +310,7 @@ impl Filter {
             }
             // As far as the later levels reach.
             let reach = (number + 1..SHARED_VARIANCE.len()).map(|later| REACH << later).sum();
-            let is_read = self.near(&needs, reach);
+            let is_read = near(&needs, reach, self.width);
             let next = self.next(&level, 1 << number, shared, &is_read);
             let results = result.residual.par_chunks_exact_mut(self.values).zip(&mut result.luminance);
             let results = results.zip(&mut needs).zip(&mut intervals).enumerate();
@@ -333,16 +335,6 @@ impl Filter {
             level = next;
         }
         result
-    }
-
-    /// Whether each pixel is at most `reach` rows and columns from one that is chosen.
-    fn near(&self, chosen: &[bool], reach: usize) -> Vec<bool> {
-        let height = chosen.len() / self.width;
-        let by_rows: Vec<bool> = chosen.par_chunks(self.width).flat_map_iter(|row| near_in_line(row, reach)).collect();
-        let turned = transposed(&by_rows, self.width);
-        let by_both: Vec<bool> =
-            turned.par_chunks(height).flat_map_iter(|column| near_in_line(column, reach)).collect();
-        transposed(&by_both, height)
     }
 
     /// The next level, by pixels that are so many apart, with its factor of the variance. Only those that are read have
@@ -473,11 +465,7 @@ impl Filter {
     /// The other pixels in the square around a pixel, with so many on each side, that are mainly snow or mainly not, as
     /// it is.
     fn alike_around(&self, pixel: usize, distance: usize) -> impl Iterator<Item = usize> {
-        let (width, height) = (self.width, self.guides.len() / self.width);
-        let range = |middle: usize, end: usize| middle.saturating_sub(distance)..(middle + distance + 1).min(end);
-        let columns = range(pixel % width, width);
-        range(pixel / width, height)
-            .flat_map(move |row| columns.clone().map(move |column| row * width + column))
+        square_around(pixel, distance, [self.width, self.guides.len() / self.width])
             .filter(move |other| *other != pixel && self.guides[*other].is_filtered)
             .filter(move |other| self.guides[*other].is_snow() == self.guides[pixel].is_snow())
     }
@@ -519,21 +507,6 @@ impl Filter {
             }
         }
     }
-}
-
-/// Whether each place of a line is at most `reach` places from one that is chosen.
-fn near_in_line(chosen: &[bool], reach: usize) -> Vec<bool> {
-    let mut counts = vec![0];
-    for (place, is_chosen) in chosen.iter().enumerate() {
-        counts.push(counts[place] + u32::from(*is_chosen));
-    }
-    let end = chosen.len();
-    (0..end).map(|place| counts[(place + reach + 1).min(end)] > counts[place.saturating_sub(reach)]).collect()
-}
-
-/// The transpose of rows of so many values.
-fn transposed(values: &[bool], width: usize) -> Vec<bool> {
-    (0..width).flat_map(|column| values.iter().skip(column).step_by(width).copied()).collect()
 }
 
 /// Sets the residual of a pixel between two levels, so that its error is the target if the second is below it.
