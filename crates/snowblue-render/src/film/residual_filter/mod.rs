@@ -14,10 +14,11 @@
 //! below 0.7 % of its light, by the variance of the samples. So the neighbourhood shrinks as samples come, and the
 //! picture converges to that of the samples alone.
 //!
-//! What hides skies and snow from other surfaces is not in their reading. There a pixel stops before a neighbourhood
-//! whose mean contradicts that of a smaller one, as at contact shadows (the method of Lepski 1991, *On a problem of
-//! adaptive estimation in Gaussian white noise*, Theory of Probability and its Applications 35, 454). The smallest
-//! neighbourhood is taken without a test.
+//! The residual is not smooth everywhere: what hides skies and snow from other surfaces is not in their reading, and
+//! near edges that of snow is wrong by much. A pixel stops before a neighbourhood whose mean contradicts that of a
+//! smaller one (the method of Lepski 1991, *On a problem of adaptive estimation in Gaussian white noise*, Theory of
+//! Probability and its Applications 35, 454). The smallest neighbourhood is taken without a test. Snow is tested only
+//! where its noise is known: single samples of walks may be so large that a mean of few is no evidence.
 //!
 //! Some pixels find too few like pixels, as at silhouettes and the edges of shadows, and a single walk of few samples
 //! makes a dot there: a white one, or a black one, since differences of walks may be negative. Where the noise is
@@ -55,9 +56,12 @@ const ERROR_DEVIATION: f32 = 1.0;
 /// The same of the distance, as a multiple of that of a plane through the neighbouring pixels, and of the distance.
 const SLOPE_DEVIATION: f32 = 2.0;
 const DISTANCE_DEVIATION: f32 = 0.002;
-/// Standard errors by which the mean over a neighbourhood may differ from that over a smaller one, where it is not
-/// snow.
+/// Standard errors by which the mean over a neighbourhood may differ from that over a smaller one, of snow and of other
+/// surfaces.
+const SNOW_CONFIDENCE: f32 = 3.0;
 const CONFIDENCE: f32 = 2.0;
+/// Relative standard error of the nearest pixels below which the means of snow are compared.
+const KNOWN_ERROR: f32 = 0.5;
 /// Least error of a residual that is told from none.
 const LEAST_ERROR: f32 = 1e-4;
 /// The geometric mean of variances of few samples is less than their mean: by about a factor of 1 + this number over
@@ -304,6 +308,8 @@ impl Filter {
         let is_noisy = |(luminance, guide): (&Luminance, &Guide)| guide.is_filtered && luminance.error() > TARGET;
         let mut needs: Vec<bool> = level.luminance.iter().zip(&self.guides).map(is_noisy).collect();
         needs.iter_mut().zip(done).for_each(|(need, done)| *need &= !done);
+        let is_tested: Vec<bool> =
+            needs.par_iter().enumerate().map(|(pixel, need)| *need && self.is_tested(start, counts, pixel)).collect();
         for (number, shared) in SHARED_VARIANCE.into_iter().enumerate() {
             if !needs.contains(&true) {
                 break;
@@ -319,14 +325,15 @@ impl Filter {
                     return;
                 }
                 let of_level = next.luminance[pixel];
-                if !self.guides[pixel].is_snow() {
+                if is_tested[pixel] {
                     let unit = if of_level.reading > 0.0 { of_level.reading.recip() } else { 1.0 };
                     let mean = unit * next.residual[pixel * self.values + 1];
                     if mean < *low || mean > *high {
                         *need = false;
                         return;
                     }
-                    let reach = CONFIDENCE * unit * of_level.variance.sqrt();
+                    let confidence = if self.guides[pixel].is_snow() { SNOW_CONFIDENCE } else { CONFIDENCE };
+                    let reach = confidence * unit * of_level.variance.sqrt();
                     [*low, *high] = [low.max(mean - reach), high.min(mean + reach)];
                 }
                 *luminance = blend([&level, &next], pixel, start.luminance[pixel].reading, residual);
@@ -335,6 +342,14 @@ impl Filter {
             level = next;
         }
         result
+    }
+
+    /// Whether the means over neighbourhoods of a pixel are compared: of snow where the noise around it is known to be
+    /// small. One large sample shows in the mean of the variances, not in their geometric mean.
+    fn is_tested(&self, start: &Level, counts: &[u32], pixel: usize) -> bool {
+        let variance = |other: usize| start.luminance[other].error().powi(2);
+        !self.guides[pixel].is_snow()
+            || self.mean_nearby(pixel, variance).is_some_and(|mean| (doubt(counts[pixel]) * mean).sqrt() < KNOWN_ERROR)
     }
 
     /// The next level, by pixels that are so many apart, with its factor of the variance. Only those that are read have
@@ -385,8 +400,7 @@ impl Filter {
         let smooth = |(pixel, own): (usize, &Luminance)| {
             let Some(log_error) = self.mean_nearby(pixel, |pixel| log_errors[pixel]) else { return *own };
             let error = log_error.exp() * own.scale;
-            let doubt = 1.0 + SAMPLES_OF_DOUBT / (counts[pixel].max(1) as f32);
-            let variance = doubt * error * error;
+            let variance = doubt(counts[pixel]) * error * error;
             Luminance { variance: if variance.is_finite() { variance } else { own.variance }, ..*own }
         };
         luminance.par_iter().enumerate().map(smooth).collect()
@@ -507,6 +521,11 @@ impl Filter {
             }
         }
     }
+}
+
+/// Factor of a variance by its number of samples.
+fn doubt(samples: u32) -> f32 {
+    1.0 + SAMPLES_OF_DOUBT / (samples.max(1) as f32)
 }
 
 /// Sets the residual of a pixel between two levels, so that its error is the target if the second is below it.
