@@ -60,6 +60,9 @@ const DISTANCE_DEVIATION: f32 = 0.002;
 /// surfaces.
 const SNOW_CONFIDENCE: f32 = 3.0;
 const CONFIDENCE: f32 = 2.0;
+/// Difference of such means of snow, relative to the reading, that is no contradiction. Without it, rare samples of even
+/// snow in the sun leave faint dots.
+const SLACK: f32 = 0.1;
 /// Relative standard error of the nearest pixels below which the means of snow are compared.
 const KNOWN_ERROR: f32 = 0.5;
 /// Least error of a residual that is told from none.
@@ -332,8 +335,9 @@ impl Filter {
                         *need = false;
                         return;
                     }
-                    let confidence = if self.guides[pixel].is_snow() { SNOW_CONFIDENCE } else { CONFIDENCE };
-                    let reach = confidence * unit * of_level.variance.sqrt();
+                    let is_snow = self.guides[pixel].is_snow();
+                    let (confidence, slack) = if is_snow { (SNOW_CONFIDENCE, SLACK) } else { (CONFIDENCE, 0.0) };
+                    let reach = confidence * unit * of_level.variance.sqrt() + slack;
                     [*low, *high] = [low.max(mean - reach), high.min(mean + reach)];
                 }
                 *luminance = blend([&level, &next], pixel, start.luminance[pixel].reading, residual);
