@@ -179,9 +179,10 @@ fn edges_that_the_reading_does_not_know_stay() {
     for is_snow in [false, true] {
         let means = columns(&film_of_surfaces(16, |_| (2.0, is_snow), residual));
         for (column, light) in [(3, 1.0), (8, 2.0)] {
-            // The mean of a column has a standard error of 2/√12/√256 = .036 before the filter.
+            // The mean of a column has a standard error of 2/√12/√256 = .036 before the filter. Snow has a slack.
             let error = (means[column] - light).abs();
-            assert!(error < 0.15, "snow {is_snow}, column {column}: {error}");
+            let most = if is_snow { 0.15 + 2.0 * f64::from(SLACK) } else { 0.15 };
+            assert!(error < most, "snow {is_snow}, column {column}: {error}");
         }
     }
 }
