@@ -524,7 +524,8 @@ fn curved_snow_is_not_in_its_own_shadow() {
 }
 
 /// Σ R₀ V F + (H + K J)/π at the vertices is the radiance of a rendering, under a lamp in front, sun and sky, and so is
-/// the spectrum of the light towards the eye. Where all light grazes the surface, R₀ of a half-space is not that of a ball, and the rendering has more.
+/// the spectrum of the light towards the eye. Where all light grazes the surface, R₀ of a half-space is not that of a
+/// ball, and the rendering has more.
 #[test]
 fn lit_curved_snow_has_the_radiance_of_a_rendering() {
     const LEAST_COS: f32 = 0.25;

@@ -13,7 +13,7 @@ use snowblue_scene::queries::SceneQueries;
 use snowblue_scene::spectrum::{SAMPLES, Spectrum};
 
 use super::metering::WeightedLight;
-use super::relighting::{LitSnow, Relighting};
+use super::relighting::{LitSnow, Relighting, VertexSpectra};
 use super::sky_directions::SkyDirections;
 use super::{BakedObject, Surface};
 
@@ -24,13 +24,6 @@ pub struct SnowPlace {
     pub object: usize,
     /// Where it is on the triangles of the object.
     pub location: MeshLocation,
-}
-
-/// The net flux J and the irradiance H at a vertex, as band densities in W/m².
-#[derive(Debug, Clone, Copy)]
-pub(super) struct VertexSpectra {
-    pub(super) flux: Spectrum,
-    pub(super) irradiance: Spectrum,
 }
 
 /// A place, and who looks at it.

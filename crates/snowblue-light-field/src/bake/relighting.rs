@@ -13,7 +13,6 @@ use snowblue_color::LinearRgb;
 use snowblue_geometry::mesh_bvh::MeshBvh;
 use snowblue_geometry::ray::{SurfacePoint, narrow};
 
-use super::probe::VertexSpectra;
 use super::sky_directions::SkyDirections;
 use super::{BakeError, BakedObject, DEFAULT_CELLS, MOST_VERTICES, Surface, rgb, surfaces};
 use crate::watch::Watch;
@@ -63,6 +62,13 @@ pub struct LitSurface {
     pub sky_irradiance: Vec<LinearRgb>,
     /// The visibility V of a lamp or the sun: 0 in shadow, else 1. It is 1 where the surface faces away, and for a sky.
     pub visibility: Vec<f32>,
+}
+
+/// The net flux J and the irradiance H at a vertex, as band densities in W/m².
+#[derive(Debug, Clone, Copy)]
+pub(super) struct VertexSpectra {
+    pub(super) flux: Spectrum,
+    pub(super) irradiance: Spectrum,
 }
 
 impl Relighting {
