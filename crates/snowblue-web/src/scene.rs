@@ -259,6 +259,7 @@ impl LightField {
     /// # Errors
     ///
     /// In the words of the command, when there is no such tone curve.
+    #[expect(clippy::too_many_arguments, reason = "JavaScript passes arrays and numbers one by one")]
     pub fn probe(
         &self,
         ray: &[f32],
