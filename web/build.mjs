@@ -84,6 +84,7 @@ await esbuild.build({
   entryPoints: [
     "src/main.ts",
     "src/sunlight/sunlight.ts",
+    "src/view/viewer.ts",
     "src/style.css",
     ...readdirSync(join(ROOT, "src/workers")).map((file) => `src/workers/${file}`),
   ],

@@ -11,6 +11,7 @@ import { compiled } from "./compiled";
 import { announce, byId, el, say } from "./dom";
 import { Engine } from "./engine";
 import { decode, encode } from "./fragment";
+import { imported } from "./imported";
 import type { SpectrumAnswer } from "./native";
 import { figure } from "./numbers";
 import { buildPanel } from "./panel/panel";
@@ -54,8 +55,7 @@ let current: Curve | undefined;
 /** Infrared light and light at depth; none before the results come near the window. */
 let sunlight: Sunlight | undefined;
 let sunlightStarted: Promise<void> | undefined;
-/** How often it could not be loaded. */
-let sunlightFailures = 0;
+const sunlightScript = imported<typeof import("./sunlight/sunlight")>("sunlight.js");
 let addressTimer: ReturnType<typeof setTimeout> | undefined;
 /** The open step of the story; none in the laboratory. */
 let storyStep: number | undefined;
@@ -166,15 +166,11 @@ function startSunlight(): Promise<void> {
 
 async function loadSunlight(): Promise<void> {
   try {
-    const address = new URL("sunlight.js", import.meta.url);
-    // Firefox does not load an address again that has failed.
-    if (sunlightFailures > 0) address.search = String(sunlightFailures);
-    const { Sunlight } = (await import(address.href)) as typeof import("./sunlight/sunlight");
+    const { Sunlight } = await sunlightScript();
     say(byId("sunlight-error"), "");
     sunlight = new Sunlight(store, native, drawCurves);
     near.disconnect();
   } catch (error) {
-    sunlightFailures += 1;
     sunlightStarted = undefined;
     const reason = error instanceof Error ? error.message : error;
     say(byId("sunlight-error"), `Sunlight cannot be computed: ${reason}. Scroll away and back to try again.`);

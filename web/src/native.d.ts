@@ -265,6 +265,17 @@ export interface LightField {
   /** The exposure of a view from any side, under the lights at the first places times some factors. */
   exposure_stops(factors: Float64Array): number | undefined;
   /**
+   * The light that leaves the snow where a ray (origin and direction) meets it, towards its origin: JSON of a
+   * `ProbedLight`, none beside the snow. `directions` are those of `sky_radiance`; the colour is that of a picture.
+   */
+  probe(
+    ray: Float32Array,
+    factors: Float64Array,
+    directions: Float32Array,
+    exposure: number,
+    tone: string,
+  ): string | undefined;
+  /**
    * Radiance of the last sky from each direction (3 values each) as linear sRGB, in W/(m² sr) as renderings have it.
    */
   sky_radiance(directions: Float32Array): Float32Array;

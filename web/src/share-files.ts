@@ -77,6 +77,21 @@ export async function pngFile(file: string): Promise<Blob> {
   }
 }
 
+/** A line that is not wider than some pixels: its middle is left out if it is. */
+function fitting(context: OffscreenCanvasRenderingContext2D, line: string, width: number): string {
+  if (context.measureText(line).width <= width) return line;
+  // The greatest number of letters that fits, by bisection.
+  let [most, none] = [0, line.length];
+  const cut = (letters: number) =>
+    `${line.slice(0, Math.ceil(letters / 2))}…${line.slice(line.length - Math.floor(letters / 2))}`;
+  while (none - most > 1) {
+    const letters = (most + none) >> 1;
+    if (context.measureText(cut(letters)).width <= width) most = letters;
+    else none = letters;
+  }
+  return cut(most);
+}
+
 /** A picture with a strip below it: a swatch of a colour beside lines of text. */
 export async function captioned(picture: Blob, hex: string, lines: readonly string[]): Promise<Blob> {
   const image = await createImageBitmap(picture);
@@ -93,7 +108,7 @@ export async function captioned(picture: Blob, hex: string, lines: readonly stri
   context.fillStyle = "#dbe6ef";
   context.font = `${em}px system-ui, sans-serif`;
   lines.forEach((line, row) =>
-    context.fillText(line, strip, height + 1.5 * em * (row + 1.2), width - strip - em));
+    context.fillText(fitting(context, line, width - strip - em), strip, height + 1.5 * em * (row + 1.2)));
   return canvas.convertToBlob({ type: "image/png" });
 }
 

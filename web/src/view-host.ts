@@ -1,6 +1,7 @@
 /** Loads the 3-D view when the page stands, and keeps it and the state the same. */
 
-import { byId, say } from "./dom";
+import { byId, el, say } from "./dom";
+import { imported } from "./imported";
 import type { State, View } from "./state";
 import type { Store } from "./store";
 import type { Backdrop } from "./view/snow-canvas";
@@ -14,37 +15,44 @@ export class ViewHost {
   readonly opened: Promise<void>;
   #open!: () => void;
   readonly #store: Store;
+  readonly #script = imported<typeof import("./view/viewer")>("viewer.js");
+  /** Loads the view again that could not be loaded. */
+  readonly #again = el("button", {
+    type: "button", class: "button", hidden: true, click: () => void this.start(),
+  }, "Try again");
   #viewer: Promise<Viewer> | undefined;
+  /** The view once it is loaded. */
+  #shown: Viewer | undefined;
   #rest: ReturnType<typeof setTimeout> | undefined;
   #backdrop: Backdrop = "dark";
 
   constructor(store: Store) {
     this.#store = store;
     this.opened = new Promise((resolve) => (this.#open = resolve));
+    byId("view-error").after(this.#again);
+    store.subscribe((state, before) => {
+      if (this.#shown !== undefined) this.#follow(this.#shown, state, before);
+    });
   }
 
-  /** The view, loaded once. */
+  /** The view, loaded once. After a failure the next call tries again. */
   viewer(): Promise<Viewer> {
-    this.#viewer ??= this.#load();
+    this.#viewer ??= this.#load().catch((error) => {
+      this.#fail(`The 3-D snow cannot be loaded: ${error instanceof Error ? error.message : error}.`);
+      throw error;
+    });
     return this.#viewer;
   }
 
-  /** Starts to load it, and says in its place if it fails. */
+  /** Starts to load it; says in its place if that fails. */
   async start(): Promise<void> {
-    try {
-      const viewer = await this.viewer();
-      byId("view-wait").hidden = true;
-      this.#store.subscribe((state, before) => this.#follow(viewer, state, before));
-    } catch (error) {
-      byId("view-wait").hidden = true;
-      this.error(error instanceof Error ? error.message : String(error));
-      this.#open();
-    }
+    await this.viewer().catch(() => undefined);
   }
 
   async addMesh(file: File): Promise<void> {
     this.error("");
-    await (await this.viewer()).addMesh(file);
+    // A view that cannot be loaded says so itself.
+    await (await this.viewer().catch(() => undefined))?.addMesh(file);
   }
 
   /** Sets what is seen behind the snow. */
@@ -70,9 +78,22 @@ export class ViewHost {
     else this.#rest = setTimeout(set, REST_MS);
   }
 
+  /** There is no view, until it is loaded again. */
+  #fail(text: string): void {
+    this.#shown?.dispose();
+    this.#viewer = this.#shown = undefined;
+    byId("view-wait").hidden = true;
+    this.error(text);
+    this.#again.hidden = false;
+    this.#open();
+  }
+
   async #load(): Promise<Viewer> {
-    const { Viewer } = await import("./view/viewer");
-    const viewer = new Viewer(byId("view"), {
+    this.error("");
+    this.#again.hidden = true;
+    byId("view-wait").hidden = false;
+    const { Viewer } = await this.#script();
+    const viewer: Viewer = new Viewer(byId("view"), {
       change: (view: View) => this.#changed(view),
       lit: () => {
         this.endPoster();
@@ -83,8 +104,14 @@ export class ViewHost {
         this.error(text);
         if (text !== "") this.#open();
       },
+      failed: (text: string) => {
+        if (this.#shown === viewer) this.#fail(text);
+      },
     });
     viewer.setBackdrop(this.#backdrop);
+    byId("view-wait").hidden = true;
+    this.#shown = viewer;
+    this.#follow(viewer, this.#store.state, this.#store.state);
     return viewer;
   }
 

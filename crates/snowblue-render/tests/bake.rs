@@ -11,10 +11,11 @@ use snowblue_base::files::FilesInMemory;
 use snowblue_color::LinearRgb;
 use snowblue_field::{GRAIN_RAYS, SnowOptics};
 use snowblue_geometry::mesh_files::read_mesh_file;
-use snowblue_geometry::ray::SurfacePoint;
+use snowblue_geometry::ray::{Ray, SurfacePoint};
 use snowblue_render::Integrator;
 use snowblue_render::bake::{
-    BakeOptions, BakedObject, BakedScene, Channels, LitSnow, LitSurface, WeightedLight, write_glb, write_ply,
+    BakeOptions, BakedObject, BakedScene, Channels, LitSnow, LitSurface, Relighting, WeightedLight, write_glb,
+    write_ply,
 };
 use snowblue_render::raster::PixelPosition;
 use snowblue_render::render::pixel_radiance;
@@ -455,8 +456,18 @@ fn ball_of_triangles(radius_m: f64) -> String {
     text
 }
 
-/// The scene of a ball of triangles with a radius of 10 cm under some light, and its snow under each of the lights.
-fn ball_under(light: &str) -> (Integrator, BakedObject, Vec<Lit>) {
+/// A ball of triangles with a radius of 10 cm under some light.
+struct LitBall {
+    integrator: Integrator,
+    object: BakedObject,
+    /// The ball under each of the lights.
+    lit: Vec<Lit>,
+    /// The same of all objects.
+    snow: Vec<LitSnow>,
+    relighting: Relighting,
+}
+
+fn ball_under(light: &str) -> LitBall {
     let text = format!(
         "{HEAD}{light}[light_field]\nstep_mm = 8\n[[object]]\nmesh = \"ball.obj\"\nup = \"z\"\n\
         smooth = true\nmaterial = \"snow\"\n"
@@ -467,15 +478,12 @@ fn ball_under(light: &str) -> (Integrator, BakedObject, Vec<Lit>) {
     let prepare = || Integrator::prepare(&description.build(&files).unwrap()).unwrap();
     let integrator = prepare();
     let options = BakeOptions { is_total: true, ..BakeOptions::default() };
-    let baked = integrator.bake(options, &|_| {}).unwrap().objects.remove(0);
+    let object = integrator.bake(options, &|_| {}).unwrap().objects.remove(0);
     let lights = integrator.scene().lights().to_vec();
     let mut relighting = integrator.into_relighting(None).unwrap();
-    let lit = lights.into_iter().map(|light| {
-        let LitSnow { strength, mut surfaces, .. } = relighting.light(&light);
-        (light, strength, surfaces.remove(0))
-    });
-    let lit = lit.collect();
-    (prepare(), baked, lit)
+    let snow: Vec<LitSnow> = lights.iter().map(|light| relighting.light(light)).collect();
+    let lit = lights.into_iter().zip(&snow).map(|(light, snow)| (light, snow.strength, snow.surfaces[0].clone()));
+    LitBall { integrator: prepare(), object, lit: lit.collect(), snow, relighting }
 }
 
 const LAMP_IN_FRONT: &str =
@@ -489,7 +497,7 @@ const OVERCAST_SKY: &str = "[sky]\ntype = \"overcast\"\nsun = { elevation_deg = 
 #[test]
 fn curved_snow_is_not_in_its_own_shadow() {
     for light in [LAMP_IN_FRONT, CLEAR_SKY] {
-        let (_, object, lit) = ball_under(light);
+        let LitBall { object, lit, .. } = ball_under(light);
         let (light, _, surface) = &lit[0];
         let sample = light.central_sample().unwrap();
         let faces_light = |vertex: &usize| {
@@ -500,7 +508,7 @@ fn curved_snow_is_not_in_its_own_shadow() {
         let hidden = front.iter().filter(|vertex| surface.visibility[**vertex] < 1.0).count();
         assert!(hidden == 0 && front.len() > 200, "{}: {hidden} of {}", light.name(), front.len());
     }
-    let (integrator, object, lit) = ball_under(OVERCAST_SKY);
+    let LitBall { integrator, object, lit, .. } = ball_under(OVERCAST_SKY);
     let level = LinearRgb::from_xyz(integrator.scene().sensor().xyz(&irradiance_by_sky(integrator.scene().lights())));
     let mut count = 0;
     for (normal, found) in object.normals.iter().zip(&lit[0].2.sky_irradiance) {
@@ -515,13 +523,16 @@ fn curved_snow_is_not_in_its_own_shadow() {
     assert!(count > 200, "{count}");
 }
 
-/// Σ R₀ V F + (H + K J)/π at the vertices is the radiance of a rendering, under a lamp in front, sun and sky. Where all
-/// light grazes the surface, R₀ of a half-space is not that of a ball, and the rendering has more.
+/// Σ R₀ V F + (H + K J)/π at the vertices is the radiance of a rendering, under a lamp in front, sun and sky, and so is
+/// the spectrum of the light towards the eye. Where all light grazes the surface, R₀ of a half-space is not that of a
+/// ball, and the rendering has more.
 #[test]
 fn lit_curved_snow_has_the_radiance_of_a_rendering() {
     const LEAST_COS: f32 = 0.25;
+    let directions: Vec<Vec3A> = sphere(1 << 8).filter(|direction| direction.z > 0.0).collect();
     for light in [LAMP_IN_FRONT, CLEAR_SKY, OVERCAST_SKY] {
-        let (mut integrator, object, lit) = ball_under(light);
+        let LitBall { mut integrator, object, lit, snow, relighting } = ball_under(light);
+        let weighted: Vec<WeightedLight> = snow.iter().map(|snow| WeightedLight { snow, factor: 1.0 }).collect();
         integrator.set_samples_per_pixel(256);
         let (mut errors, mut count) = (0.0, 0.0);
         'vertices: for vertex in (0..object.positions.len()).step_by(7) {
@@ -561,6 +572,12 @@ fn lit_curved_snow_has_the_radiance_of_a_rendering() {
             // The rendering samples skies at random, with an error of about 1 %, and crosses cells in steps. It differs
             // most at the edge of the shadow, where it adds light that is scattered once.
             assert!((relit / expected - 1.0).abs() < 0.05, "{light} {normal}: {relit} {expected}");
+            let eye = position + to_eye;
+            let place = relighting.place_along(&Ray { origin: eye, direction: -to_eye }).unwrap();
+            let spectrum = relighting.radiance_towards(eye, place, &weighted, &directions);
+            for (value, expected) in spectrum.0.iter().zip(radiance.0) {
+                assert!((value / expected - 1.0).abs() < 0.05, "{light} {normal}: {value} {expected}");
+            }
             errors += relit / expected - 1.0;
             count += 1.0;
         }
@@ -576,15 +593,19 @@ fn reflection(object: &BakedObject, normal: Vec3A, to_eye: Vec3A, to_light: Vec3
     object.half_space.reflection(cos_exit.into(), cos_incidence.into(), cos_azimuth.into())
 }
 
+/// Directions evenly over the sphere: a Fibonacci lattice.
+fn sphere(count: u32) -> impl Iterator<Item = Vec3A> {
+    (0..count).map(move |k| {
+        let z = 1.0 - (2.0 * f64::from(k) + 1.0) / f64::from(count);
+        let (y, x) = (f64::from(k) * PI * (3.0 - 5.0_f64.sqrt())).sin_cos();
+        (DVec3::new(x, y, 0.0) * (1.0 - z * z).sqrt()).with_z(z).as_vec3a()
+    })
+}
+
 /// ∫ R₀ L cos θ dω / ∫ L cos θ dω over an open sky.
 fn reflected_share(sky: &Light, integrator: &Integrator, normal: Vec3A, reflection: impl Fn(Vec3A) -> f64) -> f64 {
-    const COUNT: u32 = 1 << 12;
     let [mut reflected, mut received] = [0.0; 2];
-    for k in 0..COUNT {
-        // A Fibonacci lattice on the sphere.
-        let z = 1.0 - (2.0 * f64::from(k) + 1.0) / f64::from(COUNT);
-        let (y, x) = (f64::from(k) * PI * (3.0 - 5.0_f64.sqrt())).sin_cos();
-        let to_light = (DVec3::new(x, y, 0.0) * (1.0 - z * z).sqrt()).with_z(z).as_vec3a();
+    for to_light in sphere(1 << 12) {
         let cos = f64::from(normal.dot(to_light));
         if cos > 0.0 {
             let radiance = sky.power(&LightOrigin::Distant(to_light));

@@ -3,10 +3,12 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use glam::Vec3;
+use glam::{Vec3, Vec3A};
 use js_sys::Date;
-use snowblue_color::LinearRgb;
+use serde_json::json;
+use snowblue_color::{LinearRgb, Srgb8, ToneCurve};
 use snowblue_geometry::mesh_files::obj_text;
+use snowblue_geometry::ray::Ray;
 use snowblue_geometry::triangle_mesh::TriangleMesh;
 use snowblue_render::bake::{BakeOptions, BakedObject, LitSnow, LitSurface, Relighting, WeightedLight, glb_bytes};
 use snowblue_render::files::{FileSource, FilesInMemory};
@@ -14,6 +16,7 @@ use snowblue_render::film::image_file::to_raster;
 use snowblue_render::render::{RenderControl, accumulator, all_samples, render_missing};
 use snowblue_render::scene::IntegratorKind;
 use snowblue_render::scene::light::Light;
+use snowblue_render::scene::spectrum::wavelengths_nm;
 use snowblue_render::{Aovs, FilmAccumulator, Integrator, SceneDescription};
 use wasm_bindgen::prelude::*;
 
@@ -225,7 +228,7 @@ impl LightField {
     #[must_use]
     pub fn sky_radiance(&self, directions: &[f32]) -> Vec<f32> {
         let Some(sky) = self.sky.1.iter().find(|light| light.is_sky()) else { return Vec::new() };
-        let from = |direction: &[f32]| self.snow.radiance(sky, glam::Vec3A::from_slice(direction));
+        let from = |direction: &[f32]| self.snow.radiance(sky, Vec3A::from_slice(direction));
         colors(&directions.chunks_exact(3).map(from).collect::<Vec<_>>())
     }
 
@@ -238,10 +241,50 @@ impl LightField {
     /// strengths multiplied by some factors; none without light.
     #[must_use]
     pub fn exposure_stops(&self, factors: &[f64]) -> Option<f64> {
+        self.snow.exposure_factor(&self.weighted(factors)).map(f64::log2)
+    }
+
+    fn weighted(&self, factors: &[f64]) -> Vec<WeightedLight<'_>> {
         let weighted =
             |(place, factor): (usize, &f64)| Some(WeightedLight { snow: self.solved.get(&place)?, factor: *factor });
-        let lights: Vec<WeightedLight> = factors.iter().enumerate().filter_map(weighted).collect();
-        self.snow.exposure_factor(&lights).map(f64::log2)
+        factors.iter().enumerate().filter_map(weighted).collect()
+    }
+
+    /// The light that leaves the snow where a ray meets it, towards the origin of the ray, as JSON; none beside the
+    /// snow. `ray` has three coordinates of its origin and three of its direction, and `factors` are those of
+    /// [`exposure_stops`](Self::exposure_stops). Directions of a sky are those of
+    /// [`sky_radiance`](Self::sky_radiance). The colour is that of a picture
+    /// whose light is multiplied by a factor, by a tone curve.
+    ///
+    /// # Errors
+    ///
+    /// In the words of the command, when there is no such tone curve.
+    #[expect(clippy::too_many_arguments, reason = "JavaScript passes arrays and numbers one by one")]
+    pub fn probe(
+        &self,
+        ray: &[f32],
+        factors: &[f64],
+        directions: &[f32],
+        exposure: f64,
+        tone: &str,
+    ) -> Result<Option<String>, JsError> {
+        let tone: ToneCurve = tone.parse().map_err(|reason| JsError::new(&text(reason)))?;
+        let [x, y, z, across, along, up] = *ray else { return Err(JsError::new("a ray has six numbers")) };
+        let (origin, towards) = (Vec3A::new(x, y, z), Vec3A::new(across, along, up));
+        let Some(place) = self.snow.place_along(&Ray { origin, direction: towards.normalize() }) else {
+            return Ok(None);
+        };
+        let directions: Vec<Vec3A> = directions.chunks_exact(3).map(Vec3A::from_slice).collect();
+        let radiance = self.snow.radiance_towards(origin, place, &self.weighted(factors), &directions);
+        let color = self.snow.color(&radiance);
+        let shown = Srgb8::encode(tone.displayed(color * exposure));
+        let answer = json!({
+            "wavelengths_nm": wavelengths_nm(),
+            "radiance": radiance.0,
+            "linear_rgb": [color.r, color.g, color.b],
+            "srgb": [shown.r, shown.g, shown.b],
+        });
+        Ok(Some(answer.to_string()))
     }
 
     /// The net flux J by the last light at each vertex, as linear sRGB, and the visibility V of a lamp or the sun.

@@ -30,7 +30,9 @@ export interface Step {
 
 export const BLUE_NM = 450;
 export const RED_NM = 650;
-export const at = (values: readonly number[], { wavelengths_nm }: SpectrumAnswer, nm: number) =>
+export const at = (
+  values: readonly number[], { wavelengths_nm }: Pick<SpectrumAnswer, "wavelengths_nm">, nm: number,
+) =>
   values[wavelengths_nm.indexOf(nm)]!;
 /** In percent; what is next to all has a digit more. */
 export const percent = (value: number, digits = 2) =>
@@ -38,10 +40,14 @@ export const percent = (value: number, digits = 2) =>
 
 const passing = (answer: SpectrumAnswer, nm: number) => percent(at(answer.transmittance, answer, nm));
 
+/** How many times as bright as another light one is. */
+export const timesAsBright = (ratio: number) =>
+  `${ratio < 1e6 ? short(ratio, 2) : figure(ratio, 2)} times as bright as`;
+
 /** How many times as much blue as red light passes. */
 export function blueness(answer: SpectrumAnswer): string {
   const ratio = at(answer.transmittance, answer, BLUE_NM) / at(answer.transmittance, answer, RED_NM);
-  return `${ratio < 1e6 ? short(ratio, 2) : figure(ratio, 2)} times as bright as red`;
+  return `${timesAsBright(ratio)} red`;
 }
 
 /** Transmittance relative to that of blue. */

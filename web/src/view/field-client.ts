@@ -4,7 +4,8 @@
  */
 
 import { type Body, namedMesh, type Size, surfaceOf } from "./shapes";
-import type { FieldAnswer, FieldRequest } from "./field-messages";
+import type { FieldAnswer, FieldRequest, ProbedLight, ProbeRequest } from "./field-messages";
+import type { Wanted } from "./lights";
 import { LitBody } from "./lit-body";
 import { sceneWorker } from "./native-scene";
 
@@ -41,19 +42,28 @@ class Stage {
   body: LitBody | undefined;
   private readonly worker: Worker;
   private next: LitBody | undefined;
+  private readonly questions = new Map<number, (light: ProbedLight | undefined) => void>();
+  private asked = 0;
 
   constructor(
     private readonly version: () => number,
     private readonly events: FieldEvents,
   ) {
     this.worker = sceneWorker("./field.js", () =>
-      events.failed("The light field could not be loaded. Reload the page to try again."),
+      events.failed("The light field cannot be loaded."),
     );
     this.worker.onmessage = ({ data }: MessageEvent<FieldAnswer>) => this.receive(data);
   }
 
   ask(request: FieldRequest): void {
     this.worker.postMessage(request);
+  }
+
+  /** What leaves the snow that is shown. */
+  probe(question: Omit<ProbeRequest, "probe" | "bodyKey">): Promise<ProbedLight | undefined> {
+    const probe = (this.asked += 1);
+    this.worker.postMessage({ ...question, probe, bodyKey: this.body!.key } satisfies ProbeRequest);
+    return new Promise((resolve) => this.questions.set(probe, resolve));
   }
 
   dispose(): void {
@@ -68,6 +78,9 @@ class Stage {
     } else if (answer.kind === "body") {
       this.next?.dispose();
       this.next = new LitBody(answer);
+    } else if (answer.kind === "probe") {
+      this.questions.get(answer.probe)?.(answer.light);
+      this.questions.delete(answer.probe);
     } else if (answer.kind === "exposure") {
       if (this.body?.key !== answer.bodyKey) return;
       this.body.stops = answer.stops;
@@ -135,10 +148,20 @@ export class FieldClient {
 
   /** The best light that is known; that of the body before until there is some. */
   get best(): LitBody | undefined {
-    if (this.isReady(this.fine, "fine")) return this.fine.body;
+    return this.bestStage.body;
+  }
+
+  private get bestStage(): Stage {
+    if (this.isReady(this.fine, "fine")) return this.fine;
     const isCurrent = ({ body }: Stage, stage: Size) => body?.key === this.key(stage);
-    if (isCurrent(this.coarse, "coarse") || !isCurrent(this.fine, "fine")) return this.coarse.body;
-    return this.fine.body;
+    return isCurrent(this.coarse, "coarse") || !isCurrent(this.fine, "fine") ? this.coarse : this.fine;
+  }
+
+  /** The light that leaves the snow as it is shown by lights of some types; none beside it. */
+  async probe(wanted: readonly Wanted[], ray: number[], exposure: number, tone: string) {
+    const stage = this.bestStage;
+    if (stage.body === undefined) return undefined;
+    return stage.probe({ ray, strengths: stage.body.strengths(wanted), exposure, tone });
   }
 
   /** Whether at least the coarse light of all lights where they are now is known. */

@@ -22,6 +22,28 @@ export interface FieldRequest {
   strengths: number[];
 }
 
+/** A question for the light that leaves the snow where a ray meets it, towards the origin of the ray. */
+export interface ProbeRequest {
+  probe: number;
+  bodyKey: string;
+  /** Origin and direction. */
+  ray: number[];
+  strengths: number[];
+  /** Of the picture: the factor of its light, and its tone curve by name. */
+  exposure: number;
+  tone: string;
+}
+
+/** The answer of `LightField.probe`. */
+export interface ProbedLight {
+  wavelengths_nm: number[];
+  /** In W/(m² sr) as a band density. */
+  radiance: number[];
+  /** Its colour, and that of the picture from 0 to 255. */
+  linear_rgb: Rgb;
+  srgb: Rgb;
+}
+
 /** An object's surface; see `LightField` of the module `scene`. */
 export interface SurfaceGeometry {
   positions: Float32Array;
@@ -64,4 +86,6 @@ export type FieldAnswer =
     }
   /** The automatic exposure of all lights. */
   | { kind: "exposure"; bodyKey: string; stops: number | undefined }
+  /** None beside the snow, and of a body that is there no more. */
+  | { kind: "probe"; probe: number; light: ProbedLight | undefined }
   | { kind: "error"; version: number; text: string };

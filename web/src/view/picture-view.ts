@@ -68,6 +68,11 @@ export class PictureView {
     this.timer = setTimeout(() => this.post({ version: this.version, scene, mesh }), REST_MS);
   }
 
+  /** Whether the picture is seen at a place, 0 to 1 from the left. */
+  covers(x: number): boolean {
+    return !this.canvas.hidden && x > this.share;
+  }
+
   /** Draws the picture over a copy of the light field. */
   drawOnto(context: CanvasRenderingContext2D): void {
     if (this.canvas.hidden) return;
@@ -84,9 +89,10 @@ export class PictureView {
   }
 
   private start(): Worker {
-    const worker = sceneWorker("./picture.js", () =>
-      this.error("The path tracer could not be loaded. Reload the page to try again."),
-    );
+    const worker = sceneWorker("./picture.js", () => {
+      this.worker = undefined;
+      this.error("The path tracer cannot be loaded. Choose it again to try again.");
+    });
     worker.onmessage = ({ data }: MessageEvent<PictureAnswer>) => this.receive(data);
     return worker;
   }

@@ -6,6 +6,7 @@ import type { View } from "../state";
 import type { LitBody } from "./lit-body";
 import { cameraPosition, verticalFieldOfView } from "./scene";
 import { type Wanted, wantedOf } from "./lights";
+import type { Output } from "./snow-material";
 import { grid, LampMarks, SunMark } from "./surroundings";
 
 const MOST_PIXELS = 2_000_000;
@@ -34,7 +35,7 @@ export class SnowCanvas {
   private wanted: Wanted[] = [];
   /** A factor of radiance. */
   exposure = 1;
-  private hasShoulder = true;
+  private tone: Output = "filmic";
   private size = { width: 1, height: 1 };
   private frame = 0;
   private lastFrame = 0;
@@ -78,6 +79,14 @@ export class SnowCanvas {
     this.invalidate();
   }
 
+  /** From the eye through a place of the view, 0 to 1 from the left and from above: origin and direction. */
+  rayThrough({ x, y }: { x: number; y: number }): number[] {
+    const { ray } = new Raycaster();
+    ray.origin.copy(this.camera.position);
+    ray.direction.set(2 * x - 1, 1 - 2 * y, 0.5).unproject(this.camera).sub(ray.origin).normalize();
+    return [...ray.origin, ...ray.direction];
+  }
+
   /** Whether snow is between the eye and a place. */
   isBehindSnow(place: Vector3): boolean {
     if (this.body === undefined) return false;
@@ -86,13 +95,13 @@ export class SnowCanvas {
     return ray.intersectObject(this.body.group).length > 0;
   }
 
-  /** Sets what is shown. With a shoulder, light above white keeps its order. */
+  /** Sets what is shown, and its tone curve. */
   show(
     body: LitBody | undefined,
     { lamps, sky }: Pick<View, "lamps" | "sky">,
-    hasShoulder: boolean,
+    tone: Output,
   ): void {
-    this.hasShoulder = hasShoulder;
+    this.tone = tone;
     if (this.body !== body) {
       if (this.body !== undefined) this.scene.remove(this.body.group);
       if (body !== undefined) this.scene.add(body.group);
@@ -129,7 +138,7 @@ export class SnowCanvas {
 
   /** Draws now, for a copy of the canvas. */
   draw(): void {
-    this.body?.show(this.wanted, this.exposure, this.hasShoulder ? "filmic" : "none");
+    this.body?.show(this.wanted, this.exposure, this.tone);
     this.renderer.render(this.scene, this.camera);
     this.frames += 1;
   }

@@ -36,5 +36,14 @@ export const STYLE = `
   font-variant-numeric: tabular-nums; }
 .sb-caption:first-of-type { left: 0.75rem; }
 .sb-caption + .sb-caption { right: 0.75rem; text-align: right; }
+.sb-probe { position: absolute; top: 0.75rem; left: 0.75rem; width: 12rem; padding: 0.625rem 0.75rem 0.375rem;
+  border-radius: 0.5rem; background: #070b10e6; color: #dbe6ef; font-size: 0.8125rem; line-height: 1.35; }
+.sb-probe.sb-right { left: auto; right: 0.75rem; }
+.sb-probe div:first-child { display: flex; gap: 0.625rem; align-items: center; min-height: 2.25rem; }
+.sb-probe-color { flex: none; width: 2.25rem; height: 2.25rem; border-radius: 0.375rem;
+  border: 1px solid #dbe6ef59; }
+.sb-probe svg { display: block; max-width: 100%; margin-top: 0.375rem; }
+.sb-probed { position: absolute; width: 0.875rem; height: 0.875rem; margin: -0.4375rem; border-radius: 50%;
+  border: 2px solid #fff; box-shadow: 0 0 0 1px #070b10, inset 0 0 0 1px #070b10; }
 .sb-view [hidden] { display: none; }
 `;

@@ -3,11 +3,13 @@
 import type { Snow } from "../native";
 import type { Lamp, Layer, Method, View } from "../state";
 import { FieldClient } from "./field-client";
+import type { ProbedLight } from "./field-messages";
 import { LampHandles } from "./lamps";
 import { lightsOf, wantedOf } from "./lights";
 import { Orbit } from "./orbit";
 import { readMesh } from "./own-mesh";
 import { PictureView } from "./picture-view";
+import { type Place, Probe } from "./probe";
 import { fieldScene, type Film, sceneOf, toToml } from "./scene";
 import { fileOf } from "./scene-files";
 import { BLOCK_CM, body as bodyOf, type Body, defaults, meshBody, namedMesh, type Size, surfaceOf } from "./shapes";
@@ -21,6 +23,8 @@ export interface ViewerEvents {
   status(text: string): void;
   /** One sentence, or nothing when the last one no longer applies. */
   error(text: string): void;
+  /** The light of all snow cannot be computed; another view may be tried. */
+  failed(text: string): void;
 }
 
 /** For tests only, as `window.__snowblue`. */
@@ -31,6 +35,8 @@ interface TestHook {
   readonly ready: Promise<void>;
   /** Radiance of pixels of the canvas as linear sRGB with alpha, rows from above. */
   readPixels(x: number, y: number, width: number, height: number): Float32Array;
+  /** The light at a place of the view, 0 to 1 from the left and from above. */
+  probe(place: Place): Promise<ProbedLight | undefined>;
   /** Frames in a second while the camera turns. */
   measureFrames(count: number): number;
   /** Calls for drawing and triangles of a frame, unknowns of the field, and ms from a move to the coarse light. */
@@ -63,6 +69,7 @@ export class Viewer {
   private readonly field: FieldClient;
   private readonly picture: PictureView;
   private readonly handles: LampHandles | undefined;
+  private readonly probe: Probe | undefined;
   private readonly observer: ResizeObserver;
   private first: Layer = { thickness_cm: 1 };
   private view: View | undefined;
@@ -92,11 +99,15 @@ export class Viewer {
         this.layer, this.canvas.camera,
         (place) => this.canvas!.isBehindSnow(place), (lamp, position) => this.moveLamp(lamp, position),
       );
+      this.probe = new Probe(this.canvas.element, this.layer, (place) => this.lightAt(place));
     }
     this.field = new FieldClient({
       changed: () => this.lightChanged(),
       error: (text) => this.refused(text),
-      failed: (text) => this.fail(text),
+      failed: (text) => {
+        this.fail(text);
+        events.failed(text);
+      },
     });
     this.picture = new PictureView(this.layer, (text) => events.error(text));
     this.observer = new ResizeObserver(() => this.resized());
@@ -205,7 +216,8 @@ export class Viewer {
     element.setAttribute("role", "application");
     element.setAttribute(
       "aria-label",
-      "Snow in 3-D. Arrow keys turn the view, plus and minus change the distance. The lamps follow as buttons.",
+      "Snow in 3-D. Arrow keys turn the view, plus and minus change the distance, P tells the light of the middle, " +
+        "Escape hides it. The lamps follow as buttons.",
     );
     this.root.prepend(element);
     new Orbit(
@@ -271,6 +283,7 @@ export class Viewer {
         this.view?.shape === "block" ? this.blockNotice() : "",
         this.view?.sky === undefined ? "" : "Below the horizon the sky is dark.",
         "Squares on the ground measure 10 cm.",
+        "Point at the snow, or tap it, for the spectrum of its light.",
         this.view?.shape === "own" ? this.ownNotice : "",
       ].filter((sentence) => sentence !== "").join(" "),
     );
@@ -295,11 +308,19 @@ export class Viewer {
     const view = this.view;
     const lit = this.body === undefined ? undefined : this.field.best;
     if (view === undefined || this.canvas === undefined) return;
-    // The traced picture beside it has no shoulder.
-    this.canvas.show(lit, view, view.method === "field");
+    this.canvas.show(lit, view, toneOf(view));
     this.stops = view.exposure === "auto" ? this.metered(lit?.stops ?? this.stops) : view.exposure;
     this.canvas.exposure = 2 ** this.stops;
+    this.probe?.refresh();
     this.trace(view);
+  }
+
+  /** What leaves the snow at a place of the view where the light field is seen. */
+  private async lightAt(place: Place): Promise<ProbedLight | undefined> {
+    const view = this.view;
+    if (view === undefined || this.body === undefined || this.picture.covers(place.x)) return undefined;
+    const canvas = this.canvas!;
+    return this.field.probe(wantedOf(view), canvas.rayThrough(place), canvas.exposure, toneOf(view));
   }
 
   /** Traces the picture beside the light field, once that is fine: automatic exposure is by the fine field. */
@@ -375,6 +396,7 @@ export class Viewer {
         return viewer.whenFine();
       },
       readPixels: (x, y, width, height) => viewer.canvas!.readPixels(x, y, width, height),
+      probe: (place) => viewer.lightAt(place),
       measureFrames(count) {
         const start = performance.now();
         for (let frame = 0; frame < count; frame++) {
@@ -391,6 +413,11 @@ export class Viewer {
       },
     };
   }
+}
+
+/** The tone curve. The traced picture beside the light field has none. */
+function toneOf({ method }: View): "filmic" | "none" {
+  return method === "field" ? "filmic" : "none";
 }
 
 function same(one: unknown, other: unknown): boolean {

@@ -6,7 +6,9 @@
 import init, { Files, LightField } from "native:scene";
 import type { Files as NamedFiles, LightField as Field } from "../native";
 import { addCoefficients } from "../view/coefficients";
-import type { FieldRequest, FieldAnswer, LightOnObject, SurfaceGeometry } from "../view/field-messages";
+import type {
+  FieldAnswer, FieldRequest, LightOnObject, ProbedLight, ProbeRequest, SurfaceGeometry,
+} from "../view/field-messages";
 import { DOME_DIRECTIONS, type Light } from "../view/lights";
 import { TABLE_SIZE } from "../view/table-size";
 
@@ -25,8 +27,9 @@ let newest: FieldRequest | undefined;
 let isBusy = false;
 
 /** The first message is the compiled module, all others are requests; some of these may come before it. */
-self.onmessage = ({ data }: MessageEvent<WebAssembly.Module | FieldRequest>) => {
+self.onmessage = ({ data }: MessageEvent<WebAssembly.Module | FieldRequest | ProbeRequest>) => {
   if (data instanceof WebAssembly.Module) loaded = init({ module_or_path: data });
+  else if ("probe" in data) return post({ kind: "probe", probe: data.probe, light: probed(data) });
   else newest = data;
   if (loaded !== undefined && newest !== undefined && !isBusy) void work();
 };
@@ -79,6 +82,14 @@ function prepare({ version, bodyKey, scene, mesh, grain_rays, cells_per_edge }: 
   } finally {
     meshes.free();
   }
+}
+
+/** The light at a place of the present body. */
+function probed({ bodyKey, ray, strengths, exposure, tone }: ProbeRequest): ProbedLight | undefined {
+  if (body?.key !== bodyKey) return undefined;
+  const [along, factors] = [Float32Array.from(ray), Float64Array.from(strengths)];
+  const json = body.field.probe(along, factors, DOME_DIRECTIONS, exposure, tone);
+  return json === undefined ? undefined : (JSON.parse(json) as ProbedLight);
 }
 
 async function solve(body: Body, request: FieldRequest, place: number) {

@@ -19,6 +19,7 @@ mod lightmap;
 mod metadata;
 mod metering;
 mod ply;
+mod probe;
 mod relighting;
 mod sky_directions;
 mod subdivision;
@@ -56,6 +57,7 @@ pub use lamps::Lamp;
 pub use lightmap::{LIGHTMAP_SIZES, Lightmap};
 pub use metering::WeightedLight;
 pub use ply::write_ply;
+pub use probe::SnowPlace;
 pub use relighting::{LitSnow, LitSurface, Relighting};
 
 /// Greatest length of an edge of a baked mesh.

@@ -4,13 +4,14 @@
 //! lights, each with its own solution, and scales them as it likes. A clear sky is two of them: the sun and the sky
 //! without it.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use glam::Vec3A;
 use rayon::prelude::*;
 use snowblue_base::files::FileSource;
 use snowblue_color::LinearRgb;
-use snowblue_geometry::ray::SurfacePoint;
+use snowblue_geometry::mesh_bvh::MeshBvh;
+use snowblue_geometry::ray::{SurfacePoint, narrow};
 
 use super::sky_directions::SkyDirections;
 use super::{BakeError, BakedObject, DEFAULT_CELLS, MOST_VERTICES, Surface, rgb, surfaces};
@@ -31,6 +32,8 @@ pub struct Relighting {
     /// That of the last light; it is taken and put back when it is solved for again.
     field: Option<LightField>,
     pub(super) surfaces: Vec<Surface>,
+    /// The triangles of each object, once a place on them is sought.
+    pub(super) meshes: OnceLock<Vec<MeshBvh>>,
 }
 
 /// The snow under one light.
@@ -42,6 +45,8 @@ pub struct LitSnow {
     pub strength: LinearRgb,
     /// Each object of snow.
     pub surfaces: Vec<LitSurface>,
+    /// The same before colours, at each vertex.
+    pub(super) spectra: Vec<Vec<VertexSpectra>>,
 }
 
 /// A light on an object of snow, at each vertex. The surface sends out the radiance
@@ -59,6 +64,13 @@ pub struct LitSurface {
     pub visibility: Vec<f32>,
 }
 
+/// The net flux J and the irradiance H at a vertex, as band densities in W/m².
+#[derive(Debug, Clone, Copy)]
+pub(super) struct VertexSpectra {
+    pub(super) flux: Spectrum,
+    pub(super) irradiance: Spectrum,
+}
+
 impl Relighting {
     /// Divides the surface of the snow of a scene into triangles with edges of at most so many cells of its light
     /// field, by default two.
@@ -69,7 +81,7 @@ impl Relighting {
     pub fn new(scene: Scene, field: LightField, cells_per_edge: Option<f64>) -> Result<Self, BakeError> {
         let cells = cells_per_edge.unwrap_or(DEFAULT_CELLS);
         let surfaces = surfaces(&scene, &field, |body| cells * body.step_m(), MOST_VERTICES, None)?;
-        Ok(Self { scene, field: Some(field), surfaces })
+        Ok(Self { scene, field: Some(field), surfaces, meshes: OnceLock::new() })
     }
 
     /// The objects of snow, without light.
@@ -106,16 +118,23 @@ impl Relighting {
 
     /// The radiance of a sky in a unit direction, as linear sRGB.
     pub fn radiance(&self, sky: &Light, direction: Vec3A) -> LinearRgb {
-        rgb(&sky.power(&LightOrigin::Distant(direction)), self.scene.sensor())
+        self.color(&sky.power(&LightOrigin::Distant(direction)))
+    }
+
+    /// A band density as linear sRGB, as the film of a rendering has it.
+    #[must_use]
+    pub fn color(&self, light: &Spectrum) -> LinearRgb {
+        rgb(light, self.scene.sensor())
     }
 
     /// Solves for the light of a lamp or a sky without any other.
     pub fn light(&mut self, light: &Arc<Light>) -> LitSnow {
         let (light, strength) = (Arc::clone(light), self.strength(light));
-        LitSnow { surfaces: self.lit(&light), strength, light }
+        let (surfaces, spectra) = self.lit(&light).into_iter().unzip();
+        LitSnow { surfaces, spectra, strength, light }
     }
 
-    fn lit(&mut self, light: &Arc<Light>) -> Vec<LitSurface> {
+    fn lit(&mut self, light: &Arc<Light>) -> Vec<(LitSurface, Vec<VertexSpectra>)> {
         let Self { scene, surfaces, .. } = self;
         let is_snow = |object: &Object| scene.materials()[object.material].is_snow();
         let position = light.central_sample().and_then(|sample| sample.origin.position());
@@ -145,11 +164,17 @@ impl Relighting {
 
 impl Surface {
     /// The light of a lamp or a sky at all vertices.
-    fn lit(&self, scene: &Scene, field: &LightField, light: &Light) -> LitSurface {
-        let values = |of: &(dyn Fn(&BodyField, SurfacePoint) -> Spectrum + Sync)| -> Vec<LinearRgb> {
-            let Some(body) = field.of_object(self.object) else { return Vec::new() };
-            let places = self.places().map(|(point, normal)| of(body, SurfacePoint { point, normal }));
-            places.map(|spectrum| rgb(&spectrum, scene.sensor())).collect()
+    fn lit(&self, scene: &Scene, field: &LightField, light: &Light) -> (LitSurface, Vec<VertexSpectra>) {
+        let spectra_in = |body: &BodyField| -> Vec<VertexSpectra> {
+            let of_place = |(point, normal)| VertexSpectra {
+                flux: body.flux(point, normal),
+                irradiance: body.diffuse_irradiance(&SurfacePoint { point, normal }),
+            };
+            self.places().map(of_place).collect()
+        };
+        let spectra = field.of_object(self.object).map_or_else(Vec::new, spectra_in);
+        let colors = |of: fn(&VertexSpectra) -> &Spectrum| -> Vec<LinearRgb> {
+            spectra.iter().map(|vertex| rgb(of(vertex), scene.sensor())).collect()
         };
         let central = light.central_sample();
         let visibility = |queries: &mut SceneQueries, (point, normal)| {
@@ -160,20 +185,26 @@ impl Surface {
             });
             if is_hidden { 0.0 } else { 1.0 }
         };
-        LitSurface {
-            flux: values(&|body, surface| body.flux(surface.point, surface.normal)),
-            diffuse_irradiance: values(&|body, surface| body.diffuse_irradiance(&surface)),
+        let surface = LitSurface {
+            flux: colors(|vertex| &vertex.flux),
+            diffuse_irradiance: colors(|vertex| &vertex.irradiance),
             sky_irradiance: match central {
                 Some(_) => Vec::new(),
                 None => {
-                    let sky = SkyDirections::new(light, scene.sensor());
+                    let sky = SkyDirections::new(light, |power| {
+                        let LinearRgb { r, g, b } = rgb(power, scene.sensor());
+                        [r, g, b].map(narrow)
+                    });
                     let received = |queries: &mut SceneQueries, (point, normal)| {
-                        sky.irradiance(queries, &SurfacePoint { point, normal }, Side::Outer(self.object))
+                        let surface = SurfacePoint { point, normal };
+                        let [r, g, b] = sky.irradiance(queries, &surface, Side::Outer(self.object)).map(f64::from);
+                        LinearRgb { r, g, b }
                     };
                     self.places().map_init(|| SceneQueries::new(scene.objects()), received).collect()
                 }
             },
             visibility: self.places().map_init(|| SceneQueries::new(scene.objects()), visibility).collect(),
-        }
+        };
+        (surface, spectra)
     }
 }

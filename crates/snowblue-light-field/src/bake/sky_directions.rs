@@ -10,15 +10,12 @@
 //! with the irradiance E_k of a surface that faces direction k. So sampling errors are in what is hidden only.
 
 use glam::Vec3A;
-use snowblue_color::LinearRgb;
-use snowblue_geometry::ray::{SurfacePoint, narrow};
-use snowblue_scene::film::sensor::Sensor;
+use snowblue_geometry::ray::SurfacePoint;
 use snowblue_scene::light::{Light, LightSample};
 use snowblue_scene::objects::Side;
 use snowblue_scene::queries::SceneQueries;
 use snowblue_scene::sampling::Sampler;
-
-use super::rgb;
+use snowblue_scene::spectrum::Spectrum;
 
 /// Samples of the sky, each of a direction by its radiance and one by solid angle. On level ground and walls under
 /// clear and overcast skies their sum is within 0.1 % of that of eight times as many.
@@ -26,31 +23,31 @@ const SAMPLES: u16 = 2048;
 /// Samples whose visibility is found.
 const TRIED_SAMPLES: u16 = 128;
 
-/// A sky as directions from which light comes.
-pub(super) struct SkyDirections {
+/// A sky as directions from which light comes, of a number of channels.
+pub(super) struct SkyDirections<const N: usize> {
     /// Those of the first samples, whose visibility is found.
-    tried: Vec<SkyDirection>,
-    others: Vec<SkyDirection>,
+    tried: Vec<SkyDirection<N>>,
+    others: Vec<SkyDirection<N>>,
 }
 
-struct SkyDirection {
+struct SkyDirection<const N: usize> {
     sample: LightSample,
     towards: Vec3A,
-    /// E_k as linear sRGB.
-    irradiance: [f32; 3],
+    /// E_k in each channel.
+    irradiance: [f32; N],
 }
 
-impl SkyDirections {
-    /// The directions of a sky above the horizon.
-    pub(super) fn new(sky: &Light, sensor: &Sensor) -> Self {
+impl<const N: usize> SkyDirections<N> {
+    /// The directions of a sky above the horizon, with the channels of their light.
+    pub(super) fn new(sky: &Light, channels: impl Fn(&Spectrum) -> [f32; N]) -> Self {
         let [tried, others] = [0..TRIED_SAMPLES, TRIED_SAMPLES..SAMPLES]
-            .map(|samples| samples.flat_map(|index| directions(sky, sensor, index)).collect());
+            .map(|samples| samples.flat_map(|index| directions(sky, &channels, index)).collect());
         Self { tried, others }
     }
 
-    /// V E at a point on one side of an object's surface, as linear sRGB.
-    pub(super) fn irradiance(&self, queries: &mut SceneQueries, surface: &SurfacePoint, side: Side) -> LinearRgb {
-        let [mut seen, mut tried, mut open] = [[0.0; 3]; 3];
+    /// V E at a point on one side of an object's surface.
+    pub(super) fn irradiance(&self, queries: &mut SceneQueries, surface: &SurfacePoint, side: Side) -> [f32; N] {
+        let [mut seen, mut tried, mut open] = [[0.0; N]; 3];
         for direction in &self.tried {
             if let Some(irradiance) = direction.on(surface) {
                 add(&mut tried, irradiance);
@@ -60,26 +57,29 @@ impl SkyDirections {
             }
         }
         self.others.iter().filter_map(|direction| direction.on(surface)).for_each(|one| add(&mut open, one));
-        let [r, g, b] = std::array::from_fn(|channel| {
+        std::array::from_fn(|channel| {
             let all = tried[channel] + open[channel];
             // What no tried direction brings counts as hidden.
-            if tried[channel] > 0.0 { f64::from(all * (seen[channel] / tried[channel])) } else { 0.0 }
-        });
-        LinearRgb { r, g, b }
+            if tried[channel] > 0.0 { all * (seen[channel] / tried[channel]) } else { 0.0 }
+        })
     }
 }
 
-impl SkyDirection {
+impl<const N: usize> SkyDirection<N> {
     /// The irradiance of a surface, if it faces the direction.
     #[inline]
-    fn on(&self, surface: &SurfacePoint) -> Option<[f32; 3]> {
+    fn on(&self, surface: &SurfacePoint) -> Option<[f32; N]> {
         let cos = surface.normal.dot(self.towards);
         (cos > 0.0).then(|| self.irradiance.map(|irradiance| irradiance * cos))
     }
 }
 
 /// The directions of a sample, of which all together have the irradiance of the sky.
-fn directions(sky: &Light, sensor: &Sensor, index: u16) -> impl Iterator<Item = SkyDirection> + use<> {
+fn directions<const N: usize>(
+    sky: &Light,
+    channels: &impl Fn(&Spectrum) -> [f32; N],
+    index: u16,
+) -> Vec<SkyDirection<N>> {
     let ground = SurfacePoint { point: Vec3A::ZERO, normal: Vec3A::Z };
     let techniques = sky.techniques_through(None, Some(&ground));
     let mut sampler = Sampler::new(3, 0, index.into());
@@ -88,13 +88,11 @@ fn directions(sky: &Light, sensor: &Sensor, index: u16) -> impl Iterator<Item = 
         let towards = sample.origin.direction_from(Vec3A::ZERO).direction;
         let facing = sample.incident_at(&SurfacePoint { point: Vec3A::ZERO, normal: towards })?;
         let share = facing.irradiance_per_power / f32::from(SAMPLES);
-        let LinearRgb { r, g, b } = rgb(&(sky.power(&sample.origin) * share), sensor);
-        Some(SkyDirection { sample, towards, irradiance: [r, g, b].map(narrow) })
+        Some(SkyDirection { sample, towards, irradiance: channels(&(sky.power(&sample.origin) * share)) })
     };
-    let found = [0, 1, 2].map(&mut direction);
-    found.into_iter().flatten()
+    [0, 1, 2].into_iter().filter_map(&mut direction).collect()
 }
 
-fn add(sum: &mut [f32; 3], irradiance: [f32; 3]) {
+fn add<const N: usize>(sum: &mut [f32; N], irradiance: [f32; N]) {
     sum.iter_mut().zip(irradiance).for_each(|(sum, irradiance)| *sum += irradiance);
 }
