@@ -252,9 +252,8 @@ impl LightField {
 
     /// The light that leaves the snow where a ray meets it, towards the origin of the ray, as JSON; none beside the
     /// snow. `ray` has three coordinates of its origin and three of its direction, and `factors` are those of
-    /// [`exposure_stops`](Self::exposure_stops). Directions of a sky are those of
-    /// [`sky_radiance`](Self::sky_radiance). The colour is that of a picture
-    /// whose light is multiplied by a factor, by a tone curve.
+    /// [`exposure_stops`](Self::exposure_stops). Directions of a sky are those of [`sky_radiance`](Self::sky_radiance).
+    /// The colour is that of a picture whose light is multiplied by a factor, by a tone curve.
     ///
     /// # Errors
     ///
