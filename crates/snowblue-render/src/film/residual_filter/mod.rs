@@ -60,8 +60,8 @@ const DISTANCE_DEVIATION: f32 = 0.002;
 /// surfaces.
 const SNOW_CONFIDENCE: f32 = 3.0;
 const CONFIDENCE: f32 = 2.0;
-/// Difference of such means of snow, relative to the reading, that is no contradiction. Without it, rare samples of even
-/// snow in the sun leave faint dots.
+/// Difference of such means of snow, relative to the reading, that is no contradiction. Without it, rare samples of
+/// even snow in the sun leave faint dots.
 const SLACK: f32 = 0.1;
 /// Relative standard error of the nearest pixels below which the means of snow are compared.
 const KNOWN_ERROR: f32 = 0.5;
