@@ -13,7 +13,7 @@ const MOST_BYTES = 400_000;
 let release;
 const released = new Promise((resolve) => (release = resolve));
 /** Files of the 3-D view. */
-const isOfView = (file) => /^(viewer-|scene|field)/.test(file);
+const isOfView = (file) => /^(viewer|scene|field)/.test(file);
 const slow = await serve((file) => (isOfView(file) ? released : undefined));
 /** The addresses of the page, each with a server of its own. */
 const whole = await Promise.all(["", "index.html"].map(async (address) => ({ address, ...await serve() })));

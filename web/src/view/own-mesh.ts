@@ -2,6 +2,7 @@
 
 import type { Triangles } from "./triangles";
 import { readGlb } from "./glb";
+import { readPly } from "./ply";
 
 const MOST_MIB = 64;
 const MOST_TRIANGLES = 200_000;
@@ -28,7 +29,7 @@ export async function readMesh(file: File): Promise<OwnMesh> {
   let read: Triangles;
   try {
     const bytes = await file.arrayBuffer();
-    read = extension === "glb" ? readGlb(bytes) : (await import("./ply")).readPly(bytes);
+    read = extension === "glb" ? readGlb(bytes) : readPly(bytes);
   } catch (error) {
     throw new Error(`${file.name} cannot be read: it ${reason(error)}.`);
   }

@@ -7,7 +7,6 @@ import type { ProbedLight } from "./field-messages";
 import { LampHandles } from "./lamps";
 import { lightsOf, wantedOf } from "./lights";
 import { Orbit } from "./orbit";
-import { readMesh } from "./own-mesh";
 import { PictureView } from "./picture-view";
 import { type Place, Probe } from "./probe";
 import { fieldScene, type Film, sceneOf, toToml } from "./scene";
@@ -138,6 +137,7 @@ export class Viewer {
   /** Shows a visitor's mesh; what cannot be used is refused by an error in one sentence. */
   async addMesh(file: File): Promise<void> {
     try {
+      const { readMesh } = await import("./own-mesh");
       const mesh = await readMesh(file);
       this.own = meshBody(mesh.name, mesh.triangles, [0, 0, 0.5 * mesh.height_m]);
       this.isOwnLit = false;
