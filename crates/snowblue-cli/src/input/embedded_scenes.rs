@@ -20,7 +20,7 @@ macro_rules! embedded {
 }
 
 /// All of them, by name.
-pub(crate) const SCENES: [EmbeddedScene; 21] = [
+pub(crate) const SCENES: [EmbeddedScene; 22] = [
     embedded!("block_30cm"),
     embedded!("clump"),
     embedded!("cornice"),
@@ -39,6 +39,7 @@ pub(crate) const SCENES: [EmbeddedScene; 21] = [
     embedded!("probe_hole"),
     embedded!("quinzhee"),
     embedded!("snow_cave"),
+    embedded!("snow_tunnel"),
     embedded!("truth_ball"),
     embedded!("truth_corner"),
     embedded!("truth_floor"),
