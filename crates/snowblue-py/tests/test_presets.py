@@ -219,3 +219,12 @@ def test_the_scene_of_the_chapter_binds_the_preset(tmp_path, repository):
     surface, _name, _type = material.ComputeSurfaceSource("mtlx")
     assert surface.GetShaderId() == "ND_open_pbr_surface_surfaceshader"
     assert UsdGeom.GetStageMetersPerUnit(stage) == 1
+    lamp, camera = (stage.GetPrimAtPath(f"/World/{name}") for name in ("Lamp", "Camera"))
+    assert (lamp.GetTypeName(), camera.GetTypeName()) == ("SphereLight", "Camera")
+    to_world = [UsdGeom.Xformable(prim).ComputeLocalToWorldTransform(0) for prim in (lamp, camera)]
+    behind, before = (matrix.ExtractTranslation() for matrix in to_world)
+    # The block is about the origin: the lamp is behind its face at y = size / 2, and the camera, which looks along -z,
+    # sees the middle of the block.
+    half = UsdGeom.Cube(block).GetSizeAttr().Get() / 2
+    assert half < behind[1] and before[1] < -half
+    assert np.allclose(to_world[1].TransformDir((0, 0, -1)), -before.GetNormalized(), atol=0.01)
