@@ -177,6 +177,14 @@ impl SnowBody {
         self.grid.lattice.step.max_element()
     }
 
+    /// Size of the cells at the surface, in m: the side of a square of their mean share of the surface, and at least that
+    /// of the finest.
+    #[must_use]
+    pub fn surface_step_m(&self) -> f64 {
+        let area_m2: f64 = self.grid.surface.iter().map(|element| f64::from(element.area_m2)).sum();
+        (area_m2 / self.grid.surface_cells().count().max(1) as f64).sqrt().max(self.step_m())
+    }
+
     /// Number of unknowns at each wavelength.
     #[must_use]
     pub fn node_count(&self) -> usize {

@@ -97,7 +97,7 @@ impl BodyField {
 
     /// Size of the cells at the surface, in m.
     pub fn step_m(&self) -> f64 {
-        self.body.step_m()
+        self.body.surface_step_m()
     }
 
     /// What leaves the surface, the net flux and the irradiance, in W m⁻² as a band density.

@@ -274,6 +274,19 @@ fn files_hold_the_meshes_and_their_attributes() {
     }
 }
 
+/// The cells of wide snow differ in size. Edges follow those at the surface, and not the finest, of which there are few.
+#[test]
+fn wide_snow_has_no_more_vertices_than_its_cells_ask_for() {
+    let block = BLOCK.replace("[0.3, 0.1, 0.3]", "[3, 3, 3]");
+    let text = format!("{HEAD}[light_field]\nmemory_mib = 32\n{SKY}{block}");
+    let mut description = SceneFile::parse(text, "scene.toml").unwrap().description;
+    description.light_field.grain_rays = 1 << 12;
+    let baked = prepared(&description).bake(BakeOptions::default(), &|_| {}).unwrap();
+    let vertices = baked.objects[0].positions.len();
+    // Edges as long as the finest cells, 2 mm, would make 10⁷.
+    assert!((1_000..200_000).contains(&vertices), "{vertices}");
+}
+
 #[test]
 fn what_cannot_be_baked_is_named() {
     let floor = "[[object]]\nshape = \"plane\"\nmaterial = \"grey\"\n";

@@ -24,7 +24,6 @@ const UNSIGNED_INT: u32 = 5125;
 const ARRAY_BUFFER: u32 = 34_962;
 const ELEMENT_ARRAY_BUFFER: u32 = 34_963;
 const LINEAR: u32 = 9729;
-const LINEAR_MIPMAP_LINEAR: u32 = 9987;
 const CLAMP_TO_EDGE: u32 = 33_071;
 /// Bytes of the header of the file, and of a chunk.
 const FILE_HEADER: usize = 12;
@@ -120,8 +119,9 @@ impl Parts {
             document["scenes"][0]["extras"]["lightmap_texel_m"] = json!(lightmap.texel_m);
             document["images"] =
                 json!([{ "bufferView": parts.add_image(lightmap, &preview)?, "mimeType": "image/png" }]);
+            // Smaller levels of a mipmap would mix charts: bright dashes along edges.
             document["samplers"] = json!([{
-                "magFilter": LINEAR, "minFilter": LINEAR_MIPMAP_LINEAR, "wrapS": CLAMP_TO_EDGE, "wrapT": CLAMP_TO_EDGE
+                "magFilter": LINEAR, "minFilter": LINEAR, "wrapS": CLAMP_TO_EDGE, "wrapT": CLAMP_TO_EDGE
             }]);
             document["textures"] = json!([{ "sampler": 0, "source": 0 }]);
             document["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"] = json!({ "index": 0 });
