@@ -274,7 +274,7 @@ fn files_hold_the_meshes_and_their_attributes() {
     }
 }
 
-/// The cells of wide snow differ in size. Edges follow those at the surface, and not the finest, of which there are few.
+/// The cells of wide snow differ in size. Edges follow those at the surface, not the finest, of which there are few.
 #[test]
 fn wide_snow_has_no_more_vertices_than_its_cells_ask_for() {
     let block = BLOCK.replace("[0.3, 0.1, 0.3]", "[3, 3, 3]");
