@@ -177,8 +177,8 @@ impl SnowBody {
         self.grid.lattice.step.max_element()
     }
 
-    /// Size of the cells at the surface, in m: the side of a square of their mean share of the surface, and at least the
-    /// size of the finest.
+    /// Size of the cells at the surface, in m: the side of a square of their mean share of the surface, or the size of
+    /// the finest if that is greater.
     #[must_use]
     pub fn surface_step_m(&self) -> f64 {
         let area_m2: f64 = self.grid.surface.iter().map(|element| f64::from(element.area_m2)).sum();
