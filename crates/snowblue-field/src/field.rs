@@ -177,12 +177,16 @@ impl SnowBody {
         self.grid.lattice.step.max_element()
     }
 
-    /// Size of the cells at the surface, in m: the side of a square of their mean share of the surface, or the size of
-    /// the finest if that is greater.
+    /// Size of the cells at the surface, in m: its mean over the surface.
     #[must_use]
     pub fn surface_step_m(&self) -> f64 {
-        let area_m2: f64 = self.grid.surface.iter().map(|element| f64::from(element.area_m2)).sum();
-        (area_m2 / self.grid.surface_cells().count().max(1) as f64).sqrt().max(self.step_m())
+        let (mut area_m2, mut sum) = (f64::MIN_POSITIVE, 0.0);
+        for (cell, elements) in self.grid.surface_cells() {
+            let of_cell: f64 = self.grid.surface[elements].iter().map(|element| f64::from(element.area_m2)).sum();
+            area_m2 += of_cell;
+            sum += of_cell * f64::from(1u32 << cell.level);
+        }
+        self.step_m() * sum / area_m2
     }
 
     /// Number of unknowns at each wavelength.

@@ -96,7 +96,7 @@ impl BodyField {
     }
 
     /// Size of the cells at the surface, in m.
-    pub fn step_m(&self) -> f64 {
+    pub fn surface_step_m(&self) -> f64 {
         self.body.surface_step_m()
     }
 

@@ -4,7 +4,7 @@
  */
 
 import { type Body, namedMesh, type Size, surfaceOf } from "./shapes";
-import type { FieldAnswer, FieldRequest, ProbedLight, ProbeRequest } from "./field-messages";
+import type { FieldAnswer, FieldRequest, Probed, ProbeRequest } from "./field-messages";
 import type { Wanted } from "./lights";
 import { LitBody } from "./lit-body";
 import { sceneWorker } from "./native-scene";
@@ -42,7 +42,7 @@ class Stage {
   body: LitBody | undefined;
   private readonly worker: Worker;
   private next: LitBody | undefined;
-  private readonly questions = new Map<number, (light: ProbedLight | undefined) => void>();
+  private readonly questions = new Map<number, (light: Probed) => void>();
   private asked = 0;
 
   constructor(
@@ -60,7 +60,7 @@ class Stage {
   }
 
   /** What leaves the snow that is shown. */
-  probe(question: Omit<ProbeRequest, "probe" | "bodyKey">): Promise<ProbedLight | undefined> {
+  probe(question: Omit<ProbeRequest, "probe" | "bodyKey">): Promise<Probed> {
     const probe = (this.asked += 1);
     this.worker.postMessage({ ...question, probe, bodyKey: this.body!.key } satisfies ProbeRequest);
     return new Promise((resolve) => this.questions.set(probe, resolve));

@@ -61,6 +61,9 @@ export interface LightOnObject {
 
 export type Rgb = [number, number, number];
 
+/** The light at a place: undefined beside the snow, and null while it is not known. */
+export type Probed = ProbedLight | undefined | null;
+
 export type FieldAnswer =
   | {
       kind: "body";
@@ -86,6 +89,5 @@ export type FieldAnswer =
     }
   /** The automatic exposure of all lights. */
   | { kind: "exposure"; bodyKey: string; stops: number | undefined }
-  /** None beside the snow, and of a body that is there no more. */
-  | { kind: "probe"; probe: number; light: ProbedLight | undefined }
+  | { kind: "probe"; probe: number; light: Probed }
   | { kind: "error"; version: number; text: string };

@@ -90,7 +90,8 @@ export class PictureView {
 
   private start(): Worker {
     const worker = sceneWorker("./picture.js", () => {
-      this.worker = undefined;
+      worker.terminate();
+      if (this.worker === worker) this.worker = undefined;
       this.error("The path tracer cannot be loaded. Choose it again to try again.");
     });
     worker.onmessage = ({ data }: MessageEvent<PictureAnswer>) => this.receive(data);

@@ -3,7 +3,7 @@
 import { el, svg } from "../dom";
 import { colorOf } from "../story/drawings";
 import { BLUE_NM, RED_NM, at, timesAsBright } from "../story/steps";
-import type { ProbedLight } from "./field-messages";
+import type { Probed, ProbedLight } from "./field-messages";
 
 /** Greatest way of a finger that taps, in px. */
 const TAP_PX = 8;
@@ -37,7 +37,7 @@ export class Probe {
   constructor(
     private readonly element: HTMLElement,
     layer: HTMLElement,
-    private readonly light: (place: Place) => Promise<ProbedLight | undefined>,
+    private readonly light: (place: Place) => Promise<Probed>,
   ) {
     layer.append(this.mark, this.card, this.said);
     element.addEventListener("pointermove", this.move);
@@ -105,19 +105,22 @@ export class Probe {
       this.isStale = false;
       const place = this.place;
       const answer = await this.light(place);
-      // A newer question follows at once, but a pointer that moves on has an answer too.
-      if (this.place !== undefined) this.show(place, answer);
+      // A newer question follows at once, but a pointer that moves on has an answer too. Light that is not known yet
+      // is asked for again when it is.
+      if (this.place !== undefined && answer !== null) this.show(place, answer);
     }
     this.isAsking = false;
   }
 
-  private show({ x, y }: Place, answer: ProbedLight | undefined): void {
+  private show(place: Place, answer: ProbedLight | undefined): void {
+    const { x, y } = place;
+    const isKept = this.isKept && place === this.place;
     this.card.hidden = answer === undefined;
-    this.mark.hidden = !this.isKept;
+    this.mark.hidden = !isKept;
     this.mark.style.left = `${100 * x}%`;
     this.mark.style.top = `${100 * y}%`;
     const words = answer === undefined ? "There is no lit snow here." : sentence(answer);
-    if (this.isKept && this.said.textContent !== words) this.said.textContent = words;
+    if (isKept && this.said.textContent !== words) this.said.textContent = words;
     if (answer === undefined) return;
     if (x < NEAR_SIDE) this.card.classList.add("sb-right");
     else if (x > 1 - NEAR_SIDE) this.card.classList.remove("sb-right");

@@ -3,7 +3,7 @@
 import type { Snow } from "../native";
 import type { Lamp, Layer, Method, View } from "../state";
 import { FieldClient } from "./field-client";
-import type { ProbedLight } from "./field-messages";
+import type { Probed } from "./field-messages";
 import { LampHandles } from "./lamps";
 import { lightsOf, wantedOf } from "./lights";
 import { Orbit } from "./orbit";
@@ -35,7 +35,7 @@ interface TestHook {
   /** Radiance of pixels of the canvas as linear sRGB with alpha, rows from above. */
   readPixels(x: number, y: number, width: number, height: number): Float32Array;
   /** The light at a place of the view, 0 to 1 from the left and from above. */
-  probe(place: Place): Promise<ProbedLight | undefined>;
+  probe(place: Place): Promise<Probed>;
   /** Frames in a second while the camera turns. */
   measureFrames(count: number): number;
   /** Calls for drawing and triangles of a frame, unknowns of the field, and ms from a move to the coarse light. */
@@ -61,6 +61,9 @@ const BRIGHTEST_MEDIAN = 0.5;
 /** What the camera looks at where there is no snow. */
 const NO_TARGET: Body["target"] = [0, 0, 0.15];
 
+const SHEET = new CSSStyleSheet();
+SHEET.replaceSync(STYLE);
+
 export class Viewer {
   private readonly root = document.createElement("div");
   private readonly layer = document.createElement("div");
@@ -85,9 +88,7 @@ export class Viewer {
     parent: HTMLElement,
     private readonly events: ViewerEvents,
   ) {
-    const sheet = new CSSStyleSheet();
-    sheet.replaceSync(STYLE);
-    document.adoptedStyleSheets = [...document.adoptedStyleSheets, sheet];
+    if (!document.adoptedStyleSheets.includes(SHEET)) document.adoptedStyleSheets.push(SHEET);
     this.root.className = "sb-view";
     this.layer.className = "sb-layer";
     this.root.append(this.layer);
@@ -216,7 +217,7 @@ export class Viewer {
     element.setAttribute("role", "application");
     element.setAttribute(
       "aria-label",
-      "Snow in 3-D. Arrow keys turn the view, plus and minus change the distance, P tells the light of the middle, " +
+      "Snow in 3-D. Arrow keys turn the view, plus and minus change the distance, P shows the light at the middle of the view, " +
         "Escape hides it. The lamps follow as buttons.",
     );
     this.root.prepend(element);
@@ -316,7 +317,7 @@ export class Viewer {
   }
 
   /** What leaves the snow at a place of the view where the light field is seen. */
-  private async lightAt(place: Place): Promise<ProbedLight | undefined> {
+  private async lightAt(place: Place): Promise<Probed> {
     const view = this.view;
     if (view === undefined || this.body === undefined || this.picture.covers(place.x)) return undefined;
     const canvas = this.canvas!;

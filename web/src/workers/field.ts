@@ -7,7 +7,7 @@ import init, { Files, LightField } from "native:scene";
 import type { Files as NamedFiles, LightField as Field } from "../native";
 import { addCoefficients } from "../view/coefficients";
 import type {
-  FieldAnswer, FieldRequest, LightOnObject, ProbedLight, ProbeRequest, SurfaceGeometry,
+  FieldAnswer, FieldRequest, LightOnObject, Probed, ProbedLight, ProbeRequest, SurfaceGeometry,
 } from "../view/field-messages";
 import { DOME_DIRECTIONS, type Light } from "../view/lights";
 import { TABLE_SIZE } from "../view/table-size";
@@ -84,9 +84,9 @@ function prepare({ version, bodyKey, scene, mesh, grain_rays, cells_per_edge }: 
   }
 }
 
-/** The light at a place of the present body. */
-function probed({ bodyKey, ray, strengths, exposure, tone }: ProbeRequest): ProbedLight | undefined {
-  if (body?.key !== bodyKey) return undefined;
+/** The light at a place of the body; not known if that is no longer the present one. */
+function probed({ bodyKey, ray, strengths, exposure, tone }: ProbeRequest): Probed {
+  if (body?.key !== bodyKey) return null;
   const [along, factors] = [Float32Array.from(ray), Float64Array.from(strengths)];
   const json = body.field.probe(along, factors, DOME_DIRECTIONS, exposure, tone);
   return json === undefined ? undefined : (JSON.parse(json) as ProbedLight);

@@ -119,7 +119,7 @@ impl Parts {
             document["scenes"][0]["extras"]["lightmap_texel_m"] = json!(lightmap.texel_m);
             document["images"] =
                 json!([{ "bufferView": parts.add_image(lightmap, &preview)?, "mimeType": "image/png" }]);
-            // Smaller levels of a mipmap would mix charts: bright dashes along edges.
+            // Without mipmaps: their smaller levels mix charts, which shows as bright dashes along edges.
             document["samplers"] = json!([{
                 "magFilter": LINEAR, "minFilter": LINEAR, "wrapS": CLAMP_TO_EDGE, "wrapT": CLAMP_TO_EDGE
             }]);

@@ -249,7 +249,7 @@ pub fn bake(scene: &Scene, field: &LightField, options: BakeOptions, report: Rep
     }
     let lamps = if options.is_total { Vec::new() } else { lamps(scene) };
     let numbers = options.channels.count() * (lamps.len() + 1);
-    let step_m = |body: &BodyField| options.step_m.unwrap_or_else(|| DEFAULT_CELLS * body.step_m());
+    let step_m = |body: &BodyField| options.step_m.unwrap_or_else(|| DEFAULT_CELLS * body.surface_step_m());
     let most_vertices = MOST_VERTICES.min(MOST_NUMBERS / numbers);
     let mut surfaces = surfaces(scene, field, step_m, most_vertices, options.lightmap.map(|_| report))?;
     // A lightmap that is too small fails before the lamps, which take long.
@@ -338,7 +338,7 @@ fn surfaces(
         let too_many = BakeError::TooManyVertices { most: most_vertices, step_mm: 1e3 * step_m };
         let edge_m = narrow(step_m).min(mesh.longest_edge_m());
         // As far as the cells resolve, but coarser where a great step asks for it.
-        let away_m = edge_m.min(narrow(CELLS_FROM_EDGES * body.step_m().max(step_m / DEFAULT_CELLS)));
+        let away_m = edge_m.min(narrow(CELLS_FROM_EDGES * body.surface_step_m().max(step_m / DEFAULT_CELLS)));
         if !subdivide(&mut mesh, Longest { edge_m, away_m }, most_vertices.saturating_sub(count)) {
             return Err(too_many);
         }

@@ -26,7 +26,7 @@ pub struct SnowPlace {
     pub location: MeshLocation,
 }
 
-/// A place, and who looks at it.
+/// A place and the position of the eye.
 struct Sight<'s> {
     surface: &'s Surface,
     place: SnowPlace,

@@ -80,7 +80,7 @@ impl Relighting {
     /// When there is no snow, or there would be too many vertices.
     pub fn new(scene: Scene, field: LightField, cells_per_edge: Option<f64>) -> Result<Self, BakeError> {
         let cells = cells_per_edge.unwrap_or(DEFAULT_CELLS);
-        let surfaces = surfaces(&scene, &field, |body| cells * body.step_m(), MOST_VERTICES, None)?;
+        let surfaces = surfaces(&scene, &field, |body| cells * body.surface_step_m(), MOST_VERTICES, None)?;
         Ok(Self { scene, field: Some(field), surfaces, meshes: OnceLock::new() })
     }
 

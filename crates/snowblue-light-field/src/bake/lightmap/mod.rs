@@ -4,7 +4,8 @@
 //! 2. `packing`: the rectangles about them are packed into a square of texels, all at one scale.
 //! 3. `texels`: the light field is read at the place that each texel shows. In the gutter around a chart that is the
 //!    nearest place of its edge.
-//! 4. Texels between the charts get the light of the nearest ones, so that smaller levels of a mipmap mix no other.
+//! 4. Texels between the charts get the light of the nearest ones, so that a program that compresses the texture or
+//!    makes smaller levels of it mixes in nothing black.
 
 mod charts;
 mod flat_surface;

@@ -63,7 +63,8 @@ const CONFIDENCE: f32 = 2.0;
 /// Difference of such means of snow, relative to the reading, that is no contradiction. Without it, rare samples of
 /// even snow in the sun leave faint dots.
 const SLACK: f32 = 0.1;
-/// Relative standard error of the nearest pixels below which the means of snow are compared.
+/// Standard error of the nearest pixels, raised for few samples and relative to the reading, below which the means of
+/// snow are compared.
 const KNOWN_ERROR: f32 = 0.5;
 /// Least error of a residual that is told from none.
 const LEAST_ERROR: f32 = 1e-4;
