@@ -217,8 +217,8 @@ export class Viewer {
     element.setAttribute("role", "application");
     element.setAttribute(
       "aria-label",
-      "Snow in 3-D. Arrow keys turn the view, plus and minus change the distance, P shows the light at the middle of the view, " +
-        "Escape hides it. The lamps follow as buttons.",
+      "Snow in 3-D. Arrow keys turn the view, plus and minus change the distance, P shows the light at the middle of " +
+        "the view, Escape hides it. The lamps follow as buttons.",
     );
     this.root.prepend(element);
     new Orbit(
