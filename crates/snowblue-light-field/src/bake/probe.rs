@@ -7,7 +7,8 @@ use glam::{Vec3, Vec3A};
 use snowblue_geometry::mesh_bvh::MeshBvh;
 use snowblue_geometry::ray::{MeshLocation, Ray, SurfacePoint, narrow};
 use snowblue_geometry::triangle_mesh::TriangleMesh;
-use snowblue_scene::light::{Light, LightDirection, LightOrigin};
+use snowblue_scene::light::{LightDirection, LightOrigin};
+use snowblue_scene::material::surface_optics::reflection_per_sr;
 use snowblue_scene::objects::Side;
 use snowblue_scene::queries::SceneQueries;
 use snowblue_scene::spectrum::{SAMPLES, Spectrum};
@@ -75,7 +76,7 @@ impl Relighting {
             let mut radiance = sight.scattered(snow);
             radiance += match snow.light.central_sample() {
                 Some(sample) => sight.reflected(snow, &sample.origin),
-                None => self.reflected_sky(&sight, &snow.light, directions),
+                None => self.reflected_sky(&sight, snow, directions),
             };
             sum += radiance * narrow(*factor);
         }
@@ -83,9 +84,10 @@ impl Relighting {
     }
 
     /// ρ V F/π of a sky.
-    fn reflected_sky(&self, sight: &Sight, sky: &Light, directions: &[Vec3A]) -> Spectrum {
-        let received = SkyDirections::new(sky, |power| power.0);
-        let from: Vec<Spectrum> = directions.iter().map(|from| sky.power(&LightOrigin::Distant(*from))).collect();
+    fn reflected_sky(&self, sight: &Sight, sky: &LitSnow, directions: &[Vec3A]) -> Spectrum {
+        let received = sky.directions.get_or_init(|| SkyDirections::new(&sky.light, |power| power.0));
+        let power = |from: &Vec3A| sky.light.power(&LightOrigin::Distant(*from));
+        let from: Vec<Spectrum> = directions.iter().map(power).collect();
         let mut queries = SceneQueries::new(self.scene.objects());
         let Surface { object, points, baked, .. } = sight.surface;
         let mut sum = Spectrum::ZERO;
@@ -99,7 +101,7 @@ impl Relighting {
                 let cos = normal.dot(*direction);
                 if cos > 0.0 {
                     open += *radiance * cos;
-                    sent += *radiance * (cos * reflection(baked, normal, to_eye, *direction));
+                    sent += *radiance * (cos * reflection_per_sr(&baked.half_space, normal, -to_eye, *direction));
                 }
             }
             let share = |at: usize| if open.0[at] > 0.0 { sent.0[at] / open.0[at] } else { 0.0 };
@@ -146,7 +148,8 @@ impl Sight<'_> {
         let visibility = &snow.surfaces[self.place.object].visibility;
         let visible: f32 = self.surface.corners(self.place).map(|(vertex, weight)| visibility[vertex] * weight).sum();
         let falloff = if distance_m.is_finite() { distance_m.powi(-2) } else { 1.0 };
-        let reflection = reflection(&self.surface.baked, self.normal, self.to_eye(), direction);
+        let half_space = &self.surface.baked.half_space;
+        let reflection = reflection_per_sr(half_space, self.normal, -self.to_eye(), direction);
         snow.light.strength() * (reflection * visible * cos * falloff)
     }
 }
@@ -155,12 +158,4 @@ impl Sight<'_> {
 fn mesh(object: &BakedObject) -> MeshBvh {
     let (positions, indices) = (object.positions.clone(), object.triangles.clone());
     MeshBvh::new(TriangleMesh { positions, indices, ..TriangleMesh::default() })
-}
-
-/// R₀ in 1/sr.
-fn reflection(object: &BakedObject, normal: Vec3A, to_eye: Vec3A, to_light: Vec3A) -> f32 {
-    let [cos_exit, cos_incidence] = [to_eye, to_light].map(|to| normal.dot(to).clamp(0.0, 1.0));
-    let [across, other] = [(to_eye, cos_exit), (to_light, cos_incidence)].map(|(to, cos)| to - normal * cos);
-    let cos_azimuth = -across.normalize_or_zero().dot(other.normalize_or_zero());
-    narrow(object.half_space.reflection(cos_exit.into(), cos_incidence.into(), cos_azimuth.into()))
 }

@@ -23,7 +23,7 @@ use snowblue_scene::description::{LightDescription, SceneDescription, SkyDescrip
 use snowblue_scene::light::{Light, LightOrigin};
 use snowblue_scene::objects::{Object, Side, SurfaceInteraction};
 use snowblue_scene::queries::SceneQueries;
-use snowblue_scene::spectrum::Spectrum;
+use snowblue_scene::spectrum::{SAMPLES, Spectrum};
 
 /// The snow of a scene, to be lit by one light at a time.
 #[derive(Debug)]
@@ -47,6 +47,8 @@ pub struct LitSnow {
     pub surfaces: Vec<LitSurface>,
     /// The same before colours, at each vertex.
     pub(super) spectra: Vec<Vec<VertexSpectra>>,
+    /// Those of a sky, once what a place reflects of it is sought.
+    pub(super) directions: OnceLock<SkyDirections<SAMPLES>>,
 }
 
 /// A light on an object of snow, at each vertex. The surface sends out the radiance
@@ -131,7 +133,7 @@ impl Relighting {
     pub fn light(&mut self, light: &Arc<Light>) -> LitSnow {
         let (light, strength) = (Arc::clone(light), self.strength(light));
         let (surfaces, spectra) = self.lit(&light).into_iter().unzip();
-        LitSnow { surfaces, spectra, strength, light }
+        LitSnow { surfaces, spectra, strength, light, directions: OnceLock::new() }
     }
 
     fn lit(&mut self, light: &Arc<Light>) -> Vec<(LitSurface, Vec<VertexSpectra>)> {

@@ -24,12 +24,14 @@ const SAMPLES: u16 = 2048;
 const TRIED_SAMPLES: u16 = 128;
 
 /// A sky as directions from which light comes, of a number of channels.
+#[derive(Debug)]
 pub(super) struct SkyDirections<const N: usize> {
     /// Those of the first samples, whose visibility is found.
     tried: Vec<SkyDirection<N>>,
     others: Vec<SkyDirection<N>>,
 }
 
+#[derive(Debug)]
 struct SkyDirection<const N: usize> {
     sample: LightSample,
     towards: Vec3A,

@@ -58,9 +58,10 @@ impl SurfaceOptics {
     }
 }
 
-/// The reflection function of a half-space, as that of [`SurfaceOptics::reflection_per_sr`].
-pub(crate) fn reflection_per_sr(half_space: &HalfSpace, normal: Vec3A, direction: Vec3A, to_light: Vec3A) -> f32 {
-    let (cos_exit, cos_incidence) = (-normal.dot(direction), normal.dot(to_light).max(0.0));
+/// The reflection function of a half-space in 1/sr, as that of [`SurfaceOptics::reflection_per_sr`]. Light below the
+/// horizon counts as grazing.
+pub fn reflection_per_sr(half_space: &HalfSpace, normal: Vec3A, direction: Vec3A, to_light: Vec3A) -> f32 {
+    let [cos_exit, cos_incidence] = [-direction, to_light].map(|to| normal.dot(to).max(0.0));
     // Both directions of propagation, projected on the surface.
     let incident = normal * cos_incidence - to_light;
     let exitant = -direction - normal * cos_exit;
