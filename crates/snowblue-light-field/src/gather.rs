@@ -77,6 +77,15 @@ pub(super) struct Surroundings<'a> {
     pub(super) place_at: &'a (dyn Fn(&SurfaceInteraction) -> Option<SnowPlace> + Sync),
 }
 
+/// Where a path meets snow.
+struct PathEnd {
+    hit: SurfaceInteraction,
+    /// That of the other surfaces on its way, if it met any.
+    throughput: Option<Spectrum>,
+    /// The way from the last surface.
+    gap_m: f32,
+}
+
 /// Lights of one spectrum.
 pub(super) struct LightsAround<'a> {
     pub(super) lights: &'a [&'a Light],
@@ -118,13 +127,10 @@ impl GatheredPaths {
                     let sampler = Sampler::new(2, 0, number.wrapping_mul(rays_per_element).wrapping_add(ray));
                     let start = (solid.object, surface_point(element));
                     let end = trace(&mut queries, start, sampler, around, &mut sums);
-                    let Some((surface, throughput)) = end else { continue };
-                    let Some(place) = (around.place_at)(&surface) else { continue };
-                    let gap_m = surface.point.distance(element.point.into());
+                    let Some(PathEnd { hit, throughput, gap_m }) = end else { continue };
+                    let Some(place) = (around.place_at)(&hit) else { continue };
                     let mut end = SnowEnd { place, throughput: NONE, kept_in_gap: gap_m / (gap_m + spread_m) };
                     if let Some(throughput) = throughput {
-                        // Other surfaces keep their light.
-                        end.kept_in_gap = 1.0;
                         end.throughput = u32::try_from(found.throughputs.len()).unwrap_or(NONE);
                         found.throughputs.extend(nodes.gather(|index| throughput.0[index]));
                     }
@@ -198,14 +204,14 @@ impl GatheredPaths {
 }
 
 /// Follows a path from a surface element. Adds the radiance of uniform skies or, by diffuse surfaces, of all lamps, for
-/// the lights of each spectrum. Gives where it ends at snow, with its throughput if it met another surface before.
+/// the lights of each spectrum. Gives where it ends at snow.
 fn trace(
     queries: &mut SceneQueries,
     (mut object, mut surface): (usize, SurfacePoint),
     mut sampler: Sampler,
     around: &Surroundings,
     light: &mut [Spectrum],
-) -> Option<(SurfaceInteraction, Option<Spectrum>)> {
+) -> Option<PathEnd> {
     let mut throughput = None;
     for bounce in 0..=around.most_surfaces {
         let [u, v, ..] = sampler.next_four();
@@ -222,7 +228,7 @@ fn trace(
             break;
         }
         let Some(reflectance) = (around.reflectance)(&hit) else {
-            return Some((hit, throughput));
+            return Some(PathEnd { gap_m: hit.point.distance(surface.point), hit, throughput });
         };
         if bounce == around.most_surfaces {
             break;

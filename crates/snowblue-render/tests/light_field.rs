@@ -13,6 +13,7 @@ use snow::{SNOW, estimate, prepared, radiance, scene_by};
 use snowblue_render::render::{render, render_all};
 use snowblue_render::scene::file::SceneFile;
 use snowblue_render::scene::film::ImageSize;
+use snowblue_render::scene::spectrum::Spectrum;
 use snowblue_render::{Film, Integrator};
 use snowblue_stat::Moments;
 use snowblue_transport::ordinates::{OrdinatesOptions, solve};
@@ -103,6 +104,30 @@ fn white_snow_under_a_white_sky_is_as_bright_as_the_sky() {
             assert!((sum - 1.0).abs() < 0.01, "{method}: {sum}");
         }
     }
+}
+
+/// A white plane that covers the dips of a rough surface encloses light in gaps far narrower than a cell. Most of the
+/// light leaves them through the snow beside. Under a sky of radiance 1 nothing is brighter than the sky.
+#[test]
+fn snow_with_covered_dips_is_not_brighter_than_the_sky() {
+    const POINTS: u8 = 24;
+    let white = "[material.white]\ntype = \"diffuse\"\nreflectance = 0.99\n";
+    let plane = "[[object]]\nshape = \"plane\"\nposition = [0, 0, -0.015]\nmaterial = \"white\"\n";
+    let drift = shape("drift", "size = [2, 2, 0.3]\nrelief = 0.03\nseed = 7");
+    let mut scene = scene_by("diffusion", &format!("{SNOW}{SKY}{white}{plane}{drift}"), &[]);
+    scene.set_max_bounces(8);
+    let mut integrator = prepared(&scene, None);
+    integrator.set_samples_per_pixel(4);
+    let place = |k: u8| 1.8 * (f32::from(k) / f32::from(POINTS) - 0.5);
+    let [mut least, mut greatest] = [1.0_f32; 2];
+    for (row, column) in (0..POINTS).flat_map(|row| (0..POINTS).map(move |column| (row, column))) {
+        let target = Vec3A::new(place(column), place(row), 0.0);
+        let Spectrum(values) = radiance(&mut integrator, target + Vec3A::new(0.3, -0.5, 1.0), target);
+        least = values.into_iter().fold(least, f32::min);
+        greatest = values.into_iter().fold(greatest, f32::max);
+    }
+    // Where the plane meets the snow, cells do not resolve the light. Elsewhere snow reflects 0.9 or more.
+    assert!(least > 0.5 && greatest < 1.5, "{least} {greatest}");
 }
 
 #[test]
