@@ -1,8 +1,12 @@
-// A 3-D view that could not be loaded is loaded when the visitor asks for it again.
+// What could not be loaded is loaded when the visitor asks for it again.
 
 import assert from "node:assert/strict";
-import { after } from "node:test";
-import { browserTest, lit, pixel, serve, viewSize } from "./page.mjs";
+import { readdir, readFile } from "node:fs/promises";
+import test, { after } from "node:test";
+import { cubePly } from "./cube.mjs";
+import { browserTest, chooseMesh, lit, pixel, serve, viewSize } from "./page.mjs";
+
+const SOURCE = new URL("../src/", import.meta.url);
 
 /** What the server does not have. */
 let missing;
@@ -34,3 +38,28 @@ for (const [file, said] of [
     assert.equal(await page.locator(".sb-view").count(), 1);
   }, { expected: /404|viewer\.js/ });
 }
+
+const cube = Buffer.from(cubePly());
+
+browserTest("without own-mesh.js at first", async (page) => {
+  missing = "own-mesh.js";
+  await page.goto(`${server.url}#laboratory`);
+  await lit(page);
+  const error = page.locator("#view-error", { hasText: "cube.ply cannot be read" });
+  await chooseMesh(page, "cube.ply", cube);
+  await error.waitFor();
+  missing = undefined;
+  await chooseMesh(page, "cube.ply", cube);
+  await error.waitFor({ state: "hidden" });
+  await lit(page);
+  const [width, height] = await viewSize(page);
+  assert.equal((await pixel(page, [width / 2, height / 2]))[3], 1, "there is no snow");
+}, { expected: /404|own-mesh\.js/ });
+
+test("all scripts that are loaded later are imported by the rule that tries again", async () => {
+  const files = (await readdir(SOURCE, { recursive: true })).filter((file) => /(?<!\.d)\.ts$/.test(file));
+  const texts = await Promise.all(files.map((file) => readFile(new URL(file, SOURCE), "utf8")));
+  // Not `typeof import("…")`, which is a type.
+  const importing = files.filter((_, number) => /(?<!typeof\s+)\bimport\s*\(/.test(texts[number]));
+  assert.deepEqual(importing, ["imported.ts"]);
+});
