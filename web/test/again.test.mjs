@@ -39,6 +39,38 @@ for (const [file, said] of [
   }, { expected: /404|viewer\.js/ });
 }
 
+browserTest("a view that is gone says nothing more", async (page) => {
+  await page.addInitScript(() => {
+    window.workers = [];
+    window.Worker = class extends Worker {
+      constructor(...words) {
+        super(...words);
+        if (String(words[0]).endsWith("/field.js")) window.workers.push(this);
+      }
+    };
+  });
+  missing = "scene_bg.wasm";
+  await page.goto(`${server.url}#laboratory`);
+  const again = page.getByRole("button", { name: "Try again" });
+  await again.waitFor();
+  const gone = await page.evaluate(() => window.workers.length);
+  missing = undefined;
+  await again.click();
+  await lit(page);
+  // Errors and answers of the workers of the first view, which the page could no longer tell from those of the second.
+  await page.evaluate((gone) => {
+    for (const worker of window.workers.slice(0, gone)) {
+      worker.dispatchEvent(new Event("error"));
+      const error = { kind: "error", version: 1, text: "this is late" };
+      worker.dispatchEvent(new MessageEvent("message", { data: error }));
+    }
+  }, gone);
+  assert.equal(await page.locator("#view-error").isVisible(), false);
+  assert.match(await page.locator("#view-status").textContent(), /Squares on the ground/);
+  const [width, height] = await viewSize(page);
+  assert.equal((await pixel(page, [width / 2, height / 2]))[3], 1, "there is no snow");
+}, { expected: /404/ });
+
 const cube = Buffer.from(cubePly());
 
 browserTest("without own-mesh.js at first", async (page) => {

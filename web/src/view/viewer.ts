@@ -62,6 +62,12 @@ const BRIGHTEST_MEDIAN = 0.5;
 /** What the camera looks at where there is no snow. */
 const NO_TARGET: Body["target"] = [0, 0, 0.15];
 
+/** Those of a view that is gone. */
+const IGNORED: ViewerEvents = {
+  change: () => undefined, lit: () => undefined, status: () => undefined, error: () => undefined,
+  failed: () => undefined,
+};
+
 const SHEET = new CSSStyleSheet();
 SHEET.replaceSync(STYLE);
 
@@ -90,7 +96,7 @@ export class Viewer {
   constructor(
     parent: HTMLElement,
     private readonly field: FieldClient,
-    private readonly events: ViewerEvents,
+    private events: ViewerEvents,
   ) {
     if (!document.adoptedStyleSheets.includes(SHEET)) document.adoptedStyleSheets.push(SHEET);
     this.root.className = "sb-view";
@@ -112,10 +118,10 @@ export class Viewer {
       error: (text) => this.refused(text),
       failed: (text) => {
         this.fail(text);
-        events.failed(text);
+        this.events.failed(text);
       },
     }, (answer) => new LitBody(answer));
-    this.picture = new PictureView(this.layer, (text) => events.error(text));
+    this.picture = new PictureView(this.layer, (text) => this.events.error(text));
     this.observer = new ResizeObserver(() => this.resized());
     this.observer.observe(this.root);
     window.__snowblue = this.testHook();
@@ -203,7 +209,10 @@ export class Viewer {
     return mesh === undefined ? undefined : { name: mesh.name, file: await fileOf({ scene: undefined, mesh }) };
   }
 
+  /** Ends it. What comes late is of no interest: the page may show another view. */
   dispose(): void {
+    this.events = IGNORED;
+    this.fail("The view was closed.");
     this.observer.disconnect();
     this.field.dispose();
     this.picture.dispose();
