@@ -1,7 +1,8 @@
 /** Style of the view. The backdrops are the same in both colour schemes. */
 
 export const STYLE = `
-.sb-view { position: relative; overflow: hidden; container-type: inline-size; width: 100%; height: 100%; min-height: 16rem; color: #dbe6ef;
+.sb-view { position: relative; overflow: hidden; container-type: inline-size; width: 100%;
+  height: 100%; min-height: 16rem; color: #dbe6ef;
   background: radial-gradient(ellipse at 50% 42%, #16202b 0%, #0b1118 62%, #070b10 100%); }
 .sb-view[data-backdrop="dusk"] {
   background: linear-gradient(#0a1326 0%, #17294a 28%, #4a5b78 50%, #7b8390 66%, #6c727c 100%); }
