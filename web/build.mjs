@@ -2,7 +2,7 @@
 
 import { createHash } from "node:crypto";
 import { copyFileSync, existsSync, mkdirSync, readFileSync, readdirSync, rmSync, writeFileSync } from "node:fs";
-import { dirname, join, resolve } from "node:path";
+import { basename, dirname, join, resolve } from "node:path";
 import { fileURLToPath, pathToFileURL } from "node:url";
 import { brotliCompressSync, gzipSync } from "node:zlib";
 import * as esbuild from "esbuild";
@@ -58,6 +58,38 @@ async function evaluate(entry, values) {
   return import(`data:text/javascript;base64,${Buffer.from(outputFiles[0].contents).toString("base64")}`);
 }
 
+/** Scripts that a script imports at once, itself first. */
+function withImports(script, outputs) {
+  const found = new Set([`dist/${script}`]);
+  for (const file of found) {
+    for (const { path, kind } of outputs[file].imports) if (kind === "import-statement") found.add(path);
+  }
+  return [...found].map((path) => basename(path));
+}
+
+/**
+ * Links in the head of the page to what the first light needs. Without them a browser learns of each file from the one
+ * before it.
+ */
+function links({ outputs }) {
+  const first = withImports("main.js", outputs);
+  const later = withImports("viewer.js", outputs).filter((script) => !first.includes(script));
+  return [
+    '<link rel="preload" href="poster.webp" as="image" fetchpriority="high">',
+    ...first.map((script) => `<link rel="modulepreload" href="${script}">`),
+    '<link rel="preload" href="scene_bg.wasm" as="fetch" crossorigin>',
+    ...later.map((script) => `<link rel="modulepreload" href="${script}" fetchpriority="low">`),
+  ];
+}
+
+/** The page with links in its head. */
+function pageWith(links) {
+  const mark = "  <!-- links -->\n";
+  const page = readFileSync(join(ROOT, "index.html"), "utf8");
+  if (!page.includes(mark)) throw new Error(`index.html has no place for links: ${mark}`);
+  return page.replace(mark, links.map((link) => `  ${link}\n`).join(""));
+}
+
 const native = await spectrumModule();
 const values = {
   "virtual:catalog": {
@@ -79,12 +111,13 @@ values["virtual:first-answer"] = JSON.parse(native.spectrum(JSON.stringify(fineR
 
 rmSync(DIST, { recursive: true, force: true });
 mkdirSync(DIST);
-await esbuild.build({
+const { metafile } = await esbuild.build({
   ...COMMON,
   entryPoints: [
     "src/main.ts",
     "src/sunlight/sunlight.ts",
     "src/view/viewer.ts",
+    "src/view/own-mesh.ts",
     "src/style.css",
     ...readdirSync(join(ROOT, "src/workers")).map((file) => `src/workers/${file}`),
   ],
@@ -93,12 +126,14 @@ await esbuild.build({
   format: "esm",
   splitting: true,
   outdir: DIST,
+  metafile: true,
   plugins: [provide(values)],
 });
 for (const file of readdirSync(WASM).filter((name) => name.endsWith(".wasm"))) {
   copyFileSync(join(WASM, file), join(DIST, file));
 }
-for (const file of ["index.html", "poster.webp"]) copyFileSync(join(ROOT, file), join(DIST, file));
+copyFileSync(join(ROOT, "poster.webp"), join(DIST, "poster.webp"));
+writeFileSync(join(DIST, "index.html"), pageWith(links(metafile)));
 writeFileSync(join(DIST, "licences.txt"), licences());
 // Of the clear sky, which only visitors that choose it load.
 const SKY = join(ROOT, "../crates/snowblue-sky/data");

@@ -32,12 +32,12 @@ export class Compare {
   readonly #answers: PinnedAnswers<SpectrumAnswer>;
   #current: SpectrumAnswer | undefined;
 
-  /** `ready` when the module `spectrum` is; `changed` is called when a pinned sample is ready, fails or is gone. */
-  constructor(store: Store, spectra: Answers<"spectrum">, ready: Promise<unknown>, changed: () => void) {
+  /** `ready` starts the module `spectrum`; `changed` is called when a pinned sample is ready, fails or is gone. */
+  constructor(store: Store, spectra: Answers<"spectrum">, ready: () => Promise<unknown>, changed: () => void) {
     this.#store = store;
     this.#changed = changed;
     const fine = async (asked: Asked) => {
-      await ready;
+      await ready();
       return spectra.fine(asked);
     };
     this.#answers = new PinnedAnswers(fine, byId("compare-error"), "spectrum", () => {

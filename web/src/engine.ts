@@ -10,12 +10,13 @@ interface Job {
 }
 
 export class Engine {
-  readonly #module: Promise<WebAssembly.Module>;
+  readonly #module: () => Promise<WebAssembly.Module>;
   readonly #queue: Job[] = [];
   #worker: Worker | undefined;
   #running: Job | undefined;
 
-  constructor(module: Promise<WebAssembly.Module>) {
+  /** `module` compiles the module `spectrum`, when there is a question. */
+  constructor(module: () => Promise<WebAssembly.Module>) {
     this.#module = module;
   }
 
@@ -35,7 +36,7 @@ export class Engine {
     if (job === undefined) return;
     this.#running = job;
     try {
-      const module = await this.#module;
+      const module = await this.#module();
       if (this.#running === job) this.#work(module).postMessage(job.question);
     } catch (reason) {
       this.#end(job, () => job.reject(reason));

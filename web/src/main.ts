@@ -14,6 +14,7 @@ import { decode, encode } from "./fragment";
 import { imported } from "./imported";
 import type { SpectrumAnswer } from "./native";
 import { figure } from "./numbers";
+import { once } from "./once";
 import { buildPanel } from "./panel/panel";
 import { COARSE_RAYS, FINE_RAYS, coarseRequest, defaultState, fineRequest } from "./request";
 import { Share } from "./share";
@@ -46,9 +47,7 @@ const spectra = new Answers([new Engine(native), new Engine(native)], subject, s
 spectra.keep(defaultState(), firstAnswer);
 const chart = new Chart((range) => store.update((state) => (state.range = range)));
 const swatches = new Swatches(store);
-const ready = native.then((module) => init({ module_or_path: module }));
-// Where the page needs the module, it says that it is missing.
-ready.catch(() => undefined);
+const ready = once(async () => init({ module_or_path: await native() }));
 const compare = new Compare(store, spectra, ready, drawCurves);
 const host = new ViewHost(store);
 let current: Curve | undefined;
@@ -87,10 +86,15 @@ window.addEventListener("hashchange", ({ newURL }) => {
   if (fragment !== address()) follow(fragment);
 });
 byId("version").textContent = `snowblue ${version}`;
-afterPaint(() => spectra.warm(store.state));
-afterPaint(() => void host.start());
-// What is kept for later must not slow the first light down.
-void host.opened.then(keepOffline);
+// The picture that stands for the first view is painted before its light is solved for, and before it is loaded.
+afterPaint(() => host.ask());
+void (byId("poster") as HTMLImageElement).decode().catch(() => undefined).then(() =>
+  afterPaint(() => void host.start()));
+// What is for later must not slow the first light down.
+void host.opened.then(() => {
+  spectra.warm(store.state);
+  return keepOffline();
+});
 const near = new IntersectionObserver((entries) => {
   if (entries.some(({ isIntersecting }) => isIntersecting)) void startSunlight();
 }, { rootMargin: NEAR });

@@ -4,6 +4,8 @@ import { byId, el, say } from "./dom";
 import { imported } from "./imported";
 import type { State, View } from "./state";
 import type { Store } from "./store";
+import { FieldClient, fieldInput } from "./view/field-client";
+import { body } from "./view/shapes";
 import type { Backdrop } from "./view/snow-canvas";
 import type { Viewer } from "./view/viewer";
 
@@ -20,6 +22,8 @@ export class ViewHost {
   readonly #again = el("button", {
     type: "button", class: "button", hidden: true, click: () => void this.start(),
   }, "Try again");
+  /** The light for the view that is loaded next. */
+  #field: FieldClient | undefined;
   #viewer: Promise<Viewer> | undefined;
   /** The view once it is loaded. */
   #shown: Viewer | undefined;
@@ -33,6 +37,13 @@ export class ViewHost {
     store.subscribe((state, before) => {
       if (this.#shown !== undefined) this.#follow(this.#shown, state, before);
     });
+  }
+
+  /** Asks for the light of the present state, which the view then shows. It costs little here. */
+  ask(): void {
+    const { layers: [first], view } = this.#store.state;
+    this.#field ??= new FieldClient();
+    if (view.shape !== "own") this.#field.ask(fieldInput(body(view.shape, first!.thickness_cm), first!, view));
   }
 
   /** The view, loaded once. After a failure the next call tries again. */
@@ -81,7 +92,8 @@ export class ViewHost {
   /** There is no view, until it is loaded again. */
   #fail(text: string): void {
     this.#shown?.dispose();
-    this.#viewer = this.#shown = undefined;
+    this.#field?.dispose();
+    this.#viewer = this.#shown = this.#field = undefined;
     byId("view-wait").hidden = true;
     this.error(text);
     this.#again.hidden = false;
@@ -93,7 +105,9 @@ export class ViewHost {
     this.#again.hidden = true;
     byId("view-wait").hidden = false;
     const { Viewer } = await this.#script();
-    const viewer: Viewer = new Viewer(byId("view"), {
+    const field = this.#field ?? new FieldClient();
+    this.#field = undefined;
+    const viewer: Viewer = new Viewer(byId("view"), field, {
       change: (view: View) => this.#changed(view),
       lit: () => {
         this.endPoster();

@@ -2,7 +2,7 @@
 // input see and hear it.
 
 import assert from "node:assert/strict";
-import { control, follow, lit, pageTest, pixels, viewSize } from "./page.mjs";
+import { control, follow, IS_FIREFOX, lit, pageTest, pixels, viewSize } from "./page.mjs";
 
 /** Both have the light of the same vertices, in single precision. */
 const ROUNDING = 1e-5;
@@ -87,6 +87,8 @@ async function inWindow(page, { x, y }) {
   return [box.x + x * box.width, box.y + y * box.height];
 }
 
+/** Playwright has no pens, but the protocol of Chromium does. */
+const pens = !IS_FIREFOX;
 const MIDDLE = { x: 0.5, y: 0.5 };
 const ON_BLOCK = { x: 0.48, y: 0.6 };
 const BESIDE = { x: 0.9, y: 0.1 };
@@ -133,6 +135,29 @@ pageTest("the light of a place is seen and heard", { fragment: "shape=block", ha
     assert.equal(await heard.textContent(), "There is no lit snow here.");
   });
 
+  await t.test("where a pen taps that does not hover", { skip: !pens && "pens cannot be driven here" }, async () => {
+    const pen = await page.context().newCDPSession(page);
+    const [x, y] = await inWindow(page, ON_BLOCK);
+    const send = (type, buttons) => pen.send("Input.dispatchMouseEvent",
+      { type, x, y, buttons, button: "left", clickCount: 1, pointerType: "pen" });
+    await page.locator(".sb-field").evaluate((field) => {
+      window.pens = [];
+      for (const type of ["pointerdown", "pointerup"]) {
+        field.addEventListener(type, ({ pointerType }) => window.pens.push(pointerType));
+      }
+    });
+    await send("mousePressed", 1);
+    await send("mouseReleased", 0);
+    // A pen that does not hover leaves when it is lifted.
+    await page.locator(".sb-field").evaluate((field) =>
+      field.dispatchEvent(new PointerEvent("pointerleave", { pointerType: "pen" })));
+    assert.deepEqual(await page.evaluate(() => window.pens), ["pen", "pen"]);
+    await shows(ON_BLOCK);
+    await page.locator(".sb-probed").waitFor();
+    assert.equal(await heard.textContent(), sentence(await probe(page, ON_BLOCK)));
+    await page.locator(".sb-field").press("Escape");
+  });
+
   await t.test("by one question at a time", async () => {
     await page.evaluate(() => {
       window.questions = { open: 0, most: 0, all: 0 };
@@ -158,4 +183,27 @@ pageTest("the light of a place is seen and heard", { fragment: "shape=block", ha
     assert.ok(most === 1 && all > 1, `${most} of ${all} questions at once`);
     await shows({ x: 0.42 + 0.004 * 29, y: 0.55 });
   });
+});
+
+const PHONE = { width: 390, height: 800 };
+
+pageTest("the card covers no snow on a phone", { fragment: "", viewport: PHONE }, async (page, t) => {
+  for (const fragment of ["", ...["block", "ball", "igloo", "sculpture", "drift"].map((shape) => `shape=${shape}`)]) {
+    await t.test(fragment || "the story", async () => {
+      if (fragment !== "") await follow(page, fragment);
+      await lit(page);
+      await page.locator(".sb-field").press("p");
+      const card = page.locator(".sb-probe");
+      await card.waitFor();
+      const [field, over] = [await page.locator(".sb-field").boundingBox(), await card.boundingBox()];
+      const [width, height] = await viewSize(page);
+      const column = (x) => Math.min(width - 1, Math.max(0, ((x - field.x) * width) / field.width));
+      const row = (y) => Math.min(height - 1, Math.max(0, ((y - field.y) * height) / field.height));
+      const steps = Array.from({ length: 41 }, (_, step) => step / 40);
+      const places = steps.flatMap((x) => steps.map((y) =>
+        [column(over.x + x * over.width), row(over.y + y * over.height)]));
+      const covered = (await pixels(page, places)).filter(([, , , alpha]) => alpha === 1);
+      assert.equal(covered.length, 0, `${covered.length} of ${places.length} places under the card are snow`);
+    });
+  }
 });

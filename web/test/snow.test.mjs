@@ -5,6 +5,7 @@ import { cameraOf } from "./camera.mjs";
 import { inFolder } from "./command.mjs";
 import { readExr } from "./exr.mjs";
 import { control, follow, lit, pageTest, pixel, pixels, saved, viewSize } from "./page.mjs";
+import { coarsePicture, mean } from "./pictures.mjs";
 
 /** A block of 28 cm, whose faces have room away from edges. */
 const BLOCK = "shape=block&layer=thickness_cm:28";
@@ -42,35 +43,14 @@ const ABOVE_KNEE = 231;
  * mean.
  */
 const RELATIVE_UNDER_SKY = 0.03;
-/** Curved snow with a light in front, which its own front must not hide, and whether it is a mesh. */
-const LIT_IN_FRONT = [
-  ["shape=igloo&sky=overcast,18", true],
-  ["shape=igloo&lamp=0.1,-0.6,0.5,D65,10", true],
-  ["shape=sculpture&sky=clear,18,10,2.5", true],
-  ["shape=drift&sky=clear,35,200,2.5", false],
-];
-/**
- * Half of the pixels of such snow agree within the first, and nine of ten within the second: shadows and grooves are
- * interpolated between vertices.
- */
-const RELATIVE_OF_HALF = 0.03;
-const RELATIVE_OF_NINE_TENTHS = 0.15;
-/** Pixels of the command from one compared to the next. */
-const STRIDE = 2;
 /** Skies as links have them, and what they are. */
 const SKIES = [
   ["overcast,30", "an overcast sky"],
   ["clear,18,10,2.5", "a clear sky with the sun behind it"],
   ["clear,35,200,2.5", "a clear sky with the sun in front of it"],
 ];
-/** Pixels of the page along a side of a pixel of the command. */
-const COARSER = 4;
-/**
- * Samples of a pixel of the command: the light of a sky at single places then has noise of some 0.3 %, and where errors
- * of many pixels are counted, some 1 %.
- */
+/** Samples of a pixel of the command: the light of a sky at single places then has noise of some 0.3 %. */
 const SAMPLES_AT_PLACES = 4096;
-const SAMPLES = 256;
 
 async function seen(page, place) {
   const camera = cameraOf(String((await saved(page, "Scene TOML"))["scene.toml"]));
@@ -107,43 +87,6 @@ async function bothUnderSky(page, places) {
   });
 }
 
-/** A picture of the command with larger pixels than those of the page. Its filter would smooth shadows of the sky. */
-async function coarsePicture(page, samples, isMesh = false) {
-  // A mesh comes as a file of its own.
-  const files = await saved(page, "Scene TOML", isMesh ? 2 : 1);
-  const toml = String(files["scene.toml"]);
-  const size = await viewSize(page);
-  const coarse = size.map((length) => Math.floor(length / COARSER));
-  const film = ["--width", String(coarse[0]), "--height", String(coarse[1]), "--spp", String(samples)];
-  const channels = await inFolder(files, async (run, read) => {
-    await run("render", "scene.toml", "--integrator", "diffusion", "--raw", ...film, "-o", "scene.exr");
-    return readExr(await read("scene.exr"));
-  });
-  const picture = (x, y) => ["R", "G", "B"].map((channel) => channels(x, y, channel));
-  return { picture, size, coarse, camera: cameraOf(toml) };
-}
-
-/** Light of both all over the snow but at its outline. */
-async function everywhere(page, isMesh) {
-  const { picture, coarse: [width, height] } = await coarsePicture(page, SAMPLES, isMesh);
-  const isSnow = (x, y) => Math.max(...picture(x, y)) > 0;
-  const inside = [];
-  for (let y = STRIDE; y < height - STRIDE; y += STRIDE) {
-    for (let x = STRIDE; x < width - STRIDE; x += STRIDE) {
-      if ([-1, 0, 1].every((down) => [-1, 0, 1].every((across) => isSnow(x + across, y + down)))) inside.push([x, y]);
-    }
-  }
-  // The mean of the pixels of the page that a pixel of the command covers.
-  const within = [...Array(COARSER * COARSER).keys()].map((k) => [k % COARSER, Math.floor(k / COARSER)]);
-  const shown = await pixels(page, inside.flatMap(([x, y]) =>
-    within.map(([across, down]) => [COARSER * x + across, COARSER * y + down])));
-  return inside.map(([x, y], number) => {
-    const covered = shown.slice(number * within.length, (number + 1) * within.length);
-    const of = (channel) => covered.reduce((sum, pixel) => sum + pixel[channel], 0) / within.length;
-    return { here: [0, 1, 2].map(of), there: picture(x, y) };
-  });
-}
-
 /** Colours of both at some places, as PNG files have them. */
 async function bothColors(page, places) {
   const toml = String((await saved(page, "Scene TOML"))["scene.toml"]);
@@ -174,13 +117,6 @@ function assertNear({ here, there }, relative) {
   assert.ok(brightest > 0, "the command has no light there");
   const apart = Math.max(...here.map((value, channel) => Math.abs(value - there[channel])));
   assert.ok(apart <= relative * brightest, `the light is ${here}, but the command has ${there}`);
-}
-
-/** The mean light of all places. */
-function mean(lights) {
-  const of = (key) => [0, 1, 2].map((channel) =>
-    lights.reduce((sum, light) => sum + light[key][channel], 0) / lights.length);
-  return { here: of("here"), there: of("there") };
 }
 
 pageTest("snow in 3-D", { fragment: BLOCK }, async (page, t) => {
@@ -278,19 +214,6 @@ pageTest("snow in 3-D", { fragment: BLOCK }, async (page, t) => {
       const lights = await bothUnderSky(page, ON_BLOCK);
       for (const light of lights) assertNear(light, RELATIVE_UNDER_SKY);
       assertNear(mean(lights), RELATIVE);
-    });
-  }
-
-  for (const [fragment, isMesh] of LIT_IN_FRONT) {
-    await t.test(`curved snow has the light of snowblue render: ${fragment}`, async () => {
-      await follow(page, fragment);
-      await lit(page);
-      const errors = (await everywhere(page, isMesh)).map(({ here, there }) =>
-        Math.max(...here.map((value, channel) => Math.abs(value - there[channel]))) / Math.max(...there));
-      errors.sort((one, other) => one - other);
-      const [half, nineTenths] = [0.5, 0.9].map((share) => errors[Math.floor(share * errors.length)]);
-      assert.ok(errors.length > 400, `${errors.length} pixels`);
-      assert.ok(half < RELATIVE_OF_HALF && nineTenths < RELATIVE_OF_NINE_TENTHS, `${half} and ${nineTenths}`);
     });
   }
 

@@ -23,6 +23,9 @@ pub(super) fn solve(
     prepared: &[PreparedBody],
     body_of: &[Option<usize>],
 ) -> Vec<Vec<LitFluence>> {
+    if illuminations.is_empty() {
+        return Vec::new();
+    }
     let patches = JoinedPatches::new(prepared);
     let paths = gathered_paths(scene, illuminations, (prepared, &patches), body_of);
     let exchange = paths.iter().any(GatheredPaths::reach_snow).then(|| Exchange::new(prepared, &patches, &paths));

@@ -32,7 +32,7 @@ function picture(width: number, height: number, ...children: SVGElement[]): SVGS
 }
 
 /** Values at 400, 410, … 700 nm as an area in the colours of light. */
-function area({ left, top, width, height }: Box, title: string, values: readonly number[], fit: Fit): SVGElement {
+function area({ left, top, width, height }: Box, values: readonly number[], fit: Fit): SVGElement {
   const scale = scaleOf(fit, values, 4);
   const x = (index: number) => left + (width * index) / (values.length - 1);
   const y = (value: number) => top + height * (1 - Math.min(1, Math.max(0, scale.place(value))));
@@ -44,8 +44,7 @@ function area({ left, top, width, height }: Box, title: string, values: readonly
     svg("path", { d: `M${x(0)} ${top + height}L${points.join("L")}L${left + width} ${top + height}Z`,
       fill: `url(#${id})` }),
     svg("path", { d: `M${points.join("L")}`, fill: "none", stroke: "var(--ink)", "stroke-width": 2,
-      "stroke-linejoin": "round" }),
-    svg("text", { x: left, y: top - 12, fill: "var(--ink)", "font-weight": 600, "font-size": 13 }, title));
+      "stroke-linejoin": "round" }));
   for (const { value, label } of scale.ticks.filter(({ label }) => label !== "")) {
     group.append(
       svg("line", { x1: left, x2: left + width, y1: y(value), y2: y(value), stroke: "var(--line)" }),
@@ -61,10 +60,14 @@ function area({ left, top, width, height }: Box, title: string, values: readonly
   return group;
 }
 
-/** A spectrum by itself. */
-export function spectrum(width: number, height: number, title: string, values: readonly number[], fit: Fit) {
-  return picture(width, height,
-    area({ left: 44, top: 30, width: width - 50, height: height - 56 }, title, values, fit));
+/** The title of an `area`. */
+function titled({ left, top }: Box, title: string): SVGElement {
+  return svg("text", { x: left, y: top - 12, fill: "var(--ink)", "font-weight": 600, "font-size": 13 }, title);
+}
+
+/** A spectrum by itself, without a title. */
+export function spectrum(width: number, height: number, values: readonly number[], fit: Fit) {
+  return picture(width, height, area({ left: 44, top: 8, width: width - 50, height: height - 34 }, values, fit));
 }
 
 /** What ice absorbs, and the light that it leaves after a path. */
@@ -77,8 +80,8 @@ export function ice(width: number, height: number, path: string, path_m: number)
     width: width / columns - 80, height: height / rows - 86,
   });
   return picture(width, height,
-    area(box(0), "Absorption of ice (per metre)", absorption_per_m, "log"),
-    area(box(1), `What ${path} of ice leave of white light`, rest, "full"));
+    area(box(0), absorption_per_m, "log"), titled(box(0), "Absorption of ice (per metre)"),
+    area(box(1), rest, "full"), titled(box(1), `What ${path} of ice leave of white light`));
 }
 
 /** Pieces of a walk that have a strength each. */

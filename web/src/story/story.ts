@@ -17,7 +17,7 @@ import { absorbing, freePath, meanOf, transmitted, walks, type Walk } from "./wa
 const WALKS = 6000;
 const DRAWN = 30;
 const DRAWN_THROUGH = 3;
-const SPECTRUM_HEIGHT = 150;
+const SPECTRUM_HEIGHT = 128;
 
 export class Story {
   readonly #store: Store;
@@ -125,7 +125,9 @@ export class Story {
     if (step.spectrum !== undefined) {
       const { title, fit, of } = step.spectrum;
       const width = Math.max(this.#spectrum.clientWidth, 200);
-      this.#spectrum.replaceChildren(spectrum(width, SPECTRUM_HEIGHT, title, of(answer), fit));
+      this.#spectrum.replaceChildren(
+        // The text says it in words.
+        el("p", { "aria-hidden": "true" }, title), spectrum(width, SPECTRUM_HEIGHT, of(answer), fit));
     }
     const { clientWidth: width, clientHeight: height } = this.#drawing;
     if (this.#drawing.hidden || width === 0) return;

@@ -27,7 +27,7 @@ export class Sunlight {
   #latest: { sample: Asked; answer: SunlightAnswer } | undefined;
 
   /** `redraw` is called when a spectrum or the measured curve has changed. */
-  constructor(store: Store, module: Promise<WebAssembly.Module>, redraw: () => void) {
+  constructor(store: Store, module: () => Promise<WebAssembly.Module>, redraw: () => void) {
     this.#store = store;
     this.#redraw = redraw;
     const engines = [new Engine(module), new Engine(module)] as const;

@@ -1,13 +1,17 @@
 /**
  * The light field at two sizes of cells, each in a worker of its own: a coarse one follows lights as they move, a fine
  * one is solved for when they stop moving.
+ *
+ * It does not need the scripts that draw, so that light is solved for while these are loaded.
  */
 
-import { type Body, namedMesh, type Size, surfaceOf } from "./shapes";
+import type { Layer, View } from "../state";
 import type { FieldAnswer, FieldRequest, Probed, ProbeRequest } from "./field-messages";
-import type { Wanted } from "./lights";
-import { LitBody } from "./lit-body";
+import { lightsOf, type Wanted, wantedOf } from "./lights";
+import type { LitBody } from "./lit-body";
 import { sceneWorker } from "./native-scene";
+import { fieldScene } from "./scene";
+import { type Body, namedMesh, type Size, surfaceOf } from "./shapes";
 
 /** Rays through grains for the coarse field: an error of 1 % in the light behind 15 cm. */
 const COARSE_RAYS = 1 << 14;
@@ -38,6 +42,20 @@ export interface FieldInput {
   strengths: number[];
 }
 
+/** What is to be lit in a view of some snow. */
+export function fieldInput(body: Body, { thickness_cm: _, ...snow }: Layer, view: View): FieldInput {
+  const scene = (size: Size) => fieldScene(surfaceOf(body, size), snow, size);
+  return {
+    body,
+    scenes: { coarse: scene("coarse"), fine: scene("fine") },
+    lights: lightsOf(view),
+    strengths: wantedOf(view).map(({ strength }) => strength),
+  };
+}
+
+/** Makes meshes of a body. */
+type MakeBody = (answer: Extract<FieldAnswer, { kind: "body" }>) => LitBody;
+
 class Stage {
   body: LitBody | undefined;
   private readonly worker: Worker;
@@ -48,11 +66,12 @@ class Stage {
   constructor(
     private readonly version: () => number,
     private readonly events: FieldEvents,
+    opened: Promise<MakeBody>,
   ) {
-    this.worker = sceneWorker("./field.js", () =>
-      events.failed("The light field cannot be loaded."),
-    );
-    this.worker.onmessage = ({ data }: MessageEvent<FieldAnswer>) => this.receive(data);
+    const failed = () => events.failed("The light field cannot be loaded.");
+    this.worker = sceneWorker("./field.js", () => void opened.then(failed));
+    this.worker.onmessage = ({ data }: MessageEvent<FieldAnswer>) =>
+      void opened.then((makeBody) => this.receive(data, makeBody));
   }
 
   ask(request: FieldRequest): void {
@@ -72,12 +91,12 @@ class Stage {
     this.next?.dispose();
   }
 
-  private receive(answer: FieldAnswer): void {
+  private receive(answer: FieldAnswer, makeBody: MakeBody): void {
     if (answer.kind === "error") {
       if (answer.version === this.version()) this.events.error(answer.text);
     } else if (answer.kind === "body") {
       this.next?.dispose();
-      this.next = new LitBody(answer);
+      this.next = makeBody(answer);
     } else if (answer.kind === "probe") {
       this.questions.get(answer.probe)?.(answer.light);
       this.questions.delete(answer.probe);
@@ -104,22 +123,34 @@ export class FieldClient {
   private version = 0;
   private bodies = 0;
   private input: FieldInput | undefined;
-  /** Of the wait for rest; none once the fine field is asked for. */
+  /** Of the wait for rest. */
   private timer: number | undefined;
+  /** Whether the fine field of the present lights is asked for. */
+  private isRefined = false;
   /** When light was asked for that is not there yet. */
   private asked: number | undefined;
   private readonly coarse: Stage;
   private readonly fine: Stage;
 
-  constructor(private readonly events: FieldEvents) {
+  private events!: FieldEvents;
+  private start!: (makeBody: MakeBody) => void;
+
+  constructor() {
     const version = () => this.version;
     const error = (text: string) => {
       clearTimeout(this.timer);
-      events.error(text);
+      this.events.error(text);
     };
-    const failed = (text: string) => events.failed(text);
-    this.coarse = new Stage(version, { changed: () => this.coarseChanged(), error, failed });
-    this.fine = new Stage(version, { changed: () => events.changed(), error, failed });
+    const failed = (text: string) => this.events.failed(text);
+    const opened = new Promise<MakeBody>((resolve) => (this.start = resolve));
+    this.coarse = new Stage(version, { changed: () => this.coarseChanged(), error, failed }, opened);
+    this.fine = new Stage(version, { changed: () => this.events.changed(), error, failed }, opened);
+  }
+
+  /** Gives the answers to a view, those too that came before. */
+  open(events: FieldEvents, makeBody: MakeBody): void {
+    this.events = events;
+    this.start(makeBody);
   }
 
   /** Asks for the light of a body. Nothing happens if it is known. */
@@ -132,18 +163,26 @@ export class FieldClient {
     if (isSameLight) {
       // Only the exposure changes.
       this.coarse.ask(this.request("coarse", input));
-      if (this.timer === undefined) this.fine.ask(this.request("fine", input));
+      if (this.isRefined) this.fine.ask(this.request("fine", input));
       return;
     }
     this.version += 1;
     if (!isSameBody) this.bodies += 1;
     this.asked = performance.now();
     this.coarse.ask(this.request("coarse", input));
+    this.isRefined = false;
     clearTimeout(this.timer);
     this.timer = setTimeout(() => {
       this.timer = undefined;
-      this.fine.ask(this.request("fine", this.input!));
+      this.refine();
     }, REST_MS);
+  }
+
+  /** Asks for the fine field, once the lights rest and the coarse one is there, which it would slow down. */
+  private refine(): void {
+    if (this.isRefined || this.timer !== undefined || !this.isReady(this.coarse, "coarse")) return;
+    this.isRefined = true;
+    this.fine.ask(this.request("fine", this.input!));
   }
 
   /** The best light that is known; that of the body before until there is some. */
@@ -185,6 +224,7 @@ export class FieldClient {
       this.latency_ms = performance.now() - this.asked;
       this.asked = undefined;
     }
+    this.refine();
     this.events.changed();
   }
 

@@ -2,14 +2,7 @@
 
 import { compiled } from "../compiled";
 
-let module: Promise<WebAssembly.Module> | undefined;
-
-function sceneModule(): Promise<WebAssembly.Module> {
-  module ??= compiled("./scene_bg.wasm");
-  // The next worker tries again.
-  module.catch(() => (module = undefined));
-  return module;
-}
+const sceneModule = compiled("./scene_bg.wasm");
 
 /** A worker of the module `scene`: its first message is the compiled module. `failed` is called if loading fails. */
 export function sceneWorker(script: string, failed: () => void): Worker {

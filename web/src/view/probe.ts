@@ -5,11 +5,12 @@ import { colorOf } from "../story/drawings";
 import { BLUE_NM, RED_NM, at, timesAsBright } from "../story/steps";
 import type { Probed, ProbedLight } from "./field-messages";
 
-/** Greatest way of a finger that taps, in px. */
+/** Greatest way of a finger or a pen that taps, in px. */
 const TAP_PX = 8;
 /** The card goes to the other side when the place comes nearer to it than this, as a part of the view. */
 const NEAR_SIDE = 0.45;
-const [WIDTH, HEIGHT] = [168, 44];
+/** Of the curve, in px. */
+const HEIGHT = 32;
 
 /** A place in the view, 0 to 1 from the left and from above. */
 export interface Place {
@@ -19,7 +20,7 @@ export interface Place {
 
 export class Probe {
   private readonly color = el("span", { class: "sb-probe-color" });
-  private readonly curve = el("div");
+  private readonly curve = el("div", { class: "sb-probe-curve" });
   private readonly words = el("p");
   private readonly card = el("div", { class: "sb-probe", hidden: true },
     el("div", {}, this.color, this.words), this.curve);
@@ -30,7 +31,7 @@ export class Probe {
   private isKept = false;
   private isAsking = false;
   private isStale = false;
-  /** Where a finger came down. */
+  /** Where a pointer came down. */
   private down: { x: number; y: number } | undefined;
 
   /** `light` answers what leaves the snow at a place of the view; it is asked one question at a time. */
@@ -68,7 +69,8 @@ export class Probe {
     const isTap = this.down !== undefined &&
       Math.hypot(event.clientX - this.down.x, event.clientY - this.down.y) < TAP_PX;
     this.down = undefined;
-    if (event.pointerType !== "touch") this.look(this.placeOf(event), false);
+    // A pen leaves when it is lifted, unless it is one that hovers.
+    if (event.pointerType === "mouse") this.look(this.placeOf(event), false);
     else if (isTap) this.look(this.placeOf(event), true);
   };
 
@@ -126,7 +128,7 @@ export class Probe {
     else if (x > 1 - NEAR_SIDE) this.card.classList.remove("sb-right");
     this.color.style.background = `rgb(${answer.srgb})`;
     this.words.textContent = words;
-    this.curve.replaceChildren(curve(answer));
+    this.curve.replaceChildren(curve(answer, this.curve.clientWidth));
   }
 }
 
@@ -139,11 +141,11 @@ function sentence(answer: ProbedLight): string {
 }
 
 /** The spectrum relative to its greatest value, with blue and red. */
-function curve(answer: ProbedLight): SVGSVGElement {
+function curve(answer: ProbedLight, width: number): SVGSVGElement {
   const { radiance, wavelengths_nm } = answer;
   const greatest = Math.max(...radiance);
   const [first, last] = [wavelengths_nm[0]!, wavelengths_nm.at(-1)!];
-  const x = (nm: number) => 3 + ((WIDTH - 6) * (nm - first)) / (last - first);
+  const x = (nm: number) => 3 + ((width - 6) * (nm - first)) / (last - first);
   const y = (value: number) => 4 + (HEIGHT - 8) * (1 - Math.max(0, value) / (greatest || 1));
   const points = radiance.map((value, index) => `${x(wavelengths_nm[index]!).toFixed(1)} ${y(value).toFixed(1)}`);
   const dot = (nm: number) =>
@@ -151,10 +153,10 @@ function curve(answer: ProbedLight): SVGSVGElement {
   const label = (nm: number) =>
     svg("text", { x: x(nm), y: HEIGHT + 12, "text-anchor": "middle" }, `${nm}\u00a0nm`);
   return svg("svg", {
-    width: WIDTH, height: HEIGHT + 16, viewBox: `0 0 ${WIDTH} ${HEIGHT + 16}`, "font-size": 11, fill: "#b5c4d1",
+    width, height: HEIGHT + 16, viewBox: `0 0 ${width} ${HEIGHT + 16}`, "font-size": 11, fill: "#b5c4d1",
     "aria-hidden": "true",
   },
-    svg("path", { d: `M3 ${HEIGHT - 3.5}H${WIDTH - 3}`, stroke: "#5b6b7a" }),
+    svg("path", { d: `M3 ${HEIGHT - 3.5}H${width - 3}`, stroke: "#5b6b7a" }),
     svg("path", { d: `M${points.join("L")}`, fill: "none", stroke: "#dbe6ef", "stroke-width": 1.75,
       "stroke-linejoin": "round" }),
     dot(BLUE_NM), dot(RED_NM), label(BLUE_NM), label(RED_NM));

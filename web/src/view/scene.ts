@@ -62,11 +62,11 @@ export function sceneOf(
   };
 }
 
-/** A scene for the light field alone, which does not depend on the camera or the lights. */
+/** A scene for the light field alone, which does not depend on the camera or the lights: its lamp is dark. */
 export function fieldScene({ object }: Surface, snow: Snow, size: Size): string {
   const view: View = {
     shape: "own",
-    lamps: [{ position: [0, 0, 5], illuminant: "D65", radiant_intensity_w_sr: 1 }],
+    lamps: [{ position: [0, 0, 5], illuminant: "D65", radiant_intensity_w_sr: 0 }],
     sky: undefined,
     method: "field",
     exposure: 0,

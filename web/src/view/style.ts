@@ -1,16 +1,19 @@
 /** Style of the view. The backdrops are the same in both colour schemes. */
 
 export const STYLE = `
-.sb-view { position: relative; overflow: hidden; width: 100%; height: 100%; min-height: 16rem; color: #dbe6ef;
+.sb-view { position: relative; overflow: hidden; container-type: inline-size; width: 100%;
+  height: 100%; min-height: 16rem; color: #dbe6ef;
   background: radial-gradient(ellipse at 50% 42%, #16202b 0%, #0b1118 62%, #070b10 100%); }
 .sb-view[data-backdrop="dusk"] {
   background: linear-gradient(#0a1326 0%, #17294a 28%, #4a5b78 50%, #7b8390 66%, #6c727c 100%); }
 .sb-view[data-backdrop="day"] {
   background: linear-gradient(#5f95cf 0%, #a9cbea 34%, #e4eef7 54%, #e6ebf2 100%); }
 .sb-view canvas { position: absolute; inset: 0; width: 100%; height: 100%; display: block; }
-.sb-view .sb-field { touch-action: pan-y; cursor: grab; outline-offset: -4px; }
+.sb-view .sb-field { touch-action: pan-y; cursor: grab; }
 .sb-view .sb-field:active { cursor: grabbing; }
-.sb-view .sb-field:focus-visible { outline: 2px solid #8cc8ff; }
+.sb-view .sb-field:focus-visible { outline: none; }
+.sb-view:has(.sb-field:focus-visible)::after { content: ""; position: absolute; inset: 2px; border: 2px solid #8cc8ff;
+  border-radius: 0.25rem; pointer-events: none; }
 .sb-view .sb-picture { pointer-events: none; background: #05080b; }
 .sb-view:not([data-backdrop="dark"]) .sb-field { mask-composite: intersect;
   mask-image: linear-gradient(90deg, #0000, #0003 5%, #000c 14%, #000 22% 78%, #000c 86%, #0003 95%, #0000),
@@ -42,7 +45,14 @@ export const STYLE = `
 .sb-probe div:first-child { display: flex; gap: 0.625rem; align-items: center; min-height: 2.25rem; }
 .sb-probe-color { flex: none; width: 2.25rem; height: 2.25rem; border-radius: 0.375rem;
   border: 1px solid #dbe6ef59; }
-.sb-probe svg { display: block; max-width: 100%; margin-top: 0.375rem; }
+.sb-probe-curve { margin-top: 0.375rem; }
+.sb-probe svg { display: block; max-width: 100%; }
+@container (max-width: 35rem) {
+  .sb-probe, .sb-probe.sb-right { top: 0.375rem; left: 0.375rem; right: 0.375rem; width: auto; display: flex;
+    gap: 0.5rem; align-items: center; padding: 0.25rem 0.5rem; font-size: 0.75rem; }
+  .sb-probe > div { flex: 1 1 50%; min-width: 0; }
+  .sb-probe-curve { margin: 0; }
+}
 .sb-probed { position: absolute; width: 0.875rem; height: 0.875rem; margin: -0.4375rem; border-radius: 50%;
   border: 2px solid #fff; box-shadow: 0 0 0 1px #070b10, inset 0 0 0 1px #070b10; }
 .sb-view [hidden] { display: none; }

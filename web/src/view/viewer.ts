@@ -1,17 +1,18 @@
 /** Snow in 3-D, lit by lamps that are dragged, or by a sky. */
 
-import type { Snow } from "../native";
+import { imported } from "../imported";
 import type { Lamp, Layer, Method, View } from "../state";
-import { FieldClient } from "./field-client";
+import { type FieldClient, fieldInput } from "./field-client";
 import type { Probed } from "./field-messages";
 import { LampHandles } from "./lamps";
-import { lightsOf, wantedOf } from "./lights";
+import { wantedOf } from "./lights";
+import { LitBody } from "./lit-body";
 import { Orbit } from "./orbit";
 import { PictureView } from "./picture-view";
 import { type Place, Probe } from "./probe";
-import { fieldScene, type Film, sceneOf, toToml } from "./scene";
+import { type Film, sceneOf, toToml } from "./scene";
 import { fileOf } from "./scene-files";
-import { BLOCK_CM, body as bodyOf, type Body, defaults, meshBody, namedMesh, type Size, surfaceOf } from "./shapes";
+import { BLOCK_CM, body as bodyOf, type Body, defaults, meshBody, namedMesh } from "./shapes";
 import { type Backdrop, SnowCanvas } from "./snow-canvas";
 import { STYLE } from "./style";
 
@@ -61,14 +62,21 @@ const BRIGHTEST_MEDIAN = 0.5;
 /** What the camera looks at where there is no snow. */
 const NO_TARGET: Body["target"] = [0, 0, 0.15];
 
+/** Those of a view that is gone. */
+const IGNORED: ViewerEvents = {
+  change: () => undefined, lit: () => undefined, status: () => undefined, error: () => undefined,
+  failed: () => undefined,
+};
+
 const SHEET = new CSSStyleSheet();
 SHEET.replaceSync(STYLE);
+
+const ownMeshScript = imported<typeof import("./own-mesh")>("own-mesh.js");
 
 export class Viewer {
   private readonly root = document.createElement("div");
   private readonly layer = document.createElement("div");
   private readonly canvas: SnowCanvas | undefined;
-  private readonly field: FieldClient;
   private readonly picture: PictureView;
   private readonly handles: LampHandles | undefined;
   private readonly probe: Probe | undefined;
@@ -84,9 +92,11 @@ export class Viewer {
   private ownNotice = "";
   private isOwnLit = false;
 
+  /** `field` may have been asked for light before. */
   constructor(
     parent: HTMLElement,
-    private readonly events: ViewerEvents,
+    private readonly field: FieldClient,
+    private events: ViewerEvents,
   ) {
     if (!document.adoptedStyleSheets.includes(SHEET)) document.adoptedStyleSheets.push(SHEET);
     this.root.className = "sb-view";
@@ -94,22 +104,24 @@ export class Viewer {
     this.root.append(this.layer);
     parent.append(this.root);
     this.canvas = this.makeCanvas();
-    if (this.canvas !== undefined) {
+    if (this.canvas === undefined) {
+      field.dispose();
+    } else {
       this.handles = new LampHandles(
         this.layer, this.canvas.camera,
         (place) => this.canvas!.isBehindSnow(place), (lamp, position) => this.moveLamp(lamp, position),
       );
       this.probe = new Probe(this.canvas.element, this.layer, (place) => this.lightAt(place));
     }
-    this.field = new FieldClient({
+    this.field.open({
       changed: () => this.lightChanged(),
       error: (text) => this.refused(text),
       failed: (text) => {
         this.fail(text);
-        events.failed(text);
+        this.events.failed(text);
       },
-    });
-    this.picture = new PictureView(this.layer, (text) => events.error(text));
+    }, (answer) => new LitBody(answer));
+    this.picture = new PictureView(this.layer, (text) => this.events.error(text));
     this.observer = new ResizeObserver(() => this.resized());
     this.observer.observe(this.root);
     window.__snowblue = this.testHook();
@@ -138,7 +150,9 @@ export class Viewer {
   /** Shows a visitor's mesh; what cannot be used is refused by an error in one sentence. */
   async addMesh(file: File): Promise<void> {
     try {
-      const { readMesh } = await import("./own-mesh");
+      const { readMesh } = await ownMeshScript().catch((error) => {
+        throw new Error(`${file.name} cannot be read: ${error.message}. Choose it again.`);
+      });
       const mesh = await readMesh(file);
       this.own = meshBody(mesh.name, mesh.triangles, [0, 0, 0.5 * mesh.height_m]);
       this.isOwnLit = false;
@@ -195,7 +209,10 @@ export class Viewer {
     return mesh === undefined ? undefined : { name: mesh.name, file: await fileOf({ scene: undefined, mesh }) };
   }
 
+  /** Ends it. What comes late is of no interest: the page may show another view. */
   dispose(): void {
+    this.events = IGNORED;
+    this.fail("The view was closed.");
     this.observer.disconnect();
     this.field.dispose();
     this.picture.dispose();
@@ -235,12 +252,6 @@ export class Viewer {
     return shape === "own" ? this.own : bodyOf(shape, this.first.thickness_cm);
   }
 
-  /** The snow of the first layer, of any thickness. */
-  private get snow(): Snow {
-    const { thickness_cm: _, ...snow } = this.first;
-    return snow;
-  }
-
   private moveLamp(lamp: number, position: Lamp["position"]): void {
     const lamps = this.view!.lamps.map((one, number) => (number === lamp ? { ...one, position } : one));
     this.change({ ...this.view!, lamps }, this.first);
@@ -264,13 +275,7 @@ export class Viewer {
   }
 
   private light(body: Body, view: View): void {
-    const [coarse, fine] = [this.fieldScene(body, "coarse"), this.fieldScene(body, "fine")];
-    this.field.ask({
-      body,
-      scenes: { coarse, fine },
-      lights: lightsOf(view),
-      strengths: wantedOf(view).map(({ strength }) => strength),
-    });
+    this.field.ask(fieldInput(body, this.first, view));
     if (!this.field.isFine) this.events.status("The light in the snow is being computed.");
   }
 
@@ -344,12 +349,9 @@ export class Viewer {
     });
   }
 
-  private fieldScene(body: Body, size: Size): string {
-    return fieldScene(surfaceOf(body, size), this.snow, size);
-  }
-
   private pictureScene(body: Body, view: View, longest: number): ReturnType<typeof sceneOf> {
-    return sceneOf(body, this.snow, view, this.film(longest));
+    const { thickness_cm: _, ...snow } = this.first;
+    return sceneOf(body, snow, view, this.film(longest));
   }
 
   private film(longest: number): Film {
