@@ -13,6 +13,7 @@
 //! within other snow of the same body have no meaning; J there is 0, or that of the surface nearby.
 
 mod escape_polynomial;
+mod flux_limit;
 mod glb;
 mod lamps;
 mod lightmap;
@@ -43,6 +44,7 @@ use snowblue_scene::film::sensor::Sensor;
 use snowblue_scene::progress::{Phase, Progress, Report};
 use snowblue_scene::spectrum::{SAMPLES, Spectrum, WAVELENGTH_STEP_NM};
 
+use flux_limit::{BoundedFlux, limit, vertex_areas_m2, within};
 use lamps::{field_of, lamps};
 use lightmap::{Charts, FlatSurface, Packing, TooManyCharts};
 use snowblue_geometry::ellipsoid::Ellipsoid;
@@ -259,8 +261,11 @@ pub fn bake(scene: &Scene, field: &LightField, options: BakeOptions, report: Rep
     };
     let mut sky: Vec<Vec<f32>> =
         surfaces.iter().map(|surface| surface.flux(field, options.channels, scene.sensor())).collect();
-    for surface in &mut surfaces {
+    for (surface, flux) in surfaces.iter_mut().zip(&mut sky) {
         surface.baked.exitance = surface.exitance(field, scene.sensor());
+        if options.is_total {
+            surface.limit(flux, field, options.channels, scene.sensor());
+        }
     }
     let of_lamp = |done: usize| Progress { phase: Phase::Lamps, done: done as u64, total: lamps.len() as u64 };
     for (number, lamp) in lamps.iter().enumerate() {
@@ -269,8 +274,9 @@ pub fn bake(scene: &Scene, field: &LightField, options: BakeOptions, report: Rep
             BakeError::Field { object: scene.objects().list()[object].name.clone(), reason }
         })?;
         for (surface, sky) in surfaces.iter_mut().zip(&mut sky) {
-            let flux = surface.flux(&alone, options.channels, scene.sensor());
+            let mut flux = surface.flux(&alone, options.channels, scene.sensor());
             sky.iter_mut().zip(&flux).for_each(|(rest, value)| *rest -= value);
+            surface.limit(&mut flux, &alone, options.channels, scene.sensor());
             surface.baked.flux.push(flux);
         }
         report(of_lamp(number + 1));
@@ -394,6 +400,43 @@ impl Surface {
         let Some(body) = field.of_object(self.object) else { return Vec::new() };
         let values = |(point, normal)| channels.values(&body.flux(point, normal), sensor);
         self.places().flat_map_iter(values).collect()
+    }
+
+    /// Raises the net flux at vertices to where no radiance is negative, and takes what that adds from the vertices
+    /// within a cell. The exitance changes by as much.
+    fn limit(&mut self, values: &mut [f32], field: &LightField, channels: Channels, sensor: &Sensor) {
+        let Some(body) = field.of_object(self.object) else { return };
+        let areas_m2 = vertex_areas_m2(&self.baked.positions, &self.baked.triangles);
+        // Renderers have the polynomial.
+        let escape = self.baked.half_space.escape(1.0).max(self.baked.snow.escape.at(1.0));
+        let bounded = |vertex: usize| {
+            let (point, normal) = (self.points[vertex].into(), self.baked.normals[vertex].into());
+            let flux = body.flux(point, normal);
+            let mut irradiance = body.exitance(point, normal);
+            irradiance += flux * -1.0;
+            BoundedFlux {
+                position: self.baked.positions[vertex],
+                area_m2: areas_m2[vertex],
+                flux,
+                least: irradiance * -narrow(escape.recip()),
+            }
+        };
+        let numbers = 0..areas_m2.len();
+        let lacking: Vec<usize> = numbers.into_par_iter().filter(|vertex| bounded(*vertex).is_below()).collect();
+        if lacking.is_empty() {
+            return;
+        }
+        let reach_m = narrow(body.surface_step_m());
+        let changed = within(reach_m, &lacking, &self.baked.positions);
+        let mut limited: Vec<BoundedFlux> = changed.par_iter().map(|vertex| bounded(*vertex)).collect();
+        limit(&mut limited, reach_m);
+        for (vertex, BoundedFlux { flux, .. }) in changed.into_iter().zip(limited) {
+            let mut change = flux;
+            change += bounded(vertex).flux * -1.0;
+            self.baked.exitance[vertex] += rgb(&change, sensor);
+            let count = channels.count();
+            values[count * vertex..count * (vertex + 1)].copy_from_slice(&channels.values(&flux, sensor));
+        }
     }
 
     /// What leaves the surface at all vertices.
