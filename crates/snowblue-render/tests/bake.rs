@@ -65,7 +65,7 @@ fn baked(integrator: &Integrator, step_m: f64, channels: Channels) -> BakedScene
     integrator.bake(BakeOptions { step_m: Some(step_m), channels, ..BakeOptions::default() }, &|_| {}).unwrap()
 }
 
-fn area_m2(object: &BakedObject, triangle: [u32; 3]) -> f64 {
+fn triangle_m2(object: &BakedObject, triangle: [u32; 3]) -> f64 {
     let [a, b, c] = triangle.map(|vertex| object.positions[vertex as usize].as_dvec3());
     0.5 * (b - a).cross(c - a).length()
 }
@@ -83,7 +83,7 @@ fn the_net_flux_through_a_block_is_what_it_absorbs() {
         let (mut enters, mut leaves) = (0.0, 0.0);
         for triangle in &object.triangles {
             let corners = triangle.iter().map(|vertex| object.flux[0][*vertex as usize * SAMPLES + wavelength]);
-            let flux = area_m2(object, *triangle) * f64::from(corners.sum::<f32>()) / 3.0 * BAND_WIDTH_NM;
+            let flux = triangle_m2(object, *triangle) * f64::from(corners.sum::<f32>()) / 3.0 * BAND_WIDTH_NM;
             if flux > 0.0 { leaves += flux } else { enters -= flux }
         }
         let counts = [36, 12, 36];
@@ -148,6 +148,64 @@ fn light_beside_an_edge_does_not_vary_along_it() {
         let [interpolated, read] = [interpolated, read].map(|values| variation(&values));
         assert!(interpolated < read + 0.01, "{from_edge_m} m from the edge: {interpolated}, in the field {read}");
     }
+}
+
+/// A sun that grazes one side of a block and lights another one. Nothing that a program shows of it is negative, and
+/// through each side passes the flux of the light field.
+#[test]
+fn no_radiance_of_lit_snow_is_negative_and_the_flux_of_each_side_is_kept() {
+    for direction in [Vec3::new(-0.05, -1.0, 0.0), Vec3::new(-1.0, -1.0, -0.3)] {
+        let integrator = integrator(&format!("{}{BLOCK}", sun_from(direction)));
+        let baked = baked(&integrator, 0.01, Channels::Spectrum);
+        let (object, field) = (&baked.objects[0], integrator.light_field().unwrap().of_object(0).unwrap());
+        let irradiance = |normal: Vec3| 5.0 * f64::from(normal.dot(-direction.normalize()).max(0.0));
+        let flux = |vertex: usize, k: usize| f64::from(object.flux[0][vertex * SAMPLES + k]) * BAND_WIDTH_NM;
+        let mut grazed = f64::INFINITY;
+        for vertex in 0..object.positions.len() {
+            let received = irradiance(object.normals[vertex]);
+            for k in [0, 15, 30] {
+                for cos in [0.0, 0.3, 0.7, 1.0] {
+                    let sent = received + object.snow.escape.at(cos) * flux(vertex, k);
+                    assert!(sent >= 0.0, "{} {k} {cos}: {sent}", object.positions[vertex]);
+                    grazed = grazed.min(sent / received);
+                }
+            }
+        }
+        assert!(grazed < 0.02, "the bound is met at edges: {grazed}");
+        // By the midpoints of squares, at 400 nm.
+        let half = Vec3::new(0.15, 0.05, 0.15);
+        for normal in [Vec3::X, Vec3::Y, Vec3::NEG_X, Vec3::NEG_Z] {
+            let [one, other] = if normal.x != 0.0 {
+                [Vec3::Y, Vec3::Z]
+            } else if normal.y != 0.0 {
+                [Vec3::Z, Vec3::X]
+            } else {
+                [Vec3::X, Vec3::Y]
+            };
+            let parts = 200;
+            let at = |k: u16| (2.0 * f32::from(k) + 1.0) / f32::from(parts) - 1.0;
+            let place = |row: u16, column: u16| half * (normal + one * at(row) + other * at(column));
+            let area_m2 = f64::from(4.0 * (half.dot(one) * half.dot(other)) / f32::from(parts).powi(2));
+            let places = (0..parts).flat_map(|row| (0..parts).map(move |column| place(row, column)));
+            let expected: f64 =
+                places.map(|place| area_m2 * f64::from(field.flux(place.into(), normal.into()).0[0])).sum();
+            let is_of_side = |corners: &&[u32; 3]| object.normals[corners[0] as usize].dot(normal) > 0.9;
+            let of_triangle = |corners: &[u32; 3]| {
+                triangle_m2(object, *corners) * corners.map(|k| flux(k as usize, 0)).iter().sum::<f64>() / 3.0
+            };
+            let sum: f64 = object.triangles.iter().filter(is_of_side).map(of_triangle).sum();
+            // Linear interpolation misses some of the bend of J beside edges, and some light passes to the other side.
+            let entering = 0.3 * (0.3 * irradiance(Vec3::Y) + 0.1 * irradiance(Vec3::X));
+            assert!((sum - expected).abs() < 0.01 * entering, "{direction} {normal}: {sum} {expected} {entering}");
+        }
+    }
+}
+
+fn sun_from(direction: Vec3) -> String {
+    format!(
+        "[[light]]\ntype = \"directional\"\ndirection = {:?}\nirradiance_w_m2 = 5\nilluminant = \"E\"\n",
+        direction.to_array()
+    )
 }
 
 #[test]
@@ -286,6 +344,23 @@ fn wide_snow_has_no_more_vertices_than_its_cells_ask_for() {
     // Edges of twice the finest cells, 3.9 mm, would make more than the 4,194,304 that are allowed. The cells at the
     // surface are some ten times as wide.
     assert!((1_000..200_000).contains(&vertices), "{vertices}");
+}
+
+/// A lamp alone has cells of the sizes that the whole scene has. If all were of one size, they would have to be larger
+/// than the snow allows.
+#[test]
+fn a_lamp_on_wide_snow_fits_into_the_memory_of_the_scene() {
+    let lamp = LAMP_BEHIND.replace("[0.05, 0.3, 0.02]", "[0.05, 2, 0.02]");
+    let block = BLOCK.replace("[0.3, 0.1, 0.3]", "[3, 3, 3]");
+    let text = format!("{HEAD}[light_field]\nmemory_mib = 32\n{lamp}{SKY}{block}");
+    let mut description = SceneFile::parse(text, "scene.toml").unwrap().description;
+    description.light_field.grain_rays = 1 << 12;
+    let baked = prepared(&description).bake(BakeOptions::default(), &|_| {}).unwrap();
+    let object = &baked.objects[0];
+    let greatest = |values: &[f32]| values.iter().fold(0.0_f32, |most, value| most.max(value.abs()));
+    assert_eq!(object.flux.len(), 2);
+    // The lamp is 0.5 m from the block: it lights its middle by 5/0.25 W/m², of which snow absorbs some.
+    assert!(greatest(&object.flux[0]) > 0.05 && greatest(&object.flux[1]) > 0.05);
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! The lamps of a scene, and the light of each of them alone.
 
+use crate::sight::Sight;
 use crate::watch::Watch;
 use crate::{BodyField, FieldScene, LampInSnow, LightField};
 use snowblue_scene::Scene;
@@ -36,7 +37,8 @@ pub(super) fn field_of(
         lamps_in_snow: inside.as_slice(),
         reflectance: &|_| None,
         max_bounces: 0,
-        sight: None,
+        // In wide snow, cells follow the camera; without it they would not fit into the memory.
+        sight: Some(Sight::of(scene)),
         has_one_view: false,
         settings: scene.description().light_field,
         watch: Watch::new(report),

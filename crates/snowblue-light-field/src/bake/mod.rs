@@ -77,6 +77,9 @@ const DEFAULT_CELLS: f64 = 2.0;
 /// Length of edges that run away from a sharp one, in cells of the light field at the surface.
 const CELLS_FROM_EDGES: f64 = 0.25;
 
+/// Relative error of the irradiance at wavelengths between those that are solved for.
+const IRRADIANCE_ERROR: f64 = 0.005;
+
 /// What the attributes hold.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Channels {
@@ -402,41 +405,52 @@ impl Surface {
         self.places().flat_map_iter(values).collect()
     }
 
-    /// Raises the net flux at vertices to where no radiance is negative, and takes what that adds from the vertices
-    /// within a cell. The exitance changes by as much.
+    /// Raises the net flux at vertices to where no radiance is negative. The exitance changes by as much.
     fn limit(&mut self, values: &mut [f32], field: &LightField, channels: Channels, sensor: &Sensor) {
+        let count = channels.count();
         let Some(body) = field.of_object(self.object) else { return };
+        let flux_at = |vertex: usize| body.flux(self.points[vertex].into(), self.baked.normals[vertex].into());
+        for (vertex, [before, flux]) in self.limited(body, &flux_at) {
+            let mut change = flux;
+            change += before * -1.0;
+            self.baked.exitance[vertex] += rgb(&change, sensor);
+            values[count * vertex..count * (vertex + 1)].copy_from_slice(&channels.values(&flux, sensor));
+        }
+    }
+
+    /// The vertices whose net flux changes so that no radiance is negative, with the flux in the light field and the
+    /// changed one. What is added is taken from the vertices within a cell. `flux_at` gives the flux in the light field
+    /// at a vertex.
+    fn limited(&self, body: &BodyField, flux_at: &(dyn Fn(usize) -> Spectrum + Sync)) -> Vec<(usize, [Spectrum; 2])> {
         let areas_m2 = vertex_areas_m2(&self.baked.positions, &self.baked.triangles);
         // Renderers have the polynomial.
         let escape = self.baked.half_space.escape(1.0).max(self.baked.snow.escape.at(1.0));
         let bounded = |vertex: usize| {
-            let (point, normal) = (self.points[vertex].into(), self.baked.normals[vertex].into());
-            let flux = body.flux(point, normal);
-            let mut irradiance = body.exitance(point, normal);
+            let flux = flux_at(vertex);
+            let mut irradiance = body.exitance(self.points[vertex].into(), self.baked.normals[vertex].into());
             irradiance += flux * -1.0;
             BoundedFlux {
                 position: self.baked.positions[vertex],
                 area_m2: areas_m2[vertex],
                 flux,
-                least: irradiance * -narrow(escape.recip()),
+                least: irradiance * -narrow((1.0 - IRRADIANCE_ERROR) / escape),
             }
         };
         let numbers = 0..areas_m2.len();
-        let lacking: Vec<usize> = numbers.into_par_iter().filter(|vertex| bounded(*vertex).is_below()).collect();
+        // Only where light enters can more of it enter than there is.
+        let is_below =
+            |vertex: &usize| flux_at(*vertex).0.iter().any(|flux| *flux < 0.0) && bounded(*vertex).is_below();
+        let lacking: Vec<usize> = numbers.into_par_iter().filter(is_below).collect();
         if lacking.is_empty() {
-            return;
+            return Vec::new();
         }
         let reach_m = narrow(body.surface_step_m());
         let changed = within(reach_m, &lacking, &self.baked.positions);
         let mut limited: Vec<BoundedFlux> = changed.par_iter().map(|vertex| bounded(*vertex)).collect();
+        let before: Vec<Spectrum> = limited.iter().map(|vertex| vertex.flux).collect();
         limit(&mut limited, reach_m);
-        for (vertex, BoundedFlux { flux, .. }) in changed.into_iter().zip(limited) {
-            let mut change = flux;
-            change += bounded(vertex).flux * -1.0;
-            self.baked.exitance[vertex] += rgb(&change, sensor);
-            let count = channels.count();
-            values[count * vertex..count * (vertex + 1)].copy_from_slice(&channels.values(&flux, sensor));
-        }
+        let fluxes = before.into_iter().zip(limited).map(|(before, BoundedFlux { flux, .. })| [before, flux]);
+        changed.into_iter().zip(fluxes).collect()
     }
 
     /// What leaves the surface at all vertices.

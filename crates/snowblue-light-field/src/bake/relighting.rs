@@ -174,7 +174,12 @@ impl Surface {
             };
             self.places().map(of_place).collect()
         };
-        let spectra = field.of_object(self.object).map_or_else(Vec::new, spectra_in);
+        let mut spectra = field.of_object(self.object).map_or_else(Vec::new, spectra_in);
+        if let Some(body) = field.of_object(self.object) {
+            for (vertex, [_, flux]) in self.limited(body, &|vertex| spectra[vertex].flux) {
+                spectra[vertex].flux = flux;
+            }
+        }
         let colors = |of: fn(&VertexSpectra) -> &Spectrum| -> Vec<LinearRgb> {
             spectra.iter().map(|vertex| rgb(of(vertex), scene.sensor())).collect()
         };
