@@ -80,9 +80,9 @@ pub(super) struct Surroundings<'a> {
 /// Where a path meets snow.
 struct PathEnd {
     hit: SurfaceInteraction,
-    /// That of the other surfaces on its way, if it met any.
+    /// Transmittance by way of other surfaces; none if it met none.
     throughput: Option<Spectrum>,
-    /// The way from the last surface.
+    /// The distance from the last surface: the width of the gap.
     gap_m: f32,
 }
 

@@ -151,7 +151,7 @@ fn light_beside_an_edge_does_not_vary_along_it() {
 }
 
 /// A sun that grazes one side of a block and lights another one. Nothing that a program shows of it is negative, and
-/// through each side passes the flux of the light field.
+/// through each side passes the flux of the light field but for what passes across its edges.
 #[test]
 fn no_radiance_of_lit_snow_is_negative_and_the_flux_of_each_side_is_kept() {
     for direction in [Vec3::new(-0.05, -1.0, 0.0), Vec3::new(-1.0, -1.0, -0.3)] {

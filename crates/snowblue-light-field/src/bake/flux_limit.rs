@@ -1,10 +1,11 @@
 //! A lower bound of the net flux at vertices.
 //!
-//! No radiance is negative: F + K(μ) J ≥ 0 for every cosine μ, so J ≥ −F/K(1), since K grows with μ. Within a transport
+//! No radiance is negative. By the exit law with the R₀ = 1/π of a white diffuse surface, F + K(μ) J ≥ 0 for every
+//! cosine μ, so J ≥ −F/K(1), since K grows with μ. Within a transport
 //! mean free path of the edge of a lit face, the diffusion approximation breaks that bound. Its solution conserves
 //! energy against each shape function, whose support is both sides of the edge: what it has too little of on the one
 //! side, it has too much of on the other. So what the bound adds is taken from the vertices around, in proportion to
-//! what each has above its own bound, and the flux through the surface stays.
+//! what each has above its own bound, and the flux through the surface stays, unless no vertex is near.
 
 use std::collections::HashMap;
 
@@ -33,8 +34,8 @@ pub(super) fn vertex_areas_m2(positions: &[Vec3], triangles: &[[u32; 3]]) -> Vec
 }
 
 /// The numbers of the positions within a distance in m of some of them, which are included.
-pub(super) fn within(reach_m: f32, of: &[usize], positions: &[Vec3]) -> Vec<usize> {
-    let cubes = Cubes::around(reach_m, of.iter().map(|number| (*number, positions[*number])));
+pub(super) fn within(reach_m: f32, centres: &[usize], positions: &[Vec3]) -> Vec<usize> {
+    let cubes = Cubes::around(reach_m, centres.iter().map(|number| (*number, positions[*number])));
     let is_near = |number: &usize| cubes.near(positions[*number]).next().is_some();
     (0..positions.len()).filter(is_near).collect()
 }

@@ -39,7 +39,7 @@ pub(super) fn field_of(
         max_bounces: 0,
         // In wide snow, cells follow the camera; without it they would not fit into the memory.
         sight: Some(Sight::of(scene)),
-        has_one_view: false,
+        has_one_view: field.has_one_view(),
         settings: scene.description().light_field,
         watch: Watch::new(report),
     };

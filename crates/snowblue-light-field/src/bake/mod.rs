@@ -77,6 +77,8 @@ const DEFAULT_CELLS: f64 = 2.0;
 /// Length of edges that run away from a sharp one, in cells of the light field at the surface.
 const CELLS_FROM_EDGES: f64 = 0.25;
 
+/// Farthest vertices from which light is taken for others, in cells.
+const MOST_CELLS_OF_REACH: f64 = 4.0;
 /// Relative error of the irradiance at wavelengths between those that are solved for.
 const IRRADIANCE_ERROR: f64 = 0.005;
 
@@ -419,8 +421,8 @@ impl Surface {
     }
 
     /// The vertices whose net flux changes so that no radiance is negative, with the flux in the light field and the
-    /// changed one. What is added is taken from the vertices within a cell. `flux_at` gives the flux in the light field
-    /// at a vertex.
+    /// changed one. What is added is taken from the vertices within an edge of the mesh. `flux_at` gives the flux in
+    /// the light field at a vertex.
     fn limited(&self, body: &BodyField, flux_at: &(dyn Fn(usize) -> Spectrum + Sync)) -> Vec<(usize, [Spectrum; 2])> {
         let areas_m2 = vertex_areas_m2(&self.baked.positions, &self.baked.triangles);
         // Renderers have the polynomial.
@@ -444,7 +446,8 @@ impl Surface {
         if lacking.is_empty() {
             return Vec::new();
         }
-        let reach_m = narrow(body.surface_step_m());
+        let cell_m = body.surface_step_m();
+        let reach_m = narrow(self.baked.snow.step_m.clamp(cell_m, MOST_CELLS_OF_REACH * cell_m));
         let changed = within(reach_m, &lacking, &self.baked.positions);
         let mut limited: Vec<BoundedFlux> = changed.par_iter().map(|vertex| bounded(*vertex)).collect();
         let before: Vec<Spectrum> = limited.iter().map(|vertex| vertex.flux).collect();

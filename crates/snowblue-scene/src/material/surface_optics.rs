@@ -58,8 +58,8 @@ impl SurfaceOptics {
     }
 }
 
-/// The reflection function of a half-space in 1/sr, as that of [`SurfaceOptics::reflection_per_sr`]. Light below the
-/// horizon counts as grazing.
+/// The reflection function of a half-space in 1/sr, as that of [`SurfaceOptics::reflection_per_sr`]. Directions
+/// below the horizon count as grazing.
 pub fn reflection_per_sr(half_space: &HalfSpace, normal: Vec3A, direction: Vec3A, to_light: Vec3A) -> f32 {
     let [cos_exit, cos_incidence] = [-direction, to_light].map(|to| normal.dot(to).max(0.0));
     // Both directions of propagation, projected on the surface.
