@@ -2,7 +2,7 @@
 
 import { once } from "./once";
 
-/** What is compiled while it arrives, if the host says that it is that. */
+/** The content type that `compileStreaming` accepts. */
 const TYPE = "application/wasm";
 
 /** A function that compiles a module once. After a failure the next call tries again. */

@@ -35,6 +35,8 @@ const ADDRESS_MS = 250;
 
 /** The results are near the window within this. */
 const NEAR = "400px";
+/** Longest wait of the view for the poster, in ms. */
+const POSTER_MS = 1500;
 
 /** The fragment of the laboratory with the default state, whose own is empty. */
 const LABORATORY = "laboratory";
@@ -86,10 +88,11 @@ window.addEventListener("hashchange", ({ newURL }) => {
   if (fragment !== address()) follow(fragment);
 });
 byId("version").textContent = `snowblue ${version}`;
-// The picture that stands for the first view is painted before its light is solved for, and before it is loaded.
+// The view is loaded after the poster is painted, or late. Its light is asked for after the first frame.
 afterPaint(() => host.ask());
-void (byId("poster") as HTMLImageElement).decode().catch(() => undefined).then(() =>
-  afterPaint(() => void host.start()));
+const painted = (byId("poster") as HTMLImageElement).decode().catch(() => undefined);
+const late = new Promise((resolve) => setTimeout(resolve, POSTER_MS));
+void Promise.race([painted, late]).then(() => afterPaint(() => void host.start()));
 // What is for later must not slow the first light down.
 void host.opened.then(() => {
   spectra.warm(store.state);

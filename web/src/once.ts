@@ -1,5 +1,3 @@
-/** What is started once, when it is first needed. */
-
 /** A function that starts something at its first call. After a failure the next call tries again. */
 export function once<Result>(start: () => Promise<Result>): () => Promise<Result> {
   let started: Promise<Result> | undefined;

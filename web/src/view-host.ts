@@ -106,7 +106,6 @@ export class ViewHost {
     byId("view-wait").hidden = false;
     const { Viewer } = await this.#script();
     const field = this.#field ?? new FieldClient();
-    this.#field = undefined;
     const viewer: Viewer = new Viewer(byId("view"), field, {
       change: (view: View) => this.#changed(view),
       lit: () => {
@@ -122,6 +121,7 @@ export class ViewHost {
         if (this.#shown === viewer) this.#fail(text);
       },
     });
+    this.#field = undefined;
     viewer.setBackdrop(this.#backdrop);
     byId("view-wait").hidden = true;
     this.#shown = viewer;

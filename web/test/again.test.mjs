@@ -39,6 +39,25 @@ for (const [file, said] of [
   }, { expected: /404|viewer\.js/ });
 }
 
+browserTest("without WebGL 2 the view says so, and its light says nothing", async (page) => {
+  await page.addInitScript(() => {
+    const { getContext } = HTMLCanvasElement.prototype;
+    HTMLCanvasElement.prototype.getContext = function (type, ...options) {
+      return type.startsWith("webgl") ? null : getContext.call(this, type, ...options);
+    };
+  });
+  // The worker of the light fails, which the view is not told.
+  missing = "scene_bg.wasm";
+  const failed = page.waitForResponse((response) => response.url().endsWith("scene_bg.wasm"));
+  await page.goto(`${server.url}#laboratory`);
+  await page.locator("#view-error", { hasText: "no WebGL 2" }).waitFor();
+  await failed;
+  await page.waitForTimeout(500);
+  assert.match(await page.locator("#view-error").textContent(), /no WebGL 2/);
+  assert.equal(await page.getByRole("button", { name: "Try again" }).isVisible(), false);
+  missing = undefined;
+}, { expected: /404|WebGL/ });
+
 browserTest("a view that is gone says nothing more", async (page) => {
   await page.addInitScript(() => {
     window.workers = [];

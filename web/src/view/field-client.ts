@@ -62,13 +62,17 @@ class Stage {
   private next: LitBody | undefined;
   private readonly questions = new Map<number, (light: Probed) => void>();
   private asked = 0;
+  /** Answers that came before it was disposed of may be waiting for the view. */
+  private isGone = false;
 
   constructor(
     private readonly version: () => number,
     private readonly events: FieldEvents,
     opened: Promise<MakeBody>,
   ) {
-    const failed = () => events.failed("The light field cannot be loaded.");
+    const failed = () => {
+      if (!this.isGone) events.failed("The light field cannot be loaded.");
+    };
     this.worker = sceneWorker("./field.js", () => void opened.then(failed));
     this.worker.onmessage = ({ data }: MessageEvent<FieldAnswer>) =>
       void opened.then((makeBody) => this.receive(data, makeBody));
@@ -86,12 +90,14 @@ class Stage {
   }
 
   dispose(): void {
+    this.isGone = true;
     this.worker.terminate();
     this.body?.dispose();
     this.next?.dispose();
   }
 
   private receive(answer: FieldAnswer, makeBody: MakeBody): void {
+    if (this.isGone) return;
     if (answer.kind === "error") {
       if (answer.version === this.version()) this.events.error(answer.text);
     } else if (answer.kind === "body") {
@@ -139,6 +145,7 @@ export class FieldClient {
     const version = () => this.version;
     const error = (text: string) => {
       clearTimeout(this.timer);
+      this.timer = undefined;
       this.events.error(text);
     };
     const failed = (text: string) => this.events.failed(text);

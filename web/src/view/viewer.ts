@@ -62,7 +62,7 @@ const BRIGHTEST_MEDIAN = 0.5;
 /** What the camera looks at where there is no snow. */
 const NO_TARGET: Body["target"] = [0, 0, 0.15];
 
-/** Those of a view that is gone. */
+/** Events of a disposed view. */
 const IGNORED: ViewerEvents = {
   change: () => undefined, lit: () => undefined, status: () => undefined, error: () => undefined,
   failed: () => undefined,
