@@ -11,9 +11,9 @@ export const STYLE = `
 .sb-view canvas { position: absolute; inset: 0; width: 100%; height: 100%; display: block; }
 .sb-view .sb-field { touch-action: pan-y; cursor: grab; }
 .sb-view .sb-field:active { cursor: grabbing; }
-.sb-view .sb-field:focus-visible { outline: none; }
-.sb-view:has(.sb-field:focus-visible)::after { content: ""; position: absolute; inset: 2px; border: 2px solid #8cc8ff;
-  border-radius: 0.25rem; pointer-events: none; }
+.sb-view .sb-field:focus-visible { outline: 2px solid #8cc8ff; outline-offset: -4px; }
+.sb-view:not([data-backdrop="dark"]):has(.sb-field:focus-visible)::after { content: ""; position: absolute; inset: 2px;
+  border: 2px solid #8cc8ff; border-radius: 0.25rem; pointer-events: none; }
 .sb-view .sb-picture { pointer-events: none; background: #05080b; }
 .sb-view:not([data-backdrop="dark"]) .sb-field { mask-composite: intersect;
   mask-image: linear-gradient(90deg, #0000, #0003 5%, #000c 14%, #000 22% 78%, #000c 86%, #0003 95%, #0000),
