@@ -83,11 +83,11 @@ function links({ outputs }) {
 }
 
 /** The page with links in its head. */
-function pageWith(links) {
+function pageWith(tags) {
   const mark = "  <!-- links -->\n";
   const page = readFileSync(join(ROOT, "index.html"), "utf8");
   if (!page.includes(mark)) throw new Error(`index.html has no place for links: ${mark}`);
-  return page.replace(mark, links.map((link) => `  ${link}\n`).join(""));
+  return page.replace(mark, tags.map((tag) => `  ${tag}\n`).join(""));
 }
 
 const native = await spectrumModule();

@@ -1,11 +1,11 @@
 //! A lower bound of the net flux at vertices.
 //!
 //! No radiance is negative. By the exit law with the R₀ = 1/π of a white diffuse surface, F + K(μ) J ≥ 0 for every
-//! cosine μ, so J ≥ −F/K(1), since K grows with μ. Within a transport
-//! mean free path of the edge of a lit face, the diffusion approximation breaks that bound. Its solution conserves
-//! energy against each shape function, whose support is both sides of the edge: what it has too little of on the one
-//! side, it has too much of on the other. So what the bound adds is taken from the vertices around, in proportion to
-//! what each has above its own bound, and the flux through the surface stays, unless no vertex is near.
+//! cosine μ, so J ≥ −F/K(1), since K grows with μ. Within a transport mean free path of the edge of a lit face, the
+//! diffusion approximation breaks that bound. Its solution conserves energy against each shape function, whose support
+//! is both sides of the edge: what it has too little of on the one side, it has too much of on the other. So what the
+//! bound adds is taken from the vertices around, in proportion to what each has above its own bound, and the flux
+//! through the surface stays, unless no vertex is near.
 
 use std::collections::HashMap;
 
@@ -73,11 +73,6 @@ impl BoundedFlux {
     /// What it has too little.
     fn below(&self) -> Spectrum {
         Spectrum(std::array::from_fn(|k| (self.least.0[k] - self.flux.0[k]).max(0.0)))
-    }
-
-    /// Whether it is below its least value.
-    pub(super) fn is_below(&self) -> bool {
-        self.flux.0.iter().zip(&self.least.0).any(|(flux, least)| flux < least)
     }
 }
 

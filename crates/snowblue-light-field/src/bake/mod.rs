@@ -424,32 +424,33 @@ impl Surface {
     /// changed one. What is added is taken from the vertices within an edge of the mesh. `flux_at` gives the flux in
     /// the light field at a vertex.
     fn limited(&self, body: &BodyField, flux_at: &(dyn Fn(usize) -> Spectrum + Sync)) -> Vec<(usize, [Spectrum; 2])> {
-        let areas_m2 = vertex_areas_m2(&self.baked.positions, &self.baked.triangles);
         // Renderers have the polynomial.
         let escape = self.baked.half_space.escape(1.0).max(self.baked.snow.escape.at(1.0));
-        let bounded = |vertex: usize| {
-            let flux = flux_at(vertex);
+        let least = |vertex: usize, flux: &Spectrum| {
             let mut irradiance = body.exitance(self.points[vertex].into(), self.baked.normals[vertex].into());
-            irradiance += flux * -1.0;
-            BoundedFlux {
-                position: self.baked.positions[vertex],
-                area_m2: areas_m2[vertex],
-                flux,
-                least: irradiance * -narrow((1.0 - IRRADIANCE_ERROR) / escape),
-            }
+            irradiance += *flux * -1.0;
+            irradiance * -narrow((1.0 - IRRADIANCE_ERROR) / escape)
         };
-        let numbers = 0..areas_m2.len();
-        // Only where light enters can more of it enter than there is.
-        let is_below =
-            |vertex: &usize| flux_at(*vertex).0.iter().any(|flux| *flux < 0.0) && bounded(*vertex).is_below();
-        let lacking: Vec<usize> = numbers.into_par_iter().filter(is_below).collect();
+        let is_below = |vertex: &usize| {
+            let flux = flux_at(*vertex);
+            // Only where light enters can more of it enter than there is.
+            flux.0.iter().any(|flux| *flux < 0.0)
+                && flux.0.iter().zip(least(*vertex, &flux).0).any(|(flux, least)| *flux < least)
+        };
+        let lacking: Vec<usize> = (0..self.baked.positions.len()).into_par_iter().filter(is_below).collect();
         if lacking.is_empty() {
             return Vec::new();
         }
         let cell_m = body.surface_step_m();
         let reach_m = narrow(self.baked.snow.step_m.clamp(cell_m, MOST_CELLS_OF_REACH * cell_m));
         let changed = within(reach_m, &lacking, &self.baked.positions);
-        let mut limited: Vec<BoundedFlux> = changed.par_iter().map(|vertex| bounded(*vertex)).collect();
+        let areas_m2 = vertex_areas_m2(&self.baked.positions, &self.baked.triangles);
+        let bounded = |vertex: &usize| {
+            let flux = flux_at(*vertex);
+            let (position, area_m2) = (self.baked.positions[*vertex], areas_m2[*vertex]);
+            BoundedFlux { position, area_m2, least: least(*vertex, &flux), flux }
+        };
+        let mut limited: Vec<BoundedFlux> = changed.par_iter().map(bounded).collect();
         let before: Vec<Spectrum> = limited.iter().map(|vertex| vertex.flux).collect();
         limit(&mut limited, reach_m);
         let fluxes = before.into_iter().zip(limited).map(|(before, BoundedFlux { flux, .. })| [before, flux]);

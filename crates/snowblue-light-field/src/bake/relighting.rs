@@ -172,14 +172,13 @@ impl Surface {
                 flux: body.flux(point, normal),
                 irradiance: body.diffuse_irradiance(&SurfacePoint { point, normal }),
             };
-            self.places().map(of_place).collect()
-        };
-        let mut spectra = field.of_object(self.object).map_or_else(Vec::new, spectra_in);
-        if let Some(body) = field.of_object(self.object) {
+            let mut spectra: Vec<VertexSpectra> = self.places().map(of_place).collect();
             for (vertex, [_, flux]) in self.limited(body, &|vertex| spectra[vertex].flux) {
                 spectra[vertex].flux = flux;
             }
-        }
+            spectra
+        };
+        let spectra = field.of_object(self.object).map_or_else(Vec::new, spectra_in);
         let colors = |of: fn(&VertexSpectra) -> &Spectrum| -> Vec<LinearRgb> {
             spectra.iter().map(|vertex| rgb(of(vertex), scene.sensor())).collect()
         };
