@@ -68,6 +68,7 @@ const story = new Story(store, host, opened, () => enterLaboratory());
 byId("open-story").addEventListener("click", () => enterStory());
 byId("open-laboratory").addEventListener("click", () => enterLaboratory());
 follow(location.hash.slice(1));
+host.ask();
 store.subscribe((state, before) => {
   if (state === before || ASKED.some((key) => state[key] !== before[key])) spectra.want(state);
 });
@@ -88,8 +89,7 @@ window.addEventListener("hashchange", ({ newURL }) => {
   if (fragment !== address()) follow(fragment);
 });
 byId("version").textContent = `snowblue ${version}`;
-// The view is loaded after the poster is painted, or late. Its light is asked for after the first frame.
-afterPaint(() => host.ask());
+// The view is loaded after the poster is painted, or late.
 const painted = (byId("poster") as HTMLImageElement).decode().catch(() => undefined);
 const late = new Promise((resolve) => setTimeout(resolve, POSTER_MS));
 void Promise.race([painted, late]).then(() => afterPaint(() => void host.start()));

@@ -58,7 +58,8 @@ type MakeBody = (answer: Extract<FieldAnswer, { kind: "body" }>) => LitBody;
 
 class Stage {
   body: LitBody | undefined;
-  private readonly worker: Worker;
+  /** None before it is asked: it would slow the first light of another one down. */
+  private worker: Worker | undefined;
   private next: LitBody | undefined;
   private readonly questions = new Map<number, (light: Probed) => void>();
   private asked = 0;
@@ -68,32 +69,36 @@ class Stage {
   constructor(
     private readonly version: () => number,
     private readonly events: FieldEvents,
-    opened: Promise<MakeBody>,
-  ) {
-    const failed = () => {
-      if (!this.isGone) events.failed("The light field cannot be loaded.");
-    };
-    this.worker = sceneWorker("./field.js", () => void opened.then(failed));
-    this.worker.onmessage = ({ data }: MessageEvent<FieldAnswer>) =>
-      void opened.then((makeBody) => this.receive(data, makeBody));
-  }
+    private readonly opened: Promise<MakeBody>,
+  ) {}
 
-  ask(request: FieldRequest): void {
+  ask(request: FieldRequest | ProbeRequest): void {
+    this.worker ??= this.started();
     this.worker.postMessage(request);
   }
 
   /** What leaves the snow that is shown. */
   probe(question: Omit<ProbeRequest, "probe" | "bodyKey">): Promise<Probed> {
     const probe = (this.asked += 1);
-    this.worker.postMessage({ ...question, probe, bodyKey: this.body!.key } satisfies ProbeRequest);
+    this.ask({ ...question, probe, bodyKey: this.body!.key });
     return new Promise((resolve) => this.questions.set(probe, resolve));
   }
 
   dispose(): void {
     this.isGone = true;
-    this.worker.terminate();
+    this.worker?.terminate();
     this.body?.dispose();
     this.next?.dispose();
+  }
+
+  private started(): Worker {
+    const failed = () => {
+      if (!this.isGone) this.events.failed("The light field cannot be loaded.");
+    };
+    const worker = sceneWorker("./field.js", () => void this.opened.then(failed));
+    worker.onmessage = ({ data }: MessageEvent<FieldAnswer>) =>
+      void this.opened.then((makeBody) => this.receive(data, makeBody));
+    return worker;
   }
 
   private receive(answer: FieldAnswer, makeBody: MakeBody): void {
