@@ -60,34 +60,21 @@ impl SpectralNodes {
                 candidates.iter().min_by(|a, b| (roots[**a] - wanted).abs().total_cmp(&(roots[**b] - wanted).abs()));
             indices.push(*nearest.unwrap_or(&order[order.len() - 1]));
         }
-        Self::at(indices, roots)
-    }
-
-    /// The same nodes for other layers.
-    ///
-    /// # Panics
-    ///
-    /// If there is no layer.
-    #[must_use]
-    pub fn with_layers(&self, layers: &[LayerSpectrum]) -> Self {
-        Self::at(self.indices.clone(), &roots(layers))
-    }
-
-    fn at(indices: Vec<usize>, roots: &[f64]) -> Self {
         let at_nodes: Vec<f64> = indices.iter().map(|index| roots[*index]).collect();
         let weights = roots.iter().map(|root| spline_weights(&at_nodes, *root)).collect();
         Self { indices, weights }
     }
 
-    /// Chooses as few groups of nodes as give the light behind some layers with an error of less than half a percent at
-    /// all wavelengths, or else four groups.
+    /// Chooses as few groups of nodes as give the light behind each of some bodies with an error of less than half a
+    /// percent at all wavelengths, or else four groups. A body is given by its layers.
     ///
     /// # Panics
     ///
-    /// If there is no layer or no wavelength.
+    /// If there is no body, a body without layers, or no wavelength.
     #[must_use]
-    pub fn for_layers(layers: &[LayerSpectrum]) -> Self {
+    pub fn for_bodies(bodies: &[Vec<LayerSpectrum>]) -> Self {
         const ALLOWED: f64 = 5e-3;
+        let bodies = thickest_of_each_snow(bodies);
         // Over ℓ*, a slab transmits k/sinh kd, which is 1/d without absorption.
         let of_layer = |layer: &LayerSpectrum, index: usize| {
             let k = (3.0 * layer.absorption_per_m[index] / layer.transport_lengths_m[index]).sqrt();
@@ -95,17 +82,18 @@ impl SpectralNodes {
             if depth < 1e-6 { -thickness_m.ln() } else { (2.0 * k).ln() - depth - (-(-2.0 * depth).exp()).ln_1p() }
         };
         let is_there = |layer: &&LayerSpectrum| layer.thickness_m > 0.0;
-        let light = |index: usize| -> f64 { layers.iter().filter(is_there).map(|layer| of_layer(layer, index)).sum() };
-        let error = |nodes: &Self| {
+        let has_error = |nodes: &Self, layers: &[LayerSpectrum]| {
+            let light =
+                |index: usize| -> f64 { layers.iter().filter(is_there).map(|layer| of_layer(layer, index)).sum() };
             #[expect(clippy::cast_possible_truncation, reason = "rounding is intended")]
             let at_nodes: Vec<f32> = nodes.indices.iter().map(|index| light(*index) as f32).collect();
-            let of_index = |index| (f64::from(nodes.interpolate(index, &at_nodes)) - light(index)).abs();
-            (0..nodes.weights.len()).map(of_index).fold(0.0, f64::max)
+            let error = |index| (f64::from(nodes.interpolate(index, &at_nodes)) - light(index)).abs();
+            (0..nodes.weights.len()).any(|index| error(index) > ALLOWED)
         };
-        let roots = roots(layers);
+        let roots = roots(&bodies);
         let mut nodes = Self::new(&roots, 1);
         for groups in 2..=MOST_GROUPS {
-            if error(&nodes) > ALLOWED {
+            if bodies.iter().any(|layers| has_error(&nodes, layers)) {
                 nodes = Self::new(&roots, groups);
             }
         }
@@ -131,24 +119,51 @@ impl SpectralNodes {
     }
 }
 
+/// The layers of each body, but of bodies of the same snow without layers those of the thickest.
+fn thickest_of_each_snow<'b, 'a>(bodies: &'b [Vec<LayerSpectrum<'a>>]) -> Vec<&'b [LayerSpectrum<'a>]> {
+    let mut chosen: Vec<&[LayerSpectrum]> = Vec::new();
+    for body in bodies {
+        let same = chosen.iter_mut().find(|other| match (&body[..], &other[..]) {
+            ([one], [other]) => one.is_same_snow(other),
+            (one, other) => one == other,
+        });
+        match same {
+            Some(other) if other[0].thickness_m < body[0].thickness_m => *other = body,
+            Some(_) => {}
+            None => chosen.push(body),
+        }
+    }
+    chosen
+}
+
+impl LayerSpectrum<'_> {
+    fn is_same_snow(&self, other: &Self) -> bool {
+        (self.transport_lengths_m, self.absorption_per_m) == (other.transport_lengths_m, other.absorption_per_m)
+    }
+}
+
 /// What takes the place of √μ_a at each wavelength.
-fn roots(layers: &[LayerSpectrum]) -> Vec<f64> {
-    if let [only] = layers {
+fn roots(bodies: &[&[LayerSpectrum]]) -> Vec<f64> {
+    if let [[only]] = bodies {
         return only.absorption_per_m.iter().map(|absorption| absorption.sqrt()).collect();
     }
-    let whole_m: f64 = layers.iter().map(|layer| layer.thickness_m).sum();
-    let place =
-        |layer: &LayerSpectrum, index: usize| (layer.thickness_m / whole_m * layer.absorption_per_m[index]).sqrt();
+    let shares = |layers: &[LayerSpectrum]| -> Vec<f64> {
+        let whole_m: f64 = layers.iter().map(|layer| layer.thickness_m).sum();
+        layers.iter().map(|layer| layer.thickness_m / whole_m).collect()
+    };
+    let layers: Vec<(f64, &LayerSpectrum)> =
+        bodies.iter().flat_map(|layers| shares(layers).into_iter().zip(*layers)).collect();
+    let place = |(share, layer): &(f64, &LayerSpectrum), index: usize| (share * layer.absorption_per_m[index]).sqrt();
     let mut length = 0.0;
     let root = |index: usize| {
-        let step = |layer: &LayerSpectrum| {
+        let step = |layer: &(f64, &LayerSpectrum)| {
             let before = if index == 0 { 0.0 } else { place(layer, index - 1) };
             (place(layer, index) - before).powi(2)
         };
         length += layers.iter().map(step).sum::<f64>().sqrt();
         length
     };
-    (0..layers[0].absorption_per_m.len()).map(root).collect()
+    (0..layers[0].1.absorption_per_m.len()).map(root).collect()
 }
 
 /// The weights of the nodes' values in the cubic spline through them and their mirror images, at `x`. Nodes that
@@ -242,39 +257,53 @@ mod tests {
         );
     }
 
-    /// A crust with 50 ng/g of soot over clean snow: blue and orange light have the same mean absorption, and not the
-    /// same light behind.
+    /// 50 ng/g of soot make blue and orange light have the same mean absorption in a crust over clean snow, and not the
+    /// same light behind. Of two bodies, wavelengths that lie apart in one may nearly coincide in the other.
     #[test]
-    fn layers_of_different_colour_have_nodes_for_all() {
+    fn snow_of_different_colour_has_nodes_for_all() {
         let clean = absorption();
-        let soot = |k: i32| 0.5 * (550.0 / (400.0 + 10.0 * f64::from(k))).powf(1.2);
-        let dirty: Vec<f64> = (0..).zip(&clean).map(|(k, clean)| clean + soot(k)).collect();
+        let with_soot = |ng_g: f64| -> Vec<f64> {
+            let soot = |k: i32| 0.01 * ng_g * (550.0 / (400.0 + 10.0 * f64::from(k))).powf(1.2);
+            (0..).zip(&clean).map(|(k, clean)| clean + soot(k)).collect()
+        };
         let lengths = vec![0.002; 31];
         let layer = |absorption_per_m, thickness_m| LayerSpectrum {
             transport_lengths_m: &lengths,
             absorption_per_m,
             thickness_m,
         };
-        let layers = [layer(&dirty, 0.02), layer(&clean, 0.08)];
-        let nodes = SpectralNodes::for_layers(&layers);
-        let light = |index: usize| {
-            let decay = |layer: &LayerSpectrum| {
-                let k = (3.0 * layer.absorption_per_m[index] / 0.002_f64).sqrt();
-                k / (k * layer.thickness_m).sinh()
-            };
-            layers.iter().map(decay).product::<f64>().ln()
+        let check = |bodies: &[Vec<LayerSpectrum>]| {
+            let nodes = SpectralNodes::for_bodies(bodies);
+            for layers in bodies {
+                let light = |index: usize| {
+                    let decay = |layer: &LayerSpectrum| {
+                        let k = (3.0 * layer.absorption_per_m[index] / 0.002_f64).sqrt();
+                        k / (k * layer.thickness_m).sinh()
+                    };
+                    layers.iter().map(decay).product::<f64>().ln()
+                };
+                #[expect(clippy::cast_possible_truncation, reason = "rounding is intended")]
+                let at_nodes: Vec<f32> = nodes.indices().iter().map(|index| light(*index) as f32).collect();
+                for index in 0..31 {
+                    let error = f64::from(nodes.interpolate(index, &at_nodes)) - light(index);
+                    assert!(error.abs() < 5e-3, "{index}: {error}");
+                }
+            }
         };
-        #[expect(clippy::cast_possible_truncation, reason = "rounding is intended")]
-        let at_nodes: Vec<f32> = nodes.indices().iter().map(|index| light(*index) as f32).collect();
-        for index in 0..31 {
-            let error = f64::from(nodes.interpolate(index, &at_nodes)) - light(index);
-            assert!(error.abs() < 5e-3, "{index}: {error}");
+        let sooty: Vec<Vec<f64>> = [20.0, 50.0, 100.0, 110.0, 150.0, 300.0].map(with_soot).into();
+        for dirty in &sooty {
+            check(&[vec![layer(dirty, 0.02), layer(&clean, 0.08)]]);
+            for [dirty_m, clean_m] in [[0.2, 0.2], [0.19, 0.2], [0.05, 0.3]] {
+                check(&[vec![layer(dirty, dirty_m)], vec![layer(&clean, clean_m)]]);
+            }
         }
-        // The same snow in layers has the nodes of one.
-        let halves = [layer(&clean, 0.03), layer(&clean, 0.07)];
-        let whole = [layer(&clean, 0.1)];
-        for (one, other) in roots(&halves).iter().zip(roots(&whole)) {
+        // The same snow in layers or bodies has the nodes of one.
+        let whole = vec![layer(&clean, 0.1)];
+        let halves = vec![layer(&clean, 0.03), layer(&clean, 0.07)];
+        for (one, other) in roots(&[&halves]).iter().zip(roots(&[&whole])) {
             assert!((one / other - 1.0).abs() < 1e-12, "{one} {other}");
         }
+        let bodies = [vec![layer(&clean, 0.02)], whole.clone(), vec![layer(&clean, 0.05)]];
+        assert_eq!(SpectralNodes::for_bodies(&bodies), SpectralNodes::for_bodies(&[whole]));
     }
 }

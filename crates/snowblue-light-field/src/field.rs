@@ -1,7 +1,7 @@
 //! The light in all snow of a scene.
 
 use glam::Vec3A;
-use snowblue_field::{FieldError, GROUP, SnowBody, SpectralNodes, Survey};
+use snowblue_field::{FieldError, GROUP, LayerSpectrum, SnowBody, SpectralNodes, Survey};
 use snowblue_geometry::ray::SurfacePoint;
 use snowblue_scene::directions::Directions;
 
@@ -93,10 +93,11 @@ impl LightField {
             bare.push(BareBody { solid, snow, survey });
         }
         let refusal = |object: usize| move |error: FieldError| (object, error.to_string());
-        // The thickest body needs the most wavelengths, and all bodies have the same, so that light can pass between.
-        let thickness_m = |body: &BareBody| body.survey.mean_thickness_m();
-        let thickest = bare.iter().max_by(|one, other| thickness_m(one).total_cmp(&thickness_m(other)));
-        let nodes = thickest.map(|body| SpectralNodes::for_layers(&body.snow.spectra(thickness_m(body))));
+        // All bodies have the same wavelengths, so that light can pass between them.
+        let spectra: Vec<Vec<LayerSpectrum>> =
+            bare.iter().map(|body| body.snow.spectra(body.survey.mean_thickness_m())).collect();
+        let nodes = (!spectra.is_empty()).then(|| SpectralNodes::for_bodies(&spectra));
+        drop(spectra);
         let count = bare.len();
         let mut prepared = Vec::with_capacity(count);
         if let Some(nodes) = &nodes {

@@ -121,7 +121,6 @@ impl<'a> PreparedBody<'a> {
         let sizes_by_sight = bare.sizes(groups, scene, memory_mib);
         let BareBody { solid, snow, survey } = bare;
         let thickness_m = survey.mean_thickness_m();
-        let nodes = nodes.with_layers(&snow.spectra(thickness_m));
         let transport_lengths_m = snow.transport_lengths_m(thickness_m);
         let sizes = match &sizes_by_sight {
             Some(sizes) => {
@@ -133,11 +132,12 @@ impl<'a> PreparedBody<'a> {
         let view_factor = sizes.as_ref().map(|sizes| sizes.factor);
         let sizes = sizes.as_ref().map(|sizes| sizes as &dyn CellSizes);
         let options = GridOptions { step_m, shift: DVec3::ZERO, sizes };
-        let of_cell = snow.diffusion(solid.objects, solid.object, &nodes);
+        let of_cell = snow.diffusion(solid.objects, solid.object, nodes);
         // The extrapolation lengths of kinds of snow differ by less than 0.002.
         let extrapolation = snow.top().surface().half_space().extrapolation();
         let body = SnowBody::new(&solid, options, &SnowOfCells { groups, of_cell: &of_cell, extrapolation });
         drop(of_cell);
+        let nodes = nodes.clone();
         Ok(Self { solid, body, nodes, snow, transport_lengths_m, view_factor, before: None })
     }
 

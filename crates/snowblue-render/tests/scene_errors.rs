@@ -596,6 +596,17 @@ fn snow_smaller_than_a_grain_has_a_note() {
     assert!(whole.contains("pair") && notes.is_empty(), "{notes:?}");
 }
 
+#[test]
+fn snow_far_from_the_origin_has_a_note() {
+    let at = |x_m: f64| {
+        let place = format!("shape = \"box\"\nposition = [{x_m}, 0, 0]");
+        load(&SCENE.replacen("shape = \"box\"", &place, 1), Some(PLY)).unwrap().notes().to_vec()
+    };
+    assert!(at(-150.0).is_empty());
+    let notes = at(-3000.0);
+    assert!(notes.len() == 1 && notes[0].contains("\"box\" is 3000 m from the origin"), "{notes:?}");
+}
+
 /// A tetrahedron, and the same without a side.
 fn tetrahedron(faces: usize) -> String {
     let header = PLY.split("0 0 0\n").next().unwrap().replace("vertex 3", "vertex 4");

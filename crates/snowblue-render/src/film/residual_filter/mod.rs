@@ -138,13 +138,30 @@ struct Luminance {
     reading: f32,
     /// What errors are relative to: of snow the reading, of other surfaces the light, which may be far below.
     scale: f32,
+    /// Variance, of which single large samples nearby count little.
     variance: f32,
+    /// Variance by the samples of each pixel.
+    variance_of_samples: f32,
 }
 
 impl Luminance {
     /// The relative standard error of the residual.
     fn error(self) -> f32 {
-        self.variance.sqrt() / self.scale.max(f32::MIN_POSITIVE)
+        self.relative(self.variance)
+    }
+
+    /// The same, of which single large samples nearby count fully.
+    fn greater_error(self) -> f32 {
+        self.relative(self.greater_variance())
+    }
+
+    fn relative(self, variance: f32) -> f32 {
+        variance.sqrt() / self.scale.max(f32::MIN_POSITIVE)
+    }
+
+    /// The variance, of which single large samples count fully.
+    fn greater_variance(self) -> f32 {
+        self.variance.max(self.variance_of_samples)
     }
 
     /// Its logarithm, between those of no error and of no light.
@@ -220,7 +237,7 @@ impl Level {
         let luminance = |pixel: &PixelSums| {
             let (reading, residual) = (pixel.mean(layout.reading).max(0.0), pixel.exact_mean(layout.residual + 1));
             let variance = pixel.variance_of_mean(layout.residual_square, residual).min(GREATEST_VARIANCE);
-            Luminance { reading, scale: reading, variance }
+            Luminance { reading, scale: reading, variance, variance_of_samples: variance }
         };
         Self { residual, luminance: pixels.par_iter().map(luminance).collect() }
     }
@@ -338,11 +355,11 @@ impl Filter {
                     }
                     let is_snow = self.guides[pixel].is_snow();
                     let (confidence, slack) = if is_snow { (SNOW_CONFIDENCE, SLACK) } else { (CONFIDENCE, 0.0) };
-                    let reach = confidence * unit * of_level.variance.sqrt() + slack;
+                    let reach = confidence * unit * of_level.greater_variance().sqrt() + slack;
                     [*low, *high] = [low.max(mean - reach), high.min(mean + reach)];
                 }
                 *luminance = blend([&level, &next], pixel, start.luminance[pixel].reading, residual);
-                *need = of_level.error() > TARGET;
+                *need = of_level.greater_error() > TARGET;
             });
             level = next;
         }
@@ -363,24 +380,33 @@ impl Filter {
         let mut residual = vec![0.0; level.residual.len()];
         let pixels = residual.par_chunks_exact_mut(self.values).enumerate();
         let luminance = pixels.map(|(pixel, sums)| {
-            let (mut total, mut sum, mut of_independent) = (0.0, Luminance::default(), 0.0);
+            let (mut total, mut sum, mut of_independent) = (0.0, Luminance::default(), [0.0; 2]);
             if !is_read[pixel] {
                 return sum;
             }
             self.for_neighbours(pixel, step, |neighbour, weight| {
                 total += weight;
-                let Luminance { reading, scale, variance } = level.luminance[neighbour];
+                let Luminance { reading, scale, variance, variance_of_samples } = level.luminance[neighbour];
                 sum.reading += weight * reading;
                 sum.scale += weight * scale;
                 sum.variance += weight * variance;
-                of_independent += weight * weight * variance;
+                sum.variance_of_samples += weight * variance_of_samples;
+                of_independent[0] += weight * weight * variance;
+                of_independent[1] += weight * weight * variance_of_samples;
                 let values = &level.residual[neighbour * self.values..];
                 sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += weight * value);
             });
             let factor = if total > 0.0 { total.recip() } else { 0.0 };
             sums.iter_mut().for_each(|sum| *sum *= factor);
-            let variance = (sum.variance * factor).min(of_independent * factor * factor * shared);
-            Luminance { reading: sum.reading * factor, scale: sum.scale * factor, variance }
+            let [variance, variance_of_samples] = [sum.variance, sum.variance_of_samples];
+            let of_mean =
+                |variance: f32, of_independent: f32| (variance * factor).min(of_independent * factor * factor * shared);
+            Luminance {
+                reading: sum.reading * factor,
+                scale: sum.scale * factor,
+                variance: of_mean(variance, of_independent[0]),
+                variance_of_samples: of_mean(variance_of_samples, of_independent[1]),
+            }
         });
         let luminance = luminance.collect();
         Level { residual, luminance }
@@ -536,7 +562,7 @@ fn doubt(samples: u32) -> f32 {
 /// Sets the residual of a pixel between two levels, so that its error is the target if the second is below it.
 fn blend(levels: [&Level; 2], pixel: usize, reading: f32, residual: &mut [f32]) -> Luminance {
     let luminance = levels.map(|level| level.luminance[pixel]);
-    let errors = luminance.map(Luminance::error);
+    let errors = luminance.map(Luminance::greater_error);
     let share = if errors[1] > TARGET { 1.0 } else { (errors[0] - TARGET) / (errors[0] - errors[1]) };
     // The residual is a multiple of the reading.
     let scale = luminance.map(
@@ -551,11 +577,15 @@ fn blend(levels: [&Level; 2], pixel: usize, reading: f32, residual: &mut [f32]) 
         *residual = factors[0] * first + factors[1] * second;
     }
     // The second level holds the samples of the first.
-    let error = factors[0] * luminance[0].variance.sqrt() + factors[1] * luminance[1].variance.sqrt();
+    let variance = |of: fn(&Luminance) -> f32| {
+        let [first, second] = [0, 1].map(|level| factors[level] * of(&luminance[level]).sqrt());
+        (first + second) * (first + second)
+    };
     Luminance {
         reading,
         scale: (1.0 - share) * luminance[0].scale + share * luminance[1].scale,
-        variance: error * error,
+        variance: variance(|luminance| luminance.variance),
+        variance_of_samples: variance(|luminance| luminance.variance_of_samples),
     }
 }
 

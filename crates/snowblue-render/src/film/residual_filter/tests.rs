@@ -200,6 +200,17 @@ fn few_large_samples_of_snow_are_no_evidence() {
     assert!(deviation < 0.35, "{deviation} of {mean}");
 }
 
+/// One sample in two thousand is large, and makes its pixel brighter by 40 %.
+#[test]
+fn rare_large_samples_of_snow_leave_no_dots() {
+    let film = film(128, |_, number| if number < 5e-4 { 100.0 } else { number - 0.5 });
+    let pixels = film.film();
+    let light = || pixels.pixels().iter().enumerate().filter(|(k, _)| k % 24 < 20).map(|(_, pixel)| pixel.y);
+    let mean = light().sum::<f64>() / 320.0;
+    let greatest = light().map(|light| (light / mean - 1.0).abs()).fold(0.0, f64::max);
+    assert!(greatest < 0.08, "{greatest} of {mean}");
+}
+
 /// Their residuals are of different kinds.
 #[test]
 fn snow_and_other_surfaces_of_like_light_are_kept_apart() {
