@@ -12,7 +12,9 @@
 //! Pixels of like noise count more, too: near edges walks are noisy, and their residual is not that of even snow. Each
 //! level doubles the neighbourhood. Each pixel takes the first level at which the standard error of its residual is
 //! below 0.7 % of its light, by the variance of the samples. So the neighbourhood shrinks as samples come, and the
-//! picture converges to that of the samples alone.
+//! picture converges to that of the samples alone. That variance is the greater of two: averaged geometrically over
+//! the nearest pixels, so that variances of few samples are no accident, and that of each pixel by itself, so that a
+//! single large sample is not left as a dot.
 //!
 //! The residual is not smooth everywhere: what hides skies and snow from other surfaces is not in their reading, and
 //! near edges that of snow is wrong by much. A pixel stops before a neighbourhood whose mean contradicts that of a

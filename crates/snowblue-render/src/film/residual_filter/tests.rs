@@ -200,14 +200,15 @@ fn few_large_samples_of_snow_are_no_evidence() {
     assert!(deviation < 0.35, "{deviation} of {mean}");
 }
 
-/// One sample in two thousand is large, and makes its pixel brighter by 40 %.
+/// One sample in five thousand is large, and makes its pixel more than twice as bright.
 #[test]
 fn rare_large_samples_of_snow_leave_no_dots() {
-    let film = film(128, |_, number| if number < 5e-4 { 100.0 } else { number - 0.5 });
+    let film = film(128, |_, number| if number < 2e-4 { 270.0 } else { number - 0.5 });
     let pixels = film.film();
     let light = || pixels.pixels().iter().enumerate().filter(|(k, _)| k % 24 < 20).map(|(_, pixel)| pixel.y);
     let mean = light().sum::<f64>() / 320.0;
     let greatest = light().map(|light| (light / mean - 1.0).abs()).fold(0.0, f64::max);
+    // Without the variances of single pixels it is .18; it is .03.
     assert!(greatest < 0.08, "{greatest} of {mean}");
 }
 
