@@ -68,6 +68,7 @@ const story = new Story(store, host, opened, () => enterLaboratory());
 byId("open-story").addEventListener("click", () => enterStory());
 byId("open-laboratory").addEventListener("click", () => enterLaboratory());
 follow(location.hash.slice(1));
+// The first light takes longest, so it is asked for before anything is drawn.
 host.ask();
 store.subscribe((state, before) => {
   if (state === before || ASKED.some((key) => state[key] !== before[key])) spectra.want(state);

@@ -66,11 +66,12 @@ impl SpectralNodes {
     }
 
     /// Chooses as few groups of nodes as give the light behind each of some bodies with an error of less than half a
-    /// percent at all wavelengths, or else four groups. A body is given by its layers.
+    /// percent at all wavelengths, or else four groups. A body is given by its layers, one of snow that is the same
+    /// everywhere by one.
     ///
     /// # Panics
     ///
-    /// If there is no body, a body without layers, or no wavelength.
+    /// If there is no body, a body of no layer, or no wavelength.
     #[must_use]
     pub fn for_bodies(bodies: &[Vec<LayerSpectrum>]) -> Self {
         const ALLOWED: f64 = 5e-3;
@@ -119,15 +120,18 @@ impl SpectralNodes {
     }
 }
 
-/// The layers of each body, but of bodies of the same snow without layers those of the thickest.
+/// Greatest ratio of the absorption of snow that is nearly the same.
+const LIKE: f64 = 1.25;
+
+/// The layers of each body, but of bodies of one layer of nearly the same snow those of the thickest.
 fn thickest_of_each_snow<'b, 'a>(bodies: &'b [Vec<LayerSpectrum<'a>>]) -> Vec<&'b [LayerSpectrum<'a>]> {
     let mut chosen: Vec<&[LayerSpectrum]> = Vec::new();
     for body in bodies {
-        let same = chosen.iter_mut().find(|other| match (&body[..], &other[..]) {
-            ([one], [other]) => one.is_same_snow(other),
+        let like = chosen.iter_mut().find(|other| match (&body[..], &other[..]) {
+            ([one], [other]) => one.is_like(other),
             (one, other) => one == other,
         });
-        match same {
+        match like {
             Some(other) if other[0].thickness_m < body[0].thickness_m => *other = body,
             Some(_) => {}
             None => chosen.push(body),
@@ -137,8 +141,10 @@ fn thickest_of_each_snow<'b, 'a>(bodies: &'b [Vec<LayerSpectrum<'a>>]) -> Vec<&'
 }
 
 impl LayerSpectrum<'_> {
-    fn is_same_snow(&self, other: &Self) -> bool {
-        (self.transport_lengths_m, self.absorption_per_m) == (other.transport_lengths_m, other.absorption_per_m)
+    /// Whether it absorbs nearly as much as another at each wavelength.
+    fn is_like(&self, other: &Self) -> bool {
+        let pairs = self.absorption_per_m.iter().zip(other.absorption_per_m);
+        pairs.into_iter().all(|(one, other)| one.max(*other) <= LIKE * one.min(*other))
     }
 }
 
@@ -147,23 +153,22 @@ fn roots(bodies: &[&[LayerSpectrum]]) -> Vec<f64> {
     if let [[only]] = bodies {
         return only.absorption_per_m.iter().map(|absorption| absorption.sqrt()).collect();
     }
-    let shares = |layers: &[LayerSpectrum]| -> Vec<f64> {
+    let layers = bodies.iter().flat_map(|layers| {
         let whole_m: f64 = layers.iter().map(|layer| layer.thickness_m).sum();
-        layers.iter().map(|layer| layer.thickness_m / whole_m).collect()
-    };
-    let layers: Vec<(f64, &LayerSpectrum)> =
-        bodies.iter().flat_map(|layers| shares(layers).into_iter().zip(*layers)).collect();
-    let place = |(share, layer): &(f64, &LayerSpectrum), index: usize| (share * layer.absorption_per_m[index]).sqrt();
+        layers.iter().map(move |layer| (layer.thickness_m / whole_m, layer.absorption_per_m))
+    });
+    let layers: Vec<(f64, &[f64])> = layers.collect();
     let mut length = 0.0;
     let root = |index: usize| {
-        let step = |layer: &(f64, &LayerSpectrum)| {
-            let before = if index == 0 { 0.0 } else { place(layer, index - 1) };
-            (place(layer, index) - before).powi(2)
+        let step = |(share, absorption_per_m): &(f64, &[f64])| {
+            let place = |index: usize| (share * absorption_per_m[index]).sqrt();
+            let before = if index == 0 { 0.0 } else { place(index - 1) };
+            (place(index) - before).powi(2)
         };
         length += layers.iter().map(step).sum::<f64>().sqrt();
         length
     };
-    (0..layers[0].1.absorption_per_m.len()).map(root).collect()
+    (0..layers[0].1.len()).map(root).collect()
 }
 
 /// The weights of the nodes' values in the cubic spline through them and their mirror images, at `x`. Nodes that
@@ -305,5 +310,9 @@ mod tests {
         }
         let bodies = [vec![layer(&clean, 0.02)], whole.clone(), vec![layer(&clean, 0.05)]];
         assert_eq!(SpectralNodes::for_bodies(&bodies), SpectralNodes::for_bodies(&[whole]));
+        // Many bodies of nearly the same snow do not outweigh another.
+        let many: Vec<Vec<f64>> = (0..50).map(|k| with_soot(500.0 + f64::from(k))).collect();
+        let alike = many.iter().map(|snow| vec![layer(snow, 0.3)]);
+        check(&alike.chain([vec![layer(&clean, 0.5)]]).collect::<Vec<_>>());
     }
 }

@@ -97,7 +97,6 @@ impl LightField {
         let spectra: Vec<Vec<LayerSpectrum>> =
             bare.iter().map(|body| body.snow.spectra(body.survey.mean_thickness_m())).collect();
         let nodes = (!spectra.is_empty()).then(|| SpectralNodes::for_bodies(&spectra));
-        drop(spectra);
         let count = bare.len();
         let mut prepared = Vec::with_capacity(count);
         if let Some(nodes) = &nodes {

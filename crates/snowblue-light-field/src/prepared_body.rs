@@ -137,8 +137,7 @@ impl<'a> PreparedBody<'a> {
         let extrapolation = snow.top().surface().half_space().extrapolation();
         let body = SnowBody::new(&solid, options, &SnowOfCells { groups, of_cell: &of_cell, extrapolation });
         drop(of_cell);
-        let nodes = nodes.clone();
-        Ok(Self { solid, body, nodes, snow, transport_lengths_m, view_factor, before: None })
+        Ok(Self { solid, body, nodes: nodes.clone(), snow, transport_lengths_m, view_factor, before: None })
     }
 
     /// The light of lamps and skies. `body_of` gives the body of each object.

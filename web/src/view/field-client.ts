@@ -56,9 +56,14 @@ export function fieldInput(body: Body, { thickness_cm: _, ...snow }: Layer, view
 /** Makes meshes of a body. */
 type MakeBody = (answer: Extract<FieldAnswer, { kind: "body" }>) => LitBody;
 
+interface StageEvents extends Omit<FieldEvents, "failed"> {
+  /** Its worker cannot be loaded. */
+  failed(): void;
+}
+
 class Stage {
   body: LitBody | undefined;
-  /** None before it is asked: it would slow the first light of another one down. */
+  /** Started by the first request: that of the fine field would delay the first coarse light. */
   private worker: Worker | undefined;
   private next: LitBody | undefined;
   private readonly questions = new Map<number, (light: Probed) => void>();
@@ -68,11 +73,12 @@ class Stage {
 
   constructor(
     private readonly version: () => number,
-    private readonly events: FieldEvents,
+    private readonly events: StageEvents,
     private readonly opened: Promise<MakeBody>,
   ) {}
 
   ask(request: FieldRequest | ProbeRequest): void {
+    if (this.isGone) return;
     this.worker ??= this.started();
     this.worker.postMessage(request);
   }
@@ -93,7 +99,7 @@ class Stage {
 
   private started(): Worker {
     const failed = () => {
-      if (!this.isGone) this.events.failed("The light field cannot be loaded.");
+      if (!this.isGone) this.events.failed();
     };
     const worker = sceneWorker("./field.js", () => void this.opened.then(failed));
     worker.onmessage = ({ data }: MessageEvent<FieldAnswer>) =>
@@ -153,10 +159,12 @@ export class FieldClient {
       this.timer = undefined;
       this.events.error(text);
     };
-    const failed = (text: string) => this.events.failed(text);
+    const failed = () => this.events.failed("The light field cannot be loaded.");
+    // It is asked once there is coarse light.
+    const fineFailed = () => error("The light stays coarse: the fine light field cannot be loaded.");
     const opened = new Promise<MakeBody>((resolve) => (this.start = resolve));
     this.coarse = new Stage(version, { changed: () => this.coarseChanged(), error, failed }, opened);
-    this.fine = new Stage(version, { changed: () => this.events.changed(), error, failed }, opened);
+    this.fine = new Stage(version, { changed: () => this.events.changed(), error, failed: fineFailed }, opened);
   }
 
   /** Gives the answers to a view, those too that came before. */

@@ -12,9 +12,9 @@
 //! Pixels of like noise count more, too: near edges walks are noisy, and their residual is not that of even snow. Each
 //! level doubles the neighbourhood. Each pixel takes the first level at which the standard error of its residual is
 //! below 0.7 % of its light, by the variance of the samples. So the neighbourhood shrinks as samples come, and the
-//! picture converges to that of the samples alone. That variance is the greater of two: averaged geometrically over
-//! the nearest pixels, so that variances of few samples are no accident, and that of each pixel by itself, so that a
-//! single large sample is not left as a dot.
+//! picture converges to that of the samples alone. The variance of a pixel is averaged geometrically over the nearest
+//! pixels, so that it is no accident of few samples. Where pixels are averaged, the greater counts of that and of their
+//! own variances, so that a single large sample is not left as a dot.
 //!
 //! The residual is not smooth everywhere: what hides skies and snow from other surfaces is not in their reading, and
 //! near edges that of snow is wrong by much. A pixel stops before a neighbourhood whose mean contradicts that of a
@@ -152,7 +152,12 @@ impl Luminance {
         self.relative(self.variance)
     }
 
-    /// The same, of which single large samples nearby count fully.
+    /// Its logarithm, between those of no error and of no light.
+    fn log_error(self) -> f32 {
+        self.error().clamp(LEAST_ERROR, LEAST_ERROR.recip()).ln()
+    }
+
+    /// The relative standard error, of which single large samples nearby count fully.
     fn greater_error(self) -> f32 {
         self.relative(self.greater_variance())
     }
@@ -164,11 +169,6 @@ impl Luminance {
     /// The variance, of which single large samples count fully.
     fn greater_variance(self) -> f32 {
         self.variance.max(self.variance_of_samples)
-    }
-
-    /// Its logarithm, between those of no error and of no light.
-    fn log_error(self) -> f32 {
-        self.error().clamp(LEAST_ERROR, LEAST_ERROR.recip()).ln()
     }
 }
 
@@ -579,15 +579,12 @@ fn blend(levels: [&Level; 2], pixel: usize, reading: f32, residual: &mut [f32]) 
         *residual = factors[0] * first + factors[1] * second;
     }
     // The second level holds the samples of the first.
-    let variance = |of: fn(&Luminance) -> f32| {
-        let [first, second] = [0, 1].map(|level| factors[level] * of(&luminance[level]).sqrt());
-        (first + second) * (first + second)
-    };
+    let error = factors[0] * luminance[0].variance.sqrt() + factors[1] * luminance[1].variance.sqrt();
     Luminance {
         reading,
         scale: (1.0 - share) * luminance[0].scale + share * luminance[1].scale,
-        variance: variance(|luminance| luminance.variance),
-        variance_of_samples: variance(|luminance| luminance.variance_of_samples),
+        variance: error * error,
+        ..luminance[1]
     }
 }
 

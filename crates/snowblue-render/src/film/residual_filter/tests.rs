@@ -187,14 +187,22 @@ fn edges_that_the_reading_does_not_know_stay() {
     }
 }
 
+/// The luminance of each pixel of snow, and their mean.
+fn light_of_snow(film: &FilmAccumulator) -> (Vec<f64>, f64) {
+    let film = film.film();
+    let luminances = film.pixels().iter().map(|pixel| pixel.y);
+    let light: Vec<f64> =
+        luminances.zip((0..SIZE.width).cycle()).filter(|(_, column)| *column < 20).map(|(y, _)| y).collect();
+    let mean = light.iter().sum::<f64>() / light.len() as f64;
+    (light, mean)
+}
+
 /// One sample in twenty is large. A pixel without one seems to contradict those around it, and becomes smooth.
 #[test]
 fn few_large_samples_of_snow_are_no_evidence() {
     let film = film(8, |_, number| if number < 0.05 { 30.0 } else { number - 0.5 });
-    let pixels = film.film();
-    let light = || pixels.pixels().iter().enumerate().filter(|(k, _)| k % 24 < 20).map(|(_, pixel)| pixel.y);
-    let mean = light().sum::<f64>() / 320.0;
-    let deviation = (light().map(|light| (light - mean).powi(2)).sum::<f64>() / 320.0).sqrt();
+    let (light, mean) = light_of_snow(&film);
+    let deviation = (light.iter().map(|light| (light - mean).powi(2)).sum::<f64>() / light.len() as f64).sqrt();
     // A pixel by itself deviates by 30 √(.05 · .95)/√8 = 2.3, and .53 if snow is tested whatever its noise. It is .21:
     // the bound is between.
     assert!(deviation < 0.35, "{deviation} of {mean}");
@@ -204,10 +212,8 @@ fn few_large_samples_of_snow_are_no_evidence() {
 #[test]
 fn rare_large_samples_of_snow_leave_no_dots() {
     let film = film(128, |_, number| if number < 2e-4 { 270.0 } else { number - 0.5 });
-    let pixels = film.film();
-    let light = || pixels.pixels().iter().enumerate().filter(|(k, _)| k % 24 < 20).map(|(_, pixel)| pixel.y);
-    let mean = light().sum::<f64>() / 320.0;
-    let greatest = light().map(|light| (light / mean - 1.0).abs()).fold(0.0, f64::max);
+    let (light, mean) = light_of_snow(&film);
+    let greatest = light.iter().map(|light| (light / mean - 1.0).abs()).fold(0.0, f64::max);
     // Without the variances of single pixels it is .18; it is .03.
     assert!(greatest < 0.08, "{greatest} of {mean}");
 }
