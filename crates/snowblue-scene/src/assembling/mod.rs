@@ -33,7 +33,7 @@ use crate::film::white_balance::WhiteBalance;
 use crate::integrator::IntegratorKind;
 use crate::light::{Light, irradiance_by_sky};
 use crate::material::Material;
-use crate::objects::{Object, Objects};
+use crate::objects::Objects;
 use crate::spectrum::light_spectrum::LightSpectrum;
 use snowblue_base::{KeyError, KeyPath, short_number};
 use snowblue_geometry::bounds::Bounds;
