@@ -24,7 +24,8 @@
 //!
 //! Some pixels find too few like pixels, as at silhouettes and the edges of shadows, and a single walk of few samples
 //! makes a dot there: a white one, or a black one, since differences of walks may be negative. Where the noise is
-//! large, a pixel is therefore made no brighter and no darker than what is next to it, by another residual. What is
+//! large, or a pixel alone is noisy, it is therefore made no brighter and no darker than what is next to it, by another
+//! residual. What is
 //! taken away or added is spread over the pixels around, so that the light of the image stays the same.
 //!
 //! The filter works on the sums of an image, at the end. What is resumed or merged is the same as what is rendered at
@@ -80,6 +81,8 @@ const MOST_SCALE: f32 = 4.0;
 /// Standard error relative to the light above which a pixel that is brighter or darker than all eight around it is an
 /// outlier.
 const OUTLIER_ERROR: f32 = 0.25;
+/// The same, by the samples of the pixel itself, where the pixels around have so little noise that none is filtered.
+const LONE_OUTLIER_ERROR: f32 = 5.0 * TARGET;
 /// What is spread changes the pixels around an outlier by this fraction of their standard error, which counts as
 /// what is aimed at, at least; more pixels on each side take part until they suffice.
 const MOST_SPREAD: f32 = 0.5;
@@ -453,7 +456,9 @@ impl Filter {
         let values = self.values;
         let light_of = |residual: &[f32], pixel: usize| start[pixel].reading + residual[pixel * values + 1];
         let error = |pixel: usize| filtered[pixel].error();
-        let is_doubtful = |pixel: &usize| error(*pixel) > OUTLIER_ERROR || light_of(residual, *pixel) < 0.0;
+        let is_lone = |pixel: usize| error(pixel) <= TARGET && filtered[pixel].greater_error() > LONE_OUTLIER_ERROR;
+        let is_doubtful =
+            |pixel: &usize| error(*pixel) > OUTLIER_ERROR || is_lone(*pixel) || light_of(residual, *pixel) < 0.0;
         let is_filtered = |pixel: &usize| self.guides[*pixel].is_filtered && done.get(*pixel) != Some(&true);
         let mut doubtful: Vec<usize> = (0..filtered.len()).filter(is_filtered).filter(is_doubtful).collect();
         doubtful.sort_by(|one, other| error(*other).total_cmp(&error(*one)));
