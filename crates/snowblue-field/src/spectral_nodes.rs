@@ -9,6 +9,10 @@
 //! one wavelength to the next, the point with the coordinates √(wμ_a) of all layers, w the share of a layer in the
 //! thickness, moves along a smooth curve. Its length from the origin on takes the place of √μ_a. Where the layers are
 //! the same and absorb more at each wavelength than at the one before, it is √μ_a.
+//!
+//! Bodies that send light to each other have the same nodes. Of bodies of different snow the point has the coordinates
+//! of all layers of all bodies, w being the share in the thickness of the body. Bodies of nearly the same snow count
+//! once.
 
 use wide::f32x4;
 
@@ -123,7 +127,7 @@ impl SpectralNodes {
 /// Greatest ratio of the absorption of snow that is nearly the same.
 const LIKE: f64 = 1.25;
 
-/// The layers of each body, but of bodies of one layer of nearly the same snow those of the thickest.
+/// The layers of each body; of several bodies of one layer each and nearly the same snow, those of the thickest.
 fn thickest_of_each_snow<'b, 'a>(bodies: &'b [Vec<LayerSpectrum<'a>>]) -> Vec<&'b [LayerSpectrum<'a>]> {
     let mut chosen: Vec<&[LayerSpectrum]> = Vec::new();
     for body in bodies {
@@ -143,8 +147,8 @@ fn thickest_of_each_snow<'b, 'a>(bodies: &'b [Vec<LayerSpectrum<'a>>]) -> Vec<&'
 impl LayerSpectrum<'_> {
     /// Whether it absorbs nearly as much as another at each wavelength.
     fn is_like(&self, other: &Self) -> bool {
-        let pairs = self.absorption_per_m.iter().zip(other.absorption_per_m);
-        pairs.into_iter().all(|(one, other)| one.max(*other) <= LIKE * one.min(*other))
+        let mut pairs = self.absorption_per_m.iter().zip(other.absorption_per_m);
+        pairs.all(|(one, other)| one.max(*other) <= LIKE * one.min(*other))
     }
 }
 

@@ -160,7 +160,7 @@ export class FieldClient {
       this.events.error(text);
     };
     const failed = () => this.events.failed("The light field cannot be loaded.");
-    // It is asked once there is coarse light.
+    // The fine field is asked for once there is coarse light.
     const fineFailed = () => error("The light stays coarse: the fine light field cannot be loaded.");
     const opened = new Promise<MakeBody>((resolve) => (this.start = resolve));
     this.coarse = new Stage(version, { changed: () => this.coarseChanged(), error, failed }, opened);

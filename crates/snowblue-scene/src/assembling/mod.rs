@@ -227,7 +227,7 @@ impl SceneDescription {
         notes.extend(gltf.notes);
         objects.extend(gltf.objects);
         let objects = Objects::new(objects);
-        notes.extend(odd_bodies(&objects, &materials, self.integrator.kind));
+        notes.extend(notes_on_bodies(&objects, &materials, self.integrator.kind));
         if let Some(body) = body_of_two(&objects).filter(|_| self.integrator.kind != IntegratorKind::PcaSnow) {
             let reason = format!("has a body \"{body}\" of several materials; this integrator takes one");
             return Err(KeyPath::root("object").error(reason).into());
@@ -289,7 +289,7 @@ const FAR_M: f32 = 256.0;
 
 /// Notes on bodies of snow that have a side below the size of their finest grains, or all of whose coordinates along an
 /// axis are so great that random walks lose light.
-fn odd_bodies(objects: &Objects, materials: &[NamedMaterial], integrator: IntegratorKind) -> Vec<String> {
+fn notes_on_bodies(objects: &Objects, materials: &[NamedMaterial], integrator: IntegratorKind) -> Vec<String> {
     let has_walks = matches!(integrator, IntegratorKind::Hybrid | IntegratorKind::Reference);
     let (mut small, mut far) = (Vec::new(), Vec::new());
     for (index, object) in objects.list().iter().enumerate() {

@@ -13,8 +13,8 @@
 //! level doubles the neighbourhood. Each pixel takes the first level at which the standard error of its residual is
 //! below 0.7 % of its light, by the variance of the samples. So the neighbourhood shrinks as samples come, and the
 //! picture converges to that of the samples alone. The variance of a pixel is averaged geometrically over the nearest
-//! pixels, so that it is no accident of few samples. Where pixels are averaged, the greater counts of that and of their
-//! own variances, so that a single large sample is not left as a dot.
+//! pixels, so that it is no accident of few samples. Where pixels are averaged, that and the variance of each pixel's
+//! own samples are compared and the greater is taken, so that a single large sample is not left as a dot.
 //!
 //! The residual is not smooth everywhere: what hides skies and snow from other surfaces is not in their reading, and
 //! near edges that of snow is wrong by much. A pixel stops before a neighbourhood whose mean contradicts that of a
@@ -24,9 +24,9 @@
 //!
 //! Some pixels find too few like pixels, as at silhouettes and the edges of shadows, and a single walk of few samples
 //! makes a dot there: a white one, or a black one, since differences of walks may be negative. Where the noise is
-//! large, or a pixel alone is noisy, it is therefore made no brighter and no darker than what is next to it, by another
-//! residual. What is
-//! taken away or added is spread over the pixels around, so that the light of the image stays the same.
+//! large, or one pixel alone is noisy, a pixel is therefore made no brighter and no darker than what is next to it, by
+//! another residual. What is taken away or added is spread over the pixels around, so that the light of the image stays
+//! the same.
 //!
 //! The filter works on the sums of an image, at the end. What is resumed or merged is the same as what is rendered at
 //! once; a part of an image is filtered by itself.

@@ -93,13 +93,13 @@ fn outliers_are_spread_and_the_light_stays() {
     assert!((after / before - 1.0).abs() < 1e-5, "{after} {before}");
 }
 
-/// One sample in some thousand is large where the others have so little noise that no pixel is filtered.
+/// One sample in five thousand is large where the others have so little noise that no pixel is filtered.
 #[test]
 fn a_large_sample_among_quiet_pixels_is_spread() {
     let film = film(64, |_, number| if number < 2e-4 { -64.0 } else { 0.1 * (number - 0.5) });
     let (light, mean) = light_of_snow(&film);
     let greatest = light.iter().map(|light| (light / mean - 1.0).abs()).fold(0.0, f64::max);
-    // 0.5 without.
+    // It is 0.5 if nothing is spread.
     assert!(greatest < 0.05, "{greatest}");
     let raw = film.all_pixels().iter().map(|pixel| pixel.mean_xyz().y).sum::<f64>();
     let filtered = film.film().pixels().iter().map(|pixel| pixel.y).sum::<f64>();
