@@ -597,6 +597,22 @@ fn snow_smaller_than_a_grain_has_a_note() {
 }
 
 #[test]
+fn bodies_of_snow_that_meet_have_a_note() {
+    let of = |keys: &str| {
+        let other = format!("[[object]]\nshape = \"box\"\nsize = [1, 1, 1]\n{keys}\n");
+        let scene = format!("{SCENE}{other}[material.old]\ntype = \"snow\"\n");
+        load(&scene, Some(PLY)).unwrap().notes().to_vec()
+    };
+    let meet = "\"box\" and \"box\" are bodies of snow that meet, but light does not spread from one into the other: ";
+    let note = |remedy: &str| vec![format!("{meet}{remedy}")];
+    let on_top = |material: &str| format!("position = [0, 0, 1]\nmaterial = \"{material}\"");
+    assert_eq!(of(&on_top("drift")), note("give both the same `body`"));
+    assert_eq!(of(&on_top("old")), note("make them `layers` of one snow"));
+    assert!(of(&on_top("floor")).is_empty(), "it is no snow");
+    assert!(of("position = [0, 0, 1.001]\nmaterial = \"drift\"").is_empty());
+}
+
+#[test]
 fn snow_far_from_the_origin_has_a_note() {
     let at = |x_m: f64, integrator: &str| {
         let place = format!("shape = \"box\"\nposition = [{x_m}, 0, 0]");

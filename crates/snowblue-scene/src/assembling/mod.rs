@@ -7,6 +7,7 @@ mod gltf_lights;
 mod gltf_material;
 mod gltf_scene;
 mod ground;
+mod joints;
 mod landscape;
 mod light;
 mod material;
@@ -33,7 +34,7 @@ use crate::film::white_balance::WhiteBalance;
 use crate::integrator::IntegratorKind;
 use crate::light::{Light, irradiance_by_sky};
 use crate::material::Material;
-use crate::objects::Objects;
+use crate::objects::{Object, Objects};
 use crate::spectrum::light_spectrum::LightSpectrum;
 use snowblue_base::{KeyError, KeyPath, short_number};
 use snowblue_geometry::bounds::Bounds;
@@ -41,6 +42,7 @@ use snowblue_geometry::bounds::Bounds;
 use changes::Changes;
 use gltf_scene::{GltfScene, read_gltf};
 use ground::add_grounds;
+use joints::joints;
 use material::{NamedMaterial, build_materials};
 use object::ObjectBuilder;
 use recorded_files::RecordedFiles;
@@ -287,8 +289,8 @@ const MOST_NAMED: usize = 3;
 /// the rounding of coordinates. A ball lost 0.5 % below, 2.5 % above, and 6 % above 512 m.
 const FAR_M: f32 = 256.0;
 
-/// Notes on bodies of snow that have a side below the size of their finest grains, or all of whose coordinates along an
-/// axis are so great that random walks lose light.
+/// Notes on bodies of snow that have a side below the size of their finest grains, all of whose coordinates along an axis
+/// are so great that random walks lose light, or that meet.
 fn notes_on_bodies(objects: &Objects, materials: &[NamedMaterial], integrator: IntegratorKind) -> Vec<String> {
     let has_walks = matches!(integrator, IntegratorKind::Hybrid | IntegratorKind::Reference);
     let (mut small, mut far) = (Vec::new(), Vec::new());
@@ -320,18 +322,33 @@ fn notes_on_bodies(objects: &Objects, materials: &[NamedMaterial], integrator: I
             ));
         }
     }
-    name_first(&mut small, "are smaller than a grain of their snow");
-    name_first(&mut far, "are far from the origin");
-    small.append(&mut far);
-    small
+    let is_snow = |object: usize| materials[objects.list()[object].material].material.is_snow();
+    let name = |object: usize| {
+        let Object { name, body, .. } = &objects.list()[object];
+        body.as_ref().unwrap_or(name)
+    };
+    let of_pair = |[one, other]: [usize; 2]| {
+        let is_same = objects.list()[one].material == objects.list()[other].material;
+        let remedy = if is_same { "give both the same `body`" } else { "make them `layers` of one snow" };
+        format!(
+            "\"{}\" and \"{}\" are bodies of snow that meet, but light does not spread from one into the other: {remedy}",
+            name(one),
+            name(other)
+        )
+    };
+    let mut meeting: Vec<String> = joints(objects, is_snow).into_iter().map(of_pair).collect();
+    name_first(&mut small, "bodies are smaller than a grain of their snow");
+    name_first(&mut far, "bodies are far from the origin");
+    name_first(&mut meeting, "pairs of bodies meet");
+    [small, far, meeting].concat()
 }
 
 /// Keeps the first of the notes on bodies, and says how many more there are.
-fn name_first(notes: &mut Vec<String>, others_are: &str) {
+fn name_first(notes: &mut Vec<String>, others: &str) {
     if notes.len() > MOST_NAMED {
         let more = notes.len() - MOST_NAMED;
         notes.truncate(MOST_NAMED);
-        notes.push(format!("{more} more bodies {others_are}"));
+        notes.push(format!("{more} more {others}"));
     }
 }
 
