@@ -1,9 +1,6 @@
 //! Bodies of snow that meet, between which no light passes inside.
 
-use std::collections::BTreeSet;
-
 use glam::Vec3A;
-use rayon::prelude::*;
 use snowblue_geometry::body::TOUCH_DISTANCE_M;
 use snowblue_geometry::bounds::Bounds;
 use snowblue_geometry::ray::Ray;
@@ -11,34 +8,37 @@ use snowblue_geometry::ray::Ray;
 use crate::objects::Objects;
 
 /// Lines along each axis, in rows and columns, that look for places where two objects meet.
-const LINES: u16 = 16;
+const LINES: u16 = 8;
 /// How many of them must find one. Objects that meet at a point or along an edge are apart.
-const FEWEST_MEETING: usize = 4;
-/// Most pairs of objects that are examined.
-const MOST_PAIRS: usize = 10_000;
+const FEWEST_MEETING: usize = 2;
+/// Most pairs of objects with common boxes that are examined.
+const MOST_PAIRS: usize = 1000;
+/// Most objects whose boxes are compared.
+const MOST_OBJECTS: usize = 5000;
 /// Distance at which surfaces touch, over their greatest coordinate: the rounding of single precision.
 const ROUNDING: f32 = 4.0 * f32::EPSILON;
 
-/// The pairs of bodies that touch or overlap, by their first objects, among objects of some kind. Of very many pairs
-/// whose boxes overlap only the first are examined.
-pub(super) fn joints(objects: &Objects, is_of_kind: impl Fn(usize) -> bool) -> BTreeSet<[usize; 2]> {
+/// The pairs of bodies that touch or overlap, by their first objects, among objects of some kind. In very large scenes
+/// only the first are found.
+pub(super) fn joints(objects: &Objects, is_of_kind: impl Fn(usize) -> bool) -> Vec<[usize; 2]> {
     let of_kind = (0..objects.list().len()).filter(|index| is_of_kind(*index));
-    let mut bounded: Vec<(usize, Bounds)> = of_kind.filter_map(|index| Some((index, objects.bounds(index)?))).collect();
-    let all = Bounds::of(bounded.iter().flat_map(|(_, bounds)| [bounds.low.into(), bounds.high.into()]));
-    let axis = (all.high - all.low).max_position();
-    bounded.sort_by(|(_, one), (_, other)| one.low[axis].total_cmp(&other.low[axis]));
+    let bounded = of_kind.filter_map(|index| Some((index, objects.bounds(index)?)));
+    let bounded: Vec<(usize, Bounds)> = bounded.take(MOST_OBJECTS).collect();
     let body = |index: usize| objects.body_of(index)[0];
-    let near = bounded.iter().enumerate().flat_map(|(k, (index, bounds))| {
-        // Later boxes begin after this one along the axis.
-        let reach = bounds.high[axis] + touch_distance_m(bounds);
-        let after = bounded[k + 1..].iter().take_while(move |(_, other)| other.low[axis] <= reach);
-        let of_others = after.filter(move |(other, _)| body(*other) != body(*index));
-        of_others.filter_map(move |(other, of_other)| Some(([*index, *other], common_box(bounds, of_other)?)))
-    });
-    let near: Vec<([usize; 2], Bounds)> = near.take(MOST_PAIRS).collect();
-    let meeting = near.into_par_iter().filter(|(pair, common)| meet(objects, *pair, common));
-    let bodies = |[one, other]: [usize; 2]| [body(one).min(body(other)), body(one).max(body(other))];
-    meeting.map(|(pair, _)| bodies(pair)).collect()
+    let (mut joints, mut examined) = (Vec::new(), 0);
+    for (k, (one, bounds)) in bounded.iter().enumerate() {
+        for (other, of_other) in &bounded[k + 1..] {
+            let bodies = [body(*one).min(body(*other)), body(*one).max(body(*other))];
+            let Some(common) = common_box(bounds, of_other).filter(|_| bodies[0] != bodies[1]) else { continue };
+            if examined < MOST_PAIRS && !joints.contains(&bodies) {
+                examined += 1;
+                if meet(objects, [*one, *other], &common) {
+                    joints.push(bodies);
+                }
+            }
+        }
+    }
+    joints
 }
 
 /// Distance within which objects in a box touch, in m.
@@ -98,7 +98,7 @@ mod tests {
             body: body.map(Into::into),
             undisturbed: None,
         };
-        joints(&Objects::new(shapes.into_iter().map(object).collect()), |_| true).into_iter().collect()
+        joints(&Objects::new(shapes.into_iter().map(object).collect()), |_| true)
     }
 
     fn box_at(centre: [f32; 3]) -> Shape {

@@ -289,8 +289,8 @@ const MOST_NAMED: usize = 3;
 /// the rounding of coordinates. A ball lost 0.5 % below, 2.5 % above, and 6 % above 512 m.
 const FAR_M: f32 = 256.0;
 
-/// Notes on bodies of snow that have a side below the size of their finest grains, all of whose coordinates along an axis
-/// are so great that random walks lose light, or that meet.
+/// Notes on bodies of snow that have a side below the size of their finest grains, that are so far from the origin that
+/// random walks lose light, or that meet.
 fn notes_on_bodies(objects: &Objects, materials: &[NamedMaterial], integrator: IntegratorKind) -> Vec<String> {
     let has_walks = matches!(integrator, IntegratorKind::Hybrid | IntegratorKind::Reference);
     let (mut small, mut far) = (Vec::new(), Vec::new());
@@ -331,7 +331,8 @@ fn notes_on_bodies(objects: &Objects, materials: &[NamedMaterial], integrator: I
         let is_same = objects.list()[one].material == objects.list()[other].material;
         let remedy = if is_same { "give both the same `body`" } else { "make them `layers` of one snow" };
         format!(
-            "\"{}\" and \"{}\" are bodies of snow that meet, but light does not spread from one into the other: {remedy}",
+            "\"{}\" and \"{}\" are bodies of snow that meet, but light does not spread from one into the other: \
+             {remedy}",
             name(one),
             name(other)
         )
