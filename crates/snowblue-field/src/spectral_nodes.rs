@@ -1,8 +1,12 @@
 //! The few wavelengths at which light is solved for, and its interpolation between them.
 //!
-//! At any place the logarithm of the fluence rate, over ℓ* and the spectrum of the light that enters, is a smooth
-//! and even function of √μ_a, since light decays over a distance as e^{−√(3 μ_a/ℓ*) z}. A cubic spline through a few
+//! At any place the logarithm of the fluence rate, over the spectrum of the light that enters, is nearly a smooth and
+//! even function of √μ_a, since light decays over a distance as e^{−√(3 μ_a/ℓ*) z}. A cubic spline through a few
 //! nodes at equal distances in √μ_a, and through their mirror images at −√μ_a, gives all wavelengths.
+//!
+//! It also depends on ℓ*, which varies by some per cent where μ_a hardly does: light behind snow is proportional to ℓ*,
+//! and light that snow reflects is not. The power of ℓ* at a place follows from the node whose value the others predict
+//! worst if it is 1 ([`KnownFactor`]).
 //!
 //! In snow of layers the light depends on the absorption of each. Soot in one layer absorbs blue light more than red,
 //! and ice the other way round, so that two wavelengths may have the same mean of μ_a and not the same light. But from
@@ -40,6 +44,8 @@ pub struct LayerSpectrum<'a> {
 pub struct SpectralNodes {
     /// Indices of the wavelengths of the nodes, a multiple of four.
     indices: Vec<usize>,
+    /// √μ_a of the nodes, or what takes its place.
+    at_nodes: Vec<f64>,
     /// For each wavelength the weight of the value at each node.
     weights: Vec<Vec<f32>>,
 }
@@ -66,7 +72,7 @@ impl SpectralNodes {
         }
         let at_nodes: Vec<f64> = indices.iter().map(|index| roots[*index]).collect();
         let weights = roots.iter().map(|root| spline_weights(&at_nodes, *root)).collect();
-        Self { indices, weights }
+        Self { indices, at_nodes, weights }
     }
 
     /// Chooses as few groups of nodes as give the light behind each of some bodies with an error of less than half a
@@ -90,8 +96,7 @@ impl SpectralNodes {
         let has_error = |nodes: &Self, layers: &[LayerSpectrum]| {
             let light =
                 |index: usize| -> f64 { layers.iter().filter(is_there).map(|layer| of_layer(layer, index)).sum() };
-            #[expect(clippy::cast_possible_truncation, reason = "rounding is intended")]
-            let at_nodes: Vec<f32> = nodes.indices.iter().map(|index| light(*index) as f32).collect();
+            let at_nodes: Vec<f32> = nodes.indices.iter().map(|index| single(light(*index))).collect();
             let error = |index| (f64::from(nodes.interpolate(index, &at_nodes)) - light(index)).abs();
             (0..nodes.weights.len()).any(|index| error(index) > ALLOWED)
         };
@@ -121,6 +126,60 @@ impl SpectralNodes {
     #[must_use]
     pub fn interpolate(&self, wavelength: usize, nodes: &[f32]) -> f32 {
         self.weights[wavelength].iter().zip(nodes).map(|(weight, value)| weight * value).sum()
+    }
+}
+
+/// A factor of known spectrum, which is in the values of a place to a power between 0 and 1.
+#[derive(Debug, Clone, PartialEq)]
+pub struct KnownFactor {
+    /// For each wavelength what the spline through its logarithm at the nodes lacks.
+    lacking: Vec<f32>,
+    /// The weights with which the logarithms of values at the nodes give the power.
+    measure: Vec<f32>,
+}
+
+/// Least logarithm that a spline lacks at a node for a power to be found.
+const LEAST_LACKING: f64 = 1e-5;
+
+impl KnownFactor {
+    /// A factor by its values at all wavelengths.
+    #[must_use]
+    pub fn new(nodes: &SpectralNodes, factor: &[f64]) -> Self {
+        let logarithms: Vec<f64> = factor.iter().map(|factor| factor.ln()).collect();
+        let at_nodes: Vec<f64> = nodes.indices.iter().map(|index| logarithms[*index]).collect();
+        let predicted = |weights: &[f32]| -> f64 {
+            weights.iter().zip(&at_nodes).map(|(weight, at)| f64::from(*weight) * at).sum()
+        };
+        let lacking = nodes.weights.iter().zip(&logarithms).map(|(weights, at)| single(at - predicted(weights)));
+        // Each node less what the others predict for it.
+        let differences = (0..at_nodes.len()).map(|node| {
+            let mut others = nodes.at_nodes.clone();
+            let at = others.remove(node);
+            let mut weights = spline_weights(&others, at);
+            weights.insert(node, 0.0);
+            weights.iter_mut().for_each(|weight| *weight = -*weight);
+            weights[node] = 1.0;
+            (predicted(&weights), weights)
+        });
+        let greatest = differences.max_by(|(one, _), (other, _)| one.abs().total_cmp(&other.abs()));
+        let (difference, mut measure) = greatest.unwrap_or_default();
+        let inverse = if difference.abs() > LEAST_LACKING { difference.recip() } else { 0.0 };
+        measure.iter_mut().for_each(|weight| *weight = single(f64::from(*weight) * inverse));
+        Self { lacking: lacking.collect(), measure }
+    }
+
+    /// The power of the factor in values, by their logarithms at the nodes.
+    #[must_use]
+    pub fn power(&self, logarithms: &[f32]) -> f32 {
+        let sum: f32 = self.measure.iter().zip(logarithms).map(|(weight, logarithm)| weight * logarithm).sum();
+        sum.clamp(0.0, 1.0)
+    }
+
+    /// What the spline through logarithms at the nodes lacks at a wavelength, for a power of 1.
+    #[inline]
+    #[must_use]
+    pub fn lacking(&self, wavelength: usize) -> f32 {
+        self.lacking[wavelength]
     }
 }
 
@@ -175,15 +234,20 @@ fn roots(bodies: &[&[LayerSpectrum]]) -> Vec<f64> {
     (0..layers[0].1.len()).map(root).collect()
 }
 
-/// The weights of the nodes' values in the cubic spline through them and their mirror images, at `x`. Nodes that
-/// coincide count once.
+/// Distance of nodes that count as one, over their mean distance. A spline through nodes that nearly coincide would be
+/// steep wherever their values differ a little.
+const NEAR: f64 = 0.3;
+
+/// The weights of the nodes' values in the cubic spline through them and their mirror images, at `x`. Of nodes that
+/// nearly coincide the first counts.
 fn spline_weights(nodes: &[f64], x: f64) -> Vec<f32> {
     let mut order: Vec<usize> = (0..nodes.len()).collect();
     order.sort_by(|a, b| nodes[*a].total_cmp(&nodes[*b]));
+    let range = order.last().map_or(0.0, |last| nodes[*last] - nodes[order[0]]);
+    let near = NEAR * range / nodes.len().saturating_sub(1).max(1) as f64;
     let mut distinct: Vec<usize> = Vec::new();
     for k in order {
-        let node = &nodes[k];
-        if *node > distinct.last().map_or(0.0, |last| nodes[*last]) || distinct.is_empty() {
+        if distinct.last().is_none_or(|last| nodes[k] - nodes[*last] > near) {
             distinct.push(k);
         }
     }
@@ -192,9 +256,7 @@ fn spline_weights(nodes: &[f64], x: f64) -> Vec<f32> {
     let at: Vec<f64> = points.iter().map(|(x, _)| *x).collect();
     let weight = |place: usize| {
         let unit: Vec<f64> = points.iter().map(|(_, k)| if *k == place { 1.0 } else { 0.0 }).collect();
-        #[expect(clippy::cast_possible_truncation, reason = "rounding is intended")]
-        let weight = natural_spline(&at, &unit, x) as f32;
-        weight
+        single(natural_spline(&at, &unit, x))
     };
     (0..nodes.len()).map(weight).collect()
 }
@@ -221,6 +283,11 @@ fn natural_spline(x: &[f64], y: &[f64], at: f64) -> f64 {
     let width = x[i] - x[i - 1];
     let (a, b) = ((x[i] - at) / width, (at - x[i - 1]) / width);
     a * y[i - 1] + b * y[i] + ((a * a * a - a) * second[i - 1] + (b * b * b - b) * second[i]) * width * width / 6.0
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "rounding is intended")]
+fn single(value: f64) -> f32 {
+    value as f32
 }
 
 #[cfg(test)]
@@ -253,6 +320,42 @@ mod tests {
         for (groups, thickness_m, allowed) in [(1, 0.05, 2e-3), (1, 0.15, 5e-3), (2, 0.15, 5e-4), (2, 0.6, 2e-3)] {
             let error = worst(groups, thickness_m);
             assert!(error < allowed, "{groups} {thickness_m}: {error}");
+        }
+    }
+
+    /// Light that snow reflects does not depend on ℓ*, light behind thin snow is proportional to it.
+    #[test]
+    fn a_known_factor_is_found_in_any_power() {
+        let roots: Vec<f64> = absorption().iter().map(|absorption| absorption.sqrt()).collect();
+        // ℓ* grows by 3.5 %, most of it where μ_a is least.
+        let lengths: Vec<f64> = (0..31).map(|k| (0.035 * (1.0 - (-0.1 * f64::from(k)).exp())).exp()).collect();
+        for groups in [1, 2, 4] {
+            let nodes = SpectralNodes::new(&roots, groups);
+            let factor = KnownFactor::new(&nodes, &lengths);
+            for power in [0.0, 0.4, 1.0] {
+                let light = |index: usize| power * lengths[index].ln() - 0.3 * absorption()[index];
+                let at_nodes: Vec<f32> = nodes.indices().iter().map(|index| single(light(*index))).collect();
+                let found = factor.power(&at_nodes);
+                assert!((f64::from(found) - power).abs() < 0.05, "{groups} {power}: {found}");
+                for index in 0..31 {
+                    let value = nodes.interpolate(index, &at_nodes) + found * factor.lacking(index);
+                    // The spline through four nodes errs by 7·10⁻⁴ itself.
+                    assert!((f64::from(value) - light(index)).abs() < 1e-3, "{groups} {power} {index}: {value}");
+                }
+            }
+        }
+    }
+
+    /// Algae absorb the same at all wavelengths below 560 nm, so that many of the nodes nearly coincide.
+    #[test]
+    fn nodes_that_nearly_coincide_do_not_make_the_spline_steep() {
+        let root = |k: f64| if k < 16.0 { 1.88 + 1e-5 * k * k } else { 0.8 + 0.3 * (0.6 * k).sin() };
+        let roots: Vec<f64> = (0..31).map(|k| root(f64::from(k))).collect();
+        for groups in 1..=MOST_GROUPS {
+            for weights in SpectralNodes::new(&roots, groups).weights {
+                let sum: f32 = weights.iter().map(|weight| weight.abs()).sum();
+                assert!(sum < 3.0, "{groups}: {weights:?}");
+            }
         }
     }
 

@@ -4,7 +4,7 @@ use std::f32::consts::FRAC_1_PI;
 use std::sync::Arc;
 
 use glam::Vec3A;
-use snowblue_field::{Fluence, MOST_GROUPS, SnowBody, SpectralNodes, SurfaceValues};
+use snowblue_field::{Fluence, KnownFactor, MOST_GROUPS, SnowBody, SpectralNodes, SurfaceValues};
 use snowblue_geometry::ray::SurfacePoint;
 use wide::f32x4;
 
@@ -23,8 +23,8 @@ pub struct BodyField {
     pub(super) lit: Vec<LitFluence>,
     pub(super) nodes: SpectralNodes,
     pub(super) snow: Arc<Snowpack>,
-    /// ℓ* of the whole pack at each wavelength, in m.
-    pub(super) transport_lengths_m: Vec<f64>,
+    /// ℓ* of the whole pack.
+    pub(super) transport_length: KnownFactor,
     /// If its cells have sizes for a viewer: the factor of these sizes that makes them fit into the memory.
     pub(super) view_factor: Option<f64>,
 }
@@ -49,8 +49,8 @@ pub(super) struct LitFluence {
     pub(super) exitance: SurfaceValues,
     /// The irradiance H by uniform skies and other surfaces, if there is any.
     pub(super) diffuse: Option<SurfaceValues>,
-    /// ℓ* times the spectrum: spectra over this are smooth in the absorption.
-    pub(super) scale: Spectrum,
+    /// The spectrum of the lights.
+    pub(super) spectrum: Spectrum,
     /// The irradiance by smooth skies, if the lights are such skies.
     pub(super) sky: Option<SurfaceValues>,
 }
@@ -74,7 +74,7 @@ impl BodyField {
         let (point, normal) = (surface.point.as_dvec3(), surface.normal.as_dvec3());
         self.sum(|lit| {
             let groups = self.body.surface_value(lit.diffuse.as_ref()?, point, normal)?;
-            Some(self.spectrum(groups, &lit.scale))
+            Some(self.spectrum(groups, &lit.spectrum))
         })
     }
 
@@ -82,7 +82,7 @@ impl BodyField {
     /// smooth as the cells.
     pub fn sky_irradiance(&self, surface: &SurfacePoint) -> Spectrum {
         let (point, normal) = (surface.point.as_dvec3(), surface.normal.as_dvec3());
-        self.sum(|lit| Some(self.spectrum(self.body.surface_value(lit.sky.as_ref()?, point, normal)?, &lit.scale)))
+        self.sum(|lit| Some(self.spectrum(self.body.surface_value(lit.sky.as_ref()?, point, normal)?, &lit.spectrum)))
     }
 
     /// Radiance that leaves a surface point, the same in all directions: the exitance over π.
@@ -92,7 +92,7 @@ impl BodyField {
 
     /// The fluence rate inside, in W m⁻² as a band density.
     pub fn fluence(&self, point: Vec3A) -> Spectrum {
-        self.sum(|lit| Some(self.spectrum(self.body.fluence(&lit.fluence, point.as_dvec3())?, &lit.scale)))
+        self.sum(|lit| Some(self.spectrum(self.body.fluence(&lit.fluence, point.as_dvec3())?, &lit.spectrum)))
     }
 
     /// Size of the cells at the surface, in m.
@@ -103,7 +103,7 @@ impl BodyField {
     /// What leaves the surface, the net flux and the irradiance, in W m⁻² as a band density.
     pub(crate) fn exitance(&self, point: Vec3A, normal: Vec3A) -> Spectrum {
         let (point, normal) = (point.as_dvec3(), normal.as_dvec3());
-        self.sum(|lit| Some(self.spectrum(self.body.surface_value(&lit.exitance, point, normal)?, &lit.scale)))
+        self.sum(|lit| Some(self.spectrum(self.body.surface_value(&lit.exitance, point, normal)?, &lit.spectrum)))
     }
 
     /// What leaves the surface, as a sum over the spectral nodes.
@@ -116,7 +116,7 @@ impl BodyField {
     /// The net flux outwards through the surface, in W m⁻² as a band density.
     pub fn flux(&self, point: Vec3A, normal: Vec3A) -> Spectrum {
         let (point, normal) = (point.as_dvec3(), normal.as_dvec3());
-        self.sum(|lit| Some(self.spectrum(self.body.surface_value(&lit.flux, point, normal)?, &lit.scale)))
+        self.sum(|lit| Some(self.spectrum(self.body.surface_value(&lit.flux, point, normal)?, &lit.spectrum)))
     }
 
     /// The sum over the lights of all spectra.
@@ -126,8 +126,9 @@ impl BodyField {
         sum
     }
 
-    /// All wavelengths of a quantity at the spectral nodes: by its logarithm, or directly where it is not positive.
-    pub(super) fn spectrum(&self, groups: impl Iterator<Item = f32x4>, scale: &Spectrum) -> Spectrum {
+    /// All wavelengths of a quantity at the spectral nodes, in light of a spectrum: by its logarithm, or directly where
+    /// it is not positive.
+    pub(super) fn spectrum(&self, groups: impl Iterator<Item = f32x4>, light: &Spectrum) -> Spectrum {
         let mut at_nodes = [0.0; MOST_NODES];
         for (values, group) in at_nodes.chunks_exact_mut(snowblue_field::GROUP).zip(groups) {
             values.copy_from_slice(group.as_array());
@@ -136,15 +137,18 @@ impl BodyField {
         let at_nodes = &mut at_nodes[..indices.len()];
         let is_positive = at_nodes.iter().all(|value| *value > 0.0);
         for (value, index) in at_nodes.iter_mut().zip(indices) {
-            let scale = scale.0[*index];
-            *value = if scale > 0.0 { *value / scale } else { 0.0 };
+            let light = light.0[*index];
+            *value = if light > 0.0 { *value / light } else { 0.0 };
             if is_positive {
                 *value = value.max(f32::MIN_POSITIVE).ln();
             }
         }
+        let power = if is_positive { self.transport_length.power(at_nodes) } else { 0.0 };
         let value = |wavelength: usize| {
             let value = self.nodes.interpolate(wavelength, at_nodes);
-            (if is_positive { value.exp() } else { value }) * scale.0[wavelength]
+            let value =
+                if is_positive { (value + power * self.transport_length.lacking(wavelength)).exp() } else { value };
+            value * light.0[wavelength]
         };
         Spectrum(std::array::from_fn(value))
     }

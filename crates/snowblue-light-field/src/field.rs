@@ -137,10 +137,10 @@ impl LightField {
         let prepared = bodies.into_iter().enumerate().map(|(number, one)| {
             let object = body_of.iter().position(|body| *body == Some(number));
             let solid = object.and_then(|object| Solid::new(scene, object));
-            let BodyField { body, lit, nodes, snow, transport_lengths_m, view_factor } = one;
+            let BodyField { body, lit, nodes, snow, transport_length, view_factor } = one;
             solutions.iter_mut().zip(lit).for_each(|((_, bodies), lit)| bodies.push(lit));
             let solid = solid.expect("a body with a light field has an object and bounds");
-            PreparedBody { solid, body, nodes, snow, transport_lengths_m, view_factor, before: None }
+            PreparedBody { solid, body, nodes, snow, transport_length, view_factor, before: None }
         });
         (prepared.collect(), solutions, body_of)
     }
@@ -169,8 +169,8 @@ impl LightField {
             lights.push(illumination.indices);
         }
         let bodies = prepared.into_iter().zip(lit).map(|(one, lit)| {
-            let PreparedBody { body, nodes, snow, transport_lengths_m, view_factor, .. } = one;
-            BodyField { body, lit, nodes, snow, transport_lengths_m, view_factor }
+            let PreparedBody { body, nodes, snow, transport_length, view_factor, .. } = one;
+            BodyField { body, lit, nodes, snow, transport_length, view_factor }
         });
         let bodies: Vec<BodyField> = bodies.collect();
         let bright_snow = BrightSnow::new(if scene.max_bounces > 0 { &bodies } else { &[] });

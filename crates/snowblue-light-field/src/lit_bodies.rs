@@ -1,7 +1,6 @@
 //! The light in all bodies of a scene, by lights of each spectrum.
 
 use snowblue_field::SolveOptions;
-use snowblue_geometry::ray::narrow;
 
 use super::body_field::LitFluence;
 use super::exchange::{Balance, Exchange, JoinedPatches};
@@ -46,9 +45,8 @@ pub(super) fn solve(
             prepared.body.denoise(&mut diffuse, NOISE);
             let start = fluences.get(number).or(prepared.before.as_ref());
             let solution = prepared.solve(lighting, &diffuse, SolveOptions { start, ..SolveOptions::default() });
-            let scale = |k: usize| narrow(prepared.transport_lengths_m[k]) * spectrum.0[k];
             let sky = is_of_sky.then_some(&lighting.entering.irradiance);
-            prepared.lit(solution, &diffuse, sky, Spectrum(std::array::from_fn(scale)))
+            prepared.lit(solution, &diffuse, sky, spectrum)
         });
         lit.collect()
     };

@@ -104,7 +104,7 @@ impl<'f> NearFluence<'f> {
         let diffuse = diffuse_irradiance(field, lit, surface).into_iter().flatten().collect();
         // Where the grid is too coarse for the last of the light, it is proportional to the light source.
         let is_positive = fluence.iter().all(|values| values.as_array().iter().all(|value| *value > 0.0));
-        let spectrum = if is_positive { field.spectrum(fluence.iter().copied(), &lit.scale) } else { lit.scale };
+        let spectrum = if is_positive { field.spectrum(fluence.iter().copied(), &lit.spectrum) } else { lit.spectrum };
         let reciprocal = |index: usize| {
             let value = spectrum.0[index];
             if value >= f32::MIN_POSITIVE { value.recip() } else { 0.0 }

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use snowblue_field::{
-    Body, CellSizes, FieldError, Fluence, GridOptions, ScaledSizes, SizesByDistance, SnowBody, SnowOfCells,
-    SolveOptions, SpectralNodes, Survey, VolumeSource, fit_sizes,
+    Body, CellSizes, FieldError, Fluence, GridOptions, KnownFactor, ScaledSizes, SizesByDistance, SnowBody,
+    SnowOfCells, SolveOptions, SpectralNodes, Survey, VolumeSource, fit_sizes,
 };
 use wide::f32x4;
 
@@ -36,8 +36,8 @@ pub(super) struct PreparedBody<'a> {
     pub(super) body: SnowBody,
     pub(super) nodes: SpectralNodes,
     pub(super) snow: Arc<Snowpack>,
-    /// ℓ* of the whole pack at each wavelength, in m.
-    pub(super) transport_lengths_m: Vec<f64>,
+    /// ℓ* of the whole pack.
+    pub(super) transport_length: KnownFactor,
     /// If its cells have sizes for a viewer: the factor of these sizes that makes them fit into the memory.
     pub(super) view_factor: Option<f64>,
     /// The solution for other light, from which the next starts.
@@ -120,8 +120,7 @@ impl<'a> PreparedBody<'a> {
         let step_m = bare.step_m(groups, scene, memory_mib)?;
         let sizes_by_sight = bare.sizes(groups, scene, memory_mib);
         let BareBody { solid, snow, survey } = bare;
-        let thickness_m = survey.mean_thickness_m();
-        let transport_lengths_m = snow.transport_lengths_m(thickness_m);
+        let transport_length = KnownFactor::new(nodes, &snow.transport_lengths_m(survey.mean_thickness_m()));
         let sizes = match &sizes_by_sight {
             Some(sizes) => {
                 let (factor, _) = fit_sizes(&solid, step_m, sizes, groups, memory_mib)?;
@@ -137,7 +136,7 @@ impl<'a> PreparedBody<'a> {
         let extrapolation = snow.top().surface().half_space().extrapolation();
         let body = SnowBody::new(&solid, options, &SnowOfCells { groups, of_cell: &of_cell, extrapolation });
         drop(of_cell);
-        Ok(Self { solid, body, nodes: nodes.clone(), snow, transport_lengths_m, view_factor, before: None })
+        Ok(Self { solid, body, nodes: nodes.clone(), snow, transport_length, view_factor, before: None })
     }
 
     /// The light of lamps and skies. `body_of` gives the body of each object.
@@ -174,7 +173,7 @@ impl<'a> PreparedBody<'a> {
         solution: Solution,
         diffuse: &[Vec<f32x4>],
         sky: Option<&ElementValues>,
-        scale: Spectrum,
+        spectrum: Spectrum,
     ) -> LitFluence {
         let is_dark = diffuse.iter().flatten().all(|values| *values == f32x4::ZERO);
         let sky = sky.map(|sky| {
@@ -190,7 +189,7 @@ impl<'a> PreparedBody<'a> {
             flux,
             fluence: solution.fluence,
             sky,
-            scale,
+            spectrum,
         }
     }
 

@@ -42,7 +42,7 @@ use crate::integrators::surroundings::{Flight, Medium, SnowBodies, Surroundings}
 use snowblue_light_field::{EndDepth, LightField, NearLight, SnowAt};
 use snowblue_scene::Scene;
 use snowblue_scene::directions::Directions;
-use snowblue_scene::light::LightSample;
+use snowblue_scene::light::{Light, LightHit, LightSample};
 use snowblue_scene::objects::SurfaceInteraction;
 use snowblue_scene::queries::Statistics;
 use snowblue_scene::sampling::Sampler;
@@ -74,6 +74,8 @@ struct Walk<'v> {
     way_out: Option<Flight>,
     events: Skip<Cycle<Iter<'v, ScatteringEvent>>>,
     lengths: PathLengths,
+    /// Whether a grain has scattered it in the body.
+    is_scattered: bool,
     /// Reflections at solids so far.
     bounces: u32,
 }
@@ -146,6 +148,7 @@ impl<'scene> WalkTracer<'scene> {
             way_out: Some(way_out),
             events,
             lengths: PathLengths::default(),
+            is_scattered: false,
             bounces: 0,
         };
         self.surroundings.statistics.walks += 1;
@@ -169,6 +172,10 @@ impl<'scene> WalkTracer<'scene> {
                         .as_ref()
                         .map_or_else(|| field.diffuse_irradiance(&surface), |near| near.diffuse_irradiance(&surface));
                     walk.walk.radiance.add_product(FRAC_1_PI, &throughput, &irradiance);
+                    if !walk.is_scattered {
+                        let ahead = Ray { origin: surface.point, direction: camera_ray.direction };
+                        walk.walk.radiance.add_product(1.0, &throughput, &self.lamps_ahead(&ahead));
+                    }
                     return walk.walk.radiance;
                 }
                 BodyEnd::Solid(surface) => {
@@ -188,18 +195,37 @@ impl<'scene> WalkTracer<'scene> {
         if is_thick { EndDepth::Thick } else { EndDepth::Thin }
     }
 
-    /// Samples the lights as seen from the entry of a walk. Lamps inside snow with extent are part of the light field.
+    /// Whether walks join a light with extent: uniform skies and lamps inside snow are part of the light field.
+    fn joins(&self, index: usize, light: &Light) -> bool {
+        !light.is_diffuse() && self.field.lamp_inside(index).is_none()
+    }
+
+    /// The light with extent that a ray hits: a walk that no grain scatters meets it by no other way.
+    fn lamps_ahead(&mut self, ray: &Ray) -> Spectrum {
+        let mut radiance = Spectrum::ZERO;
+        let lights = self.scene.lights().iter().enumerate();
+        let lights = lights.filter(|(index, light)| light.has_extent() && self.joins(*index, light));
+        let hits = lights.filter_map(|(_, light)| light.full_hit_radiance(ray, f32::INFINITY));
+        let hits: Vec<LightHit> = hits.collect();
+        if hits.is_empty() {
+            return radiance;
+        }
+        let limit_m = self.surroundings.first_hit(ray).map_or(f32::INFINITY, |hit| hit.point.distance(ray.origin));
+        hits.iter().filter(|hit| hit.distance_m <= limit_m).for_each(|hit| radiance += hit.radiance);
+        radiance
+    }
+
+    /// Samples the lights as seen from the entry of a walk.
     fn sample_lights(&mut self, entry: &SurfacePoint, sampler: &mut Sampler) {
         self.lights.clear();
         for (index, light) in self.scene.lights().iter().enumerate() {
+            let is_joined = light.has_extent() && self.joins(index, light);
             let mut add = |sample: Option<LightSample>| {
                 self.lights.extend(sample.map(|sample| WalkLight { sample, power: light.power(&sample.origin) }));
             };
-            if light.has_extent() {
-                if !light.is_diffuse() && self.field.lamp_inside(index).is_none() {
-                    light.samples_at(&Directions::Cosine(*entry), sampler).into_iter().for_each(add);
-                }
-            } else {
+            if is_joined {
+                light.samples_at(&Directions::Cosine(*entry), sampler).into_iter().for_each(add);
+            } else if !light.has_extent() {
                 add(light.delta_sample());
             }
         }
@@ -264,6 +290,7 @@ impl<'scene> WalkTracer<'scene> {
                 walk.lengths.ice_in_water_m += f64::from(event.ice_in_water_m);
             }
             walk.walk.turn(event.cos_scattering);
+            walk.is_scattered |= end.is_none();
             let x = walk.walk.ray.origin;
             let ahead = walk.walk.ray.at(transport_length_m);
             let end_depth_m = snow.end_depth.lengths() * transport_length_m;
