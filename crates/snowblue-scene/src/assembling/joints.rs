@@ -1,7 +1,7 @@
 //! Bodies of snow that meet, between which no light passes inside.
 
 use glam::Vec3A;
-use snowblue_geometry::body::TOUCH_DISTANCE_M;
+use snowblue_geometry::body::{TOUCH_DISTANCE_M, pair_up};
 use snowblue_geometry::bounds::Bounds;
 use snowblue_geometry::ray::Ray;
 
@@ -67,7 +67,7 @@ fn meet(objects: &Objects, pair: [usize; 2], common: &Bounds) -> bool {
         for (object, crossings) in pair.into_iter().zip(&mut crossings) {
             crossings.clear();
             objects.list()[object].shape.crossings(&ray, crossings);
-            crossings.sort_unstable_by(|one, other| one.distance_m.total_cmp(&other.distance_m));
+            pair_up(crossings, 0);
         }
         let [one, other] = crossings.each_ref().map(|crossings| crossings.as_chunks::<2>().0);
         one.iter().any(|[enter, leave]| {

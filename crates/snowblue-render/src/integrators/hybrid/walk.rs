@@ -74,8 +74,8 @@ struct Walk<'v> {
     way_out: Option<Flight>,
     events: Skip<Cycle<Iter<'v, ScatteringEvent>>>,
     lengths: PathLengths,
-    /// Whether a grain has scattered it in the body.
-    is_scattered: bool,
+    /// Whether nothing in the body has turned it yet.
+    is_straight: bool,
     /// Reflections at solids so far.
     bounces: u32,
 }
@@ -148,7 +148,7 @@ impl<'scene> WalkTracer<'scene> {
             way_out: Some(way_out),
             events,
             lengths: PathLengths::default(),
-            is_scattered: false,
+            is_straight: true,
             bounces: 0,
         };
         self.surroundings.statistics.walks += 1;
@@ -172,9 +172,9 @@ impl<'scene> WalkTracer<'scene> {
                         .as_ref()
                         .map_or_else(|| field.diffuse_irradiance(&surface), |near| near.diffuse_irradiance(&surface));
                     walk.walk.radiance.add_product(FRAC_1_PI, &throughput, &irradiance);
-                    if !walk.is_scattered {
+                    if walk.is_straight {
                         let ahead = Ray { origin: surface.point, direction: camera_ray.direction };
-                        walk.walk.radiance.add_product(1.0, &throughput, &self.lamps_ahead(&ahead));
+                        walk.walk.radiance.add_product(1.0, &throughput, &self.lights_ahead(&ahead));
                     }
                     return walk.walk.radiance;
                 }
@@ -195,23 +195,22 @@ impl<'scene> WalkTracer<'scene> {
         if is_thick { EndDepth::Thick } else { EndDepth::Thin }
     }
 
-    /// Whether walks join a light with extent: uniform skies and lamps inside snow are part of the light field.
-    fn joins(&self, index: usize, light: &Light) -> bool {
+    /// Whether walks sample a light with extent: uniform skies and lamps inside snow are part of the light field.
+    fn is_sampled(&self, index: usize, light: &Light) -> bool {
         !light.is_diffuse() && self.field.lamp_inside(index).is_none()
     }
 
-    /// The light with extent that a ray hits: a walk that no grain scatters meets it by no other way.
-    fn lamps_ahead(&mut self, ray: &Ray) -> Spectrum {
-        let mut radiance = Spectrum::ZERO;
+    /// The lamps with extent and the skies that a ray hits before any object. Sampling of lights begins at the first
+    /// grain, so that a walk without one has no other light of them. The sun counts as small, as in the reference.
+    fn lights_ahead(&mut self, ray: &Ray) -> Spectrum {
         let lights = self.scene.lights().iter().enumerate();
-        let lights = lights.filter(|(index, light)| light.has_extent() && self.joins(*index, light));
-        let hits = lights.filter_map(|(_, light)| light.full_hit_radiance(ray, f32::INFINITY));
-        let hits: Vec<LightHit> = hits.collect();
-        if hits.is_empty() {
-            return radiance;
+        let lights = lights.filter(|(index, light)| !light.is_small() && self.is_sampled(*index, light));
+        let hits: Vec<LightHit> = lights.filter_map(|(_, light)| light.full_hit_radiance(ray, f32::INFINITY)).collect();
+        let mut radiance = Spectrum::ZERO;
+        if !hits.is_empty() {
+            let limit_m = self.surroundings.first_hit(ray).map_or(f32::INFINITY, |hit| hit.point.distance(ray.origin));
+            hits.iter().filter(|hit| hit.distance_m <= limit_m).for_each(|hit| radiance += hit.radiance);
         }
-        let limit_m = self.surroundings.first_hit(ray).map_or(f32::INFINITY, |hit| hit.point.distance(ray.origin));
-        hits.iter().filter(|hit| hit.distance_m <= limit_m).for_each(|hit| radiance += hit.radiance);
         radiance
     }
 
@@ -219,7 +218,7 @@ impl<'scene> WalkTracer<'scene> {
     fn sample_lights(&mut self, entry: &SurfacePoint, sampler: &mut Sampler) {
         self.lights.clear();
         for (index, light) in self.scene.lights().iter().enumerate() {
-            let is_joined = light.has_extent() && self.joins(index, light);
+            let is_joined = light.has_extent() && self.is_sampled(index, light);
             let mut add = |sample: Option<LightSample>| {
                 self.lights.extend(sample.map(|sample| WalkLight { sample, power: light.power(&sample.origin) }));
             };
@@ -290,7 +289,7 @@ impl<'scene> WalkTracer<'scene> {
                 walk.lengths.ice_in_water_m += f64::from(event.ice_in_water_m);
             }
             walk.walk.turn(event.cos_scattering);
-            walk.is_scattered |= end.is_none();
+            walk.is_straight &= end.is_some();
             let x = walk.walk.ray.origin;
             let ahead = walk.walk.ray.at(transport_length_m);
             let end_depth_m = snow.end_depth.lengths() * transport_length_m;
@@ -347,6 +346,7 @@ impl<'scene> WalkTracer<'scene> {
         let reflectance = albedo * attenuation(snow.volume, &walk.lengths, 0.0);
         walk.lengths = PathLengths::default();
         walk.bounces += 1;
+        walk.is_straight = false;
         let directions = Directions::Cosine(surface.surface_point());
         let at_surface = (&*self.lights, snow.medium(), walk.bounces);
         walk.walk.reflect(&mut self.surroundings, surface, (directions, |_| reflectance), at_surface)
