@@ -293,6 +293,10 @@ const FAR_M: f32 = 256.0;
 /// random walks lose light, or that meet.
 fn notes_on_bodies(objects: &Objects, materials: &[NamedMaterial], integrator: IntegratorKind) -> Vec<String> {
     let has_walks = matches!(integrator, IntegratorKind::Hybrid | IntegratorKind::Reference);
+    let name = |object: usize| {
+        let Object { name, body, .. } = &objects.list()[object];
+        body.as_ref().unwrap_or(name)
+    };
     let (mut small, mut far) = (Vec::new(), Vec::new());
     for (index, object) in objects.list().iter().enumerate() {
         let members = objects.body_of(index);
@@ -300,7 +304,7 @@ fn notes_on_bodies(objects: &Objects, materials: &[NamedMaterial], integrator: I
         let bounds: Option<Vec<Bounds>> = members.iter().map(|member| objects.list()[*member].shape.bounds()).collect();
         let (Some(snow), Some(bounds)) = (snow, bounds) else { continue };
         let bounds = Bounds::of(bounds.iter().flat_map(|bounds| [bounds.low.into(), bounds.high.into()]));
-        let name = object.body.as_ref().unwrap_or(&object.name);
+        let name = name(index);
         let away_m = bounds.low.max(-bounds.high).max_element();
         if has_walks && away_m > FAR_M {
             far.push(format!(
@@ -323,10 +327,6 @@ fn notes_on_bodies(objects: &Objects, materials: &[NamedMaterial], integrator: I
         }
     }
     let is_snow = |object: usize| materials[objects.list()[object].material].material.is_snow();
-    let name = |object: usize| {
-        let Object { name, body, .. } = &objects.list()[object];
-        body.as_ref().unwrap_or(name)
-    };
     let of_pair = |[one, other]: [usize; 2]| {
         let is_same = objects.list()[one].material == objects.list()[other].material;
         let remedy = if is_same { "give both the same `body`" } else { "make them `layers` of one snow" };

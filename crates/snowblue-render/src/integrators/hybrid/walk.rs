@@ -218,11 +218,11 @@ impl<'scene> WalkTracer<'scene> {
     fn sample_lights(&mut self, entry: &SurfacePoint, sampler: &mut Sampler) {
         self.lights.clear();
         for (index, light) in self.scene.lights().iter().enumerate() {
-            let is_joined = light.has_extent() && self.is_sampled(index, light);
+            let is_sampled = light.has_extent() && self.is_sampled(index, light);
             let mut add = |sample: Option<LightSample>| {
                 self.lights.extend(sample.map(|sample| WalkLight { sample, power: light.power(&sample.origin) }));
             };
-            if is_joined {
+            if is_sampled {
                 light.samples_at(&Directions::Cosine(*entry), sampler).into_iter().for_each(add);
             } else if !light.has_extent() {
                 add(light.delta_sample());
