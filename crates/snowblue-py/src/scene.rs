@@ -65,6 +65,8 @@ pub(crate) struct Content {
     is_total: bool,
     /// The table of the reflection function.
     reflection: bool,
+    /// The irradiance at the vertices.
+    irradiance: bool,
     /// Columns and rows of a lightmap.
     lightmap: Option<u32>,
 }
@@ -204,6 +206,7 @@ impl Scene {
             channels: if content.spectrum { Channels::Spectrum } else { Channels::Rgb },
             is_total: content.is_total,
             lightmap: content.lightmap,
+            has_irradiance: content.irradiance,
         };
         if let Some(step_mm) = step_mm {
             STEP_RANGE.check(step_mm).map_err(input)?;
@@ -228,8 +231,12 @@ impl Scene {
         if let Some(lightmap) = &baked.lightmap {
             bake_dict.set_item("lightmap", PyArray1::from_slice(py, lightmap.texels.as_flattened()))?;
         }
-        let objects = baked.objects.iter().map(|object| {
+        let objects = baked.objects.iter().enumerate().map(|(number, object)| {
             let dict = baked_object(py, &baked, object)?;
+            if let Some(irradiance) = baked.irradiance.get(number) {
+                let values = irradiance.iter().flat_map(|vertex| [vertex.direct, vertex.diffuse]).collect();
+                dict.set_item("irradiance", PyArray1::from_vec(py, values))?;
+            }
             if content.reflection {
                 dict.set_item(
                     "reflection",

@@ -3,7 +3,7 @@
 import bpy
 import numpy as np
 import pytest
-from test_blender import AHEAD, block, inner, lamp, link, shot, world
+from test_blender import AHEAD, BEHIND, FRONT, block, inner, lamp, link, shot, world
 from test_jobs import everything, flux
 
 import snowblue.blender
@@ -62,9 +62,10 @@ def test_each_frame_has_the_light_of_its_own(scene):
     assert snowblue.blender.clear() == 1 and everything() == before and not thing.hide_render
 
 
-def test_pictures_of_frames_are_those_of_bakes_at_them(scene, tmp_path):
+@pytest.mark.parametrize("position", [BEHIND, FRONT], ids=["dark", "lit"])
+def test_pictures_of_frames_are_those_of_bakes_at_them(scene, tmp_path, position):
     block()
-    moving_lamp()
+    moving_lamp().location[1:] = position[1:]
     [baked] = snowblue.blender.bake(frames=range(1, 6, 4))
     pictures = []
     for frame in (1, 5):
@@ -105,12 +106,12 @@ def test_what_stands_still_is_solved_for_once(scene, monkeypatch):
     lamp(position=(0.4, 0.5, 0.3))
     world((0.5, 0.5, 0.5))
     count = 0
-    native = snowblue.blender._solve._baked
+    made = snowblue.blender._solve._baked
 
     def counted(*arguments):
         nonlocal count
         count += 1
-        return native(*arguments)
+        return made(*arguments)
 
     monkeypatch.setattr(snowblue.blender._solve, "_baked", counted)
     [baked] = snowblue.blender.bake(frames=range(1, 4))
@@ -135,7 +136,8 @@ def test_a_lamp_may_be_hidden_at_a_frame(scene):
         {name for name in thing.data.attributes.keys() if name.startswith("snow_")}
         for thing in sorted(baked.snowblue.frames.objects, key=lambda thing: thing.name)
     ]
-    assert names == [{"snow_lamp_0", "snow_lamp_1"}, {"snow_lamp_1"}]
+    both = [{f"snow_lamp_{number}", f"snow_lamp_{number}_irradiance"} for number in (0, 1)]
+    assert names == [both[0] | both[1], both[1]]
 
 
 def test_a_world_is_rendered_again_only_if_it_changes(scene, monkeypatch):

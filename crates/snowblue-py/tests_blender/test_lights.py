@@ -7,7 +7,7 @@ import bpy
 import numpy as np
 import OpenEXR
 import pytest
-from test_blender import AHEAD, DARK, block, inner, lamp, link, shot, world
+from test_blender import AHEAD, DARK, TOP, block, inner, lamp, link, shot, towards, world
 from test_jobs import flux
 
 import snowblue.blender
@@ -188,6 +188,26 @@ def test_snow_under_a_sky_texture_has_the_light_of_its_sun(scene):
     white = flux(baked, "snow_lamp_0") * values[[-1, 13, 0]]
     scale = np.abs(both @ luminance).max()
     np.testing.assert_allclose((rest + white) @ luminance, both @ luminance, rtol=0, atol=0.02 * scale)
+
+
+def test_a_sky_texture_is_reflected_as_its_sky_and_a_sun(scene, tmp_path):
+    """Low suns are reflected forwards, and that of a sky texture as a lamp in its place."""
+    block()
+    node = sky_texture(sun_elevation=math.radians(15), sun_rotation=math.radians(180))
+    [baked] = snowblue.blender.bake()
+    [name] = [key for key in baked.keys() if key.startswith("snow_sun_")]
+    np.testing.assert_allclose(baked[name], towards(15, 180), atol=1e-6)
+    picture, mask = shot(tmp_path, TOP, samples=256)
+    [_, sun] = collected().skylight
+    node.sun_disc = False
+    values = np.array([float(row.split(",")[1]) for row in list(sun.files.values())[0].decode().split()[1:]])
+    lamp("SUN", towards(15, 180), 1.0, (0, 0, 0), angle=0.0).data.color = values[[-1, 13, 0]]
+    snowblue.blender.bake()
+    apart, _ = shot(tmp_path, TOP, samples=256)
+    mask = inner(mask)
+    # As in the test above, and noise. Lamps are multiplied by channel.
+    luminance = np.array([0.2126, 0.7152, 0.0722])
+    assert (picture[mask] @ luminance).mean() == pytest.approx((apart[mask] @ luminance).mean(), rel=0.02)
 
 
 def test_a_large_sun_stays_in_the_image(scene):

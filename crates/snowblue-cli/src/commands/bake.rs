@@ -139,6 +139,7 @@ impl Bake {
             channels: if self.spectrum { Channels::Spectrum } else { Channels::Rgb },
             is_total: false,
             lightmap: self.lightmap,
+            has_irradiance: false,
         };
         let baked = integrator.bake(options, &|at| phases.report(at));
         phases.end();

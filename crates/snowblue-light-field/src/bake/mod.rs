@@ -48,7 +48,7 @@ use flux_limit::{BoundedFlux, limit, vertex_areas_m2, within};
 use lamps::{field_of, lamps};
 use lightmap::{Charts, FlatSurface, Packing, TooManyCharts};
 use snowblue_geometry::ellipsoid::Ellipsoid;
-use snowblue_geometry::ray::narrow;
+use snowblue_geometry::ray::{SurfacePoint, narrow};
 use subdivision::{Longest, subdivide};
 use surface_mesh::SurfaceMesh;
 use vertices::Vertices;
@@ -104,6 +104,8 @@ pub struct BakeOptions {
     /// Columns and rows of a lightmap, within [`LIGHTMAP_SIZES`]; none for no lightmap. It is an error if the charts of
     /// the surface do not fit into it at one texel each.
     pub lightmap: Option<u32>,
+    /// Whether the irradiance at the vertices is found.
+    pub has_irradiance: bool,
 }
 
 /// Why a light field cannot be baked.
@@ -171,6 +173,8 @@ pub struct BakedScene {
     pub objects: Vec<BakedObject>,
     /// The light as a texture, if one was asked for.
     pub lightmap: Option<Lightmap>,
+    /// What falls on each object at its vertices, if it was asked for.
+    pub irradiance: Vec<Vec<VertexIrradiance>>,
     /// Brightness of the preview.
     pub exposure: Exposure,
     /// Wavelengths of the scene, in nm.
@@ -200,6 +204,16 @@ pub struct BakedObject {
     pub snow: SnowSurface,
     /// Its reflection and escape functions.
     pub half_space: HalfSpace,
+}
+
+/// What falls on the surface at a vertex: the luminance Y of the irradiance, in W/m² as the film of a rendering weights
+/// it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct VertexIrradiance {
+    /// By lamps and skies that see the vertex.
+    pub direct: f32,
+    /// By way of other surfaces.
+    pub diffuse: f32,
 }
 
 /// The functions and lengths of the surface of snow.
@@ -266,6 +280,10 @@ pub fn bake(scene: &Scene, field: &LightField, options: BakeOptions, report: Rep
     };
     let mut sky: Vec<Vec<f32>> =
         surfaces.iter().map(|surface| surface.flux(field, options.channels, scene.sensor())).collect();
+    let irradiance = match options.has_irradiance {
+        true => surfaces.iter().map(|surface| surface.irradiance(field, scene.sensor())).collect(),
+        false => Vec::new(),
+    };
     for (surface, flux) in surfaces.iter_mut().zip(&mut sky) {
         surface.baked.exitance = surface.exitance(field, scene.sensor());
         if options.is_total {
@@ -301,6 +319,7 @@ pub fn bake(scene: &Scene, field: &LightField, options: BakeOptions, report: Rep
         channels: options.channels,
         objects: finished.collect(),
         lightmap,
+        irradiance,
         exposure: scene.film().exposure,
         wavelengths_nm: *scene.sensor().wavelengths_nm(),
         is_false_color: !scene.sensor().is_standard_observer(),
@@ -461,6 +480,18 @@ impl Surface {
     fn exitance(&self, field: &LightField, sensor: &Sensor) -> Vec<LinearRgb> {
         let Some(body) = field.of_object(self.object) else { return Vec::new() };
         self.places().map(|(point, normal)| rgb(&body.exitance(point, normal), sensor)).collect()
+    }
+
+    /// What falls on the surface at all vertices. Light leaves it by the flux through it, and by reflection.
+    fn irradiance(&self, field: &LightField, sensor: &Sensor) -> Vec<VertexIrradiance> {
+        let Some(body) = field.of_object(self.object) else { return Vec::new() };
+        let luminance = |light: &Spectrum| narrow(sensor.xyz(light).y);
+        let at_vertex = |(point, normal)| {
+            let diffuse = luminance(&body.diffuse_irradiance(&SurfacePoint { point, normal }));
+            let all = luminance(&body.exitance(point, normal)) - luminance(&body.flux(point, normal));
+            VertexIrradiance { direct: (all - diffuse).max(0.0), diffuse }
+        };
+        self.places().map(at_vertex).collect()
     }
 
     /// The points where the light is read, with normals.

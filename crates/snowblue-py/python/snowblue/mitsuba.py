@@ -509,7 +509,7 @@ class _Field:
         for light in lights:
             given |= light.files
         native, solutions = None, [{} for _ in names]
-        content = {"spectrum": True, "is_total": True, "reflection": True, "lightmap": None}
+        content = {"spectrum": True, "is_total": True, "reflection": True, "irradiance": False, "lightmap": None}
         for key, light in missing.items():
             text = _json(document | light.tables)
             native = _named(

@@ -15,7 +15,7 @@ from typing import Any
 
 import bpy
 import numpy as np
-from mathutils import Matrix
+from mathutils import Matrix, Vector
 
 from snowblue._arguments import VISIBLE_NM, snow_id
 from snowblue._renderers import _csv
@@ -77,6 +77,11 @@ class Collected:
     lamps: list[Lamp] = field(default_factory=list)
     skylight: list[Skylight] = field(default_factory=list)
     """The light of the World, in parts."""
+
+    @property
+    def suns(self) -> list[Vector]:
+        """The directions of the sun discs of the World."""
+        return [part.to_sun for part in self.skylight if part.to_sun is not None]
 
 
 def request_of(scene: bpy.types.Scene, objects: Iterable[bpy.types.Object] | None) -> Request:

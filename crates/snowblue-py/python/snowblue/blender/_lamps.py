@@ -68,6 +68,8 @@ class Lamp:
     """Of its object: the `session_uid`. That of an evaluated one differs."""
     kind: tuple[str, bool]
     """What the strength of the lights follows from: the type, and whether `Normalize` is on."""
+    place: Vector
+    """Where it is in units of the scene; of a sun, the direction to it."""
     lights: list[dict[str, Any]]
     """Lights of a scene that together are white, and as strong as a Blender lamp with the energy 1."""
 
@@ -81,7 +83,8 @@ def lamp_of(thing: bpy.types.Object, to_world: Matrix, unit_m: float, snow: Snow
     if light.type == "AREA" and light.cycles.is_portal:
         return None
     _check(thing)
-    return Lamp(thing.name, thing.original.session_uid, _kind(light), _lights(thing, to_world, unit_m, snow))
+    place = -_axis(to_world) if light.type == "SUN" else to_world.translation.copy()
+    return Lamp(thing.name, thing.original.session_uid, _kind(light), place, _lights(thing, to_world, unit_m, snow))
 
 
 def is_driven(lamp: Lamp, thing: bpy.types.Object) -> bool:
@@ -95,11 +98,16 @@ def _kind(light: bpy.types.Light) -> tuple[str, bool]:
     return light.type, _is_normalized(light)
 
 
+def _axis(to_world: Matrix) -> Vector:
+    """Where a lamp shines."""
+    return (to_world.to_3x3() @ Vector((0, 0, -1))).normalized()
+
+
 def _lights(thing: bpy.types.Object, to_world: Matrix, unit_m: float, snow: SnowSurface) -> list[dict[str, Any]]:
     light = thing.data
     is_normalized = _is_normalized(light)
     position = to_world.translation * unit_m
-    axis = (to_world.to_3x3() @ Vector((0, 0, -1))).normalized()
+    axis = _axis(to_world)
     at = {"position": list(position), "spectrum": WHITE_FILE}
     if light.type == "SUN":
         area = 1.0 if is_normalized or light.angle == 0 else math.pi * math.sin(light.angle / 2) ** 2

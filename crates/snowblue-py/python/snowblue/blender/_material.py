@@ -1,115 +1,149 @@
-"""The material of baked snow: L(mu) = R0 F + K(mu) J / pi.
+"""The material of baked snow: L(mu) = sum of R0 F + K(mu) J / pi.
 
-R0 F is a white diffuse surface. J is the sum over the lamps of an attribute times the strength of the lamp, which
-drivers read, and of the attribute of the sky. K J / pi is an emission; it is negative where snow is lit, and Cycles
-adds it as such. Eevee gets the sum as one emission, by Shader to RGB.
+J is the sum over the lamps of an attribute times the strength of the lamp, which drivers read, and of the attribute of
+the sky. K J / pi is an emission; it is negative where snow is lit, and Cycles adds it as such.
+
+R0 F is a diffuse surface of the color pi R0. A renderer gives a surface one color for all light, so the color is the
+mean over what falls on the place: pi R0 of each lamp and sun disc for its light, and 1 for the sky and for light by way
+of other surfaces. The attributes with the irradiance weight it. Eevee gets the sum as one emission, by Shader to RGB.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import bpy
+import numpy as np
 
 from snowblue.blender._lamps import drive_strength
+from snowblue.blender._nodes import Tree
+from snowblue.blender._reflection import FACTOR, TO_LIGHT, reflection_group, remove_group
 
-SKY, LAMP = "snow_sky", "snow_lamp_"
-COLUMN = 220
+SKY, SUN, LAMP = "snow_sky", "snow_sun_", "snow_lamp_"
+IRRADIANCE, PLACE = "_irradiance", "_place"
+LUMINANCE = (0.2126, 0.7152, 0.0722)
+"""Of linear sRGB."""
+LEAST_IRRADIANCE = 1e-12
+"""Below which there is no light."""
 
 
-def attribute_of(number: int) -> str:
-    """The name of the attribute of a lamp."""
-    return f"{LAMP}{number}"
+@dataclass(frozen=True)
+class LightNodes:
+    """A light on the snow."""
 
-
-class Tree:
-    """Nodes in columns from left to right."""
-
-    def __init__(self, tree: bpy.types.NodeTree) -> None:
-        self.tree = tree
-
-    def add(self, kind: str, column: int, row: float = 0.0, label: str = "", **settings: object) -> bpy.types.Node:
-        node = self.tree.nodes.new(kind)
-        node.location = (COLUMN * column, -COLUMN * row)
-        node.label = label
-        for name, value in settings.items():
-            setattr(node, name, value)
-        return node
-
-    def link(self, source: bpy.types.NodeSocket, target: bpy.types.NodeSocket) -> None:
-        self.tree.links.new(source, target)
-
-    def join(
-        self, kind: str, operation: str, column: int, row: float, *values: bpy.types.NodeSocket | float
-    ) -> bpy.types.NodeSocket:
-        """The first output of a node of mathematics of some values."""
-        node = self.add(kind, column, row, operation=operation)
-        for value, socket in zip(values, node.inputs):
-            if isinstance(value, bpy.types.NodeSocket):
-                self.link(value, socket)
-            else:
-                socket.default_value = value
-        return node.outputs[0]
+    attribute: str
+    """The name of its J, and the beginning of the names of its irradiance and its place. J of sun discs is in that of
+    the sky."""
+    label: str
+    lamp: bpy.types.Object | None = None
+    """What its strength is read of; by default that is 1."""
+    is_distant: bool | None = None
+    """Whether its place is a direction; none for the sky, which has no place."""
 
 
 def fill_material(
-    material: bpy.types.Material, lamps: Sequence[bpy.types.Object], has_sky: bool, escape: Sequence[float]
+    material: bpy.types.Material, lights: Sequence[LightNodes], escape: Sequence[float], reflection: np.ndarray
 ) -> None:
-    """Makes the nodes of snow, whose K has these coefficients by ascending powers."""
+    """Makes the nodes of snow, whose K has these coefficients by ascending powers, and whose R0 has this table."""
     if not material.node_tree:
         material.use_nodes = True
     material.node_tree.nodes.clear()
     tree = Tree(material.node_tree)
-    flux = _flux(tree, lamps, has_sky)
+    flux, color = _light(tree, lights, reflection_group(f"R0 of {material.name}", reflection))
     geometry = tree.add("ShaderNodeNewGeometry", 0, -2)
-    dot = tree.add("ShaderNodeVectorMath", 1, -2, operation="DOT_PRODUCT")
-    tree.link(geometry.outputs["Normal"], dot.inputs[0])
-    tree.link(geometry.outputs["Incoming"], dot.inputs[1])
     # Interpolated normals may point away from the eye.
-    mu = tree.join("ShaderNodeMath", "MAXIMUM", 2, -2, dot.outputs["Value"], 0.0)
+    dot = tree.vector("DOT_PRODUCT", 1, -2, geometry.outputs["Normal"], geometry.outputs["Incoming"])
+    mu = tree.math("MAXIMUM", 2, -2, dot, 0.0)
     *rest, k2, k3 = (float(k) / math.pi for k in escape)
     value: bpy.types.NodeSocket | float = k3
     for column, k in enumerate((k2, *reversed(rest)), start=3):
-        value = tree.join("ShaderNodeMath", "MULTIPLY_ADD", column, -2, value, mu, k)
-    light = tree.add("ShaderNodeVectorMath", 6, 0, "K J / pi", operation="SCALE")
-    tree.link(flux, light.inputs[0])
-    tree.link(value, light.inputs["Scale"])
-    diffuse = tree.add("ShaderNodeBsdfDiffuse", 6, 1, "R0 F")
-    diffuse.inputs["Color"].default_value = (1, 1, 1, 1)
+        value = tree.math("MULTIPLY_ADD", column, -2, value, mu, k)
+    light = tree.vector("SCALE", 10, 0, flux, value, label="K J / pi")
+    diffuse = tree.add("ShaderNodeBsdfDiffuse", 10, 1, "R0 F")
+    tree.link(color, diffuse.inputs["Color"])
 
-    emission = tree.add("ShaderNodeEmission", 7, 0)
-    tree.link(light.outputs[0], emission.inputs["Color"])
-    both = tree.add("ShaderNodeAddShader", 8, 0)
+    emission = tree.add("ShaderNodeEmission", 11, 0)
+    tree.link(light, emission.inputs["Color"])
+    both = tree.add("ShaderNodeAddShader", 12, 0)
     tree.link(emission.outputs[0], both.inputs[0])
     tree.link(diffuse.outputs[0], both.inputs[1])
-    output = tree.add("ShaderNodeOutputMaterial", 9, 0, target="CYCLES")
+    output = tree.add("ShaderNodeOutputMaterial", 13, 0, target="CYCLES")
     tree.link(both.outputs[0], output.inputs["Surface"])
 
-    reflected = tree.add("ShaderNodeShaderToRGB", 7, 1)
+    reflected = tree.add("ShaderNodeShaderToRGB", 11, 1)
     tree.link(diffuse.outputs[0], reflected.inputs[0])
-    total = tree.join("ShaderNodeVectorMath", "ADD", 8, 1, reflected.outputs["Color"], light.outputs[0])
-    shown = tree.add("ShaderNodeEmission", 9, 1)
+    total = tree.vector("ADD", 12, 1, reflected.outputs["Color"], light)
+    shown = tree.add("ShaderNodeEmission", 13, 1)
     tree.link(total, shown.inputs["Color"])
-    output = tree.add("ShaderNodeOutputMaterial", 10, 1, target="EEVEE")
+    output = tree.add("ShaderNodeOutputMaterial", 14, 1, target="EEVEE")
     tree.link(shown.outputs[0], output.inputs["Surface"])
     # Triangles are sampled by their area, negative or not. On a floor that is lit by snow alone, the noise is half that
     # of "NONE", and the mean the same.
     material.cycles.emission_sampling = "FRONT"
 
 
-def _flux(tree: Tree, lamps: Sequence[bpy.types.Object], has_sky: bool) -> bpy.types.NodeSocket:
-    """J, the sum over the lamps and the sky."""
-    parts = []
-    for row, lamp in enumerate(lamps):
-        attribute = tree.add("ShaderNodeAttribute", 0, row, lamp.name, attribute_name=attribute_of(row))
-        strength = tree.add("ShaderNodeVectorMath", 1, row, lamp.name, operation="MULTIPLY")
-        tree.link(attribute.outputs["Vector"], strength.inputs[0])
-        drive_strength(strength.inputs[1], lamp)
-        parts.append(strength.outputs[0])
-    if has_sky:
-        parts.append(tree.add("ShaderNodeAttribute", 0, len(lamps), SKY, attribute_name=SKY).outputs["Vector"])
-    flux = parts[0]
-    for row, part in enumerate(parts[1:], start=1):
-        flux = tree.join("ShaderNodeVectorMath", "ADD", 3, row, flux, part)
-    return flux
+def _light(
+    tree: Tree, lights: Sequence[LightNodes], reflection: bpy.types.NodeTree
+) -> tuple[bpy.types.NodeSocket, bpy.types.NodeSocket]:
+    """J, and the color of the surface."""
+    position = tree.add("ShaderNodeNewGeometry", 0, -1).outputs["Position"]
+    fluxes, irradiances, excesses = [], [], []
+    for number, light in enumerate(lights):
+        row = 2 * number
+
+        def attribute(
+            row: float, ending: str = "", kind: str = "GEOMETRY", light: LightNodes = light
+        ) -> bpy.types.NodeSocket:
+            name = light.attribute + ending
+            return tree.add(
+                "ShaderNodeAttribute", 0, row, light.label, attribute_name=name, attribute_type=kind
+            ).outputs["Vector"]
+
+        strength = luminance = None
+        if light.lamp is not None:
+            node = tree.add("ShaderNodeVectorMath", 1, row, light.label, operation="ADD")
+            drive_strength(node.inputs[0], light.lamp)
+            strength = node.outputs[0]
+            luminance = tree.vector("DOT_PRODUCT", 2, row + 0.5, strength, LUMINANCE)
+        if not light.attribute.startswith(SUN):
+            flux = attribute(row)
+            fluxes.append(flux if strength is None else tree.vector("MULTIPLY", 2, row, flux, strength))
+        irradiance = attribute(row + 1, IRRADIANCE)
+        if luminance is not None:
+            irradiance = tree.vector("SCALE", 3, row + 1, irradiance, luminance)
+        split = tree.add("ShaderNodeSeparateXYZ", 4, row + 1)
+        tree.link(irradiance, split.inputs[0])
+        direct, rest = split.outputs[0], split.outputs[1]
+        irradiances.append(tree.math("ADD", 5, row + 1, direct, rest))
+        if light.is_distant is not None:
+            place = attribute(row + 1.5, PLACE, "OBJECT")
+            group = tree.add("ShaderNodeGroup", 4, row + 1.5, node_tree=reflection)
+            to_light = place if light.is_distant else tree.vector("SUBTRACT", 3, row + 1.5, place, position)
+            tree.link(to_light, group.inputs[TO_LIGHT])
+            excess = tree.math("SUBTRACT", 5, row + 1.5, group.outputs[FACTOR], 1.0)
+            excesses.append(tree.math("MULTIPLY", 6, row + 1.5, excess, direct))
+    flux = fluxes[0]
+    for row, part in enumerate(fluxes[1:], start=1):
+        flux = tree.vector("ADD", 7, 2 * row, flux, part)
+    [all_of, excess] = (_sum(tree, row, parts) for row, parts in ((1, irradiances), (1.5, excesses)))
+    all_of = tree.math("MAXIMUM", 8, 1, all_of, LEAST_IRRADIANCE)
+    return flux, tree.math("ADD", 9.5, 1, tree.math("DIVIDE", 9, 1, excess, all_of), 1.0)
+
+
+def _sum(tree: Tree, row: float, parts: Sequence[bpy.types.NodeSocket]) -> bpy.types.NodeSocket | float:
+    total: bpy.types.NodeSocket | float = parts[0] if parts else 0.0
+    for number, part in enumerate(parts[1:], start=1):
+        total = tree.math("ADD", 7, row + 2 * number, total, part)
+    return total
+
+
+def remove_material(material: bpy.types.Material) -> None:
+    """Removes a material of snow that nothing uses, with the group of its nodes."""
+    if material.users:
+        return
+    groups = {node.node_tree for node in material.node_tree.nodes if node.type == "GROUP" and node.node_tree}
+    bpy.data.materials.remove(material)
+    for group in groups:
+        remove_group(group)

@@ -11,13 +11,23 @@ from collections.abc import Sequence
 
 import bpy
 import numpy as np
-from mathutils import Matrix
+from mathutils import Matrix, Vector
 
 from snowblue._scene import BakedObject
 from snowblue.blender._collect import Collected, Snow
 from snowblue.blender._lamps import is_driven
 from snowblue.blender._layers import put_layers
-from snowblue.blender._material import LAMP, SKY, Tree, attribute_of, fill_material
+from snowblue.blender._material import (
+    IRRADIANCE,
+    LAMP,
+    PLACE,
+    SKY,
+    SUN,
+    LightNodes,
+    fill_material,
+    remove_material,
+)
+from snowblue.blender._nodes import Tree
 from snowblue.blender._settings import baked_of, object_of
 from snowblue.blender._solve import WORLD, Solution
 
@@ -27,19 +37,23 @@ MODIFIER = "Snow Frames"
 
 def put(frames: list[Collected], solutions: list[Solution], targets: Sequence[int]) -> list[bpy.types.Object]:
     """Makes the baked objects of some snow, or gives them new meshes, and hides the originals."""
-    names = {}
-    lamps = []
-    for lamp in {one.uid: one for made in frames for one in made.lamps}.values():
+    names, lights = {}, []
+    lamps = {one.uid: one for made in frames for one in made.lamps}
+    for lamp in lamps.values():
         thing = object_of(lamp.uid)
         if thing is None or not is_driven(lamp, thing):
             done = "removed" if thing is None else "changed in its type, Normalize or nodes"
             warnings.warn(f"lamp '{lamp.name}' was {done}: its light in the snow is left out", stacklevel=3)
             continue
-        names[lamp.uid] = attribute_of(len(lamps))
-        lamps.append(thing)
+        names[lamp.uid] = f"{LAMP}{len(lights)}"
+        lights.append(LightNodes(names[lamp.uid], lamp.name, thing, thing.data.type == "SUN"))
     if any(made.skylight for made in frames):
         names[WORLD] = SKY
-    if not names:
+        lights.append(LightNodes(SKY, "World"))
+        for number in range(max(len(made.suns) for made in frames)):
+            names[-1 - number] = f"{SUN}{number}"
+            lights.append(LightNodes(names[-1 - number], "sun of the World", is_distant=True))
+    if not lights:
         raise ValueError("the lamps were removed or changed while the snow was baked: bake again with one")
     results = []
     for number, first in enumerate(frames[0].snow):
@@ -47,11 +61,15 @@ def put(frames: list[Collected], solutions: list[Solution], targets: Sequence[in
         if first.uid not in targets or source is None:
             continue
         material = bpy.data.materials.new(f"Snow of {source.name}")
-        fill_material(material, lamps, WORLD in names, solutions[0].objects[number].escape_polynomial.tolist())
+        escape = solutions[0].objects[number].escape_polynomial.tolist()
+        fill_material(material, lights, escape, solutions[0].reflections[number])
         things: list[bpy.types.Object] = []
         shape = None
         for made, solution in zip(frames, solutions):
             attributes = {names[key]: flux[number] for key, flux in solution.fluxes.items() if key in names}
+            for key, irradiance in solution.irradiances.items():
+                if key in names:
+                    attributes[names[key] + IRRADIANCE] = irradiance[number]
             snow, objects = made.snow[number], solution.objects
             # Copies share what does not differ.
             is_same = shape is not None and _is_same(shape, (snow, objects[number]))
@@ -64,6 +82,7 @@ def put(frames: list[Collected], solutions: list[Solution], targets: Sequence[in
             _put_attributes(mesh, attributes)
             # Geometry nodes sort the objects of a collection by their names.
             things.append(bpy.data.objects.new(f"{len(things):05d} {source.name} baked", mesh))
+            _put_places(things[-1], {names[key]: place for key, place in _places(made).items() if key in names})
             if snow.layers is not None and not is_same:
                 put_layers(snow.layers, things[-1])
         results.append(_replaced(source, things, [made.frame for made in frames]))
@@ -110,12 +129,30 @@ def _is_same(earlier: tuple[Snow, BakedObject], later: tuple[Snow, BakedObject])
 
 
 def _put_attributes(mesh: bpy.types.Mesh, attributes: dict[str, np.ndarray]) -> None:
-    for name in [one.name for one in mesh.attributes if one.name.startswith(SKY) or one.name.startswith(LAMP)]:
+    for name in [one.name for one in mesh.attributes if one.name.startswith((SKY, SUN, LAMP))]:
         if name not in attributes:
             mesh.attributes.remove(mesh.attributes[name])
     for name, values in attributes.items():
-        attribute = mesh.attributes.get(name) or mesh.attributes.new(name, "FLOAT_VECTOR", "POINT")
+        kind = "FLOAT2" if values.shape[1] == 2 else "FLOAT_VECTOR"
+        attribute = mesh.attributes.get(name) or mesh.attributes.new(name, kind, "POINT")
         attribute.data.foreach_set("vector", np.ascontiguousarray(values, dtype=np.float32).ravel())
+
+
+def _places(made: Collected) -> dict[int, Vector]:
+    """Where each lamp and sun disc is."""
+    suns = {-1 - number: to_sun for number, to_sun in enumerate(made.suns)}
+    return {lamp.uid: lamp.place for lamp in made.lamps} | suns
+
+
+def _place_keys(thing: bpy.types.Object) -> list[str]:
+    return [one for one in thing.keys() if one.startswith((SUN, LAMP)) and one.endswith(PLACE)]
+
+
+def _put_places(thing: bpy.types.Object, places: dict[str, Vector]) -> None:
+    for key in _place_keys(thing):
+        del thing[key]
+    for name, place in places.items():
+        thing[name + PLACE] = list(place)
 
 
 def _replaced(source: bpy.types.Object, things: list[bpy.types.Object], frames: list[int]) -> bpy.types.Object:
@@ -135,6 +172,7 @@ def _replaced(source: bpy.types.Object, things: list[bpy.types.Object], frames: 
         old = thing.data
         thing.data = mesh
         _remove_meshes([old])
+    _put_places(thing, {key.removesuffix(PLACE): Vector(things[0][key]) for key in _place_keys(things[0])})
     if len(frames) == 1:
         bpy.data.objects.remove(things[0])
     else:
@@ -153,13 +191,13 @@ def _put_frames(thing: bpy.types.Object, things: list[bpy.types.Object], frames:
     group.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
     tree = Tree(group)
     time, index = tree.add("GeometryNodeInputSceneTime", 0, 0), tree.add("GeometryNodeInputIndex", 4, 1)
-    passed = tree.join("ShaderNodeMath", "SUBTRACT", 1, 0, time.outputs["Frame"], frames[0])
-    number = tree.join("ShaderNodeMath", "DIVIDE", 2, 0, passed, frames[1] - frames[0])
-    number = tree.join("ShaderNodeMath", "FLOOR", 3, 0, number)
+    passed = tree.math("SUBTRACT", 1, 0, time.outputs["Frame"], frames[0])
+    number = tree.math("DIVIDE", 2, 0, passed, frames[1] - frames[0])
+    number = tree.math("FLOOR", 3, 0, number)
     # Before the first frame and after the last, those are shown.
-    number = tree.join("ShaderNodeMath", "MAXIMUM", 4, 0, number, 0.0)
-    number = tree.join("ShaderNodeMath", "MINIMUM", 5, 0, number, len(frames) - 1.0)
-    is_shown = tree.join("ShaderNodeMath", "COMPARE", 6, 0, number, index.outputs[0], 0.5)
+    number = tree.math("MAXIMUM", 4, 0, number, 0.0)
+    number = tree.math("MINIMUM", 5, 0, number, len(frames) - 1.0)
+    is_shown = tree.math("COMPARE", 6, 0, number, index.outputs[0], 0.5)
     every = tree.add("GeometryNodeCollectionInfo", 6, 1)
     every.inputs["Collection"].default_value = collection
     every.inputs["Separate Children"].default_value = every.inputs["Reset Children"].default_value = True
@@ -205,5 +243,4 @@ def _remove_meshes(meshes: list[bpy.types.Mesh]) -> None:
     for mesh in meshes:
         bpy.data.meshes.remove(mesh)
     for material in materials:
-        if material.users == 0:
-            bpy.data.materials.remove(material)
+        remove_material(material)

@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 
 from snowblue import _native
-from snowblue._renderers import _rgb
+from snowblue._renderers import BAND_WIDTH_NM, _rgb
 from snowblue._scene import BakedObject, _baked, _json
 from snowblue.blender._collect import Collected
 
 WORLD = 0
-"""What stands for the World among the identifiers of lamps."""
+"""What stands for the World among the identifiers of lamps. Sun discs in it are -1, -2 and so on."""
 LONGEST_PHASE = "light"
 """The phase of a solution that takes nearly all of the time."""
 
@@ -39,8 +39,44 @@ class Solution:
     """The light in the snow at one frame."""
 
     objects: list[BakedObject]
+    reflections: list[np.ndarray]
+    """The table of R0 of each object."""
     fluxes: dict[int, list[np.ndarray]] = field(default_factory=dict)
     """J on each object, (n, 3), by each lamp and the World."""
+    irradiances: dict[int, list[np.ndarray]] = field(default_factory=dict)
+    """What falls on each object directly and by way of other surfaces, (n, 2), by each lamp, the World without its sun
+    discs, and these."""
+
+
+@dataclass(frozen=True)
+class _Light:
+    """What is solved for alone."""
+
+    key: int
+    name: str
+    tables: dict[str, Any]
+    """Tables of a scene."""
+    files: dict[str, bytes] = field(default_factory=dict)
+    is_image: bool = False
+
+    def lit(self, part: dict[str, Any]) -> _LitSnow:
+        """An object of snow in this light, of what was baked of it."""
+        baked = _baked(part, [])
+        # The spectrum of an image is made of its colors, so that its flux is a color.
+        flux = baked.flux[0] if self.is_image else _rgb(baked.flux[0])
+        # White light of 1 W/(m² nm) has the luminance 1.
+        irradiance = part["irradiance"].reshape(-1, 2) / (1.0 if self.is_image else BAND_WIDTH_NM)
+        return _LitSnow(baked, part["reflection"], flux, irradiance)
+
+
+@dataclass(frozen=True)
+class _LitSnow:
+    """An object of snow in one light."""
+
+    baked: BakedObject
+    reflection: np.ndarray
+    flux: np.ndarray
+    irradiance: np.ndarray
 
 
 def solve(frames: list[Collected], options: Options, report: Report) -> list[Solution]:
@@ -53,7 +89,7 @@ def solve(frames: list[Collected], options: Options, report: Report) -> list[Sol
     """
     total = sum(len(made.lamps) + len(made.skylight) for made in frames)
     done = 0
-    known: dict[bytes, list[BakedObject]] = {}
+    known: dict[bytes, list[_LitSnow]] = {}
     solutions = []
     scene, files = None, {}
     for made in frames:
@@ -67,41 +103,48 @@ def solve(frames: list[Collected], options: Options, report: Report) -> list[Sol
         earlier, known = known, {}
         meshes = _digest(b"", made.files)
         solution = None
-        for key, name, tables, own_files, is_image in _lights(made):
-            label = prefix + name
+        for light in _lights(made):
+            label = prefix + light.name
 
             def watch(part: int, parts: int, phase: str) -> None:
                 share = part / parts if phase == LONGEST_PHASE and parts else 0.0
                 report(done + share, total, f"{label}: {phase}")
 
             watch(0, 0, "meshes")
-            text = _json(_document(made, options) | tables)
-            digest = _digest(text.encode() + meshes, own_files)
-            objects = earlier.get(digest)
-            if objects is None:
-                # The spectrum of an image is made of its colours, so that its flux is a colour.
-                content = {"spectrum": not is_image, "is_total": True, "reflection": False, "lightmap": None}
+            text = _json(_document(made, options) | light.tables)
+            digest = _digest(text.encode() + meshes, light.files)
+            lit = earlier.get(digest)
+            if lit is None:
+                content = {"spectrum": not light.is_image, "is_total": True, "reflection": True, "irradiance": True}
                 with _names_of_blender(made):
                     scene = _native.Scene.from_json(text, files, ".") if scene is None else scene.with_json(text)
-                    objects = [_baked(one, []) for one in scene.bake(options.step_mm, content, None, watch)[1:]]
-            known[digest] = objects
-            solution = solution or Solution(objects)
-            for snow, one, other in zip(made.names, solution.objects, objects):
-                if not np.array_equal(one.positions, other.positions):
+                    parts = scene.bake(options.step_mm, content | {"lightmap": None}, None, watch)[1:]
+                lit = list(map(light.lit, parts))
+            known[digest] = lit
+            solution = solution or Solution([one.baked for one in lit], [one.reflection for one in lit])
+            for snow, one, other in zip(made.names, solution.objects, lit):
+                if not np.array_equal(one.positions, other.baked.positions):
                     raise ValueError(f"the meshes of '{snow}' differ between lamps: give a Step")
-            fluxes = [one.flux[0] if is_image else _rgb(one.flux[0]) for one in objects]
-            parts = solution.fluxes.get(key)
-            solution.fluxes[key] = fluxes if parts is None else [one + other for one, other in zip(parts, fluxes)]
+            fluxes, flux_key = [one.flux for one in lit], max(light.key, WORLD)
+            parts_before = solution.fluxes.get(flux_key)
+            if parts_before is not None:
+                fluxes = [one + other for one, other in zip(parts_before, fluxes)]
+            solution.fluxes[flux_key] = fluxes
+            solution.irradiances[light.key] = [one.irradiance for one in lit]
             done += 1
         solutions.append(solution)
     report(total, total, "")
     return solutions
 
 
-def _lights(made: Collected) -> list[tuple[int, str, dict[str, Any], dict[str, bytes], bool]]:
-    """What is solved for alone: an identifier, a name, tables and files of a scene, and whether it is an image."""
-    lights = [(lamp.uid, f"lamp '{lamp.name}'", {"light": lamp.lights}, {}, False) for lamp in made.lamps]
-    return lights + [(WORLD, "the World", {"light": []} | one.tables, one.files, one.is_image) for one in made.skylight]
+def _lights(made: Collected) -> list[_Light]:
+    lights = [_Light(lamp.uid, f"lamp '{lamp.name}'", {"light": lamp.lights}) for lamp in made.lamps]
+    sun_count = 0
+    for one in made.skylight:
+        sun_count += one.to_sun is not None
+        key = WORLD if one.to_sun is None else -sun_count
+        lights.append(_Light(key, "the World", {"light": []} | one.tables, one.files, one.is_image))
+    return lights
 
 
 def _document(made: Collected, options: Options) -> dict[str, Any]:

@@ -39,6 +39,8 @@ class Skylight:
     """Tables of a scene."""
     files: dict[str, bytes] = field(default_factory=dict)
     is_image: bool = False
+    to_sun: Vector | None = None
+    """The direction of a sun disc."""
 
 
 def skylight_of(scene: bpy.types.Scene) -> list[Skylight]:
@@ -140,7 +142,7 @@ def _sun(sky: bpy.types.Scene, camera: bpy.types.Object, node: bpy.types.Node) -
         "irradiance_w_m2": float(spectrum.mean()) * BAND_WIDTH_NM,
         "spectrum": name,
     }
-    return Skylight({"light": [lamp]}, {name: _csv(spectrum)})
+    return Skylight({"light": [lamp]}, {name: _csv(spectrum)}, to_sun=to_sun)
 
 
 @contextmanager
