@@ -43,6 +43,8 @@ LAMPS = {"behind": [0.0, 0.6, 0.27], "in front": [0.3, -0.8, 0.57]}
 BOX = [0.2, 0.1, 0.2]
 # Samples of each pixel, so that the noise is below the differences.
 SAMPLES = {"hybrid": 512, "diffusion": 64, "Mitsuba": 256, "bake": 64, "preset": 512}
+# Along each side of a pixel of three.js, which takes one.
+THREE_SAMPLES = 8
 # Codes of 255 below which Godot's picture has steps of some per cent.
 LEAST_CODE = 32
 
@@ -180,13 +182,15 @@ class Comparison:
         """three.js by the lines of the chapter on real time, whose standard material is lit by its own lamp."""
         start = time.perf_counter()
         self.command("bake", "snow.toml", "-o", "snow.glb")
-        given = {"glb": str(self.folder / "snow.glb"), "size": SIZE, "lamp": self.lamp,
+        size = SIZE * THREE_SAMPLES
+        given = {"glb": str(self.folder / "snow.glb"), "size": size, "lamp": self.lamp,
                  "view": [EYE, TARGET, FOV_DEG], "intensity": float(self.white() @ LUMINANCE)}
         done = subprocess.run(
             ["node", ROOT / "web/compare.mjs"], input=json.dumps(given), capture_output=True, text=True)
         if done.returncode:
             sys.exit(f"compare_renderers: three.js: {done.stderr.strip()}")
-        return np.array(json.loads(done.stdout)).reshape(SIZE, SIZE, 3), time.perf_counter() - start
+        samples = np.array(json.loads(done.stdout)).reshape(SIZE, THREE_SAMPLES, SIZE, THREE_SAMPLES, 3)
+        return samples.mean(axis=(1, 3)), time.perf_counter() - start
 
     def preview(self):
         """Godot: the lightmap, an unshaded texture at the exposure of the bake, in 8 bits."""

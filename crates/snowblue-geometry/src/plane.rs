@@ -37,6 +37,11 @@ impl Plane {
         self.distance_m(ray, limit_m).is_some()
     }
 
+    /// Whether a point lies on the side from which the normal points away.
+    pub fn is_behind(&self, point: Vec3A) -> bool {
+        (point - self.point).dot(self.normal) < 0.0
+    }
+
     /// Texture coordinates of a point on the plane, with the normal of the visible side.
     pub fn texture_coordinates(&self, point: Vec3A, normal: Vec3A) -> TextureCoordinates {
         let to_local = self.axes.transpose();

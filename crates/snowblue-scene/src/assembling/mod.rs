@@ -38,6 +38,7 @@ use crate::objects::{Object, Objects};
 use crate::spectrum::light_spectrum::LightSpectrum;
 use snowblue_base::{KeyError, KeyPath, short_number};
 use snowblue_geometry::bounds::Bounds;
+use snowblue_geometry::shape::Shape;
 
 use changes::Changes;
 use gltf_scene::{GltfScene, read_gltf};
@@ -145,7 +146,14 @@ impl SceneDescription {
         let camera = camera
             .ok_or_else(|| path.key("look_at").error("must not lie at the camera's position or along its up axis"))?;
         let check = |objects: &Objects| {
-            let in_snow = |point| objects.around(point, |object| materials[object.material].is_snow());
+            let is_snow = |object: &Object| materials[object.material].is_snow();
+            // A plane is no solid, but snow fills what is behind it.
+            let is_behind = |object: &Object, point| match &object.shape {
+                Shape::Plane(plane) => is_snow(object) && plane.is_behind(point),
+                _ => false,
+            };
+            let behind = |point| objects.list().iter().position(|object| is_behind(object, point));
+            let in_snow = |point| behind(point).or_else(|| objects.around(point, is_snow));
             let name = |index: usize| &objects.list()[index].name;
             if let Some(index) = in_snow(view.position) {
                 let reason = format!("lies inside the snow of \"{}\"", name(index));

@@ -19,7 +19,7 @@ import numpy as np
 
 from snowblue.blender._lamps import drive_strength
 from snowblue.blender._nodes import Tree
-from snowblue.blender._reflection import FACTOR, TO_LIGHT, reflection_group, remove_group
+from snowblue.blender._reflection import FACTOR, TO_LIGHT, reflection_group, reflection_images, remove_groups
 
 SKY, SUN, LAMP = "snow_sky", "snow_sun_", "snow_lamp_"
 IRRADIANCE, PLACE = "_irradiance", "_place"
@@ -51,7 +51,14 @@ def fill_material(
         material.use_nodes = True
     material.node_tree.nodes.clear()
     tree = Tree(material.node_tree)
-    flux, color = _light(tree, lights, reflection_group(f"R0 of {material.name}", reflection))
+    name = f"R0 of {material.name}"
+    images = reflection_images(name, reflection)
+    flux, shares = _light(tree, lights)
+    # On software drivers, Eevee filters images of numbers wrongly.
+    [color, color_of_eevee] = (
+        _color(tree, row, shares, reflection_group(name, images, is_filtered=is_filtered))
+        for row, is_filtered in ((1, True), (1.5, False))
+    )
     geometry = tree.add("ShaderNodeNewGeometry", 0, -2)
     # Interpolated normals may point away from the eye.
     dot = tree.vector("DOT_PRODUCT", 1, -2, geometry.outputs["Normal"], geometry.outputs["Incoming"])
@@ -72,6 +79,8 @@ def fill_material(
     output = tree.add("ShaderNodeOutputMaterial", 13, 0, target="CYCLES")
     tree.link(both.outputs[0], output.inputs["Surface"])
 
+    diffuse = tree.add("ShaderNodeBsdfDiffuse", 10, 1.5, "R0 F")
+    tree.link(color_of_eevee, diffuse.inputs["Color"])
     reflected = tree.add("ShaderNodeShaderToRGB", 11, 1)
     tree.link(diffuse.outputs[0], reflected.inputs[0])
     total = tree.vector("ADD", 12, 1, reflected.outputs["Color"], light)
@@ -84,12 +93,20 @@ def fill_material(
     material.cycles.emission_sampling = "FRONT"
 
 
-def _light(
-    tree: Tree, lights: Sequence[LightNodes], reflection: bpy.types.NodeTree
-) -> tuple[bpy.types.NodeSocket, bpy.types.NodeSocket]:
-    """J, and the color of the surface."""
+@dataclass(frozen=True)
+class _Shares:
+    """What falls on a place."""
+
+    directed: list[tuple[bpy.types.NodeSocket, bpy.types.NodeSocket]]
+    """The irradiance by lights that have a place, and the vectors to them."""
+    all_of: bpy.types.NodeSocket
+    """The irradiance by all light."""
+
+
+def _light(tree: Tree, lights: Sequence[LightNodes]) -> tuple[bpy.types.NodeSocket, _Shares]:
+    """J, and what falls on the surface."""
     position = tree.add("ShaderNodeNewGeometry", 0, -1).outputs["Position"]
-    fluxes, irradiances, excesses = [], [], []
+    fluxes, irradiances, directed = [], [], []
     for number, light in enumerate(lights):
         row = 2 * number
 
@@ -97,9 +114,8 @@ def _light(
             row: float, ending: str = "", kind: str = "GEOMETRY", light: LightNodes = light
         ) -> bpy.types.NodeSocket:
             name = light.attribute + ending
-            return tree.add(
-                "ShaderNodeAttribute", 0, row, light.label, attribute_name=name, attribute_type=kind
-            ).outputs["Vector"]
+            node = tree.add("ShaderNodeAttribute", 0, row, light.label, attribute_name=name, attribute_type=kind)
+            return node.outputs["Vector"]
 
         strength = luminance = None
         if light.lamp is not None:
@@ -119,17 +135,24 @@ def _light(
         irradiances.append(tree.math("ADD", 5, row + 1, direct, rest))
         if light.is_distant is not None:
             place = attribute(row + 1.5, PLACE, "OBJECT")
-            group = tree.add("ShaderNodeGroup", 4, row + 1.5, node_tree=reflection)
             to_light = place if light.is_distant else tree.vector("SUBTRACT", 3, row + 1.5, place, position)
-            tree.link(to_light, group.inputs[TO_LIGHT])
-            excess = tree.math("SUBTRACT", 5, row + 1.5, group.outputs[FACTOR], 1.0)
-            excesses.append(tree.math("MULTIPLY", 6, row + 1.5, excess, direct))
+            directed.append((direct, to_light))
     flux = fluxes[0]
     for row, part in enumerate(fluxes[1:], start=1):
         flux = tree.vector("ADD", 7, 2 * row, flux, part)
-    [all_of, excess] = (_sum(tree, row, parts) for row, parts in ((1, irradiances), (1.5, excesses)))
-    all_of = tree.math("MAXIMUM", 8, 1, all_of, LEAST_IRRADIANCE)
-    return flux, tree.math("ADD", 9.5, 1, tree.math("DIVIDE", 9, 1, excess, all_of), 1.0)
+    return flux, _Shares(directed, tree.math("MAXIMUM", 8, 1, _sum(tree, 1, irradiances), LEAST_IRRADIANCE))
+
+
+def _color(tree: Tree, row: float, shares: _Shares, reflection: bpy.types.NodeTree) -> bpy.types.NodeSocket:
+    """The color of the surface: the mean of pi R0 over the light that falls on it."""
+    excesses = []
+    for number, (irradiance, to_light) in enumerate(shares.directed):
+        group = tree.add("ShaderNodeGroup", 4, row + 2 * number + 0.6, node_tree=reflection)
+        tree.link(to_light, group.inputs[TO_LIGHT])
+        excess = tree.math("SUBTRACT", 5, row + 2 * number + 0.6, group.outputs[FACTOR], 1.0)
+        excesses.append(tree.math("MULTIPLY", 6, row + 2 * number + 0.6, excess, irradiance))
+    share = tree.math("DIVIDE", 9, row, _sum(tree, row + 0.6, excesses), shares.all_of)
+    return tree.math("ADD", 9.5, row, share, 1.0)
 
 
 def _sum(tree: Tree, row: float, parts: Sequence[bpy.types.NodeSocket]) -> bpy.types.NodeSocket | float:
@@ -145,5 +168,4 @@ def remove_material(material: bpy.types.Material) -> None:
         return
     groups = {node.node_tree for node in material.node_tree.nodes if node.type == "GROUP" and node.node_tree}
     bpy.data.materials.remove(material)
-    for group in groups:
-        remove_group(group)
+    remove_groups(groups)

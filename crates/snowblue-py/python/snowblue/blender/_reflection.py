@@ -25,11 +25,21 @@ LEAST_SINES = 1e-6
 """Product of the sines of incidence and exit below which there is no azimuth."""
 
 
-def reflection_group(name: str, table: np.ndarray) -> bpy.types.NodeTree:
-    """A group of nodes from the vector to a light to pi R0 there, 1 for a white diffuse surface.
+def reflection_images(name: str, table: np.ndarray) -> list[bpy.types.Image]:
+    """The coefficients of a reflection function, exits upwards.
 
     `table` is (mu + mu0) R0 at equal steps of the roots of the cosines of exit and of incidence, and, fastest, of the
     sine of half the azimuth.
+    """
+    coefficients = _coefficients(table)
+    starts = range(0, coefficients.shape[-1], 3)
+    return [_image(f"{name} {start // 3}", coefficients[..., start : start + 3]) for start in starts]
+
+
+def reflection_group(name: str, images: list[bpy.types.Image], *, is_filtered: bool) -> bpy.types.NodeTree:
+    """A group of nodes from the vector to a light to pi R0 there, 1 for a white diffuse surface.
+
+    Either the renderer filters the images, or nodes interpolate between their texels, which takes longer.
     """
     group = bpy.data.node_groups.new(name, "ShaderNodeTree")
     group.interface.new_socket(TO_LIGHT, in_out="INPUT", socket_type="NodeSocketVector")
@@ -51,30 +61,12 @@ def reflection_group(name: str, table: np.ndarray) -> bpy.types.NodeTree:
     azimuth = tree.math("DIVIDE", 9, 1, across, tree.math("SQRT", 8, 0, sines))
     azimuth = tree.math("MINIMUM", 11, 1, tree.math("MAXIMUM", 10, 1, azimuth, -1.0), 1.0)
 
-    coefficients = _coefficients(table)
-    cells = len(coefficients) - 1
-    ends: list[list[bpy.types.NodeSocket]] = []
-    beyond: list[bpy.types.NodeSocket] = []
-    for row, cosine in ((3, incidence), (4, exit)):
-        place = tree.math("MULTIPLY", 5, row, tree.math("SQRT", 4, row, cosine), float(cells))
-        cell = tree.math("MINIMUM", 7, row, tree.math("FLOOR", 6, row, place), cells - 1.0)
-        beyond.append(tree.math("SUBTRACT", 8, row, place, cell))
-        # The middles of the texels at both ends of the cell.
-        middles = [tree.math("ADD", 8, row + 0.2 * end, cell, end + 0.5) for end in (0, 1)]
-        ends.append([tree.math("DIVIDE", 9, row + 0.2 * end, middle, cells + 1.0) for end, middle in enumerate(middles)])
-    corners = []
-    for number, (above, right) in enumerate(product((0, 1), repeat=2)):
-        corner = tree.add("ShaderNodeCombineXYZ", 10, 3 + number)
-        tree.link(ends[0][right], corner.inputs["X"])
-        tree.link(ends[1][above], corner.inputs["Y"])
-        corners.append(corner.outputs[0])
+    roots = [tree.math("SQRT", 4, row, cosine) for row, cosine in ((3, incidence), (4, exit))]
+    read = _filtered if is_filtered else _interpolated
     terms: list[bpy.types.NodeSocket] = []
-    for number in range(coefficients.shape[-1] // 3):
-        image, row = _image(f"{name} {number}", coefficients[..., 3 * number : 3 * number + 3]), 3 + 4 * number
-        values = [_texel(tree, 11, row + place, image, corner) for place, corner in enumerate(corners)]
-        values = [_mixed(tree, 12, row + place, *values[2 * place : 2 * place + 2], beyond[0]) for place in (0, 1)]
+    for row, value in enumerate(read(tree, roots, images), start=3):
         split = tree.add("ShaderNodeSeparateXYZ", 16, row)
-        tree.link(_mixed(tree, 14, row, *values, beyond[1]), split.inputs[0])
+        tree.link(value, split.inputs[0])
         terms += split.outputs
     *rest, value = terms
     for number, term in enumerate(reversed(rest)):
@@ -86,12 +78,12 @@ def reflection_group(name: str, table: np.ndarray) -> bpy.types.NodeTree:
     return group
 
 
-def remove_group(group: bpy.types.NodeTree) -> None:
-    """Removes a group that nothing uses, with its images."""
-    if group.users:
-        return
-    images = {node.image for node in group.nodes if node.type == "TEX_IMAGE" and node.image}
-    bpy.data.node_groups.remove(group)
+def remove_groups(groups: set[bpy.types.NodeTree]) -> None:
+    """Removes groups that nothing uses, with their images."""
+    images = {node.image for group in groups for node in group.nodes if node.type == "TEX_IMAGE" and node.image}
+    for group in groups:
+        if not group.users:
+            bpy.data.node_groups.remove(group)
     for image in images:
         if not image.users:
             bpy.data.images.remove(image)
@@ -106,11 +98,48 @@ def _coefficients(table: np.ndarray) -> np.ndarray:
     return powers.T.reshape(points, points, DEGREE + 1)
 
 
+def _filtered(
+    tree: Tree, roots: list[bpy.types.NodeSocket], images: list[bpy.types.Image]
+) -> list[bpy.types.NodeSocket]:
+    """The values of images at a place, as numbers from 0 to 1 along both of their sides."""
+    at = tree.add("ShaderNodeCombineXYZ", 6, 3)
+    for row, (root, points, socket) in enumerate(zip(roots, images[0].size, ("X", "Y")), start=3):
+        # The ends of the range are the middles of the first and the last texel.
+        tree.link(tree.math("MULTIPLY_ADD", 5, row, root, 1 - 1 / points, 0.5 / points), at.inputs[socket])
+    return [_texel(tree, 7, row, image, at.outputs[0], "Linear") for row, image in enumerate(images, start=3)]
+
+
+def _interpolated(
+    tree: Tree, roots: list[bpy.types.NodeSocket], images: list[bpy.types.Image]
+) -> list[bpy.types.NodeSocket]:
+    """The same, by the four texels around the place."""
+    ends: list[list[bpy.types.NodeSocket]] = []
+    beyond: list[bpy.types.NodeSocket] = []
+    for row, (root, points) in enumerate(zip(roots, images[0].size), start=3):
+        place = tree.math("MULTIPLY", 5, row, root, points - 1.0)
+        cell = tree.math("MINIMUM", 7, row, tree.math("FLOOR", 6, row, place), points - 2.0)
+        beyond.append(tree.math("SUBTRACT", 8, row, place, cell))
+        middles = [tree.math("ADD", 8, row + 0.2 * end, cell, end + 0.5) for end in (0, 1)]
+        ends.append([tree.math("DIVIDE", 9, row + 0.2 * end, at, float(points)) for end, at in enumerate(middles)])
+    corners = []
+    for number, (above, right) in enumerate(product((0, 1), repeat=2)):
+        corner = tree.add("ShaderNodeCombineXYZ", 10, 3 + number)
+        tree.link(ends[0][right], corner.inputs["X"])
+        tree.link(ends[1][above], corner.inputs["Y"])
+        corners.append(corner.outputs[0])
+    results = []
+    for number, image in enumerate(images):
+        row = 3 + 4 * number
+        texels = [_texel(tree, 11, row + place, image, corner, "Closest") for place, corner in enumerate(corners)]
+        sides = [_mixed(tree, 12, row + end, *texels[2 * end : 2 * end + 2], beyond[0]) for end in (0, 1)]
+        results.append(_mixed(tree, 14, row, *sides, beyond[1]))
+    return results
+
+
 def _texel(
-    tree: Tree, column: float, row: float, image: bpy.types.Image, at: bpy.types.NodeSocket
+    tree: Tree, column: float, row: float, image: bpy.types.Image, at: bpy.types.NodeSocket, interpolation: str
 ) -> bpy.types.NodeSocket:
-    """A texel of an image. Nodes interpolate, since Eevee reads images of other sizes where it does."""
-    node = tree.add("ShaderNodeTexImage", column, row, image=image, extension="EXTEND", interpolation="Closest")
+    node = tree.add("ShaderNodeTexImage", column, row, image=image, extension="EXTEND", interpolation=interpolation)
     tree.link(at, node.inputs["Vector"])
     return node.outputs["Color"]
 
