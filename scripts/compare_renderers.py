@@ -58,7 +58,7 @@ start, given = time.perf_counter(), json.load(sys.stdin)
 shape = snowblue.mitsuba.snow_mesh(np.load(given["vertices"]), np.load(given["triangles"]))
 view = given["view"]
 made = mi.load_dict({
-    "type": "scene", "integrator": {"type": "snow", "max_depth": 2}, "snow": shape,
+    "type": "scene", "integrator": {"type": "snow", "max_depth": 2, "gather_depth": 0}, "snow": shape,
     "sensor": {"type": "perspective", "fov": view["vertical_fov_deg"],
                "to_world": mi.ScalarTransform4f().look_at(view["position"], view["look_at"], [0, 0, 1]),
                "film": {"type": "hdrfilm", "width": given["size"], "height": given["size"],
@@ -163,7 +163,9 @@ class Comparison:
             data.materials.append(bpy.data.materials["Snow"])
         else:
             snow.snowblue.is_snow, snow.snowblue.preset = True, "OLD"
-            snowblue.blender.bake()
+            snowblue.blender.bake(max_bounces=0)
+            # Light by way of other places of the snow is left out in all pictures.
+            scene.cycles.max_bounces = 0
         scene.render.engine, scene.cycles.samples = "CYCLES", SAMPLES["preset" if has_preset else "bake"]
         scene.cycles.use_denoising = scene.cycles.use_adaptive_sampling = False
         scene.cycles.sample_clamp_indirect, scene.cycles.pixel_filter_type = 0, "BOX"
