@@ -196,9 +196,14 @@ impl LightField {
         self.solved_count = 0;
     }
 
-    /// A light of the scene as a lamp inside snow, if it is one.
-    pub fn lamp_inside(&self, light: usize) -> Option<&LampInSnow> {
-        self.lamps_in_snow.iter().find(|lamp| lamp.light == light)
+    /// Whether a light of the scene is a lamp inside snow.
+    pub fn is_inside(&self, light: usize) -> bool {
+        self.parts_inside(light).any(|part| part.is_whole)
+    }
+
+    /// What of a light of the scene is inside snow.
+    pub(crate) fn parts_inside(&self, light: usize) -> impl Iterator<Item = &LampInSnow> {
+        self.lamps_in_snow.iter().filter(move |lamp| lamp.light == light)
     }
 
     /// Samples the direction of a path that goes on from a surface, from three numbers in [0, 1): half of the paths go

@@ -8,14 +8,16 @@ use std::sync::Arc;
 
 use snowblue_field::{SpectralNodes, VolumeSource};
 
+use snowblue_scene::Scene;
 use snowblue_scene::light::Light;
 use snowblue_scene::light::emitter::InnerLamp;
+use snowblue_scene::objects::Object;
 use snowblue_scene::spectrum::Spectrum;
 
 /// Largest difference of proportional spectra, relative to their maximum.
 const SAME_SPECTRUM: f32 = 1e-3;
 
-/// A lamp inside snow.
+/// A lamp inside snow, or a part of one.
 #[derive(Debug, Clone)]
 pub struct LampInSnow {
     /// Index of the light in the scene.
@@ -23,6 +25,8 @@ pub struct LampInSnow {
     /// An object of its body.
     pub(crate) object: usize,
     pub(crate) lamp: InnerLamp,
+    /// Whether the middle of the lamp is inside.
+    pub(crate) is_whole: bool,
 }
 
 impl LampInSnow {
@@ -33,6 +37,28 @@ impl LampInSnow {
             centre: position.as_dvec3(),
             radius_m: f64::from(*radius_m),
             power: nodes.gather(|wavelength| 4.0 * PI * intensity.0[wavelength]).collect(),
+        }
+    }
+}
+
+/// What of a light is inside the snow of a scene, with an index that stands for it.
+///
+/// # Errors
+///
+/// The object that holds it, if it is neither a point nor a sphere.
+pub(super) fn parts_in_snow(scene: &Scene, index: usize, light: &Light) -> Result<Vec<LampInSnow>, usize> {
+    let is_snow = |object: &Object| scene.materials()[object.material].is_snow();
+    let position = light.central_sample().and_then(|sample| sample.origin.position());
+    let holder = position.and_then(|position| scene.objects().around(position, is_snow));
+    match (light.inner_lamp(), holder) {
+        (None, None) => Ok(Vec::new()),
+        (None, Some(object)) => Err(object),
+        (Some(lamp), Some(object)) => Ok(vec![LampInSnow { light: index, object, lamp, is_whole: true }]),
+        (Some(lamp), None) => {
+            let objects = scene.objects().list().iter().enumerate();
+            let snow = objects.filter(|(_, object)| is_snow(object));
+            let caps = snow.filter_map(|(object, snow)| Some((object, lamp.cap_in(&snow.shape)?)));
+            Ok(caps.map(|(object, lamp)| LampInSnow { light: index, object, lamp, is_whole: false }).collect())
         }
     }
 }
@@ -57,7 +83,7 @@ pub(super) fn illuminations<'a>(lights: &'a [Arc<Light>], lamps: &'a [LampInSnow
         if spectrum.is_some_and(|spectrum| spectrum.maximum() <= 0.0) {
             continue;
         }
-        let lamp = lamps.iter().find(|lamp| lamp.light == index);
+        let parts = lamps.iter().filter(|lamp| lamp.light == index);
         let same = |one: &&mut Illumination| match (&one.spectrum, &spectrum) {
             (Some(one), Some(other)) => are_proportional(one, other),
             _ => false,
@@ -66,10 +92,10 @@ pub(super) fn illuminations<'a>(lights: &'a [Arc<Light>], lamps: &'a [LampInSnow
             Some(one) => {
                 one.indices.push(index);
                 one.lights.push(light);
-                one.lamps.extend(lamp);
+                one.lamps.extend(parts);
             }
             None => {
-                let lamps = lamp.into_iter().collect();
+                let lamps = parts.collect();
                 found.push(Illumination { indices: vec![index], lights: vec![light], lamps, spectrum });
             }
         }

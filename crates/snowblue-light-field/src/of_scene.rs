@@ -7,7 +7,7 @@ use snowblue_field::SnowOptics;
 use super::end_depth::WalkEndsByDepth;
 use super::field::LightField;
 use super::field_scene::FieldScene;
-use super::illumination::LampInSnow;
+use super::illumination::{LampInSnow, parts_in_snow};
 use super::sight::Sight;
 use super::snowpack::{KindOptics, Snowpack};
 use super::watch::Watch;
@@ -16,7 +16,6 @@ use snowblue_scene::Changes;
 use snowblue_scene::Scene;
 use snowblue_scene::SceneError;
 use snowblue_scene::material::snow::SnowKinds;
-use snowblue_scene::objects::Object;
 use snowblue_scene::progress::Report;
 use snowblue_scene::spectrum::SAMPLES;
 
@@ -110,17 +109,13 @@ fn with_field_scene<T>(
 }
 
 fn lamps_in_snow(scene: &Scene) -> Result<Vec<LampInSnow>, SceneError> {
-    let is_snow = |object: &Object| scene.materials()[object.material].is_snow();
     let mut found = Vec::new();
     for (index, light) in scene.lights().iter().enumerate() {
-        let position = light.central_sample().and_then(|sample| sample.origin.position());
-        let Some(object) = position.and_then(|position| scene.objects().around(position, is_snow)) else { continue };
-        let lamp = light.inner_lamp().ok_or_else(|| {
+        found.extend(parts_in_snow(scene, index, light).map_err(|object| {
             let name = &scene.objects().list()[object].name;
             let reason = format!("lies inside the snow of \"{name}\"; there, lights are points or spheres");
             KeyPath::root("light").index(index).error(reason)
-        })?;
-        found.push(LampInSnow { light: index, object, lamp });
+        })?);
     }
     Ok(found)
 }

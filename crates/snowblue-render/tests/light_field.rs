@@ -392,6 +392,32 @@ fn a_lamp_in_the_middle_of_a_ball_shines_through() {
     }
 }
 
+/// The light beside a sphere that is half inside a block does not break down where its middle leaves the snow: what it
+/// sends into the snow stays a source inside. Of the light by the reference, rings around it have 1.13 with the middle
+/// 1 mm below the surface, 0.75 with the middle 1 mm above, and would have 0.4 without that source.
+#[test]
+fn a_sphere_half_in_snow_shines_with_its_middle_above_the_surface_too() {
+    let beside = |height_m: f64| {
+        let lamp = format!(
+            "[[light]]\ntype = \"sphere\"\nposition = [0, 0, {height_m}]\nradius = 0.04\nradiance_w_m2_sr = 1\n\
+             illuminant = \"E\"\n"
+        );
+        let body = shape("box", "size = [0.6, 0.6, 0.2]\nposition = [0, 0, -0.1]");
+        let mut integrator = field("hybrid", &format!("{lamp}{body}"));
+        integrator.set_samples_per_pixel(256);
+        // Rings around the lamp, seen from above.
+        let places = (0..48).map(|k| {
+            let (radius, turn) = (0.045 + 0.002 * f64::from(k), 2.4 * f64::from(k));
+            (radius, Vec3A::new((radius * turn.cos()) as f32, (radius * turn.sin()) as f32, 0.0))
+        });
+        let weighted =
+            places.map(|(radius, at)| radius * f64::from(radiance(&mut integrator, at + Vec3A::Z, at).0[15]));
+        weighted.sum::<f64>()
+    };
+    let ratio = beside(0.001) / beside(-0.001);
+    assert!((0.58..1.1).contains(&ratio), "{ratio}");
+}
+
 /// Two lamps of different spectra give the sum of both, at every wavelength.
 #[test]
 fn lamps_of_different_spectra_add_up() {

@@ -369,6 +369,12 @@ fn mistakes_in_shapes_are_named_too() {
         ),
         ("material = \"floor\"", "material = \"floor\"\nbody = \"a\"", 26, "material \"floor\" is diffuse"),
         ("position = [1, -2, 0.5]", "position = [0.1, 0.2, 0.3]", 2, "camera.position lies inside the snow of \"box\""),
+        (
+            "mesh = \"gone.ply\"\nmaterial = \"floor\"",
+            "shape = \"plane\"\nposition = [0, 0, 5]\nmaterial = \"drift\"",
+            2,
+            "camera.position lies inside the snow of \"plane\"",
+        ),
     ];
     for case in cases {
         check_mistake(case);

@@ -29,12 +29,13 @@ pub(super) fn field_of(
     report: Report,
 ) -> Result<LightField, (usize, String)> {
     let light = &scene.lights()[lamp.light];
-    let inside = field.lamp_inside(lamp.light).map(|lamp| LampInSnow { light: 0, ..lamp.clone() });
+    let parts = field.parts_inside(lamp.light).map(|part| LampInSnow { light: 0, ..part.clone() });
+    let inside: Vec<LampInSnow> = parts.collect();
     let alone = FieldScene {
         objects: scene.objects(),
         lights: std::slice::from_ref(light),
         snow: &|object| field.of_object(object).map(BodyField::snow).cloned(),
-        lamps_in_snow: inside.as_slice(),
+        lamps_in_snow: &inside,
         reflectance: &|_| None,
         max_bounces: 0,
         // In wide snow, cells follow the camera; without it they would not fit into the memory.

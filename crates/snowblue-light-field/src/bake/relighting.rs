@@ -15,13 +15,14 @@ use snowblue_geometry::ray::{SurfacePoint, narrow};
 
 use super::sky_directions::SkyDirections;
 use super::{BakeError, BakedObject, DEFAULT_CELLS, MOST_VERTICES, Surface, rgb, surfaces};
+use crate::illumination::parts_in_snow;
 use crate::watch::Watch;
-use crate::{BodyField, FieldScene, LampInSnow, LightField};
+use crate::{BodyField, FieldScene, LightField};
 use snowblue_scene::Scene;
 use snowblue_scene::SceneError;
 use snowblue_scene::description::{LightDescription, SceneDescription, SkyDescription};
 use snowblue_scene::light::{Light, LightOrigin};
-use snowblue_scene::objects::{Object, Side, SurfaceInteraction};
+use snowblue_scene::objects::{Side, SurfaceInteraction};
 use snowblue_scene::queries::SceneQueries;
 use snowblue_scene::spectrum::{SAMPLES, Spectrum};
 
@@ -138,10 +139,8 @@ impl Relighting {
 
     fn lit(&mut self, light: &Arc<Light>) -> Vec<(LitSurface, Vec<VertexSpectra>)> {
         let Self { scene, surfaces, .. } = self;
-        let is_snow = |object: &Object| scene.materials()[object.material].is_snow();
-        let position = light.central_sample().and_then(|sample| sample.origin.position());
-        let holder = position.and_then(|position| scene.objects().around(position, is_snow));
-        let inside = holder.and_then(|object| Some(LampInSnow { light: 0, object, lamp: light.inner_lamp()? }));
+        // A light that is neither a point nor a sphere stays outside.
+        let inside = parts_in_snow(scene, 0, light).unwrap_or_default();
         let reflectance =
             |surface: &SurfaceInteraction| scene.materials()[surface.material].albedo(scene.objects(), surface);
         let Some(field) = self.field.take() else { return Vec::new() };
@@ -149,7 +148,7 @@ impl Relighting {
             objects: scene.objects(),
             lights: std::slice::from_ref(light),
             snow: &|_| None,
-            lamps_in_snow: inside.as_slice(),
+            lamps_in_snow: &inside,
             reflectance: &reflectance,
             max_bounces: scene.integrator().max_bounces,
             sight: None,

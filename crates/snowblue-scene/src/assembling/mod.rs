@@ -147,9 +147,9 @@ impl SceneDescription {
             .ok_or_else(|| path.key("look_at").error("must not lie at the camera's position or along its up axis"))?;
         let check = |objects: &Objects| {
             let is_snow = |object: &Object| materials[object.material].is_snow();
-            // A plane is no solid, but snow fills what is behind it.
-            let is_behind = |object: &Object, point| match &object.shape {
-                Shape::Plane(plane) => is_snow(object) && plane.is_behind(point),
+            // A plane is no solid, but snow fills what is behind one of snow.
+            let is_behind = |object: &Object, point| match (&object.shape, &materials[object.material]) {
+                (Shape::Plane(plane), Material::Ground(_)) => plane.is_behind(point),
                 _ => false,
             };
             let behind = |point| objects.list().iter().position(|object| is_behind(object, point));

@@ -5,6 +5,7 @@ use std::fmt::Debug;
 
 use glam::Vec3A;
 use snowblue_geometry::ray::Ray;
+use snowblue_geometry::shape::Shape;
 
 use crate::light::sample::{LightOrigin, SpotCone};
 use crate::spectrum::Spectrum;
@@ -125,5 +126,18 @@ impl InnerLamp {
     /// A sphere of a radiance in W m⁻² sr⁻¹, as a band density.
     pub(crate) fn sphere(position: Vec3A, radius_m: f32, radiance: Spectrum) -> Self {
         Self { position, radius_m, intensity: radiance * (PI * radius_m * radius_m) }
+    }
+
+    /// The cap of a sphere that reaches into a body from outside, as a lamp of its power: a sphere of radius r sends
+    /// h/2r of its light into a body that it is h deep in.
+    #[must_use]
+    pub fn cap_in(&self, body: &Shape) -> Option<Self> {
+        let surface = body.nearest(self.position)?;
+        let height_m = self.radius_m - surface.point.distance(self.position);
+        (height_m > 0.0).then(|| Self {
+            position: surface.point - surface.normal * (0.5 * height_m),
+            radius_m: 0.5 * height_m,
+            intensity: self.intensity * (0.5 * height_m / self.radius_m),
+        })
     }
 }

@@ -197,7 +197,7 @@ impl<'scene> WalkTracer<'scene> {
 
     /// Whether walks sample a light with extent: uniform skies and lamps inside snow are part of the light field.
     fn is_sampled(&self, index: usize, light: &Light) -> bool {
-        !light.is_diffuse() && self.field.lamp_inside(index).is_none()
+        !light.is_diffuse() && !self.field.is_inside(index)
     }
 
     /// The lamps with extent and the skies that a ray hits before any object. Sampling of lights begins at the first
