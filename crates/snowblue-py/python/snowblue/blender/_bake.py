@@ -29,7 +29,8 @@ def bake(
     The baked object lies exactly on the original, which is hidden and kept. Its points have the net flux J outwards by
     a lamp of the energy 1 as the attributes `snow_lamp_0`, `snow_lamp_1` …, and that by the World as `snow_sky`; its
     material reads the energy and the colour of the lamps, so that these can change afterwards. Further attributes, such
-    as `snow_lamp_0_irradiance`, and properties, such as `snow_lamp_0_place`, tell the material how to reflect each lamp.
+    as `snow_lamp_0_irradiance`, and properties, such as `snow_lamp_0_place`, say how much light of each lamp falls on a
+    point and from where.
 
     Parameters
     ----------
