@@ -3,6 +3,7 @@
 //! Light is solved for at few wavelengths, and what lies between is interpolated relative to the spectrum of the light.
 //! So lights of different spectra have solutions of their own.
 
+use std::collections::BTreeMap;
 use std::f32::consts::PI;
 use std::sync::Arc;
 
@@ -55,10 +56,16 @@ pub(super) fn parts_in_snow(scene: &Scene, index: usize, light: &Light) -> Resul
         (None, Some(object)) => Err(object),
         (Some(lamp), Some(object)) => Ok(vec![LampInSnow { light: index, object, lamp, is_whole: true }]),
         (Some(lamp), None) => {
-            let objects = scene.objects().list().iter().enumerate();
-            let snow = objects.filter(|(_, object)| is_snow(object));
-            let caps = snow.filter_map(|(object, snow)| Some((object, lamp.cap_in(&snow.shape)?)));
-            Ok(caps.map(|(object, lamp)| LampInSnow { light: index, object, lamp, is_whole: false }).collect())
+            // A body of several objects has the largest of their caps.
+            let mut caps: BTreeMap<usize, LampInSnow> = BTreeMap::new();
+            for (object, snow) in scene.objects().list().iter().enumerate().filter(|(_, object)| is_snow(object)) {
+                let Some(lamp) = lamp.cap_in(&snow.shape) else { continue };
+                let body = scene.objects().body_of(object)[0];
+                if caps.get(&body).is_none_or(|cap| cap.lamp.radius_m < lamp.radius_m) {
+                    caps.insert(body, LampInSnow { light: index, object, lamp, is_whole: false });
+                }
+            }
+            Ok(caps.into_values().collect())
         }
     }
 }
