@@ -440,6 +440,44 @@ def test_presets_set_numbers(scene):
     assert settings.density_kg_m3 == 900
 
 
+def painted_flux(thing, weight=None, name="snow_lamp_0"):
+    """J of a block at the same vertices, with a weight paint that is a function of the place in the object."""
+    thing.vertex_groups.clear()
+    thing.snowblue.painted = "" if weight is None else "dirt"
+    if weight is not None:
+        group = thing.vertex_groups.new(name="dirt")
+        for vertex in thing.data.vertices:
+            group.add([vertex.index], weight(vertex.co), "REPLACE")
+    [baked] = snowblue.blender.bake(step_mm=20.0, field_step_mm=5.0)
+    values = np.empty((len(baked.data.vertices), 3), np.float32)
+    baked.data.attributes[name].data.foreach_get("vector", values.ravel())
+    return values
+
+
+def test_painted_snow_is_of_its_own_kind(scene):
+    thing = block()
+    lamp(position=FRONT)
+    settings = thing.snowblue
+    old = painted_flux(thing)
+    settings.preset = "CUSTOM"
+    settings.grain_size_um = 200.0
+    fine = painted_flux(thing)
+    settings.preset, settings.painted_preset, settings.painted_grain_size_um = "OLD", "CUSTOM", 200.0
+    scale = np.abs(old).max()
+    # The kinds differ, and weights of 0 and 1 are one kind each, to the rounding of the solution.
+    assert np.abs(fine - old).max() > 0.1 * scale
+    np.testing.assert_allclose(painted_flux(thing, lambda _: 1.0), fine, rtol=0, atol=1e-4 * scale)
+    np.testing.assert_allclose(painted_flux(thing, lambda _: 0.0), old, rtol=0, atol=1e-4 * scale)
+    # Soot on the upper half absorbs.
+    settings.painted_preset, settings.painted_soot_ng_g = "OLD", 1000.0
+    sooty = painted_flux(thing, lambda place: float(place.z > 0))
+    assert sooty.sum() < old.sum() - 0.01 * np.abs(old).sum()
+    [baked] = [one for one in bpy.data.objects if one.snowblue.source]
+    assert baked.vertex_groups.keys() == ["dirt"] and baked["snow_id"].count("+") == 1
+    thing.snowblue.painted = "gone"
+    assert error_of() == "'block' has no vertex group 'gone' of painted snow: choose another, or none"
+
+
 def error_of(**arguments):
     with pytest.raises(ValueError) as caught:
         snowblue.blender.bake(**arguments)

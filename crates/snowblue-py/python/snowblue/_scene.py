@@ -398,17 +398,19 @@ def _check_mesh(vertices: np.ndarray, triangles: np.ndarray) -> None:
         raise ValueError(f"the triangles of a mesh name vertices outside 0–{len(vertices) - 1}")
 
 
-def _ply(vertices: np.ndarray, triangles: np.ndarray) -> bytes:
-    """A mesh as a binary PLY file."""
+def _ply(vertices: np.ndarray, triangles: np.ndarray, attributes: Mapping[str, np.ndarray] | None = None) -> bytes:
+    """A mesh as a binary PLY file, with further numbers at the vertices by their names."""
     _check_mesh(vertices, triangles)
+    attributes = attributes or {}
+    properties = "".join(f"property float {name}\n" for name in ("x", "y", "z", *attributes))
     header = (
-        f"ply\nformat binary_little_endian 1.0\nelement vertex {len(vertices)}\n"
-        "property float x\nproperty float y\nproperty float z\n"
+        f"ply\nformat binary_little_endian 1.0\nelement vertex {len(vertices)}\n{properties}"
         f"element face {len(triangles)}\nproperty list uchar int vertex_indices\nend_header\n"
     )
+    rows = np.column_stack([vertices, *attributes.values()]).astype("<f4")
     faces = np.empty(len(triangles), dtype=[("count", "u1"), ("corners", "<i4", 3)])
     faces["count"], faces["corners"] = 3, triangles
-    return header.encode() + vertices.tobytes() + faces.tobytes()
+    return header.encode() + rows.tobytes() + faces.tobytes()
 
 
 def _json(document: Mapping[str, Any]) -> str:

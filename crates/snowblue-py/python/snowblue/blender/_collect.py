@@ -24,7 +24,7 @@ from snowblue.blender._closing import extent, open_edges
 from snowblue.blender._lamps import WHITE_FILE, Lamp, SnowSurface, lamp_of
 from snowblue.blender._layers import Layers, layers_of
 from snowblue.blender._meshes import WITH_FACES, diffuse_of, placed, world_mesh
-from snowblue.blender._settings import baked_of, is_snow, object_of, scene_of, snow_of, source_of
+from snowblue.blender._settings import baked_of, is_snow, object_of, painted_of, scene_of, snow_of, source_of
 from snowblue.blender._world import Skylight, changes_with_time, skylight_of
 
 DEFORMING = (
@@ -32,6 +32,8 @@ DEFORMING = (
     *("EXPLODE", "DYNAMIC_PAINT", "PARTICLE_INSTANCE", "HOOK", "LATTICE", "MESH_DEFORM", "SURFACE_DEFORM"),
 )
 """Types of modifiers that change a mesh from frame to frame, or with another object."""
+PAINT = "paint"
+"""The attribute of a mesh with the weights of painted snow."""
 USUAL_SIZE_M = (0.01, 50.0)
 """Sizes of snow that need no hint at the unit of the scene."""
 
@@ -258,14 +260,23 @@ def _add_snow(
     _check_size(source, vertices)
     if warned is not None:
         _check_still(source, warned)
-    snow = snow_of(shown)
-    made.snow.append(Snow(source.session_uid, to_world, shape, layers_of(shown), snow_id(snow)))
+    layers, kinds = layers_of(shown), [snow_of(shown)]
+    painted = painted_of(shown)
+    material, attributes = {"type": "snow", **kinds[0]}, {}
+    if painted is not None:
+        group = shown.snowblue.painted
+        if layers is None or group not in layers.groups:
+            raise ValueError(f"'{source.name}' has no vertex group '{group}' of painted snow: choose another, or none")
+        kinds.append(painted)
+        material = {"type": "snow", "mask": {"attribute": PAINT}, "between": kinds}
+        attributes[PAINT] = layers.groups[group]
+    identifier = "+".join(map(snow_id, kinds))
+    made.snow.append(Snow(source.session_uid, to_world, shape, layers, identifier))
     # Equal snow is one material, as in a body.
-    material = {"type": "snow", **snow}
     name = json.dumps(material)
     made.materials[name] = material
     body = source.snowblue.body.strip()
-    _add(made, source.name, vertices, triangles, name, {"body": body} if body else {})
+    _add(made, source.name, vertices, triangles, name, {"body": body} if body else {}, attributes)
     return vertices, triangles
 
 
@@ -323,13 +334,20 @@ def _add_surfaces(
 
 
 def _add(
-    made: Collected, name: str, vertices: np.ndarray, triangles: np.ndarray, material: str, more: dict[str, Any]
+    made: Collected,
+    name: str,
+    vertices: np.ndarray,
+    triangles: np.ndarray,
+    material: str,
+    more: dict[str, Any],
+    attributes: dict[str, np.ndarray] | None = None,
 ) -> None:
     # Names of files differ, even where linked objects have one name.
     file = f"{len(made.objects)}.ply"
     made.names.append(name)
     used, corners = np.unique(triangles, return_inverse=True)
-    made.files[file] = _ply(vertices[used].astype("<f4"), corners.reshape(-1, 3))
+    values = {key: numbers[used] for key, numbers in (attributes or {}).items()}
+    made.files[file] = _ply(vertices[used].astype("<f4"), corners.reshape(-1, 3), values)
     made.objects.append({"mesh": file, "up": "z", "material": material, **more})
 
 

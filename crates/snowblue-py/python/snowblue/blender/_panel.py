@@ -9,7 +9,7 @@ import bpy
 
 from snowblue.blender._bake import BakeJob, Stopped, clear
 from snowblue.blender._closing import REMESH, fill_holes, local_mesh, open_edges, remesh
-from snowblue.blender._settings import SnowSettings, baked_of, is_snow, source_of
+from snowblue.blender._settings import NUMBERS, SnowSettings, baked_of, is_snow, source_of
 from snowblue.blender._solve import Options
 
 
@@ -348,12 +348,13 @@ class SnowPanel(bpy.types.Panel):
         if source is not None and is_snow(source):
             settings = source.snowblue
             layout.label(text=source.name, icon="FREEZE")
-            layout.prop(settings, "preset")
-            numbers = layout.column()
-            numbers.enabled = settings.preset == "CUSTOM"
-            for name in ("grain_size_um", "facetness", "density_kg_m3"):
-                numbers.prop(settings, name)
+            _draw_kind(layout, settings, "")
             layout.prop(settings, "body")
+            layout.prop_search(settings, "painted", source, "vertex_groups")
+            if settings.painted:
+                _draw_kind(layout, settings, "painted_")
+                for name in ("painted_soot_ng_g", "painted_dust_ng_g"):
+                    layout.prop(settings, name)
         row = layout.row()
         row.operator(SnowMake.bl_idname)
         row.operator(SnowUnmake.bl_idname)
@@ -370,6 +371,15 @@ class SnowPanel(bpy.types.Panel):
         is_baked = source is not None and is_snow(source) and baked_of(source) is not None
         row.operator(SnowBake.bl_idname, text="Bake Again" if is_baked else "Bake")
         row.operator(SnowClear.bl_idname)
+
+
+def _draw_kind(layout: bpy.types.UILayout, settings: SnowSettings, prefix: str) -> None:
+    """The kind of snow and its numbers, whose names have a prefix."""
+    layout.prop(settings, f"{prefix}preset")
+    numbers = layout.column()
+    numbers.enabled = getattr(settings, f"{prefix}preset") == "CUSTOM"
+    for name in NUMBERS:
+        numbers.prop(settings, prefix + name)
 
 
 CLASSES = (SnowSettings, SnowBakeSettings, SnowMake, SnowUnmake, SnowBake, SnowStop, SnowClear, SnowPanel)
