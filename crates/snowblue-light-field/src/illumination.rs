@@ -46,7 +46,7 @@ impl LampInSnow {
 ///
 /// # Errors
 ///
-/// The object that holds it, if it is neither a point nor a sphere.
+/// The object that holds the light, if the light is neither a point nor a sphere.
 pub(super) fn parts_in_snow(scene: &Scene, index: usize, light: &Light) -> Result<Vec<LampInSnow>, usize> {
     let is_snow = |object: &Object| scene.materials()[object.material].is_snow();
     let position = light.central_sample().and_then(|sample| sample.origin.position());
@@ -59,7 +59,8 @@ pub(super) fn parts_in_snow(scene: &Scene, index: usize, light: &Light) -> Resul
             // A body of several objects has the largest of their caps.
             let mut caps: BTreeMap<usize, LampInSnow> = BTreeMap::new();
             for (object, snow) in scene.objects().list().iter().enumerate().filter(|(_, object)| is_snow(object)) {
-                let Some(lamp) = lamp.cap_in(&snow.shape) else { continue };
+                let holds = |point| scene.objects().holds(object, point);
+                let Some(lamp) = lamp.cap_in(&snow.shape, holds) else { continue };
                 let body = scene.objects().body_of(object)[0];
                 if caps.get(&body).is_none_or(|cap| cap.lamp.radius_m < lamp.radius_m) {
                     caps.insert(body, LampInSnow { light: index, object, lamp, is_whole: false });

@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use snowblue_color::LinearRgb;
 use snowblue_database::CompressedTable;
 use snowblue_render::Development;
 use snowblue_render::bake::{
@@ -234,7 +235,8 @@ impl Scene {
         let objects = baked.objects.iter().enumerate().map(|(number, object)| {
             let dict = baked_object(py, &baked, object)?;
             if let Some(irradiance) = baked.irradiance.get(number) {
-                let values = irradiance.iter().flat_map(|vertex| [vertex.direct, vertex.diffuse]).collect();
+                let values = irradiance.iter().flat_map(|vertex| [vertex.direct, vertex.diffuse]);
+                let values = values.flat_map(|LinearRgb { r, g, b }| [r, g, b]).collect();
                 dict.set_item("irradiance", PyArray1::from_vec(py, values))?;
             }
             if content.reflection {

@@ -165,6 +165,42 @@ def test_a_sun_and_a_sky_are_reflected_each_in_its_way(scene, render, white, tmp
     np.testing.assert_allclose(ratio(shot(tmp_path, TOP, samples=256), ours), 1, atol=LIT + DIFFUSE / 2)
 
 
+def test_lamps_of_several_places_and_colors_add_up(scene, tmp_path):
+    """Of a red lamp in front and a blue one at the side, each channel has the reflection of its own lamp."""
+    block()
+    red, blue = lamp(position=FRONT, color=(1, 0, 0)), lamp(position=(-0.6, -0.15, 0.1), color=(0, 0, 1))
+    snowblue.blender.bake()
+
+    def picture():
+        pixels, mask = shot(tmp_path, AHEAD, samples=64)
+        return pixels[inner(mask)]
+
+    both = picture()
+    blue.hide_render = True
+    alone = picture()
+    blue.hide_render, red.hide_render = False, True
+    # Cycles samples one of several lamps, so that pixels differ.
+    np.testing.assert_allclose((alone + picture()).mean(axis=0), both.mean(axis=0), rtol=0.01, atol=1e-5)
+    # Lamps may be negative.
+    red.hide_render, red.data.energy, blue.data.color = False, -red.data.energy, (1, 0, 0)
+    assert np.abs(picture()).max() < 10 * both.max()
+
+
+def test_instances_of_a_lamp_light_snow_as_surfaces_do(scene, tmp_path):
+    block()
+    light = lamp(position=(0, 0, 0))
+    scene.collection.objects.unlink(light)
+    made = bpy.data.collections.new("lamps")
+    made.objects.link(light)
+    for place in (FRONT, (-0.3, -0.8, 0.4)):
+        empty = link("empty", None, place)
+        empty.instance_type, empty.instance_collection = "COLLECTION", made
+    [baked] = snowblue.blender.bake()
+    values = np.empty((len(baked.data.vertices), 2), np.float32)
+    baked.data.attributes["snow_lamp_0_irradiance"].data.foreach_get("vector", values.ravel())
+    assert not values[:, 0].any() and values[:, 1].max() > 0.1
+
+
 def test_a_file_renders_without_the_add_on(scene, tmp_path):
     block()
     lamp(position=FRONT)

@@ -82,6 +82,9 @@ const MOST_CELLS_OF_REACH: f64 = 4.0;
 /// Relative error of the irradiance at wavelengths between those that are solved for.
 const IRRADIANCE_ERROR: f64 = 0.005;
 
+/// Direct irradiance over diffuse irradiance that is the error of their difference.
+const LEAST_DIRECT: f64 = 0.02;
+
 /// What the attributes hold.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Channels {
@@ -206,14 +209,13 @@ pub struct BakedObject {
     pub half_space: HalfSpace,
 }
 
-/// What falls on the surface at a vertex: the luminance Y of the irradiance, in W/m² as the film of a rendering weights
-/// it.
+/// The irradiance at a vertex as linear sRGB, in W/m² as the film of a rendering weights it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct VertexIrradiance {
-    /// By lamps and skies that see the vertex.
-    pub direct: f32,
-    /// By way of other surfaces.
-    pub diffuse: f32,
+    /// By lamps and skies that see the vertex, without uniform skies.
+    pub direct: LinearRgb,
+    /// By uniform skies and by way of other surfaces.
+    pub diffuse: LinearRgb,
 }
 
 /// The functions and lengths of the surface of snow.
@@ -482,14 +484,17 @@ impl Surface {
         self.places().map(|(point, normal)| rgb(&body.exitance(point, normal), sensor)).collect()
     }
 
-    /// What falls on the surface at all vertices. Light leaves it by the flux through it, and by reflection.
+    /// The irradiance at all vertices: what leaves the surface less the flux through it.
     fn irradiance(&self, field: &LightField, sensor: &Sensor) -> Vec<VertexIrradiance> {
         let Some(body) = field.of_object(self.object) else { return Vec::new() };
-        let luminance = |light: &Spectrum| narrow(sensor.xyz(light).y);
         let at_vertex = |(point, normal)| {
-            let diffuse = luminance(&body.diffuse_irradiance(&SurfacePoint { point, normal }));
-            let all = luminance(&body.exitance(point, normal)) - luminance(&body.flux(point, normal));
-            VertexIrradiance { direct: (all - diffuse).max(0.0), diffuse }
+            let diffuse = body.diffuse_irradiance(&SurfacePoint { point, normal });
+            let mut direct = body.exitance(point, normal);
+            direct += body.flux(point, normal) * -1.0;
+            direct += diffuse * -1.0;
+            let [direct, diffuse] = [direct, diffuse].map(|light| rgb(&light, sensor));
+            let is_seen = direct.luminance() > LEAST_DIRECT * diffuse.luminance();
+            VertexIrradiance { direct: if is_seen { direct } else { LinearRgb::default() }, diffuse }
         };
         self.places().map(at_vertex).collect()
     }

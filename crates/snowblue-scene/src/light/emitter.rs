@@ -111,6 +111,9 @@ impl EmissionSpectrum {
     }
 }
 
+/// Depths, each half of the one before, at which the middle of a lamp in a thin body is sought.
+const MOST_HALVINGS: i32 = 8;
+
 /// A lamp inside snow: a ball that shines in all directions, or a point.
 #[derive(Debug, Clone)]
 pub struct InnerLamp {
@@ -128,16 +131,18 @@ impl InnerLamp {
         Self { position, radius_m, intensity: radiance * (PI * radius_m * radius_m) }
     }
 
-    /// The cap of a sphere that reaches into a body from outside, as a lamp of its power: a sphere of radius r sends
-    /// h/2r of its light into a body that it is h deep in.
-    #[must_use]
-    pub fn cap_in(&self, body: &Shape) -> Option<Self> {
+    /// The part of a sphere that reaches into a body from outside, as a lamp of its power: of its radius r, h is inside,
+    /// and the cap that level snow cuts off sends out h/2r of its light. In a thin body the lamp lies in its middle.
+    /// `holds` says whether a point is inside the body.
+    pub fn cap_in(&self, body: &Shape, holds: impl Fn(Vec3A) -> bool) -> Option<Self> {
         let surface = body.nearest(self.position)?;
         let height_m = self.radius_m - surface.point.distance(self.position);
-        (height_m > 0.0).then(|| Self {
-            position: surface.point - surface.normal * (0.5 * height_m),
-            radius_m: 0.5 * height_m,
-            intensity: self.intensity * (0.5 * height_m / self.radius_m),
-        })
+        if height_m <= 0.0 {
+            return None;
+        }
+        let depths_m = (1..=MOST_HALVINGS).map(|halvings| height_m * 0.5_f32.powi(halvings));
+        let mut places = depths_m.map(|depth_m| (depth_m, surface.point - surface.normal * depth_m));
+        let (depth_m, position) = places.find(|(_, position)| holds(*position))?;
+        Some(Self { position, radius_m: depth_m, intensity: self.intensity * (depth_m / self.radius_m) })
     }
 }

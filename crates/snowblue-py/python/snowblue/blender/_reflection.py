@@ -16,13 +16,17 @@ import numpy as np
 from snowblue.blender._nodes import Tree
 
 TO_LIGHT, FACTOR = "To Light", "Factor"
+OWN = "snowblue"
+"""A property of groups that were made here."""
 DEGREE = 5
 LEAST_VALUE = 1e-6
 """Of pi (mu + mu0) R0, which has a logarithm."""
 LEAST_COSINES = 1e-3
 """Sum of the cosines of incidence and exit below which the function is not resolved."""
 LEAST_SINES = 1e-6
-"""Product of the sines of incidence and exit below which there is no azimuth."""
+"""Product of the sines of incidence and exit below which R0 does not depend on the azimuth."""
+LEAST_INCIDENCE = 0.02
+"""Cosine of incidence below which pi R0 goes to 1: only the rim of a wide lamp lights the place."""
 
 
 def reflection_images(name: str, table: np.ndarray) -> list[bpy.types.Image]:
@@ -42,6 +46,7 @@ def reflection_group(name: str, images: list[bpy.types.Image], *, is_filtered: b
     Either the renderer filters the images, or nodes interpolate between their texels, which takes longer.
     """
     group = bpy.data.node_groups.new(name, "ShaderNodeTree")
+    group[OWN] = True
     group.interface.new_socket(TO_LIGHT, in_out="INPUT", socket_type="NodeSocketVector")
     group.interface.new_socket(FACTOR, in_out="OUTPUT", socket_type="NodeSocketFloat")
     tree = Tree(group)
@@ -73,8 +78,10 @@ def reflection_group(name: str, images: list[bpy.types.Image], *, is_filtered: b
         value = tree.math("MULTIPLY_ADD", 17 + number, 2, value, azimuth, term)
     cosines = tree.math("MAXIMUM", 5, 5, tree.math("ADD", 4, 5, incidence, exit), LEAST_COSINES)
     value = tree.math("EXPONENT", 18 + len(rest), 2, value)
-    output = tree.add("NodeGroupOutput", 20 + len(rest), 2)
-    tree.link(tree.math("DIVIDE", 19 + len(rest), 2, value, cosines), output.inputs[FACTOR])
+    excess = tree.math("SUBTRACT", 20 + len(rest), 2, tree.math("DIVIDE", 19 + len(rest), 2, value, cosines), 1.0)
+    is_lit = tree.math("DIVIDE", 20 + len(rest), 3, incidence, LEAST_INCIDENCE, use_clamp=True)
+    output = tree.add("NodeGroupOutput", 22 + len(rest), 2)
+    tree.link(tree.math("MULTIPLY_ADD", 21 + len(rest), 2, excess, is_lit, 1.0), output.inputs[FACTOR])
     return group
 
 

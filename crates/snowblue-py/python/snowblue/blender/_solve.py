@@ -17,6 +17,8 @@ from snowblue.blender._collect import Collected
 
 WORLD = 0
 """What stands for the World among the identifiers of lamps. Sun discs in it are -1, -2 and so on."""
+EQUAL_ENERGY = np.array([1.2048, 0.9483, 0.9087])
+"""Linear sRGB of light of equal energy and luminance 1, that of white lamps before it is relative to D65."""
 LONGEST_PHASE = "light"
 """The phase of a solution that takes nearly all of the time."""
 
@@ -44,8 +46,8 @@ class Solution:
     fluxes: dict[int, list[np.ndarray]] = field(default_factory=dict)
     """J on each object, (n, 3), by each lamp and the World."""
     irradiances: dict[int, list[np.ndarray]] = field(default_factory=dict)
-    """What falls on each object directly and by way of other surfaces, (n, 2), by each lamp, the World without its sun
-    discs, and these."""
+    """What falls on each object: directly and by way of other surfaces, (n, 2), by each lamp; in all, (n, 3), by the
+    World but for its sun discs directly; and these."""
 
 
 @dataclass(frozen=True)
@@ -64,9 +66,10 @@ class _Light:
         baked = _baked(part, [])
         # The spectrum of an image is made of its colors, so that its flux is a color.
         flux = baked.flux[0] if self.is_image else _rgb(baked.flux[0])
-        # White light of 1 W/(m² nm) has the luminance 1.
-        irradiance = part["irradiance"].reshape(-1, 2) / (1.0 if self.is_image else BAND_WIDTH_NM)
-        return _LitSnow(baked, part["reflection"], flux, irradiance)
+        # White light of 1 W/(m² nm) is 1.
+        white = 1.0 if self.is_image else EQUAL_ENERGY * BAND_WIDTH_NM
+        direct, diffuse = np.moveaxis(part["irradiance"].reshape(-1, 2, 3), 1, 0) / white
+        return _LitSnow(baked, part["reflection"], flux, direct, diffuse)
 
 
 @dataclass(frozen=True)
@@ -76,7 +79,26 @@ class _LitSnow:
     baked: BakedObject
     reflection: np.ndarray
     flux: np.ndarray
-    irradiance: np.ndarray
+    direct: np.ndarray
+    """The irradiance by lamps and skies, (n, 3)."""
+    diffuse: np.ndarray
+    """That by uniform skies and by way of other surfaces, (n, 3)."""
+
+
+def _add(parts: dict[int, list[np.ndarray]], key: int, values: list[np.ndarray]) -> None:
+    """Adds values for each object to those of a light."""
+    before = parts.get(key)
+    parts[key] = values if before is None else [one + other for one, other in zip(before, values)]
+
+
+def _put_lamp(irradiances: dict[int, list[np.ndarray]], key: int, lit: list[_LitSnow]) -> None:
+    """Keeps the irradiance by a lamp, which is white."""
+    here = [np.stack([one.direct[:, 1], one.diffuse[:, 1]], axis=1) for one in lit]
+    if key in irradiances:
+        # Instances of a lamp shine from several directions, as other surfaces do.
+        sums = [one.sum(axis=1) + other.sum(axis=1) for one, other in zip(irradiances[key], here)]
+        here = [np.stack([np.zeros_like(one), one], axis=1) for one in sums]
+    irradiances[key] = here
 
 
 def solve(frames: list[Collected], options: Options, report: Report) -> list[Solution]:
@@ -125,12 +147,14 @@ def solve(frames: list[Collected], options: Options, report: Report) -> list[Sol
             for snow, one, other in zip(made.names, solution.objects, lit):
                 if not np.array_equal(one.positions, other.baked.positions):
                     raise ValueError(f"the meshes of '{snow}' differ between lamps: give a Step")
-            fluxes, flux_key = [one.flux for one in lit], max(light.key, WORLD)
-            parts_before = solution.fluxes.get(flux_key)
-            if parts_before is not None:
-                fluxes = [one + other for one, other in zip(parts_before, fluxes)]
-            solution.fluxes[flux_key] = fluxes
-            solution.irradiances[light.key] = [one.irradiance for one in lit]
+            _add(solution.fluxes, max(light.key, WORLD), [one.flux for one in lit])
+            if light.key > WORLD:
+                _put_lamp(solution.irradiances, light.key, lit)
+            else:
+                is_sun = light.key < WORLD
+                _add(solution.irradiances, WORLD, [one.diffuse if is_sun else one.direct + one.diffuse for one in lit])
+                if is_sun:
+                    solution.irradiances[light.key] = [one.direct for one in lit]
             done += 1
         solutions.append(solution)
     report(total, total, "")
