@@ -131,9 +131,9 @@ impl InnerLamp {
         Self { position, radius_m, intensity: radiance * (PI * radius_m * radius_m) }
     }
 
-    /// The part of a sphere that reaches into a body from outside, as a lamp of its power: of its radius r, h is inside,
-    /// and the cap that level snow cuts off sends out h/2r of its light. In a thin body the lamp lies in its middle.
-    /// `holds` says whether a point is inside the body.
+    /// The part of a sphere that reaches into a body from outside, as a lamp of its power: if it is h deep in, the cap
+    /// that level snow cuts off a sphere of radius r sends out h/2r of its light. In a thin body the lamp lies in its
+    /// middle. `holds` says whether a point is inside the body.
     pub fn cap_in(&self, body: &Shape, holds: impl Fn(Vec3A) -> bool) -> Option<Self> {
         let surface = body.nearest(self.position)?;
         let height_m = self.radius_m - surface.point.distance(self.position);
