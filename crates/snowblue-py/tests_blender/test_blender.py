@@ -106,6 +106,12 @@ def inner(mask):
     return result
 
 
+def front(folder, samples):
+    """Blender's pixels of the front face."""
+    pixels, mask = shot(folder, AHEAD, samples)
+    return pixels[inner(mask)]
+
+
 def ratio(blender, ours):
     """Blender's mean over the command's, for each colour."""
     (picture, mask) = blender
@@ -172,8 +178,7 @@ def test_lamps_of_several_places_and_colors_add_up(scene, tmp_path):
     snowblue.blender.bake()
 
     def picture():
-        pixels, mask = shot(tmp_path, AHEAD, samples=64)
-        return pixels[inner(mask)]
+        return front(tmp_path, 64)
 
     both = picture()
     blue.hide_render = True
@@ -186,7 +191,7 @@ def test_lamps_of_several_places_and_colors_add_up(scene, tmp_path):
     assert np.abs(picture()).max() < 10 * both.max()
 
 
-def test_instances_of_a_lamp_light_snow_as_surfaces_do(scene, tmp_path):
+def test_instances_of_a_lamp_light_snow_as_surfaces_do(scene):
     block()
     light = lamp(position=(0, 0, 0))
     scene.collection.objects.unlink(light)
@@ -223,8 +228,7 @@ def test_lamps_change_without_a_new_bake(scene, tmp_path):
     snowblue.blender.bake()
 
     def picture():
-        pixels, mask = shot(tmp_path, AHEAD, samples=16)
-        return pixels[inner(mask)]
+        return front(tmp_path, 16)
 
     both = picture()
     other.hide_render = True
@@ -476,7 +480,7 @@ def test_presets_set_numbers(scene):
     assert settings.density_kg_m3 == 900
 
 
-def painted_flux(thing, weight=None, name="snow_lamp_0"):
+def painted_flux(thing, weight=None):
     """J of a block at the same vertices, with a weight paint that is a function of the place in the object."""
     thing.vertex_groups.clear()
     thing.snowblue.painted = "" if weight is None else "dirt"
@@ -486,7 +490,7 @@ def painted_flux(thing, weight=None, name="snow_lamp_0"):
             group.add([vertex.index], weight(vertex.co), "REPLACE")
     [baked] = snowblue.blender.bake(step_mm=20.0, field_step_mm=5.0)
     values = np.empty((len(baked.data.vertices), 3), np.float32)
-    baked.data.attributes[name].data.foreach_get("vector", values.ravel())
+    baked.data.attributes["snow_lamp_0"].data.foreach_get("vector", values.ravel())
     return values
 
 

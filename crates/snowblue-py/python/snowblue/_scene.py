@@ -246,8 +246,8 @@ class Scene:
         size = None if lightmap is None else int(lightmap)
         changed = self._changed(integrator={"type": "diffusion", "max_bounces": max_bounces})
         with reporting_phases(progress) as report:
-            content = {"spectrum": spectrum, "is_total": False, "reflection": False, "irradiance": False}
-            content["lightmap"] = size
+            content = {"is_total": False, "reflection": False, "irradiance": False, "lightmap": size}
+            content["spectrum"] = spectrum
             of_all, *objects = changed.bake(step_mm, content, target, report)
         texels = of_all.get("lightmap")
         return Bake(

@@ -81,9 +81,10 @@ class Collected:
     """The light of the World, in parts."""
 
     @property
-    def suns(self) -> list[Vector]:
-        """The directions of the sun discs of the World."""
-        return [part.to_sun for part in self.skylight if part.to_sun is not None]
+    def suns(self) -> dict[int, Vector]:
+        """The directions of the sun discs of the World by their identifiers -1, -2 and so on."""
+        directions = [part.to_sun for part in self.skylight if part.to_sun is not None]
+        return {-1 - number: direction for number, direction in enumerate(directions)}
 
 
 def request_of(scene: bpy.types.Scene, objects: Iterable[bpy.types.Object] | None) -> Request:

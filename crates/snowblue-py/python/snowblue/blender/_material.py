@@ -3,7 +3,7 @@
 J is the sum over the lamps of an attribute times the strength of the lamp, which drivers read, and of the attribute of
 the sky. K J / pi is an emission; it is negative where snow is lit, and Cycles adds it as such.
 
-R0 F is a diffuse surface of the color pi R0. A renderer gives a surface one color for all light, so the color is the
+R0 F is a diffuse surface of the colour pi R0. A renderer gives a surface one colour for all light, so the colour is the
 mean over what falls on the place, for each channel: pi R0 of each lamp and sun disc for its light, and 1 for the sky
 and for light by way of other surfaces. The attributes with the irradiance weight it. Eevee gets the sum as one
 emission, by Shader to RGB.
@@ -151,7 +151,7 @@ def _light(tree: Tree, lights: Sequence[LightNodes]) -> tuple[bpy.types.NodeSock
 
 
 def _color(tree: Tree, row: float, shares: _Shares, reflection: bpy.types.NodeTree) -> bpy.types.NodeSocket:
-    """The color of the surface: the mean of pi R0 over the light that falls on it."""
+    """The colour of the surface: the mean of pi R0 over the light that falls on it."""
     excesses = []
     for number, (irradiance, to_light) in enumerate(shares.directed):
         group = tree.add("ShaderNodeGroup", 4, row + 2 * number + 0.6, node_tree=reflection)

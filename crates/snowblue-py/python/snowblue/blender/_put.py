@@ -50,9 +50,9 @@ def put(frames: list[Collected], solutions: list[Solution], targets: Sequence[in
     if any(made.skylight for made in frames):
         names[WORLD] = SKY
         lights.append(LightNodes(SKY, "World"))
-        for number in range(max(len(made.suns) for made in frames)):
-            names[-1 - number] = f"{SUN}{number}"
-            lights.append(LightNodes(names[-1 - number], "sun of the World", is_distant=True))
+        for number, key in enumerate(max((made.suns for made in frames), key=len)):
+            names[key] = f"{SUN}{number}"
+            lights.append(LightNodes(names[key], "sun of the World", is_distant=True))
     if not lights:
         raise ValueError("the lamps were removed or changed while the snow was baked: bake again with one")
     results = []
@@ -140,8 +140,7 @@ def _put_attributes(mesh: bpy.types.Mesh, attributes: dict[str, np.ndarray]) -> 
 
 def _places(made: Collected) -> dict[int, Vector]:
     """Where each lamp and sun disc is."""
-    suns = {-1 - number: to_sun for number, to_sun in enumerate(made.suns)}
-    return {lamp.uid: lamp.place for lamp in made.lamps} | suns
+    return {lamp.uid: lamp.place for lamp in made.lamps} | made.suns
 
 
 def _place_keys(thing: bpy.types.Object) -> list[str]:

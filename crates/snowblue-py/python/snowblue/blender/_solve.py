@@ -16,7 +16,7 @@ from snowblue._scene import BakedObject, _baked, _json
 from snowblue.blender._collect import Collected
 
 WORLD = 0
-"""What stands for the World among the identifiers of lamps. Sun discs in it are -1, -2 and so on."""
+"""What stands for the World among the identifiers of lamps. Those of sun discs in it are lower."""
 EQUAL_ENERGY = np.array([1.2048, 0.9483, 0.9087])
 """Linear sRGB of light of equal energy and luminance 1, that of white lamps before it is relative to D65."""
 LONGEST_PHASE = "light"
@@ -64,7 +64,7 @@ class _Light:
     def lit(self, part: dict[str, Any]) -> _LitSnow:
         """An object of snow in this light, of what was baked of it."""
         baked = _baked(part, [])
-        # The spectrum of an image is made of its colors, so that its flux is a color.
+        # The spectrum of an image is made of its colours, so that its flux is a colour.
         flux = baked.flux[0] if self.is_image else _rgb(baked.flux[0])
         # White light of 1 W/(m² nm) is 1.
         white = 1.0 if self.is_image else EQUAL_ENERGY * BAND_WIDTH_NM
@@ -137,10 +137,11 @@ def solve(frames: list[Collected], options: Options, report: Report) -> list[Sol
             digest = _digest(text.encode() + meshes, light.files)
             lit = earlier.get(digest)
             if lit is None:
-                content = {"spectrum": not light.is_image, "is_total": True, "reflection": True, "irradiance": True}
+                content = {"is_total": True, "reflection": True, "irradiance": True, "lightmap": None}
+                content["spectrum"] = not light.is_image
                 with _names_of_blender(made):
                     scene = _native.Scene.from_json(text, files, ".") if scene is None else scene.with_json(text)
-                    parts = scene.bake(options.step_mm, content | {"lightmap": None}, None, watch)[1:]
+                    parts = scene.bake(options.step_mm, content, None, watch)[1:]
                 lit = list(map(light.lit, parts))
             known[digest] = lit
             solution = solution or Solution([one.baked for one in lit], [one.reflection for one in lit])
@@ -163,10 +164,9 @@ def solve(frames: list[Collected], options: Options, report: Report) -> list[Sol
 
 def _lights(made: Collected) -> list[_Light]:
     lights = [_Light(lamp.uid, f"lamp '{lamp.name}'", {"light": lamp.lights}) for lamp in made.lamps]
-    sun_count = 0
+    suns = iter(made.suns)
     for one in made.skylight:
-        sun_count += one.to_sun is not None
-        key = WORLD if one.to_sun is None else -sun_count
+        key = WORLD if one.to_sun is None else next(suns)
         lights.append(_Light(key, "the World", {"light": []} | one.tables, one.files, one.is_image))
     return lights
 
