@@ -1,5 +1,6 @@
 //! What a camera sees: places on the objects of a scene, and the distances to them.
 
+use arrayvec::ArrayVec;
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -16,6 +17,8 @@ pub const FEWEST_ROWS: u32 = 240;
 pub const SIZE_PER_DISTANCE: f64 = 0.125;
 /// Most places in a leaf of the tree.
 const LEAF: usize = 8;
+/// More than the levels of the tree, each of which halves the places.
+const MOST_LEVELS: usize = 64;
 
 /// Places that a camera sees, in a tree of boxes.
 #[derive(Debug)]
@@ -72,20 +75,20 @@ impl SeenPlaces {
     /// The distance in m from the box between two corners to the nearest place; infinite if none is seen.
     pub fn distance_m(&self, low: DVec3, high: DVec3) -> f64 {
         let mut least = f64::INFINITY;
-        let with_distance = |found: &PlaceBox| (found.distance_squared(low, high), *found);
-        let mut stack = vec![with_distance(&self.boxes[0])];
-        while let Some((nearest, PlaceBox { first, count, .. })) = stack.pop() {
+        let with_distance = |index: usize| (self.boxes[index].distance_squared(low, high), index);
+        let mut stack = ArrayVec::<_, MOST_LEVELS>::from_iter([with_distance(0)]);
+        while let Some((nearest, index)) = stack.pop() {
             if nearest >= least {
                 continue;
             }
+            let PlaceBox { first, count, .. } = self.boxes[index];
             if count > 0 {
                 let places = self.places[first..first + count].iter();
                 least = places.map(|place| place.distance_squared(place.clamp(low, high))).fold(least, f64::min);
             } else {
-                let mut children = [0, 1].map(|child| with_distance(&self.boxes[first + child]));
                 // The nearer child is visited first.
-                children.sort_by(|one, other| other.0.total_cmp(&one.0));
-                stack.extend(children);
+                let [one, other] = [0, 1].map(|child| with_distance(first + child));
+                stack.extend(if one.0 < other.0 { [other, one] } else { [one, other] });
             }
         }
         least.sqrt()

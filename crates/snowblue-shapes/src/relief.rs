@@ -29,22 +29,53 @@ fn value_noise(position: DVec3, seed: u32) -> f64 {
     let cell = position.floor();
     let within = position - cell;
     let weight = within * within * within * (within * (within * 6.0 - 15.0) + 10.0);
-    (0..8)
-        .map(|corner: i32| {
-            let step = IVec3::new(corner & 1, (corner >> 1) & 1, corner >> 2);
-            let factors = DVec3::select(step.cmpeq(IVec3::ONE), weight, 1.0 - weight);
-            factors.element_product() * (2.0 * uniform(cell.as_ivec3() + step, seed) - 1.0)
-        })
-        .sum()
+    let numbers = uniform_corners(cell.as_ivec3(), seed);
+    2.0 * interpolate(weight, |x, y, z| numbers[x][y][z]) - 1.0
+}
+
+/// The value between those at the eight corners of a cell, with the weights of its upper corners along x, y and z.
+#[inline]
+pub(crate) fn interpolate(weight: DVec3, at: impl Fn(usize, usize, usize) -> f64) -> f64 {
+    let mix = |from: f64, to: f64, weight: f64| from + weight * (to - from);
+    let along_x = |y: usize, z: usize| mix(at(0, y, z), at(1, y, z), weight.x);
+    let along_y = |z: usize| mix(along_x(0, z), along_x(1, z), weight.y);
+    mix(along_y(0), along_y(1), weight.z)
 }
 
 /// A pseudo-random number in [0, 1) from lattice coordinates and a seed: the mixing steps of `MurmurHash3` (Appleby
 /// 2011).
 pub(crate) fn uniform(position: IVec3, seed: u32) -> f64 {
-    let mixed = position.to_array().into_iter().fold(seed ^ 0x9e37_79b9, |mixed, coordinate| {
-        let part = coordinate.cast_unsigned().wrapping_mul(0xcc9e_2d51).rotate_left(15).wrapping_mul(0x1b87_3593);
-        (mixed ^ part).rotate_left(13).wrapping_mul(5).wrapping_add(0xe654_6b64)
-    });
+    unit(position.to_array().into_iter().fold(first_mix(seed), mix))
+}
+
+/// The pseudo-random numbers of the eight corners of a cell of the lattice, by their steps along x, y and z from its
+/// lowest corner.
+pub(crate) fn uniform_corners(cell: IVec3, seed: u32) -> [[[f64; 2]; 2]; 2] {
+    let mut numbers = [[[0.0; 2]; 2]; 2];
+    // Corners share the first steps of mixing.
+    for (x, numbers) in (0..).zip(&mut numbers) {
+        let mixed = mix(first_mix(seed), cell.x.wrapping_add(x));
+        for (y, numbers) in (0..).zip(numbers) {
+            let mixed = mix(mixed, cell.y.wrapping_add(y));
+            for (z, number) in (0..).zip(numbers) {
+                *number = unit(mix(mixed, cell.z.wrapping_add(z)));
+            }
+        }
+    }
+    numbers
+}
+
+fn first_mix(seed: u32) -> u32 {
+    seed ^ 0x9e37_79b9
+}
+
+fn mix(mixed: u32, coordinate: i32) -> u32 {
+    let part = coordinate.cast_unsigned().wrapping_mul(0xcc9e_2d51).rotate_left(15).wrapping_mul(0x1b87_3593);
+    (mixed ^ part).rotate_left(13).wrapping_mul(5).wrapping_add(0xe654_6b64)
+}
+
+/// The number in [0, 1) of mixed coordinates.
+fn unit(mixed: u32) -> f64 {
     let mixed = (mixed ^ (mixed >> 16)).wrapping_mul(0x85eb_ca6b);
     let mixed = (mixed ^ (mixed >> 13)).wrapping_mul(0xc2b2_ae35);
     f64::from(mixed ^ (mixed >> 16)) / (f64::from(u32::MAX) + 1.0)

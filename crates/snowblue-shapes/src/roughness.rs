@@ -27,7 +27,7 @@ use std::sync::LazyLock;
 
 use glam::{DAffine3, DQuat, DVec3, IVec3};
 
-use crate::relief::uniform;
+use crate::relief::{interpolate, uniform, uniform_corners};
 
 /// Least wavelength of an octave, in m. Below it are the grains, which are part of the snow's optics and not of its
 /// surface.
@@ -181,23 +181,21 @@ fn weights(wavelengths_m: &[f64], hurst: f64) -> Vec<f64> {
 fn gradient_noise(place: DVec3, seed: u32) -> f64 {
     let cell = place.floor();
     let within = place - cell;
-    let (first, weight) = (cell.as_ivec3(), within * within * within * (within * (within * 6.0 - 15.0) + 10.0));
-    let at = |x: i32, y: i32, z: i32| {
-        let step = IVec3::new(x, y, z);
-        gradient(first + step, seed).dot(within - step.as_dvec3())
+    let weight = within * within * within * (within * (within * 6.0 - 15.0) + 10.0);
+    let numbers = uniform_corners(cell.as_ivec3(), seed);
+    let at = |x: usize, y: usize, z: usize| {
+        let corner = DVec3::from_array([x, y, z].map(|step| step as f64));
+        gradient(numbers[x][y][z]).dot(within - corner)
     };
-    let along_x = |y: i32, z: i32| at(0, y, z) + weight.x * (at(1, y, z) - at(0, y, z));
-    let along_y = |z: i32| along_x(0, z) + weight.y * (along_x(1, z) - along_x(0, z));
-    (along_y(0) + weight.z * (along_y(1) - along_y(0))) * INVERSE_DEVIATION
+    interpolate(weight, at) * INVERSE_DEVIATION
 }
 
-/// A unit vector towards the middle of one of the twelve edges of a cube, whose mean product with itself is a third of
-/// the unit matrix.
-fn gradient(point: IVec3, seed: u32) -> DVec3 {
+/// The gradient of a random number in [0, 1): a unit vector towards the middle of one of the twelve edges of a cube,
+/// whose mean product with itself is a third of the unit matrix.
+fn gradient(number: f64) -> DVec3 {
     const PART: f64 = std::f64::consts::FRAC_1_SQRT_2;
-    let number = 12.0 * uniform(point, seed);
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a number below 12")]
-    let number = number as u32;
+    let number = (12.0 * number) as u32;
     let sign = |bit: u32| if number & bit == 0 { PART } else { -PART };
     match number >> 2 {
         0 => DVec3::new(sign(1), sign(2), 0.0),

@@ -1,5 +1,7 @@
 //! The lattice of cells about a carved solid, and the few cells among them that its surface passes through.
 
+use std::cell::OnceCell;
+
 use glam::{DVec3, UVec3};
 use rayon::prelude::*;
 use snowblue_geometry::ray::narrow;
@@ -10,10 +12,12 @@ use super::snow::Carved;
 /// Most cells in the six sides of the lattice. It bounds the surface of simple solids, and with it time and memory, and
 /// all cells to 6·10⁸.
 const MOST_OUTER_CELLS: f64 = 4_194_304.0;
+/// Number of cells along a group, in which only the solids near it count.
+const GROUP: u32 = 16;
+/// Number of points along a group.
+const POINTS: u32 = GROUP + 1;
 /// Number of cells along a block that is searched cell by cell.
-const BLOCK: u32 = 4;
-/// Number of points along such a block.
-const POINTS: u32 = BLOCK + 1;
+const BLOCK: u32 = 2;
 
 /// A lattice of cubes.
 #[derive(Debug, Clone, Copy)]
@@ -25,11 +29,22 @@ pub(super) struct Lattice {
     cells: UVec3,
 }
 
+/// The cells that the surface of carved snow passes through.
+#[derive(Debug)]
+pub(super) struct Surface {
+    /// The cells, in order.
+    pub(super) cells: Vec<SurfaceCell>,
+    /// The snow of each group of cells.
+    pub(super) groups: Vec<Carved>,
+}
+
 /// A cell that the surface passes through.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct SurfaceCell {
     /// Its place in the lattice.
     pub(super) at: UVec3,
+    /// The index of its group.
+    pub(super) group: usize,
     /// The distances at its corners, in m.
     pub(super) distances_m: [f32; CORNERS],
 }
@@ -59,41 +74,78 @@ impl Lattice {
         self.origin + self.cell_m * at.as_dvec3()
     }
 
-    /// The cells that the surface of a solid passes through, in order.
-    pub(super) fn surface_cells(&self, carved: &Carved) -> Vec<SurfaceCell> {
-        let mut side = self.cells.max_element().max(BLOCK).next_power_of_two();
+    /// The cells that the surface of carved snow passes through.
+    pub(super) fn surface(&self, carved: &Carved) -> Surface {
+        let mut side = self.cells.max_element().max(GROUP).next_power_of_two();
         let mut blocks = vec![UVec3::ZERO];
-        while side > BLOCK {
+        while side > GROUP {
             side /= 2;
-            let halves = |block: &UVec3| (0..8).map(|half| block + side * corner(half)).collect::<Vec<_>>();
-            let is_near = |block: &UVec3| block.cmplt(self.cells).all() && self.may_hold_surface(*block, side, carved);
-            blocks = blocks.par_iter().flat_map_iter(halves).filter(is_near).collect();
+            blocks = blocks.par_iter().flat_map_iter(|block| self.blocks_near_surface(*block, side, carved)).collect();
         }
-        let mut found: Vec<_> = blocks.par_iter().flat_map_iter(|block| self.search(*block, carved)).collect();
-        found.par_sort_unstable_by_key(SurfaceCell::key);
-        found
+        let groups: Vec<Carved> = blocks.par_iter().map(|block| self.snow_near(*block, carved)).collect();
+        let of_group = |(group, block): (usize, &UVec3)| self.search(*block, (group, &groups[group]), carved);
+        let mut cells: Vec<_> = blocks.par_iter().enumerate().flat_map_iter(of_group).collect();
+        cells.par_sort_unstable_by_key(SurfaceCell::key);
+        Surface { cells, groups }
+    }
+
+    /// The snow that counts in a group of cells and within a cell around it.
+    fn snow_near(&self, group: UVec3, carved: &Carved) -> Carved {
+        let half_m = 0.5 * self.cell_m * f64::from(GROUP);
+        carved.near(self.point(group) + half_m, half_m * 3f64.sqrt() + self.cell_m)
+    }
+
+    /// Of the eight blocks of a side within a block, those that the surface may pass through.
+    fn blocks_near_surface(&self, block: UVec3, side: u32, carved: &Carved) -> impl Iterator<Item = UVec3> {
+        let blocks = (0..8).map(move |half| block + side * corner(half));
+        blocks.filter(move |block| block.cmplt(self.cells).all() && self.may_hold_surface(*block, side, carved))
     }
 
     /// Whether the surface may pass through a block of cells. Farther from its centre than its corners are, distances
     /// have the sign of that at the centre.
     fn may_hold_surface(&self, block: UVec3, side: u32, carved: &Carved) -> bool {
         let half_m = 0.5 * self.cell_m * f64::from(side);
-        // Rounding moves distances by far less than the margin.
-        let reach_m = half_m * 3f64.sqrt() + carved.greatest_relief_m() + 1e-6 * self.cell_m;
+        // Rounding of numbers, and solids that are left out as far, move distances by less than the margin.
+        let margin_m = 1e-6 * (self.cell_m + carved.rounding_m);
+        let reach_m = half_m * 3f64.sqrt() + carved.greatest_relief_m() + margin_m;
         carved.smooth_distance_m(self.point(block) + half_m).abs() <= reach_m
     }
 
-    /// The cells of a block that the surface passes through.
-    fn search(&self, block: UVec3, carved: &Carved) -> Vec<SurfaceCell> {
-        let number = |at: UVec3| ((at.z * POINTS + at.y) * POINTS + at.x) as usize;
-        let points = (0..POINTS.pow(3)).map(|k| UVec3::new(k % POINTS, k / POINTS % POINTS, k / POINTS / POINTS));
-        let distances_m: Vec<f32> = points.map(|at| narrow(carved.distance_m(self.point(block + at)))).collect();
-        let places = (0..BLOCK.pow(3)).map(|k| UVec3::new(k % BLOCK, k / BLOCK % BLOCK, k / BLOCK / BLOCK));
-        let cells = places.map(|at| SurfaceCell {
-            at: block + at,
-            distances_m: std::array::from_fn(|k| distances_m[number(at + corner(k))]),
-        });
-        cells.filter(|cell| !matches!(cell.inside(), 0 | 255)).collect()
+    /// The cells of a group that the surface passes through, from its number and its snow.
+    ///
+    /// The distance of a point is that in the group whose lowest corner is next to it, so that all cells around the
+    /// point agree on which side of the surface it lies.
+    fn search(&self, origin: UVec3, (group, own): (usize, &Carved), carved: &Carved) -> Vec<SurfaceCell> {
+        let next_groups = [const { OnceCell::new() }; CORNERS];
+        let snow_at = |at: UVec3| match (0..CORNERS).rfind(|number| (at - origin).cmpge(GROUP * corner(*number)).all())
+        {
+            None | Some(0) => own,
+            Some(number) => next_groups[number].get_or_init(|| self.snow_near(origin + GROUP * corner(number), carved)),
+        };
+        let (mut side, mut blocks) = (GROUP, vec![origin]);
+        while side > BLOCK {
+            side /= 2;
+            blocks = blocks.iter().flat_map(|block| self.blocks_near_surface(*block, side, own)).collect();
+        }
+        let cube = |side: u32| (0..side.pow(3)).map(move |k| UVec3::new(k % side, k / side % side, k / side / side));
+        let number = |at: UVec3| at.dot(UVec3::new(1, POINTS, POINTS * POINTS)) as usize;
+        // The distances of the group's points, where they are known.
+        let mut distances_m = vec![f32::NAN; number(UVec3::splat(GROUP)) + 1];
+        let mut found = Vec::new();
+        for block in blocks {
+            for at in cube(BLOCK + 1).map(|at| block + at) {
+                let distance_m = &mut distances_m[number(at - origin)];
+                if distance_m.is_nan() {
+                    *distance_m = narrow(snow_at(at).distance_m(self.point(at)));
+                }
+            }
+            let cells = cube(BLOCK).map(|at| block + at).map(|at| {
+                let distances_m = std::array::from_fn(|k| distances_m[number(at - origin + corner(k))]);
+                SurfaceCell { at, group, distances_m }
+            });
+            found.extend(cells.filter(|cell| !matches!(cell.inside(), 0 | 255)));
+        }
+        found
     }
 }
 

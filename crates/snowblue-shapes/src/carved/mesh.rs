@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use snowblue_geometry::triangle_mesh::TriangleMesh;
 use snowblue_geometry::vertex_normals::VertexNormals;
 
-use super::lattice::{Lattice, SurfaceCell, corner, key};
+use super::lattice::{Lattice, Surface, SurfaceCell, corner, key};
 use super::patches::{Face, Patches, edge, ends, is_crossed, other_axes};
 use super::snow::Carved;
 
@@ -43,15 +43,20 @@ impl Carved {
     /// When there are too many cells, or when nothing is left of the snow.
     pub fn mesh(&self) -> Result<TriangleMesh, CarvedError> {
         let lattice = Lattice::new(self.bounds(), self.cell_m).map_err(|least_m| CarvedError::TooFine { least_m })?;
-        let cells = lattice.surface_cells(self);
+        let Surface { cells, groups } = lattice.surface(self);
         if cells.is_empty() {
             return Err(CarvedError::Empty);
         }
         let net = Net::new(&cells);
-        let vertices: Vec<_> =
-            (0..cells.len()).into_par_iter().flat_map_iter(|cell| net.vertices(cell, &lattice, self)).collect();
+        let (vertices, normals): (Vec<_>, Vec<_>) = (0..cells.len())
+            .into_par_iter()
+            .flat_map_iter(|cell| {
+                let carved = &groups[cells[cell].group];
+                net.vertices(cell, &lattice, carved)
+                    .map(|at| (at, carved.gradient(at, NORMAL_REACH * self.cell_m).as_vec3()))
+            })
+            .unzip();
         let indices = (0..cells.len()).into_par_iter().flat_map_iter(|cell| net.triangles(cell, &vertices)).collect();
-        let normals: Vec<_> = vertices.par_iter().map(|at| self.gradient(*at, NORMAL_REACH).as_vec3()).collect();
         Ok(TriangleMesh {
             positions: vertices.iter().map(|at| at.as_vec3()).collect(),
             indices,
@@ -68,7 +73,9 @@ impl Carved {
             if distance_m.abs() < TOLERANCE * self.cell_m {
                 break;
             }
-            let gradient = self.gradient(point, STEP_REACH);
+            let reach_m = STEP_REACH * self.cell_m;
+            let change = |axis: DVec3| self.distance_m(point + reach_m * axis) - distance_m;
+            let gradient = DVec3::from_array(DVec3::AXES.map(change)) / reach_m;
             let outwards = -distance_m * gradient;
             let is_held =
                 (point.cmple(low) & outwards.cmplt(DVec3::ZERO)) | (point.cmpge(high) & outwards.cmpgt(DVec3::ZERO));
@@ -124,7 +131,7 @@ impl<'cells> Net<'cells> {
 
     /// The vertices of a cell.
     fn vertices(&self, cell: usize, lattice: &Lattice, carved: &Carved) -> impl Iterator<Item = DVec3> {
-        let (SurfaceCell { at, distances_m }, patches) = (&self.cells[cell], &self.patches[cell]);
+        let (SurfaceCell { at, distances_m, .. }, patches) = (&self.cells[cell], &self.patches[cell]);
         let inside = self.cells[cell].inside();
         let (low, high) = (lattice.point(*at), lattice.point(at + UVec3::ONE));
         (0..patches.count).map(move |patch| {
@@ -364,8 +371,11 @@ mod tests {
             if is_inner && uniform(at.as_ivec3(), seed) < 0.6 { -1.0 } else { 1.0 }
         };
         let places = (0..SIDE.pow(3)).map(|k| UVec3::new(k % SIDE, k / SIDE % SIDE, k / SIDE / SIDE));
-        let cells =
-            places.map(|at| SurfaceCell { at, distances_m: std::array::from_fn(|k| distance_m(at + corner(k))) });
+        let cells = places.map(|at| SurfaceCell {
+            at,
+            group: 0,
+            distances_m: std::array::from_fn(|k| distance_m(at + corner(k))),
+        });
         let mut cells: Vec<_> = cells.filter(|cell| !matches!(cell.inside(), 0 | 255)).collect();
         cells.sort_unstable_by_key(SurfaceCell::key);
         cells
@@ -406,7 +416,7 @@ mod tests {
         for number in 0..12 {
             let snow = Carved { cell_m: 0.08, ..random_snow(number) };
             let lattice = Lattice::new(snow.bounds(), snow.cell_m).unwrap();
-            let found: Vec<_> = lattice.surface_cells(&snow).iter().map(SurfaceCell::key).collect();
+            let found: Vec<_> = lattice.surface(&snow).cells.iter().map(SurfaceCell::key).collect();
             // All solids lie within 4 m.
             let is_inside = |at: UVec3| snow.distance_m(lattice.point(at)) < 0.0;
             let inside: Vec<bool> = (0..51)
@@ -423,6 +433,28 @@ mod tests {
             assert!(!known.is_empty() || snow.mesh().is_err());
             assert_eq!(found, known, "{number}");
         }
+    }
+
+    #[test]
+    fn distances_do_not_depend_on_solids_that_are_left_out_as_far() {
+        let (mut left_out, mut all) = (0, 0);
+        for number in 0..600 {
+            let snow = random_snow(number);
+            for place in 0..20 {
+                let vector =
+                    |of: i32| DVec3::from_array([0, 1, 2].map(|axis| random(number, 40 * place + 3 * of + axis)));
+                let (centre, reach_m) = (1.5 * (vector(1000) - 0.5), 0.2 * random(number, place));
+                let near = snow.near(centre, reach_m);
+                all += snow.add.len() + snow.remove.len();
+                left_out += snow.add.len() + snow.remove.len() - near.add.len() - near.remove.len();
+                for probe in 0..10 {
+                    let point = centre + reach_m * (vector(probe) * 2.0 - 1.0) / 3f64.sqrt();
+                    let change_m = near.distance_m(point) - snow.distance_m(point);
+                    assert!(change_m.abs() <= 1e-6 * snow.rounding_m, "{number}: {change_m}");
+                }
+            }
+        }
+        assert!(left_out > all / 4, "{left_out} of {all}");
     }
 
     #[test]

@@ -42,14 +42,34 @@ impl Carved {
         [low - margin_m, high + margin_m]
     }
 
+    /// The snow without the solids that do not count within a reach of a point. There, distances are the same to within
+    /// a millionth of the rounding.
+    ///
+    /// Distances of solids, and of what they are joined to, differ between two points by no more than these are apart.
+    /// A solid that is farther than another one by more than the rounding has a part in the surface only through others
+    /// between both, each of which takes little of it. Those within three times the rounding of the nearest are kept.
+    pub(super) fn near(&self, point: DVec3, reach_m: f64) -> Self {
+        let counting = |solids: &[Solid]| {
+            let least_m = solids.iter().map(|solid| solid.distance_m(point)).fold(f64::INFINITY, f64::min);
+            let most_m = least_m + 2.0 * reach_m + 3.0 * self.rounding_m;
+            solids.iter().filter(|solid| solid.distance_m(point) <= most_m).copied().collect()
+        };
+        let is_taken_elsewhere =
+            self.union_m(&self.add, point) + self.union_m(&self.remove, point) > 2.0 * reach_m + self.rounding_m;
+        let remove = if is_taken_elsewhere { Vec::new() } else { counting(&self.remove) };
+        Self { add: counting(&self.add), remove, ..*self }
+    }
+
     /// Signed distance to the surface without relief, in m. It differs between two points by no more than they are
     /// apart.
     pub(super) fn smooth_distance_m(&self, point: DVec3) -> f64 {
-        let union_m = |solids: &[Solid]| {
-            let distances = solids.iter().map(|solid| solid.distance_m(point));
-            distances.fold(f64::INFINITY, |all_m, one_m| smooth_min_m(all_m, one_m, self.rounding_m))
-        };
-        -smooth_min_m(-union_m(&self.add), union_m(&self.remove), self.rounding_m)
+        -smooth_min_m(-self.union_m(&self.add, point), self.union_m(&self.remove, point), self.rounding_m)
+    }
+
+    /// Signed distance to the surface of solids that are joined, in m.
+    fn union_m(&self, solids: &[Solid], point: DVec3) -> f64 {
+        let distances = solids.iter().map(|solid| solid.distance_m(point));
+        distances.fold(f64::INFINITY, |all_m, one_m| smooth_min_m(all_m, one_m, self.rounding_m))
     }
 
     /// Signed distance to the surface, in m.
@@ -68,11 +88,9 @@ impl Carved {
         GREATEST_RELIEF * self.relief_m
     }
 
-    /// Gradient of the distance, by central differences over some cells.
-    pub(super) fn gradient(&self, point: DVec3, reach: f64) -> DVec3 {
-        let reach_m = reach * self.cell_m;
-        DVec3::from_array(DVec3::AXES.map(|axis| {
-            (self.distance_m(point + reach_m * axis) - self.distance_m(point - reach_m * axis)) / (2.0 * reach_m)
-        }))
+    /// Gradient of the distance, by central differences over a length.
+    pub(super) fn gradient(&self, point: DVec3, reach_m: f64) -> DVec3 {
+        let change = |axis: DVec3| self.distance_m(point + reach_m * axis) - self.distance_m(point - reach_m * axis);
+        DVec3::from_array(DVec3::AXES.map(change)) / (2.0 * reach_m)
     }
 }
