@@ -15,6 +15,15 @@ pub fn rows(text: &str) -> impl Iterator<Item = (usize, &str)> {
     lines(text).filter(|(_, line)| !is_comment(line))
 }
 
+/// The cells of a row, without spaces and quotation marks around them. They are numbers and words, which hold no
+/// commas.
+pub fn cells(row: &str) -> impl Iterator<Item = &str> {
+    row.split(',').map(|cell| {
+        let cell = cell.trim();
+        cell.strip_prefix('"').and_then(|cell| cell.strip_suffix('"')).unwrap_or(cell).trim()
+    })
+}
+
 /// The end of a message on a row that does not have as many cells as there are columns, or cells that are no numbers:
 /// how cells are separated, if the row has another separator or more commas. Else it is empty.
 pub fn separator_hint(row: &str, columns: usize) -> String {
@@ -42,6 +51,11 @@ mod tests {
     fn comments_and_blank_lines_are_no_rows() {
         let text = "\u{feff}# made by hand\n\na,b\n  # of them\n1,2 \n\t\n3,#4";
         assert_eq!(rows(text).collect::<Vec<_>>(), [(3, "a,b"), (5, "1,2 "), (7, "3,#4")]);
+    }
+
+    #[test]
+    fn cells_have_no_spaces_and_quotation_marks_around_them() {
+        assert_eq!(cells("\"nm\", 5 ,\" a b \",\"").collect::<Vec<_>>(), ["nm", "5", "a b", "\""]);
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use thiserror::Error;
 
 use crate::ParameterRange;
-use crate::csv_text::{rows, separator_hint};
+use crate::csv_text::{cells, rows, separator_hint};
 
 /// Greatest value of a spectrum, in any unit. Sums over a spectrum are far below the greatest number.
 pub const GREATEST_VALUE: f64 = 1e30;
@@ -81,7 +81,8 @@ pub fn read(text: &str, quantity: &'static str) -> Result<Vec<SpectrumRows>, Spe
 pub fn read_within(text: &str, quantity: &str, range: ParameterRange) -> Result<Vec<SpectrumRows>, SpectrumError> {
     let mut lines = rows(text).peekable();
     let mut columns = Columns { count: 2, slab: [None, None], wavelength: 0, value: 1, range };
-    let starts_with_letter = |line: &str| line.trim_start().starts_with(|c: char| c.is_alphabetic());
+    let starts_with_letter =
+        |line: &str| cells(line).next().is_some_and(|cell| cell.starts_with(|c: char| c.is_alphabetic()));
     if let Some((number, line)) = lines.next_if(|(_, line)| starts_with_letter(line)) {
         columns = columns.under_header(line, quantity).map_err(at(number))?;
     }
@@ -136,7 +137,7 @@ impl SpectrumError {
 impl Columns {
     /// Columns by their names. Two columns are wavelength and value whatever their names are.
     fn under_header(self, line: &str, quantity: &str) -> Result<Self, String> {
-        let names: Vec<&str> = line.split(',').map(str::trim).collect();
+        let names: Vec<&str> = cells(line).collect();
         let find = |wanted: &str| names.iter().position(|name| *name == wanted);
         let (wavelength, value) = match (find("wavelength_nm"), find(quantity)) {
             (Some(wavelength), Some(value)) => (wavelength, value),
@@ -152,7 +153,7 @@ impl Columns {
     }
 
     fn row(&self, line: &str) -> Result<Row, String> {
-        let fields: Vec<&str> = line.split(',').map(str::trim).collect();
+        let fields: Vec<&str> = cells(line).collect();
         let hint = || separator_hint(line, self.count);
         let wrong = || format!("expected a wavelength in nm and a value, but found '{}'{}", shown(line), hint());
         if fields.len() != self.count {
@@ -184,6 +185,13 @@ mod tests {
         let spectra = read(text, "reflectance").unwrap();
         let values: Vec<_> = spectra.iter().map(|one| (one.line, one.slab[0].as_str(), one.values.clone())).collect();
         assert_eq!(values, [(2, "1", vec![0.5, 0.4]), (4, "2", vec![0.7]), (5, "2", vec![1.0])]);
+    }
+
+    #[test]
+    fn cells_may_be_quoted() {
+        let spectra = read("\"\",\"wavelength_nm\",\"albedo\"\n\"1\",400,0.9\n", "albedo").unwrap();
+        assert_eq!((spectra[0].wavelengths_nm[0], spectra[0].values[0]), (400.0, 0.9));
+        assert_eq!(read("\"nm\",\"r\"\n400,0.9\n", "albedo").unwrap(), read("400,0.9", "albedo").unwrap());
     }
 
     #[test]

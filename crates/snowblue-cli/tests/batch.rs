@@ -216,6 +216,10 @@ fn inputs_are_not_overwritten() {
         &["pack.toml: would be overwritten"],
     );
     assert_eq!(std::fs::read_to_string(&layers).unwrap(), "[[layer]]\nthickness_cm = 3\n");
+    let text = stdout(&["spectrum", "--wavelengths", "400:700:100"]);
+    let spectrum = file(folder.path(), "spectrum.csv", &text);
+    assert_refused(&["color", "--spectrum", &spectrum, "-o", &spectrum], &["spectrum.csv: would be overwritten"]);
+    assert_eq!(std::fs::read_to_string(&spectrum).unwrap(), text);
 }
 
 #[test]

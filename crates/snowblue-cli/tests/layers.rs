@@ -172,7 +172,7 @@ fn a_sky_gives_light_at_depth() {
     let cells: Vec<Vec<&str>> = lines.map(|line| line.split(',').collect()).collect();
     assert_eq!(cells.len(), 8);
     let number = |row: usize, column: usize| cells[row][column].parse::<f64>().unwrap();
-    for (first, band, unit) in [(0, "par", "µmol/s"), (4, "solar", "W")] {
+    for (first, band, unit) in [(0, "par-400-700", "µmol/s"), (4, "solar-320-2500", "W")] {
         assert!(cells[first..first + 4].iter().all(|row| row[2] == band && row[3] == unit), "{bands}");
         let kept = number(first, 6) - number(first + 1, 6);
         let absorbed = number(first + 2, 8) + number(first + 3, 8);
@@ -185,12 +185,13 @@ fn a_sky_gives_light_at_depth() {
     let night = sky("-5", &["--wavelengths", "450"]);
     assert!(night.lines().skip(1).all(|line| line.ends_with(",450,0,0,0,0,0")), "{night}");
     let day = sky("47.27,11.39,2026-02-01", &["--broadband", "par"]);
-    assert_names(&day, &["warming_k\n", ",par,µmol,"]);
+    assert_names(&day, &["warming_k\n", ",par-400-700,µmol,"]);
     // A half-space has a power per area, but none per volume.
     std::fs::write(&path, "[[layer]]\nthickness_cm = inf\n").unwrap();
     let endless =
         stdout(&["spectrum", "--layers", path.to_str().unwrap(), "--depths", "0", "--sky", "25", "--broadband"]);
-    let row: Vec<&str> = endless.lines().find(|line| line.starts_with("0,inf,solar,W,")).unwrap().split(',').collect();
+    let row: Vec<&str> =
+        endless.lines().find(|line| line.starts_with("0,inf,solar-320-2500,W,")).unwrap().split(',').collect();
     assert!(row[8].parse::<f64>().unwrap() > 0.0 && row[9..].iter().all(|cell| cell.is_empty()), "{endless}");
 }
 

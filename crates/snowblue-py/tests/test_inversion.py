@@ -428,6 +428,13 @@ def test_bands_of_single_wavelengths_equal_the_spectrum():
     np.testing.assert_allclose(means, expected.albedo_fit, rtol=1e-15)
 
 
+def test_the_ground_is_that_of_the_spectrum():
+    arguments = dict(ssa_m2_kg=20, thickness_cm=2, ground_albedo=0.6, wavelength_nm=np.arange(400, 901, 50))
+    for spectrum in (snowblue.spectrum(**arguments, angle_deg=0).reflectance, snowblue.albedo(**arguments)):
+        fit = snowblue.invert(spectrum.squeeze(), retrieve="ssa_m2_kg")
+        assert fit.ground_albedo == 0.6 and abs(fit.ssa / 20 - 1) < 0.02
+
+
 def test_transmittance_fluxes_and_a_sky_in_bands():
     light = snowblue.sky(elevation_deg=30, turbidity=2, ground_albedo=0.9, wavelength_nm=np.arange(420, 901, 10))
     fraction = (light.diffuse / (light.direct + light.diffuse)).drop_vars("elevation")

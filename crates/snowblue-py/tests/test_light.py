@@ -160,6 +160,15 @@ def test_measured_light_is_taken():
             snowblue.light_at_depth(PACK, measured.assign({name: ("wavelength", values)}), depth_cm=[0])
     twilight = measured.assign(elevation=-3.0, direct=0 * measured.direct)
     np.testing.assert_allclose(snowblue.light_at_depth(PACK, twilight, depth_cm=[0]).down, 0.2, rtol=1e-12)
+    with pytest.raises(ValueError, match="direct light at 400 nm is 0.5 with the sun at -3 degrees, but must be 0"):
+        snowblue.light_at_depth(PACK, measured.assign(elevation=-3.0), depth_cm=[0])
+    with pytest.raises(ValueError, match="the wavelengths of the sky must ascend"):
+        snowblue.light_at_depth(PACK, measured.isel(wavelength=slice(None, None, -1)), depth_cm=[0])
+    for name, units in (("direct", "mW m-2 nm-1"), ("diffuse", "W m-2 um-1"), ("elevation", "radian")):
+        stated = measured.copy(deep=True)
+        stated[name].attrs["units"] = units
+        with pytest.raises(ValueError, match=f"{name} states the units '{units}', but must be in "):
+            snowblue.light_at_depth(PACK, stated, depth_cm=[0])
 
 
 @pytest.mark.parametrize("keywords, message", [

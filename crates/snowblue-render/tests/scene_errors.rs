@@ -525,7 +525,7 @@ fn carved_snow_is_read_and_its_mistakes_are_named() {
         ("[[object.add]]", "[object.add]", 29, "object[1].add must be written as [[object.add]]"),
         ("to = [0, 0, 1]", "to = [0, 0, 0]", 36, "object[1].remove[0].to must not be the point `from`"),
         ("[0.2, 0.1]", "\"wide\"", 37, "object[1].remove[0].radius is \"wide\", but must be a number or a list of"),
-        ("[0.2, 0.1]", "[9, 9]", 23, "object[1] is empty: its solids are removed or smaller than a cell"),
+        ("[0.2, 0.1]", "[9, 9]", 23, "object[1] is empty: its solids are removed, rounded away, or smaller"),
         (
             "type = \"ellipsoid\"\ncentre = [0, 0, 0]\nradii = [0.5, 0.5, 0.5]",
             "type = \"half_space\"\npoint = [0, 0, 0]\nnormal = [0, 0, 1]",

@@ -349,7 +349,7 @@ fn a_mask_of_missing_wavelengths_equals_dropping_them() {
     let fewer = Inversion { wavelengths_nm: kept.iter().map(|place| NM[*place]).collect(), ..whole.clone() };
     let short = Observation { measured: vec![dropped], ..masked.clone() };
     let (masked, short) = (one(&whole, masked), one(&fewer, short));
-    assert_eq!((masked.data, masked.outcome), (8, Outcome::Converged));
+    assert_eq!((masked.data, &masked.outcome), (8, &Outcome::Converged));
     assert!(masked.fits[0][5].is_nan());
     let fits = vec![kept.iter().map(|place| masked.fits[0][*place]).collect()];
     assert_eq!(Retrieval { fits, ..masked }, short);
@@ -385,7 +385,7 @@ fn without_information_the_posterior_is_the_prior() {
         }
         assert!(retrieval.degrees_of_freedom.abs() < 1e-12 && retrieval.averaging_kernel[1].abs() < 1e-12);
     }
-    let outcomes: Vec<Outcome> = found.iter().map(|retrieval| retrieval.outcome).collect();
+    let outcomes: Vec<Outcome> = found.iter().map(|retrieval| retrieval.outcome.clone()).collect();
     assert_eq!(outcomes, [Outcome::Converged, Outcome::NoData, Outcome::NoData]);
 }
 
@@ -511,12 +511,24 @@ fn a_variable_at_an_end_of_its_range_is_named() {
     let mut bright = observation(&deep(200.0, 0.0, beam(0.0)), &[20.0], 0.005);
     bright.measured[0].values.fill(1.0);
     let found = one(&inversion, bright);
-    assert_eq!(found.outcome, Outcome::AtEndOfRange(Variable::SurfaceArea.into()));
+    assert_eq!(found.outcome, Outcome::AtEndOfRange(vec![Variable::SurfaceArea.into()]));
     assert!((found.values[0].median - 300.0).abs() < 1e-9);
     // It is held there: a slightly different snow would be retrieved as the same.
     let posterior = [found.averaging_kernel[0], found.covariance[0], found.degrees_of_freedom];
     assert!(posterior.iter().all(|entry| entry.abs() < f64::MIN_POSITIVE), "{found:?}");
     assert_eq!(found.outcome.to_string(), "ssa_m2_kg is at an end of its range");
+}
+
+#[test]
+fn all_variables_at_ends_of_their_ranges_are_named() {
+    let inversion = inversion(&[Variable::SurfaceArea, SOOT], &[3.0, 3.0]);
+    let mut black = observation(&deep(200.0, 0.0, beam(0.0)), &[20.0, 100.0], 0.005);
+    black.measured[0].values.fill(0.002);
+    let outcome = one(&inversion, black).outcome.to_string();
+    assert!(
+        outcome.starts_with("ssa_m2_kg and black") && outcome.ends_with("are at ends of their ranges"),
+        "{outcome}"
+    );
 }
 
 /// The wavelengths of other spectra, at which the model of its snow does not hold, are not those of a spectrum.

@@ -13,7 +13,7 @@ use snowblue_render::{Integrator, Phase, Preparation, SceneDescription};
 
 use crate::commands::interrupt;
 use crate::options::{GivenOptions, Idle, LightFieldOptions, SceneOptions, limits, parse};
-use crate::output::{Failure, Outcome, Phases, check_path, ending, output_path, print_notes};
+use crate::output::{Failure, Outcome, Phases, check_not_input, check_path, ending, output_path, print_notes};
 
 /// Bake the light field of a scene (TOML) on its snow, as GLB or PLY for other renderers
 #[derive(Debug, Args)]
@@ -102,6 +102,7 @@ impl Bake {
         let phases = Phases::new(quiet, false);
         phases.begin(Phase::Meshes);
         let scene = file.build().map_err(Failure::input)?;
+        file.inputs(&scene).iter().try_for_each(|input| check_not_input(input, &self.output))?;
         let preparation = Preparation { report: &|at| phases.report(at), ..Preparation::default() };
         let integrator = Integrator::prepare_with(&scene, preparation);
         let integrator = integrator.map_err(|error| Failure::input(error.located(&file)))?;

@@ -18,7 +18,7 @@ use crate::options::{
     ColorOptions, LightOptions, OrdinatesArguments, SlabOptions, SnowOptions, check_transmits, limits,
 };
 use crate::output::color_row::{self, ColorRow};
-use crate::output::{Failure, Outcome, OutputOptions};
+use crate::output::{Failure, Outcome, OutputOptions, check_not_input};
 
 /// Compute XYZ, CIELAB, linear sRGB and hex of the light that snow transmits or reflects
 #[derive(Debug, Args)]
@@ -79,6 +79,9 @@ struct Curve {
 impl Color {
     pub(crate) fn run(&self, quiet: bool) -> Outcome {
         self.output.check()?;
+        if let (Some(input), Some(output)) = (&self.spectrum, &self.output.output) {
+            check_not_input(input, output)?;
+        }
         let (columns, rows) = match (&self.spectrum, self.color.false_color) {
             (Some(path), _) => (color_row::COLUMNS.to_vec(), self.colours_of_file(path)?),
             (None, Some(colour)) => (color_row::FALSE_COLOR_COLUMNS.to_vec(), self.false_colours(colour)?),

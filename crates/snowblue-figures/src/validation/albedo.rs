@@ -219,7 +219,6 @@ fn fits(answers: &Answers) -> FigureTable {
         let scale = found.scales[0];
         let is_scaled = scale.standard_deviation > 0.0;
         let kernel = |i: usize| format!("{:.2}", found.averaging_kernel[3 * i]);
-        let outcome = found.outcome;
         vec![
             (*name).to_owned(),
             with_interval(&area, 1),
@@ -228,7 +227,10 @@ fn fits(answers: &Answers) -> FigureTable {
             kernel(0),
             kernel(1),
             format!("{:.2}", found.chi_square / found.data as f64),
-            if outcome == Outcome::Converged { found.solutions.to_string() } else { outcome.to_string() },
+            match &found.outcome {
+                Outcome::Converged => found.solutions.to_string(),
+                outcome => outcome.to_string(),
+            },
         ]
     };
     let columns = [

@@ -189,8 +189,8 @@ def invert(
         how many parameters the data determine. A parameter at an end of its range, beyond which the fit would improve,
         is held there: its rows of both matrices and its `_sd` are 0, and the others have their posterior given its
         value. `chi_square`, which is near `data`, the number of values, if model, errors and prior are right.
-        `outcome`: "converged"; or which parameter is at an end of its range; "not converged"; or "no data", where the
-        posterior is the prior. Measured and fitted spectra. The attribute `light` says which light was assumed.
+        `outcome`: "converged"; or which parameters are at ends of their ranges; "not converged"; or "no data", where
+        the posterior is the prior. Measured and fitted spectra. The attribute `light` says which light was assumed.
 
     Raises
     ------
@@ -418,8 +418,10 @@ def _outputs(
     parameters: dict[str, tuple[str, int | None]], measured: dict[str, Measured]
 ) -> dict[str, tuple[dict[str, int], Any]]:
     """The further dimensions and the type of each variable of a result."""
-    words = max(len(_words(*parameter)) for parameter in parameters.values())
-    outputs: dict[str, tuple[dict[str, int], Any]] = {"outcome": ({}, f"U{words + len(' is at an end of its range')}")}
+    # The longest outcome: all parameters are at ends of their ranges.
+    words = " and ".join(_words(*parameter) for parameter in parameters.values())
+    longest = len(f"{words} are at ends of their ranges")
+    outputs: dict[str, tuple[dict[str, int], Any]] = {"outcome": ({}, f"U{longest}")}
     for name in (*parameters, *(f"{name}_scale" for name in measured)):
         outputs |= {name + aspect: ({}, float) for aspect in ASPECTS}
     for name, spectrum in measured.items():

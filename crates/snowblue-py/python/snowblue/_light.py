@@ -13,6 +13,7 @@ from snowblue._arguments import (
     SUBSTANCES,
     THICKNESS,
     WAVELENGTH,
+    Quantity,
     attributes,
     check_names,
     checks_names,
@@ -23,7 +24,7 @@ from snowblue._arguments import (
     ordinates,
     wavelength_coordinate,
 )
-from snowblue._sky import SKY_NAMES, sky as daylight
+from snowblue._sky import ELEVATION, IRRADIANCE, SKY_NAMES, sky as daylight
 from snowblue._spectra import (
     CHANGED_LAYER,
     LAYER,
@@ -47,6 +48,8 @@ LEVELS = {
     "absorbed": "power that the snow absorbs per volume",
     "layer_absorbed": "power that the layer absorbs per level area",
 }
+LOWEST_SUN_DEG = -1.0
+"""Refraction and the sun's radius show some of it down to an elevation of -0.85 degrees."""
 BANDS = ("solar", "par", "visible", "near-infrared")
 
 
@@ -75,9 +78,9 @@ def light_at_depth(
     sky : mapping or xarray.Dataset
         Arguments of :func:`sky`, such as `dict(latitude_deg=47.27, longitude_deg=11.39, time="2026-02-01T12:00+01:00",
         turbidity=2)`, or its result, or measurements in that form: `direct` and `diffuse` in W m-2 nm-1 on
-        `wavelength`, and the `elevation` of the sun in degrees. Default wavelengths are every 10 nm of 320 to 720 nm
-        and, under a clear sky, every 20 nm of 740 to 2500 nm, as far as the tables of the snow reach: to 1480 nm with
-        impurities.
+        `wavelength`, which ascends, and the `elevation` of the sun in degrees. Default wavelengths are every 10 nm of
+        320 to 720 nm and, under a clear sky, every 20 nm of 740 to 2500 nm, as far as the tables of the snow reach: to
+        1480 nm with impurities.
     depth_cm : array
         Depths below the surface. At a face of ice fluxes are those outside it; `absorbed` and `warming` at a face of
         ice to air are those of the ice.
@@ -126,7 +129,11 @@ def light_at_depth(
     for name in ("direct", "diffuse", "elevation"):
         if name not in sky:
             raise ValueError(f"the sky has no '{name}'")
+    for quantity in (Quantity("direct", IRRADIANCE), Quantity("diffuse", IRRADIANCE), ELEVATION):
+        quantity.check(sky[quantity.name])
     wavelengths_nm = numbers(WAVELENGTH, sky.wavelength)
+    if not np.all(np.diff(wavelengths_nm) > 0):
+        raise ValueError("the wavelengths of the sky must ascend: sort it with sky.sortby('wavelength')")
     dims = [dim for dim in sky.direct.dims if dim != "wavelength"]
     if len(dims) > 1:
         raise ValueError(f"the sky has the axes {', '.join(map(str, dims))}, but may have one beside the wavelength")
@@ -147,6 +154,13 @@ def light_at_depth(
             row, place = np.argwhere(wrong)[0]
             where = f"{wavelengths_nm[place]:g} nm" + (f", {dims[0]} {row}" if dims else "")
             raise ValueError(f"{name} light at {where} is {light[row, place]}, but must be a number from 0 up")
+    of_night = (elevations < LOWEST_SUN_DEG)[:, None] & (direct > 0)
+    if of_night.any():
+        row, place = np.argwhere(of_night)[0]
+        raise ValueError(
+            f"direct light at {wavelengths_nm[place]:g} nm is {direct[row, place]:g} with the sun at "
+            f"{elevations[row]:g} degrees, but must be 0 with the sun below the horizon"
+        )
     lights = list(zip(elevations.tolist(), direct.tolist(), diffuse.tolist()))
     if bands is None:
         covered = _native.covered_bands(wavelengths_nm)

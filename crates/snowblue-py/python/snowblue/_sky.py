@@ -32,12 +32,12 @@ AZIMUTH = Quantity("azimuth", "degree", "angle of the sun from north, clockwise"
 STANDARD_NAMES = {ELEVATION: "solar_elevation_angle", AZIMUTH: "solar_azimuth_angle"}
 """Names of the CF conventions."""
 
-_IRRADIANCE = "W m-2 nm-1"
+IRRADIANCE = "W m-2 nm-1"
 _VARIABLES = {
-    "direct_normal": (_IRRADIANCE, "irradiance by the sun of a plane that faces it"),
-    "direct": (_IRRADIANCE, "irradiance of level ground by the sun"),
-    "diffuse": (_IRRADIANCE, "irradiance of level ground by the sky"),
-    "global": (_IRRADIANCE, "irradiance of level ground by the sun and the sky"),
+    "direct_normal": (IRRADIANCE, "irradiance by the sun of a plane that faces it"),
+    "direct": (IRRADIANCE, "irradiance of level ground by the sun"),
+    "diffuse": (IRRADIANCE, "irradiance of level ground by the sky"),
+    "global": (IRRADIANCE, "irradiance of level ground by the sun and the sky"),
     "illuminance_direct": ("lx", "illuminance of level ground by the sun"),
     "illuminance_diffuse": ("lx", "illuminance of level ground by the sky"),
     "par_direct": ("umol m-2 s-1", "photosynthetically active radiation on level ground, from the sun"),
@@ -69,7 +69,7 @@ def sunlight(wavelength_nm: Any = np.arange(300.0, 2501.0, 10.0)) -> xr.DataArra
 
     wavelengths_nm = numbers(WAVELENGTH, wavelength_nm)
     coords = {"wavelength": wavelength_coordinate(wavelengths_nm)}
-    made = {"units": _IRRADIANCE, "long_name": "irradiance by the standard sun"}
+    made = {"units": IRRADIANCE, "long_name": "irradiance by the standard sun"}
     return xr.DataArray(_native.sunlight(wavelengths_nm), coords, ["wavelength"], "sunlight", made)
 
 

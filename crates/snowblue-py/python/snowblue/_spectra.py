@@ -258,8 +258,17 @@ def spectrum(
     solved = _dataset(variables, coords, given.attrs | made)
     _describe_derivatives(solved, FLUXES, jacobian)
     if columns[3] or cases["ground_albedo"][0] > 0:
-        solved.transmittance.attrs["long_name"] = LONG_NAMES["ground"]
+        _describe_ground(solved, made.get("ground_albedo"))
     return solved
+
+
+def _describe_ground(solved: xr.Dataset, ground_albedo: float | None) -> None:
+    """Says what the transmittance above bright ground is, and on each spectrum, as :func:`invert` takes it, how bright
+    the ground is, unless that is an axis."""
+    solved.transmittance.attrs["long_name"] = LONG_NAMES["ground"]
+    if ground_albedo is not None:
+        for name in ("reflectance", "transmittance"):
+            solved[name].attrs["ground_albedo"] = ground_albedo
 
 
 def _block_of_spectra(arrays: Mapping[str, Labelled], single: Mapping[str, Any]) -> dict[str, Any]:
@@ -409,7 +418,7 @@ def layers(
     solved = _dataset(variables, coords, made)
     _describe_derivatives(solved, FLUXES + DEPTH_FLUXES if depths_cm else FLUXES, jacobian)
     if ground_albedo > 0:
-        solved.transmittance.attrs["long_name"] = LONG_NAMES["ground"]
+        _describe_ground(solved, ground_albedo)
     return solved
 
 

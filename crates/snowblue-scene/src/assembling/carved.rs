@@ -26,7 +26,7 @@ pub(super) fn carved_mesh(path: &KeyPath, description: &CarvedDescription) -> Re
             let (cell_m, least_m) = (description.cell, rounded_up(least_m));
             path.key("cell").error(format!("is {cell_m} m, but must be at least {least_m} m for solids of this size"))
         }
-        CarvedError::Empty => path.error("is empty: its solids are removed or smaller than a cell"),
+        CarvedError::Empty => path.error("is empty: its solids are removed, rounded away, or smaller than a cell"),
     })
 }
 

@@ -106,7 +106,7 @@ use crate::error::SceneError;
 
 use place::span_of;
 use reader::read_description;
-use snowblue_base::files::{FileError, FilesIn};
+use snowblue_base::files::{FileError, FileSource, FilesIn};
 use snowblue_base::toml_value::{Mistake, parse};
 
 pub(crate) use place::line_of;
@@ -159,6 +159,13 @@ impl SceneFile {
         // Values out of range are changed ones, since those of the file were checked: the file has no line of them.
         self.description.check()?;
         self.description.build_checked(&FilesIn::beside(&self.path)).map_err(|error| self.locate(error))
+    }
+
+    /// The paths of this file and of those that a scene has read which was built of it.
+    pub fn inputs(&self, scene: &Scene) -> Vec<PathBuf> {
+        let files = FilesIn::beside(&self.path);
+        let others = scene.file_hashes().into_keys().map(|name| files.display_name(name));
+        std::iter::once(self.path.clone()).chain(others).collect()
     }
 
     /// Adds the file and the line to an error about a value.

@@ -1,9 +1,10 @@
 //! A table of brightness over all directions, by which directions are sampled.
 //!
 //! Rows run from straight up (+z) to straight down, columns around; the middle column looks along +y, and directions
-//! turn clockwise to the right as seen from above, as in a view from inside. The density is constant over each pixel's
-//! solid angle and proportional to its mean brightness: rows first, then columns, by inversion of cumulative sums
-//! (Pharr, Jakob & Humphreys 2023, section A.5).
+//! turn clockwise to the right as seen from above, as in a view from inside. The density is that of the bilinear
+//! interpolation between pixels, constant beyond the first and the last row: in cells between the middles of pixels,
+//! rows of them first, then columns, by inversion of cumulative sums, then in a cell (Pharr, Jakob & Humphreys 2023,
+//! sections A.4 and A.5). A density that were constant in each pixel would make the edges of a small sun noisy.
 
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
@@ -19,7 +20,9 @@ pub(super) struct DirectionTable {
     width: usize,
     height: usize,
     turn_rad: f32,
-    /// Cumulative fractions of the light over the rows, and over the columns of each row.
+    /// Brightness at the middle of each pixel.
+    bright: Vec<f32>,
+    /// Cumulative fractions of the light over the rows of cells, and over the columns of each row.
     rows: Vec<f32>,
     columns: Vec<f32>,
 }
@@ -27,34 +30,34 @@ pub(super) struct DirectionTable {
 impl DirectionTable {
     /// A table of `width` columns from the brightness at the middle of each pixel, row by row, turned about z by
     /// `turn_rad`, counter-clockwise seen from above. None if all is dark.
-    pub(super) fn new(width: usize, bright: &[f32], turn_rad: f32) -> Option<Self> {
+    pub(super) fn new(width: usize, bright: Vec<f32>, turn_rad: f32) -> Option<Self> {
         let height = bright.len() / width;
-        let mut row_weights = Vec::with_capacity(height);
-        let mut columns = Vec::with_capacity(width * height);
-        for row in 0..height {
-            // Mean of the bilinear interpolation over a pixel: weights 1/8, 6/8, 1/8 along both axes.
-            let rows = [(row.saturating_sub(1), 0.125), (row, 0.75), ((row + 1).min(height - 1), 0.125)];
-            let at =
-                |column: usize| -> f32 { rows.iter().map(|(row, share)| share * bright[row * width + column]).sum() };
-            let weights = (0..width).map(|column| {
-                0.125 * at((column + width - 1) % width) + 0.75 * at(column) + 0.125 * at((column + 1) % width)
-            });
-            let (total, shares) = cumulative(weights);
-            columns.extend(shares);
-            let [top, bottom] = edge_cosines(row, height);
+        let mut table = Self { width, height, turn_rad, bright, rows: Vec::new(), columns: Vec::new() };
+        let mut row_weights = Vec::with_capacity(height + 1);
+        table.columns.reserve_exact(width * (height + 1));
+        for row in 0..=height {
+            let mean = |column| 0.25 * table.corners(row, column).as_flattened().iter().sum::<f32>();
+            let (total, shares) = cumulative((0..width).map(mean));
+            let [top, bottom] = table.edge_cosines(row);
             row_weights.push(narrow(total) * (top - bottom));
+            table.columns.extend(shares);
         }
         let (total, rows) = cumulative(row_weights.into_iter());
-        (total > 0.0).then_some(Self { width, height, turn_rad, rows, columns })
+        table.rows = rows;
+        (total > 0.0).then_some(table)
     }
 
     /// A direction with the density [`density_per_sr`](Self::density_per_sr), from two numbers in [0, 1).
     pub(super) fn sample(&self, [u, v]: [f32; 2]) -> Vec3A {
         let (row, down) = invert(&self.rows, v);
-        let (column, across) = invert(&self.columns[row * self.width..][..self.width], u);
-        let [top, bottom] = edge_cosines(row, self.height);
+        let (column, across) = invert(self.columns_of(row), u);
+        let corners = self.corners(row, column);
+        let down = invert_linear(corners.map(|[left, right]| left + right), down);
+        let [above, below] = corners;
+        let across = invert_linear([0, 1].map(|side| above[side] + (below[side] - above[side]) * down), across);
+        let [top, bottom] = self.edge_cosines(row);
         let z = top + (bottom - top) * down;
-        let longitude = longitude_rad((column as f32 + across) / self.width as f32) + self.turn_rad;
+        let longitude = longitude_rad((column as f32 + 0.5 + across) / self.width as f32) + self.turn_rad;
         let radius = (1.0 - z * z).max(0.0).sqrt();
         Vec3A::new(radius * longitude.cos(), radius * longitude.sin(), z)
     }
@@ -62,10 +65,37 @@ impl DirectionTable {
     /// Density of [`sample`](Self::sample), in 1/sr.
     pub(super) fn density_per_sr(&self, direction: Vec3A) -> f32 {
         let [across, down] = self.place(direction);
-        let (column, row) = (whole(across, self.width), whole(down, self.height));
-        let [top, bottom] = edge_cosines(row, self.height);
-        let fraction = share(&self.rows, row) * share(&self.columns[row * self.width..][..self.width], column);
-        fraction * self.width as f32 / (TAU * (top - bottom))
+        let (row, shifted) = (whole(down + 0.5, self.height + 1), across + self.width as f32 - 0.5);
+        let (column, across) = (whole(shifted, 2 * self.width) % self.width, shifted.fract());
+        let [top, bottom] = self.edge_cosines(row);
+        let down = ((top - direction.z) / (top - bottom)).clamp(0.0, 1.0);
+        let [above, below] =
+            self.corners(row, column).map(|[left, right]| [left + (right - left) * across, left + right]);
+        let mean = 0.25 * (above[1] + below[1]);
+        if mean <= 0.0 {
+            return 0.0;
+        }
+        let fraction = share(&self.rows, row) * share(self.columns_of(row), column);
+        let in_cell = (above[0] + (below[0] - above[0]) * down) / mean;
+        fraction * in_cell * self.width as f32 / (TAU * (top - bottom))
+    }
+
+    /// Brightness at the corners of a cell: above and below, on the left and on the right.
+    fn corners(&self, row: usize, column: usize) -> [[f32; 2]; 2] {
+        let columns = [column, (column + 1) % self.width];
+        [row.saturating_sub(1), row.min(self.height - 1)]
+            .map(|row| columns.map(|column| self.bright[row * self.width + column]))
+    }
+
+    /// Cumulative fractions of the light over the columns of a row of cells.
+    fn columns_of(&self, row: usize) -> &[f32] {
+        &self.columns[row * self.width..][..self.width]
+    }
+
+    /// Cosine of the polar angle at the upper and the lower edge of a row of cells.
+    fn edge_cosines(&self, row: usize) -> [f32; 2] {
+        let height = self.height as f32;
+        [row as f32 - 0.5, row as f32 + 0.5].map(|edge| (PI * edge.clamp(0.0, height) / height).cos())
     }
 
     /// Position of a direction in the table, in pixels from its upper left corner.
@@ -82,9 +112,12 @@ pub(super) fn longitude_rad(across: f32) -> f32 {
     FRAC_PI_2 - TAU * (across - 0.5)
 }
 
-/// Cosine of the polar angle at the upper and the lower edge of a row.
-fn edge_cosines(row: usize, height: usize) -> [f32; 2] {
-    [row, row + 1].map(|edge| (PI * edge as f32 / height as f32).cos())
+/// The place in [0, 1] below which a density that is linear between two values has the fraction `u`.
+fn invert_linear([from, to]: [f32; 2], u: f32) -> f32 {
+    if from + to <= 0.0 {
+        return u;
+    }
+    (u * (from + to) / (from + (from * from + (to * to - from * from) * u).sqrt())).min(1.0)
 }
 
 /// Pixel index of a coordinate, clamped to 0..`count`.

@@ -100,7 +100,7 @@ impl SkyDome {
             .flat_map(|row| (0..width).map(move |column| (row, column)))
             .map(|(r, c)| brightness(r, c))
             .collect();
-        let table = DirectionTable::new(width.into(), &bright, 0.0)?;
+        let table = DirectionTable::new(width.into(), bright, 0.0)?;
         Some(Self { model, table })
     }
 }

@@ -169,7 +169,7 @@ impl SkyImage {
         }
         let upsampling = if daylight { Upsampling::daylight() } else { Upsampling::grey() };
         let bright: Vec<f32> = pixels.iter().map(|&pixel| luminance(pixel)).collect();
-        let table = DirectionTable::new(width, &bright, rotation_deg.to_radians());
+        let table = DirectionTable::new(width, bright, rotation_deg.to_radians());
         let table = table.ok_or_else(|| "the image is black".to_owned())?;
         Ok(Self { width, height, pixels, upsampling, table })
     }

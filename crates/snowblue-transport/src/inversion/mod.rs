@@ -130,13 +130,13 @@ pub struct Retrieved {
 }
 
 /// How a search has ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Outcome {
     /// At the most probable state.
     Converged,
-    /// At the most probable state within the ranges; this variable is held at an end of its range, beyond which the
-    /// cost falls.
-    AtEndOfRange(LayerVariable),
+    /// At the most probable state within the ranges; these variables are held, each at an end of its range, beyond
+    /// which the cost falls.
+    AtEndOfRange(Vec<LayerVariable>),
     /// Not at the most probable state.
     NotConverged,
     /// There are no measured values; the posterior is the prior.
@@ -296,7 +296,12 @@ impl Inversion {
             task.search.posterior();
         let block = |matrix: &DMatrix<f64>| (0..n * n).map(|k| matrix[(k / n, k % n)]).collect();
         let deviation = |i: usize| covariance[(i, i)].sqrt();
-        let ended = is_at_end.iter().position(|is_at_end| *is_at_end).and_then(|i| self.variables.get(i));
+        let held: Vec<LayerVariable> = self
+            .variables
+            .iter()
+            .zip(&is_at_end)
+            .filter_map(|(variable, is_at_end)| is_at_end.then_some(*variable))
+            .collect();
         let retrieved = |(i, LayerVariable { variable, .. }): (usize, &LayerVariable)| {
             let at = |element: f64| state::value(*variable, element);
             let half_width = HALF_WIDTH_OF_95_PERCENT * deviation(i);
@@ -328,11 +333,11 @@ impl Inversion {
             scales: task.observation.measured.iter().map(&mut scale).collect(),
             fits,
             solutions,
-            outcome: match (data, end, ended) {
-                (0, ..) => Outcome::NoData,
-                (_, End::NotConverged, _) => Outcome::NotConverged,
-                (_, End::Converged, Some(variable)) => Outcome::AtEndOfRange(*variable),
-                (_, End::Converged, None) => Outcome::Converged,
+            outcome: match (data, end) {
+                (0, _) => Outcome::NoData,
+                (_, End::NotConverged) => Outcome::NotConverged,
+                (_, End::Converged) if held.is_empty() => Outcome::Converged,
+                (_, End::Converged) => Outcome::AtEndOfRange(held),
             },
         }
     }
@@ -356,7 +361,11 @@ impl fmt::Display for Outcome {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Converged => out.write_str("converged"),
-            Self::AtEndOfRange(variable) => write!(out, "{variable} is at an end of its range"),
+            Self::AtEndOfRange(held) => {
+                let names: Vec<String> = held.iter().map(ToString::to_string).collect();
+                let held = if names.len() == 1 { "is at an end of its range" } else { "are at ends of their ranges" };
+                write!(out, "{} {held}", names.join(" and "))
+            }
             Self::NotConverged => out.write_str("not converged"),
             Self::NoData => out.write_str("no data"),
         }

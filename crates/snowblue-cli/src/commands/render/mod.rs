@@ -29,7 +29,7 @@ use crate::input::SCENES;
 use crate::options::{FilmMemory, GivenOptions, Idle, LightFieldOptions, SceneOptions, limits, parse};
 use crate::output::{
     Failure, Format, IDLE_PNG_OPTION, Outcome, OutputOptions, Phases, PictureFile, PictureFormat, SCENE_NOTE,
-    TABLE_NOTE, output_path, print, print_notes,
+    TABLE_NOTE, check_not_input, output_path, print, print_notes,
 };
 use job::RenderJob;
 use preview::{Preview, TEV};
@@ -228,6 +228,7 @@ impl Render {
         let mut preview = self.preview(file_name(output))?;
         let phases = Phases::new(quiet, self.stats);
         let (scene_file, scene) = self.load(&phases, |scene| self.check_memory(scene, &file, quiet))?;
+        scene_file.inputs(&scene).iter().try_for_each(|input| check_not_input(input, output))?;
         let table = self.database.as_deref().map(CompressedTable::open).transpose().map_err(Failure::input)?;
         let report = |at| phases.report(at);
         // Parts and resumed pictures have none: it would cover what is there.

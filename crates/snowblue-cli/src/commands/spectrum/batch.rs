@@ -4,7 +4,7 @@
 
 use std::path::Path;
 
-use snowblue_base::csv_text::{is_comment, lines, separator_hint};
+use snowblue_base::csv_text::{cells, is_comment, lines, separator_hint};
 use snowblue_figures::{Cell, format_number};
 use snowblue_transport::batch::{Batch, SlabCase};
 use snowblue_transport::optics::Substance;
@@ -196,7 +196,7 @@ fn single<T: Copy>(option: &str, values: &[T]) -> Result<T, Failure> {
 /// The columns that a line names.
 fn columns(header: &str, given: &GivenOptions) -> Result<Vec<Column>, String> {
     let mut columns = Vec::new();
-    for name in header.split(',').map(unquoted) {
+    for name in cells(header) {
         let column = Column::ALL.into_iter().find(|column| column.name() == name);
         let column = column.ok_or_else(|| {
             let hint = separator_hint(name, 1);
@@ -219,16 +219,11 @@ fn columns(header: &str, given: &GivenOptions) -> Result<Vec<Column>, String> {
     Ok(columns)
 }
 
-fn unquoted(cell: &str) -> &str {
-    let cell = cell.trim();
-    cell.strip_prefix('"').and_then(|cell| cell.strip_suffix('"')).unwrap_or(cell).trim()
-}
-
 impl Line {
     /// The slab of a line with the values of this one where a cell is empty, its cells, its snow, and which of its
     /// cells are not empty.
     fn read(&self, columns: &[Column], line: &str) -> Result<(Self, Vec<Cell>, SnowSample, Vec<bool>), String> {
-        let words: Vec<&str> = line.split(',').map(unquoted).collect();
+        let words: Vec<&str> = cells(line).collect();
         if words.len() != columns.len() {
             let hint = separator_hint(line, columns.len());
             return Err(format!("has {} cells, but there are {} columns{hint}", words.len(), columns.len()));

@@ -55,8 +55,8 @@ pub(super) fn values(rows: &[Radiometry], weights: &[BandWeights]) -> Vec<Broadb
 }
 
 /// Name and ends of a band, as `solar-300-2500`; the ends depend on the range of the tables.
-pub(super) fn name(row: &Broadband) -> String {
-    format!("{}-{}-{}", row.band.name(), row.range.first_nm, row.range.last_nm)
+pub(super) fn name(band: Band, range: WavelengthRange) -> String {
+    format!("{}-{}-{}", band.name(), range.first_nm, range.last_nm)
 }
 
 /// The solar spectrum, and the irradiance of each band.
@@ -68,8 +68,10 @@ pub(super) fn metadata(rows: &[Broadband]) -> Metadata {
         }
     }
     let irradiance = |row: &&Broadband| match row.band {
-        Band::Par => format!("{} {:.2} µmol m⁻² s⁻¹", name(row), sunlight::photon_flux_umol_m2_s(row.range)),
-        _ => format!("{} {:.2} W m⁻²", name(row), sunlight::irradiance_w_m2(row.range)),
+        Band::Par => {
+            format!("{} {:.2} µmol m⁻² s⁻¹", name(row.band, row.range), sunlight::photon_flux_umol_m2_s(row.range))
+        }
+        _ => format!("{} {:.2} W m⁻²", name(row.band, row.range), sunlight::irradiance_w_m2(row.range)),
     };
     let sun: Vec<String> = bands.iter().map(irradiance).collect();
     vec![("sunlight", sunlight::SPECTRUM.to_owned()), ("full sun", sun.join(", "))]

@@ -425,8 +425,11 @@ impl Spectrum {
         let mut columns = self.results(&[], snow).columns;
         columns[2] = "band";
         let row = |row: &Broadband| {
-            let leading =
-                vec![row.thickness_cm.into(), Cell::word(row.incidence.to_string()), Cell::Word(broadband::name(row))];
+            let leading = vec![
+                row.thickness_cm.into(),
+                Cell::word(row.incidence.to_string()),
+                Cell::Word(broadband::name(row.band, row.range)),
+            ];
             cells(leading, [row.reflectance, row.transmittance, row.absorptance], with_errors)
         };
         let passed = bands.iter().filter(|row| row.thickness_cm.is_finite()).map(|row| row.transmittance);

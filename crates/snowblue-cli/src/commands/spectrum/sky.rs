@@ -1,7 +1,7 @@
 //! `spectrum --sky`: light at depth under the sun and the sky.
 
 use clap::Args;
-use snowblue_figures::{Cell, DataTable, Metadata, format_number};
+use snowblue_figures::{Cell, DataTable, Metadata};
 use snowblue_sky::{DateTime, Daylight, Place, SkyError, daylight_wavelengths_nm, sun_position, times_of_day};
 use snowblue_transport::illumination::{Illumination, LightInLayers, LightLevel, light_in_layers};
 use snowblue_transport::ordinates::OrdinatesOptions;
@@ -9,7 +9,7 @@ use snowblue_transport::range::WavelengthRange;
 use snowblue_transport::stack::Stack;
 use snowblue_transport::sunlight::Band;
 
-use super::broadband::Bands;
+use super::broadband::{self, Bands};
 use crate::options::WeatherOptions;
 use crate::options::parse::{self, Wavelengths};
 use crate::output::Failure;
@@ -176,9 +176,14 @@ impl Solved {
             warming_column,
         ];
         let none = || Cell::word("");
+        let [first_nm, .., last_nm] = stack.wavelengths_nm[..] else {
+            return Err(Failure::Input("bands need several wavelengths".to_owned()));
+        };
+        let range = WavelengthRange { first_nm, last_nm };
         let mut rows: Vec<Vec<Cell>> = Vec::new();
         for band in bands {
             let of_band = light.band(*band, &stack.wavelengths_nm).map_err(Failure::input)?;
+            let name = broadband::name(*band, band.wavelength_range(range));
             let unit = match (band, is_day) {
                 (Band::Par, false) => "µmol/s",
                 (Band::Par, true) => "µmol",
@@ -191,7 +196,7 @@ impl Solved {
                 if *band == Band::Solar && !value.is_nan() { Cell::from(value) } else { none() }
             };
             let [at_depths, of_layers] = of_band.warming_k_h(stack);
-            let named = |from: Cell, to: Cell| vec![from, to, Cell::word(band.name()), Cell::word(unit)];
+            let named = |from: Cell, to: Cell| vec![from, to, Cell::word(&name), Cell::word(unit)];
             for ((level, depth_cm), k_h) in of_band.levels.iter().zip(&stack.depths_cm).zip(at_depths) {
                 let LightLevel { down, up, net, actinic, absorbed_per_m } = *level;
                 let mut row = named(Cell::from(*depth_cm), none());
@@ -210,11 +215,6 @@ impl Solved {
                 rows.push(row);
                 top_cm = bottom_cm;
             }
-        }
-        let mut metadata = metadata;
-        let ends = [stack.wavelengths_nm.first(), stack.wavelengths_nm.last()];
-        if let ([Some(first_nm), Some(last_nm)], true) = (ends, bands.contains(&Band::Solar)) {
-            metadata.push(("solar", format!("{}–{} nm", format_number(*first_nm), format_number(*last_nm))));
         }
         Ok(DataTable { columns, rows, metadata })
     }
