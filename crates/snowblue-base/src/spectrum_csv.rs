@@ -81,9 +81,12 @@ pub fn read(text: &str, quantity: &'static str) -> Result<Vec<SpectrumRows>, Spe
 pub fn read_within(text: &str, quantity: &str, range: ParameterRange) -> Result<Vec<SpectrumRows>, SpectrumError> {
     let mut lines = rows(text).peekable();
     let mut columns = Columns { count: 2, slab: [None, None], wavelength: 0, value: 1, range };
-    let starts_with_letter =
-        |line: &str| cells(line).next().is_some_and(|cell| cell.starts_with(|c: char| c.is_alphabetic()));
-    if let Some((number, line)) = lines.next_if(|(_, line)| starts_with_letter(line)) {
+    // The column of row names that R writes has no name of its own.
+    let is_header = |line: &str| {
+        let first = cells(line).find(|cell| !cell.is_empty());
+        first.is_some_and(|cell| cell.starts_with(|c: char| c.is_alphabetic()))
+    };
+    if let Some((number, line)) = lines.next_if(|(_, line)| is_header(line)) {
         columns = columns.under_header(line, quantity).map_err(at(number))?;
     }
     let mut spectra: Vec<SpectrumRows> = Vec::new();
@@ -191,7 +194,7 @@ mod tests {
     fn cells_may_be_quoted() {
         let spectra = read("\"\",\"wavelength_nm\",\"albedo\"\n\"1\",400,0.9\n", "albedo").unwrap();
         assert_eq!((spectra[0].wavelengths_nm[0], spectra[0].values[0]), (400.0, 0.9));
-        assert_eq!(read("\"nm\",\"r\"\n400,0.9\n", "albedo").unwrap(), read("400,0.9", "albedo").unwrap());
+        assert_eq!(read("\"nm\",\"r\"\n400,0.9\n", "albedo").unwrap(), read("nm,r\n400,0.9", "albedo").unwrap());
     }
 
     #[test]
