@@ -6,7 +6,8 @@
 //!
 //! Lines along z, as far from each other as the smallest allowed cell at their place, find the surface. They are kept
 //! in the order of a quadtree, so that those through a cell are a range. From the largest cell down, one that is too
-//! large for what its lines meet is divided.
+//! large for what its lines meet is divided. A steep wall that is thinner than they are apart may stand between them:
+//! lines along x and y find it, and demand cells where those along z did not.
 
 use std::fmt::Debug;
 use std::ops::Range;
@@ -15,7 +16,8 @@ use glam::{DVec2, DVec3, Vec3};
 use rayon::prelude::*;
 
 use crate::body::{Body, Scanner};
-use crate::lattice::Lattice;
+use crate::cut_cells::INWARD;
+use crate::lattice::{Lattice, across};
 use crate::octree::key;
 
 /// Greatest sizes of the cells that a surface cuts, in m.
@@ -130,17 +132,73 @@ pub(crate) fn demands(body: &dyn Body, lattice: &Lattice, sizes: &dyn CellSizes)
         demands[usize::from(level)].push(key);
     }
     demands.iter_mut().for_each(|keys| keys.sort_unstable());
+    let missed = [0, 1].map(|axis| missed(body, lattice, sizes, axis, &demands));
+    for (level, key) in missed.concat() {
+        demands[usize::from(level)].push(key);
+    }
+    for keys in &mut demands {
+        keys.sort_unstable();
+        keys.dedup();
+    }
     demands
+}
+
+/// The levels and keys of cells at the surface, as lines along an axis find it, that none of some demands holds.
+fn missed(
+    body: &dyn Body,
+    lattice: &Lattice,
+    sizes: &dyn CellSizes,
+    axis: usize,
+    demands: &[Vec<u64>],
+) -> Vec<(u8, u64)> {
+    let cell = |point: DVec3, normal: Vec3, column_level: u8| {
+        let finest = lattice.cell_at(point - normal.as_dvec3() * lattice.step * INWARD[0]);
+        let is_held = (0..)
+            .zip(demands)
+            .any(|(level, keys): (u8, _)| keys.binary_search(&key(finest.map(|k| k >> level))).is_ok());
+        if is_held {
+            return None;
+        }
+        let is_allowed = |level: &u8| {
+            let coarse = lattice.coarsened(*level);
+            let low = coarse.corner(finest.map(|k| k >> level));
+            coarse.step.max_element() <= sizes.least_between(low, low + coarse.step).detailed_m
+        };
+        let level = (column_level + 1..=lattice.top_level()).take_while(is_allowed).last().unwrap_or(column_level);
+        Some((level, key(finest.map(|k| k >> level))))
+    };
+    let cast = |scanner: &mut Scanner, (level, place): &(u8, [u32; 2])| -> Vec<(u8, u64)> {
+        let points = points_of_column(&lattice.coarsened(*level), axis, *place);
+        let ends = scanner.sound_segments(axis, points).flat_map(|segment| [segment.enter, segment.leave]);
+        let cells = ends.filter_map(|end| {
+            let mut point = points[0];
+            point[axis] = end.coordinate_m;
+            cell(point, end.normal, *level)
+        });
+        cells.collect()
+    };
+    let columns = columns(lattice, body, sizes, axis);
+    let found: Vec<Vec<(u8, u64)>> = columns.par_iter().map_init(|| Scanner::new(body), cast).collect();
+    found.concat()
+}
+
+/// Where lines along an axis through a column go: the first, and those in its place.
+fn points_of_column(coarse: &Lattice, axis: usize, place: [u32; 2]) -> [DVec3; 4] {
+    let [u, v] = across(axis);
+    LINES.map(|fractions| {
+        let mut point = DVec3::ZERO;
+        for ((k, place), fraction) in [u, v].into_iter().zip(place).zip(fractions) {
+            point[k] = coarse.low[k] + (f64::from(place) + fraction) * coarse.step[k];
+        }
+        point
+    })
 }
 
 impl<'a> Lines<'a> {
     fn new(body: &dyn Body, lattice: &'a Lattice, sizes: &'a dyn CellSizes) -> Self {
-        let mut columns = Vec::new();
-        visit_columns(lattice, body, sizes, (lattice.top_level(), [0; 2]), &mut columns);
+        let columns = columns(lattice, body, sizes, 2);
         let cast = |scanner: &mut Scanner, (level, place): &(u8, [u32; 2])| -> Vec<Inside> {
-            let lattice = lattice.coarsened(*level);
-            let corner = lattice.corner([place[0], place[1], 0]);
-            let points = LINES.map(|[x, y]| corner + lattice.step * DVec3::new(x, y, 0.0));
+            let points = points_of_column(&lattice.coarsened(*level), 2, *place);
             let segments = scanner.sound_segments(2, points).map(|segment| Inside {
                 ends: [segment.enter.coordinate_m, segment.leave.coordinate_m],
                 normals: [segment.enter.normal, segment.leave.normal],
@@ -288,30 +346,28 @@ impl<'a> Lines<'a> {
     }
 }
 
-/// Adds the columns of a part of the quadtree, in its order: levels and places.
-fn visit_columns(
-    lattice: &Lattice,
-    body: &dyn Body,
-    sizes: &dyn CellSizes,
-    (level, place): (u8, [u32; 2]),
-    columns: &mut Vec<(u8, [u32; 2])>,
-) {
-    let coarse = lattice.coarsened(level);
-    if place[0] as usize >= coarse.counts[0] || place[1] as usize >= coarse.counts[1] {
-        return;
+/// The columns along an axis that a quadtree over the plane across it is divided into, in its order: levels and places.
+fn columns(lattice: &Lattice, body: &dyn Body, sizes: &dyn CellSizes, axis: usize) -> Vec<(u8, [u32; 2])> {
+    let [u, v] = across(axis);
+    let (mut columns, mut left) = (Vec::new(), vec![(lattice.top_level(), [0; 2])]);
+    while let Some((level, place)) = left.pop() {
+        let coarse = lattice.coarsened(level);
+        if place[0] as usize >= coarse.counts[u] || place[1] as usize >= coarse.counts[v] {
+            continue;
+        }
+        let [mut low, mut high] = body.bounds();
+        for (k, place) in [u, v].into_iter().zip(place) {
+            low[k] = coarse.low[k] + f64::from(place) * coarse.step[k];
+            high[k] = low[k] + coarse.step[k];
+        }
+        if level == 0 || coarse.step[u].max(coarse.step[v]) <= sizes.least_between(low, high).detailed_m {
+            columns.push((level, place));
+        } else {
+            let children = (0..4).rev().map(|child| [0, 1].map(|k| 2 * place[k] + (child >> k & 1)));
+            left.extend(children.map(|place| (level - 1, place)));
+        }
     }
-    let low = coarse.corner([place[0], place[1], 0]);
-    let [bottom, top] = body.bounds().map(|corner| corner.z);
-    let high = (low + coarse.step).truncate().extend(top);
-    let limits = sizes.least_between(low.truncate().extend(bottom), high);
-    if level == 0 || coarse.step.truncate().max_element() <= limits.detailed_m {
-        columns.push((level, place));
-        return;
-    }
-    for child in 0..4 {
-        let place = [0, 1].map(|k| 2 * place[k] + (child >> k & 1));
-        visit_columns(lattice, body, sizes, (level - 1, place), columns);
-    }
+    columns
 }
 
 /// The bits of two coordinates in turns: the order of a quadtree.
@@ -393,6 +449,17 @@ mod tests {
         };
         assert_eq!(finest(&body).len(), 10 * 10 * 10 - 8 * 8 * 8);
         assert_eq!(finest(&Rounded(body)), finest(&body));
+    }
+
+    /// Lines along z stand between walls of 3 mm, 30 mm apart.
+    #[test]
+    fn steep_walls_thinner_than_lines_are_apart_need_cells() {
+        let outer = BoxBody::aligned(DVec3::new(0.5, 0.1, 0.75), DVec3::splat(0.3));
+        let body = BoxWithHole { outer, hole_centre: outer.centre, hole_size: DVec3::splat(0.294) };
+        let lattice = Lattice::around(&body, 0.03, DVec3::ZERO);
+        let found = demands(&body, &lattice, &Everywhere(SizeLimits { flat_m: 0.0, detailed_m: 0.0 }));
+        let within = found[0].iter().filter(|key| place(**key).iter().all(|k| *k < 10)).count();
+        assert_eq!(within, 10 * 10 * 10 - 8 * 8 * 8);
     }
 
     #[test]
