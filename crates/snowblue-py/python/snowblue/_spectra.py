@@ -263,8 +263,8 @@ def spectrum(
 
 
 def _describe_ground(solved: xr.Dataset, ground_albedo: float | None) -> None:
-    """Says what the transmittance above bright ground is, and on each spectrum, as :func:`invert` takes it, how bright
-    the ground is, unless that is an axis."""
+    """Names the transmittance above bright ground, and gives each spectrum the albedo of the ground as an attribute,
+    which :func:`invert` reads. An albedo that is an axis is a coordinate already."""
     solved.transmittance.attrs["long_name"] = LONG_NAMES["ground"]
     if ground_albedo is not None:
         for name in ("reflectance", "transmittance"):

@@ -161,7 +161,7 @@ impl SceneFile {
         self.description.build_checked(&FilesIn::beside(&self.path)).map_err(|error| self.locate(error))
     }
 
-    /// The paths of this file and of those that a scene has read which was built of it.
+    /// The paths of this file and of all files that were read when it was built as `scene`.
     pub fn inputs(&self, scene: &Scene) -> Vec<PathBuf> {
         let files = FilesIn::beside(&self.path);
         let others = scene.file_hashes().into_keys().map(|name| files.display_name(name));

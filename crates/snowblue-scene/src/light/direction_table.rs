@@ -4,7 +4,7 @@
 //! turn clockwise to the right as seen from above, as in a view from inside. The density is that of the bilinear
 //! interpolation between pixels, constant beyond the first and the last row: in cells between the middles of pixels,
 //! rows of them first, then columns, by inversion of cumulative sums, then in a cell (Pharr, Jakob & Humphreys 2023,
-//! sections A.4 and A.5). A density that were constant in each pixel would make the edges of a small sun noisy.
+//! sections A.4 and A.5). With a constant density in each pixel, the edges of a small sun are noisy.
 
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 

@@ -207,7 +207,8 @@ fn directions_are_drawn_with_their_density() {
 }
 
 /// E of a plane under a sphere that is fully above it: π L sin²α cos θ.
-/// A density that is constant in each pixel would make weights of 0 to 2.5 at the edge of the sun.
+/// With a density that is constant in each pixel, weights are up to ½ / ⅛ = 4 times the mean beside the edges of the
+/// sun, and ¼ / ¹⁄₆₄ = 16 times beside its corners.
 #[test]
 fn samples_of_an_image_with_a_small_sun_weigh_alike() {
     let value = |k: usize| if (30..33).contains(&(k / 256)) && (100..103).contains(&(k % 256)) { 1e4 } else { 1.0 };
