@@ -36,10 +36,10 @@ fn value_noise(position: DVec3, seed: u32) -> f64 {
 /// The value between those at the eight corners of a cell, with the weights of its upper corners along x, y and z.
 #[inline]
 pub(crate) fn interpolate(weight: DVec3, at: impl Fn(usize, usize, usize) -> f64) -> f64 {
-    let mix = |from: f64, to: f64, weight: f64| from + weight * (to - from);
-    let along_x = |y: usize, z: usize| mix(at(0, y, z), at(1, y, z), weight.x);
-    let along_y = |z: usize| mix(along_x(0, z), along_x(1, z), weight.y);
-    mix(along_y(0), along_y(1), weight.z)
+    let lerp = |from: f64, to: f64, weight: f64| from + weight * (to - from);
+    let along_x = |y: usize, z: usize| lerp(at(0, y, z), at(1, y, z), weight.x);
+    let along_y = |z: usize| lerp(along_x(0, z), along_x(1, z), weight.y);
+    lerp(along_y(0), along_y(1), weight.z)
 }
 
 /// A pseudo-random number in [0, 1) from lattice coordinates and a seed: the mixing steps of `MurmurHash3` (Appleby
