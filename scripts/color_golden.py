@@ -1,4 +1,4 @@
-"""Writes the expected colours of crates/snowblue-color/tests/published.rs.
+"""Writes the expected colours of crates/snowblue-color/tests/it/published.rs.
 
 The package colour-science, an independent implementation, computes them:
     pip install colour-science==0.4.7 && python scripts/color_golden.py

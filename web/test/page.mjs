@@ -1,18 +1,19 @@
-// What the tests share: a server of web/dist below a path, a browser, and pages that fail on any error. The browser is
-// Chromium, or Firefox if SNOWBLUE_BROWSER says so. playwright-core drives Firefox by WebDriver BiDi; versions after
-// 1.64 send commands that Firefox ESR 153 does not know.
+// What the tests share: a server of the page below a path, and pages that fail on any error.
 
 import assert from "node:assert/strict";
 import { createHash } from "node:crypto";
 import { readFile } from "node:fs/promises";
 import { createServer } from "node:http";
 import { extname, join } from "node:path";
-import { fileURLToPath } from "node:url";
+import { buffer } from "node:stream/consumers";
 import test, { after } from "node:test";
-import { chromium, firefox } from "playwright-core";
-import { FLAGS } from "./three.mjs";
+import { fileURLToPath } from "node:url";
+import { IS_FIREFOX, openBrowser } from "./browser.mjs";
 
-export const DIST = fileURLToPath(new URL("../dist", import.meta.url));
+export { IS_FIREFOX };
+/** Whether the released page is tested, instead of that which is quickly built. */
+export const IS_RELEASED = process.env.SNOWBLUE_PAGE === "released";
+export const DIST = fileURLToPath(new URL(IS_RELEASED ? "../dist" : "../quick/dist", import.meta.url));
 /** The page must not depend on being at the root of its host. */
 const BELOW = "/snow/";
 const TYPES = {
@@ -55,12 +56,7 @@ export async function serve(ready = async () => undefined) {
 }
 
 export const server = await serve();
-export const IS_FIREFOX = process.env.SNOWBLUE_BROWSER === "firefox";
-const browser = await (IS_FIREFOX
-  // It has WebGL only with a display.
-  ? firefox.launch({ channel: "moz-firefox", executablePath: process.env.FIREFOX ?? "/usr/bin/firefox-esr",
-    headless: false, firefoxUserPrefs: { "webgl.force-enabled": true, "gfx.webrender.software": true } })
-  : chromium.launch({ executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium", args: FLAGS }));
+const browser = await openBrowser();
 after(async () => {
   await browser.close();
   await server.close();
@@ -143,6 +139,23 @@ export async function sunlit(page) {
   }
 }
 
+/** Changes the snow, which the 3-D view follows once its control rests, and waits until that computes new light. */
+export async function relight(page, change) {
+  await page.evaluate(() => {
+    const status = document.getElementById("view-status");
+    window.relit = new Promise((resolve) => {
+      const observer = new MutationObserver(() => {
+        if (!status.textContent.includes("is being computed")) return;
+        observer.disconnect();
+        resolve();
+      });
+      observer.observe(status, { childList: true });
+    });
+  });
+  await change();
+  await page.evaluate(() => window.relit);
+}
+
 /** Waits for the fine light field of the present view. */
 export async function lit(page) {
   await page.waitForFunction(() => window.__snowblue);
@@ -174,7 +187,7 @@ function downloaded(page, count) {
   return async () => {
     await all;
     page.removeAllListeners("download");
-    const files = downloads.map(async (one) => [one.suggestedFilename(), await readFile(await one.path())]);
+    const files = downloads.map(async (one) => [one.suggestedFilename(), await buffer(await one.createReadStream())]);
     return Object.fromEntries(await Promise.all(files));
   };
 }

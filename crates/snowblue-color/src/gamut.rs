@@ -17,7 +17,7 @@
 //! mapping with exact hue is discontinuous there: a light just outside `#0000ff` would lose half of its chroma. With
 //! weight 4 the hue of daylight through 1–100 cm of snow shifts by at most 5° in Oklab and 6° in IPT, compared to 8°
 //! and 14° on the straight line to grey, and the distance of neighbouring lights grows by at most a factor of 10
-//! (`tests/gamut.rs`).
+//! (`tests/it/gamut.rs`).
 
 use crate::matrix::{Matrix, Vector, compose, dot, multiply, product, transpose};
 use crate::oklab::{ROOTS_TO_LAB, XYZ_TO_CONES};

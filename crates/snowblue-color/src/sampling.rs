@@ -8,7 +8,7 @@
 //!   are not averaged over the step: there is no band-pass correction.
 //! - [`SampledSpectrum::resample`] never extrapolates: missing wavelengths are an error.
 //!
-//! `tests/sampling.rs` measures the error of coarse steps, for light through snow and against 1 nm. With 5 nm it is
+//! `tests/it/sampling.rs` measures the error of coarse steps, for light through snow and against 1 nm. With 5 nm it is
 //! below 0.06 ΔE*ab under every illuminant. With 10 nm it is 0.01 under daylight, 0.07 under white LEDs and up to 3.3
 //! under fluorescent lamps, which have spectral lines between the samples.
 

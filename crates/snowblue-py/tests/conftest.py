@@ -1,7 +1,8 @@
-"""The command, whose figures the package must give too."""
+"""The command, whose figures the package must give too, and the code in the documents."""
 
 import csv
 import os
+import re
 import subprocess
 from pathlib import Path
 
@@ -33,3 +34,17 @@ def command():
         return list(csv.DictReader(done.stdout.splitlines()))
 
     return run
+
+
+@pytest.fixture(scope="session")
+def blocks():
+    """The blocks of Python in a document, in which texts are replaced by others, for less work to do."""
+
+    def read(name, smaller=()):
+        text = (REPOSITORY / name).read_text()
+        for words, fewer in smaller:
+            assert words in text, f"{name} has no {words!r}"
+            text = text.replace(words, fewer)
+        return re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+
+    return read

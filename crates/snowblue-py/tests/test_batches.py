@@ -291,10 +291,3 @@ def test_a_dataset_has_a_colour():
     solved = snowblue.spectrum(thickness_cm=[5, 20], standard_errors=False)
     assert (snowblue.color(solved).hex == snowblue.color(solved.transmittance).hex).all()
     assert (snowblue.color(solved, reflected=True).hex == snowblue.color(solved.reflectance).hex).all()
-
-
-def test_misspelt_arguments_get_a_suggestion():
-    with pytest.raises(TypeError, match="'ssa' is not known; did you mean ssa_m2_kg.*thickness_cm.*density_kg_m3"):
-        snowblue.spectrum(ssa=20)
-    with pytest.raises(TypeError, match="did you mean thickness_cm"):
-        snowblue.spectrum(thicknes_cm=20)

@@ -5,7 +5,6 @@ Skipped, by name, where dask.distributed is missing.
 
 import os
 import pickle
-import re
 import signal
 import subprocess
 import sys
@@ -24,7 +23,7 @@ dask = pytest.importorskip("dask")
 
 da = pytest.importorskip("dask.array")
 
-PITS, ROWS = 4000, 100
+PITS, ROWS = 400, 10
 FREE = 10
 """Number of blocks that are computed before the worker is killed."""
 # A busy machine starts workers slowly.
@@ -316,11 +315,11 @@ def test_arrays_of_dask_have_numbers_and_known_sizes():
 
 
 def test_memory_is_that_of_a_block():
-    """The peak of 10⁵ pits, of which only the means are kept, is below half of that in one piece."""
+    """The peak of 60,000 pits, of which only the means are kept, is below half of that in one piece."""
     code = """if True:
         import re, sys, dask, dask.array as da, xarray as xr, snowblue
         def draw(low, high, seed):
-            return "pit", da.random.default_rng(seed).uniform(low, high, 100_000, chunks=1000)
+            return "pit", da.random.default_rng(seed).uniform(low, high, 60_000, chunks=500)
         pits = xr.Dataset({"ssa": draw(5, 80, 1), "density": draw(80, 500, 2)})
         pits = pits if sys.argv[1] == "later" else pits.compute()
         def peak_kib():
@@ -349,14 +348,14 @@ def pits(tmp_path):
     return pits, str(tmp_path / "pits.nc")
 
 
-@pytest.fixture
-def client(tmp_path):
+@pytest.fixture(scope="module")
+def client(tmp_path_factory):
     comm = {f"distributed.comm.timeouts.{name}": f"{TIMEOUT_S}s" for name in ("connect", "tcp")}
     with (
         dask.config.set(comm),
         distributed.LocalCluster(
             n_workers=2, threads_per_worker=1, env={"RAYON_NUM_THREADS": "1"}, dashboard_address=None,
-            local_directory=str(tmp_path),
+            local_directory=str(tmp_path_factory.mktemp("workers")),
         ) as cluster,
         distributed.Client(cluster) as client,
     ):
@@ -408,9 +407,8 @@ def test_scenes_and_tables_reach_the_workers(client):
     assert client.submit(lambda given: given.description, scene).result() == scene.description
 
 
-def test_the_page_on_clusters_runs(repository, pits, tmp_path, monkeypatch):
-    page = (repository / "docs" / "src" / "clusters.md").read_text()
-    [block] = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+def test_the_page_on_clusters_runs(blocks, pits, tmp_path, monkeypatch):
+    [block] = blocks("docs/src/clusters.md", [('chunks={"pit": 1000}', 'chunks={"pit": 100}')])
     (tmp_path / "page.py").write_text(block)
     monkeypatch.syspath_prepend(str(tmp_path))
     import page as code

@@ -1,4 +1,5 @@
-"""The code in the documents runs."""
+"""The Python of the documents runs, each block once: that of the chapter on clusters in test_dask.py, that of the
+chapter for Blender in tests_blender."""
 
 import re
 import warnings
@@ -9,13 +10,21 @@ import numpy as np
 import snowblue
 
 
-def test_the_page_for_mitsuba_runs(repository, monkeypatch, tmp_path):
-    blocks = re.findall(r"```python\n(.*?)```", (repository / "docs" / "src" / "mitsuba.md").read_text(), re.DOTALL)
-    assert len(blocks) == 2
+def test_the_readme_of_the_package_runs(blocks, repository, monkeypatch, tmp_path):
+    smaller = [("width=270, height=270", "width=24, height=24, samples_per_pixel=1")]
+    [block] = blocks("crates/snowblue-py/README.md", smaller)
+    (tmp_path / "scenes").symlink_to(repository / "scenes")
     monkeypatch.chdir(tmp_path)
-    # The light field, then PCASnow.
+    exec(compile(block, "README.md", "exec"), {})
+    plt.close("all")
+
+
+def test_the_page_for_mitsuba_runs(blocks, monkeypatch, tmp_path):
+    field_and_pcasnow = blocks("docs/src/mitsuba.md", [("spp=256", "spp=8")])
+    assert len(field_and_pcasnow) == 2
+    monkeypatch.chdir(tmp_path)
     given = {}
-    for block in blocks:
+    for block in field_and_pcasnow:
         exec(compile(block, "mitsuba.md", "exec"), given)
         # Blue light comes through the block.
         red, green, blue = plt.imread(tmp_path / "block.png")[140:200, 100:160].mean(axis=(0, 1))
@@ -23,9 +32,7 @@ def test_the_page_for_mitsuba_runs(repository, monkeypatch, tmp_path):
         (tmp_path / "block.png").unlink()
 
 
-def test_the_page_for_python_runs(repository, monkeypatch, tmp_path):
-    blocks = re.findall(r"```python\n(.*?)```", (repository / "docs" / "src" / "python.md").read_text(), re.DOTALL)
-    assert len(blocks) >= 7
+def test_the_page_for_python_runs(blocks, repository, monkeypatch, tmp_path):
     # What the page takes as given: a tetrahedron.
     given = {
         "vertices_m": 0.2 * np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]),
@@ -33,7 +40,12 @@ def test_the_page_for_python_runs(repository, monkeypatch, tmp_path):
     }
     (tmp_path / "scenes").symlink_to(repository / "scenes")
     monkeypatch.chdir(tmp_path)
-    for block in blocks:
+    smaller = [
+        ("Database.build(", "Database.build(tally_rays=1024, "),
+        ("width=270, height=270, samples_per_pixel=32", "width=24, height=24, samples_per_pixel=1"),
+        ("scene.bake()", "scene.bake(step_mm=20)"),
+    ]
+    for block in blocks("docs/src/python.md", smaller):
         exec(compile(block, "python.md", "exec"), given)
         plt.close("all")
     assert abs(given["fit"].ssa.item() - 20) < 0.5 and abs(given["fit"].black_carbon.item() - 30) < 1
@@ -48,11 +60,11 @@ def test_the_page_for_python_runs(repository, monkeypatch, tmp_path):
     assert given["baked"].objects[0].flux.shape[0] == 2 and (tmp_path / "coarse.nc").exists()
 
 
-def test_the_page_on_retrieval_runs_and_prints_its_numbers(repository, monkeypatch, capsys):
+def test_the_page_on_retrieval_runs_and_prints_its_numbers(blocks, repository, monkeypatch, capsys):
     monkeypatch.chdir(repository)
     page = (repository / "docs" / "src" / "retrieval.md").read_text()
     given = {}
-    for block in re.findall(r"```python\n(.*?)```", page, re.DOTALL):
+    for block in blocks("docs/src/retrieval.md"):
         exec(compile(block, "retrieval.md", "exec"), given)
     fit, wrong, both = given["fit"], given["wrong"], given["both"]
     check_posterior(fit, page[: page.index("## The light")])
@@ -117,14 +129,17 @@ def check_posterior(fit, section):
             assert [f"{value.item():.{digits}f}" for value, digits in zip(values, (1, 1, 1, 2))] == [*printed.groups()]
 
 
-def test_the_page_beside_other_models_runs_and_prints_its_numbers(repository, monkeypatch, capsys):
+def test_the_page_beside_other_models_runs_and_prints_its_numbers(blocks, repository, monkeypatch, capsys):
     page = (repository / "docs" / "src" / "models.md").read_text()
     monkeypatch.chdir(repository)
     given = {}
+    # The package keeps the rays through grains: those for 85 degrees are those for smaller angles too.
+    for grains in ({}, {"facetness": 0.6}):
+        snowblue.albedo(ssa_m2_kg=20, angle_deg=85, wavelength_nm=np.arange(300, 2501, 100), **grains)
     with warnings.catch_warnings():
         # Another solver warns of albedos near 1.
         warnings.simplefilter("ignore")
-        for block in re.findall(r"```python\n(.*?)```", page, re.DOTALL):
+        for block in blocks("docs/src/models.md"):
             exec(compile(block, "models.md", "exec"), given)
     albedos, nm = given["albedos"], given["wavelength_nm"]
     rows = re.findall(r"^\| (\d+)° \| (\d+) \| ([0-9. |]+) \|$", page.split("## SNICAR")[0], re.MULTILINE)
@@ -184,14 +199,13 @@ def check_spheres(given, page):
     assert f"{max(abs(one).max() for one in differences[columns[3], columns[2]]):.3f}" == "0.018"
 
 
-def test_the_page_on_tables_of_other_programs_runs(repository, monkeypatch, tmp_path):
+def test_the_page_on_tables_of_other_programs_runs(blocks, repository, monkeypatch, tmp_path):
     page = (repository / "docs" / "src" / "exchange.md").read_text()
     (tmp_path / "scenes").symlink_to(repository / "scenes")
     monkeypatch.chdir(tmp_path)
-    given = {}
-    for block in re.findall(r"```python\n(.*?)```", page, re.DOTALL):
-        small = block.replace("scene.render(", "scene.render(width=24, height=24, samples_per_pixel=1, ")
-        exec(compile(small, "exchange.md", "exec"), given)
+    smaller = [("scene.render(", "scene.render(width=24, height=24, samples_per_pixel=1, ")]
+    [block] = blocks("docs/src/exchange.md", smaller)
+    exec(compile(block, "exchange.md", "exec"), {})
     assert plt.imread(tmp_path / "tartes.png").mean() > 0.05
     theirs = snowblue.Database.open("tartes.nc").to_xarray().transmittance.sel(grain_size=400, angle=0).squeeze()
     for text, thickness_cm, printed in (
@@ -202,8 +216,7 @@ def test_the_page_on_tables_of_other_programs_runs(repository, monkeypatch, tmp_
         np.testing.assert_allclose(theirs.sel(thickness=thickness_cm, wavelength=[450, 650]), printed, rtol=0.02)
 
 
-def test_the_page_on_a_day_in_frames_runs(repository, monkeypatch, tmp_path):
-    page = (repository / "docs" / "src" / "day_in_frames.md").read_text()
+def test_the_page_on_a_day_in_frames_runs(blocks, repository, monkeypatch, tmp_path):
     (tmp_path / "scenes").symlink_to(repository / "scenes")
     monkeypatch.chdir(tmp_path)
     opened = snowblue.Scene.open
@@ -212,18 +225,18 @@ def test_the_page_on_a_day_in_frames_runs(repository, monkeypatch, tmp_path):
     monkeypatch.setattr(snowblue.Scene, "open", lambda path: opened(path).with_(
         film=small, light_field={"step_mm": 80}, integrator={"type": "diffusion", "samples_per_pixel": 1}))
     given = {}
-    for block in re.findall(r"```python\n(.*?)```", page, re.DOTALL):
-        exec(compile(block.replace("frames = 120", "frames = 2"), "day_in_frames.md", "exec"), given)
+    for block in blocks("docs/src/day_in_frames.md", [("frames = 120", "frames = 2")]):
+        exec(compile(block, "day_in_frames.md", "exec"), given)
     noon, evening = (plt.imread(tmp_path / "film" / f"{frame:04}.png").mean() for frame in (0, 1))
     assert noon > 1.2 * evening > 0.1
     assert "14:00" in given["scenes"][0].to_toml() and "17:00" in given["scenes"][1].to_toml()
 
 
-def test_the_page_on_the_sun_and_depth_runs_and_prints_its_numbers(repository, monkeypatch, tmp_path):
+def test_the_page_on_the_sun_and_depth_runs_and_prints_its_numbers(blocks, repository, monkeypatch, tmp_path):
     page = (repository / "docs" / "src" / "sun_and_depth.md").read_text()
     monkeypatch.chdir(tmp_path)
     given = {}
-    for block in re.findall(r"```python\n(.*?)```", page, re.DOTALL):
+    for block in blocks("docs/src/sun_and_depth.md"):
         exec(compile(block, "sun_and_depth.md", "exec"), given)
         plt.close("all")
     assert "<svg" in (tmp_path / "sun_and_depth.svg").read_text()

@@ -117,14 +117,14 @@ def test_a_series_with_its_own_index_is_a_spectrum():
 
 
 def test_a_wet_pit_does_not_need_the_wavelengths_of_a_dry_one():
-    wavelength_nm = [*NM, 1600.0]
+    wavelength_nm = [*NM[12:], 1600.0]
     dry = snowblue.albedo(ssa_m2_kg=20, wavelength_nm=wavelength_nm).drop_vars("specific_surface_area", errors="ignore")
     pits = xr.concat([dry, dry.where(dry.wavelength < 1500)], "pit")
     fit = snowblue.invert(
         pits, retrieve="ssa_m2_kg", water_saturation=xr.DataArray([0.0, 0.05], dims="pit"))
-    assert (fit.outcome == "converged").all() and list(fit.data.values) == [22, 21]
+    assert (fit.outcome == "converged").all() and list(fit.data.values) == [10, 9]
     assert np.isnan(fit.albedo_fit[1, -1]) and fit.albedo_fit.isnull().sum() == 1
-    with pytest.raises(ValueError, match=r"wavelength in wet snow is 1600 nm, .*, at pit\[1\], wavelength\[21\]"):
+    with pytest.raises(ValueError, match=r"wavelength in wet snow is 1600 nm, .*, at pit\[1\], wavelength\[9\]"):
         snowblue.invert(
             xr.concat([dry, dry], "pit"), retrieve="ssa_m2_kg",
             water_saturation=xr.DataArray([0.0, 0.05], dims="pit"))

@@ -67,6 +67,9 @@ def test_figures_are_those_of_the_command(command, tmp_path):
     for name in ("down", "up", "net", "actinic"):
         printed = [float(row[f"{name}_w_m2_nm"]) for row in rows]
         np.testing.assert_allclose(ours[name].values.ravel(), printed, rtol=PRINTED)
+    words += ["--wavelengths", "400:700:20"]
+    visible = {"wavelength_nm": np.arange(400, 701, 20)}
+    ours = snowblue.light_at_depth(PACK, NOON | visible, depth_cm=DEPTHS, ground_albedo=0.2)
     rows = command(*words, "--sky", f"{place}T12:00:00+01:00", "--broadband", "par,solar")
     at_depth = [row for row in rows if not row["bottom_cm"]]
     for band in ("par", "solar"):
@@ -75,7 +78,7 @@ def test_figures_are_those_of_the_command(command, tmp_path):
     in_layers = [row for row in rows if row["bottom_cm"] and row["band"].startswith("solar-")]
     np.testing.assert_allclose(ours.layer_warming, [float(row["warming_k_h"]) for row in in_layers], rtol=PRINTED)
     day = snowblue.light_at_depth(
-        PACK, {**INNSBRUCK, "time": "2026-02-01", "turbidity": 2}, depth_cm=DEPTHS, ground_albedo=0.2, daily=True
+        PACK, NOON | visible | {"time": "2026-02-01"}, depth_cm=DEPTHS, ground_albedo=0.2, daily=True
     )
     rows = command(*words, "--sky", place, "--broadband", "par")
     printed = [float(row["down_per_m2"]) for row in rows if row["down_per_m2"]]

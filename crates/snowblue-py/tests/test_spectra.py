@@ -189,13 +189,6 @@ def test_layers_have_standard_errors_unless_they_are_not_wanted():
     assert without.reflectance.item() == with_errors.reflectance.item()
 
 
-def test_unknown_arguments_are_named():
-    with pytest.raises(TypeError, match="'grain_size' is not known; did you mean grain_size_um[?] .*ssa_m2_kg"):
-        snowblue.spectrum(grain_size=400)
-    with pytest.raises(TypeError, match="thickness_cm"):
-        snowblue.layers([{"snow": "firn"}])
-
-
 def test_progress_is_reported_and_may_stop_the_work():
     seen = []
     snowblue.spectrum(engine="montecarlo", rays=30_000, thickness_cm=5, progress=lambda *at: seen.append(at))
@@ -205,7 +198,7 @@ def test_progress_is_reported_and_may_stop_the_work():
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        snowblue.spectrum(engine="montecarlo", rays=10**9, thickness_cm=50, progress=stop)
+        snowblue.spectrum(engine="montecarlo", rays=10**6, thickness_cm=50, progress=stop)
 
 
 def test_discrete_ordinates_agree_with_pythonicdisort():

@@ -12,6 +12,9 @@ import snowblue
 
 @pytest.mark.parametrize("call, message", [
     (lambda: snowblue.spectrum(ssa=20), "'ssa' is not known; did you mean ssa_m2_kg[?] There are thickness_cm,.* ice$"),
+    (lambda: snowblue.spectrum(thicknes_cm=20), "did you mean thickness_cm"),
+    (lambda: snowblue.spectrum(grain_size=400), "'grain_size' is not known; did you mean grain_size_um[?] .*ssa_m2_kg"),
+    (lambda: snowblue.layers([{"snow": "firn"}]), "thickness_cm"),
     (lambda: snowblue.albedo(densitiy=20), "did you mean density_kg_m3"),
     (lambda: snowblue.albedo(jacobian="ssa_m2_kg"), "'jacobian' is not known"),
     (lambda: snowblue.color(grain_size=20), "did you mean grain_size_um[?] There are spectrum, illuminant"),
@@ -168,7 +171,8 @@ def test_clear_ice_is_a_layer():
     walked = snowblue.layers(pack, angle_deg=70, wavelength_nm=1030, engine="montecarlo", rays=20_000)
     exact = solved.sel(angle=70, wavelength=1030)
     assert abs(walked.reflectance - exact.reflectance).item() < 4 * walked.reflectance_se.item()
-    light = snowblue.light_at_depth(pack, {"elevation_deg": 30}, depth_cm=[1, 3.5])
+    sky = {"elevation_deg": 30, "wavelength_nm": [450, 550, 650]}
+    light = snowblue.light_at_depth(pack, sky, depth_cm=[1, 3.5])
     assert (light.solar_layer_absorbed > 0).all() and (light.layer_warming > 0).all()
     alone = snowblue.layers([{"kind": "ice", "thickness_cm": 1, "ice": "picard2016"}], wavelength_nm=450)
     # Two faces in air reflect 2 F/(1 + F).

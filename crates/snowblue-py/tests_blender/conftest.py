@@ -22,9 +22,11 @@ def repository():
 
 @pytest.fixture
 def scene():
-    """An empty scene of Blender, with the settings of snow."""
+    """An empty scene of Blender, with the settings of snow, by which the operator bakes coarsely."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     snowblue.blender.register()
+    settings = bpy.context.scene.snowblue_bake
+    settings.step_mm, settings.field_step_mm = 20.0, 10.0
     yield bpy.context.scene
     snowblue.blender.unregister()
 

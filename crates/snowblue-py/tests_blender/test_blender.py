@@ -22,6 +22,8 @@ TOP = dict(position=[0, -0.8, 0.9], look_at=[0, 0, 0.2], vertical_fov_deg=6)
 SNOW = {"type": "snow", "grain_size_um": 400, "facetness": 0.3, "density_kg_m3": 300}
 BOX = {"shape": "box", "size": [0.2, 0.1, 0.2], "position": [0, 0, 0.1], "material": "snow"}
 BEHIND, FRONT = (0.0, 0.6, 0.1), (0.3, -0.8, 0.4)
+COARSE = dict(step_mm=20.0, field_step_mm=10.0)
+"""Of bakes whose own accuracy does not matter."""
 DARK = 0.01
 """Of the mean over dark faces: of that, J between the vertices of the default step misses 0.8 %."""
 LIT = 0.01
@@ -56,6 +58,11 @@ def lamp(kind="POINT", position=BEHIND, energy=4 * math.pi, towards=(0, 0, 0.1),
     for name, value in settings.items():
         setattr(data, name, value)
     return link("lamp", data, position, towards)
+
+
+def bake(*arguments, **options):
+    """A coarse bake."""
+    return snowblue.blender.bake(*arguments, **COARSE | options)
 
 
 def shot(folder, view, samples=64, engine="CYCLES"):
@@ -175,7 +182,7 @@ def test_lamps_of_several_places_and_colors_add_up(scene, tmp_path):
     """Of a red lamp in front and a blue one at the side, each channel has the reflection of its own lamp."""
     block()
     red, blue = lamp(position=FRONT, color=(1, 0, 0)), lamp(position=(-0.6, -0.15, 0.1), color=(0, 0, 1))
-    snowblue.blender.bake()
+    bake()
 
     def picture():
         return front(tmp_path, 64)
@@ -200,7 +207,7 @@ def test_instances_of_a_lamp_light_snow_as_surfaces_do(scene):
     for place in (FRONT, (-0.3, -0.8, 0.4)):
         empty = link("empty", None, place)
         empty.instance_type, empty.instance_collection = "COLLECTION", made
-    [baked] = snowblue.blender.bake()
+    [baked] = bake()
     values = np.empty((len(baked.data.vertices), 2), np.float32)
     baked.data.attributes["snow_lamp_0_irradiance"].data.foreach_get("vector", values.ravel())
     assert not values[:, 0].any() and values[:, 1].max() > 0.1
@@ -209,7 +216,7 @@ def test_instances_of_a_lamp_light_snow_as_surfaces_do(scene):
 def test_a_file_renders_without_the_add_on(scene, tmp_path):
     block()
     lamp(position=FRONT)
-    snowblue.blender.bake()
+    bake()
     picture, mask = shot(tmp_path, AHEAD, samples=4)
     path = str(tmp_path / "snow.blend")
     bpy.ops.wm.save_as_mainfile(filepath=path)
@@ -225,7 +232,7 @@ def test_a_file_renders_without_the_add_on(scene, tmp_path):
 def test_lamps_change_without_a_new_bake(scene, tmp_path):
     block()
     one, other = lamp(), lamp(position=(0.4, 0.5, 0.3), energy=5.0)
-    snowblue.blender.bake()
+    bake()
 
     def picture():
         return front(tmp_path, 16)
@@ -249,7 +256,7 @@ def test_the_strength_of_a_lamp_with_nodes_counts(scene, tmp_path):
     block()
     thing = lamp()
     thing.data.use_nodes = True
-    snowblue.blender.bake()
+    bake()
     once, mask = shot(tmp_path, AHEAD, samples=16)
     [node] = [node for node in thing.data.node_tree.nodes if node.type == "EMISSION"]
     node.inputs["Color"].default_value = (1, 0.5, 0.25, 1)
@@ -431,12 +438,12 @@ def test_clear_and_a_second_bake(scene):
     thing = block()
     thing.hide_viewport = False
     lamp()
-    [baked] = snowblue.blender.bake()
+    [baked] = bake()
     assert baked.name == "block baked" and thing.hide_viewport and thing.hide_render
     before = len(baked.data.vertices)
     thing.scale = (0.1, 0.1, 0.1)
     # By the baked object as by the original.
-    assert snowblue.blender.bake(objects=[baked]) == [baked]
+    assert bake(objects=[baked]) == [baked]
     assert len(baked.data.vertices) != before and thing.hide_render
     assert [len(bpy.data.meshes), len(bpy.data.materials)] == [2, 1]
     assert snowblue.blender.clear(objects=[thing]) == 1 and snowblue.blender.clear() == 0
@@ -463,11 +470,11 @@ def test_a_scene_that_is_not_shown_is_baked(scene):
     other.collection.objects.link(thing)
     light = lamp()
     with pytest.raises(ValueError, match="not in the scene 'Scene'"):
-        snowblue.blender.bake(scene, [thing])
+        bake(scene, [thing])
     with pytest.raises(ValueError, match="no lamp"):
-        snowblue.blender.bake(other)
+        bake(other)
     other.collection.objects.link(light)
-    [baked] = snowblue.blender.bake(other)
+    [baked] = bake(other)
     assert baked.name in other.objects and baked.name not in scene.objects
 
 
@@ -549,7 +556,7 @@ def test_errors_say_what_to_do(scene):
     light.data.spread = 0.0
     assert "a spread of 0°, but must have 1–180°" in error_of()
     with pytest.raises(ValueError, match="is not snow"):
-        snowblue.blender.bake(objects=[light])
+        bake(objects=[light])
 
 
 def monkey():
@@ -587,7 +594,7 @@ def test_make_snow_remeshes_what_is_open(scene):
     [modifier] = thing.modifiers
     assert modifier.mode == "VOXEL" and modifier.voxel_size == pytest.approx(0.2 * 1.37 / 96, rel=0.02)
     lamp()
-    assert len(snowblue.blender.bake()) == 1
+    assert len(bake()) == 1
 
 
 def without_a_face(thing):
@@ -664,7 +671,7 @@ def test_vertices_in_one_place_are_one(scene):
     thing.data = whole
     assert bpy.ops.snowblue.make() == {"FINISHED"} and thing.snowblue.is_snow
     lamp()
-    [baked] = snowblue.blender.bake()
+    [baked] = bake()
     assert len(baked.data.polygons) > 0
 
 
@@ -701,9 +708,9 @@ def test_baked_meshes_have_the_uv_maps_and_vertex_groups(scene):
     for vertex in mesh.vertices:
         group.add([vertex.index], 0.25 + 0.5 * vertex.co.z, "REPLACE")
     lamp()
-    [baked] = snowblue.blender.bake()
+    [baked] = bake()
     # A second bake does not add them twice.
-    assert snowblue.blender.bake() == [baked]
+    assert bake() == [baked]
     [uv_map], [top] = baked.data.uv_layers, baked.vertex_groups
     assert (uv_map.name, top.name) == ("UVMap", "top")
     places = np.array([one.co for one in baked.data.vertices])
@@ -729,7 +736,7 @@ def test_uv_maps_are_those_of_the_face_that_is_seen(scene):
             corner[layer].uv = (round(face.normal.z), 0) if face.normal.length else (100, 100)
     mesh.to_mesh(thing.data)
     lamp()
-    [baked] = snowblue.blender.bake()
+    [baked] = bake()
     seen = [one.vector[0] for one in baked.data.uv_layers["side"].uv]
     expected = [round(polygon.normal.z) for polygon in baked.data.polygons for _ in polygon.loop_indices]
     assert {-1, 0, 1} == set(expected)
@@ -741,11 +748,11 @@ def test_names_do_not_mix_objects_up(scene):
     snow = block()
     snow.name = "Wall 1"
     lamp()
-    [alone] = snowblue.blender.bake()
+    [alone] = bake()
     size = len(alone.data.vertices)
     bpy.ops.mesh.primitive_plane_add(size=1, location=(0, 0, -0.5))
     bpy.context.object.name = "Wall"
-    [beside] = snowblue.blender.bake(objects=[snow])
+    [beside] = bake(objects=[snow])
     assert len(beside.data.vertices) == size
 
 
@@ -775,7 +782,7 @@ def test_warnings_say_what_snow_does_not_see(scene, change, words):
     lamp()
     change(thing)
     with pytest.raises(UserWarning, match=words):
-        snowblue.blender.bake()
+        bake()
     assert not thing.hide_render
 
 
@@ -791,7 +798,7 @@ def test_what_is_muted_needs_no_warning(scene):
     modifier = thing.modifiers.new("rig", "ARMATURE")
     modifier.show_viewport = modifier.show_render = False
     thing.constraints.new("COPY_LOCATION").mute = True
-    assert len(snowblue.blender.bake()) == 1
+    assert len(bake()) == 1
 
 
 def shining():
@@ -821,35 +828,41 @@ EEVEE_RADIUS = 0.02
 EEVEE = """
 import sys
 sys.path.insert(0, {tests!r})
-import bpy, pathlib, test_blender as t, snowblue.blender
-bpy.ops.wm.read_factory_settings(use_empty=True)
-snowblue.blender.register()
-t.block()
-t.lamp(position={position!r}, shadow_soft_size={radius})
-snowblue.blender.bake()
-import numpy as np
+import bpy, pathlib, numpy as np, test_blender as t, snowblue.blender
 folder = pathlib.Path({folder!r})
 engine = "BLENDER_EEVEE" if bpy.app.version >= (5, 0) else "BLENDER_EEVEE_NEXT"
-np.savez(folder / "shot.npz", *t.shot(folder, t.OBLIQUE, samples=8, engine=engine))
+for name, position in (("dark", t.BEHIND), ("lit", t.FRONT)):
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    snowblue.blender.register()
+    t.block()
+    t.lamp(position=position, shadow_soft_size=t.EEVEE_RADIUS)
+    t.bake()
+    np.savez(folder / f"{{name}}.npz", *t.shot(folder, t.OBLIQUE, samples=8, engine=engine))
+    snowblue.blender.unregister()
 """
 
 
-@pytest.mark.parametrize("position", [BEHIND, FRONT], ids=["dark", "lit"])
-def test_eevee_shows_the_same(scene, repository, tmp_path, position):
-    """In a process of its own, which ends where there is neither a display nor OpenGL."""
-    tests = str(repository / "crates" / "snowblue-py" / "tests_blender")
-    code = EEVEE.format(tests=tests, folder=str(tmp_path), position=position, radius=EEVEE_RADIUS)
+@pytest.fixture(scope="module")
+def eevee(repository, tmp_path_factory):
+    """Pictures of Eevee, by a process of its own, which ends where there is neither a display nor OpenGL."""
+    tests, folder = repository / "crates" / "snowblue-py" / "tests_blender", tmp_path_factory.mktemp("eevee")
+    code = EEVEE.format(tests=str(tests), folder=str(folder))
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert "Traceback" not in done.stderr, done.stderr
-    if not (tmp_path / "shot.npz").exists():
+    files = {name: folder / f"{name}.npz" for name in ("dark", "lit")}
+    if not all(file.exists() for file in files.values()):
         pytest.skip(f"Eevee does not run here: {done.stderr.strip().splitlines()[-1:]}")
-    eevee, mask = np.load(tmp_path / "shot.npz").values()
+    return {name: tuple(np.load(file).values()) for name, file in files.items()}
+
+
+@pytest.mark.parametrize("name, position", [("dark", BEHIND), ("lit", FRONT)], ids=["dark", "lit"])
+def test_eevee_shows_the_same(scene, eevee, tmp_path, name, position):
     block()
     lamp(position=position, shadow_soft_size=EEVEE_RADIUS)
-    snowblue.blender.bake()
+    bake()
     cycles, _ = shot(tmp_path, OBLIQUE)
     # Eevee traces shadows and filters pixels in its own way.
-    np.testing.assert_allclose(ratio((eevee, mask), cycles), 1, atol=0.03)
+    np.testing.assert_allclose(ratio(eevee[name], cycles), 1, atol=0.03)
 
 
 EXTENSION = """

@@ -3,7 +3,7 @@
 import bpy
 import numpy as np
 import pytest
-from test_blender import AHEAD, BEHIND, FRONT, block, inner, lamp, link, shot, world
+from test_blender import AHEAD, BEHIND, COARSE, FRONT, bake, block, inner, lamp, link, shot, world
 from test_jobs import everything, flux
 
 import snowblue.blender
@@ -42,7 +42,7 @@ def test_each_frame_has_the_light_of_its_own(scene):
     moving_lamp()
     scene.frame_set(4)
     before = everything()
-    [baked] = snowblue.blender.bake(frames=range(1, 6, 2))
+    [baked] = bake(frames=range(1, 6, 2))
     assert scene.frame_current == 4 and thing.hide_render
     frames = [shown(frame)[1] for frame in (-9, 1, 2, 3, 4, 5, 9)]
     # Before, between and after the frames that were baked, the last of them, or else the first, is shown.
@@ -52,13 +52,13 @@ def test_each_frame_has_the_light_of_its_own(scene):
     for frame in (1, 3, 5):
         scene.frame_set(frame)
         with pytest.warns(UserWarning, match=f"of frame {frame}"):
-            assert snowblue.blender.bake() == [baked]
+            assert bake() == [baked]
         assert not baked.modifiers and baked.snowblue.frames is None
         alone.append(flux(baked))
     for number, light in zip((1, 3, 5), alone):
         assert np.array_equal(frames[number], light)
     assert not np.array_equal(alone[0], alone[1])
-    assert snowblue.blender.bake(frames=range(1, 3)) == [baked]
+    assert bake(frames=range(1, 3)) == [baked]
     assert snowblue.blender.clear() == 1 and everything() == before and not thing.hide_render
 
 
@@ -66,7 +66,7 @@ def test_each_frame_has_the_light_of_its_own(scene):
 def test_pictures_of_frames_are_those_of_bakes_at_them(scene, tmp_path, position):
     block()
     moving_lamp().location[1:] = position[1:]
-    [baked] = snowblue.blender.bake(frames=range(1, 6, 4))
+    [baked] = bake(frames=range(1, 6, 4))
     pictures = []
     for frame in (1, 5):
         scene.frame_set(frame)
@@ -74,7 +74,7 @@ def test_pictures_of_frames_are_those_of_bakes_at_them(scene, tmp_path, position
     for frame, (picture, mask) in zip((1, 5), pictures):
         scene.frame_set(frame)
         with pytest.warns(UserWarning):
-            snowblue.blender.bake()
+            bake()
         alone, _ = shot(tmp_path, AHEAD, samples=16)
         # The samples are the same, but an instance rounds to 32 bits at other places.
         np.testing.assert_allclose(picture[inner(mask)], alone[inner(mask)], rtol=1e-3, atol=1e-6)
@@ -91,7 +91,7 @@ def test_a_mesh_that_deforms_and_moves_is_that_of_each_frame(scene):
         key.keyframe_insert("value", frame=frame)
         thing.keyframe_insert("location", frame=frame)
     lamp()
-    snowblue.blender.bake(frames=range(1, 4, 2))
+    bake(frames=range(1, 4, 2))
     heights = []
     for frame in (1, 3):
         places, _, matrix = shown(frame)
@@ -114,7 +114,7 @@ def test_what_stands_still_is_solved_for_once(scene, monkeypatch):
         return made(*arguments)
 
     monkeypatch.setattr(snowblue.blender._solve, "_baked", counted)
-    [baked] = snowblue.blender.bake(frames=range(1, 4))
+    [baked] = bake(frames=range(1, 4))
     # Three for the lamp that moves, and one each for the other and the World.
     assert count == 5
     things = sorted(baked.snowblue.frames.objects, key=lambda one: one.name)
@@ -131,7 +131,7 @@ def test_a_lamp_may_be_hidden_at_a_frame(scene):
     for frame, is_hidden in ((1, False), (2, True)):
         one.hide_render = is_hidden
         one.keyframe_insert("hide_render", frame=frame)
-    [baked] = snowblue.blender.bake(frames=range(1, 3))
+    [baked] = bake(frames=range(1, 3))
     names = [
         {name for name in thing.data.attributes.keys() if name.startswith("snow_")}
         for thing in sorted(baked.snowblue.frames.objects, key=lambda thing: thing.name)
@@ -146,13 +146,13 @@ def test_a_world_is_rendered_again_only_if_it_changes(scene, monkeypatch):
     rendered = []
     panorama = snowblue.blender._world._panorama
     monkeypatch.setattr(snowblue.blender._world, "_panorama", lambda *of: rendered.append(1) or panorama(*of))
-    snowblue.blender.bake(frames=range(1, 4))
+    bake(frames=range(1, 4))
     assert len(rendered) == 1
     strength = scene.world.node_tree.nodes["Background"].inputs["Strength"]
     for frame, value in ((1, 1.0), (3, 3.0)):
         strength.default_value = value
         strength.keyframe_insert("default_value", frame=frame)
-    [baked] = snowblue.blender.bake(frames=range(1, 4, 2))
+    [baked] = bake(frames=range(1, 4, 2))
     assert len(rendered) == 3
     first, last = [flux(baked.snowblue.frames.objects[number], "snow_sky") for number in (0, 1)]
     # The solver stops at an error of 1e-3 of the light.
@@ -164,10 +164,10 @@ def test_frames_of_baked_snow_are_no_surfaces(scene):
     block()
     other = block(position=(0.5, 0, 0.1))
     moving_lamp()
-    baked = snowblue.blender.bake(frames=range(1, 3))
+    baked = bake(frames=range(1, 3))
     before = flux(baked[0])
-    assert snowblue.blender.bake(frames=range(1, 3), objects=[other]) == [baked[1]]
-    assert snowblue.blender.bake(frames=range(1, 3)) == baked
+    assert bake(frames=range(1, 3), objects=[other]) == [baked[1]]
+    assert bake(frames=range(1, 3)) == baked
     assert np.array_equal(flux(baked[0]), before)
 
 
@@ -176,7 +176,7 @@ def test_frames_are_at_equal_distances(scene, frames):
     block()
     lamp()
     with pytest.raises(ValueError, match="frames of a bake must be one or more, upwards and at equal distances"):
-        snowblue.blender.bake(frames=frames)
+        bake(frames=frames)
 
 
 def test_a_world_that_follows_an_object_changes(scene):
@@ -196,7 +196,7 @@ def test_the_kind_of_snow_is_that_of_all_frames(scene):
         thing.snowblue.grain_size_um = size
         thing.snowblue.keyframe_insert("grain_size_um", frame=frame)
     with pytest.raises(ValueError, match="the kind of the snow 'block' differs between the frames 1 and 2"):
-        snowblue.blender.bake(frames=range(1, 4))
+        bake(frames=range(1, 4))
 
 
 def test_frames_are_those_of_the_active_scene(scene):
@@ -204,8 +204,8 @@ def test_frames_are_those_of_the_active_scene(scene):
     for thing in (block(), lamp()):
         other.collection.objects.link(thing)
     with pytest.raises(ValueError, match="in the active scene only"):
-        snowblue.blender.bake(other, frames=range(1, 3))
-    assert len(snowblue.blender.bake(other)) == 1
+        bake(other, frames=range(1, 3))
+    assert len(bake(other)) == 1
 
 
 def test_another_scene_is_read_at_its_own_frame(scene):
@@ -217,7 +217,7 @@ def test_another_scene_is_read_at_its_own_frame(scene):
     light = moving_lamp()
     scene.frame_set(5)
     with pytest.warns(UserWarning, match="of frame 5"):
-        [baked] = snowblue.blender.bake()
+        [baked] = bake()
     expected = flux(baked)
     snowblue.blender.clear()
     scene.frame_set(1)
@@ -229,17 +229,17 @@ def test_another_scene_is_read_at_its_own_frame(scene):
     # The originals have the values of the active scene.
     assert thing.location.x == 0
     with pytest.warns(UserWarning, match="of frame 5"):
-        [baked] = snowblue.blender.bake(other)
+        [baked] = bake(other)
     np.testing.assert_array_equal(flux(baked), expected)
 
 
 def test_instances_of_frames_are_no_surfaces(scene):
     block()
     moving_lamp()
-    [baked] = snowblue.blender.bake(frames=range(1, 3))
+    [baked] = bake(frames=range(1, 3))
     empty = link("empty", None, (0, 0.3, 0))
     empty.instance_type, empty.instance_collection = "COLLECTION", baked.snowblue.frames
-    job = BakeJob(scene, None, Options())
+    job = BakeJob(scene, None, Options(**COARSE))
     with pytest.warns(UserWarning, match="'empty' makes 2 instances of 'block', whose snow is left out"):
         job.collect()
     assert job._collected[0].names == ["block"]
@@ -267,11 +267,11 @@ def test_a_frame_takes_as_many_bytes_in_a_file_as_the_page_says(scene, repositor
         thing.location.x = x
         thing.keyframe_insert("location", frame=frame)
     sizes = []
-    for frames in (range(1, 3), range(1, 7)):
-        [baked] = snowblue.blender.bake(frames=frames)
+    for frames in (range(1, 3), range(1, 5)):
+        [baked] = bake(frames=frames, step_mm=5.0)
         path = tmp_path / f"{len(frames)}.blend"
         bpy.ops.wm.save_as_mainfile(filepath=str(path), compress=False)
         sizes.append(path.stat().st_size)
     # Blocks of data have headers.
-    each = (sizes[1] - sizes[0]) / 4 / len(baked.data.vertices)
+    each = (sizes[1] - sizes[0]) / 2 / len(baked.data.vertices)
     assert each == pytest.approx(in_file, rel=0.05)

@@ -5,7 +5,7 @@ import warnings
 import bpy
 import numpy as np
 import pytest
-from test_blender import block, lamp, link
+from test_blender import bake, block, lamp, link
 from test_jobs import flux
 
 import snowblue.blender
@@ -58,7 +58,7 @@ def test_instances_that_snow_makes_are_named_once(scene):
     lamp()
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        [baked] = snowblue.blender.bake()
+        [baked] = bake()
     [text] = texts(caught)
     assert text.startswith("'block' makes 8 instances, which the bake leaves out and hides: add a Realize Instances")
     without = len(baked.data.vertices)
@@ -69,7 +69,7 @@ def test_instances_that_snow_makes_are_named_once(scene):
     group.links.new(realize.outputs[0], end.inputs[0])
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        snowblue.blender.bake()
+        bake()
     assert len(baked.data.vertices) > without
 
 
@@ -78,11 +78,11 @@ def test_snow_in_an_instance_of_a_collection_is_named(scene):
     lamp()
     empty = in_collection(thing)
     with pytest.raises(ValueError, match="there is no snow but in instances: .* Make Instances Real"):
-        snowblue.blender.bake()
+        bake()
     other = block(position=(0.5, 0, 0.1))
     other.name = "other"
     with pytest.warns(UserWarning, match="'empty' makes an instance of 'block', whose snow is left out: use Object"):
-        [baked] = snowblue.blender.bake()
+        [baked] = bake()
     assert baked.snowblue.source == other
     # As the text says.
     snowblue.blender.clear()
@@ -91,7 +91,7 @@ def test_snow_in_an_instance_of_a_collection_is_named(scene):
     bpy.ops.object.duplicates_make_real()
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        assert len(snowblue.blender.bake()) == 2
+        assert len(bake()) == 2
 
 
 def test_instances_of_other_things_count(scene):
@@ -100,13 +100,13 @@ def test_instances_of_other_things_count(scene):
     lamp()
     bpy.ops.mesh.primitive_cube_add(size=0.2, location=(0, 0.3, 0.1))
     wall = bpy.context.object
-    [baked] = snowblue.blender.bake()
+    [baked] = bake()
     shaded = flux(baked)
     in_collection(wall)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        snowblue.blender.bake()
+        bake()
     assert np.array_equal(flux(baked), shaded)
     bpy.data.objects.remove(bpy.data.objects["empty"])
-    snowblue.blender.bake()
+    bake()
     assert not np.allclose(flux(baked), shaded)

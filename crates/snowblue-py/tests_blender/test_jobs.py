@@ -5,7 +5,7 @@ import time
 import bpy
 import numpy as np
 import pytest
-from test_blender import block, lamp, world
+from test_blender import COARSE, bake, block, lamp, world
 
 import snowblue.blender
 from snowblue.blender import _panel
@@ -23,7 +23,7 @@ def flux(thing, name="snow_lamp_0"):
     return values.reshape(-1, 3)
 
 
-def started(options=Options(), frames=None, objects=None):
+def started(options=Options(**COARSE), frames=None, objects=None):
     job = BakeJob(bpy.context.scene, objects, options, frames)
     while not job.is_collected:
         job.collect()
@@ -50,7 +50,7 @@ def test_a_bake_on_a_thread_is_that_at_once(scene):
     names = ("snow_lamp_0", "snow_sky")
     at_once = [flux(baked, name) for name in names]
     snowblue.blender.clear()
-    job, seen = started(), []
+    job, seen = started(Options()), []
     while not job.is_done:
         seen.append(job.progress)
         # Blender goes on.
@@ -76,7 +76,7 @@ def test_nothing_stays_of_a_bake_that_is_stopped(scene):
     with pytest.raises(Stopped):
         job.finish()
     assert everything() == before and not thing.hide_render
-    assert len(snowblue.blender.bake()) == 1
+    assert len(bake()) == 1
 
 
 def test_a_bake_stops_while_it_reads_frames(scene):
@@ -101,7 +101,7 @@ def test_errors_of_the_solution_come_at_the_end(scene):
     with pytest.raises(ValueError, match="several materials") as caught:
         job.finish()
     with pytest.raises(ValueError, match="several materials") as at_once:
-        snowblue.blender.bake()
+        bake()
     assert str(caught.value) == str(at_once.value)
 
 
@@ -140,7 +140,7 @@ def test_snow_that_changes_during_a_bake_is_left(scene, change, words):
 def test_snow_that_moves_during_a_bake_takes_its_light_along(scene):
     thing = block()
     lamp()
-    [baked] = snowblue.blender.bake()
+    [baked] = bake()
     places, light = [tuple(one.co) for one in baked.data.vertices], flux(baked)
     job = waited(started())
     thing.location.x, thing.rotation_euler.z = 3.0, 1.0
@@ -151,7 +151,7 @@ def test_snow_that_moves_during_a_bake_takes_its_light_along(scene):
 def test_lamps_that_are_removed_during_a_bake_are_left_out(scene):
     block()
     one, other = lamp(), lamp(position=(0.4, 0.5, 0.3))
-    [baked] = snowblue.blender.bake()
+    [baked] = bake()
     light = flux(baked, "snow_lamp_1")
     job = waited(started())
     bpy.data.objects.remove(one)
@@ -168,7 +168,7 @@ def test_lamps_that_are_removed_during_a_bake_are_left_out(scene):
 def test_lamps_that_change_in_kind_during_a_bake_are_left_out(scene, how):
     block()
     one, other = lamp(), lamp(position=(0.4, 0.5, 0.3))
-    [baked] = snowblue.blender.bake()
+    [baked] = bake()
     light = flux(baked, "snow_lamp_1")
     job = waited(started())
     if how == "type":
@@ -215,7 +215,7 @@ def test_a_removed_scene_ends_a_bake(scene):
     other = bpy.data.scenes.new("other")
     for thing in (block(), lamp()):
         other.collection.objects.link(thing)
-    job = BakeJob(other, None, Options())
+    job = BakeJob(other, None, Options(**COARSE))
     job.collect()
     job.start()
     waited(job)

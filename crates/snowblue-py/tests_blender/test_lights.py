@@ -7,7 +7,7 @@ import bpy
 import numpy as np
 import OpenEXR
 import pytest
-from test_blender import AHEAD, DARK, TOP, block, inner, lamp, link, shot, towards, world
+from test_blender import AHEAD, TOP, bake, block, inner, lamp, link, shot, towards, world
 from test_jobs import flux
 
 import snowblue.blender
@@ -118,11 +118,11 @@ def test_a_narrow_lamp_that_is_large_and_near_is_named(scene):
 def test_a_square_spot_is_round_in_cycles_and_in_snow(scene, tmp_path):
     block()
     light = lamp("SPOT", spot_size=math.radians(40), shadow_soft_size=0.0)
-    [baked] = snowblue.blender.bake()
+    [baked] = bake()
     round_one, (picture, mask) = flux(baked), shot(tmp_path, AHEAD, samples=4)
     light.data.use_square = True
     with pytest.warns(UserWarning, match="lamp 'lamp' is a square spot: snow sees a round one, as Cycles does"):
-        snowblue.blender.bake()
+        bake()
     assert np.array_equal(flux(baked), round_one)
     assert np.array_equal(shot(tmp_path, AHEAD, samples=4)[0][inner(mask)], picture[inner(mask)])
 
@@ -171,17 +171,17 @@ def test_snow_under_a_sky_texture_has_the_light_of_its_sun(scene):
     """The same as under that sky without its disc and a sun lamp beside it."""
     block()
     node = sky_texture(sun_elevation=math.radians(40))
-    [baked] = snowblue.blender.bake()
+    [baked] = bake()
     both = flux(baked, "snow_sky")
     assert "snow_lamp_0" not in baked.data.attributes
     [_, sun] = collected().skylight
     [table] = sun.tables["light"]
     node.sun_disc = False
-    snowblue.blender.bake()
+    bake()
     rest = flux(baked, "snow_sky")
     direction = np.array(table["direction"])
     lamp("SUN", tuple(-direction), 1.0, (0, 0, 0), angle=0.0)
-    snowblue.blender.bake()
+    bake()
     values = np.array([float(row.split(",")[1]) for row in sun.files[table["spectrum"]].decode().split()[1:]])
     # A lamp is multiplied by channel, bands of wavelengths are not: the difference is in the colours alone.
     luminance = np.array([0.2126, 0.7152, 0.0722])
@@ -194,7 +194,7 @@ def test_a_sky_texture_is_reflected_as_its_sky_and_a_sun(scene, tmp_path):
     """Low suns are reflected forwards, and that of a sky texture as a lamp in its place."""
     block()
     node = sky_texture(sun_elevation=math.radians(15), sun_rotation=math.radians(180))
-    [baked] = snowblue.blender.bake()
+    [baked] = bake()
     [name] = [key for key in baked.keys() if key.startswith("snow_sun_")]
     np.testing.assert_allclose(baked[name], towards(15, 180), atol=1e-6)
     picture, mask = shot(tmp_path, TOP, samples=256)
@@ -202,7 +202,7 @@ def test_a_sky_texture_is_reflected_as_its_sky_and_a_sun(scene, tmp_path):
     node.sun_disc = False
     values = np.array([float(row.split(",")[1]) for row in list(sun.files.values())[0].decode().split()[1:]])
     lamp("SUN", towards(15, 180), 1.0, (0, 0, 0), angle=0.0).data.color = values[[-1, 13, 0]]
-    snowblue.blender.bake()
+    bake()
     apart, _ = shot(tmp_path, TOP, samples=256)
     mask = inner(mask)
     # As in the test above, and noise. Lamps are multiplied by channel.
@@ -267,7 +267,7 @@ def test_denoising_keeps_the_light_of_snow(scene, tmp_path):
     block()
     bpy.ops.mesh.primitive_plane_add(size=4)
     lamp(position=(0, 0.3, 0.1))
-    snowblue.blender.bake()
+    bake()
     path = tmp_path / "picture.exr"
     data = bpy.data.cameras.new("camera")
     data.angle = math.radians(35)

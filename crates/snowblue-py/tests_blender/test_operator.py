@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import bpy
 import numpy as np
 import pytest
-from test_blender import block, lamp
+from test_blender import bake, block, lamp
 from test_jobs import everything, flux
 
 import snowblue.blender
@@ -185,7 +185,7 @@ def test_the_timer_ends_with_the_add_on(scene, window, monkeypatch):
 def test_a_baked_object_of_an_excluded_collection_is_not_selected(scene, window):
     thing = block()
     lamp()
-    [baked] = snowblue.blender.bake()
+    [baked] = bake()
     thing.hide_viewport = False
     collection = bpy.data.collections.new("excluded")
     scene.collection.children.link(collection)
@@ -202,4 +202,4 @@ def test_closing_blender_ends_the_operator(scene, window):
     operator = begun(window)
     operator.cancel(window)
     assert operator.job.is_done and _panel._running is None and window.timers == 0
-    assert len(snowblue.blender.bake()) == 1
+    assert len(bake()) == 1

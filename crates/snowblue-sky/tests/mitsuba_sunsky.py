@@ -1,4 +1,4 @@
-"""Writes tests/data/mitsuba_sky.csv and mitsuba_sun.csv: Mitsuba 3's emitter `sunsky`, for tests/mitsuba.rs.
+"""Writes tests/data/mitsuba_sky.csv and mitsuba_sun.csv: Mitsuba 3's emitter `sunsky`, for tests/it/mitsuba.rs.
 
     pip install mitsuba==3.9.1 numpy
     python crates/snowblue-sky/tests/mitsuba_sunsky.py

@@ -86,7 +86,8 @@ const VIEWS: [View; 3] = [
     View { scene: scenes::BLOCK_OBLIQUE, name: "oblique", label: "lit from behind, seen from the side", backlit: true },
 ];
 
-pub(crate) fn fig9() -> Result<Figure, FigureError> {
+/// The blocks of Fig. 9 in all views.
+fn blocks() -> Result<Vec<Shot>, FigureError> {
     let mut shots = Vec::new();
     for view in &VIEWS {
         let mut row = Vec::new();
@@ -104,6 +105,10 @@ pub(crate) fn fig9() -> Result<Figure, FigureError> {
         }
         shots.extend(if view.backlit { both_ways(&row) } else { row });
     }
+    Ok(shots)
+}
+
+pub(crate) fn fig9() -> Result<Figure, FigureError> {
     let captions = Captions {
         title: "Blocks of snow, 5 to 30 cm thick",
         ours: "Grains of 400 µm, 300 kg/m³, facetness .3, a point light of D65 behind the block. Thicker blocks are \
@@ -112,7 +117,7 @@ pub(crate) fn fig9() -> Result<Figure, FigureError> {
         paper: "The same blocks: opaque under a lamp near the camera, backlit and seen straight on, backlit and seen \
                 obliquely. Their exposure is not given.",
     };
-    rendered(&captions, &shots)
+    rendered(&captions, &blocks()?)
 }
 
 pub(crate) fn fig10() -> Result<Figure, FigureError> {
@@ -214,4 +219,40 @@ fn rendered(captions: &Captions, shots: &[Shot]) -> Result<Figure, FigureError> 
         tables: Vec::new(),
         warning: None,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use snowblue_render::scene::LightFieldSettings;
+
+    use super::*;
+    use crate::catalog::RECIPES;
+    use crate::page::{self, Section};
+
+    /// Twelve blocks, of which those lit from behind are rendered in two ways.
+    #[test]
+    fn blocks_of_fig_9_are_rendered_and_shown() {
+        let mut shots = blocks().unwrap();
+        for shot in &mut shots {
+            shot.size = ImageSize { width: 9, height: 9 };
+            shot.scene.integrator.samples_per_pixel = 1;
+            let coarse = LightFieldSettings { nodes: Some(1000), grain_rays: 1024, ..LightFieldSettings::default() };
+            shot.scene.light_field = coarse;
+        }
+        let figure = rendered(&Captions { title: "Blocks", ours: "", paper: "" }, &shots).unwrap();
+        let files = figure.files("fig9");
+        let numbers = figure.numbers.csv();
+        assert_eq!(numbers.lines().count(), 1 + 20);
+        assert!(numbers.lines().skip(1).all(|line| line.ends_with(",0")), "no ray found snow open: {numbers}");
+        let recipe = RECIPES.iter().find(|recipe| recipe.name == "fig9").unwrap();
+        let page = page::index(&[Section { recipe, figure }]);
+        let views = [("front", ""), ("back", ""), ("back", "_ours"), ("oblique", ""), ("oblique", "_ours")];
+        for (view, way) in views {
+            for thickness in [5, 10, 15, 30] {
+                let name = format!("fig9_{view}_{thickness}{way}.png");
+                let png = files.iter().find(|file| file.name == name).map(|file| &file.bytes[..4]);
+                assert!(page.contains(&format!("src=\"{name}\"")) && png == Some(&b"\x89PNG"[..]), "{name}");
+            }
+        }
+    }
 }

@@ -57,15 +57,19 @@ mod tests {
         assert!(!shares(request(4, 0.1, 8)) && !shares(request(5, 0.1, 7)) && !shares(request(4, 10.0, 7)));
     }
 
-    /// To the last bit, so that a snow has the same spectrum alone and among others.
+    /// To the last bit and on any number of threads, so that a snow has the same spectrum alone and among others.
     #[test]
     fn a_part_of_a_wider_tally_is_the_tally_of_a_narrower_request() {
         let sample = SnowSample::default();
+        let tally_on = |threads: usize, request: &TallyRequest| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            Arc::new(pool.install(|| request.tally()))
+        };
         let narrow = request(4, 0.1, 9);
-        let own = narrow.part_of(Arc::new(narrow.tally()));
+        let own = narrow.part_of(tally_on(1, &narrow));
         let wide = request(12, 30.0, 9);
-        let shared = narrow.part_of(Arc::new(wide.tally()));
-        let narrowed = wide.part_of(Arc::new(wide.tally())).narrowed(4, 0.1);
+        let shared = narrow.part_of(tally_on(3, &wide));
+        let narrowed = wide.part_of(tally_on(2, &wide)).narrowed(4, 0.1);
         // From weak absorption to the end of the narrower grid, x = 0.1, where the interpolation has no later values.
         for absorption_per_m in [0.01, 3.0, 100.0, 220.0] {
             for without in [None, Some(3)] {

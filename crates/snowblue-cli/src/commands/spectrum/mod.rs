@@ -225,8 +225,8 @@ impl Spectrum {
             Some(_) => return Err(Failure::Input("an option has several values, but --batch takes one".to_owned())),
             None => Slabs::of_axes(axes, &defaults)?,
         };
-        let solved = self.solve_batch(&slabs, quiet)?;
         let intervals = self.intervals(&slabs, quiet)?;
+        let solved = self.solve_batch(&slabs, quiet)?;
         let with_errors = self.engine == Engine::Montecarlo;
         let mut columns = slabs.columns.clone();
         columns.extend(["wavelength_nm", "reflectance", "transmittance", "absorptance"]);

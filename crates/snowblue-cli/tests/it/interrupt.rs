@@ -1,0 +1,36 @@
+//! An interrupt before the first sample.
+
+use std::process::{Child, Command, Stdio};
+use std::time::Duration;
+
+use crate::shell::{Folder, command};
+
+const INTERRUPT: u64 = 2;
+
+/// Whether a process has a handler for interrupts (proc(5): the mask SigCgt).
+fn handles_interrupts(process: &Child) -> bool {
+    let status = std::fs::read_to_string(format!("/proc/{}/status", process.id())).unwrap();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigCgt:")).unwrap();
+    u64::from_str_radix(mask.trim(), 16).unwrap() & 1 << (INTERRUPT - 1) != 0
+}
+
+/// The light field of this scene takes many seconds, whose length a test cannot measure: what it sees is that no sample
+/// was written.
+#[test]
+fn an_interrupt_before_the_first_sample_leaves_nothing() {
+    let folder = Folder::new();
+    for line in ["render --scene hole_and_footprint -o picture.exr", "bake --scene hole_and_footprint -o snow.glb"] {
+        let mut process = command(line).current_dir(folder.path("")).stderr(Stdio::piped()).spawn().unwrap();
+        while !handles_interrupts(&process) {
+            assert!(process.try_wait().unwrap().is_none());
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        let sent = Command::new("kill").args(["-INT", &process.id().to_string()]).status().unwrap();
+        assert!(sent.success());
+        let output = process.wait_with_output().unwrap();
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(130), "{message}");
+        assert_eq!(message, "snowblue: interrupted: nothing is written\n");
+        assert!(folder.files().is_empty());
+    }
+}

@@ -1,0 +1,68 @@
+//! Options of snow: kinds, water and impurities.
+
+use crate::shell::{Folder, assert_names, stderr, stdout};
+
+/// A kind of snow at a temperature is the same in a file of layers and as options.
+#[test]
+fn layers_and_options_mean_the_same_snow() {
+    let folder = Folder::new();
+    folder.write("pack.toml", "[[layer]]\nthickness_cm = 5\nsnow = \"firn\"\ntemperature_c = -60\n");
+    let layered = folder.stdout("spectrum --wavelengths 450 --layers pack.toml");
+    let alone = transmittance("--snow firn --temperature -60");
+    assert!((last_row(&layered, 4)[0] / alone - 1.0).abs() < 1e-8, "{layered} {alone}");
+}
+
+/// The last row's numbers from the given column on.
+fn last_row(text: &str, from: usize) -> Vec<f64> {
+    text.lines().last().unwrap().split(',').skip(from).map(|field| field.parse().unwrap()).collect()
+}
+
+fn transmittance(options: &str) -> f64 {
+    last_row(&stdout(&format!("spectrum --wavelengths 450 --thickness 5 {options}")), 4)[0]
+}
+
+#[test]
+fn kinds_of_snow_set_surface_area_and_density() {
+    let kind = transmittance("--snow rounded");
+    let numbers = transmittance("--ssa 25 --density 250");
+    assert!((kind / numbers - 1.0).abs() < 1e-9, "{kind} {numbers}");
+    // Given quantities override those of the kind.
+    assert!(transmittance("--snow rounded --density 500") < 0.7 * kind);
+    assert!(transmittance("--snow rounded --grain-size 2000") > 2.0 * kind);
+    assert!(transmittance("--snow fresh") < transmittance("--snow melt-forms"));
+}
+
+#[test]
+fn water_transmits_blue_and_soot_absorbs_it() {
+    let dry = transmittance("");
+    assert!(transmittance("--water-saturation 0.3 --streams 16") > 1.2 * dry);
+    let sooty = transmittance("--impurity black-carbon=100");
+    // σ_a = 0.24/m more, κ(1 − g) = 500/m: x/sinh x with x = 0.05 √(3 · 0.24 · 500) = 0.95 is 0.87.
+    assert!((sooty / dry - 0.87).abs() < 0.03);
+    let both = transmittance("--impurity black-carbon=100,saharan-dust=500");
+    let underscores = transmittance("--impurity black_carbon=100,saharan_dust=500");
+    assert_eq!(underscores.to_bits(), both.to_bits());
+    let repeated = transmittance("--impurity saharan-dust=500 --impurity black-carbon=100");
+    assert!(both < sooty && (both / repeated - 1.0).abs() < 1e-12);
+}
+
+#[test]
+fn metadata_describe_the_snow() {
+    let options = "--snow firn --water-saturation 0.1 --impurity snow-algae=2e4 --streams 16";
+    let words = ["Cuffey & Paterson", "saturation 0.1", "snow-algae=20000 ng/g (Chevrollier et al. 2023"];
+    assert_names(&stderr(&format!("spectrum --wavelengths 500 {options}")), &words);
+}
+
+#[test]
+fn layers_can_differ_in_composition() {
+    let folder = Folder::new();
+    let pack = "[[layer]]\nthickness_cm = 2\nsnow = \"fresh\"\nimpurities_ng_g = { black-carbon = 20 }\n\
+                [[layer]]\nthickness_cm = 10\nsnow = \"melt-forms\"\nwater_saturation = 0.05\n";
+    let reflectance = |pack: &str| {
+        folder.write("pack.toml", pack);
+        last_row(&folder.stdout("spectrum --wavelengths 500 --layers pack.toml"), 3)[0]
+    };
+    // Soot in the top layer absorbs blue light that clean snow reflects.
+    let (sooty, clean) = (reflectance(pack), reflectance(&pack.replace("= 20 }", "= 0 }")));
+    assert!(sooty < clean - 5e-4, "{sooty} {clean}");
+}

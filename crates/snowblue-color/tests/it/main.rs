@@ -1,0 +1,5 @@
+//! The integration tests of `snowblue-color` in one program.
+
+mod gamut;
+mod published;
+mod sampling;
