@@ -1,19 +1,21 @@
-// Runs all tests: two files at a time, in one browser. A single file runs alone: `node --test FILE`.
+// Runs all tests: `node all.mjs`. Two processes run half of the files each, in one browser each, as a page waits for
+// one worker most of the time. `node --test FILE` runs one file.
 
+import { spawn } from "node:child_process";
 import { readdirSync } from "node:fs";
-import { run } from "node:test";
-import { spec } from "node:test/reporters";
 import { fileURLToPath } from "node:url";
-import { IS_FIREFOX, shareBrowser } from "./browser.mjs";
 
-const HERE = fileURLToPath(new URL(".", import.meta.url));
-/** One page waits for one worker most of the time. */
-const AT_ONCE = 2;
+const HERE = new URL(".", import.meta.url);
+const [, , half] = process.argv;
 
-const files = readdirSync(HERE).filter((name) => name.endsWith(".test.mjs")).sort().map((name) => HERE + name);
-const browser = IS_FIREFOX ? undefined : await shareBrowser();
-run({ files, concurrency: AT_ONCE })
-  .on("test:fail", () => (process.exitCode = 1))
-  .on("end", () => void browser?.close())
-  .compose(new spec())
-  .pipe(process.stdout);
+if (half === undefined) {
+  for (const half of ["0", "1"]) {
+    const words = ["--test-reporter=spec", fileURLToPath(import.meta.url), half];
+    spawn(process.execPath, words, { stdio: "inherit" }).on("exit", (code) => {
+      if (code !== 0) process.exitCode = 1;
+    });
+  }
+} else {
+  const files = readdirSync(HERE).filter((name) => name.endsWith(".test.mjs")).sort();
+  for (const file of files.filter((_, place) => place % 2 === Number(half))) await import(new URL(file, HERE));
+}

@@ -1,16 +1,17 @@
-// What the tests share: a server of the page below a path, and pages that fail on any error.
+// What the tests share: a server of the page below a path, a browser, and pages that fail on any error. The browser is
+// Chromium, or Firefox if SNOWBLUE_BROWSER says so. playwright-core drives Firefox by WebDriver BiDi; versions after
+// 1.64 send commands that Firefox ESR 153 does not know.
 
 import assert from "node:assert/strict";
 import { createHash } from "node:crypto";
 import { readFile } from "node:fs/promises";
 import { createServer } from "node:http";
 import { extname, join } from "node:path";
-import { buffer } from "node:stream/consumers";
-import test, { after } from "node:test";
 import { fileURLToPath } from "node:url";
-import { IS_FIREFOX, openBrowser } from "./browser.mjs";
+import test, { after } from "node:test";
+import { chromium, firefox } from "playwright-core";
+import { FLAGS } from "./three.mjs";
 
-export { IS_FIREFOX };
 /** Whether the released page is tested, instead of that which is quickly built. */
 export const IS_RELEASED = process.env.SNOWBLUE_PAGE === "released";
 export const DIST = fileURLToPath(new URL(IS_RELEASED ? "../dist" : "../quick/dist", import.meta.url));
@@ -56,7 +57,12 @@ export async function serve(ready = async () => undefined) {
 }
 
 export const server = await serve();
-const browser = await openBrowser();
+export const IS_FIREFOX = process.env.SNOWBLUE_BROWSER === "firefox";
+const browser = await (IS_FIREFOX
+  // It has WebGL only with a display.
+  ? firefox.launch({ channel: "moz-firefox", executablePath: process.env.FIREFOX ?? "/usr/bin/firefox-esr",
+    headless: false, firefoxUserPrefs: { "webgl.force-enabled": true, "gfx.webrender.software": true } })
+  : chromium.launch({ executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium", args: FLAGS }));
 after(async () => {
   await browser.close();
   await server.close();
@@ -187,7 +193,7 @@ function downloaded(page, count) {
   return async () => {
     await all;
     page.removeAllListeners("download");
-    const files = downloads.map(async (one) => [one.suggestedFilename(), await buffer(await one.createReadStream())]);
+    const files = downloads.map(async (one) => [one.suggestedFilename(), await readFile(await one.path())]);
     return Object.fromEntries(await Promise.all(files));
   };
 }

@@ -214,7 +214,7 @@ def test_bands_that_are_not_covered_are_named():
 
 
 def test_bands_of_irradiances_are_refused():
-    noon = dict(elevation_deg=30, turbidity=2, wavelength_nm=np.arange(400.0, 701.0, 100))
+    noon = dict(elevation_deg=30, turbidity=2, wavelength_nm=np.arange(400.0, 701.0, 50))
     light = snowblue.light_at_depth(PACK, noon, depth_cm=[1])
     for spectra in (light, light.net):
         with pytest.raises(ValueError, match="' is in W m-2 nm-1, but means of bands are those of fractions of light$"):
@@ -234,7 +234,7 @@ def test_defaults_have_the_wavelengths_of_what_changes():
 def test_a_layer_of_no_thickness_has_no_derivatives_of_light_at_depth():
     empty = [dict(thickness_cm=10), dict(thickness_cm=0), dict(thickness_cm=20)]
     message = "^thickness of a layer must be above 0 for derivatives of the light at depth$"
-    noon = dict(elevation_deg=30, turbidity=2, wavelength_nm=[450, 550])
+    noon = dict(elevation_deg=30, turbidity=2, wavelength_nm=[450, 500])
     with pytest.raises(ValueError, match=message):
         snowblue.light_at_depth(empty, noon, depth_cm=[1], jacobian="ssa_m2_kg")
     # But it has light.

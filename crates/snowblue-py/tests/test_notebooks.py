@@ -27,7 +27,7 @@ TIMEOUT_S = 300
 SMALLER = {
     "albedo": [("range(2, 202)", "range(2, 12)")],
     "mitsuba": [
-        ('{"type": "snow", "max_depth": 6}', '{"type": "snow", "max_depth": 6, "step_mm": 40.0, "field_step_mm": 20.0}'),
+        ('"max_depth": 6', '"max_depth": 6, "step_mm": 40.0, "field_step_mm": 20.0'),
         ("spp=96", "spp=8"),
     ],
 }

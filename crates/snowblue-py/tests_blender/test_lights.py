@@ -7,7 +7,7 @@ import bpy
 import numpy as np
 import OpenEXR
 import pytest
-from test_blender import AHEAD, TOP, bake, block, inner, lamp, link, shot, towards, world
+from test_blender import AHEAD, COARSE, TOP, bake, block, inner, lamp, link, shot, towards, world
 from test_jobs import flux
 
 import snowblue.blender
@@ -54,6 +54,16 @@ def collected():
     job = BakeJob(bpy.context.scene, None, Options())
     job.collect()
     return job._collected[0]
+
+
+def baked_sun():
+    """A bake of one object, and the sun disc of its sky texture."""
+    job = BakeJob(bpy.context.scene, None, Options(**COARSE))
+    job.collect()
+    job.solve()
+    [baked] = job.finish()
+    [_, sun] = job._collected[0].skylight
+    return baked, sun
 
 
 def floor_of_spots(spots):
@@ -171,17 +181,15 @@ def test_snow_under_a_sky_texture_has_the_light_of_its_sun(scene):
     """The same as under that sky without its disc and a sun lamp beside it."""
     block()
     node = sky_texture(sun_elevation=math.radians(40))
-    [baked] = bake()
+    baked, sun = baked_sun()
     both = flux(baked, "snow_sky")
     assert "snow_lamp_0" not in baked.data.attributes
-    [_, sun] = collected().skylight
     [table] = sun.tables["light"]
     node.sun_disc = False
-    bake()
-    rest = flux(baked, "snow_sky")
     direction = np.array(table["direction"])
     lamp("SUN", tuple(-direction), 1.0, (0, 0, 0), angle=0.0)
     bake()
+    rest = flux(baked, "snow_sky")
     values = np.array([float(row.split(",")[1]) for row in sun.files[table["spectrum"]].decode().split()[1:]])
     # A lamp is multiplied by channel, bands of wavelengths are not: the difference is in the colours alone.
     luminance = np.array([0.2126, 0.7152, 0.0722])
@@ -194,11 +202,10 @@ def test_a_sky_texture_is_reflected_as_its_sky_and_a_sun(scene, tmp_path):
     """Low suns are reflected forwards, and that of a sky texture as a lamp in its place."""
     block()
     node = sky_texture(sun_elevation=math.radians(15), sun_rotation=math.radians(180))
-    [baked] = bake()
+    baked, sun = baked_sun()
     [name] = [key for key in baked.keys() if key.startswith("snow_sun_")]
     np.testing.assert_allclose(baked[name], towards(15, 180), atol=1e-6)
     picture, mask = shot(tmp_path, TOP, samples=256)
-    [_, sun] = collected().skylight
     node.sun_disc = False
     values = np.array([float(row.split(",")[1]) for row in list(sun.files.values())[0].decode().split()[1:]])
     lamp("SUN", towards(15, 180), 1.0, (0, 0, 0), angle=0.0).data.color = values[[-1, 13, 0]]

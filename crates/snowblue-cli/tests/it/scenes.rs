@@ -54,8 +54,8 @@ fn every_scene_has_a_test() {
     assert_eq!(names, NAMES.iter().map(|name| (*name).to_owned()).collect());
 }
 
-/// Few pixels, coarse cells, few rays through grains and smooth surfaces: whether a scene renders and is watertight does
-/// not depend on them, and its time does. `rough_solids_are_closed` of `snowblue-render` adds relief.
+/// Few pixels, coarse cells, few rays through grains, one bounce and smooth surfaces: whether a scene renders and is
+/// watertight does not depend on them, and its time does. `rough_solids_are_closed` of `snowblue-render` adds relief.
 fn make_cheap(scene: &mut SceneDescription) {
     let SceneDescription { film, integrator, light_field, materials, objects, .. } = scene;
     integrator.max_bounces = integrator.max_bounces.min(1);

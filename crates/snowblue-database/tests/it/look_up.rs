@@ -205,25 +205,22 @@ fn mixes_interpolate_logarithms() {
 #[test]
 fn further_properties_are_interpolated() {
     let soot = Property::Impurity(Substance::BlackCarbon);
-    let compressed = |densities_kg_m3: &[f64], properties: Vec<PropertyAxis>| {
+    let compressed = |properties: Vec<PropertyAxis>| {
         let axes = Axes {
             grain_sizes_um: vec![300.0],
             facetness: vec![0.3],
-            densities_kg_m3: densities_kg_m3.to_vec(),
+            densities_kg_m3: vec![200.0, 300.0, 400.0],
             properties,
             wavelengths_nm: (0..16).map(|i| 400.0 + 20.0 * f64::from(i)).collect(),
             ..Axes::with_thin_and_thick_knots()
         };
         CompressedTable::new(&fill(&axes), Space::Log, 6).unwrap()
     };
-    let wet = vec![
+    let wet = compressed(vec![
         PropertyAxis { property: Property::WaterSaturation, values: vec![0.0, 0.1, 0.2, 0.3] },
         PropertyAxis { property: Property::Temperature, values: vec![-20.0, -5.0] },
-    ];
-    // Only wet snow depends on its density otherwise than by its load.
-    let wet = compressed(&[200.0, 300.0], wet);
-    let sooty = PropertyAxis { property: soot, values: vec![0.0, 1.0, 3.0, 10.0, 30.0, 100.0] };
-    let sooty = compressed(&[300.0], vec![sooty]);
+    ]);
+    let sooty = compressed(vec![PropertyAxis { property: soot, values: vec![0.0, 1.0, 3.0, 10.0, 30.0, 100.0] }]);
     let asked = OffGridOptions { points: 40, seed: 5, illuminant: Illuminant::D65 };
     for (table, most_steep) in [(&wet, 0.015), (&sooty, 0.06)] {
         for found in evaluate_off_grid(table, &asked).unwrap() {

@@ -143,7 +143,7 @@ fn layers_have_the_solution_of_one_dimension_wherever_their_faces_lie_in_the_cel
     }
 }
 
-/// A wide slab under diffuse light. Its edges are four thicknesses away, over which light decays by e^{−4π}.
+/// A wide slab under diffuse light. Its edges are 3.5 thicknesses away, over which light decays by e^{−3.5π}.
 #[test]
 fn the_absorptance_of_a_slab_is_that_of_its_solution() {
     let snow =

@@ -14,7 +14,7 @@ const SCENE: &str = "[camera]\nposition = [0.3, -1, 0.4]\nlook_at = [0, 0, 0]\nv
     [material.grey]\ntype = \"diffuse\"\nreflectance = 0.5\n\
     [[light]]\ntype = \"point\"\nposition = [0, 0.4, 0.1]\nradiant_intensity_w_sr = 10\n\
     [[light]]\ntype = \"point\"\nposition = [0.05, 0, 0]\nradiant_intensity_w_sr = 2\nilluminant = \"A\"\n\
-    [[object]]\nshape = \"box\"\nsize = [0.3, 0.1, 0.2]\nmaterial = \"snow\"\n\
+    [[object]]\nshape = \"box\"\nsize = [0.16, 0.06, 0.12]\nmaterial = \"snow\"\n\
     [[object]]\nshape = \"plane\"\nposition = [0, 0, -0.1]\nmaterial = \"grey\"\n";
 
 fn scene() -> SceneDescription {

@@ -1,5 +1,5 @@
-//! Snow with relief: heights that belong to the object, closed meshes, and what they do not cut. [`truth`](crate::truth) has
-//! its light.
+//! Snow with relief: heights that belong to the object, closed meshes, and what they do not cut.
+//! [`truth`](crate::truth) has its light.
 
 use glam::{Mat3A, Vec3A};
 use snowblue_geometry::ray::Ray;

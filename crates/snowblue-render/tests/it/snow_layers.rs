@@ -195,7 +195,7 @@ fn by_the_reference_layers_of_the_same_snow_are_one() {
     for (eye, target) in
         [(Vec3A::new(0.3, 0.2, 2.0), Vec3A::new(0.0, 0.0, 0.01)), (Vec3A::new(0.1, -2.0, 0.2), Vec3A::NEG_Y * 0.015)]
     {
-        let [whole, layers] = [&mut whole, &mut layers].map(|integrator| estimate(integrator, eye, target, 256, BANDS));
+        let [whole, layers] = [&mut whole, &mut layers].map(|integrator| estimate(integrator, eye, target, 128, BANDS));
         for (whole, layers) in whole.iter().zip(&layers) {
             let error = whole.standard_error.hypot(layers.standard_error);
             let p = t_p_value((layers.mean - whole.mean) / error, 15.0);
@@ -240,7 +240,7 @@ fn layers_lie_below_the_surface_or_a_height() {
     // A stair of two steps, with the tops at z = 0.1 and z = 0.
     let step = |x: f64, top: f64| {
         format!(
-            "[[object]]\nshape = \"box\"\nsize = [0.2, 0.1, 0.2]\nposition = [{x}, -0.05, {}]\nmaterial = \"snow\"\n\
+            "[[object]]\nshape = \"box\"\nsize = [0.2, 0.05, 0.2]\nposition = [{x}, -0.075, {}]\nmaterial = \"snow\"\n\
              body = \"stair\"\n",
             top - 0.1
         )

@@ -340,7 +340,7 @@ mod tests {
             relief_m: if random(number, 4) < 0.3 { 0.0 } else { 0.05 * random(number, 4) },
             relief_length_m: 0.1 + random(number, 5),
             ..carved(
-                0.04 + 0.05 * random(number, 6),
+                0.02 + 0.05 * random(number, 6),
                 &solids(10, counts[0]).collect::<Vec<_>>(),
                 &solids(50, counts[1]).collect::<Vec<_>>(),
             )

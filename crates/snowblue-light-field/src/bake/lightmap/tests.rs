@@ -144,7 +144,7 @@ fn every_triangle_has_a_part_of_the_texture_of_its_own() {
         }
         // Areas shrink by the inclination only, and no triangle is turned over.
         let extents: Vec<DVec2> = charts.list.iter().map(|chart| chart.extent_m).collect();
-        let packing = pack(&extents, 256).unwrap();
+        let packing = pack(&extents, 512).unwrap();
         let corners = laid_out(&vertices, &charts, &packing);
         for ([a, b, c], triangle) in corners.iter().zip(&vertices.triangles) {
             let [p, q, r] = triangle.map(|vertex| vertices.positions[vertex as usize].as_dvec3());
@@ -161,7 +161,7 @@ fn every_triangle_has_a_part_of_the_texture_of_its_own() {
                 assert_eq!(other, None, "{name}: triangles {number} and {other:?} overlap at {place:?}");
             }
         }
-        let share = owner.len() as f64 / (256.0 * fineness).powi(2);
+        let share = owner.len() as f64 / (512.0 * fineness).powi(2);
         assert!(share > 0.2 && share < 1.0, "{name}: {share}");
     }
 }

@@ -1,9 +1,9 @@
 //! `hybrid` and `diffusion` against the reference integrator on small scenes of many kinds.
 //!
-//! [`scenes`] is the table of scenes. Each has a test, and a file `tests/truth/NAME.csv` with X, Y and Z of its cells by
-//! `reference`: means and standard errors over 16 renderings. `UPDATE_TRUTH=1 cargo test -p snowblue-render --test it
-//! truth` renders them again, and with a scene's name at the end that one. The first line of a file has the seconds on
-//! two cores. `-- --nocapture` prints the errors of both integrators.
+//! [`scenes`] is the table of scenes. Each has a test, and a file `tests/truth/NAME.csv` with X, Y and Z of its cells
+//! by `reference`: means and standard errors over 16 renderings. `UPDATE_TRUTH=1 cargo test -p snowblue-render --test
+//! it truth::NAME` renders it again, and without the name all of them. Where the first line has seconds, two cores took
+//! them beside other work. `-- --nocapture` prints the errors of both integrators.
 //!
 //! The measures are the greatest |ln| of the ratio of all light in X, Y and Z, and the root mean square of ln L/L₀ over
 //! cells with a luminance L₀ above a fiftieth of the greatest, without the noise of both.
@@ -27,13 +27,11 @@ use snowblue_stat::{chi_squared_p_value, t_p_value};
 const REFERENCES: u32 = 16;
 /// Paths of the reference go on until they are absorbed or leave.
 const REFERENCE_BOUNCES: u32 = 10_000;
-/// Renderings of the other integrators.
-const HYBRID: Renderings = Renderings { count: 8, samples: 1024 };
-const DIFFUSION: Renderings = Renderings { count: 8, samples: 64 };
+/// Renderings of the other integrators. Three standard errors of all their light are within the limit of its error.
+const HYBRID: Renderings = Renderings { count: 8, samples: 2048 };
+const DIFFUSION: Renderings = Renderings { count: 8, samples: 256 };
 /// Three standard errors of all light by the reference, at most.
 const MAX_REFERENCE_NOISE: f64 = 0.02;
-/// Three standard errors of all light by the other integrators, at most.
-const MAX_NOISE: f64 = 0.03;
 /// Cells darker than this part of the brightest do not count.
 const DARK: f64 = 0.02;
 
@@ -196,7 +194,7 @@ fn check(name: &str) {
             found.cells,
             limits.cells
         );
-        report(line, found.energy > limits.energy || found.cells > limits.cells || noise > MAX_NOISE);
+        report(line, found.energy > limits.energy || found.cells > limits.cells || noise > limits.energy);
     }
     assert!(failures.is_empty(), "{}", failures.join("\n"));
 }
@@ -220,7 +218,7 @@ macro_rules! one_test_a_scene {
 }
 
 one_test_a_scene! {
-    ball_2_5 ball_5 ball_10 ball_25 ball_100 torus knot_sun corner groove gap plate igloo_wall lamp_inside block_sky
+    ball_2_5 ball_5 ball_10 ball_25 ball_50 torus knot_sun corner groove gap plate igloo_wall lamp_inside block_sky
     coarse fresh mask boundary wet_and_dirty two_layers rough lamp_through_snow hole cave
 }
 
