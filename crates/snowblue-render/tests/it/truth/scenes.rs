@@ -315,7 +315,7 @@ pub(super) fn scenes() -> Vec<Scene> {
         ball("ball_5", 5.0, [0.54, 0.46]),
         ball("ball_10", 10.0, [0.36, 0.28]),
         ball("ball_25", 25.0, [0.19, 0.12]),
-        ball("ball_50", 50.0, [0.13, 0.08]),
+        ball("ball_50", 50.0, [0.10, 0.11]),
         Scene::new("torus", [0.07, 0.07], 0.07, mesh() + &front).with_file("mesh.obj", torus()),
         Scene::new("knot_sun", [0.07, 0.07], 0.11, mesh() + sun).with_file("mesh.obj", knot()),
         Scene::new("corner", [0.03, 0.05], 0.075, mesh() + floor + &front)
