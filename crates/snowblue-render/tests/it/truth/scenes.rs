@@ -335,11 +335,11 @@ pub(super) fn scenes() -> Vec<Scene> {
             .with_snow("grain_size_um = 1000\nfacetness = 0.3\ndensity_kg_m3 = 300\n"),
         Scene::new("fresh", [0.04, 0.05], 0.08, boxed([0.12, 0.06, 0.12]) + &behind)
             .with_snow("snow = \"fresh\"\ndensity_kg_m3 = 80\n"),
-        Scene::new("mask", [0.08, 0.15], 0.08, object("mesh = \"mesh.ply\"\nup = \"z\"") + &behind)
+        Scene::new("mask", [0.07, 0.1], 0.08, object("mesh = \"mesh.ply\"\nup = \"z\"") + &behind)
             .with_snow(masked)
             .with_samples(2200)
             // Both integrators err here, for a reason that is not known.
-            .with_hybrid(0.08, 0.16)
+            .with_hybrid(0.06, 0.1)
             .with_file(
                 "mesh.ply",
                 block_of_ages([0.02, 0.06], &[(-0.06, 0.0), (-0.02, 0.0), (0.02, 1.0), (0.06, 1.0)]),
