@@ -230,6 +230,7 @@ fn every_integrator_prepares_and_renders_the_same_on_any_number_of_threads() {
             pool.install(|| {
                 let mut description = SceneFile::parse(CORNER, "corner.toml").unwrap().description;
                 description.integrator.kind = kind;
+                description.light_field.grain_rays = 1 << 12;
                 render::render(&description.build(&FilesInMemory::default()).unwrap()).unwrap()
             })
         };
