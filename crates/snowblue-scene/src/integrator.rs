@@ -184,7 +184,8 @@ pub struct LightFieldSettings {
     pub nodes: Option<u32>,
     /// The views that it is for.
     pub views: Views,
-    /// Rays through grains for the optics of the snow, per node of the refractive index. Scene files have no such key.
+    /// Rays through grains for the optics of the snow, per node of the refractive index, and scattering events of walks
+    /// from grain to grain; those of the reference are four times as many. Scene files have no such key.
     #[serde(skip)]
     pub grain_rays: u32,
     /// Most rounds of light between bodies of snow. Scene files have no such key.

@@ -11,8 +11,9 @@ use snowblue_scene::Scene;
 use snowblue_scene::material::snow::SnowKinds;
 use snowblue_scene::spectrum::Spectrum;
 
-/// Scattering events of each kind of snow for short walks.
-const SHORT_WALK_GRAINS: u32 = 1 << 18;
+/// Scattering events of each kind of snow for walks of any length, for each ray through grains that the scene asks for;
+/// short walks have one.
+const LONG_WALK_GRAINS: u32 = 4;
 /// Most scattering events of all kinds of snow together, of 12 bytes each.
 const MOST_GRAINS: usize = 1 << 26;
 /// Nodes of the refractive index in snow that is clean and dry.
@@ -35,9 +36,9 @@ impl SnowVolumes {
         let samples: Vec<SnowSample> = kinds.iter().flatten().flat_map(|kinds| &kinds.samples).copied().collect();
         let is_plain = |sample: &SnowSample| sample.impurities.is_none() && sample.water_saturation <= 0.0;
         let nodes = if samples.iter().all(is_plain) { FEW_NODES } else { scene.wavelengths_nm().len() };
-        let whole = GrainPlan::default();
         let most = u32::try_from(MOST_GRAINS / (nodes * samples.len().max(1))).unwrap_or(u32::MAX);
-        let plan = GrainPlan { grains: whole.grains.min(most), ..whole };
+        let wished = scene.description().light_field.grain_rays.saturating_mul(LONG_WALK_GRAINS);
+        let plan = GrainPlan { grains: wished.min(most), seed: 1 };
         let volumes = Volume::of_samples(&samples, scene.wavelengths_nm(), &plan);
         let mut volumes = volumes.map_err(|error| unusable(scene, &error))?.into_iter();
         let mut of_kinds = |kinds: &Arc<SnowKinds>| {
@@ -52,7 +53,7 @@ impl SnowVolumes {
         scene: &Scene,
         kinds: &SnowOfMaterials<SnowKinds>,
     ) -> Result<SnowOfMaterials<Self>, RenderError> {
-        let plan = GrainPlan { grains: SHORT_WALK_GRAINS, seed: 1 };
+        let plan = GrainPlan { grains: scene.description().light_field.grain_rays, seed: 1 };
         let volume = |sample: &SnowSample| Volume::with_one_index(sample, scene.wavelengths_nm(), &plan);
         let of_kinds = |kinds: &Arc<SnowKinds>| {
             let volumes: Result<_, _> = kinds.samples.iter().map(volume).collect();

@@ -19,10 +19,11 @@ use snowblue_render::raster::PixelPosition;
 use snowblue_render::render::pixel_radiance;
 use snowblue_scene::camera::View;
 use snowblue_scene::description::SceneDescription;
-use snowblue_scene::file::SceneFile;
 use snowblue_scene::light::{Light, LightDirection, LightOrigin, irradiance_by_sky};
 use snowblue_scene::spectrum::{SAMPLES, WAVELENGTH_STEP_NM, wavelengths_nm};
 use snowblue_transport::SnowSample;
+
+use crate::snow::parsed;
 
 /// Width of the whole grid of wavelengths, to which band densities refer, in nm.
 const BAND_WIDTH_NM: f64 = SAMPLES as f64 * WAVELENGTH_STEP_NM;
@@ -38,7 +39,7 @@ const OTHER_LAMP: &str =
 const SKY: &str = "[environment]\nradiance_w_m2_sr = 1\nilluminant = \"D65\"\n";
 
 fn integrator(text: &str) -> Integrator {
-    prepared(&SceneFile::parse(format!("{HEAD}{text}"), "scene.toml").unwrap().description)
+    prepared(&parsed(format!("{HEAD}{text}")))
 }
 
 fn prepared(description: &SceneDescription) -> Integrator {
@@ -49,14 +50,14 @@ fn prepared(description: &SceneDescription) -> Integrator {
 fn coarse(text: &str, max_bounces: u32) -> Integrator {
     let text = format!("{HEAD}[light_field]\nstep_mm = 12\n{text}");
     let text = text.replace("max_bounces = 0", &format!("max_bounces = {max_bounces}"));
-    let mut description = SceneFile::parse(text, "scene.toml").unwrap().description;
+    let mut description = parsed(text);
     description.light_field.grain_rays = 1 << 12;
     prepared(&description)
 }
 
 fn with_bounces(text: &str) -> Integrator {
     let text = format!("{HEAD}{text}").replace("max_bounces = 0", "max_bounces = 4");
-    prepared(&SceneFile::parse(text, "scene.toml").unwrap().description)
+    prepared(&parsed(text))
 }
 
 fn baked(integrator: &Integrator, step_m: f64, channels: Channels) -> BakedScene {
@@ -335,7 +336,7 @@ fn files_hold_the_meshes_and_their_attributes() {
 fn wide_snow_has_no_more_vertices_than_its_cells_ask_for() {
     let block = BLOCK.replace("[0.3, 0.1, 0.3]", "[3, 3, 3]");
     let text = format!("{HEAD}[light_field]\nmemory_mib = 32\n{SKY}{block}");
-    let mut description = SceneFile::parse(text, "scene.toml").unwrap().description;
+    let mut description = parsed(text);
     description.light_field.grain_rays = 1 << 12;
     let baked = prepared(&description).bake(BakeOptions::default(), &|_| {}).unwrap();
     let vertices = baked.objects[0].positions.len();
@@ -351,7 +352,7 @@ fn a_lamp_on_wide_snow_fits_into_the_memory_of_the_scene() {
     let lamp = LAMP_BEHIND.replace("[0.05, 0.3, 0.02]", "[0.05, 2, 0.02]");
     let block = BLOCK.replace("[0.3, 0.1, 0.3]", "[3, 3, 3]");
     let text = format!("{HEAD}[light_field]\nmemory_mib = 32\n{lamp}{SKY}{block}");
-    let mut description = SceneFile::parse(text, "scene.toml").unwrap().description;
+    let mut description = parsed(text);
     description.light_field.grain_rays = 1 << 12;
     let baked = prepared(&description).bake(BakeOptions::default(), &|_| {}).unwrap();
     let object = &baked.objects[0];
@@ -370,7 +371,7 @@ fn what_cannot_be_baked_is_named() {
     let many = error(&coarse(&format!("{SKY}{BLOCK}"), 0), tiny);
     assert!(many.contains("4194304 vertices") && many.contains("0.01 mm"), "{many}");
     let text = format!("{HEAD}{SKY}{BLOCK}").replace("type = \"diffusion\"", "type = \"pcasnow\"");
-    let without = prepared(&SceneFile::parse(text, "scene.toml").unwrap().description);
+    let without = prepared(&parsed(text));
     assert!(error(&without, BakeOptions::default()).contains("no light field"));
 }
 
@@ -559,7 +560,7 @@ fn ball_under(light: &str) -> LitBall {
         "{HEAD}{light}[light_field]\nstep_mm = 8\n[[object]]\nmesh = \"ball.obj\"\nup = \"z\"\n\
         smooth = true\nmaterial = \"snow\"\n"
     );
-    let description = SceneFile::parse(text, "scene.toml").unwrap().description;
+    let description = parsed(text);
     let mut files = FilesInMemory::default();
     files.insert("ball.obj", ball_of_triangles(0.1));
     let prepare = || Integrator::prepare(&description.build(&files).unwrap()).unwrap();

@@ -4,7 +4,9 @@
 use snowblue_render::files::FilesInMemory;
 use snowblue_render::render::render_all;
 use snowblue_render::scene::description::{LampDescription, LightSource, ShapeDescription};
-use snowblue_render::{Integrator, Preparation, Scene, SceneDescription, SceneFile};
+use snowblue_render::{Integrator, Preparation, Scene, SceneDescription};
+
+use crate::snow::parsed;
 
 /// A block between a lamp behind it and one within, of different spectra, and a floor that makes light return.
 const SCENE: &str = "[camera]\nposition = [0.3, -1, 0.4]\nlook_at = [0, 0, 0]\nvertical_fov_deg = 25\n\
@@ -18,7 +20,7 @@ const SCENE: &str = "[camera]\nposition = [0.3, -1, 0.4]\nlook_at = [0, 0, 0]\nv
     [[object]]\nshape = \"plane\"\nposition = [0, 0, -0.1]\nmaterial = \"grey\"\n";
 
 fn scene() -> SceneDescription {
-    let mut scene = SceneFile::parse(SCENE, "scene.toml").unwrap().description;
+    let mut scene = parsed(SCENE);
     // The pictures are compared with each other only.
     scene.light_field.grain_rays = 1 << 12;
     scene

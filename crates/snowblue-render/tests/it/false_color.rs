@@ -7,9 +7,9 @@ use snowblue_color::LinearRgb;
 use snowblue_database::{Axes, CompressedTable, PcaSnow, Space, fill};
 use snowblue_render::files::FilesInMemory;
 use snowblue_render::render::render_all;
-use snowblue_render::{FalseColor, Integrator, Preparation, SceneFile};
+use snowblue_render::{FalseColor, Integrator, Preparation};
 
-use crate::snow::{self, SAMPLE, SNOW, analytic_table, camera_of, pcasnow};
+use crate::snow::{self, SAMPLE, SNOW, analytic_table, camera_of, parsed, pcasnow};
 
 const COLOUR: FalseColor = FalseColor { red_nm: 1150.0, green_nm: 850.0, blue_nm: 550.0 };
 
@@ -35,7 +35,7 @@ fn prepared(
     text: &str,
     files: &[(&str, &str)],
 ) -> Integrator {
-    let mut scene = SceneFile::parse(format!("{}{text}", camera_of(method)), "scene.toml").unwrap().description;
+    let mut scene = parsed(format!("{}{text}", camera_of(method)));
     scene.camera.as_mut().unwrap().vertical_fov_deg = 1.0;
     scene.film.false_color = Some(colour);
     scene.light_field.grain_rays = 1 << 12;

@@ -21,7 +21,7 @@ use snowblue_render::scene::camera::View;
 use snowblue_render::scene::film::ImageSize;
 use snowblue_stat::{Moments, chi_squared_p_value, sidak_level, t_p_value};
 
-use crate::snow::{SNOW, analytic_table_of_grains, pcasnow, prepared, scene, scene_by};
+use crate::snow::{SNOW, analytic_table_of_grains, pcasnow, prepared, scene, scene_of_many_grains};
 
 const SIZE: ImageSize = ImageSize { width: 32, height: 24 };
 /// Number of images of the stored statistics; their seeds are 1 to 128.
@@ -50,7 +50,7 @@ fn block(grain_size_um: f64) -> Integrator {
         up: Vec3A::Z,
         vertical_fov_deg: 45.0,
     };
-    prepared(&seen(scene_by("hybrid", &text, &[]), &view, 64), None)
+    prepared(&seen(scene_of_many_grains("hybrid", &text, &[]), &view, 64), None)
 }
 
 /// Two spheres of triangles in one body and a third that is not, under sun and blue sky, on a height field, by
@@ -76,7 +76,7 @@ fn drift(grain_size_um: f64) -> Integrator {
         up: Vec3A::Z,
         vertical_fov_deg: 45.0,
     };
-    prepared(&seen(scene_by("diffusion", &text, &[("ball.ply", sphere())]), &view, 16), None)
+    prepared(&seen(scene_of_many_grains("diffusion", &text, &[("ball.ply", sphere())]), &view, 16), None)
 }
 
 /// [`SNOW`] of another grain size.

@@ -12,8 +12,9 @@ use snowblue_transport::stack::{Layer, Stack, StackRadiometry};
 
 use snowblue_render::{Integrator, Preparation};
 use snowblue_scene::Scene;
-use snowblue_scene::file::SceneFile;
 use snowblue_scene::spectrum::wavelengths_nm;
+
+use crate::snow::parsed;
 
 const SNOW: &str = "[material.snow]\ntype = \"snow\"\nlayers = \"pack.toml\"\n\
      [material.black]\ntype = \"diffuse\"\nreflectance = 0\n";
@@ -23,8 +24,8 @@ const PACK: &str = "[[layer]]\nthickness_cm = 20\ngrain_size_um = 300\nfacetness
 
 fn scene(text: &str) -> Scene {
     let head = "[film]\nwidth = 640\nheight = 640\n[integrator]\ntype = \"diffusion\"\nsamples_per_pixel = 1\n";
-    let file = SceneFile::parse(format!("{head}{SNOW}{text}"), "scene.toml").unwrap();
-    file.description.build(&files()).unwrap()
+    let description = parsed(format!("{head}{SNOW}{text}"));
+    description.build(&files()).unwrap()
 }
 
 fn files() -> FilesInMemory {
@@ -112,7 +113,7 @@ fn a_slab_absorbs_over_a_day_what_discrete_ordinates_say() {
              material = \"snow\"\n\
              [[object]]\nshape = \"plane\"\nposition = [0, 0, -0.202]\nmaterial = \"black\"\n"
         );
-        let description = SceneFile::parse(text, "scene.toml").unwrap().description;
+        let description = parsed(text);
         let scene = description.build(&files()).unwrap();
         let preparation = Preparation { earlier: earlier.take(), ..Preparation::default() };
         let integrator = Integrator::prepare_with(&scene, preparation).unwrap();

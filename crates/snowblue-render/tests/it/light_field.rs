@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use std::path::Path;
 
 use glam::Vec3A;
+use snowblue_render::files::FilesInMemory;
 use snowblue_render::render::{render, render_all};
 use snowblue_render::scene::file::SceneFile;
 use snowblue_render::scene::spectrum::Spectrum;
@@ -15,7 +16,7 @@ use snowblue_transport::quadrature::Quadrature;
 use snowblue_transport::sample::SnowSample;
 use snowblue_transport::slab::{Incidence, Slab};
 
-use crate::snow::{self, SNOW, prepared, radiance, scene_by};
+use crate::snow::{self, SNOW, parsed, prepared, radiance, scene_by};
 
 /// Indices of 450, 550 and 700 nm.
 const BANDS: [usize; 3] = [5, 15, 30];
@@ -193,8 +194,8 @@ fn backlit(method: &str, turn_deg: f64, settings: &str, seed: u32) -> Film {
         turned(0.0, 0.6, 0.1),
         shape("box", &format!("size = [0.3, 0.06, 0.3]\nrotation_deg = [0, 0, {turn_deg}]"))
     );
-    let file = SceneFile::parse(text, Path::new("block.toml")).unwrap();
-    render(&file.build().unwrap()).unwrap().film
+    let scene = parsed(text).build(&FilesInMemory::default()).unwrap();
+    render(&scene).unwrap().film
 }
 
 /// Means of 4×4 pixels.
@@ -246,7 +247,7 @@ fn lamp_and_camera_can_be_exchanged() {
             (-to_lamp).to_array(),
             shape("box", "size = [0.08, 0.03, 0.05]")
         );
-        Integrator::prepare(&SceneFile::parse(text, Path::new("block.toml")).unwrap().build().unwrap()).unwrap()
+        Integrator::prepare(&parsed(text).build(&FilesInMemory::default()).unwrap()).unwrap()
     };
     for (method, seeds) in [("diffusion", 4), ("hybrid", 6)] {
         let [there, back] = [[0, 1], [1, 0]].map(|[lamp, camera]| {
@@ -386,7 +387,7 @@ fn what_the_field_cannot_do_is_named() {
 fn luminances(text: &str) -> impl FnMut(bool, [u32; 2]) -> Vec<f64> + use<> {
     let mut integrators = [false, true].map(|filter| {
         let text = text.replace("[integrator]\n", &format!("[integrator]\nfilter = {filter}\n"));
-        let scene = SceneFile::parse(text, Path::new("picture.toml")).unwrap().build().unwrap();
+        let scene = parsed(text).build(&FilesInMemory::default()).unwrap();
         let preparation = Preparation { has_one_view: true, ..Preparation::default() };
         Integrator::prepare_with(&scene, preparation).unwrap()
     });
@@ -411,7 +412,7 @@ fn filtered_pictures_have_less_noise_and_the_same_light() {
              [film]\nwidth = 32\nheight = 32\n[integrator]\ntype = \"{method}\"\n{SNOW}{}{light}",
             shape("sphere", "radius = 0.05")
         ));
-        let truth = luminances(false, [512, 2]);
+        let truth = luminances(false, [384, 2]);
         let error = |picture: &[f64]| -> f64 {
             picture.iter().zip(&truth).map(|(value, truth)| (value - truth).powi(2)).sum::<f64>().sqrt()
         };
@@ -442,7 +443,7 @@ fn floors_and_plains_have_less_noise_and_the_same_light() {
              [film]\nwidth = 40\nheight = 30\n[integrator]\ntype = \"{method}\"\n{SNOW}{content}\
              [[object]]\nshape = \"plane\"\nmaterial = \"{floor}\"\n"
         ));
-        let truth = picture(false, [256, 2]);
+        let truth = picture(false, [128, 2]);
         // The upper part shows the floor alone, up to the horizon.
         let error = |picture: &[f64]| -> f64 {
             let pixels = picture.iter().zip(&truth).take(40 * 6);

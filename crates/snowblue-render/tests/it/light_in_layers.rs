@@ -10,8 +10,9 @@ use snowblue_transport::stack::Stack;
 
 use snowblue_render::Integrator;
 use snowblue_render::bake::BakeOptions;
-use snowblue_scene::file::SceneFile;
 use snowblue_scene::spectrum::wavelengths_nm;
+
+use crate::snow::parsed;
 
 const HEAD: &str = "[camera]\nposition = [0, -3, 0]\nlook_at = [0, 0, 0]\n[film]\nwidth = 1\nheight = 1\n\
     [integrator]\ntype = \"diffusion\"\nsamples_per_pixel = 1\nmax_bounces = 0\n\
@@ -22,9 +23,9 @@ const PACK: &str = "[[layer]]\nthickness_cm = 2\ngrain_size_um = 200\ndensity_kg
     [[layer]]\nthickness_cm = 8\ngrain_size_um = 800\ndensity_kg_m3 = 250\n";
 
 fn integrator(text: &str) -> Integrator {
-    let file = SceneFile::parse(format!("{HEAD}{text}"), "scene.toml").unwrap();
+    let description = parsed(format!("{HEAD}{text}"));
     let files = FilesInMemory::from([("pack.toml", PACK)]);
-    Integrator::prepare(&file.description.build(&files).unwrap()).unwrap()
+    Integrator::prepare(&description.build(&files).unwrap()).unwrap()
 }
 
 /// The net flux of a wide slab falls across a layer by what the layer absorbs, ∫ μ_a φ dz.

@@ -6,8 +6,10 @@ use glam::{DVec2, DVec3};
 use snowblue_base::files::FilesInMemory;
 use snowblue_color::{LinearRgb, Srgb8};
 use snowblue_geometry::images::png_image::PngImage;
+use snowblue_render::Integrator;
 use snowblue_render::bake::{BakeOptions, BakedObject, BakedScene, Lightmap, glb_bytes};
-use snowblue_render::{Integrator, SceneFile};
+
+use crate::snow::parsed;
 
 const HEAD: &str = "[camera]\nposition = [0, -3, 0]\nlook_at = [0, 0, 0]\n[film]\nwidth = 1\nheight = 1\n\
     [integrator]\ntype = \"diffusion\"\nsamples_per_pixel = 1\nmax_bounces = 0\n\
@@ -19,8 +21,8 @@ const BLOCK: &str = "[[object]]\nshape = \"box\"\nsize = [0.3, 0.1, 0.2]\nrotati
 const BALL: &str = "[[object]]\nshape = \"sphere\"\nradius = 0.1\nposition = [0.35, 0, 0]\nmaterial = \"snow\"\n";
 
 fn integrator(text: &str) -> Integrator {
-    let file = SceneFile::parse(format!("{HEAD}{text}"), "scene.toml").unwrap();
-    Integrator::prepare(&file.description.build(&FilesInMemory::default()).unwrap()).unwrap()
+    let description = parsed(format!("{HEAD}{text}"));
+    Integrator::prepare(&description.build(&FilesInMemory::default()).unwrap()).unwrap()
 }
 
 fn baked(integrator: &Integrator, step_m: f64, size: u32) -> BakedScene {
@@ -112,7 +114,7 @@ fn mean_in_triangle(lightmap: &Lightmap, corners: [DVec2; 3]) -> DVec3 {
 #[test]
 fn the_light_of_the_lightmap_is_that_of_fine_vertices() {
     let integrator = integrator(&format!("{BLOCK}{BALL}"));
-    let [coarse, fine] = [0.02, 0.002].map(|step_m| baked(&integrator, step_m, 512));
+    let [coarse, fine] = [(0.02, 512), (0.002, 64)].map(|(step_m, size)| baked(&integrator, step_m, size));
     let lightmap = coarse.lightmap.as_ref().unwrap();
     for (coarse, fine) in coarse.objects.iter().zip(&fine.objects) {
         let at_vertices = |object: &BakedObject| {

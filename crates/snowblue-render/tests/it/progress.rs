@@ -3,10 +3,13 @@
 use std::sync::Mutex;
 
 use snowblue_render::bake::BakeOptions;
+use snowblue_render::files::FilesInMemory;
 use snowblue_render::film::Film;
 use snowblue_render::render::{render_all, render_coarse};
 use snowblue_render::scene::film::ImageSize;
-use snowblue_render::{Integrator, Phase, Preparation, Progress, SceneFile};
+use snowblue_render::{Integrator, Phase, Preparation, Progress};
+
+use crate::snow::parsed;
 
 /// Two blocks that see each other, under lamps of two spectra.
 const BLOCKS: &str = r#"
@@ -49,7 +52,7 @@ const BLOCKS: &str = r#"
 fn phases_come_in_their_order_and_their_steps_are_done() {
     let reported = Mutex::new(Vec::new());
     let report = |at: Progress| reported.lock().unwrap().push(at);
-    let scene = SceneFile::parse(BLOCKS.to_owned(), "scene.toml").unwrap().build().unwrap();
+    let scene = parsed(BLOCKS).build(&FilesInMemory::default()).unwrap();
     let integrator =
         Integrator::prepare_with(&scene, Preparation { report: &report, ..Preparation::default() }).unwrap();
     let field = integrator.light_field().unwrap().statistics();
@@ -86,7 +89,7 @@ fn phases_come_in_their_order_and_their_steps_are_done() {
 /// would see is another scene, light or unit.
 #[test]
 fn a_first_picture_is_coarse_and_like_the_last() {
-    let mut scene = SceneFile::parse(BLOCKS.to_owned(), "scene.toml").unwrap().build().unwrap();
+    let mut scene = parsed(BLOCKS).build(&FilesInMemory::default()).unwrap();
     scene.set_image_size(ImageSize { width: 64, height: 48 });
     let reported = Mutex::new(Vec::new());
     let coarse = render_coarse(&scene, &|at| reported.lock().unwrap().push(at.phase)).unwrap().unwrap();
@@ -101,6 +104,6 @@ fn a_first_picture_is_coarse_and_like_the_last() {
     assert!((first / last - 1.0).abs() < 0.15, "{first} {last}");
     // PCASnow has no cells.
     let pcasnow = BLOCKS.replace("diffusion", "pcasnow");
-    let scene = SceneFile::parse(pcasnow, "scene.toml").unwrap().build().unwrap();
+    let scene = parsed(pcasnow).build(&FilesInMemory::default()).unwrap();
     assert!(render_coarse(&scene, &|_| {}).unwrap().is_none());
 }

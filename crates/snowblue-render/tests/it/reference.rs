@@ -15,7 +15,7 @@ use snowblue_transport::sample::SnowSample;
 use snowblue_transport::slab::{Incidence, Radiometry, Slab};
 use snowblue_transport::stack::{Layer, Stack};
 
-use crate::snow::{self, Estimate, SNOW, estimate, prepared, radiance, scene_by};
+use crate::snow::{self, Estimate, SNOW, estimate, prepared, radiance, scene_by, scene_of_many_grains};
 
 /// Probability of a false alarm per test, over random seeds.
 const LEVEL: f64 = 1e-3;
@@ -129,7 +129,8 @@ fn a_slab_under_a_directional_light_agrees_with_discrete_ordinates() {
     let known = slab(0.2, &[Incidence::Beam { angle_deg: 60.0 }]);
     let lamp = "[[light]]\ntype = \"directional\"\ndirection = [0.8660254, 0, -0.5]\nirradiance_w_m2 = 2\n\
         illuminant = \"E\"\n";
-    let mut integrator = reference(&format!("{}{lamp}", level(0.002)));
+    let scene = scene_of_many_grains("reference", &format!("{SNOW}{}{lamp}", level(0.002)), &[]);
+    let mut integrator = prepared(&scene, None);
     integrator.set_samples_per_pixel(64);
     for above in [false, true] {
         let target = Vec3A::new(0.0, 0.0, if above { 0.002 } else { 0.0 });

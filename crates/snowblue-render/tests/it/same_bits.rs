@@ -210,7 +210,7 @@ fn all_lights_and_path_modes_give_the_same_image_on_any_number_of_threads() {
 /// A rough L of two boxes that sees itself, and sparkling snow, on a floor, through a lens.
 const CORNER: &str = "[camera]\nposition = [0.2, -0.4, 0.25]\nlook_at = [0, 0, 0.05]\nvertical_fov_deg = 20\n\
     aperture = 0.01\n\
-    [film]\nwidth = 8\nheight = 8\n[integrator]\nsamples_per_pixel = 2\nmax_bounces = 4\n\
+    [film]\nwidth = 5\nheight = 5\n[integrator]\nsamples_per_pixel = 2\nmax_bounces = 4\n\
     [material.snow]\ntype = \"snow\"\nrelief = { height_mm = 0.8, correlation_mm = 8 }\n\
     [material.glitter]\ntype = \"snow\"\nsparkle = true\n[material.floor]\ntype = \"diffuse\"\nreflectance = 0.6\n\
     [[light]]\ntype = \"point\"\nposition = [0.8, -1.0, 0.6]\nradiant_intensity_w_sr = 40\n\

@@ -15,7 +15,9 @@ use snowblue_transport::quadrature::Quadrature;
 use snowblue_transport::slab::Incidence;
 use snowblue_transport::stack::Stack;
 
-use crate::snow::{self, estimate, pcasnow, prepared, radiance, scene_by, scene_of_few_grains};
+use crate::snow::{
+    self, estimate, parsed, pcasnow, prepared, radiance, scene_by, scene_of_few_grains, scene_of_many_grains,
+};
 
 /// Sooty crust over clean depth hoar, a thin crust, and three layers of which one is thinner than the cells.
 const PACKS: [(&str, &str); 3] = [
@@ -97,7 +99,8 @@ fn light_through_layers_agrees_with_discrete_ordinates() {
                 -cos,
                 1.0 / cos
             );
-            let scene = layered("diffusion", pack, "\"surface\"", &format!("{lamp}{}", slab(0.1, 0.8)));
+            let text = format!("{}{lamp}{}", material("\"surface\""), slab(0.1, 0.8));
+            let scene = scene_of_many_grains("diffusion", &text, &[("pack.toml", pack.to_owned())]);
             let mut integrator = prepared(&scene, None);
             let transmitted = flux(&mut integrator, Vec3A::new(0.0, 0.0, -0.05), -1.0);
             let reflected = flux(&mut integrator, Vec3A::new(0.0, 0.0, 0.05), 1.0);
@@ -318,6 +321,6 @@ fn layers_are_written_as_they_are_read() {
     for top in ["\"surface\"", "0.25"] {
         let scene = layered("diffusion", PACKS[0].1, top, &format!("{LIGHTS}{}", slab(0.1, 0.1)));
         let text = scene.description().to_toml();
-        assert_eq!(SceneFile::parse(text, "scene.toml").unwrap().description, *scene.description());
+        assert_eq!(parsed(text), *scene.description());
     }
 }

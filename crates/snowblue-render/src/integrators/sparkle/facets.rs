@@ -430,7 +430,7 @@ mod tests {
                 while per_sr_from(1.4 * from_m, &mut bins).is_some_and(|per_sr| per_sr > 0.99 * all) {
                     from_m *= 1.4;
                 }
-                let trials = 20_000;
+                let trials = 10_000;
                 let (mut sums, mut squares) = ([0.0; NODES], [0.0; NODES]);
                 for trial in 0..trials {
                     let patch = at(from_m).patch(place(trial), MRAD);

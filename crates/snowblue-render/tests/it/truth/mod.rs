@@ -28,8 +28,8 @@ const REFERENCES: u32 = 16;
 /// Paths of the reference go on until they are absorbed or leave.
 const REFERENCE_BOUNCES: u32 = 10_000;
 /// Renderings of the other integrators. Three standard errors of all their light are within the limit of its error.
-const HYBRID: Renderings = Renderings { count: 8, samples: 2048 };
-const DIFFUSION: Renderings = Renderings { count: 8, samples: 256 };
+const HYBRID: Renderings = Renderings { count: 8, samples: 1280 };
+const DIFFUSION: Renderings = Renderings { count: 8, samples: 128 };
 /// Three standard errors of all light by the reference, at most.
 const MAX_REFERENCE_NOISE: f64 = 0.02;
 /// Cells darker than this part of the brightest do not count.
