@@ -1,17 +1,14 @@
-// Bundles the page into dist: `node build.mjs`. Needs the modules in wasm; see scripts/build-web.
+// Bundles the page: `node build.mjs FOLDER` takes the modules in FOLDER/wasm and writes FOLDER/dist; see
+// scripts/build-web.
 
 import { createHash } from "node:crypto";
 import { copyFileSync, existsSync, mkdirSync, readFileSync, readdirSync, rmSync, writeFileSync } from "node:fs";
 import { basename, dirname, join, resolve } from "node:path";
 import { fileURLToPath, pathToFileURL } from "node:url";
-import { brotliCompressSync, gzipSync } from "node:zlib";
 import * as esbuild from "esbuild";
 
 const ROOT = dirname(fileURLToPath(import.meta.url));
-const WASM = join(ROOT, "wasm");
-const DIST = join(ROOT, "dist");
-/** Greatest size of all files together, brotli-compressed. */
-const MOST_BYTES = 1.34 * (1 << 20);
+const [WASM, DIST] = ["wasm", "dist"].map((name) => resolve(process.argv[2], name));
 
 /** The licences of what the page holds: ours, those of data and packages in the modules, and that of three.js. */
 function licences() {
@@ -60,7 +57,7 @@ async function evaluate(entry, values) {
 
 /** Scripts that a script imports at once, itself first. */
 function withImports(script, outputs) {
-  const found = new Set([`dist/${script}`]);
+  const found = new Set(Object.keys(outputs).filter((path) => basename(path) === script));
   for (const file of found) {
     for (const { path, kind } of outputs[file].imports) if (kind === "import-statement") found.add(path);
   }
@@ -155,19 +152,3 @@ await esbuild.build({
   outdir: DIST,
   define: { FILES: JSON.stringify(kept), BUILD: JSON.stringify(hash.digest("hex").slice(0, 16)) },
 });
-
-const sizes = readdirSync(DIST).sort().map((file) => {
-  const bytes = readFileSync(resolve(DIST, file));
-  return { file, plain: bytes.length, gzip: gzipSync(bytes).length, brotli: brotliCompressSync(bytes).length };
-});
-const sum = (key) => sizes.reduce((total, size) => total + size[key], 0);
-sizes.push({ file: "total", plain: sum("plain"), gzip: sum("gzip"), brotli: sum("brotli") });
-for (const { file, plain, gzip, brotli } of sizes) {
-  const columns = [plain, gzip, brotli].map((size) => String(size).padStart(10));
-  console.log(`${file.padEnd(26)}${columns.join("")}`);
-}
-const total = sizes.at(-1).brotli;
-if (total > MOST_BYTES) {
-  console.error(`The page has ${total} bytes in brotli, but may have ${MOST_BYTES}.`);
-  process.exit(1);
-}

@@ -1,4 +1,4 @@
-// What the tests share: a server of web/dist below a path, a browser, and pages that fail on any error. The browser is
+// What the tests share: a server of the page below a path, a browser, and pages that fail on any error. The browser is
 // Chromium, or Firefox if SNOWBLUE_BROWSER says so. playwright-core drives Firefox by WebDriver BiDi; versions after
 // 1.64 send commands that Firefox ESR 153 does not know.
 
@@ -12,7 +12,9 @@ import test, { after } from "node:test";
 import { chromium, firefox } from "playwright-core";
 import { FLAGS } from "./three.mjs";
 
-export const DIST = fileURLToPath(new URL("../dist", import.meta.url));
+/** Whether the released page is tested, instead of that which is quickly built. */
+export const IS_RELEASED = process.env.SNOWBLUE_PAGE === "released";
+export const DIST = fileURLToPath(new URL(IS_RELEASED ? "../dist" : "../quick/dist", import.meta.url));
 /** The page must not depend on being at the root of its host. */
 const BELOW = "/snow/";
 const TYPES = {
@@ -141,6 +143,23 @@ export async function sunlit(page) {
     await page.waitForFunction(
       (part) => document.querySelector(`${part} .precision`)?.textContent.startsWith("Final"), part);
   }
+}
+
+/** Changes the snow, which the 3-D view follows once its control rests, and waits until that computes new light. */
+export async function relight(page, change) {
+  await page.evaluate(() => {
+    const status = document.getElementById("view-status");
+    window.relit = new Promise((resolve) => {
+      const observer = new MutationObserver(() => {
+        if (!status.textContent.includes("is being computed")) return;
+        observer.disconnect();
+        resolve();
+      });
+      observer.observe(status, { childList: true });
+    });
+  });
+  await change();
+  await page.evaluate(() => window.relit);
 }
 
 /** Waits for the fine light field of the present view. */

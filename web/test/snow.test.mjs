@@ -49,8 +49,8 @@ const SKIES = [
   ["clear,18,10,2.5", "a clear sky with the sun behind it"],
   ["clear,35,200,2.5", "a clear sky with the sun in front of it"],
 ];
-/** Samples of a pixel of the command: the light of a sky at single places then has noise of some 0.3 %. */
-const SAMPLES_AT_PLACES = 4096;
+/** Samples of a pixel of the command: the light of a sky at single places then has noise of some 0.6 %. */
+const SAMPLES_AT_PLACES = 1024;
 
 async function seen(page, place) {
   const camera = cameraOf(String((await saved(page, "Scene TOML"))["scene.toml"]));
