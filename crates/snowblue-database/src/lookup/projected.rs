@@ -28,15 +28,18 @@ pub struct ProjectedTable {
 
 impl PcaSnow {
     /// Projects transmittance and reflectance on four weights per wavelength, for all thicknesses and angles. Returns
-    /// `None` for a table in linear space, whose spectra may be negative.
+    /// `None` for a table in linear space, whose spectra may be negative, and for weights below 0, as of a sensor with a
+    /// white balance: sums below 0 have no logarithm.
     ///
     /// # Panics
-    /// If the number of weights is not the number of wavelengths, or a weight is below 0.
+    /// If the number of weights is not the number of wavelengths.
     #[must_use]
     pub fn project(&self, weights: &[[f32; PROJECTIONS]]) -> Option<ProjectedTable> {
         let mut spectrum = vec![1.0; weights.len()];
         self.check_length(&spectrum);
-        assert!(weights.iter().flatten().all(|weight| *weight >= 0.0), "weights must be 0 or more");
+        if weights.iter().flatten().any(|weight| *weight < 0.0) {
+            return None;
+        }
         let Curves::Log { transmittance, .. } = &self.curves else { return None };
         let last_thickness_cm = self.last_thickness_cm / self.thickness_scale;
         let extent = Extent { last_thickness_cm, ..transmittance.extent() };

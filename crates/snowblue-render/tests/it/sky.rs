@@ -5,13 +5,13 @@ use std::f64::consts::PI;
 use glam::Vec3A;
 use snowblue_color::LinearRgb;
 use snowblue_render::files::FilesInMemory;
-use snowblue_render::render::render;
+use snowblue_render::render::{render, render_all};
 use snowblue_render::scene::Scene;
 use snowblue_render::scene::description::SceneDescription;
 use snowblue_sky::{ClearSky, SUN_RADIUS_RAD, WAVELENGTHS_NM, air_extinction_per_m};
 use snowblue_stat::{Moments, sidak_level, z_p_value};
 
-use crate::snow::{prepared, radiance, scene_by};
+use crate::snow::{SNOW, analytic_table, prepared, radiance, scene, scene_by};
 
 /// White ground that reflects half of the light.
 const GROUND: &str = "[material.ground]\ntype = \"diffuse\"\nreflectance = 0.5\n\
@@ -139,6 +139,24 @@ fn white_balance_makes_ground_neutral() {
             assert!(off > 0.1, "{white}: {r} {g} {b}");
         }
     }
+}
+
+/// A white balance gives some wavelengths a negative part of a colour, which tables of colours cannot hold. The redder
+/// the light that looks white, the bluer is snow by PCASnow.
+#[test]
+fn snow_by_pcasnow_is_seen_with_a_white_balance() {
+    let lamp = "[[light]]\ntype = \"directional\"\ndirection = [0, 0, 1]\nirradiance_w_m2 = 1\nilluminant = \"A\"\n";
+    let block = "[[object]]\nshape = \"box\"\nsize = [1, 1, 0.2]\nmaterial = \"snow\"\n";
+    let redness = ["A", "D50", "D65"].map(|white| {
+        let mut description = scene(&format!("{SNOW}{block}{lamp}"), &[]).description().clone();
+        description.film.white = white.parse().unwrap();
+        description.camera.as_mut().unwrap().position = [0.0, -1.0, 5.0];
+        let scene = description.build(&FilesInMemory::default()).unwrap();
+        let film = render_all(&prepared(&scene, Some(&analytic_table())), &|_| {}).film;
+        let LinearRgb { r, b, .. } = LinearRgb::from_xyz(film.pixels()[0]);
+        r / b
+    });
+    assert!(0.0 < redness[0] && 1.1 * redness[0] < redness[1] && 1.1 * redness[1] < redness[2], "{redness:?}");
 }
 
 #[test]
