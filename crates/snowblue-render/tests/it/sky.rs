@@ -146,7 +146,7 @@ fn white_balance_makes_ground_neutral() {
 #[test]
 fn snow_by_pcasnow_is_seen_with_a_white_balance() {
     let lamp = "[[light]]\ntype = \"directional\"\ndirection = [0, 0, 1]\nirradiance_w_m2 = 1\nilluminant = \"A\"\n";
-    let block = "[[object]]\nshape = \"box\"\nsize = [20, 20, 0.2]\nmaterial = \"snow\"\n";
+    let block = "[[object]]\nshape = \"box\"\nsize = [16, 16, 0.2]\nmaterial = \"snow\"\n";
     let redness = ["A", "D50", "D65"].map(|white| {
         let mut description = scene(&format!("{SNOW}{block}{lamp}"), &[]).description().clone();
         description.film.white = white.parse().unwrap();
