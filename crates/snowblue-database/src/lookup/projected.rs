@@ -28,8 +28,8 @@ pub struct ProjectedTable {
 
 impl PcaSnow {
     /// Projects transmittance and reflectance on four weights per wavelength, for all thicknesses and angles. Returns
-    /// `None` for a table in linear space, whose spectra may be negative, and for weights below 0, as of a sensor with a
-    /// white balance: sums below 0 have no logarithm.
+    /// `None` for a table in linear space, whose spectra may be negative, and for weights below 0, as a sensor with a
+    /// white balance has: sums below 0 have no logarithm.
     ///
     /// # Panics
     /// If the number of weights is not the number of wavelengths.
