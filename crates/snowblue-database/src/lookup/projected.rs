@@ -37,7 +37,7 @@ impl PcaSnow {
     pub fn project(&self, weights: &[[f32; PROJECTIONS]]) -> Option<ProjectedTable> {
         let mut spectrum = vec![1.0; weights.len()];
         self.check_length(&spectrum);
-        if weights.iter().flatten().any(|weight| *weight < 0.0) {
+        if !weights.iter().flatten().all(|weight| *weight >= 0.0) {
             return None;
         }
         let Curves::Log { transmittance, .. } = &self.curves else { return None };

@@ -11,8 +11,9 @@ use snowblue_scene::Scene;
 use snowblue_scene::material::snow::SnowKinds;
 use snowblue_scene::spectrum::Spectrum;
 
-/// Scattering events of each kind of snow for walks of any length, for each ray through grains that the scene asks for;
-/// short walks have one.
+/// Scattering events for walks of any length, per ray through grains that the scene asks for; for short walks there is
+/// one. Of the usual 2¹⁸ rays these are some thousand events in each bin: P has a standard error of 1.5 % in each, and
+/// far less in the mean over them.
 const LONG_WALK_GRAINS: u32 = 4;
 /// Most scattering events of all kinds of snow together, of 12 bytes each.
 const MOST_GRAINS: usize = 1 << 26;

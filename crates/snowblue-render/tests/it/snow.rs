@@ -113,15 +113,17 @@ pub(crate) fn scene_by(method: &str, text: &str, files: &[(&str, String)]) -> Sc
 
 /// The same with few rays through grains, which saves time: for scenes that are compared with each other only.
 pub(crate) fn scene_of_few_grains(method: &str, text: &str, files: &[(&str, String)]) -> Scene {
-    let mut description = description(method, text);
-    description.light_field.grain_rays = 1 << 12;
-    built(&description, files)
+    scene_of_grains(1 << 12, method, text, files)
 }
 
 /// The same with as many rays through grains as users have.
 pub(crate) fn scene_of_many_grains(method: &str, text: &str, files: &[(&str, String)]) -> Scene {
+    scene_of_grains(LightFieldSettings::default().grain_rays, method, text, files)
+}
+
+fn scene_of_grains(grain_rays: u32, method: &str, text: &str, files: &[(&str, String)]) -> Scene {
     let mut description = description(method, text);
-    description.light_field.grain_rays = LightFieldSettings::default().grain_rays;
+    description.light_field.grain_rays = grain_rays;
     built(&description, files)
 }
 

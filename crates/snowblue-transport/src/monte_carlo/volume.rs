@@ -95,13 +95,6 @@ struct Absorption {
     pores_per_m: f64,
 }
 
-impl Default for GrainPlan {
-    /// Some thousand events in each bin: P has a standard error of 1.5 % in each, and far less in the mean over them.
-    fn default() -> Self {
-        Self { grains: 1 << 20, seed: 1 }
-    }
-}
-
 impl Volume {
     /// Precomputes scattering in `sample` at some wavelengths.
     ///
