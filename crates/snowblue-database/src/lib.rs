@@ -13,7 +13,7 @@
 //! snow sample of a compressed table, ready for look-ups of spectra at any thickness and angle: the paper's Algorithm
 //! 1. [`compact`] fits the colours of one sample for shaders, [`preset`] the subsurface parameters of other renderers.
 //! [`fidelity`] evaluates the errors of compression and interpolation, [`matching`] finds snow of a target colour,
-//! [`mod@file`] reads and writes NetCDF, and [`exchange`] exports other formats.
+//! [`mod@file`] reads and writes NetCDF, and [`export_csv`] writes CSV.
 //!
 //! **Simplifications.** Between the table's values everything is interpolated in log space. In the paper's scheme,
 //! grain size, facetness and density take only the values of the grid, as in the paper.
@@ -51,10 +51,11 @@ pub mod matching;
 
 pub mod file;
 
-pub mod exchange;
+mod export_csv;
 
 pub use axes::Axes;
 pub use error::DatabaseError;
+pub use export_csv::export_csv;
 pub use interval::Interval;
 pub use lookup::PcaSnow;
 pub use pca::{CompressedTable, Space};

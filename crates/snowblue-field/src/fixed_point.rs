@@ -13,9 +13,8 @@ use crate::vectors::{narrow, ratio, sum, wide};
 /// Vectors of all groups of systems.
 type Vectors = Vec<Vec<f32x4>>;
 
-/// Gives what is missing, b + M x − x, for the x of all groups. It also takes the greatest share of x that was missing
-/// in a system in the estimate before: 1 at first.
-pub type Missing<'p> = &'p mut dyn FnMut(&[Vec<f32x4>], f64) -> Vec<Vec<f32x4>>;
+/// Gives what is missing, b + M x − x, for the x of all groups.
+pub type Missing<'p> = &'p mut dyn FnMut(&[Vec<f32x4>]) -> Vec<Vec<f32x4>>;
 
 /// When the solution of a fixed point ends.
 #[derive(Debug, Clone, Copy)]
@@ -45,9 +44,8 @@ pub fn solve_fixed_point(start: Vectors, missing: Missing, options: FixedPointOp
     let mut steps: Vec<Step> = Vec::new();
     // The last step, and what was missing before.
     let mut last: Option<(Vectors, Vectors)> = None;
-    let mut share = 1.0;
     for _ in 0..options.most_estimates {
-        let mut rest = missing(&solution, share);
+        let mut rest = missing(&solution);
         let missed = norms(&rest);
         if let Some((step, before)) = last.take() {
             if steps.len() == options.history.max(1) {
@@ -66,8 +64,7 @@ pub fn solve_fixed_point(start: Vectors, missing: Missing, options: FixedPointOp
         }
         add(&mut step, &rest);
         add(&mut solution, &step);
-        share = greatest_ratio(&missed, &norms(&solution));
-        if share <= options.tolerance {
+        if greatest_ratio(&missed, &norms(&solution)) <= options.tolerance {
             break;
         }
         last = Some((step, before));
@@ -148,7 +145,7 @@ mod tests {
         }
         for start in [constant.clone(), dark] {
             let mut count = 0;
-            let mut missing = |values: &[Vec<f32x4>], _: f64| {
+            let mut missing = |values: &[Vec<f32x4>]| {
                 count += 1;
                 let of_group = |((values, loss), constant): ((&Vec<f32x4>, f32), &Vec<f32x4>)| {
                     let reflected = along_tube(loss, values).into_iter().zip(constant).zip(values);
@@ -178,7 +175,7 @@ mod tests {
     #[test]
     fn the_number_of_estimates_is_limited() {
         let mut count = 0;
-        let mut missing = |values: &[Vec<f32x4>], _: f64| {
+        let mut missing = |values: &[Vec<f32x4>]| {
             count += 1;
             let reflected = along_tube(0.0, &values[0]);
             vec![reflected.into_iter().zip(&values[0]).map(|(reflected, value)| reflected - *value).collect()]

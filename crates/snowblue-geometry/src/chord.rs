@@ -6,20 +6,8 @@
 //! triangles.
 
 use glam::Vec3A;
-use serde::{Deserialize, Serialize};
 
 use crate::ray::Crossing;
-
-/// Where a path ends that leaves the solid more than once.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Exit {
-    /// At the last exit; the depth is the sum of all segments inside.
-    #[default]
-    Last,
-    /// At the first exit.
-    First,
-}
 
 /// A line from a surface point.
 #[derive(Debug, Clone, Copy)]
@@ -39,7 +27,7 @@ pub struct Line {
 pub struct Chord {
     /// Total length inside, in m.
     pub depth_m: f32,
-    /// Where the path leaves the solid, if it does.
+    /// Where the path leaves the solid last, if it does.
     pub exit: ChordEnd,
 }
 
@@ -66,7 +54,7 @@ const ROUNDING_M: f32 = 2e-6;
 /// The depth of a line through a solid, by its segments in order; none if no segment lies ahead. The normal at the exit
 /// keeps its length.
 #[inline]
-pub fn chord<'c>(parts: impl Iterator<Item = &'c [Crossing; 2]>, line: &Line, exit: Exit) -> Option<Chord> {
+pub fn chord<'c>(parts: impl Iterator<Item = &'c [Crossing; 2]>, line: &Line) -> Option<Chord> {
     // An outward path has just left the solid: the segment that ends at its surface point lies behind it.
     let outward = line.normal.dot(line.direction);
     let behind_m =
@@ -76,7 +64,7 @@ pub fn chord<'c>(parts: impl Iterator<Item = &'c [Crossing; 2]>, line: &Line, ex
         if leave.distance_m <= behind_m {
             continue;
         }
-        if enter.distance_m >= line.end_m || (last.is_some() && exit == Exit::First) {
+        if enter.distance_m >= line.end_m {
             break;
         }
         depth_m += leave.distance_m.min(line.end_m) - enter.distance_m.max(0.0);
@@ -126,41 +114,39 @@ mod tests {
     #[test]
     fn segments_add_up_to_the_last_exit() {
         let mut unsorted = crossings(&[0.7, 1e-7, 0.5, 0.2, -0.9, -0.4]);
-        let last = chord(parts(&mut unsorted), &line(Vec3A::X), Exit::Last).unwrap().with_unit_normal();
+        let last = chord(parts(&mut unsorted), &line(Vec3A::X)).unwrap().with_unit_normal();
         assert!((last.depth_m - 0.4).abs() < 1e-6);
         let ChordEnd::Surface { point, normal, .. } = last.exit else { panic!("leaves the solid") };
         assert!((point.x - 0.7).abs() < 1e-6 && (normal.x - 1.0).abs() < 1e-6);
-        let first = chord(parts(&mut unsorted), &line(Vec3A::X), Exit::First).unwrap();
-        assert!((first.depth_m - 0.2).abs() < 1e-6);
     }
 
     #[test]
     fn segments_behind_the_point_do_not_count() {
         let mut through = crossings(&[-0.4, 0.3]);
-        assert!((chord(parts(&mut through), &line(Vec3A::X), Exit::Last).unwrap().depth_m - 0.3).abs() < 1e-6);
+        assert!((chord(parts(&mut through), &line(Vec3A::X)).unwrap().depth_m - 0.3).abs() < 1e-6);
     }
 
     #[test]
     fn a_light_ends_the_path_inside_or_outside() {
         let mut twice = crossings(&[0.0, 0.2, 0.5, 0.7]);
         let within = Line { end_m: 0.6, ..line(Vec3A::X) };
-        let chord_to_light = chord(parts(&mut twice), &within, Exit::Last).unwrap();
+        let chord_to_light = chord(parts(&mut twice), &within).unwrap();
         assert!((chord_to_light.depth_m - 0.3).abs() < 1e-6);
         assert!(matches!(chord_to_light.exit, ChordEnd::Inside));
         let between = Line { end_m: 0.3, ..line(Vec3A::X) };
-        assert!((chord(parts(&mut twice), &between, Exit::Last).unwrap().depth_m - 0.2).abs() < 1e-6);
+        assert!((chord(parts(&mut twice), &between).unwrap().depth_m - 0.2).abs() < 1e-6);
     }
 
     #[test]
     fn an_outward_path_has_no_depth_despite_rounding() {
         let mut behind = crossings(&[-0.3, 1e-7]);
-        assert!(chord(parts(&mut behind), &line(Vec3A::NEG_X), Exit::Last).is_none());
+        assert!(chord(parts(&mut behind), &line(Vec3A::NEG_X)).is_none());
     }
 
     #[test]
     fn an_unpaired_crossing_adds_no_depth() {
         let mut open = crossings(&[0.0, 0.2, 0.5]);
-        assert!((chord(parts(&mut open), &line(Vec3A::X), Exit::Last).unwrap().depth_m - 0.2).abs() < 1e-6);
-        assert!(chord(parts(&mut crossings(&[0.0])), &line(Vec3A::X), Exit::Last).is_none());
+        assert!((chord(parts(&mut open), &line(Vec3A::X)).unwrap().depth_m - 0.2).abs() < 1e-6);
+        assert!(chord(parts(&mut crossings(&[0.0])), &line(Vec3A::X)).is_none());
     }
 }

@@ -89,8 +89,8 @@ impl<'a> Exchange<'a> {
         let mut light = self.of_slabs(self.received_of_patches(&self.patches.means(&exitance)));
         add(&mut light, &outer);
         let mut fluences: Vec<Fluence> = Vec::new();
-        let mut missing_of = |light: &[Vec<f32x4>], share: f64| {
-            scene.watch.begin_round((share.ln() / TOLERANCE.ln()).clamp(0.0, 1.0));
+        let mut missing_of = |light: &[Vec<f32x4>]| {
+            scene.watch.begin_round();
             let mut diffuse = light.to_vec();
             subtract(&mut diffuse, &direct);
             let mut solutions = Vec::with_capacity(self.prepared.len());
@@ -119,17 +119,17 @@ impl<'a> Exchange<'a> {
             subtract(&mut missing, light);
             self.of_slabs(missing)
         };
-        let first = missing_of(&light, 1.0);
+        let first = missing_of(&light);
         add(&mut light, &first);
         // Errors count by area and beside the light at their place. In gaps most of it comes through snow, which the
         // first estimate leaves out.
         let mut scale = without_dark(&light);
         self.weigh_by_area(&mut scale);
         divide(&mut light, &scale);
-        let mut missing = |relative: &[Vec<f32x4>], share: f64| {
+        let mut missing = |relative: &[Vec<f32x4>]| {
             let mut light = relative.to_vec();
             multiply(&mut light, &scale);
-            let mut missing = missing_of(&light, share);
+            let mut missing = missing_of(&light);
             divide(&mut missing, &scale);
             missing
         };
@@ -180,7 +180,7 @@ impl<'a> Exchange<'a> {
             self.patches.means(&exitance)
         };
         let start = reflected(&irradiance);
-        let mut missing = |exitance: &[Vec<f32x4>], _: f64| {
+        let mut missing = |exitance: &[Vec<f32x4>]| {
             let mut missing = reflected(&self.received_of_patches(exitance));
             add(&mut missing, &start);
             subtract(&mut missing, exitance);

@@ -157,7 +157,7 @@ impl LightField {
         let is_known = |illumination: &&Illumination| known.iter().any(|(lights, _)| *lights == illumination.indices);
         let unknown: Vec<&Illumination> = illuminations.iter().filter(|illumination| !is_known(illumination)).collect();
         let solved_count = unknown.len();
-        scene.watch.expect_lights(solved_count);
+        scene.watch.light();
         let mut solved = solve(scene, &unknown, &prepared, &body_of).into_iter();
         let mut lights = Vec::new();
         for illumination in illuminations {

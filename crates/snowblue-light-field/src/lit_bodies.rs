@@ -29,14 +29,12 @@ pub(super) fn solve(
     let paths = gathered_paths(scene, illuminations, (prepared, &patches), body_of);
     let exchange = paths.iter().any(GatheredPaths::reach_snow).then(|| Exchange::new(prepared, &patches, &paths));
     let solve = |(number, illumination): (usize, &&Illumination)| {
-        scene.watch.begin_light(prepared.len());
         let lightings: Vec<Lighting> = prepared.iter().map(|body| body.lighting(illumination, body_of)).collect();
         let steady = paths.iter().map(|paths| paths.steady(number).clone()).collect();
         let balance = match &exchange {
             Some(exchange) => exchange.balance(&lightings, steady, scene),
             None => Balance { diffuse: steady, fluences: Vec::new() },
         };
-        scene.watch.end_rounds();
         let spectrum = illumination.spectrum.unwrap_or_else(|| mean_spectrum(&lightings));
         let is_of_sky = illumination.lights.iter().all(|light| light.is_smooth_sky());
         let Balance { diffuse, fluences } = balance;

@@ -17,7 +17,7 @@ use snowblue_scene::Scene;
 use snowblue_scene::SceneError;
 use snowblue_scene::material::snow::SnowKinds;
 use snowblue_scene::progress::Report;
-use snowblue_scene::spectrum::SAMPLES;
+use snowblue_scene::spectrum::{SAMPLES, wavelengths_nm};
 
 /// The snow of each material, by its index; none of other materials.
 pub type SnowOfMaterials<T> = Vec<Option<Arc<T>>>;
@@ -39,7 +39,7 @@ pub fn snowpacks(
     let of_material = |(material, kinds): (usize, &Option<Arc<SnowKinds>>)| {
         let Some(kinds) = kinds else { return Ok(None) };
         let optics = kinds.samples.iter().enumerate().map(|(kind, sample)| {
-            let optics = SnowOptics::new(sample, scene.wavelengths_nm(), rays)
+            let optics = SnowOptics::new(sample, &wavelengths_nm(), rays)
                 .map_err(|error| scene.material_path(material).error(format!("cannot be rendered: {error}")))?;
             let ends = walk_ends(material, kind, optics.transport_lengths_m[SAMPLES / 2]);
             Ok(KindOptics::new(optics, ends))

@@ -1,38 +1,18 @@
-//! What the work on a light field reports and counts.
+//! Progress and statistics of the work on a light field.
 
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Mutex, PoisonError};
 
 use snowblue_scene::progress::{Phase, Progress, Report};
 
-/// Rounds of light between bodies that are expected before one has told how many there will be.
-const USUAL_ROUNDS: f64 = 10.0;
-
-/// Watches the work on a light field.
+/// Reports the work on a light field and counts its steps.
 pub(crate) struct Watch<'a> {
     report: Report<'a>,
-    solving: Mutex<Solving>,
+    solutions: AtomicU64,
+    rounds: AtomicU64,
     rays: AtomicU64,
 }
 
-/// The solutions of a light field.
-#[derive(Debug, Clone, Copy, Default)]
-struct Solving {
-    /// Bodies, each of which has a solution in each round.
-    bodies: u64,
-    /// Lights of one spectrum after the present one.
-    lights_ahead: u64,
-    /// Solutions, and those before the present light.
-    done: u64,
-    before: u64,
-    /// Solutions that the present light is expected to take.
-    expected: u64,
-    /// Rounds of light between bodies, and those of the present light.
-    rounds: u64,
-    rounds_of_light: u64,
-}
-
-/// What the work on a light field took.
+/// Statistics of the work on a light field.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Work {
     /// Rounds of light between bodies.
@@ -44,57 +24,30 @@ pub(crate) struct Work {
 impl<'a> Watch<'a> {
     /// Starts with nothing done.
     pub(crate) fn new(report: Report<'a>) -> Self {
-        Self { report, solving: Mutex::default(), rays: AtomicU64::new(0) }
+        let [solutions, rounds, rays] = [(); 3].map(|()| AtomicU64::new(0));
+        Self { report, solutions, rounds, rays }
     }
 
-    /// Bodies that have cells, and all; 0 if it is not known how many there are.
+    /// Reports the number of bodies that have cells, and the number of all bodies; 0 if it is not known.
     pub(crate) fn cells(&self, done: usize, bodies: usize) {
         (self.report)(Progress { phase: Phase::Cells, done: done as u64, total: bodies as u64 });
     }
 
-    /// Expects the solutions for so many lights of one spectrum each.
-    pub(crate) fn expect_lights(&self, lights: usize) {
-        self.solving.lock().unwrap_or_else(PoisonError::into_inner).lights_ahead = lights as u64;
+    /// Reports the solutions so far.
+    pub(crate) fn light(&self) {
+        let done = self.solutions.load(Ordering::Relaxed);
+        (self.report)(Progress { phase: Phase::Light, done, total: 0 });
     }
 
-    /// Begins the solution for the next light.
-    pub(crate) fn begin_light(&self, bodies: usize) {
-        self.update(|solving| {
-            // A light takes as many solutions as the one before.
-            let of_last = solving.done - solving.before;
-            *solving = Solving {
-                bodies: bodies as u64,
-                lights_ahead: solving.lights_ahead.saturating_sub(1),
-                before: solving.done,
-                expected: of_last.max(bodies as u64),
-                rounds_of_light: 0,
-                ..*solving
-            };
-        });
+    /// Counts a round of light between bodies.
+    pub(crate) fn begin_round(&self) {
+        self.rounds.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// Begins a round of light between bodies. `balanced` is how far they are in balance: by how many of the decades
-    /// that it has to fall what is missing has fallen, 0 to 1.
-    pub(crate) fn begin_round(&self, balanced: f64) {
-        self.update(|solving| {
-            let rounds = solving.rounds_of_light as f64;
-            let left = if balanced > 0.0 { rounds * (1.0 / balanced - 1.0) } else { USUAL_ROUNDS - rounds };
-            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a small positive number")]
-            let left = left.max(1.0).ceil() as u64;
-            solving.expected = solving.done - solving.before + (left + 1) * solving.bodies;
-            solving.rounds += 1;
-            solving.rounds_of_light += 1;
-        });
-    }
-
-    /// Ends the rounds: each body has one solution more.
-    pub(crate) fn end_rounds(&self) {
-        self.update(|solving| solving.expected = solving.done - solving.before + solving.bodies);
-    }
-
-    /// Counts a solution in a body.
+    /// Counts and reports a solution in a body.
     pub(crate) fn add_solution(&self) {
-        self.update(|solving| solving.done += 1);
+        self.solutions.fetch_add(1, Ordering::Relaxed);
+        self.light();
     }
 
     /// Counts rays.
@@ -102,53 +55,8 @@ impl<'a> Watch<'a> {
         self.rays.fetch_add(rays, Ordering::Relaxed);
     }
 
-    /// What the work took.
+    /// The statistics.
     pub(crate) fn work(&self) -> Work {
-        let rounds = self.solving.lock().unwrap_or_else(PoisonError::into_inner).rounds;
-        Work { rounds, rays: self.rays.load(Ordering::Relaxed) }
-    }
-
-    fn update(&self, change: impl FnOnce(&mut Solving)) {
-        let progress = {
-            let mut solving = self.solving.lock().unwrap_or_else(PoisonError::into_inner);
-            change(&mut solving);
-            let Solving { lights_ahead, done, before, expected, .. } = *solving;
-            Progress { phase: Phase::Light, done, total: done.max(before + expected * (lights_ahead + 1)) }
-        };
-        // What is reported may unwind.
-        (self.report)(progress);
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Two bodies under two lights: a solution each in every round, then the last ones.
-    #[test]
-    fn solutions_are_expected_by_the_decades_of_what_is_missing() {
-        let reported = Mutex::new(Vec::new());
-        let report = |at: Progress| reported.lock().unwrap().push((at.done, at.total));
-        let last = || *reported.lock().unwrap().last().unwrap();
-        let watch = Watch::new(&report);
-        watch.expect_lights(2);
-        watch.begin_light(2);
-        assert_eq!(last(), (0, 4));
-        watch.begin_round(0.0);
-        assert_eq!(last(), (0, 2 * 2 * 11));
-        (0..2).for_each(|_| watch.add_solution());
-        // A round took a quarter of the decades, so three are left.
-        watch.begin_round(0.25);
-        assert_eq!(last(), (2, 2 * (2 + 2 * 4)));
-        (0..2).for_each(|_| watch.add_solution());
-        watch.end_rounds();
-        assert_eq!(last(), (4, 2 * 6));
-        (0..2).for_each(|_| watch.add_solution());
-        watch.begin_light(2);
-        assert_eq!(last(), (6, 12));
-        assert_eq!(watch.work().rounds, 2);
-        // More than expected.
-        (0..9).for_each(|_| watch.add_solution());
-        assert_eq!(last(), (15, 15));
+        Work { rounds: self.rounds.load(Ordering::Relaxed), rays: self.rays.load(Ordering::Relaxed) }
     }
 }

@@ -21,6 +21,7 @@ use snowblue_render::film::image_file::{to_raster, write_png};
 use snowblue_render::film::resumable_file;
 use snowblue_render::render::{RenderControl, accumulator, all_samples, render_coarse, render_missing};
 use snowblue_render::scene::provenance::Provenance;
+use snowblue_render::scene::spectrum::wavelengths_nm;
 use snowblue_render::{
     Aovs, FilmAccumulator, Integrator, Phase, Preparation, Progress, RenderError, SampleBlock, SceneDescription,
     SceneFile,
@@ -184,7 +185,7 @@ impl Scene {
         dict.set_item("width", film.size().width)?;
         dict.set_item("height", film.size().height)?;
         dict.set_item("exposure_stops", film.display_factor(development).log2())?;
-        dict.set_item("wavelengths", sums.wavelengths_nm().to_vec())?;
+        dict.set_item("wavelengths", wavelengths_nm())?;
         dict.set_item("provenance", provenance)?;
         dict.set_item("solved_light_fields", solved_light_fields)?;
         dict.set_item("notes", notes)?;

@@ -39,7 +39,6 @@ pub use render::{Rendering, render};
 pub use snowblue_base::files;
 pub use snowblue_light_field::{FieldStatistics, bake};
 pub use snowblue_scene as scene;
-pub use snowblue_scene::film::sensor::FalseColor;
 pub use snowblue_scene::film::{Development, Exposure};
 pub use snowblue_scene::progress::{Phase, Progress};
 pub use snowblue_scene::{Scene, SceneDescription, SceneError, SceneFile};

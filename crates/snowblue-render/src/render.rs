@@ -131,7 +131,7 @@ impl Rendering {
 /// An accumulator without samples for a window of a scene's image. It has the AOVs that the scene needs.
 pub fn accumulator(scene: &Scene, aovs: Aovs, window: &Window) -> FilmAccumulator {
     let aovs = with_needed(aovs, scene.description());
-    FilmAccumulator::new(scene.film().size(), window, aovs, scene.sensor().wavelengths_nm())
+    FilmAccumulator::new(scene.film().size(), window, aovs)
 }
 
 /// The AOVs that an image has if some are asked for: with a noise target also the variance; for automatic exposure also

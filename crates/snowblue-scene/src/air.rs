@@ -13,7 +13,7 @@ use snowblue_geometry::ray::{Ray, narrow};
 use snowblue_sky::air_extinction_per_m;
 
 use crate::light::dome::ClearRadiance;
-use crate::spectrum::{SAMPLES, Spectrum};
+use crate::spectrum::{Spectrum, wavelengths_nm};
 
 /// The air below a clear sky.
 #[derive(Debug)]
@@ -32,9 +32,9 @@ pub struct AirBetween {
 }
 
 impl Air {
-    pub(crate) fn new(sky: Arc<ClearRadiance>, wavelengths_nm: &[f64; SAMPLES]) -> Self {
+    pub(crate) fn new(sky: Arc<ClearRadiance>) -> Self {
         let turbidity = sky.sky.turbidity();
-        let extinction_per_m = Spectrum(wavelengths_nm.map(|nm| narrow(air_extinction_per_m(turbidity, nm))));
+        let extinction_per_m = Spectrum(wavelengths_nm().map(|nm| narrow(air_extinction_per_m(turbidity, nm))));
         Self { extinction_per_m, sky }
     }
 

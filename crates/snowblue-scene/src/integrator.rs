@@ -3,8 +3,6 @@
 use serde::{Deserialize, Serialize};
 use snowblue_field::GRAIN_RAYS;
 
-use snowblue_geometry::chord::Exit;
-
 /// How the radiance of snow is computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -83,10 +81,6 @@ impl Default for IntegratorSettings {
 pub struct PcaSnowSettings {
     /// The straight path that stands for all paths of light through the snow.
     pub path: PathMode,
-    /// Where the path ends.
-    pub exit: Exit,
-    /// The light that enters at the end of the path.
-    pub emission: Emission,
     /// A constant reflectance, 0–1, instead of that of the curves: the paper's local model. Thin snow then reflects and
     /// transmits more light than it receives.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -130,32 +124,14 @@ impl PathMode {
     /// Whether light comes along the path that does not depend on it.
     #[inline]
     pub fn uses_straight(self) -> bool {
-        match self {
-            Self::View | Self::Normal | Self::Brightest => true,
-            Self::Light => false,
-        }
+        self != Self::Light
     }
 
     /// Whether light comes along lines to the light.
     #[inline]
     pub fn uses_lines(self) -> bool {
-        match self {
-            Self::Light | Self::Brightest => true,
-            Self::View | Self::Normal => false,
-        }
+        matches!(self, Self::Light | Self::Brightest)
     }
-}
-
-/// Which light counts where the straight path leaves the snow.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Emission {
-    /// The irradiance of the light there, with distance, angle and shadows.
-    #[default]
-    Transmitted,
-    /// The paper's simpler form: the light's relative spectrum with luminance 1, as a radiance, without
-    /// distance or shadows.
-    Relative,
 }
 
 /// The views that the light field is for.

@@ -49,7 +49,5 @@ pub use assembling::changes::Changes;
 pub use description::SceneDescription;
 pub use error::SceneError;
 pub use file::SceneFile;
-pub use integrator::{
-    Emission, IntegratorKind, IntegratorSettings, LightFieldSettings, PathMode, PcaSnowSettings, Views,
-};
+pub use integrator::{IntegratorKind, IntegratorSettings, LightFieldSettings, PathMode, PcaSnowSettings, Views};
 pub use scene::Scene;

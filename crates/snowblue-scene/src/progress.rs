@@ -11,8 +11,7 @@ pub enum Phase {
     Snow,
     /// Bodies of snow are divided into cells.
     Cells,
-    /// The light in the snow is solved for. Its steps are solutions in a body; how many there will be is an estimate,
-    /// by how far the light between bodies is from its balance.
+    /// The light in the snow is solved for. Its steps are solutions in a body, of which the number is not known before.
     Light,
     /// The surface of an object is laid flat for a lightmap.
     Charts,

@@ -9,7 +9,6 @@ use snowblue_base::hash::Fnv1a;
 use crate::Scene;
 use crate::description::SceneDescription;
 use crate::film::FilmSettings;
-use crate::film::white_balance::WhiteBalance;
 use crate::integrator::{IntegratorKind, IntegratorSettings, LightFieldSettings, PcaSnowSettings, Views};
 
 /// The name of the list of files.
@@ -40,11 +39,6 @@ impl Provenance {
     /// That of a description, with hashes of the files that it names.
     fn new(scene: &SceneDescription, table: Option<u64>, files: &BTreeMap<&str, u64>) -> Self {
         let (film, integrator) = (&scene.film, &scene.integrator);
-        let colours = match film.false_color {
-            None if film.white == WhiteBalance::default() => "as seen".to_owned(),
-            None => format!("as seen, white: {}", film.white),
-            Some(colour) => format!("{} {} {} nm", colour.red_nm, colour.green_nm, colour.blue_nm),
-        };
         let mut entries = vec![
             ("version", env!("CARGO_PKG_VERSION").to_owned()),
             ("scene", format!("{:016x}", scene_hash(scene, files))),
@@ -54,13 +48,13 @@ impl Provenance {
             ("max bounces", integrator.max_bounces.to_string()),
             ("noise target", integrator.noise_target.map_or("none".to_owned(), |target| target.to_string())),
             ("integrator", integrator.kind.name().to_owned()),
-            ("colours", colours),
+            ("white", film.white.to_string()),
         ];
         if integrator.kind == IntegratorKind::PcaSnow {
-            let PcaSnowSettings { path, exit, emission, reflectance, table: _ } = &integrator.pcasnow;
+            let PcaSnowSettings { path, reflectance, table: _ } = &integrator.pcasnow;
             let reflectance = reflectance.map_or("of the curves".to_owned(), |share| share.to_string());
             entries.push(("path", path.name().to_owned()));
-            entries.push(("pcasnow", format!("{exit:?}, {emission:?}, reflectance {reflectance}").to_lowercase()));
+            entries.push(("reflectance", reflectance));
         }
         entries.extend(table.map(|hash| ("table", format!("{hash:016x}"))));
         if integrator.kind.has_light_field() {

@@ -1,7 +1,7 @@
 //! Ray queries to the objects of a scene, counted. Each thread has its own.
 
 use glam::Vec3A;
-use snowblue_geometry::chord::{Chord, Exit, Line, chord, parts};
+use snowblue_geometry::chord::{Chord, Line, chord, parts};
 use snowblue_geometry::ray::{Crossing, Ray, SurfacePoint, off_surface};
 
 use crate::objects::{Objects, Side, SurfaceInteraction, set_object};
@@ -118,16 +118,16 @@ impl<'scene> SceneQueries<'scene> {
 
     /// Depth of a straight path through the solid that an object is or belongs to.
     #[inline]
-    pub fn chord(&mut self, object: usize, line: &Line, exit: Exit) -> Option<Chord> {
+    pub fn chord(&mut self, object: usize, line: &Line) -> Option<Chord> {
         self.statistics.depth_lines += 1;
         let ray = Ray { origin: line.point, direction: line.direction };
         if let Some(convex) = self.objects.convex(object) {
             let mut pair = convex.pair(&ray)?;
             set_object(object, &mut pair);
-            return chord(std::iter::once(&pair), line, exit);
+            return chord(std::iter::once(&pair), line);
         }
         let odd = self.objects.crossings(object, &ray, line.end_m, &mut self.crossings);
         self.statistics.odd_depth_lines += u64::from(odd);
-        Some(chord(parts(&mut self.crossings), line, exit)?.with_unit_normal())
+        Some(chord(parts(&mut self.crossings), line)?.with_unit_normal())
     }
 }

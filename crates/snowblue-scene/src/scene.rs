@@ -14,7 +14,6 @@ use crate::integrator::{IntegratorKind, IntegratorSettings, LightFieldSettings};
 use crate::light::Light;
 use crate::material::Material;
 use crate::objects::Objects;
-use crate::spectrum::SAMPLES;
 use snowblue_base::KeyPath;
 
 /// Of a coarse scene: the least factor between the sides of the pictures, most pixels, rays through grains, and
@@ -44,8 +43,6 @@ pub struct Scene {
     pub(crate) film: FilmSettings,
     pub(crate) integrator: IntegratorSettings,
     pub(crate) sensor: Sensor,
-    /// The wavelengths of all spectra, in nm.
-    pub(crate) wavelengths_nm: [f64; SAMPLES],
     /// The file of the table for PCASnow, if the description names one.
     pub(crate) table_file: Option<PathBuf>,
     /// What the scene was built from.
@@ -72,11 +69,6 @@ impl Scene {
     /// What turns spectra into colours.
     pub fn sensor(&self) -> &Sensor {
         &self.sensor
-    }
-
-    /// The wavelengths of all spectra, in nm.
-    pub fn wavelengths_nm(&self) -> &[f64; SAMPLES] {
-        &self.wavelengths_nm
     }
 
     /// The file of the table for PCASnow, if the description names one.

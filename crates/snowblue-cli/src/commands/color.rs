@@ -8,7 +8,6 @@ use snowblue_color::Colorimeter;
 use snowblue_color::exposure::{self, AutoExposure};
 use snowblue_figures::{Cell, DataTable, Metadata};
 use snowblue_render::Exposure;
-use snowblue_render::FalseColor;
 use snowblue_transport::ordinates;
 use snowblue_transport::slab::Radiometry;
 
@@ -24,15 +23,13 @@ use crate::output::{Failure, Outcome, OutputOptions, check_not_input};
 #[derive(Debug, Args)]
 #[command(
     allow_negative_numbers = true,
-    after_help = "The unattenuated light has Y = 1 and is the white of CIELAB; there is no chromatic adaptation. A \
-false colour is the transmittance at three wavelengths, where 1 is white; it has no illuminant, XYZ and CIELAB. The \
+    after_help = "The unattenuated light has Y = 1 and is the white of CIELAB; there is no chromatic adaptation. The \
 exposure changes only hex: 'auto' brings the brightest channel of all rows to 0.9.
 
 Examples:
   snowblue color --thickness 5,10,15,30 --illuminant D65
   snowblue color --thickness 5,10,15,30 --exposure auto
   snowblue color --reflected --impurity black-carbon=200
-  snowblue color --thickness 0.5,1,2 --false-color 1030,860,550
   snowblue color --spectrum measured.csv --illuminant E
 
 A file of spectra has the columns wavelength_nm,value, or is a CSV of 'snowblue spectrum'. Cells are separated by \
@@ -63,7 +60,7 @@ pub(crate) struct Color {
     /// Colours of the spectra in a CSV file instead of snow
     #[arg(
         long, value_name = "FILE",
-        conflicts_with_all = ["SnowOptions", "SlabOptions", "OrdinatesArguments", "samples", "false_color"]
+        conflicts_with_all = ["SnowOptions", "SlabOptions", "OrdinatesArguments", "samples"]
     )]
     spectrum: Option<PathBuf>,
     #[command(flatten)]
@@ -82,30 +79,27 @@ impl Color {
         if let (Some(input), Some(output)) = (&self.spectrum, &self.output.output) {
             check_not_input(input, output)?;
         }
-        let (columns, rows) = match (&self.spectrum, self.color.false_color) {
-            (Some(path), _) => (color_row::COLUMNS.to_vec(), self.colours_of_file(path)?),
-            (None, Some(colour)) => (color_row::FALSE_COLOR_COLUMNS.to_vec(), self.false_colours(colour)?),
-            (None, None) => (color_row::COLUMNS.to_vec(), self.colours_of_snow()?),
-        };
-        let observer = match self.color.false_color {
-            Some(FalseColor { red_nm, green_nm, blue_nm }) => {
-                ("false colour", format!("{red_nm},{green_nm},{blue_nm} nm"))
-            }
-            None => ("observer", self.color.observer.name().to_owned()),
+        let rows = match &self.spectrum {
+            Some(path) => self.colours_of_file(path)?,
+            None => self.colours_of_snow()?,
         };
         let light = if self.reflected { "reflected" } else { "transmitted" };
         let exposure = match self.exposure {
             Exposure::Auto => "auto".to_owned(),
             Exposure::Stops(stops) => format!("{stops} stops"),
         };
-        let mut metadata: Metadata =
-            vec![("snowblue", env!("CARGO_PKG_VERSION").to_owned()), ("light", light.to_owned()), observer];
-        metadata.push(("exposure of hex", exposure));
+        let mut metadata: Metadata = vec![
+            ("snowblue", env!("CARGO_PKG_VERSION").to_owned()),
+            ("light", light.to_owned()),
+            ("observer", self.color.observer.name().to_owned()),
+            ("exposure of hex", exposure),
+        ];
         if self.spectrum.is_none() {
             metadata.extend(self.sample.metadata()?);
             metadata.push(("seed", self.ordinates.seed.to_string()));
         }
-        self.output.write(&DataTable { columns, rows: self.exposed(rows), metadata }, quiet)
+        self.output
+            .write(&DataTable { columns: color_row::COLUMNS.to_vec(), rows: self.exposed(rows), metadata }, quiet)
     }
 
     /// Complete rows, with hex at one exposure.
@@ -121,12 +115,6 @@ impl Color {
         let wavelengths = Wavelengths(self.color.samples.wavelengths_nm());
         let colorimeter = self.light.colorimeter(self.color.observer, &wavelengths.0)?;
         let row = |curve: Curve| self.row(curve, &colorimeter);
-        Ok(self.curves(&wavelengths)?.into_iter().map(row).collect())
-    }
-
-    fn false_colours(&self, colour: FalseColor) -> Result<Vec<ColorRow>, Failure> {
-        let wavelengths = Wavelengths(vec![colour.red_nm, colour.green_nm, colour.blue_nm]);
-        let row = |Curve { slab, values }: Curve| ColorRow::in_false_color(slab, [values[0], values[1], values[2]]);
         Ok(self.curves(&wavelengths)?.into_iter().map(row).collect())
     }
 

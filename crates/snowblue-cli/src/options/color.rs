@@ -3,9 +3,8 @@
 use clap::builder::PossibleValue;
 use clap::{Args, ValueEnum};
 use snowblue_color::{Colorimeter, Illuminant, Observer, THREE_SAMPLES_NM};
-use snowblue_render::FalseColor;
 
-use super::{limits, parse};
+use super::parse;
 use crate::output::Failure;
 
 /// The illuminant of colours.
@@ -34,15 +33,6 @@ pub(crate) struct ColorOptions {
     /// Number of wavelengths to sum over: 31 (400–700 nm every 10 nm) or 3 (455, 551, 608 nm)
     #[arg(long, value_name = "N", default_value = "31", value_enum)]
     pub(crate) samples: SampleCount,
-    #[arg(
-        long, value_name = "R,G,B", num_args = 0..=1, default_missing_value = parse::FALSE_COLOR_NM,
-        value_parser = parse::false_color, conflicts_with_all = ["illuminant", "observer", "samples"],
-        help = format!(
-            "False colour: three wavelengths in nm, shown as red, green and blue [{}; {} if none are given]",
-            limits::snow_wavelengths(), parse::FALSE_COLOR_NM
-        )
-    )]
-    pub(crate) false_color: Option<FalseColor>,
 }
 
 /// Number of wavelengths that a colour is summed over.

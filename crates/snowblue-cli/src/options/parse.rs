@@ -7,9 +7,9 @@ use snowblue_base::ParameterRange;
 use snowblue_color::exposure::GREATEST_STOPS;
 use snowblue_color::{Illuminant, Observer, Srgb8};
 use snowblue_database::axes_file;
+use snowblue_render::Aovs;
 use snowblue_render::Exposure;
 use snowblue_render::film::window::Window;
-use snowblue_render::{Aovs, FalseColor};
 use snowblue_sky::DateTime;
 use snowblue_transport::optics::{IceTable, Substance};
 use snowblue_transport::ordinates::Streams;
@@ -52,10 +52,6 @@ pub(crate) struct Span {
 /// Wavelengths, in nm.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Wavelengths(pub(crate) Vec<f64>);
-
-/// Default wavelengths of `--false-color`: two infrared ones, of which the first separates fine from coarse grains, and
-/// a visible one.
-pub(crate) const FALSE_COLOR_NM: &str = "1030,860,550";
 
 pub(crate) fn number(word: &str) -> Result<f64, String> {
     word.trim().parse().map_err(|_| format!("'{word}' is not a number"))
@@ -202,14 +198,6 @@ pub(crate) fn exposure(word: &str) -> Result<Exposure, String> {
     Ok(Exposure::Stops(stops))
 }
 
-/// Three wavelengths, for red, green and blue.
-pub(crate) fn false_color(words: &str) -> Result<FalseColor, String> {
-    match words.split(',').map(number).collect::<Result<Vec<f64>, _>>().as_deref() {
-        Ok(&[red_nm, green_nm, blue_nm]) => Ok(FalseColor { red_nm, green_nm, blue_nm }),
-        _ => Err(format!("'{words}' is not three wavelengths in nm, for red, green and blue ({FALSE_COLOR_NM})")),
-    }
-}
-
 /// A half-open range of whole numbers, `A:B`.
 pub(crate) fn whole_range(words: &str) -> Result<Range<u32>, String> {
     range(words).ok_or_else(|| format!("'{words}' is not a range A:B of whole numbers with 0 ≤ A < B ≤ {}", u32::MAX))
@@ -304,12 +292,5 @@ mod tests {
             let message = window(wrong).unwrap_err();
             assert!(message.starts_with(expected) && message.ends_with("such as 500:516,300:316"), "{message}");
         }
-    }
-
-    #[test]
-    fn false_colours_have_three_wavelengths() {
-        let colour = false_color(FALSE_COLOR_NM).unwrap();
-        assert_eq!(colour, FalseColor { red_nm: 1030.0, green_nm: 860.0, blue_nm: 550.0 });
-        assert!(false_color("1030,860").is_err() && false_color("scene.toml").is_err());
     }
 }

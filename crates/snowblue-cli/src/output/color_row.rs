@@ -20,10 +20,6 @@ pub(crate) const COLUMNS: [&str; 13] = [
     "hex",
 ];
 
-/// Columns of false colours, which have no illuminant, XYZ or CIELAB.
-pub(crate) const FALSE_COLOR_COLUMNS: [&str; 6] =
-    ["thickness_cm", "angle_deg", "r_linear", "g_linear", "b_linear", "hex"];
-
 /// A colour and its row without the last cell: hex depends on an exposure that all rows share.
 pub(crate) struct ColorRow {
     pub(crate) colour: LinearRgb,
@@ -44,12 +40,6 @@ impl ColorRow {
         leading.push(Cell::word(illuminant.name()));
         leading.extend([xyz.x, xyz.y, xyz.z, lab.l, lab.a, lab.b, colour.r, colour.g, colour.b].map(Cell::from));
         Self { colour, cells: leading }
-    }
-
-    /// The false colour of values at three wavelengths, after the leading cells.
-    pub(crate) fn in_false_color(mut leading: Vec<Cell>, [r, g, b]: [f64; 3]) -> Self {
-        leading.extend([r, g, b].map(Cell::from));
-        Self { colour: LinearRgb { r, g, b }, cells: leading }
     }
 
     /// The complete row, with hex at an exposure factor.

@@ -24,7 +24,7 @@ pub(crate) const TABLE_NOTE: &str = "Table";
 
 /// Why options of a PNG have no effect on an EXR without sums.
 pub(crate) const IDLE_PNG_OPTION: &str =
-    "an .exr holds light as it is; with --keep-sums it also keeps exposure, tone curve and bloom of a later .png";
+    "an .exr holds light as it is; with --keep-sums it also keeps exposure and tone curve of a later .png";
 
 /// A picture file to write.
 #[derive(Debug, Clone)]
@@ -33,8 +33,6 @@ pub(crate) struct PictureFile {
     pub(crate) format: PictureFormat,
     /// Whether an EXR keeps the sums of samples, which merging and resuming need.
     pub(crate) keeps_sums: bool,
-    /// Whether a PNG has bloom.
-    pub(crate) blooms: bool,
 }
 
 impl PictureFile {
@@ -46,7 +44,7 @@ impl PictureFile {
             _ => return Err(Failure::Input(format!("{}: the picture must end in .png or .exr", path.display()))),
         };
         check_path(path)?;
-        Ok(Self { path: path.to_owned(), format, keeps_sums, blooms: false })
+        Ok(Self { path: path.to_owned(), format, keeps_sums })
     }
 
     /// Memory that writing takes beside the sums, in bytes for each pixel: that of the filter, and for a PNG its
@@ -54,7 +52,6 @@ impl PictureFile {
     /// written in blocks.
     pub(crate) fn bytes_per_pixel(&self, aovs: Aovs) -> u64 {
         let encoding = match self.format {
-            PictureFormat::Png if self.blooms => 92,
             PictureFormat::Png => 44,
             PictureFormat::Exr => 0,
         };

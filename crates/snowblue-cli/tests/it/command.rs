@@ -58,19 +58,6 @@ fn color_of_no_snow_is_white_and_files_have_their_colour() {
     assert!((luminance(&folder.stdout("color --spectrum half.csv")) - 0.5).abs() < 1e-8);
 }
 
-#[test]
-fn false_colours_are_transmittances() {
-    let text = stdout("color --thickness 0,1 --false-color --format csv");
-    let lines: Vec<&str> = text.lines().collect();
-    assert_eq!(lines[..2], ["thickness_cm,angle_deg,r_linear,g_linear,b_linear,hex", "0,0,1,1,1,#ffffff"]);
-    let common = "--thickness 1 --seed 3";
-    let false_color = stdout(&format!("color --false-color 560,550,540 {common}"));
-    let spectrum = stdout(&format!("spectrum --wavelengths 560,550,540 {common}"));
-    let colours: Vec<&str> = false_color.lines().nth(1).unwrap().split(',').skip(2).take(3).collect();
-    let transmittances: Vec<&str> = spectrum.lines().skip(1).map(|line| line.split(',').nth(4).unwrap()).collect();
-    assert_eq!(colours, transmittances);
-}
-
 /// Without a command, the help precedes the error.
 #[test]
 fn a_command_is_required() {
@@ -118,17 +105,6 @@ fn look_ups_are_compared_with_direct_solutions() {
     assert_eq!((rows.len() - samples - 1, between), (8, 4), "{text}");
     assert_ne!(folder.stdout(&format!("{judge} --seed 2")), text, "other points");
     folder.assert_refused(&format!("{judge} --interpolation paper"), &["small.nc"]);
-}
-
-#[test]
-fn spread_has_rows_for_each_alternative() {
-    let text = stdout("spectrum --spread --thickness 30 --wavelengths 450");
-    let rows: Vec<Vec<&str>> = text.lines().skip(1).map(|line| line.split(',').collect()).collect();
-    assert!(text.starts_with("alternative,thickness_cm,angle_deg,wavelength_nm,"));
-    assert_eq!((rows.len(), rows[0][0], rows[1][0]), (8, "as given", "ice picard2016"));
-    let passed = |row: usize| rows[row][5].parse::<f64>().unwrap();
-    assert!(passed(1) < 0.9 * passed(0), "Picard's ice is darker in the blue");
-    assert!(passed(3) < passed(0) && passed(2) > passed(0), "facetness darkens");
 }
 
 #[test]

@@ -116,9 +116,6 @@ const LINES: &[(&str, &[(&str, Words)])] = &[
         &[
             ("--illuminant D66", &["D66", "D65"]),
             ("-o a.xlsx", &["a.xlsx: the file must end in .csv, .json or .txt, or give --format"]),
-            ("--false-color 1030,860", &["--false-color", "1030,860", "nm"]),
-            ("--false-color 2600,860,550", &["wavelength", "2600 nm", "300–2500 nm"]),
-            ("--false-color --illuminant E", &["--false-color", "--illuminant"]),
             ("--ssa 10,40", &["--ssa has several values", "spectrum"]),
             ("--exposure bright", &["--exposure", "'bright'", "stops", "'auto'"]),
             ("--exposure 101", &["exposure", "101", "-100 to 100 stops"]),
@@ -154,7 +151,6 @@ const LINES: &[(&str, &[(&str, Words)])] = &[
             ("--columns density=200,400 --density 300", &["density", "--columns", "--density"]),
             ("--rows grain-size=200 --ssa 20", &["grain-size", "--rows", "--ssa"]),
             ("--columns angle=0,60 --thickness 1,5", &["--thickness", "2"]),
-            ("--columns illuminant=E,A --false-color", &["--columns", "illuminant", "--false-color"]),
             ("--columns thickness=1,inf", &["thickness is inf cm", "--reflected"]),
             ("--columns angle=0 --exposure inf", &["exposure", "inf stops"]),
             ("--columns angle=0,1,2,3,4,5,6,7,8 --size 2048", &["18432", "16384"]),
@@ -234,7 +230,6 @@ const LINES: &[(&str, &[(&str, Words)])] = &[
         &[
             ("--exposure 1", &["--exposure has no effect: ", "holds light as it is"]),
             ("--tone agx", &["--tone has no effect: ", "holds light as it is"]),
-            ("--bloom 0.1", &["--bloom has no effect: ", "holds light as it is"]),
             (
                 "--crop 0:22,0:14",
                 &["--crop has the columns 0:22, but the picture has 21 × 14 pixels: columns lie in 0:21"],
@@ -370,10 +365,8 @@ const SPECTRUM: &[(&str, Words)] = &[
     ("--wavelengths 400,700 --broadband par", &["400", "700 nm"]),
     ("--wavelengths 700,650 --broadband par", &["ascend"]),
     ("--broadband blue", &["'blue'", "solar, visible, near-infrared, par"]),
-    ("--broadband --spread", &["--broadband", "--spread"]),
     ("--broadband --depths 1", &["--broadband", "--depths"]),
     ("--broadband -o grid.nc", &["grid.nc", "NetCDF needs spectra"]),
-    ("--ssa 10,40 --spread", &["--spread", "single snow"]),
     ("--plus-minus ssa=2", &["specific surface area", "needs snow"]),
     ("--plus-minus soot=2", &["'soot'", "black-carbon"]),
     ("--plus-minus density=2 --engine montecarlo", &["--plus-minus", "--engine ordinates"]),

@@ -104,6 +104,4 @@ fn full_tables_are_compressed_and_exported() {
     folder.stdout("database export full.nc -o rows.csv");
     let header = "grain_size_um,facetness,density_kg_m3,angle_deg,thickness_cm,wavelength_nm,transmittance,";
     assert!(folder.text("rows.csv").starts_with(header));
-    folder.stdout("database export -o snow.json");
-    assert!(folder.path("snow.f32").exists());
 }

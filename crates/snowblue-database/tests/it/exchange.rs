@@ -2,11 +2,10 @@
 
 use std::path::Path;
 
-use snowblue_database::exchange;
 use snowblue_database::file::{self, AnyTable};
 use snowblue_database::fill::{self, FillOptions};
 use snowblue_database::shard::{self, Part};
-use snowblue_database::{Axes, CompressedTable, Property, PropertyAxis, Space, Table};
+use snowblue_database::{Axes, CompressedTable, Property, PropertyAxis, Space, Table, export_csv};
 use snowblue_transport::optics::Substance;
 
 fn axes() -> Axes {
@@ -41,7 +40,7 @@ fn csv_has_a_row_for_each_value() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("table.csv");
     let table = table();
-    exchange::export_csv(&AnyTable::Full(table.clone()), &path).unwrap();
+    export_csv(&AnyTable::Full(table.clone()), &path).unwrap();
     let text = std::fs::read_to_string(&path).unwrap();
     let (header, rows) = text.split_once('\n').unwrap();
     assert_eq!(
@@ -77,33 +76,6 @@ fn tables_of_another_layout_are_refused_with_the_reason() {
                     thickness, wavelength in this order";
     let message = message(&swapped.concat());
     assert!(message.contains(expected), "{message}");
-}
-
-/// Arrays are at their positions in the JSON file, and its recipe rebuilds a value of the table.
-#[test]
-fn raw_numbers_are_at_their_positions_in_the_json() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("snow.json");
-    let table = table();
-    let compressed = CompressedTable::new(&table, Space::Log, 2).unwrap();
-    exchange::export_raw(&AnyTable::Compressed(compressed.clone()), &path).unwrap();
-    let document: serde_json::Value = serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();
-    let bytes = std::fs::read(folder.path().join(document["numbers"].as_str().unwrap())).unwrap();
-    let numbers: Vec<f32> = bytes.chunks_exact(4).map(|four| f32::from_le_bytes(four.try_into().unwrap())).collect();
-    let array = |name: &str| {
-        let array = document["arrays"].as_array().unwrap().iter().find(|array| array["name"] == name).unwrap();
-        let first = usize::try_from(array["first_number"].as_u64().unwrap()).unwrap();
-        let count = usize::try_from(array["count"].as_u64().unwrap()).unwrap();
-        &numbers[first..first + count]
-    };
-    let (coefficients, basis) = (array("transmittance_coefficients"), array("transmittance_basis"));
-    assert_eq!(coefficients, compressed.transmittance.coefficients);
-    let curve = 17;
-    let value = (coefficients[2 * curve] * basis[2] + coefficients[2 * curve + 1] * basis[3]).exp();
-    let mut rebuilt = [0.0; 3];
-    compressed.transmittance.rebuild(curve, Space::Log, &mut rebuilt);
-    assert!((f64::from(value) / rebuilt[1] - 1.0).abs() < 1e-5);
-    assert_eq!(document["axes"][0]["values"], serde_json::json!([200.0, 400.0]));
 }
 
 /// Thousands of files of every kind with bytes changed, removed, inserted and truncated: an error or a table, never a

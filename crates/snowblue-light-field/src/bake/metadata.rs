@@ -7,12 +7,11 @@ use snowblue_scene::provenance::Provenance;
 
 /// What is said of the whole file: names and values.
 pub(super) fn of_file(baked: &BakedScene, provenance: &Provenance) -> Vec<(&'static str, String)> {
-    let weighting = match (baked.channels, baked.is_false_color) {
-        (Channels::Rgb, false) => {
+    let weighting = match baked.channels {
+        Channels::Rgb => {
             "W/m2 as linear sRGB, unclipped; 1 is the luminance of 1 W/m2 of equal-energy light over 400-700 nm"
         }
-        (Channels::Rgb, true) => "W/m2 as linear sRGB, unclipped; 1 is white light of 1 W/m2 over all wavelengths",
-        (Channels::Spectrum, _) => "W/(m2 nm)",
+        Channels::Spectrum => "W/(m2 nm)",
     };
     let mut entries = vec![
         ("generator", generator(provenance)),
@@ -20,7 +19,7 @@ pub(super) fn of_file(baked: &BakedScene, provenance: &Provenance) -> Vec<(&'sta
         ("units", format!("positions in m; fluxes in {weighting}")),
         ("shading", "L(mu) = sum of R0 F over direct lights + K(mu) J / pi, R0 nearly 1/pi, J a sum".to_owned()),
     ];
-    for name in ["scene", "table", "max bounces", "colours"] {
+    for name in ["scene", "table", "max bounces", "white"] {
         entries.extend(provenance.get(name).map(|value| (key(name), value.to_owned())));
     }
     entries
@@ -37,7 +36,7 @@ fn key(name: &str) -> &'static str {
         "scene" => "scene_hash",
         "table" => "table_hash",
         "max bounces" => "max_bounces",
-        _ => "colours",
+        _ => "white",
     }
 }
 

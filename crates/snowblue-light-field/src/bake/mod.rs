@@ -180,9 +180,6 @@ pub struct BakedScene {
     pub irradiance: Vec<Vec<VertexIrradiance>>,
     /// Brightness of the preview.
     pub exposure: Exposure,
-    /// Wavelengths of the scene, in nm.
-    wavelengths_nm: [f64; SAMPLES],
-    is_false_color: bool,
 }
 
 /// The light field on an object of snow.
@@ -323,8 +320,6 @@ pub fn bake(scene: &Scene, field: &LightField, options: BakeOptions, report: Rep
         lightmap,
         irradiance,
         exposure: scene.film().exposure,
-        wavelengths_nm: *scene.sensor().wavelengths_nm(),
-        is_false_color: !scene.sensor().is_standard_observer(),
     })
 }
 

@@ -9,6 +9,7 @@ use snowblue_base::files::FileError;
 use crate::bake::metadata::{attributes, of_file, of_snow};
 use crate::bake::{BakedObject, BakedScene, Channels};
 use snowblue_scene::provenance::Provenance;
+use snowblue_scene::spectrum::wavelengths_nm;
 
 /// Writes a baked scene as PLY, completely or not at all: vertex properties `x y z nx ny nz`, then of each lamp
 /// `lamp_0_r lamp_0_g lamp_0_b` or the wavelengths `lamp_0_400nm`, and last the same of `sky`.
@@ -79,7 +80,7 @@ fn header(baked: &BakedScene, provenance: &Provenance) -> String {
     lines.extend(["x", "y", "z", "nx", "ny", "nz"].map(|name| format!("property float {name}")));
     let channels: Vec<String> = match baked.channels {
         Channels::Rgb => ["r", "g", "b"].map(str::to_owned).into(),
-        Channels::Spectrum => baked.wavelengths_nm.iter().map(|nm| format!("{nm}nm")).collect(),
+        Channels::Spectrum => wavelengths_nm().iter().map(|nm| format!("{nm}nm")).collect(),
     };
     for (name, _) in &names {
         lines.extend(channels.iter().map(|channel| format!("property float {name}_{channel}")));

@@ -24,7 +24,6 @@ use crate::film::sample_block::SampleBlock;
 use crate::film::window::{Window, range_length};
 use crate::raster::PixelPosition;
 use snowblue_scene::film::ImageSize;
-use snowblue_scene::spectrum::SAMPLES;
 
 /// Units of a sum in 1.
 pub(crate) const UNITS: f64 = (1u128 << 64) as f64;
@@ -37,7 +36,6 @@ pub struct FilmAccumulator {
     image_size: ImageSize,
     window: Window,
     aovs: Aovs,
-    wavelengths_nm: [f64; SAMPLES],
     /// The first sample of each pixel.
     first_sample: u32,
     /// The number of samples of each pixel, row by row.
@@ -107,13 +105,12 @@ impl FilmAccumulator {
     /// # Panics
     ///
     /// When the window reaches beyond the image.
-    pub fn new(image_size: ImageSize, window: &Window, aovs: Aovs, wavelengths_nm: &[f64; SAMPLES]) -> Self {
+    pub fn new(image_size: ImageSize, window: &Window, aovs: Aovs) -> Self {
         assert!(Window::of_image(image_size).contains(window), "the window lies within the image");
         Self {
             image_size,
             window: window.clone(),
             aovs,
-            wavelengths_nm: *wavelengths_nm,
             first_sample: 0,
             counts: vec![0; window.size().pixel_count()],
             sums: vec![0; window.size().pixel_count() * aovs.sum_count()],
@@ -134,11 +131,6 @@ impl FilmAccumulator {
     /// The values that are summed beside colours.
     pub fn aovs(&self) -> Aovs {
         self.aovs
-    }
-
-    /// The wavelengths of the spectrum, in nm.
-    pub fn wavelengths_nm(&self) -> &[f64; SAMPLES] {
-        &self.wavelengths_nm
     }
 
     /// The samples of the pixel that has most.
@@ -199,7 +191,7 @@ impl FilmAccumulator {
             return self;
         }
         let window = self.window.enclosing(other);
-        let mut extended = Self::new(self.image_size, &window, self.aovs, &self.wavelengths_nm);
+        let mut extended = Self::new(self.image_size, &window, self.aovs);
         extended.add_all(&self);
         extended
     }

@@ -12,7 +12,7 @@ use crate::film::accumulator::{FilmAccumulator, PixelSums};
 use crate::film::aov::Aov;
 use crate::film::residual_filter::Filtered;
 use crate::film::{Film, Shown};
-use snowblue_scene::spectrum::SAMPLES;
+use snowblue_scene::spectrum::{SAMPLES, WAVELENGTH_STEP_NM, wavelengths_nm};
 
 /// A channel of an image.
 #[derive(Debug, Clone, PartialEq)]
@@ -59,13 +59,11 @@ pub(crate) fn means(accumulator: &FilmAccumulator) -> Vec<(String, Mean)> {
     let mut means: Vec<(String, Mean)> = rgb("", Mean::Rgb).collect();
     let aovs = accumulator.aovs();
     if aovs.spectrum {
-        let wavelengths_nm = accumulator.wavelengths_nm();
         // A band density is a spectral radiance times the width of all bands.
-        let band_nm = (wavelengths_nm[SAMPLES - 1] - wavelengths_nm[0]) / (SAMPLES - 1) as f64;
-        let factor = narrow((SAMPLES as f64 * band_nm).recip());
+        let factor = narrow((SAMPLES as f64 * WAVELENGTH_STEP_NM).recip());
         let name = |nm: f64| format!("S0.{}nm", format!("{nm:.6}").replace('.', ","));
-        let wavelengths = wavelengths_nm.iter().enumerate();
-        means.extend(wavelengths.map(|(wavelength, nm)| (name(*nm), Mean::Radiance { wavelength, factor })));
+        let wavelengths = wavelengths_nm().into_iter().enumerate();
+        means.extend(wavelengths.map(|(wavelength, nm)| (name(nm), Mean::Radiance { wavelength, factor })));
     }
     if aovs.variance {
         means.extend(rgb("variance.", Mean::Variance));
@@ -96,7 +94,6 @@ impl FilmAccumulator {
         let colours = pixels.par_iter().enumerate().map(|(index, pixel)| pixel.filtered_xyz(changes(index)));
         let shown =
             |pixel: &PixelSums| Shown { snow: pixel.aov(Aov::Snow, 0), emitter: pixel.aov(Aov::Emitter, 0) > 0.0 };
-        let film = Film::new(self.window().size(), colours.collect()).with_image_height(self.image_size().height);
-        film.with_shown(pixels.iter().map(shown).collect())
+        Film::new(self.window().size(), colours.collect()).with_shown(pixels.iter().map(shown).collect())
     }
 }

@@ -19,8 +19,6 @@ use crate::film::Film;
 /// The encoded colours of an image, row by row from the upper left.
 pub(crate) fn displayed(film: &Film, development: Development) -> Vec<Srgb8> {
     let factor = film.display_factor(development);
-    let bloomed = (development.bloom > 0.0).then(|| film.with_bloom(development.bloom));
-    let film = bloomed.as_ref().unwrap_or(film);
     let edges = Edges { film, factor, tone: development.tone };
     (0..film.pixels().len()).into_par_iter().map(|pixel| Srgb8::encode(edges.displayed(pixel))).collect()
 }
@@ -88,10 +86,7 @@ mod tests {
         let shown = pixels.iter().map(|(_, snow)| Shown { snow: *snow, emitter: false }).collect();
         let size = ImageSize { width: u32::try_from(pixels.len()).unwrap(), height: 1 };
         let film = Film::new(size, light).with_shown(shown);
-        displayed(&film, Development { exposure: Exposure::Stops(0.0), tone, bloom: 0.0 })
-            .iter()
-            .map(|pixel| pixel.g)
-            .collect()
+        displayed(&film, Development { exposure: Exposure::Stops(0.0), tone }).iter().map(|pixel| pixel.g).collect()
     }
 
     fn code(level: f64) -> u8 {

@@ -181,7 +181,7 @@ mod tests {
 
     #[test]
     fn a_tone_curve_compresses_what_is_brighter_than_white() {
-        let development = |tone| Development { exposure: Exposure::Stops(2.0), tone, bloom: 0.0 };
+        let development = |tone| Development { exposure: Exposure::Stops(2.0), tone };
         let codes =
             |tone| to_raster(&film(), development(tone)).pixels().iter().map(|pixel| pixel.g).collect::<Vec<_>>();
         let [none, filmic, agx] = [ToneCurve::None, ToneCurve::Filmic, ToneCurve::Agx].map(codes);

@@ -2,12 +2,10 @@
 //!
 //! XYZ is relative: Y = 1 is the luminance of equal-energy light of 1 W m⁻² sr⁻¹ over 400–700 nm. This is some 235
 //! cd/m²: 683 lm/W times 0.345, the mean of ȳ on the wavelength grid. There is no chromatic adaptation: D65 light on a
-//! grey surface is neutral in sRGB, whose white point is D65, and other light keeps its colour. In false colour (see
-//! [`FalseColor`](crate::FalseColor)) Y = 1 is white light of 1 W m⁻² sr⁻¹ over the table's wavelengths.
+//! grey surface is neutral in sRGB, whose white point is D65, and other light keeps its colour.
 
 pub mod accumulator;
 pub mod aov;
-mod bloom;
 pub mod channels;
 mod display;
 pub mod image_file;
@@ -27,8 +25,6 @@ use snowblue_scene::film::{Development, ImageSize};
 #[derive(Debug, Clone, PartialEq)]
 pub struct Film {
     size: ImageSize,
-    /// Rows of the whole image, of which it may be a part.
-    image_height: u32,
     pixels: Vec<Xyz>,
     /// What each pixel shows; empty if that is not known.
     shown: Vec<Shown>,
@@ -51,24 +47,13 @@ impl Film {
     /// When the number of pixels is not that of the size.
     pub fn new(size: ImageSize, pixels: Vec<Xyz>) -> Self {
         assert_eq!(pixels.len(), size.pixel_count(), "one value per pixel");
-        Self { size, image_height: size.height, pixels, shown: Vec::new() }
+        Self { size, pixels, shown: Vec::new() }
     }
 
     /// The image, with what each pixel shows.
     pub(crate) fn with_shown(self, shown: Vec<Shown>) -> Self {
         assert_eq!(shown.len(), self.pixels.len(), "one value per pixel");
         Self { shown, ..self }
-    }
-
-    /// The image as a part of one with so many rows.
-    pub(crate) fn with_image_height(self, image_height: u32) -> Self {
-        Self { image_height, ..self }
-    }
-
-    /// The image with a fraction of its light spread by [bloom](bloom::spread).
-    fn with_bloom(&self, fraction: f64) -> Self {
-        let pixels = bloom::spread(&self.pixels, (self.size, self.image_height), fraction);
-        Self { pixels, shown: self.shown.clone(), ..*self }
     }
 
     /// Size in pixels.
@@ -143,7 +128,7 @@ mod tests {
         for (tone, snow, highlights) in
             [(ToneCurve::None, 0.8, 0.9), (ToneCurve::Filmic, 0.8, 0.9), (ToneCurve::Agx, 0.6, 0.75)]
         {
-            let development = Development { exposure: Exposure::Auto, tone, bloom: 0.0 };
+            let development = Development { exposure: Exposure::Auto, tone };
             let displayed = |film: &Film, level: f64| {
                 tone.displayed(LinearRgb::from_xyz(grey(level * film.display_factor(development)))).luminance()
             };

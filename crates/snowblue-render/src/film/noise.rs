@@ -138,7 +138,7 @@ mod tests {
     fn film(count: u32, spread: f32, residual: bool) -> FilmAccumulator {
         let aovs = Aovs { variance: true, residual, ..Aovs::default() };
         let block = SampleBlock { columns: 0..1, rows: 0..1, samples: 0..count };
-        let mut film = FilmAccumulator::new(ImageSize { width: 1, height: 1 }, &block.window(), aovs, &[0.0; 31]);
+        let mut film = FilmAccumulator::new(ImageSize { width: 1, height: 1 }, &block.window(), aovs);
         film.par_rows_mut(&block).for_each(|row| {
             let mut pixel = PixelAccumulator::new(aovs);
             for sample in 0..count {
@@ -190,7 +190,7 @@ mod tests {
         let block = SampleBlock { columns: 0..12, rows: 0..6, samples: 0..4 };
         let film_of = |samples: u32| {
             let aovs = Aovs { variance: true, residual: true, ..Aovs::default() };
-            let mut film = FilmAccumulator::new(ImageSize { width: 12, height: 6 }, &block.window(), aovs, &[0.0; 31]);
+            let mut film = FilmAccumulator::new(ImageSize { width: 12, height: 6 }, &block.window(), aovs);
             film.par_rows_mut(&block).for_each(|row| {
                 let mut pixel = PixelAccumulator::new(aovs);
                 for (column, sums) in row.sums.chunks_exact_mut(aovs.sum_count()).enumerate() {
@@ -260,7 +260,7 @@ mod tests {
         let block = SampleBlock { columns: 0..5, rows: 0..4, samples: 0..32 };
         let is_done = |residual: bool| {
             let aovs = Aovs { variance: true, residual, ..Aovs::default() };
-            let mut film = FilmAccumulator::new(ImageSize { width: 5, height: 4 }, &block.window(), aovs, &[0.0; 31]);
+            let mut film = FilmAccumulator::new(ImageSize { width: 5, height: 4 }, &block.window(), aovs);
             film.par_rows_mut(&block).for_each(|row| {
                 let mut pixel = PixelAccumulator::new(aovs);
                 for (column, sums) in row.sums.chunks_exact_mut(aovs.sum_count()).enumerate() {

@@ -5,7 +5,7 @@
 //!
 //! A resumable file has four further unsigned 32-bit channels for each sum (`sums.X.0`, the lowest 32 bits, to
 //! `sums.X.3`). Its attributes hold the range of samples, the [`Provenance`], the AOVs, the wavelengths, and the
-//! exposure, the tone curve and the bloom of a PNG. One more channel (`sums.missing`) has the number of samples that a
+//! exposure and the tone curve of a PNG. One more channel (`sums.missing`) has the number of samples that a
 //! pixel lacks at the end of the range. The data window and the display window give the position of a part in the
 //! image.
 
@@ -38,17 +38,14 @@ use crate::film::channels::{Mean, means};
 use crate::film::image_file::{Metadata, attributes, exr_text, note_of, of_exr_text};
 use crate::film::residual_filter::Filtered;
 use crate::film::window::{Window, range_length};
-use snowblue_scene::film::{self, Development, Exposure, ImageSize};
+use snowblue_scene::film::{Development, Exposure, ImageSize};
 use snowblue_scene::provenance::Provenance;
-use snowblue_scene::spectrum::SAMPLES;
 
 const PROVENANCE: &str = "snowblueProvenance";
 const SAMPLE_RANGE: &str = "snowblueSamples";
 const AOVS: &str = "snowblueAovs";
-const WAVELENGTHS: &str = "snowblueWavelengths";
 const EXPOSURE: &str = "snowblueExposure";
 const TONE: &str = "snowblueTone";
-const BLOOM: &str = "snowblueBloom";
 /// The channel of missing samples.
 const MISSING: &str = "sums.missing";
 
@@ -98,15 +95,12 @@ pub fn write(
         // The lower bits of sums are noise. Deflate makes them 10 % smaller than run lengths, in eight times the time,
         // for which an interrupt would have to wait.
         encoding.compression = Compression::RLE;
-        let wavelengths: Vec<String> = accumulator.wavelengths_nm().iter().map(f64::to_string).collect();
         insert(PROVENANCE, &provenance.to_string());
         let Range { start, end } = accumulator.samples();
         insert(SAMPLE_RANGE, &format!("{start}:{end}"));
         insert(AOVS, &aovs.to_string());
-        insert(WAVELENGTHS, &wavelengths.join(" "));
         insert(EXPOSURE, &development.exposure.to_string());
         insert(TONE, development.tone.name());
-        insert(BLOOM, &development.bloom.to_string());
         channels.extend(sum_channels(aovs));
     }
     let channels = FilmChannels::new(accumulator, channels);
@@ -270,8 +264,6 @@ pub struct ResumableImage {
     pub image_size: ImageSize,
     /// The pixels that have sums.
     pub window: Window,
-    /// The wavelengths of the spectrum, in nm.
-    pub wavelengths_nm: [f64; SAMPLES],
 }
 
 impl ResumableImage {
@@ -319,13 +311,7 @@ impl ResumableImage {
                 let range = format!("must lie in -{GREATEST_STOPS} to {GREATEST_STOPS} stops");
                 return Err(format!("the attribute {EXPOSURE} of the sums is {exposure}, but {range}"));
             }
-            let bloom: f64 = parsed(header, BLOOM)?;
-            if !film::BLOOM.contains(&bloom) {
-                let (least, greatest) = film::BLOOM.into_inner();
-                let range = format!("must lie in {least} to {greatest}");
-                return Err(format!("the attribute {BLOOM} of the sums is {bloom}, but {range}"));
-            }
-            Ok(Development { exposure, tone: parsed(header, TONE)?, bloom })
+            Ok(Development { exposure, tone: parsed(header, TONE)? })
         }
         let display = header.shared_attributes.display_window;
         let position = header.own_attributes.layer_position;
@@ -344,8 +330,6 @@ impl ResumableImage {
         }
         let samples: String = parsed(header, SAMPLE_RANGE)?;
         let samples = samples.split_once(':').and_then(|(start, end)| Some(start.parse().ok()?..end.parse().ok()?));
-        let wavelengths: String = parsed(header, WAVELENGTHS)?;
-        let wavelengths: Result<Vec<f64>, _> = wavelengths.split_whitespace().map(str::parse).collect();
         Ok(Self {
             path: path.into(),
             comments: header.own_attributes.comments.as_ref().map(of_exr_text).unwrap_or_default(),
@@ -356,7 +340,6 @@ impl ResumableImage {
                 .map_err(|error| format!("the attribute {AOVS} of the sums: {error}"))?,
             image_size,
             window,
-            wavelengths_nm: wavelengths.ok().and_then(|nm| nm.try_into().ok()).ok_or_else(|| damaged("wavelengths"))?,
         })
     }
 
@@ -391,7 +374,7 @@ impl ResumableImage {
             let place = place.ok_or_else(|| invalid(format!("the channel {name} is missing")))?;
             contents[place] = Some(content);
         }
-        let mut accumulator = FilmAccumulator::new(self.image_size, &self.window, self.aovs, &self.wavelengths_nm);
+        let mut accumulator = FilmAccumulator::new(self.image_size, &self.window, self.aovs);
         accumulator.begin_at(self.samples.start);
         let most = range_length(&self.samples);
         let rows = self.window.rows.start;

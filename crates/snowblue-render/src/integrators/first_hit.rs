@@ -3,7 +3,7 @@
 //! It is found separately from the path of light, so that pictures without such channels take no time for them.
 
 use snowblue_color::LinearRgb;
-use snowblue_geometry::chord::{ChordEnd, Exit, Line};
+use snowblue_geometry::chord::{ChordEnd, Line};
 use snowblue_geometry::ray::{Ray, narrow};
 
 use crate::film::aov::{Aov, Aovs};
@@ -83,14 +83,11 @@ impl<'a> FirstHits<'a> {
     /// in.
     fn behind(&mut self, surface: &SurfaceInteraction) -> Option<Behind> {
         let SurfaceInteraction { object, point, normal, .. } = *surface;
-        let (direction, exit) = match &self.prepared.method {
-            Method::PcaSnow(_) => {
-                let settings = &self.scene.integrator().pcasnow;
-                (straight_direction(settings.path, surface), settings.exit)
-            }
-            Method::Diffusion(_) | Method::Hybrid(..) | Method::Reference(..) => (-normal, Exit::default()),
+        let direction = match &self.prepared.method {
+            Method::PcaSnow(_) => straight_direction(self.scene.integrator().pcasnow.path, surface),
+            Method::Diffusion(_) | Method::Hybrid(..) | Method::Reference(..) => -normal,
         };
-        let chord = self.queries.chord(object, &Line { point, normal, direction, end_m: f32::INFINITY }, exit)?;
+        let chord = self.queries.chord(object, &Line { point, normal, direction, end_m: f32::INFINITY })?;
         let light = self.scene.lights().first().and_then(|light| light.central_sample());
         let angle_deg = match (chord.exit, light) {
             (ChordEnd::Surface { point, normal, .. }, Some(sample)) => {

@@ -105,8 +105,7 @@ impl Integrator {
             Kept::Grids(method, changes) => method.relit(scene, &changes, report)?,
             Kept::Nothing => {
                 report(Progress { phase: Phase::Snow, done: 0, total: 0 });
-                let kinds =
-                    |material: &Material| material.snow().map(|snow| Arc::new(snow.kinds(scene.wavelengths_nm())));
+                let kinds = |material: &Material| material.snow().map(|snow| Arc::new(snow.kinds()));
                 let kinds: SnowOfMaterials<SnowKinds> = scene.materials().iter().map(kinds).collect();
                 match scene.integrator().kind {
                     IntegratorKind::PcaSnow => {
@@ -334,7 +333,7 @@ fn curves(
             continue;
         };
         let path = scene.material_path(material);
-        let solved = SnowCurves::new(kinds, scene.wavelengths_nm(), table);
+        let solved = SnowCurves::new(kinds, table);
         let (of_material, reason) =
             solved.map_err(|error| path.error(format!("cannot be rendered by pcasnow: {error}")))?;
         notes.extend(reason.map(|reason| format!("{path}: its curves are solved for, because {reason}")));

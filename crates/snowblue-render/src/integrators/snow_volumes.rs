@@ -9,7 +9,7 @@ use crate::error::RenderError;
 use snowblue_light_field::{EndDepth, SnowOfMaterials, WalkEndsByDepth};
 use snowblue_scene::Scene;
 use snowblue_scene::material::snow::SnowKinds;
-use snowblue_scene::spectrum::Spectrum;
+use snowblue_scene::spectrum::{SAMPLES, Spectrum, wavelengths_nm};
 
 /// Scattering events for walks of any length, per ray through grains that the scene asks for; for short walks there is
 /// one. Of the usual 2¹⁸ rays these are some thousand events in each bin: P has a standard error of 1.5 % in each, and
@@ -36,11 +36,11 @@ impl SnowVolumes {
     ) -> Result<SnowOfMaterials<Self>, RenderError> {
         let samples: Vec<SnowSample> = kinds.iter().flatten().flat_map(|kinds| &kinds.samples).copied().collect();
         let is_plain = |sample: &SnowSample| sample.impurities.is_none() && sample.water_saturation <= 0.0;
-        let nodes = if samples.iter().all(is_plain) { FEW_NODES } else { scene.wavelengths_nm().len() };
+        let nodes = if samples.iter().all(is_plain) { FEW_NODES } else { SAMPLES };
         let most = u32::try_from(MOST_GRAINS / (nodes * samples.len().max(1))).unwrap_or(u32::MAX);
         let wished = scene.description().light_field.grain_rays.saturating_mul(LONG_WALK_GRAINS);
         let plan = GrainPlan { grains: wished.min(most), seed: 1 };
-        let volumes = Volume::of_samples(&samples, scene.wavelengths_nm(), &plan);
+        let volumes = Volume::of_samples(&samples, &wavelengths_nm(), &plan);
         let mut volumes = volumes.map_err(|error| unusable(scene, &error))?.into_iter();
         let mut of_kinds = |kinds: &Arc<SnowKinds>| {
             let volumes = volumes.by_ref().take(kinds.samples.len()).collect();
@@ -55,7 +55,7 @@ impl SnowVolumes {
         kinds: &SnowOfMaterials<SnowKinds>,
     ) -> Result<SnowOfMaterials<Self>, RenderError> {
         let plan = GrainPlan { grains: scene.description().light_field.grain_rays, seed: 1 };
-        let volume = |sample: &SnowSample| Volume::with_one_index(sample, scene.wavelengths_nm(), &plan);
+        let volume = |sample: &SnowSample| Volume::with_one_index(sample, &wavelengths_nm(), &plan);
         let of_kinds = |kinds: &Arc<SnowKinds>| {
             let volumes: Result<_, _> = kinds.samples.iter().map(volume).collect();
             Ok(Arc::new(Self { kinds: Arc::clone(kinds), volumes: volumes.map_err(|error| unusable(scene, &error))? }))

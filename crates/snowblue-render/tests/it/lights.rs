@@ -105,16 +105,6 @@ fn a_slab_under_a_uniform_sky_has_its_diffuse_transmittance() {
 }
 
 #[test]
-fn relative_emission_does_not_depend_on_the_radiance_of_the_sky() {
-    let light = "[environment]\nradiance_w_m2_sr = 7\nilluminant = \"A\"\n";
-    let mut slab = slab("path = \"normal\"\nemission = \"relative\"", light);
-    let shape = LightSpectrum::illuminant("A".parse().unwrap()).unwrap().relative;
-    let expected = [0, 15, 30].map(|k| diffuse_transmittance(k, |_| DEPTH_CM) * f64::from(shape.0[k]));
-    let found = repeated(&mut slab, Vec3A::new(0.5, 0.0, 2.0), Vec3A::new(0.0, 0.0, 0.2), 256);
-    assert_agrees(&found, expected, 1e-4, "relative");
-}
-
-#[test]
 fn a_white_image_sky_is_a_uniform_sky_of_daylight() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("white.exr");

@@ -12,7 +12,6 @@ mod brightest;
 mod build_after;
 mod depth;
 mod exposure;
-mod false_color;
 mod furnace;
 mod golden;
 mod landscapes;

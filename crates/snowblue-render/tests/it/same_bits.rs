@@ -81,7 +81,6 @@ fn projected_tables_and_spectra_give_the_same_colours() {
     let paths = ["view", "normal", "light", "brightest"].map(|path| (format!("path = \"{path}\""), BLOCK.to_owned()));
     let cases = paths.into_iter().chain([
         (String::new(), everything.clone()),
-        ("exit = \"first\"".to_owned(), everything.clone()),
         ("path = \"light\"\nreflectance = 0.7".to_owned(), everything),
         (String::new(), format!("{BLOCK}{MORE}{}", pebbles())),
         ("path = \"light\"".to_owned(), format!("{BLOCK}{DEEP}")),

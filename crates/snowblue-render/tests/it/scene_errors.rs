@@ -69,7 +69,6 @@ fn mistakes_are_named_with_file_line_value_and_range() {
         ("[film]", "[keyframes]\nsky.turbidity = [2, 4]\n[film]", 4, "unknown table `keyframes`"),
         ("\"auto\"", "\"bright\"", 5, "film.exposure is \"bright\""),
         ("[film]", "[film]\nwidth = 0", 5, "film.width is 0, but must lie in 1–16384"),
-        ("[film]", "[film]\nbloom = 1.5", 5, "film.bloom is 1.5, but must lie in 0 to 1"),
         ("[film]", "[film]\ntone = \"hable\"", 5, "tone curve is `hable`, but must be one of filmic, agx, none"),
         ("[film]", "[film]\nwhite = 500", 5, "film.white is 500 K, but must lie in 2000 to 25000 K"),
         ("[film]", "[film]\nwhite = \"26000K\"", 5, "colour temperature is 26000 K, but must lie in 2000–25000 K"),
@@ -237,10 +236,8 @@ fn mistakes_in_the_settings_of_pcasnow_are_named_with_file_line_value_and_range(
             "path = \"shortest\"",
             "integrator.pcasnow.path is \"shortest\", but must be one of view, normal, light, brightest",
         ),
-        ("exit = \"middle\"", "integrator.pcasnow.exit is \"middle\", but must be last or first"),
-        ("emission = \"none\"", "integrator.pcasnow.emission is \"none\", but must be transmitted or relative"),
         ("reflectance = 1.5", "integrator.pcasnow.reflectance is 1.5, but must lie in 0 to 1"),
-        ("paths = 1", "unknown key `paths` in integrator.pcasnow; known are path, exit, emission, reflectance, table"),
+        ("paths = 1", "unknown key `paths` in integrator.pcasnow; known are path, reflectance, table"),
     ];
     for (wrong, expected) in cases {
         let message = load(&format!("{SCENE}[integrator.pcasnow]\n{wrong}\n"), Some(PLY)).unwrap_err();
@@ -255,17 +252,6 @@ fn mistakes_in_the_settings_of_pcasnow_are_named_with_file_line_value_and_range(
             && !message.contains('\n'),
         "{message}"
     );
-}
-
-#[test]
-fn mistakes_in_the_wavelengths_of_false_colours_are_named() {
-    let colour = |keys: &str| format!("[film]\nfalse_color = {{ {keys} }}");
-    let far = colour("red_nm = 2600, green_nm = 800, blue_nm = 500");
-    let missing = colour("red_nm = 1000, green_nm = 800");
-    assert_named(&[
-        ("[film]", &far, 5, "film.false_color.red_nm is 2600 nm, but must lie in 300 to 2500 nm"),
-        ("[film]", &missing, 5, "film.false_color.blue_nm is missing"),
-    ]);
 }
 
 #[test]
@@ -712,14 +698,11 @@ position = [1, -2, 0.5]
 look_at = [0, 0, 0]
 [film]
 exposure = -1.5
-false_color = { red_nm = 900, green_nm = 700, blue_nm = 450 }
 [integrator]
 type = "reference"
 seed = 7
 [integrator.pcasnow]
 path = "normal"
-exit = "first"
-emission = "relative"
 reflectance = 0.5
 table = "snow.nc"
 [light_field]

@@ -229,8 +229,6 @@ pub(crate) struct PointLamp {
     pub(crate) position: Vec3A,
     /// Its radiant intensity in W/sr, as a band density.
     pub(crate) intensity: Spectrum,
-    /// The same spectrum scaled to luminance Y = 1.
-    pub(crate) relative: Spectrum,
 }
 
 /// The scene's first light, a point light with the spectrum of an illuminant.
@@ -240,9 +238,8 @@ pub(crate) fn point_light(scene: &Scene) -> PointLamp {
     else {
         panic!("the first light is a point")
     };
-    let LightSpectrum { unit, relative } = LightSpectrum::illuminant(*illuminant).unwrap();
-    let intensity = unit * lamp.radiant_intensity_w_sr as f32;
-    PointLamp { position: DVec3::from(lamp.position).as_vec3a(), intensity, relative }
+    let intensity = LightSpectrum::illuminant(*illuminant).unwrap().unit * lamp.radiant_intensity_w_sr as f32;
+    PointLamp { position: DVec3::from(lamp.position).as_vec3a(), intensity }
 }
 
 /// The same scene with the first light at another position.

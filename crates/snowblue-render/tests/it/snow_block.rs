@@ -154,22 +154,13 @@ fn radiance_of_a_light_inside_snow_falls_with_the_squared_distance() {
 }
 
 #[test]
-fn an_opaque_object_behind_snow_occludes_the_light_except_with_relative_emission() {
+fn an_opaque_object_behind_snow_occludes_the_light() {
     let table = analytic_table();
     let screen = "[material.black]\ntype = \"diffuse\"\nreflectance = 0\n[[object]]\nshape = \"box\"\n\
         size = [1, 1, 0.01]\nposition = [0.1, -0.2, -0.4]\nmaterial = \"black\"\n";
     let (eye, target) = (Vec3A::new(0.3, 0.1, 2.0), Vec3A::new(0.1, 0.0, 0.3));
     let mut shaded = integrator(&(slab(0.3, "path = \"normal\"") + screen), Some(&table), &[]);
     assert_eq!(radiance(&mut shaded, eye, target), Spectrum::ZERO);
-    let keys = "path = \"normal\"\nemission = \"relative\"";
-    let mut relative = integrator(&(slab(0.3, keys) + screen), Some(&table), &[]);
-    let lamp = point_light(relative.scene());
-    let (angle_deg, _) = arrival(&lamp, Vec3A::new(0.1, 0.0, 0.0));
-    let shape = lamp.relative;
-    let expected = std::array::from_fn(|k| {
-        f64::from(shape.0[k]) * (-snow::extinction_per_cm(k) * 30.0 * (1.0 + angle_deg / 100.0)).exp()
-    });
-    assert_close(&radiance(&mut relative, eye, target), expected, "relative");
 }
 
 #[test]

@@ -26,7 +26,7 @@ impl Changes {
         let SceneDescription {
             gltf,
             camera,
-            film: FilmSettings { width, height, exposure: _, tone: _, bloom: _, white: _, false_color },
+            film: FilmSettings { width, height, exposure: _, tone: _, white: _ },
             integrator:
                 IntegratorSettings {
                     kind,
@@ -48,7 +48,6 @@ impl Changes {
             || *materials != other.materials
             || *objects != other.objects
             || *kind != other.integrator.kind
-            || *false_color != other.film.false_color
             // Without a camera there is that of the glTF.
             || camera.is_some() != other.camera.is_some();
         let view = *camera != other.camera || [*width, *height] != [other.film.width, other.film.height];

@@ -28,7 +28,6 @@ use crate::error::SceneError;
 use crate::integrator::IntegratorKind;
 use crate::light::Light;
 use crate::light::directional::DirectionalLight;
-use crate::light::emitter::EmissionSpectrum;
 use crate::light::point::PointLight;
 use crate::light::sample::SpotCone;
 use crate::light::spot::SpotLight;
@@ -36,7 +35,6 @@ use crate::material::Material;
 use crate::material::diffuse::Diffuse;
 use crate::material::texture::Texture;
 use crate::objects::Object;
-use crate::spectrum::Spectrum;
 use crate::spectrum::light_spectrum::lumens_per_watt_of_luminance_one;
 use crate::spectrum::upsampling::Upsampling;
 use snowblue_base::KeyPath;
@@ -111,9 +109,8 @@ pub(super) fn read_gltf(
             objects.push(Object { name, shape, material, body: None, undisturbed: None });
         }
     }
-    let daylight = !sources.is_false_color;
     let lights = punctual_lights(&nodes);
-    let lights = lights.iter().map(|light| convert(light, daylight).map_err(wrong)).collect::<Result<_, _>>()?;
+    let lights = lights.iter().map(|light| convert(light).map_err(wrong)).collect::<Result<_, _>>()?;
     Ok(GltfScene { objects, view: view(&nodes), lights, notes })
 }
 
@@ -174,27 +171,22 @@ impl Palette<'_> {
     }
 }
 
-/// A light of a glTF. Without `daylight` it is white at all wavelengths, for false colours.
-fn convert(light: &PunctualLight, daylight: bool) -> Result<Light, String> {
+/// A light of a glTF.
+fn convert(light: &PunctualLight) -> Result<Light, String> {
     let LinearRgb { r, g, b } = light.colour;
-    let luminance = light.colour.luminance();
-    let of = |strength: f64| {
-        let spectrum = Upsampling::daylight().spectrum([r, g, b].map(narrow));
-        let unit = if daylight { spectrum } else { Spectrum::constant(narrow(spectrum.mean())) };
-        unit * narrow(strength / lumens_per_watt_of_luminance_one())
-    };
     let strength = match light.kind {
         LightKind::Point { intensity_cd } | LightKind::Spot { intensity_cd, .. } => intensity_cd,
         LightKind::Directional { illuminance_lx } => illuminance_lx,
     };
-    if ![r, g, b, strength].iter().all(|value| (0.0..=GREATEST_STRENGTH).contains(value)) || luminance <= 0.0 {
+    if ![r, g, b, strength].iter().all(|value| (0.0..=GREATEST_STRENGTH).contains(value))
+        || light.colour.luminance() <= 0.0
+    {
         let name = &light.name;
         return Err(format!("light \"{name}\" is {strength} times {r}, {g}, {b}, but must be positive and finite"));
     }
-    let power = of(strength);
-    let relative =
-        if daylight { of(1.0) * narrow(lumens_per_watt_of_luminance_one() / luminance) } else { Spectrum::ONE };
-    let (position, emission) = (light.position, EmissionSpectrum { power, relative });
+    let emission =
+        Upsampling::daylight().spectrum([r, g, b].map(narrow)) * narrow(strength / lumens_per_watt_of_luminance_one());
+    let position = light.position;
     Ok(match light.kind {
         LightKind::Point { .. } => Light::new(PointLight { position, emission }),
         LightKind::Spot { inner_cone_deg, outer_cone_deg, .. } => {

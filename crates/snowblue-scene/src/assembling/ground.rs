@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 
 use crate::assembling::material::NamedMaterial;
-use crate::assembling::sources::Sources;
 use crate::description::{ObjectDescription, ShapeDescription};
 use crate::material::Material;
 use crate::material::deep_snow::DeepSnow;
@@ -14,14 +13,13 @@ use snowblue_base::{KeyError, KeyPath};
 pub(super) fn add_grounds(
     materials: &mut Vec<NamedMaterial>,
     objects: &[ObjectDescription],
-    sources: &Sources,
 ) -> Result<BTreeMap<usize, usize>, KeyError> {
     let mut grounds = BTreeMap::new();
     for (number, object) in objects.iter().enumerate() {
         let index = materials.iter().position(|material| material.name == object.common.material);
         let (Some(index), ShapeDescription::Plane(_)) = (index, &object.shape) else { continue };
         let Some(snow) = materials[index].material.snow().filter(|_| !grounds.contains_key(&index)) else { continue };
-        let ground = DeepSnow::new(&snow.samples()[0], &sources.wavelengths_nm).map_err(|error| {
+        let ground = DeepSnow::new(&snow.samples()[0]).map_err(|error| {
             let reason = format!("cannot be the snow of a plane: {error}");
             KeyPath::root("object").index(number).key("material").error(reason)
         })?;

@@ -32,7 +32,7 @@ pub(super) fn build_environment(
         EnvironmentDescription::Image(sky) => {
             let panorama = Panorama::read_exr(sources.files, &sky.image)
                 .map_err(|error| sources.named(&path.key("image"), &sky.image, error))?;
-            let image = SkyImage::new(&panorama, narrow(sky.scale), narrow(sky.rotation_deg), !sources.is_false_color);
+            let image = SkyImage::new(&panorama, narrow(sky.scale), narrow(sky.rotation_deg));
             let image = image.map_err(|reason| {
                 SceneError::File(FileError::Content { path: sources.files.display_name(&sky.image), reason })
             })?;
@@ -41,13 +41,13 @@ pub(super) fn build_environment(
     }
 }
 
-/// The spectrum of a light; in false colour all are alike.
+/// The spectrum of a light.
 pub(super) fn spectrum(path: &KeyPath, lamp: &LampDescription, sources: &Sources) -> Result<LightSpectrum, SceneError> {
-    let spectrum = match lamp {
+    match lamp {
         LampDescription::Illuminant(illuminant) => LightSpectrum::illuminant(*illuminant)
-            .map_err(|error| path.key("illuminant").error(format!("is \"{illuminant}\": {error}")))?,
-        LampDescription::File(file) => LightSpectrum::read(sources.files, file)
-            .map_err(|error| sources.named(&path.key("spectrum"), file, error))?,
-    };
-    Ok(if sources.is_false_color { LightSpectrum::EQUAL_ENERGY } else { spectrum })
+            .map_err(|error| path.key("illuminant").error(format!("is \"{illuminant}\": {error}")).into()),
+        LampDescription::File(file) => {
+            LightSpectrum::read(sources.files, file).map_err(|error| sources.named(&path.key("spectrum"), file, error))
+        }
+    }
 }

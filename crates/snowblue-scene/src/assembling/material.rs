@@ -43,7 +43,7 @@ fn build_diffuse(path: &KeyPath, diffuse: &DiffuseDescription, sources: &Sources
         DiffuseDescription::Color { reflectance_rgb } => Ok(sources.uniform(reflectance_rgb.linear())),
         DiffuseDescription::Spectrum { reflectance_spectrum } => {
             let file = sources.open(&path.key("reflectance_spectrum"), reflectance_spectrum)?;
-            let spectrum = SpectrumFile::parse(&file, 1.0)?.resample(&sources.wavelengths_nm)?;
+            let spectrum = SpectrumFile::parse(&file, 1.0)?.resample()?;
             Ok(Diffuse::Uniform(Spectrum(spectrum.map(narrow))))
         }
         DiffuseDescription::Texture(texture) => {

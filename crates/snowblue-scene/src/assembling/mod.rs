@@ -28,7 +28,6 @@ use crate::air::Air;
 use crate::camera::{PerspectiveCamera, View};
 use crate::description::SceneDescription;
 use crate::error::SceneError;
-use crate::film::FilmSettings;
 use crate::film::sensor::Sensor;
 use crate::film::white_balance::WhiteBalance;
 use crate::integrator::IntegratorKind;
@@ -137,8 +136,7 @@ impl SceneDescription {
                 .error("is missing, and there is neither [environment] nor [sky]")
                 .into());
         }
-        let sensor = self.film.false_color.map_or_else(Sensor::cie_1931, Sensor::false_color);
-        let sensor = self.balanced(sensor, &lights)?;
+        let sensor = self.sensor(&lights)?;
         let Solids { objects: smooth_objects, rough, materials, gltf_view, notes: solid_notes, .. } = solids;
         let (view, path) = self.view(gltf_view)?;
         let lens = self.camera.as_ref().map(|camera| camera.lens()).unwrap_or_default();
@@ -186,7 +184,6 @@ impl SceneDescription {
             air,
             film: self.film,
             integrator: self.integrator.clone(),
-            wavelengths_nm: *sensor.wavelengths_nm(),
             sensor,
             table_file: self.integrator.pcasnow.table.as_ref().map(|name| files.display_name(name)),
             description: self.clone(),
@@ -196,11 +193,11 @@ impl SceneDescription {
         })
     }
 
-    /// A sensor that sees the light of the film's white balance as white.
-    fn balanced(&self, sensor: Sensor, lights: &[Arc<Light>]) -> Result<Sensor, KeyError> {
-        let FilmSettings { white, false_color, .. } = self.film;
-        if false_color.is_some() || white == WhiteBalance::default() {
-            return Ok(sensor);
+    /// The CIE 1931 observer who sees the light of the film's white balance as white.
+    fn sensor(&self, lights: &[Arc<Light>]) -> Result<Sensor, KeyError> {
+        let white = self.film.white;
+        if white == WhiteBalance::default() {
+            return Ok(Sensor::cie_1931());
         }
         let wrong = |reason: &str| KeyPath::root("film").key("white").error(format!("is \"{white}\", but {reason}"));
         let spectrum = match white {
@@ -215,15 +212,15 @@ impl SceneDescription {
         if spectrum.maximum() <= 0.0 {
             return Err(wrong("there is no sky, sun or distant lamp above"));
         }
-        sensor.balanced(&spectrum).ok_or_else(|| wrong("the light has a colour outside of sRGB"))
+        Sensor::cie_1931().balanced(&spectrum).ok_or_else(|| wrong("the light has a colour outside of sRGB"))
     }
 
     /// Builds all that is no described light.
     fn solids(&self, files: &dyn FileSource) -> Result<Solids, SceneError> {
         let files = RecordedFiles::new(files);
-        let sources = Sources::new(&files, self.film.false_color);
+        let sources = Sources::new(&files);
         let mut materials = build_materials(&self.materials, &sources)?;
-        let grounds = add_grounds(&mut materials, &self.objects, &sources)?;
+        let grounds = add_grounds(&mut materials, &self.objects)?;
         let mut objects = Vec::new();
         let mut builder = ObjectBuilder::new(&sources, &materials, grounds, self.integrator.kind);
         for (index, object) in self.objects.iter().enumerate() {
@@ -257,7 +254,7 @@ impl SceneDescription {
     /// them.
     fn described_lights(&self, materials: &[Material], files: &dyn FileSource) -> Result<DescribedLights, SceneError> {
         let files = RecordedFiles::new(files);
-        let sources = Sources::new(&files, self.film.false_color);
+        let sources = Sources::new(&files);
         let mut lights = Vec::with_capacity(self.lights.len() + 1);
         for (index, light) in self.lights.iter().enumerate() {
             lights.push(light::build_light(&KeyPath::root("light").index(index), light, &sources)?);

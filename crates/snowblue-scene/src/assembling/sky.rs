@@ -55,7 +55,7 @@ pub(super) fn build_sky(
                 Some(embedded) => Cow::Borrowed(embedded),
                 None => Cow::Owned(read_coefficients(&path, sources.files)?),
             };
-            Ok(clear_sky(&path, clear, (&coefficients, &albedo), sources)?)
+            Ok(clear_sky(&path, clear, (&coefficients, &albedo))?)
         }
         Some(SkyDescription::Overcast(overcast)) => {
             Ok(BuiltSky { lights: vec![overcast_sky(&path, overcast, sources)?], air: None })
@@ -74,15 +74,14 @@ fn clear_sky(
     path: &KeyPath,
     clear: &ClearSkyDescription,
     (coefficients, albedo): (&Coefficients, &[f64; WAVELENGTHS_NM.len()]),
-    sources: &Sources,
 ) -> Result<BuiltSky, KeyError> {
     let (position, to_sun) = place_sun(&path.key("sun"), &clear.sun)?;
     let sky = ClearSky::with_coefficients(coefficients, position.elevation_deg, clear.turbidity, albedo);
     let sky = sky.map_err(|error| sun_error(&path.key("sun"), &error))?;
-    let resampling = Resampling::new(clear.scale, sources.is_false_color);
+    let resampling = Resampling::new(clear.scale);
     let sun = SunDisc::new(&sky, to_sun, &resampling);
     let radiance = Arc::new(ClearRadiance { sky, to_sun, resampling });
-    let air = clear.aerial_perspective.then(|| Air::new(Arc::clone(&radiance), &sources.wavelengths_nm));
+    let air = clear.aerial_perspective.then(|| Air::new(Arc::clone(&radiance)));
     let dome = SkyDome::clear(radiance).ok_or_else(|| path.error("is dark"))?;
     let lights = [Light::new(sun), Light::new(dome)].map(|light| light.with_visibility(clear.visible)).into();
     Ok(BuiltSky { lights, air })

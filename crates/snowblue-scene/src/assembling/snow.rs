@@ -19,6 +19,7 @@ use crate::file::line_of;
 use crate::layering::Layering;
 use crate::material::mask::Mask;
 use crate::material::snow::{Snow, SnowMaterial};
+use crate::spectrum::wavelengths_nm;
 use snowblue_base::{KeyError, KeyPath};
 
 /// Builds snow as a material.
@@ -55,7 +56,7 @@ fn build_snow(path: &KeyPath, snow: &SnowDescription, sources: &Sources) -> Resu
         },
     };
     for sample in built.samples() {
-        for wavelength_nm in sources.wavelengths_nm {
+        for wavelength_nm in wavelengths_nm() {
             sample.check_wavelength(wavelength_nm).map_err(|error| path.error(format!("has no constants: {error}")))?;
         }
     }

@@ -5,33 +5,20 @@ use std::io;
 use snowblue_base::files::{FileError, FileSource, NamedFile};
 
 use crate::error::SceneError;
-use crate::film::sensor::FalseColor;
 use crate::material::diffuse::Diffuse;
 use crate::material::texture::Texture;
 use crate::spectrum::upsampling::Upsampling;
-use crate::spectrum::{SAMPLES, wavelengths_nm};
 use snowblue_base::KeyPath;
 
-/// The files, the wavelengths and the colours.
+/// The files and the spectra of colours.
 pub(super) struct Sources<'scene> {
     pub(super) files: &'scene dyn FileSource,
-    /// The wavelengths of the picture.
-    pub(super) wavelengths_nm: [f64; SAMPLES],
-    /// In false colour lights are white, whatever their spectrum.
-    pub(super) is_false_color: bool,
     upsampling: Upsampling,
 }
 
 impl<'scene> Sources<'scene> {
-    /// For the wavelengths of the observer, or those of a false colour.
-    pub(super) fn new(files: &'scene dyn FileSource, false_color: Option<FalseColor>) -> Self {
-        let is_false_color = false_color.is_some();
-        Self {
-            files,
-            wavelengths_nm: false_color.map_or_else(wavelengths_nm, |colour| colour.wavelengths_nm()),
-            is_false_color,
-            upsampling: if is_false_color { Upsampling::grey() } else { Upsampling::reflectance() },
-        }
+    pub(super) fn new(files: &'scene dyn FileSource) -> Self {
+        Self { files, upsampling: Upsampling::reflectance() }
     }
 
     /// A reflectance of one colour in linear sRGB.

@@ -23,9 +23,8 @@ use super::range::{COORDINATE, Checked, DIRECTION, FRACTION, GREATEST_COORDINATE
 use super::scene::SceneDescription;
 use super::value::{ColorDescription, Scale, point};
 use crate::camera::{LEAST_FOCUS_M, Lens, PerspectiveCamera};
-use crate::film::sensor::FalseColor;
 use crate::film::white_balance::WhiteBalance;
-use crate::film::{BLOOM, Exposure, FilmSettings};
+use crate::film::{Exposure, FilmSettings};
 use crate::integrator::{IntegratorSettings, LightFieldSettings};
 use snowblue_base::{KeyError, KeyPath};
 
@@ -72,8 +71,6 @@ const TEXTURE_SCALE: Range = Range::new(1e-4, 1e5, "m");
 /// Diameter of the facets of grains. Smaller ones scatter light into all directions by diffraction.
 const FACET_SIZE: Range = Range::new(5.0, 5000.0, "µm");
 const MASK_END: Range = Range::new(-1e9, 1e9, "");
-/// The wavelengths of the tables of ice.
-const WAVELENGTH: Range = Range::new(300.0, 2500.0, "nm");
 const NOISE_TARGET: Range = Range::of(NOISE_TARGET_RANGE);
 const EXPOSURE: Range = Range::new(-GREATEST_STOPS, GREATEST_STOPS, "stops");
 const FIELD_STEP: Range = Range::of(FIELD_STEP_RANGE);
@@ -141,14 +138,6 @@ fn check_camera(path: &KeyPath, camera: &CameraDescription) -> Checked {
 fn check_film(path: &KeyPath, film: &FilmSettings) -> Checked {
     check_count(&path.key("width"), film.width, &SIDE_PIXELS)?;
     check_count(&path.key("height"), film.height, &SIDE_PIXELS)?;
-    if let Some(FalseColor { red_nm, green_nm, blue_nm }) = film.false_color {
-        let path = path.key("false_color");
-        for (key, wavelength_nm) in [("red_nm", red_nm), ("green_nm", green_nm), ("blue_nm", blue_nm)] {
-            WAVELENGTH.check(&path.key(key), wavelength_nm)?;
-        }
-    }
-    let (least, greatest) = BLOOM.into_inner();
-    Range::new(least, greatest, "").check(&path.key("bloom"), film.bloom)?;
     if let WhiteBalance::Temperature(kelvin) = film.white {
         let (least, greatest) = temperature::RANGE_K.into_inner();
         Range::new(least, greatest, "K").check(&path.key("white"), kelvin)?;

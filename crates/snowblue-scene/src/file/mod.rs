@@ -3,12 +3,10 @@
 //! ```toml
 //! gltf = "FILE.glb"        # all its meshes and lights, and its camera where there is no [camera]; before all tables
 //! [camera]                 # position, look_at, up = [0, 0, 1], vertical_fov_deg = 40, aperture = 0, focus
-//! [film]                   # width = 1080, height = 1080, exposure = "auto" or stops, white = "D65" or "sky",
-//!                          # false_color = { red_nm, green_nm, blue_nm }
+//! [film]                   # width = 1080, height = 1080, exposure = "auto" or stops, white = "D65" or "sky"
 //! [integrator]             # samples_per_pixel = 64, noise_target, filter = true, max_bounces = 8, seed = 1,
 //!                          # type = "hybrid" | "diffusion" | "pcasnow" | "reference"
-//! [integrator.pcasnow]     # path = "brightest" | "normal" | "light" | "view", exit = "last" | "first",
-//!                          #   emission = "transmitted" | "relative", reflectance (else that of the curves),
+//! [integrator.pcasnow]     # path = "brightest" | "normal" | "light" | "view", reflectance (else that of the curves),
 //!                          #   table = "FILE.nc" (else the embedded one)
 //! [light_field]            # of diffusion and hybrid: memory_mib = 1024, step_mm (of cells at the surface)
 //!                          #   or nodes (of a body, about), else as its snow needs; views = "camera" | "all"

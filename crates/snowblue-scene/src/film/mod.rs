@@ -5,14 +5,12 @@ pub mod white_balance;
 
 use std::fmt;
 use std::num::ParseFloatError;
-use std::ops::RangeInclusive;
 use std::str::FromStr;
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use snowblue_color::exposure::{AutoExposure, factor};
 use snowblue_color::{LinearRgb, ToneCurve};
 
-use crate::film::sensor::FalseColor;
 use crate::film::white_balance::WhiteBalance;
 use crate::notation::{Notations, text};
 
@@ -45,19 +43,14 @@ pub struct FilmSettings {
     /// Tone curve of a PNG.
     #[serde(with = "text")]
     pub tone: ToneCurve,
-    /// Fraction of the light that is spread around what is bright in a PNG.
-    pub bloom: f64,
-    /// The light that looks white. In false colour all lights do.
+    /// The light that looks white.
     pub white: WhiteBalance,
-    /// Three wavelengths as red, green and blue, instead of the colours that an observer sees. Lights are then white.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub false_color: Option<FalseColor>,
 }
 
 impl Default for FilmSettings {
     fn default() -> Self {
-        let Development { exposure, tone, bloom } = Development::default();
-        Self { width: 1080, height: 1080, exposure, tone, bloom, white: WhiteBalance::default(), false_color: None }
+        let Development { exposure, tone } = Development::default();
+        Self { width: 1080, height: 1080, exposure, tone, white: WhiteBalance::default() }
     }
 }
 
@@ -69,7 +62,7 @@ impl FilmSettings {
 
     /// What makes a PNG of the light.
     pub fn development(&self) -> Development {
-        Development { exposure: self.exposure, tone: self.tone, bloom: self.bloom }
+        Development { exposure: self.exposure, tone: self.tone }
     }
 }
 
@@ -80,19 +73,14 @@ pub struct Development {
     pub exposure: Exposure,
     /// From exposed light to the range of the display.
     pub tone: ToneCurve,
-    /// Fraction of the light that is spread around what is bright, before the tone curve.
-    pub bloom: f64,
 }
 
 impl From<Exposure> for Development {
     /// Light as it is, up to white.
     fn from(exposure: Exposure) -> Self {
-        Self { exposure, tone: ToneCurve::None, bloom: 0.0 }
+        Self { exposure, tone: ToneCurve::None }
     }
 }
-
-/// Fractions of the light that bloom may spread.
-pub const BLOOM: RangeInclusive<f64> = 0.0..=1.0;
 
 /// The fraction of all pixels that automatic exposure fits into the display's range. The rest are highlights.
 const HIGHLIGHT_FRACTION: f64 = 0.99;

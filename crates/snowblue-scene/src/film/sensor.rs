@@ -1,14 +1,9 @@
-//! From spectra to tristimulus values: those of the CIE 1931 observer, or false colours.
-//!
-//! A false colour shows the light of three wavelengths, of the infrared too, as red, green and blue. The wavelengths of
-//! the image then reach from the least to the greatest of these, and all lights have equal power at each of them, so
-//! surfaces that reflect or transmit all wavelengths equally are grey.
+//! From spectra to the tristimulus values of the CIE 1931 observer.
 
 use std::iter::Sum;
 use std::ops::{Add, AddAssign, Mul};
 
 use glam::Vec4;
-use serde::{Deserialize, Serialize};
 use snowblue_color::{ChromaticAdaptation, Colorimeter, Illuminant, LinearRgb, Observer, Xyz};
 use snowblue_geometry::ray::narrow;
 
@@ -18,57 +13,6 @@ use crate::spectrum::{SAMPLES, Spectrum, wavelengths_nm};
 /// Number of wavelengths in a SIMD register.
 const REGISTER_WIDTH: usize = 4;
 
-/// The wavelengths that a false colour shows as red, green and blue.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct FalseColor {
-    /// Shown as red, in nm.
-    pub red_nm: f64,
-    /// Shown as green, in nm.
-    pub green_nm: f64,
-    /// Shown as blue, in nm.
-    pub blue_nm: f64,
-}
-
-/// Least range of the wavelengths of a false colour, in nm, so that they ascend.
-const LEAST_SPAN_NM: f64 = 3.0;
-
-/// Least wavelength of a false colour, in nm.
-const LEAST_NM: f64 = 300.0;
-
-impl FalseColor {
-    /// The wavelengths of a picture, in nm.
-    pub(crate) fn wavelengths_nm(self) -> [f64; SAMPLES] {
-        self.grid().0
-    }
-
-    /// Wavelengths in equal steps, of which the nearest are moved onto the three, and the places of the three.
-    fn grid(self) -> ([f64; SAMPLES], [usize; 3]) {
-        const LAST: usize = SAMPLES - 1;
-        let shown_nm = [self.red_nm, self.green_nm, self.blue_nm];
-        let mut sorted_nm = shown_nm.to_vec();
-        sorted_nm.sort_by(f64::total_cmp);
-        sorted_nm.dedup();
-        let (low_nm, high_nm) = (sorted_nm[0], sorted_nm[sorted_nm.len() - 1]);
-        let span_nm = (high_nm - low_nm).max(LEAST_SPAN_NM);
-        // A short range lies within the wavelengths for which the tables of ice have constants.
-        let first_nm = low_nm.min(high_nm - span_nm).max(LEAST_NM);
-        let step_nm = span_nm / LAST as f64;
-        let mut grid_nm: [f64; SAMPLES] = std::array::from_fn(|k| first_nm + k as f64 * step_nm);
-        let mut free = 0;
-        for (number, &nm) in sorted_nm.iter().enumerate() {
-            let distance = |place: &usize| (grid_nm[*place] - nm).abs();
-            // Those that follow need places too.
-            let last = LAST + 1 + number - sorted_nm.len();
-            let nearest = (free..=last).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(last);
-            grid_nm[nearest] = nm;
-            free = nearest + 1;
-        }
-        let place = |nm: f64| grid_nm.iter().position(|other| other.total_cmp(&nm).is_eq()).unwrap_or(LAST);
-        (grid_nm, shown_nm.map(place))
-    }
-}
-
 /// Converts spectra to tristimulus values.
 #[derive(Debug, Clone)]
 pub struct Sensor {
@@ -76,10 +20,8 @@ pub struct Sensor {
     weights: [Xyz; SAMPLES],
     /// The weights of X, Y and Z in single precision. The last register is padded with 0.
     registers: [[Vec4; 3]; SAMPLES.div_ceil(REGISTER_WIDTH)],
-    wavelengths_nm: [f64; SAMPLES],
     /// Light in which a grey surface is neutral, of luminance 1.
     white: Spectrum,
-    is_standard_observer: bool,
 }
 
 /// The light of one sample as a sensor measures it: X, Y, Z and the sum of the magnitudes of all wavelengths, which is
@@ -159,17 +101,7 @@ impl Sensor {
         let mut weights = [Xyz::default(); SAMPLES];
         weights.copy_from_slice(colorimeter.weights());
         let daylight = LightSpectrum::illuminant(Illuminant::D65).expect("the table of D65 covers 400–700 nm");
-        Self { is_standard_observer: true, ..Self::new(weights, wavelengths_nm(), daylight.relative) }
-    }
-
-    /// Three wavelengths as the primaries of sRGB.
-    pub(crate) fn false_color(colour: FalseColor) -> Self {
-        let (wavelengths_nm, [red, green, blue]) = colour.grid();
-        let mut weights = [LinearRgb::default(); SAMPLES];
-        weights[red].r = 1.0;
-        weights[green].g = 1.0;
-        weights[blue].b = 1.0;
-        Self::new(weights.map(LinearRgb::xyz), wavelengths_nm, Spectrum::ONE)
+        Self::new(weights, daylight.relative)
     }
 
     /// The same for eyes or a camera that see a light as white; none if its colour is outside of sRGB.
@@ -183,10 +115,10 @@ impl Sensor {
         }
         let adaptation = ChromaticAdaptation { from_white, to_white };
         let weights = self.weights.map(|weight| adaptation.apply(weight));
-        Some(Self { is_standard_observer: self.is_standard_observer, ..Self::new(weights, self.wavelengths_nm, white) })
+        Some(Self::new(weights, white))
     }
 
-    fn new(weights: [Xyz; SAMPLES], wavelengths_nm: [f64; SAMPLES], white: Spectrum) -> Self {
+    fn new(weights: [Xyz; SAMPLES], white: Spectrum) -> Self {
         let mut registers = [[Vec4::ZERO; 3]; SAMPLES.div_ceil(REGISTER_WIDTH)];
         for (index, weight) in weights.iter().enumerate() {
             let xyz = [weight.x, weight.y, weight.z];
@@ -194,7 +126,7 @@ impl Sensor {
                 register[index % REGISTER_WIDTH] = narrow(value);
             }
         }
-        Self { weights, registers, wavelengths_nm, white, is_standard_observer: false }
+        Self { weights, registers, white }
     }
 
     /// Tristimulus values of a radiance.
@@ -221,11 +153,6 @@ impl Sensor {
         SensorSample::from_array([x, y, z, magnitudes.element_sum()])
     }
 
-    /// Whether it is the CIE 1931 observer, not a false colour.
-    pub fn is_standard_observer(&self) -> bool {
-        self.is_standard_observer
-    }
-
     /// X, Y, Z and magnitude of a power at each wavelength.
     pub fn weights_of(&self, power: &Spectrum) -> [[f32; 4]; SAMPLES] {
         let mut terms = self.weights.iter().zip(&power.0);
@@ -240,11 +167,6 @@ impl Sensor {
     /// The albedo of a surface as a colour: a grey surface is neutral.
     pub fn albedo_rgb(&self, reflectance: &Spectrum) -> LinearRgb {
         LinearRgb::from_xyz(self.xyz(&(*reflectance * self.white)))
-    }
-
-    /// The wavelengths of the spectra, in nm.
-    pub fn wavelengths_nm(&self) -> &[f64; SAMPLES] {
-        &self.wavelengths_nm
     }
 
     /// Luminance of one unit at each wavelength.
@@ -306,29 +228,6 @@ mod tests {
             let LinearRgb { r, g, b } = sensor.albedo_rgb(&Spectrum::constant(0.5));
             // D65 at 31 wavelengths is neutral within 0.4 %.
             assert!([r, g, b].iter().all(|channel| (channel / 0.5 - 1.0).abs() < 0.004), "{strength}: {r} {g} {b}");
-        }
-    }
-
-    #[test]
-    fn false_colours_show_three_wavelengths_and_keep_white() {
-        for (red_nm, green_nm, blue_nm, middle) in [
-            (1600.0, 850.0, 400.0, 11),
-            (1030.0, 1029.0, 550.0, 29),
-            (550.0, 1030.0, 1030.0, 30),
-            (2500.0, 2500.0, 2500.0, 30),
-        ] {
-            let colour = FalseColor { red_nm, green_nm, blue_nm };
-            let grid = colour.wavelengths_nm();
-            assert!(grid.windows(2).all(|pair| pair[0] < pair[1]), "{grid:?}");
-            let sensor = Sensor::false_color(colour);
-            let as_wavelength = Spectrum(grid.map(narrow));
-            for (spectrum, expected) in [(Spectrum::ONE, [1.0; 3]), (as_wavelength, [red_nm, green_nm, blue_nm])] {
-                let LinearRgb { r, g, b } = LinearRgb::from_xyz(sensor.xyz(&spectrum));
-                for (channel, expected) in [r, g, b].into_iter().zip(expected) {
-                    assert!((channel / expected - 1.0).abs() < 1e-6, "{r} {g} {b}");
-                }
-            }
-            assert!((grid[middle] - green_nm).abs() < 1e-9, "{grid:?}");
         }
     }
 }

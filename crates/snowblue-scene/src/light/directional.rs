@@ -6,9 +6,10 @@ use snowblue_geometry::ray::narrow;
 
 use crate::description::range::{DIRECTION, Range, unit_vector};
 use crate::description::value::{numbers, point};
-use crate::light::emitter::{Bounds, EmissionSpectrum, Emitter};
+use crate::light::emitter::{Bounds, Emitter};
 use crate::light::keys::LightKeys;
 use crate::light::techniques::Light;
+use crate::spectrum::Spectrum;
 use crate::spectrum::light_spectrum::LightSpectrum;
 use snowblue_base::{KeyError, KeyPath};
 
@@ -29,7 +30,7 @@ pub(crate) struct DirectionalLight {
     /// Unit direction from the scene towards the light.
     pub(crate) to_light: Vec3A,
     /// Irradiance of a surface that faces it, in W/m².
-    pub(crate) emission: EmissionSpectrum,
+    pub(crate) emission: Spectrum,
 }
 
 impl LightKeys for DirectionalLightDescription {
@@ -39,7 +40,7 @@ impl LightKeys for DirectionalLightDescription {
         Range::power("W/m²").check(&path.key("irradiance_w_m2"), self.irradiance_w_m2)?;
         let reason = "is [0, 0, 0], but must not be zero";
         let direction = unit_vector(&path_to_direction, point(self.direction), reason)?;
-        let emission = EmissionSpectrum::new(spectrum, narrow(self.irradiance_w_m2));
+        let emission = spectrum.unit * narrow(self.irradiance_w_m2);
         Ok(Light::new(DirectionalLight { to_light: -direction, emission }))
     }
 }
@@ -53,7 +54,7 @@ impl Emitter for DirectionalLight {
         Bounds::Direction(self.to_light)
     }
 
-    fn uniform(&self) -> Option<&EmissionSpectrum> {
+    fn uniform(&self) -> Option<&Spectrum> {
         Some(&self.emission)
     }
 }

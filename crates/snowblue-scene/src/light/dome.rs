@@ -7,7 +7,7 @@ use snowblue_geometry::ray::narrow;
 use snowblue_sky::{ClearSky, OVERCAST_IRRADIANCE_SR, WAVELENGTHS_NM, overcast_relative_radiance};
 
 use crate::light::direction_table::{DirectionTable, longitude_rad};
-use crate::light::emitter::{Bounds, EmissionSpectrum, Emitter};
+use crate::light::emitter::{Bounds, Emitter};
 use crate::light::sample::LightOrigin;
 use crate::spectrum::light_spectrum::LightSpectrum;
 use crate::spectrum::{SAMPLES, Spectrum, wavelengths_nm};
@@ -51,13 +51,11 @@ impl ClearRadiance {
 pub(crate) struct Resampling {
     /// For each wavelength the node of the model before it, and weights of that node and the next.
     terms: [(usize, [f32; 2]); SAMPLES],
-    /// Whether all wavelengths take the mean.
-    is_grey: bool,
 }
 
 impl Resampling {
-    /// Multiplies radiance by `scale`. In false colour the light is as strong at all wavelengths.
-    pub(crate) fn new(scale: f64, is_false_color: bool) -> Self {
+    /// Multiplies radiance by `scale`.
+    pub(crate) fn new(scale: f64) -> Self {
         /// A band density is a quantity per nm times the width of the grid, in nm.
         const BAND_NM: f64 = 10.0 * SAMPLES as f64;
         let term = |nm: f64| {
@@ -65,15 +63,13 @@ impl Resampling {
             let share = (nm - WAVELENGTHS_NM[node]) / (WAVELENGTHS_NM[node + 1] - WAVELENGTHS_NM[node]);
             (node, [1.0 - share, share].map(|weight| narrow(scale * BAND_NM * weight)))
         };
-        Self { terms: wavelengths_nm().map(term), is_grey: is_false_color }
+        Self { terms: wavelengths_nm().map(term) }
     }
 
     /// The band density of a quantity per nm at the model's wavelengths.
     pub(crate) fn spectrum(&self, nodes: &[f64; WAVELENGTHS_NM.len()]) -> Spectrum {
         let nodes = nodes.map(narrow);
-        let spectrum =
-            Spectrum(self.terms.map(|(node, [before, after])| before * nodes[node] + after * nodes[node + 1]));
-        if self.is_grey { Spectrum::constant(narrow(spectrum.mean())) } else { spectrum }
+        Spectrum(self.terms.map(|(node, [before, after])| before * nodes[node] + after * nodes[node + 1]))
     }
 }
 
@@ -118,7 +114,7 @@ impl Emitter for SkyDome {
         true
     }
 
-    fn uniform(&self) -> Option<&EmissionSpectrum> {
+    fn uniform(&self) -> Option<&Spectrum> {
         None
     }
 

@@ -9,7 +9,6 @@ use snowblue_geometry::shape::Shape;
 
 use crate::light::sample::{LightOrigin, SpotCone};
 use crate::spectrum::Spectrum;
-use crate::spectrum::light_spectrum::LightSpectrum;
 
 /// A kind of light.
 ///
@@ -22,23 +21,13 @@ pub(crate) trait Emitter: Debug + Send + Sync + 'static {
     /// Where the light is.
     fn bounds(&self) -> Bounds;
 
-    /// The spectrum of all its points and directions; none if they differ.
-    fn uniform(&self) -> Option<&EmissionSpectrum>;
+    /// The power of every origin, as of [`le`](Self::le); none if origins differ.
+    fn uniform(&self) -> Option<&Spectrum>;
 
     /// The power of an origin: radiant intensity in W/sr of a point, irradiance of a facing surface in W/m² of a
     /// direction, radiance in W m⁻² sr⁻¹ of all others, as a band density.
     fn le(&self, _origin: &LightOrigin) -> Spectrum {
-        self.uniform().map_or(Spectrum::ZERO, |emission| emission.power)
-    }
-
-    /// The spectrum of an origin scaled to luminance Y = 1; zero where the light is dark.
-    fn relative(&self, origin: &LightOrigin) -> Spectrum {
-        if let Some(emission) = self.uniform() {
-            return emission.relative;
-        }
-        let power = self.le(origin);
-        let luminance = LightSpectrum::luminance(&power);
-        if luminance > 0.0 { power * luminance.recip() } else { Spectrum::ZERO }
+        self.uniform().copied().unwrap_or(Spectrum::ZERO)
     }
 
     /// A point or direction of a light with extent as seen from a point, by two numbers in [0, 1); none if the light
@@ -93,22 +82,6 @@ pub(crate) enum Bounds {
     Sky,
     /// All directions, and all alike, so that the cosine of a surface samples it best.
     EvenSky,
-}
-
-/// The spectrum of a light that is the same everywhere on it.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct EmissionSpectrum {
-    /// The power of every origin, as of [`Emitter::le`].
-    pub(crate) power: Spectrum,
-    /// The same spectrum scaled to luminance Y = 1.
-    pub(crate) relative: Spectrum,
-}
-
-impl EmissionSpectrum {
-    /// Light of a spectrum and a power, summed over 400–700 nm.
-    pub(crate) fn new(spectrum: &LightSpectrum, power: f32) -> Self {
-        Self { power: spectrum.unit * power, relative: spectrum.relative }
-    }
 }
 
 /// Depths, each half of the one before, at which the middle of a lamp in a thin body is sought.

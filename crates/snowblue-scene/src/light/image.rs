@@ -18,7 +18,7 @@ use crate::description::range::ROTATION;
 use crate::description::value::visible;
 use crate::error::SceneError;
 use crate::light::direction_table::{DirectionTable, whole};
-use crate::light::emitter::{Bounds, EmissionSpectrum, Emitter};
+use crate::light::emitter::{Bounds, Emitter};
 use crate::light::keys::SKY_SCALE;
 use crate::light::sample::LightOrigin;
 use crate::spectrum::Spectrum;
@@ -143,13 +143,12 @@ impl SkyImage {
     /// Light of an image times `scale`. The value 1 is the luminance of 1 W m⁻² sr⁻¹ of equal-energy light, as in the
     /// images that this crate writes. `rotation_deg` turns it about z, counter-clockwise seen from above.
     ///
-    /// Colours outside the sRGB gamut become the nearest of their luminance. Without `daylight` all colours are grey,
-    /// for false colours.
+    /// Colours outside the sRGB gamut become the nearest of their luminance.
     ///
     /// # Errors
     ///
     /// When a pixel is not finite or too bright, or all are black.
-    pub(crate) fn new(panorama: &Panorama, scale: f32, rotation_deg: f32, daylight: bool) -> Result<Self, String> {
+    pub(crate) fn new(panorama: &Panorama, scale: f32, rotation_deg: f32) -> Result<Self, String> {
         let (width, height) = (panorama.width, panorama.height);
         let mut pixels = Vec::with_capacity(panorama.pixels.len());
         for (index, pixel) in panorama.pixels.iter().enumerate() {
@@ -167,7 +166,7 @@ impl SkyImage {
             }
             pixels.push([r, g, b].map(|channel| scale * narrow(channel)));
         }
-        let upsampling = if daylight { Upsampling::daylight() } else { Upsampling::grey() };
+        let upsampling = Upsampling::daylight();
         let bright: Vec<f32> = pixels.iter().map(|&pixel| luminance(pixel)).collect();
         let table = DirectionTable::new(width, bright, rotation_deg.to_radians());
         let table = table.ok_or_else(|| "the image is black".to_owned())?;
@@ -203,18 +202,12 @@ impl Emitter for SkyImage {
         Bounds::Sky
     }
 
-    fn uniform(&self) -> Option<&EmissionSpectrum> {
+    fn uniform(&self) -> Option<&Spectrum> {
         None
     }
 
     fn le(&self, origin: &LightOrigin) -> Spectrum {
         self.upsampling.spectrum(self.color(origin.direction()))
-    }
-
-    fn relative(&self, origin: &LightOrigin) -> Spectrum {
-        let color = self.color(origin.direction());
-        let luminance = luminance(color);
-        if luminance > 0.0 { self.upsampling.spectrum(color) * luminance.recip() } else { Spectrum::ZERO }
     }
 
     fn sample_li(&self, _from: Vec3A, numbers: [f32; 2]) -> Option<LightOrigin> {

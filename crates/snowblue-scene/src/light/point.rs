@@ -6,9 +6,10 @@ use snowblue_geometry::ray::narrow;
 
 use crate::description::range::{COORDINATE, Range};
 use crate::description::value::{numbers, point};
-use crate::light::emitter::{Bounds, EmissionSpectrum, Emitter, InnerLamp};
+use crate::light::emitter::{Bounds, Emitter, InnerLamp};
 use crate::light::keys::LightKeys;
 use crate::light::techniques::Light;
+use crate::spectrum::Spectrum;
 use crate::spectrum::light_spectrum::LightSpectrum;
 use snowblue_base::{KeyError, KeyPath};
 
@@ -29,14 +30,14 @@ pub(crate) struct PointLight {
     /// Its position, in m.
     pub(crate) position: Vec3A,
     /// Its radiant intensity, in W/sr.
-    pub(crate) emission: EmissionSpectrum,
+    pub(crate) emission: Spectrum,
 }
 
 impl LightKeys for PointLightDescription {
     fn light(&self, path: &KeyPath, spectrum: &LightSpectrum) -> Result<Light, KeyError> {
         COORDINATE.check_all(&path.key("position"), &self.position)?;
         Range::power("W/sr").check(&path.key("radiant_intensity_w_sr"), self.radiant_intensity_w_sr)?;
-        let emission = EmissionSpectrum::new(spectrum, narrow(self.radiant_intensity_w_sr));
+        let emission = spectrum.unit * narrow(self.radiant_intensity_w_sr);
         Ok(Light::new(PointLight { position: point(self.position), emission }))
     }
 }
@@ -50,11 +51,11 @@ impl Emitter for PointLight {
         Bounds::Point(self.position, None)
     }
 
-    fn uniform(&self) -> Option<&EmissionSpectrum> {
+    fn uniform(&self) -> Option<&Spectrum> {
         Some(&self.emission)
     }
 
     fn inner_lamp(&self) -> Option<InnerLamp> {
-        Some(InnerLamp { position: self.position, radius_m: 0.0, intensity: self.emission.power })
+        Some(InnerLamp { position: self.position, radius_m: 0.0, intensity: self.emission })
     }
 }

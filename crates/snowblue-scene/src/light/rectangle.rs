@@ -16,10 +16,11 @@ use snowblue_geometry::ray::{Ray, narrow};
 use crate::description::camera::upwards;
 use crate::description::range::{COORDINATE, DIRECTION};
 use crate::description::value::{numbers, point, visible};
-use crate::light::emitter::{Bounds, EmissionSpectrum, Emitter};
+use crate::light::emitter::{Bounds, Emitter};
 use crate::light::keys::{AREA_LIGHT_SIZE, LightKeys, RADIANCE};
 use crate::light::sample::{EmitterPoint, LightOrigin};
 use crate::light::techniques::Light;
+use crate::spectrum::Spectrum;
 use crate::spectrum::light_spectrum::LightSpectrum;
 use snowblue_base::{KeyError, KeyPath};
 
@@ -59,7 +60,7 @@ pub(crate) struct RectangleLight {
     half_width_m: f32,
     half_height_m: f32,
     /// Radiance in W m⁻² sr⁻¹.
-    emission: EmissionSpectrum,
+    emission: Spectrum,
 }
 
 /// A rectangle as seen from a point, in axes along its sides and its normal. Its plane has a negative `z`.
@@ -109,7 +110,7 @@ impl RectangleLight {
             normal,
             half_width_m: 0.5 * width_m,
             half_height_m: 0.5 * height_m,
-            emission: EmissionSpectrum::new(spectrum, narrow(keys.radiance_w_m2_sr)),
+            emission: spectrum.unit * narrow(keys.radiance_w_m2_sr),
         })
     }
 
@@ -155,7 +156,7 @@ impl Emitter for RectangleLight {
         Bounds::Surface { centre: self.centre, spread_m2: self.area_m2() * FRAC_1_PI }
     }
 
-    fn uniform(&self) -> Option<&EmissionSpectrum> {
+    fn uniform(&self) -> Option<&Spectrum> {
         Some(&self.emission)
     }
 

@@ -13,10 +13,11 @@ use snowblue_geometry::ray::{Ray, narrow};
 
 use crate::description::range::COORDINATE;
 use crate::description::value::{numbers, point, visible};
-use crate::light::emitter::{Bounds, EmissionSpectrum, Emitter, InnerLamp};
+use crate::light::emitter::{Bounds, Emitter, InnerLamp};
 use crate::light::keys::{AREA_LIGHT_SIZE, LightKeys, RADIANCE};
 use crate::light::sample::{EmitterPoint, LightOrigin};
 use crate::light::techniques::Light;
+use crate::spectrum::Spectrum;
 use crate::spectrum::light_spectrum::LightSpectrum;
 use snowblue_base::{KeyError, KeyPath};
 
@@ -44,7 +45,7 @@ pub(crate) struct SphereLight {
     /// Its radius, in m.
     pub(crate) radius_m: f32,
     /// Its radiance, in W m⁻² sr⁻¹.
-    pub(crate) emission: EmissionSpectrum,
+    pub(crate) emission: Spectrum,
 }
 
 /// The cone of directions towards a sphere, of half-angle α.
@@ -60,7 +61,7 @@ impl LightKeys for SphereLightDescription {
         COORDINATE.check_all(&path.key("position"), &self.position)?;
         AREA_LIGHT_SIZE.check(&path.key("radius"), self.radius)?;
         RADIANCE.check(&path.key("radiance_w_m2_sr"), self.radiance_w_m2_sr)?;
-        let emission = EmissionSpectrum::new(spectrum, narrow(self.radiance_w_m2_sr));
+        let emission = spectrum.unit * narrow(self.radiance_w_m2_sr);
         let light = SphereLight { centre: point(self.position), radius_m: narrow(self.radius), emission };
         Ok(Light::new(light).with_visibility(self.visible))
     }
@@ -88,7 +89,7 @@ impl Emitter for SphereLight {
         Bounds::Surface { centre: self.centre, spread_m2: self.radius_m * self.radius_m }
     }
 
-    fn uniform(&self) -> Option<&EmissionSpectrum> {
+    fn uniform(&self) -> Option<&Spectrum> {
         Some(&self.emission)
     }
 
@@ -126,6 +127,6 @@ impl Emitter for SphereLight {
     }
 
     fn inner_lamp(&self) -> Option<InnerLamp> {
-        Some(InnerLamp::sphere(self.centre, self.radius_m, self.emission.power))
+        Some(InnerLamp::sphere(self.centre, self.radius_m, self.emission))
     }
 }

@@ -6,10 +6,11 @@ use snowblue_geometry::ray::narrow;
 
 use crate::description::range::{COORDINATE, Range, unit_vector};
 use crate::description::value::{numbers, point};
-use crate::light::emitter::{Bounds, EmissionSpectrum, Emitter};
+use crate::light::emitter::{Bounds, Emitter};
 use crate::light::keys::LightKeys;
 use crate::light::sample::SpotCone;
 use crate::light::techniques::Light;
+use crate::spectrum::Spectrum;
 use crate::spectrum::light_spectrum::LightSpectrum;
 use snowblue_base::{KeyError, KeyPath};
 
@@ -41,7 +42,7 @@ pub(crate) struct SpotLight {
     /// Where it shines.
     pub(crate) cone: SpotCone,
     /// Its radiant intensity along the axis, in W/sr.
-    pub(crate) emission: EmissionSpectrum,
+    pub(crate) emission: Spectrum,
 }
 
 impl SpotLightDescription {
@@ -66,7 +67,7 @@ impl LightKeys for SpotLightDescription {
         let axis = point(self.look_at) - position;
         let axis = unit_vector(&path.key("look_at"), axis, "must not be the light's position")?;
         let cone = SpotCone::new(axis, narrow(self.inner_cone_deg), narrow(self.outer_cone_deg));
-        let emission = EmissionSpectrum::new(spectrum, narrow(self.radiant_intensity_w_sr));
+        let emission = spectrum.unit * narrow(self.radiant_intensity_w_sr);
         Ok(Light::new(SpotLight { position, cone, emission }))
     }
 }
@@ -80,7 +81,7 @@ impl Emitter for SpotLight {
         Bounds::Point(self.position, Some(self.cone))
     }
 
-    fn uniform(&self) -> Option<&EmissionSpectrum> {
+    fn uniform(&self) -> Option<&Spectrum> {
         Some(&self.emission)
     }
 }

@@ -7,7 +7,7 @@ use snowblue_geometry::ray::{Ray, narrow};
 use snowblue_sky::{ClearSky, SUN_RADIUS_RAD, limb_darkening_at_nodes};
 
 use crate::light::dome::Resampling;
-use crate::light::emitter::{Bounds, EmissionSpectrum, Emitter};
+use crate::light::emitter::{Bounds, Emitter};
 use crate::light::sample::LightOrigin;
 use crate::spectrum::Spectrum;
 
@@ -72,7 +72,7 @@ impl Emitter for SunDisc {
         Bounds::Disc(self.to_sun)
     }
 
-    fn uniform(&self) -> Option<&EmissionSpectrum> {
+    fn uniform(&self) -> Option<&Spectrum> {
         None
     }
 

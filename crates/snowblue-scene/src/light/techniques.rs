@@ -274,7 +274,7 @@ impl Light {
 
     /// The power of an origin that is the same for all origins of the light; none if they differ.
     pub fn uniform_power(&self) -> Option<&Spectrum> {
-        self.emitter.uniform().map(|emission| &emission.power)
+        self.emitter.uniform()
     }
 
     /// The power of an origin: radiant intensity of a point light, irradiance of a directional light, radiance of all
@@ -282,11 +282,6 @@ impl Light {
     #[inline]
     pub fn power(&self, origin: &LightOrigin) -> Spectrum {
         self.emitter.le(origin)
-    }
-
-    /// The spectrum of an origin scaled to luminance Y = 1.
-    pub fn relative(&self, origin: &LightOrigin) -> Spectrum {
-        self.emitter.relative(origin)
     }
 
     /// Whether a camera ray meets it before `limit_m` as a lamp or the sun, on which the exposure of a picture does not

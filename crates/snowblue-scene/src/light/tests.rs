@@ -14,7 +14,7 @@ use snowblue_transport::PhaseFunction;
 use snowblue_transport::ordinates::HalfSpace;
 
 use super::dome::{ClearRadiance, Resampling, SkyDome};
-use super::emitter::{EmissionSpectrum, Emitter};
+use super::emitter::Emitter;
 use super::image::SkyImage;
 use super::rectangle::{RectangleLight, RectangleLightDescription};
 use super::sphere::SphereLight;
@@ -47,7 +47,7 @@ fn place() -> SurfacePoint {
 
 /// A sphere of radiance 1.
 fn sphere(centre: Vec3A, radius_m: f32) -> SphereLight {
-    SphereLight { centre, radius_m, emission: EmissionSpectrum::new(&LightSpectrum::EQUAL_ENERGY, 1.0) }
+    SphereLight { centre, radius_m, emission: Spectrum::ONE }
 }
 
 /// A rectangle of radiance 1 with a centre, the point that it faces, and its size.
@@ -70,7 +70,7 @@ fn image() -> Light {
     let value = |k: u32| if k % 8 > 5 { 0.0 } else { f64::from(k * 37 % 11) };
     let pixels = (0..32).map(|k| LinearRgb { r: value(k), g: value(k), b: value(k) }).collect();
     let panorama = Panorama { width: 8, height: 4, pixels };
-    Light::new(SkyImage::new(&panorama, 0.1, 70.0, true).unwrap())
+    Light::new(SkyImage::new(&panorama, 0.1, 70.0).unwrap())
 }
 
 /// A clear sky with its sun at 20° in the south-west.
@@ -82,13 +82,13 @@ fn clear_sky() -> (ClearSky, Vec3A) {
 
 fn dome() -> Light {
     let (sky, to_sun) = clear_sky();
-    let resampling = Resampling::new(1.0, false);
+    let resampling = Resampling::new(1.0);
     Light::new(SkyDome::clear(Arc::new(ClearRadiance { sky, to_sun, resampling })).unwrap())
 }
 
 fn sun() -> Light {
     let (sky, to_sun) = clear_sky();
-    Light::new(SunDisc::new(&sky, to_sun, &Resampling::new(1.0, false)))
+    Light::new(SunDisc::new(&sky, to_sun, &Resampling::new(1.0)))
 }
 
 /// The density per sr of a technique in a direction from the place; 0 where the light is not there.
@@ -213,7 +213,7 @@ fn directions_are_drawn_with_their_density() {
 fn samples_of_an_image_with_a_small_sun_weigh_alike() {
     let value = |k: usize| if (30..33).contains(&(k / 256)) && (100..103).contains(&(k % 256)) { 1e4 } else { 1.0 };
     let pixels = (0..256 * 128).map(|k| LinearRgb { r: value(k), g: value(k), b: value(k) }).collect();
-    let sky = SkyImage::new(&Panorama { width: 256, height: 128, pixels }, 1.0, 70.0, false).unwrap();
+    let sky = SkyImage::new(&Panorama { width: 256, height: 128, pixels }, 1.0, 70.0).unwrap();
     let weight = |draw: u32| {
         let origin = sky.sample_li(place().point, numbers(11, draw)).unwrap();
         LightSpectrum::luminance(&sky.le(&origin)) / sky.pdf_li(place().point, &origin)
@@ -299,7 +299,7 @@ fn the_sky_image_is_upright_and_seen_from_within() {
     pixels[8 + 5] = LinearRgb { r: 1.0, g: 1.0, b: 1.0 };
     let panorama = Panorama { width: 8, height: 4, pixels };
     let brightest = |rotation_deg: f32| {
-        let image = SkyImage::new(&panorama, 1.0, rotation_deg, false).unwrap();
+        let image = SkyImage::new(&panorama, 1.0, rotation_deg).unwrap();
         let looks = (0..16).map(|k| {
             let turn = narrow(TAU) * (k as f32 + 0.5) / 16.0;
             Vec3A::new(turn.cos(), turn.sin(), 0.41).normalize()
@@ -312,7 +312,7 @@ fn the_sky_image_is_upright_and_seen_from_within() {
     let turned = brightest(90.0);
     assert!(turned.x < 0.0 && turned.y > 0.0, "a quarter turn brings +x to +y: {turned}");
     // What single precision could not sum is refused.
-    let refused = SkyImage::new(&panorama, 2e12, 0.0, false).unwrap_err();
+    let refused = SkyImage::new(&panorama, 2e12, 0.0).unwrap_err();
     assert_eq!(refused, "pixel 5, 1 is 2.0e12 with its scale, but must be at most 1e12");
 }
 

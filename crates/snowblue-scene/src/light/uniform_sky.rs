@@ -4,9 +4,10 @@ use serde::{Deserialize, Serialize};
 use snowblue_geometry::ray::narrow;
 
 use crate::description::value::visible;
-use crate::light::emitter::{Bounds, EmissionSpectrum, Emitter};
+use crate::light::emitter::{Bounds, Emitter};
 use crate::light::keys::{LightKeys, RADIANCE};
 use crate::light::techniques::Light;
+use crate::spectrum::Spectrum;
 use crate::spectrum::light_spectrum::LightSpectrum;
 use snowblue_base::{KeyError, KeyPath};
 
@@ -23,12 +24,12 @@ pub struct SkyGlow {
 
 /// A sky of the same radiance in W m⁻² sr⁻¹ in all directions.
 #[derive(Debug, Clone, Copy)]
-struct UniformSky(EmissionSpectrum);
+struct UniformSky(Spectrum);
 
 impl LightKeys for SkyGlow {
     fn light(&self, path: &KeyPath, spectrum: &LightSpectrum) -> Result<Light, KeyError> {
         RADIANCE.check(&path.key("radiance_w_m2_sr"), self.radiance_w_m2_sr)?;
-        let emission = EmissionSpectrum::new(spectrum, narrow(self.radiance_w_m2_sr));
+        let emission = spectrum.unit * narrow(self.radiance_w_m2_sr);
         Ok(Light::new(UniformSky(emission)).with_visibility(self.visible))
     }
 }
@@ -42,7 +43,7 @@ impl Emitter for UniformSky {
         Bounds::EvenSky
     }
 
-    fn uniform(&self) -> Option<&EmissionSpectrum> {
+    fn uniform(&self) -> Option<&Spectrum> {
         Some(&self.0)
     }
 }

@@ -11,7 +11,7 @@ use snowblue_geometry::ray::narrow;
 use snowblue_transport::{SnowSample, TransportError};
 
 use super::surface_optics::SurfaceOptics;
-use crate::spectrum::{SAMPLES, Spectrum};
+use crate::spectrum::{Spectrum, wavelengths_nm};
 
 /// Rays through grains, per node of the refractive index. They leave an albedo an error of less than 0.001.
 const GRAIN_RAYS: u32 = 1 << 14;
@@ -26,8 +26,8 @@ pub struct DeepSnow {
 }
 
 impl DeepSnow {
-    pub(crate) fn new(sample: &SnowSample, wavelengths_nm: &[f64; SAMPLES]) -> Result<Self, TransportError> {
-        let optics = SnowOptics::new(sample, wavelengths_nm, GRAIN_RAYS)?;
+    pub(crate) fn new(sample: &SnowSample) -> Result<Self, TransportError> {
+        let optics = SnowOptics::new(sample, &wavelengths_nm(), GRAIN_RAYS)?;
         Ok(Self {
             albedo: Spectrum(diffuse_albedo(&optics).map(narrow)),
             absorption: Spectrum(std::array::from_fn(|k| narrow(optics.half_space_absorption(k)))),
@@ -79,11 +79,9 @@ fn diffuse_albedo<const N: usize>(optics: &SnowOptics) -> [f64; N] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::spectrum::wavelengths_nm;
-
     #[test]
     fn the_reflection_is_reciprocal_and_redder_light_is_darker() {
-        let snow = DeepSnow::new(&SnowSample::default(), &wavelengths_nm()).unwrap();
+        let snow = DeepSnow::new(&SnowSample::default()).unwrap();
         let [high, low] = [Vec3A::new(0.3, 0.2, 0.9), Vec3A::new(-0.9, 0.1, 0.2)].map(Vec3A::normalize);
         let (one, other) = (snow.reflectance(Vec3A::Z, -high, low), snow.reflectance(Vec3A::Z, -low, high));
         for (one, other) in one.0.iter().zip(other.0) {

@@ -16,7 +16,7 @@ use crate::description::{ReliefDescription, SparkleDescription};
 use crate::layering::Layering;
 use crate::material::mask::Mask;
 use crate::objects::{Objects, SurfaceInteraction};
-use crate::spectrum::SAMPLES;
+use crate::spectrum::{SAMPLES, wavelengths_nm};
 
 /// Largest relative difference of the scattering and absorption coefficients of a mean of two kinds of snow from those
 /// of the snow between.
@@ -107,18 +107,16 @@ impl Snow {
         }
     }
 
-    /// The kinds of snow for some wavelengths that the samples cover.
-    pub fn kinds(&self, wavelengths_nm: &[f64; SAMPLES]) -> SnowKinds {
+    /// The kinds of snow.
+    pub fn kinds(&self) -> SnowKinds {
         match self {
             Self::Uniform(sample) => SnowKinds { samples: vec![*sample], places: Places::Everywhere },
             Self::Layers { samples, layering } => {
                 SnowKinds { samples: samples.clone(), places: Places::Layers(layering.clone()) }
             }
             Self::Masked { mask, between } => {
-                let first = Kind::new(0.0, between, wavelengths_nm);
-                let mut kinds = vec![first];
-                let last = Kind::new(1.0, between, wavelengths_nm);
-                add_kinds(&mut kinds, last, MOST_HALVINGS, &|at| Kind::new(at, between, wavelengths_nm));
+                let mut kinds = vec![Kind::new(0.0, between)];
+                add_kinds(&mut kinds, Kind::new(1.0, between), MOST_HALVINGS, &|at| Kind::new(at, between));
                 let values = kinds.iter().map(|kind| narrow(kind.at)).collect();
                 let samples = kinds.iter().map(|kind| kind.sample).collect();
                 SnowKinds { samples, places: Places::Mask(mask.clone(), values) }
@@ -137,9 +135,9 @@ struct Kind {
 }
 
 impl Kind {
-    fn new(at: f64, between: &[SnowSample; 2], wavelengths_nm: &[f64; SAMPLES]) -> Self {
-        let sample = sample_between(between, at);
-        let demand = Demand::of_sample(&sample, wavelengths_nm);
+    fn new(at: f64, between: &[SnowSample; 2]) -> Self {
+        let (sample, wavelengths_nm) = (sample_between(between, at), wavelengths_nm());
+        let demand = Demand::of_sample(&sample, &wavelengths_nm);
         let plan = TallyPlan { degree: 1, rays: COMPARING_RAYS, seed: 1 };
         let tallies = GrainTallies::new(&Population::of_sample(&sample), &demand, &plan);
         let coefficients = [0, SAMPLES / 2, SAMPLES - 1].map(|index| {
@@ -306,7 +304,6 @@ mod tests {
     use snowblue_transport::sample::SnowKeys;
 
     use super::*;
-    use crate::spectrum::wavelengths_nm;
 
     #[test]
     fn kinds_of_a_mask_lie_close_where_the_snow_changes_much() {
@@ -314,7 +311,7 @@ mod tests {
         let snow = |keys: SnowKeys| keys.sample().unwrap();
         let mask = || Mask::Attribute { name: "age".to_owned(), range: [0.0, 1.0] };
         let varied = Snow::Masked { mask: mask(), between: [snow(sizes(100.0)), snow(sizes(1600.0))] };
-        let SnowKinds { samples, places: Places::Mask(_, values) } = varied.kinds(&wavelengths_nm()) else {
+        let SnowKinds { samples, places: Places::Mask(_, values) } = varied.kinds() else {
             panic!("a mask has kinds at its values")
         };
         assert_eq!((values[0].to_bits(), values[values.len() - 1].to_bits()), (0.0_f32.to_bits(), 1.0_f32.to_bits()));
@@ -325,7 +322,7 @@ mod tests {
         assert!(middle.is_none_or(|(sample, _)| (sample.grain_size.middle_um() - 475.0).abs() < 1e-3));
         // Snow that is nearly the same needs no kinds between.
         let even = Snow::Masked { mask: mask(), between: [snow(sizes(400.0)), snow(sizes(420.0))] };
-        assert_eq!(even.kinds(&wavelengths_nm()).samples.len(), 2);
+        assert_eq!(even.kinds().samples.len(), 2);
     }
 
     #[test]

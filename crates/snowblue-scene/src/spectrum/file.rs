@@ -6,7 +6,7 @@ use snowblue_base::csv_text::{rows, separator_hint};
 use snowblue_base::files::NamedFile;
 
 use crate::error::SceneError;
-use crate::spectrum::SAMPLES;
+use crate::spectrum::{SAMPLES, wavelengths_nm};
 
 #[derive(Debug, Clone, Copy)]
 struct Row {
@@ -47,20 +47,17 @@ impl SpectrumFile {
         Ok(file)
     }
 
-    /// The values at ascending wavelengths, which the file must cover.
-    pub(crate) fn resample(&self, wavelengths_nm: &[f64; SAMPLES]) -> Result<[f64; SAMPLES], SceneError> {
+    /// The values at the wavelengths of a [`Spectrum`](crate::spectrum::Spectrum), which the file must cover.
+    pub(crate) fn resample(&self) -> Result<[f64; SAMPLES], SceneError> {
+        let wavelengths_nm = wavelengths_nm();
         let (first_nm, last_nm) = (wavelengths_nm[0], wavelengths_nm[SAMPLES - 1]);
-        // Wavelengths that were computed by adding steps have rounding errors.
-        const TOLERANCE_NM: f64 = 1e-9;
         let range = self.rows.first().zip(self.rows.last()).map(|(first, last)| (first.nm, last.nm));
-        let covers =
-            |&(low_nm, high_nm): &(f64, f64)| low_nm <= first_nm + TOLERANCE_NM && high_nm >= last_nm - TOLERANCE_NM;
-        let Some((low_nm, high_nm)) = range.filter(covers) else {
+        if !range.is_some_and(|(low_nm, high_nm)| low_nm <= first_nm && high_nm >= last_nm) {
             let found = range.map_or("none".into(), |(low_nm, high_nm)| format!("{low_nm}–{high_nm} nm"));
             let reason = format!("wavelengths are {found}, but must cover {first_nm:.0}–{last_nm:.0} nm");
             return Err(self.error(reason));
-        };
-        Ok(wavelengths_nm.map(|nm| interpolate(&self.rows, nm.clamp(low_nm, high_nm))))
+        }
+        Ok(wavelengths_nm.map(|nm| interpolate(&self.rows, nm)))
     }
 
     /// An error in the line that was read last.

@@ -26,7 +26,7 @@ pub struct LightSpectrum {
 impl LightSpectrum {
     /// Greatest value in a file, in any unit.
     pub const GREATEST_VALUE: f64 = spectrum_csv::GREATEST_VALUE;
-    /// Equal power at all wavelengths. In false colour all lights have this spectrum.
+    /// Equal power at all wavelengths.
     pub const EQUAL_ENERGY: Self = Self { unit: Spectrum::ONE, relative: Spectrum::ONE };
 
     /// The spectrum of a standard illuminant.
@@ -74,7 +74,7 @@ impl LightSpectrum {
     /// line.
     pub fn read(files: &dyn FileSource, name: &str) -> Result<Self, SceneError> {
         let file = SpectrumFile::parse(&NamedFile::read(files, name)?, Self::GREATEST_VALUE)?;
-        let power = file.resample(&wavelengths_nm())?;
+        let power = file.resample()?;
         let greatest = power.iter().copied().fold(0.0, f64::max);
         if greatest < LEAST_MAXIMUM {
             let reason = format!(

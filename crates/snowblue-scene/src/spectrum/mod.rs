@@ -1,4 +1,4 @@
-//! Spectra at the 31 wavelengths of an image: 400–700 nm in steps of 10 nm, or in false colour those of the table.
+//! Spectra at the 31 wavelengths of an image: 400–700 nm in steps of 10 nm.
 //!
 //! Radiometric quantities are *band densities*: a sample is the spectral quantity (per nm) times the width of the whole
 //! grid, 31 × 10 nm = 310 nm. The mean of the 31 samples is then the total over the grid: a radiance whose samples are
@@ -19,7 +19,7 @@ pub const FIRST_WAVELENGTH_NM: f64 = 400.0;
 /// Distance between wavelengths, in nm.
 pub const WAVELENGTH_STEP_NM: f64 = 10.0;
 
-/// The wavelengths of a [`Spectrum`], except in false colour, in nm.
+/// The wavelengths of a [`Spectrum`], in nm.
 pub fn wavelengths_nm() -> [f64; SAMPLES] {
     let mut nm = FIRST_WAVELENGTH_NM - WAVELENGTH_STEP_NM;
     [(); SAMPLES].map(|()| {

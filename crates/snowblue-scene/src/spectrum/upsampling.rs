@@ -5,8 +5,7 @@
 //! colour in the gamut, is nowhere negative, and nowhere above 1 if no channel is. White is D65 restricted to 400–700
 //! nm, within 1 % of sRGB's.
 
-use snowblue_color::{Illuminant, LinearRgb};
-use snowblue_geometry::ray::narrow;
+use snowblue_color::Illuminant;
 
 use crate::spectrum::Spectrum;
 use crate::spectrum::light_spectrum::LightSpectrum;
@@ -44,12 +43,6 @@ impl Upsampling {
         Self { primaries: Self::reflectance().primaries.map(|primary| primary * daylight) }
     }
 
-    /// For false colours: each primary is its luminance at all wavelengths.
-    pub(crate) fn grey() -> Self {
-        let of = |r, g, b| Spectrum::constant(narrow(LinearRgb { r, g, b }.luminance()));
-        Self { primaries: [of(1.0, 0.0, 0.0), of(0.0, 1.0, 0.0), of(0.0, 0.0, 1.0)] }
-    }
-
     /// The spectrum of a colour, with the luminance of the colour.
     #[inline]
     pub(crate) fn spectrum(&self, [r, g, b]: [f32; 3]) -> Spectrum {
@@ -62,7 +55,8 @@ impl Upsampling {
 mod tests {
     use super::*;
     use crate::spectrum::wavelengths_nm;
-    use snowblue_color::{Colorimeter, Lab, Observer};
+    use snowblue_color::{Colorimeter, Lab, LinearRgb, Observer};
+    use snowblue_geometry::ray::narrow;
 
     fn observer(illuminant: Illuminant) -> Colorimeter {
         Colorimeter::new(Observer::Cie1931, illuminant, &wavelengths_nm()).unwrap()

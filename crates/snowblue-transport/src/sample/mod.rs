@@ -2,7 +2,6 @@
 //! is known of a snow (as values or as words), alternative readings of a sample, and the ageing of its surface.
 
 mod ageing;
-mod alternatives;
 mod grain_size;
 mod ranges;
 mod snow_description;
@@ -13,7 +12,6 @@ mod truncated_normal;
 
 pub use crate::grain::SizeMeasure;
 pub use ageing::{AGE_RANGE, Metamorphism, aged_surface_area_m2_kg};
-pub use alternatives::{Alternative, alternatives};
 pub use grain_size::{GrainSize, MEAN_SIZE_HALF_RANGE_UM, MEAN_SIZE_RANGE};
 pub(crate) use ranges::PAPER;
 pub use ranges::{

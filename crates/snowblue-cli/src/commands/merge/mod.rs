@@ -12,7 +12,6 @@ use snowblue_database::Table;
 use snowblue_database::file::{self, AnyTable};
 use snowblue_database::shard::{self, NamedShard};
 use snowblue_render::Exposure;
-use snowblue_render::scene::film::BLOOM;
 
 use crate::options::{Compression, FilmMemory, GivenOptions, Idle, limits, parse};
 use crate::output::{
@@ -60,14 +59,6 @@ pub(crate) struct Merge {
     /// Tone curve of a PNG: filmic, agx or none [default: that of the parts]
     #[arg(long, value_name = "CURVE", value_parser = clap::value_parser!(ToneCurve))]
     tone: Option<ToneCurve>,
-    #[arg(
-        long, value_name = "FRACTION", value_parser = parse::number_of(BLOOM),
-        help = format!(
-            "Fraction [{}] of the light that is spread around what is bright in a PNG [default: that of the parts]",
-            limits::ends(&BLOOM)
-        )
-    )]
-    bloom: Option<f64>,
     /// File to write: .exr or .png for a picture, .nc (NetCDF) for a table
     #[arg(short, long, value_name = "FILE", value_parser = output_path())]
     output: PathBuf,
@@ -110,21 +101,16 @@ impl Merge {
         }
         self.given.refuse_idle(&[Idle {
             when: file.format == PictureFormat::Exr && !self.keep_sums,
-            options: &["exposure", "tone", "bloom"],
+            options: &["exposure", "tone"],
             why: IDLE_PNG_OPTION,
         }])?;
-        merge_pictures(
-            &self.parts,
-            &file,
-            Given { exposure: self.exposure, tone: self.tone, bloom: self.bloom },
-            self.film_memory,
-        )
+        merge_pictures(&self.parts, &file, Given { exposure: self.exposure, tone: self.tone }, self.film_memory)
     }
 
     fn merge_shards(&self) -> Result<String, Failure> {
         self.given.refuse_idle(&[Idle {
             when: true,
-            options: &["keep_sums", "exposure", "tone", "bloom", "film_memory_mib"],
+            options: &["keep_sums", "exposure", "tone", "film_memory_mib"],
             why: "it is for pictures, but the parts are tables",
         }])?;
         check_table_path(&self.output)?;

@@ -17,7 +17,6 @@ use crate::output::{Failure, Outcome, PictureFile, PictureFormat, SCENE_NOTE, TA
 pub(super) struct Given {
     pub(super) exposure: Option<Exposure>,
     pub(super) tone: Option<ToneCurve>,
-    pub(super) bloom: Option<f64>,
 }
 
 /// Merges parts, writes the picture and returns a summary.
@@ -36,20 +35,14 @@ pub(super) fn merge_pictures(
         Development::default()
     } else {
         let exposures = || common(paths, &parts, "exposure", |development| development.exposure);
-        let blooms = || common(paths, &parts, "bloom", |development| development.bloom);
         let tones = || common(paths, &parts, "tone", |development| development.tone);
-        Development {
-            exposure: given.exposure.map_or_else(exposures, Ok)?,
-            tone: given.tone.map_or_else(tones, Ok)?,
-            bloom: given.bloom.map_or_else(blooms, Ok)?,
-        }
+        Development { exposure: given.exposure.map_or_else(exposures, Ok)?, tone: given.tone.map_or_else(tones, Ok)? }
     };
     let first = &parts[0];
     let window = parts.iter().fold(first.window.clone(), |window, part| window.enclosing(&part.window));
     let largest = parts.iter().map(|part| &part.window).max_by_key(|window| window.size().pixel_count());
-    let file = &PictureFile { blooms: development.bloom > 0.0, ..file.clone() };
     memory.check(file, &[Some(&window), largest].into_iter().flatten().collect::<Vec<_>>(), first.aovs)?;
-    let mut sums = FilmAccumulator::new(first.image_size, &window, first.aovs, &first.wavelengths_nm);
+    let mut sums = FilmAccumulator::new(first.image_size, &window, first.aovs);
     let mut ordered: Vec<(&PathBuf, &ResumableImage)> = paths.iter().zip(&parts).collect();
     ordered.sort_by_key(|(_, part)| part.samples.start);
     for (path, part) in ordered {

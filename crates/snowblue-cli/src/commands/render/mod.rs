@@ -16,13 +16,10 @@ use snowblue_render::Exposure;
 use snowblue_render::film::window::Window;
 use snowblue_render::render::{render_coarse, with_needed};
 use snowblue_render::scene::description::{BOUNCES, NOISE_TARGET_RANGE, SAMPLES_PER_PIXEL, SIDE_PIXELS};
-use snowblue_render::scene::film::BLOOM;
 use snowblue_render::scene::film::white_balance::WhiteBalance;
 use snowblue_render::scene::progress::Report;
 use snowblue_render::scene::{IntegratorKind, PathMode};
-use snowblue_render::{
-    Aovs, FalseColor, Integrator, Phase, Preparation, SampleBlock, Scene, SceneDescription, SceneFile,
-};
+use snowblue_render::{Aovs, Integrator, Phase, Preparation, SampleBlock, Scene, SceneDescription, SceneFile};
 
 use crate::commands::interrupt;
 use crate::input::SCENES;
@@ -48,7 +45,6 @@ use preview::{Preview, TEV};
   snowblue render scenes/block_30cm.toml --integrator diffusion -o block.png    the light field in the snow
   snowblue render scenes/fig9_back.toml --integrator reference --width 32 --height 32 -o truth.exr
   snowblue render scenes/block_30cm.toml --check        sizes; is the snow watertight?
-  snowblue render scenes/block_30cm.toml --false-color 1030,850,550 -o nir.png
   snowblue render scenes/block_30cm.toml --aovs rgb,spectrum,normal -o block.exr
   snowblue render scenes/block_30cm.toml --spp-range 0:50 -o part1.exr    then merge
   snowblue render scenes/block_30cm.toml --crop 500:516,300:316 --spp 1000 -o detail.exr
@@ -154,28 +150,13 @@ pub(crate) struct Render {
     #[arg(long, value_name = "CURVE", value_parser = clap::value_parser!(ToneCurve))]
     tone: Option<ToneCurve>,
     #[arg(
-        long, value_name = "FRACTION", value_parser = parse::number_of(BLOOM),
-        help = format!(
-            "Fraction [{}] of the light that is spread around what is bright in a PNG, instead of the scene's",
-            limits::ends(&BLOOM)
-        )
-    )]
-    bloom: Option<f64>,
-    #[arg(
-        long, value_name = "LIGHT", value_parser = clap::value_parser!(WhiteBalance), conflicts_with = "false_color",
+        long, value_name = "LIGHT", value_parser = clap::value_parser!(WhiteBalance),
         help = format!(
             "Light that looks white, instead of the scene's: a CIE illuminant such as D65 or D55, a colour \
              temperature [{}], or 'sky' for the light of sun and sky on level ground", limits::temperatures()
         )
     )]
     white: Option<WhiteBalance>,
-    /// False colour: three wavelengths in nm [300–2500], shown as red, green and blue [1030,860,550 if none are given],
-    /// under spectrally constant lights
-    #[arg(
-        long, value_name = "R,G,B", num_args = 0..=1, default_missing_value = parse::FALSE_COLOR_NM,
-        value_parser = parse::false_color
-    )]
-    false_color: Option<FalseColor>,
     /// Arbitrary output variables (AOVs) of an .exr, separated by commas: rgb, spectrum (31 channels, W/(m² sr nm)),
     /// variance (of the mean), normal, albedo, thickness (m), angle (degrees), emitter (fraction of samples that see a
     /// lamp or the sun), snow (fraction that sees snow)
@@ -282,9 +263,7 @@ impl Render {
             "film_memory_mib",
             "exposure",
             "tone",
-            "bloom",
             "white",
-            "false_color",
             "aovs",
             "keep_sums",
             "resume",
@@ -325,11 +304,6 @@ impl Render {
             Idle { when: !solves_field, options: &["field_memory_mib", "field_step_mm"], why: &no_field },
             Idle { when: kind != IntegratorKind::PcaSnow, options: &["path"], why: &no_modes },
             Idle { when: kind != IntegratorKind::PcaSnow, options: &["database"], why: &no_table },
-            Idle {
-                when: changed.film.false_color.is_some(),
-                options: &["white"],
-                why: "in the false colour of the scene all lights are white",
-            },
         ])
     }
 
@@ -361,7 +335,7 @@ impl Render {
         }
         self.given.refuse_idle(&[Idle {
             when: file.format == PictureFormat::Exr && !file.keeps_sums,
-            options: &["exposure", "tone", "bloom"],
+            options: &["exposure", "tone"],
             why: IDLE_PNG_OPTION,
         }])?;
         Ok(file)
@@ -399,7 +373,6 @@ impl Render {
     /// Checks that the pixels to render fit into the memory, and says what they take.
     fn check_memory(&self, scene: &SceneDescription, file: &PictureFile, quiet: bool) -> Outcome {
         let window = self.target(scene)?.window();
-        let file = &PictureFile { blooms: scene.film.bloom > 0.0, ..file.clone() };
         let needed_mib = self.film_memory.check(file, &[&window], with_needed(self.aovs, scene))?;
         let path = file.path.display();
         print_notes(quiet, needed_mib.map(|mib| format!("{path}: the pixels take {mib} MiB of memory")));
@@ -430,9 +403,7 @@ impl Render {
         film.height = self.height.unwrap_or(film.height);
         film.exposure = self.exposure.unwrap_or(film.exposure);
         film.tone = self.tone.unwrap_or(film.tone);
-        film.bloom = self.bloom.unwrap_or(film.bloom);
         film.white = self.white.unwrap_or(film.white);
-        film.false_color = self.false_color.or(film.false_color);
         let with_path_mode = self.path.map(|_| IntegratorKind::PcaSnow);
         integrator.kind = self.integrator.or(with_path_mode).unwrap_or(integrator.kind);
         if self.check {

@@ -14,7 +14,7 @@ use snowblue_transport::batch::CaseFluxes;
 use snowblue_transport::monte_carlo::{self, MonteCarloOptions};
 use snowblue_transport::ordinates;
 use snowblue_transport::range::WavelengthRange;
-use snowblue_transport::sample::{SnowSample, alternatives};
+use snowblue_transport::sample::SnowSample;
 use snowblue_transport::slab::{Estimate, Radiometry, Slab};
 use snowblue_transport::spread::{FluxIntervals, Uncertainty, solve_spread};
 use snowblue_transport::stack::{Stack, StackRadiometry};
@@ -22,9 +22,7 @@ use snowblue_transport::sunlight::{BandWeights, Broadband};
 
 use crate::options::parse::{self, Wavelengths};
 use crate::options::{GivenOptions, Idle, OrdinatesArguments, SlabOptions, SnowAxis, SnowOptions, limits};
-use crate::output::{
-    Failure, Layout, Outcome, OutputOptions, Progress, check_extension, check_not_input, print_message, write_file,
-};
+use crate::output::{Failure, Layout, Outcome, OutputOptions, Progress, check_extension, check_not_input, write_file};
 use batch::{Defaults, Slabs};
 use broadband::{ALL_BANDS, Bands};
 use layers::{PROFILE_COLUMNS, Pack, StackOptions, profile_rows};
@@ -41,7 +39,6 @@ const STANDARD_ERROR: &str = "transmittance standard error at most";
   snowblue spectrum --grain-size 400 --facetness 0.3 --density 300 --thickness 15
   snowblue spectrum --ssa 16 --thickness 1,5,15 --angle 0,60,diffuse -o snow.csv
   snowblue spectrum --engine montecarlo --rays 20000 --wavelengths 450,550,650 --thickness 3
-  snowblue spectrum --thickness 30 --wavelengths 450,650 --spread
   snowblue spectrum --snow firn --water-saturation 0.1 --impurity black-carbon=50,saharan-dust=500
   snowblue spectrum --ssa 10,20,40 --density 200,300 --impurity black-carbon=0:20:100 -o grid.nc
   snowblue spectrum --batch pits.csv --angle 60 -o pits.nc
@@ -85,7 +82,7 @@ pub(crate) struct Spectrum {
     /// near-infrared and par, separated by commas
     #[arg(
         long, value_name = "BANDS", num_args = 0..=1, default_missing_value = ALL_BANDS,
-        value_parser = broadband::bands, help_heading = "Slab", conflicts_with = "spread"
+        value_parser = broadband::bands, help_heading = "Slab"
     )]
     broadband: Option<Bands>,
     /// Method of solution
@@ -103,15 +100,12 @@ pub(crate) struct Spectrum {
     /// Monte Carlo as in the paper: separate rays for every wavelength and thickness
     #[arg(long, help_heading = "Engine")]
     per_wavelength: bool,
-    /// Also solve plausible alternatives of the snow: ice table, facetness, size measure, sphericity
-    #[arg(long, help_heading = "Slab", conflicts_with_all = ["StackOptions", "plot", "batch"])]
-    spread: bool,
     /// Intervals that hold 95 % of the cases if these are the standard deviations of what the snow is made of:
     /// ssa=2,density=30,black-carbon=5,ice. Names are those of options (grain-size too); ice makes either table equally
     /// likely. All else are log-normal and independent. By 400 snows; columns reflectance_lower, reflectance_upper, …
     #[arg(
         long, value_name = "DEVIATIONS", value_parser = plus_minus::uncertainty, help_heading = "Slab",
-        conflicts_with_all = ["spread", "layers", "depths", "broadband", "plot"]
+        conflicts_with_all = ["layers", "depths", "broadband", "plot"]
     )]
     plus_minus: Option<Uncertainty>,
     #[command(flatten)]
@@ -167,9 +161,6 @@ impl Spectrum {
         };
         let wavelengths = self.wavelengths(range)?;
         let slab = self.sample.slab(&self.slab, &wavelengths)?;
-        if self.spread {
-            return self.output.write_spectrum(&self.alternatives(&slab, quiet)?, Layout::Axes, quiet);
-        }
         let weights = if self.sky.is_used() { Vec::new() } else { self.band_weights(range, &wavelengths)? };
         let mut snow = match &pack {
             Some(pack) => pack.metadata.clone(),
@@ -206,7 +197,7 @@ impl Spectrum {
 
     /// The lines of a file, or all combinations of options with several values.
     fn run_batch(&self, axes: &[SnowAxis], quiet: bool) -> Outcome {
-        for option in ["spread", "plot", "broadband", "depths", "sky"] {
+        for option in ["plot", "broadband", "depths", "sky"] {
             if self.given.has(option) {
                 return Err(Failure::Input(format!("--{option} needs a single snow")));
             }
@@ -333,28 +324,6 @@ impl Spectrum {
             Some(bands) => bands.weights(range, wavelengths),
             None => Ok(Vec::new()),
         }
-    }
-
-    /// The rows of every alternative, with its name.
-    fn alternatives(&self, slab: &Slab, quiet: bool) -> Result<DataTable, Failure> {
-        let mut all: Option<DataTable> = None;
-        for alternative in alternatives(&slab.sample) {
-            let other = Slab { sample: alternative.sample, ..slab.clone() };
-            // A table may not cover all wavelengths: Picard 2016 starts at 320 nm.
-            if let Err(error) = other.check() {
-                print_message(&format!("snowblue: alternative '{}' is skipped: {error}\n", alternative.name));
-                continue;
-            }
-            let mut results = self.results(&self.solve(&other, quiet)?, &self.sample.metadata()?);
-            results.metadata.retain(|(name, _)| !["snow_id", "ice", STANDARD_ERROR].contains(name));
-            results.columns.insert(0, "alternative");
-            results.rows.iter_mut().for_each(|row| row.insert(0, Cell::word(alternative.name)));
-            match &mut all {
-                None => all = Some(results),
-                Some(all) => all.rows.append(&mut results.rows),
-            }
-        }
-        all.ok_or_else(|| Failure::Work("no alternative could be solved".to_owned()))
     }
 
     /// Solves each stack. The results are fluxes of the whole stack, or at depths.

@@ -24,7 +24,7 @@ pub(super) struct SkyOptions {
     /// is absorbed is per volume. With the sun below the horizon all light is zero
     #[arg(
         long, value_name = "SUN", value_parser = sun, requires = "depths", allow_hyphen_values = true,
-        conflicts_with_all = ["plot", "spread", "batch"]
+        conflicts_with_all = ["plot", "batch"]
     )]
     sky: Option<Sun>,
     #[command(flatten)]

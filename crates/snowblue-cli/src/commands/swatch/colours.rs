@@ -2,7 +2,6 @@
 
 use snowblue_color::Colorimeter;
 use snowblue_figures::Cell;
-use snowblue_render::FalseColor;
 use snowblue_transport::ordinates::{Fluxes, OrdinatesOptions, solve_each};
 use snowblue_transport::sample::SnowSample;
 use snowblue_transport::slab::{Incidence, Slab};
@@ -64,10 +63,7 @@ impl SheetColours<'_> {
             sample: subjects[0][0].sample,
             thicknesses_cm: cases.thicknesses_cm,
             incidences: cases.incidences,
-            wavelengths_nm: match self.color.false_color {
-                Some(FalseColor { red_nm, green_nm, blue_nm }) => vec![red_nm, green_nm, blue_nm],
-                None => self.color.samples.wavelengths_nm(),
-            },
+            wavelengths_nm: self.color.samples.wavelengths_nm(),
         };
         let solved = solve_each(&cases.samples, &slab, &self.ordinates).map_err(Failure::input)?;
         let colour = |position: Position| {
@@ -98,9 +94,6 @@ impl SheetColours<'_> {
             .collect();
         cells.push(subject.thickness_cm.into());
         cells.push(Cell::word(subject.incidence.to_string()));
-        if self.color.false_color.is_some() {
-            return Ok(ColorRow::in_false_color(cells, [values[0], values[1], values[2]]));
-        }
         let colorimeter = Colorimeter::new(self.color.observer, subject.illuminant, wavelengths_nm);
         let colorimeter = colorimeter.map_err(Failure::input)?;
         Ok(ColorRow::of_spectrum(cells, subject.illuminant, &colorimeter, &values))

@@ -10,7 +10,6 @@ use snowblue_color::exposure;
 use snowblue_figures::swatch::{SheetAxis, SwatchSheet, automatic_exposure};
 use snowblue_figures::{Cell, DataTable, Metadata, format_number};
 use snowblue_render::Exposure;
-use snowblue_render::FalseColor;
 use snowblue_render::film::image_file::write_raster_png;
 use snowblue_transport::sample::SizeMeasure;
 use snowblue_transport::slab::Incidence;
@@ -168,9 +167,6 @@ impl Swatch {
                     axis.len()
                 )));
             }
-            if axis.parameter == Parameter::Illuminant && self.color.false_color.is_some() {
-                return Err(Failure::Input(format!("{option}: illuminant cannot vary with --false-color")));
-            }
         }
         Ok(())
     }
@@ -230,7 +226,6 @@ impl Swatch {
         let is_shown = |parameter: &Parameter| {
             let irrelevant = match parameter {
                 Parameter::WaterSaturation => sample.water_saturation <= 0.0,
-                Parameter::Illuminant => self.color.false_color.is_some(),
                 _ => false,
             };
             !irrelevant && !self.varies(*parameter)
@@ -244,15 +239,11 @@ impl Swatch {
 
     /// The line below the swatches: what made them.
     fn description(&self, factor: f64) -> Result<String, Failure> {
-        let colours = match self.color.false_color {
-            Some(FalseColor { red_nm, green_nm, blue_nm }) => {
-                format!("false colours {red_nm}, {green_nm}, {blue_nm} nm")
-            }
-            None if self.color.samples == SampleCount::Three => {
-                format!("3 samples (455, 551, 608 nm), {}", self.color.observer.name())
-            }
-            None => format!("31 samples (400–700 nm), {}", self.color.observer.name()),
+        let samples = match self.color.samples {
+            SampleCount::Three => "3 samples (455, 551, 608 nm)",
+            SampleCount::ThirtyOne => "31 samples (400–700 nm)",
         };
+        let colours = format!("{samples}, {}", self.color.observer.name());
         let exposure = format!("exposure {:+.2} stops", factor.log2()).replace('-', "−");
         let mut made = vec![format!("snowblue {}", env!("CARGO_PKG_VERSION")), colours, exposure];
         made.push(self.grains()?);
@@ -286,11 +277,7 @@ impl Swatch {
     /// The colours as a table: varying parameters without a column in `color`, then its columns.
     fn results(&self, rows: Vec<Vec<Cell>>) -> DataTable {
         let mut columns: Vec<&str> = self.axes().filter_map(|(_, axis)| axis.parameter.column()).collect();
-        columns.extend(if self.color.false_color.is_some() {
-            &color_row::FALSE_COLOR_COLUMNS[..]
-        } else {
-            &color_row::COLUMNS
-        });
+        columns.extend(color_row::COLUMNS);
         DataTable { columns, rows, metadata: Metadata::new() }
     }
 }

@@ -30,7 +30,7 @@ fn film_of_surfaces(
 ) -> FilmAccumulator {
     let aovs = Aovs { residual: true, ..Aovs::default() };
     let block = SampleBlock { columns: 0..SIZE.width, rows: 0..SIZE.height, samples: 0..samples };
-    let mut film = FilmAccumulator::new(SIZE, &block.window(), aovs, &[0.0; 31]);
+    let mut film = FilmAccumulator::new(SIZE, &block.window(), aovs);
     let colour = |[x, y, z]: [f32; 3]| SensorSample::from_array([x, y, z, x.abs() + y.abs() + z.abs()]);
     let grey = |value: f32| colour([value; 3]);
     film.par_rows_mut(&block).for_each(|row| {

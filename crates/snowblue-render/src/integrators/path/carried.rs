@@ -14,12 +14,12 @@ use snowblue_geometry::ray::narrow;
 use super::vertex::{Shading, Vertex};
 use crate::integrators::pcasnow::snow_curves::SnowCurves;
 use crate::integrators::pcasnow::snow_vertex::SnowVertex;
+use snowblue_scene::Scene;
 use snowblue_scene::film::sensor::SensorSample;
 use snowblue_scene::light::{IncidentLight, Light, LightOrigin, LightSample};
 use snowblue_scene::material::Material;
 use snowblue_scene::material::diffuse::Diffuse;
 use snowblue_scene::spectrum::{SAMPLES, Spectrum};
-use snowblue_scene::{Emission, Scene};
 
 /// Most projected tables of a scene: each takes about 1 MB and some 5 ms. Further lights and materials are computed as
 /// spectra.
@@ -52,7 +52,6 @@ pub(in crate::integrators) struct Source<'a> {
     scene: &'a Scene,
     light: &'a Light,
     origin: &'a LightOrigin,
-    emission: Emission,
     table: Option<&'a LightTable>,
 }
 
@@ -97,12 +96,8 @@ impl LightTables {
         }
     }
 
-    /// Tables for all lights and materials that have one spectrum each, with the curves of each material's snow. False
-    /// colours have none: they show single wavelengths, of which sums over several would be too coarse.
+    /// Tables for all lights and materials that have one spectrum each, with the curves of each material's snow.
     pub(crate) fn new(scene: &Scene, curves: &[Option<Arc<SnowCurves>>]) -> Self {
-        if !scene.sensor().is_standard_observer() {
-            return Self::none(scene);
-        }
         let mut tables_left = MAX_TABLES;
         let light = |light: &Arc<Light>| Some(LightTable::new(scene, curves, light.uniform_power()?, &mut tables_left));
         Self { lights: scene.lights().iter().map(light).collect(), ..Self::none(scene) }
@@ -150,17 +145,13 @@ impl<'a> Source<'a> {
         tables: &'a LightTables,
         light: usize,
         sample: &'a LightSample,
-        emission: Emission,
     ) -> Self {
-        let table = tables.lights.get(light).and_then(Option::as_ref).filter(|_| emission == Emission::Transmitted);
-        Self { scene, light: &scene.lights()[light], origin: &sample.origin, emission, table }
+        let table = tables.lights.get(light).and_then(Option::as_ref);
+        Self { scene, light: &scene.lights()[light], origin: &sample.origin, table }
     }
 
     fn power(&self) -> Spectrum {
-        match self.emission {
-            Emission::Transmitted => self.light.power(self.origin),
-            Emission::Relative => self.light.relative(self.origin),
-        }
+        self.light.power(self.origin)
     }
 
     /// Response to a reflectance or transmittance times the power.

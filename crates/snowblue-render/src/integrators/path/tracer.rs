@@ -34,6 +34,7 @@ use crate::integrators::single_scattering::SingleScattering;
 use crate::integrators::sparkle::{SparkleReader, SparklingPoint};
 use crate::integrators::{FilteredSample, PathSample};
 use snowblue_light_field::{LightField, SnowAt};
+use snowblue_scene::Scene;
 use snowblue_scene::directions::Directions;
 use snowblue_scene::film::sensor::SensorSample;
 use snowblue_scene::light::{IncidentLight, Light, LightSample};
@@ -43,7 +44,6 @@ use snowblue_scene::objects::{Side, SurfaceInteraction};
 use snowblue_scene::queries::{SceneQueries, Statistics};
 use snowblue_scene::sampling::Sampler;
 use snowblue_scene::spectrum::Spectrum;
-use snowblue_scene::{Emission, Scene};
 
 /// Traces paths through a scene.
 #[derive(Debug)]
@@ -515,7 +515,7 @@ impl<'a> PathTracer<'a> {
         sample: &LightSample,
         incident: &IncidentLight,
     ) -> C {
-        let source = Source::new(self.scene, self.tables, light, sample, Emission::Transmitted);
+        let source = Source::new(self.scene, self.tables, light, sample);
         C::reflected(&source, vertex, incident) * (incident.irradiance_per_power * FRAC_1_PI)
     }
 }

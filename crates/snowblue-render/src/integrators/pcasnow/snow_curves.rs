@@ -10,7 +10,7 @@ use snowblue_database::{CompressedTable, DatabaseError, PcaSnow};
 
 use snowblue_scene::material::snow::SnowKinds;
 use snowblue_scene::objects::{Objects, SurfaceInteraction};
-use snowblue_scene::spectrum::SAMPLES;
+use snowblue_scene::spectrum::wavelengths_nm;
 
 /// The curves of a material's snow.
 #[derive(Debug)]
@@ -21,17 +21,17 @@ pub(crate) struct SnowCurves {
 }
 
 impl SnowCurves {
-    /// The curves of snow at some wavelengths, with the reason why they are not from the table if they are solved.
+    /// The curves of snow at the wavelengths of an image. If they are solved, also the reason why the table does not
+    /// hold them.
     ///
     /// # Errors
     ///
     /// If curves cannot be solved.
     pub(crate) fn new(
         kinds: &Arc<SnowKinds>,
-        wavelengths_nm: &[f64; SAMPLES],
         table: Option<&CompressedTable>,
     ) -> Result<(Self, Option<String>), DatabaseError> {
-        let (curves, reason) = PcaSnow::read_or_solve(table, &kinds.samples, wavelengths_nm)?;
+        let (curves, reason) = PcaSnow::read_or_solve(table, &kinds.samples, &wavelengths_nm())?;
         Ok((Self { kinds: Arc::clone(kinds), curves }, reason))
     }
 

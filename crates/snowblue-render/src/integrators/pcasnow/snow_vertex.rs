@@ -115,7 +115,7 @@ impl SnowVertex<'_> {
         end_m: f32,
     ) -> Option<Chord> {
         let SurfaceInteraction { object, point, normal, .. } = *self.surface;
-        queries.chord(object, &Line { point, normal, direction, end_m }, self.settings.exit)
+        queries.chord(object, &Line { point, normal, direction, end_m })
     }
 }
 

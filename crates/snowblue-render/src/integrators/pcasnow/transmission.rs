@@ -34,16 +34,16 @@
 
 use std::f32::consts::FRAC_1_PI;
 
-use snowblue_geometry::chord::{Chord, ChordEnd, Exit};
+use snowblue_geometry::chord::{Chord, ChordEnd};
 use snowblue_geometry::ray::SurfacePoint;
 
 use super::snow_vertex::{SnowVertex, depth_cm};
 use crate::integrators::path::carried::{Carried, LightTables, Source};
+use snowblue_scene::Scene;
 use snowblue_scene::light::{IncidentLight, Light, LightDirection, LightSample, SamplingTechniques};
 use snowblue_scene::objects::Side;
 use snowblue_scene::queries::SceneQueries;
 use snowblue_scene::sampling::Sampler;
-use snowblue_scene::{Emission, Scene};
 
 /// A path of light through the snow.
 #[derive(Debug, Clone, Copy)]
@@ -67,27 +67,16 @@ impl SnowVertex<'_> {
         sampler: &mut Sampler,
     ) -> C {
         let mut transmitted = C::ZERO;
-        let emission = self.settings.emission;
         for (index, light) in scene.lights().iter().enumerate() {
             let mut add = |sample: &LightSample| {
-                let source = Source::new(scene, tables, index, sample, emission);
+                let source = Source::new(scene, tables, index, sample);
                 if let Some(radiance) = self.through::<C>(tables, queries, &source, sample) {
                     transmitted += radiance;
                 }
             };
-            match emission {
-                Emission::Transmitted => {
-                    if let Some(sample) = tables.delta_sample(index) {
-                        add(sample);
-                        continue;
-                    }
-                }
-                Emission::Relative => {
-                    if let Some(sample) = light.central_sample() {
-                        add(&sample);
-                        continue;
-                    }
-                }
+            if let Some(sample) = tables.delta_sample(index) {
+                add(sample);
+                continue;
             }
             let techniques = self.techniques(light);
             for chosen in 0..techniques.len() {
@@ -167,8 +156,7 @@ impl SnowVertex<'_> {
         let (incident, entry) = match chord.exit {
             ChordEnd::Surface { object, point, normal } => {
                 let exit = SurfacePoint { point, normal };
-                let side = if self.settings.exit == Exit::Last { Side::Last(object) } else { Side::Inner(object) };
-                (sample.incident_along_line(&exit)?, Some((exit, side)))
+                (sample.incident_along_line(&exit)?, Some((exit, Side::Last(object))))
             }
             ChordEnd::Inside => (sample.incident_inside(self.surface.point)?, None),
         };
@@ -178,8 +166,6 @@ impl SnowVertex<'_> {
     /// Whether the light reaches the entry of a passage.
     #[inline]
     fn is_lit(&self, queries: &mut SceneQueries, sample: &LightSample, passage: &Passage) -> bool {
-        passage.entry.is_none_or(|(entry, side)| {
-            self.settings.emission == Emission::Relative || sample.is_visible(queries, &entry, side)
-        })
+        passage.entry.is_none_or(|(entry, side)| sample.is_visible(queries, &entry, side))
     }
 }

@@ -35,7 +35,7 @@ use wide::f32x4;
 use super::facet_field::{BandBins, Facet, FacetField, NormalRegion, Place};
 use super::footprint::Footprint;
 use snowblue_scene::description::SparkleDescription;
-use snowblue_scene::spectrum::{SAMPLES, Spectrum};
+use snowblue_scene::spectrum::{FIRST_WAVELENGTH_NM, SAMPLES, Spectrum, WAVELENGTH_STEP_NM, wavelengths_nm};
 
 /// Wavelengths at which light is computed; it is linear between them.
 const NODES: usize = 4;
@@ -131,17 +131,15 @@ pub(super) struct Nodes {
 
 impl Nodes {
     /// Nodes for the wavelengths of a picture.
-    pub(super) fn new(wavelengths_nm: &[f64; SAMPLES]) -> Self {
-        let least = wavelengths_nm.iter().copied().fold(f64::INFINITY, f64::min);
-        let greatest = wavelengths_nm.iter().copied().fold(0.0, f64::max);
-        let step = ((greatest - least) / (NODES - 1) as f64).max(f64::MIN_POSITIVE);
-        let between = wavelengths_nm.map(|wavelength_nm| {
-            let position = (wavelength_nm - least) / step;
+    pub(super) fn new() -> Self {
+        let step_nm = (SAMPLES - 1) as f64 * WAVELENGTH_STEP_NM / (NODES - 1) as f64;
+        let between = wavelengths_nm().map(|wavelength_nm| {
+            let position = (wavelength_nm - FIRST_WAVELENGTH_NM) / step_nm;
             #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "within the nodes")]
             let first = (position as usize).min(NODES - 2);
             (first, narrow(position - first as f64))
         });
-        Self { wavelengths_nm: std::array::from_fn(|node| (least + node as f64 * step).min(greatest)), between }
+        Self { wavelengths_nm: std::array::from_fn(|node| FIRST_WAVELENGTH_NM + node as f64 * step_nm), between }
     }
 
     /// Values at the nodes at all wavelengths.
@@ -342,7 +340,6 @@ fn fading(value: f32, [start, end]: [f32; 2]) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use snowblue_scene::spectrum::wavelengths_nm;
     use snowblue_transport::sample::GrainSize;
     use snowblue_transport::{Impurities, Substance, TruncatedNormal};
 
@@ -394,7 +391,7 @@ mod tests {
     fn facets(facet_size_um: f64) -> Facets {
         let sample = SnowSample { facetness: TruncatedNormal::exactly(0.5), ..SnowSample::default() };
         let sparkle = SparkleDescription { facet_size_um: Some(facet_size_um), flat_fraction: 0.7 };
-        Facets::new(&sample, &sparkle, &Nodes::new(&wavelengths_nm()), 9).unwrap().unwrap()
+        Facets::new(&sample, &sparkle, &Nodes::new(), 9).unwrap().unwrap()
     }
 
     /// Places far apart, so that their facets are independent.
@@ -545,7 +542,7 @@ mod tests {
         for (sample, shares) in [(dry, 0.999..1.001), (wet, 0.3..0.7), (dusty, 0.3..0.97)] {
             let (size_um, flat_fraction, pixel_rad) = (100.0, 0.7, MRAD);
             let sparkle = SparkleDescription { facet_size_um: Some(size_um), flat_fraction };
-            let nodes = Nodes::new(&wavelengths_nm());
+            let nodes = Nodes::new();
             let facets = Facets::new(&sample, &sparkle, &nodes, 3).unwrap().unwrap();
             let share = facets.external[MIDDLE].share();
             assert!(shares.contains(&share), "{share}");

@@ -48,7 +48,7 @@ impl SceneSparkle {
     ///
     /// If the constants of some snow do not cover a wavelength.
     pub(in crate::integrators) fn new(scene: &Scene, kinds: &SnowOfMaterials<SnowKinds>) -> Result<Self, RenderError> {
-        let nodes = Nodes::new(scene.wavelengths_nm());
+        let nodes = Nodes::new();
         let mut facets = Vec::with_capacity(kinds.len());
         for (material, kinds) in kinds.iter().enumerate() {
             let mut of_kinds = Vec::new();
