@@ -99,11 +99,7 @@ impl<'a> Exchange<'a> {
                     Some(start) => {
                         SolveOptions { start: Some(start), residual_left: RESIDUAL_LEFT, ..SolveOptions::default() }
                     }
-                    None => SolveOptions {
-                        start: prepared.before.as_ref(),
-                        tolerance: FIRST_RESIDUAL,
-                        ..SolveOptions::default()
-                    },
+                    None => SolveOptions { tolerance: FIRST_RESIDUAL, ..SolveOptions::default() },
                 };
                 solutions.push(prepared.solve(&lightings[number], &diffuse, goal));
             }

@@ -112,19 +112,9 @@ impl LightField {
         Ok(Self::lit(prepared, body_of, scene, Vec::new()))
     }
 
-    /// Solves for the light of other lamps in the same bodies. The solutions start from one of the present light, so
-    /// they depend on it within their tolerance.
-    pub(crate) fn relit(self, scene: &FieldScene) -> Self {
-        let (mut prepared, solutions, body_of) = self.into_parts(scene);
-        if let Some((_, lit)) = solutions.into_iter().next() {
-            prepared.iter_mut().zip(lit).for_each(|(one, lit)| one.before = Some(lit.fluence));
-        }
-        Self::lit(prepared, body_of, scene, Vec::new())
-    }
-
     /// Solves for the light of those lights in the same bodies for which `has_changed`, and keeps the solutions of the
-    /// others. The light field is the same, to the last bit, as a new one.
-    pub(crate) fn relit_where_changed(self, scene: &FieldScene, has_changed: &dyn Fn(usize) -> bool) -> Self {
+    /// others. The light field is identical, to the last bit, to a new one.
+    pub(crate) fn relit(self, scene: &FieldScene, has_changed: &dyn Fn(usize) -> bool) -> Self {
         let (prepared, mut solutions, body_of) = self.into_parts(scene);
         solutions.retain(|(lights, _)| !lights.iter().any(|light| has_changed(*light)));
         Self::lit(prepared, body_of, scene, solutions)
@@ -140,7 +130,7 @@ impl LightField {
             let BodyField { body, lit, nodes, snow, transport_length, view_factor } = one;
             solutions.iter_mut().zip(lit).for_each(|((_, bodies), lit)| bodies.push(lit));
             let solid = solid.expect("a body with a light field has an object and bounds");
-            PreparedBody { solid, body, nodes, snow, transport_length, view_factor, before: None }
+            PreparedBody { solid, body, nodes, snow, transport_length, view_factor }
         });
         (prepared.collect(), solutions, body_of)
     }
@@ -189,11 +179,6 @@ impl LightField {
     /// The number of its solutions that are not of an earlier light field.
     pub fn solved_count(&self) -> usize {
         self.solved_count
-    }
-
-    /// Counts all solutions as those of an earlier light field.
-    pub fn keep_all(&mut self) {
-        self.solved_count = 0;
     }
 
     /// Whether a light of the scene is a lamp inside snow.

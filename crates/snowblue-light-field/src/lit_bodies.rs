@@ -41,8 +41,8 @@ pub(super) fn solve(
         let bodies = prepared.iter().zip(&lightings).zip(diffuse).enumerate();
         let lit = bodies.map(|(number, ((prepared, lighting), mut diffuse))| {
             prepared.body.denoise(&mut diffuse, NOISE);
-            let start = fluences.get(number).or(prepared.before.as_ref());
-            let solution = prepared.solve(lighting, &diffuse, SolveOptions { start, ..SolveOptions::default() });
+            let options = SolveOptions { start: fluences.get(number), ..SolveOptions::default() };
+            let solution = prepared.solve(lighting, &diffuse, options);
             let sky = is_of_sky.then_some(&lighting.entering.irradiance);
             prepared.lit(solution, &diffuse, sky, spectrum)
         });

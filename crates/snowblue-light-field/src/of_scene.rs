@@ -80,7 +80,7 @@ impl LightField {
     pub fn after_changes(self, scene: &Scene, changes: &Changes, report: Report) -> Result<Self, SceneError> {
         let has_one_view = self.has_one_view();
         with_field_scene(scene, &|_| None, has_one_view, report, |field_scene| {
-            Ok(self.relit_where_changed(field_scene, &|light| changes.has_light(light)))
+            Ok(self.relit(field_scene, &|light| changes.has_light(light)))
         })
     }
 }

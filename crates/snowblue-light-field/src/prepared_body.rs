@@ -40,8 +40,6 @@ pub(super) struct PreparedBody<'a> {
     pub(super) transport_length: KnownFactor,
     /// If its cells have sizes for a viewer: the factor of these sizes that makes them fit into the memory.
     pub(super) view_factor: Option<f64>,
-    /// The solution for other light, from which the next starts.
-    pub(super) before: Option<Fluence>,
 }
 
 /// The light of lamps and skies of one spectrum on and in a body.
@@ -136,7 +134,7 @@ impl<'a> PreparedBody<'a> {
         let extrapolation = snow.top().surface().half_space().extrapolation();
         let body = SnowBody::new(&solid, options, &SnowOfCells { groups, of_cell: &of_cell, extrapolation });
         drop(of_cell);
-        Ok(Self { solid, body, nodes: nodes.clone(), snow, transport_length, view_factor, before: None })
+        Ok(Self { solid, body, nodes: nodes.clone(), snow, transport_length, view_factor })
     }
 
     /// The light of lamps and skies. `body_of` gives the body of each object.

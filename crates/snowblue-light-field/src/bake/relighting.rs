@@ -144,7 +144,7 @@ impl Relighting {
         let reflectance =
             |surface: &SurfaceInteraction| scene.materials()[surface.material].albedo(scene.objects(), surface);
         let Some(field) = self.field.take() else { return Vec::new() };
-        let field = field.relit(&FieldScene {
+        let lit_scene = FieldScene {
             objects: scene.objects(),
             lights: std::slice::from_ref(light),
             snow: &|_| None,
@@ -155,7 +155,8 @@ impl Relighting {
             has_one_view: false,
             settings: scene.description().light_field,
             watch: Watch::new(&|_| {}),
-        });
+        };
+        let field = field.relit(&lit_scene, &|_| true);
         let of_surface = |surface: &Surface| surface.lit(scene, &field, light);
         let lit = surfaces.iter().map(of_surface).collect();
         self.field = Some(field);

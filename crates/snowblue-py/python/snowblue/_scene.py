@@ -144,7 +144,6 @@ class Scene:
         seed: int | None = None,
         exposure: float | Literal["auto"] | None = None,
         tone: Tone | None = None,
-        bloom: float | None = None,
         aovs: Sequence[Aov] = (),
         database: Database | None = None,
         output: str | PathLike[str] | None = None,
@@ -156,7 +155,7 @@ class Scene:
         Parameters
         ----------
         integrator : "hybrid", "diffusion", "pcasnow" or "reference", optional
-        width, height, samples_per_pixel, noise_target, max_bounces, seed, exposure, tone, bloom : optional
+        width, height, samples_per_pixel, noise_target, max_bounces, seed, exposure, tone : optional
             Instead of those of the scene.
         raw : bool
             Leave out the filter of hybrid and diffusion, which averages the noise of random walks, of samples of a sky
@@ -184,7 +183,7 @@ class Scene:
             pcasnow solved for.
         """
         changed = self._changed(
-            film={"width": width, "height": height, "exposure": exposure, "tone": tone, "bloom": bloom},
+            film={"width": width, "height": height, "exposure": exposure, "tone": tone},
             integrator={
                 "type": integrator,
                 "samples_per_pixel": samples_per_pixel,

@@ -97,13 +97,9 @@ impl Integrator {
         let (mut notes, mut hash) = (scene.notes().to_vec(), None);
         let Preparation { table, earlier, has_one_view, report } = preparation;
         let has_one_view = has_one_view && scene.description().light_field.views == Views::Camera;
-        let method = match Kept::of(earlier, scene, has_one_view) {
-            Kept::Everything(mut method) => {
-                method.field_mut().into_iter().for_each(LightField::keep_all);
-                *method
-            }
-            Kept::Grids(method, changes) => method.relit(scene, &changes, report)?,
-            Kept::Nothing => {
+        let method = match earlier.and_then(|earlier| earlier.kept(scene, has_one_view)) {
+            Some((method, changes)) => method.relit(scene, &changes, report)?,
+            None => {
                 report(Progress { phase: Phase::Snow, done: 0, total: 0 });
                 let kinds = |material: &Material| material.snow().map(|snow| Arc::new(snow.kinds()));
                 let kinds: SnowOfMaterials<SnowKinds> = scene.materials().iter().map(kinds).collect();
@@ -243,6 +239,22 @@ impl Integrator {
         FirstHits::new(&self.prepared)
     }
 
+    /// The method, if it holds for another scene but for its lights, and what differs.
+    fn kept(self, scene: &Scene, has_one_view: bool) -> Option<(Method, Changes)> {
+        let Prepared { scene: before, method, .. } = self.prepared;
+        let changes = Changes::new(before.description(), scene.description());
+        let holds = match &method {
+            // The table may be another one.
+            Method::PcaSnow(_) => false,
+            Method::Reference(..) => !changes.solids,
+            Method::Diffusion(field) | Method::Hybrid(field, _) => {
+                let is_of_other_view = field.view_factor().is_some() && changes.view;
+                !changes.grids && !is_of_other_view && (has_one_view || !field.has_one_view())
+            }
+        };
+        holds.then_some((method, changes))
+    }
+
     /// A tracer for one task, with zero counts. For pictures of spectra, `responses` is false.
     pub(crate) fn tracer(&self, responses: bool) -> Tracer<'_> {
         let Prepared { scene, method, bodies, .. } = &self.prepared;
@@ -253,41 +265,6 @@ impl Integrator {
             }
         };
         Tracer { paths, air: scene.air() }
-    }
-}
-
-/// What holds of an earlier integrator for another scene.
-enum Kept {
-    Nothing,
-    /// Grids, and the solutions of all lights that are the same.
-    Grids(Box<Method>, Changes),
-    Everything(Box<Method>),
-}
-
-impl Kept {
-    fn of(earlier: Option<Integrator>, scene: &Scene, has_one_view: bool) -> Self {
-        let Some(Integrator { prepared: Prepared { scene: before, method, .. }, .. }) = earlier else {
-            return Self::Nothing;
-        };
-        let changes = Changes::new(before.description(), scene.description());
-        match &method {
-            _ if changes.solids => Self::Nothing,
-            // The table may be another one.
-            Method::PcaSnow(_) => Self::Nothing,
-            Method::Reference(..) => Self::Everything(Box::new(method)),
-            Method::Diffusion(field) | Method::Hybrid(field, _) => {
-                let is_of_other_view = field.view_factor().is_some() && changes.view;
-                if is_of_other_view || field.has_one_view() && !has_one_view {
-                    Self::Nothing
-                } else if !changes.field() {
-                    Self::Everything(Box::new(method))
-                } else if !changes.grids {
-                    Self::Grids(Box::new(method), changes)
-                } else {
-                    Self::Nothing
-                }
-            }
-        }
     }
 }
 

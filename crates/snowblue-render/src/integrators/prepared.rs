@@ -149,11 +149,4 @@ impl Method {
             Self::PcaSnow(_) | Self::Reference(..) => None,
         }
     }
-
-    pub(super) fn field_mut(&mut self) -> Option<&mut LightField> {
-        match self {
-            Self::Diffusion(field) | Self::Hybrid(field, _) => Some(field),
-            Self::PcaSnow(_) | Self::Reference(..) => None,
-        }
-    }
 }

@@ -76,9 +76,4 @@ impl Changes {
     pub fn has_light(&self, index: usize) -> bool {
         self.bounces || self.same_lights.as_ref().is_none_or(|same| same.get(index) == Some(&false))
     }
-
-    /// Whether anything of the light field differs.
-    pub fn field(&self) -> bool {
-        self.grids || self.bounces || self.any_light()
-    }
 }
