@@ -1,5 +1,5 @@
 // Renders a baked file by the lines for three.js of the chapter on real time, with a white point lamp, for
-// scripts/compare_renderers.py. It reads JSON: glb, size, lamp (where it is), view (position, target, degrees) and
+// `scripts/compare renderers`. It reads JSON: glb, size, lamp (where it is), view (position, target, degrees) and
 // intensity (of the lamp, in units of the file). It writes the radiance of all pixels, row by row.
 
 import { readFile } from "node:fs/promises";

@@ -1,4 +1,5 @@
-// The size of a page, which is limited: `node size.mjs DIST`; see scripts/check_page_size.
+// Prints the size of each file of a page, and fails if all together have more than a page may have:
+// `node web/size.mjs web/dist`. scripts/build-web makes that page; the one of tests is several times as large.
 
 import { readFileSync, readdirSync } from "node:fs";
 import { join } from "node:path";
