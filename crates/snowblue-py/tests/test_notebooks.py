@@ -53,7 +53,7 @@ assert abs(float(sooty_albedo.sel(wavelength=1300) - clean_albedo.sel(wavelength
 assert ((found["retrieved"] - found["truth"]).abs() < 4 * found["standard deviation"]).all()
 assert abs(fits["scale 1"].ssa.item() - 30.5) < 0.1 and abs(fits["scale retrieved"].ssa.item() - 28.2) < 0.1
 """,
-    # The root mean squares of the chapter on measurements, and rows and values of the published table.
+    # Rows and values of the published tables, and numbers of the chapter on measurements to their printed digits.
     "measured_albedo": """
 assert len(measured) == 181 and measured.albedo_340mm.iloc[0] == 0.99419 and measured.albedo_45mm.iloc[-1] == 0.46215
 assert abs(rms.loc["400–1300"] - [0.0096, 0.0261, 0.0153]).max() < 1e-4
@@ -63,14 +63,16 @@ assert (residuals["4.5 cm, predicted"] > 0).mean() > 0.95
 assert len(samples) == 32 and samples.B.iloc[0] == 1.776 and samples.ssa_m2_kg.iloc[-1] == 13.12
 assert abs(ours["B"] - 1.72) < 0.01 and abs(ours["g"] - 0.698) < 0.001 and abs(theirs["B"] - 1.53) < 0.01
 changes = table.astype(float).loc["their B, g and κ"] / table.astype(float).iloc[1] - 1
-assert abs(changes.iloc[:3] - [0.06, 0.09, 0.19]).max() < 0.01 and abs(fluxes(*own(1), 15, False)[1] / 0.01871 - 1) < 1e-3
+assert abs(changes.iloc[:3] - [0.06, 0.09, 0.19]).max() < 0.01
+assert abs(table.astype(float).loc["ours"] - [0.02162, 0.01871, 0.01029, 0.8293, 0.6644]).max() < 1e-4
 """,
     "water": """
 assert (differences["unexposed"].sel(water_saturation=slice(0.01, 0.1)) < 2).all()
 assert (differences["at middle grey"].sel(water_saturation=0.1, thickness=[1, 5, 15]) < JUST_NOTICEABLE).all()
 assert (brightness.sel(water_saturation=1) > 3).all() and (brightness.diff("water_saturation") > 0).all()
 """,
-    # PythonicDISORT has the streams of snowblue; both have the same grains.
+    # Both solvers have the same grains and 16 streams; only rounding differs. The chapter's numbers hold to their last
+    # digits but one.
     "simplifications": """
 assert abs(full / vertical - 1).max() < 1e-6
 errors = costs["error of T of 15 cm, %"]
@@ -80,7 +82,8 @@ assert abs(errors.loc["no absorption"] - [0.87, 18.07, 116.84]).max() < 0.05
 assert abs(errors.loc[["Henyey–Greenstein", "1 − ω proportional to k"]]).max(axis=None) < 0.2
 assert abs(costs.loc["spheres of equal SSA", "ΔE*ab unexposed"] - [5.17, 4.74, 4.51]).max() < 0.05
 """,
-    # The paper's form is worse by orders of magnitude. With a fifth of the curves some counts are one less.
+    # Twice the chapter's 99th percentile, since places are random; the paper's form is worse by orders of magnitude.
+    # With a fifth of the curves some counts are one less.
     "look_ups": """
 numbers = errors.map(lambda entry: [float(value) for value in entry.split(" / ")])
 ours, papers = (numbers.loc[key].iloc[0] for key in (("log, l′ = 6", "grid nodes", "0–80°", "transmittance"),
@@ -88,7 +91,7 @@ ours, papers = (numbers.loc[key].iloc[0] for key in (("log, l′ = 6", "grid nod
 assert ours[1] < 0.5 and papers[2] > 100 * ours[2]
 assert counts.loc["D65"].tolist() == ["8 (6)", "8", "8", "15 (12)"] and counts.loc["E"].iloc[0] == "6"
 """,
-    # Few samples leave half of the light of a cell uncertain; the ball by `brightest` is six times too bright.
+    # Few samples leave a cell of the corner uncertain by a fifth. By `brightest` the ball is six times too bright.
     "truth": """
 energy, rms = errors.energy.unstack(), errors.RMS.unstack()
 assert abs(np.log(energy.loc["corner on a floor"])).max() < 0.2
