@@ -30,7 +30,7 @@ SMALLER = {
         ("facetness = [0.1, 0.3, 0.5, 0.7, 0.9]", "facetness = [0.3]"),
         ("random.uniform(0.1, 0.9, 3)", "[0.3]"),
     ],
-    "truth": [("fraction = 1 ", "fraction = 1 / 64 ")],
+    "truth": [("factor = 1 ", "factor = 1 / 64 ")],
     "mitsuba": [
         ('"max_depth": 6', '"max_depth": 6, "step_mm": 40.0, "field_step_mm": 20.0'),
         ("spp=96", "spp=8"),
