@@ -14,16 +14,13 @@
 //! Lights with extent are found by sampling them and by the path's next ray, weighted by multiple importance sampling
 //! (see [`light`](snowblue_scene::light)).
 //!
-//! The throughput of a path is 1 until its first surface. Light there may be carried as the sensor's response instead
-//! of a spectrum, which is much faster to look up ([`carried`]). Light at later surfaces is a spectrum.
-
 use std::f32::consts::FRAC_1_PI;
 
 use glam::Vec3A;
 use snowblue_geometry::ray::{Ray, SurfacePoint};
 
-use super::carried::{Carried, LightTables, Source};
 use super::open_sky::OpenSky;
+use super::scene_lights::SceneLights;
 use super::vertex::{Shading, Vertex};
 use crate::integrators::first_hit::light_limit_m;
 use crate::integrators::hybrid::walk::WalkTracer;
@@ -36,7 +33,6 @@ use crate::integrators::{FilteredSample, PathSample};
 use snowblue_light_field::{LightField, SnowAt};
 use snowblue_scene::Scene;
 use snowblue_scene::directions::Directions;
-use snowblue_scene::film::sensor::SensorSample;
 use snowblue_scene::light::{IncidentLight, Light, LightSample};
 use snowblue_scene::material::Material;
 use snowblue_scene::material::diffuse::Diffuse;
@@ -49,7 +45,7 @@ use snowblue_scene::spectrum::Spectrum;
 #[derive(Debug)]
 pub(crate) struct PathTracer<'a> {
     scene: &'a Scene,
-    tables: &'a LightTables,
+    lights: SceneLights<'a>,
     queries: SceneQueries<'a>,
     /// Snow by PCASnow, or none with a light field.
     pcasnow: Option<PcaSnow<'a>>,
@@ -70,9 +66,9 @@ pub(crate) struct PathTracer<'a> {
 }
 
 /// Radiance along a camera ray, in W m⁻² sr⁻¹ as a band density.
-struct PathRadiance<C> {
+struct PathRadiance {
     /// Light that leaves the first surface, or a light before it.
-    first: C,
+    first: Spectrum,
     /// Whether the first surface is snow.
     sees_snow: bool,
     /// Distance to the first surface, in m; none if there is none.
@@ -80,54 +76,53 @@ struct PathRadiance<C> {
     /// Light that comes by further surfaces, if the path has any.
     later: Option<Spectrum>,
     /// What the filter compares, if the first surface is filtered.
-    filtered: Option<Compared<C>>,
+    filtered: Option<Compared>,
 }
 
 /// What the filter compares: light that leaves a surface, but for its sparkle, and an estimate of it.
-struct Compared<C> {
+struct Compared {
     /// All of it but what comes by further surfaces.
-    found: C,
+    found: Spectrum,
     /// An estimate of all of it that has little noise.
-    reading: C,
+    reading: Spectrum,
     is_snow: bool,
     normal: Vec3A,
 }
 
 /// Light of snow with a light field.
-struct SnowLight<C> {
+struct SnowLight {
     /// All but the sparkle.
-    radiance: C,
+    radiance: Spectrum,
     /// The radiance by the light field alone, for the filter.
-    reading: Option<C>,
+    reading: Option<Spectrum>,
     /// What single facets add to it, or take away.
-    sparkle: C,
+    sparkle: Spectrum,
 }
 
 /// Light that leaves a surface by lamps and skies, and of snow by its light field.
-struct DirectLight<C> {
+struct DirectLight {
     /// By the field and by all lights but smooth skies.
-    steady: C,
+    steady: Spectrum,
     /// By samples of smooth skies, unless they are left out.
-    of_sky: C,
+    of_sky: Spectrum,
     /// What single facets add to it, or take away.
-    sparkle: C,
+    sparkle: Spectrum,
 }
 
-impl<C: Carried> DirectLight<C> {
+impl DirectLight {
     /// All but the sparkle.
-    fn smooth(&self) -> C {
+    fn smooth(&self) -> Spectrum {
         let mut light = self.steady;
         light += self.of_sky;
         light
     }
 }
 
-impl<C: Carried> PathRadiance<C> {
+impl PathRadiance {
     /// The sample of the path.
     #[inline]
-    fn sample(self, carried: impl Fn(Spectrum) -> C) -> PathSample<C> {
+    fn sample(self) -> PathSample<Spectrum> {
         let Self { first: mut radiance, sees_snow, distance_m, later, filtered } = self;
-        let later = later.map(carried);
         if let Some(later) = later {
             radiance += later;
         }
@@ -136,15 +131,17 @@ impl<C: Carried> PathRadiance<C> {
             if let Some(later) = later {
                 found += later;
             }
-            FilteredSample { residual: found.less(reading), reading, is_snow, normal, distance_m }
+            let mut residual = found;
+            residual += reading * -1.0;
+            FilteredSample { residual, reading, is_snow, normal, distance_m }
         });
         PathSample { radiance, sees_snow, distance_m, filtered }
     }
 }
 
 impl<'a> PathTracer<'a> {
-    /// Starts with zero counts. The sensor's responses are looked up where `responses` is true.
-    pub(in crate::integrators) fn new(prepared: &'a Prepared, responses: bool) -> Self {
+    /// Starts with zero counts.
+    pub(in crate::integrators) fn new(prepared: &'a Prepared) -> Self {
         let Prepared { scene, method, bodies, .. } = prepared;
         let (pcasnow, field, volumes) = match method {
             Method::PcaSnow(curves) => (Some(PcaSnow::new(&scene.integrator().pcasnow, curves)), None, None),
@@ -154,7 +151,7 @@ impl<'a> PathTracer<'a> {
         };
         Self {
             scene,
-            tables: if responses { &prepared.tables } else { &prepared.no_tables },
+            lights: SceneLights::new(scene),
             queries: SceneQueries::new(scene.objects()),
             pcasnow,
             field,
@@ -176,22 +173,15 @@ impl<'a> PathTracer<'a> {
 
     /// One sample of the radiance along a camera ray, in W m⁻² sr⁻¹ as a band density.
     pub(crate) fn radiance(&mut self, camera_ray: &Ray, sampler: &mut Sampler) -> PathSample<Spectrum> {
-        self.trace::<Spectrum>(camera_ray, sampler).sample(|light| light)
-    }
-
-    /// The sensor's response to one sample of the radiance along a camera ray.
-    #[inline]
-    pub(crate) fn response(&mut self, camera_ray: &Ray, sampler: &mut Sampler) -> PathSample<SensorSample> {
-        let sensor = self.scene.sensor();
-        self.trace::<SensorSample>(camera_ray, sampler).sample(|light| sensor.sample(&light))
+        self.trace(camera_ray, sampler).sample()
     }
 
     #[inline]
-    fn trace<C: Carried>(&mut self, camera_ray: &Ray, sampler: &mut Sampler) -> PathRadiance<C> {
+    fn trace(&mut self, camera_ray: &Ray, sampler: &mut Sampler) -> PathRadiance {
         let hit = self.queries.camera_hit(camera_ray);
-        let mut first = C::ZERO;
+        let mut first = Spectrum::ZERO;
         if self.has_area_lights {
-            first += C::emitted(self.scene, &self.hit_lights(camera_ray, hit.as_ref(), None));
+            first += self.hit_lights(camera_ray, hit.as_ref(), None);
         }
         let Some(surface) = hit else {
             return PathRadiance { first, sees_snow: false, distance_m: None, later: None, filtered: None };
@@ -209,7 +199,7 @@ impl<'a> PathTracer<'a> {
             return PathRadiance { first, sees_snow, distance_m, later: None, filtered };
         }
         let sparkling = self.sparkling_curves(&vertex, camera_ray, sampler);
-        let direct = self.direct_light::<C>(&vertex, sparkling.as_ref(), sampler);
+        let direct = self.direct_light(&vertex, sparkling.as_ref(), sampler);
         let light = direct.smooth();
         first += light;
         first += direct.sparkle;
@@ -225,43 +215,37 @@ impl<'a> PathTracer<'a> {
 
     /// The light of the smooth skies and of the snow around that a surface reflects, roughly: as if nothing hid the
     /// snow, and nothing else the skies.
-    fn unhidden_light<C: Carried>(&self, vertex: &Vertex) -> C {
+    fn unhidden_light(&self, vertex: &Vertex) -> Spectrum {
         let mut light = self.sky.reflected(vertex);
         if let Some(field) = self.field {
             let snow = field.snow_seen_from(&vertex.shading_point());
             light = light * (1.0 - snow.share);
             light += vertex.reflectance(vertex.normal) * snow.irradiance * FRAC_1_PI;
         }
-        C::emitted(self.scene, &light)
+        light
     }
 
     /// Light from snow, by the light field at the surface or by a random walk, and its sparkle.
-    fn snow_light<C: Carried>(
-        &mut self,
-        snow: SnowAt,
-        vertex: &Vertex,
-        camera_ray: &Ray,
-        sampler: &mut Sampler,
-    ) -> SnowLight<C> {
+    fn snow_light(&mut self, snow: SnowAt, vertex: &Vertex, camera_ray: &Ray, sampler: &mut Sampler) -> SnowLight {
         let sparkling = self
             .sparkle
             .as_ref()
             .and_then(|sparkle| sparkle.at((vertex.surface, snow.kind, vertex.normal), camera_ray));
         let direct = if self.walks.is_none() || self.is_filtered {
-            self.field_light::<C>(snow, vertex, (camera_ray, sparkling.as_ref()), sampler)
+            self.field_light(snow, vertex, (camera_ray, sparkling.as_ref()), sampler)
         } else {
-            let sparkle = sparkling.map_or(C::ZERO, |sparkling| self.sparkle_light(&sparkling, vertex, sampler));
-            DirectLight { steady: C::ZERO, of_sky: C::ZERO, sparkle }
+            let sparkle = sparkling.map_or(Spectrum::ZERO, |sparkling| self.sparkle_light(&sparkling, vertex, sampler));
+            DirectLight { steady: Spectrum::ZERO, of_sky: Spectrum::ZERO, sparkle }
         };
         let reading = self.is_filtered.then(|| {
             let mut reading = direct.steady;
             let of_sky = snow.field.sky_irradiance(&vertex.shading_point()) * FRAC_1_PI;
-            reading += C::emitted(self.scene, &of_sky);
+            reading += of_sky;
             // The residual is what is found beside the reading, whatever that is. A negative reading counts as none.
-            if reading.luminance(self.tables) > 0.0 { reading } else { C::ZERO }
+            if self.lights.luminance(&reading) > 0.0 { reading } else { Spectrum::ZERO }
         });
         let radiance = match &mut self.walks {
-            Some(walks) => C::emitted(self.scene, &walks.walk(snow, vertex.surface, camera_ray, sampler)),
+            Some(walks) => walks.walk(snow, vertex.surface, camera_ray, sampler),
             None => direct.smooth(),
         };
         SnowLight { radiance, reading, sparkle: direct.sparkle }
@@ -293,7 +277,7 @@ impl<'a> PathTracer<'a> {
     }
 
     /// The change of the light that leaves a surface by its sparkle in all lights.
-    fn sparkle_light<C: Carried>(&mut self, sparkling: &SparklingPoint, vertex: &Vertex, sampler: &mut Sampler) -> C {
+    fn sparkle_light(&mut self, sparkling: &SparklingPoint, vertex: &Vertex, sampler: &mut Sampler) -> Spectrum {
         let directions = vertex.directions;
         let mut sparkle = Spectrum::ZERO;
         for (index, source) in self.scene.lights().iter().enumerate().filter(|(_, light)| !light.is_sky()) {
@@ -305,7 +289,7 @@ impl<'a> PathTracer<'a> {
                 }
             }
         }
-        C::emitted(self.scene, &sparkle)
+        sparkle
     }
 
     /// Samples of a light as seen from a surface, which count together; none of a diffuse light.
@@ -316,7 +300,7 @@ impl<'a> PathTracer<'a> {
         sampler: &mut Sampler,
     ) -> [Option<LightSample>; 2] {
         let source = &self.scene.lights()[light];
-        match self.tables.delta_sample(light) {
+        match self.lights.delta_sample(light) {
             Some(sample) => [Some(*sample), None],
             None if source.is_diffuse() => [None, None],
             None => source.samples_at(directions, sampler),
@@ -340,7 +324,7 @@ impl<'a> PathTracer<'a> {
                 radiance.add_product(1.0, &throughput, &snow.field.mean_radiance(&surface.surface_point()));
                 break;
             }
-            let direct = self.direct_light::<Spectrum>(&vertex, None, sampler).smooth();
+            let direct = self.direct_light(&vertex, None, sampler).smooth();
             radiance.add_product(1.0, &throughput, &direct);
             // The last ray finds lights only.
             if bounce == max_bounces && !self.has_area_lights {
@@ -375,18 +359,18 @@ impl<'a> PathTracer<'a> {
     }
 
     /// Light that snow with a light field sends out: what it reflects of the lights, and what comes from inside.
-    fn field_light<C: Carried>(
+    fn field_light(
         &mut self,
         snow: SnowAt,
         vertex: &Vertex,
         (camera_ray, sparkling): (&Ray, Option<&SparklingPoint>),
         sampler: &mut Sampler,
-    ) -> DirectLight<C> {
+    ) -> DirectLight {
         let (surface, directions) = (vertex.shading_point(), vertex.directions);
         let cos_exit = -surface.normal.dot(vertex.surface.direction);
         // Light that is computed as spectra, and responses: each without the light of smooth skies, and of it alone.
         let mut radiances = [snow.diffuse_radiance(&surface, cos_exit), Spectrum::ZERO];
-        let (mut lights, mut sparkle) = ([C::ZERO; 2], Spectrum::ZERO);
+        let (mut lights, mut sparkle) = ([Spectrum::ZERO; 2], Spectrum::ZERO);
         let [number, ..] = sampler.next_four();
         let point = self.singles.as_mut().map(|singles| singles.point(snow, vertex.surface, camera_ray, number));
         for index in 0..self.scene.lights().len() {
@@ -399,7 +383,7 @@ impl<'a> PathTracer<'a> {
             for sample in self.samples_of_light(index, &directions, sampler).into_iter().flatten() {
                 let incident = self.visible(vertex, &sample);
                 if let Some(incident) = &incident {
-                    lights[part] += self.reflected::<C>(vertex, index, &sample, incident);
+                    lights[part] += reflected(vertex, source, &sample, incident);
                     if let Some(sparkling) = sparkling
                         && let Some(change) = self.sparkle_change(sparkling, vertex, (source, &sample), incident)
                     {
@@ -416,10 +400,10 @@ impl<'a> PathTracer<'a> {
         }
         let [steady, of_sky] = [0, 1].map(|part| {
             let mut light = lights[part];
-            light += C::emitted(self.scene, &radiances[part]);
+            light += radiances[part];
             light
         });
-        let sparkle = if sparkling.is_some() { C::emitted(self.scene, &sparkle) } else { C::ZERO };
+        let sparkle = if sparkling.is_some() { sparkle } else { Spectrum::ZERO };
         DirectLight { steady, of_sky, sparkle }
     }
 
@@ -465,20 +449,20 @@ impl<'a> PathTracer<'a> {
 
     /// Light from the lights that leaves a surface: transmitted by snow and reflected.
     #[inline]
-    fn direct_light<C: Carried>(
+    fn direct_light(
         &mut self,
         vertex: &Vertex,
         sparkling: Option<&SparklingPoint>,
         sampler: &mut Sampler,
-    ) -> DirectLight<C> {
+    ) -> DirectLight {
         let transmitted = match &vertex.shading {
-            Shading::Snow(snow) => snow.transmitted(self.scene, self.tables, &mut self.queries, sampler),
-            Shading::Field(_) | Shading::Ground(_) | Shading::Diffuse(_) | Shading::Textured(_) => C::ZERO,
+            Shading::Snow(snow) => snow.transmitted(&self.lights, &mut self.queries, sampler),
+            Shading::Field(_) | Shading::Ground(_) | Shading::Diffuse(_) | Shading::Textured(_) => Spectrum::ZERO,
         };
-        let mut light = DirectLight { steady: transmitted, of_sky: C::ZERO, sparkle: C::ZERO };
+        let mut light = DirectLight { steady: transmitted, of_sky: Spectrum::ZERO, sparkle: Spectrum::ZERO };
         let directions = vertex.directions;
         for index in 0..self.scene.lights().len() {
-            let sample = match self.tables.delta_sample(index) {
+            let sample = match self.lights.delta_sample(index) {
                 Some(sample) => Some(*sample),
                 None => self.scene.lights()[index].sample_for_reflection(&directions, sampler),
             };
@@ -487,11 +471,11 @@ impl<'a> PathTracer<'a> {
             {
                 let source = &self.scene.lights()[index];
                 let part = if source.is_smooth_sky() { &mut light.of_sky } else { &mut light.steady };
-                *part += self.reflected::<C>(vertex, index, &sample, &incident);
+                *part += reflected(vertex, source, &sample, &incident);
                 if let Some(sparkling) = sparkling
                     && let Some(change) = self.sparkle_change(sparkling, vertex, (source, &sample), &incident)
                 {
-                    light.sparkle += C::emitted(self.scene, &change);
+                    light.sparkle += change;
                 }
             }
         }
@@ -505,17 +489,11 @@ impl<'a> PathTracer<'a> {
         let surface = vertex.surface.surface_point();
         sample.is_visible(&mut self.queries, &surface, Side::Outer(vertex.surface.object)).then_some(incident)
     }
+}
 
-    /// Reflected light of one light sample that arrives at a surface, L = R E / π.
-    #[inline]
-    fn reflected<C: Carried>(
-        &self,
-        vertex: &Vertex,
-        light: usize,
-        sample: &LightSample,
-        incident: &IncidentLight,
-    ) -> C {
-        let source = Source::new(self.scene, self.tables, light, sample);
-        C::reflected(&source, vertex, incident) * (incident.irradiance_per_power * FRAC_1_PI)
-    }
+/// Reflected light of one light sample that arrives at a surface, L = R E / π.
+#[inline]
+fn reflected(vertex: &Vertex, light: &Light, sample: &LightSample, incident: &IncidentLight) -> Spectrum {
+    let factor = incident.irradiance_per_power * FRAC_1_PI;
+    vertex.reflectance(incident.direction) * light.power(&sample.origin) * factor
 }
