@@ -16,12 +16,6 @@ their number is not known."""
 DELAY_S = 1.0
 
 
-def check_no_progress(progress: Any) -> None:
-    """Results that are computed later report nothing now."""
-    if progress not in (None, False):
-        raise ValueError("progress is given, but arrays of dask are computed later; dask has a bar of its own")
-
-
 @contextmanager
 def reporting(progress: Progress, unit: str) -> Iterator[Callable[[int, int], object] | None]:
     """A function that shows the progress of some work."""

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from snowblue import _native
-from snowblue._arguments import attributes, checks_names, wavelength_coordinate
+from snowblue._arguments import WAVELENGTH, attributes, checks_names, own_axis
 from snowblue._database import Database, existing
 from snowblue._progress import PhaseProgress, reporting_phases
 
@@ -354,7 +354,7 @@ def _picture(rendered: dict[str, Any]) -> xr.Dataset:
             continue
         variables[group] = (("y", "x", last[group]), stacked, description)
         if group == "spectrum":
-            coords["wavelength"] = wavelength_coordinate(wavelengths_nm)
+            coords["wavelength"] = own_axis(WAVELENGTH, wavelengths_nm)
         elif group == "normal":
             coords["axis"] = [AXES[name.split(".")[1]] for name in names]
     return xr.Dataset(variables, coords, attributes(**made))
