@@ -258,8 +258,6 @@ class Axes:
         for dim, size in array.sizes.items():
             if dim in RESERVED:
                 raise ValueError(f"{name} has a dimension '{dim}', which belongs to the results")
-            if size != size:
-                raise ValueError(f"{name} has chunks of unknown sizes: call its compute_chunk_sizes() first")
             if size == 0:
                 raise ValueError(f"{name} has no values")
             if self.sizes.setdefault(dim, size) != size:
@@ -462,18 +460,18 @@ def add_snow(axes: Axes, given: Mapping[str, Any]) -> dict[str, Any]:
     for name, value in given.items():
         if name not in SNOW or value is None:
             continue
+        SNOW[name].check(value)
         if is_several(value):
             axes.add(name, SNOW[name], value, word if name in WORDS else number, name)
-            continue
-        SNOW[name].check(value)
-        fixed[name] = _single(name, value)
+        else:
+            fixed[name] = _single(name, value)
     for name, value in impurities(given.get("impurities_ng_g")).items():
         quantity = Quantity(name.replace("-", "_"), "ng g-1")
+        quantity.check(value)
         if is_several(value):
             axes.add(name, quantity, value, label=name)
-            continue
-        quantity.check(value)
-        fixed.setdefault("impurities_ng_g", {})[name] = number(name, value)
+        else:
+            fixed.setdefault("impurities_ng_g", {})[name] = number(name, value)
     return fixed
 
 
@@ -533,6 +531,8 @@ def array_of(
         value = xr.DataArray(values, dims=[quantity.name] if several else [])
     elif value.ndim == 0:
         value = xr.DataArray(value.values)
+    if any(size != size for size in value.shape):
+        raise ValueError(f"{quantity.name} has chunks of unknown sizes: call its compute_chunk_sizes() first")
     if value.dtype.kind in "fiu" and convert is not word:
         return value.astype(float)
     if is_lazy(value):
@@ -589,6 +589,8 @@ def one_snow(given: Mapping[str, Any]) -> dict[str, Any]:
     fixed = add_snow(axes, given)
     if axes.sizes:
         raise ValueError(f"{next(iter(axes.sizes))} has several values, but must have one")
+    # This checks them.
+    single_values(fixed, {})
     return fixed
 
 

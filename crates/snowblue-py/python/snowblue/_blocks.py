@@ -50,20 +50,22 @@ def in_blocks(
     is_later = any(map(is_lazy, arrays.values()))
     outputs = solve(no_rows(arrays, inner), **shared)
     places = [xr.Variable(dim, np.arange(size)) for dim, size in sizes.items()]
+    cores = [[dim for dim in inner if dim in array.dims] for array in arrays.values()]
+    values = [array.variable for array in arrays.values()]
     options: dict[str, Any] = {}
     if is_later:
         import dask
 
         places = [place.chunk() for place in places]
+        values = [value.chunk(dict.fromkeys(core, -1)) for value, core in zip(values, cores)]
         options = {name: dask.delayed(value, traverse=False) for name, value in shared.items()}
-        options |= {"allow_rechunk": True, "output_sizes": {}}
+        options["output_sizes"] = {}
         for dims, array in outputs.values():
             options["output_sizes"] |= dict(zip(dims, array.shape[1:]))
-    cores = [[dim for dim in inner if dim in array.dims] for array in arrays.values()]
     found = xr.apply_ufunc(
         functools.partial(_solved, solve, dict(zip(arrays, map(len, cores))), dict(sizes), bands),
         *places,
-        *(array.variable for array in arrays.values()),
+        *values,
         input_core_dims=[[] for _ in places] + cores,
         output_core_dims=[dims for dims, _ in outputs.values()],
         kwargs=None if is_later else shared,
