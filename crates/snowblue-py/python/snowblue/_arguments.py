@@ -7,7 +7,8 @@ import functools
 import inspect
 import re
 import reprlib
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, TypedDict, TypeVar
 
@@ -219,6 +220,15 @@ def angle(name: str, value: Any) -> float:
 def angles_or_diffuse(angles_deg: Any) -> list[Any]:
     """Angles in degrees, with the word for diffuse light."""
     return ["diffuse" if one == DIFFUSE_DEG else one for one in np.ravel(angles_deg).tolist()]
+
+
+@contextmanager
+def located(name: str, place: int, count: int) -> Iterator[None]:
+    """Says which one of several values is wrong."""
+    try:
+        yield
+    except ValueError as error:
+        raise ValueError(error.args[0] + (f", at {name}[{place}]" if count > 1 else "")) from None
 
 
 class Axes:
@@ -576,10 +586,10 @@ def wavelengths(value: Any) -> xr.DataArray:
     array = axis(WAVELENGTH, value)
     least, greatest = _native.wavelength_range({})
     for place, nm in enumerate(array.values.tolist()):
-        if not least <= nm <= greatest:
-            at = f", at wavelength[{place}]" if array.size > 1 else ""
-            text = "NaN" if nm != nm else f"{nm:.12g}"
-            raise ValueError(f"wavelength is {text} nm, but must lie in {least:g}–{greatest:g} nm{at}")
+        with located("wavelength", place, array.size):
+            if not least <= nm <= greatest:
+                text = "NaN" if nm != nm else f"{nm:.12g}"
+                raise ValueError(f"wavelength is {text} nm, but must lie in {least:g}–{greatest:g} nm")
     return array
 
 

@@ -187,7 +187,6 @@ def light_at_depth(
     }
     sizes = {dim: sky.sizes[dim] for dim in dims} | {name: coords[name].size for name in AXES}
     variables = {}
-    by_name = {name.replace("-", "_"): name for name in jacobian}
     for label, array in arrays.items():
         label = label.replace("-", "_")
         name, _, parameter = label.partition("_per_")
@@ -196,7 +195,7 @@ def light_at_depth(
         is_spectral = not band and "warming" not in name
         attrs = _describe(plain, band, is_spectral, daily)
         if parameter:
-            quantity = parameter_quantity(by_name[parameter])
+            quantity = parameter_quantity(parameter)
             attrs["units"] = quantity.of_derivative(attrs["units"])
             of = f"derivative with respect to {quantity.attributes()['long_name']} of: "
             attrs["long_name"] = of + attrs["long_name"]

@@ -34,6 +34,7 @@ from snowblue._arguments import (
     check_names,
     checks_names,
     hyphenated,
+    located,
     mapping,
     mass_argument,
     names_of,
@@ -224,7 +225,6 @@ def spectrum(
     coords = {name: one for name, one in axes.coordinates(at).items() if name not in variables}
     coords["wavelength"] = at.variable
     solved = _dataset(variables, coords, single_values(fixed, axes.arrays) | made)
-    _describe_derivatives(solved, FLUXES, jacobian)
     if ground.ndim > 0 or ground > 0:
         _describe_ground(solved, made.get("ground_albedo"))
     return solved
@@ -410,7 +410,6 @@ def layers(
         **_made(engine, streams, rays, False, seed),
     }
     solved = _dataset(variables, coords, made)
-    _describe_derivatives(solved, FLUXES + DEPTH_FLUXES if depths_cm else FLUXES, jacobian)
     if ground_albedo > 0:
         _describe_ground(solved, ground_albedo)
     return solved
@@ -435,18 +434,12 @@ def packed_layers(
         if "thickness_cm" not in layer:
             raise TypeError(f"layers[{place}] has no thickness_cm")
         known = {name: value for name, value in layer.items() if name != "thickness_cm" and value is not None}
-        try:
-            if "kind" in known:
-                for name in ("kind", "ice"):
-                    if not isinstance(known.get(name, ""), str):
-                        raise ValueError(f"{name} is {shown(known[name])}, but must be a word")
-            else:
-                known = one_snow(known)
+        with located("layers", place, len(layers)):
+            for name in ("kind", "ice") if "kind" in known else ():
+                if not isinstance(known.get(name, ""), str):
+                    raise ValueError(f"{name} is {shown(known[name])}, but must be a word")
+            known = known if "kind" in known else one_snow(known)
             packed.append((known, number("thickness_cm", layer["thickness_cm"])))
-        except ValueError as error:
-            if len(layers) > 1:
-                raise ValueError(f"{error}, at layers[{place}]") from None
-            raise
     return packed
 
 
@@ -482,30 +475,29 @@ def locating_layers(
     try:
         yield
     except ValueError as error:
-        message = error.args[0]
-        options = _engine("ordinates", "auto", 2, False, 1, False)
-
-        def is_cause(layers: list[Any], depth_cm: list[float], angle_deg: list[Any]) -> bool:
-            ground = {"layers": layers, "ground_albedo": 0.0, "depth_cm": depth_cm}
-            cases = {"thickness_cm": [], "angle_deg": angle_deg, "wavelength_nm": []}
-            try:
-                # Without wavelengths nothing is solved.
-                _native.stack(ground, cases, [], options, None)
-            except ValueError as own:
-                return own.args[0] == message
-            return False
-
+        message, *others = error.args
+        # Only the last layer may be infinitely thick.
         causes = {
-            # Only the last one may be infinitely thick.
-            "layers": [([layer, ({}, 1.0)], [], []) for layer in packed[:-1]] + [(packed[-1:], [], [])],
-            DEPTH.name: [(packed, [depth_cm], []) for depth_cm in depths_cm],
-            ANGLE.name: [(packed, [], [angle_deg]) for angle_deg in angles_deg],
+            "layers": [{"layers": [layer, ({}, 1.0)]} for layer in packed[:-1]] + [{"layers": packed[-1:]}],
+            DEPTH.name: [{"layers": packed, "depth_cm": [depth_cm]} for depth_cm in depths_cm],
+            ANGLE.name: [{"layers": packed, "angle_deg": [angle_deg]} for angle_deg in angles_deg],
         }
-        for name, ones in causes.items():
-            for place, one in enumerate(ones):
-                if len(ones) > 1 and is_cause(*one):
-                    raise ValueError(f"{message}, at {name}[{place}]", *error.args[1:]) from None
+        for name, alone in causes.items():
+            for place, one in enumerate(alone):
+                if len(alone) > 1 and _refusal(**one) == message:
+                    raise ValueError(f"{message}, at {name}[{place}]", *others) from None
         raise
+
+
+def _refusal(layers: list[Any], depth_cm: list[float] = [], angle_deg: list[Any] = []) -> str:
+    """What is wrong with layers, depths or angles, or at last that no wavelength is given, so that nothing is solved."""
+    ground = {"layers": layers, "ground_albedo": 0.0, "depth_cm": depth_cm}
+    cases = {"thickness_cm": [], "angle_deg": angle_deg, "wavelength_nm": []}
+    try:
+        _native.stack(ground, cases, [], _engine("ordinates", "auto", 2, False, 1, False), None)
+    except ValueError as error:
+        return error.args[0]
+    return ""
 
 
 def described_layers(packed: list[tuple[dict[str, Any], float]]) -> str:
@@ -715,16 +707,6 @@ def check_parameters(names: Iterable[str]) -> None:
             raise ValueError(f"parameter {name!r} is not known; {suggestion(name, known)}")
 
 
-def _describe_derivatives(solved: xr.Dataset, fluxes: Iterable[str], jacobian: Iterable[str]) -> None:
-    """Units and names of derivatives."""
-    for name in jacobian:
-        quantity = parameter_quantity(name)
-        for flux in fluxes:
-            units = quantity.of_derivative(UNITS.get(flux, "1"))
-            long_name = f"derivative of {flux.replace('_', ' ')} with respect to {quantity.attributes()['long_name']}"
-            solved[f"{flux}_per_{name.replace('-', '_')}"].attrs = {"units": units, "long_name": long_name}
-
-
 def _made(engine: str, streams: int | str, rays: int, per_wavelength: bool, seed: int) -> dict[str, Any]:
     if engine == "montecarlo":
         shared = "each wavelength" if per_wavelength else "each angle and index node"
@@ -733,10 +715,17 @@ def _made(engine: str, streams: int | str, rays: int, per_wavelength: bool, seed
 
 
 def _dataset(variables: Mapping[str, Any], coords: Mapping[str, Any], made: Mapping[str, Any]) -> xr.Dataset:
+    """A dataset, whose variables have units and long names by their names."""
     solved = dataset(variables, coords, attributes(**made))
     for name, variable in solved.data_vars.items():
-        aspect = next((end for end in ASPECTS if name.endswith(end)), "")
-        plain = name.removesuffix(aspect)
-        long_name = ASPECTS.get(aspect, "{}").format(LONG_NAMES.get(plain, plain.replace("_", " ")))
-        variable.attrs = {"units": UNITS.get(plain, "1"), "long_name": long_name}
+        quantity, _, parameter = name.partition("_per_")
+        aspect = next((end for end in ASPECTS if quantity.endswith(end)), "")
+        plain = quantity.removesuffix(aspect)
+        words = plain.replace("_", " ")
+        long_name, units = ASPECTS.get(aspect, "{}").format(LONG_NAMES.get(plain, words)), UNITS.get(plain, "1")
+        if parameter:
+            by = parameter_quantity(parameter)
+            long_name = f"derivative of {words} with respect to {by.attributes()['long_name']}"
+            units = by.of_derivative(units)
+        variable.attrs = {"units": units, "long_name": long_name}
     return solved
