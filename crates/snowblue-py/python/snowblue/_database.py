@@ -254,8 +254,8 @@ def _looked_up(rows: Mapping[str, np.ndarray], table: Database) -> dict[str, Any
         # All snows are under the same light.
         numbers = {case: number for number, case in enumerate(itertools.product(*distinct))}
         try:
-            found = curves(*distinct)
-            return {name: ((WAVELENGTH.name,), values[[numbers[case] for case in cases]]) for name, values in found.items()}
+            places = [numbers[case] for case in cases]
+            return {name: ((WAVELENGTH.name,), values[places]) for name, values in curves(*distinct).items()}
         except ValueError:
             # Each case alone says where the error is.
             if not cases:

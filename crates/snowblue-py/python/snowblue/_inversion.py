@@ -240,13 +240,13 @@ def invert(
     if bands is None:
         if light is not None:
             raise TypeError("light is given without bands")
-        channels = _wavelengths(given, wavelength_nm)
-        wavelengths_nm = channels.labels
+        wavelengths_nm = _wavelengths(given, wavelength_nm)
+        channels = xr.Variable("wavelength", wavelengths_nm)
     else:
         curves = response_curves(bands)
         wavelengths_nm = _model_wavelengths(curves, wavelength_nm)
         weights = band_weights(curves, light, wavelengths_nm.tolist())
-        channels = Channels("band", np.array(list(curves)))
+        channels = xr.Variable("band", [*curves])
     measured = _measured(given, channels)
     first = next(iter(measured.values())).at_one_depth()
     names, priors = _priors(retrieve)
@@ -295,11 +295,11 @@ def invert(
     }
     quantities = [{"quantity": name, "depth_cm": one.depths_cm, **errors} for name, one in measured.items()]
     described = _described(labels, measured, is_scaled=errors["scale_error"] != 0)
-    taken = {channels.dim, "parameter", "true_parameter", *described}
+    taken = {*channels.dims, "parameter", "true_parameter", *described}
     for dim in axes.sizes:
         if dim in taken:
             raise ValueError(f"an argument has a dimension '{dim}', which belongs to the results: rename it")
-    inner = ("depth", channels.dim, *([] if weights is None else ["wavelength"]))
+    inner = ("depth", *channels.dims, *([] if weights is None else ["wavelength"]))
     with reporting(axes.progress(progress), "spectra") as report:
         options = {"fixed": fixed, "packs": packs, "quantities": quantities, "unknowns": unknowns, "report": report}
         prior = _found(no_rows(axes.arrays, inner), **options)["prior"]
@@ -320,9 +320,9 @@ def invert(
         made = {"layers": described_layers(kept), **made}
     coords = {name: one for name, one in axes.coordinates(first.values).items() if name not in described}
     mean_nm = wavelengths_nm if weights is None else weights @ wavelengths_nm
-    coords["wavelength"] = (channels.dim, mean_nm, WAVELENGTH.attributes())
+    coords["wavelength"] = (channels.dims, mean_nm, WAVELENGTH.attributes())
     if weights is not None:
-        coords["band"] = ("band", channels.labels)
+        coords["band"] = channels
         made["band_light"] = "ASTM G173-03" if light is None else str(light.name or "given")
     coords |= {"parameter": [*labels], "true_parameter": [*labels]}
     for spectrum in measured.values():
@@ -350,7 +350,8 @@ def _described(
         long_names |= {name: f"measured {long_name}", f"{name}_fit": f"{long_name} of the retrieved snow"}
     long_names["averaging_kernel"] = "derivative of the retrieved state by the true one"
     long_names["covariance"] = "covariance of the posterior of the state"
-    described = {name: {"long_name": text, "units": units.get(name, "1")} for name, text in (long_names | NUMBERS).items()}
+    long_names |= NUMBERS
+    described = {name: {"long_name": text, "units": units.get(name, "1")} for name, text in long_names.items()}
     return described | {"outcome": {"long_name": "how the search has ended"}}
 
 
@@ -505,40 +506,18 @@ def _deviations(fluxes: Mapping[str, Any], given: Any) -> dict[str, Any]:
     return {name: given[name] if name in given else None for name in fluxes}
 
 
-@dataclass
-class Channels:
-    """Where values are measured: at wavelengths, or in bands."""
-
-    dim: str
-    """Its dimension in results: `wavelength` or `band`."""
-    labels: np.ndarray
-    """The wavelengths in nm, or the names of the bands."""
-
-    @property
-    def count(self) -> int:
-        return len(self.labels)
-
-    @property
-    def names(self) -> list[str] | None:
-        """The names of bands."""
-        return self.labels.tolist() if self.dim == "band" else None
-
-    @property
-    def words(self) -> str:
-        """Their number, in words."""
-        return f"{self.count} {self.dim}s"
-
-    def take(self, value: xr.DataArray, dim: str) -> xr.DataArray:
-        """An array whose dimension of channels, if it has one, is called so. Labels of another name are none."""
-        if dim != self.dim and dim in value.dims:
-            value = value.swap_dims({dim: self.dim}).drop_vars(dim, errors="ignore")
-        if self.dim != "band" or "band" not in value.dims or "band" not in value.coords:
-            return value
-        own = value.band.values
-        if own.dtype.kind not in "OU":
-            return value.drop_vars("band")
-        is_same_set = len(own) == self.count and {*own.tolist()} == {*self.labels.tolist()}
-        return value.sel(band=self.labels) if is_same_set else value
+def _with_channels(value: xr.DataArray, dim: str, channels: xr.Variable) -> xr.DataArray:
+    """An array whose dimension of wavelengths or bands, if it has one, is called so, without labels of another name."""
+    [own] = channels.dims
+    if dim != own and dim in value.dims:
+        value = value.swap_dims({dim: own}).drop_vars(dim, errors="ignore")
+    if own != "band" or "band" not in value.dims or "band" not in value.coords:
+        return value
+    names = value.band.values
+    if names.dtype.kind not in "OU":
+        return value.drop_vars("band")
+    is_same_set = len(names) == channels.size and {*names.tolist()} == {*channels.values.tolist()}
+    return value.sel(band=channels.values) if is_same_set else value
 
 
 @dataclass
@@ -547,11 +526,10 @@ class Measured:
 
     values: xr.DataArray
     """The wavelength or band is the last dimension, with its coordinate, perhaps after the depth."""
-    channels: Channels
+    given: xr.DataArray
+    """The array that is given."""
     dim: str
-    """What the array that is given calls this dimension."""
-    given: tuple[tuple[str, ...], tuple[int, ...]]
-    """Dimensions and shape of the array that is given."""
+    """What it calls the dimension of the wavelength or band."""
 
     @property
     def depths_cm(self) -> list[float]:
@@ -560,32 +538,30 @@ class Measured:
     @property
     def inner(self) -> list[str]:
         """The dimensions that belong to one pack."""
-        return ["depth", self.channels.dim] if "depth" in self.values.dims else [self.channels.dim]
+        return [*(["depth"] if "depth" in self.values.dims else []), str(self.values.dims[-1])]
 
     def at_one_depth(self) -> Measured:
         """The spectrum at one of the depths."""
         if not self.depths_cm:
             return self
-        kept = [(dim, size) for dim, size in zip(*self.given) if dim != "depth"]
-        given = tuple(dim for dim, _ in kept), tuple(size for _, size in kept)
-        return Measured(self.values.isel(depth=0, drop=True), self.channels, self.dim, given)
+        return Measured(self.values.isel(depth=0, drop=True), self.given.isel(depth=0, drop=True), self.dim)
 
     def rows(self, label: str, value: Any, axes: Axes) -> xr.DataArray:
         """Values on some dimensions, which are added to the axes, and then at all depths and channels."""
         import xarray as xr
 
+        channels = self.values[self.values.dims[-1]].variable
         value = labelled(value)
         if not hasattr(value, "dims"):
             array = value if is_lazy(value) else _floats(label, value)
-            dims, shape = self.given
-            known = {(): (), (self.channels.count,): (self.dim,), shape: dims}
+            known = {(): (), (channels.size,): (self.dim,), self.given.shape: self.given.dims}
             if array.shape not in known:
                 raise ValueError(
-                    f"the {label} has the shape {array.shape}, but there are {self.channels.words}, and spectra of the "
-                    f"shape {shape}"
+                    f"the {label} has the shape {array.shape}, but there are {channels.size} {channels.dims[0]}s, and "
+                    f"spectra of the shape {self.given.shape}"
                 )
             value = xr.DataArray(array, dims=known[array.shape])
-        value = self.channels.take(value, self.dim)
+        value = _with_channels(value, self.dim, channels)
         for dim in self.inner:
             labels = self.values[dim].values
             if dim not in value.dims:
@@ -603,22 +579,21 @@ def _has_labels(value: xr.DataArray, dim: str, labels: np.ndarray) -> bool:
     return is_same_size and (dim not in value.coords or np.array_equal(value[dim].values, labels))
 
 
-def _wavelengths(given: dict[str, Any], wavelength_nm: Any) -> Channels:
+def _wavelengths(given: dict[str, Any], wavelength_nm: Any) -> np.ndarray:
     """The wavelengths of the spectra."""
     if wavelength_nm is None:
         for value in map(labelled, given.values()):
             if "wavelength" in getattr(value, "dims", ()) and "wavelength" in value.coords:
-                wavelength_nm = value.wavelength.values
+                wavelength_nm = value.wavelength
                 break
         else:
             name = next(iter(given))
             words = f"the {_in_words(name)} has no dimension 'wavelength' with values"
             raise TypeError(f"wavelength_nm is missing, and {words}")
-    values_nm = np.atleast_1d(_floats("wavelength_nm", wavelength_nm))
+    values_nm = wavelengths(wavelength_nm).values
     if values_nm.size == 0:
         raise ValueError("wavelength_nm has no values")
-    wavelengths(values_nm.reshape(-1))
-    return Channels("wavelength", values_nm)
+    return values_nm
 
 
 def _model_wavelengths(curves: Mapping[str, Curve | None], wavelength_nm: Any) -> np.ndarray:
@@ -640,9 +615,8 @@ def _at_wavelengths(wavelengths_nm: np.ndarray) -> Measured:
     """A spectrum at the wavelengths of the model, with which others pair."""
     import xarray as xr
 
-    channels = Channels("wavelength", wavelengths_nm)
-    values = xr.DataArray(np.zeros(channels.count), {"wavelength": wavelengths_nm}, ["wavelength"])
-    return Measured(values, channels, "wavelength", (("wavelength",), (channels.count,)))
+    values = xr.DataArray(np.zeros(len(wavelengths_nm)), {"wavelength": wavelengths_nm}, ["wavelength"])
+    return Measured(values, values, "wavelength")
 
 
 def _interpolated(label: str, value: Any, wavelengths_nm: np.ndarray, used_nm: np.ndarray) -> Any:
@@ -674,30 +648,31 @@ def _interpolated(label: str, value: Any, wavelengths_nm: np.ndarray, used_nm: n
     return found.assign_coords(wavelength=wavelengths_nm)
 
 
-def _measured(given: dict[str, Any], channels: Channels) -> dict[str, Measured]:
+def _measured(given: dict[str, Any], channels: xr.Variable) -> dict[str, Measured]:
     """The measured spectra."""
     import xarray as xr
 
-    arrays = {name: labelled(value) for name, value in given.items()}
+    [own] = channels.dims
     measured = {}
-    for name, value in arrays.items():
-        Quantity(name, "1").check(value)
-        if not hasattr(value, "dims"):
-            array = value if is_lazy(value) else np.atleast_1d(_floats(name, value))
-            value = xr.DataArray(array, dims=[*(f"dim_{i}" for i in range(array.ndim - 1)), channels.dim])
-        if channels.dim == "band" and "wavelength" in value.dims:
+    for name, value in given.items():
+        as_given = labelled(value)
+        Quantity(name, "1").check(as_given)
+        if not hasattr(as_given, "dims"):
+            array = as_given if is_lazy(as_given) else np.atleast_1d(_floats(name, as_given))
+            as_given = xr.DataArray(array, dims=[*(f"dim_{i}" for i in range(array.ndim - 1)), own])
+        if own == "band" and "wavelength" in as_given.dims:
             words = f"the {_in_words(name)} has the dimension 'wavelength'"
             raise ValueError(f"{words}, but its values must be those of the bands")
-        inner = [dim for dim in value.dims if dim != "depth"]
-        dim = channels.dim if channels.dim in value.dims or not inner else inner[-1]
-        as_given = value.dims, value.shape
-        value = channels.take(value, dim)
-        if channels.labels.ndim != 1 or value.sizes.get(channels.dim) != channels.count:
-            raise ValueError(f"the {_in_words(name)} has the shape {as_given[1]}, but there are {channels.words}")
-        if not _has_labels(value, channels.dim, channels.labels):
-            raise ValueError(f"the {_in_words(name)} has other {channels.dim}s than those given")
-        value = value.astype(float).transpose(..., channels.dim).assign_coords({channels.dim: channels.labels})
-        measured[name] = Measured(value, channels, dim, as_given)
+        inner = [dim for dim in as_given.dims if dim != "depth"]
+        dim = own if own in as_given.dims or not inner else inner[-1]
+        value = _with_channels(as_given, dim, channels)
+        if value.sizes.get(own) != channels.size:
+            words = f"there are {channels.size} {own}s"
+            raise ValueError(f"the {_in_words(name)} has the shape {as_given.shape}, but {words}")
+        if not _has_labels(value, own, channels.values):
+            raise ValueError(f"the {_in_words(name)} has other {own}s than those given")
+        value = value.astype(float).transpose(..., own).assign_coords({own: channels.values})
+        measured[name] = Measured(value, as_given, dim)
     return measured
 
 

@@ -464,7 +464,8 @@ def changed_layer(count: int) -> xr.Variable:
     """The coordinate of derivatives of layers."""
     import xarray as xr
 
-    return xr.Variable("changed_layer", np.arange(count), {"long_name": "number of the layer that changes, from the top"})
+    attrs = {"long_name": "number of the layer that changes, from the top"}
+    return xr.Variable("changed_layer", np.arange(count), attrs)
 
 
 @contextmanager
@@ -490,7 +491,7 @@ def locating_layers(
 
 
 def _refusal(layers: list[Any], depth_cm: list[float] = [], angle_deg: list[Any] = []) -> str:
-    """What is wrong with layers, depths or angles, or at last that no wavelength is given, so that nothing is solved."""
+    """What is wrong with layers, depths or angles. Nothing is solved: at last, no wavelength is given."""
     ground = {"layers": layers, "ground_albedo": 0.0, "depth_cm": depth_cm}
     cases = {"thickness_cm": [], "angle_deg": angle_deg, "wavelength_nm": []}
     try:
