@@ -298,14 +298,18 @@ class Axes:
         import xarray as xr
 
         dims = {*self.sizes, *(dim for array in further for dim in array.dims)}
+        given = [array.coords.to_dataset() for array in (*self._carriers, *further)]
+        # Values that are not known yet are the same if they are those of one array.
+        sources: dict[Any, set[Any]] = {}
+        for coords in given:
+            for name, one in coords.variables.items():
+                sources.setdefault(name, set()).add(one.data.name if is_lazy(one) else None)
         carried = []
-        for array in [*self._carriers, *further]:
-            coords = array.coords.to_dataset()
-            dropped = {
-                name
-                for name, one in coords.variables.items()
-                if name in self.own or (one.dims != (name,) and name in dims) or (name in TAKEN and name not in dims)
-            }
+        for coords in given:
+            dropped = {*self.own} | {name for name, own in sources.items() if len(own) > 1}
+            for name, one in coords.variables.items():
+                if one.dims != (name,) if name in dims else name in TAKEN:
+                    dropped.add(name)
             # An index of several levels has all of them or none.
             broken = [name for name, one in coords.indexes.items() if name in dims and dropped & {*one.names}]
             carried.append(coords.reset_index(broken).drop_vars([*dropped, *broken], errors="ignore"))
@@ -485,10 +489,12 @@ def add_snow(axes: Axes, given: Mapping[str, Any]) -> dict[str, Any]:
     return fixed
 
 
-def snows_of_rows(
-    fixed: Mapping[str, Any], rows: Mapping[str, np.ndarray], count: int
-) -> tuple[_native.Snows, np.ndarray]:
-    """The snows that differ among some rows, and the number of the snow of each row."""
+def slabs_of_rows(
+    fixed: Mapping[str, Any], rows: Mapping[str, np.ndarray]
+) -> tuple[_native.Snows, dict[str, Any]]:
+    """The snows that differ among some rows; and thickness, light and ground of each row, whose places among the values
+    are those of its snow, thickness, light and ground."""
+    count = len(rows["angle_deg"])
     columns = {name: values.tolist() for name, values in rows.items() if name in SNOW or name in SUBSTANCES}
     all_values = list(zip(*columns.values())) if columns else [()] * count
     firsts: dict[tuple[Any, ...], int] = {}
@@ -501,7 +507,13 @@ def snows_of_rows(
         message, snow = error.args
         raise ValueError(message, [*firsts.values()][snow]) from None
     numbers = {values: snow for snow, values in enumerate(firsts)}
-    return native, np.array([numbers[values] for values in all_values], dtype=np.int64)
+    snow, own = np.array([numbers[values] for values in all_values], dtype=np.int64), np.arange(count)
+    return native, {
+        "thickness_cm": rows["thickness_cm"].tolist(),
+        "angle_deg": angles_or_diffuse(rows["angle_deg"]),
+        "ground_albedo": rows["ground_albedo"].tolist(),
+        "places": np.stack([snow, own, own, own], axis=-1),
+    }
 
 
 def values_of(value: Any) -> np.ndarray:

@@ -35,7 +35,7 @@ from snowblue._arguments import (
     own_axis,
     powers_of,
     single_values,
-    snows_of_rows,
+    slabs_of_rows,
     values_of,
     wavelengths,
     whole,
@@ -364,25 +364,13 @@ def _found(
     report: Any,
 ) -> dict[str, Any]:
     """What is retrieved from some spectra, and the priors that were used."""
-    count = len(rows["angle_deg"])
-    native, snow = snows_of_rows(fixed, rows, count)
-    own = np.arange(count)
-
-    def flat(name: str) -> np.ndarray:
-        return rows[name].reshape(count, math.prod(rows[name].shape[1:]))
-
-    given = {
-        **packs,
-        "thickness_cm": rows["thickness_cm"].tolist(),
-        "angle_deg": angles_or_diffuse(rows["angle_deg"]),
-        "ground_albedo": rows["ground_albedo"].tolist(),
-        "places": np.stack([snow, own, own, own], axis=-1),
-        "diffuse_fraction": flat("diffuse_fraction") if "diffuse_fraction" in rows else None,
-        "measured": [
-            {**one, "values": flat(one["quantity"]), "standard_deviation": flat(_deviation_of(one["quantity"]))}
-            for one in quantities
-        ],
-    }
+    native, given = slabs_of_rows(fixed, rows)
+    flat = {name: values.reshape(len(values), math.prod(values.shape[1:])) for name, values in rows.items()}
+    measured = [
+        {**one, "values": flat[one["quantity"]], "standard_deviation": flat[_deviation_of(one["quantity"])]}
+        for one in quantities
+    ]
+    given |= {**packs, "diffuse_fraction": flat.get("diffuse_fraction"), "measured": measured}
     with locating_layers(packs["layers"] or []):
         return _native.invert(native, given, unknowns, report)
 

@@ -44,7 +44,7 @@ from snowblue._arguments import (
     own_axis,
     shown,
     single_values,
-    snows_of_rows,
+    slabs_of_rows,
     suggestion,
     truth,
     wavelengths,
@@ -244,22 +244,13 @@ def _spectra(
         raise ValueError(
             "thickness_cm is inf, a half-space, which needs the engine 'ordinates': give 'montecarlo' a finite one"
         )
-    count = len(rows["thickness_cm"])
-    native, snow = snows_of_rows(fixed, rows, count)
-    own = np.arange(count)
-    cases = {
-        "thickness_cm": rows["thickness_cm"].tolist(),
-        "angle_deg": angles_or_diffuse(rows["angle_deg"]),
-        "ground_albedo": rows["ground_albedo"].tolist(),
-        "wavelength_nm": wavelength.values.tolist(),
-        "places": np.stack([snow, own, own, own], axis=-1),
-        "jacobian": jacobian,
-    }
+    native, cases = slabs_of_rows(fixed, rows)
+    cases |= {"wavelength_nm": wavelength.values.tolist(), "jacobian": jacobian}
     found = _native.spectrum(native, cases, engine, report)
     if uncertainty:
         found |= _native.spread(native, cases, uncertainty, engine, report)
     return {
-        name.replace("-", "_"): (wavelength.dims, values.reshape(count, wavelength.size))
+        name.replace("-", "_"): (wavelength.dims, values.reshape(len(cases["places"]), wavelength.size))
         for name, values in found.items()
     }
 
