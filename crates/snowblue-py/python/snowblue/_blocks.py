@@ -113,4 +113,4 @@ def dataset(variables: Mapping[str, Any], coords: Mapping[str, Any], attrs: Mapp
 
     unknown = {name: one for name, one in coords.items() if getattr(one, "dims", ()) == (name,) and is_lazy(one)}
     solved = xr.Dataset(variables, {name: one for name, one in coords.items() if name not in unknown}, attrs)
-    return solved.assign_coords(xr.Coordinates(unknown, indexes={}))
+    return solved.assign_coords(xr.Coordinates(unknown, indexes={})) if unknown else solved
