@@ -181,6 +181,23 @@ def test_arrays_of_dask_alone_make_axes_without_an_index(nothing_runs):
     xr.testing.assert_identical(later.compute().set_xindex("specific_surface_area"), at_once)
 
 
+def test_results_that_are_not_known_yet_may_be_arguments(nothing_runs):
+    """Further coordinates that are not known yet stay if they are those of one array."""
+    pits = drawn(4)
+    pits["height"] = pits.height.chunk(pit=2)
+    ssa = pits.ssa.chunk(pit=2)
+    with nothing_runs:
+        area = snowblue.aged_ssa(ssa_m2_kg=ssa.data, age_h=[1, 24])
+        later = snowblue.albedo(ssa_m2_kg=area, wavelength_nm=NM)
+        same = snowblue.albedo(ssa_m2_kg=ssa, density_kg_m3=pits.density.chunk(pit=2), wavelength_nm=NM)
+        other = pits.density.assign_coords(height=2 * pits.height)
+        different = snowblue.albedo(ssa_m2_kg=ssa, density_kg_m3=other, wavelength_nm=NM)
+    assert later.dims == ("new_snow", "age", "wavelength") and "height" in same.coords
+    assert "height" not in different.coords and "pit" in different.coords
+    np.testing.assert_array_equal(
+        later, snowblue.albedo(ssa_m2_kg=snowblue.aged_ssa(ssa_m2_kg=pits.ssa.values, age_h=[1, 24]), wavelength_nm=NM))
+
+
 def test_bands_of_lazy_spectra_are_lazy(nothing_runs):
     pits = drawn(4)
     wavelength_nm = np.arange(400, 701, 20)

@@ -7,15 +7,18 @@ import functools
 import inspect
 import re
 import reprlib
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import Any, TypedDict, TypeVar
+from typing import TYPE_CHECKING, Any, TypedDict, TypeVar
 
 import numpy as np
 
 from snowblue import _native
-from snowblue._blocks import Labelled, is_lazy, origin
+from snowblue._blocks import is_lazy
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -84,17 +87,18 @@ def powers_of(units: str) -> dict[str, int]:
 
 @dataclass(frozen=True)
 class Quantity:
-    """The coordinate of an argument."""
+    """What an argument is, for messages and coordinates."""
 
     name: str
     unit: str | None = None
     long_name: str | None = None
+    further: Mapping[str, Any] = field(default_factory=dict)
+    """Further attributes of its coordinates."""
 
-    def attributes(self) -> dict[str, str]:
-        attributes = {"long_name": self.long_name or self.name.replace("_", " ")}
-        if self.unit is not None:
-            attributes["units"] = self.unit
-        return attributes
+    def attributes(self) -> dict[str, Any]:
+        """The attributes of its coordinates."""
+        units = {} if self.unit is None else {"units": self.unit}
+        return {"long_name": self.long_name or self.name.replace("_", " "), **units, **self.further}
 
     def check(self, value: Any) -> None:
         """Raises ValueError for a dataset, and for an array that states another unit."""
@@ -129,8 +133,7 @@ SNOW = {
     "temperature_c": Quantity("temperature", "degC"),
     "ice": Quantity("ice", long_name="table of ice"),
 }
-
-STAND_INS: dict[str, tuple[Any, Any]] = {
+PAIRS: dict[str, tuple[Any, Any]] = {
     "snow": ("fresh", "firn"),
     "grain_size_um": (400.0, 500.0),
     "size_measure": ("greatest-extension", "volume-diameter"),
@@ -142,8 +145,7 @@ STAND_INS: dict[str, tuple[Any, Any]] = {
     "temperature_c": (-5.0, -4.0),
     "ice": ("warren2008", "picard2016"),
 }
-"""Values of arguments that are not known yet."""
-
+"""Two values of each property of snow, for what snows have in common that differ in it."""
 WORDS = ("snow", "size_measure", "ice")
 """Arguments of snow that are words."""
 RANGES = ("grain_size_um", "facetness", "sphericity")
@@ -156,171 +158,179 @@ RESERVED = ("wavelength", "illuminant", "depth", *RESULTS)
 """Names of dimensions and variables of results, which no dimension of an argument can have."""
 
 THICKNESS = Quantity("thickness", "cm")
-ANGLE = Quantity("angle", "degree", "angle of incidence")
-WAVELENGTH = Quantity("wavelength", "nm")
+BEAM = Quantity("angle", "degree", "angle of incidence")
+DIFFUSE_FLAG = {"flag_values": DIFFUSE_DEG, "flag_meanings": "diffuse"}
+ANGLE = Quantity("angle", "degree", "angle of incidence", DIFFUSE_FLAG)
+WAVELENGTH = Quantity("wavelength", "nm", further={"standard_name": "radiation_wavelength"})
 DEPTH = Quantity("depth", "cm")
 GROUND_ALBEDO = Quantity("ground_albedo", "1", "albedo of the ground")
 
-_QUANTITIES = (*SNOW.values(), THICKNESS, ANGLE, WAVELENGTH, DEPTH, GROUND_ALBEDO)
-TAKEN = {*RESULTS, *(quantity.name for quantity in _QUANTITIES)}
+TAKEN = {*RESULTS, *(one.name for one in (*SNOW.values(), THICKNESS, ANGLE, WAVELENGTH, DEPTH, GROUND_ALBEDO))}
 """Names of arguments and results."""
 
 
-ARGUMENTS = {
-    **{quantity.name: name for name, quantity in SNOW.items()},
-    THICKNESS.name: "thickness_cm",
-    ANGLE.name: "angle_deg",
-    WAVELENGTH.name: "wavelength_nm",
-    GROUND_ALBEDO.name: "ground_albedo",
-}
-"""Arguments by the names of their quantities; others are impurities."""
+def word(name: str, value: Any) -> str:
+    """A word."""
+    if not isinstance(value, str):
+        raise ValueError(f"{name} is {value!r}, but must be a word")
+    return value
 
 
-@dataclass
+def truth(name: str, value: Any) -> bool:
+    """True or False; words and numbers for them are neither."""
+    if not isinstance(value, (bool, np.bool_)):
+        raise ValueError(f"{name} is {value!r}, but must be True or False")
+    return bool(value)
+
+
+def number(name: str, value: Any) -> float:
+    """A number; the words of one, times and truth values are none."""
+    if isinstance(value, (str, bytes, bool, np.bool_, np.datetime64, np.timedelta64)):
+        raise ValueError(f"{name} is {value!r}, but must be a number")
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        raise ValueError(f"{name} is {value!r}, but must be a number") from None
+
+
+def whole(name: str, value: Any, least: int = 0) -> int:
+    """A whole number."""
+    if not isinstance(value, (int, np.integer)) and not number(name, value).is_integer():
+        raise ValueError(f"{name} is {value}, but must be a whole number")
+    if value < least:
+        raise ValueError(f"{name} is {value}, but must be at least {least}")
+    return int(value)
+
+
+def angle(name: str, value: Any) -> float:
+    """An angle in degrees; -1, as in the angles of a result, is the word diffuse.
+
+    Arrays of words and numbers hold numbers as words.
+    """
+    if value == "diffuse":
+        return DIFFUSE_DEG
+    if isinstance(value, str):
+        try:
+            return float(value)
+        except ValueError:
+            raise ValueError(f"{value!r} is neither an angle in degrees nor 'diffuse'") from None
+    return number("angle_deg", value)
+
+
+def angles_or_diffuse(angles_deg: Any) -> list[Any]:
+    """Angles in degrees, with the word for diffuse light."""
+    return ["diffuse" if one == DIFFUSE_DEG else one for one in np.ravel(angles_deg).tolist()]
+
+
+@contextmanager
+def located(name: str, place: int, count: int) -> Iterator[None]:
+    """Says which one of several values is wrong."""
+    try:
+        yield
+    except ValueError as error:
+        raise ValueError(error.args[0] + (f", at {name}[{place}]" if count > 1 else "")) from None
+
+
 class Axes:
-    """The dimensions of several arguments, which are broadcast by name as those of xarray are."""
+    """Arguments, and their dimensions in the order in which they first come."""
 
-    sizes: dict[str, int] = field(default_factory=dict)
-    own: dict[str, Any] = field(default_factory=dict)
-    """The values of the arguments, as coordinates."""
-    carried: list[Mapping[str, Any]] = field(default_factory=list)
-    """Further coordinates of each argument."""
-    labels: dict[str, Any] = field(default_factory=dict)
-    """The labels of the dimensions that have some, as pandas.Index."""
+    def __init__(self) -> None:
+        self.arrays: dict[str, xr.DataArray] = {}
+        self.sizes: dict[str, int] = {}
+        self.own: dict[str, xr.Variable] = {}
+        """The arguments that have dimensions, as coordinates."""
+        self._carriers: list[xr.DataArray] = []
+        """Arrays with further coordinates."""
+        self._labels: dict[str, Any] = {}
 
-    @property
-    def shape(self) -> tuple[int, ...]:
-        return tuple(self.sizes.values())
+    def add(
+        self,
+        name: str,
+        quantity: Quantity,
+        value: Any,
+        convert: Callable[[str, Any], Any] = number,
+        label: str | None = None,
+        always: bool = False,
+    ) -> None:
+        """Adds an argument, whose values are numbers unless they are converted otherwise, by its name. The label names
+        a value that cannot be converted. A single value makes an axis too if it must `always` be one."""
+        array = array_of(quantity, value, convert, label)
+        if always and array.ndim == 0:
+            array = array.expand_dims(quantity.name)
+        self.broadcast(quantity.name, array)
+        self.arrays[name] = array
+        if array.ndim > 0:
+            self.own[quantity.name] = array.variable.copy(deep=False)
+            self.own[quantity.name].attrs = quantity.attributes()
 
-    def add(self, quantity: Quantity, value: Any, array: np.ndarray, made: dict[str, Any] | None = None) -> None:
-        """Adds the dimensions of an argument, which has this array of values, and its coordinate."""
-        import pandas as pd
-
-        dims, coords = dims_of(quantity, value, array), getattr(value, "coords", {})
-        for dim, size in zip(dims, array.shape):
+    def broadcast(self, name: str, array: xr.DataArray) -> None:
+        """Adds the dimensions and the coordinates of an array."""
+        for dim, size in array.sizes.items():
             if dim in RESERVED:
-                raise ValueError(f"{quantity.name} has a dimension '{dim}', which belongs to the results")
-            if size != size:
-                raise ValueError(f"{quantity.name} has chunks of unknown sizes: call its compute_chunk_sizes() first")
+                raise ValueError(f"{name} has a dimension '{dim}', which belongs to the results")
             if size == 0:
-                raise ValueError(f"{quantity.name} has no values")
+                raise ValueError(f"{name} has no values")
             if self.sizes.setdefault(dim, size) != size:
-                raise ValueError(
-                    f"the axis '{dim}' has {size} values in {quantity.name}, but {self.sizes[dim]} elsewhere"
-                )
-            # Arrays that share an axis are paired by position: their labels must agree.
-            # Labels that are not known yet are not compared.
-            if dim in coords:
-                labels = None if is_lazy(coords[dim].variable) else coords[dim].to_index()
-            else:
-                labels = pd.Index(array) if dim == quantity.name and not is_lazy(array) else None
-            if labels is not None and not self.labels.setdefault(dim, labels).equals(labels):
+                raise ValueError(f"the axis '{dim}' has {size} values in {name}, but {self.sizes[dim]} elsewhere")
+            # Arrays that share an axis are paired by position: their labels must agree. The values of an argument on
+            # an axis of its own are labels. Those that are not known yet are not compared.
+            labels = array.indexes.get(dim)
+            if labels is None and dim == name and dim not in array.coords and not is_lazy(array):
+                labels = array.to_index()
+            if labels is not None and not self._labels.setdefault(dim, labels).equals(labels):
                 raise ValueError(f"the axis '{dim}' has other labels in one array than in another: align them first")
-        self.carried.append(coords)
-        self.own[quantity.name] = (dims, array, quantity.attributes() if made is None else made)
+        self._carriers.append(array)
 
-    def coordinates(self, wavelengths: Wavelengths | None = None) -> dict[str, Any]:
-        """The coordinates of a result: the arguments, and what they carry.
+    def progress(self, given: Any) -> Any:
+        """The argument `progress`, of which results that are computed later have none."""
+        if not any(map(is_lazy, self.arrays.values())):
+            return given
+        if given not in (None, False):
+            raise ValueError("progress is given, but arrays of dask are computed later; dask has a bar of its own")
+        return False
+
+    def coordinates(self, *further: xr.DataArray) -> dict[str, Any]:
+        """The coordinates of a result: the arguments, and what they and further arrays carry.
 
         Of what they carry, names of arguments and results are left out, and names that have other values in one
         argument than in another.
         """
-        spectral = [] if wavelengths is None else [wavelengths]
-        dims = {*self.sizes, *(one.dim for one in spectral)}
-        kept: dict[str, Any] = {}
-        differing: set[str] = set()
-        for coords in [*self.carried, *(one.carried for one in spectral)]:
-            for name, coordinate in coords.items():
-                if coordinate.dims == (name,) if name in dims else name not in TAKEN:
-                    first = kept.setdefault(name, coordinate)
-                    if not _are_same(first.variable, coordinate.variable):
-                        differing.add(name)
-        own = {**self.own, **{WAVELENGTH.name: one.own for one in spectral}}
-        kept = {name: one for name, one in kept.items() if name not in differing and name not in own}
-        # An index of several levels has all of them or none.
-        for dim in dims & kept.keys():
-            levels = kept[dim].to_index().names
-            if len(levels) > 1 and not kept.keys() >= {*levels}:
-                del kept[dim]
-                kept |= {name: kept[name].variable.to_base_variable() for name in levels if name in kept}
-        plain = {name: one.reset_coords(drop=True) if hasattr(one, "coords") else one for name, one in kept.items()}
-        return {**plain, **own}
+        import xarray as xr
 
-    def places(self, dims: Iterable[str]) -> np.ndarray:
-        """For each element of all axes, flat, its place among the values of an argument with these dimensions."""
-        own = list(dims)
-        sizes = [self.sizes[dim] for dim in own]
-        places = np.arange(int(np.prod(sizes))).reshape(sizes)
-        ordered = [dim for dim in self.sizes if dim in own]
-        places = places.transpose([own.index(dim) for dim in ordered])
-        spread = places.reshape([size if dim in own else 1 for dim, size in self.sizes.items()])
-        return np.broadcast_to(spread, self.shape).reshape(-1)
-
-    @property
-    def arrays(self) -> dict[str, Labelled]:
-        """The values of the arguments that have dimensions, by the names of the quantities."""
-        return {name: (dims, array) for name, (dims, array, _) in self.own.items() if len(dims) > 0}
-
-    @property
-    def are_lazy(self) -> bool:
-        """Whether the values of an argument are not known yet."""
-        return any(is_lazy(array) for _, array in self.arrays.values())
-
-    @contextmanager
-    def locating_errors(self, wavelengths: int = 1, bands: Sequence[str] | None = None) -> Iterator[None]:
-        """Says where among the axes, and perhaps the wavelengths or the bands, a value is wrong."""
-        try:
-            yield
-        except ValueError as error:
-            if len(error.args) == 2:
-                message, row = error.args
-                raise ValueError(message + _at(row, self.sizes, self.shape)) from None
-            if len(error.args) == 3:
-                message, row, wavelength = error.args
-                if bands is not None:
-                    place = _at(row, self.sizes, self.shape)
-                    raise ValueError(f"{message}{place}, in the band {bands[wavelength]}") from None
-                dims, shape = [*self.sizes, WAVELENGTH.name], (*self.shape, wavelengths)
-                raise ValueError(message + _at(row * wavelengths + wavelength, dims, shape)) from None
-            raise
+        dims = {*self.sizes, *(dim for array in further for dim in array.dims)}
+        given = [array.coords.to_dataset() for array in (*self._carriers, *further)]
+        # Values that are not known yet are the same if they are those of one array.
+        sources: dict[Any, set[Any]] = {}
+        for coords in given:
+            for name, one in coords.variables.items():
+                sources.setdefault(name, set()).add(one.data.name if is_lazy(one) else None)
+        carried = []
+        for coords in given:
+            dropped = {*self.own} | {name for name, own in sources.items() if len(own) > 1}
+            for name, one in coords.variables.items():
+                if one.dims != (name,) if name in dims else name in TAKEN:
+                    dropped.add(name)
+            # An index of several levels has all of them or none.
+            broken = [name for name, one in coords.indexes.items() if name in dims and dropped & {*one.names}]
+            carried.append(coords.reset_index(broken).drop_vars([*dropped, *broken], errors="ignore"))
+        merged = xr.merge(carried, compat="minimal", join="exact", combine_attrs="override")
+        return {**merged.coords, **self.own}
 
 
-@dataclass
-class Snows:
-    """Snow for each combination of the values along some axes."""
-
-    axes: Axes
-    native: _native.Snows
-    fixed: dict[str, Any]
-    """The properties of all snows that are given."""
-
-    @property
-    def attrs(self) -> dict[str, Any]:
-        """The properties that all snows have in common. The axes say what differs."""
-        return self.native.common()
+def single_values(fixed: Mapping[str, Any], arrays: Mapping[str, xr.DataArray]) -> dict[str, Any]:
+    """The properties that all snows have in common, where some are arrays."""
+    pairs = {name: PAIRS.get(name, (1.0, 2.0)) for name in arrays if name in SNOW or name in SUBSTANCES}
+    try:
+        return _native.Snows(dict(fixed), by_argument(pairs), 2 if pairs else 1).common()
+    except ValueError as error:
+        raise ValueError(error.args[0]) from None
 
 
-def single_arguments(given: Mapping[str, Any]) -> dict[str, Any]:
-    """The arguments of snow that are one value."""
-    single = {name: value for name, value in given.items() if name in SNOW and not is_several(value)}
-    mixed = impurities(given.get("impurities_ng_g"))
-    return single | {"impurities_ng_g": {name: value for name, value in mixed.items() if not is_several(value)}}
-
-
-def with_arrays(
-    single: Mapping[str, Any], arrays: Mapping[str, Labelled], names: Mapping[str, str] = {}
-) -> dict[str, Any]:
-    """Arguments that are one value, and arrays by the names of their quantities, as keyword arguments."""
-    import xarray as xr
-
-    given = dict(single)
-    for name, (dims, values) in arrays.items():
-        array, argument = xr.DataArray(values, dims=dims), (ARGUMENTS | names).get(name)
-        if argument is None:
-            given["impurities_ng_g"] = {**given["impurities_ng_g"], name: array}
-        else:
-            given[argument] = array
-    return given
+def by_argument(columns: Mapping[str, Any]) -> dict[str, Any]:
+    """The properties of snow by the names of arguments, in which those of impurities are one."""
+    impure = {name: column for name, column in columns.items() if name in SUBSTANCES}
+    given = {name: column for name, column in columns.items() if name in SNOW}
+    return given | ({"impurities_ng_g": impure} if impure else {})
 
 
 def snow_id(given: Mapping[str, Any]) -> str:
@@ -458,67 +468,52 @@ def argument_names(function: Callable[..., Any]) -> list[str]:
     return [one.name for one in parameters if one.kind in kinds and one.name not in ("self", "cls")]
 
 
-def snows(given: Mapping[str, Any]) -> Snows:
-    """All combinations of the values of the arguments of snow."""
-    axes = Axes()
+def add_snow(axes: Axes, given: Mapping[str, Any]) -> dict[str, Any]:
+    """Adds the arguments of snow that are arrays to the axes, and gives the others."""
     fixed: dict[str, Any] = {}
-    varying: list[tuple[str, str | None, tuple[str, ...], list[Any] | None]] = []
-
-    def add(name: str, impurity: str | None, quantity: Quantity, value: Any) -> None:
-        label = impurity or name
-        quantity.check(value)
-        if not is_several(value):
-            plain = number(label, value) if impurity else _plain(name, value)
-            if impurity:
-                fixed.setdefault(name, {})[impurity] = plain
-            else:
-                fixed[name] = plain
-            return
-        value = labelled(value)
-        array = array_of(value)
-        dims = dims_of(quantity, value, array)
-        if is_lazy(array):
-            axes.add(quantity, value, array)
-            varying.append((name, impurity, dims, None))
-            return
-        convert = functools.partial(_plain if name in WORDS else number, label)
-        values = converted(convert, array, dims)
-        axes.add(quantity, value, array if array.dtype.kind in "fiu" else np.array(values).reshape(array.shape))
-        varying.append((name, impurity, dims, values))
-
     for name, value in given.items():
-        if name in SNOW and value is not None:
-            add(name, None, SNOW[name], value)
-    for impurity, value in impurities(given.get("impurities_ng_g")).items():
-        add("impurities_ng_g", impurity, Quantity(impurity.replace("-", "_"), "ng g-1"), value)
-    # Arguments that are not known yet, and those on their axes, have two values of their own: the snows of a result
-    # have in common what they have in common with these.
-    unknown = {dim for _, _, dims, values in varying if values is None for dim in dims}
-    known = Axes({dim: 2 if dim in unknown else size for dim, size in axes.sizes.items()})
-    columns: dict[str, Any] = {}
-    for name, impurity, dims, values in varying:
-        if unknown & {*dims}:
-            values = np.resize(STAND_INS.get(name, (1.0, 2.0)), [known.sizes[dim] for dim in dims]).reshape(-1).tolist()
-        column = [values[place] for place in known.places(dims).tolist()]
-        if impurity:
-            columns.setdefault(name, {})[impurity] = column
+        if name not in SNOW or value is None:
+            continue
+        SNOW[name].check(value)
+        if is_several(value):
+            axes.add(name, SNOW[name], value, word if name in WORDS else number, name)
         else:
-            columns[name] = column
-    with known.locating_errors():
-        native = _native.Snows(fixed, columns, int(np.prod(known.shape, dtype=int)))
-    return Snows(axes, native, fixed)
+            fixed[name] = _single(name, value)
+    for name, value in impurities(given.get("impurities_ng_g")).items():
+        quantity = Quantity(name.replace("-", "_"), "ng g-1")
+        quantity.check(value)
+        if is_several(value):
+            axes.add(name, quantity, value, label=name)
+        else:
+            fixed.setdefault("impurities_ng_g", {})[name] = number(name, value)
+    return fixed
 
 
-def _are_same(first: Any, second: Any) -> bool:
-    """Whether two variables of xarray are equal. Those that are not known yet are if they are the same array."""
-    if is_lazy(first) or is_lazy(second):
-        return first.dims == second.dims and getattr(first.data, "name", 1) == getattr(second.data, "name", 2)
-    return first.equals(second)
-
-
-def labelled(value: Any) -> Any:
-    """A series of pandas as an array of xarray, whose axis is its index."""
-    return value.to_xarray() if hasattr(value, "to_xarray") and np.ndim(value) == 1 else value
+def slabs_of_rows(
+    fixed: Mapping[str, Any], rows: Mapping[str, np.ndarray]
+) -> tuple[_native.Snows, dict[str, Any]]:
+    """The snows that differ among some rows; and thickness, light and ground of each row, whose places among the values
+    are those of its snow, thickness, light and ground."""
+    count = len(rows["angle_deg"])
+    columns = {name: values.tolist() for name, values in rows.items() if name in SNOW or name in SUBSTANCES}
+    all_values = list(zip(*columns.values())) if columns else [()] * count
+    firsts: dict[tuple[Any, ...], int] = {}
+    for row, values in enumerate(all_values):
+        firsts.setdefault(values, row)
+    distinct = by_argument({name: list(column) for name, column in zip(columns, zip(*firsts))})
+    try:
+        native = _native.Snows(dict(fixed), distinct, len(firsts))
+    except ValueError as error:
+        message, snow = error.args
+        raise ValueError(message, [*firsts.values()][snow]) from None
+    numbers = {values: snow for snow, values in enumerate(firsts)}
+    snow, own = np.array([numbers[values] for values in all_values], dtype=np.int64), np.arange(count)
+    return native, {
+        "thickness_cm": rows["thickness_cm"].tolist(),
+        "angle_deg": angles_or_diffuse(rows["angle_deg"]),
+        "ground_albedo": rows["ground_albedo"].tolist(),
+        "places": np.stack([snow, own, own, own], axis=-1),
+    }
 
 
 def values_of(value: Any) -> np.ndarray:
@@ -533,204 +528,100 @@ def values_of(value: Any) -> np.ndarray:
     return array if array.dtype.kind in "fiu" or not isinstance(value, list) else np.asarray(value, dtype=object)
 
 
-def array_of(value: Any) -> Any:
-    """The values of a list or an array, without labels; an array of dask as it is."""
-    return getattr(value, "data", value) if is_lazy(value) else values_of(value)
+def labelled(value: Any) -> Any:
+    """A series of pandas as an array of xarray, whose axis is its index."""
+    return value.to_xarray() if hasattr(value, "to_xarray") and np.ndim(value) == 1 else value
 
 
-def dims_of(quantity: Quantity, value: Any, array: np.ndarray) -> tuple[str, ...]:
-    """The dimensions of an argument, which has this array of values."""
-    dims = tuple(getattr(value, "dims", (quantity.name,)))
-    if len(dims) != array.ndim:
-        raise ValueError(
-            f"{quantity.name} has {array.ndim} dimensions, but must have 1; an xarray.DataArray may have several"
-        )
-    return dims
+def array_of(
+    quantity: Quantity, value: Any, convert: Callable[[str, Any], Any], label: str | None = None
+) -> xr.DataArray:
+    """The converted values of an argument. Those of dask must have numbers, which are converted later."""
+    import xarray as xr
 
-
-def plain_values(array: np.ndarray) -> list[Any]:
-    """The values of an array, flat, as those of Python; times stay as they are, since some would become numbers."""
-    return list(array.reshape(-1)) if array.dtype.kind in "mM" else array.reshape(-1).tolist()
-
-
-def converted(convert: Callable[[Any], Any], array: np.ndarray, dims: Iterable[str]) -> list[Any]:
-    """The converted values of an array, flat. An error has the index of its value."""
-    plain = plain_values(array)
-    for place, value in enumerate(plain):
+    quantity.check(value)
+    if isinstance(value, tuple):
+        raise ValueError(f"{quantity.name} is {value}, but must be a number or an array")
+    value = labelled(value)
+    if not hasattr(value, "dims"):
+        several = is_several(value)
+        values = value if several and is_lazy(value) else values_of(value)
+        if values.ndim > 1:
+            raise ValueError(
+                f"{quantity.name} has {values.ndim} dimensions, but must have 1; an xarray.DataArray may have several"
+            )
+        value = xr.DataArray(values, dims=[quantity.name] if several else [])
+    elif value.ndim == 0:
+        value = xr.DataArray(value.values)
+    if any(size != size for size in value.shape):
+        raise ValueError(f"{quantity.name} has chunks of unknown sizes: call its compute_chunk_sizes() first")
+    if value.dtype.kind in "fiu" and convert is not word:
+        return value.astype(float)
+    if is_lazy(value):
+        if convert is word:
+            return value
+        raise ValueError(f"{quantity.name} is an array of dask of the type {value.dtype}, but must have numbers")
+    # Times stay as they are, since as those of Python some would become numbers.
+    plain = list(value.values.reshape(-1)) if value.dtype.kind in "mM" else value.values.reshape(-1).tolist()
+    for place, one in enumerate(plain):
         try:
-            plain[place] = convert(value)
+            plain[place] = convert(label or quantity.name, one)
         except ValueError as error:
-            raise ValueError(str(error) + _at(place, dims, array.shape)) from None
-    return plain
+            indices = zip(value.sizes.items(), np.unravel_index(place, value.shape) if value.shape else ())
+            at = ", ".join(f"{dim}[{index}]" for (dim, size), index in indices if size > 1)
+            raise ValueError(f"{error}, at {at}" if at else str(error)) from None
+    return value.copy(data=np.array(plain, dtype=None if convert is word else float).reshape(value.shape))
 
 
-def _at(place: int, dims: Iterable[str], shape: tuple[int, ...]) -> str:
-    """Names an element of an array at the end of a message."""
-    places = zip(dims, shape, np.unravel_index(place, shape) if shape else ())
-    first = origin()
-    at = ", ".join(f"{dim}[{first.get(dim, 0) + index}]" for dim, size, index in places if size > 1 or dim in first)
-    return f", at {at}" if at else ""
+def axis(quantity: Quantity, value: Any, convert: Callable[[str, Any], Any] = number) -> xr.DataArray:
+    """An argument that is one axis, also of a tuple or a single value. Its labels are known at once."""
+    if is_lazy(value):
+        value = value.compute()
+    array = array_of(quantity, list(value) if isinstance(value, tuple) else value, convert)
+    if array.ndim > 1:
+        raise ValueError(f"{quantity.name} has {array.ndim} dimensions, but must have 1")
+    array = array if array.ndim else array.expand_dims(quantity.name)
+    array.attrs = quantity.attributes()
+    return array
 
 
-def one_snow(given: Mapping[str, Any]) -> Snows:
-    """A single snow."""
-    result = snows(given)
-    if result.axes.sizes:
-        raise ValueError(f"{next(iter(result.axes.sizes))} has several values, but must have one")
-    return result
+def own_axis(quantity: Quantity, value: Any, convert: Callable[[str, Any], Any] = number) -> xr.Variable:
+    """An argument that is an axis of its own, as a coordinate."""
+    variable = axis(quantity, value, convert).variable
+    if variable.dims != (quantity.name,):
+        raise ValueError(f"{quantity.name} is an array over '{variable.dims[0]}', but can only be an axis of its own")
+    return variable
 
 
-def _plain(name: str, value: Any) -> Any:
+def wavelengths(value: Any) -> xr.DataArray:
+    """Wavelengths at which ice is known, along their own dimension or another one. Other matter is known at fewer."""
+    array = axis(WAVELENGTH, value)
+    least, greatest = _native.wavelength_range({})
+    for place, nm in enumerate(array.values.tolist()):
+        with located("wavelength", place, array.size):
+            if not least <= nm <= greatest:
+                text = "NaN" if nm != nm else f"{nm:.12g}"
+                raise ValueError(f"wavelength is {text} nm, but must lie in {least:g}–{greatest:g} nm")
+    return array
+
+
+def one_snow(given: Mapping[str, Any]) -> dict[str, Any]:
+    """The properties of a single snow that are given."""
+    axes = Axes()
+    fixed = add_snow(axes, given)
+    if axes.sizes:
+        raise ValueError(f"{next(iter(axes.sizes))} has several values, but must have one")
+    # This checks them.
+    single_values(fixed, {})
+    return fixed
+
+
+def _single(name: str, value: Any) -> Any:
     if name in WORDS:
-        if not isinstance(value, str):
-            raise ValueError(f"{name} is {value!r}, but must be a word")
-        return value
+        return word(name, value)
     if isinstance(value, tuple) and name not in RANGES:
         raise ValueError(f"{name} is {value!r}, but must be a number; a list makes an axis")
     return [number(name, one) for one in value] if isinstance(value, tuple) else number(name, value)
-
-
-def truth(name: str, value: Any) -> bool:
-    """True or False; words and numbers for them are neither."""
-    if not isinstance(value, (bool, np.bool_)):
-        raise ValueError(f"{name} is {value!r}, but must be True or False")
-    return bool(value)
-
-
-def number(name: str, value: Any) -> float:
-    """A number; the words of one, times and truth values are none."""
-    if isinstance(value, (str, bytes, bool, np.bool_, np.datetime64, np.timedelta64)):
-        raise ValueError(f"{name} is {value!r}, but must be a number")
-    try:
-        return float(value)
-    except (TypeError, ValueError):
-        raise ValueError(f"{name} is {value!r}, but must be a number") from None
-
-
-def whole(name: str, value: Any, least: int = 0) -> int:
-    """A whole number."""
-    if not isinstance(value, (int, np.integer)) and not number(name, value).is_integer():
-        raise ValueError(f"{name} is {value}, but must be a whole number")
-    if value < least:
-        raise ValueError(f"{name} is {value}, but must be at least {least}")
-    return int(value)
-
-
-def numbers(quantity: Quantity, value: Any) -> list[float]:
-    """The values of a one-dimensional axis."""
-    dims = getattr(value, "dims", (quantity.name,))
-    if dims and dims != (quantity.name,):
-        raise ValueError(f"{quantity.name} is an array over '{dims[0]}', but can only be an axis of its own")
-    return _numbers(quantity, value)
-
-
-def _numbers(quantity: Quantity, value: Any) -> list[float]:
-    quantity.check(value)
-    array = np.atleast_1d(values_of(list(value) if isinstance(value, tuple) else value))
-    if array.ndim != 1:
-        raise ValueError(f"{quantity.name} has {array.ndim} dimensions, but must have 1")
-    return converted(functools.partial(number, quantity.name), array, (quantity.name,))
-
-
-def angle(value: Any) -> Any:
-    """An angle in degrees, or the word diffuse; -1 is diffuse too, as in the angles of a result.
-
-    Arrays of words and numbers hold numbers as words.
-    """
-    if isinstance(value, str):
-        if value == "diffuse":
-            return value
-        try:
-            value = float(value)
-        except ValueError:
-            raise ValueError(f"{value!r} is neither an angle in degrees nor 'diffuse'") from None
-    return "diffuse" if value == DIFFUSE_DEG else number("angle_deg", value)
-
-
-def angles(value: Any) -> list[Any]:
-    """The angles of a one-dimensional axis."""
-    if not is_several(value):
-        return [angle(value.item() if hasattr(value, "item") else value)]
-    return converted(angle, values_of(value), (ANGLE.name,))
-
-
-def slab_argument(quantity: Quantity, value: Any, axes: Axes, always: bool = True) -> tuple[list[Any], tuple[str, ...]]:
-    """The values of a thickness, angle or albedo, flat, and its dimensions, which are added to the axes.
-
-    A single value makes an axis too if it must `always` be one.
-    """
-    quantity.check(value)
-    made: dict[str, Any] = quantity.attributes()
-    if is_several(value) and quantity is ANGLE:
-        # Of an array this does not depend on its values, which may not be known yet.
-        made = angle_coordinate(["diffuse"])[2]
-    elif not is_several(value):
-        if isinstance(value, tuple):
-            raise ValueError(f"{quantity.name} is {value}, but must be a number or an array")
-        [value] = plain_values(np.asarray(value))
-        if not always:
-            return [angle(value) if quantity is ANGLE else number(quantity.name, value)], ()
-        value = [value]
-        made = angle_coordinate(value)[2] if quantity is ANGLE else made
-    value = labelled(value)
-    array = array_of(value)
-    dims = dims_of(quantity, value, array)
-    if is_lazy(array):
-        if array.dtype.kind not in "fiu":
-            raise ValueError(f"{quantity.name} is an array of dask of the type {array.dtype}, but must have numbers")
-        axes.add(quantity, value, array.astype(float), made)
-        return [], dims
-    if quantity is ANGLE:
-        values = converted(angle, array, dims)
-        _, plain, _ = angle_coordinate(values)
-    else:
-        values = plain = converted(functools.partial(number, quantity.name), array, dims)
-    axes.add(quantity, value, np.array(plain, dtype=float).reshape(array.shape), made)
-    return values, dims
-
-
-def angle_coordinate(given: list[Any]) -> tuple[str, list[float], dict[str, Any]]:
-    """The coordinate of angles: numbers, where -1 flags diffuse light."""
-    attributes: dict[str, Any] = ANGLE.attributes()
-    if "diffuse" in given:
-        attributes |= {"flag_values": DIFFUSE_DEG, "flag_meanings": "diffuse"}
-    return ANGLE.name, [DIFFUSE_DEG if one == "diffuse" else one for one in given], attributes
-
-
-def wavelength_coordinate(wavelengths_nm: list[float]) -> tuple[str, list[float], dict[str, str]]:
-    """The coordinate of wavelengths."""
-    return WAVELENGTH.name, wavelengths_nm, WAVELENGTH.attributes() | {"standard_name": "radiation_wavelength"}
-
-
-def check_wavelengths(wavelengths_nm: list[float]) -> None:
-    """Raises ValueError for the first wavelength at which no ice is known. Tables of other matter reach less far."""
-    least, greatest = _native.wavelength_range({})
-    for place, nm in enumerate(wavelengths_nm):
-        if not least <= nm <= greatest:
-            at = _at(place, (WAVELENGTH.name,), (len(wavelengths_nm),))
-            value = "NaN" if nm != nm else f"{nm:.12g}"
-            raise ValueError(f"wavelength is {value} nm, but must lie in {least:g}–{greatest:g} nm{at}")
-
-
-@dataclass
-class Wavelengths:
-    """The wavelengths of spectra."""
-
-    values: list[float]
-    dim: str
-    own: Any
-    """Their coordinate."""
-    carried: Mapping[str, Any]
-    """Further coordinates on their dimension."""
-
-
-def wavelength_argument(value: Any) -> Wavelengths:
-    """Wavelengths along their own dimension, or another one that no other argument has."""
-    values = _numbers(WAVELENGTH, value)
-    check_wavelengths(values)
-    [dim] = getattr(value, "dims", None) or (WAVELENGTH.name,)
-    own = (dim, *wavelength_coordinate(values)[1:])
-    return Wavelengths(values, dim, own, getattr(value, "coords", {}))
 
 
 def check_engine(engine: str) -> None:

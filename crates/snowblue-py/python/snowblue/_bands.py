@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from snowblue import _native
-from snowblue._arguments import FLUXES, WAVELENGTH, check_names, checks_names, numbers
+from snowblue._arguments import FLUXES, WAVELENGTH, check_names, checks_names, own_axis
 from snowblue._light import BANDS
 from snowblue._spectra import DEPTH_FLUXES
 
@@ -69,7 +69,7 @@ def bands(
     if "wavelength" not in solved.dims or "band" in solved.dims:
         raise ValueError("the spectra need the dimension 'wavelength', and may not have 'band'")
     curves = response_curves(bands)
-    weights = band_weights(curves, light, numbers(WAVELENGTH, solved.wavelength))
+    weights = band_weights(curves, light, own_axis(WAVELENGTH, solved.wavelength).values.tolist())
     matrix = xr.DataArray(weights, {"band": list(curves)}, ["band", "wavelength"])
 
     def mean(spectrum: xr.DataArray) -> xr.DataArray:

@@ -1,11 +1,9 @@
-"""Arrays of dask: results that are computed by blocks, when their values are asked for."""
+"""Functions of rows of arguments: xarray broadcasts the arguments, and divides those of dask into blocks."""
 
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from contextvars import ContextVar
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,10 +11,10 @@ import numpy as np
 if TYPE_CHECKING:
     import xarray as xr
 
-Labelled = tuple[Sequence[str], Any]
-"""The dimensions of an array, and the array."""
-
-_origin: ContextVar[Mapping[str, int]] = ContextVar("origin", default={})
+Solve = Callable[..., Mapping[str, tuple[Sequence[str], np.ndarray]]]
+"""A function of the values of each argument, row by row, that gives arrays by their names: the dimensions after that
+of the rows, and the array. A ValueError may have the number of a row after its message, and the number of a wavelength
+or band."""
 
 
 def is_lazy(value: Any) -> bool:
@@ -25,93 +23,94 @@ def is_lazy(value: Any) -> bool:
     return getattr(value, "chunks", None) is not None and callable(graph) and graph() is not None
 
 
-def origin() -> Mapping[str, int]:
-    """The place of the present block in the whole result, for the indices in messages."""
-    return _origin.get()
-
-
-@contextmanager
-def _beginning(place: Mapping[str, int]) -> Iterator[None]:
-    token = _origin.set(place)
-    try:
-        yield
-    finally:
-        _origin.reset(token)
-
-
-def in_blocks(
-    solve: Callable[..., Mapping[str, Any]],
-    arrays: Mapping[str, Labelled],
-    sizes: Mapping[str, int],
-    outputs: Mapping[str, tuple[Mapping[str, int], Any]],
-    **options: Any,
-) -> dict[str, Any]:
-    """The results of a function as arrays of dask, one block for each combination of the chunks of its arguments.
-
-    The function gets `arrays` with the values of a block, and `options`. The arrays share the dimensions of `sizes`,
-    along which the results are divided; an argument is whole along others. `outputs` has, for each array that the
-    function gives, its further dimensions with their sizes, and its type.
-    """
-    import dask.array as da
-
-    pairs = []
-    for dims, array in arrays.values():
-        pairs += [array if is_lazy(array) else da.from_array(array, chunks=-1), tuple(dims)]
-    chunks, _ = da.core.unify_chunks(*pairs)
-    numbered = [dim for dim, size in sizes.items() if size > 1 and dim in chunks]
-    for dim in numbered:
-        pairs += [da.arange(sizes[dim], chunks=(chunks[dim],)), (dim,)]
-    dims = tuple(sizes)
-    blocks = da.blockwise(
-        functools.partial(_solved, solve, {name: tuple(dims) for name, (dims, _) in arrays.items()}, numbered),
-        dims,
-        *pairs,
-        new_axes={dim: size for dim, size in sizes.items() if dim not in chunks},
-        concatenate=True,
-        dtype=object,
-        meta=np.empty([0] * len(dims), dtype=object),
-        **options,
-    )
+def no_rows(arrays: Mapping[str, xr.DataArray], inner: Sequence[str] = ()) -> dict[str, np.ndarray]:
+    """The arguments of a function of rows if there are none. A row has the dimensions `inner`."""
     return {
-        name: da.blockwise(
-            _picked,
-            (*dims, *more),
-            blocks,
-            dims,
-            new_axes=dict(more),
-            dtype=dtype,
-            meta=np.empty([0] * (len(dims) + len(more)), dtype=dtype),
-            key=name,
-        )
-        for name, (more, dtype) in outputs.items()
+        name: np.empty([0, *(array.sizes[dim] for dim in inner if dim in array.dims)], array.dtype)
+        for name, array in arrays.items()
     }
 
 
+def in_blocks(
+    solve: Solve,
+    arrays: Mapping[str, xr.DataArray],
+    sizes: Mapping[str, int],
+    *,
+    inner: Sequence[str] = (),
+    bands: Sequence[str] | None = None,
+    **shared: Any,
+) -> dict[str, xr.Variable]:
+    """What a function gives for each element of the dimensions `sizes`, at once or, of arrays of dask, by blocks.
+
+    An array is broadcast to these dimensions, and whole along those of `inner`. First the function is called without
+    rows: it checks its options, and says what it gives. `shared` are further arguments, which workers get once.
+    """
+    import xarray as xr
+
+    is_later = any(map(is_lazy, arrays.values()))
+    outputs = solve(no_rows(arrays, inner), **shared)
+    places = [xr.Variable(dim, np.arange(size)) for dim, size in sizes.items()]
+    cores = [[dim for dim in inner if dim in array.dims] for array in arrays.values()]
+    values = [array.variable for array in arrays.values()]
+    options: dict[str, Any] = {}
+    if is_later:
+        import dask
+
+        places = [place.chunk() for place in places]
+        values = [value.chunk(dict.fromkeys(core, -1)) for value, core in zip(values, cores)]
+        options = {name: dask.delayed(value, traverse=False) for name, value in shared.items()}
+        options["output_sizes"] = {}
+        for dims, array in outputs.values():
+            options["output_sizes"] |= dict(zip(dims, array.shape[1:]))
+    found = xr.apply_ufunc(
+        functools.partial(_solved, solve, dict(zip(arrays, map(len, cores))), dict(sizes), bands),
+        *places,
+        *values,
+        input_core_dims=[[] for _ in places] + cores,
+        output_core_dims=[dims for dims, _ in outputs.values()],
+        kwargs=None if is_later else shared,
+        keep_attrs=False,
+        dask="parallelized",
+        dask_gufunc_kwargs=options,
+        output_dtypes=[array.dtype for _, array in outputs.values()],
+    )
+    return dict(zip(outputs, found if len(outputs) > 1 else [found]))
+
+
 def _solved(
-    solve: Callable[..., Any],
-    arrays: Mapping[str, tuple[str, ...]],
-    numbered: Sequence[str],
+    solve: Solve,
+    inner: Mapping[str, int],
+    sizes: Mapping[str, int],
+    bands: Sequence[str] | None,
     *blocks: np.ndarray,
-    **options: Any,
+    **shared: Any,
 ) -> Any:
-    """The results of a block, by their names."""
-    places = {dim: int(numbers[0]) for dim, numbers in zip(numbered, blocks[len(arrays) :])}
-    with _beginning(places):
-        return solve({name: (dims, block) for (name, dims), block in zip(arrays.items(), blocks)}, **options)
-
-
-def _picked(block: Mapping[str, Any], key: str) -> Any:
-    return block[key]
+    """The results of a block, of places along the dimensions `sizes` and arrays, which have inner dimensions."""
+    places = blocks[: len(sizes)]
+    shape = np.broadcast_shapes(*(place.shape for place in places))
+    rows = {}
+    for (name, count), block in zip(inner.items(), blocks[len(sizes) :]):
+        own = block.shape[block.ndim - count :]
+        rows[name] = np.broadcast_to(block, shape + own).reshape(-1, *own)
+    try:
+        found = [array.reshape(shape + array.shape[1:]) for _, array in solve(rows, **shared).values()]
+    except ValueError as error:
+        if len(error.args) == 1:
+            raise
+        message, row, *channel = error.args
+        indices = zip(sizes.items(), places, np.unravel_index(row, shape) if shape else ())
+        at = [f"{dim}[{place.flat[0] + index}]" for (dim, size), place, index in indices if size > 1]
+        at += [] if bands else [f"wavelength[{place}]" for place in channel]
+        message += f", at {', '.join(at)}" if at else ""
+        message += f", in the band {bands[channel[0]]}" if bands and channel else ""
+        raise ValueError(message) from None
+    return tuple(found) if len(found) > 1 else found[0]
 
 
 def dataset(variables: Mapping[str, Any], coords: Mapping[str, Any], attrs: Mapping[str, Any]) -> xr.Dataset:
-    """A dataset, with coordinates that are arrays or tuples. Labels that are not known yet make no index."""
+    """A dataset. Labels that are not known yet make no index."""
     import xarray as xr
 
-    unknown = {}
-    for name, coordinate in coords.items():
-        dims, values = (coordinate[0], coordinate[1]) if isinstance(coordinate, tuple) else ((), None)
-        if tuple(np.atleast_1d(dims)) == (name,) and is_lazy(values):
-            unknown[name] = xr.Variable(*coordinate)
+    unknown = {name: one for name, one in coords.items() if getattr(one, "dims", ()) == (name,) and is_lazy(one)}
     solved = xr.Dataset(variables, {name: one for name, one in coords.items() if name not in unknown}, attrs)
     return solved.assign_coords(xr.Coordinates(unknown, indexes={})) if unknown else solved

@@ -11,16 +11,20 @@ import numpy as np
 
 from snowblue import _native
 from snowblue._arguments import (
+    ANGLE,
     SNOW_NAMES,
     Snow,
-    angles,
+    angle,
+    angles_or_diffuse,
     attributes,
     checks_names,
     is_several,
     number,
     one_snow,
     ordinates,
+    own_axis,
     shown,
+    single_values,
 )
 from snowblue._spectra import SPECTRUM_NAMES, spectrum
 
@@ -195,19 +199,19 @@ def match(
         "grain_size": any(name in snow for name in ("grain_size_um", "ssa_m2_kg", "snow")),
         "density": any(name in snow for name in ("density_kg_m3", "snow")),
     }
-    if len(angles(angle_deg)) != 1:
+    incidences = angles_or_diffuse(own_axis(ANGLE, angle_deg, angle))
+    if len(incidences) != 1:
         raise ValueError(f"angle_deg is {angle_deg}, but must be one angle")
-    [angle] = angles(angle_deg)
     light = {"illuminant": illuminant, "observer": "1931"}
-    rows, missed = _native.match_color(target, given.fixed, angle, fixed, light, ordinates(streams, seed))
+    rows, missed = _native.match_color(target, given, incidences[0], fixed, light, ordinates(streams, seed))
     if missed:
         warnings.warn(f"{target}: {missed}", stacklevel=2)
     variables = {name: ("candidate", [row[name] for row in rows]) for name in rows[0]}
     # The candidates state what is searched for.
     searched = ("snow_id",) if fixed["grain_size"] else ("snow_id", "grain_size_um")
     searched += () if fixed["density"] else ("density_kg_m3",)
-    kept = {name: value for name, value in given.attrs.items() if name not in searched}
-    made = {**kept, "target": target, "angle_deg": angle, "illuminant": illuminant, "seed": seed}
+    kept = {name: value for name, value in single_values(given, {}).items() if name not in searched}
+    made = {**kept, "target": target, "angle_deg": incidences[0], "illuminant": illuminant, "seed": seed}
     return xr.Dataset(variables, attrs=attributes(**made))
 
 

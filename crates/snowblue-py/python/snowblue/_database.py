@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
+import math
 import tempfile
 from collections.abc import Mapping
-from dataclasses import replace
 from os import PathLike, fspath
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -14,25 +15,27 @@ import numpy as np
 from snowblue import _native
 from snowblue._arguments import (
     ANGLE,
+    BEAM,
+    DIFFUSE_DEG,
+    DIFFUSE_FLAG,
     SUBSTANCES,
     THICKNESS,
     WAVELENGTH,
     Axes,
     Quantity,
-    Wavelengths,
-    angles,
+    angle,
+    angles_or_diffuse,
     attributes,
+    axis,
     check_engine,
     checks_names,
     impurities,
-    numbers,
     ordinates,
-    slab_argument,
+    own_axis,
     suggestion,
-    wavelength_coordinate,
     whole,
 )
-from snowblue._blocks import Labelled, dataset, in_blocks
+from snowblue._blocks import dataset, in_blocks
 from snowblue._progress import Progress, reporting
 
 if TYPE_CHECKING:
@@ -44,8 +47,6 @@ LOOKED_UP_SNOW = {"grain_size": "grain_size_um", "facetness": "facetness", "dens
 """Arguments of a look-up that all tables have, by the names of their axes."""
 PROPERTIES = ("water_saturation", "temperature", *(name.replace("-", "_") for name in SUBSTANCES))
 """Further axes of tables."""
-BEAM = replace(ANGLE)
-"""The angle of a beam. Look-ups have no diffuse light."""
 
 
 class Database:
@@ -97,7 +98,7 @@ class Database:
             "facetness": _axis("facetness", facetness),
             "density_kg_m3": _axis("density", density_kg_m3),
             "thickness_cm": _axis("thickness", thickness_cm),
-            "angle_deg": None if angle_deg is None else angles(angle_deg),
+            "angle_deg": None if angle_deg is None else angles_or_diffuse(own_axis(ANGLE, angle_deg, angle)),
             "wavelength_nm": _axis("wavelength", wavelength_nm),
             "properties": [(name, _axis(name, values)) for name, values in properties.items() if values is not None],
         }
@@ -187,68 +188,20 @@ class Database:
         for name in properties:
             if name not in PROPERTIES:
                 raise ValueError(f"property {name!r} is not known; {suggestion(name, PROPERTIES)}")
-        units = {name: unit for name, unit, _ in self._table.axis_values}
         axes = Axes()
+        units = {name: unit for name, unit, _ in self._table.axis_values}
         given = {"grain_size": grain_size_um, "facetness": facetness, "density": density_kg_m3, **properties}
-        columns = {
-            name: slab_argument(Quantity(name, units.get(name)), value, axes, always=False)
-            for name, value in given.items()
-        }
-        snow_axes = Axes(dict(axes.sizes))
-        light = [slab_argument(THICKNESS, thickness_cm, axes), slab_argument(BEAM, angle_deg, axes)]
-        fixed = {name: values[0] for name, (values, dims) in columns.items() if not dims}
-        wavelengths_nm = self.axes["wavelength"].tolist()
-        sizes = {**axes.sizes, WAVELENGTH.name: len(wavelengths_nm)}
-        # Without snow a table says which curves it has, or that it has no look-ups.
-        found = self._table.look_up([], [], [])
-        if axes.are_lazy:
-            import dask
-
-            # Workers get the table once.
-            options = {"table": dask.delayed(self, traverse=False), "fixed": fixed}
-            found = in_blocks(_looked_up, axes.arrays, sizes, dict.fromkeys(found, ({}, np.float32)), **options)
-        else:
-            rows = ([values[place] for place in snow_axes.places(dims)] for values, dims in columns.values())
-            found = self._curves([dict(zip(columns, row)) for row in zip(*rows)], tuple(snow_axes.sizes), light, axes)
-        variables = {
-            name: ([*sizes], array.reshape([*sizes.values()]), {"units": "1", "long_name": name})
-            for name, array in found.items()
-        }
-        own = wavelength_coordinate(wavelengths_nm)
-        coords = axes.coordinates(Wavelengths(wavelengths_nm, WAVELENGTH.name, own, {}))
+        for name, value in given.items():
+            axes.add(name, Quantity(name, units.get(name)), value)
+        axes.add("thickness_cm", THICKNESS, thickness_cm, always=True)
+        axes.add("angle_deg", BEAM, angle_deg, always=True)
+        variables = in_blocks(_looked_up, axes.arrays, axes.sizes, table=self)
+        for name, variable in variables.items():
+            variable.attrs = {"units": "1", "long_name": name}
+        wavelength = axis(WAVELENGTH, self.axes["wavelength"])
+        coords = {**axes.coordinates(wavelength), "wavelength": wavelength.variable}
+        fixed = {name: axes.arrays[name].item() for name in given if axes.arrays[name].ndim == 0}
         return dataset(variables, coords, attributes(**fixed, table=self.kind))
-
-    def _curves(
-        self,
-        snows: list[dict[str, float]],
-        snow_dims: tuple[str, ...],
-        light: list[tuple[list[float], tuple[str, ...]]],
-        axes: Axes,
-    ) -> dict[str, np.ndarray]:
-        """The curves of some snows under some light, which has thicknesses and angles, for each element of the axes."""
-        samples = []
-        for snow in snows:
-            *main, properties = *(snow.pop(name) for name in LOOKED_UP_SNOW), snow
-            samples.append(dict(zip(LOOKED_UP_SNOW.values(), main)) | {"properties": properties})
-        (thicknesses_cm, thickness_dims), (angles_deg, angle_dims) = light
-        dims = (*snow_dims, *thickness_dims, *angle_dims)
-        if len({*dims}) == len(dims):
-            try:
-                return self._table.look_up(samples, thicknesses_cm, angles_deg)
-            except ValueError:
-                # Each element alone says where the error is.
-                if len(axes.places(())) == 1:
-                    raise
-        places = zip(*(axes.places(own).tolist() for own in (snow_dims, thickness_dims, angle_dims)))
-        curves = []
-        with axes.locating_errors():
-            for row, (snow, thickness, angle) in enumerate(places):
-                try:
-                    one = self._table.look_up([samples[snow]], [thicknesses_cm[thickness]], [angles_deg[angle]])
-                except ValueError as error:
-                    raise ValueError(str(error), row) from None
-                curves.append(one)
-        return {name: np.concatenate([one[name] for one in curves]) for name in curves[0]}
 
     def fidelity(
         self, *, space: Literal["log", "linear"] = "log", components: int = 4, illuminant: str = "D65"
@@ -272,9 +225,9 @@ class Database:
         coords: dict[str, Any] = {
             name: (name, values, Quantity(name, unit).attributes()) for name, unit, values in axes
         }
-        coords["wavelength"] = wavelength_coordinate(list(self.axes["wavelength"]))
-        if -1.0 in self.axes.get("angle", ()):
-            coords["angle"][2].update(flag_values=-1.0, flag_meanings="diffuse")
+        coords["wavelength"] = own_axis(WAVELENGTH, self.axes["wavelength"])
+        if DIFFUSE_DEG in self.axes.get("angle", ()):
+            coords["angle"][2].update(DIFFUSE_FLAG)
         variables = {
             name: (dims, array.reshape(shape), {"units": "1", "long_name": name.replace("_se", " standard error")})
             for name, array in self._table.values().items()
@@ -282,18 +235,42 @@ class Database:
         return xr.Dataset(variables, coords, attributes(**self.metadata))
 
 
-def _looked_up(arrays: Mapping[str, Labelled], table: Database, fixed: Mapping[str, float]) -> dict[str, Any]:
-    """The curves of some snows."""
-    import xarray as xr
+def _looked_up(rows: Mapping[str, np.ndarray], table: Database) -> dict[str, Any]:
+    """The curves of some snows under some light."""
+    columns = {name: values.tolist() for name, values in rows.items()}
+    thicknesses_cm, angles_deg = columns.pop("thickness_cm"), columns.pop("angle_deg")
+    cases = list(zip(zip(*columns.values()), thicknesses_cm, angles_deg))
+    distinct = [list(dict.fromkeys(one)) for one in (zip(*cases) if cases else ([], [], []))]
 
-    names = {**LOOKED_UP_SNOW, THICKNESS.name: "thickness_cm", ANGLE.name: "angle_deg"}
-    given = {name: xr.DataArray(values, dims=dims) for name, (dims, values) in arrays.items()} | fixed
-    solved = table.look_up(**{names.get(name, name): value for name, value in given.items()})
-    return {name: variable.values for name, variable in solved.data_vars.items()}
+    def curves(snows: list[tuple[float, ...]], *light: list[float]) -> dict[str, np.ndarray]:
+        properties = [dict(zip(columns, values)) for values in snows]
+        samples = [{key: one.pop(name) for name, key in LOOKED_UP_SNOW.items()} for one in properties]
+        samples = [sample | {"properties": one} for sample, one in zip(samples, properties)]
+        # Without snow a table says which curves it has, or that it has no look-ups.
+        found = table._table.look_up(samples, *light)
+        return {name: values.reshape(-1, len(table.axes["wavelength"])) for name, values in found.items()}
+
+    if math.prod(map(len, distinct)) == len(cases):
+        # All snows are under the same light.
+        numbers = {case: number for number, case in enumerate(itertools.product(*distinct))}
+        try:
+            places = [numbers[case] for case in cases]
+            return {name: ((WAVELENGTH.name,), values[places]) for name, values in curves(*distinct).items()}
+        except ValueError:
+            # Each case alone says where the error is.
+            if not cases:
+                raise
+    found = []
+    for row, case in enumerate(cases):
+        try:
+            found.append(curves(*([one] for one in case)))
+        except ValueError as error:
+            raise ValueError(str(error), row) from None
+    return {name: ((WAVELENGTH.name,), np.concatenate([one[name] for one in found])) for name in found[0]}
 
 
 def _axis(name: str, values: Any) -> list[float] | None:
-    return None if values is None else numbers(Quantity(name), values)
+    return None if values is None else own_axis(Quantity(name), values).values.tolist()
 
 
 def existing(path: str | PathLike[str]) -> str:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -19,30 +21,28 @@ from snowblue._arguments import (
     Axes,
     Quantity,
     Snow,
-    Wavelengths,
-    array_of,
+    add_snow,
+    angle,
+    angles_or_diffuse,
     attributes,
-    check_wavelengths,
     checks_names,
     hyphenated,
     labelled,
     mapping,
     mass_argument,
     number,
-    numbers,
     ordinates,
+    own_axis,
     powers_of,
-    single_arguments,
-    slab_argument,
-    snows,
+    single_values,
+    slabs_of_rows,
     values_of,
-    wavelength_coordinate,
+    wavelengths,
     whole,
-    with_arrays,
 )
 from snowblue._bands import Curve, band_weights, response_curves
-from snowblue._blocks import Labelled, dataset, in_blocks, is_lazy
-from snowblue._progress import Progress, check_no_progress, reporting
+from snowblue._blocks import dataset, in_blocks, is_lazy, no_rows
+from snowblue._progress import Progress, reporting
 from snowblue._spectra import (
     LONG_NAMES,
     check_parameters,
@@ -240,216 +240,166 @@ def invert(
     if bands is None:
         if light is not None:
             raise TypeError("light is given without bands")
-        channels = _wavelengths(given, wavelength_nm)
-        wavelengths_nm = numbers(WAVELENGTH, channels.labels)
+        wavelengths_nm = _wavelengths(given, wavelength_nm)
+        channels = xr.Variable("wavelength", wavelengths_nm)
     else:
         curves = response_curves(bands)
         wavelengths_nm = _model_wavelengths(curves, wavelength_nm)
-        weights = band_weights(curves, light, wavelengths_nm)
-        channels = Channels("band", np.array(list(curves)))
+        weights = band_weights(curves, light, wavelengths_nm.tolist())
+        channels = xr.Variable("band", [*curves])
     measured = _measured(given, channels)
+    first = next(iter(measured.values())).at_one_depth()
     names, priors = _priors(retrieve)
-    snow_given = snows(snow)
-    axes = snow_given.axes
-    columns: list[tuple[str, ...]] = [tuple(axes.sizes)]
-    spectra: dict[str, Any] = {"wavelength_nm": wavelengths_nm, "bands": None if weights is None else weights.tolist()}
-    made: dict[str, Any] = {}
-    rows: dict[str, dict[str, xr.DataArray]] = {}
+    axes = Axes()
+    fixed = add_snow(axes, snow)
     for name, spectrum in measured.items():
-        rows[name] = {
-            "values": spectrum.rows(name, spectrum.values, axes),
-            "deviation": spectrum.rows(f"standard deviation of the {_in_words(name)}", deviations[name], axes),
-        }
-    fraction = None
+        label = f"standard deviation of the {_in_words(name)}"
+        axes.arrays[name] = spectrum.rows(name, spectrum.values, axes)
+        axes.arrays[_deviation_of(name)] = spectrum.rows(label, deviations[name], axes)
     if diffuse_fraction is not None:
-        spectrum = next(iter(measured.values())).at_one_depth()
+        spectrum = first
         if weights is not None:
             spectrum = _at_wavelengths(wavelengths_nm)
-            used_nm = np.array(wavelengths_nm)[weights.any(axis=0)]
+            used_nm = wavelengths_nm[weights.any(axis=0)]
             diffuse_fraction = _interpolated("diffuse fraction", diffuse_fraction, wavelengths_nm, used_nm)
-        fraction = spectrum.rows("diffuse fraction", diffuse_fraction, axes)
-    known = {"thickness_cm": thickness_cm, "angle_deg": angle_deg, "ground_albedo": ground_albedo}
-    for name, own in known.items():
+        axes.arrays["diffuse_fraction"] = spectrum.rows("diffuse fraction", diffuse_fraction, axes)
+    made: dict[str, Any] = {}
+    for name, own in (("thickness_cm", thickness_cm), ("angle_deg", angle_deg), ("ground_albedo", ground_albedo)):
         if name == "thickness_cm" and packed is not None:
-            spectra[name] = [np.inf]
-            columns.append(())
+            # Layers have their own.
+            axes.arrays[name] = xr.DataArray(np.inf)
             continue
         value, source = (own, "argument") if own is not None else _stated(name, measured)
         quantity = STATED[name][0]
-        spectra[name], dims = slab_argument(quantity, value, axes, always=False)
-        columns.append(dims)
-        made[name] = spectra[name][0] if len(spectra[name]) == 1 else f"of the {source}"
-        if name == "angle_deg":
-            made["light"] = _light(spectra[name], source, diffuse_fraction is not None)
-    # All axes are known from here on. Where values are not known yet no spectrum is fitted now, but options are
-    # checked.
-    arrays = {f"{name} {key}": value for name, own in rows.items() for key, value in own.items()}
-    arrays |= {} if fraction is None else {"diffuse_fraction": fraction}
-    later = axes.are_lazy or any(is_lazy(value) for value in arrays.values())
-    if later:
-        check_no_progress(progress)
-
-    def places(dims: Iterable[str]) -> np.ndarray:
-        return np.empty(0, dtype=np.int64) if later else axes.places(dims)
-
-    def flat(value: xr.DataArray) -> np.ndarray:
-        dims = [dim for dim in value.dims if dim in axes.sizes]
-        inner = int(np.prod([size for dim, size in value.sizes.items() if dim not in dims]))
-        return np.empty((0, inner)) if later else value.values.reshape(-1, inner)[places(dims)]
-
-    spectra["places"] = np.stack([places(dims) for dims in columns], axis=-1).astype(np.int64)
-    spectra["diffuse_fraction"] = None if fraction is None else flat(fraction)
+        axes.add(name, quantity, value, angle if quantity is ANGLE else number)
+        values = [] if is_lazy(axes.arrays[name]) else axes.arrays[name].values.ravel().tolist()
+        values = angles_or_diffuse(values) if quantity is ANGLE else values
+        made[name] = values[0] if len(values) == 1 else f"of the {source}"
+        if quantity is ANGLE:
+            made["light"] = _light(values, source, diffuse_fraction is not None)
     errors = {"scale_error": number("scale_error", scale_error)}
     errors["correlation_nm"] = number("correlation_nm", correlation_nm)
-    spectra["measured"] = [
-        {"quantity": name, "depth_cm": measured[name].depths_cm}
-        | {"values": flat(own["values"]), "standard_deviation": flat(own["deviation"])}
-        | errors
-        for name, own in rows.items()
-    ]
-    spectra["layers"] = packed
-    labels = [_label(*name) for name in names]
+    labels = {_label(*name): name for name in names}
     unknowns = {
         "names": names,
-        "labels": labels,
+        "labels": [*labels],
         "median": [median for median, _ in priors],
         "deviation": [deviation for _, deviation in priors],
         "correlation": None if prior_correlation is None else _matrix("prior_correlation", prior_correlation),
         "ordinates": ordinates(streams, seed),
     }
-    taken = {f"{label}{aspect}" for label in labels for aspect in ASPECTS}
-    taken |= {f"{name}{end}" for name in measured for end in ("", "_fit", *(f"_scale{aspect}" for aspect in ASPECTS))}
-    taken |= {channels.dim, "parameter", "true_parameter", "outcome", "averaging_kernel", "covariance", *NUMBERS}
+    packs = {
+        "wavelength_nm": wavelengths_nm.tolist(),
+        "bands": None if weights is None else weights.tolist(),
+        "layers": packed,
+    }
+    quantities = [{"quantity": name, "depth_cm": one.depths_cm, **errors} for name, one in measured.items()]
+    described = _described(labels, measured, is_scaled=errors["scale_error"] != 0)
+    taken = {*channels.dims, "parameter", "true_parameter", *described}
     for dim in axes.sizes:
         if dim in taken:
             raise ValueError(f"an argument has a dimension '{dim}', which belongs to the results: rename it")
-    with (
-        reporting(progress, "spectra") as report,
-        axes.locating_errors(channels.count, channels.names),
-        locating_layers(packed or []),
-    ):
-        found = _native.invert(snow_given.native, spectra, unknowns, report)
-    if later:
-        single = {"bands": bands, "light": light, "retrieve": retrieve, "prior_correlation": prior_correlation}
-        single |= {"streams": streams, "seed": seed, **errors}
-        single |= single_arguments(snow) if packed is None else {"layers": layers}
-        single |= {name: spectra[name][0] for name in made if name in known and len(spectra[name]) == 1}
-        single["wavelength_nm"] = channels.labels if weights is None else wavelengths_nm
-        labels_of = {"wavelength": wavelengths_nm, channels.dim: channels.labels}
-        labels_of |= {"depth": spectrum.depths_cm for spectrum in measured.values() if spectrum.depths_cm}
-        found |= in_blocks(
-            _block_of_retrievals,
-            {name: (value.dims, value.data) for name, value in arrays.items()} | axes.arrays,
-            axes.sizes,
-            _outputs(dict(zip(labels, names)), measured),
-            single=single,
-            labels=labels_of,
-        )
-        for own in spectra["measured"]:
-            own["values"] = found[own["quantity"]]
-
+    inner = ("depth", *channels.dims, *([] if weights is None else ["wavelength"]))
+    with reporting(axes.progress(progress), "spectra") as report:
+        options = {"fixed": fixed, "packs": packs, "quantities": quantities, "unknowns": unknowns, "report": report}
+        prior = _found(no_rows(axes.arrays, inner), **options)["prior"]
+        bands = None if weights is None else [*curves]
+        solve = functools.partial(_retrieved, dims={name: one.inner for name, one in measured.items()}, **options)
+        found = in_blocks(solve, axes.arrays, axes.sizes, inner=inner, bands=bands)
     made["prior"] = "; ".join(
         f"{_words(name, layer)}: median {'of the argument' if median is None else f'{median:g}'}, "
         f"deviation {deviation:g}"
-        for (name, layer), (median, deviation) in zip(names, found["prior"])
+        for (name, layer), (median, deviation) in zip(names, prior)
     )
     made |= errors | {"seed": seed}
-    kept = _without(snow_given.attrs, names, None)
-    kept.pop("snow_id", None)
-    if packed is not None:
-        kept = {}
-        shown = [(_without(snow, names, place), thickness) for place, (snow, thickness) in enumerate(packed)]
-        made = {"layers": described_layers(shown), **made}
-    variables = _variables(found, dict(zip(labels, names)), measured, spectra["measured"], axes)
-    if not scale_error:
-        variables = {name: value for name, value in variables.items() if "_scale" not in name}
-    mean_nm = wavelengths_nm if weights is None else (weights @ wavelengths_nm).tolist()
-    own = (channels.dim, *wavelength_coordinate(mean_nm)[1:])
-    carried = next(iter(measured.values())).values.drop_vars("depth", errors="ignore").coords
-    coords = axes.coordinates(Wavelengths(mean_nm, channels.dim, own, carried))
+    if packed is None:
+        made = _without(single_values(fixed, axes.arrays), names, None) | made
+        made.pop("snow_id", None)
+    else:
+        kept = [(_without(snow, names, place), thickness) for place, (snow, thickness) in enumerate(packed)]
+        made = {"layers": described_layers(kept), **made}
+    coords = {name: one for name, one in axes.coordinates(first.values).items() if name not in described}
+    mean_nm = wavelengths_nm if weights is None else weights @ wavelengths_nm
+    coords["wavelength"] = (channels.dims, mean_nm, WAVELENGTH.attributes())
     if weights is not None:
-        coords["band"] = ("band", channels.labels)
+        coords["band"] = channels
         made["band_light"] = "ASTM G173-03" if light is None else str(light.name or "given")
-    coords = {name: coordinate for name, coordinate in coords.items() if name not in variables}
-    coords |= {"parameter": labels, "true_parameter": labels}
+    coords |= {"parameter": [*labels], "true_parameter": [*labels]}
     for spectrum in measured.values():
         if spectrum.depths_cm:
             coords["depth"] = ("depth", spectrum.depths_cm, DEPTH.attributes())
-    return dataset(variables, coords, attributes(**kept, **made))
+    variables = {name: (found[name].dims, found[name].data, attrs) for name, attrs in described.items()}
+    return dataset(variables, coords, attributes(**made))
 
 
-def _variables(
-    found: dict[str, Any],
-    parameters: dict[str, tuple[str, int | None]],
-    measured: dict[str, Measured],
-    given: list[dict[str, Any]],
-    axes: Axes,
-) -> dict[str, Any]:
-    """The variables of the result, of parameters by their labels."""
-    variables: dict[str, Any] = {}
-
-    def add(name: str, values: Any, long_name: str, unit: str | None = "1", more: dict[str, int] = {}) -> None:
-        array = np.asarray(values) if isinstance(values, list) else values
-        array = array.reshape([*axes.shape, *more.values()])
-        variables[name] = ([*axes.sizes, *more], array, {"long_name": long_name} | ({"units": unit} if unit else {}))
-
+def _described(
+    parameters: Mapping[str, tuple[str, int | None]], measured: Mapping[str, Measured], is_scaled: bool
+) -> dict[str, dict[str, str]]:
+    """The attributes of the variables of a result, of parameters by their labels."""
+    long_names: dict[str, str] = {}
+    units: dict[str, str] = {}
     for label, (name, layer) in parameters.items():
-        attrs = parameter_quantity(name).attributes()
+        quantity = parameter_quantity(name).attributes()
         for aspect, text in ASPECTS.items():
-            add(label + aspect, found[label + aspect], text.format(_words(attrs["long_name"], layer)), attrs["units"])
-    for (name, spectrum), own in zip(measured.items(), given):
+            long_names[label + aspect] = text.format(_words(quantity["long_name"], layer))
+            units[label + aspect] = quantity["units"]
+    for name, spectrum in measured.items():
         long_name = LONG_NAMES.get(name, name) if spectrum.depths_cm else name
-        for aspect, text in ASPECTS.items():
-            add(f"{name}_scale{aspect}", found[f"{name}_scale{aspect}"], text.format(f"measured over true {name}"))
-        more = {dim: spectrum.values.sizes[dim] for dim in spectrum.inner}
-        add(name, own["values"], f"measured {long_name}", more=more)
-        add(f"{name}_fit", found[f"{name}_fit"], f"{long_name} of the retrieved snow", more=more)
-    pairs = dict.fromkeys(("parameter", "true_parameter"), len(parameters))
-    add("averaging_kernel", found["averaging_kernel"], "derivative of the retrieved state by the true one", more=pairs)
-    add("covariance", found["covariance"], "covariance of the posterior of the state", more=pairs)
-    for name, text in NUMBERS.items():
-        values = found[name]
-        add(name, values.astype(np.int64) if name in ("data", "solutions") else values, text)
-    add("outcome", found["outcome"], "how the search has ended", unit=None)
+        for aspect, text in ASPECTS.items() if is_scaled else ():
+            long_names[f"{name}_scale{aspect}"] = text.format(f"measured over true {name}")
+        long_names |= {name: f"measured {long_name}", f"{name}_fit": f"{long_name} of the retrieved snow"}
+    long_names["averaging_kernel"] = "derivative of the retrieved state by the true one"
+    long_names["covariance"] = "covariance of the posterior of the state"
+    long_names |= NUMBERS
+    described = {name: {"long_name": text, "units": units.get(name, "1")} for name, text in long_names.items()}
+    return described | {"outcome": {"long_name": "how the search has ended"}}
+
+
+def _found(
+    rows: Mapping[str, np.ndarray],
+    fixed: Mapping[str, Any],
+    packs: Mapping[str, Any],
+    quantities: Iterable[Mapping[str, Any]],
+    unknowns: Mapping[str, Any],
+    report: Any,
+) -> dict[str, Any]:
+    """What is retrieved from some spectra, and the priors that were used."""
+    native, given = slabs_of_rows(fixed, rows)
+    flat = {name: values.reshape(len(values), math.prod(values.shape[1:])) for name, values in rows.items()}
+    measured = [
+        {**one, "values": flat[one["quantity"]], "standard_deviation": flat[_deviation_of(one["quantity"])]}
+        for one in quantities
+    ]
+    given |= {**packs, "diffuse_fraction": flat.get("diffuse_fraction"), "measured": measured}
+    with locating_layers(packs["layers"] or []):
+        return _native.invert(native, given, unknowns, report)
+
+
+def _retrieved(
+    rows: Mapping[str, np.ndarray], dims: Mapping[str, list[str]], unknowns: Mapping[str, Any], **options: Any
+) -> dict[str, Any]:
+    """The variables of what is retrieved from some spectra, which have further dimensions."""
+    found = _found(rows, unknowns=unknowns, **options)
+    labels = unknowns["labels"]
+    of_states = [len(rows["angle_deg"]), len(labels), len(labels)]
+    # The longest outcome: all parameters are at ends of their ranges.
+    longest = " and ".join(_words(*name) for name in unknowns["names"]) + " are at ends of their ranges"
+    variables: dict[str, Any] = {"outcome": ((), np.array(found["outcome"], dtype=f"U{len(longest)}"))}
+    for name, own in dims.items():
+        variables[name] = (own, rows[name])
+        variables[f"{name}_fit"] = (own, found[f"{name}_fit"].reshape(rows[name].shape))
+    for name in ("averaging_kernel", "covariance"):
+        variables[name] = (["parameter", "true_parameter"], found[name].reshape(of_states))
+    for label in (*labels, *(f"{name}_scale" for name in dims)):
+        variables |= {label + aspect: ((), found[label + aspect]) for aspect in ASPECTS}
+    for name in NUMBERS:
+        variables[name] = ((), found[name].astype(np.int64) if name in ("data", "solutions") else found[name])
     return variables
 
 
-def _outputs(
-    parameters: dict[str, tuple[str, int | None]], measured: dict[str, Measured]
-) -> dict[str, tuple[dict[str, int], Any]]:
-    """The further dimensions and the type of each variable of a result."""
-    # The longest outcome: all parameters are at ends of their ranges.
-    words = " and ".join(_words(*parameter) for parameter in parameters.values())
-    longest = len(f"{words} are at ends of their ranges")
-    outputs: dict[str, tuple[dict[str, int], Any]] = {"outcome": ({}, f"U{longest}")}
-    for name in (*parameters, *(f"{name}_scale" for name in measured)):
-        outputs |= {name + aspect: ({}, float) for aspect in ASPECTS}
-    for name, spectrum in measured.items():
-        more = {dim: spectrum.values.sizes[dim] for dim in spectrum.inner}
-        outputs |= {name: (more, float), f"{name}_fit": (more, float)}
-    pairs = dict.fromkeys(("parameter", "true_parameter"), len(parameters))
-    outputs |= {name: (pairs, float) for name in ("averaging_kernel", "covariance")}
-    return outputs | {name: ({}, float) for name in NUMBERS}
-
-
-def _block_of_retrievals(
-    arrays: Mapping[str, Labelled], single: Mapping[str, Any], labels: Mapping[str, Any]
-) -> dict[str, Any]:
-    """What is retrieved from some spectra."""
-    import xarray as xr
-
-    further = dict(arrays)
-    given: dict[str, Any] = {}
-    for name in [name for name in arrays if name == "diffuse_fraction" or name.endswith((" values", " deviation"))]:
-        dims, values = further.pop(name)
-        array = xr.DataArray(values, {dim: labels[dim] for dim in dims if dim in labels}, dims)
-        quantity, _, key = name.partition(" ")
-        if quantity in AT_DEPTH:
-            given.setdefault("fluxes" if key == "values" else "fluxes_standard_deviation", {})[quantity] = array
-        else:
-            given[DEVIATIONS[quantity] if key == "deviation" else quantity] = array
-    solved = invert(**given, **with_arrays(single, further), progress=False)
-    return {name: variable.values for name, variable in solved.data_vars.items()}
+def _deviation_of(quantity: str) -> str:
+    """The name of the standard deviation of a measured quantity among the arguments."""
+    return f"{quantity} deviation"
 
 
 def _priors(retrieve: Any) -> tuple[list[tuple[str, int | None]], list[tuple[Any, Any]]]:
@@ -522,7 +472,7 @@ def _fluxes(given: Mapping[str, Any]) -> dict[str, xr.DataArray]:
         unit = value.depth.attrs.get("units", DEPTH.unit)
         if unit != DEPTH.unit:
             raise ValueError(f"{name} has depths in {unit}, but they must be in {DEPTH.unit}")
-        depths_cm = numbers(DEPTH, value.depth.values)
+        depths_cm = own_axis(DEPTH, value.depth.values).values.tolist()
         if not depths_cm or not np.isfinite(depths_cm).all():
             raise ValueError(f"{name} must have depths, and all of them finite")
         for other, array in arrays.items():
@@ -544,46 +494,18 @@ def _deviations(fluxes: Mapping[str, Any], given: Any) -> dict[str, Any]:
     return {name: given[name] if name in given else None for name in fluxes}
 
 
-@dataclass
-class Channels:
-    """Where values are measured: at wavelengths, or in bands."""
-
-    dim: str
-    """Its dimension in results: `wavelength` or `band`."""
-    labels: np.ndarray
-    """The wavelengths in nm, or the names of the bands."""
-
-    @property
-    def count(self) -> int:
-        return len(self.labels)
-
-    @property
-    def names(self) -> list[str] | None:
-        """The names of bands."""
-        return self.labels.tolist() if self.dim == "band" else None
-
-    @property
-    def words(self) -> str:
-        """Their number, in words."""
-        return f"{self.count} {self.dim}s"
-
-    def take(self, value: xr.DataArray, dim: str) -> xr.DataArray:
-        """An array whose dimension of channels, if it has one, is called so. Labels of another name are none."""
-        if dim != self.dim and dim in value.dims:
-            value = value.swap_dims({dim: self.dim}).drop_vars(dim, errors="ignore")
-        if self.dim != "band" or "band" not in value.dims or "band" not in value.coords:
-            return value
-        own = value.band.values
-        if own.dtype.kind not in "OU":
-            return value.drop_vars("band")
-        is_same_set = len(own) == self.count and {*own.tolist()} == {*self.labels.tolist()}
-        return value.sel(band=self.labels) if is_same_set else value
-
-    def are_labels_of(self, value: xr.DataArray) -> bool:
-        """Whether an array has as many channels, and no other labels."""
-        is_labelled = self.dim in value.coords
-        is_same_size = value.sizes.get(self.dim) == self.count
-        return is_same_size and not (is_labelled and not np.array_equal(value[self.dim].values, self.labels))
+def _with_channels(value: xr.DataArray, dim: str, channels: xr.Variable) -> xr.DataArray:
+    """An array whose dimension of wavelengths or bands, if it has one, is called so, without labels of another name."""
+    [own] = channels.dims
+    if dim != own and dim in value.dims:
+        value = value.swap_dims({dim: own}).drop_vars(dim, errors="ignore")
+    if own != "band" or "band" not in value.dims or "band" not in value.coords:
+        return value
+    names = value.band.values
+    if names.dtype.kind not in "OU":
+        return value.drop_vars("band")
+    is_same_set = len(names) == channels.size and {*names.tolist()} == {*channels.values.tolist()}
+    return value.sel(band=channels.values) if is_same_set else value
 
 
 @dataclass
@@ -592,11 +514,10 @@ class Measured:
 
     values: xr.DataArray
     """The wavelength or band is the last dimension, with its coordinate, perhaps after the depth."""
-    channels: Channels
+    given: xr.DataArray
+    """The array that is given."""
     dim: str
-    """What the array that is given calls this dimension."""
-    given: tuple[tuple[str, ...], tuple[int, ...]]
-    """Dimensions and shape of the array that is given."""
+    """What it calls the dimension of the wavelength or band."""
 
     @property
     def depths_cm(self) -> list[float]:
@@ -605,73 +526,68 @@ class Measured:
     @property
     def inner(self) -> list[str]:
         """The dimensions that belong to one pack."""
-        return ["depth", self.channels.dim] if "depth" in self.values.dims else [self.channels.dim]
+        return [*(["depth"] if "depth" in self.values.dims else []), str(self.values.dims[-1])]
 
     def at_one_depth(self) -> Measured:
         """The spectrum at one of the depths."""
         if not self.depths_cm:
             return self
-        kept = [(dim, size) for dim, size in zip(*self.given) if dim != "depth"]
-        given = tuple(dim for dim, _ in kept), tuple(size for _, size in kept)
-        return Measured(self.values.isel(depth=0, drop=True), self.channels, self.dim, given)
+        return Measured(self.values.isel(depth=0, drop=True), self.given.isel(depth=0, drop=True), self.dim)
 
     def rows(self, label: str, value: Any, axes: Axes) -> xr.DataArray:
         """Values on some dimensions, which are added to the axes, and then at all depths and channels."""
         import xarray as xr
 
-        channels = self.channels
+        channels = self.values[self.values.dims[-1]].variable
         value = labelled(value)
         if not hasattr(value, "dims"):
             array = value if is_lazy(value) else _floats(label, value)
-            dims, shape = self.given
-            known = {(): (), (channels.count,): (self.dim,), shape: dims}
+            known = {(): (), (channels.size,): (self.dim,), self.given.shape: self.given.dims}
             if array.shape not in known:
                 raise ValueError(
-                    f"the {label} has the shape {array.shape}, but there are {channels.words}, and spectra of the "
-                    f"shape {shape}"
+                    f"the {label} has the shape {array.shape}, but there are {channels.size} {channels.dims[0]}s, and "
+                    f"spectra of the shape {self.given.shape}"
                 )
             value = xr.DataArray(array, dims=known[array.shape])
-        value = channels.take(value, self.dim)
-        if channels.dim not in value.dims:
-            value = value.expand_dims({channels.dim: channels.labels})
-        elif not channels.are_labels_of(value):
-            raise ValueError(f"the {label} has other {channels.dim}s than the spectra")
-        if self.depths_cm:
-            if "depth" not in value.dims:
-                value = value.expand_dims(depth=self.depths_cm)
-            elif value.sizes["depth"] != len(self.depths_cm) or (
-                "depth" in value.coords and not np.array_equal(value.depth.values, self.depths_cm)
-            ):
-                raise ValueError(f"the {label} has other depths than the fluxes")
+        value = _with_channels(value, self.dim, channels)
+        for dim in self.inner:
+            labels = self.values[dim].values
+            if dim not in value.dims:
+                value = value.expand_dims({dim: labels})
+            elif not _has_labels(value, dim, labels):
+                raise ValueError(f"the {label} has other {dim}s than the {'fluxes' if dim == 'depth' else 'spectra'}")
         value = value.astype(float).transpose(..., *self.inner)
-        others = value.isel(dict.fromkeys(self.inner, 0), drop=True)
-        axes.add(Quantity(label), others, array_of(others))
-        del axes.own[label]
+        axes.broadcast(label, value.isel(dict.fromkeys(self.inner, 0), drop=True))
         return value
 
 
-def _wavelengths(given: dict[str, Any], wavelength_nm: Any) -> Channels:
+def _has_labels(value: xr.DataArray, dim: str, labels: np.ndarray) -> bool:
+    """Whether an array has as many values along a dimension, and no other labels."""
+    is_same_size = value.sizes.get(dim) == len(labels)
+    return is_same_size and (dim not in value.coords or np.array_equal(value[dim].values, labels))
+
+
+def _wavelengths(given: dict[str, Any], wavelength_nm: Any) -> np.ndarray:
     """The wavelengths of the spectra."""
     if wavelength_nm is None:
         for value in map(labelled, given.values()):
             if "wavelength" in getattr(value, "dims", ()) and "wavelength" in value.coords:
-                wavelength_nm = value.wavelength.values
+                wavelength_nm = value.wavelength
                 break
         else:
             name = next(iter(given))
             words = f"the {_in_words(name)} has no dimension 'wavelength' with values"
             raise TypeError(f"wavelength_nm is missing, and {words}")
-    values_nm = np.atleast_1d(_floats("wavelength_nm", wavelength_nm))
+    values_nm = wavelengths(wavelength_nm).values
     if values_nm.size == 0:
         raise ValueError("wavelength_nm has no values")
-    check_wavelengths(values_nm.reshape(-1).tolist())
-    return Channels("wavelength", values_nm)
+    return values_nm
 
 
-def _model_wavelengths(curves: Mapping[str, Curve | None], wavelength_nm: Any) -> list[float]:
+def _model_wavelengths(curves: Mapping[str, Curve | None], wavelength_nm: Any) -> np.ndarray:
     """The wavelengths at which the model is solved."""
     if wavelength_nm is not None:
-        return numbers(WAVELENGTH, wavelength_nm)
+        return own_axis(WAVELENGTH, wavelength_nm).values
     points: set[float] = set()
     for name, curve in curves.items():
         if curve is None:
@@ -680,26 +596,25 @@ def _model_wavelengths(curves: Mapping[str, Curve | None], wavelength_nm: Any) -
         if own_nm:
             steps = np.ceil(abs(own_nm[-1] - own_nm[0]) / BAND_STEP_NM)
             points |= {*np.linspace(own_nm[0], own_nm[-1], int(min(steps, MOST_STEPS)) + 1).tolist()}
-    return sorted(points)
+    return np.array(sorted(points))
 
 
-def _at_wavelengths(wavelengths_nm: list[float]) -> Measured:
+def _at_wavelengths(wavelengths_nm: np.ndarray) -> Measured:
     """A spectrum at the wavelengths of the model, with which others pair."""
     import xarray as xr
 
-    channels = Channels("wavelength", np.array(wavelengths_nm))
-    values = xr.DataArray(np.zeros(channels.count), {"wavelength": wavelengths_nm}, ["wavelength"])
-    return Measured(values, channels, "wavelength", (("wavelength",), (channels.count,)))
+    values = xr.DataArray(np.zeros(len(wavelengths_nm)), {"wavelength": wavelengths_nm}, ["wavelength"])
+    return Measured(values, values, "wavelength")
 
 
-def _interpolated(label: str, value: Any, wavelengths_nm: list[float], used_nm: np.ndarray) -> Any:
+def _interpolated(label: str, value: Any, wavelengths_nm: np.ndarray, used_nm: np.ndarray) -> Any:
     """An array on `wavelength` at other wavelengths, of which it must cover those that are used."""
     import xarray as xr
 
     if "wavelength" not in getattr(value, "dims", ()) or "wavelength" not in value.coords:
         return value
     value = value.transpose(..., "wavelength")
-    own_nm = np.asarray(numbers(WAVELENGTH, value.wavelength.values))
+    own_nm = own_axis(WAVELENGTH, value.wavelength.values).values
     if not (np.diff(own_nm) > 0).all():
         raise ValueError(f"the {label} has wavelengths that do not ascend")
     if own_nm[0] > used_nm.min() or own_nm[-1] < used_nm.max():
@@ -721,30 +636,31 @@ def _interpolated(label: str, value: Any, wavelengths_nm: list[float], used_nm: 
     return found.assign_coords(wavelength=wavelengths_nm)
 
 
-def _measured(given: dict[str, Any], channels: Channels) -> dict[str, Measured]:
+def _measured(given: dict[str, Any], channels: xr.Variable) -> dict[str, Measured]:
     """The measured spectra."""
     import xarray as xr
 
-    arrays = {name: labelled(value) for name, value in given.items()}
+    [own] = channels.dims
     measured = {}
-    for name, value in arrays.items():
-        Quantity(name, "1").check(value)
-        if not hasattr(value, "dims"):
-            array = value if is_lazy(value) else np.atleast_1d(_floats(name, value))
-            value = xr.DataArray(array, dims=[*(f"dim_{i}" for i in range(array.ndim - 1)), channels.dim])
-        if channels.dim == "band" and "wavelength" in value.dims:
+    for name, value in given.items():
+        as_given = labelled(value)
+        Quantity(name, "1").check(as_given)
+        if not hasattr(as_given, "dims"):
+            array = as_given if is_lazy(as_given) else np.atleast_1d(_floats(name, as_given))
+            as_given = xr.DataArray(array, dims=[*(f"dim_{i}" for i in range(array.ndim - 1)), own])
+        if own == "band" and "wavelength" in as_given.dims:
             words = f"the {_in_words(name)} has the dimension 'wavelength'"
             raise ValueError(f"{words}, but its values must be those of the bands")
-        inner = [dim for dim in value.dims if dim != "depth"]
-        dim = channels.dim if channels.dim in value.dims or not inner else inner[-1]
-        as_given = value.dims, value.shape
-        value = channels.take(value, dim)
-        if channels.labels.ndim != 1 or value.sizes.get(channels.dim) != channels.count:
-            raise ValueError(f"the {_in_words(name)} has the shape {as_given[1]}, but there are {channels.words}")
-        if not channels.are_labels_of(value):
-            raise ValueError(f"the {_in_words(name)} has other {channels.dim}s than those given")
-        value = value.astype(float).transpose(..., channels.dim).assign_coords({channels.dim: channels.labels})
-        measured[name] = Measured(value, channels, dim, as_given)
+        inner = [dim for dim in as_given.dims if dim != "depth"]
+        dim = own if own in as_given.dims or not inner else inner[-1]
+        value = _with_channels(as_given, dim, channels)
+        if value.sizes.get(own) != channels.size:
+            words = f"there are {channels.size} {own}s"
+            raise ValueError(f"the {_in_words(name)} has the shape {as_given.shape}, but {words}")
+        if not _has_labels(value, own, channels.values):
+            raise ValueError(f"the {_in_words(name)} has other {own}s than those given")
+        value = value.astype(float).transpose(..., own).assign_coords({own: channels.values})
+        measured[name] = Measured(value, as_given, dim)
     return measured
 
 

@@ -20,16 +20,14 @@ from snowblue._arguments import (
     mapping,
     names_of,
     number,
-    numbers,
     ordinates,
-    wavelength_coordinate,
+    own_axis,
 )
 from snowblue._sky import ELEVATION, IRRADIANCE, SKY_NAMES, sky as daylight
 from snowblue._spectra import (
-    CHANGED_LAYER,
-    LAYER,
-    changed_layers,
+    changed_layer,
     described_layers,
+    is_of_layers,
     locating_layers,
     packed_layers,
     parameter_quantity,
@@ -51,6 +49,7 @@ LEVELS = {
 LOWEST_SUN_DEG = -1.0
 """Refraction and the sun's radius show some of it down to an elevation of -0.85 degrees."""
 BANDS = ("solar", "par", "visible", "near-infrared")
+AXES = ("depth", "layer", "wavelength", "changed_layer")
 
 
 @checks_names()
@@ -120,7 +119,8 @@ def light_at_depth(
     import xarray as xr
 
     packed = packed_layers(layers)
-    depths_cm = numbers(DEPTH, depth_cm)
+    depth = own_axis(DEPTH, depth_cm)
+    depths_cm = depth.values.tolist()
     jacobian = parameters(jacobian)
     if not isinstance(sky, xr.Dataset):
         sky = mapping("sky", sky, "{'elevation_deg': 25}, or a dataset of snowblue.sky")
@@ -131,7 +131,8 @@ def light_at_depth(
             raise ValueError(f"the sky has no '{name}'")
     for quantity in (Quantity("direct", IRRADIANCE), Quantity("diffuse", IRRADIANCE), ELEVATION):
         quantity.check(sky[quantity.name])
-    wavelengths_nm = numbers(WAVELENGTH, sky.wavelength)
+    wavelength = own_axis(WAVELENGTH, sky.wavelength)
+    wavelengths_nm = wavelength.values.tolist()
     if not np.all(np.diff(wavelengths_nm) > 0):
         raise ValueError("the wavelengths of the sky must ascend: sort it with sky.sortby('wavelength')")
     dims = [dim for dim in sky.direct.dims if dim != "wavelength"]
@@ -173,40 +174,37 @@ def light_at_depth(
             ground, wavelengths_nm, lights, bands, bool(daily), jacobian, ordinates(streams, seed)
         )
     dims = [] if daily else dims
-    shape = [sky.sizes[dim] for dim in dims]
+    kept = {} if daily else {name: sky[name].variable for name in ("time", "elevation", "azimuth") if name in sky}
+    layer = xr.Variable("layer", np.arange(len(packed)), {"long_name": "number of the layer, from the top"})
+    depth.attrs |= {"standard_name": "depth", "positive": "down"}
+    coords = {
+        **kept,
+        "depth": depth,
+        "layer": layer,
+        "thickness": xr.Variable("layer", [thickness_cm for _, thickness_cm in packed], THICKNESS.attributes()),
+        "wavelength": wavelength,
+        "changed_layer": changed_layer(len(packed)),
+    }
+    sizes = {dim: sky.sizes[dim] for dim in dims} | {name: coords[name].size for name in AXES}
     variables = {}
-    by_name = {name.replace("-", "_"): name for name in jacobian}
     for label, array in arrays.items():
         label = label.replace("-", "_")
         name, _, parameter = label.partition("_per_")
-        changed = changed_layers(parameter, len(packed))
         band = next((band for band in bands if name.startswith(band.replace("-", "_") + "_")), None)
         plain = name.removeprefix(band.replace("-", "_") + "_") if band else name
-        at, count = ("layer", len(packed)) if plain.startswith("layer") else ("depth", len(depths_cm))
-        spectral = [] if band or "warming" in name else ["wavelength"]
-        if "warming" in name and daily:
-            array = array / 3600.0
-        attrs = _describe(plain, band, bool(spectral), daily)
+        is_spectral = not band and "warming" not in name
+        attrs = _describe(plain, band, is_spectral, daily)
         if parameter:
-            quantity = parameter_quantity(by_name[parameter])
+            quantity = parameter_quantity(parameter)
             attrs["units"] = quantity.of_derivative(attrs["units"])
             of = f"derivative with respect to {quantity.attributes()['long_name']} of: "
             attrs["long_name"] = of + attrs["long_name"]
-        variables[label] = (
-            [*dims, *changed, at, *spectral],
-            array.reshape(*shape, *changed.values(), count, *([len(wavelengths_nm)] if spectral else [])),
-            attrs,
-        )
-    kept = {} if daily else {name: sky[name].variable for name in ("time", "elevation", "azimuth") if name in sky}
-    coords: dict[str, Any] = {
-        **kept,
-        "depth": ("depth", depths_cm, DEPTH.attributes() | {"standard_name": "depth", "positive": "down"}),
-        "layer": ("layer", np.arange(len(packed)), LAYER),
-        "thickness": ("layer", [thickness_cm for _, thickness_cm in packed], THICKNESS.attributes()),
-        "wavelength": wavelength_coordinate(wavelengths_nm),
-    }
-    if jacobian:
-        coords["changed_layer"] = ("changed_layer", np.arange(len(packed)), CHANGED_LAYER)
+        own = [*dims, *(["changed_layer"] if is_of_layers(parameter) else [])]
+        own += ["layer" if plain.startswith("layer") else "depth", *(["wavelength"] if is_spectral else [])]
+        array = array / 3600.0 if "warming" in name and daily else array
+        variables[label] = (own, array.reshape([sizes[dim] for dim in own]), attrs)
+    if not jacobian:
+        del coords["changed_layer"]
     made = {
         **{f"sky_{name}": value for name, value in sky.attrs.items() if name not in ("Conventions", "source")},
         "layers": described_layers(packed),

@@ -16,52 +16,9 @@ their number is not known."""
 DELAY_S = 1.0
 
 
-def check_no_progress(progress: Any) -> None:
-    """Results that are computed later report nothing now."""
-    if progress not in (None, False):
-        raise ValueError("progress is given, but arrays of dask are computed later; dask has a bar of its own")
-
-
 @contextmanager
-def reporting(progress: Progress, unit: str) -> Iterator[Callable[[int, int], object] | None]:
-    """A function that shows the progress of some work."""
-
-    def shown_by(bar: Any) -> Callable[[int, int], object]:
-        def show(done: int, total: int) -> None:
-            bar.total = total
-            bar.update(done - bar.n)
-
-        return show
-
-    with _reporting(progress, shown_by, unit=f" {unit}") as report:
-        yield report
-
-
-@contextmanager
-def reporting_phases(progress: PhaseProgress) -> Iterator[Callable[[int, int, str], object] | None]:
-    """A function that shows the progress of work with phases."""
-
-    def shown_by(bar: Any) -> Callable[[int, int, str], object]:
-        last = None
-
-        def show(done: int, total: int, phase: str) -> None:
-            nonlocal last
-            if phase != last:
-                last = phase
-                bar.reset(total or None)
-                bar.set_description(phase, refresh=False)
-            bar.total = total or None
-            bar.update(done - bar.n)
-
-        return show
-
-    with _reporting(progress, shown_by) as report:
-        yield report
-
-
-@contextmanager
-def _reporting(progress: Any, shown_by: Callable[[Any], Any], **options: str) -> Iterator[Any]:
-    """None, the given function, or what shows the progress by a bar with some options."""
+def reporting(progress: Any, unit: str = "it") -> Iterator[Any]:
+    """None, the given function, or one that shows the progress of some work by a bar."""
     if not (progress is None or isinstance(progress, bool) or callable(progress)):
         raise ValueError(f"progress is {progress!r}, but must be True, False or a function")
     if progress is False or callable(progress):
@@ -72,6 +29,17 @@ def _reporting(progress: Any, shown_by: Callable[[Any], Any], **options: str) ->
     except ImportError:
         yield None
         return
+
+    def show(done: int, total: int, phase: str | None = None) -> None:
+        nonlocal last
+        if phase != last:
+            last = phase
+            bar.reset(total or None)
+            bar.set_description(phase, refresh=False)
+        bar.total = total or None
+        bar.update(done - bar.n)
+
+    last = None
     # Without a terminal or notebook tqdm shows nothing: disable=None.
-    with tqdm(delay=DELAY_S, unit_scale=True, disable=None, leave=False, **options) as bar:
-        yield shown_by(bar)
+    with tqdm(delay=DELAY_S, unit=f" {unit}", unit_scale=True, disable=None, leave=False) as bar:
+        yield show

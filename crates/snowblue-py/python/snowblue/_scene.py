@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from snowblue import _native
-from snowblue._arguments import attributes, checks_names, wavelength_coordinate
+from snowblue._arguments import WAVELENGTH, attributes, checks_names, own_axis
 from snowblue._database import Database, existing
-from snowblue._progress import PhaseProgress, reporting_phases
+from snowblue._progress import PhaseProgress, reporting
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -194,7 +194,7 @@ class Scene:
             },
         )
         target = _target(output)
-        with reporting_phases(progress) as report:
+        with reporting(progress) as report:
             table = None if database is None else database._table
             shown = None if preview is None else lambda width, height, pixels: preview(pixels.reshape(height, width, 3))
             rendered = changed.render(table, ",".join(["rgb", *aovs]), target, report, shown)
@@ -244,7 +244,7 @@ class Scene:
             raise ValueError(f"lightmap is {lightmap}, but must be a whole number in {least}–{most}")
         size = None if lightmap is None else int(lightmap)
         changed = self._changed(integrator={"type": "diffusion", "max_bounces": max_bounces})
-        with reporting_phases(progress) as report:
+        with reporting(progress) as report:
             content = {"is_total": False, "reflection": False, "irradiance": False, "lightmap": size}
             content["spectrum"] = spectrum
             of_all, *objects = changed.bake(step_mm, content, target, report)
@@ -353,7 +353,7 @@ def _picture(rendered: dict[str, Any]) -> xr.Dataset:
             continue
         variables[group] = (("y", "x", last[group]), stacked, description)
         if group == "spectrum":
-            coords["wavelength"] = wavelength_coordinate(wavelengths_nm)
+            coords["wavelength"] = own_axis(WAVELENGTH, wavelengths_nm)
         elif group == "normal":
             coords["axis"] = [AXES[name.split(".")[1]] for name in names]
     return xr.Dataset(variables, coords, attributes(**made))

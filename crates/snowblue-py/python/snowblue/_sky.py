@@ -17,9 +17,8 @@ from snowblue._arguments import (
     checks_names,
     is_several,
     number,
-    numbers,
+    own_axis,
     shown,
-    wavelength_coordinate,
 )
 
 if TYPE_CHECKING:
@@ -27,10 +26,13 @@ if TYPE_CHECKING:
 
 CLEAR_TURBIDITY, CLOUD_OPTICAL_THICKNESS = 3.0, 15.0
 SKY_NM = np.arange(320.0, 721.0, 10.0)
-ELEVATION = Quantity("elevation", "degree", "angle from the horizon to the sun")
-AZIMUTH = Quantity("azimuth", "degree", "angle of the sun from north, clockwise")
-STANDARD_NAMES = {ELEVATION: "solar_elevation_angle", AZIMUTH: "solar_azimuth_angle"}
-"""Names of the CF conventions."""
+# Standard names are those of the CF conventions.
+ELEVATION = Quantity(
+    "elevation", "degree", "angle from the horizon to the sun", {"standard_name": "solar_elevation_angle"}
+)
+AZIMUTH = Quantity(
+    "azimuth", "degree", "angle of the sun from north, clockwise", {"standard_name": "solar_azimuth_angle"}
+)
 
 IRRADIANCE = "W m-2 nm-1"
 _VARIABLES = {
@@ -67,10 +69,10 @@ def sunlight(wavelength_nm: Any = np.arange(300.0, 2501.0, 10.0)) -> xr.DataArra
     """
     import xarray as xr
 
-    wavelengths_nm = numbers(WAVELENGTH, wavelength_nm)
-    coords = {"wavelength": wavelength_coordinate(wavelengths_nm)}
+    wavelength = own_axis(WAVELENGTH, wavelength_nm)
     made = {"units": IRRADIANCE, "long_name": "irradiance by the standard sun"}
-    return xr.DataArray(_native.sunlight(wavelengths_nm), coords, ["wavelength"], "sunlight", made)
+    values = _native.sunlight(wavelength.values.tolist())
+    return xr.DataArray(values, {"wavelength": wavelength}, ["wavelength"], "sunlight", made)
 
 
 @checks_names()
@@ -106,9 +108,9 @@ def sun_position(*, latitude_deg: float, longitude_deg: float, time: Any) -> xr.
     dims, positions = _positions(latitude_deg, longitude_deg, time)
     elevation, apparent, azimuth, seconds = positions
     variables = {
-        "elevation": (dims, elevation, _described(ELEVATION)),
+        "elevation": (dims, elevation, ELEVATION.attributes()),
         "apparent_elevation": (dims, apparent, {"units": "degree", "long_name": "elevation of the sun, as it is seen"}),
-        "azimuth": (dims, azimuth, _described(AZIMUTH)),
+        "azimuth": (dims, azimuth, AZIMUTH.attributes()),
     }
     place = {"latitude_deg": float(latitude_deg), "longitude_deg": float(longitude_deg)}
     return xr.Dataset(variables, {"time": _time_coordinate(dims, seconds)}, attributes(**place))
@@ -180,14 +182,15 @@ def sky(
         if any(part is not None for part in place) or refraction:
             raise ValueError("give either elevation_deg, or latitude_deg, longitude_deg and time")
         dims = ("elevation",) if is_several(elevation_deg) else ()
-        elevations = np.reshape(numbers(ELEVATION, elevation_deg), (-1,) if dims else ())
+        elevations = own_axis(ELEVATION, elevation_deg).values
+        elevations = elevations if dims else elevations[0]
     else:
         if any(part is None for part in place):
             raise ValueError("give either elevation_deg, or latitude_deg, longitude_deg and time")
         dims, (elevation, apparent, azimuth, seconds) = _positions(*place)
         elevations = apparent if refraction else elevation
-        coords = {"time": _time_coordinate(dims, seconds), "azimuth": (dims, azimuth, _described(AZIMUTH))}
-    wavelengths_nm = numbers(WAVELENGTH, wavelength_nm)
+        coords = {"time": _time_coordinate(dims, seconds), "azimuth": (dims, azimuth, AZIMUTH.attributes())}
+    coords["wavelength"] = own_axis(WAVELENGTH, wavelength_nm)
     if overcast and turbidity is not None:
         raise ValueError("turbidity is of a clear sky, but overcast=True")
     if not overcast and cloud_optical_thickness is not None:
@@ -203,6 +206,7 @@ def sky(
         "precipitable_water_cm": number("precipitable_water_cm", precipitable_water_cm),
     }
     weather = (overcast, *made.values())
+    wavelengths_nm = coords["wavelength"].values.tolist()
     rows = [_native.sky(elevation, weather, wavelengths_nm) for elevation in np.ravel(elevations).tolist()]
     variables = {}
     for name, (unit, long_name) in _VARIABLES.items():
@@ -210,16 +214,11 @@ def sky(
         own = (*dims, "wavelength") if array.ndim == 2 else dims
         array = array.reshape([len(rows)] * len(dims) + list(array.shape[1:]))
         variables[name] = (own, array, {"units": unit, "long_name": long_name})
-    coords["elevation"] = (dims, elevations, _described(ELEVATION))
-    coords["wavelength"] = wavelength_coordinate(wavelengths_nm)
+    coords["elevation"] = (dims, elevations, ELEVATION.attributes())
     return xr.Dataset(variables, coords, attributes(sky="overcast" if overcast else "clear", **made))
 
 
 SKY_NAMES = argument_names(sky)
-
-
-def _described(quantity: Quantity) -> dict[str, str]:
-    return quantity.attributes() | {"standard_name": STANDARD_NAMES[quantity]}
 
 
 def _positions(latitude_deg: Any, longitude_deg: Any, time: Any) -> tuple[tuple[str, ...], np.ndarray]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Literal
@@ -23,36 +24,34 @@ from snowblue._arguments import (
     Axes,
     Quantity,
     Snow,
-    angle_coordinate,
-    angles,
+    add_snow,
+    angle,
+    angles_or_diffuse,
     argument_names,
     attributes,
     by_substance,
     check_engine,
     check_names,
-    check_wavelengths,
     checks_names,
     hyphenated,
+    located,
     mapping,
     mass_argument,
     names_of,
     number,
-    numbers,
     one_snow,
     ordinates,
+    own_axis,
     shown,
-    single_arguments,
-    slab_argument,
-    snows,
+    single_values,
+    slabs_of_rows,
     suggestion,
     truth,
-    wavelength_argument,
-    wavelength_coordinate,
+    wavelengths,
     whole,
-    with_arrays,
 )
-from snowblue._blocks import Labelled, dataset, in_blocks
-from snowblue._progress import Progress, check_no_progress, reporting
+from snowblue._blocks import dataset, in_blocks
+from snowblue._progress import Progress, reporting
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -86,8 +85,6 @@ JACOBIAN = {
 }
 """Parameters of derivatives other than impurities."""
 DEPTH_FLUXES = ("down", "up", "net", "fluence", "e_folding_depth")
-LAYER = {"long_name": "number of the layer, from the top"}
-CHANGED_LAYER = {"long_name": "number of the layer that changes, from the top"}
 NEW_SNOW = Quantity("new_snow", "m2 kg-1", "specific surface area of the snow when it was new")
 AGE = Quantity("age", "h", "age of the snow")
 ASPECTS = {
@@ -196,70 +193,66 @@ def spectrum(
     >>> bool(blue < 100 * infrared < 0)
     True
     """
-    given = snows(snow)
-    axes = given.axes
-    snow_dims = tuple(axes.sizes)
-    wavelengths = wavelength_argument(wavelength_nm)
-    columns: list[tuple[str, ...]] = [snow_dims]
-    cases: dict[str, Any] = {"wavelength_nm": wavelengths.values}
-    for name, quantity, value in (
-        ("thickness_cm", THICKNESS, thickness_cm),
-        ("angle_deg", ANGLE, angle_deg),
-        ("ground_albedo", GROUND_ALBEDO, ground_albedo),
-    ):
-        cases[name], dims = slab_argument(quantity, value, axes, always=name != "ground_albedo")
-        columns.append(dims)
-    if wavelengths.dim in axes.sizes:
-        raise ValueError(f"wavelength is an array over '{wavelengths.dim}', but all slabs have the same wavelengths")
-    options = _engine(engine, streams, rays, per_wavelength, seed, standard_errors)
-    cases["jacobian"] = jacobian = parameters(jacobian, engine)
-    if engine == "montecarlo" and np.inf in cases["thickness_cm"]:
-        raise ValueError(
-            "thickness_cm is inf, a half-space, which needs the engine 'ordinates': give 'montecarlo' a finite one"
-        )
+    axes = Axes()
+    fixed = add_snow(axes, snow)
+    axes.add("thickness_cm", THICKNESS, thickness_cm, always=True)
+    axes.add("angle_deg", ANGLE, angle_deg, angle, always=True)
+    axes.add("ground_albedo", GROUND_ALBEDO, ground_albedo)
+    at = wavelengths(wavelength_nm)
+    if at.dims[0] in axes.sizes:
+        raise ValueError(f"wavelength is an array over '{at.dims[0]}', but all slabs have the same wavelengths")
+    jacobian = parameters(jacobian, engine)
     uncertainty = None if plus_minus is None else _uncertainty(plus_minus)
     if engine == "montecarlo" and uncertainty:
         raise ValueError("plus_minus needs the engine 'ordinates'")
-    if axes.are_lazy:
-        check_no_progress(progress)
-    # Where values are not known yet no slab is solved now, but options are checked.
-    none = np.empty(0, dtype=np.int64)
-    rows = [none if axes.are_lazy else axes.places(dims) for dims in columns]
-    cases["places"] = np.stack(rows, axis=-1).astype(np.int64)
-    with reporting(progress, "rays" if engine == "montecarlo" else "slabs") as report, axes.locating_errors():
-        arrays = _native.spectrum(given.native, cases, options, report)
-        if uncertainty:
-            arrays |= _native.spread(given.native, cases, uncertainty, options, report)
-    dims = [*axes.sizes, wavelengths.dim]
-    shape = [*axes.shape, len(wavelengths.values)]
-    coords = axes.coordinates(wavelengths)
+    solve = functools.partial(
+        _spectra,
+        fixed=fixed,
+        wavelength=at.variable,
+        jacobian=jacobian,
+        uncertainty=uncertainty,
+        engine=_engine(engine, streams, rays, per_wavelength, seed, standard_errors),
+    )
     made = _made(engine, streams, rays, per_wavelength, seed)
-    if not columns[3] and cases["ground_albedo"] != [0.0]:
-        made["ground_albedo"] = cases["ground_albedo"][0]
-    arrays = {name.replace("-", "_"): array for name, array in arrays.items()}
-    if axes.are_lazy:
-        asked = {"engine": engine, "streams": streams, "rays": rays, "per_wavelength": per_wavelength, "seed": seed}
-        asked |= {"standard_errors": standard_errors, "jacobian": jacobian, "plus_minus": plus_minus}
-        if not columns[3]:
-            # One albedo makes no axis, so the arrays of a block lack it.
-            asked["ground_albedo"] = cases["ground_albedo"][0]
-        arrays = in_blocks(
-            _block_of_spectra,
-            # Blocks have all wavelengths, since the rays through grains are those of indices of refraction among them.
-            {**axes.arrays, WAVELENGTH.name: ([wavelengths.dim], np.array(wavelengths.values))},
-            dict(zip(dims, shape)),
-            dict.fromkeys(arrays, ({}, float)),
-            single=single_arguments(snow) | asked,
-        )
-    variables = {name: (dims, array.reshape(shape)) for name, array in arrays.items()}
-    coords = {name: coordinate for name, coordinate in coords.items() if name not in variables}
+    with reporting(axes.progress(progress), "rays" if engine == "montecarlo" else "slabs") as report:
+        # Blocks have all wavelengths, since the rays through grains are those of indices of refraction among them.
+        variables = in_blocks(functools.partial(solve, report=report), axes.arrays, axes.sizes)
+    ground = axes.arrays["ground_albedo"]
+    if ground.ndim == 0 and ground != 0:
+        made["ground_albedo"] = ground.item()
     if plus_minus is not None:
         made["plus_minus"] = ", ".join(f"{name}: {value}" for name, value in plus_minus.items())
-    solved = _dataset(variables, coords, given.attrs | made)
-    _describe_derivatives(solved, FLUXES, jacobian)
-    if columns[3] or cases["ground_albedo"][0] > 0:
+    coords = {name: one for name, one in axes.coordinates(at).items() if name not in variables}
+    coords["wavelength"] = at.variable
+    solved = _dataset(variables, coords, single_values(fixed, axes.arrays) | made)
+    if ground.ndim > 0 or ground > 0:
         _describe_ground(solved, made.get("ground_albedo"))
     return solved
+
+
+def _spectra(
+    rows: Mapping[str, np.ndarray],
+    fixed: Mapping[str, Any],
+    wavelength: xr.Variable,
+    jacobian: list[str],
+    uncertainty: Mapping[str, Any] | None,
+    engine: Mapping[str, Any],
+    report: Any,
+) -> dict[str, Any]:
+    """The spectra of some slabs."""
+    if engine["rays"] is not None and np.isinf(rows["thickness_cm"]).any():
+        raise ValueError(
+            "thickness_cm is inf, a half-space, which needs the engine 'ordinates': give 'montecarlo' a finite one"
+        )
+    native, cases = slabs_of_rows(fixed, rows)
+    cases |= {"wavelength_nm": wavelength.values.tolist(), "jacobian": jacobian}
+    found = _native.spectrum(native, cases, engine, report)
+    if uncertainty:
+        found |= _native.spread(native, cases, uncertainty, engine, report)
+    return {
+        name.replace("-", "_"): (wavelength.dims, values.reshape(len(cases["places"]), wavelength.size))
+        for name, values in found.items()
+    }
 
 
 def _describe_ground(solved: xr.Dataset, ground_albedo: float | None) -> None:
@@ -269,12 +262,6 @@ def _describe_ground(solved: xr.Dataset, ground_albedo: float | None) -> None:
     if ground_albedo is not None:
         for name in ("reflectance", "transmittance"):
             solved[name].attrs["ground_albedo"] = ground_albedo
-
-
-def _block_of_spectra(arrays: Mapping[str, Labelled], single: Mapping[str, Any]) -> dict[str, Any]:
-    """The values of the spectra of some slabs."""
-    solved = spectrum(**with_arrays(single, arrays), progress=False)
-    return {name: variable.values for name, variable in solved.data_vars.items()}
 
 
 SPECTRUM_NAMES = (*argument_names(spectrum), *SNOW_NAMES)
@@ -378,45 +365,42 @@ def layers(
     True
     """
     packed = packed_layers(layers)
-    depths_cm = numbers(DEPTH, depth_cm)
+    coords = {
+        "angle": own_axis(ANGLE, angle_deg, angle),
+        "wavelength": own_axis(WAVELENGTH, wavelengths(wavelength_nm)),
+        "depth": own_axis(DEPTH, depth_cm),
+    }
+    depths_cm = coords["depth"].values.tolist()
     if engine == "montecarlo" and depths_cm:
         raise ValueError("depth_cm needs the engine 'ordinates'")
     cases = {
         "thickness_cm": [],
-        "angle_deg": angles(angle_deg),
-        "wavelength_nm": numbers(WAVELENGTH, wavelength_nm),
+        "angle_deg": angles_or_diffuse(coords["angle"]),
+        "wavelength_nm": coords["wavelength"].values.tolist(),
     }
     ground_albedo = number("ground_albedo", ground_albedo)
     ground = {"layers": packed, "ground_albedo": ground_albedo, "depth_cm": depths_cm}
     options = _engine(engine, streams, rays, False, seed, standard_errors)
     jacobian = parameters(jacobian, engine)
-    check_wavelengths(cases["wavelength_nm"])
     with reporting(progress, "rays") as report, locating_layers(packed, depths_cm, cases["angle_deg"]):
         arrays = _native.stack(ground, cases, jacobian, options, report)
-    sizes = {"angle": len(cases["angle_deg"]), "wavelength": len(cases["wavelength_nm"])}
+    if not depths_cm:
+        del coords["depth"]
+    if jacobian:
+        coords["changed_layer"] = changed_layer(len(packed))
     variables = {}
     for name, array in arrays.items():
         flux, _, parameter = name.partition("_per_")
-        own = dict(sizes)
-        if flux.removesuffix("_se") not in FLUXES:
-            own["depth"] = len(depths_cm)
-        own |= changed_layers(parameter, len(packed))
-        variables[name.replace("-", "_")] = ([*own], array.reshape([*own.values()]))
-    coords: dict[str, Any] = {
-        "angle": angle_coordinate(cases["angle_deg"]),
-        "wavelength": wavelength_coordinate(cases["wavelength_nm"]),
-    }
-    if depths_cm:
-        coords["depth"] = ("depth", depths_cm, DEPTH.attributes())
-    if jacobian:
-        coords["changed_layer"] = ("changed_layer", np.arange(len(packed)), CHANGED_LAYER)
+        dims = ["angle", "wavelength"]
+        dims += [] if flux.removesuffix("_se") in FLUXES else ["depth"]
+        dims += ["changed_layer"] if is_of_layers(parameter) else []
+        variables[name.replace("-", "_")] = (dims, array.reshape([coords[dim].size for dim in dims]))
     made = {
         "layers": described_layers(packed),
         "ground_albedo": ground_albedo,
         **_made(engine, streams, rays, False, seed),
     }
     solved = _dataset(variables, coords, made)
-    _describe_derivatives(solved, FLUXES + DEPTH_FLUXES if depths_cm else FLUXES, jacobian)
     if ground_albedo > 0:
         _describe_ground(solved, ground_albedo)
     return solved
@@ -441,18 +425,12 @@ def packed_layers(
         if "thickness_cm" not in layer:
             raise TypeError(f"layers[{place}] has no thickness_cm")
         known = {name: value for name, value in layer.items() if name != "thickness_cm" and value is not None}
-        try:
-            if "kind" in known:
-                for name in ("kind", "ice"):
-                    if not isinstance(known.get(name, ""), str):
-                        raise ValueError(f"{name} is {shown(known[name])}, but must be a word")
-            else:
-                known = one_snow(known).fixed
+        with located("layers", place, len(layers)):
+            for name in ("kind", "ice") if "kind" in known else ():
+                if not isinstance(known.get(name, ""), str):
+                    raise ValueError(f"{name} is {shown(known[name])}, but must be a word")
+            known = known if "kind" in known else one_snow(known)
             packed.append((known, number("thickness_cm", layer["thickness_cm"])))
-        except ValueError as error:
-            if len(layers) > 1:
-                raise ValueError(f"{error}, at layers[{place}]") from None
-            raise
     return packed
 
 
@@ -468,9 +446,17 @@ def _row_of_layers(row: Mapping[str, Any]) -> dict[str, Any]:
     return layer
 
 
-def changed_layers(parameter: str, count: int) -> dict[str, int]:
-    """The dimension of a derivative with respect to a parameter of layers; others, and values, have none."""
-    return {} if parameter in ("", "cos_angle", "ground_albedo") else {"changed_layer": count}
+def is_of_layers(parameter: str) -> bool:
+    """Whether a derivative with respect to a parameter is one of layers. Values have no parameter."""
+    return parameter not in ("", "cos_angle", "ground_albedo")
+
+
+def changed_layer(count: int) -> xr.Variable:
+    """The coordinate of derivatives of layers."""
+    import xarray as xr
+
+    attrs = {"long_name": "number of the layer that changes, from the top"}
+    return xr.Variable("changed_layer", np.arange(count), attrs)
 
 
 @contextmanager
@@ -481,30 +467,29 @@ def locating_layers(
     try:
         yield
     except ValueError as error:
-        message = error.args[0]
-        options = _engine("ordinates", "auto", 2, False, 1, False)
-
-        def is_cause(layers: list[Any], depth_cm: list[float], angle_deg: list[Any]) -> bool:
-            ground = {"layers": layers, "ground_albedo": 0.0, "depth_cm": depth_cm}
-            cases = {"thickness_cm": [], "angle_deg": angle_deg, "wavelength_nm": []}
-            try:
-                # Without wavelengths nothing is solved.
-                _native.stack(ground, cases, [], options, None)
-            except ValueError as own:
-                return own.args[0] == message
-            return False
-
+        message, *others = error.args
+        # Only the last layer may be infinitely thick.
         causes = {
-            # Only the last one may be infinitely thick.
-            "layers": [([layer, ({}, 1.0)], [], []) for layer in packed[:-1]] + [(packed[-1:], [], [])],
-            DEPTH.name: [(packed, [depth_cm], []) for depth_cm in depths_cm],
-            ANGLE.name: [(packed, [], [angle_deg]) for angle_deg in angles_deg],
+            "layers": [{"layers": [layer, ({}, 1.0)]} for layer in packed[:-1]] + [{"layers": packed[-1:]}],
+            DEPTH.name: [{"layers": packed, "depth_cm": [depth_cm]} for depth_cm in depths_cm],
+            ANGLE.name: [{"layers": packed, "angle_deg": [angle_deg]} for angle_deg in angles_deg],
         }
-        for name, ones in causes.items():
-            for place, one in enumerate(ones):
-                if len(ones) > 1 and is_cause(*one):
-                    raise ValueError(f"{message}, at {name}[{place}]", *error.args[1:]) from None
+        for name, alone in causes.items():
+            for place, one in enumerate(alone):
+                if len(alone) > 1 and _refusal(**one) == message:
+                    raise ValueError(f"{message}, at {name}[{place}]", *others) from None
         raise
+
+
+def _refusal(layers: list[Any], depth_cm: list[float] = [], angle_deg: list[Any] = []) -> str:
+    """What is wrong with layers, depths or angles. Nothing is solved: at last, no wavelength is given."""
+    ground = {"layers": layers, "ground_albedo": 0.0, "depth_cm": depth_cm}
+    cases = {"thickness_cm": [], "angle_deg": angle_deg, "wavelength_nm": []}
+    try:
+        _native.stack(ground, cases, [], _engine("ordinates", "auto", 2, False, 1, False), None)
+    except ValueError as error:
+        return error.args[0]
+    return ""
 
 
 def described_layers(packed: list[tuple[dict[str, Any], float]]) -> str:
@@ -552,32 +537,30 @@ def bsdf(
         which the beam travels), with standard errors. Light that is not scattered is in `direct` only.
     """
     given = one_snow(snow)
-    if len(angles(angle_deg)) != 1:
+    light = angles_or_diffuse(own_axis(ANGLE, angle_deg, angle))
+    if len(light) != 1:
         raise ValueError("angle_deg has several values, but must have one")
-    [angle] = angles(angle_deg)
-    wavelengths_nm = numbers(WAVELENGTH, wavelength_nm)
+    wavelength = own_axis(WAVELENGTH, wavelength_nm)
     patches = (whole("rings", rings, 1), None if sectors is None else whole("sectors", sectors, 1))
     counts = (whole("rays", rays, 2), whole("seed", seed))
     thickness_cm = number("thickness_cm", thickness_cm)
     with reporting(progress, "rays") as report:
-        arrays = _native.bsdf(
-            given.fixed, (thickness_cm, angle, wavelengths_nm), counts, patches, report
-        )
+        slab = (thickness_cm, light[0], wavelength.values.tolist())
+        arrays = _native.bsdf(given, slab, counts, patches, report)
     at = {name: arrays.pop(name).reshape(rings, -1) for name in ("theta", "phi", "solid_angle")}
     variables: dict[str, Any] = {}
     for name, array in arrays.items():
-        if name.startswith(("brdf", "btdf")):
-            variables[name] = (["wavelength", "theta", "phi"], array.reshape(len(wavelengths_nm), rings, -1))
-        else:
-            variables[name] = (["wavelength"], array)
+        is_spread = name.startswith(("brdf", "btdf"))
+        dims = ["wavelength", "theta", "phi"] if is_spread else ["wavelength"]
+        variables[name] = (dims, array.reshape(wavelength.size, rings, -1) if is_spread else array)
     variables["solid_angle"] = (["theta", "phi"], at["solid_angle"])
     coords = {
-        "wavelength": wavelength_coordinate(wavelengths_nm),
+        "wavelength": wavelength,
         "theta": ("theta", at["theta"][:, 0], {"units": "degree", "long_name": "angle from the normal"}),
         "phi": ("phi", at["phi"][0], {"units": "degree", "long_name": "azimuth from the forward direction"}),
     }
-    made = {"thickness_cm": thickness_cm, "angle_deg": angle, "rays": rays, "seed": seed}
-    result = _dataset(variables, coords, given.attrs | made)
+    made = {"thickness_cm": thickness_cm, "angle_deg": light[0], "rays": rays, "seed": seed}
+    result = _dataset(variables, coords, single_values(given, {}) | made)
     result["solid_angle"].attrs.update(units="sr", long_name="solid angle of the patch and its mirror image")
     return result
 
@@ -609,13 +592,13 @@ def single_scattering(
     degree = whole("degree", degree)
     if not 1 <= degree <= 256:
         raise ValueError(f"degree is {degree}, but must lie in 1–256")
-    wavelengths_nm = numbers(WAVELENGTH, wavelength_nm)
-    arrays = _native.single_scattering(given.fixed, wavelengths_nm, degree, seed)
-    moments = arrays.pop("moments").reshape(len(wavelengths_nm), degree + 1)
+    wavelength = own_axis(WAVELENGTH, wavelength_nm)
+    arrays = _native.single_scattering(given, wavelength.values.tolist(), degree, seed)
+    moments = arrays.pop("moments").reshape(wavelength.size, degree + 1)
     variables: dict[str, Any] = {name: (["wavelength"], array) for name, array in arrays.items()}
     variables["moments"] = (["wavelength", "degree"], moments)
-    coords = {"wavelength": wavelength_coordinate(wavelengths_nm), "degree": np.arange(degree + 1)}
-    return _dataset(variables, coords, given.attrs | {"seed": seed})
+    coords = {"wavelength": wavelength, "degree": np.arange(degree + 1)}
+    return _dataset(variables, coords, single_values(given, {}) | {"seed": seed})
 
 
 @checks_names()
@@ -650,33 +633,22 @@ def aged_ssa(
     (60.0, True)
     """
     axes = Axes()
-    given = [
-        slab_argument(quantity, value, axes, always=False)
-        for quantity, value in ((NEW_SNOW, ssa_m2_kg), (SNOW["temperature_c"], temperature_c), (AGE, age_h))
-    ]
-    if axes.are_lazy:
-        single = {"temperature_gradient": temperature_gradient}
-        for name, (values, dims) in zip(("ssa_m2_kg", "temperature_c", "age_h"), given):
-            single |= {} if dims else {name: values[0]}
-        outputs = {"aged": ({}, float)}
-        aged = in_blocks(_block_of_ages, axes.arrays, axes.sizes, outputs, single=single)["aged"]
-    else:
-        columns = [[values[place] for place in axes.places(dims).tolist()] for values, dims in given]
-        with axes.locating_errors():
-            aged = _native.aged_surface_area(*columns, bool(temperature_gradient))
-    attrs = {
+    axes.add("new_m2_kg", NEW_SNOW, ssa_m2_kg)
+    axes.add("temperature_c", SNOW["temperature_c"], temperature_c)
+    axes.add("age_h", AGE, age_h)
+    solve = functools.partial(_aged, temperature_gradient=bool(temperature_gradient))
+    solved = dataset(in_blocks(solve, axes.arrays, axes.sizes), axes.coordinates(), {})
+    return solved.ssa_m2_kg.assign_attrs(
         **SNOW["ssa_m2_kg"].attributes(),
-        "source": "Taillandier et al. 2007, doi:10.1029/2006JF000514",
-        "conditions": "temperature gradient" if temperature_gradient else "isothermal",
-    }
-    aged = aged.reshape(axes.shape)
-    return dataset({"ssa_m2_kg": (list(axes.sizes), aged, attrs)}, axes.coordinates(), {}).ssa_m2_kg
+        source="Taillandier et al. 2007, doi:10.1029/2006JF000514",
+        conditions="temperature gradient" if temperature_gradient else "isothermal",
+    )
 
 
-def _block_of_ages(arrays: Mapping[str, Labelled], single: Mapping[str, Any]) -> dict[str, Any]:
+def _aged(rows: Mapping[str, np.ndarray], temperature_gradient: bool) -> dict[str, Any]:
     """Specific surface areas of some snows."""
-    names = {NEW_SNOW.name: "ssa_m2_kg", AGE.name: "age_h"}
-    return {"aged": aged_ssa(**with_arrays(single, arrays, names)).values}
+    columns = {name: values.tolist() for name, values in rows.items()}
+    return {"ssa_m2_kg": ((), _native.aged_surface_area(**columns, temperature_gradient=temperature_gradient))}
 
 
 def _uncertainty(plus_minus: Mapping[str, Any]) -> dict[str, Any]:
@@ -727,16 +699,6 @@ def check_parameters(names: Iterable[str]) -> None:
             raise ValueError(f"parameter {name!r} is not known; {suggestion(name, known)}")
 
 
-def _describe_derivatives(solved: xr.Dataset, fluxes: Iterable[str], jacobian: Iterable[str]) -> None:
-    """Units and names of derivatives."""
-    for name in jacobian:
-        quantity = parameter_quantity(name)
-        for flux in fluxes:
-            units = quantity.of_derivative(UNITS.get(flux, "1"))
-            long_name = f"derivative of {flux.replace('_', ' ')} with respect to {quantity.attributes()['long_name']}"
-            solved[f"{flux}_per_{name.replace('-', '_')}"].attrs = {"units": units, "long_name": long_name}
-
-
 def _made(engine: str, streams: int | str, rays: int, per_wavelength: bool, seed: int) -> dict[str, Any]:
     if engine == "montecarlo":
         shared = "each wavelength" if per_wavelength else "each angle and index node"
@@ -744,10 +706,18 @@ def _made(engine: str, streams: int | str, rays: int, per_wavelength: bool, seed
     return {"engine": f"discrete ordinates, {streams} streams", "seed": seed}
 
 
-def _dataset(variables: dict[str, Any], coords: dict[str, Any], made: dict[str, Any]) -> xr.Dataset:
-    for name, (dims, values) in variables.items():
-        aspect = next((end for end in ASPECTS if name.endswith(end)), "")
-        plain = name.removesuffix(aspect)
-        long_name = ASPECTS.get(aspect, "{}").format(LONG_NAMES.get(plain, plain.replace("_", " ")))
-        variables[name] = (dims, values, {"units": UNITS.get(plain, "1"), "long_name": long_name})
-    return dataset(variables, coords, attributes(**made))
+def _dataset(variables: Mapping[str, Any], coords: Mapping[str, Any], made: Mapping[str, Any]) -> xr.Dataset:
+    """A dataset, whose variables have units and long names by their names."""
+    solved = dataset(variables, coords, attributes(**made))
+    for name, variable in solved.data_vars.items():
+        quantity, _, parameter = name.partition("_per_")
+        aspect = next((end for end in ASPECTS if quantity.endswith(end)), "")
+        plain = quantity.removesuffix(aspect)
+        words = plain.replace("_", " ")
+        long_name, units = ASPECTS.get(aspect, "{}").format(LONG_NAMES.get(plain, words)), UNITS.get(plain, "1")
+        if parameter:
+            by = parameter_quantity(parameter)
+            long_name = f"derivative of {words} with respect to {by.attributes()['long_name']}"
+            units = by.of_derivative(units)
+        variable.attrs = {"units": units, "long_name": long_name}
+    return solved
