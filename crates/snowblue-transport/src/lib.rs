@@ -35,7 +35,6 @@
 
 mod dual;
 mod error;
-pub mod range;
 
 pub mod quadrature;
 pub mod rng;
@@ -75,7 +74,6 @@ pub use medium::{
     Scattering, TallyPlan,
 };
 pub use optics::{Ice, IceTable, Impurities, Substance};
-pub use range::WavelengthRange;
 pub use sample::{GrainSize, SizeMeasure, SnowSample, SnowType, TruncatedNormal};
 pub use slab::{Estimate, Incidence, Radiometry, Slab};
 pub use snowblue_base::{Parameter, ParameterRange, RangeError, short_number};

@@ -14,8 +14,9 @@ use crate::batch::{Batch, BatchError, CaseFluxes, SlabCase};
 use crate::optics::{Substance, ice};
 use crate::ordinates::{OrdinatesOptions, solve_batch};
 use crate::rng::Stream;
-use crate::sample::{DENSITY_RANGE, GRAIN_SIZE_RANGE, GrainSize, MASS_FRACTION_RANGE, SnowSample};
-use crate::sample::{SizeMeasure, TruncatedNormal};
+use crate::sample::{
+    DENSITY_RANGE, GRAIN_SIZE_RANGE, GrainSize, MASS_FRACTION_RANGE, SizeMeasure, SnowSample, TruncatedNormal,
+};
 
 /// Number of snows that are drawn.
 pub const DRAWS: usize = 400;

@@ -9,8 +9,7 @@
 use snowblue_base::{Parameter, ParameterRange};
 
 use crate::error::TransportError;
-use crate::optics::{Ice, IceTable};
-use crate::range::WavelengthRange;
+use crate::optics::{Ice, IceTable, WavelengthRange};
 use crate::sample::SnowSample;
 use crate::slab::{
     Estimate, FluxDerivatives, Incidence, Radiometry, THICKNESS_RANGE, check_incidences, check_thickness,

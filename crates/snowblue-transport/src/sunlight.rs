@@ -18,8 +18,7 @@ use std::sync::LazyLock;
 use snowblue_base::ParameterRange;
 
 use crate::TransportError;
-use crate::optics::SpectralTable;
-use crate::range::WavelengthRange;
+use crate::optics::{SpectralTable, WavelengthRange};
 use crate::slab::{Estimate, Incidence, Radiometry};
 
 /// Name of the spectrum.
@@ -199,7 +198,7 @@ pub fn spectral_irradiance(wavelength_nm: f64) -> Result<f64, TransportError> {
 ///
 /// More than half of it is invisible:
 /// ```
-/// # use snowblue_transport::{range::WavelengthRange, sunlight::irradiance_w_m2};
+/// # use snowblue_transport::{optics::WavelengthRange, sunlight::irradiance_w_m2};
 /// let irradiance = |first_nm, last_nm| irradiance_w_m2(WavelengthRange::new(first_nm, last_nm));
 /// assert!(irradiance(400.0, 700.0) < 0.5 * irradiance(300.0, 2500.0));
 /// ```

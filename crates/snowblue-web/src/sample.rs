@@ -1,8 +1,8 @@
 //! Layers of snow on a ground, and the light on them.
 
 use serde::{Deserialize, Serialize};
+use snowblue_transport::optics::WavelengthRange;
 use snowblue_transport::ordinates::{OrdinatesOptions, solve, solve_stack, solve_without_errors};
-use snowblue_transport::range::WavelengthRange;
 use snowblue_transport::sample::{SnowKeys, SnowSample};
 use snowblue_transport::slab::{Incidence, Radiometry, Slab};
 use snowblue_transport::stack::{self, Stack};

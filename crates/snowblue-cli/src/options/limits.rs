@@ -5,8 +5,9 @@ use std::ops::RangeInclusive;
 
 use snowblue_color::exposure::GREATEST_STOPS;
 use snowblue_color::temperature::RANGE_K;
+use snowblue_transport::Parameter;
+use snowblue_transport::optics::WavelengthRange;
 use snowblue_transport::sample::SnowSample;
-use snowblue_transport::{Parameter, WavelengthRange};
 
 /// What a parameter is, with its unit, and its limits.
 pub(crate) fn described(parameter: &Parameter) -> String {

@@ -62,16 +62,14 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use snowblue_base::ParameterRange;
 
-mod channels;
-mod error;
 mod estimation;
 mod measured;
 mod model;
 mod problem;
 mod state;
 
+pub use crate::error::InversionError;
 use crate::variable::LayerVariable;
-pub use error::InversionError;
 use estimation::{End, Knowledge, Posterior, Search};
 use measured::Data;
 pub use measured::{Measured, Quantity};

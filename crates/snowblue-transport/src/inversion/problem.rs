@@ -3,12 +3,11 @@
 use nalgebra::DMatrix;
 use snowblue_base::ParameterRange;
 
-use super::channels::{Channels, check_bands};
-use super::error::InversionError;
 use super::estimation;
-use super::measured::{Measured, Quantity};
+use super::measured::{Channels, Measured, Quantity, check_bands};
 use super::state::state_range;
 use crate::TransportError;
+use crate::error::InversionError;
 use crate::ordinates::OrdinatesOptions;
 use crate::sample::SnowSample;
 use crate::slab::Incidence;

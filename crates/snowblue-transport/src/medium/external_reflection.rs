@@ -17,8 +17,8 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::angle_bins::half_angle_sine;
 use super::constituents::Constituents;
+use super::phase_function::half_angle_sine;
 use crate::TransportError;
 use crate::grain::ROUGHNESS_PER_FACETNESS;
 use crate::grain::microsurface::SMOOTH_BELOW_ROUGHNESS;

@@ -5,7 +5,6 @@ use super::grain_optics::GrainOptics;
 use super::population::Population;
 use super::scattering::{HenyeyGreenstein, Medium, Scattering, mix};
 use super::tally::{TallyPart, TallyPlan, TallyRequest};
-use super::tally_cache;
 use crate::dual::Real;
 use crate::optics::ice::{Ice, IceTable};
 use crate::sample::{GrainSize, SnowSample};
@@ -84,7 +83,7 @@ impl GrainTallies {
             let strongest =
                 constituents.iter().map(|constituents| grains(constituents).absorption_per_m).fold(0.0, f64::max);
             let request = TallyRequest::new(population, range, strongest * demand.largest_um * 1e-6, plan);
-            GrainTally { part: tally_cache::tally(request), strongest_per_m: strongest }
+            GrainTally { part: request.part(), strongest_per_m: strongest }
         };
         Self {
             in_air: tally(&|constituents| constituents.in_air),

@@ -7,10 +7,15 @@
 //!
 //! The index of ice varies little, so tallies at a few Chebyshev nodes in n, with common random numbers, are
 //! interpolated. The points where rays enter grains come from Owen-scrambled Sobol' sequences (Burley 2020, JCGT 9(4));
-//! the scrambles are independent, and the scatter between them gives the standard error of the tally.
+//! the scrambles are independent, and the scatter between them gives the standard error of the tally, by the jackknife
+//! (Quenouille 1956, doi:10.1093/biomet/43.3-4.353).
+//!
+//! A tally takes most of the time of a spectrum and depends on the grains only, not on the thickness, density or light.
+//! The process keeps its last tallies, so that it is computed once where only these vary.
 
+use std::collections::VecDeque;
 use std::ops::RangeInclusive;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use rayon::prelude::*;
 
@@ -21,9 +26,10 @@ use crate::optics::{IndexNodes, lagrange};
 use crate::quadrature::{Quadrature, legendre_polynomials};
 use crate::rng::Stream;
 use crate::sample::GrainSize;
+use crate::slab::Estimate;
 
 /// Number of independent scrambles of the sequence, whose scatter gives the standard error.
-pub(crate) const BATCHES: usize = 16;
+const BATCHES: usize = 16;
 /// Most rays of a batch: the length of the Sobol' sequence.
 pub(super) const MOST_RAYS_PER_BATCH: u32 = 1 << 16;
 /// Rays per index node for a standard error of some 0.2 % in T of a 15 cm slab.
@@ -31,6 +37,11 @@ pub(crate) const DEFAULT_RAYS: u32 = 1 << 18;
 /// First x = γs of the grid; below it, the absorbed fraction per x is linear in x.
 const FIRST_ABSORPTION: f64 = 1e-4;
 const NODES_PER_DECADE: f64 = 4.0;
+/// Most tallies that are kept; one has some 0.3 MB with 16 streams and 3 MB with 128.
+const MOST_KEPT: usize = 16;
+
+/// Tallies with what they were made from, the last used first.
+static LAST: Mutex<VecDeque<(TallyRequest, Arc<Tally>)>> = Mutex::new(VecDeque::new());
 
 /// Options of a tally.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,7 +56,7 @@ pub struct TallyPlan {
 
 /// Moments of a population of grains, for any size and absorption coefficient.
 #[derive(Debug, Clone)]
-pub(crate) struct Tally {
+struct Tally {
     index_nodes: IndexNodes,
     /// Grid of x = γs, after the limit x → 0.
     absorptions: Vec<f64>,
@@ -64,7 +75,7 @@ struct Moments {
 /// The part of a tally that a request asks for. The tally may have been made for a wider request: the sums of a degree
 /// and of an absorption do not depend on which others there are.
 #[derive(Debug, Clone)]
-pub(crate) struct TallyPart {
+pub(super) struct TallyPart {
     tally: Arc<Tally>,
     degree: usize,
     /// Number of grid values of x in use. The interpolation near their end depends on it.
@@ -73,7 +84,7 @@ pub(crate) struct TallyPart {
 
 /// What a tally is made from.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct TallyRequest {
+pub(super) struct TallyRequest {
     population: Population,
     index_nodes: IndexNodes,
     absorptions: Vec<f64>,
@@ -98,7 +109,7 @@ impl TallyRequest {
     }
 
     /// Whether a tally of this request has all that `other` asks for.
-    pub(super) fn covers(&self, other: &Self) -> bool {
+    fn covers(&self, other: &Self) -> bool {
         let TallyPlan { degree, rays, seed } = other.plan;
         (&self.population, &self.index_nodes) == (&other.population, &other.index_nodes)
             && (self.plan.rays, self.plan.seed) == (rays, seed)
@@ -107,12 +118,36 @@ impl TallyRequest {
     }
 
     /// What this request asks for, of a tally whose request covers it.
-    pub(super) fn part_of(&self, tally: Arc<Tally>) -> TallyPart {
+    fn part_of(&self, tally: Arc<Tally>) -> TallyPart {
         TallyPart { tally, degree: self.plan.degree, absorptions: self.absorptions.len() }
     }
 
+    /// What this request asks for, of a tally that is kept or new. It is the same whenever and from whichever tally it is
+    /// taken.
+    pub(super) fn part(self) -> TallyPart {
+        if let Some(kept) = self.kept() {
+            return self.part_of(kept);
+        }
+        // Nothing is locked while rays are traced: a thread that waits for rays may start another tally meanwhile.
+        let tally = Arc::new(self.tally());
+        let part = self.part_of(Arc::clone(&tally));
+        let mut last = LAST.lock().unwrap_or_else(PoisonError::into_inner);
+        last.push_front((self, tally));
+        last.truncate(MOST_KEPT);
+        part
+    }
+
+    fn kept(&self) -> Option<Arc<Tally>> {
+        let mut last = LAST.lock().unwrap_or_else(PoisonError::into_inner);
+        let place = last.iter().position(|(made, _)| made.covers(self))?;
+        let found = last.remove(place)?;
+        let tally = Arc::clone(&found.1);
+        last.push_front(found);
+        Some(tally)
+    }
+
     /// Traces the rays.
-    pub(crate) fn tally(&self) -> Tally {
+    fn tally(&self) -> Tally {
         let Self { population, index_nodes, absorptions, plan } = self;
         let jobs: Vec<(f64, usize)> =
             index_nodes.nodes().iter().flat_map(|n| (0..BATCHES).map(move |batch| (*n, batch))).collect();
@@ -143,7 +178,7 @@ impl TallyPart {
     }
 
     #[cfg(test)]
-    pub(super) fn is_of_the_tally_of(&self, other: &Self) -> bool {
+    fn is_of_the_tally_of(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.tally, &other.tally)
     }
 
@@ -266,9 +301,43 @@ fn interpolation_weights<T: Real>(grid: &[f64], x: T) -> Vec<T> {
     weights
 }
 
+/// A result from all batches of a tally, and from all but each one.
+pub(crate) struct Jackknife<T> {
+    whole: T,
+    parts: Vec<T>,
+}
+
+impl<T> Jackknife<T> {
+    /// Computes `result` with all batches, then without each.
+    pub(crate) fn new(result: impl Fn(Option<usize>) -> T) -> Self {
+        Self { whole: result(None), parts: (0..BATCHES).map(|batch| result(Some(batch))).collect() }
+    }
+
+    /// Computes `result` with all batches only: standard errors are NaN.
+    pub(crate) fn without_errors(result: impl Fn(Option<usize>) -> T) -> Self {
+        Self { whole: result(None), parts: Vec::new() }
+    }
+
+    /// The result of all batches.
+    pub(crate) fn whole(&self) -> &T {
+        &self.whole
+    }
+
+    /// A quantity of the result with its standard error, √((B − 1)/B Σ (v_b − v̄)²).
+    pub(crate) fn estimate(&self, quantity: impl Fn(&T) -> f64) -> Estimate {
+        let parts: Vec<f64> = self.parts.iter().map(&quantity).collect();
+        let count = parts.len() as f64;
+        let mean = parts.iter().sum::<f64>() / count;
+        let squares: f64 = parts.iter().map(|part| (part - mean).powi(2)).sum();
+        Estimate { value: quantity(&self.whole), standard_error: ((count - 1.0) / count * squares).sqrt() }
+    }
+}
+
 #[cfg(test)]
 mod tests {
+    use super::super::population::Population;
     use super::*;
+    use crate::sample::SnowSample;
 
     #[test]
     fn interpolation_on_the_absorption_grid_reproduces_an_exponential() {
@@ -280,6 +349,43 @@ mod tests {
             let value: f64 = weights.iter().zip(std::iter::once(&0.0).chain(&grid)).map(|(w, x)| w * ratio(*x)).sum();
             // Cubic interpolation with 4 nodes per decade of a function that falls over two decades.
             assert!((value / ratio(x) - 1.0).abs() < 2e-3, "{x} {value} {}", ratio(x));
+        }
+    }
+
+    fn request(degree: usize, most_absorption: f64, seed: u64) -> TallyRequest {
+        let plan = TallyPlan { degree, rays: 64, seed };
+        TallyRequest::new(&Population::of_sample(&SnowSample::default()), 1.30..=1.31, most_absorption, &plan)
+    }
+
+    #[test]
+    fn requests_within_a_tally_share_it_and_others_do_not() {
+        // Other tests of this process may use the cache in between, but not sixteen others at once.
+        let first = request(4, 0.1, 7).part();
+        let shares = |other: TallyRequest| first.is_of_the_tally_of(&other.part());
+        assert!(shares(request(4, 0.1, 7)) && shares(request(3, 0.1, 7)) && shares(request(4, 0.001, 7)));
+        assert!(!shares(request(4, 0.1, 8)) && !shares(request(5, 0.1, 7)) && !shares(request(4, 10.0, 7)));
+    }
+
+    /// To the last bit and on any number of threads, so that a snow has the same spectrum alone and among others.
+    #[test]
+    fn a_part_of_a_wider_tally_is_the_tally_of_a_narrower_request() {
+        let sample = SnowSample::default();
+        let tally_on = |threads: usize, request: &TallyRequest| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            Arc::new(pool.install(|| request.tally()))
+        };
+        let narrow = request(4, 0.1, 9);
+        let own = narrow.part_of(tally_on(1, &narrow));
+        let wide = request(12, 30.0, 9);
+        let shared = narrow.part_of(tally_on(3, &wide));
+        let narrowed = wide.part_of(tally_on(2, &wide)).narrowed(4, 0.1);
+        // From weak absorption to the end of the narrower grid, x = 0.1, where the interpolation has no later values.
+        for absorption_per_m in [0.01, 3.0, 100.0, 220.0] {
+            for without in [None, Some(3)] {
+                let of = |part: &TallyPart| part.scattering(&sample.grain_size, 1.304, absorption_per_m, without);
+                assert_eq!(of(&own), of(&shared));
+                assert_eq!(of(&own), of(&narrowed));
+            }
         }
     }
 }

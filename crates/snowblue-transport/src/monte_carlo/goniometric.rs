@@ -17,8 +17,7 @@ use std::f64::consts::{PI, TAU};
 use glam::DVec2;
 use snowblue_base::{ParameterRange, RangeError};
 
-use super::options::{RayProgress, check_rays, cos_incidence};
-use super::rays::{estimate, trace_in_order};
+use super::rays::{RayProgress, check_rays, cos_incidence, estimate, trace_in_order};
 use super::walk::{Absorption, Paths, Scatterers};
 use crate::TransportError;
 use crate::medium::{Constituents, hit_size_m};

@@ -6,22 +6,17 @@
 //! the same bits.
 
 mod goniometric;
-mod narrow_beam;
-mod options;
+mod half_space;
 mod rays;
 mod solve;
-mod solve_batch;
 mod spectral;
 mod stack;
 mod volume;
 mod walk;
-mod walk_ends;
 
 pub use goniometric::{Distribution, GoniometricOptions, Patch, PatchGrid, PlanePoint, distribute};
-pub use narrow_beam::{BeamExit, BeamPlan, NarrowBeam};
-pub use options::{DEFAULT_RAYS, MonteCarloOptions, RayProgress};
-pub use solve::{MeanPaths, mean_paths, solve};
-pub use solve_batch::solve_batch;
+pub use half_space::{BeamExit, BeamPlan, MeanEnd, NarrowBeam, WalkEnds};
+pub use rays::{DEFAULT_RAYS, MonteCarloOptions, RayProgress};
+pub use solve::{MeanPaths, mean_paths, solve, solve_batch};
 pub use stack::solve_stack;
 pub use volume::{GrainPlan, PathLengths, ScatteringEvent, Volume, VolumeNode};
-pub use walk_ends::{MeanEnd, WalkEnds};

@@ -17,7 +17,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
 
-use super::options::{MonteCarloOptions, RayProgress, cos_incidence};
+use super::rays::{MonteCarloOptions, RayProgress, cos_incidence};
 use super::walk::{Absorption, Paths, Scatterers, scattered_cosine};
 use crate::medium::{Constituents, hit_size_m};
 use crate::optics::{Ice, IndexNodes};

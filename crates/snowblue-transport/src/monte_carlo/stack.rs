@@ -8,8 +8,7 @@
 //! In a slab of clear ice a ray has one of both polarisations, with equal probability, and is reflected at each face
 //! with the probability that Fresnel's equations give.
 
-use super::options::{MonteCarloOptions, RayProgress, check_rays, cos_incidence};
-use super::rays::sum_over_rays;
+use super::rays::{MonteCarloOptions, RayProgress, check_rays, cos_incidence, sum_over_rays};
 use super::walk::{Absorption, Paths, Scatterers, scattered_cosine};
 use crate::TransportError;
 use crate::medium::{Constituents, hit_size_m};

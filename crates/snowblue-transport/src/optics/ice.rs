@@ -10,9 +10,8 @@ use std::fmt;
 use std::str::FromStr;
 use std::sync::LazyLock;
 
-use super::spectral_table::SpectralTable;
+use super::spectral_table::{SpectralTable, WavelengthRange};
 use crate::error::{TransportError, find_by_name};
-use crate::range::WavelengthRange;
 
 /// Wavelengths of the model: beyond 2500 nm ice absorbs too strongly for geometric optics.
 const MODEL_RANGE: WavelengthRange = WavelengthRange::new(300.0, 2500.0);

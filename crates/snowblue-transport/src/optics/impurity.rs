@@ -14,9 +14,8 @@ use std::sync::LazyLock;
 
 use snowblue_base::{ParameterRange, RangeError};
 
-use super::spectral_table::SpectralTable;
+use super::spectral_table::{SpectralTable, WavelengthRange};
 use crate::error::{TransportError, find_by_name};
-use crate::range::WavelengthRange;
 
 /// Mass fraction of an impurity, in ng/g: up to a hundredth of the snow.
 pub const MASS_FRACTION_RANGE: ParameterRange =

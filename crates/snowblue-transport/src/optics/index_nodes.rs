@@ -10,8 +10,8 @@
 use std::f64::consts::PI;
 
 use super::ice::Ice;
+use super::spectral_table::WavelengthRange;
 use crate::dual::Real;
-use crate::range::WavelengthRange;
 
 /// Greatest mean distance of the nodes; 400–700 nm then take three.
 const STEP: f64 = 0.006_25;

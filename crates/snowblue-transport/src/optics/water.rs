@@ -6,9 +6,8 @@
 
 use std::sync::LazyLock;
 
-use super::spectral_table::SpectralTable;
+use super::spectral_table::{SpectralTable, WavelengthRange};
 use crate::TransportError;
-use crate::range::WavelengthRange;
 
 /// Wavelengths that both tables cover.
 pub const WAVELENGTH_RANGE: WavelengthRange = WavelengthRange::new(300.0, 1400.0);

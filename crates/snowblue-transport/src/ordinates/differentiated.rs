@@ -20,7 +20,7 @@ use std::ops::Mul;
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-use super::delta_m::Scaled;
+use super::eigen::Scaled;
 use super::homogeneous::{Direction, HomogeneousMedium, Light, LitSlab, SlabSolution, Transfer, decay_rate, strengths};
 use crate::dual::{Dual, LANES, Real};
 use crate::slab::Incidence;

@@ -14,13 +14,46 @@
 //! values of Fᵀ M⁻¹ L. The usual square roots of the eigenvalues of its square would lose precision of the smallest k,
 //! which governs deep snow and vanishes with absorption. The right singular vectors u give V = M⁻¹ L U and H = L⁻ᵀ U,
 //! so that S = V φ(τ), D = −H φ'(τ), φ'' = k² φ, and Vᵀ M H = 1.
+//!
+//! Before, the forward peak of the phase function, beyond what the quadrature resolves, is taken as unscattered light: δ-M
+//! scaling (Wiscombe 1977, doi:10.1175/1520-0469(1977)034<1408:TDMYRA>2.0.CO;2).
 
 use std::sync::OnceLock;
 
 use nalgebra::{Cholesky, DMatrix, DVector, DVectorView, Dyn, StorageMut, Vector};
 
-use super::delta_m::Scaled;
+use crate::dual::Real;
+use crate::medium::Scattering;
 use crate::quadrature::{MOST_NODES, Quadrature, legendre_polynomials};
+
+/// A medium after δ-M scaling for a given quadrature.
+pub(crate) struct Scaled<T = f64> {
+    pub(crate) one_minus_albedo: T,
+    /// ω χ_l for l = 0 … 2N − 1.
+    pub(crate) albedo_moments: Vec<T>,
+    /// Scaled over unscaled optical depth, 1 − ω f.
+    pub(crate) depth_ratio: T,
+}
+
+impl<T: Real> Scaled<T> {
+    /// δ-M scaling for `streams` ordinates: the truncated fraction is f = χ_streams if the peak is a forward one.
+    pub(crate) fn new(medium: &Scattering<T>, streams: usize) -> Self {
+        let [nothing, whole] = [0.0, 1.0].map(T::from);
+        let is_forward = [streams - 1, streams].into_iter().all(|l| medium.moments[l].value() > 0.0);
+        let forward = if is_forward { medium.moments[streams] } else { nothing };
+        let albedo = whole - medium.one_minus_albedo;
+        let depth_ratio = (whole - forward) + forward * medium.one_minus_albedo;
+        // A medium that only scatters straight forward (n = 1) only absorbs.
+        if 1.0 - forward.value() < 1e-12 {
+            let albedo_moments = vec![nothing; streams];
+            return Self { one_minus_albedo: whole, albedo_moments, depth_ratio: medium.one_minus_albedo };
+        }
+        let scaled_albedo = albedo * (whole - forward) / depth_ratio;
+        let scaled = |chi: &T| scaled_albedo * (*chi - forward) / (whole - forward);
+        let albedo_moments = medium.moments[..streams].iter().map(scaled).collect();
+        Self { one_minus_albedo: medium.one_minus_albedo / depth_ratio, albedo_moments, depth_ratio }
+    }
+}
 
 /// The modes of a medium on a quadrature; columns belong to modes.
 pub(crate) struct Modes {

@@ -29,7 +29,7 @@ use std::f64::consts::PI;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::delta_m::Scaled;
+use super::eigen::Scaled;
 use crate::medium::{PhaseFunction, Scattering};
 use crate::optics::lagrange;
 use crate::quadrature::Quadrature;

@@ -18,10 +18,9 @@
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use snowblue_base::ParameterRange;
 
-use super::delta_m::Scaled;
-use super::eigen::{Modes, legendre_basis};
+use super::eigen::{Modes, Scaled, legendre_basis};
 use super::integrals::{exponential_integrals, hyperbolic_integrals, tanh_over_rate, third_exponential_integral};
-use super::streams::check_streams;
+use super::options::check_streams;
 use crate::TransportError;
 use crate::dual::Real;
 use crate::medium::Scattering;

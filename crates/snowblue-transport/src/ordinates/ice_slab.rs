@@ -1,6 +1,7 @@
-//! A slab of clear ice with smooth faces, under light in one direction.
+//! Slabs of clear ice with smooth faces, under light in one direction, and the light of a beam that nothing scatters in a
+//! stack of snow and ice.
 //!
-//! Nothing in it scatters, so a slab is an operator that is diagonal in the direction. With the cosine μ outside and μ'
+//! Nothing in ice scatters, so a slab is an operator that is diagonal in the direction. With the cosine μ outside and μ'
 //! of the refracted light, Fresnel's reflectance F of a face for one polarisation, and a = exp(−γd/μ'), sums over
 //! internal reflections by power give
 //!
@@ -9,17 +10,18 @@
 //! 1 − R − T = (1 − F)(1 − a)/(1 − F a),     1 − R + T = (1 − F)(1 + a)/(1 + F a),
 //! ```
 //!
-//! of which the mean over both polarisations is taken. In
-//! the network of [`layered`](super::layered), per ordinate, the shunt is μ (1 − R − T)/(1 + R + T), and the bridge is
+//! of which the mean over both polarisations is taken. In the network of [`layered`](super::layered), per ordinate, the shunt is μ (1 − R − T)/(1 + R + T), and the bridge is
 //! 2μ T/((1 + R)² − T²).
 //!
 //! Inside, radiance over n² is what its flux is outside: n² μ' dμ' = μ dμ. Unit radiance over n² that a plane within
 //! the ice emits upwards, with the transmissions a_z above it and a_r below it, leaves the top as
 //! (1 − F) a_z/(1 − F²a²) and the bottom as F a times this.
 
+use super::integrals::transmitted_integral;
 use crate::dual::Real;
 use crate::optics::polarised;
 use crate::quadrature::Quadrature;
+use crate::slab::Incidence;
 
 /// A plane in a slab of ice, or all of the slab, under light in one direction.
 pub(super) struct IceLight<T> {
@@ -115,4 +117,62 @@ impl<T: Real> IceLight<T> {
 pub(super) fn ice_lights<T: Real>(index: f64, order: usize, depth: T) -> impl Iterator<Item = IceLight<T>> {
     let cosines = Quadrature::half_range(order).cosines.iter();
     cosines.map(move |mu| IceLight::new(index, T::from(*mu), [depth, T::from(0.0)]))
+}
+
+/// Fractions of a beam that arrive at each face unscattered, outside ice. By reciprocity they are the weights with
+/// which radiance at the face is seen from the top.
+pub(super) struct Unscattered<T> {
+    /// Downwards; the weight of radiance upwards.
+    pub(super) down: Vec<T>,
+    /// Upwards, reflected by ice; the weight of radiance downwards.
+    pub(super) up: Vec<T>,
+}
+
+impl<T: Real> Unscattered<T> {
+    /// Of layers that reflect and transmit these fractions.
+    pub(super) fn new(layers: &[[T; 2]]) -> Self {
+        let whole = T::from(1.0);
+        // What everything below a face reflects.
+        let mut below = vec![T::from(0.0)];
+        for &[reflected, transmitted] in layers.iter().rev() {
+            let next = below[below.len() - 1];
+            below.push(reflected + transmitted * transmitted * next / (whole - reflected * next));
+        }
+        below.reverse();
+        let mut down = vec![whole];
+        for (&[reflected, transmitted], next) in layers.iter().zip(&below[1..]) {
+            down.push(down[down.len() - 1] * transmitted / (whole - reflected * *next));
+        }
+        let up = down.iter().zip(below).map(|(down, below)| *down * below).collect();
+        Self { down, up }
+    }
+}
+
+/// Fractions of the unscattered light in one direction that snow, or ice with an index, reflects and transmits.
+pub(super) fn unscattered<T: Real>(ice_index: Option<f64>, depth: T, cosine: T) -> [T; 2] {
+    let ice = ice_index.map(|index| IceLight::new(index, cosine, [depth, T::from(0.0)]).passed());
+    ice.unwrap_or_else(|| [T::from(0.0), (-depth / cosine).exp()])
+}
+
+/// The unscattered part of the light that falls on the top of layers and passes them, of which the index of ice, or
+/// none of snow, and the optical depth are given.
+pub(super) fn direct(layers: &[(Option<f64>, f64)], incidence: &Incidence) -> f64 {
+    let depth: f64 = layers.iter().filter(|(index, _)| index.is_none()).map(|(_, depth)| depth).sum();
+    // The transmittance of the ice alone, with what it reflects through the snow.
+    let through_ice = |cosine: f64| {
+        if layers.iter().all(|(index, _)| index.is_none()) {
+            return 1.0;
+        }
+        let passed: Vec<[f64; 2]> = layers.iter().map(|(index, depth)| unscattered(*index, *depth, cosine)).collect();
+        let down = Unscattered::new(&passed).down;
+        let ratios = layers.iter().zip(down.windows(2)).filter(|((index, _), _)| index.is_some());
+        ratios.map(|(_, faces)| if faces[0] > 0.0 { faces[1] / faces[0] } else { 1.0 }).product::<f64>()
+    };
+    match incidence {
+        Incidence::Beam { angle_deg } => {
+            let cosine = angle_deg.to_radians().cos();
+            (-depth / cosine).exp() * through_ice(cosine)
+        }
+        Incidence::Diffuse => 2.0 * transmitted_integral(depth, through_ice),
+    }
 }

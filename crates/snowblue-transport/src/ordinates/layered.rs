@@ -35,9 +35,8 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use super::escape::{FaceEscapes, Profile};
 use super::homogeneous::{HomogeneousMedium, solver};
-use super::ice_slab::{FaceQuantity, IceLight, ice_lights};
+use super::ice_slab::{FaceQuantity, IceLight, Unscattered, ice_lights, unscattered};
 use super::integrals::rate_over_sinh;
-use super::unscattered::{Unscattered, unscattered};
 use crate::dual::{Dual, LANES, Real};
 use crate::quadrature::Quadrature;
 use crate::slab::Incidence;

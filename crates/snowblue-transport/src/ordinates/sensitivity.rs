@@ -33,10 +33,9 @@ use nalgebra::DVector;
 use super::differentiated::DifferentiatedModes;
 use super::escape::{Escape, FaceEscapes, Profile};
 use super::homogeneous::{HomogeneousMedium, solver};
-use super::ice_slab::ice_lights;
+use super::ice_slab::{Unscattered, ice_lights, unscattered};
 use super::integrals::{rate_over_sinh, sinh_over_rate};
 use super::layered::{Beam, Emission, Layer, LayeredMedium, Response, cross, ground_radiance};
-use super::unscattered::{Unscattered, unscattered};
 use crate::dual::{Dual, LANES, Real};
 use crate::variable::Variable;
 

@@ -1,10 +1,88 @@
-//! A slab of snow by discrete ordinates, with the standard errors of its grain tally.
+//! Slabs of snow by discrete ordinates: those of one snow, and many, each with its own snow, thickness, light and ground,
+//! with the standard errors of their grain tallies.
+//!
+//! Grains that are alike but for their size share the rays that are traced through them: scattering angles do not
+//! depend on the size, and paths are proportional to it. Slabs of one snow share its modes. Each slab has the numbers
+//! that it has alone, to the last bit. Derivatives are computed beside the values, of the same modes and systems.
 
-use super::options::OrdinatesOptions;
-use super::solve_batch::solve_batch;
+use std::cell::LazyCell;
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use rayon::prelude::*;
+
+use super::differentiated::DifferentiatedMedium;
+use super::eigen::Scaled;
+use super::homogeneous::{HomogeneousMedium, Light, Passed, SlabSolution};
+use super::layered::{LayeredMedium, MediumLayer};
+use super::options::{OrdinatesOptions, Peak, Streams};
+use super::solve_alike::groups_alike;
 use crate::TransportError;
-use crate::batch::{Batch, CaseFluxes};
-use crate::slab::{Radiometry, Slab};
+use crate::batch::{Batch, BatchError, CaseFluxes, SlabCase};
+use crate::dual::{Dual, LANES, Real};
+use crate::medium::{Composition, Demand, GrainTallies, Jackknife, Medium, Population};
+use crate::slab::{Estimate, FluxDerivatives, Incidence, Radiometry, Slab};
+use crate::variable::Variable;
+
+/// Samples that are solved before their fluxes are put in order: enough for all threads, while the fluxes that wait
+/// take little memory.
+const PLANS_AT_ONCE: usize = 1024;
+
+/// Fluxes of a batch with their derivatives.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DifferentiatedFluxes {
+    /// Of each case at each wavelength, the wavelength running fastest.
+    pub fluxes: Vec<CaseFluxes>,
+    /// Of each case at each wavelength with respect to each variable, the variable running fastest.
+    pub derivatives: Vec<FluxDerivatives>,
+}
+
+/// Some variables, no more than a number has derivatives, and a medium with its derivatives by them.
+struct Differentiation {
+    variables: Vec<Variable>,
+    medium: Medium<Dual>,
+}
+
+/// Reflectance and transmittance of each case of a sample, and by each group of variables.
+struct Solved {
+    values: Vec<Passed>,
+    differentiated: Vec<Vec<Passed<Dual>>>,
+}
+
+/// The cases of one sample by what they share: the number of streams, then thickness and ground.
+struct Plan {
+    sample: usize,
+    groups: Vec<StreamPlan>,
+    /// The greatest number of streams.
+    degree: usize,
+    /// The albedo of each case's ground.
+    grounds: Vec<f64>,
+}
+
+/// Cases with one number of streams.
+struct StreamPlan {
+    streams: usize,
+    incidences: Vec<Incidence>,
+    slabs: Vec<SlabPlan>,
+}
+
+/// Cases with one thickness and ground.
+struct SlabPlan {
+    thickness_cm: f64,
+    ground_albedo: f64,
+    /// Places among the sample's cases and among the incidences.
+    cases: Vec<(usize, usize)>,
+}
+
+/// Cases with one number of streams while they are gathered.
+#[derive(Default)]
+struct Gathered {
+    /// The place of an incidence among the incidences, by the bits of its angle.
+    known: BTreeMap<u64, usize>,
+    incidences: Vec<Incidence>,
+    /// Places of cases and incidences, by the bits of thickness and ground.
+    slabs: BTreeMap<[u64; 2], Vec<(usize, usize)>>,
+}
 
 /// Reflectance, transmittance and absorptance for each thickness, then each incidence, then each wavelength.
 ///
@@ -29,4 +107,328 @@ fn solve_with(slab: &Slab, options: &OrdinatesOptions, errors: bool) -> Result<V
     let batch = Batch::from(slab);
     let solved = solve_batch(&batch, options, errors, &|_| ()).map_err(|wrong| wrong.error)?;
     Ok(CaseFluxes::radiometry(&batch, &solved))
+}
+
+/// Fluxes of each case at each wavelength, the wavelength running fastest. Without `errors` the standard errors, by a
+/// jackknife over the batches of the grain tallies, are NaN; they take 16 times as long as the values.
+///
+/// `progress` is called from any thread with the number of cases done.
+///
+/// ```
+/// use snowblue_transport::batch::{Batch, SlabCase};
+/// use snowblue_transport::ordinates::{OrdinatesOptions, solve_batch};
+/// use snowblue_transport::{GrainSize, Incidence, SnowSample, TransportError};
+///
+/// let of_area = |area_m2_kg: f64| -> Result<SnowSample, TransportError> {
+///     let grain_size = GrainSize::from_specific_surface_area(area_m2_kg, -5.0)?;
+///     Ok(SnowSample { grain_size, ..SnowSample::default() })
+/// };
+/// let case = |sample, thickness_cm| SlabCase {
+///     sample,
+///     thickness_cm,
+///     incidence: Incidence::Diffuse,
+///     ground_albedo: 0.0,
+/// };
+/// let batch = Batch {
+///     samples: vec![of_area(10.0)?, of_area(40.0)?],
+///     cases: vec![case(0, f64::INFINITY), case(1, 20.0)],
+///     wavelengths_nm: vec![900.0],
+/// };
+/// let options = OrdinatesOptions { tally_rays: 1 << 12, ..OrdinatesOptions::default() };
+/// let solved = solve_batch(&batch, &options, false, &|_| ())?;
+/// // In the infrared a layer of fine grains is brighter than any depth of coarse ones.
+/// assert!(solved[1].reflectance.value > solved[0].reflectance.value);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// As [`Batch::check`], and for a wrong number of streams.
+///
+/// # Panics
+/// If a case has a sample that is none of the samples.
+pub fn solve_batch(
+    batch: &Batch,
+    options: &OrdinatesOptions,
+    errors: bool,
+    progress: &(dyn Fn(usize) + Sync),
+) -> Result<Vec<CaseFluxes>, BatchError> {
+    Ok(solved::<false>(batch, &[], (options, errors), progress)?.fluxes)
+}
+
+/// As [`solve_batch`], with the derivatives with respect to each of `variables`.
+///
+/// The derivatives are those of the values as computed, with their tallies and streams, by tangent-linear equations and
+/// not by differences. In snow without a substance or without water, and on black ground, the derivative is that
+/// towards more of it; it does not include that wet snow and algae take more streams.
+///
+/// ```
+/// use snowblue_transport::batch::{Batch, SlabCase};
+/// use snowblue_transport::ordinates::{OrdinatesOptions, differentiate_batch};
+/// use snowblue_transport::{Incidence, SnowSample, Substance, Variable};
+///
+/// let case = SlabCase { sample: 0, thickness_cm: 5.0, incidence: Incidence::Diffuse, ground_albedo: 0.0 };
+/// let batch = Batch { samples: vec![SnowSample::default()], cases: vec![case], wavelengths_nm: vec![450.0] };
+/// let options = OrdinatesOptions { tally_rays: 1 << 12, ..OrdinatesOptions::default() };
+/// let soot = Variable::MassFraction(Substance::BlackCarbon);
+/// let solved = differentiate_batch(&batch, &[Variable::Density, soot], &options, false, &|_| ())?;
+/// // Denser snow of this thickness is brighter, and sootier snow is darker.
+/// assert!(solved.derivatives[0].reflectance > 0.0 && solved.derivatives[1].reflectance < 0.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// As [`solve_batch`], and for a wavelength that the table of a variable's substance does not cover.
+///
+/// # Panics
+/// If a case has a sample that is none of the samples.
+pub fn differentiate_batch(
+    batch: &Batch,
+    variables: &[Variable],
+    options: &OrdinatesOptions,
+    errors: bool,
+    progress: &(dyn Fn(usize) + Sync),
+) -> Result<DifferentiatedFluxes, BatchError> {
+    solved::<true>(batch, variables, (options, errors), progress)
+}
+
+/// Solves a batch. Programs that never differentiate, such as the page, do not contain the code of derivatives.
+fn solved<const DIFFERENTIATE: bool>(
+    batch: &Batch,
+    variables: &[Variable],
+    (options, errors): (&OrdinatesOptions, bool),
+    progress: &(dyn Fn(usize) + Sync),
+) -> Result<DifferentiatedFluxes, BatchError> {
+    options.streams.check()?;
+    batch.check()?;
+    let Batch { samples, cases, wavelengths_nm } = batch;
+    for variable in variables {
+        wavelengths_nm.iter().try_for_each(|wavelength_nm| variable.check_wavelength(*wavelength_nm))?;
+    }
+    let cases_of = batch.cases_of_samples();
+    let nothing = Estimate { value: f64::NAN, standard_error: f64::NAN };
+    let nothing = CaseFluxes { reflectance: nothing, transmittance: nothing, absorptance: nothing };
+    let mut fluxes = vec![nothing; cases.len() * wavelengths_nm.len()];
+    let nothing = FluxDerivatives { reflectance: f64::NAN, transmittance: f64::NAN, absorptance: f64::NAN };
+    let mut derivatives = vec![nothing; fluxes.len() * variables.len()];
+    let done = AtomicUsize::new(0);
+    let used = (0..samples.len()).filter(|sample| !cases_of[*sample].is_empty());
+    for group in groups_alike(samples, used) {
+        let plan = |sample: &usize| Plan::new(*sample, &cases_of[*sample], batch, options.streams);
+        let plans: Vec<Plan> = group.iter().map(plan).collect();
+        let tallies = shared_tallies(&plans, batch, variables.contains(&Variable::WaterSaturation), options);
+        let solve = |plan: &Plan| {
+            let sample = &samples[plan.sample];
+            let tallies = tallies.narrowed(plan.degree, sample.grain_size.max_um);
+            let composition = Composition::new(sample);
+            let group = |group| (group, composition.differentiated(group));
+            let groups: Vec<_> = if DIFFERENTIATE { variables.chunks(LANES).map(group).collect() } else { Vec::new() };
+            let at = |wavelength_nm: &f64| {
+                let differentiation = |(variables, composition): &(&[Variable], Composition<Dual>)| Differentiation {
+                    variables: variables.to_vec(),
+                    medium: tallies.medium_of(&sample.grain_size, &composition.at(*wavelength_nm), None),
+                };
+                let differentiations: Vec<Differentiation> =
+                    if DIFFERENTIATE { groups.iter().map(differentiation).collect() } else { Vec::new() };
+                let constituents = composition.at(*wavelength_nm);
+                let medium = |without| tallies.medium_of(&sample.grain_size, &constituents, without);
+                plan.solve::<DIFFERENTIATE>(medium, &differentiations, errors)
+            };
+            let by_wavelength: Vec<_> = wavelengths_nm.par_iter().map(at).collect();
+            progress(done.fetch_add(plan.grounds.len(), Ordering::Relaxed) + plan.grounds.len());
+            by_wavelength
+        };
+        for plans in plans.chunks(PLANS_AT_ONCE) {
+            let answers: Vec<Vec<DifferentiatedFluxes>> = plans.par_iter().map(solve).collect();
+            for (plan, by_wavelength) in plans.iter().zip(&answers) {
+                for (place, number) in cases_of[plan.sample].iter().enumerate() {
+                    for (wavelength, answer) in by_wavelength.iter().enumerate() {
+                        let row = number * wavelengths_nm.len() + wavelength;
+                        fluxes[row] = answer.fluxes[place];
+                        let of_case = |row: usize| row * variables.len()..(row + 1) * variables.len();
+                        derivatives[of_case(row)].copy_from_slice(&answer.derivatives[of_case(place)]);
+                    }
+                }
+            }
+        }
+    }
+    Ok(DifferentiatedFluxes { fluxes, derivatives })
+}
+
+/// The tallies of all samples of a group, also in water if any of them is wet or if wanted.
+fn shared_tallies(plans: &[Plan], batch: &Batch, in_water: bool, options: &OrdinatesOptions) -> GrainTallies {
+    let sample = |plan: &Plan| &batch.samples[plan.sample];
+    let demand = Demand::of_samples(plans.iter().map(sample), &batch.wavelengths_nm);
+    let demand = Demand { wet: demand.wet || in_water, ..demand };
+    let degree = plans.iter().map(|plan| plan.degree).max().unwrap_or_default();
+    GrainTallies::new(&Population::of_sample(sample(&plans[0])), &demand, &options.plan_of_degree(degree))
+}
+
+impl Gathered {
+    fn add(&mut self, place: usize, SlabCase { thickness_cm, incidence, ground_albedo, .. }: SlabCase) {
+        let key = match incidence {
+            Incidence::Beam { angle_deg } => angle_deg.to_bits(),
+            Incidence::Diffuse => u64::MAX,
+        };
+        let light = *self.known.entry(key).or_insert(self.incidences.len());
+        if light == self.incidences.len() {
+            self.incidences.push(incidence);
+        }
+        self.slabs.entry([thickness_cm, ground_albedo].map(f64::to_bits)).or_default().push((place, light));
+    }
+}
+
+impl Plan {
+    fn new(sample: usize, cases: &[usize], batch: &Batch, streams: Streams) -> Self {
+        let peak = Peak::of(&batch.samples[sample]);
+        let mut groups: BTreeMap<usize, Gathered> = BTreeMap::new();
+        let mut grounds = Vec::with_capacity(cases.len());
+        for (place, number) in cases.iter().enumerate() {
+            let case = batch.cases[*number];
+            groups.entry(streams.under(&case.incidence, peak)).or_default().add(place, case);
+            grounds.push(case.ground_albedo);
+        }
+        let degree = groups.keys().next_back().copied().unwrap_or_default();
+        let group = |(streams, Gathered { incidences, slabs, .. }): (usize, Gathered)| {
+            let slab = |([thickness, ground], cases): ([u64; 2], _)| SlabPlan {
+                thickness_cm: f64::from_bits(thickness),
+                ground_albedo: f64::from_bits(ground),
+                cases,
+            };
+            StreamPlan { streams, incidences, slabs: slabs.into_iter().map(slab).collect() }
+        };
+        Self { sample, groups: groups.into_iter().map(group).collect(), degree, grounds }
+    }
+
+    /// All cases at one wavelength, with the derivatives by the variables of `differentiations`.
+    fn solve<const DIFFERENTIATE: bool>(
+        &self,
+        medium: impl Fn(Option<usize>) -> Medium,
+        differentiations: &[Differentiation],
+        errors: bool,
+    ) -> DifferentiatedFluxes {
+        let result = |without: Option<usize>| {
+            self.solved::<DIFFERENTIATE>(&medium(without), if without.is_none() { differentiations } else { &[] })
+        };
+        let solved = if errors { Jackknife::new(result) } else { Jackknife::without_errors(result) };
+        let case = |(place, ground): (usize, &f64)| CaseFluxes {
+            reflectance: solved.estimate(|solved| solved.values[place].reflectance),
+            transmittance: solved.estimate(|solved| solved.values[place].transmittance),
+            absorptance: solved.estimate(|solved: &Solved| solved.values[place].absorbed(*ground)),
+        };
+        let fluxes = self.grounds.iter().enumerate().map(case).collect();
+        let mut derivatives = Vec::new();
+        let grounds = if DIFFERENTIATE { &*self.grounds } else { &[] };
+        for (place, ground) in grounds.iter().enumerate() {
+            for (Differentiation { variables, .. }, of_case) in
+                differentiations.iter().zip(&solved.whole().differentiated)
+            {
+                let passed = of_case[place];
+                let absorptance = passed.absorbed(Variable::GroundAlbedo.number(*ground, variables));
+                let by = |lane: usize| FluxDerivatives {
+                    reflectance: passed.reflectance.derivatives()[lane],
+                    transmittance: passed.transmittance.derivatives()[lane],
+                    absorptance: absorptance.derivatives()[lane],
+                };
+                derivatives.extend((0..variables.len()).map(by));
+            }
+        }
+        DifferentiatedFluxes { fluxes, derivatives }
+    }
+
+    /// Reflectance and transmittance of each case on a medium.
+    fn solved<const DIFFERENTIATE: bool>(&self, medium: &Medium, differentiations: &[Differentiation]) -> Solved {
+        let count = self.grounds.len();
+        let nothing = |_: &Differentiation| vec![Passed::of(Dual::from(f64::NAN)); count];
+        let mut solved = Solved {
+            values: vec![Passed::of(f64::NAN); count],
+            differentiated: differentiations.iter().map(nothing).collect(),
+        };
+        for group in &self.groups {
+            group.fill::<DIFFERENTIATE>(medium, differentiations, &mut solved);
+        }
+        solved
+    }
+}
+
+impl StreamPlan {
+    /// Fills in the cases of these streams.
+    fn fill<const DIFFERENTIATE: bool>(
+        &self,
+        medium: &Medium,
+        differentiations: &[Differentiation],
+        solved: &mut Solved,
+    ) {
+        let modes = HomogeneousMedium::new(&medium.scattering, self.streams);
+        let lights: Vec<Light> = self.incidences.iter().map(|incidence| modes.light(incidence)).collect();
+        let plan = |by| DifferentiatedPlan::new(by, &modes, self);
+        let differentiated: Vec<DifferentiatedPlan> =
+            if DIFFERENTIATE { differentiations.iter().map(plan).collect() } else { Vec::new() };
+        for slab @ SlabPlan { thickness_cm, ground_albedo, cases } in &self.slabs {
+            let optical_depth = medium.extinction_per_m * thickness_cm * 0.01;
+            let solution = LazyCell::new(|| modes.solve_slab(optical_depth * modes.scaled.depth_ratio));
+            if *ground_albedo > 0.0 {
+                let under: Vec<Incidence> = cases.iter().map(|(_, light)| self.incidences[*light]).collect();
+                let layer = MediumLayer { medium: &modes, optical_depth };
+                let layered = LayeredMedium::new(&[layer], *ground_albedo, &under);
+                for (((place, _), top), bottom) in cases.iter().zip(layered.fluxes(0)).zip(layered.fluxes(1)) {
+                    solved.values[*place] = Passed { reflectance: top.up, transmittance: bottom.down };
+                }
+            } else {
+                let lit = modes.lit(&solution);
+                for (place, light) in cases {
+                    solved.values[*place] = lit.passed(&lights[*light]);
+                }
+            }
+            if DIFFERENTIATE {
+                for (plan, passed) in differentiated.iter().zip(&mut solved.differentiated) {
+                    plan.fill(slab, &solution, passed);
+                }
+            }
+        }
+    }
+}
+
+/// Cases with one number of streams, prepared for some variables.
+struct DifferentiatedPlan<'m> {
+    by: &'m Differentiation,
+    medium: DifferentiatedMedium,
+    lights: Vec<Light<Dual>>,
+}
+
+impl<'m> DifferentiatedPlan<'m> {
+    fn new(by: &'m Differentiation, modes: &'m HomogeneousMedium, plan: &StreamPlan) -> Self {
+        let Differentiation { variables, medium } = by;
+        let medium = DifferentiatedMedium::new(modes, Scaled::new(&medium.scattering, plan.streams));
+        let cosine = |cosine: f64| Variable::CosIncidence.number(cosine, variables);
+        let lights = plan.incidences.iter().map(|incidence| medium.light(incidence, cosine)).collect();
+        Self { by, medium, lights }
+    }
+
+    /// Fills in the cases of a slab, whose systems have been solved.
+    fn fill(&self, slab: &SlabPlan, solution: &SlabSolution, all: &mut [Passed<Dual>]) {
+        let Differentiation { variables, medium } = self.by;
+        let thickness_cm = Variable::Thickness.number(slab.thickness_cm, variables);
+        let lit = self.medium.lit(medium.extinction_per_m, thickness_cm, solution);
+        let ground_albedo = Variable::GroundAlbedo.number(slab.ground_albedo, variables);
+        let diffuse = (!ground_albedo.is_zero()).then(|| lit.passed(&Light::Lambertian));
+        for (place, light) in &slab.cases {
+            let passed = lit.passed(&self.lights[*light]);
+            all[*place] = diffuse.map_or(passed, |diffuse| on_ground(passed, diffuse, ground_albedo));
+        }
+    }
+}
+
+impl<T: Real> Passed<T> {
+    fn of(value: T) -> Self {
+        Self { reflectance: value, transmittance: value }
+    }
+}
+
+/// A slab on a Lambertian ground: light goes back and forth between them (van de Hulst 1980, *Multiple Light
+/// Scattering*, ch. 4). `diffuse` is the slab under Lambertian light, from either side.
+///
+/// [`LayeredMedium`] gives the same values, also for several layers.
+fn on_ground(slab: Passed<Dual>, diffuse: Passed<Dual>, albedo: Dual) -> Passed<Dual> {
+    let transmittance = slab.transmittance / (Dual::from(1.0) - albedo * diffuse.reflectance);
+    Passed { reflectance: slab.reflectance + albedo * transmittance * diffuse.transmittance, transmittance }
 }

@@ -1,15 +1,42 @@
-//! Several samples by discrete ordinates. Samples with the same grain shapes share a tally, so that their differences
-//! are free of its noise.
+//! Fluxes of slabs of a medium, and of slabs of several samples. Samples with the same grain shapes share a tally, so that
+//! their differences are free of its noise.
 
 use rayon::prelude::*;
 
-use super::homogeneous::Fluxes;
-use super::options::OrdinatesOptions;
-use super::streams::Peak;
+use super::homogeneous::{Fluxes, HomogeneousMedium, Light};
+use super::options::{OrdinatesOptions, Peak, StreamGroup, Streams};
 use crate::TransportError;
-use crate::medium::{Demand, GrainTallies, Population};
+use crate::medium::{Demand, GrainTallies, Medium, Population};
 use crate::sample::SnowSample;
-use crate::slab::Slab;
+use crate::slab::{Incidence, Slab};
+
+impl Medium {
+    /// Fluxes of slabs of this medium over a black ground, for each thickness, then each incidence.
+    ///
+    /// `peak` is the forward peak of the medium, which decides how many streams [`Streams::Auto`] takes.
+    #[must_use]
+    pub fn fluxes(
+        &self,
+        thicknesses_cm: &[f64],
+        incidences: &[Incidence],
+        streams: Streams,
+        peak: Peak,
+    ) -> Vec<Fluxes> {
+        let nothing = Fluxes { reflectance: 0.0, transmittance: 0.0, direct: 0.0 };
+        let mut filled = vec![nothing; thicknesses_cm.len() * incidences.len()];
+        for StreamGroup { streams, places } in streams.groups(incidences, peak) {
+            let modes = HomogeneousMedium::new(&self.scattering, streams);
+            let lights: Vec<Light> = places.iter().map(|place| modes.light(&incidences[*place])).collect();
+            for (row, thickness_cm) in filled.chunks_exact_mut(incidences.len()).zip(thicknesses_cm) {
+                let optical_depth = self.extinction_per_m * thickness_cm * 0.01;
+                for (place, fluxes) in places.iter().zip(modes.fluxes(optical_depth, &lights)) {
+                    row[*place] = fluxes;
+                }
+            }
+        }
+        filled
+    }
+}
 
 /// Fluxes of the slabs of one sample: a spectrum for each thickness and incidence.
 #[derive(Debug, Clone, PartialEq)]

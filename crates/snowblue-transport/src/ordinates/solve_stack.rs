@@ -6,20 +6,17 @@
 
 use rayon::prelude::*;
 
-use super::delta_m::Scaled;
 use super::differentiated::DifferentiatedModes;
+use super::eigen::Scaled;
 use super::homogeneous::{HomogeneousMedium, Passed};
-use super::ice_slab::FaceQuantity;
-use super::jackknife::Jackknife;
+use super::ice_slab::{FaceQuantity, direct};
 use super::layered::{Emission, FaceEmissions, FaceFluxes, IcePlane, LayeredMedium, MediumLayer, Response};
-use super::options::OrdinatesOptions;
+use super::options::{OrdinatesOptions, StreamGroup, Streams};
 use super::sensitivity::{Adjoint, DifferentiatedLayer, FluxChange, Sensitivity};
 use super::stack_media::{DifferentiatedMedia, Differentiation, Grains, peak};
-use super::streams::{StreamGroup, Streams};
-use super::unscattered::direct;
 use crate::TransportError;
 use crate::dual::{Dual, LANES, Real};
-use crate::medium::Medium;
+use crate::medium::{Jackknife, Medium};
 use crate::optics::Ice;
 use crate::slab::{FluxDerivatives, Incidence, Radiometry};
 use crate::stack::{

@@ -1,7 +1,6 @@
 //! The media of the layers of a stack at a wavelength, with the tallies of their grains.
 
-use super::options::OrdinatesOptions;
-use super::streams::{MOST_STREAMS, Peak};
+use super::options::{MOST_STREAMS, OrdinatesOptions, Peak};
 use crate::dual::{Dual, Real};
 use crate::medium::{Composition, Demand, GrainTallies, Medium, Population, Scattering};
 use crate::optics::{Ice, IceTable};

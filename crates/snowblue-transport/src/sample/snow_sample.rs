@@ -15,8 +15,7 @@ use crate::TransportError;
 use crate::grain::{SizeMeasure, Spheroid};
 use crate::optics::ice::{self, Ice, IceTable};
 use crate::optics::impurity::{self, Impurities};
-use crate::optics::water;
-use crate::range::WavelengthRange;
+use crate::optics::{WavelengthRange, water};
 
 /// Densities up to this one are meant as those of ice, in kg/m³: that of −60 °C is 925.4.
 const DENSEST_ICE_KG_M3: f64 = 926.0;

@@ -1,8 +1,8 @@
 //! Sunlight, light at depth and measured curves of the web page agree with the crates below.
 
 use serde_json::{Value, json};
+use snowblue_transport::optics::WavelengthRange;
 use snowblue_transport::ordinates::{OrdinatesOptions, solve_stack, solve_without_errors};
-use snowblue_transport::range::WavelengthRange;
 use snowblue_transport::sample::SnowSample;
 use snowblue_transport::slab::{Incidence, Slab};
 use snowblue_transport::stack::{Layer, Stack};

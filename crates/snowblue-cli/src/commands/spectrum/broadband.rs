@@ -1,7 +1,7 @@
 //! `spectrum --broadband`: averages over bands of sunlight.
 
 use snowblue_figures::Metadata;
-use snowblue_transport::range::WavelengthRange;
+use snowblue_transport::optics::WavelengthRange;
 use snowblue_transport::slab::Radiometry;
 use snowblue_transport::sunlight::{self, Band, BandWeights, Broadband};
 

@@ -6,7 +6,7 @@ use clap::Args;
 use snowblue_figures::{Cell, Metadata, format_number};
 use snowblue_transport::layer_file::{LayerFile, LayerFileError};
 use snowblue_transport::optics::Substance;
-use snowblue_transport::range::WavelengthRange;
+use snowblue_transport::optics::WavelengthRange;
 use snowblue_transport::slab::Slab;
 use snowblue_transport::stack::{GROUND_ALBEDO, Layer, Stack, StackRadiometry};
 

@@ -4,8 +4,8 @@ use clap::Args;
 use snowblue_figures::{Cell, DataTable, Metadata};
 use snowblue_sky::{DateTime, Daylight, Place, SkyError, daylight_wavelengths_nm, sun_position, times_of_day};
 use snowblue_transport::illumination::{Illumination, LightInLayers, LightLevel, light_in_layers};
+use snowblue_transport::optics::WavelengthRange;
 use snowblue_transport::ordinates::OrdinatesOptions;
-use snowblue_transport::range::WavelengthRange;
 use snowblue_transport::stack::Stack;
 use snowblue_transport::sunlight::Band;
 
