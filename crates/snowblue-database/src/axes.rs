@@ -1,8 +1,9 @@
 //! The axes of a table: snow, light, thickness and wavelength.
 
 use snowblue_transport::optics::IceTable;
+use snowblue_transport::parameters::ANGLE;
 use snowblue_transport::sample::SnowSample;
-use snowblue_transport::slab::{ANGLE_RANGE, Incidence, Slab};
+use snowblue_transport::slab::{Incidence, Slab};
 
 use crate::{DatabaseError, Property, PropertyAxis, PropertyValue, TableSample};
 
@@ -49,7 +50,7 @@ pub(crate) struct Coordinate {
 /// The value for diffuse light on the axis of angles in files.
 pub const DIFFUSE_ANGLE_DEG: f64 = -1.0;
 /// Largest angle of incidence of an axis, in degrees.
-const MAX_ANGLE_DEG: f64 = ANGLE_RANGE.greatest;
+const MAX_ANGLE_DEG: f64 = ANGLE.range.greatest;
 /// Thicknesses below and above the paper's, in cm, for splines that are accurate from 0 cm to 1 m.
 const THIN_KNOTS_CM: [f64; 11] = [0.000_5, 0.001, 0.002, 0.004, 0.008, 0.015, 0.03, 0.06, 0.12, 0.25, 0.5];
 const THICK_KNOTS_CM: [f64; 2] = [70.0, 100.0];

@@ -1,9 +1,9 @@
 //! Many slabs of snow, each with its own snow, thickness, light and ground, and their fluxes.
 
 use crate::TransportError;
+use crate::parameters::GROUND_ALBEDO;
 use crate::sample::SnowSample;
 use crate::slab::{Estimate, Incidence, Radiometry, Slab, check_incidences, check_thickness, check_wavelengths};
-use crate::stack::GROUND_ALBEDO_RANGE;
 
 /// Slabs of snow at the same wavelengths.
 #[derive(Debug, Clone, PartialEq)]
@@ -87,7 +87,7 @@ impl Batch {
         }
         check_thickness(case.thickness_cm)?;
         check_incidences(&[case.incidence])?;
-        GROUND_ALBEDO_RANGE.check(case.ground_albedo)?;
+        GROUND_ALBEDO.range.check(case.ground_albedo)?;
         if is_sample_known { Ok(()) } else { check_wavelengths(&self.wavelengths_nm, sample) }
     }
 }

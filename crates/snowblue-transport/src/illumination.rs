@@ -13,8 +13,9 @@
 use crate::TransportError;
 use crate::optics::ice;
 use crate::ordinates::{DifferentiatedStack, OrdinatesOptions, differentiate_stack, solve_stack_without_errors};
-use crate::sample::{SnowSample, TEMPERATURE};
-use crate::slab::{ANGLE_RANGE, Incidence};
+use crate::parameters::{ANGLE, TEMPERATURE};
+use crate::sample::SnowSample;
+use crate::slab::Incidence;
 use crate::stack::{DepthDerivatives, Layer, Stack, StackRadiometry};
 use crate::sunlight::{Band, band_integrals};
 use crate::variable::{LayerVariable, Variable};
@@ -92,7 +93,7 @@ impl Illumination {
     #[must_use]
     pub fn under_sun(elevation_deg: f64, direct: Vec<f64>, diffuse: Vec<f64>) -> Self {
         let angle_deg = 90.0 - elevation_deg;
-        if angle_deg <= ANGLE_RANGE.greatest {
+        if angle_deg <= ANGLE.range.greatest {
             return Self { sun_angle_deg: Some(angle_deg), direct, diffuse };
         }
         let diffuse = direct.iter().zip(&diffuse).map(|(direct, diffuse)| direct + diffuse).collect();

@@ -35,6 +35,7 @@
 
 mod dual;
 mod error;
+pub mod parameters;
 
 pub mod quadrature;
 pub mod rng;
@@ -50,8 +51,6 @@ pub mod stack;
 
 pub mod batch;
 mod variable;
-
-pub mod parameters;
 
 pub mod layer_file;
 

@@ -3,37 +3,11 @@
 use std::fmt;
 use std::str::FromStr;
 
-use snowblue_base::{Parameter, ParameterRange, RangeError};
+use snowblue_base::RangeError;
 
 use crate::TransportError;
-use crate::sample::{PAPER, SnowSample};
-
-/// Thickness of a slab or layer, in cm.
-pub const THICKNESS_RANGE: ParameterRange =
-    ParameterRange { quantity: "thickness", least: 0.0, greatest: 1e5, unit: "cm" };
-/// Angle of a beam from the normal, in degrees.
-pub const ANGLE_RANGE: ParameterRange = ParameterRange { quantity: "angle", least: 0.0, greatest: 89.99, unit: "°" };
-
-/// Thickness of a slab or layer.
-pub const THICKNESS: Parameter = Parameter {
-    key: "thickness_cm",
-    title: "Thickness",
-    range: THICKNESS_RANGE,
-    default: 15.0,
-    text: "Thickness",
-    effect: "Thicker snow transmits less light, and what remains is bluer.",
-    source: PAPER,
-};
-/// Angle of a beam from the normal.
-pub const ANGLE: Parameter = Parameter {
-    key: "angle_deg",
-    title: "Angle of incidence",
-    range: ANGLE_RANGE,
-    default: 0.0,
-    text: "Angle of incidence from the normal",
-    effect: "Oblique light is reflected more.",
-    source: PAPER,
-};
+use crate::parameters::{ANGLE, THICKNESS};
+use crate::sample::SnowSample;
 
 /// Light on the top of a slab.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -139,7 +113,7 @@ impl Slab {
     /// As [`check`](Self::check), for random walks, which have no end in a half-space.
     pub(crate) fn check_finite(&self) -> Result<(), TransportError> {
         self.check()?;
-        self.thicknesses_cm.iter().try_for_each(|thickness_cm| Ok(THICKNESS_RANGE.check(*thickness_cm)?))
+        self.thicknesses_cm.iter().try_for_each(|thickness_cm| Ok(THICKNESS.range.check(*thickness_cm)?))
     }
 
     /// Optical depth of the grains in a thickness, κh.
@@ -151,7 +125,7 @@ impl Slab {
 
 /// Checks a thickness, which may be infinite.
 pub(crate) fn check_thickness(thickness_cm: f64) -> Result<(), RangeError> {
-    if thickness_cm.is_infinite() && thickness_cm > 0.0 { Ok(()) } else { THICKNESS_RANGE.check(thickness_cm) }
+    if thickness_cm.is_infinite() && thickness_cm > 0.0 { Ok(()) } else { THICKNESS.range.check(thickness_cm) }
 }
 
 /// Checks that there is an incidence and that every angle is in range.
@@ -160,7 +134,7 @@ pub(crate) fn check_incidences(incidences: &[Incidence]) -> Result<(), Transport
         return Err(TransportError::Missing { quantity: "angle" });
     }
     incidences.iter().try_for_each(|incidence| match incidence {
-        Incidence::Beam { angle_deg } => Ok(ANGLE_RANGE.check(*angle_deg)?),
+        Incidence::Beam { angle_deg } => Ok(ANGLE.range.check(*angle_deg)?),
         Incidence::Diffuse => Ok(()),
     })
 }

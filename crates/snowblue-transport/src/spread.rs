@@ -13,10 +13,9 @@ use crate::TransportError;
 use crate::batch::{Batch, BatchError, CaseFluxes, SlabCase};
 use crate::optics::{Substance, ice};
 use crate::ordinates::{OrdinatesOptions, solve_batch};
+use crate::parameters::{DENSITY, GRAIN_SIZE, MASS_FRACTION};
 use crate::rng::Stream;
-use crate::sample::{
-    DENSITY_RANGE, GRAIN_SIZE_RANGE, GrainSize, MASS_FRACTION_RANGE, SizeMeasure, SnowSample, TruncatedNormal,
-};
+use crate::sample::{GrainSize, SizeMeasure, SnowSample, TruncatedNormal};
 
 /// Number of snows that are drawn.
 pub const DRAWS: usize = 400;
@@ -144,7 +143,7 @@ impl Uncertainty {
             let relative = size.relative(given)?;
             let GrainSize { min_um, max_um, .. } = given.grain_size;
             // The factor of the surface area divides all sizes, that of a grain size multiplies them.
-            let (least, greatest) = (GRAIN_SIZE_RANGE.least / min_um, GRAIN_SIZE_RANGE.greatest / max_um);
+            let (least, greatest) = (GRAIN_SIZE.range.least / min_um, GRAIN_SIZE.range.greatest / max_um);
             let is_area = matches!(size, SizeDeviation::SurfaceArea(_));
             let (least, greatest) = if is_area { (greatest.recip(), least.recip()) } else { (least, greatest) };
             let range = ParameterRange { quantity: "factor of the size", least, greatest, unit: "" };
@@ -156,7 +155,7 @@ impl Uncertainty {
         }
         if self.density_kg_m3 != 0.0 {
             check_deviation("standard deviation of the density", self.density_kg_m3, given.density_kg_m3, "kg/m³")?;
-            let densities = log_normal(given.density_kg_m3, self.density_kg_m3, &DENSITY_RANGE, &permuted());
+            let densities = log_normal(given.density_kg_m3, self.density_kg_m3, &DENSITY.range, &permuted());
             samples.iter_mut().zip(densities).for_each(|(sample, density)| sample.density_kg_m3 = density);
         }
         for (substance, deviation_ng_g) in &self.mass_fractions_ng_g {
@@ -166,7 +165,7 @@ impl Uncertainty {
                 return Err(TransportError::Combination { quantity: "standard deviation of an impurity", rule });
             }
             check_deviation("standard deviation of a mass fraction", *deviation_ng_g, mean_ng_g, "ng/g")?;
-            let fractions = log_normal(mean_ng_g, *deviation_ng_g, &MASS_FRACTION_RANGE, &permuted());
+            let fractions = log_normal(mean_ng_g, *deviation_ng_g, &MASS_FRACTION.range, &permuted());
             for (sample, fraction) in samples.iter_mut().zip(fractions) {
                 sample.impurities = sample.impurities.with(*substance, fraction);
             }

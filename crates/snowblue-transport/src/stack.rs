@@ -6,29 +6,14 @@
 //! wavelength and the coherence length of the light. Between layers light has no polarisation. Neighbouring layers of
 //! ice are one slab. The ground is under air as well.
 
-use snowblue_base::{Parameter, ParameterRange};
+use snowblue_base::ParameterRange;
 
 use crate::error::TransportError;
 use crate::optics::{Ice, IceTable, WavelengthRange};
+use crate::parameters::{GROUND_ALBEDO, THICKNESS};
 use crate::sample::SnowSample;
 use crate::slab::{
-    Estimate, FluxDerivatives, Incidence, Radiometry, THICKNESS_RANGE, check_incidences, check_thickness,
-    check_wavelengths,
-};
-
-/// Albedo of the ground.
-pub const GROUND_ALBEDO_RANGE: ParameterRange =
-    ParameterRange { quantity: "ground albedo", least: 0.0, greatest: 1.0, unit: "" };
-
-/// Albedo of the ground.
-pub const GROUND_ALBEDO: Parameter = Parameter {
-    key: "ground_albedo",
-    title: "Ground albedo",
-    range: GROUND_ALBEDO_RANGE,
-    default: 0.0,
-    text: "Albedo of the ground under the snow",
-    effect: "It is the fraction of light that a matt ground sends back; 0 is no ground.",
-    source: "Stamnes et al. 1988, doi:10.1364/AO.27.002502",
+    Estimate, FluxDerivatives, Incidence, Radiometry, check_incidences, check_thickness, check_wavelengths,
 };
 
 /// Thickness of a layer of clear ice, in cm: thick against the coherence length of visible light in a band of 10 nm.
@@ -36,7 +21,7 @@ pub const GROUND_ALBEDO: Parameter = Parameter {
 /// The coherence length λ²/Δλ is 0.05 mm at 700 nm; at 1600 nm, 0.26 mm, it is as long as the round trip through the
 /// least thickness.
 pub const ICE_THICKNESS_RANGE: ParameterRange =
-    ParameterRange { quantity: "thickness of ice", least: 0.01, greatest: THICKNESS_RANGE.greatest, unit: "cm" };
+    ParameterRange { quantity: "thickness of ice", least: 0.01, greatest: THICKNESS.range.greatest, unit: "cm" };
 
 /// The word for a layer of clear ice, by the key `kind`.
 pub const ICE_KIND: &str = "ice";
@@ -216,7 +201,7 @@ impl Stack {
                 return Err(TransportError::Combination { quantity: "ice table", rule });
             }
         }
-        GROUND_ALBEDO_RANGE.check(self.ground_albedo)?;
+        GROUND_ALBEDO.range.check(self.ground_albedo)?;
         let bottom_cm = self.thickness_cm();
         for depth_cm in &self.depths_cm {
             if !(0.0..=bottom_cm * (1.0 + DEPTH_ROUNDING)).contains(depth_cm) {
@@ -395,7 +380,7 @@ impl Layer {
             return Ok(ICE_THICKNESS_RANGE.check(self.thickness_cm)?);
         };
         sample.check()?;
-        let check = if is_last { check_thickness } else { |thickness_cm| THICKNESS_RANGE.check(thickness_cm) };
+        let check = if is_last { check_thickness } else { |thickness_cm| THICKNESS.range.check(thickness_cm) };
         Ok(check(self.thickness_cm)?)
     }
 

@@ -6,9 +6,9 @@ use std::str::FromStr;
 use crate::dual::Dual;
 use crate::error::{TransportError, find_by_name};
 use crate::optics::Substance;
-use crate::sample::{DENSITY, SURFACE_AREA, SnowSample, WATER_SATURATION};
-use crate::slab::THICKNESS;
-use crate::stack::{GROUND_ALBEDO, Layer};
+use crate::parameters::{DENSITY, GROUND_ALBEDO, SURFACE_AREA, THICKNESS, WATER_SATURATION};
+use crate::sample::SnowSample;
+use crate::stack::Layer;
 
 /// A quantity with respect to which reflectance, transmittance and fluxes are differentiated; all others stay as they
 /// are. A layer of clear ice has the derivative 0 by all that is of layers but the thickness.

@@ -6,7 +6,8 @@ use clap::Args;
 use snowblue_figures::plot;
 use snowblue_figures::{Cell, DataTable, Metadata, format_number};
 use snowblue_transport::monte_carlo::{self, Distribution, GoniometricOptions, PatchGrid};
-use snowblue_transport::slab::{ANGLE, Estimate, Incidence, Slab, THICKNESS};
+use snowblue_transport::parameters::{ANGLE, THICKNESS};
+use snowblue_transport::slab::{Estimate, Incidence, Slab};
 
 use crate::options::{
     SnowOptions, limits,

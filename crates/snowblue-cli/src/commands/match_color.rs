@@ -6,7 +6,8 @@ use snowblue_database::fidelity::PERCEPTIBLE_DELTA_E;
 use snowblue_database::matching::{self, Given, Match as Found, Problem, Target};
 use snowblue_database::{DatabaseError, Interval};
 use snowblue_figures::{Cell, DataTable};
-use snowblue_transport::slab::{ANGLE, Incidence, THICKNESS};
+use snowblue_transport::parameters::{ANGLE, THICKNESS};
+use snowblue_transport::slab::Incidence;
 
 use crate::options::parse::{self, Span};
 use crate::options::{LightOptions, OrdinatesArguments, SnowOptions, limits};

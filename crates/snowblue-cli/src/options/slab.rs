@@ -1,7 +1,8 @@
 //! Thickness of a slab, and direction of the light.
 
 use clap::Args;
-use snowblue_transport::slab::{ANGLE, Incidence, THICKNESS};
+use snowblue_transport::parameters::{ANGLE, THICKNESS};
+use snowblue_transport::slab::Incidence;
 
 use super::{limits, parse};
 use crate::output::{Failure, Outcome};

@@ -3,9 +3,12 @@
 use clap::Args;
 use snowblue_figures::{Metadata, format_number};
 use snowblue_transport::optics::{IceTable, Impurities, Substance, impurity, water};
+use snowblue_transport::parameters::{
+    DENSITY, FACETNESS, GRAIN_SIZE, MASS_FRACTION, SPHERICITY, SURFACE_AREA, TEMPERATURE, WATER_SATURATION,
+};
 use snowblue_transport::sample::{
-    DENSITY, FACETNESS, GRAIN_SIZE, GrainSize, MASS_FRACTION, MEAN_SIZE_HALF_RANGE_UM, MEAN_SIZE_RANGE, SPHERICITY,
-    SURFACE_AREA, SizeMeasure, SnowDescription, SnowSample, SnowType, TEMPERATURE, TruncatedNormal, WATER_SATURATION,
+    GrainSize, MEAN_SIZE_HALF_RANGE_UM, MEAN_SIZE_RANGE, SizeMeasure, SnowDescription, SnowSample, SnowType,
+    TruncatedNormal,
 };
 use snowblue_transport::slab::Slab;
 

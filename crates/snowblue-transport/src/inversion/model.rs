@@ -8,7 +8,8 @@ use crate::TransportError;
 use crate::medium::{Demand, GrainTallies, Population};
 use crate::optics::Substance;
 use crate::ordinates::{DifferentiatedStack, Peak, differentiate_stack};
-use crate::sample::{GrainSize, SURFACE_AREA_RANGE, SnowSample};
+use crate::parameters::SURFACE_AREA;
+use crate::sample::{GrainSize, SnowSample};
 use crate::slab::Incidence;
 use crate::stack::{
     DepthDerivatives, DepthFluxes, ICE_THICKNESS_RANGE, Layer, Stack, StackDerivatives, StackRadiometry,
@@ -145,7 +146,7 @@ impl Inversion {
                 incidences.push(Incidence::Beam { angle_deg: GRAZING_DEG });
             }
             for sample in areas.iter().flat_map(|by| by.of(&observation.layers)).filter_map(Layer::sample) {
-                let coarsest = with(sample, Variable::SurfaceArea, SURFACE_AREA_RANGE.least);
+                let coarsest = with(sample, Variable::SurfaceArea, SURFACE_AREA.range.least);
                 if known.iter().any(|sample| sample.has_grains_of(&coarsest)) {
                     continue;
                 }

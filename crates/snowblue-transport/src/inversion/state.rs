@@ -3,9 +3,7 @@
 
 use snowblue_base::ParameterRange;
 
-use crate::sample::{DENSITY_RANGE, MASS_FRACTION_RANGE, SURFACE_AREA_RANGE, WATER_SATURATION_RANGE};
-use crate::slab::THICKNESS_RANGE;
-use crate::stack::GROUND_ALBEDO_RANGE;
+use crate::parameters::{DENSITY, GROUND_ALBEDO, MASS_FRACTION, SURFACE_AREA, THICKNESS, WATER_SATURATION};
 use crate::variable::Variable;
 
 /// Least value of quantities that may be 0, in their units.
@@ -49,15 +47,15 @@ impl Prior {
 #[must_use]
 pub fn state_range(variable: Variable) -> ParameterRange {
     let range = match variable {
-        Variable::SurfaceArea => SURFACE_AREA_RANGE,
-        Variable::Density => DENSITY_RANGE,
-        Variable::Thickness => THICKNESS_RANGE,
-        Variable::WaterSaturation => WATER_SATURATION_RANGE,
-        Variable::MassFraction(substance) => ParameterRange { quantity: substance.name(), ..MASS_FRACTION_RANGE },
+        Variable::SurfaceArea => SURFACE_AREA.range,
+        Variable::Density => DENSITY.range,
+        Variable::Thickness => THICKNESS.range,
+        Variable::WaterSaturation => WATER_SATURATION.range,
+        Variable::MassFraction(substance) => ParameterRange { quantity: substance.name(), ..MASS_FRACTION.range },
         Variable::CosIncidence => {
             ParameterRange { quantity: "cosine of the angle", least: LEAST_COSINE, greatest: 1.0, unit: "" }
         }
-        Variable::GroundAlbedo => GROUND_ALBEDO_RANGE,
+        Variable::GroundAlbedo => GROUND_ALBEDO.range,
     };
     let greatest = if is_fraction(variable) { 1.0 - LEAST } else { range.greatest };
     ParameterRange { least: range.least.max(LEAST), greatest, ..range }

@@ -8,8 +8,9 @@ use super::walk::{Absorption, Scatterers, walk};
 use crate::TransportError;
 use crate::batch::{Batch, BatchError, CaseFluxes, SlabCase};
 use crate::medium::Constituents;
+use crate::parameters::THICKNESS;
 use crate::rng::Stream;
-use crate::slab::{Estimate, Incidence, Radiometry, Slab, THICKNESS_RANGE};
+use crate::slab::{Estimate, Incidence, Radiometry, Slab};
 use crate::stack::{Layer, Stack};
 
 /// Mean paths of all rays of a slab at one wavelength; they do not depend on absorption.
@@ -123,7 +124,7 @@ pub fn solve_batch(
 ) -> Result<Vec<CaseFluxes>, BatchError> {
     batch.check()?;
     for (number, case) in batch.cases.iter().enumerate() {
-        let finite = THICKNESS_RANGE.check(case.thickness_cm);
+        let finite = THICKNESS.range.check(case.thickness_cm);
         finite.map_err(|error| BatchError { case: Some(number), error: error.into() })?;
     }
     let mut parts: Vec<(Vec<usize>, Option<Slab>)> = Vec::new();

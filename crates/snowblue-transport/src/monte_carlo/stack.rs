@@ -13,8 +13,9 @@ use super::walk::{Absorption, Paths, Scatterers, scattered_cosine};
 use crate::TransportError;
 use crate::medium::{Constituents, hit_size_m};
 use crate::optics::{Ice, polarised};
+use crate::parameters::THICKNESS;
 use crate::rng::Stream;
-use crate::slab::{Radiometry, THICKNESS_RANGE};
+use crate::slab::Radiometry;
 use crate::stack::{LayerKind, Stack};
 
 /// A stack at one wavelength.
@@ -60,7 +61,7 @@ pub fn solve_stack(
     progress: &(dyn Fn(RayProgress) + Sync),
 ) -> Result<Vec<Radiometry>, TransportError> {
     stack.check()?;
-    stack.layers.iter().try_for_each(|layer| THICKNESS_RANGE.check(layer.thickness_cm))?;
+    stack.layers.iter().try_for_each(|layer| THICKNESS.range.check(layer.thickness_cm))?;
     check_rays(options.rays)?;
     let mut answer = Vec::new();
     let total = (stack.incidences.len() * stack.wavelengths_nm.len()) as u64 * options.rays;

@@ -12,14 +12,11 @@ use std::fmt;
 use std::str::FromStr;
 use std::sync::LazyLock;
 
-use snowblue_base::{ParameterRange, RangeError};
+use snowblue_base::RangeError;
 
 use super::spectral_table::{SpectralTable, WavelengthRange};
 use crate::error::{TransportError, find_by_name};
-
-/// Mass fraction of an impurity, in ng/g: up to a hundredth of the snow.
-pub const MASS_FRACTION_RANGE: ParameterRange =
-    ParameterRange { quantity: "mass fraction of an impurity", least: 0.0, greatest: 1e7, unit: "ng/g" };
+use crate::parameters::MASS_FRACTION;
 
 /// Wavelengths that the table covers.
 pub const WAVELENGTH_RANGE: WavelengthRange = WavelengthRange::new(305.0, 1495.0);
@@ -178,7 +175,7 @@ impl Impurities {
     /// # Errors
     /// [`RangeError::OutOfRange`] for one outside 0–10⁷ ng/g.
     pub(crate) fn check(&self) -> Result<(), RangeError> {
-        self.0.iter().try_for_each(|mass_fraction_ng_g| MASS_FRACTION_RANGE.check(*mass_fraction_ng_g))
+        self.0.iter().try_for_each(|mass_fraction_ng_g| MASS_FRACTION.range.check(*mass_fraction_ng_g))
     }
 
     /// Checks that the table covers `wavelength_nm`, unless the snow is clean.

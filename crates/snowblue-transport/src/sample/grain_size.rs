@@ -16,19 +16,19 @@
 
 use snowblue_base::{ParameterRange, RangeError};
 
-use super::ranges::{GRAIN_SIZE_RANGE, SURFACE_AREA_RANGE, TEMPERATURE_RANGE};
 use crate::TransportError;
 use crate::grain::SizeMeasure;
 use crate::optics::ice;
+use crate::parameters::{GRAIN_SIZE, SURFACE_AREA, TEMPERATURE};
 
 /// Half-width of the range that a mean grain size represents, in µm (the paper's Table S1: 200–300 for 250).
 pub const MEAN_SIZE_HALF_RANGE_UM: f64 = 50.0;
 /// Mean grain size whose range lies in that of grain sizes, in µm.
 pub const MEAN_SIZE_RANGE: ParameterRange = ParameterRange {
     quantity: "mean grain size",
-    least: GRAIN_SIZE_RANGE.least + MEAN_SIZE_HALF_RANGE_UM,
-    greatest: GRAIN_SIZE_RANGE.greatest - MEAN_SIZE_HALF_RANGE_UM,
-    unit: GRAIN_SIZE_RANGE.unit,
+    least: GRAIN_SIZE.range.least + MEAN_SIZE_HALF_RANGE_UM,
+    greatest: GRAIN_SIZE.range.greatest - MEAN_SIZE_HALF_RANGE_UM,
+    unit: GRAIN_SIZE.range.unit,
 };
 
 /// Age of snow, in hours: up to a year.
@@ -68,7 +68,7 @@ impl GrainSize {
     /// # Errors
     /// [`TransportError::Range`] for an area outside 1.4–300 m²/kg.
     pub fn from_specific_surface_area(area_m2_kg: f64, temperature_c: f64) -> Result<Self, TransportError> {
-        SURFACE_AREA_RANGE.check(area_m2_kg)?;
+        SURFACE_AREA.range.check(area_m2_kg)?;
         let diameter_um = 6e6 / (ice::density_kg_m3(temperature_c) * area_m2_kg);
         Ok(Self { min_um: diameter_um, max_um: diameter_um, measure: SizeMeasure::OpticalDiameter })
     }
@@ -108,7 +108,7 @@ impl GrainSize {
     }
 
     pub(super) fn check(&self) -> Result<(), RangeError> {
-        GRAIN_SIZE_RANGE.check_interval(self.min_um, self.max_um)
+        GRAIN_SIZE.range.check_interval(self.min_um, self.max_um)
     }
 }
 
@@ -142,8 +142,8 @@ pub fn aged_surface_area_m2_kg(
     age_h: f64,
     metamorphism: Metamorphism,
 ) -> Result<f64, TransportError> {
-    SURFACE_AREA_RANGE.check(new_m2_kg)?;
-    TEMPERATURE_RANGE.check(temperature_c)?;
+    SURFACE_AREA.range.check(new_m2_kg)?;
+    TEMPERATURE.range.check(temperature_c)?;
     AGE_RANGE.check(age_h)?;
     /// cm²/g per m²/kg.
     const CM2_G: f64 = 10.0;
@@ -154,11 +154,11 @@ pub fn aged_surface_area_m2_kg(
     };
     if a <= 0.0 {
         let rule = "of new snow is too small for the law of ageing in a gradient of temperature";
-        return Err(TransportError::Combination { quantity: SURFACE_AREA_RANGE.quantity, rule });
+        return Err(TransportError::Combination { quantity: SURFACE_AREA.range.quantity, rule });
     }
     // Written so that the age 0 gives the area of new snow to the last bit.
     let aged_m2_kg = new_m2_kg - a / CM2_G * (age_h * (-(b - new) / a).exp()).ln_1p();
-    ParameterRange { quantity: "specific surface area after ageing", ..SURFACE_AREA_RANGE }.check(aged_m2_kg)?;
+    ParameterRange { quantity: "specific surface area after ageing", ..SURFACE_AREA.range }.check(aged_m2_kg)?;
     Ok(aged_m2_kg)
 }
 

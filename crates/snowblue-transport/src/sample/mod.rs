@@ -1,8 +1,7 @@
-//! The composition of snow: a [`SnowSample`], the ranges of its parameters, kinds of snow by name, a sample from what
-//! is known of a snow (as values or as words), alternative readings of a sample, and the ageing of its surface.
+//! The composition of snow: a [`SnowSample`], kinds of snow by name, a sample from what is known of a snow (as values or
+//! as words), and the ageing of its surface.
 
 mod grain_size;
-mod ranges;
 mod snow_description;
 mod snow_sample;
 mod snow_type;
@@ -11,12 +10,6 @@ mod truncated_normal;
 pub use crate::grain::SizeMeasure;
 pub use grain_size::{
     AGE_RANGE, GrainSize, MEAN_SIZE_HALF_RANGE_UM, MEAN_SIZE_RANGE, Metamorphism, aged_surface_area_m2_kg,
-};
-pub(crate) use ranges::PAPER;
-pub use ranges::{
-    DENSITY, DENSITY_RANGE, FACETNESS, FACETNESS_RANGE, GRAIN_SIZE, GRAIN_SIZE_RANGE, MASS_FRACTION,
-    MASS_FRACTION_RANGE, SPHERICITY, SPHERICITY_RANGE, SURFACE_AREA, SURFACE_AREA_RANGE, TEMPERATURE,
-    TEMPERATURE_RANGE, WATER_SATURATION, WATER_SATURATION_RANGE,
 };
 pub use snow_description::{SnowDescription, SnowKeyError, SnowKeys};
 pub use snow_sample::SnowSample;

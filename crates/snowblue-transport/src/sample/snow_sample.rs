@@ -2,21 +2,24 @@
 //!
 //! The parameters are those of the paper's Tables 1 and S1 (Varsa & Baranoski 2024, doi:10.1109/MCG.2023.3307517).
 
+use snowblue_base::ParameterRange;
 use snowblue_base::hash::Fnv1a;
 
 use super::grain_size::{GrainSize, MEAN_SIZE_HALF_RANGE_UM};
-use super::ranges::{
-    DENSITY, DENSITY_RANGE, FACETNESS, FACETNESS_DEVIATION_RANGE, FACETNESS_RANGE, GRAIN_SIZE, SPHERICITY,
-    SPHERICITY_DEVIATION_RANGE, SPHERICITY_RANGE, TEMPERATURE, TEMPERATURE_RANGE, WATER_SATURATION,
-    WATER_SATURATION_RANGE,
-};
 use super::truncated_normal::TruncatedNormal;
 use crate::TransportError;
 use crate::grain::{SizeMeasure, Spheroid};
 use crate::optics::ice::{self, Ice, IceTable};
 use crate::optics::impurity::{self, Impurities};
 use crate::optics::{WavelengthRange, water};
+use crate::parameters::{DENSITY, FACETNESS, GRAIN_SIZE, SPHERICITY, TEMPERATURE, WATER_SATURATION};
 
+/// Standard deviation of the sphericity before truncation.
+const SPHERICITY_DEVIATION_RANGE: ParameterRange =
+    ParameterRange { quantity: "standard deviation of sphericity", least: 0.0, greatest: 10.0, unit: "" };
+/// Standard deviation of the facetness before truncation.
+const FACETNESS_DEVIATION_RANGE: ParameterRange =
+    ParameterRange { quantity: "standard deviation of facetness", least: 0.0, greatest: 10.0, unit: "" };
 /// Densities up to this one are meant as those of ice, in kg/m³: that of −60 °C is 925.4.
 const DENSEST_ICE_KG_M3: f64 = 926.0;
 
@@ -113,18 +116,18 @@ impl SnowSample {
     /// Reports the first quantity that lies outside its range.
     pub fn check(&self) -> Result<(), TransportError> {
         self.grain_size.check()?;
-        self.sphericity.check(&SPHERICITY_RANGE, &SPHERICITY_DEVIATION_RANGE)?;
-        self.facetness.check(&FACETNESS_RANGE, &FACETNESS_DEVIATION_RANGE)?;
-        DENSITY_RANGE.check(self.density_kg_m3).map_err(|error| {
-            if (DENSITY_RANGE.greatest..DENSEST_ICE_KG_M3).contains(&self.density_kg_m3) {
+        self.sphericity.check(&SPHERICITY.range, &SPHERICITY_DEVIATION_RANGE)?;
+        self.facetness.check(&FACETNESS.range, &FACETNESS_DEVIATION_RANGE)?;
+        DENSITY.range.check(self.density_kg_m3).map_err(|error| {
+            if (DENSITY.range.greatest..DENSEST_ICE_KG_M3).contains(&self.density_kg_m3) {
                 TransportError::ClearIce { error }
             } else {
                 error.into()
             }
         })?;
-        WATER_SATURATION_RANGE.check(self.water_saturation)?;
+        WATER_SATURATION.range.check(self.water_saturation)?;
         self.impurities.check()?;
-        Ok(TEMPERATURE_RANGE.check(self.temperature_c)?)
+        Ok(TEMPERATURE.range.check(self.temperature_c)?)
     }
 
     /// The wavelengths that the tables of ice and of the water and impurities in the sample cover.

@@ -2,8 +2,8 @@
 
 use snowblue_base::{ParameterRange, RangeError};
 
-use super::ranges::FACETNESS_RANGE;
 use crate::TransportError;
+use crate::parameters::FACETNESS;
 use crate::quadrature::Quadrature;
 
 /// Standard deviation of the facetness that a mean represents (the paper's Table S1).
@@ -35,8 +35,8 @@ impl TruncatedNormal {
     #[must_use]
     pub fn facetness_around(mean: f64) -> Self {
         Self {
-            min: (mean - MEAN_FACETNESS_HALF_RANGE).max(FACETNESS_RANGE.least),
-            max: (mean + MEAN_FACETNESS_HALF_RANGE).min(FACETNESS_RANGE.greatest),
+            min: (mean - MEAN_FACETNESS_HALF_RANGE).max(FACETNESS.range.least),
+            max: (mean + MEAN_FACETNESS_HALF_RANGE).min(FACETNESS.range.greatest),
             mean,
             standard_deviation: MEAN_FACETNESS_DEVIATION,
         }
@@ -49,7 +49,7 @@ impl TruncatedNormal {
     /// For another count of numbers, and for a mean outside 0–1.
     pub fn facetness(numbers: &[f64]) -> Result<Self, TransportError> {
         if let [mean] = *numbers {
-            FACETNESS_RANGE.check(mean)?;
+            FACETNESS.range.check(mean)?;
             return Ok(Self::facetness_around(mean));
         }
         Self::of_four(numbers).ok_or(TransportError::Count {

@@ -7,7 +7,8 @@ use crate::TransportError;
 use crate::medium::{Demand, GrainTallies, HenyeyGreenstein, Medium, Population, Scattering};
 use crate::optics::ice::Ice;
 use crate::ordinates::{OrdinatesOptions, Peak, Streams};
-use crate::sample::{GrainSize, SizeMeasure, SnowSample, TruncatedNormal, WATER_SATURATION_RANGE};
+use crate::parameters::WATER_SATURATION;
+use crate::sample::{GrainSize, SizeMeasure, SnowSample, TruncatedNormal};
 use crate::slab::{Incidence, Slab};
 
 mod two_stream;
@@ -95,7 +96,7 @@ impl<'s> Simplifier<'s> {
     pub fn new(slab: &'s Slab, options: &OrdinatesOptions) -> Result<Self, TransportError> {
         slab.check()?;
         options.streams.check()?;
-        ParameterRange { greatest: 0.0, ..WATER_SATURATION_RANGE }.check(slab.sample.water_saturation)?;
+        ParameterRange { greatest: 0.0, ..WATER_SATURATION.range }.check(slab.sample.water_saturation)?;
         if !slab.sample.impurities.is_none() || slab.incidences.contains(&Incidence::Diffuse) {
             return Err(TransportError::Missing { quantity: "clean snow under beams" });
         }

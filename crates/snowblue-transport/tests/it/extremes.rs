@@ -6,11 +6,11 @@ use snowblue_transport::ParameterRange;
 use snowblue_transport::monte_carlo::{self, MonteCarloOptions};
 use snowblue_transport::optics::{IceTable, Impurities, Substance};
 use snowblue_transport::ordinates::{self, OrdinatesOptions, Streams};
-use snowblue_transport::sample::{
-    DENSITY_RANGE, FACETNESS_RANGE, GRAIN_SIZE_RANGE, GrainSize, MASS_FRACTION_RANGE, SPHERICITY_RANGE, SizeMeasure,
-    SnowSample, TEMPERATURE_RANGE, TruncatedNormal, WATER_SATURATION_RANGE,
+use snowblue_transport::parameters::{
+    ANGLE, DENSITY, FACETNESS, GRAIN_SIZE, MASS_FRACTION, SPHERICITY, TEMPERATURE, THICKNESS, WATER_SATURATION,
 };
-use snowblue_transport::slab::{ANGLE_RANGE, Estimate, Incidence, Slab, THICKNESS_RANGE};
+use snowblue_transport::sample::{GrainSize, SizeMeasure, SnowSample, TruncatedNormal};
+use snowblue_transport::slab::{Estimate, Incidence, Slab};
 
 /// A small tally: the laws hold for any phase function, and standard errors include its noise.
 const FEW_RAYS: OrdinatesOptions = OrdinatesOptions { streams: Streams::Auto, tally_rays: 4096, seed: 1 };
@@ -39,10 +39,10 @@ fn distribution(range: ParameterRange) -> impl Strategy<Value = TruncatedNormal>
 
 prop_compose! {
     fn samples()(
-        size_um in interval(GRAIN_SIZE_RANGE), sphericity in distribution(SPHERICITY_RANGE),
-        facetness in distribution(FACETNESS_RANGE), density_kg_m3 in within(DENSITY_RANGE),
-        water_saturation in within(WATER_SATURATION_RANGE), temperature_c in within(TEMPERATURE_RANGE),
-        impurity in prop::option::of((prop::sample::select(Substance::ALL.to_vec()), within(MASS_FRACTION_RANGE))),
+        size_um in interval(GRAIN_SIZE.range), sphericity in distribution(SPHERICITY.range),
+        facetness in distribution(FACETNESS.range), density_kg_m3 in within(DENSITY.range),
+        water_saturation in within(WATER_SATURATION.range), temperature_c in within(TEMPERATURE.range),
+        impurity in prop::option::of((prop::sample::select(Substance::ALL.to_vec()), within(MASS_FRACTION.range))),
         is_picard in any::<bool>(),
     ) -> SnowSample {
         SnowSample {
@@ -74,7 +74,7 @@ proptest! {
     /// In any snow R, T and A are fractions with the sum 1, and thicker snow transmits less and reflects more.
     #[test]
     fn fluxes_are_fractions_in_any_snow(
-        sample in samples(), thickness_cm in within(THICKNESS_RANGE), angle_deg in within(ANGLE_RANGE),
+        sample in samples(), thickness_cm in within(THICKNESS.range), angle_deg in within(ANGLE.range),
     ) {
         let thicknesses_cm = vec![0.0, 1e-3 * thickness_cm, thickness_cm];
         let incidences = vec![Incidence::Beam { angle_deg }, Incidence::Diffuse];

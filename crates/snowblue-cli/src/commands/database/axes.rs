@@ -7,10 +7,11 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use snowblue_database::axes_file::{self, AxesFileError};
 use snowblue_database::{Axes, Property, PropertyAxis};
 use snowblue_transport::optics::IceTable;
-use snowblue_transport::sample::{
-    DENSITY, FACETNESS, MASS_FRACTION, MEAN_SIZE_HALF_RANGE_UM, MEAN_SIZE_RANGE, TEMPERATURE, WATER_SATURATION,
+use snowblue_transport::parameters::{
+    ANGLE, DENSITY, FACETNESS, MASS_FRACTION, TEMPERATURE, THICKNESS, WATER_SATURATION,
 };
-use snowblue_transport::slab::{ANGLE, Incidence, THICKNESS};
+use snowblue_transport::sample::{MEAN_SIZE_HALF_RANGE_UM, MEAN_SIZE_RANGE};
+use snowblue_transport::slab::Incidence;
 
 use crate::input::SettingsFile;
 use crate::options::limits::{self, described};

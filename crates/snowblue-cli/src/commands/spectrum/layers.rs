@@ -7,8 +7,9 @@ use snowblue_figures::{Cell, Metadata, format_number};
 use snowblue_transport::layer_file::{LayerFile, LayerFileError};
 use snowblue_transport::optics::Substance;
 use snowblue_transport::optics::WavelengthRange;
+use snowblue_transport::parameters::GROUND_ALBEDO;
 use snowblue_transport::slab::Slab;
-use snowblue_transport::stack::{GROUND_ALBEDO, Layer, Stack, StackRadiometry};
+use snowblue_transport::stack::{Layer, Stack, StackRadiometry};
 
 use crate::input::SettingsFile;
 use crate::options::{limits, parse};
