@@ -4,7 +4,8 @@
 #![allow(clippy::print_stdout, reason = "the example prints its result")]
 
 use snowblue_transport::ordinates::{self, OrdinatesOptions};
-use snowblue_transport::{Impurities, Incidence, Layer, SnowSample, SnowType, Stack, Substance, TransportError};
+use snowblue_transport::sample::SnowType;
+use snowblue_transport::{Impurities, Incidence, Layer, SnowSample, Stack, Substance, TransportError};
 
 fn main() -> Result<(), TransportError> {
     let black_carbon = Impurities::none().with(Substance::BlackCarbon, 20.0);

@@ -11,7 +11,7 @@
 //! ```
 //!
 //! A [`SnowSample`] describes the snow, a [`Slab`] or a [`Stack`] describes thicknesses, light and wavelengths, and
-//! both engines return [`Radiometry`]: [`ordinates::solve`] and [`monte_carlo::solve`] for slabs,
+//! both engines return [`Radiometry`](slab::Radiometry): [`ordinates::solve`] and [`monte_carlo::solve`] for slabs,
 //! [`ordinates::solve_stack`] and [`monte_carlo::solve_stack`] for stacks. A [`batch`] has many slabs,
 //! each with its own snow, thickness, light and ground. A [`layer_file`] describes layers as text.
 //!
@@ -72,9 +72,9 @@ pub use medium::{
     Demand, GrainOptics, GrainTallies, HenyeyGreenstein, Medium, Microstructure, PhaseFunction, PhasePlan, Population,
     Scattering, TallyPlan,
 };
-pub use optics::{Ice, IceTable, Impurities, Substance};
-pub use sample::{GrainSize, SizeMeasure, SnowSample, SnowType, TruncatedNormal};
-pub use slab::{Estimate, Incidence, Radiometry, Slab};
+pub use optics::{IceTable, Impurities, Substance};
+pub use sample::{GrainSize, SnowSample, TruncatedNormal};
+pub use slab::{Incidence, Slab};
 pub use snowblue_base::{Parameter, ParameterRange, RangeError, short_number};
-pub use stack::{DepthDerivatives, DepthFluxes, Layer, LayerKind, Stack, StackDerivatives, StackRadiometry};
+pub use stack::{Layer, Stack};
 pub use variable::{LayerVariable, Variable};

@@ -9,7 +9,7 @@
 use snowblue_base::ParameterRange;
 
 use crate::error::TransportError;
-use crate::optics::{Ice, IceTable, WavelengthRange};
+use crate::optics::{IceTable, WavelengthRange};
 use crate::parameters::{GROUND_ALBEDO, THICKNESS};
 use crate::sample::SnowSample;
 use crate::slab::{
@@ -367,7 +367,7 @@ impl Layer {
     pub fn wavelength_range(&self) -> WavelengthRange {
         match &self.kind {
             LayerKind::Snow(sample) => sample.wavelength_range(),
-            LayerKind::Ice(table) => Ice::new(*table).wavelength_range(),
+            LayerKind::Ice(table) => table.wavelength_range(),
         }
     }
 

@@ -168,16 +168,6 @@ impl BandWeights {
     }
 }
 
-impl Broadband {
-    /// Transmitted photon flux under the full sun of the spectrum, in µmol m⁻² s⁻¹; for PAR only.
-    #[must_use]
-    pub fn transmitted_par_umol_m2_s(&self) -> Option<Estimate> {
-        let sun = photon_flux_umol_m2_s(self.range);
-        let Estimate { value, standard_error } = self.transmittance;
-        (self.band == Band::Par).then_some(Estimate { value: sun * value, standard_error: sun * standard_error })
-    }
-}
-
 /// Spectral irradiance of the sun at a wavelength, in W m⁻² nm⁻¹.
 ///
 /// The sun is brightest in the blue and the green:
@@ -547,16 +537,6 @@ mod tests {
                 assert!((mean(&wavelengths_nm).value / expected - 1.0).abs() < 1e-13, "{band:?}");
             }
         }
-    }
-
-    #[test]
-    fn par_has_a_photon_flux() {
-        let wavelengths_nm = steps(400, 700, 10);
-        let of =
-            |band| BandWeights::new(band, WARREN, &wavelengths_nm).unwrap().broadband(&curve(&wavelengths_nm, |_| 0.5));
-        let flux = of(Band::Par).transmitted_par_umol_m2_s().unwrap();
-        assert!((flux.value - 988.93).abs() < 0.1 && (flux.standard_error - 98.893).abs() < 0.01, "{flux:?}");
-        assert_eq!(of(Band::Visible).transmitted_par_umol_m2_s(), None);
     }
 
     #[test]

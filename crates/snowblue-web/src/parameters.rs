@@ -5,7 +5,7 @@ use snowblue_color::exposure::GREATEST_STOPS;
 use snowblue_color::shader::display_glsl;
 use snowblue_color::{Illuminant, LinearRgb, Observer};
 use snowblue_sky::{ELEVATION_RANGE_DEG, TURBIDITY_RANGE};
-use snowblue_transport::optics::{Ice, Substance, ice};
+use snowblue_transport::optics::{IceTable, Substance, ice};
 use snowblue_transport::parameters::PARAMETERS;
 use snowblue_transport::sample::{SnowSample, SnowType, TruncatedNormal};
 use snowblue_transport::{Parameter, ParameterRange};
@@ -140,7 +140,7 @@ pub fn wavelength_colors() -> String {
 #[wasm_bindgen]
 #[must_use]
 pub fn ice() -> String {
-    let ice = Ice::warren_brandt_2008();
+    let ice = IceTable::WarrenBrandt2008;
     let absorption_per_m = (400..=700).step_by(10).map(|wavelength_nm| ice.absorption_per_m(f64::from(wavelength_nm)));
     json!({
         "density_kg_m3": ice::density_kg_m3(0.0),

@@ -3,7 +3,7 @@
 use clap::Args;
 use snowblue_figures::DataTable;
 use snowblue_transport::HenyeyGreenstein;
-use snowblue_transport::ordinates::{self, HomogeneousMedium};
+use snowblue_transport::ordinates::{self, HomogeneousMedium, Streams};
 
 use crate::options::parse;
 use crate::output::{Failure, Outcome, OutputOptions};
@@ -44,7 +44,7 @@ pub(crate) struct Slab {
 
 impl Slab {
     pub(crate) fn run(&self, quiet: bool) -> Outcome {
-        ordinates::check_streams(self.streams).map_err(Failure::input)?;
+        Streams::Exactly(self.streams).check().map_err(Failure::input)?;
         for (option, value, low, high) in [
             ("--one-minus-omega", self.one_minus_omega, 0.0, 1.0),
             ("--g", self.g, -0.9, 1.0),

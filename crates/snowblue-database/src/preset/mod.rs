@@ -26,7 +26,7 @@ use snowblue_transport::monte_carlo::{BeamPlan, NarrowBeam};
 use snowblue_transport::ordinates::{Fluxes, OrdinatesOptions, Peak, Streams};
 use snowblue_transport::sample::SnowSample;
 use snowblue_transport::slab::Incidence;
-use snowblue_transport::{Demand, Ice, PhaseFunction, PhasePlan, TransportError};
+use snowblue_transport::{Demand, PhaseFunction, PhasePlan, TransportError};
 
 pub use inversion::AlbedoInversion;
 use inversion::bisect;
@@ -224,7 +224,7 @@ impl SnowReference {
         Ok(Self {
             spectrum,
             colorimeter: colorimeter.clone(),
-            index: Ice::new(sample.ice).index(MIDDLE_NM),
+            index: sample.ice.index(MIDDLE_NM),
             beam_transport_length: 1.0 / (1.0 - (1.0 - middle.one_minus_albedo) * middle.asymmetry()),
             beam: NarrowBeam::new(&phase, LIGHTS[0], &[], &beam_plan(&phase)),
         })

@@ -3,7 +3,7 @@
 use snowblue_color::difference::MIDDLE_GREY;
 use snowblue_color::{ColorDifference, Colorimeter, Illuminant, Lab, LinearRgb, Observer, Xyz};
 use snowblue_database::fidelity::PERCEPTIBLE_DELTA_E;
-use snowblue_transport::ordinates::{OrdinatesOptions, solve, solve_alike};
+use snowblue_transport::ordinates::{OrdinatesOptions, solve, solve_each};
 use snowblue_transport::sample::{GrainSize, SnowSample, TruncatedNormal};
 use snowblue_transport::slab::{Incidence, Slab};
 
@@ -101,7 +101,7 @@ fn swatches_of_figures_5_to_8() {
 #[test]
 fn larger_grains_are_more_vivid_at_one_exposure() {
     let sizes = [100.0, 250.0, 500.0].map(|size_um| snow(size_um, 0.3, 300.0));
-    let solved = solve_alike(&sizes, &slab(sizes[0], &[30.0], &[0.0], tens()), &OPTIONS).unwrap();
+    let solved = solve_each(&sizes, &slab(sizes[0], &[30.0], &[0.0], tens()), &OPTIONS).unwrap();
     let observer = colorimeter("D65");
     let light = |size: usize| {
         let transmitted: Vec<f64> = solved[size].spectrum(0, 0).iter().map(|fluxes| fluxes.transmittance).collect();

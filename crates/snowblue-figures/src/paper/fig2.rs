@@ -6,7 +6,7 @@ use std::ops::{Range, RangeInclusive};
 
 use glam::DVec2;
 use snowblue_transport::grain::ROUGHNESS_PER_FACETNESS;
-use snowblue_transport::optics::Ice;
+use snowblue_transport::optics::IceTable;
 use snowblue_transport::optics::fresnel;
 use snowblue_transport::rng::Stream;
 
@@ -92,7 +92,7 @@ struct Refracted {
 }
 
 pub(crate) fn figure() -> Result<Figure, FigureError> {
-    let index = Ice::warren_brandt_2008().index(WAVELENGTH_NM);
+    let index = IceTable::WarrenBrandt2008.index(WAVELENGTH_NM);
     let grains = grains();
     let paths = paths(&grains, index)?;
     let ice: f64 = grains.iter().map(|grain| 0.25 * std::f64::consts::PI * grain.long * grain.short).sum();

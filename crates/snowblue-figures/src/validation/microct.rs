@@ -1,7 +1,7 @@
 //! Our grains against micro-tomograms: extinction, path enhancement and asymmetry, and the effect of the differences.
 
 use snowblue_transport::measured::{Line, Point, Tomogram, fit_line, mean_and_deviation, tomograms};
-use snowblue_transport::optics::Ice;
+
 use snowblue_transport::ordinates::{OrdinatesOptions, Peak, Streams};
 use snowblue_transport::sample::SnowSample;
 use snowblue_transport::slab::Incidence;
@@ -135,7 +135,7 @@ fn effects(media: &[Medium], ours: &GrainOptics, theirs: &GrainOptics) -> Figure
     let surface_area_m2_kg = 4.0 * sample.extinction_per_m() / sample.density_kg_m3;
     let snow = Microstructure { density_kg_m3: sample.density_kg_m3, surface_area_m2_kg };
     let medium = |optics: &GrainOptics, nm: f64| {
-        let absorption_per_m = Ice::new(sample.ice).absorption_per_m(nm);
+        let absorption_per_m = sample.ice.absorption_per_m(nm);
         optics.medium(&snow, absorption_per_m)
     };
     let row = |name: &str, medium: &dyn Fn(usize) -> Medium| {

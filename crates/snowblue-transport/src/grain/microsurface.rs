@@ -14,22 +14,22 @@ use glam::DVec3;
 use crate::rng::{Stream, unit_circle};
 
 /// Below this roughness a surface is treated as smooth.
-pub const SMOOTH_BELOW_ROUGHNESS: f64 = 1e-4;
+pub(crate) const SMOOTH_BELOW_ROUGHNESS: f64 = 1e-4;
 
 /// Light after an interface.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Outcome {
+pub(crate) struct Outcome {
     /// Direction of travel in the frame of the interface; z > 0 on the side of incidence.
-    pub direction: DVec3,
+    pub(crate) direction: DVec3,
     /// Whether it was transmitted to the other side.
-    pub transmitted: bool,
+    pub(crate) transmitted: bool,
 }
 
 /// Reflects or transmits light that travels along `direction` (z < 0) at an interface of roughness α.
 ///
 /// `relative_index` is the index of the far side over that of the near side.
 #[inline]
-pub fn interact(direction: DVec3, roughness: f64, relative_index: f64, stream: &mut Stream) -> Outcome {
+pub(crate) fn interact(direction: DVec3, roughness: f64, relative_index: f64, stream: &mut Stream) -> Outcome {
     let step = Step { index: relative_index, inverse: 1.0 / relative_index };
     if roughness < SMOOTH_BELOW_ROUGHNESS {
         let hit = hit_facet(direction, DVec3::Z, step, stream);

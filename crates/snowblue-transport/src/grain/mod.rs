@@ -8,7 +8,7 @@
 //!
 //! Directions depend on shape, roughness and index alone; the ice path is proportional to the size.
 
-pub mod microsurface;
+pub(crate) mod microsurface;
 mod spheroid;
 
 use crate::rng::Stream;

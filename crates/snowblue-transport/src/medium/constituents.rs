@@ -16,7 +16,7 @@
 //! ρ c E (1 − ω) to the absorption of the pores and ρ c E ω to the scattering.
 
 use crate::dual::{Dual, Real};
-use crate::optics::ice::{Ice, IceTable};
+use crate::optics::ice::IceTable;
 use crate::optics::impurity::Substance;
 use crate::optics::water;
 use crate::sample::SnowSample;
@@ -114,7 +114,7 @@ impl Composition {
 impl<T: Real> Composition<T> {
     /// The constituents at a wavelength that the tables cover.
     pub(crate) fn at(&self, wavelength_nm: f64) -> Constituents<T> {
-        let (ice, wet) = (Ice::new(self.ice), self.water_saturation);
+        let (ice, wet) = (self.ice, self.water_saturation);
         let (index, absorption_per_m) = (ice.index(wavelength_nm), ice.absorption_per_m(wavelength_nm));
         let (water_index, water_absorption_per_m) = if wet.is_zero() {
             (1.0, 0.0)

@@ -6,7 +6,7 @@ use super::population::Population;
 use super::scattering::{HenyeyGreenstein, Medium, Scattering, mix};
 use super::tally::{TallyPart, TallyPlan, TallyRequest};
 use crate::dual::Real;
-use crate::optics::ice::{Ice, IceTable};
+use crate::optics::ice::IceTable;
 use crate::sample::{GrainSize, SnowSample};
 
 /// The samples that one set of tallies must cover.
@@ -152,7 +152,7 @@ impl GrainTallies {
     #[must_use]
     pub fn grain_optics(&self, sample: &SnowSample, wavelength_nm: f64) -> GrainOptics {
         const WEAK_PER_M: f64 = 1e-6;
-        let scattering = self.in_air(&sample.grain_size, Ice::new(sample.ice).index(wavelength_nm), WEAK_PER_M);
+        let scattering = self.in_air(&sample.grain_size, sample.ice.index(wavelength_nm), WEAK_PER_M);
         let per_ice = sample.extinction_per_m() / (sample.ice_fraction() * WEAK_PER_M);
         GrainOptics {
             extinction_ratio: 1.0,

@@ -20,7 +20,7 @@ use rayon::prelude::*;
 use super::rays::{MonteCarloOptions, RayProgress, cos_incidence};
 use super::walk::{Absorption, Paths, Scatterers, scattered_cosine};
 use crate::medium::{Constituents, hit_size_m};
-use crate::optics::{Ice, IndexNodes};
+use crate::optics::IndexNodes;
 use crate::rng::Stream;
 use crate::sample::SnowSample;
 use crate::slab::{Estimate, Incidence, Radiometry, Slab};
@@ -143,10 +143,10 @@ pub(super) fn trace_nodes(sample: &SnowSample, wavelengths_nm: &[f64], constitue
         let unit_weights = |place: usize| (0..count).map(|node| if node == place { 1.0 } else { 0.0 }).collect();
         return TraceNodes { wavelengths_nm: wavelengths_nm.to_vec(), weights: (0..count).map(unit_weights).collect() };
     }
-    let ice = Ice::new(sample.ice);
-    let nodes = IndexNodes::new(&ice, wavelengths_nm);
+    let ice = sample.ice;
+    let nodes = IndexNodes::new(ice, wavelengths_nm);
     let weights = wavelengths_nm.iter().map(|wavelength_nm| nodes.weights(ice.index(*wavelength_nm))).collect();
-    TraceNodes { wavelengths_nm: nodes.wavelengths_nm(&ice, ice.wavelength_range()), weights }
+    TraceNodes { wavelengths_nm: nodes.wavelengths_nm(ice, ice.wavelength_range()), weights }
 }
 
 impl Trace {

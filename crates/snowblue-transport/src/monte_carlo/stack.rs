@@ -12,7 +12,7 @@ use super::rays::{MonteCarloOptions, RayProgress, check_rays, cos_incidence, sum
 use super::walk::{Absorption, Paths, Scatterers, scattered_cosine};
 use crate::TransportError;
 use crate::medium::{Constituents, hit_size_m};
-use crate::optics::{Ice, polarised};
+use crate::optics::polarised;
 use crate::parameters::THICKNESS;
 use crate::rng::Stream;
 use crate::slab::Radiometry;
@@ -107,7 +107,7 @@ impl OpticalStack {
                     pores_above += constituents.pore_absorption_per_m * thickness_m;
                 }
                 LayerKind::Ice(table) => {
-                    let ice = Ice::new(*table);
+                    let ice = table;
                     let absorption = ice.absorption_per_m(wavelength_nm) * thickness_m;
                     // Neighbouring layers of ice are one slab.
                     let is_further = number > 0 && stack.layers[number - 1].is_ice();

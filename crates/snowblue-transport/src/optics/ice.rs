@@ -20,7 +20,16 @@ const PICARD_FIRST_NM: f64 = 320.0;
 /// Wavelength from which Warren & Brandt 2008 continues the Picard 2016 table, in nm.
 const PICARD_JOIN_NM: f64 = 610.0;
 
-/// Which published absorption of ice to use.
+static WARREN_BRANDT_2008: LazyLock<SpectralTable> =
+    LazyLock::new(|| SpectralTable::new(include_str!("../../data/warren_brandt_2008.csv")));
+
+/// Picard 2016, with the join as its last row.
+static PICARD_2016: LazyLock<SpectralTable> = LazyLock::new(|| {
+    let join = format!("{PICARD_JOIN_NM},{}", absorption_per_m_warren_brandt_2008(PICARD_JOIN_NM));
+    SpectralTable::new(&[include_str!("../../data/picard_2016_absorption.csv").trim_end(), &join].join("\n"))
+});
+
+/// A published table of the absorption of ice, and the optical constants of ice by it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum IceTable {
     /// Warren & Brandt 2008, which the paper cites.
@@ -50,6 +59,52 @@ impl IceTable {
             Self::Picard2016 => Self::WarrenBrandt2008,
         }
     }
+
+    /// The wavelengths that the table covers and at which ice is clear enough for a real refractive index.
+    #[must_use]
+    pub fn wavelength_range(self) -> WavelengthRange {
+        match self {
+            Self::WarrenBrandt2008 => MODEL_RANGE,
+            Self::Picard2016 => WavelengthRange { first_nm: PICARD_FIRST_NM, ..MODEL_RANGE },
+        }
+    }
+
+    /// Checks that the table and the model cover `wavelength_nm`.
+    ///
+    /// # Errors
+    /// [`TransportError::Range`] if they do not.
+    pub fn check_wavelength(self, wavelength_nm: f64) -> Result<(), TransportError> {
+        Ok(self.wavelength_range().check("wavelength", wavelength_nm)?)
+    }
+
+    /// Real part n of the refractive index, linear between the rows of Warren & Brandt 2008.
+    ///
+    /// # Panics
+    /// Outside the table, 199–4099 nm.
+    #[must_use]
+    pub fn index(self, wavelength_nm: f64) -> f64 {
+        WARREN_BRANDT_2008.at(wavelength_nm).linear(1)
+    }
+
+    /// Absorption coefficient of ice, in 1/m: γ = 4π k / λ.
+    ///
+    /// Ice absorbs red some 200 times as strongly as blue (Warren & Brandt 2008):
+    /// ```
+    /// # use snowblue_transport::optics::IceTable;
+    /// let ice = IceTable::WarrenBrandt2008;
+    /// assert!(ice.absorption_per_m(700.0) > 150.0 * ice.absorption_per_m(450.0));
+    /// ```
+    ///
+    /// # Panics
+    /// Outside the table: below 199 nm or, for Picard 2016, 320 nm; beyond 4099 nm.
+    #[must_use]
+    pub fn absorption_per_m(self, wavelength_nm: f64) -> f64 {
+        match self {
+            // ln γ is linear in the wavelength between the 5 nm rows, and from the last row to the join.
+            Self::Picard2016 if wavelength_nm < PICARD_JOIN_NM => PICARD_2016.at(wavelength_nm).logarithmic(1),
+            _ => absorption_per_m_warren_brandt_2008(wavelength_nm),
+        }
+    }
 }
 
 /// Formats the name.
@@ -64,87 +119,6 @@ impl FromStr for IceTable {
 
     fn from_str(name: &str) -> Result<Self, TransportError> {
         find_by_name("ice table", name, &Self::ALL, Self::name)
-    }
-}
-
-/// Optical constants of ice, interpolated from a published table.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Ice {
-    table: IceTable,
-}
-
-static WARREN_BRANDT_2008: LazyLock<SpectralTable> =
-    LazyLock::new(|| SpectralTable::new(include_str!("../../data/warren_brandt_2008.csv")));
-
-/// Picard 2016, with the join as its last row.
-static PICARD_2016: LazyLock<SpectralTable> = LazyLock::new(|| {
-    let join = format!("{PICARD_JOIN_NM},{}", absorption_per_m_warren_brandt_2008(PICARD_JOIN_NM));
-    SpectralTable::new(&[include_str!("../../data/picard_2016_absorption.csv").trim_end(), &join].join("\n"))
-});
-
-impl Ice {
-    /// Ice by the given table.
-    #[must_use]
-    pub fn new(table: IceTable) -> Self {
-        Self { table }
-    }
-
-    /// Ice by Warren & Brandt 2008.
-    #[must_use]
-    pub fn warren_brandt_2008() -> Self {
-        Self::new(IceTable::WarrenBrandt2008)
-    }
-
-    /// Ice by Picard, Libois & Arnaud 2016.
-    #[must_use]
-    pub fn picard_2016() -> Self {
-        Self::new(IceTable::Picard2016)
-    }
-
-    /// The wavelengths that the table covers and at which ice is clear enough for a real refractive index.
-    #[must_use]
-    pub fn wavelength_range(&self) -> WavelengthRange {
-        match self.table {
-            IceTable::WarrenBrandt2008 => MODEL_RANGE,
-            IceTable::Picard2016 => WavelengthRange { first_nm: PICARD_FIRST_NM, ..MODEL_RANGE },
-        }
-    }
-
-    /// Checks that the table and the model cover `wavelength_nm`.
-    ///
-    /// # Errors
-    /// [`TransportError::Range`] if they do not.
-    pub fn check_wavelength(&self, wavelength_nm: f64) -> Result<(), TransportError> {
-        Ok(self.wavelength_range().check("wavelength", wavelength_nm)?)
-    }
-
-    /// Real part n of the refractive index, linear between the rows of Warren & Brandt 2008.
-    ///
-    /// # Panics
-    /// Outside the table, 199–4099 nm.
-    #[must_use]
-    pub fn index(&self, wavelength_nm: f64) -> f64 {
-        WARREN_BRANDT_2008.at(wavelength_nm).linear(1)
-    }
-
-    /// Absorption coefficient of ice, in 1/m: γ = 4π k / λ.
-    ///
-    /// Ice absorbs red some 200 times as strongly as blue (Warren & Brandt 2008):
-    /// ```
-    /// # use snowblue_transport::optics::Ice;
-    /// let ice = Ice::warren_brandt_2008();
-    /// assert!(ice.absorption_per_m(700.0) > 150.0 * ice.absorption_per_m(450.0));
-    /// ```
-    ///
-    /// # Panics
-    /// Outside the table: below 199 nm or, for Picard 2016, 320 nm; beyond 4099 nm.
-    #[must_use]
-    pub fn absorption_per_m(&self, wavelength_nm: f64) -> f64 {
-        match self.table {
-            // ln γ is linear in the wavelength between the 5 nm rows, and from the last row to the join.
-            IceTable::Picard2016 if wavelength_nm < PICARD_JOIN_NM => PICARD_2016.at(wavelength_nm).logarithmic(1),
-            _ => absorption_per_m_warren_brandt_2008(wavelength_nm),
-        }
     }
 }
 
@@ -182,7 +156,7 @@ mod tests {
     /// Warren & Brandt 2008, their printed table.
     #[test]
     fn warren_brandt_2008_in_print() {
-        let ice = Ice::warren_brandt_2008();
+        let ice = IceTable::WarrenBrandt2008;
         for (nm, n, k) in [(400.0, 1.3194, 2.365e-11), (500.0, 1.3130, 5.889e-10), (700.0, 1.3069, 2.900e-8)] {
             assert!((ice.index(nm) - n).abs() < 1e-12);
             assert!((ice.absorption_per_m(nm) * nm * 1e-9 / (4.0 * PI) / k - 1.0).abs() < 1e-12);
@@ -192,7 +166,7 @@ mod tests {
     /// Picard et al. 2016, final table, in 1/m.
     #[test]
     fn picard_2016_in_print() {
-        let ice = Ice::picard_2016();
+        let ice = IceTable::Picard2016;
         assert!((ice.absorption_per_m(400.0) - 0.01971).abs() < 5e-6);
         assert!((ice.absorption_per_m(500.0) - 0.03131).abs() < 5e-6);
         assert!((ice.absorption_per_m(600.0) - 0.13597).abs() < 5e-6);
@@ -201,7 +175,7 @@ mod tests {
 
     #[test]
     fn picard_2016_is_continuous_at_the_join() {
-        let (picard, warren) = (Ice::picard_2016(), Ice::warren_brandt_2008());
+        let (picard, warren) = (IceTable::Picard2016, IceTable::WarrenBrandt2008);
         let join = warren.absorption_per_m(610.0);
         assert!((picard.absorption_per_m(610.0) / join - 1.0).abs() < 1e-12);
         assert!((picard.absorption_per_m(609.999_999) / join - 1.0).abs() < 1e-6);

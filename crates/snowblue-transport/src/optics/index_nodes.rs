@@ -9,7 +9,7 @@
 
 use std::f64::consts::PI;
 
-use super::ice::Ice;
+use super::ice::IceTable;
 use super::spectral_table::WavelengthRange;
 use crate::dual::Real;
 
@@ -22,7 +22,7 @@ pub(crate) struct IndexNodes(Vec<f64>);
 
 impl IndexNodes {
     /// Nodes for some wavelengths: Chebyshev nodes, or the indices at the wavelengths if those are not more.
-    pub(crate) fn new(ice: &Ice, wavelengths_nm: &[f64]) -> Self {
+    pub(crate) fn new(ice: IceTable, wavelengths_nm: &[f64]) -> Self {
         let mut own: Vec<f64> = wavelengths_nm.iter().map(|wavelength_nm| ice.index(*wavelength_nm)).collect();
         own.sort_by(f64::total_cmp);
         own.dedup();
@@ -48,7 +48,7 @@ impl IndexNodes {
     }
 
     /// The wavelengths in `range`, in nm, at which ice has the indices; its index decreases over `range`.
-    pub(crate) fn wavelengths_nm(&self, ice: &Ice, range: WavelengthRange) -> Vec<f64> {
+    pub(crate) fn wavelengths_nm(&self, ice: IceTable, range: WavelengthRange) -> Vec<f64> {
         let wavelength = |n: &f64| {
             let (mut low, mut high) = (range.first_nm, range.last_nm);
             // Bisects to double precision.
@@ -82,18 +82,18 @@ mod tests {
 
     #[test]
     fn visible_light_takes_three_nodes() {
-        let ice = Ice::warren_brandt_2008();
+        let ice = IceTable::WarrenBrandt2008;
         let visible: Vec<f64> = (40..=70).map(|ten| 10.0 * f64::from(ten)).collect();
-        assert_eq!(IndexNodes::new(&ice, &visible).nodes().len(), 3);
-        assert_eq!(IndexNodes::new(&ice, &[550.0, 550.0]).nodes(), [ice.index(550.0)]);
-        assert_eq!(IndexNodes::new(&ice, &[400.0, 700.0]).nodes(), [ice.index(700.0), ice.index(400.0)]);
+        assert_eq!(IndexNodes::new(ice, &visible).nodes().len(), 3);
+        assert_eq!(IndexNodes::new(ice, &[550.0, 550.0]).nodes(), [ice.index(550.0)]);
+        assert_eq!(IndexNodes::new(ice, &[400.0, 700.0]).nodes(), [ice.index(700.0), ice.index(400.0)]);
     }
 
     #[test]
     fn wavelengths_have_the_indices_of_the_nodes() {
-        let ice = Ice::warren_brandt_2008();
-        let nodes = IndexNodes::new(&ice, &(30..=250).map(|ten| 10.0 * f64::from(ten)).collect::<Vec<_>>());
-        for (n, wavelength_nm) in nodes.nodes().iter().zip(nodes.wavelengths_nm(&ice, ice.wavelength_range())) {
+        let ice = IceTable::WarrenBrandt2008;
+        let nodes = IndexNodes::new(ice, &(30..=250).map(|ten| 10.0 * f64::from(ten)).collect::<Vec<_>>());
+        for (n, wavelength_nm) in nodes.nodes().iter().zip(nodes.wavelengths_nm(ice, ice.wavelength_range())) {
             assert!((ice.index(wavelength_nm) - n).abs() < 1e-14, "{n}");
         }
     }

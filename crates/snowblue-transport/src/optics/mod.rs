@@ -10,7 +10,7 @@ mod spectral_table;
 pub mod water;
 
 use crate::dual::Real;
-pub use ice::{Ice, IceTable};
+pub use ice::IceTable;
 pub use impurity::{Impurities, Substance};
 pub(crate) use index_nodes::{IndexNodes, lagrange};
 pub(crate) use spectral_table::SpectralTable;

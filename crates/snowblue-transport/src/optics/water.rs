@@ -39,8 +39,8 @@ pub fn index(wavelength_nm: f64) -> f64 {
 ///
 /// Water absorbs a fifth more than ice in the red, and three times as much in the blue:
 /// ```
-/// # use snowblue_transport::optics::{Ice, water};
-/// let over_ice = |nm| water::absorption_per_m(nm) / Ice::warren_brandt_2008().absorption_per_m(nm);
+/// # use snowblue_transport::optics::{IceTable, water};
+/// let over_ice = |nm| water::absorption_per_m(nm) / IceTable::WarrenBrandt2008.absorption_per_m(nm);
 /// assert!((over_ice(700.0) - 1.2).abs() < 0.1 && over_ice(450.0) > 3.0);
 /// ```
 ///

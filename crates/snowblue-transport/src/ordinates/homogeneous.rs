@@ -20,7 +20,7 @@ use snowblue_base::ParameterRange;
 
 use super::eigen::{Modes, Scaled, legendre_basis};
 use super::integrals::{exponential_integrals, hyperbolic_integrals, tanh_over_rate, third_exponential_integral};
-use super::options::check_streams;
+use super::options::Streams;
 use crate::TransportError;
 use crate::dual::Real;
 use crate::medium::Scattering;
@@ -153,7 +153,7 @@ impl HomogeneousMedium {
     /// # Errors
     /// [`TransportError::Range`], [`TransportError::Streams`] or [`TransportError::Unresolved`].
     pub fn check(medium: &Scattering, streams: usize) -> Result<(), TransportError> {
-        check_streams(streams)?;
+        Streams::Exactly(streams).check()?;
         let within = |quantity, least, greatest| ParameterRange { quantity, least, greatest, unit: "" };
         within("co-albedo", 0.0, 1.0).check(medium.one_minus_albedo)?;
         within("number of moments", streams as f64 + 1.0, 1e9).check(medium.moments.len() as f64)?;

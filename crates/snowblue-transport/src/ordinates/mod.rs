@@ -17,14 +17,14 @@ mod layered;
 mod options;
 mod sensitivity;
 mod solve;
-mod solve_alike;
+mod solve_each;
 mod solve_stack;
 mod stack_media;
 
 pub use half_space::HalfSpace;
 pub use homogeneous::{Direction, Fluxes, HomogeneousMedium, Light};
 pub use layered::{FaceFluxes, LayeredMedium, MediumLayer};
-pub use options::{MOST_STREAMS, OrdinatesOptions, Peak, StreamGroup, Streams, check_streams};
+pub use options::{MOST_STREAMS, OrdinatesOptions, Peak, StreamGroup, Streams};
 pub use solve::{DifferentiatedFluxes, differentiate_batch, solve, solve_batch, solve_without_errors};
-pub use solve_alike::{FluxSpectra, solve_alike, solve_each};
+pub use solve_each::{FluxSpectra, solve_each};
 pub use solve_stack::{DifferentiatedStack, differentiate_stack, solve_stack, solve_stack_without_errors};

@@ -99,7 +99,8 @@ impl Streams {
     pub fn check(self) -> Result<(), TransportError> {
         match self {
             Self::Auto => Ok(()),
-            Self::Exactly(streams) => check_streams(streams),
+            Self::Exactly(streams) if (2..=MOST_STREAMS).contains(&streams) && streams.is_multiple_of(2) => Ok(()),
+            Self::Exactly(streams) => Err(TransportError::Streams { streams, most: MOST_STREAMS }),
         }
     }
 
@@ -137,18 +138,6 @@ impl fmt::Display for Streams {
             Self::Auto => out.write_str("auto"),
             Self::Exactly(streams) => streams.fmt(out),
         }
-    }
-}
-
-/// Checks a number of streams.
-///
-/// # Errors
-/// [`TransportError::Streams`] if it is odd, zero or too large.
-pub fn check_streams(streams: usize) -> Result<(), TransportError> {
-    if (2..=MOST_STREAMS).contains(&streams) && streams.is_multiple_of(2) {
-        Ok(())
-    } else {
-        Err(TransportError::Streams { streams, most: MOST_STREAMS })
     }
 }
 

@@ -16,7 +16,7 @@ use super::eigen::Scaled;
 use super::homogeneous::{HomogeneousMedium, Light, Passed, SlabSolution};
 use super::layered::{LayeredMedium, MediumLayer};
 use super::options::{OrdinatesOptions, Peak, Streams};
-use super::solve_alike::groups_alike;
+use super::solve_each::groups_alike;
 use crate::TransportError;
 use crate::batch::{Batch, BatchError, CaseFluxes, SlabCase};
 use crate::dual::{Dual, LANES, Real};

@@ -17,7 +17,7 @@ use super::stack_media::{DifferentiatedMedia, Differentiation, Grains, peak};
 use crate::TransportError;
 use crate::dual::{Dual, LANES, Real};
 use crate::medium::{Jackknife, Medium};
-use crate::optics::Ice;
+
 use crate::slab::{FluxDerivatives, Incidence, Radiometry};
 use crate::stack::{
     DepthDerivatives, DepthFluxes, LayerKind, Place, Slice, Slices, Stack, StackDerivatives, StackRadiometry,
@@ -262,7 +262,7 @@ fn stack_fluxes<const DIFFERENTIATE: bool>(
     // Layers with the same single scattering, as of one snow at several densities, share their modes.
     let ice_index = |layer: usize| match stack.layers[layer].kind {
         LayerKind::Snow(_) => None,
-        LayerKind::Ice(table) => Some(Ice::new(table).index(wavelength_nm)),
+        LayerKind::Ice(table) => Some(table.index(wavelength_nm)),
     };
     let is_alike = |one: usize, other: usize| {
         ice_index(one) == ice_index(other) && media[one].scattering == media[other].scattering

@@ -3,7 +3,7 @@
 use super::options::{MOST_STREAMS, OrdinatesOptions, Peak};
 use crate::dual::{Dual, Real};
 use crate::medium::{Composition, Demand, GrainTallies, Medium, Population, Scattering};
-use crate::optics::{Ice, IceTable};
+use crate::optics::IceTable;
 use crate::sample::SnowSample;
 use crate::stack::{Layer, LayerKind, Stack};
 use crate::variable::Variable;
@@ -103,7 +103,7 @@ impl Grains {
 /// Ice that only absorbs.
 fn clear_ice<T: Real>(table: IceTable, wavelength_nm: f64) -> Medium<T> {
     Medium {
-        extinction_per_m: T::from(Ice::new(table).absorption_per_m(wavelength_nm)),
+        extinction_per_m: T::from(table.absorption_per_m(wavelength_nm)),
         scattering: Scattering { one_minus_albedo: T::from(1.0), moments: vec![T::from(0.0); MOST_STREAMS + 1] },
     }
 }

@@ -9,7 +9,7 @@ use super::grain_size::{GrainSize, MEAN_SIZE_HALF_RANGE_UM};
 use super::truncated_normal::TruncatedNormal;
 use crate::TransportError;
 use crate::grain::{SizeMeasure, Spheroid};
-use crate::optics::ice::{self, Ice, IceTable};
+use crate::optics::ice::{self, IceTable};
 use crate::optics::impurity::{self, Impurities};
 use crate::optics::{WavelengthRange, water};
 use crate::parameters::{DENSITY, FACETNESS, GRAIN_SIZE, SPHERICITY, TEMPERATURE, WATER_SATURATION};
@@ -133,7 +133,7 @@ impl SnowSample {
     /// The wavelengths that the tables of ice and of the water and impurities in the sample cover.
     #[must_use]
     pub fn wavelength_range(&self) -> WavelengthRange {
-        let mut range = Ice::new(self.ice).wavelength_range();
+        let mut range = self.ice.wavelength_range();
         if self.water_saturation > 0.0 {
             range = range.intersection(water::WAVELENGTH_RANGE);
         }
@@ -148,7 +148,7 @@ impl SnowSample {
     /// # Errors
     /// [`TransportError::Range`] if a table does not cover it.
     pub fn check_wavelength(&self, wavelength_nm: f64) -> Result<(), TransportError> {
-        Ice::new(self.ice).check_wavelength(wavelength_nm)?;
+        self.ice.check_wavelength(wavelength_nm)?;
         if self.water_saturation > 0.0 {
             water::check_wavelength(wavelength_nm)?;
         }

@@ -5,7 +5,7 @@ use snowblue_base::ParameterRange;
 
 use crate::TransportError;
 use crate::medium::{Demand, GrainTallies, HenyeyGreenstein, Medium, Population, Scattering};
-use crate::optics::ice::Ice;
+
 use crate::ordinates::{OrdinatesOptions, Peak, Streams};
 use crate::parameters::WATER_SATURATION;
 use crate::sample::{GrainSize, SizeMeasure, SnowSample, TruncatedNormal};
@@ -137,7 +137,7 @@ impl<'s> Simplifier<'s> {
 
     fn medium(&self, simplification: Simplification, wavelength_nm: f64) -> Medium {
         let sample = &self.slab.sample;
-        let ice = Ice::new(sample.ice);
+        let ice = sample.ice;
         let (index, absorption_per_m) = (ice.index(wavelength_nm), ice.absorption_per_m(wavelength_nm));
         let of_grains = |index: f64, absorption_per_m: f64| Medium {
             extinction_per_m: sample.extinction_per_m(),
@@ -162,7 +162,7 @@ impl<'s> Simplifier<'s> {
                 let scattering = Scattering { one_minus_albedo: weak.one_minus_albedo / WEAKER, ..weak };
                 Medium { scattering, ..exact }
             }
-            Simplification::OtherIce => of_grains(index, Ice::new(sample.ice.other()).absorption_per_m(wavelength_nm)),
+            Simplification::OtherIce => of_grains(index, sample.ice.other().absorption_per_m(wavelength_nm)),
             _ => exact,
         }
     }

@@ -5,9 +5,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use snowblue_transport::batch::{Batch, CaseFluxes, SlabCase};
 use snowblue_transport::monte_carlo::{self, MonteCarloOptions};
 use snowblue_transport::ordinates::{self, OrdinatesOptions};
+use snowblue_transport::slab::Estimate;
 use snowblue_transport::stack::{Layer, Stack};
 use snowblue_transport::{
-    Estimate, GrainSize, Impurities, Incidence, Slab, SnowSample, Substance, TransportError, TruncatedNormal,
+    GrainSize, Impurities, Incidence, Slab, SnowSample, Substance, TransportError, TruncatedNormal,
 };
 
 const OPTIONS: OrdinatesOptions = OrdinatesOptions { tally_rays: 1 << 10, streams: ordinates::Streams::Auto, seed: 1 };

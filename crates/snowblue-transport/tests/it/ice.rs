@@ -2,7 +2,7 @@
 
 use snowblue_transport::illumination::{Illumination, light_in_layers};
 use snowblue_transport::monte_carlo::{self, MonteCarloOptions};
-use snowblue_transport::optics::{Ice, IceTable, fresnel};
+use snowblue_transport::optics::{IceTable, fresnel};
 use snowblue_transport::ordinates::{OrdinatesOptions, Streams, solve_stack_without_errors};
 use snowblue_transport::quadrature::Quadrature;
 use snowblue_transport::sample::{GrainSize, SnowSample};
@@ -55,7 +55,7 @@ fn solve(stack: &Stack) -> Vec<StackRadiometry> {
 
 /// Reflectance and transmittance of a slab by adding up internal reflections of each polarisation, one by one.
 fn slab(cosine: f64, thickness_cm: f64, nm: f64) -> [f64; 2] {
-    let (n, gamma) = (Ice::new(TABLE).index(nm), Ice::new(TABLE).absorption_per_m(nm));
+    let (n, gamma) = (TABLE.index(nm), TABLE.absorption_per_m(nm));
     let refracted = fresnel(cosine, n).cos_refraction;
     let passed = (-gamma * 0.01 * thickness_cm / refracted).exp();
     let s = ((cosine - n * refracted) / (cosine + n * refracted)).powi(2);

@@ -8,10 +8,11 @@ use snowblue_transport::ordinates::{
 };
 use snowblue_transport::slab::FluxDerivatives;
 use snowblue_transport::stack::ICE_THICKNESS_RANGE;
+use snowblue_transport::stack::{DepthDerivatives, DepthFluxes, StackDerivatives, StackRadiometry};
 use snowblue_transport::sunlight::Band;
 use snowblue_transport::{
-    DepthDerivatives, DepthFluxes, GrainSize, IceTable, Impurities, Incidence, Layer, LayerVariable, SnowSample, Stack,
-    Substance, TruncatedNormal, Variable,
+    GrainSize, IceTable, Impurities, Incidence, Layer, LayerVariable, SnowSample, Stack, Substance, TruncatedNormal,
+    Variable,
 };
 
 const OPTIONS: OrdinatesOptions = OrdinatesOptions { tally_rays: 1 << 10, streams: Streams::Auto, seed: 1 };
@@ -97,7 +98,7 @@ fn values(stack: &Stack, options: &OrdinatesOptions) -> Vec<Vec<f64>> {
         [down, up, net, fluence, absorbed_per_m, e_folding_depth_cm].map(|one| one.value)
     };
     let solved = solve_stack_without_errors(stack, options).unwrap();
-    let row = |row: &snowblue_transport::StackRadiometry| {
+    let row = |row: &StackRadiometry| {
         let whole = [row.whole.reflectance.value, row.whole.transmittance.value, row.whole.absorptance.value];
         whole.into_iter().chain(row.profile.iter().flat_map(of_depth)).collect()
     };
@@ -110,7 +111,7 @@ fn derivatives(solved: &DifferentiatedStack) -> Vec<Vec<f64>> {
         let DepthDerivatives { down, up, net, fluence, absorbed_per_m, e_folding_depth_cm } = *at;
         [down, up, net, fluence, absorbed_per_m, e_folding_depth_cm]
     };
-    let row = |row: &snowblue_transport::StackDerivatives| {
+    let row = |row: &StackDerivatives| {
         let FluxDerivatives { reflectance, transmittance, absorptance } = row.whole;
         let whole = [reflectance, transmittance, absorptance];
         whole.into_iter().chain(row.profile.iter().flat_map(of_depth)).collect()

@@ -64,11 +64,11 @@ impl FluxSpectra {
     }
 }
 
-/// Fluxes of slabs of each of `samples`, which replace the slab's own and must have equal sphericity, facetness, size
-/// measure and ice table.
+/// Fluxes of slabs of each of `samples`, which replace the slab's own. Samples with equal sphericity, facetness, size
+/// measure and ice table share a tally.
 ///
 /// ```
-/// use snowblue_transport::ordinates::{OrdinatesOptions, solve_alike};
+/// use snowblue_transport::ordinates::{OrdinatesOptions, solve_each};
 /// use snowblue_transport::sample::SnowSample;
 /// use snowblue_transport::slab::{Incidence, Slab};
 ///
@@ -81,49 +81,11 @@ impl FluxSpectra {
 ///     wavelengths_nm: vec![450.0],
 /// };
 /// let options = OrdinatesOptions { tally_rays: 1 << 12, ..OrdinatesOptions::default() };
-/// let fluxes = solve_alike(&[dry, wet], &slab, &options)?;
+/// let fluxes = solve_each(&[dry, wet], &slab, &options)?;
 /// // Ice in water hardly scatters, so wet snow transmits more light.
 /// assert!(fluxes[1].spectrum(0, 0)[0].transmittance > 1.1 * fluxes[0].spectrum(0, 0)[0].transmittance);
 /// # Ok::<(), snowblue_transport::TransportError>(())
 /// ```
-///
-/// # Errors
-/// If a parameter or the number of streams is out of range, or the samples' grains differ.
-pub fn solve_alike(
-    samples: &[SnowSample],
-    slab: &Slab,
-    options: &OrdinatesOptions,
-) -> Result<Vec<FluxSpectra>, TransportError> {
-    options.streams.check()?;
-    let first = samples.first().ok_or(TransportError::Missing { quantity: "sample" })?;
-    for sample in samples {
-        Slab { sample: *sample, ..slab.clone() }.check()?;
-        if !sample.has_grains_of(first) {
-            return Err(TransportError::Missing { quantity: "sphericity, facetness, size measure and ice in common" });
-        }
-    }
-    let demand = Demand::of_samples(samples, &slab.wavelengths_nm);
-    let peak = samples.iter().map(Peak::of).max().unwrap_or_default();
-    let plan = options.plan(&slab.incidences, peak);
-    let tallies = GrainTallies::new(&Population::of_sample(first), &demand, &plan);
-    let solve = |sample: &SnowSample| {
-        let at = |nm: &f64| {
-            let medium = tallies.medium(sample, *nm, None);
-            medium.fluxes(&slab.thicknesses_cm, &slab.incidences, options.streams, Peak::of(sample))
-        };
-        let by_wavelength: Vec<Vec<Fluxes>> = slab.wavelengths_nm.par_iter().map(at).collect();
-        let cases = 0..slab.thicknesses_cm.len() * slab.incidences.len();
-        FluxSpectra {
-            incidences: slab.incidences.len(),
-            wavelengths: slab.wavelengths_nm.len(),
-            fluxes: cases.flat_map(|case| by_wavelength.iter().map(move |fluxes| fluxes[case])).collect(),
-        }
-    };
-    Ok(samples.iter().map(solve).collect())
-}
-
-/// Fluxes of slabs of each of `samples`, which replace the slab's own. Samples with equal sphericity, facetness, size
-/// measure and ice table share a tally.
 ///
 /// # Errors
 /// If a parameter or the number of streams is out of range.
@@ -141,6 +103,36 @@ pub fn solve_each(
     let mut answers: Vec<_> = groups.iter().flatten().zip(solved.into_iter().flatten()).collect();
     answers.sort_by_key(|(place, _)| **place);
     Ok(answers.into_iter().map(|(_, answer)| answer).collect())
+}
+
+/// Fluxes of slabs of samples, one or more, that one tally serves.
+fn solve_alike(
+    samples: &[SnowSample],
+    slab: &Slab,
+    options: &OrdinatesOptions,
+) -> Result<Vec<FluxSpectra>, TransportError> {
+    options.streams.check()?;
+    for sample in samples {
+        Slab { sample: *sample, ..slab.clone() }.check()?;
+    }
+    let demand = Demand::of_samples(samples, &slab.wavelengths_nm);
+    let peak = samples.iter().map(Peak::of).max().unwrap_or_default();
+    let plan = options.plan(&slab.incidences, peak);
+    let tallies = GrainTallies::new(&Population::of_sample(&samples[0]), &demand, &plan);
+    let solve = |sample: &SnowSample| {
+        let at = |nm: &f64| {
+            let medium = tallies.medium(sample, *nm, None);
+            medium.fluxes(&slab.thicknesses_cm, &slab.incidences, options.streams, Peak::of(sample))
+        };
+        let by_wavelength: Vec<Vec<Fluxes>> = slab.wavelengths_nm.par_iter().map(at).collect();
+        let cases = 0..slab.thicknesses_cm.len() * slab.incidences.len();
+        FluxSpectra {
+            incidences: slab.incidences.len(),
+            wavelengths: slab.wavelengths_nm.len(),
+            fluxes: cases.flat_map(|case| by_wavelength.iter().map(move |fluxes| fluxes[case])).collect(),
+        }
+    };
+    Ok(samples.iter().map(solve).collect())
 }
 
 /// Places of samples in groups that one tally serves.
@@ -172,18 +164,15 @@ mod tests {
         };
         let options = OrdinatesOptions { tally_rays: 1 << 12, ..OrdinatesOptions::default() };
         let alone = solve(&slab, &options).unwrap();
-        let alike =
-            solve_alike(&[slab.sample], &slab, &options).unwrap().remove(0).spectra().collect::<Vec<_>>().concat();
-        assert_eq!(alone.len(), alike.len());
-        for (alone, alike) in alone.iter().zip(&alike) {
-            assert!((alone.transmittance.value / alike.transmittance - 1.0).abs() < 1e-12);
-            assert!((alone.reflectance.value / alike.reflectance - 1.0).abs() < 1e-12);
+        let own = |sample: SnowSample| solve_each(&[sample], &slab, &options).unwrap().remove(0);
+        let each = own(slab.sample).spectra().collect::<Vec<_>>().concat();
+        assert_eq!(alone.len(), each.len());
+        for (alone, each) in alone.iter().zip(&each) {
+            assert!((alone.transmittance.value / each.transmittance - 1.0).abs() < 1e-12);
+            assert!((alone.reflectance.value / each.reflectance - 1.0).abs() < 1e-12);
         }
         let other = SnowSample { facetness: TruncatedNormal::exactly(0.5), ..slab.sample };
-        assert!(solve_alike(&[slab.sample, other], &slab, &options).is_err());
         let each = solve_each(&[slab.sample, other, slab.sample], &slab, &options).unwrap();
-        let alone = |sample: SnowSample| solve_alike(&[sample], &slab, &options).unwrap().remove(0);
-        assert_eq!(each, [alone(slab.sample), alone(other), alone(slab.sample)]);
-        assert!(solve_alike(&[], &slab, &options).is_err());
+        assert_eq!(each, [own(slab.sample), own(other), own(slab.sample)]);
     }
 }
