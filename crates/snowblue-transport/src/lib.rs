@@ -35,6 +35,7 @@
 
 mod dual;
 mod error;
+
 pub mod parameters;
 
 pub mod quadrature;

@@ -16,7 +16,8 @@ pub const GRAIN_SIZE: Parameter = Parameter {
     source: "Fierz et al. 2009, International Classification for Seasonal Snow on the Ground",
 };
 
-/// Specific surface area, in m²/kg. The least is that of grains of the greatest size, the default that of rounded grains.
+/// Specific surface area, in m²/kg. The least is that of grains of the greatest size, the default that of rounded
+/// grains.
 pub const SURFACE_AREA: Parameter = Parameter {
     key: "ssa_m2_kg",
     title: "Specific surface area",

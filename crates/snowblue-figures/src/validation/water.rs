@@ -2,7 +2,7 @@
 
 use snowblue_color::difference::MIDDLE_GREY;
 use snowblue_color::{ColorDifference, Colorimeter, LinearRgb, Xyz};
-use snowblue_transport::ordinates::{FluxSpectra, OrdinatesOptions, solve_alike};
+use snowblue_transport::ordinates::{FluxSpectra, OrdinatesOptions, solve_each};
 use snowblue_transport::sample::SnowSample;
 use snowblue_transport::slab::{Incidence, Slab};
 
@@ -90,7 +90,7 @@ fn lights(wavelengths_nm: Vec<f64>, colorimeter: &Colorimeter) -> Result<Vec<Vec
         wavelengths_nm,
     };
     // [saturation][thickness][wavelength]
-    let fluxes = solve_alike(&samples, &slab, &OrdinatesOptions::default())?;
+    let fluxes = solve_each(&samples, &slab, &OrdinatesOptions::default())?;
     let at_thickness = |index: usize| {
         let xyz = |of: &FluxSpectra| {
             let spectrum: Vec<f64> = of.spectrum(index, 0).iter().map(|fluxes| fluxes.transmittance).collect();

@@ -10,8 +10,8 @@
 //! are independent with unit variance (Uhlenbeck & Ornstein 1930, doi:10.1103/PhysRev.36.823), so that no covariance is
 //! inverted. A common error of scale is an element of the state.
 //!
-//! The value in a band is the mean of the spectrum with the weights w of its wavelengths, v = Σ_λ w_λ v_λ, and so is its
-//! derivative. Its place among the wavelengths is the mean one, Σ_λ w_λ λ, by which errors correlate.
+//! The value in a band is the mean of the spectrum with the weights w of its wavelengths, v = Σ_λ w_λ v_λ, and so is
+//! its derivative. Its place among the wavelengths is the mean one, Σ_λ w_λ λ, by which errors correlate.
 
 use std::str::FromStr;
 

@@ -8,9 +8,9 @@
 //!
 //! Grains in air, grains in water and particles count by their scattering coefficients. Rays through random grains are
 //! counted in bins of equal width in u = sin Θ/2 = √((1 − cos Θ)/2), which are narrow in the forward direction, where
-//! phase functions of grains are steep. With cos Θ = 1 − 2u², the solid angle is dΩ = 2π d(cos Θ) = 8π u du. p is linear
-//! in u between the middles of the bins. Bins blur p a little; a factor A + B u² restores the norm and the asymmetry of
-//! the rays themselves.
+//! phase functions of grains are steep. With cos Θ = 1 − 2u², the solid angle is dΩ = 2π d(cos Θ) = 8π u du. p is
+//! linear in u between the middles of the bins. Bins blur p a little; a factor A + B u² restores the norm and the
+//! asymmetry of the rays themselves.
 
 use std::f64::consts::PI;
 

@@ -122,8 +122,8 @@ impl TallyRequest {
         TallyPart { tally, degree: self.plan.degree, absorptions: self.absorptions.len() }
     }
 
-    /// What this request asks for, of a tally that is kept or new. It is the same whenever and from whichever tally it is
-    /// taken.
+    /// What this request asks for, of a tally that is kept or new. It is the same whenever and from whichever tally it
+    /// is taken.
     pub(super) fn part(self) -> TallyPart {
         if let Some(kept) = self.kept() {
             return self.part_of(kept);

@@ -1,9 +1,9 @@
-//! Random walks that enter a half-space of snow: where those from grain to grain end, and where the light of a narrow beam
-//! leaves, after how many scattering events, and how much of it passes a depth.
+//! Random walks that enter a half-space of snow: where those from grain to grain end, and where the light of a narrow
+//! beam leaves, after how many scattering events, and how much of it passes a depth.
 //!
-//! The walks of a beam have a phase function, and lengths in mean free paths. Absorption is not part of them: light with
-//! the co-albedo 1 − ω keeps the fraction ωⁿ of a walk of n events, so that one set of walks serves all wavelengths. The
-//! first passage of a walk below a depth is the transmission of a slab of that thickness.
+//! The walks of a beam have a phase function, and lengths in mean free paths. Absorption is not part of them: light
+//! with the co-albedo 1 − ω keeps the fraction ωⁿ of a walk of n events, so that one set of walks serves all
+//! wavelengths. The first passage of a walk below a depth is the transmission of a slab of that thickness.
 
 use std::f64::consts::TAU;
 

@@ -1,5 +1,5 @@
-//! The rays of a computation: how many there are, their cosines of incidence, and sums over them that do not depend on the
-//! number of threads.
+//! The rays of a computation: how many there are, their cosines of incidence, and sums over them that do not depend on
+//! the number of threads.
 
 use rayon::prelude::*;
 use snowblue_base::{ParameterRange, RangeError};

@@ -1,5 +1,5 @@
-//! Slabs by Monte Carlo: all wavelengths at once, or each separately, and many slabs, each with its own snow, thickness,
-//! light and ground.
+//! Slabs by Monte Carlo: all wavelengths at once, or each separately, and many slabs, each with its own snow,
+//! thickness, light and ground.
 
 use super::rays::{MonteCarloOptions, RayProgress, check_rays, cos_incidence, sum_over_rays};
 use super::spectral;

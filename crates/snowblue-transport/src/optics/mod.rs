@@ -1,5 +1,5 @@
-//! Optical constants of ice, water and impurities, and Fresnel's equations at a smooth interface between two transparent
-//! media (Born & Wolf 1999, *Principles of Optics*, §1.5.2).
+//! Optical constants of ice, water and impurities, and Fresnel's equations at a smooth interface between two
+//! transparent media (Born & Wolf 1999, *Principles of Optics*, §1.5.2).
 //!
 //! The absorption of ice is far too weak in 300–2500 nm to change them (k < 10⁻² there), so indices are real.
 

@@ -15,8 +15,8 @@
 //! which governs deep snow and vanishes with absorption. The right singular vectors u give V = M⁻¹ L U and H = L⁻ᵀ U,
 //! so that S = V φ(τ), D = −H φ'(τ), φ'' = k² φ, and Vᵀ M H = 1.
 //!
-//! Before, the forward peak of the phase function, beyond what the quadrature resolves, is taken as unscattered light: δ-M
-//! scaling (Wiscombe 1977, doi:10.1175/1520-0469(1977)034<1408:TDMYRA>2.0.CO;2).
+//! δ-M scaling comes first: the forward peak of the phase function, beyond what the quadrature resolves, is taken as
+//! unscattered light (Wiscombe 1977, doi:10.1175/1520-0469(1977)034<1408:TDMYRA>2.0.CO;2).
 
 use std::sync::OnceLock;
 

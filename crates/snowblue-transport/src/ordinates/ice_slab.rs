@@ -1,8 +1,8 @@
-//! Slabs of clear ice with smooth faces, under light in one direction, and the light of a beam that nothing scatters in a
-//! stack of snow and ice.
+//! Slabs of clear ice with smooth faces, under light in one direction, and the light of a beam that nothing scatters in
+//! a stack of snow and ice.
 //!
-//! Nothing in ice scatters, so a slab is an operator that is diagonal in the direction. With the cosine μ outside and μ'
-//! of the refracted light, Fresnel's reflectance F of a face for one polarisation, and a = exp(−γd/μ'), sums over
+//! Nothing in ice scatters, so a slab is an operator that is diagonal in the direction. With the cosine μ outside and
+//! μ' of the refracted light, Fresnel's reflectance F of a face for one polarisation, and a = exp(−γd/μ'), sums over
 //! internal reflections by power give
 //!
 //! ```text
@@ -10,8 +10,8 @@
 //! 1 − R − T = (1 − F)(1 − a)/(1 − F a),     1 − R + T = (1 − F)(1 + a)/(1 + F a),
 //! ```
 //!
-//! of which the mean over both polarisations is taken. In the network of [`layered`](super::layered), per ordinate, the shunt is μ (1 − R − T)/(1 + R + T), and the bridge is
-//! 2μ T/((1 + R)² − T²).
+//! of which the mean over both polarisations is taken. In the network of [`layered`](super::layered), per ordinate, the
+//! shunt is μ (1 − R − T)/(1 + R + T), and the bridge is 2μ T/((1 + R)² − T²).
 //!
 //! Inside, radiance over n² is what its flux is outside: n² μ' dμ' = μ dμ. Unit radiance over n² that a plane within
 //! the ice emits upwards, with the transmissions a_z above it and a_r below it, leaves the top as

@@ -1,5 +1,5 @@
-//! Slabs of snow by discrete ordinates: those of one snow, and many, each with its own snow, thickness, light and ground,
-//! with the standard errors of their grain tallies.
+//! Slabs of snow by discrete ordinates: those of one snow, and many, each with its own snow, thickness, light and
+//! ground, with the standard errors of their grain tallies.
 //!
 //! Grains that are alike but for their size share the rays that are traced through them: scattering angles do not
 //! depend on the size, and paths are proportional to it. Slabs of one snow share its modes. Each slab has the numbers

@@ -1,5 +1,5 @@
-//! The composition of snow: a [`SnowSample`], kinds of snow by name, a sample from what is known of a snow (as values or
-//! as words), and the ageing of its surface.
+//! The composition of snow: a [`SnowSample`], kinds of snow by name, a sample from what is known of a snow (as values
+//! or as words), and the ageing of its surface.
 
 mod grain_size;
 mod snow_description;
