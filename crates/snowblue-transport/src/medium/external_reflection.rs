@@ -149,7 +149,7 @@ mod tests {
     use super::*;
     use crate::medium::{PhaseFunction, PhasePlan, Population};
     use crate::rng::Stream;
-    use crate::sample::{SizeMeasure, TruncatedNormal};
+    use crate::sample::TruncatedNormal;
     use crate::{Impurities, Substance};
 
     /// Cosines of the scattering angles at which bins begin and end.
@@ -160,7 +160,8 @@ mod tests {
         const RAYS: u64 = 1 << 20;
         let index = 1.311;
         let law = TruncatedNormal::exactly;
-        let population = Population::new(&law(sphericity), &law(facetness), SizeMeasure::default());
+        let sample = SnowSample { sphericity: law(sphericity), facetness: law(facetness), ..SnowSample::default() };
+        let population = Population::of_sample(&sample);
         let mut hits = [[0.0; 2]; 8];
         for ray in 0..RAYS {
             let (scattered, weight) = population.scatter(index, &mut Stream::new(11, ray));

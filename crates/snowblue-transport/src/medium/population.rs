@@ -42,13 +42,8 @@ impl Population {
     /// The grains of a sample.
     #[must_use]
     pub fn of_sample(sample: &SnowSample) -> Self {
-        Self::new(&sample.sphericity, &sample.facetness, sample.grain_size.measure)
-    }
-
-    /// Grains with given distributions by number, whose sizes are given by `measure`.
-    #[must_use]
-    pub fn new(sphericity: &TruncatedNormal, facetness: &TruncatedNormal, measure: SizeMeasure) -> Self {
-        Self { given: [*sphericity, *facetness], measure, quantiles: OnceLock::new() }
+        let SnowSample { sphericity, facetness, grain_size, .. } = *sample;
+        Self { given: [sphericity, facetness], measure: grain_size.measure, quantiles: OnceLock::new() }
     }
 
     /// The grain of the given relative index for two uniform numbers.

@@ -23,7 +23,7 @@ use std::slice::Iter;
 
 use rayon::prelude::*;
 
-use super::spectral::trace_nodes;
+use super::spectral::{TraceNodes, trace_nodes};
 use super::walk::Scatterers;
 use crate::TransportError;
 use crate::medium::{AngleBins, Constituents, hit_size_m};
@@ -96,19 +96,11 @@ struct Absorption {
 }
 
 impl Volume {
-    /// Precomputes scattering in `sample` at some wavelengths.
+    /// Precomputes scattering in each of `samples` at some wavelengths, with nodes at the same ones for all, so that a
+    /// walk can go from one sample to the other.
     ///
     /// # Errors
-    /// If a parameter of the sample is out of range, or the tables do not cover a wavelength.
-    pub fn new(sample: &SnowSample, wavelengths_nm: &[f64], plan: &GrainPlan) -> Result<Self, TransportError> {
-        let mut volumes = Self::of_samples(std::slice::from_ref(sample), wavelengths_nm, plan)?;
-        Ok(volumes.swap_remove(0))
-    }
-
-    /// The same for several samples, with nodes at the same wavelengths, so that a walk can go from one to the other.
-    ///
-    /// # Errors
-    /// As those of [`new`](Self::new).
+    /// If a parameter of a sample is out of range, or the tables do not cover a wavelength.
     pub fn of_samples(
         samples: &[SnowSample],
         wavelengths_nm: &[f64],
@@ -125,25 +117,13 @@ impl Volume {
         });
         let finest = all_nodes.max_by_key(|nodes| nodes.wavelengths_nm.len());
         let Some(finest) = finest else { return Ok(Vec::new()) };
-        let volume = |sample: &SnowSample| {
-            let absorption = |wavelength_nm: &f64| Absorption::new(&Constituents::new(sample, *wavelength_nm));
-            let absorptions: Vec<Absorption> = wavelengths_nm.iter().map(absorption).collect();
-            let node = |(number, wavelength_nm): (usize, &f64)| {
-                #[expect(clippy::cast_possible_truncation, reason = "weights are of the order of one")]
-                let weights: Vec<f32> = finest.weights.iter().map(|weights| weights[number] as f32).collect();
-                let scatterers = Scatterers::new(sample, &Constituents::new(sample, *wavelength_nm));
-                VolumeNode::new(&scatterers, weights, plan, &absorptions)
-            };
-            let nodes = finest.wavelengths_nm.iter().enumerate().map(node).collect();
-            Self::of_nodes(nodes, absorptions)
-        };
-        Ok(samples.iter().map(volume).collect())
+        Ok(samples.iter().map(|sample| Self::with_nodes(&finest, sample, wavelengths_nm, plan)).collect())
     }
 
-    /// The same with one node, the index of ice at the middle wavelength, for walks that are too short to depend on it.
+    /// The same for one sample with one node, the index of ice at the middle wavelength, for walks that are too short to depend on it.
     ///
     /// # Errors
-    /// As those of [`new`](Self::new).
+    /// As those of [`of_samples`](Self::of_samples).
     pub fn with_one_index(
         sample: &SnowSample,
         wavelengths_nm: &[f64],
@@ -151,15 +131,21 @@ impl Volume {
     ) -> Result<Self, TransportError> {
         sample.check()?;
         check_wavelengths(wavelengths_nm, sample)?;
-        let constituents = |wavelength_nm: f64| Constituents::new(sample, wavelength_nm);
-        let absorptions: Vec<Absorption> =
-            wavelengths_nm.iter().map(|wavelength_nm| Absorption::new(&constituents(*wavelength_nm))).collect();
-        let scatterers = Scatterers::new(sample, &constituents(wavelengths_nm[wavelengths_nm.len() / 2]));
-        let node = VolumeNode::new(&scatterers, vec![1.0; wavelengths_nm.len()], plan, &absorptions);
-        Ok(Self::of_nodes(vec![node], absorptions))
+        let middle_nm = wavelengths_nm[wavelengths_nm.len() / 2];
+        let node = TraceNodes { wavelengths_nm: vec![middle_nm], weights: vec![vec![1.0]; wavelengths_nm.len()] };
+        Ok(Self::with_nodes(&node, sample, wavelengths_nm, plan))
     }
 
-    fn of_nodes(nodes: Vec<VolumeNode>, absorptions: Vec<Absorption>) -> Self {
+    fn with_nodes(nodes: &TraceNodes, sample: &SnowSample, wavelengths_nm: &[f64], plan: &GrainPlan) -> Self {
+        let absorption = |wavelength_nm: &f64| Absorption::new(&Constituents::new(sample, *wavelength_nm));
+        let absorptions: Vec<Absorption> = wavelengths_nm.iter().map(absorption).collect();
+        let node = |(number, wavelength_nm): (usize, &f64)| {
+            #[expect(clippy::cast_possible_truncation, reason = "weights are of the order of one")]
+            let weights: Vec<f32> = nodes.weights.iter().map(|weights| weights[number] as f32).collect();
+            let scatterers = Scatterers::new(sample, &Constituents::new(sample, *wavelength_nm));
+            VolumeNode::new(&scatterers, weights, plan, &absorptions)
+        };
+        let nodes = nodes.wavelengths_nm.iter().enumerate().map(node).collect();
         let least = absorptions.iter().copied().reduce(Absorption::least).unwrap_or(absorptions[0]);
         Self { nodes, absorptions, least }
     }
@@ -311,7 +297,7 @@ mod tests {
         for water_saturation in [0.0, 0.3] {
             let sample = SnowSample { water_saturation, ..SnowSample::default() };
             let wavelengths_nm = &wavelengths_nm[..if water_saturation > 0.0 { 2 } else { 3 }];
-            let volume = Volume::new(&sample, wavelengths_nm, &plan).unwrap();
+            let volume = Volume::of_samples(&[sample], wavelengths_nm, &plan).unwrap().remove(0);
             let demand = Demand::of_sample(&sample, wavelengths_nm);
             let tally = TallyPlan { degree: 2, rays: 1 << 18, seed: 1 };
             let tallies = GrainTallies::new(&Population::of_sample(&sample), &demand, &tally);
@@ -346,8 +332,8 @@ mod tests {
     /// At the least absorbed wavelength Russian roulette accounts for no more than the absorption.
     #[test]
     fn least_absorption_is_a_lower_bound() {
-        let volume = Volume::new(&SnowSample::default(), &[420.0, 550.0, 700.0], &GrainPlan { grains: 1, seed: 1 });
-        let volume = volume.unwrap();
+        let plan = GrainPlan { grains: 1, seed: 1 };
+        let volume = Volume::of_samples(&[SnowSample::default()], &[420.0, 550.0, 700.0], &plan).unwrap().remove(0);
         let path = PathLengths { ice_in_air_m: 2.0, ice_in_water_m: 0.0, pores_m: 9.0 };
         let mut found = [0.0; 3];
         volume.attenuation(&path, volume.least_absorption(&path), &mut found);
