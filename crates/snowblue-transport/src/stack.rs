@@ -24,7 +24,7 @@ pub const ICE_THICKNESS_RANGE: ParameterRange =
     ParameterRange { quantity: "thickness of ice", least: 0.01, greatest: THICKNESS.range.greatest, unit: "cm" };
 
 /// The word for a layer of clear ice, by the key `kind`.
-pub const ICE_KIND: &str = "ice";
+pub(crate) const ICE_KIND: &str = "ice";
 
 /// Relative rounding by which a depth may exceed the sum of the thicknesses.
 const DEPTH_ROUNDING: f64 = 1e-12;

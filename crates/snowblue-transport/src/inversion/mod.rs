@@ -75,7 +75,7 @@ use measured::Data;
 pub use measured::{Measured, Quantity};
 use model::Model;
 pub use problem::{Illumination, Inversion, Observation};
-pub use state::{Prior, state_range};
+pub use state::Prior;
 
 /// Packs that are solved together: enough for all threads, while their fluxes take little memory.
 const PACKS_AT_ONCE: usize = 256;

@@ -44,8 +44,7 @@ impl Prior {
 }
 
 /// The range of a variable as an element of the state.
-#[must_use]
-pub fn state_range(variable: Variable) -> ParameterRange {
+pub(super) fn state_range(variable: Variable) -> ParameterRange {
     let range = match variable {
         Variable::SurfaceArea => SURFACE_AREA.range,
         Variable::Density => DENSITY.range,

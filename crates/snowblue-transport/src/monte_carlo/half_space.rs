@@ -117,11 +117,11 @@ pub struct NarrowBeam {
 
 /// Where a walk leaves.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct BeamExit {
+struct BeamExit {
     /// Distance from the entry, in mean free paths.
-    pub distance: f64,
+    distance: f64,
     /// Scattering events.
-    pub events: u32,
+    events: u32,
 }
 
 /// Options of the walks.

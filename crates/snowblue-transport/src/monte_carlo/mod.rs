@@ -15,7 +15,7 @@ mod volume;
 mod walk;
 
 pub use goniometric::{Distribution, GoniometricOptions, Patch, PatchGrid, PlanePoint, distribute};
-pub use half_space::{BeamExit, BeamPlan, MeanEnd, NarrowBeam, WalkEnds};
+pub use half_space::{BeamPlan, MeanEnd, NarrowBeam, WalkEnds};
 pub use rays::{DEFAULT_RAYS, MonteCarloOptions, RayProgress};
 pub use solve::{MeanPaths, mean_paths, solve, solve_batch};
 pub use stack::solve_stack;

@@ -32,7 +32,7 @@ pub const MEAN_SIZE_RANGE: ParameterRange = ParameterRange {
 };
 
 /// Age of snow, in hours: up to a year.
-pub const AGE_RANGE: ParameterRange = ParameterRange { quantity: "age", least: 0.0, greatest: 8784.0, unit: "h" };
+const AGE_RANGE: ParameterRange = ParameterRange { quantity: "age", least: 0.0, greatest: 8784.0, unit: "h" };
 
 /// Grain sizes, uniform in number over a range, in µm.
 #[derive(Debug, Clone, Copy, PartialEq)]

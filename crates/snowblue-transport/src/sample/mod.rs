@@ -8,11 +8,9 @@ mod snow_type;
 mod truncated_normal;
 
 pub use crate::grain::SizeMeasure;
-pub use grain_size::{
-    AGE_RANGE, GrainSize, MEAN_SIZE_HALF_RANGE_UM, MEAN_SIZE_RANGE, Metamorphism, aged_surface_area_m2_kg,
-};
+pub use grain_size::{GrainSize, MEAN_SIZE_HALF_RANGE_UM, MEAN_SIZE_RANGE, Metamorphism, aged_surface_area_m2_kg};
 pub use snow_description::{SnowDescription, SnowKeyError, SnowKeys};
 pub use snow_sample::SnowSample;
 pub use snow_type::SnowType;
 pub(crate) use truncated_normal::Quantiles;
-pub use truncated_normal::{MEAN_FACETNESS_DEVIATION, TruncatedNormal};
+pub use truncated_normal::TruncatedNormal;

@@ -7,7 +7,7 @@ use crate::parameters::FACETNESS;
 use crate::quadrature::Quadrature;
 
 /// Standard deviation of the facetness that a mean represents (the paper's Table S1).
-pub const MEAN_FACETNESS_DEVIATION: f64 = 0.075;
+const MEAN_FACETNESS_DEVIATION: f64 = 0.075;
 /// Half-width of the facetness range that a mean represents (the paper's Table S1).
 const MEAN_FACETNESS_HALF_RANGE: f64 = 0.1;
 
