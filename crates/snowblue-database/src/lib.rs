@@ -4,7 +4,7 @@
 //!
 //! ```text
 //! Axes ─► fill ─► Table ─► pca ─► CompressedTable ─► lookup (PcaSnow) ─► a spectrum
-//!                   └──────── fidelity ────┴──────────────┘
+//!                   └──────── fidelity ────┘
 //! ```
 //!
 //! A [`Table`] holds transmittance and reflectance for every grain size, facetness, density, angle, thickness and
@@ -12,7 +12,7 @@
 //! principal components of it ([`pca`]), in the paper's linear space or in the space of logarithms. [`PcaSnow`] is one
 //! snow sample of a compressed table, ready for look-ups of spectra at any thickness and angle: the paper's Algorithm
 //! 1. [`compact`] fits the colours of one sample for shaders, [`preset`] the subsurface parameters of other renderers.
-//! [`fidelity`] evaluates the errors of compression and interpolation, [`matching`] finds snow of a target colour,
+//! [`fidelity`] evaluates the errors of compression, [`matching`] finds snow of a target colour,
 //! [`mod@file`] reads and writes NetCDF, and [`exchange`] exports other formats.
 //!
 //! **Simplifications.** Between the table's values everything is interpolated in log space. In the paper's scheme,

@@ -7,7 +7,7 @@
 //!                                                        │
 //!           monte_carlo: random walks between grains ◄───┼───► medium: moments of scattering ─► ordinates
 //!                                                        ▼
-//!                              R, T, A ─► sunlight, inversion, simplification, measured
+//!                              R, T, A ─► sunlight, inversion
 //! ```
 //!
 //! A [`SnowSample`] describes the snow, a [`Slab`] or a [`Stack`] describes thicknesses, light and wavelengths, and
@@ -62,8 +62,6 @@ pub mod monte_carlo;
 pub mod ordinates;
 
 pub mod inversion;
-pub mod measured;
-pub mod simplification;
 pub mod spread;
 pub mod sunlight;
 
