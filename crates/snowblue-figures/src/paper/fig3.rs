@@ -127,9 +127,11 @@ fn draw(curves: &[Curve; 2], lamps: &[Lamp]) -> String {
     for (lamp, colour) in lamps.iter().zip(&colours) {
         chart.curve(&panel.points(&lamp.power), Stroke::solid(colour, 1.8));
     }
-    let entry = |(name, colour): (&&str, &'_ String)| ((*name).to_owned(), colour.clone());
-    let entries: Vec<(String, String)> = ILLUMINANTS.iter().zip(&colours).map(entry).collect();
-    let entries: Vec<_> = entries.iter().map(|(name, colour)| (name.clone(), Stroke::solid(colour, 2.2))).collect();
+    let entries: Vec<_> = ILLUMINANTS
+        .iter()
+        .zip(&colours)
+        .map(|(name, colour)| ((*name).to_owned(), Stroke::solid(colour, 2.2)))
+        .collect();
     chart.legend((344.0, 96.0), "", &entries);
     let area = Area { left: 514.0, right: 754.0, top, bottom };
     let passed = Axis::linear_to_marks(0.0, highest(&curves[1]), 4.0);
