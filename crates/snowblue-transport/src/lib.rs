@@ -69,8 +69,7 @@ pub mod illumination;
 
 pub use error::TransportError;
 pub use medium::{
-    Demand, GrainOptics, GrainTallies, HenyeyGreenstein, Medium, Microstructure, PhaseFunction, PhasePlan, Population,
-    Scattering, TallyPlan,
+    Demand, GrainTallies, HenyeyGreenstein, Medium, PhaseFunction, PhasePlan, Population, Scattering, TallyPlan,
 };
 pub use optics::{Ice, IceTable, Impurities, Substance};
 pub use range::WavelengthRange;
