@@ -126,5 +126,7 @@ mod tests {
         assert_eq!(format_number(3.084_969_326_53e-20), "3.08496933e-20");
         assert_eq!(format_number(400.0), "400");
         assert_eq!(format_number(0.0), "0");
+        let table = DataTable::new(&["T"], vec![vec![Cell::Number(0.036_474_21)], vec![Cell::Number(1.234e-7)]]);
+        assert_eq!(table.rounded(3).csv(), "T\n0.0365\n1.23e-7\n");
     }
 }

@@ -191,17 +191,17 @@ impl Swatch {
                 values.iter().map(|value| Some((format!("--{name}={value}"), column.map(|_| value.clone())))).collect()
             }
         };
+        // Clap's reason ends before an empty line.
+        let reason = |error: clap::Error| {
+            let words = error.to_string();
+            let reason = words.split("\n\n").next().unwrap_or_default().replace('\n', " ");
+            Failure::Input(reason.trim_start_matches("error: ").to_owned())
+        };
         let mut subjects = Vec::new();
         for row in steps(&self.rows) {
             for column in steps(&self.columns) {
                 let (words, cells): (Vec<_>, Vec<_>) = [row.clone(), column].into_iter().flatten().unzip();
                 let words = given.iter().cloned().chain(words.into_iter().map(Into::into));
-                // Clap's reason ends before an empty line.
-                let reason = |error: clap::Error| {
-                    let words = error.to_string();
-                    let reason = words.split("\n\n").next().unwrap_or_default().replace('\n', " ");
-                    Failure::Input(reason.trim_start_matches("error: ").to_owned())
-                };
                 let matches = command.clone().try_get_matches_from(words).map_err(reason)?;
                 let subject = Subject::from_arg_matches(&matches).map_err(reason)?;
                 subjects.push((cells.into_iter().flatten().map(Cell::Word).collect(), subject));

@@ -76,7 +76,7 @@ fn words(found: &Judged, curves: usize) -> String {
     let two = &found[0][1];
     format!(
         "All {curves} curves under D65. With l' = 2 in linear space the worst curve differs by ΔE*ab = {:.2} and RMSE \
-         = {:.4}. Both criteria hold for every curve from l' = {} in linear space, and from l' = {} for the logarithms.",
+         = {:.4}. Both criteria hold for every curve from l' = {} in linear space, and from l' = {} for logarithms.",
         two.delta_e.worst,
         two.rmse.worst,
         fewest(&found[0]),
