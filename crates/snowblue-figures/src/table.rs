@@ -31,11 +31,11 @@ impl DataTable {
         Self { columns: columns.to_vec(), rows, metadata: Metadata::new() }
     }
 
-    /// The table with numbers of a few significant digits, as words.
+    /// The table with numbers of a few significant digits, as words. Whole numbers keep all digits.
     pub fn rounded(&self, digits: usize) -> Self {
         let rounded = |cell: &Cell| match cell {
-            Cell::Number(value) => Cell::Word(format_digits(*value, digits)),
-            Cell::Word(word) => Cell::word(word),
+            Cell::Number(value) if value.fract() != 0.0 => Cell::Word(format_digits(*value, digits)),
+            other => other.clone(),
         };
         let rows = self.rows.iter().map(|row| row.iter().map(rounded).collect()).collect();
         Self { rows, ..self.clone() }
@@ -126,7 +126,7 @@ mod tests {
         assert_eq!(format_number(3.084_969_326_53e-20), "3.08496933e-20");
         assert_eq!(format_number(400.0), "400");
         assert_eq!(format_number(0.0), "0");
-        let table = DataTable::new(&["T"], vec![vec![Cell::Number(0.036_474_21)], vec![Cell::Number(1.234e-7)]]);
-        assert_eq!(table.rounded(3).csv(), "T\n0.0365\n1.23e-7\n");
+        let table = DataTable::new(&["T"], vec![vec![Cell::Number(0.036_474_21)], vec![Cell::Number(34_255.0)]]);
+        assert_eq!(table.rounded(3).csv(), "T\n0.0365\n34255\n");
     }
 }

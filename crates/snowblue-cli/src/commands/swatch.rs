@@ -160,10 +160,11 @@ impl Swatch {
             if self.given.has(&name.replace('-', "_")) {
                 return Err(Failure::Input(format!("{name} varies along {option}, but is also set by --{name}")));
             }
-            if values.len() * usize::from(self.size) > MOST_PIXELS {
-                let (count, size) = (values.len(), self.size);
+            let (count, size) = (values.len(), usize::from(self.size));
+            if count * size > MOST_PIXELS {
+                let pixels = count * size;
                 return Err(Failure::Input(format!(
-                    "{option}: {count} swatches of {size} pixels are more than {MOST_PIXELS} pixels"
+                    "{option}: {count} swatches of {size} pixels are {pixels} pixels, but must be at most {MOST_PIXELS}"
                 )));
             }
             if *name == "illuminant" && self.color.false_color.is_some() {

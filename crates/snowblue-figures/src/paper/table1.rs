@@ -25,7 +25,10 @@ pub(crate) fn figure() -> Result<Figure, FigureError> {
     let (mut values, mut counts) = (Vec::new(), Vec::new());
     for (name, of) in AXES {
         let is_papers = |value: &&f64| of(&paper).iter().any(|known| (known - **value).abs() <= 1e-9 * value.abs());
-        let list = |values: Vec<&f64>| values.iter().map(|value| value.to_string()).collect::<Vec<_>>().join(" ");
+        let list = |values: Vec<&f64>| match values[..] {
+            [first, second, .., last] if values.len() > 13 => format!("{first} {second} … {last}"),
+            _ => values.iter().map(|value| value.to_string()).collect::<Vec<_>>().join(" "),
+        };
         let (papers, added): (Vec<&f64>, Vec<&f64>) = of(ours).iter().partition(is_papers);
         counts.push(vec![
             Cell::word(name),
