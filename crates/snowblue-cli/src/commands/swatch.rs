@@ -114,7 +114,11 @@ fn axis(words: &str) -> Result<Axis, String> {
         let names = PARAMETERS.map(|(name, _)| name).join(", ");
         format!("parameter '{name}' is not known; there are {names}")
     })?;
-    Ok(Axis { name, column, values: values.split(',').map(|value| value.trim().to_owned()).collect() })
+    let values: Vec<String> = values.split(',').map(|value| value.trim().to_owned()).collect();
+    match values.iter().enumerate().find(|(number, value)| values[..*number].contains(value)) {
+        Some((_, value)) => Err(format!("{name} {value} is given twice")),
+        None => Ok(Axis { name, column, values }),
+    }
 }
 
 impl Swatch {

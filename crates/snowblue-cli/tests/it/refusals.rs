@@ -159,11 +159,11 @@ const LINES: &[(&str, &[(&str, Words)])] = &[
             ("--columns angle=0 --exposure inf", &["exposure", "inf stops"]),
             ("--columns angle=0,1,2,3,4,5,6,7,8 --size 2048", &["18432", "16384"]),
             ("--columns angle=0 --colors colours.txt", &["colours.txt", ".csv"]),
-            ("--columns thickness=1,5,1", &["1 cm", "twice"]),
+            ("--columns thickness=1,5,1", &["thickness 1 is given twice"]),
             ("--density 300", &["--columns"]),
             (
                 "--rows grain-size=100,500 --density 300 --snow fresh",
-                &["--snow has no effect: ", "grain size and density"],
+                &["--snow has no effect: ", "--grain-size and --density"],
             ),
         ],
     ),

@@ -6,7 +6,7 @@ use super::scattering::{HenyeyGreenstein, Medium, Scattering, mix};
 use super::tally::{TallyPart, TallyPlan, TallyRequest};
 use super::tally_cache;
 use crate::dual::Real;
-use crate::optics::ice::{Ice, IceTable};
+use crate::optics::ice::IceTable;
 use crate::sample::{GrainSize, SnowSample};
 
 /// The samples that one set of tallies must cover.
