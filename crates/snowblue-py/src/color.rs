@@ -127,6 +127,7 @@ pub(crate) fn match_color<'py>(
 /// in stops the greatest channel of all becomes 0.9.
 #[pyfunction]
 #[pyo3(signature = (colors, columns, size_px, exposure, output))]
+#[expect(clippy::too_many_arguments, reason = "one for each of what a picture is made of")]
 pub(crate) fn draw_swatches<'py>(
     py: Python<'py>,
     colors: PyReadonlyArray1<'py, f64>,
