@@ -136,6 +136,43 @@ fn the_light_of_the_lightmap_is_that_of_fine_vertices() {
     }
 }
 
+/// A baked block whose texture coordinates become the second ones of a mesh is baked onto the same places, with the same
+/// light. Its light field is that of triangles, whose surface is found to 24 bits.
+#[test]
+fn a_mesh_keeps_its_second_texture_coordinates() {
+    let block = integrator(BLOCK);
+    let first = baked(&block, 0.02, 256);
+    let glb = with_second_coordinates(&glb_bytes(&first, &block.provenance()).unwrap());
+    let description = parsed(format!("{HEAD}[[object]]\nmesh = \"block.glb\"\nmaterial = \"snow\"\n"));
+    let scene = description.build(&FilesInMemory::from([("block.glb", glb)])).unwrap();
+    let second = baked(&Integrator::prepare(&scene).unwrap(), 0.05, 256);
+    let [before, after] = [&first, &second].map(|baked| (&baked.objects[0], baked.lightmap.as_ref().unwrap()));
+    let places = |object: &BakedObject| -> BTreeMap<[u32; 2], DVec3> {
+        let positions = object.positions.iter().map(|position| position.as_dvec3());
+        object.texture_coordinates.iter().map(|place| place.map(f32::to_bits)).zip(positions).collect()
+    };
+    let (before_places, after_places) = (places(before.0), places(after.0));
+    assert_eq!(before_places.len(), before.0.positions.len(), "no two vertices are at one place");
+    let greatest = before.0.exitance.iter().map(|light| light.g).fold(0.0, f64::max);
+    for (place, position) in before_places {
+        assert!(after_places[&place].distance(position) < 1e-6, "{position}");
+        let [one, other] = [before.1, after.1].map(|lightmap| sample(lightmap, place.map(f32::from_bits)));
+        assert!((one - other).abs().max_element() < 0.01 * greatest, "{position}: {one} {other}");
+    }
+}
+
+/// A GLB whose texture coordinates are the second set.
+fn with_second_coordinates(glb: &[u8]) -> Vec<u8> {
+    const NAME: &[u8] = b"TEXCOORD_0";
+    let mut glb = glb.to_vec();
+    for start in 0..glb.len() - NAME.len() {
+        if glb[start..].starts_with(NAME) {
+            glb[start + NAME.len() - 1] = b'1';
+        }
+    }
+    glb
+}
+
 #[test]
 fn a_glb_has_the_lightmap_as_its_base_colour() {
     let integrator = integrator(&format!("{BLOCK}{BALL}"));

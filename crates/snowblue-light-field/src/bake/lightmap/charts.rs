@@ -95,33 +95,25 @@ fn neighbours(mesh: &SurfaceMesh, normals: &[Vec3]) -> Grouped<u32> {
 }
 
 impl Chart {
-    /// Turns facets into the smallest rectangle along an edge of the first one, whose lower corner is at 0.
+    /// Turns facets into the lowest rectangle along or across an edge of the first one, whose lower corner is at 0.
     fn of(mut facets: Vec<(usize, [DVec2; 3])>) -> Self {
-        // The sides of the rectangle, and its lower corner in axes of which the first has a direction.
-        let rectangle = |along: DVec2| {
-            let points = facets.iter().flat_map(|(_, corners)| corners).map(|point| turned(*point, along));
-            let (low, high) = points
-                .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), point| (low.min(point), high.max(point)));
-            (high - low, low, along)
+        let turned = |point: DVec2, along: DVec2| DVec2::new(along.dot(point), along.perp_dot(point));
+        let around =
+            |along: DVec2| bounds(facets.iter().flat_map(|(_, corners)| corners).map(|point| turned(*point, along)));
+        let height = |along: &DVec2| {
+            let (low, high) = around(*along);
+            high.y - low.y
         };
         let [a, b, c] = facets[0].1;
-        let directions = [b - a, c - b, a - c].map(|edge| edge.try_normalize().unwrap_or(DVec2::X));
-        let [first, others @ ..] = directions.map(rectangle);
-        let smaller = |one: (DVec2, DVec2, DVec2), other: (DVec2, DVec2, DVec2)| {
-            if other.0.element_product() < one.0.element_product() { other } else { one }
-        };
-        let (mut extent_m, mut low, mut along) = others.into_iter().fold(first, smaller);
-        if extent_m.x < extent_m.y {
-            (extent_m, low, along) = rectangle(along.perp());
-        }
+        let directions = [b - a, c - b, a - c].into_iter().filter_map(DVec2::try_normalize);
+        let lowest = directions
+            .flat_map(|along| [along, along.perp()])
+            .min_by(|one, other| height(one).total_cmp(&height(other)));
+        let along = lowest.unwrap_or(DVec2::X);
+        let (low, high) = around(along);
         facets.iter_mut().flat_map(|(_, corners)| corners).for_each(|point| *point = turned(*point, along) - low);
-        Self { facets, extent_m }
+        Self { facets, extent_m: high - low }
     }
-}
-
-/// A point in axes of which the first has a direction.
-fn turned(point: DVec2, along: DVec2) -> DVec2 {
-    DVec2::new(along.dot(point), along.perp_dot(point))
 }
 
 /// A square of the plane: how often the first one is halved for its side, its column and its row.
@@ -140,7 +132,7 @@ struct Quadtree {
 impl Quadtree {
     #[expect(clippy::cast_possible_truncation, reason = "there are 2⁴⁰ squares in a row at most")]
     fn add(&mut self, triangle: [DVec2; 3]) {
-        let (low, high) = bounds(&triangle);
+        let (low, high) = bounds(triangle.into_iter());
         let halvings = (self.side_m / (high - low).max_element()).log2().floor().clamp(0.0, MOST_HALVINGS);
         let place = (low.midpoint(high) / self.side_m + 0.5) * halvings.exp2();
         let mut square = (halvings as i32, place.floor().to_array().map(|index| index as i64));
@@ -158,7 +150,7 @@ impl Quadtree {
         let side_m = self.side_m * f64::from(-halvings).exp2();
         let middle = DVec2::new(column as f64 + 0.5, row as f64 + 0.5) * side_m - 0.5 * self.side_m;
         // Triangles reach beyond their square by half of its side.
-        let (low, high) = bounds(triangle);
+        let (low, high) = bounds(triangle.iter().copied());
         if (middle - side_m).cmpgt(high).any() || (middle + side_m).cmplt(low).any() {
             return false;
         }
@@ -169,9 +161,9 @@ impl Quadtree {
     }
 }
 
-/// The corners of least and greatest coordinates of the rectangle about a triangle.
-fn bounds([a, b, c]: &[DVec2; 3]) -> (DVec2, DVec2) {
-    (a.min(*b).min(*c), a.max(*b).max(*c))
+/// The corners of least and greatest coordinates of the rectangle about points.
+fn bounds(points: impl Iterator<Item = DVec2>) -> (DVec2, DVec2) {
+    points.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), point| (low.min(point), high.max(point)))
 }
 
 /// Whether an edge of the first triangle, counter-clockwise, has all of the other one on its outer side.
