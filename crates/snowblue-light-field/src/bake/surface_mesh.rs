@@ -2,7 +2,7 @@
 
 use glam::{Vec2, Vec3};
 
-use snowblue_geometry::coincident::merged;
+use snowblue_geometry::coincident::{keep_used, merged};
 use snowblue_geometry::ellipsoid::Ellipsoid;
 use snowblue_geometry::instance::Instance;
 use snowblue_geometry::parts::{PartTriangle, parts};
@@ -80,18 +80,18 @@ impl SurfaceMesh {
         let mesh = instance.mesh().triangles();
         let first = merged(&mesh.positions, &mesh.indices);
         let to_scene = |position: &Vec3| Vec3::from(instance.transform().point_to_scene((*position).into()));
-        let positions: Vec<Vec3> = mesh.positions.iter().map(to_scene).collect();
+        let mut positions: Vec<Vec3> = mesh.positions.iter().map(to_scene).collect();
         let reach_m = instance.bounds().greatest_coordinate();
         let second_uv = mesh.attributes.get(SECOND_UV[0]).zip(mesh.attributes.get(SECOND_UV[1]));
         let uv_of =
             |vertex: u32| second_uv.map_or(Vec2::ZERO, |(u, v)| Vec2::new(u[vertex as usize], v[vertex as usize]));
-        let facets = mesh.indices.iter().map(|triangle| {
-            let vertices = triangle.map(|vertex| first[vertex as usize]);
-            Facet { uv: triangle.map(uv_of), ..facet(vertices, &positions) }
-        });
-        let has_distinct_corners = |Facet { vertices: [a, b, c], .. }: &Facet| a != b && b != c && c != a;
-        let mut facets: Vec<Facet> = facets.filter(has_distinct_corners).collect();
-        let triangles: Vec<[u32; 3]> = facets.iter().map(|facet| facet.vertices).collect();
+        let corners = mesh.indices.iter().map(|triangle| (triangle.map(|vertex| first[vertex as usize]), triangle));
+        let distinct = corners.filter(|([a, b, c], _)| a != b && b != c && c != a);
+        let (mut triangles, uv): (Vec<[u32; 3]>, Vec<[Vec2; 3]>) =
+            distinct.map(|(vertices, triangle)| (vertices, triangle.map(uv_of))).unzip();
+        keep_used(&mut positions, &mut triangles);
+        let facets = triangles.iter().zip(uv).map(|(vertices, uv)| Facet { uv, ..facet(*vertices, &positions) });
+        let mut facets: Vec<Facet> = facets.collect();
         for part in parts(positions.len(), &triangles) {
             // Positive if the first triangle of the part faces outwards.
             let facing_m2 = |PartTriangle { triangle, is_reversed }: &PartTriangle| {
@@ -110,30 +110,13 @@ impl SurfaceMesh {
                 }
             }
         }
-        Self { positions, facets, ellipsoid: None, has_uv: second_uv.is_some() }.without_unused_vertices()
+        Self { positions, facets, ellipsoid: None, has_uv: second_uv.is_some() }
     }
 
     /// Leaves the places of its facets in a lightmap open.
     pub(super) fn forget_uv(&mut self) {
         self.has_uv = false;
         self.facets.iter_mut().for_each(|facet| facet.uv = [Vec2::ZERO; 3]);
-    }
-
-    /// The same without the vertices that no triangle has.
-    fn without_unused_vertices(mut self) -> Self {
-        const UNUSED: u32 = u32::MAX;
-        let mut number = vec![UNUSED; self.positions.len()];
-        let mut used = Vec::new();
-        for vertex in self.facets.iter_mut().flat_map(|facet| &mut facet.vertices) {
-            let index = *vertex as usize;
-            if number[index] == UNUSED {
-                number[index] = u32::try_from(used.len()).unwrap_or(UNUSED);
-                used.push(self.positions[index]);
-            }
-            *vertex = number[index];
-        }
-        self.positions = used;
-        self
     }
 }
 

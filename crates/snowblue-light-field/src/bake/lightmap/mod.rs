@@ -8,6 +8,7 @@
 //!    makes smaller levels of it mixes in nothing black.
 
 mod charts;
+mod quadtree;
 mod texels;
 
 #[cfg(test)]
