@@ -136,8 +136,8 @@ fn the_light_of_the_lightmap_is_that_of_fine_vertices() {
     }
 }
 
-/// A baked block whose texture coordinates become the second ones of a mesh is baked onto the same places, with the same
-/// light. Its light field is that of triangles, whose surface is found to 24 bits.
+/// A baked block whose texture coordinates become the second ones of a mesh is baked onto the same places, with the
+/// same light. Its light field is that of triangles, whose surface is found to 24 bits.
 #[test]
 fn a_mesh_keeps_its_second_texture_coordinates() {
     let block = integrator(BLOCK);

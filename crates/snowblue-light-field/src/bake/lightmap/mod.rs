@@ -26,11 +26,9 @@ use crate::LightField;
 use crate::bake::surface_mesh::SurfaceMesh;
 
 use charts::{Chart, charts};
-use texels::place;
 pub(super) use texels::{FlatSurface, Shown, shown};
+use texels::{GUTTER, place};
 
-/// Texels around each chart that belong to no other one.
-const GUTTER: i32 = 2;
 /// Ratio of a scale at which charts are packed to the next greater one.
 const SCALE_RATIO: f64 = 0.98;
 /// Charts are taken to be at least so long, in m.

@@ -4,9 +4,10 @@ use glam::{DVec2, Vec3, Vec3A};
 use snowblue_geometry::ellipsoid::Ellipsoid;
 use snowblue_geometry::ray::{SurfacePoint, narrow};
 
-use crate::bake::lightmap::GUTTER;
 use crate::bake::vertices::INSET;
 
+/// Texels around each chart that belong to no other one.
+pub(super) const GUTTER: i32 = 2;
 /// How deep the middle of a texel lies in two triangles that overlap, in texels: more than coordinates are rounded.
 const LEAST_DEPTH: f32 = 0.01;
 
@@ -60,8 +61,11 @@ pub(in crate::bake) fn shown(surfaces: &[FlatSurface], size: u32) -> Result<Vec<
                     let known = shown[texel];
                     if distance.max(known.distance) < -LEAST_DEPTH {
                         let other = surfaces[known.surface as usize].name;
-                        let [u, v] = (centre(texel, size) / f64::from(size)).to_array();
-                        return Err(overlap(surface.name, other, [u, v]));
+                        let whose = match known.surface == number {
+                            true => "itself".to_owned(),
+                            false => format!("that of object \"{other}\""),
+                        };
+                        return Err(overlap(surface.name, &whose, centre(texel, size) / f64::from(size)));
                     }
                     if distance < known.distance {
                         shown[texel] = Shown { distance, surface: number, triangle };
@@ -73,11 +77,10 @@ pub(in crate::bake) fn shown(surfaces: &[FlatSurface], size: u32) -> Result<Vec<
     Ok(shown)
 }
 
-fn overlap(name: &str, other: &str, [u, v]: [f64; 2]) -> String {
-    let whose = if name == other { "itself".to_owned() } else { format!("that of object \"{other}\"") };
+fn overlap(name: &str, whose: &str, DVec2 { x: u, y: v }: DVec2) -> String {
     format!(
-        "the second UV set of object \"{name}\" overlaps {whose} at u {u:.4}, v {v:.4}, but each triangle needs a place \
-         of its own: unwrap all snow again (Blender: Lightmap Pack), or remove the set"
+        "the second UV set of object \"{name}\" overlaps {whose} at u {u:.4}, v {v:.4}, but each triangle needs a \
+         place of its own: unwrap all snow again (Blender: Lightmap Pack), or remove the set"
     )
 }
 
