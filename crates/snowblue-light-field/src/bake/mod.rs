@@ -371,7 +371,7 @@ fn surfaces(
             meshes.push(mesh);
         }
     }
-    if let Some((size, report)) = lightmap {
+    if let Some((size, report)) = lightmap.filter(|_| HAS_LIGHTMAPS) {
         let names: Vec<&str> = bodies.iter().map(|stepped| &*objects[stepped.object].name).collect();
         lay_out(&names, &mut meshes, size, report).map_err(|reason| BakeError::Layout { reason })?;
     }
