@@ -6,9 +6,9 @@ use clap::{Args, Command, FromArgMatches as _};
 use snowblue_color::LinearRgb;
 use snowblue_color::exposure::{self, AutoExposure};
 use snowblue_figures::{Cell, DataTable, Metadata};
+use snowblue_render::Exposure;
 use snowblue_render::film::image_file::write_raster_png;
 use snowblue_render::raster::RasterImage;
-use snowblue_render::Exposure;
 use snowblue_transport::batch::{Batch, CaseFluxes, SlabCase};
 use snowblue_transport::ordinates::solve_batch;
 
