@@ -106,9 +106,7 @@ pub enum DatabaseError {
         default: f64,
     },
     /// A table whose metadata do not say how it was filled.
-    #[error(
-        "the table's attribute {name} is missing or invalid: only tables filled by discrete ordinates can be compared"
-    )]
+    #[error("the table's attribute {name} is missing or invalid")]
     Metadata {
         /// The attribute.
         name: &'static str,

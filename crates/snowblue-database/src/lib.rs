@@ -4,7 +4,7 @@
 //!
 //! ```text
 //! Axes ─► fill ─► Table ─► pca ─► CompressedTable ─► lookup (PcaSnow) ─► a spectrum
-//!                   └──────── fidelity ────┴──────────────┘
+//!                   └──────── fidelity ────┘
 //! ```
 //!
 //! A [`Table`] holds transmittance and reflectance for every grain size, facetness, density, angle, thickness and
@@ -12,8 +12,8 @@
 //! principal components of it ([`pca`]), in the paper's linear space or in the space of logarithms. [`PcaSnow`] is one
 //! snow sample of a compressed table, ready for look-ups of spectra at any thickness and angle: the paper's Algorithm
 //! 1. [`compact`] fits the colours of one sample for shaders, [`preset`] the subsurface parameters of other renderers.
-//! [`fidelity`] evaluates the errors of compression and interpolation, [`matching`] finds snow of a target colour,
-//! [`mod@file`] reads and writes NetCDF, and [`export_csv`] writes CSV.
+//! [`fidelity`] evaluates the errors of compression, [`matching`] finds snow of a target colour, [`mod@file`] reads and
+//! writes NetCDF, and [`export_csv`] writes CSV.
 //!
 //! **Simplifications.** Between the table's values everything is interpolated in log space. In the paper's scheme,
 //! grain size, facetness and density take only the values of the grid, as in the paper.

@@ -1,8 +1,11 @@
-//! A figure: its drawing, the numbers behind it and its captions.
+//! A figure: its pictures, the numbers behind them, its captions, and why it cannot be made.
 
-use snowblue_transport::ordinates::OrdinatesOptions;
+use snowblue_color::ColorError;
+use snowblue_database::DatabaseError;
+use snowblue_render::{RenderError, SceneError};
+use snowblue_transport::TransportError;
 
-use crate::table::{Cell, DataTable, Metadata};
+use crate::table::{DataTable, Metadata};
 
 /// A figure that was computed and drawn.
 #[derive(Debug, Clone)]
@@ -12,46 +15,26 @@ pub struct Figure {
     /// What we computed and what we find.
     pub ours: String,
     /// What the paper shows or says.
-    pub paper: String,
-    /// The drawing or the rendered pictures.
-    pub drawing: Drawing,
-    /// The numbers behind the drawing.
+    pub paper: &'static str,
+    /// Drawings, or rendered pictures.
+    pub pictures: Vec<Picture>,
+    /// The numbers behind the pictures.
     pub numbers: DataTable,
-    /// Short tables to read.
-    pub tables: Vec<FigureTable>,
+    /// A short table to read, with its title.
+    pub table: Option<(&'static str, DataTable)>,
     /// Why a part of the figure is missing, if it is.
     pub warning: Option<String>,
 }
 
-/// What a figure shows.
+/// A drawing, or a rendered picture.
 #[derive(Debug, Clone)]
-pub enum Drawing {
-    /// One drawing, as the text of an SVG file.
-    Svg(String),
-    /// Rendered pictures, side by side.
-    Renderings(Vec<Rendering>),
-}
-
-/// A rendered picture.
-#[derive(Debug, Clone)]
-pub struct Rendering {
-    /// Suffix of its file name.
-    pub name: String,
+pub struct Picture {
+    /// What follows the figure's name in the name of the file: `.svg` or `_back_5.png`.
+    pub suffix: String,
     /// The line below it.
     pub caption: String,
-    /// The bytes of a PNG file.
-    pub png: Vec<u8>,
-}
-
-/// A short table to read, with its title.
-#[derive(Debug, Clone)]
-pub struct FigureTable {
-    /// Suffix of its file name.
-    pub name: &'static str,
-    /// Its heading.
-    pub title: String,
-    /// Its rows.
-    pub data: DataTable,
+    /// Content of the file.
+    pub bytes: Vec<u8>,
 }
 
 /// A file of a figure.
@@ -64,43 +47,52 @@ pub struct FigureFile {
 }
 
 impl Figure {
-    /// Files of the figure: NAME.svg or NAME_PICTURE.png, NAME.csv, and NAME_TABLE.csv for each table.
+    /// Files of the figure: NAME.svg or NAME_PICTURE.png, NAME.csv, and NAME_table.csv if it has a table.
     pub fn files(&self, name: &str) -> Vec<FigureFile> {
         let file = |suffix: &str, bytes: Vec<u8>| FigureFile { name: format!("{name}{suffix}"), bytes };
-        let mut files = match &self.drawing {
-            Drawing::Svg(svg) => vec![file(".svg", svg.clone().into_bytes())],
-            Drawing::Renderings(renderings) => renderings
-                .iter()
-                .map(|rendering| file(&format!("_{}.png", rendering.name), rendering.png.clone()))
-                .collect(),
-        };
-        files.push(file(".csv", self.numbers.csv().into_bytes()));
-        files.extend(
-            self.tables.iter().map(|table| file(&format!("_{}.csv", table.name), table.data.csv().into_bytes())),
-        );
-        files
+        let pictures = self.pictures.iter().map(|picture| file(&picture.suffix, picture.bytes.clone()));
+        let table = self.table.iter().map(|(_, table)| file("_table.csv", table.csv().into_bytes()));
+        pictures.chain([file(".csv", self.numbers.csv().into_bytes())]).chain(table).collect()
     }
 }
 
-impl FigureTable {
-    /// A table whose numbers are already rounded words.
-    pub(crate) fn of_words(name: &'static str, title: &str, columns: &[&'static str], rows: Vec<Vec<String>>) -> Self {
-        let rows = rows.into_iter().map(|row| row.into_iter().map(Cell::Word).collect()).collect();
-        Self { name, title: title.to_owned(), data: DataTable::new(columns, rows) }
+impl Picture {
+    /// A figure's only picture, from the text of an SVG file.
+    pub(crate) fn drawing(svg: String) -> Vec<Self> {
+        vec![Self { suffix: ".svg".to_owned(), caption: String::new(), bytes: svg.into_bytes() }]
     }
 }
 
-/// Name and version of the program that made a figure.
-pub(crate) const SOFTWARE: &str = concat!("snowblue ", env!("CARGO_PKG_VERSION"));
+/// The program that made a figure, followed by `more`.
+pub(crate) fn metadata(more: &[(&'static str, &str)]) -> Metadata {
+    let made = [("snowblue", env!("CARGO_PKG_VERSION"))];
+    made.iter().chain(more).map(|(name, value)| (*name, (*value).to_owned())).collect()
+}
 
-/// Metadata of a figure by discrete ordinates, followed by `more`.
-pub(crate) fn ordinates_metadata(more: &[(&'static str, &str)]) -> Metadata {
-    let options = OrdinatesOptions::default();
-    let mut metadata = vec![
-        ("snowblue", env!("CARGO_PKG_VERSION").to_owned()),
-        ("engine", format!("discrete ordinates, {} streams", options.streams)),
-        ("seed", options.seed.to_string()),
-    ];
-    metadata.extend(more.iter().map(|(name, value)| (*name, (*value).to_owned())));
-    metadata
+/// Why a figure cannot be made.
+#[derive(Debug, thiserror::Error)]
+pub enum FigureError {
+    /// No figure has this name.
+    #[error("figure '{name}' is not known; there are {known}")]
+    UnknownFigure {
+        /// The name that was asked for.
+        name: String,
+        /// All names, separated by commas.
+        known: String,
+    },
+    /// A solution of the equation of transfer failed.
+    #[error(transparent)]
+    Transport(#[from] TransportError),
+    /// A table or a look-up in it failed.
+    #[error(transparent)]
+    Database(#[from] DatabaseError),
+    /// A colour could not be computed.
+    #[error(transparent)]
+    Color(#[from] ColorError),
+    /// A scene could not be built.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// A picture could not be rendered.
+    #[error(transparent)]
+    Render(#[from] RenderError),
 }

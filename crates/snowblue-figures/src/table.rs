@@ -31,6 +31,16 @@ impl DataTable {
         Self { columns: columns.to_vec(), rows, metadata: Metadata::new() }
     }
 
+    /// The table with numbers of a few significant digits, as words. Whole numbers keep all digits.
+    pub fn rounded(&self, digits: usize) -> Self {
+        let rounded = |cell: &Cell| match cell {
+            Cell::Number(value) if value.fract() != 0.0 => Cell::Word(format_digits(*value, digits)),
+            other => other.clone(),
+        };
+        let rows = self.rows.iter().map(|row| row.iter().map(rounded).collect()).collect();
+        Self { rows, ..self.clone() }
+    }
+
     /// The table as CSV with a header line.
     pub fn csv(&self) -> String {
         let mut text = self.columns.join(",");
@@ -97,7 +107,11 @@ impl From<f64> for Cell {
 
 /// A number with nine significant digits: plain where that is short, else with an exponent.
 pub fn format_number(value: f64) -> String {
-    let rounded: f64 = format!("{value:.8e}").parse().unwrap_or(value);
+    format_digits(value, 9)
+}
+
+fn format_digits(value: f64, digits: usize) -> String {
+    let rounded: f64 = format!("{value:.*e}", digits - 1).parse().unwrap_or(value);
     let magnitude = rounded.abs();
     if rounded == 0.0 || (1e-4..1e7).contains(&magnitude) { rounded.to_string() } else { format!("{rounded:e}") }
 }
@@ -112,5 +126,7 @@ mod tests {
         assert_eq!(format_number(3.084_969_326_53e-20), "3.08496933e-20");
         assert_eq!(format_number(400.0), "400");
         assert_eq!(format_number(0.0), "0");
+        let table = DataTable::new(&["T"], vec![vec![Cell::Number(0.036_474_21)], vec![Cell::Number(34_255.0)]]);
+        assert_eq!(table.rounded(3).csv(), "T\n0.0365\n34255\n");
     }
 }

@@ -6,6 +6,10 @@ use glam::{DAffine3, DVec3, Vec2, Vec3};
 
 use crate::vertex_normals::{VertexNormals, face_normal};
 
+/// The attributes that hold the second texture coordinates of a mesh, which place it in a lightmap: (0, 0) is the upper
+/// left corner of the image, (1, 1) the lower right.
+pub const SECOND_UV: [&str; 2] = ["lightmap_u", "lightmap_v"];
+
 /// An indexed triangle mesh in object space.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct TriangleMesh {

@@ -1,4 +1,4 @@
-//! Colours of spectra, snow of a colour, and sheets of swatches.
+//! Colours of spectra, snow of a colour, and swatches.
 
 use std::path::PathBuf;
 
@@ -9,8 +9,8 @@ use snowblue_color::exposure::{AutoExposure, GREATEST_STOPS, factor};
 use snowblue_color::{Illuminant, Lab, LinearRgb, Srgb8};
 use snowblue_database::Interval;
 use snowblue_database::matching::{self, Given, Match, Problem, Target};
-use snowblue_figures::swatch::{SheetAxis, SwatchSheet, automatic_exposure};
 use snowblue_render::film::image_file::write_raster_png;
+use snowblue_render::raster::RasterImage;
 
 use crate::arguments::{Angle, Light, Ordinates, Snow};
 use crate::work::{failure, input, run};
@@ -123,49 +123,29 @@ pub(crate) fn match_color<'py>(
     Ok((found.iter().map(row).collect::<PyResult<_>>()?, missed))
 }
 
-/// The texts and looks of a sheet of swatches.
-#[derive(FromPyObject)]
-#[pyo3(from_item_all)]
-pub(crate) struct Sheet {
-    title: String,
-    footer: String,
-    rows: (String, Vec<String>),
-    columns: (String, Vec<String>),
-    size_px: u32,
-    texture: Option<u64>,
-    exposure: Option<f64>,
-    output: Option<PathBuf>,
-}
-
-/// Draws linear sRGB colours, row by row, as a sheet: its bytes, width and height.
+/// Draws linear sRGB colours as squares, in rows of a number of columns: the bytes of the picture. Without an exposure
+/// in stops the greatest channel of all becomes 0.9.
 #[pyfunction]
+#[pyo3(signature = (colors, columns, size_px, exposure, output))]
+#[expect(clippy::too_many_arguments, reason = "one for each of what a picture is made of")]
 pub(crate) fn draw_swatches<'py>(
     py: Python<'py>,
     colors: PyReadonlyArray1<'py, f64>,
-    sheet: Sheet,
-) -> PyResult<(Bound<'py, PyArray1<u8>>, u32, u32)> {
-    check_finite(colors.as_slice()?, sheet.exposure)?;
+    columns: usize,
+    size_px: u32,
+    exposure: Option<f64>,
+    output: Option<PathBuf>,
+) -> PyResult<Bound<'py, PyArray1<u8>>> {
+    check_finite(colors.as_slice()?, exposure)?;
     let colours: Vec<LinearRgb> =
         colors.as_slice()?.as_chunks().0.iter().map(|&[r, g, b]| LinearRgb { r, g, b }).collect();
-    let exposure = sheet.exposure.map_or_else(|| automatic_exposure(&colours), factor);
-    let axis = |(name, labels): (String, Vec<String>)| SheetAxis { name, labels };
-    let (rows, columns) = (axis(sheet.rows), axis(sheet.columns));
-    let drawn = SwatchSheet {
-        title: sheet.title,
-        footer: sheet.footer,
-        colours: colours
-            .chunks(columns.labels.len().max(1))
-            .map(|row| row.iter().map(|colour| *colour * exposure).collect())
-            .collect(),
-        rows,
-        columns,
-        size_px: sheet.size_px,
-        texture: sheet.texture,
-    }
-    .draw();
-    if let Some(path) = sheet.output {
+    let factor = exposure.map_or_else(|| AutoExposure::OF_COLORS.factor(colours.iter().copied()), factor);
+    let exposed: Vec<LinearRgb> = colours.iter().map(|colour| *colour * factor).collect();
+    let rows: Vec<Vec<LinearRgb>> = exposed.chunks(columns).map(<[LinearRgb]>::to_vec).collect();
+    let drawn = RasterImage::patches(&rows, size_px);
+    if let Some(path) = output {
         let software = concat!("snowblue ", env!("CARGO_PKG_VERSION"));
         write_raster_png(&drawn, &[("Software", software)], &path).map_err(failure)?;
     }
-    Ok((PyArray1::from_vec(py, drawn.bytes()), drawn.width(), drawn.height()))
+    Ok(PyArray1::from_vec(py, drawn.bytes()))
 }

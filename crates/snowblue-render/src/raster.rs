@@ -1,6 +1,6 @@
 //! Raster images in 8-bit sRGB.
 
-use snowblue_color::Srgb8;
+use snowblue_color::{LinearRgb, Srgb8};
 
 /// A pixel, counted from the upper left corner.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -30,9 +30,19 @@ impl RasterImage {
         Self { width, height, pixels }
     }
 
-    /// An image of one colour.
-    pub fn filled(width: u32, height: u32, colour: Srgb8) -> Self {
-        Self { width, height, pixels: vec![colour; width as usize * height as usize] }
+    /// Square patches of colours without gaps: a list of columns for each row. Hues outside sRGB lose saturation.
+    ///
+    /// # Panics
+    ///
+    /// When the rows have different lengths, or `size_px` is zero.
+    pub fn patches(rows: &[Vec<LinearRgb>], size_px: u32) -> Self {
+        let size = size_px as usize;
+        let line = |row: &Vec<LinearRgb>| -> Vec<Srgb8> {
+            row.iter().flat_map(|colour| vec![Srgb8::encode(colour.displayable()); size]).collect()
+        };
+        let pixels: Vec<Srgb8> = rows.iter().flat_map(|row| line(row).repeat(size)).collect();
+        let height = u32::try_from(rows.len()).expect("a picture has fewer rows") * size_px;
+        Self::new(u32::try_from(pixels.len()).expect("and fewer pixels") / height, height, pixels)
     }
 
     /// Pixels from left to right.
@@ -53,38 +63,5 @@ impl RasterImage {
     /// Red, green and blue of each pixel, row by row.
     pub fn bytes(&self) -> Vec<u8> {
         self.pixels.iter().flat_map(|colour| [colour.r, colour.g, colour.b]).collect()
-    }
-
-    /// Copies another image into this one, with its upper left corner at a pixel.
-    ///
-    /// # Panics
-    ///
-    /// When the other image reaches beyond the edge.
-    pub fn paste(&mut self, other: &RasterImage, at: PixelPosition) {
-        let (width, other_width) = (self.width as usize, other.width as usize);
-        for (row, pixels) in other.pixels.chunks_exact(other_width).enumerate() {
-            let start = (at.y as usize + row) * width + at.x as usize;
-            self.pixels[start..start + other_width].copy_from_slice(pixels);
-        }
-    }
-
-    /// Blends a colour over a pixel with a coverage of 0–1. Blends encoded values instead of linear light, so that dark
-    /// letters on a light background keep the weight of their design. Ignores pixels outside the image.
-    pub fn blend(&mut self, x: i32, y: i32, colour: Srgb8, coverage: f32) {
-        let (Ok(x), Ok(y)) = (u32::try_from(x), u32::try_from(y)) else { return };
-        if x < self.width && y < self.height {
-            let pixel = &mut self.pixels[y as usize * self.width as usize + x as usize];
-            let mix = |below: u8, above: u8| {
-                let mixed = f32::from(below) + coverage.clamp(0.0, 1.0) * (f32::from(above) - f32::from(below));
-                #[expect(
-                    clippy::cast_possible_truncation,
-                    clippy::cast_sign_loss,
-                    reason = "rounded, and between two bytes"
-                )]
-                let mixed = mixed.round() as u8;
-                mixed
-            };
-            *pixel = Srgb8 { r: mix(pixel.r, colour.r), g: mix(pixel.g, colour.g), b: mix(pixel.b, colour.b) };
-        }
     }
 }

@@ -7,7 +7,7 @@
 //!                                                        │
 //!           monte_carlo: random walks between grains ◄───┼───► medium: moments of scattering ─► ordinates
 //!                                                        ▼
-//!                              R, T, A ─► sunlight, inversion, simplification, measured
+//!                              R, T, A ─► sunlight, inversion
 //! ```
 //!
 //! A [`SnowSample`] describes the snow, a [`Slab`] or a [`Stack`] describes thicknesses, light and wavelengths, and
@@ -61,8 +61,6 @@ pub mod monte_carlo;
 pub mod ordinates;
 
 pub mod inversion;
-pub mod measured;
-pub mod simplification;
 pub mod spread;
 pub mod sunlight;
 
@@ -70,8 +68,7 @@ pub mod illumination;
 
 pub use error::TransportError;
 pub use medium::{
-    Demand, GrainOptics, GrainTallies, HenyeyGreenstein, Medium, Microstructure, PhaseFunction, PhasePlan, Population,
-    Scattering, TallyPlan,
+    Demand, GrainTallies, HenyeyGreenstein, Medium, PhaseFunction, PhasePlan, Population, Scattering, TallyPlan,
 };
 pub use optics::{IceTable, Impurities, Substance};
 pub use sample::{GrainSize, SnowSample, TruncatedNormal};

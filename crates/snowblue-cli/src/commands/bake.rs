@@ -147,7 +147,7 @@ impl Bake {
         baked.map_err(|error| {
             let reason = match error {
                 BakeError::TooManyVertices { .. } => format!("{error} (--step-mm)"),
-                BakeError::SmallLightmap { .. } => format!("{error} (--lightmap)"),
+                BakeError::Layout { .. } => format!("{error} (--lightmap)"),
                 _ => error.to_string(),
             };
             Failure::Input(format!("{}: {reason}", self.scene.name()))

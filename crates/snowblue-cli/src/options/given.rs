@@ -1,7 +1,9 @@
 //! Options that are given on the command line, as opposed to defaults.
 
+use std::ffi::{OsStr, OsString};
+
 use clap::parser::ValueSource;
-use clap::{ArgMatches, Args, Command, FromArgMatches};
+use clap::{Arg, ArgMatches, Args, Command, FromArgMatches};
 
 use crate::output::{Failure, Outcome};
 
@@ -25,6 +27,21 @@ impl GivenOptions {
     /// Whether an option is given, by its name in Rust. Debug builds panic if the command has no such option.
     pub(crate) fn has(&self, option: &str) -> bool {
         self.0.value_source(option) == Some(ValueSource::CommandLine)
+    }
+
+    /// Those of a command's options that are given here, as words of a command line.
+    pub(crate) fn words_of(&self, command: &Command) -> Vec<OsString> {
+        let given = |argument: &Arg| {
+            let (id, long) = (argument.get_id().as_str(), argument.get_long().unwrap_or_default().to_owned());
+            let values = self.0.get_raw(id).filter(|_| self.has(id)).into_iter().flatten();
+            let word = |value: &OsStr| {
+                let mut word = OsString::from(format!("--{long}="));
+                word.push(value);
+                word
+            };
+            values.map(word).collect::<Vec<OsString>>()
+        };
+        command.get_arguments().flat_map(given).collect()
     }
 
     /// Refuses given options that have no effect.

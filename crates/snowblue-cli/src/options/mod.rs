@@ -22,5 +22,5 @@ pub(crate) use given::{GivenOptions, Idle, has_no_effect};
 pub(crate) use light_field::LightFieldOptions;
 pub(crate) use scene::SceneOptions;
 pub(crate) use slab::{SlabOptions, check_transmits};
-pub(crate) use snow::{SnowAxis, SnowOptions, SnowProperty, describe_distribution, describe_measure, describe_range};
+pub(crate) use snow::{SnowAxis, SnowOptions, SnowProperty};
 pub(crate) use weather::WeatherOptions;

@@ -106,11 +106,6 @@ pub(crate) struct SnowOptions {
 }
 
 impl SnowOptions {
-    /// Grain sizes in the measure of the options.
-    pub(crate) fn grain_size(&self, size: GrainSizeArgument) -> Result<GrainSize, Failure> {
-        GrainSize::from_numbers(&size.numbers_um(), self.size_measure).map_err(Failure::input)
-    }
-
     /// The snow. Only its grain size is checked.
     pub(crate) fn sample(&self) -> Result<SnowSample, Failure> {
         let several =
@@ -325,7 +320,7 @@ fn describe_sample(sample: &SnowSample) -> String {
 }
 
 /// The name of a measure of grain size.
-pub(crate) fn describe_measure(measure: SizeMeasure) -> &'static str {
+fn describe_measure(measure: SizeMeasure) -> &'static str {
     match measure {
         SizeMeasure::GreatestExtension => "greatest extension",
         SizeMeasure::VolumeDiameter => "volume diameter",
@@ -334,12 +329,12 @@ pub(crate) fn describe_measure(measure: SizeMeasure) -> &'static str {
 }
 
 /// Both ends of a range, or one value if they are equal.
-pub(crate) fn describe_range(low: f64, high: f64) -> String {
+fn describe_range(low: f64, high: f64) -> String {
     if low < high { format!("{}–{}", format_number(low), format_number(high)) } else { format_number(low) }
 }
 
 /// Range, mean and standard deviation, or the single value.
-pub(crate) fn describe_distribution(distribution: &TruncatedNormal) -> String {
+fn describe_distribution(distribution: &TruncatedNormal) -> String {
     let range = describe_range(distribution.min, distribution.max);
     if distribution.min >= distribution.max {
         return range;

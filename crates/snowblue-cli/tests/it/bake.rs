@@ -91,6 +91,27 @@ fn a_lightmap_for_more_parts_than_it_has_texels_is_refused() {
     };
     let many: String = (0..100).map(block).collect();
     folder.write("cube.toml", format!("{CUBE}{SHAPE}{many}"));
-    let words = ["606 parts", "64 × 64 texels", "128 × 128 suffice", "--lightmap"];
+    let words = ["606 parts", "64 × 64 texels", "125 × 125 suffice", "--lightmap"];
     folder.assert_refused("bake cube.toml --step-mm 100 --lightmap 64 --max-bounces 0 -o a.glb", &words);
+}
+
+/// The same mesh twice, whose second texture coordinates place both in the same texels.
+#[test]
+fn second_texture_coordinates_that_overlap_are_refused() {
+    let folder = folder();
+    folder.stdout("bake cube.toml --step-mm 100 --lightmap 64 --max-bounces 0 -o snow.glb");
+    let mut bytes = folder.bytes("snow.glb");
+    for start in 0..bytes.len() - 10 {
+        if bytes[start..].starts_with(b"TEXCOORD_0") {
+            bytes[start + 9] = b'1';
+        }
+    }
+    folder.write("snow.glb", bytes);
+    let mesh = |name: &str, x: u8| format!("name = \"{name}\"\nmesh = \"snow.glb\"\nposition = [{x}, 0, 0]\n");
+    let (one, other) = (mesh("one", 0), mesh("other", 1));
+    folder.write("twice.toml", format!("{CUBE}{one}[[object]]\nmaterial = \"drift\"\n{other}"));
+    let words = ["twice.toml: the second UV set of object \"other\" overlaps that of object \"one\" at u 0."];
+    folder.assert_refused("bake twice.toml --step-mm 100 --lightmap 64 --max-bounces 0 -o a.glb", &words);
+    folder.write("once.toml", format!("{CUBE}{one}"));
+    folder.stdout("bake once.toml --step-mm 100 --lightmap 64 --max-bounces 0 -o once.glb");
 }

@@ -91,22 +91,6 @@ fn a_table_from_a_file_renders_a_picture() {
     assert_eq!(folder.files().len(), 2, "no other file is left");
 }
 
-/// T and R, on the grid and between its values, at steep and grazing angles.
-#[test]
-fn look_ups_are_compared_with_direct_solutions() {
-    let folder = Folder::new();
-    let snow = "--grain-size 200,300,400,500 --facetness 0.3 --preset default --tally-rays 1024";
-    folder.stdout(&format!("database build {snow} --space log --components 6 --quiet -o small.nc"));
-    let judge = "database fidelity --off-grid 5 small.nc";
-    let text = folder.stdout(judge);
-    let rows: Vec<Vec<&str>> = text.lines().map(|line| line.split(',').collect()).collect();
-    let samples = rows.iter().position(|row| row[0] == "quantity").unwrap();
-    let between = rows[samples + 1..].iter().filter(|row| row[1] == "log" && row[3] == "between").count();
-    assert_eq!((rows.len() - samples - 1, between), (8, 4), "{text}");
-    assert_ne!(folder.stdout(&format!("{judge} --seed 2")), text, "other points");
-    folder.assert_refused(&format!("{judge} --interpolation paper"), &["small.nc"]);
-}
-
 #[test]
 fn metadata_of_csv_go_to_stderr() {
     let spectrum = "spectrum --wavelengths 500";

@@ -84,8 +84,6 @@ fn monte_carlo_fills_tables_and_its_noise_is_measured() {
     folder.stdout(&format!("{SMALL} --engine montecarlo --rays 500 --angle 0 -o sampled.nc"));
     folder.stdout(&small("--angle 0 -o solved.nc"));
     let text = folder.stdout("database fidelity sampled.nc --truth solved.nc --components 1 --format csv");
-    folder.stdout("database fidelity solved.nc --components 2 --plot cost.svg --quiet");
-    assert_names(&folder.text("cost.svg"), &["Components", "RMSE", "Singular value"]);
     let rows: Vec<Vec<&str>> = text.lines().map(|line| line.split(',').collect()).collect();
     assert_eq!((rows.len(), &rows[0][13..]), (5, &["worst_rmse_curve", "worst_delta_e_curve"][..]));
     assert!(rows[1][13].contains("µm; facetness"), "{text}");

@@ -86,7 +86,7 @@ fn random_rows_are_those_of_the_engine() {
 }
 
 /// Between knots and angles, for samples on the grid and between its sizes and densities, look-ups agree with direct
-/// solutions by the same rays within about half a percent (`snowblue database fidelity --off-grid`).
+/// solutions by the same rays within about half a percent.
 #[test]
 fn look_ups_between_the_values_agree_with_the_engine() {
     for (sample, most_error) in [

@@ -1,11 +1,6 @@
-//! Accuracy of compression and look-ups.
-//!
-//! [`evaluate`] compares rebuilt curves with the originals, by root mean square error and by colour difference (ΔE*ab,
-//! CIELAB 1976). [`off_grid`] compares look-ups between a table's values with direct solutions. [`sampling`] determines
-//! how many wavelengths a colour needs.
+//! Accuracy of compression: rebuilt curves against the originals, by root mean square error and by colour difference
+//! (ΔE*ab, CIELAB 1976).
 
-pub mod off_grid;
-pub mod sampling;
 mod spread;
 
 use rayon::prelude::*;

@@ -42,28 +42,6 @@ impl FillOptions {
         Self { engine, seed: 1, ice: IceTable::default() }
     }
 
-    /// The options by which discrete ordinates filled a table, from its metadata, so that more of it can be computed.
-    ///
-    /// # Errors
-    /// [`DatabaseError::Metadata`] for a missing or invalid attribute; tables of other models have none.
-    pub fn from_metadata(metadata: &[Attribute]) -> Result<Self, DatabaseError> {
-        fn number<N: std::str::FromStr>(name: &'static str, word: &str) -> Result<N, DatabaseError> {
-            word.parse().map_err(|_| DatabaseError::Metadata { name })
-        }
-        let word = |name: &'static str| find(metadata, name).ok_or(DatabaseError::Metadata { name });
-        let streams = match word("streams")? {
-            "auto" => Streams::Auto,
-            word => Streams::Exactly(number("streams", word)?),
-        };
-        streams.check()?;
-        let tally_rays = number("tally_rays", word("tally_rays")?)?;
-        Ok(Self {
-            engine: Engine::Ordinates { streams, tally_rays },
-            seed: number("seed", word("seed")?)?,
-            ice: ice_from_metadata(metadata)?,
-        })
-    }
-
     /// The metadata of a table filled with these options.
     #[must_use]
     pub fn metadata(&self) -> Vec<Attribute> {

@@ -4,13 +4,10 @@ use std::sync::LazyLock;
 
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use snowblue_color::Illuminant;
-use snowblue_database::fidelity::off_grid::{OffGridOptions, evaluate_off_grid};
+use snowblue_color::{Colorimeter, Illuminant, Lab, Observer};
 use snowblue_database::fill::{self, FillOptions};
 use snowblue_database::lookup::SnowMix;
-use snowblue_database::{
-    Axes, CompressedTable, DatabaseError, PcaSnow, Property, PropertyAxis, Quantity, Space, Table, TableSample,
-};
+use snowblue_database::{Axes, CompressedTable, PcaSnow, Property, PropertyAxis, Quantity, Space, Table, TableSample};
 use snowblue_transport::optics::Substance;
 
 const SNOW: TableSample = TableSample::new(300.0, 0.3, 300.0);
@@ -183,12 +180,21 @@ fn further_properties_are_interpolated() {
         PropertyAxis { property: Property::Temperature, values: vec![-20.0, -5.0] },
     ]);
     let sooty = compressed(vec![PropertyAxis { property: soot, values: vec![0.0, 1.0, 3.0, 10.0, 30.0, 100.0] }]);
-    let asked = OffGridOptions { points: 40, seed: 5, illuminant: Illuminant::D65 };
-    for (table, most_steep) in [(&wet, 0.015), (&sooty, 0.06)] {
-        for found in evaluate_off_grid(table, &asked).unwrap() {
-            let most = if found.angles_deg.low > 70.0 { 2.0 * most_steep } else { most_steep };
-            assert!(found.bright.worst < most && found.delta_e.worst < 0.5, "{found:#?}");
-        }
+    let between = |properties: Vec<PropertyAxis>| Axes {
+        densities_kg_m3: vec![230.0, 370.0],
+        properties,
+        wavelengths_nm: wet.axes.wavelengths_nm.clone(),
+        ..BETWEEN.clone()
+    };
+    let wet_points = between(vec![
+        PropertyAxis { property: Property::WaterSaturation, values: vec![0.0, 0.05, 0.16, 0.27, 0.3] },
+        PropertyAxis { property: Property::Temperature, values: vec![-20.0, -11.0, -5.0] },
+    ]);
+    let sooty_points =
+        between(vec![PropertyAxis { property: soot, values: vec![0.0, 0.4, 0.7, 2.0, 7.0, 15.0, 50.0, 80.0] }]);
+    for (table, points, most_steep) in [(&wet, &wet_points, 0.015), (&sooty, &sooty_points, 0.06)] {
+        let errors = worst_errors(table, points);
+        assert!(errors.steep < most_steep && errors.grazing < 2.0 * most_steep && errors.delta_e < 0.5, "{errors:?}");
     }
     assert_eq!(
         PcaSnow::new(&sooty, &SNOW.with(soot, 200.0)).unwrap_err().to_string(),
@@ -196,22 +202,68 @@ fn further_properties_are_interpolated() {
     );
 }
 
-/// Errors between the values are evaluated for tables of the engine; a table without metadata is refused.
-#[test]
-fn errors_between_the_values_are_evaluated() {
-    let asked = OffGridOptions { points: 30, seed: 1, illuminant: Illuminant::D65 };
-    let rows = evaluate_off_grid(&COMPRESSED, &asked).unwrap();
-    assert_eq!(rows.len(), 2 * 2 * 2);
-    for row in &rows {
-        let most = if row.angles_deg.low > 70.0 { 0.03 } else { 0.01 };
-        assert!(row.bright.worst < most && row.bright.mean > 0.0 && row.delta_e.worst < 1.0, "{row:#?}");
-        assert!(row.relative.worst >= row.bright.worst && row.worst.relative.contains(" cm"));
+/// Thicknesses and angles between those of the tables. The last angle is theirs, so that tallies have as many moments.
+static BETWEEN: LazyLock<Axes> = LazyLock::new(|| Axes {
+    grain_sizes_um: vec![300.0],
+    facetness: vec![0.3],
+    angles_deg: vec![4.0, 33.0, 66.0, 78.0, 83.0, 87.0, 89.0],
+    thicknesses_cm: vec![0.012, 0.05, 0.4, 1.2, 4.0, 12.0, 30.0, 60.0, 85.0],
+    ..Axes::paper()
+});
+
+/// The largest relative error of T and R that exceed 10⁻⁶, up to 80° and above, and ΔE under D65.
+#[derive(Debug, Default)]
+struct WorstErrors {
+    steep: f64,
+    grazing: f64,
+    delta_e: f64,
+}
+
+/// Compares look-ups with direct solutions by the same rays, so that the noise of the tally cancels.
+fn worst_errors(table: &CompressedTable, points: &Axes) -> WorstErrors {
+    let solved = fill(points);
+    let colorimeter = Colorimeter::new(Observer::Cie1931, Illuminant::D65, &points.wavelengths_nm).unwrap();
+    let lab = |curve: &[f64]| Lab::from_xyz(colorimeter.xyz(curve), colorimeter.white());
+    let mut worst = WorstErrors::default();
+    for quantity in Quantity::ALL {
+        let curves: Vec<&[f64]> = solved.curves(quantity).collect();
+        for (number, curves) in curves.chunks_exact(points.curves_per_sample()).enumerate() {
+            let snow = PcaSnow::new(table, &points.table_sample(number)).unwrap();
+            let places = points.angles_deg.iter().flat_map(|a| points.thicknesses_cm.iter().map(move |h| (*a, *h)));
+            for ((angle_deg, thickness_cm), curve) in places.zip(curves) {
+                let mut found = vec![0.0; curve.len()];
+                match quantity {
+                    Quantity::Transmittance => snow.transmittance(thickness_cm as f32, angle_deg as f32, &mut found),
+                    Quantity::Reflectance => snow.reflectance(thickness_cm as f32, angle_deg as f32, &mut found),
+                }
+                let found: Vec<f64> = found.into_iter().map(f64::from).collect();
+                let error =
+                    |(found, exact): (&f64, &f64)| if *exact > 1e-6 { (found / exact - 1.0).abs() } else { 0.0 };
+                let error = found.iter().zip(*curve).map(error).fold(0.0, f64::max);
+                let most = if angle_deg < 80.0 { &mut worst.steep } else { &mut worst.grazing };
+                *most = most.max(error);
+                worst.delta_e = worst.delta_e.max(lab(&found).delta_e_1976(lab(curve)));
+            }
+        }
     }
-    // The paper's scheme, with the samples of the grid only, has large errors where there is least light.
-    let linear = evaluate_off_grid(&CompressedTable::new(&TABLE, Space::Linear, 2).unwrap(), &asked).unwrap();
-    assert!(linear.len() == 4 && linear[0].bright.worst > 10.0 * rows[0].bright.worst, "{linear:#?}");
-    let unknown = CompressedTable { metadata: vec![], ..COMPRESSED.clone() };
-    assert!(matches!(evaluate_off_grid(&unknown, &asked), Err(DatabaseError::Metadata { name: "streams" })));
+    worst
+}
+
+#[test]
+fn look_ups_between_the_values_agree_with_direct_solutions() {
+    let points = |grain_sizes_um: Vec<f64>, densities_kg_m3: Vec<f64>| Axes {
+        grain_sizes_um,
+        densities_kg_m3,
+        ..BETWEEN.clone()
+    };
+    let on_grid = points(vec![200.0, 350.0], vec![250.0, 300.0]);
+    for points in [&on_grid, &points(vec![220.0, 280.0, 340.0], vec![265.0, 290.0])] {
+        let errors = worst_errors(&COMPRESSED, points);
+        assert!(errors.steep < 0.01 && errors.grazing < 0.03 && errors.delta_e < 1.0, "{errors:?}");
+    }
+    // The paper's scheme has large errors where there is least light.
+    let linear = worst_errors(&CompressedTable::new(&TABLE, Space::Linear, 2).unwrap(), &on_grid);
+    assert!(linear.steep > 0.1, "{linear:?}");
 }
 
 /// Where the last knots transmit nothing measurable, thicker snow transmits nothing either: extrapolation to 30 m or 3
@@ -251,26 +303,6 @@ fn extrapolation_does_not_increase_transmittance() {
             }
         }
     }
-}
-
-/// Errors of a table without grazing angles are evaluated within its angles.
-#[test]
-fn errors_are_evaluated_within_the_angles_of_the_table() {
-    let axes = Axes {
-        grain_sizes_um: vec![400.0],
-        facetness: vec![0.3],
-        densities_kg_m3: vec![300.0],
-        angles_deg: vec![0.0, 30.0, 60.0],
-        thicknesses_cm: vec![1.0, 2.0, 5.0, 10.0, 20.0],
-        ..Axes::paper()
-    };
-    let table = fill::fill(&axes, &FillOptions::by_ordinates(1 << 10), &|_| ()).unwrap();
-    let compressed = CompressedTable::new(&table, Space::Log, 4).unwrap();
-    let asked = OffGridOptions { points: 20, seed: 1, illuminant: Illuminant::D65 };
-    let rows = evaluate_off_grid(&compressed, &asked).unwrap();
-    assert!(rows.iter().all(|row| row.angles_deg.low < 1e-9 && (row.angles_deg.high - 60.0).abs() < 1e-9), "{rows:?}");
-    // Five knots and three angles are coarse.
-    assert!(rows.iter().all(|row| row.relative.worst < 0.1), "{rows:?}");
 }
 
 /// In log space look-ups resolve angles up to the table's last, in the paper's scheme up to 89°. Larger angles are

@@ -1,29 +1,23 @@
 //! The paper's Figs. 5–8: effects of grain size, facetness, density and thickness on the transmitted colour.
 
-use snowblue_color::{Lab, LinearRgb, Xyz};
-use snowblue_render::scene::film::ImageSize;
-use snowblue_transport::ordinates::{OrdinatesOptions, solve_each};
+use snowblue_color::{Colorimeter, Illuminant, Observer, Xyz};
+use snowblue_transport::batch::{Batch, SlabCase};
+use snowblue_transport::ordinates::{OrdinatesOptions, solve_batch};
 use snowblue_transport::sample::{GrainSize, SnowSample, TruncatedNormal};
-use snowblue_transport::slab::{Incidence, Slab};
+use snowblue_transport::slab::Incidence;
 
-use crate::error::FigureError;
-use crate::figure::{Drawing, Figure, FigureTable, ordinates_metadata};
-use crate::plot::Chart;
-use crate::shading::{common_exposure, daylight, textured_png, wavelengths_nm};
+use super::swatches::{self, Exposed};
+use crate::figure::{Figure, FigureError, Picture, metadata};
+use crate::plot::{Chart, LABEL};
 use crate::table::{Cell, DataTable};
 
 const ANGLES_DEG: [f64; 6] = [0.0, 20.0, 40.0, 60.0, 80.0, 89.0];
-/// The default, 12 cm, and those of Fig. 8.
-const THICKNESSES_CM: [f64; 3] = [12.0, 10.0, 25.0];
+const THICKNESS_CM: f64 = 12.0;
 
-const OURS: &str = "All numbers, and the texture, are ours: the light behind snow of 550 µm, facetness .3, 275 kg/m³ \
-    and 12 cm under D65, with one quantity changed in each row, solved directly since these values are not on the \
-    table's grid. One exposure serves all four figures. We confirm the paper's findings but one: grain size has the \
-    greatest effect on luminance at every angle, and on ΔE*ab up to 60°; at 80° and 89° thickness has a slightly \
-    greater effect (10.25 against 10.10, 7.77 against 7.15), and at middle grey at every angle (12.56 against 11.88 at \
-    0°). The table of pairs gives the factors in luminance.";
-const PAPER: &str = "The paper reports markedly lighter hues for large grains, darker ones for large facetness, \
-    density and thickness, the strongest effect for grain size, and darker hues with the angle of incidence.";
+const OURS: &str = "The light behind snow of 550 µm, facetness .3, 275 kg/m³ and 12 cm under D65, with one quantity \
+    changed in each row, at one exposure. Grain size has the greatest effect on luminance at every angle.";
+const PAPER: &str = "Markedly lighter hues for large grains, darker ones for large facetness, density and thickness, \
+    the strongest effect for grain size, and darker hues with the angle of incidence.";
 
 /// A row of swatches.
 struct Row {
@@ -31,155 +25,102 @@ struct Row {
     quantity: &'static str,
     value: &'static str,
     sample: SnowSample,
-    /// Index in [`THICKNESSES_CM`].
-    thickness: usize,
-    /// Light at each angle.
-    lights: Vec<Xyz>,
+    thickness_cm: f64,
 }
 
 pub(crate) fn figure() -> Result<Figure, FigureError> {
-    let mut rows = rows()?;
-    let wavelengths_nm = wavelengths_nm(400, 700, 10);
-    let colorimeter = daylight(&wavelengths_nm)?;
-    let slab = Slab {
-        sample: rows[0].sample,
-        thicknesses_cm: THICKNESSES_CM.to_vec(),
-        incidences: ANGLES_DEG.map(|angle_deg| Incidence::Beam { angle_deg }).to_vec(),
+    let rows = rows()?;
+    let wavelengths_nm: Vec<f64> = (400..=700).step_by(10).map(f64::from).collect();
+    let colorimeter = Colorimeter::new(Observer::Cie1931, Illuminant::D65, &wavelengths_nm)?;
+    let case = |(sample, row): (usize, &Row)| {
+        let thickness_cm = row.thickness_cm;
+        ANGLES_DEG.map(|angle_deg| SlabCase {
+            sample,
+            thickness_cm,
+            incidence: Incidence::Beam { angle_deg },
+            ground_albedo: 0.0,
+        })
+    };
+    let batch = Batch {
+        samples: rows.iter().map(|row| row.sample).collect(),
+        cases: rows.iter().enumerate().flat_map(case).collect(),
         wavelengths_nm,
     };
-    let samples: Vec<SnowSample> = rows.iter().map(|row| row.sample).collect();
-    let solved = solve_each(&samples, &slab, &OrdinatesOptions::default())?;
-    for (row, of) in rows.iter_mut().zip(&solved) {
-        row.lights = (0..ANGLES_DEG.len())
-            .map(|angle| of.spectrum(row.thickness, angle))
-            .map(|spectrum| colorimeter.xyz(&spectrum.iter().map(|fluxes| fluxes.transmittance).collect::<Vec<_>>()))
-            .collect();
-    }
-    let factor = common_exposure(rows.iter().flat_map(|row| row.lights.iter().copied()));
-    let cells = |row: &Row, index: usize| {
-        let light = row.lights[index];
-        let rgb = LinearRgb::from_xyz(light);
-        let mut cells = vec![Cell::from(f64::from(row.figure))];
-        cells.extend([row.quantity, row.value].map(|word| Cell::Word(word.to_owned())));
-        cells.extend([ANGLES_DEG[index], light.x, light.y, light.z, rgb.r, rgb.g, rgb.b].map(Cell::from));
-        cells.extend([rgb.display_hex(), LinearRgb::from_xyz(light * factor).display_hex()].map(Cell::Word));
-        cells
+    let fluxes = solve_batch(&batch, &OrdinatesOptions::default(), false, &|_| ()).map_err(|wrong| wrong.error)?;
+    let transmitted: Vec<f64> = fluxes.iter().map(|fluxes| fluxes.transmittance.value).collect();
+    let lights: Vec<Xyz> =
+        transmitted.chunks_exact(batch.wavelengths_nm.len()).map(|values| colorimeter.xyz(values)).collect();
+    let lights: Vec<&[Xyz]> = lights.chunks_exact(ANGLES_DEG.len()).collect();
+    let exposed = Exposed::together(lights.concat().into_iter());
+    let cells = |(row, lights): (&Row, &&[Xyz])| {
+        let cells = |(light, angle_deg): (&Xyz, f64)| {
+            let mut cells = vec![f64::from(row.figure).into(), Cell::word(row.quantity), Cell::word(row.value)];
+            cells.extend([angle_deg, light.x, light.y, light.z].map(Cell::from));
+            cells.push(Cell::Word(exposed.colour(*light).to_string()));
+            cells
+        };
+        lights.iter().zip(ANGLES_DEG).map(cells).collect::<Vec<_>>()
     };
-    let columns = [
-        "figure",
-        "quantity",
-        "value",
-        "angle_deg",
-        "X",
-        "Y",
-        "Z",
-        "r_linear",
-        "g_linear",
-        "b_linear",
-        "hex",
-        "shown_hex",
-    ];
-    let all = rows.iter().flat_map(|row| (0..ANGLES_DEG.len()).map(move |index| cells(row, index))).collect();
+    let columns = ["figure", "quantity", "value", "angle_deg", "X", "Y", "Z", "shown_hex"];
     Ok(Figure {
         title: "Grain size, facetness, density, thickness and angle of incidence",
         ours: OURS.to_owned(),
-        paper: PAPER.to_owned(),
-        drawing: Drawing::Svg(draw(&rows, factor)?),
-        numbers: DataTable::new(&columns, all),
-        tables: vec![pairs(&rows), colours(&rows, colorimeter.white())],
+        paper: PAPER,
+        pictures: Picture::drawing(draw(&rows, &lights, &exposed)),
+        numbers: DataTable::new(&columns, rows.iter().zip(&lights).flat_map(cells).collect()),
+        table: Some(("Effect of each quantity on the luminance at 0°", pairs(&rows, &lights))),
         warning: None,
     })
 }
 
 fn rows() -> Result<Vec<Row>, FigureError> {
-    let size = |mean_um: f64| GrainSize::around(mean_um);
-    let base = SnowSample { grain_size: size(550.0)?, density_kg_m3: 275.0, ..SnowSample::default() };
-    let facets = |mean: f64| SnowSample { facetness: TruncatedNormal::facetness_around(mean), ..base };
-    let row = |figure: u8, quantity: &'static str, value: &'static str, sample: SnowSample, thickness: usize| Row {
-        figure,
-        quantity,
-        value,
-        sample,
-        thickness,
-        lights: Vec::new(),
+    let of_size = |mean_um: f64| -> Result<SnowSample, FigureError> {
+        Ok(SnowSample { grain_size: GrainSize::around(mean_um)?, density_kg_m3: 275.0, ..SnowSample::default() })
     };
+    let base = of_size(550.0)?;
+    let faceted = |mean: f64| SnowSample { facetness: TruncatedNormal::facetness_around(mean), ..base };
+    let row = |figure, quantity, value, sample, thickness_cm| Row { figure, quantity, value, sample, thickness_cm };
     Ok(vec![
-        row(5, "grain size", "100 µm", SnowSample { grain_size: size(100.0)?, ..base }, 0),
-        row(5, "grain size", "500 µm", SnowSample { grain_size: size(500.0)?, ..base }, 0),
-        row(6, "facetness", "0.1", facets(0.1), 0),
-        row(6, "facetness", "0.9", facets(0.9), 0),
-        row(7, "density", "200 kg/m³", SnowSample { density_kg_m3: 200.0, ..base }, 0),
-        row(7, "density", "400 kg/m³", SnowSample { density_kg_m3: 400.0, ..base }, 0),
-        row(8, "thickness", "10 cm", base, 1),
-        row(8, "thickness", "25 cm", base, 2),
+        row(5, "grain size", "100 µm", of_size(100.0)?, THICKNESS_CM),
+        row(5, "grain size", "500 µm", of_size(500.0)?, THICKNESS_CM),
+        row(6, "facetness", "0.1", faceted(0.1), THICKNESS_CM),
+        row(6, "facetness", "0.9", faceted(0.9), THICKNESS_CM),
+        row(7, "density", "200 kg/m³", SnowSample { density_kg_m3: 200.0, ..base }, THICKNESS_CM),
+        row(7, "density", "400 kg/m³", SnowSample { density_kg_m3: 400.0, ..base }, THICKNESS_CM),
+        row(8, "thickness", "10 cm", base, 10.0),
+        row(8, "thickness", "25 cm", base, 25.0),
     ])
 }
 
 /// Effect of each of the four quantities at 0°.
-fn pairs(rows: &[Row]) -> FigureTable {
-    let row = |pair: &[Row]| {
-        let [low, high] = [pair[0].lights[0].y, pair[1].lights[0].y];
+fn pairs(rows: &[Row], lights: &[&[Xyz]]) -> DataTable {
+    let pair = |(rows, lights): (&[Row], &[&[Xyz]])| {
+        let [low, high] = [lights[0][0].y, lights[1][0].y];
         let change = if high > low { "lighter" } else { "darker" };
         vec![
-            format!("Fig. {}", pair[0].figure),
-            format!("{}, {} → {}", pair[0].quantity, pair[0].value, pair[1].value),
-            format!("{low:.4}"),
-            format!("{high:.4}"),
-            format!("{:.2}", high.max(low) / low.min(high)),
-            change.to_owned(),
+            Cell::Word(format!("Fig. {}", rows[0].figure)),
+            Cell::Word(format!("{}, {} → {}", rows[0].quantity, rows[0].value, rows[1].value)),
+            low.into(),
+            high.into(),
+            (high.max(low) / low.min(high)).into(),
+            Cell::word(change),
         ]
     };
     let columns = ["figure", "from → to", "Y from", "Y to", "times", "it becomes"];
-    FigureTable::of_words(
-        "pairs",
-        "Effect of each quantity on the luminance at 0°",
-        &columns,
-        rows.chunks_exact(2).map(row).collect(),
-    )
+    DataTable::new(&columns, rows.chunks_exact(2).zip(lights.chunks_exact(2)).map(pair).collect()).rounded(3)
 }
 
-fn colours(rows: &[Row], white: Xyz) -> FigureTable {
-    let line = |row: &Row, index: usize| {
-        let light = row.lights[index];
-        let lab = Lab::from_xyz(light, white);
-        vec![
-            format!("{} {}", row.quantity, row.value),
-            ANGLES_DEG[index].to_string(),
-            format!("{:.5}", light.y),
-            format!("{:.1}", lab.l),
-            format!("{:.1}", lab.chroma()),
-            format!("{:.0}", lab.hue_deg()),
-        ]
+fn draw(rows: &[Row], lights: &[&[Xyz]], exposed: &Exposed) -> String {
+    let title = "Light through snow: grain size, facetness, density, thickness and angle";
+    let mut chart = Chart::new(900.0, 690.0, title);
+    let base = format!("550 µm, facetness 0.3, 275 kg/m³, 12 cm, D65, but for what is named; {}", exposed.words());
+    chart.text((24.0, 58.0), &base, LABEL);
+    let row = |(row, lights): (&Row, &&[Xyz])| {
+        let label = format!("Fig. {}: {} {}", row.figure, row.quantity, row.value);
+        (label, lights.iter().map(|light| exposed.colour(*light)).collect())
     };
-    let lines = rows.iter().flat_map(|row| (0..ANGLES_DEG.len()).map(move |index| line(row, index))).collect();
-    let title = "Luminance, lightness, chroma and hue angle of each swatch, not exposed";
-    FigureTable::of_words("colours", title, &["snow", "angle", "Y", "L*", "C*", "h°"], lines)
-}
-
-fn draw(rows: &[Row], factor: f64) -> Result<String, FigureError> {
-    const SIZE: (f64, f64) = (116.0, 66.0);
-    const PIXELS: ImageSize = ImageSize { width: 116, height: 66 };
-    const GAP: f64 = 4.0;
-    const LEFT: f64 = 160.0;
-    let mut chart = Chart::new(900.0, 810.0, "Light through snow: grain size, facetness, density, thickness and angle");
-    let stops = format!("exposure +{:.2} stops for all", factor.log2());
-    let base = format!("550 µm, facetness 0.3, 275 kg/m³, 12 cm, D65, but for what is named · {stops}");
-    chart.text((24.0, 56.0), &base, "start");
-    let mut y = 84.0;
-    for (number, row) in rows.iter().enumerate() {
-        if number % 2 == 0 {
-            y += 18.0;
-            chart.heading((24.0, y - 8.0), &format!("Fig. {}: {}", row.figure, row.quantity));
-        }
-        chart.text((LEFT - 12.0, y + 0.5 * SIZE.1 + 4.0), row.value, "end");
-        for (column, (angle_deg, light)) in ANGLES_DEG.iter().zip(&row.lights).enumerate() {
-            let x = LEFT + (SIZE.0 + GAP) * column as f64;
-            chart.image((x, y), SIZE, &textured_png(*light, factor, PIXELS)?);
-            if number == 0 {
-                chart.text((x + 0.5 * SIZE.0, y - 8.0), &format!("{angle_deg}°"), "middle");
-            }
-        }
-        y += SIZE.1 + GAP + if number % 2 == 1 { 16.0 } else { 0.0 };
-    }
-    Ok(chart.finish(&ordinates_metadata(&[("ice", "warren2008"), ("observer", "CIE 1931"), ("numbers", "ours")])))
+    let sheet: Vec<_> = rows.iter().zip(lights).map(row).collect();
+    let columns = ANGLES_DEG.map(|angle_deg| format!("{angle_deg}°"));
+    swatches::draw(&mut chart, (212.0, 98.0), (110.0, 68.0), &columns, &sheet);
+    chart.finish(&metadata(&[("engine", "discrete ordinates"), ("ice", "warren2008"), ("observer", "CIE 1931")]))
 }

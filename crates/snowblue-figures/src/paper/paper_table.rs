@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use snowblue_database::fill::{FillOptions, fill};
 use snowblue_database::{Axes, Table};
 
-use crate::error::FigureError;
+use crate::figure::FigureError;
 
 static TABLE: OnceLock<Table> = OnceLock::new();
 

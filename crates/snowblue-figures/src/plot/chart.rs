@@ -1,17 +1,50 @@
-//! Panels with two axes, and the lines, bands, dots and bars in them.
+//! A chart as SVG: panels with two axes, lines, bands, dots, rectangles, text and a legend, in pixels.
 
-use std::ops::Range;
+use snowblue_color::Srgb8;
+use svg::node::element::path::Data;
+use svg::node::element::{Circle, Path, Rectangle, Text, Title};
+use svg::{Document, Node};
 
 use super::axis::Axis;
-use super::canvas::{Canvas, GREY, LABEL, Lettering, PALE, Point, Stroke, TICK};
 
-/// A drawing of several panels.
-pub(crate) struct Chart {
-    canvas: Canvas,
-    height: f64,
+pub(crate) const INK: &str = "#1f2933";
+pub(crate) const GREY: &str = "#6b7785";
+pub(crate) const PALE: &str = "#e1e6eb";
+
+/// A point of a chart, or a size: pixels to the right and down.
+pub(crate) type Point = (f64, f64);
+
+/// Style of a text.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Lettering {
+    pub(crate) size: f64,
+    pub(crate) fill: &'static str,
+    /// `start`, `middle` or `end`.
+    pub(crate) anchor: &'static str,
+    pub(crate) bold: bool,
 }
 
-/// Edges of a panel, in pixels.
+pub(crate) const LABEL: Lettering = Lettering { size: 13.0, fill: INK, anchor: "start", bold: false };
+pub(crate) const HEADING: Lettering = Lettering { bold: true, ..LABEL };
+pub(crate) const REMARK: Lettering = Lettering { size: 12.0, fill: GREY, ..LABEL };
+pub(crate) const TICK: Lettering = Lettering { anchor: "middle", ..REMARK };
+
+/// Style of a line.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Stroke<'a> {
+    pub(crate) colour: &'a str,
+    pub(crate) width: f64,
+    /// Lengths of dashes and gaps; empty for a solid line.
+    pub(crate) dashes: &'a str,
+}
+
+impl<'a> Stroke<'a> {
+    pub(crate) fn solid(colour: &'a str, width: f64) -> Self {
+        Self { colour, width, dashes: "" }
+    }
+}
+
+/// Edges of a panel.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Area {
     pub(crate) left: f64,
@@ -23,156 +56,171 @@ pub(crate) struct Area {
 /// Two axes on an area.
 pub(crate) struct Panel {
     area: Area,
-    x: Axis,
-    y: Axis,
-}
-
-/// An entry of a legend.
-pub(crate) struct Entry<'e> {
-    pub(crate) name: &'e str,
-    pub(crate) symbol: Symbol<'e>,
-}
-
-/// The symbol of an entry.
-pub(crate) enum Symbol<'s> {
-    Line(Stroke<'s>),
-    /// A dot of a colour.
-    Dot(&'s str),
-    Band(Fill<'s>),
-}
-
-/// A colour with an opacity, 0–1.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Fill<'f> {
-    pub(crate) colour: &'f str,
-    pub(crate) opacity: f64,
+    pub(crate) x: Axis,
+    pub(crate) y: Axis,
 }
 
 impl Panel {
-    fn point(&self, (x, y): (f64, f64)) -> Point {
+    pub(crate) fn point(&self, (x, y): (f64, f64)) -> Point {
         let Area { left, right, top, bottom } = self.area;
         (left + (right - left) * self.x.fraction(x), bottom - (bottom - top) * self.y.fraction(y))
     }
 
-    fn points(&self, values: &[(f64, f64)]) -> Vec<Point> {
+    pub(crate) fn points(&self, values: &[(f64, f64)]) -> Vec<Point> {
         values.iter().map(|value| self.point(*value)).collect()
     }
+}
 
-    /// The height of a value on the y axis, in pixels.
-    pub(crate) fn height_of(&self, y: f64) -> f64 {
-        self.point((self.x.low, y)).1
-    }
+/// A drawing with its size.
+pub(crate) struct Chart {
+    document: Document,
+    width: f64,
+    height: f64,
 }
 
 impl Chart {
     pub(crate) fn new(width: f64, height: f64, title: &str) -> Self {
-        Self { canvas: Canvas::new(width, height, title), height }
+        let document = Document::new()
+            .set("font-family", "Inter, 'Helvetica Neue', Helvetica, Arial, 'DejaVu Sans', sans-serif")
+            .add(Title::new(title))
+            .add(Rectangle::new().set("width", "100%").set("height", "100%").set("fill", "white"));
+        let mut chart = Self { document, width, height };
+        chart.text((24.0, 34.0), title, Lettering { size: 17.0, ..HEADING });
+        chart
     }
 
-    /// Draws the axes [x, y] with their names. An axis without marks has neither grid lines nor labels.
+    pub(crate) fn text(&mut self, (x, y): Point, words: &str, style: Lettering) {
+        self.document.append(lettered(words, style).set("x", rounded(x)).set("y", rounded(y)));
+    }
+
+    pub(crate) fn curve(&mut self, points: &[Point], stroke: Stroke) {
+        self.curves(&[points], stroke);
+    }
+
+    /// Several curves of one style, as one shape.
+    pub(crate) fn curves(&mut self, curves: &[impl AsRef<[Point]>], stroke: Stroke) {
+        let data = curves.iter().fold(Data::new(), |data, points| polyline(data, points.as_ref()));
+        let mut path = Path::new().set("d", data).set("fill", "none").set("stroke-linejoin", "round");
+        path.assign("stroke", stroke.colour);
+        path.assign("stroke-width", stroke.width);
+        if !stroke.dashes.is_empty() {
+            path.assign("stroke-dasharray", stroke.dashes);
+        }
+        self.document.append(path);
+    }
+
+    /// A filled area between two curves.
+    pub(crate) fn band(&mut self, lower: &[Point], upper: &[Point], fill: &str, opacity: f64) {
+        let outline: Vec<Point> = lower.iter().chain(upper.iter().rev()).copied().collect();
+        let data = polyline(Data::new(), &outline).close();
+        self.document.append(Path::new().set("d", data).set("fill", fill).set("fill-opacity", opacity));
+    }
+
+    pub(crate) fn dots(&mut self, points: &[Point], radius: f64, fill: &str) {
+        for (x, y) in points {
+            let circle = Circle::new().set("cx", rounded(*x)).set("cy", rounded(*y)).set("r", radius);
+            self.document.append(circle.set("fill", fill));
+        }
+    }
+
+    /// A filled rectangle by its upper left corner and its size.
+    pub(crate) fn rectangle(&mut self, (x, y): Point, (width, height): Point, fill: Srgb8) {
+        let shape = Rectangle::new().set("x", rounded(x)).set("y", rounded(y)).set("fill", fill.to_string());
+        self.document.append(shape.set("width", rounded(width)).set("height", rounded(height)));
+    }
+
+    /// Draws the axes [x, y] with their names and grid lines.
     pub(crate) fn panel(&mut self, area: Area, [x, y]: [Axis; 2], names: [&str; 2]) -> Panel {
         let Area { left, right, top, bottom } = area;
         let panel = Panel { area, x, y };
-        let canvas = &mut self.canvas;
         for mark in &panel.x.marks {
             let (across, _) = panel.point((*mark, panel.y.low));
-            canvas.line((across, top), (across, bottom), Stroke::solid(PALE, 1.0));
-            canvas.text((across, bottom + 18.0), &panel.x.label(*mark), TICK);
+            self.curve(&[(across, top), (across, bottom)], Stroke::solid(PALE, 1.0));
+            self.text((across, bottom + 18.0), &panel.x.label(*mark), TICK);
         }
         for mark in &panel.y.marks {
             let (_, up) = panel.point((panel.x.low, *mark));
-            canvas.line((left, up), (right, up), Stroke::solid(PALE, 1.0));
-            canvas.text((left - 8.0, up + 4.0), &panel.y.label(*mark), Lettering { anchor: "end", ..TICK });
+            self.curve(&[(left, up), (right, up)], Stroke::solid(PALE, 1.0));
+            self.text((left - 8.0, up + 4.0), &panel.y.label(*mark), Lettering { anchor: "end", ..TICK });
         }
-        canvas.line((left, bottom), (right, bottom), Stroke::solid(GREY, 1.0));
-        canvas.line((left, top), (left, bottom), Stroke::solid(GREY, 1.0));
+        self.curve(&[(left, top), (left, bottom), (right, bottom)], Stroke::solid(GREY, 1.0));
         let middle = Lettering { anchor: "middle", ..LABEL };
-        canvas.text((0.5 * (left + right), bottom + 38.0), names[0], middle);
-        canvas.vertical_text((left - 48.0, 0.5 * (top + bottom)), names[1], LABEL);
+        self.text((0.5 * (left + right), bottom + 38.0), names[0], middle);
+        let turn = format!("translate({} {}) rotate(-90)", rounded(left - 54.0), rounded(0.5 * (top + bottom)));
+        self.document.append(lettered(names[1], middle).set("transform", turn));
         panel
     }
 
-    pub(crate) fn line(&mut self, panel: &Panel, values: &[(f64, f64)], stroke: Stroke) {
-        self.canvas.curve(&panel.points(values), stroke);
-    }
-
-    /// Lines of one style, as one shape.
-    pub(crate) fn lines(&mut self, panel: &Panel, lines: &[Vec<(f64, f64)>], stroke: Stroke) {
-        let points: Vec<Vec<Point>> = lines.iter().map(|values| panel.points(values)).collect();
-        self.canvas.curves(&points, stroke);
-    }
-
-    /// A filled band between two curves.
-    pub(crate) fn band(&mut self, panel: &Panel, [lower, upper]: [&[(f64, f64)]; 2], fill: Fill) {
-        self.canvas.band(&panel.points(lower), &panel.points(upper), fill.colour, fill.opacity);
-    }
-
-    pub(crate) fn dots(&mut self, panel: &Panel, values: &[(f64, f64)], colour: &str) {
-        self.sized_dots(panel, values, colour, 3.4);
-    }
-
-    /// Dots with a radius in pixels.
-    pub(crate) fn sized_dots(&mut self, panel: &Panel, values: &[(f64, f64)], colour: &str, radius: f64) {
-        for point in panel.points(values) {
-            self.canvas.dot(point, radius, colour);
-        }
-    }
-
-    /// A bar along x from the lower end of the axis to a value, over a range of y.
-    pub(crate) fn bar(&mut self, panel: &Panel, value: f64, y: Range<f64>, fill: &str) {
-        let (from, to) = (panel.point((panel.x.low, y.end)), panel.point((value, y.start)));
-        self.swatch(from, (to.0 - from.0, to.1 - from.1), fill);
-    }
-
-    /// A filled rectangle by its upper left corner and its size, in pixels.
-    pub(crate) fn swatch(&mut self, corner: Point, size: Point, fill: &str) {
-        self.canvas.rectangle(corner, size, fill);
-    }
-
-    /// The bytes of a PNG file in a rectangle, by its upper left corner and its size, in pixels.
-    pub(crate) fn image(&mut self, corner: Point, size: Point, png: &[u8]) {
-        self.canvas.image(corner, size, png);
-    }
-
-    /// Text at a point of the canvas; `anchor` is `start`, `middle` or `end`.
-    pub(crate) fn text(&mut self, point: Point, words: &str, anchor: &'static str) {
-        self.canvas.text(point, words, Lettering { size: 12.0, anchor, ..LABEL });
-    }
-
-    /// A small heading.
-    pub(crate) fn heading(&mut self, point: Point, words: &str) {
-        self.canvas.text(point, words, Lettering { bold: true, ..LABEL });
-    }
-
-    /// Small grey text to the right of a value of a panel.
-    pub(crate) fn value_text(&mut self, panel: &Panel, value: (f64, f64), words: &str) {
-        let (x, y) = panel.point(value);
-        self.canvas.text((x + 4.0, y), words, Lettering { size: 9.0, fill: GREY, ..LABEL });
-    }
-
-    /// Entries below each other; returns the height at which another legend can follow.
-    pub(crate) fn legend(&mut self, (x, mut y): Point, title: &str, entries: &[Entry]) -> f64 {
+    /// Lines with names below each other; returns the height at which another legend can follow.
+    pub(crate) fn legend(&mut self, (x, mut y): Point, title: &str, entries: &[(String, Stroke)]) -> f64 {
         if !title.is_empty() {
-            self.heading((x, y), title);
+            self.text((x, y), title, HEADING);
             y += 19.0;
         }
-        for Entry { name, symbol } in entries {
-            match symbol {
-                Symbol::Line(stroke) => self.canvas.line((x, y - 4.0), (x + 28.0, y - 4.0), *stroke),
-                Symbol::Dot(colour) => self.canvas.dot((x + 14.0, y - 4.0), 3.8, colour),
-                Symbol::Band(fill) => {
-                    let corners = [[(x, y - 9.0), (x + 28.0, y - 9.0)], [(x, y), (x + 28.0, y)]];
-                    self.canvas.band(&corners[0], &corners[1], fill.colour, fill.opacity);
-                }
-            }
-            self.text((x + 36.0, y), name, "start");
+        for (name, stroke) in entries {
+            self.curve(&[(x, y - 4.0), (x + 28.0, y - 4.0)], *stroke);
+            self.text((x + 36.0, y), name, Lettering { size: 12.0, ..LABEL });
             y += 18.0;
         }
-        y + 10.0
+        y + 16.0
     }
 
-    /// The SVG file, with a closing line of metadata.
-    pub(crate) fn finish(self, metadata: &[(&'static str, String)]) -> String {
-        self.canvas.finish(self.height - 16.0, metadata)
+    /// The SVG file. Its last lines are the metadata.
+    pub(crate) fn finish(mut self, metadata: &[(&'static str, String)]) -> String {
+        const LONGEST_LINE: f64 = 6.0;
+        let mut lines = vec![String::new()];
+        for words in metadata.iter().map(|(name, value)| format!("{name} {value}")) {
+            let line = lines
+                .last_mut()
+                .filter(|line| (line.chars().count() + words.chars().count()) as f64 * LONGEST_LINE < self.width);
+            match line {
+                Some(line) if line.is_empty() => *line = words,
+                Some(line) => *line += &format!(" · {words}"),
+                None => lines.push(words),
+            }
+        }
+        for line in lines {
+            self.text((24.0, self.height - 16.0), &line, Lettering { size: 10.5, ..REMARK });
+            self.height += 14.0;
+        }
+        let height = self.height - 14.0;
+        self.document.assign("viewBox", (0.0, 0.0, self.width, height));
+        self.document.assign("width", self.width);
+        self.document.assign("height", height);
+        format!("{}\n", self.document)
     }
+}
+
+fn lettered(words: &str, style: Lettering) -> Text {
+    Text::new(words)
+        .set("font-size", style.size)
+        .set("fill", style.fill)
+        .set("text-anchor", style.anchor)
+        .set("font-weight", if style.bold { 600 } else { 400 })
+}
+
+fn polyline(data: Data, points: &[Point]) -> Data {
+    points.iter().enumerate().fold(data, |data, (number, (x, y))| {
+        let point = (rounded(*x), rounded(*y));
+        if number == 0 { data.move_to(point) } else { data.line_to(point) }
+    })
+}
+
+/// Rounds to a hundredth of a pixel, to keep files small.
+fn rounded(pixels: f64) -> f64 {
+    (pixels * 100.0).round() / 100.0
+}
+
+/// Colours of `count` ordered curves, along viridis (van der Walt & Smith 2015) from dark to light, which readers with
+/// red-green colour blindness can tell apart.
+pub(crate) fn ordered_colours(count: usize) -> Vec<String> {
+    const VIRIDIS: [[f64; 3]; 4] = [[68.0, 1.0, 84.0], [59.0, 82.0, 139.0], [33.0, 145.0, 140.0], [94.0, 201.0, 98.0]];
+    let colour = |number: usize| {
+        let place = if count > 1 { 3.0 * number as f64 / (count - 1) as f64 } else { 0.9 };
+        let mix = |channel: usize| -> f64 {
+            VIRIDIS.iter().enumerate().map(|(i, rgb)| (1.0 - (place - i as f64).abs()).max(0.0) * rgb[channel]).sum()
+        };
+        format!("rgb({:.0},{:.0},{:.0})", mix(0), mix(1), mix(2))
+    };
+    (0..count).map(colour).collect()
 }

@@ -31,7 +31,7 @@ mod vertices;
 mod tests;
 
 use arrayvec::ArrayVec;
-use glam::{Vec3, Vec3A};
+use glam::{Vec2, Vec3, Vec3A};
 use rayon::prelude::*;
 use snowblue_base::ParameterRange;
 use snowblue_color::LinearRgb;
@@ -46,7 +46,7 @@ use snowblue_scene::spectrum::{SAMPLES, Spectrum, WAVELENGTH_STEP_NM};
 
 use flux_limit::{BoundedFlux, limit, vertex_areas_m2, within};
 use lamps::{field_of, lamps};
-use lightmap::{Charts, FlatSurface, Packing, TooManyCharts};
+use lightmap::{FlatSurface, lay_out};
 use snowblue_geometry::ellipsoid::Ellipsoid;
 use snowblue_geometry::ray::{SurfacePoint, narrow};
 use subdivision::{Longest, subdivide};
@@ -105,7 +105,7 @@ pub struct BakeOptions {
     /// One attribute for all light, instead of one for each lamp and one for the rest.
     pub is_total: bool,
     /// Columns and rows of a lightmap, within [`LIGHTMAP_SIZES`]; none for no lightmap. It is an error if the charts of
-    /// the surface do not fit into it at one texel each.
+    /// the surface do not fit into it at one texel each, or if places that mesh files give overlap.
     pub lightmap: Option<u32>,
     /// Whether the irradiance at the vertices is found.
     pub has_irradiance: bool,
@@ -139,21 +139,11 @@ pub enum BakeError {
         /// Columns and rows.
         size: u32,
     },
-    /// The charts of the surface do not fit into the lightmap at one texel each.
-    #[error(
-        "the surface is cut into {charts} parts, too many for a lightmap of {size} × {size} texels; {}",
-        match enough {
-            Some(enough) => format!("{enough} × {enough} suffice"),
-            None => format!("the largest one, {0} × {0}, does not suffice", LIGHTMAP_SIZES.end()),
-        }
-    )]
-    SmallLightmap {
-        /// Columns and rows.
-        size: u32,
-        /// Parts of the surface that are laid flat.
-        charts: usize,
-        /// A size that is enough, if there is one.
-        enough: Option<u32>,
+    /// The surface cannot be laid out in the lightmap.
+    #[error("{reason}")]
+    Layout {
+        /// What is wrong.
+        reason: String,
     },
     /// A lamp has no light field.
     #[error("object \"{object}\" {reason}")]
@@ -258,8 +248,8 @@ fn rgb(flux: &Spectrum, sensor: &Sensor) -> LinearRgb {
 ///
 /// # Errors
 ///
-/// When there is no snow, a lamp has no light field, there would be too many vertices, or the size of the lightmap is
-/// not within [`LIGHTMAP_SIZES`] or too small for the charts of the surface.
+/// When there is no snow, a lamp has no light field, there would be too many vertices, the size of the lightmap is not
+/// within [`LIGHTMAP_SIZES`], or the surface cannot be laid out in it.
 pub fn bake(scene: &Scene, field: &LightField, options: BakeOptions, report: Report) -> Result<BakedScene, BakeError> {
     if options.lightmap.is_some() && !HAS_LIGHTMAPS {
         return Err(BakeError::NoLightmaps);
@@ -271,12 +261,15 @@ pub fn bake(scene: &Scene, field: &LightField, options: BakeOptions, report: Rep
     let numbers = options.channels.count() * (lamps.len() + 1);
     let step_m = |body: &BodyField| options.step_m.unwrap_or_else(|| DEFAULT_CELLS * body.surface_step_m());
     let most_vertices = MOST_VERTICES.min(MOST_NUMBERS / numbers);
-    let mut surfaces = surfaces(scene, field, step_m, most_vertices, options.lightmap.map(|_| report))?;
-    // A lightmap that is too small fails before the lamps, which take long.
-    let packing = match options.lightmap.filter(|_| HAS_LIGHTMAPS) {
-        Some(size) => Some((packing_of(&mut surfaces, size)?, size)),
-        None => None,
-    };
+    let lightmap = options.lightmap.filter(|_| HAS_LIGHTMAPS);
+    let mut surfaces = surfaces(scene, field, step_m, most_vertices, lightmap.map(|size| (size, report)))?;
+    // What is wrong with a lightmap is found before the lamps, which take long.
+    let shown = lightmap.map(|size| {
+        let flat: Vec<FlatSurface> = surfaces.iter().map(Surface::flat).collect();
+        let shown = lightmap::shown(&flat, size).map_err(|reason| BakeError::Layout { reason })?;
+        Ok((shown, size))
+    });
+    let shown = shown.transpose()?;
     let mut sky: Vec<Vec<f32>> =
         surfaces.iter().map(|surface| surface.flux(field, options.channels, scene.sensor())).collect();
     let irradiance = match options.has_irradiance {
@@ -303,10 +296,10 @@ pub fn bake(scene: &Scene, field: &LightField, options: BakeOptions, report: Rep
         }
         report(of_lamp(number + 1));
     }
-    let lightmap = packing.map(|(packing, size)| {
+    let lightmap = shown.map(|(shown, size)| {
         let flat: Vec<FlatSurface> = surfaces.iter().map(Surface::flat).collect();
-        lightmap::read(&flat, (&packing, size), field, scene.sensor(), |done, total| {
-            report(Progress { phase: Phase::Texels, done, total });
+        lightmap::read(&flat, (&shown, size), field, scene.sensor(), |done, total| {
+            report(Progress { phase: Phase::Texels, done: done as u64, total: total as u64 });
         })
     });
     let finished = surfaces.into_iter().zip(sky).map(|(mut surface, sky)| {
@@ -330,60 +323,60 @@ struct Surface {
     object: usize,
     /// Points where the light is read.
     points: Vec<Vec3>,
-    /// The parts that are laid flat; none without a lightmap.
-    charts: Charts,
     /// The ellipsoid whose surface it is.
     ellipsoid: Option<Ellipsoid>,
     baked: BakedObject,
 }
 
-/// Where the charts of all surfaces lie in a lightmap. The vertices get texture coordinates.
-fn packing_of(surfaces: &mut [Surface], size: u32) -> Result<Packing, BakeError> {
-    let flat: Vec<FlatSurface> = surfaces.iter().map(Surface::flat).collect();
-    let packing = lightmap::packed(&flat, size)
-        .map_err(|TooManyCharts { charts, enough }| BakeError::SmallLightmap { size, charts, enough })?;
-    let texture_coordinates = lightmap::coordinates(&flat, &packing, size);
-    for (surface, coordinates) in surfaces.iter_mut().zip(texture_coordinates) {
-        surface.baked.texture_coordinates = coordinates;
-    }
-    Ok(packing)
+/// A body of snow, and the greatest length of an edge of its surface.
+struct SteppedBody<'f> {
+    /// Index of the object in the scene.
+    object: usize,
+    body: &'f BodyField,
+    step_m: f64,
 }
 
-/// The surfaces of all snow, with edges of at most a length in m that depends on the body. For a lightmap they are laid
-/// flat, which is reported.
+/// The surfaces of all snow, with edges of at most a length in m that depends on the body. For a lightmap of a size
+/// they are laid out, which is reported.
 fn surfaces(
     scene: &Scene,
     field: &LightField,
     step_m: impl Fn(&BodyField) -> f64,
     most_vertices: usize,
-    lightmap: Option<Report>,
+    lightmap: Option<(u32, Report)>,
 ) -> Result<Vec<Surface>, BakeError> {
-    let (mut surfaces, mut count) = (Vec::new(), 0);
-    for (number, object) in scene.objects().list().iter().enumerate() {
-        let (Some(body), Some(mut mesh)) = (field.of_object(number), SurfaceMesh::of(&object.shape)) else { continue };
+    let objects = scene.objects().list();
+    let too_many = |step_m: f64| BakeError::TooManyVertices { most: most_vertices, step_mm: 1e3 * step_m };
+    let (mut bodies, mut meshes, mut count) = (Vec::new(), Vec::new(), 0);
+    for (object, listed) in objects.iter().enumerate() {
+        let (Some(body), Some(mut mesh)) = (field.of_object(object), SurfaceMesh::of(&listed.shape)) else { continue };
+        if lightmap.is_none() {
+            mesh.forget_uv();
+        }
         let step_m = step_m(body);
-        let too_many = BakeError::TooManyVertices { most: most_vertices, step_mm: 1e3 * step_m };
         let edge_m = narrow(step_m).min(mesh.longest_edge_m());
         // As far as the cells resolve, but coarser where a great step asks for it.
         let away_m = edge_m.min(narrow(CELLS_FROM_EDGES * body.surface_step_m().max(step_m / DEFAULT_CELLS)));
         if !subdivide(&mut mesh, Longest { edge_m, away_m }, most_vertices.saturating_sub(count)) {
-            return Err(too_many);
+            return Err(too_many(step_m));
         }
-        let mut vertices = Vertices::of(&mesh);
-        let charts = match lightmap.filter(|_| HAS_LIGHTMAPS) {
-            Some(report) => Charts::of(&mesh, &mut vertices, &|done| {
-                let total = mesh.facets.len() as u64;
-                report(Progress { phase: Phase::Charts, done: done as u64, total });
-            }),
-            None => Charts::default(),
-        };
-        let Vertices { positions, normals, points, triangles } = vertices;
-        if positions.is_empty() {
-            continue;
+        count += mesh.positions.len();
+        if !mesh.facets.is_empty() {
+            bodies.push(SteppedBody { object, body, step_m });
+            meshes.push(mesh);
         }
+    }
+    if let Some((size, report)) = lightmap.filter(|_| HAS_LIGHTMAPS) {
+        let names: Vec<&str> = bodies.iter().map(|stepped| &*objects[stepped.object].name).collect();
+        lay_out(&names, &mut meshes, size, report).map_err(|reason| BakeError::Layout { reason })?;
+    }
+    let mut surfaces = Vec::new();
+    count = 0;
+    for (SteppedBody { object, body, step_m }, mesh) in bodies.into_iter().zip(meshes) {
+        let Vertices { positions, normals, points, uv, triangles } = Vertices::of(&mesh);
         count += positions.len();
         if count > most_vertices {
-            return Err(too_many);
+            return Err(too_many(step_m));
         }
         let top = body.snow().top();
         let half_space = top.surface().half_space();
@@ -394,26 +387,26 @@ fn surfaces(
             step_m,
         };
         let baked = BakedObject {
-            name: object.name.clone(),
+            name: objects[object].name.clone(),
             positions,
             normals,
             triangles,
-            texture_coordinates: Vec::new(),
+            texture_coordinates: uv.iter().filter(|_| lightmap.is_some()).map(Vec2::to_array).collect(),
             flux: Vec::new(),
             exitance: Vec::new(),
             snow,
             half_space: half_space.clone(),
         };
-        surfaces.push(Surface { object: number, points, charts, ellipsoid: mesh.ellipsoid, baked });
+        surfaces.push(Surface { object, points, ellipsoid: mesh.ellipsoid, baked });
     }
     if surfaces.is_empty() { Err(BakeError::NoSnow) } else { Ok(surfaces) }
 }
 
 impl Surface {
     fn flat(&self) -> FlatSurface<'_> {
-        let Self { object, ref charts, ellipsoid, ref baked, .. } = *self;
-        let BakedObject { positions, normals, triangles, .. } = baked;
-        FlatSurface { object, charts, ellipsoid, positions, normals, triangles }
+        let Self { object, ellipsoid, ref baked, .. } = *self;
+        let BakedObject { name, positions, normals, triangles, texture_coordinates: uv, .. } = baked;
+        FlatSurface { object, name, ellipsoid, positions, normals, uv, triangles }
     }
 
     /// The net flux at all vertices.

@@ -11,7 +11,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use snowblue_geometry::edges::visit_edges;
 
 use crate::bake::surface_mesh::{Facet, SurfaceMesh};
@@ -76,8 +76,9 @@ impl Faces {
     /// The faces of a mesh; its facets are taken.
     fn of(mesh: &mut SurfaceMesh) -> Self {
         let facets = std::mem::take(&mut mesh.facets);
-        // Further vertices lie on an ellipsoid, not in the plane of a rectangle.
-        if mesh.ellipsoid.is_some() {
+        // Further vertices lie on an ellipsoid, not in the plane of a rectangle. The triangles of a rectangle may lie
+        // apart in a lightmap.
+        if mesh.ellipsoid.is_some() || mesh.has_uv {
             return Self { triangles: facets, rectangles: Vec::new() };
         }
         let corners: Vec<[u32; 3]> = facets.iter().map(|facet| facet.vertices).collect();
@@ -174,7 +175,7 @@ impl Rectangle {
         let [a, b, c, d] = self.corners;
         let length = |one: u32, other: u32| positions[one as usize].distance(positions[other as usize]);
         let halves = if length(b, d) <= length(a, c) { [[a, b, d], [b, c, d]] } else { [[a, b, c], [a, c, d]] };
-        halves.map(|vertices| Facet { vertices, normal: self.normal })
+        halves.map(|vertices| Facet { vertices, normal: self.normal, uv: [Vec2::ZERO; 3] })
     }
 }
 
@@ -262,7 +263,13 @@ fn ascending([a, b]: [u32; 2]) -> [u32; 2] {
 /// Divides a facet by the midpoints of its edges, which begin at its first, second and third vertex.
 fn divide(facet: &Facet, middles: [Option<u32>; 3], positions: &[Vec3], divided: &mut Vec<Facet>) {
     let [a, b, c] = facet.vertices;
-    let mut add = |vertices: [u32; 3]| divided.push(Facet { vertices, ..*facet });
+    let [at_a, at_b, at_c] = facet.uv;
+    let places = [at_a, at_b, at_c, at_a.midpoint(at_b), at_b.midpoint(at_c), at_c.midpoint(at_a)];
+    let uv_of = |vertex: u32| {
+        let vertices = facet.vertices.map(Some).into_iter().chain(middles);
+        vertices.zip(places).find(|(other, _)| *other == Some(vertex)).map_or(at_a, |(_, place)| place)
+    };
+    let mut add = |vertices: [u32; 3]| divided.push(Facet { vertices, uv: vertices.map(uv_of), ..*facet });
     match middles {
         [None, None, None] => add([a, b, c]),
         [Some(ab), Some(bc), Some(ca)] => {

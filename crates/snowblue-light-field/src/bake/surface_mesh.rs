@@ -1,14 +1,14 @@
 //! The surface of a solid as triangles that face outwards and share their vertices.
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
-use snowblue_geometry::coincident::merged;
+use snowblue_geometry::coincident::{keep_used, merged};
 use snowblue_geometry::ellipsoid::Ellipsoid;
 use snowblue_geometry::instance::Instance;
 use snowblue_geometry::parts::{PartTriangle, parts};
 use snowblue_geometry::ray::{Crossing, Ray};
 use snowblue_geometry::shape::Shape;
-use snowblue_geometry::triangle_mesh::TriangleMesh;
+use snowblue_geometry::triangle_mesh::{SECOND_UV, TriangleMesh};
 use snowblue_geometry::vertex_normals::face_normal;
 
 /// Edges of an ellipsoid are at most as long as this fraction of its greatest extent.
@@ -21,6 +21,8 @@ pub(super) struct SurfaceMesh {
     pub(super) facets: Vec<Facet>,
     /// The ellipsoid whose surface it is, on which further vertices lie.
     pub(super) ellipsoid: Option<Ellipsoid>,
+    /// Whether its facets have places of their own in a lightmap.
+    pub(super) has_uv: bool,
 }
 
 /// A triangle.
@@ -30,6 +32,8 @@ pub(super) struct Facet {
     pub(super) vertices: [u32; 3],
     /// Outward unit normal of the face that it is part of; zero if that has no area.
     pub(super) normal: Vec3,
+    /// Where its corners lie in a lightmap, 0–1; all 0 where they have no place yet.
+    pub(super) uv: [Vec2; 3],
 }
 
 impl SurfaceMesh {
@@ -67,7 +71,7 @@ impl SurfaceMesh {
     /// Triangles that face outwards.
     fn of_triangles(TriangleMesh { positions, indices, .. }: TriangleMesh) -> Self {
         let facets = indices.into_iter().map(|vertices| facet(vertices, &positions)).collect();
-        Self { positions, facets, ellipsoid: None }
+        Self { positions, facets, ellipsoid: None, has_uv: false }
     }
 
     /// The triangles of a mesh that have distinct corners, turned outwards. All of a connected part are turned the same
@@ -76,11 +80,18 @@ impl SurfaceMesh {
         let mesh = instance.mesh().triangles();
         let first = merged(&mesh.positions, &mesh.indices);
         let to_scene = |position: &Vec3| Vec3::from(instance.transform().point_to_scene((*position).into()));
-        let positions: Vec<Vec3> = mesh.positions.iter().map(to_scene).collect();
+        let mut positions: Vec<Vec3> = mesh.positions.iter().map(to_scene).collect();
         let reach_m = instance.bounds().greatest_coordinate();
-        let corners = mesh.indices.iter().map(|triangle| triangle.map(|index| first[index as usize]));
-        let triangles: Vec<[u32; 3]> = corners.filter(|[a, b, c]| a != b && b != c && c != a).collect();
-        let mut facets: Vec<Facet> = triangles.iter().map(|triangle| facet(*triangle, &positions)).collect();
+        let second_uv = mesh.attributes.get(SECOND_UV[0]).zip(mesh.attributes.get(SECOND_UV[1]));
+        let uv_of =
+            |vertex: u32| second_uv.map_or(Vec2::ZERO, |(u, v)| Vec2::new(u[vertex as usize], v[vertex as usize]));
+        let corners = mesh.indices.iter().map(|triangle| (triangle.map(|vertex| first[vertex as usize]), triangle));
+        let distinct = corners.filter(|([a, b, c], _)| a != b && b != c && c != a);
+        let (mut triangles, uv): (Vec<[u32; 3]>, Vec<[Vec2; 3]>) =
+            distinct.map(|(vertices, triangle)| (vertices, triangle.map(uv_of))).unzip();
+        keep_used(&mut positions, &mut triangles);
+        let facets = triangles.iter().zip(uv).map(|(vertices, uv)| Facet { uv, ..facet(*vertices, &positions) });
+        let mut facets: Vec<Facet> = facets.collect();
         for part in parts(positions.len(), &triangles) {
             // Positive if the first triangle of the part faces outwards.
             let facing_m2 = |PartTriangle { triangle, is_reversed }: &PartTriangle| {
@@ -99,36 +110,26 @@ impl SurfaceMesh {
                 }
             }
         }
-        Self { positions, facets, ellipsoid: None }.without_unused_vertices()
+        Self { positions, facets, ellipsoid: None, has_uv: second_uv.is_some() }
     }
 
-    /// The same without the vertices that no triangle has.
-    fn without_unused_vertices(mut self) -> Self {
-        const UNUSED: u32 = u32::MAX;
-        let mut number = vec![UNUSED; self.positions.len()];
-        let mut used = Vec::new();
-        for vertex in self.facets.iter_mut().flat_map(|facet| &mut facet.vertices) {
-            let index = *vertex as usize;
-            if number[index] == UNUSED {
-                number[index] = u32::try_from(used.len()).unwrap_or(UNUSED);
-                used.push(self.positions[index]);
-            }
-            *vertex = number[index];
-        }
-        self.positions = used;
-        self
+    /// Leaves the places of its facets in a lightmap open.
+    pub(super) fn forget_uv(&mut self) {
+        self.has_uv = false;
+        self.facets.iter_mut().for_each(|facet| facet.uv = [Vec2::ZERO; 3]);
     }
 }
 
 impl Facet {
     fn reversed(self) -> Self {
-        let [a, b, c] = self.vertices;
-        Self { vertices: [a, c, b], normal: -self.normal }
+        let ([a, b, c], [at_a, at_b, at_c]) = (self.vertices, self.uv);
+        Self { vertices: [a, c, b], normal: -self.normal, uv: [at_a, at_c, at_b] }
     }
 }
 
 fn facet(vertices: [u32; 3], positions: &[Vec3]) -> Facet {
-    Facet { vertices, normal: face_normal(vertices.map(|vertex| positions[vertex as usize])) }
+    let normal = face_normal(vertices.map(|vertex| positions[vertex as usize]));
+    Facet { vertices, normal, uv: [Vec2::ZERO; 3] }
 }
 
 /// Whether a triangle's normal points out of the solid: beyond it, a line crosses the surface an even number of times.

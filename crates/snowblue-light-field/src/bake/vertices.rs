@@ -2,9 +2,10 @@
 //!
 //! The normal is the mean of the faces around the vertex, weighted by their angles (Thürmer & Wüthrich 1998, "Computing
 //! vertex normals from polygonal facets", doi:10.1080/10867651.1998.10487487), of those that are inclined to each other
-//! by less than the crease angle. At a sharper edge the faces have vertices of their own.
+//! by less than the crease angle. At a sharper edge the faces have vertices of their own, as where they lie apart in a
+//! lightmap.
 
-use glam::{Vec3, Vec3A};
+use glam::{Vec2, Vec3, Vec3A};
 use snowblue_geometry::grouped::Grouped;
 use snowblue_geometry::vertex_normals::CREASE_DEG;
 
@@ -24,6 +25,8 @@ pub(super) struct Vertices {
     /// The points where the light is read, in m. They lie on the surface: a point inside convex snow would be in its
     /// own shadow. On a sharp edge it is beside the vertex, within the smooth part.
     pub(super) points: Vec<Vec3>,
+    /// Places in a lightmap.
+    pub(super) uv: Vec<Vec2>,
     /// Counter-clockwise from outside.
     pub(super) triangles: Vec<[u32; 3]>,
 }
@@ -45,12 +48,15 @@ impl Vertices {
         for vertex in 0..mesh.positions.len() {
             let first = vertices.positions.len();
             for &(facet, corner) in around.group(vertex) {
+                let uv = mesh.facets[facet as usize].uv[corner as usize];
                 let (normal, point) = smooth_part(mesh, vertex, &mesh.facets[facet as usize], around.group(vertex));
-                let known = (first..vertices.normals.len()).find(|known| same_bits(vertices.normals[*known], normal));
+                let same = |known: &usize| vertices.normals[*known] == normal && vertices.uv[*known] == uv;
+                let known = (first..vertices.normals.len()).find(same);
                 let number = known.unwrap_or_else(|| {
                     vertices.positions.push(mesh.positions[vertex]);
                     vertices.normals.push(normal);
                     vertices.points.push(point);
+                    vertices.uv.push(uv);
                     vertices.positions.len() - 1
                 });
                 let number = u32::try_from(number).expect("a mesh in memory has fewer than 2^32 vertices");
@@ -92,8 +98,4 @@ fn smooth_part(mesh: &SurfaceMesh, vertex: usize, facet: &Facet, around: &[(u32,
 /// smooth to all.
 pub(super) fn is_smooth(one: Vec3, other: Vec3) -> bool {
     one == Vec3::ZERO || other == Vec3::ZERO || one.dot(other) > CREASE_DEG.to_radians().cos()
-}
-
-fn same_bits(one: Vec3, other: Vec3) -> bool {
-    one.to_array().map(f32::to_bits) == other.to_array().map(f32::to_bits)
 }

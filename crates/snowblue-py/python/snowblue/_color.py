@@ -1,4 +1,4 @@
-"""Colours of light through snow, snow of a colour, and sheets of swatches."""
+"""Colours of light through snow, snow of a colour, and swatches."""
 
 from __future__ import annotations
 
@@ -31,22 +31,6 @@ from snowblue._spectra import SPECTRUM_NAMES, spectrum
 if TYPE_CHECKING:
     import xarray as xr
     from typing_extensions import Unpack
-
-LABELS = {
-    "thickness_cm": ("Thickness", "cm"),
-    "angle_deg": ("Angle of incidence", "°"),
-    "illuminant": ("Illuminant", ""),
-    "grain_size_um": ("Grain size", "µm"),
-    "ssa_m2_kg": ("Specific surface area", "m²/kg"),
-    "density_kg_m3": ("Density", "kg/m³"),
-    "facetness": ("Facetness", ""),
-    "sphericity": ("Sphericity", ""),
-    "water_saturation": ("Water saturation", ""),
-    "temperature_c": ("Temperature", "°C"),
-    "snow": ("Snow", ""),
-    "ice": ("Ice", ""),
-    "size_measure": ("Size measure", ""),
-}
 
 
 @checks_names(*SPECTRUM_NAMES)
@@ -225,13 +209,11 @@ def swatch(
     exposure_stops: float | None = None,
     reflected: bool = False,
     size_px: int = 160,
-    texture: bool = True,
-    title: str | None = None,
     seed: int = 1,
     output: str | PathLike[str] | None = None,
     **slab_and_snow: Any,
 ) -> np.ndarray:
-    """Draws swatches of the light through snow over any two parameters.
+    """Draws the colours of light through snow over any two parameters, as squares without gaps.
 
     Parameters
     ----------
@@ -240,12 +222,9 @@ def swatch(
     illuminant, observer, reflected
         As in :func:`snowblue.color`.
     exposure_stops : float, optional
-        Exposure of all swatches; None brings the greatest channel to 0.8 of white.
+        Exposure of all swatches; None brings the greatest channel to 0.9 of white.
     size_px : int, 16 to 2048
-        Height of a swatch.
-    texture : bool
-        The grey texture of snow on the colours.
-    title : str, optional
+        Width and height of a swatch.
     seed : int
     output : path, optional
         A PNG file to write.
@@ -274,23 +253,10 @@ def swatch(
             if one.sizes.get("thickness") != 1 or one.hex.size != 1:
                 raise ValueError("an argument has several values: give these as rows or columns")
             triples.append([one[name].item() for name in ("r_linear", "g_linear", "b_linear")])
-    fixed = ", ".join(_label(name, value) for name, value in slab_and_snow.items() if name in LABELS)
-    made = [f"snowblue {_native.__version__}", f"CIE {observer}", f"discrete ordinates, seed {seed}"]
-    if "illuminant" not in {axis[0] for axis in (across, down) if axis}:
-        made.insert(1, illuminant)
-    light_of = "Light reflected by snow" if reflected else "Light through snow"
-    sheet = {
-        "title": title if title is not None else f"{light_of}: {fixed}" if fixed else light_of,
-        "footer": " · ".join(made),
-        "rows": _names(down),
-        "columns": _names(across),
-        "size_px": size_px,
-        "texture": seed if texture else None,
-        "exposure": exposure_stops,
-        "output": None if output is None else fspath(output),
-    }
-    pixels, width, height = _native.draw_swatches(np.array(triples, dtype=float).reshape(-1), sheet)
-    return pixels.reshape(height, width, 3)
+    count = len(across[1]) if across else 1
+    path = None if output is None else fspath(output)
+    drawn = _native.draw_swatches(np.array(triples, dtype=float).reshape(-1), count, size_px, exposure_stops, path)
+    return drawn.reshape(-1, count * size_px, 3)
 
 
 def _axis(axis: Mapping[str, Any]) -> tuple[str, list[Any]] | None:
@@ -299,21 +265,4 @@ def _axis(axis: Mapping[str, Any]) -> tuple[str, list[Any]] | None:
     if len(axis) != 1:
         raise ValueError(f"an axis of swatches has one parameter, not {len(axis)}")
     [(name, values)] = axis.items()
-    if name not in LABELS:
-        raise ValueError(f"'{name}' is not a parameter of swatches; there are {', '.join(LABELS)}")
     return name, [value.item() if hasattr(value, "item") else value for value in values]
-
-
-def _names(axis: tuple[str, list[Any]] | None) -> tuple[str, list[str]]:
-    if axis is None:
-        return "", [""]
-    name, values = axis
-    return LABELS[name][0], [_label(name, value, bare=True) for value in values]
-
-
-def _label(name: str, value: Any, bare: bool = False) -> str:
-    quantity, unit = LABELS[name]
-    words = "–".join(f"{one:g}" for one in value[:2]) if isinstance(value, tuple) else str(value)
-    words = f"{value:g}" if isinstance(value, (int, float)) else words
-    words += unit if unit == "°" else f" {unit}" if unit else ""
-    return words if bare else f"{quantity.lower()} {words}"

@@ -136,6 +136,53 @@ fn the_light_of_the_lightmap_is_that_of_fine_vertices() {
     }
 }
 
+/// A baked block whose texture coordinates become the second ones of a mesh is baked onto the same places. There it has
+/// the light of the same mesh on charts, but for what light changes within a texel: at edges the texels lie elsewhere.
+#[test]
+fn a_mesh_keeps_its_second_texture_coordinates() {
+    let block = integrator(BLOCK);
+    let block_baked = baked(&block, 0.02, 256);
+    let glb = glb_bytes(&block_baked, &block.provenance()).unwrap();
+    let [on_charts, on_its_own] = [glb.clone(), with_second_coordinates(&glb)].map(|glb| {
+        let description = parsed(format!("{HEAD}[[object]]\nmesh = \"block.glb\"\nmaterial = \"snow\"\n"));
+        let scene = description.build(&FilesInMemory::from([("block.glb", glb)])).unwrap();
+        baked(&Integrator::prepare(&scene).unwrap(), 0.05, 256)
+    });
+    let given = &block_baked.objects[0];
+    let vertex_at = |object: &BakedObject, vertex: usize| {
+        let is_there = |other: &usize| {
+            object.positions[*other].distance(given.positions[vertex]) < 1e-6
+                && object.normals[*other].distance(given.normals[vertex]) < 1e-3
+        };
+        (0..object.positions.len()).find(is_there).unwrap()
+    };
+    let mut differences = Vec::new();
+    for vertex in 0..given.positions.len() {
+        let [charted, kept] = [&on_charts, &on_its_own].map(|baked| {
+            let object = &baked.objects[0];
+            let place = object.texture_coordinates[vertex_at(object, vertex)];
+            (place, sample(baked.lightmap.as_ref().unwrap(), place))
+        });
+        assert_eq!(kept.0.map(f32::to_bits), given.texture_coordinates[vertex].map(f32::to_bits), "{vertex}");
+        differences.push((charted.1 - kept.1).abs().max_element());
+    }
+    let greatest = given.exitance.iter().map(|light| light.g).fold(0.0, f64::max);
+    let mean = differences.iter().sum::<f64>() / differences.len() as f64 / greatest;
+    assert!(mean < 0.002, "{mean}");
+}
+
+/// A GLB whose texture coordinates are the second set.
+fn with_second_coordinates(glb: &[u8]) -> Vec<u8> {
+    const NAME: &[u8] = b"TEXCOORD_0";
+    let mut glb = glb.to_vec();
+    for start in 0..glb.len() - NAME.len() {
+        if glb[start..].starts_with(NAME) {
+            glb[start + NAME.len() - 1] = b'1';
+        }
+    }
+    glb
+}
+
 #[test]
 fn a_glb_has_the_lightmap_as_its_base_colour() {
     let integrator = integrator(&format!("{BLOCK}{BALL}"));

@@ -18,7 +18,7 @@ pub use spheroid::{SizeMeasure, Spheroid};
 
 /// Roughness α of the microsurface per unit of facetness: α = 0.25 f. The factor is our choice: with it f = 0.5 has the
 /// asymmetry of natural snow.
-pub const ROUGHNESS_PER_FACETNESS: f64 = 0.25;
+pub(crate) const ROUGHNESS_PER_FACETNESS: f64 = 0.25;
 
 /// The optical properties of a grain, except its size.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,7 +1,6 @@
 //! The medium of a sample, mixed from tallies of grains in air and in water, particles, and absorption in the pores.
 
 use super::constituents::{Constituents, Grains};
-use super::grain_optics::GrainOptics;
 use super::population::Population;
 use super::scattering::{HenyeyGreenstein, Medium, Scattering, mix};
 use super::tally::{TallyPart, TallyPlan, TallyRequest};
@@ -145,25 +144,5 @@ impl GrainTallies {
             parts.push(Medium { extinction_per_m: particle.scattering_per_m, scattering });
         }
         mix(&parts, constituents.pore_absorption_per_m)
-    }
-
-    /// Asymmetry parameter and path enhancement B of a sample's grains in air at a wavelength, in the limit of weak
-    /// absorption: B = ⟨ℓ⟩/(4V/S), the mean ice path per scattering event over the mean chord.
-    #[must_use]
-    pub fn grain_optics(&self, sample: &SnowSample, wavelength_nm: f64) -> GrainOptics {
-        const WEAK_PER_M: f64 = 1e-6;
-        let scattering = self.in_air(&sample.grain_size, sample.ice.index(wavelength_nm), WEAK_PER_M);
-        let per_ice = sample.extinction_per_m() / (sample.ice_fraction() * WEAK_PER_M);
-        GrainOptics {
-            extinction_ratio: 1.0,
-            path_enhancement: scattering.one_minus_albedo * per_ice,
-            asymmetry: scattering.asymmetry(),
-        }
-    }
-
-    /// Single scattering by grains in air with any refractive index in the range of the demand and any absorption
-    /// coefficient, in 1/m.
-    pub(crate) fn in_air(&self, size: &GrainSize, index: f64, absorption_per_m: f64) -> Scattering {
-        self.in_air.part.scattering(size, index, absorption_per_m, None)
     }
 }

@@ -3,7 +3,6 @@
 
 mod constituents;
 mod external_reflection;
-mod grain_optics;
 mod grain_tallies;
 mod phase_function;
 mod population;
@@ -12,7 +11,6 @@ mod tally;
 
 pub(crate) use constituents::{Composition, Constituents};
 pub use external_reflection::ExternalReflection;
-pub use grain_optics::{GrainOptics, Microstructure};
 pub use grain_tallies::{Demand, GrainTallies};
 pub(crate) use phase_function::AngleBins;
 pub use phase_function::{PhaseFunction, PhasePlan};

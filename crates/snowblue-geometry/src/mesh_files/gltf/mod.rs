@@ -2,9 +2,9 @@
 //! transforms, and meshes. What else a file holds, such as materials, cameras and lights, is in its
 //! [document](GltfFile::document).
 //!
-//! Reads triangles with `POSITION`, `NORMAL`, `TEXCOORD_0`, `COLOR_0` (attributes `red`, `green`, `blue`) and
-//! application-specific scalar attributes, whose names begin with an underscore. Ignores points and lines, skins and
-//! morph targets.
+//! Reads triangles with `POSITION`, `NORMAL`, `TEXCOORD_0`, `TEXCOORD_1` (attributes `lightmap_u`, `lightmap_v`),
+//! `COLOR_0` (`red`, `green`, `blue`) and application-specific scalar attributes, whose names begin with an underscore.
+//! Ignores points and lines, skins and morph targets.
 
 mod accessor;
 mod validation;
@@ -20,7 +20,7 @@ use gltf::mesh::Mode;
 use gltf::{Document, Gltf, Image, Node, Primitive, Semantic};
 
 use crate::ray::narrow;
-use crate::triangle_mesh::TriangleMesh;
+use crate::triangle_mesh::{SECOND_UV, TriangleMesh};
 use crate::vertex_normals::VertexNormals;
 
 use accessor::numbers;
@@ -230,19 +230,19 @@ impl GltfFile {
         };
         let mut attributes = BTreeMap::new();
         for (semantic, accessor) in primitive.attributes() {
-            match (semantic, accessor.dimensions()) {
-                (Semantic::Extras(name), Dimensions::Scalar) => {
-                    let values = read(accessor, Dimensions::Scalar)?.into_iter().map(narrow).collect();
-                    attributes.insert(format!("_{name}"), values);
+            let kind = accessor.dimensions();
+            let names: Vec<String> = match (semantic, kind) {
+                (Semantic::Extras(name), Dimensions::Scalar) => vec![format!("_{name}")],
+                (Semantic::Colors(0), Dimensions::Vec3 | Dimensions::Vec4) => {
+                    ["red", "green", "blue"].map(str::to_owned).into()
                 }
-                (Semantic::Colors(0), kind @ (Dimensions::Vec3 | Dimensions::Vec4)) => {
-                    let values = read(accessor, kind)?;
-                    for (channel, name) in ["red", "green", "blue"].into_iter().enumerate() {
-                        let channel = values.chunks_exact(kind.multiplicity()).map(|colour| narrow(colour[channel]));
-                        attributes.insert(name.to_owned(), channel.collect());
-                    }
-                }
-                _ => {}
+                (Semantic::TexCoords(1), Dimensions::Vec2) => SECOND_UV.map(str::to_owned).into(),
+                _ => continue,
+            };
+            let values = read(accessor, kind)?;
+            for (channel, name) in names.into_iter().enumerate() {
+                let channel = values.chunks_exact(kind.multiplicity()).map(|element| narrow(element[channel]));
+                attributes.insert(name, channel.collect());
             }
         }
         let count = positions.len();

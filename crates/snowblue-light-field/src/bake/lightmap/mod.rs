@@ -1,36 +1,38 @@
 //! The light of all snow in one texture: a lightmap.
 //!
-//! 1. `charts`: each surface is cut into parts that are laid flat.
-//! 2. `packing`: the rectangles about them are packed into a square of texels, all at one scale.
-//! 3. `texels`: the light field is read at the place that each texel shows. In the gutter around a chart that is the
+//! 1. Each surface has places in the texture: those of its mesh file, or `charts` that are laid flat and packed into a
+//!    square of texels, all at one scale.
+//! 2. `texels`: the light field is read at the place that each texel shows. In the gutter around a chart that is the
 //!    nearest place of its edge.
-//! 4. Texels between the charts get the light of the nearest ones, so that a program that compresses the texture or
+//! 3. Texels between the charts get the light of the nearest ones, so that a program that compresses the texture or
 //!    makes smaller levels of it mixes in nothing black.
 
 mod charts;
-mod flat_surface;
-mod packing;
-mod rectangle;
+mod quadtree;
 mod texels;
 
 #[cfg(test)]
 mod tests;
 
-use glam::DVec2;
+use glam::{DVec2, Vec2};
+use guillotiere::{SimpleAtlasAllocator, Size, size2};
 use rayon::prelude::*;
 use snowblue_color::LinearRgb;
 use snowblue_geometry::ray::narrow;
 use snowblue_scene::film::sensor::Sensor;
+use snowblue_scene::progress::{Phase, Progress, Report};
 
 use crate::LightField;
+use crate::bake::surface_mesh::SurfaceMesh;
 
-use charts::Chart;
-pub(super) use charts::Charts;
-pub(super) use flat_surface::FlatSurface;
-pub(super) use packing::Packing;
-use packing::{GUTTER, pack, with_gutter};
-use texels::{ChartTexels, place};
+use charts::{Chart, charts};
+pub(super) use texels::{FlatSurface, Shown, shown};
+use texels::{GUTTER, place};
 
+/// Ratio of a scale at which charts are packed to the next greater one.
+const SCALE_RATIO: f64 = 0.98;
+/// Charts are taken to be at least so long, in m.
+const SHORTEST_M: f64 = 1e-12;
 /// Texels that are read between two reports.
 const TEXELS_PER_REPORT: usize = 1 << 15;
 /// Columns and rows of a lightmap.
@@ -41,90 +43,143 @@ pub const LIGHTMAP_SIZES: std::ops::RangeInclusive<u32> = 64..=4096;
 pub struct Lightmap {
     /// Columns and rows.
     pub size: u32,
-    /// Side of a texel on a surface that lies flat, in m.
+    /// Mean side of a texel on the surface, in m.
     pub texel_m: f64,
     /// Exitance as linear sRGB in W/m², row by row from v = 0: red, green and blue.
     pub texels: Vec<[f32; 3]>,
 }
 
-/// More charts than fit into a lightmap.
-pub(super) struct TooManyCharts {
-    pub(super) charts: usize,
-    /// A size that is enough, if there is one.
-    pub(super) enough: Option<u32>,
-}
-
-/// Packs the charts of all surfaces.
+/// Gives each facet of the named meshes a place in a lightmap of `size` texels: where its file says, if all files do,
+/// or else in a chart. It reports how many facets have a chart.
 ///
 /// # Errors
 ///
-/// When they do not fit.
-pub(super) fn packed(surfaces: &[FlatSurface], size: u32) -> Result<Packing, TooManyCharts> {
-    let extents_m: Vec<DVec2> =
-        surfaces.iter().flat_map(|surface| &surface.charts.list).map(|chart| chart.extent_m).collect();
-    pack(&extents_m, size).ok_or_else(|| {
-        let (least, greatest) = LIGHTMAP_SIZES.into_inner();
-        let doublings = std::iter::successors(Some(least), |size| size.checked_mul(2));
-        let sizes = doublings.take_while(|size| *size < greatest).chain([greatest]);
-        let enough = sizes.filter(|larger| *larger > size).find(|larger| pack(&extents_m, *larger).is_some());
-        TooManyCharts { charts: extents_m.len(), enough }
-    })
+/// When some meshes have places and some do not, places lie outside the lightmap, or the charts do not fit.
+pub(super) fn lay_out(names: &[&str], meshes: &mut [SurfaceMesh], size: u32, report: Report) -> Result<(), String> {
+    let Some(with) = meshes.iter().position(|mesh| mesh.has_uv) else {
+        return lay_flat(meshes, size, report);
+    };
+    if let Some(without) = meshes.iter().position(|mesh| !mesh.has_uv) {
+        return Err(format!(
+            "object \"{}\" has a second UV set and object \"{}\" has none, but all snow must have one, or no snow",
+            names[with], names[without]
+        ));
+    }
+    for (name, mesh) in names.iter().zip(meshes) {
+        let is_outside = |uv: &&Vec2| !(0.0..=1.0).contains(&uv.x) || !(0.0..=1.0).contains(&uv.y);
+        if let Some(Vec2 { x, y }) = mesh.facets.iter().flat_map(|facet| &facet.uv).find(is_outside) {
+            return Err(format!("the second UV set of object \"{name}\" reaches u {x}, v {y}, but must lie in 0–1"));
+        }
+        let [low, high] = [Vec2::min, Vec2::max]
+            .map(|end| mesh.facets.iter().flat_map(|facet| facet.uv).reduce(end).unwrap_or_default());
+        if (high - low).min_element() <= 0.0 {
+            return Err(format!("the second UV set of object \"{name}\" has no area: unwrap it, or remove the set"));
+        }
+    }
+    Ok(())
 }
 
-/// The texture coordinates of the vertices of each surface.
-pub(super) fn coordinates(surfaces: &[FlatSurface], packing: &Packing, size: u32) -> Vec<Vec<[f32; 2]>> {
-    let mut corners = packing.corners.iter();
-    let of_surface = |surface: &FlatSurface| {
-        let mut coordinates = vec![[0.0; 2]; surface.charts.flat_m.len()];
-        for (chart, corner) in surface.charts.list.iter().zip(&mut corners) {
-            let corner = DVec2::from(corner.map(|texel| f64::from(texel + GUTTER)));
-            for vertex in chart.triangles.iter().flat_map(|triangle| surface.triangles[*triangle as usize]) {
-                let at = corner + surface.charts.flat_m[vertex as usize] * packing.texels_per_m;
-                coordinates[vertex as usize] = (at / f64::from(size)).to_array().map(narrow);
-            }
+/// Packs the charts of all meshes into a lightmap.
+fn lay_flat(meshes: &mut [SurfaceMesh], size: u32, report: Report) -> Result<(), String> {
+    let total: usize = meshes.iter().map(|mesh| mesh.facets.len()).sum();
+    let (mut all, mut before) = (Vec::new(), 0);
+    for (number, mesh) in meshes.iter().enumerate() {
+        let report =
+            |done| report(Progress { phase: Phase::Charts, done: (before + done) as u64, total: total as u64 });
+        all.extend(charts(mesh, &report).into_iter().map(|chart| (number, chart)));
+        before += mesh.facets.len();
+    }
+    let extents_m: Vec<DVec2> = all.iter().map(|(_, chart)| chart.extent_m).collect();
+    let (texels_per_m, corners) = pack(&extents_m, size).ok_or_else(|| too_many_charts(all.len(), size))?;
+    for ((number, Chart { facets, .. }), corner) in all.into_iter().zip(corners) {
+        for (facet, places) in facets {
+            let uv = places.map(|place| (corner + place * texels_per_m) / f64::from(size));
+            meshes[number].facets[facet].uv = uv.map(|place| place.as_vec2());
         }
-        coordinates
+    }
+    Ok(())
+}
+
+fn too_many_charts(charts: usize, size: u32) -> String {
+    let greatest = *LIGHTMAP_SIZES.end();
+    // A texel each with its gutter, in rows and columns.
+    let enough = (2 * GUTTER + 1) as usize * ((charts - 1).isqrt() + 1);
+    let advice = match enough <= greatest as usize {
+        true => format!("{enough} × {enough} suffice"),
+        false => format!("the largest one, {greatest} × {greatest}, does not suffice"),
     };
-    surfaces.iter().map(of_surface).collect()
+    format!("the surface is cut into {charts} parts, too many for a lightmap of {size} × {size} texels; {advice}")
+}
+
+/// The greatest scale at which rectangles, sides in m, are packed with their gutters into a square of texels, in texels
+/// per m, and the lower corners of the rectangles. None if they do not fit at one texel each.
+fn pack(extents_m: &[DVec2], size: u32) -> Option<(f64, Vec<DVec2>)> {
+    let mut order: Vec<usize> = (0..extents_m.len()).collect();
+    order.sort_by(|one, other| extents_m[*other].y.total_cmp(&extents_m[*one].y));
+    let packed = |texels_per_m: f64| {
+        #[expect(clippy::cast_possible_truncation, reason = "an extent is smaller than the square")]
+        let texels = |length_m: f64| (length_m * texels_per_m).ceil().max(1.0) as i32 + 2 * GUTTER;
+        let sides: Vec<Size> = extents_m.iter().map(|extent| size2(texels(extent.x), texels(extent.y))).collect();
+        let mut square = SimpleAtlasAllocator::new(size2(size.cast_signed(), size.cast_signed()));
+        let area: i64 = sides.iter().map(|side| i64::from(side.area())).sum();
+        if area > square.size().area().into() {
+            return None;
+        }
+        let mut corners = vec![DVec2::ZERO; extents_m.len()];
+        for &chart in &order {
+            let corner = square.allocate(sides[chart])?.min;
+            corners[chart] = DVec2::new(corner.x.into(), corner.y.into()) + f64::from(GUTTER);
+        }
+        Some((texels_per_m, corners))
+    };
+    let area_m2: f64 = extents_m.iter().map(|extent| extent.element_product()).sum();
+    let longest_m = extents_m.iter().map(|extent| extent.x).fold(SHORTEST_M, f64::max);
+    let greatest = f64::from(size) / longest_m.max(area_m2.sqrt());
+    // Each rectangle has one texel.
+    let least = SCALE_RATIO / longest_m;
+    let scales = std::iter::successors(Some(greatest), |scale| Some(SCALE_RATIO * scale));
+    scales.take_while(|scale| *scale > least).chain([least]).find_map(packed)
 }
 
 /// Reads the light field at all texels. It reports how many texels are done, and how many there are.
 pub(super) fn read(
     surfaces: &[FlatSurface],
-    (packing, size): (&Packing, u32),
+    (shown, size): (&[Shown], u32),
     field: &LightField,
     sensor: &Sensor,
-    report: impl Fn(u64, u64),
+    report: impl Fn(usize, usize),
 ) -> Lightmap {
-    let mut shown: Vec<Option<[f32; 3]>> = vec![None; size as usize * size as usize];
-    let charts = surfaces.iter().flat_map(|surface| surface.charts.list.iter().map(move |chart| (surface, chart)));
-    let scale = packing.texels_per_m;
-    let area = |chart: &Chart| with_gutter(chart.extent_m, scale).map(u64::from).into_iter().product::<u64>();
-    let total: u64 = surfaces.iter().flat_map(|surface| &surface.charts.list).map(area).sum();
-    let mut before = 0;
-    for ((surface, chart), [left, top]) in charts.zip(&packing.corners) {
-        report(before, total);
-        let Some(body) = field.of_object(surface.object) else { continue };
-        let corners = |triangle: u32| surface.charts.corners(surface.triangles[triangle as usize], scale);
-        let [columns, rows] = with_gutter(chart.extent_m, scale);
-        let texels = ChartTexels::of(&chart.triangles, [columns, rows], corners, &|| report(before, total));
-        let read = |(at, triangle): ([u32; 2], u32)| {
-            let surface_point = place(surface, triangle, &corners(triangle), at);
-            let exitance = body.exitance(surface_point.point, surface_point.normal);
-            let LinearRgb { r, g, b } = LinearRgb::from_xyz(sensor.xyz(&exitance));
-            (at, [r, g, b].map(narrow))
-        };
-        for (number, part) in (0..).zip(texels.shown().chunks(TEXELS_PER_REPORT)) {
-            let read: Vec<([u32; 2], [f32; 3])> = part.par_iter().copied().map(read).collect();
-            for ([column, row], exitance) in read {
-                shown[((top + row) * size + left + column) as usize] = Some(exitance);
-            }
-            report(before + number * TEXELS_PER_REPORT as u64 + part.len() as u64, total);
-        }
-        before += area(chart);
+    let read = |texel: &usize| {
+        let Shown { surface, triangle, .. } = shown[*texel];
+        let surface = &surfaces[surface as usize];
+        let place = place(surface, triangle, *texel, size);
+        let exitance = field.of_object(surface.object)?.exitance(place.point, place.normal);
+        let LinearRgb { r, g, b } = LinearRgb::from_xyz(sensor.xyz(&exitance));
+        Some([r, g, b].map(narrow))
+    };
+    let lit: Vec<usize> = (0..shown.len()).filter(|texel| shown[*texel].distance.is_finite()).collect();
+    let mut texels = vec![None; shown.len()];
+    for (number, part) in lit.chunks(TEXELS_PER_REPORT).enumerate() {
+        report(number * TEXELS_PER_REPORT, lit.len());
+        let light: Vec<Option<[f32; 3]>> = part.par_iter().map(read).collect();
+        part.iter().zip(light).for_each(|(texel, light)| texels[*texel] = light);
     }
-    report(total, total);
-    Lightmap { size, texel_m: packing.texels_per_m.recip(), texels: spread(shown, size) }
+    report(lit.len(), lit.len());
+    Lightmap { size, texel_m: texel_m(surfaces, size), texels: spread(texels, size) }
+}
+
+/// Mean side of a texel on the surface, in m.
+fn texel_m(surfaces: &[FlatSurface], size: u32) -> f64 {
+    let (mut area_m2, mut texels) = (0.0, 0.0);
+    for surface in surfaces {
+        for (number, triangle) in (0..).zip(surface.triangles) {
+            let [a, b, c] = triangle.map(|vertex| surface.positions[vertex as usize].as_dvec3());
+            area_m2 += (b - a).cross(c - a).length();
+            let [a, b, c] = surface.corners(number, size);
+            texels += (b - a).perp_dot(c - a).abs();
+        }
+    }
+    (area_m2 / texels).sqrt()
 }
 
 /// Fills texels without a value with that of the nearest one, by steps to the four neighbours.

@@ -1,30 +1,28 @@
-//! Charts and texels of shapes that are hard to lay flat.
+//! Charts and texels of shapes that are hard to lay flat, and places that meshes bring along.
 
 #![expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "texels of a small texture")]
 
-use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-use glam::{DAffine3, DVec2, DVec3, Mat3A, Vec3, Vec3A};
+use glam::{DAffine3, DVec3, Mat3A, Vec3, Vec3A};
 use snowblue_geometry::cuboid::Cuboid;
 use snowblue_geometry::ellipsoid::Ellipsoid;
 use snowblue_geometry::instance::Instance;
 use snowblue_geometry::mesh_bvh::MeshBvh;
 use snowblue_geometry::shape::Shape;
 use snowblue_geometry::transform::Transform;
-use snowblue_geometry::triangle_mesh::TriangleMesh;
+use snowblue_geometry::triangle_mesh::{SECOND_UV, TriangleMesh};
 
-use super::charts::Chart;
 use super::*;
 use crate::bake::MOST_VERTICES;
 use crate::bake::subdivision::subdivide;
-use crate::bake::surface_mesh::SurfaceMesh;
 use crate::bake::tests::longest;
 use crate::bake::vertices::Vertices;
 
 /// Lengths shrink by the cosine of the greatest inclination at most.
 const LEAST_COS: f64 = 0.642;
+const SIZE: u32 = 256;
 
 /// A mesh of rows and columns of places, closed in both directions or open.
 fn grid(rows: u32, columns: u32, is_closed: bool, place: impl Fn(f64, f64) -> DVec3) -> TriangleMesh {
@@ -56,10 +54,10 @@ fn knot() -> TriangleMesh {
     })
 }
 
-/// A spiral ramp of three turns: its top lies over itself, and is connected.
+/// A spiral ramp of three turns: its top lies over itself, and is connected. Some of its triangles are small.
 fn ramp() -> TriangleMesh {
     grid(90, 5, false, |along, across| {
-        let (sin, cos) = (3.0 * TAU * along).sin_cos();
+        let (sin, cos) = (3.0 * TAU * along * along).sin_cos();
         DVec3::new((1.0 + across) * cos, (1.0 + across) * sin, 0.6 * along)
     })
 }
@@ -77,7 +75,19 @@ fn surface(mesh: TriangleMesh) -> SurfaceMesh {
     SurfaceMesh::of(&Shape::Mesh(Instance::new(Arc::new(MeshBvh::new(mesh)), transform))).unwrap()
 }
 
-fn surfaces() -> Vec<(&'static str, SurfaceMesh, usize)> {
+fn flat<'s>(name: &'s str, mesh: &SurfaceMesh, vertices: &'s Vertices, uv: &'s [[f32; 2]]) -> FlatSurface<'s> {
+    let Vertices { positions, normals, triangles, .. } = vertices;
+    FlatSurface { object: 0, name, ellipsoid: mesh.ellipsoid, positions, normals, uv, triangles }
+}
+
+fn places(vertices: &Vertices) -> Vec<[f32; 2]> {
+    vertices.uv.iter().map(Vec2::to_array).collect()
+}
+
+/// No texel lies in two triangles, areas shrink by the inclination only, and the texels that linear interpolation reads
+/// at a corner show the chart of its triangle.
+#[test]
+fn every_triangle_has_a_part_of_the_texture_of_its_own() {
     let turn = Mat3A::from_rotation_z(0.4) * Mat3A::from_rotation_x(0.7);
     let block = Shape::Cuboid(Cuboid::new(Vec3A::ONE, Vec3A::new(2.0, 0.5, 1.0), turn));
     let ball = Shape::Ellipsoid(Ellipsoid::new(DAffine3::from_scale(DVec3::new(1.0, 0.6, 0.8))).unwrap());
@@ -86,137 +96,155 @@ fn surfaces() -> Vec<(&'static str, SurfaceMesh, usize)> {
         DVec3::new((2.0 + cos) * (TAU * along).cos(), (2.0 + cos) * (TAU * along).sin(), sin)
     });
     // Numbers of charts that were found, and a quarter more.
-    vec![
+    let surfaces = [
         ("block", SurfaceMesh::of(&block).unwrap(), 6),
         ("ball", SurfaceMesh::of(&ball).unwrap(), 18),
         ("torus", surface(torus), 30),
         ("knot", surface(knot()), 89),
         ("ramp", surface(ramp()), 5),
         ("bad", surface(bad()), 163),
-    ]
-}
-
-/// Corners of all triangles in texels of a lightmap.
-fn laid_out(vertices: &Vertices, charts: &Charts, packing: &Packing) -> Vec<[DVec2; 3]> {
-    let mut corners = vec![[DVec2::ZERO; 3]; vertices.triangles.len()];
-    for (chart, corner) in charts.list.iter().zip(&packing.corners) {
-        let corner = DVec2::from(corner.map(f64::from));
-        for &triangle in &chart.triangles {
-            let triangle = triangle as usize;
-            corners[triangle] =
-                charts.corners(vertices.triangles[triangle], packing.texels_per_m).map(|place| corner + place);
+    ];
+    for (name, mut mesh, most_charts) in surfaces {
+        let step_m = mesh.longest_edge_m().min(0.2);
+        assert!(subdivide(&mut mesh, longest(step_m), MOST_VERTICES));
+        let found = charts(&mesh, &|_| ());
+        assert!(found.len() <= most_charts, "{name}: {} charts", found.len());
+        let mut chart_of = vec![None; mesh.facets.len()];
+        for (number, chart) in found.iter().enumerate() {
+            for (facet, _) in &chart.facets {
+                assert_eq!(chart_of[*facet].replace(number), None, "{name}: a facet is in two charts");
+            }
+        }
+        assert!(chart_of.iter().all(Option::is_some), "{name}: a facet is in no chart");
+        let mut meshes = [mesh];
+        lay_out(&[name], &mut meshes, SIZE, &|_| ()).unwrap();
+        let [mesh] = meshes;
+        let vertices = Vertices::of(&mesh);
+        let uv = places(&vertices);
+        let flat = flat(name, &mesh, &vertices, &uv);
+        let shown = shown(std::slice::from_ref(&flat), SIZE).unwrap();
+        let shares: Vec<f64> = (0..)
+            .zip(&vertices.triangles)
+            .filter_map(|(number, triangle)| {
+                let [p, q, r] = triangle.map(|vertex| vertices.positions[vertex as usize].as_dvec3());
+                let [a, b, c] = flat.corners(number, SIZE);
+                let area_m2 = (q - p).cross(r - p).length();
+                (area_m2 > 1e-6).then(|| (b - a).perp_dot(c - a) / area_m2)
+            })
+            .collect();
+        let greatest = shares.iter().copied().fold(0.0, f64::max);
+        // Places in the texture are rounded to 24 bits.
+        assert!(shares.iter().all(|share| *share > 0.98 * LEAST_COS * greatest), "{name}");
+        let in_charts = shown.iter().filter(|texel| texel.distance < 0.0).count();
+        assert!(in_charts * 5 > shown.len(), "{name}: {in_charts} texels show the surface");
+        for (triangle, chart) in (0..).zip(&chart_of) {
+            for corner in flat.corners(triangle, SIZE) {
+                for step in [DVec2::ZERO, DVec2::X, DVec2::Y, DVec2::ONE] {
+                    let at = (corner - 0.5).floor() + step;
+                    let texel = shown[at.y as usize * SIZE as usize + at.x as usize];
+                    assert!(texel.distance.is_finite(), "{name}: {at}");
+                    assert_eq!(chart_of[texel.triangle as usize], *chart, "{name}: {at}");
+                }
+            }
         }
     }
-    corners
 }
 
-/// The places of a fine grid that lie in a triangle by more than rounding.
-fn inside([a, b, c]: &[DVec2; 3], fineness: f64) -> Vec<[u64; 2]> {
-    let (low, high) = (a.min(*b).min(*c) * fineness, a.max(*b).max(*c) * fineness);
-    let range = |low: f64, high: f64| low.floor() as u64..high.ceil() as u64;
-    let columns = range(low.x, high.x);
-    let places = range(low.y, high.y).flat_map(|row| columns.clone().map(move |column| [column, row]));
-    let is_inside = |place: &[u64; 2]| {
-        let point = (DVec2::new(place[0] as f64, place[1] as f64) + 0.5) / fineness;
-        let is_left = |(from, to): (DVec2, DVec2)| (to - from).perp_dot(point - from) > 1e-6 * from.distance(to);
-        [(*a, *b), (*b, *c), (*c, *a)].into_iter().all(is_left)
+/// A sheet of two rows of squares with places of its own.
+fn sheet(place: impl Fn(u16) -> [f32; 2]) -> SurfaceMesh {
+    let mut mesh = grid(3, 3, false, |along, across| DVec3::new(along, across, (along - across).powi(2)));
+    // The second row has vertices of its own.
+    mesh.positions.extend_from_within(3..9);
+    mesh.indices.iter_mut().skip(4).flatten().for_each(|vertex| *vertex += 6);
+    for (axis, name) in SECOND_UV.into_iter().enumerate() {
+        mesh.attributes.insert(name.to_owned(), (0..15).map(|vertex| place(vertex)[axis]).collect());
+    }
+    surface(mesh)
+}
+
+/// Two islands, turned over.
+fn islands(vertex: u16) -> [f32; 2] {
+    let (island, vertex) = if vertex < 9 { (0.0, vertex) } else { (1.0, vertex - 9) };
+    [0.1 + 0.45 * island + 0.17 * f32::from(vertex / 3), 0.9 - 0.3 * f32::from(vertex % 3)]
+}
+
+#[test]
+fn places_of_a_mesh_are_kept_bit_by_bit() {
+    let mut mesh = sheet(islands);
+    assert!(subdivide(&mut mesh, longest(0.1), MOST_VERTICES));
+    let before: Vec<[Vec2; 3]> = mesh.facets.iter().map(|facet| facet.uv).collect();
+    let mut meshes = [mesh];
+    lay_out(&["sheet"], &mut meshes, SIZE, &|_| ()).unwrap();
+    let [mesh] = meshes;
+    let vertices = Vertices::of(&mesh);
+    for (facet, (triangle, before)) in mesh.facets.iter().zip(vertices.triangles.iter().zip(before)) {
+        for ((vertex, uv), position) in triangle.iter().zip(before).zip(facet.vertices) {
+            assert_eq!(vertices.uv[*vertex as usize], uv);
+            assert_eq!(vertices.positions[*vertex as usize], mesh.positions[position as usize]);
+        }
+    }
+    for vertex in (0..6).chain(9..15) {
+        assert!(vertices.uv.contains(&Vec2::from(islands(vertex))), "{vertex}");
+    }
+    // Each texel within an island shows the place of the surface that the mesh gives it.
+    let uv = places(&vertices);
+    let flat = flat("sheet", &mesh, &vertices, &uv);
+    let shown = shown(std::slice::from_ref(&flat), SIZE).unwrap();
+    let mut count = 0;
+    for (texel, one) in shown.iter().enumerate().filter(|(_, texel)| texel.distance < 0.0) {
+        let point = place(&flat, one.triangle, texel, SIZE).point;
+        let at = DVec2::new((texel % 256) as f64 + 0.5, (texel / 256) as f64 + 0.5) / 256.0;
+        let along = if at.x < 0.5 { (at.x - 0.1) / 0.34 } else { 0.5 + (at.x - 0.55) / 0.34 };
+        let expected = DVec2::new(along, (0.9 - at.y) / 0.6);
+        assert!(point.truncate().as_dvec2().distance(expected) < 1e-5, "{point} {expected}");
+        count += 1;
+    }
+    // Along half of the rim, a texel more or less.
+    let texels = 2.0 * 0.17 * 0.6 * 256.0_f64.powi(2);
+    assert!((f64::from(count) - texels).abs() < 2.0 * (0.17 + 0.6) * 256.0, "{count} {texels}");
+}
+
+#[test]
+fn places_of_meshes_that_cannot_be_used_are_refused() {
+    let refused = |mut meshes: Vec<SurfaceMesh>| {
+        let names = &["one", "other"][..meshes.len()];
+        let laid_out = lay_out(names, &mut meshes, SIZE, &|_| ());
+        let vertices: Vec<Vertices> = meshes.iter().map(Vertices::of).collect();
+        let uv: Vec<Vec<[f32; 2]>> = vertices.iter().map(places).collect();
+        let surfaces = (0..meshes.len()).map(|k| flat(names[k], &meshes[k], &vertices[k], &uv[k]));
+        laid_out.and_then(|()| shown(&surfaces.collect::<Vec<_>>(), SIZE).map(|_| ())).unwrap_err()
     };
-    places.filter(is_inside).collect()
+    let error = refused(vec![sheet(|vertex| islands(if vertex < 9 { vertex } else { vertex - 8 }))]);
+    assert!(error.starts_with("the second UV set of object \"one\" overlaps itself at u 0.2"), "{error}");
+    assert!(error.ends_with("unwrap all snow again (Blender: Lightmap Pack), or remove the set"), "{error}");
+    let error = refused(vec![sheet(islands), sheet(islands)]);
+    assert!(error.starts_with("the second UV set of object \"other\" overlaps that of object \"one\" at u"), "{error}");
+    assert_eq!(
+        refused(vec![surface(ramp()), sheet(islands)]),
+        "object \"other\" has a second UV set and object \"one\" has none, but all snow must have one, or no snow"
+    );
+    assert_eq!(
+        refused(vec![sheet(|vertex| [islands(vertex)[0], -0.5])]),
+        "the second UV set of object \"one\" reaches u 0.1, v -0.5, but must lie in 0–1"
+    );
+    assert!(refused(vec![sheet(|_| [0.5; 2])]).contains("has no area"));
 }
 
-#[test]
-fn every_triangle_has_a_part_of_the_texture_of_its_own() {
-    for (name, mut mesh, most_charts) in surfaces() {
-        let step_m = mesh.longest_edge_m().min(0.2);
-        assert!(subdivide(&mut mesh, longest(step_m), MOST_VERTICES));
-        let mut vertices = Vertices::of(&mesh);
-        let smooth = Vertices { triangles: vertices.triangles.clone(), ..Vertices::of(&mesh) };
-        let charts = Charts::of(&mesh, &mut vertices, &|_| ());
-        assert!(charts.list.len() <= most_charts, "{name}: {} charts", charts.list.len());
-        // The surface is the same: each triangle once, with its places and normals.
-        let mut triangles: Vec<u32> = charts.list.iter().flat_map(|chart| chart.triangles.clone()).collect();
-        triangles.sort_unstable();
-        assert!(triangles.iter().copied().eq(0..u32::try_from(mesh.facets.len()).unwrap()), "{name}");
-        for (new, old) in vertices.triangles.iter().flatten().zip(smooth.triangles.iter().flatten()) {
-            let (new, old) = (*new as usize, *old as usize);
-            assert_eq!(vertices.positions[new], smooth.positions[old], "{name}");
-            assert_eq!(vertices.normals[new], smooth.normals[old], "{name}");
-        }
-        // Areas shrink by the inclination only, and no triangle is turned over.
-        let extents: Vec<DVec2> = charts.list.iter().map(|chart| chart.extent_m).collect();
-        let packing = pack(&extents, 512).unwrap();
-        let corners = laid_out(&vertices, &charts, &packing);
-        for ([a, b, c], triangle) in corners.iter().zip(&vertices.triangles) {
-            let [p, q, r] = triangle.map(|vertex| vertices.positions[vertex as usize].as_dvec3());
-            let area_m2 = (q - p).cross(r - p).length();
-            let share = (*b - *a).perp_dot(*c - *a) / packing.texels_per_m.powi(2) / area_m2;
-            assert!(area_m2 < 1e-9 || (LEAST_COS..1.0 + 1e-4).contains(&share), "{name}: {share}");
-        }
-        // On a grid of four places a texel in each direction.
-        let fineness = 4.0;
-        let mut owner = BTreeMap::new();
-        for (number, corners) in corners.iter().enumerate() {
-            for place in inside(corners, fineness) {
-                let other = owner.insert(place, number);
-                assert_eq!(other, None, "{name}: triangles {number} and {other:?} overlap at {place:?}");
-            }
-        }
-        let share = owner.len() as f64 / (512.0 * fineness).powi(2);
-        assert!(share > 0.2 && share < 1.0, "{name}: {share}");
-    }
-}
-
-/// All texels of a chart and of its gutter show it, those that lie in a triangle show that triangle, and no gutter lies
-/// in another chart.
-#[test]
-fn the_gutter_shows_the_edge_of_its_chart() {
-    for (name, mut mesh, _) in surfaces() {
-        let step_m = mesh.longest_edge_m().min(0.2);
-        assert!(subdivide(&mut mesh, longest(step_m), MOST_VERTICES));
-        let mut vertices = Vertices::of(&mesh);
-        let charts = Charts::of(&mesh, &mut vertices, &|_| ());
-        let extents: Vec<DVec2> = charts.list.iter().map(|chart| chart.extent_m).collect();
-        let packing = pack(&extents, 256).unwrap();
-        let mut is_taken = vec![false; 256 * 256];
-        for (chart, [left, top]) in charts.list.iter().zip(&packing.corners) {
-            let corners = |triangle: u32| charts.corners(vertices.triangles[triangle as usize], packing.texels_per_m);
-            let texels =
-                ChartTexels::of(&chart.triangles, with_gutter(chart.extent_m, packing.texels_per_m), corners, &|| ());
-            let shown: BTreeMap<_, _> = texels.shown().into_iter().collect();
-            for [column, row] in shown.keys() {
-                let texel = (top + row) * 256 + left + column;
-                assert!(!std::mem::replace(&mut is_taken[texel as usize], true), "{name}");
-            }
-            for &triangle in &chart.triangles {
-                for place in inside(&corners(triangle), 1.0) {
-                    assert_eq!(shown.get(&place.map(|k| k as u32)), Some(&triangle), "{name}");
-                }
-                // Linear interpolation at a corner reads the four texels around it.
-                for corner in corners(triangle) {
-                    let [column, row] = (corner - 0.5).floor().to_array().map(|k| k as u32);
-                    for texel in [[0, 0], [0, 1], [1, 0], [1, 1]].map(|[x, y]| [column + x, row + y]) {
-                        assert!(shown.contains_key(&texel), "{name}: {texel:?} at {corner}");
-                    }
-                }
-            }
-        }
-    }
-}
-
-/// Charts without area take 5 × 5 texels each.
+/// The smallest charts take 5 × 5 texels each.
 #[test]
 fn a_lightmap_that_is_too_small_names_one_that_is_not() {
-    let enough = |charts: usize, size: u32| {
-        let chart = || Chart { triangles: Vec::new(), extent_m: DVec2::ZERO };
-        let charts = Charts { list: std::iter::repeat_with(chart).take(charts).collect(), ..Charts::default() };
-        let surface =
-            FlatSurface { object: 0, charts: &charts, ellipsoid: None, positions: &[], normals: &[], triangles: &[] };
-        packed(&[surface], size).map(|_| ()).map_err(|error| error.enough)
-    };
-    assert_eq!(enough(144, 64), Ok(()));
-    assert_eq!(enough(145, 64), Err(Some(128)));
-    assert_eq!(enough(600_usize.pow(2) + 1, 3000), Err(Some(4096)), "not a doubling of the size");
-    assert_eq!(enough(819_usize.pow(2) + 1, 64), Err(None));
+    let mut apart = TriangleMesh::default();
+    for x in 0..145_u8 {
+        let corner = Vec3::X * f32::from(x);
+        let triangle = [corner, corner + 0.01 * Vec3::X, corner + 0.01 * Vec3::Y];
+        apart.append(&TriangleMesh::from_triangles(&[triangle]), &DAffine3::IDENTITY).unwrap();
+    }
+    let mut meshes = [surface(apart)];
+    let error = lay_out(&["dust"], &mut meshes, 64, &|_| ()).unwrap_err();
+    assert_eq!(error, "the surface is cut into 145 parts, too many for a lightmap of 64 × 64 texels; 65 × 65 suffice");
+    lay_out(&["dust"], &mut meshes, 65, &|_| ()).unwrap();
+    assert!(too_many_charts(819 * 819, 64).ends_with("4095 × 4095 suffice"));
+    assert!(too_many_charts(819 * 819 + 1, 64).ends_with("the largest one, 4096 × 4096, does not suffice"));
 }
 
 #[test]
