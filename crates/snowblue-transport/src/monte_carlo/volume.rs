@@ -120,7 +120,8 @@ impl Volume {
         Ok(samples.iter().map(|sample| Self::with_nodes(&finest, sample, wavelengths_nm, plan)).collect())
     }
 
-    /// The same for one sample with one node, the index of ice at the middle wavelength, for walks that are too short to depend on it.
+    /// The same for one sample with one node, the index of ice at the middle wavelength, for walks that are too short
+    /// to depend on it.
     ///
     /// # Errors
     /// As those of [`of_samples`](Self::of_samples).
