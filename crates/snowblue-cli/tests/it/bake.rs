@@ -106,11 +106,12 @@ fn second_texture_coordinates_that_overlap_are_refused() {
             bytes[start + 9] = b'1';
         }
     }
-    folder.write("snow.glb", bytes);
-    let mesh = |name: &str, x: u8| format!("name = \"{name}\"\nmesh = \"snow.glb\"\nposition = [{x}, 0, 0]\n");
+    folder.write("one.glb", &bytes);
+    folder.write("other.glb", &bytes);
+    let mesh = |name: &str, x: u8| format!("mesh = \"{name}.glb\"\nposition = [{x}, 0, 0]\n");
     let (one, other) = (mesh("one", 0), mesh("other", 1));
     folder.write("twice.toml", format!("{CUBE}{one}[[object]]\nmaterial = \"drift\"\n{other}"));
-    let words = ["twice.toml: the second UV set of object \"other\" overlaps that of object \"one\" at u 0."];
+    let words = ["twice.toml: the second UV set of object \"other.glb\" overlaps that of object \"one.glb\" at u 0."];
     folder.assert_refused("bake twice.toml --step-mm 100 --lightmap 64 --max-bounces 0 -o a.glb", &words);
     folder.write("once.toml", format!("{CUBE}{one}"));
     folder.stdout("bake once.toml --step-mm 100 --lightmap 64 --max-bounces 0 -o once.glb");
