@@ -115,6 +115,9 @@ impl LightField {
     /// Solves for the light of those lights in the same bodies for which `has_changed`, and keeps the solutions of the
     /// others. The light field is identical, to the last bit, to a new one.
     pub(crate) fn relit(self, scene: &FieldScene, has_changed: &dyn Fn(usize) -> bool) -> Self {
+        if !(0..scene.lights.len()).any(has_changed) {
+            return Self { solved_count: 0, ..self };
+        }
         let (prepared, mut solutions, body_of) = self.into_parts(scene);
         solutions.retain(|(lights, _)| !lights.iter().any(|light| has_changed(*light)));
         Self::lit(prepared, body_of, scene, solutions)

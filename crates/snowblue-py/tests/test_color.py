@@ -91,3 +91,7 @@ def test_swatches_are_bluer_the_thicker_the_snow(tmp_path):
         snowblue.swatch(columns={"depth": [1]})
     with pytest.raises(ValueError, match="also given"):
         snowblue.swatch(columns={"thickness_cm": [1]}, thickness_cm=2)
+    with pytest.raises(ValueError, match="thickness_cm has no values"):
+        snowblue.swatch(columns={"thickness_cm": []})
+    with pytest.raises(ValueError, match="9 swatches of 2048 pixels are 18432 pixels, but must be at most 16384"):
+        snowblue.swatch(columns={"angle_deg": list(range(9))}, size_px=2048)

@@ -195,7 +195,7 @@ mod tests {
             scene.integrator.kind = kind;
             let scene = scene.build(&FilesInMemory::default()).unwrap();
             let provenance = Provenance::of(&scene, None);
-            let names = ["path", "pcasnow", "light field"].map(|name| provenance.get(name).is_some());
+            let names = ["path", "reflectance", "light field"].map(|name| provenance.get(name).is_some());
             let [curves, field] = [kind == IntegratorKind::PcaSnow, kind.has_light_field()];
             assert_eq!(names, [curves, curves, field], "{kind:?}");
         }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use snowblue_figures::{FigureFile, page, recipes};
+use snowblue_figures::{FigureFile, RECIPES, page, recipes};
 
 use crate::output::{Failure, Outcome, Progress, create_folder, print, print_message, write_file};
 
@@ -23,8 +23,11 @@ pub(crate) struct Figures {
     /// Folder to write to; created if it does not exist
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
-    /// Only these figures, separated by commas: table1, fig3, fig5-8, fig9, fig10, fig11, s1, lprime, s2
-    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    #[arg(
+        long, value_name = "NAMES", value_delimiter = ',', help = format!(
+            "Only these figures, separated by commas: {}", RECIPES.map(|recipe| recipe.name).join(", ")
+        )
+    )]
     only: Vec<String>,
 }
 

@@ -115,7 +115,9 @@ fn axis(words: &str) -> Result<Axis, String> {
         format!("parameter '{name}' is not known; there are {names}")
     })?;
     let values: Vec<String> = values.split(',').map(|value| value.trim().to_owned()).collect();
-    match values.iter().enumerate().find(|(number, value)| values[..*number].contains(value)) {
+    let number = |value: &String| value.parse::<f64>().ok();
+    let is_same = |one: &String, other: &String| one == other || number(one).is_some_and(|n| Some(n) == number(other));
+    match values.iter().enumerate().find(|(place, value)| values[..*place].iter().any(|other| is_same(value, other))) {
         Some((_, value)) => Err(format!("{name} {value} is given twice")),
         None => Ok(Axis { name, column, values }),
     }
@@ -213,17 +215,18 @@ impl Swatch {
     /// The colours of all swatches, row by row.
     fn colours(&self) -> Result<Vec<ColorRow>, Failure> {
         let subjects = self.subjects()?;
-        let case = |(sample, (_, Subject { slab, .. })): (usize, &(Vec<Cell>, Subject))| SlabCase {
-            sample,
-            thickness_cm: slab.thickness[0],
-            incidence: slab.angle[0],
-            ground_albedo: 0.0,
-        };
-        let batch = Batch {
-            samples: subjects.iter().map(|(_, subject)| subject.sample.sample()).collect::<Result<_, _>>()?,
-            cases: subjects.iter().enumerate().map(case).collect(),
-            wavelengths_nm: self.color.samples.wavelengths_nm(),
-        };
+        let mut batch =
+            Batch { samples: Vec::new(), cases: Vec::new(), wavelengths_nm: self.color.samples.wavelengths_nm() };
+        for (_, Subject { sample, slab, .. }) in &subjects {
+            let sample = sample.sample()?;
+            let known = batch.samples.iter().position(|other| *other == sample);
+            let sample = known.unwrap_or_else(|| {
+                batch.samples.push(sample);
+                batch.samples.len() - 1
+            });
+            let (thickness_cm, incidence) = (slab.thickness[0], slab.angle[0]);
+            batch.cases.push(SlabCase { sample, thickness_cm, incidence, ground_albedo: 0.0 });
+        }
         let thicknesses_cm: Vec<f64> = batch.cases.iter().map(|case| case.thickness_cm).collect();
         check_transmits(&thicknesses_cm, self.reflected)?;
         let fluxes = solve_batch(&batch, &self.ordinates.options(), false, &|_| ()).map_err(Failure::input)?;

@@ -26,7 +26,10 @@ impl Progress {
             Phase::Meshes | Phase::Preview | Phase::Snow => {
                 Self::with_template(&format!("{name} {{spinner}} {{elapsed}}"), quiet)
             }
-            Phase::Cells | Phase::Light | Phase::Charts | Phase::Lamps | Phase::Texels | Phase::Samples => {
+            Phase::Light => {
+                Self::with_template(&format!("{name} {{spinner}} {{human_pos}} {unit}, {{elapsed}}"), quiet)
+            }
+            Phase::Cells | Phase::Charts | Phase::Lamps | Phase::Texels | Phase::Samples => {
                 Self::with_template(&format!("{name} {{wide_bar}} {{human_pos}}/{{human_len}} {unit}{{pace}}"), quiet)
             }
         };

@@ -181,7 +181,7 @@ const LINES: &[(&str, &[(&str, Words)])] = &[
                 "fidelity --components 32",
                 &["invalid value '32' for '--components <", ">': must be a whole number of 1–31\n"],
             ),
-            ("export -o snow.xyz", &["snow.xyz", ".json", ".csv"]),
+            ("export -o snow.xyz", &["snow.xyz", ".csv"]),
         ],
     ),
     (

@@ -33,6 +33,10 @@ if TYPE_CHECKING:
     from typing_extensions import Unpack
 
 
+MOST_PIXELS = 16_384
+"""Most pixels along a side of a picture of swatches."""
+
+
 @checks_names(*SPECTRUM_NAMES)
 def color(
     spectrum: xr.DataArray | xr.Dataset | None = None,
@@ -244,6 +248,9 @@ def swatch(
     for axis in (across, down):
         if axis and axis[0] in slab_and_snow:
             raise ValueError(f"{axis[0]} varies along rows or columns, but is also given")
+        if axis and len(axis[1]) * size_px > MOST_PIXELS:
+            side = f"{len(axis[1])} swatches of {size_px} pixels are {len(axis[1]) * size_px} pixels"
+            raise ValueError(f"{axis[0]}: {side}, but must be at most {MOST_PIXELS}")
     triples = []
     for below in down[1] if down else [None]:
         for beside in across[1] if across else [None]:
@@ -265,4 +272,7 @@ def _axis(axis: Mapping[str, Any]) -> tuple[str, list[Any]] | None:
     if len(axis) != 1:
         raise ValueError(f"an axis of swatches has one parameter, not {len(axis)}")
     [(name, values)] = axis.items()
-    return name, [value.item() if hasattr(value, "item") else value for value in values]
+    plain = [value.item() if hasattr(value, "item") else value for value in values]
+    if not plain:
+        raise ValueError(f"{name} has no values, but a row or column of swatches needs one at least")
+    return name, plain

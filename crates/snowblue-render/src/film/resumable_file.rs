@@ -4,7 +4,7 @@
 //! `emissiveUnits`.
 //!
 //! A resumable file has four further unsigned 32-bit channels for each sum (`sums.X.0`, the lowest 32 bits, to
-//! `sums.X.3`). Its attributes hold the range of samples, the [`Provenance`], the AOVs, the wavelengths, and the
+//! `sums.X.3`). Its attributes hold the range of samples, the [`Provenance`], the AOVs, and the
 //! exposure and the tone curve of a PNG. One more channel (`sums.missing`) has the number of samples that a
 //! pixel lacks at the end of the range. The data window and the display window give the position of a part in the
 //! image.

@@ -69,7 +69,7 @@ fn phases_come_in_their_order_and_their_steps_are_done() {
     // Rows of samples do not finish in order.
     seen.retain(|at| at.phase < Phase::Samples);
     assert!(seen.is_sorted_by_key(|at| (at.phase, at.done)));
-    // The last step of the light is the last solution: as many as there are, for each group of wavelengths.
+    // The last step of the light is the last solution. There is a solve for each group of wavelengths.
     let last = seen.last().unwrap();
     assert_eq!(last.phase, Phase::Light);
     assert_eq!(field.solves, last.done * field.groups as u64);

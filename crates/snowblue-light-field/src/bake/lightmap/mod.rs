@@ -70,9 +70,8 @@ pub(super) fn lay_out(names: &[&str], meshes: &mut [SurfaceMesh], size: u32, rep
         if let Some(Vec2 { x, y }) = mesh.facets.iter().flat_map(|facet| &facet.uv).find(is_outside) {
             return Err(format!("the second UV set of object \"{name}\" reaches u {x}, v {y}, but must lie in 0–1"));
         }
-        let [low, high] = [Vec2::min, Vec2::max]
-            .map(|end| mesh.facets.iter().flat_map(|facet| facet.uv).reduce(end).unwrap_or_default());
-        if (high - low).min_element() <= 0.0 {
+        let has_area = |[a, b, c]: [Vec2; 3]| (b - a).perp_dot(c - a) != 0.0;
+        if !mesh.facets.iter().any(|facet| has_area(facet.uv)) {
             return Err(format!("the second UV set of object \"{name}\" has no area: unwrap it, or remove the set"));
         }
     }
@@ -133,7 +132,7 @@ fn pack(extents_m: &[DVec2], size: u32) -> Option<(f64, Vec<DVec2>)> {
         Some((texels_per_m, corners))
     };
     let area_m2: f64 = extents_m.iter().map(|extent| extent.element_product()).sum();
-    let longest_m = extents_m.iter().map(|extent| extent.x).fold(SHORTEST_M, f64::max);
+    let longest_m = extents_m.iter().map(|extent| extent.max_element()).fold(SHORTEST_M, f64::max);
     let greatest = f64::from(size) / longest_m.max(area_m2.sqrt());
     // Each rectangle has one texel.
     let least = SCALE_RATIO / longest_m;

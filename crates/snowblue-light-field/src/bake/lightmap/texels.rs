@@ -53,6 +53,9 @@ pub(in crate::bake) fn shown(surfaces: &[FlatSurface], size: u32) -> Result<Vec<
     for (number, surface) in (0..).zip(surfaces) {
         for triangle in (0..).take(surface.triangles.len()) {
             let corners @ [a, b, c] = surface.corners(triangle, size);
+            if (b - a).perp_dot(c - a) == 0.0 {
+                continue;
+            }
             for row in centres(a.y.min(b.y).min(c.y), a.y.max(b.y).max(c.y), size) {
                 let [left, right] = extent_around(&corners, f64::from(row) + 0.5);
                 for column in centres(left, right, size) {

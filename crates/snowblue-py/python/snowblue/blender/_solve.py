@@ -19,9 +19,6 @@ WORLD = 0
 """What stands for the World among the identifiers of lamps. Those of sun discs in it are lower."""
 EQUAL_ENERGY = np.array([1.2048, 0.9483, 0.9087])
 """Linear sRGB of light of equal energy and luminance 1, that of white lamps before it is relative to D65."""
-LONGEST_PHASE = "light"
-"""The phase of a solution that takes nearly all of the time."""
-
 Report = Callable[[float, int, str], object]
 """A function of the number of solutions that are done, of all, and of the name of the present one. An exception in it
 stops the work and is raised."""
@@ -128,9 +125,8 @@ def solve(frames: list[Collected], options: Options, report: Report) -> list[Sol
         for light in _lights(made):
             label = prefix + light.name
 
-            def watch(part: int, parts: int, phase: str) -> None:
-                share = part / parts if phase == LONGEST_PHASE and parts else 0.0
-                report(done + share, total, f"{label}: {phase}")
+            def watch(_part: int, _parts: int, phase: str) -> None:
+                report(done, total, f"{label}: {phase}")
 
             watch(0, 0, "meshes")
             text = _json(_document(made, options) | light.tables)

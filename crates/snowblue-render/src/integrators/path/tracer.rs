@@ -368,43 +368,36 @@ impl<'a> PathTracer<'a> {
     ) -> DirectLight {
         let (surface, directions) = (vertex.shading_point(), vertex.directions);
         let cos_exit = -surface.normal.dot(vertex.surface.direction);
-        // Light that is computed as spectra, and responses: each without the light of smooth skies, and of it alone.
-        let mut radiances = [snow.diffuse_radiance(&surface, cos_exit), Spectrum::ZERO];
-        let (mut lights, mut sparkle) = ([Spectrum::ZERO; 2], Spectrum::ZERO);
+        let diffuse = snow.diffuse_radiance(&surface, cos_exit);
+        let mut light = DirectLight { steady: diffuse, of_sky: Spectrum::ZERO, sparkle: Spectrum::ZERO };
         let [number, ..] = sampler.next_four();
         let point = self.singles.as_mut().map(|singles| singles.point(snow, vertex.surface, camera_ray, number));
         for index in 0..self.scene.lights().len() {
             let source = &self.scene.lights()[index];
-            let part = usize::from(source.is_smooth_sky());
             if source.is_smooth_sky() && self.walks.is_some() {
                 // The walk samples it.
                 continue;
             }
             for sample in self.samples_of_light(index, &directions, sampler).into_iter().flatten() {
                 let incident = self.visible(vertex, &sample);
+                let part = if source.is_smooth_sky() { &mut light.of_sky } else { &mut light.steady };
                 if let Some(incident) = &incident {
-                    lights[part] += reflected(vertex, source, &sample, incident);
+                    *part += reflected(vertex, source, &sample, incident);
                     if let Some(sparkling) = sparkling
                         && let Some(change) = self.sparkle_change(sparkling, vertex, (source, &sample), incident)
                     {
-                        sparkle += change;
+                        light.sparkle += change;
                     }
                 }
                 if let (Some(singles), Some(point)) = (&mut self.singles, &point) {
                     // The half-space that the ray enters is that of the geometric normal.
                     let on_plane = incident.and_then(|_| sample.incident_at(&vertex.surface.surface_point()));
                     let factor = singles.correction(point, &sample, on_plane.as_ref());
-                    radiances[part] += source.power(&sample.origin) * factor;
+                    *part += source.power(&sample.origin) * factor;
                 }
             }
         }
-        let [steady, of_sky] = [0, 1].map(|part| {
-            let mut light = lights[part];
-            light += radiances[part];
-            light
-        });
-        let sparkle = if sparkling.is_some() { sparkle } else { Spectrum::ZERO };
-        DirectLight { steady, of_sky, sparkle }
+        light
     }
 
     /// Radiance from the lights that a ray hits before a surface.
