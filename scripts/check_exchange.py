@@ -5,7 +5,6 @@ their spectra and sums.
     python3 scripts/check_exchange.py SNOWBLUE
 """
 
-import json
 import subprocess
 import sys
 import tempfile
@@ -51,19 +50,14 @@ def xarray_opens_tables(folder):
         assert np.abs(rebuilt.sel(angle=[0, 60]) - exact).max() < 2e-3
 
 
-def numpy_reads_raw_exports(folder):
-    """The numbers of a raw export rebuild the curves of its table."""
-    raw = folder / "snow.json"
-    snowblue("database", "export", folder / "compressed.nc", "-o", raw)
-    document = json.loads(raw.read_text())
-    numbers = np.fromfile(folder / document["numbers"], "<f4")
-    arrays = {one["name"]: numbers[one["first_number"]:][: one["count"]] for one in document["arrays"]}
-    lengths = [len(axis["values"]) for axis in document["axes"]]
-    coefficients = arrays["transmittance_coefficients"].reshape(*lengths[:-1], 3)
-    values = np.exp(coefficients @ arrays["transmittance_basis"].reshape(-1, 3).T)
+def numpy_reads_exports(folder):
+    """The rows of an export are the values of its table."""
+    rows = folder / "snow.csv"
+    snowblue("database", "export", folder / "compressed.nc", "-o", rows)
+    columns = np.genfromtxt(rows, delimiter=",", names=True)
     with xr.open_dataset(folder / "compressed.nc") as table:
         rebuilt = np.exp((table.transmittance_coefficients * table.transmittance_basis).sum("component"))
-        np.testing.assert_allclose(values, rebuilt.values, rtol=1e-5)
+        np.testing.assert_allclose(columns["transmittance"], rebuilt.values.ravel(), rtol=1e-5)
 
 
 def openexr_reads_images(folder):
@@ -99,6 +93,6 @@ def openexr_reads_images(folder):
 with tempfile.TemporaryDirectory() as name:
     temporary = Path(name)
     xarray_opens_tables(temporary)
-    numpy_reads_raw_exports(temporary)
+    numpy_reads_exports(temporary)
     openexr_reads_images(temporary)
 print("xarray, NumPy and OpenEXR agree")
