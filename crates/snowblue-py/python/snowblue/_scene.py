@@ -168,7 +168,8 @@ class Scene:
         output : path, optional
             A .png or .exr file to write too.
         progress : bool or callable, optional
-            A function of the steps done, of all, and of the phase: meshes, snow, cells, light, samples.
+            A function of the steps done, of all (0 where their number is not known, as for light), and of the phase:
+            meshes, snow, cells, light, samples.
         preview : callable, optional
             A function of unfinished pictures, (rows, columns, 3) in 8-bit sRGB: a coarse one of fewer pixels before the
             light in the snow is solved for, and then one about every second. An exception in it stops the work.

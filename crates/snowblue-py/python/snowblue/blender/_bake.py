@@ -21,7 +21,7 @@ def bake(
     step_mm: float | None = None,
     field_step_mm: float | None = None,
     max_bounces: int = 8,
-    progress: Callable[[float, int], object] | None = None,
+    progress: Callable[[int, int], object] | None = None,
 ) -> list[bpy.types.Object]:
     """Solves for the light in snow and makes a baked object of each object of snow.
 
@@ -49,7 +49,7 @@ def bake(
     max_bounces : int
         Number of surfaces over which light is followed before it enters the snow.
     progress : callable, optional
-        Called with the number of solutions that are done, with a fraction of the present one, and of all.
+        Called with the number of solutions that are done, and of all.
 
     Returns
     -------

@@ -19,7 +19,7 @@ WORLD = 0
 """What stands for the World among the identifiers of lamps. Those of sun discs in it are lower."""
 EQUAL_ENERGY = np.array([1.2048, 0.9483, 0.9087])
 """Linear sRGB of light of equal energy and luminance 1, that of white lamps before it is relative to D65."""
-Report = Callable[[float, int, str], object]
+Report = Callable[[int, int, str], object]
 """A function of the number of solutions that are done, of all, and of the name of the present one. An exception in it
 stops the work and is raised."""
 
