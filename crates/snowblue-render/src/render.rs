@@ -263,7 +263,7 @@ impl RowRenderer<'_> {
         stop: &(dyn Fn() -> bool + Sync),
     ) -> Statistics {
         let scene = self.integrator.scene();
-        let mut tracer = self.integrator.tracer();
+        let mut tracer = self.integrator.tracer(!aovs.spectrum);
         let mut first_hits = aovs.need_first_hit().then(|| self.integrator.first_hits());
         let mut accumulator = PixelAccumulator::new(aovs);
         let mut pattern = PixelPattern::new(scene.integrator().seed, 0..0);
@@ -291,14 +291,16 @@ impl RowRenderer<'_> {
             let pixel = Pixel::new(scene, &pattern, column, row.number);
             for sample in samples {
                 let (ray, mut sampler) = (pixel.camera_ray(sample), pixel.sampler(sample));
-                let sample = tracer.radiance(&ray, &mut sampler);
-                if aovs.spectrum {
+                let sees_snow = if aovs.spectrum {
+                    let sample = tracer.radiance(&ray, &mut sampler);
                     accumulator.add_radiance(scene.sensor(), &sample.radiance, sample.filtered.as_ref());
+                    sample.sees_snow
                 } else {
-                    let response = sample.map(|light| scene.sensor().sample(light));
-                    accumulator.add_sample(response.radiance, response.filtered.as_ref());
-                }
-                accumulator.add_aov(Aov::Snow, [if sample.sees_snow { 1.0 } else { 0.0 }, 0.0, 0.0]);
+                    let sample = tracer.response(scene, &ray, &mut sampler);
+                    accumulator.add_sample(sample.radiance, sample.filtered.as_ref());
+                    sample.sees_snow
+                };
+                accumulator.add_aov(Aov::Snow, [if sees_snow { 1.0 } else { 0.0 }, 0.0, 0.0]);
                 if let Some(first_hits) = &mut first_hits {
                     first_hits.add(&ray, &mut accumulator, aovs);
                 }
@@ -314,7 +316,7 @@ impl RowRenderer<'_> {
 /// filter of random walks.
 pub fn pixel_radiance(integrator: &Integrator, pixel: PixelPosition) -> Spectrum {
     let scene = integrator.scene();
-    let (mut tracer, mut sum) = (integrator.tracer(), Spectrum::ZERO);
+    let (mut tracer, mut sum) = (integrator.tracer(false), Spectrum::ZERO);
     let samples = scene.integrator().samples_per_pixel;
     let pattern = PixelPattern::new(scene.integrator().seed, 0..samples);
     let pixel = Pixel::new(scene, &pattern, pixel.x, pixel.y);

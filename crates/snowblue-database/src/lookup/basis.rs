@@ -80,6 +80,15 @@ impl Basis {
     }
 }
 
+/// 2^x of four numbers.
+#[inline(always)]
+pub(super) fn four_powers_of_two(mut four: [f32; 4]) -> [f32; 4] {
+    for x in &mut four {
+        *x = power_of_two(*x);
+    }
+    four
+}
+
 /// 2^x for x < 127, with a relative error of 2·10⁻⁷; 0 below the normal range of single precision, 10⁻³⁸.
 ///
 /// The integer part goes into the exponent bits. The rest, within ± ½, goes through a polynomial: the series of

@@ -15,14 +15,17 @@
 //! Reflectance is interpolated in the same way, in log space over ln h: it is proportional to the thickness of thin
 //! layers and levels off.
 //!
-//! [`SnowMix`] interpolates between two samples.
+//! [`SnowMix`] interpolates between two samples. [`ProjectedTable`] holds a sample's spectra already projected on the
+//! few sums that the colours of one light source need.
 
 mod basis;
 mod mix;
 mod pca_snow;
+mod projected;
 mod resampled_grid;
 mod spline_grid;
 
 pub use basis::{PADDED_COMPONENTS, PaddedCoefficients};
 pub use mix::SnowMix;
 pub use pca_snow::{HORIZON_DEG, PAPER_BLACK_THICKNESS_CM, PAPER_LAST_ANGLE_DEG, PcaSnow};
+pub use projected::{PROJECTIONS, ProjectedTable};

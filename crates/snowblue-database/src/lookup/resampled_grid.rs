@@ -40,10 +40,10 @@ pub(super) struct ResampledGrid {
 
 /// The range of a grid, from 0 cm. Angles outside it are looked up at its ends; thicker snow is extrapolated linearly.
 #[derive(Debug, Clone, Copy)]
-struct Extent {
-    first_angle_deg: f32,
-    last_angle_deg: f32,
-    last_thickness_cm: f32,
+pub(super) struct Extent {
+    pub(super) first_angle_deg: f32,
+    pub(super) last_angle_deg: f32,
+    pub(super) last_thickness_cm: f32,
 }
 
 /// A point within a cell of the grid.
@@ -108,6 +108,17 @@ impl ResampledGrid {
         grid
     }
 
+    /// A grid of four numbers, `at` a thickness in cm and an angle in degrees, with 2^`bits` cells along the thickness
+    /// for each power of two.
+    pub(super) fn of_four(extent: Extent, bits: u32, mut at: impl FnMut(f32, f32) -> [f32; REGISTER]) -> Self {
+        let mut grid = Self::empty(extent, bits, REGISTER);
+        let thicknesses_cm = grid.node_thicknesses_cm();
+        for node_deg in grid.node_angles_deg() {
+            grid.nodes.extend(thicknesses_cm.iter().map(|h| f32x4::new(at(*h, node_deg))));
+        }
+        grid
+    }
+
     fn empty(extent: Extent, bits: u32, count: usize) -> Self {
         let (low, high) = (ANGLE_ORIGIN_DEG - extent.last_angle_deg, ANGLE_ORIGIN_DEG - extent.first_angle_deg);
         let angles = Cells::covering(low, high, COARSE_BITS);
@@ -123,6 +134,18 @@ impl ResampledGrid {
 
     fn node_angles_deg(&self) -> Vec<f32> {
         self.angles.nodes().map(|node| ANGLE_ORIGIN_DEG - node).collect()
+    }
+
+    pub(super) fn extent(&self) -> Extent {
+        self.extent
+    }
+
+    /// The four numbers at a thickness and an angle, of a grid made by [`of_four`](Self::of_four).
+    #[inline]
+    pub(super) fn four(&self, thickness_cm: f32, angle_deg: f32) -> f32x4 {
+        let point = self.point(thickness_cm, angle_deg, 1);
+        let (grazing, steeper) = (&self.nodes[point.start..][..2], &self.nodes[point.start + point.row..][..2]);
+        point.interpolate([grazing[0], grazing[1]], [steeper[0], steeper[1]])
     }
 
     #[inline]

@@ -21,6 +21,7 @@ use snowblue_light_field::{FieldStatistics, LightField, SnowOfMaterials};
 use snowblue_scene::Changes;
 use snowblue_scene::air::Air;
 use snowblue_scene::camera::View;
+use snowblue_scene::film::sensor::SensorSample;
 use snowblue_scene::material::Material;
 use snowblue_scene::material::snow::SnowKinds;
 use snowblue_scene::progress::{Phase, Progress, Report};
@@ -254,13 +255,13 @@ impl Integrator {
         holds.then_some((method, changes))
     }
 
-    /// A tracer for one task, with zero counts.
-    pub(crate) fn tracer(&self) -> Tracer<'_> {
+    /// A tracer for one task, with zero counts. For pictures of spectra, `responses` is false.
+    pub(crate) fn tracer(&self, responses: bool) -> Tracer<'_> {
         let Prepared { scene, method, bodies, .. } = &self.prepared;
         let paths = match method {
             Method::Reference(volumes, _) => Paths::Reference(Box::new(ReferenceTracer::new(scene, bodies, volumes))),
             Method::PcaSnow(_) | Method::Diffusion(_) | Method::Hybrid(..) => {
-                Paths::OverSurfaces(Box::new(PathTracer::new(&self.prepared)))
+                Paths::OverSurfaces(Box::new(PathTracer::new(&self.prepared, responses)))
             }
         };
         Tracer { paths, air: scene.air() }
@@ -343,6 +344,20 @@ impl Tracer<'_> {
         match (self.air, sample.distance_m) {
             (Some(air), Some(distance_m)) => sample.through(&air.between(camera_ray, distance_m)),
             _ => sample,
+        }
+    }
+
+    /// The sensor's response to one sample of the radiance along a camera ray.
+    #[inline]
+    pub(crate) fn response(
+        &mut self,
+        scene: &Scene,
+        camera_ray: &Ray,
+        sampler: &mut Sampler,
+    ) -> PathSample<SensorSample> {
+        match &mut self.paths {
+            Paths::OverSurfaces(tracer) if self.air.is_none() => tracer.response(camera_ray, sampler),
+            _ => self.radiance(camera_ray, sampler).map(|light| scene.sensor().sample(light)),
         }
     }
 

@@ -3,6 +3,7 @@
 use std::sync::{Arc, OnceLock};
 
 use crate::error::RenderError;
+use crate::integrators::path::carried::LightTables;
 use crate::integrators::path::open_sky::OpenSky;
 use crate::integrators::pcasnow::snow_curves::SnowCurves;
 use crate::integrators::snow_volumes::SnowVolumes;
@@ -25,6 +26,9 @@ pub(super) struct Prepared {
     pub(super) bodies: SnowBodies,
     /// The facets of snow that sparkles; none where nothing does.
     pub(super) sparkle: Option<SceneSparkle>,
+    /// The responses to each light, and none, for pictures of spectra.
+    pub(super) tables: LightTables,
+    pub(super) no_tables: LightTables,
     /// Of a picture that is filtered.
     pub(super) sky: OpenSky,
 }
@@ -45,13 +49,18 @@ impl Prepared {
     ///
     /// If the constants of some snow do not cover a wavelength.
     pub(super) fn new(scene: &Scene, method: Method) -> Result<Self, RenderError> {
-        let bodies = SnowBodies::new(scene);
+        let tables = match &method {
+            Method::PcaSnow(curves) => LightTables::new(scene, curves),
+            Method::Diffusion(_) => LightTables::new(scene, &[]),
+            Method::Hybrid(..) | Method::Reference(..) => LightTables::none(scene),
+        };
+        let (bodies, no_tables) = (SnowBodies::new(scene), LightTables::none(scene));
         let is_drawn = !matches!(method, Method::Reference(..))
             && scene.materials().iter().any(|material| material.sparkle().is_some());
         let sparkle = is_drawn.then(|| SceneSparkle::new(scene, &method.kinds(scene))).transpose()?;
         let is_filtered = scene.description().is_filtered();
         let sky = OpenSky::new(scene.lights().iter().map(Arc::as_ref).filter(|_| is_filtered));
-        Ok(Self { scene: scene.clone(), method, bodies, sparkle, sky })
+        Ok(Self { scene: scene.clone(), method, bodies, sparkle, tables, no_tables, sky })
     }
 
     /// Why snow does not sparkle that should, in sentences.

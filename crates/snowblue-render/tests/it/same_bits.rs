@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::sync::Mutex;
 
+use glam::Vec3A;
 use snowblue_color::LinearRgb;
 use snowblue_render::files::FilesInMemory;
 use snowblue_render::film::Film;
@@ -11,11 +12,12 @@ use snowblue_render::raster::PixelPosition;
 use snowblue_render::render::{
     self, RenderControl, Rendering, accumulator, pixel_radiance, render_all, render_missing,
 };
+use snowblue_render::scene::camera::View;
 use snowblue_render::scene::film::ImageSize;
 use snowblue_render::scene::{IntegratorKind, Scene};
 use snowblue_render::{Aovs, Integrator, Progress, SceneFile};
 
-use crate::snow::{SNOW, analytic_table, load, pcasnow, prepared, scene};
+use crate::snow::{SNOW, analytic_table, computed_table, load, pcasnow, prepared, scene};
 
 fn shipped() -> Scene {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/block_30cm.toml");
@@ -30,11 +32,99 @@ fn on_threads(threads: usize, integrator: &Integrator) -> Rendering {
     pool.install(|| render_all(integrator, &|_| {}))
 }
 
+/// A block on a floor with a point light behind it and a directional light in front.
+const BLOCK: &str = "[material.floor]\ntype = \"diffuse\"\nreflectance = 0.4\n\
+    [[light]]\ntype = \"point\"\nposition = [0.1, 0.6, 0.2]\nradiant_intensity_w_sr = 9\n\
+    [[light]]\ntype = \"directional\"\ndirection = [0.5, 0.6, -0.4]\nirradiance_w_m2 = 1\nilluminant = \"A\"\n\
+    [[object]]\nshape = \"box\"\nsize = [0.4, 0.1, 0.4]\nposition = [0, 0, 0.2]\nmaterial = \"snow\"\nbody = \"wall\"\n\
+    [[object]]\nshape = \"box\"\nsize = [3, 3, 0.1]\nposition = [0, 0, -0.05]\nmaterial = \"floor\"\n";
+
+/// A sphere, a rotated box in the body of the block, and a plane behind them.
+const MORE: &str = "[[object]]\nshape = \"sphere\"\nradius = 0.1\nposition = [-0.3, 0.1, 0.15]\nmaterial = \"snow\"\n\
+    [[object]]\nshape = \"box\"\nsize = [0.3, 0.2, 0.2]\nposition = [0.25, 0.05, 0.1]\nrotation_deg = [10, 5, 30]\n\
+    material = \"snow\"\nbody = \"wall\"\n\
+    [[object]]\nshape = \"plane\"\nposition = [0, 1.5, 0]\nrotation_deg = [90, 0, 0]\nmaterial = \"floor\"\n";
+
+/// A drift with hollows, and a box deeper than the table, lit at its far end.
+const DEEP: &str = "[[object]]\nshape = \"drift\"\nsize = [0.6, 0.4, 0.2]\nposition = [-0.2, -0.5, 0]\n\
+    material = \"snow\"\n\
+    [[object]]\nshape = \"box\"\nsize = [0.2, 4, 0.1]\nposition = [-0.8, 2.5, 0.3]\nmaterial = \"snow\"\n\
+    [[light]]\ntype = \"point\"\nposition = [-0.8, 4.7, 0.3]\nradiant_intensity_w_sr = 1e4\n";
+
+/// A point light in the block, and a spotlight.
+const LAMPS: &str = "[[light]]\ntype = \"point\"\nposition = [0.05, 0.01, 0.25]\nradiant_intensity_w_sr = 0.1\n\
+    [[light]]\ntype = \"spot\"\nposition = [0.5, -0.5, 1]\nlook_at = [0, 0, 0.3]\nouter_cone_deg = 25\n\
+    radiant_intensity_w_sr = 2\n";
+
+/// Small boxes: enough objects for a BVH over objects.
+fn pebbles() -> String {
+    let pebble = |k: i32| {
+        let x = 0.1 * f64::from(k - 4);
+        format!(
+            "[[object]]\nshape = \"box\"\nsize = [0.05, 0.03, 0.04]\nposition = [{x}, -0.2, 0.02]\n\
+             material = \"snow\"\n"
+        )
+    };
+    (0..8).map(pebble).collect()
+}
+
+/// A sphere, a rectangle and a sky that emit.
+const AREA_LIGHTS: &str = "[[light]]\ntype = \"sphere\"\nposition = [-0.2, 0.5, 0.5]\nradius = 0.1\n\
+    radiance_w_m2_sr = 20\nilluminant = \"A\"\n\
+    [[light]]\ntype = \"rectangle\"\nposition = [0.6, -0.6, 0.9]\nlook_at = [0, 0, 0.2]\nsize = [0.3, 0.2]\n\
+    radiance_w_m2_sr = 5\n[environment]\nradiance_w_m2_sr = 0.3\n";
+
+/// Without a spectral AOV, light at the first surface of a path comes from projected tables instead of spectra.
+#[test]
+fn projected_tables_and_spectra_give_the_same_colours() {
+    let everything = format!("{BLOCK}{MORE}{LAMPS}");
+    let paths = ["view", "normal", "light", "brightest"].map(|path| (format!("path = \"{path}\""), BLOCK.to_owned()));
+    let cases = paths.into_iter().chain([
+        (String::new(), everything.clone()),
+        ("path = \"light\"\nreflectance = 0.7".to_owned(), everything),
+        (String::new(), format!("{BLOCK}{MORE}{}", pebbles())),
+        ("path = \"light\"".to_owned(), format!("{BLOCK}{DEEP}")),
+        (String::new(), format!("{BLOCK}{MORE}{AREA_LIGHTS}")),
+    ]);
+    for ((keys, things), bounces) in cases.flat_map(|case| [(case.clone(), 0), (case, 3)]) {
+        let case = format!("{keys}, {} objects and lights, {bounces} bounces", things.matches("[[").count());
+        let mut scene = scene(&format!("{}{SNOW}{things}", pcasnow(&keys)), &[]);
+        scene.set_image_size(ImageSize { width: 40, height: 40 });
+        scene.set_samples_per_pixel(5);
+        scene.set_max_bounces(bounces);
+        let view = View {
+            position: Vec3A::new(0.7, -1.2, 0.5),
+            look_at: Vec3A::new(0.0, 0.0, 0.2),
+            up: Vec3A::Z,
+            vertical_fov_deg: 30.0,
+        };
+        assert!(scene.set_view(&view));
+        let integrator = prepared(&scene, Some(&computed_table()));
+        let short = render_all(&integrator, &|_| {});
+        let target = render::all_samples(&scene);
+        let mut sums = accumulator(&scene, Aovs { spectrum: true, ..Aovs::default() }, &target.window());
+        let long = render_missing(&integrator, &target, &mut sums, RenderControl::default());
+        assert_eq!(short.statistics, long, "{case}");
+        let (mut lit, mut worst) = (0, 0.0_f64);
+        for (short, long) in short.film.pixels().iter().zip(sums.film().pixels()) {
+            for (short, long) in [(short.x, long.x), (short.y, long.y), (short.z, long.z)] {
+                assert!((short > 0.0) == (long > 0.0), "{case}: {short} {long}");
+                if long > 0.0 {
+                    lit += 1;
+                    worst = worst.max((short / long - 1.0).abs());
+                }
+            }
+        }
+        // Projected tables interpolate logarithms of colours linearly; tests of `lookup::projected` bound the error.
+        assert!(lit > 1000 && worst < 2e-4, "{case}: {lit} lit, {worst}");
+    }
+}
+
 #[test]
 fn pixel_radiance_equals_the_pixel_of_the_image() {
     let scene = shipped();
     let integrator = prepared(&scene, Some(&analytic_table()));
-    // Colours of sums of spectra, as of a pixel's radiance.
+    // Colours of spectra, as of a pixel's radiance, not of projected tables.
     let target = render::all_samples(&scene);
     let mut sums = accumulator(&scene, Aovs { spectrum: true, ..Aovs::default() }, &target.window());
     render_missing(&integrator, &target, &mut sums, RenderControl::default());

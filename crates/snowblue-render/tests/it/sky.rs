@@ -141,7 +141,8 @@ fn white_balance_makes_ground_neutral() {
     }
 }
 
-/// The redder the light that looks white, the bluer is snow by PCASnow.
+/// A white balance gives some wavelengths a negative part of a colour, which tables of colours cannot hold. The redder
+/// the light that looks white, the bluer is snow by PCASnow.
 #[test]
 fn snow_by_pcasnow_is_seen_with_a_white_balance() {
     let lamp = "[[light]]\ntype = \"directional\"\ndirection = [0, 0, 1]\nirradiance_w_m2 = 1\nilluminant = \"A\"\n";

@@ -153,6 +153,17 @@ impl Sensor {
         SensorSample::from_array([x, y, z, magnitudes.element_sum()])
     }
 
+    /// X, Y, Z and magnitude of a power at each wavelength.
+    pub fn weights_of(&self, power: &Spectrum) -> [[f32; 4]; SAMPLES] {
+        let mut terms = self.weights.iter().zip(&power.0);
+        [(); SAMPLES].map(|()| {
+            terms.next().map_or([0.0; 4], |(weight, &power)| {
+                let [x, y, z] = [weight.x, weight.y, weight.z].map(|weight| narrow(weight) * power);
+                [x, y, z, power]
+            })
+        })
+    }
+
     /// The albedo of a surface as a colour: a grey surface is neutral.
     pub fn albedo_rgb(&self, reflectance: &Spectrum) -> LinearRgb {
         LinearRgb::from_xyz(self.xyz(&(*reflectance * self.white)))

@@ -14,13 +14,16 @@
 //! Lights with extent are found by sampling them and by the path's next ray, weighted by multiple importance sampling
 //! (see [`light`](snowblue_scene::light)).
 //!
+//! The throughput of a path is 1 until its first surface. Light there may be carried as the sensor's response instead
+//! of a spectrum, which is much faster to look up ([`carried`]). Light at later surfaces is a spectrum.
+
 use std::f32::consts::FRAC_1_PI;
 
 use glam::Vec3A;
 use snowblue_geometry::ray::{Ray, SurfacePoint};
 
+use super::carried::{Carried, LightTables, Source};
 use super::open_sky::OpenSky;
-use super::scene_lights::SceneLights;
 use super::vertex::{Shading, Vertex};
 use crate::integrators::first_hit::light_limit_m;
 use crate::integrators::hybrid::walk::WalkTracer;
@@ -33,6 +36,7 @@ use crate::integrators::{FilteredSample, PathSample};
 use snowblue_light_field::{LightField, SnowAt};
 use snowblue_scene::Scene;
 use snowblue_scene::directions::Directions;
+use snowblue_scene::film::sensor::SensorSample;
 use snowblue_scene::light::{IncidentLight, Light, LightSample};
 use snowblue_scene::material::Material;
 use snowblue_scene::material::diffuse::Diffuse;
@@ -45,7 +49,7 @@ use snowblue_scene::spectrum::Spectrum;
 #[derive(Debug)]
 pub(crate) struct PathTracer<'a> {
     scene: &'a Scene,
-    lights: SceneLights<'a>,
+    tables: &'a LightTables,
     queries: SceneQueries<'a>,
     /// Snow by PCASnow, or none with a light field.
     pcasnow: Option<PcaSnow<'a>>,
@@ -66,9 +70,9 @@ pub(crate) struct PathTracer<'a> {
 }
 
 /// Radiance along a camera ray, in W m⁻² sr⁻¹ as a band density.
-struct PathRadiance {
+struct PathRadiance<C> {
     /// Light that leaves the first surface, or a light before it.
-    first: Spectrum,
+    first: C,
     /// Whether the first surface is snow.
     sees_snow: bool,
     /// Distance to the first surface, in m; none if there is none.
@@ -76,53 +80,54 @@ struct PathRadiance {
     /// Light that comes by further surfaces, if the path has any.
     later: Option<Spectrum>,
     /// What the filter compares, if the first surface is filtered.
-    filtered: Option<Compared>,
+    filtered: Option<Compared<C>>,
 }
 
 /// What the filter compares: light that leaves a surface, but for its sparkle, and an estimate of it.
-struct Compared {
+struct Compared<C> {
     /// All of it but what comes by further surfaces.
-    found: Spectrum,
+    found: C,
     /// An estimate of all of it that has little noise.
-    reading: Spectrum,
+    reading: C,
     is_snow: bool,
     normal: Vec3A,
 }
 
 /// Light of snow with a light field.
-struct SnowLight {
+struct SnowLight<C> {
     /// All but the sparkle.
-    radiance: Spectrum,
+    radiance: C,
     /// The radiance by the light field alone, for the filter.
-    reading: Option<Spectrum>,
+    reading: Option<C>,
     /// What single facets add to it, or take away.
-    sparkle: Spectrum,
+    sparkle: C,
 }
 
 /// Light that leaves a surface by lamps and skies, and of snow by its light field.
-struct DirectLight {
+struct DirectLight<C> {
     /// By the field and by all lights but smooth skies.
-    steady: Spectrum,
+    steady: C,
     /// By samples of smooth skies, unless they are left out.
-    of_sky: Spectrum,
+    of_sky: C,
     /// What single facets add to it, or take away.
-    sparkle: Spectrum,
+    sparkle: C,
 }
 
-impl DirectLight {
+impl<C: Carried> DirectLight<C> {
     /// All but the sparkle.
-    fn smooth(&self) -> Spectrum {
+    fn smooth(&self) -> C {
         let mut light = self.steady;
         light += self.of_sky;
         light
     }
 }
 
-impl PathRadiance {
+impl<C: Carried> PathRadiance<C> {
     /// The sample of the path.
     #[inline]
-    fn sample(self) -> PathSample<Spectrum> {
+    fn sample(self, carried: impl Fn(Spectrum) -> C) -> PathSample<C> {
         let Self { first: mut radiance, sees_snow, distance_m, later, filtered } = self;
+        let later = later.map(carried);
         if let Some(later) = later {
             radiance += later;
         }
@@ -131,17 +136,15 @@ impl PathRadiance {
             if let Some(later) = later {
                 found += later;
             }
-            let mut residual = found;
-            residual += reading * -1.0;
-            FilteredSample { residual, reading, is_snow, normal, distance_m }
+            FilteredSample { residual: found.less(reading), reading, is_snow, normal, distance_m }
         });
         PathSample { radiance, sees_snow, distance_m, filtered }
     }
 }
 
 impl<'a> PathTracer<'a> {
-    /// Starts with zero counts.
-    pub(in crate::integrators) fn new(prepared: &'a Prepared) -> Self {
+    /// Starts with zero counts. The sensor's responses are looked up where `responses` is true.
+    pub(in crate::integrators) fn new(prepared: &'a Prepared, responses: bool) -> Self {
         let Prepared { scene, method, bodies, .. } = prepared;
         let (pcasnow, field, volumes) = match method {
             Method::PcaSnow(curves) => (Some(PcaSnow::new(&scene.integrator().pcasnow, curves)), None, None),
@@ -151,7 +154,7 @@ impl<'a> PathTracer<'a> {
         };
         Self {
             scene,
-            lights: SceneLights::new(scene),
+            tables: if responses { &prepared.tables } else { &prepared.no_tables },
             queries: SceneQueries::new(scene.objects()),
             pcasnow,
             field,
@@ -173,15 +176,22 @@ impl<'a> PathTracer<'a> {
 
     /// One sample of the radiance along a camera ray, in W m⁻² sr⁻¹ as a band density.
     pub(crate) fn radiance(&mut self, camera_ray: &Ray, sampler: &mut Sampler) -> PathSample<Spectrum> {
-        self.trace(camera_ray, sampler).sample()
+        self.trace::<Spectrum>(camera_ray, sampler).sample(|light| light)
+    }
+
+    /// The sensor's response to one sample of the radiance along a camera ray.
+    #[inline]
+    pub(crate) fn response(&mut self, camera_ray: &Ray, sampler: &mut Sampler) -> PathSample<SensorSample> {
+        let sensor = self.scene.sensor();
+        self.trace::<SensorSample>(camera_ray, sampler).sample(|light| sensor.sample(&light))
     }
 
     #[inline]
-    fn trace(&mut self, camera_ray: &Ray, sampler: &mut Sampler) -> PathRadiance {
+    fn trace<C: Carried>(&mut self, camera_ray: &Ray, sampler: &mut Sampler) -> PathRadiance<C> {
         let hit = self.queries.camera_hit(camera_ray);
-        let mut first = Spectrum::ZERO;
+        let mut first = C::ZERO;
         if self.has_area_lights {
-            first += self.hit_lights(camera_ray, hit.as_ref(), None);
+            first += C::emitted(self.scene, &self.hit_lights(camera_ray, hit.as_ref(), None));
         }
         let Some(surface) = hit else {
             return PathRadiance { first, sees_snow: false, distance_m: None, later: None, filtered: None };
@@ -199,7 +209,7 @@ impl<'a> PathTracer<'a> {
             return PathRadiance { first, sees_snow, distance_m, later: None, filtered };
         }
         let sparkling = self.sparkling_curves(&vertex, camera_ray, sampler);
-        let direct = self.direct_light(&vertex, sparkling.as_ref(), sampler);
+        let direct = self.direct_light::<C>(&vertex, sparkling.as_ref(), sampler);
         let light = direct.smooth();
         first += light;
         first += direct.sparkle;
@@ -215,37 +225,43 @@ impl<'a> PathTracer<'a> {
 
     /// The light of the smooth skies and of the snow around that a surface reflects, roughly: as if nothing hid the
     /// snow, and nothing else the skies.
-    fn unhidden_light(&self, vertex: &Vertex) -> Spectrum {
+    fn unhidden_light<C: Carried>(&self, vertex: &Vertex) -> C {
         let mut light = self.sky.reflected(vertex);
         if let Some(field) = self.field {
             let snow = field.snow_seen_from(&vertex.shading_point());
             light = light * (1.0 - snow.share);
             light += vertex.reflectance(vertex.normal) * snow.irradiance * FRAC_1_PI;
         }
-        light
+        C::emitted(self.scene, &light)
     }
 
     /// Light from snow, by the light field at the surface or by a random walk, and its sparkle.
-    fn snow_light(&mut self, snow: SnowAt, vertex: &Vertex, camera_ray: &Ray, sampler: &mut Sampler) -> SnowLight {
+    fn snow_light<C: Carried>(
+        &mut self,
+        snow: SnowAt,
+        vertex: &Vertex,
+        camera_ray: &Ray,
+        sampler: &mut Sampler,
+    ) -> SnowLight<C> {
         let sparkling = self
             .sparkle
             .as_ref()
             .and_then(|sparkle| sparkle.at((vertex.surface, snow.kind, vertex.normal), camera_ray));
         let direct = if self.walks.is_none() || self.is_filtered {
-            self.field_light(snow, vertex, (camera_ray, sparkling.as_ref()), sampler)
+            self.field_light::<C>(snow, vertex, (camera_ray, sparkling.as_ref()), sampler)
         } else {
-            let sparkle = sparkling.map_or(Spectrum::ZERO, |sparkling| self.sparkle_light(&sparkling, vertex, sampler));
-            DirectLight { steady: Spectrum::ZERO, of_sky: Spectrum::ZERO, sparkle }
+            let sparkle = sparkling.map_or(C::ZERO, |sparkling| self.sparkle_light(&sparkling, vertex, sampler));
+            DirectLight { steady: C::ZERO, of_sky: C::ZERO, sparkle }
         };
         let reading = self.is_filtered.then(|| {
             let mut reading = direct.steady;
             let of_sky = snow.field.sky_irradiance(&vertex.shading_point()) * FRAC_1_PI;
-            reading += of_sky;
+            reading += C::emitted(self.scene, &of_sky);
             // The residual is what is found beside the reading, whatever that is. A negative reading counts as none.
-            if self.lights.luminance(&reading) > 0.0 { reading } else { Spectrum::ZERO }
+            if reading.luminance(self.tables) > 0.0 { reading } else { C::ZERO }
         });
         let radiance = match &mut self.walks {
-            Some(walks) => walks.walk(snow, vertex.surface, camera_ray, sampler),
+            Some(walks) => C::emitted(self.scene, &walks.walk(snow, vertex.surface, camera_ray, sampler)),
             None => direct.smooth(),
         };
         SnowLight { radiance, reading, sparkle: direct.sparkle }
@@ -277,7 +293,7 @@ impl<'a> PathTracer<'a> {
     }
 
     /// The change of the light that leaves a surface by its sparkle in all lights.
-    fn sparkle_light(&mut self, sparkling: &SparklingPoint, vertex: &Vertex, sampler: &mut Sampler) -> Spectrum {
+    fn sparkle_light<C: Carried>(&mut self, sparkling: &SparklingPoint, vertex: &Vertex, sampler: &mut Sampler) -> C {
         let directions = vertex.directions;
         let mut sparkle = Spectrum::ZERO;
         for (index, source) in self.scene.lights().iter().enumerate().filter(|(_, light)| !light.is_sky()) {
@@ -289,7 +305,7 @@ impl<'a> PathTracer<'a> {
                 }
             }
         }
-        sparkle
+        C::emitted(self.scene, &sparkle)
     }
 
     /// Samples of a light as seen from a surface, which count together; none of a diffuse light.
@@ -300,7 +316,7 @@ impl<'a> PathTracer<'a> {
         sampler: &mut Sampler,
     ) -> [Option<LightSample>; 2] {
         let source = &self.scene.lights()[light];
-        match self.lights.delta_sample(light) {
+        match self.tables.delta_sample(light) {
             Some(sample) => [Some(*sample), None],
             None if source.is_diffuse() => [None, None],
             None => source.samples_at(directions, sampler),
@@ -324,7 +340,7 @@ impl<'a> PathTracer<'a> {
                 radiance.add_product(1.0, &throughput, &snow.field.mean_radiance(&surface.surface_point()));
                 break;
             }
-            let direct = self.direct_light(&vertex, None, sampler).smooth();
+            let direct = self.direct_light::<Spectrum>(&vertex, None, sampler).smooth();
             radiance.add_product(1.0, &throughput, &direct);
             // The last ray finds lights only.
             if bounce == max_bounces && !self.has_area_lights {
@@ -359,45 +375,52 @@ impl<'a> PathTracer<'a> {
     }
 
     /// Light that snow with a light field sends out: what it reflects of the lights, and what comes from inside.
-    fn field_light(
+    fn field_light<C: Carried>(
         &mut self,
         snow: SnowAt,
         vertex: &Vertex,
         (camera_ray, sparkling): (&Ray, Option<&SparklingPoint>),
         sampler: &mut Sampler,
-    ) -> DirectLight {
+    ) -> DirectLight<C> {
         let (surface, directions) = (vertex.shading_point(), vertex.directions);
         let cos_exit = -surface.normal.dot(vertex.surface.direction);
-        let diffuse = snow.diffuse_radiance(&surface, cos_exit);
-        let mut light = DirectLight { steady: diffuse, of_sky: Spectrum::ZERO, sparkle: Spectrum::ZERO };
+        // Light that is computed as spectra, and responses: each without the light of smooth skies, and of it alone.
+        let mut radiances = [snow.diffuse_radiance(&surface, cos_exit), Spectrum::ZERO];
+        let (mut lights, mut sparkle) = ([C::ZERO; 2], Spectrum::ZERO);
         let [number, ..] = sampler.next_four();
         let point = self.singles.as_mut().map(|singles| singles.point(snow, vertex.surface, camera_ray, number));
         for index in 0..self.scene.lights().len() {
             let source = &self.scene.lights()[index];
+            let part = usize::from(source.is_smooth_sky());
             if source.is_smooth_sky() && self.walks.is_some() {
                 // The walk samples it.
                 continue;
             }
             for sample in self.samples_of_light(index, &directions, sampler).into_iter().flatten() {
                 let incident = self.visible(vertex, &sample);
-                let part = if source.is_smooth_sky() { &mut light.of_sky } else { &mut light.steady };
                 if let Some(incident) = &incident {
-                    *part += reflected(vertex, source, &sample, incident);
+                    lights[part] += self.reflected::<C>(vertex, index, &sample, incident);
                     if let Some(sparkling) = sparkling
                         && let Some(change) = self.sparkle_change(sparkling, vertex, (source, &sample), incident)
                     {
-                        light.sparkle += change;
+                        sparkle += change;
                     }
                 }
                 if let (Some(singles), Some(point)) = (&mut self.singles, &point) {
                     // The half-space that the ray enters is that of the geometric normal.
                     let on_plane = incident.and_then(|_| sample.incident_at(&vertex.surface.surface_point()));
                     let factor = singles.correction(point, &sample, on_plane.as_ref());
-                    *part += source.power(&sample.origin) * factor;
+                    radiances[part] += source.power(&sample.origin) * factor;
                 }
             }
         }
-        light
+        let [steady, of_sky] = [0, 1].map(|part| {
+            let mut light = lights[part];
+            light += C::emitted(self.scene, &radiances[part]);
+            light
+        });
+        let sparkle = if sparkling.is_some() { C::emitted(self.scene, &sparkle) } else { C::ZERO };
+        DirectLight { steady, of_sky, sparkle }
     }
 
     /// Radiance from the lights that a ray hits before a surface.
@@ -442,20 +465,20 @@ impl<'a> PathTracer<'a> {
 
     /// Light from the lights that leaves a surface: transmitted by snow and reflected.
     #[inline]
-    fn direct_light(
+    fn direct_light<C: Carried>(
         &mut self,
         vertex: &Vertex,
         sparkling: Option<&SparklingPoint>,
         sampler: &mut Sampler,
-    ) -> DirectLight {
+    ) -> DirectLight<C> {
         let transmitted = match &vertex.shading {
-            Shading::Snow(snow) => snow.transmitted(&self.lights, &mut self.queries, sampler),
-            Shading::Field(_) | Shading::Ground(_) | Shading::Diffuse(_) | Shading::Textured(_) => Spectrum::ZERO,
+            Shading::Snow(snow) => snow.transmitted(self.scene, self.tables, &mut self.queries, sampler),
+            Shading::Field(_) | Shading::Ground(_) | Shading::Diffuse(_) | Shading::Textured(_) => C::ZERO,
         };
-        let mut light = DirectLight { steady: transmitted, of_sky: Spectrum::ZERO, sparkle: Spectrum::ZERO };
+        let mut light = DirectLight { steady: transmitted, of_sky: C::ZERO, sparkle: C::ZERO };
         let directions = vertex.directions;
         for index in 0..self.scene.lights().len() {
-            let sample = match self.lights.delta_sample(index) {
+            let sample = match self.tables.delta_sample(index) {
                 Some(sample) => Some(*sample),
                 None => self.scene.lights()[index].sample_for_reflection(&directions, sampler),
             };
@@ -464,11 +487,11 @@ impl<'a> PathTracer<'a> {
             {
                 let source = &self.scene.lights()[index];
                 let part = if source.is_smooth_sky() { &mut light.of_sky } else { &mut light.steady };
-                *part += reflected(vertex, source, &sample, &incident);
+                *part += self.reflected::<C>(vertex, index, &sample, &incident);
                 if let Some(sparkling) = sparkling
                     && let Some(change) = self.sparkle_change(sparkling, vertex, (source, &sample), &incident)
                 {
-                    light.sparkle += change;
+                    light.sparkle += C::emitted(self.scene, &change);
                 }
             }
         }
@@ -482,11 +505,17 @@ impl<'a> PathTracer<'a> {
         let surface = vertex.surface.surface_point();
         sample.is_visible(&mut self.queries, &surface, Side::Outer(vertex.surface.object)).then_some(incident)
     }
-}
 
-/// Reflected light of one light sample that arrives at a surface, L = R E / π.
-#[inline]
-fn reflected(vertex: &Vertex, light: &Light, sample: &LightSample, incident: &IncidentLight) -> Spectrum {
-    let factor = incident.irradiance_per_power * FRAC_1_PI;
-    vertex.reflectance(incident.direction) * light.power(&sample.origin) * factor
+    /// Reflected light of one light sample that arrives at a surface, L = R E / π.
+    #[inline]
+    fn reflected<C: Carried>(
+        &self,
+        vertex: &Vertex,
+        light: usize,
+        sample: &LightSample,
+        incident: &IncidentLight,
+    ) -> C {
+        let source = Source::new(self.scene, self.tables, light, sample);
+        C::reflected(&source, vertex, incident) * (incident.irradiance_per_power * FRAC_1_PI)
+    }
 }

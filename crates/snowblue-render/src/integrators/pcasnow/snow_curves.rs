@@ -40,6 +40,11 @@ impl SnowCurves {
         &self.kinds
     }
 
+    /// The curves, if they are the same everywhere.
+    pub(crate) fn single(&self) -> Option<&PcaSnow> {
+        self.curves.first().filter(|_| self.kinds.is_uniform())
+    }
+
     /// The curves at a hit.
     #[inline]
     pub(crate) fn at(&self, objects: &Objects, surface: &SurfaceInteraction) -> SnowMix<'_> {

@@ -71,6 +71,12 @@ impl SnowVertex<'_> {
         self.kinds
     }
 
+    /// Index of its material in the scene.
+    #[inline]
+    pub(in crate::integrators) fn material_index(&self) -> usize {
+        self.surface.material
+    }
+
     /// Depth of the snow behind the point, in cm, which determines its reflectance.
     #[inline]
     pub(in crate::integrators) fn depth_cm(&self) -> f32 {

@@ -38,12 +38,12 @@ use snowblue_geometry::chord::{Chord, ChordEnd};
 use snowblue_geometry::ray::SurfacePoint;
 
 use super::snow_vertex::{SnowVertex, depth_cm};
-use crate::integrators::path::scene_lights::SceneLights;
+use crate::integrators::path::carried::{Carried, LightTables, Source};
+use snowblue_scene::Scene;
 use snowblue_scene::light::{IncidentLight, Light, LightDirection, LightSample, SamplingTechniques};
 use snowblue_scene::objects::Side;
 use snowblue_scene::queries::SceneQueries;
 use snowblue_scene::sampling::Sampler;
-use snowblue_scene::spectrum::Spectrum;
 
 /// A path of light through the snow.
 #[derive(Debug, Clone, Copy)]
@@ -59,20 +59,22 @@ struct Passage {
 impl SnowVertex<'_> {
     /// Light from the lights that comes through the snow.
     #[inline]
-    pub(in crate::integrators) fn transmitted(
+    pub(in crate::integrators) fn transmitted<C: Carried>(
         &self,
-        lights: &SceneLights,
+        scene: &Scene,
+        tables: &LightTables,
         queries: &mut SceneQueries,
         sampler: &mut Sampler,
-    ) -> Spectrum {
-        let mut transmitted = Spectrum::ZERO;
-        for (index, light) in lights.all().iter().enumerate() {
+    ) -> C {
+        let mut transmitted = C::ZERO;
+        for (index, light) in scene.lights().iter().enumerate() {
             let mut add = |sample: &LightSample| {
-                if let Some(radiance) = self.through(lights, queries, light, sample) {
+                let source = Source::new(scene, tables, index, sample);
+                if let Some(radiance) = self.through::<C>(tables, queries, &source, sample) {
                     transmitted += radiance;
                 }
             };
-            if let Some(sample) = lights.delta_sample(index) {
+            if let Some(sample) = tables.delta_sample(index) {
                 add(sample);
                 continue;
             }
@@ -104,28 +106,26 @@ impl SnowVertex<'_> {
     /// Of two paths the brighter counts, or the other where the brighter is occluded. They are compared as if an area
     /// light were isotropic: otherwise its emission cosine would split its points between the paths.
     #[inline]
-    fn through(
+    fn through<C: Carried>(
         &self,
-        lights: &SceneLights,
+        tables: &LightTables,
         queries: &mut SceneQueries,
-        light: &Light,
+        source: &Source,
         sample: &LightSample,
-    ) -> Option<Spectrum> {
+    ) -> Option<C> {
         let mode = self.settings.path;
         let straight = self.straight.as_ref().filter(|_| mode.uses_straight());
         let straight = straight.and_then(|chord| self.along_straight(sample, chord));
         let line = if mode.uses_lines() { self.along_line(queries, sample) } else { None };
         let radiance = |passage: &Passage| {
             let IncidentLight { cos_incidence, irradiance_per_power, .. } = passage.incident;
-            let transmitted = self.transmittance(passage.depth_cm, cos_incidence) * light.power(&sample.origin);
-            transmitted * (irradiance_per_power * FRAC_1_PI)
+            C::transmitted(source, self, passage.depth_cm, cos_incidence) * (irradiance_per_power * FRAC_1_PI)
         };
         let (Some(straight), Some(line)) = (straight, line) else {
             let only = straight.or(line)?;
             return self.is_lit(queries, sample, &only).then(|| radiance(&only));
         };
-        let isotropic =
-            |radiance: &Spectrum, passage: &Passage| lights.luminance(radiance) / passage.incident.cos_emission;
+        let isotropic = |radiance: &C, passage: &Passage| radiance.luminance(tables) / passage.incident.cos_emission;
         let [mut brighter, mut darker] = [straight, line].map(|passage| (radiance(&passage), passage));
         if isotropic(&darker.0, &darker.1) > isotropic(&brighter.0, &brighter.1) {
             std::mem::swap(&mut brighter, &mut darker);
