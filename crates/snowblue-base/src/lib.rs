@@ -7,6 +7,7 @@
 pub mod range;
 
 pub mod parameter;
+pub mod quantity;
 
 pub mod atomic_file;
 pub mod csv_text;
@@ -15,8 +16,10 @@ pub mod hash;
 pub mod spectrum_csv;
 
 pub mod key_path;
+pub mod toml_table;
 pub mod toml_value;
 
 pub use key_path::{KeyError, KeyPath};
 pub use parameter::Parameter;
+pub use quantity::{Count, Number, Numbers, Quantity};
 pub use range::{ParameterRange, RangeError, short_number};

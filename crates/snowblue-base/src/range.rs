@@ -1,5 +1,6 @@
 //! Ranges of parameters, and the message about a value that lies outside.
 
+use std::fmt;
 use std::ops::RangeInclusive;
 
 /// The values that a parameter may take, ends included.
@@ -24,6 +25,12 @@ pub struct ParameterRange {
 }
 
 impl ParameterRange {
+    /// The values of a quantity from `least` to `greatest`, ends included.
+    #[must_use]
+    pub const fn new(quantity: &'static str, least: f64, greatest: f64, unit: &'static str) -> Self {
+        Self { quantity, least, greatest, unit }
+    }
+
     /// Whether `value` lies in the range; not-a-number does not.
     #[must_use]
     pub fn contains(&self, value: f64) -> bool {
@@ -64,6 +71,14 @@ impl ParameterRange {
     }
 }
 
+/// Formats both ends and the unit.
+impl fmt::Display for ParameterRange {
+    fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+        let Self { least, greatest, unit, .. } = *self;
+        write!(formatter, "{}–{}{}", short_number(least), short_number(greatest), suffix(unit))
+    }
+}
+
 /// Why a value or an interval is refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum RangeError {
@@ -96,6 +111,16 @@ pub enum RangeError {
         /// Unit of the ends; empty for a ratio.
         unit: &'static str,
     },
+}
+
+impl RangeError {
+    /// The message without the name of the quantity, as the rest of a sentence that begins with a key.
+    #[must_use]
+    pub fn after_key(&self) -> String {
+        let (Self::OutOfRange { quantity, .. } | Self::Reversed { quantity, .. }) = self;
+        let message = self.to_string();
+        message.strip_prefix(quantity).unwrap_or(&message).trim_start().to_owned()
+    }
 }
 
 /// A number in digits, or with an exponent where there would be more than fifteen of them, or five zeros in front.
