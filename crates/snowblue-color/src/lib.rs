@@ -42,37 +42,27 @@ pub mod colorimeter;
 
 pub mod lab;
 
-pub mod ciede2000;
 pub mod difference;
 
-pub mod dominant;
-
-pub mod adaptation;
 pub mod transfer;
 
 pub mod rgb;
-pub mod srgb8;
 
 pub mod oklab;
 
 pub mod gamut;
 
-pub mod shader;
-
 pub mod exposure;
 pub mod tone;
 
-pub use adaptation::ChromaticAdaptation;
 pub use colorimeter::Colorimeter;
 pub use difference::ColorDifference;
-pub use dominant::DominantWavelength;
 pub use error::ColorError;
 pub use illuminant::Illuminant;
 pub use lab::Lab;
-pub use observer::Observer;
+pub use observer::{DominantWavelength, Observer};
 pub use oklab::Oklab;
-pub use rgb::{LinearRgb, Primaries, Rgb, RgbSpace};
+pub use rgb::{LinearRgb, Primaries, Rgb, RgbSpace, Srgb8};
 pub use sampling::{THREE_SAMPLES_NM, WavelengthStep};
-pub use srgb8::Srgb8;
 pub use tone::ToneCurve;
-pub use xyz::{Chromaticity, Xyy, Xyz};
+pub use xyz::{ChromaticAdaptation, Chromaticity, Xyy, Xyz};

@@ -1,4 +1,4 @@
-//! Linear RGB: light as a mixture of three primaries.
+//! RGB: light as a mixture of three primaries, linear, and encoded with 8 bits per channel as in PNG files and HTML.
 //!
 //! The matrices are derived from the primaries and the white, since those printed in the standards are rounded. With
 //! (x, y, z)/y of the primaries as the columns of P, the white W = P s determines the scales s, and XYZ = P diag(s) RGB
@@ -6,9 +6,11 @@
 
 use std::fmt;
 use std::ops::{AddAssign, Mul};
+use std::str::FromStr;
 
+use crate::error::ColorError;
 use crate::matrix::{self, Matrix, Vector, inverse, multiply, product};
-use crate::transfer;
+use crate::transfer::{decode_srgb, encode_rec2020, encode_srgb};
 use crate::xyz::{Chromaticity, Xyz};
 
 /// D65 as defined by sRGB and Rec. 2020.
@@ -18,7 +20,7 @@ const D65: Chromaticity = Chromaticity { x: 0.3127, y: 0.3290 };
 ///
 /// Conversions do not adapt to the white: D65 in [`RgbSpace::AcesCg`], whose white is about D60, is slightly blue
 /// rather than 1, 1, 1. To map the white of a scene to 1, 1, 1, apply a
-/// [`ChromaticAdaptation`](crate::adaptation::ChromaticAdaptation) to the tristimulus values first.
+/// [`ChromaticAdaptation`](crate::xyz::ChromaticAdaptation) to the tristimulus values first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum RgbSpace {
     /// sRGB: primaries of Rec. 709, white D65 (IEC 61966-2-1:1999, ITU-R BT.709-6).
@@ -111,8 +113,8 @@ impl RgbSpace {
     /// Code value of one channel, 0–1, from its linear amount, 0–1. ACEScg is stored linear.
     pub fn encode_channel(self, linear: f64) -> f64 {
         match self {
-            RgbSpace::Srgb => transfer::encode_srgb(linear),
-            RgbSpace::Rec2020 => transfer::encode_rec2020(linear),
+            RgbSpace::Srgb => encode_srgb(linear),
+            RgbSpace::Rec2020 => encode_rec2020(linear),
             RgbSpace::AcesCg => linear,
         }
     }
@@ -176,13 +178,77 @@ pub(crate) const fn rgb_to_xyz(space: RgbSpace) -> Matrix {
     [multiply(x, scales), multiply(y, scales), multiply(z, scales)]
 }
 
-pub(crate) const fn xyz_to_rgb(space: RgbSpace) -> Matrix {
+const fn xyz_to_rgb(space: RgbSpace) -> Matrix {
     inverse(rgb_to_xyz(space))
 }
 
 /// (x, y, 1 − x − y)/y.
 const fn at_unit_luminance(Chromaticity { x, y }: Chromaticity) -> Vector {
     [x / y, 1.0, (1.0 - x - y) / y]
+}
+
+/// Encoded sRGB with 8 bits per channel. Formats and parses as in HTML: `#rrggbb`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Srgb8 {
+    /// Red.
+    pub r: u8,
+    /// Green.
+    pub g: u8,
+    /// Blue.
+    pub b: u8,
+}
+
+impl Srgb8 {
+    /// The nearest 8-bit colour. Channels are clamped to 0–1.
+    ///
+    /// Clamping negative channels shifts the hue: apply [`LinearRgb::displayable`] first.
+    ///
+    /// Vision distinguishes dark tones better than light ones, so half of the codes cover the darkest fifth of the
+    /// range:
+    /// ```
+    /// # use snowblue_color::{LinearRgb, Srgb8};
+    /// assert_eq!(Srgb8::encode(LinearRgb { r: 0.0, g: 0.2159, b: 1.0 }).to_string(), "#0080ff");
+    /// ```
+    pub fn encode(colour: LinearRgb) -> Srgb8 {
+        Srgb8 { r: encode_channel(colour.r), g: encode_channel(colour.g), b: encode_channel(colour.b) }
+    }
+
+    /// The linear colour of these code values.
+    pub fn decode(self) -> LinearRgb {
+        let decode = |code: u8| decode_srgb(f64::from(code) / 255.0);
+        LinearRgb { r: decode(self.r), g: decode(self.g), b: decode(self.b) }
+    }
+}
+
+impl LinearRgb {
+    /// The colour, mapped into the gamut of sRGB, as `#rrggbb`.
+    #[must_use]
+    pub fn display_hex(self) -> String {
+        Srgb8::encode(self.displayable()).to_string()
+    }
+}
+
+impl fmt::Display for Srgb8 {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.pad(&format!("#{:02x}{:02x}{:02x}", self.r, self.g, self.b))
+    }
+}
+
+impl FromStr for Srgb8 {
+    type Err = ColorError;
+
+    fn from_str(text: &str) -> Result<Srgb8, ColorError> {
+        let digits = text.strip_prefix('#').filter(|digits| digits.len() == 6);
+        let digits = digits.filter(|digits| digits.bytes().all(|digit| digit.is_ascii_hexdigit()));
+        let code = digits.and_then(|digits| u32::from_str_radix(digits, 16).ok());
+        let [_, r, g, b] = code.ok_or_else(|| ColorError::InvalidHex { text: text.to_owned() })?.to_be_bytes();
+        Ok(Srgb8 { r, g, b })
+    }
+}
+
+#[allow(clippy::cast_possible_truncation, reason = "the value is rounded and lies in 0–255")]
+fn encode_channel(linear: f64) -> u8 {
+    (255.0 * encode_srgb(linear.clamp(0.0, 1.0))).round() as u8
 }
 
 #[cfg(test)]
@@ -230,6 +296,30 @@ mod tests {
         for space in RgbSpace::ALL {
             assert!(space.encode_channel(0.0).abs() < 1e-15);
             assert!((space.encode_channel(1.0) - 1.0).abs() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn all_codes_survive_decoding_and_encoding() {
+        for code in 0..=u8::MAX {
+            let colour = Srgb8 { r: code, g: 255 - code, b: 7 };
+            assert_eq!(Srgb8::encode(colour.decode()), colour);
+            assert_eq!(colour.to_string().parse(), Ok(colour));
+        }
+    }
+
+    #[test]
+    fn encoding_clamps_to_black_and_white() {
+        let [r, g, b] = [-0.1, 1.1, 1e9];
+        assert_eq!(Srgb8::encode(LinearRgb { r, g, b }).to_string(), "#00ffff");
+    }
+
+    #[test]
+    fn hex_is_strict() {
+        let [r, g, b] = [0x8f, 0xb8, 0xde];
+        assert_eq!("#8Fb8dE".parse(), Ok(Srgb8 { r, g, b }));
+        for text in ["8fb8de", "#8fb8d", "#8fb8de0", "#+fb8de", "#8fb8dé", ""] {
+            assert_eq!(text.parse::<Srgb8>(), Err(ColorError::InvalidHex { text: text.to_owned() }));
         }
     }
 }

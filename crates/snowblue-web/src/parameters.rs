@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value, json};
 use snowblue_color::exposure::GREATEST_STOPS;
-use snowblue_color::shader::display_glsl;
+use snowblue_color::tone::display_glsl;
 use snowblue_color::{Illuminant, LinearRgb, Observer};
 use snowblue_sky::{ELEVATION_RANGE_DEG, TURBIDITY_RANGE};
 use snowblue_transport::optics::{IceTable, Substance, ice};
