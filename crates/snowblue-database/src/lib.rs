@@ -23,13 +23,10 @@
 
 pub mod error;
 
-mod interval;
-
 pub mod axes;
 pub mod axes_file;
 pub mod property;
 pub mod table;
-pub mod table_sample;
 
 pub mod fill;
 pub mod shard;
@@ -40,7 +37,6 @@ mod svd;
 mod blend;
 mod cubic;
 pub mod lookup;
-mod spline;
 
 pub mod compact;
 pub mod preset;
@@ -51,14 +47,11 @@ pub mod matching;
 
 pub mod file;
 
-mod export_csv;
-
 pub use axes::Axes;
 pub use error::DatabaseError;
-pub use export_csv::export_csv;
-pub use interval::Interval;
+pub use file::export_csv;
 pub use lookup::PcaSnow;
+pub use matching::Interval;
 pub use pca::{CompressedTable, Space};
-pub use property::{Property, PropertyAxis, PropertyValue};
+pub use property::{Property, PropertyAxis, PropertyValue, TableSample};
 pub use table::{Quantity, Table};
-pub use table_sample::TableSample;

@@ -13,14 +13,24 @@
 use std::fmt;
 
 use rayon::prelude::*;
-use snowblue_color::{ColorDifference, Colorimeter, Lab, Xyz, difference::MIDDLE_GREY};
+use snowblue_color::difference::MIDDLE_GREY;
+use snowblue_color::{ColorDifference, Colorimeter, Lab, Xyz};
 use snowblue_transport::ordinates::{OrdinatesOptions, Peak};
 use snowblue_transport::sample::{GrainSize, SnowSample};
 use snowblue_transport::slab::{Incidence, Slab};
 use snowblue_transport::{Demand, GrainTallies, Population, TallyPlan};
 
+use crate::DatabaseError;
 use crate::fidelity::PERCEPTIBLE_DELTA_E;
-use crate::{DatabaseError, Interval};
+
+/// A closed interval of a quantity, in the quantity's unit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Interval {
+    /// Lower end.
+    pub low: f64,
+    /// Upper end.
+    pub high: f64,
+}
 
 /// Range of mean grain sizes, in µm: very fine to coarse snow (Fierz et al. 2009: below 0.2 mm and 1–2 mm).
 pub const GRAIN_SIZES_UM: Interval = Interval { low: 100.0, high: 2000.0 };

@@ -8,11 +8,10 @@ use netcdf3::error::WriteError;
 use netcdf3::{DataSet, FileWriter, Version};
 use snowblue_base::atomic_file::write_atomically;
 
-use super::names::{
-    ARITHMETIC, COMPONENT, CONVENTIONS, ERROR_SUFFIX, GRAIN, PACKED_DIMENSIONS, PACKED_SUFFIX, SAMPLE, SHARD,
+use super::format::{
+    self, ARITHMETIC, COMPONENT, CONVENTIONS, ERROR_SUFFIX, GRAIN, PACKED_DIMENSIONS, PACKED_SUFFIX, SAMPLE, SHARD,
     SHARD_DIMENSIONS, SINGULAR_VALUE, SPACE, STEP,
 };
-use super::packed;
 use crate::axes::{DIFFUSE_ANGLE_DEG, NamedAxis};
 use crate::shard::Shard;
 use crate::table::{Attribute, StandardErrors};
@@ -120,7 +119,7 @@ impl CompressedTable {
                 let what = format!("the coefficient {coefficient} of {} has more than 2²⁴ steps", quantity.name());
                 DatabaseError::file(path, format!("cannot be written: {what}"))
             })?;
-            let bytes = packed::pack(integers, &packed::lengths(&self.axes), components.count);
+            let bytes = format::pack(integers, &format::lengths(&self.axes), components.count);
             let bytes: Vec<i8> = bytes.into_iter().map(u8::cast_signed).collect();
             dimensions.push(Dimension { name: dimension, length: bytes.len() });
             variables.push(Variable {
@@ -163,7 +162,7 @@ impl CompressedTable {
 fn steps(coefficient: f32, step: f32) -> Result<i32, f32> {
     let steps = coefficient / step;
     #[expect(clippy::cast_possible_truncation, reason = "a whole number within the range")]
-    if steps.abs() <= packed::GREATEST as f32 { Ok(steps as i32) } else { Err(coefficient) }
+    if steps.abs() <= format::GREATEST as f32 { Ok(steps as i32) } else { Err(coefficient) }
 }
 
 /// Transmittance, reflectance and their standard errors, if they are known, as variables.

@@ -7,15 +7,13 @@
 
 mod job;
 mod monte_carlo;
-mod options;
 mod ordinates;
 
 use snowblue_transport::ordinates::{OrdinatesOptions, solve_each};
 use snowblue_transport::sample::SnowSample;
 use snowblue_transport::slab::Slab;
 
-pub use job::{FillProgress, FillStage};
-pub use options::{Engine, FillOptions, ice_from_metadata};
+pub use job::{Engine, FillOptions, FillProgress, FillStage, ice_from_metadata};
 
 use crate::table::CurveValues;
 use crate::{Axes, DatabaseError, Table};

@@ -3,11 +3,11 @@
 //! The coefficients of the principal components are interpolated over thickness and angle, then C' V'ᵀ is evaluated
 //! once. The interpolation follows the table's space:
 //!
-//! - `linear`, the paper's (`spline_grid`): a cubic spline over the thickness at the two nearest angles, then linear
+//! - `linear`, the paper's (`SplineGrid`): a cubic spline over the thickness at the two nearest angles, then linear
 //!   interpolation between them. The spline passes through transmittance 1 at 0 cm and 0 at 100 cm; beyond 100 cm and
 //!   beyond the last angle transmittance is 0. The spline overshoots between the knots, as the paper's does. The sample
 //!   must be one of the table's.
-//! - `log`, ours (`resampled_grid`): the spline of ln T passes through 0 at 0 cm and continues as a straight line
+//! - `log`, ours (`ResampledGrid`): the spline of ln T passes through 0 at 0 cm and continues as a straight line
 //!   beyond the last knot, since light decays exponentially deep in snow (where that line would rise, it stays
 //!   constant); between angles, a cubic. Angles beyond the last one are looked up at the last one. Everything is
 //!   precomputed on a fine grid, for any sample within the axes (`blend`).
@@ -19,13 +19,10 @@
 //! few sums that the colours of one light source need.
 
 mod basis;
-mod mix;
+mod coefficient_grids;
 mod pca_snow;
 mod projected;
-mod resampled_grid;
-mod spline_grid;
 
 pub use basis::{PADDED_COMPONENTS, PaddedCoefficients};
-pub use mix::SnowMix;
-pub use pca_snow::{HORIZON_DEG, PAPER_BLACK_THICKNESS_CM, PAPER_LAST_ANGLE_DEG, PcaSnow};
+pub use pca_snow::{HORIZON_DEG, PAPER_BLACK_THICKNESS_CM, PAPER_LAST_ANGLE_DEG, PcaSnow, SnowMix};
 pub use projected::{PROJECTIONS, ProjectedTable};

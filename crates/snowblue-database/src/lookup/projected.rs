@@ -5,8 +5,8 @@
 //! the spectrum by less than 2·10⁻⁴, and a look-up costs a tenth.
 
 use super::basis::four_powers_of_two;
+use super::coefficient_grids::{Extent, OFFSET_CM, ResampledGrid};
 use super::pca_snow::{Curves, HORIZON_DEG, PcaSnow};
-use super::resampled_grid::{Extent, OFFSET_CM, ResampledGrid};
 
 /// Number of weighted sums in a [`ProjectedTable`].
 pub const PROJECTIONS: usize = 4;

@@ -1,8 +1,9 @@
-//! Integers on axes as few bytes.
+//! What the reader and the writer of files share: names, and integers on axes as few bytes.
 //!
-//! Neighbours on an axis are alike, so what is stored are the differences along every axis, one axis after the other
-//! (the Lorenzo predictor of Ibarria et al. 2003, doi:10.1111/1467-8659.00681). Before the first value of an axis is 0.
-//! The differences of the first component come first, then those of the second, and so on, in the order of the axes.
+//! **Packed integers.** Neighbours on an axis are alike, so what is stored are the differences along every axis, one
+//! axis after the other (the Lorenzo predictor of Ibarria et al. 2003, doi:10.1111/1467-8659.00681). Before the first
+//! value of an axis is 0. The differences of the first component come first, then those of the second, and so on, in
+//! the order of the axes.
 //!
 //! A difference d becomes the number n = 2d for d ≥ 0 and −2d − 1 for d < 0, and n an exponential Golomb code of order
 //! k (Teuhola 1978, doi:10.1016/0020-0190(78)90024-8): n + 2ᵏ in binary, after as many zeros as it has digits beyond
@@ -10,6 +11,25 @@
 //! it is ⌊log₂(s/16)⌋, but at least 0. The highest bit of a byte comes first. Zeros fill the last byte.
 
 use crate::Axes;
+
+pub(super) const COMPONENT: &str = "component";
+pub(super) const SINGULAR_VALUE: &str = "singular_value";
+/// Ending of the names of packed coefficients.
+pub(super) const PACKED_SUFFIX: &str = "_packed";
+/// Dimensions of the bytes of packed coefficients, of transmittance and reflectance.
+pub(super) const PACKED_DIMENSIONS: [&str; 2] = ["transmittance_byte", "reflectance_byte"];
+/// The attribute of packed coefficients that has their step.
+pub(super) const STEP: &str = "packing_step";
+pub(super) const SPACE: &str = "space";
+pub(super) const SHARD: &str = "shard";
+pub(super) const ARITHMETIC: &str = "arithmetic";
+pub(super) const GRAIN: &str = "grain";
+pub(super) const SAMPLE: &str = "sample";
+pub(super) const SHARD_DIMENSIONS: [&str; 5] = [GRAIN, SAMPLE, "angle", "thickness", "wavelength"];
+/// Ending of the names of standard errors.
+pub(super) const ERROR_SUFFIX: &str = "_standard_error";
+/// The attribute that names the conventions of a file.
+pub(super) const CONVENTIONS: &str = "Conventions";
 
 /// The greatest absolute integer. Single precision holds all up to it.
 pub(super) const GREATEST: i32 = 1 << 24;
@@ -118,9 +138,8 @@ impl Order {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-    use proptest::prelude::*;
-
     use super::*;
+    use proptest::prelude::*;
 
     /// The codes of 0, −1 and 1 at order 0 are 1, 010 and 011.
     #[test]
