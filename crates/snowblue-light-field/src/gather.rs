@@ -13,7 +13,7 @@ use snowblue_field::{Groups, SnowBody, SpectralNodes, SurfaceElement, SurfacePla
 use snowblue_geometry::ray::{Ray, SurfacePoint, narrow};
 use wide::f32x4;
 
-use crate::solid::Solid;
+use crate::field_scene::Solid;
 use crate::surface_light::{ELEMENTS_PER_TASK, LitPoint, append, push, surface_point, visit_lights};
 use snowblue_scene::light::Light;
 use snowblue_scene::objects::{Side, SurfaceInteraction};

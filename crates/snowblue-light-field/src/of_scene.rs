@@ -4,20 +4,16 @@ use std::sync::Arc;
 
 use snowblue_field::SnowOptics;
 
-use super::end_depth::WalkEndsByDepth;
 use super::field::LightField;
-use super::field_scene::FieldScene;
+use super::field_scene::{FieldScene, Watch};
 use super::illumination::{LampInSnow, parts_in_snow};
 use super::sight::Sight;
-use super::snowpack::{KindOptics, Snowpack};
-use super::watch::Watch;
+use super::snowpack::{KindOptics, Snowpack, WalkEndsByDepth};
 use snowblue_base::KeyPath;
-use snowblue_scene::Changes;
-use snowblue_scene::Scene;
-use snowblue_scene::SceneError;
 use snowblue_scene::material::snow::SnowKinds;
 use snowblue_scene::progress::Report;
 use snowblue_scene::spectrum::{SAMPLES, wavelengths_nm};
+use snowblue_scene::{Changes, Scene, SceneError};
 
 /// The snow of each material, by its index; none of other materials.
 pub type SnowOfMaterials<T> = Vec<Option<Arc<T>>>;

@@ -10,12 +10,11 @@ use snowblue_field::{
 use wide::f32x4;
 
 use super::body_field::LitFluence;
-use super::field_scene::FieldScene;
+use super::field_scene::{FieldScene, Solid};
 use super::gather::ElementValues;
 use super::illumination::{Illumination, LampInSnow};
 use super::sight::{SizesBySight, greatest_cell_m};
 use super::snowpack::Snowpack;
-use super::solid::Solid;
 use super::surface_light::{EnteringLight, entering_light};
 use snowblue_scene::integrator::LightFieldSettings;
 use snowblue_scene::spectrum::Spectrum;

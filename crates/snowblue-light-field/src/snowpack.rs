@@ -1,15 +1,15 @@
-//! The snow of a body as the light field sees it: its kinds, and what the surface of each does to light.
+//! The snow of a body as the light field sees it: its kinds, what the surface of each does to light, and how deep
+//! random walks end.
 
 use std::sync::Arc;
 
 use snowblue_field::{CellBox, Diffusion, GROUP, LayerSpectrum, SnowOptics, SpectralNodes};
 use snowblue_geometry::ray::{SurfacePoint, narrow};
-
-use super::end_depth::{EndDepth, WalkEndsByDepth};
 use snowblue_scene::material::snow::SnowKinds;
 use snowblue_scene::material::surface_optics::SurfaceOptics;
 use snowblue_scene::objects::Objects;
 use snowblue_scene::spectrum::SAMPLES;
+use snowblue_transport::monte_carlo::WalkEnds;
 
 /// The snow of a body: its kinds with their optics, layers from the top. Snow that is the same everywhere is one kind.
 #[derive(Debug)]
@@ -135,3 +135,38 @@ impl KindOptics {
         self.extinction_per_m
     }
 }
+
+/// How deep random walks end in the light field.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum EndDepth {
+    /// Under a surface with thick snow below, far from edges for the mean free paths of light.
+    Thick,
+    /// Near edges, and in bodies that are small or thin.
+    Thin,
+}
+
+impl EndDepth {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Thick, Self::Thin];
+
+    /// The depth below the nearest surface from which on walks end, in transport mean free paths.
+    ///
+    /// Under flat surfaces light is diffuse from one on: the radiance is right within 1 %, under a torus of 25 and a
+    /// ball of 10 within 3 %. Nearer to an edge than 10 it loses 7 % with an end at 1, 3 % at 2. An end at 1 halves the
+    /// noise.
+    pub const fn lengths(self) -> f32 {
+        match self {
+            Self::Thick => 1.0,
+            Self::Thin => 2.0,
+        }
+    }
+
+    /// Depth below the entry of the point that the light of a tangent half-space is matched to, in transport mean free
+    /// paths: near the ends of walks.
+    pub fn match_lengths(self) -> f32 {
+        self.lengths() + 1.0
+    }
+}
+
+/// Where random walks end, for each depth.
+pub type WalkEndsByDepth = [WalkEnds; EndDepth::ALL.len()];

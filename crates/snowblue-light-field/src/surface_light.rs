@@ -6,8 +6,8 @@ use snowblue_field::{SnowBody, SpectralNodes, SurfaceElement};
 use snowblue_geometry::ray::SurfacePoint;
 use wide::f32x4;
 
+use crate::field_scene::Solid;
 use crate::snowpack::Snowpack;
-use crate::solid::Solid;
 use snowblue_scene::directions::Directions;
 use snowblue_scene::light::{Light, LightSample};
 use snowblue_scene::objects::Side;

@@ -1,7 +1,7 @@
 //! The lamps of a scene, and the light of each of them alone.
 
+use crate::field_scene::Watch;
 use crate::sight::Sight;
-use crate::watch::Watch;
 use crate::{BodyField, FieldScene, LampInSnow, LightField};
 use snowblue_scene::Scene;
 use snowblue_scene::progress::Report;

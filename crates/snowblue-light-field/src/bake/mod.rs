@@ -13,19 +13,15 @@
 //! within other snow of the same body have no meaning; J there is 0, or that of the surface nearby.
 
 mod escape_polynomial;
+mod files;
 mod flux_limit;
-mod glb;
 mod lamps;
 mod lightmap;
-mod metadata;
-mod metering;
-mod ply;
 mod probe;
 mod relighting;
 mod sky_directions;
 mod subdivision;
 mod surface_mesh;
-mod vertices;
 
 #[cfg(test)]
 mod tests;
@@ -50,17 +46,14 @@ use lightmap::{FlatSurface, lay_out};
 use snowblue_geometry::ellipsoid::Ellipsoid;
 use snowblue_geometry::ray::{SurfacePoint, narrow};
 use subdivision::{Longest, subdivide};
-use surface_mesh::SurfaceMesh;
-use vertices::Vertices;
+use surface_mesh::{SurfaceMesh, Vertices};
 
 pub use escape_polynomial::EscapePolynomial;
-pub use glb::{glb_bytes, write_glb};
+pub use files::{glb_bytes, write_glb, write_ply};
 pub use lamps::Lamp;
 pub use lightmap::{LIGHTMAP_SIZES, Lightmap};
-pub use metering::WeightedLight;
-pub use ply::write_ply;
 pub use probe::SnowPlace;
-pub use relighting::{LitSnow, LitSurface, Relighting};
+pub use relighting::{LitSnow, LitSurface, Relighting, WeightedLight};
 
 /// Greatest length of an edge of a baked mesh.
 pub const STEP_RANGE: ParameterRange = ParameterRange { quantity: "step", least: 0.01, greatest: 1e5, unit: "mm" };

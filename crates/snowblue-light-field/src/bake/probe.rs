@@ -13,8 +13,7 @@ use snowblue_scene::objects::Side;
 use snowblue_scene::queries::SceneQueries;
 use snowblue_scene::spectrum::{SAMPLES, Spectrum};
 
-use super::metering::WeightedLight;
-use super::relighting::{LitSnow, Relighting, VertexSpectra};
+use super::relighting::{LitSnow, Relighting, VertexSpectra, WeightedLight};
 use super::sky_directions::SkyDirections;
 use super::{BakedObject, Surface};
 

@@ -14,8 +14,7 @@ use std::collections::{HashMap, HashSet};
 use glam::{Vec2, Vec3};
 use snowblue_geometry::edges::visit_edges;
 
-use crate::bake::surface_mesh::{Facet, SurfaceMesh};
-use crate::bake::vertices::is_smooth;
+use crate::bake::surface_mesh::{Facet, SurfaceMesh, is_smooth};
 
 /// Greatest length of the sides of a rectangle, in steps: a little below √½, so that no diagonal is longer than a step.
 const LONGEST_SIDE: f32 = 0.999 * std::f32::consts::FRAC_1_SQRT_2;

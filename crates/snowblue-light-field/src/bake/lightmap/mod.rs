@@ -8,7 +8,6 @@
 //!    makes smaller levels of it mixes in nothing black.
 
 mod charts;
-mod quadtree;
 mod texels;
 
 #[cfg(test)]

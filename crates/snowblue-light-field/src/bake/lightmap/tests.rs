@@ -17,8 +17,8 @@ use snowblue_geometry::triangle_mesh::{SECOND_UV, TriangleMesh};
 use super::*;
 use crate::bake::MOST_VERTICES;
 use crate::bake::subdivision::subdivide;
+use crate::bake::surface_mesh::Vertices;
 use crate::bake::tests::longest;
-use crate::bake::vertices::Vertices;
 
 /// Lengths shrink by the cosine of the greatest inclination at most.
 const LEAST_COS: f64 = 0.642;

@@ -4,7 +4,7 @@ use glam::{DVec2, Vec3, Vec3A};
 use snowblue_geometry::ellipsoid::Ellipsoid;
 use snowblue_geometry::ray::{SurfacePoint, narrow};
 
-use crate::bake::vertices::INSET;
+use crate::bake::surface_mesh::INSET;
 
 /// Texels around each chart that belong to no other one.
 pub(super) const GUTTER: i32 = 2;

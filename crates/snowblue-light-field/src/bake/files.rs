@@ -1,7 +1,10 @@
-//! Binary glTF 2.0 (Khronos Group 2021, ISO/IEC 12113:2022): a mesh for each object, y up.
+//! Baked scenes as files, which say what their attributes are.
 //!
-//! The material is unlit (`KHR_materials_unlit`), so that a viewer shows `COLOR_0` as it is, or the lightmap as the
-//! texture of the base colour. `COLOR_0` would multiply the texture, so that a file has one of them.
+//! **GLB**, binary glTF 2.0 (Khronos Group 2021, ISO/IEC 12113:2022): a mesh for each object, y up. The material is
+//! unlit (`KHR_materials_unlit`), so that a viewer shows `COLOR_0` as it is, or the lightmap as the texture of the base
+//! colour. `COLOR_0` would multiply the texture, so that a file has one of them.
+//!
+//! **PLY** (Turk 1994, "The PLY polygon file format"), binary: all objects as one mesh in scene axes, z up.
 
 use std::f64::consts::{FRAC_1_PI, PI};
 use std::io::{BufWriter, Write};
@@ -14,10 +17,10 @@ use snowblue_base::files::FileError;
 use snowblue_color::{LinearRgb, Srgb8};
 use snowblue_geometry::mesh_files::gltf::Y_UP_TO_Z_UP;
 use snowblue_geometry::ray::narrow;
-
-use crate::bake::metadata::{attributes, generator, of_file, of_snow};
-use crate::bake::{BakedObject, BakedScene, HAS_LIGHTMAPS, Lightmap};
 use snowblue_scene::provenance::Provenance;
+use snowblue_scene::spectrum::wavelengths_nm;
+
+use crate::bake::{BakedObject, BakedScene, Channels, HAS_LIGHTMAPS, Lightmap};
 
 const FLOAT: u32 = 5126;
 const UNSIGNED_INT: u32 = 5125;
@@ -255,4 +258,154 @@ impl Preview {
 /// A vector of the scene in the axes of glTF.
 fn y_up(vector: Vec3) -> Vec3 {
     (Y_UP_TO_Z_UP.transpose() * vector.as_dvec3()).as_vec3()
+}
+
+/// Writes a baked scene as PLY, completely or not at all: vertex properties `x y z nx ny nz`, then of each lamp
+/// `lamp_0_r lamp_0_g lamp_0_b` or the wavelengths `lamp_0_400nm`, and last the same of `sky`.
+///
+/// # Errors
+///
+/// When the file cannot be written.
+pub fn write_ply(baked: &BakedScene, provenance: &Provenance, path: &Path) -> Result<(), FileError> {
+    let written = write_atomically(path, |file| {
+        let mut writer = BufWriter::new(file);
+        write(baked, provenance, &mut writer)?;
+        writer.flush()
+    });
+    written.map_err(|source| FileError::Write { path: path.into(), source })
+}
+
+fn write(baked: &BakedScene, provenance: &Provenance, writer: &mut impl Write) -> std::io::Result<()> {
+    writer.write_all(header(baked, provenance).as_bytes())?;
+    for object in &baked.objects {
+        for vertex in 0..object.positions.len() {
+            let place = object.positions[vertex].to_array().into_iter().chain(object.normals[vertex].to_array());
+            let count = baked.channels.count();
+            let flux = object.flux.iter().flat_map(|values| &values[vertex * count..(vertex + 1) * count]);
+            for number in place.chain(flux.copied()) {
+                writer.write_all(&number.to_le_bytes())?;
+            }
+        }
+    }
+    let mut first = 0;
+    for object in &baked.objects {
+        for triangle in &object.triangles {
+            writer.write_all(&[3])?;
+            for vertex in triangle {
+                writer.write_all(&(first + vertex).to_le_bytes())?;
+            }
+        }
+        first += u32::try_from(object.positions.len()).unwrap_or(u32::MAX);
+    }
+    Ok(())
+}
+
+fn header(baked: &BakedScene, provenance: &Provenance) -> String {
+    let mut lines = vec!["ply".to_owned(), "format binary_little_endian 1.0".to_owned()];
+    let names = attributes(baked, |lamp| format!("lamp_{lamp}"), "sky");
+    for (name, value) in of_file(baked, provenance) {
+        lines.push(format!("comment {name}: {value}"));
+    }
+    lines.extend(names.iter().map(|(name, kind)| format!("comment {name}: {kind}")));
+    let mut first = 0;
+    for object in &baked.objects {
+        let after = first + object.positions.len();
+        lines.push(format!("comment object {}: vertices {first} to {}", one_line(&object.name), after - 1));
+        first = after;
+    }
+    let mut snow: Vec<String> = Vec::new();
+    for object in &baked.objects {
+        for (name, value) in of_snow(object, &names) {
+            let value = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+            let line = format!("comment {name} of {}: {value}", one_line(&object.name));
+            if !snow.contains(&line) {
+                snow.push(line);
+            }
+        }
+    }
+    lines.extend(snow);
+    let count = |count: fn(&BakedObject) -> usize| baked.objects.iter().map(count).sum::<usize>();
+    lines.push(format!("element vertex {}", count(|object| object.positions.len())));
+    lines.extend(["x", "y", "z", "nx", "ny", "nz"].map(|name| format!("property float {name}")));
+    let channels: Vec<String> = match baked.channels {
+        Channels::Rgb => ["r", "g", "b"].map(str::to_owned).into(),
+        Channels::Spectrum => wavelengths_nm().iter().map(|nm| format!("{nm}nm")).collect(),
+    };
+    for (name, _) in &names {
+        lines.extend(channels.iter().map(|channel| format!("property float {name}_{channel}")));
+    }
+    lines.push(format!("element face {}", count(|object| object.triangles.len())));
+    lines.push("property list uchar uint vertex_indices".to_owned());
+    lines.push("end_header\n".to_owned());
+    lines.join("\n")
+}
+
+/// A name without line breaks.
+fn one_line(name: &str) -> String {
+    name.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// What is said of the whole file: names and values.
+fn of_file(baked: &BakedScene, provenance: &Provenance) -> Vec<(&'static str, String)> {
+    let weighting = match baked.channels {
+        Channels::Rgb => {
+            "W/m2 as linear sRGB, unclipped; 1 is the luminance of 1 W/m2 of equal-energy light over 400-700 nm"
+        }
+        Channels::Spectrum => "W/(m2 nm)",
+    };
+    let mut entries = vec![
+        ("generator", generator(provenance)),
+        ("content", "net flux J of light outwards through the surface of snow; negative on lit faces".to_owned()),
+        ("units", format!("positions in m; fluxes in {weighting}")),
+        ("shading", "L(mu) = sum of R0 F over direct lights + K(mu) J / pi, R0 nearly 1/pi, J a sum".to_owned()),
+    ];
+    for name in ["scene", "table", "max bounces", "white"] {
+        entries.extend(provenance.get(name).map(|value| (key(name), value.to_owned())));
+    }
+    entries
+}
+
+/// The program, for files that name it.
+fn generator(provenance: &Provenance) -> String {
+    format!("snowblue {}", provenance.get("version").unwrap_or_default())
+}
+
+/// The key of a name in the provenance.
+fn key(name: &str) -> &'static str {
+    match name {
+        "scene" => "scene_hash",
+        "table" => "table_hash",
+        "max bounces" => "max_bounces",
+        _ => "white",
+    }
+}
+
+/// The names of the attributes, lamps first, by a function of the lamp's number, and what each of them is.
+pub(super) fn attributes(baked: &BakedScene, lamp: impl Fn(usize) -> String, sky: &str) -> Vec<(String, &'static str)> {
+    let lamps = baked.lamps.iter().enumerate().map(|(number, one)| (lamp(number), one.kind));
+    lamps.chain([(sky.to_owned(), "sky, and all light by way of other surfaces")]).collect()
+}
+
+/// What is said of the snow of an object: names and values.
+fn of_snow(object: &BakedObject, attributes: &[(String, &'static str)]) -> Vec<(&'static str, Value)> {
+    let snow = &object.snow;
+    vec![
+        ("escape_polynomial", json!(snow.escape.coefficients)),
+        ("escape_greatest_error", json!(snow.escape.greatest_error)),
+        ("extrapolation_length", json!(snow.extrapolation)),
+        ("transport_mean_free_path_m", json!(snow.transport_length_m)),
+        ("greatest_edge_m", json!(snow.step_m)),
+        ("glsl", json!(glsl(object, attributes))),
+    ]
+}
+
+/// A line of GLSL that shades the snow of an object.
+fn glsl(object: &BakedObject, attributes: &[(String, &'static str)]) -> String {
+    let [k0, k1, k2, k3] = object.snow.escape.coefficients;
+    let names: Vec<&str> = attributes.iter().map(|(name, _)| name.as_str()).collect();
+    format!(
+        "vec3 radiance = (irradiance + ({k0:.6} + mu * ({k1:.6} + mu * ({k2:.6} + mu * ({k3:.6})))) * ({})) / \
+         3.14159265; // mu: cosine between normal and direction to the eye; irradiance: of all light on the surface",
+        names.join(" + ")
+    )
 }
