@@ -33,7 +33,7 @@ pub use error::RenderError;
 pub use film::Film;
 pub use film::accumulator::FilmAccumulator;
 pub use film::aov::Aovs;
-pub use film::sample_block::SampleBlock;
+pub use film::window::SampleBlock;
 pub use integrators::{Integrator, Preparation, SceneStatistics};
 pub use render::{Rendering, render};
 pub use snowblue_base::files;

@@ -20,8 +20,7 @@ use snowblue_color::{LinearRgb, Xyz};
 use snowblue_geometry::ray::narrow;
 
 use crate::film::aov::{Aov, Aovs, SPECTRUM_OFFSET};
-use crate::film::sample_block::SampleBlock;
-use crate::film::window::{Window, range_length};
+use crate::film::window::{SampleBlock, Window, range_length};
 use crate::raster::PixelPosition;
 use snowblue_scene::film::ImageSize;
 

@@ -7,14 +7,11 @@
 pub mod accumulator;
 pub mod aov;
 pub mod channels;
-mod display;
 pub mod image_file;
-pub(crate) mod neighbourhood;
 pub(crate) mod noise;
 pub(crate) mod pixel_accumulator;
 pub mod residual_filter;
 pub mod resumable_file;
-pub mod sample_block;
 pub mod window;
 
 use snowblue_color::{LinearRgb, Xyz};

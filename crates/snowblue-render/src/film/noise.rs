@@ -11,10 +11,9 @@ use snowblue_geometry::ray::narrow;
 
 use crate::film::accumulator::{Decision, FilmAccumulator, PixelSums, SQUARE_UNITS, UNITS};
 use crate::film::aov::Aovs;
-use crate::film::neighbourhood::{near, square_around};
 use crate::film::pixel_accumulator::square_units;
 use crate::film::residual_filter::Filtered;
-use crate::film::sample_block::SampleBlock;
+use crate::film::window::{SampleBlock, near, square_around};
 
 /// Samples before which no pixel is done: with fewer, a rare bright path may be missing. The filter has those of the
 /// neighbours too.

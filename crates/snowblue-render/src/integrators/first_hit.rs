@@ -8,8 +8,8 @@ use snowblue_geometry::ray::{Ray, narrow};
 
 use crate::film::aov::{Aov, Aovs};
 use crate::film::pixel_accumulator::PixelAccumulator;
-use crate::integrators::pcasnow::snow_vertex::straight_direction;
 use crate::integrators::prepared::{Method, Prepared};
+use crate::integrators::snow_vertex::straight_direction;
 use snowblue_scene::Scene;
 use snowblue_scene::light::SHADOW_EPSILON;
 use snowblue_scene::objects::SurfaceInteraction;

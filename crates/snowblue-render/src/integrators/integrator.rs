@@ -4,21 +4,11 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use snowblue_base::KeyPath;
-use snowblue_database::CompressedTable;
+use snowblue_base::hash::Fnv1a;
+use snowblue_database::{CompressedTable, Space};
 use snowblue_geometry::ray::Ray;
-
-use crate::error::RenderError;
-use crate::integrators::PathSample;
-use crate::integrators::first_hit::FirstHits;
-use crate::integrators::path::tracer::PathTracer;
-use crate::integrators::pcasnow::snow_curves::SnowCurves;
-use crate::integrators::pcasnow::table_hash::table_hash;
-use crate::integrators::prepared::{Method, Prepared};
-use crate::integrators::reference::ReferenceTracer;
-use crate::integrators::snow_volumes::SnowVolumes;
 use snowblue_light_field::bake::{BakeError, BakeOptions, BakedScene, Relighting, bake};
 use snowblue_light_field::{FieldStatistics, LightField, SnowOfMaterials};
-use snowblue_scene::Changes;
 use snowblue_scene::air::Air;
 use snowblue_scene::camera::View;
 use snowblue_scene::film::sensor::SensorSample;
@@ -29,7 +19,16 @@ use snowblue_scene::provenance::Provenance;
 use snowblue_scene::queries::Statistics;
 use snowblue_scene::sampling::Sampler;
 use snowblue_scene::spectrum::Spectrum;
-use snowblue_scene::{IntegratorKind, Scene, Views};
+use snowblue_scene::{Changes, IntegratorKind, Scene, Views};
+
+use crate::error::RenderError;
+use crate::integrators::PathSample;
+use crate::integrators::first_hit::FirstHits;
+use crate::integrators::path::PathTracer;
+use crate::integrators::prepared::{Method, Prepared};
+use crate::integrators::reference::ReferenceTracer;
+use crate::integrators::snow_vertex::SnowCurves;
+use crate::integrators::snow_volumes::SnowVolumes;
 
 /// Memory of the coarse cells of snow for a first picture, in MiB, and if they do not fit.
 const COARSE_MEMORY_MIB: [u32; 2] = [8, 32];
@@ -368,4 +367,32 @@ impl Tracer<'_> {
             Paths::Reference(tracer) => tracer.statistics(),
         }
     }
+}
+
+/// The hash of a table of curves.
+fn table_hash(table: &CompressedTable) -> u64 {
+    let mut hash = Fnv1a::default();
+    let axes = &table.axes;
+    let mut add_axis = |name: &str, values: &[f64]| {
+        hash.add(name.as_bytes());
+        hash.add(&(values.len() as u64).to_le_bytes());
+        values.iter().for_each(|value| hash.add(&value.to_le_bytes()));
+    };
+    add_axis("grain size", &axes.grain_sizes_um);
+    add_axis("facetness", &axes.facetness);
+    add_axis("density", &axes.densities_kg_m3);
+    axes.properties.iter().for_each(|axis| add_axis(axis.property.name(), &axis.values));
+    add_axis(if axes.diffuse { "diffuse and angle" } else { "angle" }, &axes.angles_deg);
+    add_axis("thickness", &axes.thicknesses_cm);
+    add_axis("wavelength", &axes.wavelengths_nm);
+    hash.add(match table.space {
+        Space::Linear => b"linear",
+        Space::Log => b"log",
+    });
+    for components in [&table.transmittance, &table.reflectance] {
+        for number in components.coefficients.iter().chain(&components.basis) {
+            hash.add(&number.to_le_bytes());
+        }
+    }
+    hash.value()
 }

@@ -3,7 +3,6 @@
 //! [`Integrator::prepare`] computes once what a method needs of a scene: curves of snow, random walks, the light field.
 //! A tracer for each task is cheap.
 
-mod russian_roulette;
 mod snow_volumes;
 mod surroundings;
 
@@ -14,7 +13,9 @@ mod path;
 mod pcasnow;
 mod reference;
 mod single_scattering;
+mod snow_vertex;
 mod sparkle;
+mod tangent_half_space;
 
 mod first_hit;
 mod integrator;

@@ -1,4 +1,5 @@
-//! What a sample finds of a surface, for the filter.
+//! What a sample of a path finds of a surface, for the filter, and Russian roulette: the only rule by which paths over
+//! surfaces end by chance.
 
 use glam::Vec3A;
 use snowblue_scene::air::AirBetween;
@@ -59,4 +60,12 @@ impl<C: Copy> FilteredSample<C> {
         let Self { residual, reading, is_snow, normal, distance_m } = *self;
         FilteredSample { residual: of(&residual), reading: of(&reading), is_snow, normal, distance_m }
     }
+}
+
+/// Bounces before Russian roulette begins.
+const SAFE_BOUNCES: u32 = 4;
+
+/// Probability with which a path of some throughput survives a bounce.
+pub(super) fn survival_probability(bounce: u32, throughput: &Spectrum) -> f32 {
+    if bounce < SAFE_BOUNCES { 1.0 } else { throughput.maximum().min(1.0) }
 }

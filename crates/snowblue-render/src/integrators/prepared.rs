@@ -4,16 +4,15 @@ use std::sync::{Arc, OnceLock};
 
 use crate::error::RenderError;
 use crate::integrators::path::carried::LightTables;
-use crate::integrators::path::open_sky::OpenSky;
-use crate::integrators::pcasnow::snow_curves::SnowCurves;
+use crate::integrators::path::vertex::OpenSky;
+use crate::integrators::snow_vertex::SnowCurves;
 use crate::integrators::snow_volumes::SnowVolumes;
 use crate::integrators::sparkle::SceneSparkle;
 use crate::integrators::surroundings::SnowBodies;
 use snowblue_light_field::{LightField, SnowOfMaterials, Snowpack, snowpacks};
-use snowblue_scene::Changes;
-use snowblue_scene::Scene;
 use snowblue_scene::material::snow::SnowKinds;
 use snowblue_scene::progress::Report;
+use snowblue_scene::{Changes, Scene};
 
 /// Rays through grains for the albedo of snow, where nothing else needs its optics.
 const ALBEDO_RAYS: u32 = 1 << 14;

@@ -12,7 +12,7 @@ use snowblue_geometry::ray::{Ray, SurfacePoint, narrow, off_surface};
 use snowblue_transport::monte_carlo::VolumeNode;
 use snowblue_transport::rng::Stream;
 
-use super::russian_roulette::survival_probability;
+use super::path_sample::survival_probability;
 use super::surroundings::{Medium, Surroundings};
 use snowblue_scene::directions::Directions;
 use snowblue_scene::light::LightSample;

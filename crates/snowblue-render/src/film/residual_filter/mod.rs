@@ -36,7 +36,7 @@ use snowblue_geometry::ray::narrow;
 
 use crate::film::accumulator::{FilmAccumulator, PixelSums};
 use crate::film::aov::{Aovs, ResidualLayout};
-use crate::film::neighbourhood::{near, square_around};
+use crate::film::window::{near, square_around};
 
 /// Standard error of the residual, relative to the light, that is aimed at.
 const TARGET: f32 = 0.007;

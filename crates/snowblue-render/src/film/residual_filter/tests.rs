@@ -6,7 +6,7 @@ use snowblue_transport::rng::Stream;
 
 use super::*;
 use crate::film::pixel_accumulator::PixelAccumulator;
-use crate::film::sample_block::SampleBlock;
+use crate::film::window::SampleBlock;
 use crate::integrators::FilteredSample;
 
 const SIZE: ImageSize = ImageSize { width: 24, height: 16 };

@@ -12,8 +12,7 @@ use snowblue_database::lookup::{PROJECTIONS, ProjectedTable};
 use snowblue_geometry::ray::narrow;
 
 use super::vertex::{Shading, Vertex};
-use crate::integrators::pcasnow::snow_curves::SnowCurves;
-use crate::integrators::pcasnow::snow_vertex::SnowVertex;
+use crate::integrators::snow_vertex::{SnowCurves, SnowVertex};
 use snowblue_scene::Scene;
 use snowblue_scene::film::sensor::SensorSample;
 use snowblue_scene::light::{IncidentLight, Light, LightOrigin, LightSample};

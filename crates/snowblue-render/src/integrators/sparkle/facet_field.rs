@@ -271,8 +271,8 @@ fn cell(coordinate_m: f64, cell_m: f64) -> i64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::footprint::Footprint;
     use super::*;
+    use crate::integrators::sparkle::footprint::Footprint;
 
     /// The open facets of a footprint with normals within a region, 2·10⁶ per m² and sr.
     fn listed(place: Place, footprint: &Footprint, region: &NormalRegion) -> Vec<Facet> {

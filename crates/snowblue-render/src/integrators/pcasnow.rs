@@ -36,14 +36,14 @@ use std::f32::consts::FRAC_1_PI;
 
 use snowblue_geometry::chord::{Chord, ChordEnd};
 use snowblue_geometry::ray::SurfacePoint;
-
-use super::snow_vertex::{SnowVertex, depth_cm};
-use crate::integrators::path::carried::{Carried, LightTables, Source};
 use snowblue_scene::Scene;
 use snowblue_scene::light::{IncidentLight, Light, LightDirection, LightSample, SamplingTechniques};
 use snowblue_scene::objects::Side;
 use snowblue_scene::queries::SceneQueries;
 use snowblue_scene::sampling::Sampler;
+
+use crate::integrators::path::carried::{Carried, LightTables, Source};
+use crate::integrators::snow_vertex::{SnowVertex, depth_cm};
 
 /// A path of light through the snow.
 #[derive(Debug, Clone, Copy)]

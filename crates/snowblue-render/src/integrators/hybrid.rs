@@ -32,13 +32,6 @@ use std::slice::Iter;
 use std::sync::Arc;
 
 use snowblue_geometry::ray::{Ray, SurfacePoint, narrow, off_surface};
-use snowblue_transport::monte_carlo::{PathLengths, ScatteringEvent, Volume, VolumeNode};
-use snowblue_transport::rng::Stream;
-
-use crate::integrators::hybrid::tangent_half_space::TangentHalfSpace;
-use crate::integrators::snow_volumes::{SnowVolumes, attenuation};
-use crate::integrators::snow_walk::{SnowWalk, WalkLight};
-use crate::integrators::surroundings::{Flight, Medium, SnowBodies, Surroundings};
 use snowblue_light_field::{EndDepth, LightField, NearLight, SnowAt};
 use snowblue_scene::Scene;
 use snowblue_scene::directions::Directions;
@@ -47,6 +40,13 @@ use snowblue_scene::objects::SurfaceInteraction;
 use snowblue_scene::queries::Statistics;
 use snowblue_scene::sampling::Sampler;
 use snowblue_scene::spectrum::Spectrum;
+use snowblue_transport::monte_carlo::{PathLengths, ScatteringEvent, Volume, VolumeNode};
+use snowblue_transport::rng::Stream;
+
+use crate::integrators::snow_volumes::{SnowVolumes, attenuation};
+use crate::integrators::snow_walk::{SnowWalk, WalkLight};
+use crate::integrators::surroundings::{Flight, Medium, SnowBodies, Surroundings};
+use crate::integrators::tangent_half_space::TangentHalfSpace;
 
 /// A ball inside the body, in transport mean free paths: its distance below an entry, and its radius. Where it fits, no
 /// edge is near, and the body is thick.

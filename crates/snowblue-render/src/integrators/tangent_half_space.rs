@@ -18,9 +18,8 @@
 
 use std::f32::consts::{FRAC_1_PI, PI};
 
-use snowblue_geometry::ray::{Ray, SurfacePoint, narrow};
-
 use glam::Vec3A;
+use snowblue_geometry::ray::{Ray, SurfacePoint, narrow};
 use snowblue_light_field::{EndDepth, KindOptics, LightWeights, NearLight};
 use snowblue_scene::light::IncidentLight;
 use snowblue_scene::spectrum::Spectrum;
