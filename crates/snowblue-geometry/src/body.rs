@@ -1,4 +1,13 @@
-//! Bodies: solids that count as one. Where the segments of a line inside them overlap or touch, they are merged.
+//! The segments of a line inside solids: of bodies, which are solids that count as one, and from a surface point on.
+//!
+//! Where the segments of solids of one body overlap or touch, they are merged.
+//!
+//! A line enters a closed surface as often as it leaves it, so its sorted crossings pair up. For the depth of a path
+//! from a surface point, all crossings of the *whole* line count, also those behind the point, and the segments are
+//! then clipped at the point. The result therefore depends neither on whether a rounded point lies inside or outside
+//! its surface, nor on the orientation of triangles.
+
+use glam::Vec3A;
 
 use crate::ray::Crossing;
 
@@ -44,10 +53,99 @@ pub fn unite(crossings: &mut Vec<Crossing>) {
     crossings.truncate(length);
 }
 
+/// A line from a surface point.
+#[derive(Debug, Clone, Copy)]
+pub struct Line {
+    /// The surface point.
+    pub point: Vec3A,
+    /// Outward normal there.
+    pub normal: Vec3A,
+    /// Unit direction of the path.
+    pub direction: Vec3A,
+    /// Greatest length of the path, in m: the distance to a light.
+    pub end_m: f32,
+}
+
+/// The segments of a line inside a solid, summed.
+#[derive(Debug, Clone, Copy)]
+pub struct Chord {
+    /// Total length inside, in m.
+    pub depth_m: f32,
+    /// Where the path leaves the solid last, if it does.
+    pub exit: ChordEnd,
+}
+
+/// Where a path ends.
+#[derive(Debug, Clone, Copy)]
+pub enum ChordEnd {
+    /// On the surface of the solid.
+    Surface {
+        /// Index of the object that the path leaves.
+        object: usize,
+        /// Exit point.
+        point: Vec3A,
+        /// Outward unit normal there.
+        normal: Vec3A,
+    },
+    /// Inside the solid.
+    Inside,
+}
+
+/// Tolerance in m for the end of the segment behind an outward path, which rounding may move beyond the surface point.
+/// It is divided by the cosine to the normal for oblique paths.
+const ROUNDING_M: f32 = 2e-6;
+
+/// The depth of a line through a solid, by its segments in order; none if no segment lies ahead. The normal at the exit
+/// keeps its length.
+#[inline]
+pub fn chord<'c>(parts: impl Iterator<Item = &'c [Crossing; 2]>, line: &Line) -> Option<Chord> {
+    // An outward path has just left the solid: the segment that ends at its surface point lies behind it.
+    let outward = line.normal.dot(line.direction);
+    let behind_m =
+        if outward > 0.0 { ROUNDING_M * (1.0 + line.point.abs().max_element()) / outward.max(1e-3) } else { 0.0 };
+    let (mut depth_m, mut last) = (0.0, None);
+    for [enter, leave] in parts {
+        if leave.distance_m <= behind_m {
+            continue;
+        }
+        if enter.distance_m >= line.end_m {
+            break;
+        }
+        depth_m += leave.distance_m.min(line.end_m) - enter.distance_m.max(0.0);
+        last = Some(leave);
+    }
+    let last = last?;
+    if last.distance_m > line.end_m {
+        return Some(Chord { depth_m, exit: ChordEnd::Inside });
+    }
+    let normal = if last.normal.dot(line.direction) < 0.0 { -last.normal } else { last.normal };
+    let point = line.point + line.direction * last.distance_m;
+    Some(Chord { depth_m, exit: ChordEnd::Surface { object: last.object as usize, point, normal } })
+}
+
+impl Chord {
+    /// Normalises the normal at the exit.
+    pub fn with_unit_normal(mut self) -> Self {
+        if let ChordEnd::Surface { normal, .. } = &mut self.exit {
+            *normal = normal.normalize();
+        }
+        self
+    }
+}
+
+/// Sorts all crossings of a line with a solid and pairs them up. An unpaired last one, of an open surface, is dropped;
+/// the caller counts such lines.
+pub fn parts(crossings: &mut [Crossing]) -> impl Iterator<Item = &[Crossing; 2]> {
+    match crossings {
+        [a, b] if a.distance_m <= b.distance_m => {}
+        _ => crossings.sort_unstable_by(|a, b| a.distance_m.total_cmp(&b.distance_m)),
+    }
+    crossings.as_chunks().0.iter()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::Vec3A;
 
     fn united(solids: &[&[f32]]) -> (Vec<f32>, bool) {
         let (mut crossings, mut odd) = (Vec::new(), false);
@@ -72,5 +170,52 @@ mod tests {
     #[test]
     fn an_open_solid_is_reported_and_does_not_affect_the_others() {
         assert_eq!(united(&[&[0.0, 0.2, 0.5], &[0.6, 0.9]]), (vec![0.0, 0.2, 0.6, 0.9], true));
+    }
+
+    fn line(direction: Vec3A) -> Line {
+        Line { point: Vec3A::ZERO, normal: Vec3A::NEG_X, direction, end_m: f32::INFINITY }
+    }
+
+    fn crossings(distances_m: &[f32]) -> Vec<Crossing> {
+        distances_m.iter().map(|&distance_m| Crossing::new(distance_m, Vec3A::NEG_X * 3.0)).collect()
+    }
+
+    #[test]
+    fn segments_add_up_to_the_last_exit() {
+        let mut unsorted = crossings(&[0.7, 1e-7, 0.5, 0.2, -0.9, -0.4]);
+        let last = chord(parts(&mut unsorted), &line(Vec3A::X)).unwrap().with_unit_normal();
+        assert!((last.depth_m - 0.4).abs() < 1e-6);
+        let ChordEnd::Surface { point, normal, .. } = last.exit else { panic!("leaves the solid") };
+        assert!((point.x - 0.7).abs() < 1e-6 && (normal.x - 1.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn segments_behind_the_point_do_not_count() {
+        let mut through = crossings(&[-0.4, 0.3]);
+        assert!((chord(parts(&mut through), &line(Vec3A::X)).unwrap().depth_m - 0.3).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_light_ends_the_path_inside_or_outside() {
+        let mut twice = crossings(&[0.0, 0.2, 0.5, 0.7]);
+        let within = Line { end_m: 0.6, ..line(Vec3A::X) };
+        let chord_to_light = chord(parts(&mut twice), &within).unwrap();
+        assert!((chord_to_light.depth_m - 0.3).abs() < 1e-6);
+        assert!(matches!(chord_to_light.exit, ChordEnd::Inside));
+        let between = Line { end_m: 0.3, ..line(Vec3A::X) };
+        assert!((chord(parts(&mut twice), &between).unwrap().depth_m - 0.2).abs() < 1e-6);
+    }
+
+    #[test]
+    fn an_outward_path_has_no_depth_despite_rounding() {
+        let mut behind = crossings(&[-0.3, 1e-7]);
+        assert!(chord(parts(&mut behind), &line(Vec3A::NEG_X)).is_none());
+    }
+
+    #[test]
+    fn an_unpaired_crossing_adds_no_depth() {
+        let mut open = crossings(&[0.0, 0.2, 0.5]);
+        assert!((chord(parts(&mut open), &line(Vec3A::X)).unwrap().depth_m - 0.2).abs() < 1e-6);
+        assert!(chord(parts(&mut crossings(&[0.0])), &line(Vec3A::X)).is_none());
     }
 }

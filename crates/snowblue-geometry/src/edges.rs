@@ -1,6 +1,6 @@
-//! Edges of triangles, and the sides of triangles that lie along each.
-
-use crate::grouped::Grouped;
+//! Edges of triangles with the sides of triangles that lie along each, and the parts of a mesh that edges connect.
+//!
+//! [`Grouped`] lists such relations: items in groups by number, after a counting sort.
 
 /// A side of a triangle, in the direction in which the triangle runs around.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -37,6 +37,86 @@ pub fn visit_edges(vertices: usize, triangles: &[[u32; 3]], mut visit: impl FnMu
     });
 }
 
+/// A triangle of a part.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PartTriangle {
+    /// Its number.
+    pub triangle: usize,
+    /// Whether it runs the other way around than the first of the part, seen from the same side of the surface.
+    pub is_reversed: bool,
+}
+
+/// The parts of a mesh that are connected across edges of two triangles. Each triangle is in one part.
+pub fn parts(vertices: usize, triangles: &[[u32; 3]]) -> Vec<Vec<PartTriangle>> {
+    // For each triangle its neighbours across edges of two, and whether those run the other way around.
+    let mut neighbours = vec![[None; 3]; triangles.len()];
+    let mut link = |from: u32, to: u32, is_reversed: bool| {
+        if let Some(place) = neighbours[from as usize].iter_mut().find(|place| place.is_none()) {
+            *place = Some((to as usize, is_reversed));
+        }
+    };
+    visit_edges(vertices, triangles, |sides| {
+        if let [first, second] = sides {
+            let is_reversed = first.from == second.from;
+            link(first.triangle, second.triangle, is_reversed);
+            link(second.triangle, first.triangle, is_reversed);
+        }
+    });
+    let (mut parts, mut is_seen) = (Vec::new(), vec![false; triangles.len()]);
+    for start in 0..triangles.len() {
+        if std::mem::replace(&mut is_seen[start], true) {
+            continue;
+        }
+        let (mut part, mut next) = (vec![PartTriangle { triangle: start, is_reversed: false }], 0);
+        while let Some(&PartTriangle { triangle, is_reversed }) = part.get(next) {
+            next += 1;
+            for (neighbour, differs) in neighbours[triangle].into_iter().flatten() {
+                if !std::mem::replace(&mut is_seen[neighbour], true) {
+                    part.push(PartTriangle { triangle: neighbour, is_reversed: is_reversed != differs });
+                }
+            }
+        }
+        parts.push(part);
+    }
+    parts
+}
+
+/// Items in groups.
+pub struct Grouped<T> {
+    /// Where each group begins, and the end of the last.
+    starts: Vec<usize>,
+    items: Vec<T>,
+}
+
+impl<T: Copy + Default> Grouped<T> {
+    /// Sorts items by their group, below `groups`, in the order in which they come.
+    pub fn new(groups: usize, items: impl Iterator<Item = (u32, T)> + Clone) -> Self {
+        let mut starts = vec![0; groups + 1];
+        items.clone().for_each(|(group, _)| starts[group as usize + 1] += 1);
+        for group in 0..groups {
+            starts[group + 1] += starts[group];
+        }
+        let (mut next, mut sorted) = (starts.clone(), vec![T::default(); starts[groups]]);
+        for (group, item) in items {
+            sorted[next[group as usize]] = item;
+            next[group as usize] += 1;
+        }
+        Self { starts, items: sorted }
+    }
+
+    /// The items of a group.
+    pub fn group(&self, group: usize) -> &[T] {
+        &self.items[self.starts[group]..self.starts[group + 1]]
+    }
+
+    /// Calls `visit` for each group, which it may change.
+    pub fn visit_mut(&mut self, mut visit: impl FnMut(&mut [T])) {
+        for ends in self.starts.windows(2) {
+            visit(&mut self.items[ends[0]..ends[1]]);
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -51,5 +131,27 @@ mod tests {
         let ends: Vec<_> = edges.iter().map(|sides| [sides[0].from, sides[0].to]).collect();
         assert_eq!(ends, [[1, 0], [0, 2], [3, 0], [0, 4], [2, 1], [1, 3], [4, 1]]);
         assert_eq!(edges.iter().map(Vec::len).sum::<usize>(), 9);
+    }
+
+    #[test]
+    fn triangles_are_connected_across_edges_of_two() {
+        // Two triangles share an edge in the same direction. The third one touches them in a point only.
+        let found = parts(6, &[[0, 1, 2], [0, 1, 3], [3, 4, 5]]);
+        let triangle = |triangle, is_reversed| PartTriangle { triangle, is_reversed };
+        assert_eq!(found, [vec![triangle(0, false), triangle(1, true)], vec![triangle(2, false)]]);
+        // Three at one edge are not connected.
+        assert_eq!(parts(5, &[[0, 1, 2], [1, 0, 3], [0, 1, 4]]).len(), 3);
+    }
+
+    #[test]
+    fn items_keep_their_order_in_their_groups() {
+        let mut grouped = Grouped::new(4, [(2, 'a'), (0, 'b'), (2, 'c'), (3, 'd')].into_iter());
+        assert_eq!(
+            [0, 1, 2, 3].map(|group| grouped.group(group).to_vec()),
+            [vec!['b'], vec![], vec!['a', 'c'], vec!['d']]
+        );
+        let mut sizes = Vec::new();
+        grouped.visit_mut(|group| sizes.push(group.len()));
+        assert_eq!(sizes, [1, 0, 2, 1]);
     }
 }

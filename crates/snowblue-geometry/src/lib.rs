@@ -11,7 +11,6 @@ pub mod texture_coordinates;
 mod triangle;
 
 pub mod coincident;
-pub mod grouped;
 
 pub mod edges;
 
@@ -21,7 +20,6 @@ pub mod triangle_mesh;
 
 pub mod cuboid;
 pub mod ellipsoid;
-pub mod parts;
 pub mod plane;
 
 pub mod bvh;
@@ -33,7 +31,8 @@ pub mod transform;
 pub mod shape;
 
 pub mod body;
-pub mod chord;
+#[doc(hidden)]
+pub use body as chord;
 
 pub mod topology;
 

@@ -6,8 +6,7 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use crate::coincident::{keep_used, merged};
-use crate::edges::visit_edges;
-use crate::parts::{PartTriangle, parts};
+use crate::edges::{PartTriangle, parts, visit_edges};
 use crate::topology::Topology;
 use crate::triangle_mesh::TriangleMesh;
 

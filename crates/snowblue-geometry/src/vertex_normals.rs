@@ -13,7 +13,7 @@ use glam::{DMat3, DVec3, Vec3};
 use rayon::prelude::*;
 
 use crate::coincident::merged;
-use crate::grouped::Grouped;
+use crate::edges::Grouped;
 
 /// Greatest angle between the normals of two triangles that are shaded as one smooth surface, in degrees.
 pub const CREASE_DEG: f32 = 40.0;

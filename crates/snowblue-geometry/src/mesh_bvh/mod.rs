@@ -8,7 +8,7 @@
 use glam::{Vec2, Vec3, Vec3A};
 
 use crate::bounds::{Bounds, Interval};
-use crate::bvh::bvh8::{Bvh8, BvhRay};
+use crate::bvh::{Bvh8, BvhRay};
 use crate::ray::{Crossing, MeshLocation, Ray, ShapeHit, narrow};
 use crate::transform::Transform;
 use crate::triangle::{FourTriangles, ShearedRay, TriangleHit};

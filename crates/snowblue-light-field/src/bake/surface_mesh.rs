@@ -8,10 +8,9 @@
 
 use glam::{Vec2, Vec3, Vec3A};
 use snowblue_geometry::coincident::{keep_used, merged};
+use snowblue_geometry::edges::{Grouped, PartTriangle, parts};
 use snowblue_geometry::ellipsoid::Ellipsoid;
-use snowblue_geometry::grouped::Grouped;
 use snowblue_geometry::instance::Instance;
-use snowblue_geometry::parts::{PartTriangle, parts};
 use snowblue_geometry::ray::{Crossing, Ray};
 use snowblue_geometry::shape::Shape;
 use snowblue_geometry::triangle_mesh::{SECOND_UV, TriangleMesh};

@@ -29,7 +29,7 @@ use exr::prelude::{Compression, Encoding, Image, Layer, Vec2, WritableImage as _
 use snowblue_base::atomic_file::write_atomically;
 use snowblue_base::files::FileError;
 use snowblue_color::exposure::GREATEST_STOPS;
-use snowblue_geometry::images::exr_size::check_header_expansion;
+use snowblue_geometry::images::check_header_expansion;
 
 use crate::error::RenderError;
 use crate::film::accumulator::{FilmAccumulator, PixelSums, pixel_bytes};

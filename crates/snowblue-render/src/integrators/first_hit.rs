@@ -3,7 +3,7 @@
 //! It is found separately from the path of light, so that pictures without such channels take no time for them.
 
 use snowblue_color::LinearRgb;
-use snowblue_geometry::chord::{ChordEnd, Line};
+use snowblue_geometry::body::{ChordEnd, Line};
 use snowblue_geometry::ray::{Ray, narrow};
 
 use crate::film::aov::{Aov, Aovs};

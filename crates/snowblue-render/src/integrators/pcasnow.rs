@@ -34,7 +34,7 @@
 
 use std::f32::consts::FRAC_1_PI;
 
-use snowblue_geometry::chord::{Chord, ChordEnd};
+use snowblue_geometry::body::{Chord, ChordEnd};
 use snowblue_geometry::ray::SurfacePoint;
 use snowblue_scene::Scene;
 use snowblue_scene::light::{IncidentLight, Light, LightDirection, LightSample, SamplingTechniques};

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use glam::{DVec2, DVec3};
 use snowblue_base::files::FilesInMemory;
 use snowblue_color::{LinearRgb, Srgb8};
-use snowblue_geometry::images::png_image::PngImage;
+use snowblue_geometry::images::PngImage;
 use snowblue_render::Integrator;
 use snowblue_render::bake::{BakeOptions, BakedObject, BakedScene, Lightmap, glb_bytes};
 

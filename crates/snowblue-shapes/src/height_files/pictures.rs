@@ -4,8 +4,7 @@ use std::io::Cursor;
 
 use exr::prelude::{ReadChannels, ReadLayers, read};
 use snowblue_base::files::{FileError, NamedFile};
-use snowblue_geometry::images::exr_size::check_exr_size;
-use snowblue_geometry::images::png_image::PngImage;
+use snowblue_geometry::images::{PngImage, check_exr_size};
 
 use crate::height_files::height_grid::HeightGrid;
 

@@ -6,8 +6,7 @@
 //! `COLOR_0` (`red`, `green`, `blue`) and application-specific scalar attributes, whose names begin with an underscore.
 //! Ignores points and lines, skins and morph targets.
 
-mod accessor;
-mod validation;
+mod checked;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -23,9 +22,8 @@ use crate::ray::narrow;
 use crate::triangle_mesh::{SECOND_UV, TriangleMesh};
 use crate::vertex_normals::VertexNormals;
 
-use accessor::numbers;
+use checked::{numbers, valid};
 use snowblue_base::files::{FileError, FileSource, FilesIn, NamedFile, check_memory, check_total, name_beside};
-use validation::valid;
 
 /// Maps the axes of glTF (y up, z towards the viewer) to those of a scene (z up, y away from the viewer).
 pub const Y_UP_TO_Z_UP: DMat3 = DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::NEG_Y);

@@ -9,8 +9,7 @@ use std::collections::{HashMap, VecDeque};
 
 use glam::{DVec2, Vec3};
 use snowblue_geometry::bounds::Bounds;
-use snowblue_geometry::edges::visit_edges;
-use snowblue_geometry::grouped::Grouped;
+use snowblue_geometry::edges::{Grouped, visit_edges};
 use snowblue_geometry::vertex_normals::face_normal;
 
 use crate::bake::surface_mesh::{SurfaceMesh, is_smooth};
