@@ -42,8 +42,6 @@ pub mod colorimeter;
 
 pub mod lab;
 
-pub mod difference;
-
 pub mod transfer;
 
 pub mod rgb;
@@ -56,10 +54,9 @@ pub mod exposure;
 pub mod tone;
 
 pub use colorimeter::Colorimeter;
-pub use difference::ColorDifference;
 pub use error::ColorError;
 pub use illuminant::Illuminant;
-pub use lab::Lab;
+pub use lab::{ColorDifference, Lab};
 pub use observer::{DominantWavelength, Observer};
 pub use oklab::Oklab;
 pub use rgb::{LinearRgb, Primaries, Rgb, RgbSpace, Srgb8};

@@ -13,7 +13,7 @@
 use std::fmt;
 
 use rayon::prelude::*;
-use snowblue_color::difference::MIDDLE_GREY;
+use snowblue_color::lab::MIDDLE_GREY;
 use snowblue_color::{ColorDifference, Colorimeter, Lab, Xyz};
 use snowblue_transport::ordinates::{OrdinatesOptions, Peak};
 use snowblue_transport::sample::{GrainSize, SnowSample};

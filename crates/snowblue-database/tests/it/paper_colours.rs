@@ -1,6 +1,6 @@
 //! The paper's claims about colours (Varsa & Baranoski 2024), on directly solved samples.
 
-use snowblue_color::difference::MIDDLE_GREY;
+use snowblue_color::lab::MIDDLE_GREY;
 use snowblue_color::{ColorDifference, Colorimeter, Illuminant, Lab, LinearRgb, Observer, Xyz};
 use snowblue_database::fidelity::PERCEPTIBLE_DELTA_E;
 use snowblue_transport::ordinates::{OrdinatesOptions, solve, solve_each};

@@ -1,6 +1,6 @@
 //! The paper's Fig. 3: illuminants, the transmittance of snow, and its colours from 3 and from 31 wavelengths.
 
-use snowblue_color::difference::MIDDLE_GREY;
+use snowblue_color::lab::MIDDLE_GREY;
 use snowblue_color::{ColorDifference, Colorimeter, Illuminant, Lab, Observer, THREE_SAMPLES_NM, Xyz};
 use snowblue_transport::ordinates::{self, OrdinatesOptions};
 use snowblue_transport::sample::SnowSample;
