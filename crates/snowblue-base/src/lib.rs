@@ -23,3 +23,4 @@ pub use key_path::{KeyError, KeyPath};
 pub use parameter::Parameter;
 pub use quantity::{Count, Number, Numbers, Quantity};
 pub use range::{ParameterRange, RangeError, short_number};
+pub use toml_table::ParseError;

@@ -81,6 +81,18 @@ impl<Q: Quantity> Number<Q> {
 }
 
 impl<Q: Quantity> Count<Q> {
+    /// The nearest whole number in the range.
+    #[must_use]
+    pub fn nearest(value: u32) -> Self {
+        let nearest = f64::from(value).clamp(Q::RANGE.least, Q::RANGE.greatest);
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "the range of a count is of counts"
+        )]
+        Self(nearest as u32, PhantomData)
+    }
+
     /// A whole number that may lie outside the range.
     ///
     /// # Errors
@@ -132,6 +144,32 @@ impl<Q: Quantity, const LENGTH: usize> Numbers<Q, LENGTH> {
     #[must_use]
     pub const fn get(self) -> [f64; LENGTH] {
         self.0
+    }
+}
+
+impl<Q: Quantity> fmt::Display for Number<Q> {
+    fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+        self.0.fmt(formatter)
+    }
+}
+
+impl<Q: Quantity> fmt::Display for Count<Q> {
+    fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+        self.0.fmt(formatter)
+    }
+}
+
+/// 0, for quantities whose range has it.
+impl<Q: Quantity> Default for Number<Q> {
+    fn default() -> Self {
+        Self::of(0.0)
+    }
+}
+
+/// Zeros, for quantities whose range has them.
+impl<Q: Quantity, const LENGTH: usize> Default for Numbers<Q, LENGTH> {
+    fn default() -> Self {
+        Self::of([0.0; LENGTH])
     }
 }
 

@@ -193,6 +193,14 @@ impl<'text> Table<'text> {
         self.take(key).map(Value::read).transpose()
     }
 
+    /// Takes a table out.
+    ///
+    /// # Errors
+    /// If the value is none.
+    pub fn take_table(&mut self, key: &'static str) -> Result<Option<Table<'text>>, ParseError> {
+        self.take(key).map(Value::table).transpose()
+    }
+
     /// Takes the tables of a list out; none if the key is absent.
     ///
     /// # Errors
@@ -338,7 +346,8 @@ mod tests {
             (
                 "size = [1, 2, 3]\ncolour = 3",
                 "colour",
-                "wall.colour: unknown field `colour`, expected one of `size`, `radius`, `courses`, `parts`, beside `material`",
+                "wall.colour: unknown field `colour`, expected one of `size`, `radius`, `courses`, `parts`, \
+                 beside `material`",
             ),
         ] {
             let text = format!("[wall]\nmaterial = \"snow\"\n{keys}\n");

@@ -8,11 +8,6 @@ use exr::meta::{BlockDescription, MetaData};
 use png::{BitDepth, ColorType, Transformations};
 use snowblue_base::files::{FileError, NamedFile, check_expansion, check_formats, check_memory};
 
-#[doc(hidden)]
-pub use crate::images as exr_size;
-#[doc(hidden)]
-pub use crate::images as png_image;
-
 /// An image with the values of its file, scaled to 0–1, without alpha.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PngImage {

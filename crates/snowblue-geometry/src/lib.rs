@@ -31,8 +31,6 @@ pub mod transform;
 pub mod shape;
 
 pub mod body;
-#[doc(hidden)]
-pub use body as chord;
 
 pub mod topology;
 

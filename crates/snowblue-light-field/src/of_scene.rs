@@ -96,7 +96,7 @@ fn with_field_scene<T>(
         snow,
         lamps_in_snow: &lamps_in_snow,
         reflectance: &|surface| scene.materials()[surface.material].albedo(scene.objects(), surface),
-        max_bounces: scene.integrator().max_bounces,
+        max_bounces: scene.integrator().max_bounces.get(),
         sight: Some(Sight::of(scene)),
         has_one_view,
         settings: scene.description().light_field,

@@ -70,8 +70,8 @@ impl BareBody<'_> {
         let shortest_m = snow.least_transport_length_m();
         let LightFieldSettings { step_mm, nodes, .. } = scene.settings;
         match (step_mm, nodes) {
-            (Some(step_mm), _) => survey.check_step_m(1e-3 * step_mm, shortest_m, groups, memory_mib),
-            (None, Some(nodes)) => survey.step_of_nodes_m(nodes, shortest_m, groups, memory_mib),
+            (Some(step_mm), _) => survey.check_step_m(1e-3 * step_mm.get(), shortest_m, groups, memory_mib),
+            (None, Some(nodes)) => survey.step_of_nodes_m(nodes.get(), shortest_m, groups, memory_mib),
             (None, None) if self.is_wide(groups, scene, memory_mib) => Ok(survey.finest_step_m(shortest_m)),
             (None, None) => {
                 let step_m = survey.choose_step_m(shortest_m, groups, memory_mib)?;

@@ -32,7 +32,7 @@ impl<'a> Sight<'a> {
     /// That of the camera of a scene.
     pub(crate) fn of(scene: &'a Scene) -> Self {
         let fov_rad = f64::from(scene.view().vertical_fov_deg.to_radians());
-        let rows = scene.film().height.max(FEWEST_ROWS);
+        let rows = scene.film().height.get().max(FEWEST_ROWS);
         let (objects, camera) = (scene.objects(), scene.camera());
         Self { objects, camera, pixel_rad: fov_rad / f64::from(rows), seen: OnceLock::new() }
     }

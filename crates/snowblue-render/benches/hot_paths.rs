@@ -6,6 +6,7 @@ use std::path::Path;
 
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
+use snowblue_base::Count;
 use snowblue_render::render::render_all;
 use snowblue_render::scene::film::ImageSize;
 use snowblue_render::{Integrator, Scene};
@@ -25,8 +26,8 @@ fn sample_of_the_block(bencher: Bencher, max_bounces: u32) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/block_30cm.toml");
     let mut scene = Scene::load(&path).unwrap();
     scene.set_image_size(ImageSize { width: SIDE, height: SIDE });
-    scene.set_samples_per_pixel(SAMPLES);
-    scene.set_max_bounces(max_bounces);
+    scene.set_samples_per_pixel(Count::of(SAMPLES));
+    scene.set_max_bounces(Count::of(max_bounces));
     let integrator = Integrator::prepare(&scene).unwrap();
     let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     bencher

@@ -8,8 +8,8 @@ use std::error::Error;
 
 use snowblue_render::files::FilesInMemory;
 use snowblue_render::scene::description::{
-    BoxDescription, CameraDescription, DiffuseDescription, LightSource, MaterialDescription, ObjectDescription,
-    PointLightDescription, ShapeDescription, SnowDescription,
+    BoxDescription, CameraDescription, Count, DiffuseDescription, LightSource, MaterialDescription, NamedShape, Number,
+    Numbers, ObjectDescription, PointLightDescription, SnowDescription,
 };
 use snowblue_render::{Exposure, SceneDescription, render};
 use snowblue_transport::sample::SnowKeys;
@@ -18,10 +18,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     let path = std::env::args().nth(1).unwrap_or_else(|| "block.png".to_owned());
     let mut description = block_on_floor();
 
-    // A description is plain data: change it and build it again for another picture.
+    // A description is plain data: change it and build it again for another picture. Numbers lie in the ranges of their
+    // quantities: `Number::new` says what is wrong with others, and `Number::of` panics.
     description.film.exposure = Exposure::Stops(0.5);
-    (description.film.width, description.film.height) = (240, 200);
-    (description.integrator.samples_per_pixel, description.integrator.max_bounces) = (32, 2);
+    (description.film.width, description.film.height) = (Count::of(240), Count::of(200));
+    (description.integrator.samples_per_pixel, description.integrator.max_bounces) = (Count::of(32), Count::of(2));
 
     // As the text of a scene file, for `snowblue render`.
     println!("{}", description.to_toml());
@@ -35,8 +36,8 @@ fn main() -> Result<(), Box<dyn Error>> {
 /// A block of snow, 10 cm thick, on a grey floor.
 fn block_on_floor() -> SceneDescription {
     let mut scene = SceneDescription::default();
-    let camera = CameraDescription::new([0.9, -1.5, 0.6], [0.0, 0.0, 0.22]);
-    scene.camera = Some(CameraDescription { vertical_fov_deg: 30.0, ..camera });
+    let camera = CameraDescription::new(Numbers::of([0.9, -1.5, 0.6]), Numbers::of([0.0, 0.0, 0.22]));
+    scene.camera = Some(CameraDescription { vertical_fov_deg: Number::of(30.0), ..camera });
 
     // Fresh snow with some soot, in ng/g; all that is not said follows from the kind.
     let fresh = SnowKeys {
@@ -45,17 +46,18 @@ fn block_on_floor() -> SceneDescription {
         ..SnowKeys::default()
     };
     scene.materials.insert("snow".to_owned(), MaterialDescription::Snow(SnowDescription::Uniform(fresh).into()));
-    let grey = DiffuseDescription::Uniform { reflectance: 0.2 };
+    let grey = DiffuseDescription::grey(Number::of(0.2));
     scene.materials.insert("floor".to_owned(), MaterialDescription::Diffuse(grey));
 
-    let cuboid = |size| ShapeDescription::Box(BoxDescription { size });
+    let cuboid = |size| NamedShape::Box(BoxDescription { size: Numbers::of(size) });
     scene.objects = vec![
-        ObjectDescription::new(cuboid([0.5, 0.1, 0.5]), "snow").at([0.0, 0.0, 0.25]),
-        ObjectDescription::new(cuboid([3.0, 3.0, 0.1]), "floor").at([0.0, -1.45, -0.05]),
+        ObjectDescription::new(cuboid([0.5, 0.1, 0.5]), "snow").at(Numbers::of([0.0, 0.0, 0.25])),
+        ObjectDescription::new(cuboid([3.0, 3.0, 0.1]), "floor").at(Numbers::of([0.0, -1.45, -0.05])),
     ];
 
     // Daylight (D65) unless it has another spectrum.
-    let lamp = PointLightDescription { position: [0.0, 0.5, 0.2], radiant_intensity_w_sr: 40.0 };
+    let lamp =
+        PointLightDescription { position: Numbers::of([0.0, 0.5, 0.2]), radiant_intensity_w_sr: Number::of(40.0) };
     scene.lights.push(LightSource::Point(lamp).into());
     scene
 }

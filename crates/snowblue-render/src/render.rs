@@ -149,9 +149,9 @@ pub fn with_needed(aovs: Aovs, scene: &SceneDescription) -> Aovs {
 /// All samples of all pixels of a scene's image.
 pub fn all_samples(scene: &Scene) -> SampleBlock {
     SampleBlock {
-        columns: 0..scene.film().width,
-        rows: 0..scene.film().height,
-        samples: 0..scene.integrator().samples_per_pixel,
+        columns: 0..scene.film().width.get(),
+        rows: 0..scene.film().height.get(),
+        samples: 0..scene.integrator().samples_per_pixel.get(),
     }
 }
 
@@ -183,7 +183,7 @@ pub fn render_missing(
     while start < target.samples.end && !(control.stop)() {
         let done = start - target.samples.start;
         if let Some(noise) = noise_target {
-            decide(accumulator, target, done, noise);
+            decide(accumulator, target, done, noise.get());
         }
         // A decision takes as long as some samples of all pixels, so that passes double the samples.
         let most_per_pass = if noise_target.is_some() { MOST_SAMPLES_BETWEEN_DECISIONS } else { fewest_per_pass };
@@ -316,7 +316,7 @@ impl RowRenderer<'_> {
 pub fn pixel_radiance(integrator: &Integrator, pixel: PixelPosition) -> Spectrum {
     let scene = integrator.scene();
     let (mut tracer, mut sum) = (integrator.tracer(false), Spectrum::ZERO);
-    let samples = scene.integrator().samples_per_pixel;
+    let samples = scene.integrator().samples_per_pixel.get();
     let pattern = PixelPattern::new(scene.integrator().seed, 0..samples);
     let pixel = Pixel::new(scene, &pattern, pixel.x, pixel.y);
     for sample in 0..samples {
@@ -340,7 +340,7 @@ struct Pixel<'scene> {
 
 impl<'scene> Pixel<'scene> {
     fn new(scene: &'scene Scene, pattern: &'scene PixelPattern, column: u32, row: u32) -> Self {
-        let number = row * scene.film().width + column;
+        let number = row * scene.film().width.get() + column;
         Self {
             scene,
             pattern,
@@ -348,8 +348,8 @@ impl<'scene> Pixel<'scene> {
             sampler: PixelSampler::new(scene.integrator().seed, number),
             column: column as f32,
             row: row as f32,
-            width: scene.film().width as f32,
-            height: scene.film().height as f32,
+            width: scene.film().width.get() as f32,
+            height: scene.film().height.get() as f32,
         }
     }
 

@@ -7,10 +7,100 @@
 //! at distance 1, with the aperture A and the plane of focus at f.
 
 use glam::Vec3A;
-
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use snowblue_base::{KeyError, KeyPath, Number, Numbers, ParameterRange, quantities};
 use snowblue_geometry::ray::{Ray, narrow};
 
 use crate::sampling::concentric_disc;
+use crate::values::{Coordinate, Direction, MAX_COORDINATE_M, point, upwards};
+
+quantities! {
+    /// Angle between the upper and the lower edge of a picture.
+    pub FieldOfView = ParameterRange::new("field of view", 0.1, 170.0, "°");
+    /// Diameter of the aperture of a lens.
+    pub Aperture = ParameterRange::new("aperture", 0.0, 10.0, "m");
+    /// Distance of the plane of focus.
+    pub FocusDistance = ParameterRange::new("distance of focus", MIN_FOCUS_M, MAX_COORDINATE_M, "m");
+}
+
+/// A camera: a pinhole, or a thin lens.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CameraDescription {
+    /// Position, in m.
+    pub position: Numbers<Coordinate, 3>,
+    /// The point in the middle of the picture, in m.
+    pub look_at: Numbers<Coordinate, 3>,
+    /// The direction that points upwards in the picture, of any length.
+    #[serde(default = "upwards")]
+    pub up: Numbers<Direction, 3>,
+    /// Angle between the upper and the lower edge of the picture, in degrees.
+    #[serde(default = "CameraDescription::default_vertical_fov_deg")]
+    pub vertical_fov_deg: Number<FieldOfView>,
+    /// Diameter of the aperture of the lens, in m; 0 for a pinhole, which sees everything sharp.
+    #[serde(default)]
+    pub aperture: Number<Aperture>,
+    /// Distance of the plane of focus along the viewing axis, in m; the distance of `look_at` if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub focus: Option<Number<FocusDistance>>,
+}
+
+impl CameraDescription {
+    /// An upright pinhole camera with a field of view of 40°.
+    pub fn new(position: Numbers<Coordinate, 3>, look_at: Numbers<Coordinate, 3>) -> Self {
+        let vertical_fov_deg = Self::default_vertical_fov_deg();
+        Self { position, look_at, up: upwards(), vertical_fov_deg, aperture: Number::default(), focus: None }
+    }
+
+    /// The lens in single precision.
+    pub(crate) fn lens(&self) -> Lens {
+        let focus_m = self.focus.map(|focus| narrow(focus.get()));
+        Lens { aperture_m: narrow(self.aperture.get()), focus_m }
+    }
+
+    /// The camera with another view and its own lens.
+    ///
+    /// # Errors
+    ///
+    /// When a coordinate or the field of view is out of range.
+    pub(crate) fn with_view(&self, view: &View) -> Result<Self, snowblue_base::RangeError> {
+        let wide = |vector: Vec3A| vector.as_dvec3().to_array();
+        Ok(Self {
+            position: Numbers::new(wide(view.position))?,
+            look_at: Numbers::new(wide(view.look_at))?,
+            up: Numbers::new(wide(view.up))?,
+            vertical_fov_deg: Number::new(view.vertical_fov_deg.into())?,
+            ..self.clone()
+        })
+    }
+
+    fn default_vertical_fov_deg() -> Number<FieldOfView> {
+        Number::of(40.0)
+    }
+
+    /// The view in single precision.
+    pub(crate) fn view(&self) -> View {
+        View {
+            position: point(self.position),
+            look_at: point(self.look_at),
+            up: point(self.up),
+            vertical_fov_deg: narrow(self.vertical_fov_deg.get()),
+        }
+    }
+
+    /// Checks that a lens without a distance of focus is in focus at `look_at`.
+    pub(crate) fn check(&self, path: &KeyPath) -> Result<(), KeyError> {
+        let View { position, look_at, .. } = self.view();
+        let distance_m = position.distance(look_at);
+        if self.aperture.get() <= 0.0 || self.focus.is_some() || f64::from(distance_m) >= MIN_FOCUS_M {
+            return Ok(());
+        }
+        Err(path.key("look_at").error(format!(
+            "is {distance_m} m from the camera, but a lens focuses on {MIN_FOCUS_M} m and more: give 'focus'"
+        )))
+    }
+}
 
 /// A camera with a perspective view.
 #[derive(Debug, Clone, Copy)]
@@ -35,7 +125,7 @@ struct LensDisc {
 }
 
 /// Least distance of the plane of focus, in m.
-pub(crate) const LEAST_FOCUS_M: f64 = 1e-3;
+pub(crate) const MIN_FOCUS_M: f64 = 1e-3;
 
 /// What is in focus. By default everything is, as in a pinhole camera.
 #[derive(Debug, Clone, Copy, Default)]
@@ -72,7 +162,7 @@ impl PerspectiveCamera {
         let lens = (radius_m > 0.0).then(|| LensDisc {
             right: right * radius_m,
             up: up * radius_m,
-            inverse_focus_per_m: lens.focus_m.unwrap_or(ahead.length()).max(narrow(LEAST_FOCUS_M)).recip(),
+            inverse_focus_per_m: lens.focus_m.unwrap_or(ahead.length()).max(narrow(MIN_FOCUS_M)).recip(),
         });
         Some(Self {
             position: view.position,

@@ -1,10 +1,30 @@
 //! The integrators and their settings, and those of the light field in snow.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use snowblue_base::{Count, Number, ParameterRange, quantities};
+
 use snowblue_field::GRAIN_RAYS;
 
+use crate::values::Fraction;
+
+quantities! {
+    /// Samples of a pixel.
+    pub SamplesPerPixel = ParameterRange::new("samples of a pixel", 1.0, 16_777_216.0, "");
+    /// Standard error of a pixel relative to its luminance.
+    pub NoiseTarget = ParameterRange::new("noise target", 1e-4, 1.0, "");
+    /// Surfaces on a path after the first.
+    pub Bounces = ParameterRange::new("surfaces after the first", 0.0, 10_000.0, "");
+    /// Size of the cells of the light field at the surface of snow.
+    pub FieldStep = ParameterRange::new("step of the light field", 0.01, 1000.0, "mm");
+    /// Greatest memory of the light field.
+    pub FieldMemory = ParameterRange::new("memory of the light field", 16.0, 1_048_576.0, "MiB");
+    /// Nodes of the light field of a body of snow.
+    pub FieldNodes = ParameterRange::new("nodes of the light field", 100.0, 100_000_000.0, "");
+}
+
 /// How the radiance of snow is computed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum IntegratorKind {
     /// PCASnow: the curves of a slab, looked up for one straight line.
@@ -39,22 +59,22 @@ impl IntegratorKind {
 }
 
 /// The integrator, and how many paths it traces and how long.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct IntegratorSettings {
     /// The integrator.
     #[serde(rename = "type")]
     pub kind: IntegratorKind,
     /// Samples per pixel, each of one path.
-    pub samples_per_pixel: u32,
+    pub samples_per_pixel: Count<SamplesPerPixel>,
     /// Standard error of a pixel relative to its luminance below which it gets no further samples.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub noise_target: Option<f64>,
+    pub noise_target: Option<Number<NoiseTarget>>,
     /// Whether `hybrid` and `diffusion` filter noise: what samples find beside an estimate without noise, for snow the
     /// light field at the surface, is averaged over pixels of like surfaces, fewer as samples come.
     pub filter: bool,
     /// Greatest number of surfaces after the first on a path; 0 is direct light only.
-    pub max_bounces: u32,
+    pub max_bounces: Count<Bounces>,
     /// Seed of the random numbers.
     pub seed: u32,
     /// Settings of PCASnow.
@@ -65,10 +85,10 @@ impl Default for IntegratorSettings {
     fn default() -> Self {
         Self {
             kind: IntegratorKind::default(),
-            samples_per_pixel: 64,
+            samples_per_pixel: Count::of(64),
             noise_target: None,
             filter: true,
-            max_bounces: 8,
+            max_bounces: Count::of(8),
             seed: 1,
             pcasnow: PcaSnowSettings::default(),
         }
@@ -76,7 +96,7 @@ impl Default for IntegratorSettings {
 }
 
 /// How PCASnow treats snow. The other integrators have no use for it.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct PcaSnowSettings {
     /// The straight path that stands for all paths of light through the snow.
@@ -84,7 +104,7 @@ pub struct PcaSnowSettings {
     /// A constant reflectance, 0–1, instead of that of the curves: the paper's local model. Thin snow then reflects and
     /// transmits more light than it receives.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub reflectance: Option<f64>,
+    pub reflectance: Option<Number<Fraction>>,
     /// A file with a table of curves; the embedded table if absent. The curves of snow that the table does not hold are
     /// solved for.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -92,7 +112,7 @@ pub struct PcaSnowSettings {
 }
 
 /// The straight path that stands for all paths of light through the snow.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum PathMode {
     /// Along the viewing ray, as in the paper. Snow seen obliquely looks thicker than it is, and black where the exit
@@ -135,7 +155,7 @@ impl PathMode {
 }
 
 /// The views that the light field is for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Views {
     /// That of the camera: cells are as small as its picture needs, and larger where it does not look.
@@ -146,18 +166,18 @@ pub enum Views {
 }
 
 /// The grid of the light field in each body of snow, for the integrators that have one.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct LightFieldSettings {
     /// Greatest memory of the grids of all bodies together, in MiB.
-    pub memory_mib: u32,
+    pub memory_mib: Count<FieldMemory>,
     /// Greatest size of a cell at the surface, in mm; if absent, it follows from the body, its snow and the memory.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub step_mm: Option<f64>,
+    pub step_mm: Option<Number<FieldStep>>,
     /// About how many nodes the grid of a body has, instead of a size of its cells; more if the snow needs smaller
     /// ones.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub nodes: Option<u32>,
+    pub nodes: Option<Count<FieldNodes>>,
     /// The views that it is for.
     pub views: Views,
     /// Rays through grains for the optics of the snow, per node of the refractive index, and scattering events of walks
@@ -170,17 +190,17 @@ pub struct LightFieldSettings {
 }
 
 /// Most rounds of light between bodies. Caves take some ten.
-const MOST_ROUNDS: u32 = 12;
+const MAX_ROUNDS: u32 = 12;
 
 impl Default for LightFieldSettings {
     fn default() -> Self {
         Self {
-            memory_mib: 1024,
+            memory_mib: Count::of(1024),
             step_mm: None,
             nodes: None,
             views: Views::Camera,
             grain_rays: GRAIN_RAYS,
-            most_rounds: MOST_ROUNDS,
+            most_rounds: MAX_ROUNDS,
         }
     }
 }

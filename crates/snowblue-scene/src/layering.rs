@@ -8,7 +8,7 @@ use snowblue_geometry::body::pair_up;
 use snowblue_geometry::ray::{Crossing, Ray, SurfacePoint, narrow};
 use snowblue_transport::stack::Layer;
 
-use crate::description::LayersTop;
+use crate::material::LayersTop;
 use crate::objects::Objects;
 
 /// How far inside the surface, in m, its layer is looked up: far above the rounding of coordinates of 100 m, and far
@@ -79,7 +79,7 @@ impl Layering {
     fn depth_m(&self, objects: &Objects, object: usize, point: Vec3A) -> f64 {
         match self.top {
             LayersTop::Surface => depth_below_surface(objects, object, point).into(),
-            LayersTop::Height(height_m) => height_m - f64::from(point.z),
+            LayersTop::Height(height_m) => height_m.get() - f64::from(point.z),
         }
     }
 
@@ -131,7 +131,8 @@ mod tests {
     use snowblue_transport::layer_file::LayerFile;
 
     use super::*;
-    use crate::file::SceneFile;
+    use crate::scene_file::SceneFile;
+    use snowblue_base::Number;
 
     const HEAD: &str = "[camera]\nposition = [0, -3, 0]\nlook_at = [0, 0, 0]\n\
         [material.pack]\ntype = \"snow\"\nlayers = \"pack.toml\"\n";
@@ -175,8 +176,8 @@ mod tests {
         let beside = CellBox { centre: DVec3::new(-0.104, 0.0, -0.02), ..cell };
         for (top, cell, crust) in [
             (LayersTop::Surface, cell, 0.5),
-            (LayersTop::Height(0.0), cell, 0.5),
-            (LayersTop::Height(-0.01), cell, 5.0 / 6.0),
+            (LayersTop::Height(Number::of(0.0)), cell, 0.5),
+            (LayersTop::Height(Number::of(-0.01)), cell, 5.0 / 6.0),
             // Of this cell the lower two thirds are snow.
             (LayersTop::Surface, raised, 1.0),
             // Of this one less than a third is snow.

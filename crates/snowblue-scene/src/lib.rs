@@ -16,38 +16,72 @@
 //!
 //! **Out of scope.** Light in snow, and pictures (`snowblue-light-field`, `snowblue-render`).
 
-pub mod air;
-pub mod directions;
 pub mod error;
-pub(crate) mod notation;
+mod sources;
+mod values;
+
+pub mod directions;
 pub mod sampling;
 pub mod spectrum;
 
 pub mod film;
+pub mod integrator;
 
 pub mod camera;
-pub mod integrator;
 pub mod light;
 pub mod material;
 pub mod objects;
-pub mod progress;
 pub mod queries;
 pub mod seen;
-
-pub mod description;
-
-mod scene;
-
-mod assembling;
-pub mod file;
-pub mod inspection;
-pub(crate) mod layering;
-pub mod provenance;
 pub mod undisturbed;
 
-pub use assembling::changes::Changes;
-pub use description::SceneDescription;
+mod layering;
+
+pub mod air;
+mod gltf;
+pub mod shape;
+pub mod sky;
+
+mod build;
+mod changes;
+pub mod inspection;
+pub mod progress;
+pub mod provenance;
+mod scene;
+pub mod scene_file;
+
+/// The tables and keys of a scene file, as plain data.
+///
+/// [`SceneDescription::build`] makes a [`Scene`] of them; a [`SceneFile`] is read from TOML. Lengths are in metres;
+/// other units stand in the names of the keys.
+pub mod description {
+    pub use snowblue_base::{Count, Number, Numbers};
+
+    pub use crate::camera::CameraDescription;
+    pub use crate::light::{
+        DirectionalLightDescription, EnvironmentDescription, ImageSkyDescription, LightDescription, LightSource,
+        PointLightDescription, RectangleLightDescription, SkyGlow, SphereLightDescription, SpotLightDescription,
+    };
+    pub use crate::material::{
+        DiffuseDescription, LayeredSnowDescription, LayersTop, MaskDescription, MaskedSnowDescription,
+        MaterialDescription, ReliefDescription, SnowDescription, SnowMaterialDescription, SparkleDescription,
+        TextureDescription,
+    };
+    pub use crate::scene::SceneDescription;
+    pub use crate::shape::{
+        BoxDescription, CapsuleDescription, CarvedDescription, CropDescription, CylinderDescription, DepthDescription,
+        DriftDescription, FootDescription, FootprintDescription, HalfSpaceDescription, HeightFieldDescription,
+        HoleDescription, IglooDescription, ImprintDescription, MeshDescription, MoundDescription, NamedShape,
+        ObjectDescription, ObjectSettings, PlaneDescription, ShapeDescription, SnowpackDescription,
+        SolidBoxDescription, SolidDescription, SolidEllipsoidDescription, SphereDescription,
+    };
+    pub use crate::sky::{ClearSkyDescription, OvercastSkyDescription, SkyDescription, SunDescription};
+    pub use crate::spectrum::emission::EmissionSpectrum;
+    pub use crate::values::{ColorDescription, Coordinate, Direction, Fraction, Rotation, Scale, ShapeSize, UpAxis};
+}
+
+pub use changes::Changes;
 pub use error::SceneError;
-pub use file::SceneFile;
 pub use integrator::{IntegratorKind, IntegratorSettings, LightFieldSettings, PathMode, PcaSnowSettings, Views};
-pub use scene::Scene;
+pub use scene::{Scene, SceneDescription};
+pub use scene_file::SceneFile;

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use glam::{Vec2, Vec3A};
 use snowblue_geometry::body::{pair_up, unite};
 use snowblue_geometry::bounds::{Bounds, Interval};
-use snowblue_geometry::bvh::bvh8::{Bvh8, BvhRay};
+use snowblue_geometry::bvh::{Bvh8, BvhRay};
 use snowblue_geometry::ray::{Crossing, MeshLocation, Ray, ShapeHit, SurfacePoint};
 use snowblue_geometry::shape::Shape;
 use snowblue_geometry::texture_coordinates::TextureCoordinates;

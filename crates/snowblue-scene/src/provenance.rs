@@ -7,9 +7,9 @@ use snowblue_base::files::FileSource;
 use snowblue_base::hash::Fnv1a;
 
 use crate::Scene;
-use crate::description::SceneDescription;
 use crate::film::FilmSettings;
 use crate::integrator::{IntegratorKind, IntegratorSettings, LightFieldSettings, PcaSnowSettings, Views};
+use crate::scene::SceneDescription;
 
 /// The name of the list of files.
 const FILES: &str = "files";
@@ -128,7 +128,7 @@ fn scene_hash(scene: &SceneDescription, files: &BTreeMap<&str, u64>) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::file::SceneFile;
+    use crate::scene_file::SceneFile;
     use snowblue_base::files::FilesInMemory;
 
     #[test]

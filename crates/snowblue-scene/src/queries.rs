@@ -1,7 +1,7 @@
 //! Ray queries to the objects of a scene, counted. Each thread has its own.
 
 use glam::Vec3A;
-use snowblue_geometry::chord::{Chord, Line, chord, parts};
+use snowblue_geometry::body::{Chord, Line, chord, parts};
 use snowblue_geometry::ray::{Crossing, Ray, SurfacePoint, off_surface};
 
 use crate::objects::{Objects, Side, SurfaceInteraction, set_object};

@@ -1,20 +1,23 @@
-//! A scene: camera, objects, materials, lights, and settings of the film and the integrator.
+//! A scene: camera, objects, materials, lights, and settings of the film and the integrator, as data and built.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use schemars::JsonSchema;
+use serde::Serialize;
+use snowblue_base::{Count, KeyPath, Numbers};
+
 use crate::air::Air;
-use crate::camera::{PerspectiveCamera, View};
-use crate::description::{CameraDescription, SceneDescription};
-use crate::film::FilmSettings;
-use crate::film::ImageSize;
+use crate::camera::{CameraDescription, PerspectiveCamera, View};
 use crate::film::sensor::Sensor;
-use crate::integrator::{IntegratorKind, IntegratorSettings, LightFieldSettings};
-use crate::light::Light;
-use crate::material::Material;
+use crate::film::{FilmSettings, ImageSize};
+use crate::integrator::{Bounces, IntegratorKind, IntegratorSettings, LightFieldSettings, SamplesPerPixel};
+use crate::light::{EnvironmentDescription, Light, LightDescription};
+use crate::material::{Material, MaterialDescription};
 use crate::objects::Objects;
-use snowblue_base::KeyPath;
+use crate::shape::ObjectDescription;
+use crate::sky::SkyDescription;
 
 /// Of a coarse scene: the least factor between the sides of the pictures, most pixels, rays through grains, and
 /// rounds of light between bodies.
@@ -22,6 +25,65 @@ const COARSE_FACTOR: f64 = 4.0;
 const COARSE_PIXELS: f64 = 65_536.0;
 const COARSE_GRAIN_RAYS: u32 = 1 << 13;
 const COARSE_ROUNDS: u32 = 2;
+
+/// A scene as plain data.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
+pub struct SceneDescription {
+    /// A glTF whose meshes, lights and materials belong to the scene, and its camera where there is no other.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gltf: Option<String>,
+    /// The camera; the camera of the glTF if absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub camera: Option<CameraDescription>,
+    /// Size and brightness of the picture.
+    pub film: FilmSettings,
+    /// The integrator and its settings.
+    pub integrator: IntegratorSettings,
+    /// The grid of the light field in snow.
+    pub light_field: LightFieldSettings,
+    /// Materials by name.
+    #[serde(rename = "material", skip_serializing_if = "BTreeMap::is_empty")]
+    pub materials: BTreeMap<String, MaterialDescription>,
+    /// Lights with a position or a direction.
+    #[serde(rename = "light", skip_serializing_if = "Vec::is_empty")]
+    pub lights: Vec<LightDescription>,
+    /// Light from all directions.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub environment: Option<EnvironmentDescription>,
+    /// Sun and sky.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sky: Option<SkyDescription>,
+    /// What is there.
+    #[serde(rename = "object", skip_serializing_if = "Vec::is_empty")]
+    pub objects: Vec<ObjectDescription>,
+}
+
+impl SceneDescription {
+    /// Whether the camera may see a lamp or the sun.
+    pub fn has_visible_emitters(&self) -> bool {
+        let shows_sun = self.sky.as_ref().is_some_and(SkyDescription::has_visible_sun);
+        shows_sun || self.lights.iter().any(|light| light.source.keys().is_visible_emitter())
+    }
+
+    /// Whether a material is snow.
+    pub fn has_snow(&self) -> bool {
+        self.materials.values().any(|material| matches!(material, MaterialDescription::Snow(_)))
+    }
+
+    /// Whether noise is filtered: that of random walks, of samples of a `sky`, and of light by other surfaces.
+    pub fn is_filtered(&self) -> bool {
+        self.integrator.filter && self.integrator.kind.has_light_field()
+    }
+
+    /// The scene as the text of a scene file.
+    ///
+    /// # Panics
+    ///
+    /// Never: every value has a notation in TOML.
+    pub fn to_toml(&self) -> String {
+        toml::to_string(self).expect("every value has a notation in TOML")
+    }
+}
 
 /// Everything that a picture depends on. A clone shares what is large.
 #[derive(Debug, Clone)]
@@ -135,16 +197,16 @@ impl Scene {
             return None;
         }
         let mut coarse = self.clone();
-        let [width, height] = [self.film.width, self.film.height].map(f64::from);
+        let [width, height] = [self.film.width, self.film.height].map(|side| f64::from(side.get()));
         let factor = (width * height / COARSE_PIXELS).sqrt().max(COARSE_FACTOR);
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "small positive numbers")]
         let [width, height] = [width, height].map(|side| (side / factor).ceil() as u32);
         coarse.set_image_size(ImageSize { width, height });
         coarse.integrator.kind = IntegratorKind::Diffusion;
         coarse.integrator.noise_target = None;
-        coarse.set_samples_per_pixel(1);
+        coarse.set_samples_per_pixel(Count::of(1));
         coarse.description.light_field = LightFieldSettings {
-            memory_mib: memory_mib.min(self.description.light_field.memory_mib),
+            memory_mib: Count::new(memory_mib).unwrap_or(self.description.light_field.memory_mib),
             grain_rays: COARSE_GRAIN_RAYS,
             most_rounds: COARSE_ROUNDS,
             ..LightFieldSettings::default()
@@ -152,14 +214,14 @@ impl Scene {
         Some(coarse)
     }
 
-    /// Sets the number of samples per pixel, at least one.
-    pub fn set_samples_per_pixel(&mut self, samples: u32) {
-        self.integrator.samples_per_pixel = samples.max(1);
+    /// Sets the number of samples per pixel.
+    pub fn set_samples_per_pixel(&mut self, samples: Count<SamplesPerPixel>) {
+        self.integrator.samples_per_pixel = samples;
         self.description.integrator = self.integrator.clone();
     }
 
     /// Sets the greatest number of surfaces after the first on a path.
-    pub fn set_max_bounces(&mut self, bounces: u32) {
+    pub fn set_max_bounces(&mut self, bounces: Count<Bounces>) {
         self.integrator.max_bounces = bounces;
         self.description.integrator = self.integrator.clone();
     }
@@ -170,28 +232,30 @@ impl Scene {
         self.description.integrator = self.integrator.clone();
     }
 
-    /// Sets the size of the picture; the vertical field of view stays. A size has at least one pixel.
+    /// Sets the size of the picture, between the least and the greatest; the vertical field of view stays.
     pub fn set_image_size(&mut self, size: ImageSize) {
-        (self.film.width, self.film.height) = (size.width.max(1), size.height.max(1));
+        (self.film.width, self.film.height) = (Count::nearest(size.width), Count::nearest(size.height));
         self.description.film = self.film;
         let view = self.view;
         self.set_view(&view);
     }
 
     /// Points the camera elsewhere, with its lens; false, and no change, if the view looks along its own up direction
-    /// or nowhere.
+    /// or nowhere, or is out of range.
     ///
     /// It does not check that the camera stays out of snow.
     pub fn set_view(&mut self, view: &View) -> bool {
-        let aspect = self.film.width as f32 / self.film.height as f32;
+        let aspect = self.film.aspect();
         let described = self.description.camera.clone();
         let lens = described.as_ref().map(CameraDescription::lens).unwrap_or_default();
         let Some(camera) = PerspectiveCamera::new(view, lens, aspect) else {
             return false;
         };
+        let described =
+            described.unwrap_or_else(|| CameraDescription::new(Numbers::default(), Numbers::default())).with_view(view);
+        let Ok(described) = described else { return false };
         (self.camera, self.view) = (camera, *view);
-        self.description.camera =
-            Some(described.map_or_else(|| CameraDescription::from(view), |camera| camera.with_view(view)));
+        self.description.camera = Some(described);
         true
     }
 }

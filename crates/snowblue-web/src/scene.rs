@@ -389,13 +389,13 @@ impl Picture {
     /// Width in pixels.
     #[must_use]
     pub fn width(&self) -> u32 {
-        self.scene().film().width
+        self.scene().film().width.get()
     }
 
     /// Height in pixels.
     #[must_use]
     pub fn height(&self) -> u32 {
-        self.scene().film().height
+        self.scene().film().height.get()
     }
 
     /// Samples of each pixel so far, on average; at most those of the scene.

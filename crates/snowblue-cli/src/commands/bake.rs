@@ -3,12 +3,13 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use snowblue_base::Count;
 use snowblue_render::Exposure;
 use snowblue_render::bake::{
     BakeError, BakeOptions, BakedScene, Channels, LIGHTMAP_SIZES, MOST_VERTICES, STEP_RANGE, write_glb, write_ply,
 };
 use snowblue_render::scene::IntegratorKind;
-use snowblue_render::scene::description::BOUNCES;
+use snowblue_render::scene::integrator::Bounces;
 use snowblue_render::{Integrator, Phase, Preparation, SceneDescription};
 
 use crate::commands::interrupt;
@@ -55,7 +56,8 @@ pub(crate) struct Bake {
     #[arg(long)]
     spectrum: bool,
     #[arg(
-        long, value_name = "TEXELS", value_parser = parse::whole_number_of(LIGHTMAP_SIZES),
+        long, value_name = "TEXELS",
+        value_parser = parse::whole_number::<u32>((*LIGHTMAP_SIZES.start()).into()..=(*LIGHTMAP_SIZES.end()).into()),
         help = format!(
             "Write the preview in a .glb as a texture of so many rows and columns [{}] instead of COLOR_0",
             limits::ends(&LIGHTMAP_SIZES)
@@ -70,12 +72,12 @@ pub(crate) struct Bake {
     )]
     exposure: Option<Exposure>,
     #[arg(
-        long, value_name = "N", value_parser = parse::whole_number_of(BOUNCES),
+        long, value_name = "N", value_parser = parse::count::<Bounces>,
         help = format!(
-            "Greatest number of bounces [{}], instead of the scene's; 0 is direct light only", limits::ends(&BOUNCES)
+            "Greatest number of bounces [{}], instead of the scene's; 0 is direct light only", limits::of::<Bounces>()
         )
     )]
-    max_bounces: Option<u32>,
+    max_bounces: Option<Count<Bounces>>,
     #[command(flatten)]
     light_field: LightFieldOptions,
 }

@@ -1,8 +1,9 @@
 //! The grid of the light field in snow.
 
 use clap::Args;
+use snowblue_base::{Count, Number};
 use snowblue_render::scene::LightFieldSettings;
-use snowblue_render::scene::description::{FIELD_MEMORY_MIB, FIELD_STEP_RANGE};
+use snowblue_render::scene::integrator::{FieldMemory, FieldStep};
 
 use super::{limits, parse};
 
@@ -10,21 +11,21 @@ use super::{limits, parse};
 #[derive(Debug, Clone, Copy, Args)]
 pub(crate) struct LightFieldOptions {
     #[arg(
-        long, value_name = "N", value_parser = parse::whole_number_of(FIELD_MEMORY_MIB),
+        long, value_name = "N", value_parser = parse::count::<FieldMemory>,
         help = format!(
             "Greatest memory of the light field in MiB [{}], instead of the scene's",
-            limits::ends(&FIELD_MEMORY_MIB)
+            limits::of::<FieldMemory>()
         )
     )]
-    field_memory_mib: Option<u32>,
+    field_memory_mib: Option<Count<FieldMemory>>,
     #[arg(
-        long, value_name = "X", value_parser = parse::number_of(FIELD_STEP_RANGE.inclusive()),
+        long, value_name = "X", value_parser = parse::quantity::<FieldStep>,
         help = format!(
             "Greatest size of the cells of the light field at the surface of snow in mm [{}], instead of the scene's",
-            limits::ends(&FIELD_STEP_RANGE.inclusive())
+            limits::of::<FieldStep>()
         )
     )]
-    field_step_mm: Option<f64>,
+    field_step_mm: Option<Number<FieldStep>>,
 }
 
 impl LightFieldOptions {

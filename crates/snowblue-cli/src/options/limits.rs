@@ -3,6 +3,7 @@
 use std::fmt::Display;
 use std::ops::RangeInclusive;
 
+use snowblue_base::Quantity;
 use snowblue_color::exposure::GREATEST_STOPS;
 use snowblue_color::temperature::RANGE_K;
 use snowblue_transport::Parameter;
@@ -17,6 +18,11 @@ pub(crate) fn described(parameter: &Parameter) -> String {
 /// The ends of a range.
 pub(crate) fn ends<T: Display>(range: &RangeInclusive<T>) -> String {
     format!("{}–{}", range.start(), range.end())
+}
+
+/// The ends of the range of a quantity.
+pub(crate) fn of<Q: Quantity>() -> String {
+    ends(&Q::RANGE.inclusive())
 }
 
 /// The first and the last wavelength of a range, in nm.

@@ -3,7 +3,7 @@
 use std::ops::{Range, RangeInclusive};
 use std::time::Duration;
 
-use snowblue_base::ParameterRange;
+use snowblue_base::{Count, Number, ParameterRange, Quantity};
 use snowblue_color::exposure::GREATEST_STOPS;
 use snowblue_color::{Illuminant, Observer, Srgb8};
 use snowblue_database::axes_file;
@@ -57,14 +57,6 @@ pub(crate) fn number(word: &str) -> Result<f64, String> {
     word.trim().parse().map_err(|_| format!("'{word}' is not a number"))
 }
 
-/// The parser of a number in a range.
-pub(crate) fn number_of(range: RangeInclusive<f64>) -> impl Fn(&str) -> Result<f64, String> + Clone {
-    move |word| {
-        let number = number(word).ok().filter(|number| range.contains(number));
-        number.ok_or_else(|| format!("must be a number of {}–{}", range.start(), range.end()))
-    }
-}
-
 /// The parser of a parameter, whose errors name it with its range and unit.
 pub(crate) fn parameter(range: ParameterRange) -> impl Fn(&str) -> Result<f64, String> + Clone {
     move |word| {
@@ -85,9 +77,16 @@ pub(crate) fn whole_number<T: TryFrom<u64>>(range: RangeInclusive<u64>) -> impl 
     }
 }
 
-/// The parser of a whole number in a range of its own type.
-pub(crate) fn whole_number_of(range: RangeInclusive<u32>) -> impl Fn(&str) -> Result<u32, String> + Clone {
-    whole_number(u64::from(*range.start())..=u64::from(*range.end()))
+/// A number of a quantity.
+pub(crate) fn quantity<Q: Quantity>(word: &str) -> Result<Number<Q>, String> {
+    Number::new(number(word)?).map_err(|error| error.to_string())
+}
+
+/// A whole number of a quantity.
+pub(crate) fn count<Q: Quantity>(word: &str) -> Result<Count<Q>, String> {
+    let wrong = || format!("must be a whole number of {}", Q::RANGE);
+    let count = whole(word).and_then(|count| u32::try_from(count).ok()).ok_or_else(wrong)?;
+    Count::new(count).map_err(|_| wrong())
 }
 
 fn whole(word: &str) -> Option<u64> {
@@ -250,6 +249,8 @@ pub(crate) fn minutes(words: &str) -> Result<Duration, String> {
 
 #[cfg(test)]
 mod tests {
+    use snowblue_render::scene::integrator::{Bounces, NoiseTarget};
+
     use super::*;
 
     #[test]
@@ -271,11 +272,15 @@ mod tests {
         }
         assert_eq!(seed()("18446744073709551615"), Ok(u64::MAX));
         assert!(seed()("18446744073709551616").is_err() && rays()("1").is_err() && rays()("1e12").is_ok());
-        let fraction = number_of(0.0001..=1.0);
-        assert_eq!(fraction("1e-4").unwrap().to_bits(), 1e-4_f64.to_bits());
-        for wrong in ["1%", "0", "nan", "2"] {
-            assert_eq!(fraction(wrong).unwrap_err(), "must be a number of 0.0001–1", "{wrong}");
+        let noise = quantity::<NoiseTarget>;
+        assert_eq!(noise("1e-4").unwrap().get().to_bits(), 1e-4_f64.to_bits());
+        for wrong in ["0", "nan", "2"] {
+            let message = noise(wrong).unwrap_err();
+            assert!(message.ends_with("but must lie in 0.0001–1"), "{message}");
         }
+        assert_eq!(noise("1%").unwrap_err(), "'1%' is not a number");
+        assert_eq!(count::<Bounces>("1e4").unwrap().get(), 10_000);
+        assert_eq!(count::<Bounces>("-1").unwrap_err(), "must be a whole number of 0–10000");
     }
 
     #[test]

@@ -3,10 +3,11 @@
 use std::collections::BTreeSet;
 
 use crate::shell::{shipped_scene, stdout};
+use snowblue_base::{Count, Number};
 use snowblue_render::SceneFile;
 use snowblue_render::render::render;
 use snowblue_render::scene::LightFieldSettings;
-use snowblue_render::scene::description::{MaterialDescription, SceneDescription, ShapeDescription};
+use snowblue_render::scene::description::{MaterialDescription, NamedShape, SceneDescription, ShapeDescription};
 use snowblue_render::scene::inspection::inspect;
 
 /// A test for each scene.
@@ -58,11 +59,11 @@ fn every_scene_has_a_test() {
 /// watertight does not depend on them, and its time does. `rough_solids_are_closed` of `snowblue-render` adds relief.
 fn make_cheap(scene: &mut SceneDescription) {
     let SceneDescription { film, integrator, light_field, materials, objects, .. } = scene;
-    integrator.max_bounces = integrator.max_bounces.min(1);
-    (film.width, film.height, integrator.samples_per_pixel) = (8, 8, 1);
-    let step_mm = light_field.step_mm.map(|step_mm| 8.0 * step_mm);
+    integrator.max_bounces = Count::of(integrator.max_bounces.get().min(1));
+    (film.width, film.height, integrator.samples_per_pixel) = (Count::of(8), Count::of(8), Count::of(1));
+    let step_mm = light_field.step_mm.map(|step_mm| Number::of(8.0 * step_mm.get()));
     *light_field = LightFieldSettings {
-        memory_mib: 16,
+        memory_mib: Count::of(16),
         step_mm,
         grain_rays: 1024,
         most_rounds: 1,
@@ -74,8 +75,8 @@ fn make_cheap(scene: &mut SceneDescription) {
         }
     }
     for object in objects {
-        if let ShapeDescription::Carved(carved) = &mut object.shape {
-            carved.cell *= 2.0;
+        if let ShapeDescription::Named(NamedShape::Carved(carved)) = &mut object.shape {
+            carved.cell = Number::of(2.0 * carved.cell.get());
         }
     }
 }

@@ -2,12 +2,13 @@
 
 use std::path::Path;
 
+use snowblue_base::{Count, Numbers};
 use snowblue_color::LinearRgb;
 use snowblue_render::files::FilesIn;
 use snowblue_render::film::image_file;
 use snowblue_render::scene::IntegratorKind;
 use snowblue_render::scene::description::{
-    MaterialDescription, ShapeDescription, SnowDescription, SnowMaterialDescription,
+    MaterialDescription, NamedShape, ShapeDescription, SnowDescription, SnowMaterialDescription,
 };
 use snowblue_render::{Exposure, SceneDescription, SceneFile, render};
 
@@ -29,7 +30,7 @@ impl Shot {
     /// A scene file, rendered with a width and a height in pixels.
     fn new(name: &str, caption: &str, file: &str, [width, height]: [u32; 2]) -> Result<Self, FigureError> {
         let mut scene = SceneFile::parse(file, "scene.toml")?.description;
-        (scene.film.width, scene.film.height) = (width, height);
+        (scene.film.width, scene.film.height) = (Count::of(width), Count::of(height));
         Ok(Self { name: name.to_owned(), caption: caption.to_owned(), scene })
     }
 }
@@ -49,8 +50,9 @@ fn blocks() -> Result<Vec<Shot>, FigureError> {
         let block = |(thickness_cm, stops): (f64, f64)| {
             let caption = format!("{thickness_cm} cm, {label}");
             let mut shot = Shot::new(&format!("{view}_{thickness_cm}"), &caption, file, [270, 270])?;
-            if let ShapeDescription::Box(block) = &mut shot.scene.objects[0].shape {
-                block.size[1] = 0.01 * thickness_cm;
+            if let ShapeDescription::Named(NamedShape::Box(block)) = &mut shot.scene.objects[0].shape {
+                let [x, _, z] = block.size.get();
+                block.size = Numbers::of([x, 0.01 * thickness_cm, z]);
             }
             if view != "front" {
                 shot.scene.film.exposure = Exposure::Stops(stops);
@@ -139,7 +141,7 @@ fn rendered(title: &'static str, ours: &str, paper: &'static str, shots: &[Shot]
         let metered = rendering.film.metered_pixels().map(LinearRgb::from_xyz);
         let stops = scene.film().exposure.display_factor(metered).log2();
         let settings = scene.integrator();
-        let numbers = [settings.samples_per_pixel.into(), settings.max_bounces.into(), stops];
+        let numbers = [settings.samples_per_pixel.get().into(), settings.max_bounces.get().into(), stops];
         let numbers = numbers.into_iter().chain([rendering.statistics.odd_depth_lines as f64]).map(Cell::from);
         rows.push([Cell::word(name), Cell::word(settings.kind.name())].into_iter().chain(numbers).collect());
         let picture = image_file::to_raster(&rendering.film, Exposure::Stops(stops));
@@ -163,9 +165,10 @@ mod tests {
     fn blocks_of_fig_9_are_rendered() {
         let mut shots = blocks().unwrap();
         for shot in &mut shots {
-            (shot.scene.film.width, shot.scene.film.height) = (9, 9);
-            shot.scene.integrator.samples_per_pixel = 1;
-            let coarse = LightFieldSettings { nodes: Some(1000), grain_rays: 1024, ..LightFieldSettings::default() };
+            (shot.scene.film.width, shot.scene.film.height) = (Count::of(9), Count::of(9));
+            shot.scene.integrator.samples_per_pixel = Count::of(1);
+            let nodes = Some(Count::of(1000));
+            let coarse = LightFieldSettings { nodes, grain_rays: 1024, ..LightFieldSettings::default() };
             shot.scene.light_field = coarse;
         }
         let figure = rendered("Blocks", "", "", &shots).unwrap();

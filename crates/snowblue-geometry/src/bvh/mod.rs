@@ -14,9 +14,6 @@ use wide::f32x8;
 use crate::bounds::{Bounds, Interval, finite_inverse};
 use crate::ray::Ray;
 
-#[doc(hidden)]
-pub use crate::bvh as bvh8;
-
 /// Children per node.
 const WIDTH: usize = 8;
 

@@ -155,7 +155,7 @@ impl Relighting {
             snow: &|_| None,
             lamps_in_snow: &inside,
             reflectance: &reflectance,
-            max_bounces: scene.integrator().max_bounces,
+            max_bounces: scene.integrator().max_bounces.get(),
             sight: None,
             has_one_view: false,
             settings: scene.description().light_field,

@@ -116,7 +116,7 @@ impl<'a> FirstHits<'a> {
                         curves.at(objects, surface).reflectance(100.0 * depth_m, 0.0, &mut reflectance.0);
                         reflectance
                     },
-                    |constant| Spectrum::constant(narrow(constant)),
+                    |constant| Spectrum::constant(narrow(constant.get())),
                 );
             }
             Method::Diffusion(field) | Method::Hybrid(field, _) => {

@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
+use snowblue_base::Count;
 use snowblue_base::KeyPath;
 use snowblue_base::hash::Fnv1a;
 use snowblue_database::{CompressedTable, Space};
@@ -223,9 +224,9 @@ impl Integrator {
         self.prepared.scene.set_view(view)
     }
 
-    /// Sets the number of samples per pixel, at least one.
+    /// Sets the number of samples per pixel: the nearest one in its range.
     pub fn set_samples_per_pixel(&mut self, samples: u32) {
-        self.prepared.scene.set_samples_per_pixel(samples);
+        self.prepared.scene.set_samples_per_pixel(Count::nearest(samples));
     }
 
     /// Sets the seed of the random numbers.

@@ -142,7 +142,7 @@ impl<'scene> ReferenceTracer<'scene> {
     /// Traces a path from its first surface to its end.
     fn follow(&mut self, path: &mut Path, mut hit: Option<SurfaceInteraction>) {
         let mut within = None;
-        for bounce in 0..=self.scene.integrator().max_bounces {
+        for bounce in 0..=self.scene.integrator().max_bounces.get() {
             let Some(surface) = hit else { return };
             match &self.scene.materials()[surface.material] {
                 Material::Diffuse(diffuse) => {

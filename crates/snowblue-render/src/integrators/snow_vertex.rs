@@ -139,7 +139,7 @@ impl SnowVertex<'_> {
     /// Reflectance for light at a cosine of incidence.
     pub(in crate::integrators) fn reflectance(&self, cos_incidence: f32) -> Spectrum {
         if let Some(reflectance) = self.settings.reflectance {
-            return Spectrum::constant(narrow(reflectance));
+            return Spectrum::constant(narrow(reflectance.get()));
         }
         let mut reflectance = Spectrum::ZERO;
         self.curves.reflectance(self.depth_cm(), self.look_up_angle_deg(cos_incidence), &mut reflectance.0);

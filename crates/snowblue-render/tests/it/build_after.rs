@@ -3,7 +3,10 @@
 
 use snowblue_render::files::FilesInMemory;
 use snowblue_render::render::render_all;
-use snowblue_render::scene::description::{LampDescription, LightSource, ShapeDescription};
+use snowblue_render::scene::description::{
+    Coordinate, Count, EmissionSpectrum, LightSource, NamedShape, Number, Numbers, PlaneDescription,
+};
+use snowblue_render::scene::light::RadiantIntensity;
 use snowblue_render::{Integrator, Preparation, Scene, SceneDescription};
 
 use crate::snow::parsed;
@@ -30,7 +33,13 @@ fn built(scene: &SceneDescription) -> Scene {
     scene.build(&FilesInMemory::default()).unwrap()
 }
 
-fn intensity(scene: &mut SceneDescription, light: usize) -> &mut f64 {
+fn move_to(position: &mut Numbers<Coordinate, 3>, axis: usize, coordinate_m: f64) {
+    let mut moved = position.get();
+    moved[axis] = coordinate_m;
+    *position = Numbers::of(moved);
+}
+
+fn intensity(scene: &mut SceneDescription, light: usize) -> &mut Number<RadiantIntensity> {
     match &mut scene.lights[light].source {
         LightSource::Point(light) => &mut light.radiant_intensity_w_sr,
         other => panic!("{other:?}"),
@@ -55,17 +64,21 @@ fn what_is_kept_does_not_change_the_picture() {
     type Change = (&'static str, fn(&mut SceneDescription), usize);
     // Each change follows the ones before; with the number of light fields to solve for.
     let changes: [Change; 11] = [
-        ("camera", |scene| scene.camera.as_mut().unwrap().position[0] = -0.5, 0),
-        ("film and samples", |scene| (scene.film.width, scene.integrator.samples_per_pixel) = (9, 3), 0),
-        ("the inner lamp", |scene| *intensity(scene, 1) = 3.0, 1),
-        ("the outer lamp is dark", |scene| *intensity(scene, 0) = 0.0, 0),
-        ("all is dark", |scene| *intensity(scene, 1) = 0.0, 0),
-        ("both shine", |scene| (*intensity(scene, 0), *intensity(scene, 1)) = (5.0, 1.0), 2),
-        ("both have one spectrum", |scene| scene.lights[1].lamp = LampDescription::default(), 1),
-        ("bounces", |scene| scene.integrator.max_bounces = 1, 1),
+        ("camera", |scene| move_to(&mut scene.camera.as_mut().unwrap().position, 0, -0.5), 0),
+        (
+            "film and samples",
+            |scene| (scene.film.width, scene.integrator.samples_per_pixel) = (Count::of(9), Count::of(3)),
+            0,
+        ),
+        ("the inner lamp", |scene| *intensity(scene, 1) = Number::of(3.0), 1),
+        ("the outer lamp is dark", |scene| *intensity(scene, 0) = Number::of(0.0), 0),
+        ("all is dark", |scene| *intensity(scene, 1) = Number::of(0.0), 0),
+        ("both shine", |scene| (*intensity(scene, 0), *intensity(scene, 1)) = (Number::of(5.0), Number::of(1.0)), 2),
+        ("both have one spectrum", |scene| scene.lights[1].spectrum = EmissionSpectrum::default(), 1),
+        ("bounces", |scene| scene.integrator.max_bounces = Count::of(1), 1),
         ("one lamp", |scene| drop(scene.lights.remove(0)), 1),
-        ("another block", |scene| scene.objects[0].common.position[2] = 0.02, 1),
-        ("other cells", |scene| scene.light_field.step_mm = Some(17.0), 1),
+        ("another block", |scene| move_to(&mut scene.objects[0].common.position, 2, 0.02), 1),
+        ("other cells", |scene| scene.light_field.step_mm = Some(Number::of(17.0)), 1),
     ];
     let mut scene = scene();
     let mut last = Integrator::prepare(&built(&scene)).unwrap();
@@ -88,12 +101,13 @@ fn what_is_kept_is_checked_again() {
         let error = scene.build_after(&earlier, &FilesInMemory::default()).unwrap_err().to_string();
         assert!(error.contains(expected), "{error}");
     };
-    refused(|scene| scene.camera.as_mut().unwrap().position = [0.01, 0.0, 0.0], "camera.position lies inside the snow");
+    refused(
+        |scene| scene.camera.as_mut().unwrap().position = Numbers::of([0.01, 0.0, 0.0]),
+        "camera.position lies inside the snow",
+    );
     refused(|scene| scene.lights.clear(), "light is missing");
-    refused(|scene| scene.camera.as_mut().unwrap().vertical_fov_deg = 200.0, "camera.vertical_fov_deg is 200");
     let plane = |scene: &mut SceneDescription| {
-        let ShapeDescription::Plane(plane) = scene.objects[1].shape.clone() else { return };
-        scene.objects[0].shape = ShapeDescription::Plane(plane);
+        scene.objects[0].shape = NamedShape::Plane(PlaneDescription {}).into();
         scene.objects[0].common.body = Some("block".to_owned());
     };
     refused(plane, "body joins snow, but a plane has no inside");

@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use glam::{DMat3, DVec3, Vec3A};
+use snowblue_base::Count;
 use snowblue_geometry::ray::Ray;
 use snowblue_render::render::render_all;
 use snowblue_render::scene::Scene;
@@ -153,7 +154,7 @@ fn lines_through_open_meshes_are_counted() {
         let scene = lone("mesh = \"box.ply\"\nrotation_deg = [10, 20, 30]", "", &files);
         let mut scene = with_light_at(&scene, Vec3A::new(-1.0, 3.0, 1.0), &files);
         scene.set_image_size(ImageSize { width: 40, height: 40 });
-        scene.set_samples_per_pixel(4);
+        scene.set_samples_per_pixel(Count::of(4));
         let view =
             View { position: Vec3A::new(1.0, -3.0, 1.0), look_at: Vec3A::ZERO, up: Vec3A::Z, vertical_fov_deg: 30.0 };
         assert!(scene.set_view(&view));

@@ -1,9 +1,9 @@
 //! Automatic exposure does not depend on lamps and the sun that the camera sees.
 
 use snowblue_color::LinearRgb;
+use snowblue_render::SceneFile;
 use snowblue_render::film::image_file::to_raster;
 use snowblue_render::render::{RenderControl, accumulator, all_samples, render_all, render_missing};
-use snowblue_render::scene::file::SceneFile;
 use snowblue_render::{Aovs, Development, Exposure, Integrator, Rendering};
 
 use crate::snow::{SNOW, analytic_table, prepared};

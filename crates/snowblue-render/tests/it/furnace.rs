@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3, Vec3A};
+use snowblue_base::Count;
 use snowblue_color::LinearRgb;
 use snowblue_render::Integrator;
 use snowblue_render::film::Film;
@@ -58,8 +59,8 @@ fn lit_sphere(reflectance: f64, max_bounces: u32, samples_per_pixel: u32) -> Int
 fn within(text: &str, file: (&str, String), max_bounces: u32, samples_per_pixel: u32) -> Integrator {
     let mut scene = scene(text, &[file]);
     scene.set_image_size(ImageSize { width: 12, height: 8 });
-    scene.set_max_bounces(max_bounces);
-    scene.set_samples_per_pixel(samples_per_pixel);
+    scene.set_max_bounces(Count::of(max_bounces));
+    scene.set_samples_per_pixel(Count::of(samples_per_pixel));
     let view = View {
         position: Vec3A::new(0.3, -0.2, 0.1),
         look_at: Vec3A::new(0.5, 0.4, 0.3),
@@ -130,8 +131,8 @@ fn light_transmitted_by_snow_illuminates_the_floor() {
     );
     let mut scene = scene(&text, &[]);
     let samples = 1 << 14;
-    scene.set_max_bounces(1);
-    scene.set_samples_per_pixel(samples);
+    scene.set_max_bounces(Count::of(1));
+    scene.set_samples_per_pixel(Count::of(samples));
     let mut integrator = prepared(&scene, Some(&analytic_table()));
     let floor = radiance(&mut integrator, Vec3A::new(0.0, -1.0, 1.0), Vec3A::new(0.0, -0.1, 0.0));
     for k in [0, 15, 30] {
@@ -172,8 +173,8 @@ const WHITE_OBJECTS: &str = "[material.white]\ntype = \"diffuse\"\nreflectance =
 fn white_furnace(sky: &str) -> Scene {
     let mut scene = scene(&format!("{WHITE_OBJECTS}{sky}"), &[("ball.ply", spheres(12, &[1.0]))]);
     scene.set_image_size(ImageSize { width: 24, height: 16 });
-    scene.set_samples_per_pixel(16);
-    scene.set_max_bounces(10_000);
+    scene.set_samples_per_pixel(Count::of(16));
+    scene.set_max_bounces(Count::of(10_000));
     let view = View {
         position: Vec3A::new(0.5, -4.0, 0.8),
         look_at: Vec3A::new(0.0, 0.0, -0.2),
@@ -211,7 +212,7 @@ fn objects_in_a_white_furnace_with_an_image_sky_are_invisible() {
     )
     .unwrap();
     let mut furnace = white_furnace(&format!("[environment]\nimage = \"{}\"\n", path.display()));
-    furnace.set_samples_per_pixel(64);
+    furnace.set_samples_per_pixel(Count::of(64));
     let (mean, standard_error) = mean_luminance(&render_all(&prepared(&furnace, None), &|_| {}).film);
     assert!((mean - 1.0).abs() < 4.0 * standard_error + 1e-5, "{mean} ± {standard_error}");
     assert!(standard_error < 5e-3, "{standard_error}");
@@ -275,7 +276,7 @@ fn an_integrating_sphere_distributes_the_light_of_any_light_source_evenly() {
             lamp.text
         );
         let mut scene = scene(&text, &[]);
-        scene.set_max_bounces(3);
+        scene.set_max_bounces(Count::of(3));
         let mut integrator = prepared(&scene, None);
         let spread =
             (reflectance + reflectance.powi(2) + reflectance.powi(3)) * reflectance * lamp.power_w / (4.0 * PI * PI);
@@ -301,7 +302,7 @@ fn a_hollow_sphere_reaches_a_radiance_of_one_for_any_reflectance() {
             PI * (1.0 - reflectance) / reflectance
         );
         let mut scene = scene(&text, &[]);
-        scene.set_max_bounces(10_000);
+        scene.set_max_bounces(Count::of(10_000));
         let mut integrator = prepared(&scene, None);
         let level = sidak_level(1e-3, 8);
         for wall in directions(8) {

@@ -11,6 +11,7 @@ use exr::prelude::{
     WritableImage, read,
 };
 use glam::Vec3A;
+use snowblue_base::Count;
 use snowblue_color::{LinearRgb, Xyz};
 use snowblue_render::Integrator;
 use snowblue_render::film::Film;
@@ -148,8 +149,8 @@ fn sphere() -> String {
 /// A scene with the image of the tests: a camera and samples per pixel.
 fn seen(mut scene: Scene, view: &View, samples: u32) -> Scene {
     scene.set_image_size(SIZE);
-    scene.set_samples_per_pixel(samples);
-    scene.set_max_bounces(2);
+    scene.set_samples_per_pixel(Count::of(samples));
+    scene.set_max_bounces(Count::of(2));
     assert!(scene.set_view(view));
     scene
 }

@@ -1,6 +1,7 @@
 //! Landscapes of scene files: maps with their places, snow on them, and prints in the snow.
 
 use glam::Vec3A;
+use snowblue_base::Count;
 use snowblue_geometry::ray::{Crossing, Ray};
 use snowblue_render::scene::Scene;
 use snowblue_render::scene::inspection::{Inspection, inspect};
@@ -174,7 +175,7 @@ fn the_ground_shines_through_thin_snow() {
              [[object]]\nshape = \"snowpack\"\n{ground}depth = 0.02\nmaterial = \"snow\"\n"
         );
         let mut scene = scene_by("diffusion", &text, &[]);
-        scene.set_max_bounces(8);
+        scene.set_max_bounces(Count::of(8));
         let mut integrator = prepared(&scene, None);
         let eye = Vec3A::new(0.0, -1.0, 3.0);
         let [snow, sky] = [Vec3A::new(0.0, 0.0, 0.07), Vec3A::new(0.0, 0.0, 9.0)]

@@ -1,7 +1,7 @@
 //! The thin lens: depth of field.
 
+use snowblue_render::SceneFile;
 use snowblue_render::render::{RenderControl, accumulator, all_samples, render_all, render_missing};
-use snowblue_render::scene::file::SceneFile;
 use snowblue_render::{Aovs, Film, FilmAccumulator, Integrator, SampleBlock};
 
 use crate::snow::{SNOW, analytic_table, prepared};

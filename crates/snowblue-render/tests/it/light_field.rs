@@ -5,9 +5,10 @@ use std::f64::consts::TAU;
 use std::path::Path;
 
 use glam::Vec3A;
+use snowblue_base::Count;
+use snowblue_render::SceneFile;
 use snowblue_render::files::FilesInMemory;
 use snowblue_render::render::{render, render_all};
-use snowblue_render::scene::file::SceneFile;
 use snowblue_render::scene::spectrum::Spectrum;
 use snowblue_render::{Film, Integrator, Preparation};
 use snowblue_stat::Moments;
@@ -127,7 +128,7 @@ fn snow_with_covered_dips_is_not_brighter_than_the_sky() {
     let plane = "[[object]]\nshape = \"plane\"\nposition = [0, 0, -0.015]\nmaterial = \"white\"\n";
     let drift = shape("drift", "size = [1.2, 1.2, 0.3]\nrelief = 0.03\nseed = 7");
     let mut scene = scene_by("diffusion", &format!("{SNOW}{SKY}{white}{plane}{drift}"), &[]);
-    scene.set_max_bounces(8);
+    scene.set_max_bounces(Count::of(8));
     let mut integrator = prepared(&scene, None);
     integrator.set_samples_per_pixel(4);
     let place = |k: u8| 1.1 * (f32::from(k) / f32::from(POINTS) - 0.5);

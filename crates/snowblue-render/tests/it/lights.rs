@@ -3,6 +3,7 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use glam::Vec3A;
+use snowblue_base::Count;
 use snowblue_color::LinearRgb;
 use snowblue_render::film::Film;
 use snowblue_render::film::channels::channels;
@@ -152,7 +153,7 @@ fn a_convex_box_under_a_white_sky_has_the_radiance_of_its_reflectance() {
         [[object]]\nshape = \"box\"\nsize = [1, 2, 3]\nrotation_deg = [20, 30, 40]\nmaterial = \"grey\"\n";
     let mut scene = scene(&format!("{floor}{}", sky("E")), &[]);
     for max_bounces in [0, 5] {
-        scene.set_max_bounces(max_bounces);
+        scene.set_max_bounces(Count::of(max_bounces));
         let mut integrator = prepared(&scene, None);
         for eye in [Vec3A::new(5.0, 1.0, 2.0), Vec3A::new(-3.0, 4.0, -4.0)] {
             // A single path is exact: rays from a convex body reach the sky.
@@ -275,7 +276,7 @@ fn a_wall_does_not_occlude_a_light_on_it() {
     };
     let [on, before] = [0.0, 1e-5].map(|gap_m| {
         let mut scene = scene(&room(gap_m), &[]);
-        scene.set_max_bounces(1);
+        scene.set_max_bounces(Count::of(1));
         let mut room = prepared(&scene, None);
         let lamp = radiance(&mut room, Vec3A::new(0.0, -1.0, 1.0), Vec3A::new(0.2, 1.0, 1.1));
         assert!(lamp.0[15] >= 1.0 - 1e-6, "the light, and the reflection of its wall: {lamp:?}");

@@ -6,14 +6,15 @@ use std::path::Path;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use exr::prelude::{FlatSamples, ReadChannels, ReadLayers, read};
+use snowblue_base::Count;
 use snowblue_color::LinearRgb;
 use snowblue_render::Exposure;
+use snowblue_render::SceneFile;
 use snowblue_render::film::Film;
 use snowblue_render::film::aov::Aovs;
 use snowblue_render::film::image_file::write_exr;
 use snowblue_render::film::resumable_file::{self, ResumableImage, ResumeData};
 use snowblue_render::render::{RenderControl, accumulator, all_samples, render_all, render_missing};
-use snowblue_render::scene::file::SceneFile;
 use snowblue_render::scene::film::ImageSize;
 use snowblue_render::{FilmAccumulator, Integrator, SampleBlock};
 
@@ -44,8 +45,8 @@ const COARSE: &str = "[light_field]\nnodes = 3000\n";
 fn two_lights() -> Integrator {
     let mut scene = scene(&format!("{SNOW}{TEXT}"), &[]);
     scene.set_image_size(ImageSize { width: 23, height: 17 });
-    scene.set_samples_per_pixel(37);
-    scene.set_max_bounces(3);
+    scene.set_samples_per_pixel(Count::of(37));
+    scene.set_max_bounces(Count::of(3));
     prepared(&scene, Some(&analytic_table()))
 }
 
@@ -54,8 +55,8 @@ fn direct_light() -> Integrator {
     let (text, _) = TEXT.rsplit_once("[[light]]").unwrap();
     let mut scene = scene(&format!("{SNOW}{text}"), &[]);
     scene.set_image_size(ImageSize { width: 23, height: 17 });
-    scene.set_samples_per_pixel(37);
-    scene.set_max_bounces(0);
+    scene.set_samples_per_pixel(Count::of(37));
+    scene.set_max_bounces(Count::of(0));
     prepared(&scene, Some(&computed_table()))
 }
 
@@ -104,7 +105,7 @@ fn filtered_parts_are_the_filtered_image() {
     let (text, _) = TEXT.rsplit_once("[[light]]").unwrap();
     let mut scene = scene_of_few_grains("hybrid", &format!("{COARSE}{SNOW}{text}"), &[]);
     scene.set_image_size(ImageSize { width: 23, height: 17 });
-    scene.set_samples_per_pixel(9);
+    scene.set_samples_per_pixel(Count::of(9));
     let integrator = prepared(&scene, None);
     for aovs in [Aovs::default(), Aovs { spectrum: true, variance: true, ..Aovs::default() }] {
         let at_once = sums_of(&integrator, aovs, &all_samples(integrator.scene()));
@@ -138,7 +139,7 @@ fn a_noise_target_does_not_depend_on_threads_and_interrupts() {
         file.description.light_field.grain_rays = 4096;
         let mut scene = file.build().unwrap();
         scene.set_image_size(ImageSize { width: 23, height: 17 });
-        scene.set_samples_per_pixel(40);
+        scene.set_samples_per_pixel(Count::of(40));
         prepared(&scene, None)
     };
     let (integrator, without) = (with_target("noise_target = 0.05"), with_target(""));

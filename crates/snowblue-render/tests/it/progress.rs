@@ -2,6 +2,7 @@
 
 use std::sync::Mutex;
 
+use snowblue_base::Count;
 use snowblue_render::bake::BakeOptions;
 use snowblue_render::files::FilesInMemory;
 use snowblue_render::film::Film;
@@ -98,7 +99,7 @@ fn a_first_picture_is_coarse_and_like_the_last() {
     assert_eq!(coarse.film.size(), ImageSize { width: 16, height: 12 });
     // The same samples, so that they differ by the cells, the rounds of light and the rays through grains alone.
     scene.set_image_size(coarse.film.size());
-    scene.set_samples_per_pixel(1);
+    scene.set_samples_per_pixel(Count::of(1));
     let whole = Integrator::prepare(&scene).unwrap();
     let mean = |film: &Film| film.pixels().iter().map(|xyz| xyz.y).sum::<f64>() / film.pixels().len() as f64;
     let [first, last] = [&coarse.film, &render_all(&whole, &|_| {}).film].map(mean);

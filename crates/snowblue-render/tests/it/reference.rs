@@ -4,10 +4,11 @@ use std::f64::consts::{PI, TAU};
 use std::sync::Mutex;
 
 use glam::Vec3A;
+use snowblue_base::Count;
 use snowblue_render::Integrator;
+use snowblue_render::SceneFile;
 use snowblue_render::render::render_all;
 use snowblue_render::scene::Scene;
-use snowblue_render::scene::file::SceneFile;
 use snowblue_stat::{sidak_level, t_p_value};
 use snowblue_transport::ordinates::{OrdinatesOptions, solve, solve_stack};
 use snowblue_transport::rng::Stream;
@@ -109,7 +110,7 @@ fn snow_on_white_ground_agrees_with_a_stack_on_white_ground() {
     let ground = "[material.ground]\ntype = \"diffuse\"\nreflectance = 1\n[[object]]\nshape = \"plane\"\n\
         material = \"ground\"\n";
     let mut scene = reference_scene(&format!("{}{SKY}{ground}", level(0.02)));
-    scene.set_max_bounces(10_000);
+    scene.set_max_bounces(Count::of(10_000));
     let mut integrator = prepared(&scene, None);
     let target = Vec3A::new(0.0, 0.0, 0.02);
     let found = estimate(&mut integrator, eye(target, 30.0, 1.0), target, 64, BANDS);

@@ -4,6 +4,7 @@ use std::path::Path;
 use std::sync::Mutex;
 
 use glam::Vec3A;
+use snowblue_base::Count;
 use snowblue_color::LinearRgb;
 use snowblue_render::files::FilesInMemory;
 use snowblue_render::film::Film;
@@ -23,7 +24,7 @@ fn shipped() -> Scene {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/block_30cm.toml");
     let mut scene = load(&path);
     scene.set_image_size(ImageSize { width: 48, height: 40 });
-    scene.set_samples_per_pixel(4);
+    scene.set_samples_per_pixel(Count::of(4));
     scene
 }
 
@@ -90,8 +91,8 @@ fn projected_tables_and_spectra_give_the_same_colours() {
         let case = format!("{keys}, {} objects and lights, {bounces} bounces", things.matches("[[").count());
         let mut scene = scene(&format!("{}{SNOW}{things}", pcasnow(&keys)), &[]);
         scene.set_image_size(ImageSize { width: 40, height: 40 });
-        scene.set_samples_per_pixel(5);
-        scene.set_max_bounces(bounces);
+        scene.set_samples_per_pixel(Count::of(5));
+        scene.set_max_bounces(Count::of(bounces));
         let view = View {
             position: Vec3A::new(0.7, -1.2, 0.5),
             look_at: Vec3A::new(0.0, 0.0, 0.2),
@@ -188,9 +189,9 @@ fn all_lights_and_path_modes_give_the_same_image_on_any_number_of_threads() {
         );
         let mut scene = scene(&text, &[]);
         scene.set_image_size(ImageSize { width: 24, height: 18 });
-        scene.set_samples_per_pixel(4);
+        scene.set_samples_per_pixel(Count::of(4));
         for bounces in [6, 0] {
-            scene.set_max_bounces(bounces);
+            scene.set_max_bounces(Count::of(bounces));
             let integrator = prepared(&scene, Some(&analytic_table()));
             let one = on_threads(1, &integrator);
             assert!(one.film.pixels().iter().any(|xyz| xyz.y > 0.0));

@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use glam::Vec3A;
+use snowblue_base::{Count, Numbers};
 use snowblue_color::LinearRgb;
 use snowblue_render::files::FilesInMemory;
 use snowblue_render::render::{render, render_all};
@@ -81,7 +82,7 @@ fn the_edge_of_a_shadow_is_as_soft_as_the_sun_is_wide() {
     let at = |x: f64| {
         let sky = "[sky]\nsun = { towards = [0, 0, 1] }\nturbidity = 1\nground_albedo = 0\n";
         let mut scene = under(sky, "pcasnow", roof);
-        scene.set_max_bounces(0);
+        scene.set_max_bounces(Count::of(0));
         #[expect(clippy::cast_possible_truncation, reason = "a coordinate")]
         let light = irradiance(&scene, Vec3A::new(x as f32, 0.0, 0.0), 256);
         light[2].mean()
@@ -127,8 +128,8 @@ fn white_balance_makes_ground_neutral() {
     for (lights, white, most) in [(sun, "sky", 0.02), (lamp, "sky", 0.005), (lamp, "A", 0.005), (sun, "D65", 0.0)] {
         let mut description = under(lights, "pcasnow", "").description().clone();
         description.film.white = white.parse().unwrap();
-        description.camera.as_mut().unwrap().position = [0.0, -9.0, 5.0];
-        description.integrator.samples_per_pixel = 1024;
+        description.camera.as_mut().unwrap().position = Numbers::of([0.0, -9.0, 5.0]);
+        description.integrator.samples_per_pixel = Count::of(1024);
         let scene = description.build(&FilesInMemory::default()).unwrap();
         let film = render(&scene).unwrap().film;
         let LinearRgb { r, g, b } = LinearRgb::from_xyz(film.pixels()[0]);
@@ -150,7 +151,7 @@ fn snow_by_pcasnow_is_seen_with_a_white_balance() {
     let redness = ["A", "D50", "D65"].map(|white| {
         let mut description = scene(&format!("{SNOW}{block}{lamp}"), &[]).description().clone();
         description.film.white = white.parse().unwrap();
-        description.camera.as_mut().unwrap().position = [0.0, -1.0, 5.0];
+        description.camera.as_mut().unwrap().position = Numbers::of([0.0, -1.0, 5.0]);
         let scene = description.build(&FilesInMemory::default()).unwrap();
         let film = render_all(&prepared(&scene, Some(&analytic_table())), &|_| {}).film;
         let LinearRgb { r, b, .. } = LinearRgb::from_xyz(film.pixels()[0]);

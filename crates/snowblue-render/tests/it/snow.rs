@@ -4,13 +4,14 @@ use std::fmt::Write;
 use std::path::Path;
 
 use glam::{DVec3, Vec3A};
+use snowblue_color::Illuminant;
 use snowblue_database::pca::Components;
 use snowblue_database::{Axes, CompressedTable, PcaSnow, Space, TableSample, fill};
+use snowblue_render::SceneFile;
 use snowblue_render::raster::PixelPosition;
 use snowblue_render::render::pixel_radiance;
 use snowblue_render::scene::camera::View;
-use snowblue_render::scene::description::{LampDescription, LightDescription, LightSource, SceneDescription};
-use snowblue_render::scene::file::SceneFile;
+use snowblue_render::scene::description::{LightDescription, LightSource, Numbers, SceneDescription};
 use snowblue_render::scene::spectrum::light_spectrum::LightSpectrum;
 use snowblue_render::scene::spectrum::{SAMPLES, Spectrum, wavelengths_nm};
 use snowblue_render::scene::{IntegratorKind, LightFieldSettings, Scene};
@@ -233,20 +234,19 @@ pub(crate) struct PointLamp {
 
 /// The scene's first light, a point light with the spectrum of an illuminant.
 pub(crate) fn point_light(scene: &Scene) -> PointLamp {
-    let LightDescription { lamp: LampDescription::Illuminant(illuminant), source: LightSource::Point(lamp) } =
-        &scene.description().lights[0]
-    else {
+    let LightDescription { spectrum, source: LightSource::Point(lamp) } = &scene.description().lights[0] else {
         panic!("the first light is a point")
     };
-    let intensity = LightSpectrum::illuminant(*illuminant).unwrap().unit * lamp.radiant_intensity_w_sr as f32;
-    PointLamp { position: DVec3::from(lamp.position).as_vec3a(), intensity }
+    let illuminant = spectrum.illuminant.unwrap_or(Illuminant::D65);
+    let intensity = LightSpectrum::illuminant(illuminant).unwrap().unit * lamp.radiant_intensity_w_sr.get() as f32;
+    PointLamp { position: DVec3::from(lamp.position.get()).as_vec3a(), intensity }
 }
 
 /// The same scene with the first light at another position.
 pub(crate) fn with_light_at(scene: &Scene, at: Vec3A, files: &[(&str, String)]) -> Scene {
     let mut description = scene.description().clone();
     let LightSource::Point(lamp) = &mut description.lights[0].source else { panic!("the first light is a point") };
-    lamp.position = at.as_dvec3().to_array();
+    lamp.position = Numbers::of(at.as_dvec3().to_array());
     built(&description, files)
 }
 

@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 use std::path::Path;
 
 use glam::Vec3A;
+use snowblue_base::Count;
 use snowblue_database::PcaSnow;
 use snowblue_render::scene::film::ImageSize;
 use snowblue_render::scene::spectrum::{SAMPLES, Spectrum};
@@ -168,8 +169,8 @@ fn radiance_of_the_shipped_block_is_continuous_across_edges_and_nowhere_0() {
     let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/block_30cm.toml");
     let mut scene = load(&shipped);
     scene.set_image_size(ImageSize { width: 1, height: 1 });
-    scene.set_samples_per_pixel(1);
-    scene.set_max_bounces(0);
+    scene.set_samples_per_pixel(Count::of(1));
+    scene.set_max_bounces(Count::of(0));
     let mut integrator = prepared(&scene, Some(&computed_table()));
     let eye = Vec3A::new(1.2, -1.6, 0.7);
     for height_m in [0.02, 0.2, 0.4, 0.59] {

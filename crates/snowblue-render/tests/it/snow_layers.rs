@@ -5,8 +5,8 @@ use std::f64::consts::TAU;
 
 use glam::Vec3A;
 use snowblue_render::Integrator;
+use snowblue_render::SceneFile;
 use snowblue_render::scene::Scene;
-use snowblue_render::scene::file::SceneFile;
 use snowblue_render::scene::spectrum::{Spectrum, wavelengths_nm};
 use snowblue_stat::{sidak_level, t_p_value};
 use snowblue_transport::layer_file::LayerFile;

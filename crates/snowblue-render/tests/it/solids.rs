@@ -2,6 +2,7 @@
 //! shapes.
 
 use glam::{DVec3, Vec3A};
+use snowblue_base::Count;
 use snowblue_geometry::ray::{Crossing, Ray};
 use snowblue_render::render::render_all;
 use snowblue_render::scene::Scene;
@@ -197,8 +198,8 @@ fn an_image_of_two_halves_equals_the_image_of_the_whole() {
     let picture = |text: &str| {
         let mut scene = objects(text);
         scene.set_image_size(ImageSize { width: 24, height: 24 });
-        scene.set_samples_per_pixel(4);
-        scene.set_max_bounces(2);
+        scene.set_samples_per_pixel(Count::of(4));
+        scene.set_max_bounces(Count::of(2));
         let rendering = render_all(&prepared(&scene, Some(&analytic_table())), &|_| {});
         assert_eq!(rendering.statistics.odd_depth_lines, 0);
         rendering.film

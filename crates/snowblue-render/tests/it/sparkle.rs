@@ -2,6 +2,7 @@
 //! divided.
 
 use glam::Vec3A;
+use snowblue_base::Count;
 use snowblue_render::film::Film;
 use snowblue_render::render::{RenderControl, accumulator, all_samples, render_all, render_missing};
 use snowblue_render::scene::camera::View;
@@ -51,7 +52,7 @@ fn integrator_of(method: &str, snow: &str, (body, light): (&str, &str), geometry
     let text = format!("{snow}[[object]]\n{body}\nmaterial = \"snow\"\n{light}\n[light_field]\nnodes = 2000\n");
     let mut scene = scene_of_few_grains(method, &text, &[]);
     scene.set_image_size(ImageSize { width: 64, height: 64 });
-    scene.set_samples_per_pixel(4);
+    scene.set_samples_per_pixel(Count::of(4));
     let mut integrator = prepared(&scene, None);
     look(&mut integrator, geometry, Vec3A::ZERO);
     integrator

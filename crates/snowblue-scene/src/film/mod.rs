@@ -7,12 +7,21 @@ use std::fmt;
 use std::num::ParseFloatError;
 use std::str::FromStr;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
-use snowblue_color::exposure::{AutoExposure, factor};
+use snowblue_base::{Count, Number, ParameterRange, quantities};
+use snowblue_color::exposure::{AutoExposure, GREATEST_STOPS, factor};
 use snowblue_color::{LinearRgb, ToneCurve};
 
 use crate::film::white_balance::WhiteBalance;
-use crate::notation::{Notations, text};
+use crate::values::{AnyOf, Notations, text};
+
+quantities! {
+    /// Pixels along a side of a picture.
+    pub SidePixels = ParameterRange::new("pixels", 1.0, 16_384.0, "");
+    /// Exposure in stops.
+    pub Stops = ParameterRange::new("exposure", -GREATEST_STOPS, GREATEST_STOPS, "stops");
+}
 
 /// Size of an image in pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -31,17 +40,18 @@ impl ImageSize {
 }
 
 /// Size and exposure of an image.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct FilmSettings {
     /// Number of columns of pixels.
-    pub width: u32,
+    pub width: Count<SidePixels>,
     /// Number of rows of pixels.
-    pub height: u32,
+    pub height: Count<SidePixels>,
     /// Exposure of a PNG.
     pub exposure: Exposure,
     /// Tone curve of a PNG.
     #[serde(with = "text")]
+    #[schemars(with = "String")]
     pub tone: ToneCurve,
     /// The light that looks white.
     pub white: WhiteBalance,
@@ -50,14 +60,20 @@ pub struct FilmSettings {
 impl Default for FilmSettings {
     fn default() -> Self {
         let Development { exposure, tone } = Development::default();
-        Self { width: 1080, height: 1080, exposure, tone, white: WhiteBalance::default() }
+        Self { width: Count::of(1080), height: Count::of(1080), exposure, tone, white: WhiteBalance::default() }
     }
 }
 
 impl FilmSettings {
     /// Size of the image in pixels.
     pub fn size(&self) -> ImageSize {
-        ImageSize { width: self.width, height: self.height }
+        ImageSize { width: self.width.get(), height: self.height.get() }
+    }
+
+    /// Width over height.
+    pub(crate) fn aspect(&self) -> f32 {
+        let [width, height] = [self.width, self.height].map(|side| side.get() as f32);
+        width / height
     }
 
     /// What makes a PNG of the light.
@@ -109,7 +125,8 @@ impl Levels {
 const MOST_OVER_HIGHLIGHTS: f64 = 2.0;
 
 /// The factor between radiance and linear RGB in a PNG. EXR files store radiance without exposure.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, JsonSchema)]
+#[schemars(with = "AnyOf<String, Number<Stops>>")]
 pub enum Exposure {
     /// The 90th percentile of the pixels that show snow is displayed as white snow is, at 0.8 (0.6 with AgX). At most,
     /// the 99th percentile of all pixels gets twice the light that is displayed as 0.9 (0.75); without snow it is
@@ -178,10 +195,10 @@ impl Serialize for Exposure {
 
 impl<'de> Deserialize<'de> for Exposure {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(Notations::<Self, 0> {
+        deserializer.deserialize_any(Notations::<Stops, 0, _> {
             expected: "\"auto\" or a number of stops",
-            number: Some(Self::Stops),
-            text: Some(|text| match text {
+            number: Some(|stops| Self::Stops(stops.get())),
+            word: Some(|word| match word {
                 "auto" => Ok(Self::Auto),
                 other => Err(format!("is \"{other}\", but must be \"auto\" or a number of stops")),
             }),

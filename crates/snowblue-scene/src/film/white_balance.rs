@@ -3,16 +3,25 @@
 use std::fmt;
 use std::str::FromStr;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use snowblue_base::{Number, ParameterRange, quantities};
 use snowblue_color::{ColorError, Illuminant, temperature};
 
-use crate::notation::Notations;
+use crate::values::{AnyOf, Notations};
+
+quantities! {
+    /// Correlated colour temperature.
+    pub ColorTemperature =
+        ParameterRange::new("colour temperature", *temperature::RANGE_K.start(), *temperature::RANGE_K.end(), "K");
+}
 
 /// The light in which a white surface is neutral in a picture.
 ///
 /// Colours are adapted from it to the white of sRGB, D65, as eyes and cameras do
 /// ([`ChromaticAdaptation`](snowblue_color::ChromaticAdaptation)).
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, JsonSchema)]
+#[schemars(with = "AnyOf<String, Number<ColorTemperature>>")]
 pub enum WhiteBalance {
     /// That of a CIE illuminant. For D65 colours stay as they are.
     Illuminant(Illuminant),
@@ -66,10 +75,10 @@ impl Serialize for WhiteBalance {
 
 impl<'de> Deserialize<'de> for WhiteBalance {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(Notations::<Self, 0> {
+        deserializer.deserialize_any(Notations::<ColorTemperature, 0, _> {
             expected: "an illuminant, a temperature in K or \"sky\"",
-            number: Some(Self::Temperature),
-            text: Some(|text| text.parse().map_err(|error: ColorError| error.to_string())),
+            number: Some(|kelvin| Self::Temperature(kelvin.get())),
+            word: Some(|word| word.parse().map_err(|error: ColorError| error.to_string())),
             list: None,
         })
     }

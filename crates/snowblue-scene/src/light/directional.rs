@@ -1,27 +1,26 @@
 //! Parallel light.
 
 use glam::Vec3A;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use snowblue_geometry::ray::narrow;
 
-use crate::description::range::{DIRECTION, Range, unit_vector};
-use crate::description::value::{numbers, point};
 use crate::light::emitter::{Bounds, Emitter};
-use crate::light::keys::LightKeys;
+use crate::light::keys::{Irradiance, LightKeys};
 use crate::light::techniques::Light;
 use crate::spectrum::Spectrum;
 use crate::spectrum::light_spectrum::LightSpectrum;
-use snowblue_base::{KeyError, KeyPath};
+use crate::values::{Direction, point, unit_vector};
+use snowblue_base::{KeyError, KeyPath, Number, Numbers};
 
 /// Parallel light.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DirectionalLightDescription {
     /// The direction in which it shines, of any length.
-    #[serde(deserialize_with = "numbers")]
-    pub direction: [f64; 3],
+    pub direction: Numbers<Direction, 3>,
     /// Its irradiance on a plane that it meets at a right angle over 400–700 nm, in W/m².
-    pub irradiance_w_m2: f64,
+    pub irradiance_w_m2: Number<Irradiance>,
 }
 
 /// A distant light that shines in one direction.
@@ -35,12 +34,9 @@ pub(crate) struct DirectionalLight {
 
 impl LightKeys for DirectionalLightDescription {
     fn light(&self, path: &KeyPath, spectrum: &LightSpectrum) -> Result<Light, KeyError> {
-        let path_to_direction = path.key("direction");
-        DIRECTION.check_all(&path_to_direction, &self.direction)?;
-        Range::power("W/m²").check(&path.key("irradiance_w_m2"), self.irradiance_w_m2)?;
         let reason = "is [0, 0, 0], but must not be zero";
-        let direction = unit_vector(&path_to_direction, point(self.direction), reason)?;
-        let emission = spectrum.unit * narrow(self.irradiance_w_m2);
+        let direction = unit_vector(&path.key("direction"), point(self.direction), reason)?;
+        let emission = spectrum.unit * narrow(self.irradiance_w_m2.get());
         Ok(Light::new(DirectionalLight { to_light: -direction, emission }))
     }
 }

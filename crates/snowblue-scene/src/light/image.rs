@@ -8,38 +8,38 @@ use exr::meta::MetaData;
 use exr::meta::header::Header;
 use exr::prelude::{ReadChannels, ReadLayers};
 use glam::Vec3A;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use snowblue_base::files::{FileError, FileSource, NamedFile, check_formats};
 use snowblue_color::LinearRgb;
-use snowblue_geometry::images::exr_size::check_exr_size;
+use snowblue_geometry::images::check_exr_size;
 use snowblue_geometry::ray::narrow;
 
-use crate::description::range::ROTATION;
-use crate::description::value::visible;
 use crate::error::SceneError;
 use crate::light::direction_table::{DirectionTable, whole};
 use crate::light::emitter::{Bounds, Emitter};
-use crate::light::keys::SKY_SCALE;
+use crate::light::keys::SkyScale;
 use crate::light::sample::LightOrigin;
 use crate::spectrum::Spectrum;
 use crate::spectrum::upsampling::Upsampling;
-use snowblue_base::{KeyError, KeyPath};
+use crate::values::{Rotation, visible};
+use snowblue_base::Number;
 
 /// Largest channel of a pixel: the limit of all lights, far below that of single precision.
 const GREATEST_PIXEL: f64 = 1e12;
 
 /// Light of an image of all directions.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ImageSkyDescription {
     /// An OpenEXR file, latitude by longitude.
     pub image: String,
     /// Multiplies the image.
     #[serde(default = "ImageSkyDescription::default_scale")]
-    pub scale: f64,
+    pub scale: Number<SkyScale>,
     /// Turns the image about z, counter-clockwise seen from above, in degrees.
     #[serde(default)]
-    pub rotation_deg: f64,
+    pub rotation_deg: Number<Rotation>,
     /// Whether it is visible to the camera.
     #[serde(default = "visible")]
     pub visible: bool,
@@ -69,14 +69,8 @@ pub struct Panorama {
 }
 
 impl ImageSkyDescription {
-    fn default_scale() -> f64 {
-        1.0
-    }
-
-    /// Checks the ranges of all values.
-    pub(crate) fn check(&self, path: &KeyPath) -> Result<(), KeyError> {
-        SKY_SCALE.check(&path.key("scale"), self.scale)?;
-        ROTATION.check(&path.key("rotation_deg"), self.rotation_deg)
+    fn default_scale() -> Number<SkyScale> {
+        Number::of(1.0)
     }
 }
 

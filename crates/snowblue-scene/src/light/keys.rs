@@ -1,24 +1,47 @@
 //! The keys of one kind of light in a scene file: what they have in common.
 
-use crate::description::range::Range;
+use serde::de::DeserializeOwned;
+use snowblue_base::toml_table::Table;
+use snowblue_base::{KeyError, KeyPath, ParameterRange, ParseError, quantities};
+
 use crate::light::techniques::Light;
 use crate::spectrum::light_spectrum::LightSpectrum;
-use snowblue_base::{KeyError, KeyPath};
 
-/// A side or a radius of an area light.
-pub(super) const AREA_LIGHT_SIZE: Range = Range::new(1e-6, 1e5, "m");
-/// The radiance of an area light or a sky.
-pub(super) const RADIANCE: Range = Range::power("W/(m² sr)");
-/// A factor of the light of a sky.
-pub(crate) const SKY_SCALE: Range = Range::new(1e-9, 1e9, "");
+/// Greatest strength of a light, in any unit.
+const MAX_STRENGTH: f64 = 1e12;
+
+quantities! {
+    /// A side or a radius of an area light.
+    pub LightSize = ParameterRange::new("size", 1e-6, 1e5, "m");
+    /// The radiance of an area light or a sky.
+    pub Radiance = ParameterRange::new("radiance", 0.0, MAX_STRENGTH, "W/(m² sr)");
+    /// The radiant intensity of a point.
+    pub RadiantIntensity = ParameterRange::new("radiant intensity", 0.0, MAX_STRENGTH, "W/sr");
+    /// The irradiance of a surface.
+    pub Irradiance = ParameterRange::new("irradiance", 0.0, MAX_STRENGTH, "W/m²");
+    /// A factor of the light of a sky.
+    pub SkyScale = ParameterRange::new("scale", 1e-9, 1e9, "");
+}
 
 /// The keys of one kind of light, without those of its spectrum.
 pub(crate) trait LightKeys {
-    /// The light with a spectrum.
+    /// Reads the keys of a table.
     ///
     /// # Errors
     ///
     /// With the first value that is out of its range.
+    fn read(table: Table) -> Result<Self, ParseError>
+    where
+        Self: DeserializeOwned,
+    {
+        table.read()
+    }
+
+    /// The light with a spectrum.
+    ///
+    /// # Errors
+    ///
+    /// When values do not fit together.
     fn light(&self, path: &KeyPath, spectrum: &LightSpectrum) -> Result<Light, KeyError>;
 
     /// Whether the camera may see it as a lamp, which must have an extent.

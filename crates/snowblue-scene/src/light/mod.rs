@@ -21,9 +21,9 @@ pub(crate) mod direction_table;
 pub(crate) mod directional;
 pub(crate) mod dome;
 pub mod emitter;
+pub(crate) mod environment;
 pub(crate) mod image;
 pub(crate) mod keys;
-mod list;
 pub(crate) mod point;
 mod rectangle;
 pub(crate) mod sample;
@@ -33,22 +33,73 @@ pub(crate) mod sun;
 mod techniques;
 pub(crate) mod uniform_sky;
 
-pub use image::Panorama;
-pub use sample::{IncidentLight, LightDirection, LightOrigin, LightSample, SHADOW_EPSILON};
-pub use techniques::Light;
-pub use techniques::{LightHit, SamplingTechniques, irradiance_by_sky};
+use schemars::JsonSchema;
+use serde::Serialize;
+use snowblue_base::toml_table::Table;
+use snowblue_base::{KeyPath, ParseError};
 
-list::light_sources! {
-    /// Shines from a point in all directions.
-    "point" => Point(point::PointLightDescription),
-    /// Shines from a point into a cone.
-    "spot" => Spot(spot::SpotLightDescription),
-    /// Parallel light.
-    "directional" => Directional(directional::DirectionalLightDescription),
-    /// A sphere that emits uniformly.
-    "sphere" => Sphere(sphere::SphereLightDescription),
-    /// A rectangle that emits from one side.
-    "rectangle" => Rectangle(rectangle::RectangleLightDescription),
+use crate::error::SceneError;
+use crate::sources::Sources;
+use crate::spectrum::emission::EmissionSpectrum;
+use crate::values::things;
+use keys::LightKeys;
+
+pub use directional::DirectionalLightDescription;
+pub use environment::EnvironmentDescription;
+pub use image::{ImageSkyDescription, Panorama};
+pub use keys::{Irradiance, LightSize, Radiance, RadiantIntensity, SkyScale};
+pub use point::PointLightDescription;
+pub use rectangle::RectangleLightDescription;
+pub use sample::{IncidentLight, LightDirection, LightOrigin, LightSample, SHADOW_EPSILON};
+pub use sphere::SphereLightDescription;
+pub use spot::SpotLightDescription;
+pub use techniques::{Light, LightHit, SamplingTechniques, irradiance_by_sky};
+pub use uniform_sky::SkyGlow;
+
+things! {
+    /// The geometry and the strength of a light.
+    LightSource by "type": dyn LightKeys {
+        /// Shines from a point in all directions.
+        "point" => Point(PointLightDescription),
+        /// Shines from a point into a cone.
+        "spot" => Spot(SpotLightDescription),
+        /// Parallel light.
+        "directional" => Directional(DirectionalLightDescription),
+        /// A sphere that emits uniformly.
+        "sphere" => Sphere(SphereLightDescription),
+        /// A rectangle that emits from one side.
+        "rectangle" => Rectangle(RectangleLightDescription),
+    }
+}
+
+/// A light with a position or a direction.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct LightDescription {
+    /// The shape of its spectrum.
+    #[serde(flatten)]
+    pub spectrum: EmissionSpectrum,
+    /// Its geometry and strength.
+    #[serde(flatten)]
+    pub source: LightSource,
+}
+
+impl LightDescription {
+    /// Reads a light.
+    pub(crate) fn read(mut table: Table) -> Result<Self, ParseError> {
+        Ok(Self { spectrum: table.split(&EmissionSpectrum::KEYS).read()?, source: LightSource::read(table)? })
+    }
+
+    /// Builds the light.
+    pub(crate) fn build(&self, path: &KeyPath, sources: &Sources) -> Result<Light, SceneError> {
+        Ok(self.source.keys().light(path, &self.spectrum.build(path, sources)?)?)
+    }
+}
+
+impl From<LightSource> for LightDescription {
+    /// A light of daylight, D65.
+    fn from(source: LightSource) -> Self {
+        Self { spectrum: EmissionSpectrum::default(), source }
+    }
 }
 
 #[cfg(test)]

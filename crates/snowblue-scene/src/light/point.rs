@@ -1,27 +1,26 @@
 //! A point that shines in all directions alike.
 
 use glam::Vec3A;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use snowblue_geometry::ray::narrow;
 
-use crate::description::range::{COORDINATE, Range};
-use crate::description::value::{numbers, point};
 use crate::light::emitter::{Bounds, Emitter, InnerLamp};
-use crate::light::keys::LightKeys;
+use crate::light::keys::{LightKeys, RadiantIntensity};
 use crate::light::techniques::Light;
 use crate::spectrum::Spectrum;
 use crate::spectrum::light_spectrum::LightSpectrum;
-use snowblue_base::{KeyError, KeyPath};
+use crate::values::{Coordinate, point};
+use snowblue_base::{KeyError, KeyPath, Number, Numbers};
 
 /// A light that shines from a point in all directions.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PointLightDescription {
     /// Its position, in m.
-    #[serde(deserialize_with = "numbers")]
-    pub position: [f64; 3],
+    pub position: Numbers<Coordinate, 3>,
     /// Its radiant intensity over 400–700 nm, in W/sr.
-    pub radiant_intensity_w_sr: f64,
+    pub radiant_intensity_w_sr: Number<RadiantIntensity>,
 }
 
 /// A point light.
@@ -34,10 +33,8 @@ pub(crate) struct PointLight {
 }
 
 impl LightKeys for PointLightDescription {
-    fn light(&self, path: &KeyPath, spectrum: &LightSpectrum) -> Result<Light, KeyError> {
-        COORDINATE.check_all(&path.key("position"), &self.position)?;
-        Range::power("W/sr").check(&path.key("radiant_intensity_w_sr"), self.radiant_intensity_w_sr)?;
-        let emission = spectrum.unit * narrow(self.radiant_intensity_w_sr);
+    fn light(&self, _: &KeyPath, spectrum: &LightSpectrum) -> Result<Light, KeyError> {
+        let emission = spectrum.unit * narrow(self.radiant_intensity_w_sr.get());
         Ok(Light::new(PointLight { position: point(self.position), emission }))
     }
 }

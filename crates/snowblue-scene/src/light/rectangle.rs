@@ -10,41 +10,37 @@ use std::f32::consts::FRAC_1_PI;
 use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3A};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use snowblue_geometry::ray::{Ray, narrow};
 
-use crate::description::camera::upwards;
-use crate::description::range::{COORDINATE, DIRECTION};
-use crate::description::value::{numbers, point, visible};
 use crate::light::emitter::{Bounds, Emitter};
-use crate::light::keys::{AREA_LIGHT_SIZE, LightKeys, RADIANCE};
+use crate::light::keys::{LightKeys, LightSize, Radiance};
 use crate::light::sample::{EmitterPoint, LightOrigin};
 use crate::light::techniques::Light;
 use crate::spectrum::Spectrum;
 use crate::spectrum::light_spectrum::LightSpectrum;
-use snowblue_base::{KeyError, KeyPath};
+use crate::values::{Coordinate, Direction, point, upwards, visible};
+use snowblue_base::{KeyError, KeyPath, Number, Numbers};
 
 /// Solid angle below which points are uniform over the area, in sr. The sum of angles has an error of some 1e-15.
 const LEAST_SOLID_ANGLE_SR: f64 = 1e-10;
 
 /// A rectangle that emits from one side.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RectangleLightDescription {
     /// Its centre, in m.
-    #[serde(deserialize_with = "numbers")]
-    pub position: [f64; 3],
+    pub position: Numbers<Coordinate, 3>,
     /// A point that it faces, in m.
-    #[serde(deserialize_with = "numbers")]
-    pub look_at: [f64; 3],
+    pub look_at: Numbers<Coordinate, 3>,
     /// The direction of its height, made perpendicular to the direction that it faces; of any length.
-    #[serde(default = "upwards", deserialize_with = "numbers")]
-    pub up: [f64; 3],
+    #[serde(default = "upwards")]
+    pub up: Numbers<Direction, 3>,
     /// Width and height, in m.
-    #[serde(deserialize_with = "numbers")]
-    pub size: [f64; 2],
+    pub size: Numbers<LightSize, 2>,
     /// Its radiance over 400–700 nm, in W/(m² sr).
-    pub radiance_w_m2_sr: f64,
+    pub radiance_w_m2_sr: Number<Radiance>,
     /// Whether it is visible to the camera.
     #[serde(default = "visible")]
     pub visible: bool,
@@ -79,11 +75,6 @@ struct View {
 
 impl LightKeys for RectangleLightDescription {
     fn light(&self, path: &KeyPath, spectrum: &LightSpectrum) -> Result<Light, KeyError> {
-        COORDINATE.check_all(&path.key("position"), &self.position)?;
-        COORDINATE.check_all(&path.key("look_at"), &self.look_at)?;
-        DIRECTION.check_all(&path.key("up"), &self.up)?;
-        AREA_LIGHT_SIZE.check_all(&path.key("size"), &self.size)?;
-        RADIANCE.check(&path.key("radiance_w_m2_sr"), self.radiance_w_m2_sr)?;
         let light = RectangleLight::new(self, spectrum);
         let light = light
             .ok_or_else(|| path.key("look_at").error("must not lie at the light's position or along its up axis"))?;
@@ -98,8 +89,8 @@ impl LightKeys for RectangleLightDescription {
 impl RectangleLight {
     /// The light of such keys; none if it faces its own centre or the direction of `up`.
     pub(super) fn new(keys: &RectangleLightDescription, spectrum: &LightSpectrum) -> Option<Self> {
-        let [centre, look_at, up] = [keys.position, keys.look_at, keys.up].map(point);
-        let [width_m, height_m] = keys.size.map(narrow);
+        let (centre, look_at, up) = (point(keys.position), point(keys.look_at), point(keys.up));
+        let [width_m, height_m] = keys.size.get().map(narrow);
         let normal = (look_at - centre).try_normalize()?;
         let across = normal.cross(up.try_normalize()?);
         let across = (across.length() > 1e-6).then(|| across.normalize())?;
@@ -110,7 +101,7 @@ impl RectangleLight {
             normal,
             half_width_m: 0.5 * width_m,
             half_height_m: 0.5 * height_m,
-            emission: spectrum.unit * narrow(keys.radiance_w_m2_sr),
+            emission: spectrum.unit * narrow(keys.radiance_w_m2_sr.get()),
         })
     }
 

@@ -8,30 +8,29 @@
 use std::f32::consts::TAU;
 
 use glam::Vec3A;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use snowblue_geometry::ray::{Ray, narrow};
 
-use crate::description::range::COORDINATE;
-use crate::description::value::{numbers, point, visible};
 use crate::light::emitter::{Bounds, Emitter, InnerLamp};
-use crate::light::keys::{AREA_LIGHT_SIZE, LightKeys, RADIANCE};
+use crate::light::keys::{LightKeys, LightSize, Radiance};
 use crate::light::sample::{EmitterPoint, LightOrigin};
 use crate::light::techniques::Light;
 use crate::spectrum::Spectrum;
 use crate::spectrum::light_spectrum::LightSpectrum;
-use snowblue_base::{KeyError, KeyPath};
+use crate::values::{Coordinate, point, visible};
+use snowblue_base::{KeyError, KeyPath, Number, Numbers};
 
 /// A sphere that emits uniformly.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SphereLightDescription {
     /// Its centre, in m.
-    #[serde(deserialize_with = "numbers")]
-    pub position: [f64; 3],
+    pub position: Numbers<Coordinate, 3>,
     /// Its radius, in m.
-    pub radius: f64,
+    pub radius: Number<LightSize>,
     /// Its radiance over 400–700 nm, in W/(m² sr).
-    pub radiance_w_m2_sr: f64,
+    pub radiance_w_m2_sr: Number<Radiance>,
     /// Whether it is visible to the camera.
     #[serde(default = "visible")]
     pub visible: bool,
@@ -57,12 +56,9 @@ struct SubtendedCone {
 }
 
 impl LightKeys for SphereLightDescription {
-    fn light(&self, path: &KeyPath, spectrum: &LightSpectrum) -> Result<Light, KeyError> {
-        COORDINATE.check_all(&path.key("position"), &self.position)?;
-        AREA_LIGHT_SIZE.check(&path.key("radius"), self.radius)?;
-        RADIANCE.check(&path.key("radiance_w_m2_sr"), self.radiance_w_m2_sr)?;
-        let emission = spectrum.unit * narrow(self.radiance_w_m2_sr);
-        let light = SphereLight { centre: point(self.position), radius_m: narrow(self.radius), emission };
+    fn light(&self, _: &KeyPath, spectrum: &LightSpectrum) -> Result<Light, KeyError> {
+        let emission = spectrum.unit * narrow(self.radiance_w_m2_sr.get());
+        let light = SphereLight { centre: point(self.position), radius_m: narrow(self.radius.get()), emission };
         Ok(Light::new(light).with_visibility(self.visible))
     }
 

@@ -21,12 +21,11 @@ use super::sphere::SphereLight;
 use super::sun::SunDisc;
 use super::techniques::SamplingTechnique;
 use super::*;
-use crate::description::{LightSource, PointLightDescription};
 use crate::directions::{Directions, ReflectionTable};
 use crate::sampling::{Sampler, cosine_direction};
 use crate::spectrum::Spectrum;
 use crate::spectrum::light_spectrum::LightSpectrum;
-use snowblue_base::KeyPath;
+use snowblue_base::{KeyPath, Number, Numbers};
 
 /// Probability that any of these tests fails by chance is about this, for each test function.
 const LEVEL: f64 = 1e-3;
@@ -53,7 +52,14 @@ fn sphere(centre: Vec3A, radius_m: f32) -> SphereLight {
 /// A rectangle of radiance 1 with a centre, the point that it faces, and its size.
 fn rectangle(centre: Vec3A, look_at: Vec3A, up: Vec3A, size: [f64; 2]) -> RectangleLight {
     let [position, look_at, up] = [centre, look_at, up].map(|place| place.as_dvec3().to_array());
-    let keys = RectangleLightDescription { position, look_at, up, size, radiance_w_m2_sr: 1.0, visible: true };
+    let keys = RectangleLightDescription {
+        position: Numbers::of(position),
+        look_at: Numbers::of(look_at),
+        up: Numbers::of(up),
+        size: Numbers::of(size),
+        radiance_w_m2_sr: Number::of(1.0),
+        visible: true,
+    };
     RectangleLight::new(&keys, &LightSpectrum::EQUAL_ENERGY).unwrap()
 }
 
@@ -124,7 +130,10 @@ fn techniques() -> [(&'static str, Light, SamplingTechnique<'static>); 8] {
 
 #[test]
 fn irradiance_falls_with_the_square_of_the_distance_and_the_cosine() {
-    let source = LightSource::Point(PointLightDescription { position: [0.0, 0.0, 2.0], radiant_intensity_w_sr: 40.0 });
+    let source = LightSource::Point(PointLightDescription {
+        position: Numbers::of([0.0, 0.0, 2.0]),
+        radiant_intensity_w_sr: Number::of(40.0),
+    });
     let lamp = source.keys().light(&KeyPath::default(), &LightSpectrum::EQUAL_ENERGY).unwrap();
     assert!((lamp.strength().mean() - 40.0).abs() < 1e-4);
     let sample = lamp.delta_sample().unwrap();

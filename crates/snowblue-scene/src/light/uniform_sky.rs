@@ -1,22 +1,23 @@
 //! A sky that is the same in all directions.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use snowblue_geometry::ray::narrow;
 
-use crate::description::value::visible;
 use crate::light::emitter::{Bounds, Emitter};
-use crate::light::keys::{LightKeys, RADIANCE};
+use crate::light::keys::{LightKeys, Radiance};
 use crate::light::techniques::Light;
 use crate::spectrum::Spectrum;
 use crate::spectrum::light_spectrum::LightSpectrum;
-use snowblue_base::{KeyError, KeyPath};
+use crate::values::visible;
+use snowblue_base::{KeyError, KeyPath, Number};
 
 /// The strength of a uniform sky.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SkyGlow {
     /// Its radiance over 400–700 nm, in W/(m² sr).
-    pub radiance_w_m2_sr: f64,
+    pub radiance_w_m2_sr: Number<Radiance>,
     /// Whether it is visible to the camera.
     #[serde(default = "visible")]
     pub visible: bool,
@@ -27,9 +28,8 @@ pub struct SkyGlow {
 struct UniformSky(Spectrum);
 
 impl LightKeys for SkyGlow {
-    fn light(&self, path: &KeyPath, spectrum: &LightSpectrum) -> Result<Light, KeyError> {
-        RADIANCE.check(&path.key("radiance_w_m2_sr"), self.radiance_w_m2_sr)?;
-        let emission = spectrum.unit * narrow(self.radiance_w_m2_sr);
+    fn light(&self, _: &KeyPath, spectrum: &LightSpectrum) -> Result<Light, KeyError> {
+        let emission = spectrum.unit * narrow(self.radiance_w_m2_sr.get());
         Ok(Light::new(UniformSky(emission)).with_visibility(self.visible))
     }
 }

@@ -1,9 +1,67 @@
 //! Lambertian surfaces: radiance L = ρ E / π in all directions.
 
-use crate::material::texture::Texture;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use snowblue_base::toml_table::Table;
+use snowblue_base::{KeyPath, Number, ParseError};
+use snowblue_geometry::ray::narrow;
+
+use crate::error::SceneError;
+use crate::material::texture::{Texture, TextureDescription, linear_rgb};
 use crate::objects::{Objects, SurfaceInteraction};
+use crate::sources::Sources;
 use crate::spectrum::Spectrum;
+use crate::spectrum::file::SpectrumFile;
 use crate::spectrum::upsampling::Upsampling;
+use crate::values::{ColorDescription, Fraction, only_one};
+
+/// A Lambertian surface, by one of four notations of its reflectance.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct DiffuseDescription {
+    /// The fraction of the light that is reflected at all wavelengths, 0–1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reflectance: Option<Number<Fraction>>,
+    /// The colour under daylight: `[r, g, b]` in linear sRGB, or "#rrggbb" in encoded sRGB.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reflectance_rgb: Option<ColorDescription>,
+    /// A CSV file with the columns `wavelength_nm,value`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reflectance_spectrum: Option<String>,
+    /// An image in encoded sRGB.
+    #[serde(flatten, skip_deserializing)]
+    pub texture: TextureDescription,
+}
+
+impl DiffuseDescription {
+    /// A grey surface.
+    pub fn grey(reflectance: Number<Fraction>) -> Self {
+        Self { reflectance: Some(reflectance), ..Self::default() }
+    }
+
+    pub(super) fn read(mut table: Table) -> Result<Self, ParseError> {
+        let texture = table.split(&TextureDescription::KEYS).read()?;
+        Ok(Self { texture, ..table.read()? })
+    }
+
+    pub(super) fn build(&self, path: &KeyPath, sources: &Sources) -> Result<Diffuse, SceneError> {
+        let spectrum = |file: &String| {
+            let file = sources.open(&path.key("reflectance_spectrum"), file)?;
+            Ok(Diffuse::Uniform(Spectrum(SpectrumFile::parse(&file, 1.0)?.resample()?.map(narrow))))
+        };
+        let grey = |reflectance: Number<Fraction>| Diffuse::Uniform(Spectrum::constant(narrow(reflectance.get())));
+        let texture = self.texture.build(path, sources, linear_rgb)?;
+        only_one(
+            path,
+            [
+                ("reflectance", self.reflectance.map(|reflectance| Ok(grey(reflectance)))),
+                ("reflectance_rgb", self.reflectance_rgb.map(|color| Ok(sources.uniform(color.linear())))),
+                ("reflectance_spectrum", self.reflectance_spectrum.as_ref().map(spectrum)),
+                ("texture", texture.map(|texture| Ok(sources.textured(texture)))),
+            ],
+        )?
+    }
+}
 
 /// A surface with the same diffuse reflection on both sides.
 #[derive(Debug)]

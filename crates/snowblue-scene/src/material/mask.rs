@@ -1,9 +1,60 @@
 //! Masks: a number from 0 to 1 at each point of a surface.
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use snowblue_base::toml_table::Table;
+use snowblue_base::{KeyPath, Numbers, ParameterRange, ParseError, quantities};
+use snowblue_geometry::images::PngImage;
+use snowblue_geometry::ray::narrow;
 use snowblue_geometry::shape::Shape;
 
-use crate::material::texture::Texture;
+use crate::error::SceneError;
+use crate::material::texture::{Texture, TextureDescription};
 use crate::objects::{Objects, SurfaceInteraction};
+use crate::sources::Sources;
+use crate::values::only_one;
+
+quantities! {
+    /// A value of an attribute of a mesh.
+    pub AttributeValue = ParameterRange::new("value of an attribute", -1e9, 1e9, "");
+}
+
+/// A number between 0 and 1 for each point of a surface: the first channel of an image, undecoded, or values at the
+/// vertices of a mesh.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct MaskDescription {
+    /// The image.
+    #[serde(flatten, skip_deserializing)]
+    pub texture: TextureDescription,
+    /// The name of an attribute in the mesh file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub attribute: Option<String>,
+    /// The values of the attribute that count as 0 and as 1; 0 and 1 if absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub range: Option<Numbers<AttributeValue, 2>>,
+}
+
+impl MaskDescription {
+    pub(super) fn read(mut table: Table) -> Result<Self, ParseError> {
+        let texture = table.split(&TextureDescription::KEYS).read()?;
+        Ok(Self { texture, ..table.read()? })
+    }
+
+    pub(super) fn build(&self, path: &KeyPath, sources: &Sources) -> Result<Mask, SceneError> {
+        let range = self.range.map_or([0.0, 1.0], Numbers::get);
+        if (range[1] - range[0]).abs() <= 0.0 {
+            return Err(path.key("range").error(format!("is {} twice, but must have two ends", range[0])).into());
+        }
+        if self.range.is_some() && self.attribute.is_none() {
+            return Err(path.key("range").error("needs an `attribute`").into());
+        }
+        let attribute = |name: &String| Mask::Attribute { name: name.clone(), range: range.map(narrow) };
+        let texture = self.texture.build(path, sources, PngImage::encoded_rgb)?;
+        let mask = [("texture", texture.map(Mask::RasterImage)), ("attribute", self.attribute.as_ref().map(attribute))];
+        Ok(only_one(path, mask)?)
+    }
+}
 
 /// A number from 0 to 1 at each point of a surface.
 #[derive(Debug, Clone)]

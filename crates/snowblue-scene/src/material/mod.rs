@@ -3,19 +3,89 @@
 pub mod deep_snow;
 pub mod diffuse;
 pub mod mask;
+pub(crate) mod relief;
 pub mod snow;
+pub mod snow_keys;
+pub mod sparkle;
 pub mod surface_optics;
 pub mod texture;
 
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::Serialize;
+use snowblue_base::toml_table::Table;
+use snowblue_base::{KeyError, KeyPath, ParseError};
 use snowblue_geometry::shape::Shape;
 
-use crate::description::{ReliefDescription, SparkleDescription};
+use crate::error::SceneError;
 use crate::objects::{Objects, SurfaceInteraction};
+use crate::shape::ObjectDescription;
+use crate::sources::Sources;
 use crate::spectrum::Spectrum;
 use deep_snow::DeepSnow;
 use diffuse::Diffuse;
 use snow::{Snow, SnowMaterial};
 use texture::Texture;
+
+pub use diffuse::DiffuseDescription;
+pub use mask::MaskDescription;
+pub use relief::ReliefDescription;
+pub use snow_keys::{
+    LayeredSnowDescription, LayersTop, MaskedSnowDescription, SnowDescription, SnowMaterialDescription,
+};
+pub use sparkle::SparkleDescription;
+pub use texture::TextureDescription;
+
+/// A material.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[serde(tag = "type", rename_all = "snake_case")]
+#[expect(clippy::large_enum_variant, reason = "there is one for each material")]
+pub enum MaterialDescription {
+    /// A Lambertian surface.
+    Diffuse(DiffuseDescription),
+    /// Snow.
+    Snow(SnowMaterialDescription),
+}
+
+impl MaterialDescription {
+    /// Reads a material.
+    pub(crate) fn read(mut table: Table) -> Result<Self, ParseError> {
+        let is_snow = table.take_name("type", &[("diffuse", false), ("snow", true)])?;
+        if is_snow {
+            SnowMaterialDescription::read(table).map(Self::Snow)
+        } else {
+            DiffuseDescription::read(table).map(Self::Diffuse)
+        }
+    }
+
+    /// Whether it has relief.
+    pub(crate) fn has_relief(&self) -> bool {
+        matches!(self, Self::Snow(SnowMaterialDescription { relief: Some(_), .. }))
+    }
+}
+
+/// A material with its name.
+pub(crate) struct NamedMaterial {
+    pub(crate) name: String,
+    pub(crate) material: Material,
+}
+
+/// Builds all materials, in alphabetical order.
+pub(crate) fn build_materials(
+    descriptions: &BTreeMap<String, MaterialDescription>,
+    sources: &Sources,
+) -> Result<Vec<NamedMaterial>, SceneError> {
+    let built = descriptions.iter().map(|(name, description)| {
+        let path = KeyPath::root("material").key(name);
+        let material = match description {
+            MaterialDescription::Diffuse(diffuse) => Material::Diffuse(diffuse.build(&path, sources)?),
+            MaterialDescription::Snow(snow) => Material::Snow(Box::new(snow.build(&path, sources)?)),
+        };
+        Ok(NamedMaterial { name: name.clone(), material })
+    });
+    built.collect()
+}
 
 /// The material of an object.
 #[derive(Debug)]
@@ -86,4 +156,26 @@ impl Material {
             }
         }
     }
+}
+
+/// Adds the materials of planes of snow, and returns their indices by the indices of the snow. Of layers the uppermost
+/// counts, and of a mask the snow at 0.
+pub(crate) fn add_grounds(
+    materials: &mut Vec<NamedMaterial>,
+    objects: &[ObjectDescription],
+) -> Result<BTreeMap<usize, usize>, KeyError> {
+    let mut grounds = BTreeMap::new();
+    for (number, object) in objects.iter().enumerate() {
+        let index = materials.iter().position(|material| material.name == object.common.material);
+        let Some(index) = index.filter(|_| object.is_plane()) else { continue };
+        let Some(snow) = materials[index].material.snow().filter(|_| !grounds.contains_key(&index)) else { continue };
+        let ground = DeepSnow::new(&snow.samples()[0]).map_err(|error| {
+            let reason = format!("cannot be the snow of a plane: {error}");
+            KeyPath::root("object").index(number).key("material").error(reason)
+        })?;
+        grounds.insert(index, materials.len());
+        let name = materials[index].name.clone();
+        materials.push(NamedMaterial { name, material: Material::Ground(Box::new(ground)) });
+    }
+    Ok(grounds)
 }

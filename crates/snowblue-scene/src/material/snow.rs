@@ -12,9 +12,10 @@ use snowblue_transport::optics::{Impurities, Substance};
 use snowblue_transport::sample::{GrainSize, SnowSample, TruncatedNormal};
 use snowblue_transport::{Demand, GrainTallies, Population, TallyPlan};
 
-use crate::description::{ReliefDescription, SparkleDescription};
 use crate::layering::Layering;
 use crate::material::mask::Mask;
+use crate::material::relief::ReliefDescription;
+use crate::material::sparkle::SparkleDescription;
 use crate::objects::{Objects, SurfaceInteraction};
 use crate::spectrum::{SAMPLES, wavelengths_nm};
 

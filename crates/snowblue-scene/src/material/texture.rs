@@ -13,7 +13,62 @@ use glam::Vec2;
 use snowblue_geometry::shape::Shape;
 use snowblue_geometry::texture_coordinates::TextureCoordinates;
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use snowblue_base::{KeyPath, Number, ParameterRange, quantities};
+use snowblue_color::transfer::decode_srgb;
+use snowblue_geometry::images::PngImage;
+use snowblue_geometry::ray::narrow;
+
+use crate::error::SceneError;
 use crate::objects::{Objects, SurfaceInteraction};
+use crate::sources::Sources;
+
+quantities! {
+    /// Width of an image on boxes and planes.
+    pub TextureScale = ParameterRange::new("width of a texture", 1e-4, 1e5, "m");
+}
+
+/// The keys of an image on a surface, among the keys of what has the image.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct TextureDescription {
+    /// A PNG file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub texture: Option<String>,
+    /// Width of the image on boxes and planes, in m; 1 if absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub texture_scale_m: Option<Number<TextureScale>>,
+}
+
+impl TextureDescription {
+    /// The keys.
+    pub(crate) const KEYS: [&str; 2] = ["texture", "texture_scale_m"];
+
+    /// Reads the image, which `pixels` decodes; none if there is none.
+    pub(crate) fn build(
+        &self,
+        path: &KeyPath,
+        sources: &Sources,
+        pixels: impl Fn(&PngImage) -> Vec<[f32; 3]>,
+    ) -> Result<Option<Texture>, SceneError> {
+        let Some(file) = &self.texture else {
+            return match self.texture_scale_m {
+                Some(_) => Err(path.key("texture_scale_m").error("needs a `texture`").into()),
+                None => Ok(None),
+            };
+        };
+        let image = PngImage::decode(&sources.open(&path.key("texture"), file)?)?;
+        let width_m = narrow(self.texture_scale_m.map_or(1.0, Number::get));
+        Ok(Some(Texture::new(image.width, pixels(&image), width_m)))
+    }
+}
+
+/// The pixels of an image in linear sRGB.
+pub(crate) fn linear_rgb(image: &PngImage) -> Vec<[f32; 3]> {
+    let linear = |code: f32| narrow(decode_srgb(f64::from(code)));
+    image.encoded_rgb().into_iter().map(|pixel| pixel.map(linear)).collect()
+}
 
 /// An image that repeats.
 #[derive(Debug, Clone)]
@@ -91,6 +146,14 @@ mod tests {
     use glam::Vec3A;
 
     use super::*;
+
+    #[test]
+    fn textures_are_decoded_as_srgb() {
+        // The value 188 of 255 is a linear 0.5 (IEC 61966-2-1).
+        let image = PngImage { width: 2, height: 1, channels: 1, values: vec![188.0 / 255.0, 1.0] };
+        let [half, white] = linear_rgb(&image)[..] else { panic!("two pixels") };
+        assert!((half[2] - 0.5).abs() < 0.003 && (white[0] - 1.0).abs() < 1e-6);
+    }
 
     fn close(one: Vec2, other: (f32, f32)) -> bool {
         (one - Vec2::from(other)).length() < 1e-6

@@ -4,6 +4,7 @@
 //! grid, 31 × 10 nm = 310 nm. The mean of the 31 samples is then the total over the grid: a radiance whose samples are
 //! all 1 is a radiance of 1 W m⁻² sr⁻¹. Reflectances and transmittances need no such factor.
 
+pub mod emission;
 pub(crate) mod file;
 pub mod light_spectrum;
 pub(crate) mod upsampling;

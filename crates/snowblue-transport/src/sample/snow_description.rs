@@ -101,7 +101,7 @@ impl SnowDescription {
 }
 
 /// What is known of a snow, as words and numbers by the keys of a [file of layers](crate::layer_file).
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct SnowKeys {
     /// Kind of snow.
@@ -109,6 +109,7 @@ pub struct SnowKeys {
     pub snow: Option<String>,
     /// Grain size, in µm: a mean, or the ends of a range.
     #[serde(with = "one_or_several", skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "Option<Vec<f64>>")]
     pub grain_size_um: Option<Vec<f64>>,
     /// What the grain size measures.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -118,9 +119,11 @@ pub struct SnowKeys {
     pub ssa_m2_kg: Option<f64>,
     /// Facetness: a mean, or range, mean and standard deviation.
     #[serde(with = "one_or_several", skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "Option<Vec<f64>>")]
     pub facetness: Option<Vec<f64>>,
     /// Sphericity: one value, or range, mean and standard deviation.
     #[serde(with = "one_or_several", skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "Option<Vec<f64>>")]
     pub sphericity: Option<Vec<f64>>,
     /// Density of the dry snow, in kg/m³.
     #[serde(skip_serializing_if = "Option::is_none")]

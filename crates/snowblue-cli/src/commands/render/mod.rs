@@ -10,13 +10,15 @@ use std::time::Duration;
 
 use clap::Args;
 use snowblue_base::atomic_file::is_stream;
+use snowblue_base::{Count, Number};
 use snowblue_color::ToneCurve;
 use snowblue_database::CompressedTable;
 use snowblue_render::Exposure;
 use snowblue_render::film::window::Window;
 use snowblue_render::render::{render_coarse, with_needed};
-use snowblue_render::scene::description::{BOUNCES, NOISE_TARGET_RANGE, SAMPLES_PER_PIXEL, SIDE_PIXELS};
 use snowblue_render::scene::film::white_balance::WhiteBalance;
+use snowblue_render::scene::film::{ImageSize, SidePixels};
+use snowblue_render::scene::integrator::{Bounces, NoiseTarget, SamplesPerPixel};
 use snowblue_render::scene::progress::Report;
 use snowblue_render::scene::{IntegratorKind, PathMode};
 use snowblue_render::{Aovs, Integrator, Phase, Preparation, SampleBlock, Scene, SceneDescription, SceneFile};
@@ -93,28 +95,28 @@ pub(crate) struct Render {
     #[arg(long, value_name = "MODE", value_parser = parse_path_mode)]
     path: Option<PathMode>,
     #[arg(
-        long, value_name = "N", value_parser = parse::whole_number_of(SIDE_PIXELS),
-        help = format!("Width in pixels [{}], instead of the scene's", limits::ends(&SIDE_PIXELS))
+        long, value_name = "N", value_parser = parse::count::<SidePixels>,
+        help = format!("Width in pixels [{}], instead of the scene's", limits::of::<SidePixels>())
     )]
-    width: Option<u32>,
+    width: Option<Count<SidePixels>>,
     #[arg(
-        long, value_name = "N", value_parser = parse::whole_number_of(SIDE_PIXELS),
-        help = format!("Height in pixels [{}], instead of the scene's", limits::ends(&SIDE_PIXELS))
+        long, value_name = "N", value_parser = parse::count::<SidePixels>,
+        help = format!("Height in pixels [{}], instead of the scene's", limits::of::<SidePixels>())
     )]
-    height: Option<u32>,
+    height: Option<Count<SidePixels>>,
     #[arg(
-        long, value_name = "N", value_parser = parse::whole_number_of(SAMPLES_PER_PIXEL),
-        help = format!("Samples per pixel [{}], instead of the scene's", limits::ends(&SAMPLES_PER_PIXEL))
+        long, value_name = "N", value_parser = parse::count::<SamplesPerPixel>,
+        help = format!("Samples per pixel [{}], instead of the scene's", limits::of::<SamplesPerPixel>())
     )]
-    spp: Option<u32>,
+    spp: Option<Count<SamplesPerPixel>>,
     #[arg(
-        long, value_name = "FRACTION", value_parser = parse::number_of(NOISE_TARGET_RANGE.inclusive()),
+        long, value_name = "FRACTION", value_parser = parse::quantity::<NoiseTarget>,
         help = format!(
             "Standard error of a pixel relative to its luminance [{}] below which it gets no further samples, instead \
-             of the scene's; --spp is then the greatest number", limits::ends(&NOISE_TARGET_RANGE.inclusive())
+             of the scene's; --spp is then the greatest number", limits::of::<NoiseTarget>()
         )
     )]
-    noise_target: Option<f64>,
+    noise_target: Option<Number<NoiseTarget>>,
     /// Leave out the filter of hybrid and diffusion, which averages the noise of random walks, of samples of a sky and
     /// of light from other surfaces over pixels of like surfaces
     #[arg(long)]
@@ -126,12 +128,12 @@ pub(crate) struct Render {
     #[arg(long, value_name = "X0:X1,Y0:Y1", value_parser = parse::window)]
     crop: Option<Window>,
     #[arg(
-        long, value_name = "N", value_parser = parse::whole_number_of(BOUNCES),
+        long, value_name = "N", value_parser = parse::count::<Bounces>,
         help = format!(
-            "Greatest number of bounces [{}], instead of the scene's; 0 is direct light only", limits::ends(&BOUNCES)
+            "Greatest number of bounces [{}], instead of the scene's; 0 is direct light only", limits::of::<Bounces>()
         )
     )]
-    max_bounces: Option<u32>,
+    max_bounces: Option<Count<Bounces>>,
     /// Seed of random numbers [0–4294967295], instead of the scene's
     #[arg(long, value_name = "N", value_parser = parse::whole_number::<u32>(0..=u32::MAX.into()))]
     seed: Option<u32>,
@@ -349,19 +351,18 @@ impl Render {
     /// The pixels and samples to render.
     fn target(&self, scene: &SceneDescription) -> Result<SampleBlock, Failure> {
         let SceneDescription { film, integrator, .. } = scene;
-        let mut target =
-            SampleBlock { columns: 0..film.width, rows: 0..film.height, samples: 0..integrator.samples_per_pixel };
+        let (ImageSize { width, height }, samples) = (film.size(), integrator.samples_per_pixel.get());
+        let mut target = SampleBlock { columns: 0..width, rows: 0..height, samples: 0..samples };
         if let Some(samples) = &self.spp_range {
             target.samples = samples.clone();
         }
         if let Some(crop) = &self.crop {
-            for (what, own, all) in [("columns", &crop.columns, film.width), ("rows", &crop.rows, film.height)] {
+            for (what, own, all) in [("columns", &crop.columns, width), ("rows", &crop.rows, height)] {
                 if own.end > all {
                     let (start, end) = (own.start, own.end);
                     return Err(Failure::Input(format!(
-                        "--crop has the {what} {start}:{end}, but the picture has {} × {} pixels: {what} lie in \
-                         0:{all}",
-                        film.width, film.height
+                        "--crop has the {what} {start}:{end}, but the picture has {width} × {height} pixels: {what} \
+                         lie in 0:{all}"
                     )));
                 }
             }
@@ -388,7 +389,6 @@ impl Render {
         let mut file = self.scene.open()?;
         self.check_effects_on(&file.description)?;
         self.override_values(&mut file.description);
-        // Values of the file were checked when it was read, and those of options by their ranges.
         check(&file.description)?;
         phases.begin(Phase::Meshes);
         let scene = file.build().map_err(Failure::input)?;

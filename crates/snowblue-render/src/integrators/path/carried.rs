@@ -123,7 +123,7 @@ impl LightTable {
                 *tables_left -= 1;
                 let constant = scene.integrator().pcasnow.reflectance;
                 let constant_reflectance =
-                    constant.map(|reflectance| sum(&weights, &Spectrum::constant(narrow(reflectance))));
+                    constant.map(|reflectance| sum(&weights, &Spectrum::constant(narrow(reflectance.get()))));
                 MaterialResponse::Snow { table: Box::new(table), constant_reflectance }
             }
         };

@@ -220,7 +220,7 @@ impl<'a> PathTracer<'a> {
             reading += self.unhidden_light(&vertex);
             Compared { found: light, reading, is_snow: false, normal: vertex.normal }
         });
-        let has_later = self.scene.integrator().max_bounces > 0 || self.has_area_lights;
+        let has_later = self.scene.integrator().max_bounces.get() > 0 || self.has_area_lights;
         let later = has_later.then(|| self.indirect_light(&vertex, sampler));
         PathRadiance { first, sees_snow, distance_m, later, filtered }
     }
@@ -327,7 +327,7 @@ impl<'a> PathTracer<'a> {
 
     /// Light that comes to a path's first surface from further surfaces and by rays that hit lights, reflected there.
     fn indirect_light(&mut self, first: &Vertex, sampler: &mut Sampler) -> Spectrum {
-        let max_bounces = self.scene.integrator().max_bounces;
+        let max_bounces = self.scene.integrator().max_bounces.get();
         let (mut radiance, mut throughput) = (Spectrum::ZERO, Spectrum::ONE);
         let Some(mut ray) = self.bounce(first, 0, &mut throughput, sampler) else { return radiance };
         let mut from = first.directions;
@@ -362,7 +362,7 @@ impl<'a> PathTracer<'a> {
         let (surface, directions) = (vertex.surface.surface_point(), vertex.directions);
         // The last ray finds lights only.
         let (direction, factor) = match self.field {
-            Some(field) if bounce < self.scene.integrator().max_bounces => {
+            Some(field) if bounce < self.scene.integrator().max_bounces.get() => {
                 field.sample_reflection(&directions, [u, v, choice])
             }
             _ => directions.sample_weighted([u, v]),

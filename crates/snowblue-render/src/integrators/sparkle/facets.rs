@@ -185,14 +185,14 @@ impl Facets {
         let of_model = facet_diameters_um(sample);
         let middle_um = 0.5 * (of_model[0] + of_model[1]);
         let factor = match sparkle.facet_size_um {
-            Some(size_um) if middle_um > 0.0 => size_um / middle_um,
+            Some(size_um) if middle_um > 0.0 => size_um.get() / middle_um,
             Some(_) | None => 1.0,
         };
         let diameters_um = match sparkle.facet_size_um {
-            Some(size_um) if middle_um <= 0.0 => [size_um; 2],
+            Some(size_um) if middle_um <= 0.0 => [size_um.get(); 2],
             _ => of_model.map(|diameter_um| factor * diameter_um),
         };
-        let flat_fraction = narrow(sparkle.flat_fraction);
+        let flat_fraction = narrow(sparkle.flat_fraction.get());
         let external = ExternalReflection::at_wavelengths(sample, nodes.wavelengths_nm)?;
         let surface_share = flat_fraction * narrow(external[MIDDLE].share());
         if diameters_um[0] <= 0.0 || surface_share <= 0.0 {
@@ -340,6 +340,7 @@ fn fading(value: f32, [start, end]: [f32; 2]) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use snowblue_base::Number;
     use snowblue_transport::sample::GrainSize;
     use snowblue_transport::{Impurities, Substance, TruncatedNormal};
 
@@ -390,7 +391,8 @@ mod tests {
 
     fn facets(facet_size_um: f64) -> Facets {
         let sample = SnowSample { facetness: TruncatedNormal::exactly(0.5), ..SnowSample::default() };
-        let sparkle = SparkleDescription { facet_size_um: Some(facet_size_um), flat_fraction: 0.7 };
+        let sparkle =
+            SparkleDescription { facet_size_um: Some(Number::of(facet_size_um)), flat_fraction: Number::of(0.7) };
         Facets::new(&sample, &sparkle, &Nodes::new(), 9).unwrap().unwrap()
     }
 
@@ -541,7 +543,10 @@ mod tests {
         let dusty = SnowSample { impurities: Impurities::none().with(Substance::SaharanDust, 1e7), ..dry };
         for (sample, shares) in [(dry, 0.999..1.001), (wet, 0.3..0.7), (dusty, 0.3..0.97)] {
             let (size_um, flat_fraction, pixel_rad) = (100.0, 0.7, MRAD);
-            let sparkle = SparkleDescription { facet_size_um: Some(size_um), flat_fraction };
+            let sparkle = SparkleDescription {
+                facet_size_um: Some(Number::of(size_um)),
+                flat_fraction: Number::of(flat_fraction),
+            };
             let nodes = Nodes::new();
             let facets = Facets::new(&sample, &sparkle, &nodes, 3).unwrap().unwrap();
             let share = facets.external[MIDDLE].share();

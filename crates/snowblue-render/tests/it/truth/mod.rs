@@ -16,6 +16,7 @@ use std::time::Instant;
 
 use glam::Vec3A;
 use scenes::{Camera, Limits, Scene, scenes};
+use snowblue_base::Count;
 use snowblue_render::Integrator;
 use snowblue_render::files::FilesInMemory;
 use snowblue_render::render::render_all;
@@ -53,9 +54,9 @@ impl Scene {
     fn rendered(&self, kind: IntegratorKind, Renderings { count, samples }: Renderings) -> Cells {
         let mut description = self.description();
         description.integrator.kind = kind;
-        description.integrator.samples_per_pixel = samples;
+        description.integrator.samples_per_pixel = Count::of(samples);
         if kind == IntegratorKind::Reference {
-            description.integrator.max_bounces = REFERENCE_BOUNCES;
+            description.integrator.max_bounces = Count::of(REFERENCE_BOUNCES);
         }
         let mut files = FilesInMemory::default();
         self.files.iter().for_each(|(name, text)| files.insert(*name, text.clone()));

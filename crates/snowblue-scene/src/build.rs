@@ -1,0 +1,259 @@
+//! From a description to a scene: reads the files that it names, and checks that its things fit together.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use snowblue_base::files::FileSource;
+use snowblue_base::{KeyError, KeyPath};
+use snowblue_geometry::shape::Shape;
+
+use crate::air::Air;
+use crate::camera::{PerspectiveCamera, View};
+use crate::changes::Changes;
+use crate::error::SceneError;
+use crate::film::sensor::Sensor;
+use crate::film::white_balance::WhiteBalance;
+use crate::gltf::{GltfScene, read_gltf};
+use crate::integrator::IntegratorKind;
+use crate::light::{Light, irradiance_by_sky};
+use crate::material::{Material, add_grounds, build_materials};
+use crate::objects::{Object, Objects};
+use crate::scene::{Scene, SceneDescription};
+use crate::shape::{ObjectBuilder, body_of_two, notes_on_bodies, with_relief};
+use crate::sky::BuiltSky;
+use crate::sources::{RecordedFiles, Sources};
+use crate::spectrum::light_spectrum::LightSpectrum;
+
+/// What there is in a scene without its described lights.
+struct Solids {
+    objects: Arc<Objects>,
+    /// The objects with relief as the camera sees it, and all notes, if they are known.
+    rough: Option<(Arc<Objects>, Vec<String>)>,
+    materials: Arc<Vec<Material>>,
+    gltf_lights: Vec<Arc<Light>>,
+    gltf_view: Option<View>,
+    /// What was changed in meshes, in sentences.
+    notes: Vec<String>,
+    /// Hashes of the files that were read, by name.
+    files: BTreeMap<String, u64>,
+}
+
+/// The described lights, with the air below the sky and hashes of the files that were read for them.
+struct DescribedLights {
+    lights: Vec<Arc<Light>>,
+    air: Option<Arc<Air>>,
+    files: BTreeMap<String, u64>,
+}
+
+impl SceneDescription {
+    /// Builds the scene, with files from `files`.
+    ///
+    /// # Errors
+    ///
+    /// When a value is out of range, or a file is missing or malformed. The error names the path of the value in the
+    /// description, or the file.
+    pub fn build(&self, files: &dyn FileSource) -> Result<Scene, SceneError> {
+        self.build_with(None, None, files)
+    }
+
+    /// Builds the scene like [`build`](Self::build), and shares what is the same with an earlier one, whose files were
+    /// the same. Its pictures are identical to the last bit.
+    ///
+    /// # Errors
+    ///
+    /// As [`build`](Self::build).
+    pub fn build_after(&self, earlier: &Scene, files: &dyn FileSource) -> Result<Scene, SceneError> {
+        let changes = Changes::new(&earlier.description, self);
+        if changes.solids {
+            return self.build(files);
+        }
+        let (described, of_gltf) = earlier.lights.split_at(earlier.described_lights);
+        let solids = Solids {
+            objects: Arc::clone(&earlier.smooth_objects),
+            rough: (!changes.view).then(|| (Arc::clone(&earlier.objects), earlier.notes.clone())),
+            materials: Arc::clone(&earlier.materials),
+            gltf_lights: of_gltf.to_vec(),
+            // With a camera in the description, that of a glTF does not matter.
+            gltf_view: Some(earlier.view).filter(|_| self.camera.is_none()),
+            notes: earlier.solid_notes.clone(),
+            files: earlier.solid_files.clone(),
+        };
+        let lights = (!changes.any_light()).then(|| DescribedLights {
+            lights: described.to_vec(),
+            air: earlier.air.clone(),
+            files: earlier.light_files.clone(),
+        });
+        self.build_with(Some(solids), lights, files)
+    }
+
+    fn build_with(
+        &self,
+        solids: Option<Solids>,
+        lights: Option<DescribedLights>,
+        files: &dyn FileSource,
+    ) -> Result<Scene, SceneError> {
+        let solids = solids.map_or_else(|| self.solids(files), Ok)?;
+        let described = lights.map_or_else(|| self.described_lights(&solids.materials, files), Ok)?;
+        let DescribedLights { mut lights, air, files: light_files } = described;
+        let described_lights = lights.len();
+        lights.extend(solids.gltf_lights);
+        if lights.is_empty() {
+            return Err(KeyPath::root("light")
+                .error("is missing, and there is neither [environment] nor [sky]")
+                .into());
+        }
+        let sensor = self.sensor(&lights)?;
+        let Solids { objects: smooth_objects, rough, materials, gltf_view, notes: solid_notes, .. } = solids;
+        let (view, path) = self.view(gltf_view)?;
+        let lens = self.camera.as_ref().map(|camera| camera.lens()).unwrap_or_default();
+        let camera = PerspectiveCamera::new(&view, lens, self.film.aspect());
+        let camera = camera
+            .ok_or_else(|| path.key("look_at").error("must not lie at the camera's position or along its up axis"))?;
+        let check = |objects: &Objects| {
+            let is_snow = |object: &Object| materials[object.material].is_snow();
+            // A plane is no solid, but snow fills what is behind one of snow.
+            let is_behind = |object: &Object, point| match (&object.shape, &materials[object.material]) {
+                (Shape::Plane(plane), Material::Ground(_)) => plane.is_behind(point),
+                _ => false,
+            };
+            let behind = |point| objects.list().iter().position(|object| is_behind(object, point));
+            let in_snow = |point| behind(point).or_else(|| objects.around(point, is_snow));
+            let name = |index: usize| &objects.list()[index].name;
+            if let Some(index) = in_snow(view.position) {
+                let reason = format!("lies inside the snow of \"{}\"", name(index));
+                return Err(path.key("position").error(reason));
+            }
+            if let Some(index) = camera.lens_points().find_map(in_snow) {
+                let reason = format!("reaches into the snow of \"{}\"", name(index));
+                return Err(path.key("aperture").error(reason));
+            }
+            Ok(())
+        };
+        check(&smooth_objects)?;
+        let (objects, notes) = if let Some(same) = rough {
+            same
+        } else if let Some((rough, note)) = with_relief(&smooth_objects, &materials, (&camera, &view, &self.film)) {
+            check(&rough)?;
+            (Arc::new(rough), solid_notes.iter().cloned().chain(note).collect())
+        } else {
+            (Arc::clone(&smooth_objects), solid_notes.clone())
+        };
+        Ok(Scene {
+            camera,
+            view,
+            objects,
+            smooth_objects,
+            solid_notes,
+            materials,
+            lights,
+            described_lights,
+            air,
+            film: self.film,
+            integrator: self.integrator.clone(),
+            sensor,
+            table_file: self.integrator.pcasnow.table.as_ref().map(|name| files.display_name(name)),
+            description: self.clone(),
+            notes,
+            solid_files: solids.files,
+            light_files,
+        })
+    }
+
+    /// The CIE 1931 observer who sees the light of the film's white balance as white.
+    fn sensor(&self, lights: &[Arc<Light>]) -> Result<Sensor, KeyError> {
+        let white = self.film.white;
+        if white == WhiteBalance::default() {
+            return Ok(Sensor::cie_1931());
+        }
+        let wrong = |reason: &str| KeyPath::root("film").key("white").error(format!("is \"{white}\", but {reason}"));
+        let spectrum = match white {
+            WhiteBalance::Illuminant(illuminant) => {
+                LightSpectrum::illuminant(illuminant).map_err(|error| wrong(&error.to_string()))?.relative
+            }
+            WhiteBalance::Temperature(kelvin) => {
+                LightSpectrum::of_temperature(kelvin).map_err(|error| wrong(&error.to_string()))?.relative
+            }
+            WhiteBalance::Sky => irradiance_by_sky(lights),
+        };
+        if spectrum.maximum() <= 0.0 {
+            return Err(wrong("there is no sky, sun or distant lamp above"));
+        }
+        Sensor::cie_1931().balanced(&spectrum).ok_or_else(|| wrong("the light has a colour outside of sRGB"))
+    }
+
+    /// Builds all that is no described light.
+    fn solids(&self, files: &dyn FileSource) -> Result<Solids, SceneError> {
+        let files = RecordedFiles::new(files);
+        let sources = Sources::new(&files);
+        let mut materials = build_materials(&self.materials, &sources)?;
+        let grounds = add_grounds(&mut materials, &self.objects)?;
+        let mut objects = Vec::new();
+        let mut builder = ObjectBuilder::new(&sources, &materials, grounds, self.integrator.kind);
+        for (index, object) in self.objects.iter().enumerate() {
+            objects.extend(builder.build(&KeyPath::root("object").index(index), object)?);
+        }
+        let mut notes = builder.notes;
+        let gltf = match &self.gltf {
+            None => GltfScene::default(),
+            Some(name) => read_gltf(&KeyPath::root("gltf"), name, &mut materials, &sources, self.integrator.kind)?,
+        };
+        notes.extend(gltf.notes);
+        objects.extend(gltf.objects);
+        let objects = Objects::new(objects);
+        notes.extend(notes_on_bodies(&objects, &materials, self.integrator.kind));
+        if let Some(body) = body_of_two(&objects).filter(|_| self.integrator.kind != IntegratorKind::PcaSnow) {
+            let reason = format!("has a body \"{body}\" of several materials; this integrator takes one");
+            return Err(KeyPath::root("object").error(reason).into());
+        }
+        Ok(Solids {
+            objects: Arc::new(objects),
+            rough: None,
+            materials: Arc::new(materials.into_iter().map(|named| named.material).collect()),
+            gltf_lights: gltf.lights.into_iter().map(Arc::new).collect(),
+            gltf_view: gltf.view,
+            notes,
+            files: files.hashes(),
+        })
+    }
+
+    /// Builds the lights of the description for materials that were built, with hashes of the files that were read for
+    /// them.
+    fn described_lights(&self, materials: &[Material], files: &dyn FileSource) -> Result<DescribedLights, SceneError> {
+        let files = RecordedFiles::new(files);
+        let sources = Sources::new(&files);
+        let mut lights = Vec::with_capacity(self.lights.len() + 1);
+        for (index, light) in self.lights.iter().enumerate() {
+            lights.push(light.build(&KeyPath::root("light").index(index), &sources)?);
+        }
+        if let Some(environment) = &self.environment {
+            lights.push(environment.build(&KeyPath::root("environment"), &sources)?);
+        }
+        let sky = match &self.sky {
+            Some(sky) => sky.build(self, materials, &sources)?,
+            None => BuiltSky::default(),
+        };
+        lights.extend(sky.lights);
+        Ok(DescribedLights {
+            lights: lights.into_iter().map(Arc::new).collect(),
+            air: sky.air.map(Arc::new),
+            files: files.hashes(),
+        })
+    }
+
+    /// Builds the lights of a description for materials that were built.
+    pub fn lights_over(&self, materials: &[Material], files: &dyn FileSource) -> Result<Vec<Arc<Light>>, SceneError> {
+        Ok(self.described_lights(materials, files)?.lights)
+    }
+
+    /// The view of the camera, or the view of the glTF, and its path in the description.
+    fn view(&self, of_gltf: Option<View>) -> Result<(View, KeyPath), SceneError> {
+        if let Some(camera) = &self.camera {
+            let path = KeyPath::root("camera");
+            camera.check(&path)?;
+            return Ok((camera.view(), path));
+        }
+        let reason = "is missing, and there is no glTF with a perspective camera";
+        let view = of_gltf.ok_or_else(|| KeyPath::root("camera").error(reason))?;
+        Ok((view, KeyPath::root("gltf").key("camera")))
+    }
+}

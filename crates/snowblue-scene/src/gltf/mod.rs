@@ -1,0 +1,207 @@
+//! A whole glTF as part of a scene: its meshes in their places, its camera and its lights. A material is that of the
+//! description under the same name, or else diffuse with the glTF's base colour.
+//!
+//! A light's strength is in candela or lux. Its spectrum is daylight (D65) times its colour, scaled so that ȳ gives the
+//! same number of lumens at 683 lm/W (Khronos Group 2020, KHR_lights_punctual).
+
+mod lights;
+mod material;
+
+use std::collections::btree_map::Entry;
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use glam::DAffine3;
+use snowblue_base::files::{FileError, check_formats, check_total};
+use snowblue_color::LinearRgb;
+use snowblue_geometry::instance::Instance;
+use snowblue_geometry::mesh_bvh::MeshBvh;
+use snowblue_geometry::mesh_files::gltf::{GltfFile, Y_UP_TO_Z_UP};
+use snowblue_geometry::ray::narrow;
+use snowblue_geometry::shape::Shape;
+
+use crate::camera::View;
+use crate::error::SceneError;
+use crate::gltf::lights::{LightKind, PunctualLight, punctual_lights, view};
+use crate::gltf::material::{GltfMaterial, base_colour_texture, gltf_material};
+use crate::integrator::IntegratorKind;
+use crate::light::Light;
+use crate::light::directional::DirectionalLight;
+use crate::light::point::PointLight;
+use crate::light::sample::SpotCone;
+use crate::light::spot::SpotLight;
+use crate::material::Material;
+use crate::material::NamedMaterial;
+use crate::material::diffuse::Diffuse;
+use crate::material::texture::Texture;
+use crate::objects::Object;
+use crate::shape::{check_closed, solid};
+use crate::shape::{check_reach, placement};
+use crate::sources::Sources;
+use crate::spectrum::light_spectrum::lumens_per_watt_of_luminance_one;
+use crate::spectrum::upsampling::Upsampling;
+use snowblue_base::KeyPath;
+
+/// Greatest strength of a light, in cd or lx.
+const MAX_STRENGTH: f64 = 1e15;
+
+/// What a glTF adds to a scene.
+#[derive(Default)]
+pub(crate) struct GltfScene {
+    pub(crate) objects: Vec<Object>,
+    pub(crate) view: Option<View>,
+    pub(crate) lights: Vec<Light>,
+    /// What was changed in meshes, in sentences.
+    pub(crate) notes: Vec<String>,
+}
+
+/// Reads a glTF with y turned to z; its materials that the description lacks are added to `materials`.
+pub(crate) fn read_gltf(
+    path: &KeyPath,
+    name: &str,
+    materials: &mut Vec<NamedMaterial>,
+    sources: &Sources,
+    integrator: IntegratorKind,
+) -> Result<GltfScene, SceneError> {
+    check_formats(&sources.files.display_name(name))?;
+    let file = GltfFile::read(sources.files, name).map_err(|error| sources.named(path, name, error))?;
+    let wrong =
+        |reason: String| SceneError::File(FileError::Content { path: sources.files.display_name(name), reason });
+    let nodes = file.nodes(DAffine3::from_mat3(Y_UP_TO_Z_UP))?;
+    let mut meshes = BTreeMap::new();
+    let mut objects = Vec::new();
+    // Parts of meshes that are known to be closed.
+    let mut closed = BTreeSet::new();
+    let mut notes = Vec::new();
+    let mut palette =
+        Palette { file: &file, sources, own: materials.len(), known: BTreeMap::new(), texture_bytes: 0.0 };
+    for node in &nodes {
+        let Some(number) = node.mesh() else { continue };
+        let parts = match meshes.entry(number) {
+            Entry::Occupied(known) => known.into_mut(),
+            Entry::Vacant(fresh) => {
+                let mut parts = Vec::new();
+                for mut surface in file.surfaces(number)? {
+                    let material = palette.index(surface.material, materials)?;
+                    if materials[material].material.is_snow() {
+                        let name = node.name();
+                        let note = solid(&mut surface.mesh).map_err(|reason| wrong(format!("{name}: {reason}")))?;
+                        notes.extend(note.map(|note| format!("{path}, {name}: {note}")));
+                    }
+                    let centred = surface.mesh.centred();
+                    let mesh = Arc::new(MeshBvh::new(centred.mesh.smooth()));
+                    parts.push(Part { material, mesh, to_original: centred.to_original });
+                }
+                fresh.insert(parts)
+            }
+        };
+        for (part, Part { material, mesh, to_original }) in parts.iter().enumerate() {
+            let (name, material) = (node.name(), *material);
+            let NamedMaterial { name: material_name, material: made_of } = &materials[material];
+            let misfit = |reason| wrong(format!("{name} of material \"{material_name}\": {reason}"));
+            let placement =
+                placement(&(node.to_root * *to_original)).map_err(|reason| wrong(format!("{name}: {reason}")))?;
+            let instance = Instance::new(Arc::clone(mesh), placement);
+            check_reach(instance.bounds().greatest_coordinate()).map_err(|reason| wrong(format!("{name} {reason}")))?;
+            let shape = Shape::Mesh(instance);
+            made_of.check(&shape).map_err(misfit)?;
+            let must_be_closed = integrator.has_light_field() && made_of.is_snow();
+            if must_be_closed && closed.insert((number, part)) {
+                check_closed(mesh.triangles()).map_err(misfit)?;
+            }
+            objects.push(Object { name, shape, material, body: None, undisturbed: None });
+        }
+    }
+    let lights = punctual_lights(&nodes);
+    let lights = lights.iter().map(|light| convert(light).map_err(wrong)).collect::<Result<_, _>>()?;
+    Ok(GltfScene { objects, view: view(&nodes), lights, notes })
+}
+
+/// A part of a mesh, of one material.
+struct Part {
+    /// Index of its material in the scene.
+    material: usize,
+    /// About its own middle.
+    mesh: Arc<MeshBvh>,
+    /// The map that puts its middle back.
+    to_original: DAffine3,
+}
+
+/// The materials of a glTF as they become those of a scene.
+struct Palette<'file> {
+    file: &'file GltfFile,
+    sources: &'file Sources<'file>,
+    /// How many the description has.
+    own: usize,
+    /// Index in the scene by the number in the glTF, of those met so far.
+    known: BTreeMap<Option<usize>, usize>,
+    /// Memory that the textures so far take.
+    texture_bytes: f64,
+}
+
+impl Palette<'_> {
+    /// Index of the scene's own material of that name, or of a new one.
+    fn index(&mut self, number: Option<usize>, materials: &mut Vec<NamedMaterial>) -> Result<usize, SceneError> {
+        if let Some(&index) = self.known.get(&number) {
+            return Ok(index);
+        }
+        // A glTF's default material is white.
+        let material = number.and_then(|number| gltf_material(self.file, number));
+        let name = material.as_ref().and_then(|material| material.name.clone());
+        let own = name.as_ref().and_then(|name| materials[..self.own].iter().position(|other| other.name == *name));
+        let index = match own {
+            Some(index) => index,
+            None => {
+                let diffuse = match &material {
+                    Some(material) => self.diffuse(material)?,
+                    None => self.sources.uniform([1.0; 3]),
+                };
+                let name = name.unwrap_or_else(|| format!("glTF material {}", materials.len()));
+                materials.push(NamedMaterial { name, material: Material::Diffuse(diffuse) });
+                materials.len() - 1
+            }
+        };
+        self.known.insert(number, index);
+        Ok(index)
+    }
+
+    fn diffuse(&mut self, material: &GltfMaterial) -> Result<Diffuse, SceneError> {
+        let paint = base_colour_texture(self.file, material, self.sources.files)?;
+        self.texture_bytes += paint.as_ref().map_or(0.0, Texture::bytes);
+        // Any number of materials may have the same image.
+        check_total("its textures", self.texture_bytes).map_err(|reason| self.file.wrong(reason))?;
+        Ok(paint.map_or_else(|| self.sources.uniform(material.base_colour), |texture| self.sources.textured(texture)))
+    }
+}
+
+/// A light of a glTF.
+fn convert(light: &PunctualLight) -> Result<Light, String> {
+    let LinearRgb { r, g, b } = light.colour;
+    let strength = match light.kind {
+        LightKind::Point { intensity_cd } | LightKind::Spot { intensity_cd, .. } => intensity_cd,
+        LightKind::Directional { illuminance_lx } => illuminance_lx,
+    };
+    if ![r, g, b, strength].iter().all(|value| (0.0..=MAX_STRENGTH).contains(value)) || light.colour.luminance() <= 0.0
+    {
+        let name = &light.name;
+        return Err(format!("light \"{name}\" is {strength} times {r}, {g}, {b}, but must be positive and finite"));
+    }
+    let emission =
+        Upsampling::daylight().spectrum([r, g, b].map(narrow)) * narrow(strength / lumens_per_watt_of_luminance_one());
+    let position = light.position;
+    Ok(match light.kind {
+        LightKind::Point { .. } => Light::new(PointLight { position, emission }),
+        LightKind::Spot { inner_cone_deg, outer_cone_deg, .. } => {
+            if inner_cone_deg >= outer_cone_deg {
+                return Err(format!(
+                    "spot \"{}\" has an inner cone of {inner_cone_deg}°, but must be below its outer cone of \
+                     {outer_cone_deg}°",
+                    light.name
+                ));
+            }
+            let cone = SpotCone::new(light.direction, narrow(inner_cone_deg), narrow(outer_cone_deg));
+            Light::new(SpotLight { position, cone, emission })
+        }
+        LightKind::Directional { .. } => Light::new(DirectionalLight { to_light: -light.direction, emission }),
+    })
+}

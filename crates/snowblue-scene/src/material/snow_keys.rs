@@ -1,0 +1,252 @@
+//! The keys of snow in a scene file: what it is made of, its sparkle and its relief.
+
+use std::ops::Range;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use snowblue_base::files::check_formats;
+use snowblue_base::toml_table::{Table, line_of};
+use snowblue_base::{KeyError, KeyPath, Number, ParseError, RangeError};
+use snowblue_transport::layer_file::{LayerFile, LayerFileError};
+use snowblue_transport::sample::{SnowKeyError, SnowKeys};
+use snowblue_transport::{Layer, SnowSample, TransportError};
+
+use crate::error::SceneError;
+use crate::layering::Layering;
+use crate::material::mask::MaskDescription;
+use crate::material::relief::ReliefDescription;
+use crate::material::snow::{Snow, SnowMaterial};
+use crate::material::sparkle::SparkleDescription;
+use crate::sources::Sources;
+use crate::spectrum::wavelengths_nm;
+use crate::values::{AnyOf, Coordinate, Notations};
+
+/// Snow as a material: what it is made of, and how its surface is drawn.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct SnowMaterialDescription {
+    /// What it is made of.
+    #[serde(flatten)]
+    pub snow: SnowDescription,
+    /// Its sparkle, if it is drawn: `true`, or a table.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "Option<AnyOf<bool, SparkleDescription>>")]
+    pub sparkle: Option<SparkleDescription>,
+    /// The relief of its surface, if it has one: `fresh`, `wind-packed`, `melt-forms`, or a table.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "Option<AnyOf<String, ReliefDescription>>")]
+    pub relief: Option<ReliefDescription>,
+}
+
+/// What snow is made of, by the keys of its table: one snow, layers, or two snows and a mask.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[serde(untagged)]
+#[expect(clippy::large_enum_variant, reason = "there is one for each material")]
+pub enum SnowDescription {
+    /// One snow.
+    Uniform(SnowKeys),
+    /// Layers.
+    Layers(LayeredSnowDescription),
+    /// Two snows and a mask.
+    Masked(MaskedSnowDescription),
+}
+
+/// Snow of layers.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LayeredSnowDescription {
+    /// A file of layers, top first ([`layer_file`](snowblue_transport::layer_file)). The last layer goes on below.
+    pub layers: String,
+    /// Where the first layer begins: "surface", or a height z in m.
+    #[serde(default)]
+    pub layers_top: LayersTop,
+}
+
+/// Snow that varies between two snows. Every property is in proportion to the mask.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct MaskedSnowDescription {
+    /// Where it is which.
+    pub mask: MaskDescription,
+    /// The snow where the mask is 0, and where it is 1.
+    pub between: [SnowKeys; 2],
+}
+
+/// Where the first layer of snow begins, from which all depths count vertically.
+#[derive(Debug, Clone, Copy, PartialEq, Default, JsonSchema)]
+#[schemars(with = "AnyOf<String, Number<Coordinate>>")]
+pub enum LayersTop {
+    /// At the topmost surface of the body above each point: layers follow the terrain.
+    #[default]
+    Surface,
+    /// At a height z, in m: layers are horizontal, and snow above is of the first.
+    Height(Number<Coordinate>),
+}
+
+impl Serialize for LayersTop {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Surface => serializer.serialize_str("surface"),
+            Self::Height(height_m) => height_m.serialize(serializer),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for LayersTop {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(Notations::<Coordinate, 0, _> {
+            expected: "\"surface\" or a height in m",
+            number: Some(Self::Height),
+            word: Some(|word| match word {
+                "surface" => Ok(Self::Surface),
+                other => Err(format!("is \"{other}\", but must be \"surface\" or a height in m")),
+            }),
+            list: None,
+        })
+    }
+}
+
+impl LayeredSnowDescription {
+    /// The layers of a file, below the surface of the snow.
+    pub fn new(file: impl Into<String>) -> Self {
+        Self { layers: file.into(), layers_top: LayersTop::default() }
+    }
+
+    fn build(&self, path: &KeyPath, sources: &Sources) -> Result<Snow, SceneError> {
+        let file = sources.open(&path.key("layers"), &self.layers)?;
+        check_formats(&file.path)?;
+        let text = file.text();
+        let wrong = |span: Option<Range<usize>>, reason: String| {
+            let line = line_of(&text, span.map_or(0, |span| span.start));
+            SceneError::Text { path: file.path.clone(), line, reason }
+        };
+        let parsed = LayerFile::parse(&text);
+        let LayerFile { layers, spans, .. } = parsed.map_err(|LayerFileError { span, reason }| wrong(span, reason))?;
+        let sample = |(layer, span): (&Layer, Range<usize>)| {
+            let reason = "layer of clear ice has no model in scenes, whose layers must be of snow";
+            layer.sample().copied().ok_or_else(|| wrong(Some(span), reason.to_owned()))
+        };
+        let samples = layers.iter().zip(spans).map(sample).collect::<Result<_, _>>()?;
+        Ok(Snow::Layers { samples, layering: Layering::new(&layers, self.layers_top) })
+    }
+}
+
+impl MaskedSnowDescription {
+    fn read(mut table: Table) -> Result<Self, ParseError> {
+        let (mask, between) = (table.take("mask"), table.take_tables("between")?);
+        let (Some(mask), false) = (mask, between.is_empty()) else {
+            return Err(table.error("needs both `mask` and `between`"));
+        };
+        let mask = MaskDescription::read(mask.table()?)?;
+        let between: Vec<SnowKeys> = between.into_iter().map(Table::read).collect::<Result<_, _>>()?;
+        let count = between.len();
+        let wrong = |_| table.error(format!("has {count} tables in `between`, but must have two"));
+        let described = Self { mask, between: between.try_into().map_err(wrong)? };
+        table.finish()?;
+        Ok(described)
+    }
+
+    fn build(&self, path: &KeyPath, sources: &Sources) -> Result<Snow, SceneError> {
+        let mask = self.mask.build(&path.key("mask"), sources)?;
+        let path = path.key("between");
+        let [first, last] = &self.between;
+        let between = [sample(&path.index(0), first)?, sample(&path.index(1), last)?];
+        if between[0].grain_size.measure != between[1].grain_size.measure {
+            let reason = "has two measures of grain size, but must have one: a kind of snow and ssa_m2_kg state \
+                          optical diameters";
+            return Err(path.error(reason).into());
+        }
+        if between[0].ice != between[1].ice {
+            return Err(path.error("has two tables of ice, but must have one").into());
+        }
+        Ok(Snow::Masked { mask, between })
+    }
+}
+
+impl SnowDescription {
+    /// Reads snow by the keys that only layers and only masked snow have.
+    fn read(table: Table) -> Result<Self, ParseError> {
+        const OF_SNOW: [&str; 4] = ["snow", "grain_size_um", "ssa_m2_kg", "density_kg_m3"];
+        let alone = |key: &str, others: &[&str]| match others.iter().find(|other| table.has(other)) {
+            Some(other) => Err(table.error(format!("has either `{key}` or `{other}`, not both"))),
+            None => Ok(()),
+        };
+        if table.has("layers") {
+            alone("layers", &[&OF_SNOW[..], &["mask", "between"]].concat())?;
+            return table.read().map(Self::Layers);
+        }
+        if let Some(key) = ["mask", "between"].into_iter().find(|key| table.has(key)) {
+            alone(key, &OF_SNOW)?;
+            return MaskedSnowDescription::read(table).map(Self::Masked);
+        }
+        table.read().map(Self::Uniform)
+    }
+
+    /// Builds snow, whose tables of constants must cover the wavelengths of the picture.
+    fn build(&self, path: &KeyPath, sources: &Sources) -> Result<Snow, SceneError> {
+        let built = match self {
+            Self::Uniform(keys) => Snow::Uniform(sample(path, keys)?),
+            Self::Layers(layered) => layered.build(path, sources)?,
+            Self::Masked(masked) => masked.build(path, sources)?,
+        };
+        for sample in built.samples() {
+            for wavelength_nm in wavelengths_nm() {
+                let covered = sample.check_wavelength(wavelength_nm);
+                covered.map_err(|error| path.error(format!("has no constants: {error}")))?;
+            }
+        }
+        Ok(built)
+    }
+}
+
+impl SnowMaterialDescription {
+    pub(super) fn read(mut table: Table) -> Result<Self, ParseError> {
+        let sparkle = table.take("sparkle").map_or(Ok(None), SparkleDescription::read)?;
+        let relief = table.take("relief").map(ReliefDescription::read).transpose()?;
+        Ok(Self { snow: SnowDescription::read(table)?, sparkle, relief })
+    }
+
+    pub(super) fn build(&self, path: &KeyPath, sources: &Sources) -> Result<SnowMaterial, SceneError> {
+        let snow = self.snow.build(path, sources)?;
+        if let Some(sparkle) = &self.sparkle {
+            sparkle.check(&path.key("sparkle"), &snow)?;
+        }
+        if let Some(relief) = &self.relief {
+            relief.check(&path.key("relief"))?;
+        }
+        Ok(SnowMaterial { snow, sparkle: self.sparkle, relief: self.relief })
+    }
+}
+
+/// Snow without sparkle and without relief.
+impl From<SnowDescription> for SnowMaterialDescription {
+    fn from(snow: SnowDescription) -> Self {
+        Self { snow, sparkle: None, relief: None }
+    }
+}
+
+/// The snow of some keys.
+fn sample(path: &KeyPath, keys: &SnowKeys) -> Result<SnowSample, KeyError> {
+    keys.sample().map_err(|SnowKeyError { key, impurity, error }| {
+        let path = path.key(key);
+        match (impurity, error) {
+            (Some(name), TransportError::Unknown { known, .. }) => {
+                path.key(&name).error(format!("is an unknown impurity; known are {known}"))
+            }
+            (Some(name), error) => path.key(&name).error(rest_of_sentence(&error)),
+            (None, error) => path.error(rest_of_sentence(&error)),
+        }
+    })
+}
+
+/// An error about a quantity as the rest of a sentence that begins with its key.
+fn rest_of_sentence(error: &TransportError) -> String {
+    let sentence = error.to_string();
+    let quantity = match error {
+        TransportError::Range(RangeError::OutOfRange { quantity, .. } | RangeError::Reversed { quantity, .. })
+        | TransportError::Count { quantity, .. }
+        | TransportError::Combination { quantity, .. } => *quantity,
+        TransportError::MeanSize { .. } => "mean grain size",
+        TransportError::Unknown { name, known, .. } => return format!("is \"{name}\", but must be one of {known}"),
+        _ => return format!("is wrong: {sentence}"),
+    };
+    sentence.strip_prefix(quantity).unwrap_or(&sentence).trim_start().to_owned()
+}

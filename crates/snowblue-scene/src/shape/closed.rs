@@ -1,0 +1,106 @@
+//! Whether meshes of snow are closed. Integrators that solve for the light inside snow need it: through a hole, a line
+//! enters and never leaves, and nothing says what is inside.
+
+use snowblue_geometry::coincident::weld;
+use snowblue_geometry::repair::remove_coincident;
+use snowblue_geometry::topology::Topology;
+use snowblue_geometry::triangle_mesh::TriangleMesh;
+
+/// Most triangles of an edge. Each makes every line through it longer to follow.
+const MOST_OF_AN_EDGE: usize = 100;
+
+/// Joins vertices at one position, leaves out triangles that bound no solid, and says how many. Refuses a mesh of which
+/// nothing is left.
+pub(crate) fn solid(mesh: &mut TriangleMesh) -> Result<Option<String>, String> {
+    weld(&mut mesh.positions, &mesh.indices);
+    let all = mesh.indices.len();
+    let removed = remove_coincident(mesh);
+    let reason = "have coincident corners or coincide with others";
+    if removed == all {
+        return Err(format!("all {all} triangles {reason}, so that nothing is inside"));
+    }
+    Ok((removed > 0).then(|| format!("{removed} of {all} triangles {reason}, and are left out")))
+}
+
+/// Refuses an open mesh, and one with an edge of many triangles.
+pub(crate) fn check_closed(mesh: &TriangleMesh) -> Result<(), String> {
+    let topology = Topology::of(mesh);
+    if topology.most_of_an_edge > MOST_OF_AN_EDGE {
+        return Err(format!(
+            "an edge belongs to {} triangles, but for this integrator to at most {MOST_OF_AN_EDGE}",
+            topology.most_of_an_edge
+        ));
+    }
+    if topology.is_closed() {
+        return Ok(());
+    }
+    let Topology { open_edges, odd_shared_edges, .. } = topology;
+    let odd = match odd_shared_edges {
+        0 => String::new(),
+        count => format!(" and {count} edges of an odd number of triangles"),
+    };
+    Err(format!(
+        "it has {open_edges} open edges{odd}, but this integrator needs closed snow; `snowblue repair` \
+         closes holes"
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::{DVec3, Vec3};
+    use std::f64::consts::{PI, TAU};
+
+    /// A tetrahedron, several times.
+    fn tetrahedra(count: usize) -> TriangleMesh {
+        let corners = [Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z];
+        let sides = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]].map(|side| side.map(|corner: usize| corners[corner]));
+        TriangleMesh::from_triangles(&sides.repeat(count))
+    }
+
+    /// A ball of rings of vertices, whose poles are as many vertices, and lie where sines and cosines put them.
+    fn ball(around: u32, rings: u32, radius: f64) -> TriangleMesh {
+        let vertex = |ring: u32, place: u32| {
+            let (polar, azimuth) =
+                (PI * f64::from(ring) / f64::from(rings), TAU * f64::from(place) / f64::from(around));
+            (radius * DVec3::new(polar.sin() * azimuth.cos(), polar.sin() * azimuth.sin(), polar.cos())).as_vec3()
+        };
+        let positions = (0..=rings).flat_map(|ring| (0..around).map(move |place| vertex(ring, place))).collect();
+        let square = |ring: u32, place: u32| {
+            let [a, b] = [place, (place + 1) % around].map(|place| ring * around + place);
+            [[a, a + around, b + around], [a, b + around, b]]
+        };
+        let indices = (0..rings).flat_map(|ring| (0..around).flat_map(move |place| square(ring, place))).collect();
+        TriangleMesh { positions, indices, ..TriangleMesh::default() }
+    }
+
+    #[test]
+    fn poles_of_many_vertices_close_a_ball_of_any_size() {
+        for radius in [1e-6, 1.0, 3e7] {
+            let mut mesh = ball(48, 24, radius);
+            let pole = &mesh.positions[24 * 48..];
+            assert!(pole.iter().any(|vertex| *vertex != pole[0]), "the vertices of a pole differ");
+            let note = solid(&mut mesh).unwrap();
+            // Two triangles of three at each pole have no area.
+            assert!(note.unwrap().starts_with("96 of 2304 triangles"));
+            assert_eq!(check_closed(&mesh), Ok(()));
+            assert!(mesh.positions[24 * 48..].iter().all(|vertex| *vertex == mesh.positions[24 * 48]));
+        }
+    }
+
+    #[test]
+    fn coincident_triangles_are_left_out_and_edges_of_many_are_refused() {
+        let mut twice = tetrahedra(2);
+        assert_eq!(
+            solid(&mut twice).unwrap().unwrap(),
+            "4 of 8 triangles have coincident corners or coincide with others, and are left out"
+        );
+        assert_eq!(check_closed(&twice), Ok(()));
+        let sheet = [[Vec3::ZERO, Vec3::X, Vec3::Y], [Vec3::ZERO, Vec3::Y, Vec3::X]];
+        let message = solid(&mut TriangleMesh::from_triangles(&sheet)).unwrap_err();
+        assert!(message.starts_with("all 2 triangles"), "{message}");
+        assert_eq!(check_closed(&tetrahedra(50)), Ok(()));
+        let message = check_closed(&tetrahedra(51)).unwrap_err();
+        assert!(message.contains("102 triangles") && message.contains("at most 100"), "{message}");
+    }
+}

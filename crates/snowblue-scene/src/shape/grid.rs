@@ -1,0 +1,206 @@
+//! Heights on a grid, in rows or in a file, and where they lie.
+
+use std::sync::Arc;
+
+use glam::DVec2;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use snowblue_base::{KeyError, KeyPath, Number, Numbers, ParameterRange, quantities};
+use snowblue_geometry::ray::narrow;
+use snowblue_shapes::height_field::Heights;
+use snowblue_shapes::height_files::{Georeference, HeightGrid, Window};
+use snowblue_shapes::terrain::{Filling, Terrain};
+
+use super::{BuiltShape, ObjectContext};
+use crate::error::SceneError;
+use crate::sources::Sources;
+use crate::undisturbed::UndisturbedSurface;
+use crate::values::{ShapeSize, point};
+
+quantities! {
+    /// A height above the sea or above a floor.
+    pub Height = ParameterRange::new("height", -1e5, 1e5, "m");
+    /// A coordinate of a map.
+    pub MapCoordinate = ParameterRange::new("coordinate", -1e8, 1e8, "m");
+    /// How far triangles may lie from the heights.
+    pub Tolerance = ParameterRange::new("tolerance", 0.0, 1e4, "m");
+}
+
+/// Default tolerance of the triangles of a map, in distances between two heights.
+const TOLERANCE_OF_CELL: f64 = 0.05;
+
+/// Where heights on a grid lie. On a georeferenced map x is east and y is north, the origin is the middle of the map or
+/// of `crop`, and the height there lies at z = 0 unless `datum` says another.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct GridSettings {
+    /// Lengths along x and y, and the height of the value 1, in m; by default those of a georeferenced file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub size: Option<Numbers<ShapeSize, 3>>,
+    /// The height that lies at z = 0, in m; by default the height at the object's origin in a georeferenced file, else
+    /// 0.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub datum: Option<Number<Height>>,
+    /// The height where the file has none, in m. Without it, missing heights are an error.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fill: Option<Number<Height>>,
+    /// The part that is used; the whole grid if absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub crop: Option<CropDescription>,
+    /// How far the triangles may lie above or below the heights, in m; by default a twentieth of the distance between
+    /// two heights of a georeferenced file, else 0.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tolerance: Option<Number<Tolerance>>,
+}
+
+/// A part of a grid. Its middle becomes the object's origin.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CropDescription {
+    /// Its middle, in the coordinates of a georeferenced file or else from the middle of the grid, in m.
+    pub centre: Numbers<MapCoordinate, 2>,
+    /// Its lengths along x and y, in m.
+    pub size: Numbers<ShapeSize, 2>,
+}
+
+impl GridSettings {
+    /// The keys.
+    pub(super) const KEYS: [&str; 5] = ["size", "datum", "fill", "crop", "tolerance"];
+
+    /// Whether nothing is set.
+    pub(super) fn is_plain(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
+/// Heights in their place, relative to the object's origin.
+pub(super) struct PlacedGrid {
+    pub(super) heights: Heights,
+    pub(super) far_left_m: DVec2,
+    pub(super) cell_m: DVec2,
+    pub(super) tolerance_m: f64,
+    /// The object's origin in the coordinates of the file, if that says where its heights lie.
+    pub(super) origin_on_map_m: Option<DVec2>,
+}
+
+impl PlacedGrid {
+    /// Puts heights into their place; `key` is the path to the heights.
+    pub(super) fn new(
+        path: &KeyPath,
+        key: &KeyPath,
+        grid: HeightGrid,
+        settings: &GridSettings,
+    ) -> Result<Self, KeyError> {
+        if grid.columns < 2 || grid.rows() < 2 {
+            heights_of(grid.clone(), key)?;
+        }
+        let cells = DVec2::new((grid.columns - 1) as f64, (grid.rows() - 1) as f64);
+        let (georeference, height_scale) = match (settings.size, grid.georeference) {
+            (Some(size), _) => {
+                let size = point(size).as_dvec3();
+                let far_left_m = 0.5 * size.truncate() * DVec2::new(-1.0, 1.0);
+                (Georeference { far_left_m, cell_m: size.truncate() / cells }, size.z)
+            }
+            (None, Some(georeference)) => (georeference, 1.0),
+            (None, None) => return Err(path.key("size").error("is missing, and the file does not say it")),
+        };
+        let Georeference { far_left_m, cell_m } = georeference;
+        let (grid, far_left_m, origin_m) = match settings.crop {
+            None => (grid, far_left_m, far_left_m + 0.5 * cells * cell_m * DVec2::new(1.0, -1.0)),
+            Some(crop) => {
+                let window = Window { centre_m: crop.centre.get().into(), size_m: crop.size.get().into() };
+                let (grid, far_left_m) =
+                    grid.cropped(&georeference, &window).map_err(|reason| path.key("crop").error(reason))?;
+                (grid, far_left_m, window.centre_m)
+            }
+        };
+        let heights = heights_of(filled(grid, settings.fill.map(Number::get), key)?, key)?;
+        let far_left_m = far_left_m - origin_m;
+        let of_origin = || heights.at(-far_left_m * DVec2::new(1.0, -1.0) / cell_m);
+        let is_map = settings.size.is_none();
+        let datum_m = settings.datum.map(Number::get).unwrap_or_else(|| if is_map { of_origin() } else { 0.0 });
+        let usual_tolerance_m = if is_map { TOLERANCE_OF_CELL * cell_m.min_element() } else { 0.0 };
+        Ok(Self {
+            heights: heights.scaled(narrow(height_scale)).lowered(datum_m),
+            far_left_m,
+            cell_m,
+            tolerance_m: settings.tolerance.map_or(usual_tolerance_m, Number::get),
+            origin_on_map_m: is_map.then_some(origin_m),
+        })
+    }
+
+    /// Lengths along x and y, in m.
+    pub(super) fn size_m(&self) -> DVec2 {
+        self.cell_m * DVec2::new((self.heights.columns() - 1) as f64, (self.heights.rows() - 1) as f64)
+    }
+
+    /// Least height, in m.
+    pub(super) fn least_m(&self) -> f32 {
+        self.heights.values().iter().copied().fold(f32::INFINITY, f32::min)
+    }
+
+    /// The solid below or above the heights, with the prints of the object; `wrong` makes an error of a reason.
+    pub(super) fn build<E: From<KeyError>>(
+        self,
+        object: &ObjectContext,
+        filling: Filling,
+        wrong: impl Fn(String) -> E,
+    ) -> Result<BuiltShape, E> {
+        let (low, high) = (
+            DVec2::new(self.far_left_m.x, self.far_left_m.y - self.size_m().y),
+            DVec2::new(self.far_left_m.x + self.size_m().x, self.far_left_m.y),
+        );
+        let mut imprints = Vec::with_capacity(object.imprints.len());
+        for (index, imprint) in object.imprints.iter().enumerate() {
+            let path = object.path.key("imprint").index(index);
+            let position = DVec2::from(imprint.position());
+            if position.cmplt(low).any() || position.cmpgt(high).any() {
+                let reason = format!(
+                    "is {position}, but must lie on the surface: x = {} to {} m and y = {} to {} m",
+                    low.x, high.x, low.y, high.y
+                );
+                return Err(path.key("position").error(reason).into());
+            }
+            imprints.push(imprint.build(&path)?);
+        }
+        let Self { heights, far_left_m, cell_m, tolerance_m, .. } = self;
+        let terrain = Terrain { heights, far_left_m, cell_m, filling, imprints };
+        let parts = vec![object.place(terrain.solid(tolerance_m).map_err(wrong)?)?];
+        let undisturbed = if terrain.imprints.is_empty() {
+            None
+        } else {
+            UndisturbedSurface::new(Arc::new(terrain), object.placing.to_scene())
+        };
+        Ok(BuiltShape { parts, body: None, undisturbed })
+    }
+}
+
+/// A grid of rows from far (greatest y) to near, each from left to right.
+pub(super) fn grid_of_rows(rows: &[Vec<f64>], path: &KeyPath) -> Result<HeightGrid, KeyError> {
+    if rows.windows(2).any(|pair| pair[0].len() != pair[1].len()) {
+        return Err(path.error("must be a list of lists of numbers, all of one length"));
+    }
+    Ok(HeightGrid {
+        columns: rows.first().map_or(0, Vec::len),
+        values: rows.iter().flatten().copied().map(narrow).collect(),
+        georeference: None,
+        no_data: None,
+    })
+}
+
+/// The grid of a file.
+pub(super) fn read_grid(path: &KeyPath, file: &str, sources: &Sources) -> Result<HeightGrid, SceneError> {
+    HeightGrid::read(sources.files, file).map_err(|error| sources.named(path, file, error))
+}
+
+/// Puts heights where there are none; `key` is the path to the heights.
+pub(super) fn filled(grid: HeightGrid, fill_m: Option<f64>, key: &KeyPath) -> Result<HeightGrid, KeyError> {
+    grid.filled(fill_m.map(narrow)).map_err(|reason| {
+        key.error(format!("cannot be used: {reason}; `fill` gives a height for them, and `crop` leaves them out"))
+    })
+}
+
+/// The heights of a grid that has all of them.
+pub(super) fn heights_of(grid: HeightGrid, key: &KeyPath) -> Result<Heights, KeyError> {
+    Heights::new(grid.columns, grid.values).map_err(|reason| key.error(format!("cannot be used: {reason}")))
+}

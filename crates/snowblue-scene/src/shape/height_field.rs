@@ -1,0 +1,84 @@
+//! Solids under a surface of heights.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use snowblue_base::toml_table::Table;
+use snowblue_base::{Number, ParseError};
+use snowblue_geometry::ray::narrow;
+use snowblue_shapes::terrain::Filling;
+
+use super::grid::{GridSettings, PlacedGrid, filled, grid_of_rows, heights_of, read_grid};
+use super::{BuiltShape, ObjectContext, ShapeKeys, check_shapes};
+use crate::error::SceneError;
+use crate::values::{Coordinate, only_one, point};
+
+/// How far the bottom of a map lies below its least height by default, as a fraction of its longer side.
+const BOTTOM_OF_SIDE: f64 = 0.01;
+
+/// A solid under a surface of heights.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct HeightFieldDescription {
+    /// Rows of heights from far (greatest y) to near, each from left to right, all of one length; multiplied by the
+    /// third number of `size`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub heights: Option<Vec<Vec<f64>>>,
+    /// A grey PNG, white being 1, the first channel of an OpenEXR image, an ESRI ASCII grid or a GeoTIFF, instead of
+    /// rows.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub file: Option<String>,
+    /// Where they lie.
+    #[serde(flatten, skip_deserializing)]
+    pub grid: GridSettings,
+    /// Where the solid ends below, in m. Of a georeferenced file, by default a hundredth of its longer side below the
+    /// least height.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bottom: Option<Number<Coordinate>>,
+}
+
+impl ShapeKeys for HeightFieldDescription {
+    fn read(mut table: Table) -> Result<Self, ParseError> {
+        let grid = table.split(&GridSettings::KEYS).read()?;
+        Ok(Self { grid, ..table.read()? })
+    }
+
+    fn build(&self, object: &mut ObjectContext) -> Result<BuiltShape, SceneError> {
+        let (path, settings) = (object.path, &self.grid);
+        let rows = self.heights.as_ref().map(|rows| {
+            let key = path.key("heights");
+            Ok::<_, SceneError>((grid_of_rows(rows, &key)?, key))
+        });
+        let file = self.file.as_ref().map(|file| {
+            let key = path.key("file");
+            Ok((read_grid(&key, file, object.sources)?, key))
+        });
+        let (grid, key) = only_one(path, [("heights", rows), ("file", file)])??;
+        let is_missing = || path.key("bottom").error("is missing");
+        // The reason begins with the name of the key.
+        let wrong = |reason: String| match reason.strip_prefix("bottom ") {
+            Some(reason) => SceneError::from(path.key("bottom").error(reason)),
+            None => path.error(reason).into(),
+        };
+        let bottom_m = self.bottom.map(|bottom| narrow(bottom.get()));
+        if let (Some(size), [], true) =
+            (settings.size, object.imprints, GridSettings { size: None, ..settings.clone() }.is_plain())
+        {
+            let heights = heights_of(filled(grid, None, &key)?, &key)?;
+            let bottom_m = bottom_m.ok_or_else(is_missing)?;
+            return Ok(object.place(heights.solid(point(size).into(), bottom_m).map_err(wrong)?)?.into());
+        }
+        check_shapes(path)?;
+        let placed = PlacedGrid::new(path, &key, grid, settings)?;
+        let longer_m = placed.size_m().max_element();
+        let bottom_m = match bottom_m {
+            Some(bottom_m) => f64::from(bottom_m),
+            None if placed.origin_on_map_m.is_some() => f64::from(placed.least_m()) - BOTTOM_OF_SIDE * longer_m,
+            None => return Err(is_missing().into()),
+        };
+        placed.build(object, Filling::Below(bottom_m), wrong)
+    }
+
+    fn takes_imprints(&self) -> bool {
+        true
+    }
+}

@@ -1,0 +1,346 @@
+//! Objects: shapes of a material in their places.
+//!
+//! **A new shape** is a file here and a line in the list below. The file has the keys of a scene file with their
+//! ranges, and builds the shape of them (`ShapeKeys`).
+
+mod carved;
+mod closed;
+mod cuboid;
+mod drift;
+mod grid;
+mod height_field;
+mod igloo;
+mod imprint;
+mod joints;
+mod mesh;
+mod notes;
+mod placing;
+mod plane;
+mod relief;
+mod snowpack;
+mod solid;
+mod sphere;
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use snowblue_base::toml_table::Table;
+use snowblue_base::{KeyError, KeyPath, Numbers, ParseError};
+use snowblue_geometry::shape::Shape;
+
+use crate::error::SceneError;
+use crate::integrator::IntegratorKind;
+use crate::material::NamedMaterial;
+use crate::objects::Object;
+use crate::sources::Sources;
+use crate::undisturbed::UndisturbedSurface;
+use crate::values::{Coordinate, Rotation, Scale, things};
+use mesh::MeshCache;
+use placing::Placing;
+
+pub use carved::CarvedDescription;
+pub(crate) use closed::{check_closed, solid};
+pub use cuboid::BoxDescription;
+pub use drift::{DriftDescription, MoundDescription};
+pub use grid::CropDescription;
+pub use height_field::HeightFieldDescription;
+pub use igloo::IglooDescription;
+pub use imprint::{FootDescription, FootprintDescription, HoleDescription, ImprintDescription};
+pub(crate) use joints::joints;
+pub use mesh::MeshDescription;
+pub(crate) use notes::{body_of_two, notes_on_bodies};
+pub(crate) use placing::{check_reach, placement};
+pub use plane::PlaneDescription;
+pub(crate) use relief::with_relief;
+pub use snowpack::{DepthDescription, SnowpackDescription};
+pub use solid::{
+    CapsuleDescription, CylinderDescription, HalfSpaceDescription, SolidBoxDescription, SolidDescription,
+    SolidEllipsoidDescription,
+};
+pub use sphere::SphereDescription;
+
+things! {
+    /// A shape with a name of its own.
+    NamedShape by "shape": dyn ShapeKeys {
+        /// A box about the origin.
+        "box" => Box(BoxDescription),
+        /// A sphere about the origin.
+        "sphere" => Sphere(SphereDescription),
+        /// The endless plane z = 0.
+        "plane" => Plane(PlaneDescription),
+        /// A solid under a surface of heights.
+        "heights" => Heights(HeightFieldDescription),
+        /// Ground under snow, with mounds.
+        "drift" => Drift(DriftDescription),
+        /// Snow on a surface of heights or on a mesh.
+        "snowpack" => Snowpack(SnowpackDescription),
+        /// An igloo, one object for each block.
+        "igloo" => Igloo(IglooDescription),
+        /// The union of solids without the union of others.
+        "carved" => Carved(CarvedDescription),
+    }
+}
+
+/// A shape.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[serde(untagged)]
+#[expect(clippy::large_enum_variant, reason = "there is one for each object")]
+pub enum ShapeDescription {
+    /// A shape that `shape` names.
+    Named(NamedShape),
+    /// A mesh from a file.
+    Mesh(MeshDescription),
+}
+
+/// A shape with a transform and a material.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct ObjectDescription {
+    /// Its shape.
+    #[serde(flatten)]
+    pub shape: ShapeDescription,
+    /// What it is made of and where it is.
+    #[serde(flatten)]
+    pub common: ObjectSettings,
+    /// What is pressed into its surface: into heights, drifts and snow on heights.
+    #[serde(rename = "imprint", skip_serializing_if = "Vec::is_empty")]
+    #[schemars(default)]
+    pub imprints: Vec<ImprintDescription>,
+}
+
+/// What all objects have.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ObjectSettings {
+    /// Name of its material.
+    pub material: String,
+    /// Snow objects of the same body are one solid.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub body: Option<String>,
+    /// Where its origin lies, in m.
+    #[serde(default)]
+    pub position: Numbers<Coordinate, 3>,
+    /// Rotations about x, then y, then z, in degrees; counter-clockwise seen from the axis' tip.
+    #[serde(default)]
+    pub rotation_deg: Numbers<Rotation, 3>,
+    /// The stretch before the rotation: one factor, or one for each axis.
+    #[serde(default)]
+    pub scale: Scale,
+}
+
+/// The keys of one kind of shape.
+pub(crate) trait ShapeKeys {
+    /// Reads the keys of a table.
+    fn read(table: Table) -> Result<Self, ParseError>
+    where
+        Self: serde::de::DeserializeOwned,
+    {
+        table.read()
+    }
+
+    /// Builds the shape in its place.
+    fn build(&self, object: &mut ObjectContext) -> Result<BuiltShape, SceneError>;
+
+    /// Whether prints can be pressed into its surface.
+    fn takes_imprints(&self) -> bool {
+        false
+    }
+}
+
+/// What a shape is built with.
+pub(crate) struct ObjectContext<'scene> {
+    pub(crate) path: &'scene KeyPath,
+    pub(crate) placing: Placing,
+    pub(crate) is_snow: bool,
+    pub(crate) imprints: &'scene [ImprintDescription],
+    pub(crate) sources: &'scene Sources<'scene>,
+    /// Whether snow must be closed.
+    must_be_closed: bool,
+    meshes: &'scene mut MeshCache,
+    /// What was changed, in sentences.
+    notes: &'scene mut Vec<String>,
+}
+
+/// A shape in its place.
+pub(crate) struct BuiltShape {
+    /// Its parts.
+    pub(crate) parts: Vec<Shape>,
+    /// The body that its parts form, unless the object has a body.
+    pub(crate) body: Option<String>,
+    /// Its surface before anything was pressed into it.
+    pub(crate) undisturbed: Option<UndisturbedSurface>,
+}
+
+impl From<Shape> for BuiltShape {
+    fn from(shape: Shape) -> Self {
+        Self { parts: vec![shape], body: None, undisturbed: None }
+    }
+}
+
+impl ShapeDescription {
+    fn keys(&self) -> &dyn ShapeKeys {
+        match self {
+            Self::Named(named) => named.keys(),
+            Self::Mesh(mesh) => mesh,
+        }
+    }
+
+    fn is_plane(&self) -> bool {
+        matches!(self, Self::Named(NamedShape::Plane(_)))
+    }
+
+    /// The name of its object in reports.
+    fn name(&self) -> String {
+        match self {
+            Self::Named(named) => named.word().to_owned(),
+            Self::Mesh(mesh) => mesh.name(),
+        }
+    }
+}
+
+impl ObjectSettings {
+    /// The keys.
+    const KEYS: [&str; 5] = ["material", "body", "position", "rotation_deg", "scale"];
+}
+
+impl ObjectDescription {
+    /// A shape of a material, unturned at the origin.
+    pub fn new(shape: impl Into<ShapeDescription>, material: impl Into<String>) -> Self {
+        let common = ObjectSettings {
+            material: material.into(),
+            body: None,
+            position: Numbers::default(),
+            rotation_deg: Numbers::default(),
+            scale: Scale::default(),
+        };
+        Self { shape: shape.into(), common, imprints: Vec::new() }
+    }
+
+    /// The object at another position.
+    #[must_use]
+    pub fn at(mut self, position: Numbers<Coordinate, 3>) -> Self {
+        self.common.position = position;
+        self
+    }
+
+    /// Reads an object.
+    pub(crate) fn read(mut table: Table) -> Result<Self, ParseError> {
+        let common = table.split(&ObjectSettings::KEYS).read()?;
+        let imprints: Result<_, _> = table.take_tables("imprint")?.into_iter().map(ImprintDescription::read).collect();
+        let shape = match (table.has("shape"), table.has("mesh")) {
+            (true, false) => NamedShape::read(table)?.into(),
+            (false, true) => ShapeDescription::Mesh(table.read()?),
+            _ => return Err(table.error("must have either `shape` or `mesh`")),
+        };
+        Ok(Self { shape, common, imprints: imprints? })
+    }
+
+    /// Whether it is a plane.
+    pub(crate) fn is_plane(&self) -> bool {
+        self.shape.is_plane()
+    }
+}
+
+impl From<NamedShape> for ShapeDescription {
+    fn from(named: NamedShape) -> Self {
+        Self::Named(named)
+    }
+}
+
+impl From<MeshDescription> for ShapeDescription {
+    fn from(mesh: MeshDescription) -> Self {
+        Self::Mesh(mesh)
+    }
+}
+
+/// Builds objects; each mesh file is read once.
+pub(crate) struct ObjectBuilder<'scene> {
+    sources: &'scene Sources<'scene>,
+    materials: &'scene [NamedMaterial],
+    /// The materials of planes of snow, by the materials of the snow.
+    grounds: BTreeMap<usize, usize>,
+    meshes: MeshCache,
+    has_light_field: bool,
+    /// What was changed, in sentences.
+    pub(crate) notes: Vec<String>,
+}
+
+impl<'scene> ObjectBuilder<'scene> {
+    /// No mesh is read yet.
+    pub(crate) fn new(
+        sources: &'scene Sources<'scene>,
+        materials: &'scene [NamedMaterial],
+        grounds: BTreeMap<usize, usize>,
+        integrator: IntegratorKind,
+    ) -> Self {
+        let has_light_field = integrator.has_light_field();
+        Self { sources, materials, grounds, meshes: MeshCache::default(), has_light_field, notes: Vec::new() }
+    }
+
+    /// Builds an object, an igloo as one for each block.
+    pub(crate) fn build(&mut self, path: &KeyPath, object: &ObjectDescription) -> Result<Vec<Object>, SceneError> {
+        let ObjectDescription { shape, common, imprints } = object;
+        let mut index = self.material(path, &common.material)?;
+        if let Some(ground) = self.grounds.get(&index).filter(|_| shape.is_plane()) {
+            index = *ground;
+        }
+        let NamedMaterial { name: material_name, material } = &self.materials[index];
+        let is_snow = material.is_snow();
+        if common.body.is_some() && !is_snow {
+            let reason = if shape.is_plane() {
+                "joins snow, but a plane has no inside".to_owned()
+            } else {
+                format!("joins snow, but the material \"{material_name}\" is diffuse")
+            };
+            return Err(path.key("body").error(reason).into());
+        }
+        if !imprints.is_empty() && !shape.keys().takes_imprints() {
+            let reason = "needs a surface of heights: heights, drift, or snowpack on heights";
+            return Err(path.key("imprint").error(reason).into());
+        }
+        let BuiltShape { parts, body, undisturbed } = shape.keys().build(&mut ObjectContext {
+            path,
+            placing: Placing::of(common),
+            is_snow,
+            imprints,
+            sources: self.sources,
+            must_be_closed: is_snow && self.has_light_field,
+            meshes: &mut self.meshes,
+            notes: &mut self.notes,
+        })?;
+        for part in &parts {
+            material.check(part).map_err(|reason| {
+                path.key("material").error(format!("is \"{material_name}\", which does not fit: {reason}"))
+            })?;
+        }
+        let (name, undisturbed) = (shape.name(), undisturbed.map(Arc::new));
+        let body = common.body.clone().or(body);
+        let object = |shape| Object {
+            name: name.clone(),
+            shape,
+            material: index,
+            body: body.clone(),
+            undisturbed: undisturbed.clone(),
+        };
+        Ok(parts.into_iter().map(object).collect())
+    }
+
+    /// Index of a material by its name.
+    fn material(&self, path: &KeyPath, name: &str) -> Result<usize, KeyError> {
+        self.materials.iter().position(|other| other.name == name).ok_or_else(|| {
+            let named = &self.materials[..self.materials.len() - self.grounds.len()];
+            let names: Vec<_> = named.iter().map(|material| material.name.as_str()).collect();
+            path.key("material").error(format!("is \"{name}\", but must be one of {}", names.join(", ")))
+        })
+    }
+}
+
+/// Refuses the shapes of the feature `shapes` in a build without it. The compiler then drops the code that follows.
+#[inline]
+pub(crate) fn check_shapes(path: &KeyPath) -> Result<(), KeyError> {
+    if cfg!(feature = "shapes") {
+        return Ok(());
+    }
+    Err(path.key("shape").error("is one that this build does not make"))
+}

@@ -1,0 +1,82 @@
+//! Places of objects in the scene.
+
+use std::sync::Arc;
+
+use glam::{DAffine3, DMat3, DVec3, EulerRot, Mat3A, Vec3A};
+use snowblue_base::{KeyError, Numbers};
+use snowblue_geometry::instance::Instance;
+use snowblue_geometry::mesh_bvh::MeshBvh;
+use snowblue_geometry::mesh_files::gltf::Y_UP_TO_Z_UP;
+use snowblue_geometry::mesh_files::is_y_up;
+use snowblue_geometry::ray::narrow;
+use snowblue_geometry::shape::Shape;
+use snowblue_geometry::transform::Transform;
+use snowblue_geometry::triangle_mesh::TriangleMesh;
+
+use super::{ObjectContext, ObjectSettings};
+use crate::values::{MAX_COORDINATE_M, Rotation, Scale, UpAxis, point};
+
+/// Where a shape is, how it is turned and how it is stretched.
+pub(crate) struct Placing {
+    pub(super) position: Vec3A,
+    rotation: DMat3,
+    pub(super) scale: DVec3,
+}
+
+impl Placing {
+    /// The place of an object.
+    pub(super) fn of(settings: &ObjectSettings) -> Self {
+        let scale = match settings.scale {
+            Scale::Uniform(scale) => DVec3::splat(scale.get()),
+            Scale::Axes(scales) => DVec3::from(scales.get().map(|scale| f64::from(narrow(scale)))),
+        };
+        Self { position: point(settings.position), rotation: rotation(settings.rotation_deg), scale }
+    }
+
+    /// The directions of the shape's axes in the scene.
+    pub(super) fn axes(&self) -> Mat3A {
+        self.rotation.as_mat3().into()
+    }
+
+    /// From the shape's coordinates into the scene.
+    pub(super) fn to_scene(&self) -> DAffine3 {
+        DAffine3::from_mat3_translation(self.rotation * DMat3::from_diagonal(self.scale), self.position.as_dvec3())
+    }
+}
+
+/// Turns the coordinates of a mesh file upright: by the axis that is up, or by the axis of its format.
+pub(super) fn upright(file: &str, up: Option<UpAxis>) -> DAffine3 {
+    let y_up = up.map_or_else(|| is_y_up(file.as_ref()), |up| up == UpAxis::Y);
+    DAffine3::from_mat3(if y_up { Y_UP_TO_Z_UP } else { DMat3::IDENTITY })
+}
+
+/// The rotations about x, then y, then z by some degrees.
+pub(super) fn rotation(rotation_deg: Numbers<Rotation, 3>) -> DMat3 {
+    let [x, y, z] = rotation_deg.get().map(|degrees| f64::from(narrow(degrees)).to_radians());
+    DMat3::from_euler(EulerRot::ZYX, z, y, x)
+}
+
+/// The placement by a map, or what is wrong with it.
+pub(crate) fn placement(to_scene: &DAffine3) -> Result<Transform, String> {
+    Transform::new(to_scene).ok_or_else(|| "its transform flattens it, but must keep its volume".to_owned())
+}
+
+/// Refuses bounds that reach farther than a scene may.
+pub(crate) fn check_reach(reach_m: f32) -> Result<(), String> {
+    if f64::from(reach_m) <= MAX_COORDINATE_M {
+        return Ok(());
+    }
+    Err(format!("reaches to {reach_m} m, but must lie within {MAX_COORDINATE_M} m"))
+}
+
+impl ObjectContext<'_> {
+    /// A solid with the transform of the object.
+    pub(super) fn place(&self, triangles: TriangleMesh) -> Result<Shape, KeyError> {
+        let centred = triangles.centred();
+        let wrong = |reason: String| self.path.error(format!("is misplaced: {reason}"));
+        let placement = placement(&(self.placing.to_scene() * centred.to_original)).map_err(wrong)?;
+        let instance = Instance::new(Arc::new(MeshBvh::new(centred.mesh.smooth())), placement);
+        check_reach(instance.bounds().greatest_coordinate()).map_err(wrong)?;
+        Ok(Shape::Mesh(instance))
+    }
+}

@@ -1,0 +1,296 @@
+//! Snow with relief: the meshes that a camera sees of rough surfaces.
+//!
+//! Heights belong to places in the coordinates of an object ([`Shape::frame`]). The camera decides only how finely
+//! triangles are split, and which wavelengths they can show: edges are about as long as a pixel is wide where the
+//! camera sees them, and elsewhere an eighth of the distance to the nearest place that it sees.
+//!
+//! No vertex moves farther than a third of the way to the next surface in its direction, so that thin snow does not cut
+//! itself, and surfaces that touch stay joined; and none comes nearer to another part of the surface than to where it
+//! was, so that faces do not cross at creases.
+
+use std::sync::Arc;
+
+use glam::{DAffine3, DMat3, DVec3, Vec3, Vec3A};
+use snowblue_geometry::bounds::Bounds;
+use snowblue_geometry::ellipsoid::Ellipsoid;
+use snowblue_geometry::instance::Instance;
+use snowblue_geometry::mesh_bvh::MeshBvh;
+use snowblue_geometry::ray::{Ray, narrow, off_surface};
+use snowblue_geometry::shape::Shape;
+use snowblue_geometry::transform::Transform;
+use snowblue_geometry::triangle_mesh::TriangleMesh;
+use snowblue_geometry::vertex_normals::VertexNormals;
+use snowblue_shapes::displacement::Displacement;
+use snowblue_shapes::refinement::refine;
+use snowblue_shapes::roughness::Roughness;
+
+use crate::camera::{PerspectiveCamera, View};
+use crate::film::FilmSettings;
+use crate::material::Material;
+use crate::objects::{Object, Objects};
+use crate::seen::{FEWEST_ROWS, RAYS, SIZE_PER_DISTANCE, SeenPlaces};
+
+/// Greatest length of edges that are seen, in pixels.
+const PIXELS: f64 = 1.5;
+/// Most triangles that splitting adds in a scene. Where they do not suffice, all edges are longer.
+const MOST_TRIANGLES: usize = 4_000_000;
+/// The part of the way to the next surface that a vertex may move.
+const OF_WAY: f32 = 1.0 / 3.0;
+/// The part of its room near a crease that a face takes, so that faces on both sides do not meet.
+const BEFORE_MIDDLE: f32 = 0.9;
+/// Surfaces that are nearer than this touch, in m.
+const TOUCHING_M: f32 = 1e-4;
+/// The same as a fraction of the largest coordinate, which bounds the rounding of places.
+const FARTHEST_TOUCHING: f32 = 1.0 / 524_288.0;
+/// Length of the edges of a sphere before its relief, as a fraction of its greatest extent: its middle is then 6·10⁻⁵
+/// of its radius too low.
+const ROUNDEST: f32 = 1.0 / 90.0;
+
+/// The objects of a scene with the relief of their materials as a camera sees it, and what was changed for it in a
+/// sentence; none if no object has any.
+pub(crate) fn with_relief(
+    objects: &Objects,
+    materials: &[Material],
+    (camera, view, film): (&PerspectiveCamera, &View, &FilmSettings),
+) -> Option<(Objects, Option<String>)> {
+    let roughness: Vec<Option<Roughness>> =
+        materials.iter().map(|material| Some(material.relief()?.roughness())).collect();
+    if objects.list().iter().all(|object| roughness[object.material].is_none()) {
+        return None;
+    }
+    let fov_rad = f64::from(view.vertical_fov_deg.to_radians());
+    let width_per_m = 2.0 * (0.5 * fov_rad).tan();
+    let aspect = f64::from(film.width.get()) / f64::from(film.height.get());
+    let sight = Sight {
+        seen: SeenPlaces::of(objects, camera),
+        viewpoint: camera.position().as_dvec3(),
+        pixel_per_m: width_per_m / f64::from(film.height.get().max(FEWEST_ROWS)),
+        ray_per_m: width_per_m * aspect.max(1.0) / f64::from(RAYS),
+    };
+    let surface = |index: usize| {
+        let roughness = roughness[objects.list()[index].material].as_ref()?;
+        RoughSurface::of(objects, index, roughness, &sight)
+    };
+    let surfaces: Vec<Option<RoughSurface>> = (0..objects.list().len()).map(surface).collect();
+    let mut factor = 1.0;
+    loop {
+        if let Some(rough) = rough_objects(objects, &surfaces, &sight, factor) {
+            let note = (factor > 1.0).then(|| {
+                format!(
+                    "The triangles of the relief are up to {:.1} pixels wide instead of {PIXELS}, since there may be \
+                     {MOST_TRIANGLES} more of them",
+                    factor * PIXELS
+                )
+            });
+            return Some((Objects::new(rough), note));
+        }
+        factor *= 1.5;
+    }
+}
+
+/// All objects, those with relief as rough meshes; none if they need too many triangles.
+fn rough_objects(
+    objects: &Objects,
+    surfaces: &[Option<RoughSurface>],
+    sight: &Sight,
+    factor: f64,
+) -> Option<Vec<Object>> {
+    let mut left = MOST_TRIANGLES;
+    let rough = objects.list().iter().zip(surfaces).map(|(object, surface)| {
+        let Some(surface) = surface.as_ref().filter(|surface| !surface.is_coarse(factor)) else {
+            return Some(object.clone());
+        };
+        let first = surface.smooth.mesh.triangles().indices.len();
+        let mesh = surface.displaced(sight, factor, first + left)?;
+        left -= mesh.indices.len() - first;
+        let shape = Shape::Mesh(Instance::new(Arc::new(MeshBvh::new(mesh)), surface.smooth.placement));
+        Some(Object { shape, ..object.clone() })
+    });
+    rough.collect()
+}
+
+/// The surface of an object with relief, before its triangles are split.
+struct RoughSurface<'a> {
+    roughness: &'a Roughness,
+    /// A bound from below of the lengths of its edges, in m.
+    least_edge_m: f64,
+    smooth: SmoothSurface,
+    neighbours: Neighbours<'a>,
+}
+
+impl<'a> RoughSurface<'a> {
+    /// None of a plane, and of an object all of whose edges are too long for any height.
+    fn of(objects: &'a Objects, index: usize, roughness: &'a Roughness, sight: &Sight) -> Option<Self> {
+        let least_edge_m = sight.least_edge_m(objects.bounds(index)?);
+        if least_edge_m >= roughness.greatest_edge_m() {
+            return None;
+        }
+        let smooth = SmoothSurface::of(&objects.list()[index].shape)?;
+        let own = Shape::Mesh(Instance::new(smooth.mesh.clone(), smooth.placement));
+        let neighbours = Neighbours::of(objects, (index, own), narrow(roughness.greatest_m()));
+        Some(Self { roughness, least_edge_m, smooth, neighbours })
+    }
+
+    /// Whether all edges are too long for any height.
+    fn is_coarse(&self, factor: f64) -> bool {
+        factor * self.least_edge_m >= self.roughness.greatest_edge_m()
+    }
+
+    /// The rough mesh, of at most `most` triangles; none if more are needed.
+    fn displaced(&self, sight: &Sight, factor: f64, most: usize) -> Option<TriangleMesh> {
+        let Self { roughness, smooth, neighbours, .. } = self;
+        let least_m = roughness.least_edge_m();
+        let displacement = Displacement {
+            roughness,
+            edge_m: &|place| narrow(factor * sight.edge_m(smooth.to_scene(place), least_m)),
+            edge_growth: narrow(factor * sight.edge_growth()),
+            room: &|place, offset| neighbours.room(smooth.to_scene(place).as_vec3a(), smooth.turned(offset)),
+        };
+        displacement.of(smooth.mesh.triangles().clone(), most)
+    }
+}
+
+/// How fine a camera sees.
+struct Sight {
+    seen: SeenPlaces,
+    viewpoint: DVec3,
+    /// Width of a pixel, and of the gaps between the rays that find what is seen, over the distance.
+    pixel_per_m: f64,
+    ray_per_m: f64,
+}
+
+impl Sight {
+    /// Distances between rays to the nearest of them. Surfaces that are seen at a grazing angle have few.
+    const RAYS_APART: f64 = 3.0;
+
+    /// A bound from below of the lengths of the edges in bounds, in m.
+    fn least_edge_m(&self, bounds: Bounds) -> f64 {
+        let [low, high] = [bounds.low, bounds.high].map(|corner| corner.as_dvec3());
+        let nearest_m = self.viewpoint.distance(self.viewpoint.clamp(low, high));
+        let farthest_m = (self.viewpoint - low).abs().max((high - self.viewpoint).abs()).length();
+        let hidden_m = self.seen.distance_m(low, high) - Self::RAYS_APART * self.ray_per_m * farthest_m;
+        (PIXELS * self.pixel_per_m * nearest_m).max(SIZE_PER_DISTANCE * hidden_m)
+    }
+
+    /// How much the length of edges grows at most for each metre.
+    fn edge_growth(&self) -> f64 {
+        (PIXELS * self.pixel_per_m).max(SIZE_PER_DISTANCE * (1.0 + Self::RAYS_APART * self.ray_per_m))
+    }
+
+    /// Greatest length of the edges around a place, in m, and at least a length that needs no shorter ones.
+    fn edge_m(&self, place: DVec3, least_m: f64) -> f64 {
+        let distance_m = place.distance(self.viewpoint);
+        let hidden_m = self.seen.distance_m(place, place) - Self::RAYS_APART * self.ray_per_m * distance_m;
+        (PIXELS * self.pixel_per_m * distance_m).max(SIZE_PER_DISTANCE * hidden_m).max(least_m)
+    }
+}
+
+/// The surface of an object in its own coordinates.
+struct SmoothSurface {
+    mesh: Arc<MeshBvh>,
+    /// From these coordinates to the scene.
+    frame: DAffine3,
+    placement: Transform,
+}
+
+impl SmoothSurface {
+    /// That of a shape; none of a plane.
+    fn of(shape: &Shape) -> Option<Self> {
+        let (axes, origin) = shape.frame();
+        let frame = DAffine3::from_mat3_translation(axes.as_dmat3(), origin.as_dvec3());
+        let placed = |mesh: &TriangleMesh, to_scene| {
+            let mut own = TriangleMesh::default();
+            own.append(mesh, &(frame.inverse() * to_scene)).ok()?;
+            Some(Arc::new(MeshBvh::new(own)))
+        };
+        let mesh = match shape {
+            Shape::Cuboid(cuboid) => placed(&cuboid.triangles(), DAffine3::IDENTITY),
+            Shape::Ellipsoid(ellipsoid) => placed(&round(ellipsoid), DAffine3::IDENTITY),
+            Shape::Plane(_) => None,
+            Shape::Mesh(instance) => {
+                let map = instance.transform().scene_map();
+                let matrix: DMat3 = map.matrix3.as_dmat3();
+                let to_scene = DAffine3::from_mat3_translation(matrix, map.translation.as_dvec3());
+                // Without a scale or a rotation, the hierarchy of the mesh serves as it is.
+                if frame == to_scene {
+                    Some(instance.mesh().clone())
+                } else {
+                    placed(instance.mesh().triangles(), to_scene)
+                }
+            }
+        }?;
+        let placement = Transform::new(&frame).expect("a frame is a rotation and a shift");
+        Some(Self { mesh, frame, placement })
+    }
+
+    fn to_scene(&self, place: Vec3) -> DVec3 {
+        self.frame.transform_point3(place.as_dvec3())
+    }
+
+    fn turned(&self, vector: Vec3) -> Vec3A {
+        self.frame.transform_vector3(vector.as_dvec3()).as_vec3a()
+    }
+}
+
+/// The surface of an ellipsoid in the scene, as triangles that look round.
+fn round(ellipsoid: &Ellipsoid) -> TriangleMesh {
+    let bounds = ellipsoid.bounds();
+    let longest_m = ROUNDEST * (bounds.high - bounds.low).max_element();
+    let mut mesh = ellipsoid.icosahedron();
+    let is_long = |[from, to]: [Vec3; 2], _: [(); 2]| from.distance(to) > longest_m;
+    refine(&mut mesh, MOST_TRIANGLES, |_| (), is_long);
+    let surface: Vec<_> = mesh.positions.iter().map(|position| ellipsoid.project((*position).into())).collect();
+    mesh.positions = surface.iter().map(|surface| surface.point.into()).collect();
+    mesh.normals = VertexNormals::new(surface.iter().map(|surface| surface.normal.into()));
+    mesh
+}
+
+/// What is near the surface of an object.
+struct Neighbours<'a> {
+    /// The smooth mesh in m: its vertices lie on it exactly, and its nearest points are those in the scene.
+    own: Shape,
+    reach_m: f32,
+    /// Other shapes, and whether they are of the same body.
+    others: Vec<(&'a Shape, bool)>,
+}
+
+impl<'a> Neighbours<'a> {
+    /// Those that heights of a greatest magnitude may reach.
+    fn of(objects: &'a Objects, (index, own): (usize, Shape), greatest_m: f32) -> Self {
+        let around = objects.bounds(index).map(|bounds| bounds.padded(greatest_m / OF_WAY + TOUCHING_M));
+        let is_near = |other: &usize| {
+            let meets = |one: Bounds, other: Bounds| one.low.cmple(other.high).all() && other.low.cmple(one.high).all();
+            *other != index && around.zip(objects.bounds(*other)).is_none_or(|(one, other)| meets(one, other))
+        };
+        let (list, body) = (objects.list(), objects.body_of(index));
+        let others = (0..list.len()).filter(is_near).map(|other| (&list[other].shape, body.contains(&other)));
+        Self { own, reach_m: objects.reach_m(index), others: others.collect() }
+    }
+
+    /// The part of an offset by which a point of the surface may move: at most a third of the way to the next surface.
+    /// In a body of several objects, where surfaces may be joints, the way back counts as well.
+    fn room(&self, point: Vec3A, offset: Vec3A) -> f32 {
+        let length_m = offset.length();
+        if length_m <= 0.0 {
+            return 0.0;
+        }
+        let (direction, limit_m) = (offset / length_m, length_m / OF_WAY);
+        let ahead = Ray { origin: off_surface(point, direction, self.reach_m), direction };
+        let mut way_m = self.own.first_hit(&ahead, limit_m).map_or(limit_m, |hit| hit.distance_m);
+        // Where it is nearer to another part of the surface, a face has its room as far as the line in the middle.
+        let most_m = OF_WAY * way_m;
+        let nearest_m = self.own.nearest(point + direction * most_m).map_or(most_m, |hit| hit.distance_m.min(most_m));
+        let near = if most_m > 0.0 { nearest_m / most_m } else { 0.0 };
+        way_m *= BEFORE_MIDDLE * near + (1.0 - BEFORE_MIDDLE) * near.powi(8);
+        let touching_m = TOUCHING_M.max(self.reach_m * FARTHEST_TOUCHING);
+        for (shape, is_of_body) in &self.others {
+            let both = [direction, -direction];
+            for direction in &both[..if *is_of_body { 2 } else { 1 }] {
+                let ray = Ray { origin: point - *direction * touching_m, direction: *direction };
+                let hit = shape.first_hit(&ray, limit_m + 2.0 * touching_m);
+                way_m = hit.map_or(way_m, |hit| way_m.min((hit.distance_m - 2.0 * touching_m).max(0.0)));
+            }
+        }
+        way_m / limit_m
+    }
+}

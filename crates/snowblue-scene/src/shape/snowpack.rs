@@ -1,0 +1,301 @@
+//! Snow of some depth on a surface of heights or on a mesh.
+
+use std::fmt;
+
+use glam::DVec2;
+use schemars::JsonSchema;
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{Error, IntoDeserializer, MapAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize};
+use snowblue_base::files::extension;
+use snowblue_base::toml_table::Table;
+use snowblue_base::{KeyError, KeyPath, Number, Numbers, ParameterRange, ParseError, quantities};
+use snowblue_geometry::mesh_files::{MESH_EXTENSIONS, read_mesh_from};
+use snowblue_geometry::triangle_mesh::TriangleMesh;
+use snowblue_shapes::height_field::Heights;
+use snowblue_shapes::height_files::{Georeference, HeightGrid};
+use snowblue_shapes::snow_on_mesh::snow_on_mesh;
+use snowblue_shapes::terrain::{Depth, DepthImage, Filling, SnowCover};
+
+use super::grid::{GridSettings, PlacedGrid, grid_of_rows, read_grid};
+use super::placing::upright;
+use super::{BuiltShape, ObjectContext, ShapeKeys, check_shapes};
+use crate::error::SceneError;
+use crate::sources::Sources;
+use crate::values::{SmallLength, UpAxis, only_one};
+
+quantities! {
+    /// Depth of snow; a varying depth below 0 is no snow.
+    pub SnowDepth = ParameterRange::new("depth", -100.0, 100.0, "m");
+    /// Height of the underside of snow above the ground.
+    pub Gap = ParameterRange::new("gap", 0.0, 10.0, "m");
+}
+
+/// Least depth of snow of one depth, in m.
+const MIN_DEPTH_M: f64 = 1e-3;
+/// Default gap between ground and snow, in m, beside the tolerance of both.
+const GAP_M: f64 = 1e-3;
+/// The part of the gap for the rounding of coordinates and the offsets of rays from surfaces, as a fraction of the
+/// longer side: four times the greatest offset.
+const GAP_OF_SIDE: f64 = 1.0 / (1 << 19) as f64;
+
+/// Snow of some depth on a surface of heights or on a mesh. The ground is another object.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SnowpackDescription {
+    /// A PNG, OpenEXR, ESRI ASCII grid or GeoTIFF of heights, or a PLY, OBJ, STL, glTF or GLB file, on all of whose
+    /// faces that look upwards snow lies.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ground: Option<String>,
+    /// Rows of heights from far (greatest y) to near, each from left to right, all of one length, instead of a file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub heights: Option<Vec<Vec<f64>>>,
+    /// Where heights lie.
+    #[serde(flatten, skip_deserializing)]
+    pub grid: GridSettings,
+    /// An object or group of an OBJ file, or a node or mesh of a glTF; the whole file if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub part: Option<String>,
+    /// The axis that points upwards in a mesh file; y in glTF and z in other formats if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub up: Option<UpAxis>,
+    /// Depth of the snow, measured vertically: a number in m, or a table.
+    pub depth: DepthDescription,
+    /// Depth below which there is no snow, in m.
+    #[serde(default = "SnowpackDescription::default_least_depth")]
+    pub least_depth: Number<SmallLength>,
+    /// Height of the underside above the ground, in m, so that the two do not cross; by default 1 mm, and as much as
+    /// triangles and rounding may miss.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gap: Option<Number<Gap>>,
+}
+
+/// The depth of snow.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[serde(untagged)]
+pub enum DepthDescription {
+    /// One depth, in m.
+    Uniform(Number<SnowDepth>),
+    /// Depths of an image of heights that covers the ground from edge to edge, or of an attribute of a mesh.
+    Varying(VaryingDepth),
+}
+
+/// Depths by an image or an attribute.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct VaryingDepth {
+    /// A grey PNG, white being 1, the first channel of an OpenEXR image, an ESRI ASCII grid or a GeoTIFF.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub texture: Option<String>,
+    /// The name of an attribute of the vertices of a mesh, instead of an image.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub attribute: Option<String>,
+    /// The depths where the value is 0 and where it is 1, in m.
+    #[serde(default = "VaryingDepth::default_range")]
+    pub range: Numbers<SnowDepth, 2>,
+}
+
+impl<'de> Deserialize<'de> for DepthDescription {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Notation;
+        impl<'de> Visitor<'de> for Notation {
+            type Value = DepthDescription;
+
+            fn expecting(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+                formatter.write_str(
+                    "a number, { texture = \"FILE\", range = [0, 1] } or { attribute = \"NAME\", range = [0, 1] }",
+                )
+            }
+
+            fn visit_f64<E: Error>(self, value: f64) -> Result<DepthDescription, E> {
+                Number::deserialize(value.into_deserializer()).map(DepthDescription::Uniform)
+            }
+
+            fn visit_i64<E: Error>(self, value: i64) -> Result<DepthDescription, E> {
+                Number::deserialize(value.into_deserializer()).map(DepthDescription::Uniform)
+            }
+
+            fn visit_u64<E: Error>(self, value: u64) -> Result<DepthDescription, E> {
+                Number::deserialize(value.into_deserializer()).map(DepthDescription::Uniform)
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, entries: A) -> Result<DepthDescription, A::Error> {
+                VaryingDepth::deserialize(MapAccessDeserializer::new(entries)).map(DepthDescription::Varying)
+            }
+        }
+        deserializer.deserialize_any(Notation)
+    }
+}
+
+/// Where depths vary by.
+enum DepthSource<'keys> {
+    Texture(&'keys str),
+    Attribute(&'keys str),
+}
+
+impl VaryingDepth {
+    fn default_range() -> Numbers<SnowDepth, 2> {
+        Numbers::of([0.0, 1.0])
+    }
+
+    fn source(&self, path: &KeyPath) -> Result<DepthSource<'_>, KeyError> {
+        only_one(
+            path,
+            [
+                ("texture", self.texture.as_deref().map(DepthSource::Texture)),
+                ("attribute", self.attribute.as_deref().map(DepthSource::Attribute)),
+            ],
+        )
+    }
+}
+
+impl SnowpackDescription {
+    fn default_least_depth() -> Number<SmallLength> {
+        Number::of(1e-3)
+    }
+}
+
+impl ShapeKeys for SnowpackDescription {
+    fn read(mut table: Table) -> Result<Self, ParseError> {
+        let grid = table.split(&GridSettings::KEYS).read()?;
+        Ok(Self { grid, ..table.read()? })
+    }
+
+    fn build(&self, object: &mut ObjectContext) -> Result<BuiltShape, SceneError> {
+        let path = object.path;
+        check_shapes(path)?;
+        if let DepthDescription::Uniform(depth) = self.depth
+            && depth.get() < MIN_DEPTH_M
+        {
+            let reason = format!("is {} m, but must be at least {MIN_DEPTH_M} m", depth.get());
+            return Err(path.key("depth").error(reason).into());
+        }
+        let is_mesh = |name: &String| MESH_EXTENSIONS.contains(&extension(name.as_ref()).as_str());
+        if let Some(file) = self.ground.as_ref().filter(|name| self.heights.is_none() && is_mesh(name)) {
+            if !self.grid.is_plain() {
+                let reason = "has a mesh as ground: `size`, `datum`, `fill`, `crop` and `tolerance` are of heights";
+                return Err(path.error(reason).into());
+            }
+            return Ok(object.place(self.on_mesh(path, file, object.sources)?)?.into());
+        }
+        if self.part.is_some() || self.up.is_some() {
+            return Err(path.error("has no mesh as ground: `part` and `up` are of meshes").into());
+        }
+        let rows = self.heights.as_ref().map(|rows| {
+            let key = path.key("heights");
+            Ok::<_, SceneError>((grid_of_rows(rows, &key)?, key))
+        });
+        let file = self.ground.as_ref().map(|file| {
+            let key = path.key("ground");
+            Ok((read_grid(&key, file, object.sources)?, key))
+        });
+        let (grid, key) = only_one(path, [("ground", file), ("heights", rows)])??;
+        let placed = PlacedGrid::new(path, &key, grid, &self.grid)?;
+        let usual_gap_m = GAP_M + 2.0 * placed.tolerance_m + GAP_OF_SIDE * placed.size_m().max_element();
+        let cover = SnowCover {
+            depth: self.depth.over(&path.key("depth"), &placed, object.sources)?,
+            gap_m: self.gap.map_or(usual_gap_m, Number::get),
+            least_depth_m: self.least_depth.get(),
+        };
+        placed.build(object, Filling::Snow(cover), |reason| path.error(reason).into())
+    }
+
+    fn takes_imprints(&self) -> bool {
+        !self.ground.as_ref().is_some_and(|name| MESH_EXTENSIONS.contains(&extension(name.as_ref()).as_str()))
+    }
+}
+
+impl SnowpackDescription {
+    /// Snow on a mesh.
+    fn on_mesh(&self, path: &KeyPath, file: &str, sources: &Sources) -> Result<TriangleMesh, SceneError> {
+        let key = path.key("ground");
+        let read = read_mesh_from(sources.files, file, self.part.as_deref());
+        let read = read.map_err(|error| sources.named(&key, file, error))?;
+        let mut mesh = TriangleMesh::default();
+        let wrong = |reason: String| key.error(format!("is \"{file}\", which {reason}"));
+        mesh.append(&read, &upright(file, self.up)).map_err(wrong)?;
+        let reach_m = mesh.positions.iter().map(|position| position.abs().max_element()).fold(0.0, f32::max);
+        let gap_m = self.gap.map_or(GAP_M + 2.0 * GAP_OF_SIDE * f64::from(reach_m), Number::get);
+        let min_m = self.least_depth.get();
+        let path = path.key("depth");
+        let varying = match &self.depth {
+            DepthDescription::Uniform(depth) => {
+                let depth_m = depth.get();
+                return Ok(snow_on_mesh(mesh, gap_m, depth_m, |_, _| depth_m).map_err(wrong)?);
+            }
+            DepthDescription::Varying(varying) => varying,
+        };
+        let [from_m, to_m] = varying.range.get();
+        let solid = match varying.source(&path)? {
+            DepthSource::Attribute(attribute) => {
+                let path = path.key("attribute");
+                let Some(values) = mesh.attributes.get(attribute) else {
+                    let names: Vec<_> = mesh.attributes.keys().map(String::as_str).collect();
+                    let reason = format!("is \"{attribute}\", but {file} has only [{}]", names.join(", "));
+                    return Err(path.error(reason).into());
+                };
+                if let Some(value) = values.iter().find(|value| !value.is_finite()) {
+                    return Err(path.error(format!("is {value} at a vertex, but must be finite")).into());
+                }
+                let depth_m = |value: f32| at_least(from_m + f64::from(value) * (to_m - from_m), min_m);
+                let max_m = values.iter().map(|value| depth_m(*value)).fold(0.0, f64::max);
+                snow_on_mesh(mesh, gap_m, max_m, |mesh, vertex| depth_m(mesh.attributes[attribute][vertex]))
+            }
+            DepthSource::Texture(texture) => {
+                let path = path.key("texture");
+                if mesh.uv.is_empty() {
+                    let reason = format!("is \"{texture}\", but {file} has no texture coordinates");
+                    return Err(path.error(reason).into());
+                }
+                let image = depth_of_grid(&path, texture, read_grid(&path, texture, sources)?, [from_m, to_m])?;
+                let depth_m =
+                    |mesh: &TriangleMesh, vertex: usize| at_least(image.at(mesh.uv[vertex].as_dvec2()), min_m);
+                snow_on_mesh(mesh, gap_m, image.greatest_m(), depth_m)
+            }
+        };
+        Ok(solid.map_err(wrong)?)
+    }
+}
+
+impl DepthDescription {
+    /// The depth of snow on heights.
+    fn over(&self, path: &KeyPath, ground: &PlacedGrid, sources: &Sources) -> Result<Depth, SceneError> {
+        let varying = match self {
+            Self::Uniform(depth) => return Ok(Depth::Uniform(depth.get())),
+            Self::Varying(varying) => varying,
+        };
+        let DepthSource::Texture(texture) = varying.source(path)? else {
+            return Err(path.error("is an attribute, but the ground is no mesh and has none").into());
+        };
+        let path = path.key("texture");
+        let grid = read_grid(&path, texture, sources)?;
+        let (place, origin_m) = (grid.georeference, ground.origin_on_map_m);
+        let mut depth = depth_of_grid(&path, texture, grid, varying.range.get())?;
+        // A map of depths on a map of heights lies in its place.
+        if let (Some(Georeference { far_left_m, cell_m }), Some(origin_m)) = (place, origin_m) {
+            let to_cells = DVec2::new(1.0, -1.0) / cell_m;
+            depth.first = (origin_m + ground.far_left_m - far_left_m) * to_cells;
+            depth.span = ground.size_m() / cell_m;
+            let last = depth.first + depth.span;
+            let most = DVec2::new((depth.values.columns() - 1) as f64, (depth.values.rows() - 1) as f64);
+            // Half a cell of either map is not covered at its edge.
+            if depth.first.cmplt(DVec2::splat(-1.0)).any() || last.cmpgt(most + 1.0).any() {
+                return Err(path.error(format!("is \"{texture}\", which does not cover the ground")).into());
+            }
+        }
+        Ok(Depth::Varying(depth))
+    }
+}
+
+/// Depths from edge to edge of an image.
+fn depth_of_grid(path: &KeyPath, file: &str, grid: HeightGrid, range_m: [f64; 2]) -> Result<DepthImage, KeyError> {
+    let wrong = |reason: String| path.error(format!("is \"{file}\": {reason}"));
+    let grid = grid.filled(None).map_err(wrong)?;
+    let values = Heights::new(grid.columns, grid.values).map_err(wrong)?;
+    Ok(DepthImage::from_edge_to_edge(values, range_m))
+}
+
+/// A depth, or none if it is less than some.
+fn at_least(depth_m: f64, min_m: f64) -> f64 {
+    if depth_m < min_m { 0.0 } else { depth_m }
+}

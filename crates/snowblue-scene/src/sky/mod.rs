@@ -1,0 +1,82 @@
+//! Sun and sky.
+//!
+//! In a scene y points north and x east.
+
+mod clear;
+mod overcast;
+mod sun;
+
+pub use clear::ClearSkyDescription;
+pub use overcast::OvercastSkyDescription;
+pub use sun::SunDescription;
+
+use schemars::JsonSchema;
+use serde::Serialize;
+use snowblue_base::toml_table::Table;
+use snowblue_base::{KeyPath, ParseError};
+
+use crate::air::Air;
+use crate::error::SceneError;
+use crate::light::Light;
+use crate::material::Material;
+use crate::scene::SceneDescription;
+use crate::sources::Sources;
+
+/// Sun and sky.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[serde(tag = "type", rename_all = "snake_case")]
+pub enum SkyDescription {
+    /// A clear sky with its sun.
+    Clear(ClearSkyDescription),
+    /// An overcast sky.
+    Overcast(OvercastSkyDescription),
+}
+
+/// The lights of the sky, and the air if it is seen.
+#[derive(Default)]
+pub(crate) struct BuiltSky {
+    pub(crate) lights: Vec<Light>,
+    pub(crate) air: Option<Air>,
+}
+
+impl SkyDescription {
+    /// Reads a sky, which is clear unless its table says otherwise.
+    pub(crate) fn read(mut table: Table) -> Result<Self, ParseError> {
+        let is_overcast = table.has("type") && table.take_name("type", &[("clear", false), ("overcast", true)])?;
+        if is_overcast {
+            OvercastSkyDescription::read(table).map(Self::Overcast)
+        } else {
+            table.read().map(Self::Clear)
+        }
+    }
+
+    /// Number of lights of a scene that it is: sun and sky, or the sky alone.
+    pub(crate) fn light_count(&self) -> usize {
+        match self {
+            Self::Clear(_) => 2,
+            Self::Overcast(_) => 1,
+        }
+    }
+
+    /// Whether the camera may see its sun.
+    pub(crate) fn has_visible_sun(&self) -> bool {
+        match self {
+            Self::Clear(clear) => clear.visible,
+            Self::Overcast(_) => false,
+        }
+    }
+
+    /// Builds the sky over materials that were built.
+    pub(crate) fn build(
+        &self,
+        scene: &SceneDescription,
+        materials: &[Material],
+        sources: &Sources,
+    ) -> Result<BuiltSky, SceneError> {
+        let path = KeyPath::root("sky");
+        match self {
+            Self::Clear(clear) => clear.build(&path, scene, materials, sources),
+            Self::Overcast(overcast) => Ok(BuiltSky { lights: vec![overcast.build(&path, sources)?], air: None }),
+        }
+    }
+}
