@@ -43,15 +43,15 @@ macro_rules! quantities {
 }
 
 /// A number in the range of a quantity.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Clone, Copy, PartialEq)]
 pub struct Number<Q: Quantity>(f64, PhantomData<Q>);
 
 /// A whole number in the range of a quantity.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Clone, Copy, PartialEq)]
 pub struct Count<Q: Quantity>(u32, PhantomData<Q>);
 
 /// A list of so many numbers in the range of a quantity.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Clone, Copy, PartialEq)]
 pub struct Numbers<Q: Quantity, const LENGTH: usize>([f64; LENGTH], PhantomData<Q>);
 
 impl<Q: Quantity> Number<Q> {
@@ -154,6 +154,24 @@ impl<Q: Quantity> fmt::Display for Number<Q> {
 }
 
 impl<Q: Quantity> fmt::Display for Count<Q> {
+    fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+        self.0.fmt(formatter)
+    }
+}
+
+impl<Q: Quantity> fmt::Debug for Number<Q> {
+    fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+        self.0.fmt(formatter)
+    }
+}
+
+impl<Q: Quantity> fmt::Debug for Count<Q> {
+    fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+        self.0.fmt(formatter)
+    }
+}
+
+impl<Q: Quantity, const LENGTH: usize> fmt::Debug for Numbers<Q, LENGTH> {
     fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
         self.0.fmt(formatter)
     }

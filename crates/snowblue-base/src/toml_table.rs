@@ -235,7 +235,7 @@ impl<'text> Table<'text> {
     /// # Errors
     /// If the key is missing, or the name is not in the list.
     pub fn take_name<T: Copy>(&mut self, key: &'static str, named: &[(&str, T)]) -> Result<T, ParseError> {
-        let missing = self.error_at_key(key, "is missing");
+        let missing = self.error_at(key, "is missing");
         let value = self.take(key).ok_or(missing)?;
         let name: String = value.clone().read()?;
         named.iter().find(|(known, _)| *known == name).map(|(_, found)| *found).ok_or_else(|| {
@@ -244,8 +244,11 @@ impl<'text> Table<'text> {
         })
     }
 
-    fn error_at_key(&self, key: &str, reason: &str) -> ParseError {
-        ParseError { span: self.span(), reason: self.path.key(key).error(reason).to_string() }
+    /// An error about the value of a key, or about the table where it is absent: `reason` is the rest of a sentence that
+    /// begins with the path of the key.
+    pub fn error_at(&self, key: &str, reason: impl Display) -> ParseError {
+        let span = self.entries.get(key).map_or(self.span(), Spanned::span);
+        ParseError { span, reason: self.path.key(key).error(reason).to_string() }
     }
 
     /// Reads all keys that are left.

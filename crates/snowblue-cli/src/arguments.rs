@@ -14,6 +14,7 @@ use crate::commands::match_color::Match;
 use crate::commands::merge::Merge;
 use crate::commands::render::Render;
 use crate::commands::repair::Repair;
+use crate::commands::schema::Schema;
 use crate::commands::sky::Sky;
 use crate::commands::slab::Slab;
 use crate::commands::spectrum::Spectrum;
@@ -66,6 +67,7 @@ pub(crate) enum Command {
     #[command(subcommand)]
     Export(Export),
     Figures(Figures),
+    Schema(Schema),
     Completions(Completions),
     Man(Man),
 }

@@ -43,6 +43,7 @@ fn run() -> Outcome {
         Command::Repair(command) => command.run(arguments.quiet),
         Command::Export(command) => command.run(),
         Command::Figures(command) => command.run(arguments.quiet),
+        Command::Schema(command) => command.run(),
         Command::Completions(command) => command.run(Arguments::command()),
         Command::Man(command) => command.run(Arguments::command()),
     }

@@ -24,7 +24,7 @@ pub use body::{AxisCrossing, Body};
 pub use field::{CellBox, Fluence, Patches, SnowBody, SnowOfCells, SolveOptions, SurfacePlace, SurfaceValues};
 pub use fixed_point::{FixedPointOptions, Missing, solve_fixed_point};
 pub use grid::GridOptions;
-pub use optics::{GRAIN_RAYS, SnowOptics};
+pub use optics::SnowOptics;
 pub use plan::{FieldError, ScaledSizes, Survey, fit_sizes};
 pub use scan::SurfaceElement;
 pub use sizes::{CellSizes, SizeLimits, SizesByDistance};

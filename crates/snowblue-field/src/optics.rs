@@ -5,9 +5,6 @@ use snowblue_transport::{
     Demand, GrainTallies, Medium, PhaseFunction, PhasePlan, Population, SnowSample, TallyPlan, TransportError,
 };
 
-/// Rays of the tallies per node of the refractive index for an error of 0.2 % in the transmittance of 15 cm.
-pub const GRAIN_RAYS: u32 = 1 << 18;
-
 /// Diffusion and absorption of snow, and the functions of its surface.
 #[derive(Debug, Clone)]
 pub struct SnowOptics {
@@ -20,8 +17,8 @@ pub struct SnowOptics {
 }
 
 impl SnowOptics {
-    /// The optics of a sample at some wavelengths, by a number of rays through its grains, for example
-    /// [`GRAIN_RAYS`].
+    /// The optics of a sample at some wavelengths, by a number of rays through its grains per node of the refractive
+    /// index: 2¹⁸ leave an error of 0.2 % in the transmittance of 15 cm.
     ///
     /// # Errors
     ///

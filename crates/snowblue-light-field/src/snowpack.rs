@@ -86,7 +86,7 @@ impl Snowpack {
             if let [everywhere] = &*of_kinds {
                 return everywhere.clone();
             }
-            let shares = self.kinds.shares(objects, object, cell);
+            let shares = self.kinds.shares(objects, object, [cell.centre, cell.size]);
             let mixture =
                 |group: usize| Diffusion::mixture(shares.iter().map(|(kind, share)| (*share, of_kinds[*kind][group])));
             (0..groups).map(mixture).collect()

@@ -89,7 +89,7 @@ def test_the_white_of_a_temperature():
     of = {white: block().with_(film=FILM | {"white": white}).render(**few).rgb for white in ("D65", 6504, "2856K", "A")}
     np.testing.assert_allclose(of[6504], of["D65"], rtol=5e-3, atol=1e-4)
     np.testing.assert_allclose(of["2856K"], of["A"], rtol=5e-3, atol=1e-3)
-    with pytest.raises(ValueError, match="white is 500 K, but must lie in 2000 to 25000 K"):
+    with pytest.raises(ValueError, match="white is 500 K, but must lie in 2000–25000 K"):
         block().with_(film=FILM | {"white": 500})
 
 

@@ -92,6 +92,7 @@ impl SceneDescription {
         lights: Option<DescribedLights>,
         files: &dyn FileSource,
     ) -> Result<Scene, SceneError> {
+        self.light_field.check(&KeyPath::root("light_field"))?;
         let solids = solids.map_or_else(|| self.solids(files), Ok)?;
         let described = lights.map_or_else(|| self.described_lights(&solids.materials, files), Ok)?;
         let DescribedLights { mut lights, air, files: light_files } = described;

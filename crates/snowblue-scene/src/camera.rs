@@ -17,7 +17,7 @@ use crate::values::{Coordinate, Direction, MAX_COORDINATE_M, point, upwards};
 
 quantities! {
     /// Angle between the upper and the lower edge of a picture.
-    pub FieldOfView = ParameterRange::new("field of view", 0.1, 170.0, "°");
+    pub FieldOfView = ParameterRange::new("field of view", 1e-6, 170.0, "°");
     /// Diameter of the aperture of a lens.
     pub Aperture = ParameterRange::new("aperture", 0.0, 10.0, "m");
     /// Distance of the plane of focus.

@@ -2,9 +2,7 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use snowblue_base::{Count, Number, ParameterRange, quantities};
-
-use snowblue_field::GRAIN_RAYS;
+use snowblue_base::{Count, KeyError, KeyPath, Number, ParameterRange, quantities};
 
 use crate::values::Fraction;
 
@@ -189,8 +187,20 @@ pub struct LightFieldSettings {
     pub most_rounds: u32,
 }
 
+/// Rays through grains for an error of 0.2 % in the transmittance of 15 cm.
+pub const GRAIN_RAYS: u32 = 1 << 18;
 /// Most rounds of light between bodies. Caves take some ten.
 const MAX_ROUNDS: u32 = 12;
+
+impl LightFieldSettings {
+    /// Checks that one key sets the cells.
+    pub(crate) fn check(&self, path: &KeyPath) -> Result<(), KeyError> {
+        if self.step_mm.is_some() && self.nodes.is_some() {
+            return Err(path.key("nodes").error("has no effect, since `step_mm` sets the cells"));
+        }
+        Ok(())
+    }
+}
 
 impl Default for LightFieldSettings {
     fn default() -> Self {

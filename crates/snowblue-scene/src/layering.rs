@@ -3,7 +3,6 @@
 use std::cell::RefCell;
 
 use glam::{DVec3, Vec3A};
-use snowblue_field::CellBox;
 use snowblue_geometry::body::pair_up;
 use snowblue_geometry::ray::{Crossing, Ray, SurfacePoint, narrow};
 use snowblue_transport::stack::Layer;
@@ -83,8 +82,9 @@ impl Layering {
         }
     }
 
-    /// The share of each layer in the snow of a cell, along vertical lines through the cell. The shares add up to 1.
-    pub(crate) fn shares(&self, objects: &Objects, object: usize, cell: &CellBox) -> Vec<f32> {
+    /// The share of each layer in the snow of a box, given by centre and size in m, along vertical lines through the
+    /// box. The shares add up to 1.
+    pub(crate) fn shares(&self, objects: &Objects, object: usize, [centre, size]: [DVec3; 2]) -> Vec<f32> {
         /// Lines along each side: more where few meet the snow.
         const LINES: [u32; 2] = [2, 4];
         let mut lengths_m = vec![0.0; self.ends_m.len() + 1];
@@ -92,15 +92,15 @@ impl Layering {
             let place = |line: u32| (f64::from(line) + 0.5) / f64::from(lines) - 0.5;
             for line in 0..lines * lines {
                 let offset = DVec3::new(place(line % lines), place(line / lines), -0.5);
-                let bottom = (cell.centre + cell.size * offset).as_vec3a();
-                self.add_lengths(objects, object, (bottom, cell.size.z), &mut lengths_m);
+                let bottom = (centre + size * offset).as_vec3a();
+                self.add_lengths(objects, object, (bottom, size.z), &mut lengths_m);
             }
             let total_m: f64 = lengths_m.iter().sum();
             if total_m > 0.0 {
                 return lengths_m.iter().map(|length_m| narrow(length_m / total_m)).collect();
             }
         }
-        // A cell with so little snow has next to no weight.
+        // A box with so little snow has next to no weight.
         let mut top = vec![0.0; lengths_m.len()];
         top[0] = 1.0;
         top
@@ -171,9 +171,10 @@ mod tests {
         }
         let layers = LayerFile::parse(PACK).unwrap().layers;
         // A cell from z = −0.035 to −0.005 in the lower step, of which the upper half is crust.
-        let cell = CellBox { centre: DVec3::new(0.0, 0.0, -0.02), size: DVec3::new(0.02, 0.02, 0.03) };
-        let raised = CellBox { centre: cell.centre + DVec3::Z * 0.015, ..cell };
-        let beside = CellBox { centre: DVec3::new(-0.104, 0.0, -0.02), ..cell };
+        let (centre, size) = (DVec3::new(0.0, 0.0, -0.02), DVec3::new(0.02, 0.02, 0.03));
+        let cell = [centre, size];
+        let raised = [centre + DVec3::Z * 0.015, size];
+        let beside = [DVec3::new(-0.104, 0.0, -0.02), size];
         for (top, cell, crust) in [
             (LayersTop::Surface, cell, 0.5),
             (LayersTop::Height(Number::of(0.0)), cell, 0.5),
@@ -183,7 +184,7 @@ mod tests {
             // Of this one less than a third is snow.
             (LayersTop::Surface, beside, 0.5),
         ] {
-            let shares = Layering::new(&layers, top).shares(objects, 0, &cell);
+            let shares = Layering::new(&layers, top).shares(objects, 0, cell);
             assert!(
                 (shares[0] - crust).abs() < 1e-4 && (shares[0] + shares[1] - 1.0).abs() < 1e-6,
                 "{top:?}: {shares:?}"

@@ -247,6 +247,11 @@ pub(crate) fn unit_vector(path: &KeyPath, direction: Vec3A, reason: &str) -> Res
     direction.try_normalize().ok_or_else(|| path.error(reason))
 }
 
+/// The reason against a key that excludes another one that is given.
+pub(crate) fn beside(other: &str) -> String {
+    format!("stands beside `{other}`: give one of them")
+}
+
 /// The one value that is given of several that exclude each other.
 ///
 /// # Errors
@@ -260,9 +265,7 @@ pub(crate) fn only_one<T, const COUNT: usize>(
     let mut given = given.into_iter().filter_map(|(name, value)| Some((name, value?)));
     match (given.next(), given.next()) {
         (Some((_, value)), None) => Ok(value),
-        (Some((first, _)), Some((second, _))) => {
-            Err(path.error(format!("has either `{first}` or `{second}`, not both")))
-        }
+        (Some((first, _)), Some((second, _))) => Err(path.key(second).error(beside(first))),
         (None, _) => Err(path.error(format!("needs one of {}", names.join(", ")))),
     }
 }

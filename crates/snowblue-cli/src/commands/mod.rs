@@ -13,6 +13,7 @@ pub(crate) mod match_color;
 pub(crate) mod merge;
 pub(crate) mod render;
 pub(crate) mod repair;
+pub(crate) mod schema;
 pub(crate) mod sky;
 pub(crate) mod slab;
 pub(crate) mod spectrum;

@@ -527,7 +527,7 @@ const WRONG: &[Wrong] = &[
         file: "box.toml",
         text: BOX,
         changes: &[
-            ("\"box\"\nsize = [1, 1, 1]", "\"igloo\"\nwall = 3", &["box.toml:", "wall", "3 m", "0.02"]),
+            ("\"box\"\nsize = [1, 1, 1]", "\"igloo\"\nwall = 3", &["box.toml:", "wall", "3 m", "0.75 m"]),
             ("\"box\"", "\"igloo\"", &["box.toml:", "size"]),
             ("\"box\"\nsize = [1, 1, 1]", "\"igloo\"\nseam_depth = 0.1", &["box.toml:", "seam_depth", "0.1 m"]),
             (

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3, Vec3A};
 use snowblue_base::files::FilesInMemory;
 use snowblue_color::LinearRgb;
-use snowblue_field::{GRAIN_RAYS, SnowOptics};
+use snowblue_field::SnowOptics;
 use snowblue_geometry::mesh_files::read_mesh_file;
 use snowblue_geometry::ray::{Ray, SurfacePoint};
 use snowblue_render::Integrator;
@@ -17,6 +17,7 @@ use snowblue_render::bake::{
 };
 use snowblue_render::raster::PixelPosition;
 use snowblue_render::render::pixel_radiance;
+use snowblue_render::scene::integrator::GRAIN_RAYS;
 use snowblue_scene::camera::View;
 use snowblue_scene::description::SceneDescription;
 use snowblue_scene::light::{Light, LightDirection, LightOrigin, irradiance_by_sky};

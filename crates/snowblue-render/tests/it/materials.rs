@@ -441,11 +441,17 @@ fn invalid_materials_are_errors_with_their_line() {
         (paint("reflectance_spectrum = \"bright.csv\"", plane), ["bright.csv:2: value is 1.5", "must lie in 0–1"]),
         (
             paint("reflectance_rgb = [0, 2, 0]", plane),
-            ["scene.toml:13: ", "reflectance_rgb is 2, but must lie in 0 to 1"],
+            ["scene.toml:13: ", "reflectance_rgb[1] is 2, but must lie in 0–1"],
         ),
         (paint("reflectance_rgb = \"#12345\"", plane), ["scene.toml:13: ", "`#12345`"]),
-        (paint("reflectance = 1\nreflectance_rgb = \"#123456\"", plane), ["scene.toml:14: ", "`reflectance`"]),
-        (paint("reflectance = 1\ntexture_scale_m = 1", plane), ["scene.toml:14: ", "`texture`"]),
+        (
+            paint("reflectance = 1\nreflectance_rgb = \"#123456\"", plane),
+            ["scene.toml:14: material.paint.reflectance_rgb ", "stands beside `reflectance`"],
+        ),
+        (
+            paint("reflectance = 1\ntexture_scale_m = 1", plane),
+            ["scene.toml:14: ", "material.paint.texture_scale_m needs a `texture`"],
+        ),
         (paint("", plane), ["scene.toml:11: ", "material.paint needs one of reflectance, "]),
         (mask("{ attribute = \"wet\" }", mesh), ["attribute \"wet\"", "object are: age"]),
         (mask("{ attribute = \"age\" }", SLAB), ["attribute \"age\"", "object are: none"]),

@@ -170,7 +170,7 @@ fn mistakes_are_named() {
         file.and_then(|file| file.build()).unwrap_err().to_string()
     };
     for (sky, expected) in [
-        ("[sky]\n", "scene.toml:12: sky.sun is missing"),
+        ("[sky]\n", "scene.toml:12: sky: missing field `sun`"),
         ("[sky]\ntype = \"cloudy\"\n", "scene.toml:13: sky.type is \"cloudy\", but must be one of clear, overcast"),
         (
             "[sky]\nsun = { elevation_deg = -3, azimuth_deg = 0 }\n",
@@ -179,7 +179,7 @@ fn mistakes_are_named() {
         ("[sky]\ntype = \"overcast\"\nsun = { elevation_deg = -3 }\n", ": sky.sun elevation is -3°, but must lie in"),
         ("[sky]\nsun = { elevation_deg = 30, latitude_deg = 3 }\n", "needs either `towards`, or `elevation_deg`"),
         ("[sky]\nsun = { towards = [0, 0, 0] }\n", "sky.sun.towards is [0, 0, 0], but must not be zero"),
-        ("[sky]\nturbidity = 11\nsun = { elevation_deg = 30 }\n", "sky.turbidity is 11, but must lie in 1 to 10"),
+        ("[sky]\nturbidity = 11\nsun = { elevation_deg = 30 }\n", "sky.turbidity is 11, but must lie in 1–10"),
         (
             "[sky]\nsun = { latitude_deg = 47, longitude_deg = 8, date = \"2026-02-30\", time = \"25:00\" }\n",
             "sky.sun.time is \"25:00\" on \"2026-02-30\"",
@@ -189,7 +189,7 @@ fn mistakes_are_named() {
             "film.white is \"sky\", but there is no sky",
         ),
         ("[film]\nwhite = \"noon\"\n", "noon"),
-        ("[sky]\ntype = \"overcast\"\n", "must have either `irradiance_w_m2` or `sun`"),
+        ("[sky]\ntype = \"overcast\"\n", "sky needs one of irradiance_w_m2, sun"),
         ("[sky]\ntype = \"overcast\"\nirradiance_w_m2 = 0\n", "sky.irradiance_w_m2 is 0"),
     ] {
         let found = message(sky);

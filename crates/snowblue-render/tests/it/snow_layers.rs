@@ -292,12 +292,12 @@ fn mistakes_are_named() {
         (
             &format!("{keys}grain_size_um = 400\n"),
             Some(good),
-            "scene.toml:14: material.snow has either `layers` or `grain_size_um`, not both",
+            "scene.toml:15: material.snow.grain_size_um stands beside `layers`: give one of them",
         ),
         (
             &format!("{keys}path = \"view\"\n"),
             Some(good),
-            "unknown key `path` in material.snow; known are type, sparkle, relief, layers, layers_top",
+            "material.snow.path: unknown field `path`, expected `layers` or `layers_top`, beside `type`, `sparkle`, `relief`",
         ),
         (
             &format!("{keys}layers_top = \"ground\"\n"),
@@ -307,7 +307,7 @@ fn mistakes_are_named() {
         (
             &format!("{keys}layers_top = 1e9\n"),
             Some(good),
-            "material.snow.layers_top is 1000000000 m, but must lie in -100000 to 100000 m",
+            "material.snow.layers_top is 1000000000 m, but must lie in -100000–100000 m",
         ),
     ] {
         let message = error(keys, layers);

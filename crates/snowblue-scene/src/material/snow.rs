@@ -4,8 +4,7 @@
 //! proportion between. Inside a body it is the snow of the nearest point of the surface. Integrators compute with a few
 //! kinds of it ([`SnowKinds`]) and interpolate between these.
 
-use glam::Vec3A;
-use snowblue_field::CellBox;
+use glam::{DVec3, Vec3A};
 use snowblue_geometry::ray::{SurfacePoint, narrow};
 use snowblue_geometry::shape::Shape;
 use snowblue_transport::optics::{Impurities, Substance};
@@ -278,13 +277,14 @@ impl SnowKinds {
         }
     }
 
-    /// The share of each kind in the snow of a cell of the body of an object. The shares add up to 1.
-    pub fn shares(&self, objects: &Objects, object: usize, cell: &CellBox) -> Vec<(usize, f32)> {
+    /// The share of each kind in the snow of a box in the body of an object, given by centre and size in m. The shares
+    /// add up to 1.
+    pub fn shares(&self, objects: &Objects, object: usize, cell: [DVec3; 2]) -> Vec<(usize, f32)> {
         match &self.places {
             Places::Everywhere => vec![(0, 1.0)],
             Places::Layers(layering) => layering.shares(objects, object, cell).into_iter().enumerate().collect(),
             Places::Mask(..) => {
-                let KindMix { first, second, share } = self.at_point(objects, object, cell.centre.as_vec3a());
+                let KindMix { first, second, share } = self.at_point(objects, object, cell[0].as_vec3a());
                 vec![(first, 1.0 - share), (second, share)]
             }
         }

@@ -19,7 +19,7 @@ use crate::material::snow::{Snow, SnowMaterial};
 use crate::material::sparkle::SparkleDescription;
 use crate::sources::Sources;
 use crate::spectrum::wavelengths_nm;
-use crate::values::{AnyOf, Coordinate, Notations};
+use crate::values::{AnyOf, Coordinate, Notations, beside};
 
 /// Snow as a material: what it is made of, and how its surface is drawn.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
@@ -131,17 +131,15 @@ impl LayeredSnowDescription {
 
 impl MaskedSnowDescription {
     fn read(mut table: Table) -> Result<Self, ParseError> {
-        let (mask, between) = (table.take("mask"), table.take_tables("between")?);
-        let (Some(mask), false) = (mask, between.is_empty()) else {
+        let (Some(mask), Some(between)) = (table.take("mask"), table.take("between")) else {
             return Err(table.error("needs both `mask` and `between`"));
         };
         let mask = MaskDescription::read(mask.table()?)?;
-        let between: Vec<SnowKeys> = between.into_iter().map(Table::read).collect::<Result<_, _>>()?;
-        let count = between.len();
-        let wrong = |_| table.error(format!("has {count} tables in `between`, but must have two"));
-        let described = Self { mask, between: between.try_into().map_err(wrong)? };
+        let snows = between.clone().tables()?.into_iter().map(Table::read).collect::<Result<Vec<SnowKeys>, _>>()?;
+        let count = snows.len();
+        let wrong = |_| between.error(format!("has {count} snows, but must have two"));
         table.finish()?;
-        Ok(described)
+        Ok(Self { mask, between: snows.try_into().map_err(wrong)? })
     }
 
     fn build(&self, path: &KeyPath, sources: &Sources) -> Result<Snow, SceneError> {
@@ -166,7 +164,7 @@ impl SnowDescription {
     fn read(table: Table) -> Result<Self, ParseError> {
         const OF_SNOW: [&str; 4] = ["snow", "grain_size_um", "ssa_m2_kg", "density_kg_m3"];
         let alone = |key: &str, others: &[&str]| match others.iter().find(|other| table.has(other)) {
-            Some(other) => Err(table.error(format!("has either `{key}` or `{other}`, not both"))),
+            Some(other) => Err(table.error_at(other, beside(key))),
             None => Ok(()),
         };
         if table.has("layers") {

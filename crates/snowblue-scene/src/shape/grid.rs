@@ -67,9 +67,11 @@ impl GridSettings {
     /// The keys.
     pub(super) const KEYS: [&str; 5] = ["size", "datum", "fill", "crop", "tolerance"];
 
-    /// Whether nothing is set.
-    pub(super) fn is_plain(&self) -> bool {
-        *self == Self::default()
+    /// The first key that is set; none if nothing is.
+    pub(super) fn first_key(&self) -> Option<&'static str> {
+        let Self { size, datum, fill, crop, tolerance } = self;
+        let is_set = [size.is_some(), datum.is_some(), fill.is_some(), crop.is_some(), tolerance.is_some()];
+        Self::KEYS.into_iter().zip(is_set).find_map(|(key, is_set)| is_set.then_some(key))
     }
 }
 

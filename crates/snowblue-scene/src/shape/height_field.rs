@@ -60,9 +60,8 @@ impl ShapeKeys for HeightFieldDescription {
             None => path.error(reason).into(),
         };
         let bottom_m = self.bottom.map(|bottom| narrow(bottom.get()));
-        if let (Some(size), [], true) =
-            (settings.size, object.imprints, GridSettings { size: None, ..settings.clone() }.is_plain())
-        {
+        let others = GridSettings { size: None, ..settings.clone() };
+        if let (Some(size), [], None) = (settings.size, object.imprints, others.first_key()) {
             let heights = heights_of(filled(grid, None, &key)?, &key)?;
             let bottom_m = bottom_m.ok_or_else(is_missing)?;
             return Ok(object.place(heights.solid(point(size).into(), bottom_m).map_err(wrong)?)?.into());

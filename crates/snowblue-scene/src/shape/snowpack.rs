@@ -172,14 +172,14 @@ impl ShapeKeys for SnowpackDescription {
         }
         let is_mesh = |name: &String| MESH_EXTENSIONS.contains(&extension(name.as_ref()).as_str());
         if let Some(file) = self.ground.as_ref().filter(|name| self.heights.is_none() && is_mesh(name)) {
-            if !self.grid.is_plain() {
-                let reason = "has a mesh as ground: `size`, `datum`, `fill`, `crop` and `tolerance` are of heights";
-                return Err(path.error(reason).into());
+            if let Some(key) = self.grid.first_key() {
+                return Err(path.key(key).error("is of heights, but the ground is a mesh").into());
             }
             return Ok(object.place(self.on_mesh(path, file, object.sources)?)?.into());
         }
         if self.part.is_some() || self.up.is_some() {
-            return Err(path.error("has no mesh as ground: `part` and `up` are of meshes").into());
+            let key = if self.part.is_some() { "part" } else { "up" };
+            return Err(path.key(key).error("is of meshes, but the ground is none").into());
         }
         let rows = self.heights.as_ref().map(|rows| {
             let key = path.key("heights");

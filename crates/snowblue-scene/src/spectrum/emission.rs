@@ -8,7 +8,7 @@ use snowblue_color::Illuminant;
 use crate::error::SceneError;
 use crate::sources::Sources;
 use crate::spectrum::light_spectrum::LightSpectrum;
-use crate::values::text;
+use crate::values::{beside, text};
 
 /// The shape of the spectrum of a light: an illuminant of the CIE, or a file; daylight (D65) if neither is given.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
@@ -35,9 +35,7 @@ impl EmissionSpectrum {
     /// The spectrum of the light at a path.
     pub(crate) fn build(&self, path: &KeyPath, sources: &Sources) -> Result<LightSpectrum, SceneError> {
         match (self.illuminant, &self.spectrum) {
-            (Some(_), Some(_)) => {
-                Err(path.key("spectrum").error("stands beside `illuminant`: give one of them").into())
-            }
+            (Some(_), Some(_)) => Err(path.key("spectrum").error(beside("illuminant")).into()),
             (None, Some(file)) => LightSpectrum::read(sources.files, file)
                 .map_err(|error| sources.named(&path.key("spectrum"), file, error)),
             (illuminant, None) => {
