@@ -132,6 +132,25 @@ pub enum TransportError {
     },
 }
 
+impl TransportError {
+    /// The message without the name of the quantity, as the rest of a sentence that begins with a key.
+    #[must_use]
+    pub fn after_key(&self) -> String {
+        let message = self.to_string();
+        let quantity = match self {
+            Self::Range(error) => return error.after_key(),
+            Self::ClearIce {
+                error: RangeError::OutOfRange { quantity, .. } | RangeError::Reversed { quantity, .. },
+            }
+            | Self::Count { quantity, .. }
+            | Self::Combination { quantity, .. } => quantity,
+            Self::MeanSize { .. } => "mean grain size",
+            _ => "",
+        };
+        message.strip_prefix(quantity).unwrap_or(&message).trim_start().to_owned()
+    }
+}
+
 /// What is wrong with the input of an inversion.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{error}{}", depth_cm.map(|depth_cm| format!(", at a depth of {depth_cm} cm")).unwrap_or_default())]

@@ -71,7 +71,7 @@ pub use medium::{
     Demand, GrainTallies, HenyeyGreenstein, Medium, PhaseFunction, PhasePlan, Population, Scattering, TallyPlan,
 };
 pub use optics::{IceTable, Impurities, Substance};
-pub use sample::{GrainSize, SnowSample, TruncatedNormal};
+pub use sample::{GrainSize, Property, SnowSample, TruncatedNormal};
 pub use slab::{Incidence, Slab};
 pub use snowblue_base::{Parameter, ParameterRange, RangeError, short_number};
 pub use stack::{Layer, Stack};

@@ -2,7 +2,6 @@
 //!
 //! The parameters are those of the paper's Tables 1 and S1 (Varsa & Baranoski 2024, doi:10.1109/MCG.2023.3307517).
 
-use snowblue_base::ParameterRange;
 use snowblue_base::hash::Fnv1a;
 
 use super::grain_size::{GrainSize, MEAN_SIZE_HALF_RANGE_UM};
@@ -14,12 +13,6 @@ use crate::optics::impurity::{self, Impurities};
 use crate::optics::{WavelengthRange, water};
 use crate::parameters::{DENSITY, FACETNESS, GRAIN_SIZE, SPHERICITY, TEMPERATURE, WATER_SATURATION};
 
-/// Standard deviation of the sphericity before truncation.
-const SPHERICITY_DEVIATION_RANGE: ParameterRange =
-    ParameterRange { quantity: "standard deviation of sphericity", least: 0.0, greatest: 10.0, unit: "" };
-/// Standard deviation of the facetness before truncation.
-const FACETNESS_DEVIATION_RANGE: ParameterRange =
-    ParameterRange { quantity: "standard deviation of facetness", least: 0.0, greatest: 10.0, unit: "" };
 /// Densities up to this one are meant as those of ice, in kg/m³: that of −60 °C is 925.4.
 const DENSEST_ICE_KG_M3: f64 = 926.0;
 
@@ -116,15 +109,9 @@ impl SnowSample {
     /// Reports the first quantity that lies outside its range.
     pub fn check(&self) -> Result<(), TransportError> {
         self.grain_size.check()?;
-        self.sphericity.check(&SPHERICITY.range, &SPHERICITY_DEVIATION_RANGE)?;
-        self.facetness.check(&FACETNESS.range, &FACETNESS_DEVIATION_RANGE)?;
-        DENSITY.range.check(self.density_kg_m3).map_err(|error| {
-            if (DENSITY.range.greatest..DENSEST_ICE_KG_M3).contains(&self.density_kg_m3) {
-                TransportError::ClearIce { error }
-            } else {
-                error.into()
-            }
-        })?;
+        self.sphericity.check_sphericity()?;
+        self.facetness.check_facetness()?;
+        check_density(self.density_kg_m3)?;
         WATER_SATURATION.range.check(self.water_saturation)?;
         self.impurities.check()?;
         Ok(TEMPERATURE.range.check(self.temperature_c)?)
@@ -154,6 +141,17 @@ impl SnowSample {
         }
         Ok(self.impurities.check_wavelength(wavelength_nm)?)
     }
+}
+
+/// Checks a density, in kg/m³; that of ice has a message of its own.
+pub(super) fn check_density(density_kg_m3: f64) -> Result<(), TransportError> {
+    DENSITY.range.check(density_kg_m3).map_err(|error| {
+        if (DENSITY.range.greatest..DENSEST_ICE_KG_M3).contains(&density_kg_m3) {
+            TransportError::ClearIce { error }
+        } else {
+            error.into()
+        }
+    })
 }
 
 impl Default for SnowSample {

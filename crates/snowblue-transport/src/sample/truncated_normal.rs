@@ -3,8 +3,13 @@
 use snowblue_base::{ParameterRange, RangeError};
 
 use crate::TransportError;
-use crate::parameters::FACETNESS;
+use crate::parameters::{FACETNESS, SPHERICITY};
 use crate::quadrature::Quadrature;
+
+/// Standard deviation of the sphericity before truncation.
+const SPHERICITY_DEVIATION: ParameterRange = ParameterRange::new("standard deviation of sphericity", 0.0, 10.0, "");
+/// Standard deviation of the facetness before truncation.
+const FACETNESS_DEVIATION: ParameterRange = ParameterRange::new("standard deviation of facetness", 0.0, 10.0, "");
 
 /// Standard deviation of the facetness that a mean represents (the paper's Table S1).
 const MEAN_FACETNESS_DEVIATION: f64 = 0.075;
@@ -46,32 +51,35 @@ impl TruncatedNormal {
     /// greatest value, mean and standard deviation.
     ///
     /// # Errors
-    /// For another count of numbers, and for a mean outside 0–1.
+    /// For another count of numbers, and for values out of range.
     pub fn facetness(numbers: &[f64]) -> Result<Self, TransportError> {
-        if let [mean] = *numbers {
-            FACETNESS.range.check(mean)?;
-            return Ok(Self::facetness_around(mean));
-        }
-        Self::of_four(numbers).ok_or(TransportError::Count {
-            quantity: "facetness",
-            count: numbers.len(),
-            expected: "a mean (0.3), or min, max, mean and standard deviation (0.2, 0.4, 0.3, 0.075)",
-        })
+        let facetness = match *numbers {
+            [mean] => Self::facetness_around(mean),
+            _ => Self::of_four(numbers).ok_or(TransportError::Count {
+                quantity: "facetness",
+                count: numbers.len(),
+                expected: "a mean (0.3), or min, max, mean and standard deviation (0.2, 0.4, 0.3, 0.075)",
+            })?,
+        };
+        facetness.check_facetness()?;
+        Ok(facetness)
     }
 
     /// The sphericity that numbers state: one value, or least and greatest value, mean and standard deviation.
     ///
     /// # Errors
-    /// For another count of numbers.
+    /// For another count of numbers, and for values out of range.
     pub fn sphericity(numbers: &[f64]) -> Result<Self, TransportError> {
-        if let [value] = *numbers {
-            return Ok(Self::exactly(value));
-        }
-        Self::of_four(numbers).ok_or(TransportError::Count {
-            quantity: "sphericity",
-            count: numbers.len(),
-            expected: "one value (0.8), or min, max, mean and standard deviation (0.7, 0.9, 0.8, 0.1)",
-        })
+        let sphericity = match *numbers {
+            [value] => Self::exactly(value),
+            _ => Self::of_four(numbers).ok_or(TransportError::Count {
+                quantity: "sphericity",
+                count: numbers.len(),
+                expected: "one value (0.8), or min, max, mean and standard deviation (0.7, 0.9, 0.8, 0.1)",
+            })?,
+        };
+        sphericity.check_sphericity()?;
+        Ok(sphericity)
     }
 
     fn of_four(numbers: &[f64]) -> Option<Self> {
@@ -112,7 +120,15 @@ impl TruncatedNormal {
         (-0.5 * ((x - self.mean) / self.standard_deviation).powi(2)).exp()
     }
 
-    pub(super) fn check(&self, range: &ParameterRange, deviations: &ParameterRange) -> Result<(), RangeError> {
+    pub(super) fn check_facetness(&self) -> Result<(), RangeError> {
+        self.check(&FACETNESS.range, &FACETNESS_DEVIATION)
+    }
+
+    pub(super) fn check_sphericity(&self) -> Result<(), RangeError> {
+        self.check(&SPHERICITY.range, &SPHERICITY_DEVIATION)
+    }
+
+    fn check(&self, range: &ParameterRange, deviations: &ParameterRange) -> Result<(), RangeError> {
         range.check(self.mean)?;
         range.check_interval(self.min, self.max)?;
         ParameterRange { least: self.min, greatest: self.max, ..*range }.check(self.mean)?;

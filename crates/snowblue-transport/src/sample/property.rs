@@ -1,0 +1,221 @@
+//! The table of the properties of snow that are numbers. Everything that enumerates them reads it.
+
+use snowblue_base::{Parameter, ParameterRange};
+
+use super::grain_size::{GrainSize, MEAN_SIZE_HALF_RANGE_UM};
+use super::snow_sample::SnowSample;
+use super::truncated_normal::TruncatedNormal;
+use crate::error::TransportError;
+use crate::optics::Substance;
+use crate::parameters::{
+    ANGLE, DENSITY, FACETNESS, GRAIN_SIZE, GROUND_ALBEDO, MASS_FRACTION, SPHERICITY, SURFACE_AREA, TEMPERATURE,
+    THICKNESS, WATER_SATURATION,
+};
+
+/// A property of snow that is a number, or a distribution about one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Property {
+    /// Mean grain size, in µm; its range is ± 50 µm.
+    GrainSize,
+    /// Specific surface area, in m²/kg, of grains of one optical diameter.
+    SurfaceArea,
+    /// Mean facetness.
+    Facetness,
+    /// Mean sphericity.
+    Sphericity,
+    /// Density of the dry snow, in kg/m³.
+    Density,
+    /// Fraction of the pore volume that water fills.
+    WaterSaturation,
+    /// Temperature, in °C.
+    Temperature,
+    /// Mass fraction of an impurity, in ng/g.
+    Impurity(Substance),
+}
+
+struct Row {
+    property: Property,
+    /// Name in tables and, with hyphens, of options: the key without its unit.
+    name: &'static str,
+    parameter: Parameter,
+    get: fn(&SnowSample) -> f64,
+    set: fn(&mut SnowSample, f64),
+    /// Whether fluxes may be differentiated with respect to it.
+    has_derivative: bool,
+}
+
+static ROWS: [Row; 7] = [
+    Row {
+        property: Property::GrainSize,
+        name: "grain_size",
+        parameter: GRAIN_SIZE,
+        get: |sample| sample.grain_size.middle_um(),
+        set: |sample, mean_um| {
+            sample.grain_size.min_um = mean_um - MEAN_SIZE_HALF_RANGE_UM;
+            sample.grain_size.max_um = mean_um + MEAN_SIZE_HALF_RANGE_UM;
+        },
+        has_derivative: false,
+    },
+    Row {
+        property: Property::SurfaceArea,
+        name: "ssa",
+        parameter: SURFACE_AREA,
+        get: |sample| 4.0 * sample.extinction_per_m() / sample.density_kg_m3,
+        set: |sample, area_m2_kg| {
+            sample.grain_size = GrainSize::of_surface_area(area_m2_kg, sample.temperature_c);
+        },
+        has_derivative: true,
+    },
+    Row {
+        property: Property::Facetness,
+        name: "facetness",
+        parameter: FACETNESS,
+        get: |sample| sample.facetness.mean,
+        set: |sample, mean| sample.facetness = TruncatedNormal::facetness_around(mean),
+        has_derivative: false,
+    },
+    Row {
+        property: Property::Sphericity,
+        name: "sphericity",
+        parameter: SPHERICITY,
+        get: |sample| sample.sphericity.mean,
+        set: |sample, value| sample.sphericity = TruncatedNormal::exactly(value),
+        has_derivative: false,
+    },
+    Row {
+        property: Property::Density,
+        name: "density",
+        parameter: DENSITY,
+        get: |sample| sample.density_kg_m3,
+        set: |sample, density_kg_m3| sample.density_kg_m3 = density_kg_m3,
+        has_derivative: true,
+    },
+    Row {
+        property: Property::WaterSaturation,
+        name: "water_saturation",
+        parameter: WATER_SATURATION,
+        get: |sample| sample.water_saturation,
+        set: |sample, saturation| sample.water_saturation = saturation,
+        has_derivative: true,
+    },
+    Row {
+        property: Property::Temperature,
+        name: "temperature",
+        parameter: TEMPERATURE,
+        get: |sample| sample.temperature_c,
+        set: |sample, temperature_c| sample.temperature_c = temperature_c,
+        has_derivative: false,
+    },
+];
+
+/// What every face says of the parameters of snow and of the light on it, each once: impurities have one together.
+pub fn parameters() -> impl Iterator<Item = Parameter> {
+    ROWS.iter().map(|row| row.parameter).chain([MASS_FRACTION, THICKNESS, ANGLE, GROUND_ALBEDO])
+}
+
+impl Property {
+    /// Every property.
+    pub fn all() -> impl Iterator<Item = Self> {
+        ROWS.iter().map(|row| row.property).chain(Substance::ALL.into_iter().map(Self::Impurity))
+    }
+
+    /// The property of a key, such as `density_kg_m3` or `black_carbon_ng_g`.
+    ///
+    /// # Errors
+    /// [`TransportError::Unknown`] if there is none.
+    pub fn of_key(key: &str) -> Result<Self, TransportError> {
+        let all: Vec<Self> = Self::all().collect();
+        crate::error::find_by_name("property of snow", key, &all, Self::key)
+    }
+
+    /// What every face says of it.
+    #[must_use]
+    pub fn parameter(self) -> Parameter {
+        match self {
+            Self::Impurity(substance) => Parameter {
+                key: substance.key(),
+                title: substance.name(),
+                range: ParameterRange { quantity: substance.name(), ..MASS_FRACTION.range },
+                text: substance.text(),
+                source: substance.source(),
+                ..MASS_FRACTION
+            },
+            _ => self.row().parameter,
+        }
+    }
+
+    /// Its key in files and interfaces.
+    #[must_use]
+    pub fn key(self) -> &'static str {
+        self.parameter().key
+    }
+
+    /// Its key without the unit.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Impurity(substance) => substance.key().trim_end_matches("_ng_g"),
+            _ => self.row().name,
+        }
+    }
+
+    /// Whether fluxes may be differentiated with respect to it.
+    #[must_use]
+    pub fn has_derivative(self) -> bool {
+        matches!(self, Self::Impurity(_)) || self.row().has_derivative
+    }
+
+    /// Its value in a sample, in its unit.
+    #[must_use]
+    pub fn get(self, sample: &SnowSample) -> f64 {
+        match self {
+            Self::Impurity(substance) => sample.impurities.ng_g(substance),
+            _ => (self.row().get)(sample),
+        }
+    }
+
+    /// Sets its value in a sample, in its unit, not checked.
+    pub fn set(self, sample: &mut SnowSample, value: f64) {
+        match self {
+            Self::Impurity(substance) => sample.impurities = sample.impurities.with(substance, value),
+            _ => (self.row().set)(sample, value),
+        }
+    }
+
+    /// Its row. Impurities have rows of their own.
+    fn row(self) -> &'static Row {
+        ROWS.iter().find(|row| row.property == self).unwrap_or_else(|| unreachable!("{self:?} has a row"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sample::SnowType;
+
+    #[test]
+    fn the_default_sample_has_the_defaults_of_its_properties() {
+        for property in Property::all() {
+            let value = match property {
+                Property::SurfaceArea => SnowType::Rounded.surface_area_m2_kg(),
+                _ => property.get(&SnowSample::default()),
+            };
+            assert!((property.parameter().default - value).abs() < 1e-12, "{property:?}: {value}");
+        }
+    }
+
+    #[test]
+    fn values_are_those_that_were_set() {
+        for property in Property::all() {
+            let Parameter { key, range, default, .. } = property.parameter();
+            let (mut sample, value) = (SnowSample::default(), 0.5 * (range.least + range.greatest.min(1000.0)));
+            property.set(&mut sample, value);
+            sample.check().unwrap();
+            assert!((property.get(&sample) / value - 1.0).abs() < 1e-12, "{key}");
+            assert_ne!(sample.id(), SnowSample::default().id(), "{key} is in the identifier");
+            property.set(&mut sample, default);
+            assert_eq!(Property::of_key(key), Ok(property));
+            assert!(key.starts_with(property.name()) && range.contains(default), "{key}");
+        }
+    }
+}
