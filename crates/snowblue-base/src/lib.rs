@@ -22,4 +22,4 @@ pub mod toml_value;
 pub use key_path::{KeyError, KeyPath};
 pub use parameter::Parameter;
 pub use quantity::{Count, Number, Numbers, Quantity};
-pub use range::{ParameterRange, RangeError, short_number};
+pub use range::{ParameterRange, RangeError, short_number, unit_suffix};

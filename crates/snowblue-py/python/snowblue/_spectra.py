@@ -78,7 +78,7 @@ LONG_NAMES = {
 }
 UNITS = {"e_folding_depth": "cm", "extinction": "m-1", "brdf": "sr-1", "btdf": "sr-1"}
 JACOBIAN = {
-    **{name: SNOW[name] for name in ("ssa_m2_kg", "density_kg_m3", "water_saturation")},
+    **{name: SNOW[name] for name, *_, has_derivative in _native.properties() if has_derivative},
     "thickness_cm": THICKNESS,
     "ground_albedo": GROUND_ALBEDO,
     "cos_angle": Quantity("cos_angle", "1", "cosine of the angle of incidence"),

@@ -5,7 +5,8 @@ use std::ops::Range;
 use snowblue_base::files::check_formats;
 use snowblue_geometry::images::png_image::PngImage;
 use snowblue_geometry::ray::narrow;
-use snowblue_transport::layer_file::{LayerFile, LayerFileError};
+use snowblue_base::toml_table::ParseError;
+use snowblue_transport::layer_file::LayerFile;
 use snowblue_transport::sample::SnowKeys;
 use snowblue_transport::{Layer, SnowSample, short_number};
 
@@ -71,15 +72,14 @@ fn build_layers(path: &KeyPath, snow: &LayeredSnowDescription, sources: &Sources
     let file = sources.open(path, &snow.layers)?;
     check_formats(&file.path)?;
     let text = file.text();
-    let wrong = |span: Option<Range<usize>>, reason: String| {
-        let line = line_of(&text, span.map_or(0, |span| span.start));
-        SceneError::Text { path: file.path.clone(), line, reason }
+    let wrong = |span: Range<usize>, reason: String| {
+        SceneError::Text { path: file.path.clone(), line: line_of(&text, span.start), reason }
     };
     let parsed = LayerFile::parse(&text);
-    let LayerFile { layers, spans, .. } = parsed.map_err(|LayerFileError { span, reason }| wrong(span, reason))?;
+    let LayerFile { layers, spans, .. } = parsed.map_err(|ParseError { span, reason }| wrong(span, reason))?;
     let sample = |(layer, span): (&Layer, Range<usize>)| {
         let reason = "layer of clear ice has no model in scenes, whose layers must be of snow";
-        layer.sample().copied().ok_or_else(|| wrong(Some(span), reason.to_owned()))
+        layer.sample().copied().ok_or_else(|| wrong(span, reason.to_owned()))
     };
     let samples = layers.iter().zip(spans).map(sample).collect::<Result<_, _>>()?;
     Ok(Snow::Layers { samples, layering: Layering::new(&layers, snow.layers_top) })

@@ -124,8 +124,11 @@ impl Property {
     /// # Errors
     /// [`TransportError::Unknown`] if there is none.
     pub fn of_key(key: &str) -> Result<Self, TransportError> {
-        let all: Vec<Self> = Self::all().collect();
-        crate::error::find_by_name("property of snow", key, &all, Self::key)
+        Self::all().find(|property| property.key() == key).ok_or_else(|| TransportError::Unknown {
+            quantity: "property of snow",
+            name: key.to_owned(),
+            known: Self::all().map(Self::key).collect::<Vec<_>>().join(", "),
+        })
     }
 
     /// What every face says of it.
