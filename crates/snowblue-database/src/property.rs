@@ -27,7 +27,7 @@ pub struct PropertyAxis {
 const OF_EVERY_TABLE: [Property; 3] = [Property::GrainSize, Property::Facetness, Property::Density];
 
 /// The properties that a table may have an axis of. All its grains have one sphericity and no other size.
-pub fn axis_properties() -> impl Iterator<Item = Property> {
+pub fn axis_properties() -> impl Iterator<Item = Property> + Clone {
     let others = [Property::SurfaceArea, Property::Sphericity];
     Property::all().filter(move |property| !others.contains(property))
 }

@@ -114,7 +114,7 @@ fn read_layer(mut table: Table, text: &str, (ice, is_last): (IceTable, bool)) ->
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sample::{SnowSample, TruncatedNormal};
+    use crate::sample::{Property, SnowSample, TruncatedNormal};
 
     #[test]
     fn values_are_numbers_or_lists() {
@@ -128,6 +128,20 @@ mod tests {
         assert_eq!(first.sphericity, TruncatedNormal::exactly(0.9));
         let wide = TruncatedNormal { min: 0.0, max: 1.0, mean: 0.5, standard_deviation: 0.2 };
         assert_eq!(second.facetness, wide);
+    }
+
+    #[test]
+    fn every_property_is_a_key() {
+        for property in Property::all() {
+            let range = property.parameter().range;
+            let value = 0.5 * (range.least + range.greatest.min(1000.0));
+            let key = match property {
+                Property::Impurity(substance) => format!("impurities_ng_g = {{ {substance} = {value} }}"),
+                _ => format!("{} = {value}", property.key()),
+            };
+            let layer = LayerFile::parse(&format!("[[layer]]\nthickness_cm = 3\n{key}\n")).unwrap().layers[0];
+            assert!((property.get(layer.sample().unwrap()) / value - 1.0).abs() < 1e-12, "{key}");
+        }
     }
 
     #[test]

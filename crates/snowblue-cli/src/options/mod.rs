@@ -24,5 +24,5 @@ pub(crate) use light_field::LightFieldOptions;
 pub(crate) use property::PropertyAxis;
 pub(crate) use scene::SceneOptions;
 pub(crate) use slab::{SlabOptions, check_transmits};
-pub(crate) use snow::{SnowOptions, set_optical_radius};
+pub(crate) use snow::{SnowOptions, set_optical_radius, snow_options};
 pub(crate) use weather::WeatherOptions;

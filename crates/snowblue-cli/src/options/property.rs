@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use clap::{Arg, ArgAction, ArgMatches, Command};
+use clap::{Arg, ArgAction, ArgGroup, ArgMatches, Command};
 use snowblue_transport::Substance;
 use snowblue_transport::optics::impurity;
 use snowblue_transport::parameters::MASS_FRACTION;
@@ -32,17 +32,23 @@ pub(crate) fn option_name(property: Property) -> &'static str {
     if matches!(property, Property::Impurity(_)) { IMPURITY } else { property.name() }
 }
 
-/// Adds an option for each property that is no impurity, with the end of its help, and `--impurity`, to a group.
+/// Names of the options of properties, as ids of clap.
+pub(crate) fn option_names(properties: impl Iterator<Item = Property>) -> Vec<&'static str> {
+    let plain = properties.filter(|property| !matches!(property, Property::Impurity(_)));
+    plain.map(Property::name).chain([IMPURITY]).collect()
+}
+
+/// Adds an option for each property that is no impurity, with the end of its help, and `--impurity`, as a group.
 pub(crate) fn add_options(
     command: Command,
     group: &'static str,
-    properties: impl Iterator<Item = Property>,
+    properties: impl Iterator<Item = Property> + Clone,
     help: impl Fn(Property) -> String,
     impurity_help: &str,
 ) -> Command {
-    let option = |name: &'static str| {
-        Arg::new(name).long(name.replace('_', "-")).group(group).action(ArgAction::Append).value_delimiter(',')
-    };
+    let option =
+        |name: &'static str| Arg::new(name).long(name.replace('_', "-")).action(ArgAction::Append).value_delimiter(',');
+    let group = ArgGroup::new(group).multiple(true).args(option_names(properties.clone()));
     let plain = properties.filter(|property| !matches!(property, Property::Impurity(_))).map(|property| {
         option(property.name())
             .value_name(property.name().to_uppercase())
@@ -50,12 +56,13 @@ pub(crate) fn add_options(
             .value_parser(move |word: &str| values(property, word))
             .help(format!("{}{}", property.parameter().describe(), help(property)))
     });
-    command.args(plain).arg(option(IMPURITY).value_name("NAME=NG_G").value_parser(impurity_values).help(format!(
+    let impurity = option(IMPURITY).value_name("NAME=NG_G").value_parser(impurity_values).help(format!(
         "{}, as black-carbon=10; several separated by commas or repeated: {}; for {} nm{impurity_help}",
         limits::described(&MASS_FRACTION),
         Substance::ALL.map(Substance::name).join(", "),
         limits::wavelengths(impurity::WAVELENGTH_RANGE),
-    )))
+    ));
+    command.args(plain).arg(impurity).group(group)
 }
 
 /// The numbers of a property: one, or those of a distribution, between colons.

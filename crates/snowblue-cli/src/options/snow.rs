@@ -12,7 +12,7 @@ use snowblue_transport::sample::{
 use snowblue_transport::slab::Slab;
 
 use super::parse::{self, Wavelengths};
-use super::property::{PropertyAxis, PropertyValues, add_options, option_name};
+use super::property::{PropertyAxis, PropertyValues, add_options, option_name, option_names};
 use super::{SlabOptions, has_no_effect, limits};
 use crate::output::Failure;
 
@@ -55,7 +55,7 @@ struct SnowProperties(PropertyValues);
 impl Args for SnowProperties {
     fn augment_args(command: Command) -> Command {
         let impurity = ". spectrum also takes several values of one, black-carbon=0:10:100";
-        let command = add_options(command, "SnowOptions", Property::all(), help, impurity);
+        let command = add_options(command, "SnowProperties", Property::all(), help, impurity);
         command.mut_arg("grain_size", |argument| argument.conflicts_with("ssa"))
     }
 
@@ -97,6 +97,11 @@ fn help(property: Property) -> String {
         _ => format!(" [{range}; default: {default}]"),
     };
     format!("{form}; spectrum takes several, separated by commas")
+}
+
+/// Names of all options of the snow, as ids of clap.
+pub(crate) fn snow_options() -> Vec<&'static str> {
+    [option_names(Property::all()), vec!["snow", "optical_radius", "size_measure", "ice"]].concat()
 }
 
 impl SnowOptions {

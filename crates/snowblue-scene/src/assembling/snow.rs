@@ -3,9 +3,9 @@
 use std::ops::Range;
 
 use snowblue_base::files::check_formats;
+use snowblue_base::toml_table::ParseError;
 use snowblue_geometry::images::png_image::PngImage;
 use snowblue_geometry::ray::narrow;
-use snowblue_base::toml_table::ParseError;
 use snowblue_transport::layer_file::LayerFile;
 use snowblue_transport::sample::SnowKeys;
 use snowblue_transport::{Layer, SnowSample, short_number};
@@ -72,8 +72,10 @@ fn build_layers(path: &KeyPath, snow: &LayeredSnowDescription, sources: &Sources
     let file = sources.open(path, &snow.layers)?;
     check_formats(&file.path)?;
     let text = file.text();
-    let wrong = |span: Range<usize>, reason: String| {
-        SceneError::Text { path: file.path.clone(), line: line_of(&text, span.start), reason }
+    let wrong = |span: Range<usize>, reason: String| SceneError::Text {
+        path: file.path.clone(),
+        line: line_of(&text, span.start),
+        reason,
     };
     let parsed = LayerFile::parse(&text);
     let LayerFile { layers, spans, .. } = parsed.map_err(|ParseError { span, reason }| wrong(span, reason))?;

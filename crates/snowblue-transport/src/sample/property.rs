@@ -1,5 +1,6 @@
 //! The table of the properties of snow that are numbers. Everything that enumerates them reads it.
 
+use snowblue_base::hash::Fnv1a;
 use snowblue_base::{Parameter, ParameterRange};
 
 use super::grain_size::{GrainSize, MEAN_SIZE_HALF_RANGE_UM};
@@ -31,7 +32,13 @@ pub enum Property {
     Temperature,
     /// Mass fraction of an impurity, in ng/g.
     Impurity(Substance),
+    /// An amount of tests, in cm.
+    #[cfg(any(test, feature = "test-rows"))]
+    TestAmount,
 }
+
+/// Densities up to this one are meant as those of ice, in kg/m³: that of −60 °C is 925.4.
+const DENSEST_ICE_KG_M3: f64 = 926.0;
 
 struct Row {
     property: Property,
@@ -44,7 +51,7 @@ struct Row {
     has_derivative: bool,
 }
 
-static ROWS: [Row; 7] = [
+static ROWS: &[Row] = &[
     Row {
         property: Property::GrainSize,
         name: "grain_size",
@@ -106,6 +113,15 @@ static ROWS: [Row; 7] = [
         set: |sample, temperature_c| sample.temperature_c = temperature_c,
         has_derivative: false,
     },
+    #[cfg(any(test, feature = "test-rows"))]
+    Row {
+        property: Property::TestAmount,
+        name: "test_amount",
+        parameter: crate::parameters::TEST_AMOUNT,
+        get: |sample| sample.test_amount_cm,
+        set: |sample, amount_cm| sample.test_amount_cm = amount_cm,
+        has_derivative: false,
+    },
 ];
 
 /// What every face says of the parameters of snow and of the light on it, each once: impurities have one together.
@@ -115,7 +131,7 @@ pub fn parameters() -> impl Iterator<Item = Parameter> {
 
 impl Property {
     /// Every property.
-    pub fn all() -> impl Iterator<Item = Self> {
+    pub fn all() -> impl Iterator<Item = Self> + Clone {
         ROWS.iter().map(|row| row.property).chain(Substance::ALL.into_iter().map(Self::Impurity))
     }
 
@@ -185,10 +201,108 @@ impl Property {
         }
     }
 
+    /// Whether it is a number by itself, beside grain size, shape and density.
+    fn is_plain(self) -> bool {
+        use Property::{Density, Facetness, GrainSize, Sphericity, SurfaceArea};
+        !matches!(self, GrainSize | SurfaceArea | Facetness | Sphericity | Density)
+    }
+
     /// Its row. Impurities have rows of their own.
     fn row(self) -> &'static Row {
         ROWS.iter().find(|row| row.property == self).unwrap_or_else(|| unreachable!("{self:?} has a row"))
     }
+}
+
+/// What concerns every property.
+impl SnowSample {
+    /// An identifier of the snow: 16 hexadecimal digits, by its properties, rounded to nine significant digits.
+    ///
+    /// ```
+    /// # use snowblue_transport::sample::SnowSample;
+    /// let snow = SnowSample { density_kg_m3: 0.1 + 0.2 + 299.7, ..SnowSample::default() };
+    /// assert_eq!(snow.id(), SnowSample::default().id());
+    /// assert_ne!(SnowSample { density_kg_m3: 301.0, ..snow }.id(), snow.id());
+    /// ```
+    #[must_use]
+    pub fn id(&self) -> String {
+        let GrainSize { min_um, max_um, measure } = self.grain_size;
+        let ranges = [self.sphericity, self.facetness]
+            .map(|TruncatedNormal { min, max, mean, standard_deviation }| [min, max, mean, standard_deviation]);
+        let single = [min_um, max_um, self.density_kg_m3, self.water_saturation, self.temperature_c];
+        let mut hash = Fnv1a::default();
+        // A sum with 0 has no negative zero.
+        for number in single.iter().chain(ranges.as_flattened()) {
+            hash.add(format!("{:.8e} ", number + 0.0).as_bytes());
+        }
+        for (substance, mass_fraction_ng_g) in self.impurities.present() {
+            hash.add(format!("{} {mass_fraction_ng_g:.8e} ", substance.name()).as_bytes());
+        }
+        // Later properties count where they differ from their defaults, so that identifiers stay as they are.
+        for property in Property::all().filter(|property| property.is_plain()) {
+            let (Parameter { key, default, .. }, value) = (property.parameter(), property.get(self));
+            let has_counted =
+                matches!(property, Property::WaterSaturation | Property::Temperature | Property::Impurity(_));
+            if !has_counted && value.total_cmp(&default).is_ne() {
+                hash.add(format!("{key} {value:.8e} ").as_bytes());
+            }
+        }
+        hash.add(format!("{} {}", measure.name(), self.ice.name()).as_bytes());
+        format!("{:016x}", hash.value())
+    }
+
+    /// Checks every property.
+    ///
+    /// # Errors
+    /// Reports the first quantity that lies outside its range.
+    pub fn check(&self) -> Result<(), TransportError> {
+        self.grain_size.check()?;
+        self.sphericity.check_sphericity()?;
+        self.facetness.check_facetness()?;
+        check_density(self.density_kg_m3)?;
+        for property in Property::all().filter(|property| property.is_plain()) {
+            property.parameter().range.check(property.get(self))?;
+        }
+        Ok(())
+    }
+
+    /// The snow at a place between two of one measure of size and one table of ice, from 0 at the first to 1 at the last:
+    /// every property is in proportion.
+    #[must_use]
+    pub fn between([first, last]: &[Self; 2], at: f64) -> Self {
+        let between = |first: f64, last: f64| first + at * (last - first);
+        let law = |first: &TruncatedNormal, last: &TruncatedNormal| TruncatedNormal {
+            min: between(first.min, last.min),
+            max: between(first.max, last.max),
+            mean: between(first.mean, last.mean),
+            standard_deviation: between(first.standard_deviation, last.standard_deviation),
+        };
+        let mut sample = Self {
+            grain_size: GrainSize {
+                min_um: between(first.grain_size.min_um, last.grain_size.min_um),
+                max_um: between(first.grain_size.max_um, last.grain_size.max_um),
+                ..first.grain_size
+            },
+            sphericity: law(&first.sphericity, &last.sphericity),
+            facetness: law(&first.facetness, &last.facetness),
+            density_kg_m3: between(first.density_kg_m3, last.density_kg_m3),
+            ..*first
+        };
+        for property in Property::all().filter(|property| property.is_plain()) {
+            property.set(&mut sample, between(property.get(first), property.get(last)));
+        }
+        sample
+    }
+}
+
+/// Checks a density, in kg/m³; that of ice has a message of its own.
+pub(super) fn check_density(density_kg_m3: f64) -> Result<(), TransportError> {
+    DENSITY.range.check(density_kg_m3).map_err(|error| {
+        if (DENSITY.range.greatest..DENSEST_ICE_KG_M3).contains(&density_kg_m3) {
+            TransportError::ClearIce { error }
+        } else {
+            error.into()
+        }
+    })
 }
 
 #[cfg(test)]

@@ -6,8 +6,8 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use snowblue_base::Number;
 
 use super::grain_size::GrainSize;
-use super::property::Property;
-use super::snow_sample::{SnowSample, check_density};
+use super::property::{Property, check_density};
+use super::snow_sample::SnowSample;
 use super::snow_type::SnowType;
 use super::truncated_normal::TruncatedNormal;
 use crate::TransportError;
@@ -70,6 +70,10 @@ pub struct SnowKeys {
     /// Table of the absorption of ice.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ice: Option<IceTable>,
+    /// An amount of tests, in cm.
+    #[cfg(any(test, feature = "test-rows"))]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub test_amount_cm: Option<Number<crate::parameters::TestAmount>>,
 }
 
 /// A key of a snow whose value is wrong.
@@ -100,6 +104,8 @@ impl SnowKeys {
             (Property::Density, self.density_kg_m3.map(Number::get)),
             (Property::WaterSaturation, self.water_saturation.map(Number::get)),
             (Property::Temperature, self.temperature_c.map(Number::get)),
+            #[cfg(any(test, feature = "test-rows"))]
+            (Property::TestAmount, self.test_amount_cm.map(Number::get)),
         ];
         numbers
             .into_iter()
@@ -162,8 +168,10 @@ impl SnowKeys {
             Property::Density => self.density_kg_m3 = Some(density(one()?)?),
             Property::WaterSaturation => self.water_saturation = Some(Number::new(one()?)?),
             Property::Temperature => self.temperature_c = Some(Number::new(one()?)?),
+            #[cfg(any(test, feature = "test-rows"))]
+            Property::TestAmount => self.test_amount_cm = Some(Number::new(one()?)?),
             Property::Impurity(substance) => {
-                MASS_FRACTION.range.check(one()?)?;
+                property.parameter().range.check(one()?)?;
                 self.impurities_ng_g = self.impurities_ng_g.with(substance, one()?);
             }
         }
@@ -217,6 +225,22 @@ mod one_or_several {
 mod tests {
     use super::*;
     use crate::optics::Substance;
+
+    #[test]
+    fn the_schema_has_every_property() {
+        let schema = schemars::schema_for!(SnowKeys).to_value();
+        for property in Property::all() {
+            let range = property.parameter().range;
+            let place = match property {
+                Property::Impurity(substance) => format!("/$defs/Impurities/properties/{substance}"),
+                _ => format!("/properties/{}", property.key()),
+            };
+            let found = schema.pointer(&place).unwrap_or_else(|| panic!("{place} in {schema}"));
+            if let Some(greatest) = found["maximum"].as_f64() {
+                assert!(range.contains(greatest) && greatest >= range.greatest, "{found}");
+            }
+        }
+    }
 
     #[test]
     fn the_key_of_a_wrong_value_is_named() {

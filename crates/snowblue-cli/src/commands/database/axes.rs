@@ -63,7 +63,7 @@ impl Args for AxisProperties {
             _ => format!(" [{}]", limits::ends(&property.parameter().range.inclusive())),
         };
         let impurity = ". An axis has several values of one, black-carbon=0:10:100";
-        add_options(command, "AxesOptions", axis_properties(), help, impurity)
+        add_options(command, "AxisProperties", axis_properties(), help, impurity)
     }
 
     fn augment_args_for_update(command: Command) -> Command {

@@ -13,7 +13,7 @@ use snowblue_transport::slab::Slab;
 use snowblue_transport::stack::{Layer, Stack, StackRadiometry};
 
 use crate::input::SettingsFile;
-use crate::options::{limits, parse};
+use crate::options::{limits, parse, snow_options};
 use crate::output::Failure;
 
 /// Layers, ground and depths.
@@ -24,7 +24,7 @@ pub(super) struct StackOptions {
     /// optionally snow, grain_size_um, size_measure, ssa_m2_kg, facetness, sphericity, density_kg_m3, water_saturation,
     /// impurities_ng_g = { black-carbon = 10 }, temperature_c; or it is clear ice, with kind = "ice" and thickness_cm
     /// alone. The file may set ice, the table
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["SnowOptions", "thickness"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = snow_options(), conflicts_with = "thickness")]
     layers: Option<PathBuf>,
     #[arg(
         long, value_name = "ALBEDO", value_parser = parse::number,
