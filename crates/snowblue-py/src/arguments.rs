@@ -11,13 +11,6 @@ use snowblue_transport::slab::{Incidence, Slab};
 
 use crate::work::{input, input_in_row};
 
-/// A number or several.
-#[derive(FromPyObject)]
-pub(crate) enum Numbers {
-    One(f64),
-    Several(Vec<f64>),
-}
-
 /// What is known of a snow, by the names of the keyword arguments.
 #[derive(FromPyObject)]
 pub(crate) struct Snow(BTreeMap<String, Option<Given>>);

@@ -11,6 +11,7 @@ use snowblue_transport::Substance;
 use snowblue_transport::medium::{Demand, GrainTallies, Medium, Population, TallyPlan};
 use snowblue_transport::ordinates::OrdinatesOptions;
 use snowblue_transport::sample::{self, Metamorphism, Property, SnowSample, TruncatedNormal, aged_surface_area_m2_kg};
+use snowblue_transport::spread::Uncertainty;
 
 use crate::arguments::{Column, Snow};
 use crate::work::{input, input_in_row, run};
@@ -46,6 +47,12 @@ pub(crate) fn properties() -> Vec<(&'static str, &'static str, &'static str, boo
 #[pyfunction]
 pub(crate) fn substances() -> [&'static str; Substance::ALL.len()] {
     Substance::ALL.map(Substance::name)
+}
+
+/// Properties that may have a standard deviation, without impurities, by the names of the keyword arguments.
+#[pyfunction]
+pub(crate) fn uncertain_properties() -> Vec<&'static str> {
+    Uncertainty::properties().filter(|one| !matches!(one, Property::Impurity(_))).map(Property::key).collect()
 }
 
 /// Several snows.

@@ -89,6 +89,12 @@ pub enum TransportError {
         /// What is wrong with it.
         error: RangeError,
     },
+    /// A standard deviation is out of range.
+    #[error("the standard deviation of {error}")]
+    Deviation {
+        /// What is wrong with it.
+        error: RangeError,
+    },
     /// A quantity that has no meaning beside or without another.
     #[error("{quantity} {rule}")]
     Combination {

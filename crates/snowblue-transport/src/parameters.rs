@@ -127,18 +127,6 @@ pub const GROUND_ALBEDO: Parameter = Parameter {
     source: "Stamnes et al. 1988, doi:10.1364/AO.27.002502",
 };
 
-/// An amount of tests.
-#[cfg(any(test, feature = "test-rows"))]
-pub const TEST_AMOUNT: Parameter = Parameter {
-    key: "test_amount_cm",
-    title: "Test amount",
-    range: ParameterRange::new("test amount", 0.0, 10.0, "cm"),
-    default: 0.0,
-    text: "Amount of tests",
-    effect: "It has none.",
-    source: "none",
-};
-
 quantities! {
     /// Specific surface area, in m²/kg.
     pub SurfaceArea = SURFACE_AREA.range;
@@ -150,10 +138,4 @@ quantities! {
     pub MassFraction = MASS_FRACTION.range;
     /// Temperature, in °C.
     pub Temperature = TEMPERATURE.range;
-}
-
-#[cfg(any(test, feature = "test-rows"))]
-quantities! {
-    /// An amount of tests, in cm.
-    pub TestAmount = TEST_AMOUNT.range;
 }

@@ -1,18 +1,14 @@
 //! What the snow is made of.
 
-use clap::{ArgMatches, Args, Command, FromArgMatches};
+use clap::Args;
 use snowblue_figures::{Metadata, format_number};
-use snowblue_transport::Parameter;
-use snowblue_transport::optics::{IceTable, Substance, water};
+use snowblue_transport::optics::{IceTable, Substance};
 use snowblue_transport::parameters::{DENSITY, GRAIN_SIZE, SURFACE_AREA};
-use snowblue_transport::sample::{
-    GrainSize, MEAN_SIZE_HALF_RANGE_UM, MEAN_SIZE_RANGE, Property, SizeMeasure, SnowKeys, SnowSample, SnowType,
-    TruncatedNormal,
-};
+use snowblue_transport::sample::{GrainSize, Property, SizeMeasure, SnowKeys, SnowSample, SnowType, TruncatedNormal};
 use snowblue_transport::slab::Slab;
 
 use super::parse::{self, Wavelengths};
-use super::property::{PropertyAxis, PropertyValues, add_options, option_name, option_names};
+use super::property::{PropertyAxis, PropertyValues, option_name};
 use super::{SlabOptions, has_no_effect, limits};
 use crate::output::Failure;
 
@@ -25,7 +21,7 @@ pub(crate) struct SnowOptions {
     #[arg(long, value_name = "KIND", value_parser = parse::snow_type)]
     snow: Option<SnowType>,
     #[command(flatten)]
-    properties: SnowProperties,
+    properties: PropertyValues<false>,
     #[arg(
         long, value_name = "UM", value_parser = parse::number,
         conflicts_with_all = ["grain_size", "ssa", "size_measure"],
@@ -48,60 +44,9 @@ pub(crate) struct SnowOptions {
     ice: IceTable,
 }
 
-/// The properties of the snow.
-#[derive(Debug)]
-struct SnowProperties(PropertyValues);
-
-impl Args for SnowProperties {
-    fn augment_args(command: Command) -> Command {
-        let impurity = ". spectrum also takes several values of one, black-carbon=0:10:100";
-        let command = add_options(command, "SnowProperties", Property::all(), help, impurity);
-        command.mut_arg("grain_size", |argument| argument.conflicts_with("ssa"))
-    }
-
-    fn augment_args_for_update(command: Command) -> Command {
-        Self::augment_args(command)
-    }
-}
-
-impl FromArgMatches for SnowProperties {
-    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
-        PropertyValues::of(matches, Property::all()).map(Self)
-    }
-
-    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
-        *self = Self::from_arg_matches(matches)?;
-        Ok(())
-    }
-}
-
-/// The end of the help of a property: its form, range and default.
-fn help(property: Property) -> String {
-    let Parameter { range, default, .. } = property.parameter();
-    let range = limits::ends(&range.inclusive());
-    let form = match property {
-        Property::GrainSize => format!(
-            ": a mean, for the range mean ± {MEAN_SIZE_HALF_RANGE_UM} [{}], or MIN:MAX, uniform in number [{range}; \
-             default: {default}]",
-            limits::ends(&MEAN_SIZE_RANGE.inclusive())
-        ),
-        Property::SurfaceArea => format!(" [{range}], instead of a grain size"),
-        Property::Facetness => {
-            format!(" [{range}; default: {default}]: a mean (± 0.1, SD 0.075) or MIN:MAX:MEAN:SD")
-        }
-        Property::Sphericity => format!(" [{range}; default: 0.7:0.9:0.8:0.1]: one value or MIN:MAX:MEAN:SD"),
-        Property::WaterSaturation => {
-            format!(" [{range}; default: {default}]; for {} nm", limits::wavelengths(water::WAVELENGTH_RANGE))
-        }
-        Property::Temperature => format!(" [{range}; default: {default}]; changes the density of ice only"),
-        _ => format!(" [{range}; default: {default}]"),
-    };
-    format!("{form}; spectrum takes several, separated by commas")
-}
-
 /// Names of all options of the snow, as ids of clap.
 pub(crate) fn snow_options() -> Vec<&'static str> {
-    [option_names(Property::all()), vec!["snow", "optical_radius", "size_measure", "ice"]].concat()
+    [PropertyValues::<false>::names(), vec!["snow", "optical_radius", "size_measure", "ice"]].concat()
 }
 
 impl SnowOptions {
@@ -116,7 +61,7 @@ impl SnowOptions {
 
     /// What is known of the snow; of several values the first.
     pub(crate) fn keys(&self) -> Result<SnowKeys, Failure> {
-        let properties = &self.properties.0;
+        let properties = &self.properties;
         let measure = (self.size_measure != SizeMeasure::default()).then_some(self.size_measure);
         let has_size = properties.has(Property::GrainSize);
         if self.snow.is_some() && !has_size && measure.is_some() {
@@ -144,7 +89,7 @@ impl SnowOptions {
 
     /// The options with several values, whose combinations are meant.
     pub(crate) fn axes(&self) -> impl Iterator<Item = &PropertyAxis> {
-        self.properties.0.iter().filter(|axis| axis.values.len() > 1)
+        self.properties.iter().filter(|axis| axis.values.len() > 1)
     }
 
     /// A slab of this snow, checked.
@@ -161,13 +106,13 @@ impl SnowOptions {
 
     /// Whether an option sets the grain size.
     pub(crate) fn sets_grain_size(&self) -> bool {
-        let has_size = [Property::GrainSize, Property::SurfaceArea].iter().any(|size| self.properties.0.has(*size));
+        let has_size = [Property::GrainSize, Property::SurfaceArea].iter().any(|size| self.properties.has(*size));
         has_size || self.optical_radius.is_some() || self.snow.is_some()
     }
 
     /// Whether an option sets the density.
     pub(crate) fn sets_density(&self) -> bool {
-        self.properties.0.has(Property::Density) || self.snow.is_some()
+        self.properties.has(Property::Density) || self.snow.is_some()
     }
 
     /// Metadata: the snow, its identifier, its kind, ice constants, water and impurities.

@@ -15,7 +15,7 @@ use std::str::FromStr;
 use std::sync::LazyLock;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
-use serde::de::{Error as _, MapAccess, Visitor};
+use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use snowblue_base::{Number, RangeError};
 
@@ -69,6 +69,19 @@ struct Row {
     usual_ng_g: (f64, f64),
 }
 
+/// The row of Saharan dust, and what most substances have in common with it.
+const SAHARAN_DUST: Row = Row {
+    substance: Substance::SaharanDust,
+    name: "saharan-dust",
+    key: "saharan_dust_ng_g",
+    text: "Desert dust of 1.0–2.5 µm with a central share of haematite.",
+    source: "Balkanski et al. 2007, doi:10.5194/acp-7-81-2007",
+    csv: include_str!("../../data/saharan_dust.csv"),
+    extinction_factor: 1.0,
+    has_sharp_peak: false,
+    usual_ng_g: (1000.0, 2.5),
+};
+
 /// The substances, in the order of [`Substance`].
 const ROWS: &[Row] = &[
     Row {
@@ -78,21 +91,10 @@ const ROWS: &[Row] = &[
         text: "Uncoated soot; 10 ng/g absorb three times as much at 500 nm as the ice itself.",
         source: "Flanner et al. 2012, doi:10.5194/acp-12-4699-2012",
         csv: include_str!("../../data/black_carbon.csv"),
-        extinction_factor: 1.0,
-        has_sharp_peak: false,
         usual_ng_g: (30.0, 2.0),
+        ..SAHARAN_DUST
     },
-    Row {
-        substance: Substance::SaharanDust,
-        name: "saharan-dust",
-        key: "saharan_dust_ng_g",
-        text: "Desert dust of 1.0–2.5 µm with a central share of haematite.",
-        source: "Balkanski et al. 2007, doi:10.5194/acp-7-81-2007",
-        csv: include_str!("../../data/saharan_dust.csv"),
-        extinction_factor: 1.0,
-        has_sharp_peak: false,
-        usual_ng_g: (1000.0, 2.5),
-    },
+    SAHARAN_DUST,
     Row {
         substance: Substance::ColoradoDust,
         name: "colorado-dust",
@@ -100,9 +102,7 @@ const ROWS: &[Row] = &[
         text: "Dust of 1.0–2.5 µm from the San Juan Mountains; it mostly scatters.",
         source: "Skiles et al. 2017, doi:10.1017/jog.2016.126",
         csv: include_str!("../../data/colorado_dust.csv"),
-        extinction_factor: 1.0,
-        has_sharp_peak: false,
-        usual_ng_g: (1000.0, 2.5),
+        ..SAHARAN_DUST
     },
     Row {
         substance: Substance::BrownCarbon,
@@ -111,9 +111,8 @@ const ROWS: &[Row] = &[
         text: "Carbon of smouldering fires, which absorbs mostly blue light.",
         source: "Kirchstetter et al. 2004, doi:10.1029/2004JD004999",
         csv: include_str!("../../data/brown_carbon.csv"),
-        extinction_factor: 1.0,
-        has_sharp_peak: false,
         usual_ng_g: (100.0, 2.0),
+        ..SAHARAN_DUST
     },
     Row {
         substance: Substance::SnowAlgae,
@@ -124,20 +123,10 @@ const ROWS: &[Row] = &[
         csv: include_str!("../../data/snow_algae.csv"),
         extinction_factor: PER_GRAM,
         has_sharp_peak: true,
-        usual_ng_g: (1000.0, 2.5),
+        ..SAHARAN_DUST
     },
     #[cfg(any(test, feature = "test-rows"))]
-    Row {
-        substance: Substance::TestDust,
-        name: "test-dust",
-        key: "test_dust_ng_g",
-        text: "Dust of tests.",
-        source: "none",
-        csv: include_str!("../../data/saharan_dust.csv"),
-        extinction_factor: 1.0,
-        has_sharp_peak: false,
-        usual_ng_g: (1000.0, 2.5),
-    },
+    Row { substance: Substance::TestDust, name: "test-dust", key: "test_dust_ng_g", ..SAHARAN_DUST },
 ];
 
 /// Optical properties of a substance at one wavelength.
@@ -241,13 +230,6 @@ impl FromStr for Substance {
     }
 }
 
-/// Reads the name.
-impl<'de> Deserialize<'de> for Substance {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        String::deserialize(deserializer)?.parse().map_err(D::Error::custom)
-    }
-}
-
 impl Impurities {
     /// Clean snow.
     #[must_use]
@@ -311,28 +293,15 @@ impl Serialize for Impurities {
 /// Reads mass fractions in ng/g by name.
 impl<'de> Deserialize<'de> for Impurities {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct ByName;
-        impl<'de> Visitor<'de> for ByName {
-            type Value = Impurities;
-
-            fn expecting(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
-                formatter.write_str("mass fractions by the names of impurities")
+        let given = BTreeMap::<String, Number<MassFraction>>::deserialize(deserializer)?;
+        given.iter().try_fold(Self::none(), |impurities, (name, mass_fraction)| {
+            let substance: Substance = name.parse().map_err(D::Error::custom)?;
+            if name != substance.name() && given.contains_key(substance.name()) {
+                let twice = "is given twice, with a hyphen and with an underscore";
+                return Err(D::Error::custom(format_args!("{substance} {twice}")));
             }
-
-            fn visit_map<M: MapAccess<'de>>(self, mut map: M) -> Result<Impurities, M::Error> {
-                let (mut impurities, mut given) = (Impurities::none(), Vec::new());
-                while let Some((substance, mass_fraction)) = map.next_entry::<Substance, Number<MassFraction>>()? {
-                    if given.contains(&substance) {
-                        let twice = "is given twice, with a hyphen and with an underscore";
-                        return Err(M::Error::custom(format_args!("{substance} {twice}")));
-                    }
-                    given.push(substance);
-                    impurities = impurities.with(substance, mass_fraction.get());
-                }
-                Ok(impurities)
-            }
-        }
-        deserializer.deserialize_map(ByName)
+            Ok(impurities.with(substance, mass_fraction.get()))
+        })
     }
 }
 
@@ -342,15 +311,8 @@ impl JsonSchema for Impurities {
     }
 
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        let properties: BTreeMap<&str, Schema> = Substance::ALL
-            .into_iter()
-            .map(|substance| {
-                let mut mass_fraction = Number::<MassFraction>::json_schema(generator);
-                mass_fraction.insert("description".to_owned(), substance.text().into());
-                (substance.name(), mass_fraction)
-            })
-            .collect();
-        json_schema!({ "type": "object", "properties": properties, "additionalProperties": false })
+        let (names, values) = (Substance::ALL.map(Substance::name), Number::<MassFraction>::json_schema(generator));
+        json_schema!({ "type": "object", "propertyNames": { "enum": names }, "additionalProperties": values })
     }
 }
 

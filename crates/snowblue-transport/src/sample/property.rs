@@ -5,7 +5,7 @@ use snowblue_base::{Parameter, ParameterRange};
 
 use super::grain_size::{GrainSize, MEAN_SIZE_HALF_RANGE_UM};
 use super::snow_sample::SnowSample;
-use super::truncated_normal::TruncatedNormal;
+use super::truncated_normal::{FACETNESS_RANGES, SPHERICITY_RANGES, TruncatedNormal};
 use crate::error::TransportError;
 use crate::optics::Substance;
 use crate::parameters::{
@@ -32,9 +32,9 @@ pub enum Property {
     Temperature,
     /// Mass fraction of an impurity, in ng/g.
     Impurity(Substance),
-    /// An amount of tests, in cm.
+    /// A fraction of tests.
     #[cfg(any(test, feature = "test-rows"))]
-    TestAmount,
+    TestFraction,
 }
 
 /// Densities up to this one are meant as those of ice, in kg/m³: that of −60 °C is 925.4.
@@ -42,8 +42,6 @@ const DENSEST_ICE_KG_M3: f64 = 926.0;
 
 struct Row {
     property: Property,
-    /// Name in tables and, with hyphens, of options: the key without its unit.
-    name: &'static str,
     parameter: Parameter,
     get: fn(&SnowSample) -> f64,
     set: fn(&mut SnowSample, f64),
@@ -54,7 +52,6 @@ struct Row {
 static ROWS: &[Row] = &[
     Row {
         property: Property::GrainSize,
-        name: "grain_size",
         parameter: GRAIN_SIZE,
         get: |sample| sample.grain_size.middle_um(),
         set: |sample, mean_um| {
@@ -65,7 +62,6 @@ static ROWS: &[Row] = &[
     },
     Row {
         property: Property::SurfaceArea,
-        name: "ssa",
         parameter: SURFACE_AREA,
         get: |sample| 4.0 * sample.extinction_per_m() / sample.density_kg_m3,
         set: |sample, area_m2_kg| {
@@ -75,7 +71,6 @@ static ROWS: &[Row] = &[
     },
     Row {
         property: Property::Facetness,
-        name: "facetness",
         parameter: FACETNESS,
         get: |sample| sample.facetness.mean,
         set: |sample, mean| sample.facetness = TruncatedNormal::facetness_around(mean),
@@ -83,7 +78,6 @@ static ROWS: &[Row] = &[
     },
     Row {
         property: Property::Sphericity,
-        name: "sphericity",
         parameter: SPHERICITY,
         get: |sample| sample.sphericity.mean,
         set: |sample, value| sample.sphericity = TruncatedNormal::exactly(value),
@@ -91,7 +85,6 @@ static ROWS: &[Row] = &[
     },
     Row {
         property: Property::Density,
-        name: "density",
         parameter: DENSITY,
         get: |sample| sample.density_kg_m3,
         set: |sample, density_kg_m3| sample.density_kg_m3 = density_kg_m3,
@@ -99,7 +92,6 @@ static ROWS: &[Row] = &[
     },
     Row {
         property: Property::WaterSaturation,
-        name: "water_saturation",
         parameter: WATER_SATURATION,
         get: |sample| sample.water_saturation,
         set: |sample, saturation| sample.water_saturation = saturation,
@@ -107,7 +99,6 @@ static ROWS: &[Row] = &[
     },
     Row {
         property: Property::Temperature,
-        name: "temperature",
         parameter: TEMPERATURE,
         get: |sample| sample.temperature_c,
         set: |sample, temperature_c| sample.temperature_c = temperature_c,
@@ -115,11 +106,10 @@ static ROWS: &[Row] = &[
     },
     #[cfg(any(test, feature = "test-rows"))]
     Row {
-        property: Property::TestAmount,
-        name: "test_amount",
-        parameter: crate::parameters::TEST_AMOUNT,
-        get: |sample| sample.test_amount_cm,
-        set: |sample, amount_cm| sample.test_amount_cm = amount_cm,
+        property: Property::TestFraction,
+        parameter: Parameter { key: "test_fraction", ..WATER_SATURATION },
+        get: |sample| sample.test_fraction,
+        set: |sample, fraction| sample.test_fraction = fraction,
         has_derivative: false,
     },
 ];
@@ -169,13 +159,11 @@ impl Property {
         self.parameter().key
     }
 
-    /// Its key without the unit.
+    /// Its key without the unit: its name in tables and, with hyphens, of options.
     #[must_use]
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Impurity(substance) => substance.key().trim_end_matches("_ng_g"),
-            _ => self.row().name,
-        }
+        let key = self.key();
+        ["_um", "_m2_kg", "_kg_m3", "_ng_g", "_c"].iter().find_map(|unit| key.strip_suffix(unit)).unwrap_or(key)
     }
 
     /// Whether fluxes may be differentiated with respect to it.
@@ -256,8 +244,8 @@ impl SnowSample {
     /// Reports the first quantity that lies outside its range.
     pub fn check(&self) -> Result<(), TransportError> {
         self.grain_size.check()?;
-        self.sphericity.check_sphericity()?;
-        self.facetness.check_facetness()?;
+        self.sphericity.check(&SPHERICITY_RANGES)?;
+        self.facetness.check(&FACETNESS_RANGES)?;
         check_density(self.density_kg_m3)?;
         for property in Property::all().filter(|property| property.is_plain()) {
             property.parameter().range.check(property.get(self))?;

@@ -30,9 +30,9 @@ pub struct SnowSample {
     pub temperature_c: f64,
     /// Published absorption of ice.
     pub ice: IceTable,
-    /// An amount of tests, in cm.
+    /// A fraction of tests.
     #[cfg(any(test, feature = "test-rows"))]
-    pub test_amount_cm: f64,
+    pub test_fraction: f64,
 }
 
 impl SnowSample {
@@ -110,7 +110,7 @@ impl Default for SnowSample {
             temperature_c: TEMPERATURE.default,
             ice: IceTable::default(),
             #[cfg(any(test, feature = "test-rows"))]
-            test_amount_cm: 0.0,
+            test_fraction: WATER_SATURATION.default,
         }
     }
 }

@@ -6,10 +6,12 @@ use crate::TransportError;
 use crate::parameters::{FACETNESS, SPHERICITY};
 use crate::quadrature::Quadrature;
 
-/// Standard deviation of the sphericity before truncation.
-const SPHERICITY_DEVIATION: ParameterRange = ParameterRange::new("standard deviation of sphericity", 0.0, 10.0, "");
-/// Standard deviation of the facetness before truncation.
-const FACETNESS_DEVIATION: ParameterRange = ParameterRange::new("standard deviation of facetness", 0.0, 10.0, "");
+/// Ranges of the sphericity, and of its standard deviation before truncation.
+pub(super) const SPHERICITY_RANGES: [ParameterRange; 2] =
+    [SPHERICITY.range, ParameterRange::new("standard deviation of sphericity", 0.0, 10.0, "")];
+/// Ranges of the facetness, and of its standard deviation before truncation.
+pub(super) const FACETNESS_RANGES: [ParameterRange; 2] =
+    [FACETNESS.range, ParameterRange::new("standard deviation of facetness", 0.0, 10.0, "")];
 
 /// Standard deviation of the facetness that a mean represents (the paper's Table S1).
 const MEAN_FACETNESS_DEVIATION: f64 = 0.075;
@@ -53,16 +55,8 @@ impl TruncatedNormal {
     /// # Errors
     /// For another count of numbers, and for values out of range.
     pub fn facetness(numbers: &[f64]) -> Result<Self, TransportError> {
-        let facetness = match *numbers {
-            [mean] => Self::facetness_around(mean),
-            _ => Self::of_four(numbers).ok_or(TransportError::Count {
-                quantity: "facetness",
-                count: numbers.len(),
-                expected: "a mean (0.3), or min, max, mean and standard deviation (0.2, 0.4, 0.3, 0.075)",
-            })?,
-        };
-        facetness.check_facetness()?;
-        Ok(facetness)
+        let expected = "a mean (0.3), or min, max, mean and standard deviation (0.2, 0.4, 0.3, 0.075)";
+        Self::stated(numbers, Self::facetness_around, &FACETNESS_RANGES, expected)
     }
 
     /// The sphericity that numbers state: one value, or least and greatest value, mean and standard deviation.
@@ -70,21 +64,26 @@ impl TruncatedNormal {
     /// # Errors
     /// For another count of numbers, and for values out of range.
     pub fn sphericity(numbers: &[f64]) -> Result<Self, TransportError> {
-        let sphericity = match *numbers {
-            [value] => Self::exactly(value),
-            _ => Self::of_four(numbers).ok_or(TransportError::Count {
-                quantity: "sphericity",
-                count: numbers.len(),
-                expected: "one value (0.8), or min, max, mean and standard deviation (0.7, 0.9, 0.8, 0.1)",
-            })?,
-        };
-        sphericity.check_sphericity()?;
-        Ok(sphericity)
+        let expected = "one value (0.8), or min, max, mean and standard deviation (0.7, 0.9, 0.8, 0.1)";
+        Self::stated(numbers, Self::exactly, &SPHERICITY_RANGES, expected)
     }
 
-    fn of_four(numbers: &[f64]) -> Option<Self> {
-        let [min, max, mean, standard_deviation] = *numbers else { return None };
-        Some(Self { min, max, mean, standard_deviation })
+    fn stated(
+        numbers: &[f64],
+        alone: fn(f64) -> Self,
+        ranges: &[ParameterRange; 2],
+        expected: &'static str,
+    ) -> Result<Self, TransportError> {
+        let stated = match *numbers {
+            [value] => alone(value),
+            [min, max, mean, standard_deviation] => Self { min, max, mean, standard_deviation },
+            _ => {
+                let (quantity, count) = (ranges[0].quantity, numbers.len());
+                return Err(TransportError::Count { quantity, count, expected });
+            }
+        };
+        stated.check(ranges)?;
+        Ok(stated)
     }
 
     /// Quantiles of the distribution weighted by `weight`.
@@ -120,15 +119,8 @@ impl TruncatedNormal {
         (-0.5 * ((x - self.mean) / self.standard_deviation).powi(2)).exp()
     }
 
-    pub(super) fn check_facetness(&self) -> Result<(), RangeError> {
-        self.check(&FACETNESS.range, &FACETNESS_DEVIATION)
-    }
-
-    pub(super) fn check_sphericity(&self) -> Result<(), RangeError> {
-        self.check(&SPHERICITY.range, &SPHERICITY_DEVIATION)
-    }
-
-    fn check(&self, range: &ParameterRange, deviations: &ParameterRange) -> Result<(), RangeError> {
+    /// Checks values and standard deviation by their ranges.
+    pub(super) fn check(&self, [range, deviations]: &[ParameterRange; 2]) -> Result<(), RangeError> {
         range.check(self.mean)?;
         range.check_interval(self.min, self.max)?;
         ParameterRange { least: self.min, greatest: self.max, ..*range }.check(self.mean)?;

@@ -2,21 +2,19 @@
 
 use std::path::{Path, PathBuf};
 
+use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use clap::{ArgMatches, Args, Command, FromArgMatches};
 use snowblue_base::toml_table::ParseError;
-use snowblue_database::{Axes, axes_file, axis_properties};
-use snowblue_transport::Property;
+use snowblue_database::{Axes, axes_file};
 use snowblue_transport::optics::IceTable;
 use snowblue_transport::parameters::{ANGLE, THICKNESS};
-use snowblue_transport::sample::{MEAN_SIZE_HALF_RANGE_UM, MEAN_SIZE_RANGE};
 use snowblue_transport::slab::Incidence;
 
 use crate::input::SettingsFile;
 use crate::options::PropertyAxis;
 use crate::options::limits::{self, described};
 use crate::options::parse::{self, Wavelengths};
-use crate::options::property::{PropertyValues, add_options};
+use crate::options::property::PropertyValues;
 use crate::output::Failure;
 
 /// Axes of a table
@@ -31,7 +29,7 @@ pub(super) struct AxesOptions {
     #[arg(long, value_name = "FILE", conflicts_with = "preset")]
     axes: Option<PathBuf>,
     #[command(flatten)]
-    properties: AxisProperties,
+    properties: PropertyValues<true>,
     #[arg(
         long, value_name = "LIST", value_delimiter = ',', value_parser = parse::number,
         help = format!("{}, two or more", described(&THICKNESS))
@@ -49,39 +47,6 @@ pub(super) struct AxesOptions {
     wavelengths: Option<Wavelengths>,
 }
 
-/// Axes of properties of snow.
-#[derive(Debug)]
-struct AxisProperties(PropertyValues);
-
-impl Args for AxisProperties {
-    fn augment_args(command: Command) -> Command {
-        let help = |property: Property| match property {
-            Property::GrainSize => format!(
-                ": means, each for the range mean ± {MEAN_SIZE_HALF_RANGE_UM} [{}]",
-                limits::ends(&MEAN_SIZE_RANGE.inclusive())
-            ),
-            _ => format!(" [{}]", limits::ends(&property.parameter().range.inclusive())),
-        };
-        let impurity = ". An axis has several values of one, black-carbon=0:10:100";
-        add_options(command, "AxisProperties", axis_properties(), help, impurity)
-    }
-
-    fn augment_args_for_update(command: Command) -> Command {
-        Self::augment_args(command)
-    }
-}
-
-impl FromArgMatches for AxisProperties {
-    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
-        PropertyValues::of(matches, axis_properties()).map(Self)
-    }
-
-    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
-        *self = Self::from_arg_matches(matches)?;
-        Ok(())
-    }
-}
-
 /// Parses the name of a preset.
 fn preset() -> impl TypedValueParser<Value = Axes> {
     let names = Axes::PRESETS.map(|(name, meaning)| PossibleValue::new(name).help(meaning));
@@ -95,7 +60,7 @@ impl AxesOptions {
             None => self.preset.clone(),
             Some(path) => read(path)?,
         };
-        for PropertyAxis { property, values } in self.properties.0.iter() {
+        for PropertyAxis { property, values } in self.properties.iter() {
             if let Some(range) = values.iter().find(|value| value.len() > 1) {
                 let (option, count) = (property.name().replace('_', "-"), range.len());
                 return Err(Failure::Input(format!("a value of --{option} has {count} numbers, but must be a mean")));
