@@ -58,6 +58,6 @@ export type ParameterKey =
   | "turbidity";
 
 export const {
-  version, illuminants, kinds, impurities, properties, parameters, spreads, wavelengthColors, primaryLuminances, clearIce,
-  sunlight,
+  version, illuminants, kinds, impurities, properties, parameters, spreads, wavelengthColors, primaryLuminances,
+  clearIce, sunlight,
 } = catalog;

@@ -100,7 +100,10 @@ pub enum RangeError {
         unit: &'static str,
     },
     /// The ends of an interval are in the wrong order.
-    #[error("{quantity} has the range {first}:{last}{unit}, whose ends are in the wrong order", unit = unit_suffix(.unit))]
+    #[error(
+        "{quantity} has the range {first}:{last}{unit}, whose ends are in the wrong order",
+        unit = unit_suffix(.unit)
+    )]
     Reversed {
         /// Name of the quantity.
         quantity: &'static str,

@@ -8,6 +8,8 @@ import pytest
 import xarray as xr
 
 import snowblue
+from snowblue import _native
+from snowblue._arguments import Snow
 
 
 @pytest.mark.parametrize("call, message", [
@@ -318,3 +320,10 @@ def test_scenes_and_tables_travel_as_pickles(tmp_path):
 def test_a_bake_has_a_short_name():
     bake = snowblue.Bake([], [], "")
     assert repr(bake) == "<snowblue.Bake: objects: 0, vertices: 0, lamps: 0>"
+
+
+def test_the_types_and_words_of_snow_are_those_of_the_table():
+    known = [*(key for key, *_ in _native.properties()), "snow", "size_measure", "impurities_ng_g", "ice"]
+    assert sorted(Snow.__annotations__) == sorted(known)
+    for name in (*known, *_native.substances()):
+        assert name in Snow.__doc__, name

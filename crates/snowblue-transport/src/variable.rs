@@ -63,8 +63,8 @@ impl Variable {
         Dual::new(value, std::array::from_fn(by))
     }
 
-    /// Checks that there are derivatives with respect to the variable, and that the tables of the water or the substance
-    /// that it adds cover `wavelength_nm`.
+    /// Checks that there are derivatives with respect to the variable, and that the tables of what it adds cover
+    /// `wavelength_nm`.
     ///
     /// # Errors
     /// For a property without derivatives, and if a table does not cover the wavelength.
