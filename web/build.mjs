@@ -94,6 +94,7 @@ const values = {
     illuminants: JSON.parse(native.illuminants()),
     kinds: JSON.parse(native.kinds()),
     impurities: JSON.parse(native.impurities()),
+    properties: JSON.parse(native.properties()),
     parameters: JSON.parse(native.parameters()),
     spreads: JSON.parse(native.spreads()),
     wavelengthColors: JSON.parse(native.wavelength_colors()),

@@ -1,7 +1,7 @@
 /** Names, limits, texts and defaults of all parameters, as the engine states them. */
 
 import catalog from "virtual:catalog";
-import type { Parameter } from "./native";
+import type { Parameter, Snow } from "./native";
 
 export interface Kind {
   name: string;
@@ -16,11 +16,19 @@ export interface Impurity {
   source: string;
 }
 
+/** A property of snow that is a number. */
+export interface Property {
+  key: NumberKey;
+  /** The key without its unit. */
+  name: string;
+}
+
 export interface Catalog {
   version: string;
   illuminants: string[];
   kinds: Kind[];
   impurities: Impurity[];
+  properties: Property[];
   parameters: Record<ParameterKey, Parameter>;
   spreads: Record<SpreadKey, { half_width: number; deviation: number }>;
   /** Colours of 400, 410, … 700 nm. */
@@ -36,14 +44,11 @@ export interface Catalog {
 /** Keys whose values are distributions. */
 export type SpreadKey = "grain_size_um" | "facetness" | "sphericity";
 
+/** Keys of snow whose values are numbers. */
+export type NumberKey = Exclude<keyof Snow, "snow" | "size_measure" | "impurities_ng_g" | "ice">;
+
 export type ParameterKey =
-  | "grain_size_um"
-  | "ssa_m2_kg"
-  | "facetness"
-  | "sphericity"
-  | "density_kg_m3"
-  | "water_saturation"
-  | "temperature_c"
+  | NumberKey
   | "impurities_ng_g"
   | "thickness_cm"
   | "angle_deg"
@@ -53,6 +58,6 @@ export type ParameterKey =
   | "turbidity";
 
 export const {
-  version, illuminants, kinds, impurities, parameters, spreads, wavelengthColors, primaryLuminances, clearIce,
-  sunlight,
+  version, illuminants, kinds, impurities, properties, parameters, spreads, wavelengthColors, primaryLuminances,
+  clearIce, sunlight,
 } = catalog;

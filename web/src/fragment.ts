@@ -3,7 +3,7 @@
  * their defaults. Numbers of a range are separated by `~`; a pinned sample is a fragment in itself.
  */
 
-import { illuminants, impurities, parameters } from "./catalog";
+import { illuminants, impurities, parameters, properties, type ParameterKey } from "./catalog";
 import { outside } from "./numbers";
 import { defaultState } from "./request";
 import { amounts, entries } from "./snow";
@@ -19,11 +19,11 @@ const SIZE_MEASURES: readonly NonNullable<Layer["size_measure"]>[] = [
   "greatest-extension", "volume-diameter", "optical-diameter",
 ];
 const OBSERVERS: readonly Sample["observer"][] = ["1931", "1964"];
-/** Numbers of a layer, and how many of them a key may have. */
-const LAYER_NUMBERS = {
-  thickness_cm: [1], grain_size_um: [1, 2], ssa_m2_kg: [1], facetness: [1, 4], sphericity: [1, 4],
-  density_kg_m3: [1], water_saturation: [1], temperature_c: [1],
-} as const;
+/** Keys of a layer whose values are numbers, and how many of them one may have that is no single number. */
+const LAYER_NUMBERS = ["thickness_cm", ...properties.map(({ key }) => key)] as const;
+const COUNTS: Partial<Record<ParameterKey, readonly number[]>> = {
+  grain_size_um: [1, 2], facetness: [1, 4], sphericity: [1, 4],
+};
 /** Keys beside those of a sample. */
 const OF_STATE = [
   "exposure", "range", "at_depth", "shape", "method", "view_exposure", "lamp", "sky", "camera", "pin",
@@ -145,9 +145,11 @@ function layer(text: string): Layer {
     const [key, value] = [entry.slice(0, at), entry.slice(at + 1)];
     if (key === "size_measure") {
       made.size_measure = word(key, value, SIZE_MEASURES);
-    } else if (Object.hasOwn(LAYER_NUMBERS, key)) {
-      const name = key as keyof typeof LAYER_NUMBERS;
-      const values = numbers(key, value.split("~"), LAYER_NUMBERS[name]);
+      continue;
+    }
+    const name = LAYER_NUMBERS.find((known) => known === key);
+    if (name !== undefined) {
+      const values = numbers(key, value.split("~"), COUNTS[name] ?? [1]);
       // The deviation of a distribution, its last number, has no range here; the engine checks it.
       for (const one of values.slice(0, 3)) inside(parameters[name].quantity, one, parameters[name]);
       Object.assign(made, { [key]: values.length === 1 ? values[0] : values });

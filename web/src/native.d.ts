@@ -177,6 +177,8 @@ export interface SpectrumModule {
   kinds(): string;
   /** JSON: `{ name: string, text: string, source: string }[]`. */
   impurities(): string;
+  /** JSON: `{ key: string, name: string }[]`, keys of `Snow` that are numbers and their names without units. */
+  properties(): string;
   /**
    * JSON: `Record<string, Parameter>` by the keys of `Snow`, and `thickness_cm`, `angle_deg`, `ground_albedo`,
    * `exposure` and the sky's `elevation_deg` and `turbidity`.

@@ -1,8 +1,8 @@
 /** The command lines and the Python calls that give the figures of a sample. */
 
-import { parameters } from "./catalog";
+import { parameters, properties } from "./catalog";
 import { exact, toml } from "./toml";
-import { amounts, entries, plain } from "./snow";
+import { amounts, entries } from "./snow";
 import type { Layer, State } from "./state";
 
 type Asked = Pick<State, "layers" | "ground_albedo" | "angle_deg" | "illuminant" | "observer" | "swatch_exposure">;
@@ -94,17 +94,14 @@ function pythonRange(wavelengths_nm: readonly number[]): string {
 }
 
 function snowOptions(layer: Layer): string[] {
-  const options: string[] = [];
-  if (layer.ssa_m2_kg !== undefined) options.push(`--ssa ${exact(layer.ssa_m2_kg)}`);
-  else options.push(`--grain-size ${joined(layer.grain_size_um ?? parameters.grain_size_um.default)}`);
-  if (layer.size_measure !== undefined) options.push(`--size-measure ${layer.size_measure}`);
-  options.push(`--facetness ${joined(layer.facetness ?? parameters.facetness.default)}`);
-  if (layer.sphericity !== undefined) options.push(`--sphericity ${joined(layer.sphericity)}`);
-  options.push(`--density ${exact(plain(layer, "density_kg_m3"))}`);
-  if (layer.water_saturation !== undefined) options.push(`--water-saturation ${exact(layer.water_saturation)}`);
+  const options = properties.flatMap(({ key, name }) => {
+    const value = keysOf(layer).find(([known]) => known === key)?.[1] as number | number[] | undefined;
+    const option = value === undefined ? [] : [`--${name.replaceAll("_", "-")} ${joined(value)}`];
+    const measure = key === "grain_size_um" && layer.size_measure !== undefined;
+    return measure ? [...option, `--size-measure ${layer.size_measure}`] : option;
+  });
   const present = amounts(layer).map(([name, ng_g]) => `${name}=${exact(ng_g)}`);
   if (present.length > 0) options.push(`--impurity ${present.join(",")}`);
-  if (layer.temperature_c !== undefined) options.push(`--temperature ${exact(layer.temperature_c)}`);
   if (layer.ice !== undefined) options.push(`--ice ${layer.ice}`);
   return options;
 }

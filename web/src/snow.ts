@@ -1,6 +1,6 @@
 /** The values of a layer as the controls show them, and what they mean as keys of a layer. */
 
-import { impurities, parameters, spreads, type ParameterKey, type SpreadKey } from "./catalog";
+import { impurities, parameters, properties, spreads, type NumberKey, type SpreadKey } from "./catalog";
 import type { Layer } from "./state";
 
 /** A distribution about a mean within mean ± half-width, cut at the ends of its range. */
@@ -47,7 +47,7 @@ export function setSpread(layer: Layer, key: SpreadKey, { mean, half_width, devi
 }
 
 /** Keys of a layer that are single numbers with a default. */
-export type PlainKey = Extract<ParameterKey, "density_kg_m3" | "water_saturation" | "temperature_c">;
+export type PlainKey = Exclude<NumberKey, SpreadKey | "ssa_m2_kg">;
 
 export function plain(layer: Layer, key: PlainKey): number {
   return layer[key] ?? parameters[key].default;
@@ -71,8 +71,8 @@ export function setImpurity(layer: Layer, name: string, value: number): void {
 }
 
 const ORDER = [
-  "thickness_cm", "grain_size_um", "size_measure", "ssa_m2_kg", "facetness", "sphericity", "density_kg_m3",
-  "water_saturation", "temperature_c",
+  "thickness_cm",
+  ...properties.flatMap(({ key }) => (key === "grain_size_um" ? [key, "size_measure"] as const : [key])),
 ] as const satisfies (keyof Layer)[];
 
 /** The keys of a layer that are set, in one order, without its impurities and the table of ice. */

@@ -17,10 +17,9 @@ pub mod spectrum_csv;
 
 pub mod key_path;
 pub mod toml_table;
-pub mod toml_value;
 
 pub use key_path::{KeyError, KeyPath};
 pub use parameter::Parameter;
 pub use quantity::{Count, Number, Numbers, Quantity};
-pub use range::{ParameterRange, RangeError, short_number};
+pub use range::{ParameterRange, RangeError, short_number, unit_suffix};
 pub use toml_table::ParseError;

@@ -75,7 +75,7 @@ impl ParameterRange {
 impl fmt::Display for ParameterRange {
     fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
         let Self { least, greatest, unit, .. } = *self;
-        write!(formatter, "{}–{}{}", short_number(least), short_number(greatest), suffix(unit))
+        write!(formatter, "{}–{}{}", short_number(least), short_number(greatest), unit_suffix(unit))
     }
 }
 
@@ -85,7 +85,7 @@ pub enum RangeError {
     /// A value lies outside the range of its quantity, or is not a number.
     #[error(
         "{quantity} is {}{unit}, but must lie in {}–{}{unit}",
-        short_number(*.value), short_number(*.least), short_number(*.greatest), unit = suffix(.unit)
+        short_number(*.value), short_number(*.least), short_number(*.greatest), unit = unit_suffix(.unit)
     )]
     OutOfRange {
         /// Name of the quantity.
@@ -100,7 +100,10 @@ pub enum RangeError {
         unit: &'static str,
     },
     /// The ends of an interval are in the wrong order.
-    #[error("{quantity} has the range {first}:{last}{unit}, whose ends are in the wrong order", unit = suffix(.unit))]
+    #[error(
+        "{quantity} has the range {first}:{last}{unit}, whose ends are in the wrong order",
+        unit = unit_suffix(.unit)
+    )]
     Reversed {
         /// Name of the quantity.
         quantity: &'static str,
@@ -131,7 +134,8 @@ pub fn short_number(value: f64) -> String {
 }
 
 /// A unit as it follows a number: `10 µm`, `45°`, `0.5`.
-fn suffix(unit: &str) -> String {
+#[must_use]
+pub fn unit_suffix(unit: &str) -> String {
     if unit.is_empty() || unit == "°" { unit.to_owned() } else { format!(" {unit}") }
 }
 

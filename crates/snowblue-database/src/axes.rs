@@ -5,6 +5,7 @@ use snowblue_transport::parameters::ANGLE;
 use snowblue_transport::sample::SnowSample;
 use snowblue_transport::slab::{Incidence, Slab};
 
+use crate::property::{further_properties, unit_in_files};
 use crate::{DatabaseError, Property, PropertyAxis, PropertyValue, TableSample};
 
 /// Values along each axis, ascending. The last axis runs fastest in memory.
@@ -148,16 +149,13 @@ impl Axes {
     #[must_use]
     pub fn named(&self) -> Vec<NamedAxis> {
         let axis = |name, unit, values: &[f64]| NamedAxis { name, unit, values: values.to_vec() };
+        let of_snow = |property: Property, values: &[f64]| axis(property.name(), unit_in_files(property), values);
         let mut named = vec![
-            axis("grain_size", "um", &self.grain_sizes_um),
-            axis("facetness", "1", &self.facetness),
-            axis("density", "kg m-3", &self.densities_kg_m3),
+            of_snow(Property::GrainSize, &self.grain_sizes_um),
+            of_snow(Property::Facetness, &self.facetness),
+            of_snow(Property::Density, &self.densities_kg_m3),
         ];
-        named.extend(
-            self.properties
-                .iter()
-                .map(|PropertyAxis { property, values }| axis(property.name(), property.unit(), values)),
-        );
+        named.extend(self.properties.iter().map(|axis| of_snow(axis.property, &axis.values)));
         let diffuse = self.diffuse.then_some(DIFFUSE_ANGLE_DEG);
         let angles_deg: Vec<f64> = diffuse.into_iter().chain(self.angles_deg.iter().copied()).collect();
         named.extend([
@@ -192,7 +190,7 @@ impl Axes {
         if axes.diffuse {
             axes.angles_deg.remove(0);
         }
-        let property = |name: &str| Property::all().find(|property| property.name() == name);
+        let property = |name: &str| further_properties().find(|property| property.name() == name);
         let axis = |(name, values)| Some(PropertyAxis { property: property(name)?, values });
         axes.properties = values.into_iter().filter_map(axis).collect();
         Ok(axes)
@@ -265,11 +263,16 @@ impl Axes {
         self.angles_deg = incidences.iter().filter_map(angle_deg).collect();
     }
 
-    /// Adds or replaces the axis of a further property.
+    /// Adds or replaces the axis of a property.
     pub fn set_property(&mut self, axis: PropertyAxis) {
-        match self.properties.iter_mut().find(|other| other.property == axis.property) {
-            Some(other) => *other = axis,
-            None => self.properties.push(axis),
+        match axis.property {
+            Property::GrainSize => self.grain_sizes_um = axis.values,
+            Property::Facetness => self.facetness = axis.values,
+            Property::Density => self.densities_kg_m3 = axis.values,
+            property => match self.properties.iter_mut().find(|other| other.property == property) {
+                Some(other) => *other = axis,
+                None => self.properties.push(axis),
+            },
         }
     }
 
@@ -403,7 +406,7 @@ impl Axes {
 /// Whether a table can have an axis of this name.
 pub(crate) fn is_axis(name: &str) -> bool {
     let always = ["grain_size", "facetness", "density", "angle", "thickness", "wavelength"];
-    always.contains(&name) || Property::all().any(|property| property.name() == name)
+    always.contains(&name) || further_properties().any(|property| property.name() == name)
 }
 
 /// Whether an angle in a file means diffuse light.

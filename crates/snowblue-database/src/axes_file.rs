@@ -14,53 +14,18 @@
 //! ```
 
 use std::collections::BTreeMap;
-use std::fmt::Display;
-use std::ops::Range;
 
 use serde::Deserialize;
-use snowblue_base::toml_value::Mistake;
-use snowblue_transport::Substance;
-use snowblue_transport::optics::IceTable;
+use snowblue_base::KeyPath;
+use snowblue_base::toml_table::{ParseError, Table};
+use snowblue_transport::parameters::{ANGLE, MASS_FRACTION, THICKNESS};
 use snowblue_transport::slab::Incidence;
-use toml::Spanned;
+use snowblue_transport::{Property, Substance};
 
-use crate::{Axes, Property, PropertyAxis};
+use crate::{Axes, PropertyAxis, axis_properties};
 
 /// Greatest number of steps of a range of wavelengths.
 const MOST_STEPS: f64 = 100_000.0;
-
-/// What is wrong with a file of axes.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{reason}")]
-pub struct AxesFileError {
-    /// The bytes of the text that it is about; none if it is about the whole file.
-    pub span: Option<Range<usize>>,
-    /// The quantity, its value and its range.
-    pub reason: String,
-}
-
-impl AxesFileError {
-    fn at(span: Range<usize>, reason: impl Display) -> Self {
-        Self { span: Some(span), reason: reason.to_string() }
-    }
-}
-
-/// The tables of a file.
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Tables {
-    preset: Option<Spanned<String>>,
-    grain_size_um: Option<Vec<f64>>,
-    facetness: Option<Vec<f64>>,
-    density_kg_m3: Option<Vec<f64>>,
-    thickness_cm: Option<Vec<f64>>,
-    angle_deg: Option<Vec<Spanned<Angle>>>,
-    wavelength_nm: Option<Spanned<WavelengthList>>,
-    water_saturation: Option<Vec<f64>>,
-    temperature_c: Option<Vec<f64>>,
-    #[serde(default)]
-    impurities_ng_g: BTreeMap<Spanned<String>, Vec<f64>>,
-}
 
 #[derive(Debug, Deserialize)]
 #[serde(untagged, expecting = "must be an angle in degrees or \"diffuse\"")]
@@ -76,72 +41,60 @@ enum WavelengthList {
     Range(String),
 }
 
-/// Reads the text of a file, and checks the axes with a table of ice.
+/// Reads the text of a file. The axes are not [checked](Axes::check).
 ///
 /// ```
 /// # use snowblue_database::axes_file::parse;
-/// let axes = parse("density_kg_m3 = [300]\nwavelength_nm = \"400:700:100\"\n", Default::default())?;
+/// let axes = parse("density_kg_m3 = [300]\nwavelength_nm = \"400:700:100\"\n")?;
 /// assert_eq!(axes.wavelengths_nm, [400.0, 500.0, 600.0, 700.0]);
-/// # Ok::<(), snowblue_database::axes_file::AxesFileError>(())
+/// # Ok::<(), snowblue_base::toml_table::ParseError>(())
 /// ```
 ///
 /// # Errors
-/// If the text is not TOML, a key is unknown, or [`Axes::check`] refuses the axes.
-pub fn parse(text: &str, ice: IceTable) -> Result<Axes, AxesFileError> {
-    let tables: Tables = toml::from_str(text)
-        .map_err(|error| Mistake::of_parser(text, &error))
-        .map_err(|Mistake { span, reason }| AxesFileError::at(span, reason))?;
-    let mut axes = match &tables.preset {
-        None => Axes::paper(),
-        Some(name) => Axes::preset(name.get_ref()).ok_or_else(|| {
-            let presets = Axes::PRESETS.map(|(name, _)| name).join(", ");
-            AxesFileError::at(name.span(), format!("preset is \"{}\", but must be one of {presets}", name.get_ref()))
-        })?,
-    };
-    let replace = |axis: &mut Vec<f64>, values: Option<Vec<f64>>| {
-        if let Some(values) = values {
-            *axis = values;
-        }
-    };
-    replace(&mut axes.grain_sizes_um, tables.grain_size_um);
-    replace(&mut axes.facetness, tables.facetness);
-    replace(&mut axes.densities_kg_m3, tables.density_kg_m3);
-    replace(&mut axes.thicknesses_cm, tables.thickness_cm);
-    let mut incidences = Vec::new();
-    for word in tables.angle_deg.iter().flatten() {
-        incidences.push(match word.get_ref() {
-            Angle::Degrees(angle_deg) => Incidence::Beam { angle_deg: *angle_deg },
-            Angle::Word(name) => name.parse().map_err(|error| AxesFileError::at(word.span(), error))?,
-        });
+/// If the text is not TOML, a key is unknown, or a value is not of its type.
+pub fn parse(text: &str) -> Result<Axes, ParseError> {
+    let mut file = Table::parse(text)?;
+    let presets = Axes::PRESETS.map(|(name, _)| (name, name));
+    let preset = if file.has("preset") { file.take_name("preset", &presets)? } else { "paper" };
+    let mut axes = Axes::preset(preset).unwrap_or_else(|| unreachable!("{preset} is a preset"));
+    if let Some(values) = file.take_as(THICKNESS.key)? {
+        axes.thicknesses_cm = values;
     }
-    if !incidences.is_empty() {
-        axes.set_incidences(&incidences);
+    if let Some(angles) = file.take(ANGLE.key) {
+        let incidence = |angle: Angle| match angle {
+            Angle::Degrees(angle_deg) => Ok(Incidence::Beam { angle_deg }),
+            Angle::Word(word) => word.parse().map_err(|error| angles.error(format_args!("is wrong: {error}"))),
+        };
+        let incidences = angles.clone().read::<Vec<Angle>>()?.into_iter().map(incidence);
+        axes.set_incidences(&incidences.collect::<Result<Vec<_>, _>>()?);
     }
-    if let Some(words) = tables.wavelength_nm {
-        let span = words.span();
-        axes.wavelengths_nm = match words.into_inner() {
+    if let Some(words) = file.take("wavelength_nm") {
+        axes.wavelengths_nm = match words.clone().read()? {
             WavelengthList::List(list) => list,
-            WavelengthList::Range(range) => wavelengths(&range).map_err(|error| AxesFileError::at(span, error))?,
+            WavelengthList::Range(range) => {
+                wavelengths(&range).map_err(|error| words.error(format_args!("is wrong: {error}")))?
+            }
         };
     }
-    let mut set = |property: Property, values: Option<Vec<f64>>| {
-        if let Some(values) = values {
+    let given: BTreeMap<String, Vec<f64>> = file.take_as(MASS_FRACTION.key)?.unwrap_or_default();
+    for property in axis_properties().filter(|property| !matches!(property, Property::Impurity(_))) {
+        if let Some(values) = file.take_as(property.key())? {
             axes.set_property(PropertyAxis { property, values });
         }
-    };
-    set(Property::WaterSaturation, tables.water_saturation);
-    set(Property::Temperature, tables.temperature_c);
+    }
+    file.finish()?;
     let mut substances: Vec<Substance> = Vec::new();
-    for (name, values) in tables.impurities_ng_g {
-        let substance = name.get_ref().parse().map_err(|error| AxesFileError::at(name.span(), error))?;
+    for (name, values) in given {
+        let wrong = |reason: &str| KeyPath::root(MASS_FRACTION.key).key(&name).error(reason).in_text(text);
+        let substance = name.parse().map_err(|_| {
+            wrong(&format!("is an unknown impurity; known are {}", Substance::ALL.map(Substance::name).join(", ")))
+        })?;
         if substances.contains(&substance) {
-            let reason = format!("{substance} is given twice, with a hyphen and with an underscore");
-            return Err(AxesFileError::at(name.span(), reason));
+            return Err(wrong("is given twice, with a hyphen and with an underscore"));
         }
         substances.push(substance);
-        set(Property::Impurity(substance), Some(values));
+        axes.set_property(PropertyAxis { property: Property::Impurity(substance), values });
     }
-    axes.check(ice).map_err(|error| AxesFileError { span: None, reason: error.to_string() })?;
     Ok(axes)
 }
 

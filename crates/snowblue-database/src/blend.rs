@@ -9,7 +9,9 @@
 //! so snow of density ρ and thickness h is equivalent to snow of density ρ' and thickness h ρ/ρ'. In wet snow the
 //! fractions of ice and water change with density, and density is interpolated like the other properties.
 
+use snowblue_base::unit_suffix;
 use snowblue_transport::sample::SnowSample;
+use snowblue_transport::{Parameter, ParameterRange};
 
 use crate::pca::Components;
 use crate::{Axes, CompressedTable, DatabaseError, Property, PropertyAxis, PropertyValue, TableSample, cubic};
@@ -31,20 +33,9 @@ pub(crate) struct Blend {
 
 /// An axis of samples, and the sample's value.
 struct SampleAxis<'axes> {
-    name: &'static str,
-    /// Unit with a leading space, or empty.
-    unit: &'static str,
+    property: Property,
     values: &'axes [f64],
     value: f64,
-    kind: AxisKind,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum AxisKind {
-    GrainSize,
-    Facetness,
-    Density,
-    Property(Property),
 }
 
 /// Largest relative difference of two values that count as one.
@@ -63,10 +54,11 @@ impl Blend {
     pub(crate) fn on_grid(axes: &Axes, sample: &TableSample) -> Result<Self, DatabaseError> {
         check_properties(axes, sample)?;
         let mut number = 0;
-        for SampleAxis { name, unit, values, value, .. } in sample_axes(axes, sample) {
+        for SampleAxis { property, values, value } in sample_axes(axes, sample) {
+            let ParameterRange { quantity, unit, .. } = property.parameter().range;
             let known = || values.iter().map(f64::to_string).collect::<Vec<_>>().join(", ");
             let index = values.iter().position(|known| same(*known, value));
-            let index = index.ok_or_else(|| DatabaseError::OffGrid { quantity: name, value, known: known(), unit })?;
+            let index = index.ok_or_else(|| DatabaseError::OffGrid { quantity, value, known: known(), unit })?;
             number = number * values.len() + index;
         }
         Ok(Self::one(number))
@@ -82,14 +74,15 @@ impl Blend {
         SnowSample { density_kg_m3: sample.density_kg_m3, ..SnowSample::default() }.check()?;
         let is_dry = sample.property(Property::WaterSaturation) <= 0.0;
         let mut blend = Self::one(0);
-        for SampleAxis { name, unit, values, value, kind } in sample_axes(axes, sample) {
-            let weights = if kind == AxisKind::Density && is_dry {
+        for SampleAxis { property, values, value } in sample_axes(axes, sample) {
+            let ParameterRange { quantity, unit, .. } = property.parameter().range;
+            let weights = if property == Property::Density && is_dry {
                 let index = nearest(values, value);
                 blend.thickness_scale = if same(values[index], value) { 1.0 } else { value / values[index] };
                 vec![Weighted { index, weight: 1.0 }]
             } else {
-                weights(values, value, kind.coordinate()).ok_or_else(|| DatabaseError::OffAxis {
-                    quantity: name,
+                weights(values, value, coordinate(property)).ok_or_else(|| DatabaseError::OffAxis {
+                    quantity,
                     value,
                     covered: covered(values, unit),
                     unit,
@@ -123,16 +116,15 @@ impl Blend {
 
 /// Every axis of samples, slowest first.
 fn sample_axes<'a>(axes: &'a Axes, sample: &TableSample) -> Vec<SampleAxis<'a>> {
-    let axis = |kind, name, unit, values: &'a [f64], value| SampleAxis { name, unit, values, value, kind };
+    let axis = |property, values: &'a [f64], value| SampleAxis { property, values, value };
     let mut all = vec![
-        axis(AxisKind::GrainSize, "grain size", " µm", &axes.grain_sizes_um, sample.grain_size_um),
-        axis(AxisKind::Facetness, "facetness", "", &axes.facetness, sample.facetness),
-        axis(AxisKind::Density, "density", " kg/m³", &axes.densities_kg_m3, sample.density_kg_m3),
+        axis(Property::GrainSize, &axes.grain_sizes_um, sample.grain_size_um),
+        axis(Property::Facetness, &axes.facetness, sample.facetness),
+        axis(Property::Density, &axes.densities_kg_m3, sample.density_kg_m3),
     ];
-    for PropertyAxis { property, values } in &axes.properties {
-        let kind = AxisKind::Property(*property);
-        all.push(axis(kind, property.title(), property.unit_suffix(), values, sample.property(*property)));
-    }
+    let further =
+        |PropertyAxis { property, values }: &'a PropertyAxis| axis(*property, values, sample.property(*property));
+    all.extend(axes.properties.iter().map(further));
     all
 }
 
@@ -140,24 +132,20 @@ fn sample_axes<'a>(axes: &'a Axes, sample: &TableSample) -> Vec<SampleAxis<'a>> 
 fn check_properties(axes: &Axes, sample: &TableSample) -> Result<(), DatabaseError> {
     for PropertyValue { property, value } in &sample.properties {
         let has = axes.properties.iter().any(|other| other.property == *property);
-        if !has && !same(*value, property.default_value()) {
-            let (quantity, unit, default) = (property.title(), property.unit_suffix(), property.default_value());
+        let Parameter { range: ParameterRange { quantity, unit, .. }, default, .. } = property.parameter();
+        if !has && !same(*value, default) {
             return Err(DatabaseError::NoAxis { quantity, value: *value, unit, default });
         }
     }
     Ok(())
 }
 
-impl AxisKind {
-    /// The function of a value in which it is interpolated.
-    fn coordinate(self) -> fn(f64) -> f64 {
-        match self {
-            Self::GrainSize => f64::ln,
-            Self::Property(Property::Impurity(_)) => f64::sqrt,
-            Self::Facetness | Self::Density | Self::Property(Property::WaterSaturation | Property::Temperature) => {
-                |value| value
-            }
-        }
+/// The function of a property's value in which it is interpolated.
+fn coordinate(property: Property) -> fn(f64) -> f64 {
+    match property {
+        Property::GrainSize => f64::ln,
+        Property::Impurity(_) => f64::sqrt,
+        _ => |value| value,
     }
 }
 
@@ -182,6 +170,7 @@ fn nearest(values: &[f64], value: f64) -> usize {
 
 /// The range of an axis, in words.
 fn covered(values: &[f64], unit: &str) -> String {
+    let unit = unit_suffix(unit);
     match values {
         [only] => format!("has only {only}{unit}"),
         [low, .., high] => format!("covers {low}–{high}{unit}"),

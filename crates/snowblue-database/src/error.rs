@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use snowblue_base::unit_suffix;
 use snowblue_transport::TransportError;
 
 /// Why a table cannot be filled, read, written or looked up.
@@ -70,7 +71,10 @@ pub enum DatabaseError {
         value: f64,
     },
     /// A sample that is not on the grid of a table in linear space.
-    #[error("{quantity} is {value}{unit}, but the paper's scheme has only the table's own values: {known}{unit}")]
+    #[error(
+        "{quantity} is {value}{unit}, but the paper's scheme has only the table's own values: {known}{unit}",
+        unit = unit_suffix(.unit)
+    )]
     OffGrid {
         /// The axis.
         quantity: &'static str,
@@ -78,11 +82,11 @@ pub enum DatabaseError {
         value: f64,
         /// The values on the axis.
         known: String,
-        /// Unit with a leading space, or empty.
+        /// Unit; empty for a ratio.
         unit: &'static str,
     },
     /// A sample beyond an axis of the table.
-    #[error("{quantity} is {value}{unit}, but the table {covered}")]
+    #[error("{quantity} is {value}{unit}, but the table {covered}", unit = unit_suffix(.unit))]
     OffAxis {
         /// The axis.
         quantity: &'static str,
@@ -90,17 +94,20 @@ pub enum DatabaseError {
         value: f64,
         /// The range of the axis, in words.
         covered: String,
-        /// Unit with a leading space, or empty.
+        /// Unit; empty for a ratio.
         unit: &'static str,
     },
     /// A property that the table has no axis of.
-    #[error("{quantity} is {value}{unit}, but the table has no such axis and holds only {default}{unit}")]
+    #[error(
+        "{quantity} is {value}{unit}, but the table has no such axis and holds only {default}{unit}",
+        unit = unit_suffix(.unit)
+    )]
     NoAxis {
         /// The property.
         quantity: &'static str,
         /// The value requested.
         value: f64,
-        /// Unit with a leading space, or empty.
+        /// Unit; empty for a ratio.
         unit: &'static str,
         /// The value of the table's samples.
         default: f64,

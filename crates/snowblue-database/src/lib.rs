@@ -53,5 +53,6 @@ pub use file::export_csv;
 pub use lookup::PcaSnow;
 pub use matching::Interval;
 pub use pca::{CompressedTable, Space};
-pub use property::{Property, PropertyAxis, PropertyValue, TableSample};
+pub use property::{PropertyAxis, PropertyValue, TableSample, axis_properties, unit_in_files};
+pub use snowblue_transport::Property;
 pub use table::{Quantity, Table};

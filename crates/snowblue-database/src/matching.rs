@@ -16,7 +16,7 @@ use rayon::prelude::*;
 use snowblue_color::lab::MIDDLE_GREY;
 use snowblue_color::{ColorDifference, Colorimeter, Lab, Xyz};
 use snowblue_transport::ordinates::{OrdinatesOptions, Peak};
-use snowblue_transport::sample::{GrainSize, SnowSample};
+use snowblue_transport::sample::{Property, SnowSample};
 use snowblue_transport::slab::{Incidence, Slab};
 use snowblue_transport::{Demand, GrainTallies, Population, TallyPlan};
 
@@ -54,23 +54,12 @@ const MIN_IMPROVEMENT: f64 = 1e-4;
 /// starlight (10⁻³ lx).
 const MIN_LUMINANCE: f64 = 1e-12;
 
-/// A parameter that can be fitted.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Parameter {
-    /// Thickness, in cm.
-    Thickness,
-    /// Mean grain size, in µm.
-    GrainSize,
-    /// Density of the dry snow, in kg/m³.
-    Density,
-}
-
 /// A free parameter and its range.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FreeParameter {
-    /// The parameter.
-    pub parameter: Parameter,
-    /// The range, in the parameter's unit.
+    /// The property of the snow; none for the thickness.
+    pub property: Option<Property>,
+    /// The range, in the unit of the parameter.
     pub range: Interval,
 }
 
@@ -128,12 +117,12 @@ impl Problem {
     pub fn new(sample: SnowSample, incidence: Incidence, given: Given) -> Self {
         let range = given.thickness_cm.unwrap_or(THICKNESSES_CM);
         let free = [
-            (range.low < range.high, Parameter::Thickness, range),
-            (!given.grain_size, Parameter::GrainSize, GRAIN_SIZES_UM),
-            (!given.density, Parameter::Density, DENSITIES_KG_M3),
+            (range.low < range.high, None, range),
+            (!given.grain_size, Some(Property::GrainSize), GRAIN_SIZES_UM),
+            (!given.density, Some(Property::Density), DENSITIES_KG_M3),
         ];
         let free = free.into_iter().filter(|(is_free, ..)| *is_free);
-        let free = free.map(|(_, parameter, range)| FreeParameter { parameter, range }).collect();
+        let free = free.map(|(_, property, range)| FreeParameter { property, range }).collect();
         Self { sample, thickness_cm: range.high, incidence, free }
     }
 }
@@ -222,7 +211,7 @@ pub fn closest(target: &Target, problem: &Problem, options: &OrdinatesOptions) -
     if target.color.y <= 0.0 {
         return Err(DatabaseError::DarkTarget);
     }
-    let alternatives = alternatives(problem)?;
+    let alternatives = alternatives(problem);
     for problem in std::iter::once(problem).chain(&alternatives) {
         problem.check(target.colorimeter.wavelengths_nm())?;
     }
@@ -240,34 +229,29 @@ pub fn closest(target: &Target, problem: &Problem, options: &OrdinatesOptions) -
 }
 
 /// The problem with other values of its second free parameter, if there is one.
-fn alternatives(problem: &Problem) -> Result<Vec<Problem>, DatabaseError> {
-    let Some(second) = problem.free.get(1) else { return Ok(Vec::new()) };
-    let values: &[f64] = match second.parameter {
-        Parameter::GrainSize => &OTHER_SIZES_UM,
-        Parameter::Density => &OTHER_DENSITIES_KG_M3,
-        Parameter::Thickness => &[],
+fn alternatives(problem: &Problem) -> Vec<Problem> {
+    let Some(second) = problem.free.get(1) else { return Vec::new() };
+    let values: &[f64] = match second.property {
+        Some(Property::GrainSize) => &OTHER_SIZES_UM,
+        Some(Property::Density) => &OTHER_DENSITIES_KG_M3,
+        _ => &[],
     };
     let with = |value: &f64| {
         let mut other = problem.clone();
-        other.set(second.parameter, *value)?;
+        other.set(second.property, *value);
         other.free.remove(1);
-        Ok(other)
+        other
     };
     values.iter().map(with).collect()
 }
 
 impl Problem {
-    /// Sets a parameter.
-    fn set(&mut self, parameter: Parameter, value: f64) -> Result<(), DatabaseError> {
-        match parameter {
-            Parameter::Thickness => self.thickness_cm = value,
-            Parameter::Density => self.sample.density_kg_m3 = value,
-            Parameter::GrainSize => {
-                let measure = self.sample.grain_size.measure;
-                self.sample.grain_size = GrainSize { measure, ..GrainSize::around(value)? };
-            }
+    /// Sets a property, or the thickness.
+    fn set(&mut self, property: Option<Property>, value: f64) {
+        match property {
+            None => self.thickness_cm = value,
+            Some(property) => property.set(&mut self.sample, value),
         }
-        Ok(())
     }
 
     /// Checks the sample and both ends of every range.
@@ -282,7 +266,7 @@ impl Problem {
         for free in &self.free {
             for end in [free.range.low, free.range.high] {
                 let mut at_end = self.clone();
-                at_end.set(free.parameter, end)?;
+                at_end.set(free.property, end);
                 slab(&at_end).check()?;
             }
         }
@@ -323,9 +307,9 @@ impl<'t> Search<'t> {
         let mut problem = problem.clone();
         let mut best = self.evaluate_thicknesses(&problem, &[problem.thickness_cm])[0];
         for free in problem.free.clone() {
-            let BestValue { value, found } = self.scan(&problem, free)?;
+            let BestValue { value, found } = self.scan(&problem, free);
             if found.difference.at_middle_grey < best.difference.at_middle_grey - MIN_IMPROVEMENT {
-                problem.set(free.parameter, value)?;
+                problem.set(free.property, value);
                 best = found;
             }
             if free.range.low < value && value < free.range.high {
@@ -340,15 +324,15 @@ impl<'t> Search<'t> {
     }
 
     /// Finds the best value of a free parameter with the others fixed.
-    fn scan(&self, problem: &Problem, free: FreeParameter) -> Result<BestValue, DatabaseError> {
+    fn scan(&self, problem: &Problem, free: FreeParameter) -> BestValue {
         let mut values = coarse_values(free.range);
         loop {
-            let found = self.evaluate(problem, free.parameter, &values)?;
+            let found = self.evaluate(problem, free.property, &values);
             let delta = |number: &usize| found[*number].difference.at_middle_grey;
             let best = (0..values.len()).min_by(|a, b| delta(a).total_cmp(&delta(b))).unwrap_or_default();
             let (below, above) = (values[best.saturating_sub(1)], values[(best + 1).min(values.len() - 1)]);
             if above - below <= TOLERANCE * free.range.high {
-                return Ok(BestValue { value: values[best], found: found[best] });
+                return BestValue { value: values[best], found: found[best] };
             }
             values = (0..=FINE_STEPS).map(|i| below + (above - below) * f64::from(i) / f64::from(FINE_STEPS)).collect();
             // Rounding must not move the end of the range inside.
@@ -356,17 +340,16 @@ impl<'t> Search<'t> {
         }
     }
 
-    fn evaluate(&self, problem: &Problem, parameter: Parameter, values: &[f64]) -> Result<Vec<Match>, DatabaseError> {
-        if parameter == Parameter::Thickness {
-            return Ok(self.evaluate_thicknesses(problem, values));
+    fn evaluate(&self, problem: &Problem, property: Option<Property>, values: &[f64]) -> Vec<Match> {
+        if property.is_none() {
+            return self.evaluate_thicknesses(problem, values);
         }
-        let mut found = Vec::with_capacity(values.len());
-        for value in values {
+        let with = |value: &f64| {
             let mut other = problem.clone();
-            other.set(parameter, *value)?;
-            found.extend(self.evaluate_thicknesses(&other, &[other.thickness_cm]));
-        }
-        Ok(found)
+            other.set(property, *value);
+            self.evaluate_thicknesses(&other, &[other.thickness_cm])
+        };
+        values.iter().flat_map(with).collect()
     }
 
     /// The light through several thicknesses of a sample.

@@ -1,20 +1,9 @@
 //! Snow samples by the quantities that a table has axes of: grain size, facetness, density and further properties.
 
-use snowblue_transport::optics::{IceTable, Substance};
-use snowblue_transport::sample::{GrainSize, SnowSample, TruncatedNormal};
+use snowblue_transport::optics::IceTable;
+use snowblue_transport::sample::{GrainSize, Property, SnowSample, TruncatedNormal};
 
 use crate::DatabaseError;
-
-/// A property of snow that a table may have an axis of.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Property {
-    /// Fraction of the pore volume filled with water.
-    WaterSaturation,
-    /// Temperature, in °C.
-    Temperature,
-    /// Mass fraction of an impurity, in ng/g.
-    Impurity(Substance),
-}
 
 /// A property with a value in its unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,78 +23,31 @@ pub struct PropertyAxis {
     pub values: Vec<f64>,
 }
 
-impl Property {
-    /// Every property.
-    pub fn all() -> impl Iterator<Item = Self> {
-        [Self::WaterSaturation, Self::Temperature].into_iter().chain(Substance::ALL.into_iter().map(Self::Impurity))
-    }
+/// The properties that a table has an axis of.
+const OF_EVERY_TABLE: [Property; 3] = [Property::GrainSize, Property::Facetness, Property::Density];
 
-    /// Name in files.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::WaterSaturation => "water_saturation",
-            Self::Temperature => "temperature",
-            Self::Impurity(Substance::BlackCarbon) => "black_carbon",
-            Self::Impurity(Substance::SaharanDust) => "saharan_dust",
-            Self::Impurity(Substance::ColoradoDust) => "colorado_dust",
-            Self::Impurity(Substance::BrownCarbon) => "brown_carbon",
-            Self::Impurity(Substance::SnowAlgae) => "snow_algae",
-        }
-    }
+/// The properties that a table may have an axis of. All its grains have one sphericity and no other size.
+pub fn axis_properties() -> impl Iterator<Item = Property> + Clone {
+    let others = [Property::SurfaceArea, Property::Sphericity];
+    Property::all().filter(move |property| !others.contains(property))
+}
 
-    /// Unit in files.
-    #[must_use]
-    pub fn unit(self) -> &'static str {
-        match self {
-            Self::WaterSaturation => "1",
-            Self::Temperature => "degree_Celsius",
-            Self::Impurity(_) => "ng g-1",
-        }
-    }
+/// The properties that a table may have an axis of, beside those that every table has.
+pub(crate) fn further_properties() -> impl Iterator<Item = Property> {
+    axis_properties().filter(|property| !OF_EVERY_TABLE.contains(property))
+}
 
-    /// Whether the property is the mass fraction of an impurity.
-    #[must_use]
-    pub fn is_impurity(self) -> bool {
-        matches!(self, Self::Impurity(_))
-    }
-
-    /// Name in messages.
-    #[must_use]
-    pub fn title(self) -> &'static str {
-        match self {
-            Self::WaterSaturation => "water saturation",
-            Self::Temperature => "temperature",
-            Self::Impurity(substance) => substance.name(),
-        }
-    }
-
-    /// Unit after a number in messages, with a leading space, or empty.
-    #[must_use]
-    pub fn unit_suffix(self) -> &'static str {
-        match self {
-            Self::WaterSaturation => "",
-            Self::Temperature => " °C",
-            Self::Impurity(_) => " ng/g",
-        }
-    }
-
-    /// Value of snow whose property is not given: dry, clean, −5 °C.
-    #[must_use]
-    pub fn default_value(self) -> f64 {
-        match self {
-            Self::WaterSaturation | Self::Impurity(_) => 0.0,
-            Self::Temperature => SnowSample::default().temperature_c,
-        }
-    }
-
-    /// Sets the property of a sample.
-    pub fn set(self, sample: &mut SnowSample, value: f64) {
-        match self {
-            Self::WaterSaturation => sample.water_saturation = value,
-            Self::Temperature => sample.temperature_c = value,
-            Self::Impurity(substance) => sample.impurities = sample.impurities.with(substance, value),
-        }
+/// Unit of a property in files.
+#[must_use]
+pub fn unit_in_files(property: Property) -> &'static str {
+    match property.parameter().range.unit {
+        "" => "1",
+        "µm" => "um",
+        "m²/kg" => "m2 kg-1",
+        "kg/m³" => "kg m-3",
+        "ng/g" => "ng g-1",
+        "°C" => "degree_Celsius",
+        other => other,
     }
 }
 
@@ -133,12 +75,11 @@ impl TableSample {
     /// measure or range of sizes, sphericity or width of facetness.
     #[must_use]
     pub fn of(sample: &SnowSample) -> Option<Self> {
-        let named = Self::new(sample.grain_size.middle_um(), sample.facetness.mean, sample.density_kg_m3)
-            .with(Property::WaterSaturation, sample.water_saturation)
-            .with(Property::Temperature, sample.temperature_c);
-        let impurities = sample.impurities.present();
-        let named =
-            impurities.fold(named, |named, (substance, value)| named.with(Property::Impurity(substance), value));
+        let mut named = Self::new(sample.grain_size.middle_um(), sample.facetness.mean, sample.density_kg_m3);
+        named.properties = further_properties()
+            .map(|property| PropertyValue { property, value: property.get(sample) })
+            .filter(|PropertyValue { property, value }| !matches!(property, Property::Impurity(_)) || *value > 0.0)
+            .collect();
         let again = named.snow(sample.ice).ok()?;
         // The middle of a range is rounded.
         let [one, other] = [&again, sample].map(|sample| [sample.grain_size.min_um, sample.grain_size.max_um]);
@@ -158,7 +99,7 @@ impl TableSample {
     #[must_use]
     pub fn property(&self, property: Property) -> f64 {
         let given = self.properties.iter().find(|other| other.property == property);
-        given.map_or(property.default_value(), |given| given.value)
+        given.map_or(property.parameter().default, |given| given.value)
     }
 
     /// The sample that the engines solve, not checked.
@@ -183,7 +124,7 @@ impl TableSample {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use snowblue_transport::optics::Impurities;
+    use snowblue_transport::optics::{Impurities, Substance};
 
     #[test]
     fn samples_of_a_table_are_recognised_and_others_are_not() {

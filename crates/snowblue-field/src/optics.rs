@@ -59,6 +59,7 @@ impl SnowOptics {
 #[cfg(test)]
 mod tests {
     use snowblue_transport::sample::SnowKeys;
+    use snowblue_transport::{Impurities, Number, Substance};
 
     use super::*;
 
@@ -68,11 +69,11 @@ mod tests {
     fn kinds_of_snow_have_nearly_the_same_extrapolation_length() {
         let facetness = |facetness: f64| SnowKeys { facetness: Some(vec![facetness]), ..SnowKeys::default() };
         let sphericity = |sphericity: f64| SnowKeys { sphericity: Some(vec![sphericity]), ..SnowKeys::default() };
-        let wet = SnowKeys { water_saturation: Some(0.5), ..SnowKeys::default() };
-        let soot = [("black-carbon".to_owned(), 1000.0)];
-        let dirty = SnowKeys { impurities_ng_g: soot.into(), ..SnowKeys::default() };
+        let wet = SnowKeys { water_saturation: Some(Number::of(0.5)), ..SnowKeys::default() };
+        let soot = Impurities::none().with(Substance::BlackCarbon, 1000.0);
+        let dirty = SnowKeys { impurities_ng_g: soot, ..SnowKeys::default() };
         for keys in [facetness(0.0), facetness(1.0), sphericity(0.6), sphericity(0.9), wet, dirty] {
-            let sample = keys.description().and_then(|snow| snow.sample()).unwrap();
+            let sample = keys.sample().unwrap();
             let optics = SnowOptics::new(&sample, &[550.0], 1 << 14).unwrap();
             let extrapolation = optics.half_space.extrapolation();
             assert!((extrapolation - 0.7135).abs() < 0.002, "{keys:?}: {extrapolation}");

@@ -18,7 +18,7 @@ const LIGHT: &str = "[environment]\nradiance_w_m2_sr = 1\n";
 
 /// The axes of a table, in TOML.
 pub fn axes(bytes: &[u8]) -> bool {
-    axes_file::parse(&String::from_utf8_lossy(bytes), IceTable::default()).is_ok()
+    axes_file::parse(&String::from_utf8_lossy(bytes)).is_ok_and(|axes| axes.check(IceTable::default()).is_ok())
 }
 
 /// An image of the sky, in OpenEXR.

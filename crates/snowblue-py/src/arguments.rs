@@ -3,52 +3,26 @@
 use std::collections::BTreeMap;
 
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
 use snowblue_color::{Colorimeter, Illuminant, Observer};
+use snowblue_transport::TransportError;
 use snowblue_transport::ordinates::{OrdinatesOptions, Streams};
-use snowblue_transport::sample::{SnowKeys, SnowSample};
+use snowblue_transport::sample::{Property, SnowKeys, SnowSample};
 use snowblue_transport::slab::{Incidence, Slab};
 
 use crate::work::{input, input_in_row};
 
-/// A number or several.
-#[derive(FromPyObject)]
-pub(crate) enum Numbers {
-    One(f64),
-    Several(Vec<f64>),
-}
-
 /// What is known of a snow, by the names of the keyword arguments.
-pub(crate) struct Snow(SnowKeys);
+#[derive(FromPyObject)]
+pub(crate) struct Snow(BTreeMap<String, Option<Given>>);
 
-/// Reads a dictionary. A key that is unknown is an error.
-impl<'py> FromPyObject<'_, 'py> for Snow {
-    type Error = PyErr;
-
-    fn extract(given: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
-        let mut snow = SnowKeys::default();
-        let numbers = |value: Bound<'py, PyAny>| -> PyResult<Option<Vec<f64>>> {
-            Ok(value.extract::<Option<Numbers>>()?.map(Numbers::into_vec))
-        };
-        for (key, value) in &*given.cast::<PyDict>()? {
-            let key: String = key.extract()?;
-            match &*key {
-                "snow" => snow.snow = value.extract()?,
-                "grain_size_um" => snow.grain_size_um = numbers(value)?,
-                "size_measure" => snow.size_measure = value.extract()?,
-                "ssa_m2_kg" => snow.ssa_m2_kg = value.extract()?,
-                "facetness" => snow.facetness = numbers(value)?,
-                "sphericity" => snow.sphericity = numbers(value)?,
-                "density_kg_m3" => snow.density_kg_m3 = value.extract()?,
-                "water_saturation" => snow.water_saturation = value.extract()?,
-                "impurities_ng_g" => snow.impurities_ng_g = value.extract()?,
-                "temperature_c" => snow.temperature_c = value.extract()?,
-                "ice" => snow.ice = value.extract()?,
-                _ => return Err(input(format!("'{key}' is not a property of snow"))),
-            }
-        }
-        Ok(Self(snow))
-    }
+/// The value of a property of snow.
+#[derive(FromPyObject)]
+enum Given {
+    Number(f64),
+    Numbers(Vec<f64>),
+    Word(String),
+    /// Mass fraction of each impurity.
+    Impurities(BTreeMap<String, f64>),
 }
 
 /// The values of a property of snow, one for each of several snows.
@@ -60,40 +34,34 @@ pub(crate) enum Column {
     Impurities(BTreeMap<String, Vec<f64>>),
 }
 
-impl Column {
-    /// Sets the property `key` of the snow in row `row`.
-    fn set(&self, snow: &mut SnowKeys, key: &str, row: usize) -> PyResult<()> {
-        let unknown = || input(format!("'{key}' is not a property of snow that may vary"));
-        match self {
-            Self::Numbers(values) => {
-                let value = values[row];
-                match key {
-                    "grain_size_um" => snow.grain_size_um = Some(vec![value]),
-                    "ssa_m2_kg" => snow.ssa_m2_kg = Some(value),
-                    "facetness" => snow.facetness = Some(vec![value]),
-                    "sphericity" => snow.sphericity = Some(vec![value]),
-                    "density_kg_m3" => snow.density_kg_m3 = Some(value),
-                    "water_saturation" => snow.water_saturation = Some(value),
-                    "temperature_c" => snow.temperature_c = Some(value),
-                    _ => return Err(unknown()),
-                }
-            }
-            Self::Words(words) => {
-                let word = Some(words[row].clone());
-                match key {
-                    "snow" => snow.snow = word,
-                    "size_measure" => snow.size_measure = word,
-                    "ice" => snow.ice = word,
-                    _ => return Err(unknown()),
-                }
-            }
-            Self::Impurities(columns) => {
-                for (name, mass_fractions_ng_g) in columns {
-                    snow.impurities_ng_g.insert(name.clone(), mass_fractions_ng_g[row]);
-                }
+/// Sets a property of snow by the name of the keyword argument. A key that is unknown is an error.
+fn set(snow: &mut SnowKeys, key: &str, value: &Given) -> Result<(), TransportError> {
+    match (key, value) {
+        ("snow", Given::Word(word)) => snow.snow = Some(word.parse()?),
+        ("size_measure", Given::Word(word)) => snow.size_measure = Some(word.parse()?),
+        ("ice", Given::Word(word)) => snow.ice = Some(word.parse()?),
+        (_, Given::Number(number)) => snow.set(Property::of_key(key)?, &[*number])?,
+        (_, Given::Numbers(numbers)) => snow.set(Property::of_key(key)?, numbers)?,
+        ("impurities_ng_g", Given::Impurities(mass_fractions_ng_g)) => {
+            for (name, mass_fraction_ng_g) in mass_fractions_ng_g {
+                snow.set(Property::Impurity(name.parse()?), &[*mass_fraction_ng_g])?;
             }
         }
-        Ok(())
+        _ => drop(Property::of_key(key)?),
+    }
+    Ok(())
+}
+
+impl Column {
+    /// The value in a row.
+    fn value(&self, row: usize) -> Given {
+        match self {
+            Self::Numbers(values) => Given::Number(values[row]),
+            Self::Words(words) => Given::Word(words[row].clone()),
+            Self::Impurities(columns) => {
+                Given::Impurities(columns.iter().map(|(name, values)| (name.clone(), values[row])).collect())
+            }
+        }
     }
 
     fn is_of_length(&self, count: usize) -> bool {
@@ -144,33 +112,31 @@ pub(crate) struct Light {
     observer: String,
 }
 
-impl Numbers {
-    fn into_vec(self) -> Vec<f64> {
-        match self {
-            Self::One(number) => vec![number],
-            Self::Several(numbers) => numbers,
-        }
-    }
-}
-
 impl Snow {
-    /// Several snows that differ in some properties. An error has the row of the first wrong snow. Only grain sizes
-    /// are checked.
+    /// Several snows that differ in some properties. An error has the row of the first wrong snow.
     pub(crate) fn samples(&self, columns: &BTreeMap<String, Column>, count: usize) -> PyResult<Vec<SnowSample>> {
         if !columns.values().all(|column| column.is_of_length(count)) {
             return Err(input(format!("a property does not have {count} values")));
         }
+        let fixed = self.keys().map_err(|error| input_in_row(error, 0))?;
         let sample = |row: usize| {
-            let mut snow = self.0.clone();
-            columns.iter().try_for_each(|(key, column)| column.set(&mut snow, key, row))?;
-            snow.description().and_then(|snow| snow.sample()).map_err(|error| input_in_row(error, row))
+            let mut snow = fixed.clone();
+            columns.iter().try_for_each(|(key, column)| set(&mut snow, key, &column.value(row)))?;
+            snow.sample().map_err(|wrong| wrong.error)
         };
-        (0..count).map(sample).collect()
+        (0..count).map(|row| sample(row).map_err(|error| input_in_row(error, row))).collect()
     }
 
-    /// The snow. Only its grain size is checked.
+    /// The snow.
     pub(crate) fn sample(&self) -> PyResult<SnowSample> {
-        self.0.description().and_then(|snow| snow.sample()).map_err(input)
+        self.keys().and_then(|snow| snow.sample().map_err(|wrong| wrong.error)).map_err(input)
+    }
+
+    fn keys(&self) -> Result<SnowKeys, TransportError> {
+        let mut snow = SnowKeys::default();
+        let given = self.0.iter().filter_map(|(key, value)| Some((key, value.as_ref()?)));
+        given.into_iter().try_for_each(|(key, value)| set(&mut snow, key, value))?;
+        Ok(snow)
     }
 }
 

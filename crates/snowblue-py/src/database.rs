@@ -15,7 +15,7 @@ use snowblue_database::fill::{self, Engine, FillOptions};
 use snowblue_database::lookup::PcaSnow;
 use snowblue_database::pca::Decomposition;
 use snowblue_database::table::Attribute;
-use snowblue_database::{Axes, CompressedTable, Property, PropertyAxis, Quantity, Space, TableSample};
+use snowblue_database::{Axes, CompressedTable, Property, PropertyAxis, Quantity, Space, TableSample, axis_properties};
 use snowblue_transport::ParameterRange;
 use snowblue_transport::slab::Incidence;
 
@@ -369,8 +369,8 @@ fn named_space(name: &str) -> PyResult<Space> {
 }
 
 fn named_property(name: &str) -> PyResult<Property> {
-    let known = || Property::all().map(Property::name).collect::<Vec<_>>().join(", ");
-    let named = Property::all().find(|property| property.name() == name);
+    let known = || axis_properties().map(Property::name).collect::<Vec<_>>().join(", ");
+    let named = axis_properties().find(|property| property.name() == name);
     named.ok_or_else(|| input(format!("property '{name}' is not known; there are {}", known())))
 }
 

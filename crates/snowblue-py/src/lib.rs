@@ -36,7 +36,10 @@ mod _native {
     #[pymodule_export]
     use super::sky::{daylight_wavelengths, sky, sun_of_day, sun_position, sunlight};
     #[pymodule_export]
-    use super::snow::{Snows, aged_surface_area, parameters, single_scattering, wavelength_range};
+    use super::snow::{
+        Snows, aged_surface_area, parameters, properties, single_scattering, substances, uncertain_properties,
+        wavelength_range,
+    };
     #[pymodule_export]
     use super::spectra::{band_weights, bsdf, covered_bands, light_in_layers, spectrum, spread, stack};
 

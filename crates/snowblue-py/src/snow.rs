@@ -6,10 +6,12 @@ use std::sync::Arc;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use snowblue_database::unit_in_files;
+use snowblue_transport::Substance;
 use snowblue_transport::medium::{Demand, GrainTallies, Medium, Population, TallyPlan};
 use snowblue_transport::ordinates::OrdinatesOptions;
-use snowblue_transport::parameters::PARAMETERS;
-use snowblue_transport::sample::{Metamorphism, SnowSample, TruncatedNormal, aged_surface_area_m2_kg};
+use snowblue_transport::sample::{self, Metamorphism, Property, SnowSample, TruncatedNormal, aged_surface_area_m2_kg};
+use snowblue_transport::spread::Uncertainty;
 
 use crate::arguments::{Column, Snow};
 use crate::work::{input, input_in_row, run};
@@ -18,7 +20,7 @@ use crate::work::{input, input_in_row, run};
 #[pyfunction]
 pub(crate) fn parameters(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
     let all = PyDict::new(py);
-    for parameter in PARAMETERS {
+    for parameter in sample::parameters() {
         let dict = PyDict::new(py);
         dict.set_item("title", parameter.title)?;
         dict.set_item("unit", parameter.range.unit)?;
@@ -31,6 +33,26 @@ pub(crate) fn parameters(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
         all.set_item(parameter.key, dict)?;
     }
     Ok(all)
+}
+
+/// The properties of snow that are numbers, without impurities: the name of the keyword argument, the name and the unit
+/// in results, and whether fluxes have derivatives with respect to it.
+#[pyfunction]
+pub(crate) fn properties() -> Vec<(&'static str, &'static str, &'static str, bool)> {
+    let plain = Property::all().filter(|property| !matches!(property, Property::Impurity(_)));
+    plain.map(|one| (one.key(), one.name(), unit_in_files(one), one.has_derivative())).collect()
+}
+
+/// Names of impurities.
+#[pyfunction]
+pub(crate) fn substances() -> [&'static str; Substance::ALL.len()] {
+    Substance::ALL.map(Substance::name)
+}
+
+/// Properties that may have a standard deviation, without impurities, by the names of the keyword arguments.
+#[pyfunction]
+pub(crate) fn uncertain_properties() -> Vec<&'static str> {
+    Uncertainty::properties().filter(|one| !matches!(one, Property::Impurity(_))).map(Property::key).collect()
 }
 
 /// Several snows.
@@ -53,16 +75,16 @@ impl Snows {
     fn common<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let dict = PyDict::new(py);
         let Some((first, others)) = self.samples.split_first() else { return Ok(dict) };
-        let mut common = properties(first);
+        let mut common = values(first);
         for sample in others {
-            let own = properties(sample);
+            let own = values(sample);
             common.retain(|property| own.contains(property));
         }
         for (key, value) in common {
             match value {
-                Property::Number(number) => dict.set_item(key, number)?,
-                Property::Numbers(numbers) => dict.set_item(key, numbers)?,
-                Property::Word(word) => dict.set_item(key, word)?,
+                Value::Number(number) => dict.set_item(key, number)?,
+                Value::Numbers(numbers) => dict.set_item(key, numbers)?,
+                Value::Word(word) => dict.set_item(key, word)?,
             }
         }
         Ok(dict)
@@ -71,35 +93,33 @@ impl Snows {
 
 /// The value of a property of snow.
 #[derive(PartialEq)]
-enum Property {
+enum Value {
     Number(f64),
     Numbers(Vec<f64>),
     Word(String),
 }
 
 /// All properties of a sample, and its identifier.
-fn properties(sample: &SnowSample) -> Vec<(String, Property)> {
+fn values(sample: &SnowSample) -> Vec<(&'static str, Value)> {
     let numbers = |distribution: &TruncatedNormal| {
         let TruncatedNormal { min, max, mean, standard_deviation } = *distribution;
-        Property::Numbers(vec![min, max, mean, standard_deviation])
+        Value::Numbers(vec![min, max, mean, standard_deviation])
     };
     let size = &sample.grain_size;
-    let mut properties = vec![
-        ("grain_size_um".to_owned(), Property::Numbers(vec![size.min_um, size.max_um])),
-        ("size_measure".to_owned(), Property::Word(size.measure.name().to_owned())),
-        ("facetness".to_owned(), numbers(&sample.facetness)),
-        ("sphericity".to_owned(), numbers(&sample.sphericity)),
-        ("density_kg_m3".to_owned(), Property::Number(sample.density_kg_m3)),
-        ("water_saturation".to_owned(), Property::Number(sample.water_saturation)),
-    ];
-    for (substance, mass_fraction_ng_g) in sample.impurities.present() {
-        let key = format!("{}_ng_g", substance.name().replace('-', "_"));
-        properties.push((key, Property::Number(mass_fraction_ng_g)));
-    }
-    properties.push(("temperature_c".to_owned(), Property::Number(sample.temperature_c)));
-    properties.push(("ice".to_owned(), Property::Word(sample.ice.name().to_owned())));
-    properties.push(("snow_id".to_owned(), Property::Word(sample.id())));
-    properties
+    let value = |property: Property| {
+        let value = match property {
+            Property::GrainSize => Value::Numbers(vec![size.min_um, size.max_um]),
+            Property::Facetness => numbers(&sample.facetness),
+            Property::Sphericity => numbers(&sample.sphericity),
+            Property::SurfaceArea => return None,
+            Property::Impurity(_) if property.get(sample) <= 0.0 => return None,
+            _ => Value::Number(property.get(sample)),
+        };
+        Some((property.key(), value))
+    };
+    let words = [("size_measure", size.measure.name()), ("ice", sample.ice.name()), ("snow_id", &sample.id())];
+    let words = words.map(|(key, word)| (key, Value::Word(word.to_owned())));
+    Property::all().filter_map(value).chain(words).collect()
 }
 
 /// The first and the last wavelength that the tables of a snow cover, in nm.

@@ -9,11 +9,10 @@ use snowblue_transport::illumination::{self, BandLight, DifferentiatedLight, Ill
 use snowblue_transport::monte_carlo::{self, Distribution, GoniometricOptions, MonteCarloOptions, PatchGrid};
 use snowblue_transport::ordinates::{self, DifferentiatedFluxes, DifferentiatedStack};
 use snowblue_transport::slab::{Estimate, FluxDerivatives, Incidence, Radiometry};
-use snowblue_transport::spread::{FluxIntervals, SizeDeviation, Uncertainty, solve_spread};
+use snowblue_transport::spread::{FluxIntervals, Uncertainty, solve_spread};
 use snowblue_transport::stack::{DepthDerivatives, DepthFluxes, Layer, Stack, StackDerivatives, check_kind};
 use snowblue_transport::sunlight::{Band, LinearSpectrum, band_integrals, response_weights};
-use snowblue_transport::{IceTable, LayerVariable, Substance, Variable};
-use std::collections::BTreeMap;
+use snowblue_transport::{IceTable, LayerVariable, Property, Variable};
 use std::ops::Range;
 
 use crate::arguments::{Angle, Cases, Ordinates, Snow};
@@ -43,17 +42,6 @@ pub(crate) struct GivenCases<'py> {
     places: PyReadonlyArray2<'py, i64>,
     /// Parameters with respect to which the fluxes are differentiated.
     jacobian: Vec<String>,
-}
-
-/// Standard deviations of what snow is made of.
-#[derive(FromPyObject)]
-#[pyo3(from_item_all)]
-pub(crate) struct GivenUncertainty {
-    ssa_m2_kg: Option<f64>,
-    grain_size_um: Option<f64>,
-    density_kg_m3: f64,
-    impurities_ng_g: BTreeMap<String, f64>,
-    ice: bool,
 }
 
 /// A layer and its thickness.
@@ -186,11 +174,14 @@ pub(crate) fn spread<'py>(
     py: Python<'py>,
     snows: &Snows,
     cases: GivenCases<'py>,
-    uncertainty: GivenUncertainty,
+    uncertainty: (Vec<(String, f64)>, bool),
     engine: Engine,
     progress: Option<Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let (options, uncertainty) = (engine.ordinates.options()?, uncertainty.uncertainty()?);
+    let (options, (deviations, ice)) = (engine.ordinates.options()?, uncertainty);
+    let deviation = |(key, deviation): (String, f64)| Ok((Property::of_key(&key).map_err(input)?, deviation));
+    let deviations = deviations.into_iter().map(deviation).collect::<PyResult<_>>()?;
+    let uncertainty = Uncertainty { deviations, ice };
     let batch = Batch {
         samples: snows.samples.to_vec(),
         cases: cases.cases(snows.samples.len())?,
@@ -514,19 +505,6 @@ impl GivenLayer {
                 Layer::ice(table.unwrap_or_default(), *thickness_cm)
             }
         })
-    }
-}
-
-impl GivenUncertainty {
-    fn uncertainty(self) -> PyResult<Uncertainty> {
-        let size = match (self.ssa_m2_kg, self.grain_size_um) {
-            (Some(_), Some(_)) => return Err(input("ssa_m2_kg and grain_size_um are two names of one size: give one")),
-            (Some(area), None) => Some(SizeDeviation::SurfaceArea(area)),
-            (None, size) => size.map(SizeDeviation::GrainSize),
-        };
-        let fraction = |(name, ng_g): (&String, &f64)| Ok((name.parse::<Substance>().map_err(input)?, *ng_g));
-        let mass_fractions_ng_g = self.impurities_ng_g.iter().map(fraction).collect::<PyResult<_>>()?;
-        Ok(Uncertainty { size, density_kg_m3: self.density_kg_m3, mass_fractions_ng_g, ice: self.ice })
     }
 }
 

@@ -8,6 +8,8 @@ import pytest
 import xarray as xr
 
 import snowblue
+from snowblue import _native
+from snowblue._arguments import Snow
 
 
 @pytest.mark.parametrize("call, message", [
@@ -50,7 +52,7 @@ PACK = "must be mappings in a list, or a pandas.DataFrame, top first"
      r"^impurities_ng_g is \[1, 2\], but must be a mapping such as \{'black-carbon': 10\}$"),
     (lambda: snowblue.spectrum(impurities_ng_g=np.ones(2)), r"^impurities_ng_g is array\(\[1., 1.\]\), but must be"),
     (lambda: snowblue.spectrum(impurities_ng_g={"soot": 1}),
-     "^impurity 'soot' is not known; did you mean black-carbon[?] There are black-carbon, brown-carbon"),
+     "^impurity 'soot' is not known; did you mean black-carbon[?] There are black-carbon, saharan-dust"),
     (lambda: snowblue.spectrum(impurities_ng_g={"snow-algea": [1, 2]}), "did you mean snow-algae"),
     (lambda: snowblue.spectrum(impurities_ng_g={5: 1}), "^impurity 5 is not known; there are black-carbon"),
     (lambda: snowblue.spectrum(impurities_ng_g={"snow-algae": 1, "snow_algae": 1}), "has snow-algae twice"),
@@ -266,10 +268,10 @@ def test_both_tables_of_ice_are_in_the_interval():
 
 
 @pytest.mark.parametrize("deviations, message", [
-    ({"ssa_m2_kg": 200}, r"deviation of the specific surface area is 200 m²/kg, .*, at specific_surface_area\[0\]"),
+    ({"ssa_m2_kg": 200}, r"deviation of specific surface area is 200 m²/kg, .*, at specific_surface_area\[0\]"),
     ({"grain_size_um": 10, "ssa_m2_kg": 1}, "two names of one size"),
-    ({"black-carbon": 5}, "needs a mass fraction above 0"),
-    ({"density_kg_m3": -1}, "standard deviation of the density is -1 kg/m³"),
+    ({"black-carbon": 5}, "has a standard deviation only where it is above 0"),
+    ({"density_kg_m3": -1}, "standard deviation of density is -1 kg/m³"),
     ({"density_kg_m3": "a"}, "density_kg_m3 is 'a', but must be a number"),
     ({"ice": "no"}, "ice is 'no', but must be True or False"),
 ])
@@ -318,3 +320,10 @@ def test_scenes_and_tables_travel_as_pickles(tmp_path):
 def test_a_bake_has_a_short_name():
     bake = snowblue.Bake([], [], "")
     assert repr(bake) == "<snowblue.Bake: objects: 0, vertices: 0, lamps: 0>"
+
+
+def test_the_types_and_words_of_snow_are_those_of_the_table():
+    known = [*(key for key, *_ in _native.properties()), "snow", "size_measure", "impurities_ng_g", "ice"]
+    assert sorted(Snow.__annotations__) == sorted(known)
+    for name in (*known, *_native.substances()):
+        assert name in Snow.__doc__, name

@@ -12,7 +12,8 @@ use snowblue_render::scene::description::{
     Numbers, ObjectDescription, PointLightDescription, SnowDescription,
 };
 use snowblue_render::{Exposure, SceneDescription, render};
-use snowblue_transport::sample::SnowKeys;
+use snowblue_transport::sample::{SnowKeys, SnowType};
+use snowblue_transport::{Impurities, Substance};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let path = std::env::args().nth(1).unwrap_or_else(|| "block.png".to_owned());
@@ -41,8 +42,8 @@ fn block_on_floor() -> SceneDescription {
 
     // Fresh snow with some soot, in ng/g; all that is not said follows from the kind.
     let fresh = SnowKeys {
-        snow: Some("fresh".to_owned()),
-        impurities_ng_g: [("black-carbon".to_owned(), 20.0)].into(),
+        snow: Some(SnowType::Fresh),
+        impurities_ng_g: Impurities::none().with(Substance::BlackCarbon, 20.0),
         ..SnowKeys::default()
     };
     scene.materials.insert("snow".to_owned(), MaterialDescription::Snow(SnowDescription::Uniform(fresh).into()));

@@ -28,6 +28,7 @@ const COARSE_ROUNDS: u32 = 2;
 
 /// A scene as plain data.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
+#[schemars(default, deny_unknown_fields)]
 pub struct SceneDescription {
     /// A glTF whose meshes, lights and materials belong to the scene, and its camera where there is no other.
     #[serde(skip_serializing_if = "Option::is_none")]

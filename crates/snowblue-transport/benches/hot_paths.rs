@@ -106,7 +106,7 @@ fn derivatives_of_layers(bencher: Bencher, (variables, depths): (usize, u32)) {
         wavelengths_nm: visible_nm(),
     };
     let options = OrdinatesOptions { tally_rays: 1 << 12, ..OrdinatesOptions::default() };
-    let variables = &Variable::ALL[..variables];
+    let variables = &Variable::all()[..variables];
     bencher.bench_local(|| differentiate_stack(black_box(&stack), variables, &options, false).unwrap());
 }
 
@@ -115,7 +115,7 @@ fn differentiate(bencher: Bencher, sample: SnowSample, slabs: u32, variables: us
     let case = |place: u32| SlabCase { sample: 0, thickness_cm: 5.0 + f64::from(place), incidence, ground_albedo: 0.0 };
     let batch = Batch { samples: vec![sample], cases: (0..slabs).map(case).collect(), wavelengths_nm: visible_nm() };
     let options = OrdinatesOptions { tally_rays: 1 << 12, ..OrdinatesOptions::default() };
-    let variables = &Variable::ALL[..variables];
+    let variables = &Variable::all()[..variables];
     bencher.bench_local(|| differentiate_batch(black_box(&batch), variables, &options, false, &|_| ()).unwrap());
 }
 

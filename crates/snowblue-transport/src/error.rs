@@ -89,6 +89,12 @@ pub enum TransportError {
         /// What is wrong with it.
         error: RangeError,
     },
+    /// A standard deviation is out of range.
+    #[error("the standard deviation of {error}")]
+    Deviation {
+        /// What is wrong with it.
+        error: RangeError,
+    },
     /// A quantity that has no meaning beside or without another.
     #[error("{quantity} {rule}")]
     Combination {
@@ -130,6 +136,25 @@ pub enum TransportError {
         /// Name of the missing quantity.
         quantity: &'static str,
     },
+}
+
+impl TransportError {
+    /// The message without the name of the quantity, as the rest of a sentence that begins with a key.
+    #[must_use]
+    pub fn after_key(&self) -> String {
+        let message = self.to_string();
+        let quantity = match self {
+            Self::Range(error) => return error.after_key(),
+            Self::ClearIce {
+                error: RangeError::OutOfRange { quantity, .. } | RangeError::Reversed { quantity, .. },
+            }
+            | Self::Count { quantity, .. }
+            | Self::Combination { quantity, .. } => quantity,
+            Self::MeanSize { .. } => "mean grain size",
+            _ => "",
+        };
+        message.strip_prefix(quantity).unwrap_or(&message).trim_start().to_owned()
+    }
 }
 
 /// What is wrong with the input of an inversion.

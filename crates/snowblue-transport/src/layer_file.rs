@@ -25,17 +25,14 @@
 //! thickness_cm = 0.5
 //! ```
 
-use std::fmt::Display;
 use std::ops::Range;
 
-use snowblue_base::KeyPath;
-use snowblue_base::toml_value::{Mistake, parse, read};
-use toml::Spanned;
-use toml::de::DeValue;
+use snowblue_base::toml_table::{ParseError, Table};
 
+use crate::error::TransportError;
 use crate::optics::IceTable;
 use crate::sample::{SnowKeyError, SnowKeys};
-use crate::stack::{ICE_KIND, Layer, check_kind};
+use crate::stack::{Layer, check_kind};
 
 /// Greatest number of layers in a file. Each kind of grain costs a scattering tally of some tenths of a second.
 pub const MOST_LAYERS: usize = 1000;
@@ -49,7 +46,7 @@ pub const MOST_LAYERS: usize = 1000;
 /// let [fresh, below] = [0, 1].map(|layer| *pack.layers[layer].sample().unwrap());
 /// // Fresh snow is light.
 /// assert!(fresh.density_kg_m3 < 0.5 * below.density_kg_m3);
-/// # Ok::<(), snowblue_transport::layer_file::LayerFileError>(())
+/// # Ok::<(), snowblue_base::toml_table::ParseError>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct LayerFile {
@@ -61,98 +58,55 @@ pub struct LayerFile {
     pub ice: IceTable,
 }
 
-/// What is wrong with a file of layers.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{reason}")]
-pub struct LayerFileError {
-    /// The bytes of the text that it is about; none if it is about the whole file.
-    pub span: Option<Range<usize>>,
-    /// The quantity, its value and its range.
-    pub reason: String,
-}
-
 impl LayerFile {
     /// Reads the text of a file and checks every layer.
     ///
     /// # Errors
     /// If the text is not TOML, a key is unknown or missing, a value is out of range, or there is no layer or more than
     /// [`MOST_LAYERS`].
-    pub fn parse(text: &str) -> Result<Self, LayerFileError> {
-        let mut file = parse(text)?.into_inner();
-        let ice = match file.remove("ice") {
-            Some(ice) => read::<String>(&ice, &KeyPath::root("ice"), &[])?
-                .parse()
-                .map_err(|error| LayerFileError::at(ice.span(), error))?,
-            None => IceTable::default(),
-        };
-        let layers = file.remove("layer");
-        if let Some((key, _)) = file.iter().next() {
-            let reason = format!("unknown key `{}`; known are ice, layer", key.get_ref());
-            return Err(LayerFileError::at(key.span(), reason));
+    pub fn parse(text: &str) -> Result<Self, ParseError> {
+        let mut file = Table::parse(text)?;
+        let ice = file.take_as("ice")?.unwrap_or_default();
+        let tables = file.take_tables("layer")?;
+        let none = file.error("holds no [[layer]]");
+        file.finish()?;
+        let spans: Vec<Range<usize>> = tables.iter().map(Table::span).collect();
+        if let Some(span) = spans.get(MOST_LAYERS).cloned() {
+            let reason = format!("holds {} [[layer]], but must hold at most {MOST_LAYERS}", spans.len());
+            return Err(ParseError { span, reason });
         }
-        let none = || LayerFileError { span: None, reason: "holds no [[layer]]".to_owned() };
-        let layers = layers.ok_or_else(none)?;
-        let tables = layers.get_ref().as_array().ok_or_else(|| LayerFileError::at(layers.span(), NO_LIST))?;
-        if let Some(layer) = tables.get(MOST_LAYERS) {
-            let reason = format!("holds {} [[layer]], but must hold at most {MOST_LAYERS}", tables.len());
-            return Err(LayerFileError::at(layer.span(), reason));
-        }
-        if tables.is_empty() {
-            return Err(none());
-        }
-        let read = |(index, table)| read_layer(table, index, (ice, index + 1 == tables.len()));
-        let layers: Result<_, _> = tables.iter().enumerate().map(read).collect();
-        Ok(Self { layers: layers?, spans: tables.iter().map(Spanned::span).collect(), ice })
+        let last = spans.len().checked_sub(1).ok_or(none)?;
+        let read = |(index, table)| read_layer(table, text, (ice, index == last));
+        let layers = tables.into_iter().enumerate().map(read).collect::<Result<_, _>>()?;
+        Ok(Self { layers, spans, ice })
     }
 }
 
-/// What is wrong with layers that are no list.
-const NO_LIST: &str = "layers must be written as [[layer]]";
-
-impl LayerFileError {
-    fn at(span: Range<usize>, reason: impl Display) -> Self {
-        Self { span: Some(span), reason: reason.to_string() }
+fn read_layer(mut table: Table, text: &str, (ice, is_last): (IceTable, bool)) -> Result<Layer, ParseError> {
+    let (path, span) = (table.path().clone(), table.span());
+    let missing = || ParseError { span, reason: path.key("thickness_cm").error("is missing").to_string() };
+    let thickness = table.take("thickness_cm").ok_or_else(missing)?;
+    if let Some(ice) = table.take("ice") {
+        return Err(ice.error("is the same for all layers: it stands above them"));
     }
-}
-
-impl From<Mistake> for LayerFileError {
-    fn from(Mistake { span, reason }: Mistake) -> Self {
-        Self { span: Some(span), reason }
-    }
-}
-
-fn read_layer(
-    value: &Spanned<DeValue>,
-    index: usize,
-    (ice, is_last): (IceTable, bool),
-) -> Result<Layer, LayerFileError> {
-    let path = KeyPath::root("layer").index(index);
-    let mut keys = value.get_ref().as_table().cloned().ok_or_else(|| LayerFileError::at(value.span(), NO_LIST))?;
-    let thickness = keys.remove("thickness_cm");
-    let thickness =
-        thickness.ok_or_else(|| LayerFileError::at(value.span(), format!("{path}.thickness_cm is missing")))?;
-    if let Some((key, _)) = keys.get_key_value("ice") {
-        return Err(LayerFileError::at(key.span(), "`ice` is the same for all layers: it stands above them"));
-    }
-    let thickness_cm = read(&thickness, &path.key("thickness_cm"), &[])?;
+    let thickness_cm = thickness.clone().read()?;
     let checked = |layer: Layer| match layer.check(is_last) {
         Ok(()) => Ok(layer),
-        Err(error) => Err(LayerFileError::at(thickness.span(), error)),
+        Err(error) => Err(thickness.error(error.after_key())),
     };
-    if let Some(kind) = keys.remove("kind") {
-        let name: String = read(&kind, &path.key("kind"), &[])?;
-        if let Err(error) = check_kind(&name, keys.keys().next().map(|key| &**key.get_ref())) {
-            let key = keys.keys().next().filter(|_| name == ICE_KIND);
-            return Err(LayerFileError::at(key.map_or(kind.span(), Spanned::span), error));
-        }
+    if let Some(kind) = table.take("kind") {
+        check_kind(&kind.clone().read::<String>()?, None).map_err(|error| kind.error(error.after_key()))?;
+        table.finish().map_err(|ParseError { span, .. }| {
+            let error = TransportError::IceProperty { key: text[span.clone()].to_owned() };
+            ParseError { span, reason: error.to_string() }
+        })?;
         return checked(Layer::ice(ice, thickness_cm));
     }
-    let snow: SnowKeys = read(&Spanned::new(value.span(), DeValue::Table(keys.clone())), &path, &["thickness_cm"])?;
-    let snow = SnowKeys { ice: Some(ice.name().to_owned()), ..snow };
+    let snow = SnowKeys { ice: Some(ice), ..table.read()? };
     let sample = snow.sample().map_err(|SnowKeyError { key, impurity, error }| {
-        let given = keys.get(key);
-        let given_impurity = impurity.and_then(|name| given?.get_ref().as_table()?.get(name.as_str()));
-        LayerFileError::at(given_impurity.or(given).map_or(value.span(), Spanned::span), error)
+        let key = path.key(key);
+        let path = impurity.map_or(key.clone(), |name| key.key(&name));
+        path.error(error.after_key()).in_text(text)
     })?;
     checked(Layer::snow(sample, thickness_cm))
 }
@@ -160,7 +114,7 @@ fn read_layer(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sample::{SnowSample, TruncatedNormal};
+    use crate::sample::{Property, SnowSample, TruncatedNormal};
 
     #[test]
     fn values_are_numbers_or_lists() {
@@ -177,12 +131,26 @@ mod tests {
     }
 
     #[test]
+    fn every_property_is_a_key() {
+        for property in Property::all() {
+            let range = property.parameter().range;
+            let value = 0.5 * (range.least + range.greatest.min(1000.0));
+            let key = match property {
+                Property::Impurity(substance) => format!("impurities_ng_g = {{ {substance} = {value} }}"),
+                _ => format!("{} = {value}", property.key()),
+            };
+            let layer = LayerFile::parse(&format!("[[layer]]\nthickness_cm = 3\n{key}\n")).unwrap().layers[0];
+            assert!((property.get(layer.sample().unwrap()) / value - 1.0).abs() < 1e-12, "{key}");
+        }
+    }
+
+    #[test]
     fn wrong_values_are_named() {
         for (layer, expected) in [
             ("thickness_cm = 3\ngrain_size_um = 12000", "12000 µm"),
             ("thickness_cm = 3\ngrain_size_um = [1, 2, 3]", "3"),
             ("thickness_cm = 3\nfacetness = \"rough\"", "number or a list of numbers"),
-            ("thickness_cm = -3", "thickness is -3 cm"),
+            ("thickness_cm = -3", "layer[0].thickness_cm is -3 cm"),
             ("thickness_cm = 3\ndensity_kg_m3 = 917", "kind = \"ice\""),
             (
                 "thickness_cm = 3\nkind = \"water\"",
@@ -192,8 +160,8 @@ mod tests {
                 "thickness_cm = 3\nkind = \"ice\"\nssa_m2_kg = 3",
                 "ssa_m2_kg is a property of snow: a layer of clear ice has only",
             ),
-            ("thickness_cm = 0\nkind = \"ice\"", "thickness of ice is 0 cm, but must lie in 0.01–100000 cm"),
-            ("thickness_cm = inf\nkind = \"ice\"", "thickness of ice is inf cm"),
+            ("thickness_cm = 0\nkind = \"ice\"", "layer[0].thickness_cm is 0 cm, but must lie in 0.01–100000 cm"),
+            ("thickness_cm = inf\nkind = \"ice\"", "layer[0].thickness_cm is inf cm, but must lie in 0.01–100000 cm"),
         ] {
             let error = LayerFile::parse(&format!("[[layer]]\n{layer}\n")).unwrap_err();
             assert!(error.reason.contains(expected), "{}", error.reason);

@@ -71,8 +71,8 @@ pub use medium::{
     Demand, GrainTallies, HenyeyGreenstein, Medium, PhaseFunction, PhasePlan, Population, Scattering, TallyPlan,
 };
 pub use optics::{IceTable, Impurities, Substance};
-pub use sample::{GrainSize, SnowSample, TruncatedNormal};
+pub use sample::{GrainSize, Property, SnowSample, TruncatedNormal};
 pub use slab::{Incidence, Slab};
-pub use snowblue_base::{Parameter, ParameterRange, RangeError, short_number};
+pub use snowblue_base::{Number, Parameter, ParameterRange, RangeError, short_number};
 pub use stack::{Layer, Stack};
 pub use variable::{LayerVariable, Variable};

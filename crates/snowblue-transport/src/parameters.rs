@@ -1,6 +1,6 @@
 //! All parameters of snow and of the light on it, with their ranges. Every face checks against these.
 
-use snowblue_base::{Parameter, ParameterRange};
+use snowblue_base::{Parameter, ParameterRange, quantities};
 
 /// The paper of PCASnow.
 const PAPER: &str = "Varsa & Baranoski 2024, doi:10.1109/MCG.2023.3307517";
@@ -9,7 +9,7 @@ const PAPER: &str = "Varsa & Baranoski 2024, doi:10.1109/MCG.2023.3307517";
 pub const GRAIN_SIZE: Parameter = Parameter {
     key: "grain_size_um",
     title: "Grain size",
-    range: ParameterRange { quantity: "grain size", least: 20.0, greatest: 5000.0, unit: "µm" },
+    range: ParameterRange::new("grain size", 20.0, 5000.0, "µm"),
     default: 400.0,
     text: "Grain size",
     effect: "Coarse grains scatter less often and hold longer paths through ice, so the light gets deeper and bluer.",
@@ -21,7 +21,7 @@ pub const GRAIN_SIZE: Parameter = Parameter {
 pub const SURFACE_AREA: Parameter = Parameter {
     key: "ssa_m2_kg",
     title: "Specific surface area",
-    range: ParameterRange { quantity: "specific surface area", least: 1.4, greatest: 300.0, unit: "m²/kg" },
+    range: ParameterRange::new("specific surface area", 1.4, 300.0, "m²/kg"),
     default: 25.0,
     text: "Specific surface area",
     effect: "It is the surface of the grains in a kilogram of snow; fine grains have more of it.",
@@ -32,7 +32,7 @@ pub const SURFACE_AREA: Parameter = Parameter {
 pub const FACETNESS: Parameter = Parameter {
     key: "facetness",
     title: "Facetness",
-    range: ParameterRange { quantity: "facetness", least: 0.0, greatest: 1.0, unit: "" },
+    range: ParameterRange::new("facetness", 0.0, 1.0, ""),
     default: 0.3,
     text: "Facetness, the roughness of the grains",
     effect: "At 0 they are smooth; rough grains scatter more light backwards.",
@@ -43,7 +43,7 @@ pub const FACETNESS: Parameter = Parameter {
 pub const SPHERICITY: Parameter = Parameter {
     key: "sphericity",
     title: "Sphericity",
-    range: ParameterRange { quantity: "sphericity", least: 0.5, greatest: 1.0, unit: "" },
+    range: ParameterRange::new("sphericity", 0.5, 1.0, ""),
     default: 0.8,
     text: "Riley sphericity of the grains",
     effect: "At 1 they are spheres; less makes them elongated.",
@@ -54,7 +54,7 @@ pub const SPHERICITY: Parameter = Parameter {
 pub const DENSITY: Parameter = Parameter {
     key: "density_kg_m3",
     title: "Density",
-    range: ParameterRange { quantity: "density", least: 10.0, greatest: 900.0, unit: "kg/m³" },
+    range: ParameterRange::new("density", 10.0, 900.0, "kg/m³"),
     default: 300.0,
     text: "Density of the dry snow",
     effect: "Denser snow has more grains in the way of the light.",
@@ -65,7 +65,7 @@ pub const DENSITY: Parameter = Parameter {
 pub const WATER_SATURATION: Parameter = Parameter {
     key: "water_saturation",
     title: "Water saturation",
-    range: ParameterRange { quantity: "water saturation", least: 0.0, greatest: 1.0, unit: "" },
+    range: ParameterRange::new("water saturation", 0.0, 1.0, ""),
     default: 0.0,
     text: "Fraction of the pore volume filled with water",
     effect: "In water a grain deflects light far less than in air.",
@@ -76,7 +76,7 @@ pub const WATER_SATURATION: Parameter = Parameter {
 pub const MASS_FRACTION: Parameter = Parameter {
     key: "impurities_ng_g",
     title: "Impurity",
-    range: ParameterRange { quantity: "mass fraction of an impurity", least: 0.0, greatest: 1e7, unit: "ng/g" },
+    range: ParameterRange::new("mass fraction of an impurity", 0.0, 1e7, "ng/g"),
     default: 0.0,
     text: "Mass fraction of an impurity in dry snow",
     effect: "Impurities absorb light that clean snow would transmit, blue most of all.",
@@ -87,7 +87,7 @@ pub const MASS_FRACTION: Parameter = Parameter {
 pub const TEMPERATURE: Parameter = Parameter {
     key: "temperature_c",
     title: "Temperature",
-    range: ParameterRange { quantity: "temperature", least: -60.0, greatest: 0.0, unit: "°C" },
+    range: ParameterRange::new("temperature", -60.0, 0.0, "°C"),
     default: -5.0,
     text: "Temperature",
     effect: "It changes the density of ice, and nothing else, by 1 % over the whole range.",
@@ -98,7 +98,7 @@ pub const TEMPERATURE: Parameter = Parameter {
 pub const THICKNESS: Parameter = Parameter {
     key: "thickness_cm",
     title: "Thickness",
-    range: ParameterRange { quantity: "thickness", least: 0.0, greatest: 1e5, unit: "cm" },
+    range: ParameterRange::new("thickness", 0.0, 1e5, "cm"),
     default: 15.0,
     text: "Thickness",
     effect: "Thicker snow transmits less light, and what remains is bluer.",
@@ -109,7 +109,7 @@ pub const THICKNESS: Parameter = Parameter {
 pub const ANGLE: Parameter = Parameter {
     key: "angle_deg",
     title: "Angle of incidence",
-    range: ParameterRange { quantity: "angle", least: 0.0, greatest: 89.99, unit: "°" },
+    range: ParameterRange::new("angle", 0.0, 89.99, "°"),
     default: 0.0,
     text: "Angle of incidence from the normal",
     effect: "Oblique light is reflected more.",
@@ -120,55 +120,22 @@ pub const ANGLE: Parameter = Parameter {
 pub const GROUND_ALBEDO: Parameter = Parameter {
     key: "ground_albedo",
     title: "Ground albedo",
-    range: ParameterRange { quantity: "ground albedo", least: 0.0, greatest: 1.0, unit: "" },
+    range: ParameterRange::new("ground albedo", 0.0, 1.0, ""),
     default: 0.0,
     text: "Albedo of the ground under the snow",
     effect: "It is the fraction of light that a matt ground sends back; 0 is no ground.",
     source: "Stamnes et al. 1988, doi:10.1364/AO.27.002502",
 };
 
-/// All parameters that are numbers.
-pub const PARAMETERS: [Parameter; 11] = [
-    GRAIN_SIZE,
-    SURFACE_AREA,
-    FACETNESS,
-    SPHERICITY,
-    DENSITY,
-    WATER_SATURATION,
-    MASS_FRACTION,
-    TEMPERATURE,
-    THICKNESS,
-    ANGLE,
-    GROUND_ALBEDO,
-];
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::sample::{SnowSample, SnowType};
-
-    #[test]
-    fn the_default_sample_has_the_defaults_of_its_parameters() {
-        let SnowSample { grain_size, sphericity, facetness, density_kg_m3, water_saturation, temperature_c, .. } =
-            SnowSample::default();
-        let values = [
-            (GRAIN_SIZE, grain_size.middle_um()),
-            (SURFACE_AREA, SnowType::Rounded.surface_area_m2_kg()),
-            (SPHERICITY, sphericity.mean),
-            (FACETNESS, facetness.mean),
-            (DENSITY, density_kg_m3),
-            (WATER_SATURATION, water_saturation),
-            (TEMPERATURE, temperature_c),
-        ];
-        for (parameter, value) in values {
-            assert!((parameter.default - value).abs() < 1e-12, "{}: {value}", parameter.key);
-        }
-    }
-
-    #[test]
-    fn every_default_lies_in_its_range() {
-        for parameter in PARAMETERS {
-            parameter.range.check(parameter.default).unwrap();
-        }
-    }
+quantities! {
+    /// Specific surface area, in m²/kg.
+    pub SurfaceArea = SURFACE_AREA.range;
+    /// Density of the dry snow, in kg/m³.
+    pub Density = DENSITY.range;
+    /// Fraction of the pore volume that water fills.
+    pub WaterSaturation = WATER_SATURATION.range;
+    /// Mass fraction of an impurity, in ng/g.
+    pub MassFraction = MASS_FRACTION.range;
+    /// Temperature, in °C.
+    pub Temperature = TEMPERATURE.range;
 }

@@ -1,8 +1,8 @@
 //! The spread of reflectance, transmittance and absorptance that follows from what is not known exactly of the snow.
 //!
-//! Specific surface area or grain size (which scales all grains), density and mass fractions are log-normal, with the
-//! given value as mean and the given standard deviation, within the ranges of the parameters; either table of ice is
-//! equally likely. All are independent. [`DRAWS`] snows are a Latin hypercube (McKay, Beckman & Conover 1979,
+//! Properties are log-normal, with the given value as mean and the given standard deviation, within their ranges:
+//! specific surface area or grain size (which scales all grains), density, water saturation and mass fractions; either
+//! table of ice is equally likely. All are independent. [`DRAWS`] snows are a Latin hypercube (McKay, Beckman & Conover 1979,
 //! doi:10.2307/1268522): each quantity takes each of as many equally probable intervals once. Their order statistics
 //! are the interval. An end has a standard error of √(0.025 · 0.975/[`DRAWS`]) in probability: 1.7–3.3 % of the cases
 //! lie beyond, in 2 of 3.
@@ -11,11 +11,11 @@ use snowblue_base::ParameterRange;
 
 use crate::TransportError;
 use crate::batch::{Batch, BatchError, CaseFluxes, SlabCase};
-use crate::optics::{Substance, ice};
+use crate::optics::ice;
 use crate::ordinates::{OrdinatesOptions, solve_batch};
-use crate::parameters::{DENSITY, GRAIN_SIZE, MASS_FRACTION};
+use crate::parameters::GRAIN_SIZE;
 use crate::rng::Stream;
-use crate::sample::{GrainSize, SizeMeasure, SnowSample, TruncatedNormal};
+use crate::sample::{GrainSize, Property, SizeMeasure, SnowSample, TruncatedNormal};
 
 /// Number of snows that are drawn.
 pub const DRAWS: usize = 400;
@@ -29,23 +29,11 @@ const MOST_RELATIVE: f64 = 3.0;
 /// What is not known exactly of a snow.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Uncertainty {
-    /// Standard deviation of the grains' size.
-    pub size: Option<SizeDeviation>,
-    /// Standard deviation of the density, in kg/m³.
-    pub density_kg_m3: f64,
-    /// Standard deviations of mass fractions, in ng/g.
-    pub mass_fractions_ng_g: Vec<(Substance, f64)>,
+    /// Standard deviations of properties, each in its unit. That of the specific surface area needs snow that is given
+    /// by it.
+    pub deviations: Vec<(Property, f64)>,
     /// Whether the table of ice may be the other one.
     pub ice: bool,
-}
-
-/// Standard deviation of the grains' size.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum SizeDeviation {
-    /// Of the specific surface area, in m²/kg, of snow that is given by it.
-    SurfaceArea(f64),
-    /// Of the grain size, in µm.
-    GrainSize(f64),
 }
 
 /// Intervals that hold 95 % of the cases.
@@ -128,6 +116,12 @@ fn interval(mut values: Vec<f64>) -> [f64; 2] {
 }
 
 impl Uncertainty {
+    /// The properties that may have a standard deviation: positive numbers, and the size of the grains.
+    pub fn properties() -> impl Iterator<Item = Property> {
+        let others = [Property::Facetness, Property::Sphericity];
+        Property::all().filter(move |one| !others.contains(one) && one.parameter().range.least >= 0.0)
+    }
+
     /// [`DRAWS`] snows.
     ///
     /// # Errors
@@ -139,35 +133,32 @@ impl Uncertainty {
             quantity += 1;
             permuted(seed, quantity)
         };
-        if let Some(size) = self.size {
-            let relative = size.relative(given)?;
+        let mut deviations = self.deviations.clone();
+        // The order says which random numbers a property has.
+        deviations.sort_by_key(|(property, _)| match property {
+            Property::GrainSize | Property::SurfaceArea => 0,
+            Property::Density => 1,
+            _ => 2,
+        });
+        for (property, deviation) in deviations {
             let GrainSize { min_um, max_um, .. } = given.grain_size;
+            let mean = mean(property, given)?;
+            let range = property.parameter().range;
+            let deviations = ParameterRange { least: 0.0, greatest: MOST_RELATIVE * mean, ..range };
+            deviations.check(deviation).map_err(|error| TransportError::Deviation { error })?;
+            if !matches!(property, Property::GrainSize | Property::SurfaceArea) {
+                let values = log_normal(mean, deviation, &range, &permuted());
+                samples.iter_mut().zip(values).for_each(|(sample, value)| property.set(sample, value));
+                continue;
+            }
             // The factor of the surface area divides all sizes, that of a grain size multiplies them.
             let (least, greatest) = (GRAIN_SIZE.range.least / min_um, GRAIN_SIZE.range.greatest / max_um);
-            let is_area = matches!(size, SizeDeviation::SurfaceArea(_));
+            let is_area = property == Property::SurfaceArea;
             let (least, greatest) = if is_area { (greatest.recip(), least.recip()) } else { (least, greatest) };
-            let range = ParameterRange { quantity: "factor of the size", least, greatest, unit: "" };
-            let factors = log_normal(1.0, relative, &range, &permuted());
-            for (sample, factor) in samples.iter_mut().zip(factors) {
+            let range = ParameterRange::new("factor of the size", least, greatest, "");
+            for (sample, factor) in samples.iter_mut().zip(log_normal(1.0, deviation / mean, &range, &permuted())) {
                 let factor = if is_area { factor.recip() } else { factor };
                 sample.grain_size = GrainSize { min_um: min_um * factor, max_um: max_um * factor, ..given.grain_size };
-            }
-        }
-        if self.density_kg_m3 != 0.0 {
-            check_deviation("standard deviation of the density", self.density_kg_m3, given.density_kg_m3, "kg/m³")?;
-            let densities = log_normal(given.density_kg_m3, self.density_kg_m3, &DENSITY.range, &permuted());
-            samples.iter_mut().zip(densities).for_each(|(sample, density)| sample.density_kg_m3 = density);
-        }
-        for (substance, deviation_ng_g) in &self.mass_fractions_ng_g {
-            let mean_ng_g = given.impurities.ng_g(*substance);
-            if mean_ng_g <= 0.0 {
-                let rule = "needs a mass fraction above 0";
-                return Err(TransportError::Combination { quantity: "standard deviation of an impurity", rule });
-            }
-            check_deviation("standard deviation of a mass fraction", *deviation_ng_g, mean_ng_g, "ng/g")?;
-            let fractions = log_normal(mean_ng_g, *deviation_ng_g, &MASS_FRACTION.range, &permuted());
-            for (sample, fraction) in samples.iter_mut().zip(fractions) {
-                sample.impurities = sample.impurities.with(*substance, fraction);
             }
         }
         if self.ice {
@@ -181,37 +172,21 @@ impl Uncertainty {
     }
 }
 
-impl SizeDeviation {
-    /// The standard deviation over the value.
-    fn relative(self, sample: &SnowSample) -> Result<f64, TransportError> {
-        let GrainSize { min_um, max_um, measure } = sample.grain_size;
-        match self {
-            Self::GrainSize(deviation_um) => {
-                let mean_um = sample.grain_size.middle_um();
-                check_deviation("standard deviation of the grain size", deviation_um, mean_um, "µm")?;
-                Ok(deviation_um / mean_um)
-            }
-            Self::SurfaceArea(deviation_m2_kg) if measure == SizeMeasure::OpticalDiameter && min_um >= max_um => {
-                let mean_m2_kg = 6e6 / (ice::density_kg_m3(sample.temperature_c) * max_um);
-                let quantity = "standard deviation of the specific surface area";
-                check_deviation(quantity, deviation_m2_kg, mean_m2_kg, "m²/kg")?;
-                Ok(deviation_m2_kg / mean_m2_kg)
-            }
-            Self::SurfaceArea(_) => Err(TransportError::Combination {
-                quantity: "standard deviation of the specific surface area",
-                rule: "needs snow that is given by its specific surface area",
-            }),
+/// The value of a property that has a standard deviation.
+fn mean(property: Property, sample: &SnowSample) -> Result<f64, TransportError> {
+    let GrainSize { min_um, max_um, measure } = sample.grain_size;
+    let needs = |rule| {
+        let quantity = property.parameter().range.quantity;
+        Err(TransportError::Combination { quantity, rule })
+    };
+    match property {
+        Property::SurfaceArea if measure != SizeMeasure::OpticalDiameter || min_um < max_um => {
+            needs("has a standard deviation only in snow that is given by it")
         }
+        Property::SurfaceArea => Ok(6e6 / (ice::density_kg_m3(sample.temperature_c) * max_um)),
+        _ if property.get(sample) <= 0.0 => needs("has a standard deviation only where it is above 0"),
+        _ => Ok(property.get(sample)),
     }
-}
-
-fn check_deviation(
-    quantity: &'static str,
-    deviation: f64,
-    mean: f64,
-    unit: &'static str,
-) -> Result<(), TransportError> {
-    Ok(ParameterRange { quantity, least: 0.0, greatest: MOST_RELATIVE * mean, unit }.check(deviation)?)
 }
 
 /// One uniform number in each of [`DRAWS`] intervals of (0, 1), in random order: a column of a Latin hypercube.
@@ -246,10 +221,15 @@ fn log_normal(mean: f64, deviation: f64, range: &ParameterRange, uniforms: &[f64
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::optics::Substance;
     use crate::slab::Incidence;
 
     fn soot(deviation: f64) -> Uncertainty {
-        Uncertainty { mass_fractions_ng_g: vec![(Substance::BlackCarbon, deviation)], ..Uncertainty::default() }
+        of(Property::Impurity(Substance::BlackCarbon), deviation)
+    }
+
+    fn of(property: Property, deviation: f64) -> Uncertainty {
+        Uncertainty { deviations: vec![(property, deviation)], ice: false }
     }
 
     fn snow() -> SnowSample {
@@ -264,12 +244,12 @@ mod tests {
     /// Moments of the draws: a Latin hypercube has the mean of a single quantity to much less than its deviation/√n.
     #[test]
     fn draws_have_the_given_mean_and_deviation() {
-        let all =
-            Uncertainty { size: Some(SizeDeviation::SurfaceArea(2.0)), density_kg_m3: 30.0, ice: true, ..soot(5.0) };
+        let others = [(Property::SurfaceArea, 2.0), (Property::Density, 30.0)];
+        let all = Uncertainty { deviations: [&soot(5.0).deviations[..], &others].concat(), ice: true };
         let drawn = all.draw(&snow(), 1).unwrap();
         let area = |sample: &SnowSample| 20.0 * snow().grain_size.max_um / sample.grain_size.max_um;
         let size_um = snow().grain_size.middle_um();
-        let by_size = Uncertainty { size: Some(SizeDeviation::GrainSize(0.3 * size_um)), ..Uncertainty::default() };
+        let by_size = of(Property::GrainSize, 0.3 * size_um);
         let sizes = by_size.draw(&snow(), 1).unwrap().into_iter().map(|sample| sample.grain_size.middle_um()).collect();
         for (values, mean, deviation) in [
             (drawn.iter().map(area).collect::<Vec<_>>(), 20.0, 2.0),
@@ -298,8 +278,9 @@ mod tests {
         let deviation = 1.25_f64.ln().sqrt();
         let median = 10.0 / 1.25_f64.sqrt();
         let ends = [-1.0, 1.0].map(|sign| median * (sign * 1.959_964 * deviation).exp());
-        let of = |ng_g: f64| SnowSample { impurities: snow().impurities.with(Substance::BlackCarbon, ng_g), ..snow() };
-        let at_ends = Batch { samples: ends.map(of).to_vec(), cases: vec![case(0), case(1)], ..batch };
+        let with =
+            |ng_g: f64| SnowSample { impurities: snow().impurities.with(Substance::BlackCarbon, ng_g), ..snow() };
+        let at_ends = Batch { samples: ends.map(with).to_vec(), cases: vec![case(0), case(1)], ..batch };
         let solved = solve_batch(&at_ends, &options, false, &|_| ()).unwrap();
         for (wavelength, interval) in spread.iter().enumerate() {
             let (low, high) = (&solved[wavelength], &solved[2 + wavelength]);
@@ -315,12 +296,10 @@ mod tests {
     fn deviations_need_a_value() {
         let message =
             |uncertainty: Uncertainty, sample: &SnowSample| uncertainty.draw(sample, 1).unwrap_err().to_string();
-        let size = |size| Uncertainty { size: Some(size), ..Uncertainty::default() };
-        assert!(message(soot(5.0), &SnowSample::default()).contains("needs a mass fraction above 0"));
-        assert!(
-            message(size(SizeDeviation::SurfaceArea(2.0)), &SnowSample::default()).contains("needs snow that is given")
-        );
-        let message = message(size(SizeDeviation::GrainSize(-1.0)), &snow());
-        assert!(message.starts_with("standard deviation of the grain size is -1 µm, but must lie in 0–"), "{message}");
+        let clean = SnowSample::default();
+        assert!(message(soot(5.0), &clean).contains("black-carbon has a standard deviation only where it is above 0"));
+        assert!(message(of(Property::SurfaceArea, 2.0), &clean).contains("only in snow that is given by it"));
+        let message = message(of(Property::GrainSize, -1.0), &snow());
+        assert!(message.starts_with("the standard deviation of grain size is -1 µm, but must lie in 0–"), "{message}");
     }
 }

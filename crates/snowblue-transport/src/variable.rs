@@ -6,24 +6,19 @@ use std::str::FromStr;
 use crate::dual::Dual;
 use crate::error::{TransportError, find_by_name};
 use crate::optics::Substance;
-use crate::parameters::{DENSITY, GROUND_ALBEDO, SURFACE_AREA, THICKNESS, WATER_SATURATION};
-use crate::sample::SnowSample;
+use crate::parameters::{GROUND_ALBEDO, THICKNESS};
+use crate::sample::{Property, SnowSample};
 use crate::stack::Layer;
 
 /// A quantity with respect to which reflectance, transmittance and fluxes are differentiated; all others stay as they
 /// are. A layer of clear ice has the derivative 0 by all that is of layers but the thickness.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Variable {
-    /// Specific surface area of the grains, in m²/kg, which scales all grain sizes and leaves the shapes as they are.
-    SurfaceArea,
-    /// Density of the dry snow, in kg/m³.
-    Density,
+    /// A property of snow that [has derivatives](Property::has_derivative). The specific surface area scales all grain
+    /// sizes and leaves the shapes as they are. Snow may be free of an impurity.
+    Snow(Property),
     /// Thickness, in cm. A half-space has the derivative 0.
     Thickness,
-    /// Fraction of the pore volume that water fills.
-    WaterSaturation,
-    /// Mass fraction of a substance, in ng/g. Snow may be free of it.
-    MassFraction(Substance),
     /// Cosine of the angle of incidence of a beam. Lambertian light has the derivative 0.
     CosIncidence,
     /// Albedo of the ground.
@@ -32,29 +27,25 @@ pub enum Variable {
 
 impl Variable {
     /// Every variable.
-    pub const ALL: [Self; 11] = [
-        Self::SurfaceArea,
-        Self::Density,
-        Self::Thickness,
-        Self::WaterSaturation,
-        Self::MassFraction(Substance::BlackCarbon),
-        Self::MassFraction(Substance::SaharanDust),
-        Self::MassFraction(Substance::ColoradoDust),
-        Self::MassFraction(Substance::BrownCarbon),
-        Self::MassFraction(Substance::SnowAlgae),
-        Self::CosIncidence,
-        Self::GroundAlbedo,
-    ];
+    #[must_use]
+    pub fn all() -> Vec<Self> {
+        let properties = Property::all().filter(|property| property.has_derivative()).map(Self::Snow);
+        properties.chain([Self::Thickness, Self::CosIncidence, Self::GroundAlbedo]).collect()
+    }
+
+    /// The mass fraction of a substance.
+    #[must_use]
+    pub const fn impurity(substance: Substance) -> Self {
+        Self::Snow(Property::Impurity(substance))
+    }
 
     /// Its name: the key of the parameter, or the name of the substance.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
-            Self::SurfaceArea => SURFACE_AREA.key,
-            Self::Density => DENSITY.key,
+            Self::Snow(Property::Impurity(substance)) => substance.name(),
+            Self::Snow(property) => property.key(),
             Self::Thickness => THICKNESS.key,
-            Self::WaterSaturation => WATER_SATURATION.key,
-            Self::MassFraction(substance) => substance.name(),
             Self::CosIncidence => "cos_angle",
             Self::GroundAlbedo => GROUND_ALBEDO.key,
         }
@@ -72,17 +63,19 @@ impl Variable {
         Dual::new(value, std::array::from_fn(by))
     }
 
-    /// Checks that the tables of the water or the substance that this variable adds cover `wavelength_nm`.
+    /// Checks that there are derivatives with respect to the variable, and that the tables of what it adds cover
+    /// `wavelength_nm`.
     ///
     /// # Errors
-    /// [`TransportError::Range`] if a table does not cover it.
-    pub(crate) fn check_wavelength(self, wavelength_nm: f64) -> Result<(), TransportError> {
-        let mut sample = SnowSample::default();
-        match self {
-            Self::WaterSaturation => sample.water_saturation = 1.0,
-            Self::MassFraction(substance) => sample.impurities = sample.impurities.with(substance, 1.0),
-            _ => return Ok(()),
+    /// For a property without derivatives, and if a table does not cover the wavelength.
+    pub(crate) fn check_at(self, wavelength_nm: f64) -> Result<(), TransportError> {
+        let Self::Snow(property) = self else { return Ok(()) };
+        if !property.has_derivative() {
+            let quantity = property.parameter().range.quantity;
+            return Err(TransportError::Combination { quantity, rule: "has no derivatives" });
         }
+        let mut sample = SnowSample::default();
+        property.set(&mut sample, 1.0);
         sample.check_wavelength(wavelength_nm)
     }
 }
@@ -160,8 +153,8 @@ impl FromStr for Variable {
     type Err = TransportError;
 
     fn from_str(name: &str) -> Result<Self, TransportError> {
-        let substance = name.parse::<Substance>().map(Self::MassFraction);
-        substance.or_else(|_| find_by_name("parameter", name, &Self::ALL, Self::name))
+        let substance = name.parse::<Substance>().map(Self::impurity);
+        substance.or_else(|_| find_by_name("parameter", name, &Self::all(), Self::name))
     }
 }
 
@@ -171,12 +164,10 @@ mod tests {
 
     #[test]
     fn every_variable_has_a_name() {
-        for variable in Variable::ALL {
+        for variable in Variable::all() {
             assert_eq!(variable.to_string().parse(), Ok(variable));
             assert_eq!(variable.to_string().replace('-', "_").parse(), Ok(variable));
         }
-        let substances = Variable::ALL.iter().filter(|variable| matches!(variable, Variable::MassFraction(_)));
-        assert_eq!(substances.count(), Substance::ALL.len());
         let message = "size".parse::<Variable>().unwrap_err().to_string();
         assert!(message.starts_with("parameter 'size' is not known; there are ssa_m2_kg, density_kg_m3"), "{message}");
     }

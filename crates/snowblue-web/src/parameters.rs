@@ -6,8 +6,7 @@ use snowblue_color::tone::display_glsl;
 use snowblue_color::{Illuminant, LinearRgb, Observer};
 use snowblue_sky::{ELEVATION_RANGE_DEG, TURBIDITY_RANGE};
 use snowblue_transport::optics::{IceTable, Substance, ice};
-use snowblue_transport::parameters::PARAMETERS;
-use snowblue_transport::sample::{SnowSample, SnowType, TruncatedNormal};
+use snowblue_transport::sample::{Property, SnowSample, SnowType, TruncatedNormal, parameters as of_snow};
 use snowblue_transport::{Parameter, ParameterRange};
 use wasm_bindgen::prelude::*;
 
@@ -95,12 +94,20 @@ pub fn impurities() -> String {
     json!(Substance::ALL.iter().map(entry).collect::<Vec<_>>()).to_string()
 }
 
+/// The properties of snow that are numbers, without impurities, a JSON array of objects.
+#[wasm_bindgen]
+#[must_use]
+pub fn properties() -> String {
+    let plain = Property::all().filter(|property| !matches!(property, Property::Impurity(_)));
+    json!(plain.map(|one| json!({ "key": one.key(), "name": one.name() })).collect::<Vec<_>>()).to_string()
+}
+
 /// Names, limits, defaults and texts of all parameters by their keys, a JSON object.
 #[wasm_bindgen]
 #[must_use]
 pub fn parameters() -> String {
-    let entry = |parameter: &Parameter| {
-        let Parameter { key, title, range, default, text, effect, source } = *parameter;
+    let entry = |parameter: Parameter| {
+        let Parameter { key, title, range, default, text, effect, source } = parameter;
         let ParameterRange { quantity, least, greatest, unit } = range;
         let value = json!({
             "title": title, "quantity": quantity, "least": least, "greatest": greatest, "default": default,
@@ -108,7 +115,7 @@ pub fn parameters() -> String {
         });
         (key.to_owned(), value)
     };
-    Value::from(PARAMETERS.iter().chain(&OF_PAGE).map(entry).collect::<Map<_, _>>()).to_string()
+    Value::from(of_snow().chain(OF_PAGE).map(entry).collect::<Map<_, _>>()).to_string()
 }
 
 /// Half-width and standard deviation of the distributions of the default snow by their keys, a JSON object.

@@ -1,6 +1,7 @@
 //! Layers of snow on a ground, and the light on them.
 
 use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
 use snowblue_transport::optics::WavelengthRange;
 use snowblue_transport::ordinates::{OrdinatesOptions, solve, solve_stack, solve_without_errors};
 use snowblue_transport::sample::{SnowKeys, SnowSample};
@@ -11,10 +12,9 @@ use crate::text;
 
 /// A layer of snow.
 #[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(try_from = "Map<String, Value>")]
 struct Layer {
     thickness_cm: f64,
-    #[serde(flatten)]
     snow: SnowKeys,
 }
 
@@ -45,10 +45,24 @@ enum Angle {
     Word(String),
 }
 
+/// Reads the keys of the snow beside the thickness. An error names its key.
+impl TryFrom<Map<String, Value>> for Layer {
+    type Error = String;
+
+    fn try_from(mut keys: Map<String, Value>) -> Result<Self, String> {
+        let thickness_cm = keys.remove("thickness_cm").as_ref().and_then(Value::as_f64);
+        let snow = serde_path_to_error::deserialize::<_, SnowKeys>(Value::Object(keys)).map_err(|error| {
+            let (path, message) = (error.path(), error.inner().to_string());
+            if message.starts_with("is ") { format!("{path} {message}") } else { format!("{path}: {message}") }
+        })?;
+        Ok(Self { thickness_cm: thickness_cm.ok_or("thickness_cm must be a number")?, snow })
+    }
+}
+
 impl Layer {
-    /// The snow. Only its grain size is checked.
+    /// The snow.
     fn sample(&self) -> Result<SnowSample, String> {
-        self.snow.description().and_then(|snow| snow.sample()).map_err(text)
+        self.snow.sample().map_err(|wrong| text(wrong.error))
     }
 }
 

@@ -60,7 +60,7 @@ pub(crate) struct Color {
     /// Colours of the spectra in a CSV file instead of snow
     #[arg(
         long, value_name = "FILE",
-        conflicts_with_all = ["SnowOptions", "SlabOptions", "OrdinatesArguments", "samples"]
+        conflicts_with_all = ["SnowOptions", "SnowProperties", "SlabOptions", "OrdinatesArguments", "samples"]
     )]
     spectrum: Option<PathBuf>,
     #[command(flatten)]

@@ -11,6 +11,7 @@ use snowblue_render::film::image_file::write_raster_png;
 use snowblue_render::raster::RasterImage;
 use snowblue_transport::batch::{Batch, CaseFluxes, SlabCase};
 use snowblue_transport::ordinates::solve_batch;
+use snowblue_transport::sample::Property;
 
 use crate::options::{
     ColorOptions, GivenOptions, LightOptions, OrdinatesArguments, SlabOptions, SnowOptions, check_transmits, limits,
@@ -26,14 +27,13 @@ const MOST_PIXELS: usize = 16_384;
 #[derive(Debug, Args)]
 #[command(
     allow_negative_numbers = true,
-    after_help = "Rows and columns: grain-size (µm), facetness, density (kg/m³), water-saturation, thickness (cm), \
-angle (deg), illuminant, with values as in the options of these names. Swatches are squares without gaps, at one \
-exposure; 'auto' brings the greatest channel to 0.9 of white. Hues outside sRGB lose saturation.
+    after_help = format!("Rows and columns: {}, with values as in the options of these names. Swatches are squares \
+without gaps, at one exposure; 'auto' brings the greatest channel to 0.9 of white. Hues outside sRGB lose saturation.
 
 Examples:
   snowblue swatch --rows grain-size=100,500 --columns angle=0,40,80 -o angles.png
   snowblue swatch --rows illuminant=D65,FL3.15 --columns thickness=2,5,10 -o lamps.png
-  snowblue swatch --columns thickness=5,10,15,30 --exposure 3 --colors colours.csv -o thick.png"
+  snowblue swatch --columns thickness=5,10,15,30 --exposure 3 --colors colours.csv -o thick.png", names())
 )]
 pub(crate) struct Swatch {
     /// Must be the first field.
@@ -88,32 +88,32 @@ struct Subject {
     light: LightOptions,
 }
 
-/// Options that can vary, with their columns in CSV, unless 'snowblue color' has one.
-const PARAMETERS: [(&str, Option<&str>); 7] = [
-    ("grain-size", Some("grain_size_um")),
-    ("facetness", Some("facetness")),
-    ("density", Some("density_kg_m3")),
-    ("water-saturation", Some("water_saturation")),
-    ("thickness", None),
-    ("angle", None),
-    ("illuminant", None),
-];
-
 /// An option and its values.
 #[derive(Debug, Clone)]
 struct Axis {
-    name: &'static str,
+    name: String,
+    /// Its column in CSV, unless 'snowblue color' has one.
     column: Option<&'static str>,
     values: Vec<String>,
+}
+
+/// Options that can vary, with their columns in CSV.
+fn options() -> impl Iterator<Item = (String, Option<&'static str>)> {
+    let properties = Property::all().filter(|property| !matches!(property, Property::Impurity(_)));
+    let others = ["thickness", "angle", "illuminant"].map(|name| (name.to_owned(), None));
+    properties.map(|property| (property.name().replace('_', "-"), Some(property.key()))).chain(others)
+}
+
+/// Names of the options that can vary.
+fn names() -> String {
+    options().map(|(name, _)| name).collect::<Vec<_>>().join(", ")
 }
 
 /// Parses `thickness=1,5,15`.
 fn axis(words: &str) -> Result<Axis, String> {
     let (name, values) = words.split_once('=').ok_or("give NAME=VALUE,VALUE (thickness=1,5,15)")?;
-    let (name, column) = PARAMETERS.into_iter().find(|(known, _)| *known == name.trim()).ok_or_else(|| {
-        let names = PARAMETERS.map(|(name, _)| name).join(", ");
-        format!("parameter '{name}' is not known; there are {names}")
-    })?;
+    let found = options().find(|(known, _)| known == name.trim());
+    let (name, column) = found.ok_or_else(|| format!("parameter '{name}' is not known; there are {}", names()))?;
     let values: Vec<String> = values.split(',').map(|value| value.trim().to_owned()).collect();
     let number = |value: &String| value.parse::<f64>().ok();
     let is_same = |one: &String, other: &String| one == other || number(one).is_some_and(|n| Some(n) == number(other));

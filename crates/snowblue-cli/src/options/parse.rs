@@ -11,36 +11,10 @@ use snowblue_render::Aovs;
 use snowblue_render::Exposure;
 use snowblue_render::film::window::Window;
 use snowblue_sky::DateTime;
-use snowblue_transport::optics::{IceTable, Substance};
+use snowblue_transport::optics::IceTable;
 use snowblue_transport::ordinates::Streams;
-use snowblue_transport::sample::{SizeMeasure, SnowType, TruncatedNormal};
+use snowblue_transport::sample::{SizeMeasure, SnowType};
 use snowblue_transport::slab::Incidence;
-
-/// A grain size in µm. Its measure is another option.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum GrainSizeArgument {
-    /// `400`: a mean.
-    Mean(f64),
-    /// `350:450`: a range.
-    Range { min_um: f64, max_um: f64 },
-}
-
-impl GrainSizeArgument {
-    /// The mean or the ends of the range, in µm.
-    pub(crate) fn numbers_um(self) -> Vec<f64> {
-        match self {
-            Self::Mean(mean_um) => vec![mean_um],
-            Self::Range { min_um, max_um } => vec![min_um, max_um],
-        }
-    }
-}
-
-/// `black-carbon=10` or `black-carbon=0:10:100`: an impurity and one or several mass fractions in ng/g.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct ImpurityAxis {
-    pub(crate) substance: Substance,
-    pub(crate) ng_g: Vec<f64>,
-}
 
 /// `5:30`, or `10` for 10 to 10.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -109,24 +83,9 @@ pub(crate) fn seed() -> impl Fn(&str) -> Result<u64, String> + Clone {
     whole_number(0..=u64::MAX)
 }
 
-fn numbers(words: &str) -> Result<Vec<f64>, String> {
+/// Numbers between colons.
+pub(crate) fn numbers(words: &str) -> Result<Vec<f64>, String> {
     words.split(':').map(number).collect()
-}
-
-pub(crate) fn grain_size(words: &str) -> Result<GrainSizeArgument, String> {
-    match numbers(words)?[..] {
-        [mean_um] => Ok(GrainSizeArgument::Mean(mean_um)),
-        [min_um, max_um] => Ok(GrainSizeArgument::Range { min_um, max_um }),
-        _ => Err("give a mean (400) or a range (350:450), in µm".to_owned()),
-    }
-}
-
-pub(crate) fn facetness(words: &str) -> Result<TruncatedNormal, String> {
-    TruncatedNormal::facetness(&numbers(words)?).map_err(|error| error.to_string())
-}
-
-pub(crate) fn sphericity(words: &str) -> Result<TruncatedNormal, String> {
-    TruncatedNormal::sphericity(&numbers(words)?).map_err(|error| error.to_string())
 }
 
 pub(crate) fn size_measure(word: &str) -> Result<SizeMeasure, String> {
@@ -139,13 +98,6 @@ pub(crate) fn ice(word: &str) -> Result<IceTable, String> {
 
 pub(crate) fn snow_type(word: &str) -> Result<SnowType, String> {
     word.parse::<SnowType>().map_err(|error| error.to_string())
-}
-
-pub(crate) fn impurity_axis(words: &str) -> Result<ImpurityAxis, String> {
-    let (name, ng_g) =
-        words.split_once('=').ok_or("give NAME=NG_G (black-carbon=10, or several: black-carbon=0:10:100)")?;
-    let substance = name.trim().parse::<Substance>().map_err(|error| error.to_string())?;
-    Ok(ImpurityAxis { substance, ng_g: numbers(ng_g)? })
 }
 
 /// `auto`, or a number of streams.
@@ -254,11 +206,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sizes_and_distributions_are_parsed() {
-        assert_eq!(grain_size("400").unwrap(), GrainSizeArgument::Mean(400.0));
-        assert_eq!(grain_size("350:450").unwrap(), GrainSizeArgument::Range { min_um: 350.0, max_um: 450.0 });
-        assert!(grain_size("1:2:3").is_err() && grain_size("big").is_err());
-        assert!(facetness("1.2").is_err() && sphericity("0.7:0.9").is_err());
+    fn angles_are_parsed() {
         assert_eq!(incidence("diffuse").unwrap(), Incidence::Diffuse);
         assert!(incidence("steep").is_err());
     }

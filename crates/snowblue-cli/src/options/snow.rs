@@ -2,22 +2,15 @@
 
 use clap::Args;
 use snowblue_figures::{Metadata, format_number};
-use snowblue_transport::optics::{IceTable, Impurities, Substance, impurity, water};
-use snowblue_transport::parameters::{
-    DENSITY, FACETNESS, GRAIN_SIZE, MASS_FRACTION, SPHERICITY, SURFACE_AREA, TEMPERATURE, WATER_SATURATION,
-};
-use snowblue_transport::sample::{
-    GrainSize, MEAN_SIZE_HALF_RANGE_UM, MEAN_SIZE_RANGE, SizeMeasure, SnowDescription, SnowSample, SnowType,
-    TruncatedNormal,
-};
+use snowblue_transport::optics::{IceTable, Substance};
+use snowblue_transport::parameters::{DENSITY, GRAIN_SIZE, SURFACE_AREA};
+use snowblue_transport::sample::{GrainSize, Property, SizeMeasure, SnowKeys, SnowSample, SnowType, TruncatedNormal};
 use snowblue_transport::slab::Slab;
 
-use super::parse::{self, GrainSizeArgument, ImpurityAxis, Wavelengths};
+use super::parse::{self, Wavelengths};
+use super::property::{PropertyAxis, PropertyValues, option_name};
 use super::{SlabOptions, has_no_effect, limits};
 use crate::output::Failure;
-
-/// The end of the help of options that may have several values.
-const SEVERAL: &str = "; spectrum takes several, separated by commas";
 
 /// What the snow is made of.
 #[derive(Debug, Args)]
@@ -27,21 +20,8 @@ pub(crate) struct SnowOptions {
     /// specific surface area and density, of which options may replace one
     #[arg(long, value_name = "KIND", value_parser = parse::snow_type)]
     snow: Option<SnowType>,
-    #[arg(
-        long, value_name = "SIZE", value_parser = parse::grain_size, conflicts_with = "ssa",
-        help = format!(
-            "{}: a mean, for the range mean ± {MEAN_SIZE_HALF_RANGE_UM} [{}], or MIN:MAX, uniform in number \
-             [{}; default: {}]",
-            GRAIN_SIZE.describe(), limits::ends(&MEAN_SIZE_RANGE.inclusive()),
-            limits::ends(&GRAIN_SIZE.range.inclusive()), GRAIN_SIZE.default
-        )
-    )]
-    grain_size: Option<GrainSizeArgument>,
-    #[arg(
-        long, value_name = "AREA", value_delimiter = ',', value_parser = parse::number,
-        help = format!("{}, instead of a grain size{SEVERAL}", limits::described(&SURFACE_AREA))
-    )]
-    ssa: Vec<f64>,
+    #[command(flatten)]
+    properties: PropertyValues<false>,
     #[arg(
         long, value_name = "UM", value_parser = parse::number,
         conflicts_with_all = ["grain_size", "ssa", "size_measure"],
@@ -58,117 +38,58 @@ pub(crate) struct SnowOptions {
         conflicts_with = "ssa"
     )]
     size_measure: SizeMeasure,
-    #[arg(
-        long, value_name = "FACETNESS", default_value = "0.3", value_parser = parse::facetness,
-        help = format!("{}: a mean (± 0.1, SD 0.075) or MIN:MAX:MEAN:SD", limits::described(&FACETNESS))
-    )]
-    facetness: TruncatedNormal,
-    #[arg(
-        long, value_name = "SPHERICITY", default_value = "0.7:0.9:0.8:0.1", value_parser = parse::sphericity,
-        help = format!("{}: one value or MIN:MAX:MEAN:SD", limits::described(&SPHERICITY))
-    )]
-    sphericity: TruncatedNormal,
-    #[arg(
-        long, value_name = "DENSITY", value_delimiter = ',', value_parser = parse::number,
-        help = format!(
-            "{} [{}; default: {}]{SEVERAL}", DENSITY.describe(), limits::ends(&DENSITY.range.inclusive()),
-            DENSITY.default
-        )
-    )]
-    density: Vec<f64>,
-    #[arg(
-        long, value_name = "FRACTION", default_value_t = WATER_SATURATION.default, value_parser = parse::number,
-        help = format!(
-            "{}; for {} nm", limits::described(&WATER_SATURATION), limits::wavelengths(water::WAVELENGTH_RANGE)
-        )
-    )]
-    water_saturation: f64,
-    #[arg(
-        long, value_name = "NAME=NG_G", value_delimiter = ',', value_parser = parse::impurity_axis,
-        help = format!(
-            "{}, as black-carbon=10; several separated by commas or repeated: {}; for {} nm. spectrum also takes \
-             several values of one, black-carbon=0:10:100",
-            limits::described(&MASS_FRACTION), Substance::ALL.map(Substance::name).join(", "),
-            limits::wavelengths(impurity::WAVELENGTH_RANGE)
-        )
-    )]
-    impurity: Vec<ImpurityAxis>,
-    #[arg(
-        long, value_name = "T", default_value_t = TEMPERATURE.default, value_parser = parse::number,
-        allow_negative_numbers = true,
-        help = format!("{}; changes the density of ice only", limits::described(&TEMPERATURE))
-    )]
-    temperature: f64,
     /// Table of the absorption of ice: warren2008 (Warren & Brandt 2008) or picard2016 (Picard, Libois & Arnaud 2016);
     /// the two differ in the blue
     #[arg(long, value_name = "TABLE", default_value = "warren2008", value_parser = parse::ice)]
     ice: IceTable,
 }
 
+/// Names of all options of the snow, as ids of clap.
+pub(crate) fn snow_options() -> Vec<&'static str> {
+    [PropertyValues::<false>::names(), vec!["snow", "optical_radius", "size_measure", "ice"]].concat()
+}
+
 impl SnowOptions {
-    /// The snow. Only its grain size is checked.
+    /// The snow.
     pub(crate) fn sample(&self) -> Result<SnowSample, Failure> {
-        let several =
-            |option: &str| Failure::Input(format!("--{option} has several values, which only spectrum takes"));
-        for (option, count) in [("ssa", self.ssa.len()), ("density", self.density.len())] {
-            if count > 1 {
-                return Err(several(option));
-            }
+        if let Some(PropertyAxis { property, .. }) = self.axes().next() {
+            let option = option_name(*property).replace('_', "-");
+            return Err(Failure::Input(format!("--{option} has several values, which only spectrum takes")));
         }
-        if self.impurity.iter().any(|axis| axis.ng_g.len() > 1) {
-            return Err(several("impurity"));
-        }
-        self.description()?.sample().map_err(Failure::input)
+        self.keys()?.sample().map_err(|wrong| Failure::input(wrong.error))
     }
 
     /// What is known of the snow; of several values the first.
-    pub(crate) fn description(&self) -> Result<SnowDescription, Failure> {
-        let (ssa, density) = (self.ssa.first().copied(), self.density.first().copied());
+    pub(crate) fn keys(&self) -> Result<SnowKeys, Failure> {
+        let properties = &self.properties;
         let measure = (self.size_measure != SizeMeasure::default()).then_some(self.size_measure);
-        if self.snow.is_some() && self.grain_size.is_none() && measure.is_some() {
+        let has_size = properties.has(Property::GrainSize);
+        if self.snow.is_some() && !has_size && measure.is_some() {
             return Err(Failure::Input("--size-measure with --snow needs --grain-size".to_owned()));
         }
-        let size = self.grain_size.map(|_| "--grain-size").or(ssa.map(|_| "--ssa"));
-        let size = size.or(self.optical_radius.map(|_| "--optical-radius"));
-        if let (Some(_), Some(_), Some(size)) = (self.snow, density, size) {
+        let sizes = [
+            ("--grain-size", has_size),
+            ("--ssa", properties.has(Property::SurfaceArea)),
+            ("--optical-radius", self.optical_radius.is_some()),
+        ];
+        if let (Some(_), true, Some((size, _))) =
+            (self.snow, properties.has(Property::Density), sizes.iter().find(|(_, has)| *has))
+        {
             return Err(has_no_effect("snow", &format!("{size} and --density replace all that a kind of snow sets")));
         }
-        let mut impurities = Impurities::none();
-        for (number, ImpurityAxis { substance, ng_g }) in self.impurity.iter().enumerate() {
-            if self.impurity[..number].iter().any(|other| other.substance == *substance) {
-                return Err(Failure::Input(format!("impurity {substance} is given twice")));
-            }
-            impurities = impurities.with(*substance, ng_g[0]);
+        let mut keys = SnowKeys { snow: self.snow, size_measure: measure, ice: Some(self.ice), ..SnowKeys::default() };
+        for PropertyAxis { property, values } in properties.iter() {
+            keys.set(*property, &values[0]).map_err(Failure::input)?;
         }
-        let optical_diameter = self.optical_radius.map(|radius_um| vec![2.0 * radius_um; 2]);
-        Ok(SnowDescription {
-            snow_type: self.snow,
-            size_measure: measure.or(optical_diameter.as_ref().map(|_| SizeMeasure::OpticalDiameter)),
-            grain_size_um: optical_diameter.or(self.grain_size.map(GrainSizeArgument::numbers_um)),
-            surface_area_m2_kg: ssa,
-            sphericity: Some(self.sphericity),
-            facetness: Some(self.facetness),
-            density_kg_m3: density,
-            water_saturation: Some(self.water_saturation),
-            impurities,
-            temperature_c: Some(self.temperature),
-            ice: Some(self.ice),
-        })
+        if let Some(radius_um) = self.optical_radius {
+            set_optical_radius(&mut keys, radius_um);
+        }
+        Ok(keys)
     }
 
     /// The options with several values, whose combinations are meant.
-    pub(crate) fn axes(&self) -> Vec<SnowAxis> {
-        let mut axes = vec![
-            SnowAxis { property: SnowProperty::SurfaceArea, values: self.ssa.clone() },
-            SnowAxis { property: SnowProperty::Density, values: self.density.clone() },
-        ];
-        let axis = |ImpurityAxis { substance, ng_g }: &ImpurityAxis| SnowAxis {
-            property: SnowProperty::Impurity(*substance),
-            values: ng_g.clone(),
-        };
-        axes.extend(self.impurity.iter().map(axis));
-        axes.retain(|axis| axis.values.len() > 1);
-        axes
+    pub(crate) fn axes(&self) -> impl Iterator<Item = &PropertyAxis> {
+        self.properties.iter().filter(|axis| axis.values.len() > 1)
     }
 
     /// A slab of this snow, checked.
@@ -185,12 +106,13 @@ impl SnowOptions {
 
     /// Whether an option sets the grain size.
     pub(crate) fn sets_grain_size(&self) -> bool {
-        self.grain_size.is_some() || !self.ssa.is_empty() || self.optical_radius.is_some() || self.snow.is_some()
+        let has_size = [Property::GrainSize, Property::SurfaceArea].iter().any(|size| self.properties.has(*size));
+        has_size || self.optical_radius.is_some() || self.snow.is_some()
     }
 
     /// Whether an option sets the density.
     pub(crate) fn sets_density(&self) -> bool {
-        !self.density.is_empty() || self.snow.is_some()
+        self.properties.has(Property::Density) || self.snow.is_some()
     }
 
     /// Metadata: the snow, its identifier, its kind, ice constants, water and impurities.
@@ -201,32 +123,34 @@ impl SnowOptions {
     /// Metadata of the samples of a batch: what none of the columns says, or not of each sample; `full` columns do.
     pub(crate) fn properties(&self, sample: &SnowSample, columns: &[&str], full: &[&str]) -> Metadata {
         let has = |name: &&str| columns.contains(name);
-        let SnowSample { grain_size, sphericity, facetness, density_kg_m3, water_saturation, impurities, .. } = sample;
-        let GrainSize { min_um, max_um, measure } = grain_size;
+        let GrainSize { min_um, max_um, measure } = sample.grain_size;
         let mut metadata = Metadata::new();
         metadata.extend(self.kind_metadata().filter(|_| !has(&"snow")));
         if !["snow", GRAIN_SIZE.key, SURFACE_AREA.key, "optical_radius_um"].iter().any(has) {
-            metadata.push((GRAIN_SIZE.key, describe_range(*min_um, *max_um)));
+            metadata.push((GRAIN_SIZE.key, describe_range(min_um, max_um)));
         }
         // Surface areas, optical radii and kinds of snow have a measure of their own.
         if !["snow", "size_measure", SURFACE_AREA.key, "optical_radius_um"].iter().any(has) {
-            let measure = if has(&GRAIN_SIZE.key) { self.size_measure } else { *measure };
+            let measure = if has(&GRAIN_SIZE.key) { self.size_measure } else { measure };
             metadata.push(("size_measure", describe_measure(measure).to_owned()));
         }
         if !["snow", DENSITY.key].iter().any(has) {
-            metadata.push((DENSITY.key, format_number(*density_kg_m3)));
+            metadata.push((DENSITY.key, format_number(sample.density_kg_m3)));
         }
-        let others = [
-            (FACETNESS.key, describe_distribution(facetness)),
-            (SPHERICITY.key, describe_distribution(sphericity)),
-            (WATER_SATURATION.key, format_number(*water_saturation)),
-            (TEMPERATURE.key, format_number(sample.temperature_c)),
-            ("ice", self.ice.name().to_owned()),
-        ];
-        metadata.extend(others.into_iter().filter(|(name, _)| !full.contains(name)));
+        let others = Property::all().filter_map(|property| {
+            let value = match property {
+                Property::GrainSize | Property::SurfaceArea | Property::Density | Property::Impurity(_) => return None,
+                Property::Facetness => describe_distribution(&sample.facetness),
+                Property::Sphericity => describe_distribution(&sample.sphericity),
+                _ => format_number(property.get(sample)),
+            };
+            Some((property.key(), value))
+        });
+        let others = others.chain([("ice", self.ice.name().to_owned())]);
+        metadata.extend(others.filter(|(name, _)| !full.contains(name)));
         let describe = |substance: Substance| {
-            let amount = match impurities.ng_g(substance) {
-                _ if has(&SnowProperty::Impurity(substance).column()) => String::new(),
+            let amount = match sample.impurities.ng_g(substance) {
+                _ if has(&substance.key()) => String::new(),
                 ng_g if ng_g > 0.0 => format!("={} ng/g", format_number(ng_g)),
                 _ => return None,
             };
@@ -249,16 +173,14 @@ impl SnowOptions {
         let mut metadata = vec![("snow", describe_sample(sample)), ("snow_id", sample.id())];
         metadata.extend(self.kind_metadata());
         metadata.push(("ice", self.ice.name().to_owned()));
-        if self.water_saturation > 0.0 {
+        if sample.water_saturation > 0.0 {
             let source = "Daimon & Masumura 2007, Water Optical Properties Processor v3";
-            metadata.push(("water", format!("saturation {} ({source})", format_number(self.water_saturation))));
+            metadata.push(("water", format!("saturation {} ({source})", format_number(sample.water_saturation))));
         }
-        let describe = |ImpurityAxis { substance, ng_g }: &ImpurityAxis| {
-            let values: Vec<String> = ng_g.iter().map(|value| format_number(*value)).collect();
-            format!("{substance}={} ng/g ({})", values.join(":"), substance.source())
+        let describe = |(substance, ng_g): (Substance, f64)| {
+            format!("{substance}={} ng/g ({})", format_number(ng_g), substance.source())
         };
-        let is_present = |axis: &&ImpurityAxis| axis.ng_g.iter().any(|value| *value > 0.0);
-        let present: Vec<String> = self.impurity.iter().filter(is_present).map(describe).collect();
+        let present: Vec<String> = sample.impurities.present().map(describe).collect();
         if !present.is_empty() {
             metadata.push(("impurities", present.join(", ")));
         }
@@ -266,43 +188,10 @@ impl SnowOptions {
     }
 }
 
-/// An option with several values.
-#[derive(Debug, Clone)]
-pub(crate) struct SnowAxis {
-    pub(crate) property: SnowProperty,
-    pub(crate) values: Vec<f64>,
-}
-
-/// A property of snow that may have several values.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum SnowProperty {
-    SurfaceArea,
-    Density,
-    Impurity(Substance),
-}
-
-impl SnowProperty {
-    /// The name of its column.
-    pub(crate) fn column(self) -> &'static str {
-        match self {
-            Self::SurfaceArea => SURFACE_AREA.key,
-            Self::Density => DENSITY.key,
-            Self::Impurity(Substance::BlackCarbon) => "black_carbon_ng_g",
-            Self::Impurity(Substance::BrownCarbon) => "brown_carbon_ng_g",
-            Self::Impurity(Substance::SaharanDust) => "saharan_dust_ng_g",
-            Self::Impurity(Substance::ColoradoDust) => "colorado_dust_ng_g",
-            Self::Impurity(Substance::SnowAlgae) => "snow_algae_ng_g",
-        }
-    }
-
-    /// Sets its value.
-    pub(crate) fn set(self, snow: &mut SnowDescription, value: f64) {
-        match self {
-            Self::SurfaceArea => snow.surface_area_m2_kg = Some(value),
-            Self::Density => snow.density_kg_m3 = Some(value),
-            Self::Impurity(substance) => snow.impurities = snow.impurities.with(substance, value),
-        }
-    }
+/// Sets grains of one optical radius, in µm.
+pub(crate) fn set_optical_radius(keys: &mut SnowKeys, radius_um: f64) {
+    keys.grain_size_um = Some(vec![2.0 * radius_um; 2]);
+    keys.size_measure = Some(SizeMeasure::OpticalDiameter);
 }
 
 /// Grains, density and temperature in one line.

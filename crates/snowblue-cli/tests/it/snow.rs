@@ -1,6 +1,8 @@
 //! Options of snow: kinds, water and impurities.
 
-use crate::shell::{Folder, assert_names, stderr, stdout};
+use snowblue_transport::sample::Property;
+
+use crate::shell::{BLOCK, Folder, assert_names, stderr, stdout};
 
 /// A kind of snow at a temperature is the same in a file of layers and as options.
 #[test]
@@ -65,4 +67,42 @@ fn layers_can_differ_in_composition() {
     // Soot in the top layer absorbs blue light that clean snow reflects.
     let (sooty, clean) = (reflectance(pack), reflectance(&pack.replace("= 20 }", "= 0 }")));
     assert!(sooty < clean - 5e-4, "{sooty} {clean}");
+}
+
+/// Also with the rows of tests: `--features snowblue-transport/test-rows`.
+#[test]
+fn every_property_is_in_options_batches_swatches_layers_and_scenes() {
+    const OWN_SNOW: &str = "grain_size_um = 400\nfacetness = 0.3\ndensity_kg_m3 = 300\n";
+    let folder = Folder::new();
+    let help = stdout("spectrum --help");
+    let id = |options: &str| {
+        let log = stderr(&format!("spectrum --wavelengths 500 --thickness 1 {options}"));
+        log.lines().find(|line| line.contains("snow_id")).unwrap_or_else(|| panic!("{log}")).to_owned()
+    };
+    let usual = id("");
+    assert!(BLOCK.contains(OWN_SNOW));
+    for property in Property::all() {
+        let (key, name, parameter) = (property.key(), property.name().replace('_', "-"), property.parameter());
+        let value = parameter.default + 0.125 * (parameter.range.greatest.min(1000.0) - parameter.default);
+        let line = match property {
+            Property::Impurity(substance) => {
+                assert_ne!(id(&format!("--impurity {substance}={value}")), usual);
+                assert!(help.contains(substance.name()), "{name} in {help}");
+                format!("impurities_ng_g = {{ {substance} = {value} }}\n")
+            }
+            _ => {
+                assert_ne!(id(&format!("--{name} {value}")), usual);
+                assert!(help.contains(&format!("--{name}")), "{name} in {help}");
+                folder.stdout(&format!("swatch --size 16 --rows {name}={value} -o a.png"));
+                format!("{key} = {value}\n")
+            }
+        };
+        folder.write("slabs.csv", format!("{key}\n{value}\n"));
+        let slabs = folder.stdout("spectrum --wavelengths 500 --thickness 1 --batch slabs.csv");
+        assert!(slabs.lines().any(|line| line.starts_with(key)), "{key} in {slabs}");
+        folder.write("pack.toml", format!("[[layer]]\nthickness_cm = 1\n{line}"));
+        folder.stdout("spectrum --wavelengths 500 --layers pack.toml");
+        folder.write("scene.toml", BLOCK.replacen(OWN_SNOW, &line, 1));
+        folder.stdout("render scene.toml --check");
+    }
 }

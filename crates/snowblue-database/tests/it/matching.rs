@@ -3,16 +3,16 @@
 use snowblue_color::{Colorimeter, Illuminant, LinearRgb, Observer, Srgb8, Xyz};
 use snowblue_database::DatabaseError;
 use snowblue_database::matching::{
-    self, DENSITIES_KG_M3, Deviation, FreeParameter, GRAIN_SIZES_UM, Match, Parameter, Problem, THICKNESSES_CM, Target,
+    self, DENSITIES_KG_M3, Deviation, FreeParameter, GRAIN_SIZES_UM, Match, Problem, THICKNESSES_CM, Target,
 };
 use snowblue_transport::ordinates::{OrdinatesOptions, solve_without_errors};
-use snowblue_transport::sample::{GrainSize, SnowSample, TruncatedNormal};
+use snowblue_transport::sample::{GrainSize, Property, SnowSample, TruncatedNormal};
 use snowblue_transport::slab::{Incidence, Slab};
 
 const VERTICAL: Incidence = Incidence::Beam { angle_deg: 0.0 };
-const THICKNESS: FreeParameter = FreeParameter { parameter: Parameter::Thickness, range: THICKNESSES_CM };
-const GRAIN_SIZE: FreeParameter = FreeParameter { parameter: Parameter::GrainSize, range: GRAIN_SIZES_UM };
-const DENSITY: FreeParameter = FreeParameter { parameter: Parameter::Density, range: DENSITIES_KG_M3 };
+const THICKNESS: FreeParameter = FreeParameter { property: None, range: THICKNESSES_CM };
+const GRAIN_SIZE: FreeParameter = FreeParameter { property: Some(Property::GrainSize), range: GRAIN_SIZES_UM };
+const DENSITY: FreeParameter = FreeParameter { property: Some(Property::Density), range: DENSITIES_KG_M3 };
 
 fn colorimeter(illuminant: Illuminant) -> Colorimeter {
     let tens: Vec<f64> = (0..31).map(|i| 400.0 + 10.0 * f64::from(i)).collect();

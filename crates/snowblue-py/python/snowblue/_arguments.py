@@ -121,29 +121,26 @@ class Quantity:
         return " ".join(kept) or "1"
 
 
+RENAMED = {"ssa": "specific_surface_area", "degree_Celsius": "degC"}
+"""Names and units of properties in results that differ from those in tables."""
 SNOW = {
     "snow": Quantity("snow", long_name="kind of snow"),
-    "grain_size_um": Quantity("grain_size", "um"),
     "size_measure": Quantity("size_measure"),
-    "ssa_m2_kg": Quantity("specific_surface_area", "m2 kg-1"),
-    "facetness": Quantity("facetness", "1"),
-    "sphericity": Quantity("sphericity", "1"),
-    "density_kg_m3": Quantity("density", "kg m-3"),
-    "water_saturation": Quantity("water_saturation", "1"),
-    "temperature_c": Quantity("temperature", "degC"),
+    **{
+        key: Quantity(RENAMED.get(name, name), RENAMED.get(units, units))
+        for key, name, units, _ in _native.properties()
+    },
     "ice": Quantity("ice", long_name="table of ice"),
 }
 PAIRS: dict[str, tuple[Any, Any]] = {
     "snow": ("fresh", "firn"),
-    "grain_size_um": (400.0, 500.0),
     "size_measure": ("greatest-extension", "volume-diameter"),
-    "ssa_m2_kg": (20.0, 30.0),
-    "facetness": (0.3, 0.4),
-    "sphericity": (0.7, 0.8),
-    "density_kg_m3": (300.0, 310.0),
-    "water_saturation": (0.0, 0.01),
-    "temperature_c": (-5.0, -4.0),
     "ice": ("warren2008", "picard2016"),
+    **{
+        key: (one["default"], 0.5 * (one["default"] + one["greatest"]))
+        for key, one in _native.parameters().items()
+        if key in SNOW
+    },
 }
 """Two values of each property of snow, for what snows have in common that differ in it."""
 WORDS = ("snow", "size_measure", "ice")
@@ -344,7 +341,7 @@ def is_several(value: Any) -> bool:
 
 
 SNOW_NAMES = tuple(Snow.__annotations__)
-SUBSTANCES = ("black-carbon", "brown-carbon", "saharan-dust", "colorado-dust", "snow-algae")
+SUBSTANCES = tuple(_native.substances())
 """Names of impurities."""
 IMPURITIES = {
     "soot": "black-carbon",

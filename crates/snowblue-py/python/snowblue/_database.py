@@ -45,7 +45,10 @@ PRESETS = Literal["paper", "default", "fine", "infrared"]
 MOST_TALLY_RAYS = 1 << 20
 LOOKED_UP_SNOW = {"grain_size": "grain_size_um", "facetness": "facetness", "density": "density_kg_m3"}
 """Arguments of a look-up that all tables have, by the names of their axes."""
-PROPERTIES = ("water_saturation", "temperature", *(name.replace("-", "_") for name in SUBSTANCES))
+PROPERTIES = (
+    *(name for _, name, *_ in _native.properties() if name not in (*LOOKED_UP_SNOW, "ssa", "sphericity")),
+    *(name.replace("-", "_") for name in SUBSTANCES),
+)
 """Further axes of tables."""
 
 

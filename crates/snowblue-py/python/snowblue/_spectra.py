@@ -78,7 +78,7 @@ LONG_NAMES = {
 }
 UNITS = {"e_folding_depth": "cm", "extinction": "m-1", "brdf": "sr-1", "btdf": "sr-1"}
 JACOBIAN = {
-    **{name: SNOW[name] for name in ("ssa_m2_kg", "density_kg_m3", "water_saturation")},
+    **{name: SNOW[name] for name, *_, has_derivative in _native.properties() if has_derivative},
     "thickness_cm": THICKNESS,
     "ground_albedo": GROUND_ALBEDO,
     "cos_angle": Quantity("cos_angle", "1", "cosine of the angle of incidence"),
@@ -235,7 +235,7 @@ def _spectra(
     fixed: Mapping[str, Any],
     wavelength: xr.Variable,
     jacobian: list[str],
-    uncertainty: Mapping[str, Any] | None,
+    uncertainty: tuple[list[tuple[str, float]], bool] | None,
     engine: Mapping[str, Any],
     report: Any,
 ) -> dict[str, Any]:
@@ -651,18 +651,15 @@ def _aged(rows: Mapping[str, np.ndarray], temperature_gradient: bool) -> dict[st
     return {"ssa_m2_kg": ((), _native.aged_surface_area(**columns, temperature_gradient=temperature_gradient))}
 
 
-def _uncertainty(plus_minus: Mapping[str, Any]) -> dict[str, Any]:
-    """Standard deviations by the names of their quantities."""
-    own = ("ssa_m2_kg", "grain_size_um", "density_kg_m3", "ice")
+def _uncertainty(plus_minus: Mapping[str, Any]) -> tuple[list[tuple[str, float]], bool]:
+    """Standard deviations by the keys of properties, and whether either table of ice may be right."""
     plus_minus = by_substance("plus_minus", mapping("plus_minus", plus_minus, "{'ssa_m2_kg': 2, 'black-carbon': 5}"))
-    check_names([*own, *SUBSTANCES], plus_minus)
-    impurities = {name: number(name, value) for name, value in plus_minus.items() if name not in own}
-    return {
-        **{name: None if name not in plus_minus else number(name, plus_minus[name]) for name in own[:2]},
-        "density_kg_m3": number("density_kg_m3", plus_minus.get("density_kg_m3", 0.0)),
-        "impurities_ng_g": impurities,
-        "ice": truth("ice", plus_minus.get("ice", False)),
-    }
+    check_names([*_native.uncertain_properties(), *SUBSTANCES, "ice"], plus_minus)
+    if "ssa_m2_kg" in plus_minus and "grain_size_um" in plus_minus:
+        raise ValueError("ssa_m2_kg and grain_size_um are two names of one size: give one")
+    keys = {name: mass_argument(name) if name in SUBSTANCES else name for name in sorted(plus_minus) if name != "ice"}
+    deviations = [(key, number(name, plus_minus[name])) for name, key in keys.items()]
+    return deviations, truth("ice", plus_minus.get("ice", False))
 
 
 def _engine(

@@ -7,8 +7,7 @@
 use glam::{DVec3, Vec3A};
 use snowblue_geometry::ray::{SurfacePoint, narrow};
 use snowblue_geometry::shape::Shape;
-use snowblue_transport::optics::{Impurities, Substance};
-use snowblue_transport::sample::{GrainSize, SnowSample, TruncatedNormal};
+use snowblue_transport::sample::SnowSample;
 use snowblue_transport::{Demand, GrainTallies, Population, TallyPlan};
 
 use crate::layering::Layering;
@@ -136,7 +135,7 @@ struct Kind {
 
 impl Kind {
     fn new(at: f64, between: &[SnowSample; 2]) -> Self {
-        let (sample, wavelengths_nm) = (sample_between(between, at), wavelengths_nm());
+        let (sample, wavelengths_nm) = (SnowSample::between(between, at), wavelengths_nm());
         let demand = Demand::of_sample(&sample, &wavelengths_nm);
         let plan = TallyPlan { degree: 1, rays: COMPARING_RAYS, seed: 1 };
         let tallies = GrainTallies::new(&Population::of_sample(&sample), &demand, &plan);
@@ -170,39 +169,6 @@ fn add_kinds(kinds: &mut Vec<Kind>, last: Kind, halvings: u32, kind_at: &dyn Fn(
         add_kinds(kinds, last, halvings - 1, kind_at);
     } else {
         kinds.push(last);
-    }
-}
-
-/// The snow at a value of a mask: every property is in proportion between two samples of one measure of size and one
-/// table of ice.
-fn sample_between([first, last]: &[SnowSample; 2], at: f64) -> SnowSample {
-    let between = |first: f64, last: f64| first + at * (last - first);
-    let law = |first: &TruncatedNormal, last: &TruncatedNormal| TruncatedNormal {
-        min: between(first.min, last.min),
-        max: between(first.max, last.max),
-        mean: between(first.mean, last.mean),
-        standard_deviation: between(first.standard_deviation, last.standard_deviation),
-    };
-    let content = |sample: &SnowSample, substance: Substance| {
-        let found = sample.impurities.present().find(|(other, _)| *other == substance);
-        found.map_or(0.0, |(_, mass_fraction_ng_g)| mass_fraction_ng_g)
-    };
-    let impurities = Substance::ALL.iter().fold(Impurities::none(), |impurities, substance| {
-        impurities.with(*substance, between(content(first, *substance), content(last, *substance)))
-    });
-    SnowSample {
-        grain_size: GrainSize {
-            min_um: between(first.grain_size.min_um, last.grain_size.min_um),
-            max_um: between(first.grain_size.max_um, last.grain_size.max_um),
-            measure: first.grain_size.measure,
-        },
-        sphericity: law(&first.sphericity, &last.sphericity),
-        facetness: law(&first.facetness, &last.facetness),
-        density_kg_m3: between(first.density_kg_m3, last.density_kg_m3),
-        water_saturation: between(first.water_saturation, last.water_saturation),
-        impurities,
-        temperature_c: between(first.temperature_c, last.temperature_c),
-        ice: first.ice,
     }
 }
 
@@ -301,7 +267,7 @@ fn mix_at(values: &[f32], value: f32) -> KindMix {
 
 #[cfg(test)]
 mod tests {
-    use snowblue_transport::optics::IceTable;
+    use snowblue_transport::optics::{IceTable, Impurities, Substance};
     use snowblue_transport::sample::SnowKeys;
 
     use super::*;
@@ -336,10 +302,13 @@ mod tests {
             ice: IceTable::default(),
             ..clean
         };
-        let middle = sample_between(&[clean, dirty], 0.25);
+        let middle = SnowSample::between(&[clean, dirty], 0.25);
         assert!((middle.density_kg_m3 - 350.0).abs() < 1e-9 && (middle.water_saturation - 0.05).abs() < 1e-12);
         assert_eq!(middle.impurities, Impurities::none().with(Substance::BlackCarbon, 25.0));
-        assert_eq!((sample_between(&[clean, dirty], 0.0), sample_between(&[clean, dirty], 1.0)), (clean, dirty));
+        assert_eq!(
+            (SnowSample::between(&[clean, dirty], 0.0), SnowSample::between(&[clean, dirty], 1.0)),
+            (clean, dirty)
+        );
     }
 
     #[test]

@@ -5,9 +5,9 @@ use std::ops::Range;
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use snowblue_base::files::check_formats;
-use snowblue_base::toml_table::{Table, line_of};
+use snowblue_base::toml_table::Table;
 use snowblue_base::{KeyError, KeyPath, Number, ParseError, RangeError};
-use snowblue_transport::layer_file::{LayerFile, LayerFileError};
+use snowblue_transport::layer_file::LayerFile;
 use snowblue_transport::sample::{SnowKeyError, SnowKeys};
 use snowblue_transport::{Layer, SnowSample, TransportError};
 
@@ -114,15 +114,15 @@ impl LayeredSnowDescription {
         let file = sources.open(&path.key("layers"), &self.layers)?;
         check_formats(&file.path)?;
         let text = file.text();
-        let wrong = |span: Option<Range<usize>>, reason: String| {
-            let line = line_of(&text, span.map_or(0, |span| span.start));
-            SceneError::Text { path: file.path.clone(), line, reason }
+        let wrong = |error: ParseError| SceneError::Text {
+            path: file.path.clone(),
+            line: error.line(&text),
+            reason: error.reason,
         };
-        let parsed = LayerFile::parse(&text);
-        let LayerFile { layers, spans, .. } = parsed.map_err(|LayerFileError { span, reason }| wrong(span, reason))?;
+        let LayerFile { layers, spans, .. } = LayerFile::parse(&text).map_err(wrong)?;
         let sample = |(layer, span): (&Layer, Range<usize>)| {
-            let reason = "layer of clear ice has no model in scenes, whose layers must be of snow";
-            layer.sample().copied().ok_or_else(|| wrong(Some(span), reason.to_owned()))
+            let reason = "layer of clear ice has no model in scenes, whose layers must be of snow".to_owned();
+            layer.sample().copied().ok_or_else(|| wrong(ParseError { span, reason }))
         };
         let samples = layers.iter().zip(spans).map(sample).collect::<Result<_, _>>()?;
         Ok(Snow::Layers { samples, layering: Layering::new(&layers, self.layers_top) })

@@ -11,11 +11,15 @@ use std::str::FromStr;
 use glam::DVec3;
 
 use super::microsurface::renormalized;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use crate::error::{TransportError, find_by_name};
 use crate::rng::{Stream, unit_circle};
 
 /// The quantity that a grain size measures.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 pub enum SizeMeasure {
     /// The greatest extension, as in the International Classification for Seasonal Snow (Fierz et al. 2009).
     #[default]

@@ -36,8 +36,8 @@
 //! let inversion = Inversion {
 //!     wavelengths_nm,
 //!     bands: None,
-//!     variables: vec![Variable::SurfaceArea.into()],
-//!     prior_covariance: vec![Prior::weak(Variable::SurfaceArea).deviation.powi(2)],
+//!     variables: vec![Variable::Snow(Property::SurfaceArea).into()],
+//!     prior_covariance: vec![Prior::weak(Variable::Snow(Property::SurfaceArea)).deviation.powi(2)],
 //!     options,
 //! };
 //! let observation = Observation {

@@ -9,7 +9,7 @@ use crate::medium::{Demand, GrainTallies, Population};
 use crate::optics::Substance;
 use crate::ordinates::{DifferentiatedStack, Peak, differentiate_stack};
 use crate::parameters::SURFACE_AREA;
-use crate::sample::{GrainSize, SnowSample};
+use crate::sample::{Property, SnowSample};
 use crate::slab::Incidence;
 use crate::stack::{
     DepthDerivatives, DepthFluxes, ICE_THICKNESS_RANGE, Layer, Stack, StackDerivatives, StackRadiometry,
@@ -117,9 +117,9 @@ impl Inversion {
                     let least_cm = if layer.is_ice() { ICE_THICKNESS_RANGE.least } else { 0.0 };
                     layer.thickness_cm = value.max(least_cm);
                 }),
-                variable => {
+                Variable::Snow(property) => {
                     let samples = by.of_mut(&mut stack.layers).filter_map(Layer::sample_mut);
-                    samples.for_each(|sample| *sample = with(sample, variable, *value));
+                    samples.for_each(|sample| property.set(sample, *value));
                 }
             }
         }
@@ -129,14 +129,15 @@ impl Inversion {
     /// Traces the rays that serve all steps: those of the coarsest grains. The process keeps them.
     pub(super) fn prepare_tallies<'o>(&self, observations: impl Iterator<Item = &'o Observation>, used: &[usize]) {
         let areas: Vec<&LayerVariable> =
-            self.variables.iter().filter(|by| by.variable == Variable::SurfaceArea).collect();
+            self.variables.iter().filter(|by| by.variable == Variable::Snow(Property::SurfaceArea)).collect();
         if areas.is_empty() || used.is_empty() {
             return;
         }
         let wavelengths_nm: Vec<f64> = used.iter().map(|place| self.wavelengths_nm[*place]).collect();
         let retrieves = |variable: Variable| self.variables.iter().any(|by| by.variable == variable);
-        let is_wet = retrieves(Variable::WaterSaturation);
-        let adds_peak = is_wet || retrieves(Variable::MassFraction(Substance::SnowAlgae));
+        let is_wet = retrieves(Variable::Snow(Property::WaterSaturation));
+        let has_peak = |substance: &Substance| substance.has_sharp_peak() && retrieves(Variable::impurity(*substance));
+        let adds_peak = is_wet || Substance::ALL.iter().any(has_peak);
         let mut known: Vec<SnowSample> = Vec::new();
         for observation in observations {
             let peaks = observation.layers.iter().filter_map(|layer| layer.sample().map(Peak::of));
@@ -146,7 +147,8 @@ impl Inversion {
                 incidences.push(Incidence::Beam { angle_deg: GRAZING_DEG });
             }
             for sample in areas.iter().flat_map(|by| by.of(&observation.layers)).filter_map(Layer::sample) {
-                let coarsest = with(sample, Variable::SurfaceArea, SURFACE_AREA.range.least);
+                let mut coarsest = *sample;
+                Property::SurfaceArea.set(&mut coarsest, SURFACE_AREA.range.least);
                 if known.iter().any(|sample| sample.has_grains_of(&coarsest)) {
                     continue;
                 }
@@ -197,20 +199,4 @@ impl Quantity {
             Self::Fluence => at_depth(|at| at.fluence),
         }
     }
-}
-
-/// Snow with another value, within its range, of one of its variables.
-fn with(sample: &SnowSample, variable: Variable, value: f64) -> SnowSample {
-    let mut changed = *sample;
-    match variable {
-        Variable::SurfaceArea => {
-            let grain_size = GrainSize::from_specific_surface_area(value, sample.temperature_c);
-            changed.grain_size = grain_size.unwrap_or_else(|error| unreachable!("within its range: {error}"));
-        }
-        Variable::Density => changed.density_kg_m3 = value,
-        Variable::WaterSaturation => changed.water_saturation = value,
-        Variable::MassFraction(substance) => changed.impurities = changed.impurities.with(substance, value),
-        Variable::Thickness | Variable::CosIncidence | Variable::GroundAlbedo => {}
-    }
-    changed
 }

@@ -9,7 +9,6 @@ use super::state::state_range;
 use crate::TransportError;
 use crate::error::InversionError;
 use crate::ordinates::OrdinatesOptions;
-use crate::sample::SnowSample;
 use crate::slab::Incidence;
 use crate::stack::{ICE_THICKNESS_RANGE, Layer, Stack};
 use crate::variable::{LayerVariable, Variable};
@@ -183,7 +182,7 @@ impl Inversion {
         }
         let wavelength_nm = self.wavelengths_nm[place];
         observation.layers.iter().try_for_each(|layer| layer.check_wavelengths(&[wavelength_nm]))?;
-        self.variables.iter().try_for_each(|by| by.variable.check_wavelength(wavelength_nm))
+        self.variables.iter().try_for_each(|by| by.variable.check_at(wavelength_nm))
     }
 }
 
@@ -197,13 +196,11 @@ impl Observation {
             let first = values.next().unwrap_or(f64::NAN);
             if values.all(|other| other.total_cmp(&first).is_eq()) { first } else { f64::NAN }
         };
-        let of_snow = |value: &dyn Fn(&SnowSample) -> f64| of_layers(&|layer| layer.sample().map_or(f64::NAN, value));
         match by.variable {
-            Variable::SurfaceArea => of_snow(&|sample| 4.0 * sample.extinction_per_m() / sample.density_kg_m3),
-            Variable::Density => of_snow(&|sample| sample.density_kg_m3),
+            Variable::Snow(property) => {
+                of_layers(&|layer| layer.sample().map_or(f64::NAN, |sample| property.get(sample)))
+            }
             Variable::Thickness => of_layers(&|layer| layer.thickness_cm),
-            Variable::WaterSaturation => of_snow(&|sample| sample.water_saturation),
-            Variable::MassFraction(substance) => of_snow(&|sample| sample.impurities.ng_g(substance)),
             Variable::CosIncidence => match self.illumination.incidences()[0] {
                 Incidence::Beam { angle_deg } => angle_deg.to_radians().cos(),
                 Incidence::Diffuse => f64::NAN,

@@ -3,7 +3,8 @@
 
 use snowblue_base::ParameterRange;
 
-use crate::parameters::{DENSITY, GROUND_ALBEDO, MASS_FRACTION, SURFACE_AREA, THICKNESS, WATER_SATURATION};
+use crate::parameters::{GROUND_ALBEDO, THICKNESS};
+use crate::sample::Property;
 use crate::variable::Variable;
 
 /// Least value of quantities that may be 0, in their units.
@@ -27,15 +28,15 @@ impl Prior {
     /// Density, thickness, the cosine of the sun and the albedo of the ground have the median that is known of them.
     #[must_use]
     pub fn weak(variable: Variable) -> Self {
-        use crate::optics::Substance::{BlackCarbon, BrownCarbon, ColoradoDust, SaharanDust, SnowAlgae};
         let (median, deviation) = match variable {
-            Variable::SurfaceArea => (Some(20.0), 1.0),
-            Variable::Density => (None, 0.4),
+            Variable::Snow(Property::SurfaceArea) => (Some(20.0), 1.0),
+            Variable::Snow(Property::WaterSaturation) => (Some(0.05), 1.5),
+            Variable::Snow(Property::Impurity(substance)) => {
+                let (median_ng_g, deviation) = substance.usual_ng_g();
+                (Some(median_ng_g), deviation)
+            }
+            Variable::Snow(_) => (None, 0.4),
             Variable::Thickness => (None, 0.5),
-            Variable::WaterSaturation => (Some(0.05), 1.5),
-            Variable::MassFraction(BlackCarbon) => (Some(30.0), 2.0),
-            Variable::MassFraction(BrownCarbon) => (Some(100.0), 2.0),
-            Variable::MassFraction(SaharanDust | ColoradoDust | SnowAlgae) => (Some(1000.0), 2.5),
             Variable::CosIncidence => (None, 0.2),
             Variable::GroundAlbedo => (None, 1.0),
         };
@@ -45,24 +46,23 @@ impl Prior {
 
 /// The range of a variable as an element of the state.
 pub(super) fn state_range(variable: Variable) -> ParameterRange {
-    let range = match variable {
-        Variable::SurfaceArea => SURFACE_AREA.range,
-        Variable::Density => DENSITY.range,
-        Variable::Thickness => THICKNESS.range,
-        Variable::WaterSaturation => WATER_SATURATION.range,
-        Variable::MassFraction(substance) => ParameterRange { quantity: substance.name(), ..MASS_FRACTION.range },
-        Variable::CosIncidence => {
-            ParameterRange { quantity: "cosine of the angle", least: LEAST_COSINE, greatest: 1.0, unit: "" }
-        }
-        Variable::GroundAlbedo => GROUND_ALBEDO.range,
-    };
+    let range = range(variable);
     let greatest = if is_fraction(variable) { 1.0 - LEAST } else { range.greatest };
     ParameterRange { least: range.least.max(LEAST), greatest, ..range }
 }
 
+fn range(variable: Variable) -> ParameterRange {
+    match variable {
+        Variable::Snow(property) => property.parameter().range,
+        Variable::Thickness => THICKNESS.range,
+        Variable::CosIncidence => ParameterRange::new("cosine of the angle", LEAST_COSINE, 1.0, ""),
+        Variable::GroundAlbedo => GROUND_ALBEDO.range,
+    }
+}
+
 /// Whether the element is the log-odds of the variable, ln(v/(1 − v)), and not its logarithm.
 fn is_fraction(variable: Variable) -> bool {
-    matches!(variable, Variable::WaterSaturation | Variable::CosIncidence | Variable::GroundAlbedo)
+    range(variable).greatest <= 1.0
 }
 
 /// The element of the state.
@@ -88,7 +88,7 @@ mod tests {
 
     #[test]
     fn values_elements_and_slopes_agree() {
-        for variable in Variable::ALL {
+        for variable in Variable::all() {
             let range = state_range(variable);
             let middle = 0.5 * (range.least + range.greatest.min(100.0));
             let at = element(variable, middle);

@@ -19,7 +19,7 @@ use crate::dual::{Dual, Real};
 use crate::optics::ice::IceTable;
 use crate::optics::impurity::Substance;
 use crate::optics::water;
-use crate::sample::SnowSample;
+use crate::sample::{Property, SnowSample};
 use crate::variable::Variable;
 
 /// The constituents of snow at one wavelength.
@@ -91,12 +91,12 @@ impl Composition {
     pub(crate) fn differentiated(&self, variables: &[Variable]) -> Composition<Dual> {
         let number = |variable: Variable, value: f64| variable.number(value, variables);
         let relative = |variable: Variable, value: f64| number(variable, value) / value;
-        let denser = relative(Variable::Density, self.density_kg_m3);
-        let finer = relative(Variable::SurfaceArea, 4.0 * self.extinction_per_m / self.density_kg_m3);
+        let denser = relative(Variable::Snow(Property::Density), self.density_kg_m3);
+        let finer = relative(Variable::Snow(Property::SurfaceArea), 4.0 * self.extinction_per_m / self.density_kg_m3);
         let mass_fraction = |substance: Substance| {
             let present = self.mass_fractions.iter().find(|(other, _)| *other == substance);
             let value = present.map_or(0.0, |(_, mass_fraction_ng_g)| *mass_fraction_ng_g);
-            (substance, number(Variable::MassFraction(substance), value))
+            (substance, number(Variable::impurity(substance), value))
         };
         let mass_fractions = Substance::ALL.into_iter().map(mass_fraction);
         Composition {
@@ -105,7 +105,7 @@ impl Composition {
             size_factor: Dual::from(1.0) / finer,
             ice_fraction: denser * self.ice_fraction,
             density_kg_m3: denser * self.density_kg_m3,
-            water_saturation: number(Variable::WaterSaturation, self.water_saturation),
+            water_saturation: number(Variable::Snow(Property::WaterSaturation), self.water_saturation),
             mass_fractions: mass_fractions.filter(|(_, mass_fraction)| !mass_fraction.is_zero()).collect(),
         }
     }

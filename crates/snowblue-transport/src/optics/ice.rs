@@ -10,6 +10,9 @@ use std::fmt;
 use std::str::FromStr;
 use std::sync::LazyLock;
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use super::spectral_table::{SpectralTable, WavelengthRange};
 use crate::error::{TransportError, find_by_name};
 
@@ -30,12 +33,14 @@ static PICARD_2016: LazyLock<SpectralTable> = LazyLock::new(|| {
 });
 
 /// A published table of the absorption of ice, and the optical constants of ice by it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 pub enum IceTable {
     /// Warren & Brandt 2008, which the paper cites.
     #[default]
+    #[serde(rename = "warren2008")]
     WarrenBrandt2008,
     /// Picard, Libois & Arnaud 2016 from 320 to 600 nm, joined log-linearly to Warren & Brandt 2008 at 610 nm.
+    #[serde(rename = "picard2016")]
     Picard2016,
 }
 

@@ -37,7 +37,6 @@ use std::fmt;
 
 use crate::TransportError;
 use crate::medium::TallyPlan;
-use crate::optics::impurity::Substance;
 use crate::quadrature::MOST_NODES;
 use crate::sample::SnowSample;
 use crate::slab::Incidence;
@@ -86,8 +85,8 @@ impl Peak {
     /// The sharpest peak of all scatterers of a sample.
     #[must_use]
     pub fn of(sample: &SnowSample) -> Self {
-        let has_algae = sample.impurities.present().any(|(substance, _)| substance == Substance::SnowAlgae);
-        if has_algae || sample.water_saturation > 0.0 { Self::Sharp } else { Self::Broad }
+        let is_sharp = sample.impurities.present().any(|(substance, _)| substance.has_sharp_peak());
+        if is_sharp || sample.water_saturation > 0.0 { Self::Sharp } else { Self::Broad }
     }
 }
 

@@ -21,6 +21,7 @@ use crate::TransportError;
 use crate::batch::{Batch, BatchError, CaseFluxes, SlabCase};
 use crate::dual::{Dual, LANES, Real};
 use crate::medium::{Composition, Demand, GrainTallies, Jackknife, Medium, Population};
+use crate::sample::Property;
 use crate::slab::{Estimate, FluxDerivatives, Incidence, Radiometry, Slab};
 use crate::variable::Variable;
 
@@ -164,13 +165,13 @@ pub fn solve_batch(
 /// ```
 /// use snowblue_transport::batch::{Batch, SlabCase};
 /// use snowblue_transport::ordinates::{OrdinatesOptions, differentiate_batch};
-/// use snowblue_transport::{Incidence, SnowSample, Substance, Variable};
+/// use snowblue_transport::{Incidence, Property, SnowSample, Substance, Variable};
 ///
 /// let case = SlabCase { sample: 0, thickness_cm: 5.0, incidence: Incidence::Diffuse, ground_albedo: 0.0 };
 /// let batch = Batch { samples: vec![SnowSample::default()], cases: vec![case], wavelengths_nm: vec![450.0] };
 /// let options = OrdinatesOptions { tally_rays: 1 << 12, ..OrdinatesOptions::default() };
-/// let soot = Variable::MassFraction(Substance::BlackCarbon);
-/// let solved = differentiate_batch(&batch, &[Variable::Density, soot], &options, false, &|_| ())?;
+/// let soot = Variable::impurity(Substance::BlackCarbon);
+/// let solved = differentiate_batch(&batch, &[Variable::Snow(Property::Density), soot], &options, false, &|_| ())?;
 /// // Denser snow of this thickness is brighter, and sootier snow is darker.
 /// assert!(solved.derivatives[0].reflectance > 0.0 && solved.derivatives[1].reflectance < 0.0);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -202,7 +203,7 @@ fn solved<const DIFFERENTIATE: bool>(
     batch.check()?;
     let Batch { samples, cases, wavelengths_nm } = batch;
     for variable in variables {
-        wavelengths_nm.iter().try_for_each(|wavelength_nm| variable.check_wavelength(*wavelength_nm))?;
+        wavelengths_nm.iter().try_for_each(|wavelength_nm| variable.check_at(*wavelength_nm))?;
     }
     let cases_of = batch.cases_of_samples();
     let nothing = Estimate { value: f64::NAN, standard_error: f64::NAN };
@@ -215,7 +216,8 @@ fn solved<const DIFFERENTIATE: bool>(
     for group in groups_alike(samples, used) {
         let plan = |sample: &usize| Plan::new(*sample, &cases_of[*sample], batch, options.streams);
         let plans: Vec<Plan> = group.iter().map(plan).collect();
-        let tallies = shared_tallies(&plans, batch, variables.contains(&Variable::WaterSaturation), options);
+        let tallies =
+            shared_tallies(&plans, batch, variables.contains(&Variable::Snow(Property::WaterSaturation)), options);
         let solve = |plan: &Plan| {
             let sample = &samples[plan.sample];
             let tallies = tallies.narrowed(plan.degree, sample.grain_size.max_um);

@@ -18,6 +18,7 @@ use crate::TransportError;
 use crate::dual::{Dual, LANES, Real};
 use crate::medium::{Jackknife, Medium};
 
+use crate::sample::Property;
 use crate::slab::{FluxDerivatives, Incidence, Radiometry};
 use crate::stack::{
     DepthDerivatives, DepthFluxes, LayerKind, Place, Slice, Slices, Stack, StackDerivatives, StackRadiometry,
@@ -143,7 +144,7 @@ pub fn solve_stack_without_errors(
 ///     incidences: vec![Incidence::Diffuse],
 ///     wavelengths_nm: vec![450.0],
 /// };
-/// let soot = [Variable::MassFraction(Substance::BlackCarbon)];
+/// let soot = [Variable::impurity(Substance::BlackCarbon)];
 /// let options = OrdinatesOptions { tally_rays: 1 << 12, ..OrdinatesOptions::default() };
 /// let solved = differentiate_stack(&stack, &soot, &options, false)?;
 /// // A mass fraction of soot darkens a thick layer more than a thin one.
@@ -175,9 +176,9 @@ fn solved<const DIFFERENTIATE: bool>(
     stack.check()?;
     options.streams.check()?;
     for variable in variables {
-        stack.wavelengths_nm.iter().try_for_each(|wavelength_nm| variable.check_wavelength(*wavelength_nm))?;
+        stack.wavelengths_nm.iter().try_for_each(|wavelength_nm| variable.check_at(*wavelength_nm))?;
     }
-    let grains = Grains::new(stack, variables.contains(&Variable::WaterSaturation), options);
+    let grains = Grains::new(stack, variables.contains(&Variable::Snow(Property::WaterSaturation)), options);
     let slices = stack.slices();
     let differentiations: Vec<Differentiation> = if DIFFERENTIATE {
         variables.chunks(LANES).map(|variables| Differentiation::new(stack, variables)).collect()

@@ -69,24 +69,33 @@ impl GrainSize {
     /// [`TransportError::Range`] for an area outside 1.4–300 m²/kg.
     pub fn from_specific_surface_area(area_m2_kg: f64, temperature_c: f64) -> Result<Self, TransportError> {
         SURFACE_AREA.range.check(area_m2_kg)?;
+        Ok(Self::of_surface_area(area_m2_kg, temperature_c))
+    }
+
+    /// Grains of one optical diameter with a specific surface area in its range.
+    pub(super) fn of_surface_area(area_m2_kg: f64, temperature_c: f64) -> Self {
         let diameter_um = 6e6 / (ice::density_kg_m3(temperature_c) * area_m2_kg);
-        Ok(Self { min_um: diameter_um, max_um: diameter_um, measure: SizeMeasure::OpticalDiameter })
+        Self { min_um: diameter_um, max_um: diameter_um, measure: SizeMeasure::OpticalDiameter }
     }
 
     /// The sizes that numbers in µm state: a mean, as in [`around`](Self::around), or the ends of a range.
     ///
     /// # Errors
-    /// For another count of numbers, and as [`around`](Self::around).
+    /// For another count of numbers, and for values out of range.
     pub fn from_numbers(numbers_um: &[f64], measure: SizeMeasure) -> Result<Self, TransportError> {
-        match *numbers_um {
-            [mean_um] => Ok(Self { measure, ..Self::around(mean_um)? }),
-            [min_um, max_um] => Ok(Self { min_um, max_um, measure }),
-            _ => Err(TransportError::Count {
-                quantity: "grain size",
-                count: numbers_um.len(),
-                expected: "a mean (400) or a range (350, 450), in µm",
-            }),
-        }
+        let sizes = match *numbers_um {
+            [mean_um] => Self::around(mean_um)?,
+            [min_um, max_um] => Self { min_um, max_um, measure },
+            _ => {
+                return Err(TransportError::Count {
+                    quantity: "grain size",
+                    count: numbers_um.len(),
+                    expected: "a mean (400) or a range (350, 450), in µm",
+                });
+            }
+        };
+        sizes.check()?;
+        Ok(Self { measure, ..sizes })
     }
 
     /// The middle of the range, in µm.

@@ -2,9 +2,6 @@
 //!
 //! The parameters are those of the paper's Tables 1 and S1 (Varsa & Baranoski 2024, doi:10.1109/MCG.2023.3307517).
 
-use snowblue_base::ParameterRange;
-use snowblue_base::hash::Fnv1a;
-
 use super::grain_size::{GrainSize, MEAN_SIZE_HALF_RANGE_UM};
 use super::truncated_normal::TruncatedNormal;
 use crate::TransportError;
@@ -13,15 +10,6 @@ use crate::optics::ice::{self, IceTable};
 use crate::optics::impurity::{self, Impurities};
 use crate::optics::{WavelengthRange, water};
 use crate::parameters::{DENSITY, FACETNESS, GRAIN_SIZE, SPHERICITY, TEMPERATURE, WATER_SATURATION};
-
-/// Standard deviation of the sphericity before truncation.
-const SPHERICITY_DEVIATION_RANGE: ParameterRange =
-    ParameterRange { quantity: "standard deviation of sphericity", least: 0.0, greatest: 10.0, unit: "" };
-/// Standard deviation of the facetness before truncation.
-const FACETNESS_DEVIATION_RANGE: ParameterRange =
-    ParameterRange { quantity: "standard deviation of facetness", least: 0.0, greatest: 10.0, unit: "" };
-/// Densities up to this one are meant as those of ice, in kg/m³: that of −60 °C is 925.4.
-const DENSEST_ICE_KG_M3: f64 = 926.0;
 
 /// The composition of snow.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,44 +30,12 @@ pub struct SnowSample {
     pub temperature_c: f64,
     /// Published absorption of ice.
     pub ice: IceTable,
+    /// A fraction of tests.
+    #[cfg(any(test, feature = "test-rows"))]
+    pub test_fraction: f64,
 }
 
 impl SnowSample {
-    /// An identifier of the snow: 16 hexadecimal digits, by its properties, rounded to nine significant digits.
-    ///
-    /// ```
-    /// # use snowblue_transport::sample::SnowSample;
-    /// let snow = SnowSample { density_kg_m3: 0.1 + 0.2 + 299.7, ..SnowSample::default() };
-    /// assert_eq!(snow.id(), SnowSample::default().id());
-    /// assert_ne!(SnowSample { density_kg_m3: 301.0, ..snow }.id(), snow.id());
-    /// ```
-    #[must_use]
-    pub fn id(&self) -> String {
-        let Self {
-            grain_size: GrainSize { min_um, max_um, measure },
-            sphericity,
-            facetness,
-            density_kg_m3,
-            water_saturation,
-            impurities,
-            temperature_c,
-            ice,
-        } = self;
-        let ranges = [*sphericity, *facetness]
-            .map(|TruncatedNormal { min, max, mean, standard_deviation }| [min, max, mean, standard_deviation]);
-        let single = [*min_um, *max_um, *density_kg_m3, *water_saturation, *temperature_c];
-        let mut hash = Fnv1a::default();
-        // A sum with 0 has no negative zero.
-        for number in single.iter().chain(ranges.as_flattened()) {
-            hash.add(format!("{:.8e} ", number + 0.0).as_bytes());
-        }
-        for (substance, mass_fraction_ng_g) in impurities.present() {
-            hash.add(format!("{} {mass_fraction_ng_g:.8e} ", substance.name()).as_bytes());
-        }
-        hash.add(format!("{} {}", measure.name(), ice.name()).as_bytes());
-        format!("{:016x}", hash.value())
-    }
-
     /// Volume fraction of ice, φ = ρ/ρ_ice.
     #[must_use]
     pub fn ice_fraction(&self) -> f64 {
@@ -108,26 +64,6 @@ impl SnowSample {
     pub(crate) fn has_grains_of(&self, other: &Self) -> bool {
         (self.sphericity, self.facetness, self.grain_size.measure, self.ice)
             == (other.sphericity, other.facetness, other.grain_size.measure, other.ice)
-    }
-
-    /// Checks every parameter.
-    ///
-    /// # Errors
-    /// Reports the first quantity that lies outside its range.
-    pub fn check(&self) -> Result<(), TransportError> {
-        self.grain_size.check()?;
-        self.sphericity.check(&SPHERICITY.range, &SPHERICITY_DEVIATION_RANGE)?;
-        self.facetness.check(&FACETNESS.range, &FACETNESS_DEVIATION_RANGE)?;
-        DENSITY.range.check(self.density_kg_m3).map_err(|error| {
-            if (DENSITY.range.greatest..DENSEST_ICE_KG_M3).contains(&self.density_kg_m3) {
-                TransportError::ClearIce { error }
-            } else {
-                error.into()
-            }
-        })?;
-        WATER_SATURATION.range.check(self.water_saturation)?;
-        self.impurities.check()?;
-        Ok(TEMPERATURE.range.check(self.temperature_c)?)
     }
 
     /// The wavelengths that the tables of ice and of the water and impurities in the sample cover.
@@ -173,6 +109,8 @@ impl Default for SnowSample {
             impurities: Impurities::none(),
             temperature_c: TEMPERATURE.default,
             ice: IceTable::default(),
+            #[cfg(any(test, feature = "test-rows"))]
+            test_fraction: WATER_SATURATION.default,
         }
     }
 }

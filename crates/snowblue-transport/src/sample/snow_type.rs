@@ -8,12 +8,16 @@
 use std::fmt;
 use std::str::FromStr;
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use super::grain_size::GrainSize;
 use super::snow_sample::SnowSample;
 use crate::error::{TransportError, find_by_name};
 
 /// A kind of snow.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 pub enum SnowType {
     /// Precipitation particles (PP): new snow.
     Fresh,

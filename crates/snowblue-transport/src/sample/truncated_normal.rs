@@ -3,8 +3,15 @@
 use snowblue_base::{ParameterRange, RangeError};
 
 use crate::TransportError;
-use crate::parameters::FACETNESS;
+use crate::parameters::{FACETNESS, SPHERICITY};
 use crate::quadrature::Quadrature;
+
+/// Ranges of the sphericity, and of its standard deviation before truncation.
+pub(super) const SPHERICITY_RANGES: [ParameterRange; 2] =
+    [SPHERICITY.range, ParameterRange::new("standard deviation of sphericity", 0.0, 10.0, "")];
+/// Ranges of the facetness, and of its standard deviation before truncation.
+pub(super) const FACETNESS_RANGES: [ParameterRange; 2] =
+    [FACETNESS.range, ParameterRange::new("standard deviation of facetness", 0.0, 10.0, "")];
 
 /// Standard deviation of the facetness that a mean represents (the paper's Table S1).
 const MEAN_FACETNESS_DEVIATION: f64 = 0.075;
@@ -46,37 +53,37 @@ impl TruncatedNormal {
     /// greatest value, mean and standard deviation.
     ///
     /// # Errors
-    /// For another count of numbers, and for a mean outside 0–1.
+    /// For another count of numbers, and for values out of range.
     pub fn facetness(numbers: &[f64]) -> Result<Self, TransportError> {
-        if let [mean] = *numbers {
-            FACETNESS.range.check(mean)?;
-            return Ok(Self::facetness_around(mean));
-        }
-        Self::of_four(numbers).ok_or(TransportError::Count {
-            quantity: "facetness",
-            count: numbers.len(),
-            expected: "a mean (0.3), or min, max, mean and standard deviation (0.2, 0.4, 0.3, 0.075)",
-        })
+        let expected = "a mean (0.3), or min, max, mean and standard deviation (0.2, 0.4, 0.3, 0.075)";
+        Self::stated(numbers, Self::facetness_around, &FACETNESS_RANGES, expected)
     }
 
     /// The sphericity that numbers state: one value, or least and greatest value, mean and standard deviation.
     ///
     /// # Errors
-    /// For another count of numbers.
+    /// For another count of numbers, and for values out of range.
     pub fn sphericity(numbers: &[f64]) -> Result<Self, TransportError> {
-        if let [value] = *numbers {
-            return Ok(Self::exactly(value));
-        }
-        Self::of_four(numbers).ok_or(TransportError::Count {
-            quantity: "sphericity",
-            count: numbers.len(),
-            expected: "one value (0.8), or min, max, mean and standard deviation (0.7, 0.9, 0.8, 0.1)",
-        })
+        let expected = "one value (0.8), or min, max, mean and standard deviation (0.7, 0.9, 0.8, 0.1)";
+        Self::stated(numbers, Self::exactly, &SPHERICITY_RANGES, expected)
     }
 
-    fn of_four(numbers: &[f64]) -> Option<Self> {
-        let [min, max, mean, standard_deviation] = *numbers else { return None };
-        Some(Self { min, max, mean, standard_deviation })
+    fn stated(
+        numbers: &[f64],
+        alone: fn(f64) -> Self,
+        ranges: &[ParameterRange; 2],
+        expected: &'static str,
+    ) -> Result<Self, TransportError> {
+        let stated = match *numbers {
+            [value] => alone(value),
+            [min, max, mean, standard_deviation] => Self { min, max, mean, standard_deviation },
+            _ => {
+                let (quantity, count) = (ranges[0].quantity, numbers.len());
+                return Err(TransportError::Count { quantity, count, expected });
+            }
+        };
+        stated.check(ranges)?;
+        Ok(stated)
     }
 
     /// Quantiles of the distribution weighted by `weight`.
@@ -112,7 +119,8 @@ impl TruncatedNormal {
         (-0.5 * ((x - self.mean) / self.standard_deviation).powi(2)).exp()
     }
 
-    pub(super) fn check(&self, range: &ParameterRange, deviations: &ParameterRange) -> Result<(), RangeError> {
+    /// Checks values and standard deviation by their ranges.
+    pub(super) fn check(&self, [range, deviations]: &[ParameterRange; 2]) -> Result<(), RangeError> {
         range.check(self.mean)?;
         range.check_interval(self.min, self.max)?;
         ParameterRange { least: self.min, greatest: self.max, ..*range }.check(self.mean)?;

@@ -3,7 +3,9 @@
 use snowblue_transport::batch::{Batch, CaseFluxes, SlabCase};
 use snowblue_transport::ordinates::{OrdinatesOptions, Streams, differentiate_batch, solve_batch};
 use snowblue_transport::slab::FluxDerivatives;
-use snowblue_transport::{GrainSize, Impurities, Incidence, SnowSample, Substance, TruncatedNormal, Variable};
+use snowblue_transport::{
+    GrainSize, Impurities, Incidence, Property, SnowSample, Substance, TruncatedNormal, Variable,
+};
 
 const OPTIONS: OrdinatesOptions = OrdinatesOptions { tally_rays: 1 << 10, streams: Streams::Auto, seed: 1 };
 const NM: [f64; 4] = [400.0, 550.0, 900.0, 1350.0];
@@ -81,11 +83,12 @@ fn differentiate(scene: &Scene, variables: &[Variable], options: &OrdinatesOptio
 fn value(scene: &Scene, variable: Variable) -> Option<f64> {
     let Scene { sample, case } = scene;
     Some(match variable {
-        Variable::SurfaceArea => 4.0 * sample.extinction_per_m() / sample.density_kg_m3,
-        Variable::Density => sample.density_kg_m3,
+        Variable::Snow(Property::SurfaceArea) => 4.0 * sample.extinction_per_m() / sample.density_kg_m3,
+        Variable::Snow(Property::Density) => sample.density_kg_m3,
         Variable::Thickness => Some(case.thickness_cm).filter(|thickness_cm| thickness_cm.is_finite())?,
-        Variable::WaterSaturation => sample.water_saturation,
-        Variable::MassFraction(substance) => sample.impurities.ng_g(substance),
+        Variable::Snow(Property::WaterSaturation) => sample.water_saturation,
+        Variable::Snow(Property::Impurity(substance)) => sample.impurities.ng_g(substance),
+        Variable::Snow(_) => unreachable!("{variable} has no derivatives"),
         Variable::CosIncidence => match case.incidence {
             Incidence::Beam { angle_deg } => angle_deg.to_radians().cos(),
             Incidence::Diffuse => return None,
@@ -99,15 +102,18 @@ fn with(scene: &Scene, variable: Variable, value_then: f64) -> Scene {
     let mut changed = *scene;
     let Scene { sample, case } = &mut changed;
     match variable {
-        Variable::SurfaceArea => {
+        Variable::Snow(Property::SurfaceArea) => {
             let ratio = value(scene, variable).unwrap() / value_then;
             sample.grain_size.min_um *= ratio;
             sample.grain_size.max_um *= ratio;
         }
-        Variable::Density => sample.density_kg_m3 = value_then,
+        Variable::Snow(Property::Density) => sample.density_kg_m3 = value_then,
         Variable::Thickness => case.thickness_cm = value_then,
-        Variable::WaterSaturation => sample.water_saturation = value_then,
-        Variable::MassFraction(substance) => sample.impurities = sample.impurities.with(substance, value_then),
+        Variable::Snow(Property::WaterSaturation) => sample.water_saturation = value_then,
+        Variable::Snow(Property::Impurity(substance)) => {
+            sample.impurities = sample.impurities.with(substance, value_then)
+        }
+        Variable::Snow(_) => unreachable!("{variable} has no derivatives"),
         Variable::CosIncidence => case.incidence = Incidence::Beam { angle_deg: value_then.acos().to_degrees() },
         Variable::GroundAlbedo => case.ground_albedo = value_then,
     }
@@ -158,9 +164,9 @@ fn assert_near(what: &str, (found, expected): (&[[f64; 3]], &[[f64; 3]]), values
     }
 }
 
-/// The derivatives by one of `Variable::ALL` at each wavelength.
+/// The derivatives by one of `Variable::all()` at each wavelength.
 fn column(all: &[[f64; 3]], place: usize) -> Vec<[f64; 3]> {
-    all.iter().skip(place).step_by(Variable::ALL.len()).copied().collect()
+    all.iter().skip(place).step_by(Variable::all().len()).copied().collect()
 }
 
 /// Central differences over h and 2h, extrapolated: their error is of the order h⁴.
@@ -169,8 +175,8 @@ fn derivatives_agree_with_central_differences() {
     let central = [(2.0, -1.0), (1.0, 8.0), (-1.0, -8.0), (-2.0, 1.0)].map(|(steps, weight)| (steps, weight / 12.0));
     let mut compared = 0;
     for (name, scene) in scenes() {
-        let (derivatives, values) = (differentiate(&scene, &Variable::ALL, &OPTIONS), solve(&scene, &OPTIONS));
-        for (place, variable) in Variable::ALL.into_iter().enumerate() {
+        let (derivatives, values) = (differentiate(&scene, &Variable::all(), &OPTIONS), solve(&scene, &OPTIONS));
+        for (place, variable) in Variable::all().into_iter().enumerate() {
             let Some(at) = value(&scene, variable) else {
                 assert!(column(&derivatives, place).iter().flatten().all(|derivative| derivative.abs() <= 0.0));
                 continue;
@@ -206,15 +212,17 @@ fn derivatives_at_the_ends_of_ranges_agree_with_differences_to_one_side() {
     let mut compared = 0;
     // Such differences in a film are rounding.
     for (name, scene) in scenes().into_iter().skip(1).take(5).chain(ends) {
-        let (derivatives, values) = (differentiate(&scene, &Variable::ALL, &options), solve(&scene, &options));
-        for (place, variable) in Variable::ALL.into_iter().enumerate() {
+        let (derivatives, values) = (differentiate(&scene, &Variable::all(), &options), solve(&scene, &options));
+        for (place, variable) in Variable::all().into_iter().enumerate() {
             // Traces change deep snow.
             let depth_cm = 1.0 + scene.case.thickness_cm.min(1e3);
-            let is_fraction =
-                matches!(variable, Variable::WaterSaturation | Variable::CosIncidence | Variable::GroundAlbedo);
+            let is_fraction = matches!(
+                variable,
+                Variable::Snow(Property::WaterSaturation) | Variable::CosIncidence | Variable::GroundAlbedo
+            );
             let step = match variable {
-                Variable::MassFraction(Substance::BlackCarbon | Substance::BrownCarbon) => 1.0 / depth_cm,
-                Variable::MassFraction(_) => 100.0 / depth_cm,
+                Variable::Snow(Property::Impurity(Substance::BlackCarbon | Substance::BrownCarbon)) => 1.0 / depth_cm,
+                Variable::Snow(Property::Impurity(_)) => 100.0 / depth_cm,
                 // The steepest mode decays over 10⁻³ cm.
                 Variable::Thickness => 1e-6,
                 _ => 1e-3 / depth_cm,
@@ -244,8 +252,8 @@ fn derivatives_at_the_ends_of_ranges_agree_with_differences_to_one_side() {
 fn the_remainder_of_taylor_is_of_second_order() {
     let mut tested = 0;
     for (name, scene) in scenes() {
-        let (derivatives, values) = (differentiate(&scene, &Variable::ALL, &OPTIONS), solve(&scene, &OPTIONS));
-        for (place, variable) in Variable::ALL.into_iter().enumerate() {
+        let (derivatives, values) = (differentiate(&scene, &Variable::all(), &OPTIONS), solve(&scene, &OPTIONS));
+        for (place, variable) in Variable::all().into_iter().enumerate() {
             let Some(at) = value(&scene, variable).filter(|at| *at > 0.0) else { continue };
             let step = 4e-3 * if at < 1.0 { at.min(1.0 - at) } else { at };
             let there = [1.0, 0.5].map(|part| solve(&with(&scene, variable, at + part * step), &OPTIONS));
@@ -275,7 +283,7 @@ fn the_remainder_of_taylor_is_of_second_order() {
 #[test]
 fn density_and_thickness_act_as_one_in_dry_snow() {
     for (name, scene) in scenes().into_iter().filter(|(_, scene)| scene.sample.water_saturation <= 0.0) {
-        let found = differentiate(&scene, &[Variable::Density, Variable::Thickness], &OPTIONS);
+        let found = differentiate(&scene, &[Variable::Snow(Property::Density), Variable::Thickness], &OPTIONS);
         let values = solve(&scene, &OPTIONS);
         for (place, pair) in found.chunks(2).enumerate() {
             for flux in 0..2 {
@@ -300,15 +308,15 @@ fn derivatives_are_those_that_a_slab_has_alone() {
         cases: cases.collect(),
         wavelengths_nm: NM.to_vec(),
     };
-    let solved = differentiate_batch(&together, &Variable::ALL, &OPTIONS, true, &|_| ()).unwrap();
+    let solved = differentiate_batch(&together, &Variable::all(), &OPTIONS, true, &|_| ()).unwrap();
     let bits = |rows: &[[f64; 3]]| -> Vec<u64> { rows.iter().flatten().map(|value| value.to_bits()).collect() };
-    let per_case = NM.len() * Variable::ALL.len();
+    let per_case = NM.len() * Variable::all().len();
     for ((name, scene), rows) in scenes.iter().zip(solved.derivatives.chunks(per_case)) {
         let rows: Vec<[f64; 3]> =
             rows.iter().map(|row| [row.reflectance, row.transmittance, row.absorptance]).collect();
-        assert_eq!(bits(&rows), bits(&differentiate(scene, &Variable::ALL, &OPTIONS)), "{name}");
+        assert_eq!(bits(&rows), bits(&differentiate(scene, &Variable::all(), &OPTIONS)), "{name}");
         let values = solve(scene, &OPTIONS);
-        for (place, variable) in Variable::ALL.into_iter().enumerate() {
+        for (place, variable) in Variable::all().into_iter().enumerate() {
             let by_one = differentiate(scene, &[variable], &OPTIONS);
             for (wavelength, (of_all, alone)) in column(&rows, place).iter().zip(&by_one).enumerate() {
                 for flux in 0..2 {
@@ -321,6 +329,6 @@ fn derivatives_are_those_that_a_slab_has_alone() {
     }
     let values = solve_batch(&together, &OPTIONS, true, &|_| ()).unwrap();
     assert_eq!(values, solved.fluxes);
-    let twice = differentiate(&scenes[0].1, &[Variable::Density; 2], &OPTIONS);
+    let twice = differentiate(&scenes[0].1, &[Variable::Snow(Property::Density); 2], &OPTIONS);
     assert_eq!(bits(&twice[..1]), bits(&twice[1..2]));
 }

@@ -8,13 +8,13 @@ use snowblue_transport::inversion::{
 use snowblue_transport::ordinates::{OrdinatesOptions, Streams, solve_batch, solve_stack_without_errors};
 use snowblue_transport::rng::Stream;
 use snowblue_transport::{
-    GrainSize, IceTable, Incidence, Layer, LayerVariable, SnowSample, Stack, Substance, Variable,
+    GrainSize, IceTable, Incidence, Layer, LayerVariable, Property, SnowSample, Stack, Substance, Variable,
 };
 
 const OPTIONS: OrdinatesOptions = OrdinatesOptions { tally_rays: 1 << 10, streams: Streams::Auto, seed: 1 };
 const NM: [f64; 12] = [400.0, 450.0, 500.0, 600.0, 700.0, 800.0, 900.0, 1000.0, 1030.0, 1100.0, 1200.0, 1300.0];
-const SOOT: Variable = Variable::MassFraction(Substance::BlackCarbon);
-const DUST: Variable = Variable::MassFraction(Substance::SaharanDust);
+const SOOT: Variable = Variable::impurity(Substance::BlackCarbon);
+const DUST: Variable = Variable::impurity(Substance::SaharanDust);
 
 /// Snow under a light, with the medians of the prior.
 #[derive(Debug, Clone)]
@@ -161,7 +161,8 @@ fn twins_in_bands_are_recovered_within_their_posterior() {
 fn check_twins(count: usize, expected: std::ops::RangeInclusive<usize>, bands: Option<Vec<Vec<f64>>>) {
     const DEVIATION: f64 = 0.01;
     let (medians, deviations) = ([25.0, 150.0], [0.4, 0.5]);
-    let inversion = Inversion { bands: bands.clone(), ..inversion(&[Variable::SurfaceArea, SOOT], &deviations) };
+    let inversion =
+        Inversion { bands: bands.clone(), ..inversion(&[Variable::Snow(Property::SurfaceArea), SOOT], &deviations) };
     let channels_nm = bands.as_ref().map_or(NM.to_vec(), |bands| means(bands, &NM));
     let mut stream = Stream::new(11, 0);
     let lights = [
@@ -216,7 +217,7 @@ fn check_twins(count: usize, expected: std::ops::RangeInclusive<usize>, bands: O
 /// A band of one wavelength is that wavelength, in any order, also where some are missing or their errors correlate.
 #[test]
 fn bands_of_single_wavelengths_have_the_posterior_of_the_wavelengths() {
-    let at_wavelengths = inversion(&[Variable::SurfaceArea, SOOT], &[1.0, 2.0]);
+    let at_wavelengths = inversion(&[Variable::Snow(Property::SurfaceArea), SOOT], &[1.0, 2.0]);
     let order: Vec<usize> = (0..NM.len()).rev().collect();
     let single = |place: usize| (0..NM.len()).map(|other| f64::from(u8::from(other == place))).collect();
     let bands = Some(order.iter().map(|place| single(*place)).collect());
@@ -245,7 +246,7 @@ fn a_spectrum_needs_the_wavelengths_of_its_own_bands_only() {
     let mut last = vec![0.0; NM.len() + 1];
     (last[11], last[12]) = (0.5, 0.5);
     all.push(last);
-    let whole = inversion(&[Variable::SurfaceArea, SOOT], &[1.0, 2.0]);
+    let whole = inversion(&[Variable::Snow(Property::SurfaceArea), SOOT], &[1.0, 2.0]);
     let inversion = Inversion { wavelengths_nm, bands: Some(all), ..whole.clone() };
     let mut spectrum = observation(&deep(20.0, 100.0, beam(60.0)), &[30.0, 50.0], 0.01);
     let values = means(&bands(), &spectrum.measured[0].values);
@@ -268,7 +269,8 @@ fn wrong_bands_are_named() {
     let spectrum = observation(&deep(20.0, 100.0, beam(60.0)), &[30.0, 50.0], 0.01);
     let of_bands = measured(means(&bands(), &spectrum.measured[0].values), 0.01);
     let wrong = |bands: Vec<Vec<f64>>, albedo: Measured| {
-        let inversion = Inversion { bands: Some(bands), ..inversion(&[Variable::SurfaceArea, SOOT], &[1.0, 2.0]) };
+        let inversion =
+            Inversion { bands: Some(bands), ..inversion(&[Variable::Snow(Property::SurfaceArea), SOOT], &[1.0, 2.0]) };
         let error = inversion.retrieve(&[Observation { measured: vec![albedo], ..spectrum.clone() }], &|_| ());
         let error = error.unwrap_err();
         (error.wavelength, error.to_string())
@@ -297,7 +299,7 @@ fn wrong_bands_are_named() {
 /// x̂ − x = (1 − A)/A (x_a − x̂). Over a shift below 0.002 the derivatives of an albedo change by less than 1 %.
 #[test]
 fn an_albedo_under_the_sun_is_that_of_its_angle() {
-    let inversion = inversion(&[Variable::SurfaceArea], &[1.0]);
+    let inversion = inversion(&[Variable::Snow(Property::SurfaceArea)], &[1.0]);
     let sun = observation(&deep(20.0, 0.0, beam(60.0)), &[30.0], 0.01);
     let found = one(&inversion, sun.clone());
     let (kernel, median) = (found.averaging_kernel[0], found.values[0].median);
@@ -311,7 +313,7 @@ fn an_albedo_under_the_sun_is_that_of_its_angle() {
 
 #[test]
 fn a_mix_of_light_lies_between_its_parts() {
-    let inversion = inversion(&[Variable::SurfaceArea, SOOT], &[1.0, 2.0]);
+    let inversion = inversion(&[Variable::Snow(Property::SurfaceArea), SOOT], &[1.0, 2.0]);
     let mixed = |fraction: f64| Illumination::Mixed { angle_deg: 20.0, diffuse_fractions: vec![fraction; NM.len()] };
     let retrieved = |truth: Illumination, told: Illumination| {
         let spectrum = observation(&deep(20.0, 100.0, truth), &[20.0, 100.0], 0.01);
@@ -330,7 +332,7 @@ fn a_mix_of_light_lies_between_its_parts() {
 /// To the last bit, also where errors correlate.
 #[test]
 fn a_mask_of_missing_wavelengths_equals_dropping_them() {
-    let whole = inversion(&[Variable::SurfaceArea, SOOT], &[1.0, 2.0]);
+    let whole = inversion(&[Variable::Snow(Property::SurfaceArea), SOOT], &[1.0, 2.0]);
     let truth = deep(35.0, 80.0, beam(40.0));
     let mut masked = observation(&truth, &[20.0, 30.0], 0.01);
     let kept: Vec<usize> = (0..NM.len()).filter(|place| ![0, 5, 6, 11].contains(place)).collect();
@@ -356,7 +358,7 @@ fn a_mask_of_missing_wavelengths_equals_dropping_them() {
 /// A spectrum has the result that it has alone, whatever the others are.
 #[test]
 fn spectra_do_not_depend_on_each_other() {
-    let inversion = inversion(&[Variable::SurfaceArea, SOOT], &[1.0, 2.0]);
+    let inversion = inversion(&[Variable::Snow(Property::SurfaceArea), SOOT], &[1.0, 2.0]);
     let truths = [deep(8.0, 10.0, beam(10.0)), deep(80.0, 500.0, beam(70.0)), deep(20.0, 1.0, beam(82.0))];
     let spectra: Vec<Observation> = truths.iter().map(|truth| observation(truth, &[20.0, 30.0], 0.01)).collect();
     let together = retrieve(&inversion, &spectra);
@@ -366,7 +368,7 @@ fn spectra_do_not_depend_on_each_other() {
 
 #[test]
 fn without_information_the_posterior_is_the_prior() {
-    let mut inversion = inversion(&[Variable::SurfaceArea, SOOT], &[0.7, 1.5]);
+    let mut inversion = inversion(&[Variable::Snow(Property::SurfaceArea), SOOT], &[0.7, 1.5]);
     (inversion.prior_covariance[1], inversion.prior_covariance[2]) = (0.5, 0.5);
     let vague = observation(&deep(35.0, 80.0, beam(40.0)), &[20.0, 30.0], 1e6);
     let mut empty = vague.clone();
@@ -390,7 +392,7 @@ fn without_information_the_posterior_is_the_prior() {
 /// Better data, and more of them, determine more.
 #[test]
 fn information_grows_with_the_data() {
-    let inversion = inversion(&[Variable::SurfaceArea, SOOT, Variable::Thickness], &[1.0, 2.0, 1.0]);
+    let inversion = inversion(&[Variable::Snow(Property::SurfaceArea), SOOT, Variable::Thickness], &[1.0, 2.0, 1.0]);
     let truth = Truth { thickness_cm: 6.0, ..deep(20.0, 100.0, beam(30.0)) };
     let both = |deviation: f64, relative: Option<f64>| {
         let [albedo, transmittance] = exact(&truth);
@@ -422,7 +424,7 @@ fn information_grows_with_the_data() {
 #[test]
 fn the_averaging_kernel_is_the_derivative_of_the_retrieval() {
     const STEP: f64 = 0.05;
-    let inversion = inversion(&[Variable::SurfaceArea, SOOT], &[0.5, 1.0]);
+    let inversion = inversion(&[Variable::Snow(Property::SurfaceArea), SOOT], &[0.5, 1.0]);
     let mean = [20.0, 60.0];
     let at = |i: usize, sign: f64| {
         let mut state = mean;
@@ -447,7 +449,7 @@ fn the_averaging_kernel_is_the_derivative_of_the_retrieval() {
 
 #[test]
 fn an_error_of_scale_is_retrieved_with_the_snow() {
-    let inversion = inversion(&[Variable::SurfaceArea, SOOT], &[1.0, 2.0]);
+    let inversion = inversion(&[Variable::Snow(Property::SurfaceArea), SOOT], &[1.0, 2.0]);
     let truth = deep(20.0, 100.0, beam(30.0));
     let mut scaled = observation(&truth, &[20.0, 100.0], 0.002);
     scaled.measured[0].values.iter_mut().for_each(|value| *value *= 1.03);
@@ -467,8 +469,8 @@ fn every_variable_can_be_retrieved() {
     let truth = Truth { thickness_cm: 3.0, ..deep(25.0, 100.0, beam(45.0)) };
     let [albedo, transmittance] = exact(&truth);
     for (variable, value, wrong) in [
-        (Variable::SurfaceArea, 25.0, 10.0),
-        (Variable::Density, 300.0, 200.0),
+        (Variable::Snow(Property::SurfaceArea), 25.0, 10.0),
+        (Variable::Snow(Property::Density), 300.0, 200.0),
         (Variable::Thickness, 3.0, 5.0),
         (SOOT, 100.0, 30.0),
         (Variable::CosIncidence, 45_f64.to_radians().cos(), 0.5),
@@ -491,7 +493,9 @@ fn every_variable_can_be_retrieved() {
         assert!(found.data == 24 && found.data_chi_square < 0.1 && found.solutions < 30, "{found:?}");
     }
     // What is not in the snow, and what darkens it in another way.
-    for (variable, median) in [(DUST, 1000.0), (Variable::GroundAlbedo, 0.2), (Variable::WaterSaturation, 0.02)] {
+    for (variable, median) in
+        [(DUST, 1000.0), (Variable::GroundAlbedo, 0.2), (Variable::Snow(Property::WaterSaturation), 0.02)]
+    {
         let grain_size = GrainSize::from_specific_surface_area(25.0, -5.0).unwrap();
         let sample = SnowSample { grain_size, ..SnowSample::default() };
         let spectrum = Observation {
@@ -505,11 +509,11 @@ fn every_variable_can_be_retrieved() {
 
 #[test]
 fn a_variable_at_an_end_of_its_range_is_named() {
-    let inversion = inversion(&[Variable::SurfaceArea], &[3.0]);
+    let inversion = inversion(&[Variable::Snow(Property::SurfaceArea)], &[3.0]);
     let mut bright = observation(&deep(200.0, 0.0, beam(0.0)), &[20.0], 0.005);
     bright.measured[0].values.fill(1.0);
     let found = one(&inversion, bright);
-    assert_eq!(found.outcome, Outcome::AtEndOfRange(vec![Variable::SurfaceArea.into()]));
+    assert_eq!(found.outcome, Outcome::AtEndOfRange(vec![Variable::Snow(Property::SurfaceArea).into()]));
     assert!((found.values[0].median - 300.0).abs() < 1e-9);
     // It is held there: a slightly different snow would be retrieved as the same.
     let posterior = [found.averaging_kernel[0], found.covariance[0], found.degrees_of_freedom];
@@ -519,7 +523,7 @@ fn a_variable_at_an_end_of_its_range_is_named() {
 
 #[test]
 fn all_variables_at_ends_of_their_ranges_are_named() {
-    let inversion = inversion(&[Variable::SurfaceArea, SOOT], &[3.0, 3.0]);
+    let inversion = inversion(&[Variable::Snow(Property::SurfaceArea), SOOT], &[3.0, 3.0]);
     let mut black = observation(&deep(200.0, 0.0, beam(0.0)), &[20.0, 100.0], 0.005);
     black.measured[0].values.fill(0.002);
     let outcome = one(&inversion, black).outcome.to_string();
@@ -532,7 +536,7 @@ fn all_variables_at_ends_of_their_ranges_are_named() {
 /// The wavelengths of other spectra, at which the model of its snow does not hold, are not those of a spectrum.
 #[test]
 fn a_spectrum_needs_its_own_wavelengths_only() {
-    let mut inversion = inversion(&[Variable::SurfaceArea], &[1.0]);
+    let mut inversion = inversion(&[Variable::Snow(Property::SurfaceArea)], &[1.0]);
     let mut dry = observation(&deep(20.0, 0.0, beam(30.0)), &[20.0], 0.01);
     let mut wet = dry.clone();
     wet.layers[0].sample_mut().unwrap().water_saturation = 0.05;
@@ -553,7 +557,7 @@ fn a_spectrum_needs_its_own_wavelengths_only() {
 
 #[test]
 fn wrong_input_is_named_with_its_place() {
-    let good = inversion(&[Variable::SurfaceArea, SOOT], &[1.0, 2.0]);
+    let good = inversion(&[Variable::Snow(Property::SurfaceArea), SOOT], &[1.0, 2.0]);
     let spectrum = observation(&deep(20.0, 100.0, beam(30.0)), &[20.0, 100.0], 0.01);
     let told = |inversion: &Inversion, wrong: Observation| {
         let error = inversion.retrieve(&[spectrum.clone(), wrong], &|_| ()).unwrap_err();
@@ -603,7 +607,7 @@ fn wrong_input_is_named_with_its_place() {
     };
     let whole = |text: &str| (None, None, text.to_owned());
     assert_eq!(
-        changed(&|i| i.variables[1] = Variable::SurfaceArea.into()),
+        changed(&|i| i.variables[1] = Variable::Snow(Property::SurfaceArea).into()),
         whole("ssa_m2_kg is to be retrieved twice")
     );
     let text = "covariance of the prior must be symmetric and positive definite";
@@ -672,7 +676,10 @@ fn of_pack(measured: Vec<Measured>, angle_deg: f64, medians: &[f64]) -> Observat
 }
 
 fn inversion_of(variables: Vec<LayerVariable>, deviations: &[f64]) -> Inversion {
-    Inversion { variables, ..inversion(&[Variable::SurfaceArea, SOOT, DUST][..deviations.len()], deviations) }
+    Inversion {
+        variables,
+        ..inversion(&[Variable::Snow(Property::SurfaceArea), SOOT, DUST][..deviations.len()], deviations)
+    }
 }
 
 /// As the twins of one layer, with the albedo and the fluxes at two depths of two layers, whose soot is the same: 200
@@ -681,7 +688,11 @@ fn inversion_of(variables: Vec<LayerVariable>, deviations: &[f64]) -> Inversion 
 fn layers_are_recovered_within_their_posterior() {
     const TWINS: usize = 200;
     let (medians, deviations, depths_cm) = ([40.0, 15.0, 60.0], [0.3, 0.3, 0.5], [2.0, 12.0]);
-    let variables = vec![of_layer(Variable::SurfaceArea, 0), of_layer(Variable::SurfaceArea, 1), SOOT.into()];
+    let variables = vec![
+        of_layer(Variable::Snow(Property::SurfaceArea), 0),
+        of_layer(Variable::Snow(Property::SurfaceArea), 1),
+        SOOT.into(),
+    ];
     let inversion = inversion_of(variables, &deviations);
     let mut stream = Stream::new(12, 0);
     let twin = |number: usize| {
@@ -720,7 +731,8 @@ fn layers_are_recovered_within_their_posterior() {
 #[test]
 fn fluxes_at_depth_determine_what_lies_below() {
     let depths_cm = [2.0, 12.0];
-    let variables = vec![of_layer(Variable::SurfaceArea, 0), of_layer(Variable::SurfaceArea, 1)];
+    let variables =
+        vec![of_layer(Variable::Snow(Property::SurfaceArea), 0), of_layer(Variable::Snow(Property::SurfaceArea), 1)];
     let inversion = inversion_of(variables, &[0.7, 0.7]);
     let both = profile(exact_in_layers([60.0, 10.0], 0.0, &depths_cm, 50.0), &depths_cm, 0.01, 0.03);
     let albedo = vec![both[0].clone()];
@@ -745,7 +757,7 @@ fn fluxes_at_depth_determine_what_lies_below() {
 #[test]
 fn a_common_value_of_equal_layers_is_that_of_one() {
     let truth = deep(25.0, 100.0, beam(45.0));
-    let inversion = inversion(&[Variable::SurfaceArea, SOOT], &[1.0, 2.0]);
+    let inversion = inversion(&[Variable::Snow(Property::SurfaceArea), SOOT], &[1.0, 2.0]);
     let whole = observation(&truth, &[20.0, 30.0], 0.01);
     let mut cut = whole.clone();
     cut.layers.insert(0, Layer { thickness_cm: 2.0, ..whole.layers[0] });
@@ -755,10 +767,10 @@ fn a_common_value_of_equal_layers_is_that_of_one() {
         assert!((whole.standard_deviation / cut.standard_deviation - 1.0).abs() < 1e-6, "{found:?}");
     }
     let observation = observation(&truth, &[20.0, 30.0], 0.01);
-    assert!((observation.known(Variable::Density.into()) - 300.0).abs() < 1e-12);
+    assert!((observation.known(Variable::Snow(Property::Density).into()) - 300.0).abs() < 1e-12);
     let layered = of_pack(vec![], 45.0, &[]);
-    assert!(layered.known(Variable::Density.into()).is_nan());
-    assert!((layered.known(of_layer(Variable::Density, 1)) - 350.0).abs() < 1e-12);
+    assert!(layered.known(Variable::Snow(Property::Density).into()).is_nan());
+    assert!((layered.known(of_layer(Variable::Snow(Property::Density), 1)) - 350.0).abs() < 1e-12);
 }
 
 /// A glaze of ice, whose infrared absorption tells its thickness, on snow, whose surface area is retrieved with it.
@@ -786,7 +798,7 @@ fn the_thickness_of_ice_is_retrieved() {
         measured: vec![measured(albedo, 1e-4)],
     };
     // The common surface area of all layers is that of the snow.
-    let variables = vec![of_layer(Variable::Thickness, 0), Variable::SurfaceArea.into()];
+    let variables = vec![of_layer(Variable::Thickness, 0), Variable::Snow(Property::SurfaceArea).into()];
     let found = one(&inversion_of(variables, &[1.0, 1.0]), observation.clone());
     assert_eq!(found.outcome, Outcome::Converged);
     for (value, truth) in found.values.iter().zip([0.4, 12.0]) {
@@ -798,7 +810,10 @@ fn the_thickness_of_ice_is_retrieved() {
         let wrong = Observation { prior_medians: vec![median], ..observation.clone() };
         inversion_of(vec![by], &[1.0]).retrieve(&[wrong], &|_| ()).unwrap_err().to_string()
     };
-    assert_eq!(told(of_layer(Variable::SurfaceArea, 0), 20.0), "ssa_m2_kg cannot be retrieved from clear ice");
+    assert_eq!(
+        told(of_layer(Variable::Snow(Property::SurfaceArea), 0), 20.0),
+        "ssa_m2_kg cannot be retrieved from clear ice"
+    );
     let thin = "the prior of thickness_cm of layer 0: thickness is 0.001 cm, but must lie in 0.01–100000 cm";
     assert_eq!(told(of_layer(Variable::Thickness, 0), 0.001), thin);
 }
@@ -814,10 +829,10 @@ fn wrong_packs_are_named() {
         let inversion = inversion_of(variables, &vec![1.0; medians.len()]);
         inversion.retrieve(&[wrong], &|_| ()).map(|_| ()).unwrap_err()
     };
-    let area = |layer: usize| vec![of_layer(Variable::SurfaceArea, layer)];
+    let area = |layer: usize| vec![of_layer(Variable::Snow(Property::SurfaceArea), layer)];
     let thickness = |layer: usize| vec![of_layer(Variable::Thickness, layer)];
     assert_eq!(told(area(2), &|_| ()).to_string(), "number of the layer is 2, but must lie in 0–1");
-    let twice = vec![of_layer(Variable::SurfaceArea, 0), Variable::SurfaceArea.into()];
+    let twice = vec![of_layer(Variable::Snow(Property::SurfaceArea), 0), Variable::Snow(Property::SurfaceArea).into()];
     assert_eq!(told(twice, &|_| ()).to_string(), "ssa_m2_kg is to be retrieved twice");
     let deep = told(area(0), &|wrong| wrong.measured[1].depths_cm[1] = 30.0);
     assert_eq!(deep.to_string(), "depth is 30 cm, but must lie in 0–23 cm");

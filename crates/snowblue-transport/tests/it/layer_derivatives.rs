@@ -11,8 +11,8 @@ use snowblue_transport::stack::ICE_THICKNESS_RANGE;
 use snowblue_transport::stack::{DepthDerivatives, DepthFluxes, StackDerivatives, StackRadiometry};
 use snowblue_transport::sunlight::Band;
 use snowblue_transport::{
-    GrainSize, IceTable, Impurities, Incidence, Layer, LayerVariable, SnowSample, Stack, Substance, TruncatedNormal,
-    Variable,
+    GrainSize, IceTable, Impurities, Incidence, Layer, LayerVariable, Property, SnowSample, Stack, Substance,
+    TruncatedNormal, Variable,
 };
 
 const OPTIONS: OrdinatesOptions = OrdinatesOptions { tally_rays: 1 << 10, streams: Streams::Auto, seed: 1 };
@@ -133,11 +133,12 @@ fn value(stack: &Stack, by: &LayerVariable) -> Option<f64> {
             Incidence::Diffuse => return None,
         },
         Variable::GroundAlbedo => stack.ground_albedo,
-        Variable::SurfaceArea => 4.0 * sample?.extinction_per_m() / sample?.density_kg_m3,
-        Variable::Density => sample?.density_kg_m3,
+        Variable::Snow(Property::SurfaceArea) => 4.0 * sample?.extinction_per_m() / sample?.density_kg_m3,
+        Variable::Snow(Property::Density) => sample?.density_kg_m3,
         Variable::Thickness => layer.map(|layer| layer.thickness_cm).filter(|thickness| thickness.is_finite())?,
-        Variable::WaterSaturation => sample?.water_saturation,
-        Variable::MassFraction(substance) => sample?.impurities.ng_g(substance),
+        Variable::Snow(Property::WaterSaturation) => sample?.water_saturation,
+        Variable::Snow(Property::Impurity(substance)) => sample?.impurities.ng_g(substance),
+        Variable::Snow(_) => unreachable!("{} has no derivatives", by.variable),
     })
 }
 
@@ -157,16 +158,16 @@ fn with(stack: &Stack, by: &LayerVariable, value_then: f64) -> Stack {
                 return changed;
             };
             match variable {
-                Variable::SurfaceArea => {
+                Variable::Snow(Property::SurfaceArea) => {
                     sample.grain_size.min_um *= ratio;
                     sample.grain_size.max_um *= ratio;
                 }
-                Variable::Density => sample.density_kg_m3 = value_then,
-                Variable::WaterSaturation => sample.water_saturation = value_then,
-                Variable::MassFraction(substance) => {
+                Variable::Snow(Property::Density) => sample.density_kg_m3 = value_then,
+                Variable::Snow(Property::WaterSaturation) => sample.water_saturation = value_then,
+                Variable::Snow(Property::Impurity(substance)) => {
                     sample.impurities = sample.impurities.with(substance, value_then);
                 }
-                Variable::Thickness | Variable::CosIncidence | Variable::GroundAlbedo => unreachable!(),
+                _ => unreachable!("{variable} is no property of snow with derivatives"),
             }
         }
     }
@@ -198,9 +199,9 @@ fn compare(
     terms: &[(f64, f64)],
 ) -> usize {
     let options = OPTIONS;
-    let found = differentiate(stack, &Variable::ALL, &options);
+    let found = differentiate(stack, &Variable::all(), &options);
     let here = values(stack, &options);
-    let of_layers = LayerVariable::of_layers(&Variable::ALL, stack.layers.len());
+    let of_layers = LayerVariable::of_layers(&Variable::all(), stack.layers.len());
     let mut compared = 0;
     for (number, by) in of_layers.iter().enumerate() {
         let Some(at) = value(stack, by) else {
@@ -267,9 +268,11 @@ fn derivatives_at_ends_agree_with_differences_to_one_side() {
         ("nothing on top", stack(&[(old, 0.0), (fresh, 3.0)], -1.0, 0.3, &[1.0])),
     ] {
         let step = |by: &LayerVariable, at: f64| match by.variable {
-            Variable::MassFraction(Substance::SnowAlgae) | Variable::WaterSaturation => None,
-            Variable::MassFraction(Substance::BlackCarbon | Substance::BrownCarbon) if at <= 0.0 => Some(1e-3),
-            Variable::MassFraction(_) if at <= 0.0 => Some(0.1),
+            Variable::Snow(Property::Impurity(Substance::SnowAlgae) | Property::WaterSaturation) => None,
+            Variable::Snow(Property::Impurity(Substance::BlackCarbon | Substance::BrownCarbon)) if at <= 0.0 => {
+                Some(1e-3)
+            }
+            Variable::Snow(Property::Impurity(_)) if at <= 0.0 => Some(0.1),
             Variable::Thickness if at <= 0.0 => Some(1e-6),
             Variable::GroundAlbedo if at <= 0.0 => Some(1e-4),
             _ => None,
@@ -291,8 +294,8 @@ fn derivatives_at_ends_agree_with_differences_to_one_side() {
 fn the_remainder_of_taylor_is_of_second_order() {
     let mut tested = 0;
     for (name, stack) in stacks() {
-        let (found, here) = (differentiate(&stack, &Variable::ALL, &OPTIONS), values(&stack, &OPTIONS));
-        let of_layers = LayerVariable::of_layers(&Variable::ALL, stack.layers.len());
+        let (found, here) = (differentiate(&stack, &Variable::all(), &OPTIONS), values(&stack, &OPTIONS));
+        let of_layers = LayerVariable::of_layers(&Variable::all(), stack.layers.len());
         for (number, by) in of_layers.iter().enumerate() {
             let Some(at) = value(&stack, by).filter(|at| *at > 0.0) else { continue };
             let step = 4e-3 * if at < 1.0 { at.min(1.0 - at) } else { at };
@@ -333,13 +336,13 @@ fn one_layer_has_the_derivatives_of_the_slab() {
         [(0.1, 40.0, 0.0), (4.0, 20.0, 0.5), (40.0, -1.0, 0.3), (f64::INFINITY, 60.0, 0.0), (2.0, 85.0, 0.2)]
     {
         let stack = stack(&[(sample, thickness_cm)], angle_deg, ground_albedo, &[]);
-        let layered = differentiate(&stack, &Variable::ALL, &OPTIONS);
+        let layered = differentiate(&stack, &Variable::all(), &OPTIONS);
         let case = SlabCase { sample: 0, thickness_cm, incidence: stack.incidences[0], ground_albedo };
         let batch = Batch { samples: vec![sample], cases: vec![case], wavelengths_nm: NM.to_vec() };
-        let slab = differentiate_batch(&batch, &Variable::ALL, &OPTIONS, false, &|_| ()).unwrap();
+        let slab = differentiate_batch(&batch, &Variable::all(), &OPTIONS, false, &|_| ()).unwrap();
         assert_eq!(layered.len(), slab.derivatives.len());
         for (number, (layered, slab)) in layered.iter().zip(&slab.derivatives).enumerate() {
-            let variable = Variable::ALL[number % Variable::ALL.len()];
+            let variable = Variable::all()[number % Variable::all().len()];
             let values = &slab_values(slab);
             for (place, expected) in values.iter().enumerate() {
                 // And the rounding of a flux near 1.
@@ -366,8 +369,14 @@ fn derivatives_of_slices_sum_up_to_those_of_the_layer() {
     let depths = [0.0, 1.0, 4.0, 9.0];
     let whole = stack(&[(sample, 12.0)], 50.0, 0.4, &depths);
     let sliced = stack(&[(sample, 2.0), (sample, 3.0), (sample, 7.0)], 50.0, 0.4, &depths);
-    let soot = Variable::MassFraction(Substance::BlackCarbon);
-    let variables = [Variable::SurfaceArea, Variable::Density, soot, Variable::GroundAlbedo, Variable::CosIncidence];
+    let soot = Variable::impurity(Substance::BlackCarbon);
+    let variables = [
+        Variable::Snow(Property::SurfaceArea),
+        Variable::Snow(Property::Density),
+        soot,
+        Variable::GroundAlbedo,
+        Variable::CosIncidence,
+    ];
     let (of_whole, of_slices) =
         (differentiate(&whole, &variables, &OPTIONS), differentiate(&sliced, &variables, &OPTIONS));
     for wavelength in 0..NM.len() {
@@ -395,9 +404,9 @@ fn values_and_derivatives_do_not_depend_on_each_other() {
     let mut lights = one.incidences.clone();
     lights.extend([Incidence::Diffuse, Incidence::Beam { angle_deg: 87.0 }]);
     let all = Stack { incidences: lights, ..one.clone() };
-    let solved = differentiate_stack(&all, &Variable::ALL, &OPTIONS, true).unwrap();
+    let solved = differentiate_stack(&all, &Variable::all(), &OPTIONS, true).unwrap();
     let bits = |rows: &[Vec<f64>]| rows.iter().flatten().map(|value| value.to_bits()).collect::<Vec<u64>>();
-    let alone = bits(&differentiate(&one, &Variable::ALL, &OPTIONS));
+    let alone = bits(&differentiate(&one, &Variable::all(), &OPTIONS));
     assert_eq!(bits(&derivatives(&solved)[..alone.len() / derivatives(&solved)[0].len()]), alone);
     let plain = solve_stack(&all, &OPTIONS).unwrap();
     for (with, without) in solved.fluxes.iter().zip(&plain) {
@@ -419,8 +428,14 @@ fn derivatives_of_light_in_layers_agree_with_differences() {
         Illumination::under_sun(elevation_deg, vec![1.0; count], vec![0.4; count])
     };
     let lights = [light(30.0), light(-3.0)];
-    let soot = Variable::MassFraction(Substance::BlackCarbon);
-    let variables = [Variable::SurfaceArea, Variable::Density, Variable::Thickness, soot, Variable::GroundAlbedo];
+    let soot = Variable::impurity(Substance::BlackCarbon);
+    let variables = [
+        Variable::Snow(Property::SurfaceArea),
+        Variable::Snow(Property::Density),
+        Variable::Thickness,
+        soot,
+        Variable::GroundAlbedo,
+    ];
     let numbers = |light: &LightInLayers, band: Band| -> Vec<f64> {
         let light = light.band(band, &wavelengths_nm).unwrap();
         light.levels.iter().flat_map(|level| level.values()).chain(light.absorbed).collect()
@@ -474,8 +489,8 @@ fn derivatives_of_extreme_layers_are_numbers() {
             let wavelengths_nm = wavelengths_nm.clone();
             let stack = Stack { wavelengths_nm, ..stack(&layers, angle_deg, ground_albedo, depths) };
             // The table of water ends before 1490 nm.
-            let has_table = |variable: &Variable| is_wet || *variable != Variable::WaterSaturation;
-            let variables: Vec<Variable> = Variable::ALL.into_iter().filter(has_table).collect();
+            let has_table = |variable: &Variable| is_wet || *variable != Variable::Snow(Property::WaterSaturation);
+            let variables: Vec<Variable> = Variable::all().into_iter().filter(has_table).collect();
             // And with the thinnest ice on top, and the thickest below the first layer.
             let ice = [(0, ICE_THICKNESS_RANGE.least), (2, ICE_THICKNESS_RANGE.greatest)];
             let with_ice = iced(stack.clone(), if layers.len() > 1 { &ice } else { &ice[..1] });
@@ -496,8 +511,8 @@ fn derivatives_of_extreme_layers_are_numbers() {
 #[test]
 fn ice_has_no_property_of_snow() {
     for (name, stack) in iced_stacks() {
-        let of_layers = LayerVariable::of_layers(&Variable::ALL, stack.layers.len());
-        let rows = differentiate(&stack, &Variable::ALL, &OPTIONS);
+        let of_layers = LayerVariable::of_layers(&Variable::all(), stack.layers.len());
+        let rows = differentiate(&stack, &Variable::all(), &OPTIONS);
         for (row, by) in rows.iter().zip(of_layers.iter().cycle()) {
             let is_none =
                 by.variable != Variable::Thickness && by.layer.is_some_and(|layer| stack.layers[layer].is_ice());

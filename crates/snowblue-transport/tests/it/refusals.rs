@@ -4,11 +4,11 @@ use snowblue_transport::batch::{Batch, SlabCase};
 use snowblue_transport::monte_carlo::{self, GoniometricOptions, PatchGrid};
 use snowblue_transport::ordinates::{OrdinatesOptions, differentiate_batch, differentiate_stack};
 use snowblue_transport::{
-    IceTable, Impurities, Incidence, Layer, LayerVariable, Slab, SnowSample, Stack, Substance, Variable,
+    IceTable, Impurities, Incidence, Layer, LayerVariable, Property, Slab, SnowSample, Stack, Substance, Variable,
 };
 
 const BEAM: Incidence = Incidence::Beam { angle_deg: 30.0 };
-const SOOT: Variable = Variable::MassFraction(Substance::BlackCarbon);
+const SOOT: Variable = Variable::impurity(Substance::BlackCarbon);
 const OPTIONS: fn() -> OrdinatesOptions = || OrdinatesOptions { tally_rays: 64, ..OrdinatesOptions::default() };
 
 fn wet(water_saturation: f64) -> SnowSample {
@@ -53,7 +53,7 @@ fn refusals_name_the_quantity_its_value_and_its_range() {
     for answer in [told(slab(wet(0.0), 2500.0).check()), told(slab(sooty(0.0), 2500.0).check())] {
         assert_eq!(answer, Ok(()));
     }
-    assert_eq!(told(slab_by(Variable::Density)), Ok(()));
+    assert_eq!(told(slab_by(Variable::Snow(Property::Density))), Ok(()));
     assert_eq!(LayerVariable { variable: SOOT, layer: Some(2) }.to_string(), "black-carbon of layer 2");
 }
 

@@ -81,7 +81,7 @@ fn refusals_name_quantity_value_and_range() {
         (json!({ "angle_deg": 95.0 }), "angle is 95°, but must lie in 0–89.99°"),
         (
             json!({ "layers": [{ "thickness_cm": 1.0, "density_kg_m3": 5000.0 }] }),
-            "density is 5000 kg/m³, but must lie in 10–900 kg/m³",
+            "density_kg_m3 is 5000 kg/m³, but must lie in 10–900 kg/m³",
         ),
         (json!({ "layers": [] }), "layer"),
         (json!({ "layers": [{ "thickness_cm": 1.0, "depth": 1.0 }] }), "unknown field `depth`"),

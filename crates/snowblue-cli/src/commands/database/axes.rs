@@ -4,18 +4,17 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use snowblue_database::axes_file::{self, AxesFileError};
-use snowblue_database::{Axes, Property, PropertyAxis};
+use snowblue_base::toml_table::ParseError;
+use snowblue_database::{Axes, axes_file};
 use snowblue_transport::optics::IceTable;
-use snowblue_transport::parameters::{
-    ANGLE, DENSITY, FACETNESS, MASS_FRACTION, TEMPERATURE, THICKNESS, WATER_SATURATION,
-};
-use snowblue_transport::sample::{MEAN_SIZE_HALF_RANGE_UM, MEAN_SIZE_RANGE};
+use snowblue_transport::parameters::{ANGLE, THICKNESS};
 use snowblue_transport::slab::Incidence;
 
 use crate::input::SettingsFile;
+use crate::options::PropertyAxis;
 use crate::options::limits::{self, described};
-use crate::options::parse::{self, ImpurityAxis, Wavelengths};
+use crate::options::parse::{self, Wavelengths};
+use crate::options::property::PropertyValues;
 use crate::output::Failure;
 
 /// Axes of a table
@@ -29,18 +28,8 @@ pub(super) struct AxesOptions {
     /// wavelength_nm, water_saturation, temperature_c, impurities_ng_g
     #[arg(long, value_name = "FILE", conflicts_with = "preset")]
     axes: Option<PathBuf>,
-    #[arg(
-        long, value_name = "LIST", value_delimiter = ',', value_parser = parse::number,
-        help = format!(
-            "Mean grain sizes in µm, each for the range mean ± {MEAN_SIZE_HALF_RANGE_UM} [{}]",
-            limits::ends(&MEAN_SIZE_RANGE.inclusive())
-        )
-    )]
-    grain_size: Vec<f64>,
-    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = parse::number, help = described(&FACETNESS))]
-    facetness: Vec<f64>,
-    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = parse::number, help = described(&DENSITY))]
-    density: Vec<f64>,
+    #[command(flatten)]
+    properties: PropertyValues<true>,
     #[arg(
         long, value_name = "LIST", value_delimiter = ',', value_parser = parse::number,
         help = format!("{}, two or more", described(&THICKNESS))
@@ -56,21 +45,6 @@ pub(super) struct AxesOptions {
         help = format!("Wavelengths in nm: FIRST:LAST:STEP or a list [{}]", limits::snow_wavelengths())
     )]
     wavelengths: Option<Wavelengths>,
-    #[arg(
-        long, value_name = "LIST", value_delimiter = ',', value_parser = parse::number,
-        help = described(&WATER_SATURATION)
-    )]
-    water_saturation: Vec<f64>,
-    #[arg(
-        long, value_name = "LIST", value_delimiter = ',', value_parser = parse::number, allow_negative_numbers = true,
-        help = described(&TEMPERATURE)
-    )]
-    temperature: Vec<f64>,
-    #[arg(
-        long, value_name = "NAME=LIST", value_parser = parse::impurity_axis,
-        help = format!("{}, as black-carbon=0:10:100; repeatable", described(&MASS_FRACTION))
-    )]
-    impurity: Vec<ImpurityAxis>,
 }
 
 /// Parses the name of a preset.
@@ -84,46 +58,35 @@ impl AxesOptions {
     pub(super) fn axes(&self, ice: IceTable) -> Result<Axes, Failure> {
         let mut axes = match &self.axes {
             None => self.preset.clone(),
-            Some(path) => read(path, ice)?,
+            Some(path) => read(path)?,
         };
-        let given = |values: &[f64]| (!values.is_empty()).then(|| values.to_vec());
-        replace(&mut axes.grain_sizes_um, given(&self.grain_size));
-        replace(&mut axes.facetness, given(&self.facetness));
-        replace(&mut axes.densities_kg_m3, given(&self.density));
-        replace(&mut axes.thicknesses_cm, given(&self.thickness));
-        replace(&mut axes.wavelengths_nm, self.wavelengths.as_ref().map(|wavelengths| wavelengths.0.clone()));
+        for PropertyAxis { property, values } in self.properties.iter() {
+            if let Some(range) = values.iter().find(|value| value.len() > 1) {
+                let (option, count) = (property.name().replace('_', "-"), range.len());
+                return Err(Failure::Input(format!("a value of --{option} has {count} numbers, but must be a mean")));
+            }
+            axes.set_property(snowblue_database::PropertyAxis { property: *property, values: values.concat() });
+        }
+        if !self.thickness.is_empty() {
+            axes.thicknesses_cm.clone_from(&self.thickness);
+        }
+        if let Some(Wavelengths(wavelengths_nm)) = &self.wavelengths {
+            axes.wavelengths_nm.clone_from(wavelengths_nm);
+        }
         if !self.angle.is_empty() {
             axes.set_incidences(&self.angle);
         }
-        set_property(&mut axes, Property::WaterSaturation, given(&self.water_saturation));
-        set_property(&mut axes, Property::Temperature, given(&self.temperature));
-        for ImpurityAxis { substance, ng_g } in &self.impurity {
-            set_property(&mut axes, Property::Impurity(*substance), Some(ng_g.clone()));
-        }
-        axes.check(ice).map_err(Failure::input)?;
+        axes.check(ice).map_err(|error| match &self.axes {
+            Some(path) => Failure::Input(format!("{}: {error}", path.display())),
+            None => Failure::input(error),
+        })?;
         Ok(axes)
     }
 }
 
-/// Reads a file of axes and checks them.
-fn read(path: &Path, ice: IceTable) -> Result<Axes, Failure> {
+/// Reads a file of axes.
+fn read(path: &Path) -> Result<Axes, Failure> {
     let text = SettingsFile::read(path)?;
     let source = SettingsFile { path, text: &text };
-    axes_file::parse(&text, ice).map_err(|AxesFileError { span, reason }| match span {
-        Some(span) => source.failure(&span, reason),
-        None => Failure::Input(format!("{}: {reason}", path.display())),
-    })
-}
-
-fn replace(axis: &mut Vec<f64>, values: Option<Vec<f64>>) {
-    if let Some(values) = values {
-        *axis = values;
-    }
-}
-
-/// Sets the axis of a further property, if it is given.
-fn set_property(axes: &mut Axes, property: Property, values: Option<Vec<f64>>) {
-    if let Some(values) = values {
-        axes.set_property(PropertyAxis { property, values });
-    }
+    axes_file::parse(&text).map_err(|ParseError { span, reason }| source.failure(&span, reason))
 }

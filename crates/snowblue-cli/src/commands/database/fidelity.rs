@@ -31,7 +31,7 @@ pub(crate) struct Fidelity {
     #[command(flatten)]
     given: GivenOptions,
     /// Full table [default: computed on the given axes]
-    #[arg(conflicts_with_all = ["Filling", "AxesOptions", "streams"])]
+    #[arg(conflicts_with_all = ["Filling", "AxesOptions", "AxisProperties", "streams"])]
     file: Option<PathBuf>,
     #[command(flatten)]
     filling: Filling,

@@ -6,13 +6,14 @@ use std::path::Path;
 
 use snowblue_base::csv_text::{cells, is_comment, lines, separator_hint};
 use snowblue_figures::{Cell, format_number};
+use snowblue_transport::Number;
 use snowblue_transport::batch::{Batch, SlabCase};
-use snowblue_transport::optics::Substance;
-use snowblue_transport::sample::{SizeMeasure, SnowDescription, SnowSample};
+use snowblue_transport::sample::{Property, SizeMeasure, SnowKeys, SnowSample};
 use snowblue_transport::slab::Incidence;
 
 use crate::input::SettingsFile;
-use crate::options::{GivenOptions, SnowAxis, SnowOptions, SnowProperty, has_no_effect, parse};
+use crate::options::property::{option_name, values};
+use crate::options::{GivenOptions, PropertyAxis, SnowOptions, has_no_effect, parse, set_optical_radius};
 use crate::output::Failure;
 
 /// Slabs with what leads their rows.
@@ -43,20 +44,15 @@ enum Column {
     Angle,
     Ground,
     Snow,
-    GrainSize,
     OpticalRadius,
     SizeMeasure,
-    Facetness,
-    Sphericity,
-    WaterSaturation,
-    Temperature,
     Ice,
-    Property(SnowProperty),
+    Property(Property),
 }
 
 /// One line of a file.
 struct Line {
-    snow: SnowDescription,
+    snow: SnowKeys,
     thickness_cm: f64,
     incidence: Incidence,
     ground_albedo: f64,
@@ -67,20 +63,20 @@ const ANGLE: &str = "angle_deg";
 
 impl Slabs {
     /// Every combination of the values of the options.
-    pub(super) fn of_axes(axes: &[SnowAxis], defaults: &Defaults) -> Result<Self, Failure> {
-        let mut combinations: Vec<(Vec<Cell>, SnowDescription)> = vec![(Vec::new(), defaults.snow.description()?)];
-        for SnowAxis { property, values } in axes {
-            let with = |(cells, snow): &(Vec<Cell>, SnowDescription), value: f64| {
+    pub(super) fn of_axes(axes: &[&PropertyAxis], defaults: &Defaults) -> Result<Self, Failure> {
+        let mut combinations: Vec<(Vec<Cell>, SnowKeys)> = vec![(Vec::new(), defaults.snow.keys()?)];
+        for PropertyAxis { property, values } in axes {
+            let with = |(cells, snow): &(Vec<Cell>, SnowKeys), value: &[f64]| {
                 let mut snow = snow.clone();
-                property.set(&mut snow, value);
-                ([&cells[..], &[Cell::from(value)]].concat(), snow)
+                snow.set(*property, value).map_err(Failure::input)?;
+                Ok(([&cells[..], &[cell(value)]].concat(), snow))
             };
-            combinations =
-                combinations.iter().flat_map(|one| values.iter().map(move |value| with(one, *value))).collect();
+            let all = combinations.iter().flat_map(|one| values.iter().map(move |value| with(one, value)));
+            combinations = all.collect::<Result<_, Failure>>()?;
         }
         let (mut samples, mut cases, mut leading) = (Vec::new(), Vec::new(), Vec::new());
         for (cells, snow) in combinations {
-            samples.push(snow.sample().map_err(Failure::input)?);
+            samples.push(snow.sample().map_err(|wrong| Failure::input(wrong.error))?);
             for thickness_cm in defaults.thicknesses_cm {
                 for incidence in defaults.incidences {
                     leading.push([&cells[..], &slab_cells(*thickness_cm, incidence)].concat());
@@ -94,7 +90,7 @@ impl Slabs {
             }
         }
         let batch = Batch { samples, cases, wavelengths_nm: defaults.wavelengths_nm.to_vec() };
-        let columns = axes.iter().map(|axis| axis.property.column()).chain([THICKNESS, ANGLE]).collect();
+        let columns = axes.iter().map(|axis| axis.property.key()).chain([THICKNESS, ANGLE]).collect();
         let slabs = Self { batch, columns, leading, lines: None };
         slabs.batch.check().map_err(|wrong| slabs.failure(None, wrong.case, &wrong.error))?;
         Ok(slabs)
@@ -109,13 +105,13 @@ impl Slabs {
         let (number, header) = lines.next().ok_or_else(empty)?;
         let columns = columns(header, given).map_err(|why| at(number, &why))?;
         let first = Line {
-            snow: defaults.snow.description()?,
+            snow: defaults.snow.keys()?,
             thickness_cm: single("thickness", defaults.thicknesses_cm)?,
             incidence: single("angle", defaults.incidences)?,
             ground_albedo: defaults.ground_albedo,
         };
         // What is wrong in the options is wrong on no line.
-        let samples = vec![first.snow.sample().map_err(Failure::input)?];
+        let samples = vec![first.snow.sample().map_err(|wrong| Failure::input(wrong.error))?];
         let options = Batch { samples, cases: vec![first.case(0)], wavelengths_nm: defaults.wavelengths_nm.to_vec() };
         options.check().map_err(Failure::input)?;
         let mut slabs = Self {
@@ -181,6 +177,14 @@ impl Slabs {
     }
 }
 
+/// The number of a property, or the numbers of a distribution between colons.
+fn cell(numbers: &[f64]) -> Cell {
+    match numbers {
+        [number] => (*number).into(),
+        _ => Cell::word(numbers.iter().map(|number| format_number(*number)).collect::<Vec<_>>().join(":")),
+    }
+}
+
 fn slab_cells(thickness_cm: f64, incidence: &Incidence) -> [Cell; 2] {
     [thickness_cm.into(), Cell::word(incidence.to_string())]
 }
@@ -197,11 +201,11 @@ fn single<T: Copy>(option: &str, values: &[T]) -> Result<T, Failure> {
 fn columns(header: &str, given: &GivenOptions) -> Result<Vec<Column>, String> {
     let mut columns = Vec::new();
     for name in cells(header) {
-        let column = Column::ALL.into_iter().find(|column| column.name() == name);
+        let column = Column::all().find(|column| column.name() == name);
         let column = column.ok_or_else(|| {
             let hint = separator_hint(name, 1);
             let known = if hint.is_empty() {
-                format!("; there are {}", Column::ALL.map(Column::name).join(", "))
+                format!("; there are {}", Column::all().map(Column::name).collect::<Vec<_>>().join(", "))
             } else {
                 hint
             };
@@ -210,7 +214,7 @@ fn columns(header: &str, given: &GivenOptions) -> Result<Vec<Column>, String> {
         if columns.contains(&column) {
             return Err(format!("column {name} is given twice"));
         }
-        let excluded = Column::ALL.into_iter().filter(|other| column.excludes(*other)).filter_map(Column::option);
+        let excluded = Column::all().filter(|other| column.excludes(*other)).filter_map(Column::option);
         if let Some(option) = excluded.into_iter().find(|option| given.has(option)) {
             return Err(format!("column {name} cannot be given with --{}", option.replace('_', "-")));
         }
@@ -236,7 +240,7 @@ impl Line {
             }
             own.set(*column, word).map_err(|why| format!("{}: {why}{}", column.name(), separator_hint(word, 1)))?;
         }
-        let sample = own.snow.sample().map_err(|error| error.to_string())?;
+        let sample = own.snow.sample().map_err(|wrong| wrong.error.to_string())?;
         let cell = |(column, word): (&Column, &&str)| match word.parse::<f64>() {
             Err(_) if word.is_empty() => self.default_cell(*column, &sample),
             Ok(number) if *column != Column::Name => Cell::from(number),
@@ -249,25 +253,20 @@ impl Line {
     /// What an empty cell of a line stands for if this is the slab of the options: empty if no option says it, and for
     /// distributions, which metadata describe.
     fn default_cell(&self, column: Column, sample: &SnowSample) -> Cell {
+        let snow = &self.snow;
         let number = |value: Option<f64>| value.map_or(Cell::word(""), Cell::from);
         match column {
             Column::Thickness => self.thickness_cm.into(),
             Column::Angle => Cell::word(self.incidence.to_string()),
             Column::Ground => self.ground_albedo.into(),
-            Column::WaterSaturation => sample.water_saturation.into(),
-            Column::Temperature => sample.temperature_c.into(),
-            Column::Property(SnowProperty::Density) => sample.density_kg_m3.into(),
-            Column::Property(SnowProperty::Impurity(substance)) => sample.impurities.ng_g(substance).into(),
-            Column::Property(SnowProperty::SurfaceArea) => number(self.snow.surface_area_m2_kg),
-            Column::GrainSize => match self.snow.grain_size_um.as_deref() {
-                Some([min_um, max_um]) => Cell::word(format!("{}:{}", format_number(*min_um), format_number(*max_um))),
-                sizes => number(sizes.and_then(|sizes| sizes.first()).copied()),
-            },
-            Column::OpticalRadius => number(self.snow.grain_size_um.as_ref().map(|diameters_um| 0.5 * diameters_um[0])),
-            Column::Snow => Cell::word(self.snow.snow_type.map_or(String::new(), |kind| kind.to_string())),
-            Column::SizeMeasure => Cell::word(self.snow.size_measure.map_or("", SizeMeasure::name)),
+            Column::Property(Property::SurfaceArea) => number(snow.ssa_m2_kg.map(Number::get)),
+            Column::Property(Property::GrainSize) => snow.grain_size_um.as_deref().map_or(Cell::word(""), cell),
+            Column::OpticalRadius => number(snow.grain_size_um.as_ref().map(|diameters_um| 0.5 * diameters_um[0])),
+            Column::Snow => Cell::word(snow.snow.map_or(String::new(), |kind| kind.to_string())),
+            Column::SizeMeasure => Cell::word(snow.size_measure.map_or("", SizeMeasure::name)),
             Column::Ice => Cell::word(sample.ice.name()),
-            Column::Name | Column::Facetness | Column::Sphericity => Cell::word(""),
+            Column::Name | Column::Property(Property::Facetness | Property::Sphericity) => Cell::word(""),
+            Column::Property(property) => property.get(sample).into(),
         }
     }
 
@@ -284,47 +283,25 @@ impl Line {
             Column::Thickness => self.thickness_cm = parse::number(word)?,
             Column::Angle => self.incidence = parse::incidence(word)?,
             Column::Ground => self.ground_albedo = parse::number(word)?,
-            Column::Snow => snow.snow_type = Some(parse::snow_type(word)?),
-            Column::GrainSize => snow.grain_size_um = Some(parse::grain_size(word)?.numbers_um()),
-            Column::OpticalRadius => {
-                snow.grain_size_um = Some(vec![2.0 * parse::number(word)?; 2]);
-                snow.size_measure = Some(parse::size_measure("optical-diameter")?);
-            }
+            Column::Snow => snow.snow = Some(parse::snow_type(word)?),
+            Column::OpticalRadius => set_optical_radius(snow, parse::number(word)?),
             Column::SizeMeasure => snow.size_measure = Some(parse::size_measure(word)?),
-            Column::Facetness => snow.facetness = Some(parse::facetness(word)?),
-            Column::Sphericity => snow.sphericity = Some(parse::sphericity(word)?),
-            Column::WaterSaturation => snow.water_saturation = Some(parse::number(word)?),
-            Column::Temperature => snow.temperature_c = Some(parse::number(word)?),
             Column::Ice => snow.ice = Some(parse::ice(word)?),
-            Column::Property(property) => property.set(snow, parse::number(word)?),
+            Column::Property(property) => {
+                snow.set(property, &values(property, word)?).map_err(|error| error.to_string())?;
+            }
         }
         Ok(())
     }
 }
 
 impl Column {
-    const ALL: [Self; 20] = [
-        Self::Name,
-        Self::Thickness,
-        Self::Angle,
-        Self::Ground,
-        Self::Snow,
-        Self::GrainSize,
-        Self::Property(SnowProperty::SurfaceArea),
-        Self::OpticalRadius,
-        Self::SizeMeasure,
-        Self::Facetness,
-        Self::Sphericity,
-        Self::Property(SnowProperty::Density),
-        Self::WaterSaturation,
-        Self::Property(SnowProperty::Impurity(Substance::BlackCarbon)),
-        Self::Property(SnowProperty::Impurity(Substance::BrownCarbon)),
-        Self::Property(SnowProperty::Impurity(Substance::SaharanDust)),
-        Self::Property(SnowProperty::Impurity(Substance::ColoradoDust)),
-        Self::Property(SnowProperty::Impurity(Substance::SnowAlgae)),
-        Self::Temperature,
-        Self::Ice,
-    ];
+    fn all() -> impl Iterator<Item = Self> {
+        [Self::Name, Self::Thickness, Self::Angle, Self::Ground, Self::Snow]
+            .into_iter()
+            .chain(Property::all().map(Self::Property))
+            .chain([Self::OpticalRadius, Self::SizeMeasure, Self::Ice])
+    }
 
     fn name(self) -> &'static str {
         match self {
@@ -333,33 +310,26 @@ impl Column {
             Self::Angle => ANGLE,
             Self::Ground => "ground_albedo",
             Self::Snow => "snow",
-            Self::GrainSize => "grain_size_um",
             Self::OpticalRadius => "optical_radius_um",
             Self::SizeMeasure => "size_measure",
-            Self::Facetness => "facetness",
-            Self::Sphericity => "sphericity",
-            Self::WaterSaturation => "water_saturation",
-            Self::Temperature => "temperature_c",
             Self::Ice => "ice",
-            Self::Property(property) => property.column(),
+            Self::Property(property) => property.key(),
         }
     }
 
     /// Whether a slab cannot have both, or one as a column and the other as an option: there is one size of grains,
     /// and specific surface area and optical radius have a measure of their own.
     fn excludes(self, other: Self) -> bool {
-        let has_measure = |one| matches!(one, Self::OpticalRadius | Self::Property(SnowProperty::SurfaceArea));
-        let is_size = |one| one == Self::GrainSize || has_measure(one);
+        let has_measure = |one| matches!(one, Self::OpticalRadius | Self::Property(Property::SurfaceArea));
+        let is_size = |one| one == Self::Property(Property::GrainSize) || has_measure(one);
         let are_measures = |one, other| one == Self::SizeMeasure && has_measure(other);
         self != other && is_size(self) && is_size(other) || are_measures(self, other) || are_measures(other, self)
     }
 
     /// Whether the options set this column, where one option sets several.
-    fn is_in(self, snow: &SnowDescription) -> bool {
+    fn is_in(self, snow: &SnowKeys) -> bool {
         match self {
-            Self::Property(SnowProperty::Impurity(substance)) => {
-                snow.impurities.present().any(|(present, _)| present == substance)
-            }
+            Self::Property(Property::Impurity(substance)) => snow.impurities_ng_g.ng_g(substance) > 0.0,
             _ => true,
         }
     }
@@ -370,19 +340,9 @@ impl Column {
             Self::Name => return None,
             Self::Thickness => "thickness",
             Self::Angle => "angle",
-            Self::Ground => "ground_albedo",
-            Self::Snow => "snow",
-            Self::GrainSize => "grain_size",
             Self::OpticalRadius => "optical_radius",
-            Self::SizeMeasure => "size_measure",
-            Self::Facetness => "facetness",
-            Self::Sphericity => "sphericity",
-            Self::WaterSaturation => "water_saturation",
-            Self::Temperature => "temperature",
-            Self::Ice => "ice",
-            Self::Property(SnowProperty::SurfaceArea) => "ssa",
-            Self::Property(SnowProperty::Density) => "density",
-            Self::Property(SnowProperty::Impurity(_)) => "impurity",
+            Self::Property(property) => option_name(property),
+            Self::Ground | Self::Snow | Self::SizeMeasure | Self::Ice => self.name(),
         })
     }
 }

@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use snowblue_base::toml_table::ParseError;
 use snowblue_figures::{Cell, Metadata, format_number};
-use snowblue_transport::layer_file::{LayerFile, LayerFileError};
+use snowblue_transport::layer_file::LayerFile;
 use snowblue_transport::optics::Substance;
 use snowblue_transport::optics::WavelengthRange;
 use snowblue_transport::parameters::GROUND_ALBEDO;
@@ -12,7 +13,7 @@ use snowblue_transport::slab::Slab;
 use snowblue_transport::stack::{Layer, Stack, StackRadiometry};
 
 use crate::input::SettingsFile;
-use crate::options::{limits, parse};
+use crate::options::{limits, parse, snow_options};
 use crate::output::Failure;
 
 /// Layers, ground and depths.
@@ -23,10 +24,7 @@ pub(super) struct StackOptions {
     /// optionally snow, grain_size_um, size_measure, ssa_m2_kg, facetness, sphericity, density_kg_m3, water_saturation,
     /// impurities_ng_g = { black-carbon = 10 }, temperature_c; or it is clear ice, with kind = "ice" and thickness_cm
     /// alone. The file may set ice, the table
-    #[arg(long, value_name = "FILE", conflicts_with_all = [
-        "snow", "grain_size", "ssa", "optical_radius", "size_measure", "facetness", "sphericity", "density",
-        "water_saturation", "impurity", "temperature", "ice", "thickness",
-    ])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = snow_options(), conflicts_with = "thickness")]
     layers: Option<PathBuf>,
     #[arg(
         long, value_name = "ALBEDO", value_parser = parse::number,
@@ -156,8 +154,6 @@ pub(super) fn profile_rows(answer: &StackRadiometry) -> impl Iterator<Item = Vec
 /// Reads and checks the layers of a file.
 fn read(path: &Path) -> Result<LayerFile, Failure> {
     let text = SettingsFile::read(path)?;
-    LayerFile::parse(&text).map_err(|LayerFileError { span, reason }| match span {
-        Some(span) => SettingsFile { path, text: &text }.failure(&span, reason),
-        None => Failure::Input(format!("{}: {reason}", path.display())),
-    })
+    LayerFile::parse(&text)
+        .map_err(|ParseError { span, reason }| SettingsFile { path, text: &text }.failure(&span, reason))
 }

@@ -14,14 +14,13 @@ use snowblue_transport::batch::CaseFluxes;
 use snowblue_transport::monte_carlo::{self, MonteCarloOptions};
 use snowblue_transport::optics::WavelengthRange;
 use snowblue_transport::ordinates;
-use snowblue_transport::sample::SnowSample;
 use snowblue_transport::slab::{Estimate, Radiometry, Slab};
 use snowblue_transport::spread::{FluxIntervals, Uncertainty, solve_spread};
 use snowblue_transport::stack::{Stack, StackRadiometry};
 use snowblue_transport::sunlight::{BandWeights, Broadband};
 
 use crate::options::parse::{self, Wavelengths};
-use crate::options::{GivenOptions, Idle, OrdinatesArguments, SlabOptions, SnowAxis, SnowOptions, limits};
+use crate::options::{GivenOptions, Idle, OrdinatesArguments, PropertyAxis, SlabOptions, SnowOptions, limits};
 use crate::output::{Failure, Layout, Outcome, OutputOptions, Progress, check_extension, check_not_input, write_file};
 use batch::{Defaults, Slabs};
 use broadband::{ALL_BANDS, Bands};
@@ -147,7 +146,7 @@ impl Spectrum {
         if self.broadband.is_some() && self.stack.has_depths() && !self.sky.is_used() {
             return Err(Failure::Input("--broadband with --depths needs the light of a --sky".to_owned()));
         }
-        let axes = self.sample.axes();
+        let axes: Vec<&PropertyAxis> = self.sample.axes().collect();
         if self.plot.is_some() && self.slab.thickness.iter().any(|thickness_cm| thickness_cm.is_infinite()) {
             return Err(Failure::Input("--plot draws transmittance, which a half-space lacks".to_owned()));
         }
@@ -196,13 +195,14 @@ impl Spectrum {
     }
 
     /// The lines of a file, or all combinations of options with several values.
-    fn run_batch(&self, axes: &[SnowAxis], quiet: bool) -> Outcome {
+    fn run_batch(&self, axes: &[&PropertyAxis], quiet: bool) -> Outcome {
         for option in ["plot", "broadband", "depths", "sky"] {
             if self.given.has(option) {
                 return Err(Failure::Input(format!("--{option} needs a single snow")));
             }
         }
-        let sample = self.sample_of(axes)?;
+        // Of several values the first.
+        let sample = self.sample.keys()?.sample().map_err(|wrong| Failure::input(wrong.error))?;
         let wavelengths = self.wavelengths(sample.wavelength_range())?;
         let defaults = Defaults {
             snow: &self.sample,
@@ -246,11 +246,6 @@ impl Spectrum {
         let results = DataTable { columns, rows, metadata };
         let layout = if self.batch.is_some() { Layout::Slabs } else { Layout::Axes };
         self.output.write_spectrum(&results, layout, quiet)
-    }
-
-    /// A sample of the combinations of options.
-    fn sample_of(&self, axes: &[SnowAxis]) -> Result<SnowSample, Failure> {
-        if axes.is_empty() { self.sample.sample() } else { self.sample.description()?.sample().map_err(Failure::input) }
     }
 
     fn solve_batch(&self, slabs: &Slabs, quiet: bool) -> Result<Vec<CaseFluxes>, Failure> {

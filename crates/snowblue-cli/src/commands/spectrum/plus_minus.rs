@@ -1,8 +1,9 @@
 //! `spectrum --plus-minus`: intervals from what is not known exactly of the snow.
 
+use snowblue_base::unit_suffix;
 use snowblue_figures::{Cell, Metadata, format_number};
-use snowblue_transport::optics::Substance;
-use snowblue_transport::spread::{DRAWS, FluxIntervals, SizeDeviation, Uncertainty};
+use snowblue_transport::Property;
+use snowblue_transport::spread::{DRAWS, FluxIntervals, Uncertainty};
 
 use crate::options::parse;
 
@@ -26,18 +27,16 @@ pub(super) fn uncertainty(words: &str) -> Result<Uncertainty, String> {
             return Err(format!("{name} is given twice"));
         }
         given.push(name);
-        let number = || value.ok_or_else(|| format!("give {name}=DEVIATION")).and_then(parse::number);
-        match name {
-            "ice" if value.is_none() => uncertainty.ice = true,
-            "ice" => return Err("ice takes no value: either table is equally likely".to_owned()),
-            "ssa" => uncertainty.size = Some(SizeDeviation::SurfaceArea(number()?)),
-            "grain-size" => uncertainty.size = Some(SizeDeviation::GrainSize(number()?)),
-            "density" => uncertainty.density_kg_m3 = number()?,
+        match (name, value) {
+            ("ice", None) => uncertainty.ice = true,
+            ("ice", Some(_)) => return Err("ice takes no value: either table is equally likely".to_owned()),
             _ => {
-                let substances = Substance::ALL.map(Substance::name).join(", ");
-                let unknown =
-                    |_| format!("'{name}' is not known; there are ssa, grain-size, density, ice, {substances}");
-                uncertainty.mass_fractions_ng_g.push((name.parse().map_err(unknown)?, number()?));
+                let found = Uncertainty::properties().find(|property| property.name() == name.replace('-', "_"));
+                let names = || Uncertainty::properties().map(|one| one.name().replace('_', "-")).collect::<Vec<_>>();
+                let property =
+                    found.ok_or_else(|| format!("'{name}' is not known; there are ice, {}", names().join(", ")))?;
+                let deviation = value.ok_or_else(|| format!("give {name}=DEVIATION")).and_then(parse::number)?;
+                uncertainty.deviations.push((property, deviation));
             }
         }
     }
@@ -54,19 +53,12 @@ pub(super) fn cells(at: &FluxIntervals) -> impl Iterator<Item = Cell> {
 
 /// What the intervals are.
 pub(super) fn metadata(uncertainty: &Uncertainty) -> Metadata {
-    let Uncertainty { size, density_kg_m3, mass_fractions_ng_g, ice } = uncertainty;
-    let mut parts = Vec::new();
-    match size {
-        Some(SizeDeviation::SurfaceArea(area)) => parts.push(format!("ssa ± {} m²/kg", format_number(*area))),
-        Some(SizeDeviation::GrainSize(size)) => parts.push(format!("grain size ± {} µm", format_number(*size))),
-        None => {}
-    }
-    if *density_kg_m3 > 0.0 {
-        parts.push(format!("density ± {} kg/m³", format_number(*density_kg_m3)));
-    }
-    let fraction = |(substance, ng_g): &(Substance, f64)| format!("{substance} ± {} ng/g", format_number(*ng_g));
-    parts.extend(mass_fractions_ng_g.iter().map(fraction));
-    if *ice {
+    let part = |(property, deviation): &(Property, f64)| {
+        let (name, unit) = (property.name().replace('_', "-"), unit_suffix(property.parameter().range.unit));
+        format!("{name} ± {}{unit}", format_number(*deviation))
+    };
+    let mut parts: Vec<String> = uncertainty.deviations.iter().map(part).collect();
+    if uncertainty.ice {
         parts.push("either table of ice".to_owned());
     }
     vec![("95 % of cases", format!("lower–upper of {DRAWS} snows: {}", parts.join(", ")))]
@@ -74,16 +66,18 @@ pub(super) fn metadata(uncertainty: &Uncertainty) -> Metadata {
 
 #[cfg(test)]
 mod tests {
+    use snowblue_transport::Substance;
+
     use super::*;
 
     #[test]
     fn deviations_have_the_names_of_options() {
         let found = uncertainty("ssa=2, density=30,black-carbon=5,ice").unwrap();
-        assert_eq!(found.size, Some(SizeDeviation::SurfaceArea(2.0)));
-        assert_eq!((found.density_kg_m3.to_bits(), found.ice), (30_f64.to_bits(), true));
-        assert_eq!(found.mass_fractions_ng_g, [(Substance::BlackCarbon, 5.0)]);
+        let soot = Property::Impurity(Substance::BlackCarbon);
+        assert_eq!(found.deviations, [(Property::SurfaceArea, 2.0), (Property::Density, 30.0), (soot, 5.0)]);
+        assert!(found.ice);
         for (words, message) in [
-            ("soot=5", "'soot' is not known; there are ssa, grain-size, density, ice, black-carbon"),
+            ("soot=5", "'soot' is not known; there are ice, grain-size, ssa, density, water-saturation, black-carbon"),
             ("ssa", "give ssa=DEVIATION"),
             ("ssa=a", "'a' is not a number"),
             ("ice=1", "ice takes no value"),

@@ -1,0 +1,145 @@
+//! Options of the properties of snow, one for each row of their table, and `--impurity`.
+
+use clap::{Arg, ArgAction, ArgGroup, ArgMatches, Args, Command, FromArgMatches};
+use snowblue_database::axis_properties;
+use snowblue_transport::optics::{impurity, water};
+use snowblue_transport::parameters::MASS_FRACTION;
+use snowblue_transport::sample::{MEAN_SIZE_HALF_RANGE_UM, MEAN_SIZE_RANGE, Property, SnowKeys};
+use snowblue_transport::{Parameter, Substance, TransportError};
+
+use super::{limits, parse};
+
+/// Values of properties of snow: of a snow, or along the axes of a table.
+#[derive(Debug)]
+pub(crate) struct PropertyValues<const OF_TABLE: bool>(Vec<PropertyAxis>);
+
+/// A property with its values, each a number, or the numbers of a distribution.
+#[derive(Debug, Clone)]
+pub(crate) struct PropertyAxis {
+    pub(crate) property: Property,
+    pub(crate) values: Vec<Vec<f64>>,
+}
+
+const IMPURITY: &str = "impurity";
+
+/// Name of the option of a property, as an id of clap.
+pub(crate) fn option_name(property: Property) -> &'static str {
+    if matches!(property, Property::Impurity(_)) { IMPURITY } else { property.name() }
+}
+
+/// The numbers of a property: one, or those of a distribution, between colons.
+pub(crate) fn values(property: Property, word: &str) -> Result<Vec<f64>, String> {
+    let (numbers, mut keys) = (parse::numbers(word)?, SnowKeys::default());
+    keys.set(property, &numbers).map_err(|error| error.to_string())?;
+    keys.sample().map_err(|wrong| wrong.error.to_string())?;
+    Ok(numbers)
+}
+
+/// `black-carbon=10` or `black-carbon=0:10:100`: an impurity and one or several mass fractions in ng/g.
+fn impurity_axis(words: &str) -> Result<PropertyAxis, String> {
+    let (name, ng_g) =
+        words.split_once('=').ok_or("give NAME=NG_G (black-carbon=10, or several: black-carbon=0:10:100)")?;
+    let property = Property::Impurity(name.trim().parse().map_err(|error: TransportError| error.to_string())?);
+    Ok(PropertyAxis { property, values: ng_g.split(':').map(|word| values(property, word)).collect::<Result<_, _>>()? })
+}
+
+/// The end of the help of a property: its range, default and form.
+fn help(property: Property, of_table: bool) -> String {
+    let Parameter { range, default, .. } = property.parameter();
+    let form = match property {
+        Property::GrainSize => {
+            let range = limits::ends(&MEAN_SIZE_RANGE.inclusive());
+            let form = if of_table { "means, each" } else { "MIN:MAX, uniform in number, or a mean," };
+            format!(": {form} for the range mean ± {MEAN_SIZE_HALF_RANGE_UM} [{range}]")
+        }
+        Property::SurfaceArea => ", instead of a grain size".to_owned(),
+        Property::Facetness if !of_table => ": a mean (± 0.1, SD 0.075) or MIN:MAX:MEAN:SD".to_owned(),
+        Property::Sphericity => ": one value or MIN:MAX:MEAN:SD; without it 0.7:0.9:0.8:0.1".to_owned(),
+        Property::WaterSaturation => format!("; for {} nm", limits::wavelengths(water::WAVELENGTH_RANGE)),
+        Property::Temperature => "; changes the density of ice only".to_owned(),
+        _ => String::new(),
+    };
+    let range = limits::ends(&range.inclusive());
+    match property {
+        _ if of_table => format!(" [{range}]{form}"),
+        Property::SurfaceArea => format!(" [{range}]{form}; spectrum takes several, separated by commas"),
+        _ => format!(" [{range}; default: {default}]{form}; spectrum takes several, separated by commas"),
+    }
+}
+
+impl<const OF_TABLE: bool> PropertyValues<OF_TABLE> {
+    /// Name of the group of the options.
+    pub(crate) const GROUP: &str = if OF_TABLE { "AxisProperties" } else { "SnowProperties" };
+
+    /// Names of the options, as ids of clap.
+    pub(crate) fn names() -> Vec<&'static str> {
+        Self::plain().map(Property::name).chain([IMPURITY]).collect()
+    }
+
+    /// The properties that are no impurities.
+    fn plain() -> impl Iterator<Item = Property> {
+        let can_be_axis = |property: Property| !OF_TABLE || axis_properties().any(|other| other == property);
+        Property::all().filter(move |one| !matches!(one, Property::Impurity(_)) && can_be_axis(*one))
+    }
+
+    /// The properties that have values, in the order of the table, and impurities as they are given.
+    pub(crate) fn iter(&self) -> impl Iterator<Item = &PropertyAxis> {
+        self.0.iter()
+    }
+
+    /// Whether a property has values.
+    pub(crate) fn has(&self, property: Property) -> bool {
+        self.0.iter().any(|axis| axis.property == property)
+    }
+}
+
+impl<const OF_TABLE: bool> Args for PropertyValues<OF_TABLE> {
+    fn augment_args(command: Command) -> Command {
+        let option = |name: &'static str| {
+            Arg::new(name).long(name.replace('_', "-")).action(ArgAction::Append).value_delimiter(',')
+        };
+        let plain = Self::plain().map(|property| {
+            option(property.name())
+                .value_name(property.name().to_uppercase())
+                .allow_negative_numbers(true)
+                .value_parser(move |word: &str| values(property, word))
+                .help(format!("{}{}", property.parameter().describe(), help(property, OF_TABLE)))
+        });
+        let impurity = option(IMPURITY).value_name("NAME=NG_G").value_parser(impurity_axis).help(format!(
+            "{}, as black-carbon=10; several separated by commas or repeated: {}; for {} nm. {} also takes several \
+             values of one, black-carbon=0:10:100",
+            limits::described(&MASS_FRACTION),
+            Substance::ALL.map(Substance::name).join(", "),
+            limits::wavelengths(impurity::WAVELENGTH_RANGE),
+            if OF_TABLE { "An axis" } else { "spectrum" }
+        ));
+        command.args(plain).arg(impurity).group(ArgGroup::new(Self::GROUP).multiple(true).args(Self::names()))
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
+}
+
+impl<const OF_TABLE: bool> FromArgMatches for PropertyValues<OF_TABLE> {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        let given = |property: Property| {
+            let values = matches.get_many::<Vec<f64>>(property.name())?.cloned().collect();
+            Some(PropertyAxis { property, values })
+        };
+        let mut all: Vec<PropertyAxis> = Self::plain().filter_map(given).collect();
+        for axis in matches.get_many::<PropertyAxis>(IMPURITY).into_iter().flatten() {
+            if all.iter().any(|other| other.property == axis.property) {
+                let message = format!("impurity {} is given twice\n", axis.property.parameter().title);
+                return Err(clap::Error::raw(clap::error::ErrorKind::ArgumentConflict, message));
+            }
+            all.push(axis.clone());
+        }
+        Ok(Self(all))
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        *self = Self::from_arg_matches(matches)?;
+        Ok(())
+    }
+}
