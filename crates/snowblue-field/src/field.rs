@@ -83,7 +83,7 @@ pub struct SurfacePlace {
 
 /// Patches of the surface of a body.
 #[derive(Debug)]
-pub struct Patches {
+pub struct SurfacePatches {
     /// The patch of each surface element.
     pub of_element: Vec<u32>,
     /// The patch of each orientation in each cell at the surface, or [`NONE`].
@@ -261,8 +261,8 @@ impl SnowBody {
 
     /// The patches of the surface: its elements in a cell that face about the same way.
     #[must_use]
-    pub fn patches(&self) -> Patches {
-        let mut patches = Patches {
+    pub fn patches(&self) -> SurfacePatches {
+        let mut patches = SurfacePatches {
             of_element: vec![0; self.grid.surface.len()],
             of_cell: vec![[NONE; SIDES]; self.grid.cut_cells.len()],
             count: 0,
@@ -283,7 +283,7 @@ impl SnowBody {
 
     /// The patch that holds a place; none if its cell has none that faces this way.
     #[must_use]
-    pub fn patch_at(&self, patches: &Patches, place: &SurfacePlace) -> Option<u32> {
+    pub fn patch_at(&self, patches: &SurfacePatches, place: &SurfacePlace) -> Option<u32> {
         let of_side = patches.of_cell.get(self.grid.cells[place.cell as usize].cut as usize)?;
         sorted_sides(place.normal).into_iter().map(|(side, _)| of_side[side]).find(|patch| *patch != NONE)
     }

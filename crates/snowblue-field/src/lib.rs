@@ -21,7 +21,7 @@ mod system;
 mod vectors;
 
 pub use body::{AxisCrossing, Body};
-pub use field::{CellBox, Fluence, Patches, SnowBody, SnowOfCells, SolveOptions, SurfacePlace, SurfaceValues};
+pub use field::{CellBox, Fluence, SnowBody, SnowOfCells, SolveOptions, SurfacePatches, SurfacePlace, SurfaceValues};
 pub use fixed_point::{FixedPointOptions, Missing, solve_fixed_point};
 pub use grid::GridOptions;
 pub use optics::SnowOptics;

@@ -38,11 +38,11 @@ pub struct SnowSeen {
 
 /// The bright snow of a scene.
 #[derive(Debug)]
-pub(super) struct BrightSnow(Vec<Patches>);
+pub(super) struct BrightSnow(Vec<RadiantPatches>);
 
 /// Patches of the surface, in the lanes of vectors. A patch has normals that are alike, and is taken for a rectangle.
 #[derive(Debug)]
-struct Patches {
+struct RadiantPatches {
     /// Centres, in m.
     centre: [f32x8; 3],
     /// Mean normals, and unit vectors along both sides.
@@ -75,7 +75,7 @@ struct Patch {
 
 /// Patches as seen from a point.
 struct Views<'p> {
-    patches: &'p Patches,
+    patches: &'p RadiantPatches,
     /// The ways to their centres, in m.
     way: [f32x8; 3],
     /// Estimates of the irradiance by them.
@@ -92,7 +92,7 @@ struct Element {
 }
 
 /// Elements that become a patch or are divided.
-struct Part {
+struct ElementGroup {
     elements: Vec<Element>,
     /// Corners of the box around them, in m.
     low: Vec3A,
@@ -120,7 +120,7 @@ impl BrightSnow {
     }
 
     fn of_elements(elements: Vec<Element>) -> Self {
-        Self(patches(elements).chunks(LANES).map(Patches::new).collect())
+        Self(patches(elements).chunks(LANES).map(RadiantPatches::new).collect())
     }
 
     /// What a surface receives of the snow if no part hides another, and the share of the light of an even sky that the
@@ -186,9 +186,11 @@ fn patches(elements: Vec<Element>) -> Vec<Patch> {
     for element in elements {
         facing[facing_of(element.surface.normal)].push(element);
     }
-    let mut parts: Vec<Part> = facing.into_iter().filter_map(Part::new).collect();
+    let mut parts: Vec<ElementGroup> = facing.into_iter().filter_map(ElementGroup::new).collect();
     for _ in parts.len()..MOST_PATCHES {
-        let by_variation = |one: &(usize, &Part), other: &(usize, &Part)| one.1.variation.total_cmp(&other.1.variation);
+        let by_variation = |one: &(usize, &ElementGroup), other: &(usize, &ElementGroup)| {
+            one.1.variation.total_cmp(&other.1.variation)
+        };
         let Some((most_varied, _)) = parts.iter().enumerate().max_by(by_variation) else { break };
         let part = parts.swap_remove(most_varied);
         parts.extend(part.halves());
@@ -205,7 +207,7 @@ fn facing_of(normal: Vec3A) -> usize {
     2 * axis + usize::from(normal[axis] < 0.0)
 }
 
-impl Part {
+impl ElementGroup {
     fn new(elements: Vec<Element>) -> Option<Self> {
         let low = elements.iter().fold(Vec3A::INFINITY, |low, element| low.min(element.surface.point));
         let high = elements.iter().fold(Vec3A::NEG_INFINITY, |high, element| high.max(element.surface.point));
@@ -228,8 +230,8 @@ impl Part {
 }
 
 impl Patch {
-    fn new(part: Part) -> Self {
-        let Part { elements, low, high, area_m2, exitance, .. } = part;
+    fn new(part: ElementGroup) -> Self {
+        let ElementGroup { elements, low, high, area_m2, exitance, .. } = part;
         let weighted = |element: &Element| element.surface.normal * element.area_m2;
         let normal = elements.iter().map(weighted).sum::<Vec3A>().normalize_or_zero();
         let cos_spread = elements.iter().fold(1.0_f32, |least, element| least.min(element.surface.normal.dot(normal)));
@@ -260,7 +262,7 @@ impl Patch {
     }
 }
 
-impl Patches {
+impl RadiantPatches {
     /// At most eight patches.
     fn new(patches: &[Patch]) -> Self {
         let mut lanes = [Patch::default(); LANES];
@@ -339,7 +341,7 @@ impl Views<'_> {
     /// The direction to a point of a patch, from two numbers in [0, 1).
     fn direction(&self, lane: usize, [u, v]: [f32; 2]) -> Vec3A {
         let vector = |value: &[f32x8; 3]| Vec3A::from_array(value.map(|value| value.to_array()[lane]));
-        let Patches { sides, half_m, .. } = self.patches;
+        let RadiantPatches { sides, half_m, .. } = self.patches;
         let [along_m, across_m] = half_m.map(|half_m| half_m.to_array()[lane]);
         let aside = vector(&sides[0]) * ((2.0 * u - 1.0) * along_m) + vector(&sides[1]) * ((2.0 * v - 1.0) * across_m);
         (vector(&self.way) + aside).normalize_or(vector(&self.patches.normal))
@@ -348,7 +350,7 @@ impl Views<'_> {
     /// Weights times the density of a direction towards each patch, in 1/sr: r² / (A cos θ) where it meets the patch.
     #[inline]
     fn density(&self, direction: Vec3A) -> f32x8 {
-        let Patches { normal, sides, half_m, .. } = self.patches;
+        let RadiantPatches { normal, sides, half_m, .. } = self.patches;
         let direction = direction.to_array().map(f32x8::splat);
         let cos = dot(&direction, normal);
         let distance_m = dot(&self.way, normal) / cos;

@@ -8,7 +8,8 @@
 //! than a cell, light that enters the snow leaves it beside the gap, so there slabs send less back.
 
 use snowblue_field::{
-    FixedPointOptions, Fluence, Groups, Patches, SnowBody, SolveOptions, SurfacePlace, SurfaceValues, solve_fixed_point,
+    FixedPointOptions, Fluence, Groups, SnowBody, SolveOptions, SurfacePatches, SurfacePlace, SurfaceValues,
+    solve_fixed_point,
 };
 use snowblue_geometry::ray::narrow;
 use wide::{f32x4, f64x4};
@@ -46,7 +47,7 @@ pub(super) struct Exchange<'a> {
 /// The patches of all bodies. Single elements have so few rays that in a narrow gap some see each other alone, as if no
 /// light left them. Of all in a patch, some see the open.
 pub(super) struct JoinedPatches {
-    bodies: Vec<Patches>,
+    bodies: Vec<SurfacePatches>,
     /// The patch of each surface element.
     of_element: Vec<u32>,
     /// The area of each surface element, over that of its patch.
@@ -201,7 +202,7 @@ impl<'a> Exchange<'a> {
 
 impl JoinedPatches {
     pub(super) fn new(prepared: &[PreparedBody]) -> Self {
-        let bodies: Vec<Patches> = prepared.iter().map(|prepared| prepared.body.patches()).collect();
+        let bodies: Vec<SurfacePatches> = prepared.iter().map(|prepared| prepared.body.patches()).collect();
         let (mut of_element, mut starts, mut count) = (Vec::new(), Vec::new(), 0);
         for patches in &bodies {
             of_element.extend(patches.of_element.iter().map(|patch| count + patch));

@@ -10,8 +10,8 @@ use snowblue_scene::spectrum::Spectrum;
 use crate::body_field::{BodyField, LitFluence};
 use crate::bright_snow::{BrightSnow, SnowSeen};
 use crate::exchange::{Balance, Exchange, JoinedPatches};
-use crate::field_scene::{FieldScene, Solid, Work};
-use crate::gather::{GatheredPaths, LightsAround, SnowPlace, Surroundings};
+use crate::field_scene::{BodyGeometry, FieldScene, SolveStatistics};
+use crate::gather::{GatherScene, GatheredPaths, LightsAround, SnowPlace};
 use crate::illumination::{Illumination, LampInSnow, illuminations};
 use crate::prepared_body::{BareBody, Lighting, PreparedBody};
 use crate::surface_light::NOISE;
@@ -33,7 +33,7 @@ pub struct LightField {
     solved_count: usize,
     /// Whether snow that the camera does not see has larger cells.
     has_one_view: bool,
-    work: Work,
+    work: SolveStatistics,
 }
 
 /// What a light field has and what it took.
@@ -89,7 +89,7 @@ impl LightField {
                 ));
             }
             scene.objects.body_of(object).iter().for_each(|member| body_of[*member] = Some(bare.len()));
-            let solid = Solid::new(scene, object)
+            let solid = BodyGeometry::new(scene, object)
                 .ok_or_else(|| (object, "is infinite: only pcasnow can render infinite snow".to_owned()))?;
             let survey = Survey::new(&solid).map_err(|error| (object, error.to_string()))?;
             bare.push(BareBody { solid, snow, survey });
@@ -131,7 +131,7 @@ impl LightField {
         let mut solutions: Vec<LitBodies> = lights.into_iter().map(|lights| (lights, Vec::new())).collect();
         let prepared = bodies.into_iter().enumerate().map(|(number, one)| {
             let object = body_of.iter().position(|body| *body == Some(number));
-            let solid = object.and_then(|object| Solid::new(scene, object));
+            let solid = object.and_then(|object| BodyGeometry::new(scene, object));
             let BodyField { body, lit, nodes, snow, transport_length, view_factor } = one;
             solutions.iter_mut().zip(lit).for_each(|((_, bodies), lit)| bodies.push(lit));
             let solid = solid.expect("a body with a light field has an object and bounds");
@@ -325,7 +325,7 @@ fn gathered_paths(
         skies.filter_map(|light| light.uniform_power()).for_each(|radiance| sky += *radiance);
         LightsAround { lights: &illumination.lights, sky }
     });
-    let around = Surroundings {
+    let around = GatherScene {
         lit: lit.collect(),
         reflectance: scene.reflectance,
         most_surfaces: scene.max_bounces.min(MOST_GATHER_SURFACES),

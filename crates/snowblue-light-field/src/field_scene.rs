@@ -16,7 +16,7 @@ use snowblue_scene::progress::{Phase, Progress, Report};
 use snowblue_scene::spectrum::Spectrum;
 
 use crate::illumination::LampInSnow;
-use crate::sight::Sight;
+use crate::sight::CameraCells;
 use crate::snowpack::Snowpack;
 
 /// What the light field needs of a scene.
@@ -32,21 +32,21 @@ pub struct FieldScene<'a> {
     /// Most surfaces after the first on a path of light.
     pub(crate) max_bounces: u32,
     /// What the camera sees, if there is one.
-    pub(crate) sight: Option<Sight<'a>>,
+    pub(crate) sight: Option<CameraCells<'a>>,
     /// Whether only that camera looks: snow that it does not see then has larger cells.
     pub(crate) has_one_view: bool,
     /// Memory and cells of the grid of a body.
     pub(crate) settings: LightFieldSettings,
     /// Receives the progress, and counts.
-    pub(crate) watch: Watch<'a>,
+    pub(crate) watch: WorkCounter<'a>,
 }
 
 /// A body of snow.
-pub(crate) struct Solid<'scene> {
+pub(crate) struct BodyGeometry<'scene> {
     pub(super) objects: &'scene Objects,
     /// One of its objects.
     pub(super) object: usize,
-    pub(super) watch: &'scene Watch<'scene>,
+    pub(super) watch: &'scene WorkCounter<'scene>,
     bounds: Bounds,
 }
 
@@ -55,7 +55,7 @@ thread_local! {
     static CROSSINGS: RefCell<Vec<Crossing>> = const { RefCell::new(Vec::new()) };
 }
 
-impl<'scene> Solid<'scene> {
+impl<'scene> BodyGeometry<'scene> {
     /// The body that an object belongs to; none if it has no bounds.
     pub(crate) fn new(scene: &'scene FieldScene, object: usize) -> Option<Self> {
         let objects = scene.objects;
@@ -68,7 +68,7 @@ impl<'scene> Solid<'scene> {
     }
 }
 
-impl Body for Solid<'_> {
+impl Body for BodyGeometry<'_> {
     fn bounds(&self) -> [DVec3; 2] {
         [self.bounds.low, self.bounds.high].map(|corner| corner.as_dvec3())
     }
@@ -90,7 +90,7 @@ impl Body for Solid<'_> {
 }
 
 /// Reports the work on a light field and counts its steps.
-pub(crate) struct Watch<'a> {
+pub(crate) struct WorkCounter<'a> {
     report: Report<'a>,
     solutions: AtomicU64,
     rounds: AtomicU64,
@@ -99,14 +99,14 @@ pub(crate) struct Watch<'a> {
 
 /// Statistics of the work on a light field.
 #[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Work {
+pub(crate) struct SolveStatistics {
     /// Rounds of light between bodies.
     pub(crate) rounds: u64,
     /// Rays that found lights and other surfaces.
     pub(crate) rays: u64,
 }
 
-impl<'a> Watch<'a> {
+impl<'a> WorkCounter<'a> {
     /// Starts with nothing done.
     pub(crate) fn new(report: Report<'a>) -> Self {
         let [solutions, rounds, rays] = [(); 3].map(|()| AtomicU64::new(0));
@@ -141,7 +141,7 @@ impl<'a> Watch<'a> {
     }
 
     /// The statistics.
-    pub(crate) fn work(&self) -> Work {
-        Work { rounds: self.rounds.load(Ordering::Relaxed), rays: self.rays.load(Ordering::Relaxed) }
+    pub(crate) fn work(&self) -> SolveStatistics {
+        SolveStatistics { rounds: self.rounds.load(Ordering::Relaxed), rays: self.rays.load(Ordering::Relaxed) }
     }
 }

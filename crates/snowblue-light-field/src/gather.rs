@@ -13,7 +13,7 @@ use snowblue_field::{Groups, SnowBody, SpectralNodes, SurfaceElement, SurfacePla
 use snowblue_geometry::ray::{Ray, SurfacePoint, narrow};
 use wide::f32x4;
 
-use crate::field_scene::Solid;
+use crate::field_scene::BodyGeometry;
 use crate::surface_light::{ELEMENTS_PER_TASK, LitPoint, append, push, surface_point, visit_lights};
 use snowblue_scene::light::Light;
 use snowblue_scene::objects::{Side, SurfaceInteraction};
@@ -66,7 +66,7 @@ pub(super) struct SnowPlace {
 }
 
 /// What paths need of the scene.
-pub(super) struct Surroundings<'a> {
+pub(super) struct GatherScene<'a> {
     /// The lights of each spectrum.
     pub(super) lit: Vec<LightsAround<'a>>,
     /// The reflectance of a diffuse surface; none for snow.
@@ -104,7 +104,7 @@ struct Task {
 
 impl GatheredPaths {
     /// Traces the rays of a body.
-    pub(super) fn new(solid: &Solid, body: &SnowBody, nodes: &SpectralNodes, around: &Surroundings) -> Self {
+    pub(super) fn new(solid: &BodyGeometry, body: &SnowBody, nodes: &SpectralNodes, around: &GatherScene) -> Self {
         let elements = body.surface();
         let rays_per_element = (MOST_RAYS / elements.len().max(1)).clamp(1, MOST_RAYS_PER_ELEMENT);
         let is_dark = around.most_surfaces == 0 && around.lit.iter().all(|lit| lit.sky == Spectrum::ZERO);
@@ -209,7 +209,7 @@ fn trace(
     queries: &mut SceneQueries,
     (mut object, mut surface): (usize, SurfacePoint),
     mut sampler: Sampler,
-    around: &Surroundings,
+    around: &GatherScene,
     light: &mut [Spectrum],
 ) -> Option<PathEnd> {
     let mut throughput = None;

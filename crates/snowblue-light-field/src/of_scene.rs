@@ -5,9 +5,9 @@ use std::sync::Arc;
 use snowblue_field::SnowOptics;
 
 use super::field::LightField;
-use super::field_scene::{FieldScene, Watch};
+use super::field_scene::{FieldScene, WorkCounter};
 use super::illumination::{LampInSnow, parts_in_snow};
-use super::sight::Sight;
+use super::sight::CameraCells;
 use super::snowpack::{KindOptics, Snowpack, WalkEndsByDepth};
 use snowblue_base::KeyPath;
 use snowblue_scene::material::snow::SnowKinds;
@@ -97,10 +97,10 @@ fn with_field_scene<T>(
         lamps_in_snow: &lamps_in_snow,
         reflectance: &|surface| scene.materials()[surface.material].albedo(scene.objects(), surface),
         max_bounces: scene.integrator().max_bounces.get(),
-        sight: Some(Sight::of(scene)),
+        sight: Some(CameraCells::of(scene)),
         has_one_view,
         settings: scene.description().light_field,
-        watch: Watch::new(report),
+        watch: WorkCounter::new(report),
     })
 }
 

@@ -10,7 +10,7 @@ use snowblue_field::{
 use wide::f32x4;
 
 use super::body_field::LitFluence;
-use super::field_scene::{FieldScene, Solid};
+use super::field_scene::{BodyGeometry, FieldScene};
 use super::gather::ElementValues;
 use super::illumination::{Illumination, LampInSnow};
 use super::sight::{SizesBySight, greatest_cell_m};
@@ -24,14 +24,14 @@ const SKY_NOISE: f32 = 0.01;
 
 /// A body without cells.
 pub(super) struct BareBody<'a> {
-    pub(super) solid: Solid<'a>,
+    pub(super) solid: BodyGeometry<'a>,
     pub(super) snow: Arc<Snowpack>,
     pub(super) survey: Survey,
 }
 
 /// A body before its light is known.
 pub(super) struct PreparedBody<'a> {
-    pub(super) solid: Solid<'a>,
+    pub(super) solid: BodyGeometry<'a>,
     pub(super) body: SnowBody,
     pub(super) nodes: SpectralNodes,
     pub(super) snow: Arc<Snowpack>,

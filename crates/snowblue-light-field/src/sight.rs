@@ -20,7 +20,7 @@ const GREATEST_CELLS_ALONG: f64 = 1000.0;
 const PIXELS: f64 = 2.0;
 
 /// A camera, the fineness of its picture, and what it sees.
-pub(crate) struct Sight<'a> {
+pub(crate) struct CameraCells<'a> {
     objects: &'a Objects,
     camera: &'a PerspectiveCamera,
     /// Angle of a pixel, in rad.
@@ -28,7 +28,7 @@ pub(crate) struct Sight<'a> {
     seen: OnceLock<SeenPlaces>,
 }
 
-impl<'a> Sight<'a> {
+impl<'a> CameraCells<'a> {
     /// That of the camera of a scene.
     pub(crate) fn of(scene: &'a Scene) -> Self {
         let fov_rad = f64::from(scene.view().vertical_fov_deg.to_radians());

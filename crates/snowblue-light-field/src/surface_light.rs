@@ -6,7 +6,7 @@ use snowblue_field::{SnowBody, SpectralNodes, SurfaceElement};
 use snowblue_geometry::ray::SurfacePoint;
 use wide::f32x4;
 
-use crate::field_scene::Solid;
+use crate::field_scene::BodyGeometry;
 use crate::snowpack::Snowpack;
 use snowblue_scene::directions::Directions;
 use snowblue_scene::light::{Light, LightSample};
@@ -45,7 +45,7 @@ pub(crate) struct LitPoint {
 
 /// Samples the lights at all surface elements of a body.
 pub(super) fn entering_light(
-    solid: &Solid,
+    solid: &BodyGeometry,
     body: &SnowBody,
     nodes: &SpectralNodes,
     lights: &[&Light],

@@ -57,9 +57,10 @@ impl EmbeddedScene {
         found.ok_or_else(|| format!("must be one of {}", known()))
     }
 
-    /// What it shows: the first sentences of its file, up to the first line that is no comment or an empty one.
+    /// What it shows: the first sentences of its file below the line of its schema, up to the first line that is no
+    /// comment or an empty one.
     pub(crate) fn summary(self) -> String {
-        let lines = self.text.lines().map_while(|line| line.strip_prefix('#')).map(str::trim);
+        let lines = self.text.lines().skip(1).map_while(|line| line.strip_prefix('#')).map(str::trim);
         let summary = lines.take_while(|line| !line.is_empty()).collect::<Vec<_>>().join(" ");
         self.lacks().map_or(summary.clone(), |lacks| format!("{summary} It {lacks}."))
     }

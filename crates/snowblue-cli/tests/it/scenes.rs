@@ -83,7 +83,8 @@ fn make_cheap(scene: &mut SceneDescription) {
 
 fn assert_renders(name: &str) {
     let path = shipped_scene(&format!("{name}.toml"));
-    assert!(std::fs::read_to_string(&path).unwrap().starts_with("# "), "the first line describes the scene");
+    let text = std::fs::read_to_string(&path).unwrap();
+    assert!(text.starts_with("#:schema scene.schema.json\n# "), "the second line describes the scene");
     let mut file = SceneFile::open(&path).unwrap();
     make_cheap(&mut file.description);
     // Built once for both: the meshes of the large scenes take seconds.

@@ -26,7 +26,7 @@ const PAPER: &str = "A noticeable difference between 3 and 31 samples, and a sig
 type Curve = Vec<(f64, f64)>;
 
 /// Light behind the snow under one illuminant, from 3 and from 31 samples.
-struct Lamp {
+struct IlluminantComparison {
     power: Curve,
     lights: [Xyz; 2],
     difference: ColorDifference,
@@ -65,7 +65,7 @@ fn transmittances(wavelengths_nm: Vec<f64>) -> Result<Curve, FigureError> {
     Ok(rows.iter().map(|row| (row.wavelength_nm, row.transmittance.value)).collect())
 }
 
-fn lamp(name: &str, curves: &[Curve; 2]) -> Result<Lamp, FigureError> {
+fn lamp(name: &str, curves: &[Curve; 2]) -> Result<IlluminantComparison, FigureError> {
     let illuminant: Illuminant = name.parse()?;
     let seen = |curve: &Curve| -> Result<(Xyz, Xyz), FigureError> {
         let (wavelengths_nm, values): (Vec<f64>, Vec<f64>) = curve.iter().copied().unzip();
@@ -81,7 +81,7 @@ fn lamp(name: &str, curves: &[Curve; 2]) -> Result<Lamp, FigureError> {
         (bright, even) = (bright + value * eye, even + eye);
         power.push((nm, value));
     }
-    Ok(Lamp {
+    Ok(IlluminantComparison {
         power: power.into_iter().map(|(nm, value)| (nm, value * even / bright)).collect(),
         lights: [few, many],
         difference: ColorDifference::between(few, many, white),
@@ -89,9 +89,9 @@ fn lamp(name: &str, curves: &[Curve; 2]) -> Result<Lamp, FigureError> {
     })
 }
 
-fn table(lamps: &[Lamp]) -> DataTable {
-    let row = |(name, lamp): (&&str, &Lamp)| {
-        let Lamp { lights: [few, many], difference, own_whites, .. } = lamp;
+fn table(lamps: &[IlluminantComparison]) -> DataTable {
+    let row = |(name, lamp): (&&str, &IlluminantComparison)| {
+        let IlluminantComparison { lights: [few, many], difference, own_whites, .. } = lamp;
         let lights = [few, many].into_iter().flat_map(|light| [light.x, light.y, light.z]);
         let numbers = lights.chain([difference.as_given, difference.at_middle_grey]).chain(*own_whites);
         [Cell::word(*name)].into_iter().chain(numbers.map(Cell::from)).collect()
@@ -112,7 +112,7 @@ fn table(lamps: &[Lamp]) -> DataTable {
     DataTable::new(&columns, ILLUMINANTS.iter().zip(lamps).map(row).collect()).rounded(4)
 }
 
-fn draw(curves: &[Curve; 2], lamps: &[Lamp]) -> String {
+fn draw(curves: &[Curve; 2], lamps: &[IlluminantComparison]) -> String {
     const FEW: &str = "#c2410c";
     let mut chart = Chart::new(900.0, 690.0, "Light through snow, by 3 and by 31 samples");
     chart.text((24.0, 58.0), SNOW, LABEL);

@@ -1,14 +1,14 @@
 //! The lamps of a scene, and the light of each of them alone.
 
-use crate::field_scene::Watch;
-use crate::sight::Sight;
+use crate::field_scene::WorkCounter;
+use crate::sight::CameraCells;
 use crate::{BodyField, FieldScene, LampInSnow, LightField};
 use snowblue_scene::Scene;
 use snowblue_scene::progress::Report;
 
 /// A lamp whose light has an attribute of its own.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Lamp {
+pub struct BakedLamp {
     /// What it is [called](snowblue_scene::light::Light::name): its `type` in a scene file, or `sun`.
     pub kind: &'static str,
     /// Index among the lights of the scene.
@@ -16,14 +16,14 @@ pub struct Lamp {
 }
 
 /// The lamps of a scene in its order: all lights but skies.
-pub(super) fn lamps(scene: &Scene) -> Vec<Lamp> {
+pub(super) fn lamps(scene: &Scene) -> Vec<BakedLamp> {
     let numbered = scene.lights().iter().enumerate();
-    numbered.filter(|(_, one)| !one.is_sky()).map(|(light, one)| Lamp { kind: one.name(), light }).collect()
+    numbered.filter(|(_, one)| !one.is_sky()).map(|(light, one)| BakedLamp { kind: one.name(), light }).collect()
 }
 
 /// The light of one lamp in all snow, without other surfaces. `field` is that of all lights.
 pub(super) fn field_of(
-    lamp: &Lamp,
+    lamp: &BakedLamp,
     scene: &Scene,
     field: &LightField,
     report: Report,
@@ -39,10 +39,10 @@ pub(super) fn field_of(
         reflectance: &|_| None,
         max_bounces: 0,
         // In wide snow, cells follow the camera; without it they would not fit into the memory.
-        sight: Some(Sight::of(scene)),
+        sight: Some(CameraCells::of(scene)),
         has_one_view: field.has_one_view(),
         settings: scene.description().light_field,
-        watch: Watch::new(report),
+        watch: WorkCounter::new(report),
     };
     LightField::new(&alone)
 }

@@ -50,7 +50,7 @@ use surface_mesh::{SurfaceMesh, Vertices};
 
 pub use escape_polynomial::EscapePolynomial;
 pub use files::{glb_bytes, write_glb, write_ply};
-pub use lamps::Lamp;
+pub use lamps::BakedLamp;
 pub use lightmap::{LIGHTMAP_SIZES, Lightmap};
 pub use probe::SnowPlace;
 pub use relighting::{LitSnow, LitSurface, Relighting, WeightedLight};
@@ -152,7 +152,7 @@ pub enum BakeError {
 #[derive(Debug)]
 pub struct BakedScene {
     /// The lamps, in the order of their attributes.
-    pub lamps: Vec<Lamp>,
+    pub lamps: Vec<BakedLamp>,
     /// What the attributes hold.
     pub channels: Channels,
     /// All objects of snow.

@@ -27,7 +27,7 @@ pub struct SnowPlace {
 }
 
 /// A place and the position of the eye.
-struct Sight<'s> {
+struct ProbedPlace<'s> {
     surface: &'s Surface,
     place: SnowPlace,
     point: Vec3A,
@@ -69,7 +69,7 @@ impl Relighting {
         let surface = &self.surfaces[place.object];
         let [point, normal] = [&surface.baked.positions, &surface.baked.normals]
             .map(|values| surface.corners(place).map(|(vertex, weight)| values[vertex] * weight).sum::<Vec3>().into());
-        let sight = Sight { surface, place, point, normal: Vec3A::normalize(normal), eye };
+        let sight = ProbedPlace { surface, place, point, normal: Vec3A::normalize(normal), eye };
         let mut sum = Spectrum::ZERO;
         for WeightedLight { snow, factor } in lights {
             let mut radiance = sight.scattered(snow);
@@ -83,7 +83,7 @@ impl Relighting {
     }
 
     /// ρ V F/π of a sky.
-    fn reflected_sky(&self, sight: &Sight, sky: &LitSnow, directions: &[Vec3A]) -> Spectrum {
+    fn reflected_sky(&self, sight: &ProbedPlace, sky: &LitSnow, directions: &[Vec3A]) -> Spectrum {
         let received = sky.directions.get_or_init(|| SkyDirections::new(&sky.light, |power| power.0));
         let power = |from: &Vec3A| sky.light.power(&LightOrigin::Distant(*from));
         let from: Vec<Spectrum> = directions.iter().map(power).collect();
@@ -118,7 +118,7 @@ impl Surface {
     }
 }
 
-impl Sight<'_> {
+impl ProbedPlace<'_> {
     fn to_eye(&self) -> Vec3A {
         (self.eye - self.point).normalize()
     }

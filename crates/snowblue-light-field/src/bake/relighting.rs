@@ -27,7 +27,7 @@ use snowblue_scene::{Scene, SceneError};
 
 use crate::bake::sky_directions::SkyDirections;
 use crate::bake::{BakeError, BakedObject, DEFAULT_CELLS, MOST_VERTICES, Surface, rgb, surfaces};
-use crate::field_scene::Watch;
+use crate::field_scene::WorkCounter;
 use crate::illumination::parts_in_snow;
 use crate::{BodyField, FieldScene, LightField};
 
@@ -159,7 +159,7 @@ impl Relighting {
             sight: None,
             has_one_view: false,
             settings: scene.description().light_field,
-            watch: Watch::new(&|_| {}),
+            watch: WorkCounter::new(&|_| {}),
         };
         let field = field.relit(&lit_scene, &|_| true);
         let of_surface = |surface: &Surface| surface.lit(scene, &field, light);

@@ -45,7 +45,7 @@ use snowblue_transport::rng::Stream;
 
 use crate::integrators::snow_volumes::{SnowVolumes, attenuation};
 use crate::integrators::snow_walk::{SnowWalk, WalkLight};
-use crate::integrators::surroundings::{Flight, Medium, SnowBodies, Surroundings};
+use crate::integrators::surroundings::{Flight, Medium, SnowBodies, SnowQueries};
 use crate::integrators::tangent_half_space::TangentHalfSpace;
 
 /// A ball inside the body, in transport mean free paths: its distance below an entry, and its radius. Where it fits, no
@@ -62,7 +62,7 @@ pub(crate) struct WalkTracer<'scene> {
     scene: &'scene Scene,
     field: &'scene LightField,
     volumes: &'scene [Option<Arc<SnowVolumes>>],
-    surroundings: Surroundings<'scene>,
+    surroundings: SnowQueries<'scene>,
     /// The lights of the present walk.
     lights: Vec<WalkLight>,
 }
@@ -82,7 +82,7 @@ struct Walk<'v> {
 
 /// The snow that a walk is in.
 #[derive(Clone, Copy)]
-struct Snow<'a> {
+struct WalkMedium<'a> {
     object: usize,
     volume: &'a Volume,
     node: &'a VolumeNode,
@@ -90,7 +90,7 @@ struct Snow<'a> {
     end_depth: EndDepth,
 }
 
-impl Snow<'_> {
+impl WalkMedium<'_> {
     fn medium(&self) -> Medium {
         Medium::Kind(self.at.kind)
     }
@@ -113,7 +113,7 @@ impl<'scene> WalkTracer<'scene> {
         bodies: &'scene SnowBodies,
         volumes: &'scene [Option<Arc<SnowVolumes>>],
     ) -> Self {
-        Self { scene, field, volumes, surroundings: Surroundings::new(scene, bodies, volumes), lights: Vec::new() }
+        Self { scene, field, volumes, surroundings: SnowQueries::new(scene, bodies, volumes), lights: Vec::new() }
     }
 
     pub(crate) fn statistics(&self) -> Statistics {
@@ -132,7 +132,7 @@ impl<'scene> WalkTracer<'scene> {
         let Some(volumes) = &self.volumes[surface.material] else { return Spectrum::ZERO };
         let volume = &volumes.volumes[at.kind];
         let end_depth = self.end_depth(at, surface);
-        let snow = Snow { object: surface.object, volume, node: &volume.nodes()[0], at, end_depth };
+        let snow = WalkMedium { object: surface.object, volume, node: &volume.nodes()[0], at, end_depth };
         let mut ray = *camera_ray;
         let Some(way_out) = self.surroundings.enter(surface.object, &mut ray) else {
             // The ray grazes a rim: the surface has no other side.
@@ -233,7 +233,7 @@ impl<'scene> WalkTracer<'scene> {
     /// The half-space that is tangent at the entry, lit by the lights that shine on it.
     fn tangent_half_space<'a>(
         &mut self,
-        snow: Snow<'a>,
+        snow: WalkMedium<'a>,
         near: &'a NearLight<'a>,
         entry: SurfacePoint,
         walk: &mut Walk,
@@ -254,7 +254,7 @@ impl<'scene> WalkTracer<'scene> {
     fn follow(
         &mut self,
         walk: &mut Walk,
-        snow: Snow,
+        snow: WalkMedium,
         near: Option<&NearLight>,
         mut tangent: Option<&mut TangentHalfSpace>,
     ) -> BodyEnd {
@@ -315,7 +315,7 @@ impl<'scene> WalkTracer<'scene> {
     fn join_lights(
         &mut self,
         walk: &mut Walk,
-        snow: Snow,
+        snow: WalkMedium,
         is_in_body: bool,
         mut tangent: Option<&mut TangentHalfSpace>,
     ) {
@@ -340,7 +340,7 @@ impl<'scene> WalkTracer<'scene> {
     }
 
     /// Reflects a walk at a solid in the snow or in contact with it. Returns false if the walk ends.
-    fn reflect(&mut self, walk: &mut Walk, snow: Snow, surface: &SurfaceInteraction) -> bool {
+    fn reflect(&mut self, walk: &mut Walk, snow: WalkMedium, surface: &SurfaceInteraction) -> bool {
         let material = &self.scene.materials()[surface.material];
         let Some(albedo) = material.albedo(self.scene.objects(), surface) else { return false };
         let reflectance = albedo * attenuation(snow.volume, &walk.lengths, 0.0);

@@ -34,7 +34,7 @@ use snowblue_transport::rng::Stream;
 use crate::integrators::PathSample;
 use crate::integrators::snow_volumes::{SnowVolumes, attenuation};
 use crate::integrators::snow_walk::{SnowWalk, WalkLight};
-use crate::integrators::surroundings::{Flight, Medium, SnowBodies, Surroundings};
+use crate::integrators::surroundings::{BodyId, Flight, Medium, SnowBodies, SnowQueries};
 use snowblue_scene::Scene;
 use snowblue_scene::directions::Directions;
 use snowblue_scene::light::LightHit;
@@ -48,7 +48,7 @@ use snowblue_scene::spectrum::Spectrum;
 #[derive(Debug)]
 pub(crate) struct ReferenceTracer<'scene> {
     scene: &'scene Scene,
-    surroundings: Surroundings<'scene>,
+    surroundings: SnowQueries<'scene>,
     volumes: &'scene [Option<Arc<SnowVolumes>>],
     delta_lights: Vec<WalkLight>,
     has_area_lights: bool,
@@ -77,13 +77,6 @@ enum SnowEnd {
     Solid(SurfaceInteraction),
 }
 
-/// The body of snow in which a path is.
-#[derive(Clone, Copy)]
-struct Snow {
-    object: usize,
-    material: usize,
-}
-
 impl<'scene> ReferenceTracer<'scene> {
     /// Starts with zero counts.
     pub(crate) fn new(
@@ -96,7 +89,7 @@ impl<'scene> ReferenceTracer<'scene> {
         let weights = |node: &VolumeNode| Spectrum(std::array::from_fn(|k| node.weights()[k]));
         Self {
             scene,
-            surroundings: Surroundings::new(scene, bodies, volumes),
+            surroundings: SnowQueries::new(scene, bodies, volumes),
             volumes,
             delta_lights: Vec::with_capacity(scene.lights().len()),
             has_area_lights: scene.lights().iter().any(|light| !light.is_small()),
@@ -159,7 +152,7 @@ impl<'scene> ReferenceTracer<'scene> {
                         return;
                     }
                 }
-                Material::Snow(_) => within = Some(Snow { object: surface.object, material: surface.material }),
+                Material::Snow(_) => within = Some(BodyId { object: surface.object, material: surface.material }),
             }
             if let Some(snow) = within {
                 let entering = self.scene.materials()[surface.material].is_snow();
@@ -196,7 +189,7 @@ impl<'scene> ReferenceTracer<'scene> {
     }
 
     /// Scatters a path in snow, from its surface if `entering`, else from inside.
-    fn scatter(&mut self, path: &mut Path, Snow { object, material }: Snow, entering: bool) -> SnowEnd {
+    fn scatter(&mut self, path: &mut Path, BodyId { object, material }: BodyId, entering: bool) -> SnowEnd {
         let Some(snow) = self.volumes[material].as_deref() else { return SnowEnd::Absorbed };
         let greatest_per_m = snow.greatest_extinction_per_m(path.node);
         let mean_flight_m = greatest_per_m.recip();

@@ -13,7 +13,7 @@
 use glam::Vec3A;
 use snowblue_geometry::ray::{Ray, SurfacePoint, narrow};
 
-use crate::integrators::surroundings::{Flight, SnowBodies, Surroundings};
+use crate::integrators::surroundings::{Flight, SnowBodies, SnowQueries};
 use snowblue_light_field::{LightField, SnowAt};
 use snowblue_scene::Scene;
 use snowblue_scene::light::{IncidentLight, LightSample};
@@ -24,7 +24,7 @@ use snowblue_scene::queries::Statistics;
 #[derive(Debug)]
 pub(super) struct SingleScattering<'scene> {
     field: &'scene LightField,
-    surroundings: Surroundings<'scene>,
+    surroundings: SnowQueries<'scene>,
 }
 
 /// A scattering at a random distance inside snow.
@@ -39,7 +39,7 @@ pub(super) struct ScatteringPoint<'f> {
 
 impl<'scene> SingleScattering<'scene> {
     pub(super) fn new(scene: &'scene Scene, field: &'scene LightField, bodies: &'scene SnowBodies) -> Self {
-        Self { field, surroundings: Surroundings::new(scene, bodies, &[]) }
+        Self { field, surroundings: SnowQueries::new(scene, bodies, &[]) }
     }
 
     pub(super) fn statistics(&self) -> Statistics {

@@ -13,7 +13,7 @@ use snowblue_transport::monte_carlo::VolumeNode;
 use snowblue_transport::rng::Stream;
 
 use super::path_sample::survival_probability;
-use super::surroundings::{Medium, Surroundings};
+use super::surroundings::{Medium, SnowQueries};
 use snowblue_scene::directions::Directions;
 use snowblue_scene::light::LightSample;
 use snowblue_scene::objects::SurfaceInteraction;
@@ -70,7 +70,7 @@ impl SnowWalk {
     /// the walk may go on in. Returns false if the walk ends.
     pub(super) fn reflect(
         &mut self,
-        surroundings: &mut Surroundings,
+        surroundings: &mut SnowQueries,
         surface: &SurfaceInteraction,
         (directions, reflectance): (Directions, impl Fn(Vec3A) -> Spectrum),
         (lights, medium, bounce): (&[WalkLight], Medium, u32),
@@ -105,7 +105,7 @@ impl WalkLight {
     /// throughput: none with probability 1 − e^{−κd}, decided by `chance`.
     pub(super) fn scattered(
         &self,
-        surroundings: &mut Surroundings,
+        surroundings: &mut SnowQueries,
         node: &VolumeNode,
         ray: &Ray,
         (medium, chance): (Medium, f64),

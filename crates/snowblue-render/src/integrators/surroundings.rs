@@ -18,7 +18,7 @@ use snowblue_scene::spectrum::Spectrum;
 /// The bodies of snow of a scene, and what lies beside them.
 #[derive(Debug)]
 pub(crate) struct SnowBodies {
-    bodies: Vec<SnowBody>,
+    bodies: Vec<BodyId>,
     /// Objects that are not snow.
     solids: Vec<usize>,
     /// For each object of snow, the solids that may lie in its body or touch it.
@@ -27,10 +27,10 @@ pub(crate) struct SnowBodies {
 
 /// A body of snow.
 #[derive(Debug, Clone, Copy)]
-struct SnowBody {
+pub(super) struct BodyId {
     /// Its first object.
-    object: usize,
-    material: usize,
+    pub(super) object: usize,
+    pub(super) material: usize,
 }
 
 impl SnowBodies {
@@ -45,7 +45,7 @@ impl SnowBodies {
             if !is_snow(object) || members[0] != index {
                 continue;
             }
-            bodies.push(SnowBody { object: index, material: object.material });
+            bodies.push(BodyId { object: index, material: object.material });
             // Flights cross all objects of a body.
             let is_near = |solid: &usize| members.iter().any(|member| may_touch(objects, *member, *solid));
             let near: Arc<[usize]> = solids.iter().copied().filter(is_near).collect();
@@ -68,7 +68,7 @@ fn may_touch(objects: &Objects, first: usize, second: usize) -> bool {
 
 /// Queries from inside snow, counted. Each thread has its own.
 #[derive(Debug)]
-pub(super) struct Surroundings<'a> {
+pub(super) struct SnowQueries<'a> {
     scene: &'a Scene,
     bodies: &'a SnowBodies,
     /// The snow of each material for walks; empty where there are none.
@@ -123,7 +123,7 @@ impl Flight {
     }
 }
 
-impl<'a> Surroundings<'a> {
+impl<'a> SnowQueries<'a> {
     pub(super) fn new(scene: &'a Scene, bodies: &'a SnowBodies, volumes: &'a [Option<Arc<SnowVolumes>>]) -> Self {
         Self {
             scene,
@@ -250,7 +250,7 @@ impl<'a> Surroundings<'a> {
         let ray = Ray { origin: from, direction: to_light.direction };
         self.statistics.shadow_rays += 1;
         let mut depth = 0.0;
-        for &SnowBody { object, .. } in &self.bodies.bodies {
+        for &BodyId { object, .. } in &self.bodies.bodies {
             depth += extinction_per_m(object) * narrow(self.snow_m(object, &ray, to_light.distance_m));
             if depth > DARK {
                 return None;
@@ -313,7 +313,7 @@ impl<'a> Surroundings<'a> {
     /// Whether light on a line collides with a grain of a body whose snow varies, by delta tracking (Woodcock et al.
     /// 1965): free flights by the greatest extinction coefficient, of whose ends a share κ/κ_max are collisions. The
     /// random numbers follow from `chance`.
-    fn collides(&self, body: SnowBody, medium: Medium, ray: &Ray, (limit_m, chance): (f32, f64)) -> bool {
+    fn collides(&self, body: BodyId, medium: Medium, ray: &Ray, (limit_m, chance): (f32, f64)) -> bool {
         let (Medium::EachPlace { node }, Some(snow)) = (medium, self.snow_of(body)) else { return false };
         let mut stream = Stream::new(chance.to_bits(), body.object as u64);
         let greatest_per_m = snow.greatest_extinction_per_m(node);
@@ -337,7 +337,7 @@ impl<'a> Surroundings<'a> {
     }
 
     /// The snow of a body, if there are walks in it.
-    fn snow_of(&self, body: SnowBody) -> Option<&'a SnowVolumes> {
+    fn snow_of(&self, body: BodyId) -> Option<&'a SnowVolumes> {
         self.volumes.get(body.material)?.as_deref()
     }
 

@@ -90,12 +90,12 @@ pub(crate) fn read_gltf(
                     }
                     let centred = surface.mesh.centred();
                     let mesh = Arc::new(MeshBvh::new(centred.mesh.smooth()));
-                    parts.push(Part { material, mesh, to_original: centred.to_original });
+                    parts.push(MeshPart { material, mesh, to_original: centred.to_original });
                 }
                 fresh.insert(parts)
             }
         };
-        for (part, Part { material, mesh, to_original }) in parts.iter().enumerate() {
+        for (part, MeshPart { material, mesh, to_original }) in parts.iter().enumerate() {
             let (name, material) = (node.name(), *material);
             let NamedMaterial { name: material_name, material: made_of } = &materials[material];
             let misfit = |reason| wrong(format!("{name} of material \"{material_name}\": {reason}"));
@@ -118,7 +118,7 @@ pub(crate) fn read_gltf(
 }
 
 /// A part of a mesh, of one material.
-struct Part {
+struct MeshPart {
     /// Index of its material in the scene.
     material: usize,
     /// About its own middle.

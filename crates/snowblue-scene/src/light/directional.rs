@@ -5,7 +5,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use snowblue_geometry::ray::narrow;
 
-use crate::light::emitter::{Bounds, Emitter};
+use crate::light::emitter::{Emitter, LightType};
 use crate::light::keys::{Irradiance, LightKeys};
 use crate::light::techniques::Light;
 use crate::spectrum::Spectrum;
@@ -46,8 +46,8 @@ impl Emitter for DirectionalLight {
         "directional"
     }
 
-    fn bounds(&self) -> Bounds {
-        Bounds::Direction(self.to_light)
+    fn light_type(&self) -> LightType {
+        LightType::DeltaDirection(self.to_light)
     }
 
     fn uniform(&self) -> Option<&Spectrum> {

@@ -7,7 +7,7 @@ use snowblue_geometry::ray::narrow;
 use snowblue_sky::{ClearSky, OVERCAST_IRRADIANCE_SR, WAVELENGTHS_NM, overcast_relative_radiance};
 
 use crate::light::direction_table::{DirectionTable, longitude_rad};
-use crate::light::emitter::{Bounds, Emitter};
+use crate::light::emitter::{Emitter, LightType};
 use crate::light::sample::LightOrigin;
 use crate::spectrum::light_spectrum::LightSpectrum;
 use crate::spectrum::{SAMPLES, Spectrum, wavelengths_nm};
@@ -106,8 +106,8 @@ impl Emitter for SkyDome {
         "sky"
     }
 
-    fn bounds(&self) -> Bounds {
-        Bounds::Sky
+    fn light_type(&self) -> LightType {
+        LightType::Infinite
     }
 
     fn is_smooth_sky(&self) -> bool {

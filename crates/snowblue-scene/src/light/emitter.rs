@@ -18,8 +18,8 @@ pub(crate) trait Emitter: Debug + Send + Sync + 'static {
     /// What the light is called.
     fn name(&self) -> &'static str;
 
-    /// Where the light is.
-    fn bounds(&self) -> Bounds;
+    /// Where the light is, and whether it has an extent.
+    fn light_type(&self) -> LightType;
 
     /// The power of every origin, as of [`le`](Self::le); none if origins differ.
     fn uniform(&self) -> Option<&Spectrum>;
@@ -64,13 +64,13 @@ pub(crate) trait Emitter: Debug + Send + Sync + 'static {
 
 /// Where a light is. How it is sampled and seen follows from this.
 #[derive(Debug, Clone, Copy)]
-pub(crate) enum Bounds {
+pub(crate) enum LightType {
     /// A point in m, and the cone in which it shines if it is a spot.
-    Point(Vec3A, Option<SpotCone>),
+    DeltaPosition(Vec3A, Option<SpotCone>),
     /// One direction: a unit vector from the scene towards the light.
-    Direction(Vec3A),
+    DeltaDirection(Vec3A),
     /// A surface.
-    Surface {
+    Area {
         /// Its middle, in m.
         centre: Vec3A,
         /// Its area as it is seen over π, in m².
@@ -79,9 +79,9 @@ pub(crate) enum Bounds {
     /// A disc of directions about a unit vector towards the light, so small that rays do not find it by chance.
     Disc(Vec3A),
     /// All directions.
-    Sky,
+    Infinite,
     /// All directions, and all alike, so that the cosine of a surface samples it best.
-    EvenSky,
+    UniformInfinite,
 }
 
 /// Depths, each half of the one before, at which the middle of a lamp in a thin body is sought.

@@ -17,7 +17,7 @@ use snowblue_geometry::ray::narrow;
 
 use crate::error::SceneError;
 use crate::light::direction_table::{DirectionTable, whole};
-use crate::light::emitter::{Bounds, Emitter};
+use crate::light::emitter::{Emitter, LightType};
 use crate::light::keys::SkyScale;
 use crate::light::sample::LightOrigin;
 use crate::spectrum::Spectrum;
@@ -192,8 +192,8 @@ impl Emitter for SkyImage {
         "sky"
     }
 
-    fn bounds(&self) -> Bounds {
-        Bounds::Sky
+    fn light_type(&self) -> LightType {
+        LightType::Infinite
     }
 
     fn uniform(&self) -> Option<&Spectrum> {

@@ -5,7 +5,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use snowblue_geometry::ray::narrow;
 
-use crate::light::emitter::{Bounds, Emitter, InnerLamp};
+use crate::light::emitter::{Emitter, InnerLamp, LightType};
 use crate::light::keys::{LightKeys, RadiantIntensity};
 use crate::light::techniques::Light;
 use crate::spectrum::Spectrum;
@@ -44,8 +44,8 @@ impl Emitter for PointLight {
         "point"
     }
 
-    fn bounds(&self) -> Bounds {
-        Bounds::Point(self.position, None)
+    fn light_type(&self) -> LightType {
+        LightType::DeltaPosition(self.position, None)
     }
 
     fn uniform(&self) -> Option<&Spectrum> {

@@ -14,7 +14,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use snowblue_geometry::ray::{Ray, narrow};
 
-use crate::light::emitter::{Bounds, Emitter};
+use crate::light::emitter::{Emitter, LightType};
 use crate::light::keys::{LightKeys, LightSize, Radiance};
 use crate::light::sample::{EmitterPoint, LightOrigin};
 use crate::light::techniques::Light;
@@ -143,8 +143,8 @@ impl Emitter for RectangleLight {
         "rectangle"
     }
 
-    fn bounds(&self) -> Bounds {
-        Bounds::Surface { centre: self.centre, spread_m2: self.area_m2() * FRAC_1_PI }
+    fn light_type(&self) -> LightType {
+        LightType::Area { centre: self.centre, spread_m2: self.area_m2() * FRAC_1_PI }
     }
 
     fn uniform(&self) -> Option<&Spectrum> {

@@ -12,7 +12,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use snowblue_geometry::ray::{Ray, narrow};
 
-use crate::light::emitter::{Bounds, Emitter, InnerLamp};
+use crate::light::emitter::{Emitter, InnerLamp, LightType};
 use crate::light::keys::{LightKeys, LightSize, Radiance};
 use crate::light::sample::{EmitterPoint, LightOrigin};
 use crate::light::techniques::Light;
@@ -81,8 +81,8 @@ impl Emitter for SphereLight {
         "sphere"
     }
 
-    fn bounds(&self) -> Bounds {
-        Bounds::Surface { centre: self.centre, spread_m2: self.radius_m * self.radius_m }
+    fn light_type(&self) -> LightType {
+        LightType::Area { centre: self.centre, spread_m2: self.radius_m * self.radius_m }
     }
 
     fn uniform(&self) -> Option<&Spectrum> {

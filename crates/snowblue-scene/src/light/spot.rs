@@ -5,7 +5,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use snowblue_geometry::ray::narrow;
 
-use crate::light::emitter::{Bounds, Emitter};
+use crate::light::emitter::{Emitter, LightType};
 use crate::light::keys::{LightKeys, RadiantIntensity};
 use crate::light::sample::SpotCone;
 use crate::light::techniques::Light;
@@ -77,8 +77,8 @@ impl Emitter for SpotLight {
         "spot"
     }
 
-    fn bounds(&self) -> Bounds {
-        Bounds::Point(self.position, Some(self.cone))
+    fn light_type(&self) -> LightType {
+        LightType::DeltaPosition(self.position, Some(self.cone))
     }
 
     fn uniform(&self) -> Option<&Spectrum> {

@@ -7,7 +7,7 @@ use snowblue_geometry::ray::{Ray, narrow};
 use snowblue_sky::{ClearSky, SUN_RADIUS_RAD, limb_darkening_at_nodes};
 
 use crate::light::dome::Resampling;
-use crate::light::emitter::{Bounds, Emitter};
+use crate::light::emitter::{Emitter, LightType};
 use crate::light::sample::LightOrigin;
 use crate::spectrum::Spectrum;
 
@@ -68,8 +68,8 @@ impl Emitter for SunDisc {
         "sun"
     }
 
-    fn bounds(&self) -> Bounds {
-        Bounds::Disc(self.to_sun)
+    fn light_type(&self) -> LightType {
+        LightType::Disc(self.to_sun)
     }
 
     fn uniform(&self) -> Option<&Spectrum> {

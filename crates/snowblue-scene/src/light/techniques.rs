@@ -10,7 +10,7 @@ use glam::Vec3A;
 use snowblue_geometry::ray::{Ray, SurfacePoint};
 
 use crate::directions::Directions;
-use crate::light::emitter::{Bounds, Emitter, InnerLamp};
+use crate::light::emitter::{Emitter, InnerLamp, LightType};
 use crate::light::sample::{Falloff, LightOrigin, LightSample};
 use crate::light::sun;
 use crate::sampling::Sampler;
@@ -23,7 +23,7 @@ const ANYWHERE: Vec3A = Vec3A::ZERO;
 #[derive(Debug, Clone)]
 pub struct Light {
     emitter: Arc<dyn Emitter>,
-    bounds: Bounds,
+    light_type: LightType,
     is_visible: bool,
 }
 
@@ -51,7 +51,7 @@ pub struct LightHit {
 impl Light {
     /// A light that the camera sees if it has an extent.
     pub(crate) fn new(emitter: impl Emitter) -> Self {
-        Self { bounds: emitter.bounds(), emitter: Arc::new(emitter), is_visible: true }
+        Self { light_type: emitter.light_type(), emitter: Arc::new(emitter), is_visible: true }
     }
 
     /// The same light, seen by the camera or not. It lights the scene in any case.
@@ -66,19 +66,24 @@ impl Light {
 
     /// Whether it shines from all sides.
     pub fn is_sky(&self) -> bool {
-        match self.bounds {
-            Bounds::Sky | Bounds::EvenSky => true,
-            Bounds::Point(..) | Bounds::Direction(_) | Bounds::Surface { .. } | Bounds::Disc(_) => false,
+        match self.light_type {
+            LightType::Infinite | LightType::UniformInfinite => true,
+            LightType::DeltaPosition(..)
+            | LightType::DeltaDirection(_)
+            | LightType::Area { .. }
+            | LightType::Disc(_) => false,
         }
     }
 
     /// The radiant intensity of a point in W/sr, or the irradiance of a surface that faces a distant light or the sun
     /// in W/m², as a band density. Other lights have the radiance that reaches a place; here they have none.
     pub fn strength(&self) -> Spectrum {
-        match self.bounds {
-            Bounds::Point(..) | Bounds::Direction(_) => self.uniform_power().copied().unwrap_or(Spectrum::ZERO),
-            Bounds::Disc(_) => self.emitter.normal_irradiance(),
-            Bounds::Surface { .. } | Bounds::Sky | Bounds::EvenSky => Spectrum::ZERO,
+        match self.light_type {
+            LightType::DeltaPosition(..) | LightType::DeltaDirection(_) => {
+                self.uniform_power().copied().unwrap_or(Spectrum::ZERO)
+            }
+            LightType::Disc(_) => self.emitter.normal_irradiance(),
+            LightType::Area { .. } | LightType::Infinite | LightType::UniformInfinite => Spectrum::ZERO,
         }
     }
 
@@ -90,9 +95,9 @@ impl Light {
 
     /// Whether it is so small that rays do not find it by chance.
     pub fn is_small(&self) -> bool {
-        match self.bounds {
-            Bounds::Point(..) | Bounds::Direction(_) | Bounds::Disc(_) => true,
-            Bounds::Surface { .. } | Bounds::Sky | Bounds::EvenSky => false,
+        match self.light_type {
+            LightType::DeltaPosition(..) | LightType::DeltaDirection(_) | LightType::Disc(_) => true,
+            LightType::Area { .. } | LightType::Infinite | LightType::UniformInfinite => false,
         }
     }
 
@@ -100,19 +105,23 @@ impl Light {
     /// size. None for a sky.
     #[inline]
     pub fn angular_variance(&self, point: Vec3A) -> Option<f32> {
-        match self.bounds {
-            Bounds::Point(..) | Bounds::Direction(_) => Some(0.0),
-            Bounds::Surface { centre, spread_m2 } => Some(0.25 * spread_m2 / centre.distance_squared(point)),
-            Bounds::Disc(_) => Some(sun::angular_variance()),
-            Bounds::Sky | Bounds::EvenSky => None,
+        match self.light_type {
+            LightType::DeltaPosition(..) | LightType::DeltaDirection(_) => Some(0.0),
+            LightType::Area { centre, spread_m2 } => Some(0.25 * spread_m2 / centre.distance_squared(point)),
+            LightType::Disc(_) => Some(sun::angular_variance()),
+            LightType::Infinite | LightType::UniformInfinite => None,
         }
     }
 
     /// Whether it shines evenly from all sides, so that only rays find it.
     pub fn is_diffuse(&self) -> bool {
-        match self.bounds {
-            Bounds::EvenSky => true,
-            Bounds::Point(..) | Bounds::Direction(_) | Bounds::Surface { .. } | Bounds::Disc(_) | Bounds::Sky => false,
+        match self.light_type {
+            LightType::UniformInfinite => true,
+            LightType::DeltaPosition(..)
+            | LightType::DeltaDirection(_)
+            | LightType::Area { .. }
+            | LightType::Disc(_)
+            | LightType::Infinite => false,
         }
     }
 
@@ -129,31 +138,33 @@ impl Light {
     /// The one sample of a light without extent.
     #[inline]
     pub fn delta_sample(&self) -> Option<LightSample> {
-        let (origin, falloff) = match self.bounds {
-            Bounds::Point(position, cone) => {
+        let (origin, falloff) = match self.light_type {
+            LightType::DeltaPosition(position, cone) => {
                 (LightOrigin::Point(position), cone.map_or(Falloff::Natural, Falloff::Spot))
             }
-            Bounds::Direction(to_light) => (LightOrigin::Distant(to_light), Falloff::Natural),
-            Bounds::Surface { .. } | Bounds::Disc(_) | Bounds::Sky | Bounds::EvenSky => return None,
+            LightType::DeltaDirection(to_light) => (LightOrigin::Distant(to_light), Falloff::Natural),
+            LightType::Area { .. } | LightType::Disc(_) | LightType::Infinite | LightType::UniformInfinite => {
+                return None;
+            }
         };
         Some(LightSample { origin, falloff })
     }
 
     /// The one sample of a light without extent, or a sample of the sun; none for other lights.
     pub fn small_sample(&self, sampler: &mut Sampler) -> Option<LightSample> {
-        match self.bounds {
-            Bounds::Disc(_) => self.sample(0, &[Some(SamplingTechnique::OfLight(ANYWHERE)), None, None], sampler),
-            Bounds::Point(..) | Bounds::Direction(_) => self.delta_sample(),
-            Bounds::Surface { .. } | Bounds::Sky | Bounds::EvenSky => None,
+        match self.light_type {
+            LightType::Disc(_) => self.sample(0, &[Some(SamplingTechnique::OfLight(ANYWHERE)), None, None], sampler),
+            LightType::DeltaPosition(..) | LightType::DeltaDirection(_) => self.delta_sample(),
+            LightType::Area { .. } | LightType::Infinite | LightType::UniformInfinite => None,
         }
     }
 
     /// A sample at the light's centre whose irradiance depends on neither distance nor angle; none for a sky.
     pub fn central_sample(&self) -> Option<LightSample> {
-        let origin = match self.bounds {
-            Bounds::Point(centre, _) | Bounds::Surface { centre, .. } => LightOrigin::Point(centre),
-            Bounds::Direction(to_light) | Bounds::Disc(to_light) => LightOrigin::Distant(to_light),
-            Bounds::Sky | Bounds::EvenSky => return None,
+        let origin = match self.light_type {
+            LightType::DeltaPosition(centre, _) | LightType::Area { centre, .. } => LightOrigin::Point(centre),
+            LightType::DeltaDirection(to_light) | LightType::Disc(to_light) => LightOrigin::Distant(to_light),
+            LightType::Infinite | LightType::UniformInfinite => return None,
         };
         Some(LightSample { origin, falloff: Falloff::None })
     }
@@ -161,9 +172,11 @@ impl Light {
     /// The technique that samples a light for reflection at a point, besides the path's next ray. An even sky has none:
     /// only that ray finds it.
     fn reflection_technique(&self, point: Vec3A) -> Option<SamplingTechnique<'static>> {
-        match self.bounds {
-            Bounds::Surface { .. } | Bounds::Disc(_) | Bounds::Sky => Some(SamplingTechnique::OfLight(point)),
-            Bounds::Point(..) | Bounds::Direction(_) | Bounds::EvenSky => None,
+        match self.light_type {
+            LightType::Area { .. } | LightType::Disc(_) | LightType::Infinite => {
+                Some(SamplingTechnique::OfLight(point))
+            }
+            LightType::DeltaPosition(..) | LightType::DeltaDirection(_) | LightType::UniformInfinite => None,
         }
     }
 
@@ -208,11 +221,11 @@ impl Light {
     #[inline]
     pub(super) fn origin_on(&self, ray: &Ray, limit_m: f32) -> Option<LightOrigin> {
         let is_open = limit_m == f32::INFINITY;
-        match self.bounds {
-            Bounds::Point(..) | Bounds::Direction(_) => None,
-            Bounds::Surface { .. } => self.emitter.hit(ray, limit_m),
-            Bounds::Disc(_) => self.emitter.hit(ray, limit_m).filter(|_| is_open),
-            Bounds::Sky | Bounds::EvenSky => is_open.then_some(LightOrigin::Distant(ray.direction)),
+        match self.light_type {
+            LightType::DeltaPosition(..) | LightType::DeltaDirection(_) => None,
+            LightType::Area { .. } => self.emitter.hit(ray, limit_m),
+            LightType::Disc(_) => self.emitter.hit(ray, limit_m).filter(|_| is_open),
+            LightType::Infinite | LightType::UniformInfinite => is_open.then_some(LightOrigin::Distant(ray.direction)),
         }
     }
 
@@ -224,14 +237,14 @@ impl Light {
         lines: Option<&SurfacePoint>,
     ) -> SamplingTechniques<'static> {
         let distant = Some(SamplingTechnique::OfLight(ANYWHERE));
-        match self.bounds {
-            Bounds::Point(..) | Bounds::Direction(_) => [None; 3],
-            Bounds::Surface { .. } => {
+        match self.light_type {
+            LightType::DeltaPosition(..) | LightType::DeltaDirection(_) => [None; 3],
+            LightType::Area { .. } => {
                 [exit, lines, None].map(|surface| surface.map(|surface| SamplingTechnique::OfLight(surface.point)))
             }
-            Bounds::Disc(_) => [distant, None, None],
+            LightType::Disc(_) => [distant, None, None],
             // A line that leaves through a side may do so with the full cosine, although it grazes its own surface.
-            Bounds::Sky | Bounds::EvenSky => [
+            LightType::Infinite | LightType::UniformInfinite => [
                 exit.map(|surface| SamplingTechnique::OfSurface(Directions::Cosine(*surface))),
                 lines.map(|surface| SamplingTechnique::OfSurface(Directions::Hemisphere(*surface))),
                 distant.filter(|_| !self.is_diffuse()),
@@ -245,9 +258,13 @@ impl Light {
         let [u, v, ..] = sampler.next_four();
         let origin = self.sample_origin(technique, [u, v])?;
         let density: f32 = techniques.iter().flatten().map(|technique| self.density(technique, &origin)).sum();
-        let spread_m2 = match self.bounds {
-            Bounds::Surface { spread_m2, .. } => spread_m2,
-            Bounds::Point(..) | Bounds::Direction(_) | Bounds::Disc(_) | Bounds::Sky | Bounds::EvenSky => 0.0,
+        let spread_m2 = match self.light_type {
+            LightType::Area { spread_m2, .. } => spread_m2,
+            LightType::DeltaPosition(..)
+            | LightType::DeltaDirection(_)
+            | LightType::Disc(_)
+            | LightType::Infinite
+            | LightType::UniformInfinite => 0.0,
         };
         let falloff = Falloff::Sampled { density, spread_m2 };
         (density > 0.0).then_some(LightSample { origin, falloff })
@@ -304,10 +321,10 @@ pub fn irradiance_by_sky(lights: &[Arc<Light>]) -> Spectrum {
                 sum += light.power(&sample.origin) * (share * incident.irradiance_per_power);
             }
         };
-        match light.bounds {
-            Bounds::Point(..) | Bounds::Surface { .. } => {}
-            Bounds::Direction(_) => light.delta_sample().iter().for_each(|sample| add(sample, 1.0)),
-            Bounds::Disc(_) | Bounds::Sky | Bounds::EvenSky => {
+        match light.light_type {
+            LightType::DeltaPosition(..) | LightType::Area { .. } => {}
+            LightType::DeltaDirection(_) => light.delta_sample().iter().for_each(|sample| add(sample, 1.0)),
+            LightType::Disc(_) | LightType::Infinite | LightType::UniformInfinite => {
                 for index in 0..SAMPLES {
                     let samples = light.samples_at(&directions, &mut Sampler::new(0, 0, index));
                     samples.iter().flatten().for_each(|sample| add(sample, (SAMPLES as f32).recip()));

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use snowblue_geometry::ray::narrow;
 
-use crate::light::emitter::{Bounds, Emitter};
+use crate::light::emitter::{Emitter, LightType};
 use crate::light::keys::{LightKeys, Radiance};
 use crate::light::techniques::Light;
 use crate::spectrum::Spectrum;
@@ -39,8 +39,8 @@ impl Emitter for UniformSky {
         "sky"
     }
 
-    fn bounds(&self) -> Bounds {
-        Bounds::EvenSky
+    fn light_type(&self) -> LightType {
+        LightType::UniformInfinite
     }
 
     fn uniform(&self) -> Option<&Spectrum> {

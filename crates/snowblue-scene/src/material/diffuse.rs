@@ -30,6 +30,7 @@ pub struct DiffuseDescription {
     pub reflectance_spectrum: Option<String>,
     /// An image in encoded sRGB.
     #[serde(flatten, skip_deserializing)]
+    #[schemars(!skip_deserializing)]
     pub texture: TextureDescription,
 }
 

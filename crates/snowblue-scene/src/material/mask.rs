@@ -26,6 +26,7 @@ quantities! {
 pub struct MaskDescription {
     /// The image.
     #[serde(flatten, skip_deserializing)]
+    #[schemars(!skip_deserializing)]
     pub texture: TextureDescription,
     /// The name of an attribute in the mesh file.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -36,10 +36,11 @@ pub struct CarvedDescription {
     pub seed: u32,
     /// The solids that are added, at least one.
     #[serde(skip_deserializing)]
+    #[schemars(!skip_deserializing)]
     pub add: Vec<SolidDescription>,
     /// The solids that are removed.
     #[serde(skip_deserializing, skip_serializing_if = "Vec::is_empty")]
-    #[schemars(default)]
+    #[schemars(!skip_deserializing, default)]
     pub remove: Vec<SolidDescription>,
 }
 

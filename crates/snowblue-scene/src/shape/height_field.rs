@@ -29,6 +29,7 @@ pub struct HeightFieldDescription {
     pub file: Option<String>,
     /// Where they lie.
     #[serde(flatten, skip_deserializing)]
+    #[schemars(!skip_deserializing)]
     pub grid: GridSettings,
     /// Where the solid ends below, in m. Of a georeferenced file, by default a hundredth of its longer side below the
     /// least height.

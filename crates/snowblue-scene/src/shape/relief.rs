@@ -61,7 +61,7 @@ pub(crate) fn with_relief(
     let fov_rad = f64::from(view.vertical_fov_deg.to_radians());
     let width_per_m = 2.0 * (0.5 * fov_rad).tan();
     let aspect = f64::from(film.width.get()) / f64::from(film.height.get());
-    let sight = Sight {
+    let sight = ViewDetail {
         seen: SeenPlaces::of(objects, camera),
         viewpoint: camera.position().as_dvec3(),
         pixel_per_m: width_per_m / f64::from(film.height.get().max(FEWEST_ROWS)),
@@ -92,7 +92,7 @@ pub(crate) fn with_relief(
 fn rough_objects(
     objects: &Objects,
     surfaces: &[Option<RoughSurface>],
-    sight: &Sight,
+    sight: &ViewDetail,
     factor: f64,
 ) -> Option<Vec<Object>> {
     let mut left = MOST_TRIANGLES;
@@ -120,7 +120,7 @@ struct RoughSurface<'a> {
 
 impl<'a> RoughSurface<'a> {
     /// None of a plane, and of an object all of whose edges are too long for any height.
-    fn of(objects: &'a Objects, index: usize, roughness: &'a Roughness, sight: &Sight) -> Option<Self> {
+    fn of(objects: &'a Objects, index: usize, roughness: &'a Roughness, sight: &ViewDetail) -> Option<Self> {
         let least_edge_m = sight.least_edge_m(objects.bounds(index)?);
         if least_edge_m >= roughness.greatest_edge_m() {
             return None;
@@ -137,7 +137,7 @@ impl<'a> RoughSurface<'a> {
     }
 
     /// The rough mesh, of at most `most` triangles; none if more are needed.
-    fn displaced(&self, sight: &Sight, factor: f64, most: usize) -> Option<TriangleMesh> {
+    fn displaced(&self, sight: &ViewDetail, factor: f64, most: usize) -> Option<TriangleMesh> {
         let Self { roughness, smooth, neighbours, .. } = self;
         let least_m = roughness.least_edge_m();
         let displacement = Displacement {
@@ -151,7 +151,7 @@ impl<'a> RoughSurface<'a> {
 }
 
 /// How fine a camera sees.
-struct Sight {
+struct ViewDetail {
     seen: SeenPlaces,
     viewpoint: DVec3,
     /// Width of a pixel, and of the gaps between the rays that find what is seen, over the distance.
@@ -159,7 +159,7 @@ struct Sight {
     ray_per_m: f64,
 }
 
-impl Sight {
+impl ViewDetail {
     /// Distances between rays to the nearest of them. Surfaces that are seen at a grazing angle have few.
     const RAYS_APART: f64 = 3.0;
 

@@ -52,6 +52,7 @@ pub struct SnowpackDescription {
     pub heights: Option<Vec<Vec<f64>>>,
     /// Where heights lie.
     #[serde(flatten, skip_deserializing)]
+    #[schemars(!skip_deserializing)]
     pub grid: GridSettings,
     /// An object or group of an OBJ file, or a node or mesh of a glTF; the whole file if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]

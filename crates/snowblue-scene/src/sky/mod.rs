@@ -10,7 +10,7 @@ pub use clear::ClearSkyDescription;
 pub use overcast::OvercastSkyDescription;
 pub use sun::SunDescription;
 
-use schemars::JsonSchema;
+use schemars::{JsonSchema, Schema};
 use serde::Serialize;
 use snowblue_base::toml_table::Table;
 use snowblue_base::{KeyPath, ParseError};
@@ -25,11 +25,20 @@ use crate::sources::Sources;
 /// Sun and sky.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 #[serde(tag = "type", rename_all = "snake_case")]
+#[schemars(transform = clear_by_default)]
 pub enum SkyDescription {
     /// A clear sky with its sun.
     Clear(ClearSkyDescription),
     /// An overcast sky.
     Overcast(OvercastSkyDescription),
+}
+
+/// Lets the schema of a clear sky do without a type.
+fn clear_by_default(schema: &mut Schema) {
+    let clear = schema.get_mut("oneOf").and_then(|kinds| kinds.get_mut(0));
+    if let Some(serde_json::Value::Array(required)) = clear.and_then(|clear| clear.get_mut("required")) {
+        required.retain(|key| key != "type");
+    }
 }
 
 /// The lights of the sky, and the air if it is seen.

@@ -23,6 +23,7 @@ use crate::values::{only_one, visible};
 pub struct OvercastSkyDescription {
     /// The shape of its spectrum.
     #[serde(flatten, skip_deserializing)]
+    #[schemars(!skip_deserializing)]
     pub spectrum: EmissionSpectrum,
     /// Irradiance of level ground over 400–700 nm, in W/m².
     #[serde(skip_serializing_if = "Option::is_none")]

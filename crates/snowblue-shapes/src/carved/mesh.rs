@@ -10,7 +10,7 @@ use snowblue_geometry::triangle_mesh::TriangleMesh;
 use snowblue_geometry::vertex_normals::VertexNormals;
 
 use super::lattice::{Lattice, Surface, SurfaceCell, corner, key};
-use super::patches::{Face, Patches, edge, ends, is_crossed, other_axes};
+use super::patches::{CellPatches, Face, edge, ends, is_crossed, other_axes};
 use super::snow::Carved;
 
 /// Most steps of Newton's method. Each squares the error of a smooth surface, which starts at some hundredths of a
@@ -94,7 +94,7 @@ impl Carved {
 /// The patches of the surface in its cells, which are the vertices of the mesh.
 struct Net<'cells> {
     cells: &'cells [SurfaceCell],
-    patches: Vec<Patches>,
+    patches: Vec<CellPatches>,
     /// The number of each cell's first vertex.
     first_vertices: Vec<u32>,
 }
@@ -102,7 +102,7 @@ struct Net<'cells> {
 impl<'cells> Net<'cells> {
     fn new(cells: &'cells [SurfaceCell]) -> Self {
         let mut net = Self { cells, patches: Vec::new(), first_vertices: Vec::new() };
-        net.patches = cells.par_iter().map(|cell| Patches::new(cell.inside(), net.split_face(cell))).collect();
+        net.patches = cells.par_iter().map(|cell| CellPatches::new(cell.inside(), net.split_face(cell))).collect();
         let mut vertices = 0;
         net.first_vertices = net
             .patches
@@ -117,11 +117,11 @@ impl<'cells> Net<'cells> {
 
     /// The face of a cell on both sides of which patches touch along both of its links.
     fn split_face(&self, cell: &SurfaceCell) -> Option<Face> {
-        let face = Patches::pinched_face(cell.inside())?;
+        let face = CellPatches::pinched_face(cell.inside())?;
         let step = corner(1 << face.axis);
         let other = self.find(if face.is_upper { cell.at + step } else { cell.at - step });
         let across = Face { is_upper: !face.is_upper, ..face };
-        (Patches::pinched_face(self.cells[other].inside()) == Some(across)).then_some(face)
+        (CellPatches::pinched_face(self.cells[other].inside()) == Some(across)).then_some(face)
     }
 
     /// The index of a cell that shares a crossed edge with one of the cells.

@@ -22,7 +22,7 @@ pub(super) struct Face {
 
 /// The patches in a cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Patches {
+pub(super) struct CellPatches {
     /// The patch of each crossed edge. Edges that are not crossed have no meaning.
     pub(super) edge_patches: [u8; 12],
     /// Number of patches.
@@ -98,7 +98,7 @@ impl Face {
     }
 }
 
-impl Patches {
+impl CellPatches {
     /// The patches by which corners are inside. `other` is a face that links its edges the other way.
     pub(super) fn new(inside: u8, other: Option<Face>) -> Self {
         let mut rings: [u8; 12] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11];
@@ -174,24 +174,24 @@ mod tests {
 
     #[test]
     fn patches_have_known_numbers() {
-        let count = |inside| Patches::new(inside, None).count;
+        let count = |inside| CellPatches::new(inside, None).count;
         assert_eq!([0, 255, 0b1, 0b1111, 0b1001, 0b1001_0110, 0b0110_1001].map(count), [0, 0, 1, 1, 2, 4, 4]);
         // Two corners outside on a diagonal of a face: the four edges of the face are one patch.
         assert_eq!(count(!0b1001), 1);
         let base = Face { axis: 2, is_upper: false };
-        assert_eq!(Patches::pinched_face(!0b1001), Some(base));
-        assert_eq!(Patches::new(!0b1001, Some(base)).count, 2);
+        assert_eq!(CellPatches::pinched_face(!0b1001), Some(base));
+        assert_eq!(CellPatches::new(!0b1001, Some(base)).count, 2);
     }
 
     #[test]
     fn a_pinched_face_is_the_only_ambiguous_one_and_the_other_links_split_its_patch() {
         let mut pinched = 0;
         for inside in 0..=255 {
-            let Some(face) = Patches::pinched_face(inside) else { continue };
+            let Some(face) = CellPatches::pinched_face(inside) else { continue };
             pinched += 1;
             assert_eq!(Face::ALL.iter().filter(|face| face.is_ambiguous(inside)).count(), 1, "{inside:08b}");
             let [first, second, third, last] =
-                face.edges().map(|edge| Patches::new(inside, Some(face)).edge_patches[edge]);
+                face.edges().map(|edge| CellPatches::new(inside, Some(face)).edge_patches[edge]);
             assert!(first != third && second != last && (first == second) != (first == last), "{inside:08b}");
         }
         assert!(pinched > 0);
@@ -200,7 +200,7 @@ mod tests {
     #[test]
     fn corners_inside_that_are_joined_by_an_edge_are_not_cut_apart() {
         for inside in 0..=255u8 {
-            let patches = Patches::new(inside, None);
+            let patches = CellPatches::new(inside, None);
             for face in Face::ALL {
                 for [edge, other_edge] in face.links(inside, false) {
                     assert_eq!(patches.edge_patches[edge], patches.edge_patches[other_edge]);
