@@ -118,9 +118,9 @@ impl Snow {
         if !columns.values().all(|column| column.is_of_length(count)) {
             return Err(input(format!("a property does not have {count} values")));
         }
-        let fixed = self.keys().map_err(|error| input_in_row(error, 0))?;
+        let fixed = self.keys();
         let sample = |row: usize| {
-            let mut snow = fixed.clone();
+            let mut snow = fixed.clone()?;
             columns.iter().try_for_each(|(key, column)| set(&mut snow, key, &column.value(row)))?;
             snow.sample().map_err(|wrong| wrong.error)
         };

@@ -270,7 +270,7 @@ def test_both_tables_of_ice_are_in_the_interval():
 @pytest.mark.parametrize("deviations, message", [
     ({"ssa_m2_kg": 200}, r"deviation of specific surface area is 200 m²/kg, .*, at specific_surface_area\[0\]"),
     ({"grain_size_um": 10, "ssa_m2_kg": 1}, "two names of one size"),
-    ({"black-carbon": 5}, "has a standard deviation only where it is above 0"),
+    ({"black-carbon": 5}, "black-carbon needs a value above 0 to have a standard deviation"),
     ({"density_kg_m3": -1}, "standard deviation of density is -1 kg/m³"),
     ({"density_kg_m3": "a"}, "density_kg_m3 is 'a', but must be a number"),
     ({"ice": "no"}, "ice is 'no', but must be True or False"),

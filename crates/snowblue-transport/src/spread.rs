@@ -181,10 +181,10 @@ fn mean(property: Property, sample: &SnowSample) -> Result<f64, TransportError> 
     };
     match property {
         Property::SurfaceArea if measure != SizeMeasure::OpticalDiameter || min_um < max_um => {
-            needs("has a standard deviation only in snow that is given by it")
+            needs("needs snow that is given by it to have a standard deviation")
         }
         Property::SurfaceArea => Ok(6e6 / (ice::density_kg_m3(sample.temperature_c) * max_um)),
-        _ if property.get(sample) <= 0.0 => needs("has a standard deviation only where it is above 0"),
+        _ if property.get(sample) <= 0.0 => needs("needs a value above 0 to have a standard deviation"),
         _ => Ok(property.get(sample)),
     }
 }
@@ -297,8 +297,8 @@ mod tests {
         let message =
             |uncertainty: Uncertainty, sample: &SnowSample| uncertainty.draw(sample, 1).unwrap_err().to_string();
         let clean = SnowSample::default();
-        assert!(message(soot(5.0), &clean).contains("black-carbon has a standard deviation only where it is above 0"));
-        assert!(message(of(Property::SurfaceArea, 2.0), &clean).contains("only in snow that is given by it"));
+        assert!(message(soot(5.0), &clean).contains("black-carbon needs a value above 0"));
+        assert!(message(of(Property::SurfaceArea, 2.0), &clean).contains("needs snow that is given by it"));
         let message = message(of(Property::GrainSize, -1.0), &snow());
         assert!(message.starts_with("the standard deviation of grain size is -1 µm, but must lie in 0–"), "{message}");
     }

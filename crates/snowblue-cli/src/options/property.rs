@@ -46,25 +46,24 @@ fn impurity_axis(words: &str) -> Result<PropertyAxis, String> {
 /// The end of the help of a property: its range, default and form.
 fn help(property: Property, of_table: bool) -> String {
     let Parameter { range, default, .. } = property.parameter();
-    let form = match property {
-        Property::GrainSize => {
-            let range = limits::ends(&MEAN_SIZE_RANGE.inclusive());
-            let form = if of_table { "means, each" } else { "MIN:MAX, uniform in number, or a mean," };
-            format!(": {form} for the range mean ± {MEAN_SIZE_HALF_RANGE_UM} [{range}]")
-        }
-        Property::SurfaceArea => ", instead of a grain size".to_owned(),
-        Property::Facetness if !of_table => ": a mean (± 0.1, SD 0.075) or MIN:MAX:MEAN:SD".to_owned(),
-        Property::Sphericity => ": one value or MIN:MAX:MEAN:SD; without it 0.7:0.9:0.8:0.1".to_owned(),
-        Property::WaterSaturation => format!("; for {} nm", limits::wavelengths(water::WAVELENGTH_RANGE)),
-        Property::Temperature => "; changes the density of ice only".to_owned(),
-        _ => String::new(),
-    };
     let range = limits::ends(&range.inclusive());
-    match property {
-        _ if of_table => format!(" [{range}]{form}"),
-        Property::SurfaceArea => format!(" [{range}]{form}; spectrum takes several, separated by commas"),
-        _ => format!(" [{range}; default: {default}]{form}; spectrum takes several, separated by commas"),
-    }
+    let range = match property {
+        _ if of_table => format!(" [{range}]"),
+        Property::SurfaceArea => format!(" [{range}], instead of a grain size"),
+        _ => format!(" [{range}; default: {default}]"),
+    };
+    let means = limits::ends(&MEAN_SIZE_RANGE.inclusive());
+    let of_mean = format!("for the range mean ± {MEAN_SIZE_HALF_RANGE_UM} [{means}]");
+    let form = match property {
+        Property::GrainSize if of_table => format!(": means, each {of_mean}"),
+        Property::GrainSize => format!(": a mean, {of_mean}, or MIN:MAX, uniform in number{range}"),
+        Property::Facetness if !of_table => format!("{range}: a mean (± 0.1, SD 0.075) or MIN:MAX:MEAN:SD"),
+        Property::Sphericity => format!("{range}: one value or MIN:MAX:MEAN:SD; without it 0.7:0.9:0.8:0.1"),
+        Property::WaterSaturation => format!("{range}; for {} nm", limits::wavelengths(water::WAVELENGTH_RANGE)),
+        Property::Temperature => format!("{range}; changes the density of ice only"),
+        _ => range,
+    };
+    if of_table { form } else { format!("{form}; spectrum takes several, separated by commas") }
 }
 
 impl<const OF_TABLE: bool> PropertyValues<OF_TABLE> {
@@ -74,6 +73,11 @@ impl<const OF_TABLE: bool> PropertyValues<OF_TABLE> {
     /// Names of the options, as ids of clap.
     pub(crate) fn names() -> Vec<&'static str> {
         Self::plain().map(Property::name).chain([IMPURITY]).collect()
+    }
+
+    /// Keys of the properties that are no impurities.
+    pub(crate) fn keys() -> String {
+        Self::plain().map(Property::key).collect::<Vec<_>>().join(", ")
     }
 
     /// The properties that are no impurities.

@@ -446,7 +446,11 @@ const WRONG: &[Wrong] = &[
         file: "pits.csv",
         text: PITS,
         changes: &[
-            (GLACIER, "steep,25,1200,0,1,0", &["pits.csv:5: density is 1200 kg/m³, but must lie in 10–900 kg/m³"]),
+            (
+                GLACIER,
+                "steep,25,1200,0,1,0",
+                &["pits.csv:5: density_kg_m3: density is 1200 kg/m³, but must lie in 10–900 kg/m³"],
+            ),
             (GLACIER, "deep,25,300,0,-1,0", &["pits.csv:5: thickness is -1 cm"]),
             (GLACIER, "bright,25,300,0,1,2", &["pits.csv:5: ground albedo is 2"]),
             (GLACIER, "fine,400,300,0,1,0", &["pits.csv:5: specific surface area is 400 m²/kg"]),

@@ -12,7 +12,7 @@ use super::snow_type::SnowType;
 use super::truncated_normal::TruncatedNormal;
 use crate::TransportError;
 use crate::grain::SizeMeasure;
-use crate::optics::{IceTable, Impurities};
+use crate::optics::{IceTable, Impurities, Substance};
 use crate::parameters::{
     Density, FACETNESS, GRAIN_SIZE, MASS_FRACTION, SPHERICITY, SURFACE_AREA, SurfaceArea, Temperature, WaterSaturation,
 };
@@ -106,9 +106,9 @@ impl SnowKeys {
             #[cfg(any(test, feature = "test-rows"))]
             (Property::TestFraction, self.test_fraction.map(Number::get)),
         ];
-        numbers
-            .into_iter()
-            .for_each(|(property, value)| value.into_iter().for_each(|value| property.set(&mut sample, value)));
+        for (property, value) in numbers.into_iter().filter_map(|(property, value)| Some((property, value?))) {
+            property.set(&mut sample, value);
+        }
         if let Some(numbers) = &self.facetness {
             sample.facetness = TruncatedNormal::facetness(numbers).map_err(wrong(FACETNESS.key))?;
         }
@@ -116,8 +116,8 @@ impl SnowKeys {
             sample.sphericity = TruncatedNormal::sphericity(numbers).map_err(wrong(SPHERICITY.key))?;
         }
         self.set_grain_size(&mut sample)?;
-        for (substance, mass_fraction_ng_g) in sample.impurities.present() {
-            MASS_FRACTION.range.check(mass_fraction_ng_g).map_err(|error| SnowKeyError {
+        for substance in Substance::ALL {
+            MASS_FRACTION.range.check(sample.impurities.ng_g(substance)).map_err(|error| SnowKeyError {
                 impurity: Some(substance.name().to_owned()),
                 ..wrong(MASS_FRACTION.key)(error.into())
             })?;
@@ -223,7 +223,6 @@ mod one_or_several {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::optics::Substance;
 
     #[test]
     fn the_schema_has_every_property() {

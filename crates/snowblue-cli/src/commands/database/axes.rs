@@ -24,9 +24,13 @@ pub(super) struct AxesOptions {
     /// Axes that further options change
     #[arg(long, value_name = "PRESET", value_parser = preset(), default_value = "paper")]
     preset: Axes,
-    /// TOML file of axes with the keys preset, grain_size_um, facetness, density_kg_m3, thickness_cm, angle_deg,
-    /// wavelength_nm, water_saturation, temperature_c, impurities_ng_g
-    #[arg(long, value_name = "FILE", conflicts_with = "preset")]
+    #[arg(
+        long, value_name = "FILE", conflicts_with = "preset",
+        help = format!(
+            "TOML file of axes with the keys preset, {}, impurities_ng_g, thickness_cm, angle_deg, wavelength_nm",
+            PropertyValues::<true>::keys()
+        )
+    )]
     axes: Option<PathBuf>,
     #[command(flatten)]
     properties: PropertyValues<true>,

@@ -197,6 +197,11 @@ fn single<T: Copy>(option: &str, values: &[T]) -> Result<T, Failure> {
     }
 }
 
+/// Names of all columns.
+pub(super) fn names_of_columns() -> String {
+    Column::all().map(Column::name).collect::<Vec<_>>().join(", ")
+}
+
 /// The columns that a line names.
 fn columns(header: &str, given: &GivenOptions) -> Result<Vec<Column>, String> {
     let mut columns = Vec::new();
@@ -204,11 +209,7 @@ fn columns(header: &str, given: &GivenOptions) -> Result<Vec<Column>, String> {
         let column = Column::all().find(|column| column.name() == name);
         let column = column.ok_or_else(|| {
             let hint = separator_hint(name, 1);
-            let known = if hint.is_empty() {
-                format!("; there are {}", Column::all().map(Column::name).collect::<Vec<_>>().join(", "))
-            } else {
-                hint
-            };
+            let known = if hint.is_empty() { format!("; there are {}", names_of_columns()) } else { hint };
             format!("column '{name}' is not known{known}")
         })?;
         if columns.contains(&column) {

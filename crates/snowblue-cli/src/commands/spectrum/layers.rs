@@ -13,6 +13,7 @@ use snowblue_transport::slab::Slab;
 use snowblue_transport::stack::{Layer, Stack, StackRadiometry};
 
 use crate::input::SettingsFile;
+use crate::options::property::PropertyValues;
 use crate::options::{limits, parse, snow_options};
 use crate::output::Failure;
 
@@ -20,11 +21,15 @@ use crate::output::Failure;
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Layers")]
 pub(super) struct StackOptions {
-    /// TOML file of layers, top first, instead of the options of one snow. Each `[[layer]]` has thickness_cm (cm) and
-    /// optionally snow, grain_size_um, size_measure, ssa_m2_kg, facetness, sphericity, density_kg_m3, water_saturation,
-    /// impurities_ng_g = { black-carbon = 10 }, temperature_c; or it is clear ice, with kind = "ice" and thickness_cm
-    /// alone. The file may set ice, the table
-    #[arg(long, value_name = "FILE", conflicts_with_all = snow_options(), conflicts_with = "thickness")]
+    #[arg(
+        long, value_name = "FILE", conflicts_with_all = snow_options(), conflicts_with = "thickness",
+        help = format!(
+            "TOML file of layers, top first, instead of the options of one snow. Each [[layer]] has thickness_cm (cm) \
+             and optionally snow, size_measure, {}, impurities_ng_g = {{ black-carbon = 10 }}; or it is clear ice, \
+             with kind = \"ice\" and thickness_cm alone. The file may set ice, the table",
+            PropertyValues::<false>::keys()
+        )
+    )]
     layers: Option<PathBuf>,
     #[arg(
         long, value_name = "ALBEDO", value_parser = parse::number,

@@ -60,13 +60,16 @@ pub(crate) struct Spectrum {
     stack: StackOptions,
     #[command(flatten)]
     sky: SkyOptions,
-    /// CSV file of slabs, one a line, below a line of names of columns. Cells are separated by commas, and decimals
-    /// have a point. Lines that begin with # are comments; below the names they are slabs if the first column is name.
-    /// Columns are name, thickness_cm, angle_deg, ground_albedo, snow, grain_size_um, ssa_m2_kg, optical_radius_um,
-    /// size_measure, facetness, sphericity, density_kg_m3, water_saturation, black_carbon_ng_g (and the other
-    /// impurities), temperature_c, ice. Where a cell is empty or there is no column, the option counts, and the result
-    /// has its value. All lines are checked before any is computed. NetCDF has the dimensions slab and wavelength
-    #[arg(long, value_name = "FILE", help_heading = "Slab", conflicts_with_all = ["layers", "depths", "broadband"])]
+    #[arg(
+        long, value_name = "FILE", help_heading = "Slab", conflicts_with_all = ["layers", "depths", "broadband"],
+        help = format!(
+            "CSV file of slabs, one a line, below a line of names of columns. Cells are separated by commas, and \
+             decimals have a point. Lines that begin with # are comments; below the names they are slabs if the first \
+             column is name. Columns are {}. Where a cell is empty or there is no column, the option counts, and the \
+             result has its value. All lines are checked before any is computed. NetCDF has the dimensions slab and \
+             wavelength", batch::names_of_columns()
+        )
+    )]
     batch: Option<PathBuf>,
     #[arg(
         long, value_name = "NM", value_parser = parse::wavelengths, help_heading = "Slab",
