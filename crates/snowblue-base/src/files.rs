@@ -7,14 +7,14 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 /// Memory in bytes that a file of any length may take: a height map of 4096 × 4096, or a sky of 4096 × 2048.
-const LEAST_ALLOWED: f64 = (384u64 << 20) as f64;
+const MIN_ALLOWED: f64 = (384u64 << 20) as f64;
 
 /// Bytes in memory that each byte of a file may take: a byte of a compressed image stands for 1032 bytes at most
 /// (zlib), of which several forms are held.
 const ALLOWED_PER_BYTE: f64 = 4096.0;
 
 /// Greatest memory of any file in bytes, however long it is.
-const MOST_ALLOWED: f64 = (16u64 << 30) as f64;
+const MAX_ALLOWED: f64 = (16u64 << 30) as f64;
 
 /// Why a file cannot be used. Every message names the file, and the line if there is one.
 #[derive(Debug, thiserror::Error)]
@@ -196,7 +196,7 @@ pub fn check_memory(what: &str, asked_bytes: f64, file_bytes: usize) -> Result<(
 ///
 /// As those of [`check_memory`].
 pub fn check_expansion(what: &str, asked_bytes: f64, file_bytes: usize) -> Result<(), String> {
-    let allowed = (ALLOWED_PER_BYTE * file_bytes as f64).max(LEAST_ALLOWED);
+    let allowed = (ALLOWED_PER_BYTE * file_bytes as f64).max(MIN_ALLOWED);
     at_most(what, asked_bytes, allowed).map_err(|reason| format!("{reason} in a file of {file_bytes} bytes"))
 }
 
@@ -206,7 +206,7 @@ pub fn check_expansion(what: &str, asked_bytes: f64, file_bytes: usize) -> Resul
 ///
 /// As those of [`check_memory`].
 pub fn check_total(what: &str, asked_bytes: f64) -> Result<(), String> {
-    at_most(what, asked_bytes, MOST_ALLOWED)
+    at_most(what, asked_bytes, MAX_ALLOWED)
 }
 
 fn at_most(what: &str, asked_bytes: f64, allowed: f64) -> Result<(), String> {

@@ -6,10 +6,10 @@ use crate::ParameterRange;
 use crate::csv_text::{cells, rows, separator_hint};
 
 /// Greatest value of a spectrum, in any unit. Sums over a spectrum are far below the greatest number.
-pub const GREATEST_VALUE: f64 = 1e30;
+pub const MAX_VALUE: f64 = 1e30;
 
 /// Greatest number of characters of a line that a message repeats.
-const MOST_SHOWN: usize = 80;
+const MAX_SHOWN: usize = 80;
 
 /// A spectrum of a text.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -67,10 +67,10 @@ struct Row {
 /// ```
 ///
 /// # Errors
-/// Names the first line that is no row of numbers, whose value does not lie in 0 to [`GREATEST_VALUE`] or, among two
+/// Names the first line that is no row of numbers, whose value does not lie in 0 to [`MAX_VALUE`] or, among two
 /// columns, which does not ascend; or that the text holds no spectrum.
 pub fn read(text: &str, quantity: &'static str) -> Result<Vec<SpectrumRows>, SpectrumError> {
-    let range = ParameterRange { quantity, least: 0.0, greatest: GREATEST_VALUE, unit: "" };
+    let range = ParameterRange { quantity, least: 0.0, greatest: MAX_VALUE, unit: "" };
     read_within(text, quantity, range)
 }
 
@@ -117,7 +117,7 @@ pub fn read_within(text: &str, quantity: &str, range: ParameterRange) -> Result<
 
 /// The start of a line in a message.
 fn shown(line: &str) -> String {
-    match line.char_indices().nth(MOST_SHOWN) {
+    match line.char_indices().nth(MAX_SHOWN) {
         Some((end, _)) => format!("{}…", &line[..end]),
         None => line.to_owned(),
     }

@@ -3,7 +3,7 @@
 use crate::rgb::LinearRgb;
 
 /// Greatest exposure, in stops; the least is its negative.
-pub const GREATEST_STOPS: f64 = 100.0;
+pub const MAX_STOPS: f64 = 100.0;
 
 /// Factor of an exposure in stops. Each stop doubles the light.
 ///

@@ -59,11 +59,11 @@ const THICK_KNOTS_CM: [f64; 2] = [70.0, 100.0];
 const ANGLES_DEG: [f64; 12] = [0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 75.0, 80.0, 85.0, 89.0];
 
 /// Greatest absolute value of an axis, in any unit. Single precision, in which look-ups run, holds its square.
-const GREATEST_VALUE: f64 = 1e15;
+const MAX_VALUE: f64 = 1e15;
 /// Most values of a quantity in a table: 2 GiB in memory, 350 times those of the paper.
-const MOST_VALUES: usize = 1 << 28;
+const MAX_VALUES: usize = 1 << 28;
 /// Most samples of snow in a table. Each takes a millisecond at least to compute.
-const MOST_SAMPLES: usize = 1 << 22;
+const MAX_SAMPLES: usize = 1 << 22;
 
 impl Axes {
     /// Names of the axes that a [`preset`](Self::preset) has, and what they hold.
@@ -359,8 +359,8 @@ impl Axes {
                 }
                 Some(pair) => format!("{} follows {}", short(pair[1]), short(pair[0])),
                 None if values.is_empty() => "it is empty".to_owned(),
-                None if !values.iter().all(|value| value.abs() <= GREATEST_VALUE) => {
-                    format!("it has a value beyond ±{GREATEST_VALUE:e}")
+                None if !values.iter().all(|value| value.abs() <= MAX_VALUE) => {
+                    format!("it has a value beyond ±{MAX_VALUE:e}")
                 }
                 None => continue,
             };
@@ -389,7 +389,7 @@ impl Axes {
         // The last three axes are not of the snow. The products may exceed any integer.
         let product = |lengths: &[usize]| lengths.iter().map(|length| *length as f64).product::<f64>();
         let (samples, values) = (product(&lengths[..lengths.len() - 3]), product(&lengths));
-        if samples <= MOST_SAMPLES as f64 && values <= MOST_VALUES as f64 {
+        if samples <= MAX_SAMPLES as f64 && values <= MAX_VALUES as f64 {
             return Ok(());
         }
         let lengths: Vec<String> = lengths.iter().map(usize::to_string).collect();
@@ -397,8 +397,8 @@ impl Axes {
             lengths: lengths.join(" × "),
             samples: short(samples),
             values: short(values),
-            most_samples: MOST_SAMPLES,
-            most_values: MOST_VALUES,
+            most_samples: MAX_SAMPLES,
+            most_values: MAX_VALUES,
         })
     }
 }

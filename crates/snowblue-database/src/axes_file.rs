@@ -25,7 +25,7 @@ use snowblue_transport::{Property, Substance};
 use crate::{Axes, PropertyAxis, axis_properties};
 
 /// Greatest number of steps of a range of wavelengths.
-const MOST_STEPS: f64 = 100_000.0;
+const MAX_STEPS: f64 = 100_000.0;
 
 #[derive(Debug, Deserialize)]
 #[serde(untagged, expecting = "must be an angle in degrees or \"diffuse\"")]
@@ -112,7 +112,7 @@ pub fn wavelengths(words: &str) -> Result<Vec<f64>, String> {
         return Err("give FIRST:LAST:STEP (400:700:10) or a list (450,550,650), in nm".to_owned());
     };
     let count = (last - first) / step;
-    if !(step > 0.0 && (0.0..MOST_STEPS).contains(&count)) {
+    if !(step > 0.0 && (0.0..MAX_STEPS).contains(&count)) {
         return Err(format!(
             "the range is {words} nm, but must ascend, with a step above 0 nm and at most 100000 steps"
         ));

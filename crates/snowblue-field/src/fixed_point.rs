@@ -28,9 +28,9 @@ pub struct FixedPointOptions {
 }
 
 /// Length of what is new in a step, over that of all, below which it is rounding.
-const LEAST_NEW: f64 = 1e-6;
+const MIN_NEW: f64 = 1e-6;
 /// Least length with a reciprocal in single precision.
-const LEAST_LENGTH: f64 = 1e-37;
+const MIN_LENGTH: f64 = 1e-37;
 
 /// A step, and by how much what is missing became less. The latter are orthogonal and have the length 1.
 struct Step {
@@ -87,7 +87,7 @@ impl Step {
             }
             // What rounding leaves of systems that are solved says nothing.
             let new = dot(gain, gain).sqrt();
-            let is_new = new.simd_gt(length * f64x4::splat(LEAST_NEW)) & new.simd_gt(f64x4::splat(LEAST_LENGTH));
+            let is_new = new.simd_gt(length * f64x4::splat(MIN_NEW)) & new.simd_gt(f64x4::splat(MIN_LENGTH));
             let inverse = narrow(is_new.select(ratio(f64x4::ONE, new), f64x4::ZERO));
             gain.iter_mut().chain(step.iter_mut()).for_each(|value| *value *= inverse);
         }

@@ -16,7 +16,7 @@ pub(crate) struct Lattice {
 }
 
 /// Most cells along an axis: places have 21 bits, and cells and nodes may lie beyond the end.
-pub(crate) const MOST_ALONG_AXIS: usize = 1 << 20;
+pub(crate) const MAX_ALONG_AXIS: usize = 1 << 20;
 
 impl Lattice {
     /// Cells of at most `step_m` around a body, which fit its bounds exactly unless they are shifted: by `shift` of a

@@ -29,5 +29,5 @@ pub use plan::{FieldError, ScaledSizes, Survey, fit_sizes};
 pub use scan::SurfaceElement;
 pub use sizes::{CellSizes, SizeLimits, SizesByDistance};
 pub use source::VolumeSource;
-pub use spectral_nodes::{GROUP, Groups, KnownFactor, LayerSpectrum, MOST_GROUPS, SpectralNodes};
+pub use spectral_nodes::{GROUP, Groups, KnownFactor, LayerSpectrum, MAX_GROUPS, SpectralNodes};
 pub use system::Diffusion;

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use crate::body::Body;
-use crate::lattice::{Lattice, MOST_ALONG_AXIS};
+use crate::lattice::{Lattice, MAX_ALONG_AXIS};
 use crate::octree::Octree;
 use crate::scan::{coverage, surface, volume_m3};
 use crate::sizes::{CellSizes, SizeLimits, demands};
@@ -18,12 +18,12 @@ const COARSE_LENGTHS: f64 = 10.0;
 /// Coarsest cells of any body, in transport mean free paths. Beyond, light at the surface has no known error.
 const COARSEST_LENGTHS: f64 = 50.0;
 /// Greatest factor of the sizes of a rule that makes a grid fit into the memory.
-const MOST_FACTOR: f64 = 128.0;
+const MAX_FACTOR: f64 = 128.0;
 /// Lines along the longest side of a body that estimate its volume and area.
 const SURVEY_CELLS: f64 = 32.0;
 
 /// Least growth of the factor from one estimate to the next.
-const LEAST_GROWTH: f64 = 1.1;
+const MIN_GROWTH: f64 = 1.1;
 /// Nodes of a grid over the cells in which a rule's sizes are demanded, with those inside.
 const NODES_PER_DEMANDED_CELL: f64 = 2.2;
 /// Parts inside, surface elements and integrals of a cell at the surface.
@@ -61,7 +61,7 @@ pub enum FieldError {
     },
     /// A rule for the sizes of cells asks for too much.
     #[error(
-        "needs cells more than {MOST_FACTOR:.0} times as large as the pixels of the picture need, to fit into \
+        "needs cells more than {MAX_FACTOR:.0} times as large as the pixels of the picture need, to fit into \
          {memory_mib} MiB: allow more memory"
     )]
     TooMuchDetail {
@@ -166,7 +166,7 @@ impl Survey {
     /// Size of the finest cells of a wide body, in m: what diffusion resolves, as far as cells can be counted.
     #[must_use]
     pub fn finest_step_m(&self, transport_length_m: f64) -> f64 {
-        (FINEST_LENGTHS * transport_length_m).max(self.bounds_m.max_element() / MOST_ALONG_AXIS as f64)
+        (FINEST_LENGTHS * transport_length_m).max(self.bounds_m.max_element() / MAX_ALONG_AXIS as f64)
     }
 
     /// The size of the cells at the surface that was asked for, in m, if the snow allows it and the grid fits into the
@@ -197,7 +197,7 @@ impl Survey {
     /// Size in m of the smallest cells that fit into a memory in MiB.
     fn smallest_step_m(&self, groups: usize, memory_mib: u64) -> f64 {
         let bytes = memory_mib as f64 * f64::from(1 << 20);
-        let countable_m = self.bounds_m.max_element() / MOST_ALONG_AXIS as f64;
+        let countable_m = self.bounds_m.max_element() / MAX_ALONG_AXIS as f64;
         bisect(|step_m| self.bytes(step_m, groups) <= bytes).max(countable_m)
     }
 
@@ -266,7 +266,7 @@ pub fn fit_sizes(
     let lattice = Lattice::around(body, step_m, DVec3::ZERO);
     let memory = memory_mib as f64 * f64::from(1 << 20);
     let mut factor = 1.0;
-    while factor <= MOST_FACTOR {
+    while factor <= MAX_FACTOR {
         let demands = demands(body, &lattice, &ScaledSizes { sizes, factor });
         let (_, leaves) = Octree::new(&lattice, &demands);
         let at_surface = leaves.iter().filter(|leaf| leaf.is_demanded).count();
@@ -276,7 +276,7 @@ pub fn fit_sizes(
             #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "positive and rounded")]
             return Ok((factor, nodes.round() as usize));
         }
-        factor *= (bytes / memory).sqrt().max(LEAST_GROWTH);
+        factor *= (bytes / memory).sqrt().max(MIN_GROWTH);
     }
     Err(FieldError::TooMuchDetail { memory_mib })
 }

@@ -8,7 +8,7 @@ use crate::system::System;
 use crate::vectors::{ROWS_PER_TASK, narrow, ratio, sum, sum_mut, wide};
 
 /// Most iterations. Fifty to two hundred are usual.
-const MOST_ITERATIONS: u64 = 2000;
+const MAX_ITERATIONS: u64 = 2000;
 
 /// Solves the systems for one right-hand side each, from a start, until the residual in the norm of the preconditioner
 /// is small beside the right-hand side or beside that of the start. Returns them with the number of iterations.
@@ -35,7 +35,7 @@ pub(crate) fn solve(
     let goal = sum(right, |row, right| squared(*right, inverse[row])) * f64x4::splat(tolerance * tolerance);
     let goal = goal.max(norm * f64x4::splat(residual_left * residual_left));
     let mut iterations = 0;
-    while norm.simd_gt(goal).any() && iterations < MOST_ITERATIONS {
+    while norm.simd_gt(goal).any() && iterations < MAX_ITERATIONS {
         let energy = sum_mut(&mut product, |row, product| {
             *product = system.row_product(row, &direction);
             wide(*product) * wide(direction[row])

@@ -22,7 +22,7 @@ pub struct VolumeSource {
 }
 
 /// Least radius of a source, in cells.
-const LEAST_CELLS: f64 = 1.5;
+const MIN_CELLS: f64 = 1.5;
 
 /// Adds the power of a source to a right-hand side, for one group of wavelengths. `diffusion` is the snow of each cell.
 pub(crate) fn add_source(
@@ -33,7 +33,7 @@ pub(crate) fn add_source(
     sums: &mut [f32x4],
 ) {
     let Some(number) = grid.number_at(source.centre) else { return };
-    let radius_m = source.radius_m.max(LEAST_CELLS * grid.cell_size(&grid.cells[number]).max_element());
+    let radius_m = source.radius_m.max(MIN_CELLS * grid.cell_size(&grid.cells[number]).max_element());
     let mut parts: Vec<(usize, [f32; 3], f32)> = Vec::new();
     for (number, cell) in grid.cells.iter().enumerate() {
         let size = grid.cell_size(cell);

@@ -23,10 +23,10 @@ use wide::f32x4;
 /// Wavelengths of a group.
 pub const GROUP: usize = 4;
 /// Most groups of nodes.
-pub const MOST_GROUPS: usize = 4;
+pub const MAX_GROUPS: usize = 4;
 
 /// Values of each group; 0 of those that are not used.
-pub type Groups = [f32x4; MOST_GROUPS];
+pub type Groups = [f32x4; MAX_GROUPS];
 
 /// A layer of snow at some wavelengths. Its thickness is that in a typical vertical through a body.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -102,7 +102,7 @@ impl SpectralNodes {
         };
         let roots = roots(&bodies);
         let mut nodes = Self::new(&roots, 1);
-        for groups in 2..=MOST_GROUPS {
+        for groups in 2..=MAX_GROUPS {
             if bodies.iter().any(|layers| has_error(&nodes, layers)) {
                 nodes = Self::new(&roots, groups);
             }
@@ -139,7 +139,7 @@ pub struct KnownFactor {
 }
 
 /// Least logarithm that a spline lacks at a node for a power to be found; below, it matters little.
-const LEAST_LACKING: f64 = 1e-3;
+const MIN_LACKING: f64 = 1e-3;
 
 impl KnownFactor {
     /// A factor by its values at all wavelengths.
@@ -163,7 +163,7 @@ impl KnownFactor {
         });
         let greatest = differences.max_by(|(one, _), (other, _)| one.abs().total_cmp(&other.abs()));
         let (difference, mut power_weights) = greatest.unwrap_or_default();
-        let inverse = if difference.abs() > LEAST_LACKING { difference.recip() } else { 0.0 };
+        let inverse = if difference.abs() > MIN_LACKING { difference.recip() } else { 0.0 };
         power_weights.iter_mut().for_each(|weight| *weight = single(f64::from(*weight) * inverse));
         Self { lacking: lacking.collect(), power_weights }
     }
@@ -381,7 +381,7 @@ mod tests {
     fn nodes_that_nearly_coincide_do_not_make_the_spline_steep() {
         let root = |k: f64| if k < 16.0 { 1.88 + 1e-5 * k * k } else { 0.8 + 0.3 * (0.6 * k).sin() };
         let roots: Vec<f64> = (0..31).map(|k| root(f64::from(k))).collect();
-        for groups in 1..=MOST_GROUPS {
+        for groups in 1..=MAX_GROUPS {
             for weights in SpectralNodes::new(&roots, groups).weights {
                 let sum: f32 = weights.iter().map(|weight| weight.abs()).sum();
                 assert!(sum < 3.0, "{groups}: {weights:?}");

@@ -23,9 +23,9 @@ use crate::vectors::{narrow, ratio, wide};
 pub(crate) const SIDES: usize = 6;
 
 /// Most steps of averaging over neighbouring cells.
-const MOST_STEPS: usize = 6;
+const MAX_STEPS: usize = 6;
 /// Least exitance after the average is sharpened, as a fraction of that before.
-const LEAST_SHARE: f32 = 0.5;
+const MIN_SHARE: f32 = 0.5;
 /// Steps that average the noise itself.
 const STEPS_OF_ERROR: usize = 2;
 
@@ -86,7 +86,7 @@ impl SurfaceNodes {
     pub(crate) fn smooth_light(&self, grid: &Grid, flux: &[f32x4], exitance: &[f32x4]) -> [NodeFlux; 2] {
         let mut flux = self.smooth(grid, flux);
         let [mut exitance, averaged] = self.smooth_and_averaged(grid, exitance);
-        let least = |averaged: f32x4| (averaged * LEAST_SHARE).max(f32x4::ZERO);
+        let least = |averaged: f32x4| (averaged * MIN_SHARE).max(f32x4::ZERO);
         for side in 0..SIDES {
             let (mut added, mut sharpened) = (f64x4::ZERO, f64x4::ZERO);
             for (node, averaged) in averaged.iter().enumerate().filter(|(node, _)| self.weight[*node][side] > 0.0) {
@@ -188,7 +188,7 @@ impl SurfaceNodes {
                 let allowed = (tolerance * mean).powi(2);
                 let steps =
                     if variance > allowed { (variance / allowed.max(f32::MIN_POSITIVE) - 1.0) / 3.0 } else { 0.0 };
-                steps.min(MOST_STEPS as f32)
+                steps.min(MAX_STEPS as f32)
             })
         };
         let steps: Vec<[f32; SIDES]> = scatter.iter().map(steps).collect();
@@ -197,7 +197,7 @@ impl SurfaceNodes {
         }
         let mut smooth = means.clone();
         let mut result = means;
-        for step in 1..=MOST_STEPS {
+        for step in 1..=MAX_STEPS {
             smooth = self.spread(&neighbours, &smooth, Some(&guide));
             for ((result, smooth), steps) in result.iter_mut().zip(&smooth).zip(&steps) {
                 for side in 0..SIDES {

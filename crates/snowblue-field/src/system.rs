@@ -207,7 +207,7 @@ pub(crate) fn slab_absorptance(diffusion: &Diffusion, thickness_m: f32, extrapol
     let thickness_m = f64::from(thickness_m);
     f32x4::from(std::array::from_fn(|k| {
         let length_m = f64::from(lengths_m[k]);
-        let decay_per_m = (3.0 * f64::from(absorption_per_m[k]) / length_m).sqrt().max(LEAST_DECAY / length_m);
+        let decay_per_m = (3.0 * f64::from(absorption_per_m[k]) / length_m).sqrt().max(MIN_DECAY / length_m);
         let (slope, tanh) = (decay_per_m * length_m, (decay_per_m * thickness_m).tanh());
         let passed = extrapolation * slope;
         let absorptance = 4.0 / 3.0 * slope * (1.0 + passed * tanh) / ((1.0 + passed * passed) * tanh + 2.0 * passed);
@@ -216,7 +216,7 @@ pub(crate) fn slab_absorptance(diffusion: &Diffusion, thickness_m: f32, extrapol
 }
 
 /// Decay of light without absorption over a transport mean free path, in place of zero.
-const LEAST_DECAY: f64 = 1e-6;
+const MIN_DECAY: f64 = 1e-6;
 
 /// Widths of a cell, in lengths 1/κ over which light decays, from which on and to which the flux at its surface changes
 /// from the grid's to that of a half-space.

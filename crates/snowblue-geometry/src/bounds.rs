@@ -73,14 +73,14 @@ impl Bounds {
 }
 
 /// Least magnitude of a component in [`finite_inverse`].
-const LEAST_COMPONENT: f32 = 1e-18;
+const MIN_COMPONENT: f32 = 1e-18;
 
 /// The reciprocal of each component. Components near zero count as ±1e-18, so that no product is undefined.
 ///
 /// A negative zero counts as positive, since `direction < 0`, which selects the near planes of boxes, is false for it.
 #[inline]
 pub(crate) fn finite_inverse(direction: Vec3A) -> Vec3A {
-    direction.abs().max(Vec3A::splat(LEAST_COMPONENT)).copysign(direction + Vec3A::ZERO).recip()
+    direction.abs().max(Vec3A::splat(MIN_COMPONENT)).copysign(direction + Vec3A::ZERO).recip()
 }
 
 #[cfg(test)]

@@ -19,7 +19,7 @@ use crate::edges::Grouped;
 pub const CREASE_DEG: f32 = 40.0;
 /// Most triangles around a vertex with creases; beyond, as at the tip of a cone of very many sides, faces stay flat
 /// there. It bounds the time, which is quadratic in this number.
-const MOST_AT_CREASE: usize = 256;
+const MAX_AT_CREASE: usize = 256;
 /// A corner normal whose cosine to the normal of the face is at least this counts as that normal.
 const FLAT_COS: f32 = 1.0 - 1e-6;
 
@@ -180,7 +180,7 @@ impl<'a> Surface<'a> {
 
     /// The normal of a triangle's corner among all corners at its vertex, by the normal of the triangle.
     fn corner_normal(&self, corners: &[(u32, u8)], normal: Vec3) -> Vec3 {
-        if corners.len() > MOST_AT_CREASE {
+        if corners.len() > MAX_AT_CREASE {
             return normal;
         }
         let crease_cos = CREASE_DEG.to_radians().cos();

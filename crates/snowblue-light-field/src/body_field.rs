@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 use arrayvec::ArrayVec;
 use glam::Vec3A;
-use snowblue_field::{Fluence, KnownFactor, MOST_GROUPS, SnowBody, SpectralNodes, SurfaceValues};
+use snowblue_field::{Fluence, KnownFactor, MAX_GROUPS, SnowBody, SpectralNodes, SurfaceValues};
 use snowblue_geometry::ray::SurfacePoint;
 use snowblue_scene::objects::{Objects, SurfaceInteraction};
 use snowblue_scene::sampling::Sampler;
@@ -21,7 +21,7 @@ use wide::f32x4;
 use crate::snowpack::{KindOptics, Snowpack};
 
 /// Most spectral nodes.
-const MOST_NODES: usize = MOST_GROUPS * snowblue_field::GROUP;
+const MAX_NODES: usize = MAX_GROUPS * snowblue_field::GROUP;
 
 /// The light in a body of snow.
 pub struct BodyField {
@@ -136,7 +136,7 @@ impl BodyField {
     /// All wavelengths of a quantity at the spectral nodes, in light of a spectrum: by its logarithm, or directly where
     /// it is not positive.
     pub(super) fn spectrum(&self, groups: impl Iterator<Item = f32x4>, light: &Spectrum) -> Spectrum {
-        let mut at_nodes = [0.0; MOST_NODES];
+        let mut at_nodes = [0.0; MAX_NODES];
         for (values, group) in at_nodes.chunks_exact_mut(snowblue_field::GROUP).zip(groups) {
             values.copy_from_slice(group.as_array());
         }
@@ -181,7 +181,7 @@ impl std::fmt::Debug for BodyField {
 }
 
 /// Values at the spectral nodes, in groups.
-type Nodes = ArrayVec<f32x4, MOST_GROUPS>;
+type Nodes = ArrayVec<f32x4, MAX_GROUPS>;
 
 /// The light around a point inside a body.
 pub struct NearLight<'f> {
@@ -280,7 +280,7 @@ impl<'f> NearFluence<'f> {
 
     /// All wavelengths of a quantity at the nodes.
     fn spectrum(&self, field: &BodyField, groups: impl Iterator<Item = f32x4>) -> Spectrum {
-        let mut ratios = [0.0; MOST_NODES];
+        let mut ratios = [0.0; MAX_NODES];
         let count = field.nodes.indices().len();
         for ((ratios, group), reciprocals) in
             ratios.chunks_exact_mut(snowblue_field::GROUP).zip(groups).zip(&self.reciprocals)

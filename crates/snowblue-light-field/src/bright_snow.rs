@@ -18,12 +18,12 @@ use snowblue_scene::directions::Directions;
 use snowblue_scene::spectrum::Spectrum;
 
 /// Most patches.
-const MOST_PATCHES: usize = LANES * MOST_BLOCKS;
+const MAX_PATCHES: usize = LANES * MAX_BLOCKS;
 /// Patches in a block, and most blocks.
 const LANES: usize = 8;
-const MOST_BLOCKS: usize = 16;
+const MAX_BLOCKS: usize = 16;
 /// Most surface elements that the patches are made of.
-const MOST_ELEMENTS: usize = 1 << 16;
+const MAX_ELEMENTS: usize = 1 << 16;
 /// The share of the rays that are sampled as without patches.
 const OWN_SHARE: f32 = 0.5;
 
@@ -107,7 +107,7 @@ struct ElementGroup {
 impl BrightSnow {
     pub(super) fn new(bodies: &[BodyField]) -> Self {
         let count: usize = bodies.iter().map(|body| body.body.surface().len()).sum();
-        let stride = count.div_ceil(MOST_ELEMENTS).max(1);
+        let stride = count.div_ceil(MAX_ELEMENTS).max(1);
         let elements = bodies.iter().flat_map(|body| {
             body.body.surface().iter().step_by(stride).filter_map(|element| {
                 let surface = surface_point(element);
@@ -142,7 +142,7 @@ impl BrightSnow {
     /// the path's throughput, p its density.
     pub(super) fn sample(&self, directions: &Directions, [u, v, choice]: [f32; 3]) -> (Vec3A, f32) {
         let surface = directions.surface();
-        let views: ArrayVec<Views, MOST_BLOCKS> = self.0.iter().map(|patches| patches.views(surface)).collect();
+        let views: ArrayVec<Views, MAX_BLOCKS> = self.0.iter().map(|patches| patches.views(surface)).collect();
         let total = views.iter().fold(f32x8::ZERO, |sum, views| sum + views.weight).reduce_add();
         if total <= 0.0 {
             return directions.sample_weighted([u, v]);
@@ -187,7 +187,7 @@ fn patches(elements: Vec<Element>) -> Vec<Patch> {
         facing[facing_of(element.surface.normal)].push(element);
     }
     let mut parts: Vec<ElementGroup> = facing.into_iter().filter_map(ElementGroup::new).collect();
-    for _ in parts.len()..MOST_PATCHES {
+    for _ in parts.len()..MAX_PATCHES {
         let by_variation = |one: &(usize, &ElementGroup), other: &(usize, &ElementGroup)| {
             one.1.variation.total_cmp(&other.1.variation)
         };

@@ -31,9 +31,9 @@ const RESIDUAL_LEFT: f64 = 0.01;
 /// Light below which it no longer counts how great an error is beside the light, over the mean.
 const DARK: f32 = 0.03;
 /// Least area of a surface element over the mean.
-const LEAST_AREA: f32 = 1e-4;
+const MIN_AREA: f32 = 1e-4;
 /// Least light that other light is divided by.
-const LEAST_LIGHT: f32 = 1e-20;
+const MIN_LIGHT: f32 = 1e-20;
 
 /// The surfaces of all bodies, which send light to each other. Their values are joined, body by body.
 pub(super) struct Exchange<'a> {
@@ -146,7 +146,7 @@ impl<'a> Exchange<'a> {
         let elements = || self.prepared.iter().flat_map(|prepared| prepared.body.surface());
         let area_m2: f64 = elements().map(|element| f64::from(element.area_m2)).sum();
         let mean_m2 = area_m2 / elements().count().max(1) as f64;
-        let root = |area_m2: f32| narrow(f64::from(area_m2) / mean_m2).max(LEAST_AREA).sqrt();
+        let root = |area_m2: f32| narrow(f64::from(area_m2) / mean_m2).max(MIN_AREA).sqrt();
         for group in groups {
             group.iter_mut().zip(elements()).for_each(|(value, element)| *value /= f32x4::splat(root(element.area_m2)));
         }
@@ -270,7 +270,7 @@ fn without_dark(light: &[Vec<f32x4>]) -> ElementValues {
         let mean = f32x4::from(sum.to_array().map(|sum| (sum / group.len() as f64) as f32));
         // Some wavelengths may have no light.
         let is_lit = mean.simd_gt(f32x4::ZERO);
-        let least = is_lit.select((mean * DARK).max(f32x4::splat(LEAST_LIGHT)), f32x4::ONE);
+        let least = is_lit.select((mean * DARK).max(f32x4::splat(MIN_LIGHT)), f32x4::ONE);
         group.iter().map(|value| value.max(least)).collect()
     };
     light.iter().map(of_group).collect()

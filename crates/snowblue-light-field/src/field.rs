@@ -17,7 +17,7 @@ use crate::prepared_body::{BareBody, Lighting, PreparedBody};
 use crate::surface_light::NOISE;
 
 /// Most bodies of snow. Each has a grid, and is lit by all others.
-const MOST_BODIES: usize = 1000;
+const MAX_BODIES: usize = 1000;
 
 /// The light in all snow of a scene.
 #[derive(Debug)]
@@ -79,11 +79,11 @@ impl LightField {
                 continue;
             }
             let Some(snow) = (scene.snow)(object) else { continue };
-            if bare.len() == MOST_BODIES {
+            if bare.len() == MAX_BODIES {
                 return Err((
                     object,
                     format!(
-                        "is one body of snow more than the {MOST_BODIES} that this integrator takes: give touching \
+                        "is one body of snow more than the {MAX_BODIES} that this integrator takes: give touching \
                          objects the same 'body'"
                     ),
                 ));
@@ -266,7 +266,7 @@ fn memory_of_each(mut wanted_mib: Vec<f64>, memory_mib: u32) -> u64 {
 }
 
 /// Most diffuse surfaces between two pieces of snow.
-const MOST_GATHER_SURFACES: u32 = 8;
+const MAX_GATHER_SURFACES: u32 = 8;
 
 /// Solves for the light of each of some illuminations in all bodies.
 pub(super) fn solve(
@@ -328,7 +328,7 @@ fn gathered_paths(
     let around = GatherScene {
         lit: lit.collect(),
         reflectance: scene.reflectance,
-        most_surfaces: scene.max_bounces.min(MOST_GATHER_SURFACES),
+        most_surfaces: scene.max_bounces.min(MAX_GATHER_SURFACES),
         place_at: &place_at,
     };
     prepared.iter().map(|body| GatheredPaths::new(&body.solid, &body.body, &body.nodes, &around)).collect()

@@ -22,9 +22,9 @@ use snowblue_scene::sampling::{Sampler, cosine_direction};
 use snowblue_scene::spectrum::Spectrum;
 
 /// Most rays of a body, which bounds memory and time.
-const MOST_RAYS: usize = 2 << 20;
+const MAX_RAYS: usize = 2 << 20;
 /// Most rays of a surface element.
-const MOST_RAYS_PER_ELEMENT: usize = 16;
+const MAX_RAYS_PER_ELEMENT: usize = 16;
 
 /// Marks the absence of other surfaces on a path.
 const NONE: u32 = u32::MAX;
@@ -106,7 +106,7 @@ impl GatheredPaths {
     /// Traces the rays of a body.
     pub(super) fn new(solid: &BodyGeometry, body: &SnowBody, nodes: &SpectralNodes, around: &GatherScene) -> Self {
         let elements = body.surface();
-        let rays_per_element = (MOST_RAYS / elements.len().max(1)).clamp(1, MOST_RAYS_PER_ELEMENT);
+        let rays_per_element = (MAX_RAYS / elements.len().max(1)).clamp(1, MAX_RAYS_PER_ELEMENT);
         let is_dark = around.most_surfaces == 0 && around.lit.iter().all(|lit| lit.sky == Spectrum::ZERO);
         let rays_per_element = if is_dark { 0 } else { u32::try_from(rays_per_element).unwrap_or(1) };
         let groups = nodes.indices().len() / snowblue_field::GROUP;

@@ -10,12 +10,12 @@ use snowblue_field::{CellSizes, SizeLimits, SizesByDistance};
 use snowblue_scene::Scene;
 use snowblue_scene::camera::PerspectiveCamera;
 use snowblue_scene::objects::Objects;
-use snowblue_scene::seen::{FEWEST_ROWS, SIZE_PER_DISTANCE, SeenPlaces};
+use snowblue_scene::seen::{MIN_ROWS, SIZE_PER_DISTANCE, SeenPlaces};
 
 /// Greatest size of the cells at the surface that follow the picture, in m.
-const GREATEST_CELL_M: f64 = 1.0;
+const MAX_CELL_M: f64 = 1.0;
 /// Cells of the greatest size along a body that is wider than so many m: lines through all of them are a million.
-const GREATEST_CELLS_ALONG: f64 = 1000.0;
+const MAX_CELLS_ALONG: f64 = 1000.0;
 /// Pixels of a picture that a cell of a body that is not wide may span.
 const PIXELS: f64 = 2.0;
 
@@ -32,7 +32,7 @@ impl<'a> CameraCells<'a> {
     /// That of the camera of a scene.
     pub(crate) fn of(scene: &'a Scene) -> Self {
         let fov_rad = f64::from(scene.view().vertical_fov_deg.to_radians());
-        let rows = scene.film().height.get().max(FEWEST_ROWS);
+        let rows = scene.film().height.get().max(MIN_ROWS);
         let (objects, camera) = (scene.objects(), scene.camera());
         Self { objects, camera, pixel_rad: fov_rad / f64::from(rows), seen: OnceLock::new() }
     }
@@ -60,7 +60,7 @@ impl<'a> CameraCells<'a> {
 
 /// Greatest size of the cells at the surface of a body of an extent in m.
 pub(crate) fn greatest_cell_m(extent_m: f64) -> f64 {
-    GREATEST_CELL_M.max(extent_m / GREATEST_CELLS_ALONG)
+    MAX_CELL_M.max(extent_m / MAX_CELLS_ALONG)
 }
 
 /// The sizes of another rule at what is seen, and greater ones with the distance to it.

@@ -16,11 +16,11 @@ use snowblue_scene::sampling::Sampler;
 use snowblue_scene::spectrum::Spectrum;
 
 /// Most samples of a light with extent at each surface element. Each node of the grid has some twenty elements.
-const MOST_SAMPLES_PER_ELEMENT: usize = 16;
+const MAX_SAMPLES_PER_ELEMENT: usize = 16;
 /// Most samples of the sun. They differ where it is partly hidden, and by its dark limb.
-const MOST_SAMPLES_OF_SUN: usize = 8;
+const MAX_SAMPLES_OF_SUN: usize = 8;
 /// Most samples of a light with extent on a body, which bounds the time.
-const MOST_SAMPLES: usize = 4 << 20;
+const MAX_SAMPLES: usize = 4 << 20;
 /// Relative noise to which sampled light is smoothed.
 pub(super) const NOISE: f32 = 0.05;
 /// Elements of a task.
@@ -51,7 +51,7 @@ pub(super) fn entering_light(
     lights: &[&Light],
     snow: &Snowpack,
 ) -> EnteringLight {
-    let samples = (MOST_SAMPLES / body.surface().len().max(1)).clamp(1, MOST_SAMPLES_PER_ELEMENT);
+    let samples = (MAX_SAMPLES / body.surface().len().max(1)).clamp(1, MAX_SAMPLES_PER_ELEMENT);
     let samples = u32::try_from(samples).unwrap_or(1);
     let groups = nodes.indices().len() / snowblue_field::GROUP;
     let lights = lights.iter().copied().filter(|light| !light.is_diffuse());
@@ -71,7 +71,7 @@ pub(super) fn entering_light(
                 escape_weighted += irradiance * optics.surface().escape(cos);
                 total += irradiance;
             };
-            visit_lights(&mut queries, &small, &lit, samples.clone().take(MOST_SAMPLES_OF_SUN), &mut add);
+            visit_lights(&mut queries, &small, &lit, samples.clone().take(MAX_SAMPLES_OF_SUN), &mut add);
             visit_lights(&mut queries, &wide, &lit, samples, &mut add);
             push(&mut entering.escape_weighted, nodes, &escape_weighted);
             push(&mut entering.irradiance, nodes, &total);

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use snowblue_color::exposure::{AutoExposure, GREATEST_STOPS, factor};
+use snowblue_color::exposure::{AutoExposure, MAX_STOPS, factor};
 use snowblue_color::{Illuminant, Lab, LinearRgb, Srgb8};
 use snowblue_database::Interval;
 use snowblue_database::matching::{self, Given, Match, Problem, Target};
@@ -56,9 +56,9 @@ fn check_finite(values: &[f64], exposure_stops: Option<f64>) -> PyResult<()> {
         return Err(input(format!("the spectrum has the value {value}, but must be finite")));
     }
     match exposure_stops {
-        Some(stops) if !(-GREATEST_STOPS..=GREATEST_STOPS).contains(&stops) => Err(input(format!(
-            "exposure is {stops} stops, but must lie in -{GREATEST_STOPS} to {GREATEST_STOPS} stops"
-        ))),
+        Some(stops) if !(-MAX_STOPS..=MAX_STOPS).contains(&stops) => {
+            Err(input(format!("exposure is {stops} stops, but must lie in -{MAX_STOPS} to {MAX_STOPS} stops")))
+        }
         _ => Ok(()),
     }
 }

@@ -53,7 +53,7 @@ const SAMPLES_PER_PASS: u64 = 1 << 20;
 /// pixel. So it is with a noise target, which is compared with the noise before each pass.
 const SAMPLES_PER_PIXEL_AND_PASS: [u64; 2] = [16, 1 << 12];
 /// Most samples of a pixel in one pass with a noise target.
-const MOST_SAMPLES_BETWEEN_DECISIONS: u32 = 256;
+const MAX_SAMPLES_BETWEEN_DECISIONS: u32 = 256;
 
 /// Callbacks of a rendering. Any thread calls them.
 #[derive(Clone, Copy)]
@@ -186,7 +186,7 @@ pub fn render_missing(
             decide(accumulator, target, done, noise.get());
         }
         // A decision takes as long as some samples of all pixels, so that passes double the samples.
-        let most_per_pass = if noise_target.is_some() { MOST_SAMPLES_BETWEEN_DECISIONS } else { fewest_per_pass };
+        let most_per_pass = if noise_target.is_some() { MAX_SAMPLES_BETWEEN_DECISIONS } else { fewest_per_pass };
         let per_pass = done.min(most_per_pass).max(fewest_per_pass);
         let end = target.samples.start.saturating_add(pass_end(done, per_pass));
         let pass = SampleBlock { samples: target.samples.start..end.min(target.samples.end), ..target.clone() };

@@ -14,7 +14,7 @@ const EXITS: usize = 24;
 const INCIDENCES: usize = 32;
 const AZIMUTHS: usize = 16;
 /// Least cosine of exit. At grazing angles on both sides the reflection has a limit.
-const LEAST_COSINE: f64 = 1e-3;
+const MIN_COSINE: f64 = 1e-3;
 
 /// A density of directions above a surface.
 #[derive(Debug, Clone, Copy)]
@@ -110,7 +110,7 @@ impl ReflectionTable {
     pub(crate) fn new(half_space: &HalfSpace) -> Self {
         let square = |place: f64, count: usize| (place / count as f64).powi(2);
         let of_exit = |exit: usize| {
-            let cos_exit = square(exit as f64, EXITS).max(LEAST_COSINE);
+            let cos_exit = square(exit as f64, EXITS).max(MIN_COSINE);
             let (mut row_weights, mut columns) = (Vec::with_capacity(INCIDENCES), Vec::new());
             for row in 0..INCIDENCES {
                 let cos_incidence = square(row as f64 + 0.5, INCIDENCES);

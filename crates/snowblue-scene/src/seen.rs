@@ -12,13 +12,13 @@ use crate::queries::SceneQueries;
 pub const RAYS: u16 = 256;
 /// A picture of fewer rows has the cells and triangles of one with so many: in one of 32, the wall of a snow hut would
 /// be thinner than a cell.
-pub const FEWEST_ROWS: u32 = 240;
+pub const MIN_ROWS: u32 = 240;
 /// Greatest size of what is not seen, a cell or an edge, over its distance to the nearest place that is seen.
 pub const SIZE_PER_DISTANCE: f64 = 0.125;
 /// Most places in a leaf of the tree.
 const LEAF: usize = 8;
 /// More than the levels of the tree, each of which halves the places.
-const MOST_LEVELS: usize = 64;
+const MAX_LEVELS: usize = 64;
 
 /// Places that a camera sees, in a tree of boxes.
 #[derive(Debug)]
@@ -76,7 +76,7 @@ impl SeenPlaces {
     pub fn distance_m(&self, low: DVec3, high: DVec3) -> f64 {
         let mut least = f64::INFINITY;
         let with_distance = |index: usize| (self.boxes[index].distance_squared(low, high), index);
-        let mut stack = ArrayVec::<_, MOST_LEVELS>::from_iter([with_distance(0)]);
+        let mut stack = ArrayVec::<_, MAX_LEVELS>::from_iter([with_distance(0)]);
         while let Some((nearest, index)) = stack.pop() {
             if nearest >= least {
                 continue;

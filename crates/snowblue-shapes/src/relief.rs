@@ -6,7 +6,7 @@ use glam::{DVec3, IVec3};
 const OCTAVES: u32 = 4;
 
 /// Greatest magnitude of the noise.
-pub(crate) const GREATEST_RELIEF: f64 = 2.0;
+pub(crate) const MAX_RELIEF: f64 = 2.0;
 
 /// Smooth noise of mean 0, mostly within ±1. The scale of the coarsest octave is `size_m`.
 pub(crate) fn relief(position: DVec3, size_m: f64, seed: u32) -> f64 {

@@ -31,15 +31,15 @@ use crate::relief::{interpolate, uniform, uniform_corners};
 
 /// Least wavelength of an octave, in m. Below it are the grains, which are part of the snow's optics and not of its
 /// surface.
-pub const LEAST_WAVELENGTH_M: f64 = 1e-3;
+pub const MIN_WAVELENGTH_M: f64 = 1e-3;
 /// The least edges that heights need, as a fraction of a wavelength: an octave is left out where edges are longer than
 /// the second, and whole where they are shorter than the first.
 const EDGES_PER_WAVELENGTH: [f64; 2] = [0.55, 1.0];
 /// The edges that need not be shorter, as a fraction of the least wavelength.
-const SHORTEST_EDGE: f64 = 0.25;
+const MIN_EDGE: f64 = 0.25;
 /// Greatest magnitude of gradient noise with unit gradients: that of the middle of a cell, all of whose corners point
 /// to it, 8 · (1/8) · √3/2.
-const GREATEST_NOISE: f64 = 0.867;
+const MAX_NOISE: f64 = 0.867;
 
 /// The statistics of the heights of a rough surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -100,7 +100,7 @@ impl Roughness {
 
     /// The edges that need not be shorter, in m.
     pub fn least_edge_m(&self) -> f64 {
-        self.octaves.last().map_or(f64::INFINITY, |octave| SHORTEST_EDGE * octave.wavelength_m)
+        self.octaves.last().map_or(f64::INFINITY, |octave| MIN_EDGE * octave.wavelength_m)
     }
 
     /// The edges, in m, that are too long for all octaves.
@@ -110,7 +110,7 @@ impl Roughness {
 
     /// A bound of the magnitude of heights, in m.
     pub fn greatest_m(&self) -> f64 {
-        GREATEST_NOISE * INVERSE_DEVIATION * self.octaves.iter().map(|octave| octave.height_m).sum::<f64>()
+        MAX_NOISE * INVERSE_DEVIATION * self.octaves.iter().map(|octave| octave.height_m).sum::<f64>()
     }
 
     /// Autocorrelation of heights at a distance in m, over all places and directions in space.
@@ -154,7 +154,7 @@ fn random_placement(seed: u32) -> DAffine3 {
 /// The wavelengths of the octaves, in m, the greatest first.
 fn wavelengths_m(statistics: &RoughnessStatistics) -> Vec<f64> {
     let octaves = |longest_m: f64| {
-        let next = |wavelength_m: &f64| Some(0.5 * wavelength_m).filter(|half_m| *half_m >= LEAST_WAVELENGTH_M);
+        let next = |wavelength_m: &f64| Some(0.5 * wavelength_m).filter(|half_m| *half_m >= MIN_WAVELENGTH_M);
         std::iter::successors(Some(longest_m), next).collect::<Vec<_>>()
     };
     let correlation = |longest_m: f64| {

@@ -32,7 +32,7 @@ const NONE_OF_DEPTH: f64 = 1e-3;
 const NO_SNOW: &str = "has no snow anywhere";
 
 /// Most triangles that snow lies on after sides are split.
-const MOST_TRIANGLES: usize = 2_000_000;
+const MAX_TRIANGLES: usize = 2_000_000;
 
 /// The solid of snow on a mesh with z upwards. `depth_m` is the depth at a vertex of the mesh with split sides, by its
 /// number, and 0 where there is none; nowhere is it more than `most_m`. The underside lies `gap_m` above the mesh.
@@ -113,11 +113,11 @@ fn split_sides(ground: &mut TriangleMesh, ends: &Segments, most_m: f64) -> Resul
         let near_m = width_m + 0.5 * length_m;
         length_m > longest_m && ends.distance_m(from.midpoint(to), near_m) < near_m
     };
-    if refine(ground, MOST_TRIANGLES, |_| (), is_long).is_some() {
+    if refine(ground, MAX_TRIANGLES, |_| (), is_long).is_some() {
         return Ok(());
     }
     Err(format!(
-        "needs more than {MOST_TRIANGLES} triangles for snow of at most {most_m} m, whose edges are too long for so \
+        "needs more than {MAX_TRIANGLES} triangles for snow of at most {most_m} m, whose edges are too long for so \
          little"
     ))
 }

@@ -18,9 +18,9 @@ use crate::quadtree::{Cell, Quadtree, Side};
 use crate::sheet::{Sheet, SheetVertex};
 
 /// Most halvings of the width of a surface: its finest cells then are 8 units in the last place of its coordinates.
-const MOST_LEVELS: u32 = 20;
+const MAX_LEVELS: u32 = 20;
 /// Most cells along a side of the lattice on which heights and depths are compared.
-const GREATEST_LATTICE: usize = 1 << 14;
+const MAX_LATTICE: usize = 1 << 14;
 /// Divisions of a side of a cell on which a print is compared.
 const PRINT_SAMPLES: u32 = 4;
 /// Rounding of coordinates, as a fraction of the greatest.
@@ -219,16 +219,16 @@ impl<'a> Refinement<'a> {
         while (per_cell as f64) < finer - 1e-6 {
             per_cell *= 2;
         }
-        if longer * per_cell > GREATEST_LATTICE && per_cell > 1 {
+        if longer * per_cell > MAX_LATTICE && per_cell > 1 {
             return Err(format!(
-                "has depths on a grid {finer} times as fine as that of the ground; at most {GREATEST_LATTICE} of its \
+                "has depths on a grid {finer} times as fine as that of the ground; at most {MAX_LATTICE} of its \
                  cells may lie side by side"
             ));
         }
         // Prints need smaller cells still.
         let levels_of_lattice = (longer * per_cell).next_power_of_two().trailing_zeros();
         let lattice_m = terrain.cell_m.max_element() / per_cell as f64;
-        let most_halvings = MOST_LEVELS.saturating_sub(levels_of_lattice);
+        let most_halvings = MAX_LEVELS.saturating_sub(levels_of_lattice);
         let mut halvings = 0;
         for (number, imprint) in terrain.imprints.iter().enumerate() {
             let needed = (2.0 * lattice_m / imprint.tolerance_m()).log2().ceil().max(0.0);

@@ -44,7 +44,7 @@ const JOIN_NM: f64 = 656.0;
 const AEROSOL_EXPONENT: f64 = 1.3;
 
 /// The weakest sun by which the haze is found, over that without aerosol.
-const LEAST_SUN: f64 = 1e-6;
+const MIN_SUN: f64 = 1e-6;
 
 const HEADER: &str = "wavelength_nm,extraterrestrial_w_m2_nm,water_vapour,ozone,mixed_gases";
 
@@ -86,7 +86,7 @@ impl Infrared {
         };
         let (sun, clean) = (sky.sun_irradiance(JOIN_NM), with(0.0).at(JOIN_NM).direct_normal);
         // Just above the horizon the sun is 0 in that model.
-        let thickness = (clean / sun.max(LEAST_SUN * clean)).ln() / air_mass(sky.sun_elevation_deg());
+        let thickness = (clean / sun.max(MIN_SUN * clean)).ln() / air_mass(sky.sun_elevation_deg());
         let mut infrared = with(thickness.max(0.0) * (1e-3 * JOIN_NM).powf(AEROSOL_EXPONENT));
         let at_join = infrared.at(JOIN_NM);
         infrared.direct_factor = sun / at_join.direct_normal;

@@ -35,7 +35,7 @@ use crate::sample::{SnowKeyError, SnowKeys};
 use crate::stack::{Layer, check_kind};
 
 /// Greatest number of layers in a file. Each kind of grain costs a scattering tally of some tenths of a second.
-pub const MOST_LAYERS: usize = 1000;
+pub const MAX_LAYERS: usize = 1000;
 
 /// Layers of snow and clear ice, and the table of ice that all of them use.
 ///
@@ -63,7 +63,7 @@ impl LayerFile {
     ///
     /// # Errors
     /// If the text is not TOML, a key is unknown or missing, a value is out of range, or there is no layer or more than
-    /// [`MOST_LAYERS`].
+    /// [`MAX_LAYERS`].
     pub fn parse(text: &str) -> Result<Self, ParseError> {
         let mut file = Table::parse(text)?;
         let ice = file.take_as("ice")?.unwrap_or_default();
@@ -71,8 +71,8 @@ impl LayerFile {
         let none = file.error("holds no [[layer]]");
         file.finish()?;
         let spans: Vec<Range<usize>> = tables.iter().map(Table::span).collect();
-        if let Some(span) = spans.get(MOST_LAYERS).cloned() {
-            let reason = format!("holds {} [[layer]], but must hold at most {MOST_LAYERS}", spans.len());
+        if let Some(span) = spans.get(MAX_LAYERS).cloned() {
+            let reason = format!("holds {} [[layer]], but must hold at most {MAX_LAYERS}", spans.len());
             return Err(ParseError { span, reason });
         }
         let last = spans.len().checked_sub(1).ok_or(none)?;

@@ -10,9 +10,9 @@ use std::sync::OnceLock;
 use crate::dual::Real;
 
 /// Most nodes that a half-range rule may have.
-pub(crate) const MOST_NODES: usize = 128;
+pub(crate) const MAX_NODES: usize = 128;
 
-static RULES: [OnceLock<Quadrature>; MOST_NODES] = [const { OnceLock::new() }; MOST_NODES];
+static RULES: [OnceLock<Quadrature>; MAX_NODES] = [const { OnceLock::new() }; MAX_NODES];
 
 /// Cosines in (0, 1), ascending, and their weights, which sum to 1.
 #[derive(Debug, Clone, PartialEq)]

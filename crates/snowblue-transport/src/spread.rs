@@ -24,7 +24,7 @@ pub const DRAWS: usize = 400;
 pub const ENDS: [f64; 2] = [0.025, 0.975];
 
 /// Standard deviation of a size, relative to the greatest that is sensible.
-const MOST_RELATIVE: f64 = 3.0;
+const MAX_RELATIVE: f64 = 3.0;
 
 /// What is not known exactly of a snow.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -144,7 +144,7 @@ impl Uncertainty {
             let GrainSize { min_um, max_um, .. } = given.grain_size;
             let mean = mean(property, given)?;
             let range = property.parameter().range;
-            let deviations = ParameterRange { least: 0.0, greatest: MOST_RELATIVE * mean, ..range };
+            let deviations = ParameterRange { least: 0.0, greatest: MAX_RELATIVE * mean, ..range };
             deviations.check(deviation).map_err(|error| TransportError::Deviation { error })?;
             if !matches!(property, Property::GrainSize | Property::SurfaceArea) {
                 let values = log_normal(mean, deviation, &range, &permuted());

@@ -26,7 +26,7 @@ pub const SPECTRUM: &str = "ASTM G173-03 global on a plane tilted by 37°, air m
 
 /// Greatest distance between the wavelengths of a curve, in nm. At 50 nm albedos are within 0.003 of the limit of dense
 /// wavelengths, at 10 nm within 2·10⁻⁵. The infrared transmittance of thick snow needs dense wavelengths.
-pub const MOST_STEP_NM: f64 = 50.0;
+pub const MAX_STEP_NM: f64 = 50.0;
 
 /// Distance of the wavelengths of [`wavelengths_nm`], in nm.
 const STEP_NM: f64 = 10.0;
@@ -131,7 +131,7 @@ impl BandWeights {
     ///
     /// # Errors
     /// [`TransportError::Descending`] if they do not ascend, [`TransportError::Uncovered`] if they do not reach the
-    /// ends of the band or have a gap of more than [`MOST_STEP_NM`] in it.
+    /// ends of the band or have a gap of more than [`MAX_STEP_NM`] in it.
     pub fn new(band: Band, available: WavelengthRange, wavelengths_nm: &[f64]) -> Result<Self, TransportError> {
         let range = band.wavelength_range(available);
         check_cover(band.name(), range, wavelengths_nm)?;
@@ -224,7 +224,7 @@ fn check_cover(band: &'static str, range: WavelengthRange, wavelengths_nm: &[f64
         band,
         first_nm: low_nm,
         last_nm: high_nm,
-        step_nm: MOST_STEP_NM,
+        step_nm: MAX_STEP_NM,
         from_nm,
         to_nm,
     };
@@ -242,7 +242,7 @@ fn check_cover(band: &'static str, range: WavelengthRange, wavelengths_nm: &[f64
         return Err(uncovered(last_nm.max(low_nm), high_nm));
     }
     let within = |pair: &&[f64]| pair[1] > low_nm && pair[0] < high_nm;
-    match wavelengths_nm.windows(2).filter(within).find(|pair| pair[1] - pair[0] > MOST_STEP_NM) {
+    match wavelengths_nm.windows(2).filter(within).find(|pair| pair[1] - pair[0] > MAX_STEP_NM) {
         Some(gap) => Err(uncovered(gap[0], gap[1])),
         None => Ok(()),
     }
@@ -293,7 +293,7 @@ pub fn band_integrals(band: Band, wavelengths_nm: &[f64]) -> Result<Vec<f64>, Tr
 }
 
 /// Greatest value of a [`LinearSpectrum`]: integrals of greater ones lose digits.
-const GREATEST_VALUE: f64 = 1e12;
+const MAX_VALUE: f64 = 1e12;
 
 /// A spectrum that is linear between ascending wavelengths, and 0 beyond them: the response of a sensor, or a light, in
 /// any unit per nm.
@@ -318,7 +318,7 @@ impl LinearSpectrum {
             return Err(TransportError::Count { quantity, count: values.len(), expected });
         }
         check_ascent(wavelengths_nm)?;
-        let range = ParameterRange { quantity, least: 0.0, greatest: GREATEST_VALUE, unit: "" };
+        let range = ParameterRange { quantity, least: 0.0, greatest: MAX_VALUE, unit: "" };
         values.iter().try_for_each(|value| range.check(*value))?;
         if values.iter().all(|value| *value <= 0.0) {
             return Err(TransportError::Combination { quantity, rule: "must be above 0 somewhere" });
@@ -351,7 +351,7 @@ impl LinearSpectrum {
 ///
 /// # Errors
 /// If the wavelengths do not ascend, do not reach the ends of the response, or have a gap of more than
-/// [`MOST_STEP_NM`] in it; if the wavelengths of the light do not reach them, or there is no light in the band.
+/// [`MAX_STEP_NM`] in it; if the wavelengths of the light do not reach them, or there is no light in the band.
 pub fn response_weights(
     band: &'static str,
     response: &LinearSpectrum,

@@ -1,7 +1,7 @@
 //! What the controls of the page offer: names, limits, texts and defaults.
 
 use serde_json::{Map, Value, json};
-use snowblue_color::exposure::GREATEST_STOPS;
+use snowblue_color::exposure::MAX_STOPS;
 use snowblue_color::tone::display_glsl;
 use snowblue_color::{Illuminant, LinearRgb, Observer};
 use snowblue_sky::{ELEVATION_RANGE_DEG, TURBIDITY_RANGE};
@@ -18,7 +18,7 @@ const OF_PAGE: [Parameter; 3] = [
     Parameter {
         key: "exposure",
         title: "Exposure in stops",
-        range: ParameterRange { quantity: "exposure", least: -GREATEST_STOPS, greatest: GREATEST_STOPS, unit: "stops" },
+        range: ParameterRange { quantity: "exposure", least: -MAX_STOPS, greatest: MAX_STOPS, unit: "stops" },
         default: 0.0,
         text: "Factor of the light before it is shown, as a power of two",
         effect: "Each stop doubles the light.",

@@ -6,7 +6,7 @@ use clap::Args;
 use snowblue_base::Count;
 use snowblue_render::Exposure;
 use snowblue_render::bake::{
-    BakeError, BakeOptions, BakedScene, Channels, LIGHTMAP_SIZES, MOST_VERTICES, STEP_RANGE, write_glb, write_ply,
+    BakeError, BakeOptions, BakedScene, Channels, LIGHTMAP_SIZES, MAX_VERTICES, STEP_RANGE, write_glb, write_ply,
 };
 use snowblue_render::scene::IntegratorKind;
 use snowblue_render::scene::integrator::Bounces;
@@ -48,7 +48,7 @@ pub(crate) struct Bake {
         long, value_name = "MM", value_parser = parse::parameter(STEP_RANGE),
         help = format!(
             "Greatest length of an edge in mm [{}; default: twice the cells of the light field at the surface]; there \
-             are at most {MOST_VERTICES} vertices", limits::ends(&STEP_RANGE.inclusive())
+             are at most {MAX_VERTICES} vertices", limits::ends(&STEP_RANGE.inclusive())
         )
     )]
     step_mm: Option<f64>,

@@ -13,7 +13,7 @@ use snowblue_geometry::triangle_mesh::TriangleMesh;
 use crate::output::{Failure, Outcome, check_not_input, check_path, ending, output_path, print_notes, write_file};
 
 /// Least volume of a solid, in cubes of the diagonal of its bounds. That of a sheet is rounding.
-const LEAST_VOLUME: f64 = 1e-9;
+const MIN_VOLUME: f64 = 1e-9;
 
 /// Close a mesh with small defects, so that it can be snow
 #[derive(Debug, Args)]
@@ -65,7 +65,7 @@ impl Repair {
             )));
         }
         let size = Bounds::of(mesh.positions.iter().copied()).diagonal_m();
-        if mesh.indices.is_empty() || volume(&mesh) < LEAST_VOLUME * f64::from(size).powi(3) {
+        if mesh.indices.is_empty() || volume(&mesh) < MIN_VOLUME * f64::from(size).powi(3) {
             return Err(Failure::Input(format!("{input}: nothing is inside: the triangles are sheets")));
         }
         write_file(&self.output, &content(&mesh))?;

@@ -35,7 +35,7 @@ pub(crate) struct Slab {
     /// Number of streams of both hemispheres together, even
     #[arg(
         long, value_name = "N", default_value_t = STREAMS,
-        value_parser = parse::whole_number::<usize>(2..=ordinates::MOST_STREAMS as u64)
+        value_parser = parse::whole_number::<usize>(2..=ordinates::MAX_STREAMS as u64)
     )]
     streams: usize,
     #[command(flatten)]

@@ -21,7 +21,7 @@ use crate::output::color_row::{self, ColorRow};
 use crate::output::{Failure, Outcome, check_extension, output_path, write_file};
 
 /// Greatest width or height of all swatches together, in pixels.
-const MOST_PIXELS: usize = 16_384;
+const MAX_PIXELS: usize = 16_384;
 
 /// Draw the colours of light through snow over one or two options, as a PNG
 #[derive(Debug, Args)]
@@ -165,10 +165,10 @@ impl Swatch {
                 return Err(Failure::Input(format!("{name} varies along {option}, but is also set by --{name}")));
             }
             let (count, size) = (values.len(), usize::from(self.size));
-            if count * size > MOST_PIXELS {
+            if count * size > MAX_PIXELS {
                 let pixels = count * size;
                 return Err(Failure::Input(format!(
-                    "{option}: {count} swatches of {size} pixels are {pixels} pixels, but must be at most {MOST_PIXELS}"
+                    "{option}: {count} swatches of {size} pixels are {pixels} pixels, but must be at most {MAX_PIXELS}"
                 )));
             }
         }

@@ -4,7 +4,7 @@ use std::fmt::Display;
 use std::ops::RangeInclusive;
 
 use snowblue_base::Quantity;
-use snowblue_color::exposure::GREATEST_STOPS;
+use snowblue_color::exposure::MAX_STOPS;
 use snowblue_color::temperature::RANGE_K;
 use snowblue_transport::Parameter;
 use snowblue_transport::optics::WavelengthRange;
@@ -42,5 +42,5 @@ pub(crate) fn temperatures() -> String {
 
 /// Stops of an exposure.
 pub(crate) fn stops() -> String {
-    ends(&(-GREATEST_STOPS..=GREATEST_STOPS))
+    ends(&(-MAX_STOPS..=MAX_STOPS))
 }

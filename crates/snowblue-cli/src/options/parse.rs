@@ -4,7 +4,7 @@ use std::ops::{Range, RangeInclusive};
 use std::time::Duration;
 
 use snowblue_base::{Count, Number, ParameterRange, Quantity};
-use snowblue_color::exposure::GREATEST_STOPS;
+use snowblue_color::exposure::MAX_STOPS;
 use snowblue_color::{Illuminant, Observer, Srgb8};
 use snowblue_database::axes_file;
 use snowblue_render::Aovs;
@@ -143,8 +143,8 @@ pub(crate) fn exposure(word: &str) -> Result<Exposure, String> {
         return Ok(Exposure::Auto);
     }
     let stops = number(word).map_err(|_| format!("'{word}' is neither a number of stops nor 'auto'"))?;
-    if !(-GREATEST_STOPS..=GREATEST_STOPS).contains(&stops) {
-        return Err(format!("exposure is {stops} stops, but must lie in -{GREATEST_STOPS} to {GREATEST_STOPS} stops"));
+    if !(-MAX_STOPS..=MAX_STOPS).contains(&stops) {
+        return Err(format!("exposure is {stops} stops, but must lie in -{MAX_STOPS} to {MAX_STOPS} stops"));
     }
     Ok(Exposure::Stops(stops))
 }

@@ -26,7 +26,7 @@ use chebyshev::{Chebyshev2, nodes_and_middles};
 pub use shader::ShaderLanguage;
 
 /// Range of the greatest thickness of [`CompactSnow`], in cm.
-pub const GREATEST_THICKNESS_RANGE: ParameterRange =
+pub const MAX_THICKNESS_RANGE: ParameterRange =
     ParameterRange { quantity: "greatest thickness", least: 0.1, greatest: 1000.0, unit: "cm" };
 
 /// Range of the error that [`CompactSnow::shortened`] may add.
@@ -40,9 +40,9 @@ const SCALE_PER_EXTINCTION_LENGTH: f64 = 0.1;
 /// The relative error to reach between the nodes.
 const TOLERANCE: f64 = 6e-4;
 /// The relative error above which a fit is refused.
-const GREATEST_ERROR: f64 = 0.01;
+const MAX_ERROR: f64 = 0.01;
 /// The least transmittance whose logarithm is fitted, above the range where discrete ordinates lose digits.
-const LEAST_TRANSMITTANCE: f64 = 1e-250;
+const MIN_TRANSMITTANCE: f64 = 1e-250;
 /// Degrees over thickness and angle that are tried in turn.
 const DEGREES: [[usize; 2]; 6] = [[16, 8], [20, 10], [24, 12], [28, 12], [32, 12], [40, 16]];
 
@@ -63,7 +63,7 @@ pub enum CompactError {
     },
     /// The polynomials do not follow the curves.
     #[error(
-        "the fit to {greatest_thickness_cm} cm has an error of {error:.1e}, but may have {GREATEST_ERROR} at most: \
+        "the fit to {greatest_thickness_cm} cm has an error of {error:.1e}, but may have {MAX_ERROR} at most: \
         choose a smaller greatest thickness"
     )]
     Fit {
@@ -126,7 +126,7 @@ impl CompactSnow {
         colorimeter: &Colorimeter,
         options: &OrdinatesOptions,
     ) -> Result<Self, CompactError> {
-        GREATEST_THICKNESS_RANGE.check(greatest_thickness_cm)?;
+        MAX_THICKNESS_RANGE.check(greatest_thickness_cm)?;
         let scale_m = SCALE_PER_EXTINCTION_LENGTH * extinction_length_m(sample, options)?;
         let range = ThicknessRange { scale_m, greatest_m: 1e-2 * greatest_thickness_cm };
         let fitted = |degrees: [usize; 2]| Self::fitted(sample, range, colorimeter, options, degrees);
@@ -141,7 +141,7 @@ impl CompactSnow {
                 best = next;
             }
         }
-        if best.error > GREATEST_ERROR {
+        if best.error > MAX_ERROR {
             return Err(CompactError::Fit { greatest_thickness_cm, error: best.error });
         }
         Ok(best)
@@ -319,7 +319,7 @@ fn samples(
     let solved = solve_without_errors(&slab, options)?;
     let count = slab.wavelengths_nm.len();
     let spectra: Vec<_> = solved.chunks_exact(count).collect();
-    let darkest = solved.iter().find(|radiometry| radiometry.transmittance.value <= LEAST_TRANSMITTANCE);
+    let darkest = solved.iter().find(|radiometry| radiometry.transmittance.value <= MIN_TRANSMITTANCE);
     if let Some(Radiometry { thickness_cm, .. }) = darkest {
         return Err(CompactError::Dark { thickness_cm: *thickness_cm });
     }

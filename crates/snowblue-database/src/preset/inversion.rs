@@ -18,7 +18,7 @@
 //! in which α is nearly 1, lie near C = 0.92.
 
 /// Greatest single-scattering albedo of Cycles, as 1 − α.
-const LEAST_CO_ALBEDO: f64 = 1e-6;
+const MIN_CO_ALBEDO: f64 = 1e-6;
 /// Constants of Cycles' fit for isotropic scattering.
 const A: f64 = 1.826_052_378_2;
 const B: f64 = 4.985_111_943_85 + 0.127_355_959_438;
@@ -59,7 +59,7 @@ impl AlbedoInversion {
                 let blend = color.powf(0.25);
                 let dark = A * (B * color).atan().powf(P);
                 let bright = D * (E * color).atan().powf(Q);
-                (1.0 - (1.0 - blend) * dark - blend * bright).clamp(LEAST_CO_ALBEDO, 1.0)
+                (1.0 - (1.0 - blend) * dark - blend * bright).clamp(MIN_CO_ALBEDO, 1.0)
             }
         }
     }
@@ -120,8 +120,8 @@ mod tests {
         assert!(AlbedoInversion::VanDeHulst.color(0.0, 0.6) > 1.0 - 2e-5);
         assert!(AlbedoInversion::VanDeHulst.color(1.0, 0.6) < 1e-5);
         // Cycles' greatest albedo belongs to a colour below white.
-        let brightest = AlbedoInversion::Cycles.color(LEAST_CO_ALBEDO, 0.0);
+        let brightest = AlbedoInversion::Cycles.color(MIN_CO_ALBEDO, 0.0);
         assert!((0.9..0.95).contains(&brightest), "{brightest}");
-        assert!((AlbedoInversion::Cycles.one_minus_albedo(1.0, 0.0) - LEAST_CO_ALBEDO).abs() < 1e-18);
+        assert!((AlbedoInversion::Cycles.one_minus_albedo(1.0, 0.0) - MIN_CO_ALBEDO).abs() < 1e-18);
     }
 }

@@ -45,16 +45,16 @@ const HG_STREAMS: usize = 32;
 /// Walks in a renderer that ends them, of which few pass the greater depths.
 const ENDING_WALKS: u32 = 1 << 17;
 /// Least effective number of walks behind a transmittance, for a standard error of 10 %.
-const LEAST_WALKS: f64 = 100.0;
+const MIN_WALKS: f64 = 100.0;
 /// Length of a walk in transport mean free paths. Later light, 8 % of all, leaves some 20 of them from the entry, and
 /// one thousandth of all within the radius of half of it.
 const WALK_LENGTH: f64 = 300.0;
 /// Seed of the walks, the same for snow and preset, so that their noise is common.
 const SEED: u64 = 1;
 /// Least co-albedo of a channel: its half-space is white to 3·10⁻⁷, 4 √(c/3(1 − g)) with g up to 0.9.
-const LEAST_CO_ALBEDO: f64 = 1e-15;
+const MIN_CO_ALBEDO: f64 = 1e-15;
 /// Greatest albedo of a channel.
-const GREATEST_ALBEDO: f64 = 1.0 - 1e-6;
+const MAX_ALBEDO: f64 = 1.0 - 1e-6;
 
 /// Why a sample has no preset.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -65,7 +65,7 @@ pub enum PresetError {
     /// The colour of deep snow has no medium.
     #[error(
         "{channel} of deep snow is {albedo:.7} in {space}, but a preset needs a value above 0 and at most \
-        {GREATEST_ALBEDO}"
+        {MAX_ALBEDO}"
     )]
     OutsideGamut {
         /// The channel.
@@ -237,7 +237,7 @@ impl SnowReference {
     pub fn albedo(&self, space: RgbSpace) -> Result<[f64; 3], PresetError> {
         let weights = self.weights(space);
         let albedo = std::array::from_fn(|channel| self.mean(&weights, channel, |optics| optics.albedos[1]));
-        let is_inside = |albedo: f64| albedo > 0.0 && albedo < GREATEST_ALBEDO;
+        let is_inside = |albedo: f64| albedo > 0.0 && albedo < MAX_ALBEDO;
         match ["red", "green", "blue"].into_iter().zip(albedo).find(|(_, albedo)| !is_inside(*albedo)) {
             Some((channel, albedo)) => Err(PresetError::OutsideGamut { channel, albedo, space }),
             None => Ok(albedo),
@@ -367,10 +367,10 @@ fn kept(one_minus_albedo: f64, events: u32) -> f64 {
 }
 
 /// The co-albedo of the Henyey–Greenstein half-space whose albedo under diffuse light is `albedo`, between 0 and
-/// [`GREATEST_ALBEDO`], by bisection of its logarithm.
+/// [`MAX_ALBEDO`], by bisection of its logarithm.
 fn co_albedo(albedo: f64, asymmetry: f64) -> f64 {
     let of = |one_minus_albedo: f64| ChannelMedium { one_minus_albedo, asymmetry, mean_free_path_m: 1.0 }.fluxes().0[1];
-    let [low, high] = bisect([LEAST_CO_ALBEDO.ln(), 0.0], |logarithm| of(logarithm.exp()) > albedo);
+    let [low, high] = bisect([MIN_CO_ALBEDO.ln(), 0.0], |logarithm| of(logarithm.exp()) > albedo);
     (0.5 * (low + high)).exp()
 }
 
@@ -401,10 +401,10 @@ fn looks(media: &[ChannelMedium], model: SubsurfaceModel) -> Vec<ChannelLook> {
             // Where absorption takes what the longest walks carry, it does not matter that they end.
             if kept(most_flights) < 1e-3 * without_end[depth] {
                 Transmittance::Value(without_end[depth])
-            } else if beam.effective_walks(depth, kept) >= LEAST_WALKS {
+            } else if beam.effective_walks(depth, kept) >= MIN_WALKS {
                 Transmittance::Value(beam.transmittance(depth, kept))
             } else {
-                Transmittance::Below(without_end[depth].min(LEAST_WALKS / f64::from(ENDING_WALKS)))
+                Transmittance::Below(without_end[depth].min(MIN_WALKS / f64::from(ENDING_WALKS)))
             }
         };
         ChannelLook {

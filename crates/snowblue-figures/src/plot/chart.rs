@@ -167,12 +167,12 @@ impl Chart {
 
     /// The SVG file. Its last lines are the metadata.
     pub(crate) fn finish(mut self, metadata: &[(&'static str, String)]) -> String {
-        const LONGEST_LINE: f64 = 6.0;
+        const MAX_LINE: f64 = 6.0;
         let mut lines = vec![String::new()];
         for words in metadata.iter().map(|(name, value)| format!("{name} {value}")) {
             let line = lines
                 .last_mut()
-                .filter(|line| (line.chars().count() + words.chars().count()) as f64 * LONGEST_LINE < self.width);
+                .filter(|line| (line.chars().count() + words.chars().count()) as f64 * MAX_LINE < self.width);
             match line {
                 Some(line) if line.is_empty() => *line = words,
                 Some(line) => *line += &format!(" · {words}"),

@@ -9,13 +9,13 @@ const RIGHT: f64 = 712.0;
 /// Transmittances that span more than this are drawn on a logarithmic axis.
 const LINEAR_SPAN: f64 = 25.0;
 /// Least ratio of a logarithmic axis's lower end to its upper end.
-const LEAST_RATIO: f64 = 1e-30;
+const MIN_RATIO: f64 = 1e-30;
 /// Least span of a linear axis; a smaller one would show noise as a trend.
-const LEAST_SPAN: f64 = 0.02;
+const MIN_SPAN: f64 = 0.02;
 /// Curves with more points than this are drawn without dots.
-const MOST_DOTS: usize = 12;
+const MAX_DOTS: usize = 12;
 /// Longest legend, in entries.
-const MOST_ENTRIES: usize = 26;
+const MAX_ENTRIES: usize = 26;
 const DASHES: [&str; 5] = ["", "8 4", "2 3", "10 3 2 3", "5 2"];
 
 type Quantity = fn(&Radiometry) -> Estimate;
@@ -50,7 +50,7 @@ pub fn spectrum(rows: &[Radiometry], metadata: &[(&'static str, String)], is_on_
             let dashes = DASHES[dashed.number(&curve[0]) % DASHES.len()];
             chart.band(&lower, &upper, colour, 0.22);
             chart.curve(&middle, Stroke { colour, width: 1.8, dashes });
-            if curve.len() <= MOST_DOTS {
+            if curve.len() <= MAX_DOTS {
                 chart.dots(&middle, 2.8, colour);
             }
         }
@@ -78,7 +78,7 @@ fn angle(row: &Radiometry) -> String {
 /// Logarithmic for transmittances over a wide range, else linear over all values, and over error bands within 0–1.
 fn value_axis(estimates: &[Estimate], is_transmittance: bool) -> Axis {
     let (low, high) = ends(estimates.iter().map(|estimate| estimate.value).filter(|value| *value > 0.0));
-    let low = low.max(high * LEAST_RATIO);
+    let low = low.max(high * MIN_RATIO);
     if is_transmittance && high > LINEAR_SPAN * low {
         let decade = |value: f64| 10_f64.powf(value.log10().floor());
         let round = |value: f64| (value / decade(value) * 1.000_001).floor() * decade(value);
@@ -87,7 +87,7 @@ fn value_axis(estimates: &[Estimate], is_transmittance: bool) -> Axis {
     let bands = estimates.iter().flat_map(|e| [e.value - e.standard_error, e.value + e.standard_error]);
     let most = high.max(1.0);
     let (low, high) = ends(bands.map(|value| value.clamp(0.0, most)));
-    let low = if is_transmittance || low < 0.5 * high { 0.0 } else { low.min(high - LEAST_SPAN) };
+    let low = if is_transmittance || low < 0.5 * high { 0.0 } else { low.min(high - MIN_SPAN) };
     Axis::linear_to_marks(low, high, 4.0)
 }
 
@@ -121,7 +121,7 @@ impl Styles {
     /// Entries beside the upper panel, below `y`; returns where another legend can follow.
     fn legend<'s>(&self, chart: &mut Chart, y: f64, strokes: impl Iterator<Item = Stroke<'s>>) -> f64 {
         let x = RIGHT + 28.0;
-        let most = MOST_ENTRIES / 2;
+        let most = MAX_ENTRIES / 2;
         let entries: Vec<_> = self.names.iter().cloned().zip(strokes).take(most).collect();
         let y = chart.legend((x, y), self.title, &entries);
         if self.names.len() <= most {

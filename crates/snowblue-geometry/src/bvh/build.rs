@@ -16,9 +16,9 @@ use crate::bounds::Bounds;
 use crate::bvh::{Bvh8, LEAF_FLAG, LEAF_WIDTH, MAX_DEPTH, NO_PRIMITIVE, Node, WIDTH};
 
 /// Most neighbouring primitives of which clustering may make a chain: it takes a tenth of a second.
-const MOST_IN_CHAIN: usize = 4096;
+const MAX_IN_CHAIN: usize = 4096;
 /// Neighbours overlap if the mean surface area of their boxes is this share of that of the box around them. In a smooth
-/// surface of [`MOST_IN_CHAIN`] triangles it is a few ten-thousandths.
+/// surface of [`MAX_IN_CHAIN`] triangles it is a few ten-thousandths.
 const OVERLAPPING: f64 = 1.0 / 64.0;
 
 impl Boundable for Bounds {
@@ -40,12 +40,12 @@ impl Bvh8 {
     }
 }
 
-/// Whether boxes overlap with most of their neighbours, somewhere among more than [`MOST_IN_CHAIN`].
+/// Whether boxes overlap with most of their neighbours, somewhere among more than [`MAX_IN_CHAIN`].
 #[expect(clippy::cast_possible_truncation, reason = "a mesh has fewer than 2^31 triangles")]
 fn neighbours_overlap(primitives: &[Bounds]) -> bool {
     let mut order: Vec<u32> = (0..primitives.len() as u32).collect();
     let mut parts = vec![order.as_mut_slice()];
-    while let Some(part) = parts.pop().filter(|part| part.len() > MOST_IN_CHAIN) {
+    while let Some(part) = parts.pop().filter(|part| part.len() > MAX_IN_CHAIN) {
         let area = |&primitive: &u32| f64::from(primitives[primitive as usize].aabb().half_area());
         let mean = part.iter().map(area).sum::<f64>() / part.len() as f64;
         if mean >= OVERLAPPING * f64::from(union(primitives, part).half_area()) {
@@ -53,7 +53,7 @@ fn neighbours_overlap(primitives: &[Bounds]) -> bool {
         }
         let half = halve(primitives, part);
         let (left, right) = part.split_at_mut(half);
-        parts.extend([left, right].into_iter().filter(|half| half.len() > MOST_IN_CHAIN));
+        parts.extend([left, right].into_iter().filter(|half| half.len() > MAX_IN_CHAIN));
     }
     false
 }

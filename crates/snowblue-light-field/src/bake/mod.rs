@@ -58,9 +58,9 @@ pub use relighting::{LitSnow, LitSurface, Relighting, WeightedLight};
 /// Greatest length of an edge of a baked mesh.
 pub const STEP_RANGE: ParameterRange = ParameterRange { quantity: "step", least: 0.01, greatest: 1e5, unit: "mm" };
 /// Most vertices of all snow together.
-pub const MOST_VERTICES: usize = 1 << 22;
+pub const MAX_VERTICES: usize = 1 << 22;
 /// Most numbers of all attributes together, 1 GiB.
-const MOST_NUMBERS: usize = 1 << 28;
+const MAX_NUMBERS: usize = 1 << 28;
 /// Width of the whole grid of wavelengths, to which band densities refer, in nm.
 const BAND_WIDTH_NM: f64 = SAMPLES as f64 * WAVELENGTH_STEP_NM;
 /// Whether the program can make lightmaps. Its compiler drops what it does not need.
@@ -71,12 +71,12 @@ const DEFAULT_CELLS: f64 = 2.0;
 const CELLS_FROM_EDGES: f64 = 0.25;
 
 /// Farthest vertices from which light is taken for others, in cells.
-const MOST_CELLS_OF_REACH: f64 = 4.0;
+const MAX_CELLS_OF_REACH: f64 = 4.0;
 /// Relative error of the irradiance at wavelengths between those that are solved for.
 const IRRADIANCE_ERROR: f64 = 0.005;
 
 /// Direct irradiance over diffuse irradiance that is the error of their difference.
-const LEAST_DIRECT: f64 = 0.02;
+const MIN_DIRECT: f64 = 0.02;
 
 /// What the attributes hold.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -253,7 +253,7 @@ pub fn bake(scene: &Scene, field: &LightField, options: BakeOptions, report: Rep
     let lamps = if options.is_total { Vec::new() } else { lamps(scene) };
     let numbers = options.channels.count() * (lamps.len() + 1);
     let step_m = |body: &BodyField| options.step_m.unwrap_or_else(|| DEFAULT_CELLS * body.surface_step_m());
-    let most_vertices = MOST_VERTICES.min(MOST_NUMBERS / numbers);
+    let most_vertices = MAX_VERTICES.min(MAX_NUMBERS / numbers);
     let lightmap = options.lightmap.filter(|_| HAS_LIGHTMAPS);
     let mut surfaces = surfaces(scene, field, step_m, most_vertices, lightmap.map(|size| (size, report)))?;
     // What is wrong with a lightmap is found before the lamps, which take long.
@@ -444,7 +444,7 @@ impl Surface {
             return Vec::new();
         }
         let cell_m = body.surface_step_m();
-        let reach_m = narrow(self.baked.snow.step_m.clamp(cell_m, MOST_CELLS_OF_REACH * cell_m));
+        let reach_m = narrow(self.baked.snow.step_m.clamp(cell_m, MAX_CELLS_OF_REACH * cell_m));
         let changed = within(reach_m, &lacking, &self.baked.positions);
         let areas_m2 = vertex_areas_m2(&self.baked.positions, &self.baked.triangles);
         let bounded = |vertex: &usize| {
@@ -474,7 +474,7 @@ impl Surface {
             direct += body.flux(point, normal) * -1.0;
             direct += diffuse * -1.0;
             let [direct, diffuse] = [direct, diffuse].map(|light| rgb(&light, sensor));
-            let is_seen = direct.luminance() > LEAST_DIRECT * diffuse.luminance();
+            let is_seen = direct.luminance() > MIN_DIRECT * diffuse.luminance();
             VertexIrradiance { direct: if is_seen { direct } else { LinearRgb::default() }, diffuse }
         };
         self.places().map(at_vertex).collect()

@@ -26,7 +26,7 @@ use snowblue_scene::spectrum::{SAMPLES, Spectrum};
 use snowblue_scene::{Scene, SceneError};
 
 use crate::bake::sky_directions::SkyDirections;
-use crate::bake::{BakeError, BakedObject, DEFAULT_CELLS, MOST_VERTICES, Surface, rgb, surfaces};
+use crate::bake::{BakeError, BakedObject, DEFAULT_CELLS, MAX_VERTICES, Surface, rgb, surfaces};
 use crate::field_scene::WorkCounter;
 use crate::illumination::parts_in_snow;
 use crate::{BodyField, FieldScene, LightField};
@@ -88,7 +88,7 @@ impl Relighting {
     /// When there is no snow, or there would be too many vertices.
     pub fn new(scene: Scene, field: LightField, cells_per_edge: Option<f64>) -> Result<Self, BakeError> {
         let cells = cells_per_edge.unwrap_or(DEFAULT_CELLS);
-        let surfaces = surfaces(&scene, &field, |body| cells * body.surface_step_m(), MOST_VERTICES, None)?;
+        let surfaces = surfaces(&scene, &field, |body| cells * body.surface_step_m(), MAX_VERTICES, None)?;
         Ok(Self { scene, field: Some(field), surfaces, meshes: OnceLock::new() })
     }
 

@@ -17,7 +17,7 @@ use snowblue_geometry::edges::visit_edges;
 use crate::bake::surface_mesh::{Facet, SurfaceMesh, is_smooth};
 
 /// Greatest length of the sides of a rectangle, in steps: a little below √½, so that no diagonal is longer than a step.
-const LONGEST_SIDE: f32 = 0.999 * std::f32::consts::FRAC_1_SQRT_2;
+const MAX_SIDE: f32 = 0.999 * std::f32::consts::FRAC_1_SQRT_2;
 /// Greatest cosine of the angle between the sides of a parallelogram that counts as a rectangle: 15° from a right
 /// angle.
 const RECTANGLE_COS: f32 = 0.26;
@@ -243,7 +243,7 @@ impl Midpoints<'_> {
         let middle = ends[0].midpoint(ends[1]);
         let direction = (ends[1] - ends[0]).normalize_or_zero();
         let Longest { edge_m, away_m } = self.longest;
-        let longest_m = if self.sides.contains(&edge) { LONGEST_SIDE * edge_m } else { edge_m };
+        let longest_m = if self.sides.contains(&edge) { MAX_SIDE * edge_m } else { edge_m };
         let longest_m = if self.sharp.is_left_by(edge, direction) { longest_m.min(away_m) } else { longest_m };
         // Far from the origin an edge may have no point between its ends.
         if ends[0].distance(ends[1]) <= longest_m || middle == ends[0] || middle == ends[1] {

@@ -57,7 +57,7 @@ fn divided_surfaces_stay_closed() {
         for (step_m, finer) in steps {
             let mut mesh = SurfaceMesh::of(shape).unwrap();
             let edge_m = mesh.longest_edge_m().min(step_m);
-            assert!(subdivide(&mut mesh, Longest { edge_m, away_m: edge_m / finer }, MOST_VERTICES));
+            assert!(subdivide(&mut mesh, Longest { edge_m, away_m: edge_m / finer }, MAX_VERTICES));
             let triangles = closed(&mesh);
             assert!(longest_edge_m(&triangles) <= edge_m);
             // The ellipsoid is cut off by the flat triangles.
@@ -74,7 +74,7 @@ fn divided_surfaces_stay_closed() {
 fn triangles_of_meshes_are_turned_outwards() {
     let round = Shape::Ellipsoid(Ellipsoid::new(DAffine3::from_scale(DVec3::splat(0.4))).unwrap());
     let mut icosphere = SurfaceMesh::of(&round).unwrap();
-    assert!(subdivide(&mut icosphere, longest(0.1), MOST_VERTICES));
+    assert!(subdivide(&mut icosphere, longest(0.1), MAX_VERTICES));
     let corners = |facet: &surface_mesh::Facet| facet.vertices.map(|vertex| icosphere.positions[vertex as usize]);
     let triangles: Vec<[Vec3; 3]> = icosphere.facets.iter().map(corners).collect();
     let reversed = |(number, [a, b, c]): (usize, &[Vec3; 3])| if number % 2 == 0 { [*a, *c, *b] } else { [*a, *b, *c] };
@@ -83,7 +83,7 @@ fn triangles_of_meshes_are_turned_outwards() {
     let mesh = Arc::new(MeshBvh::new(TriangleMesh::from_triangles(&mixed)));
     let mut mesh = SurfaceMesh::of(&Shape::Mesh(Instance::new(mesh, transform))).unwrap();
     assert_eq!(mesh.positions.len(), icosphere.positions.len());
-    assert!(subdivide(&mut mesh, longest(0.07), MOST_VERTICES));
+    assert!(subdivide(&mut mesh, longest(0.07), MAX_VERTICES));
     let triangles = closed(&mesh);
     assert!((volume_m3(&triangles) / (4.0 / 3.0 * PI * 0.4_f64.powi(3) * 1.5) - 1.0).abs() < 0.1);
     // The icosahedron's parts are smooth: a normal for each vertex, and it points outwards.
@@ -137,7 +137,7 @@ fn sharp_edges_have_vertices_on_both_sides() {
     let mut cube = SurfaceMesh::of(&Shape::Cuboid(Cuboid::new(Vec3A::ZERO, Vec3A::ONE, Mat3A::IDENTITY))).unwrap();
     let vertices = Vertices::of(&cube);
     assert_eq!((vertices.positions.len(), vertices.triangles.len()), (24, 12));
-    assert!(subdivide(&mut cube, longest(0.3), MOST_VERTICES));
+    assert!(subdivide(&mut cube, longest(0.3), MAX_VERTICES));
     let vertices = Vertices::of(&cube);
     for (position, (normal, point)) in vertices.positions.iter().zip(vertices.normals.iter().zip(&vertices.points)) {
         assert!((normal.abs().max_element() - 1.0).abs() < 1e-6, "{normal}");

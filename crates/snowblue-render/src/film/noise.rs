@@ -17,11 +17,11 @@ use crate::film::window::{SampleBlock, near, square_around};
 
 /// Samples before which no pixel is done: with fewer, a rare bright path may be missing. The filter has those of the
 /// neighbours too.
-const FEWEST_SAMPLES: u32 = 32;
-const FEWEST_FILTERED_SAMPLES: u32 = 4;
+const MIN_SAMPLES: u32 = 32;
+const MIN_FILTERED_SAMPLES: u32 = 4;
 /// Samples before which a filtered pixel is done only if the noise of all pixels around is low too, and their light
 /// much the same: the variance of few samples may be too small by chance.
-const FEWEST_SAMPLES_NEAR_NOISE: u32 = 16;
+const MIN_SAMPLES_NEAR_NOISE: u32 = 16;
 
 /// Decides which pixels need no further samples, before a pass of a block that begins with so many samples. A pass that
 /// goes on after an interrupt keeps its decision, and if that is lost, all its pixels get their samples.
@@ -44,7 +44,7 @@ fn done_pixels(film: &FilmAccumulator, target: f64) -> Vec<bool> {
     let pixels = film.all_pixels();
     let before: &[bool] = if film.decision.target.to_bits() == target.to_bits() { &film.decision.done } else { &[] };
     let Some(filtered) = Filtered::but_for(film, before) else {
-        let is_done = |pixel: &PixelSums| pixel.count() >= FEWEST_SAMPLES && is_low(own_noise(pixel));
+        let is_done = |pixel: &PixelSums| pixel.count() >= MIN_SAMPLES && is_low(own_noise(pixel));
         return pixels.par_iter().map(is_done).collect();
     };
     let light = |(index, pixel): (usize, &PixelSums)| pixel.filtered_xyz(Filtered::changes(Some(&filtered), index)).y;
@@ -54,13 +54,13 @@ fn done_pixels(film: &FilmAccumulator, target: f64) -> Vec<bool> {
     let size = [size.width, size.height].map(|length| length as usize);
     let is_done = |pixel: usize| {
         let samples = pixels[pixel].count();
-        if samples < FEWEST_FILTERED_SAMPLES {
+        if samples < MIN_FILTERED_SAMPLES {
             return false;
         }
         if before.get(pixel) == Some(&true) || noise[pixel].is_nan() && !near_anything[pixel] {
             return true;
         }
-        if samples >= FEWEST_SAMPLES_NEAR_NOISE {
+        if samples >= MIN_SAMPLES_NEAR_NOISE {
             return is_low(noise[pixel]);
         }
         // All samples of a pixel may have missed an edge that crosses it. Its standard error is at most half of the
@@ -177,7 +177,7 @@ mod tests {
                 film.decision.done
             };
             assert_eq!(decided(64), [true]);
-            let fewest = if residual { FEWEST_FILTERED_SAMPLES } else { FEWEST_SAMPLES };
+            let fewest = if residual { MIN_FILTERED_SAMPLES } else { MIN_SAMPLES };
             assert_eq!(decided(fewest - 1), [false], "too few samples");
             assert_eq!(decided(fewest), [true]);
         }

@@ -28,7 +28,7 @@ use exr::meta::header::Header;
 use exr::prelude::{Compression, Encoding, Image, Layer, Vec2, WritableImage as _};
 use snowblue_base::atomic_file::write_atomically;
 use snowblue_base::files::FileError;
-use snowblue_color::exposure::GREATEST_STOPS;
+use snowblue_color::exposure::MAX_STOPS;
 use snowblue_geometry::images::check_header_expansion;
 
 use crate::error::RenderError;
@@ -307,8 +307,8 @@ impl ResumableImage {
         }
         fn development(header: &Header) -> Result<Development, String> {
             let exposure = parsed(header, EXPOSURE)?;
-            if matches!(exposure, Exposure::Stops(stops) if !(-GREATEST_STOPS..=GREATEST_STOPS).contains(&stops)) {
-                let range = format!("must lie in -{GREATEST_STOPS} to {GREATEST_STOPS} stops");
+            if matches!(exposure, Exposure::Stops(stops) if !(-MAX_STOPS..=MAX_STOPS).contains(&stops)) {
+                let range = format!("must lie in -{MAX_STOPS} to {MAX_STOPS} stops");
                 return Err(format!("the attribute {EXPOSURE} of the sums is {exposure}, but {range}"));
             }
             Ok(Development { exposure, tone: parsed(header, TONE)? })

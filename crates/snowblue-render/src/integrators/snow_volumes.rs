@@ -16,7 +16,7 @@ use snowblue_scene::spectrum::{SAMPLES, Spectrum, wavelengths_nm};
 /// far less in the mean over them.
 const LONG_WALK_GRAINS: u32 = 4;
 /// Most scattering events of all kinds of snow together, of 12 bytes each.
-const MOST_GRAINS: usize = 1 << 26;
+const MAX_GRAINS: usize = 1 << 26;
 /// Nodes of the refractive index in snow that is clean and dry.
 const FEW_NODES: usize = 3;
 
@@ -37,7 +37,7 @@ impl SnowVolumes {
         let samples: Vec<SnowSample> = kinds.iter().flatten().flat_map(|kinds| &kinds.samples).copied().collect();
         let is_plain = |sample: &SnowSample| sample.impurities.is_none() && sample.water_saturation <= 0.0;
         let nodes = if samples.iter().all(is_plain) { FEW_NODES } else { SAMPLES };
-        let most = u32::try_from(MOST_GRAINS / (nodes * samples.len().max(1))).unwrap_or(u32::MAX);
+        let most = u32::try_from(MAX_GRAINS / (nodes * samples.len().max(1))).unwrap_or(u32::MAX);
         let wished = scene.description().light_field.grain_rays.saturating_mul(LONG_WALK_GRAINS);
         let plan = GrainPlan { grains: wished.min(most), seed: 1 };
         let volumes = Volume::of_samples(&samples, &wavelengths_nm(), &plan);

@@ -617,7 +617,7 @@ fn curved_snow_is_not_in_its_own_shadow() {
 /// ball, and the rendering has more.
 #[test]
 fn lit_curved_snow_has_the_radiance_of_a_rendering() {
-    const LEAST_COS: f32 = 0.25;
+    const MIN_COS: f32 = 0.25;
     let directions: Vec<Vec3A> = sphere(1 << 8).filter(|direction| direction.z > 0.0).collect();
     for light in [LAMP_IN_FRONT, CLEAR_SKY, OVERCAST_SKY] {
         let LitBall { mut integrator, object, lit, snow, relighting } = ball_under(light);
@@ -628,7 +628,7 @@ fn lit_curved_snow_has_the_radiance_of_a_rendering() {
             let (position, normal) = (Vec3A::from(object.positions[vertex]), Vec3A::from(object.normals[vertex]));
             let to_eye = (Vec3A::new(0.2, -1.0, 0.4) - position).normalize();
             let escape = object.snow.escape.at(normal.dot(to_eye).into());
-            if normal.dot(to_eye) < LEAST_COS {
+            if normal.dot(to_eye) < MIN_COS {
                 continue;
             }
             let mut relit = 0.0;
@@ -645,7 +645,7 @@ fn lit_curved_snow_has_the_radiance_of_a_rendering() {
                 };
                 let LightDirection { direction, distance_m } = sample.origin.direction_from(position);
                 let cos = normal.dot(direction);
-                if cos.abs() < LEAST_COS {
+                if cos.abs() < MIN_COS {
                     continue 'vertices;
                 }
                 let falloff = if distance_m.is_finite() { distance_m.powi(-2) } else { 1.0 };

@@ -10,7 +10,7 @@ use std::str::FromStr;
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use snowblue_base::{Count, Number, ParameterRange, quantities};
-use snowblue_color::exposure::{AutoExposure, GREATEST_STOPS, factor};
+use snowblue_color::exposure::{AutoExposure, MAX_STOPS, factor};
 use snowblue_color::{LinearRgb, ToneCurve};
 
 use crate::film::white_balance::WhiteBalance;
@@ -20,7 +20,7 @@ quantities! {
     /// Pixels along a side of a picture.
     pub SidePixels = ParameterRange::new("pixels", 1.0, 16_384.0, "");
     /// Exposure in stops.
-    pub Stops = ParameterRange::new("exposure", -GREATEST_STOPS, GREATEST_STOPS, "stops");
+    pub Stops = ParameterRange::new("exposure", -MAX_STOPS, MAX_STOPS, "stops");
 }
 
 /// Size of an image in pixels.
@@ -122,7 +122,7 @@ impl Levels {
 }
 
 /// How much brighter than without snow a picture is at most, so that snow in the shade leaves a sky or a lit rim.
-const MOST_OVER_HIGHLIGHTS: f64 = 2.0;
+const MAX_OVER_HIGHLIGHTS: f64 = 2.0;
 
 /// The factor between radiance and linear RGB in a PNG. EXR files store radiance without exposure.
 #[derive(Debug, Clone, Copy, PartialEq, Default, JsonSchema)]
@@ -157,7 +157,7 @@ impl Development {
                 let of_highlights = metering(HIGHLIGHT_FRACTION, levels.highlights).factor_of_any(pixels);
                 let of_snow = metering(SNOW_FRACTION, levels.snow).factor_of_any(snow);
                 match (of_snow, of_highlights) {
-                    (Some(of_snow), Some(of_highlights)) => of_snow.min(MOST_OVER_HIGHLIGHTS * of_highlights),
+                    (Some(of_snow), Some(of_highlights)) => of_snow.min(MAX_OVER_HIGHLIGHTS * of_highlights),
                     (of_snow, of_highlights) => of_snow.or(of_highlights).unwrap_or(1.0),
                 }
             }

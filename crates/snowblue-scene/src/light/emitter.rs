@@ -85,7 +85,7 @@ pub(crate) enum LightType {
 }
 
 /// Depths, each half of the one before, at which the middle of a lamp in a thin body is sought.
-const MOST_HALVINGS: i32 = 8;
+const MAX_HALVINGS: i32 = 8;
 
 /// A lamp inside snow: a ball that shines in all directions, or a point.
 #[derive(Debug, Clone)]
@@ -113,7 +113,7 @@ impl InnerLamp {
         if height_m <= 0.0 {
             return None;
         }
-        let depths_m = (1..=MOST_HALVINGS).map(|halvings| height_m * 0.5_f32.powi(halvings));
+        let depths_m = (1..=MAX_HALVINGS).map(|halvings| height_m * 0.5_f32.powi(halvings));
         let mut places = depths_m.map(|depth_m| (depth_m, surface.point - surface.normal * depth_m));
         let (depth_m, position) = places.find(|(_, position)| holds(*position))?;
         Some(Self { position, radius_m: depth_m, intensity: self.intensity * (depth_m / self.radius_m) })

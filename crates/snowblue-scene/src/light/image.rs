@@ -26,7 +26,7 @@ use crate::values::{Rotation, visible};
 use snowblue_base::Number;
 
 /// Largest channel of a pixel: the limit of all lights, far below that of single precision.
-const GREATEST_PIXEL: f64 = 1e12;
+const MAX_PIXEL: f64 = 1e12;
 
 /// Light of an image of all directions.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -152,10 +152,10 @@ impl SkyImage {
             }
             let LinearRgb { r, g, b } = pixel.into_gamut();
             let brightest = f64::from(scale) * r.max(g).max(b);
-            if brightest > GREATEST_PIXEL {
+            if brightest > MAX_PIXEL {
                 let (column, row) = (index % width, index / width);
                 return Err(format!(
-                    "pixel {column}, {row} is {brightest:.1e} with its scale, but must be at most {GREATEST_PIXEL:e}"
+                    "pixel {column}, {row} is {brightest:.1e} with its scale, but must be at most {MAX_PIXEL:e}"
                 ));
             }
             pixels.push([r, g, b].map(|channel| scale * narrow(channel)));

@@ -24,7 +24,7 @@ use crate::values::{Coordinate, Direction, point, upwards, visible};
 use snowblue_base::{KeyError, KeyPath, Number, Numbers};
 
 /// Solid angle below which points are uniform over the area, in sr. The sum of angles has an error of some 1e-15.
-const LEAST_SOLID_ANGLE_SR: f64 = 1e-10;
+const MIN_SOLID_ANGLE_SR: f64 = 1e-10;
 
 /// A rectangle that emits from one side.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -154,7 +154,7 @@ impl Emitter for RectangleLight {
     /// A point on it, uniform in the direction from `from`; none from behind.
     fn sample_li(&self, from: Vec3A, [u, v]: [f32; 2]) -> Option<LightOrigin> {
         let position = match self.view(from) {
-            Some(view) if view.solid_angle_sr > LEAST_SOLID_ANGLE_SR => view.sample(f64::from(u), f64::from(v)),
+            Some(view) if view.solid_angle_sr > MIN_SOLID_ANGLE_SR => view.sample(f64::from(u), f64::from(v)),
             Some(_) => {
                 self.centre
                     + self.across * (self.half_width_m * (2.0 * u - 1.0))
@@ -167,7 +167,7 @@ impl Emitter for RectangleLight {
 
     fn pdf_li(&self, from: Vec3A, origin: &LightOrigin) -> f32 {
         match self.view(from) {
-            Some(view) if view.solid_angle_sr > LEAST_SOLID_ANGLE_SR => narrow(view.solid_angle_sr.recip()),
+            Some(view) if view.solid_angle_sr > MIN_SOLID_ANGLE_SR => narrow(view.solid_angle_sr.recip()),
             Some(_) => origin.area_per_solid_angle(from) / self.area_m2(),
             None => 0.0,
         }

@@ -23,7 +23,7 @@ const COEFFICIENT_TOLERANCE: f64 = 0.01;
 /// The same of the rate √(3 μ_a μ_tr) at which light decays: through 100 cm of snow it decays by some e¹⁰.
 const DECAY_TOLERANCE: f64 = 0.002;
 /// Most halvings of the range of a mask: at most 65 kinds.
-const MOST_HALVINGS: u32 = 6;
+const MAX_HALVINGS: u32 = 6;
 /// Rays through grains by which kinds are compared. All use the same rays, so that their differences have less noise.
 const COMPARING_RAYS: u32 = 1 << 12;
 
@@ -115,7 +115,7 @@ impl Snow {
             }
             Self::Masked { mask, between } => {
                 let mut kinds = vec![Kind::new(0.0, between)];
-                add_kinds(&mut kinds, Kind::new(1.0, between), MOST_HALVINGS, &|at| Kind::new(at, between));
+                add_kinds(&mut kinds, Kind::new(1.0, between), MAX_HALVINGS, &|at| Kind::new(at, between));
                 let values = kinds.iter().map(|kind| narrow(kind.at)).collect();
                 let samples = kinds.iter().map(|kind| kind.sample).collect();
                 SnowKinds { samples, places: Places::Mask(mask.clone(), values) }

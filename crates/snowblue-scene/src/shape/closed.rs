@@ -7,7 +7,7 @@ use snowblue_geometry::topology::Topology;
 use snowblue_geometry::triangle_mesh::TriangleMesh;
 
 /// Most triangles of an edge. Each makes every line through it longer to follow.
-const MOST_OF_AN_EDGE: usize = 100;
+const MAX_OF_AN_EDGE: usize = 100;
 
 /// Joins vertices at one position, leaves out triangles that bound no solid, and says how many. Refuses a mesh of which
 /// nothing is left.
@@ -25,9 +25,9 @@ pub(crate) fn solid(mesh: &mut TriangleMesh) -> Result<Option<String>, String> {
 /// Refuses an open mesh, and one with an edge of many triangles.
 pub(crate) fn check_closed(mesh: &TriangleMesh) -> Result<(), String> {
     let topology = Topology::of(mesh);
-    if topology.most_of_an_edge > MOST_OF_AN_EDGE {
+    if topology.most_of_an_edge > MAX_OF_AN_EDGE {
         return Err(format!(
-            "an edge belongs to {} triangles, but for this integrator to at most {MOST_OF_AN_EDGE}",
+            "an edge belongs to {} triangles, but for this integrator to at most {MAX_OF_AN_EDGE}",
             topology.most_of_an_edge
         ));
     }

@@ -10,11 +10,11 @@ use crate::objects::Objects;
 /// Lines along each axis, in rows and columns, that look for places where two objects meet.
 const LINES: u16 = 8;
 /// How many of them must find one. Objects that meet at a point or along an edge are apart.
-const FEWEST_MEETING: usize = 2;
+const MIN_MEETING: usize = 2;
 /// Most pairs of objects with common boxes that are examined.
-const MOST_PAIRS: usize = 1000;
+const MAX_PAIRS: usize = 1000;
 /// Most objects whose boxes are compared.
-const MOST_OBJECTS: usize = 5000;
+const MAX_OBJECTS: usize = 5000;
 /// Distance at which surfaces touch, over their greatest coordinate: the rounding of single precision.
 const ROUNDING: f32 = 4.0 * f32::EPSILON;
 
@@ -23,14 +23,14 @@ const ROUNDING: f32 = 4.0 * f32::EPSILON;
 pub(crate) fn joints(objects: &Objects, is_of_kind: impl Fn(usize) -> bool) -> Vec<[usize; 2]> {
     let of_kind = (0..objects.list().len()).filter(|index| is_of_kind(*index));
     let bounded = of_kind.filter_map(|index| Some((index, objects.bounds(index)?)));
-    let bounded: Vec<(usize, Bounds)> = bounded.take(MOST_OBJECTS).collect();
+    let bounded: Vec<(usize, Bounds)> = bounded.take(MAX_OBJECTS).collect();
     let body = |index: usize| objects.body_of(index)[0];
     let (mut joints, mut examined) = (Vec::new(), 0);
     for (k, (one, bounds)) in bounded.iter().enumerate() {
         for (other, of_other) in &bounded[k + 1..] {
             let bodies = [body(*one).min(body(*other)), body(*one).max(body(*other))];
             let Some(common) = common_box(bounds, of_other).filter(|_| bodies[0] != bodies[1]) else { continue };
-            if examined < MOST_PAIRS && !joints.contains(&bodies) {
+            if examined < MAX_PAIRS && !joints.contains(&bodies) {
                 examined += 1;
                 if meet(objects, [*one, *other], &common) {
                     joints.push(bodies);
@@ -78,7 +78,7 @@ fn meet(objects: &Objects, pair: [usize; 2], common: &Bounds) -> bool {
             })
         })
     });
-    meets.take(FEWEST_MEETING).count() == FEWEST_MEETING
+    meets.take(MIN_MEETING).count() == MIN_MEETING
 }
 
 #[cfg(test)]

@@ -28,12 +28,12 @@ use crate::camera::{PerspectiveCamera, View};
 use crate::film::FilmSettings;
 use crate::material::Material;
 use crate::objects::{Object, Objects};
-use crate::seen::{FEWEST_ROWS, RAYS, SIZE_PER_DISTANCE, SeenPlaces};
+use crate::seen::{MIN_ROWS, RAYS, SIZE_PER_DISTANCE, SeenPlaces};
 
 /// Greatest length of edges that are seen, in pixels.
 const PIXELS: f64 = 1.5;
 /// Most triangles that splitting adds in a scene. Where they do not suffice, all edges are longer.
-const MOST_TRIANGLES: usize = 4_000_000;
+const MAX_TRIANGLES: usize = 4_000_000;
 /// The part of the way to the next surface that a vertex may move.
 const OF_WAY: f32 = 1.0 / 3.0;
 /// The part of its room near a crease that a face takes, so that faces on both sides do not meet.
@@ -64,7 +64,7 @@ pub(crate) fn with_relief(
     let sight = ViewDetail {
         seen: SeenPlaces::of(objects, camera),
         viewpoint: camera.position().as_dvec3(),
-        pixel_per_m: width_per_m / f64::from(film.height.get().max(FEWEST_ROWS)),
+        pixel_per_m: width_per_m / f64::from(film.height.get().max(MIN_ROWS)),
         ray_per_m: width_per_m * aspect.max(1.0) / f64::from(RAYS),
     };
     let surface = |index: usize| {
@@ -78,7 +78,7 @@ pub(crate) fn with_relief(
             let note = (factor > 1.0).then(|| {
                 format!(
                     "The triangles of the relief are up to {:.1} pixels wide instead of {PIXELS}, since there may be \
-                     {MOST_TRIANGLES} more of them",
+                     {MAX_TRIANGLES} more of them",
                     factor * PIXELS
                 )
             });
@@ -95,7 +95,7 @@ fn rough_objects(
     sight: &ViewDetail,
     factor: f64,
 ) -> Option<Vec<Object>> {
-    let mut left = MOST_TRIANGLES;
+    let mut left = MAX_TRIANGLES;
     let rough = objects.list().iter().zip(surfaces).map(|(object, surface)| {
         let Some(surface) = surface.as_ref().filter(|surface| !surface.is_coarse(factor)) else {
             return Some(object.clone());
@@ -238,7 +238,7 @@ fn round(ellipsoid: &Ellipsoid) -> TriangleMesh {
     let longest_m = ROUNDEST * (bounds.high - bounds.low).max_element();
     let mut mesh = ellipsoid.icosahedron();
     let is_long = |[from, to]: [Vec3; 2], _: [(); 2]| from.distance(to) > longest_m;
-    refine(&mut mesh, MOST_TRIANGLES, |_| (), is_long);
+    refine(&mut mesh, MAX_TRIANGLES, |_| (), is_long);
     let surface: Vec<_> = mesh.positions.iter().map(|position| ellipsoid.project((*position).into())).collect();
     mesh.positions = surface.iter().map(|surface| surface.point.into()).collect();
     mesh.normals = VertexNormals::new(surface.iter().map(|surface| surface.normal.into()));

@@ -12,7 +12,7 @@ use crate::spectrum::file::SpectrumFile;
 use crate::spectrum::{SAMPLES, Spectrum, wavelengths_nm};
 
 /// Least value that the brightest wavelength may have. Below, ratios of values lose their digits.
-const LEAST_MAXIMUM: f64 = 1e-30;
+const MIN_MAXIMUM: f64 = 1e-30;
 
 /// The shape of a light's spectrum, normalized in two ways.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,7 +25,7 @@ pub struct LightSpectrum {
 
 impl LightSpectrum {
     /// Greatest value in a file, in any unit.
-    pub const GREATEST_VALUE: f64 = spectrum_csv::GREATEST_VALUE;
+    pub const MAX_VALUE: f64 = spectrum_csv::MAX_VALUE;
     /// Equal power at all wavelengths.
     pub const EQUAL_ENERGY: Self = Self { unit: Spectrum::ONE, relative: Spectrum::ONE };
 
@@ -73,12 +73,12 @@ impl LightSpectrum {
     /// increase or do not cover 400–700 nm, or all values there are below 10⁻³⁰. The message names the file and the
     /// line.
     pub fn read(files: &dyn FileSource, name: &str) -> Result<Self, SceneError> {
-        let file = SpectrumFile::parse(&NamedFile::read(files, name)?, Self::GREATEST_VALUE)?;
+        let file = SpectrumFile::parse(&NamedFile::read(files, name)?, Self::MAX_VALUE)?;
         let power = file.resample()?;
         let greatest = power.iter().copied().fold(0.0, f64::max);
-        if greatest < LEAST_MAXIMUM {
+        if greatest < MIN_MAXIMUM {
             let reason = format!(
-                "the greatest value every 10 nm of 400–700 nm is {greatest:?}, but must be at least {LEAST_MAXIMUM:?}"
+                "the greatest value every 10 nm of 400–700 nm is {greatest:?}, but must be at least {MIN_MAXIMUM:?}"
             );
             return Err(file.error(reason));
         }

@@ -11,7 +11,7 @@ use super::snow::Carved;
 
 /// Most cells in the six sides of the lattice. It bounds the surface of simple solids, and with it time and memory, and
 /// all cells to 6·10⁸.
-const MOST_OUTER_CELLS: f64 = 4_194_304.0;
+const MAX_OUTER_CELLS: f64 = 4_194_304.0;
 /// Number of cells along a group, in which only the solids near it count.
 const GROUP: u32 = 16;
 /// Number of points along a group.
@@ -57,13 +57,13 @@ impl Lattice {
     /// With the least size that fits, in m, when the cells are too many.
     pub(super) fn new([low, high]: [DVec3; 2], cell_m: f64) -> Result<Self, f64> {
         let extent = high - low;
-        if outer_cells(extent, cell_m) <= MOST_OUTER_CELLS {
+        if outer_cells(extent, cell_m) <= MAX_OUTER_CELLS {
             // By half a cell off the box: sides of the box that are whole numbers of cells long lie between points.
             let origin = low - 1.5 * cell_m;
             return Ok(Self { origin, cell_m, cells: cells(extent, cell_m).as_uvec3() });
         }
         let mut least_m = cell_m;
-        while outer_cells(extent, least_m) > MOST_OUTER_CELLS {
+        while outer_cells(extent, least_m) > MAX_OUTER_CELLS {
             least_m *= 1.01;
         }
         Err(least_m)

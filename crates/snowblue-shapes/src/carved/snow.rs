@@ -6,7 +6,7 @@
 use glam::DVec3;
 
 use super::solid::{Solid, smooth_min_m};
-use crate::relief::{GREATEST_RELIEF, relief_above};
+use crate::relief::{MAX_RELIEF, relief_above};
 
 /// The finest relief, in cells.
 const FINEST_RELIEF: f64 = 2.0;
@@ -85,7 +85,7 @@ impl Carved {
 
     /// Greatest height or depth of the relief, in m.
     pub(super) fn greatest_relief_m(&self) -> f64 {
-        GREATEST_RELIEF * self.relief_m
+        MAX_RELIEF * self.relief_m
     }
 
     /// Gradient of the distance, by central differences over a length.

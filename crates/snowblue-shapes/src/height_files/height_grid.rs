@@ -3,7 +3,7 @@
 use glam::DVec2;
 
 /// Most heights of a map along a side.
-const GREATEST_SIDE: usize = 4096;
+const MAX_SIDE: usize = 4096;
 
 /// Heights on a grid, row by row from the far side (greatest y, the north) to the near side, each from left to right.
 #[derive(Debug, Clone, PartialEq)]
@@ -108,10 +108,10 @@ impl HeightGrid {
 
 /// Refuses a map of more heights than it may have, or fewer than a surface needs.
 pub(super) fn check_size(columns: usize, rows: usize) -> Result<(), String> {
-    if (2..=GREATEST_SIDE).contains(&columns) && (2..=GREATEST_SIDE).contains(&rows) {
+    if (2..=MAX_SIDE).contains(&columns) && (2..=MAX_SIDE).contains(&rows) {
         return Ok(());
     }
-    Err(format!("the grid is {columns} × {rows}, but must be 2 × 2 to {GREATEST_SIDE} × {GREATEST_SIDE}"))
+    Err(format!("the grid is {columns} × {rows}, but must be 2 × 2 to {MAX_SIDE} × {MAX_SIDE}"))
 }
 
 /// Refuses distances between heights that are no distances.

@@ -35,12 +35,12 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 const CONVERGED: f64 = 1e-6;
 /// The same where a step did not lower J: the derivatives of an interpolation in the model are discontinuous.
 const CONVERGED_WITHOUT_DESCENT: f64 = 1e-4;
-const MOST_SOLUTIONS: usize = 80;
+const MAX_SOLUTIONS: usize = 80;
 const FIRST_DAMPING: f64 = 1e-2;
 /// Least damping where J falls by less than a quarter of what its derivatives predict (Fletcher 1971): the model is far
 /// from linear over a step, and undamped steps oscillate.
 const OVERSHOT_DAMPING: f64 = 0.4;
-const GREATEST_DAMPING: f64 = 1e6;
+const MAX_DAMPING: f64 = 1e6;
 
 /// What is known of a state before the measurement.
 #[derive(Debug, Clone, PartialEq)]
@@ -182,8 +182,8 @@ impl Search {
         } else if !is_better && decrement <= CONVERGED_WITHOUT_DESCENT {
             Some(End::Converged)
         } else {
-            let is_stuck = self.damping > GREATEST_DAMPING || trial == best.state;
-            (is_stuck || self.solutions >= MOST_SOLUTIONS).then_some(End::NotConverged)
+            let is_stuck = self.damping > MAX_DAMPING || trial == best.state;
+            (is_stuck || self.solutions >= MAX_SOLUTIONS).then_some(End::NotConverged)
         };
         self.trial = trial;
     }

@@ -23,18 +23,18 @@ use crate::error::{InversionError, TransportError, find_by_name};
 /// How far the sum of the weights of a band may be from 1: rounding of as many as there are wavelengths.
 const WEIGHT_SUM_TOLERANCE: f64 = 1e-9;
 /// Least standard deviation of an albedo.
-const LEAST_ALBEDO_DEVIATION: f64 = 1e-6;
+const MIN_ALBEDO_DEVIATION: f64 = 1e-6;
 /// What the snow transmits may be far below 1, and its error a fraction of it.
-const LEAST_TRANSMITTED_DEVIATION: f64 = 1e-18;
-const GREATEST_DEVIATION: f64 = 1e6;
+const MIN_TRANSMITTED_DEVIATION: f64 = 1e-18;
+const MAX_DEVIATION: f64 = 1e6;
 /// Least measured value of all quantities: white references err, and so does a dark signal.
-const LEAST_VALUE: f64 = -0.5;
+const MIN_VALUE: f64 = -0.5;
 /// Errors of values that correlate more are those of one wavelength, but for the rounding of mean wavelengths.
-const GREATEST_CORRELATION: f64 = 1.0 - 1e-12;
+const MAX_CORRELATION: f64 = 1.0 - 1e-12;
 const SCALE_ERROR_RANGE: ParameterRange =
     ParameterRange { quantity: "scale error", least: 0.0, greatest: 1.0, unit: "" };
 /// Least error of scale beside 0.
-const LEAST_SCALE_ERROR: f64 = 1e-6;
+const MIN_SCALE_ERROR: f64 = 1e-6;
 const CORRELATION_RANGE: ParameterRange =
     ParameterRange { quantity: "correlation length", least: 0.0, greatest: 1e4, unit: "nm" };
 
@@ -201,20 +201,20 @@ impl Quantity {
             // 1/cos θ of a beam that nothing has scattered.
             Self::Fluence => 1e4,
         };
-        ParameterRange { quantity: self.name(), least: LEAST_VALUE, greatest, unit: "" }
+        ParameterRange { quantity: self.name(), least: MIN_VALUE, greatest, unit: "" }
     }
 
     /// The range of the standard deviations of its values.
     fn deviation_range(self) -> ParameterRange {
         let (quantity, least) = match self {
-            Self::Albedo => ("standard deviation of the albedo", LEAST_ALBEDO_DEVIATION),
-            Self::Transmittance => ("standard deviation of the transmittance", LEAST_TRANSMITTED_DEVIATION),
-            Self::Down => ("standard deviation of the flux down", LEAST_TRANSMITTED_DEVIATION),
-            Self::Up => ("standard deviation of the flux up", LEAST_TRANSMITTED_DEVIATION),
-            Self::Net => ("standard deviation of the net flux", LEAST_TRANSMITTED_DEVIATION),
-            Self::Fluence => ("standard deviation of the fluence rate", LEAST_TRANSMITTED_DEVIATION),
+            Self::Albedo => ("standard deviation of the albedo", MIN_ALBEDO_DEVIATION),
+            Self::Transmittance => ("standard deviation of the transmittance", MIN_TRANSMITTED_DEVIATION),
+            Self::Down => ("standard deviation of the flux down", MIN_TRANSMITTED_DEVIATION),
+            Self::Up => ("standard deviation of the flux up", MIN_TRANSMITTED_DEVIATION),
+            Self::Net => ("standard deviation of the net flux", MIN_TRANSMITTED_DEVIATION),
+            Self::Fluence => ("standard deviation of the fluence rate", MIN_TRANSMITTED_DEVIATION),
         };
-        ParameterRange { quantity, least, greatest: GREATEST_DEVIATION, unit: "" }
+        ParameterRange { quantity, least, greatest: MAX_DEVIATION, unit: "" }
     }
 }
 
@@ -242,7 +242,7 @@ impl Measured {
             }
         }
         SCALE_ERROR_RANGE.check(self.scale_error).map_err(TransportError::from)?;
-        if self.scale_error > 0.0 && self.scale_error < LEAST_SCALE_ERROR {
+        if self.scale_error > 0.0 && self.scale_error < MIN_SCALE_ERROR {
             let (quantity, rule) = (SCALE_ERROR_RANGE.quantity, "must be 0 or at least 1e-6");
             return Err(TransportError::Combination { quantity, rule }.into());
         }
@@ -255,7 +255,7 @@ impl Measured {
             let check = values.check(value).and_then(|()| deviations.check(self.standard_deviations[place]));
             check.map_err(|error| located(place, error.into()))?;
         }
-        match self.data(channels).points.iter().find(|point| point.correlation > GREATEST_CORRELATION) {
+        match self.data(channels).points.iter().find(|point| point.correlation > MAX_CORRELATION) {
             Some(point) => Err(located(point.place, channels.given_twice())),
             None => Ok(()),
         }

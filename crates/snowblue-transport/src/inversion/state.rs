@@ -10,7 +10,7 @@ use crate::variable::Variable;
 /// Least value of quantities that may be 0, in their units.
 const LEAST: f64 = 1e-6;
 /// Cosine of 89.988°, just within the range of angles.
-const LEAST_COSINE: f64 = 2e-4;
+const MIN_COSINE: f64 = 2e-4;
 
 /// What is known of a variable before the measurement: a log-normal distribution, or that of a fraction whose log-odds
 /// are normal.
@@ -55,7 +55,7 @@ fn range(variable: Variable) -> ParameterRange {
     match variable {
         Variable::Snow(property) => property.parameter().range,
         Variable::Thickness => THICKNESS.range,
-        Variable::CosIncidence => ParameterRange::new("cosine of the angle", LEAST_COSINE, 1.0, ""),
+        Variable::CosIncidence => ParameterRange::new("cosine of the angle", MIN_COSINE, 1.0, ""),
         Variable::GroundAlbedo => GROUND_ALBEDO.range,
     }
 }

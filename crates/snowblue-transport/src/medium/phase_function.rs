@@ -18,7 +18,7 @@ use rayon::prelude::*;
 
 use super::constituents::{Constituents, Grains};
 use super::population::Population;
-use super::tally::{MOST_RAYS_PER_BATCH, scramble};
+use super::tally::{MAX_RAYS_PER_BATCH, scramble};
 use crate::TransportError;
 use crate::quadrature::{Quadrature, legendre_polynomials};
 use crate::rng::Stream;
@@ -230,10 +230,10 @@ fn trace(population: &Population, relative_index: f64, plan: &PhasePlan) -> RayS
     let tasks: Vec<u32> = (0..plan.rays.max(1)).step_by(RAYS_PER_TASK as usize).collect();
     let task = |first: u32| {
         let mut sums = RaySums { bins: vec![0.0; BINS.0], cosine: 0.0, weight: 0.0 };
-        let batch = first / MOST_RAYS_PER_BATCH;
+        let batch = first / MAX_RAYS_PER_BATCH;
         let scramble = scramble(plan.seed, batch as usize);
         for ray in first..(first + RAYS_PER_TASK).min(plan.rays.max(1)) {
-            let mut stream = Stream::on_sequence(plan.seed, ray.into(), ray % MOST_RAYS_PER_BATCH, scramble);
+            let mut stream = Stream::on_sequence(plan.seed, ray.into(), ray % MAX_RAYS_PER_BATCH, scramble);
             let (scattered, weight) = population.scatter(relative_index, &mut stream);
             sums.bins[BINS.bin(scattered.cos_scattering)] += weight;
             sums.cosine += weight * scattered.cos_scattering;

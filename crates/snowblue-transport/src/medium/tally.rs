@@ -31,14 +31,14 @@ use crate::slab::Estimate;
 /// Number of independent scrambles of the sequence, whose scatter gives the standard error.
 const BATCHES: usize = 16;
 /// Most rays of a batch: the length of the Sobol' sequence.
-pub(super) const MOST_RAYS_PER_BATCH: u32 = 1 << 16;
+pub(super) const MAX_RAYS_PER_BATCH: u32 = 1 << 16;
 /// Rays per index node for a standard error of some 0.2 % in T of a 15 cm slab.
 pub(crate) const DEFAULT_RAYS: u32 = 1 << 18;
 /// First x = γs of the grid; below it, the absorbed fraction per x is linear in x.
 const FIRST_ABSORPTION: f64 = 1e-4;
 const NODES_PER_DECADE: f64 = 4.0;
 /// Most tallies that are kept; one has some 0.3 MB with 16 streams and 3 MB with 128.
-const MOST_KEPT: usize = 16;
+const MAX_KEPT: usize = 16;
 
 /// Tallies with what they were made from, the last used first.
 static LAST: Mutex<VecDeque<(TallyRequest, Arc<Tally>)>> = Mutex::new(VecDeque::new());
@@ -133,7 +133,7 @@ impl TallyRequest {
         let part = self.part_of(Arc::clone(&tally));
         let mut last = LAST.lock().unwrap_or_else(PoisonError::into_inner);
         last.push_front((self, tally));
-        last.truncate(MOST_KEPT);
+        last.truncate(MAX_KEPT);
         part
     }
 
@@ -229,7 +229,7 @@ impl TallyPart {
 
 fn run_batch(population: &Population, n: f64, batch: usize, absorptions: &[f64], plan: &TallyPlan) -> Moments {
     let batches = u32::try_from(BATCHES).unwrap_or(u32::MAX);
-    let rays = plan.rays.div_ceil(batches).clamp(1, MOST_RAYS_PER_BATCH);
+    let rays = plan.rays.div_ceil(batches).clamp(1, MAX_RAYS_PER_BATCH);
     let zeros = || vec![0.0; plan.degree + 1];
     let mut sums = Moments { scattered: zeros(), absorbed: vec![zeros(); absorptions.len() + 1], weight: 0.0 };
     let mut polynomials = zeros();

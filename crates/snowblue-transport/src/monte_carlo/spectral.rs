@@ -26,13 +26,13 @@ use crate::sample::SnowSample;
 use crate::slab::{Estimate, Incidence, Radiometry, Slab};
 
 /// Least number of batches, which gives the standard error to some 9 %.
-const LEAST_BATCHES: u64 = 64;
+const MIN_BATCHES: u64 = 64;
 /// Most rays of a batch.
-const MOST_RAYS_PER_BATCH: u64 = 256;
+const MAX_RAYS_PER_BATCH: u64 = 256;
 /// Most rays of a batch that are traced at a time.
-const MOST_TOGETHER: usize = 16;
+const MAX_TOGETHER: usize = 16;
 /// Greatest water saturation at which index nodes are used; snow with more water is traced at each wavelength.
-const MOST_WATER: f64 = 0.5;
+const MAX_WATER: f64 = 0.5;
 /// Batches whose sums are held in memory at a time.
 const BATCHES_PER_BLOCK: u64 = 256;
 
@@ -136,8 +136,7 @@ pub(super) struct TraceNodes {
 /// wavelengths, so snow with particles is traced at each wavelength. So is snow with much water: scattering by ice in
 /// water goes as (1 − n_ice/n_water)², of which the fourth decimal of n is up to 2.6 %.
 pub(super) fn trace_nodes(sample: &SnowSample, wavelengths_nm: &[f64], constituents: &[Constituents]) -> TraceNodes {
-    if sample.water_saturation > MOST_WATER
-        || constituents.iter().any(|constituents| !constituents.particles.is_empty())
+    if sample.water_saturation > MAX_WATER || constituents.iter().any(|constituents| !constituents.particles.is_empty())
     {
         let count = wavelengths_nm.len();
         let unit_weights = |place: usize| (0..count).map(|node| if node == place { 1.0 } else { 0.0 }).collect();
@@ -174,7 +173,7 @@ impl Trace {
 
     /// Traces all batches, on any number of threads, and sums their weights in order.
     fn run(&self, report: &(dyn Fn(u64) + Sync)) -> Sums {
-        let batches = self.rays.div_ceil((self.rays / LEAST_BATCHES).clamp(1, MOST_RAYS_PER_BATCH));
+        let batches = self.rays.div_ceil((self.rays / MIN_BATCHES).clamp(1, MAX_RAYS_PER_BATCH));
         let rays_of = |batch: u64| self.rays * batch / batches..self.rays * (batch + 1) / batches;
         let mut sums = Sums::new(self.places());
         for first in (0..batches).step_by(usize::try_from(BATCHES_PER_BLOCK).unwrap_or(usize::MAX)) {
@@ -200,7 +199,7 @@ impl Trace {
         let zeros = || vec![0.0; self.places()];
         let weights = vec![0.0; self.absorptions.len()];
         let mut sums = BatchSums { reflected: zeros(), transmitted: zeros(), weights };
-        let together = usize::try_from((rays.end - rays.start) / 8).unwrap_or(usize::MAX).clamp(1, MOST_TOGETHER);
+        let together = usize::try_from((rays.end - rays.start) / 8).unwrap_or(usize::MAX).clamp(1, MAX_TOGETHER);
         for (number, Node { scatterers, .. }) in self.nodes.iter().enumerate() {
             let mut waiting = rays.clone();
             let mut tracing: Vec<Ray> = waiting.by_ref().take(together).map(|number| self.enter(number)).collect();

@@ -24,7 +24,7 @@ use nalgebra::{Cholesky, DMatrix, DVector, DVectorView, Dyn, StorageMut, Vector}
 
 use crate::dual::Real;
 use crate::medium::Scattering;
-use crate::quadrature::{MOST_NODES, Quadrature, legendre_polynomials};
+use crate::quadrature::{MAX_NODES, Quadrature, legendre_polynomials};
 
 /// A medium after δ-M scaling for a given quadrature.
 pub(crate) struct Scaled<T = f64> {
@@ -94,7 +94,7 @@ impl Modes {
 
 /// √((2l + 1) w_i) P_l(μ_i) on a half-range rule of N nodes, a column for each l below 2N; computed once and cached.
 pub(crate) fn legendre_basis(order: usize) -> &'static DMatrix<f64> {
-    static BASES: [OnceLock<DMatrix<f64>>; MOST_NODES] = [const { OnceLock::new() }; MOST_NODES];
+    static BASES: [OnceLock<DMatrix<f64>>; MAX_NODES] = [const { OnceLock::new() }; MAX_NODES];
     BASES[order - 1].get_or_init(|| {
         let rule = Quadrature::half_range(order);
         let mut basis = DMatrix::zeros(order, 2 * order);
@@ -143,7 +143,7 @@ struct Mirrored {
 
 /// The reflected basis of a half-range rule, computed once and cached.
 fn mirrored_basis(basis: &DMatrix<f64>) -> &'static Mirrored {
-    static BASES: [OnceLock<Mirrored>; MOST_NODES] = [const { OnceLock::new() }; MOST_NODES];
+    static BASES: [OnceLock<Mirrored>; MAX_NODES] = [const { OnceLock::new() }; MAX_NODES];
     BASES[basis.nrows() - 1].get_or_init(|| {
         let mut mirror: DVector<f64> = basis.column(0).into_owned();
         mirror[0] -= 1.0;
@@ -186,12 +186,12 @@ fn singular_values(mut matrix: DMatrix<f64>) -> (Vec<f64>, DMatrix<f64>) {
 /// Rotates the `n` columns of a square matrix until they are orthogonal, and the columns of `right` with them.
 #[inline(always)]
 fn orthogonalize(matrix: &mut [f64], right: &mut [f64], n: usize) {
-    const MOST_SWEEPS: usize = 40;
+    const MAX_SWEEPS: usize = 40;
     // The rounding of an inner product of n terms.
     let tolerance = f64::EPSILON * n as f64;
-    let mut storage = [0.0; MOST_NODES];
+    let mut storage = [0.0; MAX_NODES];
     let squares = &mut storage[..n];
-    for _ in 0..MOST_SWEEPS {
+    for _ in 0..MAX_SWEEPS {
         let mut rotated = false;
         // Squared lengths are updated through the sweep, and recomputed before the next.
         for (square, column) in squares.iter_mut().zip(matrix.chunks_exact(n)) {

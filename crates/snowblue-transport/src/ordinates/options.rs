@@ -37,12 +37,12 @@ use std::fmt;
 
 use crate::TransportError;
 use crate::medium::TallyPlan;
-use crate::quadrature::MOST_NODES;
+use crate::quadrature::MAX_NODES;
 use crate::sample::SnowSample;
 use crate::slab::Incidence;
 
 /// Most streams that are allowed.
-pub const MOST_STREAMS: usize = 2 * MOST_NODES;
+pub const MAX_STREAMS: usize = 2 * MAX_NODES;
 
 /// Streams of [`Streams::Auto`] up to [`GRAZING_DEG`] and for diffuse light, for each [`Peak`].
 const STEEP_STREAMS: [usize; 2] = [16, 64];
@@ -98,8 +98,8 @@ impl Streams {
     pub fn check(self) -> Result<(), TransportError> {
         match self {
             Self::Auto => Ok(()),
-            Self::Exactly(streams) if (2..=MOST_STREAMS).contains(&streams) && streams.is_multiple_of(2) => Ok(()),
-            Self::Exactly(streams) => Err(TransportError::Streams { streams, most: MOST_STREAMS }),
+            Self::Exactly(streams) if (2..=MAX_STREAMS).contains(&streams) && streams.is_multiple_of(2) => Ok(()),
+            Self::Exactly(streams) => Err(TransportError::Streams { streams, most: MAX_STREAMS }),
         }
     }
 

@@ -1,6 +1,6 @@
 //! The media of the layers of a stack at a wavelength, with the tallies of their grains.
 
-use super::options::{MOST_STREAMS, OrdinatesOptions, Peak};
+use super::options::{MAX_STREAMS, OrdinatesOptions, Peak};
 use crate::dual::{Dual, Real};
 use crate::medium::{Composition, Demand, GrainTallies, Medium, Population, Scattering};
 use crate::optics::IceTable;
@@ -104,6 +104,6 @@ impl Grains {
 fn clear_ice<T: Real>(table: IceTable, wavelength_nm: f64) -> Medium<T> {
     Medium {
         extinction_per_m: T::from(table.absorption_per_m(wavelength_nm)),
-        scattering: Scattering { one_minus_albedo: T::from(1.0), moments: vec![T::from(0.0); MOST_STREAMS + 1] },
+        scattering: Scattering { one_minus_albedo: T::from(1.0), moments: vec![T::from(0.0); MAX_STREAMS + 1] },
     }
 }

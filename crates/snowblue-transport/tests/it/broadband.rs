@@ -3,7 +3,7 @@
 use snowblue_transport::ordinates::{self, OrdinatesOptions};
 use snowblue_transport::sample::{GrainSize, SnowSample};
 use snowblue_transport::slab::{Incidence, Radiometry, Slab};
-use snowblue_transport::sunlight::{Band, BandWeights, Broadband, MOST_STEP_NM};
+use snowblue_transport::sunlight::{Band, BandWeights, Broadband, MAX_STEP_NM};
 
 fn steps(first: u32, last: u32, step: usize) -> Vec<f64> {
     (first..=last).step_by(step).map(f64::from).collect()
@@ -60,7 +60,7 @@ fn few_wavelengths_suffice() {
                 broadband(band, &few)
             };
             let (fine, usual, coarse) = (with_step(1), with_step(2), with_step(10));
-            assert!((curve[10].wavelength_nm - curve[0].wavelength_nm - MOST_STEP_NM).abs() < 1e-9);
+            assert!((curve[10].wavelength_nm - curve[0].wavelength_nm - MAX_STEP_NM).abs() < 1e-9);
             assert!((usual.reflectance.value - fine.reflectance.value).abs() < 2e-5, "{usual:?} {fine:?}");
             assert!((coarse.reflectance.value - fine.reflectance.value).abs() < 3e-3, "{coarse:?} {fine:?}");
             let transmittance = |of: &Broadband| of.transmittance.value;

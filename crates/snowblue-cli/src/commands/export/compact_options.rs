@@ -2,7 +2,7 @@
 
 use clap::Args;
 use snowblue_color::Observer;
-use snowblue_database::compact::{CompactSnow, GREATEST_THICKNESS_RANGE};
+use snowblue_database::compact::{CompactSnow, MAX_THICKNESS_RANGE};
 use snowblue_figures::format_number;
 
 use crate::options::{LightOptions, OrdinatesArguments, SampleCount, SnowOptions, limits, parse};
@@ -18,10 +18,10 @@ pub(super) struct CompactOptions {
     #[command(flatten)]
     ordinates: OrdinatesArguments,
     #[arg(
-        long, value_name = "CM", default_value = "100", value_parser = parse::parameter(GREATEST_THICKNESS_RANGE),
+        long, value_name = "CM", default_value = "100", value_parser = parse::parameter(MAX_THICKNESS_RANGE),
         help_heading = "Slab", help = format!(
             "Greatest thickness in cm [{}]; thicker snow is extrapolated by its decay there",
-            limits::ends(&GREATEST_THICKNESS_RANGE.inclusive())
+            limits::ends(&MAX_THICKNESS_RANGE.inclusive())
         )
     )]
     max_thickness: f64,

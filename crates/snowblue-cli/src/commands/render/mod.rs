@@ -186,7 +186,7 @@ pub(crate) struct Render {
 }
 
 /// Cells of snow that are larger by more than this factor than the pixels of a picture need are worth a message.
-const MOST_FACTOR: f64 = 2.0;
+const MAX_FACTOR: f64 = 2.0;
 
 impl Render {
     pub(crate) fn run(&self, quiet: bool) -> Outcome {
@@ -437,7 +437,7 @@ fn first_picture(scene: &Scene, preview: &mut Preview, report: Report) -> Result
 
 /// What to say of cells of snow that may be too large, if those of a body follow the pixels of the picture.
 fn coarse_cells(integrator: &Integrator) -> Option<String> {
-    let factor = integrator.factor_of_cells().filter(|factor| *factor > MOST_FACTOR)?;
+    let factor = integrator.factor_of_cells().filter(|factor| *factor > MAX_FACTOR)?;
     let memory_mib = integrator.scene().description().light_field.memory_mib;
     Some(format!(
         "in {memory_mib} MiB cells of snow are {factor:.1} times as large as the pixels need; light may leak through \

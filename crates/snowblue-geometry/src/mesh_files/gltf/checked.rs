@@ -15,7 +15,7 @@ use gltf::{Accessor, Document, Gltf};
 const GLB_HEADER: usize = 12;
 
 /// Most mistakes that are named.
-const MOST_NAMED: usize = 3;
+const MAX_NAMED: usize = 3;
 
 /// Reads a glTF or GLB whose parts may be asked for.
 pub(super) fn valid(bytes: &[u8]) -> Result<Gltf, String> {
@@ -32,7 +32,7 @@ pub(super) fn valid(bytes: &[u8]) -> Result<Gltf, String> {
     let (mut named, mut count) = (Vec::new(), 0);
     root.validate(&root, gltf::json::Path::new, &mut |path, error| {
         count += 1;
-        if named.len() < MOST_NAMED {
+        if named.len() < MAX_NAMED {
             named.push(format!("{} {error}", path()));
         }
     });

@@ -1,7 +1,7 @@
 //! Charts: connected parts of a surface that are laid flat without overlap.
 //!
 //! A chart grows from a facet across smooth edges, and is projected along the normal of that facet. No normal is
-//! inclined to it by more than [`GREATEST_INCLINATION_DEG`], so that lengths shrink to 0.64 at the least. A facet that
+//! inclined to it by more than [`MAX_INCLINATION_DEG`], so that lengths shrink to 0.64 at the least. A facet that
 //! would overlap the chart is left to another one. A quadtree finds the triangles that another one overlaps, whatever
 //! sizes they have.
 
@@ -15,7 +15,7 @@ use snowblue_geometry::vertex_normals::face_normal;
 use crate::bake::surface_mesh::{SurfaceMesh, is_smooth};
 
 /// Greatest angle between the normal of a facet and the direction along which its chart is projected.
-const GREATEST_INCLINATION_DEG: f32 = 50.0;
+const MAX_INCLINATION_DEG: f32 = 50.0;
 /// Facets after which a report is due.
 const FACETS_PER_REPORT: usize = 1 << 12;
 
@@ -51,7 +51,7 @@ pub(super) fn charts(mesh: &SurfaceMesh, report: &dyn Fn(usize)) -> Vec<Chart> {
             DVec2::new(plane.0.dot(from_origin), plane.1.dot(from_origin))
         };
         let is_near_axis = |facet: usize| {
-            normals[facet] == Vec3::ZERO || normals[facet].dot(axis) >= GREATEST_INCLINATION_DEG.to_radians().cos()
+            normals[facet] == Vec3::ZERO || normals[facet].dot(axis) >= MAX_INCLINATION_DEG.to_radians().cos()
         };
         let mut quadtree = Quadtree::around(size_m);
         let (mut facets, mut waiting) = (Vec::new(), VecDeque::from([seed]));
@@ -114,7 +114,7 @@ impl Chart {
 /// Overlaps of triangles by less than this fraction of their edges are rounding.
 const ROUNDING: f64 = 1e-9;
 /// Most halvings of squares. Smaller triangles are in squares that are wider than they are.
-const MOST_HALVINGS: f64 = 40.0;
+const MAX_HALVINGS: f64 = 40.0;
 
 /// A square of the plane: how often the first one is halved for its side, its column and its row.
 type Square = (i32, [i64; 2]);
@@ -139,7 +139,7 @@ impl Quadtree {
     #[expect(clippy::cast_possible_truncation, reason = "there are 2⁴⁰ squares in a row at most")]
     pub(super) fn add(&mut self, triangle: [DVec2; 3]) {
         let (low, high) = bounds(triangle.into_iter());
-        let halvings = (self.side_m / (high - low).max_element()).log2().floor().clamp(0.0, MOST_HALVINGS);
+        let halvings = (self.side_m / (high - low).max_element()).log2().floor().clamp(0.0, MAX_HALVINGS);
         let place = (low.midpoint(high) / self.side_m + 0.5) * halvings.exp2();
         let mut square = (halvings as i32, place.floor().to_array().map(|index| index as i64));
         self.squares.entry(square).or_default().push(triangle);

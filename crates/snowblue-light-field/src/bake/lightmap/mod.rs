@@ -27,7 +27,7 @@ use crate::bake::surface_mesh::{INSET, SurfaceMesh};
 /// Ratio of a scale at which charts are packed to the next greater one.
 const SCALE_RATIO: f64 = 0.98;
 /// Charts are taken to be at least so long, in m.
-const SHORTEST_M: f64 = 1e-12;
+const MIN_LENGTH_M: f64 = 1e-12;
 /// Texels that are read between two reports.
 const TEXELS_PER_REPORT: usize = 1 << 15;
 /// Columns and rows of a lightmap.
@@ -127,7 +127,7 @@ fn pack(extents_m: &[DVec2], size: u32) -> Option<(f64, Vec<DVec2>)> {
         Some((texels_per_m, corners))
     };
     let area_m2: f64 = extents_m.iter().map(|extent| extent.element_product()).sum();
-    let longest_m = extents_m.iter().map(|extent| extent.max_element()).fold(SHORTEST_M, f64::max);
+    let longest_m = extents_m.iter().map(|extent| extent.max_element()).fold(MIN_LENGTH_M, f64::max);
     let greatest = f64::from(size) / longest_m.max(area_m2.sqrt());
     // Each rectangle has one texel.
     let least = SCALE_RATIO / longest_m;
@@ -205,7 +205,7 @@ fn spread(mut texels: Vec<Option<[f32; 3]>>, size: u32) -> Vec<[f32; 3]> {
 /// Texels around each chart that belong to no other one.
 const GUTTER: i32 = 2;
 /// How deep the middle of a texel lies in two triangles that overlap, in texels: more than coordinates are rounded.
-const LEAST_DEPTH: f32 = 0.01;
+const MIN_DEPTH: f32 = 0.01;
 
 /// A surface that is laid flat.
 pub(super) struct FlatSurface<'s> {
@@ -258,7 +258,7 @@ pub(super) fn shown(surfaces: &[FlatSurface], size: u32) -> Result<Vec<Shown>, S
                     let texel = row as usize * size as usize + column as usize;
                     let distance = narrow(nearest(&corners, centre(texel, size)).distance);
                     let known = shown[texel];
-                    if distance.max(known.distance) < -LEAST_DEPTH {
+                    if distance.max(known.distance) < -MIN_DEPTH {
                         let other = surfaces[known.surface as usize].name;
                         let whose = match known.surface == number {
                             true => "itself".to_owned(),

@@ -15,13 +15,13 @@ use snowblue_geometry::transform::Transform;
 use snowblue_geometry::triangle_mesh::{SECOND_UV, TriangleMesh};
 
 use super::*;
-use crate::bake::MOST_VERTICES;
+use crate::bake::MAX_VERTICES;
 use crate::bake::subdivision::subdivide;
 use crate::bake::surface_mesh::Vertices;
 use crate::bake::tests::longest;
 
 /// Lengths shrink by the cosine of the greatest inclination at most.
-const LEAST_COS: f64 = 0.642;
+const MIN_COS: f64 = 0.642;
 const SIZE: u32 = 256;
 
 /// A mesh of rows and columns of places, closed in both directions or open.
@@ -106,7 +106,7 @@ fn every_triangle_has_a_part_of_the_texture_of_its_own() {
     ];
     for (name, mut mesh, most_charts) in surfaces {
         let step_m = mesh.longest_edge_m().min(0.2);
-        assert!(subdivide(&mut mesh, longest(step_m), MOST_VERTICES));
+        assert!(subdivide(&mut mesh, longest(step_m), MAX_VERTICES));
         let found = charts(&mesh, &|_| ());
         assert!(found.len() <= most_charts, "{name}: {} charts", found.len());
         let mut chart_of = vec![None; mesh.facets.len()];
@@ -134,7 +134,7 @@ fn every_triangle_has_a_part_of_the_texture_of_its_own() {
             .collect();
         let greatest = shares.iter().copied().fold(0.0, f64::max);
         // Places in the texture are rounded to 24 bits.
-        assert!(shares.iter().all(|share| *share > 0.98 * LEAST_COS * greatest), "{name}");
+        assert!(shares.iter().all(|share| *share > 0.98 * MIN_COS * greatest), "{name}");
         let in_charts = shown.iter().filter(|texel| texel.distance < 0.0).count();
         assert!(in_charts * 5 > shown.len(), "{name}: {in_charts} texels show the surface");
         for (triangle, chart) in (0..).zip(&chart_of) {
@@ -171,7 +171,7 @@ fn islands(vertex: u16) -> [f32; 2] {
 #[test]
 fn places_of_a_mesh_are_kept_bit_by_bit() {
     let mut mesh = sheet(islands);
-    assert!(subdivide(&mut mesh, longest(0.1), MOST_VERTICES));
+    assert!(subdivide(&mut mesh, longest(0.1), MAX_VERTICES));
     let before: Vec<[Vec2; 3]> = mesh.facets.iter().map(|facet| facet.uv).collect();
     let mut meshes = [mesh];
     lay_out(&["sheet"], &mut meshes, SIZE, &|_| ()).unwrap();

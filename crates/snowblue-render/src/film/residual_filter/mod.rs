@@ -70,14 +70,14 @@ const SLACK: f32 = 0.1;
 /// snow are compared.
 const KNOWN_ERROR: f32 = 0.5;
 /// Least error of a residual that is told from none.
-const LEAST_ERROR: f32 = 1e-4;
+const MIN_ERROR: f32 = 1e-4;
 /// The geometric mean of variances of few samples is less than their mean: by about a factor of 1 + this number over
 /// that of samples, found by trial on walks.
 const SAMPLES_OF_DOUBT: f32 = 16.0;
 /// A variance that counts as unknown, of sums that are saturated.
-const GREATEST_VARIANCE: f32 = 1e20;
+const MAX_VARIANCE: f32 = 1e20;
 /// Most that a residual grows with the reading.
-const MOST_SCALE: f32 = 4.0;
+const MAX_SCALE: f32 = 4.0;
 /// Standard error relative to the light above which a pixel that is brighter or darker than all eight around it is an
 /// outlier.
 const OUTLIER_ERROR: f32 = 0.25;
@@ -85,7 +85,7 @@ const OUTLIER_ERROR: f32 = 0.25;
 const LONE_OUTLIER_ERROR: f32 = 5.0 * TARGET;
 /// What is spread changes the pixels around an outlier by this fraction of their standard error, which counts as
 /// what is aimed at, at least; more pixels on each side take part until they suffice.
-const MOST_SPREAD: f32 = 0.5;
+const MAX_SPREAD: f32 = 0.5;
 const SPREAD_PIXELS: [usize; 5] = [1, 2, 4, 8, 16];
 /// Fraction of the samples of a pixel that hit snow with a light field from which on nothing else counts in its colour.
 const FULL_COVERAGE: f32 = 0.999;
@@ -157,7 +157,7 @@ impl Luminance {
 
     /// Its logarithm, between those of no error and of no light.
     fn log_error(self) -> f32 {
-        self.error().clamp(LEAST_ERROR, LEAST_ERROR.recip()).ln()
+        self.error().clamp(MIN_ERROR, MIN_ERROR.recip()).ln()
     }
 
     /// The relative standard error, of which single large samples nearby count fully.
@@ -241,7 +241,7 @@ impl Level {
         });
         let luminance = |pixel: &PixelSums| {
             let (reading, residual) = (pixel.mean(layout.reading).max(0.0), pixel.exact_mean(layout.residual + 1));
-            let variance = pixel.variance_of_mean(layout.residual_square, residual).min(GREATEST_VARIANCE);
+            let variance = pixel.variance_of_mean(layout.residual_square, residual).min(MAX_VARIANCE);
             Luminance { reading, scale: reading, variance, variance_of_samples: variance }
         };
         Self { residual, luminance: pixels.par_iter().map(luminance).collect() }
@@ -498,13 +498,13 @@ impl Filter {
             let spread = |residual: &[f32], distance: usize| -> f32 {
                 self.alike_around(pixel, distance).map(|other| room(residual, other)).sum()
             };
-            let suffices = |distance: &usize| size <= MOST_SPREAD * spread(residual, *distance);
+            let suffices = |distance: &usize| size <= MAX_SPREAD * spread(residual, *distance);
             let distance = SPREAD_PIXELS.into_iter().find(suffices).unwrap_or(SPREAD_PIXELS[SPREAD_PIXELS.len() - 1]);
             let total = spread(residual, distance);
             if total > 0.0 {
                 for other in self.alike_around(pixel, distance) {
                     // What finds no room stays.
-                    let share = (room(residual, other) / total).min(MOST_SPREAD * light(residual, other) / size);
+                    let share = (room(residual, other) / total).min(MAX_SPREAD * light(residual, other) / size);
                     for (value, excess) in excess.iter().enumerate() {
                         residual[other * values + value] += share * excess;
                         residual[pixel * values + value] -= share * excess;
@@ -574,7 +574,7 @@ fn blend(levels: [&Level; 2], pixel: usize, reading: f32, residual: &mut [f32]) 
     // The residual is a multiple of the reading.
     let scale = luminance.map(
         |Luminance { reading: of_level, .. }| {
-            if reading > 0.0 && of_level > 0.0 { (reading / of_level).min(MOST_SCALE) } else { 1.0 }
+            if reading > 0.0 && of_level > 0.0 { (reading / of_level).min(MAX_SCALE) } else { 1.0 }
         },
     );
     let factors = [(1.0 - share) * scale[0], share * scale[1]];

@@ -48,7 +48,7 @@ const DIFFRACTION: f32 = 0.4695;
 /// Deviations beyond which a lobe ends.
 const CUT: f32 = 2.5;
 /// Least variance of a lobe across one axis, in rad²: no facet is quite flat.
-const LEAST_VARIANCE: f32 = 1e-8;
+const MIN_VARIANCE: f32 = 1e-8;
 /// Wider lobes fade into smooth reflection between these deviations, in rad: nothing glints in the light of a sky.
 const DEVIATIONS_RAD: [f32; 2] = [0.05, 0.1];
 /// Smooth reflection by grazed facets fades into sparkle between these cosines of incidence.
@@ -60,11 +60,11 @@ const GRAZING_RATIOS: [f32; 2] = [1.0, 2.0];
 const CROWDED: [f32; 2] = [4.0, 16.0];
 /// Most facets that are listed for one sample, on average, because they may mirror the light: a footprint that holds
 /// more is made smaller, and leaves them to other samples of the pixel.
-const MOST_LISTED: f32 = 128.0;
+const MAX_LISTED: f32 = 128.0;
 /// A footprint reaches no further than this part of the distance to the eye and the light, and this number of cells: a
 /// longer one is made smaller.
-const MOST_DISTANCE: f32 = 0.125;
-const MOST_CELLS: f32 = 16.0;
+const MAX_DISTANCE: f32 = 0.125;
+const MAX_CELLS: f32 = 16.0;
 
 /// The facets of a kind of snow.
 #[derive(Debug)]
@@ -203,7 +203,7 @@ impl Facets {
         let mean_area_m2 = 0.25 * PI * (least * least + least * greatest + greatest * greatest) / 3.0;
         let per_m2_sr = surface_share / (PI * mean_area_m2);
         // μ μ₀/(μ + μ₀) is at most 1/2.
-        let greatest_per_m2_sr = 0.5 * per_m2_sr * narrow(external[MIDDLE].greatest_area()) * GREATEST_SLOPE;
+        let greatest_per_m2_sr = 0.5 * per_m2_sr * narrow(external[MIDDLE].greatest_area()) * MAX_SLOPE;
         Ok(Some(Self {
             external,
             flat_fraction,
@@ -223,7 +223,7 @@ impl Facets {
         let to_eye = patch.to_eye_m.normalize();
         let middle = (to_eye + beam.to_light).normalize_or_zero();
         let cos_incidence = to_eye.dot(middle);
-        let lobe = Lobe { cos_incidence, variance: beam.variance.max(LEAST_VARIANCE) };
+        let lobe = Lobe { cos_incidence, variance: beam.variance.max(MIN_VARIANCE) };
         let [first, .., last] = self.diffraction_m.to_array();
         let [least_m, greatest_m] = self.diameters_m;
         let mean_m = 0.5 * (least_m + greatest_m);
@@ -248,13 +248,13 @@ impl Facets {
         let listed = footprint.area_m2 * per_m2_sr * 4.0 * half_widths[0] * half_widths[1];
         let field = self.field(widest[1]);
         let nearest_m = patch.to_eye_m.length().min(beam.distance_m);
-        let most_m = (MOST_DISTANCE * nearest_m).min(MOST_CELLS * narrow(field.cell_m));
+        let most_m = (MAX_DISTANCE * nearest_m).min(MAX_CELLS * narrow(field.cell_m));
         // Within the footprint, the mirrored direction turns with those to the eye and the light: by no more than a
         // deviation of the lobe.
         let turn = footprint.reach_across_m(to_eye) / patch.to_eye_m.length()
             + footprint.reach_across_m(beam.to_light) / beam.distance_m;
         let scale = (mean_deviations[1] / turn).min(most_m / footprint.reach_m()).min(1.0);
-        let share = (MOST_LISTED / listed).min(scale * scale);
+        let share = (MAX_LISTED / listed).min(scale * scale);
         let footprint = footprint.shrunk(share);
         let turn = 0.5 * turn * share.sqrt();
         let flat = footprint.flat(patch.place.axis)?;
@@ -329,7 +329,7 @@ impl Facets {
 }
 
 /// Greatest area of a surface per area of the plane that it faces most.
-const GREATEST_SLOPE: f32 = 1.732_050_8;
+const MAX_SLOPE: f32 = 1.732_050_8;
 
 /// 1 below the first value, 0 above the second, and smooth between.
 fn fading(value: f32, [start, end]: [f32; 2]) -> f32 {
