@@ -244,8 +244,8 @@ impl<'text> Table<'text> {
         })
     }
 
-    /// An error about the value of a key, or about the table where it is absent: `reason` is the rest of a sentence that
-    /// begins with the path of the key.
+    /// An error about the value of a key, or about the table where it is absent: `reason` is the rest of a sentence
+    /// that begins with the path of the key.
     pub fn error_at(&self, key: &str, reason: impl Display) -> ParseError {
         let span = self.entries.get(key).map_or(self.span(), Spanned::span);
         ParseError { span, reason: self.path.key(key).error(reason).to_string() }

@@ -23,6 +23,7 @@ mod reference;
 mod refusals;
 mod render_check;
 mod repair;
+mod scene_keys;
 mod scenes;
 mod shell;
 mod sky;

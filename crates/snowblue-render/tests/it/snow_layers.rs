@@ -297,7 +297,7 @@ fn mistakes_are_named() {
         (
             &format!("{keys}path = \"view\"\n"),
             Some(good),
-            "material.snow.path: unknown field `path`, expected `layers` or `layers_top`, beside `type`, `sparkle`, `relief`",
+            "material.snow.path: unknown field `path`, expected `layers` or `layers_top`, beside `type`, ",
         ),
         (
             &format!("{keys}layers_top = \"ground\"\n"),
