@@ -106,6 +106,7 @@ impl<const OF_TABLE: bool> Args for PropertyValues<OF_TABLE> {
             option(property.name())
                 .value_name(property.name().to_uppercase())
                 .allow_negative_numbers(true)
+                .conflicts_with_all((property == Property::GrainSize && !OF_TABLE).then_some("ssa"))
                 .value_parser(move |word: &str| values(property, word))
                 .help(format!("{}{}", property.parameter().describe(), help(property, OF_TABLE)))
         });
