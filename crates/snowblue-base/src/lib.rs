@@ -15,6 +15,8 @@ pub mod files;
 pub mod hash;
 pub mod spectrum_csv;
 
+pub mod schema;
+
 pub mod key_path;
 pub mod toml_table;
 

@@ -10,11 +10,15 @@ import pytest
 SCENES = Path(__file__).parents[3] / "scenes"
 
 
+def schema(kind):
+    read = json.loads((SCENES / f"{kind}.schema.json").read_text())
+    jsonschema.Draft7Validator.check_schema(read)
+    return jsonschema.Draft7Validator(read)
+
+
 @pytest.fixture(scope="module")
 def validator():
-    schema = json.loads((SCENES / "scene.schema.json").read_text())
-    jsonschema.Draft7Validator.check_schema(schema)
-    return jsonschema.Draft7Validator(schema)
+    return schema("scene")
 
 
 @pytest.mark.parametrize("path", sorted(SCENES.glob("*.toml")), ids=lambda path: path.stem)
@@ -60,3 +64,17 @@ def test_wrong_scenes_are_refused(validator, text):
 ])
 def test_notations_are_accepted(validator, text):
     validator.validate(tomllib.loads(text))
+
+
+@pytest.mark.parametrize("layer, is_valid", [
+    ("thickness_cm = 3\nsnow = \"fresh\"\nimpurities_ng_g = { black-carbon = 10 }\n", True),
+    ("thickness_cm = 3\ngrain_size_um = [100, 300]\nfacetness = 0.3\n", True),
+    ("kind = \"ice\"\nthickness_cm = 0.5\n", True),
+    ("kind = \"ice\"\nthickness_cm = 0.5\ndensity_kg_m3 = 300\n", False),
+    ("snow = \"fresh\"\n", False),
+    ("thickness_cm = 3\ndensity_kg_m3 = 1200\n", False),
+    ("thickness_cm = 3\nimpurities_ng_g = { soot = 10 }\n", False),
+])
+def test_layers(layer, is_valid):
+    file = tomllib.loads(f"[[layer]]\n{layer}")
+    assert schema("layers").is_valid(file) == is_valid

@@ -24,7 +24,6 @@
 
 use std::path::{Path, PathBuf};
 
-use schemars::generate::SchemaSettings;
 use serde::de::Error;
 use serde::{Deserialize, Deserializer};
 use snowblue_base::ParseError;
@@ -116,11 +115,6 @@ impl<'de> Deserialize<'de> for SceneDescription {
 }
 
 impl SceneDescription {
-    /// The JSON Schema (draft 7) of a scene file: its keys, their meaning, units and ranges.
-    pub fn json_schema() -> serde_json::Value {
-        SchemaSettings::draft07().into_generator().into_root_schema_for::<Self>().to_value()
-    }
-
     /// Reads the text of a scene file.
     fn parse(text: &str) -> Result<Self, ParseError> {
         let mut root = Table::parse(text)?;

@@ -27,6 +27,7 @@
 
 use std::ops::Range;
 
+use schemars::JsonSchema;
 use snowblue_base::toml_table::{ParseError, Table};
 
 use crate::error::TransportError;
@@ -56,6 +57,48 @@ pub struct LayerFile {
     pub spans: Vec<Range<usize>>,
     /// Table of the absorption of ice.
     pub ice: IceTable,
+}
+
+/// The keys of a file.
+#[derive(JsonSchema)]
+#[schemars(deny_unknown_fields)]
+#[expect(dead_code, reason = "only its schema is used")]
+pub struct LayerFileKeys {
+    /// Table of the absorption of ice, for all layers.
+    ice: Option<IceTable>,
+    /// The layers, top first.
+    layer: Vec<LayerKeys>,
+}
+
+/// The keys of a layer.
+#[derive(JsonSchema)]
+#[schemars(untagged)]
+#[expect(dead_code, clippy::large_enum_variant, reason = "only its schema is used")]
+enum LayerKeys {
+    /// Clear ice.
+    Ice {
+        /// What the layer is made of, unless it is snow.
+        kind: IceKind,
+        /// Thickness, in cm: 0.01 to 100,000.
+        thickness_cm: f64,
+    },
+    /// Snow.
+    Snow {
+        /// Thickness, in cm: 0 to 100,000, or inf for the last layer of a half-space.
+        thickness_cm: f64,
+        /// What it is made of.
+        #[schemars(flatten)]
+        snow: SnowKeys,
+    },
+}
+
+/// The word for clear ice.
+#[derive(JsonSchema)]
+#[schemars(rename_all = "snake_case")]
+#[expect(dead_code, reason = "only its schema is used")]
+enum IceKind {
+    /// Clear ice.
+    Ice,
 }
 
 impl LayerFile {

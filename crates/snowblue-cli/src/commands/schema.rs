@@ -3,7 +3,9 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use snowblue_base::schema::json_schema;
 use snowblue_render::SceneDescription;
+use snowblue_transport::layer_file::LayerFileKeys;
 
 use crate::output::{Failure, Outcome, print, write_file};
 
@@ -11,6 +13,7 @@ use crate::output::{Failure, Outcome, print, write_file};
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   snowblue schema scene -o scene.schema.json    then begin my.toml with '#:schema scene.schema.json'
+  snowblue schema layers -o layers.schema.json
 
 Editors read the line with an extension for TOML, such as Even Better TOML of Visual Studio Code, or taplo.")]
 pub(crate) struct Schema {
@@ -27,12 +30,15 @@ pub(crate) struct Schema {
 enum Kind {
     /// Scenes for 'render' and 'bake'
     Scene,
+    /// Layers for 'spectrum --layers' and for snow in scenes
+    Layers,
 }
 
 impl Schema {
     pub(crate) fn run(&self) -> Outcome {
         let schema = match self.kind {
-            Kind::Scene => SceneDescription::json_schema(),
+            Kind::Scene => json_schema::<SceneDescription>(),
+            Kind::Layers => json_schema::<LayerFileKeys>(),
         };
         let text = format!("{schema:#}\n");
         match &self.output {

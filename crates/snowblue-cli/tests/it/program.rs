@@ -19,7 +19,9 @@ fn all_scenes_of_the_repository_are_inside_the_program() {
     let names: BTreeSet<&str> = listed.lines().map(|line| line.split_whitespace().next().unwrap()).collect();
     let files = std::fs::read_dir(shipped_scene("")).unwrap();
     let files: BTreeSet<String> = files
-        .map(|file| PathBuf::from(file.unwrap().file_name()).file_stem().unwrap().to_str().unwrap().to_owned())
+        .map(|file| PathBuf::from(file.unwrap().file_name()))
+        .filter(|file| file.extension().is_some_and(|extension| extension == "toml"))
+        .map(|file| file.file_stem().unwrap().to_str().unwrap().to_owned())
         .collect();
     assert_eq!(names, files.iter().map(String::as_str).collect());
     for line in listed.lines() {

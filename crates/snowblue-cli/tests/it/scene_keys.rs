@@ -1,5 +1,5 @@
-//! The schema of scene files is that of the program, and the chapter on the keys of scenes is what the schema says. After
-//! a change of keys: `UPDATE_REFERENCE=1 cargo test -p snowblue-cli --test it scene_keys`.
+//! The schema of scene files is that of the program, and the chapter on the keys of scenes is what the schema says.
+//! After a change of keys: `UPDATE_REFERENCE=1 cargo test -p snowblue-cli --test it scene_keys`.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -29,6 +29,7 @@ fn assert_current(path: &str, text: &str) {
 #[test]
 fn the_schema_beside_the_scenes_is_that_of_the_program() {
     assert_current("scenes/scene.schema.json", &stdout("schema scene"));
+    assert_current("scenes/layers.schema.json", &stdout("schema layers"));
 }
 
 #[test]
@@ -113,7 +114,8 @@ impl<'schema> Page<'schema> {
 
     /// The table of keys.
     fn keys(&mut self, schema: &Value, keys: &'schema Map<String, Value>) {
-        let required: Vec<&str> = schema["required"].as_array().into_iter().flatten().filter_map(Value::as_str).collect();
+        let required: Vec<&str> =
+            schema["required"].as_array().into_iter().flatten().filter_map(Value::as_str).collect();
         let rows: Vec<_> = keys.iter().filter(|(_, value)| value["const"].is_null()).collect();
         if rows.is_empty() {
             return;
@@ -143,11 +145,13 @@ impl<'schema> Page<'schema> {
             return words.collect::<Vec<_>>().join(", ");
         }
         if has_keys(schema) {
-            return if schema["properties"]["type"]["const"].is_null() { "a table" } else { "a table by `type`" }.to_owned();
+            return if schema["properties"]["type"]["const"].is_null() { "a table" } else { "a table by `type`" }
+                .to_owned();
         }
         for choices in ["oneOf", "anyOf"] {
             if let Some(choices) = schema[choices].as_array() {
-                let choices = choices.iter().filter(|choice| choice["type"] != "null").map(|choice| self.values(choice));
+                let choices =
+                    choices.iter().filter(|choice| choice["type"] != "null").map(|choice| self.values(choice));
                 return choices.collect::<Vec<_>>().join(", or ");
             }
         }
@@ -171,7 +175,9 @@ impl<'schema> Page<'schema> {
             Some("boolean") => "`true`, `false`".to_owned(),
             Some("string") => "a text".to_owned(),
             Some("array") => match (schema["minItems"].as_u64(), self.values(&schema["items"])) {
-                (Some(count), items) if Some(count) == schema["maxItems"].as_u64() => format!("{count} numbers, {items}"),
+                (Some(count), items) if Some(count) == schema["maxItems"].as_u64() => {
+                    format!("{count} numbers, {items}")
+                }
                 (_, items) => format!("a list of: {items}"),
             },
             Some("object") => "a table".to_owned(),
@@ -183,7 +189,8 @@ impl<'schema> Page<'schema> {
 /// Whether a schema is of a table with keys.
 fn has_keys(schema: &Value) -> bool {
     let is_table = |schema: &Value| schema["properties"].is_object();
-    is_table(schema) || ["oneOf", "anyOf"].iter().any(|word| schema[word].as_array().is_some_and(|kinds| kinds.iter().any(is_table)))
+    is_table(schema)
+        || ["oneOf", "anyOf"].iter().any(|word| schema[word].as_array().is_some_and(|kinds| kinds.iter().any(is_table)))
 }
 
 /// The key and the word by which a file chooses a kind of table.

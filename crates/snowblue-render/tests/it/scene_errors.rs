@@ -149,18 +149,18 @@ fn mistakes_in_snow_are_named_with_file_line_value_and_range() {
         ("grain_size_um = [500, 100]", "grain_size_um has the range 500:100 µm, whose ends are in the wrong order"),
         ("grain_size_um = [1, 2, 3]", "grain_size_um has 3 numbers, but must be a mean (400) or a range (350, 450)"),
         ("grain_size_um = \"fine\"", "grain_size_um must be a number or a list of numbers"),
-        ("size_measure = \"radius\"", "size_measure is \"radius\", but must be one of greatest-extension"),
-        ("snow = \"powder\"", "snow is \"powder\", but must be one of fresh, rounded, faceted"),
+        ("size_measure = \"radius\"", "size_measure: unknown variant `radius`, expected one of `greatest-extension`"),
+        ("snow = \"powder\"", "snow: unknown variant `powder`, expected one of `fresh`, `rounded`, `faceted`"),
         ("ssa_m2_kg = 1000", "ssa_m2_kg is 1000 m²/kg, but must lie in 1.4–300 m²/kg"),
         ("ssa_m2_kg = 20\ngrain_size_um = 400", "ssa_m2_kg cannot be given with a grain size"),
         ("facetness = 2", "facetness is 2, but must lie in 0–1"),
         ("sphericity = 0.1", "sphericity is 0.1, but must lie in 0.5–1"),
         ("water_saturation = 2", "water_saturation is 2, but must lie in 0–1"),
         ("temperature_c = 5", "temperature_c is 5 °C, but must lie in -60–0 °C"),
-        ("ice = \"rime\"", "ice is \"rime\", but must be one of warren2008, picard2016"),
+        ("ice = \"rime\"", "ice: unknown variant `rime`, expected `warren2008` or `picard2016`"),
         (
             "impurities_ng_g = { soot = 5 }",
-            "impurities_ng_g.soot is an unknown impurity; known are black-carbon, saharan-dust",
+            "impurities_ng_g: impurity 'soot' is not known; there are black-carbon, saharan-dust",
         ),
         (
             "impurities_ng_g = { black_carbon = -5 }",
@@ -168,7 +168,7 @@ fn mistakes_in_snow_are_named_with_file_line_value_and_range() {
         ),
         (
             "impurities_ng_g = { black-carbon = 5, black_carbon = 5 }",
-            "impurities_ng_g.black_carbon is given twice, with a hyphen and with an underscore",
+            "impurities_ng_g: black-carbon is given twice, with a hyphen and with an underscore",
         ),
         (
             "impurities_ng_g = { black-carbon = -5 }",
@@ -193,7 +193,7 @@ fn mistakes_in_a_mask_between_two_snows_are_named_with_file_line_value_and_range
         (format!("{mask}between = [{{}}, {{}}, {{}}]"), 9, "between has 3 snows, but must have two"),
         (format!("{mask}between = 3"), 9, "between must be written as [[material.drift.between]]"),
         (two("", "density_kg_m3 = 3"), 9, "between[1].density_kg_m3 is 3 kg/m³, but must lie in 10–900 kg/m³"),
-        (two("impurities_ng_g = { soot = 1 }", ""), 9, "between[0].impurities_ng_g.soot is an unknown impurity"),
+        (two("impurities_ng_g = { soot = 1 }", ""), 9, "between[0].impurities_ng_g: impurity 'soot' is not known"),
         (two("", "snow = \"fresh\""), 9, "between has two measures of grain size, but must have one"),
         (two("", "ice = \"picard2016\""), 9, "between has two tables of ice, but must have one"),
     ];

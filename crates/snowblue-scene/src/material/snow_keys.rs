@@ -6,10 +6,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use snowblue_base::files::check_formats;
 use snowblue_base::toml_table::Table;
-use snowblue_base::{KeyError, KeyPath, Number, ParseError, RangeError};
+use snowblue_base::{KeyError, KeyPath, Number, ParseError};
 use snowblue_transport::layer_file::LayerFile;
 use snowblue_transport::sample::{SnowKeyError, SnowKeys};
-use snowblue_transport::{Layer, SnowSample, TransportError};
+use snowblue_transport::{Layer, SnowSample};
 
 use crate::error::SceneError;
 use crate::layering::Layering;
@@ -225,26 +225,6 @@ impl From<SnowDescription> for SnowMaterialDescription {
 fn sample(path: &KeyPath, keys: &SnowKeys) -> Result<SnowSample, KeyError> {
     keys.sample().map_err(|SnowKeyError { key, impurity, error }| {
         let path = path.key(key);
-        match (impurity, error) {
-            (Some(name), TransportError::Unknown { known, .. }) => {
-                path.key(&name).error(format!("is an unknown impurity; known are {known}"))
-            }
-            (Some(name), error) => path.key(&name).error(rest_of_sentence(&error)),
-            (None, error) => path.error(rest_of_sentence(&error)),
-        }
+        impurity.map_or(path.clone(), |name| path.key(&name)).error(error.after_key())
     })
-}
-
-/// An error about a quantity as the rest of a sentence that begins with its key.
-fn rest_of_sentence(error: &TransportError) -> String {
-    let sentence = error.to_string();
-    let quantity = match error {
-        TransportError::Range(RangeError::OutOfRange { quantity, .. } | RangeError::Reversed { quantity, .. })
-        | TransportError::Count { quantity, .. }
-        | TransportError::Combination { quantity, .. } => *quantity,
-        TransportError::MeanSize { .. } => "mean grain size",
-        TransportError::Unknown { name, known, .. } => return format!("is \"{name}\", but must be one of {known}"),
-        _ => return format!("is wrong: {sentence}"),
-    };
-    sentence.strip_prefix(quantity).unwrap_or(&sentence).trim_start().to_owned()
 }
