@@ -48,7 +48,7 @@ const LINES: &[(&str, &[(&str, Words)])] = &[
             ("missing.csv", &["missing.csv"]),
             ("pits.csv -o pits.csv", &["pits.csv: would be overwritten"]),
             ("pits.csv --wavelengths 5000", &["snowblue: wavelength is 5000 nm"]),
-            ("pits.csv --temperature=-70", &["snowblue: temperature is -70"]),
+            ("pits.csv --temperature=-70", &[": temperature is -70"]),
             ("pits.csv --angle 0,60", &["--angle has several values", "column"]),
             ("pits.csv --ssa 10,20", &["several values", "--batch"]),
             ("full.csv --density 150", &["--density", "has no effect", "each line", "full"]),
