@@ -164,10 +164,10 @@ fn mistakes_in_snow_are_named_with_file_line_value_and_range() {
         ("sphericity = 0.1", "sphericity is 0.1, but must lie in 0.5–1"),
         ("water_saturation = 2", "water_saturation is 2, but must lie in 0–1"),
         ("temperature_c = 5", "temperature_c is 5 °C, but must lie in -60–0 °C"),
-        ("ice = \"rime\"", "ice is \"rime\", but must be one of warren2008, picard2016"),
+        ("ice = \"rime\"", "ice is \"rime\", but must be warren2008 or picard2016"),
         (
             "impurities_ng_g = { soot = 5 }",
-            "impurities_ng_g.soot is an unknown impurity; known are black-carbon, saharan-dust",
+            "impurities_ng_g: impurity 'soot' is not known; there are black-carbon, saharan-dust",
         ),
         (
             "impurities_ng_g = { black_carbon = -5 }",
@@ -175,7 +175,7 @@ fn mistakes_in_snow_are_named_with_file_line_value_and_range() {
         ),
         (
             "impurities_ng_g = { black-carbon = 5, black_carbon = 5 }",
-            "impurities_ng_g.black_carbon is given twice, with a hyphen and with an underscore",
+            "impurities_ng_g: black-carbon is given twice, with a hyphen and with an underscore",
         ),
         (
             "impurities_ng_g = { black-carbon = -5 }",
@@ -210,7 +210,7 @@ fn mistakes_in_a_mask_between_two_snows_are_named_with_file_line_value_and_range
         (format!("{mask}between = [{{}}, {{}}, {{}}]"), 9, "between has 3 snows, but must have two"),
         (format!("{mask}between = 3"), 9, "between is 3, but must be a list"),
         (two("", "density_kg_m3 = 3"), 9, "between[1].density_kg_m3 is 3 kg/m³, but must lie in 10–900 kg/m³"),
-        (two("impurities_ng_g = { soot = 1 }", ""), 9, "between[0].impurities_ng_g.soot is an unknown impurity"),
+        (two("impurities_ng_g = { soot = 1 }", ""), 9, "between[0].impurities_ng_g: impurity 'soot' is not known"),
         (two("", "snow = \"fresh\""), 9, "between has two measures of grain size, but must have one"),
         (two("", "ice = \"picard2016\""), 9, "between has two tables of ice, but must have one"),
     ];

@@ -287,8 +287,8 @@ fn mistakes_are_named() {
     let keys = "layers = \"pack.toml\"\n";
     for (keys, layers, words) in [
         (keys, None, "material.snow.layers is \"pack.toml\", but pack.toml does not exist"),
-        (keys, Some(""), "pack.toml:1: holds no [[layer]]"),
-        (keys, Some(&*bad), "pack.toml:9: density is 2500 kg/m³, but must lie in 10–900 kg/m³"),
+        (keys, Some(""), "pack.toml:1: the document holds no [[layer]]"),
+        (keys, Some(&*bad), ".density_kg_m3 is 2500 kg/m³, but must lie in 10–900 kg/m³"),
         (
             &format!("{keys}grain_size_um = 400\n"),
             Some(good),
