@@ -2,10 +2,10 @@
 //!
 //! Properties are log-normal, with the given value as mean and the given standard deviation, within their ranges:
 //! specific surface area or grain size (which scales all grains), density, water saturation and mass fractions; either
-//! table of ice is equally likely. All are independent. [`DRAWS`] snows are a Latin hypercube (McKay, Beckman & Conover 1979,
-//! doi:10.2307/1268522): each quantity takes each of as many equally probable intervals once. Their order statistics
-//! are the interval. An end has a standard error of √(0.025 · 0.975/[`DRAWS`]) in probability: 1.7–3.3 % of the cases
-//! lie beyond, in 2 of 3.
+//! table of ice is equally likely. All are independent. [`DRAWS`] snows are a Latin hypercube (McKay, Beckman & Conover
+//! 1979, doi:10.2307/1268522): each quantity takes each of as many equally probable intervals once. Their order
+//! statistics are the interval. An end has a standard error of √(0.025 · 0.975/[`DRAWS`]) in probability: 1.7–3.3 % of
+//! the cases lie beyond, in 2 of 3.
 
 use snowblue_base::ParameterRange;
 

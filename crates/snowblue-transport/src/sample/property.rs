@@ -253,8 +253,8 @@ impl SnowSample {
         Ok(())
     }
 
-    /// The snow between two of one measure of size and one table of ice, 0 being the first and 1 the last: every property
-    /// is in proportion.
+    /// The snow between two of one measure of size and one table of ice, 0 being the first and 1 the last: every
+    /// property is in proportion.
     #[must_use]
     pub fn between([first, last]: &[Self; 2], at: f64) -> Self {
         let between = |first: f64, last: f64| first + at * (last - first);
