@@ -10,7 +10,7 @@
 //! ```
 //! use snowblue_transport::inversion::{Illumination, Inversion, Measured, Observation, Outcome, Prior, Quantity};
 //! use snowblue_transport::ordinates::{OrdinatesOptions, solve_stack_without_errors};
-//! use snowblue_transport::{GrainSize, Incidence, Layer, SnowSample, Stack, Variable};
+//! use snowblue_transport::{GrainSize, Incidence, Layer, Property, SnowSample, Stack, Variable};
 //!
 //! let wavelengths_nm = vec![700.0, 900.0, 1030.0, 1240.0];
 //! let incidence = Incidence::Beam { angle_deg: 60.0 };
