@@ -55,8 +55,9 @@ fn closed(schema: &Value, definitions: &Value) -> Value {
         if !required.is_empty() {
             table["required"] = required.into();
         }
-        if let Some(description) = description {
-            table["description"] = description;
+        if let Some(text) = description.as_ref().and_then(Value::as_str) {
+            // Without the examples in Rust.
+            table["description"] = text.split("\n\n```").next().unwrap_or_default().into();
         }
         table
     };

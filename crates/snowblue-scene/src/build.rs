@@ -6,6 +6,7 @@ use std::sync::Arc;
 use snowblue_base::files::FileSource;
 use snowblue_base::{KeyError, KeyPath};
 use snowblue_geometry::shape::Shape;
+use snowblue_transport::SnowSample;
 
 use crate::air::Air;
 use crate::camera::{PerspectiveCamera, View};
@@ -16,10 +17,11 @@ use crate::film::white_balance::WhiteBalance;
 use crate::gltf::{GltfScene, read_gltf};
 use crate::integrator::IntegratorKind;
 use crate::light::{Light, irradiance_by_sky};
-use crate::material::{Material, add_grounds, build_materials};
+use crate::material::deep_snow::DeepSnow;
+use crate::material::{Material, NamedMaterial, build_materials};
 use crate::objects::{Object, Objects};
 use crate::scene::{Scene, SceneDescription};
-use crate::shape::{ObjectBuilder, body_of_two, notes_on_bodies, with_relief};
+use crate::shape::{ObjectBuilder, ObjectDescription, body_of_two, notes_on_bodies, with_relief};
 use crate::sky::BuiltSky;
 use crate::sources::{RecordedFiles, Sources};
 use crate::spectrum::light_spectrum::LightSpectrum;
@@ -230,7 +232,7 @@ impl SceneDescription {
             lights.push(environment.build(&KeyPath::root("environment"), &sources)?);
         }
         let sky = match &self.sky {
-            Some(sky) => sky.build(self, materials, &sources)?,
+            Some(sky) => sky.build(self.first_snow(materials), &sources)?,
             None => BuiltSky::default(),
         };
         lights.extend(sky.lights);
@@ -238,6 +240,15 @@ impl SceneDescription {
             lights: lights.into_iter().map(Arc::new).collect(),
             air: sky.air.map(Arc::new),
             files: files.hashes(),
+        })
+    }
+
+    /// The first snow that an object is made of.
+    fn first_snow<'materials>(&self, materials: &'materials [Material]) -> Option<&'materials SnowSample> {
+        self.objects.iter().find_map(|object| {
+            let mut named = self.materials.keys().zip(materials);
+            let (_, material) = named.find(|(name, _)| **name == object.common.material)?;
+            material.snow()?.samples().first()
         })
     }
 
@@ -257,4 +268,26 @@ impl SceneDescription {
         let view = of_gltf.ok_or_else(|| KeyPath::root("camera").error(reason))?;
         Ok((view, KeyPath::root("gltf").key("camera")))
     }
+}
+
+/// Adds the materials of planes of snow, and returns their indices by the indices of the snow. Of layers the uppermost
+/// counts, and of a mask the snow at 0.
+fn add_grounds(
+    materials: &mut Vec<NamedMaterial>,
+    objects: &[ObjectDescription],
+) -> Result<BTreeMap<usize, usize>, KeyError> {
+    let mut grounds = BTreeMap::new();
+    for (number, object) in objects.iter().enumerate() {
+        let index = materials.iter().position(|material| material.name == object.common.material);
+        let Some(index) = index.filter(|_| object.is_plane()) else { continue };
+        let Some(snow) = materials[index].material.snow().filter(|_| !grounds.contains_key(&index)) else { continue };
+        let ground = DeepSnow::new(&snow.samples()[0]).map_err(|error| {
+            let reason = format!("cannot be the snow of a plane: {error}");
+            KeyPath::root("object").index(number).key("material").error(reason)
+        })?;
+        grounds.insert(index, materials.len());
+        let name = materials[index].name.clone();
+        materials.push(NamedMaterial { name, material: Material::Ground(Box::new(ground)) });
+    }
+    Ok(grounds)
 }

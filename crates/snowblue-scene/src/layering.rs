@@ -3,16 +3,53 @@
 use std::cell::RefCell;
 
 use glam::{DVec3, Vec3A};
+use schemars::JsonSchema;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use snowblue_base::Number;
 use snowblue_geometry::body::pair_up;
 use snowblue_geometry::ray::{Crossing, Ray, SurfacePoint, narrow};
 use snowblue_transport::stack::Layer;
 
-use crate::material::LayersTop;
 use crate::objects::Objects;
+use crate::values::{AnyOf, Coordinate, Notations};
 
 /// How far inside the surface, in m, its layer is looked up: far above the rounding of coordinates of 100 m, and far
 /// below the thickness of a layer.
 const INSET_M: f32 = 1e-4;
+
+/// Where the first layer of snow begins, from which all depths count vertically.
+#[derive(Debug, Clone, Copy, PartialEq, Default, JsonSchema)]
+#[schemars(with = "AnyOf<String, Number<Coordinate>>")]
+pub enum LayersTop {
+    /// At the topmost surface of the body above each point: layers follow the terrain.
+    #[default]
+    Surface,
+    /// At a height z, in m: layers are horizontal, and snow above is of the first.
+    Height(Number<Coordinate>),
+}
+
+impl Serialize for LayersTop {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Surface => serializer.serialize_str("surface"),
+            Self::Height(height_m) => height_m.serialize(serializer),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for LayersTop {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(Notations::<Coordinate, 0, _> {
+            expected: "\"surface\" or a height in m",
+            number: Some(Self::Height),
+            word: Some(|word| match word {
+                "surface" => Ok(Self::Surface),
+                other => Err(format!("is \"{other}\", but must be \"surface\" or a height in m")),
+            }),
+            list: None,
+        })
+    }
+}
 
 /// The depths of layers.
 #[derive(Debug, Clone, PartialEq)]
@@ -132,7 +169,6 @@ mod tests {
 
     use super::*;
     use crate::scene_file::SceneFile;
-    use snowblue_base::Number;
 
     const HEAD: &str = "[camera]\nposition = [0, -3, 0]\nlook_at = [0, 0, 0]\n\
         [material.pack]\ntype = \"snow\"\nlayers = \"pack.toml\"\n";

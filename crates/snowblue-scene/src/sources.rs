@@ -10,29 +10,17 @@ use snowblue_base::files::{FileError, FileSource, NamedFile};
 use snowblue_base::hash::Fnv1a;
 
 use crate::error::SceneError;
-use crate::material::diffuse::Diffuse;
-use crate::material::texture::Texture;
 use crate::spectrum::upsampling::Upsampling;
 
 /// The files and the spectra of colours.
 pub(crate) struct Sources<'scene> {
     pub(crate) files: &'scene dyn FileSource,
-    upsampling: Upsampling,
+    pub(crate) upsampling: Upsampling,
 }
 
 impl<'scene> Sources<'scene> {
     pub(crate) fn new(files: &'scene dyn FileSource) -> Self {
         Self { files, upsampling: Upsampling::reflectance() }
-    }
-
-    /// A reflectance of one colour in linear sRGB.
-    pub(crate) fn uniform(&self, colour: [f32; 3]) -> Diffuse {
-        Diffuse::Uniform(self.upsampling.spectrum(colour))
-    }
-
-    /// Reflectances of the colours of a texture in linear sRGB.
-    pub(crate) fn textured(&self, texture: Texture) -> Diffuse {
-        Diffuse::textured(texture, self.upsampling)
     }
 
     /// The file that a key names.

@@ -73,7 +73,7 @@ pub struct LayerFileKeys {
 /// The keys of a layer.
 #[derive(JsonSchema)]
 #[schemars(untagged)]
-#[expect(dead_code, clippy::large_enum_variant, reason = "only its schema is used")]
+#[expect(dead_code, reason = "only its schema is used")]
 enum LayerKeys {
     /// Clear ice.
     Ice {
@@ -88,7 +88,7 @@ enum LayerKeys {
         thickness_cm: f64,
         /// What it is made of.
         #[schemars(flatten)]
-        snow: SnowKeys,
+        snow: Box<SnowKeys>,
     },
 }
 

@@ -53,7 +53,8 @@ pub(crate) fn whole_number<T: TryFrom<u64>>(range: RangeInclusive<u64>) -> impl 
 
 /// A number of a quantity.
 pub(crate) fn quantity<Q: Quantity>(word: &str) -> Result<Number<Q>, String> {
-    Number::new(number(word)?).map_err(|error| error.to_string())
+    let number = number(word).map_err(|_| format!("must be a number of {}", Q::RANGE))?;
+    Number::new(number).map_err(|error| error.to_string())
 }
 
 /// A whole number of a quantity.
@@ -226,7 +227,7 @@ mod tests {
             let message = noise(wrong).unwrap_err();
             assert!(message.ends_with("but must lie in 0.0001–1"), "{message}");
         }
-        assert_eq!(noise("1%").unwrap_err(), "'1%' is not a number");
+        assert_eq!(noise("1%").unwrap_err(), "must be a number of 0.0001–1");
         assert_eq!(count::<Bounces>("1e4").unwrap().get(), 10_000);
         assert_eq!(count::<Bounces>("-1").unwrap_err(), "must be a whole number of 0–10000");
     }

@@ -83,7 +83,7 @@ impl<'schema> Page<'schema> {
     /// The description, the keys and the kinds of a table.
     fn describe(&mut self, level: usize, schema: &'schema Value) {
         if let Some(text) = schema["description"].as_str() {
-            write!(self.text, "\n{}\n", sentence(text)).unwrap();
+            write!(self.text, "\n{}\n", wrapped(&sentence(text))).unwrap();
         }
         if let Some(keys) = schema["properties"].as_object() {
             self.keys(schema, keys);
@@ -169,12 +169,14 @@ impl<'schema> Page<'schema> {
             kind => kind,
         };
         match kind.as_str() {
+            Some("number") if range().is_empty() => "a number".to_owned(),
             Some("number") => range(),
             Some("integer") if range().is_empty() => "a whole number".to_owned(),
             Some("integer") => format!("a whole number, {}", range()),
             Some("boolean") => "`true`, `false`".to_owned(),
             Some("string") => "a text".to_owned(),
             Some("array") => match (schema["minItems"].as_u64(), self.values(&schema["items"])) {
+                (Some(count), items) if items == "a table" => format!("{count} tables"),
                 (Some(count), items) if Some(count) == schema["maxItems"].as_u64() => {
                     format!("{count} numbers, {items}")
                 }
@@ -201,6 +203,22 @@ fn name_of(kind: &Value) -> Option<String> {
     })
 }
 
+/// A text in lines of at most 120 columns.
+fn wrapped(text: &str) -> String {
+    let (mut lines, mut line) = (Vec::new(), String::new());
+    for word in text.split_whitespace() {
+        if line.chars().count() + word.chars().count() >= 120 {
+            lines.push(std::mem::take(&mut line));
+        }
+        if !line.is_empty() {
+            line.push(' ');
+        }
+        line += word;
+    }
+    lines.push(line);
+    lines.join("\n")
+}
+
 /// A description on one line, without links into the program.
 fn sentence(text: &str) -> String {
     let line = text.replace('\n', " ");
@@ -213,6 +231,11 @@ fn sentence(text: &str) -> String {
             Some((words, target)) if !words.contains(' ') && target.contains(')') => {
                 plain += &words[1..];
                 rest = target.split_once(')').map_or("", |(_, after)| after);
+            }
+            _ if link.starts_with("[`") => {
+                let (name, after) = link[1..].split_once(']').unwrap_or((&link[1..], ""));
+                plain += name;
+                rest = after;
             }
             _ => {
                 plain.push('[');

@@ -292,7 +292,7 @@ fn mistakes_are_named() {
         (
             &format!("{keys}grain_size_um = 400\n"),
             Some(good),
-            "scene.toml:15: material.snow.grain_size_um stands beside `layers`: give one of them",
+            "scene.toml:14: material.snow.grain_size_um stands beside `layers`: give one of them",
         ),
         (
             &format!("{keys}path = \"view\"\n"),

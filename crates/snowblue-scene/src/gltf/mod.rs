@@ -154,7 +154,7 @@ impl Palette<'_> {
             None => {
                 let diffuse = match &material {
                     Some(material) => self.diffuse(material)?,
-                    None => self.sources.uniform([1.0; 3]),
+                    None => Diffuse::colored([1.0; 3], self.sources.upsampling),
                 };
                 let name = name.unwrap_or_else(|| format!("glTF material {}", materials.len()));
                 materials.push(NamedMaterial { name, material: Material::Diffuse(diffuse) });
@@ -170,7 +170,10 @@ impl Palette<'_> {
         self.texture_bytes += paint.as_ref().map_or(0.0, Texture::bytes);
         // Any number of materials may have the same image.
         check_total("its textures", self.texture_bytes).map_err(|reason| self.file.wrong(reason))?;
-        Ok(paint.map_or_else(|| self.sources.uniform(material.base_colour), |texture| self.sources.textured(texture)))
+        Ok(paint.map_or_else(
+            || Diffuse::colored(material.base_colour, self.sources.upsampling),
+            |texture| Diffuse::textured(texture, self.sources.upsampling),
+        ))
     }
 }
 

@@ -56,9 +56,12 @@ impl DiffuseDescription {
             path,
             [
                 ("reflectance", self.reflectance.map(|reflectance| Ok(grey(reflectance)))),
-                ("reflectance_rgb", self.reflectance_rgb.map(|color| Ok(sources.uniform(color.linear())))),
+                (
+                    "reflectance_rgb",
+                    self.reflectance_rgb.map(|color| Ok(Diffuse::colored(color.linear(), sources.upsampling))),
+                ),
                 ("reflectance_spectrum", self.reflectance_spectrum.as_ref().map(spectrum)),
-                ("texture", texture.map(|texture| Ok(sources.textured(texture)))),
+                ("texture", texture.map(|texture| Ok(Diffuse::textured(texture, sources.upsampling)))),
             ],
         )?
     }
@@ -82,6 +85,11 @@ pub struct ReflectanceTexture {
 }
 
 impl Diffuse {
+    /// The reflectance of a colour in linear sRGB.
+    pub(crate) fn colored(color: [f32; 3], upsampling: Upsampling) -> Self {
+        Self::Uniform(upsampling.spectrum(color))
+    }
+
     /// Reflectance from a texture in linear sRGB.
     pub(crate) fn textured(texture: Texture, upsampling: Upsampling) -> Self {
         Self::Textured(Box::new(ReflectanceTexture { texture, upsampling }))

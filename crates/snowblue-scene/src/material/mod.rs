@@ -15,12 +15,11 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::Serialize;
 use snowblue_base::toml_table::Table;
-use snowblue_base::{KeyError, KeyPath, ParseError};
+use snowblue_base::{KeyPath, ParseError};
 use snowblue_geometry::shape::Shape;
 
 use crate::error::SceneError;
 use crate::objects::{Objects, SurfaceInteraction};
-use crate::shape::ObjectDescription;
 use crate::sources::Sources;
 use crate::spectrum::Spectrum;
 use deep_snow::DeepSnow;
@@ -28,12 +27,11 @@ use diffuse::Diffuse;
 use snow::{Snow, SnowMaterial};
 use texture::Texture;
 
+pub use crate::layering::LayersTop;
 pub use diffuse::DiffuseDescription;
 pub use mask::MaskDescription;
 pub use relief::ReliefDescription;
-pub use snow_keys::{
-    LayeredSnowDescription, LayersTop, MaskedSnowDescription, SnowDescription, SnowMaterialDescription,
-};
+pub use snow_keys::{LayeredSnowDescription, MaskedSnowDescription, SnowDescription, SnowMaterialDescription};
 pub use sparkle::SparkleDescription;
 pub use texture::TextureDescription;
 
@@ -156,26 +154,4 @@ impl Material {
             }
         }
     }
-}
-
-/// Adds the materials of planes of snow, and returns their indices by the indices of the snow. Of layers the uppermost
-/// counts, and of a mask the snow at 0.
-pub(crate) fn add_grounds(
-    materials: &mut Vec<NamedMaterial>,
-    objects: &[ObjectDescription],
-) -> Result<BTreeMap<usize, usize>, KeyError> {
-    let mut grounds = BTreeMap::new();
-    for (number, object) in objects.iter().enumerate() {
-        let index = materials.iter().position(|material| material.name == object.common.material);
-        let Some(index) = index.filter(|_| object.is_plane()) else { continue };
-        let Some(snow) = materials[index].material.snow().filter(|_| !grounds.contains_key(&index)) else { continue };
-        let ground = DeepSnow::new(&snow.samples()[0]).map_err(|error| {
-            let reason = format!("cannot be the snow of a plane: {error}");
-            KeyPath::root("object").index(number).key("material").error(reason)
-        })?;
-        grounds.insert(index, materials.len());
-        let name = materials[index].name.clone();
-        materials.push(NamedMaterial { name, material: Material::Ground(Box::new(ground)) });
-    }
-    Ok(grounds)
 }

@@ -3,23 +3,23 @@
 use std::ops::Range;
 
 use schemars::JsonSchema;
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde::{Deserialize, Serialize};
 use snowblue_base::files::check_formats;
 use snowblue_base::toml_table::Table;
-use snowblue_base::{KeyError, KeyPath, Number, ParseError};
+use snowblue_base::{KeyError, KeyPath, ParseError};
 use snowblue_transport::layer_file::LayerFile;
 use snowblue_transport::sample::{SnowKeyError, SnowKeys};
 use snowblue_transport::{Layer, SnowSample};
 
 use crate::error::SceneError;
-use crate::layering::Layering;
+use crate::layering::{Layering, LayersTop};
 use crate::material::mask::MaskDescription;
 use crate::material::relief::ReliefDescription;
 use crate::material::snow::{Snow, SnowMaterial};
 use crate::material::sparkle::SparkleDescription;
 use crate::sources::Sources;
 use crate::spectrum::wavelengths_nm;
-use crate::values::{AnyOf, Coordinate, Notations, beside};
+use crate::values::{AnyOf, beside};
 
 /// Snow as a material: what it is made of, and how its surface is drawn.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
@@ -68,40 +68,6 @@ pub struct MaskedSnowDescription {
     pub mask: MaskDescription,
     /// The snow where the mask is 0, and where it is 1.
     pub between: [SnowKeys; 2],
-}
-
-/// Where the first layer of snow begins, from which all depths count vertically.
-#[derive(Debug, Clone, Copy, PartialEq, Default, JsonSchema)]
-#[schemars(with = "AnyOf<String, Number<Coordinate>>")]
-pub enum LayersTop {
-    /// At the topmost surface of the body above each point: layers follow the terrain.
-    #[default]
-    Surface,
-    /// At a height z, in m: layers are horizontal, and snow above is of the first.
-    Height(Number<Coordinate>),
-}
-
-impl Serialize for LayersTop {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        match self {
-            Self::Surface => serializer.serialize_str("surface"),
-            Self::Height(height_m) => height_m.serialize(serializer),
-        }
-    }
-}
-
-impl<'de> Deserialize<'de> for LayersTop {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(Notations::<Coordinate, 0, _> {
-            expected: "\"surface\" or a height in m",
-            number: Some(Self::Height),
-            word: Some(|word| match word {
-                "surface" => Ok(Self::Surface),
-                other => Err(format!("is \"{other}\", but must be \"surface\" or a height in m")),
-            }),
-            list: None,
-        })
-    }
 }
 
 impl LayeredSnowDescription {
@@ -205,7 +171,8 @@ impl SnowMaterialDescription {
     pub(super) fn build(&self, path: &KeyPath, sources: &Sources) -> Result<SnowMaterial, SceneError> {
         let snow = self.snow.build(path, sources)?;
         if let Some(sparkle) = &self.sparkle {
-            sparkle.check(&path.key("sparkle"), &snow)?;
+            let sizes_um = snow.samples().iter().map(|sample| sample.grain_size.middle_um());
+            sparkle.check(&path.key("sparkle"), sizes_um.fold(f64::INFINITY, f64::min))?;
         }
         if let Some(relief) = &self.relief {
             relief.check(&path.key("relief"))?;

@@ -6,7 +6,6 @@ use snowblue_base::toml_table::Value;
 use snowblue_base::{KeyError, KeyPath, Number, ParameterRange, ParseError, quantities, short_number};
 use toml::de::DeValue;
 
-use crate::material::snow::Snow;
 use crate::values::Fraction;
 
 quantities! {
@@ -42,12 +41,10 @@ impl SparkleDescription {
         }
     }
 
-    /// Checks that facets are no larger than the grains that have them.
-    pub(super) fn check(&self, path: &KeyPath, snow: &Snow) -> Result<(), KeyError> {
+    /// Checks that facets are no larger than the grains that have them, whose mean size is at least `max_um`. Facets vary
+    /// with the grains about their mean, so that none is then larger than its grain.
+    pub(super) fn check(&self, path: &KeyPath, max_um: f64) -> Result<(), KeyError> {
         let Some(facet_size_um) = self.facet_size_um.map(Number::get) else { return Ok(()) };
-        // Facets vary with the grains about their mean, so that none is then larger than its grain.
-        let sizes_um = snow.samples().iter().map(|sample| sample.grain_size.middle_um());
-        let max_um = sizes_um.fold(f64::INFINITY, f64::min);
         if facet_size_um <= max_um {
             return Ok(());
         }

@@ -6,8 +6,8 @@ use snowblue_base::toml_table::Table;
 use snowblue_base::{KeyError, KeyPath, Number, ParameterRange, ParseError, quantities};
 use snowblue_shapes::carved::{Carved, CarvedError, Solid};
 
+use super::keys::{BuiltShape, ObjectContext, ShapeKeys, check_shapes};
 use super::solid::{EdgeRadius, MAX_REACH_M, SolidDescription, SolidSize};
-use super::{BuiltShape, ObjectContext, ShapeKeys, check_shapes};
 use crate::error::SceneError;
 use crate::values::first_seed;
 

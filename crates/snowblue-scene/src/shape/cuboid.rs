@@ -6,7 +6,7 @@ use snowblue_base::Numbers;
 use snowblue_geometry::cuboid::Cuboid;
 use snowblue_geometry::shape::Shape;
 
-use super::{BuiltShape, ObjectContext, ShapeKeys};
+use super::keys::{BuiltShape, ObjectContext, ShapeKeys};
 use crate::error::SceneError;
 use crate::values::{ShapeSize, point};
 

@@ -9,7 +9,7 @@ use snowblue_shapes::drift::{Mound, drift, drift_heights};
 use snowblue_shapes::terrain::Filling;
 
 use super::grid::PlacedGrid;
-use super::{BuiltShape, ObjectContext, ShapeKeys, check_shapes};
+use super::keys::{BuiltShape, ObjectContext, ShapeKeys, check_shapes};
 use crate::error::SceneError;
 use crate::values::{ShapeSize, SmallLength, first_seed, point};
 

@@ -11,7 +11,7 @@ use snowblue_shapes::height_field::Heights;
 use snowblue_shapes::height_files::{Georeference, HeightGrid, Window};
 use snowblue_shapes::terrain::{Filling, Terrain};
 
-use super::{BuiltShape, ObjectContext};
+use super::keys::{BuiltShape, ObjectContext};
 use crate::error::SceneError;
 use crate::sources::Sources;
 use crate::undisturbed::UndisturbedSurface;

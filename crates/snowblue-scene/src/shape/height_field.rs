@@ -8,7 +8,7 @@ use snowblue_geometry::ray::narrow;
 use snowblue_shapes::terrain::Filling;
 
 use super::grid::{GridSettings, PlacedGrid, filled, grid_of_rows, heights_of, read_grid};
-use super::{BuiltShape, ObjectContext, ShapeKeys, check_shapes};
+use super::keys::{BuiltShape, ObjectContext, ShapeKeys, check_shapes};
 use crate::error::SceneError;
 use crate::values::{Coordinate, only_one, point};
 

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use snowblue_base::{Count, KeyError, KeyPath, Number, ParameterRange, quantities};
 use snowblue_shapes::igloo::Igloo;
 
-use super::{BuiltShape, ObjectContext, ShapeKeys, check_shapes};
+use super::keys::{BuiltShape, ObjectContext, ShapeKeys, check_shapes};
 use crate::error::SceneError;
 use crate::values::{SmallLength, first_seed};
 

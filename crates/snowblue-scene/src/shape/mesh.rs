@@ -1,10 +1,8 @@
 //! Meshes from files.
 
-use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 use std::sync::Arc;
 
-use glam::DAffine3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use snowblue_base::KeyPath;
@@ -13,8 +11,9 @@ use snowblue_geometry::mesh_bvh::MeshBvh;
 use snowblue_geometry::mesh_files::read_mesh_from;
 use snowblue_geometry::shape::Shape;
 
+use super::closed::{check_closed, solid};
+use super::keys::{BuiltShape, FileMesh, ObjectContext, ShapeKeys};
 use super::placing::{check_reach, placement, upright};
-use super::{BuiltShape, ObjectContext, ShapeKeys, check_closed, solid};
 use crate::error::SceneError;
 use crate::values::UpAxis;
 
@@ -39,19 +38,6 @@ pub struct MeshDescription {
 fn smooth() -> bool {
     true
 }
-
-/// A mesh of a file about its own middle.
-struct FileMesh {
-    mesh: Arc<MeshBvh>,
-    /// The map that puts its middle back.
-    to_original: DAffine3,
-    /// Whether it is known to be closed.
-    is_closed: bool,
-}
-
-/// Meshes by file and part, whether they are smooth, and whether they are snow.
-#[derive(Default)]
-pub(super) struct MeshCache(BTreeMap<(String, Option<String>, bool, bool), FileMesh>);
 
 impl MeshDescription {
     /// A whole file.

@@ -12,6 +12,7 @@ mod height_field;
 mod igloo;
 mod imprint;
 mod joints;
+mod keys;
 mod mesh;
 mod notes;
 mod placing;
@@ -25,19 +26,17 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use snowblue_base::toml_table::Table;
 use snowblue_base::{KeyError, KeyPath, Numbers, ParseError};
-use snowblue_geometry::shape::Shape;
 
 use crate::error::SceneError;
 use crate::integrator::IntegratorKind;
 use crate::material::NamedMaterial;
 use crate::objects::Object;
 use crate::sources::Sources;
-use crate::undisturbed::UndisturbedSurface;
-use crate::values::{Coordinate, Rotation, Scale, things};
-use mesh::MeshCache;
+use crate::values::{Coordinate, Scale, things};
+use keys::{BuiltShape, MeshCache, ObjectContext, ShapeKeys};
 use placing::Placing;
 
 pub use carved::CarvedDescription;
@@ -48,9 +47,9 @@ pub use grid::CropDescription;
 pub use height_field::HeightFieldDescription;
 pub use igloo::IglooDescription;
 pub use imprint::{FootDescription, FootprintDescription, HoleDescription, ImprintDescription};
-pub(crate) use joints::joints;
 pub use mesh::MeshDescription;
 pub(crate) use notes::{body_of_two, notes_on_bodies};
+pub use placing::ObjectSettings;
 pub(crate) use placing::{check_reach, placement};
 pub use plane::PlaneDescription;
 pub(crate) use relief::with_relief;
@@ -109,75 +108,6 @@ pub struct ObjectDescription {
     pub imprints: Vec<ImprintDescription>,
 }
 
-/// What all objects have.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct ObjectSettings {
-    /// Name of its material.
-    pub material: String,
-    /// Snow objects of the same body are one solid.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub body: Option<String>,
-    /// Where its origin lies, in m.
-    #[serde(default)]
-    pub position: Numbers<Coordinate, 3>,
-    /// Rotations about x, then y, then z, in degrees; counter-clockwise seen from the axis' tip.
-    #[serde(default)]
-    pub rotation_deg: Numbers<Rotation, 3>,
-    /// The stretch before the rotation: one factor, or one for each axis.
-    #[serde(default)]
-    pub scale: Scale,
-}
-
-/// The keys of one kind of shape.
-pub(crate) trait ShapeKeys {
-    /// Reads the keys of a table.
-    fn read(table: Table) -> Result<Self, ParseError>
-    where
-        Self: serde::de::DeserializeOwned,
-    {
-        table.read()
-    }
-
-    /// Builds the shape in its place.
-    fn build(&self, object: &mut ObjectContext) -> Result<BuiltShape, SceneError>;
-
-    /// Whether prints can be pressed into its surface.
-    fn takes_imprints(&self) -> bool {
-        false
-    }
-}
-
-/// What a shape is built with.
-pub(crate) struct ObjectContext<'scene> {
-    pub(crate) path: &'scene KeyPath,
-    pub(crate) placing: Placing,
-    pub(crate) is_snow: bool,
-    pub(crate) imprints: &'scene [ImprintDescription],
-    pub(crate) sources: &'scene Sources<'scene>,
-    /// Whether snow must be closed.
-    must_be_closed: bool,
-    meshes: &'scene mut MeshCache,
-    /// What was changed, in sentences.
-    notes: &'scene mut Vec<String>,
-}
-
-/// A shape in its place.
-pub(crate) struct BuiltShape {
-    /// Its parts.
-    pub(crate) parts: Vec<Shape>,
-    /// The body that its parts form, unless the object has a body.
-    pub(crate) body: Option<String>,
-    /// Its surface before anything was pressed into it.
-    pub(crate) undisturbed: Option<UndisturbedSurface>,
-}
-
-impl From<Shape> for BuiltShape {
-    fn from(shape: Shape) -> Self {
-        Self { parts: vec![shape], body: None, undisturbed: None }
-    }
-}
-
 impl ShapeDescription {
     fn keys(&self) -> &dyn ShapeKeys {
         match self {
@@ -197,11 +127,6 @@ impl ShapeDescription {
             Self::Mesh(mesh) => mesh.name(),
         }
     }
-}
-
-impl ObjectSettings {
-    /// The keys.
-    const KEYS: [&str; 5] = ["material", "body", "position", "rotation_deg", "scale"];
 }
 
 impl ObjectDescription {
@@ -334,13 +259,4 @@ impl<'scene> ObjectBuilder<'scene> {
             path.key("material").error(format!("is \"{name}\", but must be one of {}", names.join(", ")))
         })
     }
-}
-
-/// Refuses the shapes of the feature `shapes` in a build without it. The compiler then drops the code that follows.
-#[inline]
-pub(crate) fn check_shapes(path: &KeyPath) -> Result<(), KeyError> {
-    if cfg!(feature = "shapes") {
-        return Ok(());
-    }
-    Err(path.key("shape").error("is one that this build does not make"))
 }

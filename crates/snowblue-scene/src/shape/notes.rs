@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use snowblue_base::short_number;
 use snowblue_geometry::bounds::Bounds;
 
-use super::joints;
+use super::joints::joints;
 use crate::integrator::IntegratorKind;
 use crate::material::NamedMaterial;
 use crate::objects::{Object, Objects};

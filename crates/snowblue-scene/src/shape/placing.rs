@@ -1,20 +1,40 @@
 //! Places of objects in the scene.
 
-use std::sync::Arc;
-
 use glam::{DAffine3, DMat3, DVec3, EulerRot, Mat3A, Vec3A};
-use snowblue_base::{KeyError, Numbers};
-use snowblue_geometry::instance::Instance;
-use snowblue_geometry::mesh_bvh::MeshBvh;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use snowblue_base::Numbers;
 use snowblue_geometry::mesh_files::gltf::Y_UP_TO_Z_UP;
 use snowblue_geometry::mesh_files::is_y_up;
 use snowblue_geometry::ray::narrow;
-use snowblue_geometry::shape::Shape;
 use snowblue_geometry::transform::Transform;
-use snowblue_geometry::triangle_mesh::TriangleMesh;
 
-use super::{ObjectContext, ObjectSettings};
-use crate::values::{MAX_COORDINATE_M, Rotation, Scale, UpAxis, point};
+use crate::values::{Coordinate, MAX_COORDINATE_M, Rotation, Scale, UpAxis, point};
+
+/// What all objects have.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ObjectSettings {
+    /// Name of its material.
+    pub material: String,
+    /// Snow objects of the same body are one solid.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub body: Option<String>,
+    /// Where its origin lies, in m.
+    #[serde(default)]
+    pub position: Numbers<Coordinate, 3>,
+    /// Rotations about x, then y, then z, in degrees; counter-clockwise seen from the axis' tip.
+    #[serde(default)]
+    pub rotation_deg: Numbers<Rotation, 3>,
+    /// The stretch before the rotation: one factor, or one for each axis.
+    #[serde(default)]
+    pub scale: Scale,
+}
+
+impl ObjectSettings {
+    /// The keys.
+    pub(super) const KEYS: [&str; 5] = ["material", "body", "position", "rotation_deg", "scale"];
+}
 
 /// Where a shape is, how it is turned and how it is stretched.
 pub(crate) struct Placing {
@@ -67,16 +87,4 @@ pub(crate) fn check_reach(reach_m: f32) -> Result<(), String> {
         return Ok(());
     }
     Err(format!("reaches to {reach_m} m, but must lie within {MAX_COORDINATE_M} m"))
-}
-
-impl ObjectContext<'_> {
-    /// A solid with the transform of the object.
-    pub(super) fn place(&self, triangles: TriangleMesh) -> Result<Shape, KeyError> {
-        let centred = triangles.centred();
-        let wrong = |reason: String| self.path.error(format!("is misplaced: {reason}"));
-        let placement = placement(&(self.placing.to_scene() * centred.to_original)).map_err(wrong)?;
-        let instance = Instance::new(Arc::new(MeshBvh::new(centred.mesh.smooth())), placement);
-        check_reach(instance.bounds().greatest_coordinate()).map_err(wrong)?;
-        Ok(Shape::Mesh(instance))
-    }
 }

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use snowblue_geometry::plane::Plane;
 use snowblue_geometry::shape::Shape;
 
-use super::{BuiltShape, ObjectContext, ShapeKeys};
+use super::keys::{BuiltShape, ObjectContext, ShapeKeys};
 use crate::error::SceneError;
 
 /// The endless plane z = 0, which faces z until it is turned.

@@ -18,8 +18,8 @@ use snowblue_shapes::snow_on_mesh::snow_on_mesh;
 use snowblue_shapes::terrain::{Depth, DepthImage, Filling, SnowCover};
 
 use super::grid::{GridSettings, PlacedGrid, grid_of_rows, read_grid};
+use super::keys::{BuiltShape, ObjectContext, ShapeKeys, check_shapes};
 use super::placing::upright;
-use super::{BuiltShape, ObjectContext, ShapeKeys, check_shapes};
 use crate::error::SceneError;
 use crate::sources::Sources;
 use crate::values::{SmallLength, UpAxis, only_one};

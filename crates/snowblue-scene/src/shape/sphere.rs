@@ -7,7 +7,7 @@ use snowblue_base::Number;
 use snowblue_geometry::ellipsoid::Ellipsoid;
 use snowblue_geometry::shape::Shape;
 
-use super::{BuiltShape, ObjectContext, ShapeKeys};
+use super::keys::{BuiltShape, ObjectContext, ShapeKeys};
 use crate::error::SceneError;
 use crate::values::ShapeSize;
 

@@ -9,7 +9,6 @@ use snowblue_base::files::{FileSource, NamedFile};
 use snowblue_base::{KeyPath, Number, ParameterRange, quantities};
 use snowblue_sky::{ClearSky, Coefficients, TURBIDITY_RANGE, WAVELENGTHS_NM};
 
-use super::BuiltSky;
 use super::sun::{SunDescription, sun_error};
 use crate::air::Air;
 use crate::error::SceneError;
@@ -17,16 +16,21 @@ use crate::light::Light;
 use crate::light::dome::{ClearRadiance, Resampling, SkyDome};
 use crate::light::keys::SkyScale;
 use crate::light::sun::SunDisc;
-use crate::material::Material;
 use crate::material::deep_snow::deep_albedo;
-use crate::scene::SceneDescription;
-use crate::shape::ObjectDescription;
 use crate::sources::Sources;
 use crate::values::{Fraction, visible};
+use snowblue_transport::SnowSample;
 
 quantities! {
     /// How much haze the air holds.
     pub Turbidity = ParameterRange::new("turbidity", TURBIDITY_RANGE.0, TURBIDITY_RANGE.1, "");
+}
+
+/// The lights of the sky, and the air if it is seen.
+#[derive(Default)]
+pub(crate) struct BuiltSky {
+    pub(crate) lights: Vec<Light>,
+    pub(crate) air: Option<Air>,
 }
 
 /// Reflectance of the ground if the scene has no snow: soil and rock.
@@ -79,13 +83,12 @@ impl ClearSkyDescription {
     pub(super) fn build(
         &self,
         path: &KeyPath,
-        scene: &SceneDescription,
-        materials: &[Material],
+        snow: Option<&SnowSample>,
         sources: &Sources,
     ) -> Result<BuiltSky, SceneError> {
         let albedo = match self.ground_albedo {
             Some(albedo) => [albedo.get(); WAVELENGTHS_NM.len()],
-            None => snow_albedo(path, scene, materials)?,
+            None => ground_albedo(path, snow)?,
         };
         let coefficients = match Coefficients::embedded() {
             Some(embedded) => Cow::Borrowed(embedded),
@@ -112,23 +115,11 @@ fn read_coefficients(path: &KeyPath, files: &dyn FileSource) -> Result<Coefficie
     coefficients.map_err(|error| path.error(format!("is clear, but its coefficients cannot be used: {error}")).into())
 }
 
-/// Albedo of the first snow that an object is made of at the wavelengths of the sky; the albedo of bare ground if there
-/// is none.
-fn snow_albedo(
-    path: &KeyPath,
-    description: &SceneDescription,
-    materials: &[Material],
-) -> Result<[f64; WAVELENGTHS_NM.len()], SceneError> {
-    let of_object = |object: &ObjectDescription| {
-        let mut named = description.materials.keys().zip(materials);
-        let (_, material) = named.find(|(name, _)| **name == object.common.material)?;
-        material.snow()?.samples().first()
-    };
-    let Some(sample) = description.objects.iter().find_map(of_object) else {
-        return Ok([BARE_GROUND_ALBEDO; WAVELENGTHS_NM.len()]);
-    };
+/// Albedo of snow at the wavelengths of the sky; the albedo of bare ground if there is none.
+fn ground_albedo(path: &KeyPath, snow: Option<&SnowSample>) -> Result<[f64; WAVELENGTHS_NM.len()], SceneError> {
+    let Some(sample) = snow else { return Ok([BARE_GROUND_ALBEDO; WAVELENGTHS_NM.len()]) };
     deep_albedo(sample, &WAVELENGTHS_NM).map_err(|error| {
-        let reason = format!("is missing, and that of the scene's snow is unknown: {error}");
+        let reason = format!("is missing, and the albedo of the scene's snow is unknown: {error}");
         path.key("ground_albedo").error(reason).into()
     })
 }

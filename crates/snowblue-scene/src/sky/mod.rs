@@ -6,6 +6,7 @@ mod clear;
 mod overcast;
 mod sun;
 
+pub(crate) use clear::BuiltSky;
 pub use clear::ClearSkyDescription;
 pub use overcast::OvercastSkyDescription;
 pub use sun::SunDescription;
@@ -14,12 +15,9 @@ use schemars::{JsonSchema, Schema};
 use serde::Serialize;
 use snowblue_base::toml_table::Table;
 use snowblue_base::{KeyPath, ParseError};
+use snowblue_transport::SnowSample;
 
-use crate::air::Air;
 use crate::error::SceneError;
-use crate::light::Light;
-use crate::material::Material;
-use crate::scene::SceneDescription;
 use crate::sources::Sources;
 
 /// Sun and sky.
@@ -39,13 +37,6 @@ fn clear_by_default(schema: &mut Schema) {
     if let Some(serde_json::Value::Array(required)) = clear.and_then(|clear| clear.get_mut("required")) {
         required.retain(|key| key != "type");
     }
-}
-
-/// The lights of the sky, and the air if it is seen.
-#[derive(Default)]
-pub(crate) struct BuiltSky {
-    pub(crate) lights: Vec<Light>,
-    pub(crate) air: Option<Air>,
 }
 
 impl SkyDescription {
@@ -75,16 +66,11 @@ impl SkyDescription {
         }
     }
 
-    /// Builds the sky over materials that were built.
-    pub(crate) fn build(
-        &self,
-        scene: &SceneDescription,
-        materials: &[Material],
-        sources: &Sources,
-    ) -> Result<BuiltSky, SceneError> {
+    /// Builds the sky over snow, or over bare ground if there is none.
+    pub(crate) fn build(&self, snow: Option<&SnowSample>, sources: &Sources) -> Result<BuiltSky, SceneError> {
         let path = KeyPath::root("sky");
         match self {
-            Self::Clear(clear) => clear.build(&path, scene, materials, sources),
+            Self::Clear(clear) => clear.build(&path, snow, sources),
             Self::Overcast(overcast) => Ok(BuiltSky { lights: vec![overcast.build(&path, sources)?], air: None }),
         }
     }

@@ -1,0 +1,102 @@
+//! The keys of one kind of shape in a scene file: what they have in common, and what a shape is built with.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use glam::DAffine3;
+use serde::de::DeserializeOwned;
+use snowblue_base::toml_table::Table;
+use snowblue_base::{KeyError, KeyPath, ParseError};
+use snowblue_geometry::instance::Instance;
+use snowblue_geometry::mesh_bvh::MeshBvh;
+use snowblue_geometry::shape::Shape;
+use snowblue_geometry::triangle_mesh::TriangleMesh;
+
+use super::imprint::ImprintDescription;
+use super::placing::{Placing, check_reach, placement};
+use crate::error::SceneError;
+use crate::sources::Sources;
+use crate::undisturbed::UndisturbedSurface;
+
+/// The keys of one kind of shape.
+pub(crate) trait ShapeKeys {
+    /// Reads the keys of a table.
+    fn read(table: Table) -> Result<Self, ParseError>
+    where
+        Self: DeserializeOwned,
+    {
+        table.read()
+    }
+
+    /// Builds the shape in its place.
+    fn build(&self, object: &mut ObjectContext) -> Result<BuiltShape, SceneError>;
+
+    /// Whether prints can be pressed into its surface.
+    fn takes_imprints(&self) -> bool {
+        false
+    }
+}
+
+/// What a shape is built with.
+pub(crate) struct ObjectContext<'scene> {
+    pub(crate) path: &'scene KeyPath,
+    pub(crate) placing: Placing,
+    pub(crate) is_snow: bool,
+    pub(crate) imprints: &'scene [ImprintDescription],
+    pub(crate) sources: &'scene Sources<'scene>,
+    /// Whether snow must be closed.
+    pub(super) must_be_closed: bool,
+    pub(super) meshes: &'scene mut MeshCache,
+    /// What was changed, in sentences.
+    pub(super) notes: &'scene mut Vec<String>,
+}
+
+/// A shape in its place.
+pub(crate) struct BuiltShape {
+    /// Its parts.
+    pub(crate) parts: Vec<Shape>,
+    /// The body that its parts form, unless the object has a body.
+    pub(crate) body: Option<String>,
+    /// Its surface before anything was pressed into it.
+    pub(crate) undisturbed: Option<UndisturbedSurface>,
+}
+
+impl From<Shape> for BuiltShape {
+    fn from(shape: Shape) -> Self {
+        Self { parts: vec![shape], body: None, undisturbed: None }
+    }
+}
+
+/// A mesh of a file about its own middle.
+pub(super) struct FileMesh {
+    pub(super) mesh: Arc<MeshBvh>,
+    /// The map that puts its middle back.
+    pub(super) to_original: DAffine3,
+    /// Whether it is known to be closed.
+    pub(super) is_closed: bool,
+}
+
+/// Meshes by file and part, whether they are smooth, and whether they are snow.
+#[derive(Default)]
+pub(super) struct MeshCache(pub(super) BTreeMap<(String, Option<String>, bool, bool), FileMesh>);
+
+impl ObjectContext<'_> {
+    /// A solid with the transform of the object.
+    pub(super) fn place(&self, triangles: TriangleMesh) -> Result<Shape, KeyError> {
+        let centred = triangles.centred();
+        let wrong = |reason: String| self.path.error(format!("is misplaced: {reason}"));
+        let placement = placement(&(self.placing.to_scene() * centred.to_original)).map_err(wrong)?;
+        let instance = Instance::new(Arc::new(MeshBvh::new(centred.mesh.smooth())), placement);
+        check_reach(instance.bounds().greatest_coordinate()).map_err(wrong)?;
+        Ok(Shape::Mesh(instance))
+    }
+}
+
+/// Refuses the shapes of the feature `shapes` in a build without it. The compiler then drops the code that follows.
+#[inline]
+pub(crate) fn check_shapes(path: &KeyPath) -> Result<(), KeyError> {
+    if cfg!(feature = "shapes") {
+        return Ok(());
+    }
+    Err(path.key("shape").error("is one that this build does not make"))
+}
