@@ -252,7 +252,7 @@ const LINES: &[(&str, &[(&str, Words)])] = &[
             ),
             ("--noise-target 1%", &["invalid value '1%' for '--noise-target <", ">': must be a number of 0.0001–1\n"]),
             ("--field-memory-mib 8", &["'8'", "--field-memory-mib", "a whole number of 16–1048576"]),
-            ("--field-step-mm 2000", &["'2000'", "--field-step-mm", "a number of 0.01–1000"]),
+            ("--field-step-mm 2000", &["'2000'", "--field-step-mm", "must lie in 0.01–1000 mm"]),
             (
                 "--integrator reference --field-step-mm 2",
                 &["--field-step-mm has no effect: ", "the integrator reference solves for no light field"],

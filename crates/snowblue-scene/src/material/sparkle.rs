@@ -41,8 +41,8 @@ impl SparkleDescription {
         }
     }
 
-    /// Checks that facets are no larger than the grains that have them, whose mean size is at least `max_um`. Facets vary
-    /// with the grains about their mean, so that none is then larger than its grain.
+    /// Checks that facets are no larger than the grains that have them, whose mean size is at least `max_um`. Facets
+    /// vary with the grains about their mean, so that none is then larger than its grain.
     pub(super) fn check(&self, path: &KeyPath, max_um: f64) -> Result<(), KeyError> {
         let Some(facet_size_um) = self.facet_size_um.map(Number::get) else { return Ok(()) };
         if facet_size_um <= max_um {
