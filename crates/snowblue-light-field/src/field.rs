@@ -104,7 +104,7 @@ impl LightField {
         if let Some(nodes) = &nodes {
             let groups = nodes.indices().len() / GROUP;
             let wanted = bare.iter().map(|body| body.wanted_mib(groups, scene).map_err(refusal(body.solid.object)));
-            let memory_mib = memory_of_each(wanted.collect::<Result<_, _>>()?, scene.settings.memory_mib.get());
+            let memory_mib = memory_of_each(wanted.collect::<Result<_, _>>()?, scene.settings.memory_mib());
             for body in bare {
                 scene.watch.cells(prepared.len(), count);
                 let object = body.solid.object;

@@ -190,7 +190,7 @@ def test_a_scene_with_other_tables_solves_only_for_what_differs(tmp_path):
             **scene.description, "object": [{"mesh": (CORNERS, TRIANGLES), "smooth": False, "material": "snow"}]})
         np.testing.assert_array_equal(alone.render(**few).rgb, picture.rgb)
     assert "light" not in scene.with_(light=None, environment={"radiance_w_m2_sr": 1}).description
-    with pytest.raises(ValueError, match="unknown table `clouds`"):
+    with pytest.raises(ValueError, match="unknown key `clouds`"):
         scene.with_(clouds={})
 
 

@@ -95,6 +95,9 @@ impl SceneDescription {
         files: &dyn FileSource,
     ) -> Result<Scene, SceneError> {
         self.light_field.check(&KeyPath::root("light_field"))?;
+        if let Some(camera) = &self.camera {
+            camera.check(&KeyPath::root("camera"))?;
+        }
         let solids = solids.map_or_else(|| self.solids(files), Ok)?;
         let described = lights.map_or_else(|| self.described_lights(&solids.materials, files), Ok)?;
         let DescribedLights { mut lights, air, files: light_files } = described;
@@ -260,9 +263,7 @@ impl SceneDescription {
     /// The view of the camera, or the view of the glTF, and its path in the description.
     fn view(&self, of_gltf: Option<View>) -> Result<(View, KeyPath), SceneError> {
         if let Some(camera) = &self.camera {
-            let path = KeyPath::root("camera");
-            camera.check(&path)?;
-            return Ok((camera.view(), path));
+            return Ok((camera.view(), KeyPath::root("camera")));
         }
         let reason = "is missing, and there is no glTF with a perspective camera";
         let view = of_gltf.ok_or_else(|| KeyPath::root("camera").error(reason))?;

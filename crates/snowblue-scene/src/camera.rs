@@ -17,7 +17,7 @@ use crate::values::{Coordinate, Direction, MAX_COORDINATE_M, point, upwards};
 
 quantities! {
     /// Angle between the upper and the lower edge of a picture.
-    pub FieldOfView = ParameterRange::new("field of view", 1e-6, 170.0, "°");
+    pub FieldOfView = ParameterRange::new("field of view", 0.1, 170.0, "°");
     /// Diameter of the aperture of a lens.
     pub Aperture = ParameterRange::new("aperture", 0.0, 10.0, "m");
     /// Distance of the plane of focus.
@@ -59,18 +59,18 @@ impl CameraDescription {
         Lens { aperture_m: narrow(self.aperture.get()), focus_m }
     }
 
-    /// The camera with another view and its own lens.
+    /// The camera with another view and its own lens. It keeps its field of view where the other one is out of range.
     ///
     /// # Errors
     ///
-    /// When a coordinate or the field of view is out of range.
+    /// When a coordinate is out of range.
     pub(crate) fn with_view(&self, view: &View) -> Result<Self, snowblue_base::RangeError> {
         let wide = |vector: Vec3A| vector.as_dvec3().to_array();
         Ok(Self {
             position: Numbers::new(wide(view.position))?,
             look_at: Numbers::new(wide(view.look_at))?,
             up: Numbers::new(wide(view.up))?,
-            vertical_fov_deg: Number::new(view.vertical_fov_deg.into())?,
+            vertical_fov_deg: Number::new(view.vertical_fov_deg.into()).unwrap_or(self.vertical_fov_deg),
             ..self.clone()
         })
     }
@@ -89,10 +89,13 @@ impl CameraDescription {
         }
     }
 
-    /// Checks that a lens without a distance of focus is in focus at `look_at`.
+    /// Checks that the camera looks somewhere, and that a lens without a distance of focus is in focus at `look_at`.
     pub(crate) fn check(&self, path: &KeyPath) -> Result<(), KeyError> {
-        let View { position, look_at, .. } = self.view();
-        let distance_m = position.distance(look_at);
+        let view = self.view();
+        if PerspectiveCamera::new(&view, Lens::default(), 1.0).is_none() {
+            return Err(path.key("look_at").error("must not lie at the camera's position or along its up axis"));
+        }
+        let distance_m = view.position.distance(view.look_at);
         if self.aperture.get() <= 0.0 || self.focus.is_some() || f64::from(distance_m) >= MIN_FOCUS_M {
             return Ok(());
         }

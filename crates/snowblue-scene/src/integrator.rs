@@ -185,6 +185,10 @@ pub struct LightFieldSettings {
     /// Most rounds of light between bodies of snow. Scene files have no such key.
     #[serde(skip)]
     pub most_rounds: u32,
+    /// Memory of the grids of a first, coarse picture, in MiB, which may be less than scene files allow. Scene files
+    /// have no such key.
+    #[serde(skip)]
+    pub coarse_memory_mib: Option<u32>,
 }
 
 /// Rays through grains for an error of 0.2 % in the transmittance of 15 cm.
@@ -193,6 +197,12 @@ pub const GRAIN_RAYS: u32 = 1 << 18;
 const MAX_ROUNDS: u32 = 12;
 
 impl LightFieldSettings {
+    /// Greatest memory of the grids of all bodies together, in MiB.
+    pub fn memory_mib(&self) -> u32 {
+        let memory_mib = self.memory_mib.get();
+        self.coarse_memory_mib.map_or(memory_mib, |coarse_mib| coarse_mib.min(memory_mib))
+    }
+
     /// Checks that one key sets the cells.
     pub(crate) fn check(&self, path: &KeyPath) -> Result<(), KeyError> {
         if self.step_mm.is_some() && self.nodes.is_some() {
@@ -211,6 +221,7 @@ impl Default for LightFieldSettings {
             views: Views::Camera,
             grain_rays: GRAIN_RAYS,
             most_rounds: MAX_ROUNDS,
+            coarse_memory_mib: None,
         }
     }
 }

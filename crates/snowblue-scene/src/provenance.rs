@@ -58,7 +58,8 @@ impl Provenance {
         }
         entries.extend(table.map(|hash| ("table", format!("{hash:016x}"))));
         if integrator.kind.has_light_field() {
-            let LightFieldSettings { memory_mib, step_mm, nodes, views, grain_rays, most_rounds } = scene.light_field;
+            let LightFieldSettings { step_mm, nodes, views, grain_rays, most_rounds, .. } = scene.light_field;
+            let memory_mib = scene.light_field.memory_mib();
             if most_rounds != LightFieldSettings::default().most_rounds {
                 entries.push(("rounds of light between bodies", format!("at most {most_rounds}")));
             }

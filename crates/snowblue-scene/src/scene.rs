@@ -207,7 +207,8 @@ impl Scene {
         coarse.integrator.noise_target = None;
         coarse.set_samples_per_pixel(Count::of(1));
         coarse.description.light_field = LightFieldSettings {
-            memory_mib: Count::new(memory_mib).unwrap_or(self.description.light_field.memory_mib),
+            memory_mib: self.description.light_field.memory_mib,
+            coarse_memory_mib: Some(memory_mib),
             grain_rays: COARSE_GRAIN_RAYS,
             most_rounds: COARSE_ROUNDS,
             ..LightFieldSettings::default()
@@ -237,8 +238,8 @@ impl Scene {
     pub fn set_image_size(&mut self, size: ImageSize) {
         (self.film.width, self.film.height) = (Count::nearest(size.width), Count::nearest(size.height));
         self.description.film = self.film;
-        let view = self.view;
-        self.set_view(&view);
+        let lens = self.description.camera.as_ref().map(CameraDescription::lens).unwrap_or_default();
+        self.camera = PerspectiveCamera::new(&self.view, lens, self.film.aspect()).unwrap_or(self.camera);
     }
 
     /// Points the camera elsewhere, with its lens; false, and no change, if the view looks along its own up direction

@@ -202,6 +202,7 @@ fn a_sky_is_written_as_it_is_read() {
     for sky in [
         "[sky]\nturbidity = 5\nground_albedo = 0.7\nscale = 2\nsun = { towards = [0, 1, 1] }\n",
         "[sky]\nsun = { latitude_deg = 47, longitude_deg = 8, date = \"2026-02-01\", time = \"12:00\" }\n",
+        "[sky]\nsun = { latitude_deg = 47, longitude_deg = 8, date = 2026-02-01, time = 12:00:00 }\n",
         "[sky]\ntype = \"overcast\"\nsun = { elevation_deg = 10, azimuth_deg = 0 }\nvisible = false\n",
     ] {
         let read: SceneDescription = toml::from_str(&format!("{sky}{GROUND}")).unwrap();

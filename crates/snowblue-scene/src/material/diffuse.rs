@@ -46,24 +46,25 @@ impl DiffuseDescription {
     }
 
     pub(super) fn build(&self, path: &KeyPath, sources: &Sources) -> Result<Diffuse, SceneError> {
-        let spectrum = |file: &String| {
+        let is_given = [
+            ("reflectance", self.reflectance.map(drop)),
+            ("reflectance_rgb", self.reflectance_rgb.map(drop)),
+            ("reflectance_spectrum", self.reflectance_spectrum.as_ref().map(drop)),
+            ("texture", self.texture.texture.as_ref().map(drop)),
+        ];
+        only_one(path, is_given)?;
+        if let Some(texture) = self.texture.build(path, sources, linear_rgb)? {
+            return Ok(Diffuse::textured(texture, sources.upsampling));
+        }
+        if let Some(color) = &self.reflectance_rgb {
+            return Ok(Diffuse::colored(color.linear(), sources.upsampling));
+        }
+        if let Some(file) = &self.reflectance_spectrum {
             let file = sources.open(&path.key("reflectance_spectrum"), file)?;
-            Ok(Diffuse::Uniform(Spectrum(SpectrumFile::parse(&file, 1.0)?.resample()?.map(narrow))))
-        };
-        let grey = |reflectance: Number<Fraction>| Diffuse::Uniform(Spectrum::constant(narrow(reflectance.get())));
-        let texture = self.texture.build(path, sources, linear_rgb)?;
-        only_one(
-            path,
-            [
-                ("reflectance", self.reflectance.map(|reflectance| Ok(grey(reflectance)))),
-                (
-                    "reflectance_rgb",
-                    self.reflectance_rgb.map(|color| Ok(Diffuse::colored(color.linear(), sources.upsampling))),
-                ),
-                ("reflectance_spectrum", self.reflectance_spectrum.as_ref().map(spectrum)),
-                ("texture", texture.map(|texture| Ok(Diffuse::textured(texture, sources.upsampling)))),
-            ],
-        )?
+            return Ok(Diffuse::Uniform(Spectrum(SpectrumFile::parse(&file, 1.0)?.resample()?.map(narrow))));
+        }
+        let reflectance = narrow(self.reflectance.map_or(0.0, Number::get));
+        Ok(Diffuse::Uniform(Spectrum::constant(reflectance)))
     }
 }
 

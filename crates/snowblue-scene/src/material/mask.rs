@@ -50,10 +50,12 @@ impl MaskDescription {
         if self.range.is_some() && self.attribute.is_none() {
             return Err(path.key("range").error("needs an `attribute`").into());
         }
-        let attribute = |name: &String| Mask::Attribute { name: name.clone(), range: range.map(narrow) };
-        let texture = self.texture.build(path, sources, PngImage::encoded_rgb)?;
-        let mask = [("texture", texture.map(Mask::RasterImage)), ("attribute", self.attribute.as_ref().map(attribute))];
-        Ok(only_one(path, mask)?)
+        let is_given =
+            [("texture", self.texture.texture.as_ref().map(drop)), ("attribute", self.attribute.as_ref().map(drop))];
+        only_one(path, is_given)?;
+        let texture = self.texture.build(path, sources, PngImage::encoded_rgb)?.map(Mask::RasterImage);
+        let attribute = self.attribute.clone().map(|name| Mask::Attribute { name, range: range.map(narrow) });
+        texture.or(attribute).ok_or_else(|| path.error("needs a texture or an attribute").into())
     }
 }
 

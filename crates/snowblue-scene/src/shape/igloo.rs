@@ -7,7 +7,7 @@ use snowblue_shapes::igloo::Igloo;
 
 use super::keys::{BuiltShape, ObjectContext, ShapeKeys, check_shapes};
 use crate::error::SceneError;
-use crate::values::{SmallLength, first_seed};
+use crate::values::first_seed;
 
 quantities! {
     /// Radius of an igloo inside.
@@ -18,6 +18,8 @@ quantities! {
     pub Courses = ParameterRange::new("courses", 2.0, 20.0, "");
     /// Width of a block.
     pub BlockWidth = ParameterRange::new("width of a block", 0.1, 10.0, "m");
+    /// Depth of the seams.
+    pub SeamDepth = ParameterRange::new("depth of seams", 0.0, 2.0, "m");
     /// Width of the seams.
     pub SeamWidth = ParameterRange::new("width of seams", 0.005, 0.5, "m");
 }
@@ -36,7 +38,7 @@ pub struct IglooDescription {
     pub block_width: Number<BlockWidth>,
     /// Depth of the seams on either face, in m; a quarter of the wall if absent.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub seam_depth: Option<Number<SmallLength>>,
+    pub seam_depth: Option<Number<SeamDepth>>,
     /// Width of the seams, in m.
     pub seam_width: Number<SeamWidth>,
     /// Seed of the unevenness.
