@@ -299,7 +299,7 @@ def test_bad_scenes_are_named(tmp_path):
     vertices, triangles = torus(24, 12)
     words = "shape 'torus' is open: 3 of its edges.*snowblue repair"
     assert_refused(words, as_shape(vertices, triangles[:-1], tmp_path), there, method="pcasnow")
-    assert_refused("shape 'block': density is 2000", block(density_kg_m3=2000), there, method="pcasnow")
+    assert_refused("density is 2000 kg/m³, but must lie in 10–900", block(density_kg_m3=2000), there, method="pcasnow")
     assert_refused("no emitter to light it", block(), {}, method="pcasnow")
     # An error leaves nothing behind.
     assert np.array(mi.render(scene(block(), there, method="pcasnow"), spp=1)).shape == (SIZE, SIZE, 3)

@@ -332,7 +332,7 @@ def by_argument(columns: Mapping[str, Any]) -> dict[str, Any]:
 
 def snow_id(given: Mapping[str, Any]) -> str:
     """The identifier of one snow, which is the same in all faces."""
-    return _native.Snows(dict(given), {}, 1).common()["snow_id"]
+    return single_values(given, {})["snow_id"]
 
 
 def is_several(value: Any) -> bool:
