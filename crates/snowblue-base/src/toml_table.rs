@@ -3,13 +3,15 @@
 //! serde's own tagged and flattened types buffer a table, and errors in it have no place. So a caller
 //! [takes](Table::take) the keys out of a table that say what it describes, and [reads](Table::read) the rest.
 
+use std::borrow::Cow;
 use std::fmt::Display;
 use std::ops::Range;
 
-use serde::de::DeserializeOwned;
-use serde_path_to_error::{Segment, Track};
+use serde::de::value::StrDeserializer;
+use serde::de::{self, DeserializeOwned, DeserializeSeed, MapAccess, SeqAccess, Visitor};
+use serde::{Deserializer, forward_to_deserialize_any};
 use toml::Spanned;
-use toml::de::{DeTable, DeValue, ValueDeserializer};
+use toml::de::{DeTable, DeValue};
 
 use crate::key_path::{KeyError, KeyPath, Step};
 
@@ -102,18 +104,15 @@ impl<'text> Value<'text> {
     /// The value as a type. `known` are keys that it may have beside those of the type.
     fn read_beside<T: DeserializeOwned>(self, known: &[&str]) -> Result<T, ParseError> {
         let Self { value, path } = self;
-        let (whole, mut track) = (value.span(), Track::new());
-        let deserializer = serde_path_to_error::Deserializer::new(ValueDeserializer::from(value), &mut track);
-        T::deserialize(deserializer).map_err(|error: toml::de::Error| {
-            let inner = track.path();
-            let mut message = error.message().replace('\n', "; ");
-            if !known.is_empty() && message.starts_with("unknown field") && inner.iter().count() <= 1 {
+        T::deserialize(TomlValue(&value)).map_err(|error| {
+            let ValueError { mut message, span, steps } = error;
+            if !known.is_empty() && message.starts_with("unknown field") && steps.len() <= 1 {
                 message.push_str(&format!(", beside `{}`", known.join("`, `")));
             }
-            let path = path.with(inner.iter().filter_map(step));
+            let path = path.with(steps.into_iter().rev());
             let is_rest = ["is ", "has ", "needs ", "must "].iter().any(|verb| message.starts_with(verb));
             let reason = if is_rest { path.error(message).to_string() } else { format!("{path}: {message}") };
-            ParseError { span: error.span().unwrap_or(whole), reason }
+            ParseError { span: span.unwrap_or(value.span()), reason }
         })
     }
 
@@ -271,12 +270,129 @@ impl<'text> Table<'text> {
     }
 }
 
-/// A step of a path of serde, but for the parts of types with a place.
-fn step(segment: &Segment) -> Option<Step> {
-    match segment {
-        Segment::Seq { index } => Some(Step::Index(*index)),
-        Segment::Map { key } if !key.starts_with("$__serde_spanned") => Some(Step::Key(key.clone())),
-        Segment::Map { .. } | Segment::Enum { .. } | Segment::Unknown => None,
+/// A value as a deserializer. The deserializers of `toml` are different types for values, lists and tables: each type
+/// that is read would be compiled for each of them.
+#[derive(Debug, Clone, Copy)]
+struct TomlValue<'a, 'text>(&'a Spanned<DeValue<'text>>);
+
+/// Why a value cannot be read.
+#[derive(Debug, thiserror::Error)]
+#[error("{message}")]
+struct ValueError {
+    message: String,
+    /// The bytes of the innermost value or key at fault; none for the whole value.
+    span: Option<Range<usize>>,
+    /// The steps to that value or key, the last one first.
+    steps: Vec<Step>,
+}
+
+impl ValueError {
+    /// The error, seen from the table or list around a key or value at some bytes.
+    fn inside(mut self, span: Range<usize>, step: Step) -> Self {
+        self.span.get_or_insert(span);
+        self.steps.push(step);
+        self
+    }
+}
+
+impl de::Error for ValueError {
+    fn custom<T: Display>(message: T) -> Self {
+        Self { message: message.to_string(), span: None, steps: Vec::new() }
+    }
+}
+
+impl<'de> Deserializer<'de> for TomlValue<'_, '_> {
+    type Error = ValueError;
+
+    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ValueError> {
+        match self.0.get_ref() {
+            DeValue::String(text) => visitor.visit_str(text),
+            DeValue::Integer(number) => match i64::from_str_radix(number.as_str(), number.radix()) {
+                Ok(number) => visitor.visit_i64(number),
+                Err(_) => Err(de::Error::custom("must be a number of at most 63 bits")),
+            },
+            DeValue::Float(number) => visitor.visit_f64(number.as_str().parse().map_err(de::Error::custom)?),
+            DeValue::Boolean(value) => visitor.visit_bool(*value),
+            DeValue::Datetime(moment) => visitor.visit_str(&moment.to_string()),
+            DeValue::Array(list) => {
+                let mut rest = Items(list.iter().enumerate());
+                let value = visitor.visit_seq(&mut rest)?;
+                rest.0.next().map_or(Ok(value), |(read, _)| {
+                    Err(de::Error::custom(format!("has {} values, but must have {read}", list.len())))
+                })
+            }
+            DeValue::Table(table) => visitor.visit_map(Entries { rest: table.iter(), value: None }),
+        }
+    }
+
+    fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ValueError> {
+        visitor.visit_some(self)
+    }
+
+    fn deserialize_newtype_struct<V: Visitor<'de>>(
+        self,
+        _name: &'static str,
+        visitor: V,
+    ) -> Result<V::Value, ValueError> {
+        visitor.visit_newtype_struct(self)
+    }
+
+    fn deserialize_enum<V: Visitor<'de>>(
+        self,
+        _name: &'static str,
+        _variants: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, ValueError> {
+        match self.0.get_ref() {
+            DeValue::String(text) => visitor.visit_enum(StrDeserializer::new(text)),
+            _ => Err(de::Error::custom("must be a text in quotes")),
+        }
+    }
+
+    forward_to_deserialize_any! {
+        bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf unit unit_struct seq tuple
+        tuple_struct map struct identifier ignored_any
+    }
+}
+
+/// The items of a list that are still to be read.
+struct Items<I>(I);
+
+impl<'a, 'text: 'a, 'de, I: Iterator<Item = (usize, &'a Spanned<DeValue<'text>>)>> SeqAccess<'de> for &mut Items<I> {
+    type Error = ValueError;
+
+    fn next_element_seed<T: DeserializeSeed<'de>>(&mut self, seed: T) -> Result<Option<T::Value>, ValueError> {
+        let Some((index, item)) = self.0.next() else { return Ok(None) };
+        let read = seed.deserialize(TomlValue(item));
+        read.map(Some).map_err(|error| error.inside(item.span(), Step::Index(index)))
+    }
+}
+
+/// The entries of a table that are still to be read.
+struct Entries<'a, 'text, I> {
+    rest: I,
+    /// The last key and its value.
+    value: Option<(&'a str, &'a Spanned<DeValue<'text>>)>,
+}
+
+impl<'a, 'text, 'de, I> MapAccess<'de> for Entries<'a, 'text, I>
+where
+    I: Iterator<Item = (&'a Spanned<Cow<'text, str>>, &'a Spanned<DeValue<'text>>)>,
+{
+    type Error = ValueError;
+
+    fn next_key_seed<K: DeserializeSeed<'de>>(&mut self, seed: K) -> Result<Option<K::Value>, ValueError> {
+        let Some((key, value)) = self.rest.next() else { return Ok(None) };
+        let name = &**key.get_ref();
+        self.value = Some((name, value));
+        let read = seed.deserialize(StrDeserializer::<ValueError>::new(name));
+        read.map(Some).map_err(|error| error.inside(key.span(), Step::Key(name.to_owned())))
+    }
+
+    fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, ValueError> {
+        let (key, value) = self.value.take().expect("a key is read before its value");
+        let read = seed.deserialize(TomlValue(value));
+        read.map_err(|error| error.inside(value.span(), Step::Key(key.to_owned())))
     }
 }
 
@@ -317,6 +433,8 @@ mod tests {
     #[expect(dead_code, reason = "only read")]
     struct Part {
         radius: Number<Length>,
+        middle: Option<[f64; 2]>,
+        year: Option<i64>,
     }
 
     fn read(text: &str) -> Result<Wall, ParseError> {
@@ -345,6 +463,17 @@ mod tests {
                 "-1 }",
                 "wall.parts[1].radius is -1 m, but must lie in 0.001–1000 m",
             ),
+            (
+                "size = [1, 2, 3]\nparts = [{ radius = 1, middle = [1, 2, 3] }]",
+                "[1, 2, 3] }]",
+                "wall.parts[0].middle has 3 values, but must have 2",
+            ),
+            (
+                "size = [1, 2, 3]\nparts = [{ radius = 1, year = 0x8000000000000000 }]",
+                "0x8000000000000000",
+                "wall.parts[0].year must be a number of at most 63 bits",
+            ),
+            ("size = [1, 2, 3]\nparts = [{ year = 1 }]", "{ year", "wall.parts[0]: missing field `radius`"),
             ("radius = 3", "[wall]", "wall: missing field `size`"),
             (
                 "size = [1, 2, 3]\ncolour = 3",
@@ -361,6 +490,18 @@ mod tests {
                 "{place}: {error:?}"
             );
         }
+    }
+
+    #[test]
+    fn values_have_each_notation_of_toml() {
+        for (value, expected) in [("-inf", f64::NEG_INFINITY), ("+1_000", 1000.0), ("0xff", 255.0), ("-2.5e1", -25.0)] {
+            let text = format!("value = {value}");
+            let read: f64 = Table::parse(&text).unwrap().take_as("value").unwrap().unwrap();
+            assert!(read.total_cmp(&expected).is_eq(), "{value}: {read}");
+        }
+        let mut moments = Table::parse("day = 2026-02-01\ntime = 14:30:00").unwrap();
+        assert_eq!(moments.take_as::<String>("day").unwrap().unwrap(), "2026-02-01");
+        assert_eq!(moments.take_as::<String>("time").unwrap().unwrap(), "14:30:00");
     }
 
     #[test]

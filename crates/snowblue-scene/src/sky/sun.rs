@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3A};
 use schemars::JsonSchema;
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Serialize};
 use snowblue_base::{KeyError, KeyPath, Number, Numbers, ParameterRange, quantities};
 use snowblue_sky::{DateTime, Place, SkyError, SunPosition, sun_position};
 
@@ -39,28 +39,14 @@ pub struct SunDescription {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub longitude_deg: Option<Number<Longitude>>,
     /// The day, as `2026-02-01`.
-    #[serde(deserialize_with = "text_or_moment", skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub date: Option<String>,
     /// The time of day, as `14:30` or `14:30:15`.
-    #[serde(deserialize_with = "text_or_moment", skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub time: Option<String>,
     /// Hours by which that time is ahead of universal time; 0 if absent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub utc_offset_h: Option<Number<UtcOffset>>,
-}
-
-/// Reads a text, or a date or time of TOML as one.
-fn text_or_moment<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<String>, D::Error> {
-    #[derive(Deserialize)]
-    #[serde(untagged, expecting = "must be a text in quotes, a date or a time")]
-    enum Notation {
-        Text(String),
-        Moment(toml::value::Datetime),
-    }
-    Ok(Some(match Notation::deserialize(deserializer)? {
-        Notation::Text(text) => text,
-        Notation::Moment(moment) => moment.to_string(),
-    }))
 }
 
 impl SunDescription {
