@@ -18,27 +18,18 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 use snowblue_base::KeyPath;
 use snowblue_base::toml_table::{ParseError, Table};
+use snowblue_transport::optics::Wavelengths;
 use snowblue_transport::parameters::{ANGLE, MASS_FRACTION, THICKNESS};
 use snowblue_transport::slab::Incidence;
 use snowblue_transport::{Property, Substance};
 
 use crate::{Axes, PropertyAxis, axis_properties};
 
-/// Greatest number of steps of a range of wavelengths.
-const MAX_STEPS: f64 = 100_000.0;
-
 #[derive(Debug, Deserialize)]
 #[serde(untagged, expecting = "must be an angle in degrees or \"diffuse\"")]
 enum Angle {
     Degrees(f64),
     Word(String),
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(untagged, expecting = "must be a list of wavelengths or a range FIRST:LAST:STEP")]
-enum WavelengthList {
-    List(Vec<f64>),
-    Range(String),
 }
 
 /// Reads the text of a file. The axes are not [checked](Axes::check).
@@ -68,13 +59,8 @@ pub fn parse(text: &str) -> Result<Axes, ParseError> {
         let incidences = angles.clone().read::<Vec<Angle>>()?.into_iter().map(incidence);
         axes.set_incidences(&incidences.collect::<Result<Vec<_>, _>>()?);
     }
-    if let Some(words) = file.take("wavelength_nm") {
-        axes.wavelengths_nm = match words.clone().read()? {
-            WavelengthList::List(list) => list,
-            WavelengthList::Range(range) => {
-                wavelengths(&range).map_err(|error| words.error(format_args!("is wrong: {error}")))?
-            }
-        };
+    if let Some(Wavelengths(list)) = file.take_as("wavelength_nm")? {
+        axes.wavelengths_nm = list;
     }
     let given: BTreeMap<String, Vec<f64>> = file.take_as(MASS_FRACTION.key)?.unwrap_or_default();
     for property in axis_properties().filter(|property| !matches!(property, Property::Impurity(_))) {
@@ -96,54 +82,4 @@ pub fn parse(text: &str) -> Result<Axes, ParseError> {
         axes.set_property(PropertyAxis { property: Property::Impurity(substance), values });
     }
     Ok(axes)
-}
-
-/// Wavelengths in nm from a range FIRST:LAST:STEP, which includes both ends, or a list with commas.
-///
-/// # Errors
-/// If a word is not a number, or the range does not ascend or has more than 100,000 steps.
-pub fn wavelengths(words: &str) -> Result<Vec<f64>, String> {
-    let number = |word: &str| word.trim().parse().map_err(|_| format!("'{word}' is not a number"));
-    if !words.contains(':') {
-        let list = words.split(',').map(number).collect::<Result<_, String>>();
-        return list.map_err(|error| format!("{error}; give FIRST:LAST:STEP (400:700:10) or a list (450,550), in nm"));
-    }
-    let [first, last, step] = words.split(':').map(number).collect::<Result<Vec<f64>, _>>()?[..] else {
-        return Err("give FIRST:LAST:STEP (400:700:10) or a list (450,550,650), in nm".to_owned());
-    };
-    let count = (last - first) / step;
-    if !(step > 0.0 && (0.0..MAX_STEPS).contains(&count)) {
-        return Err(format!(
-            "the range is {words} nm, but must ascend, with a step above 0 nm and at most 100000 steps"
-        ));
-    }
-    let mut wavelengths = Vec::new();
-    for i in 0_u32.. {
-        let wavelength_nm = first + f64::from(i) * step;
-        // Rounding must not drop the last wavelength.
-        if wavelength_nm > last + 1e-9 * step {
-            break;
-        }
-        wavelengths.push(wavelength_nm.min(last));
-    }
-    Ok(wavelengths)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn ranges_of_wavelengths_include_both_ends() {
-        let visible = wavelengths("400:700:10").unwrap();
-        assert_eq!(
-            (visible.len(), visible[0].to_bits(), visible[30].to_bits()),
-            (31, 400_f64.to_bits(), 700_f64.to_bits())
-        );
-        assert_eq!(wavelengths("0.1:0.7:0.1").unwrap().len(), 7);
-        assert_eq!(wavelengths("450,550").unwrap().len(), 2);
-        for bad in ["400:700:0", "700:400:10", "400:700", "blue", "1:1e12:1", "1:2:nan"] {
-            assert!(wavelengths(bad).is_err(), "{bad}");
-        }
-    }
 }

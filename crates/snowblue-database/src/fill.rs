@@ -394,10 +394,10 @@ impl Filled {
         for (number, row) in traced.iter().enumerate() {
             let (t, rest) = (number / (lights * wavelengths), number % (lights * wavelengths));
             let index = first + ((rest / wavelengths) * thicknesses + t) * wavelengths + rest % wavelengths;
-            self.transmittance[index] = row.transmittance.value;
-            self.reflectance[index] = row.reflectance.value;
-            self.errors.transmittance[index] = row.transmittance.standard_error;
-            self.errors.reflectance[index] = row.reflectance.standard_error;
+            self.transmittance[index] = row.fluxes.transmittance.value;
+            self.reflectance[index] = row.fluxes.reflectance.value;
+            self.errors.transmittance[index] = row.fluxes.transmittance.standard_error;
+            self.errors.reflectance[index] = row.fluxes.reflectance.standard_error;
         }
     }
 }

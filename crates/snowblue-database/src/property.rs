@@ -1,6 +1,7 @@
 //! Snow samples by the quantities that a table has axes of: grain size, facetness, density and further properties.
 
 use snowblue_transport::optics::IceTable;
+use snowblue_transport::parameters::name_and_unit;
 use snowblue_transport::sample::{GrainSize, Property, SnowSample, TruncatedNormal};
 
 use crate::DatabaseError;
@@ -40,15 +41,7 @@ pub(crate) fn further_properties() -> impl Iterator<Item = Property> {
 /// Unit of a property in files.
 #[must_use]
 pub fn unit_in_files(property: Property) -> &'static str {
-    match property.parameter().range.unit {
-        "" => "1",
-        "µm" => "um",
-        "m²/kg" => "m2 kg-1",
-        "kg/m³" => "kg m-3",
-        "ng/g" => "ng g-1",
-        "°C" => "degree_Celsius",
-        other => other,
-    }
+    name_and_unit(property.key()).1
 }
 
 /// A snow sample described by the quantities that a table has axes of.

@@ -4,13 +4,13 @@ use numpy::ndarray::ArrayView1;
 use numpy::{PyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use snowblue_transport::batch::{Batch, BatchError, CaseFluxes, SlabCase};
-use snowblue_transport::illumination::{self, BandLight, DifferentiatedLight, Illumination, LightInLayers, LightLevel};
+use snowblue_transport::batch::{Batch, BatchError, SlabCase};
+use snowblue_transport::illumination::{self, BandLight, DifferentiatedLight, Illumination, LightInLayers};
 use snowblue_transport::monte_carlo::{self, Distribution, GoniometricOptions, MonteCarloOptions, PatchGrid};
 use snowblue_transport::ordinates::{self, DifferentiatedFluxes, DifferentiatedStack};
-use snowblue_transport::slab::{Estimate, FluxDerivatives, Incidence, Radiometry};
-use snowblue_transport::spread::{FluxIntervals, Uncertainty, solve_spread};
-use snowblue_transport::stack::{DepthDerivatives, DepthFluxes, Layer, Stack, StackDerivatives, check_kind};
+use snowblue_transport::slab::{Estimate, Fluxes, Incidence, Radiometry};
+use snowblue_transport::spread::{Uncertainty, solve_spread};
+use snowblue_transport::stack::{DepthFluxes, Layer, Stack, StackDerivatives, check_kind};
 use snowblue_transport::sunlight::{Band, LinearSpectrum, band_integrals, response_weights};
 use snowblue_transport::{IceTable, LayerVariable, Property, Variable};
 use std::ops::Range;
@@ -76,42 +76,12 @@ pub(crate) struct Ground {
     depth_cm: Vec<f64>,
 }
 
-/// A named quantity of a row.
-type Quantity<R> = (&'static str, fn(&R) -> Estimate);
+/// Names of the quantities of a depth.
+const DEPTH_NAMES: [&str; 5] = ["down", "up", "net", "fluence", "e_folding_depth"];
 
-/// One of the intervals of a row.
-type Interval = fn(&FluxIntervals) -> [f64; 2];
-
-/// One of the derivatives of a row, by the name of what is differentiated.
-type Derivative<R> = (&'static str, fn(&R) -> f64);
-
-const FRACTION_DERIVATIVES: [Derivative<FluxDerivatives>; 3] = [
-    ("reflectance", |row| row.reflectance),
-    ("transmittance", |row| row.transmittance),
-    ("absorptance", |row| row.absorptance),
-];
-
-const FLUX_DERIVATIVES: [Derivative<DepthDerivatives>; 5] = [
-    ("down", |at| at.down),
-    ("up", |at| at.up),
-    ("net", |at| at.net),
-    ("fluence", |at| at.fluence),
-    ("e_folding_depth", |at| at.e_folding_depth_cm),
-];
-
-const FRACTIONS: [Quantity<Radiometry>; 3] = [
-    ("reflectance", |row| row.reflectance),
-    ("transmittance", |row| row.transmittance),
-    ("absorptance", |row| row.absorptance),
-];
-
-const FLUXES: [Quantity<DepthFluxes>; 5] = [
-    ("down", |at| at.down),
-    ("up", |at| at.up),
-    ("net", |at| at.net),
-    ("fluence", |at| at.fluence),
-    ("e_folding_depth", |at| at.e_folding_depth_cm),
-];
+fn of_depth<T: Copy>(at: &DepthFluxes<T>) -> [T; 5] {
+    [at.down, at.up, at.net, at.fluence, at.e_folding_depth_cm]
+}
 
 /// Reflectance, transmittance and absorptance of each case at each wavelength, the wavelength running fastest; with
 /// `_se` for standard errors. Derivatives with respect to each parameter of `jacobian` have `_per_` and its name. An
@@ -150,17 +120,10 @@ pub(crate) fn spectrum<'py>(
         })
     })?;
     let dict = PyDict::new(py);
-    let fractions: [Quantity<CaseFluxes>; 3] = [
-        ("reflectance", |row| row.reflectance),
-        ("transmittance", |row| row.transmittance),
-        ("absorptance", |row| row.absorptance),
-    ];
-    add(&dict, &fractions, &rows, with_errors)?;
+    add(&dict, Fluxes::NAMES, rows.into_iter().map(Fluxes::to_array), with_errors)?;
     for (place, variable) in variables.iter().enumerate() {
-        let rows = || derivatives.iter().skip(place).step_by(variables.len());
-        for (name, fraction) in FRACTION_DERIVATIVES {
-            dict.set_item(format!("{name}_per_{variable}"), PyArray1::from_vec(py, rows().map(fraction).collect()))?;
-        }
+        let rows = derivatives.iter().skip(place).step_by(variables.len());
+        add_numbers(&dict, Fluxes::NAMES, &format!("_per_{variable}"), rows.map(|row| row.to_array()))?;
     }
     Ok(dict)
 }
@@ -193,16 +156,8 @@ pub(crate) fn spread<'py>(
         solved.map_err(|BatchError { case, error }| input_at(error, case, None))
     })?;
     let dict = PyDict::new(py);
-    let fractions: [(&str, Interval); 3] = [
-        ("reflectance", |row| row.reflectance),
-        ("transmittance", |row| row.transmittance),
-        ("absorptance", |row| row.absorptance),
-    ];
-    for (name, fraction) in fractions {
-        for (end, place) in [("lower", 0), ("upper", 1)] {
-            let values = rows.iter().map(|row| fraction(row)[place]).collect();
-            dict.set_item(format!("{name}_{end}"), PyArray1::from_vec(py, values))?;
-        }
+    for (end, place) in [("_lower", 0), ("_upper", 1)] {
+        add_numbers(&dict, Fluxes::NAMES, end, rows.iter().map(|row| row.to_array().map(|interval| interval[place])))?;
     }
     Ok(dict)
 }
@@ -234,25 +189,26 @@ pub(crate) fn stack<'py>(
         }
         let solved = ordinates::differentiate_stack(&stack, &variables, &options, with_errors).map_err(input)?;
         let DifferentiatedStack { fluxes, derivatives } = solved;
-        let rows = fluxes.iter().map(|answer| answer.whole).collect();
+        let rows = fluxes.iter().map(|answer| answer.whole).collect::<Vec<Radiometry>>();
         Ok((rows, fluxes.into_iter().flat_map(|answer| answer.profile).collect(), derivatives))
     })?;
     let dict = PyDict::new(py);
-    add(&dict, &FRACTIONS, &rows, with_errors)?;
+    add(&dict, Fluxes::NAMES, rows.iter().map(|row| row.fluxes.to_array()), with_errors)?;
     if !profile.is_empty() {
-        add(&dict, &FLUXES, &profile, with_errors)?;
+        add(&dict, DEPTH_NAMES, profile.iter().map(of_depth), with_errors)?;
     }
     for (name, places) in places_by_name(&of_layers) {
-        let rows = || derivatives.chunks_exact(of_layers.len()).map(|row| &row[places.clone()]);
-        for (flux, of) in FRACTION_DERIVATIVES {
-            let values = rows().flatten().map(|one| of(&one.whole)).collect();
-            dict.set_item(format!("{flux}_per_{name}"), PyArray1::from_vec(py, values))?;
-        }
+        let (rows, per) =
+            (|| derivatives.chunks_exact(of_layers.len()).map(|row| &row[places.clone()]), format!("_per_{name}"));
+        add_numbers(&dict, Fluxes::NAMES, &per, rows().flatten().map(|one| one.whole.to_array()))?;
         let depths = derivatives.first().map_or(0, |one| one.profile.len());
-        for (flux, of) in FLUX_DERIVATIVES.into_iter().filter(|_| depths > 0) {
-            let at = |depth: usize| move |one: &StackDerivatives| of(&one.profile[depth]);
-            let values = rows().flat_map(|row| (0..depths).flat_map(move |depth| row.iter().map(at(depth)))).collect();
-            dict.set_item(format!("{flux}_per_{name}"), PyArray1::from_vec(py, values))?;
+        if depths > 0 {
+            let of_row = |row: &[StackDerivatives]| {
+                (0..depths)
+                    .flat_map(|depth| row.iter().map(move |one| of_depth(&one.profile[depth])))
+                    .collect::<Vec<_>>()
+            };
+            add_numbers(&dict, DEPTH_NAMES, &per, rows().flat_map(of_row))?;
         }
     }
     Ok(dict)
@@ -272,16 +228,8 @@ fn places_by_name(of_layers: &[LayerVariable]) -> Vec<(&'static str, Range<usize
 /// The sun's elevation, and spectral irradiances of a level surface by the sun and by the sky.
 type GivenLight = (f64, Vec<f64>, Vec<f64>);
 
-/// A named quantity of a level of light.
-type LevelQuantity = (&'static str, fn(&LightLevel) -> f64);
-
-const LEVELS: [LevelQuantity; 5] = [
-    ("down", |level| level.down),
-    ("up", |level| level.up),
-    ("net", |level| level.net),
-    ("actinic", |level| level.actinic),
-    ("absorbed", |level| level.absorbed_per_m),
-];
+/// Names of the quantities of a level of light.
+const LEVEL_NAMES: [&str; 5] = ["down", "up", "net", "actinic", "absorbed"];
 
 /// Light in layers on a ground under each of some lights, or, `daily`, the sum over a day of all of them: for each
 /// light the depths, then the wavelengths, and `layer_absorbed` with layers in place of depths; of each of `bands` the
@@ -348,21 +296,19 @@ fn add_light(
     bands: &[Band],
     wavelengths_nm: &[f64],
 ) -> PyResult<()> {
-    let set = |name: String, values: Vec<f64>| dict.set_item(name + end, PyArray1::from_vec(dict.py(), values));
-    for (name, quantity) in LEVELS {
-        set(name.to_owned(), lights.iter().flat_map(|light| light.levels.iter().map(quantity)).collect())?;
-    }
-    set("layer_absorbed".to_owned(), lights.iter().flat_map(|light| light.absorbed.iter().copied()).collect())?;
+    let levels = lights.iter().flat_map(|light| light.levels.iter().map(|level| level.values()));
+    add_numbers(dict, LEVEL_NAMES, end, levels)?;
+    let absorbed = lights.iter().flat_map(|light| light.absorbed.iter().map(|absorbed| [*absorbed]));
+    add_numbers(dict, ["layer_absorbed"], end, absorbed)?;
     for band in bands {
         let name = band.name().replace('-', "_");
         let of_band = |light: &LightInLayers| light.band(*band, wavelengths_nm).map_err(input);
         let of_band: Vec<BandLight> = lights.iter().map(of_band).collect::<PyResult<_>>()?;
-        for (quantity_name, quantity) in LEVELS {
-            let values = of_band.iter().flat_map(|light| light.levels.iter().map(quantity)).collect();
-            set(format!("{name}_{quantity_name}"), values)?;
-        }
-        let absorbed = of_band.iter().flat_map(|light| light.absorbed.iter().copied()).collect();
-        set(format!("{name}_layer_absorbed"), absorbed)?;
+        let names = LEVEL_NAMES.map(|quantity| format!("{name}_{quantity}"));
+        let levels = of_band.iter().flat_map(|light| light.levels.iter().map(|level| level.values()));
+        add_numbers(dict, names.each_ref().map(String::as_str), end, levels)?;
+        let absorbed = of_band.iter().flat_map(|light| light.absorbed.iter().map(|absorbed| [*absorbed]));
+        add_numbers(dict, [&*format!("{name}_layer_absorbed")], end, absorbed)?;
     }
     Ok(())
 }
@@ -432,32 +378,16 @@ pub(crate) fn bsdf<'py>(
         monte_carlo::distribute(&slab, &options, &of_several(control, 0, 1)).map_err(input)
     })?;
     let dict = PyDict::new(py);
-    for (name, patches) in [
-        ("brdf", (|distribution| &distribution.reflection) as fn(&Distribution) -> &Vec<monte_carlo::Patch>),
-        ("btdf", |distribution| &distribution.transmission),
-    ] {
-        let rows: Vec<Estimate> = distributions
-            .iter()
-            .flat_map(|distribution| patches(distribution).iter().map(|patch| patch.bsdf_per_sr))
-            .collect();
-        add(&dict, &[(name, |row| *row)], &rows, true)?;
-    }
-    let quantities: [Quantity<Distribution>; 3] = [
-        ("reflectance", |distribution| distribution.reflectance),
-        ("transmittance", |distribution| distribution.transmittance),
-        ("direct", |distribution| distribution.direct),
-    ];
-    add(&dict, &quantities, &distributions, true)?;
+    let patches = |of: fn(&Distribution) -> &Vec<monte_carlo::Patch>| {
+        distributions.iter().flat_map(of).map(|patch| [patch.bsdf_per_sr])
+    };
+    add(&dict, ["brdf"], patches(|distribution| &distribution.reflection), true)?;
+    add(&dict, ["btdf"], patches(|distribution| &distribution.transmission), true)?;
+    let whole = |all: &Distribution| [all.reflectance, all.transmittance, all.direct];
+    add(&dict, ["reflectance", "transmittance", "direct"], distributions.iter().map(whole), true)?;
     if let Some(distribution) = distributions.first() {
-        let patch_values =
-            |value: fn(&monte_carlo::Patch) -> f64| -> Vec<f64> { distribution.reflection.iter().map(value).collect() };
-        for (name, values) in [
-            ("theta", patch_values(|patch| patch.theta_deg)),
-            ("phi", patch_values(|patch| patch.phi_deg)),
-            ("solid_angle", patch_values(|patch| patch.solid_angle_sr)),
-        ] {
-            dict.set_item(name, PyArray1::from_vec(py, values))?;
-        }
+        let place = |patch: &monte_carlo::Patch| [patch.theta_deg, patch.phi_deg, patch.solid_angle_sr];
+        add_numbers(&dict, ["theta", "phi", "solid_angle"], "", distribution.reflection.iter().map(place))?;
     }
     Ok(dict)
 }
@@ -520,15 +450,30 @@ fn of_several(control: &Control, part: usize, parts: usize) -> impl Fn(monte_car
     move |at| control.set(at.traced + part as u64 * at.total, at.total * parts as u64)
 }
 
-/// Adds an array for each quantity, and one of its standard errors.
-fn add<R>(dict: &Bound<'_, PyDict>, quantities: &[Quantity<R>], rows: &[R], with_errors: bool) -> PyResult<()> {
-    for (name, quantity) in quantities {
-        let array = |part: fn(Estimate) -> f64| -> Vec<f64> { rows.iter().map(|row| part(quantity(row))).collect() };
-        dict.set_item(name, PyArray1::from_vec(dict.py(), array(|estimate| estimate.value)))?;
-        if with_errors {
-            let errors = PyArray1::from_vec(dict.py(), array(|estimate| estimate.standard_error));
-            dict.set_item(format!("{name}_se"), errors)?;
-        }
+/// Adds an array for each quantity of the rows, by its name and `end`.
+fn add_numbers<const N: usize>(
+    dict: &Bound<'_, PyDict>,
+    names: [&str; N],
+    end: &str,
+    rows: impl Iterator<Item = [f64; N]> + Clone,
+) -> PyResult<()> {
+    for (place, name) in names.into_iter().enumerate() {
+        let values = rows.clone().map(|row| row[place]).collect();
+        dict.set_item(format!("{name}{end}"), PyArray1::from_vec(dict.py(), values))?;
+    }
+    Ok(())
+}
+
+/// Adds an array for each quantity of the rows, and one of its standard errors.
+fn add<const N: usize>(
+    dict: &Bound<'_, PyDict>,
+    names: [&str; N],
+    rows: impl Iterator<Item = [Estimate; N]> + Clone,
+    with_errors: bool,
+) -> PyResult<()> {
+    add_numbers(dict, names, "", rows.clone().map(|row| row.map(|estimate| estimate.value)))?;
+    if with_errors {
+        add_numbers(dict, names, "_se", rows.map(|row| row.map(|estimate| estimate.standard_error)))?;
     }
     Ok(())
 }

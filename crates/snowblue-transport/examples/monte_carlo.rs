@@ -19,7 +19,7 @@ fn main() -> Result<(), TransportError> {
     let solved = ordinates::solve(&slab, &OrdinatesOptions::default())?;
     println!("wavelength  transmittance, Monte Carlo  ordinates  difference");
     for (a, b) in simulated.iter().zip(&solved) {
-        let (a, b, wavelength_nm) = (a.transmittance, b.transmittance, a.wavelength_nm);
+        let (a, b, wavelength_nm) = (a.fluxes.transmittance, b.fluxes.transmittance, a.wavelength_nm);
         let difference = (a.value - b.value) / a.standard_error.hypot(b.standard_error);
         println!("{wavelength_nm:7} nm {:16.5} ± {:.5} {:12.5} {difference:9.1} σ", a.value, a.standard_error, b.value);
     }

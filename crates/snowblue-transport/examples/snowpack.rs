@@ -21,12 +21,12 @@ fn main() -> Result<(), TransportError> {
         wavelengths_nm: vec![450.0, 700.0],
     };
     for result in ordinates::solve_stack(&stack, &OrdinatesOptions::default())? {
-        println!("{} nm: albedo {:.4}", result.whole.wavelength_nm, result.whole.reflectance.value);
+        println!("{} nm: albedo {:.4}", result.whole.wavelength_nm, result.whole.fluxes.reflectance.value);
         println!("   depth      down        up    e-folding depth");
-        for at in &result.profile {
+        for (depth_cm, at) in stack.depths_cm.iter().zip(&result.profile) {
             println!(
-                "{:5} cm {:9.5} {:9.5} {:12.1} cm",
-                at.depth_cm, at.down.value, at.up.value, at.e_folding_depth_cm.value
+                "{depth_cm:5} cm {:9.5} {:9.5} {:12.1} cm",
+                at.down.value, at.up.value, at.e_folding_depth_cm.value
             );
         }
     }

@@ -23,7 +23,10 @@ fn main() -> Result<(), TransportError> {
     for row in ordinates::solve(&slab, &OrdinatesOptions::default())? {
         println!(
             "{:7} nm {:12.5} {:14.6} {:12.6}",
-            row.wavelength_nm, row.reflectance.value, row.transmittance.value, row.absorptance.value
+            row.wavelength_nm,
+            row.fluxes.reflectance.value,
+            row.fluxes.transmittance.value,
+            row.fluxes.absorptance.value
         );
     }
     Ok(())

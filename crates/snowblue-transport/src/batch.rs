@@ -3,7 +3,7 @@
 use crate::TransportError;
 use crate::parameters::GROUND_ALBEDO;
 use crate::sample::SnowSample;
-use crate::slab::{Estimate, Incidence, Radiometry, Slab, check_incidences, check_thickness, check_wavelengths};
+use crate::slab::{Fluxes, Incidence, Radiometry, Slab, check_incidences, check_thickness, check_wavelengths};
 
 /// Slabs of snow at the same wavelengths.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,20 +27,6 @@ pub struct SlabCase {
     pub incidence: Incidence,
     /// Albedo of the ground, 0–1.
     pub ground_albedo: f64,
-}
-
-/// Reflectance, transmittance and absorptance of a slab at one wavelength, as fractions of the incident flux.
-///
-/// On a ground that reflects, the transmittance is the downward flux at the ground, and the snow absorbs 1 − R − (1 −
-/// albedo) T.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct CaseFluxes {
-    /// Fraction that leaves the top.
-    pub reflectance: Estimate,
-    /// Fraction that arrives at the bottom, direct and diffuse.
-    pub transmittance: Estimate,
-    /// Fraction that the snow absorbs.
-    pub absorptance: Estimate,
 }
 
 /// What is wrong with a batch.
@@ -69,6 +55,19 @@ impl Batch {
             self.check_case(case, is_known).map_err(|error| BatchError { case: Some(number), error })?;
         }
         Ok(())
+    }
+
+    /// The fluxes of each case at each wavelength, the wavelength running fastest, with case and wavelength.
+    #[must_use]
+    pub fn radiometry(&self, fluxes: &[Fluxes]) -> Vec<Radiometry> {
+        let places = self.cases.iter().flat_map(|case| self.wavelengths_nm.iter().map(move |nm| (case, *nm)));
+        let radiometry = |((case, wavelength_nm), fluxes): ((&SlabCase, f64), &Fluxes)| Radiometry {
+            thickness_cm: case.thickness_cm,
+            incidence: case.incidence,
+            wavelength_nm,
+            fluxes: *fluxes,
+        };
+        places.zip(fluxes).map(radiometry).collect()
     }
 
     /// The cases of each sample.
@@ -103,22 +102,6 @@ impl From<&Slab> for Batch {
         };
         let cases = slab.thicknesses_cm.iter().flat_map(|h| slab.incidences.iter().map(move |i| case(h, i)));
         Self { samples: vec![slab.sample], cases: cases.collect(), wavelengths_nm: slab.wavelengths_nm.clone() }
-    }
-}
-
-impl CaseFluxes {
-    /// The fluxes of each case at each wavelength, the wavelength running fastest, with case and wavelength.
-    pub(crate) fn radiometry(batch: &Batch, fluxes: &[Self]) -> Vec<Radiometry> {
-        let places = batch.cases.iter().flat_map(|case| batch.wavelengths_nm.iter().map(move |nm| (case, *nm)));
-        let radiometry = |((case, wavelength_nm), fluxes): ((&SlabCase, f64), &Self)| Radiometry {
-            thickness_cm: case.thickness_cm,
-            incidence: case.incidence,
-            wavelength_nm,
-            reflectance: fluxes.reflectance,
-            transmittance: fluxes.transmittance,
-            absorptance: fluxes.absorptance,
-        };
-        places.zip(fluxes).map(radiometry).collect()
     }
 }
 

@@ -16,7 +16,7 @@ use crate::ordinates::{DifferentiatedStack, OrdinatesOptions, differentiate_stac
 use crate::parameters::{ANGLE, TEMPERATURE};
 use crate::sample::SnowSample;
 use crate::slab::Incidence;
-use crate::stack::{DepthDerivatives, Layer, Stack, StackRadiometry};
+use crate::stack::{DepthFluxes, Layer, Stack, StackRadiometry};
 use crate::sunlight::{Band, band_integrals};
 use crate::variable::{LayerVariable, Variable};
 
@@ -148,7 +148,7 @@ pub fn differentiate_light_in_layers(
         let by = |(place_of_variable, by): (usize, &LayerVariable)| {
             let change = |row: usize, place: usize| {
                 let at = derivatives[row * of_layers.len() + place_of_variable].profile[place];
-                let DepthDerivatives { down, up, net, fluence, absorbed_per_m, .. } = at;
+                let DepthFluxes { down, up, net, fluence, absorbed_per_m, .. } = at;
                 // A face moves down with the thickness of a layer above it, and the net flux falls with depth. A depth
                 // at the ground under ice has moved with it.
                 let layers_above = place.saturating_sub(lit.depths);

@@ -2,6 +2,18 @@
 
 use snowblue_base::{Parameter, ParameterRange, quantities};
 
+/// Endings of keys and columns that name a unit, and that unit by UDUNITS.
+pub const UNITS_OF_KEYS: [(&str, &str); 8] = [
+    ("_kg_m3", "kg m-3"),
+    ("_m2_kg", "m2 kg-1"),
+    ("_ng_g", "ng g-1"),
+    ("_cm", "cm"),
+    ("_nm", "nm"),
+    ("_um", "um"),
+    ("_deg", "degree"),
+    ("_c", "degree_Celsius"),
+];
+
 /// The paper of PCASnow.
 const PAPER: &str = "Varsa & Baranoski 2024, doi:10.1109/MCG.2023.3307517";
 
@@ -126,6 +138,13 @@ pub const GROUND_ALBEDO: Parameter = Parameter {
     effect: "It is the fraction of light that a matt ground sends back; 0 is no ground.",
     source: "Stamnes et al. 1988, doi:10.1364/AO.27.002502",
 };
+
+/// The name in a key or column and its unit by UDUNITS, 1 for numbers without a unit.
+#[must_use]
+pub fn name_and_unit(key: &str) -> (&str, &'static str) {
+    let found = UNITS_OF_KEYS.iter().find_map(|(ending, unit)| Some((key.strip_suffix(ending)?, *unit)));
+    found.unwrap_or((key, "1"))
+}
 
 quantities! {
     /// Specific surface area, in m²/kg.

@@ -66,8 +66,45 @@ pub struct Estimate {
     pub standard_error: f64,
 }
 
-/// Reflectance, transmittance and absorptance of a slab at one wavelength: fluxes over the incident flux on a
-/// horizontal plane.
+/// Reflectance, transmittance and absorptance of a slab: fluxes over the incident flux on a horizontal plane; or for
+/// each of the three another quantity, such as its derivative.
+///
+/// On a ground that reflects, the transmittance is the downward flux at the ground, and the snow absorbs 1 − R − (1 −
+/// albedo) T.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fluxes<T = Estimate> {
+    /// Fraction that leaves the top.
+    pub reflectance: T,
+    /// Fraction that arrives at the bottom, direct and diffuse.
+    pub transmittance: T,
+    /// Fraction that the snow absorbs.
+    pub absorptance: T,
+}
+
+impl Fluxes {
+    /// Names of the three.
+    pub const NAMES: [&'static str; 3] = ["reflectance", "transmittance", "absorptance"];
+}
+
+impl<T> Fluxes<T> {
+    /// The three, in this order.
+    pub fn to_array(self) -> [T; 3] {
+        [self.reflectance, self.transmittance, self.absorptance]
+    }
+
+    /// A quantity of each of the three.
+    pub fn map<U>(self, quantity: impl FnMut(T) -> U) -> Fluxes<U> {
+        self.to_array().map(quantity).into()
+    }
+}
+
+impl<T> From<[T; 3]> for Fluxes<T> {
+    fn from([reflectance, transmittance, absorptance]: [T; 3]) -> Self {
+        Self { reflectance, transmittance, absorptance }
+    }
+}
+
+/// Fluxes of a slab at one wavelength.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Radiometry {
     /// Thickness of the slab, in cm.
@@ -76,23 +113,8 @@ pub struct Radiometry {
     pub incidence: Incidence,
     /// Wavelength, in nm.
     pub wavelength_nm: f64,
-    /// Fraction that leaves the top.
-    pub reflectance: Estimate,
-    /// Fraction that leaves the bottom, direct and diffuse.
-    pub transmittance: Estimate,
-    /// Fraction that is absorbed.
-    pub absorptance: Estimate,
-}
-
-/// Derivatives of reflectance, transmittance and absorptance with respect to one variable, per unit of it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FluxDerivatives {
-    /// Of the fraction that leaves the top.
-    pub reflectance: f64,
-    /// Of the fraction that arrives at the bottom, direct and diffuse.
-    pub transmittance: f64,
-    /// Of the fraction that the snow absorbs.
-    pub absorptance: f64,
+    /// Fluxes.
+    pub fluxes: Fluxes,
 }
 
 impl Slab {

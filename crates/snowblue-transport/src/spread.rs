@@ -10,12 +10,13 @@
 use snowblue_base::ParameterRange;
 
 use crate::TransportError;
-use crate::batch::{Batch, BatchError, CaseFluxes, SlabCase};
+use crate::batch::{Batch, BatchError, SlabCase};
 use crate::optics::ice;
 use crate::ordinates::{OrdinatesOptions, solve_batch};
 use crate::parameters::GRAIN_SIZE;
 use crate::rng::Stream;
 use crate::sample::{GrainSize, Property, SizeMeasure, SnowSample, TruncatedNormal};
+use crate::slab::{Estimate, Fluxes};
 
 /// Number of snows that are drawn.
 pub const DRAWS: usize = 400;
@@ -36,18 +37,8 @@ pub struct Uncertainty {
     pub ice: bool,
 }
 
-/// Intervals that hold 95 % of the cases.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FluxIntervals {
-    /// Of the fraction that leaves the top.
-    pub reflectance: [f64; 2],
-    /// Of the fraction that arrives at the bottom.
-    pub transmittance: [f64; 2],
-    /// Of the fraction that the snow absorbs.
-    pub absorptance: [f64; 2],
-}
-
-/// The interval of each case at each wavelength, the wavelength running fastest, by discrete ordinates.
+/// The intervals that hold 95 % of the cases, for each case at each wavelength, the wavelength running fastest, by
+/// discrete ordinates.
 ///
 /// `progress` is called with the number of cases that are done.
 ///
@@ -61,11 +52,10 @@ pub fn solve_spread(
     uncertainty: &Uncertainty,
     options: &OrdinatesOptions,
     progress: &(dyn Fn(usize) + Sync),
-) -> Result<Vec<FluxIntervals>, BatchError> {
+) -> Result<Vec<Fluxes<[f64; 2]>>, BatchError> {
     batch.check()?;
     let cases_of = batch.cases_of_samples();
-    let nothing =
-        FluxIntervals { reflectance: [f64::NAN; 2], transmittance: [f64::NAN; 2], absorptance: [f64::NAN; 2] };
+    let nothing = Fluxes::from([[f64::NAN; 2]; 3]);
     let wavelengths = batch.wavelengths_nm.len();
     let mut intervals = vec![nothing; batch.cases.len() * wavelengths];
     let mut done = 0;
@@ -87,14 +77,11 @@ pub fn solve_spread(
             solved.map_err(|wrong| BatchError { case: wrong.case.map(|case| cases[case / DRAWS]), ..wrong })?;
         for (case, fluxes) in cases.iter().zip(solved.chunks_exact(DRAWS * wavelengths)) {
             for wavelength in 0..wavelengths {
-                let interval = |quantity: fn(&CaseFluxes) -> f64| {
-                    interval(fluxes.iter().skip(wavelength).step_by(wavelengths).map(quantity).collect())
-                };
-                intervals[case * wavelengths + wavelength] = FluxIntervals {
-                    reflectance: interval(|at| at.reflectance.value),
-                    transmittance: interval(|at| at.transmittance.value),
-                    absorptance: interval(|at| at.absorptance.value),
-                };
+                let at = || fluxes.iter().skip(wavelength).step_by(wavelengths);
+                let quantities: [fn(&Fluxes) -> Estimate; 3] =
+                    [|at| at.reflectance, |at| at.transmittance, |at| at.absorptance];
+                intervals[case * wavelengths + wavelength] =
+                    quantities.map(|quantity| interval(at().map(|at| quantity(at).value).collect())).into();
             }
         }
         done += cases.len();

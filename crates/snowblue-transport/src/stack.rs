@@ -12,9 +12,7 @@ use crate::error::TransportError;
 use crate::optics::{IceTable, WavelengthRange};
 use crate::parameters::{GROUND_ALBEDO, THICKNESS};
 use crate::sample::SnowSample;
-use crate::slab::{
-    Estimate, FluxDerivatives, Incidence, Radiometry, check_incidences, check_thickness, check_wavelengths,
-};
+use crate::slab::{Estimate, Fluxes, Incidence, Radiometry, check_incidences, check_thickness, check_wavelengths};
 
 /// Thickness of a layer of clear ice, in cm: thick against the coherence length of visible light in a band of 10 nm.
 ///
@@ -76,58 +74,39 @@ pub struct StackRadiometry {
     pub profile: Vec<DepthFluxes>,
 }
 
-/// Fluxes through a horizontal plane in the snow over the incident flux.
+/// Fluxes through a horizontal plane in the snow over the incident flux, or the derivative of each of them.
 ///
 /// At a face of ice the fluxes and the fluence rate are those outside it: in the snow, or in the air above the top and
 /// at the ground.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct DepthFluxes {
-    /// Depth below the top, in cm.
-    pub depth_cm: f64,
+pub struct DepthFluxes<T = Estimate> {
     /// Flux downwards, direct and diffuse.
-    pub down: Estimate,
+    pub down: T,
     /// Flux upwards.
-    pub up: Estimate,
+    pub up: T,
     /// Downwards less upwards: the flux that the snow and the ground below absorb.
-    pub net: Estimate,
+    pub net: T,
     /// Fluence rate, from all directions: the actinic flux. It is 1/cos θ for a beam that nothing has scattered, 2 for
     /// Lambertian light on one side, and 4 times `down` where light is isotropic. In ice it is that of the refracted
     /// light.
-    pub fluence: Estimate,
+    pub fluence: T,
     /// Flux that the snow below this depth (at the ground and at the top of ice under snow, above it) absorbs per m of
     /// depth, in 1/m; at a face of ice to air, that of the ice.
-    pub absorbed_per_m: Estimate,
+    pub absorbed_per_m: T,
     /// E-folding depth of the same layer, in cm: the distance over which light decays by e far from all faces, 1/(κ k)
     /// with the rate k of the slowest mode per optical depth. That of ice is the inverse of its absorption coefficient.
-    pub e_folding_depth_cm: Estimate,
+    pub e_folding_depth_cm: T,
 }
 
 /// Derivatives of the fluxes of a stack with respect to one quantity, per unit of it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StackDerivatives {
     /// Of the whole stack.
-    pub whole: FluxDerivatives,
+    pub whole: Fluxes<f64>,
     /// At each of the depths, which stay where they are below the top as faces move. At the depth of a face the
     /// derivatives are those in the snow below it, at the ground and at the top of ice above it. A depth at the ground
     /// under ice is that of the ground, wherever it is.
-    pub profile: Vec<DepthDerivatives>,
-}
-
-/// Derivatives of [`DepthFluxes`] with respect to one quantity, per unit of it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct DepthDerivatives {
-    /// Of the flux downwards.
-    pub down: f64,
-    /// Of the flux upwards.
-    pub up: f64,
-    /// Of the net flux.
-    pub net: f64,
-    /// Of the fluence rate.
-    pub fluence: f64,
-    /// Of the flux that is absorbed per m of depth, in 1/m.
-    pub absorbed_per_m: f64,
-    /// Of the e-folding depth, in cm.
-    pub e_folding_depth_cm: f64,
+    pub profile: Vec<DepthFluxes<f64>>,
 }
 
 /// A part of a layer between two depths, or a slab of ice.

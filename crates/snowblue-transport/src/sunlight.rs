@@ -19,7 +19,7 @@ use snowblue_base::ParameterRange;
 
 use crate::TransportError;
 use crate::optics::{SpectralTable, WavelengthRange};
-use crate::slab::{Estimate, Incidence, Radiometry};
+use crate::slab::{Estimate, Fluxes};
 
 /// Name of the spectrum.
 pub const SPECTRUM: &str = "ASTM G173-03 global on a plane tilted by 37°, air mass 1.5";
@@ -53,29 +53,12 @@ pub enum Band {
 /// The weight of each wavelength of a curve in a band.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BandWeights {
-    band: Band,
-    range: WavelengthRange,
-    /// One for each wavelength, with the sum 1.
-    weights: Vec<f64>,
-}
-
-/// Reflectance, transmittance and absorptance in a band: fractions of the incident energy or, for PAR, photons.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Broadband {
-    /// Thickness of the slab, in cm.
-    pub thickness_cm: f64,
-    /// Incident light.
-    pub incidence: Incidence,
     /// The band.
     pub band: Band,
     /// First and last wavelength of the band.
     pub range: WavelengthRange,
-    /// Fraction that leaves the top.
-    pub reflectance: Estimate,
-    /// Fraction that leaves the bottom.
-    pub transmittance: Estimate,
-    /// Fraction that is absorbed.
-    pub absorptance: Estimate,
+    /// One for each wavelength, with the sum 1.
+    weights: Vec<f64>,
 }
 
 impl Band {
@@ -140,7 +123,8 @@ impl BandWeights {
         Ok(Self { band, range, weights: integrals.into_iter().map(|integral| integral / sum).collect() })
     }
 
-    /// Integrates the curve of one slab and one incidence, at the wavelengths of the weights, over the band.
+    /// Integrates the curve of one slab and one incidence, at the wavelengths of the weights, over the band. The results
+    /// are fractions of the incident energy or, for PAR, photons.
     ///
     /// The standard errors assume fully correlated errors at all wavelengths, as where the wavelengths share their rays
     /// or their tally; for independent errors they are too large.
@@ -148,23 +132,17 @@ impl BandWeights {
     /// # Panics
     /// If the curve does not have one value for each wavelength.
     #[must_use]
-    pub fn broadband(&self, curve: &[Radiometry]) -> Broadband {
+    pub fn broadband(&self, curve: &[Fluxes]) -> Fluxes {
         assert_eq!(curve.len(), self.weights.len(), "a band needs one value per wavelength");
-        let mean = |quantity: fn(&Radiometry) -> Estimate| {
-            let sum = |part: fn(Estimate) -> f64| {
-                self.weights.iter().zip(curve).map(|(weight, row)| weight * part(quantity(row))).sum()
-            };
-            Estimate { value: sum(|estimate| estimate.value), standard_error: sum(|estimate| estimate.standard_error) }
+        let nothing = [Estimate { value: 0.0, standard_error: 0.0 }; 3];
+        let add = |mut sums: [Estimate; 3], (weight, fluxes): (&f64, &Fluxes)| {
+            for (sum, at) in sums.iter_mut().zip(fluxes.to_array()) {
+                sum.value += weight * at.value;
+                sum.standard_error += weight * at.standard_error;
+            }
+            sums
         };
-        Broadband {
-            thickness_cm: curve[0].thickness_cm,
-            incidence: curve[0].incidence,
-            band: self.band,
-            range: self.range,
-            reflectance: mean(|row| row.reflectance),
-            transmittance: mean(|row| row.transmittance),
-            absorptance: mean(|row| row.absorptance),
-        }
+        self.weights.iter().zip(curve).fold(nothing, add).into()
     }
 }
 
@@ -424,20 +402,12 @@ mod tests {
 
     const WARREN: WavelengthRange = WavelengthRange::new(300.0, 2500.0);
 
-    fn curve(wavelengths_nm: &[f64], value: impl Fn(f64) -> f64) -> Vec<Radiometry> {
-        let radiometry = |wavelength_nm: &f64| {
-            let estimate = |value: f64| Estimate { value, standard_error: 0.1 * value };
+    fn curve(wavelengths_nm: &[f64], value: impl Fn(f64) -> f64) -> Vec<Fluxes> {
+        let fluxes = |wavelength_nm: &f64| {
             let value = value(*wavelength_nm);
-            Radiometry {
-                thickness_cm: 1.0,
-                incidence: Incidence::Diffuse,
-                wavelength_nm: *wavelength_nm,
-                reflectance: estimate(1.0 - value),
-                transmittance: estimate(value),
-                absorptance: estimate(0.0),
-            }
+            Fluxes::from([1.0 - value, value, 0.0]).map(|value| Estimate { value, standard_error: 0.1 * value })
         };
-        wavelengths_nm.iter().map(radiometry).collect()
+        wavelengths_nm.iter().map(fluxes).collect()
     }
 
     fn steps(first: u32, last: u32, step: usize) -> Vec<f64> {
@@ -511,7 +481,7 @@ mod tests {
         for wavelengths_nm in [steps(300, 2500, 10), steps(298, 2503, 7), steps(250, 2520, 45)] {
             for band in Band::ALL {
                 let weights = BandWeights::new(band, WARREN, &wavelengths_nm).unwrap();
-                let Broadband { transmittance, reflectance, .. } = weights.broadband(&curve(&wavelengths_nm, |_| 0.3));
+                let Fluxes { transmittance, reflectance, .. } = weights.broadband(&curve(&wavelengths_nm, |_| 0.3));
                 assert!((transmittance.value - 0.3).abs() < 1e-14 && (reflectance.value - 0.7).abs() < 1e-14);
                 assert!((transmittance.standard_error - 0.03).abs() < 1e-15, "errors are fully correlated");
             }

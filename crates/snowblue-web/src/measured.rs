@@ -138,8 +138,8 @@ impl Measures {
 
     fn of(self, row: &Radiometry) -> f64 {
         match self {
-            Self::Reflectance => row.reflectance.value,
-            Self::Transmittance => row.transmittance.value,
+            Self::Reflectance => row.fluxes.reflectance.value,
+            Self::Transmittance => row.fluxes.transmittance.value,
         }
     }
 }

@@ -112,9 +112,9 @@ impl Curves {
         let values = |of: fn(&Radiometry) -> f64| rows.iter().map(of).collect();
         Self {
             wavelengths_nm: values(|row| row.wavelength_nm),
-            reflectance: values(|row| row.reflectance.value),
-            transmittance: values(|row| row.transmittance.value),
-            absorptance: values(|row| row.absorptance.value),
+            reflectance: values(|row| row.fluxes.reflectance.value),
+            transmittance: values(|row| row.fluxes.transmittance.value),
+            absorptance: values(|row| row.fluxes.absorptance.value),
         }
     }
 }

@@ -114,9 +114,9 @@ impl Request {
             reflected: color(&of_31, &curves.reflectance)?,
             transmitted_3,
             curves,
-            reflectance_se: errors(|row| row.reflectance),
-            transmittance_se: errors(|row| row.transmittance),
-            absorptance_se: errors(|row| row.absorptance),
+            reflectance_se: errors(|row| row.fluxes.reflectance),
+            transmittance_se: errors(|row| row.fluxes.transmittance),
+            absorptance_se: errors(|row| row.fluxes.absorptance),
         })
     }
 

@@ -1,6 +1,7 @@
 //! The spectrum of snow over all wavelengths of the model, and its means over bands of sunlight.
 
 use serde::Serialize;
+use snowblue_transport::slab::Fluxes;
 use snowblue_transport::sunlight::{
     Band, BandWeights, SPECTRUM, irradiance_w_m2, photon_flux_umol_m2_s, wavelengths_nm,
 };
@@ -60,16 +61,18 @@ pub fn answer(sample: &str) -> Result<String, String> {
     let available = sample.wavelength_range()?;
     let wavelengths_nm = wavelengths_nm(available);
     let rows = sample.rows(wavelengths_nm.clone(), false)?;
+    let fluxes: Vec<Fluxes> = rows.iter().map(|row| row.fluxes).collect();
     let mean = |band: Band| {
-        let mean = BandWeights::new(band, available, &wavelengths_nm).map_err(text)?.broadband(&rows);
+        let weights = BandWeights::new(band, available, &wavelengths_nm).map_err(text)?;
+        let (mean, range) = (weights.broadband(&fluxes), weights.range);
         let (full_sun, unit) = match band {
-            Band::Par => (photon_flux_umol_m2_s(mean.range), "µmol m⁻² s⁻¹"),
-            Band::Solar | Band::Visible | Band::NearInfrared => (irradiance_w_m2(mean.range), "W/m²"),
+            Band::Par => (photon_flux_umol_m2_s(range), "µmol m⁻² s⁻¹"),
+            Band::Solar | Band::Visible | Band::NearInfrared => (irradiance_w_m2(range), "W/m²"),
         };
         Ok(Mean {
             name: band.name(),
-            first_nm: mean.range.first_nm,
-            last_nm: mean.range.last_nm,
+            first_nm: range.first_nm,
+            last_nm: range.last_nm,
             full_sun,
             unit,
             reflectance: mean.reflectance.value,

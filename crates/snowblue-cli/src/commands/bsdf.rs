@@ -6,13 +6,11 @@ use clap::Args;
 use snowblue_figures::plot;
 use snowblue_figures::{Cell, DataTable, Metadata, format_number};
 use snowblue_transport::monte_carlo::{self, Distribution, GoniometricOptions, PatchGrid};
+use snowblue_transport::optics::Wavelengths;
 use snowblue_transport::parameters::{ANGLE, THICKNESS};
 use snowblue_transport::slab::{Estimate, Incidence, Slab};
 
-use crate::options::{
-    SnowOptions, limits,
-    parse::{self, Wavelengths},
-};
+use crate::options::{SnowOptions, limits, parse};
 use crate::output::{Failure, Outcome, OutputOptions, Progress, check_extension, write_file};
 
 const COLUMNS: [&str; 7] =
@@ -45,7 +43,7 @@ pub(crate) struct Bsdf {
     )]
     angle: Incidence,
     #[arg(
-        long, value_name = "NM", default_value = "450,550,650", value_parser = parse::wavelengths,
+        long, value_name = "NM", default_value = "450,550,650",
         help_heading = "Slab",
         help = format!("Wavelengths in nm: FIRST:LAST:STEP or a list [{}]", limits::snow_wavelengths())
     )]

@@ -8,11 +8,12 @@ use snowblue_color::Colorimeter;
 use snowblue_color::exposure::{self, AutoExposure};
 use snowblue_figures::{Cell, DataTable, Metadata};
 use snowblue_render::Exposure;
+use snowblue_transport::optics::Wavelengths;
 use snowblue_transport::ordinates;
 use snowblue_transport::slab::Radiometry;
 
 use crate::input::SettingsFile;
-use crate::options::parse::{self, Wavelengths};
+use crate::options::parse;
 use crate::options::{
     ColorOptions, LightOptions, OrdinatesArguments, SlabOptions, SnowOptions, check_transmits, limits,
 };
@@ -124,7 +125,9 @@ impl Color {
         let slab = self.sample.slab(&self.slab, wavelengths)?;
         let solved = ordinates::solve(&slab, &self.ordinates.options()).map_err(Failure::input)?;
         let curve = |rows: &[Radiometry]| {
-            let value = |row: &Radiometry| if self.reflected { row.reflectance.value } else { row.transmittance.value };
+            let value = |row: &Radiometry| {
+                if self.reflected { row.fluxes.reflectance.value } else { row.fluxes.transmittance.value }
+            };
             let slab = vec![rows[0].thickness_cm.into(), Cell::word(rows[0].incidence.to_string())];
             Curve { slab, values: rows.iter().map(value).collect() }
         };

@@ -6,6 +6,7 @@ use snowblue_database::fidelity::PERCEPTIBLE_DELTA_E;
 use snowblue_database::matching::{self, Given, Match as Found, Problem, Target};
 use snowblue_database::{DatabaseError, Interval};
 use snowblue_figures::{Cell, DataTable};
+use snowblue_transport::optics::Wavelengths;
 use snowblue_transport::parameters::{ANGLE, THICKNESS};
 use snowblue_transport::slab::Incidence;
 
@@ -80,7 +81,7 @@ pub(crate) struct Match {
 impl Match {
     pub(crate) fn run(&self, quiet: bool) -> Outcome {
         self.output.check()?;
-        let wavelengths = parse::wavelengths("400:700:10").map_err(Failure::Work)?;
+        let wavelengths = Wavelengths::visible();
         let colorimeter = self.light.colorimeter(Observer::Cie1931, &wavelengths.0)?;
         let white = LinearRgb { r: 1.0, g: 1.0, b: 1.0 }.xyz();
         let target = Target { color: self.target.decode().xyz(), white, colorimeter: &colorimeter };

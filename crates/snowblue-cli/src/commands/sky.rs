@@ -3,9 +3,10 @@
 use clap::Args;
 use snowblue_figures::{Cell, DataTable, Metadata};
 use snowblue_sky::{DAYLIGHT_RANGE_NM, DateTime, Daylight, Place, Sky as Model, SunPosition, sun_position};
+use snowblue_transport::optics::Wavelengths;
 
 use crate::options::WeatherOptions;
-use crate::options::parse::{self, Wavelengths};
+use crate::options::parse;
 use crate::output::{Failure, Outcome, OutputOptions};
 
 /// Compute the irradiance of level ground by the sun and the sky, per wavelength
@@ -52,7 +53,7 @@ pub(crate) struct Sky {
     #[arg(long, value_name = "A", value_parser = parse::number, default_value = "0.8", help_heading = "Sky")]
     ground_albedo: f64,
     #[arg(
-        long, value_name = "NM", value_parser = parse::wavelengths, default_value = "320:720:10", help_heading = "Sky",
+        long, value_name = "NM", default_value = "320:720:10", help_heading = "Sky",
         help = format!(
             "Wavelengths in nm: FIRST:LAST:STEP or a list [{}–{}]", DAYLIGHT_RANGE_NM.0, DAYLIGHT_RANGE_NM.1
         )

@@ -9,9 +9,10 @@ use snowblue_figures::{Cell, DataTable, Metadata};
 use snowblue_render::Exposure;
 use snowblue_render::film::image_file::write_raster_png;
 use snowblue_render::raster::RasterImage;
-use snowblue_transport::batch::{Batch, CaseFluxes, SlabCase};
+use snowblue_transport::batch::{Batch, SlabCase};
 use snowblue_transport::ordinates::solve_batch;
 use snowblue_transport::sample::Property;
+use snowblue_transport::slab::Fluxes;
 
 use crate::options::{
     ColorOptions, GivenOptions, LightOptions, OrdinatesArguments, SlabOptions, SnowOptions, check_transmits, limits,
@@ -230,7 +231,7 @@ impl Swatch {
         let thicknesses_cm: Vec<f64> = batch.cases.iter().map(|case| case.thickness_cm).collect();
         check_transmits(&thicknesses_cm, self.reflected)?;
         let fluxes = solve_batch(&batch, &self.ordinates.options(), false, &|_| ()).map_err(Failure::input)?;
-        let value = |of: &CaseFluxes| if self.reflected { of.reflectance.value } else { of.transmittance.value };
+        let value = |of: &Fluxes| if self.reflected { of.reflectance.value } else { of.transmittance.value };
         let values: Vec<f64> = fluxes.iter().map(value).collect();
         let spectra = values.chunks_exact(batch.wavelengths_nm.len());
         let colour = |((mut cells, subject), values): ((Vec<Cell>, Subject), &[f64])| {

@@ -6,7 +6,6 @@ use std::time::Duration;
 use snowblue_base::{Count, Number, ParameterRange, Quantity};
 use snowblue_color::exposure::MAX_STOPS;
 use snowblue_color::{Illuminant, Observer, Srgb8};
-use snowblue_database::axes_file;
 use snowblue_render::Aovs;
 use snowblue_render::Exposure;
 use snowblue_render::film::window::Window;
@@ -22,10 +21,6 @@ pub(crate) struct Span {
     pub(crate) min: f64,
     pub(crate) max: f64,
 }
-
-/// Wavelengths, in nm.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Wavelengths(pub(crate) Vec<f64>);
 
 pub(crate) fn number(word: &str) -> Result<f64, String> {
     word.trim().parse().map_err(|_| format!("'{word}' is not a number"))
@@ -111,10 +106,6 @@ pub(crate) fn streams(word: &str) -> Result<Streams, String> {
 
 pub(crate) fn incidence(word: &str) -> Result<Incidence, String> {
     word.parse::<Incidence>().map_err(|error| error.to_string())
-}
-
-pub(crate) fn wavelengths(words: &str) -> Result<Wavelengths, String> {
-    axes_file::wavelengths(words).map(Wavelengths)
 }
 
 pub(crate) fn span(words: &str) -> Result<Span, String> {

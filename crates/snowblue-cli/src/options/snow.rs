@@ -2,12 +2,12 @@
 
 use clap::Args;
 use snowblue_figures::{Metadata, format_number};
-use snowblue_transport::optics::{IceTable, Substance};
+use snowblue_transport::optics::{IceTable, Substance, Wavelengths};
 use snowblue_transport::parameters::{DENSITY, GRAIN_SIZE, SURFACE_AREA};
 use snowblue_transport::sample::{GrainSize, Property, SizeMeasure, SnowKeys, SnowSample, SnowType, TruncatedNormal};
 use snowblue_transport::slab::Slab;
 
-use super::parse::{self, Wavelengths};
+use super::parse;
 use super::property::{PropertyAxis, PropertyValues, option_name};
 use super::{SlabOptions, has_no_effect, limits};
 use crate::output::Failure;

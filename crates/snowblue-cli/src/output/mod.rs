@@ -7,7 +7,6 @@ mod terminal;
 mod failure;
 mod files;
 mod memory;
-mod netcdf;
 mod phases;
 mod progress;
 
@@ -19,7 +18,6 @@ pub(crate) use failure::{Failure, INTERRUPTED, Outcome, exit_code};
 pub(crate) use files::{
     check_extension, check_not_input, check_path, check_table_path, create_folder, ending, output_path, write_file,
 };
-pub(crate) use netcdf::Layout;
 pub(crate) use phases::Phases;
 pub(crate) use picture_file::{IDLE_PNG_OPTION, PictureFile, PictureFormat, SCENE_NOTE, TABLE_NOTE, describe_samples};
 pub(crate) use printable::printable;

@@ -10,7 +10,6 @@ use snowblue_figures::{Cell, DataTable};
 
 use super::failure::{Failure, Outcome};
 use super::files::{check_path, ending, output_path, write_file};
-use super::netcdf::{self, Layout};
 use super::terminal::{print, print_message};
 
 /// Where results go, and in which format.
@@ -74,14 +73,6 @@ impl OutputOptions {
                 self.chosen_format(ENDINGS_OF_SPECTRA)?;
                 self.check()
             }
-        }
-    }
-
-    /// As [`write`](Self::write), for results on wavelengths, which may also be written as NetCDF.
-    pub(crate) fn write_spectrum(&self, results: &DataTable, layout: Layout, quiet: bool) -> Outcome {
-        match self.netcdf_path() {
-            Some(path) => netcdf::write(path, results, layout),
-            None => self.write(results, quiet),
         }
     }
 

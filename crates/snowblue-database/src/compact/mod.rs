@@ -319,7 +319,7 @@ fn samples(
     let solved = solve_without_errors(&slab, options)?;
     let count = slab.wavelengths_nm.len();
     let spectra: Vec<_> = solved.chunks_exact(count).collect();
-    let darkest = solved.iter().find(|radiometry| radiometry.transmittance.value <= MIN_TRANSMITTANCE);
+    let darkest = solved.iter().find(|radiometry| radiometry.fluxes.transmittance.value <= MIN_TRANSMITTANCE);
     if let Some(Radiometry { thickness_cm, .. }) = darkest {
         return Err(CompactError::Dark { thickness_cm: *thickness_cm });
     }
@@ -333,11 +333,14 @@ fn samples(
     };
     Ok(Samples {
         transmittance: rows(&|case| {
-            logarithms(spectra[case].iter().map(|radiometry| radiometry.transmittance.value).collect(), 1.0)
+            logarithms(spectra[case].iter().map(|radiometry| radiometry.fluxes.transmittance.value).collect(), 1.0)
         }),
         reflectance: rows(&|case| {
             let thickness_m = 1e-2 * spectra[case][0].thickness_cm;
-            logarithms(spectra[case].iter().map(|radiometry| radiometry.reflectance.value).collect(), thickness_m)
+            logarithms(
+                spectra[case].iter().map(|radiometry| radiometry.fluxes.reflectance.value).collect(),
+                thickness_m,
+            )
         }),
     })
 }

@@ -14,10 +14,13 @@
 //! `reflectance`.
 
 mod format;
+pub mod netcdf;
 mod reader;
 mod writer;
 
 use std::path::Path;
+
+use snowblue_transport::parameters::UNITS_OF_KEYS;
 
 use crate::axes::{Coordinate, NamedAxis, is_diffuse};
 use crate::{DatabaseError, Quantity};
@@ -71,13 +74,6 @@ pub fn export_csv(table: &AnyTable, path: &Path) -> Result<(), DatabaseError> {
 
 /// The name of the column of an axis, which ends in its unit.
 fn column_name(NamedAxis { name, unit, .. }: &NamedAxis) -> String {
-    let unit = match *unit {
-        "1" => return (*name).to_owned(),
-        "kg m-3" => "kg_m3",
-        "degree" => "deg",
-        "degree_Celsius" => "c",
-        "ng g-1" => "ng_g",
-        unit => unit,
-    };
-    format!("{name}_{unit}")
+    let ending = UNITS_OF_KEYS.iter().find_map(|(ending, of_ending)| (of_ending == unit).then_some(*ending));
+    format!("{name}{}", ending.unwrap_or_default())
 }

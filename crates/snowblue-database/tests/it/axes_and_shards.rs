@@ -6,7 +6,7 @@ use snowblue_database::shard::{self, NamedShard, Part};
 use snowblue_database::{Axes, CompressedTable, Property, PropertyAxis, Quantity, Space, Table};
 use snowblue_transport::optics::Substance;
 use snowblue_transport::ordinates::{self, OrdinatesOptions};
-use snowblue_transport::slab::Slab;
+use snowblue_transport::slab::{Radiometry, Slab};
 
 const TALLY_RAYS: u32 = 1 << 12;
 
@@ -56,13 +56,13 @@ fn values_are_those_of_single_samples() {
         let options = OrdinatesOptions { tally_rays: TALLY_RAYS, ..OrdinatesOptions::default() };
         let solved = ordinates::solve(&slab, &options).unwrap();
         let lights = slab.incidences.len();
-        for (place, row) in solved.iter().enumerate() {
+        for (place, Radiometry { fluxes, .. }) in solved.iter().enumerate() {
             // In the engine's results the light runs faster than the thickness, in the table slower.
             let (rest, w) = (place / 3, place % 3);
             let (thickness, light) = (rest / lights, rest % lights);
             let there = number * per_sample + (light * axes.thicknesses_cm.len() + thickness) * 3 + w;
             for (value, expected) in
-                [(table.transmittance[there], row.transmittance), (table.reflectance[there], row.reflectance)]
+                [(table.transmittance[there], fluxes.transmittance), (table.reflectance[there], fluxes.reflectance)]
             {
                 assert!((value / expected.value - 1.0).abs() < 1e-6, "{}", axes.describe(there / 3));
             }

@@ -32,7 +32,7 @@ fn light_through(snow: &Problem, colorimeter: &Colorimeter, options: &OrdinatesO
         wavelengths_nm: colorimeter.wavelengths_nm().to_vec(),
     };
     let solved = solve_without_errors(&slab, options).unwrap();
-    colorimeter.xyz(&solved.iter().map(|row| row.transmittance.value).collect::<Vec<_>>())
+    colorimeter.xyz(&solved.iter().map(|row| row.fluxes.transmittance.value).collect::<Vec<_>>())
 }
 
 fn closest(color: Xyz, illuminant: Illuminant, snow: &Problem) -> Result<Vec<Match>, DatabaseError> {

@@ -39,8 +39,8 @@ fn spectra(sample: SnowSample, thicknesses_cm: &[f64], angles_deg: &[f64]) -> Ve
     let solved = solve(&slab(sample, thicknesses_cm, angles_deg, tens()), &OPTIONS).unwrap();
     let curve = |rows: &[snowblue_transport::slab::Radiometry]| {
         [
-            rows.iter().map(|row| row.transmittance.value).collect(),
-            rows.iter().map(|row| row.reflectance.value).collect(),
+            rows.iter().map(|row| row.fluxes.transmittance.value).collect(),
+            rows.iter().map(|row| row.fluxes.reflectance.value).collect(),
         ]
     };
     solved.chunks_exact(31).map(curve).collect()
@@ -147,7 +147,7 @@ fn three_samples_differ_visibly_from_31() {
     let sample = snow(400.0, 0.3, 300.0);
     let [transmitted, _] = &spectra(sample, &[15.0], &[0.0])[0];
     let at_three = solve(&slab(sample, &[15.0], &[0.0], three_nm.to_vec()), &OPTIONS).unwrap();
-    let at_three: Vec<f64> = at_three.iter().map(|row| row.transmittance.value).collect();
+    let at_three: Vec<f64> = at_three.iter().map(|row| row.fluxes.transmittance.value).collect();
     let own_whites = [(2.26, 4.92), (2.46, 5.34), (2.42, 5.25), (2.54, 5.54), (2.19, 4.75)];
     for (name, expected) in FIG_3.into_iter().zip(own_whites) {
         let observer = colorimeter(name);

@@ -62,7 +62,7 @@ fn transmittances(wavelengths_nm: Vec<f64>) -> Result<Curve, FigureError> {
         wavelengths_nm,
     };
     let rows = ordinates::solve_without_errors(&slab, &OrdinatesOptions::default())?;
-    Ok(rows.iter().map(|row| (row.wavelength_nm, row.transmittance.value)).collect())
+    Ok(rows.iter().map(|row| (row.wavelength_nm, row.fluxes.transmittance.value)).collect())
 }
 
 fn lamp(name: &str, curves: &[Curve; 2]) -> Result<IlluminantComparison, FigureError> {

@@ -32,10 +32,12 @@ pub(crate) fn figure() -> Result<Figure, FigureError> {
     let rows = ordinates::solve_without_errors(&slab, &OrdinatesOptions::default())?;
     let curves: Vec<&[Radiometry]> = rows.chunks_exact(slab.wavelengths_nm.len()).collect();
     let cells = |row: &Radiometry| {
-        [row.thickness_cm, row.wavelength_nm, row.reflectance.value, row.transmittance.value].map(Cell::from).to_vec()
+        [row.thickness_cm, row.wavelength_nm, row.fluxes.reflectance.value, row.fluxes.transmittance.value]
+            .map(Cell::from)
+            .to_vec()
     };
     // Every 5 nm from 400 nm on.
-    let at = |curve: &&[Radiometry]| [10, 20, 30, 50, 70].map(|number: usize| curve[number].transmittance.value);
+    let at = |curve: &&[Radiometry]| [10, 20, 30, 50, 70].map(|number: usize| curve[number].fluxes.transmittance.value);
     let brief = |curve: &&[Radiometry]| [&[curve[0].thickness_cm], &at(curve)[..]].concat();
     let brief = curves.iter().map(|curve| brief(curve).into_iter().map(Cell::from).collect()).collect();
     let columns = ["cm", "T 450", "T 500", "T 550", "T 650", "T 750"];
@@ -67,10 +69,10 @@ fn draw(curves: &[&[Radiometry]]) -> String {
     let mut entries = Vec::new();
     for (number, (curve, colour)) in curves.iter().zip(&colours).enumerate() {
         let stroke = Stroke::solid(colour, 2.0);
-        let passed: Vec<_> = curve.iter().map(|row| (row.wavelength_nm, row.transmittance.value)).collect();
+        let passed: Vec<_> = curve.iter().map(|row| (row.wavelength_nm, row.fluxes.transmittance.value)).collect();
         chart.curve(&transmittance.points(&passed), stroke);
         if number == TABLE_S1 {
-            let back: Vec<_> = curve.iter().map(|row| (row.wavelength_nm, row.reflectance.value)).collect();
+            let back: Vec<_> = curve.iter().map(|row| (row.wavelength_nm, row.fluxes.reflectance.value)).collect();
             chart.curve(&reflectance.points(&back), stroke);
         }
         entries.push((format!("{} cm", THICKNESSES_CM[number]), stroke));

@@ -24,8 +24,10 @@ type Quantity = fn(&Radiometry) -> Estimate;
 /// transmittance is the downward flux there.
 pub fn spectrum(rows: &[Radiometry], metadata: &[(&'static str, String)], is_on_ground: bool) -> String {
     let transmittance = if is_on_ground { "Downward flux at the ground" } else { "Transmittance" };
-    let panels: [(f64, f64, &str, Quantity); 2] =
-        [(64.0, 364.0, transmittance, |row| row.transmittance), (424.0, 600.0, "Reflectance", |row| row.reflectance)];
+    let panels: [(f64, f64, &str, Quantity); 2] = [
+        (64.0, 364.0, transmittance, |row| row.fluxes.transmittance),
+        (424.0, 600.0, "Reflectance", |row| row.fluxes.reflectance),
+    ];
     let mut chart = Chart::new(900.0, 690.0, "Transmittance and reflectance of snow");
     let (thicknesses, angles) = (Styles::of(rows, "Thickness", thickness), Styles::of(rows, "Incidence", angle));
     let by_angle = thicknesses.names.len() == 1;
@@ -58,7 +60,7 @@ pub fn spectrum(rows: &[Radiometry], metadata: &[(&'static str, String)], is_on_
     let strokes = colours.iter().map(|colour| Stroke::solid(colour, 2.2));
     let y = coloured.legend(&mut chart, 74.0, strokes);
     dashed.legend(&mut chart, y, DASHES.into_iter().cycle().map(|dashes| Stroke { colour: INK, width: 1.8, dashes }));
-    if rows.iter().any(|row| row.transmittance.standard_error > 0.002 * row.transmittance.value) {
+    if rows.iter().any(|row| row.fluxes.transmittance.standard_error > 0.002 * row.fluxes.transmittance.value) {
         chart.text((RIGHT + 28.0, 600.0), "bands: ± 1 standard error", Lettering { size: 11.0, ..REMARK });
     }
     chart.finish(metadata)

@@ -195,9 +195,9 @@ fn the_ground_shines_through_thin_snow() {
     let (beam, diffuse) = (of(slab.incidences[0]), of(Incidence::Diffuse));
     for ground in [0.0, 0.5] {
         // Light that the slab lets through goes back and forth between it and the ground.
-        let to_and_fro = ground / (1.0 - diffuse.reflectance.value * ground);
-        let through = beam.transmittance.value * diffuse.transmittance.value * to_and_fro;
-        let expected = beam.reflectance.value + through;
+        let to_and_fro = ground / (1.0 - diffuse.fluxes.reflectance.value * ground);
+        let through = beam.fluxes.transmittance.value * diffuse.fluxes.transmittance.value * to_and_fro;
+        let expected = beam.fluxes.reflectance.value + through;
         let found = f64::from(brightness(ground));
         // The error of diffusion in a slab of this depth, and 1 % at which gathering of light ends.
         assert!((found / expected - 1.0).abs() < 0.01, "{ground}: {found} for {expected}");

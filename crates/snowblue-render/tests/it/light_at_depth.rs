@@ -133,7 +133,7 @@ fn a_slab_absorbs_over_a_day_what_discrete_ordinates_say() {
         let sky = ClearSky::new(elevation_deg, 3.0, &[0.9; WAVELENGTHS_NM.len()]).unwrap();
         let sun = pack(20.0, &[], Incidence::Beam { angle_deg: 90.0 - elevation_deg });
         for (k, nm) in wavelengths_nm().into_iter().enumerate() {
-            let absorbed = |one: &StackRadiometry| 1.0 - one.whole.reflectance.value - one.whole.transmittance.value;
+            let absorbed = |one: &StackRadiometry| one.whole.fluxes.absorptance.value;
             expected[k] += 310.0 * sky.sun_irradiance(nm) * elevation_deg.to_radians().sin() * absorbed(&sun[k]);
             for (angle_deg, ring) in &rings {
                 let (mut irradiance, cells) = (0.0, 16);

@@ -75,7 +75,7 @@ fn diffusion_through_slabs_agrees_with_discrete_ordinates() {
         let transmitted = flux(&mut integrator, Vec3A::new(0.0, 0.0, -half_m), -1.0);
         let reflected = flux(&mut integrator, Vec3A::new(0.0, 0.0, half_m), 1.0);
         for (k, known) in known.iter().enumerate() {
-            let (t, r) = (known.transmittance.value, known.reflectance.value);
+            let (t, r) = (known.fluxes.transmittance.value, known.fluxes.reflectance.value);
             // Half a percent of diffusion from two transport mean free paths (4 mm) on, as much for the noise of both
             // tallies of grains, and for the reflectance at 80° that of the phase function at grazing angles.
             let error = (transmitted[k] / t - 1.0, reflected[k] / r - 1.0);
@@ -159,7 +159,7 @@ fn a_plane_of_snow_has_the_albedo_of_deep_snow() {
         let reflected = flux(&mut integrator, Vec3A::ZERO, 1.0);
         for (k, known) in known.iter().enumerate() {
             // Half a percent of the light that is absorbed by diffusion, and noise of 64 samples of a sky that is even.
-            let error = reflected[k] / (std::f64::consts::PI * known.reflectance.value) - 1.0;
+            let error = reflected[k] / (std::f64::consts::PI * known.fluxes.reflectance.value) - 1.0;
             assert!(error.abs() < 2e-3, "{method}, {k}: {error}");
         }
     }

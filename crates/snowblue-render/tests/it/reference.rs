@@ -86,10 +86,10 @@ fn a_slab_under_a_uniform_sky_returns_what_it_does_not_absorb() {
         let target = Vec3A::new(0.0, 0.0, 0.02);
         let found = estimate(&mut integrator, eye(target, angle_deg, 1.0), target, 64, BANDS);
         for (found, kept) in found.iter().zip(kept) {
-            let expected = 1.0 - kept.absorptance.value;
+            let expected = 1.0 - kept.fluxes.absorptance.value;
             // Absorption at the least absorbed wavelength is by Russian roulette: few or none of 1024 paths end.
-            let rare = (kept.absorptance.value / 1024.0).sqrt();
-            let p = p_value(found, expected, kept.absorptance.standard_error.hypot(rare));
+            let rare = (kept.fluxes.absorptance.value / 1024.0).sqrt();
+            let p = p_value(found, expected, kept.fluxes.absorptance.standard_error.hypot(rare));
             assert!(p > sidak_level(LEVEL, 9), "{angle_deg}°, {} nm: {found:?} {expected}", kept.wavelength_nm);
             assert!(found.standard_error < 0.02);
         }
@@ -115,7 +115,7 @@ fn snow_on_white_ground_agrees_with_a_stack_on_white_ground() {
     let target = Vec3A::new(0.0, 0.0, 0.02);
     let found = estimate(&mut integrator, eye(target, 30.0, 1.0), target, 64, BANDS);
     for (found, known) in found.iter().zip(&known) {
-        let expected = known.whole.reflectance;
+        let expected = known.whole.fluxes.reflectance;
         // Russian roulette as above.
         let rare = ((1.0 - expected.value) / 1024.0).sqrt();
         let p = p_value(found, expected.value, expected.standard_error.hypot(rare));
@@ -156,7 +156,7 @@ fn a_slab_under_a_directional_light_agrees_with_discrete_ordinates() {
         for (k, known) in known.iter().enumerate() {
             let found = Estimate::of(pictures.iter().map(|picture| picture[k]));
             // 2 W/m² across the beam are 1 W/m² on the slab. Light without interaction, e^{−14}, is negligible.
-            let expected = if above { known.reflectance } else { known.transmittance };
+            let expected = if above { known.fluxes.reflectance } else { known.fluxes.transmittance };
             let p = p_value(&found, expected.value, expected.standard_error);
             assert!(p > sidak_level(LEVEL, 6), "above: {above}: {found:?} {expected:?}");
             assert!(found.standard_error < most_error * expected.value, "{found:?}");

@@ -105,7 +105,7 @@ fn light_through_layers_agrees_with_discrete_ordinates() {
             let transmitted = flux(&mut integrator, Vec3A::new(0.0, 0.0, -0.05), -1.0);
             let reflected = flux(&mut integrator, Vec3A::new(0.0, 0.0, 0.05), 1.0);
             for (k, known) in known.iter().enumerate() {
-                let (t, r) = (known.whole.transmittance.value, known.whole.reflectance.value);
+                let (t, r) = (known.whole.fluxes.transmittance.value, known.whole.fluxes.reflectance.value);
                 let errors = [f64::from(transmitted.0[k]) / t - 1.0, f64::from(reflected.0[k]) / r - 1.0];
                 // Half a percent of diffusion. In the crust of 500 ng/g of soot light is absorbed before it is diffuse,
                 // which the functions of the surface leave out: 1.3 %.

@@ -10,10 +10,8 @@ use crate::optics::Substance;
 use crate::ordinates::{DifferentiatedStack, Peak, differentiate_stack};
 use crate::parameters::SURFACE_AREA;
 use crate::sample::{Property, SnowSample};
-use crate::slab::Incidence;
-use crate::stack::{
-    DepthDerivatives, DepthFluxes, ICE_THICKNESS_RANGE, Layer, Stack, StackDerivatives, StackRadiometry,
-};
+use crate::slab::{Fluxes, Incidence};
+use crate::stack::{DepthFluxes, ICE_THICKNESS_RANGE, Layer, Stack, StackDerivatives};
 use crate::variable::{LayerVariable, Variable};
 
 /// An angle that takes the streams of grazing light.
@@ -89,7 +87,10 @@ impl Inversion {
         let by = |by: &LayerVariable| {
             let parts: Vec<usize> = (0..of_layers.len()).filter(|part| by.overlaps(&of_layers[*part])).collect();
             of_all(&|quantity, depth, row| {
-                let of_part = |part: &usize| quantity.derivative(&derivatives[row * of_layers.len() + part], depth);
+                let of_part = |part: &usize| {
+                    let StackDerivatives { whole, profile } = &derivatives[row * of_layers.len() + part];
+                    quantity.of(whole, profile, depth)
+                };
                 parts.iter().map(of_part).sum()
             })
         };
@@ -98,7 +99,9 @@ impl Inversion {
         Ok(Model {
             positions,
             solved: solved.len(),
-            values: of_all(&|quantity, depth, row| quantity.value(&fluxes[row], depth)),
+            values: of_all(&|quantity, depth, row| {
+                quantity.of(&fluxes[row].whole.fluxes, &fluxes[row].profile, depth).value
+            }),
             derivatives: self.variables.iter().flat_map(by).collect(),
         })
     }
@@ -176,27 +179,15 @@ impl Observation {
 }
 
 impl Quantity {
-    fn value(self, fluxes: &StackRadiometry, depth: usize) -> f64 {
-        let at_depth = |of: fn(&DepthFluxes) -> f64| of(&fluxes.profile[depth]);
+    /// Its value, or its derivative, of those of the whole stack and at each depth.
+    fn of<T: Copy>(self, whole: &Fluxes<T>, profile: &[DepthFluxes<T>], depth: usize) -> T {
         match self {
-            Self::Albedo => fluxes.whole.reflectance.value,
-            Self::Transmittance => fluxes.whole.transmittance.value,
-            Self::Down => at_depth(|at| at.down.value),
-            Self::Up => at_depth(|at| at.up.value),
-            Self::Net => at_depth(|at| at.net.value),
-            Self::Fluence => at_depth(|at| at.fluence.value),
-        }
-    }
-
-    fn derivative(self, derivatives: &StackDerivatives, depth: usize) -> f64 {
-        let at_depth = |of: fn(&DepthDerivatives) -> f64| of(&derivatives.profile[depth]);
-        match self {
-            Self::Albedo => derivatives.whole.reflectance,
-            Self::Transmittance => derivatives.whole.transmittance,
-            Self::Down => at_depth(|at| at.down),
-            Self::Up => at_depth(|at| at.up),
-            Self::Net => at_depth(|at| at.net),
-            Self::Fluence => at_depth(|at| at.fluence),
+            Self::Albedo => whole.reflectance,
+            Self::Transmittance => whole.transmittance,
+            Self::Down => profile[depth].down,
+            Self::Up => profile[depth].up,
+            Self::Net => profile[depth].net,
+            Self::Fluence => profile[depth].fluence,
         }
     }
 }

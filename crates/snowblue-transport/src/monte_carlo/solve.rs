@@ -6,11 +6,11 @@ use super::spectral;
 use super::stack::solve_stack;
 use super::walk::{Absorption, Scatterers, walk};
 use crate::TransportError;
-use crate::batch::{Batch, BatchError, CaseFluxes, SlabCase};
+use crate::batch::{Batch, BatchError, SlabCase};
 use crate::medium::Constituents;
 use crate::parameters::THICKNESS;
 use crate::rng::Stream;
-use crate::slab::{Estimate, Incidence, Radiometry, Slab};
+use crate::slab::{Estimate, Fluxes, Incidence, Radiometry, Slab};
 use crate::stack::{Layer, Stack};
 
 /// Mean paths of all rays of a slab at one wavelength; they do not depend on absorption.
@@ -70,9 +70,7 @@ fn solve_per_wavelength(
                     thickness_cm,
                     incidence,
                     wavelength_nm,
-                    reflectance: sums.estimate(0, options.rays),
-                    transmittance: sums.estimate(1, options.rays),
-                    absorptance: sums.estimate(2, options.rays),
+                    fluxes: [0, 1, 2].map(|quantity| sums.estimate(quantity, options.rays)).into(),
                 });
                 let traced = answer.len() as u64 * options.rays;
                 progress(RayProgress { traced, total: cases as u64 * options.rays });
@@ -121,7 +119,7 @@ pub fn solve_batch(
     batch: &Batch,
     options: &MonteCarloOptions,
     progress: &(dyn Fn(RayProgress) + Sync),
-) -> Result<Vec<CaseFluxes>, BatchError> {
+) -> Result<Vec<Fluxes>, BatchError> {
     batch.check()?;
     for (number, case) in batch.cases.iter().enumerate() {
         let finite = THICKNESS.range.check(case.thickness_cm);
@@ -145,15 +143,10 @@ pub fn solve_batch(
         };
         let solved = solved.map_err(|error| BatchError { case: Some(cases[0]), error })?;
         for (case, fluxes) in cases.iter().zip(solved.chunks_exact(batch.wavelengths_nm.len())) {
-            rows[*case] = fluxes.to_vec();
+            rows[*case] = fluxes.iter().map(|row| row.fluxes).collect();
         }
     }
-    let fluxes = |row: &Radiometry| CaseFluxes {
-        reflectance: row.reflectance,
-        transmittance: row.transmittance,
-        absorptance: row.absorptance,
-    };
-    Ok(rows.iter().flatten().map(fluxes).collect())
+    Ok(rows.concat())
 }
 
 /// The slab whose cases these are, in its order.

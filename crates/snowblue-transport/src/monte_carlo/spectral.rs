@@ -107,15 +107,8 @@ pub(super) fn solve(
         let first = order.iter().position(|other| *other == i).unwrap_or(0) * wavelengths;
         for (&incidence, sums) in slab.incidences.iter().zip(&sums) {
             for (w, &wavelength_nm) in slab.wavelengths_nm.iter().enumerate() {
-                let [reflectance, transmittance, absorptance] = [0, 1, 2].map(|q| sums.estimate(q, first + w));
-                answer.push(Radiometry {
-                    thickness_cm,
-                    incidence,
-                    wavelength_nm,
-                    reflectance,
-                    transmittance,
-                    absorptance,
-                });
+                let fluxes = [0, 1, 2].map(|quantity| sums.estimate(quantity, first + w)).into();
+                answer.push(Radiometry { thickness_cm, incidence, wavelength_nm, fluxes });
             }
         }
     }

@@ -80,9 +80,7 @@ pub fn solve_stack(
                 thickness_cm: stack.thickness_cm(),
                 incidence,
                 wavelength_nm,
-                reflectance: sums.estimate(0, options.rays),
-                transmittance: sums.estimate(1, options.rays),
-                absorptance: sums.estimate(2, options.rays),
+                fluxes: [0, 1, 2].map(|quantity| sums.estimate(quantity, options.rays)).into(),
             });
             progress(RayProgress { traced: answer.len() as u64 * options.rays, total });
         }

@@ -8,6 +8,7 @@ pub mod impurity;
 mod index_nodes;
 mod spectral_table;
 pub mod water;
+mod wavelengths;
 
 use crate::dual::Real;
 pub use ice::IceTable;
@@ -15,6 +16,7 @@ pub use impurity::{Impurities, Substance};
 pub(crate) use index_nodes::{IndexNodes, lagrange};
 pub(crate) use spectral_table::SpectralTable;
 pub use spectral_table::WavelengthRange;
+pub use wavelengths::Wavelengths;
 
 /// Reflection and refraction of unpolarised light at an interface.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -40,7 +40,7 @@ impl WavelengthRange {
     ///
     /// # Errors
     /// [`RangeError::OutOfRange`] otherwise.
-    pub(crate) fn check(self, quantity: &'static str, wavelength_nm: f64) -> Result<(), RangeError> {
+    pub fn check(self, quantity: &'static str, wavelength_nm: f64) -> Result<(), RangeError> {
         ParameterRange { quantity, least: self.first_nm, greatest: self.last_nm, unit: "nm" }.check(wavelength_nm)
     }
 }

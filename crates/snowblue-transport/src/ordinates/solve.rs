@@ -18,11 +18,11 @@ use super::layered::{LayeredMedium, MediumLayer};
 use super::options::{OrdinatesOptions, Peak, Streams};
 use super::solve_each::groups_alike;
 use crate::TransportError;
-use crate::batch::{Batch, BatchError, CaseFluxes, SlabCase};
+use crate::batch::{Batch, BatchError, SlabCase};
 use crate::dual::{Dual, LANES, Real};
 use crate::medium::{Composition, Demand, GrainTallies, Jackknife, Medium, Population};
 use crate::sample::Property;
-use crate::slab::{Estimate, FluxDerivatives, Incidence, Radiometry, Slab};
+use crate::slab::{Estimate, Fluxes, Incidence, Radiometry, Slab};
 use crate::variable::Variable;
 
 /// Samples that are solved before their fluxes are put in order: enough for all threads, while the fluxes that wait
@@ -33,9 +33,9 @@ const PLANS_AT_ONCE: usize = 1024;
 #[derive(Debug, Clone, PartialEq)]
 pub struct DifferentiatedFluxes {
     /// Of each case at each wavelength, the wavelength running fastest.
-    pub fluxes: Vec<CaseFluxes>,
+    pub fluxes: Vec<Fluxes>,
     /// Of each case at each wavelength with respect to each variable, the variable running fastest.
-    pub derivatives: Vec<FluxDerivatives>,
+    pub derivatives: Vec<Fluxes<f64>>,
 }
 
 /// Some variables, no more than a number has derivatives, and a medium with its derivatives by them.
@@ -107,7 +107,7 @@ fn solve_with(slab: &Slab, options: &OrdinatesOptions, errors: bool) -> Result<V
     slab.check()?;
     let batch = Batch::from(slab);
     let solved = solve_batch(&batch, options, errors, &|_| ()).map_err(|wrong| wrong.error)?;
-    Ok(CaseFluxes::radiometry(&batch, &solved))
+    Ok(batch.radiometry(&solved))
 }
 
 /// Fluxes of each case at each wavelength, the wavelength running fastest. Without `errors` the standard errors, by a
@@ -152,7 +152,7 @@ pub fn solve_batch(
     options: &OrdinatesOptions,
     errors: bool,
     progress: &(dyn Fn(usize) + Sync),
-) -> Result<Vec<CaseFluxes>, BatchError> {
+) -> Result<Vec<Fluxes>, BatchError> {
     Ok(solved::<false>(batch, &[], (options, errors), progress)?.fluxes)
 }
 
@@ -206,11 +206,10 @@ fn solved<const DIFFERENTIATE: bool>(
         wavelengths_nm.iter().try_for_each(|wavelength_nm| variable.check_at(*wavelength_nm))?;
     }
     let cases_of = batch.cases_of_samples();
-    let nothing = Estimate { value: f64::NAN, standard_error: f64::NAN };
-    let nothing = CaseFluxes { reflectance: nothing, transmittance: nothing, absorptance: nothing };
+    let nothing = Fluxes::from([f64::NAN; 3]);
+    let mut derivatives = vec![nothing; cases.len() * wavelengths_nm.len() * variables.len()];
+    let nothing = nothing.map(|value| Estimate { value, standard_error: value });
     let mut fluxes = vec![nothing; cases.len() * wavelengths_nm.len()];
-    let nothing = FluxDerivatives { reflectance: f64::NAN, transmittance: f64::NAN, absorptance: f64::NAN };
-    let mut derivatives = vec![nothing; fluxes.len() * variables.len()];
     let done = AtomicUsize::new(0);
     let used = (0..samples.len()).filter(|sample| !cases_of[*sample].is_empty());
     for group in groups_alike(samples, used) {
@@ -312,7 +311,7 @@ impl Plan {
             self.solved::<DIFFERENTIATE>(&medium(without), if without.is_none() { differentiations } else { &[] })
         };
         let solved = if errors { Jackknife::new(result) } else { Jackknife::without_errors(result) };
-        let case = |(place, ground): (usize, &f64)| CaseFluxes {
+        let case = |(place, ground): (usize, &f64)| Fluxes {
             reflectance: solved.estimate(|solved| solved.values[place].reflectance),
             transmittance: solved.estimate(|solved| solved.values[place].transmittance),
             absorptance: solved.estimate(|solved: &Solved| solved.values[place].absorbed(*ground)),
@@ -326,11 +325,8 @@ impl Plan {
             {
                 let passed = of_case[place];
                 let absorptance = passed.absorbed(Variable::GroundAlbedo.number(*ground, variables));
-                let by = |lane: usize| FluxDerivatives {
-                    reflectance: passed.reflectance.derivatives()[lane],
-                    transmittance: passed.transmittance.derivatives()[lane],
-                    absorptance: absorptance.derivatives()[lane],
-                };
+                let fluxes = Fluxes::from([passed.reflectance, passed.transmittance, absorptance]);
+                let by = |lane: usize| fluxes.map(|number| number.derivatives()[lane]);
                 derivatives.extend((0..variables.len()).map(by));
             }
         }

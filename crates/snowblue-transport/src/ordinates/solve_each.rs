@@ -163,8 +163,8 @@ mod tests {
         let each = own(slab.sample);
         for (case, alone) in alone.chunks_exact(2).enumerate() {
             for (alone, each) in alone.iter().zip(each.spectrum(case / 2, case % 2)) {
-                assert!((alone.transmittance.value / each.transmittance - 1.0).abs() < 1e-12);
-                assert!((alone.reflectance.value / each.reflectance - 1.0).abs() < 1e-12);
+                assert!((alone.fluxes.transmittance.value / each.transmittance - 1.0).abs() < 1e-12);
+                assert!((alone.fluxes.reflectance.value / each.reflectance - 1.0).abs() < 1e-12);
             }
         }
         let other = SnowSample { facetness: TruncatedNormal::exactly(0.5), ..slab.sample };

@@ -19,10 +19,8 @@ use crate::dual::{Dual, LANES, Real};
 use crate::medium::{Jackknife, Medium};
 
 use crate::sample::Property;
-use crate::slab::{FluxDerivatives, Incidence, Radiometry};
-use crate::stack::{
-    DepthDerivatives, DepthFluxes, LayerKind, Place, Slice, Slices, Stack, StackDerivatives, StackRadiometry,
-};
+use crate::slab::{Fluxes, Incidence, Radiometry};
+use crate::stack::{DepthFluxes, LayerKind, Place, Slice, Slices, Stack, StackDerivatives, StackRadiometry};
 use crate::variable::{LayerVariable, Variable};
 
 /// Fluxes of a stack with their derivatives.
@@ -224,11 +222,10 @@ fn radiometry(
         let StackFluxes { reflectance, transmittance, .. } = fluxes[place];
         Passed { reflectance, transmittance }.absorbed(stack.ground_albedo)
     };
-    let at_depth = |(number, depth_cm): (usize, &f64)| {
+    let at_depth = |number: usize| {
         let estimate =
             |quantity: fn(&ProfilePoint) -> f64| jackknife.estimate(|all| quantity(&all[place].profile[number]));
         DepthFluxes {
-            depth_cm: *depth_cm,
             down: estimate(|at| at.fluxes.down),
             up: estimate(|at| at.fluxes.up),
             net: estimate(|at| at.fluxes.net),
@@ -242,12 +239,14 @@ fn radiometry(
             thickness_cm: stack.thickness_cm(),
             incidence,
             wavelength_nm,
-            reflectance: jackknife.estimate(|fluxes| fluxes[place].reflectance),
-            transmittance: jackknife.estimate(|fluxes| fluxes[place].transmittance),
-            absorptance: jackknife.estimate(absorbed),
+            fluxes: Fluxes {
+                reflectance: jackknife.estimate(|fluxes| fluxes[place].reflectance),
+                transmittance: jackknife.estimate(|fluxes| fluxes[place].transmittance),
+                absorptance: jackknife.estimate(absorbed),
+            },
         },
         direct: jackknife.whole()[place].direct,
-        profile: stack.depths_cm.iter().enumerate().map(at_depth).collect(),
+        profile: (0..stack.depths_cm.len()).map(at_depth).collect(),
     }
 }
 
@@ -466,11 +465,10 @@ impl StackChanges {
         };
         let is_ground = f64::from(u8::from(by.variable == Variable::GroundAlbedo));
         let absorptance = passed.absorbed(number(stack.ground_albedo, is_ground));
-        let [reflectance, transmittance, absorptance] =
-            [passed.reflectance, passed.transmittance, absorptance].map(|number| number.derivatives()[lane]);
+        let whole = Fluxes::from([passed.reflectance, passed.transmittance, absorptance]);
         let points = fluxes.profile.iter().zip(&self.profile);
         StackDerivatives {
-            whole: FluxDerivatives { reflectance, transmittance, absorptance },
+            whole: whole.map(|number| number.derivatives()[lane]),
             profile: points.map(|(point, change)| change.by(by, lane, (point, cut), &of)).collect(),
         }
     }
@@ -497,7 +495,7 @@ impl ProfileChange {
         lane: usize,
         (point, cut): (&ProfilePoint, &Slices),
         of: &dyn Fn(&FluxChange) -> f64,
-    ) -> DepthDerivatives {
+    ) -> DepthFluxes<f64> {
         let [down, up, net] = self.fluxes.each_ref().map(of);
         let fluence = of(&self.fluence);
         let mut changes = [down, up, net, fluence, self.within_ice.as_ref().map_or(fluence, of)];
@@ -518,7 +516,7 @@ impl ProfileChange {
         let absorbed_per_m = absorption_per_m * Dual::new(point.absorbed_fluence, [absorbed_fluence; LANES]);
         let rate_per_cm = Dual::new(self.rate_per_cm.value(), [own(&self.rate_per_cm); LANES]);
         let e_folding_depth_cm = Dual::from(1.0) / rate_per_cm;
-        DepthDerivatives {
+        DepthFluxes {
             down,
             up,
             net,

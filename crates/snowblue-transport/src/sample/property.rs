@@ -10,7 +10,7 @@ use crate::error::TransportError;
 use crate::optics::Substance;
 use crate::parameters::{
     ANGLE, DENSITY, FACETNESS, GRAIN_SIZE, GROUND_ALBEDO, MASS_FRACTION, SPHERICITY, SURFACE_AREA, TEMPERATURE,
-    THICKNESS, WATER_SATURATION,
+    THICKNESS, WATER_SATURATION, name_and_unit,
 };
 
 /// A property of snow that is a number, or a distribution about one.
@@ -162,8 +162,7 @@ impl Property {
     /// Its key without the unit: its name in tables and, with hyphens, of options.
     #[must_use]
     pub fn name(self) -> &'static str {
-        let key = self.key();
-        ["_um", "_m2_kg", "_kg_m3", "_ng_g", "_c"].iter().find_map(|unit| key.strip_suffix(unit)).unwrap_or(key)
+        name_and_unit(self.key()).0
     }
 
     /// Whether fluxes may be differentiated with respect to it.

@@ -2,8 +2,8 @@
 
 use snowblue_transport::ordinates::{self, OrdinatesOptions};
 use snowblue_transport::sample::{GrainSize, SnowSample};
-use snowblue_transport::slab::{Incidence, Radiometry, Slab};
-use snowblue_transport::sunlight::{Band, BandWeights, Broadband, MAX_STEP_NM};
+use snowblue_transport::slab::{Fluxes, Incidence, Radiometry, Slab};
+use snowblue_transport::sunlight::{Band, BandWeights, MAX_STEP_NM};
 
 fn steps(first: u32, last: u32, step: usize) -> Vec<f64> {
     (first..=last).step_by(step).map(f64::from).collect()
@@ -20,9 +20,10 @@ fn curves(sample: SnowSample, thicknesses_cm: &[f64], angles_deg: &[f64], wavele
     ordinates::solve_without_errors(&slab, &options).unwrap()
 }
 
-fn broadband(band: Band, curve: &[Radiometry]) -> Broadband {
-    let wavelengths_nm: Vec<f64> = curve.iter().map(|row| row.wavelength_nm).collect();
-    BandWeights::new(band, SnowSample::default().wavelength_range(), &wavelengths_nm).unwrap().broadband(curve)
+fn broadband(band: Band, curve: &[Radiometry]) -> Fluxes {
+    let (wavelengths_nm, fluxes): (Vec<f64>, Vec<Fluxes>) =
+        curve.iter().map(|row| (row.wavelength_nm, row.fluxes)).unzip();
+    BandWeights::new(band, SnowSample::default().wavelength_range(), &wavelengths_nm).unwrap().broadband(&fluxes)
 }
 
 /// Gardner & Sharp (2010, doi:10.1029/2009JF001444) fit the broadband albedo of deep pure snow by 1.48 − S^−0.07 for
@@ -63,7 +64,7 @@ fn few_wavelengths_suffice() {
             assert!((curve[10].wavelength_nm - curve[0].wavelength_nm - MAX_STEP_NM).abs() < 1e-9);
             assert!((usual.reflectance.value - fine.reflectance.value).abs() < 2e-5, "{usual:?} {fine:?}");
             assert!((coarse.reflectance.value - fine.reflectance.value).abs() < 3e-3, "{coarse:?} {fine:?}");
-            let transmittance = |of: &Broadband| of.transmittance.value;
+            let transmittance = |of: &Fluxes| of.transmittance.value;
             assert!((transmittance(&usual) / transmittance(&fine) - 1.0).abs() < 0.012, "{usual:?} {fine:?}");
         }
     }

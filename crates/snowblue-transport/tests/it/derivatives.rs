@@ -1,8 +1,8 @@
 //! Derivatives of spectra against differences, Taylor's theorem, and laws.
 
-use snowblue_transport::batch::{Batch, CaseFluxes, SlabCase};
+use snowblue_transport::batch::{Batch, SlabCase};
 use snowblue_transport::ordinates::{OrdinatesOptions, Streams, differentiate_batch, solve_batch};
-use snowblue_transport::slab::FluxDerivatives;
+use snowblue_transport::slab::Fluxes;
 use snowblue_transport::{
     GrainSize, Impurities, Incidence, Property, SnowSample, Substance, TruncatedNormal, Variable,
 };
@@ -69,14 +69,13 @@ fn batch(scene: &Scene) -> Batch {
 }
 
 fn solve(scene: &Scene, options: &OrdinatesOptions) -> Vec<[f64; 3]> {
-    let values = |row: CaseFluxes| [row.reflectance.value, row.transmittance.value, row.absorptance.value];
-    solve_batch(&batch(scene), options, false, &|_| ()).unwrap().into_iter().map(values).collect()
+    let solved = solve_batch(&batch(scene), options, false, &|_| ()).unwrap();
+    solved.into_iter().map(|fluxes| fluxes.to_array().map(|one| one.value)).collect()
 }
 
 fn differentiate(scene: &Scene, variables: &[Variable], options: &OrdinatesOptions) -> Vec<[f64; 3]> {
-    let values = |row: FluxDerivatives| [row.reflectance, row.transmittance, row.absorptance];
     let solved = differentiate_batch(&batch(scene), variables, options, false, &|_| ()).unwrap();
-    solved.derivatives.into_iter().map(values).collect()
+    solved.derivatives.into_iter().map(Fluxes::to_array).collect()
 }
 
 /// The value of a variable, if the scene has one.

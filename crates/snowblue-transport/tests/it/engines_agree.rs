@@ -48,16 +48,16 @@ fn engines_agree() {
     let answers: Vec<[Radiometry; 2]> = (0..).zip(CASES).map(|(number, case)| solve(&slab(case, number))).collect();
     for (number, [simulated, solved]) in answers.iter().enumerate() {
         for (quantity, a, b) in [
-            ("reflectance", simulated.reflectance, solved.reflectance),
-            ("transmittance", simulated.transmittance, solved.transmittance),
-            ("absorptance", simulated.absorptance, solved.absorptance),
+            ("reflectance", simulated.fluxes.reflectance, solved.fluxes.reflectance),
+            ("transmittance", simulated.fluxes.transmittance, solved.fluxes.transmittance),
+            ("absorptance", simulated.fluxes.absorptance, solved.fluxes.absorptance),
         ] {
             let z = z_score(a, b);
             // 42 comparisons at 4 σ: a false alarm in 400 seeds.
             assert!(z.abs() <= 4.0, "case {number}, {quantity}: simulated {a:?}, solved {b:?}, z = {z:.1}");
         }
     }
-    assert!(z_score(answers[0][0].transmittance, answers[1][1].transmittance).abs() > 10.0);
+    assert!(z_score(answers[0][0].fluxes.transmittance, answers[1][1].fluxes.transmittance).abs() > 10.0);
 }
 
 fn z_score(a: Estimate, b: Estimate) -> f64 {
@@ -110,9 +110,9 @@ fn shared_paths_agree_with_separate_ones() {
     for ((a, b), c) in shared.iter().zip(&separate).zip(&solved) {
         assert_eq!((a.thickness_cm.to_bits(), a.incidence), (b.thickness_cm.to_bits(), b.incidence));
         for (a, b, c) in [
-            (a.reflectance, b.reflectance, c.reflectance),
-            (a.transmittance, b.transmittance, c.transmittance),
-            (a.absorptance, b.absorptance, c.absorptance),
+            (a.fluxes.reflectance, b.fluxes.reflectance, c.fluxes.reflectance),
+            (a.fluxes.transmittance, b.fluxes.transmittance, c.fluxes.transmittance),
+            (a.fluxes.absorptance, b.fluxes.absorptance, c.fluxes.absorptance),
         ] {
             // 108 comparisons, most of them correlated; 4 σ is a false alarm in a hundred seeds or more.
             assert!(z_score(a, b).abs() < 4.0 && z_score(a, c).abs() < 4.0, "{a:?} {b:?} {c:?}");
@@ -146,9 +146,9 @@ fn engines_agree_about_layers() {
         let solved = ordinates::solve_stack(&stack, &ORDINATES).unwrap();
         for (a, b) in simulated.iter().zip(&solved) {
             for (a, b) in [
-                (a.reflectance, b.whole.reflectance),
-                (a.transmittance, b.whole.transmittance),
-                (a.absorptance, b.whole.absorptance),
+                (a.fluxes.reflectance, b.whole.fluxes.reflectance),
+                (a.fluxes.transmittance, b.whole.fluxes.transmittance),
+                (a.fluxes.absorptance, b.whole.fluxes.absorptance),
             ] {
                 // 54 comparisons at 4 σ.
                 assert!(z_score(a, b).abs() < 4.0, "albedo {ground_albedo}: {a:?} {b:?}");

@@ -55,8 +55,8 @@ fn patches_add_up_to_the_flux() {
     for (spread, (same_rays, fluxes)) in spread.iter().zip(same_rays.iter().zip(&fluxes)) {
         assert_eq!((spread.incidence, spread.wavelength_nm), (fluxes.incidence, fluxes.wavelength_nm));
         // 10,000 terms below 1, summed in another order.
-        assert!((spread.reflectance.value - same_rays.reflectance.value).abs() < 1e-12);
-        assert!((spread.transmittance.value - same_rays.transmittance.value).abs() < 1e-12);
+        assert!((spread.reflectance.value - same_rays.fluxes.reflectance.value).abs() < 1e-12);
+        assert!((spread.transmittance.value - same_rays.fluxes.transmittance.value).abs() < 1e-12);
         let integral = |patches: &[Patch]| -> f64 {
             patches.iter().map(|patch| patch.bsdf_per_sr.value * PI / patches.len() as f64).sum()
         };
@@ -64,8 +64,8 @@ fn patches_add_up_to_the_flux() {
         let below = integral(&spread.transmission) + spread.direct.value;
         assert!((below - spread.transmittance.value).abs() < 1e-12);
         p_values.extend([
-            p_value(spread.reflectance, fluxes.reflectance),
-            p_value(spread.transmittance, fluxes.transmittance),
+            p_value(spread.reflectance, fluxes.fluxes.reflectance),
+            p_value(spread.transmittance, fluxes.fluxes.transmittance),
         ]);
         if let Incidence::Beam { angle_deg } = spread.incidence {
             let path = slab.optical_depth(slab.thicknesses_cm[0]) / angle_deg.to_radians().cos();
@@ -220,8 +220,8 @@ fn radiance_under_lambertian_light_has_the_fluxes_of_ordinates() {
         let fluxes = &fluxes[ring * parts..(ring + 1) * parts];
         let angles = &angles[ring * parts..(ring + 1) * parts];
         let direct: f64 = angles.iter().map(|deg| (-depth / deg.to_radians().cos()).exp()).sum();
-        let transmittance: f64 = fluxes.iter().map(|flux| flux.transmittance.value).sum();
-        let reflectance: f64 = fluxes.iter().map(|flux| flux.reflectance.value).sum();
+        let transmittance: f64 = fluxes.iter().map(|flux| flux.fluxes.transmittance.value).sum();
+        let reflectance: f64 = fluxes.iter().map(|flux| flux.fluxes.reflectance.value).sum();
         for (patch, flux) in
             [(spread.transmission[ring], transmittance - direct), (spread.reflection[ring], reflectance)]
         {

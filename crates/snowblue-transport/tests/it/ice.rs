@@ -81,8 +81,11 @@ fn ice_alone_has_its_closed_form() {
         for (answer, cosine) in solved.iter().zip([1.0, 0.5, 89.0_f64.to_radians().cos()]) {
             let [reflected, transmitted] = slab(cosine, 3.0, nm);
             let whole = &answer.whole;
-            assert!((whole.reflectance.value - reflected).abs() < 1e-12, "{nm} {cosine}: {whole:?} {reflected}");
-            assert!((whole.transmittance.value - transmitted).abs() < 1e-12, "{nm} {cosine}: {whole:?} {transmitted}");
+            assert!((whole.fluxes.reflectance.value - reflected).abs() < 1e-12, "{nm} {cosine}: {whole:?} {reflected}");
+            assert!(
+                (whole.fluxes.transmittance.value - transmitted).abs() < 1e-12,
+                "{nm} {cosine}: {whole:?} {transmitted}"
+            );
             assert!((answer.direct - transmitted).abs() < 1e-12);
         }
         // Lambertian light by quadrature with 64 nodes, against 8 ordinates.
@@ -91,8 +94,8 @@ fn ice_alone_has_its_closed_form() {
             rule.cosines.iter().zip(&rule.weights).map(|(mu, weight)| 2.0 * mu * weight * slab(*mu, 3.0, nm)[i]).sum()
         };
         let diffuse = &solved[3];
-        assert!((diffuse.whole.reflectance.value - mean(0)).abs() < 1e-5, "{nm}: {diffuse:?} {}", mean(0));
-        assert!((diffuse.whole.transmittance.value - mean(1)).abs() < 1e-5, "{nm}: {diffuse:?} {}", mean(1));
+        assert!((diffuse.whole.fluxes.reflectance.value - mean(0)).abs() < 1e-5, "{nm}: {diffuse:?} {}", mean(0));
+        assert!((diffuse.whole.fluxes.transmittance.value - mean(1)).abs() < 1e-5, "{nm}: {diffuse:?} {}", mean(1));
         assert!((diffuse.direct / mean(1) - 1.0).abs() < 1e-9, "{nm}: {diffuse:?} {}", mean(1));
     }
 }
@@ -112,10 +115,10 @@ fn energy_is_conserved() {
                 for answer in solve(&stack) {
                     let what = format!("{name} {albedo} {nm} {}", answer.whole.incidence);
                     let (top, ground) = (&answer.profile[0], &answer.profile[layers.len()]);
-                    let reflected = answer.whole.reflectance.value;
+                    let reflected = answer.whole.fluxes.reflectance.value;
                     assert!((top.down.value - 1.0).abs() < 1e-12 && (top.up.value - reflected).abs() < 1e-12, "{what}");
                     assert!((top.net.value - (1.0 - reflected)).abs() < 1e-12, "{what}: {answer:?}");
-                    let arriving = answer.whole.transmittance.value;
+                    let arriving = answer.whole.fluxes.transmittance.value;
                     assert!((ground.down.value - arriving).abs() < 1e-12 * arriving, "{what}: {answer:?}");
                     assert!((ground.net.value - (1.0 - albedo) * arriving).abs() < 1e-11 * arriving, "{what}");
                     for face in answer.profile.windows(2) {
@@ -187,7 +190,7 @@ fn transmittance_is_reciprocal() {
         let reversed: Vec<Layer> = layers.iter().rev().copied().collect();
         for nm in [550.0, 1300.0] {
             let [down, up] = [layers.clone(), reversed.clone()].map(|layers| solve(&stack(layers, 0.0, &[nm])));
-            let ratio = down[3].whole.transmittance.value / up[3].whole.transmittance.value;
+            let ratio = down[3].whole.fluxes.transmittance.value / up[3].whole.fluxes.transmittance.value;
             assert!((ratio - 1.0).abs() < 1e-11, "{name} {nm}: {ratio}");
         }
     }
@@ -202,9 +205,10 @@ fn cuts_change_nothing() {
     let whole = Stack { depths_cm, ..stack(vec![fresh, ice(1.0), old], 0.4, &[450.0, 1100.0]) };
     let cut = Stack { layers: vec![half, half, ice(0.5), ice(0.2), ice(0.3), old], ..whole.clone() };
     for (whole, cut) in solve(&whole).iter().zip(&solve(&cut)) {
-        let (r, t) = (whole.whole.reflectance.value, whole.whole.transmittance.value);
+        let (r, t) = (whole.whole.fluxes.reflectance.value, whole.whole.fluxes.transmittance.value);
         assert!(
-            (cut.whole.reflectance.value - r).abs() < 1e-12 && (cut.whole.transmittance.value / t - 1.0).abs() < 1e-11
+            (cut.whole.fluxes.reflectance.value - r).abs() < 1e-12
+                && (cut.whole.fluxes.transmittance.value / t - 1.0).abs() < 1e-11
         );
         assert!((cut.direct - whole.direct).abs() <= 1e-10 * whole.direct, "{} {}", whole.direct, cut.direct);
         for (a, b) in whole.profile.iter().zip(&cut.profile) {
@@ -243,9 +247,9 @@ fn random_walks_agree() {
             let solved = solve_stack_without_errors(&stack, &exact).unwrap();
             for (walked, solved) in walked.iter().zip(&solved) {
                 for (walked, solved) in [
-                    (walked.reflectance, solved.whole.reflectance),
-                    (walked.transmittance, solved.whole.transmittance),
-                    (walked.absorptance, solved.whole.absorptance),
+                    (walked.fluxes.reflectance, solved.whole.fluxes.reflectance),
+                    (walked.fluxes.transmittance, solved.whole.fluxes.transmittance),
+                    (walked.fluxes.absorptance, solved.whole.fluxes.absorptance),
                 ] {
                     let sigmas = (walked.value - solved.value) / walked.standard_error;
                     // Of 60 comparisons one is beyond with a probability of 0.4 %.

@@ -650,7 +650,10 @@ fn exact_in_layers(areas_m2_kg: [f64; 2], soot_ng_g: f64, depths_cm: &[f64], ang
     };
     let solved = solve_stack_without_errors(&stack, &OPTIONS).unwrap();
     let down = |depth: usize| solved.iter().map(move |row| row.profile[depth].down.value);
-    [solved.iter().map(|row| row.whole.reflectance.value).collect(), (0..depths_cm.len()).flat_map(down).collect()]
+    [
+        solved.iter().map(|row| row.whole.fluxes.reflectance.value).collect(),
+        (0..depths_cm.len()).flat_map(down).collect(),
+    ]
 }
 
 /// An albedo of this error, and fluxes downwards with a relative error over that of a dark signal.
@@ -789,7 +792,7 @@ fn the_thickness_of_ice_is_retrieved() {
         wavelengths_nm: NM.to_vec(),
     };
     let solved = solve_stack_without_errors(&stack, &OPTIONS).unwrap();
-    let albedo = solved.iter().map(|row| row.whole.reflectance.value).collect();
+    let albedo = solved.iter().map(|row| row.whole.fluxes.reflectance.value).collect();
     let observation = Observation {
         layers: glazed(1.0, 30.0),
         ground_albedo: 0.0,

@@ -164,7 +164,7 @@ fn transmittance_depends_on_load_and_becomes_exponential() {
     let dense = SnowSample { density_kg_m3: 400.0, ..SnowSample::default() };
     let loose = SnowSample { density_kg_m3: 200.0, ..SnowSample::default() };
     for (a, b) in by_ordinates(&default_slab(dense, 10.0)).iter().zip(&by_ordinates(&default_slab(loose, 20.0))) {
-        assert!((a.transmittance.value / b.transmittance.value - 1.0).abs() < 1e-12);
+        assert!((a.fluxes.transmittance.value / b.fluxes.transmittance.value - 1.0).abs() < 1e-12);
     }
     // HG with k small: the diffusion exponent k² = 3(1 − ω)(1 − ωg)(1 + O(1 − ω)).
     let (one_minus_albedo, g) = (1e-6_f64, 0.7);
@@ -184,7 +184,7 @@ fn trends() {
         let incidences = vec![Incidence::Beam { angle_deg }];
         by_ordinates(&Slab { incidences, ..default_slab(sample, thickness_cm) })
             .iter()
-            .map(|r| r.transmittance.value)
+            .map(|r| r.fluxes.transmittance.value)
             .collect()
     };
     let reference = transmittances(base, 15.0, 0.0);
@@ -290,7 +290,7 @@ fn standard_errors_are_correct() {
         for (wavelength, quantity) in [(0, 0), (1, 0), (0, 1), (1, 1), (1, 2)] {
             let pick = |answer: &Vec<Radiometry>| {
                 let row = answer[wavelength];
-                [row.reflectance, row.transmittance, row.absorptance][quantity]
+                [row.fluxes.reflectance, row.fluxes.transmittance, row.fluxes.absorptance][quantity]
             };
             let mean = answers.iter().map(|answer| pick(answer).value).sum::<f64>() / SEEDS as f64;
             let squares =

@@ -6,9 +6,8 @@ use snowblue_transport::ordinates::{
     DifferentiatedStack, OrdinatesOptions, Streams, differentiate_batch, differentiate_stack, solve_stack,
     solve_stack_without_errors,
 };
-use snowblue_transport::slab::FluxDerivatives;
 use snowblue_transport::stack::ICE_THICKNESS_RANGE;
-use snowblue_transport::stack::{DepthDerivatives, DepthFluxes, StackDerivatives, StackRadiometry};
+use snowblue_transport::stack::{DepthFluxes, StackDerivatives, StackRadiometry};
 use snowblue_transport::sunlight::Band;
 use snowblue_transport::{
     GrainSize, IceTable, Impurities, Incidence, Layer, LayerVariable, Property, SnowSample, Stack, Substance,
@@ -94,27 +93,24 @@ const QUANTITIES: [&str; 6] = ["down", "up", "net", "fluence", "absorbed_per_m",
 
 /// R, T and A, then the quantities of each depth, of each wavelength.
 fn values(stack: &Stack, options: &OrdinatesOptions) -> Vec<Vec<f64>> {
-    let of_depth = |DepthFluxes { down, up, net, fluence, absorbed_per_m, e_folding_depth_cm, .. }: &DepthFluxes| {
-        [down, up, net, fluence, absorbed_per_m, e_folding_depth_cm].map(|one| one.value)
-    };
     let solved = solve_stack_without_errors(stack, options).unwrap();
     let row = |row: &StackRadiometry| {
-        let whole = [row.whole.reflectance.value, row.whole.transmittance.value, row.whole.absorptance.value];
-        whole.into_iter().chain(row.profile.iter().flat_map(of_depth)).collect()
+        let whole = row.whole.fluxes.to_array();
+        whole.into_iter().chain(row.profile.iter().flat_map(of_depth)).map(|one| one.value).collect()
     };
     solved.iter().map(row).collect()
 }
 
-/// The same of derivatives, of each wavelength and each variable of each layer.
+/// The quantities of a depth.
+fn of_depth<T: Copy>(at: &DepthFluxes<T>) -> [T; 6] {
+    let DepthFluxes { down, up, net, fluence, absorbed_per_m, e_folding_depth_cm } = *at;
+    [down, up, net, fluence, absorbed_per_m, e_folding_depth_cm]
+}
+
+/// The derivatives of the quantities, of each wavelength and each variable of each layer.
 fn derivatives(solved: &DifferentiatedStack) -> Vec<Vec<f64>> {
-    let of_depth = |at: &DepthDerivatives| {
-        let DepthDerivatives { down, up, net, fluence, absorbed_per_m, e_folding_depth_cm } = *at;
-        [down, up, net, fluence, absorbed_per_m, e_folding_depth_cm]
-    };
     let row = |row: &StackDerivatives| {
-        let FluxDerivatives { reflectance, transmittance, absorptance } = row.whole;
-        let whole = [reflectance, transmittance, absorptance];
-        whole.into_iter().chain(row.profile.iter().flat_map(of_depth)).collect()
+        row.whole.to_array().into_iter().chain(row.profile.iter().flat_map(of_depth)).collect()
     };
     solved.derivatives.iter().map(row).collect()
 }
@@ -343,7 +339,7 @@ fn one_layer_has_the_derivatives_of_the_slab() {
         assert_eq!(layered.len(), slab.derivatives.len());
         for (number, (layered, slab)) in layered.iter().zip(&slab.derivatives).enumerate() {
             let variable = Variable::all()[number % Variable::all().len()];
-            let values = &slab_values(slab);
+            let values = &slab.to_array();
             for (place, expected) in values.iter().enumerate() {
                 // And the rounding of a flux near 1.
                 let tolerance = 1e-9 * expected.abs() + 1e-15;
@@ -356,10 +352,6 @@ fn one_layer_has_the_derivatives_of_the_slab() {
             }
         }
     }
-}
-
-fn slab_values(slab: &FluxDerivatives) -> [f64; 3] {
-    [slab.reflectance, slab.transmittance, slab.absorptance]
 }
 
 /// Slices of one snow have derivatives that sum up to those of the whole, as all of them change together.

@@ -234,19 +234,21 @@ fn profiles_of_a_snow_pack() {
     let answers = ordinates::solve_stack(&stack, &ordinates_options()).unwrap();
     assert_eq!(answers.len(), 16);
     for StackRadiometry { whole, profile, direct } in &answers {
-        let sum = whole.reflectance.value + whole.absorptance.value + 0.8 * whole.transmittance.value;
-        assert!((sum - 1.0).abs() < 1e-12 && *direct < whole.transmittance.value);
+        let sum =
+            whole.fluxes.reflectance.value + whole.fluxes.absorptance.value + 0.8 * whole.fluxes.transmittance.value;
+        assert!((sum - 1.0).abs() < 1e-12 && *direct < whole.fluxes.transmittance.value);
         let (first, last) = (&profile[0], &profile[4]);
         assert_near(first.down.value, 1.0, 1e-12, "flux at the top");
-        assert_near(first.up.value, whole.reflectance.value, 1e-12, "R");
-        assert_near(last.down.value, whole.transmittance.value, 1e-12, "T");
-        assert_near(last.up.value, 0.2 * whole.transmittance.value, 1e-11, "what the ground sends back");
+        assert_near(first.up.value, whole.fluxes.reflectance.value, 1e-12, "R");
+        assert_near(last.down.value, whole.fluxes.transmittance.value, 1e-12, "T");
+        assert_near(last.up.value, 0.2 * whole.fluxes.transmittance.value, 1e-11, "what the ground sends back");
         assert!(profile.is_sorted_by(|a, b| a.net.value > b.net.value && b.net.value > 0.0), "{profile:?}");
-        for (at, depth_cm) in profile.iter().zip(&stack.depths_cm) {
-            assert_near(at.depth_cm, *depth_cm, 0.0, "depth");
+        assert_eq!(profile.len(), stack.depths_cm.len());
+        for at in profile {
             assert!((at.down.value - at.up.value - at.net.value).abs() < 1e-12, "{at:?}");
         }
-        let errors = [whole.reflectance, whole.transmittance, whole.absorptance, last.down, last.e_folding_depth_cm];
+        let errors = whole.fluxes.to_array().into_iter().chain([last.down, last.e_folding_depth_cm]);
+        let errors: Vec<Estimate> = errors.collect();
         // A tally of 2¹⁵ rays has standard errors of 0.1 to several per cent.
         assert!(errors.iter().all(|e| e.standard_error > 0.0 && e.standard_error < 0.2 * e.value), "{errors:?}");
     }
@@ -280,9 +282,9 @@ fn stacks_of_one_sample_are_slabs() {
         for (answer, plain) in answers.iter().zip(&plain) {
             assert_eq!((answer.whole.incidence, answer.whole.wavelength_nm), (plain.incidence, plain.wavelength_nm));
             for (a, b) in [
-                (answer.whole.reflectance, plain.reflectance),
-                (answer.whole.transmittance, plain.transmittance),
-                (answer.whole.absorptance, plain.absorptance),
+                (answer.whole.fluxes.reflectance, plain.fluxes.reflectance),
+                (answer.whole.fluxes.transmittance, plain.fluxes.transmittance),
+                (answer.whole.fluxes.absorptance, plain.fluxes.absorptance),
             ] {
                 assert!((a.value - b.value).abs() < tolerance * b.value + 1e-14, "{a:?} {b:?}");
                 assert_near(a.standard_error, b.standard_error, 1e-6, "standard error");
@@ -322,7 +324,7 @@ fn automatic_streams_suffice_on_the_papers_grid() {
     incidences.extend([Incidence::Beam { angle_deg: 89.0 }, Incidence::Diffuse]);
     let transmittances = |slab: &Slab, streams: Streams| -> Vec<Estimate> {
         let options = OrdinatesOptions { streams, tally_rays: 1 << 16, seed: 1 };
-        ordinates::solve_without_errors(slab, &options).unwrap().iter().map(|row| row.transmittance).collect()
+        ordinates::solve_without_errors(slab, &options).unwrap().iter().map(|row| row.fluxes.transmittance).collect()
     };
     let (mut worst, mut worst_of_eight) = (0.0_f64, 0.0_f64);
     for _ in 0..8 {
@@ -442,8 +444,8 @@ fn the_last_layer_may_be_a_half_space() {
         ordinates::solve_stack_without_errors(&stack, &ordinates_options()).unwrap()
     };
     for (endless, thick) in on_top(f64::INFINITY).iter().zip(on_top(1e5)) {
-        assert_near(endless.whole.reflectance.value, thick.whole.reflectance.value, 1e-12, "R");
-        assert_eq!(endless.whole.transmittance.value.to_bits(), 0.0_f64.to_bits());
+        assert_near(endless.whole.fluxes.reflectance.value, thick.whole.fluxes.reflectance.value, 1e-12, "R");
+        assert_eq!(endless.whole.fluxes.transmittance.value.to_bits(), 0.0_f64.to_bits());
         for (at, other) in endless.profile.iter().zip(&thick.profile) {
             assert_near(at.down.value, other.down.value, 1e-10, "down");
             assert_near(at.fluence.value, other.fluence.value, 1e-10, "fluence");

@@ -49,7 +49,7 @@ fn medium(sample: &SnowSample, wavelength_nm: f64) -> Medium {
 
 fn transmittance(sample: SnowSample, thickness_cm: f64, wavelength_nm: f64) -> f64 {
     let slab = slab(sample, thickness_cm, &[wavelength_nm]);
-    ordinates::solve_without_errors(&slab, &OrdinatesOptions::default()).unwrap()[0].transmittance.value
+    ordinates::solve_without_errors(&slab, &OrdinatesOptions::default()).unwrap()[0].fluxes.transmittance.value
 }
 
 /// Grains entirely in water at 550 nm, n = 1.3110/1.3347: 1 − g is 0.0040 for a smooth sphere, 0.0044 for the default
@@ -139,7 +139,7 @@ fn energy_is_conserved() {
         let stack = Stack { depths_cm: vec![0.0, 2.0], ..one_layer(sample, 2.0) };
         for row in ordinates::solve_stack_without_errors(&stack, &FEW_RAYS).unwrap() {
             let net = row.profile[0].net.value - row.profile[1].net.value;
-            let absorbed = row.whole.absorptance.value;
+            let absorbed = row.whole.fluxes.absorptance.value;
             // Discrete ordinates integrate the flux at the top within 10⁻⁵.
             assert!(net > 0.0 && (net - absorbed).abs() < 1e-5, "{net} {absorbed}");
         }
@@ -164,7 +164,7 @@ fn automatic_streams_suffice_in_wet_snow() {
             ordinates::solve_without_errors(&slab, &options).unwrap()
         };
         for (some, many) in solve(Streams::Auto).iter().zip(&solve(Streams::Exactly(128))) {
-            let ratio = some.transmittance.value / many.transmittance.value;
+            let ratio = some.fluxes.transmittance.value / many.fluxes.transmittance.value;
             assert!((ratio - 1.0).abs() < 1e-4, "S_w = {saturation}: {some:?} {many:?}");
         }
     }
@@ -180,8 +180,8 @@ fn light_without_snow_reaches_the_ground() {
         let solved = &ordinates::solve_stack_without_errors(&stack, &FEW_RAYS).unwrap()[0].whole;
         for answer in [simulated, solved] {
             // 4 σ of a probability of a half, √(1/4 /4000).
-            assert!((answer.reflectance.value - albedo).abs() < 4.0 * 0.0079, "{answer:?}");
-            assert!((answer.transmittance.value - 1.0).abs() < 1e-12, "{answer:?}");
+            assert!((answer.fluxes.reflectance.value - albedo).abs() < 4.0 * 0.0079, "{answer:?}");
+            assert!((answer.fluxes.transmittance.value - 1.0).abs() < 1e-12, "{answer:?}");
         }
     }
 }
@@ -249,9 +249,9 @@ fn one_layer_is_the_slab() {
     let piled = ordinates::solve_stack_without_errors(&stack, &FEW_RAYS).unwrap();
     for (alone, piled) in alone.iter().zip(&piled) {
         for (a, b) in [
-            (alone.reflectance.value, piled.whole.reflectance.value),
-            (alone.transmittance.value, piled.whole.transmittance.value),
-            (alone.transmittance.value, piled.profile[1].down.value),
+            (alone.fluxes.reflectance.value, piled.whole.fluxes.reflectance.value),
+            (alone.fluxes.transmittance.value, piled.whole.fluxes.transmittance.value),
+            (alone.fluxes.transmittance.value, piled.profile[1].down.value),
         ] {
             assert!((a / b - 1.0).abs() < 1e-11, "{alone:?} {piled:?}");
         }
@@ -266,9 +266,9 @@ fn assert_agree(some: &[Radiometry], others: &[Radiometry], what: &str) {
     for (a, b) in some.iter().zip(others) {
         assert_eq!((a.wavelength_nm.to_bits(), a.incidence), (b.wavelength_nm.to_bits(), b.incidence));
         for (a, b, quantity) in [
-            (a.reflectance, b.reflectance, "reflectance"),
-            (a.transmittance, b.transmittance, "transmittance"),
-            (a.absorptance, b.absorptance, "absorptance"),
+            (a.fluxes.reflectance, b.fluxes.reflectance, "reflectance"),
+            (a.fluxes.transmittance, b.fluxes.transmittance, "transmittance"),
+            (a.fluxes.absorptance, b.fluxes.absorptance, "absorptance"),
         ] {
             let z = z_score(a, b);
             assert!(z.abs() < 4.0, "{what}, {quantity}: {a:?} {b:?}, z = {z:.1}");

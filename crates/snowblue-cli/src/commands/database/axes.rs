@@ -7,13 +7,14 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use snowblue_base::toml_table::ParseError;
 use snowblue_database::{Axes, axes_file};
 use snowblue_transport::optics::IceTable;
+use snowblue_transport::optics::Wavelengths;
 use snowblue_transport::parameters::{ANGLE, THICKNESS};
 use snowblue_transport::slab::Incidence;
 
 use crate::input::SettingsFile;
 use crate::options::PropertyAxis;
 use crate::options::limits::{self, described};
-use crate::options::parse::{self, Wavelengths};
+use crate::options::parse;
 use crate::options::property::PropertyValues;
 use crate::output::Failure;
 
@@ -45,7 +46,7 @@ pub(super) struct AxesOptions {
     )]
     angle: Vec<Incidence>,
     #[arg(
-        long, value_name = "NM", value_parser = parse::wavelengths,
+        long, value_name = "NM",
         help = format!("Wavelengths in nm: FIRST:LAST:STEP or a list [{}]", limits::snow_wavelengths())
     )]
     wavelengths: Option<Wavelengths>,

@@ -1,11 +1,9 @@
 //! `spectrum --broadband`: averages over bands of sunlight.
 
 use snowblue_figures::Metadata;
-use snowblue_transport::optics::WavelengthRange;
-use snowblue_transport::slab::Radiometry;
-use snowblue_transport::sunlight::{self, Band, BandWeights, Broadband};
+use snowblue_transport::optics::{WavelengthRange, Wavelengths};
+use snowblue_transport::sunlight::{self, Band, BandWeights};
 
-use crate::options::parse::Wavelengths;
 use crate::output::Failure;
 
 /// All bands, as the option takes them.
@@ -48,30 +46,18 @@ impl Bands {
     }
 }
 
-/// Averages of each slab and incidence over each band. The wavelength varies fastest in `rows`.
-pub(super) fn values(rows: &[Radiometry], weights: &[BandWeights]) -> Vec<Broadband> {
-    let same_slab = |a: &Radiometry, b: &Radiometry| a.wavelength_nm < b.wavelength_nm;
-    rows.chunk_by(same_slab).flat_map(|curve| weights.iter().map(|weights| weights.broadband(curve))).collect()
-}
-
 /// Name and ends of a band, as `solar-300-2500`; the ends depend on the range of the tables.
 pub(super) fn name(band: Band, range: WavelengthRange) -> String {
     format!("{}-{}-{}", band.name(), range.first_nm, range.last_nm)
 }
 
 /// The solar spectrum, and the irradiance of each band.
-pub(super) fn metadata(rows: &[Broadband]) -> Metadata {
-    let mut bands: Vec<&Broadband> = Vec::new();
-    for row in rows {
-        if !bands.iter().any(|known| known.band == row.band) {
-            bands.push(row);
-        }
-    }
-    let irradiance = |row: &&Broadband| match row.band {
+pub(super) fn metadata(bands: &[BandWeights]) -> Metadata {
+    let irradiance = |BandWeights { band, range, .. }: &BandWeights| match band {
         Band::Par => {
-            format!("{} {:.2} µmol m⁻² s⁻¹", name(row.band, row.range), sunlight::photon_flux_umol_m2_s(row.range))
+            format!("{} {:.2} µmol m⁻² s⁻¹", name(*band, *range), sunlight::photon_flux_umol_m2_s(*range))
         }
-        _ => format!("{} {:.2} W m⁻²", name(row.band, row.range), sunlight::irradiance_w_m2(row.range)),
+        _ => format!("{} {:.2} W m⁻²", name(*band, *range), sunlight::irradiance_w_m2(*range)),
     };
     let sun: Vec<String> = bands.iter().map(irradiance).collect();
     vec![("sunlight", sunlight::SPECTRUM.to_owned()), ("full sun", sun.join(", "))]

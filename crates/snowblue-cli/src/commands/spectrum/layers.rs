@@ -6,10 +6,9 @@ use clap::Args;
 use snowblue_base::toml_table::ParseError;
 use snowblue_figures::{Cell, Metadata, format_number};
 use snowblue_transport::layer_file::LayerFile;
-use snowblue_transport::optics::Substance;
-use snowblue_transport::optics::WavelengthRange;
+use snowblue_transport::optics::{Substance, WavelengthRange, Wavelengths};
 use snowblue_transport::parameters::GROUND_ALBEDO;
-use snowblue_transport::slab::Slab;
+use snowblue_transport::slab::Incidence;
 use snowblue_transport::stack::{Layer, Stack, StackRadiometry};
 
 use crate::input::SettingsFile;
@@ -49,7 +48,7 @@ pub(super) struct StackOptions {
 
 /// Layers from a file, with their metadata.
 pub(super) struct Pack {
-    layers: Vec<Layer>,
+    pub(super) layers: Vec<Layer>,
     pub(super) metadata: Metadata,
 }
 
@@ -61,11 +60,6 @@ impl StackOptions {
     /// The file of layers.
     pub(super) fn file(&self) -> Option<&Path> {
         self.layers.as_deref()
-    }
-
-    /// Whether any of these options is given.
-    pub(super) fn is_used(&self) -> bool {
-        self.layers.is_some() || self.ground_albedo.is_some() || self.has_depths()
     }
 
     /// The albedo of the ground, 0 without one.
@@ -117,37 +111,38 @@ impl StackOptions {
         Ok(Some(Pack { layers, metadata }))
     }
 
-    /// One stack of the layers of a pack, or a stack of one layer for each thickness of `slab`.
-    pub(super) fn stacks(&self, slab: &Slab, pack: Option<&Pack>) -> Result<Vec<Stack>, Failure> {
-        let stack = |layers: Vec<Layer>| Stack {
+    /// Layers on the ground, checked.
+    pub(super) fn stack(
+        &self,
+        layers: Vec<Layer>,
+        incidences: &[Incidence],
+        wavelengths: &Wavelengths,
+    ) -> Result<Stack, Failure> {
+        let stack = Stack {
             layers,
             ground_albedo: self.ground_albedo(),
             depths_cm: self.depths.clone(),
-            incidences: slab.incidences.clone(),
-            wavelengths_nm: slab.wavelengths_nm.clone(),
+            incidences: incidences.to_vec(),
+            wavelengths_nm: wavelengths.0.clone(),
         };
-        let single_layer = |thickness_cm: &f64| stack(vec![Layer::snow(slab.sample, *thickness_cm)]);
-        let stacks: Vec<Stack> = match pack {
-            Some(pack) => vec![stack(pack.layers.clone())],
-            None => slab.thicknesses_cm.iter().map(single_layer).collect(),
-        };
-        stacks.iter().try_for_each(Stack::check).map_err(Failure::input)?;
-        Ok(stacks)
+        stack.check().map_err(Failure::input)?;
+        Ok(stack)
     }
 }
 
 impl Pack {
     /// The range of wavelengths that the tables of all layers cover, in nm.
-    pub(super) fn wavelength_range(&self) -> Option<WavelengthRange> {
-        self.layers.iter().map(Layer::wavelength_range).reduce(WavelengthRange::intersection)
+    pub(super) fn wavelength_range(&self) -> WavelengthRange {
+        let first = self.layers[0].wavelength_range();
+        self.layers.iter().map(Layer::wavelength_range).fold(first, WavelengthRange::intersection)
     }
 }
 
 /// A row for each depth of a solved stack.
-pub(super) fn profile_rows(answer: &StackRadiometry) -> impl Iterator<Item = Vec<Cell>> {
-    answer.profile.iter().map(|at| {
+pub(super) fn profile_rows<'a>(answer: &'a StackRadiometry, stack: &'a Stack) -> impl Iterator<Item = Vec<Cell>> + 'a {
+    answer.profile.iter().zip(&stack.depths_cm).map(|(at, depth_cm)| {
         let whole = &answer.whole;
-        let mut row: Vec<Cell> = vec![whole.thickness_cm.into(), at.depth_cm.into()];
+        let mut row: Vec<Cell> = vec![whole.thickness_cm.into(), (*depth_cm).into()];
         row.extend([Cell::word(whole.incidence.to_string()), whole.wavelength_nm.into()]);
         row.extend(
             [at.down, at.up, at.net, at.fluence, at.e_folding_depth_cm].map(|estimate| Cell::from(estimate.value)),

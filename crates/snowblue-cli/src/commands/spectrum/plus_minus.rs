@@ -3,7 +3,8 @@
 use snowblue_base::unit_suffix;
 use snowblue_figures::{Cell, Metadata, format_number};
 use snowblue_transport::Property;
-use snowblue_transport::spread::{DRAWS, FluxIntervals, Uncertainty};
+use snowblue_transport::slab::Fluxes;
+use snowblue_transport::spread::{DRAWS, Uncertainty};
 
 use crate::options::parse;
 
@@ -47,8 +48,8 @@ pub(super) fn uncertainty(words: &str) -> Result<Uncertainty, String> {
 }
 
 /// The cells of [`COLUMNS`].
-pub(super) fn cells(at: &FluxIntervals) -> impl Iterator<Item = Cell> {
-    [at.reflectance, at.transmittance, at.absorptance].into_iter().flatten().map(Cell::from)
+pub(super) fn cells(at: &Fluxes<[f64; 2]>) -> impl Iterator<Item = Cell> {
+    at.to_array().into_iter().flatten().map(Cell::from)
 }
 
 /// What the intervals are.

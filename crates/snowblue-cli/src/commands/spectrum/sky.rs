@@ -4,14 +4,14 @@ use clap::Args;
 use snowblue_figures::{Cell, DataTable, Metadata};
 use snowblue_sky::{DateTime, Daylight, Place, SkyError, daylight_wavelengths_nm, sun_position, times_of_day};
 use snowblue_transport::illumination::{Illumination, LightInLayers, LightLevel, light_in_layers};
-use snowblue_transport::optics::WavelengthRange;
+use snowblue_transport::optics::{WavelengthRange, Wavelengths};
 use snowblue_transport::ordinates::OrdinatesOptions;
 use snowblue_transport::stack::Stack;
 use snowblue_transport::sunlight::Band;
 
 use super::broadband::{self, Bands};
 use crate::options::WeatherOptions;
-use crate::options::parse::{self, Wavelengths};
+use crate::options::parse;
 use crate::output::Failure;
 
 /// The sun and the sky above the snow.

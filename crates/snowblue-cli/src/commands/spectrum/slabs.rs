@@ -1,16 +1,18 @@
-//! Many slabs: the lines of a CSV file, or the combinations of options with several values.
+//! Slabs: the lines of a CSV file, or the combinations of the values of options.
 //!
 //! All lines are checked before any is computed, so that a mistake on the last one costs no time.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use snowblue_base::csv_text::{cells, is_comment, lines, separator_hint};
 use snowblue_figures::{Cell, format_number};
 use snowblue_transport::Number;
-use snowblue_transport::batch::{Batch, SlabCase};
+use snowblue_transport::batch::{Batch, BatchError, SlabCase};
+use snowblue_transport::optics::{WavelengthRange, Wavelengths};
 use snowblue_transport::sample::{Property, SizeMeasure, SnowKeys, SnowSample};
 use snowblue_transport::slab::Incidence;
 
+use super::curves::{Labels, SLAB_COLUMNS, slab_cells};
 use crate::input::SettingsFile;
 use crate::options::property::{option_name, values};
 use crate::options::{GivenOptions, PropertyAxis, SnowOptions, has_no_effect, parse, set_optical_radius};
@@ -18,13 +20,12 @@ use crate::output::Failure;
 
 /// Slabs with what leads their rows.
 pub(super) struct Slabs {
-    pub(super) batch: Batch,
-    /// Names of the leading columns.
-    pub(super) columns: Vec<&'static str>,
-    /// Leading cells of each case.
-    pub(super) leading: Vec<Vec<Cell>>,
-    /// Line of the file of each case, from 1; none without a file.
-    lines: Option<Vec<usize>>,
+    pub(super) labels: Labels,
+    /// The kinds of snow.
+    pub(super) samples: Vec<SnowSample>,
+    cases: Vec<SlabCase>,
+    /// The file, and the line of each case in it, from 1; none for options.
+    file: Option<(PathBuf, Vec<usize>)>,
 }
 
 /// Values of the options, for what no column or axis sets.
@@ -33,7 +34,6 @@ pub(super) struct Defaults<'o> {
     pub(super) thicknesses_cm: &'o [f64],
     pub(super) incidences: &'o [Incidence],
     pub(super) ground_albedo: f64,
-    pub(super) wavelengths_nm: &'o [f64],
 }
 
 /// A column of a file.
@@ -58,14 +58,12 @@ struct Line {
     ground_albedo: f64,
 }
 
-const THICKNESS: &str = "thickness_cm";
-const ANGLE: &str = "angle_deg";
-
 impl Slabs {
     /// Every combination of the values of the options.
-    pub(super) fn of_axes(axes: &[&PropertyAxis], defaults: &Defaults) -> Result<Self, Failure> {
+    pub(super) fn of_options(defaults: &Defaults) -> Result<Self, Failure> {
+        let axes: Vec<&PropertyAxis> = defaults.snow.axes().collect();
         let mut combinations: Vec<(Vec<Cell>, SnowKeys)> = vec![(Vec::new(), defaults.snow.keys()?)];
-        for PropertyAxis { property, values } in axes {
+        for PropertyAxis { property, values } in &axes {
             let with = |(cells, snow): &(Vec<Cell>, SnowKeys), value: &[f64]| {
                 let mut snow = snow.clone();
                 snow.set(*property, value).map_err(Failure::input)?;
@@ -74,12 +72,12 @@ impl Slabs {
             let all = combinations.iter().flat_map(|one| values.iter().map(move |value| with(one, value)));
             combinations = all.collect::<Result<_, Failure>>()?;
         }
-        let (mut samples, mut cases, mut leading) = (Vec::new(), Vec::new(), Vec::new());
-        for (cells, snow) in combinations {
+        let (mut samples, mut cases, mut cells) = (Vec::new(), Vec::new(), Vec::new());
+        for (of_snow, snow) in combinations {
             samples.push(snow.sample().map_err(|wrong| Failure::input(wrong.error))?);
             for thickness_cm in defaults.thicknesses_cm {
                 for incidence in defaults.incidences {
-                    leading.push([&cells[..], &slab_cells(*thickness_cm, incidence)].concat());
+                    cells.push([&of_snow[..], &slab_cells(*thickness_cm, incidence)].concat());
                     cases.push(SlabCase {
                         sample: samples.len() - 1,
                         thickness_cm: *thickness_cm,
@@ -89,15 +87,17 @@ impl Slabs {
                 }
             }
         }
-        let batch = Batch { samples, cases, wavelengths_nm: defaults.wavelengths_nm.to_vec() };
-        let columns = axes.iter().map(|axis| axis.property.key()).chain([THICKNESS, ANGLE]).collect();
-        let slabs = Self { batch, columns, leading, lines: None };
-        slabs.batch.check().map_err(|wrong| slabs.failure(None, wrong.case, &wrong.error))?;
-        Ok(slabs)
+        let columns = axes.iter().map(|axis| axis.property.key()).chain(SLAB_COLUMNS).collect();
+        let lengths = axes.iter().map(|axis| axis.values.len());
+        let lengths = lengths.chain([defaults.thicknesses_cm.len(), defaults.incidences.len()]).collect();
+        Ok(Self { labels: Labels { columns, cells, axes: Some(lengths) }, samples, cases, file: None })
     }
 
     /// The lines of a file.
     pub(super) fn read(path: &Path, defaults: &Defaults, given: &GivenOptions) -> Result<Self, Failure> {
+        if defaults.snow.axes().next().is_some() {
+            return Err(Failure::Input("an option has several values, but --batch takes one, or a column".to_owned()));
+        }
         let text = SettingsFile::read(path)?;
         let mut lines = lines(&text).skip_while(|(_, line)| is_comment(line));
         let at = |line: usize, why: &str| Failure::Input(format!("{}:{line}: {why}", path.display()));
@@ -111,37 +111,32 @@ impl Slabs {
             ground_albedo: defaults.ground_albedo,
         };
         // What is wrong in the options is wrong on no line.
-        let samples = vec![first.snow.sample().map_err(|wrong| Failure::input(wrong.error))?];
-        let options = Batch { samples, cases: vec![first.case(0)], wavelengths_nm: defaults.wavelengths_nm.to_vec() };
-        options.check().map_err(Failure::input)?;
-        let mut slabs = Self {
-            batch: Batch { samples: Vec::new(), cases: Vec::new(), wavelengths_nm: defaults.wavelengths_nm.to_vec() },
-            columns: Vec::new(),
-            leading: Vec::new(),
-            lines: Some(Vec::new()),
-        };
-        let has_slab = [Column::Thickness, Column::Angle].map(|column| columns.contains(&column));
-        slabs.columns = columns.iter().map(|column| column.name()).collect();
-        slabs.columns.extend(
-            [(THICKNESS, has_slab[0]), (ANGLE, has_slab[1])].iter().filter(|(_, has)| !has).map(|(name, _)| *name),
-        );
-        let mut is_full = vec![true; columns.len()];
+        let sample = first.snow.sample().map_err(|wrong| Failure::input(wrong.error))?;
+        let wavelengths_nm = vec![sample.wavelength_range().first_nm];
+        Batch { samples: vec![sample], cases: vec![first.case(0)], wavelengths_nm }.check().map_err(Failure::input)?;
+        let others = [(Column::Thickness, 0), (Column::Angle, 1)];
+        let others = others.iter().filter(|(column, _)| !columns.contains(column)).map(|(_, place)| *place);
+        let others: Vec<usize> = others.collect();
+        let names = columns.iter().map(|column| column.name()).chain(others.iter().map(|place| SLAB_COLUMNS[*place]));
+        let labels = Labels { columns: names.collect(), cells: Vec::new(), axes: None };
+        let mut slabs = Self { labels, samples: Vec::new(), cases: Vec::new(), file: None };
+        let (mut numbers, mut is_full) = (Vec::new(), vec![true; columns.len()]);
         // A name may begin with the sign of a comment.
         let has_comments = columns.first() != Some(&Column::Name);
         for (number, line) in lines.filter(|(_, line)| !has_comments || !is_comment(line)) {
             let (own, mut cells, sample, is_given) = first.read(&columns, line).map_err(|why| at(number, &why))?;
             is_full.iter_mut().zip(is_given).for_each(|(full, given)| *full &= given);
             let slab = slab_cells(own.thickness_cm, &own.incidence);
-            cells.extend(slab.into_iter().zip(has_slab).filter(|(_, has)| !has).map(|(cell, _)| cell));
-            slabs.leading.push(cells);
+            cells.extend(others.iter().map(|place| slab[*place].clone()));
+            slabs.labels.cells.push(cells);
             let sample = slabs.place_of(sample);
-            slabs.batch.cases.push(own.case(sample));
-            slabs.lines.get_or_insert_default().push(number);
+            slabs.cases.push(own.case(sample));
+            numbers.push(number);
         }
-        if slabs.batch.cases.is_empty() {
+        if slabs.cases.is_empty() {
             return Err(Failure::Input(format!("{}: has no slab below the names of columns", path.display())));
         }
-        slabs.batch.check().map_err(|wrong| slabs.failure(Some(path), wrong.case, &wrong.error))?;
+        slabs.file = Some((path.to_owned(), numbers));
         for (column, _) in columns.iter().zip(is_full).filter(|(_, full)| *full) {
             if let Some(option) = column.option().filter(|option| given.has(option) && column.is_in(&first.snow)) {
                 let why = format!("each line of {} has {}", path.display(), column.name());
@@ -151,28 +146,38 @@ impl Slabs {
         Ok(slabs)
     }
 
-    /// The columns that have a value for each slab.
-    pub(super) fn full_columns(&self) -> Vec<&'static str> {
-        let is_full = |place: &usize| {
-            self.leading.iter().all(|cells| !matches!(&cells[*place], Cell::Word(word) if word.is_empty()))
-        };
-        (0..self.columns.len()).filter(is_full).map(|place| self.columns[place]).collect()
+    /// The slabs at some wavelengths, checked.
+    pub(super) fn batch(&self, wavelengths: Wavelengths) -> Result<Batch, Failure> {
+        let batch = Batch { samples: self.samples.clone(), cases: self.cases.clone(), wavelengths_nm: wavelengths.0 };
+        batch.check().map_err(|wrong| self.failure(&wrong))?;
+        Ok(batch)
+    }
+
+    /// The wavelengths that the tables of all kinds of snow cover.
+    pub(super) fn wavelength_range(&self) -> WavelengthRange {
+        let first = self.samples[0].wavelength_range();
+        self.samples.iter().fold(first, |range, sample| range.intersection(sample.wavelength_range()))
+    }
+
+    /// Whether all slabs are of the snow of the options.
+    pub(super) fn has_one_snow(&self) -> bool {
+        self.file.is_none() && self.samples.len() == 1
     }
 
     /// The place of a sample among those of the batch; neighbouring lines often have the same.
     fn place_of(&mut self, sample: SnowSample) -> usize {
-        if self.batch.samples.last() != Some(&sample) {
-            self.batch.samples.push(sample);
+        if self.samples.last() != Some(&sample) {
+            self.samples.push(sample);
         }
-        self.batch.samples.len() - 1
+        self.samples.len() - 1
     }
 
-    /// The error of a case.
-    pub(super) fn failure(&self, path: Option<&Path>, case: Option<usize>, error: &dyn std::fmt::Display) -> Failure {
-        let line = case.and_then(|case| Some(*self.lines.as_ref()?.get(case)?));
-        match (path, line) {
-            (Some(path), Some(line)) => Failure::Input(format!("{}:{line}: {error}", path.display())),
-            _ => Failure::Input(error.to_string()),
+    /// The error of a case, with its line.
+    pub(super) fn failure(&self, BatchError { case, error }: &BatchError) -> Failure {
+        let line = case.and_then(|case| self.file.as_ref().map(|(path, lines)| (path, lines[case])));
+        match line {
+            Some((path, line)) => Failure::Input(format!("{}:{line}: {error}", path.display())),
+            None => Failure::input(error),
         }
     }
 }
@@ -183,10 +188,6 @@ fn cell(numbers: &[f64]) -> Cell {
         [number] => (*number).into(),
         _ => Cell::word(numbers.iter().map(|number| format_number(*number)).collect::<Vec<_>>().join(":")),
     }
-}
-
-fn slab_cells(thickness_cm: f64, incidence: &Incidence) -> [Cell; 2] {
-    [thickness_cm.into(), Cell::word(incidence.to_string())]
 }
 
 /// The only value of an option.
@@ -307,8 +308,8 @@ impl Column {
     fn name(self) -> &'static str {
         match self {
             Self::Name => "name",
-            Self::Thickness => THICKNESS,
-            Self::Angle => ANGLE,
+            Self::Thickness => SLAB_COLUMNS[0],
+            Self::Angle => SLAB_COLUMNS[1],
             Self::Ground => "ground_albedo",
             Self::Snow => "snow",
             Self::OpticalRadius => "optical_radius_um",
