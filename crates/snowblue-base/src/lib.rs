@@ -20,8 +20,11 @@ pub mod schema;
 pub mod key_path;
 pub mod toml_table;
 
+pub mod units;
+
 pub use key_path::{KeyError, KeyPath};
 pub use parameter::Parameter;
 pub use quantity::{Count, Number, Numbers, Quantity};
 pub use range::{ParameterRange, RangeError, short_number, unit_suffix};
 pub use toml_table::ParseError;
+pub use units::narrow;

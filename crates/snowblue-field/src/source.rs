@@ -1,6 +1,7 @@
 //! Lamps inside a body.
 
 use glam::DVec3;
+use snowblue_base::narrow;
 use wide::f32x4;
 
 use crate::element::{CELL_PARTS, part_centre, shape};
@@ -71,9 +72,4 @@ fn point_per_ball(snow: &Diffusion, radius_m: f64) -> f32x4 {
         let ratio = if z < 0.1 { 1.0 - z * z / 10.0 } else { z * z * z / (3.0 * (z * z.cosh() - z.sinh())) };
         narrow(ratio)
     }))
-}
-
-#[expect(clippy::cast_possible_truncation, reason = "rounding is intended")]
-fn narrow(value: f64) -> f32 {
-    value as f32
 }

@@ -8,10 +8,11 @@
 use glam::{Affine3A, DAffine3, DVec3, Vec3A};
 
 use crate::bounds::Bounds;
-use crate::ray::{Crossing, Ray, ShapeHit, SurfacePoint, narrow};
+use crate::ray::{Crossing, Ray, ShapeHit, SurfacePoint};
 use crate::texture_coordinates::TextureCoordinates;
 use crate::transform::stretch;
 use crate::triangle_mesh::TriangleMesh;
+use snowblue_base::narrow;
 
 /// A solid sphere or ellipsoid.
 #[derive(Debug, Clone, Copy)]

@@ -77,13 +77,6 @@ impl Crossing {
     }
 }
 
-/// Rounds to the precision of ray tracing.
-#[expect(clippy::cast_possible_truncation, reason = "rounding is intended")]
-#[inline]
-pub fn narrow(value: f64) -> f32 {
-    value as f32
-}
-
 /// Moves a surface point off its surface towards `normal`, so that a ray from there does not hit the same surface.
 ///
 /// A computed hit point lies a few rounding errors above or below its surface. Wächter & Binder (2019, "A fast and

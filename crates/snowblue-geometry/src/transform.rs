@@ -7,7 +7,8 @@
 use glam::{Affine3A, DAffine3, DMat3, Mat3A, Vec3A};
 
 use crate::bounds::Bounds;
-use crate::ray::{Ray, narrow};
+use crate::ray::Ray;
+use snowblue_base::narrow;
 
 /// An affine transform with its inverse.
 #[derive(Debug, Clone, Copy)]

@@ -12,7 +12,7 @@ use glam::Vec3A;
 use snowblue_geometry::ray::SurfacePoint;
 use wide::f32x8;
 
-use super::body_field::BodyField;
+use super::body_solution::BodySolution;
 use super::surface_light::surface_point;
 use snowblue_scene::directions::Directions;
 use snowblue_scene::spectrum::Spectrum;
@@ -105,7 +105,7 @@ struct ElementGroup {
 }
 
 impl BrightSnow {
-    pub(super) fn new(bodies: &[BodyField]) -> Self {
+    pub(super) fn new(bodies: &[BodySolution]) -> Self {
         let count: usize = bodies.iter().map(|body| body.body.surface().len()).sum();
         let stride = count.div_ceil(MAX_ELEMENTS).max(1);
         let elements = bodies.iter().flat_map(|body| {

@@ -7,16 +7,16 @@
 //! near. So it is the preconditioner: what is missing in an estimate goes through the same equation. In a gap narrower
 //! than a cell, light that enters the snow leaves it beside the gap, so there slabs send less back.
 
+use snowblue_base::narrow;
 use snowblue_field::{
     FixedPointOptions, Fluence, Groups, SnowBody, SolveOptions, SurfacePatches, SurfacePlace, SurfaceValues,
     solve_fixed_point,
 };
-use snowblue_geometry::ray::narrow;
 use wide::{f32x4, f64x4};
 
+use super::body_system::{BodySystem, Lighting, Solution, add};
 use super::field_scene::FieldScene;
-use super::gather::{ElementValues, GatheredPaths, SnowPlace};
-use super::prepared_body::{Lighting, PreparedBody, Solution, add};
+use super::gather::{ElementValues, GatheredPaths, PlaceOnSnow};
 
 /// How far the light is followed: root mean square over the surface of what an estimate by slabs adds to the light
 /// there, relative to that light.
@@ -37,7 +37,7 @@ const MIN_LIGHT: f32 = 1e-20;
 
 /// The surfaces of all bodies, which send light to each other. Their values are joined, body by body.
 pub(super) struct Exchange<'a> {
-    prepared: &'a [PreparedBody<'a>],
+    prepared: &'a [BodySystem<'a>],
     paths: &'a [GatheredPaths],
     /// 1 − a of each surface element.
     slab_reflectance: ElementValues,
@@ -66,11 +66,7 @@ pub(super) struct Balance {
 }
 
 impl<'a> Exchange<'a> {
-    pub(super) fn new(
-        prepared: &'a [PreparedBody<'a>],
-        patches: &'a JoinedPatches,
-        paths: &'a [GatheredPaths],
-    ) -> Self {
+    pub(super) fn new(prepared: &'a [BodySystem<'a>], patches: &'a JoinedPatches, paths: &'a [GatheredPaths]) -> Self {
         let slab_reflectance = joined(prepared.iter().map(|prepared| prepared.body.slab_reflectance()));
         Self { prepared, paths, slab_reflectance, patches }
     }
@@ -105,7 +101,7 @@ impl<'a> Exchange<'a> {
                 solutions.push(prepared.solve(&lightings[number], &diffuse, goal));
             }
             let smooth =
-                |(prepared, solution): (&PreparedBody, &Solution)| prepared.body.smooth(&prepared.exitance(solution));
+                |(prepared, solution): (&BodySystem, &Solution)| prepared.body.smooth(&prepared.exitance(solution));
             let exitances: Vec<SurfaceValues> = self.prepared.iter().zip(&solutions).map(smooth).collect();
             let mut missing = self.received(diffuse.len(), &|snow, _| {
                 let body = snow.body as usize;
@@ -153,7 +149,7 @@ impl<'a> Exchange<'a> {
     }
 
     /// What all elements receive of what snow sends out at places that they see, for each of some groups.
-    fn received(&self, groups: usize, exitance: &(impl Fn(&SnowPlace, f32) -> Groups + Sync)) -> ElementValues {
+    fn received(&self, groups: usize, exitance: &(impl Fn(&PlaceOnSnow, f32) -> Groups + Sync)) -> ElementValues {
         joined(self.paths.iter().map(|paths| paths.irradiance_by_snow(groups, exitance)))
     }
 
@@ -191,7 +187,7 @@ impl<'a> Exchange<'a> {
     /// The values of each body.
     fn parts(&self, joined: &[Vec<f32x4>]) -> Vec<ElementValues> {
         let mut end = 0;
-        let of_body = |prepared: &PreparedBody| {
+        let of_body = |prepared: &BodySystem| {
             let start = end;
             end += prepared.body.surface().len();
             joined.iter().map(|group| group[start..end].to_vec()).collect()
@@ -201,7 +197,7 @@ impl<'a> Exchange<'a> {
 }
 
 impl JoinedPatches {
-    pub(super) fn new(prepared: &[PreparedBody]) -> Self {
+    pub(super) fn new(prepared: &[BodySystem]) -> Self {
         let bodies: Vec<SurfacePatches> = prepared.iter().map(|prepared| prepared.body.patches()).collect();
         let (mut of_element, mut starts, mut count) = (Vec::new(), Vec::new(), 0);
         for patches in &bodies {

@@ -7,13 +7,13 @@ use snowblue_scene::directions::Directions;
 use snowblue_scene::objects::SurfaceInteraction;
 use snowblue_scene::spectrum::Spectrum;
 
-use crate::body_field::{BodyField, LitFluence};
+use crate::body_solution::{BodySolution, LitFluence};
+use crate::body_system::{BodySystem, Lighting, SurveyedBody};
 use crate::bright_snow::{BrightSnow, SnowSeen};
 use crate::exchange::{Balance, Exchange, JoinedPatches};
 use crate::field_scene::{BodyGeometry, FieldScene, SolveStatistics};
-use crate::gather::{GatherScene, GatheredPaths, LightsAround, SnowPlace};
+use crate::gather::{GatherScene, GatheredPaths, LightsAround, PlaceOnSnow};
 use crate::illumination::{Illumination, LampInSnow, illuminations};
-use crate::prepared_body::{BareBody, Lighting, PreparedBody};
 use crate::surface_light::NOISE;
 
 /// Most bodies of snow. Each has a grid, and is lit by all others.
@@ -22,7 +22,7 @@ const MAX_BODIES: usize = 1000;
 /// The light in all snow of a scene.
 #[derive(Debug)]
 pub struct LightField {
-    bodies: Vec<BodyField>,
+    bodies: Vec<BodySolution>,
     /// The body of each object.
     body_of: Vec<Option<usize>>,
     lamps_in_snow: Vec<LampInSnow>,
@@ -73,7 +73,7 @@ impl LightField {
     pub(crate) fn new(scene: &FieldScene) -> Result<Self, (usize, String)> {
         scene.watch.cells(0, 0);
         let mut body_of = vec![None; scene.objects.list().len()];
-        let mut bare: Vec<BareBody> = Vec::new();
+        let mut bare: Vec<SurveyedBody> = Vec::new();
         for object in 0..body_of.len() {
             if body_of[object].is_some() {
                 continue;
@@ -92,7 +92,7 @@ impl LightField {
             let solid = BodyGeometry::new(scene, object)
                 .ok_or_else(|| (object, "is infinite: only pcasnow can render infinite snow".to_owned()))?;
             let survey = Survey::new(&solid).map_err(|error| (object, error.to_string()))?;
-            bare.push(BareBody { solid, snow, survey });
+            bare.push(SurveyedBody { solid, snow, survey });
         }
         let refusal = |object: usize| move |error: FieldError| (object, error.to_string());
         // All bodies have the same wavelengths, so that light can pass between them.
@@ -108,7 +108,7 @@ impl LightField {
             for body in bare {
                 scene.watch.cells(prepared.len(), count);
                 let object = body.solid.object;
-                prepared.push(PreparedBody::new(body, nodes, scene, memory_mib).map_err(refusal(object))?);
+                prepared.push(BodySystem::new(body, nodes, scene, memory_mib).map_err(refusal(object))?);
             }
         }
         Ok(Self::lit(prepared, body_of, scene, Vec::new()))
@@ -126,23 +126,23 @@ impl LightField {
     }
 
     /// The bodies without light, the solutions, and the body of each object.
-    fn into_parts<'s>(self, scene: &'s FieldScene) -> (Vec<PreparedBody<'s>>, Vec<LitBodies>, Vec<Option<usize>>) {
+    fn into_parts<'s>(self, scene: &'s FieldScene) -> (Vec<BodySystem<'s>>, Vec<LitBodies>, Vec<Option<usize>>) {
         let Self { bodies, body_of, lights, .. } = self;
         let mut solutions: Vec<LitBodies> = lights.into_iter().map(|lights| (lights, Vec::new())).collect();
         let prepared = bodies.into_iter().enumerate().map(|(number, one)| {
             let object = body_of.iter().position(|body| *body == Some(number));
             let solid = object.and_then(|object| BodyGeometry::new(scene, object));
-            let BodyField { body, lit, nodes, snow, transport_length, view_factor } = one;
+            let BodySolution { body, lit, nodes, snow, transport_length, view_factor } = one;
             solutions.iter_mut().zip(lit).for_each(|((_, bodies), lit)| bodies.push(lit));
             let solid = solid.expect("a body with a light field has an object and bounds");
-            PreparedBody { solid, body, nodes, snow, transport_length, view_factor }
+            BodySystem { solid, body, nodes, snow, transport_length, view_factor }
         });
         (prepared.collect(), solutions, body_of)
     }
 
     /// Solves for the light in bodies where it is not known.
     fn lit(
-        prepared: Vec<PreparedBody>,
+        prepared: Vec<BodySystem>,
         body_of: Vec<Option<usize>>,
         scene: &FieldScene,
         mut known: Vec<LitBodies>,
@@ -164,10 +164,10 @@ impl LightField {
             lights.push(illumination.indices);
         }
         let bodies = prepared.into_iter().zip(lit).map(|(one, lit)| {
-            let PreparedBody { body, nodes, snow, transport_length, view_factor, .. } = one;
-            BodyField { body, lit, nodes, snow, transport_length, view_factor }
+            let BodySystem { body, nodes, snow, transport_length, view_factor, .. } = one;
+            BodySolution { body, lit, nodes, snow, transport_length, view_factor }
         });
-        let bodies: Vec<BodyField> = bodies.collect();
+        let bodies: Vec<BodySolution> = bodies.collect();
         let bright_snow = BrightSnow::new(if scene.max_bounces > 0 { &bodies } else { &[] });
         Self {
             bodies,
@@ -243,7 +243,7 @@ impl LightField {
 
     /// The light in the body that an object of snow belongs to.
     #[inline]
-    pub fn of_object(&self, object: usize) -> Option<&BodyField> {
+    pub fn of_object(&self, object: usize) -> Option<&BodySolution> {
         self.body_of[object].map(|body| &self.bodies[body])
     }
 }
@@ -272,7 +272,7 @@ const MAX_GATHER_SURFACES: u32 = 8;
 pub(super) fn solve(
     scene: &FieldScene,
     illuminations: &[&Illumination],
-    prepared: &[PreparedBody],
+    prepared: &[BodySystem],
     body_of: &[Option<usize>],
 ) -> Vec<Vec<LitFluence>> {
     if illuminations.is_empty() {
@@ -308,7 +308,7 @@ pub(super) fn solve(
 fn gathered_paths(
     scene: &FieldScene,
     illuminations: &[&Illumination],
-    (prepared, patches): (&[PreparedBody], &JoinedPatches),
+    (prepared, patches): (&[BodySystem], &JoinedPatches),
     body_of: &[Option<usize>],
 ) -> Vec<GatheredPaths> {
     let place_at = |hit: &SurfaceInteraction| {
@@ -317,7 +317,7 @@ fn gathered_paths(
         let (point, normal) = (surface.point.as_dvec3(), surface.normal.as_dvec3());
         let body = &prepared[number].body;
         let place = body.surface_place(point, normal)?;
-        Some(SnowPlace { body: u32::try_from(number).ok()?, place, patch: patches.at(number, body, &place) })
+        Some(PlaceOnSnow { body: u32::try_from(number).ok()?, place, patch: patches.at(number, body, &place) })
     };
     let lit = illuminations.iter().map(|illumination| {
         let mut sky = Spectrum::ZERO;

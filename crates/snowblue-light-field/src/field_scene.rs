@@ -15,16 +15,16 @@ use snowblue_scene::objects::{Objects, SurfaceInteraction};
 use snowblue_scene::progress::{Phase, Progress, Report};
 use snowblue_scene::spectrum::Spectrum;
 
+use crate::body_optics::BodyOptics;
 use crate::illumination::LampInSnow;
 use crate::sight::CameraCells;
-use crate::snowpack::Snowpack;
 
 /// What the light field needs of a scene.
 pub struct FieldScene<'a> {
     pub(crate) objects: &'a Objects,
     pub(crate) lights: &'a [Arc<Light>],
     /// The snow of an object, if it is snow.
-    pub(crate) snow: &'a dyn Fn(usize) -> Option<Arc<Snowpack>>,
+    pub(crate) snow: &'a dyn Fn(usize) -> Option<Arc<BodyOptics>>,
     /// Those of the lights that are inside snow.
     pub(crate) lamps_in_snow: &'a [LampInSnow],
     /// The reflectance of a diffuse surface; none for snow.

@@ -9,8 +9,9 @@
 //! reflected some hundred times, their shares add up to one.
 
 use rayon::prelude::*;
+use snowblue_base::narrow;
 use snowblue_field::{Groups, SnowBody, SpectralNodes, SurfaceElement, SurfacePlace};
-use snowblue_geometry::ray::{Ray, SurfacePoint, narrow};
+use snowblue_geometry::ray::{Ray, SurfacePoint};
 use wide::f32x4;
 
 use crate::field_scene::BodyGeometry;
@@ -48,7 +49,7 @@ pub(super) struct GatheredPaths {
 /// A path that ends at snow.
 #[derive(Debug, Clone, Copy)]
 struct SnowEnd {
-    place: SnowPlace,
+    place: PlaceOnSnow,
     /// Number of its throughput, or [`NONE`] if it met no other surface.
     throughput: u32,
     /// Share of the light of a lit gap of this width that the snow sends back into it, and not out beside it.
@@ -57,7 +58,7 @@ struct SnowEnd {
 
 /// A place on the surface of one of the bodies.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct SnowPlace {
+pub(super) struct PlaceOnSnow {
     pub(super) body: u32,
     pub(super) place: SurfacePlace,
     /// The patch that holds it, among those of all bodies; none in a cell without surface, which estimates take for
@@ -74,7 +75,7 @@ pub(super) struct GatherScene<'a> {
     /// Most surfaces on a path after the first, snow or not.
     pub(super) most_surfaces: u32,
     /// The place of a hit of snow.
-    pub(super) place_at: &'a (dyn Fn(&SurfaceInteraction) -> Option<SnowPlace> + Sync),
+    pub(super) place_at: &'a (dyn Fn(&SurfaceInteraction) -> Option<PlaceOnSnow> + Sync),
 }
 
 /// Where a path meets snow.
@@ -183,7 +184,7 @@ impl GatheredPaths {
     pub(super) fn irradiance_by_snow(
         &self,
         groups: usize,
-        exitance: &(impl Fn(&SnowPlace, f32) -> Groups + Sync),
+        exitance: &(impl Fn(&PlaceOnSnow, f32) -> Groups + Sync),
     ) -> ElementValues {
         let share = f32x4::splat((self.rays_per_element as f32).recip());
         let of_element = |range: &[usize]| {

@@ -9,7 +9,9 @@
 //! L(μ) = Σ R₀(μ, μ₀, Δϕ) F + K(μ) J/π.
 
 pub mod bake;
-mod body_field;
+mod body_optics;
+mod body_solution;
+mod body_system;
 mod bright_snow;
 mod exchange;
 mod field;
@@ -17,15 +19,13 @@ mod field_scene;
 mod gather;
 mod illumination;
 mod of_scene;
-mod prepared_body;
 mod sight;
-mod snowpack;
 mod surface_light;
 
-pub use body_field::{BodyField, LightWeights, NearLight, SnowAt};
+pub use body_optics::{BodyOptics, EndDepth, KindOptics, WalkEndsByDepth};
+pub use body_solution::{BodySolution, LightWeights, NearLight, SnowAt};
 pub use bright_snow::SnowSeen;
 pub use field::{FieldStatistics, LightField};
 pub use field_scene::FieldScene;
 pub use illumination::LampInSnow;
-pub use of_scene::{SnowOfMaterials, snowpacks};
-pub use snowpack::{EndDepth, KindOptics, Snowpack, WalkEndsByDepth};
+pub use of_scene::{SnowOfMaterials, optics_of_materials};

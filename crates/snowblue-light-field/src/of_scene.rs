@@ -4,11 +4,11 @@ use std::sync::Arc;
 
 use snowblue_field::SnowOptics;
 
+use super::body_optics::{BodyOptics, KindOptics, WalkEndsByDepth};
 use super::field::LightField;
 use super::field_scene::{FieldScene, WorkCounter};
 use super::illumination::{LampInSnow, parts_in_snow};
 use super::sight::CameraCells;
-use super::snowpack::{KindOptics, Snowpack, WalkEndsByDepth};
 use snowblue_base::KeyPath;
 use snowblue_scene::material::snow::SnowKinds;
 use snowblue_scene::progress::Report;
@@ -26,12 +26,12 @@ pub(crate) type WalkEndsOf<'a> = dyn Fn(usize, usize, f64) -> Option<WalkEndsByD
 /// # Errors
 ///
 /// If the constants of some snow do not cover a wavelength.
-pub fn snowpacks(
+pub fn optics_of_materials(
     scene: &Scene,
     kinds: &SnowOfMaterials<SnowKinds>,
     rays: u32,
     walk_ends: &WalkEndsOf,
-) -> Result<SnowOfMaterials<Snowpack>, SceneError> {
+) -> Result<SnowOfMaterials<BodyOptics>, SceneError> {
     let of_material = |(material, kinds): (usize, &Option<Arc<SnowKinds>>)| {
         let Some(kinds) = kinds else { return Ok(None) };
         let optics = kinds.samples.iter().enumerate().map(|(kind, sample)| {
@@ -41,7 +41,7 @@ pub fn snowpacks(
             Ok(KindOptics::new(optics, ends))
         });
         let optics = optics.collect::<Result<_, SceneError>>()?;
-        Ok(Some(Arc::new(Snowpack { kinds: Arc::clone(kinds), optics })))
+        Ok(Some(Arc::new(BodyOptics { kinds: Arc::clone(kinds), optics })))
     };
     kinds.iter().enumerate().map(of_material).collect()
 }
@@ -55,7 +55,7 @@ impl LightField {
     /// If a body has no grid, or a light other than a point or a sphere lies inside snow.
     pub fn of_scene(
         scene: &Scene,
-        snow: &SnowOfMaterials<Snowpack>,
+        snow: &SnowOfMaterials<BodyOptics>,
         has_one_view: bool,
         report: Report,
     ) -> Result<Self, SceneError> {
@@ -84,7 +84,7 @@ impl LightField {
 /// Calls a function with what the light field needs of a scene. `snow` gives the snow of an object.
 fn with_field_scene<T>(
     scene: &Scene,
-    snow: &dyn Fn(usize) -> Option<Arc<Snowpack>>,
+    snow: &dyn Fn(usize) -> Option<Arc<BodyOptics>>,
     has_one_view: bool,
     report: Report,
     call: impl FnOnce(&FieldScene) -> Result<T, SceneError>,

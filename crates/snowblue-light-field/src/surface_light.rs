@@ -6,8 +6,8 @@ use snowblue_field::{SnowBody, SpectralNodes, SurfaceElement};
 use snowblue_geometry::ray::SurfacePoint;
 use wide::f32x4;
 
+use crate::body_optics::BodyOptics;
 use crate::field_scene::BodyGeometry;
-use crate::snowpack::Snowpack;
 use snowblue_scene::directions::Directions;
 use snowblue_scene::light::{Light, LightSample};
 use snowblue_scene::objects::Side;
@@ -49,7 +49,7 @@ pub(super) fn entering_light(
     body: &SnowBody,
     nodes: &SpectralNodes,
     lights: &[&Light],
-    snow: &Snowpack,
+    snow: &BodyOptics,
 ) -> EnteringLight {
     let samples = (MAX_SAMPLES / body.surface().len().max(1)).clamp(1, MAX_SAMPLES_PER_ELEMENT);
     let samples = u32::try_from(samples).unwrap_or(1);

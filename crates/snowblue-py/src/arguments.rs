@@ -13,7 +13,7 @@ use crate::work::{input, input_in_row};
 
 /// What is known of a snow, by the names of the keyword arguments.
 #[derive(FromPyObject)]
-pub(crate) struct Snow(BTreeMap<String, Option<Given>>);
+pub(crate) struct GivenSnow(BTreeMap<String, Option<Given>>);
 
 /// The value of a property of snow.
 #[derive(FromPyObject)]
@@ -107,12 +107,12 @@ pub(crate) struct Ordinates {
 /// The illuminant and observer of colours.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
-pub(crate) struct Light {
+pub(crate) struct Colorimetry {
     pub(crate) illuminant: String,
     observer: String,
 }
 
-impl Snow {
+impl GivenSnow {
     /// Several snows that differ in some properties. An error has the row of the first wrong snow.
     pub(crate) fn samples(&self, columns: &BTreeMap<String, Column>, count: usize) -> PyResult<Vec<SnowSample>> {
         if !columns.values().all(|column| column.is_of_length(count)) {
@@ -155,7 +155,7 @@ impl Cases {
     }
 
     /// Slabs of a snow, checked.
-    pub(crate) fn slab(&self, snow: &Snow) -> PyResult<Slab> {
+    pub(crate) fn slab(&self, snow: &GivenSnow) -> PyResult<Slab> {
         let slab = Slab {
             sample: snow.sample()?,
             thicknesses_cm: self.thickness_cm.clone(),
@@ -187,7 +187,7 @@ impl StreamCount {
     }
 }
 
-impl Light {
+impl Colorimetry {
     /// The colorimeter of spectra on these wavelengths, which must cover 400–700 nm.
     pub(crate) fn colorimeter(&self, wavelengths_nm: &[f64]) -> PyResult<Colorimeter> {
         let illuminant: Illuminant = self.illuminant.parse().map_err(input)?;

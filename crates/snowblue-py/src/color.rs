@@ -12,7 +12,7 @@ use snowblue_database::matching::{self, Given, Match, Problem, Target};
 use snowblue_render::film::image_file::write_raster_png;
 use snowblue_render::raster::RasterImage;
 
-use crate::arguments::{Angle, Light, Ordinates, Snow};
+use crate::arguments::{Angle, Colorimetry, GivenSnow, Ordinates};
 use crate::work::{failure, input, run};
 
 /// Names of all illuminants.
@@ -29,7 +29,7 @@ pub(crate) fn colors<'py>(
     py: Python<'py>,
     values: PyReadonlyArray1<'py, f64>,
     wavelengths_nm: Vec<f64>,
-    light: Light,
+    light: Colorimetry,
     exposure: Option<f64>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let colorimeter = light.colorimeter(&wavelengths_nm)?;
@@ -80,10 +80,10 @@ pub(crate) struct Fixed {
 pub(crate) fn match_color<'py>(
     py: Python<'py>,
     target: &str,
-    snow: Snow,
+    snow: GivenSnow,
     angle: Angle,
     fixed: Fixed,
-    light: Light,
+    light: Colorimetry,
     ordinates: Ordinates,
 ) -> PyResult<(Vec<Bound<'py, PyDict>>, Option<String>)> {
     let hex: Srgb8 = target.parse().map_err(input)?;

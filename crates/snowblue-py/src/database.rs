@@ -19,7 +19,7 @@ use snowblue_database::{Axes, CompressedTable, Property, PropertyAxis, Quantity,
 use snowblue_transport::ParameterRange;
 use snowblue_transport::slab::Incidence;
 
-use crate::arguments::{Angle, Ordinates, Snow};
+use crate::arguments::{Angle, GivenSnow, Ordinates};
 use crate::work::{failure, input, run};
 
 /// Rays of the tally of a table.
@@ -234,7 +234,7 @@ impl Table {
     fn read_or_solve<'py>(
         &self,
         py: Python<'py>,
-        snow: Snow,
+        snow: GivenSnow,
         thickness_cm: Vec<f32>,
         angle_deg: Vec<f32>,
     ) -> PyResult<Bound<'py, PyDict>> {

@@ -13,7 +13,7 @@ use snowblue_transport::ordinates::OrdinatesOptions;
 use snowblue_transport::sample::{self, Metamorphism, Property, SnowSample, TruncatedNormal, aged_surface_area_m2_kg};
 use snowblue_transport::spread::Uncertainty;
 
-use crate::arguments::{Column, Snow};
+use crate::arguments::{Column, GivenSnow};
 use crate::work::{input, input_in_row, run};
 
 /// What each parameter is, its limits and its default, by the names of the keyword arguments.
@@ -66,7 +66,7 @@ impl Snows {
     /// `count` snows with the properties `fixed`, and with `columns` of values of others. An error has the row of the
     /// first wrong snow.
     #[new]
-    fn new(fixed: Snow, columns: BTreeMap<String, Column>, count: usize) -> PyResult<Self> {
+    fn new(fixed: GivenSnow, columns: BTreeMap<String, Column>, count: usize) -> PyResult<Self> {
         Ok(Self { samples: Arc::new(fixed.samples(&columns, count)?) })
     }
 
@@ -124,7 +124,7 @@ fn values(sample: &SnowSample) -> Vec<(&'static str, Value)> {
 
 /// The first and the last wavelength that the tables of a snow cover, in nm.
 #[pyfunction]
-pub(crate) fn wavelength_range(snow: Snow) -> PyResult<(f64, f64)> {
+pub(crate) fn wavelength_range(snow: GivenSnow) -> PyResult<(f64, f64)> {
     let range = snow.sample()?.wavelength_range();
     Ok((range.first_nm, range.last_nm))
 }
@@ -152,7 +152,7 @@ pub(crate) fn aged_surface_area(
 #[pyfunction]
 pub(crate) fn single_scattering<'py>(
     py: Python<'py>,
-    snow: Snow,
+    snow: GivenSnow,
     wavelengths_nm: Vec<f64>,
     degree: usize,
     seed: u64,

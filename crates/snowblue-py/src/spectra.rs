@@ -15,7 +15,7 @@ use snowblue_transport::sunlight::{Band, LinearSpectrum, band_integrals, respons
 use snowblue_transport::{IceTable, LayerVariable, Property, Variable};
 use std::ops::Range;
 
-use crate::arguments::{Angle, Cases, Ordinates, Snow};
+use crate::arguments::{Angle, Cases, GivenSnow, Ordinates};
 use crate::snow::Snows;
 use crate::work::{Control, input, input_at, input_in_row, run};
 
@@ -50,7 +50,7 @@ pub(crate) struct GivenLayer(GivenKind, f64);
 
 /// What a layer consists of: what is known of snow, or a `kind` with the names of what else is known of it.
 enum GivenKind {
-    Snow(Box<Snow>),
+    Snow(Box<GivenSnow>),
     Named { kind: String, ice: Option<String>, others: Vec<String> },
 }
 
@@ -363,7 +363,7 @@ pub(crate) fn covered_bands(wavelengths_nm: Vec<f64>) -> Vec<&'static str> {
 #[expect(clippy::too_many_arguments, reason = "one for each group of keywords")]
 pub(crate) fn bsdf<'py>(
     py: Python<'py>,
-    snow: Snow,
+    snow: GivenSnow,
     slab: (f64, Angle, Vec<f64>),
     rays_and_seed: (u64, u64),
     patches: (usize, Option<usize>),

@@ -9,7 +9,8 @@
 use std::sync::Arc;
 
 use glam::Vec3A;
-use snowblue_geometry::ray::{Ray, narrow};
+use snowblue_base::narrow;
+use snowblue_geometry::ray::Ray;
 use snowblue_sky::air_extinction_per_m;
 
 use crate::light::dome::ClearRadiance;

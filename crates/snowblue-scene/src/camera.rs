@@ -9,8 +9,8 @@
 use glam::Vec3A;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use snowblue_base::{KeyError, KeyPath, Number, Numbers, ParameterRange, quantities};
-use snowblue_geometry::ray::{Ray, narrow};
+use snowblue_base::{KeyError, KeyPath, Number, Numbers, ParameterRange, narrow, quantities};
+use snowblue_geometry::ray::Ray;
 
 use crate::sampling::concentric_disc;
 use crate::values::{Coordinate, Direction, MAX_COORDINATE_M, point, upwards};

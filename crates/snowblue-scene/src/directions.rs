@@ -3,7 +3,8 @@
 use std::f32::consts::{FRAC_1_PI, PI};
 
 use glam::Vec3A;
-use snowblue_geometry::ray::{SurfacePoint, narrow};
+use snowblue_base::narrow;
+use snowblue_geometry::ray::SurfacePoint;
 use snowblue_transport::ordinates::HalfSpace;
 
 use crate::sampling::{cosine_direction, cumulative, invert, share, uniform_hemisphere_direction};

@@ -5,9 +5,9 @@ use std::cell::RefCell;
 use glam::{DVec3, Vec3A};
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
-use snowblue_base::Number;
+use snowblue_base::{Number, narrow};
 use snowblue_geometry::body::pair_up;
-use snowblue_geometry::ray::{Crossing, Ray, SurfacePoint, narrow};
+use snowblue_geometry::ray::{Crossing, Ray, SurfacePoint};
 use snowblue_transport::stack::Layer;
 
 use crate::objects::Objects;

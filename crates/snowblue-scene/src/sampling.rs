@@ -8,7 +8,7 @@ use std::f32::consts::{FRAC_PI_2, FRAC_PI_4};
 use std::ops::Range;
 
 use glam::Vec3A;
-use snowblue_geometry::ray::narrow;
+use snowblue_base::narrow;
 use sobol_burley::{NUM_DIMENSION_SETS_4D, sample_4d};
 
 /// Length of one scrambled sequence. Further samples use a new scramble.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DVec2};
 
-use snowblue_geometry::ray::narrow;
+use snowblue_base::narrow;
 use snowblue_shapes::terrain::Terrain;
 
 /// The surface of an object before anything was pressed into it.

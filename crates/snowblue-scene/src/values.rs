@@ -9,9 +9,8 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::value::SeqAccessDeserializer;
 use serde::de::{Error, SeqAccess, Unexpected, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
-use snowblue_base::{KeyError, KeyPath, Number, Numbers, ParameterRange, Quantity, quantities};
+use snowblue_base::{KeyError, KeyPath, Number, Numbers, ParameterRange, Quantity, narrow, quantities};
 use snowblue_color::{LinearRgb, Srgb8};
-use snowblue_geometry::ray::narrow;
 
 /// Greatest coordinate of anything in a scene, in m.
 pub(crate) const MAX_COORDINATE_M: f64 = 1e5;

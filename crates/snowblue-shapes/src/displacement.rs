@@ -9,8 +9,8 @@ use std::collections::BTreeMap;
 
 use glam::Vec3;
 use rayon::prelude::*;
+use snowblue_base::narrow;
 use snowblue_geometry::coincident::merged;
-use snowblue_geometry::ray::narrow;
 use snowblue_geometry::triangle_mesh::TriangleMesh;
 use snowblue_geometry::vertex_normals::VertexNormals;
 

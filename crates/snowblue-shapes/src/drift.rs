@@ -1,7 +1,7 @@
 //! Snow cover: a level layer with mounds, as over stones or shrubs, and a fine relief.
 
 use glam::{DVec2, DVec3, Vec3};
-use snowblue_geometry::ray::narrow;
+use snowblue_base::narrow;
 use snowblue_geometry::triangle_mesh::TriangleMesh;
 
 use crate::height_field::Heights;

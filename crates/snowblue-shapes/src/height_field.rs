@@ -2,7 +2,7 @@
 
 use glam::{DVec2, Vec2, Vec3};
 
-use snowblue_geometry::ray::narrow;
+use snowblue_base::narrow;
 use snowblue_geometry::triangle_mesh::{TriangleMesh, closed_grids};
 
 /// Heights on a grid, row by row from the far side (greatest y) to the near side, each from left to right.

@@ -248,8 +248,9 @@ fn middle_of_inner_face(block: &TriangleMesh) -> glam::Vec3 {
 mod tests {
     use super::*;
     use glam::Vec3;
+    use snowblue_base::narrow;
     use snowblue_geometry::mesh_bvh::MeshBvh;
-    use snowblue_geometry::ray::{Ray, narrow};
+    use snowblue_geometry::ray::Ray;
     use snowblue_geometry::topology::{Topology, volume};
 
     const IGLOO: Igloo = Igloo {

@@ -6,9 +6,9 @@
 //! a wall. What lies above a face does not shelter it.
 
 use glam::{Vec2, Vec3};
+use snowblue_base::narrow;
 use snowblue_geometry::coincident::merged;
 use snowblue_geometry::edges::{Side, visit_edges};
-use snowblue_geometry::ray::narrow;
 use snowblue_geometry::triangle_mesh::TriangleMesh;
 
 use crate::refinement::refine;

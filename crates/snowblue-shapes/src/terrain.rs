@@ -9,7 +9,7 @@
 use arrayvec::ArrayVec;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
-use snowblue_geometry::ray::narrow;
+use snowblue_base::narrow;
 use snowblue_geometry::triangle_mesh::TriangleMesh;
 
 use crate::height_field::Heights;

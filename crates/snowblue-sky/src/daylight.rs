@@ -4,7 +4,7 @@ use std::cell::LazyCell;
 
 use crate::clear_sky::{ClearSky, ELEVATION_RANGE_DEG};
 use crate::error::{SkyError, check};
-use crate::infrared::{Infrared, Light};
+use crate::infrared::{Infrared, Irradiance};
 use crate::luminous::{ILLUMINANCE_LX, PAR_UMOL_M2_S, Weight};
 use crate::overcast::OvercastSky;
 use crate::tables::{NODES, WAVELENGTHS_NM, at_wavelength};
@@ -138,11 +138,11 @@ impl Sky {
                 let level = sky.sun_elevation_deg().to_radians().sin();
                 let infrared = LazyCell::new(|| Infrared::clear(sky, &diffuse));
                 let at = |wavelength_nm: &f64| {
-                    let Light { direct_normal, diffuse } = if *wavelength_nm > WAVELENGTHS_NM[NODES - 1] {
+                    let Irradiance { direct_normal, diffuse } = if *wavelength_nm > WAVELENGTHS_NM[NODES - 1] {
                         infrared.at(*wavelength_nm)
                     } else {
                         let direct_normal = sky.sun_irradiance(*wavelength_nm);
-                        Light { direct_normal, diffuse: at_wavelength(&diffuse, *wavelength_nm) }
+                        Irradiance { direct_normal, diffuse: at_wavelength(&diffuse, *wavelength_nm) }
                     };
                     Daylight { direct_normal, direct: level * direct_normal, diffuse }
                 };

@@ -60,7 +60,7 @@ const DIFFUSE_MASS: f64 = 1.8;
 
 /// Irradiance by the sun and by the sky.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Light {
+pub(crate) struct Irradiance {
     /// Of a plane that faces the sun.
     pub(crate) direct_normal: f64,
     /// Of level ground.
@@ -70,7 +70,7 @@ pub(crate) struct Light {
 /// The infrared light of a sky.
 pub(crate) struct Infrared {
     /// At each wavelength of the table, before scaling; the diffuse light over the sine of the sun's elevation.
-    rows: Vec<(f64, Light)>,
+    rows: Vec<(f64, Irradiance)>,
     direct_factor: f64,
     diffuse_factor: f64,
 }
@@ -101,7 +101,7 @@ impl Infrared {
             let air = Transmittances::new(row, DIFFUSE_MASS, DIFFUSE_MASS, 0.0, sky.precipitable_water_cm());
             let returned = cloud.reflectance * ground_albedo(sky.ground_albedo(), wavelength_nm);
             let diffuse = outside * air.gases * cloud.transmittance / (1.0 - returned);
-            (wavelength_nm, Light { direct_normal: 0.0, diffuse })
+            (wavelength_nm, Irradiance { direct_normal: 0.0, diffuse })
         };
         let rows = TABLE.iter().zip(Cloud::table(sky.optical_thickness())).map(row).collect();
         let mut infrared = Self { rows, direct_factor: 1.0, diffuse_factor: 1.0 };
@@ -110,12 +110,12 @@ impl Infrared {
     }
 
     /// Irradiances at a wavelength, in W m⁻² nm⁻¹, linear between the wavelengths of the table.
-    pub(crate) fn at(&self, wavelength_nm: f64) -> Light {
+    pub(crate) fn at(&self, wavelength_nm: f64) -> Irradiance {
         let above = self.rows.partition_point(|(nm, _)| *nm <= wavelength_nm).clamp(1, self.rows.len() - 1);
         let ((lower_nm, lower), (upper_nm, upper)) = (self.rows[above - 1], self.rows[above]);
         let fraction = (wavelength_nm - lower_nm) / (upper_nm - lower_nm);
         let between = |low: f64, high: f64| low + fraction * (high - low);
-        Light {
+        Irradiance {
             direct_normal: self.direct_factor * between(lower.direct_normal, upper.direct_normal),
             diffuse: self.diffuse_factor * between(lower.diffuse, upper.diffuse),
         }
@@ -172,7 +172,7 @@ fn forwards(cosine: f64) -> f64 {
 
 /// The model at each wavelength of the table, for aerosol with the optical thickness β λ^−1.3: the diffuse light over
 /// the sine of the elevation.
-fn rows(elevation_deg: f64, beta: f64, water_cm: f64, ground_albedo: impl Fn(f64) -> f64) -> Vec<(f64, Light)> {
+fn rows(elevation_deg: f64, beta: f64, water_cm: f64, ground_albedo: impl Fn(f64) -> f64) -> Vec<(f64, Irradiance)> {
     let (cos_zenith, mass) = (elevation_deg.to_radians().sin(), air_mass(elevation_deg));
     let height = 22.0 / 6370.0;
     let ozone_mass = (1.0 + height) / (cos_zenith * cos_zenith + 2.0 * height).sqrt();
@@ -192,7 +192,7 @@ fn rows(elevation_deg: f64, beta: f64, water_cm: f64, ground_albedo: impl Fn(f64
                 + (1.0 - forwards(1.0 / DIFFUSE_MASS)) * up.molecules * (1.0 - up.aerosol_scattering));
         let returned = sky_albedo * ground_albedo(wavelength_nm);
         let from_ground = (direct_normal + diffuse) * returned / (1.0 - returned);
-        (wavelength_nm, Light { direct_normal, diffuse: diffuse + from_ground })
+        (wavelength_nm, Irradiance { direct_normal, diffuse: diffuse + from_ground })
     };
     TABLE.iter().map(row).collect()
 }

@@ -2,13 +2,8 @@
 
 use std::sync::LazyLock;
 
+use snowblue_base::units::{LUMENS_PER_WATT, PHOTONS_UMOL_J_NM};
 use snowblue_color::Observer;
-
-/// Lumens per watt where the eye is most sensitive, for the tabulated V(λ) (CIE 015:2018).
-const LUMENS_PER_WATT: f64 = 683.002;
-
-/// Photons per energy and wavelength, 1/(h c N_A), in µmol J⁻¹ nm⁻¹ (exact constants of the SI).
-const PHOTONS_UMOL_J_NM: f64 = 1e-3 / (6.626_070_15e-34 * 299_792_458.0 * 6.022_140_76e23);
 
 /// The weight of a wavelength in an integral over the spectrum by the trapezoidal rule.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,7 +44,11 @@ mod tests {
     /// ∫ V dλ = 106.857 nm (the sum of ȳ every 1 nm), of which 1.4e-4 lie beyond 720 nm.
     #[test]
     fn illuminance_of_equal_power() {
-        assert!((sum(&ILLUMINANCE_LX) / (683.002 * 106.857) - (1.0 - 1.4e-4)).abs() < 2e-5, "{}", sum(&ILLUMINANCE_LX));
+        assert!(
+            (sum(&ILLUMINANCE_LX) / (LUMENS_PER_WATT * 106.857) - (1.0 - 1.4e-4)).abs() < 2e-5,
+            "{}",
+            sum(&ILLUMINANCE_LX)
+        );
     }
 
     /// 1 W m⁻² nm⁻¹ at every wavelength: ∫ λ dλ = 165000 nm², times 1/(h c N_A) = 8.3593 nmol/(J nm).

@@ -16,6 +16,7 @@
 use std::sync::LazyLock;
 
 use snowblue_base::ParameterRange;
+use snowblue_base::units::PHOTONS_UMOL_J_NM;
 
 use crate::TransportError;
 use crate::optics::{SpectralTable, WavelengthRange};
@@ -30,9 +31,6 @@ pub const MAX_STEP_NM: f64 = 50.0;
 
 /// Distance of the wavelengths of [`wavelengths_nm`], in nm.
 const STEP_NM: f64 = 10.0;
-
-/// Photons per energy and wavelength, 1/(h c N_A), in µmol J⁻¹ nm⁻¹ (exact constants of the SI).
-const PHOTONS_UMOL_J_NM: f64 = 1e-3 / (6.626_070_15e-34 * 299_792_458.0 * 6.022_140_76e23);
 
 static G173: LazyLock<SpectralTable> =
     LazyLock::new(|| SpectralTable::new(include_str!("../data/astm_g173_global_tilt.csv")));
@@ -123,8 +121,8 @@ impl BandWeights {
         Ok(Self { band, range, weights: integrals.into_iter().map(|integral| integral / sum).collect() })
     }
 
-    /// Integrates the curve of one slab and one incidence, at the wavelengths of the weights, over the band. The results
-    /// are fractions of the incident energy or, for PAR, photons.
+    /// Integrates the curve of one slab and one incidence, at the wavelengths of the weights, over the band. The
+    /// results are fractions of the incident energy or, for PAR, photons.
     ///
     /// The standard errors assume fully correlated errors at all wavelengths, as where the wavelengths share their rays
     /// or their tally; for independent errors they are too large.

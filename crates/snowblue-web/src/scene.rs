@@ -1,5 +1,6 @@
 //! Light fields, pictures and files of scenes, for workers.
 
+use snowblue_base::narrow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -429,9 +430,4 @@ impl Picture {
 
 fn colors(colors: &[LinearRgb]) -> Vec<f32> {
     colors.iter().flat_map(|color| [color.r, color.g, color.b].map(narrow)).collect()
-}
-
-#[expect(clippy::cast_possible_truncation, reason = "attributes have single precision")]
-fn narrow(value: f64) -> f32 {
-    value as f32
 }

@@ -23,7 +23,7 @@ use rayon::prelude::*;
 use snowblue_color::{ChromaticAdaptation, Colorimeter, Rgb, RgbSpace};
 use snowblue_transport::medium::{GrainTallies, HenyeyGreenstein, Medium, Population, TallyPlan};
 use snowblue_transport::monte_carlo::{BeamPlan, NarrowBeam};
-use snowblue_transport::ordinates::{Fluxes, OrdinatesOptions, Peak, Streams};
+use snowblue_transport::ordinates::{MediumFluxes, OrdinatesOptions, Peak, Streams};
 use snowblue_transport::sample::SnowSample;
 use snowblue_transport::slab::Incidence;
 use snowblue_transport::{Demand, PhaseFunction, PhasePlan, TransportError};
@@ -339,7 +339,7 @@ impl ChannelMedium {
         Medium { extinction_per_m: 1.0 / self.mean_free_path_m, scattering: scattering.scattering(HG_STREAMS) }
     }
 
-    /// Fluxes of a medium whose walks have no end: the albedos and the transmittances.
+    /// MediumFluxes of a medium whose walks have no end: the albedos and the transmittances.
     fn fluxes(self) -> ([f64; 2], [f64; DEPTHS_CM.len()]) {
         fluxes(&self.medium(), Streams::Exactly(HG_STREAMS), Peak::Broad)
     }
@@ -350,7 +350,7 @@ fn fluxes(medium: &Medium, streams: Streams, peak: Peak) -> ([f64; 2], [f64; DEP
     let mut thicknesses_cm = vec![f64::INFINITY];
     thicknesses_cm.extend(DEPTHS_CM);
     let found = medium.fluxes(&thicknesses_cm, &LIGHTS, streams, peak);
-    let at = |thickness: usize, light: usize| -> Fluxes { found[LIGHTS.len() * thickness + light] };
+    let at = |thickness: usize, light: usize| -> MediumFluxes { found[LIGHTS.len() * thickness + light] };
     ([0, 1].map(|light| at(0, light).reflectance), std::array::from_fn(|depth| at(depth + 1, 0).transmittance))
 }
 

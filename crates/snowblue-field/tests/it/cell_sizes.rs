@@ -1,6 +1,7 @@
 //! Cells of different sizes at the surface: exact solutions, conservation, and agreement with a fine grid.
 
 use glam::{DMat3, DVec3, EulerRot};
+use snowblue_base::narrow;
 use snowblue_field::shapes::{BoxBody, BoxWithHole};
 use snowblue_field::{
     Body, CellSizes, Diffusion, GridOptions, SizeLimits, SizesByDistance, SnowBody, SolveOptions, SurfaceElement,
@@ -312,9 +313,4 @@ fn a_landscape_with_a_hole_has_few_nodes() {
     assert!((of_hole / 0.05 - 1.0).abs() < 0.1, "{of_hole}");
     let all = area(&|_| true);
     assert!((all / (2e4 + 400.0 + 0.04) - 1.0).abs() < 0.01, "{all}");
-}
-
-#[expect(clippy::cast_possible_truncation, reason = "rounding is intended")]
-fn narrow(value: f64) -> f32 {
-    value as f32
 }

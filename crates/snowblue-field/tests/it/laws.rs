@@ -1,6 +1,7 @@
 //! Laws of diffusion: exact solutions, conservation, and independence of the grid.
 
 use glam::{DMat3, DVec3, EulerRot};
+use snowblue_base::narrow;
 use snowblue_field::shapes::{Ball, BoxBody};
 use snowblue_field::{CellBox, Diffusion, GridOptions, SnowBody, SnowOfCells, SolveOptions, SurfaceElement};
 use wide::f32x4;
@@ -371,11 +372,6 @@ fn a_shift_of_the_grid_changes_little() {
             assert!((shifted / fitting - 1.0).abs() < allowed, "{shift} {place:?}: {shifted} {fitting}");
         }
     }
-}
-
-#[expect(clippy::cast_possible_truncation, reason = "rounding is intended")]
-fn narrow(value: f64) -> f32 {
-    value as f32
 }
 
 fn within(absorption_per_m: f64, thickness_m: f64, z: f64) -> f64 {

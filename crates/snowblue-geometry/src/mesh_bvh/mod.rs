@@ -9,10 +9,11 @@ use glam::{Vec2, Vec3, Vec3A};
 
 use crate::bounds::{Bounds, Interval};
 use crate::bvh::{Bvh8, BvhRay};
-use crate::ray::{Crossing, MeshLocation, Ray, ShapeHit, narrow};
+use crate::ray::{Crossing, MeshLocation, Ray, ShapeHit};
 use crate::transform::Transform;
 use crate::triangle::{FourTriangles, ShearedRay, TriangleHit};
 use crate::triangle_mesh::TriangleMesh;
+use snowblue_base::narrow;
 
 /// Padding of boxes, as a fraction of the mesh's greatest coordinate and diagonal: 16 units in the last place, where a
 /// box test rounds three times.

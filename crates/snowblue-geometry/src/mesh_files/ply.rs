@@ -14,9 +14,9 @@ use ply_rs_bw::ply::{ElementDef, Encoding, Header, Property, PropertyAccess, Pro
 use snowblue_base::files::{FileError, NamedFile};
 
 use crate::mesh_files::coordinates::{COORDINATES, number as mesh_number};
-use crate::ray::narrow;
 use crate::triangle_mesh::TriangleMesh;
 use crate::vertex_normals::VertexNormals;
+use snowblue_base::narrow;
 
 const NORMAL: [&str; 3] = ["nx", "ny", "nz"];
 

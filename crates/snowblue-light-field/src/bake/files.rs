@@ -14,9 +14,9 @@ use glam::Vec3;
 use serde_json::{Map, Value, json};
 use snowblue_base::atomic_file::write_atomically;
 use snowblue_base::files::FileError;
+use snowblue_base::narrow;
 use snowblue_color::{LinearRgb, Srgb8};
 use snowblue_geometry::mesh_files::gltf::Y_UP_TO_Z_UP;
-use snowblue_geometry::ray::narrow;
 use snowblue_scene::provenance::Provenance;
 use snowblue_scene::spectrum::wavelengths_nm;
 

@@ -2,7 +2,7 @@
 
 use crate::field_scene::WorkCounter;
 use crate::sight::CameraCells;
-use crate::{BodyField, FieldScene, LampInSnow, LightField};
+use crate::{BodySolution, FieldScene, LampInSnow, LightField};
 use snowblue_scene::Scene;
 use snowblue_scene::progress::Report;
 
@@ -34,7 +34,7 @@ pub(super) fn field_of(
     let alone = FieldScene {
         objects: scene.objects(),
         lights: std::slice::from_ref(light),
-        snow: &|object| field.of_object(object).map(BodyField::snow).cloned(),
+        snow: &|object| field.of_object(object).map(BodySolution::snow).cloned(),
         lamps_in_snow: &inside,
         reflectance: &|_| None,
         max_bounces: 0,

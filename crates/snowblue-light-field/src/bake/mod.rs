@@ -29,11 +29,11 @@ mod tests;
 use arrayvec::ArrayVec;
 use glam::{Vec2, Vec3, Vec3A};
 use rayon::prelude::*;
-use snowblue_base::ParameterRange;
+use snowblue_base::{ParameterRange, narrow};
 use snowblue_color::LinearRgb;
 use snowblue_transport::ordinates::HalfSpace;
 
-use crate::{BodyField, LightField};
+use crate::{BodySolution, LightField};
 use snowblue_scene::Scene;
 use snowblue_scene::film::Exposure;
 use snowblue_scene::film::sensor::Sensor;
@@ -44,7 +44,7 @@ use flux_limit::{BoundedFlux, limit, vertex_areas_m2, within};
 use lamps::{field_of, lamps};
 use lightmap::{FlatSurface, lay_out};
 use snowblue_geometry::ellipsoid::Ellipsoid;
-use snowblue_geometry::ray::{SurfacePoint, narrow};
+use snowblue_geometry::ray::SurfacePoint;
 use subdivision::{Longest, subdivide};
 use surface_mesh::{SurfaceMesh, Vertices};
 
@@ -252,7 +252,7 @@ pub fn bake(scene: &Scene, field: &LightField, options: BakeOptions, report: Rep
     }
     let lamps = if options.is_total { Vec::new() } else { lamps(scene) };
     let numbers = options.channels.count() * (lamps.len() + 1);
-    let step_m = |body: &BodyField| options.step_m.unwrap_or_else(|| DEFAULT_CELLS * body.surface_step_m());
+    let step_m = |body: &BodySolution| options.step_m.unwrap_or_else(|| DEFAULT_CELLS * body.surface_step_m());
     let most_vertices = MAX_VERTICES.min(MAX_NUMBERS / numbers);
     let lightmap = options.lightmap.filter(|_| HAS_LIGHTMAPS);
     let mut surfaces = surfaces(scene, field, step_m, most_vertices, lightmap.map(|size| (size, report)))?;
@@ -325,7 +325,7 @@ struct Surface {
 struct SteppedBody<'f> {
     /// Index of the object in the scene.
     object: usize,
-    body: &'f BodyField,
+    body: &'f BodySolution,
     step_m: f64,
 }
 
@@ -334,7 +334,7 @@ struct SteppedBody<'f> {
 fn surfaces(
     scene: &Scene,
     field: &LightField,
-    step_m: impl Fn(&BodyField) -> f64,
+    step_m: impl Fn(&BodySolution) -> f64,
     most_vertices: usize,
     lightmap: Option<(u32, Report)>,
 ) -> Result<Vec<Surface>, BakeError> {
@@ -425,7 +425,11 @@ impl Surface {
     /// The vertices whose net flux changes so that no radiance is negative, with the flux in the light field and the
     /// changed one. What is added is taken from the vertices within an edge of the mesh. `flux_at` gives the flux in
     /// the light field at a vertex.
-    fn limited(&self, body: &BodyField, flux_at: &(dyn Fn(usize) -> Spectrum + Sync)) -> Vec<(usize, [Spectrum; 2])> {
+    fn limited(
+        &self,
+        body: &BodySolution,
+        flux_at: &(dyn Fn(usize) -> Spectrum + Sync),
+    ) -> Vec<(usize, [Spectrum; 2])> {
         // Renderers have the polynomial.
         let escape = self.baked.half_space.escape(1.0).max(self.baked.snow.escape.at(1.0));
         let least = |vertex: usize, flux: &Spectrum| {

@@ -4,8 +4,9 @@
 use std::f32::consts::FRAC_1_PI;
 
 use glam::{Vec3, Vec3A};
+use snowblue_base::narrow;
 use snowblue_geometry::mesh_bvh::MeshBvh;
-use snowblue_geometry::ray::{MeshLocation, Ray, SurfacePoint, narrow};
+use snowblue_geometry::ray::{MeshLocation, Ray, SurfacePoint};
 use snowblue_geometry::triangle_mesh::TriangleMesh;
 use snowblue_scene::light::{LightDirection, LightOrigin};
 use snowblue_scene::material::surface_optics::reflection_per_sr;

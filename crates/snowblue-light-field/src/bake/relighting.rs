@@ -14,10 +14,11 @@ use std::sync::{Arc, OnceLock};
 use glam::Vec3A;
 use rayon::prelude::*;
 use snowblue_base::files::FileSource;
+use snowblue_base::narrow;
 use snowblue_color::LinearRgb;
 use snowblue_color::exposure::AutoExposure;
 use snowblue_geometry::mesh_bvh::MeshBvh;
-use snowblue_geometry::ray::{SurfacePoint, narrow};
+use snowblue_geometry::ray::SurfacePoint;
 use snowblue_scene::description::{LightDescription, SceneDescription, SkyDescription};
 use snowblue_scene::light::{Light, LightOrigin};
 use snowblue_scene::objects::{Side, SurfaceInteraction};
@@ -29,7 +30,7 @@ use crate::bake::sky_directions::SkyDirections;
 use crate::bake::{BakeError, BakedObject, DEFAULT_CELLS, MAX_VERTICES, Surface, rgb, surfaces};
 use crate::field_scene::WorkCounter;
 use crate::illumination::parts_in_snow;
-use crate::{BodyField, FieldScene, LightField};
+use crate::{BodySolution, FieldScene, LightField};
 
 /// The snow of a scene, to be lit by one light at a time.
 #[derive(Debug)]
@@ -172,7 +173,7 @@ impl Relighting {
 impl Surface {
     /// The light of a lamp or a sky at all vertices.
     fn lit(&self, scene: &Scene, field: &LightField, light: &Light) -> (LitSurface, Vec<VertexSpectra>) {
-        let spectra_in = |body: &BodyField| -> Vec<VertexSpectra> {
+        let spectra_in = |body: &BodySolution| -> Vec<VertexSpectra> {
             let of_place = |(point, normal)| VertexSpectra {
                 flux: body.flux(point, normal),
                 irradiance: body.diffuse_irradiance(&SurfacePoint { point, normal }),

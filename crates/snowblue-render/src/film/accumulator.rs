@@ -16,8 +16,8 @@
 use std::ops::Range;
 
 use rayon::prelude::*;
+use snowblue_base::narrow;
 use snowblue_color::{LinearRgb, Xyz};
-use snowblue_geometry::ray::narrow;
 
 use crate::film::aov::{Aov, Aovs, SPECTRUM_OFFSET};
 use crate::film::window::{SampleBlock, Window, range_length};

@@ -5,8 +5,8 @@
 //! Graphics Techniques 10(3), 1–18): `S0.400,000000nm` and so on, in W m⁻² sr⁻¹ nm⁻¹.
 
 use rayon::prelude::*;
+use snowblue_base::narrow;
 use snowblue_color::LinearRgb;
-use snowblue_geometry::ray::narrow;
 
 use crate::film::accumulator::{FilmAccumulator, PixelSums};
 use crate::film::aov::Aov;

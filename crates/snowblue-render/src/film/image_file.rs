@@ -17,8 +17,8 @@ use std::path::Path;
 use exr::prelude::{Encoding, Image, Layer, LayerAttributes, SpecificChannels, Text, WritableImage};
 use rayon::prelude::*;
 use snowblue_base::atomic_file::write_atomically;
+use snowblue_base::narrow;
 use snowblue_color::{LinearRgb, Srgb8, ToneCurve, Xyz};
-use snowblue_geometry::ray::narrow;
 use snowblue_scene::film::{Development, ImageSize};
 
 use crate::error::RenderError;

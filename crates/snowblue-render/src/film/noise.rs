@@ -6,8 +6,8 @@
 //! [filter](crate::film::residual_filter) leaves of it.
 
 use rayon::prelude::*;
+use snowblue_base::narrow;
 use snowblue_color::{LinearRgb, Xyz};
-use snowblue_geometry::ray::narrow;
 
 use crate::film::accumulator::{Decision, FilmAccumulator, PixelSums, SQUARE_UNITS, UNITS};
 use crate::film::aov::Aovs;

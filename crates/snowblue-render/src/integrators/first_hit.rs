@@ -2,9 +2,10 @@
 //!
 //! It is found separately from the path of light, so that pictures without such channels take no time for them.
 
+use snowblue_base::narrow;
 use snowblue_color::LinearRgb;
 use snowblue_geometry::body::{ChordEnd, Line};
-use snowblue_geometry::ray::{Ray, narrow};
+use snowblue_geometry::ray::Ray;
 
 use crate::film::aov::{Aov, Aovs};
 use crate::film::pixel_accumulator::PixelAccumulator;
@@ -122,7 +123,7 @@ impl<'a> FirstHits<'a> {
             Method::Diffusion(field) | Method::Hybrid(field, _) => {
                 field.of_object(surface.object).map(|body| &**body.snow())
             }
-            Method::Reference(..) => self.prepared.snowpack(surface.material),
+            Method::Reference(..) => self.prepared.body_optics(surface.material),
         };
         let optics = snow.map(|snow| snow.at_surface(objects, surface.object, &surface.surface_point()));
         optics.map_or(Spectrum::ZERO, |optics| optics.surface().deep_reflectance(1.0))

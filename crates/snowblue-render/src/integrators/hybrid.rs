@@ -31,7 +31,8 @@ use std::iter::{Cycle, Skip};
 use std::slice::Iter;
 use std::sync::Arc;
 
-use snowblue_geometry::ray::{Ray, SurfacePoint, narrow, off_surface};
+use snowblue_base::narrow;
+use snowblue_geometry::ray::{Ray, SurfacePoint, off_surface};
 use snowblue_light_field::{EndDepth, LightField, NearLight, SnowAt};
 use snowblue_scene::Scene;
 use snowblue_scene::directions::Directions;

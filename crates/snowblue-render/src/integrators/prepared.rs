@@ -9,7 +9,7 @@ use crate::integrators::snow_vertex::SnowCurves;
 use crate::integrators::snow_volumes::SnowVolumes;
 use crate::integrators::sparkle::SceneSparkle;
 use crate::integrators::surroundings::SnowBodies;
-use snowblue_light_field::{LightField, SnowOfMaterials, Snowpack, snowpacks};
+use snowblue_light_field::{BodyOptics, LightField, SnowOfMaterials, optics_of_materials};
 use snowblue_scene::material::snow::SnowKinds;
 use snowblue_scene::progress::Report;
 use snowblue_scene::{Changes, Scene};
@@ -40,7 +40,7 @@ pub(super) enum Method {
     Diffusion(LightField),
     Hybrid(LightField, SnowOfMaterials<SnowVolumes>),
     /// Volumes, and the optics of the snow's surface once they are asked for.
-    Reference(SnowOfMaterials<SnowVolumes>, Box<OnceLock<SnowOfMaterials<Snowpack>>>),
+    Reference(SnowOfMaterials<SnowVolumes>, Box<OnceLock<SnowOfMaterials<BodyOptics>>>),
 }
 
 impl Prepared {
@@ -78,12 +78,12 @@ impl Prepared {
     }
 
     /// The optics of the snow of a material, if it is snow, where the method has no curves.
-    pub(super) fn snowpack(&self, material: usize) -> Option<&Snowpack> {
+    pub(super) fn body_optics(&self, material: usize) -> Option<&BodyOptics> {
         let Method::Reference(volumes, snow) = &self.method else { return None };
         let snow = snow.get_or_init(|| {
             let kinds: SnowOfMaterials<SnowKinds> =
                 volumes.iter().map(|snow| snow.as_ref().map(|snow| Arc::clone(&snow.kinds))).collect();
-            snowpacks(&self.scene, &kinds, ALBEDO_RAYS, &|_, _, _| None).unwrap_or_default()
+            optics_of_materials(&self.scene, &kinds, ALBEDO_RAYS, &|_, _, _| None).unwrap_or_default()
         });
         snow.get(material)?.as_deref()
     }
@@ -97,7 +97,7 @@ impl Method {
         report: Report,
     ) -> Result<Self, RenderError> {
         let rays = scene.description().light_field.grain_rays;
-        let snow = snowpacks(scene, kinds, rays, &|_, _, _| None)?;
+        let snow = optics_of_materials(scene, kinds, rays, &|_, _, _| None)?;
         Ok(Self::Diffusion(LightField::of_scene(scene, &snow, has_one_view, report)?))
     }
 
@@ -111,7 +111,7 @@ impl Method {
         let walk_ends = |material: usize, kind: usize, length_m: f64| {
             volumes[material].as_ref().map(|snow| snow.walk_ends(kind, length_m))
         };
-        let snow = snowpacks(scene, kinds, scene.description().light_field.grain_rays, &walk_ends)?;
+        let snow = optics_of_materials(scene, kinds, scene.description().light_field.grain_rays, &walk_ends)?;
         Ok(Self::Hybrid(LightField::of_scene(scene, &snow, has_one_view, report)?, volumes))
     }
 

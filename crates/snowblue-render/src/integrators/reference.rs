@@ -27,7 +27,8 @@
 use std::sync::Arc;
 
 use glam::Vec3A;
-use snowblue_geometry::ray::{Ray, narrow, off_surface};
+use snowblue_base::narrow;
+use snowblue_geometry::ray::{Ray, off_surface};
 use snowblue_transport::monte_carlo::{PathLengths, Volume, VolumeNode};
 use snowblue_transport::rng::Stream;
 

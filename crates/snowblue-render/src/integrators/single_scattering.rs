@@ -11,7 +11,8 @@
 //! surface is flat. (Habel, Christensen & Jarosz 2013, *Photon beam diffusion*, take single scattering apart likewise.)
 
 use glam::Vec3A;
-use snowblue_geometry::ray::{Ray, SurfacePoint, narrow};
+use snowblue_base::narrow;
+use snowblue_geometry::ray::{Ray, SurfacePoint};
 
 use crate::integrators::surroundings::{Flight, SnowBodies, SnowQueries};
 use snowblue_light_field::{LightField, SnowAt};

@@ -7,10 +7,10 @@
 use std::sync::Arc;
 
 use glam::Vec3A;
+use snowblue_base::narrow;
 use snowblue_database::lookup::SnowMix;
 use snowblue_database::{CompressedTable, DatabaseError};
 use snowblue_geometry::body::{Chord, Line};
-use snowblue_geometry::ray::narrow;
 use snowblue_scene::material::snow::SnowKinds;
 use snowblue_scene::objects::{Objects, SurfaceInteraction};
 use snowblue_scene::queries::SceneQueries;

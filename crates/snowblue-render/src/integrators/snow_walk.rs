@@ -8,7 +8,8 @@
 use std::f32::consts::{FRAC_1_PI, TAU};
 
 use glam::Vec3A;
-use snowblue_geometry::ray::{Ray, SurfacePoint, narrow, off_surface};
+use snowblue_base::narrow;
+use snowblue_geometry::ray::{Ray, SurfacePoint, off_surface};
 use snowblue_transport::monte_carlo::VolumeNode;
 use snowblue_transport::rng::Stream;
 

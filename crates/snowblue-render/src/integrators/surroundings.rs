@@ -3,8 +3,9 @@
 use std::sync::Arc;
 
 use glam::Vec3A;
+use snowblue_base::narrow;
 use snowblue_geometry::body::{TOUCH_DISTANCE_M, pair_up};
-use snowblue_geometry::ray::{Crossing, Ray, ShapeHit, narrow, off_surface};
+use snowblue_geometry::ray::{Crossing, Ray, ShapeHit, off_surface};
 use snowblue_transport::monte_carlo::{PathLengths, Volume};
 use snowblue_transport::rng::Stream;
 

@@ -19,7 +19,8 @@
 use std::f32::consts::{FRAC_1_PI, PI};
 
 use glam::Vec3A;
-use snowblue_geometry::ray::{Ray, SurfacePoint, narrow};
+use snowblue_base::narrow;
+use snowblue_geometry::ray::{Ray, SurfacePoint};
 use snowblue_light_field::{EndDepth, KindOptics, LightWeights, NearLight};
 use snowblue_scene::light::IncidentLight;
 use snowblue_scene::spectrum::Spectrum;

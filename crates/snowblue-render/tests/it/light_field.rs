@@ -280,7 +280,7 @@ fn node_count(settings: &str) -> Result<usize, String> {
     let scene = file.build().map_err(|error| error.to_string())?;
     let integrator = Integrator::prepare(&scene).map_err(|error| error.located(&file).to_string())?;
     let text = format!("{integrator:?}");
-    let (_, rest) = text.split_once("BodyField { nodes: ").unwrap();
+    let (_, rest) = text.split_once("BodySolution { nodes: ").unwrap();
     Ok(rest.split(',').next().unwrap().parse().unwrap())
 }
 

@@ -4,8 +4,8 @@ use std::iter::Sum;
 use std::ops::{Add, AddAssign, Mul};
 
 use glam::Vec4;
+use snowblue_base::narrow;
 use snowblue_color::{ChromaticAdaptation, Colorimeter, Illuminant, LinearRgb, Observer, Xyz};
-use snowblue_geometry::ray::narrow;
 
 use crate::spectrum::light_spectrum::LightSpectrum;
 use crate::spectrum::{SAMPLES, Spectrum, wavelengths_nm};

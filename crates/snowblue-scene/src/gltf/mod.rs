@@ -17,7 +17,6 @@ use snowblue_color::LinearRgb;
 use snowblue_geometry::instance::Instance;
 use snowblue_geometry::mesh_bvh::MeshBvh;
 use snowblue_geometry::mesh_files::gltf::{GltfFile, Y_UP_TO_Z_UP};
-use snowblue_geometry::ray::narrow;
 use snowblue_geometry::shape::Shape;
 
 use crate::camera::View;
@@ -40,7 +39,7 @@ use crate::shape::{check_reach, placement};
 use crate::sources::Sources;
 use crate::spectrum::light_spectrum::lumens_per_watt_of_luminance_one;
 use crate::spectrum::upsampling::Upsampling;
-use snowblue_base::KeyPath;
+use snowblue_base::{KeyPath, narrow};
 
 /// Greatest strength of a light, in cd or lx.
 const MAX_STRENGTH: f64 = 1e15;

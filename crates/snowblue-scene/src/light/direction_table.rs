@@ -10,7 +10,7 @@ use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
 use glam::Vec3A;
 
-use snowblue_geometry::ray::narrow;
+use snowblue_base::narrow;
 
 use crate::sampling::{cumulative, invert, share};
 

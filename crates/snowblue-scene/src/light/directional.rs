@@ -3,7 +3,6 @@
 use glam::Vec3A;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use snowblue_geometry::ray::narrow;
 
 use crate::light::emitter::{Emitter, LightType};
 use crate::light::keys::{Irradiance, LightKeys};
@@ -11,7 +10,7 @@ use crate::light::techniques::Light;
 use crate::spectrum::Spectrum;
 use crate::spectrum::light_spectrum::LightSpectrum;
 use crate::values::{Direction, point, unit_vector};
-use snowblue_base::{KeyError, KeyPath, Number, Numbers};
+use snowblue_base::{KeyError, KeyPath, Number, Numbers, narrow};
 
 /// Parallel light.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]

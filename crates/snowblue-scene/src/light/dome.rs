@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glam::Vec3A;
-use snowblue_geometry::ray::narrow;
+use snowblue_base::narrow;
 use snowblue_sky::{ClearSky, OVERCAST_IRRADIANCE_SR, WAVELENGTHS_NM, overcast_relative_radiance};
 
 use crate::light::direction_table::{DirectionTable, longitude_rad};

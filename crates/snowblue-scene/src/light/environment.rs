@@ -4,8 +4,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use snowblue_base::files::FileError;
 use snowblue_base::toml_table::Table;
-use snowblue_base::{KeyPath, ParseError};
-use snowblue_geometry::ray::narrow;
+use snowblue_base::{KeyPath, ParseError, narrow};
 
 use crate::error::SceneError;
 use crate::light::image::{ImageSkyDescription, Panorama, SkyImage};

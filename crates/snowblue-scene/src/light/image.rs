@@ -13,7 +13,6 @@ use serde::{Deserialize, Serialize};
 use snowblue_base::files::{FileError, FileSource, NamedFile, check_formats};
 use snowblue_color::LinearRgb;
 use snowblue_geometry::images::check_exr_size;
-use snowblue_geometry::ray::narrow;
 
 use crate::error::SceneError;
 use crate::light::direction_table::{DirectionTable, whole};
@@ -23,7 +22,7 @@ use crate::light::sample::LightOrigin;
 use crate::spectrum::Spectrum;
 use crate::spectrum::upsampling::Upsampling;
 use crate::values::{Rotation, visible};
-use snowblue_base::Number;
+use snowblue_base::{Number, narrow};
 
 /// Largest channel of a pixel: the limit of all lights, far below that of single precision.
 const MAX_PIXEL: f64 = 1e12;

@@ -3,7 +3,6 @@
 use glam::Vec3A;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use snowblue_geometry::ray::narrow;
 
 use crate::light::emitter::{Emitter, InnerLamp, LightType};
 use crate::light::keys::{LightKeys, RadiantIntensity};
@@ -11,7 +10,7 @@ use crate::light::techniques::Light;
 use crate::spectrum::Spectrum;
 use crate::spectrum::light_spectrum::LightSpectrum;
 use crate::values::{Coordinate, point};
-use snowblue_base::{KeyError, KeyPath, Number, Numbers};
+use snowblue_base::{KeyError, KeyPath, Number, Numbers, narrow};
 
 /// A light that shines from a point in all directions.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]

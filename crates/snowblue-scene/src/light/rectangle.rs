@@ -12,7 +12,7 @@ use std::f64::consts::PI;
 use glam::{DVec3, Vec3A};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use snowblue_geometry::ray::{Ray, narrow};
+use snowblue_geometry::ray::Ray;
 
 use crate::light::emitter::{Emitter, LightType};
 use crate::light::keys::{LightKeys, LightSize, Radiance};
@@ -21,7 +21,7 @@ use crate::light::techniques::Light;
 use crate::spectrum::Spectrum;
 use crate::spectrum::light_spectrum::LightSpectrum;
 use crate::values::{Coordinate, Direction, point, upwards, visible};
-use snowblue_base::{KeyError, KeyPath, Number, Numbers};
+use snowblue_base::{KeyError, KeyPath, Number, Numbers, narrow};
 
 /// Solid angle below which points are uniform over the area, in sr. The sum of angles has an error of some 1e-15.
 const MIN_SOLID_ANGLE_SR: f64 = 1e-10;

@@ -10,7 +10,7 @@ use std::f32::consts::TAU;
 use glam::Vec3A;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use snowblue_geometry::ray::{Ray, narrow};
+use snowblue_geometry::ray::Ray;
 
 use crate::light::emitter::{Emitter, InnerLamp, LightType};
 use crate::light::keys::{LightKeys, LightSize, Radiance};
@@ -19,7 +19,7 @@ use crate::light::techniques::Light;
 use crate::spectrum::Spectrum;
 use crate::spectrum::light_spectrum::LightSpectrum;
 use crate::values::{Coordinate, point, visible};
-use snowblue_base::{KeyError, KeyPath, Number, Numbers};
+use snowblue_base::{KeyError, KeyPath, Number, Numbers, narrow};
 
 /// A sphere that emits uniformly.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -3,7 +3,6 @@
 use glam::Vec3A;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use snowblue_geometry::ray::narrow;
 
 use crate::light::emitter::{Emitter, LightType};
 use crate::light::keys::{LightKeys, RadiantIntensity};
@@ -12,7 +11,7 @@ use crate::light::techniques::Light;
 use crate::spectrum::Spectrum;
 use crate::spectrum::light_spectrum::LightSpectrum;
 use crate::values::{Coordinate, point, unit_vector};
-use snowblue_base::{KeyError, KeyPath, Number, Numbers, ParameterRange, quantities};
+use snowblue_base::{KeyError, KeyPath, Number, Numbers, ParameterRange, narrow, quantities};
 
 quantities! {
     /// The angle between the axis of a cone and its edge.

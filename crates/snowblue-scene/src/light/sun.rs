@@ -3,7 +3,8 @@
 use std::f32::consts::{PI, TAU};
 
 use glam::Vec3A;
-use snowblue_geometry::ray::{Ray, narrow};
+use snowblue_base::narrow;
+use snowblue_geometry::ray::Ray;
 use snowblue_sky::{ClearSky, SUN_RADIUS_RAD, limb_darkening_at_nodes};
 
 use crate::light::dome::Resampling;

@@ -7,7 +7,7 @@ use std::sync::{Arc, LazyLock};
 
 use glam::Vec3A;
 use snowblue_color::LinearRgb;
-use snowblue_geometry::ray::{Ray, SurfacePoint, narrow};
+use snowblue_geometry::ray::{Ray, SurfacePoint};
 use snowblue_sky::{ClearSky, SUN_RADIUS_RAD, WAVELENGTHS_NM};
 use snowblue_stat::{Moments, chi_squared_p_value, sidak_level, z_p_value};
 use snowblue_transport::PhaseFunction;
@@ -25,7 +25,7 @@ use crate::directions::{Directions, ReflectionTable};
 use crate::sampling::{Sampler, cosine_direction};
 use crate::spectrum::Spectrum;
 use crate::spectrum::light_spectrum::LightSpectrum;
-use snowblue_base::{KeyPath, Number, Numbers};
+use snowblue_base::{KeyPath, Number, Numbers, narrow};
 
 /// Probability that any of these tests fails by chance is about this, for each test function.
 const LEVEL: f64 = 1e-3;

@@ -2,7 +2,6 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use snowblue_geometry::ray::narrow;
 
 use crate::light::emitter::{Emitter, LightType};
 use crate::light::keys::{LightKeys, Radiance};
@@ -10,7 +9,7 @@ use crate::light::techniques::Light;
 use crate::spectrum::Spectrum;
 use crate::spectrum::light_spectrum::LightSpectrum;
 use crate::values::visible;
-use snowblue_base::{KeyError, KeyPath, Number};
+use snowblue_base::{KeyError, KeyPath, Number, narrow};
 
 /// The strength of a uniform sky.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -6,8 +6,8 @@
 use std::f32::consts::PI;
 
 use glam::Vec3A;
+use snowblue_base::narrow;
 use snowblue_field::SnowOptics;
-use snowblue_geometry::ray::narrow;
 use snowblue_transport::{SnowSample, TransportError};
 
 use super::surface_optics::SurfaceOptics;

@@ -3,9 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use snowblue_base::toml_table::Table;
-use snowblue_base::{KeyPath, Numbers, ParameterRange, ParseError, quantities};
+use snowblue_base::{KeyPath, Numbers, ParameterRange, ParseError, narrow, quantities};
 use snowblue_geometry::images::PngImage;
-use snowblue_geometry::ray::narrow;
 use snowblue_geometry::shape::Shape;
 
 use crate::error::SceneError;

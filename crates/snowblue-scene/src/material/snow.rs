@@ -5,7 +5,8 @@
 //! kinds of it ([`SnowKinds`]) and interpolate between these.
 
 use glam::{DVec3, Vec3A};
-use snowblue_geometry::ray::{SurfacePoint, narrow};
+use snowblue_base::narrow;
+use snowblue_geometry::ray::SurfacePoint;
 use snowblue_geometry::shape::Shape;
 use snowblue_transport::sample::SnowSample;
 use snowblue_transport::{Demand, GrainTallies, Population, TallyPlan};

@@ -1,8 +1,9 @@
 //! What the surface of snow does to light.
 
 use glam::Vec3A;
+use snowblue_base::narrow;
 use snowblue_field::SnowOptics;
-use snowblue_geometry::ray::{SurfacePoint, narrow};
+use snowblue_geometry::ray::SurfacePoint;
 use snowblue_transport::ordinates::HalfSpace;
 
 use crate::directions::{Directions, ReflectionTable};

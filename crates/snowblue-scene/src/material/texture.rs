@@ -15,10 +15,9 @@ use snowblue_geometry::texture_coordinates::TextureCoordinates;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use snowblue_base::{KeyPath, Number, ParameterRange, quantities};
+use snowblue_base::{KeyPath, Number, ParameterRange, narrow, quantities};
 use snowblue_color::transfer::decode_srgb;
 use snowblue_geometry::images::PngImage;
-use snowblue_geometry::ray::narrow;
 
 use crate::error::SceneError;
 use crate::objects::{Objects, SurfaceInteraction};

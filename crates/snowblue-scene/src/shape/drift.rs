@@ -3,8 +3,7 @@
 use glam::DVec2;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Deserialize, Serialize};
-use snowblue_base::{Number, Numbers, ParameterRange, quantities};
-use snowblue_geometry::ray::narrow;
+use snowblue_base::{Number, Numbers, ParameterRange, narrow, quantities};
 use snowblue_shapes::drift::{Mound, drift, drift_heights};
 use snowblue_shapes::terrain::Filling;
 

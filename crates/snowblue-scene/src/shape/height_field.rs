@@ -3,8 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use snowblue_base::toml_table::Table;
-use snowblue_base::{Number, ParseError};
-use snowblue_geometry::ray::narrow;
+use snowblue_base::{Number, ParseError, narrow};
 use snowblue_shapes::terrain::Filling;
 
 use super::grid::{GridSettings, PlacedGrid, filled, grid_of_rows, heights_of, read_grid};

@@ -3,10 +3,9 @@
 use glam::{DAffine3, DMat3, DVec3, EulerRot, Mat3A, Vec3A};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use snowblue_base::Numbers;
+use snowblue_base::{Numbers, narrow};
 use snowblue_geometry::mesh_files::gltf::Y_UP_TO_Z_UP;
 use snowblue_geometry::mesh_files::is_y_up;
-use snowblue_geometry::ray::narrow;
 use snowblue_geometry::transform::Transform;
 
 use crate::values::{Coordinate, MAX_COORDINATE_M, Rotation, Scale, UpAxis, point};

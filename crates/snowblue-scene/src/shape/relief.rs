@@ -11,11 +11,12 @@
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3, Vec3, Vec3A};
+use snowblue_base::narrow;
 use snowblue_geometry::bounds::Bounds;
 use snowblue_geometry::ellipsoid::Ellipsoid;
 use snowblue_geometry::instance::Instance;
 use snowblue_geometry::mesh_bvh::MeshBvh;
-use snowblue_geometry::ray::{Ray, narrow, off_surface};
+use snowblue_geometry::ray::{Ray, off_surface};
 use snowblue_geometry::shape::Shape;
 use snowblue_geometry::transform::Transform;
 use snowblue_geometry::triangle_mesh::TriangleMesh;

@@ -3,8 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use snowblue_base::toml_table::Table;
-use snowblue_base::{KeyPath, Number, ParseError};
-use snowblue_geometry::ray::narrow;
+use snowblue_base::{KeyPath, Number, ParseError, narrow};
 use snowblue_sky::overcast_illuminance_lx;
 
 use super::sun::{SunDescription, sun_error};

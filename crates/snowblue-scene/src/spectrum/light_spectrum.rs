@@ -3,9 +3,10 @@
 use std::sync::LazyLock;
 
 use snowblue_base::files::{FileSource, NamedFile};
+use snowblue_base::narrow;
 use snowblue_base::spectrum_csv;
+use snowblue_base::units::LUMENS_PER_WATT;
 use snowblue_color::{ColorError, Colorimeter, Illuminant, Observer, temperature};
-use snowblue_geometry::ray::narrow;
 
 use crate::error::SceneError;
 use crate::spectrum::file::SpectrumFile;
@@ -107,8 +108,6 @@ impl LightSpectrum {
 ///
 /// Never: the observer's table covers the grid.
 pub(crate) fn lumens_per_watt_of_luminance_one() -> f64 {
-    /// Luminous efficacy of light of 540 THz (BIPM 2019, "The International System of Units", section 2.3.1).
-    const LUMENS_PER_WATT: f64 = 683.0;
     let luminosity = |nm| Observer::Cie1931.color_matching(nm).expect("the observer's table covers 400–700 nm").y;
     LUMENS_PER_WATT * wavelengths_nm().map(luminosity).iter().sum::<f64>() / SAMPLES as f64
 }

@@ -55,8 +55,8 @@ impl Upsampling {
 mod tests {
     use super::*;
     use crate::spectrum::wavelengths_nm;
+    use snowblue_base::narrow;
     use snowblue_color::{Colorimeter, Lab, LinearRgb, Observer};
-    use snowblue_geometry::ray::narrow;
 
     fn observer(illuminant: Illuminant) -> Colorimeter {
         Colorimeter::new(Observer::Cie1931, illuminant, &wavelengths_nm()).unwrap()

@@ -4,7 +4,7 @@ use std::cell::OnceCell;
 
 use glam::{DVec3, UVec3};
 use rayon::prelude::*;
-use snowblue_geometry::ray::narrow;
+use snowblue_base::narrow;
 
 use super::patches::CORNERS;
 use super::snow::Carved;

@@ -5,7 +5,7 @@
 use std::collections::BTreeMap;
 
 use glam::DVec2;
-use snowblue_geometry::ray::narrow;
+use snowblue_base::narrow;
 
 use crate::height_files::height_grid::{Georeference, HeightGrid, check_cell, check_size};
 

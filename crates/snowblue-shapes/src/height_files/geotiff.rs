@@ -10,7 +10,7 @@ use std::io::Cursor;
 
 use glam::DVec2;
 use snowblue_base::files::check_memory;
-use snowblue_geometry::ray::narrow;
+use snowblue_base::narrow;
 use tiff::TiffError;
 use tiff::decoder::{Decoder, DecodingResult};
 use tiff::tags::Tag;

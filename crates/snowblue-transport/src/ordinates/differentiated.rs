@@ -21,7 +21,9 @@ use std::ops::Mul;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use super::eigen::Scaled;
-use super::homogeneous::{Direction, HomogeneousMedium, Light, LitSlab, SlabSolution, Transfer, decay_rate, strengths};
+use super::homogeneous::{
+    Direction, HomogeneousMedium, IncidentLight, LitSlab, SlabSolution, Transfer, decay_rate, strengths,
+};
 use crate::dual::{Dual, LANES, Real};
 use crate::slab::Incidence;
 
@@ -143,10 +145,12 @@ impl DifferentiatedMedium {
     }
 
     /// A beam, whose cosine from the normal `cosine` gives derivatives, or Lambertian light.
-    pub(super) fn light(&self, incidence: &Incidence, cosine: impl Fn(f64) -> Dual) -> Light<Dual> {
+    pub(super) fn light(&self, incidence: &Incidence, cosine: impl Fn(f64) -> Dual) -> IncidentLight<Dual> {
         match incidence {
-            Incidence::Beam { angle_deg } => Light::Beam(self.modes.direction(cosine(angle_deg.to_radians().cos()))),
-            Incidence::Diffuse => Light::Lambertian,
+            Incidence::Beam { angle_deg } => {
+                IncidentLight::Beam(self.modes.direction(cosine(angle_deg.to_radians().cos())))
+            }
+            Incidence::Diffuse => IncidentLight::Lambertian,
         }
     }
 

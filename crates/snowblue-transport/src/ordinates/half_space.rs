@@ -25,6 +25,7 @@
 //! p/(μ + μ₀) is taken out of each mode and put back with p itself, over 1 − f for the scaled depth (Nakajima & Tanaka
 //! 1988, doi:10.1016/0022-4073(88)90031-3). What remains is smooth.
 
+use snowblue_base::narrow;
 use std::f64::consts::PI;
 
 use nalgebra::{DMatrix, DVector};
@@ -66,7 +67,7 @@ type Modes = [f32; MODES];
 
 /// Reflection and transmission of diffuse light by a layer, in one azimuthal mode: matrices from radiances of incidence
 /// to radiances of exit.
-struct Layer {
+struct DiffuseOperators {
     reflection: DMatrix<f64>,
     transmission: DMatrix<f64>,
 }
@@ -91,9 +92,9 @@ impl HalfSpace {
         let doublings = doublings(&scaled);
         for mode in 0..MODES {
             let matrices = PhaseMatrices::new(&scaled, mode, rule);
-            let mut layer = Layer::thin(&matrices, rule);
+            let mut layer = DiffuseOperators::thin(&matrices, rule);
             (0..doublings).for_each(|_| layer = layer.doubled());
-            let mut reflection = Layer::per_flux(layer.reflection, rule);
+            let mut reflection = DiffuseOperators::per_flux(layer.reflection, rule);
             if mode == 0 {
                 let radiances = layer.transmission.column_sum();
                 let transmittance =
@@ -212,7 +213,7 @@ impl HalfSpace {
     }
 }
 
-impl Layer {
+impl DiffuseOperators {
     /// A thin layer by the implicit midpoint rule: t ± r = (1 + X)⁻¹ (1 − X) with X = ½τ M⁻¹ (1 − ½(p₊ ± p₋) W).
     fn thin(phase: &PhaseMatrices, rule: &Quadrature) -> Self {
         let identity = DMatrix::identity(NODES, NODES);
@@ -309,11 +310,6 @@ fn place(cos: f64, cells: usize) -> (usize, f64) {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 ≤ position")]
     let cell = (position as usize).min(cells - 1);
     (cell, position - cell as f64)
-}
-
-#[expect(clippy::cast_possible_truncation, reason = "values of the order of one, needed to a thousandth")]
-fn narrow(value: f64) -> f32 {
-    value as f32
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! Fluxes of a homogeneous slab from its modes, for any thickness and any angle.
+//! MediumFluxes of a homogeneous slab from its modes, for any thickness and any angle.
 //!
 //! **One solution serves all angles.** By reciprocity the plane albedo and the transmittance for a beam at μ₀ are
 //! the radiances that leave the slab in the direction μ₀ when isotropic light of unit radiance falls on it (van de
@@ -27,9 +27,9 @@ use crate::medium::Scattering;
 use crate::quadrature::{Quadrature, legendre_polynomials};
 use crate::slab::Incidence;
 
-/// Fluxes over the incident flux on a horizontal plane.
+/// MediumFluxes over the incident flux on a horizontal plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Fluxes {
+pub struct MediumFluxes {
     /// Reflectance.
     pub reflectance: f64,
     /// Total transmittance, direct and diffuse.
@@ -57,7 +57,7 @@ pub struct HomogeneousMedium {
 }
 
 /// Light on a slab, with the response of each mode to it, which does not depend on thickness.
-pub enum Light<T = f64> {
+pub enum IncidentLight<T = f64> {
     /// A parallel beam.
     Beam(Direction<T>),
     /// Lambertian light.
@@ -219,16 +219,16 @@ impl HomogeneousMedium {
 
     /// Prepares a beam whose cosine from the normal is `cos_incidence`, in (0, 1].
     #[must_use]
-    pub fn beam(&self, cos_incidence: f64) -> Light {
-        Light::Beam(self.direction(cos_incidence))
+    pub fn beam(&self, cos_incidence: f64) -> IncidentLight {
+        IncidentLight::Beam(self.direction(cos_incidence))
     }
 
     /// Prepares a beam or Lambertian light.
     #[must_use]
-    pub fn light(&self, incidence: &Incidence) -> Light {
+    pub fn light(&self, incidence: &Incidence) -> IncidentLight {
         match incidence {
             Incidence::Beam { angle_deg } => self.beam(angle_deg.to_radians().cos()),
-            Incidence::Diffuse => Light::Lambertian,
+            Incidence::Diffuse => IncidentLight::Lambertian,
         }
     }
 
@@ -256,19 +256,23 @@ impl HomogeneousMedium {
         decay_rate(self.scaled.depth_ratio, &self.modes.rates)
     }
 
-    /// Fluxes of a slab of (unscaled) `optical_depth`, which may be infinite, under each of `lights`.
+    /// MediumFluxes of a slab of (unscaled) `optical_depth`, which may be infinite, under each of `lights`.
     #[must_use]
-    pub fn fluxes<'l>(&self, optical_depth: f64, lights: impl IntoIterator<Item = &'l Light>) -> Vec<Fluxes> {
+    pub fn fluxes<'l>(
+        &self,
+        optical_depth: f64,
+        lights: impl IntoIterator<Item = &'l IncidentLight>,
+    ) -> Vec<MediumFluxes> {
         let depth = optical_depth * self.scaled.depth_ratio;
         let solution = self.solve_slab(depth);
         let slab = self.lit(&solution);
-        let under = |light: &Light| {
+        let under = |light: &IncidentLight| {
             let Passed { reflectance, transmittance } = slab.passed(light);
             let direct = match light {
-                Light::Beam(direction) => (-optical_depth / direction.cos_incidence).exp(),
-                Light::Lambertian => 2.0 * third_exponential_integral(optical_depth),
+                IncidentLight::Beam(direction) => (-optical_depth / direction.cos_incidence).exp(),
+                IncidentLight::Lambertian => 2.0 * third_exponential_integral(optical_depth),
             };
-            Fluxes { reflectance, transmittance, direct }
+            MediumFluxes { reflectance, transmittance, direct }
         };
         lights.into_iter().map(under).collect()
     }
@@ -348,10 +352,10 @@ impl<T: Real> Transfer<T> {
 
 impl<T: Real> LitSlab<'_, T> {
     /// By reciprocity, the reflectance and transmittance under a light.
-    pub(super) fn passed(&self, light: &Light<T>) -> Passed<T> {
+    pub(super) fn passed(&self, light: &IncidentLight<T>) -> Passed<T> {
         match light {
-            Light::Beam(direction) => self.leaving(direction),
-            Light::Lambertian => {
+            IncidentLight::Beam(direction) => self.leaving(direction),
+            IncidentLight::Lambertian => {
                 let flux = |amplitude: fn(&Amplitudes<T>) -> T| {
                     let terms = self.entering.iter().zip(&self.amplitudes).map(|(v, mode)| *v * amplitude(mode));
                     terms.fold(T::from(0.0), T::add) * 2.0

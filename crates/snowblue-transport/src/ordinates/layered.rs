@@ -65,7 +65,7 @@ pub struct MediumLayer<'m> {
 ///
 /// Faces are counted from the top, 0, to the ground, the number of layers.
 pub struct LayeredMedium<'m> {
-    pub(super) layers: Vec<Layer<'m>>,
+    pub(super) layers: Vec<LayerModes<'m>>,
     /// Everything below each face, in the modes of the layer under it (on the ground, over it).
     pub(super) lower: Vec<Side>,
     /// Everything above each face, in the same modes.
@@ -76,7 +76,7 @@ pub struct LayeredMedium<'m> {
 }
 
 /// One layer of the stack.
-pub(super) struct Layer<'m> {
+pub(super) struct LayerModes<'m> {
     pub(super) medium: &'m HomogeneousMedium,
     /// Scaled optical depth.
     pub(super) depth: f64,
@@ -174,9 +174,9 @@ impl<'m> LayeredMedium<'m> {
     /// If there is no layer or the media differ in their number of streams.
     #[must_use]
     pub fn new(layers: &[MediumLayer<'m>], ground_albedo: f64, incidences: &[Incidence]) -> Self {
-        let mut layers: Vec<Layer<'m>> = layers
+        let mut layers: Vec<LayerModes<'m>> = layers
             .iter()
-            .map(|MediumLayer { medium, optical_depth }| Layer {
+            .map(|MediumLayer { medium, optical_depth }| LayerModes {
                 medium,
                 depth: optical_depth * medium.scaled.depth_ratio,
                 downwards: None,
@@ -391,7 +391,7 @@ pub(super) fn ground_radiance<T: Real>(albedo: T) -> T {
 /// The sides below each face, computed from the ground up; sets `downwards` of each layer.
 ///
 /// The ground's y is Δ − 4A/(1 + A) v vᵀ, since it reflects 2A 1 1ᵀ M I⁺.
-fn lower_sides(layers: &mut [Layer], albedo: f64) -> Vec<Side> {
+fn lower_sides(layers: &mut [LayerModes], albedo: f64) -> Vec<Side> {
     let bottom = layers[layers.len() - 1].medium;
     let [_, v] = &bottom.entering;
     let mut conductance = bottom.delta.clone();
@@ -410,7 +410,7 @@ fn lower_sides(layers: &mut [Layer], albedo: f64) -> Vec<Side> {
 }
 
 /// The sides above each face, computed from the open sky (y = Δ) down; sets `upwards` of each layer.
-fn upper_sides(layers: &mut [Layer]) -> Vec<Side> {
+fn upper_sides(layers: &mut [LayerModes]) -> Vec<Side> {
     let top = layers[0].medium;
     let mut sides = vec![Side { conductance: top.delta.clone(), returned: DVector::zeros(top.delta.nrows()) }];
     for layer in layers.iter_mut() {
@@ -422,7 +422,7 @@ fn upper_sides(layers: &mut [Layer]) -> Vec<Side> {
 }
 
 /// Takes a side across a layer, with the operator that takes amplitudes back towards it.
-fn beyond(layer: &Layer, side: Side) -> (Side, Option<Crossing>) {
+fn beyond(layer: &LayerModes, side: Side) -> (Side, Option<Crossing>) {
     let Some([shunt, bridge]) = layer.elements() else {
         return (side, None);
     };
@@ -437,7 +437,7 @@ fn beyond(layer: &Layer, side: Side) -> (Side, Option<Crossing>) {
     (Side { conductance, returned }, Some(Crossing { factor, bridge }))
 }
 
-impl Layer<'_> {
+impl LayerModes<'_> {
     /// The shunt at each face and the bridge between them; none where snow is too thin to be a layer.
     fn elements(&self) -> Option<[DVector<f64>; 2]> {
         let Self { medium, depth, .. } = self;
@@ -478,7 +478,7 @@ impl Side {
 }
 
 impl Response {
-    fn new(layers: &[Layer], incidence: &Incidence) -> Self {
+    fn new(layers: &[LayerModes], incidence: &Incidence) -> Self {
         let Incidence::Beam { angle_deg } = incidence else {
             return Self::Lambertian;
         };

@@ -35,7 +35,7 @@ use super::escape::{Escape, FaceEscapes, Profile};
 use super::homogeneous::{HomogeneousMedium, solver};
 use super::ice_slab::{Unscattered, ice_lights, unscattered};
 use super::integrals::{rate_over_sinh, sinh_over_rate};
-use super::layered::{Beam, Emission, Layer, LayeredMedium, Response, cross, ground_radiance};
+use super::layered::{Beam, Emission, LayerModes, LayeredMedium, Response, cross, ground_radiance};
 use crate::dual::{Dual, LANES, Real};
 use crate::variable::Variable;
 
@@ -207,7 +207,7 @@ impl LayeredMedium<'_> {
     }
 }
 
-impl Layer<'_> {
+impl LayerModes<'_> {
     /// e (z + e)⁻¹ i: the current at the upper face of one that is injected at the lower face.
     fn returned(&self, current: &DVector<f64>) -> DVector<f64> {
         let crossing = self.downwards.as_ref();
@@ -222,8 +222,8 @@ impl Layer<'_> {
 
 impl AdjointLayer {
     /// Adds −λᵀ dA of a layer to the derivatives of its escape.
-    fn add_to(&self, mut escape: Escape<Dual>, layer: &DifferentiatedLayer, plain: &Layer) -> Escape<Dual> {
-        let Layer { medium: HomogeneousMedium { ice_index, modes, .. }, depth, .. } = plain;
+    fn add_to(&self, mut escape: Escape<Dual>, layer: &DifferentiatedLayer, plain: &LayerModes) -> Escape<Dual> {
+        let LayerModes { medium: HomogeneousMedium { ice_index, modes, .. }, depth, .. } = plain;
         if let Some(index) = ice_index {
             for (j, light) in ice_lights(*index, modes.rates.len(), layer.depth).enumerate() {
                 let [shunt, bridge] = light.elements();

@@ -3,7 +3,7 @@
 
 use rayon::prelude::*;
 
-use super::homogeneous::{Fluxes, HomogeneousMedium, Light};
+use super::homogeneous::{HomogeneousMedium, IncidentLight, MediumFluxes};
 use super::options::{OrdinatesOptions, Peak, StreamGroup, Streams};
 use crate::TransportError;
 use crate::medium::{Demand, GrainTallies, Medium, Population};
@@ -21,12 +21,12 @@ impl Medium {
         incidences: &[Incidence],
         streams: Streams,
         peak: Peak,
-    ) -> Vec<Fluxes> {
-        let nothing = Fluxes { reflectance: 0.0, transmittance: 0.0, direct: 0.0 };
+    ) -> Vec<MediumFluxes> {
+        let nothing = MediumFluxes { reflectance: 0.0, transmittance: 0.0, direct: 0.0 };
         let mut filled = vec![nothing; thicknesses_cm.len() * incidences.len()];
         for StreamGroup { streams, places } in streams.groups(incidences, peak) {
             let modes = HomogeneousMedium::new(&self.scattering, streams);
-            let lights: Vec<Light> = places.iter().map(|place| modes.light(&incidences[*place])).collect();
+            let lights: Vec<IncidentLight> = places.iter().map(|place| modes.light(&incidences[*place])).collect();
             for (row, thickness_cm) in filled.chunks_exact_mut(incidences.len()).zip(thicknesses_cm) {
                 let optical_depth = self.extinction_per_m * thickness_cm * 0.01;
                 for (place, fluxes) in places.iter().zip(modes.fluxes(optical_depth, &lights)) {
@@ -38,13 +38,13 @@ impl Medium {
     }
 }
 
-/// Fluxes of the slabs of one sample: a spectrum for each thickness and incidence.
+/// MediumFluxes of the slabs of one sample: a spectrum for each thickness and incidence.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FluxSpectra {
     incidences: usize,
     wavelengths: usize,
     /// Thickness, incidence, wavelength; the wavelength varies fastest.
-    fluxes: Vec<Fluxes>,
+    fluxes: Vec<MediumFluxes>,
 }
 
 impl FluxSpectra {
@@ -53,7 +53,7 @@ impl FluxSpectra {
     /// # Panics
     /// If the slab has fewer thicknesses or incidences.
     #[must_use]
-    pub fn spectrum(&self, thickness: usize, incidence: usize) -> &[Fluxes] {
+    pub fn spectrum(&self, thickness: usize, incidence: usize) -> &[MediumFluxes] {
         assert!(incidence < self.incidences, "incidence is {incidence}, but there are {}", self.incidences);
         &self.fluxes[(thickness * self.incidences + incidence) * self.wavelengths..][..self.wavelengths]
     }
@@ -119,7 +119,7 @@ fn solve_alike(
             let medium = tallies.medium(sample, *nm, None);
             medium.fluxes(&slab.thicknesses_cm, &slab.incidences, options.streams, Peak::of(sample))
         };
-        let by_wavelength: Vec<Vec<Fluxes>> = slab.wavelengths_nm.par_iter().map(at).collect();
+        let by_wavelength: Vec<Vec<MediumFluxes>> = slab.wavelengths_nm.par_iter().map(at).collect();
         let cases = 0..slab.thicknesses_cm.len() * slab.incidences.len();
         FluxSpectra {
             incidences: slab.incidences.len(),

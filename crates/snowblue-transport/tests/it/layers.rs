@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 use snowblue_transport::illumination::{Illumination, LightInLayers, light_in_layers, warming_k_h};
 use snowblue_transport::ordinates::{
-    self, FaceFluxes, Fluxes, HomogeneousMedium, LayeredMedium, MediumLayer, OrdinatesOptions, Streams,
+    self, FaceFluxes, HomogeneousMedium, LayeredMedium, MediumFluxes, MediumLayer, OrdinatesOptions, Streams,
 };
 use snowblue_transport::sample::{GrainSize, SnowSample, TruncatedNormal};
 use snowblue_transport::slab::{Estimate, Incidence, Slab};
@@ -23,7 +23,7 @@ fn medium(one_minus_albedo: f64, g: f64) -> HomogeneousMedium {
     HomogeneousMedium::new(&HenyeyGreenstein { one_minus_albedo, asymmetry: g }.scattering(STREAMS), STREAMS)
 }
 
-/// Fluxes at every face, [face][light].
+/// MediumFluxes at every face, [face][light].
 fn at_faces(layers: &[(&HomogeneousMedium, f64)], albedo: f64) -> Vec<Vec<FaceFluxes>> {
     let layers: Vec<_> =
         layers.iter().map(|(medium, optical_depth)| MediumLayer { medium, optical_depth: *optical_depth }).collect();
@@ -31,7 +31,7 @@ fn at_faces(layers: &[(&HomogeneousMedium, f64)], albedo: f64) -> Vec<Vec<FaceFl
     (0..=layers.len()).map(|face| layered.fluxes(face)).collect()
 }
 
-fn slab(medium: &HomogeneousMedium, depth: f64) -> Vec<Fluxes> {
+fn slab(medium: &HomogeneousMedium, depth: f64) -> Vec<MediumFluxes> {
     medium.fluxes(depth, &LIGHTS.map(|incidence| medium.light(&incidence)))
 }
 

@@ -1,11 +1,11 @@
 //! Published values, with their sources.
 
-use snowblue_transport::ordinates::{Fluxes, HomogeneousMedium, LayeredMedium, MediumLayer};
+use snowblue_transport::ordinates::{HomogeneousMedium, LayeredMedium, MediumFluxes, MediumLayer};
 use snowblue_transport::slab::Incidence;
 use snowblue_transport::{HenyeyGreenstein, Scattering};
 
 /// A Henyey–Greenstein slab under a beam.
-fn henyey_greenstein(one_minus_albedo: f64, g: f64, depth: f64, cos_incidence: f64, streams: usize) -> Fluxes {
+fn henyey_greenstein(one_minus_albedo: f64, g: f64, depth: f64, cos_incidence: f64, streams: usize) -> MediumFluxes {
     let medium =
         HomogeneousMedium::new(&HenyeyGreenstein { one_minus_albedo, asymmetry: g }.scattering(streams), streams);
     medium.fluxes(depth, &[medium.beam(cos_incidence)])[0]
@@ -36,7 +36,7 @@ fn reference_slabs() {
     assert_eq!(rows, 36);
 }
 
-/// Fluxes down and up at each face of layers (1 − ω, τ) with common moments, on 8 streams under Lambertian light.
+/// MediumFluxes down and up at each face of layers (1 − ω, τ) with common moments, on 8 streams under Lambertian light.
 fn layers_of_eight_streams(layers: &[(f64, f64)], moments: &[f64; 9]) -> Vec<[f64; 2]> {
     let media: Vec<HomogeneousMedium> = layers
         .iter()

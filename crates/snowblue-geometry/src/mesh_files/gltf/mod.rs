@@ -18,9 +18,9 @@ use gltf::accessor::Dimensions;
 use gltf::mesh::Mode;
 use gltf::{Document, Gltf, Image, Node, Primitive, Semantic};
 
-use crate::ray::narrow;
 use crate::triangle_mesh::{SECOND_UV, TriangleMesh};
 use crate::vertex_normals::VertexNormals;
+use snowblue_base::narrow;
 
 use checked::{numbers, valid};
 use snowblue_base::files::{FileError, FileSource, FilesIn, NamedFile, check_memory, check_total, name_beside};

@@ -14,9 +14,10 @@ mod tests;
 use glam::{DVec2, Vec2, Vec3, Vec3A};
 use guillotiere::{SimpleAtlasAllocator, Size, size2};
 use rayon::prelude::*;
+use snowblue_base::narrow;
 use snowblue_color::LinearRgb;
 use snowblue_geometry::ellipsoid::Ellipsoid;
-use snowblue_geometry::ray::{SurfacePoint, narrow};
+use snowblue_geometry::ray::SurfacePoint;
 use snowblue_scene::film::sensor::Sensor;
 use snowblue_scene::progress::{Phase, Progress, Report};
 

@@ -32,7 +32,7 @@
 //! once; a part of an image is filtered by itself.
 
 use rayon::prelude::*;
-use snowblue_geometry::ray::narrow;
+use snowblue_base::narrow;
 
 use crate::film::accumulator::{FilmAccumulator, PixelSums};
 use crate::film::aov::{Aovs, ResidualLayout};

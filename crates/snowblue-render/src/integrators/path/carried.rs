@@ -8,8 +8,8 @@
 use std::ops::{AddAssign, Mul};
 use std::sync::Arc;
 
+use snowblue_base::narrow;
 use snowblue_database::lookup::{PROJECTIONS, ProjectedTable};
-use snowblue_geometry::ray::narrow;
 
 use super::vertex::{Shading, Vertex};
 use crate::integrators::snow_vertex::{SnowCurves, SnowVertex};

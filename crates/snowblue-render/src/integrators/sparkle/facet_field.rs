@@ -10,7 +10,7 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::Vec3A;
-use snowblue_geometry::ray::narrow;
+use snowblue_base::narrow;
 use snowblue_transport::rng::split_mix_64;
 
 use super::footprint::{FlatFootprint, other_axes};

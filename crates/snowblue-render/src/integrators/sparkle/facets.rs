@@ -27,7 +27,7 @@
 use std::f32::consts::PI;
 
 use glam::Vec3A;
-use snowblue_geometry::ray::narrow;
+use snowblue_base::narrow;
 use snowblue_transport::medium::{ExternalReflection, facet_diameters_um};
 use snowblue_transport::{SnowSample, TransportError};
 use wide::f32x4;

@@ -3,8 +3,9 @@
 
 use std::sync::Arc;
 
+use snowblue_base::narrow;
 use snowblue_field::{CellBox, Diffusion, GROUP, LayerSpectrum, SnowOptics, SpectralNodes};
-use snowblue_geometry::ray::{SurfacePoint, narrow};
+use snowblue_geometry::ray::SurfacePoint;
 use snowblue_scene::material::snow::SnowKinds;
 use snowblue_scene::material::surface_optics::SurfaceOptics;
 use snowblue_scene::objects::Objects;
@@ -13,7 +14,7 @@ use snowblue_transport::monte_carlo::WalkEnds;
 
 /// The snow of a body: its kinds with their optics, layers from the top. Snow that is the same everywhere is one kind.
 #[derive(Debug)]
-pub struct Snowpack {
+pub struct BodyOptics {
     /// The kinds, and where each lies.
     pub kinds: Arc<SnowKinds>,
     pub(crate) optics: Vec<KindOptics>,
@@ -31,7 +32,7 @@ pub struct KindOptics {
     walk_ends: Option<WalkEndsByDepth>,
 }
 
-impl Snowpack {
+impl BodyOptics {
     /// The uppermost layer, or the snow at a mask's 0.
     pub fn top(&self) -> &KindOptics {
         &self.optics[0]

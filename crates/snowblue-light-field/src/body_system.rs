@@ -9,12 +9,12 @@ use snowblue_field::{
 };
 use wide::f32x4;
 
-use super::body_field::LitFluence;
+use super::body_optics::BodyOptics;
+use super::body_solution::LitFluence;
 use super::field_scene::{BodyGeometry, FieldScene};
 use super::gather::ElementValues;
 use super::illumination::{Illumination, LampInSnow};
 use super::sight::{SizesBySight, greatest_cell_m};
-use super::snowpack::Snowpack;
 use super::surface_light::{EnteringLight, entering_light};
 use snowblue_scene::integrator::LightFieldSettings;
 use snowblue_scene::spectrum::Spectrum;
@@ -23,18 +23,18 @@ use snowblue_scene::spectrum::Spectrum;
 const SKY_NOISE: f32 = 0.01;
 
 /// A body without cells.
-pub(super) struct BareBody<'a> {
+pub(super) struct SurveyedBody<'a> {
     pub(super) solid: BodyGeometry<'a>,
-    pub(super) snow: Arc<Snowpack>,
+    pub(super) snow: Arc<BodyOptics>,
     pub(super) survey: Survey,
 }
 
 /// A body before its light is known.
-pub(super) struct PreparedBody<'a> {
+pub(super) struct BodySystem<'a> {
     pub(super) solid: BodyGeometry<'a>,
     pub(super) body: SnowBody,
     pub(super) nodes: SpectralNodes,
-    pub(super) snow: Arc<Snowpack>,
+    pub(super) snow: Arc<BodyOptics>,
     /// ℓ* of the whole pack.
     pub(super) transport_length: KnownFactor,
     /// If its cells have sizes for a viewer: the factor of these sizes that makes them fit into the memory.
@@ -57,7 +57,7 @@ pub(super) struct Solution {
     pub(super) fluence: Fluence,
 }
 
-impl BareBody<'_> {
+impl SurveyedBody<'_> {
     /// Memory in MiB that its cells and equations take if nothing bounds it, at some number of groups of wavelengths.
     pub(super) fn wanted_mib(&self, groups: usize, scene: &FieldScene) -> Result<f64, FieldError> {
         let step_m = self.step_m(groups, scene, u64::from(u32::MAX))?;
@@ -105,10 +105,10 @@ impl BareBody<'_> {
     }
 }
 
-impl<'a> PreparedBody<'a> {
+impl<'a> BodySystem<'a> {
     /// Divides a body into cells, within a bound of memory in MiB.
     pub(super) fn new(
-        bare: BareBody<'a>,
+        bare: SurveyedBody<'a>,
         nodes: &SpectralNodes,
         scene: &FieldScene,
         memory_mib: u64,
@@ -116,7 +116,7 @@ impl<'a> PreparedBody<'a> {
         let groups = nodes.indices().len() / snowblue_field::GROUP;
         let step_m = bare.step_m(groups, scene, memory_mib)?;
         let sizes_by_sight = bare.sizes(groups, scene, memory_mib);
-        let BareBody { solid, snow, survey } = bare;
+        let SurveyedBody { solid, snow, survey } = bare;
         let transport_length = KnownFactor::new(nodes, &snow.transport_lengths_m(survey.mean_thickness_m()));
         let sizes = match &sizes_by_sight {
             Some(sizes) => {

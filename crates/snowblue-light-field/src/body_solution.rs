@@ -18,18 +18,18 @@ use snowblue_scene::sampling::Sampler;
 use snowblue_scene::spectrum::Spectrum;
 use wide::f32x4;
 
-use crate::snowpack::{KindOptics, Snowpack};
+use crate::body_optics::{BodyOptics, KindOptics};
 
 /// Most spectral nodes.
 const MAX_NODES: usize = MAX_GROUPS * snowblue_field::GROUP;
 
 /// The light in a body of snow.
-pub struct BodyField {
+pub struct BodySolution {
     pub(super) body: SnowBody,
     /// For lights of each spectrum.
     pub(super) lit: Vec<LitFluence>,
     pub(super) nodes: SpectralNodes,
-    pub(super) snow: Arc<Snowpack>,
+    pub(super) snow: Arc<BodyOptics>,
     /// ℓ* of the whole pack.
     pub(super) transport_length: KnownFactor,
     /// If its cells have sizes for a viewer: the factor of these sizes that makes them fit into the memory.
@@ -40,7 +40,7 @@ pub struct BodyField {
 #[derive(Clone, Copy)]
 pub struct SnowAt<'f> {
     /// The light of the body.
-    pub field: &'f BodyField,
+    pub field: &'f BodySolution,
     /// The number of the kind of snow.
     pub kind: usize,
     /// The optics of this kind.
@@ -62,7 +62,7 @@ pub(super) struct LitFluence {
     pub(super) sky: Option<SurfaceValues>,
 }
 
-impl BodyField {
+impl BodySolution {
     /// The light at a hit, with the snow there: of a mix one of its kinds, by the sampler.
     #[inline]
     pub fn at(&self, objects: &Objects, surface: &SurfaceInteraction, sampler: &mut Sampler) -> SnowAt<'_> {
@@ -72,7 +72,7 @@ impl BodyField {
     }
 
     /// The snow.
-    pub fn snow(&self) -> &Arc<Snowpack> {
+    pub fn snow(&self) -> &Arc<BodyOptics> {
         &self.snow
     }
 
@@ -174,9 +174,9 @@ impl SnowAt<'_> {
     }
 }
 
-impl std::fmt::Debug for BodyField {
+impl std::fmt::Debug for BodySolution {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        formatter.debug_struct("BodyField").field("nodes", &self.body.node_count()).finish_non_exhaustive()
+        formatter.debug_struct("BodySolution").field("nodes", &self.body.node_count()).finish_non_exhaustive()
     }
 }
 
@@ -185,7 +185,7 @@ type Nodes = ArrayVec<f32x4, MAX_GROUPS>;
 
 /// The light around a point inside a body.
 pub struct NearLight<'f> {
-    field: &'f BodyField,
+    field: &'f BodySolution,
     /// By lights of each spectrum.
     lit: Vec<NearFluence<'f>>,
 }
@@ -217,7 +217,7 @@ pub struct LightWeights {
 
 impl<'f> NearLight<'f> {
     /// The light around a point below a surface; none if the grid has no cell there.
-    pub fn new(field: &'f BodyField, point: Vec3A, surface: &SurfacePoint) -> Option<Self> {
+    pub fn new(field: &'f BodySolution, point: Vec3A, surface: &SurfacePoint) -> Option<Self> {
         let lit: Option<Vec<_>> = field.lit.iter().map(|lit| NearFluence::new(field, lit, point, surface)).collect();
         Some(Self { field, lit: lit? })
     }
@@ -260,7 +260,7 @@ impl<'f> NearLight<'f> {
 }
 
 impl<'f> NearFluence<'f> {
-    fn new(field: &'f BodyField, lit: &'f LitFluence, point: Vec3A, surface: &SurfacePoint) -> Option<Self> {
+    fn new(field: &'f BodySolution, lit: &'f LitFluence, point: Vec3A, surface: &SurfacePoint) -> Option<Self> {
         let fluence: Nodes = field.body.fluence(&lit.fluence, point.as_dvec3())?.collect();
         let mut gradient = [(); 3].map(|()| Nodes::new());
         for group in field.body.gradient(&lit.fluence, point.as_dvec3())? {
@@ -279,7 +279,7 @@ impl<'f> NearFluence<'f> {
     }
 
     /// All wavelengths of a quantity at the nodes.
-    fn spectrum(&self, field: &BodyField, groups: impl Iterator<Item = f32x4>) -> Spectrum {
+    fn spectrum(&self, field: &BodySolution, groups: impl Iterator<Item = f32x4>) -> Spectrum {
         let mut ratios = [0.0; MAX_NODES];
         let count = field.nodes.indices().len();
         for ((ratios, group), reciprocals) in
@@ -295,7 +295,7 @@ impl<'f> NearFluence<'f> {
 
 /// The diffuse irradiance H of a surface point at the nodes, if there is any.
 fn diffuse_irradiance<'f>(
-    field: &'f BodyField,
+    field: &'f BodySolution,
     lit: &'f LitFluence,
     surface: &SurfacePoint,
 ) -> Option<impl Iterator<Item = f32x4> + use<'f>> {
