@@ -339,7 +339,7 @@ impl ChannelMedium {
         Medium { extinction_per_m: 1.0 / self.mean_free_path_m, scattering: scattering.scattering(HG_STREAMS) }
     }
 
-    /// MediumFluxes of a medium whose walks have no end: the albedos and the transmittances.
+    /// Fluxes of a medium whose walks have no end: the albedos and the transmittances.
     fn fluxes(self) -> ([f64; 2], [f64; DEPTHS_CM.len()]) {
         fluxes(&self.medium(), Streams::Exactly(HG_STREAMS), Peak::Broad)
     }

@@ -1,4 +1,4 @@
-//! MediumFluxes of a homogeneous slab from its modes, for any thickness and any angle.
+//! Fluxes of a homogeneous slab from its modes, for any thickness and any angle.
 //!
 //! **One solution serves all angles.** By reciprocity the plane albedo and the transmittance for a beam at μ₀ are
 //! the radiances that leave the slab in the direction μ₀ when isotropic light of unit radiance falls on it (van de
@@ -27,7 +27,7 @@ use crate::medium::Scattering;
 use crate::quadrature::{Quadrature, legendre_polynomials};
 use crate::slab::Incidence;
 
-/// MediumFluxes over the incident flux on a horizontal plane.
+/// Fluxes over the incident flux on a horizontal plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MediumFluxes {
     /// Reflectance.
@@ -256,7 +256,7 @@ impl HomogeneousMedium {
         decay_rate(self.scaled.depth_ratio, &self.modes.rates)
     }
 
-    /// MediumFluxes of a slab of (unscaled) `optical_depth`, which may be infinite, under each of `lights`.
+    /// Fluxes of a slab of (unscaled) `optical_depth`, which may be infinite, under each of `lights`.
     #[must_use]
     pub fn fluxes<'l>(
         &self,

@@ -38,7 +38,7 @@ impl Medium {
     }
 }
 
-/// MediumFluxes of the slabs of one sample: a spectrum for each thickness and incidence.
+/// Fluxes of the slabs of one sample: a spectrum for each thickness and incidence.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FluxSpectra {
     incidences: usize,

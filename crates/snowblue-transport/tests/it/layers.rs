@@ -23,7 +23,7 @@ fn medium(one_minus_albedo: f64, g: f64) -> HomogeneousMedium {
     HomogeneousMedium::new(&HenyeyGreenstein { one_minus_albedo, asymmetry: g }.scattering(STREAMS), STREAMS)
 }
 
-/// MediumFluxes at every face, [face][light].
+/// Fluxes at every face, [face][light].
 fn at_faces(layers: &[(&HomogeneousMedium, f64)], albedo: f64) -> Vec<Vec<FaceFluxes>> {
     let layers: Vec<_> =
         layers.iter().map(|(medium, optical_depth)| MediumLayer { medium, optical_depth: *optical_depth }).collect();

@@ -36,7 +36,7 @@ fn reference_slabs() {
     assert_eq!(rows, 36);
 }
 
-/// MediumFluxes down and up at each face of layers (1 − ω, τ) with common moments, on 8 streams under Lambertian light.
+/// Fluxes down and up at each face of layers (1 − ω, τ) with common moments, on 8 streams under Lambertian light.
 fn layers_of_eight_streams(layers: &[(f64, f64)], moments: &[f64; 9]) -> Vec<[f64; 2]> {
     let media: Vec<HomogeneousMedium> = layers
         .iter()
