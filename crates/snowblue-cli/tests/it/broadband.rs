@@ -58,6 +58,23 @@ fn layers_have_the_bands_of_a_slab() {
     assert_names(&folder.text("pack.svg"), &["ASTM G173-03"]);
 }
 
+/// Each line of a file and each value of an option has the bands that it has alone.
+#[test]
+fn files_and_options_with_several_values_have_bands() {
+    let folder = Folder::new();
+    folder.write("pits.csv", "ssa_m2_kg\n10\n40\n");
+    let common = "--thickness 5 --broadband visible,par";
+    let alone = |area: &str| rows(&stdout(&format!("spectrum --ssa {area} {common}")), HEADER);
+    let alone = [alone("10"), alone("40")].concat();
+    for slabs in ["--ssa 10,40", "--batch pits.csv"] {
+        let all = rows(&folder.stdout(&format!("spectrum {slabs} {common}")), &format!("ssa_m2_kg,{HEADER}"));
+        assert_eq!(all.len(), 4);
+        for (row, alone) in all.iter().zip(&alone) {
+            assert_eq!(&row[1..], alone, "{slabs}");
+        }
+    }
+}
+
 #[test]
 fn metadata_name_the_solar_spectrum() {
     let text = stdout("spectrum --broadband par --format json --wavelengths 400:700:50");
