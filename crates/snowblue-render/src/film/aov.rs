@@ -118,7 +118,7 @@ impl Aov {
 /// Offset of the sums of the spectrum.
 pub(crate) const SPECTRUM_OFFSET: usize = 3;
 
-/// Where the sums for the filter lie. The residual of a sample is its radiance less the reading, an estimate with
+/// Where the sums for the filter lie. The residual of a sample is its radiance less the baseline, an estimate with
 /// little noise.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct ResidualLayout {
@@ -134,8 +134,8 @@ pub(crate) struct ResidualLayout {
     pub(crate) count: usize,
     /// Number of those that hit snow with a light field.
     pub(crate) snow: usize,
-    /// Y of the reading.
-    pub(crate) reading: usize,
+    /// Y of the baseline.
+    pub(crate) baseline: usize,
     /// The normal.
     pub(crate) normal: usize,
     /// The distance from the camera, in m.
@@ -147,7 +147,7 @@ impl ResidualLayout {
     fn names(self) -> impl Iterator<Item = String> {
         let residual = ["X", "Y", "Z"].map(String::from).into_iter();
         let wavelengths = (0..self.values - 3).map(|number| format!("S{number:02}"));
-        let others = ["Y_squared", "rest_Y_squared", "surface_samples", "snow_samples", "reading_Y"]
+        let others = ["Y_squared", "rest_Y_squared", "surface_samples", "snow_samples", "baseline_Y"]
             .map(String::from)
             .into_iter();
         let others = others.chain(["normal_X", "normal_Y", "normal_Z", "distance"].map(String::from));
@@ -236,7 +236,7 @@ impl Aovs {
             rest_square: after + 1,
             count: after + 2,
             snow: after + 3,
-            reading: after + 4,
+            baseline: after + 4,
             normal: after + 5,
             distance: after + 8,
         })
@@ -269,7 +269,7 @@ mod tests {
                 ("rest_Y_squared", |layout| layout.rest_square),
                 ("surface_samples", |layout| layout.count),
                 ("snow_samples", |layout| layout.snow),
-                ("reading_Y", |layout| layout.reading),
+                ("baseline_Y", |layout| layout.baseline),
                 ("normal_X", |layout| layout.normal),
                 ("distance", |layout| layout.distance),
             ] {

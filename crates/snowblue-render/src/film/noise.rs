@@ -142,8 +142,8 @@ mod tests {
             let mut pixel = PixelAccumulator::new(aovs);
             for sample in 0..count {
                 let found = if sample % 2 == 0 { -spread } else { spread };
-                let [residual, reading] = [found, 1.0].map(Spectrum::constant);
-                let snow = FilteredSample { residual, reading, is_snow: true, normal: Vec3A::Z, distance_m: 1.0 };
+                let [residual, baseline] = [found, 1.0].map(Spectrum::constant);
+                let snow = FilteredSample { residual, baseline, is_snow: true, normal: Vec3A::Z, distance_m: 1.0 };
                 let snow = Some(&snow).filter(|_| aovs.residual);
                 pixel.add_radiance(&Sensor::cie_1931(), &Spectrum::constant(1.0 + found), snow);
             }
@@ -197,9 +197,9 @@ mod tests {
                         let light = if column < 4 { 1.0 } else { 1.5 };
                         // Noise that the filter does not take.
                         let noise = if (column, row.number) == (9, 3) && sample == 0 { 3.0 } else { 0.0 };
-                        let [residual, reading] = [0.0, light].map(Spectrum::constant);
+                        let [residual, baseline] = [0.0, light].map(Spectrum::constant);
                         let snow =
-                            FilteredSample { residual, reading, is_snow: true, normal: Vec3A::Z, distance_m: 1.0 };
+                            FilteredSample { residual, baseline, is_snow: true, normal: Vec3A::Z, distance_m: 1.0 };
                         pixel.add_radiance(&Sensor::cie_1931(), &Spectrum::constant(light + noise), Some(&snow));
                     }
                     pixel.flush(sums);
@@ -265,8 +265,8 @@ mod tests {
                 for (column, sums) in row.sums.chunks_exact_mut(aovs.sum_count()).enumerate() {
                     if (column, row.number) == (1, 1) {
                         let black = SensorSample::from_array([0.0; 4]);
-                        let (residual, reading, is_snow, normal) = (black, black, false, Vec3A::Z);
-                        let filtered = FilteredSample { residual, reading, is_snow, normal, distance_m: 1.0 };
+                        let (residual, baseline, is_snow, normal) = (black, black, false, Vec3A::Z);
+                        let filtered = FilteredSample { residual, baseline, is_snow, normal, distance_m: 1.0 };
                         pixel.add_sample(black, Some(&filtered));
                     }
                     pixel.flush(sums);

@@ -86,7 +86,7 @@ struct ResidualSums {
     /// Numbers of samples that meet a surface, and that hit snow with a light field, in units of 2⁻⁶⁴.
     count: i128,
     snow: i128,
-    reading: SplitSum,
+    baseline: SplitSum,
     normal: [SplitSum; 3],
     distance: SplitSum,
 }
@@ -139,7 +139,7 @@ impl PixelAccumulator {
     /// Adds a sample without its spectrum, with what the filter compares of it. Returns whether it is usable.
     #[inline]
     pub(crate) fn add_sample(&mut self, sample: SensorSample, filtered: Option<&FilteredSample<SensorSample>>) -> bool {
-        if !is_usable(sample) || filtered.is_some_and(|one| !is_usable(one.residual) || !is_usable(one.reading)) {
+        if !is_usable(sample) || filtered.is_some_and(|one| !is_usable(one.residual) || !is_usable(one.baseline)) {
             self.unusable_samples += 1;
             return false;
         }
@@ -211,13 +211,13 @@ impl ResidualSums {
         let residual_y = filtered.map_or(0.0, |filtered| filtered.residual.luminance());
         let rest_y = f64::from(sample.luminance() - residual_y);
         self.rest_square = self.rest_square.saturating_add(square_units(rest_y * rest_y));
-        let Some(FilteredSample { residual, reading, is_snow, normal, distance_m }) = filtered else { return };
+        let Some(FilteredSample { residual, baseline, is_snow, normal, distance_m }) = filtered else { return };
         self.values.iter_mut().zip(residual.xyz()).for_each(|(sum, value)| sum.add(value));
         let residual_y = f64::from(residual_y);
         self.square = self.square.saturating_add(square_units(residual_y * residual_y));
         self.count += 1i128 << 64;
         self.snow += if *is_snow { 1i128 << 64 } else { 0 };
-        self.reading.add(reading.luminance());
+        self.baseline.add(baseline.luminance());
         self.normal.iter_mut().zip(normal.to_array()).for_each(|(sum, value)| sum.add(value));
         self.distance.add(distance_m.min(MAX_MAGNITUDE.next_down()));
     }
@@ -232,7 +232,7 @@ impl ResidualSums {
         }
         sums[layout.count] += std::mem::take(&mut self.count);
         sums[layout.snow] += std::mem::take(&mut self.snow);
-        self.reading.flush(&mut sums[layout.reading]);
+        self.baseline.flush(&mut sums[layout.baseline]);
         self.normal.iter_mut().zip(&mut sums[layout.normal..]).for_each(|(split, sum)| split.flush(sum));
         self.distance.flush(&mut sums[layout.distance]);
     }

@@ -9,8 +9,7 @@ use snowblue_geometry::ray::Ray;
 
 use crate::film::aov::{Aov, Aovs};
 use crate::film::pixel_accumulator::PixelAccumulator;
-use crate::integrators::prepared::{Method, Prepared};
-use crate::integrators::snow_vertex::straight_direction;
+use crate::integrators::method::Prepared;
 use snowblue_scene::Scene;
 use snowblue_scene::light::SHADOW_EPSILON;
 use snowblue_scene::objects::SurfaceInteraction;
@@ -80,14 +79,10 @@ impl<'a> FirstHits<'a> {
         sees(f32::INFINITY) && self.queries.camera_hit(ray).is_none_or(|surface| sees(light_limit_m(ray, &surface)))
     }
 
-    /// The path through snow that does not depend on the lights: along the view in that mode of PCASnow, else straight
-    /// in.
+    /// The snow on the path that does not depend on the lights.
     fn behind(&mut self, surface: &SurfaceInteraction) -> Option<Behind> {
         let SurfaceInteraction { object, point, normal, .. } = *surface;
-        let direction = match &self.prepared.method {
-            Method::PcaSnow(_) => straight_direction(self.scene.integrator().pcasnow.path, surface),
-            Method::Diffusion(_) | Method::Hybrid(..) | Method::Reference(..) => -normal,
-        };
+        let direction = self.prepared.method.straight_direction(self.scene, surface);
         let chord = self.queries.chord(object, &Line { point, normal, direction, end_m: f32::INFINITY })?;
         let light = self.scene.lights().first().and_then(|light| light.central_sample());
         let angle_deg = match (chord.exit, light) {
@@ -103,29 +98,7 @@ impl<'a> FirstHits<'a> {
     /// Reflectance of what is seen; of snow for light that comes straight from above, and as of deep snow except by
     /// PCASnow.
     fn reflectance(&self, surface: &SurfaceInteraction, depth_m: f32) -> Spectrum {
-        let objects = self.queries.objects();
-        if let Some(albedo) = self.scene.materials()[surface.material].albedo(objects, surface) {
-            return albedo;
-        }
-        let snow = match &self.prepared.method {
-            Method::PcaSnow(curves) => {
-                let Some(curves) = &curves[surface.material] else { return Spectrum::ZERO };
-                let constant = self.scene.integrator().pcasnow.reflectance;
-                return constant.map_or_else(
-                    || {
-                        let mut reflectance = Spectrum::ZERO;
-                        curves.at(objects, surface).reflectance(100.0 * depth_m, 0.0, &mut reflectance.0);
-                        reflectance
-                    },
-                    |constant| Spectrum::constant(narrow(constant.get())),
-                );
-            }
-            Method::Diffusion(field) | Method::Hybrid(field, _) => {
-                field.of_object(surface.object).map(|body| &**body.snow())
-            }
-            Method::Reference(..) => self.prepared.body_optics(surface.material),
-        };
-        let optics = snow.map(|snow| snow.at_surface(objects, surface.object, &surface.surface_point()));
-        optics.map_or(Spectrum::ZERO, |optics| optics.surface().deep_reflectance(1.0))
+        let albedo = self.scene.materials()[surface.material].albedo(self.queries.objects(), surface);
+        albedo.unwrap_or_else(|| self.prepared.snow_reflectance(surface, depth_m))
     }
 }

@@ -1,35 +1,26 @@
 //! Integrators, ready for a scene.
 
-use std::borrow::Cow;
-use std::sync::Arc;
-
 use snowblue_base::Count;
-use snowblue_base::KeyPath;
-use snowblue_base::hash::Fnv1a;
-use snowblue_database::{CompressedTable, Space};
+use snowblue_database::CompressedTable;
 use snowblue_geometry::ray::Ray;
 use snowblue_light_field::bake::{BakeError, BakeOptions, BakedScene, Relighting, bake};
-use snowblue_light_field::{FieldStatistics, LightField, SnowOfMaterials};
+use snowblue_light_field::{FieldStatistics, LightField};
 use snowblue_scene::air::Air;
 use snowblue_scene::camera::View;
 use snowblue_scene::film::sensor::SensorSample;
-use snowblue_scene::material::Material;
-use snowblue_scene::material::snow::SnowKinds;
 use snowblue_scene::progress::{Phase, Progress, Report};
 use snowblue_scene::provenance::Provenance;
 use snowblue_scene::queries::Statistics;
 use snowblue_scene::sampling::Sampler;
 use snowblue_scene::spectrum::Spectrum;
-use snowblue_scene::{Changes, IntegratorKind, Scene, Views};
+use snowblue_scene::{Changes, Scene, Views};
 
 use crate::error::RenderError;
 use crate::integrators::PathSample;
 use crate::integrators::first_hit::FirstHits;
+use crate::integrators::method::{Method, Prepared};
 use crate::integrators::path::PathTracer;
-use crate::integrators::prepared::{Method, Prepared};
 use crate::integrators::reference::ReferenceTracer;
-use crate::integrators::snow_vertex::SnowCurves;
-use crate::integrators::snow_volumes::SnowVolumes;
 
 /// Memory of the coarse cells of snow for a first picture, in MiB, and if they do not fit.
 const COARSE_MEMORY_MIB: [u32; 2] = [8, 32];
@@ -38,8 +29,6 @@ const COARSE_MEMORY_MIB: [u32; 2] = [8, 32];
 #[derive(Debug)]
 pub struct Integrator {
     prepared: Prepared,
-    /// A hash of the table of curves, if the method reads one.
-    table_hash: Option<u64>,
     notes: Vec<String>,
 }
 
@@ -94,32 +83,16 @@ impl Integrator {
     /// If a body of snow has no light field because it is infinite or too thin for its memory, a lamp other than a
     /// point or a sphere lies inside snow, or the scene's table cannot be read.
     pub fn prepare_with(scene: &Scene, preparation: Preparation) -> Result<Self, RenderError> {
-        let (mut notes, mut hash) = (scene.notes().to_vec(), None);
+        let mut notes = scene.notes().to_vec();
         let Preparation { table, earlier, has_one_view, report } = preparation;
         let has_one_view = has_one_view && scene.description().light_field.views == Views::Camera;
         let method = match earlier.and_then(|earlier| earlier.kept(scene, has_one_view)) {
             Some((method, changes)) => method.relit(scene, &changes, report)?,
-            None => {
-                report(Progress { phase: Phase::Snow, done: 0, total: 0 });
-                let kinds = |material: &Material| material.snow().map(|snow| Arc::new(snow.kinds()));
-                let kinds: SnowOfMaterials<SnowKinds> = scene.materials().iter().map(kinds).collect();
-                match scene.integrator().kind {
-                    IntegratorKind::PcaSnow => {
-                        let table = table_of(scene, table)?;
-                        hash = table.as_deref().map(table_hash);
-                        Method::PcaSnow(curves(scene, &kinds, table.as_deref(), &mut notes)?)
-                    }
-                    IntegratorKind::Diffusion => Method::diffusion(scene, &kinds, has_one_view, report)?,
-                    IntegratorKind::Hybrid => Method::hybrid(scene, &kinds, has_one_view, report)?,
-                    IntegratorKind::Reference => {
-                        Method::Reference(SnowVolumes::for_long_walks(scene, &kinds)?, Box::default())
-                    }
-                }
-            }
+            None => Method::prepare(scene, table, has_one_view, report, &mut notes)?,
         };
         let prepared = Prepared::new(scene, method)?;
         notes.extend(prepared.sparkle_notes());
-        Ok(Self { prepared, table_hash: hash, notes })
+        Ok(Self { prepared, notes })
     }
 
     /// Prepares an integrator for a first picture of a scene ([`Scene::coarse`]); none for PCASnow. It reports
@@ -172,7 +145,7 @@ impl Integrator {
 
     /// What the scene was built from, its settings, and the table of curves if the method reads one.
     pub fn provenance(&self) -> Provenance {
-        Provenance::of(self.scene(), self.table_hash)
+        Provenance::of(self.scene(), self.prepared.method.table_hash())
     }
 
     /// What the scene and the method have.
@@ -208,12 +181,8 @@ impl Integrator {
     ///
     /// As those of [`bake`](Self::bake).
     pub fn into_relighting(self, cells_per_edge: Option<f64>) -> Result<Relighting, BakeError> {
-        match self.prepared.method {
-            Method::Diffusion(field) | Method::Hybrid(field, _) => {
-                Relighting::new(self.prepared.scene, field, cells_per_edge)
-            }
-            Method::PcaSnow(_) | Method::Reference(..) => Err(BakeError::NoField),
-        }
+        let Prepared { scene, method, .. } = self.prepared;
+        Relighting::new(scene, method.into_field().ok_or(BakeError::NoField)?, cells_per_edge)
     }
 
     /// Points the camera elsewhere; false, and no change, if the view looks along its own up direction or nowhere.
@@ -243,80 +212,21 @@ impl Integrator {
     fn kept(self, scene: &Scene, has_one_view: bool) -> Option<(Method, Changes)> {
         let Prepared { scene: before, method, .. } = self.prepared;
         let changes = Changes::new(before.description(), scene.description());
-        let holds = match &method {
-            // The table may be another one.
-            Method::PcaSnow(_) => false,
-            Method::Reference(..) => !changes.solids,
-            Method::Diffusion(field) | Method::Hybrid(field, _) => {
-                let is_of_other_view = field.view_factor().is_some() && changes.view;
-                !changes.grids && !is_of_other_view && (has_one_view || !field.has_one_view())
-            }
-        };
-        holds.then_some((method, changes))
+        method.holds_after(&changes, has_one_view).then_some((method, changes))
     }
 
     /// A tracer for one task, with zero counts. For pictures of spectra, `responses` is false.
     pub(crate) fn tracer(&self, responses: bool) -> Tracer<'_> {
         let Prepared { scene, method, bodies, .. } = &self.prepared;
-        let paths = match method {
-            Method::Reference(volumes, _) => Paths::Reference(Box::new(ReferenceTracer::new(scene, bodies, volumes))),
-            Method::PcaSnow(_) | Method::Diffusion(_) | Method::Hybrid(..) => {
-                Paths::OverSurfaces(Box::new(PathTracer::new(&self.prepared, responses)))
+        let paths = match (method, self.prepared.snow_shader()) {
+            (Method::Reference(volumes, _), _) => {
+                Paths::Reference(Box::new(ReferenceTracer::new(scene, bodies, volumes)))
             }
+            (_, Some(snow)) => Paths::OverSurfaces(Box::new(PathTracer::new(&self.prepared, snow, responses))),
+            (_, None) => unreachable!("all methods but the reference shade snow"),
         };
         Tracer { paths, air: scene.air() }
     }
-}
-
-/// The table of a scene: the given one, that of the scene, or else the embedded one.
-fn table_of<'a>(
-    scene: &Scene,
-    given: Option<&'a CompressedTable>,
-) -> Result<Option<Cow<'a, CompressedTable>>, RenderError> {
-    if let Some(table) = given {
-        return Ok(Some(Cow::Borrowed(table)));
-    }
-    if let Some(file) = scene.table_file() {
-        let table = CompressedTable::open(file).map_err(|error| {
-            KeyPath::root("integrator").key("pcasnow").key("table").error(format!("cannot be used: {error}"))
-        })?;
-        return Ok(Some(Cow::Owned(table)));
-    }
-    Ok(embedded_table().map(Cow::Borrowed))
-}
-
-#[cfg(feature = "table")]
-#[expect(clippy::unnecessary_wraps, reason = "without the feature there is none")]
-fn embedded_table() -> Option<&'static CompressedTable> {
-    Some(snowblue_data::embedded())
-}
-
-#[cfg(not(feature = "table"))]
-fn embedded_table() -> Option<&'static CompressedTable> {
-    None
-}
-
-/// The curves of the snow of each material, with notes on those that are solved.
-fn curves(
-    scene: &Scene,
-    kinds: &SnowOfMaterials<SnowKinds>,
-    table: Option<&CompressedTable>,
-    notes: &mut Vec<String>,
-) -> Result<SnowOfMaterials<SnowCurves>, RenderError> {
-    let mut curves = Vec::with_capacity(kinds.len());
-    for (material, kinds) in kinds.iter().enumerate() {
-        let Some(kinds) = kinds else {
-            curves.push(None);
-            continue;
-        };
-        let path = scene.material_path(material);
-        let solved = SnowCurves::new(kinds, table);
-        let (of_material, reason) =
-            solved.map_err(|error| path.error(format!("cannot be rendered by pcasnow: {error}")))?;
-        notes.extend(reason.map(|reason| format!("{path}: its curves are solved for, because {reason}")));
-        curves.push(Some(Arc::new(of_material)));
-    }
-    Ok(curves)
 }
 
 /// Traces camera rays, with the state of one thread.
@@ -368,32 +278,4 @@ impl Tracer<'_> {
             Paths::Reference(tracer) => tracer.statistics(),
         }
     }
-}
-
-/// The hash of a table of curves.
-fn table_hash(table: &CompressedTable) -> u64 {
-    let mut hash = Fnv1a::default();
-    let axes = &table.axes;
-    let mut add_axis = |name: &str, values: &[f64]| {
-        hash.add(name.as_bytes());
-        hash.add(&(values.len() as u64).to_le_bytes());
-        values.iter().for_each(|value| hash.add(&value.to_le_bytes()));
-    };
-    add_axis("grain size", &axes.grain_sizes_um);
-    add_axis("facetness", &axes.facetness);
-    add_axis("density", &axes.densities_kg_m3);
-    axes.properties.iter().for_each(|axis| add_axis(axis.property.name(), &axis.values));
-    add_axis(if axes.diffuse { "diffuse and angle" } else { "angle" }, &axes.angles_deg);
-    add_axis("thickness", &axes.thicknesses_cm);
-    add_axis("wavelength", &axes.wavelengths_nm);
-    hash.add(match table.space {
-        Space::Linear => b"linear",
-        Space::Log => b"log",
-    });
-    for components in [&table.transmittance, &table.reflectance] {
-        for number in components.coefficients.iter().chain(&components.basis) {
-            hash.add(&number.to_le_bytes());
-        }
-    }
-    hash.value()
 }

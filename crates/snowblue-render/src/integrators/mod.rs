@@ -8,19 +8,22 @@ mod surroundings;
 
 mod snow_walk;
 
+mod diffusion;
 mod hybrid;
-mod path;
 mod pcasnow;
 mod reference;
-mod single_scattering;
-mod snow_vertex;
+
+mod snow_shader;
 mod sparkle;
-mod tangent_half_space;
+mod surface;
+
+mod light_tables;
+mod path;
+mod sample;
 
 mod first_hit;
 mod integrator;
-mod path_sample;
-mod prepared;
+mod method;
 
 pub use integrator::{Integrator, Preparation, SceneStatistics};
-pub(crate) use path_sample::{FilteredSample, PathSample};
+pub(crate) use sample::{FilteredSample, PathSample};

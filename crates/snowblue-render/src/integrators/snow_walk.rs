@@ -13,7 +13,7 @@ use snowblue_geometry::ray::{Ray, SurfacePoint, off_surface};
 use snowblue_transport::monte_carlo::VolumeNode;
 use snowblue_transport::rng::Stream;
 
-use super::path_sample::survival_probability;
+use super::sample::survival_probability;
 use super::surroundings::{Medium, SnowQueries};
 use snowblue_scene::directions::Directions;
 use snowblue_scene::light::LightSample;

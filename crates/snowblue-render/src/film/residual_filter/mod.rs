@@ -1,11 +1,11 @@
 //! The filter of noise: light is smooth where an estimate with little noise has taken all edges.
 //!
-//! A sample of a surface is the sum of two parts: a reading, which has little noise, and the residual, what the sample
-//! finds more or less than that. Of snow the reading is that of the light field at the surface, in which a sky, not an
+//! A sample of a surface is the sum of two parts: a baseline, which has little noise, and the residual, what the sample
+//! finds more or less than that. Of snow the baseline is that of the light field at the surface, in which a sky, not an
 //! image of one, has the irradiance that the light field knows at its cells. Of other surfaces it is the light of lamps
 //! and of the sun, and what open skies and bright snow would send there if little hid them. The residual is smooth
 //! where the surface and its light are. So its mean over the neighbourhood of a pixel replaces that of the pixel:
-//! relative to the reading, over pixels of like normal, distance and reading (a joint bilateral filter by the à-trous
+//! relative to the baseline, over pixels of like normal, distance and baseline (a joint bilateral filter by the à-trous
 //! scheme: Dammertz, Sewtz, Hanika & Lensch 2010, *Edge-avoiding à-trous wavelet transform for fast global illumination
 //! filtering*, HPG).
 //!
@@ -16,7 +16,7 @@
 //! pixels, so that it is no accident of few samples. Where pixels are averaged, that and the variance of each pixel's
 //! own samples are compared and the greater is taken, so that a single large sample is not left as a dot.
 //!
-//! The residual is not smooth everywhere: what hides skies and snow from other surfaces is not in their reading, and
+//! The residual is not smooth everywhere: what hides skies and snow from other surfaces is not in their baseline, and
 //! near edges that of snow is wrong by much. A pixel stops before a neighbourhood whose mean contradicts that of a
 //! smaller one (the method of Lepski 1991, *On a problem of adaptive estimation in Gaussian white noise*, Theory of
 //! Probability and its Applications 35, 454). The smallest neighbourhood is taken without a test. Snow is tested only
@@ -47,9 +47,9 @@ const SHARED_VARIANCE: [f32; 5] = [1.0, 2.727, 3.196, 3.307, 3.335];
 const KERNEL: [f32; 5] = [1.0 / 16.0, 4.0 / 16.0, 6.0 / 16.0, 4.0 / 16.0, 1.0 / 16.0];
 /// Weights on each side of the middle one.
 const REACH: usize = KERNEL.len() / 2;
-/// Deviations at which a weight falls by e^{−½}: of normals, and of the logarithm of the reading.
+/// Deviations at which a weight falls by e^{−½}: of normals, and of the logarithm of the baseline.
 const NORMAL_DEVIATION: f32 = 0.35;
-const READING_DEVIATION: f32 = 0.5;
+const BASELINE_DEVIATION: f32 = 0.5;
 /// The same of the fraction of snow: its residual is of another kind than that of other surfaces.
 const SNOW_DEVIATION: f32 = 0.2;
 /// Fraction of snow from which on a pixel is one of snow.
@@ -63,10 +63,10 @@ const DISTANCE_DEVIATION: f32 = 0.002;
 /// surfaces.
 const SNOW_CONFIDENCE: f32 = 3.0;
 const CONFIDENCE: f32 = 2.0;
-/// Difference of such means of snow, relative to the reading, that is no contradiction. Without it, rare samples of
+/// Difference of such means of snow, relative to the baseline, that is no contradiction. Without it, rare samples of
 /// even snow in the sun leave faint dots.
 const SLACK: f32 = 0.1;
-/// Standard error of the nearest pixels, raised for few samples and relative to the reading, below which the means of
+/// Standard error of the nearest pixels, raised for few samples and relative to the baseline, below which the means of
 /// snow are compared.
 const KNOWN_ERROR: f32 = 0.5;
 /// Least error of a residual that is told from none.
@@ -76,7 +76,7 @@ const MIN_ERROR: f32 = 1e-4;
 const SAMPLES_OF_DOUBT: f32 = 16.0;
 /// A variance that counts as unknown, of sums that are saturated.
 const MAX_VARIANCE: f32 = 1e20;
-/// Most that a residual grows with the reading.
+/// Most that a residual grows with the baseline.
 const MAX_SCALE: f32 = 4.0;
 /// Standard error relative to the light above which a pixel that is brighter or darker than all eight around it is an
 /// outlier.
@@ -116,8 +116,8 @@ pub fn bytes_per_pixel(aovs: Aovs) -> u64 {
 struct Guide {
     /// Mean normal of the surface; zero for a pixel without one.
     normal: [f32; 3],
-    /// Logarithm of the mean reading.
-    log_reading: f32,
+    /// Logarithm of the mean baseline.
+    log_baseline: f32,
     /// Mean distance of the surface in m, and its change from pixel to pixel along the surface, across and down.
     distance_m: f32,
     slope_m: [f32; 2],
@@ -140,8 +140,8 @@ struct Level {
 
 #[derive(Clone, Copy, Default)]
 struct Luminance {
-    reading: f32,
-    /// What errors are relative to: of snow the reading, of other surfaces the light, which may be far below.
+    baseline: f32,
+    /// What errors are relative to: of snow the baseline, of other surfaces the light, which may be far below.
     scale: f32,
     /// Variance, of which single large samples nearby count little.
     variance: f32,
@@ -199,10 +199,10 @@ impl Filtered {
         };
         filter.spread_outliers([&start.luminance, &luminance], (&coverage, done), &rest_of, &mut changes);
         // A huge outlier may leave others without light that have some, if all around have no room.
-        let own_light = |pixel: usize| start.luminance[pixel].reading + start.residual[pixel * values + 1];
+        let own_light = |pixel: usize| start.luminance[pixel].baseline + start.residual[pixel * values + 1];
         let results = changes.par_chunks_exact_mut(values).zip(&mut luminance).enumerate();
         results.for_each(|(pixel, (residual, luminance))| {
-            if start.luminance[pixel].reading + residual[1] < 0.0 && own_light(pixel) >= 0.0 {
+            if start.luminance[pixel].baseline + residual[1] < 0.0 && own_light(pixel) >= 0.0 {
                 residual.copy_from_slice(&start.residual[pixel * values..][..values]);
                 *luminance = start.luminance[pixel];
             }
@@ -212,8 +212,8 @@ impl Filtered {
         let noise = noise.map(|((((pixel, after), before), residual), own)| {
             let rest = narrow(pixel.mean_xyz().y) - own[1];
             let rest_variance = pixel.variance_of_mean(layout.rest_square, rest.into());
-            // The residual is a multiple of the reading, which is part of the rest.
-            let scale = if before.reading > 0.0 && rest > 0.0 { 1.0 + residual[1] / rest } else { 1.0 };
+            // The residual is a multiple of the baseline, which is part of the rest.
+            let scale = if before.baseline > 0.0 && rest > 0.0 { 1.0 + residual[1] / rest } else { 1.0 };
             (rest_variance * scale * scale + after.variance).sqrt() / (rest + residual[1]).max(0.0)
         });
         let noise = noise.collect();
@@ -240,9 +240,9 @@ impl Level {
             residual.iter_mut().enumerate().for_each(|(k, value)| *value = pixel.mean(layout.residual + k));
         });
         let luminance = |pixel: &PixelSums| {
-            let (reading, residual) = (pixel.mean(layout.reading).max(0.0), pixel.exact_mean(layout.residual + 1));
+            let (baseline, residual) = (pixel.mean(layout.baseline).max(0.0), pixel.exact_mean(layout.residual + 1));
             let variance = pixel.variance_of_mean(layout.residual_square, residual).min(MAX_VARIANCE);
-            Luminance { reading, scale: reading, variance, variance_of_samples: variance }
+            Luminance { baseline, scale: baseline, variance, variance_of_samples: variance }
         };
         Self { residual, luminance: pixels.par_iter().map(luminance).collect() }
     }
@@ -252,8 +252,8 @@ impl Level {
 fn guides(pixels: &[PixelSums], layout: ResidualLayout, width: usize) -> Vec<Guide> {
     let of_surface = |pixel: &PixelSums, offset: usize| pixel.quotient(offset, layout.count);
     let is_filtered = |pixel: &PixelSums| pixel.at(layout.count) > 0;
-    let readings: Vec<f32> = pixels.par_iter().map(|pixel| of_surface(pixel, layout.reading)).collect();
-    let dark = DARK * readings.iter().copied().fold(f32::MIN_POSITIVE, f32::max);
+    let baselines: Vec<f32> = pixels.par_iter().map(|pixel| of_surface(pixel, layout.baseline)).collect();
+    let dark = DARK * baselines.iter().copied().fold(f32::MIN_POSITIVE, f32::max);
     let distances: Vec<Option<f32>> =
         pixels.par_iter().map(|pixel| is_filtered(pixel).then(|| of_surface(pixel, layout.distance))).collect();
     // The smaller change to the neighbours on both sides: on the surface, and not over its edge.
@@ -263,12 +263,12 @@ fn guides(pixels: &[PixelSums], layout: ResidualLayout, width: usize) -> Vec<Gui
         let change = |other: f32| (other - distances[index].unwrap_or(other)).abs();
         before.into_iter().chain(after).map(change).fold(f32::INFINITY, f32::min)
     };
-    let guide = |(index, (pixel, reading)): (usize, (&PixelSums, &f32))| {
+    let guide = |(index, (pixel, baseline)): (usize, (&PixelSums, &f32))| {
         let (column, row) = (index % width, index / width);
         let slopes = [slope(index, 1, column > 0, column + 1 < width), slope(index, width, row > 0, true)];
         Guide {
             normal: [0, 1, 2].map(|k| of_surface(pixel, layout.normal + k)),
-            log_reading: reading.max(dark).ln(),
+            log_baseline: baseline.max(dark).ln(),
             distance_m: distances[index].unwrap_or(0.0),
             slope_m: slopes.map(|slope| if slope.is_finite() { slope } else { 0.0 }),
             log_error: 0.0,
@@ -276,7 +276,7 @@ fn guides(pixels: &[PixelSums], layout: ResidualLayout, width: usize) -> Vec<Gui
             is_filtered: is_filtered(pixel),
         }
     };
-    pixels.par_iter().zip(&readings).enumerate().map(guide).collect()
+    pixels.par_iter().zip(&baselines).enumerate().map(guide).collect()
 }
 
 impl Guide {
@@ -292,14 +292,14 @@ impl Guide {
         }
         let square = |x: f32| x * x;
         let normals: f32 = self.normal.iter().zip(other.normal).map(|(one, other)| square(one - other)).sum();
-        let readings = square(self.log_reading - other.log_reading);
+        let baselines = square(self.log_baseline - other.log_baseline);
         let plane_m = self.slope_m[0] * across.abs() + self.slope_m[1] * down.abs();
         let deviation_m = SLOPE_DEVIATION * plane_m + DISTANCE_DEVIATION * self.distance_m;
         let distances = square((self.distance_m - other.distance_m) / deviation_m.max(f32::MIN_POSITIVE));
         let errors = square((self.log_error - other.log_error) / ERROR_DEVIATION);
         let snows = square((self.snow - other.snow) / SNOW_DEVIATION);
         let sum =
-            normals / square(NORMAL_DEVIATION) + readings / square(READING_DEVIATION) + distances + errors + snows;
+            normals / square(NORMAL_DEVIATION) + baselines / square(BASELINE_DEVIATION) + distances + errors + snows;
         falloff(sum)
     }
 }
@@ -352,7 +352,7 @@ impl Filter {
                 }
                 let of_level = next.luminance[pixel];
                 if is_tested[pixel] {
-                    let unit = if of_level.reading > 0.0 { of_level.reading.recip() } else { 1.0 };
+                    let unit = if of_level.baseline > 0.0 { of_level.baseline.recip() } else { 1.0 };
                     let mean = unit * next.residual[pixel * self.values + 1];
                     if mean < *low || mean > *high {
                         *need = false;
@@ -363,7 +363,7 @@ impl Filter {
                     let reach = confidence * unit * of_level.greater_variance().sqrt() + slack;
                     [*low, *high] = [low.max(mean - reach), high.min(mean + reach)];
                 }
-                *luminance = blend([&level, &next], pixel, start.luminance[pixel].reading, residual);
+                *luminance = blend([&level, &next], pixel, start.luminance[pixel].baseline, residual);
                 *need = of_level.greater_error() > TARGET;
             });
             level = next;
@@ -391,8 +391,8 @@ impl Filter {
             }
             self.for_neighbours(pixel, step, |neighbour, weight| {
                 total += weight;
-                let Luminance { reading, scale, variance, variance_of_samples } = level.luminance[neighbour];
-                sum.reading += weight * reading;
+                let Luminance { baseline, scale, variance, variance_of_samples } = level.luminance[neighbour];
+                sum.baseline += weight * baseline;
                 sum.scale += weight * scale;
                 sum.variance += weight * variance;
                 sum.variance_of_samples += weight * variance_of_samples;
@@ -407,7 +407,7 @@ impl Filter {
             let of_mean =
                 |variance: f32, of_independent: f32| (variance * factor).min(of_independent * factor * factor * shared);
             Luminance {
-                reading: sum.reading * factor,
+                baseline: sum.baseline * factor,
                 scale: sum.scale * factor,
                 variance: of_mean(variance, of_independent[0]),
                 variance_of_samples: of_mean(variance_of_samples, of_independent[1]),
@@ -423,7 +423,7 @@ impl Filter {
             if self.guides[pixel].is_snow() {
                 return *own;
             }
-            let light = |pixel: usize| start.luminance[pixel].reading + start.residual[pixel * self.values + 1];
+            let light = |pixel: usize| start.luminance[pixel].baseline + start.residual[pixel * self.values + 1];
             Luminance { scale: self.mean_nearby(pixel, light).map_or(own.scale, |light| light.max(0.0)), ..*own }
         };
         start.luminance.par_iter().enumerate().map(scaled).collect()
@@ -454,7 +454,7 @@ impl Filter {
     ) {
         let [start, filtered] = levels;
         let values = self.values;
-        let light_of = |residual: &[f32], pixel: usize| start[pixel].reading + residual[pixel * values + 1];
+        let light_of = |residual: &[f32], pixel: usize| start[pixel].baseline + residual[pixel * values + 1];
         let error = |pixel: usize| filtered[pixel].error();
         let is_lone = |pixel: usize| error(pixel) <= TARGET && filtered[pixel].greater_error() > LONE_OUTLIER_ERROR;
         let is_doubtful =
@@ -463,7 +463,7 @@ impl Filter {
         let mut doubtful: Vec<usize> = (0..filtered.len()).filter(is_filtered).filter(is_doubtful).collect();
         doubtful.sort_by(|one, other| error(*other).total_cmp(&error(*one)));
         for pixel in doubtful {
-            let (reading, light) = (start[pixel].reading, light_of(residual, pixel));
+            let (baseline, light) = (start[pixel].baseline, light_of(residual, pixel));
             // Light of what shows a surface.
             let nearest = self.alike_around(pixel, 1).map(|other| light_of(residual, other) / coverage[other]);
             let nearest = nearest.filter(|light| *light > 0.0);
@@ -479,10 +479,10 @@ impl Filter {
             let rest = rest_of(pixel);
             let is_snow = coverage[pixel] * self.guides[pixel].snow >= FULL_COVERAGE;
             let excess: Vec<f32> = if rest[1] > 0.0 && is_snow {
-                let factor = (likely - reading) / rest[1];
+                let factor = (likely - baseline) / rest[1];
                 own.iter().zip(&rest).map(|(own, rest)| own - factor * rest).collect()
             } else {
-                let share = if own[1].abs() > 0.0 { ((likely - reading) / own[1]).clamp(0.0, 1.0) } else { 1.0 };
+                let share = if own[1].abs() > 0.0 { ((likely - baseline) / own[1]).clamp(0.0, 1.0) } else { 1.0 };
                 own.iter().map(|own| (1.0 - share) * own).collect()
             };
             let size = excess.iter().take(3).fold(0.0, |size: f32, value| size.max(value.abs()));
@@ -567,16 +567,17 @@ fn doubt(samples: u32) -> f32 {
 }
 
 /// Sets the residual of a pixel between two levels, so that its error is the target if the second is below it.
-fn blend(levels: [&Level; 2], pixel: usize, reading: f32, residual: &mut [f32]) -> Luminance {
+fn blend(levels: [&Level; 2], pixel: usize, baseline: f32, residual: &mut [f32]) -> Luminance {
     let luminance = levels.map(|level| level.luminance[pixel]);
     let errors = luminance.map(Luminance::greater_error);
     let share = if errors[1] > TARGET { 1.0 } else { (errors[0] - TARGET) / (errors[0] - errors[1]) };
-    // The residual is a multiple of the reading.
-    let scale = luminance.map(
-        |Luminance { reading: of_level, .. }| {
-            if reading > 0.0 && of_level > 0.0 { (reading / of_level).min(MAX_SCALE) } else { 1.0 }
-        },
-    );
+    // The residual is a multiple of the baseline.
+    let scale =
+        luminance.map(
+            |Luminance { baseline: of_level, .. }| {
+                if baseline > 0.0 && of_level > 0.0 { (baseline / of_level).min(MAX_SCALE) } else { 1.0 }
+            },
+        );
     let factors = [(1.0 - share) * scale[0], share * scale[1]];
     let values = residual.len();
     for (index, residual) in residual.iter_mut().enumerate() {
@@ -586,7 +587,7 @@ fn blend(levels: [&Level; 2], pixel: usize, reading: f32, residual: &mut [f32]) 
     // The second level holds the samples of the first.
     let error = factors[0] * luminance[0].variance.sqrt() + factors[1] * luminance[1].variance.sqrt();
     Luminance {
-        reading,
+        baseline,
         scale: (1.0 - share) * luminance[0].scale + share * luminance[1].scale,
         variance: error * error,
         ..luminance[1]

@@ -11,7 +11,7 @@ use crate::integrators::FilteredSample;
 
 const SIZE: ImageSize = ImageSize { width: 24, height: 16 };
 
-/// An image whose snow has a reading of 2 and a residual that a function of the column and a random number gives.
+/// An image whose snow has a baseline of 2 and a residual that a function of the column and a random number gives.
 /// The normal turns at column 12, and the last four columns show no snow but a radiance of 1.
 fn film(samples: u32, residual: impl Fn(u32, f32) -> f32 + Sync) -> FilmAccumulator {
     film_of(samples, |column, number| [residual(column, number); 3])
@@ -22,7 +22,7 @@ fn film_of(samples: u32, residual: impl Fn(u32, f32) -> [f32; 3] + Sync) -> Film
     film_of_surfaces(samples, |_| (2.0, true), residual)
 }
 
-/// The same with other readings, of snow or of other surfaces, in each column.
+/// The same with other baselines, of snow or of other surfaces, in each column.
 fn film_of_surfaces(
     samples: u32,
     surface: impl Fn(u32) -> (f32, bool) + Sync,
@@ -39,16 +39,16 @@ fn film_of_surfaces(
             let mut stream = Stream::new(row.number.into(), column.into());
             for _ in 0..samples {
                 let residual = residual(column, narrow(stream.uniform()));
-                let (reading, is_snow) = surface(column);
+                let (baseline, is_snow) = surface(column);
                 let normal = if column < 12 { Vec3A::Z } else { Vec3A::X };
                 let filtered = (column < 20).then_some(FilteredSample {
                     residual: colour(residual),
-                    reading: grey(reading),
+                    baseline: grey(baseline),
                     is_snow,
                     normal,
                     distance_m: 1.0,
                 });
-                let of_surface = colour(residual.map(|residual| reading + residual));
+                let of_surface = colour(residual.map(|residual| baseline + residual));
                 pixel.add_sample(if column < 20 { of_surface } else { grey(1.0) }, filtered.as_ref());
             }
             pixel.flush(sums);
@@ -120,7 +120,7 @@ fn large_outliers_make_no_other_pixel_dark() {
     assert_eq!(dark, 0, "{darkest:?}");
 }
 
-/// Snow has half the light of its reading. A walk of few finds far less, but more red: its pixel would be magenta.
+/// Snow has half the light of its baseline. A walk of few finds far less, but more red: its pixel would be magenta.
 #[test]
 fn outliers_have_the_colour_of_the_snow() {
     let film = film_of(4, |_, number| if number < 0.003 { [30.0, -60.0, 20.0] } else { [-1.0; 3] });
@@ -243,18 +243,18 @@ fn snow_and_other_surfaces_of_like_light_are_kept_apart() {
     }
 }
 
-/// A floor to which no lamp, sky or snow seems to shine has no reading, and one under a roof less light than its
-/// reading. Both are filtered, and have the noise of their own light.
+/// A floor to which no lamp, sky or snow seems to shine has no baseline, and one under a roof less light than its
+/// baseline. Both are filtered, and have the noise of their own light.
 #[test]
 fn noise_counts_beside_the_light_that_there_is() {
-    for reading in [0.0, 20.0] {
-        let film = film_of_surfaces(16, |_| (reading, false), |_, number| [2.0 * number - reading; 3]);
+    for baseline in [0.0, 20.0] {
+        let film = film_of_surfaces(16, |_| (baseline, false), |_, number| [2.0 * number - baseline; 3]);
         let light = row(&film, 8);
         // The standard error of a pixel is 2/√12/√16 = .14 of a light of 1.
         let square: f64 = light[1..11].iter().map(|light| (light - 1.0).powi(2)).sum();
-        assert!((square / 10.0).sqrt() < 0.07, "{reading}: {light:?}");
+        assert!((square / 10.0).sqrt() < 0.07, "{baseline}: {light:?}");
         let noise = Filtered::new(&film).unwrap().noise().to_vec();
-        assert!(noise[..20].iter().all(|noise| (0.005..0.2).contains(noise)), "{reading}: {:?}", &noise[..20]);
+        assert!(noise[..20].iter().all(|noise| (0.005..0.2).contains(noise)), "{baseline}: {:?}", &noise[..20]);
     }
 }
 

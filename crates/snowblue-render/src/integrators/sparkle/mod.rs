@@ -32,7 +32,7 @@ use snowblue_light_field::SnowOfMaterials;
 use snowblue_scene::Scene;
 use snowblue_scene::light::{Light, LightDirection, LightSample};
 use snowblue_scene::material::snow::SnowKinds;
-use snowblue_scene::objects::SurfaceInteraction;
+use snowblue_scene::objects::{Objects, SurfaceInteraction};
 use snowblue_scene::spectrum::Spectrum;
 
 use crate::error::RenderError;
@@ -105,7 +105,12 @@ impl<'a> SparkleReader<'a> {
         Self { scene, sparkle, bins: Vec::new() }
     }
 
-    /// The facets where a camera ray meets snow of a kind; `normal` is that for shading.
+    /// The objects of the scene.
+    pub(in crate::integrators) fn objects(&self) -> &'a Objects {
+        self.scene.objects()
+    }
+
+    /// The facets where a camera ray meets snow of a kind; `normal` is the normal for shading.
     pub(in crate::integrators) fn at(
         &self,
         (surface, kind, normal): (&SurfaceInteraction, usize, Vec3A),

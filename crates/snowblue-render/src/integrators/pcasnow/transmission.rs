@@ -42,8 +42,8 @@ use snowblue_scene::objects::Side;
 use snowblue_scene::queries::SceneQueries;
 use snowblue_scene::sampling::Sampler;
 
-use crate::integrators::path::carried::{Carried, LightTables, Source};
-use crate::integrators::snow_vertex::{SnowVertex, depth_cm};
+use crate::integrators::light_tables::{Carried, LightTables, Source};
+use crate::integrators::pcasnow::{SnowVertex, depth_cm};
 
 /// A path of light through the snow.
 #[derive(Debug, Clone, Copy)]

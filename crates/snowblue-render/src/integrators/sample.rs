@@ -40,11 +40,11 @@ impl PathSample<Spectrum> {
 /// Light that leaves a surface, and an estimate of it that has little noise.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct FilteredSample<C> {
-    /// The radiance less the reading.
+    /// The light less the baseline.
     pub(crate) residual: C,
     /// Of snow, the radiance by the light field at the surface; of other surfaces, what samples of lamps and of the sun
     /// give, and what skies and snow would if nothing hid the snow, and snow alone the skies.
-    pub(crate) reading: C,
+    pub(crate) baseline: C,
     /// Whether the surface is snow with a light field.
     pub(crate) is_snow: bool,
     /// Normal of the surface.
@@ -57,8 +57,8 @@ impl<C: Copy> FilteredSample<C> {
     /// The same sample of another quantity.
     #[inline]
     pub(crate) fn map<T>(&self, of: impl Fn(&C) -> T) -> FilteredSample<T> {
-        let Self { residual, reading, is_snow, normal, distance_m } = *self;
-        FilteredSample { residual: of(&residual), reading: of(&reading), is_snow, normal, distance_m }
+        let Self { residual, baseline, is_snow, normal, distance_m } = *self;
+        FilteredSample { residual: of(&residual), baseline: of(&baseline), is_snow, normal, distance_m }
     }
 }
 

@@ -1,65 +1,21 @@
-//! Snow as PCASnow sees it: its curves, and a point of its surface.
-//!
-//! Curves are read from the table where it holds the snow, else solved by discrete ordinates. They are mixed
-//! logarithmically between the kinds of snow of a mask. Of snow of layers, those of the layer at the point that is seen
-//! count.
+//! Snow as PCASnow sees it: a point of its surface, with its curves and the straight path through the snow.
+
+mod curves;
+mod transmission;
 
 use std::sync::Arc;
 
 use glam::Vec3A;
 use snowblue_base::narrow;
 use snowblue_database::lookup::SnowMix;
-use snowblue_database::{CompressedTable, DatabaseError};
 use snowblue_geometry::body::{Chord, Line};
 use snowblue_scene::material::snow::SnowKinds;
-use snowblue_scene::objects::{Objects, SurfaceInteraction};
+use snowblue_scene::objects::SurfaceInteraction;
 use snowblue_scene::queries::SceneQueries;
-use snowblue_scene::spectrum::{Spectrum, wavelengths_nm};
+use snowblue_scene::spectrum::Spectrum;
 use snowblue_scene::{PathMode, PcaSnowSettings};
 
-/// The curves of a material's snow.
-#[derive(Debug)]
-pub(crate) struct SnowCurves {
-    kinds: Arc<SnowKinds>,
-    /// Of each kind.
-    curves: Vec<snowblue_database::PcaSnow>,
-}
-
-impl SnowCurves {
-    /// The curves of snow at the wavelengths of an image. If they are solved, also the reason why the table does not
-    /// hold them.
-    ///
-    /// # Errors
-    ///
-    /// If curves cannot be solved.
-    pub(crate) fn new(
-        kinds: &Arc<SnowKinds>,
-        table: Option<&CompressedTable>,
-    ) -> Result<(Self, Option<String>), DatabaseError> {
-        let (curves, reason) = snowblue_database::PcaSnow::read_or_solve(table, &kinds.samples, &wavelengths_nm())?;
-        Ok((Self { kinds: Arc::clone(kinds), curves }, reason))
-    }
-
-    /// The kinds of snow, and where they lie.
-    pub(crate) fn kinds(&self) -> &Arc<SnowKinds> {
-        &self.kinds
-    }
-
-    /// The curves, if they are the same everywhere.
-    pub(crate) fn single(&self) -> Option<&snowblue_database::PcaSnow> {
-        self.curves.first().filter(|_| self.kinds.is_uniform())
-    }
-
-    /// The curves at a hit.
-    #[inline]
-    pub(crate) fn at(&self, objects: &Objects, surface: &SurfaceInteraction) -> SnowMix<'_> {
-        if self.kinds.is_uniform() {
-            return SnowMix::single(&self.curves[0]);
-        }
-        let mix = self.kinds.at_surface(objects, surface);
-        SnowMix::new(&self.curves[mix.first], &self.curves[mix.second], mix.share)
-    }
-}
+pub(super) use curves::{SnowCurves, TableCurves};
 
 /// PCASnow: its settings, and the curves of the snow of each material.
 #[derive(Debug, Clone, Copy)]
@@ -86,7 +42,7 @@ impl<'a> PcaSnow<'a> {
 
     /// The snow at a hit on snow.
     #[inline]
-    pub(in crate::integrators) fn vertex<'v>(
+    pub(in crate::integrators) fn at<'v>(
         &self,
         surface: &'v SurfaceInteraction,
         queries: &mut SceneQueries,

@@ -23,13 +23,13 @@ use snowblue_scene::queries::Statistics;
 
 /// Traces single scattering.
 #[derive(Debug)]
-pub(super) struct SingleScattering<'scene> {
+pub(in crate::integrators) struct SingleScattering<'scene> {
     field: &'scene LightField,
     surroundings: SnowQueries<'scene>,
 }
 
 /// A scattering at a random distance inside snow.
-pub(super) struct ScatteringPoint<'f> {
+pub(in crate::integrators) struct ScatteringPoint<'f> {
     snow: SnowAt<'f>,
     distance_m: f32,
     /// The ray, with its origin at the scattering; none if the snow ends before.
@@ -39,16 +39,20 @@ pub(super) struct ScatteringPoint<'f> {
 }
 
 impl<'scene> SingleScattering<'scene> {
-    pub(super) fn new(scene: &'scene Scene, field: &'scene LightField, bodies: &'scene SnowBodies) -> Self {
+    pub(in crate::integrators) fn new(
+        scene: &'scene Scene,
+        field: &'scene LightField,
+        bodies: &'scene SnowBodies,
+    ) -> Self {
         Self { field, surroundings: SnowQueries::new(scene, bodies, &[]) }
     }
 
-    pub(super) fn statistics(&self) -> Statistics {
+    pub(in crate::integrators) fn statistics(&self) -> Statistics {
         self.surroundings.statistics
     }
 
     /// A scattering along a ray that enters snow, by a random number in [0, 1).
-    pub(super) fn point<'f>(
+    pub(in crate::integrators) fn point<'f>(
         &mut self,
         snow: SnowAt<'f>,
         surface: &SurfaceInteraction,
@@ -68,7 +72,7 @@ impl<'scene> SingleScattering<'scene> {
 
     /// What the half-space misses of a light, per unit of the light's power. `incident` is the light on the surface, if
     /// it is visible there.
-    pub(super) fn correction(
+    pub(in crate::integrators) fn correction(
         &mut self,
         point: &ScatteringPoint,
         sample: &LightSample,

@@ -26,6 +26,8 @@
 //! Lights with extent are sampled once for each walk, as seen from the entry; then they are points or directions. Light
 //! of a uniform sky and of other surfaces is that which the light field gathered, H/π where a walk leaves.
 
+mod tangent_half_space;
+
 use std::f32::consts::FRAC_1_PI;
 use std::iter::{Cycle, Skip};
 use std::slice::Iter;
@@ -47,7 +49,7 @@ use snowblue_transport::rng::Stream;
 use crate::integrators::snow_volumes::{SnowVolumes, attenuation};
 use crate::integrators::snow_walk::{SnowWalk, WalkLight};
 use crate::integrators::surroundings::{Flight, Medium, SnowBodies, SnowQueries};
-use crate::integrators::tangent_half_space::TangentHalfSpace;
+use tangent_half_space::TangentHalfSpace;
 
 /// A ball inside the body, in transport mean free paths: its distance below an entry, and its radius. Where it fits, no
 /// edge is near, and the body is thick.

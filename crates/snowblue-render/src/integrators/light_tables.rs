@@ -11,8 +11,8 @@ use std::sync::Arc;
 use snowblue_base::narrow;
 use snowblue_database::lookup::{PROJECTIONS, ProjectedTable};
 
-use super::vertex::{Shading, Vertex};
-use crate::integrators::snow_vertex::{SnowCurves, SnowVertex};
+use crate::integrators::pcasnow::{SnowCurves, SnowVertex};
+use crate::integrators::surface::{Shading, Surface};
 use snowblue_scene::Scene;
 use snowblue_scene::film::sensor::SensorSample;
 use snowblue_scene::light::{IncidentLight, Light, LightOrigin, LightSample};
@@ -25,7 +25,7 @@ use snowblue_scene::spectrum::{SAMPLES, Spectrum};
 const MAX_TABLES: usize = 32;
 
 /// Radiance along a path, or the sensor's response to it.
-pub(in crate::integrators) trait Carried: Copy + AddAssign + Mul<f32, Output = Self> {
+pub(super) trait Carried: Copy + AddAssign + Mul<f32, Output = Self> {
     /// No light.
     const ZERO: Self;
 
@@ -33,7 +33,7 @@ pub(in crate::integrators) trait Carried: Copy + AddAssign + Mul<f32, Output = S
     fn emitted(scene: &Scene, radiance: &Spectrum) -> Self;
 
     /// Light after reflection: reflectance times power.
-    fn reflected(source: &Source, vertex: &Vertex, incident: &IncidentLight) -> Self;
+    fn reflected(source: &Source, surface: &Surface, incident: &IncidentLight) -> Self;
 
     /// Light after transmission through snow: transmittance times power.
     fn transmitted(source: &Source, snow: &SnowVertex, depth_cm: f32, cos_incidence: f32) -> Self;
@@ -47,7 +47,7 @@ pub(in crate::integrators) trait Carried: Copy + AddAssign + Mul<f32, Output = S
 
 /// A light sample, for its spectrum.
 #[derive(Clone, Copy)]
-pub(in crate::integrators) struct Source<'a> {
+pub(super) struct Source<'a> {
     scene: &'a Scene,
     light: &'a Light,
     origin: &'a LightOrigin,
@@ -56,7 +56,7 @@ pub(in crate::integrators) struct Source<'a> {
 
 /// What all paths of a rendering share: samples of and responses to each light of the scene.
 #[derive(Debug)]
-pub(crate) struct LightTables {
+pub(super) struct LightTables {
     /// Luminance of one unit at each wavelength.
     luminance: Spectrum,
     /// For each light in turn, its sample if it has no extent.
@@ -87,7 +87,7 @@ enum MaterialResponse {
 
 impl LightTables {
     /// No tables: all light is computed as spectra.
-    pub(crate) fn none(scene: &Scene) -> Self {
+    pub(super) fn none(scene: &Scene) -> Self {
         Self {
             luminance: scene.sensor().luminance(),
             delta_samples: scene.lights().iter().map(|light| light.delta_sample()).collect(),
@@ -96,7 +96,7 @@ impl LightTables {
     }
 
     /// Tables for all lights and materials that have one spectrum each, with the curves of each material's snow.
-    pub(crate) fn new(scene: &Scene, curves: &[Option<Arc<SnowCurves>>]) -> Self {
+    pub(super) fn new(scene: &Scene, curves: &[Option<Arc<SnowCurves>>]) -> Self {
         let mut tables_left = MAX_TABLES;
         let light = |light: &Arc<Light>| Some(LightTable::new(scene, curves, light.uniform_power()?, &mut tables_left));
         Self { lights: scene.lights().iter().map(light).collect(), ..Self::none(scene) }
@@ -104,7 +104,7 @@ impl LightTables {
 
     /// The one sample of a light without extent.
     #[inline]
-    pub(in crate::integrators) fn delta_sample(&self, light: usize) -> Option<&LightSample> {
+    pub(super) fn delta_sample(&self, light: usize) -> Option<&LightSample> {
         self.delta_samples[light].as_ref()
     }
 }
@@ -139,12 +139,7 @@ fn sum(weights: &[[f32; PROJECTIONS]; SAMPLES], spectrum: &Spectrum) -> SensorSa
 impl<'a> Source<'a> {
     /// A sample of light number `light`.
     #[inline]
-    pub(in crate::integrators) fn new(
-        scene: &'a Scene,
-        tables: &'a LightTables,
-        light: usize,
-        sample: &'a LightSample,
-    ) -> Self {
+    pub(super) fn new(scene: &'a Scene, tables: &'a LightTables, light: usize, sample: &'a LightSample) -> Self {
         let table = tables.lights.get(light).and_then(Option::as_ref);
         Self { scene, light: &scene.lights()[light], origin: &sample.origin, table }
     }
@@ -174,8 +169,8 @@ impl Carried for Spectrum {
         *radiance
     }
 
-    fn reflected(source: &Source, vertex: &Vertex, incident: &IncidentLight) -> Self {
-        vertex.reflectance(incident.direction) * source.power()
+    fn reflected(source: &Source, surface: &Surface, incident: &IncidentLight) -> Self {
+        surface.reflectance(incident.direction) * source.power()
     }
 
     fn transmitted(source: &Source, snow: &SnowVertex, depth_cm: f32, cos_incidence: f32) -> Self {
@@ -200,15 +195,15 @@ impl Carried for SensorSample {
     }
 
     #[inline]
-    fn reflected(source: &Source, vertex: &Vertex, incident: &IncidentLight) -> Self {
-        match (source.material(vertex.surface.material), &vertex.shading) {
+    fn reflected(source: &Source, surface: &Surface, incident: &IncidentLight) -> Self {
+        match (source.material(surface.hit.material), &surface.shading) {
             (MaterialResponse::Constant(response), _)
             | (MaterialResponse::Snow { constant_reflectance: Some(response), .. }, _) => *response,
             (MaterialResponse::Snow { table, .. }, Shading::Snow(snow)) => {
                 let angle_deg = snow.look_up_angle_deg(incident.cos_incidence);
                 Self::from_array(table.reflectance(snow.depth_cm(), angle_deg))
             }
-            _ => source.response(&vertex.reflectance(incident.direction)),
+            _ => source.response(&surface.reflectance(incident.direction)),
         }
     }
 

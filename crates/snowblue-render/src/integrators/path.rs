@@ -1,0 +1,246 @@
+//! Path tracer over surfaces.
+//!
+//! L = Σ_k β_k L_lit(x_k), β_{k+1} = β_k ρ(x_k) cos θ / (π p) (Kajiya 1986, "The rendering equation",
+//! doi:10.1145/15922.15902; notation of Pharr, Jakob & Humphreys 2023, chapter 13). The density p of the next direction
+//! is cos θ / π at a diffuse surface, so that only its reflectance ρ remains, and about that of the reflected light at
+//! snow. Long paths end by Russian roulette.
+//!
+//! How snow is shaded is the method's ([`SnowShader`]): the path goes on from snow by PCASnow as from any surface, and
+//! ends at snow with a light field, which holds the light of further surfaces.
+//!
+//! Lights with extent are found by sampling them and by the path's next ray, weighted by multiple importance sampling
+//! (see [`light`](snowblue_scene::light)).
+//!
+//! The throughput of a path is 1 until its first surface. Light there may be carried as the sensor's response instead
+//! of a spectrum, which is much faster to look up ([`light_tables`](super::light_tables)). Light at later surfaces is a
+//! spectrum.
+
+use std::f32::consts::FRAC_1_PI;
+
+use snowblue_geometry::ray::Ray;
+use snowblue_scene::Scene;
+use snowblue_scene::directions::Directions;
+use snowblue_scene::film::sensor::SensorSample;
+use snowblue_scene::light::{IncidentLight, LightSample};
+use snowblue_scene::objects::{Side, SurfaceInteraction};
+use snowblue_scene::queries::{SceneQueries, Statistics};
+use snowblue_scene::sampling::Sampler;
+use snowblue_scene::spectrum::Spectrum;
+
+use crate::integrators::first_hit::light_limit_m;
+use crate::integrators::light_tables::{Carried, LightTables, Source};
+use crate::integrators::method::Prepared;
+use crate::integrators::sample::{FilteredSample, PathSample, survival_probability};
+use crate::integrators::snow_shader::{CameraTerms, SnowShader};
+use crate::integrators::surface::{OpenSky, Surface};
+
+/// Traces paths through a scene.
+#[derive(Debug)]
+pub(super) struct PathTracer<'a> {
+    scene: &'a Scene,
+    tables: &'a LightTables,
+    queries: SceneQueries<'a>,
+    snow: SnowShader<'a>,
+    /// Whether paths can hit lights.
+    has_area_lights: bool,
+    /// Smooth skies that nothing hides, if the picture is filtered.
+    open_sky: Option<&'a OpenSky>,
+}
+
+/// Light of lamps and skies that leaves a surface.
+struct DirectLight<C> {
+    /// Of all lights but smooth skies, and that of snow from inside.
+    steady: C,
+    /// Of samples of smooth skies.
+    smooth_sky: C,
+    /// What single facets of snow add, or take away.
+    sparkle: C,
+}
+
+impl<'a> PathTracer<'a> {
+    /// Starts with zero counts. The sensor's responses are looked up where `responses` is true.
+    pub(super) fn new(prepared: &'a Prepared, snow: SnowShader<'a>, responses: bool) -> Self {
+        let Prepared { scene, .. } = prepared;
+        Self {
+            scene,
+            tables: if responses { &prepared.tables } else { &prepared.no_tables },
+            queries: SceneQueries::new(scene.objects()),
+            snow,
+            has_area_lights: scene.lights().iter().any(|light| light.has_extent()),
+            open_sky: scene.description().is_filtered().then_some(&prepared.open_sky),
+        }
+    }
+
+    /// Counts of the queries so far.
+    pub(super) fn statistics(&self) -> Statistics {
+        self.queries.statistics.plus(self.snow.statistics())
+    }
+
+    /// One sample of the radiance along a camera ray, in W m⁻² sr⁻¹ as a band density.
+    pub(super) fn radiance(&mut self, camera_ray: &Ray, sampler: &mut Sampler) -> PathSample<Spectrum> {
+        self.trace(camera_ray, sampler)
+    }
+
+    /// The sensor's response to one sample of the radiance along a camera ray.
+    #[inline]
+    pub(super) fn response(&mut self, camera_ray: &Ray, sampler: &mut Sampler) -> PathSample<SensorSample> {
+        self.trace(camera_ray, sampler)
+    }
+
+    #[inline]
+    fn trace<C: Carried>(&mut self, camera_ray: &Ray, sampler: &mut Sampler) -> PathSample<C> {
+        let hit = self.queries.camera_hit(camera_ray);
+        let mut radiance = C::ZERO;
+        if self.has_area_lights {
+            radiance += C::emitted(self.scene, &self.hit_lights(camera_ray, hit.as_ref(), None));
+        }
+        let Some(hit) = hit else {
+            return PathSample { radiance, sees_snow: false, distance_m: None, filtered: None };
+        };
+        let surface = self.surface(&hit, sampler);
+        let terms = self.snow.camera_terms(&surface, camera_ray, self.open_sky.is_some(), sampler);
+        let direct = self.direct_light::<C>(&surface, terms, sampler);
+        let mut light = direct.steady;
+        light += direct.smooth_sky;
+        if let Some(walked) = self.snow.walk(&surface, camera_ray, sampler) {
+            light = C::emitted(self.scene, &walked);
+        }
+        let later = self.later_light(&surface, sampler);
+        let later = later.map(|later| C::emitted(self.scene, &later));
+        // Facets are as sharp as the picture: the filter neither sees nor spreads them.
+        radiance += light;
+        radiance += direct.sparkle;
+        later.into_iter().for_each(|later| radiance += later);
+        let distance_m = hit.point.distance(camera_ray.origin);
+        let filtered = self.open_sky.map(|open_sky| {
+            let mut baseline = direct.steady;
+            baseline += C::emitted(self.scene, &self.snow.smooth_sky(&surface, open_sky));
+            let is_snow = surface.has_field();
+            // The residual is the sample less the baseline, whatever that is. A negative baseline counts as none.
+            if is_snow && baseline.luminance(self.tables) <= 0.0 {
+                baseline = C::ZERO;
+            }
+            later.into_iter().for_each(|later| light += later);
+            let residual = light.less(baseline);
+            FilteredSample { residual, baseline, is_snow, normal: surface.normal, distance_m }
+        });
+        let sees_snow = self.scene.materials()[hit.material].looks_like_snow();
+        PathSample { radiance, sees_snow, distance_m: Some(distance_m), filtered }
+    }
+
+    /// Light that comes to a path's first surface from further surfaces and by rays that hit lights, reflected there;
+    /// none where the first surface ends the path.
+    fn later_light(&mut self, first: &Surface, sampler: &mut Sampler) -> Option<Spectrum> {
+        let max_bounces = self.scene.integrator().max_bounces.get();
+        if first.has_field() || (max_bounces == 0 && !self.has_area_lights) {
+            return None;
+        }
+        let (mut radiance, mut throughput) = (Spectrum::ZERO, Spectrum::ONE);
+        let (mut next, mut from) = (self.bounce(first, 0, &mut throughput, sampler), first.directions);
+        for bounce in 1.. {
+            let Some(ray) = next else { break };
+            let hit = self.queries.indirect_hit(&ray);
+            if self.has_area_lights {
+                radiance.add_product(1.0, &throughput, &self.hit_lights(&ray, hit.as_ref(), Some(&from)));
+            }
+            let Some(hit) = hit.filter(|_| bounce <= max_bounces) else { break };
+            let surface = self.surface(&hit, sampler);
+            if let Some(mean) = surface.mean_radiance() {
+                radiance.add_product(1.0, &throughput, &mean);
+                break;
+            }
+            let DirectLight { mut steady, smooth_sky, .. } =
+                self.direct_light::<Spectrum>(&surface, CameraTerms::default(), sampler);
+            steady += smooth_sky;
+            radiance.add_product(1.0, &throughput, &steady);
+            // The last ray finds lights only.
+            let goes_on = bounce < max_bounces || self.has_area_lights;
+            next = if goes_on { self.bounce(&surface, bounce, &mut throughput, sampler) } else { None };
+            from = surface.directions;
+        }
+        Some(radiance)
+    }
+
+    /// Samples the next ray of a path at a surface and updates its throughput; none if the path ends.
+    fn bounce(&self, surface: &Surface, bounce: u32, throughput: &mut Spectrum, sampler: &mut Sampler) -> Option<Ray> {
+        let [u, v, chance, choice] = sampler.next_four();
+        let finds_surfaces = bounce < self.scene.integrator().max_bounces.get();
+        let (direction, factor) = self.snow.sample_direction(&surface.directions, [u, v, choice], finds_surfaces);
+        *throughput *= surface.reflectance(direction) * factor;
+        let survival = survival_probability(bounce, throughput);
+        if chance >= survival || throughput.maximum() <= 0.0 {
+            return None;
+        }
+        *throughput = *throughput * survival.recip();
+        Some(Ray { origin: self.queries.off_surface(surface.hit.object, &surface.hit.surface_point()), direction })
+    }
+
+    /// Radiance from the lights that a ray hits before a surface.
+    fn hit_lights(&self, ray: &Ray, hit: Option<&SurfaceInteraction>, from: Option<&Directions>) -> Spectrum {
+        let limit_m = hit.map_or(f32::INFINITY, |hit| light_limit_m(ray, hit));
+        let mut radiance = Spectrum::ZERO;
+        for emitted in self.scene.lights().iter().filter_map(|light| light.hit_radiance(ray, limit_m, from)) {
+            radiance += emitted;
+        }
+        radiance
+    }
+
+    #[inline]
+    fn surface<'v>(&mut self, hit: &'v SurfaceInteraction, sampler: &mut Sampler) -> Surface<'v, 'a>
+    where
+        'a: 'v,
+    {
+        let Self { scene, snow, queries, .. } = self;
+        Surface::new(scene, hit, || snow.at(hit, queries, sampler))
+    }
+
+    /// Light of lamps and skies that leaves a surface: what it reflects, with the terms of snow for the camera, and
+    /// what comes through snow.
+    #[inline]
+    fn direct_light<C: Carried>(
+        &mut self,
+        surface: &Surface,
+        terms: CameraTerms,
+        sampler: &mut Sampler,
+    ) -> DirectLight<C> {
+        let (scene, tables) = (self.scene, self.tables);
+        let transmitted = surface.transmitted(scene, tables, &mut self.queries, sampler);
+        let mut light = DirectLight { steady: transmitted, smooth_sky: C::ZERO, sparkle: C::ZERO };
+        let mut spectra = [terms.from_inside.unwrap_or(Spectrum::ZERO), Spectrum::ZERO];
+        for (index, source) in scene.lights().iter().enumerate().filter(|(_, light)| terms.count(light)) {
+            let mut add = |sample: &LightSample| {
+                let incident = self.visible(surface, sample);
+                if let Some(incident) = &incident {
+                    if terms.has_reflection {
+                        let reflected = C::reflected(&Source::new(scene, tables, index, sample), surface, incident);
+                        let sum = if source.is_smooth_sky() { &mut light.smooth_sky } else { &mut light.steady };
+                        *sum += reflected * (incident.irradiance_per_power * FRAC_1_PI);
+                    }
+                    if let Some(change) = self.snow.sparkle(&terms, surface, (source, sample), incident) {
+                        light.sparkle += C::emitted(scene, &change);
+                    }
+                }
+                if let Some(change) = self.snow.single_scattering(&terms, surface, (source, sample), incident) {
+                    spectra[usize::from(source.is_smooth_sky())] += change;
+                }
+            };
+            match tables.delta_sample(index) {
+                Some(sample) => add(sample),
+                None => surface.samples_of(source, sampler).iter().flatten().for_each(add),
+            }
+        }
+        if terms.from_inside.is_some() {
+            light.steady += C::emitted(scene, &spectra[0]);
+            light.smooth_sky += C::emitted(scene, &spectra[1]);
+        }
+        light
+    }
+
+    /// A light sample as it arrives at a surface, unless it is occluded.
+    #[inline]
+    fn visible(&mut self, surface: &Surface, sample: &LightSample) -> Option<IncidentLight> {
+        let incident = sample.incident_at(&surface.shading_point())?;
+        let (point, side) = (surface.hit.surface_point(), Side::Outer(surface.hit.object));
+        sample.is_visible(&mut self.queries, &point, side).then_some(incident)
+    }
+}

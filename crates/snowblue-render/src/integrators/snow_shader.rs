@@ -1,0 +1,194 @@
+//! How a method shades the surface of snow, as the path tracer asks for it.
+//!
+//! Snow by PCASnow is a surface that transmits and reflects light, and paths go on from it. Snow with a light field
+//! ends a path: the field holds the light of further surfaces. Sparkle is a part of the reflection of either.
+
+use std::f32::consts::FRAC_1_PI;
+
+use glam::Vec3A;
+use snowblue_geometry::ray::Ray;
+use snowblue_scene::directions::Directions;
+use snowblue_scene::light::{IncidentLight, Light, LightSample};
+use snowblue_scene::objects::SurfaceInteraction;
+use snowblue_scene::queries::{SceneQueries, Statistics};
+use snowblue_scene::sampling::Sampler;
+use snowblue_scene::spectrum::Spectrum;
+
+use crate::integrators::diffusion::FieldShader;
+use crate::integrators::diffusion::single_scattering::ScatteringPoint;
+use crate::integrators::pcasnow::PcaSnow;
+use crate::integrators::sparkle::{SparkleReader, SparklingPoint};
+use crate::integrators::surface::{OpenSky, Shading, Surface};
+
+/// Shades the surface of snow, for one task.
+#[derive(Debug)]
+pub(super) struct SnowShader<'a> {
+    pub(super) method: ShadingMethod<'a>,
+    /// Sparkle, if any snow has it.
+    pub(super) sparkle: Option<SparkleReader<'a>>,
+}
+
+/// A method that shades snow.
+#[derive(Debug)]
+pub(super) enum ShadingMethod<'a> {
+    PcaSnow(PcaSnow<'a>),
+    /// `diffusion` and, with random walks, `hybrid`.
+    Field(Box<FieldShader<'a>>),
+}
+
+/// What the light that a surface sends to the camera has beside transmission and smooth reflection.
+pub(super) struct CameraTerms<'a> {
+    /// Whether smooth reflection counts; else a random walk finds it.
+    pub(super) has_reflection: bool,
+    /// Whether samples of smooth skies count; else a random walk samples them.
+    pub(super) has_smooth_skies: bool,
+    /// The radiance from inside of snow with a light field.
+    pub(super) from_inside: Option<Spectrum>,
+    /// A point in snow for the single scattering that the reflection of a half-space misses.
+    pub(super) scattering: Option<ScatteringPoint<'a>>,
+    /// Facets that mirror lights.
+    pub(super) sparkling: Option<SparklingPoint<'a>>,
+}
+
+impl Default for CameraTerms<'_> {
+    fn default() -> Self {
+        Self { has_reflection: true, has_smooth_skies: true, from_inside: None, scattering: None, sparkling: None }
+    }
+}
+
+impl CameraTerms<'_> {
+    /// Whether a light contributes.
+    #[inline]
+    pub(super) fn count(&self, light: &Light) -> bool {
+        if self.has_reflection {
+            self.has_smooth_skies || !light.is_smooth_sky()
+        } else {
+            self.sparkling.is_some() && !light.is_sky()
+        }
+    }
+}
+
+impl<'a> SnowShader<'a> {
+    /// The snow at a hit.
+    #[inline]
+    pub(super) fn at<'v>(
+        &mut self,
+        hit: &'v SurfaceInteraction,
+        queries: &mut SceneQueries,
+        sampler: &mut Sampler,
+    ) -> Shading<'v, 'a>
+    where
+        'a: 'v,
+    {
+        match &self.method {
+            ShadingMethod::PcaSnow(pcasnow) => Shading::Snow(pcasnow.at(hit, queries)),
+            ShadingMethod::Field(shader) => Shading::Field(shader.at(hit, sampler)),
+        }
+    }
+
+    /// The terms of the light that a surface sends along a camera ray.
+    #[inline]
+    pub(super) fn camera_terms(
+        &mut self,
+        surface: &Surface<'_, 'a>,
+        camera_ray: &Ray,
+        is_filtered: bool,
+        sampler: &mut Sampler,
+    ) -> CameraTerms<'a> {
+        let sparkling = self.sparkle.as_ref().and_then(|sparkle| {
+            let kind = surface.kind_of_snow(sparkle.objects(), sampler)?;
+            sparkle.at((surface.hit, kind, surface.normal), camera_ray)
+        });
+        let terms = match (&mut self.method, &surface.shading) {
+            (ShadingMethod::Field(shader), Shading::Field(snow)) => {
+                shader.camera_terms(*snow, surface, camera_ray, is_filtered, sampler)
+            }
+            _ => CameraTerms::default(),
+        };
+        CameraTerms { sparkling, ..terms }
+    }
+
+    /// The radiance by a random walk in snow that replaces the terms of the surface; none if there are no walks.
+    #[inline]
+    pub(super) fn walk(&mut self, surface: &Surface, camera_ray: &Ray, sampler: &mut Sampler) -> Option<Spectrum> {
+        match (&mut self.method, &surface.shading) {
+            (ShadingMethod::Field(shader), Shading::Field(snow)) => {
+                shader.walk(*snow, surface.hit, camera_ray, sampler)
+            }
+            _ => None,
+        }
+    }
+
+    /// The change of the light that leaves a surface by its sparkle in the light of a sample that arrives there.
+    #[inline]
+    pub(super) fn sparkle(
+        &mut self,
+        terms: &CameraTerms,
+        surface: &Surface,
+        (light, sample): (&Light, &LightSample),
+        incident: &IncidentLight,
+    ) -> Option<Spectrum> {
+        let (Some(sparkle), Some(sparkling)) = (&mut self.sparkle, &terms.sparkling) else { return None };
+        // No more than what the curves of PCASnow reflect in all.
+        let most_per_sr = match &surface.shading {
+            Shading::Snow(snow) => FRAC_1_PI * snow.reflectance(incident.cos_incidence).minimum(),
+            Shading::Field(_) | Shading::Ground(_) | Shading::Diffuse(_) | Shading::Textured(_) => f32::INFINITY,
+        };
+        let change = sparkle.change(sparkling, light, sample, most_per_sr)?;
+        Some(change * light.power(&sample.origin) * incident.irradiance_per_power)
+    }
+
+    /// The single scattering of a light sample that the reflection of a half-space misses. `incident` is the light on
+    /// the surface, if it is visible there.
+    #[inline]
+    pub(super) fn single_scattering(
+        &mut self,
+        terms: &CameraTerms,
+        surface: &Surface,
+        (light, sample): (&Light, &LightSample),
+        incident: Option<IncidentLight>,
+    ) -> Option<Spectrum> {
+        let (ShadingMethod::Field(shader), Some(point)) = (&mut self.method, &terms.scattering) else { return None };
+        // The half-space that the ray enters is that of the geometric normal.
+        let on_plane = incident.and_then(|_| sample.incident_at(&surface.hit.surface_point()));
+        Some(light.power(&sample.origin) * shader.single_scattering.correction(point, sample, on_plane.as_ref()))
+    }
+
+    /// The light of smooth skies that a surface sends out, without noise: that on snow as the light field has it, that
+    /// on other surfaces as if nothing but snow hid the skies, with the light of that snow.
+    pub(super) fn smooth_sky(&self, surface: &Surface, open_sky: &OpenSky) -> Spectrum {
+        if let Shading::Field(snow) = &surface.shading {
+            return snow.field.sky_irradiance(&surface.shading_point()) * FRAC_1_PI;
+        }
+        let mut light = open_sky.reflected(surface);
+        if let ShadingMethod::Field(shader) = &self.method {
+            let snow = shader.field.snow_seen_from(&surface.shading_point());
+            light = light * (1.0 - snow.share);
+            light += surface.reflectance(surface.normal) * snow.irradiance * FRAC_1_PI;
+        }
+        light
+    }
+
+    /// A direction in which a path goes on, from three numbers in [0, 1), with cos θ / (π p). Half of the directions
+    /// that find further surfaces go towards bright snow.
+    #[inline]
+    pub(super) fn sample_direction(
+        &self,
+        directions: &Directions,
+        numbers: [f32; 3],
+        finds_surfaces: bool,
+    ) -> (Vec3A, f32) {
+        match &self.method {
+            ShadingMethod::Field(shader) if finds_surfaces => shader.field.sample_reflection(directions, numbers),
+            _ => directions.sample_weighted([numbers[0], numbers[1]]),
+        }
+    }
+
+    /// Counts of the queries so far.
+    pub(super) fn statistics(&self) -> Statistics {
+        match &self.method {
+            ShadingMethod::PcaSnow(_) => Statistics::default(),
+            ShadingMethod::Field(shader) => shader.statistics(),
+        }
+    }
+}

@@ -1,0 +1,190 @@
+//! Surfaces on a path, and the light that they reflect of skies which nothing hides, without noise, for the filter.
+
+use std::f32::consts::{FRAC_1_PI, PI, TAU};
+
+use glam::Vec3A;
+use snowblue_geometry::ray::SurfacePoint;
+use snowblue_light_field::SnowAt;
+use snowblue_scene::Scene;
+use snowblue_scene::directions::Directions;
+use snowblue_scene::light::{Light, LightOrigin, LightSample};
+use snowblue_scene::material::Material;
+use snowblue_scene::material::deep_snow::DeepSnow;
+use snowblue_scene::material::diffuse::Diffuse;
+use snowblue_scene::objects::{Objects, SurfaceInteraction};
+use snowblue_scene::queries::SceneQueries;
+use snowblue_scene::sampling::Sampler;
+use snowblue_scene::spectrum::Spectrum;
+
+use crate::integrators::light_tables::{Carried, LightTables};
+use crate::integrators::pcasnow::SnowVertex;
+
+/// A surface on a path, ready to be shaded.
+pub(super) struct Surface<'v, 'a> {
+    pub(super) hit: &'v SurfaceInteraction,
+    /// The normal that light is reflected by: that for shading with a light field, for PCASnow the geometric one.
+    pub(super) normal: Vec3A,
+    /// Directions from which the surface reflects light, for samples.
+    pub(super) directions: Directions<'a>,
+    pub(super) shading: Shading<'v, 'a>,
+}
+
+/// What a surface reflects and transmits.
+pub(super) enum Shading<'v, 'a> {
+    /// Reflectance of a plain diffuse surface.
+    Diffuse(&'a Spectrum),
+    /// Reflectance of a textured diffuse surface.
+    Textured(Spectrum),
+    /// Deep snow.
+    Ground(&'a DeepSnow),
+    /// Snow by PCASnow.
+    Snow(SnowVertex<'v>),
+    /// Snow with the light field inside.
+    Field(SnowAt<'a>),
+}
+
+impl<'v, 'a: 'v> Surface<'v, 'a> {
+    /// The surface at a hit; `snow` shades snow.
+    #[inline]
+    pub(super) fn new(scene: &'a Scene, hit: &'v SurfaceInteraction, snow: impl FnOnce() -> Shading<'v, 'a>) -> Self {
+        let shading = match &scene.materials()[hit.material] {
+            Material::Diffuse(Diffuse::Uniform(reflectance)) => Shading::Diffuse(reflectance),
+            Material::Diffuse(diffuse) => Shading::Textured(diffuse.reflectance(scene.objects(), hit)),
+            Material::Ground(ground) => Shading::Ground(ground),
+            Material::Snow(_) => snow(),
+        };
+        let point = hit.surface_point();
+        let (normal, directions) = match &shading {
+            Shading::Diffuse(_) | Shading::Textured(_) | Shading::Snow(_) => (hit.normal, Directions::Cosine(point)),
+            Shading::Ground(ground) => (hit.normal, ground.surface().directions(point, hit.direction)),
+            Shading::Field(snow) => {
+                let point = SurfacePoint { normal: hit.shading_normal, ..point };
+                (hit.shading_normal, snow.optics.surface().directions(point, hit.direction))
+            }
+        };
+        Self { hit, normal, directions, shading }
+    }
+}
+
+impl Surface<'_, '_> {
+    /// The point with the normal that light is reflected by.
+    #[inline]
+    pub(super) fn shading_point(&self) -> SurfacePoint {
+        SurfacePoint { point: self.hit.point, normal: self.normal }
+    }
+
+    /// Reflectance for light from a direction above the surface, π times the reflection function.
+    pub(super) fn reflectance(&self, to_light: Vec3A) -> Spectrum {
+        match &self.shading {
+            Shading::Diffuse(reflectance) => **reflectance,
+            Shading::Textured(reflectance) => *reflectance,
+            Shading::Ground(ground) => ground.reflectance(self.normal, self.hit.direction, to_light),
+            Shading::Snow(snow) => snow.reflectance(self.normal.dot(to_light).max(0.0)),
+            Shading::Field(snow) => {
+                let per_sr = snow.optics.surface().reflection_per_sr(self.normal, self.hit.direction, to_light);
+                Spectrum::constant(PI * per_sr)
+            }
+        }
+    }
+
+    /// Whether it is snow with a light field, at which paths end.
+    #[inline]
+    pub(super) fn has_field(&self) -> bool {
+        matches!(self.shading, Shading::Field(_))
+    }
+
+    /// The mean radiance of snow with a light field over all directions.
+    #[inline]
+    pub(super) fn mean_radiance(&self) -> Option<Spectrum> {
+        let Shading::Field(snow) = &self.shading else { return None };
+        Some(snow.field.mean_radiance(&self.hit.surface_point()))
+    }
+
+    /// Light of lamps and skies that comes through snow.
+    #[inline]
+    pub(super) fn transmitted<C: Carried>(
+        &self,
+        scene: &Scene,
+        tables: &LightTables,
+        queries: &mut SceneQueries,
+        sampler: &mut Sampler,
+    ) -> C {
+        match &self.shading {
+            Shading::Snow(snow) => snow.transmitted(scene, tables, queries, sampler),
+            Shading::Field(_) | Shading::Ground(_) | Shading::Diffuse(_) | Shading::Textured(_) => C::ZERO,
+        }
+    }
+
+    /// Samples of a light with extent for reflection, which count together: at snow with a light field, which sees no
+    /// light by the path's next ray, as many as the light has techniques.
+    #[inline]
+    pub(super) fn samples_of(&self, light: &Light, sampler: &mut Sampler) -> [Option<LightSample>; 2] {
+        match &self.shading {
+            Shading::Field(_) if light.is_diffuse() => [None, None],
+            Shading::Field(_) => light.samples_at(&self.directions, sampler),
+            _ => [light.sample_for_reflection(&self.directions, sampler), None],
+        }
+    }
+
+    /// The number of the kind of snow at the surface, of a mix one of its kinds; none if it is no snow.
+    pub(super) fn kind_of_snow(&self, objects: &Objects, sampler: &mut Sampler) -> Option<usize> {
+        match &self.shading {
+            Shading::Field(snow) => Some(snow.kind),
+            Shading::Snow(snow) => {
+                let kind = snow.kinds().at_surface(objects, self.hit);
+                Some(if kind.is_mixed() { kind.pick(sampler.next_four()[0]) } else { kind.first })
+            }
+            Shading::Ground(_) | Shading::Diffuse(_) | Shading::Textured(_) => None,
+        }
+    }
+}
+
+/// Directions that stand for the sky: rings of equal solid angle, and azimuths.
+const RINGS: u8 = 6;
+const AZIMUTHS: u8 = 8;
+
+/// The skies of a scene that have no edges, as light from a few directions.
+#[derive(Debug)]
+pub(super) struct OpenSky(Vec<(Vec3A, Spectrum)>);
+
+impl OpenSky {
+    /// That of some lights. The radiance of each direction is multiplied by its share of the hemisphere, in sr.
+    pub(super) fn new<'l>(lights: impl Iterator<Item = &'l Light>) -> Self {
+        let skies: Vec<&Light> = lights.filter(|light| light.is_smooth_sky() || light.is_diffuse()).collect();
+        let directions = (0..RINGS).flat_map(|ring| (0..AZIMUTHS).map(move |azimuth| direction(ring, azimuth)));
+        let lit = directions.filter(|_| !skies.is_empty()).map(|direction| {
+            let mut radiance = Spectrum::ZERO;
+            skies.iter().for_each(|sky| radiance += sky.power(&LightOrigin::Distant(direction)));
+            (direction, radiance * (TAU / f32::from(RINGS * AZIMUTHS)))
+        });
+        Self(lit.collect())
+    }
+
+    /// The radiance that leaves a surface, as a band density.
+    pub(super) fn reflected(&self, surface: &Surface) -> Spectrum {
+        let (normal, view) = (surface.normal, surface.hit.direction);
+        // Of deep snow absorption hardly depends on the direction.
+        let ground = if let Shading::Ground(ground) = &surface.shading { Some(ground) } else { None };
+        let per_sr = |direction: Vec3A| match ground {
+            Some(ground) => ground.surface().reflection_per_sr(normal, view, direction),
+            None => FRAC_1_PI,
+        };
+        let mut sum = Spectrum::ZERO;
+        for (direction, radiance) in &self.0 {
+            let cos = normal.dot(*direction);
+            if cos > 0.0 {
+                sum += *radiance * (cos * per_sr(*direction));
+            }
+        }
+        sum * ground.map_or_else(|| surface.reflectance(normal), |ground| *ground.albedo())
+    }
+}
+
+/// The middle of a part of the sky.
+fn direction(ring: u8, azimuth: u8) -> Vec3A {
+    let cosine = (f32::from(ring) + 0.5) / f32::from(RINGS);
+    let sine = (1.0 - cosine * cosine).sqrt();
+    // Each ring is turned against the one before.
+    let (sin, cos) = (TAU * (f32::from(azimuth) / f32::from(AZIMUTHS) + 0.382 * f32::from(ring))).sin_cos();
+    Vec3A::new(sine * cos, sine * sin, cosine)
+}
