@@ -38,13 +38,13 @@ use crate::film::pixel_accumulator::PixelAccumulator;
 use crate::film::window::{SampleBlock, Window, range_length};
 use crate::integrators::{Integrator, Preparation};
 use crate::raster::PixelPosition;
+use snowblue_scene::Scene;
 use snowblue_scene::description::SceneDescription;
 use snowblue_scene::film::Development;
 use snowblue_scene::progress::{Phase, Progress, Report};
 use snowblue_scene::queries::Statistics;
 use snowblue_scene::sampling::{PixelPattern, PixelSampler, Sampler};
 use snowblue_scene::spectrum::Spectrum;
-use snowblue_scene::{IntegratorKind, Scene};
 
 /// Samples of all pixels in one pass, within the limits of [`SAMPLES_PER_PIXEL_AND_PASS`].
 const SAMPLES_PER_PASS: u64 = 1 << 20;
@@ -198,13 +198,11 @@ pub fn render_missing(
 
 fn samples_per_pixel_and_pass(scene: &Scene, target: &SampleBlock) -> u32 {
     let [fewest, most] = SAMPLES_PER_PIXEL_AND_PASS;
-    let count = match scene.integrator().kind {
-        _ if scene.integrator().noise_target.is_some() => fewest,
-        IntegratorKind::Hybrid | IntegratorKind::Reference => fewest,
-        IntegratorKind::PcaSnow | IntegratorKind::Diffusion => {
-            let pixels = target.window().size().pixel_count() as u64;
-            (SAMPLES_PER_PASS / pixels.max(1)).clamp(fewest, most)
-        }
+    let count = if scene.integrator().noise_target.is_some() || scene.integrator().kind.has_walks() {
+        fewest
+    } else {
+        let pixels = target.window().size().pixel_count() as u64;
+        (SAMPLES_PER_PASS / pixels.max(1)).clamp(fewest, most)
     };
     u32::try_from(count).unwrap_or(u32::MAX)
 }

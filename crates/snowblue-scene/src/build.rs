@@ -15,7 +15,6 @@ use crate::error::SceneError;
 use crate::film::sensor::Sensor;
 use crate::film::white_balance::WhiteBalance;
 use crate::gltf::{GltfScene, read_gltf};
-use crate::integrator::IntegratorKind;
 use crate::light::{Light, irradiance_by_sky};
 use crate::material::deep_snow::DeepSnow;
 use crate::material::{Material, NamedMaterial, build_materials};
@@ -207,7 +206,7 @@ impl SceneDescription {
         objects.extend(gltf.objects);
         let objects = Objects::new(objects);
         notes.extend(notes_on_bodies(&objects, &materials, self.integrator.kind));
-        if let Some(body) = body_of_two(&objects).filter(|_| self.integrator.kind != IntegratorKind::PcaSnow) {
+        if let Some(body) = body_of_two(&objects).filter(|_| !self.integrator.kind.has_curves()) {
             let reason = format!("has a body \"{body}\" of several materials; this integrator takes one");
             return Err(KeyPath::root("object").error(reason).into());
         }

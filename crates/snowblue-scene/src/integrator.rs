@@ -54,6 +54,21 @@ impl IntegratorKind {
     pub fn has_light_field(self) -> bool {
         matches!(self, Self::Diffusion | Self::Hybrid)
     }
+
+    /// Whether it looks up curves of slabs.
+    pub fn has_curves(self) -> bool {
+        self == Self::PcaSnow
+    }
+
+    /// Whether it follows random walks in snow.
+    pub fn has_walks(self) -> bool {
+        matches!(self, Self::Hybrid | Self::Reference)
+    }
+
+    /// Whether light passes from one body of snow into another that it touches.
+    pub fn crosses_bodies(self) -> bool {
+        self == Self::Reference
+    }
 }
 
 /// The integrator, and how many paths it traces and how long.

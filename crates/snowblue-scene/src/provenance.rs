@@ -8,7 +8,7 @@ use snowblue_base::hash::Fnv1a;
 
 use crate::Scene;
 use crate::film::FilmSettings;
-use crate::integrator::{IntegratorKind, IntegratorSettings, LightFieldSettings, PcaSnowSettings, Views};
+use crate::integrator::{IntegratorSettings, LightFieldSettings, PcaSnowSettings, Views};
 use crate::scene::SceneDescription;
 
 /// The name of the list of files.
@@ -50,7 +50,7 @@ impl Provenance {
             ("integrator", integrator.kind.name().to_owned()),
             ("white", film.white.to_string()),
         ];
-        if integrator.kind == IntegratorKind::PcaSnow {
+        if integrator.kind.has_curves() {
             let PcaSnowSettings { path, reflectance, table: _ } = &integrator.pcasnow;
             let reflectance = reflectance.map_or("of the curves".to_owned(), |share| share.to_string());
             entries.push(("path", path.name().to_owned()));
@@ -129,6 +129,7 @@ fn scene_hash(scene: &SceneDescription, files: &BTreeMap<&str, u64>) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::IntegratorKind;
     use crate::scene_file::SceneFile;
     use snowblue_base::files::FilesInMemory;
 
@@ -197,7 +198,7 @@ mod tests {
             let scene = scene.build(&FilesInMemory::default()).unwrap();
             let provenance = Provenance::of(&scene, None);
             let names = ["path", "reflectance", "light field"].map(|name| provenance.get(name).is_some());
-            let [curves, field] = [kind == IntegratorKind::PcaSnow, kind.has_light_field()];
+            let [curves, field] = [kind.has_curves(), kind.has_light_field()];
             assert_eq!(names, [curves, curves, field], "{kind:?}");
         }
     }

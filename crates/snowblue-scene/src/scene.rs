@@ -194,7 +194,7 @@ impl Scene {
     /// The scene for a first picture: few pixels with a sample each, and by `diffusion` with coarse cells, which takes
     /// about a second. Its cells take so many MiB. None for PCASnow, which has no cells.
     pub fn coarse(&self, memory_mib: u32) -> Option<Self> {
-        if self.integrator.kind == IntegratorKind::PcaSnow {
+        if self.integrator.kind.has_curves() {
             return None;
         }
         let mut coarse = self.clone();

@@ -23,7 +23,6 @@ pub(crate) fn notes_on_bodies(
     materials: &[NamedMaterial],
     integrator: IntegratorKind,
 ) -> Vec<String> {
-    let has_walks = matches!(integrator, IntegratorKind::Hybrid | IntegratorKind::Reference);
     let name = |object: usize| {
         let Object { name, body, .. } = &objects.list()[object];
         body.as_ref().unwrap_or(name)
@@ -37,7 +36,7 @@ pub(crate) fn notes_on_bodies(
         let bounds = Bounds::of(bounds.iter().flat_map(|bounds| [bounds.low.into(), bounds.high.into()]));
         let name = name(index);
         let away_m = bounds.low.max(-bounds.high).max_element();
-        if has_walks && away_m > FAR_M {
+        if integrator.has_walks() && away_m > FAR_M {
             far.push(format!(
                 "\"{name}\" is {} m from the origin, where coordinates are so coarse that random walks lose some per \
                  cent of the light: move the scene to the origin",
@@ -68,8 +67,8 @@ pub(crate) fn notes_on_bodies(
             name(other)
         )
     };
-    // Walks of the reference pass from one body into the other. Pages show no notes.
-    let has_joints = integrator != IntegratorKind::Reference && !cfg!(target_family = "wasm");
+    // Pages show no notes.
+    let has_joints = !integrator.crosses_bodies() && !cfg!(target_family = "wasm");
     let pairs = if has_joints { joints(objects, is_snow) } else { Vec::new() };
     let mut meeting: Vec<String> = pairs.into_iter().map(of_pair).collect();
     name_first(&mut small, "bodies are smaller than a grain of their snow");

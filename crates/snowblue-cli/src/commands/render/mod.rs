@@ -304,8 +304,8 @@ impl Render {
         let no_table = format!("the integrator {} reads no table", kind.name());
         self.given.refuse_idle(&[
             Idle { when: !solves_field, options: &["field_memory_mib", "field_step_mm"], why: &no_field },
-            Idle { when: kind != IntegratorKind::PcaSnow, options: &["path"], why: &no_modes },
-            Idle { when: kind != IntegratorKind::PcaSnow, options: &["database"], why: &no_table },
+            Idle { when: !kind.has_curves(), options: &["path"], why: &no_modes },
+            Idle { when: !kind.has_curves(), options: &["database"], why: &no_table },
         ])
     }
 
