@@ -28,7 +28,7 @@
 //! let albedo = Measured {
 //!     quantity: Quantity::Albedo,
 //!     depths_cm: vec![],
-//!     values: solved.iter().map(|row| row.whole.reflectance.value).collect(),
+//!     values: solved.iter().map(|row| row.whole.fluxes.reflectance.value).collect(),
 //!     standard_deviations: vec![0.01; 4],
 //!     scale_error: 0.0,
 //!     correlation_nm: 0.0,
