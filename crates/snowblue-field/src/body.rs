@@ -1,14 +1,15 @@
-//! Bodies of snow, as the grid sees them: bounds, and where lines parallel to an axis cross the surface.
+//! Interface between the grid and a body of snow: its bounds, and the crossings of axis-parallel lines with its
+//! surface.
 //!
-//! Lines give all that the grid needs: the parts of a line inside the body are its volume, and the crossings sample its
-//! surface. Any shape that rays can be traced through is a body, also a union of touching blocks.
+//! The grid needs nothing else: the segments of lines inside the body measure its volume, and the crossings sample its
+//! surface. Any shape that rays can be traced through is a body, for example a union of touching blocks.
 
 use glam::{DVec3, Vec3};
 
 /// A solid body of snow.
 pub trait Body: Sync {
-    /// The corner of least coordinates and the corner of greatest coordinates of an axis-aligned box around the body,
-    /// in m.
+    /// Opposite corners of an axis-aligned bounding box, in m: the corner of least coordinates, then the corner of
+    /// greatest coordinates.
     fn bounds(&self) -> [DVec3; 2];
 
     /// Adds all crossings of a line with the surface, in any order. The line is parallel to axis 0, 1 or 2, in the
@@ -21,7 +22,7 @@ pub trait Body: Sync {
 pub struct AxisCrossing {
     /// Coordinate on the axis, in m.
     pub coordinate_m: f64,
-    /// Unit normal of the surface, on either side.
+    /// Unit normal of the surface. It may point to either side.
     pub normal: Vec3,
 }
 
@@ -49,8 +50,8 @@ impl<'b> Scanner<'b> {
         Self { body, crossings: Vec::new() }
     }
 
-    /// The segments of a line inside the body, in order. A line with an odd number of crossings, which grazes an edge
-    /// or passes through a hole, has none.
+    /// The segments of a line inside the body, in order. A line with an odd number of crossings grazes an edge or
+    /// passes through a hole, and has no segments.
     pub(crate) fn segments(&mut self, axis: usize, point: DVec3) -> impl Iterator<Item = Segment> {
         if !self.cast(axis, point) {
             self.crossings.clear();
@@ -58,7 +59,7 @@ impl<'b> Scanner<'b> {
         self.found(axis)
     }
 
-    /// The segments of the first of some lines that has an even number of crossings.
+    /// The segments of the first line with an even number of crossings, among the lines through `points`.
     pub(crate) fn sound_segments(
         &mut self,
         axis: usize,
@@ -70,7 +71,7 @@ impl<'b> Scanner<'b> {
         self.found(axis)
     }
 
-    /// Finds the crossings of a line, and whether their number is even.
+    /// Finds the crossings of a line, and returns whether their number is even.
     fn cast(&mut self, axis: usize, point: DVec3) -> bool {
         self.crossings.clear();
         self.body.crossings(axis, point, &mut self.crossings);
@@ -78,7 +79,7 @@ impl<'b> Scanner<'b> {
         self.crossings.len().is_multiple_of(2)
     }
 
-    /// The segments between the crossings that were found.
+    /// The segments between the crossings that the last cast found.
     fn found(&self, axis: usize) -> impl Iterator<Item = Segment> {
         let outward = move |crossing: AxisCrossing, sign: f32| {
             let flip = if crossing.normal[axis] * sign < 0.0 { -1.0 } else { 1.0 };

@@ -1,4 +1,4 @@
-//! The cells that the surface cuts or touches: what of each is inside, and its surface elements.
+//! The cells that the surface cuts or touches, with the part of each cell inside the body and its surface elements.
 
 use rayon::prelude::*;
 
@@ -8,37 +8,37 @@ use crate::lattice::{Lattice, across};
 use crate::octree::{Leaf, Octree, key, place};
 use crate::scan::{Column, Sample, SurfaceElement, coverage, surface};
 
-/// How far inwards from the surface, in cells, its cell is looked for: the surface may lie on the face of a cell, just
-/// outside of all, or where the body fills so little of a cell that its sampled volume is zero. Light cannot enter by a
-/// cell without volume.
+/// Depths below the surface, in cells, at which the cell of a surface element is searched for. The surface may lie on
+/// the face of a cell, just outside of all cells, or in a cell whose sampled volume is zero because the body fills so
+/// little of it. Light cannot enter through a cell without volume.
 pub(crate) const INWARD: [f64; 4] = [1e-6, 0.1, 0.5, 1.0];
 
-/// The cells that the surface cuts or touches, in order of their keys, and its elements, by cell.
+/// The cells that the surface cuts or touches, in order of their keys, and the surface elements, sorted by cell.
 #[derive(Debug, Default)]
 pub(crate) struct CutCells {
     pub(crate) cells: Vec<OneCut>,
     pub(crate) surface: Vec<SurfaceElement>,
-    /// For each element the length of snow below it, along its normal, in m.
+    /// Thickness of the snow below each element, along the normal of the element, in m.
     pub(crate) thickness_m: Vec<f32>,
 }
 
 /// A cell that the surface cuts or touches.
 #[derive(Debug)]
 pub(crate) struct OneCut {
-    /// Of the finest cell at its corner of least coordinates.
+    /// Key of the finest cell at its corner of least coordinates.
     pub(crate) key: u64,
-    /// The part of the cell inside; none if all of it is.
+    /// The fraction of each part of the cell that is inside the body; none if the whole cell is inside.
     pub(crate) inside: Option<Box<[f32; CELL_PARTS]>>,
     /// The range of its surface elements.
     pub(crate) surface: [u32; 2],
 }
 
-/// The lines through cells of one level: those along each axis, by the columns of cells that they are in.
+/// The lines through the cells of one level: lines along each axis, grouped by columns of cells.
 struct Scan {
     level: u8,
     lattice: Lattice,
     columns: [Vec<[u32; 2]>; 3],
-    /// What those along z find.
+    /// The coverage of the columns along z.
     covered: Vec<Column>,
 }
 
@@ -49,20 +49,21 @@ impl Scan {
         Self { level, lattice, columns, covered }
     }
 
-    /// Whether no part of a cell of its level is inside, as far as lines went through it.
+    /// Whether no part of a cell of this level is inside the body, according to the lines through the cell.
     fn is_empty(&self, [x, y, z]: [u32; 3]) -> bool {
         self.columns[2].binary_search(&[x, y]).map_or(true, |column| self.covered[column].is_empty(z))
     }
 }
 
 impl CutCells {
-    /// Those of a lattice of cells of one size.
+    /// The cut cells of a lattice with cells of one size.
     pub(crate) fn finest(body: &dyn Body, lattice: &Lattice) -> Self {
         let scan = Scan::new(body, lattice, 0, [0, 1, 2].map(|axis| lattice.columns(axis)));
         Self::of_scans(body, lattice, vec![scan], &|_| 0)
     }
 
-    /// Those of an octree. Lines go through the cells in which places demand their level, and those beside them.
+    /// The cut cells of an octree. Lines pass through the demanded cells of each level and through neighbouring
+    /// columns.
     pub(crate) fn of_octree(body: &dyn Body, lattice: &Lattice, octree: &Octree, leaves: &[Leaf]) -> Self {
         let mut by_level: Vec<Vec<[u32; 3]>> = Vec::new();
         for leaf in leaves.iter().filter(|leaf| leaf.is_demanded) {
@@ -81,7 +82,8 @@ impl CutCells {
         Self::of_scans(body, lattice, scans.collect(), &|finest| octree.find(finest).1)
     }
 
-    /// `level_at` gives the level of the cell at a finest cell. What lines of another level find there does not count.
+    /// `level_at` gives the level of the cell that contains a finest cell. Samples by lines of another level are
+    /// discarded.
     fn of_scans(
         body: &dyn Body,
         lattice: &Lattice,
@@ -131,7 +133,7 @@ impl CutCells {
             }
         }
         covered.extend(touched);
-        // What lines along z found in a cell comes first.
+        // The coverage by lines along z comes first, and is kept.
         covered.sort_by_key(|(key, _)| *key);
         covered.dedup_by_key(|(key, _)| *key);
         let (mut cells, mut start) = (Vec::with_capacity(covered.len()), 0);
@@ -151,7 +153,7 @@ impl CutCells {
     }
 }
 
-/// Some columns and those beside them, in order.
+/// The given columns and their neighbours, in order.
 fn columns_around(mut columns: Vec<[u32; 2]>, counts: [usize; 2]) -> Vec<[u32; 2]> {
     columns.sort_unstable();
     columns.dedup();

@@ -68,7 +68,7 @@ pub(crate) struct CellIntegrals {
     pub(crate) stiffness: Symmetric,
     /// Over the whole cell.
     pub(crate) mass: Symmetric,
-    /// Over each of its parts, by the midpoint rule.
+    /// Over each part of the cell, by the midpoint rule.
     parts: Vec<(Symmetric, Symmetric)>,
 }
 
@@ -81,9 +81,10 @@ impl CellIntegrals {
     pub(crate) fn new(size: DVec3) -> Self {
         let volume = size.x * size.y * size.z;
         let (mut stiffness, mut mass) = ([0.0; ENTRIES], [0.0; ENTRIES]);
-        // Two points per axis at ±√(2/3) of the half cell instead of Gauss's ±√(1/3): the rate at which light decays
-        // then has an error of fourth order in the size of the cell instead of second (Guddati & Yue 2004, *Modified
-        // integration rules for reducing dispersion error in finite element methods*, doi:10.1016/j.cma.2003.09.010).
+        // Two integration points per axis lie at ±√(2/3) of the half cell instead of Gauss's ±√(1/3). The decay rate
+        // of light then has an error of fourth order in the cell size instead of second order (Guddati & Yue 2004,
+        // *Modified integration rules for reducing dispersion error in finite element methods*,
+        // doi:10.1016/j.cma.2003.09.010).
         let place = |bit: usize| 0.5 + (bit as f64 - 0.5) * (2.0_f64 / 3.0).sqrt();
         for point in 0..CORNERS {
             let at = DVec3::new(place(point & 1), place(point >> 1 & 1), place(point >> 2));
@@ -97,7 +98,7 @@ impl CellIntegrals {
         Self { stiffness, mass, parts: parts.collect() }
     }
 
-    /// Stiffness and mass of a cell of which only fractions of each part are inside.
+    /// Stiffness and mass of a cut cell. `inside` is the fraction of each part that is inside the body.
     pub(crate) fn cut(&self, inside: &[f32; CELL_PARTS]) -> (Symmetric, Symmetric) {
         let mut stiffness = self.stiffness.map(|whole| FICTITIOUS_STIFFNESS * whole);
         let mut mass = [0.0; ENTRIES];
@@ -140,7 +141,7 @@ mod tests {
             product(&cell.stiffness, &|_| 1.0).abs() < 1e-12
                 && (product(&cell.mass, &|_| 1.0) / volume - 1.0).abs() < 1e-12
         );
-        // All parts inside: the same, but for the fictitious stiffness; the midpoint rule is exact for this energy.
+        // With all parts inside, only the fictitious stiffness differs: the midpoint rule is exact for this energy.
         let (stiffness, mass) = cell.cut(&[1.0; CELL_PARTS]);
         let energy = product(&stiffness, &|b| slope.dot(corner(b)));
         assert!((energy / (volume * slope.length_squared()) - 1.0 - FICTITIOUS_STIFFNESS).abs() < 1e-12);

@@ -18,7 +18,7 @@ use crate::spectral_nodes::Groups;
 use crate::surface_flux::{NodeFlux, SIDES, SurfaceNodes, sorted_sides};
 use crate::system::{Diffusion, System, WideCell, part, right_hand_side, slab_absorptance};
 
-/// A box with faces across the axes.
+/// An axis-aligned box.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CellBox {
     /// Centre, in m.
@@ -27,7 +27,7 @@ pub struct CellBox {
     pub size: DVec3,
 }
 
-/// A body that is ready to be lit: its grid and its systems of equations at some wavelengths, in groups of four.
+/// A body with its grid and its systems of equations at some wavelengths, in groups of four.
 pub struct SnowBody {
     grid: Grid,
     surface_nodes: SurfaceNodes,
@@ -35,27 +35,28 @@ pub struct SnowBody {
     /// The snow of each cell, for each group.
     diffusion: Vec<Vec<Diffusion>>,
     extrapolation: f64,
-    /// What is missing in the grid's flux at each surface element over Σ K F there, for each group; empty for a group
-    /// for which all cells at the surface are narrow enough.
+    /// Flux that the grid misses at each surface element, divided by Σ K F at the element, for each group. Empty for a
+    /// group for which all cells at the surface are narrow enough.
     missing_flux: Vec<Vec<f32x4>>,
-    /// Solutions for four wavelengths so far, and their iterations.
+    /// Number of solutions for four wavelengths so far, and number of their iterations.
     solves: AtomicU64,
     iterations: AtomicU64,
 }
 
-/// From where and how far a solution is sought.
+/// Initial guess, lamps and stopping criteria of a solution.
 #[derive(Debug, Clone, Copy)]
 pub struct SolveOptions<'f> {
-    /// A solution for similar light.
+    /// Initial guess: a solution for similar light.
     pub start: Option<&'f Fluence>,
-    /// Lamps inside.
+    /// Lamps inside the body.
     pub sources: &'f [VolumeSource],
     /// Relative residual at which the iteration ends.
     ///
-    /// Light may fall by five orders of magnitude between the lit and the dark side of a body. At 10⁻⁵ single dark
-    /// points were wrong by up to 77 %, at 10⁻⁶ by less than the grid's own error.
+    /// The fluence rate may fall by five orders of magnitude between the lit and the dark side of a body. With a
+    /// tolerance of 10⁻⁵, the error at single dark points was up to 77 %; with 10⁻⁶, it was less than the error of the
+    /// grid.
     pub tolerance: f64,
-    /// Residual at which the iteration ends before, over that of the start.
+    /// Residual relative to the residual of the start at which the iteration also ends.
     pub residual_left: f64,
 }
 
@@ -65,14 +66,14 @@ impl Default for SolveOptions<'_> {
     }
 }
 
-/// Thickness in cells from which on and to which cells resolve a slab.
+/// Thickness of a slab in cells up to which cells do not resolve it, and from which on they do.
 const RESOLVED_CELLS: [f32; 2] = [1.0, 2.0];
 
 /// A quantity on the surface of a body, smoothed over the size of a cell.
 #[derive(Debug, Clone, Default)]
 pub struct SurfaceValues(Vec<NodeFlux>);
 
-/// A place on the surface of a body, where values are read many times.
+/// A place on the surface of a body, for repeated reads of values.
 #[derive(Debug, Clone, Copy)]
 pub struct SurfacePlace {
     cell: u32,
@@ -113,8 +114,8 @@ pub struct SnowOfCells<'a> {
 }
 
 impl SnowBody {
-    /// Divides a body of one snow into cells and prepares its equations. The snow is given for each group of four
-    /// wavelengths, with its extrapolation length q in units of ℓ*.
+    /// Divides a body of uniform snow into cells and prepares its equations. `snow` holds the properties for each
+    /// group of four wavelengths, and `extrapolation` is the extrapolation length q in units of ℓ*.
     pub fn uniform(body: &dyn Body, options: GridOptions, snow: &[Diffusion], extrapolation: f64) -> Self {
         let of_cell = |_: &CellBox| snow.to_vec();
         Self::new(body, options, &SnowOfCells { groups: snow.len(), of_cell: &of_cell, extrapolation })
@@ -124,7 +125,7 @@ impl SnowBody {
     ///
     /// # Panics
     ///
-    /// If a cell has fewer groups than all have.
+    /// If `of_cell` returns fewer groups for a cell than `groups`.
     pub fn new(body: &dyn Body, options: GridOptions, snow: &SnowOfCells) -> Self {
         let SnowOfCells { groups, of_cell: snow, extrapolation } = *snow;
         let grid = Grid::new(body, options);
@@ -141,7 +142,7 @@ impl SnowBody {
         body
     }
 
-    /// Compares the grid's flux for the same light everywhere with that of a half-space, in wide cells.
+    /// Compares the flux of the grid under uniform light with the flux of a half-space, in wide cells.
     fn missing_flux(&self, group: usize) -> Vec<f32x4> {
         let wide_cell = |(number, elements): (usize, Range<usize>)| {
             let place = (&self.grid.cells[number], elements.clone());
@@ -171,13 +172,13 @@ impl SnowBody {
         &self.grid.surface
     }
 
-    /// Size of the finest cells, in m. Without a rule for sizes it is that of all cells at the surface.
+    /// Size of the finest cells, in m. Without a rule for sizes, all cells at the surface have this size.
     #[must_use]
     pub fn step_m(&self) -> f64 {
         self.grid.lattice.step.max_element()
     }
 
-    /// Size of the cells at the surface, in m: its mean over the surface.
+    /// Mean size of the cells at the surface, weighted by surface area, in m.
     #[must_use]
     pub fn surface_step_m(&self) -> f64 {
         let (mut area_m2, mut sum) = (f64::MIN_POSITIVE, 0.0);
@@ -201,20 +202,21 @@ impl SnowBody {
         self.grid.cells.len()
     }
 
-    /// Solutions for four wavelengths so far, and iterations of conjugate gradients in all of them.
+    /// Number of solutions for four wavelengths so far, and total number of their conjugate-gradient iterations.
     #[must_use]
     pub fn solves_and_iterations(&self) -> [u64; 2] {
         [&self.solves, &self.iterations].map(|count| count.load(Ordering::Relaxed))
     }
 
-    /// Memory of the grid and the systems, in bytes, about.
+    /// Approximate memory of the grid and the systems, in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
         self.grid.bytes() + self.systems.iter().map(System::bytes).sum::<usize>()
     }
 
-    /// Solves for light that enters at the surface: for each group of wavelengths Σ K F at each surface element, where
-    /// F is the irradiance by one direction and K the escape function of its cosine, plus the diffuse irradiance.
+    /// Solves for light that enters at the surface. `light` is Σ K F plus the diffuse irradiance at each surface
+    /// element, for each group of wavelengths. F is the irradiance from one direction, and K the escape function of
+    /// its cosine.
     ///
     /// # Panics
     ///
@@ -226,7 +228,7 @@ impl SnowBody {
         fluence
     }
 
-    /// The same without [`flux`](Self::flux), for solutions that others start from.
+    /// Solves without computing the [`flux`](Self::flux), for solutions that serve as a start for others.
     ///
     /// # Panics
     ///
@@ -238,9 +240,10 @@ impl SnowBody {
         Fluence { nodes, flux: SurfaceValues::default() }
     }
 
-    /// The share of diffuse irradiance that leaves each surface element again if the snow below is a slab as thick as
-    /// the body is there, for each group of wavelengths: 1 + J/H. It needs no solution. It is low where snow is so thin
-    /// that cells do not resolve it: there the grid reflects less than a slab.
+    /// Share of the diffuse irradiance that leaves each surface element again, 1 + J/H, for each group of wavelengths.
+    /// The snow below the element is approximated by a slab with the thickness of the body there, so no solution is
+    /// needed. The share is low where the snow is so thin that the cells do not resolve it: there the grid reflects
+    /// less than a slab.
     #[must_use]
     pub fn slab_reflectance(&self) -> Vec<Vec<f32x4>> {
         let of_group = |diffusion: &Vec<Diffusion>| {
@@ -259,7 +262,7 @@ impl SnowBody {
         self.diffusion.par_iter().map(of_group).collect()
     }
 
-    /// The patches of the surface: its elements in a cell that face about the same way.
+    /// The patches of the surface. A patch is the set of surface elements in a cell that face about the same way.
     #[must_use]
     pub fn patches(&self) -> SurfacePatches {
         let mut patches = SurfacePatches {
@@ -281,7 +284,7 @@ impl SnowBody {
         patches
     }
 
-    /// The patch that holds a place; none if its cell has none that faces this way.
+    /// The patch that holds a place; none if no patch of its cell faces this way.
     #[must_use]
     pub fn patch_at(&self, patches: &SurfacePatches, place: &SurfacePlace) -> Option<u32> {
         let of_side = patches.of_cell.get(self.grid.cells[place.cell as usize].cut as usize)?;
@@ -309,7 +312,7 @@ impl SnowBody {
         (0..count).into_par_iter().map(node).collect()
     }
 
-    /// The values of the free nodes among those of all nodes.
+    /// The values of the free nodes, taken from the values of all nodes.
     fn at_free_nodes(&self, nodes: &[f32x4]) -> Vec<f32x4> {
         let mut free = vec![f32x4::ZERO; self.grid.free_count];
         for (node, value) in (0..).zip(nodes) {
@@ -320,8 +323,8 @@ impl SnowBody {
         free
     }
 
-    /// The net flux outwards for the light of the solution: for each group of wavelengths a value at each surface
-    /// element. It is linear in the light and in the solution.
+    /// Net outward flux at each surface element for the light of the solution, for each group of wavelengths. The flux
+    /// is linear in the light and in the solution.
     #[must_use]
     pub fn element_flux(&self, fluence: &Fluence, light: &[&[f32x4]]) -> Vec<Vec<f32x4>> {
         let of_group = |((nodes, light), missing): ((&Vec<f32x4>, &&[f32x4]), &Vec<f32x4>)| {
@@ -348,8 +351,8 @@ impl SnowBody {
         flux
     }
 
-    /// Smooths a quantity of the surface elements for [`surface_value`](Self::surface_value): for each group of
-    /// wavelengths a value at each element.
+    /// Smooths a quantity of the surface elements for [`surface_value`](Self::surface_value). `elements` holds a value
+    /// at each element for each group of wavelengths.
     #[must_use]
     pub fn smooth(&self, elements: &[Vec<f32x4>]) -> SurfaceValues {
         SurfaceValues(elements.par_iter().map(|values| self.surface_nodes.smooth(&self.grid, values)).collect())
@@ -366,10 +369,10 @@ impl SnowBody {
         [SurfaceValues(flux), SurfaceValues(exitance)]
     }
 
-    /// Takes the noise off a quantity of the surface elements that was sampled at random, for each group of
-    /// wavelengths: averages it over as much of the surface around each element as brings its standard error below
-    /// `tolerance` of its mean, but not over more than some two cells in each direction, nor across an edge of light
-    /// and shadow.
+    /// Removes noise from a randomly sampled quantity of the surface elements, for each group of wavelengths. Each
+    /// element gets the average over just as much of the surrounding surface as brings the standard error below
+    /// `tolerance` times the mean. The average extends over at most about two cells in each direction, and not across
+    /// an edge of light and shadow.
     pub fn denoise(&self, elements: &mut [Vec<f32x4>], tolerance: f32) {
         elements.par_iter_mut().for_each(|values| self.surface_nodes.denoise(&self.grid, values, tolerance));
     }
@@ -395,7 +398,7 @@ impl SnowBody {
         Some(SurfacePlace { cell: u32::try_from(number).ok()?, at, normal: normal.as_vec3() })
     }
 
-    /// What [`surface_value`](Self::surface_value) is at a place.
+    /// The values that [`surface_value`](Self::surface_value) gives, at a place.
     #[must_use]
     pub fn value_at(&self, values: &SurfaceValues, place: &SurfacePlace) -> Groups {
         let cell = &self.grid.cells[place.cell as usize];
@@ -447,7 +450,7 @@ fn interpolated(nodes: &[f32x4], cell: &Cell, at: [f32; 3]) -> f32x4 {
     weighted(nodes, &cell.corners, &shape(at))
 }
 
-/// The sum of some nodes' values with their weights.
+/// The weighted sum of the values at the corners of a cell.
 #[inline]
 fn weighted(nodes: &[f32x4], corners: &[u32; CORNERS], weights: &[f32; CORNERS]) -> f32x4 {
     let terms = corners.iter().zip(weights);

@@ -1,10 +1,11 @@
-//! Systems x = b + M x of which only what is missing, c = b + M x − x, is known for each x, by Anderson's method
+//! Solves systems x = b + M x of which only the residual c = b + M x − x is known for each x, by Anderson's method
 //! (Walker & Ni 2011, "Anderson acceleration for fixed-point iterations", doi:10.1137/10078356X), for groups of four
 //! systems at once.
 //!
-//! Light that goes back and forth between surfaces that absorb little decays by some per cent from one reflection to
-//! the next. To sum its series takes hundreds of reflections. Anderson's method takes some ten, as GMRES does; other
-//! than there, each c may be inexact, since the next counts from the x that was found.
+//! Light that is reflected back and forth between surfaces of low absorption decays by some per cent from one
+//! reflection to the next. The sum of its series takes hundreds of reflections. Anderson's method takes about ten
+//! evaluations, as GMRES does. Unlike in GMRES, each c may be inexact, since the next c is computed from the x that
+//! was found.
 
 use wide::{f32x4, f64x4};
 
@@ -13,26 +14,26 @@ use crate::vectors::{narrow, ratio, sum, wide};
 /// Vectors of all groups of systems.
 type Vectors = Vec<Vec<f32x4>>;
 
-/// Gives what is missing, b + M x − x, for the x of all groups.
+/// Computes the residual b + M x − x from the x of all groups.
 pub type Missing<'p> = &'p mut dyn FnMut(&[Vec<f32x4>]) -> Vec<Vec<f32x4>>;
 
-/// When the solution of a fixed point ends.
+/// Stopping criteria and history of the iteration for a fixed point.
 #[derive(Debug, Clone, Copy)]
 pub struct FixedPointOptions {
-    /// What is missing at the most, relative to x, in each system.
+    /// Greatest residual relative to x, in each system.
     pub tolerance: f64,
-    /// Most times that what is missing is asked for.
+    /// Greatest number of evaluations of the residual.
     pub most_estimates: usize,
-    /// Steps that are remembered: twice as many vectors.
+    /// Number of steps that are remembered. Each step takes two vectors.
     pub history: usize,
 }
 
-/// Length of what is new in a step, over that of all, below which it is rounding.
+/// Length of the new part of a step, relative to the whole step, below which the new part is rounding error.
 const MIN_NEW: f64 = 1e-6;
 /// Least length with a reciprocal in single precision.
 const MIN_LENGTH: f64 = 1e-37;
 
-/// A step, and by how much what is missing became less. The latter are orthogonal and have the length 1.
+/// A step of x, and the decrease of the residual by it. The decreases of all steps are orthogonal and of length 1.
 struct Step {
     step: Vectors,
     gain: Vectors,
@@ -42,7 +43,7 @@ struct Step {
 pub fn solve_fixed_point(start: Vectors, missing: Missing, options: FixedPointOptions) -> Vectors {
     let mut solution = start;
     let mut steps: Vec<Step> = Vec::new();
-    // The last step, and what was missing before.
+    // The last step, and the residual before it.
     let mut last: Option<(Vectors, Vectors)> = None;
     for _ in 0..options.most_estimates {
         let mut rest = missing(&solution);
@@ -73,7 +74,7 @@ pub fn solve_fixed_point(start: Vectors, missing: Missing, options: FixedPointOp
 }
 
 impl Step {
-    /// A step with what was missing before and after, made orthogonal to others.
+    /// A step with the residuals before and after it, made orthogonal to other steps.
     fn new(mut step: Vectors, before: Vectors, after: &[Vec<f32x4>], others: &[Self]) -> Self {
         let mut gain = before;
         for (group, gain) in gain.iter_mut().enumerate() {
@@ -85,7 +86,7 @@ impl Step {
                 add_multiple(gain, &other.gain[group], -part);
                 add_multiple(step, &other.step[group], -part);
             }
-            // What rounding leaves of systems that are solved says nothing.
+            // In systems that are solved, the rest is rounding error and is discarded.
             let new = dot(gain, gain).sqrt();
             let is_new = new.simd_gt(length * f64x4::splat(MIN_NEW)) & new.simd_gt(f64x4::splat(MIN_LENGTH));
             let inverse = narrow(is_new.select(ratio(f64x4::ONE, new), f64x4::ZERO));
@@ -105,7 +106,7 @@ fn norms(vectors: &[Vec<f32x4>]) -> Vec<f64x4> {
 
 fn greatest_ratio(dividends: &[f64x4], divisors: &[f64x4]) -> f64 {
     let ratios = dividends.iter().zip(divisors).flat_map(|(dividend, divisor)| ratio(*dividend, *divisor).to_array());
-    // Without a number there is no balance.
+    // A ratio that is not a number counts as not converged.
     ratios.fold(0.0, |greatest, ratio| if ratio.is_nan() { f64::INFINITY } else { greatest.max(ratio) })
 }
 
@@ -125,8 +126,8 @@ mod tests {
 
     const ROWS: usize = 60;
 
-    /// Light along a tube of patches that pass all light on but for a loss, in other shares to either side: the sum of
-    /// its reflections converges slowly.
+    /// Light along a tube of patches. Each patch passes on all light except for a loss, in different shares to the two
+    /// sides. The sum of the reflections converges slowly.
     fn along_tube(loss: f32, values: &[f32x4]) -> Vec<f32x4> {
         let at = |row: usize| values.get(row).copied().unwrap_or(f32x4::ZERO);
         let row = |row: usize| (at(row.wrapping_sub(1)) * 0.45 + at(row + 1) * 0.55) * (1.0 - loss);
@@ -167,7 +168,7 @@ mod tests {
                     assert!(square.sqrt() <= 2e-4 * light_square.sqrt(), "{loss}: {square} {light_square}");
                 }
             }
-            // To sum reflections without loss, as many as patches squared would be needed.
+            // Without loss, a sum of reflections would need as many terms as the square of the number of patches.
             assert!(count < 200, "{count} estimates");
         }
     }

@@ -1,11 +1,11 @@
-//! The grid: an octree of cells through a body, finest at the surface.
+//! The grid of a body: an octree of cells, finest at the surface.
 //!
-//! Cells that the surface cuts have the finest size, or sizes by a rule ([`crate::sizes`]). A cell far inside is as
-//! wide as about a third of its distance to the surface: light that varies on a shorter scale does not reach that
-//! depth. Neighbours differ by one level at most, and a node that lies on an edge or face of a larger cell takes the
-//! mean of that edge's or face's corners.
+//! Cells that the surface cuts have the finest size, or sizes by a rule ([`crate::sizes`]). The width of a cell far
+//! inside is about a third of its distance to the surface: light that varies on a shorter scale does not reach that
+//! depth. Neighbouring cells differ by one level at most. A node on an edge or face of a larger cell takes the mean of
+//! the corners of that edge or face.
 //!
-//! Memory grows with the surface: there is no array over the finest cells.
+//! Memory grows with the surface area: no array covers all finest cells.
 
 use std::ops::Range;
 
@@ -20,8 +20,8 @@ use crate::octree::{Leaf, NONE, Octree, key};
 use crate::scan::SurfaceElement;
 use crate::sizes::{CellSizes, LINES, demands};
 
-/// How far a body may reach into a cell without being met by a line, as a fraction of the cell: half of the distance of
-/// the lines that find its volume, and a little more.
+/// Greatest depth to which a body may reach into a cell without crossing a line, as a fraction of the cell: half the
+/// spacing of the lines that measure its volume, and a little more.
 const SLIVER: f64 = 0.13;
 
 /// How a body is divided into cells.
@@ -29,9 +29,9 @@ const SLIVER: f64 = 0.13;
 pub struct GridOptions<'r> {
     /// Greatest size of the finest cells, in m.
     pub step_m: f64,
-    /// Shift of the grid along each axis, as a fraction of a cell from 0 to 1. Light must not depend on it.
+    /// Shift of the grid along each axis, as a fraction of a cell from 0 to 1. The light must not depend on the shift.
     pub shift: DVec3,
-    /// Where cells at the surface may be larger; without, all have the finest size.
+    /// Rule by which cells at the surface may be larger; without a rule, all of them have the finest size.
     pub sizes: Option<&'r dyn CellSizes>,
 }
 
@@ -44,20 +44,20 @@ pub(crate) struct Cell {
     pub(crate) level: u8,
     /// Its number among the cells that the surface cuts, or [`NONE`].
     pub(crate) cut: u32,
-    /// Its nodes.
+    /// The nodes at its corners.
     pub(crate) corners: [u32; CORNERS],
 }
 
 /// A cell that the surface cuts or touches.
 #[derive(Debug, Clone)]
 pub(crate) struct CutCell {
-    /// The part of the cell inside; none if all of it is.
+    /// The fraction of each part of the cell that is inside the body; none if the whole cell is inside.
     pub(crate) inside: Option<Box<[f32; CELL_PARTS]>>,
     /// Its surface elements: a range of [`Grid::surface`].
     pub(crate) surface: [u32; 2],
 }
 
-/// The value of a node as a mean of values of free nodes.
+/// A term of the value of a node, which is a weighted mean of the values of free nodes.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Term {
     /// Number of the free node.
@@ -74,7 +74,7 @@ pub(crate) struct Grid {
     octree: Octree,
     /// Surface elements, by cut cell.
     pub(crate) surface: Vec<SurfaceElement>,
-    /// For each surface element the length of snow below it, along its normal, in m.
+    /// Thickness of the snow below each surface element, along the normal of the element, in m.
     pub(crate) thickness_m: Vec<f32>,
     /// The terms of node k are `terms[term_starts[k]..term_starts[k + 1]]`.
     term_starts: Vec<u32>,
@@ -188,11 +188,11 @@ impl Grid {
         (number != NONE).then_some(number as usize)
     }
 
-    /// The cell that holds a point of the body or is nearest to it, with the point's coordinates within it or on its
-    /// faces; none further outside.
+    /// The cell that holds a point of the body, or the nearest cell, with the point's coordinates within the cell or
+    /// on its faces; none further outside.
     ///
-    /// Lines miss a part of the body that reaches into a cell by less than [`SLIVER`] of it, so that the cell is not
-    /// there.
+    /// Lines miss a part of the body that reaches into a cell by less than [`SLIVER`] of the cell. The grid then lacks
+    /// this cell.
     #[inline]
     pub(crate) fn find_near(&self, point: DVec3) -> Option<(&Cell, [f32; 3])> {
         self.find(point).or_else(|| self.find_beside(point))
@@ -221,7 +221,8 @@ impl Grid {
         Some((&self.cells[number], at))
     }
 
-    /// The same with the number of the cell.
+    /// The number of the cell at a point of the surface with an outward normal, with the point's coordinates within
+    /// the cell.
     #[inline]
     pub(crate) fn number_at_surface(&self, point: DVec3, normal: DVec3) -> Option<(usize, [f32; 3])> {
         let (_, level) = self.octree.find(self.lattice.cell_at(point));
@@ -243,7 +244,7 @@ impl Grid {
     }
 }
 
-/// Whether cells that the surface does not cut are inside.
+/// Whether each of the given cells, which the surface does not cut, is inside the body.
 fn inside(body: &dyn Body, lattice: &Lattice, leaves: &[Leaf]) -> Vec<bool> {
     // One line serves all cells of a column.
     let column = |leaf: &Leaf| (leaf.level, leaf.place[0], leaf.place[1]);
@@ -277,7 +278,7 @@ struct Nodes {
     free_count: usize,
 }
 
-/// The corners of edges and faces of a cell, and the offset of the middle of each from the cell's origin in half cells.
+/// For each edge and face of a cell: the offset of its middle from the cell's origin in half cells, and its corners.
 fn edges_and_faces() -> Vec<([usize; 3], Vec<usize>)> {
     let corner = |at: [usize; 3]| at[0] | at[1] << 1 | at[2] << 2;
     let mut middles = Vec::with_capacity(18);
@@ -313,7 +314,7 @@ fn number_nodes(cells: &mut [Cell]) -> Nodes {
     let count = keys.len();
     let most_levels = cells.iter().map(|cell| cell.level).max().unwrap_or(0);
     let mut parents: Vec<Vec<u32>> = vec![Vec::new(); count];
-    // Nodes that hang on larger cells come first, since others may hang on them.
+    // Nodes that hang on larger cells come first, since nodes of smaller cells may hang on them.
     let mut hanging = Vec::new();
     let middles = edges_and_faces();
     for level in (1..=most_levels).rev() {
@@ -405,7 +406,7 @@ mod tests {
     }
 
     /// A cell is as wide as the ring of cells around it allows: it has no cell at the surface within 3 (2^level − 1)
-    /// finest cells, and the next larger one at its place has.
+    /// finest cells. The next larger cell at its place has a cell at the surface within its ring.
     #[test]
     fn cells_are_as_large_as_their_distance_to_the_surface_allows() {
         let ball = Ball { centre: DVec3::ZERO, radius: 0.6 };
@@ -458,13 +459,14 @@ mod tests {
             parts.map_or(1.0, |parts| f64::from(parts.iter().sum::<f32>()) / CELL_PARTS as f64)
         };
         let volume: f64 = grid.cells.iter().map(|cell| grid.cell_size(cell).element_product() * inside(cell)).sum();
-        // Lines see a corner that is cut off within an eighth of a cell.
+        // The lines resolve a cut-off corner to within an eighth of a cell.
         assert!((volume / (4.0 * 3.0 * 0.8 - 0.001) - 1.0).abs() < 2e-3, "{volume}");
         let area: f64 = grid.surface.iter().map(|element| f64::from(element.area_m2)).sum();
         assert!((area / (2.0 * (12.0 + 3.2 + 2.4) + 0.04) - 1.0).abs() < 0.01, "{area}");
     }
 
-    /// Points just below the surface of a ball, some of them where it reaches into a cell that no line has met.
+    /// Tests points just below the surface of a ball. Some lie where the ball reaches into a cell without crossing a
+    /// line.
     #[test]
     fn every_point_of_a_body_has_a_cell_near() {
         let ball = Ball { centre: DVec3::new(0.01, -0.02, 0.03), radius: 0.5 };

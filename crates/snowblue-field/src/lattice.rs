@@ -1,4 +1,4 @@
-//! The lattice of finest cells around a body, and those of coarser cells.
+//! The lattice of finest cells around a body, and the lattices of coarser cells.
 
 use glam::DVec3;
 
@@ -15,12 +15,12 @@ pub(crate) struct Lattice {
     pub(crate) counts: [usize; 3],
 }
 
-/// Most cells along an axis: places have 21 bits, and cells and nodes may lie beyond the end.
+/// Greatest number of cells along an axis: places have 21 bits, and cells and nodes may lie beyond the end.
 pub(crate) const MAX_ALONG_AXIS: usize = 1 << 20;
 
 impl Lattice {
-    /// Cells of at most `step_m` around a body, which fit its bounds exactly unless they are shifted: by `shift` of a
-    /// cell along each axis.
+    /// The lattice with cells of at most `step_m` around a body. Without a shift, the cells fit the bounds exactly.
+    /// `shift` is a fraction of a cell along each axis.
     pub(crate) fn around(body: &dyn Body, step_m: f64, shift: DVec3) -> Self {
         let [low, high] = body.bounds();
         let size = high - low;
@@ -37,7 +37,8 @@ impl Lattice {
         Self { low: low - shift * step, step, counts }
     }
 
-    /// The lattice of cells of a level, which span 2^level of these along each axis. The last may go beyond the end.
+    /// The lattice of cells of a level. Each spans 2^level cells of this lattice along each axis. The last cells may
+    /// extend beyond the end.
     pub(crate) fn coarsened(&self, level: u8) -> Self {
         let step = self.step * f64::from(1u32 << level);
         Self { step, counts: self.counts.map(|count| count.div_ceil(1 << level)), ..*self }
@@ -49,7 +50,7 @@ impl Lattice {
         u8::try_from(most.next_power_of_two().trailing_zeros()).unwrap_or(u8::MAX).max(1)
     }
 
-    /// All columns of cells along an axis, in order, by their places on the two axes after it.
+    /// All columns of cells along an axis, in order, by their places on the next two axes.
     pub(crate) fn columns(&self, axis: usize) -> Vec<[u32; 2]> {
         let [u, v] = across(axis).map(|k| self.counts[k]);
         let number = |count: usize| u32::try_from(count).unwrap_or(u32::MAX);
@@ -70,7 +71,7 @@ impl Lattice {
     }
 }
 
-/// The two axes after one, in cyclic order.
+/// The two axes that follow an axis, in cyclic order.
 #[inline]
 pub(crate) fn across(axis: usize) -> [usize; 2] {
     [(axis + 1) % 3, (axis + 2) % 3]

@@ -1,8 +1,8 @@
-//! An octree of cells: where it is divided, and which cell holds a point.
+//! An octree of cells: the divided cells, and the cell that holds a point.
 //!
-//! Some places demand that cells are not larger than of some level. The octree is the coarsest that obeys and in which
-//! cells grow slowly: a cell of level k + 1 has no divided cell and no demand of level k within [`RING`] cells of that
-//! level. So neighbours differ by one level at most.
+//! Some places demand cells of at most some level. The octree is the coarsest one that meets these demands and in
+//! which cells grow slowly: a cell of level k + 1 has no divided cell of level k and no demand of level k within
+//! [`RING`] cells of level k. Neighbouring cells therefore differ by one level at most.
 
 use crate::lattice::Lattice;
 
@@ -12,12 +12,12 @@ pub(crate) const NONE: u32 = u32::MAX;
 const DIVIDED: u32 = 1 << 31;
 /// Children of a divided cell.
 const CHILDREN: usize = 8;
-/// Cells of the same level around a block of eight that may become one larger cell.
+/// Width of the ring around a block of eight cells that may become one larger cell, in cells of the block's level.
 const RING: u64 = 3;
 /// Bits of a coordinate in a key.
 const KEY_BITS: u32 = 21;
 
-/// The place of a cell or node as one number, in the order of x, then y, then z.
+/// The place of a cell or node as one number. The numbers are sorted by x, then y, then z.
 pub(crate) fn key(place: [u32; 3]) -> u64 {
     place.into_iter().fold(0, |key, k| key << KEY_BITS | u64::from(k))
 }
@@ -28,13 +28,13 @@ pub(crate) fn place(key: u64) -> [u32; 3] {
     std::array::from_fn(|k| (key >> (KEY_BITS * (2 - k as u32)) & ((1 << KEY_BITS) - 1)) as u32)
 }
 
-/// The divided cells, and what their children are.
+/// The divided cells and their children.
 #[derive(Debug)]
 pub(crate) struct Octree {
     /// The level of the root.
     top: u8,
-    /// For each divided cell its children: the number of a divided cell, marked as [`DIVIDED`], or that of a cell of
-    /// the grid, or [`NONE`] outside of the body.
+    /// The children of each divided cell: the number of a divided cell, marked as [`DIVIDED`]; the number of a cell of
+    /// the grid; or [`NONE`] outside of the body.
     children: Vec<[u32; CHILDREN]>,
 }
 
@@ -44,7 +44,7 @@ pub(crate) struct Leaf {
     pub(crate) level: u8,
     /// Its place among the cells of its level.
     pub(crate) place: [u32; 3],
-    /// Whether some place in it demands a level.
+    /// Whether the demands contain this cell or a larger cell around it.
     pub(crate) is_demanded: bool,
     parent: u32,
     child: u8,
@@ -58,8 +58,8 @@ impl Leaf {
 }
 
 impl Octree {
-    /// Divides the cells around a lattice of finest cells. `demands[k]` are the keys, in order, of cells of level k
-    /// that must not be part of a larger cell. Gives also the cells that are not divided.
+    /// Divides the cells around a lattice of finest cells. `demands[k]` holds the sorted keys of the cells of level k
+    /// that must not be part of a larger cell. Also returns the cells that are not divided.
     pub(crate) fn new(lattice: &Lattice, demands: &[Vec<u64>]) -> (Self, Vec<Leaf>) {
         let top = lattice.top_level();
         let demands_of = |level: u8| demands.get(usize::from(level)).map_or(&[][..], Vec::as_slice);
@@ -72,7 +72,7 @@ impl Octree {
         divided[usize::from(top)] = vec![key([0; 3])];
         let mut octree = Self { top, children: Vec::new() };
         let mut leaves = Vec::new();
-        // For each divided cell of the level whether it lies in one that demands its level.
+        // For each divided cell of the level, whether the demands contain it or a larger cell around it.
         let mut demanded = vec![!demands_of(top).is_empty()];
         for level in (0..top).rev() {
             let (parents, inner) = (&divided[usize::from(level) + 1], &divided[usize::from(level)]);
@@ -109,12 +109,12 @@ impl Octree {
         size_of_val(&*self.children)
     }
 
-    /// Gives a cell that is not divided its number in the grid.
+    /// Sets the number in the grid of a cell that is not divided.
     pub(crate) fn set_cell(&mut self, leaf: &Leaf, cell: u32) {
         self.children[leaf.parent as usize][usize::from(leaf.child)] = cell;
     }
 
-    /// The number of the cell at a finest cell, or [`NONE`], and its level.
+    /// The number of the cell that contains a finest cell, or [`NONE`], and the level of the cell.
     #[inline]
     pub(crate) fn find(&self, finest: [u32; 3]) -> (u32, u8) {
         let (mut level, mut inner) = (self.top, 0);
@@ -130,8 +130,8 @@ impl Octree {
     }
 }
 
-/// The cells of the next level that have cells of this level within a ring: the keys, in order, of divided cells and
-/// of others. `counts` is that of the next level.
+/// The sorted keys of the cells of the next level that have cells of this level within a ring: cells of `divided` or
+/// `others`. `counts` is the number of cells of the next level along each axis.
 fn ringed(divided: &[u64], others: &[u64], counts: [usize; 3]) -> Vec<u64> {
     let mut keys: Vec<u64> = divided.iter().chain(others).copied().collect();
     for (axis, count) in (0..).zip(counts) {
@@ -140,7 +140,7 @@ fn ringed(divided: &[u64], others: &[u64], counts: [usize; 3]) -> Vec<u64> {
         let last = count as u64 - 1;
         let around = |key: u64| {
             let at = (key & mask) >> shift;
-            // The block of cells 2k and 2k + 1 has those from 2k − RING to 2k + 1 + RING within a ring.
+            // The ring around the block of cells 2k and 2k + 1 extends from cell 2k − RING to cell 2k + 1 + RING.
             let (low, high) = (at.saturating_sub(RING + 1).div_ceil(2), (at + RING) / 2);
             (low..=high.min(last)).map(move |at| key & !mask | at << shift)
         };

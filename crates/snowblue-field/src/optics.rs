@@ -17,8 +17,8 @@ pub struct SnowOptics {
 }
 
 impl SnowOptics {
-    /// The optics of a sample at some wavelengths, by a number of rays through its grains per node of the refractive
-    /// index: 2¹⁸ leave an error of 0.2 % in the transmittance of 15 cm.
+    /// The optics of a sample at some wavelengths. `rays` is the number of rays through the grains per node of the
+    /// refractive index: 2¹⁸ rays leave an error of 0.2 % in the transmittance of 15 cm.
     ///
     /// # Errors
     ///
@@ -63,8 +63,8 @@ mod tests {
 
     use super::*;
 
-    /// A body of several kinds of snow has one extrapolation length: another kind is wrong as if it were thicker or
-    /// thinner by 0.002 ℓ*.
+    /// All kinds of snow in a body share one extrapolation length. The error of another kind of snow is as if the snow
+    /// were thicker or thinner by 0.002 ℓ*.
     #[test]
     fn kinds_of_snow_have_nearly_the_same_extrapolation_length() {
         let facetness = |facetness: f64| SnowKeys { facetness: Some(vec![facetness]), ..SnowKeys::default() };

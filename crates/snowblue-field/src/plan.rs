@@ -9,33 +9,34 @@ use crate::scan::{coverage, surface, volume_m3};
 use crate::sizes::{CellSizes, SizeLimits, demands};
 use crate::system::System;
 
-/// Nodes that a body gets if its snow allows it: enough for details of a fortieth of its size.
+/// Number of nodes of a body if its snow allows it: enough to resolve details of a fortieth of the body's size.
 const USUAL_NODES: f64 = 60_000.0;
-/// Finest cells, in transport mean free paths. Diffusion resolves no more.
+/// Size of the finest cells, in transport mean free paths. Diffusion does not resolve smaller scales.
 const FINEST_LENGTHS: f64 = 1.0;
-/// Coarsest cells of a body that is not large, in transport mean free paths.
+/// Size of the coarsest cells of a body that is not large, in transport mean free paths.
 const COARSE_LENGTHS: f64 = 10.0;
-/// Coarsest cells of any body, in transport mean free paths. Beyond, light at the surface has no known error.
+/// Size of the coarsest cells of any body, in transport mean free paths. For larger cells, the error of the light at
+/// the surface is not known.
 const COARSEST_LENGTHS: f64 = 50.0;
-/// Greatest factor of the sizes of a rule that makes a grid fit into the memory.
+/// Greatest factor by which the sizes of a rule are scaled to make a grid fit into the memory.
 const MAX_FACTOR: f64 = 128.0;
-/// Lines along the longest side of a body that estimate its volume and area.
+/// Number of cells along the longest side of a body for the estimate of its volume and area.
 const SURVEY_CELLS: f64 = 32.0;
 
 /// Least growth of the factor from one estimate to the next.
 const MIN_GROWTH: f64 = 1.1;
-/// Nodes of a grid over the cells in which a rule's sizes are demanded, with those inside.
+/// Number of nodes of a grid, including nodes inside, per cell in which a rule demands a size.
 const NODES_PER_DEMANDED_CELL: f64 = 2.2;
-/// Parts inside, surface elements and integrals of a cell at the surface.
+/// Memory of the parts inside, surface elements and integrals of a cell at the surface, in bytes.
 const BYTES_PER_SURFACE_CELL: f64 = 1200.0;
 
 /// Why a body cannot have a grid.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum FieldError {
-    /// No line crosses it.
+    /// No line crosses the body.
     #[error("has no volume that lines cross")]
     NoVolume,
-    /// Its cells would be too coarse for its snow.
+    /// The cells that fit into the memory are too coarse for the snow.
     #[error(
         "needs cells of {needed_mm:.0} mm to fit into {memory_mib} MiB, but its snow needs cells of at most \
          {allowed_mm:.1} mm, {COARSEST_LENGTHS:.0} times the transport mean free path"
@@ -48,7 +49,7 @@ pub enum FieldError {
         /// Bound of the memory, in MiB.
         memory_mib: u64,
     },
-    /// The cells that were asked for are too coarse for its snow.
+    /// The requested cells are too coarse for the snow.
     #[error(
         "has cells of {step_mm} mm, but its snow needs cells of at most {allowed_mm:.1} mm, {COARSEST_LENGTHS:.0} \
          times the transport mean free path"
@@ -59,7 +60,7 @@ pub enum FieldError {
         /// Greatest size that the snow allows, in mm.
         allowed_mm: f64,
     },
-    /// A rule for the sizes of cells asks for too much.
+    /// A rule for the cell sizes demands more cells than fit into the memory.
     #[error(
         "needs cells more than {MAX_FACTOR:.0} times as large as the pixels of the picture need, to fit into \
          {memory_mib} MiB: allow more memory"
@@ -68,7 +69,7 @@ pub enum FieldError {
         /// Bound of the memory, in MiB.
         memory_mib: u64,
     },
-    /// The cells that were asked for do not fit into the memory.
+    /// The requested cells do not fit into the memory.
     #[error("has cells of {step_mm} mm, but only cells of at least {needed_mm:.2} mm fit into {memory_mib} MiB")]
     StepTooFine {
         /// Size of the cells, in mm.
@@ -80,7 +81,7 @@ pub enum FieldError {
     },
 }
 
-/// Size and extent of a body.
+/// Volume, surface area and extent of a body.
 #[derive(Debug, Clone, Copy)]
 pub struct Survey {
     volume_m3: f64,
@@ -104,14 +105,14 @@ impl Survey {
         if volume_m3 > 0.0 { Ok(Self { volume_m3, area_m2, bounds_m }) } else { Err(FieldError::NoVolume) }
     }
 
-    /// Mean thickness in m: four times the volume over the surface, the mean length of a random chord.
+    /// Mean thickness, in m: four times the volume divided by the surface area, the mean length of a random chord.
     #[must_use]
     pub fn mean_thickness_m(&self) -> f64 {
         4.0 * self.volume_m3 / self.area_m2
     }
 
-    /// Size of the cells at the surface, in m, for snow with a transport mean free path in m, at some number of groups
-    /// of four wavelengths, within a bound of memory in MiB.
+    /// Size of the cells at the surface, in m. `transport_length_m` is the transport mean free path of the snow,
+    /// `groups` the number of groups of four wavelengths, and `memory_mib` the memory limit.
     ///
     /// # Errors
     ///
@@ -122,8 +123,8 @@ impl Survey {
         self.at_least(wanted, transport_length_m, groups, memory_mib)
     }
 
-    /// Size of the cells at the surface, in m, for about some number of nodes, in cells as coarse as the snow allows;
-    /// otherwise as [`choose_step_m`](Self::choose_step_m).
+    /// Size of the cells at the surface, in m, for about `nodes` nodes. The cells are at most as coarse as the snow
+    /// allows; otherwise as [`choose_step_m`](Self::choose_step_m).
     ///
     /// # Errors
     ///
@@ -140,7 +141,7 @@ impl Survey {
         self.at_least(wanted, transport_length_m, groups, memory_mib)
     }
 
-    /// The size of cells that is wanted, or the smallest that fits into the memory.
+    /// The wanted cell size or the smallest cell size that fits into the memory, whichever is larger.
     fn at_least(
         &self,
         wanted: f64,
@@ -156,21 +157,22 @@ impl Survey {
         Ok(wanted.max(smallest))
     }
 
-    /// Whether a body is so wide that even cells of ten transport mean free paths do not fit into a memory in MiB, at
-    /// some number of groups of four wavelengths.
+    /// Whether a body is so wide that even cells of ten transport mean free paths do not fit into `memory_mib`, for
+    /// `groups` groups of four wavelengths.
     #[must_use]
     pub fn is_wide(&self, transport_length_m: f64, groups: usize, memory_mib: u64) -> bool {
         self.smallest_step_m(groups, memory_mib) > COARSE_LENGTHS * transport_length_m
     }
 
-    /// Size of the finest cells of a wide body, in m: what diffusion resolves, as far as cells can be counted.
+    /// Size of the finest cells of a wide body, in m: the scale that diffusion resolves, but not so small that the
+    /// cells along an axis exceed their greatest number.
     #[must_use]
     pub fn finest_step_m(&self, transport_length_m: f64) -> f64 {
         (FINEST_LENGTHS * transport_length_m).max(self.bounds_m.max_element() / MAX_ALONG_AXIS as f64)
     }
 
-    /// The size of the cells at the surface that was asked for, in m, if the snow allows it and the grid fits into the
-    /// memory; otherwise as [`choose_step_m`](Self::choose_step_m).
+    /// Returns `step_m`, the requested size of the cells at the surface, if the snow allows it and the grid fits into
+    /// the memory. The other parameters are as for [`choose_step_m`](Self::choose_step_m).
     ///
     /// # Errors
     ///
@@ -194,14 +196,14 @@ impl Survey {
         Ok(step_m)
     }
 
-    /// Size in m of the smallest cells that fit into a memory in MiB.
+    /// Size of the smallest cells that fit into `memory_mib`, in m.
     fn smallest_step_m(&self, groups: usize, memory_mib: u64) -> f64 {
         let bytes = memory_mib as f64 * f64::from(1 << 20);
         let countable_m = self.bounds_m.max_element() / MAX_ALONG_AXIS as f64;
         bisect(|step_m| self.bytes(step_m, groups) <= bytes).max(countable_m)
     }
 
-    /// About how many nodes a grid has: those of layers of cells that double in size away from the surface.
+    /// Approximate number of nodes of a grid, for layers of cells that double in size away from the surface.
     fn nodes(&self, step_m: f64) -> f64 {
         let (mut rest_m3, mut size_m, mut nodes) = (self.volume_m3, step_m, 0.5 * self.area_m2 / (step_m * step_m));
         while rest_m3 > 0.0 {
@@ -213,15 +215,15 @@ impl Survey {
         nodes
     }
 
-    /// About the memory in MiB of the cells and equations for cells of a size in m at the surface, at some number of
-    /// groups of four wavelengths.
+    /// Approximate memory of the cells and equations, in MiB. `step_m` is the cell size at the surface, and `groups`
+    /// the number of groups of four wavelengths.
     #[must_use]
     pub fn memory_mib(&self, step_m: f64, groups: usize) -> f64 {
         self.bytes(step_m, groups) / f64::from(1 << 20)
     }
 
-    /// Greatest size of the cells at the surface of a body that is not wide, in m, for snow with a transport mean free
-    /// path in m.
+    /// Greatest size of the cells at the surface of a body that is not wide, in m. `transport_length_m` is the
+    /// transport mean free path of the snow.
     #[must_use]
     pub fn coarsest_usual_step_m(&self, transport_length_m: f64) -> f64 {
         COARSE_LENGTHS * transport_length_m
@@ -233,7 +235,7 @@ impl Survey {
     }
 }
 
-/// A rule whose sizes are those of another, times a factor.
+/// A rule whose sizes are the sizes of another rule times a factor.
 #[derive(Debug, Clone, Copy)]
 pub struct ScaledSizes<'r> {
     /// The other rule.
@@ -249,13 +251,13 @@ impl CellSizes for ScaledSizes<'_> {
     }
 }
 
-/// The least factor, of 1 and some above, of the sizes of a rule for which the grid of a body fits into a memory in
-/// MiB, at some number of groups of four wavelengths, and about how many nodes it then has. `step_m` is the size of the
-/// finest cells in m, and stays.
+/// Scales the sizes of a rule by increasing factors, from 1 on, until the grid of a body fits into `memory_mib`, for
+/// `groups` groups of four wavelengths. Returns the factor and the approximate number of nodes. `step_m` is the size
+/// of the finest cells in m, which does not change.
 ///
 /// # Errors
 ///
-/// If the factor were greater than 128.
+/// If the factor exceeds 128.
 pub fn fit_sizes(
     body: &dyn Body,
     step_m: f64,
@@ -281,7 +283,7 @@ pub fn fit_sizes(
     Err(FieldError::TooMuchDetail { memory_mib })
 }
 
-/// The least size in m for which a condition holds that holds for all greater ones.
+/// The least size, in m, that meets a condition which all greater sizes meet too.
 fn bisect(holds: impl Fn(f64) -> bool) -> f64 {
     let (mut least, mut greatest) = (1e-6_f64, 1e6_f64);
     for _ in 0..60 {

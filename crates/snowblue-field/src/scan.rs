@@ -1,4 +1,4 @@
-//! Scans a body with lines: which part of each cell is inside, and points on the surface with their areas.
+//! Scans a body with lines: the part of each cell that is inside, and points on the surface with their areas.
 
 use std::ops::Range;
 
@@ -9,19 +9,19 @@ use crate::body::{Body, Scanner};
 use crate::element::{CELL_PARTS, PARTS};
 use crate::lattice::{Lattice, across};
 
-/// Lines per cell and axis that sample the surface.
+/// Number of lines per cell along each axis that sample the surface.
 const SURFACE_LINES: usize = 2;
 
-/// Which cells of a column along z are inside the body.
+/// The cells of a column along z that are inside the body.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Column {
-    /// The cells of which only some is inside, in order, with the fractions of their parts.
+    /// The cells that are partly inside, in order, with the fraction of each part that is inside.
     pub(crate) cut: Vec<(u32, Box<[f32; CELL_PARTS]>)>,
-    /// Ranges of cells that are inside as a whole, in order.
+    /// Ranges of cells that are entirely inside, in order.
     pub(crate) whole: Vec<Range<u32>>,
 }
 
-/// A point on the surface of a body with the area that it stands for.
+/// A point on the surface of a body with the area that it represents.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SurfaceElement {
     /// The point, in m.
@@ -32,20 +32,20 @@ pub struct SurfaceElement {
     pub area_m2: f32,
 }
 
-/// A surface element with the length of snow below it, along its normal, in m.
+/// A surface element with the thickness of the snow below it, along its normal, in m.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Sample {
     pub(crate) element: SurfaceElement,
     pub(crate) thickness_m: f32,
 }
 
-/// A segment of one of the lines through a column, in parts from the start of the column.
+/// A segment of a line through a column. Its ends are in parts of cells from the start of the column.
 #[derive(Debug, Clone, Copy)]
 struct Run {
     line: usize,
     start: f64,
     end: f64,
-    /// The parts that it touches.
+    /// Range of the parts that it touches, without `last`.
     first: usize,
     last: usize,
 }
@@ -58,9 +58,9 @@ impl Column {
         !is_whole && self.cut.binary_search_by_key(&cell, |(cell, _)| *cell).is_err()
     }
 
-    /// The column of all segments of its lines.
+    /// The column of the segments of all its lines.
     fn of_runs(runs: &[Run]) -> Self {
-        // Cells in which segments end. Between them each line is inside or outside.
+        // Cells in which segments begin or end. Between these cells, each line is either inside or outside.
         let mut ends: Vec<usize> =
             runs.iter().flat_map(|run| [run.first / PARTS, run.last.saturating_sub(1) / PARTS]).collect();
         ends.sort_unstable();
@@ -91,7 +91,7 @@ impl Column {
         column
     }
 
-    /// Adds cells of the same parts.
+    /// Adds cells whose parts have equal fractions.
     fn push(&mut self, cells: Range<usize>, parts: &[f32; CELL_PARTS]) {
         // A millionth of a part is the rounding of coordinates.
         if parts.iter().all(|fraction| *fraction >= 1.0 - 1e-5) {
@@ -102,7 +102,7 @@ impl Column {
     }
 }
 
-/// What of each cell of some columns along z is inside.
+/// The part of each cell that is inside, for some columns along z.
 pub(crate) fn coverage(body: &dyn Body, lattice: &Lattice, columns: &[[u32; 2]]) -> Vec<Column> {
     let nz = lattice.counts[2];
     let part = lattice.step / PARTS as f64;
@@ -131,8 +131,8 @@ pub(crate) fn coverage(body: &dyn Body, lattice: &Lattice, columns: &[[u32; 2]])
 
 /// Points on the surface, from lines along each axis through some columns of cells.
 ///
-/// Lines along axis k at a distance δ cross an area A with normal n in A |n_k| / δ² points. Points with the area
-/// δ² |n_k| therefore add up to A n_k², and those of all three axes to A.
+/// Lines along axis k with a spacing δ cross an area A with normal n in A |n_k| / δ² points. Points with the area δ²
+/// |n_k| therefore add up to A n_k², and the points of all three axes add up to A.
 pub(crate) fn surface(body: &dyn Body, lattice: &Lattice, columns: &[Vec<[u32; 2]>; 3]) -> Vec<Sample> {
     let spacing = lattice.step / SURFACE_LINES as f64;
     let mut samples = Vec::new();
@@ -171,7 +171,7 @@ pub(crate) fn surface(body: &dyn Body, lattice: &Lattice, columns: &[Vec<[u32; 2
     samples
 }
 
-/// The fractions of a body's cells that are inside, added up, times the volume of a cell, in m³.
+/// Volume in m³: the sum of the fractions of cells that are inside, times the volume of a cell.
 pub(crate) fn volume_m3(columns: &[Column], lattice: &Lattice) -> f64 {
     let cells = |column: &Column| -> f64 {
         let whole: u32 = column.whole.iter().map(|range| range.end - range.start).sum();

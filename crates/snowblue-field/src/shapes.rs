@@ -15,7 +15,7 @@ pub struct BoxBody {
     pub axes: DMat3,
 }
 
-/// A box with a hole: another box, with the same axes and within it or open to its surface.
+/// A box with a box-shaped hole. The hole has the same axes, and is enclosed by the box or open to its surface.
 #[derive(Debug, Clone, Copy)]
 pub struct BoxWithHole {
     /// The box.
@@ -42,7 +42,7 @@ impl BoxBody {
         Self { centre, size, axes: DMat3::IDENTITY }
     }
 
-    /// Where a line parallel to an axis enters and leaves.
+    /// The points where a line parallel to an axis enters and leaves the box.
     fn segment(&self, axis: usize, point: DVec3) -> Option<[AxisCrossing; 2]> {
         let to_local = self.axes.transpose();
         let mut start = point - self.centre;

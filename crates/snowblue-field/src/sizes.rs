@@ -1,13 +1,13 @@
 //! Cells of different sizes at the surface: coarse where the surface is flat, and as fine as a viewer needs.
 //!
 //! A wide body has too much surface for cells of one size. Where the surface in a cell is one flat sheet above thick
-//! snow, light varies along it only as the lighting does, and the cell may be large. Edges, holes, thin walls and
-//! curved surfaces need small cells, but only as small as a viewer can see.
+//! snow, the light along the surface varies only with the lighting, and the cell may be large. Edges, holes, thin
+//! walls and curved surfaces need small cells, but only as small as a viewer can see.
 //!
-//! Lines along z, as far from each other as the smallest allowed cell at their place, find the surface. They are kept
-//! in the order of a quadtree, so that those through a cell are a range. From the largest cell down, one that is too
-//! large for what its lines meet is divided. A steep wall that is thinner than they are apart may stand between them:
-//! lines along x and y find it, and demand cells where those along z did not.
+//! Lines along z find the surface. Their spacing is the smallest allowed cell size at their place. The lines are in
+//! the order of a quadtree, so that the lines through a cell are a range. From the largest cell down, each cell that
+//! is too large for the surface on its lines is divided. A steep wall thinner than the line spacing may lie between
+//! lines along z. Lines along x and y find such walls, and demand cells where lines along z did not.
 
 use std::fmt::Debug;
 use std::ops::Range;
@@ -23,37 +23,38 @@ use crate::octree::key;
 /// Greatest sizes of the cells that a surface cuts, in m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SizeLimits {
-    /// Where the surface is a flat sheet above snow of at least two such cells.
+    /// Limit where the surface is a flat sheet above snow that is at least two such cells thick.
     pub flat_m: f64,
-    /// Elsewhere: at edges, at holes and in thin walls.
+    /// Limit elsewhere: at edges, at holes and in thin walls.
     pub detailed_m: f64,
 }
 
 /// A rule for the sizes of the cells at the surface.
 pub trait CellSizes: Debug + Sync {
-    /// The least limits at any point of the box between two corners, in m. A box within another has no smaller limits.
+    /// The least limits at any point of the box between two corners, in m. A box inside another box has no smaller
+    /// limits.
     fn least_between(&self, low: DVec3, high: DVec3) -> SizeLimits;
 }
 
 /// Sizes that grow with the distance to a viewpoint.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SizesByDistance {
-    /// Where the viewer is, in m.
+    /// Position of the viewer, in m.
     pub viewpoint: DVec3,
-    /// Size at details over the distance.
+    /// Cell size at details, divided by the distance.
     pub detail_per_distance: f64,
-    /// Size at flat sheets over the distance.
+    /// Cell size at flat sheets, divided by the distance.
     pub flat_per_distance: f64,
-    /// Greatest size of all, in m.
+    /// Greatest size of any cell, in m.
     pub greatest_m: f64,
 }
 
-/// Pixels of a picture that a cell may span at details, and at flat sheets.
+/// Greatest number of pixels of a picture that a cell may span, at details and at flat sheets.
 const PIXELS: [f64; 2] = [4.0, 30.0];
 
 impl SizesByDistance {
-    /// For a picture from a viewpoint, in m, with an angle per pixel in rad: cells of at most 4 pixels at details, of
-    /// 30 pixels at flat sheets, and of `greatest_m`.
+    /// Sizes for a picture from a viewpoint, in m, with an angle per pixel in rad. Cells span at most 4 pixels at
+    /// details and 30 pixels at flat sheets, and are at most `greatest_m` wide.
     #[must_use]
     pub fn of_picture(viewpoint: DVec3, angle_per_pixel: f64, greatest_m: f64) -> Self {
         let [detail_per_distance, flat_per_distance] = PIXELS.map(|pixels| pixels * angle_per_pixel);
@@ -69,37 +70,38 @@ impl CellSizes for SizesByDistance {
     }
 }
 
-/// Least cosine between the normals of a flat sheet and their mean: 15°.
+/// Least cosine of the angle between a normal of a flat sheet and the mean normal: 15°.
 const FLAT_COS: f32 = 0.966;
-/// Least vertical part of the normal of a flat sheet: 60°. Lines along z do not see steeper ones well.
+/// Least vertical component of the normal of a flat sheet: 60°. Lines along z sample steeper sheets poorly.
 const STEEP_COS: f32 = 0.5;
-/// Greatest distance of a flat sheet from its mean plane, in cells. An arc of 15° to either side departs by that.
+/// Greatest distance of a flat sheet from its mean plane, in cells: the departure of an arc of 15° to either side.
 const FLAT_CELLS: f64 = 0.125;
-/// Least thickness of the snow below a flat sheet, in cells. Two cells resolve light that passes through: where it
-/// decays within one cell, nothing passes through two.
+/// Least thickness of the snow below a flat sheet, in cells. Two cells resolve light that passes through. Where light
+/// decays within one cell, no light passes through two cells.
 const THICK_CELLS: f64 = 2.0;
-/// Difference of height between neighbouring lines, over their distance, that is a wall between them.
+/// Ratio of height difference to distance between neighbouring lines above which there is a wall between the lines.
 const WALL_SLOPE: f64 = 2.0;
-/// Distance from a face of a cell within which a surface lies on it, over the greatest coordinate of the body: four
-/// times the rounding of single precision.
+/// Distance from a face of a cell within which a surface counts as lying on the face, divided by the greatest
+/// coordinate of the body: four times the rounding of single precision.
 const FACE_ROUNDING: f64 = 4.0 * 6e-8;
-/// Where in a column its line is, as fractions along x and y, if the lines before have an odd number of crossings. The
-/// middle would meet the vertices of meshes too often.
+/// Positions of a line in its column, as fractions along x and y. A position is used if the lines before it have an
+/// odd number of crossings. A line in the middle would meet the vertices of meshes too often.
 pub(crate) const LINES: [[f64; 2]; 4] = [[0.375, 0.625], [0.625, 0.375], [0.125, 0.875], [0.875, 0.125]];
-/// Lines from which on the parts of a cell are examined in parallel.
+/// Number of lines from which on the parts of a cell are examined in parallel.
 const PARALLEL_LINES: usize = 1 << 12;
 
 /// A column of a quadtree over the plane of x and y, with one line along z.
 #[derive(Debug, Clone)]
 struct Line {
-    /// Its finest cell of least coordinates, in the order of the quadtree.
+    /// Code of its finest cell of least coordinates, in the order of the quadtree.
     code: u64,
     level: u8,
-    /// Where it is, in m, unless it has an odd number of crossings.
+    /// Position of the line, in m, unless the line there has an odd number of crossings.
     at: DVec2,
-    /// Its segments in [`Lines::segments`].
+    /// Range of its segments in [`Lines::segments`].
     segments: Range<usize>,
-    /// Ranges of height in which the surface passes between it and a neighbour, in [`Lines::walls`].
+    /// Range in [`Lines::walls`] of the height intervals in which the surface passes between this line and a
+    /// neighbour.
     walls: Range<usize>,
 }
 
@@ -108,14 +110,14 @@ struct Line {
 struct Inside {
     /// Heights of its ends, in m.
     ends: [f64; 2],
-    /// The outward normals there.
+    /// Outward normals at its ends.
     normals: [Vec3; 2],
 }
 
-/// What lines along z meet.
+/// The lines along z, with the surface that they meet.
 struct Lines<'a> {
     lattice: &'a Lattice,
-    /// Distance from a face of a cell within which a surface lies on it, in m.
+    /// Distance from a face of a cell within which a surface counts as lying on the face, in m.
     rounding_m: f64,
     sizes: &'a dyn CellSizes,
     lines: Vec<Line>,
@@ -123,7 +125,7 @@ struct Lines<'a> {
     walls: Vec<[f64; 2]>,
 }
 
-/// The cells at the surface whose size must not be greater: for each level the keys of its cells, in order.
+/// The cells at the surface that must not be part of a larger cell: for each level the keys of its cells, in order.
 pub(crate) fn demands(body: &dyn Body, lattice: &Lattice, sizes: &dyn CellSizes) -> Vec<Vec<u64>> {
     let lines = Lines::new(body, lattice, sizes);
     let top = lattice.top_level();
@@ -143,7 +145,7 @@ pub(crate) fn demands(body: &dyn Body, lattice: &Lattice, sizes: &dyn CellSizes)
     demands
 }
 
-/// The levels and keys of cells at the surface, as lines along an axis find it, that none of some demands holds.
+/// The levels and keys of the cells that lines along an axis find at the surface and that `demands` does not contain.
 fn missed(
     body: &dyn Body,
     lattice: &Lattice,
@@ -182,7 +184,7 @@ fn missed(
     found.concat()
 }
 
-/// Where lines along an axis through a column go: the first, and those in its place.
+/// Points of the lines along an axis through a column: the first line, and the lines that may replace it.
 fn points_of_column(coarse: &Lattice, axis: usize, place: [u32; 2]) -> [DVec3; 4] {
     let [u, v] = across(axis);
     LINES.map(|fractions| {
@@ -222,7 +224,7 @@ impl<'a> Lines<'a> {
         lines
     }
 
-    /// Compares each line with those of the columns beside it.
+    /// Compares each line with the lines of the neighbouring columns.
     fn find_walls(&mut self) {
         let walls = |line: &Line| -> Vec<[f64; 2]> {
             let half = self.lattice.coarsened(line.level).step.truncate() * 0.5;
@@ -231,7 +233,8 @@ impl<'a> Lines<'a> {
             for side in [DVec2::X, DVec2::NEG_X, DVec2::Y, DVec2::NEG_Y] {
                 let beside = self.line_at(middle + side * (half + 0.5 * self.lattice.step.truncate()));
                 let distance = beside.map_or(half.max_element(), |beside| beside.at.distance(line.at));
-                // Heights at which one line is inside and the other is not lie between pairs of all their ends.
+                // Sorted in pairs, the ends of both lines' segments bound the heights at which only one of the lines
+                // is inside.
                 let segments = |line: &Line| self.segments[line.segments.clone()].iter();
                 let own = segments(line).chain(beside.into_iter().flat_map(segments));
                 let mut ends: Vec<f64> = own.flat_map(|inside| inside.ends).collect();
@@ -261,7 +264,7 @@ impl<'a> Lines<'a> {
         self.lines[..self.lines.partition_point(|line| line.code <= code)].last()
     }
 
-    /// The demands within a cell through which a range of lines passes: levels and keys.
+    /// The levels and keys of the demands within a cell. `lines` is the range of lines through the cell.
     fn demands(&self, level: u8, place: [u32; 3], lines: Range<usize>) -> Vec<(u8, u64)> {
         let coarse = self.lattice.coarsened(level);
         // A surface on the face of a cell belongs to the cells on both sides.
@@ -292,7 +295,8 @@ impl<'a> Lines<'a> {
         }
     }
 
-    /// Whether the surface is on a line, or between it and its neighbours, at some height between two.
+    /// Whether the surface crosses a line, or passes between the line and its neighbours, at a height from `low` to
+    /// `high`.
     fn meets(&self, line: &Line, low: f64, high: f64) -> bool {
         let crosses = |inside: &Inside| inside.ends.iter().any(|end| (low..=high).contains(end));
         self.segments[line.segments.clone()].iter().any(crosses)
@@ -332,7 +336,7 @@ impl<'a> Lines<'a> {
         lines.iter().all(|line| {
             let aside = (line.at - point.truncate()).dot(normal.as_dvec3().truncate());
             let height = (point.z - aside / rise).clamp(low.z - slack_m, high.z + slack_m);
-            // Heights that must be inside, and those that must be outside.
+            // Heights that must be inside, and heights that must be outside.
             let (full, void) = if rise > 0.0 {
                 ([low.z, height - slack_m], [height + slack_m, high.z])
             } else {
@@ -346,7 +350,8 @@ impl<'a> Lines<'a> {
     }
 }
 
-/// The columns along an axis that a quadtree over the plane across it is divided into, in its order: levels and places.
+/// The levels and places of the columns along an axis, in quadtree order. They are the leaves of a quadtree over the
+/// plane across the axis.
 fn columns(lattice: &Lattice, body: &dyn Body, sizes: &dyn CellSizes, axis: usize) -> Vec<(u8, [u32; 2])> {
     let [u, v] = across(axis);
     let (mut columns, mut left) = (Vec::new(), vec![(lattice.top_level(), [0; 2])]);
@@ -370,7 +375,7 @@ fn columns(lattice: &Lattice, body: &dyn Body, sizes: &dyn CellSizes, axis: usiz
     columns
 }
 
-/// The bits of two coordinates in turns: the order of a quadtree.
+/// Interleaves the bits of two coordinates, which gives the order of a quadtree.
 fn code([x, y]: [u32; 2]) -> u64 {
     let spread = |coordinate: u32| {
         let mut bits = u64::from(coordinate);
@@ -412,7 +417,7 @@ mod tests {
         assert!(around.detailed_m.abs() < 1e-12 && around.flat_m.abs() < 1e-12, "{around:?}");
     }
 
-    /// The same limits everywhere.
+    /// Equal limits everywhere.
     #[derive(Debug)]
     struct Everywhere(SizeLimits);
 
@@ -422,7 +427,7 @@ mod tests {
         }
     }
 
-    /// A box of which lines find faces outside of its bounds, by the rounding of single precision.
+    /// A box whose faces lie outside of its bounds by the rounding of single precision.
     struct Rounded(BoxBody);
 
     impl Body for Rounded {

@@ -7,11 +7,12 @@ use wide::{f32x4, f64x4};
 use crate::system::System;
 use crate::vectors::{ROWS_PER_TASK, narrow, ratio, sum, sum_mut, wide};
 
-/// Most iterations. Fifty to two hundred are usual.
+/// Greatest number of iterations. Fifty to two hundred are usual.
 const MAX_ITERATIONS: u64 = 2000;
 
-/// Solves the systems for one right-hand side each, from a start, until the residual in the norm of the preconditioner
-/// is small beside the right-hand side or beside that of the start. Returns them with the number of iterations.
+/// Solves the systems for one right-hand side each, from a start. The iteration ends when the residual, in the norm of
+/// the preconditioner, is small relative to the right-hand side or to the residual of the start. Returns the solutions
+/// and the number of iterations.
 pub(crate) fn solve(
     system: &System,
     right: &[f32x4],

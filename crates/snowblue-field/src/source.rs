@@ -10,15 +10,15 @@ use crate::system::Diffusion;
 
 /// A lamp inside a body: a ball that emits evenly from its volume.
 ///
-/// Outside, the fluence rate of an even ball is that of a point of another power, so the ball may be as wide as the
-/// grid needs.
+/// Outside the ball, its fluence rate equals the fluence rate of a point source of another power. The ball may
+/// therefore be as wide as the grid needs.
 #[derive(Debug, Clone)]
 pub struct VolumeSource {
     /// Centre, in m.
     pub centre: DVec3,
     /// Least radius, in m. The ball is at least three cells wide.
     pub radius_m: f64,
-    /// Power of the equivalent point, in W, for each group of wavelengths.
+    /// Power of the equivalent point source, in W, for each group of wavelengths.
     pub power: Vec<f32x4>,
 }
 
@@ -61,8 +61,8 @@ pub(crate) fn add_source(
     }
 }
 
-/// Power of a ball over that of the point that has the same fluence rate outside: z³ / (3 (z cosh z − sinh z)) with
-/// z = κ_e a.
+/// Power of a ball divided by the power of the point source with an equal fluence rate outside the ball: z³ / (3 (z
+/// cosh z − sinh z)) with z = κ_e a.
 fn point_per_ball(snow: &Diffusion, radius_m: f64) -> f32x4 {
     let Diffusion { transport_length_m, absorption_per_m } = *snow;
     let (lengths, absorption) = (transport_length_m.to_array(), absorption_per_m.to_array());

@@ -1,34 +1,35 @@
-//! The few wavelengths at which light is solved for, and its interpolation between them.
+//! The few wavelengths at which the light is solved for (nodes), and the interpolation of the light between them.
 //!
-//! At any place the logarithm of the fluence rate, over the spectrum of the light that enters, is nearly a smooth and
-//! even function of √μ_a, since light decays over a distance as e^{−√(3 μ_a/ℓ*) z}. A cubic spline through a few
-//! nodes at equal distances in √μ_a, and through their mirror images at −√μ_a, gives all wavelengths.
+//! At any place, the logarithm of the fluence rate relative to the spectrum of the incident light is nearly a smooth
+//! and even function of √μ_a, since light decays over a distance z as e^{−√(3 μ_a/ℓ*) z}. A cubic spline gives all
+//! wavelengths. It passes through a few nodes at equal distances in √μ_a, and through their mirror images at −√μ_a.
 //!
-//! It also depends on ℓ*, which varies by 3 % from 400 to 700 nm, most of it where μ_a hardly varies. Light behind thin
-//! snow is proportional to ℓ*, and light that thick snow reflects hardly depends on it. The power of ℓ* at a place
-//! follows from the node whose value the others predict worst if it is 1 ([`KnownFactor`]).
+//! The logarithm also depends on ℓ*, which varies by 3 % from 400 to 700 nm, mostly where μ_a hardly varies. Light
+//! behind thin snow is proportional to ℓ*. Light that thick snow reflects hardly depends on ℓ*. The power of ℓ* at a
+//! place is computed at the node whose value the other nodes predict worst for a power of 1 ([`KnownFactor`]).
 //!
-//! In snow of layers the light depends on the absorption of each. Soot in one layer absorbs blue light more than red,
-//! and ice the other way round, so that two wavelengths may have the same mean of μ_a and not the same light. But from
-//! one wavelength to the next, the point with the coordinates √(wμ_a) of all layers, w the share of a layer in the
-//! thickness, moves along a smooth curve. Its length from the origin on takes the place of √μ_a. Where the layers are
-//! the same and absorb more at each wavelength than at the one before, it is √μ_a.
+//! In layered snow the light depends on the absorption of each layer. Soot in one layer absorbs blue light more than
+//! red light, and ice absorbs red light more than blue light. Two wavelengths may therefore have equal mean μ_a but
+//! different light. From one wavelength to the next, however, the point with the coordinates √(wμ_a) of all layers
+//! moves along a smooth curve. Here w is the share of a layer in the thickness. The arc length of the curve from the
+//! origin replaces √μ_a. If the layers are equal and absorption increases from each wavelength to the next, the arc
+//! length is √μ_a.
 //!
-//! Bodies that send light to each other have the same nodes. Of bodies of different snow the point has the coordinates
-//! of all layers of all bodies, w being the share in the thickness of the body. Bodies of nearly the same snow count
-//! once.
+//! Bodies that exchange light have common nodes. For bodies of different snow, the point has the coordinates of all
+//! layers of all bodies, and w is the share of the layer in the thickness of its body. Bodies of nearly equal snow
+//! count once.
 
 use wide::f32x4;
 
-/// Wavelengths of a group.
+/// Number of wavelengths of a group.
 pub const GROUP: usize = 4;
-/// Most groups of nodes.
+/// Greatest number of groups of nodes.
 pub const MAX_GROUPS: usize = 4;
 
-/// Values of each group; 0 of those that are not used.
+/// Values of each group; 0 for groups that are not used.
 pub type Groups = [f32x4; MAX_GROUPS];
 
-/// A layer of snow at some wavelengths. Its thickness is that in a typical vertical through a body.
+/// A layer of snow at some wavelengths. Its thickness is measured along a typical vertical line through a body.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LayerSpectrum<'a> {
     /// Transport mean free paths, in m.
@@ -44,15 +45,15 @@ pub struct LayerSpectrum<'a> {
 pub struct SpectralNodes {
     /// Indices of the wavelengths of the nodes, a multiple of four.
     indices: Vec<usize>,
-    /// √μ_a of the nodes, or what takes its place.
+    /// √μ_a of the nodes, or the arc length that replaces it.
     at_nodes: Vec<f64>,
     /// For each wavelength the weight of the value at each node.
     weights: Vec<Vec<f32>>,
 }
 
 impl SpectralNodes {
-    /// Chooses nodes in `groups` groups of four for all wavelengths, by their √μ_a. Some wavelength may serve as
-    /// several nodes if there are few.
+    /// Chooses `groups` groups of four nodes for all wavelengths, by their √μ_a. If there are few wavelengths, one of
+    /// them may serve as several nodes.
     fn new(roots: &[f64], groups: usize) -> Self {
         let mut order: Vec<usize> = (0..roots.len()).collect();
         order.sort_by(|a, b| roots[*a].total_cmp(&roots[*b]));
@@ -61,7 +62,7 @@ impl SpectralNodes {
         let mut indices: Vec<usize> = Vec::with_capacity(count);
         for node in 0..count {
             let wanted = least + (greatest - least) * node as f64 / (count - 1) as f64;
-            // Those of less absorption are taken, and each further node needs another wavelength.
+            // Wavelengths of less absorption are taken, and each further node needs another wavelength.
             let after = indices.last().map_or(0, |last| 1 + order.iter().position(|index| index == last).unwrap_or(0));
             let left = count - node;
             let end = order.len().saturating_sub(left - 1).max(after + 1).min(order.len());
@@ -75,9 +76,9 @@ impl SpectralNodes {
         Self { indices, at_nodes, weights }
     }
 
-    /// Chooses as few groups of nodes as give the light behind each of some bodies, over ℓ*, with an error of less than
-    /// half a percent at all wavelengths, or else four groups. A body is given by its layers, one of snow that is the
-    /// same everywhere by one.
+    /// Chooses the least number of groups of nodes with which the light behind each body, divided by ℓ*, has an error
+    /// of less than half a percent at all wavelengths, or else four groups. A body is given by its layers; a body of
+    /// uniform snow has one layer.
     ///
     /// # Panics
     ///
@@ -86,7 +87,7 @@ impl SpectralNodes {
     pub fn for_bodies(bodies: &[Vec<LayerSpectrum>]) -> Self {
         const ALLOWED: f64 = 5e-3;
         let bodies = thickest_of_each_snow(bodies);
-        // Over ℓ*, a slab transmits k/sinh kd, which is 1/d without absorption.
+        // The transmittance of a slab divided by ℓ* is k/sinh kd, which is 1/d without absorption.
         let of_layer = |layer: &LayerSpectrum, index: usize| {
             let k = (3.0 * layer.absorption_per_m[index] / layer.transport_lengths_m[index]).sqrt();
             let (thickness_m, depth) = (layer.thickness_m, k * layer.thickness_m);
@@ -129,16 +130,17 @@ impl SpectralNodes {
     }
 }
 
-/// A factor of known spectrum, which is in the values of a place to some power.
+/// A factor with a known spectrum that enters the values at a place with some power.
 #[derive(Debug, Clone, PartialEq)]
 pub struct KnownFactor {
-    /// For each wavelength what the spline through its logarithm at the nodes lacks.
+    /// For each wavelength, the logarithm of the factor minus the spline through its logarithms at the nodes.
     lacking: Vec<f32>,
-    /// The weights with which the logarithms of values at the nodes give the power.
+    /// The weights of the logarithms of values at the nodes, whose weighted sum is the power.
     power_weights: Vec<f32>,
 }
 
-/// Least logarithm that a spline lacks at a node for a power to be found; below, it matters little.
+/// Least error of the predicted logarithm at a node from which a power is computed. Below it, the power matters
+/// little.
 const MIN_LACKING: f64 = 1e-3;
 
 impl KnownFactor {
@@ -151,7 +153,7 @@ impl KnownFactor {
             weights.iter().zip(&at_nodes).map(|(weight, at)| f64::from(*weight) * at).sum()
         };
         let lacking = nodes.weights.iter().zip(&logarithms).map(|(weights, at)| single(at - predicted(weights)));
-        // Each node less what the others predict for it.
+        // The value at each node minus the value that the other nodes predict for it.
         let differences = (0..at_nodes.len()).map(|node| {
             let mut others = nodes.at_nodes.clone();
             let at = others.remove(node);
@@ -168,11 +170,11 @@ impl KnownFactor {
         Self { lacking: lacking.collect(), power_weights }
     }
 
-    /// The power of the factor in values, by their logarithms at the nodes.
+    /// The power of the factor in some values, from the logarithms of the values at the nodes.
     ///
-    /// Where light has decayed, the spline errs by more than the factor varies, and limits count. Behind a slab of the
-    /// depth d light is ℓ* k / sinh kd with k ∝ ℓ*^{−1/2}: the power is 1 where kd is small, and ½ (1 + kd) where it is
-    /// large. Behind and inside snow the range of the logarithms stands for kd.
+    /// Where light has decayed, the error of the spline exceeds the variation of the factor, and limits apply. Behind
+    /// a slab of thickness d the light is ℓ* k / sinh kd with k ∝ ℓ*^{−1/2}. The power is 1 where kd is small, and ½
+    /// (1 + kd) where kd is large. Behind and inside snow, the range of the logarithms replaces kd.
     #[must_use]
     pub fn power(&self, logarithms: &[f32]) -> f32 {
         let sum: f32 = self.power_weights.iter().zip(logarithms).map(|(weight, logarithm)| weight * logarithm).sum();
@@ -181,7 +183,8 @@ impl KnownFactor {
         sum.clamp((range - 0.5).min(1.0), 1.0 + 0.5 * range)
     }
 
-    /// What the spline through logarithms at the nodes lacks at a wavelength, for a power of 1.
+    /// The logarithm of the factor at a wavelength minus the spline through its logarithms at the nodes, for a power
+    /// of 1.
     #[inline]
     #[must_use]
     pub fn lacking(&self, wavelength: usize) -> f32 {
@@ -189,10 +192,10 @@ impl KnownFactor {
     }
 }
 
-/// Greatest ratio of the absorption of snow that is nearly the same.
+/// Greatest ratio of the absorption coefficients of nearly equal snow.
 const LIKE: f64 = 1.25;
 
-/// The layers of each body; of several bodies of one layer each and nearly the same snow, those of the thickest.
+/// The layers of each body. Of several one-layer bodies of nearly equal snow, only the thickest body is kept.
 fn thickest_of_each_snow<'b, 'a>(bodies: &'b [Vec<LayerSpectrum<'a>>]) -> Vec<&'b [LayerSpectrum<'a>]> {
     let mut chosen: Vec<&[LayerSpectrum]> = Vec::new();
     for body in bodies {
@@ -210,14 +213,14 @@ fn thickest_of_each_snow<'b, 'a>(bodies: &'b [Vec<LayerSpectrum<'a>>]) -> Vec<&'
 }
 
 impl LayerSpectrum<'_> {
-    /// Whether it absorbs nearly as much as another at each wavelength.
+    /// Whether this layer and another layer absorb nearly equally at each wavelength.
     fn is_like(&self, other: &Self) -> bool {
         let mut pairs = self.absorption_per_m.iter().zip(other.absorption_per_m);
         pairs.all(|(one, other)| one.max(*other) <= LIKE * one.min(*other))
     }
 }
 
-/// What takes the place of √μ_a at each wavelength.
+/// √μ_a or the arc length that replaces it, at each wavelength.
 fn roots(bodies: &[&[LayerSpectrum]]) -> Vec<f64> {
     if let [[only]] = bodies {
         return only.absorption_per_m.iter().map(|absorption| absorption.sqrt()).collect();
@@ -240,12 +243,12 @@ fn roots(bodies: &[&[LayerSpectrum]]) -> Vec<f64> {
     (0..layers[0].1.len()).map(root).collect()
 }
 
-/// Distance of nodes that count as one, over their mean distance. A spline through nodes that nearly coincide would be
-/// steep wherever their values differ a little.
+/// Distance below which two nodes count as one, divided by the mean distance of nodes. A spline through nearly
+/// coincident nodes would be steep wherever their values differ a little.
 const NEAR: f64 = 0.3;
 
-/// The weights of the nodes' values in the cubic spline through them and their mirror images, at `x`. Of nodes that
-/// nearly coincide the first counts.
+/// The weights of the nodes' values in the cubic spline through the nodes and their mirror images, at `x`. Of nearly
+/// coincident nodes, only the first counts.
 fn spline_weights(nodes: &[f64], x: f64) -> Vec<f32> {
     let mut order: Vec<usize> = (0..nodes.len()).collect();
     order.sort_by(|a, b| nodes[*a].total_cmp(&nodes[*b]));
@@ -329,7 +332,7 @@ mod tests {
         }
     }
 
-    /// Light that snow reflects does not depend on ℓ*, light behind thin snow is proportional to it.
+    /// Light that snow reflects does not depend on ℓ*. Light behind thin snow is proportional to ℓ*.
     #[test]
     fn a_known_factor_is_found_in_any_power() {
         let roots: Vec<f64> = absorption().iter().map(|absorption| absorption.sqrt()).collect();
@@ -345,14 +348,14 @@ mod tests {
                 assert!((f64::from(found) - power).abs() < 0.05, "{groups} {power}: {found}");
                 for index in 0..31 {
                     let value = nodes.interpolate(index, &at_nodes) + found * factor.lacking(index);
-                    // The spline through four nodes errs by 7·10⁻⁴ itself.
+                    // The error of the spline through four nodes alone is 7·10⁻⁴.
                     assert!((f64::from(value) - light(index)).abs() < 1e-3, "{groups} {power} {index}: {value}");
                 }
             }
         }
     }
 
-    /// Behind slabs the power exceeds 1 where light decays, and the spline errs where it decays fast.
+    /// Behind slabs the power exceeds 1 where light decays, and the spline has an error where light decays fast.
     #[test]
     fn light_behind_slabs_keeps_its_colour_though_the_factor_varies() {
         let lengths: Vec<f64> = (0..31).map(|k| 0.002 * (0.035 * (1.0 - (-0.1 * f64::from(k)).exp())).exp()).collect();
@@ -369,14 +372,14 @@ mod tests {
             let power = factor.power(&at_nodes);
             for index in 0..31 {
                 let value = nodes.interpolate(index, &at_nodes) + power * factor.lacking(index);
-                // Half a percent by the choice of nodes, and what the power is off.
+                // Half a percent by the choice of nodes, and the error of the power.
                 let error = (f64::from(value) - light(index)).abs();
                 assert!(error < 7e-3, "{thickness_m} m, {index}: {error}, power {power}");
             }
         }
     }
 
-    /// Algae absorb the same at all wavelengths below 560 nm, so that many of the nodes nearly coincide.
+    /// Algae absorb equally at all wavelengths below 560 nm, so that many of the nodes nearly coincide.
     #[test]
     fn nodes_that_nearly_coincide_do_not_make_the_spline_steep() {
         let root = |k: f64| if k < 16.0 { 1.88 + 1e-5 * k * k } else { 0.8 + 0.3 * (0.6 * k).sin() };
@@ -399,8 +402,8 @@ mod tests {
         );
     }
 
-    /// 50 ng/g of soot make blue and orange light have the same mean absorption in a crust over clean snow, and not the
-    /// same light behind. Of two bodies, wavelengths that lie apart in one may nearly coincide in the other.
+    /// With 50 ng/g of soot in a crust over clean snow, blue and orange light have equal mean absorption, but the
+    /// light behind the snow differs. Wavelengths that lie apart in one body may nearly coincide in another body.
     #[test]
     fn snow_of_different_colour_has_nodes_for_all() {
         let clean = absorption();
@@ -439,7 +442,7 @@ mod tests {
                 check(&[vec![layer(dirty, dirty_m)], vec![layer(&clean, clean_m)]]);
             }
         }
-        // The same snow in layers or bodies has the nodes of one.
+        // Equal snow in several layers or bodies has the nodes of one layer.
         let whole = vec![layer(&clean, 0.1)];
         let halves = vec![layer(&clean, 0.03), layer(&clean, 0.07)];
         for (one, other) in roots(&[&halves]).iter().zip(roots(&[&whole])) {
@@ -447,7 +450,7 @@ mod tests {
         }
         let bodies = [vec![layer(&clean, 0.02)], whole.clone(), vec![layer(&clean, 0.05)]];
         assert_eq!(SpectralNodes::for_bodies(&bodies), SpectralNodes::for_bodies(&[whole]));
-        // Many bodies of nearly the same snow do not outweigh another.
+        // Many bodies of nearly equal snow do not outweigh a body of other snow.
         let many: Vec<Vec<f64>> = (0..50).map(|k| with_soot(500.0 + f64::from(k))).collect();
         let alike = many.iter().map(|snow| vec![layer(snow, 0.3)]);
         check(&alike.chain([vec![layer(&clean, 0.5)]]).collect::<Vec<_>>());

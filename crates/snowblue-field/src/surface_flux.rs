@@ -1,13 +1,15 @@
 //! The net flux through the surface, smoothed over the size of a cell.
 //!
-//! The flux of an element follows from the fluence rate at the surface, J = (φ − 4 Σ K F) / (3q). On curved surfaces φ
-//! there is uncertain from cell to cell: it is small beside its change across a cell. The mean flux over some cells is
-//! accurate, because the solution conserves energy against every shape function. So the flux is averaged with the shape
-//! functions as weights, at the nodes of the cells that the surface cuts, and interpolated with them again.
+//! The flux of an element follows from the fluence rate φ at the surface: J = (φ − 4 Σ K F) / (3q). On curved surfaces
+//! φ is uncertain from cell to cell, because φ is small relative to its change across a cell. The mean flux over some
+//! cells is accurate, because the solution conserves energy against every shape function. The flux is therefore
+//! averaged at the nodes of the cells that the surface cuts, with the shape functions as weights, and interpolated
+//! with the shape functions.
 //!
-//! Surfaces of different orientation are averaged apart, by six weights n_k² on the sides of the axes, which add up to
-//! 1: the flux of a lit face does not leak around the edge to a dark one. The average is sharpened once by averaging
-//! what it misses (Tukey's twicing), so that it keeps functions that are quadratic along the surface.
+//! Surfaces of different orientation are averaged separately, with six weights n_k² for the sides of the axes, which
+//! add up to 1. The flux of a lit face therefore does not leak around the edge to a dark face. The average is
+//! sharpened once by adding the average of its residual (Tukey's twicing), so that it preserves functions that are
+//! quadratic along the surface.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -19,31 +21,32 @@ use crate::octree::NONE;
 use crate::spectral_nodes::Groups;
 use crate::vectors::{narrow, ratio, wide};
 
-/// Orientations: towards either end of each axis.
+/// Number of orientations: towards either end of each axis.
 pub(crate) const SIDES: usize = 6;
 
-/// Most steps of averaging over neighbouring cells.
+/// Greatest number of steps of averaging over neighbouring cells.
 const MAX_STEPS: usize = 6;
-/// Least exitance after the average is sharpened, as a fraction of that before.
+/// Least exitance after sharpening, as a fraction of the averaged exitance before sharpening.
 const MIN_SHARE: f32 = 0.5;
-/// Steps that average the noise itself.
+/// Number of steps that average the noise itself.
 const STEPS_OF_ERROR: usize = 2;
 
-/// Where the surface elements are, as weights of free nodes and orientations. The share of a node that hangs on a
-/// larger cell is that of the nodes whose mean it is, so that there is no jump where cells change their size.
+/// Positions of the surface elements, as weights of free nodes and orientations. If a node hangs on a larger cell, its
+/// share goes to the nodes whose mean it is, so that there is no jump where the cell size changes.
 #[derive(Debug)]
 pub(crate) struct SurfaceNodes {
     /// The number of each free node among those near the surface, or [`NONE`].
     number: Vec<u32>,
     /// Area of each node and orientation, in m².
     area_m2: Vec<[f32; SIDES]>,
-    /// The same, but larger cells count as if they had the finest size: the weight of a node's mean in interpolation.
-    /// By their area, the nodes of large cells would outweigh those of small ones in the cells between.
+    /// Area of each node and orientation, with larger cells counted as if they had the finest size: the weight of a
+    /// node's mean in interpolation. With weights by area, the nodes of large cells would outweigh the nodes of small
+    /// cells in the cells between them.
     weight: Vec<[f32; SIDES]>,
 }
 
-/// Numbers of the nodes around a node, itself included, with how many cells they share. They are 27 at most where cells
-/// have one size.
+/// Numbers of the nodes around a node, including the node itself, with the number of cells that they share. There are
+/// at most 27 nodes where cells have one size.
 type Neighbours = Vec<(u32, f32)>;
 
 /// The net flux of a group of wavelengths, times its weight, at each free node near the surface.
@@ -74,15 +77,16 @@ impl SurfaceNodes {
         Self { area_m2, weight, ..nodes }
     }
 
-    /// The smoothed flux of the fluxes of all surface elements.
+    /// The smoothed flux, from the fluxes of all surface elements.
     pub(crate) fn smooth(&self, grid: &Grid, flux: &[f32x4]) -> NodeFlux {
         let [smooth, _] = self.smooth_and_averaged(grid, flux);
         smooth
     }
 
-    /// The smoothed flux and exitance. Beside a bright edge the sharpened average falls below what it should be, even
-    /// below 0. So the exitance is not below a share of its average, nor below 0, and the flux grows by as much. What
-    /// is added is taken from what sharpening adds on the same side, so that the light of the surface stays.
+    /// The smoothed flux and exitance. Beside a bright edge the sharpened average is too low, even below 0. The
+    /// exitance is therefore kept at or above a share of its average, and at or above 0, and the flux grows by the
+    /// same amount. The amount added is subtracted from the excess of sharpening on the same side, so that the total
+    /// light of the surface is conserved.
     pub(crate) fn smooth_light(&self, grid: &Grid, flux: &[f32x4], exitance: &[f32x4]) -> [NodeFlux; 2] {
         let mut flux = self.smooth(grid, flux);
         let [mut exitance, averaged] = self.smooth_and_averaged(grid, exitance);
@@ -105,7 +109,7 @@ impl SurfaceNodes {
         [flux, exitance]
     }
 
-    /// Values of the surface elements, smoothed, and their averages.
+    /// The smoothed values of the surface elements, and their averages before sharpening.
     fn smooth_and_averaged(&self, grid: &Grid, values: &[f32x4]) -> [NodeFlux; 2] {
         let averaged = self.averaged(grid, values);
         let mut missed = self.at_elements(grid, &averaged);
@@ -153,17 +157,18 @@ impl SurfaceNodes {
         sums.map(|sum| quotient(sum, sum_of_weights))
     }
 
-    /// Takes the noise off a quantity of the surface elements that was sampled at random: averages it over as many
-    /// cells around each as bring its standard error below `tolerance` of its mean.
+    /// Removes noise from a randomly sampled quantity of the surface elements: averages the quantity over as many
+    /// cells around each element as bring its standard error below `tolerance` times its mean.
     ///
-    /// The error at a node follows from the scatter of the elements around it. Averaging over the corners of each cell,
-    /// then over the cells around each node, adds ½ cell² to the variance of the position, to 1/6 cell² of the shape
-    /// functions. After k times the mean is over 1 + 3k times the area, and the error smaller by its root.
+    /// The error at a node follows from the scatter of the elements around it. A step averages over the corners of
+    /// each cell, then over the cells around each node. It adds ½ cell² to the variance of the position, which is 1/6
+    /// cell² for the shape functions. After k steps the mean covers 1 + 3k times the area, and the error is smaller by
+    /// the square root of this factor.
     pub(crate) fn denoise(&self, grid: &Grid, values: &mut [f32x4], tolerance: f32) {
         let areas = &self.area_m2;
         let sums = self.averaged(grid, values);
         let means: NodeFlux = sums.iter().zip(&self.weight).map(|(sums, weights)| quotients(sums, weights)).collect();
-        // Scatter of the elements around the means, of the sum over all wavelengths.
+        // Scatter of the elements around the means, for the sum over all wavelengths.
         let mut scatter = vec![[f32x4::ZERO; SIDES]; areas.len()];
         self.visit_elements(grid, &mut |index, place, side, weight| {
             let difference = (values[index] - means[place][side]).reduce_add() * weight;
@@ -177,7 +182,7 @@ impl SurfaceNodes {
             }
         }
         let neighbours = self.neighbours(grid);
-        // At a node without a bright sample the scatter does not show that one is missing. That of its neighbours does.
+        // The scatter at a node that lacks a bright sample does not show the lack. The scatter of its neighbours does.
         for _ in 0..STEPS_OF_ERROR {
             scatter = self.spread(&neighbours, &scatter, None);
         }
@@ -201,7 +206,7 @@ impl SurfaceNodes {
             smooth = self.spread(&neighbours, &smooth, Some(&guide));
             for ((result, smooth), steps) in result.iter_mut().zip(&smooth).zip(&steps) {
                 for side in 0..SIDES {
-                    // The last step counts in part.
+                    // The last step may count in part.
                     let part = (steps[side] - (step - 1) as f32).clamp(0.0, 1.0);
                     if part > 0.0 {
                         result[side] = result[side] * (1.0 - part) + smooth[side] * part;
@@ -215,7 +220,7 @@ impl SurfaceNodes {
         values.copy_from_slice(&self.at_elements(grid, &result));
     }
 
-    /// For each node, the nodes of the cells at the surface around it, with how many cells they share.
+    /// For each node, the nodes of the surrounding cells at the surface, with the number of cells that they share.
     fn neighbours(&self, grid: &Grid) -> Vec<Neighbours> {
         let mut neighbours = vec![Neighbours::new(); self.area_m2.len()];
         for cell in grid.cells.iter().filter(|cell| cell.cut != NONE) {
@@ -235,11 +240,11 @@ impl SurfaceNodes {
     }
 
     /// Averages means at the nodes over the corners of each cell, then over the cells around each node, weighted by
-    /// area and for each orientation apart. With a guide, nodes count less the more they differ in it: light does not
-    /// leak from a bright surface to a dark one beside it.
+    /// area and separately for each orientation. With a guide, the weight of a node decreases with the difference of
+    /// their guide values, so that light does not leak from a bright surface to a dark surface beside it.
     fn spread(&self, neighbours: &[Neighbours], means: &NodeFlux, guide: Option<&[[f32; SIDES]]>) -> NodeFlux {
         let mean = |node: usize, side: usize| {
-            // It has no weight.
+            // A node without area has no weight.
             if self.area_m2[node][side] <= 0.0 {
                 return f32x4::ZERO;
             }
@@ -268,7 +273,8 @@ impl SurfaceNodes {
         sums
     }
 
-    /// Visits the weights of each surface element: its index, the number of the node, the orientation and the area.
+    /// Visits the weights of each surface element with the index of the element, the number of the node, the
+    /// orientation and the area.
     fn visit_elements(&self, grid: &Grid, visit: &mut dyn FnMut(usize, usize, usize, f32)) {
         for (cell, elements) in grid.surface_cells() {
             for index in elements {
@@ -287,17 +293,17 @@ impl SurfaceNodes {
     }
 }
 
-/// Sums over areas or weights.
+/// Sums divided by areas or weights.
 fn quotients(sums: &[f32x4; SIDES], areas: &[f32; SIDES]) -> [f32x4; SIDES] {
     std::array::from_fn(|side| quotient(sums[side], areas[side]))
 }
 
-/// A sum over an area or weight; 0 where there is none.
+/// A sum divided by an area or weight; 0 if the divisor is 0.
 fn quotient(sum: f32x4, weight: f32) -> f32x4 {
     if weight > 0.0 { sum / f32x4::splat(weight) } else { f32x4::ZERO }
 }
 
-/// How much two surfaces count as one by their brightness: the square of the ratio of the darker to the brighter.
+/// Similarity of two surfaces by brightness: the square of the ratio of the lower to the higher brightness.
 fn likeness(one: f32, other: f32) -> f32 {
     let (least, greatest) = if one < other { (one, other) } else { (other, one) };
     if greatest > 0.0 { (least.max(0.0) / greatest).powi(2) } else { 1.0 }

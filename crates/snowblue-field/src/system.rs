@@ -26,10 +26,10 @@ pub struct Diffusion {
 }
 
 impl Diffusion {
-    /// The snow of a cell of which some shares, which add up to 1, are other snow: the means of μ_a and of 1/ℓ*.
+    /// The mixture of the snow in a cell, by shares that add up to 1: the means of μ_a and of 1/ℓ*.
     ///
-    /// Across layers diffusing media are in series: the flux is the same in all, so that the drops of the fluence rate
-    /// add up, each as its 3/ℓ*.
+    /// Across layers, diffusing media are in series. The flux is equal in all layers, so that the drops of the fluence
+    /// rate add up, each in proportion to the 3/ℓ* of its layer.
     #[must_use]
     pub fn mixture(shares: impl IntoIterator<Item = (f32, Self)>) -> Self {
         let (mut absorption_per_m, mut inverse_length_per_m) = (f32x4::ZERO, f32x4::ZERO);
@@ -167,8 +167,8 @@ pub(crate) fn tasks(rows: usize) -> Vec<Range<usize>> {
     (0..rows).step_by(ROWS_PER_TASK).map(|start| start..(start + ROWS_PER_TASK).min(rows)).collect()
 }
 
-/// The right-hand side for light that enters at the surface: `light` is Σ K F at each surface element, and diffuse
-/// irradiance counts as it is. `diffusion` is the snow of each cell.
+/// The right-hand side for light that enters at the surface. `light` is Σ K F plus the diffuse irradiance at each
+/// surface element, and `diffusion` is the snow of each cell.
 pub(crate) fn right_hand_side(grid: &Grid, light: &[f32x4], diffusion: &[Diffusion], extrapolation: f64) -> Vec<f32x4> {
     let factor = single_value(4.0 / (3.0 * extrapolation));
     let mut sums = vec![f32x4::ZERO; grid.free_count];
@@ -191,16 +191,17 @@ pub(crate) fn right_hand_side(grid: &Grid, light: &[f32x4], diffusion: &[Diffusi
 
 /// Factor of the surface terms in a cell at the surface.
 ///
-/// With the elements' rule of integration, absorption is summed by the trapezoidal rule across the cells, whose leading
-/// error is −h²/12 times the slope at the ends (Euler–Maclaurin). There the slope is that of the surface condition.
+/// With the integration rule of the elements, absorption is summed by the trapezoidal rule across the cells. The
+/// leading error of the trapezoidal rule is −h²/12 times the slope at the ends (Euler–Maclaurin). The surface
+/// condition gives the slope at the surface.
 fn end_correction(diffusion: &Diffusion, square_width_m2: f32) -> f32x4 {
     let Diffusion { transport_length_m, absorption_per_m } = *diffusion;
     f32x4::ONE + absorption_per_m / transport_length_m * (0.25 * square_width_m2)
 }
 
-/// The share of diffuse irradiance that does not leave a slab of a thickness in m again on the side where it enters:
-/// −J over the irradiance, of the solution φ ∝ sinh κ(d − z) + qκℓ* cosh κ(d − z) with no light on the other side. It
-/// is at most 1, which diffusion exceeds where snow absorbs nearly all light.
+/// Share of the diffuse irradiance that a slab of a thickness in m does not return on the side of incidence: −J
+/// divided by the irradiance, for the solution φ ∝ sinh κ(d − z) + qκℓ* cosh κ(d − z) without light on the opposite
+/// side. The share is limited to 1, which diffusion exceeds where snow absorbs nearly all light.
 pub(crate) fn slab_absorptance(diffusion: &Diffusion, thickness_m: f32, extrapolation: f64) -> f32x4 {
     let Diffusion { transport_length_m, absorption_per_m } = *diffusion;
     let (lengths_m, absorption_per_m) = (transport_length_m.to_array(), absorption_per_m.to_array());
@@ -215,30 +216,31 @@ pub(crate) fn slab_absorptance(diffusion: &Diffusion, thickness_m: f32, extrapol
     }))
 }
 
-/// Decay of light without absorption over a transport mean free path, in place of zero.
+/// Decay of light over a transport mean free path that replaces zero where there is no absorption.
 const MIN_DECAY: f64 = 1e-6;
 
-/// Widths of a cell, in lengths 1/κ over which light decays, from which on and to which the flux at its surface changes
-/// from the grid's to that of a half-space.
+/// Widths of a cell, in decay lengths 1/κ, between which the flux at its surface changes from the flux of the grid to
+/// the flux of a half-space.
 const UNRESOLVED_WIDTHS: [f32; 2] = [0.75, 1.75];
-/// The same for the thickness of the snow below. Less than e⁻² of the light passes through thicker snow.
+/// Thicknesses of the snow below, in decay lengths 1/κ, between which the flux changes likewise. Less than e⁻² of the
+/// light passes through thicker snow.
 const HALF_SPACE_DEPTHS: [f32; 2] = [2.0, 3.0];
-/// What the net flux is in a cell at the surface that is too wide for the grid's to be right.
+/// The net flux in a cell at the surface that is too wide for the flux of the grid to be right.
 ///
-/// Light decays as e^{−κz} below the surface, with κ² = 3 μ_a / ℓ*. A cell wider than 1/κ does not resolve that, and
-/// absorbs too much or too little by how the surface cuts it. Where the snow is also thicker than a few 1/κ, the flux
-/// is that of a half-space, J = −4 Σ K F κℓ*/3 / (1 + q κℓ*).
+/// Light decays as e^{−κz} below the surface, with κ² = 3 μ_a / ℓ*. A cell wider than 1/κ does not resolve this decay,
+/// and absorbs too much or too little, depending on how the surface cuts the cell. Where the snow is also thicker than
+/// a few 1/κ, the flux is the flux of a half-space, J = −4 Σ K F κℓ*/3 / (1 + q κℓ*).
 pub(crate) struct WideCell {
     /// κ, in 1/m.
     decay_per_m: f32x4,
-    /// The part of the flux by its width.
+    /// The share of the flux of a half-space, by the width of the cell.
     share: f32x4,
-    /// The flux of a half-space over Σ K F.
+    /// The flux of a half-space, divided by Σ K F.
     half_space: f32x4,
 }
 
 impl WideCell {
-    /// For a cell with some surface elements; none if it is narrow at all wavelengths.
+    /// Prepares the flux of a cell with some surface elements; none if the cell is narrow at all wavelengths.
     pub(crate) fn new(
         grid: &Grid,
         (cell, elements): (&Cell, Range<usize>),
@@ -253,14 +255,14 @@ impl WideCell {
         share.to_array().iter().any(|share| *share > 0.0).then_some(Self { decay_per_m, share, half_space })
     }
 
-    /// What is missing in the grid's flux at an element, for snow of a thickness in m. All is over Σ K F, and
-    /// `grid_flux` is for the same light everywhere.
+    /// The flux that the grid misses at an element, for snow of a thickness in m. All fluxes are divided by Σ K F, and
+    /// `grid_flux` is the flux under uniform light.
     pub(crate) fn missing_flux(&self, grid_flux: f32x4, thickness_m: f32) -> f32x4 {
         self.share * part(HALF_SPACE_DEPTHS, self.decay_per_m * thickness_m) * (self.half_space - grid_flux)
     }
 }
 
-/// How far values lie between two ends, from 0 to 1.
+/// Relative position of values between two ends, limited to the range from 0 to 1.
 pub(crate) fn part([start, end]: [f32; 2], values: f32x4) -> f32x4 {
     ((values - f32x4::splat(start)) / f32x4::splat(end - start)).fast_max(f32x4::ZERO).fast_min(f32x4::ONE)
 }

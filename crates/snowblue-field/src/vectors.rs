@@ -1,9 +1,9 @@
-//! Sums over vectors of four systems at once, and quotients of them.
+//! Sums over vectors of four systems at once, and quotients of such sums.
 
 use rayon::prelude::*;
 use wide::{f32x4, f64x4};
 
-/// Rows of a task. Sums over tasks in a fixed order do not depend on the number of threads.
+/// Number of rows of a task. Tasks are summed in a fixed order, so sums do not depend on the number of threads.
 pub(crate) const ROWS_PER_TASK: usize = 1 << 10;
 
 pub(crate) fn wide(value: f32x4) -> f64x4 {
@@ -31,7 +31,7 @@ pub(crate) fn sum(vector: &[f32x4], term: impl Fn(usize, &f32x4) -> f64x4 + Sync
     parts.into_iter().fold(f64x4::ZERO, |sum, part| sum + part)
 }
 
-/// The same sum for terms that change the rows.
+/// The sum as by [`sum`], for terms that change the rows.
 pub(crate) fn sum_mut(vector: &mut [f32x4], term: impl Fn(usize, &mut f32x4) -> f64x4 + Sync) -> f64x4 {
     let task = |(task, chunk): (usize, &mut [f32x4])| {
         let terms = chunk.iter_mut().enumerate().map(|(k, value)| term(task * ROWS_PER_TASK + k, value));

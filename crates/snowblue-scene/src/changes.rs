@@ -1,4 +1,4 @@
-//! What differs between two descriptions, so that the rest of a scene need not be built again.
+//! Differences between two descriptions of a scene, so that the unchanged parts need not be built again.
 
 use crate::film::FilmSettings;
 use crate::integrator::IntegratorSettings;
@@ -6,25 +6,25 @@ use crate::material::MaterialDescription;
 use crate::scene::SceneDescription;
 use crate::sky::SkyDescription;
 
-/// What differs between two descriptions.
+/// The differences between two descriptions of a scene.
 #[derive(Debug, Clone)]
 pub struct Changes {
-    /// Objects, materials, or what depends on the integrator.
+    /// Whether objects, materials or parts that depend on the integrator differ.
     pub solids: bool,
-    /// The grids of the light field.
+    /// Whether the grids of the light field differ.
     pub grids: bool,
-    /// What the camera sees, on which cells may depend.
+    /// Whether the view of the camera differs. Cells may depend on the view.
     pub view: bool,
-    /// What is the same for each described light; none if their number differs.
+    /// Whether each described light is the same; none if the number of lights differs.
     same_lights: Option<Vec<bool>>,
-    /// The greatest number of surfaces on paths of light.
+    /// Whether the greatest number of surfaces on a light path differs.
     bounces: bool,
 }
 
 impl Changes {
     /// The differences between two descriptions whose files are the same.
     pub fn new(one: &SceneDescription, other: &SceneDescription) -> Self {
-        // All keys are named here, so that a new one must be given its place.
+        // All keys are named here, so that the code does not compile until a new key is handled here.
         let SceneDescription {
             gltf,
             camera,
@@ -50,7 +50,7 @@ impl Changes {
             || *materials != other.materials
             || *objects != other.objects
             || *kind != other.integrator.kind
-            // Without a camera there is the camera of the glTF.
+            // Without `camera`, the scene takes the camera of the glTF.
             || camera.is_some() != other.camera.is_some();
         let view = *camera != other.camera || [*width, *height] != [other.film.width, other.film.height];
         let has_relief = || materials.values().any(MaterialDescription::has_relief);
@@ -73,8 +73,8 @@ impl Changes {
         self.same_lights.as_ref().is_none_or(|same| same.contains(&false))
     }
 
-    /// Whether the light of a light of the scene, given by its index, differs. Those of a glTF follow the described
-    /// ones.
+    /// Whether the contribution of a light of the scene, given by its index, differs. The lights of a glTF follow the
+    /// described lights.
     pub fn has_light(&self, index: usize) -> bool {
         self.bounces || self.same_lights.as_ref().is_none_or(|same| same.get(index) == Some(&false))
     }

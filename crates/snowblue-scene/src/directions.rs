@@ -9,12 +9,12 @@ use snowblue_transport::ordinates::HalfSpace;
 
 use crate::sampling::{cosine_direction, cumulative, invert, share, uniform_hemisphere_direction};
 
-/// Bins of a [`ReflectionTable`]: steps of the root of the cosine of exit, of that of incidence, and of the sine of
-/// half the azimuth, which is 0 for light that goes on away from its source.
+/// Bins of a [`ReflectionTable`]: steps of the square root of the cosine of exit, of the square root of the cosine of
+/// incidence, and of the sine of half the azimuth. The azimuth is 0 for light that goes on away from its source.
 const EXITS: usize = 24;
 const INCIDENCES: usize = 32;
 const AZIMUTHS: usize = 16;
-/// Least cosine of exit. At grazing angles on both sides the reflection has a limit.
+/// Least cosine of exit. Where both directions are grazing, the reflection has a limit.
 const MIN_COSINE: f64 = 1e-3;
 
 /// A density of directions above a surface.
@@ -24,16 +24,17 @@ pub enum Directions<'a> {
     Cosine(SurfacePoint),
     /// Uniform in the hemisphere, p = 1 / 2π.
     Hemisphere(SurfacePoint),
-    /// About proportional to what deep snow reflects.
+    /// About proportional to the reflection of deep snow.
     Reflected(Reflected<'a>),
 }
 
-/// What deep snow reflects, R₀ μ₀, over all directions of incidence, for some directions of exit. The density is
+/// The reflection R₀ μ₀ of deep snow, over all directions of incidence, for some directions of exit. The density is
 /// constant over each bin of angles.
 #[derive(Debug)]
 pub(crate) struct ReflectionTable(Vec<Bins>);
 
-/// The bins of a direction of exit: cumulative shares of rows of equal incidence, and of the azimuths in each row.
+/// The bins of a direction of exit: cumulative shares of the rows of equal incidence, and of the azimuths in each
+/// row.
 #[derive(Debug)]
 struct Bins {
     rows: Vec<f32>,
@@ -62,7 +63,7 @@ impl Directions<'_> {
         }
     }
 
-    /// A unit direction by the density, from two numbers in [0, 1).
+    /// A unit direction drawn from the density, from two numbers in [0, 1).
     #[inline]
     pub fn sample(&self, [u, v]: [f32; 2]) -> Vec3A {
         match self {
@@ -89,14 +90,14 @@ impl Directions<'_> {
         }
     }
 
-    /// A direction by the density p, with cos θ / (π p).
+    /// A direction drawn from the density p, and the weight cos θ / (π p).
     #[inline]
     pub fn sample_weighted(&self, numbers: [f32; 2]) -> (Vec3A, f32) {
         let direction = self.sample(numbers);
         match self {
             Self::Cosine(_) => (direction, 1.0),
             Self::Hemisphere(_) | Self::Reflected(_) => {
-                // By rounding, a grazing direction may lie below the surface, where the density is 0.
+                // Because of rounding, a grazing direction may lie below the surface, where the density is 0.
                 let cos = self.surface().normal.dot(direction);
                 let factor = if cos > 0.0 { cos * FRAC_1_PI / self.density_per_sr(direction) } else { 0.0 };
                 (direction, factor)
@@ -118,7 +119,7 @@ impl ReflectionTable {
                 let weights = (0..AZIMUTHS).map(|column| {
                     let half_sine_squared = square(column as f64 + 0.5, AZIMUTHS);
                     let reflection = half_space.reflection(cos_exit, cos_incidence, 1.0 - 2.0 * half_sine_squared);
-                    // Above zero, so that every direction may be drawn.
+                    // Above zero, so that every direction can be drawn.
                     narrow(reflection.max(1e-4)) * step_of_azimuth(column)
                 });
                 let (total, shares) = cumulative(weights);
@@ -132,7 +133,7 @@ impl ReflectionTable {
         Self((0..=EXITS).map(of_exit).collect())
     }
 
-    /// The directions from which light leaves a surface against the unit vector `direction`, that of a ray from the
+    /// The directions from which a surface reflects light against the unit vector `direction` of a ray from the
     /// camera.
     #[inline]
     #[must_use]
@@ -149,7 +150,7 @@ impl ReflectionTable {
 impl Reflected<'_> {
     fn sample(&self, [u, v]: [f32; 2]) -> Vec3A {
         let (row, down) = invert(&self.bins.rows, v);
-        // Half of the numbers are for either side.
+        // Half of the numbers belong to each side.
         let (column, across) = invert(self.columns(row), (2.0 * u - 1.0).abs());
         let [low, high] = edge_cosines(row);
         let cos = low + (high - low) * down;
@@ -208,8 +209,8 @@ mod tests {
     use crate::sampling::Sampler;
     use snowblue_transport::PhaseFunction;
 
-    /// Snow that absorbs nothing reflects all light: the mean of R₀ μ₀ / p is 1 from every side. Of its standard
-    /// deviation remains what bins do not resolve.
+    /// Snow without absorption reflects all light: the mean of R₀ μ₀ / p is 1 for every direction of exit. The
+    /// remaining standard deviation comes from the finite size of the bins.
     #[test]
     fn reflected_directions_have_the_density_of_what_is_reflected() {
         let half_space = HalfSpace::new(&PhaseFunction::henyey_greenstein(0.8));
@@ -234,7 +235,7 @@ mod tests {
                 (sum, (squares - sum * sum).sqrt())
             });
             let (mean, deviation) = of_way[0];
-            // Scrambled points of a Sobol set are better than random ones, whose standard error is 0.8 % of the
+            // Scrambled points of a Sobol set are better than random points, whose standard error is 0.8 % of the
             // deviation.
             assert!((mean - 1.0).abs() < 5e-3, "{cos_exit}: {mean}");
             deviations.push((cos_exit, deviation, of_way[1].1));
@@ -244,7 +245,7 @@ mod tests {
         }
     }
 
-    /// At the ends of the numbers' range too, directions of a tilted surface have finite factors.
+    /// Directions of a tilted surface have finite factors, also at the ends of the range of numbers.
     #[test]
     fn grazing_directions_have_finite_factors() {
         let table = ReflectionTable::new(&HalfSpace::new(&PhaseFunction::henyey_greenstein(0.8)));
@@ -267,7 +268,7 @@ mod tests {
         let table = ReflectionTable::new(&half_space);
         let surface = SurfacePoint { point: Vec3A::ZERO, normal: Vec3A::Y };
         let directions = Directions::Reflected(table.at(surface, Vec3A::new(0.9, -0.4, 0.1).normalize()));
-        // The density is 0 below the surface, and that of uniform directions above is 1 / 2π.
+        // The density is 0 below the surface. The density of uniform directions above the surface is 1 / 2π.
         let mean: f64 = (0..1 << 16)
             .map(|sample| {
                 let [u, v, ..] = Sampler::new(1, 9, sample).next_four();

@@ -18,22 +18,22 @@ const LINES: u32 = 10_000;
 pub struct Inspection {
     /// Name of the object in the scene.
     pub name: String,
-    /// Whether it is snow, which should be watertight.
+    /// Whether the object is snow. Snow should be watertight.
     pub is_snow: bool,
     /// Axis-aligned extent in m; none for a plane.
     pub size_m: Option<Vec3A>,
     /// Volume in m³; none if the surface is open, inconsistently oriented or infinite.
     pub volume_m3: Option<f64>,
-    /// Topology of its mesh; without triangles for other shapes.
+    /// Topology of the object's mesh. For other shapes, the topology is without triangles.
     pub topology: Topology,
-    /// Number of random lines through its bounding sphere that crossed it.
+    /// Number of random lines through the bounding sphere that crossed the object.
     pub lines: u32,
-    /// Number of these lines that crossed it an odd number of times.
+    /// Number of these lines that crossed the object an odd number of times.
     pub odd_lines: u32,
 }
 
 impl Inspection {
-    /// Whether it is a closed solid, so that depths through it are well defined.
+    /// Whether the object is a closed solid, so that depths through the object are well defined.
     pub fn is_watertight(&self) -> bool {
         self.size_m.is_some() && self.topology.is_closed() && self.odd_lines == 0
     }
@@ -83,9 +83,9 @@ fn extent(shape: &Shape) -> Option<Bounds> {
 /// Random lines through an object.
 #[derive(Default)]
 struct RandomLines {
-    /// Number of lines that cross it.
+    /// Number of lines that cross the object.
     crossing: u32,
-    /// Number of these that cross it an odd number of times.
+    /// Number of these lines that cross the object an odd number of times.
     odd: u32,
 }
 

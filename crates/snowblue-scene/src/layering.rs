@@ -1,4 +1,4 @@
-//! Where the layers of snow in a body lie: at depths below its surface, or below a height.
+//! Positions of the layers of snow in a body: at depths below the surface of the body, or below a height.
 
 use std::cell::RefCell;
 
@@ -13,8 +13,8 @@ use snowblue_transport::stack::Layer;
 use crate::objects::Objects;
 use crate::values::{AnyOf, Coordinate, Notations};
 
-/// How far inside the surface, in m, its layer is looked up: far above the rounding of coordinates of 100 m, and far
-/// below the thickness of a layer.
+/// Distance inside the surface, in m, at which the layer of a surface point is looked up. The distance is far above
+/// the rounding of coordinates of 100 m, and far below the thickness of a layer.
 const INSET_M: f32 = 1e-4;
 
 /// Where the first layer of snow begins, from which all depths count vertically.
@@ -54,7 +54,7 @@ impl<'de> Deserialize<'de> for LayersTop {
 /// The depths of layers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Layering {
-    /// Depth of the lower end of each layer but the last, in m, top first. The last layer goes on below.
+    /// Depth of the lower end of each layer except the last, in m, top first. The last layer has no lower end.
     ends_m: Vec<f64>,
     top: LayersTop,
 }
@@ -64,8 +64,8 @@ thread_local! {
     static CROSSINGS: RefCell<Vec<Crossing>> = const { RefCell::new(Vec::new()) };
 }
 
-/// Depth of a point in the body of an object below the body's topmost surface above the point, in m; 0 if there is
-/// none. Of an object with prints it is the surface before they were pressed into it.
+/// Depth of a point in the body of an object below the body's topmost surface above the point, in m; 0 if there is no
+/// surface above the point. For an object with prints, depth counts from the surface before the prints were made.
 pub(crate) fn depth_below_surface(objects: &Objects, object: usize, point: Vec3A) -> f32 {
     let undisturbed = objects.list()[object].undisturbed.as_ref();
     if let Some(height_m) = undisturbed.and_then(|surface| surface.height_m(point.x, point.y)) {
@@ -90,7 +90,8 @@ impl Layering {
         Self { ends_m, top }
     }
 
-    /// The depths at which each layer begins and ends, in m; the first begins above all, and the last ends below.
+    /// The depths at which each layer begins and ends, in m. The first layer begins at −∞, and the last layer ends at
+    /// ∞.
     pub(crate) fn ranges_m(&self) -> impl Iterator<Item = [f64; 2]> {
         let starts = [f64::NEG_INFINITY].into_iter().chain(self.ends_m.iter().copied());
         let ends = self.ends_m.iter().copied().chain([f64::INFINITY]);
@@ -122,7 +123,7 @@ impl Layering {
     /// The share of each layer in the snow of a box, given by centre and size in m, along vertical lines through the
     /// box. The shares add up to 1.
     pub(crate) fn shares(&self, objects: &Objects, object: usize, [centre, size]: [DVec3; 2]) -> Vec<f32> {
-        /// Lines along each side: more where few meet the snow.
+        /// Number of lines along each side: more lines if none of the few lines meets the snow.
         const LINES: [u32; 2] = [2, 4];
         let mut lengths_m = vec![0.0; self.ends_m.len() + 1];
         for lines in LINES {
@@ -137,7 +138,7 @@ impl Layering {
                 return lengths_m.iter().map(|length_m| narrow(length_m / total_m)).collect();
             }
         }
-        // A box with so little snow has next to no weight.
+        // A box with so little snow has a negligible weight.
         let mut top = vec![0.0; lengths_m.len()];
         top[0] = 1.0;
         top
@@ -186,7 +187,7 @@ mod tests {
         assert!(message.contains("pack.toml:9") && message.contains("clear ice"), "{message}");
     }
 
-    /// Two steps of a stair, as one body: depth counts from the step above the point, and through a gap.
+    /// Two steps of a stair, as one body. Depth counts from the step above the point, also through a gap.
     #[test]
     fn depth_follows_the_terrain_or_a_height() {
         let step = |x: f64, top: f64| {
@@ -206,7 +207,7 @@ mod tests {
             assert!((depth_m(x, z) - expected).abs() < 1e-6, "{x} {z}: {}", depth_m(x, z));
         }
         let layers = LayerFile::parse(PACK).unwrap().layers;
-        // A cell from z = −0.035 to −0.005 in the lower step, of which the upper half is crust.
+        // A cell from z = −0.035 to −0.005 in the lower step. The upper half of its snow is crust.
         let (centre, size) = (DVec3::new(0.0, 0.0, -0.02), DVec3::new(0.02, 0.02, 0.03));
         let cell = [centre, size];
         let raised = [centre + DVec3::Z * 0.015, size];
@@ -215,9 +216,9 @@ mod tests {
             (LayersTop::Surface, cell, 0.5),
             (LayersTop::Height(Number::of(0.0)), cell, 0.5),
             (LayersTop::Height(Number::of(-0.01)), cell, 5.0 / 6.0),
-            // Of this cell the lower two thirds are snow.
+            // The lower two thirds of this cell are snow.
             (LayersTop::Surface, raised, 1.0),
-            // Of this one less than a third is snow.
+            // Less than a third of this cell is snow.
             (LayersTop::Surface, beside, 0.5),
         ] {
             let shares = Layering::new(&layers, top).shares(objects, 0, cell);

@@ -1,7 +1,7 @@
 //! The objects of a scene: first hits, occlusion, and the crossings of a line with a solid.
 //!
-//! A solid is one object, or all objects of one body: blocks of snow that touch or overlap are one piece of snow. Each
-//! keeps its material. The depth counts in the material of the object that is visible.
+//! A solid is one object, or all objects of one body: blocks of snow that touch or overlap are one piece of snow.
+//! Each object keeps its material. The depth through a body counts in the material of the visible object.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -16,10 +16,10 @@ use snowblue_geometry::texture_coordinates::TextureCoordinates;
 
 use crate::undisturbed::UndisturbedSurface;
 
-/// Up to this number objects are tested one by one; more get a hierarchy.
+/// Greatest number of objects that are tested one by one. More objects get a hierarchy.
 const FEW_OBJECTS: usize = 6;
 
-/// A shape with a material. A clone shares what is large.
+/// A shape with a material. Clones share large data.
 #[derive(Debug, Clone)]
 pub struct Object {
     /// Name in reports: its file or shape.
@@ -28,9 +28,9 @@ pub struct Object {
     pub shape: Shape,
     /// Index of its material in the scene.
     pub material: usize,
-    /// Objects of the same body are one solid. An object without a body is its own.
+    /// Objects of the same body are one solid. An object without a body is a body of its own.
     pub body: Option<String>,
-    /// Its surface before prints were pressed into it; none where there are no prints.
+    /// The surface of the object before prints were pressed into it; none if there are no prints.
     pub undisturbed: Option<Arc<UndisturbedSurface>>,
 }
 
@@ -43,7 +43,7 @@ pub struct SurfaceInteraction {
     pub material: usize,
     /// The hit point.
     pub point: Vec3A,
-    /// Unit normal on the side of the ray: the outward one as long as rays stay outside of solids.
+    /// Unit normal on the side of the ray. It points outwards as long as rays stay outside of solids.
     pub normal: Vec3A,
     /// Unit normal for shading: the interpolated vertex normal of a mesh, and for other shapes `normal`. Its cosines to
     /// `normal` and to the direction back along the ray are positive. Depths, shadows and offsets of rays ignore it.
@@ -67,9 +67,9 @@ impl SurfaceInteraction {
 pub enum Side {
     /// The outer side. All objects occlude lights from it.
     Outer(usize),
-    /// The inner side, where a path through the object leaves it. Other objects of its body do not occlude.
+    /// The inner side, where a path through the object leaves the object. Other objects of its body do not occlude.
     Inner(usize),
-    /// The inner side, on a line to the light that has left the body for good. No object of the body occludes.
+    /// The inner side, where the line to the light leaves the body for the last time. No object of the body occludes.
     Last(usize),
 }
 
@@ -86,15 +86,15 @@ impl Side {
 #[derive(Debug)]
 pub struct Objects {
     objects: Vec<Object>,
-    /// The box around each, but for those without end.
+    /// The box around each object; none for infinite objects.
     bounds: Vec<Option<Bounds>>,
     /// Index of each object's body.
     bodies: Vec<usize>,
     /// The objects of each body.
     members: Vec<Members>,
-    /// Objects that each ray tries: those without bounds, and all if they are few.
+    /// Objects that are tested for every ray: infinite objects, and all objects if there are few.
     tried: Vec<usize>,
-    /// Hierarchy over the others, if there are any.
+    /// Hierarchy over the remaining objects, if there are any.
     hierarchy: Option<ObjectBvh>,
 }
 
@@ -102,7 +102,7 @@ pub struct Objects {
 #[derive(Debug)]
 struct Members {
     objects: Vec<usize>,
-    /// Hierarchy over those with bounds, if they are many.
+    /// Hierarchy over the objects with bounds, if there are many.
     bvh: Option<ObjectBvh>,
 }
 
@@ -110,7 +110,7 @@ struct Members {
 #[derive(Debug)]
 struct ObjectBvh {
     bvh: Bvh8,
-    /// Index of each of its objects.
+    /// Index in the scene of each object of the hierarchy.
     objects: Vec<usize>,
 }
 
@@ -124,7 +124,7 @@ impl ObjectBvh {
 }
 
 impl Objects {
-    /// Gathers the objects, and builds hierarchies over them and over bodies of many.
+    /// Gathers the objects, and builds hierarchies over all objects and over the objects of large bodies.
     pub fn new(objects: Vec<Object>) -> Self {
         let bounds: Vec<_> = objects.iter().map(|object| object.shape.bounds()).collect();
         let bounded: Vec<usize> = (0..objects.len()).filter(|&index| bounds[index].is_some()).collect();
@@ -146,14 +146,14 @@ impl Objects {
         &self.objects
     }
 
-    /// The box around an object; none if it has no end.
+    /// The box around an object; none if the object is infinite.
     #[inline]
     pub fn bounds(&self, object: usize) -> Option<Bounds> {
         self.bounds[object]
     }
 
-    /// Largest coordinate of an object in m, which bounds the rounding of its surface points; 0 for an infinite plane,
-    /// whose points are as exact as their own coordinates.
+    /// Largest coordinate of an object in m. It bounds the rounding of the object's surface points. It is 0 for an
+    /// infinite plane, whose points are as exact as their own coordinates.
     pub fn reach_m(&self, object: usize) -> f32 {
         self.bounds[object].map_or(0.0, |bounds| bounds.greatest_coordinate())
     }
@@ -168,7 +168,7 @@ impl Objects {
         self.objects[surface.object].shape.mesh()?.uv(&surface.location)
     }
 
-    /// Texture coordinates at a hit; a mesh must have them.
+    /// Texture coordinates at a hit. A mesh must have texture coordinates.
     pub(crate) fn texture_coordinates_at(&self, surface: &SurfaceInteraction) -> TextureCoordinates {
         match &self.objects[surface.object].shape {
             Shape::Cuboid(cuboid) => cuboid.texture_coordinates(surface.point, surface.normal),
@@ -228,7 +228,7 @@ impl Objects {
     fn can_occlude(&self, index: usize, side: Side) -> bool {
         match side {
             Side::Outer(_) => true,
-            // A convex shape does not occlude a light that its own exit faces.
+            // A convex shape does not occlude a light in front of the surface point where the path leaves the shape.
             Side::Inner(object) if index == object => !self.objects[index].shape.is_convex(),
             Side::Inner(object) | Side::Last(object) => self.bodies[index] != self.bodies[object],
         }
@@ -250,7 +250,7 @@ impl Objects {
         occluded
     }
 
-    /// The object's shape, if it is convex and the only one of its body.
+    /// The shape of an object, if the shape is convex and the object is the only object of its body.
     #[inline]
     pub(crate) fn convex(&self, object: usize) -> Option<&Shape> {
         let shape = &self.objects[object].shape;
@@ -266,8 +266,8 @@ impl Objects {
         self.cross(object, ray, (limit_m, false), crossings)
     }
 
-    /// The same of a solid that is known to be closed. It is faster: the segment that holds the origin may begin just
-    /// behind the origin.
+    /// Collects all crossings of a line as [`crossings`](Self::crossings) does, with a solid that is known to be
+    /// closed. This is faster: the segment that holds the origin may begin just behind the origin.
     pub fn crossings_of_closed(&self, object: usize, ray: &Ray, limit_m: f32, crossings: &mut Vec<Crossing>) -> bool {
         self.cross(object, ray, (limit_m, true), crossings)
     }
@@ -310,11 +310,12 @@ impl Objects {
 
     /// The crossings of a line with an object that is a body by itself, without pairs behind the origin.
     ///
-    /// From a point outside, the crossings of a mesh ahead pair up by themselves. A point just behind the surface point
-    /// where a line starts is usually outside: if the number of crossings from there is even, they suffice. If it is
-    /// odd, the point is inside a closed mesh, and the segment begins there.
+    /// Ahead of a point outside a mesh, the crossings of a line form pairs. A point just behind the surface point
+    /// where a line starts is usually outside. If the number of crossings ahead of this point is even, these
+    /// crossings suffice. If the number is odd, the point is inside a closed mesh, and the segment begins at this
+    /// point.
     fn cross_alone(&self, object: usize, ray: &Ray, is_closed: bool, crossings: &mut Vec<Crossing>) -> bool {
-        /// Distance of that point behind the origin, as a fraction of the largest coordinate: far more than rounding.
+        /// Distance of this point behind the origin, as a fraction of the largest coordinate: far more than rounding.
         const BEHIND: f32 = 1.0 / 1024.0;
         if let Shape::Mesh(instance) = &self.objects[object].shape {
             let from_m = -BEHIND * self.reach_m(object);
@@ -339,8 +340,8 @@ impl Objects {
         set_object(object, &mut crossings[first..]);
     }
 
-    /// Whether a point inside a body is farther than `depth_m` from its surface, by the object of the body whose bounds
-    /// hold it most deeply. Joints between objects count as surface.
+    /// Whether a point inside a body is farther than `depth_m` from the surface of an object of the body: the object
+    /// whose bounds hold the point most deeply. Joints between objects count as surface.
     #[inline]
     pub fn holds_deeply(&self, object: usize, point: Vec3A, depth_m: f32) -> bool {
         let members = self.body_of(object);
@@ -358,7 +359,7 @@ impl Objects {
         })
     }
 
-    /// The point of the surface of an object's body that is nearest to a point; none if the body has no end.
+    /// The point of the surface of an object's body that is nearest to a point; none if the body is infinite.
     pub(crate) fn nearest(&self, object: usize, point: Vec3A) -> Option<SurfaceInteraction> {
         let found = self.body_of(object).iter().filter_map(|&member| {
             let hit = self.objects[member].shape.nearest(point)?;
@@ -381,7 +382,7 @@ impl Objects {
         (0..self.objects.len()).find(|&index| is_of_kind(&self.objects[index]) && self.holds(index, point))
     }
 
-    /// Whether a point lies inside an object: lines in three directions agree. False for an open surface.
+    /// Whether a point lies inside an object: lines in three directions must agree. False for an open surface.
     pub fn holds(&self, object: usize, point: Vec3A) -> bool {
         let mut crossings = Vec::new();
         [Vec3A::new(0.36, 0.48, 0.8), Vec3A::new(-0.8, 0.6, 0.0), Vec3A::new(0.48, -0.6, -0.64)].iter().all(
@@ -508,7 +509,7 @@ mod tests {
         (0..count).map(|k| object(cube(k), k)).collect()
     }
 
-    /// An igloo of blocks, each an object of one body, with lines from near its wall and through its joints.
+    /// An igloo whose blocks are objects of one body, with lines from near its wall and through its joints.
     #[test]
     fn a_hierarchy_over_a_body_finds_the_same_segments_as_all_members() {
         let igloo = Igloo {
@@ -558,8 +559,8 @@ mod tests {
         assert!(merged > 1000, "{merged}");
     }
 
-    /// From points inside and near the surface of a torus, whose lines cross it up to four times. The orientation of
-    /// triangles does not count.
+    /// Lines from points inside a torus and near its surface cross the torus up to four times. The orientation of
+    /// triangles does not matter.
     #[test]
     fn lines_from_inside_have_the_segments_of_the_whole_line() {
         const STEPS: [usize; 2] = [48, 24];
@@ -606,7 +607,7 @@ mod tests {
         assert!(inside > 1000, "{inside}");
     }
 
-    /// A sphere of triangles, stretched, mirrored and turned, against the true normals of the ellipsoid.
+    /// A sphere of triangles, stretched, mirrored and turned, compared with the true normals of the ellipsoid.
     #[test]
     fn shading_normals_of_placed_meshes_are_those_of_the_smooth_surface() {
         let map = DAffine3::from_scale_rotation_translation(
@@ -629,7 +630,7 @@ mod tests {
             let Some(hit) = objects.first_hit(&Ray { origin, direction }) else { continue };
             assert!(hit.shading_normal.is_normalized());
             assert!(hit.shading_normal.dot(hit.normal) > 0.0 && hit.shading_normal.dot(direction) < 0.0);
-            // In object space the normal is the point; the transform is that of normals.
+            // In object space the normal equals the point. The transform is the transform of normals.
             let on_sphere = map.inverse().transform_point3(hit.point.as_dvec3()).normalize();
             let normal = (map.matrix3.inverse().transpose() * on_sphere).normalize().as_vec3a();
             let normal = if from_inside { -normal } else { normal };
@@ -644,7 +645,7 @@ mod tests {
         assert_eq!((hit.object, hit.shading_normal), (1, hit.normal));
     }
 
-    /// A normal of a file that leans away from the viewer cannot be used.
+    /// A normal of a file that points away from the viewer cannot be used.
     #[test]
     fn a_shading_normal_that_faces_away_gives_way_to_the_geometric_one() {
         let normals = VertexNormals::new([Vec3::new(-0.9, 0.0, 0.2); 3]);

@@ -1,6 +1,6 @@
-//! Where the work on a picture or on baked light stands.
+//! Progress of the work on a picture or on baked light.
 
-/// A phase of the work. Phases come in this order, and some works lack some.
+/// A phase of the work. Phases come in this order; a phase may be absent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Phase {
     /// The objects of the scene are read and made.
@@ -11,11 +11,12 @@ pub enum Phase {
     Snow,
     /// Bodies of snow are divided into cells.
     Cells,
-    /// The light in the snow is solved for. Its steps are solutions in a body, of which the number is not known before.
+    /// The light in the snow is solved for. Each step is a solution in a body. The number of steps is not known in
+    /// advance.
     Light,
     /// The surface of an object is laid flat for a lightmap.
     Charts,
-    /// The light of one lamp after the other, to be baked.
+    /// The light to be baked is computed for one lamp after the other.
     Lamps,
     /// Texels of a lightmap are read.
     Texels,
@@ -24,7 +25,7 @@ pub enum Phase {
 }
 
 impl Phase {
-    /// Its name.
+    /// The name of the phase.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -40,7 +41,7 @@ impl Phase {
         }
     }
 
-    /// What its steps are.
+    /// The name of the steps of the phase.
     #[must_use]
     pub fn unit(self) -> &'static str {
         match self {
@@ -57,7 +58,7 @@ impl Phase {
     }
 }
 
-/// Where the work stands.
+/// The state of the work.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Progress {
     /// The present phase.

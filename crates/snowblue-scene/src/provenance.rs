@@ -1,4 +1,4 @@
-//! What an image is made from. Parts of an image can be merged only if they agree in it.
+//! The inputs of an image. Parts of an image can be merged only if their inputs agree.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -14,20 +14,21 @@ use crate::scene::SceneDescription;
 /// The name of the list of files.
 const FILES: &str = "files";
 
-/// Names and values of everything that the samples of an image depend on: the version of this crate, the description of
-/// the scene, the content of the files that it names, and the table. The number of samples and the exposure do not
-/// belong to it.
+/// Names and values of everything that the samples of an image depend on: the version of this crate, the description
+/// of the scene, the content of the files that the description names, and the table. The number of samples and the
+/// exposure are not included.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Provenance(Vec<(String, String)>);
 
 impl Provenance {
-    /// What a scene was built from, its settings, and the hash of the table of curves if its integrator reads one.
+    /// The provenance of a scene: its description, its files, and the hash of the table of curves if its integrator
+    /// reads a table.
     pub fn of(scene: &Scene, table_hash: Option<u64>) -> Self {
         Self::new(&scene.description, table_hash, &scene.file_hashes())
     }
 
-    /// What a scene would be built from that names the same files and reads the same table as this one, without
-    /// building it.
+    /// The provenance of a scene that names the same files and reads the same table as this provenance, without
+    /// building the scene.
     pub fn of_same_files(&self, scene: &SceneDescription, files: &dyn FileSource) -> Self {
         let names: Vec<String> = self.get(FILES).and_then(|names| serde_json::from_str(names).ok()).unwrap_or_default();
         let hash = |name: &str| files.read(name).ok().map(|bytes| Fnv1a::of(&bytes));
@@ -36,7 +37,7 @@ impl Provenance {
         Self::new(scene, table, &hashes)
     }
 
-    /// That of a description, with hashes of the files that it names.
+    /// The provenance of a description, with hashes of the files that the description names.
     fn new(scene: &SceneDescription, table: Option<u64>, files: &BTreeMap<&str, u64>) -> Self {
         let (film, integrator) = (&scene.film, &scene.integrator);
         let mut entries = vec![
@@ -97,7 +98,7 @@ impl Provenance {
         Some(format!("{name} is {value} in one and {} in the other", other.get(name).unwrap_or("not given")))
     }
 
-    /// Parses what [`Display`](fmt::Display) writes. Lines without a colon are ignored.
+    /// Parses the output of [`Display`](fmt::Display). Lines without a colon are ignored.
     pub fn parse(text: &str) -> Self {
         let entry = |line: &str| line.split_once(": ").map(|(name, value)| (name.to_owned(), value.to_owned()));
         Self(text.lines().filter_map(entry).collect())
@@ -145,7 +146,7 @@ mod tests {
         let mut hash = |text: &str, files: &FilesInMemory| {
             let scene = SceneFile::parse(text, "scene.toml").unwrap().description.build(files).unwrap();
             hashes.push(scene_hash(&scene.description, &scene.file_hashes()));
-            // The same without building the scene.
+            // The same provenance without building the scene.
             let provenance = Provenance::of(&scene, None);
             let again = Provenance::parse(&provenance.to_string()).of_same_files(&scene.description, files);
             assert_eq!(again, provenance);

@@ -1,4 +1,4 @@
-//! Ray queries to the objects of a scene, counted. Each thread has its own.
+//! Ray queries to the objects of a scene, with counts. Each thread has its own queries and counts.
 
 use glam::Vec3A;
 use snowblue_geometry::body::{Chord, Line, chord, parts};
@@ -9,7 +9,7 @@ use crate::objects::{Objects, Side, SurfaceInteraction, set_object};
 /// Counts of a rendering.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Statistics {
-    /// Samples of all pixels, also those that a pixel below its noise target repeats.
+    /// Samples of all pixels, including the samples that a pixel below its noise target repeats.
     pub samples: u64,
     /// Camera rays.
     pub camera_rays: u64,
@@ -24,7 +24,7 @@ pub struct Statistics {
     pub odd_depth_lines: u64,
     /// Random walks into snow.
     pub walks: u64,
-    /// Walks that ended in the light field inside.
+    /// Random walks that ended in the light field inside the snow.
     pub walks_into_field: u64,
     /// Flights from grain to grain of all walks.
     pub flights: u64,

@@ -49,7 +49,7 @@ impl Sampler {
         PixelSampler::new(seed, pixel).sampler(sample)
     }
 
-    /// What identifies this sample in the image: the scramble of its pixel and its index.
+    /// The identity of this sample in the image: the scramble of its pixel and its index.
     pub fn address(&self) -> [u32; 2] {
         [self.scramble, self.index]
     }
@@ -67,9 +67,10 @@ impl Sampler {
 
 /// Positions of a range of samples within their pixels.
 ///
-/// One scrambled Sobol sequence serves all pixels. Each pixel moves it by a random digital shift (Kollig & Keller 2002,
-/// "Efficient multidimensional sampling", doi:10.1111/1467-8659.00706), which keeps its stratification. A position is
-/// then a table look-up and an exclusive or. It depends on (seed, pixel, sample) alone.
+/// One scrambled Sobol sequence serves all pixels. Each pixel moves the sequence by a random digital shift (Kollig &
+/// Keller 2002, "Efficient multidimensional sampling", doi:10.1111/1467-8659.00706), which keeps the stratification
+/// of the sequence. A position is then a table look-up and an exclusive or. The position depends on (seed, pixel,
+/// sample) alone.
 #[derive(Debug)]
 pub struct PixelPattern {
     seed: u32,
@@ -102,7 +103,7 @@ impl PixelPattern {
         [across ^ shift[0], down ^ shift[1]].map(|digits| digits as f32 * UNIT)
     }
 
-    /// Two further numbers of a sample in [0, 1), of the same sequence, for the lens.
+    /// Two further numbers of a sample in [0, 1), from the same sequence, for the lens.
     #[inline]
     pub fn lens_numbers(&self, shift: [u32; 2], sample: u32) -> [f32; 2] {
         let [.., first, second] = self.digits[(sample - self.samples.start) as usize];
@@ -112,7 +113,7 @@ impl PixelPattern {
     }
 }
 
-/// Makes the pattern's numbers independent of those of [`Sampler`].
+/// Makes the pattern's numbers independent of the numbers of [`Sampler`].
 const PATTERN_SALT: u32 = 0x5eed_f11a;
 /// Binary digits of a position.
 const DIGITS: u32 = 24;
@@ -149,7 +150,7 @@ pub fn concentric_disc([u, v]: [f32; 2]) -> [f32; 2] {
 
 /// A unit direction about a normal with density cos θ / π, from two numbers in [0, 1).
 ///
-/// The basis about the normal is that of Duff et al. (2017, "Building an orthonormal basis, revisited", Journal of
+/// The basis about the normal follows Duff et al. (2017, "Building an orthonormal basis, revisited", Journal of
 /// Computer Graphics Techniques 6(1), 1–8).
 #[inline]
 pub fn cosine_direction(normal: Vec3A, u: f32, v: f32) -> Vec3A {
@@ -198,8 +199,8 @@ mod tests {
 
     #[test]
     fn directions_have_the_cosine_density() {
-        // ⟨cos θ⟩ = 2/3 and ⟨cos² θ⟩ = 1/2 under the density cos θ / π. 4,096 points of a scrambled Sobol set are
-        // far better than random ones, whose standard error would be 0.0037 and 0.0045.
+        // ⟨cos θ⟩ = 2/3 and ⟨cos² θ⟩ = 1/2 under the density cos θ / π. 4,096 points of a scrambled Sobol set are far
+        // better than random points, whose standard errors would be 0.0037 and 0.0045.
         let normal = Vec3A::new(0.6, -0.48, 0.64);
         let (mut first, mut second, mut sideways) = (0.0, 0.0, Vec3A::ZERO);
         for sample in 0..4096 {

@@ -1,4 +1,4 @@
-//! What a camera sees: places on the objects of a scene, and the distances to them.
+//! Places on the objects of a scene that a camera sees, and the distances to these places.
 
 use arrayvec::ArrayVec;
 use glam::DVec3;
@@ -8,23 +8,23 @@ use crate::camera::PerspectiveCamera;
 use crate::objects::Objects;
 use crate::queries::SceneQueries;
 
-/// Camera rays along each side of the picture that find what is seen.
+/// Number of camera rays along each side of the picture that find visible places.
 pub const RAYS: u16 = 256;
-/// A picture of fewer rows has the cells and triangles of one with so many: in one of 32, the wall of a snow hut would
-/// be thinner than a cell.
+/// A picture of fewer rows gets the cells and triangles of a picture of this number of rows. With the cells of a
+/// picture of 32 rows, the wall of a snow hut would be thinner than a cell.
 pub const MIN_ROWS: u32 = 240;
-/// Greatest size of what is not seen, a cell or an edge, over its distance to the nearest place that is seen.
+/// Greatest size of an invisible cell or edge, over its distance to the nearest visible place.
 pub const SIZE_PER_DISTANCE: f64 = 0.125;
-/// Most places in a leaf of the tree.
+/// Greatest number of places in a leaf of the tree.
 const LEAF: usize = 8;
-/// More than the levels of the tree, each of which halves the places.
+/// More than the number of levels of the tree. Each level halves the number of places.
 const MAX_LEVELS: usize = 64;
 
 /// Places that a camera sees, in a tree of boxes.
 #[derive(Debug)]
 pub struct SeenPlaces {
     places: Vec<DVec3>,
-    /// The first is the root.
+    /// The first box is the root.
     boxes: Vec<PlaceBox>,
 }
 
@@ -33,14 +33,14 @@ pub struct SeenPlaces {
 struct PlaceBox {
     low: DVec3,
     high: DVec3,
-    /// The first of its places if it is a leaf, otherwise the first of its two children.
+    /// For a leaf, the index of the first of its places; otherwise the index of the first of its two children.
     first: usize,
-    /// How many places it has if it is a leaf, otherwise 0.
+    /// For a leaf, the number of its places; otherwise 0.
     count: usize,
 }
 
 impl SeenPlaces {
-    /// What a camera sees of objects.
+    /// The places on objects that a camera sees.
     pub fn of(objects: &Objects, camera: &PerspectiveCamera) -> Self {
         let at = |k: u16| (f32::from(k) + 0.5) / f32::from(RAYS);
         let of_row = |row: u16| -> Vec<DVec3> {
@@ -52,7 +52,7 @@ impl SeenPlaces {
         Self::of_places(rows.concat())
     }
 
-    /// The places themselves.
+    /// A tree of given places.
     pub fn of_places(mut places: Vec<DVec3>) -> Self {
         let mut boxes = vec![PlaceBox::around(&places, 0)];
         let mut next = 0;
@@ -72,7 +72,7 @@ impl SeenPlaces {
         Self { places, boxes }
     }
 
-    /// The distance in m from the box between two corners to the nearest place; infinite if none is seen.
+    /// The distance in m from the box between two corners to the nearest place; infinite if no place is visible.
     pub fn distance_m(&self, low: DVec3, high: DVec3) -> f64 {
         let mut least = f64::INFINITY;
         let with_distance = |index: usize| (self.boxes[index].distance_squared(low, high), index);

@@ -1,4 +1,4 @@
-//! What the parts of a scene are built from.
+//! The files and spectra from which the parts of a scene are built.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -28,7 +28,7 @@ impl<'scene> Sources<'scene> {
         NamedFile::read(self.files, name).map_err(|error| self.named(path, name, error))
     }
 
-    /// An error about the file that a key names: where the file does not exist, an error about the key.
+    /// An error about the file that a key names. If the file does not exist, the error is about the key.
     pub(crate) fn named(&self, path: &KeyPath, name: &str, error: impl Into<SceneError>) -> SceneError {
         match error.into() {
             SceneError::File(FileError::Read { path: file, source })
@@ -41,14 +41,14 @@ impl<'scene> Sources<'scene> {
     }
 }
 
-/// Files with a record of what was read.
+/// Files with a record of the contents that were read.
 pub(crate) struct RecordedFiles<'files> {
     files: &'files dyn FileSource,
     hashes: RefCell<BTreeMap<String, u64>>,
 }
 
 impl<'files> RecordedFiles<'files> {
-    /// Nothing is read yet.
+    /// Files of which no file is read yet.
     pub(crate) fn new(files: &'files dyn FileSource) -> Self {
         Self { files, hashes: RefCell::default() }
     }

@@ -1,5 +1,5 @@
-//! Surfaces of snow as they were before poles and boots were pressed into them. The layers of snow below a print lie at
-//! the depths that they had.
+//! Surfaces of snow before poles and boots were pressed into them. The layers of snow below a print keep their depths
+//! below this surface.
 
 use std::sync::Arc;
 
@@ -17,7 +17,7 @@ pub struct UndisturbedSurface {
 }
 
 impl UndisturbedSurface {
-    /// The surface of an object in its place; none if it is tilted, so that its heights are not along z.
+    /// The surface of an object in its place; none if the object is tilted, so that its heights are not along z.
     pub(crate) fn new(terrain: Arc<Terrain>, to_scene: DAffine3) -> Option<Self> {
         let matrix = to_scene.matrix3;
         let tilt = matrix.z_axis.truncate().length().max(matrix.x_axis.z.abs()).max(matrix.y_axis.z.abs());
@@ -26,8 +26,8 @@ impl UndisturbedSurface {
         is_upright.then(|| Self { terrain, to_scene, to_object: to_scene.inverse() })
     }
 
-    /// Height of the surface above or below a point of the scene, in m; none beyond its edges. Where there is no snow,
-    /// it is the height of the snow's underside.
+    /// Height of the surface above or below a point of the scene, in m; none beyond the edges of the surface. Where
+    /// there is no snow, this is the height of the snow's underside.
     pub fn height_m(&self, x_m: f32, y_m: f32) -> Option<f32> {
         let in_object = self.to_object.transform_point3(DVec2::new(x_m.into(), y_m.into()).extend(0.0));
         let height_m = self.terrain.undisturbed_m(in_object.truncate())?;

@@ -1,4 +1,4 @@
-//! Quantities and notations that several things of a scene have.
+//! Quantities and notations that several parts of a scene share.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -241,17 +241,17 @@ pub(crate) fn point<Q: Quantity>(coordinates: Numbers<Q, 3>) -> Vec3A {
     coordinates.get().map(narrow).into()
 }
 
-/// A unit vector in a direction, which `reason` refuses if its length is zero.
+/// The unit vector of a direction. A direction of zero length is refused with the given `reason`.
 pub(crate) fn unit_vector(path: &KeyPath, direction: Vec3A, reason: &str) -> Result<Vec3A, KeyError> {
     direction.try_normalize().ok_or_else(|| path.error(reason))
 }
 
-/// The reason against a key that excludes another one that is given.
+/// The reason why a key is refused beside another given key that excludes it.
 pub(crate) fn beside(other: &str) -> String {
     format!("stands beside `{other}`: give one of them")
 }
 
-/// The one value that is given of several that exclude each other.
+/// The only given value among several values that exclude each other.
 ///
 /// # Errors
 ///
@@ -269,8 +269,8 @@ pub(crate) fn only_one<T, const COUNT: usize>(
     }
 }
 
-/// Makes an enumeration of things of one kind: for each the value of the key that names it, its variant, and the type
-/// of its keys, which a file of its own declares and builds by a common trait.
+/// Declares an enumeration of things of one kind. Each line has the word that names the thing, its variant, and the
+/// type of its keys. A file of its own declares this type, which implements a common trait.
 macro_rules! things {
     (
         $(#[$doc:meta])*
@@ -294,7 +294,7 @@ macro_rules! things {
                 table.take_name($tag, known)?(table)
             }
 
-            /// The word that names it.
+            /// The word that names the thing.
             #[allow(dead_code, reason = "not everything is named in reports")]
             pub(crate) fn word(&self) -> &'static str {
                 match self {
@@ -302,7 +302,7 @@ macro_rules! things {
                 }
             }
 
-            /// The keys, whatever it is.
+            /// The keys of the thing.
             pub(crate) fn keys(&self) -> &dyn $interface {
                 match self {
                     $(Self::$variant(keys) => keys,)*

@@ -1,6 +1,7 @@
-//! What a sample's camera ray hits first, for channels beside the colour: the surface, and the snow behind it.
+//! First hits of camera rays, for channels beside the colour: the surface, and the snow behind it.
 //!
-//! It is found separately from the path of light, so that pictures without such channels take no time for them.
+//! First hits are found separately from the path of light, so that pictures without such channels take no time for
+//! them.
 
 use snowblue_base::narrow;
 use snowblue_color::LinearRgb;
@@ -24,17 +25,18 @@ pub(crate) struct FirstHits<'a> {
     queries: SceneQueries<'a>,
 }
 
-/// The distance within which a camera ray sees lights before a surface. A light that lies on the surface counts, as for
+/// The distance within which a light lies before a surface on a camera ray. A light on the surface counts, as for
 /// shadow rays.
 pub(super) fn light_limit_m(ray: &Ray, surface: &SurfaceInteraction) -> f32 {
     surface.point.distance(ray.origin) / (1.0 - SHADOW_EPSILON)
 }
 
-/// The snow behind a point that is seen.
+/// The snow behind a visible point.
 #[derive(Debug, Clone, Copy)]
 struct Behind {
     depth_m: f32,
-    /// Between the normal where the path comes out and the first light; above 90° the exit lies in its own shade.
+    /// Angle between the normal at the exit of the path and the direction to the first light; above 90° the exit
+    /// faces away from the light.
     angle_deg: Option<f32>,
 }
 
@@ -44,7 +46,7 @@ impl<'a> FirstHits<'a> {
         Self { prepared, scene, queries: SceneQueries::new(scene.objects()) }
     }
 
-    /// Adds what a camera ray hits first to the features of its pixel.
+    /// Adds the first hit of a camera ray to the AOVs of its pixel.
     pub(crate) fn add(&mut self, ray: &Ray, pixel: &mut PixelAccumulator, channels: Aovs) {
         if channels.emitter {
             let seen = self.sees_emitter(ray);
@@ -71,15 +73,15 @@ impl<'a> FirstHits<'a> {
         }
     }
 
-    /// Whether a camera ray meets a lamp or the sun before any surface. Few rays pass a lamp at all, and only they ask
-    /// for the surface.
+    /// Whether a camera ray meets a lamp or the sun before any surface. Few rays meet a lamp at all, and only these
+    /// rays search for the surface.
     fn sees_emitter(&mut self, ray: &Ray) -> bool {
         let scene = self.scene;
         let sees = |limit_m: f32| scene.lights().iter().any(|light| light.is_seen_as_emitter(ray, limit_m));
         sees(f32::INFINITY) && self.queries.camera_hit(ray).is_none_or(|surface| sees(light_limit_m(ray, &surface)))
     }
 
-    /// The snow on the path that does not depend on the lights.
+    /// The snow behind a surface, along the path that does not depend on the lights.
     fn behind(&mut self, surface: &SurfaceInteraction) -> Option<Behind> {
         let SurfaceInteraction { object, point, normal, .. } = *surface;
         let direction = self.prepared.method.straight_direction(self.scene, surface);
@@ -95,7 +97,7 @@ impl<'a> FirstHits<'a> {
         Some(Behind { depth_m: chord.depth_m, angle_deg })
     }
 
-    /// Reflectance of what is seen; of snow for light that comes straight from above, and as of deep snow except by
+    /// Reflectance of a visible surface. At snow it holds for light from straight above, and for deep snow except by
     /// PCASnow.
     fn reflectance(&self, surface: &SurfaceInteraction, depth_m: f32) -> Spectrum {
         let albedo = self.scene.materials()[surface.material].albedo(self.queries.objects(), surface);

@@ -22,7 +22,8 @@ use crate::integrators::method::{Method, Prepared};
 use crate::integrators::path::PathTracer;
 use crate::integrators::reference::ReferenceTracer;
 
-/// Memory of the coarse cells of snow for a first picture, in MiB, and if they do not fit.
+/// Memory of the coarse cells of snow for a first picture, in MiB: the first value, then the second if the cells do
+/// not fit.
 const COARSE_MEMORY_MIB: [u32; 2] = [8, 32];
 
 /// An integrator that is ready for a scene. It shares the scene's parts.
@@ -32,12 +33,12 @@ pub struct Integrator {
     notes: Vec<String>,
 }
 
-/// What a scene has, and the method that is ready for it.
+/// Counts of a scene, and of the method that is ready for it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SceneStatistics {
     /// Objects of the scene.
     pub objects: usize,
-    /// Those that are meshes.
+    /// Objects that are meshes.
     pub meshes: usize,
     /// Triangles of all meshes.
     pub triangles: usize,
@@ -45,21 +46,21 @@ pub struct SceneStatistics {
     pub light_field: Option<FieldStatistics>,
 }
 
-/// What an integrator is prepared with.
+/// Inputs for the preparation of an integrator.
 pub struct Preparation<'a> {
-    /// The table of curves for PCASnow; none for that of the scene, or else the embedded one.
+    /// The table of curves for PCASnow; none for the table of the scene, or else the embedded table.
     pub table: Option<&'a CompressedTable>,
-    /// The integrator of an earlier scene, of which light fields are kept where nothing differs that they depend on. It
-    /// must have had the same files.
+    /// The integrator of an earlier scene. Its light fields are kept if nothing that they depend on differs. The
+    /// files of both scenes must be equal.
     pub earlier: Option<Integrator>,
-    /// Whether only pictures by the camera of the scene are wanted. Unless the scene asks for all views, snow that the
-    /// camera does not see then has larger cells.
+    /// Whether only pictures from the camera of the scene are needed. Unless the scene asks for all views, snow that
+    /// the camera does not see then has larger cells.
     pub has_one_view: bool,
     /// Receives the progress.
     pub report: Report<'a>,
 }
 
-/// The table of the scene or the embedded one, nothing earlier, and nobody to report to.
+/// The table of the scene or the embedded table, no earlier integrator, and no report.
 impl Default for Preparation<'_> {
     fn default() -> Self {
         Self { table: None, earlier: None, has_one_view: false, report: &|_| {} }
@@ -67,11 +68,11 @@ impl Default for Preparation<'_> {
 }
 
 impl Integrator {
-    /// Prepares the integrator of a scene, with the embedded table or that of the scene.
+    /// Prepares the integrator of a scene, with the table of the scene or else the embedded table.
     ///
     /// # Errors
     ///
-    /// As those of [`prepare_with`](Self::prepare_with).
+    /// As [`prepare_with`](Self::prepare_with).
     pub fn prepare(scene: &Scene) -> Result<Self, RenderError> {
         Self::prepare_with(scene, Preparation::default())
     }
@@ -100,7 +101,7 @@ impl Integrator {
     ///
     /// # Errors
     ///
-    /// As those of [`prepare_with`](Self::prepare_with).
+    /// As [`prepare_with`](Self::prepare_with).
     pub fn prepare_coarse(scene: &Scene, report: Report) -> Result<Option<Self>, RenderError> {
         let report = |_| report(Progress { phase: Phase::Preview, done: 0, total: 0 });
         let prepare = |memory_mib: u32| {
@@ -121,34 +122,34 @@ impl Integrator {
         &self.prepared.scene
     }
 
-    /// What was done otherwise than the files say, in sentences: about meshes, and curves that a table lacks.
+    /// Deviations from the files, in sentences: about meshes, and about curves that a table lacks.
     pub fn notes(&self) -> &[String] {
         &self.notes
     }
 
-    /// The number of light fields that were solved for, one for all lights of one spectrum. Those that were kept of an
-    /// earlier integrator do not count.
+    /// The number of light fields that were solved, one for all lights of one spectrum. Light fields that were kept
+    /// from an earlier integrator do not count.
     pub fn solved_light_fields(&self) -> usize {
         self.prepared.method.field().map_or(0, LightField::solved_count)
     }
 
-    /// If the cells of a body of snow have sizes for the pixels of the image: the greatest factor of these sizes that
-    /// makes them fit into the memory of the light field. Light leaks through snow that is thinner than two cells.
+    /// The greatest factor that fits the cell sizes for the pixels of the image into the memory of the light field;
+    /// none if no body of snow has such cell sizes. Light leaks through snow that is thinner than two cells.
     pub fn factor_of_cells(&self) -> Option<f64> {
         self.prepared.method.field().and_then(LightField::view_factor)
     }
 
-    /// Whether it is for the pictures of one camera: snow that this camera does not see has larger cells.
+    /// Whether the integrator is prepared for one camera: snow that this camera does not see has larger cells.
     pub fn has_one_view(&self) -> bool {
         self.prepared.method.field().is_some_and(LightField::has_one_view)
     }
 
-    /// What the scene was built from, its settings, and the table of curves if the method reads one.
+    /// The inputs of the scene, its settings, and the table of curves if the method reads a table.
     pub fn provenance(&self) -> Provenance {
         Provenance::of(self.scene(), self.prepared.method.table_hash())
     }
 
-    /// What the scene and the method have.
+    /// Counts of the scene and of the method.
     pub fn statistics(&self) -> SceneStatistics {
         let objects = self.scene().objects().list();
         let meshes = || objects.iter().filter_map(|object| object.shape.mesh());
@@ -169,7 +170,7 @@ impl Integrator {
     ///
     /// # Errors
     ///
-    /// When the method has no light field, and as those of [`bake`](bake()).
+    /// When the method has no light field, and as [`bake`](bake()).
     pub fn bake(&self, options: BakeOptions, report: Report) -> Result<BakedScene, BakeError> {
         bake(self.scene(), self.light_field().ok_or(BakeError::NoField)?, options, report)
     }
@@ -179,7 +180,7 @@ impl Integrator {
     ///
     /// # Errors
     ///
-    /// As those of [`bake`](Self::bake).
+    /// As [`bake`](Self::bake).
     pub fn into_relighting(self, cells_per_edge: Option<f64>) -> Result<Relighting, BakeError> {
         let Prepared { scene, method, .. } = self.prepared;
         Relighting::new(scene, method.into_field().ok_or(BakeError::NoField)?, cells_per_edge)
@@ -187,13 +188,13 @@ impl Integrator {
 
     /// Points the camera elsewhere; false, and no change, if the view looks along its own up direction or nowhere.
     ///
-    /// The light field keeps cells that the former view needed: those of wide bodies, and all if it
-    /// [has one view](Self::has_one_view).
+    /// The light field keeps the cells for the former view: in wide bodies, and in all bodies if it [has one
+    /// view](Self::has_one_view).
     pub fn set_view(&mut self, view: &View) -> bool {
         self.prepared.scene.set_view(view)
     }
 
-    /// Sets the number of samples per pixel: the nearest one in its range.
+    /// Sets the number of samples per pixel to the nearest number in its range.
     pub fn set_samples_per_pixel(&mut self, samples: u32) {
         self.prepared.scene.set_samples_per_pixel(Count::nearest(samples));
     }
@@ -208,7 +209,7 @@ impl Integrator {
         FirstHits::new(&self.prepared)
     }
 
-    /// The method, if it holds for another scene but for its lights, and what differs.
+    /// The method, if it is valid for another scene apart from the lights, and the changes between the scenes.
     fn kept(self, scene: &Scene, has_one_view: bool) -> Option<(Method, Changes)> {
         let Prepared { scene: before, method, .. } = self.prepared;
         let changes = Changes::new(before.description(), scene.description());
@@ -237,7 +238,7 @@ pub(crate) struct Tracer<'a> {
     air: Option<&'a Air>,
 }
 
-/// What traces paths.
+/// The tracer of paths.
 #[derive(Debug)]
 enum Paths<'a> {
     OverSurfaces(Box<PathTracer<'a>>),

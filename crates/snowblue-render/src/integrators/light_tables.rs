@@ -1,9 +1,9 @@
 //! What a path carries: spectra, or the sensor's responses to them.
 //!
-//! Light that has met one surface is the light's power times a reflectance or a transmittance. The sensor's response to
-//! it is linear in that spectrum, so for each light and each snow it can be tabulated in place of the spectrum
-//! ([`ProjectedTable`]): four numbers instead of 31 wavelengths. Responses from tables agree with those to spectra
-//! within 2·10⁻⁴.
+//! Light that has met one surface is the light's power times a reflectance or a transmittance. The sensor's response
+//! to it is linear in that spectrum, so for each light and each snow it can be tabulated in place of the spectrum
+//! ([`ProjectedTable`]): four numbers instead of 31 wavelengths. Responses from tables agree with responses to
+//! spectra within 2·10⁻⁴.
 
 use std::ops::{AddAssign, Mul};
 use std::sync::Arc;
@@ -20,8 +20,8 @@ use snowblue_scene::material::Material;
 use snowblue_scene::material::diffuse::Diffuse;
 use snowblue_scene::spectrum::{SAMPLES, Spectrum};
 
-/// Most projected tables of a scene: each takes about 1 MB and some 5 ms. Further lights and materials are computed as
-/// spectra.
+/// Greatest number of projected tables of a scene. Each table takes about 1 MB and some 5 ms. Light of further lights
+/// and materials is computed as spectra.
 const MAX_TABLES: usize = 32;
 
 /// Radiance along a path, or the sensor's response to it.
@@ -45,7 +45,7 @@ pub(super) trait Carried: Copy + AddAssign + Mul<f32, Output = Self> {
     fn less(self, other: Self) -> Self;
 }
 
-/// A light sample, for its spectrum.
+/// The light of a light sample, as a source of spectra.
 #[derive(Clone, Copy)]
 pub(super) struct Source<'a> {
     scene: &'a Scene,
@@ -54,14 +54,14 @@ pub(super) struct Source<'a> {
     table: Option<&'a LightTable>,
 }
 
-/// What all paths of a rendering share: samples of and responses to each light of the scene.
+/// Data that all paths of a rendering share: samples of each light of the scene, and responses to it.
 #[derive(Debug)]
 pub(super) struct LightTables {
     /// Luminance of one unit at each wavelength.
     luminance: Spectrum,
     /// For each light in turn, its sample if it has no extent.
     delta_samples: Vec<Option<LightSample>>,
-    /// For each light in turn, its responses unless it has several spectra.
+    /// For each light in turn, the responses to it, unless it has several spectra.
     lights: Vec<Option<LightTable>>,
 }
 
@@ -74,12 +74,12 @@ struct LightTable {
     materials: Vec<MaterialResponse>,
 }
 
-/// A light's response after one material.
+/// The response to a light after one material.
 #[derive(Debug)]
 enum MaterialResponse {
-    /// The reflectance is the same everywhere.
+    /// A uniform reflectance.
     Constant(SensorSample),
-    /// Snow that is the same everywhere, and its reflectance if that is not the curves'.
+    /// Uniform snow, and the response for its reflectance if a constant replaces the curves.
     Snow { table: Box<ProjectedTable>, constant_reflectance: Option<SensorSample> },
     /// The spectrum has to be computed.
     Spectral,

@@ -1,6 +1,6 @@
-//! The methods by which snow is rendered: what each of them prepares of a scene, which the tracers of all tasks share,
-//! and what pictures ask of it. A new method is a file of its own, a row here for each question, and its name in
-//! [`IntegratorKind`].
+//! The methods that render snow: the data that a method prepares from a scene, which the tracers of all tasks share,
+//! and the questions that pictures ask a method. A new method needs a file of its own, a match arm here for each
+//! question, and a name in [`IntegratorKind`].
 
 use std::sync::{Arc, OnceLock};
 
@@ -28,7 +28,7 @@ use crate::integrators::surroundings::SnowBodies;
 /// Rays through grains for the albedo of snow, where nothing else needs its optics.
 const ALBEDO_RAYS: u32 = 1 << 14;
 
-/// A scene, and what a method has prepared of it.
+/// A scene, and the data that a method has prepared from it.
 #[derive(Debug)]
 pub(super) struct Prepared {
     pub(super) scene: Scene,
@@ -36,14 +36,14 @@ pub(super) struct Prepared {
     pub(super) bodies: SnowBodies,
     /// The facets of snow that sparkles; none where nothing does.
     pub(super) sparkle: Option<SceneSparkle>,
-    /// The responses to each light, and none, for pictures of spectra.
+    /// The responses to each light, and no responses, for pictures of spectra.
     pub(super) tables: LightTables,
     pub(super) no_tables: LightTables,
     /// Smooth skies that nothing hides, for a picture that is filtered.
     pub(super) open_sky: OpenSky,
 }
 
-/// What a method has prepared.
+/// The prepared data of a method.
 #[derive(Debug)]
 pub(super) enum Method {
     PcaSnow(TableCurves),
@@ -67,7 +67,7 @@ impl Prepared {
         Ok(Self { scene: scene.clone(), method, bodies, sparkle, tables, no_tables, open_sky })
     }
 
-    /// Why snow does not sparkle that should, in sentences.
+    /// The reasons why the sparkle of materials is not drawn, in sentences.
     pub(super) fn sparkle_notes(&self) -> Vec<String> {
         let materials = self.scene.materials().iter().enumerate().filter(|(_, material)| material.sparkle().is_some());
         let note = |(material, _): (usize, _)| {
@@ -81,7 +81,7 @@ impl Prepared {
         materials.filter_map(note).collect()
     }
 
-    /// What shades snow for one task; none for the reference, which traces volumes.
+    /// The shader of snow for one task; none for the reference, which traces volumes.
     pub(super) fn snow_shader(&self) -> Option<SnowShader<'_>> {
         let Self { scene, bodies, .. } = self;
         let with_field = |field, walks| ShadingMethod::Field(Box::new(FieldShader::new(scene, field, bodies, walks)));
@@ -97,8 +97,8 @@ impl Prepared {
         Some(SnowShader { method, sparkle })
     }
 
-    /// The reflectance of snow behind which a path of some depth leads through it, for light from straight above: by
-    /// PCASnow that of this depth, else that of deep snow.
+    /// The reflectance of snow whose path behind the surface has the depth `depth_m`, for light from straight above:
+    /// by PCASnow the reflectance of this depth, else the reflectance of deep snow.
     pub(super) fn snow_reflectance(&self, surface: &SurfaceInteraction, depth_m: f32) -> Spectrum {
         let objects = self.scene.objects();
         let optics = match &self.method {
@@ -124,12 +124,12 @@ impl Prepared {
 }
 
 impl Method {
-    /// Prepares the method of a scene, with the table of curves for PCASnow if one is given. `has_one_view` is for
-    /// pictures by the camera of the scene alone.
+    /// Prepares the method of a scene, with the table of curves for PCASnow if one is given. `has_one_view` means
+    /// that only pictures from the camera of the scene are needed.
     ///
     /// # Errors
     ///
-    /// As those of [`Integrator::prepare_with`](super::Integrator::prepare_with).
+    /// As [`Integrator::prepare_with`](super::Integrator::prepare_with).
     pub(super) fn prepare(
         scene: &Scene,
         table: Option<&CompressedTable>,
@@ -159,10 +159,10 @@ impl Method {
         })
     }
 
-    /// Whether it holds for another scene but for its lights.
+    /// Whether the method is valid for another scene apart from the lights.
     pub(super) fn holds_after(&self, changes: &Changes, has_one_view: bool) -> bool {
         match self {
-            // The table may be another one.
+            // The table may differ.
             Self::PcaSnow(_) => false,
             Self::Reference(..) => !changes.solids,
             Self::Diffusion(field) | Self::Hybrid(field, _) => {
@@ -172,7 +172,7 @@ impl Method {
         }
     }
 
-    /// The same snow under changed lights.
+    /// The method for unchanged snow under changed lights.
     pub(super) fn relit(self, scene: &Scene, changes: &Changes, report: Report) -> Result<Self, RenderError> {
         Ok(match self {
             Self::Diffusion(field) => Self::Diffusion(field.after_changes(scene, changes, report)?),
@@ -181,7 +181,7 @@ impl Method {
         })
     }
 
-    /// The light field, if it has one.
+    /// The light field, if the method has one.
     pub(super) fn field(&self) -> Option<&LightField> {
         match self {
             Self::Diffusion(field) | Self::Hybrid(field, _) => Some(field),
@@ -189,7 +189,7 @@ impl Method {
         }
     }
 
-    /// The light field alone, if it has one.
+    /// Extracts the light field, if the method has one.
     pub(super) fn into_field(self) -> Option<LightField> {
         match self {
             Self::Diffusion(field) | Self::Hybrid(field, _) => Some(field),
@@ -197,13 +197,13 @@ impl Method {
         }
     }
 
-    /// A hash of the table of curves, if it reads one.
+    /// A hash of the table of curves, if the method reads one.
     pub(super) fn table_hash(&self) -> Option<u64> {
         if let Self::PcaSnow(TableCurves { table_hash, .. }) = self { *table_hash } else { None }
     }
 
-    /// The path through snow that does not depend on the lights: along the view in that mode of PCASnow, else straight
-    /// in.
+    /// The direction of the path through snow that does not depend on the lights: the view direction in the mode
+    /// `view` of PCASnow, else the inward normal.
     pub(super) fn straight_direction(&self, scene: &Scene, surface: &SurfaceInteraction) -> Vec3A {
         match self {
             Self::PcaSnow(_) => super::pcasnow::straight_direction(scene.integrator().pcasnow.path, surface),
@@ -211,12 +211,12 @@ impl Method {
         }
     }
 
-    /// Whether it draws single facets of snow.
+    /// Whether the method draws single facets of snow.
     fn draws_sparkle(&self) -> bool {
         !matches!(self, Self::Reference(..))
     }
 
-    /// The responses to lights that it can look up.
+    /// The tables of responses to lights for the method.
     fn light_tables(&self, scene: &Scene) -> LightTables {
         match self {
             Self::PcaSnow(TableCurves { curves, .. }) => LightTables::new(scene, curves),
@@ -225,7 +225,7 @@ impl Method {
         }
     }
 
-    /// The kinds of the snow of each material that an object has.
+    /// The kinds of snow of each material that an object uses.
     fn kinds(&self, scene: &Scene) -> SnowOfMaterials<SnowKinds> {
         let of_object = |object: usize, material: usize| match self {
             Self::PcaSnow(TableCurves { curves, .. }) => curves[material].as_deref().map(SnowCurves::kinds).cloned(),

@@ -1,7 +1,7 @@
 //! Integrators: the radiance along a camera ray.
 //!
-//! [`Integrator::prepare`] computes once what a method needs of a scene: curves of snow, random walks, the light field.
-//! A tracer for each task is cheap.
+//! [`Integrator::prepare`] computes once the data that a method needs of a scene: curves of snow, random walks, the
+//! light field. A tracer for each task is then cheap to make.
 
 mod snow_volumes;
 mod surroundings;
@@ -13,6 +13,7 @@ mod hybrid;
 mod pcasnow;
 mod reference;
 
+mod camera_terms;
 mod snow_shader;
 mod sparkle;
 mod surface;

@@ -1,12 +1,12 @@
 //! Path tracer over surfaces.
 //!
 //! L = Σ_k β_k L_lit(x_k), β_{k+1} = β_k ρ(x_k) cos θ / (π p) (Kajiya 1986, "The rendering equation",
-//! doi:10.1145/15922.15902; notation of Pharr, Jakob & Humphreys 2023, chapter 13). The density p of the next direction
-//! is cos θ / π at a diffuse surface, so that only its reflectance ρ remains, and about that of the reflected light at
-//! snow. Long paths end by Russian roulette.
+//! doi:10.1145/15922.15902; notation of Pharr, Jakob & Humphreys 2023, chapter 13). The density p of the next
+//! direction is cos θ / π at a diffuse surface, so that only its reflectance ρ remains, and approximately the density
+//! of the reflected light at snow. Long paths end by Russian roulette.
 //!
-//! How snow is shaded is the method's ([`SnowShader`]): the path goes on from snow by PCASnow as from any surface, and
-//! ends at snow with a light field, which holds the light of further surfaces.
+//! The method shades snow ([`SnowShader`]). A path continues from snow by PCASnow as from any surface. It ends at
+//! snow with a light field, which contains the light of further surfaces.
 //!
 //! Lights with extent are found by sampling them and by the path's next ray, weighted by multiple importance sampling
 //! (see [`light`](snowblue_scene::light)).
@@ -27,11 +27,12 @@ use snowblue_scene::queries::{SceneQueries, Statistics};
 use snowblue_scene::sampling::Sampler;
 use snowblue_scene::spectrum::Spectrum;
 
+use crate::integrators::camera_terms::CameraTerms;
 use crate::integrators::first_hit::light_limit_m;
 use crate::integrators::light_tables::{Carried, LightTables, Source};
 use crate::integrators::method::Prepared;
 use crate::integrators::sample::{FilteredSample, PathSample, survival_probability};
-use crate::integrators::snow_shader::{CameraTerms, SnowShader};
+use crate::integrators::snow_shader::SnowShader;
 use crate::integrators::surface::{OpenSky, Surface};
 
 /// Traces paths through a scene.
@@ -49,11 +50,11 @@ pub(super) struct PathTracer<'a> {
 
 /// Light of lamps and skies that leaves a surface.
 struct DirectLight<C> {
-    /// Of all lights but smooth skies, and that of snow from inside.
+    /// Light of all lights except smooth skies, and the light from inside of snow.
     steady: C,
-    /// Of samples of smooth skies.
+    /// Light of samples of smooth skies.
     smooth_sky: C,
-    /// What single facets of snow add, or take away.
+    /// Change of the light by single facets of snow, positive or negative.
     sparkle: C,
 }
 
@@ -107,7 +108,8 @@ impl<'a> PathTracer<'a> {
         }
         let later = self.later_light(&surface, sampler);
         let later = later.map(|later| C::emitted(self.scene, &later));
-        // Facets are as sharp as the picture: the filter neither sees nor spreads them.
+        // Single facets are sharp in the picture, so the residual leaves sparkle out and the filter does not spread
+        // it.
         radiance += light;
         radiance += direct.sparkle;
         later.into_iter().for_each(|later| radiance += later);
@@ -116,7 +118,8 @@ impl<'a> PathTracer<'a> {
             let mut baseline = direct.steady;
             baseline += C::emitted(self.scene, &self.snow.smooth_sky(&surface, open_sky));
             let is_snow = surface.has_field();
-            // The residual is the sample less the baseline, whatever that is. A negative baseline counts as none.
+            // The residual is the sample less the baseline, so any baseline is valid. A negative baseline counts as
+            // 0.
             if is_snow && baseline.luminance(self.tables) <= 0.0 {
                 baseline = C::ZERO;
             }
@@ -153,7 +156,7 @@ impl<'a> PathTracer<'a> {
                 self.direct_light::<Spectrum>(&surface, CameraTerms::default(), sampler);
             steady += smooth_sky;
             radiance.add_product(1.0, &throughput, &steady);
-            // The last ray finds lights only.
+            // The last ray only finds lights.
             let goes_on = bounce < max_bounces || self.has_area_lights;
             next = if goes_on { self.bounce(&surface, bounce, &mut throughput, sampler) } else { None };
             from = surface.directions;
@@ -194,8 +197,8 @@ impl<'a> PathTracer<'a> {
         Surface::new(scene, hit, || snow.at(hit, queries, sampler))
     }
 
-    /// Light of lamps and skies that leaves a surface: what it reflects, with the terms of snow for the camera, and
-    /// what comes through snow.
+    /// Light of lamps and skies that leaves a surface: reflected light, with the terms of snow for the camera, and
+    /// light transmitted through snow.
     #[inline]
     fn direct_light<C: Carried>(
         &mut self,
@@ -204,7 +207,7 @@ impl<'a> PathTracer<'a> {
         sampler: &mut Sampler,
     ) -> DirectLight<C> {
         let (scene, tables) = (self.scene, self.tables);
-        let transmitted = surface.transmitted(scene, tables, &mut self.queries, sampler);
+        let transmitted = SnowShader::transmitted(surface, scene, tables, &mut self.queries, sampler);
         let mut light = DirectLight { steady: transmitted, smooth_sky: C::ZERO, sparkle: C::ZERO };
         let mut spectra = [terms.from_inside.unwrap_or(Spectrum::ZERO), Spectrum::ZERO];
         for (index, source) in scene.lights().iter().enumerate().filter(|(_, light)| terms.count(light)) {
@@ -236,7 +239,7 @@ impl<'a> PathTracer<'a> {
         light
     }
 
-    /// A light sample as it arrives at a surface, unless it is occluded.
+    /// The incident light of a light sample at a surface; none if the sample is occluded.
     #[inline]
     fn visible(&mut self, surface: &Surface, sample: &LightSample) -> Option<IncidentLight> {
         let incident = sample.incident_at(&surface.shading_point())?;

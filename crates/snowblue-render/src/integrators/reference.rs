@@ -1,28 +1,28 @@
 //! Volumetric path tracer, the ground truth: light is scattered from grain to grain in snow of any shape.
 //!
-//! A path is a [`SnowWalk`]. The refractive index does not change where it enters snow. There it continues from grain
-//! to grain ([`Volume`]) until it leaves. At each scattering every light without extent contributes:
+//! A path is a [`SnowWalk`]. The path enters snow without refraction. In snow it continues from grain to grain
+//! ([`Volume`]) until it leaves. At each scattering every light without extent contributes:
 //!
 //! L += β(λ) P(cos Θ; λ) e^{−κd} V I(λ)/r²,   β(λ) = e^{−γ(λ)ℓ},
 //!
-//! where ℓ is the path length in ice so far, d the distance through snow to the light, and V its visibility otherwise.
-//! The path's own rays find lights with extent. Three techniques reduce the cost without changing a mean:
+//! where ℓ is the path length in ice so far, d the distance through snow to the light, and V the visibility of the
+//! light past solids. The rays of the path itself find lights with extent. Three techniques reduce the cost without
+//! changing a mean:
 //!
-//! - e^{−κd} is the probability that a light contributes at all, so that deep in snow there is nothing to compute.
-//! - The absorption of the least absorbed wavelength is the probability that a path ends. Other wavelengths are
-//!   weighted.
+//! - A light contributes with the probability e^{−κd}, so deep in snow there is mostly nothing to compute.
+//! - A path ends with the probability of absorption at the least absorbed wavelength. Other wavelengths are weighted.
 //! - Scattering events are precomputed. Each path reads the list from a random position and draws its own flights and
 //!   azimuths.
 //!
 //! All wavelengths share a path except for the refractive index of ice: a sample is one path for each of a few indices,
 //! with the same random numbers, and wavelengths are interpolated between them.
 //!
-//! Snow of layers, or that varies by a mask, is traced by delta tracking (Woodcock et al. 1965): flights are drawn by
-//! the greatest extinction coefficient κ_max of the body, and a share κ/κ_max of their ends are collisions, with the
+//! Snow of layers, or that varies by a mask, is traced by delta tracking (Woodcock et al. 1965): flights are drawn
+//! with the greatest extinction coefficient κ_max of the body, and a share κ/κ_max of their ends are collisions with
 //! grains of the snow there.
 //!
-//! Simplified: a solid in contact with snow has no air between; where two bodies of snow overlap, light is in the one
-//! that it entered.
+//! Simplified: there is no air between snow and a solid in contact; where two bodies of snow overlap, light is in the
+//! body that it entered.
 
 use std::sync::Arc;
 
@@ -72,7 +72,8 @@ enum SnowEnd {
     Absorbed,
     /// Out of the snow.
     Outside,
-    /// Not in the snow at all: the surface has no other side on the ray, because it is open or the ray grazes a rim.
+    /// Not in the snow at all: the ray finds no second side of the surface, because the surface is open or the ray
+    /// grazes a rim.
     Missed,
     /// At a solid in the snow or in contact with it.
     Solid(SurfaceInteraction),
@@ -201,7 +202,7 @@ impl<'scene> ReferenceTracer<'scene> {
         let first_event = path.walk.stream.uniform();
         let mut events: Vec<_> =
             snow.volumes.iter().map(|kind| kind.nodes()[path.node].events_from(first_event)).collect();
-        // The way out along the first flight, where it is known.
+        // The exit along the first flight, where it is known.
         let mut known_exit = None;
         if entering {
             known_exit = self.surroundings.enter(object, &mut path.walk.ray);
@@ -269,8 +270,8 @@ impl<'scene> ReferenceTracer<'scene> {
         snow.volumes.iter().zip(&self.lengths).map(|(volume, lengths)| volume.least_absorption(lengths)).sum()
     }
 
-    /// What is not absorbed so far and over a further length in m in a kind of snow, beyond what Russian roulette
-    /// accounts for so far.
+    /// Attenuation by absorption so far and over a further length in m in a kind of snow, beyond the absorption that
+    /// Russian roulette accounts for so far.
     fn attenuation(&self, snow: &SnowVolumes, (kind, further_m): (usize, f64)) -> Spectrum {
         let of_kind = |(number, (volume, lengths)): (usize, (&Volume, &PathLengths))| {
             let further_m = if number == kind { further_m } else { 0.0 };
@@ -328,7 +329,7 @@ impl<'scene> ReferenceTracer<'scene> {
 }
 
 impl Path {
-    /// The snow on its way to a light.
+    /// The snow on the way from the path to a light.
     fn medium(&self) -> Medium {
         Medium::EachPlace { node: self.node }
     }

@@ -1,5 +1,5 @@
-//! What a sample of a path finds of a surface, for the filter, and Russian roulette: the only rule by which paths over
-//! surfaces end by chance.
+//! Samples of paths, with the surface properties that the filter needs, and Russian roulette: the only rule by which
+//! paths over surfaces end at random.
 
 use glam::Vec3A;
 use snowblue_scene::air::AirBetween;
@@ -14,7 +14,7 @@ pub(crate) struct PathSample<C> {
     pub(crate) sees_snow: bool,
     /// Distance to the first surface, in m; none if there is none.
     pub(crate) distance_m: Option<f32>,
-    /// What the filter compares, if the first surface is filtered.
+    /// Values for the filter, if the first surface is filtered.
     pub(crate) filtered: Option<FilteredSample<C>>,
 }
 
@@ -37,13 +37,13 @@ impl PathSample<Spectrum> {
     }
 }
 
-/// Light that leaves a surface, and an estimate of it that has little noise.
+/// Light that leaves a surface, and an estimate of this light with little noise.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct FilteredSample<C> {
     /// The light less the baseline.
     pub(crate) residual: C,
-    /// Of snow, the radiance by the light field at the surface; of other surfaces, what samples of lamps and of the sun
-    /// give, and what skies and snow would if nothing hid the snow, and snow alone the skies.
+    /// At snow, the radiance by the light field at the surface. At other surfaces, the light by samples of lamps and
+    /// of the sun, and the light of skies and snow as if nothing hid the snow and only snow hid the skies.
     pub(crate) baseline: C,
     /// Whether the surface is snow with a light field.
     pub(crate) is_snow: bool,
@@ -65,7 +65,7 @@ impl<C: Copy> FilteredSample<C> {
 /// Bounces before Russian roulette begins.
 const SAFE_BOUNCES: u32 = 4;
 
-/// Probability with which a path of some throughput survives a bounce.
+/// Probability that a path with a throughput survives a bounce.
 pub(super) fn survival_probability(bounce: u32, throughput: &Spectrum) -> f32 {
     if bounce < SAFE_BOUNCES { 1.0 } else { throughput.maximum().min(1.0) }
 }

@@ -1,12 +1,13 @@
-//! How a method shades the surface of snow, as the path tracer asks for it.
+//! Shading of snow surfaces by a method, for the path tracer.
 //!
 //! Snow by PCASnow is a surface that transmits and reflects light, and paths go on from it. Snow with a light field
-//! ends a path: the field holds the light of further surfaces. Sparkle is a part of the reflection of either.
+//! ends a path: the field contains the light of further surfaces. Sparkle is a part of the reflection in both cases.
 
 use std::f32::consts::FRAC_1_PI;
 
 use glam::Vec3A;
 use snowblue_geometry::ray::Ray;
+use snowblue_scene::Scene;
 use snowblue_scene::directions::Directions;
 use snowblue_scene::light::{IncidentLight, Light, LightSample};
 use snowblue_scene::objects::SurfaceInteraction;
@@ -14,10 +15,11 @@ use snowblue_scene::queries::{SceneQueries, Statistics};
 use snowblue_scene::sampling::Sampler;
 use snowblue_scene::spectrum::Spectrum;
 
+use crate::integrators::camera_terms::CameraTerms;
 use crate::integrators::diffusion::FieldShader;
-use crate::integrators::diffusion::single_scattering::ScatteringPoint;
+use crate::integrators::light_tables::{Carried, LightTables};
 use crate::integrators::pcasnow::PcaSnow;
-use crate::integrators::sparkle::{SparkleReader, SparklingPoint};
+use crate::integrators::sparkle::SparkleReader;
 use crate::integrators::surface::{OpenSky, Shading, Surface};
 
 /// Shades the surface of snow, for one task.
@@ -34,38 +36,6 @@ pub(super) enum ShadingMethod<'a> {
     PcaSnow(PcaSnow<'a>),
     /// `diffusion` and, with random walks, `hybrid`.
     Field(Box<FieldShader<'a>>),
-}
-
-/// What the light that a surface sends to the camera has beside transmission and smooth reflection.
-pub(super) struct CameraTerms<'a> {
-    /// Whether smooth reflection counts; else a random walk finds it.
-    pub(super) has_reflection: bool,
-    /// Whether samples of smooth skies count; else a random walk samples them.
-    pub(super) has_smooth_skies: bool,
-    /// The radiance from inside of snow with a light field.
-    pub(super) from_inside: Option<Spectrum>,
-    /// A point in snow for the single scattering that the reflection of a half-space misses.
-    pub(super) scattering: Option<ScatteringPoint<'a>>,
-    /// Facets that mirror lights.
-    pub(super) sparkling: Option<SparklingPoint<'a>>,
-}
-
-impl Default for CameraTerms<'_> {
-    fn default() -> Self {
-        Self { has_reflection: true, has_smooth_skies: true, from_inside: None, scattering: None, sparkling: None }
-    }
-}
-
-impl CameraTerms<'_> {
-    /// Whether a light contributes.
-    #[inline]
-    pub(super) fn count(&self, light: &Light) -> bool {
-        if self.has_reflection {
-            self.has_smooth_skies || !light.is_smooth_sky()
-        } else {
-            self.sparkling.is_some() && !light.is_sky()
-        }
-    }
 }
 
 impl<'a> SnowShader<'a> {
@@ -108,6 +78,21 @@ impl<'a> SnowShader<'a> {
         CameraTerms { sparkling, ..terms }
     }
 
+    /// Light of lamps and skies that comes through snow.
+    #[inline]
+    pub(super) fn transmitted<C: Carried>(
+        surface: &Surface,
+        scene: &Scene,
+        tables: &LightTables,
+        queries: &mut SceneQueries,
+        sampler: &mut Sampler,
+    ) -> C {
+        match &surface.shading {
+            Shading::Snow(snow) => snow.transmitted(scene, tables, queries, sampler),
+            Shading::Field(_) | Shading::Ground(_) | Shading::Diffuse(_) | Shading::Textured(_) => C::ZERO,
+        }
+    }
+
     /// The radiance by a random walk in snow that replaces the terms of the surface; none if there are no walks.
     #[inline]
     pub(super) fn walk(&mut self, surface: &Surface, camera_ray: &Ray, sampler: &mut Sampler) -> Option<Spectrum> {
@@ -119,7 +104,7 @@ impl<'a> SnowShader<'a> {
         }
     }
 
-    /// The change of the light that leaves a surface by its sparkle in the light of a sample that arrives there.
+    /// The change of the light that leaves a surface by sparkle, in the incident light of a light sample.
     #[inline]
     pub(super) fn sparkle(
         &mut self,
@@ -129,7 +114,7 @@ impl<'a> SnowShader<'a> {
         incident: &IncidentLight,
     ) -> Option<Spectrum> {
         let (Some(sparkle), Some(sparkling)) = (&mut self.sparkle, &terms.sparkling) else { return None };
-        // No more than what the curves of PCASnow reflect in all.
+        // At most the whole reflection by the curves of PCASnow.
         let most_per_sr = match &surface.shading {
             Shading::Snow(snow) => FRAC_1_PI * snow.reflectance(incident.cos_incidence).minimum(),
             Shading::Field(_) | Shading::Ground(_) | Shading::Diffuse(_) | Shading::Textured(_) => f32::INFINITY,
@@ -138,8 +123,8 @@ impl<'a> SnowShader<'a> {
         Some(change * light.power(&sample.origin) * incident.irradiance_per_power)
     }
 
-    /// The single scattering of a light sample that the reflection of a half-space misses. `incident` is the light on
-    /// the surface, if it is visible there.
+    /// The single scattering of a light sample that the reflection function of a half-space misses. `incident` is the
+    /// light on the surface, if the sample is visible there.
     #[inline]
     pub(super) fn single_scattering(
         &mut self,
@@ -149,13 +134,14 @@ impl<'a> SnowShader<'a> {
         incident: Option<IncidentLight>,
     ) -> Option<Spectrum> {
         let (ShadingMethod::Field(shader), Some(point)) = (&mut self.method, &terms.scattering) else { return None };
-        // The half-space that the ray enters is that of the geometric normal.
+        // The half-space that the ray enters has the geometric normal.
         let on_plane = incident.and_then(|_| sample.incident_at(&surface.hit.surface_point()));
         Some(light.power(&sample.origin) * shader.single_scattering.correction(point, sample, on_plane.as_ref()))
     }
 
-    /// The light of smooth skies that a surface sends out, without noise: that on snow as the light field has it, that
-    /// on other surfaces as if nothing but snow hid the skies, with the light of that snow.
+    /// The light of smooth skies that a surface sends out, without noise. At snow with a light field it follows from
+    /// the irradiance of the field. At other surfaces it is the light as if only snow hid the skies, with the light
+    /// of that snow.
     pub(super) fn smooth_sky(&self, surface: &Surface, open_sky: &OpenSky) -> Spectrum {
         if let Shading::Field(snow) = &surface.shading {
             return snow.field.sky_irradiance(&surface.shading_point()) * FRAC_1_PI;
@@ -169,8 +155,8 @@ impl<'a> SnowShader<'a> {
         light
     }
 
-    /// A direction in which a path goes on, from three numbers in [0, 1), with cos θ / (π p). Half of the directions
-    /// that find further surfaces go towards bright snow.
+    /// Samples the next direction of a path from three numbers in [0, 1), with the weight cos θ / (π p). With a light
+    /// field, half of the directions that find further surfaces go towards bright snow.
     #[inline]
     pub(super) fn sample_direction(
         &self,

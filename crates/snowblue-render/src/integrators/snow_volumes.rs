@@ -11,11 +11,11 @@ use snowblue_scene::Scene;
 use snowblue_scene::material::snow::SnowKinds;
 use snowblue_scene::spectrum::{SAMPLES, Spectrum, wavelengths_nm};
 
-/// Scattering events for walks of any length, per ray through grains that the scene asks for; for short walks there is
-/// one. Of the usual 2¹⁸ rays these are some thousand events in each bin: P has a standard error of 1.5 % in each, and
-/// far less in the mean over them.
+/// Scattering events per ray through grains that the scene asks for, for walks of any length; short walks have one
+/// event per ray. With the usual 2¹⁸ rays each bin has some thousand events: P has a standard error of 1.5 % in each
+/// bin, and far less in the mean over the bins.
 const LONG_WALK_GRAINS: u32 = 4;
-/// Most scattering events of all kinds of snow together, of 12 bytes each.
+/// Greatest number of scattering events of all kinds of snow together, of 12 bytes each.
 const MAX_GRAINS: usize = 1 << 26;
 /// Nodes of the refractive index in snow that is clean and dry.
 const FEW_NODES: usize = 3;
@@ -24,7 +24,7 @@ const FEW_NODES: usize = 3;
 #[derive(Debug)]
 pub(crate) struct SnowVolumes {
     pub(crate) kinds: Arc<SnowKinds>,
-    /// Of each kind.
+    /// The volume of each kind.
     pub(crate) volumes: Vec<Volume>,
 }
 
@@ -49,7 +49,7 @@ impl SnowVolumes {
         Ok(kinds.iter().map(|kinds| kinds.as_ref().map(&mut of_kinds)).collect())
     }
 
-    /// The same for walks of some transport mean free paths, with one refractive index.
+    /// The snow of a scene for walks of a few transport mean free paths, with one refractive index.
     pub(crate) fn for_short_walks(
         scene: &Scene,
         kinds: &SnowOfMaterials<SnowKinds>,

@@ -1,5 +1,5 @@
-//! One walk of light from grain to grain, which the reference and the hybrid integrator follow: free flights, turns at
-//! grains, and the lights at each grain and at each solid on the way.
+//! A walk of light from grain to grain, as in the reference and the hybrid integrator: free flights, turns at grains,
+//! and the lights at each grain and at each solid on the way.
 //!
 //! A walk runs backwards from the camera, which reciprocity allows because a grain's phase function depends on the
 //! scattering angle alone. Each light contributes by next-event estimation (Veach 1997, *Robust Monte Carlo Methods for
@@ -24,8 +24,8 @@ use snowblue_scene::spectrum::Spectrum;
 #[derive(Debug)]
 pub(super) struct SnowWalk {
     pub(super) ray: Ray,
-    /// A unit vector perpendicular to the ray from which azimuths are measured. It turns with the ray, so that a small
-    /// change of the index changes the walk little.
+    /// A unit vector perpendicular to the ray, from which azimuths are measured. The vector turns with the ray, so
+    /// that a small change of the refractive index changes the walk little.
     side: Vec3A,
     pub(super) stream: Stream,
     /// The share of the light that comes along the ray, before absorption in the present snow.
@@ -34,7 +34,7 @@ pub(super) struct SnowWalk {
     pub(super) radiance: Spectrum,
 }
 
-/// A light of a walk: a point of it, or a direction.
+/// A light of a walk: a point of the light, or a direction.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct WalkLight {
     pub(super) sample: LightSample,
@@ -66,9 +66,9 @@ impl SnowWalk {
         self.side = renormalized(side - self.ray.direction * self.ray.direction.dot(side));
     }
 
-    /// Reflects the walk at a surface outside of snow, in it, or in contact with it, and adds the lights there.
-    /// `reflectance` gives π times the reflection function for light from a direction, and `directions` are those that
-    /// the walk may go on in. Returns false if the walk ends.
+    /// Reflects the walk at a surface outside of snow, in snow, or in contact with snow, and adds the lights there.
+    /// `reflectance` gives π times the reflection function for light from a direction, and the next direction of the
+    /// walk is sampled from `directions`. Returns false if the walk ends.
     pub(super) fn reflect(
         &mut self,
         surroundings: &mut SnowQueries,

@@ -1,4 +1,4 @@
-//! Surfaces on a path, and the light that they reflect of skies which nothing hides, without noise, for the filter.
+//! Surfaces on a path, and, for the filter, the light of unoccluded skies that they reflect, without noise.
 
 use std::f32::consts::{FRAC_1_PI, PI, TAU};
 
@@ -12,24 +12,23 @@ use snowblue_scene::material::Material;
 use snowblue_scene::material::deep_snow::DeepSnow;
 use snowblue_scene::material::diffuse::Diffuse;
 use snowblue_scene::objects::{Objects, SurfaceInteraction};
-use snowblue_scene::queries::SceneQueries;
 use snowblue_scene::sampling::Sampler;
 use snowblue_scene::spectrum::Spectrum;
 
-use crate::integrators::light_tables::{Carried, LightTables};
 use crate::integrators::pcasnow::SnowVertex;
 
 /// A surface on a path, ready to be shaded.
 pub(super) struct Surface<'v, 'a> {
     pub(super) hit: &'v SurfaceInteraction,
-    /// The normal that light is reflected by: that for shading with a light field, for PCASnow the geometric one.
+    /// The normal for reflection: the shading normal of snow with a light field, the geometric normal of other
+    /// surfaces.
     pub(super) normal: Vec3A,
     /// Directions from which the surface reflects light, for samples.
     pub(super) directions: Directions<'a>,
     pub(super) shading: Shading<'v, 'a>,
 }
 
-/// What a surface reflects and transmits.
+/// How a surface reflects and transmits light.
 pub(super) enum Shading<'v, 'a> {
     /// Reflectance of a plain diffuse surface.
     Diffuse(&'a Spectrum),
@@ -67,7 +66,7 @@ impl<'v, 'a: 'v> Surface<'v, 'a> {
 }
 
 impl Surface<'_, '_> {
-    /// The point with the normal that light is reflected by.
+    /// The point with the normal for reflection.
     #[inline]
     pub(super) fn shading_point(&self) -> SurfacePoint {
         SurfacePoint { point: self.hit.point, normal: self.normal }
@@ -87,7 +86,7 @@ impl Surface<'_, '_> {
         }
     }
 
-    /// Whether it is snow with a light field, at which paths end.
+    /// Whether the surface is snow with a light field, at which paths end.
     #[inline]
     pub(super) fn has_field(&self) -> bool {
         matches!(self.shading, Shading::Field(_))
@@ -100,23 +99,8 @@ impl Surface<'_, '_> {
         Some(snow.field.mean_radiance(&self.hit.surface_point()))
     }
 
-    /// Light of lamps and skies that comes through snow.
-    #[inline]
-    pub(super) fn transmitted<C: Carried>(
-        &self,
-        scene: &Scene,
-        tables: &LightTables,
-        queries: &mut SceneQueries,
-        sampler: &mut Sampler,
-    ) -> C {
-        match &self.shading {
-            Shading::Snow(snow) => snow.transmitted(scene, tables, queries, sampler),
-            Shading::Field(_) | Shading::Ground(_) | Shading::Diffuse(_) | Shading::Textured(_) => C::ZERO,
-        }
-    }
-
-    /// Samples of a light with extent for reflection, which count together: at snow with a light field, which sees no
-    /// light by the path's next ray, as many as the light has techniques.
+    /// Samples of a light with extent for reflection, whose contributions add up. Snow with a light field gets one
+    /// sample per technique of the light, because no further ray of the path finds lights there.
     #[inline]
     pub(super) fn samples_of(&self, light: &Light, sampler: &mut Sampler) -> [Option<LightSample>; 2] {
         match &self.shading {
@@ -126,7 +110,8 @@ impl Surface<'_, '_> {
         }
     }
 
-    /// The number of the kind of snow at the surface, of a mix one of its kinds; none if it is no snow.
+    /// The number of the kind of snow at the surface, drawn at random where kinds are mixed; none if the surface is
+    /// not snow.
     pub(super) fn kind_of_snow(&self, objects: &Objects, sampler: &mut Sampler) -> Option<usize> {
         match &self.shading {
             Shading::Field(snow) => Some(snow.kind),
@@ -148,7 +133,8 @@ const AZIMUTHS: u8 = 8;
 pub(super) struct OpenSky(Vec<(Vec3A, Spectrum)>);
 
 impl OpenSky {
-    /// That of some lights. The radiance of each direction is multiplied by its share of the hemisphere, in sr.
+    /// The open sky of some lights. The radiance of each direction is multiplied by its share of the hemisphere, in
+    /// sr.
     pub(super) fn new<'l>(lights: impl Iterator<Item = &'l Light>) -> Self {
         let skies: Vec<&Light> = lights.filter(|light| light.is_smooth_sky() || light.is_diffuse()).collect();
         let directions = (0..RINGS).flat_map(|ring| (0..AZIMUTHS).map(move |azimuth| direction(ring, azimuth)));
@@ -160,10 +146,10 @@ impl OpenSky {
         Self(lit.collect())
     }
 
-    /// The radiance that leaves a surface, as a band density.
+    /// The radiance of the sky that a surface reflects, as a band density.
     pub(super) fn reflected(&self, surface: &Surface) -> Spectrum {
         let (normal, view) = (surface.normal, surface.hit.direction);
-        // Of deep snow absorption hardly depends on the direction.
+        // The absorption of deep snow hardly depends on the direction.
         let ground = if let Shading::Ground(ground) = &surface.shading { Some(ground) } else { None };
         let per_sr = |direction: Vec3A| match ground {
             Some(ground) => ground.surface().reflection_per_sr(normal, view, direction),
@@ -180,11 +166,11 @@ impl OpenSky {
     }
 }
 
-/// The middle of a part of the sky.
+/// The middle direction of a part of the sky.
 fn direction(ring: u8, azimuth: u8) -> Vec3A {
     let cosine = (f32::from(ring) + 0.5) / f32::from(RINGS);
     let sine = (1.0 - cosine * cosine).sqrt();
-    // Each ring is turned against the one before.
+    // Each ring is turned relative to the ring before.
     let (sin, cos) = (TAU * (f32::from(azimuth) / f32::from(AZIMUTHS) + 0.382 * f32::from(ring))).sin_cos();
     Vec3A::new(sine * cos, sine * sin, cosine)
 }

@@ -16,7 +16,7 @@ use snowblue_scene::objects::{Object, Objects, SurfaceInteraction};
 use snowblue_scene::queries::Statistics;
 use snowblue_scene::spectrum::Spectrum;
 
-/// The bodies of snow of a scene, and what lies beside them.
+/// The bodies of snow of a scene, and the other objects.
 #[derive(Debug)]
 pub(crate) struct SnowBodies {
     bodies: Vec<BodyId>,
@@ -85,10 +85,10 @@ pub(super) struct SnowQueries<'a> {
 /// The snow on the way to a light.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Medium {
-    /// One kind, that of the place where the walk entered, and the last of bodies with fewer kinds. Light passes a few
-    /// mm of snow unscattered, and hardly any of another body.
+    /// One kind of snow: the kind at the point where the walk entered, or the last kind in bodies with fewer kinds.
+    /// Unscattered light passes only a few mm of snow, and hardly any snow of another body.
     Kind(usize),
-    /// The snow of each place, at a node of the refractive index.
+    /// The snow at each point, at a node of the refractive index.
     EachPlace {
         /// Number of the node.
         node: usize,
@@ -96,7 +96,7 @@ pub(super) enum Medium {
 }
 
 impl Medium {
-    /// The volume that all of a body's snow counts as, and its node; none if the snow of each place counts.
+    /// The volume, and its node, that all snow of a body counts as; none if the snow at each point counts.
     fn volume_in(self, snow: &SnowVolumes) -> Option<(&Volume, usize)> {
         match (self, &*snow.volumes) {
             (Self::EachPlace { node }, [everywhere]) => Some((everywhere, node)),
@@ -152,10 +152,11 @@ impl<'a> SnowQueries<'a> {
         self.objects().first_hit(ray)
     }
 
-    /// Moves the origin of a ray that hits a body from outside to where it enters, and returns the flight to the other
-    /// side.
+    /// Moves the origin of a ray that hits a body from outside to its entry point, and returns the flight to the
+    /// exit.
     ///
-    /// It uses all crossings of the line, so that the result does not depend on the rounding of the hit point.
+    /// The search uses all crossings of the line, so that the result does not depend on the rounding of the hit
+    /// point.
     pub(super) fn enter(&mut self, surface_object: usize, ray: &mut Ray) -> Option<Flight> {
         self.cross(surface_object, ray, f32::INFINITY);
         let pair = self.crossings.chunks_exact(2).find(|pair| pair[1].distance_m > 0.0)?;
@@ -164,8 +165,8 @@ impl<'a> SnowQueries<'a> {
         Some(self.out(ray, stop.distance_m - start_m, stop.normal, stop.object as usize))
     }
 
-    /// A flight through a body of snow, of length `flight_m` or to its surface or a solid. `known` is the flight to the
-    /// surface if it is known.
+    /// A flight through a body of snow, of length `flight_m` or up to the body's surface or a solid. `known` is the
+    /// flight to the surface, if known.
     pub(super) fn fly(&mut self, object: usize, ray: &Ray, flight_m: f32, known: Option<Flight>) -> Flight {
         let flight = match known {
             Some(flight) if flight.length_m() < flight_m => flight,
@@ -197,13 +198,13 @@ impl<'a> SnowQueries<'a> {
         Flight::Solid(surface, hit.distance_m)
     }
 
-    /// The same without solids.
+    /// A flight through a body of snow without solids.
     #[inline]
     fn fly_through_snow(&mut self, object: usize, ray: &Ray, flight_m: f32) -> Flight {
         let alone = &self.objects().list()[object];
         if alone.body.is_none() {
             return match alone.shape.first_hit(ray, flight_m) {
-                // From a point on the very surface, a ray may miss it by rounding.
+                // A ray from a point exactly on the surface may miss the surface by rounding.
                 None if self.objects().bounds(object).is_some_and(|bounds| !bounds.contains(ray.at(flight_m))) => {
                     Flight::Out { length_m: 0.0, origin: ray.origin, normal: ray.direction }
                 }
@@ -237,15 +238,15 @@ impl<'a> SnowQueries<'a> {
         alone.body.is_none() && flight_m < to_light.distance_m && !alone.shape.occludes(&ray, flight_m)
     }
 
-    /// Optical depth of the snow along the line to a light, by the extinction coefficient of each object's snow in 1/m;
-    /// none behind solids. It stops counting where nothing is left.
+    /// Optical depth of the snow along the line to a light, by the extinction coefficient of each object's snow in
+    /// 1/m; none behind solids, or where hardly any light is left.
     pub(super) fn optical_depth(
         &mut self,
         from: Vec3A,
         origin: &LightOrigin,
         extinction_per_m: &dyn Fn(usize) -> f32,
     ) -> Option<f32> {
-        /// Depth beyond which light is lost in rounding.
+        /// Optical depth beyond which light is lost in rounding.
         const DARK: f32 = 20.0;
         let to_light = origin.direction_from(from);
         let ray = Ray { origin: from, direction: to_light.direction };
@@ -266,7 +267,7 @@ impl<'a> SnowQueries<'a> {
     }
 
     /// Transmittance along the line to a light: none behind solids or, with probability 1 − e^{−κd} decided by
-    /// `chance`, in snow; else what the pores do not absorb.
+    /// `chance`, in snow; else the transmittance by absorption in the pores.
     pub(super) fn transmitted(
         &mut self,
         from: Vec3A,
@@ -302,7 +303,7 @@ impl<'a> SnowQueries<'a> {
             let pores_m = *pores_m;
             let volume = match medium.volume_in(snow) {
                 Some((volume, _)) => volume,
-                // Little of the light is absorbed in the pores of the few mm, so that the snow at their start will do.
+                // The pores of a few mm of snow absorb little light, so the snow at the start of the line suffices.
                 None => &snow.volumes[snow.kinds.at_point(self.objects(), body.object, from).pick(narrow(chance))],
             };
             let lengths = PathLengths { pores_m, ..PathLengths::default() };
@@ -312,8 +313,8 @@ impl<'a> SnowQueries<'a> {
     }
 
     /// Whether light on a line collides with a grain of a body whose snow varies, by delta tracking (Woodcock et al.
-    /// 1965): free flights by the greatest extinction coefficient, of whose ends a share κ/κ_max are collisions. The
-    /// random numbers follow from `chance`.
+    /// 1965): free flights are drawn with the greatest extinction coefficient κ_max, and a share κ/κ_max of their
+    /// ends are collisions. The random numbers follow from `chance`.
     fn collides(&self, body: BodyId, medium: Medium, ray: &Ray, (limit_m, chance): (f32, f64)) -> bool {
         let (Medium::EachPlace { node }, Some(snow)) = (medium, self.snow_of(body)) else { return false };
         let mut stream = Stream::new(chance.to_bits(), body.object as u64);

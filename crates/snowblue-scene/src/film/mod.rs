@@ -76,23 +76,24 @@ impl FilmSettings {
         width / height
     }
 
-    /// What makes a PNG of the light.
+    /// Exposure and tone curve of a PNG.
     pub fn development(&self) -> Development {
         Development { exposure: self.exposure, tone: self.tone }
     }
 }
 
-/// What makes a picture for a display, such as a PNG, of light. EXR files store light without it.
+/// Exposure and tone curve that turn radiance into a picture for a display, such as a PNG. EXR files store radiance
+/// without either.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Development {
-    /// The factor of light.
+    /// The factor by which radiance is multiplied.
     pub exposure: Exposure,
-    /// From exposed light to the range of the display.
+    /// The curve from exposed radiance to the range of the display.
     pub tone: ToneCurve,
 }
 
 impl From<Exposure> for Development {
-    /// Light as it is, up to white.
+    /// The exposure without a tone curve: levels are proportional to radiance up to white.
     fn from(exposure: Exposure) -> Self {
         Self { exposure, tone: ToneCurve::None }
     }
@@ -100,19 +101,20 @@ impl From<Exposure> for Development {
 
 /// The fraction of all pixels that automatic exposure fits into the display's range. The rest are highlights.
 const HIGHLIGHT_FRACTION: f64 = 0.99;
-/// The fraction of the pixels of snow that is displayed below the level of snow. Lit snow, if any is lit, lies there.
+/// The fraction of the snow pixels that is displayed below the level of snow. If any snow is lit, this level is
+/// reached by lit snow.
 const SNOW_FRACTION: f64 = 0.9;
 
-/// Displayed levels, of which 1 is the display's white.
+/// Displayed levels. A level of 1 is the display's white.
 struct Levels {
-    /// Of lit snow.
+    /// Level of lit snow.
     snow: f64,
-    /// Of the brightest pixels but highlights, in a picture without snow.
+    /// Level of the brightest pixels except highlights, in a picture without snow.
     highlights: f64,
 }
 
 impl Levels {
-    /// With AgX white surfaces are darker, so that they keep their contrast.
+    /// The levels for a tone curve. With AgX, white surfaces are darker, so that they keep their contrast.
     fn of(tone: ToneCurve) -> Self {
         match tone {
             ToneCurve::Filmic | ToneCurve::None => Self { snow: 0.8, highlights: 0.9 },
@@ -121,7 +123,8 @@ impl Levels {
     }
 }
 
-/// How much brighter than without snow a picture is at most, so that snow in the shade leaves a sky or a lit rim.
+/// Greatest ratio of the exposure factor of a picture with snow to the factor that fits its highlights. The limit
+/// keeps a sky or a lit rim visible when the snow lies in the shade.
 const MAX_OVER_HIGHLIGHTS: f64 = 2.0;
 
 /// The factor between radiance and linear RGB in a PNG. EXR files store radiance without exposure.
@@ -139,15 +142,16 @@ pub enum Exposure {
 }
 
 impl Exposure {
-    /// The factor by which the radiance of some pixels is multiplied for display without a tone curve, where all of
-    /// them count alike.
+    /// The factor by which the radiance of pixels is multiplied for display without a tone curve. All pixels count
+    /// alike.
     pub fn display_factor(self, pixels: impl Iterator<Item = LinearRgb>) -> f64 {
         Development::from(self).display_factor(pixels, std::iter::empty())
     }
 }
 
 impl Development {
-    /// The factor by which the radiance of some pixels, of which some show snow, is multiplied before the tone curve.
+    /// The factor by which radiance is multiplied before the tone curve. `pixels` are all counted pixels, and `snow`
+    /// are the counted pixels that show snow.
     pub fn display_factor(self, pixels: impl Iterator<Item = LinearRgb>, snow: impl Iterator<Item = LinearRgb>) -> f64 {
         let metering = |fraction, level| AutoExposure { fraction, level: self.tone.light_of(level) };
         match self.exposure {

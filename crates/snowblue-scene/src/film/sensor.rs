@@ -20,12 +20,12 @@ pub struct Sensor {
     weights: [Xyz; SAMPLES],
     /// The weights of X, Y and Z in single precision. The last register is padded with 0.
     registers: [[Vec4; 3]; SAMPLES.div_ceil(REGISTER_WIDTH)],
-    /// Light in which a grey surface is neutral, of luminance 1.
+    /// Light in which a grey surface is neutral. Its luminance is 1.
     white: Spectrum,
 }
 
-/// The light of one sample as a sensor measures it: X, Y, Z and the sum of the magnitudes of all wavelengths, which is
-/// finite only if each of them is. One register holds all four.
+/// The light of one sample as a sensor measures it: X, Y, Z and the sum of the magnitudes of all wavelengths. The sum
+/// is finite only if the value at each wavelength is finite. One register holds all four numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct SensorSample(Vec4);
 
@@ -104,12 +104,13 @@ impl Sensor {
         Self::new(weights, daylight.relative)
     }
 
-    /// The same for eyes or a camera that see a light as white; none if its colour is outside of sRGB.
+    /// The sensor adapted to a light that eyes or a camera see as white; none if the colour of this light is outside
+    /// of sRGB.
     pub(crate) fn balanced(self, white: &Spectrum) -> Option<Self> {
         let white = *white * narrow(self.xyz(white).y.recip());
         let [from_white, to_white] = [white, self.white].map(|white| self.xyz(&white));
         let LinearRgb { r, g, b } = LinearRgb::from_xyz(from_white);
-        // Within sRGB all responses of the cones are positive; NaN is not.
+        // Within sRGB all responses of the cones are positive. The comparison also fails for NaN.
         if ![r, g, b].into_iter().all(|channel| channel > 0.0) {
             return None;
         }
@@ -135,7 +136,7 @@ impl Sensor {
         terms.fold(Xyz::default(), |sum, term| sum + term)
     }
 
-    /// The same in single precision, for the samples of an image, with the sum of magnitudes.
+    /// Tristimulus values of a radiance in single precision, with the sum of magnitudes, for the samples of an image.
     #[inline]
     pub fn sample(&self, radiance: &Spectrum) -> SensorSample {
         let (whole, rest) = radiance.0.as_chunks::<REGISTER_WIDTH>();
@@ -219,7 +220,7 @@ mod tests {
         }
     }
 
-    /// Of a light of any strength.
+    /// The light may have any strength.
     #[test]
     fn a_grey_surface_is_neutral_in_the_light_that_looks_white() {
         let bulb = LightSpectrum::illuminant(Illuminant::A).unwrap();

@@ -1,4 +1,4 @@
-//! Carved snow: the union of solids without the union of others, as one closed mesh.
+//! Carved snow: the union of added solids without the union of removed solids, as one closed mesh.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

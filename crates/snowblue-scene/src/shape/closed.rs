@@ -1,16 +1,17 @@
-//! Whether meshes of snow are closed. Integrators that solve for the light inside snow need it: through a hole, a line
-//! enters and never leaves, and nothing says what is inside.
+//! Checks that meshes of snow are closed. Integrators that solve for the light inside snow need closed meshes: a line
+//! that enters through a hole never leaves, so that inside and outside are undefined.
 
 use snowblue_geometry::coincident::weld;
 use snowblue_geometry::repair::remove_coincident;
 use snowblue_geometry::topology::Topology;
 use snowblue_geometry::triangle_mesh::TriangleMesh;
 
-/// Most triangles of an edge. Each makes every line through it longer to follow.
+/// Greatest number of triangles that share an edge. Each further triangle makes lines through the edge slower to
+/// follow.
 const MAX_OF_AN_EDGE: usize = 100;
 
-/// Joins vertices at one position, leaves out triangles that bound no solid, and says how many. Refuses a mesh of which
-/// nothing is left.
+/// Joins vertices of equal position, removes triangles that bound no solid, and reports the number of removed
+/// triangles. Refuses a mesh without remaining triangles.
 pub(crate) fn solid(mesh: &mut TriangleMesh) -> Result<Option<String>, String> {
     weld(&mut mesh.positions, &mesh.indices);
     let all = mesh.indices.len();
@@ -22,7 +23,7 @@ pub(crate) fn solid(mesh: &mut TriangleMesh) -> Result<Option<String>, String> {
     Ok((removed > 0).then(|| format!("{removed} of {all} triangles {reason}, and are left out")))
 }
 
-/// Refuses an open mesh, and one with an edge of many triangles.
+/// Refuses an open mesh, and a mesh with an edge of many triangles.
 pub(crate) fn check_closed(mesh: &TriangleMesh) -> Result<(), String> {
     let topology = Topology::of(mesh);
     if topology.most_of_an_edge > MAX_OF_AN_EDGE {
@@ -58,7 +59,7 @@ mod tests {
         TriangleMesh::from_triangles(&sides.repeat(count))
     }
 
-    /// A ball of rings of vertices, whose poles are as many vertices, and lie where sines and cosines put them.
+    /// A ball of rings of vertices. Each pole is a ring of as many vertices, placed by rounded sines and cosines.
     fn ball(around: u32, rings: u32, radius: f64) -> TriangleMesh {
         let vertex = |ring: u32, place: u32| {
             let (polar, azimuth) =

@@ -1,4 +1,4 @@
-//! Heights on a grid, in rows or in a file, and where they lie.
+//! Heights on a grid, given as rows or as a file, and their placement.
 
 use std::sync::Arc;
 
@@ -25,7 +25,7 @@ quantities! {
     pub Tolerance = ParameterRange::new("tolerance", 0.0, 1e4, "m");
 }
 
-/// Default tolerance of the triangles of a map, in distances between two heights.
+/// Default tolerance of the triangles of a map, as a fraction of the distance between two heights.
 const TOLERANCE_OF_CELL: f64 = 0.05;
 
 /// Where heights on a grid lie. On a georeferenced map x is east and y is north, the origin is the middle of the map or
@@ -66,7 +66,7 @@ impl GridSettings {
     /// The keys.
     pub(super) const KEYS: [&str; 5] = ["size", "datum", "fill", "crop", "tolerance"];
 
-    /// The first key that is set; none if nothing is.
+    /// The first key that is set; none if no key is set.
     pub(super) fn first_key(&self) -> Option<&'static str> {
         let Self { size, datum, fill, crop, tolerance } = self;
         let is_set = [size.is_some(), datum.is_some(), fill.is_some(), crop.is_some(), tolerance.is_some()];
@@ -80,12 +80,12 @@ pub(super) struct PlacedGrid {
     pub(super) far_left_m: DVec2,
     pub(super) cell_m: DVec2,
     pub(super) tolerance_m: f64,
-    /// The object's origin in the coordinates of the file, if that says where its heights lie.
+    /// The object's origin in the coordinates of the file, if the file gives the place of its heights.
     pub(super) origin_on_map_m: Option<DVec2>,
 }
 
 impl PlacedGrid {
-    /// Puts heights into their place; `key` is the path to the heights.
+    /// Places heights; `key` is the path to the heights.
     pub(super) fn new(
         path: &KeyPath,
         key: &KeyPath,
@@ -140,7 +140,7 @@ impl PlacedGrid {
         self.heights.values().iter().copied().fold(f32::INFINITY, f32::min)
     }
 
-    /// The solid below or above the heights, with the prints of the object; `wrong` makes an error of a reason.
+    /// The solid below or above the heights, with the prints of the object; `wrong` turns a reason into an error.
     pub(super) fn build<E: From<KeyError>>(
         self,
         object: &ObjectContext,
@@ -194,14 +194,14 @@ pub(super) fn read_grid(path: &KeyPath, file: &str, sources: &Sources) -> Result
     HeightGrid::read(sources.files, file).map_err(|error| sources.named(path, file, error))
 }
 
-/// Puts heights where there are none; `key` is the path to the heights.
+/// Fills missing heights; `key` is the path to the heights.
 pub(super) fn filled(grid: HeightGrid, fill_m: Option<f64>, key: &KeyPath) -> Result<HeightGrid, KeyError> {
     grid.filled(fill_m.map(narrow)).map_err(|reason| {
         key.error(format!("cannot be used: {reason}; `fill` gives a height for them, and `crop` leaves them out"))
     })
 }
 
-/// The heights of a grid that has all of them.
+/// The heights of a grid without missing heights.
 pub(super) fn heights_of(grid: HeightGrid, key: &KeyPath) -> Result<Heights, KeyError> {
     Heights::new(grid.columns, grid.values).map_err(|reason| key.error(format!("cannot be used: {reason}")))
 }

@@ -11,7 +11,7 @@ use super::keys::{BuiltShape, ObjectContext, ShapeKeys, check_shapes};
 use crate::error::SceneError;
 use crate::values::{Coordinate, only_one, point};
 
-/// How far the bottom of a map lies below its least height by default, as a fraction of its longer side.
+/// Default distance of the bottom of a map below its least height, as a fraction of the map's longer side.
 const BOTTOM_OF_SIDE: f64 = 0.01;
 
 /// A solid under a surface of heights.

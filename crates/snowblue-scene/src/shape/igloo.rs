@@ -64,7 +64,7 @@ impl ShapeKeys for IglooDescription {
         check_shapes(object.path)?;
         let blocks = self.igloo(object.path)?.blocks().into_iter();
         let parts = blocks.map(|block| object.place(block)).collect::<Result<_, _>>()?;
-        // The blocks of an igloo are one solid, whether it has a name or not.
+        // The blocks of an igloo are one solid, whether or not the object names a body.
         let body = object.is_snow.then(|| format!("igloo at {}", object.placing.position));
         Ok(BuiltShape { parts, body, undisturbed: None })
     }

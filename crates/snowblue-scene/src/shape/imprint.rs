@@ -38,7 +38,7 @@ pub(crate) trait ImprintKeys {
         table.read()
     }
 
-    /// Its middle, in m.
+    /// The middle of the print, in m.
     fn position(&self) -> [f64; 2];
 
     /// Builds the print.
@@ -112,7 +112,7 @@ pub enum FootDescription {
 }
 
 impl ImprintDescription {
-    /// Its middle, in m.
+    /// The middle of the print, in m.
     pub fn position(&self) -> [f64; 2] {
         self.keys().position()
     }

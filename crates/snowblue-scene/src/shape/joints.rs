@@ -1,4 +1,4 @@
-//! Bodies of snow that meet, between which no light passes inside.
+//! Bodies of snow that meet. Inside the snow, no light passes from one body to the next.
 
 use glam::Vec3A;
 use snowblue_geometry::body::{TOUCH_DISTANCE_M, pair_up};
@@ -7,19 +7,19 @@ use snowblue_geometry::ray::Ray;
 
 use crate::objects::Objects;
 
-/// Lines along each axis, in rows and columns, that look for places where two objects meet.
+/// Number of rows and of columns of test lines along each axis. The lines look for places where two objects meet.
 const LINES: u16 = 8;
-/// How many of them must find one. Objects that meet at a point or along an edge are apart.
+/// Least number of lines that must find such a place. Objects that meet at a point or along an edge count as apart.
 const MIN_MEETING: usize = 2;
-/// Most pairs of objects with common boxes that are examined.
+/// Greatest number of examined pairs of objects whose boxes overlap.
 const MAX_PAIRS: usize = 1000;
-/// Most objects whose boxes are compared.
+/// Greatest number of objects whose boxes are compared.
 const MAX_OBJECTS: usize = 5000;
 /// Distance at which surfaces touch, over their greatest coordinate: the rounding of single precision.
 const ROUNDING: f32 = 4.0 * f32::EPSILON;
 
-/// The pairs of bodies that touch or overlap, by their first objects, among objects of some kind. In very large scenes
-/// only the first are found.
+/// The pairs of bodies that touch or overlap, among objects of some kind. Each body is given by its first object. In
+/// very large scenes only the first pairs are found.
 pub(crate) fn joints(objects: &Objects, is_of_kind: impl Fn(usize) -> bool) -> Vec<[usize; 2]> {
     let of_kind = (0..objects.list().len()).filter(|index| is_of_kind(*index));
     let bounded = of_kind.filter_map(|index| Some((index, objects.bounds(index)?)));

@@ -1,4 +1,5 @@
-//! The keys of one kind of shape in a scene file: what they have in common, and what a shape is built with.
+//! The common interface of the keys of all kinds of shapes in a scene file, and the context in which a shape is
+//! built.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -31,13 +32,13 @@ pub(crate) trait ShapeKeys {
     /// Builds the shape in its place.
     fn build(&self, object: &mut ObjectContext) -> Result<BuiltShape, SceneError>;
 
-    /// Whether prints can be pressed into its surface.
+    /// Whether prints can be pressed into the surface of the shape.
     fn takes_imprints(&self) -> bool {
         false
     }
 }
 
-/// What a shape is built with.
+/// The context in which a shape is built.
 pub(crate) struct ObjectContext<'scene> {
     pub(crate) path: &'scene KeyPath,
     pub(crate) placing: Placing,
@@ -47,17 +48,17 @@ pub(crate) struct ObjectContext<'scene> {
     /// Whether snow must be closed.
     pub(super) must_be_closed: bool,
     pub(super) meshes: &'scene mut MeshCache,
-    /// What was changed, in sentences.
+    /// Sentences that say what was changed.
     pub(super) notes: &'scene mut Vec<String>,
 }
 
 /// A shape in its place.
 pub(crate) struct BuiltShape {
-    /// Its parts.
+    /// The parts of the shape.
     pub(crate) parts: Vec<Shape>,
-    /// The body that its parts form, unless the object has a body.
+    /// The body that the parts form, unless the object has a body.
     pub(crate) body: Option<String>,
-    /// Its surface before anything was pressed into it.
+    /// The surface of the shape before prints were pressed into it.
     pub(crate) undisturbed: Option<UndisturbedSurface>,
 }
 
@@ -67,16 +68,16 @@ impl From<Shape> for BuiltShape {
     }
 }
 
-/// A mesh of a file about its own middle.
+/// A mesh from a file, centred at the origin.
 pub(super) struct FileMesh {
     pub(super) mesh: Arc<MeshBvh>,
-    /// The map that puts its middle back.
+    /// The map from the centred mesh to its original place.
     pub(super) to_original: DAffine3,
-    /// Whether it is known to be closed.
+    /// Whether the mesh is known to be closed.
     pub(super) is_closed: bool,
 }
 
-/// Meshes by file and part, whether they are smooth, and whether they are snow.
+/// Meshes by file, by part, by whether they are smooth, and by whether they are snow.
 #[derive(Default)]
 pub(super) struct MeshCache(pub(super) BTreeMap<(String, Option<String>, bool, bool), FileMesh>);
 

@@ -40,12 +40,12 @@ fn smooth() -> bool {
 }
 
 impl MeshDescription {
-    /// A whole file.
+    /// The mesh of a whole file.
     pub fn new(file: impl Into<String>) -> Self {
         Self { mesh: file.into(), part: None, up: None, smooth: smooth() }
     }
 
-    /// The name of its object in reports.
+    /// The name of the object in reports.
     pub(super) fn name(&self) -> String {
         match &self.part {
             Some(part) => format!("{} {part}", self.mesh),

@@ -1,7 +1,7 @@
 //! Objects: shapes of a material in their places.
 //!
-//! **A new shape** is a file here and a line in the list below. The file has the keys of a scene file with their
-//! ranges, and builds the shape of them (`ShapeKeys`).
+//! **A new shape** needs a file here and a line in the list below. The file declares the keys of the shape in a scene
+//! file with their ranges, and builds the shape from these keys (`ShapeKeys`).
 
 mod carved;
 mod closed;
@@ -120,7 +120,7 @@ impl ShapeDescription {
         matches!(self, Self::Named(NamedShape::Plane(_)))
     }
 
-    /// The name of its object in reports.
+    /// The name of the object in reports.
     fn name(&self) -> String {
         match self {
             Self::Named(named) => named.word().to_owned(),
@@ -130,7 +130,7 @@ impl ShapeDescription {
 }
 
 impl ObjectDescription {
-    /// A shape of a material, unturned at the origin.
+    /// A shape of a material at the origin, without rotation.
     pub fn new(shape: impl Into<ShapeDescription>, material: impl Into<String>) -> Self {
         let common = ObjectSettings {
             material: material.into(),
@@ -161,7 +161,7 @@ impl ObjectDescription {
         Ok(Self { shape, common, imprints: imprints? })
     }
 
-    /// Whether it is a plane.
+    /// Whether the object is a plane.
     pub(crate) fn is_plane(&self) -> bool {
         self.shape.is_plane()
     }
@@ -183,16 +183,16 @@ impl From<MeshDescription> for ShapeDescription {
 pub(crate) struct ObjectBuilder<'scene> {
     sources: &'scene Sources<'scene>,
     materials: &'scene [NamedMaterial],
-    /// The materials of planes of snow, by the materials of the snow.
+    /// For each snow material with planes, by its index, the index of the material of these planes.
     grounds: BTreeMap<usize, usize>,
     meshes: MeshCache,
     has_light_field: bool,
-    /// What was changed, in sentences.
+    /// Sentences that say what was changed.
     pub(crate) notes: Vec<String>,
 }
 
 impl<'scene> ObjectBuilder<'scene> {
-    /// No mesh is read yet.
+    /// A builder that has read no mesh yet.
     pub(crate) fn new(
         sources: &'scene Sources<'scene>,
         materials: &'scene [NamedMaterial],
@@ -203,7 +203,7 @@ impl<'scene> ObjectBuilder<'scene> {
         Self { sources, materials, grounds, meshes: MeshCache::default(), has_light_field, notes: Vec::new() }
     }
 
-    /// Builds an object, an igloo as one for each block.
+    /// Builds an object. An igloo becomes one object for each block.
     pub(crate) fn build(&mut self, path: &KeyPath, object: &ObjectDescription) -> Result<Vec<Object>, SceneError> {
         let ObjectDescription { shape, common, imprints } = object;
         let mut index = self.material(path, &common.material)?;

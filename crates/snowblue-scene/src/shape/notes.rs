@@ -10,10 +10,11 @@ use crate::integrator::IntegratorKind;
 use crate::material::NamedMaterial;
 use crate::objects::{Object, Objects};
 
-/// Most bodies that notes name one by one.
+/// Greatest number of bodies that notes name one by one.
 const MAX_NAMED: usize = 3;
-/// Coordinate from which on random walks lose more than 1 % of the light: rays start off the surface by a multiple of
-/// the rounding of coordinates. A ball lost 0.5 % below, 2.5 % above, and 6 % above 512 m.
+/// Coordinate beyond which random walks lose more than 1 % of the light, because rays start off the surface by a
+/// multiple of the rounding of coordinates. A ball lost 0.5 % below this coordinate, 2.5 % above it, and 6 % above
+/// 512 m.
 const FAR_M: f32 = 256.0;
 
 /// Notes on bodies of snow that have a side below the size of their finest grains, that are so far from the origin that
@@ -67,7 +68,7 @@ pub(crate) fn notes_on_bodies(
             name(other)
         )
     };
-    // Pages show no notes.
+    // Web pages show no notes.
     let has_joints = !integrator.crosses_bodies() && !cfg!(target_family = "wasm");
     let pairs = if has_joints { joints(objects, is_snow) } else { Vec::new() };
     let mut meeting: Vec<String> = pairs.into_iter().map(of_pair).collect();
@@ -77,7 +78,7 @@ pub(crate) fn notes_on_bodies(
     [small, far, meeting].concat()
 }
 
-/// Keeps the first of the notes on bodies, and says how many more there are.
+/// Keeps the first notes on bodies, and adds the number of the remaining notes.
 fn name_first(notes: &mut Vec<String>, others: &str) {
     if notes.len() > MAX_NAMED {
         let more = notes.len() - MAX_NAMED;

@@ -35,7 +35,7 @@ impl ObjectSettings {
     pub(super) const KEYS: [&str; 5] = ["material", "body", "position", "rotation_deg", "scale"];
 }
 
-/// Where a shape is, how it is turned and how it is stretched.
+/// Position, rotation and scale of a shape.
 pub(crate) struct Placing {
     pub(super) position: Vec3A,
     rotation: DMat3,
@@ -43,7 +43,7 @@ pub(crate) struct Placing {
 }
 
 impl Placing {
-    /// The place of an object.
+    /// The placing of an object.
     pub(super) fn of(settings: &ObjectSettings) -> Self {
         let scale = match settings.scale {
             Scale::Uniform(scale) => DVec3::splat(scale.get()),
@@ -57,13 +57,14 @@ impl Placing {
         self.rotation.as_mat3().into()
     }
 
-    /// From the shape's coordinates into the scene.
+    /// The map from the shape's coordinates to the scene.
     pub(super) fn to_scene(&self) -> DAffine3 {
         DAffine3::from_mat3_translation(self.rotation * DMat3::from_diagonal(self.scale), self.position.as_dvec3())
     }
 }
 
-/// Turns the coordinates of a mesh file upright: by the axis that is up, or by the axis of its format.
+/// The rotation that turns a mesh file upright, by the given upward axis or else by the upward axis of the file
+/// format.
 pub(super) fn upright(file: &str, up: Option<UpAxis>) -> DAffine3 {
     let y_up = up.map_or_else(|| is_y_up(file.as_ref()), |up| up == UpAxis::Y);
     DAffine3::from_mat3(if y_up { Y_UP_TO_Z_UP } else { DMat3::IDENTITY })
@@ -75,7 +76,7 @@ pub(super) fn rotation(rotation_deg: Numbers<Rotation, 3>) -> DMat3 {
     DMat3::from_euler(EulerRot::ZYX, z, y, x)
 }
 
-/// The placement by a map, or what is wrong with it.
+/// The placement by a map, or the reason why the map is refused.
 pub(crate) fn placement(to_scene: &DAffine3) -> Result<Transform, String> {
     Transform::new(to_scene).ok_or_else(|| "its transform flattens it, but must keep its volume".to_owned())
 }

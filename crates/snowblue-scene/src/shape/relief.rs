@@ -1,12 +1,13 @@
 //! Snow with relief: the meshes that a camera sees of rough surfaces.
 //!
-//! Heights belong to places in the coordinates of an object ([`Shape::frame`]). The camera decides only how finely
-//! triangles are split, and which wavelengths they can show: edges are about as long as a pixel is wide where the
-//! camera sees them, and elsewhere an eighth of the distance to the nearest place that it sees.
+//! Heights of the relief belong to places in the coordinates of an object ([`Shape::frame`]). The camera decides only
+//! how finely triangles are split, and thus which wavelengths the triangles resolve. Where the camera sees a surface,
+//! edges are about as long as a pixel is wide. Elsewhere, edges are an eighth of the distance to the nearest place
+//! that the camera sees.
 //!
-//! No vertex moves farther than a third of the way to the next surface in its direction, so that thin snow does not cut
-//! itself, and surfaces that touch stay joined; and none comes nearer to another part of the surface than to where it
-//! was, so that faces do not cross at creases.
+//! No vertex moves farther than a third of the distance to the next surface in its direction. Therefore thin snow
+//! does not cut itself, and surfaces that touch stay joined. No vertex comes nearer to another part of the surface
+//! than to its own original place, so that faces do not cross at creases.
 
 use std::sync::Arc;
 
@@ -31,24 +32,26 @@ use crate::material::Material;
 use crate::objects::{Object, Objects};
 use crate::seen::{MIN_ROWS, RAYS, SIZE_PER_DISTANCE, SeenPlaces};
 
-/// Greatest length of edges that are seen, in pixels.
+/// Greatest length of visible edges, in pixels.
 const PIXELS: f64 = 1.5;
-/// Most triangles that splitting adds in a scene. Where they do not suffice, all edges are longer.
+/// Greatest number of triangles that splitting adds in a scene. If this number does not suffice, all edges become
+/// longer.
 const MAX_TRIANGLES: usize = 4_000_000;
-/// The part of the way to the next surface that a vertex may move.
+/// Greatest movement of a vertex, as a fraction of the distance to the next surface.
 const OF_WAY: f32 = 1.0 / 3.0;
-/// The part of its room near a crease that a face takes, so that faces on both sides do not meet.
+/// The fraction of the available distance that a face uses near a crease, so that the faces on both sides do not
+/// meet.
 const BEFORE_MIDDLE: f32 = 0.9;
-/// Surfaces that are nearer than this touch, in m.
+/// Distance below which surfaces touch, in m.
 const TOUCHING_M: f32 = 1e-4;
-/// The same as a fraction of the largest coordinate, which bounds the rounding of places.
+/// Distance below which surfaces touch, as a fraction of the largest coordinate, which bounds the rounding of places.
 const FARTHEST_TOUCHING: f32 = 1.0 / 524_288.0;
-/// Length of the edges of a sphere before its relief, as a fraction of its greatest extent: its middle is then 6·10⁻⁵
-/// of its radius too low.
+/// Edge length of the mesh of a sphere before its relief, as a fraction of the sphere's greatest extent. The middle
+/// of an edge then lies 6·10⁻⁵ of the radius too low.
 const ROUNDEST: f32 = 1.0 / 90.0;
 
-/// The objects of a scene with the relief of their materials as a camera sees it, and what was changed for it in a
-/// sentence; none if no object has any.
+/// The objects of a scene with the relief of their materials as a camera sees it, and a sentence if the triangles had
+/// to be larger; none if no object has relief.
 pub(crate) fn with_relief(
     objects: &Objects,
     materials: &[Material],
@@ -89,7 +92,7 @@ pub(crate) fn with_relief(
     }
 }
 
-/// All objects, those with relief as rough meshes; none if they need too many triangles.
+/// All objects, with rough meshes for the objects with relief; none if the meshes need too many triangles.
 fn rough_objects(
     objects: &Objects,
     surfaces: &[Option<RoughSurface>],
@@ -113,14 +116,14 @@ fn rough_objects(
 /// The surface of an object with relief, before its triangles are split.
 struct RoughSurface<'a> {
     roughness: &'a Roughness,
-    /// A bound from below of the lengths of its edges, in m.
+    /// Lower bound of the edge lengths, in m.
     least_edge_m: f64,
     smooth: SmoothSurface,
     neighbours: Neighbours<'a>,
 }
 
 impl<'a> RoughSurface<'a> {
-    /// None of a plane, and of an object all of whose edges are too long for any height.
+    /// The surface of an object; none for a plane, and for an object whose edges are all too long for any height.
     fn of(objects: &'a Objects, index: usize, roughness: &'a Roughness, sight: &ViewDetail) -> Option<Self> {
         let least_edge_m = sight.least_edge_m(objects.bounds(index)?);
         if least_edge_m >= roughness.greatest_edge_m() {
@@ -137,7 +140,7 @@ impl<'a> RoughSurface<'a> {
         factor * self.least_edge_m >= self.roughness.greatest_edge_m()
     }
 
-    /// The rough mesh, of at most `most` triangles; none if more are needed.
+    /// The rough mesh of at most `most` triangles; none if the mesh needs more triangles.
     fn displaced(&self, sight: &ViewDetail, factor: f64, most: usize) -> Option<TriangleMesh> {
         let Self { roughness, smooth, neighbours, .. } = self;
         let least_m = roughness.least_edge_m();
@@ -151,20 +154,22 @@ impl<'a> RoughSurface<'a> {
     }
 }
 
-/// How fine a camera sees.
+/// The detail that a camera resolves.
 struct ViewDetail {
     seen: SeenPlaces,
     viewpoint: DVec3,
-    /// Width of a pixel, and of the gaps between the rays that find what is seen, over the distance.
+    /// Width of a pixel over the distance, and width of the gaps between the rays that find visible places over the
+    /// distance.
     pixel_per_m: f64,
     ray_per_m: f64,
 }
 
 impl ViewDetail {
-    /// Distances between rays to the nearest of them. Surfaces that are seen at a grazing angle have few.
+    /// Distance from visible places within which a place counts as visible, in distances between rays. Few rays meet
+    /// a surface at a grazing angle.
     const RAYS_APART: f64 = 3.0;
 
-    /// A bound from below of the lengths of the edges in bounds, in m.
+    /// Lower bound of the lengths of the edges in bounds, in m.
     fn least_edge_m(&self, bounds: Bounds) -> f64 {
         let [low, high] = [bounds.low, bounds.high].map(|corner| corner.as_dvec3());
         let nearest_m = self.viewpoint.distance(self.viewpoint.clamp(low, high));
@@ -173,12 +178,12 @@ impl ViewDetail {
         (PIXELS * self.pixel_per_m * nearest_m).max(SIZE_PER_DISTANCE * hidden_m)
     }
 
-    /// How much the length of edges grows at most for each metre.
+    /// Greatest growth of the edge length for each metre.
     fn edge_growth(&self) -> f64 {
         (PIXELS * self.pixel_per_m).max(SIZE_PER_DISTANCE * (1.0 + Self::RAYS_APART * self.ray_per_m))
     }
 
-    /// Greatest length of the edges around a place, in m, and at least a length that needs no shorter ones.
+    /// Greatest length of the edges around a place, in m, but at least `least_m`: shorter edges are not needed.
     fn edge_m(&self, place: DVec3, least_m: f64) -> f64 {
         let distance_m = place.distance(self.viewpoint);
         let hidden_m = self.seen.distance_m(place, place) - Self::RAYS_APART * self.ray_per_m * distance_m;
@@ -189,13 +194,13 @@ impl ViewDetail {
 /// The surface of an object in its own coordinates.
 struct SmoothSurface {
     mesh: Arc<MeshBvh>,
-    /// From these coordinates to the scene.
+    /// The map from these coordinates to the scene.
     frame: DAffine3,
     placement: Transform,
 }
 
 impl SmoothSurface {
-    /// That of a shape; none of a plane.
+    /// The surface of a shape; none for a plane.
     fn of(shape: &Shape) -> Option<Self> {
         let (axes, origin) = shape.frame();
         let frame = DAffine3::from_mat3_translation(axes.as_dmat3(), origin.as_dvec3());
@@ -212,7 +217,7 @@ impl SmoothSurface {
                 let map = instance.transform().scene_map();
                 let matrix: DMat3 = map.matrix3.as_dmat3();
                 let to_scene = DAffine3::from_mat3_translation(matrix, map.translation.as_dvec3());
-                // Without a scale or a rotation, the hierarchy of the mesh serves as it is.
+                // Without a scale or a rotation, the hierarchy of the mesh is reused.
                 if frame == to_scene {
                     Some(instance.mesh().clone())
                 } else {
@@ -246,17 +251,18 @@ fn round(ellipsoid: &Ellipsoid) -> TriangleMesh {
     mesh
 }
 
-/// What is near the surface of an object.
+/// The shapes near the surface of an object.
 struct Neighbours<'a> {
-    /// The smooth mesh in m: its vertices lie on it exactly, and its nearest points are those in the scene.
+    /// The smooth mesh in m. Its vertices lie exactly on this shape, and its nearest points are the nearest points in
+    /// the scene.
     own: Shape,
     reach_m: f32,
-    /// Other shapes, and whether they are of the same body.
+    /// Other shapes, each with whether it belongs to the same body.
     others: Vec<(&'a Shape, bool)>,
 }
 
 impl<'a> Neighbours<'a> {
-    /// Those that heights of a greatest magnitude may reach.
+    /// The neighbours that heights of at most the magnitude `greatest_m` may reach.
     fn of(objects: &'a Objects, (index, own): (usize, Shape), greatest_m: f32) -> Self {
         let around = objects.bounds(index).map(|bounds| bounds.padded(greatest_m / OF_WAY + TOUCHING_M));
         let is_near = |other: &usize| {
@@ -268,8 +274,9 @@ impl<'a> Neighbours<'a> {
         Self { own, reach_m: objects.reach_m(index), others: others.collect() }
     }
 
-    /// The part of an offset by which a point of the surface may move: at most a third of the way to the next surface.
-    /// In a body of several objects, where surfaces may be joints, the way back counts as well.
+    /// The fraction of an offset by which a point of the surface may move: at most a third of the distance to the
+    /// next surface. In a body of several objects, where surfaces may be joints, the distance in the opposite
+    /// direction counts as well.
     fn room(&self, point: Vec3A, offset: Vec3A) -> f32 {
         let length_m = offset.length();
         if length_m <= 0.0 {
@@ -278,7 +285,8 @@ impl<'a> Neighbours<'a> {
         let (direction, limit_m) = (offset / length_m, length_m / OF_WAY);
         let ahead = Ray { origin: off_surface(point, direction, self.reach_m), direction };
         let mut way_m = self.own.first_hit(&ahead, limit_m).map_or(limit_m, |hit| hit.distance_m);
-        // Where it is nearer to another part of the surface, a face has its room as far as the line in the middle.
+        // Where the moved point is nearer to another part of the surface, a face may move only to the middle between
+        // both parts.
         let most_m = OF_WAY * way_m;
         let nearest_m = self.own.nearest(point + direction * most_m).map_or(most_m, |hit| hit.distance_m.min(most_m));
         let near = if most_m > 0.0 { nearest_m / most_m } else { 0.0 };

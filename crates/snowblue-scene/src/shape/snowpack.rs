@@ -31,9 +31,9 @@ quantities! {
     pub Gap = ParameterRange::new("gap", 0.0, 10.0, "m");
 }
 
-/// Least depth of snow of one depth, in m.
+/// Least depth of snow of uniform depth, in m.
 const MIN_DEPTH_M: f64 = 1e-3;
-/// Default gap between ground and snow, in m, beside the tolerance of both.
+/// Default gap between ground and snow, in m, in addition to the tolerance of both.
 const GAP_M: f64 = 1e-3;
 /// The part of the gap for the rounding of coordinates and the offsets of rays from surfaces, as a fraction of the
 /// longer side: four times the greatest offset.
@@ -128,7 +128,7 @@ impl<'de> Deserialize<'de> for DepthDescription {
     }
 }
 
-/// Where depths vary by.
+/// The source of varying depths.
 enum DepthSource<'keys> {
     Texture(&'keys str),
     Attribute(&'keys str),
@@ -272,14 +272,14 @@ impl DepthDescription {
         let grid = read_grid(&path, texture, sources)?;
         let (place, origin_m) = (grid.georeference, ground.origin_on_map_m);
         let mut depth = depth_of_grid(&path, texture, grid, varying.range.get())?;
-        // A map of depths on a map of heights lies in its place.
+        // If both maps are georeferenced, the map of depths is placed by its coordinates on the map of heights.
         if let (Some(Georeference { far_left_m, cell_m }), Some(origin_m)) = (place, origin_m) {
             let to_cells = DVec2::new(1.0, -1.0) / cell_m;
             depth.first = (origin_m + ground.far_left_m - far_left_m) * to_cells;
             depth.span = ground.size_m() / cell_m;
             let last = depth.first + depth.span;
             let most = DVec2::new((depth.values.columns() - 1) as f64, (depth.values.rows() - 1) as f64);
-            // Half a cell of either map is not covered at its edge.
+            // At its edge, either map may leave half a cell uncovered.
             if depth.first.cmplt(DVec2::splat(-1.0)).any() || last.cmpgt(most + 1.0).any() {
                 return Err(path.error(format!("is \"{texture}\", which does not cover the ground")).into());
             }
@@ -296,7 +296,7 @@ fn depth_of_grid(path: &KeyPath, file: &str, grid: HeightGrid, range_m: [f64; 2]
     Ok(DepthImage::from_edge_to_edge(values, range_m))
 }
 
-/// A depth, or none if it is less than some.
+/// The depth, or 0 if the depth is less than `min_m`.
 fn at_least(depth_m: f64, min_m: f64) -> f64 {
     if depth_m < min_m { 0.0 } else { depth_m }
 }

@@ -130,7 +130,7 @@ pub struct HalfSpaceDescription {
 }
 
 impl SolidDescription {
-    /// Whether it has an end in all directions.
+    /// Whether the solid is bounded in all directions.
     pub(super) fn is_bounded(&self) -> bool {
         !matches!(self, Self::HalfSpace(_))
     }
@@ -205,7 +205,7 @@ impl SolidKeys for HalfSpaceDescription {
     }
 }
 
-/// The distance of two points that must be apart.
+/// The distance between two points that must not coincide, in m.
 fn length_m(
     path: &KeyPath,
     from: Numbers<CarvedCoordinate, 3>,

@@ -26,7 +26,7 @@ quantities! {
     pub Turbidity = ParameterRange::new("turbidity", TURBIDITY_RANGE.0, TURBIDITY_RANGE.1, "");
 }
 
-/// The lights of the sky, and the air if it is seen.
+/// The lights of the sky, and the air if aerial perspective is on.
 #[derive(Default)]
 pub(crate) struct BuiltSky {
     pub(crate) lights: Vec<Light>,
@@ -115,7 +115,7 @@ fn read_coefficients(path: &KeyPath, files: &dyn FileSource) -> Result<Coefficie
     coefficients.map_err(|error| path.error(format!("is clear, but its coefficients cannot be used: {error}")).into())
 }
 
-/// Albedo of snow at the wavelengths of the sky; the albedo of bare ground if there is none.
+/// Albedo of snow at the wavelengths of the sky; the albedo of bare ground if there is no snow.
 fn ground_albedo(path: &KeyPath, snow: Option<&SnowSample>) -> Result<[f64; WAVELENGTHS_NM.len()], SceneError> {
     let Some(sample) = snow else { return Ok([BARE_GROUND_ALBEDO; WAVELENGTHS_NM.len()]) };
     deep_albedo(sample, &WAVELENGTHS_NM).map_err(|error| {

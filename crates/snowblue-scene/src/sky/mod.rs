@@ -31,7 +31,7 @@ pub enum SkyDescription {
     Overcast(OvercastSkyDescription),
 }
 
-/// Lets the schema of a clear sky do without a type.
+/// Makes the key `type` optional in the schema of a clear sky.
 fn clear_by_default(schema: &mut Schema) {
     let clear = schema.get_mut("oneOf").and_then(|kinds| kinds.get_mut(0));
     if let Some(serde_json::Value::Array(required)) = clear.and_then(|clear| clear.get_mut("required")) {
@@ -50,7 +50,7 @@ impl SkyDescription {
         }
     }
 
-    /// Number of lights of a scene that it is: sun and sky, or the sky alone.
+    /// Number of lights that the description adds to a scene: sun and sky, or the sky alone.
     pub(crate) fn light_count(&self) -> usize {
         match self {
             Self::Clear(_) => 2,
@@ -58,7 +58,7 @@ impl SkyDescription {
         }
     }
 
-    /// Whether the camera may see its sun.
+    /// Whether the camera may see the sun.
     pub(crate) fn has_visible_sun(&self) -> bool {
         match self {
             Self::Clear(clear) => clear.visible,
@@ -66,7 +66,7 @@ impl SkyDescription {
         }
     }
 
-    /// Builds the sky over snow, or over bare ground if there is none.
+    /// Builds the sky over snow, or over bare ground if there is no snow.
     pub(crate) fn build(&self, snow: Option<&SnowSample>, sources: &Sources) -> Result<BuiltSky, SceneError> {
         let path = KeyPath::root("sky");
         match self {

@@ -35,7 +35,7 @@ pub struct OvercastSkyDescription {
     pub visible: bool,
 }
 
-/// How strong the light is.
+/// The strength of the light, given as an irradiance or by the sun.
 enum Strength<'sky> {
     Irradiance(f64),
     Sun(&'sky SunDescription),

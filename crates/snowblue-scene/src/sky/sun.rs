@@ -94,7 +94,7 @@ impl SunDescription {
     }
 }
 
-/// An error about the sun at its path, which names it: `sky.sun elevation is -3°`.
+/// An error about the sun at its path. The path already names the sun: `sky.sun elevation is -3°`.
 pub(super) fn sun_error(path: &KeyPath, error: &SkyError) -> KeyError {
     path.error(error.to_string().trim_start_matches("sun "))
 }

@@ -1,35 +1,37 @@
-//! The filter of noise: light is smooth where an estimate with little noise has taken all edges.
+//! The noise filter: light is smooth where a baseline, an estimate with little noise, contains all edges.
 //!
-//! A sample of a surface is the sum of two parts: a baseline, which has little noise, and the residual, what the sample
-//! finds more or less than that. Of snow the baseline is that of the light field at the surface, in which a sky, not an
-//! image of one, has the irradiance that the light field knows at its cells. Of other surfaces it is the light of lamps
-//! and of the sun, and what open skies and bright snow would send there if little hid them. The residual is smooth
-//! where the surface and its light are. So its mean over the neighbourhood of a pixel replaces that of the pixel:
-//! relative to the baseline, over pixels of like normal, distance and baseline (a joint bilateral filter by the à-trous
-//! scheme: Dammertz, Sewtz, Hanika & Lensch 2010, *Edge-avoiding à-trous wavelet transform for fast global illumination
-//! filtering*, HPG).
+//! A sample of a surface is the sum of a baseline, which has little noise, and a residual, the sample less the
+//! baseline. At snow the baseline is the radiance that the light field gives at the surface. A sky that is not an
+//! image enters it by the irradiance that the light field stores at its cells. At other surfaces the baseline is the
+//! reflected light of lamps and of the sun, and the light of open skies and bright snow that the surface would
+//! reflect if little hid them. The residual is smooth where the surface and its illumination are smooth. So the
+//! filter replaces the residual of a pixel by a mean over a neighbourhood, relative to the baseline and over pixels
+//! of similar normal, distance and baseline (a joint bilateral filter by the à-trous scheme: Dammertz, Sewtz, Hanika
+//! & Lensch 2010, *Edge-avoiding à-trous wavelet transform for fast global illumination filtering*, HPG).
 //!
-//! Pixels of like noise count more, too: near edges walks are noisy, and their residual is not that of even snow. Each
-//! level doubles the neighbourhood. Each pixel takes the first level at which the standard error of its residual is
-//! below 0.7 % of its light, by the variance of the samples. So the neighbourhood shrinks as samples come, and the
-//! picture converges to that of the samples alone. The variance of a pixel is averaged geometrically over the nearest
-//! pixels, so that it is no accident of few samples. Where pixels are averaged, that and the variance of each pixel's
-//! own samples are compared and the greater is taken, so that a single large sample is not left as a dot.
+//! Pixels of similar noise also count more: walks near edges are noisy, and their residual differs from the residual
+//! of even snow. Each level doubles the neighbourhood. Each pixel takes the first level at which the standard error
+//! of its residual, estimated from the variance of the samples, is below 0.7 % of its light. So the neighbourhood
+//! shrinks as samples are added, and the image converges to the unfiltered image. The variance of a pixel is a
+//! geometric mean over the nearest pixels, because the variance of few samples is itself noisy. Where pixels are
+//! averaged, the greater of this variance and the variance of each pixel's own samples counts, so that a single large
+//! sample does not remain as a dot.
 //!
-//! The residual is not smooth everywhere: what hides skies and snow from other surfaces is not in their baseline, and
-//! near edges that of snow is wrong by much. A pixel stops before a neighbourhood whose mean contradicts that of a
-//! smaller one (the method of Lepski 1991, *On a problem of adaptive estimation in Gaussian white noise*, Theory of
-//! Probability and its Applications 35, 454). The smallest neighbourhood is taken without a test. Snow is tested only
-//! where its noise is known: single samples of walks may be so large that a mean of few is no evidence.
+//! The residual is not smooth everywhere: the baseline of other surfaces ignores occluders of skies and snow, and the
+//! baseline of snow has large errors near edges. A pixel stops before a neighbourhood whose mean contradicts the mean
+//! of a smaller neighbourhood (the method of Lepski 1991, *On a problem of adaptive estimation in Gaussian white
+//! noise*, Theory of Probability and its Applications 35, 454). The smallest neighbourhood is taken without a test.
+//! Snow is tested only where its noise is known: a single walk can give so large a sample that a mean of few samples
+//! is no evidence.
 //!
-//! Some pixels find too few like pixels, as at silhouettes and the edges of shadows, and a single walk of few samples
-//! makes a dot there: a white one, or a black one, since differences of walks may be negative. Where the noise is
-//! large, or one pixel alone is noisy, a pixel is therefore made no brighter and no darker than what is next to it, by
-//! another residual. What is taken away or added is spread over the pixels around, so that the light of the image stays
-//! the same.
+//! Some pixels have too few similar neighbours, as at silhouettes and the edges of shadows. Among few samples a
+//! single walk then makes a white dot, or a black dot because differences of walks can be negative. Where the noise
+//! is large, or a single pixel is noisy, the filter therefore changes the residual so that the pixel is no brighter
+//! and no darker than its neighbours. The excess is spread over the pixels around it, so that the total light of the
+//! image does not change.
 //!
-//! The filter works on the sums of an image, at the end. What is resumed or merged is the same as what is rendered at
-//! once; a part of an image is filtered by itself.
+//! The filter works on the sums of an image, at the end. So a resumed or merged image equals an image that is
+//! rendered in one run. A part of an image is filtered by itself.
 
 use rayon::prelude::*;
 use snowblue_base::narrow;
@@ -38,71 +40,76 @@ use crate::film::accumulator::{FilmAccumulator, PixelSums};
 use crate::film::aov::{Aovs, ResidualLayout};
 use crate::film::window::{near, square_around};
 
-/// Standard error of the residual, relative to the light, that is aimed at.
+/// Target of the standard error of the residual, relative to the light.
 const TARGET: f32 = 0.007;
-/// For each level, the variance of its means over that of means of independent pixels: neighbours share samples. It is
-/// that of a plane of like pixels. The last level has a neighbourhood of ±62 pixels.
+/// For each level, ratio of the variance of its means to the variance of means over independent pixels, on a plane of
+/// equal pixels. Neighbours share samples, which raises the ratio. The last level has a neighbourhood of ±62 pixels.
 const SHARED_VARIANCE: [f32; 5] = [1.0, 2.727, 3.196, 3.307, 3.335];
 /// Weights along a row or a column.
 const KERNEL: [f32; 5] = [1.0 / 16.0, 4.0 / 16.0, 6.0 / 16.0, 4.0 / 16.0, 1.0 / 16.0];
-/// Weights on each side of the middle one.
+/// Number of weights on each side of the middle weight.
 const REACH: usize = KERNEL.len() / 2;
-/// Deviations at which a weight falls by e^{−½}: of normals, and of the logarithm of the baseline.
+/// Deviations at which a weight falls by e^{−½}: of the normal, and of the logarithm of the baseline.
 const NORMAL_DEVIATION: f32 = 0.35;
 const BASELINE_DEVIATION: f32 = 0.5;
-/// The same of the fraction of snow: its residual is of another kind than that of other surfaces.
+/// Deviation of the fraction of snow at which a weight falls by e^{−½}: the residual of snow differs in kind from the
+/// residual of other surfaces.
 const SNOW_DEVIATION: f32 = 0.2;
-/// Fraction of snow from which on a pixel is one of snow.
+/// Fraction of snow from which on a pixel counts as snow.
 const MAINLY: f32 = 0.5;
-/// The same of the logarithm of the noise, which grows near edges.
+/// Deviation of the logarithm of the noise, which grows near edges, at which a weight falls by e^{−½}.
 const ERROR_DEVIATION: f32 = 1.0;
-/// The same of the distance, as a multiple of that of a plane through the neighbouring pixels, and of the distance.
+/// Deviation of the distance at which a weight falls by e^{−½}: a multiple of the change of distance on a plane
+/// through the neighbouring pixels, plus a fraction of the distance.
 const SLOPE_DEVIATION: f32 = 2.0;
 const DISTANCE_DEVIATION: f32 = 0.002;
-/// Standard errors by which the mean over a neighbourhood may differ from that over a smaller one, of snow and of other
-/// surfaces.
+/// Number of standard errors by which the mean over a neighbourhood may differ from the mean over a smaller
+/// neighbourhood, for snow and for other surfaces.
 const SNOW_CONFIDENCE: f32 = 3.0;
 const CONFIDENCE: f32 = 2.0;
-/// Difference of such means of snow, relative to the baseline, that is no contradiction. Without it, rare samples of
-/// even snow in the sun leave faint dots.
+/// Difference of two such means of snow, relative to the baseline, that is no contradiction. Without this tolerance,
+/// rare samples of even snow in the sun leave faint dots.
 const SLACK: f32 = 0.1;
-/// Standard error of the nearest pixels, raised for few samples and relative to the baseline, below which the means of
-/// snow are compared.
+/// Standard error of the nearest pixels, relative to the baseline and increased for few samples, below which the
+/// means of snow are compared.
 const KNOWN_ERROR: f32 = 0.5;
-/// Least error of a residual that is told from none.
+/// Smallest relative error of a residual that is distinguished from 0.
 const MIN_ERROR: f32 = 1e-4;
-/// The geometric mean of variances of few samples is less than their mean: by about a factor of 1 + this number over
-/// that of samples, found by trial on walks.
+/// The geometric mean of variances of few samples is less than their arithmetic mean, by a factor of about 1 +
+/// `SAMPLES_OF_DOUBT` / number of samples, found by trial on walks.
 const SAMPLES_OF_DOUBT: f32 = 16.0;
-/// A variance that counts as unknown, of sums that are saturated.
+/// Variance of a pixel whose sums are saturated, which counts as unknown.
 const MAX_VARIANCE: f32 = 1e20;
-/// Most that a residual grows with the baseline.
+/// Greatest factor by which a residual grows with the baseline.
 const MAX_SCALE: f32 = 4.0;
 /// Standard error relative to the light above which a pixel that is brighter or darker than all eight around it is an
 /// outlier.
 const OUTLIER_ERROR: f32 = 0.25;
-/// The same, by the samples of the pixel itself, where the pixels around have so little noise that none is filtered.
+/// Standard error of the pixel's own samples, relative to the light, above which such a pixel is an outlier where the
+/// pixels around it have so little noise that none is filtered.
 const LONE_OUTLIER_ERROR: f32 = 5.0 * TARGET;
-/// What is spread changes the pixels around an outlier by this fraction of their standard error, which counts as
-/// what is aimed at, at least; more pixels on each side take part until they suffice.
+/// The excess of an outlier is spread over so many pixels around it that it changes them by this fraction of their
+/// standard error, which counts as at least [`TARGET`]. The numbers of pixels on each side are tried in turn until
+/// they suffice.
 const MAX_SPREAD: f32 = 0.5;
 const SPREAD_PIXELS: [usize; 5] = [1, 2, 4, 8, 16];
-/// Fraction of the samples of a pixel that hit snow with a light field from which on nothing else counts in its colour.
+/// Fraction of a pixel's samples that hit snow with a light field, from which on only this snow determines the
+/// colour.
 const FULL_COVERAGE: f32 = 0.999;
-/// Readings below this fraction of the brightest count as equally dark.
+/// Baselines below this fraction of the greatest baseline count as equally dark.
 const DARK: f32 = 1e-6;
 
-/// What the filter changes of an image.
+/// Changes that the filter makes to an image.
 pub(crate) struct Filtered {
     /// Number of values of a pixel: X, Y and Z, and the wavelengths of the spectrum if the image has one.
     values: usize,
-    /// What is added to the mean of each value of each pixel.
+    /// Change of the mean of each value of each pixel.
     changes: Vec<f32>,
-    /// Standard error of each pixel relative to its luminance, after the filter; no finite number if that is 0.
+    /// Standard error of each pixel relative to its luminance, after the filter; not finite where the luminance is 0.
     noise: Vec<f32>,
 }
 
-/// Memory of the filter at work, in bytes for each pixel of an image: guides, and four levels.
+/// Memory that the filter needs, in bytes per pixel of an image: guides, and four levels.
 pub fn bytes_per_pixel(aovs: Aovs) -> u64 {
     let bytes = |layout: ResidualLayout| {
         let level = size_of::<Luminance>() + layout.values * size_of::<f32>();
@@ -111,7 +118,7 @@ pub fn bytes_per_pixel(aovs: Aovs) -> u64 {
     aovs.residual_layout().map_or(0, bytes) as u64
 }
 
-/// What the filter compares of a pixel.
+/// Properties of a pixel that the filter compares.
 #[derive(Clone, Copy)]
 struct Guide {
     /// Mean normal of the surface; zero for a pixel without one.
@@ -132,20 +139,21 @@ struct Guide {
 /// An image of residuals, one level of the filter.
 #[derive(Clone)]
 struct Level {
-    /// The values of the residual, per sample of the pixel.
+    /// Mean values of the residual over the samples of each pixel.
     residual: Vec<f32>,
-    /// Reading and variance of the mean luminance of the residual, likewise.
+    /// Baseline and variance of the mean luminance of the residual, for each pixel.
     luminance: Vec<Luminance>,
 }
 
 #[derive(Clone, Copy, Default)]
 struct Luminance {
     baseline: f32,
-    /// What errors are relative to: of snow the baseline, of other surfaces the light, which may be far below.
+    /// Luminance that errors are relative to: at snow the baseline, at other surfaces the light, which can be far
+    /// below the baseline.
     scale: f32,
-    /// Variance, of which single large samples nearby count little.
+    /// Variance in which single large samples nearby count little.
     variance: f32,
-    /// Variance by the samples of each pixel.
+    /// Variance estimated from the samples of each pixel.
     variance_of_samples: f32,
 }
 
@@ -155,12 +163,12 @@ impl Luminance {
         self.relative(self.variance)
     }
 
-    /// Its logarithm, between those of no error and of no light.
+    /// The logarithm of the relative standard error, limited to the range between [`MIN_ERROR`] and its reciprocal.
     fn log_error(self) -> f32 {
         self.error().clamp(MIN_ERROR, MIN_ERROR.recip()).ln()
     }
 
-    /// The relative standard error, of which single large samples nearby count fully.
+    /// The relative standard error, in which single large samples nearby count fully.
     fn greater_error(self) -> f32 {
         self.relative(self.greater_variance())
     }
@@ -169,20 +177,20 @@ impl Luminance {
         variance.sqrt() / self.scale.max(f32::MIN_POSITIVE)
     }
 
-    /// The variance, of which single large samples count fully.
+    /// The variance in which single large samples count fully.
     fn greater_variance(self) -> f32 {
         self.variance.max(self.variance_of_samples)
     }
 }
 
 impl Filtered {
-    /// Filters the residuals of an image; none if it has no such sums.
+    /// Filters the residuals of an image; none if the image has no sums of residuals.
     pub(crate) fn new(film: &FilmAccumulator) -> Option<Self> {
         Self::but_for(film, &[])
     }
 
-    /// The same, faster, where the changes and the noise of pixels that are `done` do not matter; none are if that is
-    /// empty.
+    /// Filters the residuals of an image faster: the changes and the noise of pixels that are `done` are not needed.
+    /// No pixel is done if `done` is empty.
     pub(crate) fn but_for(film: &FilmAccumulator, done: &[bool]) -> Option<Self> {
         let layout = film.aovs().residual_layout()?;
         let width = film.window().size().width as usize;
@@ -198,7 +206,8 @@ impl Filtered {
             residual.iter().enumerate().map(|(k, residual)| pixels[pixel].mean(k) - residual).collect()
         };
         filter.spread_outliers([&start.luminance, &luminance], (&coverage, done), &rest_of, &mut changes);
-        // A huge outlier may leave others without light that have some, if all around have no room.
+        // A huge outlier can make the light of other pixels negative, if no pixel around can take its excess. A pixel
+        // whose own light is not negative then keeps its own residual.
         let own_light = |pixel: usize| start.luminance[pixel].baseline + start.residual[pixel * values + 1];
         let results = changes.par_chunks_exact_mut(values).zip(&mut luminance).enumerate();
         results.for_each(|(pixel, (residual, luminance))| {
@@ -221,13 +230,13 @@ impl Filtered {
         Some(Self { values, changes, noise })
     }
 
-    /// What is added to X, Y and Z, and then the wavelengths, of a pixel of the window, row by row; nothing without a
+    /// Changes of X, Y and Z, and then of the wavelengths, of a pixel of the window, row by row; empty without a
     /// filter.
     pub(crate) fn changes(filtered: Option<&Self>, pixel: usize) -> &[f32] {
         filtered.map_or(&[], |filtered| &filtered.changes[pixel * filtered.values..][..filtered.values])
     }
 
-    /// Standard error of each pixel relative to its luminance; no finite number if that is 0.
+    /// Standard error of each pixel relative to its luminance; not finite where the luminance is 0.
     pub(crate) fn noise(&self) -> &[f32] {
         &self.noise
     }
@@ -248,7 +257,7 @@ impl Level {
     }
 }
 
-/// What the filter compares of each pixel.
+/// The properties of each pixel that the filter compares.
 fn guides(pixels: &[PixelSums], layout: ResidualLayout, width: usize) -> Vec<Guide> {
     let of_surface = |pixel: &PixelSums, offset: usize| pixel.quotient(offset, layout.count);
     let is_filtered = |pixel: &PixelSums| pixel.at(layout.count) > 0;
@@ -256,7 +265,7 @@ fn guides(pixels: &[PixelSums], layout: ResidualLayout, width: usize) -> Vec<Gui
     let dark = DARK * baselines.iter().copied().fold(f32::MIN_POSITIVE, f32::max);
     let distances: Vec<Option<f32>> =
         pixels.par_iter().map(|pixel| is_filtered(pixel).then(|| of_surface(pixel, layout.distance))).collect();
-    // The smaller change to the neighbours on both sides: on the surface, and not over its edge.
+    // The smaller of the changes to the neighbours on both sides, which lies on the surface and not across its edge.
     let slope = |index: usize, step: usize, has_before: bool, has_after: bool| {
         let before = has_before.then(|| distances[index - step]).flatten();
         let after = has_after.then(|| distances.get(index + step).copied().flatten()).flatten();
@@ -284,7 +293,7 @@ impl Guide {
         self.snow >= MAINLY
     }
 
-    /// How much the residual of another pixel, so many pixels across and down, counts for this one.
+    /// Weight that the residual of another pixel, `across` and `down` pixels away, has for this pixel.
     #[inline]
     fn weight(&self, other: &Self, across: f32, down: f32) -> f32 {
         if !other.is_filtered {
@@ -304,7 +313,7 @@ impl Guide {
     }
 }
 
-/// A weight by the sum of the squares of relative deviations: e^{−x/2} to a few percent of 1, and 0 from 16 on. Much
+/// Weight for the sum x of the squares of relative deviations: e^{−x/2} to a few percent of 1, and 0 for x ≥ 16. Much
 /// faster than an exponential.
 #[inline]
 fn falloff(sum: f32) -> f32 {
@@ -340,7 +349,7 @@ impl Filter {
             if !needs.contains(&true) {
                 break;
             }
-            // As far as the later levels reach.
+            // Number of pixels that the later levels reach.
             let reach = (number + 1..SHARED_VARIANCE.len()).map(|later| REACH << later).sum();
             let is_read = near(&needs, reach, self.width);
             let next = self.next(&level, 1 << number, shared, &is_read);
@@ -371,16 +380,17 @@ impl Filter {
         result
     }
 
-    /// Whether the means over neighbourhoods of a pixel are compared: of snow where the noise around it is known to be
-    /// small. One large sample shows in the mean of the variances, not in their geometric mean.
+    /// Whether the means over neighbourhoods of a pixel are compared: at snow, only where the noise around the pixel
+    /// is known to be small. The variances are averaged arithmetically, because a geometric mean hides one large
+    /// sample.
     fn is_tested(&self, start: &Level, counts: &[u32], pixel: usize) -> bool {
         let variance = |other: usize| start.luminance[other].error().powi(2);
         !self.guides[pixel].is_snow()
             || self.mean_nearby(pixel, variance).is_some_and(|mean| (doubt(counts[pixel]) * mean).sqrt() < KNOWN_ERROR)
     }
 
-    /// The next level, by pixels that are so many apart, with its factor of the variance. Only those that are read have
-    /// values.
+    /// The next level, from pixels that are `step` pixels apart, with the factor `shared` of the variance. Only
+    /// pixels that `is_read` marks have values.
     fn next(&self, level: &Level, step: usize, shared: f32, is_read: &[bool]) -> Level {
         let mut residual = vec![0.0; level.residual.len()];
         let pixels = residual.par_chunks_exact_mut(self.values).enumerate();
@@ -417,7 +427,7 @@ impl Filter {
         Level { residual, luminance }
     }
 
-    /// The luminances with what errors are relative to: where it is not snow, the light of the nearest pixels.
+    /// The luminances with their scales: at surfaces other than snow, the mean light of the nearest pixels.
     fn with_scales(&self, start: &Level) -> Vec<Luminance> {
         let scaled = |(pixel, own): (usize, &Luminance)| {
             if self.guides[pixel].is_snow() {
@@ -429,8 +439,8 @@ impl Filter {
         start.luminance.par_iter().enumerate().map(scaled).collect()
     }
 
-    /// Relative variances, averaged over the nearest pixels: those of few samples are noisy themselves. The mean is
-    /// geometric, so that a noisy edge does not count for the even surface beside it.
+    /// The luminances with relative variances averaged over the nearest pixels, because variances of few samples are
+    /// noisy themselves. The mean is geometric, so that a noisy edge does not count for the even surface beside it.
     fn with_smooth_variances(&self, luminance: &[Luminance], counts: &[u32]) -> Vec<Luminance> {
         let log_errors: Vec<f32> = luminance.par_iter().map(|luminance| luminance.log_error()).collect();
         let smooth = |(pixel, own): (usize, &Luminance)| {
@@ -442,9 +452,9 @@ impl Filter {
         luminance.par_iter().enumerate().map(smooth).collect()
     }
 
-    /// Reduces the residual of outliers, and spreads the difference over the pixels around them. Where the noise is
-    /// large and a pixel shows snow alone, the residual also has the colour of the rest of the pixel, which `rest_of`
-    /// gives. Pixels of the greatest error come first.
+    /// Reduces the residual of outliers, and spreads the excess over the pixels around them. The new residual of an
+    /// outlier that shows only snow has the colour of the rest of the pixel, which `rest_of` gives. Pixels with the
+    /// greatest error come first.
     fn spread_outliers(
         &self,
         levels: [&[Luminance]; 2],
@@ -464,7 +474,7 @@ impl Filter {
         doubtful.sort_by(|one, other| error(*other).total_cmp(&error(*one)));
         for pixel in doubtful {
             let (baseline, light) = (start[pixel].baseline, light_of(residual, pixel));
-            // Light of what shows a surface.
+            // Light per fraction of the pixel that shows a surface.
             let nearest = self.alike_around(pixel, 1).map(|other| light_of(residual, other) / coverage[other]);
             let nearest = nearest.filter(|light| *light > 0.0);
             let [least, most] =
@@ -475,7 +485,7 @@ impl Filter {
                 light.max(0.0)
             };
             let own = &residual[pixel * values..][..values];
-            // What is no residual gives the colour, if all of it is light of snow.
+            // The light without the residual gives the colour, if all of it comes from snow.
             let rest = rest_of(pixel);
             let is_snow = coverage[pixel] * self.guides[pixel].snow >= FULL_COVERAGE;
             let excess: Vec<f32> = if rest[1] > 0.0 && is_snow {
@@ -489,7 +499,7 @@ impl Filter {
             if size <= 0.0 {
                 continue;
             }
-            // Pixels take what is spread in proportion to their own standard errors, so that even light stays as it is.
+            // Pixels take the excess in proportion to their own standard errors, so that even light hardly changes.
             let light = |residual: &[f32], other: usize| light_of(residual, other).max(0.0);
             let room = |residual: &[f32], other: usize| {
                 let light = light(residual, other);
@@ -503,7 +513,7 @@ impl Filter {
             let total = spread(residual, distance);
             if total > 0.0 {
                 for other in self.alike_around(pixel, distance) {
-                    // What finds no room stays.
+                    // The part of the excess that no neighbour can take stays in the pixel.
                     let share = (room(residual, other) / total).min(MAX_SPREAD * light(residual, other) / size);
                     for (value, excess) in excess.iter().enumerate() {
                         residual[other * values + value] += share * excess;
@@ -514,8 +524,8 @@ impl Filter {
         }
     }
 
-    /// The other pixels in the square around a pixel, with so many on each side, that are mainly snow or mainly not, as
-    /// it is.
+    /// The other pixels in the square around a pixel, with `distance` pixels on each side, that are mainly snow if
+    /// the pixel is mainly snow, and mainly other surfaces if not.
     fn alike_around(&self, pixel: usize, distance: usize) -> impl Iterator<Item = usize> {
         square_around(pixel, distance, [self.width, self.guides.len() / self.width])
             .filter(move |other| *other != pixel && self.guides[*other].is_filtered)
@@ -532,7 +542,8 @@ impl Filter {
         (total > 0.0).then(|| sum / total)
     }
 
-    /// Calls `add` for the neighbours of a pixel that shows a surface, so many apart, and itself, with their weights.
+    /// Calls `add` with the weights of a pixel and of its neighbours, `step` pixels apart, if the pixel shows a
+    /// surface.
     #[inline]
     fn for_neighbours(&self, pixel: usize, step: usize, mut add: impl FnMut(usize, f32)) {
         let guide = &self.guides[pixel];
@@ -561,17 +572,17 @@ impl Filter {
     }
 }
 
-/// Factor of a variance by its number of samples.
+/// Factor that corrects an averaged variance for the number of samples.
 fn doubt(samples: u32) -> f32 {
     1.0 + SAMPLES_OF_DOUBT / (samples.max(1) as f32)
 }
 
-/// Sets the residual of a pixel between two levels, so that its error is the target if the second is below it.
+/// Sets the residual of a pixel to a mix of two levels that has the target error, if the second level has less error.
 fn blend(levels: [&Level; 2], pixel: usize, baseline: f32, residual: &mut [f32]) -> Luminance {
     let luminance = levels.map(|level| level.luminance[pixel]);
     let errors = luminance.map(Luminance::greater_error);
     let share = if errors[1] > TARGET { 1.0 } else { (errors[0] - TARGET) / (errors[0] - errors[1]) };
-    // The residual is a multiple of the baseline.
+    // The residual scales with the baseline.
     let scale =
         luminance.map(
             |Luminance { baseline: of_level, .. }| {
@@ -584,7 +595,7 @@ fn blend(levels: [&Level; 2], pixel: usize, baseline: f32, residual: &mut [f32])
         let [first, second] = levels.map(|level| level.residual[pixel * values + index]);
         *residual = factors[0] * first + factors[1] * second;
     }
-    // The second level holds the samples of the first.
+    // The second level contains the samples of the first level, so standard errors add.
     let error = factors[0] * luminance[0].variance.sqrt() + factors[1] * luminance[1].variance.sqrt();
     Luminance {
         baseline,

@@ -1,5 +1,5 @@
-//! Snow with a light field, shaded at its surface: what it reflects of the lights, what comes from inside, and the
-//! single scattering that a flat surface has not. With [`hybrid`](super::hybrid) a random walk finds all of this.
+//! Shading of snow with a light field at its surface: reflection of the lights, light from inside, and the single
+//! scattering that a flat surface lacks. With [`hybrid`](super::hybrid) a random walk finds all three.
 
 pub(super) mod single_scattering;
 
@@ -11,9 +11,9 @@ use snowblue_scene::queries::Statistics;
 use snowblue_scene::sampling::Sampler;
 use snowblue_scene::spectrum::Spectrum;
 
+use crate::integrators::camera_terms::CameraTerms;
 use crate::integrators::diffusion::single_scattering::SingleScattering;
 use crate::integrators::hybrid::WalkTracer;
-use crate::integrators::snow_shader::CameraTerms;
 use crate::integrators::surface::Surface;
 use crate::integrators::surroundings::SnowBodies;
 

@@ -1,14 +1,14 @@
-//! Single scattering in snow, exact where the half-space is not: at edges and rims.
+//! Single scattering in snow, also exact at edges and rims, where the half-space is inaccurate.
 //!
-//! The reflection function R₀ holds for a flat, evenly lit half-space. Most of what it misses near an edge is light
+//! The reflection function R₀ holds for a flat, evenly lit half-space. Most of its error near an edge concerns light
 //! that scatters once. Along a ray that enters at X, with the scattering at Y and the lights' irradiance E⊥,
 //!
 //! ```text
 //! ∫ κ e^{−κs} P(Y) E⊥(Y) e^{−κ d(Y)} ds,      half-space: d = s μ/μ₀, P and E⊥ of X.
 //! ```
 //!
-//! The difference is estimated at one random distance s for both, so that it vanishes, and its noise with it, where the
-//! surface is flat. (Habel, Christensen & Jarosz 2013, *Photon beam diffusion*, take single scattering apart likewise.)
+//! Both integrals are estimated at one random distance s, so the difference and its noise vanish where the surface is
+//! flat. (Habel, Christensen & Jarosz 2013, *Photon beam diffusion*, also separate single scattering.)
 
 use glam::Vec3A;
 use snowblue_base::narrow;
@@ -32,7 +32,7 @@ pub(in crate::integrators) struct SingleScattering<'scene> {
 pub(in crate::integrators) struct ScatteringPoint<'f> {
     snow: SnowAt<'f>,
     distance_m: f32,
-    /// The ray, with its origin at the scattering; none if the snow ends before.
+    /// The ray, with its origin at the scattering; none if the snow ends before the scattering.
     ray: Option<Ray>,
     direction: Vec3A,
     cos_exit: f32,
@@ -70,8 +70,8 @@ impl<'scene> SingleScattering<'scene> {
         ScatteringPoint { snow, distance_m, ray, direction, cos_exit }
     }
 
-    /// What the half-space misses of a light, per unit of the light's power. `incident` is the light on the surface, if
-    /// it is visible there.
+    /// The single scattering of a light in the body less that in the half-space, per unit of the light's power.
+    /// `incident` is the light on the surface, if the sample is visible there.
     pub(in crate::integrators) fn correction(
         &mut self,
         point: &ScatteringPoint,
@@ -89,7 +89,8 @@ impl<'scene> SingleScattering<'scene> {
             let normal = sample.origin.direction_from(ray.origin).direction;
             let Some(incident) = sample.incident_at(&SurfacePoint { point: ray.origin, normal }) else { return 0.0 };
             let depth = self.surroundings.optical_depth(ray.origin, &sample.origin, &|object| {
-                // Light passes a few mm of snow unscattered: in this body of one kind, and hardly any of another body.
+                // Unscattered light passes only a few mm of snow: snow of one kind in this body, and hardly any snow
+                // of another body.
                 self.field.of_object(object).map_or(0.0, |field| {
                     let is_here = std::ptr::eq(field, point.snow.field);
                     if is_here { point.snow.optics } else { field.snow().top() }.extinction_per_m()

@@ -1,13 +1,13 @@
 //! Snow by random walks that end in the light field inside.
 //!
-//! A walk enters where a camera ray hits snow and goes from grain to grain backwards, as the reference integrator's
-//! does. Each scattering has next-event estimation. Once a scattering x lies deeper than [`EndDepth`] below the nearest
-//! surface, light there is diffuse: with the walk's next direction w, the radiance from there is φ(x + ℓ* w)/4π
-//! (Wang & Jacques 1993; Li, Pellacini & Torrance 2005). So walks are short, and hold at edges and in small bodies,
-//! where the light field at the surface does not.
+//! A walk enters snow where a camera ray hits it, and goes backwards from grain to grain as in the reference
+//! integrator. Each scattering has next-event estimation. Light at a scattering x that lies deeper than [`EndDepth`]
+//! below the nearest surface is diffuse: the radiance from there is φ(x + ℓ* w)/4π, where w is the next direction of
+//! the walk (Wang & Jacques 1993; Li, Pellacini & Torrance 2005). So walks are short. They are valid at edges and in
+//! small bodies, where the light field at the surface is not valid.
 //!
-//! A walk alone is noisy: it ends inside or leaves by chance. The walk with the same random numbers in the half-space
-//! that is tangent at the entry has a mean that is known, and nearly the same result where the surface is flat
+//! A walk alone is noisy: it ends inside or leaves by chance. A walk with the same random numbers in the half-space
+//! that is tangent at the entry has a known mean, and nearly the same result where the surface is flat
 //! ([`TangentHalfSpace`]). The sum
 //!
 //! ```text
@@ -16,15 +16,16 @@
 //!
 //! has the mean of the walk in the body, and little noise.
 //!
-//! Where a ray soon leaves the body again, as at silhouettes and rims, the half-space tells nothing of the body, and
-//! its walk only adds noise. So the half-space's mean less its walk, which is zero on average but for the shading
-//! normals of meshes, counts by the factor 1 − e^{−d/2ℓ*}, with the way d through the body along the ray.
+//! Where a ray soon leaves the body again, as at silhouettes and rims, the walk in the half-space says nothing about
+//! the body and only adds noise. So the mean of the half-space less its walk counts by the factor 1 − e^{−d/2ℓ*},
+//! where d is the length of the ray in the body. This difference is zero on average, except for the shading normals
+//! of meshes.
 //!
-//! In snow of layers, or that varies by a mask, a walk has the snow of the place where it enters, for the few mm that
-//! it goes.
+//! In snow of layers, or snow that varies by a mask, a walk of a few mm uses the snow at its entry throughout.
 //!
-//! Lights with extent are sampled once for each walk, as seen from the entry; then they are points or directions. Light
-//! of a uniform sky and of other surfaces is that which the light field gathered, H/π where a walk leaves.
+//! Lights with extent are sampled once for each walk, as seen from the entry; the samples are points or directions.
+//! Light of a uniform sky and of other surfaces comes from the light field: its radiance is H/π where a walk leaves,
+//! with the irradiance H that the light field gathered.
 
 mod tangent_half_space;
 
@@ -51,12 +52,13 @@ use crate::integrators::snow_walk::{SnowWalk, WalkLight};
 use crate::integrators::surroundings::{Flight, Medium, SnowBodies, SnowQueries};
 use tangent_half_space::TangentHalfSpace;
 
-/// A ball inside the body, in transport mean free paths: its distance below an entry, and its radius. Where it fits, no
-/// edge is near, and the body is thick.
+/// A ball inside the body, in transport mean free paths: its distance below an entry, and its radius. Where the ball
+/// fits into the body, no edge is near, and the body is thick.
 const BALL_LENGTHS: [f32; 2] = [7.0, 6.5];
 
-/// The way through a body, in transport mean free paths, from which on the half-space counts by more than 1 − 1/e. Of
-/// 1, 2 and 3, tried on a knot, a torus, a block and balls, 2 has the least noise at rims and none more elsewhere.
+/// Length of a ray in a body, in transport mean free paths, from which on the half-space counts by more than 1 − 1/e.
+/// Among 1, 2 and 3, tried on a knot, a torus, a block and balls, 2 gives the least noise at rims, and no more noise
+/// elsewhere.
 const HALF_SPACE_LENGTHS: f32 = 2.0;
 
 /// Follows walks into snow.
@@ -73,11 +75,11 @@ pub(crate) struct WalkTracer<'scene> {
 /// A walk in snow, with its path lengths there.
 struct Walk<'v> {
     walk: SnowWalk,
-    /// The way out along the first flight, where it is known.
+    /// The exit along the first flight, where it is known.
     way_out: Option<Flight>,
     events: Skip<Cycle<Iter<'v, ScatteringEvent>>>,
     lengths: PathLengths,
-    /// Whether nothing in the body has turned it yet.
+    /// Whether nothing in the body has turned the walk yet.
     is_straight: bool,
     /// Reflections at solids so far.
     bounces: u32,
@@ -190,7 +192,7 @@ impl<'scene> WalkTracer<'scene> {
         }
     }
 
-    /// How deep walks end that enter at a point of a surface.
+    /// The depth at which walks end that enter at a point of a surface.
     fn end_depth(&self, at: SnowAt, surface: &SurfaceInteraction) -> EndDepth {
         let [below_m, radius_m] = BALL_LENGTHS.map(|lengths| lengths * at.optics.transport_length_m());
         let below = surface.point - surface.normal * below_m;
@@ -203,8 +205,9 @@ impl<'scene> WalkTracer<'scene> {
         !light.is_diffuse() && !self.field.is_inside(index)
     }
 
-    /// The lamps with extent and the skies that a ray hits before any object. Sampling of lights begins at the first
-    /// grain, so that a walk without one has no other light of them. The sun counts as small, as in the reference.
+    /// The light of lamps with extent and of skies that a ray hits before any object. Sampling of lights begins at
+    /// the first grain, so a walk without scattering has no other light of them. The sun counts as small, as in the
+    /// reference.
     fn lights_ahead(&mut self, ray: &Ray) -> Spectrum {
         let lights = self.scene.lights().iter().enumerate();
         let lights = lights.filter(|(index, light)| !light.is_small() && self.is_sampled(*index, light));
@@ -253,7 +256,7 @@ impl<'scene> WalkTracer<'scene> {
         tangent
     }
 
-    /// Follows a walk until it ends in the body, and with the same random numbers in the half-space.
+    /// Follows a walk in the body, and with the same random numbers in the half-space, until both have ended.
     fn follow(
         &mut self,
         walk: &mut Walk,
@@ -313,8 +316,8 @@ impl<'scene> WalkTracer<'scene> {
         }
     }
 
-    /// Joins the lights to the scattering at the origin of a walk's ray: in the body if it is still there, and in the
-    /// half-space.
+    /// Joins the lights to the scattering at the origin of a walk's ray: in the body if the walk is still there, and
+    /// in the half-space.
     fn join_lights(
         &mut self,
         walk: &mut Walk,
@@ -356,7 +359,7 @@ impl<'scene> WalkTracer<'scene> {
     }
 }
 
-/// The end of a walk, once both that in the body and that in the half-space have ended.
+/// The end of the walk in the body, once the walk in the half-space has ended, too.
 fn finished(end: &mut Option<BodyEnd>, tangent: Option<&TangentHalfSpace>) -> Option<BodyEnd> {
     end.take_if(|_| tangent.is_none_or(TangentHalfSpace::has_ended))
 }

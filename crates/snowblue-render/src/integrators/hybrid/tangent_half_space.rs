@@ -1,7 +1,7 @@
 //! The half-space of snow that is tangent to a body at the entry of a walk, as a control variate.
 //!
 //! With the irradiances F by lights that shine on the entry, the diffuse irradiance H, and a fluence rate that is
-//! linear inside, the half-space without absorption sends out exactly
+//! linear inside, the half-space without absorption has the exact radiance
 //!
 //! ```text
 //! L = Σ R₀ F + H/π + K J/π + ℓ* C ∇φ·t/4π,   J = (φ_s − 4E)/3q,   E = Σ K F + H,
@@ -12,9 +12,9 @@
 //! C the mean displacement of the walks that end inside (`WalkEnds`). The walk in the half-space has next-event
 //! estimation of the same lights, finds H/π where it leaves, and φ/4π where it ends.
 //!
-//! φ and its gradient are those of the body's light field a few ℓ* below the entry, the depth z′ where walks end. With
-//! r = (q + z)/(q + z′), φ(z) = r φ(z′) + 4 (1 − r) E. The mean holds for any values, so neither the light field nor H
-//! needs to be accurate here.
+//! φ and its gradient are the values of the body's light field a few ℓ* below the entry, at the depth z′ where walks
+//! end. With r = (q + z)/(q + z′), φ(z) = r φ(z′) + 4 (1 − r) E. The mean holds for any values, so neither the light
+//! field nor H needs to be accurate here.
 
 use std::f32::consts::{FRAC_1_PI, PI};
 
@@ -45,7 +45,8 @@ struct TangentLight {
     cos_incidence: f32,
     /// F, as a band density.
     irradiance: Spectrum,
-    /// What the walk has found of it: the sum of the phase function at the scatterings that it reached, in 1/sr.
+    /// Light that the walk has found: the sum of the phase function over the scatterings that this light reached, in
+    /// 1/sr.
     scattered_per_sr: f32,
 }
 
@@ -87,14 +88,14 @@ impl<'a> TangentHalfSpace<'a> {
         (self.entry.point - point).dot(self.entry.normal)
     }
 
-    /// Flies along a ray. The walk ends if it leaves.
+    /// Moves the walk along a ray. The walk ends if it leaves the half-space.
     pub(super) fn fly(&mut self, ray: &Ray, flight_m: f32) {
         if self.end.is_none() && self.depth_m(ray.at(flight_m)) < 0.0 {
             self.end = Some(End::Outside);
         }
     }
 
-    /// Joins light number `index` to the scattering at the origin of a ray, if it is seen through snow of `seen_m`.
+    /// Joins light number `index` to the scattering at the origin of a ray, if the light is within `seen_m` of snow.
     pub(super) fn join(&mut self, index: usize, ray: &Ray, seen_m: f32) {
         if self.end.is_some() {
             return;
@@ -116,22 +117,22 @@ impl<'a> TangentHalfSpace<'a> {
         }
     }
 
-    /// The mean less what the walk found, in W m⁻² sr⁻¹ as a band density.
+    /// The mean less the result of the walk, in W m⁻² sr⁻¹ as a band density.
     ///
-    /// The mean is that of the shading normal: the surface of a mesh looks smooth where the walks in the body and in
-    /// the half-space agree.
+    /// The mean is computed for the shading normal, so that the surface of a mesh looks smooth where the walks in the
+    /// body and in the half-space agree.
     pub(super) fn correction(&self, shading_normal: Vec3A) -> Spectrum {
         let mut sum = self.mean(shading_normal);
         self.subtract_found(&mut sum);
         sum
     }
 
-    /// (q + z′): φ(z′) − 4E over 3J.
+    /// The depth q + z′, which is (φ(z′) − 4E)/3J, in transport mean free paths.
     fn match_depth(&self) -> f32 {
         narrow(self.optics.surface().half_space().extrapolation()) + self.end_depth.match_lengths()
     }
 
-    /// What a half-space with a normal sends out.
+    /// The mean radiance of a half-space with a normal.
     fn mean(&self, normal: Vec3A) -> Spectrum {
         let cos_exit = -normal.dot(self.direction);
         let along = self.direction + normal * cos_exit;
@@ -154,7 +155,7 @@ impl<'a> TangentHalfSpace<'a> {
         sum
     }
 
-    /// Takes away what the walk found.
+    /// Subtracts the result of the walk.
     fn subtract_found(&self, sum: &mut Spectrum) {
         let SurfacePoint { point: entry, normal } = self.entry;
         let (mut weights, mut entering) = (LightWeights { fluence: 0.0, gradient: Vec3A::ZERO, diffuse: 0.0 }, 0.0);

@@ -1,6 +1,6 @@
-//! Curves of snow for PCASnow: read from the table where it holds the snow, else solved by discrete ordinates. Between
-//! the kinds of snow of a mask the curves are mixed logarithmically. Snow of layers has the curves of the layer at the
-//! point that is seen.
+//! Curves of snow for PCASnow: read from the table if it contains the snow, else solved by discrete ordinates.
+//! Between the kinds of snow of a mask, curves are interpolated logarithmically. Snow of layers has the curves of the
+//! layer at the visible point.
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -20,15 +20,15 @@ use crate::error::RenderError;
 /// The curves of all snow of a scene.
 #[derive(Debug)]
 pub(in crate::integrators) struct TableCurves {
-    /// Of each material's snow.
+    /// The curves of each material's snow.
     pub(in crate::integrators) curves: SnowOfMaterials<SnowCurves>,
-    /// A hash of the table that they were read from, if there is one.
+    /// A hash of the table of curves, if there is a table.
     pub(in crate::integrators) table_hash: Option<u64>,
 }
 
 impl TableCurves {
-    /// Reads curves from a table: the given one, that of the scene, or else the embedded one. Curves that it lacks are
-    /// solved for, with a note.
+    /// Reads curves from a table: the given table, the table of the scene, or else the embedded table. Curves that
+    /// the table lacks are solved for, with a note.
     ///
     /// # Errors
     ///
@@ -61,7 +61,7 @@ impl TableCurves {
 #[derive(Debug)]
 pub(in crate::integrators) struct SnowCurves {
     kinds: Arc<SnowKinds>,
-    /// Of each kind.
+    /// The curves of each kind.
     curves: Vec<snowblue_database::PcaSnow>,
 }
 
@@ -117,7 +117,7 @@ impl SnowCurves {
     }
 }
 
-/// The table of a scene: the given one, that of the scene, or else the embedded one.
+/// The table for a scene: the given table, the table of the scene, or else the embedded table.
 fn table_of<'a>(
     scene: &Scene,
     given: Option<&'a CompressedTable>,

@@ -1,4 +1,4 @@
-//! Snow as PCASnow sees it: a point of its surface, with its curves and the straight path through the snow.
+//! Snow in PCASnow: a point of its surface, with its curves and the straight path through the snow.
 
 mod curves;
 mod transmission;

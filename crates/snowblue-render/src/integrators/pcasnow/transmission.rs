@@ -9,28 +9,28 @@
 //! same body. Light reflected at X_i is R(λ; d, θ_i) E_i / π with the same d, so that a slab never returns more light
 //! than it receives.
 //!
-//! The depth for reflection is that of the straight path: along the view in mode `view`, else along the inward normal.
-//! On the line to a light that shines on X_i from outside there is no snow, so `light` and `brightest` use the normal
-//! too. The same depth applies to light from other surfaces.
+//! The depth for reflection is the depth of the straight path: along the view in mode `view`, else along the inward
+//! normal. On the line to a light that shines on X_i from outside there is no snow, so `light` and `brightest` use
+//! the normal too. The same depth applies to light from other surfaces.
 //!
-//! On the line to a light inside the snow there is no exit point. The path then ends at the light, with θ = 0 and E = I
-//! / r², where r is its distance from X_i: what a shell of snow transmits through a sphere of that radius without
-//! absorption.
+//! On the line to a light inside the snow there is no exit point. The path then ends at the light, with θ = 0 and E =
+//! I / r², where r is the distance of the light from X_i. A shell of snow without absorption transmits this
+//! irradiance through a sphere of radius r.
 //!
 //! A light with extent consists of points, and a sky of directions. Each has its own path, with I = L cos θ_l dA for a
 //! point and E = L cos θ dω for a direction. Samples are drawn as seen from X_t and from X_i, and weighted by their
 //! density.
 //!
-//! `brightest` is exact for a slab under a distant light, where the normal path is the brighter. Near a light, or
-//! beside an edge, the line to the light is often brighter. The result does not depend on the viewing direction and
-//! leaves no face black. Two errors remain. Where lines to the light change from one lit face to the next, T cos θ is
-//! discontinuous: by a factor of three where a block shows two faces to a near light. And the brighter path for every
-//! direction exceeds the mean: beside its edges, a block of a few centimetres under a sky returns up to 1.5 times what
-//! it receives. `normal` and `view` return no more than they receive, within the rounding of the table (a thousandth
-//! from 1 mm of snow).
+//! `brightest` is exact for a slab under a distant light, where the normal path is the brighter path. Near a light,
+//! or beside an edge, the line to the light is often brighter. The result does not depend on the viewing direction
+//! and leaves no face black. Two errors remain. Where lines to the light change from one lit face to the next, T cos
+//! θ is discontinuous: by a factor of three where a block shows two faces to a near light. And the choice of the
+//! brighter path for every direction exceeds the mean: beside its edges, a block of a few centimetres under a sky
+//! returns up to 1.5 times the light that it receives. `normal` and `view` return no more light than they receive,
+//! within the rounding of the table (a thousandth from 1 mm of snow).
 //!
 //! Simplified: transmitted light leaves the snow diffusely; light from other surfaces does not enter from behind;
-//! angles beyond the table's last are looked up at the last.
+//! angles beyond the last angle of the table are looked up at the last angle.
 
 use std::f32::consts::FRAC_1_PI;
 
@@ -50,14 +50,14 @@ use crate::integrators::pcasnow::{SnowVertex, depth_cm};
 struct Passage {
     /// Depth of the snow d, in cm.
     depth_cm: f32,
-    /// The light that arrives at the entry X_t, visibility aside.
+    /// The incident light at the entry X_t, without the visibility.
     incident: IncidentLight,
     /// The entry and its side of the surface; none for a light inside the snow.
     entry: Option<(SurfacePoint, Side)>,
 }
 
 impl SnowVertex<'_> {
-    /// Light from the lights that comes through the snow.
+    /// Light of all lights that the snow transmits.
     #[inline]
     pub(in crate::integrators) fn transmitted<C: Carried>(
         &self,
@@ -101,10 +101,11 @@ impl SnowVertex<'_> {
         light.techniques_through(exit.as_ref(), self.settings.path.uses_lines().then_some(&inward))
     }
 
-    /// Light of one sample that comes through the snow, L = T E / π, by the path mode.
+    /// Light of one sample that the snow transmits, L = T E / π, by the path mode.
     ///
-    /// Of two paths the brighter counts, or the other where the brighter is occluded. They are compared as if an area
-    /// light were isotropic: otherwise its emission cosine would split its points between the paths.
+    /// Of two paths the brighter path counts, or the darker path where the brighter path is occluded. Paths are
+    /// compared as if an area light were isotropic: otherwise the emission cosine would split the points of the light
+    /// between the paths.
     #[inline]
     fn through<C: Carried>(
         &self,
