@@ -4,7 +4,7 @@
 //! extinction coefficient β of the air near the ground ([`air_extinction_per_m`]), and the radiance L_h of the sky at
 //! the horizon below or above the surface.
 //!
-//! Simplified: the air is as dense everywhere as at the ground, and lit everywhere.
+//! Simplification: the air is everywhere as dense as at the ground, and everywhere lit.
 
 use std::sync::Arc;
 
@@ -23,12 +23,12 @@ pub struct Air {
     sky: Arc<ClearRadiance>,
 }
 
-/// What the air does to light on its way to the camera.
+/// The effect of the air on light on its way to the camera.
 #[derive(Debug, Clone, Copy)]
 pub struct AirBetween {
-    /// The fraction that passes.
+    /// The fraction of light that passes.
     pub transmittance: Spectrum,
-    /// The radiance that it adds, as a band density.
+    /// The radiance that the air adds, as a band density.
     pub added: Spectrum,
 }
 

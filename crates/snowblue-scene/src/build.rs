@@ -1,4 +1,5 @@
-//! From a description to a scene: reads the files that it names, and checks that its things fit together.
+//! Builds a scene from a description: reads the files that the description names, and checks that its parts fit
+//! together.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -25,7 +26,7 @@ use crate::sky::BuiltSky;
 use crate::sources::{RecordedFiles, Sources};
 use crate::spectrum::light_spectrum::LightSpectrum;
 
-/// What there is in a scene without its described lights.
+/// The parts of a scene without its described lights.
 struct Solids {
     objects: Arc<Objects>,
     /// The objects with relief as the camera sees it, and all notes, if they are known.
@@ -33,7 +34,7 @@ struct Solids {
     materials: Arc<Vec<Material>>,
     gltf_lights: Vec<Arc<Light>>,
     gltf_view: Option<View>,
-    /// What was changed in meshes, in sentences.
+    /// Sentences that say what was changed in meshes.
     notes: Vec<String>,
     /// Hashes of the files that were read, by name.
     files: BTreeMap<String, u64>,
@@ -57,8 +58,8 @@ impl SceneDescription {
         self.build_with(None, None, files)
     }
 
-    /// Builds the scene like [`build`](Self::build), and shares what is the same with an earlier one, whose files were
-    /// the same. Its pictures are identical to the last bit.
+    /// Builds the scene like [`build`](Self::build), and shares equal parts with an earlier scene whose files were
+    /// the same. The pictures are identical to the last bit.
     ///
     /// # Errors
     ///
@@ -74,7 +75,7 @@ impl SceneDescription {
             rough: (!changes.view).then(|| (Arc::clone(&earlier.objects), earlier.notes.clone())),
             materials: Arc::clone(&earlier.materials),
             gltf_lights: of_gltf.to_vec(),
-            // With a camera in the description, that of a glTF does not matter.
+            // With a camera in the description, the camera of a glTF does not matter.
             gltf_view: Some(earlier.view).filter(|_| self.camera.is_none()),
             notes: earlier.solid_notes.clone(),
             files: earlier.solid_files.clone(),
@@ -116,7 +117,7 @@ impl SceneDescription {
             .ok_or_else(|| path.key("look_at").error("must not lie at the camera's position or along its up axis"))?;
         let check = |objects: &Objects| {
             let is_snow = |object: &Object| materials[object.material].is_snow();
-            // A plane is no solid, but snow fills what is behind one of snow.
+            // A plane is no solid, but snow fills the space behind a plane of snow.
             let is_behind = |object: &Object, point| match (&object.shape, &materials[object.material]) {
                 (Shape::Plane(plane), Material::Ground(_)) => plane.is_behind(point),
                 _ => false,
@@ -186,7 +187,7 @@ impl SceneDescription {
         Sensor::cie_1931().balanced(&spectrum).ok_or_else(|| wrong("the light has a colour outside of sRGB"))
     }
 
-    /// Builds all that is no described light.
+    /// Builds everything except the described lights.
     fn solids(&self, files: &dyn FileSource) -> Result<Solids, SceneError> {
         let files = RecordedFiles::new(files);
         let sources = Sources::new(&files);
@@ -221,8 +222,8 @@ impl SceneDescription {
         })
     }
 
-    /// Builds the lights of the description for materials that were built, with hashes of the files that were read for
-    /// them.
+    /// Builds the lights of the description for built materials, with hashes of the files that were read for the
+    /// lights.
     fn described_lights(&self, materials: &[Material], files: &dyn FileSource) -> Result<DescribedLights, SceneError> {
         let files = RecordedFiles::new(files);
         let sources = Sources::new(&files);
@@ -254,7 +255,7 @@ impl SceneDescription {
         })
     }
 
-    /// Builds the lights of a description for materials that were built.
+    /// Builds the lights of a description for built materials.
     pub fn lights_over(&self, materials: &[Material], files: &dyn FileSource) -> Result<Vec<Arc<Light>>, SceneError> {
         Ok(self.described_lights(materials, files)?.lights)
     }
@@ -270,8 +271,8 @@ impl SceneDescription {
     }
 }
 
-/// Adds the materials of planes of snow, and returns their indices by the indices of the snow. Of layers the uppermost
-/// counts, and of a mask the snow at 0.
+/// Adds materials for planes of snow, and returns the indices of these materials by the indices of the snow. For
+/// layers the plane has the uppermost layer, for a mask the snow where the mask is 0.
 fn add_grounds(
     materials: &mut Vec<NamedMaterial>,
     objects: &[ObjectDescription],

@@ -1,10 +1,10 @@
 //! A camera with a thin lens, or a pinhole.
 //!
-//! A ray through a lens begins at a point of its disc and meets the ray through the middle of the lens in the plane of
-//! focus (M. Potmesil & I. Chakravarty 1981, *A lens and aperture camera model for synthetic image generation*,
-//! SIGGRAPH, 297–305, doi:10.1145/800224.806818; R. L. Cook, T. Porter & L. Carpenter 1984, *Distributed ray tracing*,
-//! SIGGRAPH, 137–145). A point at the distance z along the axis is seen as a disc, A |1/f − 1/z| wide on an image plane
-//! at distance 1, with the aperture A and the plane of focus at f.
+//! A ray through a lens begins at a point of the lens disc. In the plane of focus it meets the ray through the middle
+//! of the lens (M. Potmesil & I. Chakravarty 1981, *A lens and aperture camera model for synthetic image generation*,
+//! SIGGRAPH, 297–305, doi:10.1145/800224.806818; R. L. Cook, T. Porter & L. Carpenter 1984, *Distributed ray
+//! tracing*, SIGGRAPH, 137–145). A point at the distance z along the axis is seen as a disc. On an image plane at
+//! distance 1, this disc is A |1/f − 1/z| wide, with the aperture A and the plane of focus at f.
 
 use glam::Vec3A;
 use schemars::JsonSchema;
@@ -59,7 +59,8 @@ impl CameraDescription {
         Lens { aperture_m: narrow(self.aperture.get()), focus_m }
     }
 
-    /// The camera with another view and its own lens. It keeps its field of view where the other one is out of range.
+    /// The camera with another view and its own lens. If the field of view of the other view is out of range, the
+    /// camera keeps its own field of view.
     ///
     /// # Errors
     ///
@@ -110,17 +111,17 @@ impl CameraDescription {
 pub struct PerspectiveCamera {
     position: Vec3A,
     forward: Vec3A,
-    /// From the middle of the image plane at distance 1 to its right edge, and to its upper edge.
+    /// Vectors from the middle of the image plane at distance 1 to its right edge, and to its upper edge.
     right: Vec3A,
     up: Vec3A,
-    /// None for a pinhole.
+    /// The lens; none for a pinhole.
     lens: Option<LensDisc>,
 }
 
 /// The disc of a lens.
 #[derive(Debug, Clone, Copy)]
 struct LensDisc {
-    /// From its middle to its edge, to the right and upwards in the image, in m.
+    /// Vectors from the middle of the lens to its edge, to the right and upwards in the image, in m.
     right: Vec3A,
     up: Vec3A,
     /// One over the distance of the plane of focus along the axis, in 1/m.
@@ -130,12 +131,13 @@ struct LensDisc {
 /// Least distance of the plane of focus, in m.
 pub(crate) const MIN_FOCUS_M: f64 = 1e-3;
 
-/// What is in focus. By default everything is, as in a pinhole camera.
+/// Aperture and focus. By default everything is in focus, as in a pinhole camera.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Lens {
     /// Diameter of the aperture, in m; 0 for a pinhole.
     pub aperture_m: f32,
-    /// Distance of the plane of focus along the axis, in m; that of the point at the centre of the image if none.
+    /// Distance of the plane of focus along the axis, in m; if none, the distance of the point at the centre of the
+    /// image.
     pub focus_m: Option<f32>,
 }
 
@@ -199,16 +201,17 @@ impl PerspectiveCamera {
         Ray { origin: self.position + offset, direction: direction / direction.length() }
     }
 
-    /// The change of the direction of a ray from one of so many pixels across and down the image to the next, to the
-    /// right and downwards, for a given point of the lens. Its part along the ray has no meaning.
+    /// The change of the direction of a ray from one pixel to the next, to the right and downwards, in an image of
+    /// `width` by `height` pixels, for a given point of the lens. The component of the change along the ray has no
+    /// meaning.
     #[inline]
     pub fn change_per_pixel(&self, ray: &Ray, [width, height]: [u32; 2]) -> [Vec3A; 2] {
-        // Of a direction of length 1 along the axis, which a lens only shifts.
+        // The change of a direction of length 1 along the axis, which a lens only shifts.
         let scale = 2.0 * ray.direction.dot(self.forward);
         [self.right * (scale / width as f32), self.up * (-scale / height as f32)]
     }
 
-    /// Points on four rings of the lens, the last at its edge, in m; none of a pinhole.
+    /// Points on four rings of the lens, the last ring at its edge, in m; none for a pinhole.
     pub fn lens_points(&self) -> impl Iterator<Item = Vec3A> {
         const RINGS: u8 = 4;
         const POINTS: u8 = 16;
@@ -219,7 +222,7 @@ impl PerspectiveCamera {
         self.lens.map(point).into_iter().flatten().map(|offset| self.position + offset)
     }
 
-    /// A direction of length 1 along the axis.
+    /// The direction through a point of the image, of length 1 along the axis.
     #[inline]
     fn through(&self, across: f32, down: f32) -> Vec3A {
         self.forward + self.right * (2.0 * across - 1.0) + self.up * (1.0 - 2.0 * down)
@@ -268,7 +271,7 @@ mod tests {
         }
     }
 
-    /// The difference of the rays through neighbouring pixels, across the ray: 1 % of it for pixels of 1/200.
+    /// The difference of the rays through neighbouring pixels, across the ray, is met within 1 % for pixels of 1/200.
     #[test]
     fn rays_change_from_pixel_to_pixel() {
         let size = [400, 200];

@@ -11,13 +11,13 @@ pub enum SceneError {
     /// A file of a scene cannot be read or used.
     #[error(transparent)]
     File(#[from] FileError),
-    /// A text is not valid, has an unknown or missing key, or a value is out of range. It is a scene file, layers of
-    /// snow, or a spectrum.
+    /// A text is not valid, has an unknown or missing key, or has a value out of range. The text is a scene file,
+    /// layers of snow, or a spectrum.
     #[error("{}:{line}: {reason}", path.display())]
     Text {
         /// The file.
         path: PathBuf,
-        /// Its line, counted from 1.
+        /// The line of the text, counted from 1.
         line: usize,
         /// The quantity, its value and its range.
         reason: String,

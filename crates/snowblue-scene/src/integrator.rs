@@ -1,4 +1,4 @@
-//! The integrators and their settings, and those of the light field in snow.
+//! The integrators and their settings, and the settings of the light field in snow.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -40,7 +40,7 @@ impl IntegratorKind {
     /// All kinds.
     pub const ALL: [Self; 4] = [Self::PcaSnow, Self::Diffusion, Self::Hybrid, Self::Reference];
 
-    /// Its name in scene files and options.
+    /// The name of the integrator in scene files and options.
     pub fn name(self) -> &'static str {
         match self {
             Self::PcaSnow => "pcasnow",
@@ -50,22 +50,22 @@ impl IntegratorKind {
         }
     }
 
-    /// Whether it reads the light field inside snow, which must be closed then.
+    /// Whether the integrator reads the light field inside snow. Snow must then be closed.
     pub fn has_light_field(self) -> bool {
         matches!(self, Self::Diffusion | Self::Hybrid)
     }
 
-    /// Whether it looks up curves of slabs.
+    /// Whether the integrator looks up curves of slabs.
     pub fn has_curves(self) -> bool {
         self == Self::PcaSnow
     }
 
-    /// Whether it follows random walks in snow.
+    /// Whether the integrator follows random walks in snow.
     pub fn has_walks(self) -> bool {
         matches!(self, Self::Hybrid | Self::Reference)
     }
 
-    /// Whether light passes from one body of snow into another that it touches.
+    /// Whether light passes from one body of snow into another body that touches it.
     pub fn crosses_bodies(self) -> bool {
         self == Self::Reference
     }
@@ -144,7 +144,7 @@ impl PathMode {
     /// All modes.
     pub const ALL: [Self; 4] = [Self::Brightest, Self::Normal, Self::Light, Self::View];
 
-    /// Its name in scene files and options.
+    /// The name of the mode in scene files and options.
     pub fn name(self) -> &'static str {
         match self {
             Self::View => "view",
@@ -154,13 +154,13 @@ impl PathMode {
         }
     }
 
-    /// Whether light comes along the path that does not depend on it.
+    /// Whether the mode uses a path that does not depend on the light.
     #[inline]
     pub fn uses_straight(self) -> bool {
         self != Self::Light
     }
 
-    /// Whether light comes along lines to the light.
+    /// Whether the mode uses lines to the light.
     #[inline]
     pub fn uses_lines(self) -> bool {
         matches!(self, Self::Light | Self::Brightest)
@@ -206,9 +206,9 @@ pub struct LightFieldSettings {
     pub coarse_memory_mib: Option<u32>,
 }
 
-/// Rays through grains for an error of 0.2 % in the transmittance of 15 cm.
+/// Number of rays through grains for an error of 0.2 % in the transmittance of 15 cm of snow.
 pub const GRAIN_RAYS: u32 = 1 << 18;
-/// Most rounds of light between bodies. Caves take some ten.
+/// Greatest number of rounds of light between bodies of snow. Caves take some ten rounds.
 const MAX_ROUNDS: u32 = 12;
 
 impl LightFieldSettings {
@@ -218,7 +218,7 @@ impl LightFieldSettings {
         self.coarse_memory_mib.map_or(memory_mib, |coarse_mib| coarse_mib.min(memory_mib))
     }
 
-    /// Checks that one key sets the cells.
+    /// Checks that only one key sets the cells.
     pub(crate) fn check(&self, path: &KeyPath) -> Result<(), KeyError> {
         if self.step_mm.is_some() && self.nodes.is_some() {
             return Err(path.key("nodes").error("has no effect, since `step_mm` sets the cells"));

@@ -8,8 +8,9 @@
 //!                                                └─ lights, camera, film settings
 //! ```
 //!
-//! A [`SceneDescription`] is plain data; [`SceneFile`] reads it from TOML, and [`SceneDescription::build`] makes a
-//! [`Scene`] of it. What is built fits together: change the description and build it again to change the scene.
+//! A [`SceneDescription`] is plain data. [`SceneFile`] reads it from TOML, and [`SceneDescription::build`] makes a
+//! [`Scene`] from it. The parts of a built scene fit together. To change the scene, change the description and build
+//! it again.
 //!
 //! **Simplifications.** Faces are flat for depths, shadows and the offsets of rays; vertex normals are for shading
 //! only.
@@ -52,7 +53,7 @@ pub mod scene_file;
 
 /// The tables and keys of a scene file, as plain data.
 ///
-/// [`SceneDescription::build`] makes a [`Scene`] of them; a [`SceneFile`] is read from TOML. Lengths are in metres;
+/// [`SceneDescription::build`] makes a [`Scene`] from them; a [`SceneFile`] is read from TOML. Lengths are in metres;
 /// other units stand in the names of the keys.
 pub mod description {
     pub use snowblue_base::{Count, Number, Numbers};

@@ -19,8 +19,8 @@ use crate::objects::Objects;
 use crate::shape::ObjectDescription;
 use crate::sky::SkyDescription;
 
-/// Of a coarse scene: the least factor between the sides of the pictures, most pixels, rays through grains, and
-/// rounds of light between bodies.
+/// Settings of a coarse scene: the least factor between the sides of the two pictures, the greatest number of pixels,
+/// the number of rays through grains, and the greatest number of rounds of light between bodies.
 const COARSE_FACTOR: f64 = 4.0;
 const COARSE_PIXELS: f64 = 65_536.0;
 const COARSE_GRAIN_RAYS: u32 = 1 << 13;
@@ -71,7 +71,7 @@ impl SceneDescription {
         self.materials.values().any(|material| matches!(material, MaterialDescription::Snow(_)))
     }
 
-    /// Whether noise is filtered: that of random walks, of samples of a `sky`, and of light by other surfaces.
+    /// Whether noise is filtered: the noise of random walks, of samples of a `sky`, and of light from other surfaces.
     pub fn is_filtered(&self) -> bool {
         self.integrator.filter && self.integrator.kind.has_light_field()
     }
@@ -86,34 +86,34 @@ impl SceneDescription {
     }
 }
 
-/// Everything that a picture depends on. A clone shares what is large.
+/// Everything that a picture depends on. Clones share large data.
 #[derive(Debug, Clone)]
 pub struct Scene {
     pub(crate) camera: PerspectiveCamera,
     /// The view of the camera.
     pub(crate) view: View,
     pub(crate) objects: Arc<Objects>,
-    /// The same without relief.
+    /// The objects without relief.
     pub(crate) smooth_objects: Arc<Objects>,
-    /// Objects refer to these by index. Those of the description come first, in the order of their names.
+    /// Objects refer to materials by index. The materials of the description come first, in the order of their names.
     pub(crate) materials: Arc<Vec<Material>>,
-    /// The lights of the description, and then those of a glTF.
+    /// The lights of the description, followed by the lights of a glTF.
     pub(crate) lights: Vec<Arc<Light>>,
-    /// How many of them the description has.
+    /// Number of lights of the description.
     pub(crate) described_lights: usize,
-    /// The air between the camera and what it sees, if it counts.
+    /// The air between the camera and the surfaces that it sees, if aerial perspective is on.
     pub(crate) air: Option<Arc<Air>>,
     pub(crate) film: FilmSettings,
     pub(crate) integrator: IntegratorSettings,
     pub(crate) sensor: Sensor,
-    /// The file of the table for PCASnow, if the description names one.
+    /// The file of the table for PCASnow, if the description names a table.
     pub(crate) table_file: Option<PathBuf>,
-    /// What the scene was built from.
+    /// The description from which the scene was built.
     pub(crate) description: SceneDescription,
-    /// What was changed in meshes, in sentences; the second without what was changed for the relief.
+    /// Sentences that say what was changed in meshes. `solid_notes` has no sentence about changes for the relief.
     pub(crate) notes: Vec<String>,
     pub(crate) solid_notes: Vec<String>,
-    /// Hashes of the files that were read, by name: for the lights of the description, and for all else.
+    /// Hashes of the files that were read, by name: the files for the lights of the description, and all other files.
     pub(crate) light_files: BTreeMap<String, u64>,
     pub(crate) solid_files: BTreeMap<String, u64>,
 }
@@ -129,18 +129,18 @@ impl Scene {
         &self.view
     }
 
-    /// What turns spectra into colours.
+    /// The sensor, which turns spectra into colours.
     pub fn sensor(&self) -> &Sensor {
         &self.sensor
     }
 
-    /// The file of the table for PCASnow, if the description names one.
+    /// The file of the table for PCASnow, if the description names a table.
     pub fn table_file(&self) -> Option<&Path> {
         self.table_file.as_deref()
     }
 
-    /// The objects. Those with relief have triangles for the camera and the size of the picture with which the scene
-    /// was built.
+    /// The objects. Objects with relief have triangles for the camera and the size of the picture with which the
+    /// scene was built.
     pub fn objects(&self) -> &Objects {
         &self.objects
     }
@@ -155,7 +155,7 @@ impl Scene {
         &self.lights
     }
 
-    /// The air between the camera and what it sees, if it counts.
+    /// The air between the camera and the surfaces that it sees, if aerial perspective is on.
     pub fn air(&self) -> Option<&Air> {
         self.air.as_deref()
     }
@@ -170,12 +170,12 @@ impl Scene {
         &self.integrator
     }
 
-    /// What the scene was built from, with the changes made since.
+    /// The description from which the scene was built, with the changes made since.
     pub fn description(&self) -> &SceneDescription {
         &self.description
     }
 
-    /// What was changed in meshes, in sentences.
+    /// Sentences that say what was changed in meshes.
     pub fn notes(&self) -> &[String] {
         &self.notes
     }
@@ -185,14 +185,15 @@ impl Scene {
         self.solid_files.iter().chain(&self.light_files).map(|(name, hash)| (&**name, *hash)).collect()
     }
 
-    /// The path in the description of a material, given by its index; that of all materials for one of a glTF.
+    /// The path in the description of a material, given by its index. For a material of a glTF, this is the path of
+    /// all materials.
     pub fn material_path(&self, material: usize) -> KeyPath {
         let path = KeyPath::root("material");
         self.description.materials.keys().nth(material).map_or(path.clone(), |name| path.key(name))
     }
 
-    /// The scene for a first picture: few pixels with a sample each, and by `diffusion` with coarse cells, which takes
-    /// about a second. Its cells take so many MiB. None for PCASnow, which has no cells.
+    /// The scene for a first picture, which takes about a second: few pixels with one sample each, rendered by
+    /// `diffusion` with coarse cells. The cells take at most `memory_mib` MiB. None for PCASnow, which has no cells.
     pub fn coarse(&self, memory_mib: u32) -> Option<Self> {
         if self.integrator.kind.has_curves() {
             return None;
@@ -234,7 +235,7 @@ impl Scene {
         self.description.integrator = self.integrator.clone();
     }
 
-    /// Sets the size of the picture, between the least and the greatest; the vertical field of view stays.
+    /// Sets the size of the picture, within the least and the greatest size. The vertical field of view stays.
     pub fn set_image_size(&mut self, size: ImageSize) {
         (self.film.width, self.film.height) = (Count::nearest(size.width), Count::nearest(size.height));
         self.description.film = self.film;
@@ -242,10 +243,10 @@ impl Scene {
         self.camera = PerspectiveCamera::new(&self.view, lens, self.film.aspect()).unwrap_or(self.camera);
     }
 
-    /// Points the camera elsewhere, with its lens; false, and no change, if the view looks along its own up direction
-    /// or nowhere, or is out of range.
+    /// Points the camera elsewhere and keeps its lens. Returns false without a change if the view looks along its own
+    /// up direction or nowhere, or is out of range.
     ///
-    /// It does not check that the camera stays out of snow.
+    /// The method does not check that the camera stays out of snow.
     pub fn set_view(&mut self, view: &View) -> bool {
         let aspect = self.film.aspect();
         let described = self.description.camera.clone();

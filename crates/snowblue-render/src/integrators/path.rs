@@ -99,8 +99,8 @@ impl<'a> PathTracer<'a> {
             return PathSample { radiance, sees_snow: false, distance_m: None, filtered: None };
         };
         let surface = self.surface(&hit, sampler);
-        let terms = self.snow.camera_terms(&surface, camera_ray, self.open_sky.is_some(), sampler);
-        let direct = self.direct_light::<C>(&surface, terms, sampler);
+        let terms = self.snow.camera_terms(&surface, camera_ray, sampler);
+        let direct = self.direct_light::<C>(&surface, &terms, sampler);
         let mut light = direct.steady;
         light += direct.smooth_sky;
         if let Some(walked) = self.snow.walk(&surface, camera_ray, sampler) {
@@ -153,7 +153,7 @@ impl<'a> PathTracer<'a> {
                 break;
             }
             let DirectLight { mut steady, smooth_sky, .. } =
-                self.direct_light::<Spectrum>(&surface, CameraTerms::default(), sampler);
+                self.direct_light::<Spectrum>(&surface, &CameraTerms::default(), sampler);
             steady += smooth_sky;
             radiance.add_product(1.0, &throughput, &steady);
             // The last ray only finds lights.
@@ -203,13 +203,13 @@ impl<'a> PathTracer<'a> {
     fn direct_light<C: Carried>(
         &mut self,
         surface: &Surface,
-        terms: CameraTerms,
+        terms: &CameraTerms,
         sampler: &mut Sampler,
     ) -> DirectLight<C> {
         let (scene, tables) = (self.scene, self.tables);
         let transmitted = SnowShader::transmitted(surface, scene, tables, &mut self.queries, sampler);
         let mut light = DirectLight { steady: transmitted, smooth_sky: C::ZERO, sparkle: C::ZERO };
-        let mut spectra = [terms.from_inside.unwrap_or(Spectrum::ZERO), Spectrum::ZERO];
+        let mut spectra = terms.from_inside.map(|from_inside| [from_inside, Spectrum::ZERO]);
         for (index, source) in scene.lights().iter().enumerate().filter(|(_, light)| terms.count(light)) {
             let mut add = |sample: &LightSample| {
                 let incident = self.visible(surface, sample);
@@ -219,11 +219,13 @@ impl<'a> PathTracer<'a> {
                         let sum = if source.is_smooth_sky() { &mut light.smooth_sky } else { &mut light.steady };
                         *sum += reflected * (incident.irradiance_per_power * FRAC_1_PI);
                     }
-                    if let Some(change) = self.snow.sparkle(&terms, surface, (source, sample), incident) {
+                    if let Some(change) = self.snow.sparkle(terms, surface, (source, sample), incident) {
                         light.sparkle += C::emitted(scene, &change);
                     }
                 }
-                if let Some(change) = self.snow.single_scattering(&terms, surface, (source, sample), incident) {
+                if let Some(spectra) = &mut spectra
+                    && let Some(change) = self.snow.single_scattering(terms, surface, (source, sample), incident)
+                {
                     spectra[usize::from(source.is_smooth_sky())] += change;
                 }
             };
@@ -232,9 +234,9 @@ impl<'a> PathTracer<'a> {
                 None => surface.samples_of(source, sampler).iter().flatten().for_each(add),
             }
         }
-        if terms.from_inside.is_some() {
-            light.steady += C::emitted(scene, &spectra[0]);
-            light.smooth_sky += C::emitted(scene, &spectra[1]);
+        if let Some([steady, smooth_sky]) = &spectra {
+            light.steady += C::emitted(scene, steady);
+            light.smooth_sky += C::emitted(scene, smooth_sky);
         }
         light
     }

@@ -62,7 +62,6 @@ impl<'a> SnowShader<'a> {
         &mut self,
         surface: &Surface<'_, 'a>,
         camera_ray: &Ray,
-        is_filtered: bool,
         sampler: &mut Sampler,
     ) -> CameraTerms<'a> {
         let sparkling = self.sparkle.as_ref().and_then(|sparkle| {
@@ -71,7 +70,7 @@ impl<'a> SnowShader<'a> {
         });
         let terms = match (&mut self.method, &surface.shading) {
             (ShadingMethod::Field(shader), Shading::Field(snow)) => {
-                shader.camera_terms(*snow, surface, camera_ray, is_filtered, sampler)
+                shader.camera_terms(*snow, surface, camera_ray, sampler)
             }
             _ => CameraTerms::default(),
         };

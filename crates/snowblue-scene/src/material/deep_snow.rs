@@ -1,6 +1,6 @@
-//! Deep snow as a surface: the land around a scene. Light leaves it where it came in.
+//! Deep snow as a surface: the land around a scene. Light leaves the surface at the point where it enters.
 //!
-//! The reflection function R₀ is that of snow which absorbs nothing, and absorption follows Kokhanovsky & Zege (2004,
+//! The reflection function R₀ belongs to snow without absorption. Absorption follows Kokhanovsky & Zege (2004,
 //! doi:10.1364/AO.43.001589): R = R₀ e^{−α K(μ) K(μ₀) / (π R₀)} in 1/sr, α = 4 √(μ_a ℓ*/3).
 
 use std::f32::consts::PI;
@@ -13,7 +13,7 @@ use snowblue_transport::{SnowSample, TransportError};
 use super::surface_optics::SurfaceOptics;
 use crate::spectrum::{Spectrum, wavelengths_nm};
 
-/// Rays through grains, per node of the refractive index. They leave an albedo an error of less than 0.001.
+/// Number of rays through grains, per node of the refractive index. The error of an albedo is then less than 0.001.
 const GRAIN_RAYS: u32 = 1 << 14;
 
 /// The surface of deep snow of one kind.
@@ -40,7 +40,7 @@ impl DeepSnow {
         &self.albedo
     }
 
-    /// Its surface.
+    /// The optics of the surface.
     pub fn surface(&self) -> &SurfaceOptics {
         &self.surface
     }

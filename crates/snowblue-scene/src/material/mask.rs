@@ -100,7 +100,7 @@ impl Mask {
                 (objects.attribute(name, surface).unwrap_or(*low) - low) / (high - low)
             }
         };
-        // Interpolation rounds.
+        // Rounding in the interpolation may leave the range.
         value.clamp(0.0, 1.0)
     }
 }

@@ -57,7 +57,7 @@ impl MaterialDescription {
         }
     }
 
-    /// Whether it has relief.
+    /// Whether the material has relief.
     pub(crate) fn has_relief(&self) -> bool {
         matches!(self, Self::Snow(SnowMaterialDescription { relief: Some(_), .. }))
     }
@@ -90,14 +90,14 @@ pub(crate) fn build_materials(
 pub enum Material {
     /// A Lambertian surface.
     Diffuse(Diffuse),
-    /// Deep snow as a surface, of a plane.
+    /// Deep snow as the surface of a plane.
     Ground(Box<DeepSnow>),
     /// Snow.
     Snow(Box<SnowMaterial>),
 }
 
 impl Material {
-    /// The snow, if it is one.
+    /// The snow, if the material is snow with an inside.
     pub fn snow(&self) -> Option<&Snow> {
         match self {
             Self::Diffuse(_) | Self::Ground(_) => None,
@@ -105,7 +105,7 @@ impl Material {
         }
     }
 
-    /// The sparkle, if it is snow with it.
+    /// The sparkle, if the material is snow with sparkle.
     pub fn sparkle(&self) -> Option<&SparkleDescription> {
         match self {
             Self::Diffuse(_) | Self::Ground(_) => None,
@@ -113,7 +113,7 @@ impl Material {
         }
     }
 
-    /// The relief, if it is snow with it.
+    /// The relief, if the material is snow with relief.
     pub(crate) fn relief(&self) -> Option<&ReliefDescription> {
         match self {
             Self::Diffuse(_) | Self::Ground(_) => None,
@@ -121,7 +121,7 @@ impl Material {
         }
     }
 
-    /// The share of even light that it reflects at a hit; none of snow with an inside.
+    /// The fraction of even light that the material reflects at a hit; none for snow with an inside.
     pub fn albedo(&self, objects: &Objects, surface: &SurfaceInteraction) -> Option<Spectrum> {
         match self {
             Self::Diffuse(diffuse) => Some(diffuse.reflectance(objects, surface)),
@@ -130,12 +130,12 @@ impl Material {
         }
     }
 
-    /// Whether what one sees of it is snow.
+    /// Whether the visible surface of the material is snow.
     pub fn looks_like_snow(&self) -> bool {
         matches!(self, Self::Snow(_) | Self::Ground(_))
     }
 
-    /// Whether it is snow with an inside.
+    /// Whether the material is snow with an inside.
     pub fn is_snow(&self) -> bool {
         self.snow().is_some()
     }

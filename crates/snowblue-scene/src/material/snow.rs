@@ -1,8 +1,8 @@
-//! Snow: what it is made of, and where. How it is rendered is the business of the integrators.
+//! The composition of snow, and the place of each kind of snow. Integrators decide how snow is rendered.
 //!
-//! Snow that varies by a mask is the first sample where the mask is 0, the second where it is 1, and has properties in
-//! proportion between. Inside a body it is the snow of the nearest point of the surface. Integrators compute with a few
-//! kinds of it ([`SnowKinds`]) and interpolate between these.
+//! Snow that varies by a mask is the first sample where the mask is 0 and the second sample where the mask is 1. In
+//! between, its properties are in proportion to the mask. Inside a body, the snow is the snow of the nearest point of
+//! the surface. Integrators compute with a few kinds of snow ([`SnowKinds`]) and interpolate between these kinds.
 
 use glam::{DVec3, Vec3A};
 use snowblue_base::narrow;
@@ -18,32 +18,34 @@ use crate::material::sparkle::SparkleDescription;
 use crate::objects::{Objects, SurfaceInteraction};
 use crate::spectrum::{SAMPLES, wavelengths_nm};
 
-/// Largest relative difference of the scattering and absorption coefficients of a mean of two kinds of snow from those
-/// of the snow between.
+/// Largest relative difference between the mean of the transport and absorption coefficients of two kinds of snow and
+/// the coefficients of the snow halfway between both kinds.
 const COEFFICIENT_TOLERANCE: f64 = 0.01;
-/// The same of the rate √(3 μ_a μ_tr) at which light decays: through 100 cm of snow it decays by some e¹⁰.
+/// Largest relative difference of the decay rate √(3 μ_a μ_tr) of light in this comparison. Through 100 cm of snow,
+/// light decays by some e¹⁰.
 const DECAY_TOLERANCE: f64 = 0.002;
-/// Most halvings of the range of a mask: at most 65 kinds.
+/// Greatest number of halvings of the range of a mask, which makes at most 65 kinds.
 const MAX_HALVINGS: u32 = 6;
-/// Rays through grains by which kinds are compared. All use the same rays, so that their differences have less noise.
+/// Number of rays through grains for the comparison of kinds. All kinds use the same rays, so that their differences
+/// have less noise.
 const COMPARING_RAYS: u32 = 1 << 12;
 
 /// Snow as a material.
 #[derive(Debug)]
 pub struct SnowMaterial {
-    /// What it is made of, and where.
+    /// The composition of the snow, and the place of each part.
     pub snow: Snow,
-    /// Its sparkle, if it is drawn.
+    /// The sparkle of the snow, if it is drawn.
     pub sparkle: Option<SparkleDescription>,
-    /// The relief of its surface, if it has one.
+    /// The relief of the snow's surface, if it has one.
     pub relief: Option<ReliefDescription>,
 }
 
-/// Snow, and where its parts lie.
+/// Snow, and the places of its parts.
 #[derive(Debug)]
 #[expect(clippy::large_enum_variant, reason = "there is one for each material")]
 pub enum Snow {
-    /// The same everywhere.
+    /// The same snow everywhere.
     Uniform(SnowSample),
     /// Layers.
     Layers {
@@ -54,9 +56,9 @@ pub enum Snow {
     },
     /// Snow that varies between two samples.
     Masked {
-        /// Where it is which.
+        /// The mask, which says where each sample lies.
         mask: Mask,
-        /// The snow at the mask's 0 and at its 1.
+        /// The snow where the mask is 0, and the snow where the mask is 1.
         between: [SnowSample; 2],
     },
 }
@@ -69,16 +71,16 @@ pub struct SnowKinds {
     places: Places,
 }
 
-/// Where kinds of snow lie.
+/// The places of kinds of snow.
 #[derive(Debug)]
 enum Places {
     Everywhere,
     Layers(Layering),
-    /// The mask, and its ascending values at which the kinds lie, from 0 to 1.
+    /// The mask, and the values of the mask at which the kinds lie, ascending from 0 to 1.
     Mask(Mask, Vec<f32>),
 }
 
-/// The snow at a place: a mix of two kinds, or one of them.
+/// The snow at a place: a mix of two kinds, or one kind.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct KindMix {
     /// The number of the first kind.
@@ -98,7 +100,7 @@ impl Snow {
         }
     }
 
-    /// The samples that it is made of, at least one: layers from the top, the two of a mask.
+    /// The samples of the snow, at least one: the layers from the top, or the two samples of a mask.
     pub fn samples(&self) -> &[SnowSample] {
         match self {
             Self::Uniform(sample) => std::slice::from_ref(sample),
@@ -149,7 +151,7 @@ impl Kind {
         Self { at, sample, coefficients }
     }
 
-    /// Whether the kind is the even mix of two others, within the tolerances.
+    /// Whether the kind is the even mix of two other kinds, within the tolerances.
     fn is_mean_of(&self, first: &Self, last: &Self) -> bool {
         let decay = |[transport, absorption]: [f64; 2]| (transport * absorption).sqrt();
         let is_near = |mean: f64, value: f64, tolerance: f64| (mean - value).abs() <= tolerance * value;
@@ -161,7 +163,8 @@ impl Kind {
     }
 }
 
-/// Adds the kinds after the last one up to `last`: halves the interval until the middle is a mean of its ends.
+/// Adds the kinds after the last added kind up to `last`. Halves the interval until its middle is the mean of its
+/// ends.
 fn add_kinds(kinds: &mut Vec<Kind>, last: Kind, halvings: u32, kind_at: &dyn Fn(f64) -> Kind) {
     let first = &kinds[kinds.len() - 1];
     let middle = kind_at(0.5 * (first.at + last.at));
@@ -179,7 +182,7 @@ impl KindMix {
         Self { first: kind, second: kind, share: 0.0 }
     }
 
-    /// One of the kinds, with the probability of its share, by a number in [0, 1).
+    /// One of the two kinds, chosen by a number in [0, 1) with the probability of its share.
     #[inline]
     pub fn pick(&self, number: f32) -> usize {
         if number < self.share { self.second } else { self.first }
@@ -204,7 +207,7 @@ impl SnowKinds {
         matches!(self.places, Places::Layers(_))
     }
 
-    /// The depths between which each kind lies, in m, if they are layers; else each lies everywhere.
+    /// The range of depths of each kind, in m, if the kinds are layers; otherwise each kind lies at all depths.
     pub fn ranges_m(&self) -> Vec<[f64; 2]> {
         match &self.places {
             Places::Layers(layering) => layering.ranges_m().collect(),
@@ -258,7 +261,7 @@ impl SnowKinds {
     }
 }
 
-/// The kinds around a value of a mask.
+/// The mix of the two kinds around a value of a mask.
 fn mix_at(values: &[f32], value: f32) -> KindMix {
     let second = values.partition_point(|other| *other < value).clamp(1, values.len() - 1);
     let first = second - 1;
@@ -288,7 +291,7 @@ mod tests {
         assert!(values[values.len() / 2] < 0.3, "{values:?}");
         let middle = samples.iter().zip(&values).find(|(_, at)| (**at - 0.25).abs() < 1e-6);
         assert!(middle.is_none_or(|(sample, _)| (sample.grain_size.middle_um() - 475.0).abs() < 1e-3));
-        // Snow that is nearly the same needs no kinds between.
+        // Nearly equal snow needs no kinds in between.
         let even = Snow::Masked { mask: mask(), between: [snow(sizes(400.0)), snow(sizes(420.0))] };
         assert_eq!(even.kinds().samples.len(), 2);
     }

@@ -1,4 +1,4 @@
-//! The keys of snow in a scene file: what it is made of, its sparkle and its relief.
+//! The keys of snow in a scene file: its composition, its sparkle and its relief.
 
 use std::ops::Range;
 
@@ -126,7 +126,7 @@ impl MaskedSnowDescription {
 }
 
 impl SnowDescription {
-    /// Reads snow by the keys that only layers and only masked snow have.
+    /// Reads snow. The keys of layers and of masks decide which kind of description it is.
     fn read(table: Table) -> Result<Self, ParseError> {
         const OF_SNOW: [&str; 4] = ["snow", "grain_size_um", "ssa_m2_kg", "density_kg_m3"];
         let alone = |key: &str, others: &[&str]| match others.iter().find(|other| table.has(other)) {
@@ -188,7 +188,7 @@ impl From<SnowDescription> for SnowMaterialDescription {
     }
 }
 
-/// The snow of some keys.
+/// The snow sample that some keys describe.
 fn sample(path: &KeyPath, keys: &SnowKeys) -> Result<SnowSample, KeyError> {
     keys.sample().map_err(|SnowKeyError { key, impurity, error }| {
         let path = path.key(key);

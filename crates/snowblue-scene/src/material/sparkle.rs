@@ -25,14 +25,14 @@ pub struct SparkleDescription {
 }
 
 impl Default for SparkleDescription {
-    /// Facets by grain size and facetness, all over the grains.
+    /// Facets all over the grains, with a size that follows from grain size and facetness.
     fn default() -> Self {
         Self { facet_size_um: None, flat_fraction: Number::of(1.0) }
     }
 }
 
 impl SparkleDescription {
-    /// Reads whether there is any, or a table.
+    /// Reads a table, or `true` or `false`; none for `false`.
     pub(super) fn read(value: Value) -> Result<Option<Self>, ParseError> {
         match value.get() {
             DeValue::Boolean(is_on) => Ok(is_on.then(Self::default)),
@@ -41,8 +41,8 @@ impl SparkleDescription {
         }
     }
 
-    /// Checks that facets are no larger than the grains that have them, whose mean size is at least `max_um`. Facets
-    /// vary with the grains about their mean, so that none is then larger than its grain.
+    /// Checks that facets are no larger than their grains, whose mean size is at least `max_um`. Facets vary with the
+    /// grains about their mean, so that no facet is then larger than its grain.
     pub(super) fn check(&self, path: &KeyPath, max_um: f64) -> Result<(), KeyError> {
         let Some(facet_size_um) = self.facet_size_um.map(Number::get) else { return Ok(()) };
         if facet_size_um <= max_um {

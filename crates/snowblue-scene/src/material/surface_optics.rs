@@ -1,4 +1,4 @@
-//! What the surface of snow does to light.
+//! Reflection and escape of light at the surface of snow.
 
 use glam::Vec3A;
 use snowblue_base::narrow;
@@ -22,13 +22,13 @@ impl SurfaceOptics {
         Self { table: ReflectionTable::new(&optics.half_space), optics }
     }
 
-    /// The snow below.
+    /// The optics of the snow below the surface.
     #[inline]
     pub fn optics(&self) -> &SnowOptics {
         &self.optics
     }
 
-    /// The half-space of the snow if it absorbs nothing.
+    /// The half-space of the snow without absorption.
     #[inline]
     pub fn half_space(&self) -> &HalfSpace {
         &self.optics.half_space
@@ -40,18 +40,19 @@ impl SurfaceOptics {
         narrow(self.half_space().escape(f64::from(cos)))
     }
 
-    /// The reflection function R₀ with a normal, in 1/sr: for light from the unit vector `to_light` that leaves against
-    /// the unit vector `direction`, both of rays that run backwards from the camera.
+    /// The reflection function R₀ of a surface with a normal, in 1/sr. Light comes from the unit vector `to_light`
+    /// and leaves against the unit vector `direction`. Both vectors are directions of rays that run backwards from
+    /// the camera.
     pub fn reflection_per_sr(&self, normal: Vec3A, direction: Vec3A, to_light: Vec3A) -> f32 {
         reflection_per_sr(self.half_space(), normal, direction, to_light)
     }
 
-    /// Directions from which it reflects light against the unit vector `direction`.
+    /// Directions from which the surface reflects light against the unit vector `direction`.
     pub fn directions(&self, surface: SurfacePoint, direction: Vec3A) -> Directions<'_> {
         Directions::Reflected(self.table.at(surface, direction))
     }
 
-    /// Reflectance of much of the snow for light at a cosine of incidence: e^{−4 K(μ₀) √(μ_a ℓ*/3)} (Kokhanovsky & Zege
+    /// Reflectance of deep snow for light at a cosine of incidence: e^{−4 K(μ₀) √(μ_a ℓ*/3)} (Kokhanovsky & Zege
     /// 2004, *Scattering optics of snow*, doi:10.1364/AO.43.001589).
     pub fn deep_reflectance(&self, cos: f32) -> Spectrum {
         let reflectance = |k: usize| (-self.escape(cos) * narrow(self.optics.half_space_absorption(k))).exp();
@@ -59,8 +60,8 @@ impl SurfaceOptics {
     }
 }
 
-/// The reflection function of a half-space in 1/sr, as that of [`SurfaceOptics::reflection_per_sr`]. Directions
-/// below the horizon count as grazing.
+/// The reflection function of a half-space in 1/sr, with directions as in [`SurfaceOptics::reflection_per_sr`].
+/// Directions below the horizon count as grazing.
 pub fn reflection_per_sr(half_space: &HalfSpace, normal: Vec3A, direction: Vec3A, to_light: Vec3A) -> f32 {
     let [cos_exit, cos_incidence] = [-direction, to_light].map(|to| normal.dot(to).max(0.0));
     // Both directions of propagation, projected on the surface.

@@ -2,12 +2,12 @@
 //!
 //! | shape | texture coordinates |
 //! |---|---|
-//! | mesh, height field | those of the mesh: (0, 0) is the lower left corner of the image, (1, 1) the upper right |
+//! | mesh, height field | given by the mesh: (0, 0) is the lower left corner of the image, (1, 1) the upper right corner |
 //! | box, plane | in metres: the image is `width_m` wide, centred on each face, and repeats |
 //! | sphere | once around: the centre of the image faces −y, its upper edge is the top of the sphere |
 //!
-//! Images on the sides of a box are upright as seen from outside, that on the top as seen from the front (−y). All
-//! coordinates are in object space. Interpolation is bilinear and periodic.
+//! Images on the sides of a box are upright as seen from outside. The image on the top is upright as seen from the
+//! front (−y). All coordinates are in object space. Interpolation is bilinear and periodic.
 
 use glam::Vec2;
 use snowblue_geometry::shape::Shape;
@@ -44,7 +44,7 @@ impl TextureDescription {
     /// The keys.
     pub(crate) const KEYS: [&str; 2] = ["texture", "texture_scale_m"];
 
-    /// Reads the image, which `pixels` decodes; none if there is none.
+    /// Reads the image and decodes it with `pixels`; none if no image is given.
     pub(crate) fn build(
         &self,
         path: &KeyPath,
@@ -87,7 +87,7 @@ impl Texture {
         Self { width, height: pixels.len() / width, pixels, width_m }
     }
 
-    /// Memory that it takes, in bytes.
+    /// Memory of the image, in bytes.
     pub(crate) fn bytes(&self) -> f64 {
         size_of_val(self.pixels.as_slice()) as f64
     }
@@ -131,7 +131,7 @@ impl Texture {
     }
 }
 
-/// The pixels on both sides of a coordinate in a periodic image, and the weight of the second.
+/// The pixels on both sides of a coordinate in a periodic image, and the weight of the second pixel.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "kept within the pixels")]
 fn neighbours(place: f32, count: usize) -> ([usize; 2], f32) {
     let from_first = (place - place.floor()) * count as f32 - 0.5 + count as f32;
@@ -170,7 +170,7 @@ mod tests {
             (0.5, 0.25, 4.0),
             (0.5, 0.5, 2.5),
             (1.0 / 3.0, 0.25, 3.5),
-            // Half-way over the right edge, to the first pixel again; and far away the same.
+            // Half-way over the right edge to the first pixel again, and the same point some periods away.
             (1.0, 0.75, 1.0),
             (-7.0, 3.75, 1.0),
         ] {

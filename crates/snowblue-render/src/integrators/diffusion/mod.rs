@@ -25,6 +25,7 @@ pub(super) struct FieldShader<'a> {
     pub(super) single_scattering: SingleScattering<'a>,
     /// Random walks, if there are any.
     walks: Option<WalkTracer<'a>>,
+    is_filtered: bool,
 }
 
 impl<'a> FieldShader<'a> {
@@ -34,7 +35,8 @@ impl<'a> FieldShader<'a> {
         bodies: &'a SnowBodies,
         walks: Option<WalkTracer<'a>>,
     ) -> Self {
-        Self { scene, field, single_scattering: SingleScattering::new(scene, field, bodies), walks }
+        let single_scattering = SingleScattering::new(scene, field, bodies);
+        Self { scene, field, single_scattering, walks, is_filtered: scene.description().is_filtered() }
     }
 
     /// The snow at a hit.
@@ -49,10 +51,9 @@ impl<'a> FieldShader<'a> {
         snow: SnowAt<'a>,
         surface: &Surface,
         camera_ray: &Ray,
-        is_filtered: bool,
         sampler: &mut Sampler,
     ) -> CameraTerms<'a> {
-        if self.walks.is_some() && !is_filtered {
+        if self.walks.is_some() && !self.is_filtered {
             return CameraTerms { has_reflection: false, ..CameraTerms::default() };
         }
         let point = surface.shading_point();
