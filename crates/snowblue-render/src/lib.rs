@@ -8,14 +8,14 @@
 //!              └─ what its method needs of the scene, prepared once
 //! ```
 //!
-//! A [`Scene`] knows what snow is made of and nothing of how it is rendered. [`Integrator::prepare`] computes what a
-//! method needs: curves of slabs, random walks, the light field. [`render()`] does both and makes the picture.
-//! [`scene::integrator`] names the methods. An integrator that was prepared always renders.
+//! A [`Scene`] describes the composition of snow, and not its rendering. [`Integrator::prepare`] computes the data
+//! that a method needs: curves of slabs, random walks, the light field. [`render()`] prepares the integrator and
+//! renders the picture. [`scene::integrator`] names the methods. An integrator that was prepared always renders.
 //!
 //! A picture has the same bits on any number of threads.
 //!
-//! **Simplifications.** In PCASnow light enters the snow at one point and leaves it at another on a straight line, with
-//! the curves of a slab, and leaves equally in all directions.
+//! **Simplifications.** In PCASnow light enters the snow at one point and leaves it at another point on a straight
+//! line, with the curves of a slab, and leaves equally in all directions.
 //!
 //! **Out of scope.** Building tables (`snowblue-database`); options and progress bars (the command).
 

@@ -17,10 +17,10 @@
 //! # }
 //! ```
 //!
-//! A sample depends on the scene, its pixel and its number alone, and a [`FilmAccumulator`] does not depend on the
+//! A sample depends only on the scene, its pixel and its number, and a [`FilmAccumulator`] does not depend on the
 //! order of the samples. So an image has the same bits on any number of threads, in one run or several, from one file
-//! or from parts. With a noise target, parts decide apart which pixels are done, and so do runs that resume from a
-//! file; only the number of threads and interrupts of one run do not matter.
+//! or from parts. With a noise target, each part of an image, and each run that resumes from a file, decides by
+//! itself which pixels are done. Then the bits depend neither on the number of threads nor on interrupts of one run.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -48,11 +48,11 @@ use snowblue_scene::spectrum::Spectrum;
 
 /// Samples of all pixels in one pass, within the limits of [`SAMPLES_PER_PIXEL_AND_PASS`].
 const SAMPLES_PER_PASS: u64 = 1 << 20;
-/// Fewest and most samples of a pixel in one pass. A pixel accumulator holds 2¹³ samples between two flushes. With
-/// `hybrid` and the reference it is the fewest, because their samples are slow and an interrupt waits for the end of a
-/// pixel. So it is with a noise target, which is compared with the noise before each pass.
+/// Fewest and most samples of a pixel in one pass. A pixel accumulator holds 2¹³ samples between two flushes.
+/// `hybrid` and the reference take the fewest, because their samples are slow and an interrupt waits for the end of a
+/// pixel. A noise target also takes the fewest, because the noise is compared with the target before each pass.
 const SAMPLES_PER_PIXEL_AND_PASS: [u64; 2] = [16, 1 << 12];
-/// Most samples of a pixel in one pass with a noise target.
+/// Greatest number of samples of a pixel in one pass with a noise target.
 const MAX_SAMPLES_BETWEEN_DECISIONS: u32 = 256;
 
 /// Callbacks of a rendering. Any thread calls them.
@@ -76,7 +76,7 @@ impl Default for RenderControl<'_> {
 pub struct Rendering {
     /// The image.
     pub film: Film,
-    /// What makes a PNG of the image, by the scene.
+    /// Exposure and tone curve of the scene, for a PNG of the image.
     pub development: Development,
     /// Counts of rays, and of lines through meshes that are not watertight.
     pub statistics: Statistics,
@@ -86,18 +86,18 @@ pub struct Rendering {
 ///
 /// # Errors
 ///
-/// As those of [`Integrator::prepare`].
+/// As [`Integrator::prepare`].
 pub fn render(scene: &Scene) -> Result<Rendering, RenderError> {
     let preparation = Preparation { has_one_view: true, ..Preparation::default() };
     Ok(render_all(&Integrator::prepare_with(scene, preparation)?, &|_| {}))
 }
 
-/// A first picture of a scene, if it has any ([`Integrator::prepare_coarse`]), on the threads of the current rayon
+/// A first picture of a scene, if there is one ([`Integrator::prepare_coarse`]), on the threads of the current rayon
 /// pool.
 ///
 /// # Errors
 ///
-/// As those of [`Integrator::prepare`]: a body of snow may need finer cells.
+/// As [`Integrator::prepare`]: a body of snow may need finer cells.
 pub fn render_coarse(scene: &Scene, report: Report) -> Result<Option<Rendering>, RenderError> {
     let integrator = Integrator::prepare_coarse(scene, report)?;
     Ok(integrator.map(|integrator| render_all(&integrator, &|at| report(Progress { phase: Phase::Preview, ..at }))))
@@ -133,9 +133,9 @@ pub fn accumulator(scene: &Scene, aovs: Aovs, window: &Window) -> FilmAccumulato
     FilmAccumulator::new(scene.film().size(), window, aovs)
 }
 
-/// The AOVs that an image has if some are asked for: with a noise target also the variance; for automatic exposure also
-/// the emitter, with lamps or a sun that the camera may see, and the snow, if there is any; and what the filter needs,
-/// if the scene has one.
+/// The AOVs that are asked for, and the AOVs that the scene needs: the variance with a noise target; for automatic
+/// exposure the emitter, if the camera may see lamps or a sun, and the snow, if there is any; and the sums of
+/// residuals, if the image is filtered.
 pub fn with_needed(aovs: Aovs, scene: &SceneDescription) -> Aovs {
     Aovs {
         variance: aovs.variance || scene.integrator.noise_target.is_some(),
@@ -155,8 +155,8 @@ pub fn all_samples(scene: &Scene) -> SampleBlock {
     }
 }
 
-/// Adds those samples of a block that the accumulator does not have yet, on the threads of the current rayon pool,
-/// until all are done or `control.stop` returns true. Another call continues.
+/// Adds the samples of a block that the accumulator lacks, on the threads of the current rayon pool, until all are
+/// done or `control.stop` returns true. Another call continues.
 ///
 /// # Panics
 ///
@@ -185,7 +185,7 @@ pub fn render_missing(
         if let Some(noise) = noise_target {
             decide(accumulator, target, done, noise.get());
         }
-        // A decision takes as long as some samples of all pixels, so that passes double the samples.
+        // A decision takes as long as some samples of all pixels, so each pass doubles the number of samples.
         let most_per_pass = if noise_target.is_some() { MAX_SAMPLES_BETWEEN_DECISIONS } else { fewest_per_pass };
         let per_pass = done.min(most_per_pass).max(fewest_per_pass);
         let end = target.samples.start.saturating_add(pass_end(done, per_pass));
@@ -207,8 +207,8 @@ fn samples_per_pixel_and_pass(scene: &Scene, target: &SampleBlock) -> u32 {
     u32::try_from(count).unwrap_or(u32::MAX)
 }
 
-/// Samples of a pixel after the pass that begins with so many. The first passes are short, for an early preview of the
-/// whole image.
+/// Number of samples of a pixel after the pass that begins with `done` samples. The first passes are short, for an
+/// early preview of the whole image.
 fn pass_end(done: u32, per_pass: u32) -> u32 {
     match done {
         0 => 1,
@@ -250,8 +250,8 @@ struct RowRenderer<'a> {
 }
 
 impl RowRenderer<'_> {
-    /// Adds the samples of a block that are missing from a row, until `stop` returns true, and counts. A pixel that has
-    /// begun is finished. Pixels that are `done` repeat their samples.
+    /// Adds the samples of a block that are missing from a row, until `stop` returns true, and returns the counts. A
+    /// pixel that has begun is finished. Pixels that are `done` repeat their samples.
     fn render(
         &self,
         (row, done): (Row, &[bool]),

@@ -10,8 +10,8 @@
 //! Sums of squares, for variances, are multiples of 2⁻⁷⁶ ≈ 10⁻²³ and saturate at 2⁵¹ ≈ 2·10¹⁵. The variance is then
 //! infinite.
 //!
-//! The samples of a pixel are one range. It begins with the same sample for all pixels; after an interrupt, and in
-//! tiles of different samples, it ends with different ones.
+//! The samples of a pixel form one range. All pixels begin with one common sample. After an interrupt, and in tiles
+//! with different numbers of samples, they end with different samples.
 
 use std::ops::Range;
 
@@ -45,8 +45,8 @@ pub struct FilmAccumulator {
     pub(crate) decision: Decision,
 }
 
-/// Which pixels need no further samples, for adaptive sampling. It holds for one pass over the pixels, also if that is
-/// interrupted, and is no part of the image.
+/// The pixels that need no further samples, for adaptive sampling. A decision holds for one pass over the pixels,
+/// also if the pass is interrupted, and is no part of the image.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Decision {
     /// Number of samples of each pixel at the start of the pass.
@@ -73,7 +73,7 @@ pub fn memory_bytes(window: &Window, aovs: Aovs) -> u64 {
     window.size().pixel_count() as u64 * pixel_bytes(aovs) as u64
 }
 
-/// Samples of a pixel that leave a gap to those that are there, or are there already. Both ranges are half-open.
+/// Samples of a pixel that leave a gap after the present samples, or repeat some of them. Both ranges are half-open.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
     "the samples {}:{} of pixel {},{} do not follow {}:{}",
@@ -82,9 +82,9 @@ pub fn memory_bytes(window: &Window, aovs: Aovs) -> u64 {
 pub struct SamplesDoNotFollow {
     /// The pixel.
     pub pixel: PixelPosition,
-    /// Its samples before.
+    /// The present samples of the pixel.
     pub present: Range<u32>,
-    /// Those to add.
+    /// The samples to add.
     pub added: Range<u32>,
 }
 
@@ -132,7 +132,7 @@ impl FilmAccumulator {
         self.aovs
     }
 
-    /// The samples of the pixel that has most.
+    /// The samples of the pixel with most samples.
     pub fn samples(&self) -> Range<u32> {
         self.first_sample..self.first_sample + self.samples_per_pixel().most
     }
@@ -160,7 +160,8 @@ impl FilmAccumulator {
         positions.zip(self.counts.iter().copied())
     }
 
-    /// The number of samples of a block that the sums lack. It begins with their first sample, if they have any.
+    /// The number of samples of a block that the sums lack. The block begins with the first sample of the sums, if
+    /// they have any.
     ///
     /// # Panics
     ///
@@ -183,7 +184,7 @@ impl FilmAccumulator {
         (y - rows.start) as usize * range_length(columns) as usize + (x - columns.start) as usize
     }
 
-    /// The same sums in a window that contains `other` too.
+    /// Extends the window so that it also contains `other`, without a change of the sums.
     #[must_use]
     pub fn extended_to(self, other: &Window) -> Self {
         if self.window.contains(other) {
@@ -195,11 +196,11 @@ impl FilmAccumulator {
         extended
     }
 
-    /// Adds the samples of another part of the same image, which follow those of each pixel.
+    /// Adds the samples of another part of the image, which follow the present samples of each pixel.
     ///
     /// # Errors
     ///
-    /// When the samples of a pixel do not follow those that are there. Nothing is added then.
+    /// When the samples of a pixel do not follow its present samples. Nothing is added then.
     ///
     /// # Panics
     ///
@@ -219,7 +220,7 @@ impl FilmAccumulator {
         Ok(())
     }
 
-    /// Adds samples that follow those of each pixel.
+    /// Adds samples that follow the present samples of each pixel.
     fn add_all(&mut self, other: &Self) {
         self.decision = Decision::default();
         self.begin_at(if self.is_empty() { other.first_sample } else { self.first_sample });
@@ -240,13 +241,13 @@ impl FilmAccumulator {
     ///
     /// # Panics
     ///
-    /// When there are samples that begin with another.
+    /// When the present samples begin with another sample.
     pub(crate) fn begin_at(&mut self, sample: u32) {
         assert!(self.first_sample == sample || self.is_empty(), "the samples of all pixels begin with the same one");
         self.first_sample = sample;
     }
 
-    /// The rows of a block, which lies within the window. Who adds samples to their sums counts them.
+    /// The rows of a block within the window. Callers that add samples to the sums also count them.
     pub(crate) fn par_rows_mut(&mut self, target: &SampleBlock) -> impl IndexedParallelIterator<Item = Row<'_>> {
         let [first_column, first_row] = [(&target.columns, &self.window.columns), (&target.rows, &self.window.rows)]
             .map(|(part, all)| (part.start - all.start) as usize);
@@ -340,18 +341,18 @@ impl PixelSums<'_> {
         narrow(self.exact_mean(offset))
     }
 
-    /// The same in double precision.
+    /// Mean of the sum at an offset of the layout, in double precision.
     pub(crate) fn exact_mean(&self, offset: usize) -> f64 {
         mean(self.sums[offset], self.count.into())
     }
 
-    /// The sum at an offset over the number of samples at another; 0 for none.
+    /// The sum at an offset divided by the number of samples at another offset; 0 without samples.
     pub(crate) fn quotient(&self, offset: usize, count: usize) -> f32 {
         narrow(quotient(self.sums[offset], self.sums[count]))
     }
 
-    /// Variance of a mean, by the offset of the sum of squares; of one sample its square. Infinite if the sum of
-    /// squares is saturated.
+    /// Variance of a mean, from the sum of squares at an offset; for one sample the square of the sample. Infinite if
+    /// the sum of squares is saturated.
     pub(crate) fn variance_of_mean(&self, squares: usize, mean: f64) -> f32 {
         if self.sums[squares] == i128::MAX {
             return f32::INFINITY;
@@ -382,12 +383,12 @@ fn mean_xyz(sums: &[i128], count: u64) -> Xyz {
     Xyz { x, y, z }
 }
 
-/// A sum over its number of samples; 0 for none.
+/// A sum divided by its number of samples; 0 without samples.
 fn mean(sum: i128, count: u64) -> f64 {
     if count == 0 { 0.0 } else { sum as f64 / UNITS / count as f64 }
 }
 
-/// A sum over a count in the same units; 0 for none.
+/// A sum divided by a count in the same units; 0 for a count of 0.
 fn quotient(sum: i128, count: i128) -> f64 {
     if count == 0 { 0.0 } else { sum as f64 / count as f64 }
 }

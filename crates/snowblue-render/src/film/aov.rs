@@ -1,8 +1,8 @@
 //! Arbitrary output variables (AOVs): values of a pixel beside its colour, and the layout of the sums that they need.
 //!
-//! The sums of a pixel in their order: X, Y and Z; with `spectrum` one for each of 31 wavelengths; with `variance` the
-//! sums of squares of red, green and blue; with `residual` those of `ResidualLayout`; and for each `Aov` the number
-//! of samples that have it, then the sums of its values.
+//! The sums of a pixel in their order: X, Y and Z; with `spectrum` one for each of 31 wavelengths; with `variance`
+//! the sums of squares of red, green and blue; with `residual` the sums of `ResidualLayout`; and for each `Aov` the
+//! number of samples that have it, then the sums of its values.
 
 use std::fmt;
 use std::str::FromStr;
@@ -35,7 +35,7 @@ pub struct Aovs {
 /// The name in files of the sums for the filter.
 const RESIDUAL: &str = "residual";
 
-/// A name is not that of an AOV.
+/// A name that belongs to no AOV.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("'{0}' is none of {names}", names = Aovs::NAMES.join(", "))]
 pub struct UnknownAov(pub String);
@@ -63,7 +63,7 @@ impl fmt::Display for Aovs {
     }
 }
 
-/// Parses names separated by commas, in any order. That of the sums for the filter is no AOV to ask for.
+/// Parses names separated by commas, in any order. The name of the sums for the filter is an error.
 impl FromStr for Aovs {
     type Err = UnknownAov;
 
@@ -74,7 +74,7 @@ impl FromStr for Aovs {
 }
 
 impl Aovs {
-    /// Parses the names in a file, among which may be that of the sums for the filter.
+    /// Parses the names in a file, which may include the name of the sums for the filter.
     pub(crate) fn of_file(text: &str) -> Result<Self, UnknownAov> {
         let mut aovs = Self::default();
         for name in text.split(',').map(str::trim).filter(|name| *name != Self::NAMES[0]) {
@@ -118,7 +118,7 @@ impl Aov {
 /// Offset of the sums of the spectrum.
 pub(crate) const SPECTRUM_OFFSET: usize = 3;
 
-/// Where the sums for the filter lie. The residual of a sample is its radiance less the baseline, an estimate with
+/// Offsets of the sums for the filter. The residual of a sample is its radiance less the baseline, an estimate with
 /// little noise.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct ResidualLayout {
@@ -130,9 +130,9 @@ pub(crate) struct ResidualLayout {
     pub(crate) residual_square: usize,
     /// Square of Y of the radiance without the residual.
     pub(crate) rest_square: usize,
-    /// Number of samples that meet a surface. The sums that follow are over them.
+    /// Number of samples that meet a surface. The sums that follow are over these samples.
     pub(crate) count: usize,
-    /// Number of those that hit snow with a light field.
+    /// Number of samples that hit snow with a light field.
     pub(crate) snow: usize,
     /// Y of the baseline.
     pub(crate) baseline: usize,
@@ -161,7 +161,7 @@ impl ResidualLayout {
 }
 
 impl Aovs {
-    /// Whether any AOV needs what a sample's camera ray meets first.
+    /// Whether any AOV needs the first hit of a sample's camera ray.
     pub(crate) fn need_first_hit(self) -> bool {
         self.emitter || self.need_first_surface()
     }
@@ -224,7 +224,7 @@ impl Aovs {
         self.contains(aov).then(|| self.first_aov_offset() + values_before)
     }
 
-    /// Where the sums for the filter lie, if there are any.
+    /// Offsets of the sums for the filter, if there are any.
     pub(crate) fn residual_layout(self) -> Option<ResidualLayout> {
         let values = self.colour_count();
         let residual = values + if self.variance { 3 } else { 0 };

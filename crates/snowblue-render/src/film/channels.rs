@@ -1,8 +1,8 @@
 //! The means of an image as named channels.
 //!
-//! Every image has the channels `R`, `G` and `B`, and those of its AOVs under names that other programs know. The
-//! spectrum follows Fichet, Pacanowski & Wilkie (2021, "An OpenEXR layout for spectral images", Journal of Computer
-//! Graphics Techniques 10(3), 1–18): `S0.400,000000nm` and so on, in W m⁻² sr⁻¹ nm⁻¹.
+//! Every image has the channels `R`, `G` and `B`, and the channels of its AOVs under names that other programs know.
+//! The spectrum follows Fichet, Pacanowski & Wilkie (2021, "An OpenEXR layout for spectral images", Journal of
+//! Computer Graphics Techniques 10(3), 1–18): `S0.400,000000nm` and so on, in W m⁻² sr⁻¹ nm⁻¹.
 
 use rayon::prelude::*;
 use snowblue_base::narrow;
@@ -23,7 +23,7 @@ pub struct Channel {
     pub values: Vec<f32>,
 }
 
-/// What a channel holds of each pixel.
+/// Content of a channel for each pixel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Mean {
     /// Red, green or blue.
@@ -85,8 +85,8 @@ pub fn channels(accumulator: &FilmAccumulator) -> Vec<Channel> {
 }
 
 impl FilmAccumulator {
-    /// The image of the window: the mean of each pixel's samples, of which the noise of random walks is filtered if
-    /// there are the sums for it. Pixels without samples are black.
+    /// The image of the window: the mean of each pixel's samples. The noise of random walks is filtered if there are
+    /// sums for the filter. Pixels without samples are black.
     pub fn film(&self) -> Film {
         let filtered = Filtered::new(self);
         let pixels = self.all_pixels();

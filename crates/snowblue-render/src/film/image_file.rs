@@ -1,15 +1,15 @@
 //! Image files: PNG for display, OpenEXR for further processing. A file is written completely or not at all.
 //!
 //! **From the light of an image to displayable colours.** A tone curve does not commute with the mean over a pixel.
-//! Where snow many times as bright as white covers a tenth of a black pixel, the mean is still about white, and an edge
-//! has stairs. So the curve applies to the snow of such a pixel and to the rest of it apart. The fraction c of snow is
-//! known. The rest D is the mean of those of the eight neighbours that show no snow. The snow S follows from the mean c
-//! S + (1 − c) D, and
+//! Where snow many times as bright as white covers a tenth of a black pixel, the mean is still about white, and the
+//! edge is jagged. So the curve applies separately to the snow and to the rest of such a pixel. The fraction c of
+//! snow is known. The light D of the rest is the mean over the pixels without snow among the eight neighbours. The
+//! light S of the snow follows from the mean c S + (1 − c) D, and
 //!
 //! > c T(S) + (1 − c) T(D)
 //!
-//! is shown. Pixels with snow alone, or without, stay as they are. With `filmic` and `none`, so do displayable colours
-//! no brighter than the straight part of the curve; `agx` has none.
+//! is shown. Pixels with only snow or without snow do not change. With `filmic` and `none`, displayable colours no
+//! brighter than the straight part of the curve do not change either; `agx` has no straight part.
 
 use std::io::{Cursor, Write as _};
 use std::path::Path;
@@ -167,10 +167,10 @@ impl Edges<'_> {
         is_edge.then(|| self.displayed_edge(pixel, mean, snow)).flatten().unwrap_or_else(|| self.tone.displayed(mean))
     }
 
-    /// The displayed colour of a pixel that snow covers in part; none if the rest is not seen beside it.
+    /// The displayed colour of a pixel that snow covers in part; none if no neighbour shows the rest.
     fn displayed_edge(&self, pixel: usize, mean: LinearRgb, snow: f64) -> Option<LinearRgb> {
         let (mut rest, mut count) = (LinearRgb::default(), 0_u8);
-        // A lamp beside the edge is not what the pixel shows.
+        // A lamp beside the edge is no part of the pixel.
         let is_rest = |neighbour: &usize| {
             let shown = self.film.shown(*neighbour);
             shown.snow <= 0.0 && (!shown.emitter || self.film.shown(pixel).emitter)
@@ -307,7 +307,7 @@ mod tests {
             let alone = pixels[..4].iter().map(|pixel| codes(&[*pixel], tone)[0]).collect::<Vec<_>>();
             assert_eq!(found, alone, "{tone}");
         }
-        // More light beside the snow than in the mean: there is no such snow.
+        // The neighbour is brighter than the mean, so no light of the snow explains the mean.
         assert_eq!(codes(&[(2.0, 0.0), (0.5, 0.5)], ToneCurve::None)[1], code(0.5));
     }
 }

@@ -23,11 +23,11 @@ use snowblue_scene::film::{Development, ImageSize};
 pub struct Film {
     size: ImageSize,
     pixels: Vec<Xyz>,
-    /// What each pixel shows; empty if that is not known.
+    /// The contents of each pixel; empty if they are not known.
     shown: Vec<Shown>,
 }
 
-/// What a pixel shows, for automatic exposure and the edges of snow.
+/// Contents of a pixel, for automatic exposure and the edges of snow.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Shown {
     /// The fraction of the samples that see snow.
@@ -41,13 +41,13 @@ impl Film {
     ///
     /// # Panics
     ///
-    /// When the number of pixels is not that of the size.
+    /// When the number of pixels does not match the size.
     pub fn new(size: ImageSize, pixels: Vec<Xyz>) -> Self {
         assert_eq!(pixels.len(), size.pixel_count(), "one value per pixel");
         Self { size, pixels, shown: Vec::new() }
     }
 
-    /// The image, with what each pixel shows.
+    /// The image, with the contents of each pixel.
     pub(crate) fn with_shown(self, shown: Vec<Shown>) -> Self {
         assert_eq!(shown.len(), self.pixels.len(), "one value per pixel");
         Self { shown, ..self }
@@ -63,8 +63,8 @@ impl Film {
         &self.pixels
     }
 
-    /// The pixels that an automatic exposure depends on: all but those that show a lamp or the sun, which is some
-    /// thousand times as bright as what it lights.
+    /// The pixels that an automatic exposure depends on: all except pixels that show a lamp or the sun, which is some
+    /// thousand times as bright as the surfaces that it lights.
     pub fn metered_pixels(&self) -> impl Iterator<Item = Xyz> {
         self.showing(|shown| !shown.emitter)
     }

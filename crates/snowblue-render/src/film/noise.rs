@@ -1,9 +1,9 @@
 //! Adaptive sampling: pixels whose noise has fallen to a target need no further samples.
 //!
-//! All pixels count the same number of samples. Where a pixel needs no more, each further sample repeats its mean, and
-//! the sums of squares grow so that the variance of the mean stays what it was. So an image with a noise target can be
-//! merged and resumed as any other. The noise of a pixel is that of its own samples, or what the
-//! [filter](crate::film::residual_filter) leaves of it.
+//! All pixels count an equal number of samples. Once a pixel needs no more samples, each further sample repeats its
+//! mean, and the sums of squares grow so that the variance of the mean does not change. So an image with a noise
+//! target can be merged and resumed as any other image. The noise of a pixel is the noise of its own samples, or the
+//! noise that remains after the [filter](crate::film::residual_filter).
 
 use rayon::prelude::*;
 use snowblue_base::narrow;
@@ -15,16 +15,17 @@ use crate::film::pixel_accumulator::square_units;
 use crate::film::residual_filter::Filtered;
 use crate::film::window::{SampleBlock, near, square_around};
 
-/// Samples before which no pixel is done: with fewer, a rare bright path may be missing. The filter has those of the
-/// neighbours too.
+/// Fewest samples of a pixel that is done: with fewer samples, a rare bright path may be missing. The filter also has
+/// the samples of the neighbours.
 const MIN_SAMPLES: u32 = 32;
 const MIN_FILTERED_SAMPLES: u32 = 4;
-/// Samples before which a filtered pixel is done only if the noise of all pixels around is low too, and their light
-/// much the same: the variance of few samples may be too small by chance.
+/// Number of samples below which a filtered pixel is done only if the noise of all pixels around it is also low, and
+/// their light nearly equal: the variance of few samples may be too small by chance.
 const MIN_SAMPLES_NEAR_NOISE: u32 = 16;
 
-/// Decides which pixels need no further samples, before a pass of a block that begins with so many samples. A pass that
-/// goes on after an interrupt keeps its decision, and if that is lost, all its pixels get their samples.
+/// Decides which pixels need no further samples, before a pass over a block that begins at `samples` samples per
+/// pixel. A pass that continues after an interrupt keeps its decision. If the decision is lost, all pixels of the
+/// pass get their samples.
 pub(crate) fn decide(film: &mut FilmAccumulator, block: &SampleBlock, samples: u32, target: f64) {
     let is_start = film.counts_of(block).all(|count| count == samples);
     let is_decided = film.decision.samples == samples && film.decision.target.to_bits() == target.to_bits();
@@ -35,9 +36,9 @@ pub(crate) fn decide(film: &mut FilmAccumulator, block: &SampleBlock, samples: u
     film.decision = Decision { samples, target, done };
 }
 
-/// Whether each pixel of the window is done, since its relative noise is not above `target`. With the filter a pixel
-/// that was done before stays so. A black pixel is done if it shows no surface, and its neighbours show no surface and
-/// no light; otherwise rare paths may still find light.
+/// Whether each pixel of the window is done because its relative noise is at most `target`. With the filter a pixel
+/// that was done before stays done. A black pixel is done if it shows no surface, and its neighbours show no surface
+/// and no light; otherwise rare paths may still find light.
 fn done_pixels(film: &FilmAccumulator, target: f64) -> Vec<bool> {
     // False for the noise of a black pixel, which is not a number.
     let is_low = |noise: f32| f64::from(noise) <= target;
@@ -63,8 +64,8 @@ fn done_pixels(film: &FilmAccumulator, target: f64) -> Vec<bool> {
         if samples >= MIN_SAMPLES_NEAR_NOISE {
             return is_low(noise[pixel]);
         }
-        // All samples of a pixel may have missed an edge that crosses it. Its standard error is at most half of the
-        // difference across the edge, over the root of their number.
+        // All samples of a pixel may have missed an edge that crosses the pixel. The standard error is then at most
+        // half of the difference across the edge, divided by the square root of the number of samples.
         let around = || square_around(pixel, 1, size);
         let [least, most] = around().fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], other| {
             [least.min(light[other]), most.max(light[other])]
@@ -75,7 +76,7 @@ fn done_pixels(film: &FilmAccumulator, target: f64) -> Vec<bool> {
     (0..pixels.len()).into_par_iter().map(is_done).collect()
 }
 
-/// Whether each pixel of the window or one of the eight around it shows a surface or light.
+/// Whether each pixel of the window or one of the eight pixels around it shows a surface or light.
 fn anything_near(film: &FilmAccumulator) -> Vec<bool> {
     let layout = film.aovs().residual_layout();
     let shows_anything =
@@ -90,7 +91,7 @@ fn own_noise(pixel: &PixelSums) -> f32 {
     narrow(luminance(pixel.variance().map(f64::from)).sqrt() / pixel.mean_xyz().y.max(0.0))
 }
 
-/// Adds `more` samples to the sums of a pixel of `count` samples, which repeat the mean.
+/// Adds `more` samples, which repeat the mean, to the sums of a pixel with `count` samples.
 pub(crate) fn repeat(sums: &mut [i128], aovs: Aovs, [count, more]: [u64; 2]) {
     let mean = |offset: usize| sums[offset] as f64 / UNITS / count as f64;
     let LinearRgb { r, g, b } = LinearRgb::from_xyz(Xyz { x: mean(0), y: mean(1), z: mean(2) });
@@ -113,7 +114,8 @@ pub(crate) fn repeat(sums: &mut [i128], aovs: Aovs, [count, more]: [u64; 2]) {
     squares.into_iter().for_each(|(offset, square)| sums[offset] = square);
 }
 
-/// The sum of squares of `count` samples after `more` samples, for the same variance of the mean.
+/// The sum of squares of `count` samples and `more` repeated samples for which the variance of the mean does not
+/// change.
 fn repeated_square(sum: i128, mean: f64, [count, more]: [u64; 2]) -> i128 {
     if sum == i128::MAX {
         return sum;
@@ -133,7 +135,7 @@ mod tests {
     use snowblue_scene::film::sensor::{Sensor, SensorSample};
     use snowblue_scene::spectrum::Spectrum;
 
-    /// A pixel of `count` samples 1 ± `spread`; with `residual`, of snow, of which ± `spread` is the residual.
+    /// A pixel of `count` samples 1 ± `spread`; with `residual`, a pixel of snow with the residual ± `spread`.
     fn film(count: u32, spread: f32, residual: bool) -> FilmAccumulator {
         let aovs = Aovs { variance: true, residual, ..Aovs::default() };
         let block = SampleBlock { columns: 0..1, rows: 0..1, samples: 0..count };
@@ -153,7 +155,7 @@ mod tests {
         film
     }
 
-    /// The same after `more` repeated samples.
+    /// The film after `more` repeated samples.
     fn repeated(mut film: FilmAccumulator, count: u32, more: u32) -> FilmAccumulator {
         let aovs = film.aovs();
         film.par_rows_mut(&SampleBlock { columns: 0..1, rows: 0..1, samples: 0..count }).for_each(|row| {
@@ -165,8 +167,8 @@ mod tests {
 
     #[test]
     fn a_pixel_is_done_once_its_noise_is_below_the_target() {
-        // The standard error of 64 samples of spread 0.4 is 0.05. One pixel has no neighbours for the filter, which
-        // takes its variance for twice as much.
+        // The standard error of 64 samples of spread 0.4 is 0.05. A single pixel has no neighbours for the filter,
+        // which assumes twice its variance.
         for (residual, above) in [(false, 0.06), (true, 0.08)] {
             assert_eq!(done_pixels(&film(64, 0.4, residual), above), [true]);
             assert_eq!(done_pixels(&film(64, 0.4, residual), 0.04), [false]);
@@ -185,7 +187,7 @@ mod tests {
 
     #[test]
     fn pixels_beside_edges_and_noise_need_more_than_the_fewest_samples() {
-        // Bright snow beside dark snow, without noise but for one pixel.
+        // Bright snow beside dark snow, without noise except in one pixel.
         let block = SampleBlock { columns: 0..12, rows: 0..6, samples: 0..4 };
         let film_of = |samples: u32| {
             let aovs = Aovs { variance: true, residual: true, ..Aovs::default() };
@@ -195,7 +197,7 @@ mod tests {
                 for (column, sums) in row.sums.chunks_exact_mut(aovs.sum_count()).enumerate() {
                     for sample in 0..samples {
                         let light = if column < 4 { 1.0 } else { 1.5 };
-                        // Noise that the filter does not take.
+                        // Noise outside the residual, which the filter does not reduce.
                         let noise = if (column, row.number) == (9, 3) && sample == 0 { 3.0 } else { 0.0 };
                         let [residual, baseline] = [0.0, light].map(Spectrum::constant);
                         let snow =
@@ -219,7 +221,7 @@ mod tests {
         let noisy = 3 * 12 + 9;
         let of_more = done_pixels(&film, 0.02);
         assert!(of_more.iter().enumerate().all(|(pixel, done)| *done == (pixel != noisy)), "{of_more:?}");
-        // What is done stays done, but not for another target. The same decision is not taken twice.
+        // A pixel that is done stays done, but not for another target. A decision is not repeated.
         film.decision = Decision { samples: 4, target: 0.02, done: vec![true; 72] };
         assert!(!done_pixels(&film, 0.02).contains(&false));
         assert_eq!(done_pixels(&film, 0.01), of_more);

@@ -115,7 +115,7 @@ impl PixelAccumulator {
         }
     }
 
-    /// Adds the radiance of a sample, with what the filter compares of it.
+    /// Adds the radiance of a sample, with its values for the filter.
     #[inline]
     pub(crate) fn add_radiance(
         &mut self,
@@ -136,7 +136,7 @@ impl PixelAccumulator {
         }
     }
 
-    /// Adds a sample without its spectrum, with what the filter compares of it. Returns whether it is usable.
+    /// Adds a sample without its spectrum, with its values for the filter. Returns whether it is usable.
     #[inline]
     pub(crate) fn add_sample(&mut self, sample: SensorSample, filtered: Option<&FilteredSample<SensorSample>>) -> bool {
         if !is_usable(sample) || filtered.is_some_and(|one| !is_usable(one.residual) || !is_usable(one.baseline)) {
@@ -173,7 +173,7 @@ impl PixelAccumulator {
         }
     }
 
-    /// Adds all sums to those of the pixel and resets them to 0.
+    /// Adds all sums to the sums of the pixel and resets them to 0.
     #[inline]
     pub(crate) fn flush(&mut self, sums: &mut [i128]) {
         for (split, sum) in self.xyz.iter_mut().zip(&mut *sums) {
@@ -205,7 +205,7 @@ impl PixelAccumulator {
 }
 
 impl ResidualSums {
-    /// Adds a sample, with what the filter compares of it.
+    /// Adds a sample, with its values for the filter.
     #[inline]
     fn add(&mut self, sample: SensorSample, filtered: Option<&FilteredSample<SensorSample>>) {
         let residual_y = filtered.map_or(0.0, |filtered| filtered.residual.luminance());
@@ -222,7 +222,7 @@ impl ResidualSums {
         self.distance.add(distance_m.min(MAX_MAGNITUDE.next_down()));
     }
 
-    /// Adds all sums to those of the pixel and resets them to 0.
+    /// Adds all sums to the sums of the pixel and resets them to 0.
     fn flush(&mut self, layout: ResidualLayout, sums: &mut [i128]) {
         self.values.iter_mut().zip(&mut sums[layout.residual..]).for_each(|(split, sum)| split.flush(sum));
         for (square, offset) in

@@ -57,7 +57,7 @@ const WORDS: usize = 4;
 pub struct ResumeData<'a> {
     /// The inputs that the samples depend on.
     pub provenance: &'a Provenance,
-    /// What makes a PNG of the image. It may differ between parts of an image.
+    /// Exposure and tone curve for a PNG of the image. They may differ between parts of an image.
     pub development: Development,
 }
 
@@ -116,8 +116,8 @@ pub fn write(
     written.map_err(|error| RenderError::WriteImage { path: path.into(), reason: error.to_string() })
 }
 
-/// Orders the attributes of an image of one part by name. The encoder takes them from a hash map, in another order each
-/// time.
+/// Orders the attributes of an image of one part by name. The encoder takes them from a hash map, whose order changes
+/// each time.
 fn order_attributes(file: &mut File) -> io::Result<()> {
     /// After the magic number and the version.
     const START: SeekFrom = SeekFrom::Start(8);
@@ -146,7 +146,7 @@ fn exr_size(size: ImageSize) -> Vec2<usize> {
     Vec2(size.width as usize, size.height as usize)
 }
 
-/// What a channel of a file holds of each pixel.
+/// Content of a channel of a file for each pixel.
 #[derive(Debug, Clone, Copy)]
 enum Content {
     Mean(Mean),
@@ -167,7 +167,7 @@ fn sum_channels(aovs: Aovs) -> impl Iterator<Item = (String, Content)> {
     words.chain([(MISSING.to_owned(), Content::Missing)])
 }
 
-/// The channels of a file, of which each block of lines is computed when it is written.
+/// The channels of a file. Each block of lines is computed when it is written.
 struct FilmChannels<'a> {
     accumulator: &'a FilmAccumulator,
     filtered: Option<Filtered>,
@@ -254,9 +254,9 @@ pub struct ResumableImage {
     comments: String,
     /// The inputs that the samples depend on.
     pub provenance: Provenance,
-    /// What makes a PNG of the image.
+    /// Exposure and tone curve for a PNG of the image.
     pub development: Development,
-    /// The samples of the pixel that has most.
+    /// The samples of the pixel with most samples.
     pub samples: Range<u32>,
     /// The values that are summed beside colours.
     pub aovs: Aovs,
@@ -295,7 +295,7 @@ impl ResumableImage {
         Ok(image)
     }
 
-    /// The header's content, or why it is not that of sums.
+    /// The content of the header, or the reason why it does not describe sums.
     fn from_header(path: &Path, header: &Header) -> Result<Self, String> {
         fn damaged(part: &str) -> String {
             format!("the {part} of the sums are damaged")
@@ -365,7 +365,7 @@ impl ResumableImage {
         let reader = exr::block::read(BufReader::new(file), false).map_err(unreadable)?;
         let header = reader.headers().first().filter(|header| self.is_of(header));
         let header = header.ok_or_else(|| invalid("the file has changed".to_owned()))?;
-        // What each channel of the file holds of the sums.
+        // The part of the sums that each channel of the file holds.
         let mut contents: Vec<Option<Content>> = vec![None; header.channels.list.len()];
         for (name, content) in sum_channels(self.aovs) {
             let is_named =

@@ -1,4 +1,4 @@
-//! Pixels of an image: rectangles of them, blocks of their samples, and those near others.
+//! Pixels of an image: rectangles of pixels, blocks of their samples, and neighbourhoods.
 
 use std::ops::Range;
 
@@ -66,14 +66,14 @@ impl SampleBlock {
     }
 }
 
-/// The pixels in the square around a pixel, with so many on each side, and itself.
+/// The pixels in the square around a pixel, with `distance` pixels on each side and the pixel itself.
 pub(crate) fn square_around(pixel: usize, distance: usize, [width, height]: [usize; 2]) -> impl Iterator<Item = usize> {
     let range = |middle: usize, end: usize| middle.saturating_sub(distance)..(middle + distance + 1).min(end);
     let columns = range(pixel % width, width);
     range(pixel / width, height).flat_map(move |row| columns.clone().map(move |column| row * width + column))
 }
 
-/// Whether each pixel is at most `distance` rows and columns from one that is chosen.
+/// Whether each pixel is at most `distance` rows and columns from a chosen pixel.
 pub(crate) fn near(chosen: &[bool], distance: usize, width: usize) -> Vec<bool> {
     if chosen.is_empty() {
         return Vec::new();
@@ -86,7 +86,7 @@ pub(crate) fn near(chosen: &[bool], distance: usize, width: usize) -> Vec<bool> 
     transposed(&in_lines(&by_rows, height), height)
 }
 
-/// Whether each place of a line is at most `distance` places from one that is chosen.
+/// Whether each place of a line is at most `distance` places from a chosen place.
 fn near_in_line(chosen: &[bool], distance: usize) -> Vec<bool> {
     let mut counts = vec![0];
     for (place, is_chosen) in chosen.iter().enumerate() {
@@ -96,7 +96,7 @@ fn near_in_line(chosen: &[bool], distance: usize) -> Vec<bool> {
     (0..end).map(|place| counts[(place + distance + 1).min(end)] > counts[place.saturating_sub(distance)]).collect()
 }
 
-/// The transpose of rows of so many values.
+/// The transpose of rows of `width` values.
 fn transposed(values: &[bool], width: usize) -> Vec<bool> {
     (0..width).flat_map(|column| values.iter().skip(column).step_by(width).copied()).collect()
 }

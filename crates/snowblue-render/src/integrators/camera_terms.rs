@@ -6,7 +6,7 @@ use snowblue_scene::spectrum::Spectrum;
 use crate::integrators::diffusion::single_scattering::ScatteringPoint;
 use crate::integrators::sparkle::SparklingPoint;
 
-/// What the light that a surface sends to the camera has beside transmission and smooth reflection.
+/// Terms of the light from a surface to the camera, beside transmission and smooth reflection.
 pub(super) struct CameraTerms<'a> {
     /// Whether smooth reflection counts; else a random walk finds it.
     pub(super) has_reflection: bool,

@@ -175,8 +175,8 @@ impl Integrator {
         bake(self.scene(), self.light_field().ok_or(BakeError::NoField)?, options, report)
     }
 
-    /// The snow of the scene, to be [lit](Relighting) by one light at a time, with edges of at most so many cells of
-    /// the light field.
+    /// The snow of the scene, to be [lit](Relighting) by one light at a time, with edges of at most `cells_per_edge`
+    /// cells of the light field.
     ///
     /// # Errors
     ///

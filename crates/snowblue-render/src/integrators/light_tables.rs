@@ -1,4 +1,4 @@
-//! What a path carries: spectra, or the sensor's responses to them.
+//! Light that a path carries: spectra, or the sensor's responses to them.
 //!
 //! Light that has met one surface is the light's power times a reflectance or a transmittance. The sensor's response
 //! to it is linear in that spectrum, so for each light and each snow it can be tabulated in place of the spectrum

@@ -19,7 +19,7 @@ pub(crate) struct PathSample<C> {
 }
 
 impl<C: Copy> PathSample<C> {
-    /// The same sample of another quantity.
+    /// Maps the light of the sample to another quantity.
     #[inline]
     pub(crate) fn map<T>(&self, of: impl Fn(&C) -> T) -> PathSample<T> {
         let Self { radiance, sees_snow, distance_m, filtered } = self;
@@ -54,7 +54,7 @@ pub(crate) struct FilteredSample<C> {
 }
 
 impl<C: Copy> FilteredSample<C> {
-    /// The same sample of another quantity.
+    /// Maps the light of the sample to another quantity.
     #[inline]
     pub(crate) fn map<T>(&self, of: impl Fn(&C) -> T) -> FilteredSample<T> {
         let Self { residual, baseline, is_snow, normal, distance_m } = *self;

@@ -82,8 +82,8 @@ const SAMPLES_OF_DOUBT: f32 = 16.0;
 const MAX_VARIANCE: f32 = 1e20;
 /// Greatest factor by which a residual grows with the baseline.
 const MAX_SCALE: f32 = 4.0;
-/// Standard error relative to the light above which a pixel that is brighter or darker than all eight around it is an
-/// outlier.
+/// Standard error relative to the light above which a pixel that is brighter or darker than all eight pixels around
+/// it is an outlier.
 const OUTLIER_ERROR: f32 = 0.25;
 /// Standard error of the pixel's own samples, relative to the light, above which such a pixel is an outlier where the
 /// pixels around it have so little noise that none is filtered.

@@ -17,12 +17,12 @@ fn film(samples: u32, residual: impl Fn(u32, f32) -> f32 + Sync) -> FilmAccumula
     film_of(samples, |column, number| [residual(column, number); 3])
 }
 
-/// The same with a residual of three values.
+/// An image as of [`film`], with a residual of three values.
 fn film_of(samples: u32, residual: impl Fn(u32, f32) -> [f32; 3] + Sync) -> FilmAccumulator {
     film_of_surfaces(samples, |_| (2.0, true), residual)
 }
 
-/// The same with other baselines, of snow or of other surfaces, in each column.
+/// An image as of [`film_of`], with the baseline of each column, of snow or of other surfaces.
 fn film_of_surfaces(
     samples: u32,
     surface: impl Fn(u32) -> (f32, bool) + Sync,
@@ -72,7 +72,7 @@ fn noise_is_averaged_over_like_snow_and_not_over_an_edge() {
     for (column, luminance) in (0..SIZE.width).zip(row(&film, 8)) {
         let expected = if column < 20 { f64::from(2.0 + mean(column)) } else { 1.0 };
         let error = (luminance - expected).abs();
-        // Five times the error that is aimed at.
+        // Five times the target error.
         assert!(error < 5.0 * f64::from(TARGET) * 2.0, "column {column}: {luminance} for {expected}");
         assert!(column < 20 || error < 1e-12, "no snow is not changed");
     }
@@ -86,28 +86,29 @@ fn outliers_are_spread_and_the_light_stays() {
     let filtered: Vec<f64> = film.film().pixels().iter().map(|pixel| pixel.y).collect();
     let [before, after] = [&raw, &filtered].map(|picture| picture.iter().copied().fold(f64::INFINITY, f64::min));
     assert!(before < 0.0, "{before}");
-    // Not more than half of the light for each of a few outliers.
+    // Each of a few outliers takes at most half of the light.
     assert!(after > 0.5, "{after}");
     let [before, after] = [&raw, &filtered].map(|picture| picture.iter().sum::<f64>());
     // Rounding in single precision.
     assert!((after / before - 1.0).abs() < 1e-5, "{after} {before}");
 }
 
-/// One sample in five thousand is large where the others have so little noise that no pixel is filtered.
+/// One sample in five thousand is large where the other samples have so little noise that no pixel is filtered.
 #[test]
 fn a_large_sample_among_quiet_pixels_is_spread() {
     let film = film(64, |_, number| if number < 2e-4 { -64.0 } else { 0.1 * (number - 0.5) });
     let (light, mean) = light_of_snow(&film);
     let greatest = light.iter().map(|light| (light / mean - 1.0).abs()).fold(0.0, f64::max);
-    // It is 0.5 if nothing is spread.
+    // The greatest deviation is 0.5 if nothing is spread.
     assert!(greatest < 0.05, "{greatest}");
     let raw = film.all_pixels().iter().map(|pixel| pixel.mean_xyz().y).sum::<f64>();
     let filtered = film.film().pixels().iter().map(|pixel| pixel.y).sum::<f64>();
-    // Those next to it are filtered, which keeps the light on average. Without the large samples it is 0.6 % more.
+    // The neighbours of a large sample are filtered, which keeps the light on average. Without the large samples the
+    // light is 0.6 % more.
     assert!((filtered / raw - 1.0).abs() < 0.004, "{filtered} {raw}");
 }
 
-/// The pixels around have no room for all that an outlier has, and none of them becomes black.
+/// The pixels around an outlier cannot take all of its excess, and none of them becomes black.
 #[test]
 fn large_outliers_make_no_other_pixel_dark() {
     let film = film(4, |column, number| if column < 4 && number < 0.01 { -2000.0 } else { 0.0 });
@@ -120,7 +121,8 @@ fn large_outliers_make_no_other_pixel_dark() {
     assert_eq!(dark, 0, "{darkest:?}");
 }
 
-/// Snow has half the light of its baseline. A walk of few finds far less, but more red: its pixel would be magenta.
+/// Snow has half the light of its baseline. A rare walk finds far less light, but more red: its pixel would be
+/// magenta.
 #[test]
 fn outliers_have_the_colour_of_the_snow() {
     let film = film_of(4, |_, number| if number < 0.003 { [30.0, -60.0, 20.0] } else { [-1.0; 3] });
@@ -186,7 +188,7 @@ fn columns(film: &FilmAccumulator) -> Vec<f64> {
     (0..width).map(mean).collect()
 }
 
-/// What nothing but the residual shows stays: a contact shadow on a floor, the light of an edge of snow.
+/// Features that only the residual shows remain: a contact shadow on a floor, the light of an edge of snow.
 #[test]
 fn edges_that_the_reading_does_not_know_stay() {
     let residual = |column: u32, number: f32| [if column < 6 { -1.0 } else { 0.0 } + 2.0 * (number - 0.5); 3];
@@ -211,14 +213,15 @@ fn light_of_snow(film: &FilmAccumulator) -> (Vec<f64>, f64) {
     (light, mean)
 }
 
-/// One sample in twenty is large. A pixel without one seems to contradict those around it, and becomes smooth.
+/// One sample in twenty is large. A pixel without a large sample seems to contradict the pixels around it, and
+/// becomes smooth.
 #[test]
 fn few_large_samples_of_snow_are_no_evidence() {
     let film = film(8, |_, number| if number < 0.05 { 30.0 } else { number - 0.5 });
     let (light, mean) = light_of_snow(&film);
     let deviation = (light.iter().map(|light| (light - mean).powi(2)).sum::<f64>() / light.len() as f64).sqrt();
-    // A pixel by itself deviates by 30 √(.05 · .95)/√8 = 2.3, and .53 if snow is tested whatever its noise. It is .21:
-    // the bound is between.
+    // A single pixel deviates by 30 √(.05 · .95)/√8 = 2.3, and by .53 if snow is tested whatever its noise. The
+    // filter leaves a deviation of .21: the bound is between .21 and .53.
     assert!(deviation < 0.35, "{deviation} of {mean}");
 }
 
@@ -228,11 +231,11 @@ fn rare_large_samples_of_snow_leave_no_dots() {
     let film = film(128, |_, number| if number < 2e-4 { 270.0 } else { number - 0.5 });
     let (light, mean) = light_of_snow(&film);
     let greatest = light.iter().map(|light| (light / mean - 1.0).abs()).fold(0.0, f64::max);
-    // Without the variances of single pixels it is .18; it is .03.
+    // The greatest deviation is .03, and .18 without the variances of single pixels.
     assert!(greatest < 0.08, "{greatest} of {mean}");
 }
 
-/// Their residuals are of different kinds.
+/// The residuals of snow and of other surfaces differ in kind.
 #[test]
 fn snow_and_other_surfaces_of_like_light_are_kept_apart() {
     let residual = |column: u32, number: f32| [if column < 6 { 0.4 } else { -0.4 } + 2.0 * (number - 0.5); 3];
@@ -243,7 +246,7 @@ fn snow_and_other_surfaces_of_like_light_are_kept_apart() {
     }
 }
 
-/// A floor to which no lamp, sky or snow seems to shine has no baseline, and one under a roof less light than its
+/// A floor to which no lamp, sky or snow seems to shine has no baseline. A floor under a roof has less light than its
 /// baseline. Both are filtered, and have the noise of their own light.
 #[test]
 fn noise_counts_beside_the_light_that_there_is() {
@@ -258,7 +261,8 @@ fn noise_counts_beside_the_light_that_there_is() {
     }
 }
 
-/// What is left out for pixels that are done changes no other pixel, although each reads up to 62 pixels on each side.
+/// Work that is left out for pixels that are done changes no other pixel, although each pixel reads up to 62 pixels
+/// on each side.
 #[test]
 fn pixels_that_are_done_do_not_change_the_others() {
     let film = film(8, |_, number| number - 0.5);

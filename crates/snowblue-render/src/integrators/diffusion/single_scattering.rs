@@ -70,8 +70,8 @@ impl<'scene> SingleScattering<'scene> {
         ScatteringPoint { snow, distance_m, ray, direction, cos_exit }
     }
 
-    /// The single scattering of a light in the body less that in the half-space, per unit of the light's power.
-    /// `incident` is the light on the surface, if the sample is visible there.
+    /// The single scattering of a light in the body less the single scattering in the half-space, per unit of the
+    /// light's power. `incident` is the light on the surface, if the sample is visible there.
     pub(in crate::integrators) fn correction(
         &mut self,
         point: &ScatteringPoint,

@@ -101,7 +101,7 @@ impl SnowCurves {
         reflectance
     }
 
-    /// The curves, if they are the same everywhere.
+    /// The curves, if the snow is uniform.
     pub(in crate::integrators) fn single(&self) -> Option<&snowblue_database::PcaSnow> {
         self.curves.first().filter(|_| self.kinds.is_uniform())
     }

@@ -1,11 +1,11 @@
-//! Where facets lie: a Poisson process of places on a surface and of orientations, without end and always the same.
+//! Places and orientations of facets: a Poisson process on a surface, without bounds and reproducible.
 //!
-//! Places are points of the plane of two axes of coordinates, along the third of which the surface faces most. The
-//! plane is divided into square cells, and the sphere of normals into bands between circles of latitude, and these into
-//! bins of nearly equal solid angle. The facets of a cell and a bin follow from a hash of both. They come in the order
-//! in which they lie open, with the gaps of a Poisson process, so that those that do lie open are the first ones
-//! (Knuth 1997, *The Art of Computer Programming* 2, section 3.4.1). What a footprint holds of the facets in a small
-//! region of normals is listed from the few cells and bins that these meet.
+//! Places are points of the plane of two coordinate axes; the surface faces most along the third axis. The plane is
+//! divided into square cells. The sphere of normals is divided into bands between circles of latitude, and the bands
+//! into bins of nearly equal solid angle. The facets of a cell and a bin follow from a hash of both. They are ordered
+//! by how openly they lie, with the gaps of a Poisson process, so that the open facets come first (Knuth 1997, *The
+//! Art of Computer Programming* 2, section 3.4.1). The facets of a footprint with normals in a small region are
+//! listed from the few cells and bins that the footprint and the region meet.
 
 use std::f64::consts::{PI, TAU};
 
@@ -15,18 +15,18 @@ use snowblue_transport::rng::split_mix_64;
 
 use super::footprint::{FlatFootprint, other_axes};
 
-/// Facets in a cell and a bin, on average, if all lie open.
+/// Mean number of facets in a cell and a bin, if all facets lie open.
 const MEAN_COUNT: f64 = 2.0;
 /// Step of latitude, in units of the size of the regions of normals.
 const STEPS_PER_SIZE: f64 = 0.5;
-/// Axes from which latitude and longitude of normals count; the last is the pole. They lie askew, so that no usual
+/// Axes for the latitude and longitude of normals; the last axis is the pole. The axes lie askew, so that no usual
 /// surface has its facets at a pole, where bins are narrow wedges.
 const BIN_AXES: [Vec3A; 3] = [Vec3A::new(0.8, -0.6, 0.0), Vec3A::new(0.48, 0.64, -0.6), Vec3A::new(0.36, 0.48, 0.8)];
 /// Greatest distance from the middle of a bin to its corners, in steps of latitude: 0.87 in the wedges at a pole, and
 /// elsewhere half of the diagonal of a square.
 const BIN_REACH: f64 = 0.9;
-/// Distance of a region from the poles, in units of its size, from which circles of latitude count as straight, but
-/// for the second order of their curvature.
+/// Distance of a region from the poles, in units of its size, from which on circles of latitude count as straight,
+/// apart from the second order of their curvature.
 const STRAIGHT: f64 = 8.0;
 /// Least and greatest power of two of the step of latitude, in rad.
 const STEP_EXPONENTS: [f64; 2] = [-14.0, -3.0];
@@ -49,11 +49,12 @@ pub(super) struct Facet {
     pub(super) on_disc: [f32; 2],
     /// Its unit normal.
     pub(super) normal: Vec3A,
-    /// A number in [0, 1) that orders it by size.
+    /// Size relative to the smallest and the largest facet, in [0, 1).
     pub(super) size: f32,
 }
 
-/// A point of the surface of an object, in its coordinates, with the axis along which it faces most.
+/// A point of the surface of an object, in the coordinates of the object, with the axis along which the surface faces
+/// most.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Place {
     pub(super) object: usize,
@@ -65,9 +66,9 @@ pub(super) struct Place {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct NormalRegion {
     pub(super) middle: Vec3A,
-    /// A unit vector perpendicular to the middle: its first side.
+    /// A unit vector perpendicular to the middle: the direction of the first side of the rectangle.
     pub(super) side: Vec3A,
-    /// Half of its extent along that side and across it, in rad.
+    /// Half of the extent along the first side and across it, in rad.
     pub(super) half_widths: [f32; 2],
 }
 
@@ -75,11 +76,11 @@ pub(super) struct NormalRegion {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct BandBins {
     band: u32,
-    /// The first bin, the number of bins, and that of all bins of the band.
+    /// The first bin, the number of bins, and the number of all bins of the band.
     first: u32,
     count: u32,
     all: u32,
-    /// Cosine of the colatitude where the band begins, and its change to where it ends.
+    /// Cosine of the colatitude where the band begins, and its change to the end of the band.
     cos_start: f64,
     cos_change: f64,
     /// Probability that none of the facets of a bin lies open.
@@ -100,8 +101,8 @@ impl FacetField {
         Self { seed: split_mix_64(seed ^ u64::from(bands)), density, bands, cell_m }
     }
 
-    /// Calls `add` for each facet in a footprint with a normal in a region, and for some with other normals, if it
-    /// belongs to the share that lies most open.
+    /// Calls `add` for each facet in a footprint with a normal in a region, and for some facets with other normals,
+    /// if the facet belongs to the share `open_share` of facets that lie most open.
     #[inline]
     pub(super) fn list(
         &self,
@@ -179,10 +180,10 @@ impl FacetField {
         let from_pole = colatitude.min(PI - colatitude);
         let is_straight = from_pole > STRAIGHT * reach;
         if is_straight {
-            // Circles of latitude leave their tangent by no more than that.
+            // Circles of latitude deviate from their tangent by at most this term.
             half_widths = half_widths.map(|half| half + 0.5 * reach * reach / from_pole);
         }
-        // A corner of the rectangle may point north; near a pole, so may any part of it.
+        // A corner of the rectangle may point north; near a pole, any part of the rectangle may.
         let corner = sides.iter().zip(half_widths).map(|(side, half)| side[0].abs() * half).sum::<f64>();
         let high = if is_straight { corner } else { reach };
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to the bands")]
@@ -242,7 +243,7 @@ impl BandBins {
     }
 }
 
-/// From the hash of a facet to that of the next, an odd number.
+/// Difference of the hashes of two successive facets, an odd number.
 const FACET_STEP: u64 = 0xd1b5_4a32_d192_ed03;
 
 /// A number in [0, 1).
@@ -341,7 +342,7 @@ mod tests {
         }
     }
 
-    /// What two footprints that overlap have in common is the same in both; another object has other facets.
+    /// Overlapping footprints have equal facets in their intersection; another object has other facets.
     #[test]
     fn facets_stay_where_they_are() {
         let region = NormalRegion { middle: Vec3A::Z, side: Vec3A::X, half_widths: [0.1, 0.1] };

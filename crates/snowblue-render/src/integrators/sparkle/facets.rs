@@ -1,28 +1,28 @@
-//! How many facets a kind of snow shows, of which size, and how much light they mirror.
+//! Facets of a kind of snow: their number, their sizes, and the light that they mirror.
 //!
-//! **Number.** Facets have random orientations. A surface at the cosines μ to the eye and μ₀ to the light shows of
-//! those with the normal m, per area of the surface and solid angle of m,
+//! **Number.** Facets have random orientations. The number of facets with the normal m that are visible and lit, per
+//! area of the surface and solid angle of m, at the cosines μ to the eye and μ₀ to the light, is
 //!
 //! ```text
 //! N = s b A(i)/(π a) · μ μ₀/(μ + μ₀),
 //! ```
 //!
-//! with their mean area a, the share b of the grains' surface that is facets, and s and A(i) of
-//! [`ExternalReflection`]: snow of the extinction κ, of which grains in air have the share s, has the surface 4sκ of
-//! grains in air per volume, of which the depth z shows e^{−κz(1/μ + 1/μ₀)}. The density of the snow has no influence.
-//! A facet of the area a_j under the light E⊥ sends the intensity F E⊥ a_j cos i g(r) into the direction r,
-//! ∫ g dΩ = 1. With dΩ_r = 4 cos i dΩ_m the mean over all facets is that of the reflection function,
-//! E⊥ μ₀ s b F A/(4π (μ + μ₀)).
+//! with the mean area a of facets, the share b of the grains' surface that is facets, and s and A(i) of
+//! [`ExternalReflection`]: snow of the extinction coefficient κ, of which grains in air have the share s, has the
+//! surface 4sκ of grains in air per volume. The fraction e^{−κz(1/μ + 1/μ₀)} of this surface at the depth z is
+//! visible and lit. The density of the snow has no influence. A facet of the area a_j under the irradiance E⊥ sends
+//! the intensity F E⊥ a_j cos i g(r) into the direction r, with ∫ g dΩ = 1. With dΩ_r = 4 cos i dΩ_m the mean over
+//! all facets equals the value of the reflection function, E⊥ μ₀ s b F A/(4π (μ + μ₀)).
 //!
-//! **Lobe.** g is a normal distribution about the mirrored middle of the light. Its variance is that of the light (a
-//! quarter of its radius squared, for a disc) and that of diffraction at the facet, a disc of the diameter d that is
-//! foreshortened by cos i in the plane of incidence, with the deviation 0.47 λ/d. The variance of the brightness of
-//! pixels depends on ∫ g². A normal distribution has the ∫ g² of a disc of the same variance, and with 0.47 λ/d that
-//! of Airy's pattern. Light beyond 2.5 deviations is left out, and the rest scaled up, which adds 9 % to ∫ g². Facets
-//! of some 0.03 mm, or lamps without extent, so show colours: blue light spreads less than red light. Reflection
-//! itself has none.
+//! **Lobe.** g is a normal distribution about the mirrored centre of the light. Its variance is the sum of the
+//! variance of the light (for a disc, a quarter of its radius squared) and the variance of diffraction at the facet.
+//! The facet is a disc of the diameter d, foreshortened by cos i in the plane of incidence; the deviation of
+//! diffraction is 0.47 λ/d. The variance of the brightness of pixels depends on ∫ g². For equal variance, a normal
+//! distribution has the ∫ g² of a disc, and with 0.47 λ/d the ∫ g² of Airy's pattern. Light beyond 2.5 deviations is
+//! left out, and the rest scaled up, which adds 9 % to ∫ g². So facets of some 0.03 mm, or lamps without extent, show
+//! colours: blue light spreads less than red light. Reflection itself has no colour.
 //!
-//! **Sizes** are in proportion to those of the grains, uniform in number.
+//! **Sizes** are proportional to the sizes of the grains, uniform in number.
 
 use std::f32::consts::PI;
 
@@ -37,7 +37,7 @@ use super::footprint::Footprint;
 use snowblue_scene::description::SparkleDescription;
 use snowblue_scene::spectrum::{FIRST_WAVELENGTH_NM, SAMPLES, Spectrum, WAVELENGTH_STEP_NM, wavelengths_nm};
 
-/// Wavelengths at which light is computed; it is linear between them.
+/// Number of wavelengths at which light is computed; light is interpolated linearly between them.
 const NODES: usize = 4;
 /// The node whose share of grains in air gives the number of facets.
 const MIDDLE: usize = 2;
@@ -45,34 +45,36 @@ const MIDDLE: usize = 2;
 /// diameter: (4π ∫ g² λ²/d²)^(−1/2), where ∫ g² is the integral of the square of the modulation transfer function of a
 /// disc, 0.361 d²/λ².
 const DIFFRACTION: f32 = 0.4695;
-/// Deviations beyond which a lobe ends.
+/// Number of deviations at which a lobe ends.
 const CUT: f32 = 2.5;
 /// Least variance of a lobe across one axis, in rad²: no facet is quite flat.
 const MIN_VARIANCE: f32 = 1e-8;
-/// Wider lobes fade into smooth reflection between these deviations, in rad: nothing glints in the light of a sky.
+/// Between these deviations of a lobe, in rad, sparkle fades into smooth reflection: nothing glints in the light of a
+/// sky.
 const DEVIATIONS_RAD: [f32; 2] = [0.05, 0.1];
-/// Smooth reflection by grazed facets fades into sparkle between these cosines of incidence.
+/// Between these cosines of incidence, smooth reflection by grazed facets fades into sparkle.
 const GRAZING_COSINES: [f32; 2] = [0.02, 0.05];
-/// The same by the cosine of incidence over the angle in the plane of incidence, from the middle, within which normals
-/// mirror the light. Below 1 some of these facets would be lit from behind: the lobe passes i = 90°.
+/// Between these ratios, smooth reflection by grazed facets fades into sparkle. The ratio is the cosine of incidence
+/// over half of the angle, in the plane of incidence, within which normals mirror the light. Below 1 some of these
+/// facets would be lit from behind: the lobe passes i = 90°.
 const GRAZING_RATIOS: [f32; 2] = [1.0, 2.0];
 /// Between these numbers of facets that mirror the light into a pixel, sparkle fades into smooth reflection.
 const CROWDED: [f32; 2] = [4.0, 16.0];
-/// Most facets that are listed for one sample, on average, because they may mirror the light: a footprint that holds
-/// more is made smaller, and leaves them to other samples of the pixel.
+/// Greatest mean number of facets that are listed for one sample because they may mirror the light. A footprint with
+/// more facets is made smaller, and leaves them to other samples of the pixel.
 const MAX_LISTED: f32 = 128.0;
-/// A footprint reaches no further than this part of the distance to the eye and the light, and this number of cells: a
-/// longer one is made smaller.
+/// A footprint reaches no further than this fraction of the distance to the eye and to the light, and this number of
+/// cells. A longer footprint is made smaller.
 const MAX_DISTANCE: f32 = 0.125;
 const MAX_CELLS: f32 = 16.0;
 
 /// The facets of a kind of snow.
 #[derive(Debug)]
 pub(super) struct Facets {
-    /// At each node.
+    /// The external reflection at each node.
     external: [ExternalReflection; NODES],
     flat_fraction: f32,
-    /// Diameters of the smallest and the largest, in m.
+    /// Diameters of the smallest and the largest facet, in m.
     diameters_m: [f32; 2],
     mean_area_m2: f32,
     /// s b/(π a), in 1/(m² sr).
@@ -85,7 +87,7 @@ pub(super) struct Facets {
     seed: u64,
 }
 
-/// What a camera sample sees of a surface, in the coordinates of its object.
+/// The part of a surface that a camera sample sees, in the coordinates of the object.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Patch {
     pub(super) place: Place,
@@ -94,11 +96,11 @@ pub(super) struct Patch {
     pub(super) normal: Vec3A,
     /// From the middle of the footprint to the eye, in m.
     pub(super) to_eye_m: Vec3A,
-    /// The cosine to the eye, of the normal for shading.
+    /// Cosine between the shading normal and the direction to the eye.
     pub(super) cos_exit: f32,
 }
 
-/// A light that shines on the patch, in the same coordinates.
+/// A light that shines on the patch, in the coordinates of the object.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Beam {
     /// Unit vector from the middle of the footprint to the middle of the light.
@@ -107,21 +109,21 @@ pub(super) struct Beam {
     pub(super) distance_m: f32,
     /// Variance of the direction of its light across one axis, in rad².
     pub(super) variance: f32,
-    /// The cosine to the light, of the normal for shading.
+    /// Cosine between the shading normal and the direction to the light.
     pub(super) cos_incidence: f32,
 }
 
 /// Light of facets.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Glints {
-    /// L_ext per irradiance that sparkle draws, in 1/sr, at each node: less than all where it fades into smooth
-    /// reflection.
+    /// The part of L_ext per irradiance that sparkle draws, in 1/sr, at each node: less than L_ext where sparkle
+    /// fades into smooth reflection.
     pub(super) per_sr: [f32; NODES],
     /// S: the light of the facets over its mean, at each node.
     pub(super) ratio: [f32; NODES],
 }
 
-/// How light at the nodes counts at each wavelength.
+/// Interpolation of light from the nodes to each wavelength.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Nodes {
     wavelengths_nm: [f64; NODES],
@@ -142,7 +144,7 @@ impl Nodes {
         Self { wavelengths_nm: std::array::from_fn(|node| FIRST_WAVELENGTH_NM + node as f64 * step_nm), between }
     }
 
-    /// Values at the nodes at all wavelengths.
+    /// Values at all wavelengths, from values at the nodes.
     pub(super) fn spectrum(&self, values: [f32; NODES]) -> Spectrum {
         Spectrum(self.between.map(|(first, share)| values[first] + share * (values[first + 1] - values[first])))
     }
@@ -156,8 +158,8 @@ struct Lobe {
 }
 
 impl Lobe {
-    /// The variances in the plane of incidence and across it, in rad², at a facet of a diameter, for deviations of
-    /// diffraction times the diameter.
+    /// The variances in the plane of incidence and across it, in rad², at a facet of a diameter. `diffraction_m` is
+    /// the deviation of diffraction times the diameter.
     #[inline]
     fn variances(self, diffraction_m: f32x4, diameter_m: f32) -> [f32x4; 2] {
         let across = diffraction_m * diameter_m.recip();
@@ -171,7 +173,7 @@ impl Lobe {
 }
 
 impl Facets {
-    /// The facets of a sample; none if it has no flat facets in air.
+    /// The facets of a sample; none if the sample has no flat facets in air.
     ///
     /// # Errors
     ///
@@ -218,7 +220,7 @@ impl Facets {
         }))
     }
 
-    /// The light of the facets of a patch. None where reflection is smooth, and the light is that of the mean.
+    /// The light of the facets of a patch; none where reflection is smooth, and the mean light applies.
     pub(super) fn glints(&self, patch: &Patch, beam: &Beam, bins: &mut Vec<BandBins>) -> Option<Glints> {
         let to_eye = patch.to_eye_m.normalize();
         let middle = (to_eye + beam.to_light).normalize_or_zero();
@@ -233,7 +235,7 @@ impl Facets {
         let area_factor = narrow(self.external[MIDDLE].area(f64::from(cos_incidence)));
         let per_m2_sr = self.per_m2_sr * area_factor * cosines;
         let footprint = patch.footprint.around_facets(mean_m)?;
-        // The solid angle of directions over which a lobe has its mean, ∫ g = 1 and ∫ g² = 1/Ω.
+        // The solid angle Ω of a uniform lobe with equal ∫ g = 1 and ∫ g² = 1/Ω.
         let solid_angle_sr = 4.0 * PI * mean_deviations[0] * mean_deviations[1];
         let in_pixel = footprint.area_m2 * per_m2_sr * solid_angle_sr / (4.0 * cos_incidence);
         let drawn = fading(in_pixel.ln(), CROWDED.map(f32::ln))
@@ -249,8 +251,8 @@ impl Facets {
         let field = self.field(widest[1]);
         let nearest_m = patch.to_eye_m.length().min(beam.distance_m);
         let most_m = (MAX_DISTANCE * nearest_m).min(MAX_CELLS * narrow(field.cell_m));
-        // Within the footprint, the mirrored direction turns with those to the eye and the light: by no more than a
-        // deviation of the lobe.
+        // Within the footprint, the mirrored direction turns with the directions to the eye and to the light. The
+        // footprint is so small that it turns by at most one deviation of the lobe.
         let turn = footprint.reach_across_m(to_eye) / patch.to_eye_m.length()
             + footprint.reach_across_m(beam.to_light) / beam.distance_m;
         let scale = (mean_deviations[1] / turn).min(most_m / footprint.reach_m()).min(1.0);
@@ -264,7 +266,7 @@ impl Facets {
             side: across,
             half_widths: [half_widths[0] + turn / cos_incidence, half_widths[1] + turn],
         };
-        // Of the facets of the field, those that are seen and lit here.
+        // The share of the facets of the field that are visible and lit here.
         let slope = patch.normal[patch.place.axis].abs().recip();
         let open_share = per_m2_sr * slope / self.greatest_per_m2_sr;
         let mean = per_m2_sr * footprint.area_m2 * 0.25 * self.mean_area_m2;
@@ -285,7 +287,7 @@ impl Facets {
         FacetField::new(f64::from(self.greatest_per_m2_sr), 0.5 * CUT * deviation_rad, self.seed)
     }
 
-    /// a cos i g of a facet at each node, if it mirrors the light to the eye.
+    /// The product a cos i g of a facet at each node, if the facet mirrors the light to the eye.
     #[inline]
     fn mirrored(
         &self,
@@ -314,7 +316,7 @@ impl Facets {
         let across = to_light.cross(to_eye).normalize_or(to_light.any_orthonormal_vector());
         let along = across.cross(to_light);
         let [along, across] = [along, across].map(|axis| aside.dot(axis) * aside.dot(axis));
-        // All facets of a size have the lobe of one in the middle, so that what they send to the eye adds up.
+        // All facets of a size have the lobe of a facet in the middle, so that their light to the eye adds up.
         let [along_variance, across_variance] = lobe.variances(self.diffraction_m, diameter_m);
         let square = f32x4::splat(along) / along_variance + f32x4::splat(across) / across_variance;
         let is_inside = square.simd_lt(f32x4::splat(CUT * CUT));
@@ -328,7 +330,7 @@ impl Facets {
     }
 }
 
-/// Greatest area of a surface per area of the plane that it faces most.
+/// Greatest area of a surface per area of its projection on the coordinate plane that it faces most.
 const MAX_SLOPE: f32 = 1.732_050_8;
 
 /// 1 below the first value, 0 above the second, and smooth between.
@@ -418,7 +420,7 @@ mod tests {
                     continue;
                 }
                 let beam = geometry.beam(variance, distance_m);
-                // From as far as may be before facets crowd, a pixel holds most of them.
+                // A pixel holds most facets from the greatest distance at which they do not crowd.
                 let at = |distance_m: f32| Geometry(geometry.0, geometry.1, geometry.2, distance_m);
                 let per_sr_from = |distance_m: f32, bins: &mut Vec<BandBins>| {
                     let patch = at(distance_m).patch([0.0; 3], MRAD);
@@ -452,8 +454,9 @@ mod tests {
         }
     }
 
-    /// The variance of S is one over the number of facets that mirror the light into a footprint, and so is that of
-    /// the light of a disc: within 4 standard errors of the variance, by the fourth moments of the sample.
+    /// The variance of S is one over the number of facets that mirror the light into a footprint, and so is the
+    /// variance of the light of a disc: within 4 standard errors of the variance, by the fourth moments of the
+    /// sample.
     #[test]
     fn glints_have_the_variance_of_their_number() {
         let geometry = Geometry(25.0, 40.0, 60.0, 1.0);
@@ -516,7 +519,8 @@ mod tests {
         fresnel_of_ice(f64::from(cos)) * f64::from(peak / (to_eye.z * to_light.z * footprint_m2))
     }
 
-    /// The brightness that the documentation states, over that of white snow, 1/π: as many times, within a quarter.
+    /// The brightness of a glint over the brightness of white snow, 1/π, is as the documentation states, within a
+    /// quarter.
     #[test]
     fn glints_are_as_bright_as_the_documentation_says() {
         let geometry = Geometry(30.0, 40.0, 80.0, 1.0);
@@ -526,7 +530,7 @@ mod tests {
         }
     }
 
-    /// A glint is one facet of a grain, whatever else is in the snow. Where r² of facets is even up to 2.5², and g
+    /// A glint is one facet of a grain, whatever else is in the snow. Where r² of facets is uniform up to 2.5², and g
     /// falls as e^{−r²/2}, the brightest of n is fainter than the middle of the lobe by e^{−3.125 x} with the
     /// probability (1 − x)^n: by a tenth with 10⁻⁴ for n = 300. The reflectance is known to 0.3 %, by four digits of
     /// the index. Water and dust hide grains, and so change the number of glints: within 4 standard errors.
@@ -607,7 +611,7 @@ mod tests {
         assert!((normal / airy - 1.0).abs() < 3e-4, "{normal} {airy}");
     }
 
-    /// Facets that are many become smooth, and so does the light of wide lamps; single ones do not.
+    /// Many facets, and wide lamps, give smooth reflection; single facets do not.
     #[test]
     fn many_facets_and_wide_lamps_are_smooth() {
         let (geometry, facets, mut bins) = (GEOMETRIES[0], facets(100.0), Vec::new());

@@ -1,8 +1,8 @@
-//! The part of a surface that a camera sample sees: an ellipse, within which all facets count alike.
+//! The part of a surface that a camera sample sees: an ellipse in which all facets have equal weight.
 //!
 //! A pixel of the image is a parallelogram on the plane that is tangent to the surface. Samples lie evenly in their
-//! pixel, and each sees the ellipse of the same area around itself. So a pixel sees what lies within some 1.1 pixels of
-//! its middle, as through a filter that keeps the sum.
+//! pixel. Each sample sees an ellipse around itself with the area of the pixel. So a pixel sees the surface within
+//! some 1.1 pixels of its middle, as through a filter that keeps the sum.
 
 use std::f32::consts::FRAC_1_PI;
 
@@ -17,21 +17,22 @@ pub(super) struct Footprint {
     pub(super) area_m2: f32,
 }
 
-/// The footprint as it is seen along an axis of coordinates: an ellipse in the plane of the other two.
+/// The footprint projected along a coordinate axis: an ellipse in the plane of the other two axes.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct FlatFootprint {
-    /// From the plane to the unit disc, by rows.
+    /// Matrix from the plane to the unit disc, by rows.
     to_disc: [[f32; 2]; 2],
     /// Half of its greatest width along each axis of the plane, in m.
     pub(super) half_width_m: [f32; 2],
-    /// Change of the middle of its rows per m along the second axis, and half of the width of the middle one, in m.
+    /// Shift of the middle of a row of the ellipse per m along the second axis, and half of the width of the middle
+    /// row, in m.
     pub(super) shear: f32,
     pub(super) half_row_m: f32,
 }
 
 impl Footprint {
-    /// The footprint on a plane with a unit normal, at a distance along a ray, for changes of its direction from pixel
-    /// to pixel. None where the ray grazes the plane.
+    /// The footprint on a plane with a unit normal, at a distance along a ray, for changes of the ray's direction
+    /// from pixel to pixel. None where the ray grazes the plane.
     pub(super) fn new(direction: Vec3A, distance_m: f32, changes: [Vec3A; 2], normal: Vec3A) -> Option<Self> {
         let along_normal = direction.dot(normal);
         // A disc of radius 1/√π has the area of a square of side 1.
@@ -46,13 +47,13 @@ impl Footprint {
         (area_m2 > 0.0 && area_m2.is_finite()).then_some(Self { semi_axes, area_m2 })
     }
 
-    /// The footprint as facets of a diameter fill it that lie in it: no smaller than one.
+    /// The footprint enlarged for facets of a diameter: it is no smaller than one facet.
     pub(super) fn around_facets(self, diameter_m: f32) -> Option<Self> {
         let grown = |axis: Vec3A| axis * (1.0 + 0.25 * diameter_m * diameter_m / axis.length_squared()).sqrt();
         Self::of(self.semi_axes.map(grown))
     }
 
-    /// The same ellipse with a part of its area.
+    /// The ellipse, shrunk to a share of its area.
     pub(super) fn shrunk(self, share: f32) -> Self {
         Self { semi_axes: self.semi_axes.map(|axis| axis * share.sqrt()), area_m2: self.area_m2 * share }
     }
@@ -69,13 +70,13 @@ impl Footprint {
         (a + b).sqrt()
     }
 
-    /// The point that is the image of a point of the unit disc, from the middle, in m.
+    /// The image of a point of the unit disc, relative to the middle of the footprint, in m.
     #[inline]
     pub(super) fn offset(&self, [x, y]: [f32; 2]) -> Vec3A {
         self.semi_axes[0] * x + self.semi_axes[1] * y
     }
 
-    /// The footprint along an axis of coordinates; the plane must not contain it.
+    /// The footprint projected along a coordinate axis, which must not lie in the plane.
     pub(super) fn flat(&self, axis: usize) -> Option<FlatFootprint> {
         let [first, second] = other_axes(axis);
         let [a, b] = self.semi_axes;
@@ -93,14 +94,14 @@ impl Footprint {
 }
 
 impl FlatFootprint {
-    /// The point of the disc of radius 1 whose image a point of the plane is.
+    /// The point of the unit disc whose image is a point of the plane.
     #[inline]
     pub(super) fn on_disc(&self, [x, y]: [f32; 2]) -> [f32; 2] {
         self.to_disc.map(|[by_x, by_y]| by_x * x + by_y * y)
     }
 }
 
-/// The two axes beside one, in a cycle.
+/// The other two axes, in cyclic order.
 #[inline]
 pub(super) fn other_axes(axis: usize) -> [usize; 2] {
     [(axis + 1) % 3, (axis + 2) % 3]

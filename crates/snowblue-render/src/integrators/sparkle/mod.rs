@@ -1,26 +1,27 @@
 //! Sparkle: single facets of grains that mirror a light into the camera.
 //!
-//! The reflection function R₀ of snow has the mean of the first reflection from the outside of grains,
+//! The reflection function R₀ of snow contains the mean of the first reflection from the outside of grains,
 //!
 //! ```text
 //! L_ext = F p_ext(Θ)/(μ + μ₀),
 //! ```
 //!
-//! with p_ext of [`ExternalReflection`](snowblue_transport::medium::ExternalReflection): light scattered once, that
-//! meets grains by chance on its way in and out. Sparkle draws the facets that this is the mean of. The radiance of a
-//! camera sample changes by L_ext (S − 1), where S is the light of the facets in the sample's footprint over its mean,
-//! so that the mean over many pixels stays what it is.
+//! with p_ext of [`ExternalReflection`](snowblue_transport::medium::ExternalReflection): light scattered once, which
+//! meets grains by chance on its way in and out. Sparkle draws the facets whose mean is L_ext. The radiance of a
+//! camera sample changes by L_ext (S − 1), where S is the light of the facets in the sample's footprint divided by
+//! its mean. So the mean over many pixels does not change.
 //!
-//! - [`facets`] says what S is: how many facets of which size there are, and what each reflects.
-//! - [`facet_field`] says where they lie: places and orientations by a hash, fixed to the object, without end.
+//! - [`facets`] computes S: the number and the sizes of facets, and the light that each facet reflects.
+//! - [`facet_field`] places the facets: positions and orientations by a hash, fixed to the object, without bounds.
 //! - [`footprint`] is the part of the surface that a sample sees.
 //!
-//! This file brings them together with the objects and lights of a scene, as the integrators read it.
+//! This file connects these parts with the objects and lights of a scene, for the integrators.
 //!
-//! Discrete facets on a grid of places and directions are those of Jakob, Hašan, Yan, Lawrence, Ramamoorthi & Marschner
-//! (2014, *Discrete stochastic microfacet models*, doi:10.1145/2601097.2601186). Snow has so few that mirror the sun
-//! that they can be listed; a hierarchy as theirs, or numbers drawn for a footprint as by Zirr & Kaplanyan (2016,
-//! doi:10.1145/2856400.2856409) and Deliot & Belcour (2023, doi:10.1111/cgf.14866), is not needed.
+//! Discrete facets on a grid of places and directions follow Jakob, Hašan, Yan, Lawrence, Ramamoorthi & Marschner
+//! (2014, *Discrete stochastic microfacet models*, doi:10.1145/2601097.2601186). So few facets of snow mirror the sun
+//! that they can be listed. Neither a hierarchy of facets is needed, as by Jakob et al., nor random numbers of facets
+//! for each footprint, as by Zirr & Kaplanyan (2016, doi:10.1145/2856400.2856409) and Deliot & Belcour (2023,
+//! doi:10.1111/cgf.14866).
 
 mod facet_field;
 mod facets;
@@ -44,7 +45,7 @@ use crate::integrators::sparkle::footprint::Footprint;
 #[derive(Debug)]
 pub(in crate::integrators) struct SceneSparkle {
     nodes: Nodes,
-    /// Of each kind of each material; none where facets are not drawn.
+    /// The facets of each kind of snow of each material; none where facets are not drawn.
     facets: Vec<Vec<Option<Facets>>>,
     /// Axes and origin of each object.
     frames: Vec<(Mat3A, Vec3A)>,
@@ -68,7 +69,7 @@ pub(in crate::integrators) struct SparklingPoint<'a> {
 }
 
 impl SceneSparkle {
-    /// The facets of a scene whose snow is of some kinds.
+    /// The facets of a scene with the given kinds of snow.
     ///
     /// # Errors
     ///
@@ -137,9 +138,9 @@ impl<'a> SparkleReader<'a> {
         Some(SparklingPoint { facets, patch, axes, point: surface.point, normal })
     }
 
-    /// The change of the radiance by sparkle, per irradiance of the surface by a sample of a light that is visible from
-    /// a point, in 1/sr: the light of the facets there less its mean, of which there is `most_per_sr`. None where
-    /// reflection is smooth.
+    /// The change of the radiance by sparkle at a point, per irradiance by a light sample that is visible from the
+    /// point, in 1/sr: the light of the facets less its mean, where the mean counts as at most `most_per_sr`. None
+    /// where reflection is smooth.
     pub(in crate::integrators) fn change(
         &mut self,
         at: &SparklingPoint,
