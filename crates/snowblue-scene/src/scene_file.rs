@@ -40,7 +40,7 @@ use crate::sky::SkyDescription;
 /// A scene file that was read: its description, and where in the file its values stand.
 #[derive(Debug, Clone)]
 pub struct SceneFile {
-    /// What the file says. It may be changed before the scene is built.
+    /// The content of the file. It may be changed before the scene is built.
     pub description: SceneDescription,
     path: PathBuf,
     text: String,

@@ -121,7 +121,7 @@ impl Bake {
         Ok(())
     }
 
-    /// The format by the ending, if the options agree with it.
+    /// The format by the ending of the output, if the options agree with this format.
     fn format(&self) -> Result<Format, Failure> {
         let name = self.output.display();
         let format = match &*ending(&self.output, "glb") {

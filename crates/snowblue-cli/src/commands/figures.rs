@@ -1,4 +1,4 @@
-//! `snowblue figures`: what the paper measures, with a page that shows it.
+//! `snowblue figures`: the results of the paper, recomputed, with a page that shows them.
 
 use std::path::PathBuf;
 

@@ -10,20 +10,20 @@ use snowblue_base::atomic_file::partial_path;
 
 use crate::output::{Failure, INTERRUPTED, Outcome, exit_code, print_message};
 
-/// Time within which signals count as one: `timeout -s INT` signals the process and its group.
+/// Time within which several signals count as one signal: `timeout -s INT` signals the process and its group.
 const ONE_SIGNAL: Duration = Duration::from_secs(1);
 
 static REQUESTED: AtomicBool = AtomicBool::new(false);
 static STATE: Mutex<State> = Mutex::new(State { stage: Stage::Preparation, since: None });
 
-/// What signals meet.
+/// The state of the work when a signal arrives.
 struct State {
     stage: Stage,
     /// When the first signal came.
     since: Option<Instant>,
 }
 
-/// How far the work is.
+/// The stage of the work.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Stage {
     /// There is nothing to be written.
@@ -34,8 +34,8 @@ enum Stage {
     Written,
 }
 
-/// Installs the signal handler. A signal ends the program at once, without a trace of `output`, until
-/// [`keep_samples`].
+/// Installs the signal handler. Until [`keep_samples`] is called, a signal ends the program at once, without a trace
+/// of `output`.
 pub(super) fn listen(output: &Path) -> Outcome {
     let unfinished = partial_path(output);
     let handler = move || {
@@ -47,11 +47,11 @@ pub(super) fn listen(output: &Path) -> Outcome {
             return;
         }
         if let Some(unfinished) = &unfinished {
-            // Usually there is none.
+            // Usually there is no such file.
             drop(std::fs::remove_file(unfinished));
         }
         if is_first && state.stage == Stage::Preparation {
-            // The bar has no end of line.
+            // The progress bar does not end its line.
             print_message(if io::stderr().is_terminal() { "\n" } else { "" });
             exit_code(&Err(nothing_written()));
         }
@@ -60,12 +60,12 @@ pub(super) fn listen(output: &Path) -> Outcome {
     ctrlc::set_handler(handler).map_err(Failure::work)
 }
 
-/// From now on the first signal sets the flag of [`is_requested`]; one more ends the program at once.
+/// From now on the first signal sets the flag of [`is_requested`]. A second signal ends the program at once.
 pub(super) fn keep_samples() {
     STATE.lock().unwrap_or_else(PoisonError::into_inner).stage = Stage::Samples;
 }
 
-/// From now on signals end the program without a word.
+/// From now on signals end the program without a message.
 pub(super) fn file_is_written() {
     STATE.lock().unwrap_or_else(PoisonError::into_inner).stage = Stage::Written;
 }
@@ -75,7 +75,7 @@ pub(super) fn is_requested() -> bool {
     REQUESTED.load(Ordering::Relaxed)
 }
 
-/// What an interrupt leaves before there are samples.
+/// The error of an interrupt before there are samples.
 pub(super) fn nothing_written() -> Failure {
     Failure::Interrupted("interrupted: nothing is written".to_owned())
 }

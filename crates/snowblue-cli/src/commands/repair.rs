@@ -12,7 +12,7 @@ use snowblue_geometry::triangle_mesh::TriangleMesh;
 
 use crate::output::{Failure, Outcome, check_not_input, check_path, ending, output_path, print_notes, write_file};
 
-/// Least volume of a solid, in cubes of the diagonal of its bounds. That of a sheet is rounding.
+/// Least volume of a solid, in cubes of the diagonal of its bounds. The volume of a sheet is only rounding.
 const MIN_VOLUME: f64 = 1e-9;
 
 /// Close a mesh with small defects, so that it can be snow

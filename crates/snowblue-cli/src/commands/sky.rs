@@ -89,7 +89,7 @@ impl Sky {
         self.output.write(&DataTable { columns, rows, metadata }, quiet)
     }
 
-    /// Where the sun stands at the place and time, if they are given.
+    /// The position of the sun at the place and time, if they are given.
     fn position(&self) -> Result<Option<SunPosition>, Failure> {
         let (Some(latitude_deg), Some(longitude_deg), Some(time)) = (self.latitude, self.longitude, self.time) else {
             return Ok(None);

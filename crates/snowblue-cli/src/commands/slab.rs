@@ -8,7 +8,7 @@ use snowblue_transport::ordinates::{self, HomogeneousMedium, Streams};
 use crate::options::parse;
 use crate::output::{Failure, Outcome, OutputOptions};
 
-/// Streams for which T is within 10⁻⁴ at almost all angles.
+/// Number of streams with which T is within 10⁻⁴ at almost all angles.
 const STREAMS: usize = 32;
 
 /// Solve a homogeneous Henyey–Greenstein slab, to check the solver against published values

@@ -93,7 +93,7 @@ struct Subject {
 #[derive(Debug, Clone)]
 struct Axis {
     name: String,
-    /// Its column in CSV, unless 'snowblue color' has one.
+    /// The column of the option in CSV, unless 'snowblue color' has such a column.
     column: Option<&'static str>,
     values: Vec<String>,
 }

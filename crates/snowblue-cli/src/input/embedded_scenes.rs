@@ -1,4 +1,4 @@
-//! The scenes of the repository, inside the program, so that it shows something without its sources.
+//! The scenes of the repository, embedded in the program, so that the program can show them without its sources.
 
 use snowblue_render::SceneFile;
 
@@ -7,7 +7,7 @@ use crate::output::Failure;
 /// A scene inside the program.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct EmbeddedScene {
-    /// The name of its file without the ending.
+    /// The name of the file without the ending.
     pub(crate) name: &'static str,
     /// The file.
     pub(crate) text: &'static str,
@@ -19,7 +19,7 @@ macro_rules! embedded {
     };
 }
 
-/// All of them, by name.
+/// All embedded scenes, by name.
 pub(crate) const SCENES: [EmbeddedScene; 22] = [
     embedded!("block_30cm"),
     embedded!("clump"),
@@ -45,7 +45,7 @@ pub(crate) const SCENES: [EmbeddedScene; 22] = [
     embedded!("truth_floor"),
 ];
 
-/// The scene that needs a file which is not inside the program, and why.
+/// The scene that needs a file which is not inside the program, and the reason.
 const DRAGON: &str = "fig11_dragon";
 const NEEDS_A_MODEL: &str = "needs models/dragon.ply, which scripts/fetch-models of the sources downloads";
 
@@ -57,20 +57,20 @@ impl EmbeddedScene {
         found.ok_or_else(|| format!("must be one of {}", known()))
     }
 
-    /// What it shows: the first sentences of its file below the line of its schema, up to the first line that is no
-    /// comment or an empty one.
+    /// The summary of the scene: the first sentences of its file below the line of its schema, up to the first line
+    /// that is no comment or an empty comment.
     pub(crate) fn summary(self) -> String {
         let lines = self.text.lines().skip(1).map_while(|line| line.strip_prefix('#')).map(str::trim);
         let summary = lines.take_while(|line| !line.is_empty()).collect::<Vec<_>>().join(" ");
         self.lacks().map_or(summary.clone(), |lacks| format!("{summary} It {lacks}."))
     }
 
-    /// What it needs that is not inside the program.
+    /// The text about a file that the scene needs and that is not inside the program.
     fn lacks(self) -> Option<&'static str> {
         (self.name == DRAGON).then_some(NEEDS_A_MODEL)
     }
 
-    /// Reads it.
+    /// Reads the scene.
     pub(crate) fn open(self) -> Result<SceneFile, Failure> {
         let path = format!("{}.toml", self.name);
         match self.lacks() {

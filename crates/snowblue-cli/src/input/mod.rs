@@ -1,4 +1,4 @@
-//! Files that the command reads itself: settings in TOML; and the scenes inside it.
+//! Files that the command reads itself, which are settings in TOML, and the scenes inside the program.
 
 mod embedded_scenes;
 mod settings_file;

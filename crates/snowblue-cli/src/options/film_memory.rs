@@ -8,7 +8,7 @@ use snowblue_render::film::window::Window;
 use super::parse;
 use crate::output::{Failure, PictureFile};
 
-/// A film of so many MiB or more is worth a message.
+/// Memory of a film, in MiB, from which on a message is printed.
 const WORTH_A_MESSAGE_MIB: u64 = 1024;
 
 /// The greatest memory of a film.
@@ -22,7 +22,7 @@ pub(crate) struct FilmMemory {
 }
 
 impl FilmMemory {
-    /// Refuses a picture whose pixels take more, and returns what they take in MiB if that is much.
+    /// Refuses a picture whose pixels take more memory than allowed. Returns their memory in MiB if it is large.
     pub(crate) fn check(self, file: &PictureFile, windows: &[&Window], aovs: Aovs) -> Result<Option<u64>, Failure> {
         let pixels = windows.iter().map(|window| memory_bytes(window, aovs)).sum::<u64>();
         let output_bytes = file.bytes_per_pixel(aovs);

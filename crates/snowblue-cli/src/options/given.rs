@@ -7,19 +7,20 @@ use clap::{Arg, ArgMatches, Args, Command, FromArgMatches};
 
 use crate::output::{Failure, Outcome};
 
-/// The options on the command line. It defines no option. It must be the first field of its command: clap hands each
-/// value out once, and values that are handed out no longer count.
+/// The options that are given on the command line. The type defines no option. It must be the first field of its
+/// command, because clap hands each value out once, and values that are handed out no longer count.
 #[derive(Debug)]
 pub(crate) struct GivenOptions(ArgMatches);
 
-/// Options that have no effect in some case. An option that is given and has none is an error: its value looks as if it
-/// were in the result.
+/// Options that have no effect in some case. A given option without effect is an error, because its value looks as if
+/// it were in the result.
 pub(crate) struct Idle<'a> {
-    /// Whether this is the case.
+    /// Whether this case applies.
     pub(crate) when: bool,
-    /// Their names in Rust. An argument without a name on the command line has an id in capitals, as in the help.
+    /// The names of the options in Rust. An argument without a name on the command line has an id in capitals, as in
+    /// the help.
     pub(crate) options: &'a [&'a str],
-    /// Why they have no effect, as in "--rays has no effect: WHY".
+    /// The reason why the options have no effect, as in "--rays has no effect: WHY".
     pub(crate) why: &'a str,
 }
 
@@ -29,7 +30,7 @@ impl GivenOptions {
         self.0.value_source(option) == Some(ValueSource::CommandLine)
     }
 
-    /// Those of a command's options that are given here, as words of a command line.
+    /// The options of `command` that are given here, as words of a command line.
     pub(crate) fn words_of(&self, command: &Command) -> Vec<OsString> {
         let given = |argument: &Arg| {
             let (id, long) = (argument.get_id().as_str(), argument.get_long().unwrap_or_default().to_owned());
@@ -47,7 +48,7 @@ impl GivenOptions {
     /// Refuses given options that have no effect.
     pub(crate) fn refuse_idle(&self, cases: &[Idle]) -> Outcome {
         for Idle { when, options, why } in cases {
-            // Also where all have an effect, so that every name is checked.
+            // All options are looked up even if all have an effect, so that every name is checked.
             let given: Vec<&&str> = options.iter().filter(|option| self.has(option)).collect();
             if let Some(option) = given.first().filter(|_| *when) {
                 return Err(has_no_effect(option, why));

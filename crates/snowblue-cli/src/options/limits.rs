@@ -1,4 +1,4 @@
-//! Limits in help texts: those of the crates that check the values.
+//! Limits in help texts. They come from the crates that check the values.
 
 use std::fmt::Display;
 use std::ops::RangeInclusive;
@@ -10,7 +10,7 @@ use snowblue_transport::Parameter;
 use snowblue_transport::optics::WavelengthRange;
 use snowblue_transport::sample::SnowSample;
 
-/// What a parameter is, with its unit, and its limits.
+/// The description of a parameter, with its unit and its limits.
 pub(crate) fn described(parameter: &Parameter) -> String {
     format!("{} [{}]", parameter.describe(), ends(&parameter.range.inclusive()))
 }

@@ -26,7 +26,7 @@ pub(crate) fn number(word: &str) -> Result<f64, String> {
     word.trim().parse().map_err(|_| format!("'{word}' is not a number"))
 }
 
-/// The parser of a parameter, whose errors name it with its range and unit.
+/// The parser of a parameter. Its errors name the parameter with its range and unit.
 pub(crate) fn parameter(range: ParameterRange) -> impl Fn(&str) -> Result<f64, String> + Clone {
     move |word| {
         let number = number(word)?;

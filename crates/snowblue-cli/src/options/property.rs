@@ -9,7 +9,7 @@ use snowblue_transport::{Parameter, Substance, TransportError};
 
 use super::{limits, parse};
 
-/// Values of properties of snow: of a snow, or along the axes of a table.
+/// Values of properties of snow: of one snow, or along the axes of a table.
 #[derive(Debug)]
 pub(crate) struct PropertyValues<const OF_TABLE: bool>(Vec<PropertyAxis>);
 
@@ -27,7 +27,7 @@ pub(crate) fn option_name(property: Property) -> &'static str {
     if matches!(property, Property::Impurity(_)) { IMPURITY } else { property.name() }
 }
 
-/// The numbers of a property: one, or those of a distribution, between colons.
+/// The numbers of a property between colons: one number, or the numbers of a distribution.
 pub(crate) fn values(property: Property, word: &str) -> Result<Vec<f64>, String> {
     let (numbers, mut keys) = (parse::numbers(word)?, SnowKeys::default());
     keys.set(property, &numbers).map_err(|error| error.to_string())?;

@@ -1,4 +1,4 @@
-//! The scene of a command: a file, or one inside the program.
+//! The scene of a command: a file, or a scene inside the program.
 
 use std::path::PathBuf;
 
@@ -20,7 +20,7 @@ pub(crate) struct SceneOptions {
 }
 
 impl SceneOptions {
-    /// The scene inside the program, if it is one.
+    /// The scene inside the program; none for a file.
     pub(crate) fn embedded(&self) -> Option<EmbeddedScene> {
         self.scene
     }
@@ -34,7 +34,7 @@ impl SceneOptions {
         }
     }
 
-    /// Its file, or its name.
+    /// The path of the scene's file, or the name of the scene inside the program.
     pub(crate) fn name(&self) -> String {
         match (&self.file, self.scene) {
             (Some(path), _) => path.display().to_string(),

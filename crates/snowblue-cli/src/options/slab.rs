@@ -24,7 +24,7 @@ pub(crate) struct SlabOptions {
     pub(crate) angle: Vec<Incidence>,
 }
 
-/// Checks that light passes the slabs whose transmitted colour is asked for.
+/// Checks that light passes through the slabs if their transmitted colour is requested.
 pub(crate) fn check_transmits(thicknesses_cm: &[f64], is_reflected: bool) -> Outcome {
     if !is_reflected && thicknesses_cm.iter().any(|thickness_cm| thickness_cm.is_infinite()) {
         let message = "thickness is inf cm, which lets no light through: give --reflected, or a finite thickness";

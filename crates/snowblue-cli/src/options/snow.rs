@@ -59,7 +59,7 @@ impl SnowOptions {
         self.keys()?.sample().map_err(|wrong| Failure::input(wrong.error))
     }
 
-    /// What is known of the snow; of several values the first.
+    /// The given properties of the snow. Of several values of an option, the first value counts.
     pub(crate) fn keys(&self) -> Result<SnowKeys, Failure> {
         let properties = &self.properties;
         let measure = (self.size_measure != SizeMeasure::default()).then_some(self.size_measure);
@@ -87,7 +87,7 @@ impl SnowOptions {
         Ok(keys)
     }
 
-    /// The options with several values, whose combinations are meant.
+    /// The options with several values. Every combination of these values is a snow.
     pub(crate) fn axes(&self) -> impl Iterator<Item = &PropertyAxis> {
         self.properties.iter().filter(|axis| axis.values.len() > 1)
     }
@@ -120,7 +120,8 @@ impl SnowOptions {
         Ok(self.metadata_of(&self.sample()?))
     }
 
-    /// Metadata of the samples of a batch: what none of the columns says, or not of each sample; `full` columns do.
+    /// Metadata of the samples of a batch: the properties without a column, or without a value for each sample in
+    /// their column. Columns in `full` have a value for each sample.
     pub(crate) fn properties(&self, sample: &SnowSample, columns: &[&str], full: &[&str]) -> Metadata {
         let has = |name: &&str| columns.contains(name);
         let GrainSize { min_um, max_um, measure } = sample.grain_size;

@@ -43,7 +43,7 @@ pub(crate) struct WeatherOptions {
 }
 
 impl WeatherOptions {
-    /// The same over ground that reflects a fraction of the light.
+    /// The weather over ground that reflects a fraction of the light.
     pub(crate) fn weather(&self, ground_albedo: f64) -> Weather {
         let Self { turbidity, precipitable_water: precipitable_water_cm, .. } = *self;
         let clouds = if self.overcast {

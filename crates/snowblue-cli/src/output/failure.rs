@@ -22,7 +22,7 @@ pub(crate) enum Failure {
     Printed,
 }
 
-/// What commands return.
+/// The result of a command.
 pub(crate) type Outcome = Result<(), Failure>;
 
 /// Prints a failure to stderr, and returns the exit code.
@@ -47,8 +47,8 @@ impl Failure {
     }
 }
 
-/// Joins the lines of a message by clap: the error and its tips, without the one on how an unknown option could be a
-/// value, which no argument takes.
+/// Joins the lines of a message by clap: the error and its tips. The tip that an unknown option could be a value is
+/// left out, because no argument takes such a value.
 impl From<clap::Error> for Failure {
     fn from(error: clap::Error) -> Self {
         use clap::error::ErrorKind;

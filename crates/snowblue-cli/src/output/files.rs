@@ -8,13 +8,13 @@ use snowblue_base::atomic_file::{STANDARD_OUTPUT, check_writable, is_stream, wri
 
 use super::failure::{Failure, Outcome};
 
-/// Parses the path of an output, of which - is the standard output.
+/// Parses the path of an output. The path - is the standard output.
 pub(crate) fn output_path() -> impl TypedValueParser<Value = PathBuf> {
     let without_dash = |path: PathBuf| if path == Path::new("-") { PathBuf::from(STANDARD_OUTPUT) } else { path };
     PathBufValueParser::new().map(without_dash)
 }
 
-/// The ending of an output's name, in lower case. A stream without one has the ending `stream_ending`.
+/// The ending of an output's name, in lower case. A stream without an ending has the ending `stream_ending`.
 pub(crate) fn ending(path: &Path, stream_ending: &str) -> String {
     let ending = path.extension().and_then(|ending| ending.to_str()).map(str::to_lowercase);
     ending.unwrap_or_else(|| if is_stream(path) { stream_ending.to_owned() } else { String::new() })

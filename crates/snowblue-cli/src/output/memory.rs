@@ -1,8 +1,8 @@
-//! The memory of this process, where the system tells it: on Linux (proc(5)).
+//! The memory of this process, on systems that report it: Linux (proc(5)).
 
 use std::fs;
 
-/// Lets the greatest memory be that from now on. Where the system refuses, it stays that since the start.
+/// Restarts the measurement of the greatest memory. If the system refuses, the greatest memory counts from the start.
 pub(super) fn restart_peak() {
     drop(fs::write("/proc/self/clear_refs", "5"));
 }

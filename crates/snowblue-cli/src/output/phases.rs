@@ -1,4 +1,4 @@
-//! The phases of the work on a picture: a progress bar for each, and what each took.
+//! The phases of the work on a picture: a progress bar, the time and the memory of each phase.
 
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -40,7 +40,7 @@ pub(crate) struct Ended {
 }
 
 impl Phases {
-    /// No phase has begun.
+    /// Phases of which none has begun.
     pub(crate) fn new(quiet: bool, measures_memory: bool) -> Self {
         Self { quiet, measures_memory, start: Instant::now(), state: Mutex::default() }
     }
@@ -50,7 +50,7 @@ impl Phases {
         self.report(Progress { phase, done: 0, total: 0 });
     }
 
-    /// Shows the progress. Its phase ends the one before.
+    /// Shows the progress. A new phase ends the phase before it.
     pub(crate) fn report(&self, Progress { phase, done, total }: Progress) {
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         match &state.present {

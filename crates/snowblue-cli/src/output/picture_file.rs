@@ -18,7 +18,7 @@ pub(crate) enum PictureFormat {
     Exr,
 }
 
-/// Keywords of what a picture says of its scene.
+/// Keywords of the notes of a picture on its scene.
 pub(crate) const SCENE_NOTE: &str = "Scene";
 pub(crate) const TABLE_NOTE: &str = "Table";
 
@@ -47,9 +47,9 @@ impl PictureFile {
         Ok(Self { path: path.to_owned(), format, keeps_sums })
     }
 
-    /// Memory that writing takes beside the sums, in bytes for each pixel: that of the filter, and for a PNG its
-    /// colours, what they show, their brightness for the exposure, and the bytes before and after encoding. An EXR is
-    /// written in blocks.
+    /// Memory that writing takes in addition to the sums, in bytes for each pixel: the memory of the filter, and for
+    /// a PNG the memory of its colours, of what they show, of their brightness for the exposure, and of the bytes
+    /// before and after encoding. An EXR is written in blocks.
     pub(crate) fn bytes_per_pixel(&self, aovs: Aovs) -> u64 {
         let encoding = match self.format {
             PictureFormat::Png => 44,
@@ -58,7 +58,7 @@ impl PictureFile {
         encoding + residual_filter::bytes_per_pixel(aovs)
     }
 
-    /// Refuses an option that a PNG cannot serve.
+    /// Refuses an option that needs an EXR if the picture is a PNG.
     pub(crate) fn needs_exr(&self, option: &str) -> Outcome {
         match self.format {
             PictureFormat::Exr => Ok(()),
@@ -68,7 +68,7 @@ impl PictureFile {
         }
     }
 
-    /// Writes the picture with metadata; `more` precedes that of its provenance.
+    /// Writes the picture with metadata. The metadata `more` precede the metadata of the provenance.
     pub(crate) fn write(&self, sums: &FilmAccumulator, resume_data: ResumeData, more: &[(&str, String)]) -> Outcome {
         let ResumeData { provenance, development } = resume_data;
         let mut notes = vec![("Software", format!("snowblue {}", provenance.get("version").unwrap_or("?")))];

@@ -1,12 +1,12 @@
 //! Text from files on a terminal.
 
-/// Most characters of a message.
+/// Greatest number of characters of a message.
 const MOST: usize = 1500;
-/// Characters that are kept at the end of a longer one: it may say what is allowed.
+/// Number of characters that are kept at the end of a longer message, which may say what is allowed.
 const AT_END: usize = 300;
 
-/// A message in one line that a terminal can show: control characters are escaped, and the middle of a long one is left
-/// out.
+/// A message in one line that a terminal can show: control characters are escaped, and the middle of a long message
+/// is left out.
 pub(crate) fn printable(message: &str) -> String {
     let count = message.chars().count();
     let escaped = |part: &str| -> String {

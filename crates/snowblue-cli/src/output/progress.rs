@@ -45,7 +45,7 @@ impl Progress {
         let bar = ProgressBar::with_draw_target(None, target);
         if let Ok(style) = ProgressStyle::with_template(template) {
             let write = |state: &ProgressState, text: &mut dyn Write| {
-                // The bar shows what it can.
+                // Errors are ignored: the bar shows what was written.
                 let _ = text.write_str(&pace(state.per_sec(), state.eta()));
             };
             bar.set_style(style.with_key("pace", write));

@@ -1,4 +1,4 @@
-//! Output options, and tables of results written as they ask.
+//! Output options, and tables of results written according to these options.
 
 use std::io::{self, IsTerminal as _};
 use std::path::{Path, PathBuf};

@@ -1,4 +1,4 @@
-//! What a picture took, as a table.
+//! Time, memory and counts of the work on a picture, as a table.
 
 use std::fmt::Write as _;
 
@@ -31,7 +31,7 @@ impl Table {
     }
 
     fn line(&mut self, line: std::fmt::Arguments) {
-        // Text takes everything.
+        // Writing to a string cannot fail.
         let _ = writeln!(self.0, "{line}");
     }
 
@@ -44,7 +44,7 @@ impl Table {
         self.value(name, &HumanCount(count).to_string());
     }
 
-    /// A count, and what it is for each of others.
+    /// A count, and its mean for each of `others`.
     fn count_and_mean(&mut self, name: &str, count: u64, others: u64) {
         self.count(name, count);
         if others > 0 {

@@ -15,12 +15,13 @@ pub(crate) fn print(text: &str) -> io::Result<()> {
     }
 }
 
-/// The error of text that stdout does not take.
+/// The error for text that stdout does not accept.
 pub(crate) fn unprinted(error: &io::Error) -> io::Error {
     io::Error::new(error.kind(), format!("the standard output cannot be written: {error}"))
 }
 
-/// Prints notes to stderr, a line each, unless `quiet`: what a result needs to be read rightly, and what was changed.
+/// Prints notes to stderr, a line each, unless `quiet`. Notes help to read a result correctly, or say what was
+/// changed.
 pub(crate) fn print_notes(quiet: bool, notes: impl IntoIterator<Item = impl Display>) {
     if !quiet {
         notes.into_iter().for_each(|note| print_message(&format!("{note}\n")));

@@ -101,8 +101,8 @@ impl From<Exposure> for Development {
 
 /// The fraction of all pixels that automatic exposure fits into the display's range. The rest are highlights.
 const HIGHLIGHT_FRACTION: f64 = 0.99;
-/// The fraction of the snow pixels that is displayed below the level of snow. If any snow is lit, this level is
-/// reached by lit snow.
+/// The fraction of the snow pixels that is displayed below the level of snow. If any snow is lit, lit snow has this
+/// level.
 const SNOW_FRACTION: f64 = 0.9;
 
 /// Displayed levels. A level of 1 is the display's white.

@@ -33,7 +33,7 @@ pub(super) enum LightKind {
     },
     /// Emits in one direction from infinitely far away.
     Directional {
-        /// Illuminance of a surface perpendicular to it, in lx.
+        /// Illuminance of a surface perpendicular to the light, in lx.
         illuminance_lx: f64,
     },
     /// Emits in a cone, with a falloff between the two angles.

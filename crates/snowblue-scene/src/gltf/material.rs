@@ -12,7 +12,7 @@ use crate::material::texture::linear_rgb;
 pub(super) struct GltfMaterial {
     /// Its name, if it has one.
     pub(super) name: Option<String>,
-    /// Base colour factor, in linear sRGB: the reflectance, or what multiplies the texture.
+    /// Base colour factor, in linear sRGB: the reflectance, or the factor of the texture.
     pub(super) base_colour: [f32; 3],
     texture: Option<BaseColourTexture>,
 }

@@ -1,5 +1,5 @@
-//! A whole glTF as part of a scene: its meshes in their places, its camera and its lights. A material is that of the
-//! description under the same name, or else diffuse with the glTF's base colour.
+//! A whole glTF as part of a scene: its meshes in their places, its camera and its lights. A material is the material
+//! of the same name in the description, or else diffuse with the glTF's base colour.
 //!
 //! A light's strength is in candela or lux. Its spectrum is daylight (D65) times its colour, scaled so that ȳ gives the
 //! same number of lumens at 683 lm/W (Khronos Group 2020, KHR_lights_punctual).
@@ -44,13 +44,13 @@ use snowblue_base::{KeyPath, narrow};
 /// Greatest strength of a light, in cd or lx.
 const MAX_STRENGTH: f64 = 1e15;
 
-/// What a glTF adds to a scene.
+/// The parts of a scene that come from a glTF.
 #[derive(Default)]
 pub(crate) struct GltfScene {
     pub(crate) objects: Vec<Object>,
     pub(crate) view: Option<View>,
     pub(crate) lights: Vec<Light>,
-    /// What was changed in meshes, in sentences.
+    /// Sentences that say what was changed in meshes.
     pub(crate) notes: Vec<String>,
 }
 
@@ -116,30 +116,30 @@ pub(crate) fn read_gltf(
     Ok(GltfScene { objects, view: view(&nodes), lights, notes })
 }
 
-/// A part of a mesh, of one material.
+/// A part of a mesh with one material.
 struct MeshPart {
     /// Index of its material in the scene.
     material: usize,
-    /// About its own middle.
+    /// The mesh, centred at the origin.
     mesh: Arc<MeshBvh>,
-    /// The map that puts its middle back.
+    /// The map from the centred mesh to its original place.
     to_original: DAffine3,
 }
 
-/// The materials of a glTF as they become those of a scene.
+/// The conversion of the materials of a glTF to materials of a scene.
 struct Palette<'file> {
     file: &'file GltfFile,
     sources: &'file Sources<'file>,
-    /// How many the description has.
+    /// Number of materials of the description.
     own: usize,
-    /// Index in the scene by the number in the glTF, of those met so far.
+    /// For the materials converted so far, the index in the scene by the number in the glTF.
     known: BTreeMap<Option<usize>, usize>,
-    /// Memory that the textures so far take.
+    /// Memory of the textures so far, in bytes.
     texture_bytes: f64,
 }
 
 impl Palette<'_> {
-    /// Index of the scene's own material of that name, or of a new one.
+    /// Index of the scene's own material of the same name, or of a new material.
     fn index(&mut self, number: Option<usize>, materials: &mut Vec<NamedMaterial>) -> Result<usize, SceneError> {
         if let Some(&index) = self.known.get(&number) {
             return Ok(index);

@@ -1,10 +1,11 @@
 //! A table of brightness over all directions, by which directions are sampled.
 //!
-//! Rows run from straight up (+z) to straight down, columns around; the middle column looks along +y, and directions
-//! turn clockwise to the right as seen from above, as in a view from inside. The density is that of the bilinear
-//! interpolation between pixels, constant beyond the first and the last row: in cells between the middles of pixels,
-//! rows of them first, then columns, by inversion of cumulative sums, then in a cell (Pharr, Jakob & Humphreys 2023,
-//! sections A.4 and A.5). With a constant density in each pixel, the edges of a small sun are noisy.
+//! Rows run from straight up (+z) to straight down, and columns run around. The middle column looks along +y. Seen
+//! from above, directions turn clockwise to the right, as in a view from inside. The density is the density of the
+//! bilinear interpolation between pixels, which is constant beyond the first and the last row. Sampling inverts
+//! cumulative sums to choose a row of cells between the middles of pixels, then a cell of this row, and then draws a
+//! point in the cell (Pharr, Jakob & Humphreys 2023, sections A.4 and A.5). With a constant density in each pixel,
+//! the edges of a small sun are noisy.
 
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
@@ -107,12 +108,12 @@ impl DirectionTable {
     }
 }
 
-/// Longitude from x to y, in rad, of a place across a table from 0 to 1.
+/// Longitude from x to y, in rad, at a horizontal position from 0 to 1 in a table.
 pub(super) fn longitude_rad(across: f32) -> f32 {
     FRAC_PI_2 - TAU * (across - 0.5)
 }
 
-/// The place in [0, 1] below which a density that is linear between two values has the fraction `u`.
+/// The position in [0, 1] below which a density that is linear between two values has the fraction `u`.
 fn invert_linear([from, to]: [f32; 2], u: f32) -> f32 {
     if from + to <= 0.0 {
         return u;

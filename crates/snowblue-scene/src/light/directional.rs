@@ -27,7 +27,7 @@ pub struct DirectionalLightDescription {
 pub(crate) struct DirectionalLight {
     /// Unit direction from the scene towards the light.
     pub(crate) to_light: Vec3A,
-    /// Irradiance of a surface that faces it, in W/m².
+    /// Irradiance of a surface that faces the light, in W/m².
     pub(crate) emission: Spectrum,
 }
 

@@ -1,4 +1,4 @@
-//! A sky whose radiance follows from a model: clear or overcast. Below the horizon it is dark.
+//! A sky whose radiance follows from a model: clear or overcast. Below the horizon the sky is dark.
 
 use std::sync::Arc;
 
@@ -12,7 +12,7 @@ use crate::light::sample::LightOrigin;
 use crate::spectrum::light_spectrum::LightSpectrum;
 use crate::spectrum::{SAMPLES, Spectrum, wavelengths_nm};
 
-/// Columns of the table by which directions are sampled; it has half as many rows.
+/// Number of columns of the table by which directions are sampled. The table has half as many rows.
 const COLUMNS: u16 = 512;
 
 /// The light of the sky without the sun.
@@ -26,7 +26,7 @@ pub(crate) struct SkyDome {
 #[derive(Debug)]
 enum Model {
     Clear(Arc<ClearRadiance>),
-    /// Relative to a spectrum.
+    /// The spectrum at the zenith.
     Overcast(Spectrum),
 }
 
@@ -46,15 +46,16 @@ impl ClearRadiance {
     }
 }
 
-/// From the wavelengths of the sky model to those of a picture, as band densities.
+/// Conversion from the wavelengths of the sky model to the wavelengths of a picture, as band densities.
 #[derive(Debug)]
 pub(crate) struct Resampling {
-    /// For each wavelength the node of the model before it, and weights of that node and the next.
+    /// For each wavelength, the node of the model before the wavelength, and the weights of this node and the next
+    /// node.
     terms: [(usize, [f32; 2]); SAMPLES],
 }
 
 impl Resampling {
-    /// Multiplies radiance by `scale`.
+    /// A conversion that multiplies radiance by `scale`.
     pub(crate) fn new(scale: f64) -> Self {
         /// A band density is a quantity per nm times the width of the grid, in nm.
         const BAND_NM: f64 = 10.0 * SAMPLES as f64;

@@ -1,4 +1,4 @@
-//! What a kind of light says of itself: the interface between the file of each kind and all that uses lights.
+//! The interface between the file of each kind of light and the code that uses lights.
 
 use std::f32::consts::PI;
 use std::fmt::Debug;
@@ -12,8 +12,9 @@ use crate::spectrum::Spectrum;
 
 /// A kind of light.
 ///
-/// A light without extent needs the first three methods only; one with extent samples itself, and one with a surface or
-/// a disc says what rays hit. A light whose spectrum varies over it says what it emits.
+/// A light without extent needs only the first three methods. A light with extent implements the sampling of itself,
+/// and a light with a surface or a disc implements hits of rays. A light whose spectrum varies over its extent
+/// implements [`le`](Self::le).
 pub(crate) trait Emitter: Debug + Send + Sync + 'static {
     /// What the light is called.
     fn name(&self) -> &'static str;
@@ -21,27 +22,28 @@ pub(crate) trait Emitter: Debug + Send + Sync + 'static {
     /// Where the light is, and whether it has an extent.
     fn light_type(&self) -> LightType;
 
-    /// The power of every origin, as of [`le`](Self::le); none if origins differ.
+    /// The power of all origins, as defined by [`le`](Self::le); none if the power differs between origins.
     fn uniform(&self) -> Option<&Spectrum>;
 
-    /// The power of an origin: radiant intensity in W/sr of a point, irradiance of a facing surface in W/m² of a
-    /// direction, radiance in W m⁻² sr⁻¹ of all others, as a band density.
+    /// The power of an origin, as a band density: for a point the radiant intensity in W/sr, for a direction the
+    /// irradiance of a facing surface in W/m², for all other origins the radiance in W m⁻² sr⁻¹.
     fn le(&self, _origin: &LightOrigin) -> Spectrum {
         self.uniform().copied().unwrap_or(Spectrum::ZERO)
     }
 
-    /// A point or direction of a light with extent as seen from a point, by two numbers in [0, 1); none if the light
-    /// does not shine there. An even sky is not asked.
+    /// A sampled point or direction of a light with extent as seen from a point, by two numbers in [0, 1); none if
+    /// the light does not shine there. An even sky is never sampled this way.
     fn sample_li(&self, _from: Vec3A, _numbers: [f32; 2]) -> Option<LightOrigin> {
         None
     }
 
-    /// Density of [`sample_li`](Self::sample_li) in directions from that point, in 1/sr.
+    /// Density of [`sample_li`](Self::sample_li) over the directions from the same point, in 1/sr.
     fn pdf_li(&self, _from: Vec3A, _origin: &LightOrigin) -> f32 {
         0.0
     }
 
-    /// Where a ray hits the emitting side of a surface before `limit_m`, or a disc.
+    /// The point where a ray hits the emitting side of a surface before `limit_m`, or the direction in which it hits
+    /// a disc.
     fn hit(&self, _ray: &Ray, _limit_m: f32) -> Option<LightOrigin> {
         None
     }
@@ -51,7 +53,8 @@ pub(crate) trait Emitter: Debug + Send + Sync + 'static {
         Spectrum::ZERO
     }
 
-    /// Whether it is a sky without edges. What it brings to a surface is as smooth as what hides it.
+    /// Whether the light is a sky without edges. Its irradiance of a surface is then as smooth as the occlusion of
+    /// the sky.
     fn is_smooth_sky(&self) -> bool {
         false
     }
@@ -73,18 +76,18 @@ pub(crate) enum LightType {
     Area {
         /// Its middle, in m.
         centre: Vec3A,
-        /// Its area as it is seen over π, in m².
+        /// Its apparent area over π, in m².
         spread_m2: f32,
     },
     /// A disc of directions about a unit vector towards the light, so small that rays do not find it by chance.
     Disc(Vec3A),
     /// All directions.
     Infinite,
-    /// All directions, and all alike, so that the cosine of a surface samples it best.
+    /// All directions with the same radiance, so that sampling by the cosine at a surface is best.
     UniformInfinite,
 }
 
-/// Depths, each half of the one before, at which the middle of a lamp in a thin body is sought.
+/// Number of depths at which the middle of a lamp in a thin body is sought. Each depth is half of the depth before.
 const MAX_HALVINGS: i32 = 8;
 
 /// A lamp inside snow: a ball that shines in all directions, or a point.
@@ -104,9 +107,10 @@ impl InnerLamp {
         Self { position, radius_m, intensity: radiance * (PI * radius_m * radius_m) }
     }
 
-    /// The part of a sphere that reaches into a body from outside, as a lamp of its power: if it is h deep in, the cap
-    /// that level snow cuts off a sphere of radius r sends out h/2r of its light. In a thin body the lamp lies in its
-    /// middle. `holds` says whether a point is inside the body.
+    /// The part of a sphere that reaches into a body from outside, as a lamp with the power of this part. If a sphere
+    /// of radius r reaches a depth h into level snow, the cap in the snow emits the fraction h/2r of the sphere's
+    /// light. In a thin body the lamp lies in the middle of the body. `holds` says whether a point is inside the
+    /// body.
     pub fn cap_in(&self, body: &Shape, holds: impl Fn(Vec3A) -> bool) -> Option<Self> {
         let surface = body.nearest(self.position)?;
         let height_m = self.radius_m - surface.point.distance(self.position);

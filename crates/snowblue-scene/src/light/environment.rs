@@ -32,7 +32,7 @@ pub enum EnvironmentDescription {
 }
 
 impl EnvironmentDescription {
-    /// Reads it by the key that only an image has.
+    /// Reads the light of an image if the table has the key `image`, otherwise even light.
     pub(crate) fn read(mut table: Table) -> Result<Self, ParseError> {
         if table.has("image") {
             return table.read().map(Self::Image);

@@ -24,7 +24,7 @@ use crate::spectrum::upsampling::Upsampling;
 use crate::values::{Rotation, visible};
 use snowblue_base::{Number, narrow};
 
-/// Largest channel of a pixel: the limit of all lights, far below that of single precision.
+/// Largest channel of a pixel. This is the limit of all lights, far below the limit of single precision.
 const MAX_PIXEL: f64 = 1e12;
 
 /// Light of an image of all directions.
@@ -52,7 +52,7 @@ pub(crate) struct SkyImage {
     /// Linear sRGB, row by row, within the gamut.
     pixels: Vec<[f32; 3]>,
     upsampling: Upsampling,
-    /// Its luminance.
+    /// The luminance of the image.
     table: DirectionTable,
 }
 
@@ -83,7 +83,8 @@ impl Panorama {
         let NamedFile { path, bytes } = NamedFile::read(files, name)?;
         check_formats(&path)?;
         let wrong = |reason: String| SceneError::File(FileError::Content { path: path.clone(), reason });
-        // A colour of double precision, and its colour, brightness and share of the light in single precision.
+        // A pixel is a colour of double precision, and its colour, brightness and share of the light in single
+        // precision.
         check_exr_size(&bytes, |_| size_of::<LinearRgb>() + 5 * size_of::<f32>()).map_err(wrong)?;
         let unreadable = |error: exr::error::Error| wrong(format!("not a readable EXR file: {error}"));
         let meta = MetaData::read_from_buffered(Cursor::new(&bytes), false).map_err(unreadable)?;
@@ -94,7 +95,7 @@ impl Panorama {
         };
         if !meta.headers.iter().any(|header| has_all(header, &["R", "G", "B"])) {
             let first = meta.headers.first().map(channels).unwrap_or_default();
-            // Chroma channels belong to luminance.
+            // Luminance with chroma channels is not grey.
             if first != ["Y"] && first != ["A", "Y"] {
                 let found = first.join(", ");
                 return Err(wrong(format!("the channels are {found}, but must include R, G and B, or be Y alone")));
@@ -134,13 +135,13 @@ impl Panorama {
 
 impl SkyImage {
     /// Light of an image times `scale`. The value 1 is the luminance of 1 W m⁻² sr⁻¹ of equal-energy light, as in the
-    /// images that this crate writes. `rotation_deg` turns it about z, counter-clockwise seen from above.
+    /// images that this crate writes. `rotation_deg` turns the image about z, counter-clockwise seen from above.
     ///
-    /// Colours outside the sRGB gamut become the nearest of their luminance.
+    /// A colour outside the sRGB gamut becomes the nearest colour of the same luminance.
     ///
     /// # Errors
     ///
-    /// When a pixel is not finite or too bright, or all are black.
+    /// When a pixel is not finite or too bright, or all pixels are black.
     pub(crate) fn new(panorama: &Panorama, scale: f32, rotation_deg: f32) -> Result<Self, String> {
         let (width, height) = (panorama.width, panorama.height);
         let mut pixels = Vec::with_capacity(panorama.pixels.len());

@@ -1,4 +1,4 @@
-//! The keys of one kind of light in a scene file: what they have in common.
+//! The common interface of the keys of all kinds of lights in a scene file.
 
 use serde::de::DeserializeOwned;
 use snowblue_base::toml_table::Table;
@@ -23,7 +23,7 @@ quantities! {
     pub SkyScale = ParameterRange::new("scale", 1e-9, 1e9, "");
 }
 
-/// The keys of one kind of light, without those of its spectrum.
+/// The keys of one kind of light, without the keys of its spectrum.
 pub(crate) trait LightKeys {
     /// Reads the keys of a table.
     ///
@@ -44,7 +44,7 @@ pub(crate) trait LightKeys {
     /// When values do not fit together.
     fn light(&self, path: &KeyPath, spectrum: &LightSpectrum) -> Result<Light, KeyError>;
 
-    /// Whether the camera may see it as a lamp, which must have an extent.
+    /// Whether the camera may see the light as a lamp. Such a light must have an extent.
     fn is_visible_emitter(&self) -> bool {
         false
     }

@@ -1,7 +1,7 @@
-//! Light sources: what they emit, how a point of one is sampled, and the light that arrives at a surface.
+//! Light sources: their emission, the sampling of their points, and the light that arrives at a surface.
 //!
-//! A point of an area light acts as a point light, and a direction of the sky as a distant one. So a surface asks for
-//! one `LightSample` after the other:
+//! A point of an area light acts as a point light, and a direction of the sky acts as a distant light. A surface
+//! therefore asks for one `LightSample` after the other:
 //!
 //! | light | sample | irradiance E of a surface |
 //! |---|---|---|
@@ -13,9 +13,9 @@
 //! Where several techniques sample a light, p is the sum of their densities (see [`Light`]). Area lights are visible
 //! but occlude nothing.
 //!
-//! **A new kind of light** is a file here and a line in the list below. The file has the keys of a scene file with
-//! their ranges (`LightKeys`), and what the light says of itself (`Emitter`): where it is, how it is sampled and with
-//! which density, and what it emits. All else follows from these.
+//! **A new kind of light** needs a file here and a line in the list below. The file declares the keys of the light in
+//! a scene file with their ranges (`LightKeys`), and implements `Emitter`: the place of the light, its sampling and
+//! the density of its samples, and its emission. Everything else follows from these.
 
 pub(crate) mod direction_table;
 pub(crate) mod directional;

@@ -1,10 +1,10 @@
 //! A rectangular area light, sampled by the solid angle that it subtends.
 //!
-//! Ureña, Fajardo & King (2013), "An area-preserving parametrization for spherical rectangles", Computer Graphics Forum
-//! 32(4), 59–66, doi:10.1111/cgf.12151: the first number cuts off a fraction of the solid angle Ω, which gives the
-//! horizontal coordinate; the second is linear in the height on the sphere along that cut. p(ω) = 1/Ω. It uses double
-//! precision because Ω is a small difference of angles. From so far away that even this fails, points are uniform over
-//! the area.
+//! Sampling follows Ureña, Fajardo & King (2013), "An area-preserving parametrization for spherical rectangles",
+//! Computer Graphics Forum 32(4), 59–66, doi:10.1111/cgf.12151. The first number cuts off a fraction of the solid
+//! angle Ω, which gives the horizontal coordinate. The second number is linear in the height on the sphere along this
+//! cut. The density is p(ω) = 1/Ω. The code uses double precision because Ω is a small difference of angles. If Ω is
+//! too small even for double precision, points are uniform over the area.
 
 use std::f32::consts::FRAC_1_PI;
 use std::f64::consts::PI;
@@ -69,7 +69,7 @@ struct View {
     solid_angle_sr: f64,
     /// z-components of the unit normals of the planes through the viewer and the lower and the upper edge.
     edges: [f64; 2],
-    /// 2π less the angles at the left corners.
+    /// 2π minus the angles at the left corners.
     corners: f64,
 }
 
@@ -87,7 +87,7 @@ impl LightKeys for RectangleLightDescription {
 }
 
 impl RectangleLight {
-    /// The light of such keys; none if it faces its own centre or the direction of `up`.
+    /// The light with such keys; none if the light faces its own centre or the direction of `up`.
     pub(super) fn new(keys: &RectangleLightDescription, spectrum: &LightSpectrum) -> Option<Self> {
         let (centre, look_at, up) = (point(keys.position), point(keys.look_at), point(keys.up));
         let [width_m, height_m] = keys.size.get().map(narrow);
@@ -113,14 +113,14 @@ impl RectangleLight {
         let axes = [self.across, self.up, self.normal].map(Vec3A::as_dvec3);
         let origin = from.as_dvec3();
         let [x, y, z] = axes.map(|axis| axis.dot(self.centre.as_dvec3() - origin));
-        // The viewer is behind it.
+        // The viewer is behind the rectangle.
         if z >= 0.0 {
             return None;
         }
         let (half_width, half_height) = (f64::from(self.half_width_m), f64::from(self.half_height_m));
         let (x0, x1, y0, y1) = (x - half_width, x + half_width, y - half_height, y + half_height);
-        // Of the normals of the planes of adjacent edges one has no x- and the other no y-component, so the angles
-        // between them follow from the z-components.
+        // Among the normals of the planes of adjacent edges, one normal has no x-component and the next normal has no
+        // y-component. Therefore the angles between them follow from the z-components.
         let edge = |offset: f64| -offset / z.hypot(offset);
         let (bottom, right, top, left) = (edge(y0), edge(x1), edge(y1), edge(x0));
         let corner = |a: f64, b: f64| (-a * b).clamp(-1.0, 1.0).acos();
@@ -151,7 +151,7 @@ impl Emitter for RectangleLight {
         Some(&self.emission)
     }
 
-    /// A point on it, uniform in the direction from `from`; none from behind.
+    /// A point on the rectangle, uniform in the direction from `from`; none from behind.
     fn sample_li(&self, from: Vec3A, [u, v]: [f32; 2]) -> Option<LightOrigin> {
         let position = match self.view(from) {
             Some(view) if view.solid_angle_sr > MIN_SOLID_ANGLE_SR => view.sample(f64::from(u), f64::from(v)),

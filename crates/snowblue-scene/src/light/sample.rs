@@ -1,4 +1,4 @@
-//! One point of a light, or one direction of a distant one, and the light that arrives from there at a surface.
+//! One point of a light, or one direction of a distant light, and the light that arrives from there at a surface.
 
 use std::f32::consts::PI;
 
@@ -8,8 +8,8 @@ use snowblue_geometry::ray::SurfacePoint;
 use crate::objects::Side;
 use crate::queries::SceneQueries;
 
-/// Shadow rays end short of a light by this fraction of the distance, so that a surface on which the light lies does
-/// not occlude it by rounding.
+/// Shadow rays end short of a light by this fraction of the distance, so that rounding does not make a surface
+/// occlude a light that lies on it.
 pub const SHADOW_EPSILON: f32 = 1e-4;
 
 /// A point on the surface of an area light.
@@ -35,7 +35,7 @@ pub enum LightOrigin {
 /// Light from one origin.
 #[derive(Debug, Clone, Copy)]
 pub struct LightSample {
-    /// Where it comes from.
+    /// The origin of the light.
     pub origin: LightOrigin,
     /// How the irradiance of a surface follows from the power of the light.
     pub(super) falloff: Falloff,
@@ -46,9 +46,9 @@ pub struct LightSample {
 pub(super) enum Falloff {
     /// By the cosine, and for a point by the square of the distance.
     Natural,
-    /// The same, for a point light that shines within a cone.
+    /// As `Natural`, for a point light that shines within a cone.
     Spot(SpotCone),
-    /// As for an origin that was sampled.
+    /// For a sampled origin: the cosine over the density of the sample.
     Sampled {
         /// Density of the sample, per m² of an area light or per sr of directions.
         density: f32,
@@ -59,8 +59,8 @@ pub(super) enum Falloff {
     None,
 }
 
-/// A cone of light, full within the inner angle and dark beyond the outer one. The falloff between them is the square
-/// of a linear function of the cosine, as in KHR_lights_punctual of glTF (Khronos Group 2020).
+/// A cone of light, full within the inner angle and dark beyond the outer angle. Between the two angles, the falloff
+/// is the square of a linear function of the cosine, as in KHR_lights_punctual of glTF (Khronos Group 2020).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct SpotCone {
     axis: Vec3A,
@@ -71,20 +71,20 @@ pub(crate) struct SpotCone {
 impl SpotCone {
     /// A cone about the unit vector `axis`, full up to `inner_deg` from the axis and dark beyond `outer_deg`.
     pub(crate) fn new(axis: Vec3A, inner_deg: f32, outer_deg: f32) -> Self {
-        /// Smallest difference of the two cosines, from the same specification.
+        /// Smallest difference of the two cosines, from the specification of KHR_lights_punctual.
         const MIN_DIFFERENCE: f32 = 1e-3;
         let [cos_inner, cos_outer] = [inner_deg, outer_deg].map(|angle_deg| angle_deg.to_radians().cos());
         Self { axis, cos_outer, slope: (cos_inner - cos_outer).max(MIN_DIFFERENCE).recip() }
     }
 
-    /// Intensity in a direction as a fraction of that along the axis.
+    /// Intensity in a direction as a fraction of the intensity along the axis.
     pub(super) fn fraction(&self, direction: Vec3A) -> f32 {
         let linear = ((self.axis.dot(direction) - self.cos_outer) * self.slope).clamp(0.0, 1.0);
         linear * linear
     }
 }
 
-/// Light that arrives at a surface point, visibility aside.
+/// Light that arrives at a surface point, without regard to visibility.
 #[derive(Debug, Clone, Copy)]
 pub struct IncidentLight {
     /// Unit direction towards the light.
@@ -118,12 +118,12 @@ impl LightOrigin {
         LightDirection { direction: offset / distance_m, distance_m }
     }
 
-    /// Unit direction from the origin of coordinates. That of a distant light is the same from everywhere.
+    /// Unit direction from the origin of coordinates. The direction of a distant light is the same from everywhere.
     pub(super) fn direction(&self) -> Vec3A {
         self.direction_from(Vec3A::ZERO).direction
     }
 
-    /// Its position in m; none for a distant light.
+    /// Position of the light in m; none for a distant light.
     pub fn position(&self) -> Option<Vec3A> {
         match *self {
             Self::Point(position) | Self::Emitter(EmitterPoint { position, .. }) => Some(position),
@@ -185,11 +185,11 @@ impl LightSample {
         })
     }
 
-    /// The light that arrives where the line towards it leaves a body.
+    /// The light that arrives at the point where the line towards the light leaves a body.
     ///
-    /// Each point of an area light then lights a point of its own, and a light at the surface would shine without
-    /// bound. So r² counts as r² + A/π: the irradiance of all points together is at most π L, as on the axis of a disc
-    /// of that area.
+    /// Each point of an area light then illuminates its own exit point, so that the irradiance by a light at the
+    /// surface would be unbounded. Therefore r² is replaced by r² + A/π, with the area A of the light. The irradiance
+    /// by all points together is then at most π L, as on the axis of a disc of area A.
     #[inline]
     pub fn incident_along_line(&self, surface: &SurfacePoint) -> Option<IncidentLight> {
         let mut incident = self.incident_at(surface)?;
@@ -200,16 +200,17 @@ impl LightSample {
         Some(incident)
     }
 
-    /// The light that arrives inside a body, at a point on a surface that faces it, with the same bound.
+    /// The light that arrives at a point inside a body, on a surface that faces the light, with the bound of
+    /// [`incident_along_line`](Self::incident_along_line).
     #[inline]
     pub fn incident_inside(&self, point: Vec3A) -> Option<IncidentLight> {
         let normal = self.origin.direction_from(point).direction;
         let incident = self.incident_along_line(&SurfacePoint { point, normal })?;
-        // Exactly, whatever the rounding.
+        // The cosine is exactly 1, without rounding.
         Some(IncidentLight { cos_incidence: 1.0, ..incident })
     }
 
-    /// Whether nothing occludes it from a point on one side of an object's surface.
+    /// Whether nothing occludes the light from a point on one side of an object's surface.
     #[inline]
     pub fn is_visible(&self, queries: &mut SceneQueries, surface: &SurfacePoint, side: Side) -> bool {
         let from = queries.off_surface(side.object(), surface);

@@ -1,9 +1,9 @@
 //! A spherical area light, sampled by the cone of directions that it subtends.
 //!
-//! From a distance d of its centre a sphere of radius R subtends a cone of half-angle α, sin α = R/d. Directions in it
-//! are uniform: p(ω) = 1 / (2π (1 − cos α)). The point on the sphere follows without a difference of large numbers:
-//! with θ the angle at the viewer, its angle β at the centre has cos β = sin²θ / sin α + cos θ √(1 − sin²θ / sin²α)
-//! (Pharr, Jakob & Humphreys 2023, section 6.2.4).
+//! At a distance d from its centre, a sphere of radius R subtends a cone of half-angle α, with sin α = R/d.
+//! Directions in the cone are uniform: p(ω) = 1 / (2π (1 − cos α)). The point on the sphere follows without a
+//! difference of large numbers. With the angle θ at the viewer, the angle β of the point at the centre is given by
+//! cos β = sin²θ / sin α + cos θ √(1 − sin²θ / sin²α) (Pharr, Jakob & Humphreys 2023, section 6.2.4).
 
 use std::f32::consts::TAU;
 
@@ -68,7 +68,7 @@ impl LightKeys for SphereLightDescription {
 }
 
 impl SphereLight {
-    /// The cone that it subtends at a point; none from inside.
+    /// The cone that the sphere subtends at a point; none from inside.
     fn cone(&self, point: Vec3A) -> Option<SubtendedCone> {
         let sin_squared = self.radius_m * self.radius_m / point.distance_squared(self.centre);
         let one_minus_cos = sin_squared / (1.0 + (1.0 - sin_squared).sqrt());
@@ -89,7 +89,7 @@ impl Emitter for SphereLight {
         Some(&self.emission)
     }
 
-    /// A visible point, uniform in the direction from `from`.
+    /// A visible point of the sphere, uniform in the direction from `from`.
     fn sample_li(&self, from: Vec3A, [u, v]: [f32; 2]) -> Option<LightOrigin> {
         let SubtendedCone { sin_squared: max_sin_squared, one_minus_cos } = self.cone(from)?;
         let below_one = u * one_minus_cos;
@@ -109,7 +109,7 @@ impl Emitter for SphereLight {
         self.cone(from).map_or(0.0, |cone| (TAU * cone.one_minus_cos).recip())
     }
 
-    /// Only from outside.
+    /// Rays hit the sphere only from outside.
     fn hit(&self, ray: &Ray, limit_m: f32) -> Option<LightOrigin> {
         let way = self.centre - ray.origin;
         let along = way.dot(ray.direction);

@@ -38,12 +38,12 @@ pub struct SpotLightDescription {
     pub outer_cone_deg: Number<OuterCone>,
 }
 
-/// A spot.
+/// A spot light.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SpotLight {
     /// Its position, in m.
     pub(crate) position: Vec3A,
-    /// Where it shines.
+    /// The cone in which the light shines.
     pub(crate) cone: SpotCone,
     /// Its radiant intensity along the axis, in W/sr.
     pub(crate) emission: Spectrum,

@@ -12,15 +12,17 @@ use crate::light::emitter::{Emitter, LightType};
 use crate::light::sample::LightOrigin;
 use crate::spectrum::Spectrum;
 
-/// Steps of the profile in the cosine at the sun's surface. Linear interpolation between them errs by some 10⁻⁴.
+/// Number of steps of the profile in the cosine at the sun's surface. Linear interpolation between the steps has an
+/// error of some 10⁻⁴.
 const STEPS: u8 = 32;
 
-/// Directions are sampled with a density proportional to 1 − u + u μ, μ the cosine at the sun's surface. This linear
-/// limb darkening is near that of the luminance (Cox 2000, "Allen's Astrophysical Quantities", section 14.7).
+/// Directions are sampled with a density proportional to 1 − u + u μ, with the cosine μ at the sun's surface. This
+/// linear limb darkening is near the limb darkening of the luminance (Cox 2000, "Allen's Astrophysical Quantities",
+/// section 14.7).
 const LIMB_DARKENING: f32 = 0.6;
 
-/// Variance of the light's direction across one axis, over sin² of the radius: ½∫ r² L dr²/∫ L dr² for L = 1 − u + u μ
-/// and r² = 1 − μ²; ¼ without the limb darkening u.
+/// Variance of the light's direction across one axis, divided by sin² of the disc's radius: ½∫ r² L dr²/∫ L dr² with
+/// L = 1 − u + u μ and r² = 1 − μ². Without the limb darkening u it is ¼.
 const VARIANCE: f32 = 0.5 * (0.5 * (1.0 - LIMB_DARKENING) + 4.0 / 15.0 * LIMB_DARKENING) / (1.0 - LIMB_DARKENING / 3.0);
 
 /// The variance of the direction of the sun's light across one axis, in rad².
@@ -53,12 +55,12 @@ impl SunDisc {
         Self { to_sun, profile: (0..=STEPS).map(radiance).collect(), sin_squared_radius: sin_radius * sin_radius }
     }
 
-    /// Cosine of the angle at the sun's surface between its normal and the direction towards the scene; none beside
+    /// Cosine of the angle at the sun's surface between its normal and the direction towards the scene; none outside
     /// the disc.
     fn cos_at_surface(&self, direction: Vec3A) -> Option<f32> {
         // The cross product is accurate where the cosine of the angle to the centre is not.
         let sin_squared = direction.cross(self.to_sun).length_squared();
-        // Directions that were sampled lie within the disc up to rounding.
+        // Sampled directions lie within the disc up to rounding.
         let squared = 1.0 - sin_squared / self.sin_squared_radius;
         (squared > -1e-3 && direction.dot(self.to_sun) > 0.0).then(|| squared.max(0.0).sqrt())
     }
@@ -77,7 +79,7 @@ impl Emitter for SunDisc {
         None
     }
 
-    /// Zero beside the disc.
+    /// The radiance is zero outside the disc.
     fn le(&self, origin: &LightOrigin) -> Spectrum {
         let Some(cos) = self.cos_at_surface(origin.direction()) else { return Spectrum::ZERO };
         let place = cos * f32::from(STEPS);
@@ -108,8 +110,8 @@ impl Emitter for SunDisc {
         self.cos_at_surface(ray.direction).map(|_| LightOrigin::Distant(ray.direction))
     }
 
-    /// π sin²r ∫ 2 μ L(μ) dμ, r the radius of the disc. L is linear in each step, so that the integral of a step is by
-    /// the formula of Simpson.
+    /// The irradiance is π sin²r ∫ 2 μ L(μ) dμ, with the radius r of the disc. L is linear in each step, so that the
+    /// integral over a step follows from Simpson's formula.
     fn normal_irradiance(&self) -> Spectrum {
         let step = f32::from(STEPS).recip();
         let mut sum = Spectrum::ZERO;
@@ -124,8 +126,8 @@ impl Emitter for SunDisc {
     }
 }
 
-/// The cosine μ below which a share u of the light of the linear law lies: the solution of
-/// (1 − u′) μ²/2 + u′ μ³/3 = u (1/2 − u′/6) with u′ the darkening, by Newton's method from above.
+/// The cosine μ below which a share u of the light lies, for linear limb darkening: the solution of
+/// (1 − u′) μ²/2 + u′ μ³/3 = u (1/2 − u′/6) with the limb darkening u′, by Newton's method from above.
 fn limb_cosine(u: f32) -> f32 {
     const TOTAL: f32 = 0.5 - LIMB_DARKENING / 6.0;
     let mut cos = 1.0_f32;

@@ -16,7 +16,7 @@ use crate::light::sun;
 use crate::sampling::Sampler;
 use crate::spectrum::Spectrum;
 
-/// Where distant lights are seen from: they are the same from everywhere.
+/// The viewpoint for distant lights, which are the same from everywhere.
 const ANYWHERE: Vec3A = Vec3A::ZERO;
 
 /// A light of a scene.
@@ -30,7 +30,7 @@ pub struct Light {
 /// A way of sampling a point or a direction of a light.
 #[derive(Debug, Clone, Copy)]
 pub enum SamplingTechnique<'a> {
-    /// That of the light itself as seen from a point.
+    /// The technique of the light itself, as seen from a point.
     OfLight(Vec3A),
     /// Directions above a surface.
     OfSurface(Directions<'a>),
@@ -39,7 +39,7 @@ pub enum SamplingTechnique<'a> {
 /// The techniques that sample one light, each used once.
 pub type SamplingTechniques<'a> = [Option<SamplingTechnique<'a>>; 3];
 
-/// What a ray finds of a light with extent.
+/// The hit of a ray on a light with extent.
 #[derive(Debug, Clone, Copy)]
 pub struct LightHit {
     /// Radiance along the ray, as a band density.
@@ -54,17 +54,17 @@ impl Light {
         Self { light_type: emitter.light_type(), emitter: Arc::new(emitter), is_visible: true }
     }
 
-    /// The same light, seen by the camera or not. It lights the scene in any case.
+    /// The same light, visible to the camera or not. The light illuminates the scene in any case.
     pub(crate) fn with_visibility(self, is_visible: bool) -> Self {
         Self { is_visible, ..self }
     }
 
-    /// What it is called: its `type` in a scene file, `sun` or `sky`.
+    /// The name of the light: its `type` in a scene file, `sun` or `sky`.
     pub fn name(&self) -> &'static str {
         self.emitter.name()
     }
 
-    /// Whether it shines from all sides.
+    /// Whether the light shines from all sides.
     pub fn is_sky(&self) -> bool {
         match self.light_type {
             LightType::Infinite | LightType::UniformInfinite => true,
@@ -76,7 +76,8 @@ impl Light {
     }
 
     /// The radiant intensity of a point in W/sr, or the irradiance of a surface that faces a distant light or the sun
-    /// in W/m², as a band density. Other lights have the radiance that reaches a place; here they have none.
+    /// in W/m², as a band density. For other lights the strength is zero: their radiance depends on the place that it
+    /// reaches.
     pub fn strength(&self) -> Spectrum {
         match self.light_type {
             LightType::DeltaPosition(..) | LightType::DeltaDirection(_) => {
@@ -87,13 +88,13 @@ impl Light {
         }
     }
 
-    /// Whether rays can hit it.
+    /// Whether rays can hit the light.
     #[inline]
     pub fn has_extent(&self) -> bool {
         self.delta_sample().is_none()
     }
 
-    /// Whether it is so small that rays do not find it by chance.
+    /// Whether the light is so small that rays do not find it by chance.
     pub fn is_small(&self) -> bool {
         match self.light_type {
             LightType::DeltaPosition(..) | LightType::DeltaDirection(_) | LightType::Disc(_) => true,
@@ -101,8 +102,8 @@ impl Light {
         }
     }
 
-    /// The variance, across one axis, of the direction from which its light comes to a point, in rad²: of a disc of its
-    /// size. None for a sky.
+    /// The variance, across one axis, of the direction from which the light comes to a point, in rad². It is the
+    /// variance of a disc of the light's size. None for a sky.
     #[inline]
     pub fn angular_variance(&self, point: Vec3A) -> Option<f32> {
         match self.light_type {
@@ -113,7 +114,7 @@ impl Light {
         }
     }
 
-    /// Whether it shines evenly from all sides, so that only rays find it.
+    /// Whether the light shines evenly from all sides, so that only rays find it.
     pub fn is_diffuse(&self) -> bool {
         match self.light_type {
             LightType::UniformInfinite => true,
@@ -125,7 +126,7 @@ impl Light {
         }
     }
 
-    /// Whether it is a sky without edges: a model of the sky, without its sun, and not an image.
+    /// Whether the light is a sky without edges: a model of the sky, without its sun, and not an image.
     pub fn is_smooth_sky(&self) -> bool {
         self.emitter.is_smooth_sky()
     }
@@ -135,7 +136,7 @@ impl Light {
         self.emitter.inner_lamp()
     }
 
-    /// The one sample of a light without extent.
+    /// The only sample of a light without extent.
     #[inline]
     pub fn delta_sample(&self) -> Option<LightSample> {
         let (origin, falloff) = match self.light_type {
@@ -150,7 +151,7 @@ impl Light {
         Some(LightSample { origin, falloff })
     }
 
-    /// The one sample of a light without extent, or a sample of the sun; none for other lights.
+    /// The only sample of a light without extent, or a sample of the sun; none for other lights.
     pub fn small_sample(&self, sampler: &mut Sampler) -> Option<LightSample> {
         match self.light_type {
             LightType::Disc(_) => self.sample(0, &[Some(SamplingTechnique::OfLight(ANYWHERE)), None, None], sampler),
@@ -169,8 +170,8 @@ impl Light {
         Some(LightSample { origin, falloff: Falloff::None })
     }
 
-    /// The technique that samples a light for reflection at a point, besides the path's next ray. An even sky has none:
-    /// only that ray finds it.
+    /// The technique that samples a light for reflection at a point, in addition to the path's next ray. An even sky
+    /// has no such technique: only the next ray finds it.
     fn reflection_technique(&self, point: Vec3A) -> Option<SamplingTechnique<'static>> {
         match self.light_type {
             LightType::Area { .. } | LightType::Disc(_) | LightType::Infinite => {
@@ -180,23 +181,23 @@ impl Light {
         }
     }
 
-    /// One sample of a light with extent for reflection at a surface. It counts together with the path's next ray, by
-    /// the density of `directions` ([`hit_radiance`](Self::hit_radiance)).
+    /// One sample of a light with extent for reflection at a surface. It is combined with the path's next ray, which
+    /// has the density of `directions` ([`hit_radiance`](Self::hit_radiance)).
     pub fn sample_for_reflection(&self, directions: &Directions, sampler: &mut Sampler) -> Option<LightSample> {
         let technique = self.reflection_technique(directions.point())?;
         self.sample(0, &[Some(technique), Some(SamplingTechnique::OfSurface(*directions)), None], sampler)
     }
 
-    /// Samples of a light with extent as seen from a surface, which count together: one by the light's own technique,
-    /// and of a sky one by `directions`.
+    /// Samples of a light with extent as seen from a surface, which are combined: one sample by the light's own
+    /// technique, and for a sky one sample by `directions`.
     pub fn samples_at(&self, directions: &Directions, sampler: &mut Sampler) -> [Option<LightSample>; 2] {
         let of_surface = self.is_sky().then_some(SamplingTechnique::OfSurface(*directions));
         let techniques = [self.reflection_technique(directions.point()), of_surface, None];
         [0, 1].map(|chosen| self.sample(chosen, &techniques, sampler))
     }
 
-    /// Radiance that a path's ray finds from this light before `limit_m`, weighted against
-    /// [`sample_for_reflection`](Self::sample_for_reflection). The ray starts at the camera, or at a surface by the
+    /// Radiance of this light along a path's ray before `limit_m`, weighted against
+    /// [`sample_for_reflection`](Self::sample_for_reflection). The ray starts at the camera, or at a surface with the
     /// density of `from`.
     pub fn hit_radiance(&self, ray: &Ray, limit_m: f32, from: Option<&Directions>) -> Option<Spectrum> {
         let origin = self.origin_on(ray, limit_m)?;
@@ -210,8 +211,8 @@ impl Light {
         Some(self.power(&origin) * weight)
     }
 
-    /// Unweighted radiance that a ray finds from this light before `limit_m`, and its distance in m. Visibility to the
-    /// camera does not matter.
+    /// Unweighted radiance of this light along a ray before `limit_m`, and the distance of the light in m. Visibility
+    /// to the camera does not matter.
     pub fn full_hit_radiance(&self, ray: &Ray, limit_m: f32) -> Option<LightHit> {
         let origin = self.origin_on(ray, limit_m)?;
         Some(LightHit { radiance: self.power(&origin), distance_m: origin.direction_from(ray.origin).distance_m })
@@ -229,8 +230,8 @@ impl Light {
         }
     }
 
-    /// The techniques that sample light for snow, which enters at `exit` or along the line from the point `lines`, or
-    /// both.
+    /// The techniques that sample light for snow. The light enters at `exit`, along the line from the point `lines`,
+    /// or both.
     pub fn techniques_through(
         &self,
         exit: Option<&SurfacePoint>,
@@ -243,7 +244,7 @@ impl Light {
                 [exit, lines, None].map(|surface| surface.map(|surface| SamplingTechnique::OfLight(surface.point)))
             }
             LightType::Disc(_) => [distant, None, None],
-            // A line that leaves through a side may do so with the full cosine, although it grazes its own surface.
+            // A line may leave through a side with the full cosine, although it grazes the surface where it starts.
             LightType::Infinite | LightType::UniformInfinite => [
                 exit.map(|surface| SamplingTechnique::OfSurface(Directions::Cosine(*surface))),
                 lines.map(|surface| SamplingTechnique::OfSurface(Directions::Hemisphere(*surface))),
@@ -252,7 +253,7 @@ impl Light {
         }
     }
 
-    /// One sample by technique number `chosen` of several that are used once each.
+    /// One sample by technique number `chosen` among several techniques that are used once each.
     pub fn sample(&self, chosen: usize, techniques: &SamplingTechniques, sampler: &mut Sampler) -> Option<LightSample> {
         let technique = techniques[chosen].as_ref()?;
         let [u, v, ..] = sampler.next_four();
@@ -277,7 +278,7 @@ impl Light {
         }
     }
 
-    /// Density with which a technique samples an origin: per m² of an area light, per sr of directions.
+    /// Density with which a technique samples an origin: per m² for an area light, per sr for directions.
     pub(super) fn density(&self, technique: &SamplingTechnique, origin: &LightOrigin) -> f32 {
         let (point, density_per_sr) = match technique {
             SamplingTechnique::OfLight(from) => (*from, self.emitter.pdf_li(*from, origin)),
@@ -289,20 +290,20 @@ impl Light {
         density_per_sr / origin.area_per_solid_angle(point)
     }
 
-    /// The power of an origin that is the same for all origins of the light; none if they differ.
+    /// The power of an origin if the power is the same for all origins of the light; none otherwise.
     pub fn uniform_power(&self) -> Option<&Spectrum> {
         self.emitter.uniform()
     }
 
-    /// The power of an origin: radiant intensity of a point light, irradiance of a directional light, radiance of all
-    /// others, as a band density.
+    /// The power of an origin, as a band density: radiant intensity for a point light, irradiance for a directional
+    /// light, radiance for all other lights.
     #[inline]
     pub fn power(&self, origin: &LightOrigin) -> Spectrum {
         self.emitter.le(origin)
     }
 
-    /// Whether a camera ray meets it before `limit_m` as a lamp or the sun, on which the exposure of a picture does not
-    /// depend. A sky is part of the picture.
+    /// Whether a camera ray meets the light before `limit_m` as a lamp or the sun. The exposure of a picture does not
+    /// depend on such pixels. A sky is part of the picture.
     pub fn is_seen_as_emitter(&self, ray: &Ray, limit_m: f32) -> bool {
         !self.is_sky() && self.is_visible && self.origin_on(ray, limit_m).is_some()
     }

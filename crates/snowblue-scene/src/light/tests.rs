@@ -1,4 +1,4 @@
-//! Draws against their densities, and irradiances against closed forms.
+//! Comparison of draws with their densities, and of irradiances with closed forms.
 
 #![expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "bins of a histogram")]
 
@@ -27,7 +27,7 @@ use crate::spectrum::Spectrum;
 use crate::spectrum::light_spectrum::LightSpectrum;
 use snowblue_base::{KeyPath, Number, Numbers, narrow};
 
-/// Probability that any of these tests fails by chance is about this, for each test function.
+/// Approximate probability that a test function fails by chance.
 const LEVEL: f64 = 1e-3;
 
 /// Independent numbers: pixels have scrambles of their own.
@@ -97,7 +97,7 @@ fn sun() -> Light {
     Light::new(SunDisc::new(&sky, to_sun, &Resampling::new(1.0)))
 }
 
-/// The density per sr of a technique in a direction from the place; 0 where the light is not there.
+/// The density per sr of a technique in a direction from the place; 0 where the direction misses the light.
 fn density_per_sr(light: &Light, technique: &SamplingTechnique, direction: Vec3A) -> f64 {
     let ray = Ray { origin: place().point, direction };
     let origin = light.origin_on(&ray, f32::INFINITY);
@@ -106,7 +106,7 @@ fn density_per_sr(light: &Light, technique: &SamplingTechnique, direction: Vec3A
     })
 }
 
-/// Directions by the reflection of snow towards a viewer who sees the place at a cosine.
+/// Directions drawn by the reflection of snow towards a viewer who sees the place at a cosine.
 fn reflected(cos_exit: f32) -> SamplingTechnique<'static> {
     static TABLE: LazyLock<ReflectionTable> =
         LazyLock::new(|| ReflectionTable::new(&HalfSpace::new(&PhaseFunction::henyey_greenstein(0.8))));
@@ -215,9 +215,8 @@ fn directions_are_drawn_with_their_density() {
     }
 }
 
-/// E of a plane under a sphere that is fully above it: π L sin²α cos θ.
-/// With a density that is constant in each pixel, weights are up to ½ / ⅛ = 4 times the mean beside the edges of the
-/// sun, and ¼ / ¹⁄₆₄ = 16 times beside its corners.
+/// With a constant density in each pixel, weights are up to ½ / ⅛ = 4 times the mean beside the edges of the sun, and
+/// ¼ / ¹⁄₆₄ = 16 times the mean beside its corners.
 #[test]
 fn samples_of_an_image_with_a_small_sun_weigh_alike() {
     let value = |k: usize| if (30..33).contains(&(k / 256)) && (100..103).contains(&(k % 256)) { 1e4 } else { 1.0 };
@@ -229,12 +228,14 @@ fn samples_of_an_image_with_a_small_sun_weigh_alike() {
     };
     let weights: Vec<f32> = (0..10_000).map(weight).collect();
     let mean = weights.iter().sum::<f32>() / weights.len() as f32;
-    // Interpolation is linear in the polar angle, and the density in its cosine: within rows of 1.4° at 45° from the
-    // zenith that makes 1.2 % where the light falls to nothing. Near the poles single precision adds some percent.
+    // Interpolation is linear in the polar angle, and the density is linear in its cosine. Within rows of 1.4° at 45°
+    // from the zenith, the difference is 1.2 % where the light falls to nothing. Near the poles single precision adds
+    // some percent.
     let unlike = weights.iter().filter(|weight| (*weight / mean - 1.0).abs() > 0.02).count();
     assert!(unlike < weights.len() / 500, "{unlike}");
 }
 
+/// Irradiance E of a plane under a sphere that is fully above the plane: π L sin²α cos θ.
 fn irradiance_of_ball(at: &SurfacePoint, centre: Vec3A, radius_m: f32) -> f64 {
     let way = (centre - at.point).as_dvec3();
     PI * f64::from(radius_m).powi(2) / way.length_squared() * way.normalize().dot(at.normal.as_dvec3())
@@ -304,7 +305,7 @@ fn a_small_far_rectangle_is_drawn_by_area_as_it_is_by_solid_angle() {
 #[test]
 fn the_sky_image_is_upright_and_seen_from_within() {
     let mut pixels = vec![LinearRgb::default(); 32];
-    // Upper row but one, right of the middle.
+    // Second row from the top, right of the middle.
     pixels[8 + 5] = LinearRgb { r: 1.0, g: 1.0, b: 1.0 };
     let panorama = Panorama { width: 8, height: 4, pixels };
     let brightest = |rotation_deg: f32| {
@@ -320,7 +321,7 @@ fn the_sky_image_is_upright_and_seen_from_within() {
     assert!(seen.y > 0.0 && seen.x > 0.0, "right of +y, seen from within, is +x: {seen}");
     let turned = brightest(90.0);
     assert!(turned.x < 0.0 && turned.y > 0.0, "a quarter turn brings +x to +y: {turned}");
-    // What single precision could not sum is refused.
+    // Pixels that single precision could not sum are refused.
     let refused = SkyImage::new(&panorama, 2e12, 0.0).unwrap_err();
     assert_eq!(refused, "pixel 5, 1 is 2.0e12 with its scale, but must be at most 1e12");
 }
@@ -351,7 +352,7 @@ fn the_sun_is_sampled_with_its_density_and_gives_its_irradiance() {
     let light = sun();
     let to_sun = clear_sky().1.as_dvec3();
     let technique = SamplingTechnique::OfLight(Vec3A::ZERO);
-    // By the midpoint rule in sin² of the angle to the centre, whose share of the solid angle is the same everywhere.
+    // Midpoint rule in sin² of the angle to the centre: equal steps in sin² have equal solid angles everywhere.
     const RINGS: u32 = 4_000;
     let sin_squared = SUN_RADIUS_RAD.sin().powi(2);
     let (side, _) = to_sun.any_orthonormal_pair();
@@ -366,7 +367,8 @@ fn the_sun_is_sampled_with_its_density_and_gives_its_irradiance() {
     }
     // Single precision of directions moves them by 10⁻⁷ of 5·10⁻³ rad.
     assert!((total - 1.0).abs() < 1e-3, "{total}");
-    // The radiance is that at the elevation of the centre everywhere, and its profile is linear between 32 steps.
+    // The radiance is everywhere the radiance at the elevation of the centre, and its profile is linear between 32
+    // steps.
     let expected = 310.0 * clear_sky().0.sun_irradiance(550.0);
     assert!((irradiance / expected - 1.0).abs() < 1e-3, "{irradiance} for {expected}");
     // The mean over samples is the same, with little noise: the density follows the radiance.

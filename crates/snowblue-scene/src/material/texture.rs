@@ -2,7 +2,7 @@
 //!
 //! | shape | texture coordinates |
 //! |---|---|
-//! | mesh, height field | given by the mesh: (0, 0) is the lower left corner of the image, (1, 1) the upper right one |
+//! | mesh, height field | given by the mesh: (0, 0) is the lower left corner of the image, (1, 1) the upper right |
 //! | box, plane | in metres: the image is `width_m` wide, centred on each face, and repeats |
 //! | sphere | once around: the centre of the image faces −y, its upper edge is the top of the sphere |
 //!

@@ -12,7 +12,7 @@ use crate::error::SceneError;
 use crate::spectrum::file::SpectrumFile;
 use crate::spectrum::{SAMPLES, Spectrum, wavelengths_nm};
 
-/// Least value that the brightest wavelength may have. Below, ratios of values lose their digits.
+/// Least value of the brightest wavelength. Below this value, ratios of values lose digits.
 const MIN_MAXIMUM: f64 = 1e-30;
 
 /// The shape of a light's spectrum, normalized in two ways.
@@ -65,8 +65,8 @@ impl LightSpectrum {
         Ok(Self::of_power(&power))
     }
 
-    /// Reads a file of `wavelength_nm,value` rows with or without a header. The values may have any unit; between
-    /// them the spectrum is linear.
+    /// Reads a file of `wavelength_nm,value` rows with or without a header. The values may have any unit. Between the
+    /// rows the spectrum is linear.
     ///
     /// # Errors
     ///
@@ -86,7 +86,7 @@ impl LightSpectrum {
         Ok(Self::of_power(&power))
     }
 
-    /// Luminance Y of a band density, 1 for equal energy of 1.
+    /// Luminance Y of a band density. For equal energy, a band density of 1 has the luminance 1.
     pub(crate) fn luminance(spectrum: &Spectrum) -> f32 {
         narrow(luminance_of(&spectrum.0.map(f64::from)))
     }
@@ -112,7 +112,7 @@ pub(crate) fn lumens_per_watt_of_luminance_one() -> f64 {
     LUMENS_PER_WATT * wavelengths_nm().map(luminosity).iter().sum::<f64>() / SAMPLES as f64
 }
 
-/// Luminance Y of a band density, 1 for equal energy of 1.
+/// Luminance Y of a band density. For equal energy, a band density of 1 has the luminance 1.
 fn luminance_of(power: &[f64; SAMPLES]) -> f64 {
     /// The observer's ȳ on the grid, with sum 1.
     static OBSERVER: LazyLock<Colorimeter> = LazyLock::new(|| {

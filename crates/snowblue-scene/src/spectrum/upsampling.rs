@@ -1,9 +1,9 @@
 //! Spectral upsampling: spectra of RGB colours, for image lights and reflectances.
 //!
 //! The spectrum is r R(λ) + g G(λ) + b B(λ), where R, G and B are the smoothest spectra that add up to 1 and have,
-//! under D65, the colours of sRGB's primaries (Mallett & Yuksel 2019, doi:10.2312/sr.20191216). It reproduces every
-//! colour in the gamut, is nowhere negative, and nowhere above 1 if no channel is. White is D65 restricted to 400–700
-//! nm, within 1 % of sRGB's.
+//! under D65, the colours of sRGB's primaries (Mallett & Yuksel 2019, doi:10.2312/sr.20191216). The spectrum
+//! reproduces every colour in the gamut. It is nowhere negative, and nowhere above 1 if no channel is above 1. White
+//! is D65 restricted to 400–700 nm, within 1 % of the white of sRGB.
 
 use snowblue_color::Illuminant;
 
@@ -17,7 +17,7 @@ pub(crate) struct Upsampling {
 }
 
 impl Upsampling {
-    /// For reflectances: a grey is constant over wavelength.
+    /// Upsampling for reflectances: a grey is constant over wavelength.
     ///
     /// # Panics
     ///
@@ -33,7 +33,7 @@ impl Upsampling {
         Self { primaries }
     }
 
-    /// For lights: a grey has the spectrum of D65.
+    /// Upsampling for lights: a grey has the spectrum of D65.
     ///
     /// # Panics
     ///

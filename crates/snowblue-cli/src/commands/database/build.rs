@@ -64,7 +64,7 @@ impl Build {
     }
 }
 
-/// Mean of the standard errors, and the fraction of large ones.
+/// Mean of the standard errors, and the fraction of large errors.
 fn describe_errors(table: &Table, errors: &StandardErrors) -> String {
     let words = Quantity::ALL.into_iter().zip(["T", "R"]).map(|(quantity, name)| {
         let (values, errors) = (table.values(quantity), errors.of(quantity));

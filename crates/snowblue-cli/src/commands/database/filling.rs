@@ -69,7 +69,7 @@ impl Filling {
         FillOptions { engine, seed: self.ordinates.seed, ice: self.ice }
     }
 
-    /// Options of the engine that is not asked for.
+    /// Options of the engine that is not used.
     pub(super) fn idle(&self) -> [Idle<'static>; 2] {
         [
             Idle {

@@ -34,7 +34,7 @@ impl CompactOptions {
         CompactSnow::new(&self.sample.sample()?, self.max_thickness, &colorimeter, &options).map_err(Failure::input)
     }
 
-    /// What the numbers are, in lines.
+    /// Lines that describe the numbers.
     pub(super) fn notes(&self, snow: &CompactSnow) -> Result<Vec<String>, Failure> {
         let mut notes = vec![format!("snowblue {}", env!("CARGO_PKG_VERSION"))];
         notes.extend(self.sample.metadata()?.into_iter().map(|(name, value)| format!("{name}: {value}")));

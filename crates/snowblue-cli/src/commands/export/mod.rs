@@ -1,5 +1,5 @@
-//! `snowblue export`: one snow for other renderers: its colours as functions and tables, and the parameters of light
-//! below a surface.
+//! `snowblue export`: one snow for other renderers: its colours as functions and tables, and its subsurface
+//! parameters.
 
 mod compact_options;
 mod presets;

@@ -121,7 +121,7 @@ impl Merge {
         Ok(format!("{} curves from {} {files}{kept}", table.axes.curves(), self.parts.len()))
     }
 
-    /// The table of all shards, or the only part if that is a full table.
+    /// The table of all shards, or the only part if this part is a full table.
     fn whole_table(&self) -> Result<Table, Failure> {
         let mut shards = Vec::with_capacity(self.parts.len());
         for path in &self.parts {
@@ -138,7 +138,7 @@ impl Merge {
     }
 }
 
-/// What a part is, by the first bytes of its content.
+/// The kind of a part, by the first bytes of its content.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum PartKind {
     /// OpenEXR.
@@ -157,7 +157,7 @@ impl PartKind {
         match &start[..] {
             [] => Err(refused("is empty")),
             start if start == EXR_MAGIC => Ok(Self::Picture),
-            // The classic format and that of NetCDF-4, which the reader refuses.
+            // The classic format, and the format of NetCDF-4, which the reader refuses.
             start if start.starts_with(b"CDF") || start == b"\x89HDF" => Ok(Self::Table),
             _ => Err(refused("is neither a picture with sums (.exr) nor a table (.nc)")),
         }

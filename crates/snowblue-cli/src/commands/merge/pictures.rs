@@ -12,7 +12,7 @@ use snowblue_render::{Development, Exposure, FilmAccumulator};
 use crate::options::FilmMemory;
 use crate::output::{Failure, Outcome, PictureFile, PictureFormat, SCENE_NOTE, TABLE_NOTE, describe_samples};
 
-/// What options say of the picture. Else the parts say it.
+/// Settings of the picture that options give. The parts give the other settings.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Given {
     pub(super) exposure: Option<Exposure>,
@@ -21,7 +21,8 @@ pub(super) struct Given {
 
 /// Merges parts, writes the picture and returns a summary.
 ///
-/// All headers are checked before the first pixel is read, and whether samples follow each other as they are added.
+/// All headers are checked before the first pixel is read. Parts are checked for consecutive samples as they are
+/// added.
 pub(super) fn merge_pictures(
     paths: &[PathBuf],
     file: &PictureFile,
@@ -65,7 +66,7 @@ pub(super) fn merge_pictures(
     Ok(format!("{columns} × {rows} pixels{crop}, {samples} samples per pixel, from {count} {parts}"))
 }
 
-/// What all parts say of their scene: a merged file is that of a single run.
+/// The notes on the scene that all parts share: a merged file is the file of a single run.
 fn common_notes(parts: &[ResumableImage]) -> Vec<(&'static str, String)> {
     let common = |keyword| {
         let text = parts[0].note(keyword)?;
@@ -74,7 +75,7 @@ fn common_notes(parts: &[ResumableImage]) -> Vec<(&'static str, String)> {
     [SCENE_NOTE, TABLE_NOTE].into_iter().filter_map(common).collect()
 }
 
-/// What all parts say of the picture, by the name of its option.
+/// The setting of the picture on which all parts agree. `name` is the name of its option.
 fn common<T: Copy + PartialEq + Display>(
     paths: &[PathBuf],
     parts: &[ResumableImage],

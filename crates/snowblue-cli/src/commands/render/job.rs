@@ -131,7 +131,7 @@ impl RenderJob<'_> {
         }
     }
 
-    /// Writes the picture. An unfinished one keeps its sums, so that it can be resumed.
+    /// Writes the picture. An unfinished picture keeps its sums, so that it can be resumed.
     fn write(&self, sums: &FilmAccumulator) -> Outcome {
         let mut file = self.file.clone();
         file.keeps_sums |= !self.is_finished(sums);

@@ -185,7 +185,8 @@ pub(crate) struct Render {
     stats: bool,
 }
 
-/// Cells of snow that are larger by more than this factor than the pixels of a picture need are worth a message.
+/// Greatest ratio of the size of snow cells to the size that the pixels of a picture need. Above it, a message is
+/// printed.
 const MAX_FACTOR: f64 = 2.0;
 
 impl Render {
@@ -214,7 +215,7 @@ impl Render {
         scene_file.inputs(&scene).iter().try_for_each(|input| check_not_input(input, output))?;
         let table = self.database.as_deref().map(CompressedTable::open).transpose().map_err(Failure::input)?;
         let report = |at| phases.report(at);
-        // Parts and resumed pictures have none: it would cover what is there.
+        // Parts and resumed pictures have no first picture, because it would cover the samples that are there.
         let is_new = !self.resume && self.crop.is_none();
         if let Some(preview) = preview.as_mut().filter(|_| is_new) {
             let failed = first_picture(&scene, preview, &report).err();
@@ -246,7 +247,7 @@ impl Render {
         job.run(self.resume)
     }
 
-    /// Refuses options without effect on what is asked for.
+    /// Refuses options without effect on the requested work.
     fn check_effects(&self) -> Outcome {
         let picture_options: &[&str] = &[
             "integrator",
@@ -309,12 +310,12 @@ impl Render {
         ])
     }
 
-    /// The connection to the viewer, if there is to be one.
+    /// The connection to the viewer, if the address of a viewer is given.
     fn preview(&self, name: String) -> Result<Option<Preview>, Failure> {
         self.tev.as_ref().map(|address| Preview::connect(address, name)).transpose()
     }
 
-    /// What a picture says of its scene.
+    /// The notes of a picture on its scene.
     fn notes(&self) -> Vec<(&'static str, String)> {
         let table = self.database.as_deref().map(|path| (TABLE_NOTE, path.display().to_string()));
         [(SCENE_NOTE, self.scene.name())].into_iter().chain(table).collect()
@@ -343,7 +344,7 @@ impl Render {
         Ok(file)
     }
 
-    /// Whether not all samples of a picture are rendered.
+    /// Whether only a part of the samples of a picture is rendered.
     fn is_part(&self) -> bool {
         self.spp_range.is_some() || self.crop.is_some()
     }
@@ -371,7 +372,7 @@ impl Render {
         Ok(target)
     }
 
-    /// Checks that the pixels to render fit into the memory, and says what they take.
+    /// Checks that the pixels to render fit into the memory, and says how much memory they take.
     fn check_memory(&self, scene: &SceneDescription, file: &PictureFile, quiet: bool) -> Outcome {
         let window = self.target(scene)?.window();
         let needed_mib = self.film_memory.check(file, &[&window], with_needed(self.aovs, scene))?;
@@ -435,7 +436,7 @@ fn first_picture(scene: &Scene, preview: &mut Preview, report: Report) -> Result
     }
 }
 
-/// What to say of cells of snow that may be too large, if those of a body follow the pixels of the picture.
+/// A message about cells of snow that may be too large, if the cells of a body follow the pixels of the picture.
 fn coarse_cells(integrator: &Integrator) -> Option<String> {
     let factor = integrator.factor_of_cells().filter(|factor| *factor > MAX_FACTOR)?;
     let memory_mib = integrator.scene().description().light_field.memory_mib;

@@ -1,8 +1,9 @@
 //! Fluxes of slabs at each wavelength: as rows of wavelengths or of bands, or as NetCDF, which xarray opens.
 //!
-//! In NetCDF the wavelength is a dimension. What leads the rows are dimensions too where the slabs are all combinations
-//! of their values, as of thicknesses and angles; else, and for the lines of a file, they are coordinates on the
-//! dimension `slab`. Names are those of the Python package: `thickness` with the unit cm for `thickness_cm`.
+//! In NetCDF the wavelength is a dimension. The leading columns are also dimensions if the slabs are all combinations
+//! of their values, such as thicknesses and angles. Otherwise, and for the lines of a file, the leading columns are
+//! coordinates on the dimension `slab`. Names are the names of the Python package: `thickness` with the unit cm for
+//! `thickness_cm`.
 
 use snowblue_database::axes::DIFFUSE_ANGLE_DEG;
 use snowblue_database::file::netcdf::{NetCdf, Values, Variable};
@@ -18,7 +19,7 @@ const SLAB: &str = "slab";
 const WAVELENGTH: &str = "wavelength";
 const ERROR_COLUMNS: [&str; 3] = ["reflectance_se", "transmittance_se", "absorptance_se"];
 
-/// What leads the rows of each slab.
+/// The leading columns of the rows of each slab.
 pub(super) struct Labels {
     /// Names of the columns.
     pub(super) columns: Vec<&'static str>,
@@ -31,7 +32,7 @@ pub(super) struct Labels {
 /// Fluxes of slabs.
 pub(super) struct Curves {
     pub(super) labels: Labels,
-    /// Of each slab at each wavelength, the wavelength running fastest.
+    /// The fluxes of each slab at each wavelength. The wavelength runs fastest.
     pub(super) rows: Vec<Radiometry>,
     /// Intervals of the rows; none without deviations.
     pub(super) intervals: Vec<Fluxes<[f64; 2]>>,
@@ -40,7 +41,7 @@ pub(super) struct Curves {
 }
 
 impl Labels {
-    /// Of a slab with a single thickness under each of some incidences.
+    /// The labels of a slab with a single thickness, under each of some incidences.
     pub(super) fn of_incidences(thickness_cm: f64, incidences: &[Incidence]) -> Self {
         let cells = incidences.iter().map(|incidence| slab_cells(thickness_cm, incidence).to_vec()).collect();
         Self { columns: SLAB_COLUMNS.to_vec(), cells, axes: Some(vec![1, incidences.len()]) }
@@ -76,7 +77,7 @@ impl Labels {
         self.columns.iter().enumerate().map(axis).collect()
     }
 
-    /// A column on the slabs: numbers, of which an empty cell is NaN, or words.
+    /// A column on the slabs: numbers, with NaN for an empty cell, or words.
     fn of_slabs(&self, place: usize, column: &str) -> Variable<'static> {
         let (name, unit) = name_and_unit_in_files(column);
         let cells = || self.cells.iter().map(|cells| &cells[place]);
@@ -187,7 +188,7 @@ impl Curves {
     }
 }
 
-/// The greatest standard error of transmittances relative to them; none if standard errors are not known.
+/// The greatest relative standard error of transmittances; none if standard errors are not known.
 fn worst_error(passed: &[Estimate]) -> Option<String> {
     if passed.iter().any(|passed| passed.standard_error.is_nan()) {
         return None;
@@ -207,7 +208,7 @@ fn name_and_unit_in_files(column: &str) -> (&str, &'static str) {
     }
 }
 
-/// A cell as a number; diffuse light is an angle of its own.
+/// A cell as a number. Diffuse light has an angle of its own.
 fn number(column: &str, cell: &Cell) -> Option<f64> {
     match cell {
         Cell::Number(number) => Some(*number),

@@ -62,7 +62,7 @@ impl StackOptions {
         self.layers.as_deref()
     }
 
-    /// The albedo of the ground, 0 without one.
+    /// The albedo of the ground; 0 without a ground.
     pub(super) fn ground_albedo(&self) -> f64 {
         self.ground_albedo.unwrap_or(0.0)
     }
@@ -72,7 +72,7 @@ impl StackOptions {
         self.ground_albedo.is_some_and(|albedo| albedo > 0.0)
     }
 
-    /// What the ground means for the columns.
+    /// Metadata about the effect of the ground on the columns.
     pub(super) fn metadata(&self) -> Option<(&'static str, String)> {
         let albedo = self.ground_albedo.filter(|_| self.has_ground())?;
         let columns = if self.has_depths() {

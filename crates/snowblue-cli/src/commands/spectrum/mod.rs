@@ -126,7 +126,7 @@ enum Engine {
 /// Solved slabs.
 struct Solved {
     curves: Curves,
-    /// What the metadata say of the snow.
+    /// Metadata of the snow.
     snow: Metadata,
     /// The wavelengths that the tables of the snow cover.
     range: WavelengthRange,
@@ -227,7 +227,7 @@ impl Spectrum {
         ])
     }
 
-    /// The given wavelengths, or those of the sky or the bands within the range of the tables.
+    /// The given wavelengths, or the wavelengths of the sky or of the bands within the range of the tables.
     fn wavelengths(&self, range: WavelengthRange) -> Result<Wavelengths, Failure> {
         let snow = SnowSample::default().wavelength_range();
         match (&self.wavelengths, &self.broadband) {
@@ -281,7 +281,7 @@ impl Spectrum {
             self.sample.metadata_of(&slabs.samples[0])
         } else {
             let (columns, full_columns) = (&slabs.labels.columns, slabs.labels.full_columns());
-            // Of several values the first.
+            // Of several values of an option, the first value counts.
             let sample = self.sample.keys()?.sample().map_err(|wrong| Failure::input(wrong.error))?;
             self.sample.properties(&sample, columns, &full_columns)
         };
@@ -289,8 +289,8 @@ impl Spectrum {
         Ok(Solved { curves: Curves { labels: slabs.labels, rows, intervals, has_errors }, snow, range })
     }
 
-    /// The fluxes of each slab at each wavelength. The ordinates have standard errors where there is one snow, for they
-    /// take most of the time.
+    /// The fluxes of each slab at each wavelength. The ordinates have standard errors only if there is one snow,
+    /// because the errors take most of the time.
     fn fluxes(&self, slabs: &Slabs, batch: &Batch, quiet: bool) -> Result<Vec<Fluxes>, Failure> {
         let count = batch.cases.len() as u64;
         let solved = if self.engine == Engine::Montecarlo {
@@ -350,7 +350,7 @@ impl Spectrum {
         MonteCarloOptions { rays: self.rays, seed: self.ordinates.seed, per_wavelength: self.per_wavelength }
     }
 
-    /// What made the results.
+    /// Metadata about the computation of the results.
     fn metadata(&self, snow: Metadata) -> Metadata {
         let engine = match self.engine {
             Engine::Ordinates => format!("discrete ordinates, {} streams", self.ordinates.streams),

@@ -1,4 +1,4 @@
-//! `spectrum --plus-minus`: intervals from what is not known exactly of the snow.
+//! `spectrum --plus-minus`: intervals from the uncertainty of the properties of the snow.
 
 use snowblue_base::unit_suffix;
 use snowblue_figures::{Cell, Metadata, format_number};
@@ -52,7 +52,7 @@ pub(super) fn cells(at: &Fluxes<[f64; 2]>) -> impl Iterator<Item = Cell> {
     at.to_array().into_iter().flatten().map(Cell::from)
 }
 
-/// What the intervals are.
+/// Metadata that describe the intervals.
 pub(super) fn metadata(uncertainty: &Uncertainty) -> Metadata {
     let part = |(property, deviation): &(Property, f64)| {
         let (name, unit) = (property.name().replace('_', "-"), unit_suffix(property.parameter().range.unit));

@@ -130,7 +130,7 @@ impl SkyOptions {
     }
 }
 
-/// Elevations of the sun, one or those of a day.
+/// Elevations of the sun: one elevation, or the elevations of a day.
 fn elevations(sun: &Sun) -> Result<Vec<f64>, SkyError> {
     let at = |place: &Place, time| sun_position(*place, time).map(|sun| sun.elevation_deg);
     match sun {
@@ -190,7 +190,8 @@ impl Solved {
                 (_, false) => "W",
                 (_, true) => "J",
             };
-            // Of a day, what is absorbed is in J: its warming in K is that of a power in W for a second.
+            // For a day, the absorbed energy is in J. Its warming in K is the warming by a power of as many W in a
+            // second.
             let warming = |k_h: f64| {
                 let value = if *is_day { k_h / 3600.0 } else { k_h };
                 if *band == Band::Solar && !value.is_nan() { Cell::from(value) } else { none() }

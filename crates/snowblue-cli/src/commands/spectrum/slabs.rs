@@ -1,6 +1,6 @@
 //! Slabs: the lines of a CSV file, or the combinations of the values of options.
 //!
-//! All lines are checked before any is computed, so that a mistake on the last one costs no time.
+//! All lines are checked before the first line is computed, so that a mistake on the last line costs no time.
 
 use std::path::{Path, PathBuf};
 
@@ -18,17 +18,17 @@ use crate::options::property::{option_name, values};
 use crate::options::{GivenOptions, PropertyAxis, SnowOptions, has_no_effect, parse, set_optical_radius};
 use crate::output::Failure;
 
-/// Slabs with what leads their rows.
+/// Slabs with the leading cells of their rows.
 pub(super) struct Slabs {
     pub(super) labels: Labels,
     /// The kinds of snow.
     pub(super) samples: Vec<SnowSample>,
     cases: Vec<SlabCase>,
-    /// The file, and the line of each case in it, from 1; none for options.
+    /// The file, and the line of each case in the file, from 1; none for options.
     file: Option<(PathBuf, Vec<usize>)>,
 }
 
-/// Values of the options, for what no column or axis sets.
+/// Values of the options, for quantities that no column or axis sets.
 pub(super) struct Defaults<'o> {
     pub(super) snow: &'o SnowOptions,
     pub(super) thicknesses_cm: &'o [f64],
@@ -110,7 +110,7 @@ impl Slabs {
             incidence: single("angle", defaults.incidences)?,
             ground_albedo: defaults.ground_albedo,
         };
-        // What is wrong in the options is wrong on no line.
+        // An error in the options does not belong to a line.
         let sample = first.snow.sample().map_err(|wrong| Failure::input(wrong.error))?;
         let wavelengths_nm = vec![sample.wavelength_range().first_nm];
         Batch { samples: vec![sample], cases: vec![first.case(0)], wavelengths_nm }.check().map_err(Failure::input)?;
@@ -159,12 +159,12 @@ impl Slabs {
         self.samples.iter().fold(first, |range, sample| range.intersection(sample.wavelength_range()))
     }
 
-    /// Whether all slabs are of the snow of the options.
+    /// Whether all slabs have the snow of the options.
     pub(super) fn has_one_snow(&self) -> bool {
         self.file.is_none() && self.samples.len() == 1
     }
 
-    /// The place of a sample among those of the batch; neighbouring lines often have the same.
+    /// The place of a sample among the samples of the batch. Neighbouring lines often have the same sample.
     fn place_of(&mut self, sample: SnowSample) -> usize {
         if self.samples.last() != Some(&sample) {
             self.samples.push(sample);
@@ -226,8 +226,8 @@ fn columns(header: &str, given: &GivenOptions) -> Result<Vec<Column>, String> {
 }
 
 impl Line {
-    /// The slab of a line with the values of this one where a cell is empty, its cells, its snow, and which of its
-    /// cells are not empty.
+    /// The slab of a line, its cells, its snow, and which of its cells are not empty. Where a cell is empty, the slab
+    /// has the value of `self`.
     fn read(&self, columns: &[Column], line: &str) -> Result<(Self, Vec<Cell>, SnowSample, Vec<bool>), String> {
         let words: Vec<&str> = cells(line).collect();
         if words.len() != columns.len() {
@@ -252,8 +252,8 @@ impl Line {
         Ok((own, cells, sample, words.iter().map(|word| !word.is_empty()).collect()))
     }
 
-    /// What an empty cell of a line stands for if this is the slab of the options: empty if no option says it, and for
-    /// distributions, which metadata describe.
+    /// The meaning of an empty cell of a line, if `self` is the slab of the options. It is empty if no option sets
+    /// the value, and for distributions, which the metadata describe.
     fn default_cell(&self, column: Column, sample: &SnowSample) -> Cell {
         let snow = &self.snow;
         let number = |value: Option<f64>| value.map_or(Cell::word(""), Cell::from);
@@ -319,8 +319,8 @@ impl Column {
         }
     }
 
-    /// Whether a slab cannot have both, or one as a column and the other as an option: there is one size of grains,
-    /// and specific surface area and optical radius have a measure of their own.
+    /// Whether a slab cannot have both quantities, in two columns or in a column and an option. Grains have only one
+    /// size, and specific surface area and optical radius have a measure of their own.
     fn excludes(self, other: Self) -> bool {
         let has_measure = |one| matches!(one, Self::OpticalRadius | Self::Property(Property::SurfaceArea));
         let is_size = |one| one == Self::Property(Property::GrainSize) || has_measure(one);
@@ -328,7 +328,7 @@ impl Column {
         self != other && is_size(self) && is_size(other) || are_measures(self, other) || are_measures(other, self)
     }
 
-    /// Whether the options set this column, where one option sets several.
+    /// Whether the options set this column, if one option sets several columns.
     fn is_in(self, snow: &SnowKeys) -> bool {
         match self {
             Self::Property(Property::Impurity(substance)) => snow.impurities_ng_g.ng_g(substance) > 0.0,
@@ -336,7 +336,7 @@ impl Column {
         }
     }
 
-    /// The option that sets the same of all slabs, by its name in Rust.
+    /// The option that sets this quantity of all slabs, by its name in Rust.
     fn option(self) -> Option<&'static str> {
         Some(match self {
             Self::Name => return None,

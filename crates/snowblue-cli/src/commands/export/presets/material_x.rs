@@ -50,7 +50,7 @@ enum Value {
 fn document(written: &Written, node: &str, inputs: &[(&str, Value)]) -> String {
     let space = color_space_name(written.color_space);
     let mut text = format!("<?xml version=\"1.0\"?>\n{}<materialx version=\"1.39\">\n", comment(&written.notes));
-    // Text takes everything.
+    // Writing to a string cannot fail.
     let _ = writeln!(text, "  <{node} name=\"snow_surface\" type=\"surfaceshader\">");
     for (name, value) in inputs {
         let value = match value {
@@ -67,7 +67,7 @@ fn document(written: &Written, node: &str, inputs: &[(&str, Value)]) -> String {
     text
 }
 
-/// The name of a colour space in MaterialX; that of Rec. 2020 is the one of OpenColorIO's configurations for ACES.
+/// The name of a colour space in MaterialX. The name of Rec. 2020 comes from OpenColorIO's configurations for ACES.
 fn color_space_name(space: ColorSpace) -> &'static str {
     match space {
         ColorSpace::AcesCg => "acescg",
@@ -78,7 +78,7 @@ fn color_space_name(space: ColorSpace) -> &'static str {
 
 /// A comment of XML, in which two hyphens must not follow each other.
 fn comment(lines: &[String]) -> String {
-    // The second time for three hyphens in a row.
+    // The second replacement is for three hyphens in a row.
     let apart = |line: &String| format!("  {line}").trim_end().replace("--", "- -").replace("--", "- -");
     let text: String = lines.iter().map(|line| apart(line) + "\n").collect();
     format!("<!--\n{text}-->\n")

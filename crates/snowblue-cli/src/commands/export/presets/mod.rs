@@ -104,7 +104,7 @@ impl PresetFormat {
         }
     }
 
-    /// What the values depend on, and what the preset cannot do, in lines.
+    /// Lines that say what the values depend on, and what the preset cannot do.
     fn limits(self) -> Vec<String> {
         let own: &[&str] = match self {
             Self::OpenPbr | Self::Usd => &[

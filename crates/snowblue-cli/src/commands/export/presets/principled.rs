@@ -2,7 +2,7 @@
 
 use super::written::{Written, number, three};
 
-/// Makes the material of the values before it.
+/// The part of the script that makes the material from the values before it.
 const MATERIAL: &str = include_str!("principled.py");
 
 /// A script that Blender runs.

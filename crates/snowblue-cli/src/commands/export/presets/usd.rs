@@ -1,4 +1,5 @@
-//! Presets as UsdShade: one material with `UsdPreviewSurface` for every renderer, and OpenPBR for those that know it.
+//! Presets as UsdShade: one material with `UsdPreviewSurface` for every renderer, and OpenPBR for renderers that know
+//! it.
 
 use snowblue_color::RgbSpace;
 use snowblue_database::preset::PresetError;
@@ -11,7 +12,7 @@ use super::written::{ColorSpace, Written, number, three};
 /// If the albedo of deep snow lies outside linear sRGB, the space of `UsdPreviewSurface`.
 pub(super) fn material(written: &Written) -> Result<String, PresetError> {
     let albedo = written.reference.albedo(RgbSpace::Srgb)?;
-    // Text in three quotation marks takes all but these and the backslash, which no note has.
+    // Text in three quotation marks cannot contain quotation marks and backslashes. No note has such a character.
     let notes = written.notes.join("\n").replace(['\\', '"'], "'");
     let space = color_space_name(written.color_space);
     Ok(format!(

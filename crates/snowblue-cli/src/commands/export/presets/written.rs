@@ -21,12 +21,12 @@ pub(super) enum ColorSpace {
     Rec2020,
 }
 
-/// What is written: parameters with radii in units of the scene, and lines of notes.
+/// The written content: parameters with radii in units of the scene, and lines of notes.
 pub(super) struct Written {
     pub(super) preset: RendererPreset,
     pub(super) color_space: ColorSpace,
     pub(super) unit: SceneUnit,
-    /// What the parameters are fitted to.
+    /// The snow to which the parameters are fitted.
     pub(super) reference: SnowReference,
     pub(super) notes: Vec<String>,
 }
@@ -69,7 +69,7 @@ impl Written {
         self.radii().into_iter().fold(0.0, f64::max)
     }
 
-    /// The radii over the greatest.
+    /// The radii divided by the greatest radius.
     pub(super) fn relative_radii(&self) -> [f64; 3] {
         self.radii().map(|radius| radius / self.scale())
     }
@@ -79,7 +79,7 @@ impl Written {
     }
 }
 
-/// A number with seven significant digits, as all these formats read it.
+/// A number with seven significant digits, in a notation that all these formats read.
 pub(super) fn number(value: f64) -> String {
     let rounded: f64 = format!("{value:.6e}").parse().unwrap_or(value);
     format!("{rounded:?}")
