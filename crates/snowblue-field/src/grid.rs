@@ -298,7 +298,7 @@ fn edges_and_faces() -> Vec<([usize; 3], Vec<usize>)> {
     middles
 }
 
-/// Numbers the nodes of all cells and finds those that hang on a larger cell.
+/// Numbers the nodes of all cells and finds the nodes that hang on a larger cell.
 fn number_nodes(cells: &mut [Cell]) -> Nodes {
     let corner_key = |cell: &Cell, corner: usize| {
         key(std::array::from_fn(|k| cell.origin[k] + (number(corner) >> k & 1) * (1 << cell.level)))

@@ -62,7 +62,7 @@ impl Lattice {
         self.low + self.step * DVec3::from_array(place.map(f64::from))
     }
 
-    /// The cell that holds a point, or the nearest one.
+    /// The cell that holds a point, or the nearest cell.
     #[inline]
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to the lattice")]
     pub(crate) fn cell_at(&self, point: DVec3) -> [u32; 3] {

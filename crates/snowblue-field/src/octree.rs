@@ -1,6 +1,6 @@
 //! An octree of cells: the divided cells, and the cell that holds a point.
 //!
-//! Some places demand cells of at most some level. The octree is the coarsest one that meets these demands and in
+//! Some places demand cells of at most some level. The octree is the coarsest octree that meets these demands and in
 //! which cells grow slowly: a cell of level k + 1 has no divided cell of level k and no demand of level k within
 //! [`RING`] cells of level k. Neighbouring cells therefore differ by one level at most.
 

@@ -320,7 +320,7 @@ mod tests {
         let axes = DMat3::from_rotation_y(0.3);
         let slope = BoxBody { centre: DVec3::ZERO, size: DVec3::new(100.0, 100.0, 1.0), axes };
         let survey = Survey::new(&slope).unwrap();
-        // 128 lines along x and y, of which each edge cuts one.
+        // Of 128 lines along x and y, each edge cuts one line.
         assert!((survey.volume_m3 / 1e4 - 1.0).abs() < 0.02, "{}", survey.volume_m3);
         assert!((survey.area_m2 / 2.04e4 - 1.0).abs() < 0.03, "{}", survey.area_m2);
     }

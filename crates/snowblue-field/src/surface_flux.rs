@@ -35,7 +35,7 @@ const STEPS_OF_ERROR: usize = 2;
 /// share goes to the nodes whose mean it is, so that there is no jump where the cell size changes.
 #[derive(Debug)]
 pub(crate) struct SurfaceNodes {
-    /// The number of each free node among those near the surface, or [`NONE`].
+    /// The number of each free node among the nodes near the surface, or [`NONE`].
     number: Vec<u32>,
     /// Area of each node and orientation, in m².
     area_m2: Vec<[f32; SIDES]>,

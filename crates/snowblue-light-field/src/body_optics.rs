@@ -1,4 +1,4 @@
-//! The snow of a body as the light field sees it: its kinds, what the surface of each does to light, and how deep
+//! The snow of a body as the light field uses it: its kinds, the surface optics of each kind, and the depth at which
 //! random walks end.
 
 use std::sync::Arc;
@@ -12,10 +12,10 @@ use snowblue_scene::objects::Objects;
 use snowblue_scene::spectrum::SAMPLES;
 use snowblue_transport::monte_carlo::WalkEnds;
 
-/// The snow of a body: its kinds with their optics, layers from the top. Snow that is the same everywhere is one kind.
+/// The snow of a body: its kinds with their optics, layers in order from the top. Uniform snow has one kind.
 #[derive(Debug)]
 pub struct BodyOptics {
-    /// The kinds, and where each lies.
+    /// The kinds, and the place of each kind.
     pub kinds: Arc<SnowKinds>,
     pub(crate) optics: Vec<KindOptics>,
 }
@@ -26,19 +26,19 @@ pub struct KindOptics {
     surface: SurfaceOptics,
     /// ℓ* at the middle wavelength, in m.
     transport_length_m: f32,
-    /// κ there, in 1/m.
+    /// κ at the middle wavelength, in 1/m.
     extinction_per_m: f32,
-    /// Where random walks end, if there are any.
+    /// The ends of random walks, if there are any.
     walk_ends: Option<WalkEndsByDepth>,
 }
 
 impl BodyOptics {
-    /// The uppermost layer, or the snow at a mask's 0.
+    /// The uppermost layer, or the snow where a mask is 0.
     pub fn top(&self) -> &KindOptics {
         &self.optics[0]
     }
 
-    /// The snow at a point of the surface of the body of an object; of a mix the kind with the larger share.
+    /// The snow at a point of the surface of the body of an object. In a mix, this is the kind with the larger share.
     pub fn at_surface(&self, objects: &Objects, object: usize, surface: &SurfacePoint) -> &KindOptics {
         &self.optics[self.kinds.at_surface_point(objects, object, surface).pick(0.5)]
     }
@@ -49,7 +49,7 @@ impl BodyOptics {
         lengths.copied().fold(f64::INFINITY, f64::min)
     }
 
-    /// The kinds in snow of some thickness, in m. Those of a mask count alike.
+    /// The spectra of the kinds in snow of some thickness, in m. The kinds of a mask have equal shares.
     pub fn spectra(&self, thickness_m: f64) -> Vec<LayerSpectrum<'_>> {
         let ranges_m = self.kinds.ranges_m();
         let share = if self.kinds.are_layers() { 1.0 } else { (ranges_m.len() as f64).recip() };
@@ -64,8 +64,8 @@ impl BodyOptics {
             .collect()
     }
 
-    /// The transport mean free path of snow of some thickness, in m, at each wavelength, in m: that of the kinds one
-    /// after the other.
+    /// The transport mean free path at each wavelength, in m, of snow with a thickness in m: the harmonic mean over
+    /// its kinds, weighted by thickness.
     pub(super) fn transport_lengths_m(&self, thickness_m: f64) -> Vec<f64> {
         let layers = self.spectra(thickness_m);
         let inverse =
@@ -118,7 +118,7 @@ impl KindOptics {
         &self.surface
     }
 
-    /// Mean displacement of the ends of random walks that enter at a cosine, along the surface, in m.
+    /// Mean displacement along the surface, in m, of the ends of random walks that enter at a cosine.
     pub fn mean_displacement_m(&self, end_depth: EndDepth, cos: f32) -> f32 {
         let ends = self.walk_ends.as_ref().map(|ends| ends[end_depth as usize].at(f64::from(cos)));
         ends.map_or(0.0, |ends| narrow(ends.displacement) * self.transport_length_m)
@@ -137,23 +137,24 @@ impl KindOptics {
     }
 }
 
-/// How deep random walks end in the light field.
+/// Depth at which random walks end in the light field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EndDepth {
-    /// Under a surface with thick snow below, far from edges for the mean free paths of light.
+    /// Below a surface above thick snow, far from edges compared with the mean free paths of light.
     Thick,
     /// Near edges, and in bodies that are small or thin.
     Thin,
 }
 
 impl EndDepth {
-    /// Both.
+    /// Both depths.
     pub const ALL: [Self; 2] = [Self::Thick, Self::Thin];
 
     /// The depth below the nearest surface from which on walks end, in transport mean free paths.
     ///
-    /// Under flat surfaces light is diffuse from one on: the radiance is right within 1 %, under a torus of 25 and a
-    /// ball of 10 within 3 %. Nearer to an edge than 10 it loses 7 % with an end at 1, 3 % at 2. An end at 1 halves the
+    /// Under flat surfaces light is diffuse from a depth of 1 on: the error of the radiance is within 1 %. Under a
+    /// torus of 25 and a ball of 10 mean free paths, the error is within 3 %. Nearer to an edge than 10 mean free
+    /// paths, the radiance is too low by 7 % with an end at 1, and by 3 % with an end at 2. An end at 1 halves the
     /// noise.
     pub const fn lengths(self) -> f32 {
         match self {
@@ -162,12 +163,12 @@ impl EndDepth {
         }
     }
 
-    /// Depth below the entry of the point that the light of a tangent half-space is matched to, in transport mean free
-    /// paths: near the ends of walks.
+    /// Depth below the entry, in transport mean free paths, of the point to which the light of a tangent half-space is
+    /// matched. This point is near the ends of walks.
     pub fn match_lengths(self) -> f32 {
         self.lengths() + 1.0
     }
 }
 
-/// Where random walks end, for each depth.
+/// The ends of random walks, for each depth.
 pub type WalkEndsByDepth = [WalkEnds; EndDepth::ALL.len()];

@@ -1,10 +1,11 @@
-//! The light in a body of snow, to be read at its surface and inside, and around a point at all wavelengths.
+//! The light in a body of snow: at its surface, inside, and around a point at all wavelengths.
 //!
-//! Light at all wavelengths follows from the spectral nodes by its logarithm, which needs an exponential for each
-//! wavelength and is not linear: the sum of two spectra is not the spectrum of the sum, and a difference has no
-//! logarithm. But the ratio of the light at two points some mean free paths apart varies so little with the wavelength
-//! that it interpolates linearly. So light around a point ([`NearLight`]) is that at the point times ratios. It is
-//! linear, and a mean over many points has no bias by the interpolation.
+//! The light at all wavelengths is interpolated from the logarithm of the light at the spectral nodes. This
+//! interpolation needs an exponential for each wavelength and is not linear: the sum of two spectra is not the
+//! spectrum of the sum, and a negative difference has no logarithm. However, the ratio of the light at two points some
+//! mean free paths apart varies so little with the wavelength that it can be interpolated linearly. The light around a
+//! point ([`NearLight`]) is therefore the light at the point times ratios. It is linear, and the interpolation does
+//! not bias a mean over many points.
 
 use std::f32::consts::FRAC_1_PI;
 use std::sync::Arc;
@@ -20,19 +21,19 @@ use wide::f32x4;
 
 use crate::body_optics::{BodyOptics, KindOptics};
 
-/// Most spectral nodes.
+/// Greatest number of spectral nodes.
 const MAX_NODES: usize = MAX_GROUPS * snowblue_field::GROUP;
 
 /// The light in a body of snow.
 pub struct BodySolution {
     pub(super) body: SnowBody,
-    /// For lights of each spectrum.
+    /// The light by the lights of each spectrum.
     pub(super) lit: Vec<LitFluence>,
     pub(super) nodes: SpectralNodes,
     pub(super) snow: Arc<BodyOptics>,
-    /// ℓ* of the whole pack.
+    /// ℓ* of the whole snowpack.
     pub(super) transport_length: KnownFactor,
-    /// If its cells have sizes for a viewer: the factor of these sizes that makes them fit into the memory.
+    /// If its cell sizes are for a viewer: the factor of these sizes that makes the cells fit into the memory.
     pub(super) view_factor: Option<f64>,
 }
 
@@ -52,7 +53,7 @@ pub(super) struct LitFluence {
     pub(super) fluence: Fluence,
     /// The net flux J.
     pub(super) flux: SurfaceValues,
-    /// What the surface sends out, J + Σ F + H.
+    /// The exitance of the surface, J + Σ F + H.
     pub(super) exitance: SurfaceValues,
     /// The irradiance H by uniform skies and other surfaces, if there is any.
     pub(super) diffuse: Option<SurfaceValues>,
@@ -63,7 +64,7 @@ pub(super) struct LitFluence {
 }
 
 impl BodySolution {
-    /// The light at a hit, with the snow there: of a mix one of its kinds, by the sampler.
+    /// The light at a hit, with the snow there. In a mix, the sampler chooses one of the kinds.
     #[inline]
     pub fn at(&self, objects: &Objects, surface: &SurfaceInteraction, sampler: &mut Sampler) -> SnowAt<'_> {
         let mix = self.snow.kinds.at_surface(objects, surface);
@@ -85,14 +86,14 @@ impl BodySolution {
         })
     }
 
-    /// The irradiance by smooth skies, in W m⁻² as a band density. It is sampled when the light field is made, and as
-    /// smooth as the cells.
+    /// The irradiance by smooth skies, in W m⁻² as a band density. It is sampled when the light field is computed, and
+    /// smoothed over the size of a cell.
     pub fn sky_irradiance(&self, surface: &SurfacePoint) -> Spectrum {
         let (point, normal) = (surface.point.as_dvec3(), surface.normal.as_dvec3());
         self.sum(|lit| Some(self.spectrum(self.body.surface_value(lit.sky.as_ref()?, point, normal)?, &lit.spectrum)))
     }
 
-    /// Radiance that leaves a surface point, the same in all directions: the exitance over π.
+    /// Radiance that leaves a surface point, equal in all directions: the exitance divided by π.
     pub fn mean_radiance(&self, surface: &SurfacePoint) -> Spectrum {
         self.exitance(surface.point, surface.normal) * FRAC_1_PI
     }
@@ -107,13 +108,13 @@ impl BodySolution {
         self.body.surface_step_m()
     }
 
-    /// What leaves the surface, the net flux and the irradiance, in W m⁻² as a band density.
+    /// The exitance of the surface, net flux plus irradiance, in W m⁻² as a band density.
     pub(crate) fn exitance(&self, point: Vec3A, normal: Vec3A) -> Spectrum {
         let (point, normal) = (point.as_dvec3(), normal.as_dvec3());
         self.sum(|lit| Some(self.spectrum(self.body.surface_value(&lit.exitance, point, normal)?, &lit.spectrum)))
     }
 
-    /// What leaves the surface, as a sum over the spectral nodes.
+    /// The exitance of the surface, as a sum over the spectral nodes.
     pub(super) fn brightness(&self, surface: &SurfacePoint) -> f32 {
         let (point, normal) = (surface.point.as_dvec3(), surface.normal.as_dvec3());
         let values = self.lit.iter().filter_map(|lit| self.body.surface_value(&lit.exitance, point, normal));
@@ -133,8 +134,8 @@ impl BodySolution {
         sum
     }
 
-    /// All wavelengths of a quantity at the spectral nodes, in light of a spectrum: by its logarithm, or directly where
-    /// it is not positive.
+    /// Interpolates a quantity from the spectral nodes to all wavelengths, in light of a spectrum. The logarithm is
+    /// interpolated, or the quantity itself if a value is not positive.
     pub(super) fn spectrum(&self, groups: impl Iterator<Item = f32x4>, light: &Spectrum) -> Spectrum {
         let mut at_nodes = [0.0; MAX_NODES];
         for (values, group) in at_nodes.chunks_exact_mut(snowblue_field::GROUP).zip(groups) {
@@ -162,9 +163,9 @@ impl BodySolution {
 }
 
 impl SnowAt<'_> {
-    /// Radiance that leaves a surface point without that of directed light, (K(μ) J + H)/π, in W m⁻² sr⁻¹ as a band
-    /// density. It may be negative where the surface is lit: it lacks what does not return of the light that the
-    /// reflection function reflects.
+    /// Radiance that leaves a surface point without the reflection of directed light, (K(μ) J + H)/π, in W m⁻² sr⁻¹ as
+    /// a band density. It may be negative where the surface is lit: it subtracts the light that the reflection
+    /// function reflects but that does not return.
     pub fn diffuse_radiance(&self, surface: &SurfacePoint, cos_exit: f32) -> Spectrum {
         let flux =
             self.field.flux(surface.point, surface.normal) * (self.optics.surface().escape(cos_exit) * FRAC_1_PI);
@@ -186,19 +187,19 @@ type Nodes = ArrayVec<f32x4, MAX_GROUPS>;
 /// The light around a point inside a body.
 pub struct NearLight<'f> {
     field: &'f BodySolution,
-    /// By lights of each spectrum.
+    /// The light by the lights of each spectrum.
     lit: Vec<NearFluence<'f>>,
 }
 
-/// The same by lights of one spectrum.
+/// The light around a point by lights of one spectrum.
 struct NearFluence<'f> {
     lit: &'f LitFluence,
     /// A spectrum that light around the point is nearly proportional to, and its reciprocal at the nodes.
     spectrum: Spectrum,
     reciprocals: Nodes,
-    /// At the point.
+    /// Fluence rate at the point.
     fluence: Nodes,
-    /// Per m.
+    /// Gradient of the fluence rate at the point, per m.
     gradient: [Nodes; 3],
     /// The diffuse irradiance H of the surface near the point.
     diffuse: Nodes,
@@ -207,11 +208,11 @@ struct NearFluence<'f> {
 /// Factors of the quantities of a [`NearLight`].
 #[derive(Debug, Clone, Copy)]
 pub struct LightWeights {
-    /// Of the fluence rate at the point.
+    /// Factor of the fluence rate at the point.
     pub fluence: f32,
-    /// Of its gradient, in m.
+    /// Factor of the gradient of the fluence rate, in m.
     pub gradient: Vec3A,
-    /// Of the diffuse irradiance H.
+    /// Factor of the diffuse irradiance H.
     pub diffuse: f32,
 }
 
@@ -267,7 +268,7 @@ impl<'f> NearFluence<'f> {
             gradient.iter_mut().zip(group).for_each(|(axis, values)| axis.push(values));
         }
         let diffuse = diffuse_irradiance(field, lit, surface).into_iter().flatten().collect();
-        // Where the grid is too coarse for the last of the light, it is proportional to the light source.
+        // Where the grid is too coarse for the remaining light, the spectrum of the light source is used.
         let is_positive = fluence.iter().all(|values| values.as_array().iter().all(|value| *value > 0.0));
         let spectrum = if is_positive { field.spectrum(fluence.iter().copied(), &lit.spectrum) } else { lit.spectrum };
         let reciprocal = |index: usize| {
@@ -278,7 +279,7 @@ impl<'f> NearFluence<'f> {
         Some(Self { lit, spectrum, reciprocals, fluence, gradient, diffuse })
     }
 
-    /// All wavelengths of a quantity at the nodes.
+    /// Interpolates a quantity from the nodes to all wavelengths.
     fn spectrum(&self, field: &BodySolution, groups: impl Iterator<Item = f32x4>) -> Spectrum {
         let mut ratios = [0.0; MAX_NODES];
         let count = field.nodes.indices().len();

@@ -35,16 +35,16 @@ pub(super) struct BodySystem<'a> {
     pub(super) body: SnowBody,
     pub(super) nodes: SpectralNodes,
     pub(super) snow: Arc<BodyOptics>,
-    /// ℓ* of the whole pack.
+    /// ℓ* of the whole snowpack.
     pub(super) transport_length: KnownFactor,
-    /// If its cells have sizes for a viewer: the factor of these sizes that makes them fit into the memory.
+    /// If its cell sizes are for a viewer: the factor of these sizes that makes the cells fit into the memory.
     pub(super) view_factor: Option<f64>,
 }
 
 /// The light of lamps and skies of one spectrum on and in a body.
 pub(super) struct Lighting {
     pub(super) entering: EnteringLight,
-    /// Lamps inside.
+    /// Lamps inside the body.
     sources: Vec<VolumeSource>,
 }
 
@@ -58,7 +58,7 @@ pub(super) struct Solution {
 }
 
 impl SurveyedBody<'_> {
-    /// Memory in MiB that its cells and equations take if nothing bounds it, at some number of groups of wavelengths.
+    /// Memory of its cells and equations without a memory limit, in MiB, for `groups` groups of wavelengths.
     pub(super) fn wanted_mib(&self, groups: usize, scene: &FieldScene) -> Result<f64, FieldError> {
         let step_m = self.step_m(groups, scene, u64::from(u32::MAX))?;
         Ok(self.survey.memory_mib(step_m, groups))
@@ -82,7 +82,7 @@ impl SurveyedBody<'_> {
         }
     }
 
-    /// Sizes of its cells that follow the picture; none where one size is everywhere.
+    /// Sizes of its cells that follow the picture; none if all cells have one size.
     fn sizes<'s>(&self, groups: usize, scene: &'s FieldScene, memory_mib: u64) -> Option<SizesBySight<'s>> {
         let LightFieldSettings { step_mm: None, nodes: None, .. } = scene.settings else { return None };
         let sight = scene.sight.as_ref()?;
@@ -106,7 +106,7 @@ impl SurveyedBody<'_> {
 }
 
 impl<'a> BodySystem<'a> {
-    /// Divides a body into cells, within a bound of memory in MiB.
+    /// Divides a body into cells, within the memory limit `memory_mib`.
     pub(super) fn new(
         bare: SurveyedBody<'a>,
         nodes: &SpectralNodes,
@@ -163,8 +163,8 @@ impl<'a> BodySystem<'a> {
         Solution { entering, irradiance, fluence }
     }
 
-    /// The light to be read, with the diffuse irradiance H, and the irradiance by smooth skies, if the lights are such
-    /// skies.
+    /// Prepares the light of a solution for reads, with the diffuse irradiance H. `sky` is the irradiance by smooth
+    /// skies, if the lights are such skies.
     pub(super) fn lit(
         &self,
         solution: Solution,
@@ -196,14 +196,14 @@ impl<'a> BodySystem<'a> {
         self.body.element_flux(&solution.fluence, &entering)
     }
 
-    /// What each surface element sends out, J + Σ F + H.
+    /// The exitance of each surface element, J + Σ F + H.
     pub(super) fn exitance(&self, solution: &Solution) -> ElementValues {
         solution.exitance(self.flux(solution))
     }
 }
 
 impl Solution {
-    /// What each surface element sends out with a net flux J.
+    /// The exitance of each surface element for a net flux J.
     fn exitance(&self, flux: ElementValues) -> ElementValues {
         let mut exitance = flux;
         add(&mut exitance, &self.irradiance);

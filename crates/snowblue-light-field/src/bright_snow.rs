@@ -1,9 +1,9 @@
 //! Directions towards bright snow, for the reflection at other surfaces.
 //!
-//! The light field holds what the surface of all snow sends out. So floors and walls need not find the bright places of
-//! snow by chance: half of their rays go to patches of the surface, chosen by the light that each may send to the
-//! point. The estimate is unbiased by the density of the mixture (one-sample model of Veach & Guibas 1995, "Optimally
-//! combining sampling techniques for Monte Carlo rendering", doi:10.1145/218380.218498).
+//! The light field gives the exitance of all snow. Rays from floors and walls therefore need not find the bright
+//! places of snow by chance: half of the rays go to patches of the surface, chosen by the light that each patch may
+//! send to the point. The estimate is unbiased, because it uses the density of the mixture (one-sample model of Veach
+//! & Guibas 1995, "Optimally combining sampling techniques for Monte Carlo rendering", doi:10.1145/218380.218498).
 
 use std::f32::consts::{FRAC_1_PI, PI};
 
@@ -17,22 +17,22 @@ use super::surface_light::surface_point;
 use snowblue_scene::directions::Directions;
 use snowblue_scene::spectrum::Spectrum;
 
-/// Most patches.
+/// Greatest number of patches.
 const MAX_PATCHES: usize = LANES * MAX_BLOCKS;
-/// Patches in a block, and most blocks.
+/// Number of patches in a block, and greatest number of blocks.
 const LANES: usize = 8;
 const MAX_BLOCKS: usize = 16;
-/// Most surface elements that the patches are made of.
+/// Greatest number of surface elements that the patches are made of.
 const MAX_ELEMENTS: usize = 1 << 16;
-/// The share of the rays that are sampled as without patches.
+/// Share of the rays that are sampled as if there were no patches.
 const OWN_SHARE: f32 = 0.5;
 
-/// The snow that a surface sees, roughly.
+/// Approximate description of the snow that a surface sees.
 #[derive(Debug, Clone, Copy)]
 pub struct SnowSeen {
-    /// Its irradiance by the snow, in W/m² as a band density.
+    /// Irradiance of the surface by the snow, in W/m² as a band density.
     pub irradiance: Spectrum,
-    /// The share of the irradiance by an even sky that the snow hides, 0–1.
+    /// Share of the irradiance by a uniform sky that the snow hides, 0–1.
     pub share: f32,
 }
 
@@ -40,7 +40,7 @@ pub struct SnowSeen {
 #[derive(Debug)]
 pub(super) struct BrightSnow(Vec<RadiantPatches>);
 
-/// Patches of the surface, in the lanes of vectors. A patch has normals that are alike, and is taken for a rectangle.
+/// Patches of the surface, in the lanes of vectors. A patch has similar normals, and is approximated by a rectangle.
 #[derive(Debug)]
 struct RadiantPatches {
     /// Centres, in m.
@@ -56,7 +56,7 @@ struct RadiantPatches {
     area_m2: f32x8,
     /// Mean exitance.
     exitance: f32x8,
-    /// Mean radiance of each, in W m⁻² sr⁻¹ as a band density.
+    /// Mean radiance of each patch, in W m⁻² sr⁻¹ as a band density.
     radiance: [Spectrum; LANES],
 }
 
@@ -76,9 +76,9 @@ struct Patch {
 /// Patches as seen from a point.
 struct Views<'p> {
     patches: &'p RadiantPatches,
-    /// The ways to their centres, in m.
+    /// Vectors to their centres, in m.
     way: [f32x8; 3],
-    /// Estimates of the irradiance by them.
+    /// Estimates of the irradiance by each patch.
     weight: f32x8,
 }
 
@@ -100,7 +100,7 @@ struct ElementGroup {
     area_m2: f32,
     /// Mean exitance.
     exitance: f32,
-    /// Size, times the ratio of the exitance's root mean square to its mean.
+    /// Size times the ratio of the root mean square of the exitance to its mean.
     variation: f32,
 }
 
@@ -123,8 +123,8 @@ impl BrightSnow {
         Self(patches(elements).chunks(LANES).map(RadiantPatches::new).collect())
     }
 
-    /// What a surface receives of the snow if no part hides another, and the share of the light of an even sky that the
-    /// snow takes away.
+    /// The irradiance of a surface by the snow if no part of the snow hides another part, and the share of the light
+    /// of a uniform sky that the snow hides.
     pub(super) fn seen_from(&self, surface: &SurfacePoint) -> SnowSeen {
         let (mut share, mut irradiance) = (0.0, Spectrum::ZERO);
         for patches in &self.0 {
@@ -134,12 +134,12 @@ impl BrightSnow {
                 irradiance += *radiance * (PI * factor);
             }
         }
-        // Patches behind others count too.
+        // Patches behind other patches count too.
         SnowSeen { irradiance: irradiance * share.max(1.0).recip(), share: share.min(1.0) }
     }
 
-    /// Samples the direction of a path that goes on from a surface. Returns it with the factor cos θ / (π p) of
-    /// the path's throughput, p its density.
+    /// Samples the direction of a path that continues from a surface. Returns the direction with the factor cos θ / (π
+    /// p) of the path's throughput, where p is the density of the direction.
     pub(super) fn sample(&self, directions: &Directions, [u, v, choice]: [f32; 3]) -> (Vec3A, f32) {
         let surface = directions.surface();
         let views: ArrayVec<Views, MAX_BLOCKS> = self.0.iter().map(|patches| patches.views(surface)).collect();
@@ -163,7 +163,7 @@ impl BrightSnow {
     }
 }
 
-/// The patch, with its lane, at which the sum of the weights passes a number.
+/// The patch, with its lane, at which the cumulative sum of the weights exceeds a number.
 fn choose<'v>(views: &'v [Views], number: f32) -> Option<(&'v Views<'v>, usize)> {
     let mut left = number;
     let mut last = None;
@@ -176,11 +176,12 @@ fn choose<'v>(views: &'v [Views], number: f32) -> Option<(&'v Views<'v>, usize)>
             }
         }
     }
-    // By rounding, the number may be above the sum.
+    // Through rounding, the number may exceed the sum.
     last
 }
 
-/// Joins elements whose normals are nearest to the same axis to patches: small ones where the exitance varies.
+/// Joins elements whose normals are nearest to the same half axis to patches. Patches are small where the exitance
+/// varies.
 fn patches(elements: Vec<Element>) -> Vec<Patch> {
     let mut facing: [Vec<Element>; 6] = Default::default();
     for element in elements {
@@ -196,7 +197,7 @@ fn patches(elements: Vec<Element>) -> Vec<Patch> {
         parts.extend(part.halves());
     }
     let mut patches: Vec<Patch> = parts.into_iter().map(Patch::new).collect();
-    // Patches that face the same way are seen, or not, together.
+    // Patches that face the same way are either all seen or all hidden.
     patches.sort_by_key(|patch| facing_of(patch.normal));
     patches
 }
@@ -281,7 +282,7 @@ impl RadiantPatches {
         }
     }
 
-    /// The ways from a point of a surface to the centres, in m.
+    /// The vectors from a point of a surface to the centres, in m.
     #[inline]
     fn way(&self, from: &SurfacePoint) -> [f32x8; 3] {
         let point = from.point.to_array().map(f32x8::splat);
@@ -289,8 +290,9 @@ impl RadiantPatches {
     }
 
     /// The form factors from a point of a surface to the patches that face it, by the formula of Lambert (1760) for
-    /// polygons: the sum over the edges of the angles that they subtend, each times the cosine between the normals of
-    /// the surface and of the plane through the edge and the point. What lies below the surface counts as negative.
+    /// polygons: the sum over the edges of the angle that an edge subtends, times the cosine between the normals of
+    /// the surface and of the plane through the edge and the point. Parts of a patch below the surface count as
+    /// negative.
     #[inline]
     fn form_factors(&self, from: &SurfacePoint) -> f32x8 {
         let (way, surface_normal) = (self.way(from), from.normal.to_array().map(f32x8::splat));
@@ -315,11 +317,11 @@ impl RadiantPatches {
             });
             sum += angle_over_sine(dot(start, end)) * dot(&cross, &surface_normal);
         }
-        // The corners go round the normal, so that they turn to the left as seen from its side.
+        // The corners run counter-clockwise around the normal, as seen from its side.
         is_faced & (-sum).fast_max(f32x8::ZERO)
     }
 
-    /// The patches from a point of a surface.
+    /// The patches as seen from a point of a surface.
     #[inline]
     fn views(&self, from: &SurfacePoint) -> Views<'_> {
         let unit = |value: f32x8| value.fast_max(f32x8::ZERO).fast_min(f32x8::ONE);
@@ -327,7 +329,7 @@ impl RadiantPatches {
         let distance_squared = dot(&way, &way).fast_max(f32x8::splat(f32::MIN_POSITIVE));
         let per_distance = f32x8::ONE / distance_squared.sqrt();
         let axis = way.map(|way| way * per_distance);
-        // The sine of the angle that half of the patch subtends at most.
+        // Greatest sine of the angle that half of the patch subtends.
         let [along, across] = self.half_m;
         let sin = unit((along * along + across * across).sqrt() * per_distance);
         let cos_from = unit(dot(&axis, &from.normal.to_array().map(f32x8::splat)) + sin);
@@ -347,7 +349,8 @@ impl Views<'_> {
         (vector(&self.way) + aside).normalize_or(vector(&self.patches.normal))
     }
 
-    /// Weights times the density of a direction towards each patch, in 1/sr: r² / (A cos θ) where it meets the patch.
+    /// Weights times the density of a direction towards each patch, in 1/sr: r² / (A cos θ) where the direction meets
+    /// the patch.
     #[inline]
     fn density(&self, direction: Vec3A) -> f32x8 {
         let RadiantPatches { normal, sides, half_m, .. } = self.patches;
@@ -365,8 +368,8 @@ impl Views<'_> {
     }
 }
 
-/// An angle over 2π times its sine, by its cosine, within 2·10⁻⁶ (Heitz & Hill 2016, "Real-time area lighting: a
-/// journey from research to production", SIGGRAPH course).
+/// An angle divided by 2π times its sine, from its cosine, within 2·10⁻⁶ (Heitz & Hill 2016, "Real-time area lighting:
+/// a journey from research to production", SIGGRAPH course).
 #[inline]
 fn angle_over_sine(cosine: f32x8) -> f32x8 {
     let size = cosine.abs();
@@ -401,7 +404,8 @@ mod tests {
     #[test]
     fn the_factor_makes_up_for_the_density() {
         // With the density cos θ / π, ⟨1⟩ = 1 and ⟨ω⟩ = 2/3 n. The factor is at most 2, so that the standard error of
-        // 2¹⁶ random samples is below 2/2⁸ = 0.008, and that of the samples of a scrambled Sobol set far below.
+        // 2¹⁶ random samples is below 2/2⁸ = 0.008. The standard error of the samples of a scrambled Sobol set is far
+        // lower.
         let snow = wall();
         let tilted = Vec3A::new(0.48, 0.6, 0.64);
         for (point, normal) in [(Vec3A::ZERO, Vec3A::Z), (Vec3A::new(0.9, 0.0, 0.1), Vec3A::Z), (Vec3A::ZERO, tilted)] {
@@ -437,7 +441,7 @@ mod tests {
 
     /// A point of the floor in front of the middle of the wall, 2 m wide and high, at a distance of 1 m: the form
     /// factor is (atan 1 − atan(1/√5)/√5) / π (Howell, Mengüç, Daun & Siegel 2020, *Thermal Radiation Heat Transfer*,
-    /// C-4, twice). A wall behind is not seen, nor one whose snow faces away.
+    /// C-4, twice). A wall behind the point is not seen, and neither is a wall whose snow faces away.
     #[test]
     fn the_snow_that_is_seen_has_the_form_factor_of_its_rectangles() {
         let snow = wall();
@@ -455,8 +459,8 @@ mod tests {
         assert!(snow.seen_from(&below).share <= 0.0);
     }
 
-    /// A floor in front of a wall at x = 1 m whose last millimetre, of narrow elements, is as bright as snow in the
-    /// light next to it. Each ray that finds it must be likely, or it makes a white dot.
+    /// A floor in front of a wall at x = 1 m. The last millimetre of the wall, of narrow elements, is as bright as lit
+    /// snow next to it. The density of each ray that finds this millimetre must be high, or the ray makes a white dot.
     #[test]
     fn bright_edges_are_sampled_up_to_the_edge() {
         let element = |k: usize| {
@@ -481,8 +485,8 @@ mod tests {
                 (hits, greatest) = (hits + 1, greatest.max(factor));
             }
         }
-        // By the cosine some 10 rays would find it. Of the half that goes to snow most go to the patch that ends with
-        // it, of which it is a seventeenth.
+        // With the density of the cosine, about 10 rays would find the bright millimetre. Of the half of the rays that
+        // go to snow, most go to the patch that ends with this millimetre, which is a seventeenth of the patch.
         assert!(hits > 1000, "{hits}");
         assert!(greatest < 0.1, "{greatest}");
     }

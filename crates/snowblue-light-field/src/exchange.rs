@@ -1,11 +1,12 @@
-//! Light that goes back and forth between surfaces of snow.
+//! Light that is reflected back and forth between surfaces of snow.
 //!
-//! The irradiance is H = H₀ + G E(H): H₀ by what is not snow, E what snow sends out, which needs a solution inside the
-//! bodies, and G what of that each surface element receives. In a cavity of snow hardly any light is lost from one
-//! reflection to the next, so that reflections are not added up one by one. Of a slab, the light that is sent out is
-//! (1 − a) H, with the absorptance a known. With E of slabs the equation has no solutions inside, and its solution is
-//! near. So it is the preconditioner: what is missing in an estimate goes through the same equation. In a gap narrower
-//! than a cell, light that enters the snow leaves it beside the gap, so there slabs send less back.
+//! The irradiance is H = H₀ + G E(H). H₀ is the irradiance by everything but snow. E is the exitance of snow, which
+//! needs a solution inside the bodies. G maps the exitance to the irradiance of each surface element. In a cavity of
+//! snow hardly any light is lost from one reflection to the next, so that reflections are not summed one by one. The
+//! exitance of a slab is (1 − a) H, with a known absorptance a. With the exitance of slabs the equation needs no
+//! solutions inside, and its solution is near the true solution. The equation with slabs is therefore the
+//! preconditioner: it is solved for the residual of each estimate. In a gap narrower than a cell, light that enters
+//! the snow leaves it beside the gap, so there the exitance of slabs is reduced.
 
 use snowblue_base::narrow;
 use snowblue_field::{
@@ -18,24 +19,25 @@ use super::body_system::{BodySystem, Lighting, Solution, add};
 use super::field_scene::FieldScene;
 use super::gather::{ElementValues, GatheredPaths, PlaceOnSnow};
 
-/// How far the light is followed: root mean square over the surface of what an estimate by slabs adds to the light
-/// there, relative to that light.
+/// Tolerance for the light: root mean square over the surface of the light that an estimate by slabs still adds,
+/// relative to the light at each place.
 const TOLERANCE: f64 = 1e-3;
-/// Steps that are remembered.
+/// Number of steps that are remembered.
 const HISTORY: usize = 5;
-/// The same for light between slabs.
+/// Options of the iteration for light between slabs.
 const LIGHT_OF_SLABS: FixedPointOptions = FixedPointOptions { tolerance: 1e-2, most_estimates: 60, history: 3 };
-/// Relative residual of the first solutions inside, and of others over that of those before for the new light.
+/// Relative residual of the first solutions inside, and residual of later solutions relative to the residual of the
+/// previous solutions for the new light.
 const FIRST_RESIDUAL: f64 = 1e-3;
 const RESIDUAL_LEFT: f64 = 0.01;
-/// Light below which it no longer counts how great an error is beside the light, over the mean.
+/// Light, relative to the mean, below which an error is no longer compared with the light at its place.
 const DARK: f32 = 0.03;
-/// Least area of a surface element over the mean.
+/// Least area of a surface element, relative to the mean area.
 const MIN_AREA: f32 = 1e-4;
-/// Least light that other light is divided by.
+/// Least light that is used as a divisor.
 const MIN_LIGHT: f32 = 1e-20;
 
-/// The surfaces of all bodies, which send light to each other. Their values are joined, body by body.
+/// The surfaces of all bodies, which exchange light. Their values are concatenated, body by body.
 pub(super) struct Exchange<'a> {
     prepared: &'a [BodySystem<'a>],
     paths: &'a [GatheredPaths],
@@ -44,13 +46,13 @@ pub(super) struct Exchange<'a> {
     patches: &'a JoinedPatches,
 }
 
-/// The patches of all bodies. Single elements have so few rays that in a narrow gap some see each other alone, as if no
-/// light left them. Of all in a patch, some see the open.
+/// The patches of all bodies. Single elements have so few rays that in a narrow gap some elements see only each other,
+/// as if no light left the gap. Some of the elements of a patch see out of the gap.
 pub(super) struct JoinedPatches {
     bodies: Vec<SurfacePatches>,
     /// The patch of each surface element.
     of_element: Vec<u32>,
-    /// The area of each surface element, over that of its patch.
+    /// The area of each surface element, divided by the area of its patch.
     share: Vec<f32>,
     /// The first patch of each body.
     starts: Vec<u32>,
@@ -61,7 +63,7 @@ pub(super) struct JoinedPatches {
 pub(super) struct Balance {
     /// The irradiance H of each body.
     pub(super) diffuse: Vec<ElementValues>,
-    /// Solutions for nearly this light.
+    /// Solutions inside for nearly this irradiance.
     pub(super) fluences: Vec<Fluence>,
 }
 
@@ -114,8 +116,8 @@ impl<'a> Exchange<'a> {
         };
         let first = missing_of(&light);
         add(&mut light, &first);
-        // Errors count by area and beside the light at their place. In gaps most of it comes through snow, which the
-        // first estimate leaves out.
+        // Errors are weighted by area and relative to the light at their place. In gaps most light comes through snow,
+        // which the first estimate leaves out.
         let mut scale = without_dark(&light);
         self.weigh_by_area(&mut scale);
         divide(&mut light, &scale);
@@ -131,13 +133,13 @@ impl<'a> Exchange<'a> {
         let mut diffuse = solve_fixed_point(light, &mut missing, options);
         multiply(&mut diffuse, &scale);
         subtract(&mut diffuse, &direct);
-        // Of a small difference rounding may leave less than nothing.
+        // Rounding can make a small difference negative.
         diffuse.iter_mut().flatten().for_each(|value| *value = value.max(f32x4::ZERO));
         Balance { diffuse: self.parts(&diffuse), fluences }
     }
 
-    /// Divides a scale by the root of the area of each element, over the mean: squares of what is beside that scale
-    /// count by area.
+    /// Divides a scale by the square root of the area of each element relative to the mean area. Squares of values
+    /// relative to this scale are then weighted by area.
     fn weigh_by_area(&self, groups: &mut [Vec<f32x4>]) {
         let elements = || self.prepared.iter().flat_map(|prepared| prepared.body.surface());
         let area_m2: f64 = elements().map(|element| f64::from(element.area_m2)).sum();
@@ -148,12 +150,13 @@ impl<'a> Exchange<'a> {
         }
     }
 
-    /// What all elements receive of what snow sends out at places that they see, for each of some groups.
+    /// The irradiance of all elements by the exitance of snow at the places that they see, for each of some groups.
     fn received(&self, groups: usize, exitance: &(impl Fn(&PlaceOnSnow, f32) -> Groups + Sync)) -> ElementValues {
         joined(self.paths.iter().map(|paths| paths.irradiance_by_snow(groups, exitance)))
     }
 
-    /// The same by estimate: each place sends out the mean of its patch, and less into a narrow gap.
+    /// Estimates the irradiance of all elements by snow: each place has the mean exitance of its patch, and less in a
+    /// narrow gap.
     fn received_of_patches(&self, exitance: &[Vec<f32x4>]) -> ElementValues {
         self.received(exitance.len(), &|snow, kept| {
             let mut groups = Groups::default();
@@ -165,7 +168,7 @@ impl<'a> Exchange<'a> {
         })
     }
 
-    /// The irradiance that some irradiance grows to by reflections, if the snow at each element is a slab.
+    /// Adds the irradiance by reflections between surfaces to an irradiance, if the snow at each element is a slab.
     fn of_slabs(&self, mut irradiance: ElementValues) -> ElementValues {
         let reflected = |irradiance: &[Vec<f32x4>]| {
             let mut exitance = irradiance.to_vec();
@@ -217,7 +220,7 @@ impl JoinedPatches {
         Some(self.starts[number] + body.patch_at(&self.bodies[number], place)?)
     }
 
-    /// The means of values at the surface elements.
+    /// The means over each patch of values at the surface elements.
     fn means(&self, elements: &[Vec<f32x4>]) -> ElementValues {
         let of_group = |elements: &Vec<f32x4>| {
             let mut means = vec![f32x4::ZERO; self.count];
@@ -258,7 +261,7 @@ fn divide(groups: &mut [Vec<f32x4>], divisors: &[Vec<f32x4>]) {
     }
 }
 
-/// Light, but a small part of the mean where it is darker.
+/// The light, raised to at least a small part of the mean light.
 fn without_dark(light: &[Vec<f32x4>]) -> ElementValues {
     let of_group = |group: &Vec<f32x4>| {
         let sum = group.iter().fold(f64x4::ZERO, |sum, value| sum + f64x4::from(value.to_array().map(f64::from)));

@@ -16,7 +16,7 @@ use crate::gather::{GatherScene, GatheredPaths, LightsAround, PlaceOnSnow};
 use crate::illumination::{Illumination, LampInSnow, illuminations};
 use crate::surface_light::NOISE;
 
-/// Most bodies of snow. Each has a grid, and is lit by all others.
+/// Greatest number of bodies of snow. Each body has a grid, and is lit by all other bodies.
 const MAX_BODIES: usize = 1000;
 
 /// The light in all snow of a scene.
@@ -29,14 +29,14 @@ pub struct LightField {
     bright_snow: BrightSnow,
     /// The lights of each solution, by their indices in the scene.
     lights: Vec<Vec<usize>>,
-    /// Solutions that are not of an earlier light field.
+    /// Number of solutions that are not taken from an earlier light field.
     solved_count: usize,
     /// Whether snow that the camera does not see has larger cells.
     has_one_view: bool,
     work: SolveStatistics,
 }
 
-/// What a light field has and what it took.
+/// Statistics of a light field and of the work on it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FieldStatistics {
     /// Bodies of snow.
@@ -45,11 +45,11 @@ pub struct FieldStatistics {
     pub cells: usize,
     /// Unknowns at each wavelength, of all bodies.
     pub nodes: usize,
-    /// Memory of the grids and their systems of equations, in bytes, about.
+    /// Approximate memory of the grids and their systems of equations, in bytes.
     pub bytes: usize,
     /// Groups of four wavelengths at which light is solved for.
     pub groups: usize,
-    /// Lights of one spectrum.
+    /// Sets of lights of one spectrum.
     pub lights: usize,
     /// Solutions in a body for a group of wavelengths, since the cells were made.
     pub solves: u64,
@@ -61,7 +61,7 @@ pub struct FieldStatistics {
     pub rays: u64,
 }
 
-/// A solution: its lights, by their indices in the scene, and what it is in each body.
+/// A solution: the indices of its lights in the scene, and its light in each body.
 type LitBodies = (Vec<usize>, Vec<LitFluence>);
 
 impl LightField {
@@ -114,8 +114,8 @@ impl LightField {
         Ok(Self::lit(prepared, body_of, scene, Vec::new()))
     }
 
-    /// Solves for the light of those lights in the same bodies for which `has_changed`, and keeps the solutions of the
-    /// others. The light field is identical, to the last bit, to a new one.
+    /// Solves again for the lights for which `has_changed` holds, in the same bodies, and keeps the solutions of the
+    /// other lights. The light field is identical, to the last bit, to a newly computed light field.
     pub(crate) fn relit(self, scene: &FieldScene, has_changed: &dyn Fn(usize) -> bool) -> Self {
         if !(0..scene.lights.len()).any(has_changed) {
             return Self { solved_count: 0, ..self };
@@ -140,7 +140,7 @@ impl LightField {
         (prepared.collect(), solutions, body_of)
     }
 
-    /// Solves for the light in bodies where it is not known.
+    /// Solves for the light in bodies, except for lights whose solutions are known.
     fn lit(
         prepared: Vec<BodySystem>,
         body_of: Vec<Option<usize>>,
@@ -181,7 +181,7 @@ impl LightField {
         }
     }
 
-    /// The number of its solutions that are not of an earlier light field.
+    /// The number of solutions that are not taken from an earlier light field.
     pub fn solved_count(&self) -> usize {
         self.solved_count
     }
@@ -191,34 +191,34 @@ impl LightField {
         self.parts_inside(light).any(|part| part.is_whole)
     }
 
-    /// What of a light of the scene is inside snow.
+    /// The parts of a light of the scene that are inside snow.
     pub(crate) fn parts_inside(&self, light: usize) -> impl Iterator<Item = &LampInSnow> {
         self.lamps_in_snow.iter().filter(move |lamp| lamp.light == light)
     }
 
-    /// Samples the direction of a path that goes on from a surface, from three numbers in [0, 1): half of the paths go
-    /// towards bright snow, and the others by `directions`. Returns it with the factor cos θ / (π p) of the path's
-    /// throughput, p its density.
+    /// Samples the direction of a path that continues from a surface, from three numbers in [0, 1). Half of the paths
+    /// go towards bright snow, and the other half are sampled by `directions`. Returns the direction with the factor
+    /// cos θ / (π p) of the path's throughput, where p is the density of the direction.
     pub fn sample_reflection(&self, directions: &Directions, numbers: [f32; 3]) -> (Vec3A, f32) {
         self.bright_snow.sample(directions, numbers)
     }
 
-    /// The snow that another surface sees, roughly: as if no part hid another.
+    /// Approximates the snow that another surface sees, as if no part of the snow hid another part.
     pub fn snow_seen_from(&self, surface: &SurfacePoint) -> SnowSeen {
         self.bright_snow.seen_from(surface)
     }
 
-    /// If cells have sizes for a viewer: the greatest factor of these sizes that makes them fit into the memory.
+    /// If cell sizes are for a viewer: the greatest factor of these sizes that makes the cells fit into the memory.
     pub fn view_factor(&self) -> Option<f64> {
         self.bodies.iter().filter_map(|body| body.view_factor).max_by(f64::total_cmp)
     }
 
-    /// Whether it is for the pictures of one camera: snow that this camera does not see has larger cells.
+    /// Whether the light field is for the pictures of one camera. Snow that this camera does not see has larger cells.
     pub fn has_one_view(&self) -> bool {
         self.has_one_view
     }
 
-    /// What it has and what it took.
+    /// The statistics of the light field and of the work on it.
     pub fn statistics(&self) -> FieldStatistics {
         let bodies = || self.bodies.iter().map(|body| &body.body);
         let [solves, iterations] = [0, 1].map(|of| bodies().map(|body| body.solves_and_iterations()[of]).sum());
@@ -248,8 +248,8 @@ impl LightField {
     }
 }
 
-/// The bound of memory in MiB that each body has, so that all together keep to theirs: those that want less leave the
-/// rest to the others.
+/// The memory limit of each body, in MiB, with which all bodies together stay within `memory_mib`. Bodies that want
+/// less leave the rest to the other bodies.
 fn memory_of_each(mut wanted_mib: Vec<f64>, memory_mib: u32) -> u64 {
     wanted_mib.sort_by(f64::total_cmp);
     let (mut rest_mib, mut bodies) = (f64::from(memory_mib), wanted_mib.len());
@@ -265,7 +265,7 @@ fn memory_of_each(mut wanted_mib: Vec<f64>, memory_mib: u32) -> u64 {
     memory_mib.into()
 }
 
-/// Most diffuse surfaces between two pieces of snow.
+/// Greatest number of diffuse surfaces between two pieces of snow.
 const MAX_GATHER_SURFACES: u32 = 8;
 
 /// Solves for the light of each of some illuminations in all bodies.
@@ -304,7 +304,7 @@ pub(super) fn solve(
     illuminations.iter().enumerate().map(solve).collect()
 }
 
-/// What the surface of each body sees besides lamps.
+/// Traces paths from the surface of each body to snow, other surfaces and uniform skies.
 fn gathered_paths(
     scene: &FieldScene,
     illuminations: &[&Illumination],
@@ -348,7 +348,7 @@ mod tests {
     #[test]
     fn bodies_share_the_memory_of_the_scene() {
         assert_eq!(memory_of_each(vec![200.0, 100.0, 300.0], 1024), 1024);
-        // The two small ones take 300 MiB.
+        // The two small bodies take 300 MiB.
         assert_eq!(memory_of_each(vec![5000.0, 200.0, 1e9, 100.0], 1024), 362);
         assert_eq!(memory_of_each(vec![90.0; 1000], 500), 1);
     }

@@ -1,5 +1,5 @@
-//! What the light field needs of a scene, a body of snow as its grid sees it, and the progress and statistics of the
-//! work.
+//! The inputs of the light field from a scene, the geometry of a body of snow for its grid, and the progress and
+//! statistics of the work.
 
 use std::cell::RefCell;
 use std::sync::Arc;
@@ -19,21 +19,21 @@ use crate::body_optics::BodyOptics;
 use crate::illumination::LampInSnow;
 use crate::sight::CameraCells;
 
-/// What the light field needs of a scene.
+/// The inputs of the light field from a scene.
 pub struct FieldScene<'a> {
     pub(crate) objects: &'a Objects,
     pub(crate) lights: &'a [Arc<Light>],
     /// The snow of an object, if it is snow.
     pub(crate) snow: &'a dyn Fn(usize) -> Option<Arc<BodyOptics>>,
-    /// Those of the lights that are inside snow.
+    /// The lights that are inside snow.
     pub(crate) lamps_in_snow: &'a [LampInSnow],
     /// The reflectance of a diffuse surface; none for snow.
     pub(crate) reflectance: &'a (dyn Fn(&SurfaceInteraction) -> Option<Spectrum> + Sync),
-    /// Most surfaces after the first on a path of light.
+    /// Greatest number of surfaces after the first surface on a path of light.
     pub(crate) max_bounces: u32,
-    /// What the camera sees, if there is one.
+    /// The camera with the places that it sees, if there is a camera.
     pub(crate) sight: Option<CameraCells<'a>>,
-    /// Whether only that camera looks: snow that it does not see then has larger cells.
+    /// Whether only this camera is used. Snow that it does not see then has larger cells.
     pub(crate) has_one_view: bool,
     /// Memory and cells of the grid of a body.
     pub(crate) settings: LightFieldSettings,

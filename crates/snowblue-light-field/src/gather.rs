@@ -1,12 +1,12 @@
-//! Light that comes to snow by other surfaces, floors, walls and other snow, and by uniform skies.
+//! Light that reaches snow from other surfaces (floors, walls and other snow) and from uniform skies.
 //!
-//! From each surface element a few rays with the density of the cosine find what the element sees. A ray that meets a
-//! diffuse surface continues there, as a path tracer's does, until it meets snow or nothing. What snow sends out is
-//! asked for many times, so rays are traced once, for the lights of all spectra, and the places where they end are
-//! kept.
+//! From each surface element a few rays with the density of the cosine find the surfaces that the element sees. A ray
+//! that meets a diffuse surface continues there, as in a path tracer, until it meets snow or nothing. The exitance of
+//! snow is read many times, so rays are traced once, for the lights of all spectra, and the places where they end are
+//! stored.
 //!
-//! The sky and the snow around an element are seen by the same rays, so that in a cavity of snow, where light is
-//! reflected some hundred times, their shares add up to one.
+//! The same rays sample the sky and the snow around an element. In a cavity of snow, where light is reflected some
+//! hundred times, the shares of sky and snow therefore add up to one.
 
 use rayon::prelude::*;
 use snowblue_base::narrow;
@@ -22,9 +22,9 @@ use snowblue_scene::queries::SceneQueries;
 use snowblue_scene::sampling::{Sampler, cosine_direction};
 use snowblue_scene::spectrum::Spectrum;
 
-/// Most rays of a body, which bounds memory and time.
+/// Greatest number of rays of a body, which limits memory and time.
 const MAX_RAYS: usize = 2 << 20;
-/// Most rays of a surface element.
+/// Greatest number of rays of a surface element.
 const MAX_RAYS_PER_ELEMENT: usize = 16;
 
 /// Marks the absence of other surfaces on a path.
@@ -33,7 +33,7 @@ const NONE: u32 = u32::MAX;
 /// Values at each surface element, for each group of spectral nodes.
 pub(super) type ElementValues = Vec<Vec<f32x4>>;
 
-/// What the rays of a body's surface elements found.
+/// The results of the rays from a body's surface elements.
 #[derive(Debug)]
 pub(super) struct GatheredPaths {
     /// The irradiance by uniform skies and by diffuse surfaces that lamps light, for the lights of each spectrum.
@@ -41,7 +41,7 @@ pub(super) struct GatheredPaths {
     /// The paths of element k that end at snow are `ends[end_starts[k]..end_starts[k + 1]]`.
     end_starts: Vec<usize>,
     ends: Vec<SnowEnd>,
-    /// Transmittance of paths by way of diffuse surfaces, for each group: a range for each such path.
+    /// Throughputs of paths via diffuse surfaces, for each group: a range for each such path.
     throughputs: Vec<f32x4>,
     rays_per_element: u32,
 }
@@ -52,7 +52,8 @@ struct SnowEnd {
     place: PlaceOnSnow,
     /// Number of its throughput, or [`NONE`] if it met no other surface.
     throughput: u32,
-    /// Share of the light of a lit gap of this width that the snow sends back into it, and not out beside it.
+    /// Share of the light in a lit gap of this width that the snow sends back into the gap, and not out beside the
+    /// gap.
     kept_in_gap: f32,
 }
 
@@ -61,27 +62,27 @@ struct SnowEnd {
 pub(super) struct PlaceOnSnow {
     pub(super) body: u32,
     pub(super) place: SurfacePlace,
-    /// The patch that holds it, among those of all bodies; none in a cell without surface, which estimates take for
-    /// black.
+    /// The patch that holds the place, among the patches of all bodies; none in a cell without surface, which
+    /// estimates treat as black.
     pub(super) patch: Option<u32>,
 }
 
-/// What paths need of the scene.
+/// The inputs of paths from the scene.
 pub(super) struct GatherScene<'a> {
     /// The lights of each spectrum.
     pub(super) lit: Vec<LightsAround<'a>>,
     /// The reflectance of a diffuse surface; none for snow.
     pub(super) reflectance: &'a (dyn Fn(&SurfaceInteraction) -> Option<Spectrum> + Sync),
-    /// Most surfaces on a path after the first, snow or not.
+    /// Greatest number of surfaces on a path after the first surface, snow or not.
     pub(super) most_surfaces: u32,
     /// The place of a hit of snow.
     pub(super) place_at: &'a (dyn Fn(&SurfaceInteraction) -> Option<PlaceOnSnow> + Sync),
 }
 
-/// Where a path meets snow.
+/// The end of a path at snow.
 struct PathEnd {
     hit: SurfaceInteraction,
-    /// Transmittance by way of other surfaces; none if it met none.
+    /// Throughput via other surfaces; none if the path met no other surface.
     throughput: Option<Spectrum>,
     /// The distance from the last surface: the width of the gap.
     gap_m: f32,
@@ -94,7 +95,7 @@ pub(super) struct LightsAround<'a> {
     pub(super) sky: Spectrum,
 }
 
-/// The paths of some elements, before those of all tasks are joined.
+/// The paths of some elements, before the paths of all tasks are joined.
 #[derive(Default)]
 struct Task {
     steady: Vec<ElementValues>,
@@ -111,8 +112,8 @@ impl GatheredPaths {
         let is_dark = around.most_surfaces == 0 && around.lit.iter().all(|lit| lit.sky == Spectrum::ZERO);
         let rays_per_element = if is_dark { 0 } else { u32::try_from(rays_per_element).unwrap_or(1) };
         let groups = nodes.indices().len() / snowblue_field::GROUP;
-        // Light leaves snow some transport lengths from where it enters, and what leaves is known for each cell. The
-        // length need not be exact: estimates alone take it.
+        // Light leaves snow some transport lengths from where it enters, and the exitance is known for each cell. This
+        // length need not be exact: only estimates use it.
         let spread_m = narrow(body.step_m());
         let task = |(task, elements): (usize, &[SurfaceElement])| {
             let mut queries = SceneQueries::new(solid.objects);
@@ -179,8 +180,8 @@ impl GatheredPaths {
         !self.ends.is_empty()
     }
 
-    /// The irradiance of each element by snow, for each of some groups. `exitance` gives what snow sends out at a
-    /// place, and also takes the share that stays in a gap of that width.
+    /// The irradiance of each element by snow, for each of some groups. `exitance` gives the exitance of snow at a
+    /// place. Its second argument is the share of light that stays in a gap of the width there.
     pub(super) fn irradiance_by_snow(
         &self,
         groups: usize,
@@ -204,8 +205,8 @@ impl GatheredPaths {
     }
 }
 
-/// Follows a path from a surface element. Adds the radiance of uniform skies or, by diffuse surfaces, of all lamps, for
-/// the lights of each spectrum. Gives where it ends at snow.
+/// Follows a path from a surface element. Adds to `light`, for the lights of each spectrum, the radiance of uniform
+/// skies or, via diffuse surfaces, the radiance by all lamps. Returns the end of the path at snow.
 fn trace(
     queries: &mut SceneQueries,
     (mut object, mut surface): (usize, SurfacePoint),
@@ -219,7 +220,7 @@ fn trace(
         let direction = cosine_direction(surface.normal, u, v);
         let ray = Ray { origin: queries.off_surface(object, &surface), direction };
         let Some(hit) = queries.indirect_hit(&ray) else {
-            // Lamps at diffuse surfaces include the sky.
+            // The lights at diffuse surfaces include the sky.
             if throughput.is_none() {
                 light.iter_mut().zip(&around.lit).for_each(|(light, lit)| *light += lit.sky);
             }

@@ -1,7 +1,7 @@
-//! The lights of a scene by their spectra.
+//! The lights of a scene, grouped by their spectra.
 //!
-//! Light is solved for at few wavelengths, and what lies between is interpolated relative to the spectrum of the light.
-//! So lights of different spectra have solutions of their own.
+//! Light is solved for at few wavelengths, and interpolated between them relative to the spectrum of the light. Lights
+//! of different spectra therefore have separate solutions.
 
 use std::collections::BTreeMap;
 use std::f32::consts::PI;
@@ -18,12 +18,12 @@ use snowblue_scene::spectrum::Spectrum;
 /// Largest difference of proportional spectra, relative to their maximum.
 const SAME_SPECTRUM: f32 = 1e-3;
 
-/// A lamp inside snow, or a part of one.
+/// A lamp inside snow, or a part of a lamp.
 #[derive(Debug, Clone)]
 pub struct LampInSnow {
     /// Index of the light in the scene.
     pub(crate) light: usize,
-    /// An object of its body.
+    /// An object of the body that holds the lamp.
     pub(crate) object: usize,
     pub(crate) lamp: InnerLamp,
     /// Whether the middle of the lamp is inside.
@@ -31,7 +31,7 @@ pub struct LampInSnow {
 }
 
 impl LampInSnow {
-    /// The source of diffuse light that it is.
+    /// The lamp as a source of diffuse light.
     pub(super) fn source(&self, nodes: &SpectralNodes) -> VolumeSource {
         let InnerLamp { position, radius_m, intensity } = &self.lamp;
         VolumeSource {
@@ -42,7 +42,7 @@ impl LampInSnow {
     }
 }
 
-/// What of a light is inside the snow of a scene, with an index that stands for it.
+/// The parts of a light that are inside the snow of a scene. `index` is stored as the index of the light.
 ///
 /// # Errors
 ///
@@ -56,7 +56,7 @@ pub(super) fn parts_in_snow(scene: &Scene, index: usize, light: &Light) -> Resul
         (None, Some(object)) => Err(object),
         (Some(lamp), Some(object)) => Ok(vec![LampInSnow { light: index, object, lamp, is_whole: true }]),
         (Some(lamp), None) => {
-            // A body of several objects has the largest of their caps.
+            // A body of several objects has the largest cap of these objects.
             let mut caps: BTreeMap<usize, LampInSnow> = BTreeMap::new();
             for (object, snow) in scene.objects().list().iter().enumerate().filter(|(_, object)| is_snow(object)) {
                 let holds = |point| scene.objects().holds(object, point);
@@ -76,13 +76,13 @@ pub(super) struct Illumination<'a> {
     /// Their indices in the scene.
     pub(super) indices: Vec<usize>,
     pub(super) lights: Vec<&'a Light>,
-    /// Those of them that are inside snow.
+    /// The lamps, and parts of lamps, among these lights that are inside snow.
     pub(super) lamps: Vec<&'a LampInSnow>,
-    /// Their spectrum; none if it varies, as that of an image.
+    /// Their spectrum; none if it varies, as the spectrum of an image does.
     pub(super) spectrum: Option<Spectrum>,
 }
 
-/// Gathers lights of proportional spectra. Dark ones are left out.
+/// Groups lights of proportional spectra. Dark lights are left out.
 pub(super) fn illuminations<'a>(lights: &'a [Arc<Light>], lamps: &'a [LampInSnow]) -> Vec<Illumination<'a>> {
     let mut found: Vec<Illumination> = Vec::new();
     for (index, light) in lights.iter().enumerate() {

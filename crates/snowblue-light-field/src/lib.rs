@@ -2,9 +2,9 @@
 //!
 //! # The light field
 //!
-//! The light that enters at the surface, of lamps (`surface_light`) and by other surfaces (`gather`), determines
-//! the fluence rate inside ([`snowblue_field`]), and that the net flux J through the surface at each wavelength. Snow
-//! then sends out
+//! The light that enters at the surface, from lamps (`surface_light`) and from other surfaces (`gather`), determines
+//! the fluence rate inside ([`snowblue_field`]). The fluence rate determines the net flux J through the surface at
+//! each wavelength. The radiance that leaves the snow is then
 //!
 //! L(μ) = Σ R₀(μ, μ₀, Δϕ) F + K(μ) J/π.
 

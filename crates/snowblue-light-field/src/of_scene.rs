@@ -1,4 +1,4 @@
-//! The light field of a scene: its snow with optics, its lamps inside snow, and who looks.
+//! The light field of a scene: its snow with optics, its lamps inside snow, and its camera.
 
 use std::sync::Arc;
 
@@ -15,13 +15,14 @@ use snowblue_scene::progress::Report;
 use snowblue_scene::spectrum::{SAMPLES, wavelengths_nm};
 use snowblue_scene::{Changes, Scene, SceneError};
 
-/// The snow of each material, by its index; none of other materials.
+/// The snow of each material, by the index of the material; none for other materials.
 pub type SnowOfMaterials<T> = Vec<Option<Arc<T>>>;
 
-/// Where random walks end in a kind of snow of a material, for a transport mean free path in m, if there are any.
+/// The ends of random walks, if there are any, for a material, a kind of its snow, and a transport mean free path in
+/// m.
 pub(crate) type WalkEndsOf<'a> = dyn Fn(usize, usize, f64) -> Option<WalkEndsByDepth> + 'a;
 
-/// The snow of a scene with its optics, by `rays` through the grains of each kind.
+/// The snow of a scene with its optics, computed with `rays` rays through the grains of each kind.
 ///
 /// # Errors
 ///
@@ -47,7 +48,7 @@ pub fn optics_of_materials(
 }
 
 impl LightField {
-    /// Solves for the light in all snow of a scene, and reports the progress. If it `has_one_view`, snow that the
+    /// Solves for the light in all snow of a scene, and reports the progress. If `has_one_view` holds, snow that the
     /// camera of the scene does not see has larger cells.
     ///
     /// # Errors
@@ -81,7 +82,7 @@ impl LightField {
     }
 }
 
-/// Calls a function with what the light field needs of a scene. `snow` gives the snow of an object.
+/// Calls a function with the inputs of the light field from a scene. `snow` gives the snow of an object.
 fn with_field_scene<T>(
     scene: &Scene,
     snow: &dyn Fn(usize) -> Option<Arc<BodyOptics>>,

@@ -1,7 +1,7 @@
-//! What a camera sees, and the sizes of cells that suffice for its picture.
+//! The places that a camera sees, and the cell sizes that suffice for its picture.
 //!
-//! Snow that is not seen matters by the light that it sends to places that are seen. Its cells may be as wide as a
-//! fraction of the distance to them.
+//! Snow that is not seen matters only by the light that it sends to places that are seen. Its cells may be as wide as
+//! a fraction of the distance to these places.
 
 use std::sync::OnceLock;
 
@@ -14,7 +14,8 @@ use snowblue_scene::seen::{MIN_ROWS, SIZE_PER_DISTANCE, SeenPlaces};
 
 /// Greatest size of the cells at the surface that follow the picture, in m.
 const MAX_CELL_M: f64 = 1.0;
-/// Cells of the greatest size along a body that is wider than so many m: lines through all of them are a million.
+/// Number of cells of the greatest size along a body that is wider than this number of metres. A million lines pass
+/// through all of these cells.
 const MAX_CELLS_ALONG: f64 = 1000.0;
 /// Pixels of a picture that a cell of a body that is not wide may span.
 const PIXELS: f64 = 2.0;
@@ -29,7 +30,7 @@ pub(crate) struct CameraCells<'a> {
 }
 
 impl<'a> CameraCells<'a> {
-    /// That of the camera of a scene.
+    /// The cell sizes for the camera of a scene.
     pub(crate) fn of(scene: &'a Scene) -> Self {
         let fov_rad = f64::from(scene.view().vertical_fov_deg.to_radians());
         let rows = scene.film().height.get().max(MIN_ROWS);
@@ -42,7 +43,7 @@ impl<'a> CameraCells<'a> {
         SizesByDistance::of_picture(self.viewpoint(), self.pixel_rad, greatest_cell_m(extent_m))
     }
 
-    /// Sizes of the cells of another body, in m, which are smaller than the greatest everywhere.
+    /// Sizes of the cells of a body that is not wide, which are at most `greatest_m` everywhere, in m.
     pub(crate) fn sizes(&self, greatest_m: f64) -> SizesByDistance {
         let [detail_per_distance, flat_per_distance] = [PIXELS * self.pixel_rad; 2];
         SizesByDistance { viewpoint: self.viewpoint(), detail_per_distance, flat_per_distance, greatest_m }
@@ -63,12 +64,13 @@ pub(crate) fn greatest_cell_m(extent_m: f64) -> f64 {
     MAX_CELL_M.max(extent_m / MAX_CELLS_ALONG)
 }
 
-/// The sizes of another rule at what is seen, and greater ones with the distance to it.
+/// A rule with the sizes of another rule at places that are seen. Elsewhere sizes increase with the distance to these
+/// places.
 #[derive(Debug)]
 pub(crate) struct SizesBySight<'a> {
-    /// The sizes where all is seen.
+    /// The sizes where everything is seen.
     pub(crate) sizes: SizesByDistance,
-    /// What is seen; all if none.
+    /// The places that are seen; if none, everything counts as seen.
     pub(crate) seen: Option<&'a SeenPlaces>,
     /// The greatest size, in m.
     pub(crate) greatest_m: f64,
@@ -99,7 +101,7 @@ mod tests {
         let sizes = SizesBySight { sizes, seen: Some(&seen), greatest_m: greatest_cell_m(1.0) };
         let at = |y: f64| sizes.least_between(DVec3::new(0.0, y, 0.0), DVec3::new(0.0, y, 0.0));
         assert_eq!(at(2.0), SizeLimits { flat_m: 0.04, detailed_m: 0.01 });
-        // Half a metre behind it.
+        // Half a metre behind the place that is seen.
         assert_eq!(at(2.5), SizeLimits { flat_m: 0.0625, detailed_m: 0.0625 });
         assert_eq!(at(100.0), SizeLimits { flat_m: 1.0, detailed_m: 1.0 });
     }

@@ -15,19 +15,20 @@ use snowblue_scene::queries::SceneQueries;
 use snowblue_scene::sampling::Sampler;
 use snowblue_scene::spectrum::Spectrum;
 
-/// Most samples of a light with extent at each surface element. Each node of the grid has some twenty elements.
+/// Greatest number of samples of a light with extent at each surface element. Each node of the grid has about twenty
+/// elements.
 const MAX_SAMPLES_PER_ELEMENT: usize = 16;
-/// Most samples of the sun. They differ where it is partly hidden, and by its dark limb.
+/// Greatest number of samples of the sun. Samples differ where the sun is partly hidden, and by its dark limb.
 const MAX_SAMPLES_OF_SUN: usize = 8;
-/// Most samples of a light with extent on a body, which bounds the time.
+/// Greatest number of samples of a light with extent on a body, which limits the time.
 const MAX_SAMPLES: usize = 4 << 20;
 /// Relative noise to which sampled light is smoothed.
 pub(super) const NOISE: f32 = 0.05;
-/// Elements of a task.
+/// Number of elements of a task.
 pub(super) const ELEMENTS_PER_TASK: usize = 256;
 
-/// The light of lamps and skies at all surface elements, without that of uniform skies: values at the spectral nodes,
-/// for each group and element, in W m⁻² as a band density.
+/// The light of lamps and skies at all surface elements, without the light of uniform skies: values at the spectral
+/// nodes, for each group and element, in W m⁻² as a band density.
 pub(super) struct EnteringLight {
     /// Σ K F.
     pub(super) escape_weighted: Vec<Vec<f32x4>>,

@@ -1,9 +1,9 @@
 //! Meshes with a rough surface: triangles are split where a viewer needs it, and each vertex moves along its normal by
 //! the height of the roughness at its place.
 //!
-//! All that is done to a vertex depends on its place, so that a closed mesh stays closed, also where each side of an
-//! edge has vertices of its own. The normals for shading bend with the surface: those of the smooth mesh, plus the
-//! change of the mean normal of the triangles around the vertex.
+//! The displacement of a vertex depends on its place only, so that a closed mesh stays closed, even where each side of
+//! an edge has vertices of its own. The shading normals bend with the surface: each is the normal of the smooth mesh
+//! plus the change of the mean normal of the triangles around the vertex.
 
 use std::collections::BTreeMap;
 
@@ -17,16 +17,16 @@ use snowblue_geometry::vertex_normals::VertexNormals;
 use crate::refinement::{Refined, refine};
 use crate::roughness::Roughness;
 
-/// How far vertices move.
+/// Displacement of the vertices of a mesh.
 pub struct Displacement<'a> {
     /// The heights.
     pub roughness: &'a Roughness,
     /// Greatest length of the edges around a place, in m.
     pub edge_m: &'a (dyn Fn(Vec3) -> f32 + Sync),
-    /// How much that length grows at most for each metre.
+    /// Greatest growth of this length per metre of distance.
     pub edge_growth: f32,
-    /// How far a place may move by a vector, in parts of it. At a crease it is asked for each normal, and the least
-    /// counts.
+    /// Fraction of a displacement vector by which a place may move. At a crease the fraction is computed for each
+    /// normal, and the least displacement counts.
     pub room: &'a (dyn Fn(Vec3, Vec3) -> f32 + Sync),
 }
 
@@ -37,7 +37,7 @@ impl Displacement<'_> {
         let too_long_m = narrow(self.roughness.greatest_edge_m());
         let is_long = |[from, to]: [Vec3; 2], [from_m, to_m]: [f32; 2]| {
             let length_m = from.distance(to);
-            // At least the length that is asked for anywhere on the edge.
+            // Lower bound of the allowed length anywhere on the edge.
             let least_m = (0.5 * (from_m + to_m - self.edge_growth * length_m)).max(0.0);
             length_m > least_m && least_m < too_long_m
         };
@@ -51,7 +51,7 @@ impl Displacement<'_> {
         let height_m = |at: usize| -> f32 {
             let height_m = narrow(self.roughness.height_m(mesh.positions[at].as_dvec3(), edges_m[at].into()));
             let offset = normals[at] * height_m;
-            // Without a normal it has no direction, and other vertices at its place decide.
+            // A vertex without a normal has no direction, and other vertices at its place decide.
             if offset == Vec3::ZERO { height_m } else { height_m * (self.room)(mesh.positions[at], offset) }
         };
         let mut heights_m: Vec<f32> = (0..places.len()).into_par_iter().map(height_m).collect();
@@ -77,7 +77,7 @@ impl Displacement<'_> {
     }
 }
 
-/// For each vertex, the first one at its place with its normal.
+/// For each vertex, the first vertex with the same place and the same normal.
 fn groups(places: &[u32], normals: &[Vec3]) -> Vec<u32> {
     let mut further = BTreeMap::new();
     let group = |(at, place): (u32, &u32)| {
@@ -137,7 +137,8 @@ mod tests {
         let mesh = rough(&near_corner, &|_, _| 1.0);
         let topology = Topology::of(&mesh);
         assert!(topology.is_closed() && topology.reversed_edges + topology.degenerate_triangles == 0, "{topology:?}");
-        // Heights of 1 % of the side that are independent beyond a tenth of it leave the volume.
+        // Heights of 1 % of the side, which are independent beyond a tenth of the side, leave the volume nearly
+        // unchanged.
         assert!((volume(&mesh) - 1.0).abs() < 0.01, "{}", volume(&mesh));
         let smooth = rough(&near_corner, &|_, _| 0.0);
         assert!((volume(&smooth) - 1.0).abs() < 1e-5);
@@ -150,7 +151,7 @@ mod tests {
         }
     }
 
-    /// The heights of the upper side are those of the field at the places from where its vertices moved.
+    /// The heights of the upper side equal the heights of the field at the original places of its vertices.
     #[test]
     fn vertices_move_along_the_normal_by_the_height_at_their_place() {
         let roughness = roughness();
@@ -166,7 +167,7 @@ mod tests {
         assert!(count > 500, "{count}");
     }
 
-    /// Where edges are as short as the heights need, finer ones change no height.
+    /// Where edges are as short as the heights need, shorter edges do not change any height.
     #[test]
     fn finer_triangles_keep_the_heights_of_coarser_ones() {
         // Octaves down to a 200th of the side.
@@ -189,7 +190,8 @@ mod tests {
         assert!(both.iter().all(|(coarse, fine)| coarse == fine));
     }
 
-    /// The bent normals of a fine mesh are those of its triangles, with the smooth normals of the mesh below.
+    /// The bent normals of a fine mesh are close to the normals of its triangles. Without displacement, smooth normals
+    /// stay.
     #[test]
     fn normals_bend_with_the_surface_and_creases_stay() {
         let mesh = rough(&|_| 0.012, &|_, _| 1.0);

@@ -17,8 +17,8 @@ impl Heights {
     ///
     /// # Errors
     ///
-    /// When there are fewer than two rows or columns, an incomplete row, more than 2²⁸ heights, or one that is not
-    /// finite.
+    /// When there are fewer than two rows or columns, an incomplete row, more than 2²⁸ heights, or a height that is
+    /// not finite.
     pub fn new(columns: usize, values: Vec<f32>) -> Result<Self, String> {
         let rows = values.len().checked_div(columns).unwrap_or(0);
         if rows < 2 || columns < 2 || rows * columns != values.len() || values.len() > 1 << 28 {
@@ -54,7 +54,7 @@ impl Heights {
         self
     }
 
-    /// The heights less a height.
+    /// The heights minus `by`.
     #[must_use]
     pub fn lowered(mut self, by: f64) -> Self {
         self.values.iter_mut().for_each(|height| *height = narrow(f64::from(*height) - by));
@@ -62,7 +62,7 @@ impl Heights {
     }
 
     /// The height at a place in cells from the far left, on the two triangles of [`solid`](Self::solid) in each cell.
-    /// Places beyond the edge have the heights of the edge cell's triangles.
+    /// Beyond the edge, the triangles of the edge cell are extrapolated.
     pub fn at(&self, place: DVec2) -> f64 {
         let (column, across) = cell(place.x, self.columns);
         let (row, down) = cell(place.y, self.rows());
@@ -114,7 +114,7 @@ fn count(count: usize) -> u32 {
     count as u32
 }
 
-/// The cell that a place lies in, of those between some points, and where in it.
+/// The cell that contains a place, among the cells between `points` points, and the position within the cell.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "kept within the cells")]
 fn cell(place: f64, points: usize) -> (usize, f64) {
     let cell = place.floor().clamp(0.0, (points - 2) as f64);

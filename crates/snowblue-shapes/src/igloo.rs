@@ -1,8 +1,8 @@
 //! Igloo: a spherical dome of separate snow blocks in level courses, with staggered joints, closed by a king block.
 //!
-//! Each block is a closed mesh. Blocks overlap slightly in the middle of the wall. Towards both faces their edges are
-//! rounded, so that the wall is thinnest along the seams, where most light passes. Widths, joints, courses, offsets and
-//! faces are irregular by millimetres to centimetres, as of blocks cut by hand.
+//! Each block is a closed mesh. Blocks overlap slightly in the middle of the wall. Their edges are rounded towards
+//! both faces, so that the wall is thinnest along the seams, where most light passes. Widths, joints, courses, offsets
+//! and faces are irregular by millimetres to centimetres, as in blocks cut by hand.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -113,7 +113,7 @@ impl Igloo {
             radius_m * direction(0.0, 0.5).angle_between(direction(1.0, 0.5)),
             radius_m * direction(0.5, 0.0).angle_between(direction(0.5, 1.0)),
         ];
-        // Stretched about its middle, so that it overlaps its neighbours.
+        // The block is stretched about its middle, so that it overlaps its neighbours.
         let [wider, higher] = size_m.map(|side_m| 1.0 + 2.0 * OVERLAP_M / side_m);
         let stretched = |u: f64, v: f64| direction(0.5 + (u - 0.5) * wider, 0.5 + (v - 0.5) * higher);
         let edges = |u: f64, v: f64| EdgeDistances {
@@ -200,7 +200,7 @@ struct Joint {
     laps: bool,
 }
 
-/// Circumference of a course at a height, relative to that at the middle of the block.
+/// Circumference of a course at a height, divided by its circumference at the middle of the block.
 fn course_stretch(direction: DVec3, middle: DVec3) -> f64 {
     direction.truncate().length() / middle.truncate().length()
 }

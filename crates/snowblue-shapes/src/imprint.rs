@@ -17,14 +17,14 @@ pub struct Imprint {
     centre_m: DVec2,
     kind: ImprintKind,
     wall: Wall,
-    /// Radius of a circle around its middle beyond which it changes nothing, in m.
+    /// Radius of the circle around its middle outside of which the print changes no height, in m.
     reach_m: f64,
 }
 
 /// The sides of a print.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Wall {
-    /// Distance from the outline inwards to where the print has its depth, in m.
+    /// Distance from the outline inwards to the place where the print reaches its depth, in m.
     pub width_m: f64,
     /// Height of the snow that was pushed up at the outline, in m.
     pub rim_m: f64,
@@ -32,7 +32,7 @@ pub struct Wall {
     pub rim_width_m: f64,
 }
 
-/// What made a print.
+/// The object that made a print.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ImprintKind {
     /// A pole.
@@ -46,7 +46,7 @@ pub enum ImprintKind {
     Footprint(Sole),
 }
 
-/// The sole of a boot, and how deep it sank in.
+/// The sole of a boot, and the depth of its print.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sole {
     /// Unit vector from the heel to the toe.
@@ -64,9 +64,9 @@ pub struct Sole {
 /// Which foot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Foot {
-    /// The left one.
+    /// The left foot.
     Left,
-    /// The right one.
+    /// The right foot.
     Right,
 }
 
@@ -86,12 +86,12 @@ impl Imprint {
         self.centre_m
     }
 
-    /// Radius of a circle around its middle beyond which it changes nothing, in m.
+    /// Radius of the circle around its middle outside of which the print changes no height, in m.
     pub(crate) fn reach_m(&self) -> f64 {
         self.reach_m
     }
 
-    /// How far a mesh may lie from the print, in m.
+    /// Greatest distance of a mesh from the print, in m.
     pub(crate) fn tolerance_m(&self) -> f64 {
         match &self.kind {
             ImprintKind::Hole { radius_m, .. } => radius_m / 25.0,
@@ -99,7 +99,7 @@ impl Imprint {
         }
     }
 
-    /// The greatest cells of a mesh that cannot miss a part of the print, in m.
+    /// Size of the greatest mesh cells that cannot miss a part of the print, in m.
     pub(crate) fn coarsest_m(&self) -> f64 {
         match &self.kind {
             ImprintKind::Hole { radius_m, .. } => 0.5 * radius_m,
@@ -107,7 +107,7 @@ impl Imprint {
         }
     }
 
-    /// How much it raises the surface at a point, in m; negative within the print.
+    /// Height by which the print raises the surface at a point, in m; negative within the print.
     pub(crate) fn displacement_m(&self, point_m: DVec2) -> f64 {
         let offset_m = point_m - self.centre_m;
         if offset_m.length_squared() >= self.reach_m * self.reach_m {
@@ -124,7 +124,7 @@ impl Imprint {
     }
 }
 
-/// How much some prints raise the surface at a point, in m.
+/// Height by which some prints raise the surface at a point, in m.
 pub(crate) fn displacement_m<'a>(imprints: impl IntoIterator<Item = &'a Imprint>, point_m: DVec2) -> f64 {
     let (mut lowest_m, mut highest_m) = (0.0f64, 0.0f64);
     for imprint in imprints {
@@ -157,7 +157,7 @@ impl Sole {
             Foot::Right => 1.0,
             Foot::Left => -1.0,
         };
-        // There along the right side and back along the left one, with more corners at the ends.
+        // The corners run along the right side and back along the left side. They are denser at the ends.
         let corner = |number: u16| {
             let along = 0.5 - 0.5 * (TAU * f64::from(number) / f64::from(OUTLINE_CORNERS)).cos();
             let side = if 2 * number < OUTLINE_CORNERS { 1.0 } else { -1.0 };
@@ -189,9 +189,9 @@ impl Sole {
         if is_inside { nearest.sqrt() } else { -nearest.sqrt() }
     }
 
-    /// Depth of the print below a point of the sole: from the heel's to the toe's over the middle of the boot, less the
-    /// tread. Its grooves run across the boot as chevrons, 16 over its length, each a third of the distance between
-    /// two.
+    /// Depth of the print below a point of the sole. It changes from the depth at the heel to the depth at the toe
+    /// over the middle of the boot, and the tread is subtracted. The grooves of the tread run across the boot as
+    /// chevrons, 16 over its length. The width of a groove is a third of the distance between two grooves.
     fn depth_m(&self, point: DVec2) -> f64 {
         let [heel_m, toe_m] = self.depths_m;
         let along = point.x / self.length_m + 0.5;
@@ -211,12 +211,13 @@ fn half_width(along: f64) -> f64 {
     side * round(along / HEEL) * round((1.0 - along) / TOE)
 }
 
-/// How far the middle of a right sole lies to the right: the toe points inwards, to the left.
+/// Offset of the middle of a right sole to the right, as a fraction of the length: the toe points inwards, to the
+/// left.
 fn bend(along: f64) -> f64 {
     0.02 * smooth_step(along, 0.3, 0.65) - 0.03 * smooth_step(along, 0.65, 1.0)
 }
 
-/// From 0 to 1 between two places, without kinks.
+/// A smooth step from 0 at one place to 1 at another.
 fn smooth_step(value: f64, from: f64, to: f64) -> f64 {
     let step = ((value - from) / (to - from)).clamp(0.0, 1.0);
     step * step * (3.0 - 2.0 * step)

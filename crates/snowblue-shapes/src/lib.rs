@@ -1,8 +1,8 @@
 #![doc = include_str!("../README.md")]
 //!
-//! **Simplified.** Snow has no overhangs but those of carved snow. Its relief is noise, with no model of wind.
+//! **Simplified.** Only carved snow has overhangs. The relief of snow is noise, with no model of wind.
 //!
-//! **Out of scope.** What the solids are made of, and light (`snowblue-render`).
+//! **Out of scope.** The materials of the solids, and light (`snowblue-render`).
 
 mod relief;
 

@@ -41,7 +41,7 @@ impl Cell {
         [(0, 0), (size, 0), (0, size), (size, size)].map(|(x, y)| Self { x: self.x + x, y: self.y + y, size })
     }
 
-    /// The unit square just across a side, at the side's beginning; none left of or beyond the origin.
+    /// The unit square just across a side, at the side's beginning; none at negative coordinates.
     fn across(self, side: Side) -> Option<[u32; 2]> {
         let Self { x, y, size } = self;
         Some(match side {
@@ -73,8 +73,8 @@ pub(crate) struct Quadtree {
 type Leaf = (usize, Cell);
 
 impl Quadtree {
-    /// Splits cells of a rectangle of `columns` × `rows` units, at most 2³⁰ each, as long as `must_split` says so and
-    /// they are not units. Cells that reach out of the rectangle are always split.
+    /// Splits the cells of a rectangle of `columns` × `rows` units, at most 2³⁰ each, as long as `must_split` holds
+    /// and the cells are larger than a unit. Cells that reach out of the rectangle are always split.
     pub(crate) fn new(columns: u32, rows: u32, must_split: &(dyn Fn(Cell) -> bool + Sync)) -> Self {
         let size = columns.max(rows).next_power_of_two();
         let mut tree = Self { nodes: vec![LEAF], size, columns, rows };
@@ -88,8 +88,8 @@ impl Quadtree {
         tree
     }
 
-    /// Splits leaves once more where `must_split` says so, and their neighbours as far as needed. Returns whether any
-    /// was split.
+    /// Splits leaves once more where `must_split` holds, and their neighbours as far as needed. Returns whether any
+    /// leaf was split.
     pub(crate) fn refine(&mut self, must_split: &(dyn Fn(&Self, Cell) -> bool + Sync)) -> bool {
         let leaves = self.leaves();
         let split = |&&(_, cell): &&Leaf| cell.size > 1 && must_split(self, cell);
@@ -104,7 +104,7 @@ impl Quadtree {
         self.leaves().into_iter().map(|(_, cell)| cell).collect()
     }
 
-    /// Whether a cell is divided into smaller ones.
+    /// Whether a cell is divided into smaller cells.
     pub(crate) fn is_split(&self, cell: Cell) -> bool {
         self.leaf_at([cell.x, cell.y]).is_some_and(|(_, leaf)| leaf.size < cell.size)
     }
@@ -175,10 +175,10 @@ impl Quadtree {
         self.leaf_at(cell.across(side)?)
     }
 
-    /// Splits neighbours that are more than twice as large as one of some leaves, and so on.
+    /// Splits neighbours that are more than twice as large as a pending leaf, until no such neighbour is left.
     fn balance(&mut self, mut pending: Vec<Leaf>) {
         while !pending.is_empty() {
-            // A leaf may have been split meanwhile, and its parts are pending then.
+            // If a leaf has been split meanwhile, its parts are pending instead.
             pending.retain(|(node, _)| self.nodes[*node] == LEAF);
             let tree = &*self;
             let too_large = |leaf: Leaf| {
@@ -206,7 +206,7 @@ mod tests {
 
     #[test]
     fn cells_cover_the_rectangle_and_neighbours_differ_by_one_level() {
-        // One corner to single units, in a rectangle that is no square and no power of two.
+        // One corner is split to single units, in a rectangle that is neither a square nor a power of two.
         let corner = |cell: Cell| cell.x < 5 && 5 < cell.x + cell.size && cell.y < 3 && 3 < cell.y + cell.size;
         let tree = Quadtree::new(96, 37, &corner);
         let cells = tree.cells();
@@ -231,7 +231,8 @@ mod tests {
         assert!(!tree.refine(&|_, _| false));
         let cells = tree.cells();
         assert_eq!(cells.iter().map(|cell| cell.size * cell.size).sum::<u32>(), 64 * 64);
-        // 16 cells of 16 units, one of them in quarters, one of these again; their neighbours stay as they are.
+        // 16 cells of 16 units. One cell is split into quarters, and one quarter is split again. Their neighbours
+        // stay.
         assert_eq!((cells.len(), cells[0].size), (22, 4));
         let second = cells.iter().find(|cell| cell.x == 8 && cell.y == 0).unwrap();
         assert!(tree.is_halved(*second, Side::Left) && !tree.is_halved(*second, Side::Right));

@@ -4,20 +4,20 @@ use glam::Vec3;
 use rayon::prelude::*;
 use snowblue_geometry::triangle_mesh::TriangleMesh;
 
-/// What a mesh became.
+/// The new vertices of a refined mesh, and values of all vertices.
 pub struct Refined<T> {
-    /// The two vertices whose middle each new vertex is, in the order of the new vertices. They come before it.
+    /// For each new vertex in order, the two earlier vertices whose middle it is.
     pub ends: Vec<[u32; 2]>,
-    /// A value of each vertex, also of the new ones.
+    /// A value of each vertex, including the new vertices.
     pub values: Vec<T>,
 }
 
-/// Splits edges while `is_long` says so of the places of their ends and the values there, with at most `most`
+/// Splits edges while `is_long` holds for the places of their ends and the values there. The mesh gets at most `most`
 /// triangles; none if more are needed.
 ///
-/// What is done to an edge depends on the places of its ends only, so that triangles of both its sides still fit, also
-/// where each has vertices of its own. Texture coordinates and attributes of a middle are the means of those of the
-/// ends. Vertex normals are left out.
+/// The splitting of an edge depends on the places of its ends only. Triangles on both sides of the edge therefore
+/// still fit, even where each side has vertices of its own. Texture coordinates and attributes of a middle are the
+/// means of the values at the ends. Vertex normals are removed.
 pub fn refine<T: Copy + Send + Sync>(
     mesh: &mut TriangleMesh,
     most: usize,
@@ -27,14 +27,14 @@ pub fn refine<T: Copy + Send + Sync>(
     mesh.normals = Default::default();
     let mut refined =
         Refined { ends: Vec::new(), values: mesh.positions.par_iter().map(|at| value(*at)).collect::<Vec<T>>() };
-    // Triangles with an edge that was split, and those that are done.
+    // Triangles that may have a long edge, and finished triangles.
     let (mut active, mut done) = (std::mem::take(&mut mesh.indices), Vec::new());
     loop {
         let long = long_edges(&active, |ends: [u32; 2]| {
             let ends = ends.map(|end| end as usize);
             let [from, to] = ends.map(|end| mesh.positions[end]);
             let middle = from.midpoint(to);
-            // Neighbouring numbers have no middle.
+            // Adjacent floating-point numbers have no number between them.
             middle != from && middle != to && is_long([from, to], ends.map(|end| refined.values[end]))
         });
         if long.is_empty() {
@@ -68,13 +68,13 @@ pub fn refine<T: Copy + Send + Sync>(
 /// A side of a triangle that is to be split.
 #[derive(PartialEq, Eq, PartialOrd, Ord)]
 struct LongSide {
-    /// The lower vertex first.
+    /// Its end vertices, the lower number first.
     ends: [u32; 2],
     /// Three times the number of the triangle, and the number of its side.
     number: usize,
 }
 
-/// The sides that are too long, those of one edge together.
+/// The sides that are too long, with the sides of one edge next to each other.
 fn long_edges(triangles: &[[u32; 3]], is_long: impl Fn([u32; 2]) -> bool + Sync) -> Vec<LongSide> {
     let sides = triangles.par_iter().enumerate().flat_map_iter(|(triangle, &[a, b, c])| {
         let sides = [[a, b], [b, c], [c, a]].into_iter().enumerate();
@@ -86,7 +86,7 @@ fn long_edges(triangles: &[[u32; 3]], is_long: impl Fn([u32; 2]) -> bool + Sync)
     long
 }
 
-/// Adds the middle of an edge; none if there are as many vertices as there may be.
+/// Adds the middle of an edge; none if the number of vertices has reached its limit.
 fn add_middle(mesh: &mut TriangleMesh, ends: [u32; 2]) -> Option<u32> {
     let number = u32::try_from(mesh.positions.len()).ok()?;
     let [from, to] = ends.map(|end| end as usize);
@@ -100,9 +100,10 @@ fn add_middle(mesh: &mut TriangleMesh, ends: [u32; 2]) -> Option<u32> {
     Some(number)
 }
 
-/// Splits a triangle at the middles of its sides from the first corner to the second and so on.
+/// Splits a triangle at the middles of its sides. The first side runs from the first corner to the second corner, and
+/// so on.
 fn split(positions: &[Vec3], corners: [u32; 3], middles: [Option<u32>; 3], finer: &mut Vec<[u32; 3]>) {
-    // Turned so that the sides that are split come first.
+    // The corners are rotated so that split sides come first.
     let turn = (0..3).max_by_key(|&turn| [0, 1, 2].map(|side| middles[(side + turn) % 3].is_some())).unwrap_or(0);
     let [a, b, c] = [0, 1, 2].map(|corner| corners[(corner + turn) % 3]);
     match [0, 1, 2].map(|side| middles[(side + turn) % 3]) {

@@ -13,7 +13,7 @@ pub(crate) fn relief(position: DVec3, size_m: f64, seed: u32) -> f64 {
     relief_above(position, size_m, 0.0, seed)
 }
 
-/// The same noise without octaves whose scale is below `least_m`.
+/// Noise as of [`relief`], without octaves whose scale is below `least_m`.
 pub(crate) fn relief_above(position: DVec3, size_m: f64, least_m: f64, seed: u32) -> f64 {
     let octave = |number: u32| {
         let finer = f64::from(1 << number);
@@ -33,7 +33,8 @@ fn value_noise(position: DVec3, seed: u32) -> f64 {
     2.0 * interpolate(weight, |x, y, z| numbers[x][y][z]) - 1.0
 }
 
-/// The value between those at the eight corners of a cell, with the weights of its upper corners along x, y and z.
+/// Interpolates between the values at the eight corners of a cell. `weight` holds the weights of the upper corners
+/// along x, y and z.
 #[inline]
 pub(crate) fn interpolate(weight: DVec3, at: impl Fn(usize, usize, usize) -> f64) -> f64 {
     let lerp = |from: f64, to: f64, weight: f64| from + weight * (to - from);

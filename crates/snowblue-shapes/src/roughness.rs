@@ -7,9 +7,9 @@
 //! h(x) = σ Σ √w_i N_i(x/λ_i),   λ_i = λ_0 2^{−i},   w_i ∝ λ_i^{2H},   Σ w_i = 1.
 //! ```
 //!
-//! Below the correlation length the surface is self-affine with the Hurst exponent H: the mean square of the difference
-//! of two heights is in proportion to r^{2H}, down to the least wavelength. With H = 1/2 the autocorrelation is nearly
-//! exponential.
+//! Below the correlation length the surface is self-affine with the Hurst exponent H: the mean square of the height
+//! difference at a distance r is proportional to r^{2H}, down to the least wavelength. With H = 1/2 the
+//! autocorrelation is nearly exponential.
 //!
 //! Each octave has a lattice of a random orientation and place, so that a plane passes through all parts of its cells.
 //! Over all places and orientations the autocorrelation of N is
@@ -19,8 +19,8 @@
 //! A(s) = ∫ t w(t) (t + s) w(t + s) dt,   B(s) = ∫ w(t) w(t + s) dt
 //! ```
 //!
-//! with the weight w of a lattice point, and the mean over the directions of r with the components r_k, r_l, r_m. The
-//! wavelength λ_0 is the one for which Σ w_i ρ(r/λ_i) = 1/e at the correlation length.
+//! where w is the weight of a lattice point, and the mean is over the directions of r with the components r_k, r_l,
+//! r_m. The wavelength λ_0 is chosen such that Σ w_i ρ(r/λ_i) = 1/e at the correlation length.
 
 use std::f64::consts::TAU;
 use std::sync::LazyLock;
@@ -29,16 +29,16 @@ use glam::{DAffine3, DQuat, DVec3, IVec3};
 
 use crate::relief::{interpolate, uniform, uniform_corners};
 
-/// Least wavelength of an octave, in m. Below it are the grains, which are part of the snow's optics and not of its
-/// surface.
+/// Least wavelength of an octave, in m. Smaller structures are the grains, which belong to the optics of the snow and
+/// not to its surface.
 pub const MIN_WAVELENGTH_M: f64 = 1e-3;
-/// The least edges that heights need, as a fraction of a wavelength: an octave is left out where edges are longer than
-/// the second, and whole where they are shorter than the first.
+/// Edge lengths of a mesh, as fractions of a wavelength, between which an octave fades out. An octave is complete
+/// where edges are shorter than the first length, and left out where edges are longer than the second length.
 const EDGES_PER_WAVELENGTH: [f64; 2] = [0.55, 1.0];
-/// The edges that need not be shorter, as a fraction of the least wavelength.
+/// Shortest edge length that the heights need, as a fraction of the least wavelength.
 const MIN_EDGE: f64 = 0.25;
-/// Greatest magnitude of gradient noise with unit gradients: that of the middle of a cell, all of whose corners point
-/// to it, 8 · (1/8) · √3/2.
+/// Greatest magnitude of gradient noise with unit gradients: the value in the middle of a cell if the gradients at all
+/// corners point to the middle, 8 · (1/8) · √3/2.
 const MAX_NOISE: f64 = 0.867;
 
 /// The statistics of the heights of a rough surface.
@@ -55,7 +55,7 @@ pub struct RoughnessStatistics {
 /// A random field of heights.
 #[derive(Debug, Clone)]
 pub struct Roughness {
-    /// Those of the greatest wavelength first.
+    /// The octaves, the greatest wavelength first.
     octaves: Vec<Octave>,
 }
 
@@ -65,13 +65,13 @@ struct Octave {
     wavelength_m: f64,
     /// Root mean square of its heights, in m.
     height_m: f64,
-    /// To the coordinates of its lattice.
+    /// Transform to the coordinates of its lattice.
     to_lattice: DAffine3,
     seed: u32,
 }
 
 impl Roughness {
-    /// The field of some statistics. Other seeds give other fields.
+    /// A field with the given statistics. Different seeds give different fields.
     pub fn new(statistics: &RoughnessStatistics, seed: u32) -> Self {
         let wavelengths_m = wavelengths_m(statistics);
         let weights = weights(&wavelengths_m, statistics.hurst);
@@ -87,7 +87,7 @@ impl Roughness {
         Self { octaves: (0..).zip(wavelengths_m.iter().zip(weights)).map(octave).collect() }
     }
 
-    /// The height in m at a place in m, without the octaves that edges of a length in m cannot show.
+    /// The height in m at a place in m, without the octaves that edges of a length in m cannot resolve.
     pub fn height_m(&self, place_m: DVec3, edge_m: f64) -> f64 {
         let heights = self.octaves.iter().map_while(|octave| {
             let share = octave.share(edge_m);
@@ -98,17 +98,17 @@ impl Roughness {
         heights.sum()
     }
 
-    /// The edges that need not be shorter, in m.
+    /// Shortest edge length that the heights need, in m.
     pub fn least_edge_m(&self) -> f64 {
         self.octaves.last().map_or(f64::INFINITY, |octave| MIN_EDGE * octave.wavelength_m)
     }
 
-    /// The edges, in m, that are too long for all octaves.
+    /// Edge length from which on all octaves are left out, in m.
     pub fn greatest_edge_m(&self) -> f64 {
         self.octaves.first().map_or(0.0, |octave| EDGES_PER_WAVELENGTH[1] * octave.wavelength_m)
     }
 
-    /// A bound of the magnitude of heights, in m.
+    /// Upper bound of the magnitude of the heights, in m.
     pub fn greatest_m(&self) -> f64 {
         MAX_NOISE * INVERSE_DEVIATION * self.octaves.iter().map(|octave| octave.height_m).sum::<f64>()
     }
@@ -131,7 +131,7 @@ impl Roughness {
 }
 
 impl Octave {
-    /// How much of it edges of a length in m show, 0–1.
+    /// Share of the octave that edges of a length in m resolve, 0–1.
     fn share(&self, edge_m: f64) -> f64 {
         let [whole, none] = EDGES_PER_WAVELENGTH.map(|edges| edges * self.wavelength_m);
         let share = ((none - edge_m) / (none - whole)).clamp(0.0, 1.0);
@@ -139,9 +139,9 @@ impl Octave {
     }
 }
 
-/// A random rotation and shift of a lattice: all points of cells are as likely to lie at the origin.
+/// A random rotation and shift of a lattice: all points of a cell are equally likely to lie at the origin.
 fn random_placement(seed: u32) -> DAffine3 {
-    // Far from the lattice points that the gradients of any place use.
+    // These lattice points are far from the lattice points whose gradients any place uses.
     let number = |axis: i32| uniform(IVec3::new(i32::MIN, i32::MIN, axis), seed);
     // A quaternion that is uniform on the sphere (Shoemake 1992, "Uniform random rotations").
     let [share, first, second] = [0, 1, 2].map(number);
@@ -170,7 +170,7 @@ fn wavelengths_m(statistics: &RoughnessStatistics) -> Vec<f64> {
     octaves(0.5 * (low_m + high_m))
 }
 
-/// The parts of the variance that octaves have.
+/// The shares of the octaves in the variance.
 fn weights(wavelengths_m: &[f64], hurst: f64) -> Vec<f64> {
     let powers: Vec<f64> = wavelengths_m.iter().map(|wavelength_m| wavelength_m.powf(2.0 * hurst)).collect();
     let sum: f64 = powers.iter().sum();
@@ -190,8 +190,8 @@ fn gradient_noise(place: DVec3, seed: u32) -> f64 {
     interpolate(weight, at) * INVERSE_DEVIATION
 }
 
-/// The gradient of a random number in [0, 1): a unit vector towards the middle of one of the twelve edges of a cube,
-/// whose mean product with itself is a third of the unit matrix.
+/// The gradient for a random number in [0, 1): a unit vector towards the middle of one of the twelve edges of a cube.
+/// The mean of its outer product with itself is a third of the unit matrix.
 fn gradient(number: f64) -> DVec3 {
     const PART: f64 = std::f64::consts::FRAC_1_SQRT_2;
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a number below 12")]
@@ -241,7 +241,8 @@ fn noise_correlation(distance: f64) -> f64 {
     sum / (3.0 * a[0] * b[0] * b[0] * f64::from(DIRECTIONS))
 }
 
-/// Steps of the tables of [`noise_correlation`], and steps of a lag of 1; lags above 2 have no correlation.
+/// Number of steps of the tables of [`noise_correlation`], and number of steps per unit of lag. Lags above 2 have no
+/// correlation.
 const TABLE: u32 = 256;
 const PER_UNIT: f64 = 128.0;
 
@@ -280,10 +281,8 @@ mod tests {
         sum / count
     }
 
-    /// A plane of 100 × 100 correlation lengths has at least 10⁴/π independent patches of the radius of one. So the
-    /// mean has a standard error of 0.02 σ, the variance of a Gaussian field one of √(2/3200) = 2.5 %, and so has the
-    /// autocorrelation. The tests take 4 of them, on planes of three orientations.
-    /// Heights at one place of many fields: their mean square is known to √(2/400) = 7 %. The test takes 3 of these.
+    /// Heights at one place of many fields. The standard error of their mean square is √(2/400) = 7 %. The test allows
+    /// 3 standard errors.
     #[test]
     fn no_place_is_special() {
         let statistics = RoughnessStatistics { height_m: 1e-3, correlation_m: 0.03, hurst: 0.7 };
@@ -292,6 +291,10 @@ mod tests {
         assert!((mean / 1e-6 - 1.0).abs() < 0.21, "{mean}");
     }
 
+    /// A plane of 100 × 100 correlation lengths has at least 10⁴/π independent patches with a radius of one correlation
+    /// length. The standard error of the mean is therefore 0.02 σ, and the standard error of the variance of a Gaussian
+    /// field √(2/3200) = 2.5 %, as for the autocorrelation. The tests allow 4 standard errors, on planes of three
+    /// orientations.
     #[test]
     fn heights_have_the_stated_statistics_on_any_plane() {
         for (statistics, turn) in [
@@ -322,8 +325,8 @@ mod tests {
         }
     }
 
-    /// With H = 1/2 the stated autocorrelation is that of an exponential between the least wavelength and the
-    /// correlation length, within the ripples of octaves.
+    /// With H = 1/2 the stated autocorrelation is exponential between the least wavelength and the correlation length,
+    /// within the ripples of octaves.
     #[test]
     fn a_hurst_exponent_of_one_half_is_nearly_exponential() {
         let roughness = Roughness::new(&RoughnessStatistics { correlation_m: 0.1, ..FIRN }, 1);
@@ -340,7 +343,7 @@ mod tests {
             let roughness = Roughness::new(&RoughnessStatistics { correlation_m: 1.0, hurst, ..FIRN }, 1);
             let difference = |distance_m: f64| 1.0 - roughness.autocorrelation(distance_m);
             let found = (difference(0.064) / difference(0.008)).log2() / 6.0;
-            // The correlation length bounds the range above, and rounds the steepest.
+            // The correlation length limits the range from above, and flattens the steepest curve.
             assert!((found - hurst).abs() < 0.08, "{hurst}: {found}");
         }
     }
@@ -358,7 +361,7 @@ mod tests {
             slope(DVec3::X).powi(2) + slope(DVec3::Y).powi(2)
         });
         let found = mean(slopes).sqrt();
-        // 680 mm of a side are 34 correlation lengths, and far more of the short wavelengths that have the slopes.
+        // A side of 680 mm is 34 correlation lengths, and far more of the short wavelengths that cause the slopes.
         assert!((found / roughness.slope() - 1.0).abs() < 0.03, "{found} {}", roughness.slope());
     }
 

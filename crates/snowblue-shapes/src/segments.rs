@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-/// Most segments of a leaf.
+/// Greatest number of segments of a leaf.
 const LEAF: usize = 4;
 
 /// Segments in the order of a balanced binary tree: each node has one half of its segments on either side.
@@ -68,7 +68,7 @@ fn sort(segments: &mut [[Vec3; 2]], node: usize, bounds: &mut Vec<[Vec3; 2]>) {
 fn distance_m(point: Vec3, &[from, to]: &[Vec3; 2]) -> f32 {
     let along = to - from;
     let part = (point - from).dot(along) / along.length_squared();
-    // Not a number where the segment is a point.
+    // `part` is not a number where the segment is a point.
     let part = if part > 0.0 { part.min(1.0) } else { 0.0 };
     point.distance(from + part * along)
 }

@@ -1,7 +1,7 @@
 //! The closed solid between a sheet and the same sheet raised at each vertex, as snow on the ground.
 //!
-//! Where the sheet is not raised there is no solid. A triangle that is raised nowhere is left out; one that is raised
-//! at some of its vertices makes a wedge. Every edge then belongs to an even number of triangles.
+//! Where the sheet is not raised there is no solid. A triangle that is raised nowhere is left out. A triangle that
+//! is raised at some of its vertices makes a wedge. Every edge then belongs to an even number of triangles.
 
 use glam::{Vec2, Vec3};
 
@@ -10,9 +10,9 @@ use snowblue_geometry::triangle_mesh::TriangleMesh;
 /// A vertex of a sheet.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct SheetVertex {
-    /// Where it lies.
+    /// Its position.
     pub(crate) position: Vec3,
-    /// Its height when raised; its own height where there is no solid.
+    /// Height of the raised vertex; the height of the vertex itself where there is no solid.
     pub(crate) top: f32,
     /// Its texture coordinates.
     pub(crate) uv: Vec2,
@@ -25,20 +25,21 @@ impl SheetVertex {
     }
 }
 
-/// Triangles, counter-clockwise as seen from above, and those of their edges that have no triangle on the other side.
+/// Triangles, counter-clockwise as seen from above, and the edges that have a triangle on one side only.
 #[derive(Debug, Default)]
 pub(crate) struct Sheet {
     pub(crate) vertices: Vec<SheetVertex>,
     pub(crate) triangles: Vec<[u32; 3]>,
-    /// Other triangles for the underside, if any, with the same edges at the boundary; all vertices are raised then.
+    /// Separate triangles for the underside, if any, with the same edges at the boundary. All vertices are then
+    /// raised.
     pub(crate) underside: Option<Vec<[u32; 3]>>,
-    /// Each in the direction of its triangle.
+    /// The edges at the boundary, each in the direction of its triangle.
     pub(crate) boundary: Vec<[u32; 2]>,
 }
 
 impl Sheet {
-    /// The solid between the sheet and its raised vertices, with the texture coordinates of the sheet above and below;
-    /// without any triangle where the sheet is raised nowhere.
+    /// The solid between the sheet and its raised vertices, with the texture coordinates of the sheet above and below.
+    /// It has no triangle if the sheet is raised nowhere.
     pub(crate) fn solid(&self) -> TriangleMesh {
         let is_raised = |vertex: &u32| self.vertices[*vertex as usize].is_raised();
         let kept = || self.triangles.iter().filter(|triangle| triangle.iter().any(is_raised));
@@ -54,7 +55,7 @@ impl Sheet {
                 *number = add(&mut solid, vertex.position, vertex.uv);
             }
         }
-        // Where a vertex is not raised, it is the same above.
+        // A vertex that is not raised belongs to both the upper side and the underside.
         let mut above = vec![u32::MAX; self.vertices.len()];
         for &at in kept().flatten() {
             let (number, vertex) = (&mut above[at as usize], &self.vertices[at as usize]);

@@ -1,9 +1,9 @@
 //! Snow on a mesh: on all its faces that look upwards, raised vertically by the depth of the snow.
 //!
-//! Where such a face borders on one that does not look upwards, as at the eaves of a roof, the snow ends in a round
-//! edge: at a distance d from it, and with a depth D elsewhere, it is d − d²/4D deep for d < 2D. Triangles are split
-//! there until the edge does not show them. Where a face borders on nothing, as at the edge of a map, the snow ends in
-//! a wall. What lies above a face does not shelter it.
+//! Where such a face borders on a face that does not look upwards, as at the eaves of a roof, the snow ends in a round
+//! edge. At a distance d from the border, the snow is d − d²/4D deep for d < 2D, where D is the depth elsewhere.
+//! Triangles there are split until they are not visible in the round edge. Where a face borders on no other face, as
+//! at the edge of a map, the snow ends in a wall. Objects above a face do not shelter it from snow.
 
 use glam::{Vec2, Vec3};
 use snowblue_base::narrow;
@@ -24,18 +24,19 @@ const EDGE_OF_DEPTH: f64 = 0.25;
 /// Shortest side that is split, as a fraction of the greatest coordinate: some steps of single precision.
 const EDGE_OF_REACH: f64 = 1e-6;
 
-/// Distance from the edge within which there is no snow, as a fraction of the greatest depth. Rounding puts the middle
-/// of a straight edge beside it.
+/// Distance from the edge within which there is no snow, as a fraction of the greatest depth. Rounding may place the
+/// middle of a straight edge beside the edge.
 const NONE_OF_DEPTH: f64 = 1e-3;
 
 /// The error of a mesh without snow.
 const NO_SNOW: &str = "has no snow anywhere";
 
-/// Most triangles that snow lies on after sides are split.
+/// Greatest number of triangles under snow after sides are split.
 const MAX_TRIANGLES: usize = 2_000_000;
 
-/// The solid of snow on a mesh with z upwards. `depth_m` is the depth at a vertex of the mesh with split sides, by its
-/// number, and 0 where there is none; nowhere is it more than `most_m`. The underside lies `gap_m` above the mesh.
+/// The solid of snow on a mesh with z upwards. `depth_m` gives the depth at a vertex of the mesh with split sides, by
+/// the number of the vertex: at most `most_m`, and 0 where there is no snow. The underside lies `gap_m` above the
+/// mesh.
 ///
 /// # Errors
 ///
@@ -84,7 +85,7 @@ fn rounded_m(depth_m: f64, from_edge_m: f64) -> f64 {
     if from_edge_m < width_m { from_edge_m - from_edge_m.powi(2) / (2.0 * width_m) } else { depth_m }
 }
 
-/// Keeps the triangles that look upwards, and returns their edges with others.
+/// Keeps the triangles that look upwards, and returns the edges between them and other triangles.
 fn keep_upper(ground: &mut TriangleMesh) -> Vec<[Vec3; 2]> {
     let looks_up = |triangle: usize| {
         let [a, b, c] = ground.corners(triangle).map(|corner| corner.as_dvec3());
@@ -122,12 +123,12 @@ fn split_sides(ground: &mut TriangleMesh, ends: &Segments, most_m: f64) -> Resul
     ))
 }
 
-/// The edges of an odd number of triangles, each in the direction of one of them.
+/// The edges of an odd number of triangles, each in the direction of one of these triangles.
 fn boundary(vertices: usize, triangles: &[[u32; 3]]) -> Vec<[u32; 2]> {
     let mut boundary = Vec::new();
     visit_edges(vertices, triangles, |sides| {
         if sides.len() % 2 == 1 {
-            // Sides come by their direction, so that the middle one has that of most.
+            // The sides are sorted by direction, so that the middle side has the direction of the majority.
             let Side { from, to, .. } = sides[sides.len() / 2];
             boundary.push([from, to]);
         }
@@ -189,7 +190,7 @@ mod tests {
         TriangleMesh::from_triangles(&triangles)
     }
 
-    /// ∫ depth dA by layers, of the area beyond a distance from the edge.
+    /// ∫ depth dA, summed over layers of depth. `area_m2` is the area beyond a distance from the edge.
     fn rounded_m3(most_m: f64, area_m2: impl Fn(f64) -> f64) -> f64 {
         let steps = 10_000u16;
         let layer = |step: u16| {
@@ -205,7 +206,7 @@ mod tests {
         let expected_m3 = rounded_m3(most_m, |from_edge_m| (2.0 - 2.0 * from_edge_m) * (1.0 - 2.0 * from_edge_m));
         for ground in [block(1, 1, 0.0), block(3, 2, 0.7), block(16, 1, 0.0), block(23, 17, -0.6)] {
             let solid = snow_on_mesh(ground, 0.0, most_m, uniform(most_m)).unwrap();
-            // Where two edges meet the depth has a bend, within a side's length of which it is off.
+            // Where two edges meet, the depth has a kink. Within a side's length of the kink, the depth is inexact.
             check(&solid, expected_m3, 0.01 * expected_m3);
             for (number, &[a, b, c]) in solid.indices.iter().enumerate() {
                 let [a, b, c] = [a, b, c].map(|corner| solid.positions[corner as usize].as_dvec3());
@@ -234,7 +235,7 @@ mod tests {
         let roof = TriangleMesh::from_triangles(&sides);
         let most_m = 0.25;
         let solid = snow_on_mesh(roof, 0.0, most_m, uniform(most_m)).unwrap();
-        // Each slope is 4 × √2, and snow is not as deep near three of its edges. The ridge is none.
+        // Each slope is 4 × √2, and the snow is less deep near three of its edges. The ridge is not such an edge.
         let slope = 2.0f64.sqrt();
         let strips = |from_edge_m: f64| (4.0 - 2.0 * from_edge_m) * (slope - from_edge_m);
         let expected_m3 = 2.0 * rounded_m3(most_m, strips) / slope;

@@ -1,10 +1,10 @@
 //! Land and snow with a surface of heights, as a closed solid whose triangles are as large as an error bound permits.
 //!
 //! Heights lie on a grid, with two triangles in each of its cells, as in a plain [height field](crate::height_field).
-//! Prints may be pressed into the surface. A quadtree of cells, the largest of many grid cells, the smallest parts of
-//! one, is divided until the surface at each grid point, and at points within prints, lies near the triangles of its
-//! cell. Two triangles make a cell; where neighbours are smaller, their corners divide these further, so that there are
-//! no cracks.
+//! Prints may be pressed into the surface. The largest cells of a quadtree cover many grid cells, and its smallest
+//! cells are parts of a grid cell. The quadtree is divided until the surface at each grid point, and at points within
+//! prints, lies near the triangles of its cell. A cell has two triangles. Where neighbours are smaller, their corners
+//! divide these triangles further, so that there are no cracks.
 
 use arrayvec::ArrayVec;
 use glam::{DVec2, DVec3};
@@ -17,13 +17,14 @@ use crate::imprint::{Imprint, displacement_m};
 use crate::quadtree::{Cell, Quadtree, Side};
 use crate::sheet::{Sheet, SheetVertex};
 
-/// Most halvings of the width of a surface: its finest cells then are 8 units in the last place of its coordinates.
+/// Greatest number of halvings of the width of a surface. The finest cells are then 8 units in the last place of the
+/// coordinates.
 const MAX_LEVELS: u32 = 20;
-/// Most cells along a side of the lattice on which heights and depths are compared.
+/// Greatest number of cells along a side of the lattice on which heights and depths are compared.
 const MAX_LATTICE: usize = 1 << 14;
 /// Divisions of a side of a cell on which a print is compared.
 const PRINT_SAMPLES: u32 = 4;
-/// Rounding of coordinates, as a fraction of the greatest.
+/// Rounding of coordinates, as a fraction of the greatest coordinate.
 const ROUNDING: f64 = 1.0 / (1 << 22) as f64;
 
 /// A surface of heights over a rectangle, and the solid below it.
@@ -35,16 +36,16 @@ pub struct Terrain {
     pub far_left_m: DVec2,
     /// Distance between two columns and between two rows, in m.
     pub cell_m: DVec2,
-    /// What the solid is.
+    /// The kind of solid.
     pub filling: Filling,
-    /// What is pressed into its surface.
+    /// Prints that are pressed into its surface.
     pub imprints: Vec<Imprint>,
 }
 
 /// The solid at a surface of heights.
 #[derive(Debug)]
 pub enum Filling {
-    /// All below the heights, down to a level in m.
+    /// Everything below the heights, down to a level in m.
     Below(f64),
     /// Snow on the heights.
     Snow(SnowCover),
@@ -64,20 +65,20 @@ pub struct SnowCover {
 /// Depth of snow.
 #[derive(Debug)]
 pub enum Depth {
-    /// The same everywhere, in m.
+    /// Uniform depth, in m.
     Uniform(f64),
-    /// By an image.
+    /// Depth from an image.
     Varying(DepthImage),
 }
 
-/// Depths by an image.
+/// Depths from an image.
 #[derive(Debug)]
 pub struct DepthImage {
     /// Values on a grid.
     pub values: Heights,
     /// Depths where the value is 0 and where it is 1, in m.
     pub range_m: [f64; 2],
-    /// Where the ground begins at its far left, in cells of the grid.
+    /// Position of the far left corner of the ground, in cells of the grid.
     pub first: DVec2,
     /// Lengths of the ground, in cells of the grid.
     pub span: DVec2,
@@ -126,7 +127,7 @@ impl DepthImage {
 }
 
 impl SnowCover {
-    /// The depth at a fraction of the way from edge to edge, 0 where there is too little snow.
+    /// The depth in m at a fraction of the way from edge to edge; 0 where the depth is below its least value.
     pub(crate) fn depth_m(&self, uv: DVec2) -> f64 {
         let depth_m = self.depth.at(uv);
         if depth_m < self.least_depth_m { 0.0 } else { depth_m }
@@ -139,7 +140,7 @@ impl Terrain {
         self.cell_m * DVec2::new((self.heights.columns() - 1) as f64, (self.heights.rows() - 1) as f64)
     }
 
-    /// Height of the surface at a position before anything was pressed into it, in m; none beyond its edges.
+    /// Height of the surface without prints at a position, in m; none beyond its edges.
     pub fn undisturbed_m(&self, position_m: DVec2) -> Option<f64> {
         let place = (position_m - self.far_left_m) * DVec2::new(1.0, -1.0) / self.cell_m;
         let is_inside = place.cmpge(DVec2::ZERO).all() && place.cmple(self.size_m() / self.cell_m).all();
@@ -195,13 +196,13 @@ impl Terrain {
 struct Refinement<'a> {
     terrain: &'a Terrain,
     tolerance_m: f64,
-    /// Units of the quadtree in a cell of the grid.
+    /// Number of units of the quadtree along a cell of the grid.
     per_grid_cell: u32,
-    /// Units in a cell of the lattice on which the heights, and depths of snow, are compared.
+    /// Number of units along a cell of the lattice on which the heights, and depths of snow, are compared.
     per_lattice_cell: u32,
-    /// Of each imprint, its square in units from the far left.
+    /// The square around each imprint, in units from the far left.
     reaches: Vec<[DVec2; 2]>,
-    /// A square around all of these.
+    /// A square around all these squares.
     all_reaches: [DVec2; 2],
 }
 
@@ -289,7 +290,7 @@ impl<'a> Refinement<'a> {
         Sheet { vertices, triangles, underside, boundary }
     }
 
-    /// Units in some cells of the grid.
+    /// Number of units in some cells of the grid.
     fn units(&self, grid_cells: usize) -> u32 {
         index(grid_cells) * self.per_grid_cell
     }
@@ -301,7 +302,7 @@ impl<'a> Refinement<'a> {
         SheetVertex { position, top: narrow(top_m), uv: self.terrain.uv(place).as_vec2() }
     }
 
-    /// A place in grid cells, from one in units.
+    /// Converts a place in units to grid cells.
     fn place(&self, units: DVec2) -> DVec2 {
         units / f64::from(self.per_grid_cell)
     }
@@ -312,7 +313,7 @@ impl<'a> Refinement<'a> {
         self.terrain.levels(place, if is_near { self.terrain.imprints.as_slice() } else { &[] })
     }
 
-    /// Whether the triangles of a cell miss the surface. Of each side, `halved` says whether it has a corner in its
+    /// Whether the triangles of a cell miss the surface. `halved` says for each side whether it has a corner in its
     /// middle.
     fn must_split(&self, cell: Cell, halved: [bool; 4]) -> bool {
         let low = DVec2::new(cell.x.into(), cell.y.into());
@@ -356,7 +357,8 @@ impl<'a> Refinement<'a> {
         false
     }
 
-    /// The same with distances to the surface, which on the walls of a print are much less than differences of height.
+    /// Whether the triangles of a cell miss a print. Distances to the surface are compared, which on the walls of a
+    /// print are much less than height differences.
     fn misses_print(&self, cell: Cell, halved: [bool; 4], tolerance_m: f64) -> bool {
         const SIDE: usize = PRINT_SAMPLES as usize + 1;
         let triangles = self.planes(cell, halved);
@@ -392,7 +394,7 @@ impl<'a> Refinement<'a> {
     }
 }
 
-/// The triangles of all cells, and their edges at the edge of the surface, by the numbers of corners.
+/// The triangles of all cells, and their edges at the boundary of the surface, by the numbers of corners.
 fn triangulation(tree: &Quadtree, corners: &[u64]) -> (Vec<[u32; 3]>, Vec<[u32; 2]>) {
     let part_of = |cells: &[Cell]| {
         let (mut triangles, mut boundary) = (Vec::with_capacity(2 * cells.len()), Vec::new());
@@ -476,7 +478,7 @@ fn index(place: usize) -> u32 {
     place as u32
 }
 
-/// The triangles of a cell, to find the levels between their corners.
+/// The triangles of a cell, for interpolating the levels between their corners.
 struct Planes(ArrayVec<Plane, 6>);
 
 /// A triangle of a cell.
@@ -491,7 +493,7 @@ impl Plane {
         Self { corners: points.map(|[x, y]| 0.5 * DVec2::new(x.into(), y.into())), levels }
     }
 
-    /// The weights of the corners at a point, negative ones outside.
+    /// The weights of the corners at a point. Outside of the triangle, some weights are negative.
     fn weights(&self, point: DVec2) -> [f64; 3] {
         let [a, b, c] = self.corners;
         let area = (b - a).perp_dot(c - a);
@@ -547,7 +549,7 @@ mod tests {
         Filling::Snow(SnowCover { depth, gap_m: 0.001, least_depth_m: 0.001 })
     }
 
-    /// Closed, of one orientation, without cracks, T-junctions or doubled vertices.
+    /// Asserts a closed mesh of consistent orientation, without cracks, T-junctions or doubled vertices.
     fn check_closed(solid: &TriangleMesh) {
         let topology = Topology::of(solid);
         assert!(topology.is_closed() && topology.reversed_edges == 0, "{topology:?}");
@@ -572,7 +574,8 @@ mod tests {
             check_closed(solid);
             // Coordinates up to 4 m are rounded by 2e-7 m.
             assert!((volume(solid) - 4.0 * 2.5 * 0.8).abs() < 1e-5, "{}", volume(solid));
-            // Each of 8 × 5 cells would have two above and below, and each of 26 at the edge two.
+            // Each of 8 × 5 cells would have two triangles above and two below, and each of 26 cell sides at the edge
+            // would have two.
             assert!(solid.indices.len() < (4 * 40 + 2 * 26) * 2 / 3, "{} triangles", solid.indices.len());
         }
         assert!((flat.positions.iter().map(|vertex| vertex.z).fold(0.0, f32::max) - 3.801).abs() < 1e-6);
@@ -615,7 +618,7 @@ mod tests {
         let ground = |depth: Depth| terrain([5, 3], 0.5, snow(depth), |position| 0.1 * position.x);
         let solid = ground(Depth::Varying(DepthImage::from_edge_to_edge(values, [0.0, 0.4]))).solid(0.0).unwrap();
         check_closed(&solid);
-        // To x = −1/8 m the whole depth, over the next 1/8 m half of it; the snow is 1 m wide.
+        // Up to x = −1/8 m the snow has the whole depth, and over the next 1/8 m half the depth. The snow is 1 m wide.
         assert!((volume(&solid) - 0.4 * (0.875 + 0.125 / 2.0)).abs() < 1e-5, "{}", volume(&solid));
         let far_right = solid.positions.iter().map(|vertex| vertex.x).fold(f32::NEG_INFINITY, f32::max);
         assert!(far_right.abs() < 1e-6);
@@ -636,7 +639,7 @@ mod tests {
         // The wall lies within a 25th of the radius of 3 cm: 8 % of the volume at most, and less on average.
         let taken_m3 = whole_m3 - volume(&solid);
         assert!((taken_m3 / cone_m3 - 1.0).abs() < 0.04, "{taken_m3} m³ of {cone_m3} m³");
-        // The undisturbed surface is the one without the hole.
+        // The undisturbed surface is the surface without the hole.
         assert!((land.undisturbed_m(DVec2::new(0.13, -0.21)).unwrap() - 0.801).abs() < 1e-9);
         assert_eq!(land.undisturbed_m(DVec2::new(1.01, 0.0)), None);
     }

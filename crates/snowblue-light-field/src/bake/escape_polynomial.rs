@@ -4,9 +4,9 @@ use std::f64::consts::PI;
 
 use snowblue_transport::ordinates::HalfSpace;
 
-/// Points at which the function is taken.
+/// Number of points at which the function is evaluated.
 const POINTS: u32 = 64;
-/// Points at which the polynomial is compared with the function.
+/// Number of points at which the polynomial is compared with the function.
 const CHECKED_POINTS: u32 = 1000;
 
 /// K(μ) = k₀ + k₁ μ + k₂ μ² + k₃ μ³ for cosines μ from 0 to 1.
@@ -60,7 +60,7 @@ mod tests {
         let half_space = HalfSpace::new(&PhaseFunction::henyey_greenstein(0.75));
         let polynomial = EscapePolynomial::of(&half_space);
         assert!(polynomial.greatest_error < 0.03, "{polynomial:?}");
-        // Between the points at which it was sought, the error is as great: it is greatest at grazing angles, at 0.
+        // Between the points of the comparison the error is as great. It is greatest at grazing angles, at 0.
         let cosines = (0..CHECKED_POINTS).map(|point| (f64::from(point) + 0.5) / f64::from(CHECKED_POINTS));
         let errors = cosines.map(|cos| (polynomial.at(cos) - half_space.escape(cos)).abs());
         let between = errors.fold(0.0, f64::max);

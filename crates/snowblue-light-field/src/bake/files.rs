@@ -1,8 +1,8 @@
-//! Baked scenes as files, which say what their attributes are.
+//! Baked scenes as files that describe their attributes.
 //!
 //! **GLB**, binary glTF 2.0 (Khronos Group 2021, ISO/IEC 12113:2022): a mesh for each object, y up. The material is
-//! unlit (`KHR_materials_unlit`), so that a viewer shows `COLOR_0` as it is, or the lightmap as the texture of the base
-//! colour. `COLOR_0` would multiply the texture, so that a file has one of them.
+//! unlit (`KHR_materials_unlit`), so that a viewer shows `COLOR_0` as it is, or the lightmap as the texture of the
+//! base colour. `COLOR_0` would multiply the texture, so that a file has only one of the two.
 //!
 //! **PLY** (Turk 1994, "The PLY polygon file format"), binary: all objects as one mesh in scene axes, z up.
 
@@ -28,7 +28,7 @@ const ARRAY_BUFFER: u32 = 34_962;
 const ELEMENT_ARRAY_BUFFER: u32 = 34_963;
 const LINEAR: u32 = 9729;
 const CLAMP_TO_EDGE: u32 = 33_071;
-/// Bytes of the header of the file, and of a chunk.
+/// Size of the header of the file, and of the header of a chunk, in bytes.
 const FILE_HEADER: usize = 12;
 const CHUNK_HEADER: usize = 8;
 
@@ -57,7 +57,7 @@ pub fn write_glb(baked: &BakedScene, provenance: &Provenance, path: &Path) -> Re
 ///
 /// # Errors
 ///
-/// When a GLB cannot hold so many.
+/// When the scene is too large for a GLB.
 ///
 /// # Panics
 ///
@@ -138,7 +138,7 @@ impl Parts {
         Ok(parts)
     }
 
-    /// Adds the numbers of an object.
+    /// Adds the arrays of an object.
     fn add_object(&mut self, object: &BakedObject, names: &[(String, &'static str)], preview: &Preview) -> Accessors {
         let positions: Vec<Vec3> = object.positions.iter().map(|position| y_up(*position)).collect();
         let low = positions.iter().fold(Vec3::INFINITY, |low, position| low.min(*position));
@@ -167,7 +167,7 @@ impl Parts {
         self.add_floats("VEC3", 3, numbers)
     }
 
-    /// Adds vectors of a type of so many numbers, and returns their accessor.
+    /// Adds vectors of a type with `dimensions` numbers, and returns their accessor.
     fn add_floats(&mut self, kind: &str, dimensions: usize, numbers: impl Iterator<Item = f32>) -> usize {
         let start = self.binary.len();
         self.binary.extend(numbers.flat_map(f32::to_le_bytes));
@@ -229,7 +229,8 @@ struct Accessors {
     indices: usize,
 }
 
-/// How `COLOR_0` or the lightmap shows an exitance: as a PNG shows the radiance of a diffuse surface that sends it out.
+/// Display of an exitance in `COLOR_0` or the lightmap: a PNG shows the radiance of a diffuse surface with this
+/// exitance in the same way.
 struct Preview {
     /// The exitance that is shown as 1, in W/m².
     scale_w_m2: f64,
@@ -260,8 +261,8 @@ fn y_up(vector: Vec3) -> Vec3 {
     (Y_UP_TO_Z_UP.transpose() * vector.as_dvec3()).as_vec3()
 }
 
-/// Writes a baked scene as PLY, completely or not at all: vertex properties `x y z nx ny nz`, then of each lamp
-/// `lamp_0_r lamp_0_g lamp_0_b` or the wavelengths `lamp_0_400nm`, and last the same of `sky`.
+/// Writes a baked scene as PLY, completely or not at all. The vertex properties are `x y z nx ny nz`, then for each
+/// lamp `lamp_0_r lamp_0_g lamp_0_b` or the wavelengths `lamp_0_400nm`, and last the same properties for `sky`.
 ///
 /// # Errors
 ///
@@ -345,7 +346,7 @@ fn one_line(name: &str) -> String {
     name.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-/// What is said of the whole file: names and values.
+/// The metadata of the whole file: names and values.
 fn of_file(baked: &BakedScene, provenance: &Provenance) -> Vec<(&'static str, String)> {
     let weighting = match baked.channels {
         Channels::Rgb => {
@@ -380,13 +381,13 @@ fn key(name: &str) -> &'static str {
     }
 }
 
-/// The names of the attributes, lamps first, by a function of the lamp's number, and what each of them is.
+/// The names of the attributes, lamps first, with the kind of each. `lamp` gives the name for the number of a lamp.
 pub(super) fn attributes(baked: &BakedScene, lamp: impl Fn(usize) -> String, sky: &str) -> Vec<(String, &'static str)> {
     let lamps = baked.lamps.iter().enumerate().map(|(number, one)| (lamp(number), one.kind));
     lamps.chain([(sky.to_owned(), "sky, and all light by way of other surfaces")]).collect()
 }
 
-/// What is said of the snow of an object: names and values.
+/// The metadata of the snow of an object: names and values.
 fn of_snow(object: &BakedObject, attributes: &[(String, &'static str)]) -> Vec<(&'static str, Value)> {
     let snow = &object.snow;
     vec![

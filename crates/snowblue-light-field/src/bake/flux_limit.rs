@@ -2,10 +2,10 @@
 //!
 //! No radiance is negative. By the exit law with the R₀ = 1/π of a white diffuse surface, F + K(μ) J ≥ 0 for every
 //! cosine μ, so J ≥ −F/K(1), since K grows with μ. Within a transport mean free path of the edge of a lit face, the
-//! diffusion approximation breaks that bound. Its solution conserves energy against each shape function, whose support
-//! is both sides of the edge: what it has too little of on the one side, it has too much of on the other. So what the
-//! bound adds is taken from the vertices around, in proportion to what each has above its own bound, and the flux
-//! through the surface stays, unless no vertex is near.
+//! diffusion approximation violates this bound. Its solution conserves energy against each shape function, whose
+//! support includes both sides of the edge: a deficit of flux on one side is an excess of flux on the opposite side.
+//! The flux that the bound adds is therefore subtracted from the vertices around, in proportion to the excess of each
+//! vertex over its own bound. The total flux through the surface is conserved, unless no vertex is near.
 
 use std::collections::HashMap;
 
@@ -33,14 +33,14 @@ pub(super) fn vertex_areas_m2(positions: &[Vec3], triangles: &[[u32; 3]]) -> Vec
     areas_m2
 }
 
-/// The numbers of the positions within a distance in m of some of them, which are included.
+/// The numbers of the positions within a distance in m of some positions, including these positions.
 pub(super) fn within(reach_m: f32, centres: &[usize], positions: &[Vec3]) -> Vec<usize> {
     let cubes = Cubes::around(reach_m, centres.iter().map(|number| (*number, positions[*number])));
     let is_near = |number: &usize| cubes.near(positions[*number]).next().is_some();
     (0..positions.len()).filter(is_near).collect()
 }
 
-/// Raises each flux to its least value, and takes what that adds from those within `reach_m`.
+/// Raises each flux to its least value, and subtracts the added flux from the vertices within `reach_m`.
 pub(super) fn limit(vertices: &mut [BoundedFlux], reach_m: f32) {
     let mut lacking = Vec::new();
     for (number, vertex) in vertices.iter_mut().enumerate() {
@@ -65,18 +65,18 @@ pub(super) fn limit(vertices: &mut [BoundedFlux], reach_m: f32) {
 }
 
 impl BoundedFlux {
-    /// What it has above its least value.
+    /// Excess of the flux over its least value.
     fn above(&self) -> Spectrum {
         Spectrum(std::array::from_fn(|k| (self.flux.0[k] - self.least.0[k]).max(0.0)))
     }
 
-    /// What it has too little.
+    /// Deficit of the flux below its least value.
     fn below(&self) -> Spectrum {
         Spectrum(std::array::from_fn(|k| (self.least.0[k] - self.flux.0[k]).max(0.0)))
     }
 }
 
-/// Numbered positions by cubes of a grid.
+/// Numbered positions, grouped by cubes of a grid.
 struct Cubes {
     reach_m: f32,
     of_cube: HashMap<IVec3, Vec<(usize, Vec3)>>,
@@ -104,8 +104,8 @@ impl Cubes {
 mod tests {
     use super::*;
 
-    /// A row of vertices across an edge, the darkest far below its bound: none is below it then, all light is kept,
-    /// and what is out of reach does not change.
+    /// A row of vertices across an edge, the darkest far below its bound. After the limit no vertex is below its
+    /// bound, the total flux is conserved, and the vertex out of reach does not change.
     #[test]
     fn fluxes_are_raised_to_their_bounds_and_their_sum_is_kept() {
         let vertex = |k: usize| BoundedFlux {

@@ -21,7 +21,7 @@ pub(super) fn lamps(scene: &Scene) -> Vec<BakedLamp> {
     numbered.filter(|(_, one)| !one.is_sky()).map(|(light, one)| BakedLamp { kind: one.name(), light }).collect()
 }
 
-/// The light of one lamp in all snow, without other surfaces. `field` is that of all lights.
+/// The light of one lamp in all snow, without other surfaces. `field` is the light field of all lights.
 pub(super) fn field_of(
     lamp: &BakedLamp,
     scene: &Scene,

@@ -1,16 +1,16 @@
 //! The light field of a scene on its snow, for other renderers: the net flux J outwards at the vertices of triangle
 //! meshes, as glTF or PLY.
 //!
-//! Snow sends out L(μ) = Σ R₀ F + K(μ) J/π (see [the light field](crate)). J contains all that light does inside the
-//! snow, and it is linear in the light: each lamp has an attribute of its own, which may be scaled. The rest is one
-//! attribute: the sky, and all light by way of other surfaces. It is the total less the lamps. Another renderer then
-//! needs J, the polynomial of K, and the irradiance F of all light on the surface.
+//! Snow sends out L(μ) = Σ R₀ F + K(μ) J/π (see [the light field](crate)). J contains all effects of light inside the
+//! snow, and it is linear in the light: each lamp has a separate attribute, which may be scaled. One further attribute
+//! holds the rest: the light of the sky, and all light via other surfaces. It is the total minus the lamps. Another
+//! renderer then needs J, the polynomial of K, and the irradiance F of all light on the surface.
 //!
 //! J is negative where more light enters than leaves: on lit faces.
 //!
-//! **Simplifications.** R₀ is not exported: it is nearly 1/π. Of snow of layers the top layer's K is, of a mask that at
-//! its 0. Faces of snow
-//! within other snow of the same body have no meaning; J there is 0, or that of the surface nearby.
+//! **Simplifications.** R₀ is not exported: it is nearly 1/π. For layered snow the exported K is the K of the top
+//! layer, and for snow with a mask it is the K of the snow where the mask is 0. Faces of snow within other snow of the
+//! same body have no meaning; J there is 0, or the J of the surface nearby.
 
 mod escape_polynomial;
 mod files;
@@ -57,28 +57,28 @@ pub use relighting::{LitSnow, LitSurface, Relighting, WeightedLight};
 
 /// Greatest length of an edge of a baked mesh.
 pub const STEP_RANGE: ParameterRange = ParameterRange { quantity: "step", least: 0.01, greatest: 1e5, unit: "mm" };
-/// Most vertices of all snow together.
+/// Greatest number of vertices of all snow together.
 pub const MAX_VERTICES: usize = 1 << 22;
-/// Most numbers of all attributes together, 1 GiB.
+/// Greatest number of values of all attributes together, 1 GiB.
 const MAX_NUMBERS: usize = 1 << 28;
 /// Width of the whole grid of wavelengths, to which band densities refer, in nm.
 const BAND_WIDTH_NM: f64 = SAMPLES as f64 * WAVELENGTH_STEP_NM;
-/// Whether the program can make lightmaps. Its compiler drops what it does not need.
+/// Whether the program can make lightmaps. Otherwise the compiler removes their code.
 const HAS_LIGHTMAPS: bool = cfg!(feature = "lightmaps");
 /// Default length of edges, in cells of the light field at the surface.
 const DEFAULT_CELLS: f64 = 2.0;
-/// Length of edges that run away from a sharp one, in cells of the light field at the surface.
+/// Length of edges that run away from a sharp edge, in cells of the light field at the surface.
 const CELLS_FROM_EDGES: f64 = 0.25;
 
-/// Farthest vertices from which light is taken for others, in cells.
+/// Greatest distance of vertices from which flux is taken for other vertices, in cells.
 const MAX_CELLS_OF_REACH: f64 = 4.0;
-/// Relative error of the irradiance at wavelengths between those that are solved for.
+/// Relative error of the irradiance at wavelengths between the wavelengths that are solved for.
 const IRRADIANCE_ERROR: f64 = 0.005;
 
-/// Direct irradiance over diffuse irradiance that is the error of their difference.
+/// Ratio of direct to diffuse irradiance up to which the direct irradiance is only the error of a difference.
 const MIN_DIRECT: f64 = 0.02;
 
-/// What the attributes hold.
+/// The content of the attributes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Channels {
     /// Linear sRGB, in W/m² as the film of a rendering weights them.
@@ -88,19 +88,20 @@ pub enum Channels {
     Spectrum,
 }
 
-/// How a light field is baked.
+/// Options for baking a light field.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct BakeOptions {
     /// Greatest length of an edge, in m; none for twice the cells of the light field at the surface of each body.
     pub step_m: Option<f64>,
-    /// What the attributes hold.
+    /// The content of the attributes.
     pub channels: Channels,
-    /// One attribute for all light, instead of one for each lamp and one for the rest.
+    /// Whether there is one attribute for all light, instead of an attribute for each lamp and an attribute for the
+    /// rest.
     pub is_total: bool,
     /// Columns and rows of a lightmap, within [`LIGHTMAP_SIZES`]; none for no lightmap. It is an error if the charts of
-    /// the surface do not fit into it at one texel each, or if places that mesh files give overlap.
+    /// the surface do not fit into it at one texel each, or if places from mesh files overlap.
     pub lightmap: Option<u32>,
-    /// Whether the irradiance at the vertices is found.
+    /// Whether the irradiance at the vertices is computed.
     pub has_irradiance: bool,
 }
 
@@ -135,7 +136,7 @@ pub enum BakeError {
     /// The surface cannot be laid out in the lightmap.
     #[error("{reason}")]
     Layout {
-        /// What is wrong.
+        /// The reason.
         reason: String,
     },
     /// A lamp has no light field.
@@ -143,7 +144,7 @@ pub enum BakeError {
     Field {
         /// Name of the object.
         object: String,
-        /// What is wrong.
+        /// The reason.
         reason: String,
     },
 }
@@ -153,13 +154,13 @@ pub enum BakeError {
 pub struct BakedScene {
     /// The lamps, in the order of their attributes.
     pub lamps: Vec<BakedLamp>,
-    /// What the attributes hold.
+    /// The content of the attributes.
     pub channels: Channels,
     /// All objects of snow.
     pub objects: Vec<BakedObject>,
-    /// The light as a texture, if one was asked for.
+    /// The light as a texture, if a lightmap was requested.
     pub lightmap: Option<Lightmap>,
-    /// What falls on each object at its vertices, if it was asked for.
+    /// The irradiance at the vertices of each object, if it was requested.
     pub irradiance: Vec<Vec<VertexIrradiance>>,
     /// Brightness of the preview.
     pub exposure: Exposure,
@@ -181,11 +182,11 @@ pub struct BakedObject {
     /// The net flux J outwards by each lamp, and last by the sky and other surfaces: all channels of the first vertex,
     /// then of the second.
     pub flux: Vec<Vec<f32>>,
-    /// What leaves the surface in all, J and the irradiance, as linear sRGB in W/m².
+    /// The total exitance, J plus the irradiance, as linear sRGB in W/m².
     pub exitance: Vec<LinearRgb>,
-    /// What the snow is.
+    /// Functions and lengths of the surface of the snow.
     pub snow: SnowSurface,
-    /// Its reflection and escape functions.
+    /// Reflection and escape functions of the snow.
     pub half_space: HalfSpace,
 }
 
@@ -194,7 +195,7 @@ pub struct BakedObject {
 pub struct VertexIrradiance {
     /// By lamps and skies that see the vertex, without uniform skies.
     pub direct: LinearRgb,
-    /// By uniform skies and by way of other surfaces.
+    /// By uniform skies and via other surfaces.
     pub diffuse: LinearRgb,
 }
 
@@ -256,7 +257,7 @@ pub fn bake(scene: &Scene, field: &LightField, options: BakeOptions, report: Rep
     let most_vertices = MAX_VERTICES.min(MAX_NUMBERS / numbers);
     let lightmap = options.lightmap.filter(|_| HAS_LIGHTMAPS);
     let mut surfaces = surfaces(scene, field, step_m, most_vertices, lightmap.map(|size| (size, report)))?;
-    // What is wrong with a lightmap is found before the lamps, which take long.
+    // Errors of a lightmap are found before the lamps are computed, which takes long.
     let shown = lightmap.map(|size| {
         let flat: Vec<FlatSurface> = surfaces.iter().map(Surface::flat).collect();
         let shown = lightmap::shown(&flat, size).map_err(|reason| BakeError::Layout { reason })?;
@@ -277,7 +278,7 @@ pub fn bake(scene: &Scene, field: &LightField, options: BakeOptions, report: Rep
     }
     let of_lamp = |done: usize| Progress { phase: Phase::Lamps, done: done as u64, total: lamps.len() as u64 };
     for (number, lamp) in lamps.iter().enumerate() {
-        // What a lamp alone reports is a sign of life.
+        // Reports of the solution for a lamp only show that the program is running.
         let alone = field_of(lamp, scene, field, &|_| report(of_lamp(number))).map_err(|(object, reason)| {
             BakeError::Field { object: scene.objects().list()[object].name.clone(), reason }
         })?;
@@ -329,8 +330,8 @@ struct SteppedBody<'f> {
     step_m: f64,
 }
 
-/// The surfaces of all snow, with edges of at most a length in m that depends on the body. For a lightmap of a size
-/// they are laid out, which is reported.
+/// The surfaces of all snow, with edges of at most a length in m that depends on the body. For a lightmap the surfaces
+/// are laid out, and the progress is reported.
 fn surfaces(
     scene: &Scene,
     field: &LightField,
@@ -348,7 +349,7 @@ fn surfaces(
         }
         let step_m = step_m(body);
         let edge_m = narrow(step_m).min(mesh.longest_edge_m());
-        // As far as the cells resolve, but coarser where a great step asks for it.
+        // As short as the cells resolve, but longer where a large step asks for it.
         let away_m = edge_m.min(narrow(CELLS_FROM_EDGES * body.surface_step_m().max(step_m / DEFAULT_CELLS)));
         if !subdivide(&mut mesh, Longest { edge_m, away_m }, most_vertices.saturating_sub(count)) {
             return Err(too_many(step_m));
@@ -409,7 +410,7 @@ impl Surface {
         self.places().flat_map_iter(values).collect()
     }
 
-    /// Raises the net flux at vertices to where no radiance is negative. The exitance changes by as much.
+    /// Raises the net flux at vertices so that no radiance is negative. The exitance changes by the same amount.
     fn limit(&mut self, values: &mut [f32], field: &LightField, channels: Channels, sensor: &Sensor) {
         let count = channels.count();
         let Some(body) = field.of_object(self.object) else { return };
@@ -423,14 +424,14 @@ impl Surface {
     }
 
     /// The vertices whose net flux changes so that no radiance is negative, with the flux in the light field and the
-    /// changed one. What is added is taken from the vertices within an edge of the mesh. `flux_at` gives the flux in
-    /// the light field at a vertex.
+    /// changed flux. The added flux is subtracted from the vertices within an edge of the mesh. `flux_at` gives the
+    /// flux in the light field at a vertex.
     fn limited(
         &self,
         body: &BodySolution,
         flux_at: &(dyn Fn(usize) -> Spectrum + Sync),
     ) -> Vec<(usize, [Spectrum; 2])> {
-        // Renderers have the polynomial.
+        // Renderers use the polynomial, so that the greater of both escape functions counts.
         let escape = self.baked.half_space.escape(1.0).max(self.baked.snow.escape.at(1.0));
         let least = |vertex: usize, flux: &Spectrum| {
             let mut irradiance = body.exitance(self.points[vertex].into(), self.baked.normals[vertex].into());
@@ -439,7 +440,7 @@ impl Surface {
         };
         let is_below = |vertex: &usize| {
             let flux = flux_at(*vertex);
-            // Only where light enters can more of it enter than there is.
+            // Only where light enters can the net flux exceed the incident light.
             flux.0.iter().any(|flux| *flux < 0.0)
                 && flux.0.iter().zip(least(*vertex, &flux).0).any(|(flux, least)| *flux < least)
         };
@@ -463,13 +464,13 @@ impl Surface {
         changed.into_iter().zip(fluxes).collect()
     }
 
-    /// What leaves the surface at all vertices.
+    /// The exitance at all vertices.
     fn exitance(&self, field: &LightField, sensor: &Sensor) -> Vec<LinearRgb> {
         let Some(body) = field.of_object(self.object) else { return Vec::new() };
         self.places().map(|(point, normal)| rgb(&body.exitance(point, normal), sensor)).collect()
     }
 
-    /// The irradiance at all vertices: what leaves the surface less the flux through it.
+    /// The irradiance at all vertices: the exitance minus the net flux.
     fn irradiance(&self, field: &LightField, sensor: &Sensor) -> Vec<VertexIrradiance> {
         let Some(body) = field.of_object(self.object) else { return Vec::new() };
         let at_vertex = |(point, normal)| {

@@ -21,9 +21,9 @@ use super::{BakedObject, Surface};
 /// A place on the mesh of an object of snow.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SnowPlace {
-    /// Its number in [`Relighting::objects`].
+    /// Number of the object in [`Relighting::objects`].
     pub object: usize,
-    /// Where it is on the triangles of the object.
+    /// Location on the triangles of the object.
     pub location: MeshLocation,
 }
 
@@ -53,12 +53,12 @@ impl Relighting {
 
     /// The radiance of a place of the snow towards an eye under some lights, as a band density in W/(m² sr).
     ///
-    /// What the snow reflects of a sky is a sum over some unit directions, at each vertex, as
-    /// [`LitSurface::sky_irradiance`](super::LitSurface) is what it receives.
+    /// The reflection of a sky is computed at each vertex: the irradiance that the vertex receives, as in
+    /// [`LitSurface::sky_irradiance`](super::LitSurface), times a ratio of sums over some unit directions.
     ///
     /// # Panics
     ///
-    /// When the place is not one of this snow, or a light one of other snow.
+    /// When the place is not on this snow, or a light was solved for on other snow.
     #[must_use]
     pub fn radiance_towards(
         &self,

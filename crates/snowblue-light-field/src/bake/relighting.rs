@@ -1,12 +1,12 @@
-//! The light of one lamp or sky after the other on the same snow, for programs in which they move.
+//! The light of one lamp or sky after the other on the same snow, for programs in which the lights move.
 //!
-//! The grid inside the snow and the vertices of its surface are made once. Light is linear, so a program adds up the
-//! lights, each with its own solution, and scales them as it likes. A clear sky is two of them: the sun and the sky
-//! without it.
+//! The grid inside the snow and the vertices of its surface are computed once. Light is linear, so a program adds up
+//! the lights, each with its own solution, and scales each light as needed. A clear sky consists of two lights: the
+//! sun, and the sky without the sun.
 //!
-//! Snow that is looked at from any side is exposed by its vertices, as the pixels of no picture are known. A vertex
-//! counts as bright as it looks from an angle of 37° to the normal, cos θ = 0.8, without what the surface reflects of
-//! lamps. By lamps, only vertices count where more light leaves than enters.
+//! The exposure is computed from the vertices, because the snow may be viewed from any side and no picture is known.
+//! The brightness of a vertex is its brightness at an angle of 37° to the normal, cos θ = 0.8, without the light of
+//! lamps that the surface reflects. Under lamps, only vertices count at which more light leaves than enters.
 
 use std::f64::consts::FRAC_1_PI;
 use std::sync::{Arc, OnceLock};
@@ -36,7 +36,7 @@ use crate::{BodySolution, FieldScene, LightField};
 #[derive(Debug)]
 pub struct Relighting {
     pub(super) scene: Scene,
-    /// That of the last light; it is taken and put back when it is solved for again.
+    /// The light field of the last light. It is taken and put back when it is solved for again.
     field: Option<LightField>,
     pub(super) surfaces: Vec<Surface>,
     /// The triangles of each object, once a place on them is sought.
@@ -50,11 +50,11 @@ pub struct LitSnow {
     /// The strength of the light as linear sRGB: the radiant intensity of a point, the irradiance of a surface that
     /// faces a distant light or the sun. Other lights have the radiance that reaches a place; here they have none.
     pub strength: LinearRgb,
-    /// Each object of snow.
+    /// The light on each object of snow.
     pub surfaces: Vec<LitSurface>,
-    /// The same before colours, at each vertex.
+    /// The spectra at each vertex of each object, before conversion to colours.
     pub(super) spectra: Vec<Vec<VertexSpectra>>,
-    /// Those of a sky, once what a place reflects of it is sought.
+    /// The directions of a sky, once the reflection of the sky at a place is needed.
     pub(super) directions: OnceLock<SkyDirections<SAMPLES>>,
 }
 
@@ -64,10 +64,10 @@ pub struct LitSnow {
 pub struct LitSurface {
     /// The net flux J outwards as linear sRGB, in W/m² as the film of a rendering weights them.
     pub flux: Vec<LinearRgb>,
-    /// The irradiance H by other surfaces, the same.
+    /// The irradiance H by other surfaces, in the unit of `flux`.
     pub diffuse_irradiance: Vec<LinearRgb>,
-    /// V F of a sky, the same: what the surface receives of it directly. Empty for lamps and the sun, whose F follows
-    /// from where they are.
+    /// V F of a sky, in the unit of `flux`: the direct irradiance by the sky. Empty for lamps and the sun, whose F
+    /// follows from their positions.
     pub sky_irradiance: Vec<LinearRgb>,
     /// The visibility V of a lamp or the sun: 0 in shadow, else 1. It is 1 where the surface faces away, and for a sky.
     pub visibility: Vec<f32>,
@@ -81,8 +81,8 @@ pub(super) struct VertexSpectra {
 }
 
 impl Relighting {
-    /// Divides the surface of the snow of a scene into triangles with edges of at most so many cells of its light
-    /// field, by default two.
+    /// Divides the surface of the snow of a scene into triangles with edges of at most `cells_per_edge` cells of its
+    /// light field, by default two.
     ///
     /// # Errors
     ///
@@ -108,7 +108,7 @@ impl Relighting {
     ///
     /// # Errors
     ///
-    /// As those of [`SceneDescription::build`].
+    /// The errors of [`SceneDescription::build`].
     pub fn lights(
         &self,
         lamps: Vec<LightDescription>,
@@ -225,11 +225,11 @@ impl Surface {
 const OUTSIDE: AutoExposure = AutoExposure { fraction: 0.9, level: 2.8 };
 /// Lamps inside: all light has come through the snow.
 const INSIDE: AutoExposure = AutoExposure { fraction: 0.98, level: 0.95 };
-/// Under a sky: half of the snow is darker than half of white, so that what is lit keeps its shades.
+/// Under a sky: half of the snow is darker than half of white, so that lit snow keeps its shades.
 const SKY: AutoExposure = AutoExposure { fraction: 0.5, level: 0.5 };
-/// Greatest share of the net flux that enters where lamps are inside.
+/// Greatest ratio of the entering to the leaving net flux at which lamps count as inside.
 const ENTERING: f64 = 0.1;
-/// Cosine of exit.
+/// Cosine of the exit angle.
 const COS_EXIT: f64 = 0.8;
 
 /// Snow under a light, and the factor of the light's strength.
@@ -241,7 +241,7 @@ pub struct WeightedLight<'s> {
     pub factor: f64,
 }
 
-/// What leaves the surface at a vertex by all lights.
+/// Net flux and irradiance at a vertex by all lights.
 #[derive(Clone, Copy)]
 struct VertexLight {
     flux: LinearRgb,
@@ -249,7 +249,7 @@ struct VertexLight {
 }
 
 impl Relighting {
-    /// The factor of the display for all light of some lights; none without light.
+    /// The exposure factor of the display for the sum of some lights; none without light.
     #[must_use]
     pub fn exposure_factor(&self, lights: &[WeightedLight]) -> Option<f64> {
         let has_sky = lights.iter().any(|light| light.snow.is_of_sky());
@@ -294,7 +294,7 @@ impl Relighting {
         sum
     }
 
-    /// The irradiance by the sun at a vertex, visibility aside.
+    /// The irradiance by the sun at a vertex, without its visibility.
     fn direct_irradiance(&self, snow: &LitSnow, surface: &Surface, vertex: usize) -> LinearRgb {
         let (point, normal) = (surface.baked.positions[vertex].into(), surface.baked.normals[vertex].into());
         let sample = snow.light.central_sample();

@@ -1,13 +1,13 @@
-//! The irradiance by a sky at many points, as a sum over directions that are the same for all of them.
+//! The irradiance by a sky at many points, as a sum over common directions.
 //!
-//! At points without an obstacle there is no noise, so that a flat face is even. The irradiance E of the open sky is a
-//! sum over many directions k, which costs no ray. A few of them find the part V that is visible:
+//! At points without an obstacle there is no noise, so that a flat face is uniform. The irradiance E of the open sky
+//! is a sum over many directions k, which needs no ray. Rays along a few of these directions give the visible part V:
 //!
 //! ```text
 //! V E,   E = Σ_k E_k cos θ_k,   V = Σ_seen E_k cos θ_k / Σ_tried E_k cos θ_k,
 //! ```
 //!
-//! with the irradiance E_k of a surface that faces direction k. So sampling errors are in what is hidden only.
+//! with the irradiance E_k of a surface that faces direction k. Sampling errors therefore affect only the hidden part.
 
 use glam::Vec3A;
 use snowblue_geometry::ray::SurfacePoint;
@@ -17,16 +17,17 @@ use snowblue_scene::queries::SceneQueries;
 use snowblue_scene::sampling::Sampler;
 use snowblue_scene::spectrum::Spectrum;
 
-/// Samples of the sky, each of a direction by its radiance and one by solid angle. On level ground and walls under
-/// clear and overcast skies their sum is within 0.1 % of that of eight times as many.
+/// Number of samples of the sky. Each sample has directions by radiance and a direction by solid angle. On
+/// level ground and walls under clear and overcast skies, their sum is within 0.1 % of the sum over eight times as
+/// many samples.
 const SAMPLES: u16 = 2048;
-/// Samples whose visibility is found.
+/// Number of samples whose visibility is tested.
 const TRIED_SAMPLES: u16 = 128;
 
-/// A sky as directions from which light comes, of a number of channels.
+/// A sky as directions from which light comes, with `N` channels.
 #[derive(Debug)]
 pub(super) struct SkyDirections<const N: usize> {
-    /// Those of the first samples, whose visibility is found.
+    /// The directions of the first samples, whose visibility is tested.
     tried: Vec<SkyDirection<N>>,
     others: Vec<SkyDirection<N>>,
 }
@@ -61,7 +62,7 @@ impl<const N: usize> SkyDirections<N> {
         self.others.iter().filter_map(|direction| direction.on(surface)).for_each(|one| add(&mut open, one));
         std::array::from_fn(|channel| {
             let all = tried[channel] + open[channel];
-            // What no tried direction brings counts as hidden.
+            // If no tried direction brings light in a channel, all light of the channel counts as hidden.
             if tried[channel] > 0.0 { all * (seen[channel] / tried[channel]) } else { 0.0 }
         })
     }
@@ -76,7 +77,7 @@ impl<const N: usize> SkyDirection<N> {
     }
 }
 
-/// The directions of a sample, of which all together have the irradiance of the sky.
+/// The directions of a sample. The directions of all samples together have the irradiance of the sky.
 fn directions<const N: usize>(
     sky: &Light,
     channels: &impl Fn(&Spectrum) -> [f32; N],

@@ -4,10 +4,10 @@
 //! divided into two, three or four by the midpoints of its edges. So no vertex ever lies within an edge of another
 //! triangle, and a closed surface stays closed.
 //!
-//! Beside a sharp edge of the surface, light may fall off within a cell of the light field. So edges of triangles that
-//! run away from a sharp edge are shorter. And two triangles that make a rectangle are divided as one: into rectangles,
-//! in rows along its sides. If the vertices of a row were not all at the same distance from the edge, the light that is
-//! interpolated between them would rise and fall along it.
+//! Beside a sharp edge of the surface, light may fall off within a cell of the light field. Edges of triangles that
+//! run away from a sharp edge are therefore shorter. Two triangles that form a rectangle are divided together, into
+//! rectangles in rows along its sides. If the vertices of a row had different distances from the edge, the light that
+//! is interpolated between them would rise and fall along the row.
 
 use std::collections::{HashMap, HashSet};
 
@@ -21,29 +21,29 @@ const MAX_SIDE: f32 = 0.999 * std::f32::consts::FRAC_1_SQRT_2;
 /// Greatest cosine of the angle between the sides of a parallelogram that counts as a rectangle: 15° from a right
 /// angle.
 const RECTANGLE_COS: f32 = 0.26;
-/// Greatest distance of the fourth corner of a parallelogram from its place, as a fraction of the diagonal. Corners of
-/// meshes are single numbers of 24 bits, far from the origin.
+/// Greatest distance of the fourth corner of a parallelogram from its place, as a fraction of the diagonal.
+/// Coordinates of mesh corners have single precision of 24 bits, and may be far from the origin.
 const ROUNDING: f32 = 1e-4;
 
-/// Greatest cosine between an edge that runs away from a sharp edge and this one: 26°.
+/// Greatest cosine between a sharp edge and an edge that runs away from it: 26°.
 const AWAY_COS: f32 = 0.9;
 
 /// Greatest lengths of edges, in m.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Longest {
-    /// Of all edges.
+    /// Greatest length of all edges.
     pub(super) edge_m: f32,
-    /// Of those that run away from a sharp edge.
+    /// Greatest length of edges that run away from a sharp edge.
     pub(super) away_m: f32,
 }
 
-/// Divides the triangles of a mesh until no edge is longer than it may be. False if that takes more than
-/// `most_vertices`.
+/// Divides the triangles of a mesh until no edge is longer than allowed. Returns false if more than `most_vertices`
+/// vertices are needed.
 pub(super) fn subdivide(mesh: &mut SurfaceMesh, longest: Longest, most_vertices: usize) -> bool {
     let mut sharp = SharpEdges::of(mesh);
     let mut faces = Faces::of(mesh);
     loop {
-        // A closed surface has twice as many triangles as vertices; a hostile one may repeat them.
+        // A closed surface has twice as many triangles as vertices; a malicious mesh may repeat triangles.
         let triangles = faces.triangles.len() + 2 * faces.rectangles.len();
         if mesh.positions.len() > most_vertices || triangles > 4 * most_vertices {
             return false;
@@ -99,7 +99,7 @@ impl Faces {
         Self { triangles: triangles.collect(), rectangles }
     }
 
-    /// The same with the midpoints of long edges.
+    /// Divides the faces at the midpoints of long edges.
     fn divided(self, mesh: &mut SurfaceMesh, longest: Longest, sharp: &mut SharpEdges) -> Self {
         let edges = self.rectangles.iter().flat_map(Rectangle::sides).map(ascending);
         let mut midpoints = Midpoints { longest, sharp, sides: edges.collect(), of_edge: HashMap::new() };
@@ -110,7 +110,7 @@ impl Faces {
             if let Some(parts) = rectangle.divided(middles, mesh) {
                 divided.rectangles.extend(parts);
             } else {
-                // Rounding makes one of two opposite sides too long.
+                // Through rounding, only one of two opposite sides is too long.
                 triangles.extend(rectangle.triangles(&mesh.positions));
             }
         }
@@ -136,7 +136,7 @@ fn rectangle(facets: [&Facet; 2], positions: &[Vec3]) -> Option<Rectangle> {
         return None;
     }
     let at = |vertex: u32| positions[vertex as usize];
-    // The corner of the first facet that the second one has not, with the next two, which are the ends of the diagonal.
+    // The corner of the first facet that the second facet lacks, with the next two corners, the ends of the diagonal.
     let turns = [[a, b, c], [b, c, a], [c, a, b]];
     let [corner, from, to] = turns.into_iter().find(|[corner, ..]| !other.contains(corner))?;
     let opposite = other.into_iter().find(|vertex| *vertex != from && *vertex != to)?;
@@ -152,7 +152,7 @@ impl Rectangle {
         [[a, b], [b, c], [c, d], [d, a]]
     }
 
-    /// The rectangles between the midpoints of its sides; none if only one of two opposite sides has one.
+    /// The rectangles between the midpoints of its sides; none if only one of two opposite sides has a midpoint.
     fn divided(self, middles: [Option<u32>; 4], mesh: &mut SurfaceMesh) -> Option<Vec<Self>> {
         let [a, b, c, d] = self.corners;
         let parts = match middles {
@@ -181,7 +181,7 @@ impl Rectangle {
 /// The edges of a mesh at which its surface is not smooth.
 #[derive(Default)]
 struct SharpEdges {
-    /// By their ends in ascending order.
+    /// The edges, as their ends in ascending order.
     edges: HashSet<[u32; 2]>,
     /// Their directions at each of their vertices.
     directions: HashMap<u32, Vec<Vec3>>,
@@ -210,13 +210,13 @@ impl SharpEdges {
         sharp
     }
 
-    /// Whether an edge runs away from a sharp one at one of its ends.
+    /// Whether an edge runs away from a sharp edge at one of its ends.
     fn is_left_by(&self, edge: [u32; 2], direction: Vec3) -> bool {
         let is_away = |sharp: &Vec3| sharp.dot(direction).abs() < AWAY_COS;
         edge.iter().any(|vertex| self.directions.get(vertex).is_some_and(|sharp| sharp.iter().any(is_away)))
     }
 
-    /// Divides a sharp edge; nothing if it is not one.
+    /// Divides an edge if it is a sharp edge.
     fn divide(&mut self, [from, to]: [u32; 2], middle: u32, direction: Vec3) {
         if self.edges.contains(&[from, to]) {
             self.edges.extend([ascending([from, middle]), ascending([to, middle])]);
@@ -229,7 +229,7 @@ impl SharpEdges {
 struct Midpoints<'s> {
     longest: Longest,
     sharp: &'s mut SharpEdges,
-    /// The sides of rectangles. They are long if the diagonal between two of them may be.
+    /// The sides of rectangles. A side counts as long if the diagonal may be too long.
     sides: HashSet<[u32; 2]>,
     /// The vertex in the middle of an edge, by its ends in ascending order.
     of_edge: HashMap<[u32; 2], u32>,
@@ -288,8 +288,8 @@ fn halves([a, b, c]: [u32; 3], ab: u32) -> [[u32; 3]; 2] {
     [[a, ab, c], [ab, b, c]]
 }
 
-/// The triangle a, b, c divided by the midpoints of a and b, and of b and c. Of the quadrilateral at a and c the
-/// shorter diagonal is taken.
+/// The triangle a, b, c divided by the midpoints of a and b, and of b and c. The quadrilateral at a and c is divided
+/// along its shorter diagonal.
 fn thirds([a, b, c]: [u32; 3], [ab, bc]: [u32; 2], positions: &[Vec3]) -> [[u32; 3]; 3] {
     let length = |one: u32, other: u32| positions[one as usize].distance(positions[other as usize]);
     let tip = [ab, b, bc];

@@ -1,10 +1,10 @@
 //! The surface of a solid as triangles that face outwards and share their vertices, and vertices with normals: one for
 //! each smooth part of the surface that meets there.
 //!
-//! The normal is the mean of the faces around the vertex, weighted by their angles (Thürmer & Wüthrich 1998, "Computing
-//! vertex normals from polygonal facets", doi:10.1080/10867651.1998.10487487), of those that are inclined to each other
-//! by less than the crease angle. At a sharper edge the faces have vertices of their own, as where they lie apart in a
-//! lightmap.
+//! The normal is the mean of the normals of the faces around the vertex, weighted by their angles (Thürmer & Wüthrich
+//! 1998, "Computing vertex normals from polygonal facets", doi:10.1080/10867651.1998.10487487). Only faces that are
+//! inclined to each other by less than the crease angle count. At a sharper edge, and where faces lie apart in a
+//! lightmap, the faces have separate vertices.
 
 use glam::{Vec2, Vec3, Vec3A};
 use snowblue_geometry::coincident::{keep_used, merged};
@@ -35,7 +35,7 @@ pub(super) struct SurfaceMesh {
 pub(super) struct Facet {
     /// Its vertices, counter-clockwise from outside.
     pub(super) vertices: [u32; 3],
-    /// Outward unit normal of the face that it is part of; zero if that has no area.
+    /// Outward unit normal of the face that the triangle is part of; zero if the face has no area.
     pub(super) normal: Vec3,
     /// Where its corners lie in a lightmap, 0–1; all 0 where they have no place yet.
     pub(super) uv: [Vec2; 3],
@@ -79,8 +79,8 @@ impl SurfaceMesh {
         Self { positions, facets, ellipsoid: None, has_uv: false }
     }
 
-    /// The triangles of a mesh that have distinct corners, turned outwards. All of a connected part are turned the same
-    /// way, the one that most of its area tells: a triangle may be covered where it is tested.
+    /// The triangles of a mesh that have distinct corners, turned outwards. All triangles of a connected part are
+    /// turned consistently, as most of its area indicates: a single triangle may be covered where it is tested.
     fn of_mesh(shape: &Shape, instance: &Instance) -> Self {
         let mesh = instance.mesh().triangles();
         let first = merged(&mesh.positions, &mesh.indices);
@@ -118,7 +118,7 @@ impl SurfaceMesh {
         Self { positions, facets, ellipsoid: None, has_uv: second_uv.is_some() }
     }
 
-    /// Leaves the places of its facets in a lightmap open.
+    /// Removes the places of its facets in a lightmap.
     pub(super) fn forget_uv(&mut self) {
         self.has_uv = false;
         self.facets.iter_mut().for_each(|facet| facet.uv = [Vec2::ZERO; 3]);
@@ -138,7 +138,7 @@ fn facet(vertices: [u32; 3], positions: &[Vec3]) -> Facet {
 }
 
 /// Whether a triangle's normal points out of the solid: beyond it, a line crosses the surface an even number of times.
-/// None if the line does not tell: at an open mesh, and where another triangle covers the middle of this one.
+/// None if the line gives no answer: at an open mesh, and where another triangle covers the middle of this triangle.
 fn faces_outwards(shape: &Shape, middle: Vec3, normal: Vec3, reach_m: f32) -> Option<bool> {
     /// Greatest distance from the triangle at which the line crosses it, as a fraction of the greatest coordinate.
     const ROUNDING: f32 = 1e-5;
@@ -154,23 +154,23 @@ fn faces_outwards(shape: &Shape, middle: Vec3, normal: Vec3, reach_m: f32) -> Op
     Some(crossings.iter().filter(|crossing| !is_here(crossing) && crossing.distance_m > 0.0).count() % 2 == 0)
 }
 
-/// How far a point of the surface is moved from a vertex on a sharp edge towards the middle of a face, as a fraction of
-/// the distance. The field ends at edges, and rounding must not move the point beyond.
+/// Shift of a point of the surface from a vertex on a sharp edge towards the middle of a face, as a fraction of the
+/// distance. The field ends at edges, and rounding must not move the point beyond an edge.
 pub(super) const INSET: f32 = 0.02;
 
 /// Vertices and triangles of a surface.
 #[derive(Debug, Default)]
 pub(super) struct Vertices {
-    /// In m.
+    /// Positions, in m.
     pub(super) positions: Vec<Vec3>,
     /// Outward unit normals.
     pub(super) normals: Vec<Vec3>,
     /// The points where the light is read, in m. They lie on the surface: a point inside convex snow would be in its
-    /// own shadow. On a sharp edge it is beside the vertex, within the smooth part.
+    /// own shadow. At a sharp edge the point is beside the vertex, within the smooth part.
     pub(super) points: Vec<Vec3>,
     /// Places in a lightmap.
     pub(super) uv: Vec<Vec2>,
-    /// Counter-clockwise from outside.
+    /// The vertices of each triangle, counter-clockwise from outside.
     pub(super) triangles: Vec<[u32; 3]>,
 }
 
@@ -237,8 +237,8 @@ fn smooth_part(mesh: &SurfaceMesh, vertex: usize, facet: &Facet, around: &[(u32,
     (normal, position + (nearest - position) * INSET)
 }
 
-/// Whether the surface is smooth between two facets with some normals. A facet without area, whose normal is zero, is
-/// smooth to all.
+/// Whether the surface is smooth between two facets with some normals. A facet without area, whose normal is zero,
+/// counts as smooth with all facets.
 pub(super) fn is_smooth(one: Vec3, other: Vec3) -> bool {
     one == Vec3::ZERO || other == Vec3::ZERO || one.dot(other) > CREASE_DEG.to_radians().cos()
 }

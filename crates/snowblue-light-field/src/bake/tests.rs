@@ -15,7 +15,7 @@ use snowblue_geometry::triangle_mesh::TriangleMesh;
 
 use super::*;
 
-/// The same length for all edges.
+/// Equal greatest lengths for all edges.
 pub(super) fn longest(edge_m: f32) -> Longest {
     Longest { edge_m, away_m: edge_m }
 }
@@ -92,8 +92,8 @@ fn triangles_of_meshes_are_turned_outwards() {
     assert!(vertices.positions.iter().zip(&vertices.normals).all(|(position, normal)| position.dot(*normal) > 0.0));
 }
 
-/// A box on another one in the same mesh. It covers the middles of both triangles that it stands on, so that lines
-/// through them do not tell where the solid lies.
+/// A box on another box in the same mesh. The upper box covers the middles of both triangles that it stands on, so
+/// that lines through these middles do not show where the solid lies.
 #[test]
 fn faces_that_another_part_covers_are_turned_outwards() {
     let lower = Cuboid::new(Vec3A::ZERO, Vec3A::ONE, Mat3A::IDENTITY).triangles();

@@ -9,10 +9,10 @@ use snowblue_base::narrow;
 use super::patches::CORNERS;
 use super::snow::Carved;
 
-/// Most cells in the six sides of the lattice. It bounds the surface of simple solids, and with it time and memory, and
-/// all cells to 6·10⁸.
+/// Greatest number of cells in the six sides of the lattice. It limits the surface of simple solids, and thereby time
+/// and memory. It limits the number of all cells to 6·10⁸.
 const MAX_OUTER_CELLS: f64 = 4_194_304.0;
-/// Number of cells along a group, in which only the solids near it count.
+/// Number of cells along a group. In a group, only the solids near it count.
 const GROUP: u32 = 16;
 /// Number of points along a group.
 const POINTS: u32 = GROUP + 1;
@@ -58,7 +58,8 @@ impl Lattice {
     pub(super) fn new([low, high]: [DVec3; 2], cell_m: f64) -> Result<Self, f64> {
         let extent = high - low;
         if outer_cells(extent, cell_m) <= MAX_OUTER_CELLS {
-            // By half a cell off the box: sides of the box that are whole numbers of cells long lie between points.
+            // The points lie half a cell off the box, so that sides of the box that are whole numbers of cells long
+            // lie between points.
             let origin = low - 1.5 * cell_m;
             return Ok(Self { origin, cell_m, cells: cells(extent, cell_m).as_uvec3() });
         }
@@ -95,17 +96,17 @@ impl Lattice {
         carved.near(self.point(group) + half_m, half_m * 3f64.sqrt() + self.cell_m)
     }
 
-    /// Of the eight blocks of a side within a block, those that the surface may pass through.
+    /// The blocks that the surface may pass through, among the eight blocks of `side` cells within a block.
     fn blocks_near_surface(&self, block: UVec3, side: u32, carved: &Carved) -> impl Iterator<Item = UVec3> {
         let blocks = (0..8).map(move |half| block + side * corner(half));
         blocks.filter(move |block| block.cmplt(self.cells).all() && self.may_hold_surface(*block, side, carved))
     }
 
-    /// Whether the surface may pass through a block of cells. Farther from its centre than its corners are, distances
-    /// have the sign of that at the centre.
+    /// Whether the surface may pass through a block of cells. If the surface is farther from the centre of the block
+    /// than the corners are, all distances in the block have the sign of the distance at the centre.
     fn may_hold_surface(&self, block: UVec3, side: u32, carved: &Carved) -> bool {
         let half_m = 0.5 * self.cell_m * f64::from(side);
-        // Rounding of numbers, and solids that are left out as far, move distances by less than the margin.
+        // Rounding, and the omission of distant solids, change distances by less than the margin.
         let margin_m = 1e-6 * (self.cell_m + carved.rounding_m);
         let reach_m = half_m * 3f64.sqrt() + carved.greatest_relief_m() + margin_m;
         carved.smooth_distance_m(self.point(block) + half_m).abs() <= reach_m
@@ -113,8 +114,8 @@ impl Lattice {
 
     /// The cells of a group that the surface passes through, from its number and its snow.
     ///
-    /// The distance of a point is that in the group whose lowest corner is next to it, so that all cells around the
-    /// point agree on which side of the surface it lies.
+    /// The distance of a point is computed with the snow of the group whose lowest corner is next to the point, so
+    /// that all cells around the point agree on which side of the surface the point lies.
     fn search(&self, origin: UVec3, (group, own): (usize, &Carved), carved: &Carved) -> Vec<SurfaceCell> {
         let next_groups = [const { OnceCell::new() }; CORNERS];
         let snow_at = |at: UVec3| match (0..CORNERS).rfind(|number| (at - origin).cmpge(GROUP * corner(*number)).all())

@@ -13,13 +13,13 @@ use super::lattice::{Lattice, Surface, SurfaceCell, corner, key};
 use super::patches::{CellPatches, Face, edge, ends, is_crossed, other_axes};
 use super::snow::Carved;
 
-/// Most steps of Newton's method. Each squares the error of a smooth surface, which starts at some hundredths of a
-/// cell.
+/// Greatest number of steps of Newton's method. On a smooth surface each step squares the error, which starts at some
+/// hundredths of a cell.
 const STEPS: usize = 6;
-/// Distance from the surface at which it ends, in cells.
+/// Distance from the surface at which Newton's method ends, in cells.
 const TOLERANCE: f64 = 1e-6;
-/// Distance of the points by which the gradient is taken, in cells: for these steps, and for vertex normals. That of
-/// normals is wide, so that sharp edges are shaded as rounded over a cell.
+/// Distances of the points by which gradients are computed, in cells: for Newton's method, and for vertex normals. The
+/// distance for normals is wide, so that sharp edges are shaded as rounded over a cell.
 const STEP_REACH: f64 = 1e-3;
 const NORMAL_REACH: f64 = 0.25;
 
@@ -28,7 +28,7 @@ const NORMAL_REACH: f64 = 0.25;
 pub enum CarvedError {
     /// There are too many cells.
     TooFine {
-        /// Least length of cells that are not too many, in m.
+        /// Least length of cells that keeps their number within the limit, in m.
         least_m: f64,
     },
     /// No cell has a point inside and a point outside.
@@ -66,7 +66,7 @@ impl Carved {
     }
 
     /// Moves a point onto the surface by Newton's method along the gradient, within a box. At a side of the box, the
-    /// gradient is that along the side.
+    /// component of the gradient along the side is used.
     fn onto_surface(&self, mut point: DVec3, low: DVec3, high: DVec3) -> DVec3 {
         for _ in 0..STEPS {
             let distance_m = self.distance_m(point);
@@ -91,7 +91,7 @@ impl Carved {
     }
 }
 
-/// The patches of the surface in its cells, which are the vertices of the mesh.
+/// The patches of the surface in its cells. Each patch is a vertex of the mesh.
 struct Net<'cells> {
     cells: &'cells [SurfaceCell],
     patches: Vec<CellPatches>,
@@ -115,7 +115,7 @@ impl<'cells> Net<'cells> {
         net
     }
 
-    /// The face of a cell on both sides of which patches touch along both of its links.
+    /// The face of a cell at which patches on both sides of the face touch along both of its links.
     fn split_face(&self, cell: &SurfaceCell) -> Option<Face> {
         let face = CellPatches::pinched_face(cell.inside())?;
         let step = corner(1 << face.axis);
@@ -152,7 +152,8 @@ impl<'cells> Net<'cells> {
         let crossed = (0..3).filter(move |axis| is_crossed(inside, edge(*axis, 0)));
         crossed.flat_map(move |axis| {
             let [u, v] = other_axes(axis).map(|axis| 1 << axis);
-            // The cells around the edge, counter-clockwise seen from its upper end. In each it has another place.
+            // The cells around the edge, counter-clockwise seen from its upper end. In each cell the edge has another
+            // place.
             let around = [0, u, u | v, v].map(|place| {
                 let cell = self.find(self.cells[cell].at - corner(place));
                 self.first_vertices[cell] + u32::from(self.patches[cell].edge_patches[edge(axis, place)])
@@ -213,7 +214,7 @@ mod tests {
         let places: BTreeSet<[u32; 3]> =
             mesh.positions.iter().map(|position| (*position + 0.0).to_array().map(f32::to_bits)).collect();
         assert_eq!(places.len(), mesh.positions.len(), "{what}");
-        // From each vertex, the next vertex after each other one.
+        // For each vertex, a map from each neighbouring vertex to the next vertex of the ring.
         let mut rings = vec![BTreeMap::new(); mesh.positions.len()];
         for &[a, b, c] in &mesh.indices {
             for [at, from, to] in [[a, b, c], [b, c, a], [c, a, b]] {
@@ -241,8 +242,9 @@ mod tests {
             let hollow = carved(cell_m, &[ball(centre, radius_m)], &[ball(centre, hollow_m)]).mesh().unwrap();
             assert_manifold(&full, "full");
             assert_manifold(&hollow, "hollow");
-            // Corners lie on the sphere. The middle of a triangle within a circle of one cell is up to h²/2R below it,
-            // and all of it less than half of that in the mean: of the volume, 3/R · h²/4R.
+            // Corners lie on the sphere. The middle of a triangle within a circle of one cell is up to h²/2R below the
+            // sphere, and the mean depth of the triangle is less than half of this. Relative to the volume, this is
+            // 3/R · h²/4R.
             let loss = |radius_m: f64| 0.75 * (cell_m / radius_m).powi(2);
             let ball_m3 = |radius_m: f64| 4.0 / 3.0 * PI * radius_m.powi(3);
             let filled = volume(&full) / ball_m3(radius_m);
@@ -270,8 +272,8 @@ mod tests {
                 // Single precision at 1 m is 6e-8 m.
                 assert!((outwards.length() - radius_m).abs() < 2e-7, "{corner}");
                 let normal = mesh.normals.at(0, *indices, weights).unwrap();
-                // The third derivatives of a distance are at most 1.2/R², and h²/6 of them is the error of a central
-                // difference over ±h, in each of three components.
+                // The third derivatives of a distance are at most 1.2/R². The error of a central difference over ±h is
+                // h²/6 times the third derivative, in each of three components.
                 let allowed = 0.35 * (NORMAL_REACH * 0.03 / radius_m).powi(2) + 1e-6;
                 assert!(normal.as_dvec3().distance(outwards.normalize()) < allowed, "{corner}");
             }

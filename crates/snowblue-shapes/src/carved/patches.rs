@@ -1,4 +1,4 @@
-//! How a surface passes through a cell of a lattice, by which of the cell's corners are inside.
+//! Patches of a surface in a cell of a lattice, according to the cell's corners that are inside.
 //!
 //! An edge between a corner inside and a corner outside is crossed. Each face of the cell links its crossed edges in
 //! pairs, and the linked edges around a cell make rings. Each ring bounds one patch of the surface, as in marching
@@ -13,7 +13,7 @@
 /// Number of corners of a cell. Bit k of a corner's number is its place on axis k.
 pub(super) const CORNERS: usize = 8;
 
-/// A face of a cell: the axis that it faces, and whether it is the upper one.
+/// A face of a cell: the axis that it faces, and whether it is the upper face.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Face {
     pub(super) axis: usize,
@@ -23,7 +23,7 @@ pub(super) struct Face {
 /// The patches in a cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct CellPatches {
-    /// The patch of each crossed edge. Edges that are not crossed have no meaning.
+    /// The patch of each crossed edge. Entries of edges that are not crossed have no meaning.
     pub(super) edge_patches: [u8; 12],
     /// Number of patches.
     pub(super) count: u8,
@@ -70,7 +70,7 @@ impl Face {
         [0, u, u | v, v].map(|corner| corner | usize::from(self.is_upper) << self.axis)
     }
 
-    /// Its edges in turn, each after the corner of the same place.
+    /// Its edges in turn. Each edge follows the corner with the same index.
     fn edges(self) -> [usize; 4] {
         let [u, v] = other_axes(self.axis);
         let corners = self.corners();
@@ -82,12 +82,12 @@ impl Face {
         self.edges().iter().all(|edge| is_crossed(inside, *edge))
     }
 
-    /// The pairs of crossed edges that it links. `is_other` selects the other pairs of an ambiguous face.
+    /// The pairs of crossed edges that the face links. `is_other` selects the other pairs of an ambiguous face.
     fn links(self, inside: u8, is_other: bool) -> impl Iterator<Item = [usize; 2]> {
         let edges = self.edges();
         let pairs = if self.is_ambiguous(inside) {
             let is_first_inside = inside >> self.corners()[0] & 1 == 1;
-            // A corner is cut off between the edge before it and its own.
+            // A corner is cut off between the edge before it and the edge after it.
             let first = if is_first_inside == is_other { 0 } else { 3 };
             [0, 2].map(|step| Some([edges[(first + step) % 4], edges[(first + step + 1) % 4]]))
         } else {
@@ -99,7 +99,8 @@ impl Face {
 }
 
 impl CellPatches {
-    /// The patches by which corners are inside. `other` is a face that links its edges the other way.
+    /// The patches for corners that are inside according to the bits of `inside`. `other` is a face that links its
+    /// edges the other way.
     pub(super) fn new(inside: u8, other: Option<Face>) -> Self {
         let mut rings: [u8; 12] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11];
         for face in Face::ALL {
@@ -118,7 +119,7 @@ impl CellPatches {
         patches
     }
 
-    /// The face along both links of which one patch lies, if there is one.
+    /// An ambiguous face whose two links belong to one patch, if there is such a face.
     pub(super) fn pinched_face(inside: u8) -> Option<Face> {
         let mut ambiguous = Face::ALL.into_iter().filter(|face| face.is_ambiguous(inside)).peekable();
         ambiguous.peek()?;

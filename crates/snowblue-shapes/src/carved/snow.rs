@@ -1,14 +1,15 @@
 //! The distance to the surface of carved snow.
 //!
-//! It is the smooth minimum of the distances of what is heaped up, then the smooth maximum of that and the negative
-//! distance of what is taken away, minus the height of the relief. The solid is where it is negative.
+//! The distance to all added solids is the smooth minimum of their distances. The distance to the snow is the smooth
+//! maximum of this distance and the negative distance to the removed solids, minus the height of the relief. Inside
+//! the snow it is negative.
 
 use glam::DVec3;
 
 use super::solid::{Solid, smooth_min_m};
 use crate::relief::{MAX_RELIEF, relief_above};
 
-/// The finest relief, in cells.
+/// Scale of the finest relief, in cells.
 const FINEST_RELIEF: f64 = 2.0;
 
 /// Parameters of carved snow.
@@ -16,7 +17,7 @@ const FINEST_RELIEF: f64 = 2.0;
 pub struct Carved {
     /// Length of the mesh's cells, in m.
     pub cell_m: f64,
-    /// Where joints of solids begin to be rounded, as a distance from the edge, in m.
+    /// Distance from the edge at which the rounding of a joint of solids begins, in m.
     pub rounding_m: f64,
     /// Height of the relief, in m.
     pub relief_m: f64,
@@ -24,14 +25,14 @@ pub struct Carved {
     pub relief_length_m: f64,
     /// Seed of the relief.
     pub seed: u32,
-    /// What is heaped up. Half-spaces have no end and must not be among them.
+    /// Solids that are heaped up. Half-spaces are infinite and must not be among them.
     pub add: Vec<Solid>,
-    /// What is taken away.
+    /// Solids that are taken away.
     pub remove: Vec<Solid>,
 }
 
 impl Carved {
-    /// A box around it.
+    /// A box around the snow.
     pub(super) fn bounds(&self) -> [DVec3; 2] {
         let joined =
             |[low, high]: [DVec3; 2], [other_low, other_high]: [DVec3; 2]| [low.min(other_low), high.max(other_high)];
@@ -42,12 +43,13 @@ impl Carved {
         [low - margin_m, high + margin_m]
     }
 
-    /// The snow without the solids that do not count within a reach of a point. There, distances are the same to within
-    /// a millionth of the rounding.
+    /// The snow without the solids that have no effect within a reach of a point. Within the reach, distances change
+    /// by less than a millionth of the rounding.
     ///
-    /// Distances of solids, and of what they are joined to, differ between two points by no more than these are apart.
-    /// A solid that is farther than another one by more than the rounding has a part in the surface only through others
-    /// between both, each of which takes little of it. Those within three times the rounding of the nearest are kept.
+    /// The distance to a solid, or to joined solids, differs between two points by no more than the distance between
+    /// the points. A solid that is farther away than another solid by more than the rounding affects the surface only
+    /// through solids in between, each of which takes little of its effect. Solids within three times the rounding of
+    /// the nearest solid are kept.
     pub(super) fn near(&self, point: DVec3, reach_m: f64) -> Self {
         let counting = |solids: &[Solid]| {
             let least_m = solids.iter().map(|solid| solid.distance_m(point)).fold(f64::INFINITY, f64::min);
@@ -60,8 +62,8 @@ impl Carved {
         Self { add: counting(&self.add), remove, ..*self }
     }
 
-    /// Signed distance to the surface without relief, in m. It differs between two points by no more than they are
-    /// apart.
+    /// Signed distance to the surface without relief, in m. It differs between two points by no more than the distance
+    /// between the points.
     pub(super) fn smooth_distance_m(&self, point: DVec3) -> f64 {
         -smooth_min_m(-self.union_m(&self.add, point), self.union_m(&self.remove, point), self.rounding_m)
     }

@@ -1,7 +1,7 @@
-//! Solids by their signed distances, in m: the distance to the surface, negative inside.
+//! Solids given by their signed distances, in m: the distance to the surface, negative inside.
 //!
-//! All distances are exact, so two points differ in them by no more than the points are apart. The search for the
-//! surface relies on that.
+//! All distances are exact. The distances of two points therefore differ by no more than the distance between the
+//! points. The search for the surface relies on this.
 
 use glam::{DMat3, DVec2, DVec3};
 
@@ -48,7 +48,7 @@ pub enum Solid {
         /// Radius of its edges, in m.
         edge_m: f64,
     },
-    /// All behind a plane.
+    /// The half-space behind a plane.
     HalfSpace {
         /// A point of the plane, in m.
         point: DVec3,
@@ -85,7 +85,8 @@ impl Solid {
     pub(super) fn bounds(&self) -> Option<[DVec3; 2]> {
         let about = |centre: DVec3, reach: DVec3| [centre - reach, centre + reach];
         match *self {
-            // The greatest coordinate on an axis is the length of a row of the matrix that makes it of a unit ball.
+            // The greatest coordinate on an axis is the length of a row of the matrix that maps the unit ball to the
+            // ellipsoid.
             Self::Ellipsoid { centre, axes, radii_m } => {
                 let rows = (axes * DMat3::from_diagonal(radii_m)).transpose();
                 Some(about(centre, DVec3::new(rows.x_axis.length(), rows.y_axis.length(), rows.z_axis.length())))
@@ -109,13 +110,13 @@ impl Solid {
 
 /// Distance to an ellipsoid about the origin with the axes of the coordinates.
 ///
-/// The point of the surface nearest to y is x with xᵢ = rᵢ² yᵢ / (rᵢ² + t), where t is the greatest root of
-/// Σ (rᵢ yᵢ / (rᵢ² + t))² = 1 (Eberly 2013, *Distance from a point to an ellipse, an ellipsoid, or a
-/// hyperellipsoid*, Geometric Tools). Here t counts from the pole of the least radius. The sum is convex and falls with
-/// t, so Newton's method from below the root approaches it without passing it. Each summand alone
-/// gives a lower bound of the root.
+/// The point of the surface nearest to y is x with xᵢ = rᵢ² yᵢ / (rᵢ² + t), where t is the greatest root of Σ (rᵢ yᵢ /
+/// (rᵢ² + t))² = 1 (Eberly 2013, *Distance from a point to an ellipse, an ellipsoid, or a hyperellipsoid*, Geometric
+/// Tools). Here t is measured from the pole of the least radius. The sum is convex and falls with t, so Newton's
+/// method from below the root approaches the root without passing it. Each summand alone gives a lower bound of the
+/// root.
 fn ellipsoid_distance_m(radii: DVec3, point: DVec3) -> f64 {
-    /// Least coordinate as a fraction of its radius: in a plane of symmetry the root would lie at a pole.
+    /// Least coordinate as a fraction of its radius. In a plane of symmetry the root would lie at a pole.
     const LEAST: f64 = 1e-9;
     let y = point.abs().max(LEAST * radii);
     let squares = radii * radii;
@@ -134,11 +135,12 @@ fn ellipsoid_distance_m(radii: DVec3, point: DVec3) -> f64 {
     if (y / radii).length_squared() < 1.0 { -distance_m } else { distance_m }
 }
 
-/// Distance to the hull of a ball about the origin and another one about `axis`.
+/// Distance to the hull of a ball about the origin and a second ball about `axis`.
 ///
-/// The hull is the union of the balls about a + τ (b − a) with radii between theirs. The distance to such a ball is a
-/// convex function of τ, whose least value between the two ends is the distance to the hull. At the minimum the
-/// direction from the ball's centre to the point has the slope σ = (r₁ − r₀)/|b − a| against the axis.
+/// The hull is the union of the balls about a + τ (b − a) with radii between the radii of both balls. The distance to
+/// such a ball is a convex function of τ. The least value of this function between the two ends is the distance to the
+/// hull. At the minimum, the direction from the ball's centre to the point has the slope σ = (r₁ − r₀)/|b − a| against
+/// the axis.
 fn capsule_distance_m(point: DVec3, axis: DVec3, [first_m, second_m]: [f64; 2]) -> f64 {
     let length_m = axis.length();
     let slope = (second_m - first_m) / length_m;
@@ -154,11 +156,11 @@ fn capsule_distance_m(point: DVec3, axis: DVec3, [first_m, second_m]: [f64; 2]) 
     (point - fraction * axis).length() - first_m - fraction * (second_m - first_m)
 }
 
-/// The smaller of two distances, with a joint that begins `rounding_m` from where both are equal: the quadratic
+/// The smaller of two distances, rounded where the distances differ by less than `rounding_m`: the quadratic
 /// polynomial smooth minimum (Quilez 2013, "Smooth minimum", <https://iquilezles.org/articles/smin>).
 ///
-/// Its derivatives are weighted means of those of the distances, so it changes no faster than they do. A chain of such
-/// minima is below the least of its distances by at most `rounding_m`.
+/// Its derivatives are weighted means of the derivatives of the two distances, so it changes no faster than the
+/// distances. A chain of such minima is below the least of its distances by at most `rounding_m`.
 pub(super) fn smooth_min_m(a_m: f64, b_m: f64, rounding_m: f64) -> f64 {
     let overlap_m = rounding_m - (a_m - b_m).abs();
     if overlap_m > 0.0 { a_m.min(b_m) - overlap_m * overlap_m / (4.0 * rounding_m) } else { a_m.min(b_m) }
@@ -204,15 +206,15 @@ mod tests {
             for number in 0..2000 {
                 let point = random_point(number, 0, 2.0);
                 let distance_m = solid.distance_m(point);
-                // Along the gradient the surface is just as far away; where the nearest point is not unique, there is
-                // no gradient.
+                // Along the gradient, the distance to the surface is the signed distance. Where the nearest point is
+                // not unique, there is no gradient.
                 let slope = |axis: DVec3| (solid.distance_m(point + axis) - solid.distance_m(point - axis)) / 2e-6;
                 let gradient = DVec3::new(slope(1e-6 * DVec3::X), slope(1e-6 * DVec3::Y), slope(1e-6 * DVec3::Z));
                 if (gradient.length() - 1.0).abs() < 1e-6 {
                     let foot = point - distance_m * gradient;
                     assert!(solid.distance_m(foot).abs() < 1e-5, "{kind}: {point} {}", solid.distance_m(foot));
                 } else {
-                    // The inside of a solid has few such points, the outside none.
+                    // The inside of a solid has few such points, and the outside has none.
                     assert!(distance_m < 0.0 && gradient.length() < 1.0 + 1e-6, "{kind}: {point} {gradient}");
                 }
                 let other = random_point(number, 1, 2.0);

@@ -17,7 +17,7 @@ const KEYS: [&str; 10] =
 pub(super) fn read(text: &str) -> Result<HeightGrid, String> {
     let mut words = text.split_ascii_whitespace().peekable();
     let mut header = BTreeMap::new();
-    // Words as "nan" are numbers, though not finite ones.
+    // Words such as "nan" are numbers, though not finite numbers.
     let is_key =
         |word: &str| word.starts_with(|first: char| first.is_ascii_alphabetic()) && word.parse::<f64>().is_err();
     while let Some(word) = words.next_if(|word| is_key(word)) {
@@ -25,7 +25,7 @@ pub(super) fn read(text: &str) -> Result<HeightGrid, String> {
             return Err(format!("the key \"{}\" is unknown; known are {}", shortened(word), KEYS.join(", ")));
         };
         let value = words.next().ok_or_else(|| format!("{key} has no value"))?;
-        // NaN may stand for no height.
+        // NaN may mark a missing height.
         let value = match key {
             "nodata_value" if value.eq_ignore_ascii_case("nan") => f64::NAN,
             _ => number(value, key)?,
@@ -38,7 +38,7 @@ pub(super) fn read(text: &str) -> Result<HeightGrid, String> {
     let required = |key: &str| value(key).ok_or_else(|| format!("{key} is missing"));
     let (columns, rows) = (count("ncols", required("ncols")?)?, count("nrows", required("nrows")?)?);
     check_size(columns, rows)?;
-    // Each height has a digit at least, and a space behind it but for the last.
+    // Each height has at least one digit, and each height but the last has a space behind it.
     if text.len() < 2 * columns * rows - 1 {
         return Err(format!("the file has {} bytes, too few for {columns} × {rows} heights", text.len()));
     }

@@ -2,9 +2,9 @@
 //! GeoTIFF Standard* 1.1, document 19-008r4).
 //!
 //! `ModelPixelScaleTag` and `ModelTiepointTag`, or `ModelTransformationTag`, map columns and rows to the east and
-//! north. The key 1024 of `GeoKeyDirectoryTag` distinguishes maps in metres from those in degrees, the key 1025 whether
-//! a tie point is the corner of a pixel or its middle. Heights are in metres. GDAL's tag 42113 is the text of the value
-//! that stands for no height.
+//! north. In `GeoKeyDirectoryTag`, the key 1024 distinguishes maps in metres from maps in degrees, and the key 1025
+//! says whether a tie point is the corner or the middle of a pixel. Heights are in metres. GDAL's tag 42113 holds the
+//! text of the value that marks missing heights.
 
 use std::io::Cursor;
 
@@ -38,7 +38,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<HeightGrid, String> {
     let (width, height) = file.dimensions().map_err(unreadable)?;
     let (columns, rows) = (width as usize, height as usize);
     check_size(columns, rows)?;
-    // As decoded, in double precision at most, and in single precision.
+    // The heights as decoded, in double precision at most, and the heights in single precision.
     let height_bytes = size_of::<f64>() + size_of::<f32>();
     check_memory(&format!("{columns} × {rows} heights"), (columns * rows * height_bytes) as f64, bytes.len())?;
     let colour = file.colortype().map_err(unreadable)?;
@@ -52,7 +52,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<HeightGrid, String> {
         return Err(format!("there are {} heights, but must be {columns} × {rows}", values.len()));
     }
     for value in &mut values {
-        // In a map, a value that is no number stands for no height.
+        // In a map, NaN marks a missing height.
         if value.is_infinite() && no_data.is_none_or(|no_data| no_data.to_bits() != value.to_bits()) {
             return Err(format!("a height is {value}, but must be finite"));
         }
@@ -81,7 +81,7 @@ fn heights(decoded: DecodingResult) -> Result<Vec<f32>, String> {
     })
 }
 
-/// The value that stands for no height.
+/// The value that marks missing heights.
 fn no_data(file: &mut File) -> Result<Option<f32>, String> {
     let Some(value) = file.find_tag(Tag::GdalNodata).map_err(unreadable)? else { return Ok(None) };
     let text = value.into_string().map_err(unreadable)?;
@@ -90,7 +90,7 @@ fn no_data(file: &mut File) -> Result<Option<f32>, String> {
     Ok(Some(narrow(number)))
 }
 
-/// Where the heights lie; none if the file does not say it.
+/// The place of the heights; none if the file does not give it.
 fn georeference(file: &mut File) -> Result<Option<Georeference>, String> {
     let scale = numbers(file, Tag::ModelPixelScaleTag)?;
     let tie_point = numbers(file, Tag::ModelTiepointTag)?;
@@ -125,7 +125,8 @@ fn check_keys(file: &mut File) -> Result<bool, String> {
         Some(directory) => directory.into_u16_vec().map_err(unreadable)?,
         None => Vec::new(),
     };
-    // A head of four numbers, then four for each key: the key, where its value is stored, how many values, the value.
+    // A head of four numbers, then four numbers for each key: the key, the place of its value, the number of values,
+    // and the value.
     let (keys, _) = directory.as_chunks::<4>();
     let value = |key: u16| keys.iter().skip(1).find(|entry| entry[0] == key && entry[1] == 0).map(|entry| entry[3]);
     match value(MODEL_TYPE) {
@@ -303,7 +304,8 @@ mod tests {
         assert!(grid.filled(None).unwrap_err().contains("2 of 6 heights are missing, the first in row 1 and column 2"));
     }
 
-    /// A file cut anywhere, and one with any byte changed, gives a grid or a message of one line. It never panics.
+    /// A file that is cut off anywhere, or has any byte changed, gives a grid or a message of one line. Reading never
+    /// panics.
     #[test]
     fn broken_files_are_refused() {
         let tags = Tags::new(&[PROJECTED]);

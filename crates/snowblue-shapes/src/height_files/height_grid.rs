@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-/// Most heights of a map along a side.
+/// Greatest number of heights along a side of a map.
 const MAX_SIDE: usize = 4096;
 
 /// Heights on a grid, row by row from the far side (greatest y, the north) to the near side, each from left to right.
@@ -12,22 +12,22 @@ pub struct HeightGrid {
     pub columns: usize,
     /// Heights in m where there is a georeference; else values of pixels, white being 1.
     pub values: Vec<f32>,
-    /// Where the heights lie, if the file says it.
+    /// Place of the heights, if the file gives it.
     pub georeference: Option<Georeference>,
-    /// The value that stands for no height.
+    /// The value that marks missing heights.
     pub no_data: Option<f32>,
 }
 
-/// Where the heights of a map lie.
+/// Place of the heights of a map.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Georeference {
-    /// The first height of the first row: how far to the east and to the north, in m.
+    /// Position of the first height of the first row, to the east and to the north, in m.
     pub far_left_m: DVec2,
     /// Distance between two columns and between two rows, in m.
     pub cell_m: DVec2,
 }
 
-/// What of a map is used, and how.
+/// The part of a map that is used.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Window {
     /// Its middle, in the coordinates of the grid.
@@ -42,7 +42,8 @@ impl HeightGrid {
         self.values.len() / self.columns
     }
 
-    /// The heights nearest to those of a window, where this grid begins at `far_left_m`; and where the window begins.
+    /// The heights of this grid in a window, and the position of the first of these heights. The edges of the window
+    /// are rounded to heights of the grid.
     ///
     /// # Errors
     ///
@@ -80,15 +81,15 @@ impl HeightGrid {
         Ok((cropped, begins_m))
     }
 
-    /// Puts a height where there is none.
+    /// Replaces missing heights by `fill`.
     ///
     /// # Errors
     ///
-    /// When there is none somewhere, but no height to put there.
+    /// When heights are missing and `fill` is none.
     pub fn filled(mut self, fill: Option<f32>) -> Result<Self, String> {
         let no_data = self.no_data;
         let is_missing = |value: &f32| {
-            // Readers store a value that is no number only where it stands for no height.
+            // Readers store NaN only for missing heights.
             value.is_nan() || no_data.is_some_and(|no_data| no_data.to_bits() == value.to_bits())
         };
         let Some(first) = self.values.iter().position(is_missing) else { return Ok(self) };
@@ -106,7 +107,7 @@ impl HeightGrid {
     }
 }
 
-/// Refuses a map of more heights than it may have, or fewer than a surface needs.
+/// Rejects a map with more heights than allowed, or with fewer heights than a surface needs.
 pub(super) fn check_size(columns: usize, rows: usize) -> Result<(), String> {
     if (2..=MAX_SIDE).contains(&columns) && (2..=MAX_SIDE).contains(&rows) {
         return Ok(());
@@ -114,7 +115,7 @@ pub(super) fn check_size(columns: usize, rows: usize) -> Result<(), String> {
     Err(format!("the grid is {columns} × {rows}, but must be 2 × 2 to {MAX_SIDE} × {MAX_SIDE}"))
 }
 
-/// Refuses distances between heights that are no distances.
+/// Rejects distances between heights that are out of range.
 pub(super) fn check_cell(cell_m: DVec2) -> Result<(), String> {
     match cell_m.to_array().into_iter().find(|cell| !(1e-4..=1e5).contains(cell)) {
         Some(cell) => Err(format!("the cell size is {cell} m, but must lie in 0.0001 to 100000 m")),

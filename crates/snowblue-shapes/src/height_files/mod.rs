@@ -1,6 +1,6 @@
 //! Files of heights on a grid, chosen by file extension: grey PNG, OpenEXR, ESRI ASCII grids and GeoTIFF.
 //!
-//! The last two are maps: they can say where their heights lie, in metres to the east and north.
+//! ESRI ASCII grids and GeoTIFF are maps: they can give the place of their heights, in metres to the east and north.
 
 mod esri_ascii;
 mod geotiff;
@@ -16,7 +16,7 @@ impl HeightGrid {
     ///
     /// # Errors
     ///
-    /// When the file cannot be read, is malformed, has another extension, or has more heights than it may.
+    /// When the file cannot be read, is malformed, has another extension, or has too many heights.
     pub fn read(files: &dyn FileSource, name: &str) -> Result<Self, FileError> {
         let file = NamedFile::read(files, name)?;
         let wrong = |reason: String| FileError::Content { path: file.path.clone(), reason };

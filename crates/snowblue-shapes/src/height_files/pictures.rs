@@ -20,7 +20,7 @@ pub(super) fn read_png(file: &NamedFile) -> Result<HeightGrid, FileError> {
 
 /// Reads an EXR. A height that is not finite is an error.
 pub(super) fn read_exr(bytes: &[u8]) -> Result<HeightGrid, String> {
-    // All channels as they are, and one as heights.
+    // Memory for all channels as they are stored, and for one channel as heights.
     check_exr_size(bytes, |samples| samples + size_of::<f32>())?;
     let image = read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer().all_attributes();
     let image = image.from_buffered(Cursor::new(bytes)).map_err(|error| format!("not a readable EXR file: {error}"))?;

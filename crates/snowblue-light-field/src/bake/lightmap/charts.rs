@@ -1,9 +1,8 @@
 //! Charts: connected parts of a surface that are laid flat without overlap.
 //!
-//! A chart grows from a facet across smooth edges, and is projected along the normal of that facet. No normal is
-//! inclined to it by more than [`MAX_INCLINATION_DEG`], so that lengths shrink to 0.64 at the least. A facet that
-//! would overlap the chart is left to another one. A quadtree finds the triangles that another one overlaps, whatever
-//! sizes they have.
+//! A chart grows from a facet across smooth edges, and is projected along the normal of this facet. No normal is
+//! inclined to this direction by more than [`MAX_INCLINATION_DEG`], so that lengths shrink to 0.64 at the least. A
+//! facet that would overlap the chart is left to another chart. A quadtree finds overlaps of triangles of any size.
 
 use std::collections::{HashMap, VecDeque};
 
@@ -16,18 +15,18 @@ use crate::bake::surface_mesh::{SurfaceMesh, is_smooth};
 
 /// Greatest angle between the normal of a facet and the direction along which its chart is projected.
 const MAX_INCLINATION_DEG: f32 = 50.0;
-/// Facets after which a report is due.
+/// Number of facets between two reports.
 const FACETS_PER_REPORT: usize = 1 << 12;
 
 /// A part of a surface that is laid flat.
 pub(super) struct Chart {
-    /// Its facets, and where the corners of each lie, in m.
+    /// Its facets, with the places of their corners, in m.
     pub(super) facets: Vec<(usize, [DVec2; 3])>,
-    /// Sides of the rectangle about it, in m, the longer one first.
+    /// Sides of its bounding rectangle, in m, the longer side first.
     pub(super) extent_m: DVec2,
 }
 
-/// The charts of a surface, which have each facet once. It reports how many facets have a chart.
+/// The charts of a surface. Each facet is in one chart. It reports how many facets have a chart.
 pub(super) fn charts(mesh: &SurfaceMesh, report: &dyn Fn(usize)) -> Vec<Chart> {
     let corners = |vertices: [u32; 3]| vertices.map(|vertex| mesh.positions[vertex as usize]);
     // Facets of an ellipsoid have the normal of the face that they were divided from.
@@ -90,7 +89,8 @@ fn neighbours(mesh: &SurfaceMesh, normals: &[Vec3]) -> Grouped<u32> {
 }
 
 impl Chart {
-    /// Turns facets into the lowest rectangle along or across an edge of the first one, whose lower corner is at 0.
+    /// Turns facets into the lowest bounding rectangle along or across an edge of the first facet, with its lower
+    /// corner at 0.
     fn of(mut facets: Vec<(usize, [DVec2; 3])>) -> Self {
         let turned = |point: DVec2, along: DVec2| DVec2::new(along.dot(point), along.perp_dot(point));
         let around =
@@ -113,15 +113,15 @@ impl Chart {
 
 /// Overlaps of triangles by less than this fraction of their edges are rounding.
 const ROUNDING: f64 = 1e-9;
-/// Most halvings of squares. Smaller triangles are in squares that are wider than they are.
+/// Greatest number of halvings of squares. Smaller triangles are in squares that are wider than the triangles.
 const MAX_HALVINGS: f64 = 40.0;
 
-/// A square of the plane: how often the first one is halved for its side, its column and its row.
+/// A square of the plane: the number of halvings of the first square for its side, its column and its row.
 type Square = (i32, [i64; 2]);
 
 const FIRST_SQUARE: Square = (0, [0; 2]);
 
-/// Triangles, each in the smallest square that is as wide as it and has its middle.
+/// Triangles, each in the smallest square that is as wide as the triangle and contains its middle.
 struct Quadtree {
     /// Side of the first square, in m. Its middle is the origin.
     side_m: f64,
@@ -130,7 +130,7 @@ struct Quadtree {
 }
 
 impl Quadtree {
-    /// No triangles yet; the places of all have coordinates of at most `reach_m`.
+    /// An empty quadtree for triangles whose coordinates are at most `reach_m`.
     pub(super) fn around(reach_m: f64) -> Self {
         // Twice as wide as the places, for rounding.
         Self { side_m: 4.0 * reach_m, squares: HashMap::new() }
@@ -149,12 +149,12 @@ impl Quadtree {
         }
     }
 
-    /// Whether a triangle, counter-clockwise, overlaps one of these.
+    /// Whether a triangle, counter-clockwise, overlaps a triangle of the quadtree.
     pub(super) fn overlaps(&self, triangle: &[DVec2; 3]) -> bool {
         self.overlaps_in(triangle, FIRST_SQUARE)
     }
 
-    /// Whether a triangle overlaps one that is in a square.
+    /// Whether a triangle overlaps a triangle in a square.
     fn overlaps_in(&self, triangle: &[DVec2; 3], square: Square) -> bool {
         let Some(triangles) = self.squares.get(&square) else { return false };
         let (halvings, [column, row]) = square;
@@ -177,7 +177,7 @@ pub(super) fn bounds(points: impl Iterator<Item = DVec2>) -> (DVec2, DVec2) {
     points.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), point| (low.min(point), high.max(point)))
 }
 
-/// Whether an edge of the first triangle, counter-clockwise, has all of the other one on its outer side.
+/// Whether an edge of the first triangle, counter-clockwise, has all of the second triangle on its outer side.
 fn are_apart([a, b, c]: &[DVec2; 3], other: &[DVec2; 3]) -> bool {
     [(a, b), (b, c), (c, a)].into_iter().any(|(from, to)| {
         let edge = *to - *from;

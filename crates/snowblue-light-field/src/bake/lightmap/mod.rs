@@ -1,11 +1,11 @@
 //! The light of all snow in one texture: a lightmap.
 //!
-//! 1. Each surface has places in the texture: those of its mesh file, or `charts` that are laid flat and packed into a
+//! 1. Each surface has places in the texture: places of its mesh file, or `charts` that are laid flat and packed into a
 //!    square of texels, all at one scale.
-//! 2. The light field is read at the place that each texel shows. In the gutter around a chart that is the nearest
+//! 2. The light field is read at the place that each texel shows. In the gutter around a chart this is the nearest
 //!    place of its edge.
-//! 3. Texels between the charts get the light of the nearest ones, so that a program that compresses the texture or
-//!    makes smaller levels of it mixes in nothing black.
+//! 3. Texels between the charts get the light of the nearest texels with light, so that compression and smaller levels
+//!    of the texture do not mix in black.
 
 mod charts;
 #[cfg(test)]
@@ -25,16 +25,16 @@ use crate::LightField;
 use crate::bake::lightmap::charts::{Chart, charts};
 use crate::bake::surface_mesh::{INSET, SurfaceMesh};
 
-/// Ratio of a scale at which charts are packed to the next greater one.
+/// Ratio of a scale at which charts are packed to the next greater scale.
 const SCALE_RATIO: f64 = 0.98;
-/// Charts are taken to be at least so long, in m.
+/// Least length that is assumed for charts, in m.
 const MIN_LENGTH_M: f64 = 1e-12;
-/// Texels that are read between two reports.
+/// Number of texels that are read between two reports.
 const TEXELS_PER_REPORT: usize = 1 << 15;
 /// Columns and rows of a lightmap.
 pub const LIGHTMAP_SIZES: std::ops::RangeInclusive<u32> = 64..=4096;
 
-/// What leaves the surface of all snow, as a square texture.
+/// The exitance of all snow, as a square texture.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Lightmap {
     /// Columns and rows.
@@ -45,8 +45,8 @@ pub struct Lightmap {
     pub texels: Vec<[f32; 3]>,
 }
 
-/// Gives each facet of the named meshes a place in a lightmap of `size` texels: where its file says, if all files do,
-/// or else in a chart. It reports how many facets have a chart.
+/// Gives each facet of the named meshes a place in a lightmap of `size` texels: the place in its file, if all files
+/// have places, or else a place in a chart. It reports how many facets have a chart.
 ///
 /// # Errors
 ///
@@ -97,7 +97,7 @@ fn lay_flat(meshes: &mut [SurfaceMesh], size: u32, report: Report) -> Result<(),
 
 fn too_many_charts(charts: usize, size: u32) -> String {
     let greatest = *LIGHTMAP_SIZES.end();
-    // A texel each with its gutter, in rows and columns.
+    // One texel with its gutter for each chart, in rows and columns.
     let enough = (2 * GUTTER + 1) as usize * ((charts - 1).isqrt() + 1);
     let advice = match enough <= greatest as usize {
         true => format!("{enough} × {enough} suffice"),
@@ -130,7 +130,7 @@ fn pack(extents_m: &[DVec2], size: u32) -> Option<(f64, Vec<DVec2>)> {
     let area_m2: f64 = extents_m.iter().map(|extent| extent.element_product()).sum();
     let longest_m = extents_m.iter().map(|extent| extent.max_element()).fold(MIN_LENGTH_M, f64::max);
     let greatest = f64::from(size) / longest_m.max(area_m2.sqrt());
-    // Each rectangle has one texel.
+    // At this scale, each rectangle has one texel.
     let least = SCALE_RATIO / longest_m;
     let scales = std::iter::successors(Some(greatest), |scale| Some(SCALE_RATIO * scale));
     scales.take_while(|scale| *scale > least).chain([least]).find_map(packed)
@@ -177,7 +177,7 @@ fn texel_m(surfaces: &[FlatSurface], size: u32) -> f64 {
     (area_m2 / texels).sqrt()
 }
 
-/// Fills texels without a value with that of the nearest one, by steps to the four neighbours.
+/// Fills texels without a value with the value of the nearest texel, by steps to the four neighbours.
 fn spread(mut texels: Vec<Option<[f32; 3]>>, size: u32) -> Vec<[f32; 3]> {
     let size = size as usize;
     let mut edge: Vec<usize> = (0..texels.len()).filter(|texel| texels[*texel].is_some()).collect();
@@ -203,9 +203,10 @@ fn spread(mut texels: Vec<Option<[f32; 3]>>, size: u32) -> Vec<[f32; 3]> {
     texels.into_iter().map(Option::unwrap_or_default).collect()
 }
 
-/// Texels around each chart that belong to no other one.
+/// Number of texels around each chart that belong to no other chart.
 const GUTTER: i32 = 2;
-/// How deep the middle of a texel lies in two triangles that overlap, in texels: more than coordinates are rounded.
+/// Least depth of a texel's middle in two triangles that counts as an overlap, in texels: more than the rounding of
+/// coordinates.
 const MIN_DEPTH: f32 = 0.01;
 
 /// A surface that is laid flat.
@@ -223,7 +224,8 @@ pub(super) struct FlatSurface<'s> {
     pub(super) triangles: &'s [[u32; 3]],
 }
 
-/// The triangle that a texel shows: the one in which its middle lies, or beyond the edge of a chart the nearest one.
+/// The triangle that a texel shows: the triangle that contains its middle, or the nearest triangle beyond the edge of
+/// a chart.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Shown {
     /// Distance of the triangle from the middle, in texels: negative within it, infinite if no triangle is near.
@@ -240,7 +242,7 @@ struct Nearest {
     weights: [f64; 3],
 }
 
-/// What each texel shows, row by row.
+/// The triangle that each texel shows, row by row.
 ///
 /// # Errors
 ///
@@ -285,7 +287,7 @@ fn overlap(name: &str, whose: &str, DVec2 { x: u, y: v }: DVec2) -> String {
 }
 
 impl FlatSurface<'_> {
-    /// Where the corners of a triangle lie, in texels.
+    /// The corners of a triangle, in texels.
     fn corners(&self, triangle: u32, size: u32) -> [DVec2; 3] {
         self.triangles[triangle as usize]
             .map(|vertex| DVec2::from(self.uv[vertex as usize].map(f64::from)) * f64::from(size))
@@ -321,8 +323,8 @@ fn centres(low: f64, high: f64, size: u32) -> std::ops::Range<u32> {
     (low - 0.5 - gutter).ceil().max(0.0) as u32..((high + 0.5 + gutter).floor()).clamp(0.0, size.into()) as u32
 }
 
-/// The least and the greatest x of a triangle in the gutter around a line y: long, thin triangles are not looked for in
-/// all of the rectangle about them.
+/// The least and the greatest x of a triangle in the gutter around a line y. Long, thin triangles are therefore not
+/// searched for in the whole rectangle around them.
 fn extent_around(corners: &[DVec2; 3], y: f64) -> [f64; 2] {
     let gutter = f64::from(GUTTER);
     let mut extent = [f64::INFINITY, f64::NEG_INFINITY];
@@ -339,7 +341,7 @@ fn extent_around(corners: &[DVec2; 3], y: f64) -> [f64; 2] {
     extent
 }
 
-/// The nearest point of a triangle, in whatever direction it runs around.
+/// The nearest point of a triangle of either orientation.
 fn nearest(corners: &[DVec2; 3], point: DVec2) -> Nearest {
     let edge = |from: usize| {
         let to = (from + 1) % 3;

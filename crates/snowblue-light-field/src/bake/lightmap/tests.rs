@@ -62,7 +62,7 @@ fn ramp() -> TriangleMesh {
     })
 }
 
-/// Triangles that share an edge by three, twice the same one, and one without area.
+/// Three triangles that share an edge, a triangle given twice, and a triangle without area.
 fn bad() -> TriangleMesh {
     let positions = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [2, 0, 0]];
     let positions = positions.map(|place: [i8; 3]| Vec3::from_array(place.map(f32::from)));
