@@ -5,7 +5,7 @@ use std::fs::{self, File};
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
-/// Ending of the hidden files that are written.
+/// Ending of the names of hidden files that are being written.
 const PARTIAL: &str = ".part";
 
 /// The path of the standard output.
@@ -13,7 +13,7 @@ pub const STANDARD_OUTPUT: &str = "/dev/stdout";
 
 /// Where the content of a path goes.
 enum Target {
-    /// To a file, which need not exist. The path is that behind symbolic links.
+    /// To a file, which need not exist. Symbolic links in the path are resolved.
     File(PathBuf),
     /// To the standard output, or to a pipe or a device. Nothing is replaced.
     Stream,
@@ -21,8 +21,9 @@ enum Target {
 
 /// Writes a file atomically: `write` fills a hidden file beside `path`, which then replaces `path`.
 ///
-/// A file that exists at `path` stays until then, and remains if anything fails. The new file has its permissions.
-/// Symbolic links are followed. The standard output, a pipe and a device get the content when it is complete.
+/// An existing file at `path` stays until then, and remains if anything fails. The new file gets the permissions of
+/// the existing file. Symbolic links are followed. The standard output, a pipe and a device get the content when it
+/// is complete.
 ///
 /// ```
 /// use std::io::Write as _;
@@ -46,10 +47,10 @@ pub fn write_atomically(path: &Path, write: impl FnOnce(&mut File) -> io::Result
     written
 }
 
-/// Checks that [`write_atomically`] can write a file at a path, as far as that is known before.
+/// Checks that [`write_atomically`] can write a file at a path, as far as this can be checked in advance.
 ///
 /// # Errors
-/// As of [`write_atomically`].
+/// As [`write_atomically`].
 pub fn check_writable(path: &Path) -> io::Result<()> {
     if path.is_dir() {
         return Err(io::Error::from(io::ErrorKind::IsADirectory));
@@ -84,7 +85,7 @@ fn target(path: &Path) -> io::Result<Target> {
         Ok(metadata) if metadata.is_file() => fs::canonicalize(path).map(Target::File),
         Ok(metadata) if !metadata.is_dir() => Ok(Target::Stream),
         Err(error) if error.kind() == io::ErrorKind::NotFound && path.is_symlink() => {
-            // A link to a file that is not there yet. Links in a circle have another error.
+            // A link to a file that does not exist yet. A cycle of links has another error.
             let link = fs::read_link(path)?;
             target(&path.parent().unwrap_or(Path::new("")).join(link))
         }
@@ -100,15 +101,15 @@ struct Partial {
 }
 
 impl Partial {
-    /// Creates the file, and removes those of processes that were killed.
+    /// Creates the file, and removes hidden files of processes that were killed.
     fn create(path: &Path) -> io::Result<Self> {
         let partial = partial_path(path).ok_or_else(|| io::Error::other("the path names no file"))?;
         loop {
-            // What writes a file may read it again.
+            // A writer may read the file again.
             let file = File::options().read(true).write(true).create(true).truncate(false).open(&partial)?;
             // Where a file system has no locks, files of killed processes stay.
             drop(file.lock());
-            // Another process may have renamed or removed it before it was locked.
+            // Another process may have renamed or removed the file before it was locked.
             if is_at(&file, &partial) {
                 file.set_len(0)?;
                 remove_abandoned(&partial);
@@ -143,12 +144,12 @@ impl Partial {
     }
 
     fn remove(&self) {
-        // The first error is reported, not one of the clean-up.
+        // The first error is reported, and not an error of the clean-up.
         drop(fs::remove_file(&self.path));
     }
 }
 
-/// A reader that has enough and closes a pipe is not an error.
+/// A reader that closes a pipe early is not an error.
 fn ignore_closed(written: io::Result<()>) -> io::Result<()> {
     match written {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(error),
@@ -156,7 +157,7 @@ fn ignore_closed(written: io::Result<()>) -> io::Result<()> {
     }
 }
 
-/// Removes the other hidden files of an output that no process has locked: their processes were killed.
+/// Removes further hidden files of an output that no process has locked, since their processes were killed.
 fn remove_abandoned(own: &Path) {
     let name_of = |path: &Path| path.file_name().and_then(OsStr::to_str).map(str::to_owned);
     let process_of = |name: &str, prefix: &str| name.strip_prefix(prefix)?.strip_suffix(PARTIAL)?.parse::<u32>().ok();

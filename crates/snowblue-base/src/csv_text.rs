@@ -1,4 +1,4 @@
-//! The lines of CSV files that people write: which of them are rows, and what to say of other separators.
+//! The lines of CSV files that people write: selection of the rows, and messages about other separators.
 
 /// The lines of a text that are not blank, with their numbers from 1.
 pub fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
@@ -24,14 +24,14 @@ pub fn cells(row: &str) -> impl Iterator<Item = &str> {
     })
 }
 
-/// The end of a message on a row that does not have as many cells as there are columns, or cells that are no numbers:
-/// how cells are separated, if the row has another separator or more commas. Else it is empty.
+/// The end of a message on a row with a wrong number of cells, or with cells that are no numbers. If the row has
+/// another separator or more commas, the text says how cells are separated. Otherwise it is empty.
 pub fn separator_hint(row: &str, columns: usize) -> String {
     let cells = |separator: char| row.split(separator).count();
     let others = [(';', "semicolons"), ('\t', "tabs")];
     let name_of = |fits: &dyn Fn(usize) -> bool| others.into_iter().find(|(other, _)| fits(cells(*other)));
     let has_more_commas = cells(',') > columns;
-    // A separator that makes all columns, then commas, then a separator that makes some.
+    // First a separator that gives all columns, then commas, then a separator that gives some columns.
     let other = name_of(&|count| count == columns.max(2))
         .or(has_more_commas.then_some((',', "more commas")))
         .or_else(|| name_of(&|count| count > 1));

@@ -9,8 +9,8 @@ use std::path::{Path, PathBuf};
 /// Memory in bytes that a file of any length may take: a height map of 4096 × 4096, or a sky of 4096 × 2048.
 const MIN_ALLOWED: f64 = (384u64 << 20) as f64;
 
-/// Bytes in memory that each byte of a file may take: a byte of a compressed image stands for 1032 bytes at most
-/// (zlib), of which several forms are held.
+/// Bytes in memory that each byte of a file may take: a byte of a compressed image expands to at most 1032 bytes
+/// (zlib), and memory holds several forms of the image.
 const ALLOWED_PER_BYTE: f64 = 4096.0;
 
 /// Greatest memory of any file in bytes, however long it is.
@@ -32,7 +32,7 @@ pub enum FileError {
     Content {
         /// The file.
         path: PathBuf,
-        /// What is wrong, and where if that is known.
+        /// Description of the error, and its place if known.
         reason: String,
     },
     /// A line of it is not valid.
@@ -42,10 +42,10 @@ pub enum FileError {
         path: PathBuf,
         /// The line, counted from 1.
         line: usize,
-        /// What is wrong.
+        /// Description of the error.
         reason: String,
     },
-    /// It cannot be written. There is no file under its name then, or the one before.
+    /// It cannot be written. Afterwards no file or the previous file has its name.
     #[error("cannot write {}: {source}", path.display())]
     Write {
         /// The file.
@@ -106,7 +106,7 @@ impl FileSource for FilesIn {
 pub struct FilesInMemory(BTreeMap<String, Vec<u8>>);
 
 impl FilesInMemory {
-    /// Adds a file, or replaces the one of that name.
+    /// Adds a file, or replaces the file of that name.
     pub fn insert(&mut self, name: impl Into<String>, content: impl Into<Vec<u8>>) {
         self.0.insert(name.into(), content.into());
     }
@@ -179,8 +179,8 @@ pub fn check_formats(path: &Path) -> Result<(), FileError> {
     Err(FileError::Content { path: path.to_owned(), reason })
 }
 
-/// Refuses what would take more memory than a file of `file_bytes` may. To be called before memory is allocated by what
-/// a header says. `what` is a noun in the plural.
+/// Refuses content that would take more memory than a file of `file_bytes` may take. Call this function before memory
+/// of the size given in a header is allocated. `what` is a noun in the plural.
 ///
 /// # Errors
 ///
@@ -190,21 +190,21 @@ pub fn check_memory(what: &str, asked_bytes: f64, file_bytes: usize) -> Result<(
     check_total(what, asked_bytes)
 }
 
-/// Refuses what would take more memory than the length of a file justifies.
+/// Refuses content that would take more memory than the length of a file justifies.
 ///
 /// # Errors
 ///
-/// As those of [`check_memory`].
+/// As [`check_memory`].
 pub fn check_expansion(what: &str, asked_bytes: f64, file_bytes: usize) -> Result<(), String> {
     let allowed = (ALLOWED_PER_BYTE * file_bytes as f64).max(MIN_ALLOWED);
     at_most(what, asked_bytes, allowed).map_err(|reason| format!("{reason} in a file of {file_bytes} bytes"))
 }
 
-/// Refuses what would take more memory than any file may.
+/// Refuses content that would take more memory than any file may take.
 ///
 /// # Errors
 ///
-/// As those of [`check_memory`].
+/// As [`check_memory`].
 pub fn check_total(what: &str, asked_bytes: f64) -> Result<(), String> {
     at_most(what, asked_bytes, MAX_ALLOWED)
 }
@@ -223,7 +223,7 @@ pub fn extension(path: &Path) -> String {
     path.extension().unwrap_or_default().to_string_lossy().to_lowercase()
 }
 
-/// The name of a file given relative to the folder of another.
+/// The name of a file that is given relative to the folder of another file.
 pub fn name_beside(file: &str, name: &str) -> String {
     Path::new(file).with_file_name(name).to_string_lossy().into_owned()
 }

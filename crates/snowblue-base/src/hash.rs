@@ -1,7 +1,7 @@
-//! A hash that is the same on every machine and in every version: FNV-1a of 64 bits (Fowler, Noll & Vo 1991,
+//! A hash that does not depend on the machine or the version: FNV-1a of 64 bits (Fowler, Noll & Vo 1991,
 //! isthe.com/chongo/tech/comp/fnv).
 
-/// The hash of what was added so far.
+/// The hash of all bytes added so far.
 #[derive(Debug, Clone)]
 pub struct Fnv1a(u64);
 

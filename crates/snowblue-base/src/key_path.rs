@@ -12,7 +12,7 @@ pub enum Step {
 }
 
 impl Step {
-    /// The key, if the step is one.
+    /// The key, if the step is a key.
     pub fn key(&self) -> Option<&str> {
         match self {
             Self::Key(key) => Some(key),
@@ -49,7 +49,7 @@ impl KeyPath {
         Self(self.0.iter().cloned().chain(steps).collect())
     }
 
-    /// An error that says of the value what is wrong with it.
+    /// An error about the value at this path.
     pub fn error(&self, reason: impl fmt::Display) -> KeyError {
         KeyError { path: self.clone(), reason: reason.to_string() }
     }
@@ -86,6 +86,6 @@ impl fmt::Display for KeyPath {
 pub struct KeyError {
     /// The path to the value.
     pub path: KeyPath,
-    /// What is wrong, as the rest of a sentence that begins with the path.
+    /// Description of the error, as the rest of a sentence that begins with the path.
     pub reason: String,
 }

@@ -1,4 +1,4 @@
-//! What every face says of a parameter: its key, limits, default and text.
+//! Parameters as every interface describes them: key, limits, default and text.
 
 use crate::range::ParameterRange;
 
@@ -28,16 +28,16 @@ pub struct Parameter {
     pub range: ParameterRange,
     /// The value where none is given.
     pub default: f64,
-    /// What it is, without a full stop.
+    /// Description of the parameter, without a full stop.
     pub text: &'static str,
-    /// What it does to the light, as a sentence.
+    /// Effect of the parameter on the light, as a sentence.
     pub effect: &'static str,
     /// Where the definition or the effect comes from: author and year.
     pub source: &'static str,
 }
 
 impl Parameter {
-    /// What it is, and its unit.
+    /// Description of the parameter, and its unit.
     #[must_use]
     pub fn describe(&self) -> String {
         let Self { text, range, .. } = self;

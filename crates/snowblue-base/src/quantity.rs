@@ -58,7 +58,7 @@ impl<Q: Quantity> Number<Q> {
     /// A number that may lie outside the range.
     ///
     /// # Errors
-    /// If it does.
+    /// If it lies outside the range.
     pub fn new(value: f64) -> Result<Self, RangeError> {
         Q::RANGE.check(value).map(|()| Self(value, PhantomData))
     }
@@ -66,7 +66,7 @@ impl<Q: Quantity> Number<Q> {
     /// A number that is known to lie in the range.
     ///
     /// # Panics
-    /// If it does not.
+    /// If it lies outside the range.
     #[must_use]
     pub const fn of(value: f64) -> Self {
         assert!(value >= Q::RANGE.least && value <= Q::RANGE.greatest, "the number lies in the range of its quantity");
@@ -96,7 +96,7 @@ impl<Q: Quantity> Count<Q> {
     /// A whole number that may lie outside the range.
     ///
     /// # Errors
-    /// If it does.
+    /// If it lies outside the range.
     pub fn new(value: u32) -> Result<Self, RangeError> {
         Q::RANGE.check(value.into()).map(|()| Self(value, PhantomData))
     }
@@ -104,7 +104,7 @@ impl<Q: Quantity> Count<Q> {
     /// A whole number that is known to lie in the range.
     ///
     /// # Panics
-    /// If it does not.
+    /// If it lies outside the range.
     #[must_use]
     pub const fn of(value: u32) -> Self {
         let number = value as f64;
@@ -126,7 +126,7 @@ impl<Q: Quantity, const LENGTH: usize> Numbers<Q, LENGTH> {
     /// Numbers that may lie outside the range.
     ///
     /// # Errors
-    /// If one of them does.
+    /// If one of them lies outside the range.
     pub fn new(values: [f64; LENGTH]) -> Result<Self, RangeError> {
         values.iter().try_for_each(|value| Q::RANGE.check(*value)).map(|()| Self(values, PhantomData))
     }
@@ -134,7 +134,7 @@ impl<Q: Quantity, const LENGTH: usize> Numbers<Q, LENGTH> {
     /// Numbers that are known to lie in the range.
     ///
     /// # Panics
-    /// If one of them does not.
+    /// If one of them lies outside the range.
     #[must_use]
     pub fn of(values: [f64; LENGTH]) -> Self {
         Self(values.map(|value| Number::<Q>::of(value).get()), PhantomData)
@@ -229,7 +229,7 @@ impl<'de, Q: Quantity> Deserialize<'de> for Count<Q> {
 }
 
 impl<'de, Q: Quantity, const LENGTH: usize> Deserialize<'de> for Numbers<Q, LENGTH> {
-    /// serde's own arrays leave unread what follows the last item.
+    /// serde's own arrays do not read items after the last expected item.
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let values: Vec<f64> = Vec::<Number<Q>>::deserialize(deserializer)?.into_iter().map(Number::get).collect();
         let count = values.len();

@@ -1,4 +1,4 @@
-//! Ranges of parameters, and the message about a value that lies outside.
+//! Ranges of parameters, and the message about a value outside its range.
 
 use std::fmt;
 use std::ops::RangeInclusive;
@@ -126,7 +126,7 @@ impl RangeError {
     }
 }
 
-/// A number in digits, or with an exponent where there would be more than fifteen of them, or five zeros in front.
+/// A number in digits, or with an exponent where it would have more than fifteen digits or five leading zeros.
 #[must_use]
 pub fn short_number(value: f64) -> String {
     let has_digits = value.abs() < 1e15 && (value.abs() >= 1e-5 || value.abs() <= 0.0);

@@ -1,7 +1,7 @@
 //! JSON Schemas of files.
 //!
-//! serde flattens tables into others and chooses between tables by a key. Editors understand only whole tables, so each
-//! choice becomes a table with all of its keys, which has no others.
+//! serde flattens tables into others and chooses between tables by a key. Editors understand only whole tables, so
+//! each choice becomes a table with all of its keys and no further keys.
 
 use schemars::JsonSchema;
 use schemars::generate::SchemaSettings;
@@ -56,7 +56,7 @@ fn closed(schema: &Value, definitions: &Value) -> Value {
             table["required"] = required.into();
         }
         if let Some(text) = description.as_ref().and_then(Value::as_str) {
-            // Without the examples in Rust.
+            // The description without the examples in Rust.
             table["description"] = text.split("\n\n```").next().unwrap_or_default().into();
         }
         table
@@ -106,7 +106,7 @@ fn tables(schema: &Value, definitions: &Value) -> Option<Vec<Keys>> {
 }
 
 impl Keys {
-    /// The keys of both tables, with the description of the other one.
+    /// The keys of both tables, with the description of `other`.
     fn with(&self, other: &Self) -> Self {
         let mut all = self.clone();
         all.description = other.description.clone().or(all.description);

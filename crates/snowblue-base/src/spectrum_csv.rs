@@ -24,14 +24,14 @@ pub struct SpectrumRows {
     pub line: usize,
 }
 
-/// A text without a spectrum. A face adds the name of the file before it: with a line as `file:LINE: `, else as
-/// `file: `.
+/// An error of a text without a spectrum. The interface prepends the name of the file to the message: `file:LINE: `
+/// if the line is known, else `file: `.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error("{reason}")]
 pub struct SpectrumError {
     /// The line, from 1.
     pub line: Option<usize>,
-    /// What is wrong with it.
+    /// Description of the error.
     pub reason: String,
 }
 
@@ -53,8 +53,8 @@ struct Row {
 }
 
 /// Reads the spectra of a text: rows of `wavelength_nm,value`, with or without a header, or rows under a header with
-/// the columns `wavelength_nm` and `quantity`. Two columns hold one spectrum; among more, a new one starts where
-/// thickness or angle change, or where the wavelength does not ascend.
+/// the columns `wavelength_nm` and `quantity`. Two columns hold one spectrum. In more columns a new spectrum starts
+/// where thickness or angle change, or where the wavelength does not ascend.
 ///
 /// ```
 /// use snowblue_base::spectrum_csv::read;
@@ -67,8 +67,8 @@ struct Row {
 /// ```
 ///
 /// # Errors
-/// Names the first line that is no row of numbers, whose value does not lie in 0 to [`MAX_VALUE`] or, among two
-/// columns, which does not ascend; or that the text holds no spectrum.
+/// Names the first line that is not a row of numbers, whose value does not lie in 0 to [`MAX_VALUE`], or, with two
+/// columns, whose wavelength does not ascend. If the text holds no spectrum, the error says so.
 pub fn read(text: &str, quantity: &'static str) -> Result<Vec<SpectrumRows>, SpectrumError> {
     let range = ParameterRange { quantity, least: 0.0, greatest: MAX_VALUE, unit: "" };
     read_within(text, quantity, range)
@@ -77,11 +77,11 @@ pub fn read(text: &str, quantity: &'static str) -> Result<Vec<SpectrumRows>, Spe
 /// As [`read`], with values in another range.
 ///
 /// # Errors
-/// As those of [`read`].
+/// As [`read`].
 pub fn read_within(text: &str, quantity: &str, range: ParameterRange) -> Result<Vec<SpectrumRows>, SpectrumError> {
     let mut lines = rows(text).peekable();
     let mut columns = Columns { count: 2, slab: [None, None], wavelength: 0, value: 1, range };
-    // The column of row names that R writes has no name of its own.
+    // R writes a column of row names, which has no name in the header.
     let is_header = |line: &str| {
         let first = cells(line).find(|cell| !cell.is_empty());
         first.is_some_and(|cell| cell.starts_with(|c: char| c.is_alphabetic()))

@@ -1,7 +1,7 @@
 //! Tables of TOML documents, read by serde. An error names the path of the value and its place in the text.
 //!
-//! serde's own tagged and flattened types buffer a table, and errors in it have no place. So a caller
-//! [takes](Table::take) the keys out of a table that say what it describes, and [reads](Table::read) the rest.
+//! serde's own tagged and flattened types buffer a table, and errors in a buffered table have no place in the text.
+//! So a caller [takes](Table::take) out of a table the keys that name its kind, and [reads](Table::read) the rest.
 
 use std::borrow::Cow;
 use std::fmt::Display;
@@ -15,18 +15,18 @@ use toml::de::{DeTable, DeValue};
 
 use crate::key_path::{KeyError, KeyPath, Step};
 
-/// Something wrong at a place of a document.
+/// An error at a place of a document.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{reason}")]
 pub struct ParseError {
-    /// The bytes of the text that it is about.
+    /// The bytes of the text at which the error lies.
     pub span: Range<usize>,
-    /// The key, what is wrong with its value, and what is right.
+    /// The key, the error in its value, and the valid values.
     pub reason: String,
 }
 
 impl ParseError {
-    /// The line of a text that it is about, counted from 1.
+    /// The line of a text at which the error lies, counted from 1.
     #[must_use]
     pub fn line(&self, text: &str) -> usize {
         line_of(text, self.span.start)
@@ -45,7 +45,7 @@ pub fn line_of(text: &str, byte: usize) -> usize {
     1 + text.as_bytes()[..byte.min(text.len())].iter().filter(|&&byte| byte == b'\n').count()
 }
 
-/// The bytes of a value, or of the innermost table or list around it that is there.
+/// The bytes of a value, or of the innermost existing table or list around the value.
 #[must_use]
 pub fn span_of(text: &str, path: &KeyPath) -> Range<usize> {
     let Ok(root) = DeTable::parse(text) else { return 0..0 };
@@ -77,7 +77,7 @@ pub struct Table<'text> {
     entries: DeTable<'text>,
     span: Range<usize>,
     path: KeyPath,
-    /// The keys that were asked for: others are unknown.
+    /// The keys that were asked for. All other keys are unknown.
     known: Vec<&'static str>,
 }
 
@@ -96,12 +96,12 @@ impl<'text> Value<'text> {
     /// The value as a type.
     ///
     /// # Errors
-    /// If it is none of the type.
+    /// If the value is not of the type.
     pub fn read<T: DeserializeOwned>(self) -> Result<T, ParseError> {
         self.read_beside(&[])
     }
 
-    /// The value as a type. `known` are keys that it may have beside those of the type.
+    /// The value as a type. `known` are keys that the value may have beside the keys of the type.
     fn read_beside<T: DeserializeOwned>(self, known: &[&str]) -> Result<T, ParseError> {
         let Self { value, path } = self;
         T::deserialize(TomlValue(&value)).map_err(|error| {
@@ -119,7 +119,7 @@ impl<'text> Value<'text> {
     /// The value as a table.
     ///
     /// # Errors
-    /// If it is none.
+    /// If the value is not a table.
     pub fn table(self) -> Result<Table<'text>, ParseError> {
         let span = self.value.span();
         match self.value.into_inner() {
@@ -131,7 +131,7 @@ impl<'text> Value<'text> {
     /// The value as a list of tables, as `[[light]]` makes it.
     ///
     /// # Errors
-    /// If it is none.
+    /// If the value is not a list of tables.
     pub fn tables(self) -> Result<Vec<Table<'text>>, ParseError> {
         let Self { value, path } = self;
         let span = value.span();
@@ -187,7 +187,7 @@ impl<'text> Table<'text> {
     /// Takes a value out and reads it.
     ///
     /// # Errors
-    /// If it is none of the type.
+    /// If the value is not of the type.
     pub fn take_as<T: DeserializeOwned>(&mut self, key: &'static str) -> Result<Option<T>, ParseError> {
         self.take(key).map(Value::read).transpose()
     }
@@ -211,7 +211,7 @@ impl<'text> Table<'text> {
     /// Takes out all keys that are left, with their values as tables.
     ///
     /// # Errors
-    /// If one is no table.
+    /// If a value is not a table.
     pub fn into_tables(self) -> Result<Vec<(String, Table<'text>)>, ParseError> {
         let named = self.entries.into_iter().map(|(key, value)| {
             let key = key.into_inner().into_owned();
@@ -229,7 +229,7 @@ impl<'text> Table<'text> {
         Self { entries, span: self.span(), path: self.path.clone(), known: Vec::new() }
     }
 
-    /// Takes the name out that says what the table describes, and finds it in a list.
+    /// Takes out the name of the kind of the table, and finds it in a list.
     ///
     /// # Errors
     /// If the key is missing, or the name is not in the list.
@@ -243,7 +243,7 @@ impl<'text> Table<'text> {
         })
     }
 
-    /// An error about the value of a key, or about the table where it is absent: `reason` is the rest of a sentence
+    /// An error about the value of a key, or about the table if the key is absent: `reason` is the rest of a sentence
     /// that begins with the path of the key.
     pub fn error_at(&self, key: &str, reason: impl Display) -> ParseError {
         let span = self.entries.get(key).map_or(self.span(), Spanned::span);
@@ -253,7 +253,7 @@ impl<'text> Table<'text> {
     /// Reads all keys that are left.
     ///
     /// # Errors
-    /// If they are not those of the type.
+    /// If the keys are not the keys of the type.
     pub fn read<T: DeserializeOwned>(self) -> Result<T, ParseError> {
         let Self { entries, span, path, known } = self;
         Value { value: Spanned::new(span, DeValue::Table(entries)), path }.read_beside(&known)
@@ -262,7 +262,7 @@ impl<'text> Table<'text> {
     /// Refuses keys that are left.
     ///
     /// # Errors
-    /// With the first of them.
+    /// If a key is left, with the first of these keys.
     pub fn finish(self) -> Result<(), ParseError> {
         let Some((key, _)) = self.entries.iter().next() else { return Ok(()) };
         let reason = format!("unknown key `{}`; known are {}", key.get_ref(), self.known.join(", "));
@@ -270,8 +270,8 @@ impl<'text> Table<'text> {
     }
 }
 
-/// A value as a deserializer. The deserializers of `toml` are different types for values, lists and tables: each type
-/// that is read would be compiled for each of them.
+/// A value as a deserializer. The deserializers of `toml` have different types for values, lists and tables, so that
+/// each type that is read would be compiled for each of these deserializers.
 #[derive(Debug, Clone, Copy)]
 struct TomlValue<'a, 'text>(&'a Spanned<DeValue<'text>>);
 
@@ -282,7 +282,7 @@ struct ValueError {
     message: String,
     /// The bytes of the innermost value or key at fault; none for the whole value.
     span: Option<Range<usize>>,
-    /// The steps to that value or key, the last one first.
+    /// The steps to that value or key, the last step first.
     steps: Vec<Step>,
 }
 
@@ -297,7 +297,7 @@ impl ValueError {
 
 impl de::Error for ValueError {
     fn custom<T: Display>(message: T) -> Self {
-        Self { message: message.to_string(), span: None, steps: Vec::new() }
+        Self { message: message.to_string().replace('\n', "; "), span: None, steps: Vec::new() }
     }
 }
 

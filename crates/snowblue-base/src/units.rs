@@ -1,7 +1,7 @@
 //! Factors between units, and rounding.
 
-/// Lumens per watt where the eye is most sensitive, for the tabulated V(λ) (CIE 015:2018): 683 lm/W are defined at
-/// 540 THz (BIPM 2019, "The International System of Units", section 2.3.1).
+/// Lumens per watt at the greatest sensitivity of the eye, for the tabulated V(λ) (CIE 015:2018): 683 lm/W are
+/// defined at 540 THz (BIPM 2019, "The International System of Units", section 2.3.1).
 pub const LUMENS_PER_WATT: f64 = 683.002;
 
 /// Photons per energy and wavelength, 1/(h c N_A), in µmol J⁻¹ nm⁻¹ (exact constants of the SI).

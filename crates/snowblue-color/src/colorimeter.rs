@@ -8,7 +8,7 @@ use crate::illuminant::Illuminant;
 use crate::observer::Observer;
 use crate::xyz::Xyz;
 
-/// Range of the sum over a measured spectrum, in nm, and its step unless the spectrum has finer ones.
+/// Range of the sum over a measured spectrum, in nm, and its step unless the spectrum has finer steps.
 const FIRST_NM: f64 = 400.0;
 const LAST_NM: f64 = 700.0;
 const GRID_STEP_NM: f64 = 10.0;
@@ -64,10 +64,10 @@ impl Colorimeter {
     /// Computes the weights for a measured spectrum: on wavelengths of any steps up to 20 nm that cover 400–700 nm.
     /// Values outside have no weight.
     ///
-    /// The sum runs over 400, 410, … 700 nm, on which the spectrum is interpolated linearly. A spectrum in equal steps
-    /// of at most 10 nm that include 400 and 700 nm is summed as it is, so that no detail is lost; X, Y and Z are then
-    /// scaled such that those of the bare light are again those on 400, 410, … 700 nm. So a constant spectrum has the
-    /// chromaticity of the light whatever its wavelengths are.
+    /// The sum runs over 400, 410, … 700 nm, on which the spectrum is interpolated linearly. A spectrum in equal
+    /// steps of at most 10 nm that include 400 and 700 nm is summed as it is, so that no detail is lost; X, Y and Z
+    /// are then scaled such that X, Y and Z of the bare light equal their values on 400, 410, … 700 nm. A constant
+    /// spectrum therefore has the chromaticity of the light whatever its wavelengths are.
     ///
     /// ```
     /// # use snowblue_color::{Colorimeter, Illuminant, Observer};
@@ -82,7 +82,7 @@ impl Colorimeter {
     ///
     /// # Errors
     /// If the wavelengths do not increase, do not cover 400–700 nm or have a wider step there, or if the illuminant's
-    /// table does not reach so far.
+    /// table does not cover 400–700 nm.
     pub fn for_spectrum(
         observer: Observer,
         illuminant: Illuminant,
@@ -247,7 +247,7 @@ mod tests {
         }
     }
 
-    /// 10 nm steps are summed as they are, and others as what linear interpolation makes of them.
+    /// Spectra in 10 nm steps are summed as they are. Spectra in other steps are interpolated linearly.
     #[test]
     fn a_spectrum_is_interpolated_linearly_unless_its_steps_are_fine() {
         let curve = |nm: f64| 1.0 + 0.001 * nm;
@@ -265,7 +265,8 @@ mod tests {
         assert!((uneven.z / tens.z - 1.0).abs() < 1e-13 && (uneven.x / tens.x - 1.0).abs() < 1e-13);
     }
 
-    /// What lies between tens counts in fine equal steps, also of a spectrum that is wider than the range.
+    /// Values between multiples of 10 nm count in spectra of fine equal steps, also in a spectrum that is wider than
+    /// the range.
     #[test]
     fn fine_equal_steps_keep_detail() {
         let luminance = |own_nm: &[f64]| {
@@ -278,7 +279,7 @@ mod tests {
         for own_nm in [fives(400, 700), fives(395, 705), fives(380, 780)] {
             assert!((luminance(&own_nm) - 0.5).abs() < 1e-3, "{own_nm:?}");
         }
-        // In uneven steps values on the tens alone count.
+        // In uneven steps only values at multiples of 10 nm count.
         let uneven = [fives(400, 500), vec![506.0], fives(510, 700)].concat();
         assert!(luminance(&uneven).abs() < 1e-15);
     }

@@ -10,7 +10,7 @@ pub(crate) struct Curve {
 }
 
 impl Curve {
-    /// Requires at least two values, at as many increasing wavelengths.
+    /// Requires at least two values and an equal number of increasing wavelengths.
     pub(crate) fn new(wavelengths_nm: Vec<f64>, values: Vec<f64>) -> Curve {
         Curve { wavelengths_nm, values }
     }

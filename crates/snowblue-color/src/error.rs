@@ -77,9 +77,9 @@ pub enum ColorError {
     NoWhite {
         /// X of the bare light, in an arbitrary unit.
         x: f64,
-        /// Y of the bare light, in the same unit.
+        /// Y of the bare light, in the unit of X.
         y: f64,
-        /// Z of the bare light, in the same unit.
+        /// Z of the bare light, in the unit of X.
         z: f64,
         /// Number of wavelengths.
         count: usize,

@@ -28,8 +28,8 @@ pub fn factor(stops: f64) -> f64 {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AutoExposure {
-    /// Fraction of the pixels, 0–1, that stays below the level. With 1 the brightest pixel reaches it; with 0.99 one
-    /// percent of the pixels may exceed it.
+    /// Fraction of the pixels, 0–1, that stays below the level. With 1 the brightest pixel reaches the level; with
+    /// 0.99 one percent of the pixels may exceed the level.
     pub fraction: f64,
     /// Level that this quantile is brought to.
     pub level: f64,

@@ -1,12 +1,13 @@
-//! Gamut mapping: replaces colours outside the sRGB gamut by near ones of the same luminance.
+//! Gamut mapping: replaces colours outside the sRGB gamut by similar colours of equal luminance.
 //!
 //! The displayable colours of one luminance form a convex polygon in linear RGB. A colour outside is mapped to the
 //! point of the polygon's boundary with the least weighted difference in Oklab, (C − C₀)² + (4 H)², where C and H are
 //! the components of (a, b) along and across the hue of the colour, and C₀ is its chroma. Clipping to the least
-//! difference with a low weight for chroma follows N. Katoh & M. Ito 1996, *Gamut mapping for computer generated images
-//! (II)*, Proc. 4th Color Imaging Conference, 126, doi:10.2352/CIC.1996.4.1.art00034, who work in CIELAB. Unlike there,
-//! the luminance is kept, since that is the computed quantity, and the weight is our choice. CSS Color Module Level 4,
-//! section 13, differs: it reduces chroma at constant Oklab hue and lightness until a clip is close enough.
+//! difference with a low weight for chroma follows N. Katoh & M. Ito 1996, *Gamut mapping for computer generated
+//! images (II)*, Proc. 4th Color Imaging Conference, 126, doi:10.2352/CIC.1996.4.1.art00034, who work in CIELAB.
+//! Unlike Katoh & Ito, we keep the luminance, since luminance is the computed quantity, and the weight is our choice.
+//! CSS Color Module Level 4, section 13, differs: it reduces chroma at constant Oklab hue and lightness until a clip
+//! is close enough.
 //!
 //! The search is a Gauss–Newton iteration. It starts where the straight line to grey enters the gamut, linearises Oklab
 //! around the current estimate, and moves to the nearest point of the polygon, which is exact on straight edges. The
@@ -39,10 +40,11 @@ pub(crate) const HUE_WEIGHT: f64 = 4.0;
 pub(crate) const STEPS: usize = 2;
 
 impl LinearRgb {
-    /// The nearest colour without negative channels, with the same luminance and nearly the same hue.
+    /// The nearest colour without negative channels. Luminance is kept, and hue nearly.
     ///
     /// Colours without a negative channel do not change, even with channels above 1, which are a matter of exposure.
-    /// Scaling the input scales the result. A colour without positive luminance becomes black; no light has one.
+    /// Scaling the input scales the result. A colour without positive luminance becomes black; light always has
+    /// positive luminance.
     ///
     /// The blue of deep water and snow is outside the sRGB gamut:
     /// ```
@@ -67,7 +69,7 @@ impl LinearRgb {
         map_to_gamut(self, luminance, f64::INFINITY)
     }
 
-    /// The nearest displayable colour, with all channels in 0–1, the same luminance and nearly the same hue.
+    /// The nearest displayable colour, with all channels in 0–1. Luminance is kept, and hue nearly.
     ///
     /// Displayable colours do not change. Luminance 1 and above becomes white, a luminance of 0 and below black.
     ///
@@ -216,7 +218,7 @@ mod tests {
             assert_eq!(colour.displayable(), LinearRgb::default());
         }
         assert_eq!(rgb(1.0, 1.2, 9.0).displayable(), rgb(1.0, 1.0, 1.0));
-        // Positive luminance with negative cone responses. No light has them.
+        // Positive luminance with negative cone responses, which no light has.
         let LinearRgb { r, g, b } = rgb(1.0, 0.1, -9.0).into_gamut();
         assert!(r >= 0.0 && g >= 0.0 && b >= 0.0, "{r} {g} {b}");
     }

@@ -86,7 +86,7 @@ pub struct Illuminant {
 }
 
 impl Illuminant {
-    /// The same power at every wavelength.
+    /// Equal power at every wavelength.
     pub const E: Illuminant = Illuminant { index: 0 };
     /// An incandescent lamp at 2856 K.
     pub const A: Illuminant = Illuminant { index: 1 };

@@ -1,11 +1,11 @@
-//! CIELAB 1976: a colour space in which distances are roughly perceptual; and colour differences: as given, and at
-//! equal luminance.
+//! CIELAB 1976, a colour space in which distances are roughly perceptual, and colour differences of lights as given
+//! and at equal luminance.
 //!
 //! L* = 116 f(Y/Yₙ) − 16, a* = 500 (f(X/Xₙ) − f(Y/Yₙ)), b* = 200 (f(Y/Yₙ) − f(Z/Zₙ)), with f the cube root above
 //! (6/29)³ and its tangent below (CIE 015:2018; ISO/CIE 11664-4:2019).
 //!
 //! Light transmitted by snow is dim, and CIELAB differences of dim colours are small. After visual adaptation or an
-//! exposure the same lights are easy to distinguish. The difference is therefore also computed at a common luminance.
+//! exposure these lights are easy to distinguish. The difference is therefore also computed at a common luminance.
 //!
 //! CIEDE2000 is perceptually more uniform than ΔE*ab, mainly for saturated colours and blues: G. Sharma, W. Wu & E. N.
 //! Dalal 2005, *The CIEDE2000 color-difference formula: implementation notes, supplementary test data, and mathematical
@@ -85,7 +85,7 @@ fn expand(compressed: f64) -> f64 {
 /// Luminance of middle grey, where L* = 50.
 pub const MIDDLE_GREY: f64 = 0.184_186_5;
 
-/// Differences of two lights relative to the same white: ΔE*ab, and once CIEDE2000.
+/// Differences of two lights relative to one white: three in ΔE*ab, one in CIEDE2000.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ColorDifference {
     /// ΔE*ab of the lights as given.
@@ -107,7 +107,7 @@ impl ColorDifference {
         at_middle_grey_2000: f64::INFINITY,
     };
 
-    /// Difference of two lights, neither of which is black.
+    /// Difference of two lights. Neither light is black.
     ///
     /// A neutral filter does not change the hue:
     /// ```
@@ -136,7 +136,7 @@ const CHROMA_25_7: f64 = 6_103_515_625.0;
 impl Lab {
     /// CIEDE2000 colour difference ΔE₀₀ with k_L = k_C = k_H = 1. Symmetric in both colours.
     ///
-    /// The same step in b* counts less between saturated colours:
+    /// A given step in b* counts less between saturated colours:
     /// ```
     /// # use snowblue_color::Lab;
     /// let difference = |b| Lab { l: 50.0, a: 0.0, b }.delta_e_2000(Lab { l: 50.0, a: 0.0, b: b + 3.0 });

@@ -10,9 +10,9 @@
 //!
 //! A [`Colorimeter`] is built once from an [`Observer`], an [`Illuminant`] and a list of wavelengths. It converts any
 //! spectrum on these wavelengths, given as a ratio to the bare light (a transmittance or a reflectance), to [`Xyz`].
-//! [`LinearRgb::displayable`] maps colours outside the sRGB gamut, such as the blue of deep snow, to displayable ones:
-//! it keeps the luminance, and nearly keeps the perceived hue. A [`ToneCurve`] does the same for light that is brighter
-//! than white.
+//! [`LinearRgb::displayable`] maps colours outside the sRGB gamut, such as the blue of deep snow, to displayable
+//! ones: it keeps the luminance, and nearly keeps the perceived hue. A [`ToneCurve`] maps light that is brighter than
+//! white to displayable colours.
 //!
 //! # Simplifications
 //!

@@ -104,7 +104,7 @@ impl fmt::Display for Observer {
     }
 }
 
-/// Ends of the spectral locus, in nm: beyond, chromaticity hardly changes.
+/// Ends of the spectral locus, in nm. Beyond them chromaticity hardly changes.
 const FIRST_NM: u32 = 380;
 const LAST_NM: u32 = 700;
 
@@ -113,7 +113,7 @@ const LAST_NM: u32 = 700;
 pub struct DominantWavelength {
     /// The wavelength that has to be mixed with white to give the colour, in nm.
     pub wavelength_nm: f64,
-    /// Distance of the colour from white over that of the spectral locus, 0–1.
+    /// Ratio of the distance of the colour from white to the distance of the spectral locus from white, 0–1.
     pub excitation_purity: f64,
 }
 

@@ -1,8 +1,8 @@
 //! RGB: light as a mixture of three primaries, linear, and encoded with 8 bits per channel as in PNG files and HTML.
 //!
-//! The matrices are derived from the primaries and the white, since those printed in the standards are rounded. With
-//! (x, y, z)/y of the primaries as the columns of P, the white W = P s determines the scales s, and XYZ = P diag(s) RGB
-//! (SMPTE RP 177:1993).
+//! The matrices are derived from the primaries and the white, since the matrices printed in the standards are
+//! rounded. With (x, y, z)/y of the primaries as the columns of P, the white W = P s determines the scales s, and XYZ
+//! = P diag(s) RGB (SMPTE RP 177:1993).
 
 use std::fmt;
 use std::ops::{AddAssign, Mul};
@@ -92,7 +92,7 @@ impl RgbSpace {
 
     /// Converts from tristimulus values. Negative amounts are outside the gamut.
     ///
-    /// The blue below half a metre of snow is outside the sRGB gamut, but inside that of Rec. 2020:
+    /// The blue below half a metre of snow is outside the sRGB gamut, but inside the Rec. 2020 gamut:
     /// ```
     /// # use snowblue_color::{RgbSpace, Xyz};
     /// let below_half_a_metre = Xyz { x: 0.091, y: 0.1, z: 0.355 };
@@ -203,7 +203,7 @@ impl Srgb8 {
     ///
     /// Clamping negative channels shifts the hue: apply [`LinearRgb::displayable`] first.
     ///
-    /// Vision distinguishes dark tones better than light ones, so half of the codes cover the darkest fifth of the
+    /// Vision distinguishes dark tones better than light tones, so half of the codes cover the darkest fifth of the
     /// range:
     /// ```
     /// # use snowblue_color::{LinearRgb, Srgb8};

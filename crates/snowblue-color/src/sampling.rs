@@ -8,15 +8,16 @@
 //!   are not averaged over the step: there is no band-pass correction.
 //! - [`SampledSpectrum::resample`] never extrapolates: missing wavelengths are an error.
 //!
-//! `tests/it/sampling.rs` measures the error of coarse steps, for light through snow and against 1 nm. With 5 nm it is
-//! below 0.06 ΔE*ab under every illuminant. With 10 nm it is 0.01 under daylight, 0.07 under white LEDs and up to 3.3
-//! under fluorescent lamps, which have spectral lines between the samples.
+//! `tests/it/sampling.rs` measures the error of coarse steps, for light through snow and against 1 nm. With 5 nm the
+//! error is below 0.06 ΔE*ab under every illuminant. With 10 nm the error is 0.01 ΔE*ab under daylight, 0.07 under
+//! white LEDs and up to 3.3 under fluorescent lamps, which have spectral lines between the samples.
 
 use crate::curve::Curve;
 use crate::error::ColorError;
 use crate::illuminant::Illuminant;
 
-/// Three wavelengths in nm, one each of blue, green and red light, by which Varsa & Baranoski (2024) sum up colours.
+/// Three wavelengths in nm, one each of blue, green and red light, from which Varsa & Baranoski (2024) compute
+/// colours.
 pub const THREE_SAMPLES_NM: [f64; 3] = [455.0, 551.0, 608.0];
 
 /// Distance of adjacent wavelengths in a sum.
@@ -87,8 +88,8 @@ impl SampledSpectrum<'_> {
     /// ```
     ///
     /// # Errors
-    /// If the wavelengths do not increase or a new one lies outside them; for [`Interpolation::Sprague`] also if the
-    /// steps are uneven or there are fewer than six values.
+    /// If the wavelengths do not increase or a new wavelength lies outside them; for [`Interpolation::Sprague`] also
+    /// if the steps are uneven or there are fewer than six values.
     ///
     /// # Panics
     /// If there is not one value per wavelength, or there are fewer than two.

@@ -1,12 +1,13 @@
 //! The reference illuminant of a correlated colour temperature.
 //!
-//! It is a black body below 4000 K and CIE daylight above 5000 K, with a mixture in proportion in between (CIE
-//! 224:2017, *Colour fidelity index for accurate scientific use*, section 4.2.2), which is continuous.
+//! The reference illuminant is a black body below 4000 K and CIE daylight above 5000 K. In between it is a
+//! proportional mixture of both, so that it is continuous (CIE 224:2017, *Colour fidelity index for accurate
+//! scientific use*, section 4.2.2).
 //!
-//! Daylight is S = S₀ + M₁ S₁ + M₂ S₂ with the chromaticity of its temperature (D. B. Judd, D. L. MacAdam & G. Wyszecki
-//! 1964, *Spectral distribution of typical daylight as a function of correlated color temperature*, Journal of the
-//! Optical Society of America 54(8), 1031–1040, doi:10.1364/JOSA.54.001031; CIE 015:2018, section 4.1.2). D50, D65 and
-//! D75 are such sums, so S is the combination of the three that has the same M₁ and M₂.
+//! Daylight is S = S₀ + M₁ S₁ + M₂ S₂ with the chromaticity of its temperature (D. B. Judd, D. L. MacAdam & G.
+//! Wyszecki 1964, *Spectral distribution of typical daylight as a function of correlated color temperature*, Journal
+//! of the Optical Society of America 54(8), 1031–1040, doi:10.1364/JOSA.54.001031; CIE 015:2018, section 4.1.2). D50,
+//! D65 and D75 are such sums, so S is the combination of these three spectra with the M₁ and M₂ of the temperature.
 
 use std::ops::RangeInclusive;
 
@@ -18,9 +19,9 @@ use crate::xyz::Chromaticity;
 /// Temperatures of light that sRGB can show and daylight is defined for, in K.
 pub const RANGE_K: RangeInclusive<f64> = 2000.0..=25_000.0;
 
-/// Up to here light is that of a black body, in K.
+/// Greatest temperature of black-body light, in K.
 const BLACK_BODY_K: f64 = 4000.0;
-/// From here it is daylight, in K.
+/// Least temperature of daylight, in K.
 const DAYLIGHT_K: f64 = 5000.0;
 /// Wavelength at which spectra are scaled to 1, in nm.
 const UNIT_NM: f64 = 560.0;
@@ -37,7 +38,7 @@ pub fn check(kelvin: f64) -> Result<f64, ColorError> {
     if RANGE_K.contains(&kelvin) { Ok(kelvin) } else { Err(ColorError::Temperature { kelvin, range_k: RANGE_K }) }
 }
 
-/// Power of the reference illuminant of a temperature in K relative to that at 560 nm.
+/// Power of the reference illuminant of a temperature in K relative to its power at 560 nm.
 ///
 /// ```
 /// # use snowblue_color::temperature::relative_power;
@@ -70,7 +71,7 @@ fn planck(kelvin: f64, wavelength_nm: f64) -> f64 {
     wavelength_nm.powi(-5) / (C2_NM_K / (wavelength_nm * kelvin)).exp_m1()
 }
 
-/// Power of daylight relative to that at 560 nm.
+/// Power of daylight relative to its power at 560 nm.
 fn daylight(kelvin: f64, wavelength_nm: f64) -> Result<f64, ColorError> {
     let Chromaticity { x, y } = daylight_chromaticity(kelvin);
     let scale = 0.0241 + 0.2562 * x - 0.7341 * y;
@@ -114,7 +115,7 @@ mod tests {
             let (found, table) = (relative_power(6504.0, nm).unwrap(), Illuminant::D65.relative_power(nm).unwrap());
             assert!((100.0 * found / table - 1.0).abs() < 1e-3, "{nm}: {found} {table}");
         }
-        // An illuminant that is not among the three: D55, of 5503 K.
+        // An illuminant other than D50, D65 and D75: D55, of 5503 K.
         for nm in [400.0, 450.0, 600.0, 700.0] {
             let table = "D55".parse::<Illuminant>().unwrap().relative_power(nm).unwrap();
             let found = 100.0 * relative_power(5503.0, nm).unwrap();

@@ -3,23 +3,22 @@
 //! All curves map black to black and keep middle grey, 18 % of white. They end with
 //! [gamut mapping](LinearRgb::displayable), which keeps luminance, and hue nearly.
 //!
-//! **`filmic`** leaves luminance Y as it is up to a knee t = 0.8, and compresses what is brighter, with a continuous
-//! slope:
+//! **`filmic`** keeps luminance Y up to a knee t = 0.8, and compresses greater luminances, with a continuous slope:
 //!
 //! > Y′ = 1 − (1 − t)² / (Y + 1 − 2t).
 //!
-//! This is the shoulder of *Khronos PBR Neutral* (Khronos Group 2024, *PBR Neutral Tone Mapper*, with the knee there at
-//! 0.76 of the brightest channel). Here it applies to luminance, as E. Reinhard, M. Stark, P. Shirley & J. Ferwerda
+//! This is the shoulder of *Khronos PBR Neutral* (Khronos Group 2024, *PBR Neutral Tone Mapper*), whose knee is at
+//! 0.76 of the brightest channel. Here it applies to luminance, as E. Reinhard, M. Stark, P. Shirley & J. Ferwerda
 //! (2002, *Photographic tone reproduction for digital images*, ACM Transactions on Graphics 21(3), 267–276,
 //! doi:10.1145/566654.566575) recommend: chromaticity does not change, so that blue stays blue, and the order of
-//! luminances is kept. Curves for each channel, such as those of J. Hable (2010, *Filmic tonemapping operators*) and
-//! K. Narkowicz (2015, *ACES filmic tone mapping curve*), turn bright blue towards cyan. They also compress the tones
-//! of lit snow, which lie near white.
+//! luminances is kept. Curves for each channel, such as the curves of J. Hable (2010, *Filmic tonemapping operators*)
+//! and K. Narkowicz (2015, *ACES filmic tone mapping curve*), turn bright blue towards cyan. They also compress the
+//! tones of lit snow, which lie near white.
 //!
 //! **`agx`** is AgX by T. Sobotka (2022, <https://github.com/sobotka/AgX>), the default of Blender, in its first form
-//! for sRGB. The primaries are moved inwards, each channel is encoded as its logarithm from 10 stops below to
-//! 6.5 above middle grey, a sigmoid gives the code value for a display of exponent 2.2, and the primaries are moved
-//! outwards again. Bright colours lose saturation. Light is scaled before it, by 0.79, so that middle grey is kept:
+//! for sRGB. The primaries are moved inwards, each channel is encoded as its logarithm from 10 stops below to 6.5
+//! above middle grey, a sigmoid gives the code value for a display of exponent 2.2, and the primaries are moved
+//! outwards again. Bright colours lose saturation. Light is scaled by 0.79 before AgX, so that middle grey is kept:
 //! AgX itself shows 18 % as 22 %.
 
 use std::fmt;
@@ -39,14 +38,14 @@ pub enum ToneCurve {
     Filmic,
     /// `agx`: low contrast over 16.5 stops, with pale highlights.
     Agx,
-    /// `none`: light is shown as it is up to white.
+    /// `none`: light is shown unchanged up to white.
     None,
 }
 
-/// Greatest luminance that [`ToneCurve::Filmic`] shows as it is.
+/// Greatest luminance that [`ToneCurve::Filmic`] shows unchanged.
 const KNEE: f64 = 0.8;
 
-/// Halvings of the interval of logarithms in which a level of light is sought.
+/// Number of bisections in the search for the logarithm of a level of light.
 const BISECTIONS: usize = 100;
 
 impl ToneCurve {
@@ -106,7 +105,7 @@ impl ToneCurve {
     }
 }
 
-/// The luminance to which one above the knee is compressed.
+/// The compressed luminance for a luminance above the knee.
 fn shoulder(luminance: f64) -> f64 {
     1.0 - (1.0 - KNEE) * (1.0 - KNEE) / (luminance + 1.0 - 2.0 * KNEE)
 }
@@ -123,7 +122,7 @@ const OUTSET: Matrix = inverse(INSET);
 const MIDDLE_GREY: f64 = 0.18;
 const STOPS_BELOW: f64 = 10.0;
 const STOPS_ABOVE: f64 = 6.5;
-/// Code value of middle grey, slope of the sigmoid there, and its powers below and above.
+/// Code value of middle grey, slope of the sigmoid at middle grey, and powers of the sigmoid below and above.
 const PIVOT: f64 = 0.5;
 const SLOPE: f64 = 2.0;
 const TOE_POWER: f64 = 3.0;
@@ -133,7 +132,7 @@ const DISPLAY_EXPONENT: f64 = 2.2;
 /// Scale of light at which 18 % is displayed as 18 %.
 const AGX_SCALE: f64 = 0.789_247_9;
 
-/// AgX of light within sRGB. Saturated colours may come out beyond it.
+/// AgX of light within sRGB. The result may lie outside of sRGB for saturated colours.
 fn agx(LinearRgb { r, g, b }: LinearRgb) -> LinearRgb {
     let inset = product(INSET, [r, g, b].map(|channel| channel * AGX_SCALE));
     let codes = product(OUTSET, inset.map(code_of));
@@ -151,7 +150,7 @@ fn code_of(channel: f64) -> f64 {
     } else {
         (1.0 - PIVOT_PLACE, 1.0 - PIVOT, SHOULDER_POWER)
     };
-    // u / (1 + u^p)^(1/p), scaled so that it has the height at the end.
+    // u / (1 + u^p)^(1/p), scaled so that its value at the end is the height.
     let scale = (height.powf(-power) - (SLOPE * end).powf(-power)).powf(-1.0 / power);
     let steep = SLOPE * (place - PIVOT_PLACE).abs();
     let away = steep / (1.0 + (steep / scale).powf(power)).powf(1.0 / power);
@@ -177,9 +176,9 @@ impl FromStr for ToneCurve {
 }
 
 /// GLSL ES 3.0 of two functions, up to single precision. `vec3 display(vec3 colour)` gives the code values of linear
-/// sRGB for a display, those of [`Srgb8::encode`](crate::Srgb8::encode) of the
-/// [`displayable`](crate::LinearRgb::displayable) colour. `vec3 filmic(vec3 light)` comes before it. It is the curve
-/// [`Filmic`](crate::ToneCurve::Filmic).
+/// sRGB for a display, as [`Srgb8::encode`](crate::Srgb8::encode) of the
+/// [`displayable`](crate::LinearRgb::displayable) colour. `vec3 filmic(vec3 light)` is the curve
+/// [`Filmic`](crate::ToneCurve::Filmic), to be applied before `display`.
 #[must_use]
 pub fn display_glsl() -> String {
     let [red, green, blue] = CONE_SLOPES.map(numbers);
@@ -198,7 +197,7 @@ pub fn display_glsl() -> String {
     )
 }
 
-/// Numbers of single precision and a little more.
+/// Numbers with slightly more digits than single precision.
 fn numbers([a, b, c]: Vector) -> String {
     format!("{a:.9}, {b:.9}, {c:.9}")
 }
@@ -217,7 +216,7 @@ mod tests {
         Oklab::from_xyz(colour.xyz()).hue_deg()
     }
 
-    /// Linear light of blue snow, from pale to that through a metre of snow, whose red lies outside of sRGB.
+    /// Linear light of blue snow, from pale light to light through a metre of snow, whose red lies outside of sRGB.
     const BLUES: [LinearRgb; 4] = [
         LinearRgb { r: 0.55, g: 0.75, b: 1.0 },
         LinearRgb { r: 0.25, g: 0.5, b: 1.0 },
@@ -245,7 +244,8 @@ mod tests {
                 let displayed = (-140..80).map(|step| curve.displayed(colour * (0.1 * f64::from(step)).exp2()));
                 let levels: Vec<f64> = displayed.map(LinearRgb::luminance).collect();
                 for pair in levels.windows(2) {
-                    // AgX clips each channel apart, 6.5 stops above middle grey. Luminance may fall there by 1e-8.
+                    // AgX clips each channel separately, 6.5 stops above middle grey. Luminance may decrease there by
+                    // 1e-8.
                     assert!(pair[1] >= pair[0] - 1e-7, "{curve}: {pair:?}");
                 }
                 let last = levels[levels.len() - 1];
@@ -277,7 +277,7 @@ mod tests {
         assert!(shift_deg < -40.0, "{shift_deg}°");
     }
 
-    /// Below the knee a colour that a display can show is shown as it is; above, its chromaticity stays.
+    /// Below the knee a displayable colour does not change. Above the knee its chromaticity does not change.
     #[test]
     fn filmic_changes_luminance_alone() {
         let pale = BLUES[0];
@@ -290,8 +290,8 @@ mod tests {
         assert!((shoulder(KNEE) - KNEE).abs() < 1e-12 && (slope - 1.0).abs() < 1e-4, "{slope}");
     }
 
-    /// Values of the polynomial that B. Wrensch (2023, *Minimal AgX implementation*) fitted to AgX, with a mean square
-    /// error of 3.7e-6: three times its root.
+    /// Values of the polynomial that B. Wrensch (2023, *Minimal AgX implementation*) fitted to AgX, with a mean
+    /// square error of 3.7e-6. The tolerance is three times the root of this error.
     #[test]
     fn agx_is_near_its_published_fit() {
         for step in 1..20 {

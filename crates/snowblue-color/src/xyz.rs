@@ -1,4 +1,4 @@
-//! Tristimulus values: the response of a standard observer to light, and those that look the same under another white.
+//! Tristimulus values: the response of a standard observer to light, and chromatic adaptation to another white.
 //!
 //! x = X/(X + Y + Z), y = Y/(X + Y + Z) (CIE 015:2018).
 //!
@@ -72,7 +72,7 @@ impl Xyz {
         Chromaticity { x: self.x / sum, y: self.y / sum }
     }
 
-    /// The same chromaticity at another luminance. NaN for black.
+    /// Tristimulus values of equal chromaticity at another luminance. NaN for black.
     #[must_use]
     pub fn with_luminance(self, luminance: f64) -> Xyz {
         self * (luminance / self.y)
@@ -100,7 +100,7 @@ impl Mul<f64> for Xyz {
 const XYZ_TO_SHARPENED: Matrix = [[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]];
 const SHARPENED_TO_XYZ: Matrix = inverse(XYZ_TO_SHARPENED);
 
-/// A change of white. This crate applies none on its own.
+/// A change of white. This crate applies chromatic adaptation only on request.
 ///
 /// White becomes white:
 /// ```

@@ -17,7 +17,7 @@ pub struct Axes {
     pub facetness: Vec<f64>,
     /// Densities of the dry snow, in kg/m³.
     pub densities_kg_m3: Vec<f64>,
-    /// Axes of further properties; the others have their default values.
+    /// Axes of further properties. Properties without an axis have their default values.
     pub properties: Vec<PropertyAxis>,
     /// Whether the first light is diffuse (Lambertian), before the angles.
     pub diffuse: bool,
@@ -52,7 +52,7 @@ pub(crate) struct Coordinate {
 pub const DIFFUSE_ANGLE_DEG: f64 = -1.0;
 /// Largest angle of incidence of an axis, in degrees.
 const MAX_ANGLE_DEG: f64 = ANGLE.range.greatest;
-/// Thicknesses below and above the paper's, in cm, for splines that are accurate from 0 cm to 1 m.
+/// Thicknesses below and above the paper's thicknesses, in cm, for splines that are accurate from 0 cm to 1 m.
 const THIN_KNOTS_CM: [f64; 11] = [0.000_5, 0.001, 0.002, 0.004, 0.008, 0.015, 0.03, 0.06, 0.12, 0.25, 0.5];
 const THICK_KNOTS_CM: [f64; 2] = [70.0, 100.0];
 /// The paper's angles and two more where transmittance curves most, in degrees.
@@ -60,13 +60,13 @@ const ANGLES_DEG: [f64; 12] = [0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 75
 
 /// Greatest absolute value of an axis, in any unit. Single precision, in which look-ups run, holds its square.
 const MAX_VALUE: f64 = 1e15;
-/// Most values of a quantity in a table: 2 GiB in memory, 350 times those of the paper.
+/// Greatest number of values of a quantity in a table: 2 GiB in memory, 350 times the number in the paper.
 const MAX_VALUES: usize = 1 << 28;
-/// Most samples of snow in a table. Each takes a millisecond at least to compute.
+/// Greatest number of snow samples in a table. The computation of a sample takes at least a millisecond.
 const MAX_SAMPLES: usize = 1 << 22;
 
 impl Axes {
-    /// Names of the axes that a [`preset`](Self::preset) has, and what they hold.
+    /// Names and descriptions of the axes that [`preset`](Self::preset) knows.
     pub const PRESETS: [(&'static str, &'static str); 4] = [
         ("paper", "Table 1 of the paper: 24,750 curves"),
         ("default", "The embedded table: the paper's with more thicknesses and angles"),
@@ -316,12 +316,12 @@ impl Axes {
         words.join(", ")
     }
 
-    /// Checks that every axis has finite values in ascending order, that there is a light and at least two thicknesses,
-    /// all above 0 cm, that no property occurs twice, that a table of them is not too large, and that every sample,
-    /// angle and wavelength is in the model's range.
+    /// Checks that every axis has finite values in ascending order, that there is a light and at least two
+    /// thicknesses, all above 0 cm, that no property occurs twice, that a table on these axes is not too large, and
+    /// that every sample, angle and wavelength is in the model's range.
     ///
     /// # Errors
-    /// The first axis or quantity that is not.
+    /// The first axis or quantity that fails a check.
     pub fn check(&self, ice: IceTable) -> Result<(), DatabaseError> {
         self.check_order()?;
         let mut slab = Slab {
@@ -343,11 +343,11 @@ impl Axes {
         })
     }
 
-    /// Checks that all axes ascend in single precision, in which look-ups run, that no value is beyond ±10¹⁵, and that
-    /// the table is not too large; without the model's range, for tables of other models.
+    /// Checks that all axes ascend in single precision, in which look-ups run, that no value is beyond ±10¹⁵, and
+    /// that the table is not too large. The model's range is not checked, so that tables of other models pass.
     ///
     /// # Errors
-    /// [`DatabaseError::Axis`] or [`DatabaseError::AxisRange`] for the first axis that is not, or
+    /// [`DatabaseError::Axis`] or [`DatabaseError::AxisRange`] for the first axis that fails a check, or
     /// [`DatabaseError::TooManyValues`].
     pub fn check_order(&self) -> Result<(), DatabaseError> {
         #[expect(clippy::cast_possible_truncation, reason = "what single precision makes of values is checked")]
@@ -383,10 +383,10 @@ impl Axes {
         self.check_size()
     }
 
-    /// Checks that a table of these axes has no more samples and values than it may.
+    /// Checks that the numbers of samples and values of a table on these axes are within the limits.
     fn check_size(&self) -> Result<(), DatabaseError> {
         let lengths: Vec<usize> = self.named().iter().map(|axis| axis.values.len()).collect();
-        // The last three axes are not of the snow. The products may exceed any integer.
+        // The last three axes do not describe the snow. The products may overflow any integer type.
         let product = |lengths: &[usize]| lengths.iter().map(|length| *length as f64).product::<f64>();
         let (samples, values) = (product(&lengths[..lengths.len() - 3]), product(&lengths));
         if samples <= MAX_SAMPLES as f64 && values <= MAX_VALUES as f64 {
@@ -463,7 +463,7 @@ mod tests {
     fn sample_numbers_and_curve_descriptions_agree() {
         let axes = wet_and_sooty();
         assert_eq!((axes.samples(), axes.curves_per_sample()), (225 * 6, 11 * 11));
-        // The last sample of all, and the one before it.
+        // The last sample and the previous sample.
         let last = axes.sample(axes.samples() - 1, IceTable::default()).unwrap();
         assert_eq!(
             (last.grain_size.max_um.to_bits(), last.density_kg_m3.to_bits()),

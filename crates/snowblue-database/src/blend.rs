@@ -27,7 +27,7 @@ struct Weighted {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Blend {
     samples: Vec<Weighted>,
-    /// Thickness at their density over thickness of the snow.
+    /// Ratio of the thickness at the density of these samples to the thickness of the snow.
     pub(crate) thickness_scale: f64,
 }
 
@@ -38,19 +38,19 @@ struct SampleAxis<'axes> {
     value: f64,
 }
 
-/// Largest relative difference of two values that count as one.
+/// Largest relative difference of two values that count as equal.
 const SAME: f64 = 1e-9;
 
 impl Blend {
-    /// The sample of a number.
+    /// The sample with a given number.
     pub(crate) fn one(number: usize) -> Self {
         Self { samples: vec![Weighted { index: number, weight: 1.0 }], thickness_scale: 1.0 }
     }
 
-    /// The sample of the table that this one is.
+    /// The table's sample that equals `sample`.
     ///
     /// # Errors
-    /// [`DatabaseError::OffGrid`] if a value is not on its axis, [`DatabaseError::NoAxis`] if it has none.
+    /// [`DatabaseError::OffGrid`] if a value is not on its axis, [`DatabaseError::NoAxis`] if a property has no axis.
     pub(crate) fn on_grid(axes: &Axes, sample: &TableSample) -> Result<Self, DatabaseError> {
         check_properties(axes, sample)?;
         let mut number = 0;
@@ -64,11 +64,11 @@ impl Blend {
         Ok(Self::one(number))
     }
 
-    /// The samples around this one.
+    /// The table's samples around `sample`.
     ///
     /// # Errors
-    /// [`DatabaseError::OffAxis`] if a value is beyond its axis, [`DatabaseError::NoAxis`] if it has none, or if the
-    /// density is out of the model's range.
+    /// [`DatabaseError::OffAxis`] if a value is beyond its axis, [`DatabaseError::NoAxis`] if a property has no axis,
+    /// or an error if the density is out of the model's range.
     pub(crate) fn between(axes: &Axes, sample: &TableSample) -> Result<Self, DatabaseError> {
         check_properties(axes, sample)?;
         SnowSample { density_kg_m3: sample.density_kg_m3, ..SnowSample::default() }.check()?;

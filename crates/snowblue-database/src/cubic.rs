@@ -3,13 +3,13 @@
 //! **Natural cubic splines** over the thickness of snow, for several components at once. Between knots y is cubic with
 //! a continuous second derivative, which is 0 at both ends (de Boor 2001, *A Practical Guide to Splines*, ch. IV).
 //!
-//! **The Lagrange polynomial** through the four nearest knots, two on either side, of unevenly spaced ones (de Boor,
-//! ch. I). Where neighbouring gaps differ by more than a factor of [`MAX_GAP_RATIO`], a cubic would oscillate, so a
+//! **The Lagrange polynomial** through the four nearest of unevenly spaced knots, two on either side (de Boor, ch.
+//! I). Where neighbouring gaps differ by more than a factor of [`MAX_GAP_RATIO`], a cubic would oscillate, so a
 //! straight line replaces it. The interpolation is continuous, exact for cubics and at its knots, and needs no end
 //! conditions.
 //!
-//! Both are linear in the values at the knots, so interpolating coefficients is the same as interpolating the spectra,
-//! or the logarithms of the spectra, that they represent.
+//! Both are linear in the values at the knots, so interpolating coefficients is equivalent to interpolating the
+//! spectra, or the logarithms of the spectra, that the coefficients represent.
 
 use wide::f32x8;
 
@@ -31,7 +31,7 @@ pub(crate) struct Knots {
     last: f32,
     /// The intervals between neighbouring knots.
     intervals: Vec<Interval>,
-    /// All knots but the first and the last, eight at a time, padded with NaN, above which nothing is.
+    /// All knots but the first and the last, eight at a time, padded with NaN, since no number is above NaN.
     inner: Vec<f32x8>,
 }
 
@@ -129,8 +129,8 @@ pub(crate) fn curvatures(knots: &[f64], values: &[f64]) -> Vec<f64> {
 /// Largest ratio of neighbouring gaps for which a cubic is used.
 const MAX_GAP_RATIO: f64 = 2.5;
 
-/// Weights of the neighbouring knots at `x`: of all knots if there are fewer than four, of one knot where `x` is that
-/// knot.
+/// Weights of the neighbouring knots at `x`: weights of all knots if there are fewer than four, and of a single knot
+/// where `x` is that knot.
 pub(crate) fn weights(knots: &[f64], x: f64) -> Vec<(usize, f64)> {
     let points = knots.len().min(4);
     let below = knots.partition_point(|knot| *knot <= x);

@@ -13,7 +13,7 @@ pub enum DatabaseError {
     Axis {
         /// The axis.
         name: &'static str,
-        /// What is wrong with it.
+        /// Description of the error.
         why: String,
     },
     /// The values of an axis are out of range.
@@ -21,7 +21,7 @@ pub enum DatabaseError {
     AxisRange {
         /// The axis.
         name: &'static str,
-        /// What it must have.
+        /// Requirement on the axis.
         what: &'static str,
     },
     /// Axes of a table that would not fit in memory, or never be computed.
@@ -131,10 +131,10 @@ pub enum DatabaseError {
         /// The largest number of parts.
         grains: usize,
     },
-    /// Shards that are not those of one table.
+    /// Shards of different tables, or shards that do not make up a table.
     #[error("the shards do not make a table: {what}")]
     Shards {
-        /// What is wrong with them, by their names.
+        /// Description of the error, with the names of the shards.
         what: String,
     },
     /// A file that cannot be read or written, or is not a table of snow.
@@ -142,7 +142,7 @@ pub enum DatabaseError {
     File {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// Description of the error.
         what: String,
     },
     /// A target colour without luminance.

@@ -15,7 +15,7 @@ struct CurveError {
     negative: usize,
 }
 
-/// Errors of a compressed table against the full one.
+/// Errors of a compressed table against the full table.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fidelity {
     /// Root mean square error of each curve over its wavelengths.
@@ -42,7 +42,8 @@ pub struct Criteria {
 /// The fewest components that keep both quantities within the criteria, which is how the paper chooses l'.
 ///
 /// # Errors
-/// [`DatabaseError::Criteria`] if no number of components does, or if the wavelengths do not determine colours.
+/// [`DatabaseError::Criteria`] if no number of components meets the criteria, or if the wavelengths do not determine
+/// colours.
 pub fn fewest_components(table: &Table, space: Space, criteria: &Criteria) -> Result<usize, DatabaseError> {
     let decompositions: Vec<(Quantity, Decomposition)> = Quantity::ALL
         .into_iter()

@@ -1,10 +1,10 @@
 //! Fills a table by either engine, as a whole or some of its grains at a time.
 //!
-//! Each engine solves only for the axes that change its result. By discrete ordinates, one grain tally serves a
-//! facetness, and one eigenproblem a (size, facetness, wavelength) of dry and clean snow; densities, thicknesses and
-//! angles follow by back substitution. By Monte Carlo, one trace serves all wavelengths and thicknesses, and all
-//! densities of dry snow. Transport in dry snow depends only on the product of density and thickness, also with
-//! impurities. The paper traced 10⁵ rays for each of its 767,250 values.
+//! Each engine solves only for the axes that change its result. Discrete ordinates need one grain tally for each
+//! facetness, and one eigenproblem for each (size, facetness, wavelength) of dry and clean snow; densities,
+//! thicknesses and angles follow by back substitution. Monte Carlo needs one trace for all wavelengths and
+//! thicknesses, and all densities of dry snow. Transport in dry snow depends only on the product of density and
+//! thickness, also with impurities. The paper traced 10⁵ rays for each of its 767,250 values.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -58,8 +58,8 @@ pub fn fill(
 }
 
 /// The curves of any samples by discrete ordinates, as a table whose samples are numbered from 1 on in place of grain
-/// sizes. Angles and thicknesses are those of [`Axes::with_thin_and_thick_knots`]. The samples may have any grains, but
-/// one table of ice.
+/// sizes. The angles and thicknesses come from [`Axes::with_thin_and_thick_knots`]. The samples may have any grains,
+/// but must share one table of ice constants.
 ///
 /// # Errors
 /// If a sample is out of range, or its tables do not cover a wavelength.
@@ -94,8 +94,8 @@ pub(crate) fn fill_samples(
     Ok(Table::new(axes, values, Vec::new()))
 }
 
-/// Fills the given grains, each an index into grain size × facetness. The values are bit for bit those of [`fill`], in
-/// the order `[grain][sample][light][thickness][wavelength]`.
+/// Fills the given grains, each an index into grain size × facetness. The values are bit for bit equal to the values
+/// that [`fill`] computes. Their order is `[grain][sample][light][thickness][wavelength]`.
 ///
 /// # Errors
 /// If an axis or an option is out of range.
@@ -262,7 +262,8 @@ fn fill_by_ordinates(job: &FillJob, streams: Streams, rays: u32) -> CurveValues 
     let peak = samples.iter().map(Peak::of).max().unwrap_or_default();
     let plan = TallyPlan { degree: streams.most(&axes.incidences(), peak), rays, seed: job.seed };
     let per_grain = axes.samples_per_grain();
-    // The tallies cover every sample of the whole table, so that parts of it have the same bits.
+    // The tallies cover every sample of the whole table, so that the values of a part of the table equal the values
+    // of the whole table bit for bit.
     let first = Demand::of_sample(&samples[0], &axes.wavelengths_nm);
     let demand =
         samples.iter().fold(first, |whole, sample| whole.and(&Demand::of_sample(sample, &axes.wavelengths_nm)));
@@ -301,7 +302,7 @@ fn fill_grain(axes: &Axes, samples: &[SnowSample], tallies: &GrainTallies, strea
     let mut filled = GrainValues { transmittance: vec![0.0; block], reflectance: vec![0.0; block] };
     for (w, wavelength_nm) in axes.wavelengths_nm.iter().enumerate() {
         let media: Vec<Medium> = samples.iter().map(|sample| tallies.medium(sample, *wavelength_nm, None)).collect();
-        // Dry and clean samples that differ only in density have the same scattering.
+        // Dry and clean samples that differ only in density have equal scattering.
         let same = |s: usize| media.iter().position(|other| other.scattering == media[s].scattering).unwrap_or(s);
         let same: Vec<usize> = (0..media.len()).map(same).collect();
         let mut modes: BTreeMap<(usize, usize), (HomogeneousMedium, Vec<IncidentLight>)> = BTreeMap::new();
@@ -340,7 +341,7 @@ fn fill_by_monte_carlo(job: &FillJob, rays: u64) -> Result<CurveValues, Database
             let number = |density: usize| density * kinds + kind;
             let at_density = |density: usize| &samples[grain * per_grain + number(density)];
             let is_wet = at_density(0).water_saturation > 0.0;
-            // Densities that one trace serves: all of dry snow, one of wet snow.
+            // Densities that one trace serves: all densities of dry snow, or one density of wet snow.
             let groups: Vec<Vec<usize>> =
                 if is_wet { (0..densities).map(|d| vec![d]).collect() } else { vec![(0..densities).collect()] };
             for group in groups {

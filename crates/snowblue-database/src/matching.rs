@@ -1,10 +1,10 @@
 //! Finds snow whose transmitted light has a target colour, except for its luminance.
 //!
-//! The chromaticities of light through snow lie close to one curve, from that of the bare light to deep blue. Thicker
-//! snow, denser snow and finer grains all move along it in the same direction, since deep in snow ln T is proportional
-//! to h √(σ_a κ (1 − g)). One *free parameter* is therefore enough to match a colour, and several samples match it,
-//! which differ in transmitted luminance. Free parameters are fitted in order, each only if the one before ends at a
-//! limit of its range.
+//! The chromaticities of light through snow lie close to one curve, from the chromaticity of the bare light to deep
+//! blue. Thicker snow, denser snow and finer grains all move the chromaticity along this curve in the same direction,
+//! since deep in snow ln T is proportional to h √(σ_a κ (1 − g)). One *free parameter* is therefore enough to match a
+//! colour. Several samples match a colour; they differ in transmitted luminance. Free parameters are fitted in order.
+//! A parameter is fitted only if the fit of the previous parameter ends at a limit of its range.
 //!
 //! The fit minimises ΔE*ab with both colours scaled to L* = 50, since at the luminance of a dark target all hues look
 //! alike. It scans the range, then repeatedly the interval around the best value. All light is solved by discrete
@@ -34,16 +34,17 @@ pub struct Interval {
 
 /// Range of mean grain sizes, in µm: very fine to coarse snow (Fierz et al. 2009: below 0.2 mm and 1–2 mm).
 pub const GRAIN_SIZES_UM: Interval = Interval { low: 100.0, high: 2000.0 };
-/// Range of densities, in kg/m³: those of a snowpack (Varsa & Baranoski 2024, "Background").
+/// Range of densities of a snowpack, in kg/m³ (Varsa & Baranoski 2024, "Background").
 pub const DENSITIES_KG_M3: Interval = Interval { low: 100.0, high: 450.0 };
 /// Range of thicknesses, in cm: the paper's.
 pub const THICKNESSES_CM: Interval = Interval { low: 0.0, high: 100.0 };
 
-/// Alternatives of the same colour: mean grain sizes in µm or, where the grain size is given, densities in kg/m³.
+/// Alternatives that match the target colour: mean grain sizes in µm or, where the grain size is given, densities in
+/// kg/m³.
 const OTHER_SIZES_UM: [f64; 4] = [100.0, 200.0, 500.0, 1000.0];
 const OTHER_DENSITIES_KG_M3: [f64; 3] = [100.0, 200.0, 400.0];
 
-/// Steps of the first scan of a range, and of each finer one.
+/// Steps of the first scan of a range, and of each finer scan.
 const COARSE_STEPS: u32 = 64;
 const FINE_STEPS: u32 = 16;
 /// Width of the last scanned interval, relative to the upper end of the range.
@@ -151,7 +152,7 @@ impl Match {
 /// The difference of a target from the closest light, both at L* = 50.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Deviation {
-    /// What the target is in comparison, such as "redder".
+    /// Comparison of the target with the closest light, such as "redder".
     pub word: &'static str,
     /// ΔE*ab.
     pub distance: f64,
@@ -179,7 +180,7 @@ const BLUES_DEG: Interval = Interval { low: 190.0, high: 305.0 };
 const HUES_DEG: [(f64, &str); 5] =
     [(0.0, "redder"), (60.0, "yellower"), (105.0, "greener"), (BLUES_DEG.high, "more purple"), (350.0, "redder")];
 
-/// What the target is in comparison with the light found: the name of its hue, unless that is blue.
+/// Comparison of the target with the light found: the name of the target's hue, unless that hue is blue.
 fn direction(wanted: Lab, found: Lab) -> &'static str {
     let more_chroma = wanted.chroma() - found.chroma();
     let apart = (wanted.a - found.a).hypot(wanted.b - found.b);
@@ -202,7 +203,7 @@ fn direction(wanted: Lab, found: Lab) -> &'static str {
 
 /// Finds the closest snow, then alternatives with other grain sizes or else densities.
 ///
-/// Alternatives that transmit the same light as an earlier match, or none, are omitted.
+/// Omits alternatives that transmit no light or that transmit light equal to an earlier match.
 ///
 /// # Errors
 /// [`DatabaseError::DarkTarget`] if the target has no luminance, [`DatabaseError::NoLight`] if the first match
@@ -228,7 +229,7 @@ pub fn closest(target: &Target, problem: &Problem, options: &OrdinatesOptions) -
     Ok(found)
 }
 
-/// The problem with other values of its second free parameter, if there is one.
+/// The problem with other values of its second free parameter, if there is a second free parameter.
 fn alternatives(problem: &Problem) -> Vec<Problem> {
     let Some(second) = problem.free.get(1) else { return Vec::new() };
     let values: &[f64] = match second.property {
@@ -302,7 +303,7 @@ impl<'t> Search<'t> {
         Self { target, incidence: problem.incidence, tallies, options: *options }
     }
 
-    /// Fits the free parameters in order until one ends inside its range.
+    /// Fits the free parameters in order until the fit of a parameter ends inside its range.
     fn closest(&self, problem: &Problem) -> Result<Match, DatabaseError> {
         let mut problem = problem.clone();
         let mut best = self.evaluate_thicknesses(&problem, &[problem.thickness_cm])[0];
@@ -323,7 +324,7 @@ impl<'t> Search<'t> {
         }
     }
 
-    /// Finds the best value of a free parameter with the others fixed.
+    /// Finds the best value of a free parameter with all further parameters fixed.
     fn scan(&self, problem: &Problem, free: FreeParameter) -> BestValue {
         let mut values = coarse_values(free.range);
         loop {
@@ -335,7 +336,7 @@ impl<'t> Search<'t> {
                 return BestValue { value: values[best], found: found[best] };
             }
             values = (0..=FINE_STEPS).map(|i| below + (above - below) * f64::from(i) / f64::from(FINE_STEPS)).collect();
-            // Rounding must not move the end of the range inside.
+            // Rounding must not move the end of the range into its interior.
             values[FINE_STEPS as usize] = above;
         }
     }

@@ -15,7 +15,7 @@ use crate::{Axes, DatabaseError, Quantity, Table};
 /// Largest number of components of a compressed table.
 pub const MAX_COMPONENTS: usize = 31;
 
-/// Smallest value in log space; smaller ones are raised to it. Single precision does not reach much further.
+/// Smallest value in log space. Smaller values are raised to it. Single precision does not hold much smaller values.
 pub const LOG_FLOOR: f64 = 1e-40;
 
 /// The space in which principal components are taken.
@@ -75,7 +75,7 @@ impl Space {
         }
     }
 
-    /// Converts a value into this space. In log space, values below [`LOG_FLOOR`] count as that.
+    /// Converts a value into this space. In log space, values below [`LOG_FLOOR`] are raised to [`LOG_FLOOR`].
     #[must_use]
     pub fn encode(self, value: f64) -> f64 {
         match self {
@@ -166,10 +166,10 @@ impl CompressedTable {
         })
     }
 
-    /// The same table with its coefficients rounded to multiples of a step.
+    /// The table with its coefficients rounded to multiples of a step.
     ///
-    /// In log space the error of a curve is a relative one. The basis is orthonormal, so that over the wavelengths its
-    /// root mean square is at most step √(l'/n) / 2, with n wavelengths, and step √(l'/(12 n)) for a usual curve.
+    /// In log space the error of a curve is relative. The basis is orthonormal. Over n wavelengths the root mean
+    /// square of the error is therefore at most step √(l'/n) / 2, and step √(l'/(12 n)) for a usual curve.
     ///
     /// # Panics
     /// If the step is not a positive power of two, whose multiples single precision holds without rounding.

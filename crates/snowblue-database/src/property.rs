@@ -27,13 +27,14 @@ pub struct PropertyAxis {
 /// The properties that a table has an axis of.
 const OF_EVERY_TABLE: [Property; 3] = [Property::GrainSize, Property::Facetness, Property::Density];
 
-/// The properties that a table may have an axis of. All its grains have one sphericity and no other size.
+/// The properties that a table may have an axis of. All grains of a table have one sphericity. The only measure of
+/// their size is the grain size.
 pub fn axis_properties() -> impl Iterator<Item = Property> + Clone {
     let others = [Property::SurfaceArea, Property::Sphericity];
     Property::all().filter(move |property| !others.contains(property))
 }
 
-/// The properties that a table may have an axis of, beside those that every table has.
+/// The properties that a table may have an axis of, beside the axes that every table has.
 pub(crate) fn further_properties() -> impl Iterator<Item = Property> {
     axis_properties().filter(|property| !OF_EVERY_TABLE.contains(property))
 }
@@ -53,7 +54,7 @@ pub struct TableSample {
     pub facetness: f64,
     /// Density of the dry snow, in kg/m³.
     pub density_kg_m3: f64,
-    /// Further properties; the others have their default values.
+    /// Further properties. Unlisted properties have their default values.
     pub properties: Vec<PropertyValue>,
 }
 
@@ -64,8 +65,8 @@ impl TableSample {
         Self { grain_size_um, facetness, density_kg_m3, properties: Vec::new() }
     }
 
-    /// A sample of the engines by the quantities of a table; none if it has other grains than tables have: another
-    /// measure or range of sizes, sphericity or width of facetness.
+    /// A sample of the engines by the quantities of a table; none if its grains differ from the grains of tables in
+    /// the measure or range of sizes, the sphericity or the width of facetness.
     #[must_use]
     pub fn of(sample: &SnowSample) -> Option<Self> {
         let mut named = Self::new(sample.grain_size.middle_um(), sample.facetness.mean, sample.density_kg_m3);
@@ -80,7 +81,7 @@ impl TableSample {
         (has_sizes && SnowSample { grain_size: sample.grain_size, ..again } == *sample).then_some(named)
     }
 
-    /// The same snow with a further property.
+    /// The sample with a further property.
     #[must_use]
     pub fn with(mut self, property: Property, value: f64) -> Self {
         self.properties.retain(|other| other.property != property);

@@ -1,9 +1,10 @@
 //! A table in parts, filled by independent machines.
 //!
 //! Part i of n holds some of the table's grains (size × facetness). Grains are ordered with the facetness running
-//! slower, since each facetness costs a grain tally, and part i is the i-th of n consecutive runs. Its values are bit
-//! for bit those of the table, so a merged table is the one that a single machine would have filled. Shards of machines
-//! whose mathematical functions round differently are not merged.
+//! slower, since each facetness costs a grain tally, and part i is the i-th of n consecutive runs. The values of a
+//! part are bit for bit equal to the values of the whole table, so a merged table equals the table that a single
+//! machine would have filled. Shards are not merged if the mathematical functions of their machines round
+//! differently.
 
 use std::fmt;
 use std::str::FromStr;
@@ -47,9 +48,9 @@ pub struct NamedShard {
 
 /// A fingerprint of the machine's exponentials, logarithms and cosines.
 ///
-/// They come from the system's C library, which has variants for different processors. Their last bits change the
-/// values of a table by 10⁻¹³. Shards of different fingerprints would make a table that neither machine would make
-/// alone.
+/// These functions come from the system's C library, which has variants for different processors. The last bits of
+/// the functions change the values of a table by 10⁻¹³. Shards of different fingerprints would make a table that
+/// differs from the table of either machine.
 #[must_use]
 pub fn math_fingerprint() -> String {
     let mut hash = 0xcbf2_9ce4_8422_2325_u64;

@@ -1,6 +1,6 @@
 //! Singular values and right singular vectors of a matrix with many rows and few columns.
 //!
-//! A Householder QR decomposition reduces M to R, which has the same singular values and right singular vectors.
+//! A Householder QR decomposition reduces M to R. M and R have equal singular values and right singular vectors.
 //! One-sided Jacobi rotations then make the columns of R orthogonal: R V = U Σ (Hestenes 1958, doi:10.1137/0106005;
 //! Demmel & Veselić 1992, doi:10.1137/0613074). Nothing is squared, so small singular values keep their accuracy.
 //!
@@ -55,7 +55,7 @@ fn orthogonalise(columns: &mut DMatrix<f64>) -> Option<DMatrix<f64>> {
     let count = columns.ncols();
     let mut rotations = DMatrix::identity(count, count);
     let relative = f64::EPSILON * (columns.nrows() as f64).sqrt();
-    // Columns below the rounding errors of the largest are noise and need not be orthogonal to one another.
+    // Columns below the rounding errors of the largest column are noise and need not be orthogonal to each other.
     let absolute = (f64::EPSILON * columns.norm()).powi(2);
     for _ in 0..MAX_SWEEPS {
         let mut is_orthogonal = true;

@@ -28,7 +28,7 @@ impl Quantity {
 /// A line of a table's provenance.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Attribute {
-    /// Name, in files that of a global attribute.
+    /// Name. In files it is the name of a global attribute.
     pub name: String,
     /// Value.
     pub value: String,
@@ -41,16 +41,16 @@ impl Attribute {
     }
 }
 
-/// Standard errors of the values of a table, in the same order.
+/// Standard errors of the values of a table, in the order of the values.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct StandardErrors {
-    /// Of transmittance.
+    /// Standard errors of transmittance.
     pub transmittance: Vec<f64>,
-    /// Of reflectance.
+    /// Standard errors of reflectance.
     pub reflectance: Vec<f64>,
 }
 
-/// Values of the curves of a table or of a part of one. The wavelength runs fastest.
+/// Values of the curves of a table or of a part of a table. The wavelength runs fastest.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct CurveValues {
     /// Transmittance.
@@ -68,7 +68,7 @@ pub struct Table {
     pub axes: Axes,
     /// Transmittance. The wavelength runs fastest.
     pub transmittance: Vec<f64>,
-    /// Reflectance, in the same order.
+    /// Reflectance, in the order of the transmittance.
     pub reflectance: Vec<f64>,
     /// Standard errors, if the values are estimates.
     pub errors: Option<StandardErrors>,

@@ -57,7 +57,7 @@ table { border-collapse: collapse }
 th, td { padding: .2rem .8rem .2rem 0; text-align: right; border-bottom: 1px solid }
 ";
 
-/// The text of the HTML page of figures. It links to their files, in the same folder.
+/// The text of the HTML page of figures. The page links to the files of the figures, which lie in its folder.
 pub fn page(sections: &[(&Recipe, Figure)]) -> String {
     let content: String = sections.iter().map(|(recipe, figure)| section(recipe, figure)).collect();
     format!(

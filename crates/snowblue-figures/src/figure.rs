@@ -12,9 +12,9 @@ use crate::table::{DataTable, Metadata};
 pub struct Figure {
     /// Its heading.
     pub title: &'static str,
-    /// What we computed and what we find.
+    /// Description of our computation and its result.
     pub ours: String,
-    /// What the paper shows or says.
+    /// Description of the paper's result.
     pub paper: &'static str,
     /// Drawings, or rendered pictures.
     pub pictures: Vec<Picture>,
@@ -29,7 +29,7 @@ pub struct Figure {
 /// A drawing, or a rendered picture.
 #[derive(Debug, Clone)]
 pub struct Picture {
-    /// What follows the figure's name in the name of the file: `.svg` or `_back_5.png`.
+    /// Suffix of the figure's name in the name of the file: `.svg` or `_back_5.png`.
     pub suffix: String,
     /// The line below it.
     pub caption: String,

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-/// What made a result: names and values, in the order in which they are printed.
+/// Provenance of a result: names and values, in the order in which they are printed.
 pub type Metadata = Vec<(&'static str, String)>;
 
 /// A value in a row.
@@ -14,7 +14,7 @@ pub enum Cell {
     Word(String),
 }
 
-/// Named columns, rows, and what made them.
+/// Named columns, rows, and their provenance.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DataTable {
     /// Names of the columns, with units.

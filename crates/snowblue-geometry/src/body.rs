@@ -1,9 +1,9 @@
-//! The segments of a line inside solids: of bodies, which are solids that count as one, and from a surface point on.
+//! The segments of a line inside bodies (solids that count as one solid), and inside a solid from a surface point on.
 //!
-//! Where the segments of solids of one body overlap or touch, they are merged.
+//! Overlapping or touching segments of the solids of one body are merged.
 //!
 //! A line enters a closed surface as often as it leaves it, so its sorted crossings pair up. For the depth of a path
-//! from a surface point, all crossings of the *whole* line count, also those behind the point, and the segments are
+//! from a surface point, all crossings of the *whole* line count, also crossings behind the point. The segments are
 //! then clipped at the point. The result therefore depends neither on whether a rounded point lies inside or outside
 //! its surface, nor on the orientation of triangles.
 
@@ -15,9 +15,9 @@ use crate::ray::Crossing;
 /// finest snow grain.
 pub const TOUCH_DISTANCE_M: f32 = 1e-5;
 
-/// Sorts the crossings from index `first` on, which belong to one solid, and drops an unpaired last one.
+/// Sorts the crossings from index `first` on, which belong to one solid, and drops an unpaired last crossing.
 ///
-/// Returns whether there was one, which means that the surface is open.
+/// Returns whether there was an unpaired crossing, which means that the surface is open.
 pub fn pair_up(crossings: &mut Vec<Crossing>, first: usize) -> bool {
     crossings[first..].sort_unstable_by(|a, b| a.distance_m.total_cmp(&b.distance_m));
     let odd = (crossings.len() - first) % 2 == 1;
@@ -71,7 +71,7 @@ pub struct Line {
 pub struct Chord {
     /// Total length inside, in m.
     pub depth_m: f32,
-    /// Where the path leaves the solid last, if it does.
+    /// The last exit of the path from the solid, if there is an exit.
     pub exit: ChordEnd,
 }
 
@@ -133,8 +133,8 @@ impl Chord {
     }
 }
 
-/// Sorts all crossings of a line with a solid and pairs them up. An unpaired last one, of an open surface, is dropped;
-/// the caller counts such lines.
+/// Sorts all crossings of a line with a solid and pairs them up. An unpaired last crossing, of an open surface, is
+/// dropped; the caller counts such lines.
 pub fn parts(crossings: &mut [Crossing]) -> impl Iterator<Item = &[Crossing; 2]> {
     match crossings {
         [a, b] if a.distance_m <= b.distance_m => {}

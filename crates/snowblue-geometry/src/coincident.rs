@@ -1,26 +1,27 @@
-//! Vertices at the same position, as at texture seams and at the pole of a sphere, where a surface has one vertex and a
-//! mesh several.
+//! Coincident vertices: a mesh has several vertices where the surface has one point, as at texture seams and at the
+//! pole of a sphere.
 //!
-//! Programs compute these vertices in several ways, so that they may differ by a rounding: the sine of 180° is 10⁻¹⁶
-//! and not 0. Vertices within [`TOLERANCE`] times the longest side of the box around the mesh are at one position.
+//! Programs compute these vertices in several ways, so that their positions may differ by a rounding error: the sine
+//! of 180° is 10⁻¹⁶ and not 0. Vertices coincide if their distance is within [`TOLERANCE`] times the longest side of
+//! the box around the mesh.
 
 use glam::{DVec3, Vec3};
 
-/// Greatest distance of vertices at one position, per longest side of the box around the triangles: 1.2·10⁻⁷, or at
-/// least two units in the last place of a coordinate of a mesh about the origin in single precision.
+/// Greatest distance of coincident vertices, per longest side of the box around the triangles: 1.2·10⁻⁷, or at least
+/// two units in the last place of a coordinate of a mesh about the origin in single precision.
 pub const TOLERANCE: f64 = f32::EPSILON as f64;
 
-/// Side of a cell of the grid that finds close vertices, in tolerances. In smaller ones more vertices lie near a side,
-/// and are looked up in the neighbouring cell too; in larger ones there may be more vertices.
+/// Side of a cell of the grid that finds close vertices, in tolerances. In smaller cells more vertices lie near a
+/// side, and are looked up in the neighbouring cell too; larger cells may hold more vertices.
 const CELL: f64 = 8.0;
 
-/// For each vertex, the first vertex at the same position, which represents itself. Vertices that represent others are
-/// further apart than the tolerance. A vertex that is not finite represents itself only. Those that no triangle uses
-/// do not count for the size of the mesh.
+/// For each vertex, the first vertex that coincides with it. This vertex represents all vertices that coincide with
+/// it, and itself. Distances between representatives exceed the tolerance. A vertex that is not finite represents
+/// itself only. Vertices that no triangle uses do not count for the size of the mesh.
 #[expect(clippy::cast_possible_truncation, reason = "vertex indices have 32 bits")]
 pub fn merged(positions: &[Vec3], triangles: &[[u32; 3]]) -> Vec<u32> {
     let grid = Grid::around(triangles.as_flattened().iter().map(|corner| positions[*corner as usize]));
-    // A hash table with open addressing: the slots hold vertices, each that of a new position.
+    // A hash table with open addressing: each slot holds the vertex of a new position.
     let bits = (2 * positions.len()).next_power_of_two().trailing_zeros().max(1);
     let mut slots = vec![u32::MAX; 1 << bits];
     let mut first = Vec::with_capacity(positions.len());
@@ -47,7 +48,7 @@ pub fn merged(positions: &[Vec3], triangles: &[[u32; 3]]) -> Vec<u32> {
     first
 }
 
-/// Moves each vertex to the first one at the same position, so that no ray passes between them.
+/// Moves each vertex to the first vertex that coincides with it, so that no ray passes between them.
 pub fn weld(positions: &mut [Vec3], triangles: &[[u32; 3]]) {
     for (index, first) in merged(positions, triangles).into_iter().enumerate() {
         positions[index] = positions[first as usize];
@@ -83,7 +84,7 @@ impl Grid {
         at.to_array().map(|at| at as u32)
     }
 
-    /// The cells in which positions within the tolerance of one may lie.
+    /// The cells that may hold positions within the tolerance of a position.
     fn cells(&self, position: Vec3) -> impl Iterator<Item = [u32; 3]> {
         let ([ax, ay, az], [bx, by, bz]) = (self.cell(position, -1.0), self.cell(position, 1.0));
         (ax..=bx).flat_map(move |x| (ay..=by).flat_map(move |y| (az..=bz).map(move |z| [x, y, z])))
@@ -117,7 +118,7 @@ fn hash(words: [u32; 3]) -> u64 {
 mod tests {
     use super::*;
 
-    /// Of vertices that triangles use.
+    /// [`merged`] for vertices that are all used by triangles.
     fn merged_all(positions: &[Vec3]) -> Vec<u32> {
         let triangles: Vec<[u32; 3]> = (0..).zip(positions).map(|(index, _)| [index; 3]).collect();
         merged(positions, &triangles)
@@ -146,7 +147,7 @@ mod tests {
     fn positions_within_the_tolerance_of_the_size_are_one() {
         for size in [1e-20_f32, 1.0, 1e20] {
             let box_of_size = [Vec3::splat(-0.5 * size), Vec3::splat(0.5 * size)];
-            // On a ball around a position, which lies on a side of a cell or in one.
+            // Points on a sphere around a position, which lies on a side of a cell or inside a cell.
             for middle in (0..40u8).map(|k| 0.01 * f32::from(k) * size * Vec3::new(0.25, 0.5, 1.0)) {
                 let directions = [Vec3::X, Vec3::NEG_X, Vec3::NEG_Y, Vec3::NEG_Z, Vec3::ONE.normalize()];
                 let around = |distance: f32| directions.map(|direction| middle + direction * (distance * size));

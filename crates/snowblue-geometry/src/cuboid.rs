@@ -17,7 +17,7 @@ pub struct Cuboid {
     axes: Mat3A,
     /// The transpose: from scene space to object space.
     to_object: Mat3A,
-    /// Whether the axes of the box are those of the scene, which saves the rotations.
+    /// Whether the axes of the box are the axes of the scene, which saves the rotations.
     is_axis_aligned: bool,
 }
 
@@ -185,8 +185,8 @@ impl Slabs {
     }
 }
 
-/// The unit normal along the first of at least one axis. A hit on an edge thus belongs to one face, and all normals of
-/// a face have the same bits.
+/// The unit normal along the first of the selected axes, of which there is at least one. A hit on an edge thus
+/// belongs to one face, and all normals of a face are bit for bit equal.
 #[inline]
 fn face_normal(axes: BVec3A, side: Vec3A) -> Vec3A {
     const FIRST_OF: [Vec3A; 8] = [Vec3A::X, Vec3A::X, Vec3A::Y, Vec3A::X, Vec3A::Z, Vec3A::X, Vec3A::Y, Vec3A::X];

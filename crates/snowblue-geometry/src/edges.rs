@@ -1,4 +1,4 @@
-//! Edges of triangles with the sides of triangles that lie along each, and the parts of a mesh that edges connect.
+//! Edges of triangles, the sides of triangles along each edge, and the parts of a mesh that edges connect.
 //!
 //! [`Grouped`] lists such relations: items in groups by number, after a counting sort.
 
@@ -20,10 +20,10 @@ impl Side {
     }
 }
 
-/// Calls `visit` for each edge with its sides, those that run backwards first, then by triangle.
+/// Calls `visit` for each edge with its sides. Backward sides come first; further order is by triangle.
 ///
-/// Edges come in the order of their lower vertex, then of their higher one. Triangles with coincident corners have no
-/// sides.
+/// Edges come in the order of their lower vertex, then of their higher vertex. Triangles with coincident corners have
+/// no sides.
 #[expect(clippy::cast_possible_truncation, reason = "a mesh in memory has fewer than 2^32 triangles")]
 pub fn visit_edges(vertices: usize, triangles: &[[u32; 3]], mut visit: impl FnMut(&[Side])) {
     let sides = triangles.iter().enumerate().filter(|(_, [a, b, c])| a != b && b != c && c != a);
@@ -42,13 +42,15 @@ pub fn visit_edges(vertices: usize, triangles: &[[u32; 3]], mut visit: impl FnMu
 pub struct PartTriangle {
     /// Its number.
     pub triangle: usize,
-    /// Whether it runs the other way around than the first of the part, seen from the same side of the surface.
+    /// Whether its orientation is opposite to the orientation of the first triangle of the part, seen from one side
+    /// of the surface.
     pub is_reversed: bool,
 }
 
 /// The parts of a mesh that are connected across edges of two triangles. Each triangle is in one part.
 pub fn parts(vertices: usize, triangles: &[[u32; 3]]) -> Vec<Vec<PartTriangle>> {
-    // For each triangle its neighbours across edges of two, and whether those run the other way around.
+    // For each triangle its neighbours across edges of two triangles, and whether the orientation of each neighbour
+    // is opposite.
     let mut neighbours = vec![[None; 3]; triangles.len()];
     let mut link = |from: u32, to: u32, is_reversed: bool| {
         if let Some(place) = neighbours[from as usize].iter_mut().find(|place| place.is_none()) {
@@ -89,7 +91,7 @@ pub struct Grouped<T> {
 }
 
 impl<T: Copy + Default> Grouped<T> {
-    /// Sorts items by their group, below `groups`, in the order in which they come.
+    /// Sorts items by their group number, which is below `groups`. Items of a group keep their order.
     pub fn new(groups: usize, items: impl Iterator<Item = (u32, T)> + Clone) -> Self {
         let mut starts = vec![0; groups + 1];
         items.clone().for_each(|(group, _)| starts[group as usize + 1] += 1);
@@ -135,11 +137,12 @@ mod tests {
 
     #[test]
     fn triangles_are_connected_across_edges_of_two() {
-        // Two triangles share an edge in the same direction. The third one touches them in a point only.
+        // The sides of two triangles run along a shared edge in one direction. The third triangle touches them in a
+        // point only.
         let found = parts(6, &[[0, 1, 2], [0, 1, 3], [3, 4, 5]]);
         let triangle = |triangle, is_reversed| PartTriangle { triangle, is_reversed };
         assert_eq!(found, [vec![triangle(0, false), triangle(1, true)], vec![triangle(2, false)]]);
-        // Three at one edge are not connected.
+        // Three triangles at one edge are not connected.
         assert_eq!(parts(5, &[[0, 1, 2], [1, 0, 3], [0, 1, 4]]).len(), 3);
     }
 

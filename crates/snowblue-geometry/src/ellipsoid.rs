@@ -76,7 +76,7 @@ impl Ellipsoid {
             DVec3::from_array(std::array::from_fn(|axis| corner[(axis + number / 4) % 3]))
         };
         let directions: Vec<DVec3> = (0..12).map(|number| corner(number).normalize()).collect();
-        // Its edges are the shortest distances between corners: 1.05 on the unit sphere, the next are 1.70.
+        // Its edges are the shortest distances between corners: 1.05 on the unit sphere. The next distances are 1.70.
         let are_neighbours = |a: usize, b: usize| directions[a].distance(directions[b]) < 1.3;
         let mirrors = self.to_scene.matrix3.determinant() < 0.0;
         let mut indices = Vec::with_capacity(20);

@@ -26,7 +26,7 @@ impl PngImage {
     ///
     /// # Errors
     ///
-    /// As those of [`read`](Self::read), and in a build without the feature `formats`.
+    /// As [`read`](Self::read), and in a build without the feature `formats`.
     pub fn decode(file: &NamedFile) -> Result<Self, FileError> {
         check_formats(&file.path)?;
         let image = Self::read(&file.bytes);
@@ -37,7 +37,7 @@ impl PngImage {
     ///
     /// # Errors
     ///
-    /// When it is malformed, or takes more memory than a file of its length may.
+    /// When the file is malformed, or takes more memory than a file of its length may take.
     pub fn read(png: &[u8]) -> Result<Self, String> {
         let malformed = |error: png::DecodingError| format!("not a readable PNG file: {error}");
         let mut decoder = png::Decoder::new(Cursor::new(png));
@@ -51,7 +51,7 @@ impl PngImage {
             ColorType::Rgb | ColorType::Indexed => (3, 3),
             ColorType::Rgba => (4, 3),
         };
-        // As decoded, as values, and as the colours that are made of them.
+        // Memory of the decoded image, of its values, and of the colours made of the values.
         let sample_bytes = if depth == BitDepth::Sixteen { 2 } else { 1 };
         let pixel_bytes = stored * sample_bytes + channels * size_of::<f32>() + size_of::<[f32; 3]>();
         let pixels = f64::from(width) * f64::from(height);
@@ -79,11 +79,11 @@ impl PngImage {
     }
 }
 
-/// Blocks that are decoded at a time, at most.
+/// Greatest number of blocks that are decoded at a time.
 const BLOCKS_AT_A_TIME: f64 = 4.0;
 
-/// Refuses a file whose images take more memory than it may. `pixel_bytes` gives the memory of a pixel in bytes, from
-/// the bytes of its samples in the file.
+/// Refuses a file whose images take more memory than the file may take. `pixel_bytes` gives the memory of a pixel in
+/// bytes, from the bytes of its samples in the file.
 ///
 /// # Errors
 ///
@@ -97,7 +97,8 @@ pub fn check_exr_size(bytes: &[u8], pixel_bytes: impl Fn(usize) -> usize) -> Res
     })
 }
 
-/// Refuses an image that takes more memory than the length of its file justifies. Who reads it says what it may take.
+/// Refuses an image that takes more memory than the length of its file justifies. `pixel_bytes` is the memory of a
+/// pixel for the reader.
 ///
 /// # Errors
 ///

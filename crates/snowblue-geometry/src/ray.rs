@@ -77,7 +77,8 @@ impl Crossing {
     }
 }
 
-/// Moves a surface point off its surface towards `normal`, so that a ray from there does not hit the same surface.
+/// Moves a surface point off its surface towards `normal`, so that a ray from the moved point does not hit this
+/// surface again.
 ///
 /// A computed hit point lies a few rounding errors above or below its surface. Wächter & Binder (2019, "A fast and
 /// robust method for avoiding self-intersection", Ray Tracing Gems, chapter 6, doi:10.1007/978-1-4842-4427-2_6) move

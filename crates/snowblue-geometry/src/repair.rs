@@ -1,4 +1,4 @@
-//! Mesh repair: closes scanned and decimated meshes that have small defects, so that they can be snow.
+//! Mesh repair: closes scanned and decimated meshes that have small defects, so that they are valid as snow.
 
 use std::collections::BTreeMap;
 
@@ -10,7 +10,7 @@ use crate::edges::{PartTriangle, parts, visit_edges};
 use crate::topology::Topology;
 use crate::triangle_mesh::TriangleMesh;
 
-/// A repaired mesh, and what was changed.
+/// A repaired mesh, and the changes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RepairedMesh {
     /// The mesh, without texture coordinates, vertex normals and attributes.
@@ -25,8 +25,8 @@ pub struct RepairedMesh {
     pub filled_holes: Vec<usize>,
 }
 
-/// Merges coincident vertices, drops triangles that bound no solid ([`remove_coincident`]), turns triangles so that all
-/// of a part face outwards, and fills each hole with a triangle fan.
+/// Merges coincident vertices, drops triangles that bound no solid ([`remove_coincident`]), turns triangles so that
+/// all triangles of a part face outwards, and fills each hole with a triangle fan.
 ///
 /// A hole is a loop of boundary edges. Loops that share a vertex are left open;
 /// [`Topology::of`](crate::topology::Topology::of) counts their edges.
@@ -48,7 +48,7 @@ pub fn repair(mesh: &TriangleMesh) -> RepairedMesh {
     turn_outwards(&mut triangles, &old_positions);
     let turned_triangles = before.iter().zip(&triangles).filter(|(before, after)| before != after).count();
     let mut filled = TriangleMesh { positions: old_positions, indices: triangles, ..TriangleMesh::default() };
-    // A hole around a single triangle is filled by the same triangle.
+    // A hole around a single triangle is filled by a coincident triangle.
     let dropped_triangles =
         dropped_triangles + if filled_holes.is_empty() { 0 } else { remove_coincident(&mut filled) };
     keep_used(&mut filled.positions, &mut filled.indices);
@@ -61,7 +61,8 @@ pub fn repair(mesh: &TriangleMesh) -> RepairedMesh {
     }
 }
 
-/// Turns triangles so that all of a connected part run the same way around, and that its volume is positive.
+/// Turns triangles so that all triangles of a connected part have one orientation and the volume of the part is
+/// positive.
 fn turn_outwards(triangles: &mut [[u32; 3]], positions: &[Vec3]) {
     let middle = positions.iter().map(|position| position.as_dvec3()).sum::<DVec3>() / positions.len().max(1) as f64;
     for part in parts(positions.len(), triangles) {
@@ -78,15 +79,16 @@ fn turn_outwards(triangles: &mut [[u32; 3]], positions: &[Vec3]) {
     }
 }
 
-/// Removes triangles that bound no solid: those with coincident corners, and those that coincide with others. Returns
-/// how many were removed.
+/// Removes triangles that bound no solid: triangles with coincident corners, and triangles that coincide with other
+/// triangles. Returns the number of removed triangles.
 ///
-/// A line through such triangles crosses the surface where the solid neither begins nor ends. Of triangles with the
-/// same corners one remains if most face the same way, and none if as many face either way. If the mesh is open then,
-/// and less so when triangles are removed in pairs, whichever way they face, they are removed so.
+/// A line through such triangles crosses the surface where the solid neither begins nor ends. Of triangles with equal
+/// corners one triangle remains if a majority faces one way, and none if equal numbers face either way. If this rule
+/// leaves more open edges than removal of triangles in pairs, whichever way they face, triangles are removed in
+/// pairs.
 pub fn remove_coincident(mesh: &mut TriangleMesh) -> usize {
     let vertices = merged(&mesh.positions, &mesh.indices);
-    // The corners in ascending order, whether they run that way around, and the number.
+    // The corners in ascending order, whether the triangle runs in that order, and its number.
     let mut triangles: Vec<([u32; 3], bool, usize)> = (0..mesh.indices.len())
         .into_par_iter()
         .map(|number| {
@@ -98,7 +100,7 @@ pub fn remove_coincident(mesh: &mut TriangleMesh) -> usize {
         })
         .collect();
     triangles.par_sort_unstable();
-    // What is left of each triangle that coincides with others: by pairs, and by the side that most face.
+    // The removed triangles under two rules: removal by pairs, and by the side that most triangles face.
     let mut removed = [vec![false; mesh.indices.len()], vec![false; mesh.indices.len()]];
     let mut coincide = false;
     for group in triangles.chunk_by(|first, second| first.0 == second.0) {
@@ -182,7 +184,7 @@ mod tests {
         let sides = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]].map(|side| side.map(|corner: usize| corners[corner]));
         let tetrahedron = TriangleMesh::from_triangles(&sides);
         let [a, b, c] = [Vec3::X, 2.0 * Vec3::X, Vec3::splat(2.0)];
-        // Two sheets face each other; a side is there three times, one of them turned; a triangle is a line.
+        // Two sheets face each other; a side occurs three times, once turned; a triangle is a line.
         let more = [[a, b, c], [b, a, c], sides[3], [sides[3][1], sides[3][0], sides[3][2]], [a, b, a]];
         let mut mesh = TriangleMesh::from_triangles(&[&sides[..], &more].concat());
         assert!(!Topology::of(&mesh).is_closed() || Topology::of(&mesh).most_of_an_edge > 2);
@@ -191,7 +193,7 @@ mod tests {
         let topology = Topology::of(&mesh);
         assert!(topology.is_closed() && topology.most_of_an_edge == 2 && topology.reversed_edges == 0, "{topology:?}");
         assert_eq!(remove_coincident(&mut mesh), 0);
-        // A side that is there twice closes the mesh once.
+        // A side that occurs twice closes the mesh once.
         let mut doubled = TriangleMesh::from_triangles(&[&sides[..], &sides[3..]].concat());
         assert_eq!(remove_coincident(&mut doubled), 1);
         assert!(Topology::of(&doubled).is_closed());

@@ -56,7 +56,7 @@ impl Shape {
         }
     }
 
-    /// The mesh, if the shape is one.
+    /// The mesh, if the shape is a mesh.
     pub fn mesh(&self) -> Option<&MeshBvh> {
         match self {
             Self::Mesh(instance) => Some(instance.mesh()),
@@ -82,8 +82,8 @@ impl Shape {
     }
 
     /// The unit normal for shading, at a hit of a ray with the normal of the visible side: the interpolated vertex
-    /// normal of a mesh, turned to that side. It is `normal` where there is none or where it faces away from the ray's
-    /// origin.
+    /// normal of a mesh, turned to that side. The result is `normal` where there is no vertex normal, or where the
+    /// vertex normal faces away from the ray's origin.
     #[inline]
     pub fn shading_normal(&self, location: &MeshLocation, normal: Vec3A, direction: Vec3A) -> Vec3A {
         let Self::Mesh(instance) = self else { return normal };
@@ -115,8 +115,8 @@ impl Shape {
         }
     }
 
-    /// A point of the surface near a point: the nearest of a box or a mesh, that below the point of an ellipsoid. None
-    /// for a plane.
+    /// A point of the surface near a point: for a box or a mesh the nearest surface point, for an ellipsoid the
+    /// surface point below the point. None for a plane.
     pub fn nearest(&self, point: Vec3A) -> Option<ShapeHit> {
         match self {
             Self::Cuboid(cuboid) => Some(cuboid.nearest(point)),

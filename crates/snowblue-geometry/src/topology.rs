@@ -18,7 +18,7 @@ pub struct Topology {
     pub triangles: usize,
     /// Number of vertices that coincide with an earlier one, as at texture seams, and are merged with it.
     pub merged_vertices: usize,
-    /// Number of triangles without area. Those with coincident corners do not count for the edges.
+    /// Number of triangles without area. Triangles with coincident corners do not count for the edges.
     pub degenerate_triangles: usize,
     /// Number of edges of exactly one triangle.
     pub open_edges: usize,
@@ -28,7 +28,7 @@ pub struct Topology {
     pub odd_shared_edges: usize,
     /// Number of edges of two triangles with inconsistent orientation.
     pub reversed_edges: usize,
-    /// Number of triangles of the edge that has most.
+    /// Greatest number of triangles of an edge.
     pub most_of_an_edge: usize,
 }
 

@@ -1,7 +1,7 @@
 //! Invertible affine transforms from object space to scene space.
 //!
-//! An affine transform maps lines to lines, keeps the order of points on a line, and scales all lengths along a line by
-//! the same factor. Distances are therefore in metres of the scene, however an object is stretched. Normals are
+//! An affine transform maps lines to lines, keeps the order of points on a line, and scales all lengths along a line
+//! by one factor. Distances are therefore in metres of the scene, however an object is stretched. Normals are
 //! transformed by the inverse transpose (Pharr, Jakob & Humphreys 2023, section 3.9.4).
 
 use glam::{Affine3A, DAffine3, DMat3, Mat3A, Vec3A};

@@ -2,10 +2,10 @@
 //!
 //! After Woop, Benthin & Wald (2013, "Watertight ray/triangle intersection", Journal of Computer Graphics Techniques
 //! 2(1), 65–82): the ray's dominant axis becomes z, and a shear maps its direction to (0, 0, 1). The ray hits the
-//! triangle if the origin lies inside the projected triangle. Each vertex is sheared on its own, so that triangles with
-//! a common edge share the same two points. The edge functions are computed in double precision: the product of two
-//! `f32` is exact, so that the sign of the difference is correct. A zero, where the ray hits an edge or vertex, is
-//! resolved as if the ray passed at (ε, ε²) ("simulation of simplicity", Edelsbrunner & Mücke 1990,
+//! triangle if the origin lies inside the projected triangle. Each vertex is sheared on its own, so that triangles
+//! with a common edge share two sheared points. The edge functions are computed in double precision: the product of
+//! two `f32` is exact, so that the sign of the difference is correct. A zero, where the ray hits an edge or vertex,
+//! is resolved as if the ray passed at (ε, ε²) ("simulation of simplicity", Edelsbrunner & Mücke 1990,
 //! doi:10.1145/77635.77639). Every line therefore crosses a closed surface an even number of times, which depths
 //! through snow rely on.
 
@@ -107,9 +107,9 @@ impl ShearedRay {
 
     /// Culls four triangles: one bit for each that the line may cross.
     ///
-    /// The result includes all triangles that [`intersect`](Self::intersect) accepts, and few others. The error of an
-    /// edge function in single precision is at most 2⁻²² times the greatest product in it. A triangle is culled if one
-    /// edge function is positive and another is negative beyond that error.
+    /// The result includes all triangles that [`intersect`](Self::intersect) accepts, and few further triangles. The
+    /// error of an edge function in single precision is at most 2⁻²² times the greatest product in it. A triangle is
+    /// culled if one edge function is positive and another is negative beyond that error.
     #[inline(always)]
     pub(crate) fn candidates(&self, four: &FourTriangles) -> u32 {
         let relative_error = f32x4::splat(4.0 * f32::EPSILON);

@@ -30,7 +30,7 @@ pub struct TriangleMesh {
 pub struct CentredMesh {
     /// The mesh, with coordinates in [−1, 1].
     pub mesh: TriangleMesh,
-    /// Maps its coordinates to those of the original mesh.
+    /// Maps its coordinates to the coordinates of the original mesh.
     pub to_original: DAffine3,
 }
 
@@ -66,8 +66,8 @@ impl TriangleMesh {
         self
     }
 
-    /// The mesh with a vertex for each normal where several meet, as at creases and at the edges of flat faces, and the
-    /// unit normal of each vertex; zero if only triangles without area have it.
+    /// The mesh with one vertex for each normal where several normals meet, as at creases and at the edges of flat
+    /// faces, and the unit normal of each vertex. The normal is zero if only triangles without area have the vertex.
     ///
     /// # Panics
     ///
@@ -140,8 +140,8 @@ impl TriangleMesh {
 
     /// Moves the centre of the bounding box to the origin and scales the mesh to a half extent of at most 1.
     ///
-    /// Single precision is finest there, so that meshes surveyed in kilometres or modelled in micrometres are traced
-    /// as precisely as any other. The scale is a power of two, which rounds nothing.
+    /// Single precision is finest near the origin, so that meshes surveyed in kilometres or modelled in micrometres
+    /// are traced as precisely as any other. The scale is a power of two, which rounds nothing.
     #[must_use]
     pub fn centred(mut self) -> CentredMesh {
         let low = self.positions.iter().fold(Vec3::INFINITY, |low, position| low.min(*position)).as_dvec3();

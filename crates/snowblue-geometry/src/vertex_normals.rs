@@ -1,13 +1,14 @@
 //! Vertex normals of a mesh, for smooth shading (Phong 1975, doi:10.1145/360825.360839).
 //!
-//! A mesh file gives them, or they are computed: the normal of a triangle's corner is the mean of the normals of the
-//! triangles around the vertex, each weighted with its angle there (Thürmer & Wüthrich 1998, *Computing vertex normals
-//! from polygonal facets*, doi:10.1080/10867651.1998.10487487). The mean then does not depend on how a flat face is
-//! divided into triangles. Only triangles count whose normal is within [`CREASE_DEG`] of that of the corner's own
-//! triangle, so that the edges of cubes and crystals stay sharp. Triangles of opposite orientation do not count either.
+//! A mesh file gives the normals, or they are computed: the normal of a triangle's corner is the mean of the normals
+//! of the triangles around the vertex, each weighted with its angle there (Thürmer & Wüthrich 1998, *Computing vertex
+//! normals from polygonal facets*, doi:10.1080/10867651.1998.10487487). The mean then does not depend on how a flat
+//! face is divided into triangles. Only triangles count whose normal is within [`CREASE_DEG`] of the normal of the
+//! corner's own triangle, so that the edges of cubes and crystals stay sharp. Triangles of opposite orientation do
+//! not count either.
 //!
-//! Where all corners at a vertex agree, as nearly everywhere on a scanned surface, it has one normal. Only triangles at
-//! creases have normals of their own, and only if they differ from the normal of the face.
+//! Where all corners at a vertex have equal normals, as nearly everywhere on a scanned surface, the vertex has one
+//! normal. Only triangles at creases have normals of their own, and only if they differ from the normal of the face.
 
 use glam::{DMat3, DVec3, Vec3};
 use rayon::prelude::*;
@@ -17,18 +18,18 @@ use crate::edges::Grouped;
 
 /// Greatest angle between the normals of two triangles that are shaded as one smooth surface, in degrees.
 pub const CREASE_DEG: f32 = 40.0;
-/// Most triangles around a vertex with creases; beyond, as at the tip of a cone of very many sides, faces stay flat
-/// there. It bounds the time, which is quadratic in this number.
+/// Greatest number of triangles around a vertex with creases. Around vertices with more triangles, as at the tip of a
+/// cone of very many sides, faces stay flat. The bound limits the time, which is quadratic in this number.
 const MAX_AT_CREASE: usize = 256;
-/// A corner normal whose cosine to the normal of the face is at least this counts as that normal.
+/// A corner normal counts as the normal of the face if the cosine between the two is at least this value.
 const FLAT_COS: f32 = 1.0 - 1e-6;
 
 /// Unit normals at the vertices of a mesh. Without any, all faces are flat.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct VertexNormals {
-    /// Of each vertex; zero where there is no normal or more than one.
+    /// Normal of each vertex; zero where there is no normal or more than one normal.
     normals: Vec<Vec3>,
-    /// Of triangles at creases, in the order of their indices.
+    /// Normals of triangles at creases, in the order of the triangle indices.
     at_creases: Vec<CreaseTriangle>,
 }
 
@@ -46,8 +47,8 @@ impl VertexNormals {
         Self { normals, at_creases: Vec::new() }
     }
 
-    /// The normals of a mesh by the angles and normals of its triangles. Vertices at the same position count as one.
-    /// Triangles without area have no part in them.
+    /// The normals of a mesh from the angles and normals of its triangles. Coincident vertices count as one vertex.
+    /// Triangles without area do not contribute.
     pub fn smooth(positions: &[Vec3], indices: &[[u32; 3]]) -> Self {
         let surface = Surface::new(positions, indices);
         let mut normals = surface.normals();
@@ -68,7 +69,8 @@ impl VertexNormals {
         self.normals.is_empty()
     }
 
-    /// The interpolated unit normal of a triangle at some barycentric weights; none where it is that of the face.
+    /// The interpolated unit normal of a triangle at some barycentric weights; none where it equals the normal of the
+    /// face.
     ///
     /// `vertices` are the triangle's vertices.
     pub fn at(&self, triangle: u32, vertices: [u32; 3], weights: [f32; 3]) -> Option<Vec3> {
@@ -77,7 +79,7 @@ impl VertexNormals {
         sum.try_normalize()
     }
 
-    /// The unit normals at the corners of a triangle; none where they are that of the face.
+    /// The unit normals at the corners of a triangle; none where they equal the normal of the face.
     pub(crate) fn corners(&self, triangle: u32, vertices: [u32; 3]) -> Option<[Vec3; 3]> {
         if self.is_empty() {
             return None;
@@ -107,7 +109,7 @@ impl VertexNormals {
 /// Triangles with their normals and angles. Normals are kept at the first vertex of each position.
 struct Surface<'a> {
     indices: &'a [[u32; 3]],
-    /// For each vertex the first one at its position, which stands for all.
+    /// For each vertex the first vertex at its position, which represents all vertices there.
     vertices: Vec<u32>,
     faces: Vec<Face>,
 }
@@ -132,7 +134,7 @@ impl<'a> Surface<'a> {
         self.indices[triangle].map(|at| self.vertices[at as usize] as usize)
     }
 
-    /// The normal of each vertex around which no two triangles make a crease; zero for others.
+    /// The normal of each vertex around which no two triangles make a crease; zero for all other vertices.
     fn normals(&self) -> Vec<Vec3> {
         let mut means = vec![Vec3::ZERO; self.vertices.len()];
         for (triangle, face) in self.faces.iter().enumerate() {
@@ -141,7 +143,8 @@ impl<'a> Surface<'a> {
             }
         }
         means.par_iter_mut().for_each(|mean| *mean = mean.normalize_or_zero());
-        // If all triangles are within half the angle of the mean, any two are within the whole.
+        // If the normals of all triangles are within half the angle of the mean, any two normals are within the whole
+        // angle.
         let smooth_cos = (0.5 * CREASE_DEG).to_radians().cos();
         let mut is_smooth = vec![true; means.len()];
         for (triangle, face) in self.faces.iter().enumerate().filter(|(_, face)| face.has_area()) {
@@ -163,7 +166,7 @@ impl<'a> Surface<'a> {
         Grouped::new(normals.len(), all.filter(|(at, _)| normals[*at as usize] == Vec3::ZERO))
     }
 
-    /// The normals of a triangle if one of its vertices has none of its own and the triangle is not flat.
+    /// The normals of a triangle if one of its vertices has no normal and the triangle is not flat.
     #[expect(clippy::cast_possible_truncation, reason = "a mesh in memory has fewer than 2^32 triangles")]
     fn at_crease(&self, triangle: usize, normals: &[Vec3], creases: &Grouped<(u32, u8)>) -> Option<CreaseTriangle> {
         let (face, corners) = (self.faces[triangle], self.corners(triangle));
@@ -237,7 +240,7 @@ mod tests {
         (positions, normals, indices)
     }
 
-    /// The angle between the interpolated normal and the true one, in degrees, at most over some points of a torus.
+    /// Greatest angle between the interpolated normal and the true normal over some points of a torus, in degrees.
     fn greatest_error_deg(normals: &VertexNormals, true_normals: &[Vec3], indices: &[[u32; 3]]) -> f32 {
         let mut greatest: f32 = 0.0;
         for (triangle, vertices) in (0..).zip(indices) {
@@ -295,7 +298,7 @@ mod tests {
     fn a_cube_stays_sharp_and_bends_of_30_degrees_are_smooth() {
         let (positions, indices) = corners(&cube());
         assert!(VertexNormals::smooth(&positions, &indices).is_empty());
-        // Three faces, each turned by 30° from the one before.
+        // Three faces, each turned by 30° from the previous face.
         let along = [0.0f32, 30.0, 60.0].map(|deg| Vec3::new(deg.to_radians().cos(), 0.0, -deg.to_radians().sin()));
         let strip: Vec<Vec3> = (0..4).map(|k| along[..k].iter().sum()).collect();
         let (positions, indices) = corners(&faces(&strip));

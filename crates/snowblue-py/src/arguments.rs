@@ -11,7 +11,7 @@ use snowblue_transport::slab::{Incidence, Slab};
 
 use crate::work::{input, input_in_row};
 
-/// What is known of a snow, by the names of the keyword arguments.
+/// The known properties of a snow, by the names of the keyword arguments.
 #[derive(FromPyObject)]
 pub(crate) struct GivenSnow(BTreeMap<String, Option<Given>>);
 

@@ -1,4 +1,4 @@
-//! Colours of spectra, snow of a colour, and swatches.
+//! Colours of spectra, snow that matches a colour, and swatches.
 
 use std::path::PathBuf;
 
@@ -63,7 +63,7 @@ fn check_finite(values: &[f64], exposure_stops: Option<f64>) -> PyResult<()> {
     }
 }
 
-/// What `match_color` may not change.
+/// Parameters that `match_color` may not change.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct Fixed {

@@ -30,7 +30,7 @@ const TALLY_RANGE: ParameterRange =
 #[pyclass(frozen, module = "snowblue._native")]
 pub(crate) struct Table(Arc<AnyTable>);
 
-/// Axes that differ from those of a preset.
+/// Axes that differ from the axes of a preset.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct GivenAxes {
@@ -54,7 +54,8 @@ pub(crate) struct Filling {
     ice: String,
 }
 
-/// How a table is compressed: to a number of components, or to as many as the greatest errors need.
+/// How a table is compressed: to a given number of components, or to the number of components that keeps the errors
+/// within given limits.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct Compression {

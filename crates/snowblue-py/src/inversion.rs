@@ -14,7 +14,7 @@ use crate::snow::Snows;
 use crate::spectra::GivenLayer;
 use crate::work::{Control, input, input_at, run};
 
-/// What is known of each pack and its light, as in a spectrum's cases, and what is measured.
+/// The known properties of each pack and its light, as in the cases of a spectrum, and the measured values.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct GivenPacks<'py> {
@@ -45,8 +45,8 @@ struct GivenMeasured<'py> {
     correlation_nm: f64,
 }
 
-/// What is retrieved: names of parameters, perhaps of one layer, and their names in the results; its prior, which is
-/// weak where none is given, and options of the engine.
+/// The retrieved parameters: their names, perhaps of one layer, and their names in the results; their prior, which is
+/// weak where none is given; and options of the engine.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct Unknowns<'py> {
@@ -64,7 +64,7 @@ type Number = fn(&Retrieval) -> f64;
 /// Numbers of each retrieval.
 type Numbers<'a> = &'a dyn Fn(&Retrieval) -> &[f64];
 
-/// A number of what is known of a quantity.
+/// A number of the posterior of a quantity.
 type Aspect = fn(&Retrieved) -> f64;
 
 const ASPECTS: [(&str, Aspect); 4] = [
@@ -262,7 +262,7 @@ impl GivenPacks<'_> {
     }
 }
 
-/// The median of a prior: if it has none, the value that is known.
+/// The median of a prior. If the prior has no median, the known value.
 fn prior_median(observation: &Observation, by: &LayerVariable, prior: &Prior) -> Result<f64, String> {
     let known = observation.known(*by);
     if let Some(median) = prior.median {

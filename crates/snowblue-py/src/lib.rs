@@ -1,8 +1,8 @@
 //! The native part of the Python package `snowblue`: it converts arguments and results, and calls the crates below.
 //!
 //! Arrays are flat; the Python part gives them dimensions, names and units. Long work runs on a thread of its own, so
-//! that Python handles signals and shows progress meanwhile ([`work`]). Bad input raises `ValueError` with the words of
-//! the command.
+//! that Python handles signals and shows progress meanwhile ([`work`]). Bad input raises `ValueError` with the
+//! message of the command.
 
 mod work;
 

@@ -35,7 +35,7 @@ use crate::work::{Control, failure, input, run_showing};
 pub(crate) struct Scene {
     description: SceneDescription,
     files: Arc<GivenFiles>,
-    /// What was built last, of this scene or of one with the same files.
+    /// The last build of this scene or of a scene with equal files.
     last: Arc<Mutex<Option<Built>>>,
 }
 
@@ -48,16 +48,16 @@ struct Watchers<'py> {
 /// How a scene is prepared.
 #[derive(Default)]
 struct Method {
-    /// The curves for PCASnow; none for those of the scene, or else the embedded ones.
+    /// The curves for PCASnow; none for the curves of the scene, or else the embedded curves.
     table: Option<Arc<CompressedTable>>,
-    /// Whether only the camera of the scene looks.
+    /// Whether the scene is seen only by its camera.
     has_one_view: bool,
 }
 
 /// Time between two unfinished pictures.
 const PREVIEW_INTERVAL: Duration = Duration::from_secs(1);
 
-/// What a bake holds.
+/// Content of a bake.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct Content {
@@ -76,13 +76,13 @@ pub(crate) struct Content {
 /// Steps of each argument in the table of the reflection function.
 const REFLECTION_STEPS: u32 = 32;
 
-/// Files in memory, and beside them those of a folder.
+/// Files in memory, and files in a folder.
 struct GivenFiles {
     in_memory: HashMap<String, Vec<u8>>,
     folder: FilesIn,
 }
 
-/// A scene that is ready to be rendered, and what its pictures state of themselves.
+/// A scene that is ready to be rendered, and the metadata of its pictures.
 struct Built {
     integrator: Integrator,
     provenance: Provenance,
@@ -288,8 +288,8 @@ impl Scene {
         Self { description, files: Arc::new(files), last: Arc::default() }
     }
 
-    /// Prepares the scene on another thread and works with it there. It keeps what it has in common with the scene that
-    /// was built last, if the files are still the same.
+    /// Prepares the scene on another thread and works with it on that thread. If the files have not changed, the
+    /// scene keeps the parts that it has in common with the scene that was built last.
     fn work<T: Send + 'static>(
         &self,
         py: Python<'_>,
@@ -312,7 +312,7 @@ impl Scene {
             };
             let scene = scene.map_err(input)?;
             let report = |at| control.set_phase(at);
-            // If it fails, its cells are too coarse for the snow, and there is no first picture.
+            // If the first picture fails, its cells are too coarse for the snow, and no first picture is shown.
             if shows
                 && earlier.is_none()
                 && let Ok(Some(first)) = render_coarse(&scene, &report)

@@ -1,4 +1,4 @@
-//! Daylight, and where the sun stands.
+//! Daylight, and the position of the sun.
 
 use numpy::PyArray1;
 use pyo3::prelude::*;

@@ -1,4 +1,4 @@
-//! What a snow is, and its single scattering.
+//! Properties of a snow, and its single scattering.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

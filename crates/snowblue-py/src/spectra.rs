@@ -19,7 +19,7 @@ use crate::arguments::{Angle, Cases, GivenSnow, Ordinates};
 use crate::snow::Snows;
 use crate::work::{Control, input, input_at, input_in_row, run};
 
-/// Rays of the Monte Carlo engine, or none for discrete ordinates.
+/// Number of rays of the Monte Carlo engine, or none for discrete ordinates.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct Engine {
@@ -29,8 +29,8 @@ pub(crate) struct Engine {
     standard_errors: bool,
 }
 
-/// Slabs: for each, the numbers of its snow and of its thickness, angle and albedo of the ground among the values of
-/// those.
+/// Slabs. Each slab is given by the indices of its snow, thickness, angle and albedo of the ground in the lists of
+/// these quantities.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct GivenCases<'py> {
@@ -48,7 +48,7 @@ pub(crate) struct GivenCases<'py> {
 #[derive(FromPyObject)]
 pub(crate) struct GivenLayer(GivenKind, f64);
 
-/// What a layer consists of: what is known of snow, or a `kind` with the names of what else is known of it.
+/// The content of a layer: the known properties of snow, or a `kind` with the names of further properties.
 enum GivenKind {
     Snow(Box<GivenSnow>),
     Named { kind: String, ice: Option<String>, others: Vec<String> },
@@ -120,7 +120,7 @@ pub(crate) fn spectrum<'py>(
         })
     })?;
     let dict = PyDict::new(py);
-    add(&dict, Fluxes::NAMES, rows.into_iter().map(Fluxes::to_array), with_errors)?;
+    add(&dict, Fluxes::NAMES, rows.iter().map(|row| row.to_array()), with_errors)?;
     for (place, variable) in variables.iter().enumerate() {
         let rows = derivatives.iter().skip(place).step_by(variables.len());
         add_numbers(&dict, Fluxes::NAMES, &format!("_per_{variable}"), rows.map(|row| row.to_array()))?;
@@ -445,7 +445,7 @@ impl Engine {
     }
 }
 
-/// The progress of one part of several equal ones.
+/// The progress of one part of several equal parts.
 fn of_several(control: &Control, part: usize, parts: usize) -> impl Fn(monte_carlo::RayProgress) + Sync {
     move |at| control.set(at.traced + part as u64 * at.total, at.total * parts as u64)
 }
@@ -464,7 +464,7 @@ fn add_numbers<const N: usize>(
     Ok(())
 }
 
-/// Adds an array for each quantity of the rows, and one of its standard errors.
+/// Adds an array for each quantity of the rows, and an array of its standard errors.
 fn add<const N: usize>(
     dict: &Bound<'_, PyDict>,
     names: [&str; N],

@@ -13,10 +13,10 @@ use pyo3::prelude::*;
 use snowblue_render::raster::RasterImage;
 use snowblue_render::{Phase, Progress};
 
-/// Time between two looks at signals and progress.
+/// Time between two checks of signals and progress.
 const INTERVAL: Duration = Duration::from_millis(50);
 
-/// What passes between work and the thread that waits for it.
+/// Data exchanged between work and the thread that waits for it.
 #[derive(Default)]
 pub(crate) struct Control {
     /// The phase of the work, if it has phases.
@@ -74,7 +74,8 @@ pub(crate) fn run<T: Send + 'static>(
     run_showing(py, progress, None, work)
 }
 
-/// The same for work on a picture, which calls `preview(width, height, pixels)` with unfinished ones: 8-bit sRGB.
+/// As [`run`], for work on a picture, which calls `preview(width, height, pixels)` with unfinished pictures in 8-bit
+/// sRGB.
 pub(crate) fn run_showing<T: Send + 'static>(
     py: Python<'_>,
     progress: Option<&Bound<'_, PyAny>>,
@@ -84,7 +85,7 @@ pub(crate) fn run_showing<T: Send + 'static>(
     check_process()?;
     let control = Arc::new(Control::default());
     let (sender, receiver) = channel();
-    // The lock makes the receiver shareable; no other thread takes it.
+    // The lock makes the receiver shareable. No other thread takes the lock.
     let receiver = Mutex::new(receiver);
     let seen_by_work = Arc::clone(&control);
     let thread = std::thread::spawn(move || {
@@ -110,7 +111,7 @@ pub(crate) fn run_showing<T: Send + 'static>(
     }
 }
 
-/// A forked process lacks the threads of its parent, and would wait for them for ever.
+/// A forked process lacks the threads of its parent, and would wait for them indefinitely.
 fn check_process() -> PyResult<()> {
     static FIRST: OnceLock<u32> = OnceLock::new();
     if *FIRST.get_or_init(std::process::id) == std::process::id() {
@@ -154,7 +155,8 @@ pub(crate) fn input_in_row(error: impl Display, row: usize) -> PyErr {
     PyValueError::new_err((error.to_string(), row))
 }
 
-/// Bad input in one of several rows, perhaps at a place of it: as [`input_in_row`], with the place as a third argument.
+/// Bad input in one of several rows, perhaps at a place in the row: as [`input_in_row`], with the place as a third
+/// argument.
 pub(crate) fn input_at(error: impl Display, row: Option<usize>, place: Option<usize>) -> PyErr {
     match (row, place) {
         (Some(row), Some(place)) => PyValueError::new_err((error.to_string(), row, place)),

@@ -6,8 +6,9 @@
 //!
 //! times N = 2.547·10²⁵ molecules per m³ at 15 °C and 1013 hPa: β_m(λ).
 //!
-//! Haze: a turbidity T is the optical thickness of all air over that of its molecules, τ_m = β_m H_m. So the haze has
-//! the thickness (T − 1) τ_m at 550 nm and near the ground the coefficient
+//! Haze: the turbidity T is the ratio of the optical thickness of all air to the optical thickness of its molecules,
+//! τ_m = β_m H_m. The haze therefore has the optical thickness (T − 1) τ_m at 550 nm. Near the ground its extinction
+//! coefficient is
 //!
 //! β_h(λ) = (T − 1) β_m(550 nm) H_m/H_h (550 nm/λ)^1.3,
 //!
@@ -24,10 +25,10 @@ const HAZE_EXPONENT: f64 = 1.3;
 
 /// Extinction coefficient of the air near the ground, in 1/m.
 ///
-/// - `turbidity`: as that of [`ClearSky`](crate::ClearSky).
+/// - `turbidity`: as in [`ClearSky`](crate::ClearSky).
 /// - `wavelength_nm`: greater than 0.
 ///
-/// On a clear day one sees some 25 km far, by Koschmieder's contrast of 2 % (1924):
+/// On a clear day the visual range is some 25 km, by Koschmieder's contrast of 2 % (1924):
 /// ```
 /// # use snowblue_sky::air_extinction_per_m;
 /// let range_m = -f64::ln(0.02) / air_extinction_per_m(3.0, 550.0);
@@ -51,9 +52,9 @@ mod tests {
 
     use super::*;
 
-    /// By the law of Rayleigh (1871): 24π³ (n² − 1)² / (λ⁴ N (n² + 2)²) (6 + 3p) / (6 − 7p), with the refractive index
-    /// n of air by Peck & Reeder (1972), and a depolarisation p of 0.03. Nicolet's fit is within 0.5 % of Bates (1984),
-    /// whose p depends on the wavelength: that changes the last factor by less than 1 %.
+    /// By the law of Rayleigh (1871): 24π³ (n² − 1)² / (λ⁴ N (n² + 2)²) (6 + 3p) / (6 − 7p), with the refractive
+    /// index n of air by Peck & Reeder (1972), and a depolarisation p of 0.03. Nicolet's fit is within 0.5 % of Bates
+    /// (1984), whose p depends on the wavelength. This dependence changes the last factor by less than 1 %.
     #[test]
     fn clear_air_scatters_as_its_molecules_do() {
         for wavelength_nm in [400.0, 450.0, 550.0, 700.0] {

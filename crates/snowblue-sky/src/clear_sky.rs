@@ -13,7 +13,7 @@
 //! polynomial of the point's own elevation times a limb darkening, which is a polynomial of degree 5 in cos ψ, with
 //! sin ψ = sin γ / sin([`SUN_RADIUS_RAD`]).
 //!
-//! All of them are linear between the wavelengths: the sky, the sun's centre, and its limb darkening.
+//! The sky's radiance, the radiance of the sun's centre and the limb darkening are linear between the wavelengths.
 //!
 //! **Simplified.** Close to the horizon under a low sun, the published fit of the sky's radiance falls below zero at
 //! some wavelengths, by up to 0.3 R. The radiance is zero there. Rays are straight: there is no refraction.
@@ -35,10 +35,11 @@ pub const SUN_RADIUS_RAD: f64 = 0.5 * 0.5358 * PI / 180.0;
 /// Least and greatest elevation of the sun, in degrees.
 pub const ELEVATION_RANGE_DEG: (f64, f64) = (0.0, 90.0);
 
-/// Rings around the sun, and points of half a ring, for the irradiance by the sky. More change it by less than 1e-3.
+/// Rings around the sun, and points of half a ring, for the irradiance by the sky. More points change the irradiance
+/// by less than 1e-3.
 const SKY_POINTS: (u32, u32) = (96, 48);
 
-/// Rings and points of half a ring for the irradiance by the sun. More change it by less than
+/// Rings and points of half a ring for the irradiance by the sun. More points change the irradiance by less than
 /// 1e-3, or 2e-3 where the horizon cuts the disc.
 const SUN_POINTS: (u32, u32) = (32, 32);
 
@@ -56,10 +57,10 @@ pub struct ClearSky {
 }
 
 impl ClearSky {
-    /// A sky of the coefficients that this build embeds.
+    /// A sky with the coefficients that this build embeds.
     ///
     /// # Errors
-    /// As those of [`with_coefficients`](Self::with_coefficients).
+    /// As [`with_coefficients`](Self::with_coefficients).
     #[cfg(feature = "coefficients")]
     pub fn new(sun_elevation_deg: f64, turbidity: f64, ground_albedo: &[f64; NODES]) -> Result<Self, SkyError> {
         let coefficients = Coefficients::embedded().unwrap_or_else(|| unreachable!("the feature embeds them"));
@@ -69,8 +70,9 @@ impl ClearSky {
     /// A sky.
     ///
     /// - `sun_elevation_deg`: angle between the horizon and the sun's centre, 0–90°.
-    /// - `turbidity`: extinction by the atmosphere in units of that by its molecules alone, 1–10: 2 in very clear
-    ///   arctic or alpine air, 3 on a clear day in a temperate climate, 6 on a warm and moist day, 10 in haze.
+    /// - `turbidity`: ratio of the extinction by the atmosphere to the extinction by its molecules alone, 1–10: 2 in
+    ///   very clear arctic or alpine air, 3 on a clear day in a temperate climate, 6 on a warm and moist day, 10 in
+    ///   haze.
     /// - `ground_albedo`: fraction of light that the ground reflects, 0–1, at each of
     ///   [`WAVELENGTHS_NM`](crate::WAVELENGTHS_NM). Snow brightens the sky above it.
     ///
@@ -103,7 +105,7 @@ impl ClearSky {
         Ok(Self { sun_elevation_deg, turbidity, precipitable_water_cm, ground_albedo, dome, sun })
     }
 
-    /// The same sky with another amount of water vapour, which absorbs in the infrared alone.
+    /// This sky with another amount of water vapour, which absorbs only in the infrared.
     ///
     /// # Errors
     /// [`SkyError::OutOfRange`] outside 0–10 cm.
@@ -194,8 +196,8 @@ impl ClearSky {
     /// Radiance that the centre of the sun's disc would have at a zenith angle, apart from
     /// [`limb_darkening_at_nodes`], in W m⁻² sr⁻¹ nm⁻¹, at each of [`WAVELENGTHS_NM`](crate::WAVELENGTHS_NM).
     ///
-    /// For many wavelengths in one direction: the radiance of the disc is the product of the two, each of them
-    /// interpolated by [`at_wavelength`].
+    /// For many wavelengths in one direction: the radiance of the disc is the product of this radiance and the limb
+    /// darkening, each interpolated by [`at_wavelength`].
     #[must_use]
     pub fn sun_centre_at_nodes(&self, cos_zenith: f64) -> [f64; NODES] {
         if cos_zenith < 0.0 {
@@ -246,9 +248,9 @@ impl ClearSky {
 
     /// ∫ L cos θ dω over the sky.
     ///
-    /// Rings up to γ = h₀ are whole, those up to 180° − h₀ are cut by the horizon, the others lie below it. In both
-    /// intervals γ = γ₁ + (γ₂ − γ₁) (1 − cos t) / 2, which removes the square roots where rings touch the horizon and
-    /// resolves the aureole.
+    /// Rings up to γ = h₀ are whole, rings up to 180° − h₀ are cut by the horizon, and all further rings lie below
+    /// the horizon. In both intervals γ = γ₁ + (γ₂ − γ₁) (1 − cos t) / 2, which removes the square roots where rings
+    /// touch the horizon and resolves the aureole.
     fn dome_integral(&self, (rings, points): (u32, u32)) -> [f64; NODES] {
         let elevation = self.sun_elevation_deg.to_radians();
         let mut sum = [0.0; NODES];
@@ -283,7 +285,7 @@ impl ClearSky {
     }
 }
 
-/// Radiance of a point of the sun's disc, relative to that of its centre, at each of
+/// Radiance of a point of the sun's disc relative to the radiance of its centre, at each of
 /// [`WAVELENGTHS_NM`](crate::WAVELENGTHS_NM): the limb darkening.
 ///
 /// `sin_sun` is the sine of the angle from the direction to the sun's centre, which must be less than 90°. Beyond the

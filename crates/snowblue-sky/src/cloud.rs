@@ -1,4 +1,4 @@
-//! A layer of cloud: what it lets through and reflects, 610–2600 nm.
+//! A layer of cloud: its transmittance and reflectance, 610–2600 nm.
 //!
 //! Its droplets have an effective radius of 10 µm. `data/cloud_droplets.csv` has the fraction of light that a droplet
 //! absorbs and the mean cosine of its scattering angle by the theory of Mie, for the water of Rowe, Fergoda & Neshyba
@@ -11,12 +11,12 @@ use crate::tables::{INFRARED_WAVELENGTHS, shipped};
 
 const HEADER: &str = "wavelength_nm,coalbedo,asymmetry,absorption_per_m";
 
-/// Wavelength in nm, fraction of the light that a droplet takes up which it absorbs, mean cosine of the scattering
-/// angle, and the absorption of water in 1/m.
+/// Wavelength in nm, fraction of its extinction that a droplet absorbs, mean cosine of the scattering angle, and the
+/// absorption of water in 1/m.
 static TABLE: LazyLock<Vec<[f64; 4]>> =
     LazyLock::new(|| shipped(include_str!("../data/cloud_droplets.csv"), HEADER, &[[]; INFRARED_WAVELENGTHS]));
 
-/// What a layer does to diffuse light.
+/// Transmittance and reflectance of a layer under diffuse light.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Cloud {
     pub(crate) transmittance: f64,
@@ -34,7 +34,7 @@ impl Cloud {
         let lost = 0.25 * (7.0 - albedo * (4.0 + 3.0 * g));
         let turned_back = 0.25 * (albedo * (4.0 - 3.0 * g) - 1.0);
         let decay = (lost * lost - turned_back * turned_back).sqrt();
-        // Reflectance of a layer without end.
+        // Reflectance of an infinitely thick layer.
         let deep = turned_back / (lost + decay);
         let passing = (-decay * optical_thickness).exp();
         let echo = 1.0 - (deep * passing).powi(2);
@@ -57,9 +57,9 @@ mod tests {
         assert!(TABLE.iter().all(|row| row[1..3].iter().all(|value| (0.0..1.0).contains(value))));
     }
 
-    /// A large sphere that absorbs little takes up n² (1 − (1 − n⁻²)^3/2) α V, half of what it scatters is diffracted,
-    /// so that 1 − ω is 0.84 α r for n = 1.32. Waves that pass at its edge add some 15 % to droplets of 10 µm
-    /// (Nussenzveig & Wiscombe 1980, Phys. Rev. Lett. 45, 1490).
+    /// The absorption cross section of a large, weakly absorbing sphere is n² (1 − (1 − n⁻²)^3/2) α V, and half of
+    /// its scattering is diffraction, so that 1 − ω is 0.84 α r for n = 1.32. Edge waves add some 15 % to droplets of
+    /// 10 µm (Nussenzveig & Wiscombe 1980, Phys. Rev. Lett. 45, 1490).
     #[test]
     fn droplets_absorb_as_large_spheres() {
         for [wavelength_nm, coalbedo, _, absorption_per_m] in
@@ -70,8 +70,8 @@ mod tests {
         }
     }
 
-    /// Without absorption nothing is lost and T = 1/(1 + 3/4 (1 − g) τ); with it a thick layer tends to e^{−Kτ} and its
-    /// reflectance to that of a layer without end.
+    /// Without absorption no light is lost and T = 1/(1 + 3/4 (1 − g) τ). With absorption the transmittance of a
+    /// thick layer tends to e^{−Kτ}, and its reflectance tends to the reflectance of an infinitely thick layer.
     #[test]
     fn layers_tend_to_their_limits() {
         let layer = |coalbedo, optical_thickness| Cloud::new(coalbedo, 0.86, optical_thickness);

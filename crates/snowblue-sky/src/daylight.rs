@@ -12,15 +12,15 @@ use crate::tables::{NODES, WAVELENGTHS_NM, at_wavelength};
 /// A sky with or without a sun.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Sky {
-    /// Without a cloud.
+    /// A clear sky.
     Clear(ClearSky),
-    /// Covered by clouds.
+    /// A sky covered by clouds.
     Overcast(OvercastSky),
-    /// With the sun below the horizon: no light.
+    /// The sun is below the horizon: no light.
     Night,
 }
 
-/// What a sky depends on beside the sun.
+/// Parameters of a sky beside the sun.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Weather {
     /// Whether there are clouds.
@@ -36,12 +36,12 @@ pub struct Weather {
 pub enum Clouds {
     /// Air without a cloud.
     None {
-        /// Extinction by the air in units of that by its molecules alone, 1–10.
+        /// Ratio of the extinction by the air to the extinction by its molecules alone, 1–10.
         turbidity: f64,
     },
     /// All of the sky is covered.
     Overcast {
-        /// Of the clouds in the visible, 1–200.
+        /// Optical thickness of the clouds in the visible, 1–200.
         optical_thickness: f64,
     },
 }
@@ -73,11 +73,11 @@ pub const DAYLIGHT_RANGE_NM: (f64, f64) = (WAVELENGTHS_NM[0], 2500.0);
 /// The light that reaches the ground: a spectral irradiance, an illuminance, or a photon flux per area.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Daylight {
-    /// From the sun's disc, on a plane that faces the sun.
+    /// Light from the sun's disc, on a plane that faces the sun.
     pub direct_normal: f64,
-    /// From the sun's disc, on level ground.
+    /// Light from the sun's disc, on level ground.
     pub direct: f64,
-    /// From the sky without the sun, on level ground.
+    /// Light from the sky without the sun, on level ground.
     pub diffuse: f64,
 }
 
@@ -97,7 +97,7 @@ impl Daylight {
 
 impl Sky {
     /// The sky of a sun at an elevation of −90 to 90°, in degrees, which is [`Night`](Self::Night) below the horizon:
-    /// twilight has no model. `sky` makes that of a sun above it.
+    /// twilight has no model. `sky` makes the sky of a sun above the horizon.
     ///
     /// ```
     /// # use snowblue_sky::{OvercastSky, Sky};
@@ -108,7 +108,7 @@ impl Sky {
     /// ```
     ///
     /// # Errors
-    /// [`SkyError::OutOfRange`] for another elevation, and those of `sky`.
+    /// [`SkyError::OutOfRange`] for another elevation, and the errors of `sky`.
     pub fn of_sun(elevation_deg: f64, sky: impl FnOnce(f64) -> Result<Self, SkyError>) -> Result<Self, SkyError> {
         check("sun elevation", elevation_deg, (-90.0, ELEVATION_RANGE_DEG.1), "°")?;
         if elevation_deg < ELEVATION_RANGE_DEG.0 { Ok(Self::Night) } else { sky(elevation_deg) }
@@ -164,7 +164,7 @@ impl Sky {
 
     /// Illuminance, in lx.
     ///
-    /// A clear noon is four to ten times as bright as an overcast one:
+    /// A clear noon is four to ten times as bright as an overcast noon:
     /// ```
     /// # use snowblue_sky::{ClearSky, OvercastSky, Sky};
     /// let clear = Sky::Clear(ClearSky::new(50.0, 2.5, &[0.2; 11])?).illuminance().global();

@@ -35,12 +35,12 @@ pub enum SkyError {
         /// Number of days of the month.
         days: u32,
     },
-    /// A file of coefficients of the clear sky is not the one that ships with this crate.
+    /// A file of coefficients of the clear sky differs from the file that ships with this crate.
     #[error("{file}: {reason}")]
     Coefficients {
         /// Name of the file.
         file: &'static str,
-        /// What is wrong.
+        /// Description of the error.
         reason: String,
     },
     /// A text is not a date and a time with an offset from UTC.

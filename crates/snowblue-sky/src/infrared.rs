@@ -2,30 +2,31 @@
 //!
 //! # Clear
 //!
-//! After Bird & Riordan (1984, SERI/TR-215-2436, doi:10.2172/5986936; 1986, J. Clim. Appl. Meteorol. 25, 87). The sun's
-//! light outside the air is weakened by molecules, aerosol, ozone, water vapour and the other gases, each by
-//! its own law of the air mass (Kasten 1966); half of what molecules scatter and a part of what aerosol scatters
-//! arrives as light of the sky. Constants are those of the authors' program `spectrl2_2.c`, where they differ from the
-//! report.
+//! After Bird & Riordan (1984, SERI/TR-215-2436, doi:10.2172/5986936; 1986, J. Clim. Appl. Meteorol. 25, 87). The
+//! sun's light outside the air is weakened by molecules, aerosol, ozone, water vapour and the other gases, each by
+//! its own law of the air mass (Kasten 1966). Half of the light that molecules scatter and a part of the light that
+//! aerosol scatters arrives as light of the sky. Where the constants of the authors' program `spectrl2_2.c` differ
+//! from the report, the constants of the program are used.
 //!
-//! The optical thickness of the aerosol is β λ^−1.3 with λ in µm. β is that with which the sun is as bright at 656 nm,
-//! where no vapour absorbs, as in the model of Hosek & Wilkie; where that is brighter than without aerosol, β is 0 and
-//! the sun is scaled. The diffuse light is scaled to that of Hosek & Wilkie at 656 nm. It includes what the sky sends
-//! back of the light that the ground reflects (1986, equations 3-13 to 3-15), over snow a fifth of the diffuse light at
-//! 656 nm.
+//! The optical thickness of the aerosol is β λ^−1.3 with λ in µm. β is chosen such that the irradiance of the sun at
+//! 656 nm, where no vapour absorbs, equals its irradiance in the model of Hosek & Wilkie. If the latter exceeds the
+//! irradiance without aerosol, β is 0 and the sun is scaled. The diffuse light is scaled to the diffuse light of
+//! Hosek & Wilkie at 656 nm. It includes light that the ground reflects and the sky sends back (1986, equations 3-13
+//! to 3-15). Over snow this light is a fifth of the diffuse light at 656 nm.
 //!
 //! # Overcast
 //!
-//! The sun's light outside the air is weakened by the gases of the same model, whose path is that of diffuse light, and
-//! by a cloud of droplets ([`Cloud`]); ground and cloud reflect light to each other. The light is scaled to that of the
-//! overcast sky at 656 nm, so that its spectrum does not depend on the height of the sun, as in the visible.
+//! The sun's light outside the air is weakened by the gases of the clear model, with the path of diffuse light, and
+//! by a cloud of droplets ([`Cloud`]). Ground and cloud reflect light to each other. The light is scaled to the light
+//! of the overcast sky at 656 nm, so that its spectrum does not depend on the elevation of the sun, as in the
+//! visible.
 //!
 //! # Simplified
 //!
 //! Between the 75 wavelengths of the table irradiances are linear, so bands of vapour are as in a spectrum of some 10
-//! nm. The ground is as bright as snow beyond the visible: its albedo is that at 720 nm up to 800 nm and falls linearly
-//! to 0 at 1500 nm. The sun is at its mean distance, and the place at sea level. That light takes longer paths through
-//! the vapour inside a cloud is left out, and so are clouds of ice.
+//! nm. The ground is as bright as snow beyond the visible: its albedo equals the albedo at 720 nm up to 800 nm and
+//! falls linearly to 0 at 1500 nm. The sun is at its mean distance, and the place at sea level. The longer paths of
+//! light through the vapour inside a cloud are left out, and so are clouds of ice.
 
 use std::sync::LazyLock;
 
@@ -37,13 +38,13 @@ use crate::tables::{INFRARED_WAVELENGTHS, NODES, WAVELENGTHS_NM, at_wavelength, 
 /// Ozone, in cm at standard conditions, as in ASTM G173-03.
 const OZONE_CM: f64 = 0.34;
 
-/// Where both models are made equal, in nm: a wavelength of the table, without vapour.
+/// Wavelength at which both models are made equal, in nm: a wavelength of the table without absorption by vapour.
 const JOIN_NM: f64 = 656.0;
 
 /// Exponent of the wavelength in the optical thickness of aerosol (Ångström 1929).
 const AEROSOL_EXPONENT: f64 = 1.3;
 
-/// The weakest sun by which the haze is found, over that without aerosol.
+/// Least ratio of the sun's irradiance to its irradiance without aerosol, from which the haze is found.
 const MIN_SUN: f64 = 1e-6;
 
 const HEADER: &str = "wavelength_nm,extraterrestrial_w_m2_nm,water_vapour,ozone,mixed_gases";
@@ -55,28 +56,29 @@ static TABLE: LazyLock<Vec<[f64; 5]>> =
 /// Where the albedo of snow begins to fall and where snow is dark, in nm (Wiscombe & Warren 1980, figure 8).
 const SNOW_FADES_NM: (f64, f64) = (800.0, 1500.0);
 
-/// Air mass of diffuse light, as of that which the ground reflects.
+/// Air mass of diffuse light, such as the light that the ground reflects.
 const DIFFUSE_MASS: f64 = 1.8;
 
 /// Irradiance by the sun and by the sky.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Irradiance {
-    /// Of a plane that faces the sun.
+    /// Irradiance by the sun of a plane that faces the sun.
     pub(crate) direct_normal: f64,
-    /// Of level ground.
+    /// Irradiance by the sky of level ground.
     pub(crate) diffuse: f64,
 }
 
 /// The infrared light of a sky.
 pub(crate) struct Infrared {
-    /// At each wavelength of the table, before scaling; the diffuse light over the sine of the sun's elevation.
+    /// Irradiances at each wavelength of the table, before scaling. The diffuse irradiance is divided by the sine of
+    /// the sun's elevation.
     rows: Vec<(f64, Irradiance)>,
     direct_factor: f64,
     diffuse_factor: f64,
 }
 
 impl Infrared {
-    /// That of a clear sky, of which `diffuse` is the irradiance of level ground at each of [`WAVELENGTHS_NM`].
+    /// The infrared light of a clear sky. `diffuse` is the irradiance of level ground at each of [`WAVELENGTHS_NM`].
     pub(crate) fn clear(sky: &ClearSky, diffuse: &[f64; NODES]) -> Self {
         let water_cm = sky.precipitable_water_cm();
         let visible_albedo = |nm: f64| at_wavelength(sky.ground_albedo(), nm.min(WAVELENGTHS_NM[NODES - 1]));
@@ -85,7 +87,7 @@ impl Infrared {
             Self { rows, direct_factor: 1.0, diffuse_factor: 1.0 }
         };
         let (sun, clean) = (sky.sun_irradiance(JOIN_NM), with(0.0).at(JOIN_NM).direct_normal);
-        // Just above the horizon the sun is 0 in that model.
+        // For a sun just above the horizon, the irradiance of the sun is 0 in the model of Hosek & Wilkie.
         let thickness = (clean / sun.max(MIN_SUN * clean)).ln() / air_mass(sky.sun_elevation_deg());
         let mut infrared = with(thickness.max(0.0) * (1e-3 * JOIN_NM).powf(AEROSOL_EXPONENT));
         let at_join = infrared.at(JOIN_NM);
@@ -94,7 +96,7 @@ impl Infrared {
         infrared
     }
 
-    /// That of an overcast sky.
+    /// The infrared light of an overcast sky.
     pub(crate) fn overcast(sky: &OvercastSky) -> Self {
         let row = |(row, cloud): (&[f64; 5], Cloud)| {
             let [wavelength_nm, outside, ..] = *row;
@@ -122,7 +124,7 @@ impl Infrared {
     }
 }
 
-/// Albedo of the ground, as of snow beyond the visible.
+/// Albedo of the ground, which is as bright as snow beyond the visible.
 fn ground_albedo(visible: f64, wavelength_nm: f64) -> f64 {
     let (first_nm, last_nm) = SNOW_FADES_NM;
     visible * ((last_nm - wavelength_nm) / (last_nm - first_nm)).clamp(0.0, 1.0)
@@ -138,12 +140,12 @@ struct Transmittances {
     molecules: f64,
     aerosol_scattering: f64,
     aerosol_absorption: f64,
-    /// Of vapour, ozone and mixed gases.
+    /// Transmittance of vapour, ozone and mixed gases.
     gases: f64,
 }
 
 impl Transmittances {
-    /// For an air mass, that of ozone, and aerosol with the optical thickness β λ^−1.3.
+    /// Transmittances for an air mass, an air mass of ozone, and aerosol with the optical thickness β λ^−1.3.
     fn new(row: &[f64; 5], mass: f64, ozone_mass: f64, beta: f64, water_cm: f64) -> Self {
         let &[wavelength_nm, _, water, ozone, mixed] = row;
         let micrometres = 1e-3 * wavelength_nm;
@@ -162,7 +164,8 @@ impl Transmittances {
     }
 }
 
-/// The part of the light scattered by aerosol that goes on, for the mean cosine 0.65 of the scattering angle.
+/// The fraction of the light scattered by aerosol that is scattered forwards, for the mean cosine 0.65 of the
+/// scattering angle.
 fn forwards(cosine: f64) -> f64 {
     let log = (1.0_f64 - 0.65).ln();
     let (first, second) =
@@ -170,8 +173,8 @@ fn forwards(cosine: f64) -> f64 {
     1.0 - 0.5 * ((first + second * cosine) * cosine).exp()
 }
 
-/// The model at each wavelength of the table, for aerosol with the optical thickness β λ^−1.3: the diffuse light over
-/// the sine of the elevation.
+/// The model at each wavelength of the table, for aerosol with the optical thickness β λ^−1.3. The diffuse irradiance
+/// is divided by the sine of the elevation.
 fn rows(elevation_deg: f64, beta: f64, water_cm: f64, ground_albedo: impl Fn(f64) -> f64) -> Vec<(f64, Irradiance)> {
     let (cos_zenith, mass) = (elevation_deg.to_radians().sin(), air_mass(elevation_deg));
     let height = 22.0 / 6370.0;
@@ -184,7 +187,7 @@ fn rows(elevation_deg: f64, beta: f64, water_cm: f64, ground_albedo: impl Fn(f64
         let scattered = 0.5 * (1.0 - sun.molecules.powf(0.95))
             + sun.molecules.powf(1.5) * (1.0 - sun.aerosol_scattering) * forwards(cos_zenith);
         let diffuse = outside * absorbed * scattered;
-        // Light from the ground, of which the sky sends a part back, again and again; ozone is left out there.
+        // Light from the ground, of which the sky sends back a part, repeatedly. Ozone is left out here.
         let up = Transmittances::new(row, DIFFUSE_MASS, 0.0, beta, water_cm);
         let sky_albedo = up.gases
             * up.aerosol_absorption
@@ -203,8 +206,8 @@ mod tests {
     use crate::rings::midpoints;
 
     /// The radiative transfer of Zender's SWNB2 below a cloud over snow, as ships with SNICAR (Flanner et al. 2021,
-    /// Geosci. Model Dev. 14, 7673): means of bands relative to that of 640–670 nm, for its mid-latitude winter, which
-    /// has 0.85 cm of water (McClatchey et al. 1972).
+    /// Geosci. Model Dev. 14, 7673): means of bands relative to the mean of 640–670 nm, for its mid-latitude winter,
+    /// which has 0.85 cm of water (McClatchey et al. 1972).
     #[test]
     fn the_overcast_spectrum_is_that_of_snicar() {
         const BANDS_NM: [(f64, f64); 8] = [
@@ -227,7 +230,7 @@ mod tests {
         let red = mean((640.0, 670.0));
         for (band, expected) in BANDS_NM.into_iter().zip(MID_LATITUDE_WINTER) {
             let ratio = mean(band) / red / expected;
-            // Ours has other lines of vapour, and leaves out the paths inside the cloud.
+            // Our model has other lines of vapour, and leaves out the longer paths inside the cloud.
             assert!((0.88..1.12).contains(&ratio), "{band:?}: {ratio}");
         }
     }

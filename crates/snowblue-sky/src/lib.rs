@@ -9,15 +9,16 @@
 //!
 //! A [`ClearSky`] evaluates the model of Hosek & Wilkie; `data/SOURCES.md` lists its coefficients. An [`OvercastSky`]
 //! hides the sun. [`Sky`] is either, and gives the direct and the diffuse [`Daylight`] on the ground as a spectral
-//! irradiance, an illuminance, or a photon flux. [`sun_position`] says where the sun stands, and
-//! [`air_extinction_per_m`] how much light the air takes away in front of distant objects.
+//! irradiance, an illuminance, or a photon flux. [`sun_position`] computes the position of the sun, and
+//! [`air_extinction_per_m`] the extinction by the air in front of distant objects.
 //!
 //! # Simplifications
 //!
 //! Radiances have the wavelengths of the model, 320–720 nm, sampled every 40 nm: no absorption line of the air is
-//! resolved. Irradiances go on to 2500 nm with a model of the transmittance of the air and of clouds. The ground is
+//! resolved. Irradiances extend to 2500 nm with a model of the transmittance of the air and of clouds. The ground is
 //! level and reflects all directions alike. A sun below the horizon gives no light. The sun is at its mean distance,
-//! from which its light departs by −3.3 % (July) to 3.4 % (January), and the place at sea level.
+//! and the place is at sea level. The irradiance of the sun differs from its value at the mean distance by −3.3 %
+//! (July) to 3.4 % (January).
 //!
 //! # Out of scope
 //!

@@ -13,7 +13,7 @@ pub(crate) struct Weight {
     pub(crate) weight: f64,
 }
 
-/// Illuminance in lx: 683 lm/W ∫ E V dλ over 360–720 nm. Beyond lies about a ten-thousandth.
+/// Illuminance in lx: 683 lm/W ∫ E V dλ over 360–720 nm. About a ten-thousandth lies beyond 720 nm.
 pub(crate) static ILLUMINANCE_LX: LazyLock<Vec<Weight>> = LazyLock::new(|| {
     let visibility = |wavelength_nm| Observer::Cie1931.color_matching(wavelength_nm).map_or(0.0, |matching| matching.y);
     weights(360, 720, |wavelength_nm| LUMENS_PER_WATT * visibility(wavelength_nm))
@@ -41,7 +41,7 @@ mod tests {
         weights.iter().map(|weight| weight.weight).sum()
     }
 
-    /// ∫ V dλ = 106.857 nm (the sum of ȳ every 1 nm), of which 1.4e-4 lie beyond 720 nm.
+    /// ∫ V dλ = 106.857 nm (the sum of ȳ every 1 nm). A fraction of 1.4e-4 lies beyond 720 nm.
     #[test]
     fn illuminance_of_equal_power() {
         assert!(

@@ -6,12 +6,13 @@
 //! **Strength** (Krochmann & Seidl 1974, Light. Res. Technol. 6, 165): under a sun at the elevation h₀, level ground
 //! receives 300 + 21000 sin h₀ lx.
 //!
-//! **Spectrum**: daylight D65 (CIE 015:2018) to 720 nm. Beyond, what a cloud of droplets and the air let through.
+//! **Spectrum**: daylight D65 (CIE 015:2018) to 720 nm. Beyond 720 nm, light that a cloud of droplets and the air
+//! transmit.
 //!
-//! **Simplified.** Clouds differ in their optical thickness alone, and that in the infrared alone: the strength is a
-//! mean over all clouds. Light that goes back and forth between snow and clouds is not added to it. With an albedo of
-//! 0.9 instead of 0.2 below clouds that reflect 0.6, it would nearly double the illuminance: (1 − 0.2 · 0.6) / (1 − 0.9
-//! · 0.6) = 1.9.
+//! **Simplified.** Clouds differ only in their optical thickness, and optical thickness has an effect only in the
+//! infrared: the strength is a mean over all clouds. Light that goes back and forth between snow and clouds is not
+//! added to the strength. With an albedo of 0.9 instead of 0.2 below clouds that reflect 0.6, it would nearly double
+//! the illuminance: (1 − 0.2 · 0.6) / (1 − 0.9 · 0.6) = 1.9.
 
 use std::f64::consts::PI;
 use std::sync::LazyLock;
@@ -27,11 +28,11 @@ use crate::tables::{NODES, PRECIPITABLE_WATER_CM, PRECIPITABLE_WATER_RANGE_CM, W
 /// ∫ (1 + 2 cos θ)/3 cos θ dω = 7π/9.
 pub const OVERCAST_IRRADIANCE_SR: f64 = 7.0 * PI / 9.0;
 
-/// Optical thickness of the clouds in the visible. With 15 the infrared is that of the cloudy sky that ships with
-/// SNICAR (Flanner et al. 2021).
+/// Optical thickness of the clouds in the visible. With 15 the infrared matches the cloudy sky that ships with SNICAR
+/// (Flanner et al. 2021).
 pub const CLOUD_OPTICAL_THICKNESS: f64 = 15.0;
 
-/// Optical thickness of clouds: 5–20 of thin stratus, 20–100 of rain clouds.
+/// Range of the optical thickness of clouds. Thin stratus has 5–20, rain clouds have 20–100.
 pub const CLOUD_OPTICAL_THICKNESS_RANGE: (f64, f64) = (1.0, 200.0);
 
 /// Albedo of snow in the visible.
@@ -65,8 +66,8 @@ impl OvercastSky {
         })
     }
 
-    /// The same sky with clouds of another optical thickness, 1–200. The thicker they are, the more of the infrared
-    /// they absorb; the illuminance stays.
+    /// This sky with clouds of another optical thickness, 1–200. Thicker clouds absorb more of the infrared. The
+    /// illuminance does not change.
     ///
     /// # Errors
     /// [`SkyError::OutOfRange`] outside that range.
@@ -75,8 +76,9 @@ impl OvercastSky {
         Ok(Self { optical_thickness, ..self })
     }
 
-    /// The same sky over ground that reflects another fraction of the visible light, 0–1. Over bright ground the light
-    /// is poorer in infrared, since the visible goes back and forth between ground and clouds; the illuminance stays.
+    /// This sky over ground that reflects another fraction of the visible light, 0–1. Over bright ground the light
+    /// has less infrared, since visible light goes back and forth between ground and clouds. The illuminance does not
+    /// change.
     ///
     /// # Errors
     /// [`SkyError::OutOfRange`] outside that range.
@@ -85,7 +87,7 @@ impl OvercastSky {
         Ok(Self { ground_albedo, ..self })
     }
 
-    /// The same sky with another amount of water vapour, which absorbs in the infrared alone.
+    /// This sky with another amount of water vapour, which absorbs only in the infrared.
     ///
     /// # Errors
     /// [`SkyError::OutOfRange`] outside 0–10 cm.

@@ -1,8 +1,8 @@
 //! Integrals over rings of equal angle to the sun, as far as they lie above the horizon.
 //!
-//! A direction is given by its angle γ to the sun and by the angle φ around the sun, 0 on the side of the zenith. Its
-//! elevation h follows from that of the sun, h₀: sin h = sin h₀ cos γ + cos h₀ sin γ cos φ. It lies above the horizon
-//! where cos φ > −tan h₀ / tan γ. The two halves of a ring are mirror images.
+//! A direction is given by its angle γ to the sun and by the angle φ around the sun, 0 on the side of the zenith. The
+//! elevation h of the direction follows from the elevation h₀ of the sun: sin h = sin h₀ cos γ + cos h₀ sin γ cos φ.
+//! It lies above the horizon where cos φ > −tan h₀ / tan γ. The two halves of a ring are mirror images.
 
 use std::f64::consts::PI;
 
@@ -62,7 +62,7 @@ mod tests {
                 solid_angle += weight;
                 projected += weight * ring.cos_zeniths(64).sum::<f64>() / 64.0;
             }
-            // The midpoint rule on 2000 rings, of which two have a kink.
+            // The midpoint rule on 2000 rings. The integrand has a kink in two rings.
             assert!((solid_angle / (2.0 * PI) - 1.0).abs() < 2e-4, "{elevation}: {solid_angle}");
             assert!((projected / PI - 1.0).abs() < 2e-4, "{elevation}: {projected}");
         }

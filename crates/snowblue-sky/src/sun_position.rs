@@ -1,11 +1,11 @@
-//! Where the sun stands, after Meeus 1998, *Astronomical Algorithms*, 2nd edition, ISBN 978-0-943396-61-3.
+//! Position of the sun, after Meeus 1998, *Astronomical Algorithms*, 2nd edition, ISBN 978-0-943396-61-3.
 //!
 //! The apparent longitude of the sun (chapter 25, the method of low accuracy, within 0.01°), the obliquity of the
 //! ecliptic and the sidereal time (chapters 22 and 12) with the main term of the nutation, the horizontal coordinates
 //! (equations 13.5 and 13.6), and the parallax (chapter 40, for a spherical Earth).
 //!
-//! **Simplified.** Universal time stands for the uniform time of the dynamics, which the sun's longitude feels as
-//! 0.001° around the year 2000 and less than 0.006° in 1800–2200. The place is at sea level.
+//! **Simplified.** Universal time replaces the uniform dynamical time. This changes the sun's longitude by 0.001°
+//! around the year 2000 and by less than 0.006° in 1800–2200. The place is at sea level.
 
 use crate::error::{SkyError, check};
 use crate::time::DateTime;
@@ -31,7 +31,8 @@ pub struct SunPosition {
 impl SunPosition {
     /// Angle above the horizon at which the sun is seen, in degrees: with the refraction of Sæmundsson 1986 for 10 °C
     /// and 1010 hPa (Meeus 1998, equation 16.4), within 0.001° for elevations above 10° and 0.002° at the horizon.
-    /// Other weather changes the refraction by some percent. Below −1°, where nothing is seen, it is left out.
+    /// Other weather changes the refraction by some percent. Below −1°, where the sun is invisible, the refraction is
+    /// left out.
     ///
     /// The sun that is seen on the horizon has already set:
     /// ```
@@ -51,9 +52,9 @@ impl SunPosition {
     }
 }
 
-/// Where the sun stands at a place and time, within 0.02°.
+/// The position of the sun at a place and time, within 0.02°.
 ///
-/// In the middle of the Arctic winter it stays below the horizon:
+/// In the middle of the Arctic winter the sun stays below the horizon:
 /// ```
 /// # use snowblue_sky::{Place, sun_position};
 /// let longyearbyen = Place { latitude_deg: 78.22, longitude_deg: 15.65 };
@@ -140,7 +141,7 @@ mod tests {
         let sun = position(39.742_476, -105.178_6, "2003-10-17T12:30:30-07:00");
         assert!((sun.elevation_deg - 39.872_046).abs() < 0.01, "{sun:?}");
         assert!((sun.azimuth_deg - 194.340_24).abs() < 0.015, "{sun:?}");
-        // Their refraction, scaled to the pressure and temperature of the formula.
+        // The refraction of Reda & Andreas, scaled to the pressure and temperature of the formula.
         let refraction_deg = (90.0 - 50.111_62 - 39.872_046) / (820.0 / 1010.0 * 283.0 / 284.15);
         assert!((sun.apparent_elevation_deg() - sun.elevation_deg - refraction_deg).abs() < 1e-4);
     }

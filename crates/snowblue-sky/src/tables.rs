@@ -10,17 +10,17 @@ pub const WAVELENGTHS_NM: [f64; NODES] = [320.0, 360.0, 400.0, 440.0, 480.0, 520
 /// Number of wavelengths of the tables.
 pub(crate) const NODES: usize = 11;
 
-/// Number of wavelengths of the tables of the air and of clouds beyond, 610–2600 nm.
+/// Number of wavelengths of the tables of the air and of clouds, 610–2600 nm.
 pub(crate) const INFRARED_WAVELENGTHS: usize = 75;
 
-/// The first and the last turbidity of the tables; they have every whole number between them.
+/// The first and the last turbidity of the tables, which have every whole number in between.
 pub const TURBIDITY_RANGE: (f64, f64) = (1.0, 10.0);
 
 /// Water vapour in the air above the ground, in cm of water: 1.42 in the US Standard Atmosphere, 0.1–1 above winter
 /// snow.
 pub const PRECIPITABLE_WATER_RANGE_CM: (f64, f64) = (0.0, 10.0);
 
-/// That of the US Standard Atmosphere, as in ASTM G173-03.
+/// Water vapour of the US Standard Atmosphere, in cm of water, as in ASTM G173-03.
 pub const PRECIPITABLE_WATER_CM: f64 = 1.42;
 
 /// Control points of the Bézier curves in the elevation of the sun.
@@ -50,12 +50,12 @@ static LIMB_DARKENING: LazyLock<[[f64; 6]; NODES]> = LazyLock::new(|| {
     std::array::from_fn(|node| rows[node])
 });
 
-/// The position of a turbidity between the two nearest of the tables.
+/// The position of a turbidity between the two nearest turbidities of the tables.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct TurbidityLevel {
-    /// Index of the lower one, at most 8.
+    /// Index of the lower turbidity, at most 8.
     below: usize,
-    /// 0 at the lower one, 1 at the one above it.
+    /// 0 at the lower turbidity, 1 at the next turbidity above it.
     fraction: f64,
 }
 
@@ -81,7 +81,8 @@ impl Coefficients {
     /// Reads the contents of the two [`FILES`](Self::FILES), for a program that does not embed them.
     ///
     /// # Errors
-    /// [`SkyError::Coefficients`] if a line is not the one that the file has.
+    /// [`SkyError::Coefficients`] if the header, the number of lines, the keys of a line or its number of values
+    /// differ from the file that ships with this crate.
     pub fn parse(sky_csv: &str, sun_csv: &str) -> Result<Self, SkyError> {
         let [sky_file, sun_file] = Self::FILES;
         let wrong = |file: &'static str| move |reason: String| SkyError::Coefficients { file, reason };
@@ -91,7 +92,7 @@ impl Coefficients {
         })
     }
 
-    /// Those that this build embeds; none without the feature `coefficients`.
+    /// The coefficients that this build embeds; none without the feature `coefficients`.
     #[must_use]
     pub fn embedded() -> Option<&'static Self> {
         #[cfg(feature = "coefficients")]
@@ -214,7 +215,7 @@ fn parse<const K: usize, const N: usize>(csv: &str, header: &str, keys: &[[u32; 
     }
 }
 
-/// The same of a table that ships with this crate.
+/// As [`parse`], for a table that ships with this crate.
 pub(crate) fn shipped<const K: usize, const N: usize>(csv: &str, header: &str, keys: &[[u32; K]]) -> Vec<[f64; N]> {
     parse(csv, header, keys).unwrap_or_else(|reason| unreachable!("a table that ships with this crate: {reason}"))
 }

@@ -80,7 +80,8 @@ impl DateTime {
 /// ```
 ///
 /// # Errors
-/// [`SkyError::InvalidTime`] if the text is not a date as 2026-02-01, and as those of [`DateTime::julian_day`].
+/// [`SkyError::InvalidTime`] if the text is not a date such as 2026-02-01, and the errors of
+/// [`DateTime::julian_day`].
 pub fn times_of_day(date: &str, longitude_deg: f64) -> Result<Vec<DateTime>, SkyError> {
     check("longitude", longitude_deg, (-180.0, 180.0), "°")?;
     let midnight: DateTime = format!("{date}T00:00Z").parse().map_err(|error| match error {

@@ -5,7 +5,7 @@ use crate::parameters::GROUND_ALBEDO;
 use crate::sample::SnowSample;
 use crate::slab::{Fluxes, Incidence, Radiometry, Slab, check_incidences, check_thickness, check_wavelengths};
 
-/// Slabs of snow at the same wavelengths.
+/// Slabs of snow at common wavelengths.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Batch {
     /// The kinds of snow.
@@ -19,7 +19,7 @@ pub struct Batch {
 /// A slab of one of several samples, under one light, on a Lambertian ground.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SlabCase {
-    /// Which of the samples it is.
+    /// Index of the sample of the slab.
     pub sample: usize,
     /// Thickness, in cm; infinity for a half-space.
     pub thickness_cm: f64,
@@ -29,13 +29,13 @@ pub struct SlabCase {
     pub ground_albedo: f64,
 }
 
-/// What is wrong with a batch.
+/// An error in a batch.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{error}")]
 pub struct BatchError {
-    /// The first case that is wrong, or none where all of them are.
+    /// The first wrong case; none if all cases are wrong.
     pub case: Option<usize>,
-    /// What is wrong with it.
+    /// The error.
     #[source]
     pub error: TransportError,
 }
@@ -47,7 +47,7 @@ impl Batch {
     /// Reports the first case that is wrong.
     ///
     /// # Panics
-    /// If a case has a sample that is none of the samples.
+    /// If a case refers to a sample that does not exist.
     pub fn check(&self) -> Result<(), BatchError> {
         let mut checked = vec![false; self.samples.len()];
         for (number, case) in self.cases.iter().enumerate() {
@@ -57,7 +57,7 @@ impl Batch {
         Ok(())
     }
 
-    /// The fluxes of each case at each wavelength, the wavelength running fastest, with case and wavelength.
+    /// The fluxes of each case at each wavelength, with case and wavelength. The wavelength varies fastest.
     #[must_use]
     pub fn radiometry(&self, fluxes: &[Fluxes]) -> Vec<Radiometry> {
         let places = self.cases.iter().flat_map(|case| self.wavelengths_nm.iter().map(move |nm| (case, *nm)));

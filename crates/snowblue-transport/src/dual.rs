@@ -1,7 +1,7 @@
 //! Numbers with derivatives, for forward-mode differentiation (Wengert 1964, doi:10.1145/355586.364791).
 //!
-//! What is written for any [`Real`] computes values with `f64` and derivatives with [`Dual`], by the same lines. A
-//! [`Dual`] has the derivatives by several variables, so that exponentials are taken once for all of them.
+//! Code that is generic over [`Real`] computes values with `f64`, and values with derivatives with [`Dual`]. A
+//! [`Dual`] has the derivatives by several variables, so that exponentials are computed once for all of them.
 
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
@@ -289,7 +289,7 @@ mod tests {
         }
     }
 
-    /// Where series and closed form meet, and where the closed form alone would have no correct digit.
+    /// The arguments where series and closed form meet, and where the closed form alone would have no correct digit.
     #[test]
     fn the_mean_decay_has_a_derivative_at_every_argument() {
         let slope = |x: f64| at(x).mean_decay().derivatives()[0];

@@ -14,7 +14,7 @@ pub enum TransportError {
         /// Key of the property.
         key: String,
     },
-    /// A kind of layer that is none.
+    /// An unknown kind of layer.
     #[error("kind of layer '{name}' is not known; it must be ice, or be left out for snow")]
     LayerKind {
         /// The kind given.
@@ -65,7 +65,7 @@ pub enum TransportError {
         /// Known names.
         known: String,
     },
-    /// A word that is no angle of incidence.
+    /// A word that is not an angle of incidence.
     #[error("'{word}' is neither an angle in degrees nor 'diffuse'")]
     NoAngle {
         /// Word given.
@@ -78,7 +78,7 @@ pub enum TransportError {
         quantity: &'static str,
         /// How many numbers are given.
         count: usize,
-        /// What the numbers may be.
+        /// The numbers that are expected.
         expected: &'static str,
     },
     /// The prior of a parameter that is to be retrieved is out of range.
@@ -86,13 +86,13 @@ pub enum TransportError {
     Prior {
         /// Name of the parameter.
         parameter: String,
-        /// What is wrong with it.
+        /// The range error.
         error: RangeError,
     },
     /// A standard deviation is out of range.
     #[error("the standard deviation of {error}")]
     Deviation {
-        /// What is wrong with it.
+        /// The range error.
         error: RangeError,
     },
     /// A quantity that has no meaning beside or without another.
@@ -100,7 +100,7 @@ pub enum TransportError {
     Combination {
         /// Name of the quantity.
         quantity: &'static str,
-        /// What it needs or excludes.
+        /// The rule that the combination violates.
         rule: &'static str,
     },
     /// Wavelengths that do not cover a band.
@@ -157,17 +157,17 @@ impl TransportError {
     }
 }
 
-/// What is wrong with the input of an inversion.
+/// An error in the input of an inversion.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{error}{}", depth_cm.map(|depth_cm| format!(", at a depth of {depth_cm} cm")).unwrap_or_default())]
 pub struct InversionError {
-    /// The observation that is wrong, or none where all of them are.
+    /// The wrong observation; none if all observations are wrong.
     pub observation: Option<usize>,
-    /// The wavelength, or the band, at which it is wrong, if there is one.
+    /// Index of the wavelength or the band at which the observation is wrong, if there is one.
     pub wavelength: Option<usize>,
-    /// The depth at which it is wrong, in cm, if there is one.
+    /// The depth at which the observation is wrong, in cm, if there is one.
     pub depth_cm: Option<f64>,
-    /// What is wrong with it.
+    /// The error.
     #[source]
     pub error: Box<TransportError>,
 }

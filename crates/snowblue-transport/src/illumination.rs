@@ -1,14 +1,15 @@
 //! Light at depth in layers of snow under the sun and the sky: irradiances, fluence rates, absorbed power and warming.
 //!
-//! Fluxes are solved for one unit of light, for the beam of each sun and for Lambertian light, which stands for the
-//! sky, and weighted with their irradiances. **Conventions.** Irradiances on the snow and fluxes at depth are per level
-//! area (plane). The actinic flux, or fluence rate, counts light from all directions alike (scalar); a small sphere
-//! receives a quarter of it per area of its surface. Absorbed power is per volume of snow, or per level area of a
-//! layer.
+//! Fluxes are solved for the beam of each sun and for Lambertian light, which represents the sky, each with unit
+//! irradiance. The fluxes are then weighted with the irradiances. **Conventions.** Irradiances on the snow and fluxes
+//! at depth are per level area (plane). The actinic flux, or fluence rate, counts light from all directions alike
+//! (scalar); a small sphere receives a quarter of it per area of its surface. Absorbed power is per volume of snow,
+//! or per level area of a layer.
 //!
-//! A band is an integral over its wavelengths, between which spectra are linear; PAR counts photons of 400–700 nm
-//! (McCree 1972). Warming is that of the ice by the absorbed light alone, with the heat capacity
-//! 152.5 + 7.122 T J kg⁻¹ K⁻¹, T in K (Cuffey & Paterson 2010, eq. 9.1): snow also conducts, radiates and evaporates.
+//! The light of a band is an integral over the wavelengths of the band. Spectra are linear between wavelengths. PAR
+//! counts photons of 400–700 nm (McCree 1972). The warming rate of the ice includes the absorbed light only, with the
+//! heat capacity 152.5 + 7.122 T J kg⁻¹ K⁻¹, T in K (Cuffey & Paterson 2010, eq. 9.1): snow also conducts, radiates
+//! and evaporates.
 
 use crate::TransportError;
 use crate::optics::ice;
@@ -20,7 +21,7 @@ use crate::stack::{DepthFluxes, Layer, Stack, StackRadiometry};
 use crate::sunlight::{Band, band_integrals};
 use crate::variable::{LayerVariable, Variable};
 
-/// Temperature of clear ice, that of snow by default, in °C.
+/// Temperature of clear ice, in °C: the default temperature of snow.
 const ICE_TEMPERATURE_C: f64 = TEMPERATURE.default;
 
 /// Light on a level surface: its spectral irradiances, in W m⁻² nm⁻¹.
@@ -28,9 +29,9 @@ const ICE_TEMPERATURE_C: f64 = TEMPERATURE.default;
 pub struct Illumination {
     /// Angle of the sun from the vertical, in degrees; none without a sun.
     pub sun_angle_deg: Option<f64>,
-    /// By the sun, at each wavelength.
+    /// Irradiance by the sun, at each wavelength.
     pub direct: Vec<f64>,
-    /// By the sky, at each wavelength.
+    /// Irradiance by the sky, at each wavelength.
     pub diffuse: Vec<f64>,
 }
 
@@ -42,20 +43,20 @@ pub struct LightLevel {
     pub down: f64,
     /// Flux upwards.
     pub up: f64,
-    /// Downwards less upwards.
+    /// Flux downwards less flux upwards.
     pub net: f64,
     /// Fluence rate, from all directions.
     pub actinic: f64,
-    /// Power that the snow below this depth (at the ground, above it) absorbs per volume.
+    /// Power per volume that the snow below this depth (at the ground, the snow above) absorbs.
     pub absorbed_per_m: f64,
 }
 
 /// Light in layers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LightInLayers {
-    /// At each depth, then each wavelength.
+    /// Light at each depth, then each wavelength.
     pub levels: Vec<LightLevel>,
-    /// Power that each layer absorbs per level area, then each wavelength.
+    /// Power that each layer absorbs per level area: for each layer, then each wavelength.
     pub absorbed: Vec<f64>,
 }
 
@@ -64,32 +65,34 @@ pub struct LightInLayers {
 pub struct DifferentiatedLight {
     /// The light.
     pub light: LightInLayers,
-    /// Its derivatives with respect to each variable of each layer, as [`LayerVariable::of_layers`] lists them, per
-    /// unit of it. Depths stay where they are below the top, and what a layer absorbs is that between its faces.
+    /// Derivatives of the light with respect to each variable of each layer, as [`LayerVariable::of_layers`] lists
+    /// the variables, per unit of the variable. Depths below the top stay fixed. The power that a layer absorbs is
+    /// the power absorbed between its faces.
     pub derivatives: Vec<LightInLayers>,
 }
 
 /// A stack under all the incidences of some lights, with the faces of its layers as further depths.
 struct LitStack {
     stack: Stack,
-    /// The sun of each light among the incidences, which begin with that of the sky.
+    /// For each light, the index of its sun among the incidences. The first incidence is the diffuse light of the
+    /// sky.
     place_of_sun: Vec<Option<usize>>,
-    /// Number of depths before those of faces.
+    /// Number of depths that precede the depths of faces.
     depths: usize,
 }
 
 /// Light of a band in layers: W m⁻² and W m⁻³, or for PAR µmol s⁻¹ in place of W.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BandLight {
-    /// At each depth.
+    /// Light at each depth.
     pub levels: Vec<LightLevel>,
     /// Power that each layer absorbs per level area.
     pub absorbed: Vec<f64>,
 }
 
 impl Illumination {
-    /// The light of a sun at an elevation in degrees, and of its sky. The sun within 0.01° of the horizon, at which
-    /// beams have no model, and below it counts as sky.
+    /// The light of a sun at an elevation in degrees, and of its sky. A sun below the horizon or within 0.01° of it
+    /// counts as sky, because the model has no beams there.
     #[must_use]
     pub fn under_sun(elevation_deg: f64, direct: Vec<f64>, diffuse: Vec<f64>) -> Self {
         let angle_deg = 90.0 - elevation_deg;
@@ -107,7 +110,7 @@ impl Illumination {
 /// As [`Stack::check`], for a wrong number of streams, and for a sun that is no beam.
 ///
 /// # Panics
-/// If a light has not as many irradiances as there are wavelengths.
+/// If the number of irradiances of a light differs from the number of wavelengths.
 pub fn light_in_layers(
     stack: &Stack,
     lights: &[Illumination],
@@ -119,15 +122,15 @@ pub fn light_in_layers(
     Ok(lights.iter().enumerate().map(|(number, light)| lit.weighted(number, light, &unit)).collect())
 }
 
-/// The light in a stack under each of `lights`, and its derivatives with respect to each of `variables` of each layer,
-/// at constant irradiances: the cosine changes the sun's direction and leaves its irradiance.
+/// The light in a stack under each of `lights`, and its derivatives with respect to each of `variables` of each
+/// layer. The irradiances are constant: the cosine changes the direction of the sun, but not its irradiance.
 ///
 /// # Errors
 /// As [`light_in_layers`], for a wavelength that the table of a variable's substance does not cover, and with
 /// variables for a layer of no thickness, whose faces lie at one depth.
 ///
 /// # Panics
-/// If a light has not as many irradiances as there are wavelengths.
+/// If the number of irradiances of a light differs from the number of wavelengths.
 pub fn differentiate_light_in_layers(
     stack: &Stack,
     lights: &[Illumination],
@@ -149,8 +152,8 @@ pub fn differentiate_light_in_layers(
             let change = |row: usize, place: usize| {
                 let at = derivatives[row * of_layers.len() + place_of_variable].profile[place];
                 let DepthFluxes { down, up, net, fluence, absorbed_per_m, .. } = at;
-                // A face moves down with the thickness of a layer above it, and the net flux falls with depth. A depth
-                // at the ground under ice has moved with it.
+                // A face moves down with the thickness of a layer above it, and the net flux falls with depth. A
+                // depth at the ground under ice has moved with the ground.
                 let layers_above = place.saturating_sub(lit.depths);
                 let is_own = by.layer.is_some_and(|layer| layer < layers_above);
                 let has_moved = layers_above == stack.layers.len() && stack.layers[layers_above - 1].is_ice();
@@ -195,7 +198,8 @@ impl LitStack {
         Self { stack: Stack { incidences, depths_cm, ..stack.clone() }, place_of_sun, depths: stack.depths_cm.len() }
     }
 
-    /// The light whose levels under one unit of each incidence at each wavelength, a row, and each depth are `unit`.
+    /// The light under the irradiances of `light`. `unit` gives the level under one unit of light, for a row (each
+    /// incidence at each wavelength) and a depth.
     fn weighted(
         &self,
         number: usize,
@@ -229,7 +233,7 @@ fn unit_level(answer: &StackRadiometry, place: usize) -> LightLevel {
 }
 
 impl LightLevel {
-    /// Its quantities as numbers, in the order of their declaration.
+    /// The quantities as numbers, in the order of their declaration.
     #[must_use]
     pub fn values(self) -> [f64; 5] {
         [self.down, self.up, self.net, self.actinic, self.absorbed_per_m]
@@ -269,11 +273,11 @@ impl LightInLayers {
         }
     }
 
-    /// The light of a band, whose spectra are on these ascending wavelengths.
+    /// The light of a band, from spectra at these ascending wavelengths.
     ///
     /// # Errors
     /// If the wavelengths do not cover the band, as for [`BandWeights`](crate::sunlight::BandWeights). The solar band
-    /// is that of all wavelengths.
+    /// comprises all wavelengths.
     pub fn band(&self, band: Band, wavelengths_nm: &[f64]) -> Result<BandLight, TransportError> {
         let weights = band_integrals(band, wavelengths_nm)?;
         let level = |spectrum: &[LightLevel]| {
@@ -290,8 +294,8 @@ impl LightInLayers {
 }
 
 impl BandLight {
-    /// Rates at which the light warms the ice, in K/h: at each depth, and of each layer on average. Where water is in
-    /// the snow they are NaN, as it melts instead, and so is that of a half-space. Clear ice is at the default
+    /// Rates at which the light warms the ice, in K/h: at each depth, and on average over each layer. The rates are
+    /// NaN in wet snow, which melts instead. The average over a half-space is NaN too. Clear ice is at the default
     /// temperature.
     #[must_use]
     pub fn warming_k_h(&self, stack: &Stack) -> [Vec<f64>; 2] {
@@ -307,7 +311,7 @@ impl BandLight {
         ]
     }
 
-    /// Power that each layer absorbs per volume, on average: NaN of a layer with no thickness, and of a half-space,
+    /// Power that each layer absorbs per volume, on average: NaN for a layer of zero thickness, and for a half-space,
     /// which has no average.
     #[must_use]
     pub fn absorbed_per_m_of_layers(&self, stack: &Stack) -> Vec<f64> {
@@ -319,7 +323,7 @@ impl BandLight {
     }
 }
 
-/// Rate at which absorbed light warms the ice of snow, in K/h, by its power in W/m³; NaN in wet snow.
+/// Rate at which an absorbed power, in W/m³, warms the ice of snow, in K/h; NaN in wet snow.
 ///
 /// A spring sun deposits kilowatts per cubic metre in the first millimetre:
 /// ```

@@ -53,7 +53,7 @@ pub const MAX_LAYERS: usize = 1000;
 pub struct LayerFile {
     /// The layers, top first: at least one.
     pub layers: Vec<Layer>,
-    /// The bytes of the text of each layer.
+    /// The range of bytes of each layer in the text.
     pub spans: Vec<Range<usize>>,
     /// Table of the absorption of ice.
     pub ice: IceTable,

@@ -1,8 +1,9 @@
-//! All parameters of snow and of the light on it, with their ranges. Every face checks against these.
+//! All parameters of snow and of the light on it, with their ranges. Every user interface checks against these
+//! ranges.
 
 use snowblue_base::{Parameter, ParameterRange, quantities};
 
-/// Endings of keys and columns that name a unit, and that unit by UDUNITS.
+/// Endings of keys and columns that name a unit, and the name of this unit by UDUNITS.
 pub const UNITS_OF_KEYS: [(&str, &str); 8] = [
     ("_kg_m3", "kg m-3"),
     ("_m2_kg", "m2 kg-1"),
@@ -11,7 +12,7 @@ pub const UNITS_OF_KEYS: [(&str, &str); 8] = [
     ("_nm", "nm"),
     ("_um", "um"),
     ("_deg", "degree"),
-    ("_c", "degree_Celsius"),
+    ("_c", "degC"),
 ];
 
 /// The paper of PCASnow.
@@ -28,7 +29,7 @@ pub const GRAIN_SIZE: Parameter = Parameter {
     source: "Fierz et al. 2009, International Classification for Seasonal Snow on the Ground",
 };
 
-/// Specific surface area, in m²/kg. The least is that of grains of the greatest size, the default that of rounded
+/// Specific surface area, in m²/kg. The least value belongs to grains of the greatest size, the default to rounded
 /// grains.
 pub const SURFACE_AREA: Parameter = Parameter {
     key: "ssa_m2_kg",

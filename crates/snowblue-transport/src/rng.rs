@@ -89,7 +89,7 @@ pub(crate) fn unit_circle(turn: f64) -> (f64, f64) {
 
 /// The output of SplitMix64 one step after `state` (Steele, Lea & Flood 2014): a bijective hash of 64 bits.
 ///
-/// Hashes of consecutive numbers are statistically independent, so that it makes independent seeds:
+/// Hashes of consecutive numbers are statistically independent, so that the hash makes independent seeds:
 /// ```
 /// # use snowblue_transport::rng::split_mix_64;
 /// let differing_bits = (split_mix_64(1) ^ split_mix_64(2)).count_ones();

@@ -66,8 +66,8 @@ pub struct Estimate {
     pub standard_error: f64,
 }
 
-/// Reflectance, transmittance and absorptance of a slab: fluxes over the incident flux on a horizontal plane; or for
-/// each of the three another quantity, such as its derivative.
+/// Reflectance, transmittance and absorptance of a slab: fluxes over the incident flux on a horizontal plane. With
+/// another `T`, another quantity of each of the three, such as its derivative.
 ///
 /// On a ground that reflects, the transmittance is the downward flux at the ground, and the snow absorbs 1 − R − (1 −
 /// albedo) T.

@@ -1,11 +1,12 @@
-//! The spread of reflectance, transmittance and absorptance that follows from what is not known exactly of the snow.
+//! Spread of reflectance, transmittance and absorptance that follows from uncertain properties of the snow.
 //!
-//! Properties are log-normal, with the given value as mean and the given standard deviation, within their ranges:
-//! specific surface area or grain size (which scales all grains), density, water saturation and mass fractions; either
-//! table of ice is equally likely. All are independent. [`DRAWS`] snows are a Latin hypercube (McKay, Beckman & Conover
-//! 1979, doi:10.2307/1268522): each quantity takes each of as many equally probable intervals once. Their order
-//! statistics are the interval. An end has a standard error of √(0.025 · 0.975/[`DRAWS`]) in probability: 1.7–3.3 % of
-//! the cases lie beyond, in 2 of 3.
+//! Uncertain properties have log-normal distributions within their ranges, with the given value as mean and the given
+//! standard deviation: specific surface area or grain size (which scales all grains), density, water saturation and
+//! mass fractions. Both tables of ice are equally likely. All uncertain quantities are independent. The [`DRAWS`]
+//! snows form a Latin hypercube (McKay, Beckman & Conover 1979, doi:10.2307/1268522): each quantity takes each of
+//! [`DRAWS`] equally probable intervals once. The interval of a flux follows from the order statistics of the snows.
+//! An end of this interval has a standard error of √(0.025 · 0.975/[`DRAWS`]) in probability: in 2 of 3 computations,
+//! 1.7–3.3 % of the possible values lie beyond an end.
 
 use snowblue_base::ParameterRange;
 
@@ -21,32 +22,32 @@ use crate::slab::{Estimate, Fluxes};
 /// Number of snows that are drawn.
 pub const DRAWS: usize = 400;
 
-/// The part of the cases that lie below each end of an interval.
+/// Fraction of the possible values that lies below each end of an interval.
 pub const ENDS: [f64; 2] = [0.025, 0.975];
 
-/// Standard deviation of a size, relative to the greatest that is sensible.
+/// Greatest standard deviation of a property, relative to its mean.
 const MAX_RELATIVE: f64 = 3.0;
 
-/// What is not known exactly of a snow.
+/// Uncertain properties of a snow.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Uncertainty {
-    /// Standard deviations of properties, each in its unit. That of the specific surface area needs snow that is given
-    /// by it.
+    /// Standard deviations of properties, each in its unit. A standard deviation of the specific surface area needs
+    /// snow that is given by its specific surface area.
     pub deviations: Vec<(Property, f64)>,
-    /// Whether the table of ice may be the other one.
+    /// Whether the table of ice is uncertain.
     pub ice: bool,
 }
 
-/// The intervals that hold 95 % of the cases, for each case at each wavelength, the wavelength running fastest, by
-/// discrete ordinates.
+/// The intervals that hold 95 % of the possible values, for each case at each wavelength, by discrete ordinates. The
+/// wavelength varies fastest.
 ///
 /// `progress` is called with the number of cases that are done.
 ///
 /// # Errors
-/// As [`solve_batch`], and for a standard deviation that is out of range or has no value to belong to.
+/// As [`solve_batch`], and for a standard deviation that is out of range or belongs to a property without a value.
 ///
 /// # Panics
-/// If a case has a sample that is none of the samples.
+/// If a case refers to a sample that does not exist.
 pub fn solve_spread(
     batch: &Batch,
     uncertainty: &Uncertainty,
@@ -90,7 +91,8 @@ pub fn solve_spread(
     Ok(intervals)
 }
 
-/// The quantiles of [`ENDS`], linear between order statistics, of which the i-th of n is that of (i + ½)/n.
+/// The quantiles at the probabilities [`ENDS`], linear between order statistics. The i-th of n order statistics has
+/// the probability (i + ½)/n.
 fn interval(mut values: Vec<f64>) -> [f64; 2] {
     values.sort_by(f64::total_cmp);
     ENDS.map(|probability| {
@@ -112,7 +114,7 @@ impl Uncertainty {
     /// [`DRAWS`] snows.
     ///
     /// # Errors
-    /// If a standard deviation is out of range or has no value to belong to.
+    /// If a standard deviation is out of range or belongs to a property without a value.
     fn draw(&self, given: &SnowSample, seed: u64) -> Result<Vec<SnowSample>, TransportError> {
         let mut samples = vec![*given; DRAWS];
         let mut quantity = 0;
@@ -121,7 +123,7 @@ impl Uncertainty {
             permuted(seed, quantity)
         };
         let mut deviations = self.deviations.clone();
-        // The order says which random numbers a property has.
+        // The order determines the random numbers of each property.
         deviations.sort_by_key(|(property, _)| match property {
             Property::GrainSize | Property::SurfaceArea => 0,
             Property::Density => 1,
@@ -138,7 +140,7 @@ impl Uncertainty {
                 samples.iter_mut().zip(values).for_each(|(sample, value)| property.set(sample, value));
                 continue;
             }
-            // The factor of the surface area divides all sizes, that of a grain size multiplies them.
+            // The factor of the surface area divides all sizes; the factor of a grain size multiplies all sizes.
             let (least, greatest) = (GRAIN_SIZE.range.least / min_um, GRAIN_SIZE.range.greatest / max_um);
             let is_area = property == Property::SurfaceArea;
             let (least, greatest) = if is_area { (greatest.recip(), least.recip()) } else { (least, greatest) };
@@ -178,7 +180,7 @@ fn mean(property: Property, sample: &SnowSample) -> Result<f64, TransportError> 
 
 /// One uniform number in each of [`DRAWS`] intervals of (0, 1), in random order: a column of a Latin hypercube.
 fn permuted(seed: u64, quantity: u64) -> Vec<f64> {
-    // The inverted seed makes the stream independent of those of rays.
+    // The inverted seed makes the stream independent of the streams of rays.
     let mut stream = Stream::new(!seed, quantity);
     let mut uniforms: Vec<f64> = (0..DRAWS).map(|cell| (cell as f64 + stream.uniform()) / DRAWS as f64).collect();
     for end in (1..DRAWS).rev() {
@@ -254,7 +256,8 @@ mod tests {
         assert!(drawn.iter().all(|sample| sample.check().is_ok()));
     }
 
-    /// Of one quantity on which the result depends monotonically, the interval is the result at that of the quantity.
+    /// If one quantity is uncertain and the result is monotonic in it, the ends of the interval are the results at
+    /// the ends of the interval of the quantity.
     #[test]
     fn the_interval_of_one_quantity_is_that_of_its_ends() {
         let case = |sample| SlabCase { sample, thickness_cm: 20.0, incidence: Incidence::Diffuse, ground_albedo: 0.0 };
@@ -272,7 +275,7 @@ mod tests {
         for (wavelength, interval) in spread.iter().enumerate() {
             let (low, high) = (&solved[wavelength], &solved[2 + wavelength]);
             let width = low.transmittance.value - high.transmittance.value;
-            // Within a cell of the hypercube, 1/400 of the probability, which is a tenth of that beyond an end.
+            // Within a cell of the hypercube: its probability of 1/400 is a tenth of the probability beyond an end.
             assert!((interval.transmittance[1] - low.transmittance.value).abs() < 0.02 * width, "{interval:?}");
             assert!((interval.transmittance[0] - high.transmittance.value).abs() < 0.02 * width, "{interval:?}");
             assert!(interval.absorptance[0] < interval.absorptance[1]);

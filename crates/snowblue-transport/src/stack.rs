@@ -1,10 +1,11 @@
 //! Layers of different snow, and of clear ice, on a ground under light, and their fluxes above, below and at any depth.
 //!
 //! **Clear ice.** A layer of ice has no bubbles and smooth, parallel faces to air. Light refracts at its faces by
-//! Fresnel's equations and is absorbed along its path; nothing scatters it. Light that its two faces reflect again and
-//! again is summed by power, separately for both polarisations, whose mean leaves the ice: the ice is thick against the
-//! wavelength and the coherence length of the light. Between layers light has no polarisation. Neighbouring layers of
-//! ice are one slab. The ground is under air as well.
+//! Fresnel's equations and is absorbed along its path; nothing scatters it. Multiple reflections between the two
+//! faces are summed by power, separately for both polarisations, because the ice is thick compared with the
+//! wavelength and the coherence length of the light. The light that leaves the ice is the mean of both polarisations.
+//! Between layers light has no polarisation. Neighbouring layers of ice are one slab. The ground is under air as
+//! well.
 
 use snowblue_base::ParameterRange;
 
@@ -14,9 +15,9 @@ use crate::parameters::{GROUND_ALBEDO, THICKNESS};
 use crate::sample::SnowSample;
 use crate::slab::{Estimate, Fluxes, Incidence, Radiometry, check_incidences, check_thickness, check_wavelengths};
 
-/// Thickness of a layer of clear ice, in cm: thick against the coherence length of visible light in a band of 10 nm.
+/// Thickness of a layer of clear ice, in cm: greater than the coherence length of visible light in a band of 10 nm.
 ///
-/// The coherence length λ²/Δλ is 0.05 mm at 700 nm; at 1600 nm, 0.26 mm, it is as long as the round trip through the
+/// The coherence length λ²/Δλ is 0.05 mm at 700 nm. At 1600 nm it is 0.26 mm, as long as the round trip through the
 /// least thickness.
 pub const ICE_THICKNESS_RANGE: ParameterRange =
     ParameterRange { quantity: "thickness of ice", least: 0.01, greatest: THICKNESS.range.greatest, unit: "cm" };
@@ -30,13 +31,13 @@ const DEPTH_ROUNDING: f64 = 1e-12;
 /// A layer of one snow sample, or of clear ice.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Layer {
-    /// What it consists of.
+    /// The material of the layer.
     pub kind: LayerKind,
     /// Thickness, in cm; infinity for the last layer of a half-space of snow, by ordinates only.
     pub thickness_cm: f64,
 }
 
-/// What a layer consists of.
+/// The material of a layer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum LayerKind {
     /// Snow.
@@ -66,55 +67,56 @@ pub struct StackRadiometry {
     /// Fluxes of the whole stack over the incident flux: R leaves the top, T arrives at the ground (including light
     /// that the ground has reflected before), and the snow absorbs 1 − R − (1 − albedo) T.
     pub whole: Radiometry,
-    /// Unscattered part of the transmittance: exp(−τ/μ₀), or 2 E₃(τ) for Lambertian light; less what ice reflects and
-    /// absorbs.
+    /// Unscattered part of the transmittance: exp(−τ/μ₀), or 2 E₃(τ) for Lambertian light; less the light that ice
+    /// reflects and absorbs.
     pub direct: f64,
-    /// Fluxes at each of the depths. Automatic streams are chosen for T: just below the top at 80° these are off by
-    /// 1.5·10⁻⁴.
+    /// Fluxes at each of the depths. Automatic streams are chosen for T: just below the top at 80° the fluxes have an
+    /// error of 1.5·10⁻⁴.
     pub profile: Vec<DepthFluxes>,
 }
 
 /// Fluxes through a horizontal plane in the snow over the incident flux, or the derivative of each of them.
 ///
-/// At a face of ice the fluxes and the fluence rate are those outside it: in the snow, or in the air above the top and
-/// at the ground.
+/// At a face of ice the fluxes and the fluence rate are given outside the ice: in the snow, or in the air above the
+/// top and at the ground.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DepthFluxes<T = Estimate> {
     /// Flux downwards, direct and diffuse.
     pub down: T,
     /// Flux upwards.
     pub up: T,
-    /// Downwards less upwards: the flux that the snow and the ground below absorb.
+    /// Flux downwards less flux upwards: the flux that the snow and the ground below absorb.
     pub net: T,
-    /// Fluence rate, from all directions: the actinic flux. It is 1/cos θ for a beam that nothing has scattered, 2 for
-    /// Lambertian light on one side, and 4 times `down` where light is isotropic. In ice it is that of the refracted
-    /// light.
+    /// Fluence rate, from all directions: the actinic flux. It is 1/cos θ for a beam that nothing has scattered, 2
+    /// for Lambertian light on one side, and 4 times `down` where light is isotropic. In ice it is the fluence rate
+    /// of the refracted light.
     pub fluence: T,
-    /// Flux that the snow below this depth (at the ground and at the top of ice under snow, above it) absorbs per m of
-    /// depth, in 1/m; at a face of ice to air, that of the ice.
+    /// Flux that the snow below this depth absorbs per m of depth, in 1/m. At the ground and at the top of ice under
+    /// snow, the absorption of the snow above; at a face of ice to air, the absorption of the ice.
     pub absorbed_per_m: T,
-    /// E-folding depth of the same layer, in cm: the distance over which light decays by e far from all faces, 1/(κ k)
-    /// with the rate k of the slowest mode per optical depth. That of ice is the inverse of its absorption coefficient.
+    /// E-folding depth of the layer that `absorbed_per_m` belongs to, in cm: the distance over which light decays by
+    /// e far from all faces, 1/(κ k) with the rate k of the slowest mode per optical depth. The e-folding depth of
+    /// ice is the inverse of its absorption coefficient.
     pub e_folding_depth_cm: T,
 }
 
 /// Derivatives of the fluxes of a stack with respect to one quantity, per unit of it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StackDerivatives {
-    /// Of the whole stack.
+    /// Derivatives of the fluxes of the whole stack.
     pub whole: Fluxes<f64>,
-    /// At each of the depths, which stay where they are below the top as faces move. At the depth of a face the
-    /// derivatives are those in the snow below it, at the ground and at the top of ice above it. A depth at the ground
-    /// under ice is that of the ground, wherever it is.
+    /// Derivatives at each of the depths. Depths below the top stay fixed as faces move. At a face the derivatives
+    /// belong to the snow below the face; at the ground and at the top of ice they belong to the snow above. A depth
+    /// at the ground under ice moves with the ground.
     pub profile: Vec<DepthFluxes<f64>>,
 }
 
 /// A part of a layer between two depths, or a slab of ice.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Slice {
-    /// Index of the layer; of several layers of ice the first.
+    /// Index of the layer; for several layers of ice, of the first one.
     pub(crate) layer: usize,
-    /// Whether it is of ice, with all neighbouring ice.
+    /// Whether the slice is ice, with all neighbouring ice.
     pub(crate) is_ice: bool,
     /// Thickness of the slice, in cm.
     pub(crate) thickness_cm: f64,
@@ -125,9 +127,9 @@ pub(crate) struct Slice {
 /// Where a slice ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum SliceEnd {
-    /// At the bottom of as many layers.
+    /// At the bottom of this number of layers.
     Face(usize),
-    /// At one of the depths, wherever faces are.
+    /// At one of the depths, which do not move with faces.
     Depth,
 }
 
@@ -197,7 +199,7 @@ impl Stack {
         self.layers.iter().map(|layer| layer.thickness_cm).sum()
     }
 
-    /// The layer below each of the depths, at the ground the last; layers of no thickness are none.
+    /// The layer below each of the depths; at the ground, the last layer. Layers of zero thickness do not count.
     ///
     /// # Panics
     /// If there is no layer.
@@ -258,7 +260,8 @@ impl Stack {
 }
 
 impl Slice {
-    /// The derivative of the thickness with respect to that of a layer: faces below it move down, depths do not.
+    /// The derivative of the thickness of the slice with respect to the thickness of a layer. Faces below the layer
+    /// move down; depths do not move.
     pub(crate) fn growth(&self, layer: usize) -> f64 {
         let [top, bottom] = self.ends.map(|end| match end {
             SliceEnd::Face(layers) if layers > layer => 1.0,
@@ -274,8 +277,8 @@ impl Slice {
 }
 
 impl Slices {
-    /// Index of the layer to which a place belongs: the one below a face, but the one above at the ground and at the
-    /// top of ice. Slices of no thickness are none.
+    /// Index of the layer to which a place belongs: the layer below a face, but the layer above at the ground and at
+    /// the top of ice. Slices of zero thickness do not count.
     pub(crate) fn layer_at(&self, place: Place) -> usize {
         self.slices[self.slice_at(place)].layer
     }
@@ -341,7 +344,7 @@ impl Layer {
         self.sample().is_none()
     }
 
-    /// The wavelengths that the tables of what is in the layer cover.
+    /// The wavelengths that the tables of all constituents of the layer cover.
     #[must_use]
     pub fn wavelength_range(&self) -> WavelengthRange {
         match &self.kind {
@@ -363,7 +366,7 @@ impl Layer {
         Ok(check(self.thickness_cm)?)
     }
 
-    /// Checks that there are wavelengths and that the tables of what is in the layer cover them.
+    /// Checks that there are wavelengths and that the tables of all constituents of the layer cover them.
     pub(crate) fn check_wavelengths(&self, wavelengths_nm: &[f64]) -> Result<(), TransportError> {
         match &self.kind {
             LayerKind::Snow(sample) => check_wavelengths(wavelengths_nm, sample),
@@ -374,7 +377,8 @@ impl Layer {
     }
 }
 
-/// Checks the word for the kind of a layer that is not snow, and that no property of snow, by its key, is given of it.
+/// Checks the word for the kind of a layer that is not snow, and that no `property` of snow, by its key, is given for
+/// it.
 ///
 /// # Errors
 /// For an unknown kind, and for a property.

@@ -10,8 +10,8 @@
 //! 400–700 nm equally (McCree 1972, doi:10.1016/0002-1571(72)90045-3). Curve and spectrum are piecewise linear, and
 //! their product is integrated exactly: the pieces are cubic at most, for which Simpson's rule has no error.
 //!
-//! **Simplified.** The spectrum is the same for every incidence. Under a low sun or clouds the spectrum differs, which
-//! changes the albedo by a few hundredths.
+//! **Simplified.** One spectrum serves every incidence. Under a low sun or clouds the spectrum differs, which changes
+//! the albedo by a few hundredths.
 
 use std::sync::LazyLock;
 
@@ -55,7 +55,7 @@ pub struct BandWeights {
     pub band: Band,
     /// First and last wavelength of the band.
     pub range: WavelengthRange,
-    /// One for each wavelength, with the sum 1.
+    /// Weight of each wavelength. The sum of the weights is 1.
     weights: Vec<f64>,
 }
 
@@ -74,9 +74,9 @@ impl Band {
         }
     }
 
-    /// First and last wavelength in snow whose tables cover `available`
-    /// ([`SnowSample::wavelength_range`](crate::sample::SnowSample::wavelength_range)), which bounds the solar band and
-    /// the end of the near-infrared band.
+    /// First and last wavelength of the band in snow whose tables cover `available`
+    /// ([`SnowSample::wavelength_range`](crate::sample::SnowSample::wavelength_range)). `available` bounds the solar
+    /// band and the end of the near-infrared band.
     #[must_use]
     pub fn wavelength_range(self, available: WavelengthRange) -> WavelengthRange {
         match self {
@@ -86,8 +86,8 @@ impl Band {
         }
     }
 
-    /// Its response: g on the wavelengths of a curve, of which the solar band has all, and where the near infrared
-    /// ends.
+    /// Response of the band: g on the wavelengths of a curve. The solar band comprises all wavelengths; the
+    /// near-infrared band ends with the last wavelength.
     ///
     /// # Errors
     /// As [`band_integrals`].
@@ -207,7 +207,7 @@ fn check_cover(band: &'static str, range: WavelengthRange, wavelengths_nm: &[f64
     let (Some(first_nm), Some(last_nm)) = (wavelengths_nm.first(), wavelengths_nm.last()) else {
         return Err(uncovered(low_nm, high_nm));
     };
-    // A near infrared that ends with the wavelengths has none if they end before it.
+    // The near-infrared band ends with the last wavelength. It is empty if the wavelengths end before its start.
     if *last_nm <= low_nm {
         return Err(uncovered(low_nm, high_nm.max(low_nm)));
     }
@@ -224,7 +224,7 @@ fn check_cover(band: &'static str, range: WavelengthRange, wavelengths_nm: &[f64
     }
 }
 
-/// Wavelengths for the bands within a range, in nm: every 10 nm from its first one, and its last one.
+/// Wavelengths for the bands within a range, in nm: the first one, one every 10 nm from there, and the last one.
 #[must_use]
 pub fn wavelengths_nm(range: WavelengthRange) -> Vec<f64> {
     let steps = std::iter::successors(Some(range.first_nm), |nm| Some(nm + STEP_NM));
@@ -249,9 +249,9 @@ fn check_ascent(wavelengths_nm: &[f64]) -> Result<(), TransportError> {
     }
 }
 
-/// The weight of each ascending wavelength in the integral over a band of a spectrum that is linear between them: ∫ h
-/// dλ, or for PAR ∫ h λ/(h c N_A) dλ, in µmol J⁻¹ nm. The solar band is that of all wavelengths, and the near infrared
-/// ends with them.
+/// The weight of each ascending wavelength in the integral over a band of a spectrum that is linear between
+/// wavelengths: ∫ h dλ, or for PAR ∫ h λ/(h c N_A) dλ, in µmol J⁻¹ nm. The solar band comprises all wavelengths; the
+/// near-infrared band ends with the last wavelength.
 ///
 /// # Errors
 /// As [`BandWeights::new`].
@@ -268,7 +268,7 @@ pub fn band_integrals(band: Band, wavelengths_nm: &[f64]) -> Result<Vec<f64>, Tr
     Ok(hat_integrals(wavelengths_nm, range, std::iter::empty(), weight))
 }
 
-/// Greatest value of a [`LinearSpectrum`]: integrals of greater ones lose digits.
+/// Greatest value of a [`LinearSpectrum`]: integrals of greater values lose digits.
 const MAX_VALUE: f64 = 1e12;
 
 /// A spectrum that is linear between ascending wavelengths, and 0 beyond them: the response of a sensor, or a light, in
@@ -283,8 +283,8 @@ impl LinearSpectrum {
     /// A spectrum of a quantity that is not negative.
     ///
     /// # Errors
-    /// If the wavelengths are fewer than two, do not ascend, or are not as many as the values; if a value is negative
-    /// or no number, or all are 0.
+    /// If there are fewer than two wavelengths, the wavelengths do not ascend, or the numbers of wavelengths and
+    /// values differ; if a value is negative or not a number, or all values are 0.
     pub fn new(quantity: &'static str, wavelengths_nm: &[f64], values: &[f64]) -> Result<Self, TransportError> {
         if wavelengths_nm.len() < 2 {
             return Err(TransportError::Missing { quantity: "second wavelength" });
@@ -312,7 +312,7 @@ impl LinearSpectrum {
         self.values[above - 1] + part * (self.values[above] - self.values[above - 1])
     }
 
-    /// The wavelengths between which it is not 0.
+    /// The wavelengths between which the spectrum is not 0.
     fn support(&self) -> WavelengthRange {
         let last = self.values.len() - 1;
         let first_above = self.values.iter().position(|value| *value > 0.0).unwrap_or(0);
@@ -322,12 +322,13 @@ impl LinearSpectrum {
     }
 }
 
-/// The weight of each ascending wavelength of a curve in the mean that a sensor with this response sees,
-/// ∫ ρ E r dλ / ∫ E r dλ; their sum is 1. E is `light`, or the standard sun. `band` names the band in errors.
+/// The weight of each ascending wavelength of a curve in the mean that a sensor with this response r sees: ∫ ρ E r dλ
+/// / ∫ E r dλ. The sum of the weights is 1. E is `light`, or the standard sun. `band` names the band in errors.
 ///
 /// # Errors
 /// If the wavelengths do not ascend, do not reach the ends of the response, or have a gap of more than
-/// [`MAX_STEP_NM`] in it; if the wavelengths of the light do not reach them, or there is no light in the band.
+/// [`MAX_STEP_NM`] in it; if the wavelengths of the light do not reach the ends of the response, or there is no light
+/// in the band.
 pub fn response_weights(
     band: &'static str,
     response: &LinearSpectrum,
@@ -412,7 +413,8 @@ mod tests {
         (first..=last).step_by(step).map(f64::from).collect()
     }
 
-    /// A response of 1 over the visible band has its weights, one of λ those of PAR, and each light its own.
+    /// A response of 1 over the visible band has the weights of this band; a response of λ has the weights of PAR.
+    /// Each light has its own weights.
     #[test]
     fn the_weights_of_a_response_are_those_of_bands() {
         let wavelengths_nm = steps(380, 720, 20);

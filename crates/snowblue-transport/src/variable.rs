@@ -10,8 +10,9 @@ use crate::parameters::{GROUND_ALBEDO, THICKNESS};
 use crate::sample::{Property, SnowSample};
 use crate::stack::Layer;
 
-/// A quantity with respect to which reflectance, transmittance and fluxes are differentiated; all others stay as they
-/// are. A layer of clear ice has the derivative 0 by all that is of layers but the thickness.
+/// A quantity with respect to which reflectance, transmittance and fluxes are differentiated, while all other
+/// quantities are constant. For a layer of clear ice all derivatives by variables of layers are 0, except the
+/// derivative by the thickness.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Variable {
     /// A property of snow that [has derivatives](Property::has_derivative). The specific surface area scales all grain
@@ -63,8 +64,8 @@ impl Variable {
         Dual::new(value, std::array::from_fn(by))
     }
 
-    /// Checks that there are derivatives with respect to the variable, and that the tables of what it adds cover
-    /// `wavelength_nm`.
+    /// Checks that there are derivatives with respect to the variable, and that the tables of the constituents that
+    /// it adds cover `wavelength_nm`.
     ///
     /// # Errors
     /// For a property without derivatives, and if a table does not cover the wavelength.
@@ -80,12 +81,12 @@ impl Variable {
     }
 }
 
-/// A variable of one layer of several, the common one of all layers, or one of the light or the ground.
+/// A variable of one layer, the common variable of all layers, or a variable of the light or of the ground.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct LayerVariable {
     /// The variable.
     pub variable: Variable,
-    /// Index of the layer, counted from the top; none of all layers, the light or the ground.
+    /// Index of the layer, counted from the top; none for a variable of all layers, of the light or of the ground.
     pub layer: Option<usize>,
 }
 
@@ -102,19 +103,19 @@ impl LayerVariable {
         variables.iter().flat_map(of).collect()
     }
 
-    /// Whether both change the same quantity of a layer, the light or the ground.
+    /// Whether both variables change one quantity of a layer, of the light or of the ground.
     #[must_use]
     pub fn overlaps(&self, other: &Self) -> bool {
         self.variable == other.variable && (self.layer.is_none() || other.layer.is_none() || self.layer == other.layer)
     }
 
-    /// Those of all layers to which the variable belongs. Clear ice has no variable but its thickness.
+    /// The layers to which the variable belongs. Clear ice has no variable but its thickness.
     pub(crate) fn of<'l>(&self, layers: &'l [Layer]) -> impl Iterator<Item = &'l Layer> + use<'l> {
         let by = *self;
         layers.iter().enumerate().filter(move |(layer, one)| by.is_of(*layer, one)).map(|(_, one)| one)
     }
 
-    /// The same, to change them.
+    /// Mutable references to the layers to which the variable belongs.
     pub(crate) fn of_mut<'l>(&self, layers: &'l mut [Layer]) -> impl Iterator<Item = &'l mut Layer> + use<'l> {
         let by = *self;
         layers.iter_mut().enumerate().filter(move |(layer, one)| by.is_of(*layer, one)).map(|(_, one)| one)

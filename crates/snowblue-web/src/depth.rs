@@ -15,16 +15,16 @@ struct Profile {
     down: Vec<f64>,
     up: Vec<f64>,
     fluence: Vec<f64>,
-    /// Of the snow below each depth, in cm.
+    /// E-folding depth of the snow below each depth, in cm.
     e_folding_depth_cm: Vec<f64>,
 }
 
-/// Solves for the light at depths, at each wavelength: JSON in and out. The figures are those of `snowblue spectrum
-/// --layers FILE --depths`.
+/// Solves for the light at depths, at each wavelength: JSON in and out. The numbers equal the output of `snowblue
+/// spectrum --layers FILE --depths`.
 ///
 /// # Errors
 ///
-/// In the words of the command, if a parameter is unknown or out of range.
+/// With the error message of the command, if a parameter is unknown or out of range.
 #[wasm_bindgen]
 pub fn light_at_depth(request: &str) -> Result<String, JsError> {
     answer(request).map_err(|reason| JsError::new(&reason))
@@ -34,7 +34,7 @@ pub fn light_at_depth(request: &str) -> Result<String, JsError> {
 ///
 /// # Errors
 ///
-/// As those of [`light_at_depth`].
+/// As [`light_at_depth`].
 pub fn answer(request: &str) -> Result<String, String> {
     #[derive(Deserialize)]
     #[serde(deny_unknown_fields)]

@@ -1,12 +1,12 @@
-//! Snow in a browser: what the web page calls.
+//! Snow in a browser: the functions that the web page calls.
 //!
 //! Requests and answers are JSON with the keys of the command and of scene files; arrays of vertices and pixels are
-//! typed arrays. `web/src/native.d.ts` declares all of it for TypeScript. Bad input throws an `Error` with the words of
-//! the command.
+//! typed arrays. `web/src/native.d.ts` declares all of it for TypeScript. Bad input throws an `Error` with the
+//! message of the command.
 //!
-//! The page loads two modules: with the default feature `spectrum` one of spectra, colours and light at depth, which is
-//! small, and with the feature `scene` alone one of light fields and pictures, for its workers. A browser runs each on
-//! one thread.
+//! The page loads two modules: a small module of spectra, colours and light at depth, with the default feature
+//! `spectrum`, and a module of light fields and pictures for its workers, with only the feature `scene`. A browser
+//! runs each module on one thread.
 
 use std::fmt::Display;
 
@@ -29,7 +29,7 @@ pub mod parameters;
 #[cfg(feature = "scene")]
 pub mod scene;
 
-/// The words of an error.
+/// The message of an error.
 fn text(error: impl Display) -> String {
     error.to_string()
 }

@@ -1,4 +1,4 @@
-//! A measured curve beside the computed one.
+//! Comparison of a measured curve with the computed curve.
 
 use serde::{Deserialize, Serialize};
 use snowblue_base::spectrum_csv::{self, SpectrumRows};
@@ -9,7 +9,7 @@ use wasm_bindgen::prelude::*;
 use crate::sample::Sample;
 use crate::text;
 
-/// What a curve measures: R or T.
+/// The quantity of a measured curve: R or T.
 #[derive(Debug, Clone, Copy, Deserialize)]
 #[serde(rename_all = "lowercase")]
 enum Measures {
@@ -24,7 +24,7 @@ struct Curve {
     values: Vec<f64>,
 }
 
-/// How far a measured curve is from the computed one.
+/// Difference of a measured curve from the computed curve.
 #[derive(Debug, Serialize)]
 struct Difference {
     /// Number of wavelengths, and the first and the last of them.
@@ -36,8 +36,8 @@ struct Difference {
     mean: f64,
 }
 
-/// Reads a measured curve as `snowblue color --spectrum` does, but within the range of a measured quantity, which noise
-/// takes below 0: JSON of `{ name, text, quantity }` in, of `{ wavelengths_nm, values }` out.
+/// Reads a measured curve like `snowblue color --spectrum`, but within the range of a measured quantity, which
+/// includes values below 0 due to noise: JSON of `{ name, text, quantity }` in, of `{ wavelengths_nm, values }` out.
 ///
 /// # Errors
 ///
@@ -51,7 +51,7 @@ pub fn measured_curve(file: &str) -> Result<String, JsError> {
 ///
 /// # Errors
 ///
-/// As those of [`measured_curve`].
+/// As [`measured_curve`].
 pub fn curve(file: &str) -> Result<String, String> {
     #[derive(Deserialize)]
     #[serde(deny_unknown_fields)]
@@ -75,7 +75,8 @@ pub fn curve(file: &str) -> Result<String, String> {
 ///
 /// # Errors
 ///
-/// In the words of the command, if a parameter is unknown or out of range; if no wavelength lies in the range.
+/// With the error message of the command, if a parameter is unknown or out of range, or if no wavelength lies in the
+/// range.
 #[wasm_bindgen]
 pub fn difference_from(request: &str) -> Result<String, JsError> {
     difference(request).map_err(|reason| JsError::new(&reason))
@@ -85,7 +86,7 @@ pub fn difference_from(request: &str) -> Result<String, JsError> {
 ///
 /// # Errors
 ///
-/// As those of [`difference_from`].
+/// As [`difference_from`].
 pub fn difference(request: &str) -> Result<String, String> {
     #[derive(Deserialize)]
     #[serde(deny_unknown_fields)]
@@ -121,7 +122,7 @@ pub fn difference(request: &str) -> Result<String, String> {
 }
 
 impl Measures {
-    /// The column of a file with several.
+    /// The column of the quantity in a file with several columns.
     fn column(self) -> &'static str {
         match self {
             Self::Reflectance => "reflectance",

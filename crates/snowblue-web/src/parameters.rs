@@ -1,4 +1,4 @@
-//! What the controls of the page offer: names, limits, texts and defaults.
+//! Content of the controls of the page: names, limits, texts and defaults.
 
 use serde_json::{Map, Value, json};
 use snowblue_color::exposure::MAX_STOPS;
@@ -10,10 +10,10 @@ use snowblue_transport::sample::{Property, SnowSample, SnowType, TruncatedNormal
 use snowblue_transport::{Parameter, ParameterRange};
 use wasm_bindgen::prelude::*;
 
-/// Part of the light of one wavelength that is shown, so that most of them lie within sRGB.
+/// Fraction of the light of one wavelength that is shown, so that most wavelengths lie within sRGB.
 const SHOWN_PART: f64 = 0.5;
 const SKY_SOURCE: &str = "Hosek & Wilkie 2012, doi:10.1145/2185520.2185591";
-/// What only the page has controls for.
+/// Parameters that only the page has controls for.
 const OF_PAGE: [Parameter; 3] = [
     Parameter {
         key: "exposure",

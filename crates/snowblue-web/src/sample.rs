@@ -18,7 +18,7 @@ struct Layer {
     snow: SnowKeys,
 }
 
-/// Layers on a ground under light, and how exactly they are solved for.
+/// Layers on a ground under light, and the accuracy of the solution.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Sample {
@@ -29,7 +29,7 @@ pub(crate) struct Sample {
     tally_rays: Option<u32>,
 }
 
-/// What a sample does to light at each wavelength.
+/// Reflectance, transmittance and absorptance of a sample at each wavelength.
 #[derive(Debug, Serialize)]
 pub(crate) struct Curves {
     pub(crate) wavelengths_nm: Vec<f64>,

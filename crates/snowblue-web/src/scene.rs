@@ -28,7 +28,7 @@ use crate::text;
 #[derive(Debug, Default)]
 pub struct Files(FilesInMemory);
 
-/// The light of lamps, the sun and a sky in all snow of a scene, each solved for on its own.
+/// The light of lamps, the sun and a sky in all snow of a scene. Each light is solved for separately.
 #[wasm_bindgen]
 #[derive(Debug)]
 pub struct LightField {
@@ -91,7 +91,7 @@ fn prepare(description: &SceneDescription, files: &Files) -> Result<Integrator, 
 ///
 /// # Errors
 ///
-/// In the words of the command.
+/// With the error message of the command.
 #[wasm_bindgen]
 pub fn bake_glb(scene: &str, files: &Files) -> Result<Vec<u8>, JsError> {
     baked(scene, files).map_err(|reason| JsError::new(&reason))
@@ -112,7 +112,7 @@ impl LightField {
     ///
     /// # Errors
     ///
-    /// In the words of the command.
+    /// With the error message of the command.
     #[wasm_bindgen(constructor)]
     pub fn new(
         scene: &str,
@@ -195,23 +195,23 @@ impl LightField {
         Ok(self.object(0)?.half_space.reflection_table(n.max(2) - 1))
     }
 
-    /// Solves for a lamp, JSON of a light of a scene, without any other, and keeps it at a place.
+    /// Solves for a single lamp, JSON of a light of a scene, and keeps the solution at a place.
     ///
     /// # Errors
     ///
-    /// In the words of the command.
+    /// With the error message of the command.
     pub fn light(&mut self, place: usize, lamp: &str) -> Result<(), JsError> {
         let lamp = self.lamp(lamp).map_err(|reason| JsError::new(&reason))?;
         self.solve(place, &lamp);
         Ok(())
     }
 
-    /// Solves for a part of a sky, JSON of the table `[sky]` of a scene, without the other: its sun, or the sky without
-    /// the sun. Keeps it at a place. `files` holds the coefficients of a clear sky.
+    /// Solves for one part of a sky, JSON of the table `[sky]` of a scene: either its sun, or the sky without the
+    /// sun. Keeps the solution at a place. `files` holds the coefficients of a clear sky.
     ///
     /// # Errors
     ///
-    /// In the words of the command.
+    /// With the error message of the command.
     pub fn light_sky(&mut self, place: usize, sky: &str, is_sun: bool, files: &Files) -> Result<(), JsError> {
         let failed = |reason: String| JsError::new(&reason);
         if self.sky.0 != sky {
@@ -224,8 +224,8 @@ impl LightField {
         found.ok_or_else(|| failed("an overcast sky has no sun".to_owned()))
     }
 
-    /// The radiance of the last sky without its sun as linear sRGB, in W m⁻² sr⁻¹ as a picture has it, from each of
-    /// some unit directions.
+    /// The radiance of the last sky without its sun from each of some unit directions, as linear sRGB, in W m⁻² sr⁻¹
+    /// as in a picture.
     #[must_use]
     pub fn sky_radiance(&self, directions: &[f32]) -> Vec<f32> {
         let Some(sky) = self.sky.1.iter().find(|light| light.is_sky()) else { return Vec::new() };
@@ -252,13 +252,14 @@ impl LightField {
     }
 
     /// The light that leaves the snow where a ray meets it, towards the origin of the ray, as JSON; none beside the
-    /// snow. `ray` has three coordinates of its origin and three of its direction, and `factors` are those of
-    /// [`exposure_stops`](Self::exposure_stops). Directions of a sky are those of [`sky_radiance`](Self::sky_radiance).
-    /// The colour is that of a picture whose light is multiplied by a factor, by a tone curve.
+    /// snow. `ray` has three coordinates of its origin and three of its direction. `factors` is as in
+    /// [`exposure_stops`](Self::exposure_stops), and directions of a sky are as in
+    /// [`sky_radiance`](Self::sky_radiance). The colour is the colour in a picture with a tone curve whose light is
+    /// multiplied by a factor.
     ///
     /// # Errors
     ///
-    /// In the words of the command, when there is no such tone curve.
+    /// With the error message of the command, when there is no such tone curve.
     #[expect(clippy::too_many_arguments, reason = "JavaScript passes arrays and numbers one by one")]
     pub fn probe(
         &self,
@@ -354,7 +355,7 @@ impl Picture {
     ///
     /// # Errors
     ///
-    /// In the words of the command.
+    /// With the error message of the command.
     #[wasm_bindgen(constructor)]
     pub fn new(scene: &str, files: &Files) -> Result<Self, JsError> {
         Self::unfinished(scene, files).map_err(|reason| JsError::new(&reason))
@@ -371,12 +372,12 @@ impl Picture {
         Self { integrator, sums }
     }
 
-    /// A first picture of the scene: few pixels with a sample each, and coarse cells of snow. None for `pcasnow`, which
-    /// has no cells, and for snow that needs finer ones.
+    /// A first picture of the scene: few pixels with a sample each, and coarse cells of snow. None for `pcasnow`,
+    /// which has no cells, and for snow that needs finer cells.
     ///
     /// # Errors
     ///
-    /// In the words of the command.
+    /// With the error message of the command.
     pub fn coarse(scene: &str, files: &Files) -> Result<Option<Self>, JsError> {
         Self::coarse_picture(scene, files).map_err(|reason| JsError::new(&reason))
     }
@@ -399,7 +400,7 @@ impl Picture {
         self.scene().film().height.get()
     }
 
-    /// Samples of each pixel so far, on average; at most those of the scene.
+    /// Mean number of samples of a pixel so far; at most the number of samples of the scene.
     #[must_use]
     pub fn samples(&self) -> u32 {
         let all = all_samples(self.scene());
@@ -408,7 +409,7 @@ impl Picture {
         u32::try_from((all.count() - missing) / pixels.max(1)).unwrap_or(u32::MAX)
     }
 
-    /// Adds samples for about some milliseconds, and returns how many each pixel has.
+    /// Adds samples for about a number of milliseconds, and returns the number of samples of each pixel.
     pub fn add(&mut self, milliseconds: f64) -> u32 {
         let end = Date::now() + milliseconds;
         let control = RenderControl { report: &|_| {}, stop: &|| Date::now() >= end };

@@ -9,7 +9,7 @@ use wasm_bindgen::prelude::*;
 use crate::sample::{Curves, Sample};
 use crate::text;
 
-/// What is to be computed.
+/// A request for the spectrum and the colours of a sample.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Request {
@@ -59,7 +59,7 @@ struct Color {
 ///
 /// # Errors
 ///
-/// In the words of the command, if a parameter is unknown or out of range.
+/// With the error message of the command, if a parameter is unknown or out of range.
 #[wasm_bindgen]
 pub fn spectrum(request: &str) -> Result<String, JsError> {
     answer(request).map_err(|reason| JsError::new(&reason))
@@ -69,7 +69,7 @@ pub fn spectrum(request: &str) -> Result<String, JsError> {
 ///
 /// # Errors
 ///
-/// As those of [`spectrum`].
+/// As [`spectrum`].
 pub fn answer(request: &str) -> Result<String, String> {
     let request: Request = serde_json::from_str(request).map_err(text)?;
     serde_json::to_string(&request.answer()?).map_err(text)

@@ -45,7 +45,7 @@ pub fn sunlight_name() -> String {
 ///
 /// # Errors
 ///
-/// In the words of the command, if a parameter is unknown or out of range.
+/// With the error message of the command, if a parameter is unknown or out of range.
 #[wasm_bindgen]
 pub fn sunlight(sample: &str) -> Result<String, JsError> {
     answer(sample).map_err(|reason| JsError::new(&reason))
@@ -55,7 +55,7 @@ pub fn sunlight(sample: &str) -> Result<String, JsError> {
 ///
 /// # Errors
 ///
-/// As those of [`sunlight`].
+/// As [`sunlight`].
 pub fn answer(sample: &str) -> Result<String, String> {
     let sample: Sample = serde_json::from_str(sample).map_err(text)?;
     let available = sample.wavelength_range()?;

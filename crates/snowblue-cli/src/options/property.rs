@@ -22,6 +22,13 @@ pub(crate) struct PropertyAxis {
 
 const IMPURITY: &str = "impurity";
 
+impl PropertyAxis {
+    /// The option as on the command line, without the hyphens before it.
+    pub(crate) fn option(&self) -> String {
+        option_name(self.property).replace('_', "-")
+    }
+}
+
 /// Name of the option of a property, as an id of clap.
 pub(crate) fn option_name(property: Property) -> &'static str {
     if matches!(property, Property::Impurity(_)) { IMPURITY } else { property.name() }

@@ -8,7 +8,7 @@ use snowblue_transport::sample::{GrainSize, Property, SizeMeasure, SnowKeys, Sno
 use snowblue_transport::slab::Slab;
 
 use super::parse;
-use super::property::{PropertyAxis, PropertyValues, option_name};
+use super::property::{PropertyAxis, PropertyValues};
 use super::{SlabOptions, has_no_effect, limits};
 use crate::output::Failure;
 
@@ -52,9 +52,8 @@ pub(crate) fn snow_options() -> Vec<&'static str> {
 impl SnowOptions {
     /// The snow.
     pub(crate) fn sample(&self) -> Result<SnowSample, Failure> {
-        if let Some(PropertyAxis { property, .. }) = self.axes().next() {
-            let option = option_name(*property).replace('_', "-");
-            return Err(Failure::Input(format!("--{option} has several values, which only spectrum takes")));
+        if let Some(axis) = self.axes().next() {
+            return Err(Failure::Input(format!("--{} has several values, which only spectrum takes", axis.option())));
         }
         self.keys()?.sample().map_err(|wrong| Failure::input(wrong.error))
     }

@@ -235,4 +235,9 @@ fn spectra_are_written_as_netcdf_with_dimensions() {
     assert_eq!(dims, ["specific_surface_area", "thickness", "angle", "wavelength"]);
     assert_eq!(read.read_var_f64("angle").unwrap(), [0.0, -1.0]);
     assert_eq!(read.data_set().get_global_attr_as_string("ice").as_deref(), Some("warren2008"));
+    // Coordinates of a dimension differ. A plot is drawn beside any output.
+    folder.stdout("spectrum -o twice.nc --thickness 5,5 --wavelengths 450,500 --plot twice.svg");
+    let twice = FileReader::open(folder.path("twice.nc")).unwrap();
+    assert_eq!(twice.data_set().get_var("reflectance").unwrap().dim_names(), ["slab", "wavelength"]);
+    assert!(folder.text("twice.svg").contains("<svg"));
 }

@@ -58,7 +58,8 @@ fn layers_have_the_bands_of_a_slab() {
     assert_names(&folder.text("pack.svg"), &["ASTM G173-03"]);
 }
 
-/// Each line of a file and each value of an option has the bands that it has alone.
+/// Each line of a file and each value of an option has the bands that it has alone. Kinds of snow whose tables reach
+/// differently far have no solar band in common.
 #[test]
 fn files_and_options_with_several_values_have_bands() {
     let folder = Folder::new();

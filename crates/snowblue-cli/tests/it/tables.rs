@@ -59,7 +59,7 @@ fn axes_come_from_a_file_and_options() {
     let expected = [
         "32 curves",
         "  water_saturation: 0 0.2\n",
-        "  temperature (degree_Celsius): -10 -1\n",
+        "  temperature (degC): -10 -1\n",
         "  black_carbon (ng g-1): 0 100\n",
         "  angle (degree): diffuse 0\n",
         "  wavelength (nm): 400 450 500 550 600 650 700\n",

@@ -5,20 +5,20 @@ use std::f64::consts::PI;
 /// Σ c T_i(x) T_j(y), for x and y of −1 to 1.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Chebyshev2 {
-    /// Coefficients of three polynomials together: [degree in x][degree in y][polynomial]. Each row has at least one,
-    /// and further ones up to a degree of its own.
+    /// Coefficients of three polynomials together: [degree in x][degree in y][polynomial]. Each row has at least one
+    /// coefficient per polynomial, and its own greatest degree in y.
     pub(super) rows: Vec<Vec<[f64; 3]>>,
 }
 
-/// Extrema of the Chebyshev polynomial of degree 2 (degree + 1). Every second one is a node of an interpolation of
-/// `degree`, and the others lie between the nodes and at the ends.
+/// Extrema of the Chebyshev polynomial of degree 2 (degree + 1). Every second extremum is a node of an interpolation
+/// of `degree`. The remaining extrema lie between the nodes and at the ends.
 pub(super) fn nodes_and_middles(degree: usize) -> Vec<f64> {
     let last = 2 * (degree + 1);
     (0..=last).map(|k| (PI * fraction(k, last)).cos()).collect()
 }
 
 impl Chebyshev2 {
-    /// Interpolates values at the points of [`nodes_and_middles`], [x][y], of which it takes the nodes.
+    /// Interpolates values at the points of [`nodes_and_middles`], [x][y]. Only the values at the nodes are used.
     pub(super) fn interpolate(values: &[Vec<[f64; 3]>]) -> Self {
         let nodes = |count: usize| count / 2;
         let (nx, ny) = (nodes(values.len()), nodes(values[0].len()));
@@ -44,11 +44,12 @@ impl Chebyshev2 {
         self.rows.iter().map(Vec::len).max().unwrap_or(0)
     }
 
-    /// The same with as few and as short coefficients as keep the sums within `tolerance` at all pairs of coordinates.
+    /// The polynomials with as few and as short coefficients as keep the sums within `tolerance` at all pairs of
+    /// coordinates.
     ///
-    /// Coefficients that end a row and are below a threshold go, differences between the three polynomials that are
-    /// below it too, and the others are rounded to a thousandth of the tolerance. The threshold is the greatest of a
-    /// series that keeps the tolerance.
+    /// Coefficients at the end of a row that are below a threshold are removed, and differences between the three
+    /// polynomials below the threshold are removed too. All remaining coefficients are rounded to a thousandth of the
+    /// tolerance. The threshold is the greatest threshold of a series that keeps the tolerance.
     pub(super) fn shortened(&self, tolerance: f64, points: [&[f64]; 2]) -> Self {
         const STEPS: u32 = 48;
         const STEPS_PER_OCTAVE: f64 = 4.0;
@@ -65,7 +66,8 @@ impl Chebyshev2 {
     }
 
     /// The rows up to their last coefficients of at least a threshold, rounded to a power of ten of at most `unit`.
-    /// Those of the three polynomials that differ by less than the threshold from their middle are replaced by it.
+    /// Where the coefficients of the three polynomials differ from their middle by less than the threshold, the
+    /// middle replaces them.
     fn above(&self, threshold: f64, unit: f64) -> Self {
         let scale = 10.0_f64.powf(-unit.log10().floor());
         let is_kept = |coefficients: &[f64; 3]| coefficients.iter().any(|value| value.abs() >= threshold);
@@ -115,7 +117,7 @@ fn fraction(numerator: usize, denominator: usize) -> f64 {
 mod tests {
     use super::*;
 
-    /// A sum of decaying terms keeps its first ones, and what is left out is below the tolerance.
+    /// A sum of decaying terms keeps its first terms, and the sum of the omitted terms is below the tolerance.
     #[test]
     fn few_coefficients_hold_a_tolerance() {
         let coefficient = |i: i32, j: i32| [0.5_f64.powi(i + 2 * j), 0.0, if i + j == 0 { 1.0 / 3.0 } else { 0.0 }];

@@ -147,8 +147,8 @@ impl CompactSnow {
         Ok(best)
     }
 
-    /// The same with polynomials of fewer coefficients, which add a relative error of X, Y and Z of `added_error` at
-    /// most.
+    /// The colours with polynomials of fewer coefficients, which add a relative error of at most `added_error` to X,
+    /// Y and Z.
     ///
     /// # Errors
     /// If the error lies outside of [`ADDED_ERROR_RANGE`].
@@ -233,7 +233,7 @@ impl CompactSnow {
         std::array::from_fn(|channel| logarithms[channel] - self.decay_per_m[channel] * thickness_m)
     }
 
-    /// Without the factor h / (h + h₀).
+    /// Base-2 logarithm of the reflectance without the factor h / (h + h₀).
     fn log2_reflectance_over_thinness(&self, thickness_m: f64, cos_incidence: f64) -> [f64; 3] {
         self.reflectance.at(self.range.coordinate(thickness_m), cosine_coordinate(cos_incidence))
     }
@@ -308,7 +308,7 @@ fn samples(
     colorimeter: &Colorimeter,
     options: &OrdinatesOptions,
 ) -> Result<Samples, CompactError> {
-    // Reflectance over thickness has a limit at no thickness, which thin snow gives.
+    // The ratio of reflectance to thickness has a limit at thickness 0. Thin snow gives this limit.
     const THINNEST_CM: f64 = 1e-7;
     let slab = Slab {
         sample: *sample,

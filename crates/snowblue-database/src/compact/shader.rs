@@ -18,7 +18,7 @@ pub enum ShaderLanguage {
     Osl,
 }
 
-/// What differs between the languages.
+/// Differences between the languages.
 struct Syntax {
     vector: &'static str,
     /// Declares a variable that does not change: before a number, and before a vector.

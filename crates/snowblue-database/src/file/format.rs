@@ -1,14 +1,16 @@
-//! What the reader and the writer of files share: names, and integers on axes as few bytes.
+//! Definitions shared by the reader and the writer of files: names, and the packing of integers on axes into few
+//! bytes.
 //!
-//! **Packed integers.** Neighbours on an axis are alike, so what is stored are the differences along every axis, one
-//! axis after the other (the Lorenzo predictor of Ibarria et al. 2003, doi:10.1111/1467-8659.00681). Before the first
-//! value of an axis is 0. The differences of the first component come first, then those of the second, and so on, in
-//! the order of the axes.
+//! **Packed integers.** Neighbours on an axis are similar, so files store the differences along every axis, one axis
+//! after another (the Lorenzo predictor of Ibarria et al. 2003, doi:10.1111/1467-8659.00681). The value before the
+//! first value of an axis is 0. The differences of the first component come first, then the differences of the second
+//! component, and so on, in the order of the axes.
 //!
-//! A difference d becomes the number n = 2d for d ≥ 0 and −2d − 1 for d < 0, and n an exponential Golomb code of order
-//! k (Teuhola 1978, doi:10.1016/0020-0190(78)90024-8): n + 2ᵏ in binary, after as many zeros as it has digits beyond
-//! k + 1. The order follows the numbers of a component: with s = 0 before the first and s ← s − ⌊s/8⌋ + n after each,
-//! it is ⌊log₂(s/16)⌋, but at least 0. The highest bit of a byte comes first. Zeros fill the last byte.
+//! A difference d becomes the number n = 2d for d ≥ 0 and −2d − 1 for d < 0, and n becomes an exponential Golomb code
+//! of order k (Teuhola 1978, doi:10.1016/0020-0190(78)90024-8): n + 2ᵏ in binary, after as many zeros as this number
+//! has digits beyond k + 1. The order k adapts to the numbers of a component: k = ⌊log₂(s/16)⌋, but at least 0, with
+//! s = 0 before the first number and s ← s − ⌊s/8⌋ + n after each number. The highest bit of a byte comes first.
+//! Zeros fill the last byte.
 
 use crate::Axes;
 
@@ -34,7 +36,7 @@ pub(super) const CONVENTIONS: &str = "Conventions";
 /// The greatest absolute integer. Single precision holds all up to it.
 pub(super) const GREATEST: i32 = 1 << 24;
 
-/// Lengths of the axes of coefficients, which are those of a table but the wavelength.
+/// Lengths of the axes of coefficients: all axes of a table except the wavelength.
 pub(super) fn lengths(axes: &Axes) -> Vec<usize> {
     let mut lengths: Vec<usize> = axes.named().iter().map(|axis| axis.values.len()).collect();
     lengths.pop();
@@ -65,14 +67,14 @@ pub(super) fn pack(mut integers: Vec<i32>, lengths: &[usize], components: usize)
     bits.chunks(8).map(|byte| byte.iter().zip((0..8).rev()).map(|(bit, place)| bit << place).sum()).collect()
 }
 
-/// Unpacks what [`pack`] packed.
+/// Unpacks the integers that [`pack`] packed.
 ///
 /// # Errors
-/// What is wrong with the bytes, in a few words.
+/// A short description of the error in the bytes.
 pub(super) fn unpack(bytes: &[u8], lengths: &[usize], components: usize) -> Result<Vec<i32>, &'static str> {
     const SHORT: &str = "there are too few";
     let count = lengths.iter().try_fold(components, |product, length| product.checked_mul(*length)).ok_or(SHORT)?;
-    // A code has at least one bit, so bytes that are there bound the memory.
+    // A code has at least one bit, so the number of bytes bounds the memory.
     if count.div_ceil(8) > bytes.len() {
         return Err(SHORT);
     }

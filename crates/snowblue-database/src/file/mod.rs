@@ -1,13 +1,13 @@
 //! Tables as files: NetCDF classic with 64-bit offsets, named dimensions with coordinates, and CF attributes.
 //!
-//! A full table holds `transmittance` and `reflectance` on all axes. A compressed table holds, for each of the two, the
-//! `coefficients` on all axes but the wavelength, the `basis` and the `singular_values`, and the attribute `space`. A
-//! shard holds values on `grain`, `sample` (of a grain), `angle`, `thickness` and `wavelength`, and the attribute
-//! `shard`. A packed table, such as the embedded one, has bytes (`packed`) instead of the `coefficients`; the module
-//! `format` describes them.
+//! A full table holds `transmittance` and `reflectance` on all axes. A compressed table holds, for each of the two,
+//! the `coefficients` on all axes but the wavelength, the `basis` and the `singular_values`, and the attribute
+//! `space`. A shard holds values on `grain`, `sample` (of a grain), `angle`, `thickness` and `wavelength`, and the
+//! attribute `shard`. A packed table, such as the embedded table, has bytes (`packed`) instead of the `coefficients`;
+//! the module `format` describes them.
 //!
-//! [`read`] reads a file and [`AnyTable::from_bytes`] its bytes; [`Table::write`](crate::Table::write) and its like
-//! write one, atomically ([`write_atomically`](snowblue_base::atomic_file::write_atomically)).
+//! [`read`] reads a file and [`AnyTable::from_bytes`] its bytes; [`Table::write`](crate::Table::write) and similar
+//! methods write a file, atomically ([`write_atomically`](snowblue_base::atomic_file::write_atomically)).
 //!
 //! [`export_csv`] writes a row for each value. The columns are the axes with their units (`grain_size_um`, `facetness`,
 //! `density_kg_m3`, further properties, `angle_deg`, `thickness_cm`, `wavelength_nm`), `transmittance` and

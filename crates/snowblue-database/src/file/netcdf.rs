@@ -21,7 +21,7 @@ pub struct NetCdf<'a> {
     pub attributes: Vec<Attribute>,
     /// Dimensions with their lengths.
     pub dimensions: Vec<(String, usize)>,
-    /// Variables, of which one that has the name of a dimension holds its coordinates.
+    /// Variables. A variable with the name of a dimension holds the coordinates of that dimension.
     pub variables: Vec<Variable<'a>>,
 }
 
@@ -36,7 +36,8 @@ pub struct Variable<'a> {
     pub dimensions: Vec<String>,
     /// Values.
     pub values: Values<'a>,
-    /// Names of variables that are its coordinates beside those of its dimensions; empty if there are none.
+    /// Names of further variables that are its coordinates, beside the coordinates of its dimensions; empty if there
+    /// are none.
     pub coordinates: String,
 }
 

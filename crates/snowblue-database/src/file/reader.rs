@@ -1,4 +1,4 @@
-//! Reads tables from NetCDF, whose header is checked before anything is read according to it.
+//! Reads tables from NetCDF, whose header is checked before any data are read.
 //!
 //! The header (NetCDF Classic Format Specification, Unidata) lists dimensions, attributes and variables with their
 //! lengths. A damaged length could request any amount of memory, so every length is compared with the bytes that exist.
@@ -279,7 +279,7 @@ fn check_finite(path: &Path, name: &str, first_invalid: Option<usize>) -> Result
     }
 }
 
-/// Global attributes except those of the format.
+/// Global attributes except the attributes of the file format.
 fn metadata(data: &DataSet) -> Vec<Attribute> {
     data.get_global_attr_names()
         .into_iter()
@@ -316,7 +316,7 @@ struct Unread<'b>(&'b [u8]);
 /// Checks the header at the start of a file of `length` bytes.
 ///
 /// # Errors
-/// What is invalid, in a few words.
+/// A short description of the invalid part.
 fn check_start(start: &[u8], length: u64) -> Result<(), &'static str> {
     let mut rest = Unread(start);
     let has_wide_offsets = match rest.take(4)? {

@@ -57,8 +57,9 @@ impl CompressedTable {
         self.content(Vec::new(), Quantity::ALL.map(coefficients)).write(path)
     }
 
-    /// Writes the table to `path` with its coefficients as [`rounded`](Self::rounded) by `step`, and packed: of the
-    /// embedded table, they take about a tenth of the bytes. It is read as any other table, but by this crate alone.
+    /// Writes the table to `path` with its coefficients [`rounded`](Self::rounded) by `step` and packed. The packed
+    /// coefficients of the embedded table take about a tenth of the bytes. Packed tables are read like any other
+    /// table, but only by this crate.
     ///
     /// # Errors
     /// If the file cannot be written, or a coefficient has more than 2²⁴ steps.
@@ -132,7 +133,7 @@ fn content<'a>(
     content
 }
 
-/// A coefficient in steps, of which it is a multiple; itself, if there are too many.
+/// A coefficient in steps, of which it is a multiple; an error with the coefficient if there are too many steps.
 fn steps(coefficient: f32, step: f32) -> Result<i32, f32> {
     let steps = coefficient / step;
     #[expect(clippy::cast_possible_truncation, reason = "a whole number within the range")]

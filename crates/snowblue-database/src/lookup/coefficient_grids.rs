@@ -76,7 +76,7 @@ impl SplineGrid {
     #[inline]
     pub(super) fn coefficients(&self, x: f32, angle_deg: f32, coefficients: &mut PaddedCoefficients) {
         let Position { knot: angle, fraction, .. } = self.angle_position(angle_deg);
-        // There is no angle after the last one.
+        // There is no angle after the last angle.
         let next = angle + usize::from(fraction > 0.0);
         let angles = [WeightedAngle { angle, weight: 1.0 - fraction }, WeightedAngle { angle: next, weight: fraction }];
         self.sum(angles, piece(&self.knots, x), coefficients);
@@ -90,7 +90,7 @@ impl SplineGrid {
         coefficients
     }
 
-    /// The position among the table's angles; outside them, that of the nearest one.
+    /// The position among the table's angles; outside them, the position of the nearest angle.
     #[inline]
     fn angle_position(&self, angle_deg: f32) -> Position {
         if self.angles_deg.len() == 1 || angle_deg <= self.angles_deg.first() {
@@ -125,7 +125,7 @@ fn in_registers(values: &[f32]) -> impl Iterator<Item = f32x4> {
 
 /// Offset of the thickness, in cm. Cells are uniform below it.
 pub(super) const OFFSET_CM: f32 = 0.015_625;
-/// Angles are measured down from here, in degrees.
+/// Angles are measured down from this angle, in degrees.
 const ANGLE_ORIGIN_DEG: f32 = 96.0;
 /// Mantissa bits of a cell index in a grid of coefficients.
 const COARSE_BITS: u32 = 3;
@@ -157,7 +157,7 @@ pub(super) struct Extent {
 struct GridPoint {
     /// Index of the cell's first node.
     start: usize,
-    /// Distance to the nodes of the next angle, which is the steeper one.
+    /// Distance to the nodes of the next angle, which is the steeper angle.
     row: usize,
     /// Position within the cell along the angle and along the thickness, 0–1.
     angle_fraction: f32,
@@ -170,7 +170,7 @@ struct Cells {
     /// The number's leading bits in the first cell.
     first: u32,
     count: u32,
-    /// Bits that follow those of the cell index.
+    /// Number of bits that follow the bits of the cell index.
     shift: u32,
 }
 
@@ -298,7 +298,7 @@ impl Cells {
     fn covering(low: f32, high: f32, bits: u32) -> Self {
         let shift = MANTISSA_BITS - bits;
         let first = low.to_bits() >> shift;
-        // A number at the end of a cell starts no other.
+        // A number at the end of a cell does not start a further cell.
         let last = ((high.to_bits() - 1) >> shift).max(first);
         Self { first, count: last - first + 1, shift }
     }

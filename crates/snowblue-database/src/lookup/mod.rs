@@ -5,15 +5,15 @@
 //!
 //! - `linear`, the paper's (`SplineGrid`): a cubic spline over the thickness at the two nearest angles, then linear
 //!   interpolation between them. The spline passes through transmittance 1 at 0 cm and 0 at 100 cm; beyond 100 cm and
-//!   beyond the last angle transmittance is 0. The spline overshoots between the knots, as the paper's does. The sample
-//!   must be one of the table's.
+//!   beyond the last angle transmittance is 0. The spline overshoots between the knots, like the paper's spline. The
+//!   sample must be a sample of the table.
 //! - `log`, ours (`ResampledGrid`): the spline of ln T passes through 0 at 0 cm and continues as a straight line
 //!   beyond the last knot, since light decays exponentially deep in snow (where that line would rise, it stays
-//!   constant); between angles, a cubic. Angles beyond the last one are looked up at the last one. Everything is
+//!   constant); between angles, a cubic. Angles beyond the last angle are looked up at the last angle. Everything is
 //!   precomputed on a fine grid, for any sample within the axes (`blend`).
 //!
-//! Reflectance is interpolated in the same way, in log space over ln h: it is proportional to the thickness of thin
-//! layers and levels off.
+//! Reflectance is interpolated like transmittance, but in log space over ln h: reflectance is proportional to the
+//! thickness of thin layers and levels off in thick layers.
 //!
 //! [`SnowMix`] interpolates between two samples. [`ProjectedTable`] holds a sample's spectra already projected on the
 //! few sums that the colours of one light source need.

@@ -1,8 +1,8 @@
 //! The curves of one snow sample, ready for look-up, and mixes of two.
 //!
 //! In a mix of two samples of one table, for objects whose snow varies over their surface, the logarithms of
-//! transmittance and reflectance are interpolated, ln T = (1 − s) ln T₁ + s ln T₂. They are linear in the coefficients,
-//! so the coefficients are mixed and the spectrum is evaluated once.
+//! transmittance and reflectance are interpolated, ln T = (1 − s) ln T₁ + s ln T₂. The logarithms are linear in the
+//! coefficients, so the coefficients are mixed and the spectrum is evaluated once.
 
 use std::f64::consts::LOG2_E;
 
@@ -19,7 +19,7 @@ use crate::{Axes, CompressedTable, DatabaseError, Quantity, Space, TableSample};
 pub const PAPER_BLACK_THICKNESS_CM: f32 = 100.0;
 /// Largest angle of incidence in the paper's scheme, in degrees; 89–90° count as 89°.
 pub const PAPER_LAST_ANGLE_DEG: f32 = 89.0;
-/// Angle of incidence from which on light does not reach a surface, in degrees.
+/// Angle of incidence from which light does not reach a surface, in degrees.
 pub const HORIZON_DEG: f32 = 90.0;
 
 /// Principal components of curves that are solved. The embedded table has six, which keep T within 0.5 %.
@@ -107,11 +107,11 @@ impl PcaSnow {
         Ok((0..samples.len()).map(|number| Self::of_blend(&table, &Blend::one(number))).collect())
     }
 
-    /// The curves of any samples at some wavelengths, which can be mixed with each other: from a table if it holds all
-    /// of them, else solved for. Then the second value says why.
+    /// The curves of any samples at some wavelengths, which can be mixed with each other: from a table if it holds
+    /// all of them, else solved for. In the latter case the second value says why.
     ///
     /// # Errors
-    /// As those of [`solve`](Self::solve).
+    /// As [`solve`](Self::solve).
     pub fn read_or_solve(
         table: Option<&CompressedTable>,
         samples: &[SnowSample],
@@ -123,7 +123,7 @@ impl PcaSnow {
         }
     }
 
-    /// The curves of a sample from a table, or why it does not have them.
+    /// The curves of a sample from a table, or the reason why the table does not have them.
     fn read(table: Option<&CompressedTable>, sample: &SnowSample, wavelengths_nm: &[f64]) -> Result<Self, String> {
         let table = table.ok_or("there is no table")?;
         let own = &table.axes.wavelengths_nm;
@@ -275,7 +275,7 @@ impl PcaSnow {
     }
 }
 
-/// Splines through T = 1 at 0 cm and, if the table ends before 100 cm, through T = 0 there.
+/// Splines through T = 1 at 0 cm and, if the table ends before 100 cm, through T = 0 at 100 cm.
 fn paper_transmittance(axes: &Axes, sample: &SampleCoefficients) -> SplineGrid {
     let count = sample.components.count;
     let white: Vec<f64> = (0..count)
@@ -314,9 +314,9 @@ fn log_transmittance(axes: &Axes, sample: &SampleCoefficients) -> ResampledGrid 
     ResampledGrid::new(&axes.angles_deg, last_cm, components.count, at)
 }
 
-/// Splines of ln R over ln h, resampled without the factor h/(h + 2⁻⁶ cm), which is proportional to the thickness of
-/// thin layers as R is, so that the rest varies slowly. One more coefficient holds the base-2 logarithm of that
-/// factor's inverse at the nodes, so that it is interpolated as the others are.
+/// Splines of ln R over ln h, resampled without the factor h/(h + 2⁻⁶ cm). Like R, this factor is proportional to the
+/// thickness of thin layers, so that the rest varies slowly. One more coefficient holds the base-2 logarithm of the
+/// inverse of this factor at the nodes, so that the factor is interpolated like all coefficients.
 fn log_reflectance(axes: &Axes, sample: &SampleCoefficients) -> ResampledGrid {
     let count = sample.components.count;
     let log_axes = Axes { thicknesses_cm: axes.thicknesses_cm.iter().map(|h| h.ln()).collect(), ..axes.clone() };
@@ -348,7 +348,7 @@ fn splines(axes: &Axes, coefficients: &[f64], before: Option<EndKnot>, after: Op
     SplineGrid::new(&axes.angles_deg, &knots, &values)
 }
 
-/// A mix of two snow samples of the same table.
+/// A mix of two snow samples of one table.
 #[derive(Debug, Clone, Copy)]
 pub struct SnowMix<'snow> {
     first: &'snow PcaSnow,
@@ -357,14 +357,15 @@ pub struct SnowMix<'snow> {
 }
 
 impl<'snow> SnowMix<'snow> {
-    /// One sample alone.
+    /// A mix of a single sample.
     #[must_use]
     pub const fn single(snow: &'snow PcaSnow) -> Self {
         Self { first: snow, second: snow, fraction: 0.0 }
     }
 
     /// A fraction of the second sample, 0–1, and the rest of the first. Samples of a table in linear space are not
-    /// mixed, since the paper's scheme does not interpolate between samples: the one with the larger fraction is taken.
+    /// mixed, since the paper's scheme does not interpolate between samples: the sample with the larger fraction is
+    /// taken.
     #[must_use]
     pub const fn new(first: &'snow PcaSnow, second: &'snow PcaSnow, fraction: f32) -> Self {
         match (&first.curves, &second.curves) {
@@ -386,7 +387,7 @@ impl<'snow> SnowMix<'snow> {
     /// # Panics
     /// If the length of `spectrum` is not the number of wavelengths.
     pub fn transmittance(&self, thickness_cm: f32, angle_deg: f32, spectrum: &mut [f32]) {
-        // The result is then independent of the mix.
+        // In these cases the result does not depend on the mix.
         if self.fraction <= 0.0 || thickness_cm <= 0.0 || angle_deg >= HORIZON_DEG {
             return self.first.transmittance(thickness_cm, angle_deg, spectrum);
         }

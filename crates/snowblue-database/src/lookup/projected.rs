@@ -1,8 +1,8 @@
 //! Spectra projected on a few weights: the colour of the light of one source through one snow sample, in one look-up.
 //!
-//! Along the thickness the logarithms of such sums curve slightly more than those of single wavelengths, since a mean
-//! of exponentials with different rates is not exponential. On cells a sixteenth as wide they differ from the sums of
-//! the spectrum by less than 2·10⁻⁴, and a look-up costs a tenth.
+//! Along the thickness the logarithms of such sums curve slightly more than the logarithms of single wavelengths,
+//! since a mean of exponentials with different rates is not exponential. On cells a sixteenth as wide the tabulated
+//! sums differ from the sums of the spectrum by less than 2·10⁻⁴, and a look-up costs a tenth.
 
 use super::basis::four_powers_of_two;
 use super::coefficient_grids::{Extent, OFFSET_CM, ResampledGrid};
@@ -100,7 +100,7 @@ impl ProjectedTable {
     }
 }
 
-/// Base-2 logarithm, and that of a negligible number for 0.
+/// Base-2 logarithm; for 0, the logarithm of a negligible number.
 fn log2(sum: f32) -> f32 {
     const NEGLIGIBLE: f32 = -200.0;
     if sum > 0.0 { sum.log2() } else { NEGLIGIBLE }

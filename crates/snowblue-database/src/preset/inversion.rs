@@ -14,8 +14,8 @@
 //! α = (1 − C^¼) A (atan B C)^p + C^¼ D (atan E C)^q, at most 0.999999;
 //! ```
 //!
-//! for isotropic scattering (g = 0) with the constants below. The fit exceeds 1 for bright colours, so those of snow,
-//! in which α is nearly 1, lie near C = 0.92.
+//! for isotropic scattering (g = 0) with the constants below. The fit exceeds 1 for bright colours, so the colours of
+//! snow, in which α is nearly 1, lie near C = 0.92.
 
 /// Greatest single-scattering albedo of Cycles, as 1 − α.
 const MIN_CO_ALBEDO: f64 = 1e-6;
@@ -41,7 +41,8 @@ pub enum AlbedoInversion {
 impl AlbedoInversion {
     /// The single-scattering co-albedo 1 − α that a renderer finds for a colour in 0–1 and an asymmetry.
     ///
-    /// White does not absorb, and an asymmetric medium absorbs less per event than an isotropic one of its colour:
+    /// White does not absorb, and an asymmetric medium absorbs less per event than an isotropic medium of equal
+    /// colour:
     /// ```
     /// # use snowblue_database::preset::AlbedoInversion;
     /// assert!(AlbedoInversion::VanDeHulst.one_minus_albedo(1.0, 0.0) < 1e-10);
@@ -64,7 +65,8 @@ impl AlbedoInversion {
         }
     }
 
-    /// The colour for which a renderer finds a co-albedo, by bisection; the nearest if there is none.
+    /// The colour for which a renderer finds a co-albedo, by bisection; the nearest colour if no colour has this
+    /// co-albedo.
     #[must_use]
     pub fn color(self, one_minus_albedo: f64, asymmetry: f64) -> f64 {
         // Co-albedos fall with the colour.
@@ -73,7 +75,7 @@ impl AlbedoInversion {
     }
 }
 
-/// Halves an interval towards the place up to which a condition holds.
+/// Bisects an interval around the number up to which a condition holds.
 pub(super) fn bisect([mut low, mut high]: [f64; 2], holds: impl Fn(f64) -> bool) -> [f64; 2] {
     for _ in 0..HALVINGS {
         let middle = 0.5 * (low + high);
@@ -95,7 +97,8 @@ mod tests {
                 for one_minus_albedo in [1e-5, 1e-4, 1e-3, 0.01, 0.1, 0.5, 0.9] {
                     let color = inversion.color(one_minus_albedo, *asymmetry);
                     let back = inversion.one_minus_albedo(color, *asymmetry);
-                    // Differences of numbers near 1 in Cycles' fit, and near 8 in s, of which 1 − α has the square.
+                    // Rounding errors: Cycles' fit has a difference of numbers near 1, and s is a difference of
+                    // numbers near 8. 1 − α contains s².
                     let rounding = 1e-15 + 1e-14 * one_minus_albedo.sqrt();
                     assert!((back - one_minus_albedo).abs() < rounding, "{inversion:?} {one_minus_albedo}: {back}");
                 }
@@ -103,13 +106,13 @@ mod tests {
         }
     }
 
-    /// The printed inverse is that of the forward formula: C = (1 − s)(1 − 0.139 s)/(1 + 1.17 s).
+    /// The printed inverse inverts the forward formula C = (1 − s)(1 − 0.139 s)/(1 + 1.17 s).
     #[test]
     fn the_inverse_is_that_of_van_de_hulst() {
         for s in [0.003, 0.03, 0.1, 0.3, 0.7] {
             let color = AlbedoInversion::VanDeHulst.color(s * s, 0.0);
             let forward = (1.0 - s) * (1.0 - 0.139 * s) / (1.0 + 1.17 * s);
-            // Numbers of six digits.
+            // The constants have six digits.
             assert!((color - forward).abs() < 2e-5, "{s}: {color} {forward}");
         }
     }

@@ -1,21 +1,23 @@
 //! Snow as the subsurface parameters of other renderers: a colour and a radius for each of three channels, and an
 //! asymmetry.
 //!
-//! A renderer's random walk has a Henyey–Greenstein medium without a boundary for each channel of a colour space. Snow
-//! has a spectrum. The rule from one to the other:
+//! A renderer's random walk has a Henyey–Greenstein medium without a boundary for each channel of a colour space.
+//! Snow has a spectrum. The rule from the spectrum to the media:
 //!
-//! - **Weights.** w_c(λ) is what light of the wavelength λ adds to channel c of white: the colour matching functions of
-//!   the primaries times the illuminant, adapted to the white of the space, so that Σ w_c = 1. Some weights are
-//!   negative.
+//! - **Weights.** w_c(λ) is the contribution of light of the wavelength λ to channel c of white: the colour matching
+//!   functions of the primaries times the illuminant, adapted to the white of the space, so that Σ w_c = 1. Some
+//!   weights are negative.
 //! - **Albedo.** Channel c of deep snow under diffuse light is A_c = Σ w_c(λ) R(λ), with R by discrete ordinates. The
-//!   co-albedo 1 − α_c is that of the Henyey–Greenstein half-space with the same albedo, by discrete ordinates again.
-//! - **Length.** The transport mean free path ℓ*_c = Σ w_c(λ) ℓ*(λ), ℓ* = 1/(κ(1 − ωg)), is kept: κ_c = 1/(ℓ*_c
-//!   (1 − α_c g)) for the one asymmetry g of all channels, the mean of the snow's by luminance, but at most what the
-//!   renderer takes (similarity, van de Hulst 1980, *Multiple Light Scattering*, §14.1).
+//!   co-albedo 1 − α_c is the co-albedo of the Henyey–Greenstein half-space with this albedo, by discrete ordinates
+//!   again.
+//! - **Length.** The transport mean free path ℓ*_c = Σ w_c(λ) ℓ*(λ), ℓ* = 1/(κ(1 − ωg)), is kept: κ_c = 1/(ℓ*_c (1 −
+//!   α_c g)) with one asymmetry g for all channels: the mean asymmetry of the snow, weighted by luminance, but at
+//!   most the greatest value that the renderer accepts (similarity, van de Hulst 1980, *Multiple Light Scattering*,
+//!   §14.1).
 //! - **Colour.** The renderer's own inversion of colours ([`AlbedoInversion`]) is solved for 1 − α_c.
 //!
-//! What the renderer will show is computed beside what snow does ([`ChannelLook`]): the albedo, the transmittance
-//! through some depths, and how far light spreads.
+//! [`ChannelLook`] holds the albedo, the transmittance through some depths and the spread of light. These quantities
+//! are computed for snow and for the renderer's medium.
 
 mod inversion;
 
@@ -42,14 +44,14 @@ const MIDDLE_NM: f64 = 550.0;
 const WALKS: u32 = 1 << 15;
 /// Streams of Henyey–Greenstein media with g up to 0.9: the albedo within 10⁻⁵.
 const HG_STREAMS: usize = 32;
-/// Walks in a renderer that ends them, of which few pass the greater depths.
+/// Number of walks in a renderer that ends walks. Few of these walks pass the greater depths.
 const ENDING_WALKS: u32 = 1 << 17;
 /// Least effective number of walks behind a transmittance, for a standard error of 10 %.
 const MIN_WALKS: f64 = 100.0;
-/// Length of a walk in transport mean free paths. Later light, 8 % of all, leaves some 20 of them from the entry, and
-/// one thousandth of all within the radius of half of it.
+/// Length of a walk in transport mean free paths. Longer walks carry 8 % of all light. This light leaves some 20
+/// transport mean free paths from the entry, and one thousandth of all light within the radius of half of the light.
 const WALK_LENGTH: f64 = 300.0;
-/// Seed of the walks, the same for snow and preset, so that their noise is common.
+/// Seed of the walks. Snow and preset use one seed, so that they share their noise.
 const SEED: u64 = 1;
 /// Least co-albedo of a channel: its half-space is white to 3·10⁻⁷, 4 √(c/3(1 − g)) with g up to 0.9.
 const MIN_CO_ALBEDO: f64 = 1e-15;
@@ -77,13 +79,13 @@ pub enum PresetError {
     },
 }
 
-/// What a renderer does with subsurface parameters.
+/// A renderer's interpretation of subsurface parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SubsurfaceModel {
     /// OpenPBR 1.1: the radius is the mean free path 1/κ, colours are inverted after van de Hulst, walks have no end.
     OpenPbr,
-    /// Principled BSDF in Blender's Cycles, method "Random Walk" of Blender 4.0 to 5.1: the radius is 4π ℓ*, and walks
-    /// end after 256 flights. Preset with isotropic scattering, which Cycles goes over to after ten flights.
+    /// Principled BSDF in Blender's Cycles, method "Random Walk" of Blender 4.0 to 5.1: the radius is 4π ℓ*, and
+    /// walks end after 256 flights. The preset has isotropic scattering, which Cycles uses after ten flights.
     Cycles,
 }
 
@@ -91,7 +93,7 @@ pub enum SubsurfaceModel {
 pub struct SnowReference {
     /// [wavelength]
     spectrum: Vec<SpectralOptics>,
-    /// What each wavelength adds to X, Y, Z of the light.
+    /// The contribution of each wavelength to X, Y, Z of the light.
     colorimeter: Colorimeter,
     index: f64,
     beam: NarrowBeam,
@@ -134,22 +136,22 @@ pub struct ChannelPreset {
     pub extinction_per_m: f64,
     /// Single-scattering co-albedo that the renderer finds for the colour.
     pub one_minus_albedo: f64,
-    /// What snow does.
+    /// The optics of snow.
     pub snow: ChannelLook,
-    /// What the renderer's medium does.
+    /// The optics of the renderer's medium.
     pub preset: ChannelLook,
 }
 
-/// A transmittance, or what it is below.
+/// A transmittance, or an upper bound of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Transmittance {
     /// Its value.
     Value(f64),
-    /// The bound below which it is, where too few walks pass to tell.
+    /// An upper bound, where too few walks pass for an estimate.
     Below(f64),
 }
 
-/// What deep snow or a preset shows in one channel.
+/// The optics of deep snow or of a preset in one channel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ChannelLook {
     /// Albedo of deep snow under diffuse light.
@@ -163,7 +165,7 @@ pub struct ChannelLook {
 }
 
 impl SubsurfaceModel {
-    /// Greatest asymmetry of a preset. OpenPBR lets renderers clamp high ones.
+    /// Greatest asymmetry of a preset. OpenPBR lets renderers clamp high asymmetries.
     fn greatest_asymmetry(self) -> f64 {
         match self {
             Self::OpenPbr => 0.9,
@@ -260,7 +262,7 @@ impl SnowReference {
             let color = model.inversion().color(wanted, asymmetry);
             let one_minus_albedo = model.inversion().one_minus_albedo(color, asymmetry);
             let transport_length_m = self.mean(&weights, channel, |optics| optics.transport_length_m);
-            // With the albedo that is wanted: the renderer keeps the extinction, whatever it finds for the colour.
+            // Uses the wanted albedo: the renderer keeps the extinction, whatever albedo it finds for the colour.
             let mean_free_path_m = transport_length_m * (1.0 - (1.0 - wanted) * asymmetry);
             media.push((color, ChannelMedium { one_minus_albedo, asymmetry, mean_free_path_m }));
         }
@@ -279,7 +281,7 @@ impl SnowReference {
         Ok(RendererPreset { space, asymmetry, index: self.index, channels })
     }
 
-    /// What each wavelength adds to each channel of white: [wavelength][channel].
+    /// The contribution of each wavelength to each channel of white: [wavelength][channel].
     fn weights(&self, space: RgbSpace) -> Vec<[f64; 3]> {
         let adaptation = ChromaticAdaptation { from_white: self.colorimeter.white(), to_white: space.white() };
         let channels = |Rgb { r, g, b }| [r, g, b];
@@ -291,12 +293,13 @@ impl SnowReference {
         self.spectrum.iter().zip(weights).map(|(optics, weight)| weight[channel] * quantity(optics)).sum()
     }
 
-    /// What snow does in one channel.
+    /// The optics of snow in one channel.
     fn look(&self, weights: &[[f64; 3]], channel: usize) -> ChannelLook {
         let mean = |quantity: &dyn Fn(&SpectralOptics) -> f64| self.mean(weights, channel, quantity);
         let [normal, albedo] = [0, 1].map(|light| mean(&|optics| optics.albedos[light]));
         let kept = |events: u32| mean(&|optics| kept(optics.one_minus_albedo, events));
-        // Of the light that the channel has, in lengths of the channel.
+        // Fraction of the channel's light that is left after each number of events. The radius scales with the
+        // transport mean free path of the channel.
         let by_events: Vec<f64> = (0..=self.beam.most_events()).map(kept).collect();
         let radius = self.beam.radius(0.5 * normal, |events| by_events[events as usize]);
         let length_m = mean(&|optics| optics.transport_length_m) / self.beam_transport_length;
@@ -354,7 +357,7 @@ fn fluxes(medium: &Medium, streams: Streams, peak: Peak) -> ([f64; 2], [f64; DEP
     ([0, 1].map(|light| at(0, light).reflectance), std::array::from_fn(|depth| at(depth + 1, 0).transmittance))
 }
 
-/// Walks that are long enough for the radius of half of the light.
+/// Walks that are long enough to compute the radius of half of the light.
 fn beam_plan(phase: &PhaseFunction) -> BeamPlan {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "g is at most 0.998")]
     let most_flights = (WALK_LENGTH / (1.0 - phase.asymmetry())).ceil() as u32;
@@ -374,7 +377,7 @@ fn co_albedo(albedo: f64, asymmetry: f64) -> f64 {
     (0.5 * (low + high)).exp()
 }
 
-/// What a renderer shows of the media of three channels, which differ in extinction and absorption only.
+/// The optics of the media of three channels in a renderer. The media differ in extinction and absorption only.
 fn looks(media: &[ChannelMedium], model: SubsurfaceModel) -> Vec<ChannelLook> {
     let phase = PhaseFunction::henyey_greenstein(media[0].asymmetry);
     let depth = |medium: &ChannelMedium, cm: f64| 1e-2 * cm / medium.mean_free_path_m;
@@ -398,7 +401,7 @@ fn looks(media: &[ChannelMedium], model: SubsurfaceModel) -> Vec<ChannelLook> {
         let radius = beam.radius(0.5 * beam.reflectance(kept), kept);
         let (_, without_end) = medium.fluxes();
         let transmittance = |depth: usize| {
-            // Where absorption takes what the longest walks carry, it does not matter that they end.
+            // Where absorption removes the light of the longest walks, their end does not matter.
             if kept(most_flights) < 1e-3 * without_end[depth] {
                 Transmittance::Value(without_end[depth])
             } else if beam.effective_walks(depth, kept) >= MIN_WALKS {
@@ -454,17 +457,19 @@ mod tests {
         }
     }
 
-    /// A grey medium with the renderer's own phase function comes back as it is, in every channel of every space.
+    /// The preset of a grey medium with the renderer's own phase function is that medium, in every channel of every
+    /// space.
     #[test]
     fn a_grey_medium_comes_back() {
         for (one_minus_albedo, space) in [(1e-5, RgbSpace::Srgb), (1e-3, RgbSpace::Rec2020), (0.1, RgbSpace::AcesCg)] {
             let preset = grey(one_minus_albedo, 0.7).preset(space, SubsurfaceModel::OpenPbr).unwrap();
             for channel in &preset.channels {
-                // The weights sum to 1 to rounding, of which 1 − A of 0.01 keeps 12 digits, and 1 − α the double.
+                // The weights sum to 1 up to rounding. 1 − A = 0.01 then has 12 correct digits. The relative error of
+                // 1 − α is twice as large.
                 assert!((channel.one_minus_albedo / one_minus_albedo - 1.0).abs() < 1e-9, "{space} {channel:?}");
                 assert!((1e-3 * channel.extinction_per_m - 1.0).abs() < 1e-9, "{space} {channel:?}");
                 assert!((1e3 * channel.radius_m - 1.0).abs() < 1e-9);
-                // Van de Hulst's colour is the albedo to within 1 % of what is missing to white or to black.
+                // Van de Hulst's colour is the albedo to within 1 % of the difference to white or to black.
                 let missing = (1.0 - channel.snow.albedo).min(channel.snow.albedo);
                 assert!((channel.color - channel.snow.albedo).abs() < 0.01 * missing, "{channel:?}");
             }
@@ -472,8 +477,8 @@ mod tests {
         }
     }
 
-    /// Blue behind snow is what Henyey & Greenstein's phase function makes of it: up to 1 % at depth, and the circle of
-    /// half of the light up to 10 % wider.
+    /// Henyey & Greenstein's phase function changes the blue behind snow by up to 1 % at depth, and widens the circle
+    /// of half of the light by up to 10 %.
     #[test]
     fn a_preset_has_the_albedo_and_the_transport_length_of_snow() {
         let reference = SnowReference::new(&SnowSample::default(), &colorimeter(), &options()).unwrap();
@@ -503,12 +508,13 @@ mod tests {
         for channel in &preset.channels {
             let ChannelPreset { snow, preset, .. } = channel;
             let lost = 4.0 / (3.0 * std::f64::consts::PI * 256.0).sqrt();
-            // Of the light that snow sends back, absorption takes a part: that of short walks.
+            // Absorption removes a part of the reflected light, which belongs to short walks.
             assert!((1.0 - preset.albedo - lost).abs() < 0.2 * lost, "{preset:?}");
             assert!(snow.albedo - preset.albedo > 0.05);
             assert!((channel.radius_m * channel.extinction_per_m / (4.0 * std::f64::consts::PI) - 1.0).abs() < 1e-12);
-            // What diffuses through a thickness of L steps ℓ* within N flights, over all that does, is 1 + 2 Σ (−1)ᵏ
-            // exp(−k²π²N/3L²), with 0.71 ℓ* added to L on each side: the times of first passage through a slab.
+            // The light that diffuses through a thickness of L steps ℓ* within N flights, over all light that
+            // diffuses through it, is 1 + 2 Σ (−1)ᵏ exp(−k²π²N/3L²), with 0.71 ℓ* added to L on each side: the times
+            // of first passage through a slab.
             for (depth, cm) in DEPTHS_CM.into_iter().enumerate() {
                 let steps = 1e-2 * cm * channel.extinction_per_m + 2.0 * 0.7104;
                 let decay = std::f64::consts::PI.powi(2) * 256.0 / (3.0 * steps * steps);
@@ -518,8 +524,8 @@ mod tests {
                 match preset.transmittances[depth] {
                     Transmittance::Value(preset) => {
                         let ratio = preset / snow;
-                        // In 1 cm, 3 ℓ*, isotropic light is up to 2 % off the grey medium's; the rest is the noise of
-                        // walks.
+                        // In 1 cm, 3 ℓ*, isotropic scattering differs by up to 2 % from the grey medium. The rest is
+                        // the noise of walks.
                         let noise = 4.0 * (passed / (f64::from(ENDING_WALKS) * snow)).sqrt();
                         assert!((ratio - passed).abs() < 0.02 + noise, "{cm} cm: {ratio}, {passed}");
                     }

@@ -30,7 +30,8 @@ struct IlluminantComparison {
     power: Curve,
     lights: [Xyz; 2],
     difference: ColorDifference,
-    /// ΔE*ab with the white of each's own samples: unexposed, and exposed to middle grey.
+    /// ΔE*ab, where the white of each colour is computed with the samples of that colour: unexposed, and exposed to
+    /// middle grey.
     own_whites: [f64; 2],
 }
 

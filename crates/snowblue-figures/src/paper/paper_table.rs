@@ -9,8 +9,9 @@ use crate::figure::FigureError;
 
 static TABLE: OnceLock<Table> = OnceLock::new();
 
-/// Rays per facetness and index node of the grain tally. The error of T at 15 cm is 0.2 %, the same for all curves of
-/// one facetness. Four times as many rays change the greatest ΔE and RMSE of up to three components by at most 3 %.
+/// Rays per facetness and index node of the grain tally. The error of T at 15 cm is 0.2 %. All curves of one
+/// facetness share this error. Four times as many rays change the greatest ΔE and RMSE of up to three components by
+/// at most 3 %.
 const TALLY_RAYS: u32 = 1 << 18;
 
 /// All curves of the paper's Table 1, by discrete ordinates.

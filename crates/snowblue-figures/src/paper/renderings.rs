@@ -137,7 +137,7 @@ fn rendered(title: &'static str, ours: &str, paper: &'static str, shots: &[Shot]
     for Shot { name, caption, scene } in shots {
         let scene = scene.build(&FilesIn::new(""))?;
         let rendering = render(&scene)?;
-        // Light as it is, without a tone curve. Snow counts like all else.
+        // Unchanged light, without a tone curve. Snow counts like all other objects.
         let metered = rendering.film.metered_pixels().map(LinearRgb::from_xyz);
         let stops = scene.film().exposure.display_factor(metered).log2();
         let settings = scene.integrator();
@@ -160,7 +160,7 @@ mod tests {
 
     use super::*;
 
-    /// Twelve blocks, of which those lit from behind are rendered in two ways.
+    /// Twelve blocks. The blocks lit from behind are rendered in two ways.
     #[test]
     fn blocks_of_fig_9_are_rendered() {
         let mut shots = blocks().unwrap();

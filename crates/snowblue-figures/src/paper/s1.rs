@@ -8,7 +8,7 @@ use crate::figure::{Figure, FigureError, Picture, metadata};
 use crate::plot::{Area, Axis, Chart, GREY, HEADING, Stroke, ordered_colours};
 use crate::table::{Cell, DataTable};
 
-/// The paper's space, and that of the embedded table.
+/// The paper's space, and the space of the embedded table.
 const SPACES: [Space; 2] = [Space::Linear, Space::Log];
 
 const PAPER: &str = "Shows the 225 curves reconstructed with l' = 2, one for each of nine grain sizes, five values of \
@@ -98,7 +98,7 @@ fn draw(table: &Table, curves: &[Curve]) -> String {
     let (nm, sizes_um) = (&table.axes.wavelengths_nm, &table.axes.grain_sizes_um);
     let mut chart = Chart::new(1080.0, 580.0, "Transmittance of 225 kinds of snow: 15 cm, 0°");
     let colours = ordered_colours(sizes_um.len());
-    // Errors are those of the full curves in %, up to the first negative value.
+    // Errors relative to the full curves, in %, up to the first negative value.
     let error = |curve: &Curve, space: usize, w: usize| {
         let ratio = curve.reconstructed[space][w] / curve.full[w];
         (ratio >= 0.0).then_some(100.0 * (ratio - 1.0))

@@ -6,7 +6,7 @@ use snowblue_color::{LinearRgb, Srgb8};
 
 use crate::plot::{Chart, LABEL, Lettering};
 
-/// The colours of lights as they are shown, all at one exposure, which brings the brightest near white.
+/// The colours of lights as shown, all at one exposure, which brings the brightest light near white.
 pub(super) struct Exposed {
     factor: f64,
 }

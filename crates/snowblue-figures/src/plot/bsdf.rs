@@ -56,7 +56,8 @@ impl Half {
         Self { scale: Axis::linear_to_marks(0.0, if most > 0.0 { most } else { 1.0 }, 4.0), face, up }
     }
 
-    /// The point at an angle from the normal and a distance from the centre, in pixels; forward is to the right.
+    /// The point at an angle from the normal and a distance from the centre, in pixels. The forward direction is to
+    /// the right.
     fn at(&self, theta_deg: f64, radius: f64) -> Point {
         let (sine, cosine) = theta_deg.to_radians().sin_cos();
         (CENTRE_X + radius * sine, self.face - self.up * radius * cosine)

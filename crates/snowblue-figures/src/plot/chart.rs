@@ -211,8 +211,8 @@ fn rounded(pixels: f64) -> f64 {
     (pixels * 100.0).round() / 100.0
 }
 
-/// Colours of `count` ordered curves, along viridis (van der Walt & Smith 2015) from dark to light, which readers with
-/// red-green colour blindness can tell apart.
+/// Colours of `count` ordered curves, along viridis (van der Walt & Smith 2015) from dark to light, which readers
+/// with red-green colour blindness can distinguish.
 pub(crate) fn ordered_colours(count: usize) -> Vec<String> {
     const VIRIDIS: [[f64; 3]; 4] = [[68.0, 1.0, 84.0], [59.0, 82.0, 139.0], [33.0, 145.0, 140.0], [94.0, 201.0, 98.0]];
     let colour = |number: usize| {

@@ -10,7 +10,7 @@ const RIGHT: f64 = 712.0;
 const LINEAR_SPAN: f64 = 25.0;
 /// Least ratio of a logarithmic axis's lower end to its upper end.
 const MIN_RATIO: f64 = 1e-30;
-/// Least span of a linear axis; a smaller one would show noise as a trend.
+/// Least span of a linear axis. A smaller span would show noise as a trend.
 const MIN_SPAN: f64 = 0.02;
 /// Curves with more points than this are drawn without dots.
 const MAX_DOTS: usize = 12;
@@ -97,7 +97,7 @@ fn ends(values: impl Iterator<Item = f64>) -> (f64, f64) {
     values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)))
 }
 
-/// A property of the slabs that colours or dashes tell apart: its distinct values, in words.
+/// A property of the slabs that colours or dashes distinguish: its distinct values, in words.
 struct Styles {
     title: &'static str,
     name: fn(&Radiometry) -> String,

@@ -1,9 +1,10 @@
-//! Construction of an eight-wide hierarchy by collapsing a binary one.
+//! Construction of an eight-wide hierarchy by collapsing a binary tree.
 //!
-//! The binary tree comes from parallel locally-ordered clustering with reinsertion, by `obvhs` (Meister & Bittner 2018,
-//! "Parallel locally-ordered clustering", doi:10.1109/TVCG.2017.2669983). Where all boxes overlap, as those of slivers
-//! that share a vertex, clustering makes a chain, in quadratic time. Where many neighbours overlap, or if the tree gets
-//! too deep for the traversal stack, a median split replaces it, which traverses more slowly and is always balanced.
+//! The binary tree comes from parallel locally-ordered clustering with reinsertion, by `obvhs` (Meister & Bittner
+//! 2018, "Parallel locally-ordered clustering", doi:10.1109/TVCG.2017.2669983). Where all boxes overlap, like the
+//! boxes of slivers that share a vertex, clustering makes a chain, in quadratic time. Where many neighbours overlap,
+//! or if the tree gets too deep for the traversal stack, a median split replaces the clustering. Its tree is always
+//! balanced, but traversal is slower.
 
 use arrayvec::ArrayVec;
 use obvhs::aabb::Aabb;
@@ -15,10 +16,11 @@ use obvhs::{Boundable, BvhBuildParams};
 use crate::bounds::Bounds;
 use crate::bvh::{Bvh8, LEAF_FLAG, LEAF_WIDTH, MAX_DEPTH, NO_PRIMITIVE, Node, WIDTH};
 
-/// Most neighbouring primitives of which clustering may make a chain: it takes a tenth of a second.
+/// Greatest number of neighbouring primitives of which clustering may make a chain. Such a chain takes a tenth of a
+/// second.
 const MAX_IN_CHAIN: usize = 4096;
-/// Neighbours overlap if the mean surface area of their boxes is this share of that of the box around them. In a smooth
-/// surface of [`MAX_IN_CHAIN`] triangles it is a few ten-thousandths.
+/// Neighbours overlap if the mean surface area of their boxes is this fraction of the surface area of the box around
+/// them. In a smooth surface of [`MAX_IN_CHAIN`] triangles the fraction is a few ten-thousandths.
 const OVERLAPPING: f64 = 1.0 / 64.0;
 
 impl Boundable for Bounds {
@@ -40,7 +42,7 @@ impl Bvh8 {
     }
 }
 
-/// Whether boxes overlap with most of their neighbours, somewhere among more than [`MAX_IN_CHAIN`].
+/// Whether boxes overlap with most of their neighbours, in some group of more than [`MAX_IN_CHAIN`] boxes.
 #[expect(clippy::cast_possible_truncation, reason = "a mesh has fewer than 2^31 triangles")]
 fn neighbours_overlap(primitives: &[Bounds]) -> bool {
     let mut order: Vec<u32> = (0..primitives.len() as u32).collect();
@@ -230,7 +232,7 @@ mod tests {
         Bounds { low: rim.min(Vec3A::ZERO), high: rim.max(Vec3A::ZERO) }
     }
 
-    /// The primitives of all leaves that a line along z through a point hits, which are the same for both traversals.
+    /// The primitives of all leaves that a line along z through a point hits. Both traversals find equal primitives.
     fn candidates(bvh: &Bvh8, point: Vec3A) -> Vec<usize> {
         let (mut found, mut found_ordered) = (Vec::new(), Vec::new());
         let ray = BvhRay::new(&Ray { origin: point - Vec3A::Z, direction: Vec3A::Z }, AHEAD);

@@ -23,13 +23,14 @@ const LEAF_WIDTH: usize = 4;
 /// Marks unused slots of a leaf.
 const NO_PRIMITIVE: u32 = u32::MAX;
 
-/// Greatest number of levels of nodes: that of a balanced binary tree over 2³¹ primitives down to leaves of four.
+/// Greatest number of levels of nodes: the levels of a balanced binary tree over 2³¹ primitives down to leaves of
+/// four.
 const MAX_DEPTH: usize = 29;
 
 /// Traversal stack capacity: 7 per level + 1.
 const STACK_CAPACITY: usize = (WIDTH - 1) * MAX_DEPTH + 1;
 
-/// Set in the indices of leaves, clear in those of nodes.
+/// Bit that is set in the indices of leaves and clear in the indices of nodes.
 const LEAF_FLAG: u32 = 1 << 31;
 
 /// An eight-wide bounding volume hierarchy.
@@ -135,8 +136,8 @@ impl Bvh8 {
         self.leaves[leaf][slot]
     }
 
-    /// Calls `visit` for each leaf that the ray hits, in order of entry. `visit` returns the distance that ends the
-    /// traversal from there on.
+    /// Calls `visit` for each leaf that the ray hits, in order of entry. `visit` returns the distance at which the
+    /// traversal ends from then on.
     #[inline]
     pub fn traverse_ordered(&self, ray: &BvhRay, mut visit: impl FnMut(usize) -> f32) {
         let mut end_m = ray.interval.end_m;
@@ -172,7 +173,7 @@ impl Bvh8 {
     }
 
     /// Calls `visit` for each leaf whose box is within a distance of a point, in any order. `visit` returns the
-    /// distance from then on, a negative one to end.
+    /// distance from then on. A negative distance ends the traversal.
     #[inline]
     pub(crate) fn visit_near(&self, point: Vec3A, distance: f32, mut visit: impl FnMut(usize) -> f32) {
         let (point, distance) = (point.to_array().map(f32x8::splat), Cell::new(distance));

@@ -80,8 +80,8 @@ impl MeshBvh {
         self.bounds
     }
 
-    /// The first hit beyond the ray's origin and nearer than `limit_m`. If two triangles are hit at the same distance,
-    /// as at a fold, the one of lower index counts.
+    /// The first hit beyond the ray's origin and nearer than `limit_m`. If two triangles are hit at equal distance,
+    /// as at a fold, the triangle of lower index counts.
     pub fn first_hit(&self, ray: &Ray, limit_m: f32) -> Option<ShapeHit> {
         let query = MeshQuery::new(self, ray, Interval { start_m: 0.0, end_m: limit_m })?;
         let mut nearest_m = limit_m - query.start_m;
@@ -193,7 +193,7 @@ impl MeshBvh {
 
 /// A ray whose origin was moved to the mesh's bounds.
 struct MeshQuery {
-    /// Distance from the original origin to the new one.
+    /// Distance from the original origin to the new origin.
     start_m: f32,
     bvh_ray: BvhRay,
     sheared: ShearedRay,
@@ -225,7 +225,7 @@ impl MeshQuery {
         }
     }
 
-    /// Whether a distance from the new origin lies beyond the original one.
+    /// Whether a distance from the new origin lies beyond the original origin.
     fn is_beyond_origin(&self, distance_m: f64) -> bool {
         distance_m + f64::from(self.start_m) > 0.0
     }

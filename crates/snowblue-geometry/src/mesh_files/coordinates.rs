@@ -1,4 +1,4 @@
-//! Coordinates in mesh files, and what is said of wrong ones.
+//! Coordinates in mesh files, and error messages about invalid coordinates.
 
 use std::fmt::Display;
 
@@ -15,7 +15,7 @@ pub(super) fn check_finite(position: Vec3, vertex: impl Fn() -> String) -> Resul
     }
 }
 
-/// The number that a word of a text file is; `quantity` says what it stands for.
+/// Parses a word of a text file as a number. `quantity` names the quantity in the error message.
 pub(super) fn number(word: &str, quantity: impl Display) -> Result<f32, String> {
     word.parse().map_err(|_| {
         let hint = if word.contains(',') { " with a decimal point" } else { "" };

@@ -39,7 +39,7 @@ pub fn read_mesh_file(path: &Path, part: Option<&str>) -> Result<TriangleMesh, F
 ///
 /// # Errors
 ///
-/// As those of [`read_mesh_file`].
+/// As [`read_mesh_file`].
 pub fn read_mesh_from(files: &dyn FileSource, name: &str, part: Option<&str>) -> Result<TriangleMesh, FileError> {
     let path = files.display_name(name);
     let wrong = |reason: String| FileError::Content { path: path.clone(), reason };

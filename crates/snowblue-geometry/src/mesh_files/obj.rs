@@ -168,7 +168,7 @@ fn numbers<'line>(words: impl Iterator<Item = &'line str>, quantity: impl Displa
     words.map(|word| number(word, quantity)).collect()
 }
 
-/// Converts an OBJ index, which counts from 1 or backwards from -1, to one that counts from 0.
+/// Converts an OBJ index, which counts from 1 or backwards from -1, to an index that counts from 0.
 fn index(word: &str, count: usize, what: &str) -> Result<usize, String> {
     let index: i64 = word.parse().map_err(|_| format!("\"{word}\" is not a {what} index"))?;
     let counted = usize::try_from(index.unsigned_abs()).unwrap_or(usize::MAX);

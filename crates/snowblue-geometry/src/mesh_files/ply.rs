@@ -121,9 +121,9 @@ pub(super) fn read(file: &NamedFile) -> Result<TriangleMesh, FileError> {
 
 /// The part of a file that holds an element.
 struct Payload<'file, 'a> {
-    /// What is read of a binary file.
+    /// The reader of a binary file.
     reader: &'a mut Reader<Cursor<&'file [u8]>>,
-    /// What is read of a text.
+    /// The lines of a text file.
     text: &'a mut TextLines<'file>,
     element: &'a ElementDef,
     header: &'a Header,
@@ -174,7 +174,7 @@ impl<'file> TextLines<'file> {
     }
 }
 
-/// An element from its line. Whatever types the header names, numbers may be written as in any text.
+/// An element from its line. Numbers may have any text form, whatever types the header names.
 fn text_element<T: PropertyAccess>(element: &ElementDef, number: usize, line: &str) -> Result<T, String> {
     let mut words = line.split_whitespace();
     let (mut read, name) = (T::new(), &element.name);
@@ -199,7 +199,7 @@ fn text_element<T: PropertyAccess>(element: &ElementDef, number: usize, line: &s
                 let count: u32 = word_of_count
                     .parse()
                     .map_err(|_| format!("{quantity} has \"{word_of_count}\" items, but must have a whole number"))?;
-                // Lists that are not used may have any numbers.
+                // Unused lists may have any numbers.
                 let item = |_| if is_index_list(property) { whole(word()?) } else { word().map(|_| 0) };
                 Property::ListInt((0..count).map(item).collect::<Result<_, _>>()?)
             }

@@ -1,7 +1,7 @@
 //! STL files (3D Systems 1989, "StereoLithography Interface Specification"), binary or ASCII.
 //!
-//! Each triangle has its own corners. Corners at the same position become one vertex. Normals, names and the two bytes
-//! of further data of a binary triangle are ignored.
+//! Each triangle has its own corners. Coincident corners become one vertex. Normals, names and the two bytes of
+//! further data of a binary triangle are ignored.
 
 use glam::Vec3;
 use snowblue_base::files::{FileError, NamedFile};
@@ -10,14 +10,14 @@ use crate::coincident::{keep_used, merged};
 use crate::mesh_files::coordinates::{check_finite, number};
 use crate::triangle_mesh::TriangleMesh;
 
-/// Length in bytes of what precedes the triangles of a binary file: a text, and their number.
+/// Length in bytes of the header before the triangles of a binary file: a text, and the number of triangles.
 const HEADER: usize = 80 + 4;
 
 /// Length in bytes of a triangle of a binary file: its normal, its corners, and two bytes of further data.
 const TRIANGLE: usize = 12 + 36 + 2;
 
-/// Reads a file. One of ASCII begins with `solid`, as do some binary files, which have the length that their number of
-/// triangles asks for.
+/// Reads a file. An ASCII file begins with `solid`, and so do some binary files. A binary file has the length that
+/// follows from its number of triangles.
 pub(super) fn read(file: &NamedFile) -> Result<TriangleMesh, FileError> {
     let NamedFile { path, bytes } = file;
     let begins_as_text = bytes.trim_ascii_start().get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
@@ -33,7 +33,7 @@ pub(super) fn read(file: &NamedFile) -> Result<TriangleMesh, FileError> {
     Ok(welded(&triangles))
 }
 
-/// Checks that all corners are finite, while they have the numbers of the file.
+/// Checks that all corners are finite, while triangles and corners still have the numbers of the file.
 fn check_triangles(triangles: &[[Vec3; 3]]) -> Result<(), String> {
     for (number, corners) in triangles.iter().enumerate() {
         for (corner, position) in corners.iter().enumerate() {
@@ -43,7 +43,7 @@ fn check_triangles(triangles: &[[Vec3; 3]]) -> Result<(), String> {
     Ok(())
 }
 
-/// Joins corners at the same position.
+/// Joins coincident corners.
 fn welded(triangles: &[[Vec3; 3]]) -> TriangleMesh {
     let mut mesh = TriangleMesh::from_triangles(triangles);
     let first = merged(&mesh.positions, &mesh.indices);
@@ -86,7 +86,7 @@ fn ascii(text: &str) -> Result<Vec<[Vec3; 3]>, (usize, String)> {
 #[derive(Default)]
 struct Parser {
     triangles: Vec<[Vec3; 3]>,
-    /// Corners of the current facet, if the line lies in one.
+    /// Corners of the current facet, if the line lies in a facet.
     facet: Option<Vec<Vec3>>,
     in_solid: bool,
 }

@@ -121,7 +121,7 @@ class Quantity:
         return " ".join(kept) or "1"
 
 
-RENAMED = {"ssa": "specific_surface_area", "degree_Celsius": "degC"}
+RENAMED = {"ssa": "specific_surface_area"}
 """Names and units of properties in results that differ from those in tables."""
 SNOW = {
     "snow": Quantity("snow", long_name="kind of snow"),

@@ -18,7 +18,7 @@ use snowblue_scene::{Changes, Scene, Views};
 use crate::error::RenderError;
 use crate::integrators::PathSample;
 use crate::integrators::first_hit::FirstHits;
-use crate::integrators::method::{Method, Prepared};
+use crate::integrators::method::{Method, Prepared, Tracing};
 use crate::integrators::path::PathTracer;
 use crate::integrators::reference::ReferenceTracer;
 
@@ -218,13 +218,12 @@ impl Integrator {
 
     /// A tracer for one task, with zero counts. For pictures of spectra, `responses` is false.
     pub(crate) fn tracer(&self, responses: bool) -> Tracer<'_> {
-        let Prepared { scene, method, bodies, .. } = &self.prepared;
-        let paths = match (method, self.prepared.snow_shader()) {
-            (Method::Reference(volumes, _), _) => {
-                Paths::Reference(Box::new(ReferenceTracer::new(scene, bodies, volumes)))
+        let Prepared { scene, bodies, .. } = &self.prepared;
+        let paths = match self.prepared.tracing() {
+            Tracing::OverSurfaces(snow) => {
+                Paths::OverSurfaces(Box::new(PathTracer::new(&self.prepared, snow, responses)))
             }
-            (_, Some(snow)) => Paths::OverSurfaces(Box::new(PathTracer::new(&self.prepared, snow, responses))),
-            (_, None) => unreachable!("all methods but the reference shade snow"),
+            Tracing::InVolumes(volumes) => Paths::Reference(Box::new(ReferenceTracer::new(scene, bodies, volumes))),
         };
         Tracer { paths, air: scene.air() }
     }

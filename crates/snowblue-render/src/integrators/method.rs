@@ -1,6 +1,6 @@
 //! The methods that render snow: the data that a method prepares from a scene, which the tracers of all tasks share,
 //! and the questions that pictures ask a method. A new method needs a file of its own, a match arm here for each
-//! question, and a name in [`IntegratorKind`].
+//! question and in [`ShadingMethod`], and a name in [`IntegratorKind`].
 
 use std::sync::{Arc, OnceLock};
 
@@ -40,7 +40,7 @@ pub(super) struct Prepared {
     pub(super) tables: LightTables,
     pub(super) no_tables: LightTables,
     /// Smooth skies that nothing hides, for a picture that is filtered.
-    pub(super) open_sky: OpenSky,
+    pub(super) open_sky: Option<OpenSky>,
 }
 
 /// The prepared data of a method.
@@ -53,6 +53,14 @@ pub(super) enum Method {
     Reference(SnowOfMaterials<SnowVolumes>, Box<OnceLock<SnowOfMaterials<BodyOptics>>>),
 }
 
+/// How a method traces paths.
+pub(super) enum Tracing<'a> {
+    /// Over surfaces, with a shader of snow.
+    OverSurfaces(SnowShader<'a>),
+    /// Through the volumes of snow.
+    InVolumes(&'a SnowOfMaterials<SnowVolumes>),
+}
+
 impl Prepared {
     /// # Errors
     ///
@@ -63,7 +71,7 @@ impl Prepared {
         let is_drawn = method.draws_sparkle() && scene.materials().iter().any(|material| material.sparkle().is_some());
         let sparkle = is_drawn.then(|| SceneSparkle::new(scene, &method.kinds(scene))).transpose()?;
         let is_filtered = scene.description().is_filtered();
-        let open_sky = OpenSky::new(scene.lights().iter().map(Arc::as_ref).filter(|_| is_filtered));
+        let open_sky = is_filtered.then(|| OpenSky::new(scene.lights().iter().map(Arc::as_ref)));
         Ok(Self { scene: scene.clone(), method, bodies, sparkle, tables, no_tables, open_sky })
     }
 
@@ -81,8 +89,8 @@ impl Prepared {
         materials.filter_map(note).collect()
     }
 
-    /// The shader of snow for one task; none for the reference, which traces volumes.
-    pub(super) fn snow_shader(&self) -> Option<SnowShader<'_>> {
+    /// The way of the method to trace paths, for one task.
+    pub(super) fn tracing(&self) -> Tracing<'_> {
         let Self { scene, bodies, .. } = self;
         let with_field = |field, walks| ShadingMethod::Field(Box::new(FieldShader::new(scene, field, bodies, walks)));
         let method = match &self.method {
@@ -91,10 +99,10 @@ impl Prepared {
             }
             Method::Diffusion(field) => with_field(field, None),
             Method::Hybrid(field, volumes) => with_field(field, Some(WalkTracer::new(scene, field, bodies, volumes))),
-            Method::Reference(..) => return None,
+            Method::Reference(volumes, _) => return Tracing::InVolumes(volumes),
         };
         let sparkle = self.sparkle.as_ref().map(|sparkle| SparkleReader::new(scene, sparkle));
-        Some(SnowShader { method, sparkle })
+        Tracing::OverSurfaces(SnowShader { method, sparkle })
     }
 
     /// The reflectance of snow whose path behind the surface has the depth `depth_m`, for light from straight above:

@@ -68,7 +68,7 @@ impl<'a> PathTracer<'a> {
             queries: SceneQueries::new(scene.objects()),
             snow,
             has_area_lights: scene.lights().iter().any(|light| light.has_extent()),
-            open_sky: scene.description().is_filtered().then_some(&prepared.open_sky),
+            open_sky: prepared.open_sky.as_ref(),
         }
     }
 
@@ -209,6 +209,7 @@ impl<'a> PathTracer<'a> {
         let (scene, tables) = (self.scene, self.tables);
         let transmitted = SnowShader::transmitted(surface, scene, tables, &mut self.queries, sampler);
         let mut light = DirectLight { steady: transmitted, smooth_sky: C::ZERO, sparkle: C::ZERO };
+        let mut sparkle = terms.sparkling.as_ref().map(|_| Spectrum::ZERO);
         let mut spectra = terms.from_inside.map(|from_inside| [from_inside, Spectrum::ZERO]);
         for (index, source) in scene.lights().iter().enumerate().filter(|(_, light)| terms.count(light)) {
             let mut add = |sample: &LightSample| {
@@ -219,8 +220,10 @@ impl<'a> PathTracer<'a> {
                         let sum = if source.is_smooth_sky() { &mut light.smooth_sky } else { &mut light.steady };
                         *sum += reflected * (incident.irradiance_per_power * FRAC_1_PI);
                     }
-                    if let Some(change) = self.snow.sparkle(terms, surface, (source, sample), incident) {
-                        light.sparkle += C::emitted(scene, &change);
+                    if let Some(sparkle) = &mut sparkle
+                        && let Some(change) = self.snow.sparkle(terms, surface, (source, sample), incident)
+                    {
+                        *sparkle += change;
                     }
                 }
                 if let Some(spectra) = &mut spectra
@@ -233,6 +236,9 @@ impl<'a> PathTracer<'a> {
                 Some(sample) => add(sample),
                 None => surface.samples_of(source, sampler).iter().flatten().for_each(add),
             }
+        }
+        if let Some(sparkle) = &sparkle {
+            light.sparkle = C::emitted(scene, sparkle);
         }
         if let Some([steady, smooth_sky]) = &spectra {
             light.steady += C::emitted(scene, steady);

@@ -6,8 +6,8 @@
 //! spherical caps (Dupuy & Benyoub 2023, doi:10.1111/cgf.14867).
 //!
 //! Only the order of heights matters to a walk, so a height h is stored as ln C₁(h), the logarithm of the fraction of
-//! the surface below it: 0 is above all facets, −∞ below all. Below the surface the same walk runs upside down, with C₁
-//! → 1 − C₁.
+//! the surface below it: 0 lies above all facets, −∞ below all facets. Below the surface the walk runs upside down,
+//! with 1 − C₁ in place of C₁.
 
 use glam::DVec3;
 
@@ -27,7 +27,7 @@ pub(crate) struct Outcome {
 
 /// Reflects or transmits light that travels along `direction` (z < 0) at an interface of roughness α.
 ///
-/// `relative_index` is the index of the far side over that of the near side.
+/// `relative_index` is the refractive index of the far side over the refractive index of the near side.
 #[inline]
 pub(crate) fn interact(direction: DVec3, roughness: f64, relative_index: f64, stream: &mut Stream) -> Outcome {
     let step = Step { index: relative_index, inverse: 1.0 / relative_index };
@@ -54,9 +54,9 @@ struct Step {
 
 /// The random walk: move to a height, leave or hit a facet, turn upside down after each refraction.
 ///
-/// Smith's Λ for GGX slopes is ½(r/|z| − 1) for directions that go up and −½(r/|z| + 1) for those that go down, with r²
-/// = α²(x² + y²) + z² (Heitz 2014, JCGT 3(2), eq. 72): the length of the direction in the space where facets are those
-/// of a hemisphere.
+/// Smith's Λ for GGX slopes is ½(r/|z| − 1) for directions that go up and −½(r/|z| + 1) for directions that go down,
+/// with r² = α²(x² + y²) + z² (Heitz 2014, JCGT 3(2), eq. 72). r is the length of the direction in the stretched
+/// space, in which the facets form a hemisphere.
 fn walk(mut direction: DVec3, roughness: f64, mut step: Step, stream: &mut Stream) -> Outcome {
     let mut beyond = false;
     let mut log_height = 0.0;

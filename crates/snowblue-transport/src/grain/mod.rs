@@ -1,5 +1,5 @@
-//! A single grain of ice: its shape, its rough surface, and its scattering of a ray of light, that is, the direction in
-//! which light leaves it, and its path through the ice.
+//! A single grain of ice: its shape, its rough surface, and its scattering of a ray of light, given by the direction
+//! in which the light leaves the grain and its path through the ice.
 //!
 //! Light is reflected or enters, crosses the ice in straight segments between interfaces, and leaves. Grains that are
 //! nearly smooth trap some light: below a roughness of about 0.025 the distribution of ice paths is heavy-tailed. The
@@ -27,7 +27,7 @@ pub struct Grain {
     pub shape: Spheroid,
     /// Roughness α of the surface.
     pub roughness: f64,
-    /// Refractive index of the ice over that of the surrounding medium.
+    /// Relative refractive index: ice over the surrounding medium.
     pub relative_index: f64,
 }
 

@@ -1,8 +1,8 @@
 //! The shape of a grain: a prolate spheroid with semi-axes a = b ≤ c.
 //!
-//! Riley's sphericity Ψ is the square root of the inscribed over the circumscribed circle's diameter in the side view
-//! (Riley 1941), so a/c = Ψ². The spheroid is that of SPLITSnow's ancestor SPLITS (Kimmel & Baranoski 2007,
-//! doi:10.1364/OE.15.009755).
+//! Riley's sphericity Ψ is the square root of the ratio of the diameters of the inscribed and the circumscribed
+//! circle in the side view (Riley 1941), so a/c = Ψ². SPLITS, the ancestor of SPLITSnow, uses this spheroid (Kimmel &
+//! Baranoski 2007, doi:10.1364/OE.15.009755).
 
 use std::f64::consts::{PI, TAU};
 use std::fmt;

@@ -1,5 +1,5 @@
-//! Optimal estimation: the most probable state, given data and what was known of it before (Rodgers 2000, *Inverse
-//! Methods for Atmospheric Sounding*, ch. 5).
+//! Optimal estimation: the most probable state, given data and a prior (Rodgers 2000, *Inverse Methods for
+//! Atmospheric Sounding*, ch. 5).
 //!
 //! With residuals r of the data in units of their standard deviations, their derivatives −K, and a normal prior of mean
 //! x_a and covariance S_a, the state x minimises
@@ -14,35 +14,39 @@
 //! (H + λ diag H) δ = g,   H = KᵀK + S_a⁻¹,   g = Kᵀ r − S_a⁻¹ (x − x_a).
 //! ```
 //!
-//! H⁻¹ is the covariance of the posterior (eq. 5.30) and A = H⁻¹KᵀK the averaging kernel. The search has converged when
-//! the undamped step δ is far smaller than that covariance, gᵀδ ≪ n (eq. 5.29). That step is taken at last, without
-//! another evaluation.
+//! H⁻¹ is the covariance of the posterior (eq. 5.30) and A = H⁻¹KᵀK the averaging kernel. The search has converged
+//! when the undamped step δ is small compared with this covariance, gᵀδ ≪ n (eq. 5.29). This last step is taken
+//! without another evaluation.
 //!
-//! H is never formed. With UᵀU = S_a⁻¹ and the factorisation QR of the rows of K and U, H = RᵀR, and δ is the solution
-//! of a linear least-squares problem (Golub 1965, doi:10.1007/BF01436075). The condition of R is the square root of
-//! that of H, so that elements which the data cannot tell apart keep the covariance of their prior.
+//! H is never formed. With UᵀU = S_a⁻¹ and the factorisation QR of the rows of K and U, H = RᵀR, and δ is the
+//! solution of a linear least-squares problem (Golub 1965, doi:10.1007/BF01436075). The condition number of R is the
+//! square root of the condition number of H, so that elements which the data cannot distinguish keep the covariance
+//! of their prior.
 //!
-//! An element at an end of its range, where J falls towards the outside, is held there. The posterior is then that of
-//! the other elements: H has their rows and columns only, and the rows of the held ones in covariance and kernel are 0.
+//! An element at an end of its range is held there if J falls towards the outside. The posterior then describes the
+//! other elements: H has the rows and columns of these elements only, and the rows of the held elements in the
+//! covariance and the averaging kernel are 0.
 //!
-//! A model that is linear in exponentials of the state has second derivatives as large as the first. Once a step has
-//! overshot, steps include them where that makes them shorter: max(0, −Kᵀr) on the diagonal of H. Without them the
-//! steps oscillate where the data require a smaller quantity than the prior.
+//! A model that is linear in exponentials of the state has second derivatives as large as the first derivatives. Once
+//! a step has overshot, the second derivatives are included where they shorten the steps: max(0, −Kᵀr) is added to
+//! the diagonal of H. Without the second derivatives the steps oscillate where the data require a smaller quantity
+//! than the prior.
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 /// Greatest gᵀδ, per element of the state, where a search has converged: a thousandth of a standard deviation.
 const CONVERGED: f64 = 1e-6;
-/// The same where a step did not lower J: the derivatives of an interpolation in the model are discontinuous.
+/// Greatest gᵀδ, per element of the state, where a step did not lower J: the derivatives of an interpolation in the
+/// model are discontinuous.
 const CONVERGED_WITHOUT_DESCENT: f64 = 1e-4;
 const MAX_SOLUTIONS: usize = 80;
 const FIRST_DAMPING: f64 = 1e-2;
-/// Least damping where J falls by less than a quarter of what its derivatives predict (Fletcher 1971): the model is far
-/// from linear over a step, and undamped steps oscillate.
+/// Least damping where J falls by less than a quarter of the fall that its derivatives predict (Fletcher 1971): the
+/// model is far from linear over a step, and undamped steps oscillate.
 const OVERSHOT_DAMPING: f64 = 0.4;
 const MAX_DAMPING: f64 = 1e6;
 
-/// What is known of a state before the measurement.
+/// Prior of a state, and the range of each element.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Knowledge {
     pub(super) mean: DVector<f64>,
@@ -54,8 +58,8 @@ pub(super) struct Knowledge {
     pub(super) greatest: DVector<f64>,
 }
 
-/// A search for the most probable state. Whoever drives it evaluates the model at [`trial`](Self::trial) and calls
-/// [`take`](Self::take) until it has ended, so that many searches can share the work.
+/// A search for the most probable state. The caller evaluates the model at [`trial`](Self::trial) and calls
+/// [`take`](Self::take) until the search has ended, so that many searches can share the work.
 #[derive(Debug, Clone)]
 pub(super) struct Search {
     prior: Knowledge,
@@ -95,7 +99,7 @@ struct Evaluated {
     descent: DVector<f64>,
 }
 
-/// The most probable state and what is known of it.
+/// The most probable state, with its covariance and averaging kernel.
 #[derive(Debug, Clone)]
 pub(super) struct Posterior {
     pub(super) state: DVector<f64>,
@@ -188,7 +192,7 @@ impl Search {
         self.trial = trial;
     }
 
-    /// What the search has found; before any evaluation, the prior.
+    /// The posterior that the search has found; before any evaluation, the prior.
     pub(super) fn posterior(self) -> Posterior {
         let best = self.best.unwrap_or_else(|| {
             let n = self.prior.mean.len();
@@ -210,7 +214,7 @@ impl Search {
 }
 
 impl Knowledge {
-    /// The state within the ranges that is nearest in each element.
+    /// The state with each element clamped to its range.
     fn within(&self, state: &DVector<f64>) -> DVector<f64> {
         state.zip_zip_map(&self.least, &self.greatest, f64::clamp)
     }
@@ -257,7 +261,7 @@ impl Evaluated {
         (0..self.state.len()).filter(is_free).collect()
     }
 
-    /// δ, with 0 for elements that are held, where these numbers are added to the diagonal of H.
+    /// The step δ with `added` on the diagonal of H; 0 for elements that are held.
     fn step(&self, free: &[usize], added: &DVector<f64>) -> DVector<f64> {
         let roots = DVector::from_iterator(free.len(), free.iter().map(|i| added[*i].sqrt()));
         let (factor, target) =
@@ -270,7 +274,7 @@ impl Evaluated {
         step
     }
 
-    /// Covariance and averaging kernel of the free elements, with 0 in the rows of those that are held.
+    /// Covariance and averaging kernel of the free elements, with 0 in the rows of the held elements.
     fn posterior(&self, prior: &Knowledge, free: &[usize]) -> (DMatrix<f64>, DMatrix<f64>) {
         let (n, of_free) = (self.state.len(), free.len());
         let factors = stacked(&[self.jacobian.select_columns(free), prior.precision_root.select_columns(free)]).qr();
@@ -300,7 +304,7 @@ pub(super) fn precision_root(covariance: &DMatrix<f64>) -> Option<DMatrix<f64>> 
     root.iter().all(|entry| entry.is_finite()).then_some(root)
 }
 
-/// The rows of some matrices.
+/// The rows of several matrices in one matrix.
 fn stacked(parts: &[DMatrix<f64>]) -> DMatrix<f64> {
     let mut stacked = DMatrix::zeros(parts.iter().map(DMatrix::nrows).sum(), parts[0].ncols());
     let mut first = 0;
@@ -359,7 +363,7 @@ mod tests {
         assert!((&posterior.state - DVector::from_element(2, 1.0)).amax() < 3e-3, "{posterior:?}");
     }
 
-    /// A line y = 2 + 3x at x = 0 … 4, with a prior: the posterior is that of Bayesian linear regression.
+    /// For a line y = 2 + 3x at x = 0 … 4 with a prior, the posterior agrees with Bayesian linear regression.
     #[test]
     fn a_linear_model_has_the_posterior_of_bayesian_regression() {
         let jacobian = DMatrix::from_fn(5, 2, |i, j| if j == 0 { 1.0 } else { i as f64 });
@@ -384,18 +388,19 @@ mod tests {
             )
         });
         assert!(posterior.is_at_end == [true, false] && posterior.end == End::Converged, "{posterior:?}");
-        // At x₀ = 0 the second minimises (1 + x/2)² + (2 − x)², within the square root of gᵀδ.
+        // At x₀ = 0 the second element minimises (1 + x/2)² + (2 − x)², within the square root of gᵀδ.
         assert!(posterior.state[0].abs() < f64::MIN_POSITIVE && (posterior.state[1] - 1.2).abs() < 1.5e-3);
-        // With the first held, H = 1/2² + 1². The second follows both true elements by H⁻¹ (1/2, 1/2² + 1²).
+        // With the first element held, H = 1/2² + 1². The second follows both true elements by H⁻¹ (1/2, 1/2² + 1²).
         let covariance = DMatrix::from_row_slice(2, 2, &[0.0, 0.0, 0.0, 0.8]);
         let kernel = DMatrix::from_row_slice(2, 2, &[0.0, 0.0, 0.4, 1.0]);
-        // The prior is 10⁻¹² of what the data say.
+        // The prior has 10⁻¹² of the weight of the data.
         assert!((&posterior.covariance - covariance).amax() < 1e-11, "{posterior:?}");
         assert!((&posterior.averaging_kernel - kernel).amax() < 1e-11, "{posterior:?}");
     }
 
-    /// Data that know the sum of two elements to 10⁻⁹ and nothing of their difference, whose variance stays that of the
-    /// prior. H is singular to rounding; R has the condition 1.4·10⁹, of which rounding leaves 3·10⁻⁷.
+    /// The data determine the sum of two elements to 10⁻⁹ and do not determine their difference, which keeps the
+    /// variance of the prior. H is singular to rounding; R has the condition number 1.4·10⁹, of which rounding leaves
+    /// 3·10⁻⁷.
     #[test]
     fn elements_that_act_alike_keep_their_prior() {
         const PRECISION: f64 = 1e9;

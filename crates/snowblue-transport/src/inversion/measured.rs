@@ -1,4 +1,4 @@
-//! Measured spectra at wavelengths or in bands, their errors, and residuals in units of those.
+//! Measured spectra at wavelengths or in bands, their errors, and residuals in units of the errors.
 //!
 //! Errors that correlate over a distance L of wavelengths, ⟨ε_i ε_j⟩ = σ_i σ_j exp(−|λ_i − λ_j|/L), are a Markov chain
 //! in the order of wavelengths. With z = ε/σ and ρ_i = exp(−(λ_i − λ_{i−1})/L),
@@ -10,8 +10,9 @@
 //! are independent with unit variance (Uhlenbeck & Ornstein 1930, doi:10.1103/PhysRev.36.823), so that no covariance is
 //! inverted. A common error of scale is an element of the state.
 //!
-//! The value in a band is the mean of the spectrum with the weights w of its wavelengths, v = Σ_λ w_λ v_λ, and so is
-//! its derivative. Its place among the wavelengths is the mean one, Σ_λ w_λ λ, by which errors correlate.
+//! The value in a band is the mean of the spectrum, v = Σ_λ w_λ v_λ, with the weights w of the wavelengths of the
+//! band. The derivative of the value is the mean of the derivatives with these weights. Errors of bands correlate by
+//! the mean wavelength of each band, Σ_λ w_λ λ.
 
 use std::str::FromStr;
 
@@ -20,25 +21,26 @@ use snowblue_base::ParameterRange;
 
 use crate::error::{InversionError, TransportError, find_by_name};
 
-/// How far the sum of the weights of a band may be from 1: rounding of as many as there are wavelengths.
+/// Greatest deviation of the sum of the weights of a band from 1: rounding of one weight for each wavelength.
 const WEIGHT_SUM_TOLERANCE: f64 = 1e-9;
 /// Least standard deviation of an albedo.
 const MIN_ALBEDO_DEVIATION: f64 = 1e-6;
-/// What the snow transmits may be far below 1, and its error a fraction of it.
+/// Least standard deviation of transmitted light, which may be far below 1 with an error of a fraction of its value.
 const MIN_TRANSMITTED_DEVIATION: f64 = 1e-18;
 const MAX_DEVIATION: f64 = 1e6;
 /// Least measured value of all quantities: white references err, and so does a dark signal.
 const MIN_VALUE: f64 = -0.5;
-/// Errors of values that correlate more are those of one wavelength, but for the rounding of mean wavelengths.
+/// Greatest correlation of errors. Values with a greater correlation share one wavelength, except for the rounding of
+/// mean wavelengths.
 const MAX_CORRELATION: f64 = 1.0 - 1e-12;
 const SCALE_ERROR_RANGE: ParameterRange =
     ParameterRange { quantity: "scale error", least: 0.0, greatest: 1.0, unit: "" };
-/// Least error of scale beside 0.
+/// Least scale error above 0.
 const MIN_SCALE_ERROR: f64 = 1e-6;
 const CORRELATION_RANGE: ParameterRange =
     ParameterRange { quantity: "correlation length", least: 0.0, greatest: 1e4, unit: "nm" };
 
-/// What is measured, over the incident flux.
+/// A measured quantity, over the incident flux.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
     /// The fraction of the light that the snow and the ground reflect.
@@ -58,7 +60,7 @@ pub enum Quantity {
 /// The wavelengths, or the bands of a sensor.
 #[derive(Debug, Clone)]
 pub(super) struct Channels<'a> {
-    /// Of each channel; of a band the mean one.
+    /// Wavelength of each channel; for a band, the mean wavelength.
     pub(super) wavelengths_nm: Vec<f64>,
     /// The weight of each wavelength in each band, if there are bands.
     pub(super) bands: Option<&'a [Vec<f64>]>,
@@ -75,7 +77,7 @@ impl<'a> Channels<'a> {
         self.wavelengths_nm.len()
     }
 
-    /// What the error of a wrong number of values says.
+    /// The expected number of values, as stated by the error for a wrong number.
     pub(super) fn expected(&self, at_depths: bool) -> &'static str {
         match (self.bands.is_some(), at_depths) {
             (false, false) => "as many as there are wavelengths",
@@ -85,7 +87,7 @@ impl<'a> Channels<'a> {
         }
     }
 
-    /// What is wrong where two channels with correlated errors have the same wavelength.
+    /// The error for two channels with correlated errors at one wavelength.
     pub(super) fn given_twice(&self) -> TransportError {
         let (quantity, rule) = if self.bands.is_some() {
             ("mean wavelength of a band", "is that of another, so that the errors of their values would be equal")
@@ -95,14 +97,15 @@ impl<'a> Channels<'a> {
         TransportError::Combination { quantity, rule }
     }
 
-    /// The places of the wavelengths that a channel needs.
+    /// Indices of the wavelengths that a channel needs.
     pub(super) fn wavelengths_of(&self, channel: usize) -> Vec<usize> {
         let weighted = |weights: &Vec<f64>| (0..weights.len()).filter(|place| weights[*place] > 0.0).collect();
         self.bands.map_or_else(|| vec![channel], |bands| weighted(&bands[channel]))
     }
 
-    /// The channels that spectra at the wavelengths of some ascending places determine, and the weight of each of these
-    /// wavelengths in each of them, row by row; none where the channels are the wavelengths.
+    /// The channels that spectra at the wavelengths of the ascending indices `used` determine, and the weight of each
+    /// of these wavelengths in each of these channels, row by row. There are no weights where the channels are the
+    /// wavelengths.
     pub(super) fn solved(&self, used: &[usize]) -> (Vec<usize>, Option<DMatrix<f64>>) {
         let Some(bands) = self.bands else { return (used.to_vec(), None) };
         let is_whole = |band: &usize| self.wavelengths_of(*band).iter().all(|place| used.binary_search(place).is_ok());
@@ -133,18 +136,18 @@ pub(super) fn check_bands(bands: &[Vec<f64>], wavelengths: usize) -> Result<(), 
     Ok(())
 }
 
-/// A measured quantity at each wavelength or in each band, and at each depth if it is one at depths.
+/// A measured quantity at each wavelength or in each band, and at each depth if the quantity belongs to depths.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Measured {
-    /// What is measured.
+    /// The measured quantity.
     pub quantity: Quantity,
-    /// Depths below the surface, in cm; none of an albedo or a transmittance.
+    /// Depths below the surface, in cm; none for an albedo or a transmittance.
     pub depths_cm: Vec<f64>,
-    /// Values at each depth, then each wavelength or band; NaN where there is none.
+    /// Values at each depth, then each wavelength or band; NaN for a missing value.
     pub values: Vec<f64>,
     /// Standard deviation of each value.
     pub standard_deviations: Vec<f64>,
-    /// Standard deviation of the logarithm of a factor that all values have in common, such as that of a calibration.
+    /// Standard deviation of the logarithm of a common factor of all values, such as a calibration factor.
     pub scale_error: f64,
     /// Distance over which the errors of neighbouring wavelengths, or mean wavelengths of bands, correlate, in nm: the
     /// correlation falls by e.
@@ -159,7 +162,7 @@ pub(super) struct Data {
 
 #[derive(Debug, Clone, Copy)]
 struct Point {
-    /// Place among the depths and, fastest, the channels.
+    /// Index of the value: over the depths and, fastest, the channels.
     place: usize,
     value: f64,
     standard_deviation: f64,
@@ -190,12 +193,12 @@ impl Quantity {
         !matches!(self, Self::Albedo | Self::Transmittance)
     }
 
-    /// The range of its values. Percent are out of range, but for a fluence rate.
+    /// The range of the values. Values in percent are out of range, except for a fluence rate.
     #[must_use]
     pub fn range(self) -> ParameterRange {
         let greatest = match self {
             Self::Albedo => 1.5,
-            // It exceeds 1 over a bright ground, but hardly 1.3.
+            // The transmittance exceeds 1 over a bright ground, but hardly 1.3.
             Self::Transmittance => 2.0,
             Self::Down | Self::Up | Self::Net => 3.0,
             // 1/cos θ of a beam that nothing has scattered.
@@ -227,7 +230,7 @@ impl FromStr for Quantity {
 }
 
 impl Measured {
-    /// Checks all but values that are missing, and that depths lie in the snow, which is checked with its layers.
+    /// Checks all but missing values. The depths are checked against the snow together with its layers.
     pub(super) fn check(&self, channels: &Channels<'_>) -> Result<(), InversionError> {
         let Self { quantity, depths_cm, .. } = self;
         if quantity.is_at_depth() == depths_cm.is_empty() {
@@ -266,12 +269,12 @@ impl Measured {
         if self.quantity.is_at_depth() { self.depths_cm.len() } else { 1 }
     }
 
-    /// Places and values of those that are not missing.
+    /// Indices and values of the measurements that are not missing.
     pub(super) fn present(&self) -> impl Iterator<Item = (usize, f64)> {
         self.values.iter().copied().enumerate().filter(|(_, value)| !value.is_nan())
     }
 
-    /// Whether there is a value in a channel, of which there are as many as values in a row.
+    /// Whether there is a value in a channel. Each row has one value for each channel.
     pub(super) fn has_data_at(&self, channel: usize) -> bool {
         let channels = self.values.len() / self.rows();
         self.values.iter().skip(channel).step_by(channels).any(|value| !value.is_nan())
@@ -307,12 +310,12 @@ impl Data {
         self.points.len()
     }
 
-    /// Measured values less those of a model, which has one at each place, in units of their errors.
+    /// Measured values less the values of a model, in units of the errors. `model` gives the value at an index.
     pub(super) fn residuals<'d>(&'d self, model: impl Fn(usize) -> f64 + 'd) -> impl Iterator<Item = f64> + 'd {
         self.decorrelated(move |point| point.value - model(point.place))
     }
 
-    /// The derivative of the model at each place, in units of the errors.
+    /// The derivative of the model at each index, in units of the errors.
     pub(super) fn derivatives<'d>(&'d self, model: impl Fn(usize) -> f64 + 'd) -> impl Iterator<Item = f64> + 'd {
         self.decorrelated(move |point| model(point.place))
     }

@@ -52,8 +52,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! **Simplified.** Errors of the model are not added to those of the measurement. The posterior is normal in the state,
-//! by the derivatives at its mode.
+//! **Simplified.** Errors of the model are not added to the errors of the measurement. The posterior is normal in the
+//! state, by the derivatives at its mode.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -82,19 +82,19 @@ const PACKS_AT_ONCE: usize = 256;
 /// Half the width of a normal interval that holds 95 %, in standard deviations.
 const HALF_WIDTH_OF_95_PERCENT: f64 = 1.959_963_984_540_054;
 
-/// The posterior of a pack. Matrices are those of the logarithms or log-odds of the variables, row by row.
+/// The posterior of a pack. Matrices belong to the logarithms or log-odds of the variables, row by row.
 ///
-/// A variable at an end of its range, beyond which the cost falls, is held there. The posterior is that of the others
-/// given this value: the rows of the held one in the covariance and the averaging kernel are 0, and so is its
-/// deviation.
+/// A variable at an end of its range, beyond which the cost falls, is held there. The posterior describes the other
+/// variables, given this value: the rows of the held variable in the covariance and the averaging kernel are 0, and
+/// its standard deviation is 0.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Retrieval {
-    /// What is known of each variable.
+    /// Posterior of each variable.
     pub values: Vec<Retrieved>,
     /// Covariance.
     pub covariance: Vec<f64>,
-    /// Derivative of the retrieved state by the true one: the identity where the data determine all, 0 where the
-    /// result is that of the prior.
+    /// Derivative of the retrieved state by the true state: the identity where the data determine all variables, 0
+    /// where the result is the prior.
     pub averaging_kernel: Vec<f64>,
     /// Degrees of freedom for signal, the trace of the averaging kernel: how many variables the data determine.
     pub degrees_of_freedom: f64,
@@ -102,10 +102,10 @@ pub struct Retrieval {
     pub data: usize,
     /// Sum of the squared residuals in units of their errors.
     pub data_chi_square: f64,
-    /// The same with the squared distance from the prior; it is distributed as χ² with as many degrees of freedom as
-    /// there are data if model, errors and prior are right.
+    /// `data_chi_square` plus the squared distance from the prior. If model, errors and prior are right, the sum is
+    /// distributed as χ² with as many degrees of freedom as there are data.
     pub chi_square: f64,
-    /// Measured over true values, of each measured quantity.
+    /// Ratio of measured to true values, for each measured quantity.
     pub scales: Vec<Retrieved>,
     /// Each measured quantity in the retrieved snow, at each depth and wavelength or band. NaN where no pack has data,
     /// where the model of this snow does not hold, and where this pack has no data at all.
@@ -116,7 +116,7 @@ pub struct Retrieval {
     pub outcome: Outcome,
 }
 
-/// What is known of a quantity.
+/// Posterior of a quantity.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Retrieved {
     /// Median, in the quantity's unit.
@@ -145,10 +145,10 @@ pub enum Outcome {
 struct Task<'o> {
     number: usize,
     observation: &'o Observation,
-    /// Of each measured quantity.
+    /// Data of each measured quantity.
     data: Vec<Data>,
     search: Search,
-    /// At the best state so far.
+    /// The model at the best state so far.
     best: Option<Model>,
 }
 
@@ -247,7 +247,7 @@ impl Inversion {
         }
     }
 
-    /// Gives a search what the model gives at its trial.
+    /// Passes the residuals and derivatives of the model at the trial to the search.
     fn step(&self, task: &mut Task, model: Model) {
         let values = task.values(&self.variables);
         let n = self.variables.len();

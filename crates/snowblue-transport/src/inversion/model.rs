@@ -14,13 +14,13 @@ use crate::slab::{Fluxes, Incidence};
 use crate::stack::{DepthFluxes, ICE_THICKNESS_RANGE, Layer, Stack, StackDerivatives};
 use crate::variable::{LayerVariable, Variable};
 
-/// An angle that takes the streams of grazing light.
+/// Angle, in degrees, of a beam that needs the streams of grazing light.
 const GRAZING_DEG: f64 = 89.0;
 
-/// Each measured quantity of a pack at each depth, its row, and wavelength or band.
+/// The values of a pack by the model: each measured quantity at each depth, a row, and at each wavelength or band.
 #[derive(Debug, Clone)]
 pub(super) struct Model {
-    /// The position of each channel among those that have a value.
+    /// The position of each channel among the channels that have a value.
     positions: Vec<Option<usize>>,
     /// Number of channels that have a value.
     solved: usize,
@@ -31,8 +31,8 @@ pub(super) struct Model {
 }
 
 impl Model {
-    /// The value of the quantity whose first row is `row`, where `place` counts its rows and, fastest, all channels;
-    /// NaN in a channel that has none.
+    /// The value of the quantity whose first row is `row`. `place` counts the rows of the quantity and, fastest, all
+    /// channels. NaN in a channel without a value.
     pub(super) fn value(&self, row: usize, place: usize) -> f64 {
         self.at(row, place).map_or(f64::NAN, |at| self.values[at])
     }
@@ -49,7 +49,7 @@ impl Model {
 }
 
 impl Inversion {
-    /// What the model gives for some values of the variables at the wavelengths of these places.
+    /// The model at some values of the variables, at the wavelengths with the indices `used`.
     pub(super) fn model(
         &self,
         observation: &Observation,
@@ -66,7 +66,7 @@ impl Inversion {
         let of_layers = LayerVariable::of_layers(&kinds, stack.layers.len());
         let DifferentiatedStack { fluxes, derivatives } = differentiate_stack(&stack, &kinds, &self.options, false)?;
         let lights = observation.illumination.weights(used);
-        // The mean over the lights, of which all have all wavelengths.
+        // The mean over the lights, each of which has all wavelengths.
         let mean = |k: usize, of: &dyn Fn(usize) -> f64| -> f64 {
             lights.iter().enumerate().map(|(light, weights)| weights[k] * of(light * used.len() + k)).sum()
         };
@@ -129,7 +129,7 @@ impl Inversion {
         stack
     }
 
-    /// Traces the rays that serve all steps: those of the coarsest grains. The process keeps them.
+    /// Traces rays through the coarsest grains, which serve all steps. The process keeps the tallies.
     pub(super) fn prepare_tallies<'o>(&self, observations: impl Iterator<Item = &'o Observation>, used: &[usize]) {
         let areas: Vec<&LayerVariable> =
             self.variables.iter().filter(|by| by.variable == Variable::Snow(Property::SurfaceArea)).collect();
@@ -166,7 +166,7 @@ impl Inversion {
 }
 
 impl Observation {
-    /// Each measured quantity at each depth, whose place is among those of all.
+    /// Each measured quantity at each depth, with the index of the depth among the depths of all quantities.
     fn rows(&self) -> Vec<(Quantity, usize)> {
         let mut depths = 0;
         let mut rows = Vec::new();
@@ -179,7 +179,7 @@ impl Observation {
 }
 
 impl Quantity {
-    /// Its value, or its derivative, of those of the whole stack and at each depth.
+    /// Selects the value, or the derivative, of this quantity from the fluxes of the whole stack and at the depths.
     fn of<T: Copy>(self, whole: &Fluxes<T>, profile: &[DepthFluxes<T>], depth: usize) -> T {
         match self {
             Self::Albedo => whole.reflectance,

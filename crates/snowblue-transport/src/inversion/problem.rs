@@ -1,4 +1,4 @@
-//! What is to be retrieved, what is known and measured of each pack of snow, and their checks.
+//! The variables to retrieve, the known and the measured quantities of each pack of snow, and their checks.
 
 use nalgebra::DMatrix;
 use snowblue_base::ParameterRange;
@@ -18,16 +18,16 @@ const DIFFUSE_FRACTION_RANGE: ParameterRange =
 const PRIOR_DEVIATION_RANGE: ParameterRange =
     ParameterRange { quantity: "standard deviation", least: 1e-6, greatest: 100.0, unit: "" };
 
-/// What is to be retrieved from spectra at the same wavelengths, and how well it is known beforehand.
+/// The variables to retrieve from spectra at common wavelengths, and the covariance of their prior.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Inversion {
     /// Wavelengths, in nm.
     pub wavelengths_nm: Vec<f64>,
-    /// The weight of each wavelength in each band in which values are measured, with the sum 1: that of the sensor's
-    /// response and the light. Without bands, values are measured at the wavelengths.
+    /// The weight of each wavelength in each band of the measured values, by the response of the sensor and the
+    /// light. The weights of a band sum to 1. Without bands, values are measured at the wavelengths.
     pub bands: Option<Vec<Vec<f64>>>,
-    /// What is to be retrieved: of one layer, or, without a number, the common value of all layers, or that of the
-    /// light or the ground. With the surface area, the grains have one optical diameter.
+    /// The variables to retrieve. A variable belongs to one layer or, without a number, to all layers in common, to
+    /// the light or to the ground. If the surface area is retrieved, the grains have one optical diameter.
     pub variables: Vec<LayerVariable>,
     /// Covariance of the prior, row by row, of the logarithms of the variables, or the log-odds of saturation, cosine
     /// and ground albedo.
@@ -36,10 +36,10 @@ pub struct Inversion {
     pub options: OrdinatesOptions,
 }
 
-/// Measured spectra of one pack of snow, and what is known of it.
+/// Measured spectra of one pack of snow, and its known properties.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Observation {
-    /// Layers, top first; what is retrieved of them is ignored.
+    /// Layers, top first; the values of retrieved variables are ignored.
     pub layers: Vec<Layer>,
     /// Albedo of the Lambertian ground.
     pub ground_albedo: f64,
@@ -47,7 +47,7 @@ pub struct Observation {
     pub illumination: Illumination,
     /// Median of the prior of each variable, in its unit.
     pub prior_medians: Vec<f64>,
-    /// What is measured.
+    /// The measurements.
     pub measured: Vec<Measured>,
 }
 
@@ -98,7 +98,7 @@ impl Inversion {
             .ok_or_else(|| combination("covariance of the prior", "must be symmetric and positive definite").into())
     }
 
-    /// Where values are measured.
+    /// The wavelengths or bands at which values are measured.
     pub(super) fn channels(&self) -> Channels<'_> {
         Channels::new(&self.wavelengths_nm, self.bands.as_deref())
     }
@@ -139,7 +139,7 @@ impl Inversion {
             let check = observation.range(by).check(*median);
             check.map_err(|error| TransportError::Prior { parameter: by.to_string(), error })?;
         }
-        // Of what is retrieved, what is known is ignored.
+        // The known values of retrieved variables are ignored.
         self.stack(observation, prior_medians, &[]).check_pack()?;
         for one in measured {
             one.check(channels)?;
@@ -187,8 +187,8 @@ impl Inversion {
 }
 
 impl Observation {
-    /// The value of a variable in the snow, its pack and the light; NaN for the cosine of diffuse light, and for the
-    /// common value of layers that differ.
+    /// The known value of a variable; NaN for the cosine of diffuse light, and for the common value of layers with
+    /// different values.
     #[must_use]
     pub fn known(&self, by: LayerVariable) -> f64 {
         let of_layers = |value: &dyn Fn(&Layer) -> f64| {
@@ -209,7 +209,7 @@ impl Observation {
         }
     }
 
-    /// The range of a variable. No thickness lets the ground rise above a measured flux.
+    /// The range of a variable. Thicknesses that would raise the ground above a measured flux are excluded.
     #[must_use]
     pub fn range(&self, by: &LayerVariable) -> ParameterRange {
         let mut range = state_range(by.variable);
@@ -231,7 +231,7 @@ impl Observation {
         stack.check_pack()
     }
 
-    /// The pack as it is known.
+    /// The pack with its known properties.
     pub(super) fn stack(&self, wavelengths_nm: Vec<f64>) -> Stack {
         Stack {
             layers: self.layers.clone(),
@@ -242,7 +242,7 @@ impl Observation {
         }
     }
 
-    /// Those that are not 0, in the order of their elements of the state.
+    /// The scale errors that are not 0, in the order of the elements of the state.
     pub(super) fn scale_errors(&self) -> Vec<f64> {
         self.measured.iter().map(|measured| measured.scale_error).filter(|scale_error| *scale_error > 0.0).collect()
     }

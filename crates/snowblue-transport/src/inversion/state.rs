@@ -12,8 +12,7 @@ const LEAST: f64 = 1e-6;
 /// Cosine of 89.988°, just within the range of angles.
 const MIN_COSINE: f64 = 2e-4;
 
-/// What is known of a variable before the measurement: a log-normal distribution, or that of a fraction whose log-odds
-/// are normal.
+/// Prior of a variable: a log-normal distribution, or, for a fraction, a distribution with normal log-odds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Prior {
     /// Median, in the unit of the variable; none for a variable whose value is part of the pack or the illumination.
@@ -23,9 +22,10 @@ pub struct Prior {
 }
 
 impl Prior {
-    /// A weak prior: 95 % of seasonal snow, and of what is deposited in it, lie within two of its deviations.
+    /// A weak prior: 95 % of seasonal snow, and of the impurities deposited in it, lie within two standard
+    /// deviations.
     ///
-    /// Density, thickness, the cosine of the sun and the albedo of the ground have the median that is known of them.
+    /// The medians of density, thickness, the cosine of the sun and the albedo of the ground are their known values.
     #[must_use]
     pub fn weak(variable: Variable) -> Self {
         let (median, deviation) = match variable {

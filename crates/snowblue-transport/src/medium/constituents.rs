@@ -40,7 +40,7 @@ pub(crate) struct Constituents<T = f64> {
 pub(crate) struct Grains<T = f64> {
     /// Extinction coefficient, in 1/m.
     pub(crate) extinction_per_m: T,
-    /// Refractive index of ice over that of the surrounding medium.
+    /// Relative refractive index: ice over the surrounding medium.
     pub(crate) relative_index: f64,
     /// Effective absorption coefficient of the ice, in 1/m.
     pub(crate) absorption_per_m: T,
@@ -55,19 +55,19 @@ pub(crate) struct Scatterer<T = f64> {
     pub(crate) asymmetry: f64,
 }
 
-/// What the constituents are made of, at any wavelength.
+/// The composition of snow, which gives the constituents at any wavelength.
 #[derive(Debug, Clone)]
 pub(crate) struct Composition<T = f64> {
     ice: IceTable,
     /// Extinction coefficient of all grains, in 1/m.
     extinction_per_m: T,
-    /// Factor of all sizes of the sample. What a grain absorbs depends on the product of its size and the absorption
-    /// coefficient.
+    /// Factor of all sizes of the sample. The fraction that a grain absorbs depends on the product of its size and
+    /// the absorption coefficient.
     size_factor: T,
     ice_fraction: T,
     density_kg_m3: T,
     water_saturation: T,
-    /// In ng/g.
+    /// Mass fraction of each substance, in ng/g.
     mass_fractions: Vec<(Substance, T)>,
 }
 
@@ -85,7 +85,7 @@ impl Composition {
         }
     }
 
-    /// The same with its derivatives by some variables, and with the substances among these.
+    /// The composition with its derivatives by `variables`, and with the substances among the variables.
     ///
     /// At a given shape of the grains extinction goes as ρ SSA, and sizes go as 1/SSA.
     pub(crate) fn differentiated(&self, variables: &[Variable]) -> Composition<Dual> {

@@ -1,19 +1,19 @@
 //! Light that single facets of grains reflect before it enters them.
 //!
-//! A convex body in random orientation shows light the same distribution of normals as a sphere does, so it reflects
-//! from its outside as a sphere does (van de Hulst 1957, *Light Scattering by Small Particles*). A mirror of that shape
-//! scatters evenly in all directions; Fresnel's reflectance F at half the angle between the light and the
-//! eye remains. On a rough grain facets also shade each other:
+//! A convex body in random orientation has the distribution of normals of a sphere, so its outside reflects as a
+//! sphere does (van de Hulst 1957, *Light Scattering by Small Particles*). A mirror of this shape scatters evenly in
+//! all directions. The remaining factor is Fresnel's reflectance F at half the angle between the light and the eye.
+//! On a rough grain facets also shade each other:
 //!
 //! ```text
 //! p_ext(Θ) = s F(i) A(i)/4π,   i = (π − Θ)/2,   cos i = sin Θ/2,
 //! A(i) = ∫ D(N·m) G₂(N) dω_N,
 //! ```
 //!
-//! with the share s of the extinction that is by grains in air, and for facets with the normal m the mean over the
-//! orientations N of the grain's surface: the distribution D of facets by GGX, and the fraction G₂ of them that is
-//! both lit and seen, by Smith with heights correlated (Heitz 2014, JCGT 3(2), eqs. 71, 72 and 99). A is 1 on a
-//! smooth grain. It is that part of the phase function of a sample which single facets mirror.
+//! Here s is the share of grains in air in the extinction. For facets with the normal m, A is the mean over the
+//! orientations N of the grain's surface. The distribution D of facets is GGX; G₂ is the fraction of the facets that
+//! is both lit and seen, by Smith with correlated heights (Heitz 2014, JCGT 3(2), eqs. 71, 72 and 99). A is 1 on a
+//! smooth grain. p_ext is the part of the phase function of a sample which single facets mirror.
 
 use std::f64::consts::{PI, TAU};
 
@@ -34,7 +34,7 @@ const STEPS: [u16; 2] = [64, 64];
 /// air.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ExternalReflection {
-    /// Extinction by grains in air over that by all scatterers.
+    /// Extinction by grains in air over the extinction by all scatterers.
     share: f64,
     /// Refractive index of ice.
     index: f64,
@@ -43,7 +43,7 @@ pub struct ExternalReflection {
 }
 
 impl ExternalReflection {
-    /// That of a sample at a wavelength, with the mean facetness of its grains.
+    /// The external reflection of a sample at a wavelength, with the mean facetness of its grains.
     ///
     /// Grains reflect 2 % of the light that meets them head on:
     /// ```
@@ -62,7 +62,8 @@ impl ExternalReflection {
         Ok(reflection)
     }
 
-    /// Those of a sample at some wavelengths, as by [`of_sample`](Self::of_sample): A is the same at all.
+    /// The external reflections of a sample at some wavelengths, as by [`of_sample`](Self::of_sample). A does not
+    /// depend on the wavelength.
     ///
     /// # Errors
     /// As [`of_sample`](Self::of_sample).
@@ -90,13 +91,14 @@ impl ExternalReflection {
         self.share * fresnel(cos_incidence, self.index).reflectance * self.area(cos_incidence) / (4.0 * PI)
     }
 
-    /// s: the share of the extinction that is by grains in air.
+    /// s: the share of grains in air in the extinction.
     #[must_use]
     pub fn share(&self) -> f64 {
         self.share
     }
 
-    /// A: area of the facets that are lit and seen over that of a smooth grain, for a cosine of incidence on them.
+    /// A: area of the facets that are lit and seen, over the area on a smooth grain, for a cosine of incidence on the
+    /// facets.
     #[inline]
     #[must_use]
     pub fn area(&self, cos_incidence: f64) -> f64 {
@@ -193,15 +195,15 @@ mod tests {
         for sphericity in [1.0, 0.7] {
             for [found, error, expected] in bins(sphericity, 0.0) {
                 assert!((found - expected).abs() < 4.0 * error, "{sphericity}: {found} ± {error}, {expected}");
-                // The rays would tell a tenth of it.
+                // The rays resolve a difference of a tenth.
                 assert!(error < 0.025 * expected, "{error} {expected}");
             }
         }
     }
 
-    /// What the equation leaves out are reflections by two and more facets, which the rays have too: it is no more than
-    /// 4 standard errors above them in any bin, and less by at most a tenth in all. The tenth is what the documentation
-    /// states; no law gives it.
+    /// The equation leaves out reflections by two and more facets, which the rays include. The equation is no more
+    /// than 4 standard errors above the rays in any bin, and less by at most a tenth in all. The documentation states
+    /// this tenth; no law gives it.
     #[test]
     fn rough_grains_reflect_as_their_single_facets() {
         for facetness in [0.2, 0.5, 1.0] {
@@ -215,8 +217,8 @@ mod tests {
         }
     }
 
-    /// It is a part of the phase function, in snow of every kind: no more than all of it, with the noise of its rays
-    /// (15 % in a bin; here over bins of some 8°).
+    /// In snow of every kind the external reflection is a part of the phase function: it does not exceed the phase
+    /// function, within the noise of the rays (15 % in a bin; here over bins of some 8°).
     #[test]
     fn it_is_a_part_of_the_phase_function() {
         let wet = SnowSample { water_saturation: 0.5, ..SnowSample::default() };

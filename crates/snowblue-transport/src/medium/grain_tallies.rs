@@ -68,7 +68,7 @@ impl Demand<'_> {
 }
 
 impl GrainTallies {
-    /// Traces rays through grains of `population`. The process keeps its last few tallies, so that the same grains are
+    /// Traces rays through grains of `population`. The process keeps its last few tallies, so that equal grains are
     /// not traced again.
     #[must_use]
     pub fn new(population: &Population, demand: &Demand, plan: &TallyPlan) -> Self {
@@ -90,8 +90,8 @@ impl GrainTallies {
         }
     }
 
-    /// What [`new`](Self::new) gives for grains up to `largest_um` and moments up to `degree`, which must not exceed
-    /// those of these tallies.
+    /// The tallies that [`new`](Self::new) gives for grains up to `largest_um` and moments up to `degree`. Neither
+    /// may exceed the size or the degree of these tallies.
     pub(crate) fn narrowed(&self, degree: usize, largest_um: f64) -> Self {
         let narrowed = |GrainTally { part, strongest_per_m }: &GrainTally| GrainTally {
             part: part.narrowed(degree, strongest_per_m * largest_um * 1e-6),

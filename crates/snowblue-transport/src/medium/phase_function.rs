@@ -100,7 +100,7 @@ struct RaySums {
 impl PhaseFunction {
     /// The phase function of scattering by the grains and particles of a sample, from rays through random grains.
     ///
-    /// Grains send most light forward, the more so in water, whose index is close to that of ice:
+    /// Grains send most light forward, the more so in water, whose refractive index is close to the index of ice:
     /// ```
     /// # use snowblue_transport::{PhaseFunction, PhasePlan, SnowSample};
     /// let plan = PhasePlan { rays: 1 << 12, seed: 1 };
@@ -170,8 +170,8 @@ impl PhaseFunction {
         self.asymmetry
     }
 
-    /// The same shape with another asymmetry, near its own: p times A + B u², which keeps the norm. It gives the phase
-    /// function the asymmetry of a medium from more rays.
+    /// The phase function with another asymmetry, near its own: p times A + B u², which keeps the norm. This gives
+    /// the phase function the asymmetry of a medium from more rays.
     #[must_use]
     pub fn with_asymmetry(self, asymmetry: f64) -> Self {
         Self::new(self.per_sr, asymmetry)
@@ -203,7 +203,7 @@ impl PhaseFunction {
 
     /// Multiplies values at the middles of the bins by A + B u² for the norm 1 and the given asymmetry.
     ///
-    /// A peak within one bin has no freedom in its asymmetry and keeps what the bin gives.
+    /// The asymmetry of a peak within one bin cannot be changed: the peak keeps the asymmetry that the bin gives.
     fn new(mut per_sr: Vec<f64>, asymmetry: f64) -> Self {
         let tilted: Vec<f64> = per_sr.iter().enumerate().map(|(bin, value)| value * middle(bin).powi(2)).collect();
         // ∫ p dΩ and ∫ p (1 − cos Θ) dΩ.
@@ -369,8 +369,8 @@ mod tests {
         }
     }
 
-    /// The asymmetry is that of the ordinates' tally of the same sample, from other rays: 4 σ of the tally's own
-    /// scatter and as much again for the rays here.
+    /// The asymmetry agrees with the ordinates' tally of this sample, from other rays, within 4 σ. σ² is twice the
+    /// variance of the tally: once for the tally and once for the rays here.
     #[test]
     fn the_asymmetry_is_that_of_the_tally() {
         for sample in samples() {

@@ -1,15 +1,15 @@
 //! Random grains, drawn in proportion to their projected area, and the size of the flat facets that they consist of.
 //!
-//! A body of the radius of curvature R that is cut into flat facets of the diameter d has, at a point r from the middle
-//! of a facet, a normal that deviates from that of the round body by the slope r/R. Points are uniform over a facet, so
-//! the median slope is d/(2√2 R). The median slope of the microsurface of a grain is its roughness α (GGX: a share
-//! t²/(α² + t²) of the slopes lies below t). Equal medians give
+//! A body with the radius of curvature R is cut into flat facets of the diameter d. At the distance r from the middle
+//! of a facet, the normal of the facet deviates from the normal of the round body by the slope r/R. Points are
+//! uniform over a facet, so the median slope is d/(2√2 R). The median slope of the microsurface of a grain is its
+//! roughness α (GGX: a share t²/(α² + t²) of the slopes lies below t). Equal medians give
 //!
 //! ```text
 //! d = 2√2 α R = √2 α D,   α = 0.25 f,
 //! ```
 //!
-//! with the facetness f and the diameter D of the sphere that has the surface of the grain. A grain then has 2/α²
+//! with the facetness f and the diameter D of the sphere with the surface area of the grain. A grain then has 2/α²
 //! facets, whatever its size: 128 at f = 0.5. The model has no size of facets of its own, so this is our choice;
 //! crystals with larger faces exist (hoar, new snow).
 
@@ -27,11 +27,11 @@ pub struct Population {
     /// The distributions by number.
     given: [TruncatedNormal; 2],
     measure: SizeMeasure,
-    /// Tabulated when the first grain is drawn: with a known tally none is.
+    /// Tabulated when the first grain is drawn; with a known tally no grain is drawn.
     quantiles: OnceLock<[Quantiles; 2]>,
 }
 
-/// Populations of the same distributions are equal.
+/// Populations with equal distributions are equal.
 impl PartialEq for Population {
     fn eq(&self, other: &Self) -> bool {
         (self.given, self.measure) == (other.given, other.measure)

@@ -53,7 +53,7 @@ impl Scattering {
 /// A mixture of media and an absorber.
 ///
 /// Each part j adds κ_j to the extinction; phase functions are averaged with the weights κ_j ω_j, and 1 − ω is summed
-/// from the absorption of each, never as a difference.
+/// from the absorption of each part, never as a difference.
 pub(super) fn mix<T: Real>(parts: &[Medium<T>], absorption_per_m: T) -> Medium<T> {
     let (mut extinction_per_m, mut absorbed_per_m, mut scattered_per_m) =
         (absorption_per_m, absorption_per_m, T::from(0.0));

@@ -10,8 +10,9 @@
 //! the scrambles are independent, and the scatter between them gives the standard error of the tally, by the jackknife
 //! (Quenouille 1956, doi:10.1093/biomet/43.3-4.353).
 //!
-//! A tally takes most of the time of a spectrum and depends on the grains only, not on the thickness, density or light.
-//! The process keeps its last tallies, so that it is computed once where only these vary.
+//! A tally takes most of the time of a spectrum and depends on the grains only, not on the thickness, density or
+//! light. The process keeps its last tallies, so that a tally is computed once where only thickness, density or light
+//! vary.
 
 use std::collections::VecDeque;
 use std::ops::RangeInclusive;
@@ -40,7 +41,7 @@ const NODES_PER_DECADE: f64 = 4.0;
 /// Most tallies that are kept; one has some 0.3 MB with 16 streams and 3 MB with 128.
 const MAX_KEPT: usize = 16;
 
-/// Tallies with what they were made from, the last used first.
+/// Tallies with their requests, the last used first.
 static LAST: Mutex<VecDeque<(TallyRequest, Arc<Tally>)>> = Mutex::new(VecDeque::new());
 
 /// Options of a tally.
@@ -72,8 +73,8 @@ struct Moments {
     weight: f64,
 }
 
-/// The part of a tally that a request asks for. The tally may have been made for a wider request: the sums of a degree
-/// and of an absorption do not depend on which others there are.
+/// The part of a tally that a request asks for. The tally may have been made for a wider request: the sums of a
+/// degree and of an absorption do not depend on the other degrees and absorptions of the tally.
 #[derive(Debug, Clone)]
 pub(super) struct TallyPart {
     tally: Arc<Tally>,
@@ -82,7 +83,7 @@ pub(super) struct TallyPart {
     absorptions: usize,
 }
 
-/// What a tally is made from.
+/// A request for a tally.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct TallyRequest {
     population: Population,
@@ -117,13 +118,13 @@ impl TallyRequest {
             && self.absorptions.len() >= other.absorptions.len()
     }
 
-    /// What this request asks for, of a tally whose request covers it.
+    /// The part that this request asks for, of a tally whose request covers it.
     fn part_of(&self, tally: Arc<Tally>) -> TallyPart {
         TallyPart { tally, degree: self.plan.degree, absorptions: self.absorptions.len() }
     }
 
-    /// What this request asks for, of a tally that is kept or new. It is the same whenever and from whichever tally it
-    /// is taken.
+    /// The part that this request asks for, of a kept or a new tally. The part does not depend on the tally from
+    /// which it is taken.
     pub(super) fn part(self) -> TallyPart {
         if let Some(kept) = self.kept() {
             return self.part_of(kept);
@@ -170,7 +171,7 @@ impl TallyPart {
     /// The part up to a lower degree and a smaller x = γs.
     ///
     /// # Panics
-    /// If the degree or x is greater than those of this part.
+    /// If the degree or x exceeds the degree or the x of this part.
     pub(super) fn narrowed(&self, degree: usize, most_absorption: f64) -> Self {
         let absorptions = absorption_count(most_absorption);
         assert!(degree <= self.degree && absorptions <= self.absorptions, "the tally has no such part");
@@ -301,14 +302,14 @@ fn interpolation_weights<T: Real>(grid: &[f64], x: T) -> Vec<T> {
     weights
 }
 
-/// A result from all batches of a tally, and from all but each one.
+/// A result from all batches of a tally, and the results without each batch.
 pub(crate) struct Jackknife<T> {
     whole: T,
     parts: Vec<T>,
 }
 
 impl<T> Jackknife<T> {
-    /// Computes `result` with all batches, then without each.
+    /// Computes `result` with all batches, then without each batch.
     pub(crate) fn new(result: impl Fn(Option<usize>) -> T) -> Self {
         Self { whole: result(None), parts: (0..BATCHES).map(|batch| result(Some(batch))).collect() }
     }
@@ -366,7 +367,8 @@ mod tests {
         assert!(!shares(request(4, 0.1, 8)) && !shares(request(5, 0.1, 7)) && !shares(request(4, 10.0, 7)));
     }
 
-    /// To the last bit and on any number of threads, so that a snow has the same spectrum alone and among others.
+    /// The parts agree to the last bit on any number of threads, so that the spectrum of a snow does not depend on
+    /// other snows.
     #[test]
     fn a_part_of_a_wider_tally_is_the_tally_of_a_narrower_request() {
         let sample = SnowSample::default();

@@ -9,7 +9,7 @@
 //! f = Σ w / (N ∫ cosθ dω),   the sum over the rays that leave through the patch, the integral over the patch.
 //! ```
 //!
-//! All patches have the same ∫ cosθ dω, so a Lambertian surface sends the same number of rays to each. Unscattered
+//! All patches have equal ∫ cosθ dω, so a Lambertian surface sends equal numbers of rays to all patches. Unscattered
 //! light leaves in a single direction; [`Distribution::direct`] holds it.
 
 use std::f64::consts::{PI, TAU};
@@ -87,7 +87,7 @@ pub struct Distribution {
     pub patches: PatchGrid,
     /// BRDF, ring by ring from the normal, each from forward to backward.
     pub reflection: Vec<Patch>,
-    /// BTDF in the same order, without the direct light.
+    /// BTDF in the order of the BRDF, without the direct light.
     pub transmission: Vec<Patch>,
     /// Fraction that leaves the top.
     pub reflectance: Estimate,
@@ -242,7 +242,7 @@ fn distribution(
         done += block.len() as u64;
         progress(done);
     });
-    // A ray leaves through one patch only, so the sum of squares of a flux is that of its patches.
+    // A ray leaves through one patch only, so the sum of squares of a flux is the sum over its patches.
     let flux = |part: &[(f64, f64)]| {
         let (first, second) = part.iter().fold((0.0, 0.0), |(a, b), (c, d)| (a + c, b + d));
         estimate(first, second, options.rays)
@@ -288,8 +288,8 @@ enum Exit {
     Direct,
 }
 
-/// Traces a ray until it leaves. It draws the same random numbers as [`walk`](super::walk::walk), and tracks the
-/// azimuth too.
+/// Traces a ray until it leaves. The ray draws the random numbers of [`walk`](super::walk::walk), and its azimuth is
+/// tracked too.
 fn trace_ray(scatterers: &Scatterers, optical_depth: f64, cos_incidence: f64, stream: &mut Stream) -> (Exit, Paths) {
     let mut direction = Direction { cosine: cos_incidence, heading: DVec2::X };
     let (mut depth, mut paths, mut scattered) = (0.0, Paths::default(), false);

@@ -1,9 +1,9 @@
-//! Random walks that enter a half-space of snow: where those from grain to grain end, and where the light of a narrow
+//! Random walks that enter a half-space of snow: where walks from grain to grain end; and where the light of a narrow
 //! beam leaves, after how many scattering events, and how much of it passes a depth.
 //!
-//! The walks of a beam have a phase function, and lengths in mean free paths. Absorption is not part of them: light
-//! with the co-albedo 1 − ω keeps the fraction ωⁿ of a walk of n events, so that one set of walks serves all
-//! wavelengths. The first passage of a walk below a depth is the transmission of a slab of that thickness.
+//! The walks of a beam use a phase function; lengths are in mean free paths. The walks do not include absorption:
+//! light with the co-albedo 1 − ω keeps the fraction ωⁿ over a walk of n events, so that one set of walks serves all
+//! wavelengths. The first passage of a walk below a depth is the transmission of a slab of this thickness.
 
 use std::f64::consts::TAU;
 
@@ -19,14 +19,14 @@ const CELLS: u32 = 16;
 /// Walks at each cosine: the displacement has a standard error of 0.02 transport mean free paths.
 const WALKS: u32 = 1 << 13;
 
-/// Where walks end that enter a half-space: those that come to a scattering deeper than a bound.
+/// Ends of the walks that enter a half-space and come to a scattering deeper than a bound.
 ///
-/// Lengths are in transport mean free paths ℓ*. A walk ends at x + ℓ* w, one transport mean free path from its last
-/// scattering x on in its next direction w. The light that diffuses there is what the walk would find (Li, Pellacini &
-/// Torrance 2005, *A hybrid Monte Carlo method for accurate and efficient subsurface scattering*).
+/// Lengths are in transport mean free paths ℓ*. A walk ends at x + ℓ* w, one transport mean free path beyond its last
+/// scattering x in its next direction w. The light that diffuses there equals the light that the walk would find (Li,
+/// Pellacini & Torrance 2005, *A hybrid Monte Carlo method for accurate and efficient subsurface scattering*).
 #[derive(Debug, Clone, PartialEq)]
 pub struct WalkEnds {
-    /// At equal steps of the cosine from 0 to 1.
+    /// Means at equal steps of the cosine from 0 to 1.
     means: Vec<MeanEnd>,
 }
 
@@ -109,7 +109,7 @@ fn end(node: &VolumeNode, mut stream: Stream, cos: f64, mean_flight: f64, depth:
 #[derive(Debug, Clone, PartialEq)]
 pub struct NarrowBeam {
     walks: u32,
-    /// By increasing distance.
+    /// Exits by increasing distance.
     exits: Vec<BeamExit>,
     /// Scattering events before the first passage of each depth, one for each walk that passes it.
     passages: Vec<Vec<u32>>,
@@ -135,7 +135,7 @@ pub struct BeamPlan {
     pub seed: u64,
 }
 
-/// What one walk finds.
+/// Result of one walk.
 struct Walk {
     exit: Option<BeamExit>,
     /// Events before the first passage of each depth that it passes, from the shallowest.
@@ -194,7 +194,7 @@ impl NarrowBeam {
         self.passages[depth].iter().map(|events| kept(*events)).sum::<f64>() / f64::from(self.walks)
     }
 
-    /// How many walks of equal weight would give [`transmittance`](Self::transmittance) as well: (Σw)² / Σw².
+    /// Number of walks of equal weight that would give [`transmittance`](Self::transmittance) as well: (Σw)² / Σw².
     ///
     /// # Panics
     /// If there are fewer depths.
@@ -270,8 +270,8 @@ mod tests {
     use crate::ordinates::{HalfSpace, HomogeneousMedium};
     use crate::sample::SnowSample;
 
-    /// Light that rises from far below has the fluence rate (q + z) at the depth z, and leaves as 4/3 K(μ) / 4π. So the
-    /// ends of walks have the mean of q + z equal to 4/3 K, by reciprocity.
+    /// Light that rises from far below has the fluence rate (q + z) at the depth z, and leaves as 4/3 K(μ) / 4π. By
+    /// reciprocity the mean of q + z over the ends of walks is 4/3 K.
     #[test]
     fn the_ends_of_walks_see_the_light_that_the_half_space_sends_out() {
         let sample = SnowSample::default();
@@ -305,7 +305,7 @@ mod tests {
         let tolerance = 4.0 * 0.5 / f64::from(WALKS).sqrt();
         for asymmetry in [0.0, 0.7] {
             for incidence in [Incidence::Beam { angle_deg: 0.0 }, Incidence::Diffuse] {
-                // Of the light of longer walks absorption leaves 10⁻⁴.
+                // Absorption leaves 10⁻⁴ of the light of longer walks.
                 let walks = beam(asymmetry, incidence, 1000);
                 for one_minus_albedo in [0.01, 0.2] {
                     let medium =
@@ -324,8 +324,9 @@ mod tests {
         }
     }
 
-    /// Of Lambertian light on an isotropic half-space that does not absorb, the walks of more than N flights keep
-    /// 4/√(3πN): the singularity 1 − R = 4 √((1 − ω)/3) of the reflectance at ω = 1 has these coefficients.
+    /// On an isotropic half-space that does not absorb, the walks of more than N flights keep the fraction 4/√(3πN)
+    /// of Lambertian light: the singularity 1 − R = 4 √((1 − ω)/3) of the reflectance at ω = 1 has these
+    /// coefficients.
     #[test]
     fn the_light_of_long_walks_follows_from_the_singularity_of_the_reflectance() {
         for flights in [256, 1024] {

@@ -2,8 +2,8 @@
 //!
 //! A ray is never absorbed as a whole: it carries the weight exp(−γℓ) of its path ℓ through ice. One set of rays thus
 //! serves all wavelengths and thicknesses; tracing each wavelength separately, as in the paper, remains as a check.
-//! Every result has a standard error. Random streams belong to rays and batches of rays, so any number of threads gives
-//! the same bits.
+//! Every result has a standard error. Random streams belong to rays and batches of rays, so results are equal to the
+//! last bit on any number of threads.
 
 mod goniometric;
 mod half_space;

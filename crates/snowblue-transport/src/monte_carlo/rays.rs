@@ -102,7 +102,7 @@ pub(crate) fn trace_in_order<T: Send>(rays: u64, trace: impl Fn(u64) -> T + Sync
     }
 }
 
-/// Mean of a quantity over `rays` rays, and its standard error, from the sum of its values and that of their squares.
+/// Mean of a quantity over `rays` rays, and its standard error, from the sums of its values and of their squares.
 pub(crate) fn estimate(first: f64, second: f64, rays: u64) -> Estimate {
     let count = rays as f64;
     let mean = first / count;

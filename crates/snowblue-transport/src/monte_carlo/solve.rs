@@ -105,8 +105,8 @@ pub fn mean_paths(slab: &Slab, options: &MonteCarloOptions) -> Result<MeanPaths,
 
 /// Fluxes of each case at each wavelength, the wavelength running fastest.
 ///
-/// Cases of one snow without a ground that are each of some thicknesses under each of some incidences share rays, as in
-/// [`solve`]; all other cases have their own.
+/// Cases of one snow without a ground share rays, as in [`solve`], if they are all combinations of some thicknesses
+/// and some incidences. All other cases have their own rays.
 ///
 /// `progress` is called from any thread with the number of rays traced.
 ///
@@ -114,7 +114,7 @@ pub fn mean_paths(slab: &Slab, options: &MonteCarloOptions) -> Result<MeanPaths,
 /// As [`Batch::check`], and for an infinite thickness or a wrong number of rays.
 ///
 /// # Panics
-/// If a case has a sample that is none of the samples.
+/// If a case refers to a sample that does not exist.
 pub fn solve_batch(
     batch: &Batch,
     options: &MonteCarloOptions,
@@ -149,7 +149,7 @@ pub fn solve_batch(
     Ok(rows.concat())
 }
 
-/// The slab whose cases these are, in its order.
+/// The slab whose cases these are, in the order of the slab.
 fn slab_of(batch: &Batch, cases: &[usize]) -> Option<Slab> {
     let own: Vec<SlabCase> = cases.iter().map(|case| SlabCase { sample: 0, ..batch.cases[*case] }).collect();
     let first = own.first()?;

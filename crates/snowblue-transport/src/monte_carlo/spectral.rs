@@ -2,7 +2,7 @@
 //!
 //! - **Wavelengths.** A ray's path depends on the wavelength through the refractive index alone; absorption is the
 //!   weight exp(−γ(λ)ℓ) of its path ℓ through ice. Rays are therefore traced at a few nodes in n with common random
-//!   numbers. Weights are interpolated before they are squared, so the standard errors are those of the interpolated
+//!   numbers. Weights are interpolated before they are squared, so the standard errors apply to the interpolated
 //!   results.
 //! - **Thicknesses.** The first passage of a walk in deep snow below a depth h is the transmission of a slab of
 //!   thickness h; a ray that leaves the top without passing h is reflected by that slab.
@@ -77,7 +77,7 @@ struct BatchSums {
 struct Sums {
     value: [Vec<f64>; 3],
     square: [Vec<f64>; 3],
-    /// Of the weight times the rays of the batch.
+    /// Sums of the weight times the rays of the batch.
     product: [Vec<f64>; 3],
     rays: f64,
     square_rays: f64,
@@ -127,7 +127,7 @@ pub(super) struct TraceNodes {
 ///
 /// The index of ice varies little and smoothly, so a few nodes serve. Scattering by particles varies too much between
 /// wavelengths, so snow with particles is traced at each wavelength. So is snow with much water: scattering by ice in
-/// water goes as (1 − n_ice/n_water)², of which the fourth decimal of n is up to 2.6 %.
+/// water goes as (1 − n_ice/n_water)², which the fourth decimal of n changes by up to 2.6 %.
 pub(super) fn trace_nodes(sample: &SnowSample, wavelengths_nm: &[f64], constituents: &[Constituents]) -> TraceNodes {
     if sample.water_saturation > MAX_WATER || constituents.iter().any(|constituents| !constituents.particles.is_empty())
     {
@@ -227,7 +227,7 @@ impl Trace {
         Ray { stream, depth: 0.0, cosine, paths: Paths::default(), passed: 0 }
     }
 
-    /// Number of thicknesses times that of wavelengths.
+    /// Number of thicknesses times number of wavelengths.
     fn places(&self) -> usize {
         self.nodes[0].depths.len() * self.absorptions.len()
     }

@@ -68,7 +68,7 @@ pub fn solve_stack(
     for &incidence in &stack.incidences {
         for &wavelength_nm in &stack.wavelengths_nm {
             let optical = OpticalStack::new(stack, wavelength_nm);
-            // The inverted seed makes the streams independent of those of slabs.
+            // The inverted seed makes the streams independent of the streams of slabs.
             let seed = Stream::key(!options.seed, answer.len() as u64);
             let sums = sum_over_rays(options.rays, |ray| {
                 let mut stream = Stream::new(seed, ray);

@@ -16,7 +16,7 @@
 //! P(Θ; λ) = ⟨exp(−γ(λ) ℓ) δ(Ω − Ω′)⟩,   ∫ P dΩ = ω(λ), the single-scattering albedo,
 //! ```
 //!
-//! tabulated from the same events in bins of equal width in sin Θ/2, which are narrow in the forward direction.
+//! tabulated from these events in bins of equal width in sin Θ/2, which are narrow in the forward direction.
 
 use std::iter::{Cycle, Skip};
 use std::slice::Iter;
@@ -42,7 +42,7 @@ pub struct Volume {
     nodes: Vec<VolumeNode>,
     /// [wavelength]
     absorptions: Vec<Absorption>,
-    /// Absorption coefficients that no wavelength falls below.
+    /// Lower bounds of the absorption coefficients over all wavelengths.
     least: Absorption,
 }
 
@@ -96,8 +96,8 @@ struct Absorption {
 }
 
 impl Volume {
-    /// Precomputes scattering in each of `samples` at some wavelengths, with nodes at the same ones for all, so that a
-    /// walk can go from one sample to the other.
+    /// Precomputes scattering in each of `samples` at some wavelengths. All samples have common nodes, so that a walk
+    /// can go from one sample to another.
     ///
     /// # Errors
     /// If a parameter of a sample is out of range, or the tables do not cover a wavelength.
@@ -120,11 +120,11 @@ impl Volume {
         Ok(samples.iter().map(|sample| Self::with_nodes(&finest, sample, wavelengths_nm, plan)).collect())
     }
 
-    /// The same for one sample with one node, the index of ice at the middle wavelength, for walks that are too short
-    /// to depend on it.
+    /// Precomputes scattering in one sample with one node, the index of ice at the middle wavelength, for walks that
+    /// are too short to depend on the index.
     ///
     /// # Errors
-    /// As those of [`of_samples`](Self::of_samples).
+    /// As [`of_samples`](Self::of_samples).
     pub fn with_one_index(
         sample: &SnowSample,
         wavelengths_nm: &[f64],
@@ -197,8 +197,8 @@ impl VolumeNode {
         &self.weights
     }
 
-    /// Random scattering events without end: the list of the node from a random position on, cyclically, by a random
-    /// number in [0, 1). Events at the same position of different nodes have the same random numbers.
+    /// Random scattering events without end: the list of the node, cyclically, from a random position that a number
+    /// in [0, 1) gives. Events at equal positions of different nodes have common random numbers.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "not negative, and below the length")]
     pub fn events_from(&self, number: f64) -> Skip<Cycle<Iter<'_, ScatteringEvent>>> {
         self.events.iter().cycle().skip((number * self.events.len() as f64) as usize)
@@ -289,7 +289,7 @@ mod tests {
     use super::*;
     use crate::{Demand, GrainTallies, Population, TallyPlan};
 
-    /// ∫ P dΩ is the albedo, and ∫ P cos Θ dΩ over it the asymmetry, of the ordinates' tally with other rays, in dry
+    /// ∫ P dΩ is the albedo, and ∫ P cos Θ dΩ / ∫ P dΩ the asymmetry, of the ordinates' tally with other rays, in dry
     /// and in wet snow, at absorptances of a grain from 10⁻⁵ to a third.
     #[test]
     fn the_phase_function_has_the_albedo_and_the_asymmetry_of_the_medium() {

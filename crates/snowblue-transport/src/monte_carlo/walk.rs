@@ -10,9 +10,9 @@ pub(crate) struct Scatterers {
     population: Population,
     /// Sizes of grains, weighted by their projected area.
     pub(crate) size: HitSizes,
-    /// Refractive index of ice over that of air.
+    /// Refractive index of ice relative to air.
     index_in_air: f64,
-    /// Refractive index of ice over that of water.
+    /// Refractive index of ice relative to water.
     index_in_water: f64,
     /// Probability that the scatterer is a grain in air.
     air_probability: f64,
@@ -119,7 +119,7 @@ fn henyey_greenstein(g: f64, uniform: f64) -> f64 {
 }
 
 impl Collision {
-    /// Adds the path through ice, for a grain of the given size, to those of a ray.
+    /// Adds the path through ice, for a grain of the given size, to the paths of a ray.
     #[inline]
     pub(crate) fn add_ice_path(&self, size_m: f64, paths: &mut Paths) {
         paths.ice_m[0] += self.ice_path[0] * size_m;
@@ -185,7 +185,7 @@ pub(crate) fn scattered_cosine(cosine: f64, cos_scattering: f64, stream: &mut St
 mod tests {
     use super::*;
 
-    /// The mean cosine is g, by the midpoint rule, and the cosine is that of the formula with the division by g.
+    /// The mean cosine is g, by the midpoint rule, and the cosine agrees with the formula with the division by g.
     #[test]
     fn henyey_greenstein_has_the_given_asymmetry() {
         for g in [-0.5_f64, 0.0, 1e-9, 0.4, 0.96] {

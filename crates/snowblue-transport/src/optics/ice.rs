@@ -2,8 +2,9 @@
 //!
 //! The refractive index is n + ik. Two published tables of k differ by a factor of 7 at 450 nm and of 26 at 400 nm,
 //! where ice is among the clearest of solids: Warren & Brandt 2008 (doi:10.1029/2007JD009744, inferred from light in
-//! Antarctic snow) and Picard, Libois & Arnaud 2016 (doi:10.5194/tc-10-2655-2016, by the same method with more
-//! profiles). The hue of light behind 20 cm of snow depends on which is right. Both are inferred, so the user chooses.
+//! Antarctic snow) and Picard, Libois & Arnaud 2016 (doi:10.5194/tc-10-2655-2016, by this method with more profiles).
+//! The hue of light behind 20 cm of snow depends on which table is right. Both tables are inferred, so the user
+//! chooses.
 
 use std::f64::consts::PI;
 use std::fmt;

@@ -1,12 +1,13 @@
 //! Impurities between the grains: small absorbing and scattering particles, given by their mass fraction.
 //!
-//! A mass fraction c (mass of the substance over that of dry snow) of particles with mass extinction E, in m²/kg, adds
-//! ρ c E to the extinction coefficient of snow of density ρ; the particles scatter the fraction ω of it, their
-//! single-scattering albedo, with the Henyey–Greenstein (1941) phase function. They lie outside the grains.
+//! A mass fraction c (mass of the substance over mass of dry snow) of particles with mass extinction E, in m²/kg,
+//! adds ρ c E to the extinction coefficient of snow of density ρ. The particles scatter the fraction ω of this
+//! extinction, their single-scattering albedo, with the Henyey–Greenstein (1941) phase function. They lie outside the
+//! grains.
 //!
-//! Optical properties are those of BioSNICAR (Cook et al. 2020, doi:10.5194/tc-14-309-2020); [`Substance::source`]
-//! names the paper behind each. BioSNICAR gives the extinction of algae in 10⁻⁹ m² per cell, with a mass of 1 ng per
-//! cell.
+//! Optical properties are taken from BioSNICAR (Cook et al. 2020, doi:10.5194/tc-14-309-2020); [`Substance::source`]
+//! names the paper behind each substance. BioSNICAR gives the extinction of algae in 10⁻⁹ m² per cell, with a mass of
+//! 1 ng per cell.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -50,7 +51,7 @@ pub enum Substance {
     TestDust,
 }
 
-/// What every face says of a substance, and its optical properties.
+/// Name, description and optical properties of a substance, for every user interface.
 #[derive(Debug, Clone, Copy)]
 struct Row {
     substance: Substance,
@@ -69,7 +70,7 @@ struct Row {
     usual_ng_g: (f64, f64),
 }
 
-/// The row of Saharan dust, and what most substances have in common with it.
+/// The row of Saharan dust. Most substances share values with it.
 const SAHARAN_DUST: Row = Row {
     substance: Substance::SaharanDust,
     name: "saharan-dust",
@@ -168,7 +169,7 @@ impl Substance {
         ROWS[self as usize].key
     }
 
-    /// What it is, in a sentence.
+    /// Description of the substance, in a sentence.
     #[must_use]
     pub fn text(self) -> &'static str {
         ROWS[self as usize].text

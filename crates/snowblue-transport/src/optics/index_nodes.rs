@@ -21,7 +21,7 @@ const STEP: f64 = 0.006_25;
 pub(crate) struct IndexNodes(Vec<f64>);
 
 impl IndexNodes {
-    /// Nodes for some wavelengths: Chebyshev nodes, or the indices at the wavelengths if those are not more.
+    /// Nodes for some wavelengths: Chebyshev nodes, or the indices at the wavelengths if these are not more numerous.
     pub(crate) fn new(ice: IceTable, wavelengths_nm: &[f64]) -> Self {
         let mut own: Vec<f64> = wavelengths_nm.iter().map(|wavelength_nm| ice.index(*wavelength_nm)).collect();
         own.sort_by(f64::total_cmp);

@@ -1,7 +1,8 @@
 //! Optical constants of ice, water and impurities, and Fresnel's equations at a smooth interface between two
 //! transparent media (Born & Wolf 1999, *Principles of Optics*, §1.5.2).
 //!
-//! The absorption of ice is far too weak in 300–2500 nm to change them (k < 10⁻² there), so indices are real.
+//! The absorption of ice is far too weak in 300–2500 nm to change these equations (k < 10⁻² there), so indices are
+//! real.
 
 pub mod ice;
 pub mod impurity;
@@ -41,8 +42,8 @@ pub fn fresnel(cos_incidence: f64, relative_index: f64) -> Fresnel {
     Fresnel { reflectance: 0.5 * (s + p), cos_refraction }
 }
 
-/// The same of light of each polarisation: the cosine of the angle of refraction, and the reflectances of s- and
-/// p-polarised light.
+/// Reflection and refraction of polarised light: the cosine of the angle of refraction, and the reflectances of s-
+/// and p-polarised light.
 #[inline]
 pub(crate) fn polarised<T: Real>(cos_incidence: T, relative_index: f64) -> (T, [T; 2]) {
     let one = T::from(1.0);

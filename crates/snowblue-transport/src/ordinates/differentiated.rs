@@ -7,14 +7,14 @@
 //! dV = V X,   dH = −H Xᵀ,   X_ii = o_ii/2,   X_ij = (ε_ij + k_j² o_ij)/(k_j² − k_i²),
 //! ```
 //!
-//! which follows from φ' = (1 + o) ψ, ψ' = (k² + ε) φ with S = V φ and D = −H ψ. Spurr, Kurosu & Chance 2001, J. Quant.
-//! Spectrosc. Radiat. Transfer 68, 689, differentiate the usual form of the equations. No two modes have the same rate.
-//! Then dΓ = −X Γ − Γ Xᵀ, dΔ = Xᵀ Δ + Δ X, d(Hᵀ M 1) = −X Hᵀ M 1 and d(Vᵀ M 1) = Xᵀ Vᵀ M 1.
+//! which follows from φ' = (1 + o) ψ, ψ' = (k² + ε) φ with S = V φ and D = −H ψ. Spurr, Kurosu & Chance 2001, J.
+//! Quant. Spectrosc. Radiat. Transfer 68, 689, differentiate the usual form of the equations. No two modes have equal
+//! rates. Then dΓ = −X Γ − Γ Xᵀ, dΔ = Xᵀ Δ + Δ X, d(Hᵀ M 1) = −X Hᵀ M 1 and d(Vᵀ M 1) = Xᵀ Vᵀ M 1.
 //!
-//! **Linear systems.** Of A a = v follows A da = dv − dA a: a variable costs a right-hand side of the system whose
+//! **Linear systems.** A a = v implies A da = dv − dA a: each variable costs one right-hand side of the system, whose
 //! matrix is already factored.
 //!
-//! All else is computed by the lines that compute the values, with numbers that have derivatives.
+//! All other quantities are computed by the code that computes the values, with numbers that have derivatives.
 
 use std::ops::Mul;
 
@@ -54,7 +54,7 @@ impl DifferentiatedModes {
         Self::with_changes(medium, scaled).0
     }
 
-    /// The same, with the change by each variable.
+    /// The modes with their derivatives, and the change of the modes with each variable.
     fn with_changes(medium: &HomogeneousMedium, scaled: Scaled<Dual>) -> (Self, [Option<ModeChange>; LANES]) {
         let modes = &medium.modes;
         let n = modes.rates.len();
@@ -103,7 +103,7 @@ impl DifferentiatedModes {
         }
     }
 
-    /// As that of the medium.
+    /// The decay rate, as [`HomogeneousMedium::decay_rate`].
     pub(super) fn decay_rate(&self) -> Dual {
         decay_rate(self.scaled.depth_ratio, &self.rates)
     }
@@ -189,7 +189,7 @@ fn solved(
     let product = product(matrix, solution.as_slice());
     let residual = right.iter().zip(product).zip(diagonal.iter().zip(solution));
     let mut numbers: Vec<Dual> = residual.map(|((v, product), (d, a))| *v - product - *d * *a).collect();
-    // Of all variables at once, while nalgebra substitutes in column after column.
+    // Substitutes for all variables at once, while nalgebra substitutes one column after another.
     let lower = factor.l_dirty();
     for (j, column) in lower.column_iter().enumerate() {
         numbers[j] = numbers[j] / column[j];

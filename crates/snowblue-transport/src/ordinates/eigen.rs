@@ -11,9 +11,9 @@
 //!
 //! with E and O symmetric (Nakajima & Tanaka 1986, doi:10.1016/0022-4073(86)90088-9; Stamnes et al. 1988,
 //! doi:10.1364/AO.27.002502). With the Cholesky factors O = L Lᵀ and E = F Fᵀ, the decay rates k are the singular
-//! values of Fᵀ M⁻¹ L. The usual square roots of the eigenvalues of its square would lose precision of the smallest k,
-//! which governs deep snow and vanishes with absorption. The right singular vectors u give V = M⁻¹ L U and H = L⁻ᵀ U,
-//! so that S = V φ(τ), D = −H φ'(τ), φ'' = k² φ, and Vᵀ M H = 1.
+//! values of Fᵀ M⁻¹ L. The usual method, square roots of the eigenvalues of the square of this matrix, would lose
+//! precision of the smallest k, which governs deep snow and vanishes with absorption. The right singular vectors u
+//! give V = M⁻¹ L U and H = L⁻ᵀ U, so that S = V φ(τ), D = −H φ'(τ), φ'' = k² φ, and Vᵀ M H = 1.
 //!
 //! δ-M scaling comes first: the forward peak of the phase function, beyond what the quadrature resolves, is taken as
 //! unscattered light (Wiscombe 1977, doi:10.1175/1520-0469(1977)034<1408:TDMYRA>2.0.CO;2).
@@ -68,8 +68,8 @@ pub(crate) struct Modes {
 impl Modes {
     /// Solves `medium` on the directions of `rule`.
     ///
-    /// None if E or O is not positive definite. The basis is orthonormal for the lower degrees only, so this can happen
-    /// to phase functions with a peak that the rule does not resolve, though never to those of snow.
+    /// None if E or O is not positive definite. The basis is orthonormal for the lower degrees only, so this can
+    /// happen for phase functions with a peak that the rule does not resolve, but never for phase functions of snow.
     pub(crate) fn new(medium: &Scaled, rule: &Quadrature) -> Option<Self> {
         let n = rule.order();
         let basis = legendre_basis(n);
@@ -169,8 +169,8 @@ fn factor(matrix: DMatrix<f64>) -> Option<DMatrix<f64>> {
 
 /// Singular values and right singular vectors by one-sided Jacobi rotations (Hestenes 1958, doi:10.1137/0106005).
 ///
-/// Rotations make the columns of `matrix` orthogonal; their lengths are then the singular values. Small ones keep
-/// their relative precision (Demmel & Veselić 1992, doi:10.1137/0613074).
+/// Rotations make the columns of `matrix` orthogonal; their lengths are then the singular values. Small singular
+/// values keep their relative precision (Demmel & Veselić 1992, doi:10.1137/0613074).
 fn singular_values(mut matrix: DMatrix<f64>) -> (Vec<f64>, DMatrix<f64>) {
     let n = matrix.ncols();
     let mut right = DMatrix::identity(n, n);

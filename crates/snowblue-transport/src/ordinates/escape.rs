@@ -58,9 +58,10 @@ impl Escape {
 impl<T: Real> Escape<T> {
     /// Radiance that leaves a face of a layer with cosine μ, ∫ J e^{−s/μ} ds/μ, per amplitude of each mode.
     ///
-    /// Slow modes in thin layers are a cosh(ks) + a' sinh(ks)/k from the face. From the bottom the amplitude is that
-    /// there, b, and the slope b' = −k sinh(kτ) a − cosh(kτ) a'. The others are a wave that decays from the top,
-    /// (a − a'/k)/2, and one that decays from the bottom and makes up the rest of the amplitude there.
+    /// Slow modes in thin layers are a cosh(ks) + a' sinh(ks)/k from the face. Seen from the bottom, the amplitude is
+    /// the amplitude b at the bottom, and the slope is b' = −k sinh(kτ) a − cosh(kτ) a'. The other modes are the sum
+    /// of two waves. The first wave, (a − a'/k)/2, decays from the top. The second wave decays from the bottom and
+    /// makes up the rest of the amplitude at the bottom.
     fn new(face: Face, direction: &Direction<T>, rates: &[T], depth: T) -> Self {
         let per_cosine = T::from(1.0) / direction.cos_incidence;
         let unscattered = (-depth * per_cosine).exp();

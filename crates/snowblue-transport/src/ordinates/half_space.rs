@@ -1,4 +1,5 @@
-//! The half-space that scatters without absorption: what diffusion of light needs at the surface of snow.
+//! The half-space that scatters without absorption: the functions that the diffusion of light needs at the surface of
+//! snow.
 //!
 //! Deep inside snow, the fluence rate φ diffuses. At the surface, under the irradiance F of a beam at μ₀, it obeys
 //!
@@ -11,19 +12,20 @@
 //! *Light Scattering in Planetary Atmospheres*, ch. 2; Kokhanovsky & Zege 2004, doi:10.1364/AO.43.001589).
 //!
 //! **Adding–doubling** (van de Hulst 1980, *Multiple Light Scattering*, ch. 4; de Haan, Bosma & Hovenier 1987) gives
-//! them for each azimuthal mode: two equal layers with reflection r and transmission t make one with
+//! these functions for each azimuthal mode: two equal layers with reflection r and transmission t make one layer with
 //!
 //! ```text
 //! t′ = t (1 − r r)⁻¹ t,   r′ = r + t r (1 − r r)⁻¹ t.
 //! ```
 //!
 //! The first layer is thin enough for the implicit midpoint rule, which conserves energy exactly. A thick layer with
-//! the depth τ transmits Lambertian light as T = (4/3)/((1 − g)τ + 2q), into the directions K, and lacks the reflection
-//! T K(μ) K(μ₀)/π of the half-space; both hold to the precision of the light that has not yet diffused.
+//! the depth τ transmits the fraction T = (4/3)/((1 − g)τ + 2q) of Lambertian light, with the angular distribution K.
+//! Its reflection is less than the reflection of the half-space by T K(μ) K(μ₀)/π. The error of both relations is the
+//! light that has not yet diffused.
 //!
-//! **Single scattering is exact.** The modes come from δ-M scaled moments, and single scattering
-//! p/(μ + μ₀) is taken out of each mode and put back with p itself, over 1 − f for the scaled depth (Nakajima & Tanaka
-//! 1988, doi:10.1016/0022-4073(88)90031-3). What remains is smooth.
+//! **Single scattering is exact.** The modes come from δ-M scaled moments, and single scattering p/(μ + μ₀) is taken
+//! out of each mode and put back with p itself, over 1 − f for the scaled depth (Nakajima & Tanaka 1988,
+//! doi:10.1016/0022-4073(88)90031-3). The remaining radiance is smooth.
 
 use snowblue_base::narrow;
 use std::f64::consts::PI;
@@ -72,8 +74,8 @@ struct DiffuseOperators {
     transmission: DMatrix<f64>,
 }
 
-/// One azimuthal mode of a phase function times 4π, on the nodes: from each direction into another of the same and of
-/// the opposite hemisphere.
+/// One azimuthal mode of a phase function times 4π, on the nodes: from each direction into the directions of its own
+/// hemisphere and of the opposite hemisphere.
 struct PhaseMatrices {
     forward: DMatrix<f64>,
     backward: DMatrix<f64>,
@@ -119,8 +121,8 @@ impl HalfSpace {
         Self { phase: phase.clone(), single_factor: 1.0 / scaled.depth_ratio, extrapolation, escape, multiple }
     }
 
-    /// The escape function K(μ), which goes as the radiance that leaves a half-space with its source far inside;
-    /// 2∫ K μ dμ = 1. The cosine from the normal lies in 0–1.
+    /// The escape function K(μ), which is proportional to the radiance that leaves a half-space with its source far
+    /// inside; 2∫ K μ dμ = 1. The cosine from the normal lies in 0–1.
     ///
     /// Light that comes from deep inside snow is darker at the limb, as the sun is: by more than a factor of 2.
     /// ```
@@ -154,10 +156,10 @@ impl HalfSpace {
     /// The reflection function R₀ in 1/sr: the radiance that leaves in the direction μ, per irradiance F = E⊥ μ₀ of a
     /// beam on the surface.
     ///
-    /// Both cosines are those from the normal, in 0–1 and not both 0. `cos_azimuth` is the cosine of the angle between
-    /// the directions of propagation of both, projected on the surface: 1 for light that continues away from the light
-    /// source, −1 for light that returns towards it. The cosine of the scattering angle is
-    /// −μμ₀ + √((1 − μ²)(1 − μ₀²)) cos Δφ.
+    /// Both angles are measured from the normal; their cosines lie in 0–1 and are not both 0. `cos_azimuth` is the
+    /// cosine of the angle between the directions of propagation of the incident and the leaving light, projected on
+    /// the surface: 1 for light that continues away from the light source, −1 for light that returns towards it. The
+    /// cosine of the scattering angle is −μμ₀ + √((1 − μ²)(1 − μ₀²)) cos Δφ.
     #[inline]
     #[must_use]
     pub fn reflection(&self, cos_exit: f64, cos_incidence: f64, cos_azimuth: f64) -> f64 {
@@ -236,7 +238,7 @@ impl DiffuseOperators {
         Self { reflection: r + t * (r * &between), transmission: t * between }
     }
 
-    /// The radiance per incident flux and sr, 1/(2π μ₀ w) times that per incident radiance.
+    /// The radiance per incident flux, in 1/sr: the radiance per incident radiance times 1/(2π μ₀ w).
     fn per_flux(mut reflection: DMatrix<f64>, rule: &Quadrature) -> DMatrix<f64> {
         for (mut column, (mu, weight)) in reflection.column_iter_mut().zip(rule.cosines.iter().zip(&rule.weights)) {
             column /= 2.0 * PI * mu * weight;
@@ -435,8 +437,9 @@ mod tests {
         }
     }
 
-    /// Random walks with next-event estimation towards the eye at each scattering: radiance away from the light source
-    /// less that towards it. Deep light does not depend on the azimuth, so walks of 100 scatterings suffice.
+    /// Random walks with next-event estimation towards the eye at each scattering: radiance away from the light
+    /// source less radiance towards it. Deep light does not depend on the azimuth, so walks of 100 scatterings
+    /// suffice.
     #[test]
     fn azimuths_agree_with_random_walks() {
         let phase = PhaseFunction::henyey_greenstein(0.7);

@@ -69,7 +69,7 @@ pub struct Direction<T = f64> {
     pub(super) cos_incidence: T,
     /// Σ over even l of (2l + 1) ω χ_l P_l(μ₀) p_l · v, one for each mode.
     pub(super) even: Vec<T>,
-    /// The same over odd l with the differences h.
+    /// Σ over odd l of (2l + 1) ω χ_l P_l(μ₀) p_l · h, one for each mode, with the differences h.
     pub(super) odd: Vec<T>,
 }
 
@@ -129,7 +129,7 @@ pub(super) struct LitSlab<'m, T = f64> {
     pub(super) entering: &'m [T],
     /// Scaled optical depth.
     pub(super) depth: T,
-    /// Of each mode.
+    /// Amplitudes of each mode.
     pub(super) amplitudes: Vec<Amplitudes<T>>,
 }
 
@@ -195,8 +195,9 @@ impl HomogeneousMedium {
         }
     }
 
-    /// Clear ice of a refractive index, for layers whose optical depth is that of absorption. Each ordinate outside it
-    /// stands in the place of a mode: V = 1 and H = M⁻¹. Rates of 1 are those of light along the normal.
+    /// Clear ice of a refractive index, for layers whose optical depth is the optical depth of absorption. Each
+    /// ordinate outside the ice takes the place of a mode: V = 1 and H = M⁻¹. The rates are 1, the rate of light
+    /// along the normal.
     pub(super) fn ice(index: f64, streams: usize) -> Self {
         let rule = Quadrature::half_range(streams / 2);
         let n = rule.order();
@@ -323,7 +324,8 @@ pub(super) fn strengths<T: Real>(albedo_moments: &[T], cos_incidence: T) -> Vec<
 }
 
 impl<T: Real> Passed<T> {
-    /// What the snow absorbs over a ground of this albedo, where the transmittance is the downward flux on it.
+    /// Absorptance of the snow over a ground of this albedo, where the transmittance is the downward flux on the
+    /// ground.
     pub(super) fn absorbed(self, ground_albedo: T) -> T {
         T::from(1.0) - self.reflectance - (T::from(1.0) - ground_albedo) * self.transmittance
     }

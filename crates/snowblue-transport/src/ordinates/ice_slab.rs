@@ -13,9 +13,9 @@
 //! of which the mean over both polarisations is taken. In the network of [`layered`](super::layered), per ordinate, the
 //! shunt is μ (1 − R − T)/(1 + R + T), and the bridge is 2μ T/((1 + R)² − T²).
 //!
-//! Inside, radiance over n² is what its flux is outside: n² μ' dμ' = μ dμ. Unit radiance over n² that a plane within
-//! the ice emits upwards, with the transmissions a_z above it and a_r below it, leaves the top as
-//! (1 − F) a_z/(1 − F²a²) and the bottom as F a times this.
+//! Inside the ice, radiance over n² takes the place of radiance outside: n² μ' dμ' = μ dμ. Unit radiance over n² that
+//! a plane within the ice emits upwards, with the transmissions a_z above it and a_r below it, leaves the top of the
+//! ice as (1 − F) a_z/(1 − F²a²) and the bottom as F a times this.
 
 use super::integrals::transmitted_integral;
 use crate::dual::Real;
@@ -129,10 +129,10 @@ pub(super) struct Unscattered<T> {
 }
 
 impl<T: Real> Unscattered<T> {
-    /// Of layers that reflect and transmit these fractions.
+    /// The unscattered fractions for layers with these reflected and transmitted fractions.
     pub(super) fn new(layers: &[[T; 2]]) -> Self {
         let whole = T::from(1.0);
-        // What everything below a face reflects.
+        // The reflectance of everything below each face.
         let mut below = vec![T::from(0.0)];
         for &[reflected, transmitted] in layers.iter().rev() {
             let next = below[below.len() - 1];
@@ -154,11 +154,11 @@ pub(super) fn unscattered<T: Real>(ice_index: Option<f64>, depth: T, cosine: T) 
     ice.unwrap_or_else(|| [T::from(0.0), (-depth / cosine).exp()])
 }
 
-/// The unscattered part of the light that falls on the top of layers and passes them, of which the index of ice, or
-/// none of snow, and the optical depth are given.
+/// The unscattered part of the light that falls on the top of the layers and passes them. `layers` has the refractive
+/// index of ice, or none for snow, and the optical depth of each layer.
 pub(super) fn direct(layers: &[(Option<f64>, f64)], incidence: &Incidence) -> f64 {
     let depth: f64 = layers.iter().filter(|(index, _)| index.is_none()).map(|(_, depth)| depth).sum();
-    // The transmittance of the ice alone, with what it reflects through the snow.
+    // The transmittance of the ice alone, including light that the ice reflects through the snow.
     let through_ice = |cosine: f64| {
         if layers.iter().all(|(index, _)| index.is_none()) {
             return 1.0;

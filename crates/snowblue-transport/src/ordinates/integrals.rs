@@ -54,7 +54,7 @@ pub(super) fn third_exponential_integral(tau: f64) -> f64 {
     transmitted_integral(tau, |_| 1.0)
 }
 
-/// ∫₀¹ μ e^{−τ/μ} f(μ) dμ, in the same way.
+/// ∫₀¹ μ e^{−τ/μ} f(μ) dμ, as [`third_exponential_integral`].
 pub(super) fn transmitted_integral(tau: f64, factor: impl Fn(f64) -> f64) -> f64 {
     if tau.is_infinite() {
         return 0.0;

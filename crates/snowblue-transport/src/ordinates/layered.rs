@@ -15,8 +15,9 @@
 //! 1 − R is small and would lose precision as a difference. A face between two media changes y to Q y Qᵀ, Q = V'ᵀ M H.
 //!
 //! **One source per flux serves all angles.** By reciprocity the downward flux at a face under a beam at μ₀ is the
-//! radiance that leaves the top at μ₀ when the face emits isotropic unit radiance upwards; emission downwards gives the
-//! upward flux, and both with opposite signs the net flux. Its amplitudes are, above and below the face,
+//! radiance that leaves the top at μ₀ when the face emits isotropic unit radiance upwards. Emission downwards gives
+//! the upward flux, and emission to both sides with opposite signs gives the net flux. The amplitudes of S are, above
+//! and below the face,
 //!
 //! ```text
 //! (y_lower + y_upper)⁻¹ (v + y_lower h)   and   (y_lower + y_upper)⁻¹ (v − y_upper h),   v = Vᵀ M 1, h = Hᵀ M 1,
@@ -26,10 +27,10 @@
 //! above and below are (y_lower + y_upper)⁻¹ 2 Vᵀ 1. The source function integrated along μ₀, layer by layer, is linear
 //! in the amplitudes.
 //!
-//! **Ice.** A slab of clear ice is a further element of the ladder, diagonal in the ordinates ([`IceLight`]). Seen from
-//! the top along μ₀, it shows light from below by its transmittance, and light from above, in the direction −μ₀, by its
-//! reflectance. So the line of sight goes down and up: weights of both at each face take the place of e^{−τ/μ₀}. A
-//! plane within the ice emits through both faces of it. The unscattered beam is exact at any angle.
+//! **Ice.** A slab of clear ice is a further element of the ladder, diagonal in the ordinates ([`IceLight`]). Seen
+//! from the top along μ₀, it shows light from below by its transmittance, and light from above, in the direction −μ₀,
+//! by its reflectance. So the line of sight goes down and up, and weights of both directions at each face replace
+//! e^{−τ/μ₀}. A plane within the ice emits through both faces of the ice. The unscattered beam is exact at any angle.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
@@ -66,9 +67,9 @@ pub struct MediumLayer<'m> {
 /// Faces are counted from the top, 0, to the ground, the number of layers.
 pub struct LayeredMedium<'m> {
     pub(super) layers: Vec<LayerModes<'m>>,
-    /// Everything below each face, in the modes of the layer under it (on the ground, over it).
+    /// Everything below each face, in the modes of the layer under the face (at the ground, of the layer above).
     pub(super) lower: Vec<Side>,
-    /// Everything above each face, in the same modes.
+    /// Everything above each face, in the modes of `lower`.
     pub(super) upper: Vec<Side>,
     /// Radiance of the ground per 1ᵀ M S on it.
     pub(super) ground: f64,
@@ -80,11 +81,11 @@ pub(super) struct LayerModes<'m> {
     pub(super) medium: &'m HomogeneousMedium,
     /// Scaled optical depth.
     pub(super) depth: f64,
-    /// Takes S in the modes from the upper to the lower face; none where the layer is too thin to be one.
+    /// Takes S in the modes from the upper to the lower face; none where the layer is too thin to count.
     pub(super) downwards: Option<Crossing>,
     /// Takes S in the modes from the lower to the upper face.
     upwards: Option<Crossing>,
-    /// Change to the modes of the layer below; none if it has the same medium.
+    /// Change to the modes of the layer below; none if both layers share one medium.
     pub(super) interface: Option<Interface>,
 }
 
@@ -98,16 +99,16 @@ pub(super) struct Crossing {
 pub(super) struct Interface {
     /// V_belowᵀ M H_above.
     down: DMatrix<f64>,
-    /// V_aboveᵀ M H_below, the inverse of the other.
+    /// V_aboveᵀ M H_below, the inverse of `down`.
     pub(super) up: DMatrix<f64>,
 }
 
 /// Everything on one side of a face.
 #[derive(Clone)]
 pub(super) struct Side {
-    /// y: the current that it draws from S.
+    /// y: the current that this side draws from S.
     pub(super) conductance: DMatrix<f64>,
-    /// v − y h: its reflection of isotropic light.
+    /// v − y h: the reflection of isotropic light by this side.
     returned: DVector<f64>,
 }
 
@@ -139,7 +140,7 @@ pub(super) struct Emission {
     top: DVector<f64>,
 }
 
-/// A plane that emits what leaves the top with the value of a quantity there.
+/// A plane that emits such light that the radiance that leaves the top is the value of a quantity at the plane.
 #[derive(Clone, Copy)]
 pub(super) enum Emitter {
     /// A face.
@@ -156,7 +157,7 @@ pub(super) struct IcePlane {
     pub(super) index: f64,
     /// Optical depths of the ice above and below the plane.
     pub(super) depths: [f64; 2],
-    /// Changes of these depths; what is emitted is then the change.
+    /// Changes of these depths; the plane then emits the change of the radiance.
     pub(super) changes: Option<[f64; 2]>,
 }
 
@@ -248,7 +249,7 @@ impl<'m> LayeredMedium<'m> {
         FaceEmissions { down: of(FaceQuantity::Down), up: of(FaceQuantity::Up), net: of(FaceQuantity::Net) }
     }
 
-    /// The emission of a plane within ice for one quantity: that of both faces of the ice.
+    /// The emission of a plane within ice for one quantity: the sum of the emissions of both faces of the ice.
     pub(super) fn ice_emission(&self, plane: IcePlane, quantity: FaceQuantity) -> Emission {
         let emitter = Emitter::Ice(plane, quantity);
         let rule = Quadrature::half_range(self.layers[0].medium.modes.rates.len());
@@ -331,7 +332,7 @@ impl<'m> LayeredMedium<'m> {
 }
 
 impl Emission {
-    /// Both together.
+    /// The sum of both emissions.
     fn plus(mut self, other: &Self) -> Self {
         for (own, other) in self.layers.iter_mut().zip(&other.layers) {
             own.top += &other.top;
@@ -353,7 +354,7 @@ impl Emitter {
         }
     }
 
-    /// The radiance there upwards and downwards, in one direction.
+    /// The radiance emitted through these faces, upwards and downwards, in one direction.
     pub(super) fn emitted(&self, cosine: f64) -> [f64; 2] {
         match self {
             Self::Ice(plane @ IcePlane { changes: Some(changes), .. }, quantity) => {
@@ -365,7 +366,7 @@ impl Emitter {
         }
     }
 
-    /// The same of an emitter that is no change.
+    /// The radiance as [`emitted`](Self::emitted), for an emitter without changes of depths.
     pub(super) fn radiances<T: Real>(&self, cosine: T) -> [T; 2] {
         match self {
             Self::Face(_, quantity) => quantity.emitted(cosine),
@@ -506,8 +507,8 @@ mod tests {
         Incidence::Diffuse,
     ];
 
-    /// Where neither snow nor ice absorbs, the net flux is equal at every face and within the ice, and what is not
-    /// reflected reaches the ground.
+    /// Where neither snow nor ice absorbs, the net flux is equal at every face and within the ice, and the light that
+    /// is not reflected reaches the ground.
     #[test]
     fn net_flux_is_constant_where_ice_does_not_absorb() {
         let scattering = HenyeyGreenstein { one_minus_albedo: 0.0, asymmetry: 0.7 }.scattering(STREAMS);

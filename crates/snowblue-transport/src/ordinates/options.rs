@@ -14,9 +14,9 @@
 //! diffuse  2.0e-5    1.6e-6    3.4e-7    7.2e-9    8e-10
 //! ```
 //!
-//! Grains in water, and algae, scatter so far forward (1 − g ≈ 0.004) that they take more streams for the same errors.
-//! Worst relative error of T against 128 or 192 streams, saturated snow (half-saturated snow a third to a tenth of it),
-//! 0.01–50 cm, 400–1200 nm:
+//! Grains in water, and algae, scatter so far forward (1 − g ≈ 0.004) that they need more streams for equal errors.
+//! Worst relative error of T against 128 or 192 streams, saturated snow (in half-saturated snow a third to a tenth of
+//! this error), 0.01–50 cm, 400–1200 nm:
 //!
 //! ```text
 //! streams      16        32        48        64        96       128
@@ -28,8 +28,8 @@
 //! diffuse   8.0e-4    1.5e-5    3.0e-6    7.0e-7    1.0e-7    2.0e-8
 //! ```
 //!
-//! There the error of the reflectance is larger than that of the transmittance: where a thin saturated layer sends back
-//! 10⁻⁴, a hundredth of that is off at 64 streams.
+//! In such snow the error of the reflectance is larger than the error of the transmittance: where a thin saturated
+//! layer has a reflectance of 10⁻⁴, the reflectance has a relative error of a hundredth at 64 streams.
 //!
 //! In dry layers of 0.0005–0.5 cm, 16 streams keep 8·10⁻⁵ up to 80° and in diffuse light, and 48 keep 6·10⁻⁵ at 89°.
 
@@ -65,14 +65,14 @@ pub enum Streams {
 /// Sharpness of the forward peak of the phase function.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub enum Peak {
-    /// As of grains in air.
+    /// Forward peak of grains in air.
     #[default]
     Broad,
-    /// As of grains in water and of algae.
+    /// Forward peak of grains in water and of algae.
     Sharp,
 }
 
-/// Incidences that need the same number of streams.
+/// Incidences with a common number of streams.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StreamGroup {
     /// Number of streams.

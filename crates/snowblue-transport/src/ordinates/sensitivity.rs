@@ -1,17 +1,18 @@
 //! Derivatives of the fluxes of layers by the adjoint equations: one further solution for each light serves every flux,
 //! depth, layer and variable.
 //!
-//! **The network and its adjoint.** S at all faces solves A x = s, where A is symmetric and sums the conductances of
-//! the layers, and s is what an emitting face injects, which no variable changes. A flux is cᵀ x, the radiance that
-//! leaves the top, with c by the [`Escape`] of each layer. Of A λ = c follows
+//! **The network and its adjoint.** S at all faces solves A x = s. A is symmetric and sums the conductances of the
+//! layers. s is the current that an emitting face injects, which no variable changes. A flux is cᵀ x, the radiance
+//! that leaves the top, with c by the [`Escape`] of each layer. From A λ = c follows
 //!
 //! ```text
 //! d(cᵀ x) = dcᵀ x − λᵀ dA x
 //! ```
 //!
 //! (Marchuk 1995, *Adjoint Equations and Analysis of Complex Systems*, ch. 1). By reciprocity λ is the light of the
-//! beam itself. The sum of dA over layers is one of small terms in the modes of each: with the amplitudes φ of S at the
-//! top t and the bottom b, D = k tanh(kτ/2), e = k/sinh(kτ), and c_s for the slope at the top, a layer adds
+//! beam itself. The sum of dA over layers is a sum of small terms in the modes of each layer: with the amplitudes φ
+//! of S at the top t and the bottom b, D = k tanh(kτ/2), e = k/sinh(kτ), and c_s for the slope at the top, a layer
+//! adds
 //!
 //! ```text
 //! −λᵀ dA x = −(λ_t + c_s)ᵀ dD φ_t − λ_bᵀ dD φ_b − (λ_t + c_s − λ_b)ᵀ de (φ_t − φ_b)
@@ -21,9 +22,9 @@
 //! where i are the currents into the layer, of x and of λ, and X is the change of its modes. Where a layer is thin,
 //! e (φ_t − φ_b) follows from the current, and de from r = 1/e.
 //!
-//! In ice dD and de are those of its own elements, and X is 0. Radiance that is not scattered on its way through the
-//! stack, down and up between layers of ice, has its own derivative: the light in the beam's direction at each face,
-//! weighted with the fractions of the beam that arrive there.
+//! In ice dD and de are the changes of the elements of the ice itself, and X is 0. Radiance that is not scattered on
+//! its way through the stack, down and up between layers of ice, has its own derivative: the light in the beam's
+//! direction at each face, weighted with the fractions of the beam that arrive there.
 //!
 //! **Everything is an escape.** All terms are linear in the amplitudes of a layer, as its radiance is. So the
 //! derivative of a flux is a radiance as well, of an [`Escape`] with derivatives.
@@ -57,30 +58,30 @@ pub(super) struct Adjoint {
 /// The derivatives of all fluxes under one light by some variables.
 pub(super) struct Sensitivity<'a> {
     adjoint: &'a Adjoint,
-    /// Of the radiance of each layer, as it arrives at the top of the stack.
+    /// Derivatives of the radiance of each layer, as it arrives at the top of the stack.
     escape: Vec<Escape<Dual>>,
     beam: Option<BeamSensitivity<'a>>,
     /// Radiance of the ground per 1ᵀ M S on it.
     ground: Dual,
 }
 
-/// What changes of a beam that is not scattered.
+/// Changes of a beam that is not scattered.
 struct BeamSensitivity<'a> {
     beam: &'a Beam,
-    /// μ, by the cosine.
+    /// μ, with the derivative by the cosine.
     cosine: Dual,
-    /// Unscattered fractions at each face, by the cosine.
+    /// Unscattered fractions at each face, with derivatives by the cosine.
     unscattered: Unscattered<Dual>,
-    /// Fractions that each layer reflects and transmits unscattered, by its own variables. Of snow the second is the
-    /// relative change of what it transmits, with the value 1.
+    /// Fractions that each layer reflects and transmits unscattered, with derivatives by the variables of the layer.
+    /// For snow the second number is the relative change of the transmitted fraction, with the value 1.
     passed: Vec<[Dual; 2]>,
 }
 
 /// The derivatives of a flux.
 pub(super) struct FluxChange {
-    /// By the variables of each layer.
+    /// Derivatives by the variables of each layer.
     pub(super) layers: Vec<[f64; LANES]>,
-    /// By those of the light and the ground.
+    /// Derivatives by the variables of the light and the ground.
     pub(super) whole: [f64; LANES],
 }
 
@@ -101,8 +102,8 @@ struct AdjointLayer {
 }
 
 impl LayeredMedium<'_> {
-    /// The derivatives under each of the lights, of which `adjoints` are the solutions, by `variables`, of which
-    /// `layers` and `ground_albedo` have the numbers.
+    /// The derivatives by `variables` under each of the lights. `adjoints` are the adjoint solutions for the lights;
+    /// `layers` and `ground_albedo` have derivatives by the variables.
     pub(super) fn sensitivities<'a>(
         &'a self,
         adjoints: &'a [Adjoint],
@@ -165,7 +166,8 @@ impl LayeredMedium<'_> {
         };
         let last = self.layers.len();
         let ground = &self.medium_at(last).entering[1];
-        // What everything below a face injects there: its current is y λ less this.
+        // The current that everything below a face injects there. The current of this side is y λ less the injected
+        // current.
         let mut injected = match &beam {
             Some((_, at_ground)) => ground * (at_ground * self.ground),
             None => DVector::zeros(ground.len()),
@@ -208,13 +210,13 @@ impl LayeredMedium<'_> {
 }
 
 impl LayerModes<'_> {
-    /// e (z + e)⁻¹ i: the current at the upper face of one that is injected at the lower face.
+    /// e (z + e)⁻¹ i: the current at the upper face that a current injected at the lower face causes.
     fn returned(&self, current: &DVector<f64>) -> DVector<f64> {
         let crossing = self.downwards.as_ref();
         crossing.map_or_else(|| current.clone(), |one| one.bridge.component_mul(&one.factor.solve(current)))
     }
 
-    /// (z + e)⁻¹ i: S at the lower face of a current that is injected there, while it is 0 at the upper face.
+    /// (z + e)⁻¹ i: S at the lower face that a current injected there causes, while S is 0 at the upper face.
     fn received(&self, current: &DVector<f64>) -> DVector<f64> {
         self.downwards.as_ref().map_or_else(|| DVector::zeros(current.len()), |one| one.factor.solve(current))
     }
@@ -271,7 +273,8 @@ impl Escape<Dual> {
 }
 
 impl<T: Real> FaceEscapes<T> {
-    /// The radiance that arrives at the top of the stack, of which these fractions of both faces' do.
+    /// The radiance that arrives at the top of the stack, where these fractions of the radiance from both faces
+    /// arrive.
     fn seen(&self, [top, bottom]: [T; 2]) -> Escape<T> {
         let mut seen = self.top.times(top);
         if let Some(escape) = &self.bottom {
@@ -315,7 +318,8 @@ impl Sensitivity<'_> {
 }
 
 impl BeamSensitivity<'_> {
-    /// The change, with each layer's own variables, of what passes it unscattered, where the ground emits a radiance.
+    /// The change of the light that passes each layer unscattered, by the layer's own variables, where the ground
+    /// emits the radiance `from_ground`.
     fn changes(&self, emission: &Emission, from_ground: f64) -> Vec<Dual> {
         let Beam { cosine, unscattered: Unscattered { down, up }, escapes, passed } = self.beam;
         let count = passed.len();
@@ -327,7 +331,7 @@ impl BeamSensitivity<'_> {
                 [faces.top.radiance(layer), faces.bottom.as_ref().map_or(0.0, |bottom| bottom.radiance(layer))]
             })
             .collect();
-        // Just above each face light goes down with the radiance r u + s, where u goes up.
+        // Just above each face the radiance downwards is r u + s, where u is the radiance upwards.
         let emitted_down = |face: usize| if face == lower { downwards } else { 0.0 };
         let emitted_up = |face: usize| if face == upper { upwards } else { 0.0 };
         let mut above = vec![[0.0, 0.0]];
@@ -363,7 +367,8 @@ impl BeamSensitivity<'_> {
     }
 }
 
-/// The relation of light downwards to light upwards just below a face that emits, from that just above it.
+/// The relation of light downwards to light upwards just below an emitting face, from the relation just above the
+/// face.
 fn below_face([r, s]: [f64; 2], emitted_up: f64, emitted_down: f64) -> [f64; 2] {
     [r, s + r * emitted_up + emitted_down]
 }

@@ -1,9 +1,9 @@
-//! Slabs of snow by discrete ordinates: those of one snow, and many, each with its own snow, thickness, light and
-//! ground, with the standard errors of their grain tallies.
+//! Slabs of snow by discrete ordinates: slabs of one snow, and many slabs, each with its own snow, thickness, light
+//! and ground, with the standard errors of their grain tallies.
 //!
-//! Grains that are alike but for their size share the rays that are traced through them: scattering angles do not
-//! depend on the size, and paths are proportional to it. Slabs of one snow share its modes. Each slab has the numbers
-//! that it has alone, to the last bit. Derivatives are computed beside the values, of the same modes and systems.
+//! Grains that differ only in size share the rays that are traced through them: scattering angles do not depend on
+//! the size, and paths are proportional to it. Slabs of one snow share its modes. The numbers of a slab do not depend
+//! on other slabs, to the last bit. Derivatives are computed with the values, from common modes and linear systems.
 
 use std::cell::LazyCell;
 use std::collections::BTreeMap;
@@ -32,25 +32,25 @@ const PLANS_AT_ONCE: usize = 1024;
 /// Fluxes of a batch with their derivatives.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DifferentiatedFluxes {
-    /// Of each case at each wavelength, the wavelength running fastest.
+    /// Fluxes of each case at each wavelength; the wavelength varies fastest.
     pub fluxes: Vec<Fluxes>,
-    /// Of each case at each wavelength with respect to each variable, the variable running fastest.
+    /// Derivatives of each case at each wavelength with respect to each variable; the variable varies fastest.
     pub derivatives: Vec<Fluxes<f64>>,
 }
 
-/// Some variables, no more than a number has derivatives, and a medium with its derivatives by them.
+/// Variables, no more than a [`Dual`] has derivatives, and a medium with its derivatives by these variables.
 struct Differentiation {
     variables: Vec<Variable>,
     medium: Medium<Dual>,
 }
 
-/// Reflectance and transmittance of each case of a sample, and by each group of variables.
+/// Reflectance and transmittance of each case of a sample, and their derivatives by each group of variables.
 struct Solved {
     values: Vec<Passed>,
     differentiated: Vec<Vec<Passed<Dual>>>,
 }
 
-/// The cases of one sample by what they share: the number of streams, then thickness and ground.
+/// The cases of one sample, grouped by the number of streams, then by thickness and ground.
 struct Plan {
     sample: usize,
     groups: Vec<StreamPlan>,
@@ -71,7 +71,7 @@ struct StreamPlan {
 struct SlabPlan {
     thickness_cm: f64,
     ground_albedo: f64,
-    /// Places among the sample's cases and among the incidences.
+    /// Indices among the cases of the sample and among the incidences.
     cases: Vec<(usize, usize)>,
 }
 
@@ -87,7 +87,7 @@ struct Gathered {
 
 /// Reflectance, transmittance and absorptance for each thickness, then each incidence, then each wavelength.
 ///
-/// The standard errors are those of the grain tally, by a jackknife over its batches.
+/// The standard errors follow from the grain tally, by a jackknife over its batches.
 ///
 /// # Errors
 /// If a parameter or the number of streams is out of range.
@@ -146,7 +146,7 @@ fn solve_with(slab: &Slab, options: &OrdinatesOptions, errors: bool) -> Result<V
 /// As [`Batch::check`], and for a wrong number of streams.
 ///
 /// # Panics
-/// If a case has a sample that is none of the samples.
+/// If a case refers to a sample that does not exist.
 pub fn solve_batch(
     batch: &Batch,
     options: &OrdinatesOptions,
@@ -158,9 +158,9 @@ pub fn solve_batch(
 
 /// As [`solve_batch`], with the derivatives with respect to each of `variables`.
 ///
-/// The derivatives are those of the values as computed, with their tallies and streams, by tangent-linear equations and
-/// not by differences. In snow without a substance or without water, and on black ground, the derivative is that
-/// towards more of it; it does not include that wet snow and algae take more streams.
+/// The values as computed, with their tallies and streams, are differentiated by tangent-linear equations and not by
+/// differences. In snow without a substance or without water, and on black ground, the derivative is the one-sided
+/// derivative towards greater values of the variable; it does not include that wet snow and algae take more streams.
 ///
 /// ```
 /// use snowblue_transport::batch::{Batch, SlabCase};
@@ -181,7 +181,7 @@ pub fn solve_batch(
 /// As [`solve_batch`], and for a wavelength that the table of a variable's substance does not cover.
 ///
 /// # Panics
-/// If a case has a sample that is none of the samples.
+/// If a case refers to a sample that does not exist.
 pub fn differentiate_batch(
     batch: &Batch,
     variables: &[Variable],
@@ -425,7 +425,7 @@ impl<T: Real> Passed<T> {
 /// A slab on a Lambertian ground: light goes back and forth between them (van de Hulst 1980, *Multiple Light
 /// Scattering*, ch. 4). `diffuse` is the slab under Lambertian light, from either side.
 ///
-/// [`LayeredMedium`] gives the same values, also for several layers.
+/// [`LayeredMedium`] gives equal values, also for several layers.
 fn on_ground(slab: Passed<Dual>, diffuse: Passed<Dual>, albedo: Dual) -> Passed<Dual> {
     let transmittance = slab.transmittance / (Dual::from(1.0) - albedo * diffuse.reflectance);
     Passed { reflectance: slab.reflectance + albedo * transmittance * diffuse.transmittance, transmittance }

@@ -1,5 +1,5 @@
-//! Fluxes of slabs of a medium, and of slabs of several samples. Samples with the same grain shapes share a tally, so
-//! that their differences are free of its noise.
+//! Fluxes of slabs of a medium, and of slabs of several samples. Samples with equal grain shapes share a tally, so
+//! that their differences are free of the noise of the tally.
 
 use rayon::prelude::*;
 

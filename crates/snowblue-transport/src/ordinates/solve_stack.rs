@@ -1,8 +1,8 @@
 //! Layers of snow on a ground by discrete ordinates, with the standard errors of the grain tallies.
 //!
-//! Layers with the same grain shapes share a tally, and layers with the same single scattering share their modes. All
-//! tallies use the same scrambles of the sequence, so the jackknife leaves out the same batch of all of them.
-//! Derivatives are computed beside the values, of the same modes and systems.
+//! Layers with equal grain shapes share a tally, and layers with equal single scattering share their modes. All
+//! tallies use common scrambles of the sequence, so the jackknife leaves out corresponding batches of all of them.
+//! Derivatives are computed with the values, from common modes and linear systems.
 
 use rayon::prelude::*;
 
@@ -26,10 +26,10 @@ use crate::variable::{LayerVariable, Variable};
 /// Fluxes of a stack with their derivatives.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DifferentiatedStack {
-    /// For each incidence, then each wavelength.
+    /// Fluxes for each incidence, then each wavelength.
     pub fluxes: Vec<StackRadiometry>,
-    /// For each of them with respect to each variable of each layer, as [`LayerVariable::of_layers`] lists them; these
-    /// run fastest.
+    /// Derivatives for each incidence and wavelength with respect to each variable of each layer, as
+    /// [`LayerVariable::of_layers`] lists the variables; the variable varies fastest.
     pub derivatives: Vec<StackDerivatives>,
 }
 
@@ -40,9 +40,9 @@ struct StackFluxes {
     transmittance: f64,
     /// Unscattered part of the transmittance.
     direct: f64,
-    /// At each depth.
+    /// Fluxes at each depth.
     profile: Vec<ProfilePoint>,
-    /// By each variable of each layer.
+    /// Derivatives by each variable of each layer.
     derivatives: Vec<StackDerivatives>,
 }
 
@@ -51,9 +51,9 @@ struct SolvedStack<'m> {
     /// The modes of each layer.
     layers: Vec<&'m HomogeneousMedium>,
     layered: LayeredMedium<'m>,
-    /// For the reflectance.
+    /// Emission for the reflectance.
     top: Emission,
-    /// For the transmittance.
+    /// Emission for the transmittance.
     bottom: Emission,
     depths: Vec<DepthEmissions>,
 }
@@ -64,9 +64,9 @@ struct DepthEmissions {
     layer: usize,
     fluxes: FaceEmissions,
     fluence: Emission,
-    /// For the fluence rate just within ice, where the depth is at a face of it to air.
+    /// Emission for the fluence rate just within ice, where the depth is at a face of the ice to air.
     within_ice: Option<Emission>,
-    /// The plane within ice of the depth, or at whose face it is.
+    /// The plane at this depth, if the depth is within ice, or at a face and belongs to the ice.
     plane: Option<IcePlane>,
 }
 
@@ -81,17 +81,18 @@ struct StackChanges {
 struct ProfileChange {
     /// The layer to which the depth belongs.
     layer: usize,
-    /// Downwards, upwards, and net.
+    /// Changes of the fluxes downwards and upwards, and of the net flux.
     fluxes: [FluxChange; 3],
     fluence: FluxChange,
-    /// Of the fluence rate just within ice, at a face of it to air.
+    /// Change of the fluence rate just within ice, at a face of the ice to air.
     within_ice: Option<FluxChange>,
-    /// Of a depth within ice: the index of its slice, and the changes of the fluxes, the fluence rate and that of what
-    /// is absorbed, per cm by which the plane moves down, and per cm by which the ice gets thicker.
+    /// For a depth within ice: the index of its slice, and the changes of the fluxes, of the fluence rate, and of the
+    /// fluence rate of the absorbed light, per cm by which the plane moves down, and per cm by which the ice gets
+    /// thicker.
     within: Option<(usize, [[f64; 5]; 2])>,
-    /// Of the layer.
+    /// Absorption coefficient of the layer, in 1/m.
     absorption_per_m: Dual,
-    /// Of the layer: the inverse of the e-folding depth.
+    /// Inverse of the e-folding depth of the layer, in 1/cm.
     rate_per_cm: Dual,
 }
 
@@ -100,7 +101,7 @@ struct ProfileChange {
 struct ProfilePoint {
     fluxes: FaceFluxes,
     fluence: f64,
-    /// The fluence rate of what is absorbed.
+    /// The fluence rate that determines the absorption.
     absorbed_fluence: f64,
     absorption_per_m: f64,
     e_folding_depth_cm: f64,
@@ -108,7 +109,7 @@ struct ProfilePoint {
 
 /// Fluxes above a stack, at its depths, and below it, for each incidence, then each wavelength.
 ///
-/// The standard errors are those of the grain tallies, by a jackknife over their batches.
+/// The standard errors follow from the grain tallies, by a jackknife over their batches.
 ///
 /// # Errors
 /// If a parameter or the number of streams is out of range.
@@ -259,7 +260,7 @@ fn stack_fluxes<const DIFFERENTIATE: bool>(
     streams: Streams,
 ) -> Vec<StackFluxes> {
     let mut all = vec![StackFluxes::default(); stack.incidences.len()];
-    // Layers with the same single scattering, as of one snow at several densities, share their modes.
+    // Layers with equal single scattering, such as one snow at several densities, share their modes.
     let ice_index = |layer: usize| match stack.layers[layer].kind {
         LayerKind::Snow(_) => None,
         LayerKind::Ice(table) => Some(table.index(wavelength_nm)),
@@ -391,7 +392,7 @@ impl<'m> SolvedStack<'m> {
                 let of_plane = |changes| self.changes_of_plane(light, plane, changes);
                 let by = match within_ice {
                     None => [of_plane([per_cm, -per_cm]), of_plane([0.0, per_cm])],
-                    // At a face, with which it moves.
+                    // The plane is at a face and moves with it.
                     Some(_) => {
                         let is_top = plane.depths[0] <= 0.0;
                         let [.., absorbed] = of_plane(if is_top { [0.0, per_cm] } else { [per_cm, 0.0] });
@@ -417,8 +418,8 @@ impl<'m> SolvedStack<'m> {
         }
     }
 
-    /// Changes of the fluxes and of the fluence rate, twice, at a plane within ice as the optical depths above and
-    /// below it change, while the ice stays as it is to all light from outside.
+    /// Changes of the fluxes (downwards, upwards, net) and of the fluence rate, twice, at a plane within ice as the
+    /// optical depths above and below the plane change. For all light from outside the ice does not change.
     fn changes_of_plane(&self, light: &Response, plane: IcePlane, changes: [f64; 2]) -> [f64; 5] {
         let plane = IcePlane { changes: Some(changes), ..plane };
         let change = |quantity| self.layered.radiance(light, &self.layered.ice_emission(plane, quantity));
@@ -475,7 +476,8 @@ impl StackChanges {
 }
 
 impl FluxChange {
-    /// The derivative by a variable of a layer, which is that of some slices, or of the light or the ground.
+    /// The derivative by a variable of a layer, which sums over slices, or by a variable of the light or of the
+    /// ground.
     fn by(&self, by: &LayerVariable, lane: usize, cut: &Slices) -> f64 {
         let Some(layer) = by.layer else { return self.whole[lane] };
         let weight = |slice: &Slice| match by.variable {
@@ -488,7 +490,7 @@ impl FluxChange {
 }
 
 impl ProfileChange {
-    /// The derivatives by a variable, where those of fluxes are `of` their changes.
+    /// The derivatives by a variable. `of` gives the derivative of a flux from its change.
     fn by(
         &self,
         by: &LayerVariable,

@@ -8,7 +8,7 @@ use crate::sample::SnowSample;
 use crate::stack::{Layer, LayerKind, Stack};
 use crate::variable::Variable;
 
-/// Some variables, no more than a number has derivatives, and the composition of each layer with its derivatives.
+/// Variables, no more than a [`Dual`] has derivatives, and the composition of each layer with its derivatives.
 pub(super) struct Differentiation<'v> {
     pub(super) variables: &'v [Variable],
     /// None of ice.
@@ -35,7 +35,7 @@ impl<'v> Differentiation<'v> {
     }
 }
 
-/// The sharpest peak of all layers, which use the same number of streams.
+/// The sharpest peak of all layers. All layers have one number of streams.
 pub(super) fn peak(stack: &Stack) -> Peak {
     stack.layers.iter().filter_map(|layer| layer.sample().map(Peak::of)).max().unwrap_or_default()
 }

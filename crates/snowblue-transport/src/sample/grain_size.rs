@@ -9,8 +9,8 @@
 //! temperature gradient:   A = 0.0961 S₀ − 3.44 (T + 1.90),   B = 0.659 S₀ − 27.2 (T − 2.03),
 //! ```
 //!
-//! which is S₀ at t = 0. The coefficients are those of the snow model Crocus (Carmagnola et al. 2014,
-//! doi:10.5194/tc-8-417-2014), which changes from the first law to the second at a gradient of 10 K/m.
+//! which is S₀ at t = 0. The coefficients are taken from the snow model Crocus (Carmagnola et al. 2014,
+//! doi:10.5194/tc-8-417-2014), which changes from the first law to the second law at a gradient of 10 K/m.
 //!
 //! **Simplified.** The fit describes new, dry snow, and has no lower bound: Crocus does not follow it below 8 m²/kg.
 
@@ -23,7 +23,7 @@ use crate::parameters::{GRAIN_SIZE, SURFACE_AREA, TEMPERATURE};
 
 /// Half-width of the range that a mean grain size represents, in µm (the paper's Table S1: 200–300 for 250).
 pub const MEAN_SIZE_HALF_RANGE_UM: f64 = 50.0;
-/// Mean grain size whose range lies in that of grain sizes, in µm.
+/// Mean grain size whose range lies within the range of grain sizes, in µm.
 pub const MEAN_SIZE_RANGE: ParameterRange = ParameterRange {
     quantity: "mean grain size",
     least: GRAIN_SIZE.range.least + MEAN_SIZE_HALF_RANGE_UM,
@@ -41,7 +41,7 @@ pub struct GrainSize {
     pub min_um: f64,
     /// Largest grain, in µm.
     pub max_um: f64,
-    /// What the size measures.
+    /// The quantity that the size measures.
     pub measure: SizeMeasure,
 }
 
@@ -121,7 +121,7 @@ impl GrainSize {
     }
 }
 
-/// What changes the grains of dry snow.
+/// The process that changes the grains of dry snow.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Metamorphism {
     /// Snow of one temperature.
@@ -130,7 +130,7 @@ pub enum Metamorphism {
     TemperatureGradient,
 }
 
-/// Specific surface area of dry snow of an age in hours, in m²/kg, that of new snow being `new_m2_kg`.
+/// Specific surface area, in m²/kg, of dry snow of an age in hours. New snow has the area `new_m2_kg`.
 ///
 /// In a cold week new snow loses half its surface; a gradient of temperature takes more:
 /// ```

@@ -1,5 +1,5 @@
-//! The composition of snow: a [`SnowSample`], the table of its properties, kinds of snow by name, a sample from what is
-//! known of a snow, and the ageing of its surface.
+//! The composition of snow: a [`SnowSample`], the table of its properties, kinds of snow by name, a sample from known
+//! properties, and the ageing of its surface.
 
 mod grain_size;
 mod property;

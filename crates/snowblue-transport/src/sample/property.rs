@@ -37,7 +37,7 @@ pub enum Property {
     TestFraction,
 }
 
-/// Densities up to this one are meant as those of ice, in kg/m³: that of −60 °C is 925.4.
+/// Greatest density that is taken for a density of ice, in kg/m³. Ice at −60 °C has 925.4 kg/m³.
 const DENSEST_ICE_KG_M3: f64 = 926.0;
 
 struct Row {
@@ -114,7 +114,7 @@ static ROWS: &[Row] = &[
     },
 ];
 
-/// What every face says of the parameters of snow and of the light on it, each once: impurities have one together.
+/// Every parameter of snow and of the light on it, once. All impurities share one parameter.
 pub fn parameters() -> impl Iterator<Item = Parameter> {
     ROWS.iter().map(|row| row.parameter).chain([MASS_FRACTION, THICKNESS, ANGLE, GROUND_ALBEDO])
 }
@@ -137,7 +137,7 @@ impl Property {
         })
     }
 
-    /// What every face says of it.
+    /// The parameter of this property.
     #[must_use]
     pub fn parameter(self) -> Parameter {
         match self {
@@ -200,7 +200,7 @@ impl Property {
     }
 }
 
-/// What concerns every property.
+/// Methods that concern every property.
 impl SnowSample {
     /// An identifier of the snow: 16 hexadecimal digits, by its properties, rounded to nine significant digits.
     ///
@@ -252,8 +252,8 @@ impl SnowSample {
         Ok(())
     }
 
-    /// The snow between two of one measure of size and one table of ice, 0 being the first and 1 the last: every
-    /// property is in proportion.
+    /// The snow between two snows with one measure of size and one table of ice: every property is interpolated
+    /// linearly. `at` is 0 for the first snow and 1 for the last snow.
     #[must_use]
     pub fn between([first, last]: &[Self; 2], at: f64) -> Self {
         let between = |first: f64, last: f64| first + at * (last - first);
@@ -281,7 +281,7 @@ impl SnowSample {
     }
 }
 
-/// Checks a density, in kg/m³; that of ice has a message of its own.
+/// Checks a density, in kg/m³. A density of ice has a message of its own.
 pub(super) fn check_density(density_kg_m3: f64) -> Result<(), TransportError> {
     DENSITY.range.check(density_kg_m3).map_err(|error| {
         if (DENSITY.range.greatest..DENSEST_ICE_KG_M3).contains(&density_kg_m3) {

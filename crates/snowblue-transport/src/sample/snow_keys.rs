@@ -1,4 +1,4 @@
-//! Snow by the properties that are known of it, by the keys of scenes, layer files, the command and Python.
+//! Snow by its known properties, by the keys of scenes, layer files, the command and Python.
 
 use schemars::JsonSchema;
 use serde::de::Error;
@@ -81,9 +81,9 @@ pub struct SnowKeys {
 pub struct SnowKeyError {
     /// The key.
     pub key: &'static str,
-    /// The name of the impurity, if the key is that of the impurities.
+    /// The name of the impurity, if `key` is the key of the impurities.
     pub impurity: Option<String>,
-    /// What is wrong.
+    /// The error in the value.
     #[source]
     pub error: TransportError,
 }
@@ -125,7 +125,7 @@ impl SnowKeys {
         Ok(sample)
     }
 
-    /// Sets the grain size of a sample that has its temperature, if anything is known of it.
+    /// Sets the grain size of a sample whose temperature is set, if the keys determine the grain size.
     fn set_grain_size(&self, sample: &mut SnowSample) -> Result<(), SnowKeyError> {
         let wrong = |key| move |error| SnowKeyError { key, impurity: None, error };
         let combination = |key, quantity, rule| Err(wrong(key)(TransportError::Combination { quantity, rule }));
@@ -146,7 +146,7 @@ impl SnowKeys {
         Ok(())
     }
 
-    /// Sets a property: to a number, or, if it is a distribution, to the numbers of one.
+    /// Sets a property to a number or, if the property is a distribution, to the numbers of a distribution.
     ///
     /// # Errors
     /// If there are too many or too few numbers, or one is out of range.
@@ -178,7 +178,7 @@ impl SnowKeys {
     }
 }
 
-/// Reads a density; that of ice has a message of its own.
+/// Reads a density. A density of ice has a message of its own.
 fn read_density<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Number<Density>>, D::Error> {
     match Option::<f64>::deserialize(deserializer)? {
         Some(density_kg_m3) => density(density_kg_m3).map(Some).map_err(|error| D::Error::custom(error.after_key())),

@@ -1,6 +1,6 @@
 //! The composition of snow: grains of a size, shape and facetness, packed to a density.
 //!
-//! The parameters are those of the paper's Tables 1 and S1 (Varsa & Baranoski 2024, doi:10.1109/MCG.2023.3307517).
+//! The parameters follow Tables 1 and S1 of the paper (Varsa & Baranoski 2024, doi:10.1109/MCG.2023.3307517).
 
 use super::grain_size::{GrainSize, MEAN_SIZE_HALF_RANGE_UM};
 use super::truncated_normal::TruncatedNormal;

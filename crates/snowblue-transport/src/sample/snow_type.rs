@@ -1,9 +1,9 @@
 //! Kinds of snow by name, after the International Classification for Seasonal Snow on the Ground (Fierz et al. 2009).
 //!
 //! The classification is by shape; optics depends on the specific surface area and the density. Each kind has a
-//! typical, measured value of both ([`SnowType::source`] says where a value is chosen instead). Within a kind both vary
-//! by a factor of two. Measured shapes, by their asymmetry and mean path in ice, vary as much within kinds as between
-//! them (the micro-tomograms of Letcher et al. 2022), so all kinds have the same sphericity and facetness.
+//! typical, measured value of both ([`SnowType::source`] says where a value is chosen instead). Within a kind both
+//! vary by a factor of two. Measured shapes, by their asymmetry and mean path in ice, vary as much within kinds as
+//! between kinds (the micro-tomograms of Letcher et al. 2022), so all kinds share one sphericity and one facetness.
 
 use std::fmt;
 use std::str::FromStr;

@@ -18,7 +18,7 @@ const MEAN_FACETNESS_DEVIATION: f64 = 0.075;
 /// Half-width of the facetness range that a mean represents (the paper's Table S1).
 const MEAN_FACETNESS_HALF_RANGE: f64 = 0.1;
 
-/// A normal distribution truncated to a range; mean and standard deviation are those before truncation.
+/// A normal distribution truncated to a range. Mean and standard deviation are the values before truncation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TruncatedNormal {
     /// Least value.

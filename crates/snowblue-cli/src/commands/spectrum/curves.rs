@@ -34,6 +34,8 @@ pub(super) struct Curves {
     pub(super) labels: Labels,
     /// The fluxes of each slab at each wavelength. The wavelength runs fastest.
     pub(super) rows: Vec<Radiometry>,
+    /// The bands of the table; none for wavelengths.
+    pub(super) bands: Vec<BandWeights>,
     /// Intervals of the rows; none without deviations.
     pub(super) intervals: Vec<Fluxes<[f64; 2]>>,
     /// Whether there are columns of standard errors.
@@ -66,13 +68,16 @@ impl Labels {
         (self.columns.iter().enumerate().map(of_column).collect(), vec![(SLAB.to_owned(), self.cells.len())])
     }
 
-    /// The coordinates of all columns as dimensions, if they are numbers.
+    /// The coordinates of all columns as dimensions, if they are numbers without repetition.
     fn coordinates(&self, lengths: &[usize]) -> Option<Vec<Variable<'static>>> {
         let axis = |(place, column): (usize, &&str)| {
             let stride: usize = lengths[place + 1..].iter().product();
             let value = |step: usize| number(column, &self.cells[step * stride][place]);
             let (name, unit) = name_and_unit_in_files(column);
-            Some(Variable::coordinates(name, unit, (0..lengths[place]).map(value).collect::<Option<_>>()?))
+            let values: Vec<f64> = (0..lengths[place]).map(value).collect::<Option<_>>()?;
+            let is_repeated = |(place, value): (usize, &f64)| values[..place].contains(value);
+            let has_repeated = values.iter().enumerate().any(is_repeated);
+            (!has_repeated).then(|| Variable::coordinates(name, unit, values))
         };
         self.columns.iter().enumerate().map(axis).collect()
     }
@@ -118,22 +123,21 @@ impl Curves {
         self.rows.len() / self.labels.cells.len()
     }
 
-    /// A row for each slab and wavelength, or each slab and band. The metadata get the greatest standard error.
-    pub(super) fn table(&self, bands: Option<&[BandWeights]>, mut metadata: Metadata) -> DataTable {
+    /// A row for each slab and wavelength, or each slab and band. The metadata get the greatest standard error, and the
+    /// sunlight in the bands.
+    pub(super) fn table(&self, mut metadata: Metadata) -> DataTable {
         let errors = if self.has_errors { &ERROR_COLUMNS[..] } else { &[] };
-        let last_leading = if bands.is_some() { "band" } else { "wavelength_nm" };
+        let last_leading = if self.bands.is_empty() { "wavelength_nm" } else { "band" };
         let mut columns = [&self.labels.columns[..], &[last_leading], &Fluxes::NAMES, errors].concat();
         let (mut rows, mut passed): (Vec<Vec<Cell>>, Vec<Estimate>) = (Vec::new(), Vec::new());
         for (leading, curve) in self.of_slabs() {
-            let values: Vec<(Cell, Fluxes)> = match bands {
-                None => curve.iter().map(|row| (row.wavelength_nm.into(), row.fluxes)).collect(),
-                Some(bands) => {
-                    let fluxes: Vec<Fluxes> = curve.iter().map(|row| row.fluxes).collect();
-                    let value = |band: &BandWeights| {
-                        (Cell::Word(broadband::name(band.band, band.range)), band.broadband(&fluxes))
-                    };
-                    bands.iter().map(value).collect()
-                }
+            let fluxes: Vec<Fluxes> = curve.iter().map(|row| row.fluxes).collect();
+            let of_band =
+                |band: &BandWeights| (Cell::Word(broadband::name(band.band, band.range)), band.broadband(&fluxes));
+            let values: Vec<(Cell, Fluxes)> = if self.bands.is_empty() {
+                curve.iter().map(|row| (row.wavelength_nm.into(), row.fluxes)).collect()
+            } else {
+                self.bands.iter().map(of_band).collect()
             };
             // Nothing passes through a half-space.
             if curve[0].thickness_cm.is_finite() {
@@ -145,7 +149,10 @@ impl Curves {
             columns.extend(plus_minus::COLUMNS);
             rows.iter_mut().zip(&self.intervals).for_each(|(row, at)| row.extend(plus_minus::cells(at)));
         }
-        metadata.extend(worst_error(&passed).map(|worst| ("transmittance standard error at most", worst)));
+        metadata.extend(worst_error(&passed));
+        if !self.bands.is_empty() {
+            metadata.extend(broadband::metadata(&self.bands));
+        }
         DataTable { columns, rows, metadata }
     }
 
@@ -155,9 +162,10 @@ impl Curves {
         [leading, &[last_leading], &of_all(|estimate| estimate.value), errors].concat()
     }
 
-    /// The fluxes as NetCDF.
-    pub(super) fn netcdf(&self, metadata: Metadata) -> NetCdf<'static> {
-        let table = self.table(None, metadata);
+    /// The fluxes at each wavelength as NetCDF.
+    pub(super) fn netcdf(&self, mut metadata: Metadata) -> NetCdf<'static> {
+        let finite = self.rows.iter().filter(|row| row.thickness_cm.is_finite());
+        metadata.extend(worst_error(&finite.map(|row| row.fluxes.transmittance).collect::<Vec<_>>()));
         let (mut variables, mut dimensions) = self.labels.variables();
         let coordinates: Vec<&str> = variables
             .iter()
@@ -176,28 +184,43 @@ impl Curves {
         dimensions.push((WAVELENGTH.to_owned(), first.len()));
         let wavelengths_nm = first.iter().map(|row| row.wavelength_nm).collect();
         variables.push(Variable::coordinates(WAVELENGTH, "nm", wavelengths_nm));
-        let leading = self.labels.columns.len() + 1;
-        for (place, column) in table.columns.iter().enumerate().skip(leading) {
-            let values: Option<Vec<f64>> = table.rows.iter().map(|row| number(column, &row[place])).collect();
-            let values = Values::Double(values.unwrap_or_default().into());
-            let variable = Variable::new(*column, "1", on_all.clone(), values);
-            variables.push(Variable { coordinates: coordinates.clone(), ..variable });
-        }
+        variables.extend(self.quantities().into_iter().map(|(name, values)| {
+            let variable = Variable::new(name, "1", on_all.clone(), Values::Double(values.into()));
+            Variable { coordinates: coordinates.clone(), ..variable }
+        }));
         let attribute = |(name, value): &(&str, String)| Attribute::new(name.replace(' ', "_"), value);
-        NetCdf { attributes: table.metadata.iter().map(attribute).collect(), dimensions, variables }
+        NetCdf { attributes: metadata.iter().map(attribute).collect(), dimensions, variables }
+    }
+
+    /// The quantities of the rows, by the names of their columns.
+    fn quantities(&self) -> Vec<(&'static str, Vec<f64>)> {
+        let fluxes = |part: fn(Estimate) -> f64, place: usize| {
+            self.rows.iter().map(|row| part(row.fluxes.to_array()[place])).collect()
+        };
+        let values = (0..3).map(|place| (Fluxes::NAMES[place], fluxes(|estimate| estimate.value, place)));
+        let mut quantities: Vec<(&'static str, Vec<f64>)> = values.collect();
+        if self.has_errors {
+            let errors = (0..3).map(|place| (ERROR_COLUMNS[place], fluxes(|estimate| estimate.standard_error, place)));
+            quantities.extend(errors);
+        }
+        if !self.intervals.is_empty() {
+            let end = |at: &Fluxes<[f64; 2]>, place: usize| at.to_array().as_flattened()[place];
+            let ends = |place: usize| self.intervals.iter().map(|at| end(at, place)).collect();
+            quantities.extend(plus_minus::COLUMNS.into_iter().enumerate().map(|(place, name)| (name, ends(place))));
+        }
+        quantities
     }
 }
 
-/// The greatest relative standard error of transmittances; none if standard errors are not known.
-fn worst_error(passed: &[Estimate]) -> Option<String> {
-    if passed.iter().any(|passed| passed.standard_error.is_nan()) {
-        return None;
-    }
+/// The greatest relative standard error of transmittances, as metadata; none if standard errors are not known.
+fn worst_error(passed: &[Estimate]) -> Option<(&'static str, String)> {
     let errors = passed.iter().map(|passed| (passed.standard_error / passed.value).abs());
-    if errors.clone().any(|error| error.is_nan()) {
-        return Some("unknown: some transmittance is 0".to_owned());
-    }
-    errors.reduce(f64::max).map(|worst| format!("{:.2} %", 100.0 * worst))
+    let worst = match errors.clone().reduce(f64::max)? {
+        _ if passed.iter().any(|passed| passed.standard_error.is_nan()) => return None,
+        _ if errors.clone().any(f64::is_nan) => "unknown: some transmittance is 0".to_owned(),
+        worst => format!("{:.2} %", 100.0 * worst),
+    };
+    Some(("transmittance standard error at most", worst))
 }
 
 /// The name and the unit of a column in NetCDF.

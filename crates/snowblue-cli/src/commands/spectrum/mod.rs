@@ -19,6 +19,7 @@ use snowblue_transport::sample::SnowSample;
 use snowblue_transport::slab::Fluxes;
 use snowblue_transport::spread::{Uncertainty, solve_spread};
 use snowblue_transport::stack::{Layer, Stack};
+use snowblue_transport::sunlight::BandWeights;
 
 use crate::options::{GivenOptions, Idle, OrdinatesArguments, SlabOptions, SnowOptions, limits, parse};
 use crate::output::{Failure, Outcome, OutputOptions, Progress, check_extension, check_not_input, write_file};
@@ -123,15 +124,6 @@ enum Engine {
     Montecarlo,
 }
 
-/// Solved slabs.
-struct Solved {
-    curves: Curves,
-    /// Metadata of the snow.
-    snow: Metadata,
-    /// The wavelengths that the tables of the snow cover.
-    range: WavelengthRange,
-}
-
 impl Spectrum {
     pub(crate) fn run(&self, quiet: bool) -> Outcome {
         self.check_output()?;
@@ -139,27 +131,19 @@ impl Spectrum {
         if self.stack.has_depths() {
             return self.output.write(&self.light_at_depths()?, quiet);
         }
-        let Solved { curves, snow, range } = match self.stack.pack()? {
+        let (curves, snow) = match self.stack.pack()? {
             Some(pack) => self.solve_layers(pack, quiet)?,
             None => self.solve_slabs(quiet)?,
         };
-        let mut metadata = self.metadata(snow);
-        if let Some(path) = self.output.netcdf_path() {
-            return curves.netcdf(metadata).write(path).map_err(Failure::work);
-        }
-        let results = match &self.broadband {
-            None => curves.table(None, metadata),
-            Some(bands) => {
-                let weights = bands.weights(range, &self.wavelengths(range)?)?;
-                metadata.extend(broadband::metadata(&weights));
-                curves.table(Some(&weights), metadata)
-            }
-        };
+        let metadata = self.metadata(snow);
         if let Some(path) = &self.plot {
-            let plot = plot::spectrum(&curves.rows, &results.metadata, self.stack.has_ground());
+            let plot = plot::spectrum(&curves.rows, &curves.table(metadata.clone()).metadata, self.stack.has_ground());
             write_file(path, plot.as_bytes())?;
         }
-        self.output.write(&results, quiet)
+        match self.output.netcdf_path() {
+            Some(path) => curves.netcdf(metadata).write(path).map_err(Failure::work),
+            None => self.output.write(&curves.table(metadata), quiet),
+        }
     }
 
     /// Checks that the files can be written.
@@ -182,6 +166,7 @@ impl Spectrum {
     /// Refuses options without effect.
     fn check_effects(&self) -> Outcome {
         let (is_walk, has_sky) = (self.engine == Engine::Montecarlo, self.sky.is_used());
+        let several = self.sample.axes().next().map(|axis| format!("--{} has several values", axis.option()));
         self.given.refuse_idle(&[
             Idle {
                 when: !is_walk,
@@ -214,17 +199,22 @@ impl Spectrum {
                 options: &["broadband"],
                 why: "light at --depths has bands under a --sky only",
             },
-            Idle {
-                when: self.sample.axes().next().is_some(),
-                options: &["plot", "depths"],
-                why: "an option of the snow has several values",
-            },
-            Idle {
-                when: self.slab.thickness.iter().any(|thickness_cm| thickness_cm.is_infinite()),
-                options: &["plot"],
-                why: "nothing passes through a half-space",
-            },
-        ])
+            Idle { when: self.stack.has_depths(), options: &["plot"], why: "it draws no fluxes at --depths" },
+            Idle { when: several.is_some(), options: &["plot", "depths"], why: several.as_deref().unwrap_or_default() },
+        ])?;
+        let has_half_space = self.slab.thickness.iter().any(|thickness_cm| thickness_cm.is_infinite());
+        if is_walk && has_half_space {
+            return Err(Failure::Input("thickness is inf cm, which only --engine ordinates takes".to_owned()));
+        }
+        self.check_plot(has_half_space)
+    }
+
+    /// Refuses to plot the transmittance of a half-space.
+    fn check_plot(&self, has_half_space: bool) -> Outcome {
+        if self.plot.is_some() && has_half_space {
+            return Err(Failure::Input("--plot draws transmittance, which a half-space lacks".to_owned()));
+        }
+        Ok(())
     }
 
     /// The given wavelengths, or the wavelengths of the sky or of the bands within the range of the tables.
@@ -242,10 +232,18 @@ impl Spectrum {
         }
     }
 
-    /// Solves the layers of a file.
-    fn solve_layers(&self, pack: Pack, quiet: bool) -> Result<Solved, Failure> {
+    /// The weights of the bands; none without `--broadband`.
+    fn bands(&self, range: WavelengthRange, wavelengths: &Wavelengths) -> Result<Vec<BandWeights>, Failure> {
+        self.broadband.as_ref().map_or(Ok(Vec::new()), |bands| bands.weights(range, wavelengths))
+    }
+
+    /// Solves the layers of a file. Also returns the metadata of the snow.
+    fn solve_layers(&self, pack: Pack, quiet: bool) -> Result<(Curves, Metadata), Failure> {
         let range = pack.wavelength_range();
-        let stack = self.stack.stack(pack.layers, &self.slab.angle, &self.wavelengths(range)?)?;
+        let wavelengths = self.wavelengths(range)?;
+        let bands = self.bands(range, &wavelengths)?;
+        let stack = self.stack.stack(pack.layers, &self.slab.angle, &wavelengths)?;
+        self.check_plot(stack.thickness_cm().is_infinite())?;
         let rows = if self.engine == Engine::Montecarlo {
             let bar = Progress::new("rays", quiet);
             let options = self.monte_carlo_options();
@@ -257,12 +255,12 @@ impl Spectrum {
             solved.iter().map(|answer| answer.whole).collect()
         };
         let labels = Labels::of_incidences(stack.thickness_cm(), &stack.incidences);
-        let curves = Curves { labels, rows, intervals: Vec::new(), has_errors: self.engine == Engine::Montecarlo };
-        Ok(Solved { curves, snow: pack.metadata, range })
+        let has_errors = self.engine == Engine::Montecarlo;
+        Ok((Curves { labels, rows, bands, intervals: Vec::new(), has_errors }, pack.metadata))
     }
 
-    /// Solves the lines of a file, or all combinations of the values of options.
-    fn solve_slabs(&self, quiet: bool) -> Result<Solved, Failure> {
+    /// Solves the lines of a file, or all combinations of the values of options. Also returns the metadata of the snow.
+    fn solve_slabs(&self, quiet: bool) -> Result<(Curves, Metadata), Failure> {
         let defaults = Defaults {
             snow: &self.sample,
             thicknesses_cm: &self.slab.thickness,
@@ -274,7 +272,17 @@ impl Spectrum {
             None => Slabs::of_options(&defaults)?,
         };
         let range = slabs.wavelength_range();
-        let batch = slabs.batch(self.wavelengths(range)?)?;
+        if let Some(band) = self.broadband.as_ref().and_then(|bands| slabs.band_that_differs(bands.list(), range)) {
+            let name = band.name();
+            let WavelengthRange { first_nm, last_nm } = range;
+            return Err(Failure::Input(format!(
+                "--broadband {name} reaches as far as the tables of the snow, which differ: all of them cover only \
+                 {first_nm}–{last_nm} nm; compute these slabs apart, or take visible or par"
+            )));
+        }
+        let wavelengths = self.wavelengths(range)?;
+        let bands = self.bands(range, &wavelengths)?;
+        let batch = slabs.batch(wavelengths)?;
         let intervals = self.intervals(&slabs, &batch, quiet)?;
         let rows = batch.radiometry(&self.fluxes(&slabs, &batch, quiet)?);
         let snow = if slabs.has_one_snow() {
@@ -286,7 +294,7 @@ impl Spectrum {
             self.sample.properties(&sample, columns, &full_columns)
         };
         let has_errors = self.engine == Engine::Montecarlo;
-        Ok(Solved { curves: Curves { labels: slabs.labels, rows, intervals, has_errors }, snow, range })
+        Ok((Curves { labels: slabs.labels, rows, bands, intervals, has_errors }, snow))
     }
 
     /// The fluxes of each slab at each wavelength. The ordinates have standard errors only if there is one snow,

@@ -62,7 +62,7 @@ pub(super) fn metadata(uncertainty: &Uncertainty) -> Metadata {
     if uncertainty.ice {
         parts.push("either table of ice".to_owned());
     }
-    vec![("95 % of cases", format!("lower–upper of {DRAWS} snows: {}", parts.join(", ")))]
+    vec![("intervals", format!("95 % of cases in lower–upper, of {DRAWS} snows: {}", parts.join(", ")))]
 }
 
 #[cfg(test)]

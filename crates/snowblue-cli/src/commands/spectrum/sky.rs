@@ -177,7 +177,7 @@ impl Solved {
         ];
         let none = || Cell::word("");
         let [first_nm, .., last_nm] = stack.wavelengths_nm[..] else {
-            return Err(Failure::Input("bands need several wavelengths".to_owned()));
+            return Err(Failure::Input("--broadband needs several --wavelengths, at most 50 nm apart".to_owned()));
         };
         let range = WavelengthRange { first_nm, last_nm };
         let mut rows: Vec<Vec<Cell>> = Vec::new();

@@ -11,6 +11,7 @@ use snowblue_transport::batch::{Batch, BatchError, SlabCase};
 use snowblue_transport::optics::{WavelengthRange, Wavelengths};
 use snowblue_transport::sample::{Property, SizeMeasure, SnowKeys, SnowSample};
 use snowblue_transport::slab::Incidence;
+use snowblue_transport::sunlight::Band;
 
 use super::curves::{Labels, SLAB_COLUMNS, slab_cells};
 use crate::input::SettingsFile;
@@ -95,8 +96,9 @@ impl Slabs {
 
     /// The lines of a file.
     pub(super) fn read(path: &Path, defaults: &Defaults, given: &GivenOptions) -> Result<Self, Failure> {
-        if defaults.snow.axes().next().is_some() {
-            return Err(Failure::Input("an option has several values, but --batch takes one, or a column".to_owned()));
+        if let Some(axis) = defaults.snow.axes().next() {
+            let option = axis.option();
+            return Err(Failure::Input(format!("--{option} has several values, but --batch takes one, or a column")));
         }
         let text = SettingsFile::read(path)?;
         let mut lines = lines(&text).skip_while(|(_, line)| is_comment(line));
@@ -157,6 +159,12 @@ impl Slabs {
     pub(super) fn wavelength_range(&self) -> WavelengthRange {
         let first = self.samples[0].wavelength_range();
         self.samples.iter().fold(first, |range, sample| range.intersection(sample.wavelength_range()))
+    }
+
+    /// The first of some bands that differs between the kinds of snow, whose tables all cover `range`.
+    pub(super) fn band_that_differs(&self, bands: &[Band], range: WavelengthRange) -> Option<Band> {
+        let own = |band: Band| self.samples.iter().map(move |sample| band.wavelength_range(sample.wavelength_range()));
+        bands.iter().copied().find(|band| own(*band).any(|own| own != band.wavelength_range(range)))
     }
 
     /// Whether all slabs have the snow of the options.

@@ -1,8 +1,8 @@
-//! What is checked of a glTF.
+//! Checks of a glTF.
 //!
-//! [`valid`]: what must hold before the `gltf` crate may be asked for its parts, since it unwraps: all indices are in
-//! range, and what a part requires is there. [`numbers`]: accessors are read from buffers with all lengths checked
-//! (glTF 2.0 specification, section 3.6, Khronos Group 2021).
+//! [`valid`] checks the conditions under which the `gltf` crate does not panic, since it unwraps: all indices are in
+//! range, and everything that a part requires is present. [`numbers`]: accessors are read from buffers with all
+//! lengths checked (glTF 2.0 specification, section 3.6, Khronos Group 2021).
 
 use gltf::accessor::{DataType, Dimensions};
 use gltf::json::Root;
@@ -11,13 +11,13 @@ use gltf::json::mesh::Semantic;
 use gltf::json::validation::{Checked, Validate};
 use gltf::{Accessor, Document, Gltf};
 
-/// Length of the header of a GLB, in bytes: three numbers of 32 bits, of which the last is the length of the file.
+/// Length of the header of a GLB, in bytes: three numbers of 32 bits. The last number is the length of the file.
 const GLB_HEADER: usize = 12;
 
-/// Most mistakes that are named.
+/// Greatest number of mistakes that a message names.
 const MAX_NAMED: usize = 3;
 
-/// Reads a glTF or GLB whose parts may be asked for.
+/// Reads a glTF or GLB, such that access to its parts does not panic.
 pub(super) fn valid(bytes: &[u8]) -> Result<Gltf, String> {
     if let (true, Some(&[a, b, c, d])) = (bytes.starts_with(b"glTF"), bytes.get(8..GLB_HEADER)) {
         let length = u32::from_le_bytes([a, b, c, d]);

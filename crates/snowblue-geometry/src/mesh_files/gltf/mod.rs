@@ -1,5 +1,5 @@
 //! glTF 2.0 and GLB files (Khronos Group 2021, "glTF 2.0 specification", ISO/IEC 12113:2022): nodes with their
-//! transforms, and meshes. What else a file holds, such as materials, cameras and lights, is in its
+//! transforms, and meshes. All other content of a file, such as materials, cameras and lights, is in its
 //! [document](GltfFile::document).
 //!
 //! Reads triangles with `POSITION`, `NORMAL`, `TEXCOORD_0`, `TEXCOORD_1` (attributes `lightmap_u`, `lightmap_v`),
@@ -25,7 +25,7 @@ use snowblue_base::narrow;
 use checked::{numbers, valid};
 use snowblue_base::files::{FileError, FileSource, FilesIn, NamedFile, check_memory, check_total, name_beside};
 
-/// Maps the axes of glTF (y up, z towards the viewer) to those of a scene (z up, y away from the viewer).
+/// Maps the axes of glTF (y up, z towards the viewer) to the axes of a scene (z up, y away from the viewer).
 pub const Y_UP_TO_Z_UP: DMat3 = DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::NEG_Y);
 
 /// A glTF file with its buffers.
@@ -44,13 +44,13 @@ pub struct GltfFile {
 pub struct PlacedNode<'file> {
     /// The node in the document.
     pub node: Node<'file>,
-    /// Maps the node's coordinates to those of the scene.
+    /// Maps the node's coordinates to the coordinates of the scene.
     pub to_root: DAffine3,
     /// Whether the node, its mesh or an ancestor has the requested name.
     named: bool,
 }
 
-/// The triangles of a mesh that have the same material.
+/// The triangles of a mesh with one material.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GltfSurface {
     /// Index of the material in the file; none for the default material.
@@ -66,7 +66,7 @@ impl PlacedNode<'_> {
         self.node.name().map(str::to_owned).or(mesh_name).unwrap_or_else(|| format!("node {}", self.node.index()))
     }
 
-    /// Index of its mesh in the file, if it has one.
+    /// Index of its mesh in the file, if it has a mesh.
     pub fn mesh(&self) -> Option<usize> {
         self.node.mesh().map(|mesh| mesh.index())
     }
@@ -86,7 +86,7 @@ impl GltfFile {
     ///
     /// # Errors
     ///
-    /// As those of [`open`](Self::open).
+    /// As [`open`](Self::open).
     pub fn read(files: &dyn FileSource, name: &str) -> Result<Self, FileError> {
         let NamedFile { path, bytes } = NamedFile::read(files, name)?;
         let wrong = |reason: String| FileError::Content { path: path.clone(), reason };
@@ -148,7 +148,8 @@ impl GltfFile {
         check_memory(what, asked, self.size).map_err(|reason| self.wrong(reason))
     }
 
-    /// All triangles of the file in its own axes, or those of the nodes or meshes named `part` and their descendants.
+    /// All triangles of the file in its own axes, or only the triangles of the nodes or meshes named `part` and their
+    /// descendants.
     ///
     /// # Errors
     ///
@@ -255,7 +256,7 @@ impl GltfFile {
         Ok(TriangleMesh { positions, indices, uv, normals: VertexNormals::new(normals), attributes })
     }
 
-    /// All that the file holds. Every index in it is in range, and what a part of it requires is there.
+    /// The whole content of the file. Every index in it is in range, and everything that a part requires is present.
     pub fn document(&self) -> &Document {
         &self.gltf.document
     }
@@ -264,7 +265,7 @@ impl GltfFile {
     ///
     /// # Errors
     ///
-    /// When its file cannot be read, its data URI is malformed, or it reaches beyond the end of its buffer.
+    /// When the image's file cannot be read, its data URI is malformed, or it reaches beyond the end of its buffer.
     pub fn image(&self, image: &Image, files: &dyn FileSource) -> Result<Vec<u8>, FileError> {
         let what = format!("image {}", image.index());
         match image.source() {
@@ -287,8 +288,8 @@ impl GltfFile {
     }
 }
 
-/// Memory that the triangles of a primitive take at most, in bytes: the numbers of its accessors in double precision
-/// and as they are used.
+/// Greatest memory of the triangles of a primitive, in bytes: the numbers of its accessors in double precision and as
+/// they are used.
 fn bytes_of(primitive: &Primitive) -> f64 {
     let numbers = |accessor: gltf::Accessor| accessor.count() as f64 * accessor.dimensions().multiplicity() as f64;
     let indices = primitive.indices().map_or(0.0, numbers);
@@ -327,13 +328,14 @@ fn whole(index: f64) -> u32 {
 /// The files that a glTF names.
 struct Neighbours<'file> {
     files: &'file dyn FileSource,
-    /// The glTF's own name, and that in error messages.
+    /// The glTF's own name, and its name in error messages.
     name: &'file str,
     path: &'file Path,
 }
 
 impl Neighbours<'_> {
-    /// The content of a buffer. That of the binary chunk is taken from `blob`, since one buffer alone may have it.
+    /// The content of a buffer. The content of the binary chunk is taken from `blob`, since only one buffer may have
+    /// it.
     fn buffer(&self, buffer: &gltf::Buffer, blob: &mut Option<Vec<u8>>) -> Result<Vec<u8>, FileError> {
         let wrong = |reason: String| FileError::Content { path: self.path.into(), reason };
         let number = buffer.index();

@@ -93,12 +93,7 @@ impl SnowCurves {
         surface: &SurfaceInteraction,
         depth_m: f32,
     ) -> Spectrum {
-        if let Some(constant) = settings.reflectance {
-            return Spectrum::constant(narrow(constant.get()));
-        }
-        let mut reflectance = Spectrum::ZERO;
-        self.at(objects, surface).reflectance(100.0 * depth_m, 0.0, &mut reflectance.0);
-        reflectance
+        reflectance(settings, &self.at(objects, surface), 100.0 * depth_m, 0.0)
     }
 
     /// The curves, if the snow is uniform.
@@ -115,6 +110,16 @@ impl SnowCurves {
         let mix = self.kinds.at_surface(objects, surface);
         SnowMix::new(&self.curves[mix.first], &self.curves[mix.second], mix.share)
     }
+}
+
+/// The reflectance of snow of some depth by its curves, or the constant of the settings.
+pub(super) fn reflectance(settings: &PcaSnowSettings, curves: &SnowMix, depth_cm: f32, angle_deg: f32) -> Spectrum {
+    if let Some(constant) = settings.reflectance {
+        return Spectrum::constant(narrow(constant.get()));
+    }
+    let mut reflectance = Spectrum::ZERO;
+    curves.reflectance(depth_cm, angle_deg, &mut reflectance.0);
+    reflectance
 }
 
 /// The table for a scene: the given table, the table of the scene, or else the embedded table.

@@ -6,7 +6,6 @@ mod transmission;
 use std::sync::Arc;
 
 use glam::Vec3A;
-use snowblue_base::narrow;
 use snowblue_database::lookup::SnowMix;
 use snowblue_geometry::body::{Chord, Line};
 use snowblue_scene::material::snow::SnowKinds;
@@ -94,12 +93,8 @@ impl SnowVertex<'_> {
 
     /// Reflectance for light at a cosine of incidence.
     pub(in crate::integrators) fn reflectance(&self, cos_incidence: f32) -> Spectrum {
-        if let Some(reflectance) = self.settings.reflectance {
-            return Spectrum::constant(narrow(reflectance.get()));
-        }
-        let mut reflectance = Spectrum::ZERO;
-        self.curves.reflectance(self.depth_cm(), self.look_up_angle_deg(cos_incidence), &mut reflectance.0);
-        reflectance
+        let angle_deg = self.look_up_angle_deg(cos_incidence);
+        curves::reflectance(self.settings, &self.curves, self.depth_cm(), angle_deg)
     }
 
     /// Transmittance of a depth for light at a cosine of incidence.
