@@ -1,6 +1,6 @@
 //! `snowblue spectrum` with many slabs: files of slabs, options with several values, and NetCDF.
 
-use crate::shell::{Folder, stdout};
+use crate::shell::{Folder, assert_names, snowblue, stdout};
 use netcdf3::FileReader;
 
 pub(crate) const PITS: &str = "\
@@ -161,6 +161,14 @@ fn metadata_say_what_no_column_says() {
     assert!(metadata.get("density_kg_m3").is_none());
 }
 
+#[test]
+fn more_values_than_fit_into_memory_are_refused() {
+    let thicknesses: Vec<String> = (1..=1100).map(|thickness_cm| thickness_cm.to_string()).collect();
+    let output = snowblue(&format!("spectrum --wavelengths 400:700:0.0031 --thickness {}", thicknesses.join(",")));
+    assert_eq!(output.status.code(), Some(2));
+    assert_names(&String::from_utf8(output.stderr).unwrap(), &["106452500 spectral values", "at most 100000000"]);
+}
+
 /// A half-space has no transmittance, and is the limit of thick slabs.
 #[test]
 fn thicknesses_may_be_infinite() {
@@ -212,6 +220,8 @@ fn spectra_are_written_as_netcdf_with_dimensions() {
     assert_eq!(attribute("specific_surface_area", "units").as_deref(), Some("m2 kg-1"));
     assert_eq!(attribute("black_carbon", "units").as_deref(), Some("ng g-1"));
     assert_eq!(attribute("name", "_Encoding").as_deref(), Some("utf-8"));
+    let ground = data.get_global_attr_as_string("ground").unwrap();
+    assert!(ground.ends_with("absorptance is that of the snow, 1 - reflectance - (1 - ground_albedo) transmittance"));
     let coordinates = "name specific_surface_area density black_carbon thickness ground_albedo angle";
     assert_eq!(attribute("reflectance", "coordinates").as_deref(), Some(coordinates));
     let density = read.read_var_f64("density").unwrap();

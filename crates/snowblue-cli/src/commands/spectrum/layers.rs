@@ -73,18 +73,21 @@ impl StackOptions {
     }
 
     /// Metadata about the effect of the ground on the columns.
-    pub(super) fn metadata(&self) -> Option<(&'static str, String)> {
-        let albedo = self.ground_albedo.filter(|_| self.has_ground())?;
+    pub(super) fn metadata(&self, has_column: bool) -> Option<(&'static str, String)> {
+        let (albedo, absorbed) = match self.ground_albedo.filter(|_| self.has_ground()) {
+            _ if has_column => ("in the column ground_albedo".to_owned(), "(1 - ground_albedo)".to_owned()),
+            Some(albedo) => (format_number(albedo), format_number(1.0 - albedo)),
+            None => return None,
+        };
         let columns = if self.has_depths() {
             String::new()
         } else {
-            let absorbed = format_number(1.0 - albedo);
             format!(
                 "; transmittance is the downward flux at the ground over the incident flux, which may exceed 1; \
                  absorptance is that of the snow, 1 - reflectance - {absorbed} transmittance"
             )
         };
-        Some(("ground", format!("albedo {}{columns}", format_number(albedo))))
+        Some(("ground", format!("albedo {albedo}{columns}")))
     }
 
     /// Whether fluxes at depths are to be printed.

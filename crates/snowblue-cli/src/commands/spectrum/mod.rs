@@ -15,6 +15,7 @@ use snowblue_transport::batch::Batch;
 use snowblue_transport::monte_carlo::{self, MonteCarloOptions};
 use snowblue_transport::optics::{WavelengthRange, Wavelengths};
 use snowblue_transport::ordinates;
+use snowblue_transport::parameters::GROUND_ALBEDO;
 use snowblue_transport::sample::SnowSample;
 use snowblue_transport::slab::Fluxes;
 use snowblue_transport::spread::{Uncertainty, solve_spread};
@@ -135,7 +136,7 @@ impl Spectrum {
             Some(pack) => self.solve_layers(pack, quiet)?,
             None => self.solve_slabs(quiet)?,
         };
-        let metadata = self.metadata(snow);
+        let metadata = self.metadata(snow, curves.labels.columns.contains(&GROUND_ALBEDO.key));
         if let Some(path) = &self.plot {
             let plot = plot::spectrum(&curves.rows, &curves.table(metadata.clone()).metadata, self.stack.has_ground());
             write_file(path, plot.as_bytes())?;
@@ -272,6 +273,8 @@ impl Spectrum {
             None => Slabs::of_options(&defaults)?,
         };
         let range = slabs.wavelength_range();
+        let wavelengths = self.wavelengths(range)?;
+        slabs.check_size(wavelengths.0.len())?;
         if let Some(band) = self.broadband.as_ref().and_then(|bands| slabs.band_that_differs(bands.list(), range)) {
             let name = band.name();
             let WavelengthRange { first_nm, last_nm } = range;
@@ -280,7 +283,6 @@ impl Spectrum {
                  {first_nm}–{last_nm} nm; compute these slabs apart, or take visible or par"
             )));
         }
-        let wavelengths = self.wavelengths(range)?;
         let bands = self.bands(range, &wavelengths)?;
         let batch = slabs.batch(wavelengths)?;
         let intervals = self.intervals(&slabs, &batch, quiet)?;
@@ -337,7 +339,7 @@ impl Spectrum {
             let packs = self.slab.thickness.iter().map(pack).collect();
             (packs, sample.wavelength_range(), self.sample.metadata_of(&sample))
         };
-        let (wavelengths, metadata) = (self.wavelengths(range)?, self.metadata(snow));
+        let (wavelengths, metadata) = (self.wavelengths(range)?, self.metadata(snow, false));
         let stacks = packs.into_iter().map(|layers| self.stack.stack(layers, &self.slab.angle, &wavelengths));
         let stacks: Vec<Stack> = stacks.collect::<Result<_, Failure>>()?;
         let options = self.ordinates.options();
@@ -359,7 +361,7 @@ impl Spectrum {
     }
 
     /// Metadata about the computation of the results.
-    fn metadata(&self, snow: Metadata) -> Metadata {
+    fn metadata(&self, snow: Metadata, has_ground_column: bool) -> Metadata {
         let engine = match self.engine {
             Engine::Ordinates => format!("discrete ordinates, {} streams", self.ordinates.streams),
             Engine::Montecarlo => format!("Monte Carlo, {} rays", self.rays),
@@ -367,7 +369,7 @@ impl Spectrum {
         let mut metadata = vec![("snowblue", env!("CARGO_PKG_VERSION").to_owned()), ("engine", engine)];
         metadata.extend(self.batch.iter().map(|path| ("slabs", path.display().to_string())));
         metadata.extend(snow);
-        metadata.extend(self.stack.metadata());
+        metadata.extend(self.stack.metadata(has_ground_column));
         metadata.extend(self.plus_minus.iter().flat_map(plus_minus::metadata));
         metadata.push(("seed", self.ordinates.seed.to_string()));
         metadata

@@ -63,6 +63,10 @@ impl Slabs {
     /// Every combination of the values of the options.
     pub(super) fn of_options(defaults: &Defaults) -> Result<Self, Failure> {
         let axes: Vec<&PropertyAxis> = defaults.snow.axes().collect();
+        let lengths = axes.iter().map(|axis| axis.values.len());
+        let lengths = lengths.chain([defaults.thicknesses_cm.len(), defaults.incidences.len()]);
+        check_count(lengths.clone().map(|length| length as f64).product(), "slabs")?;
+        let lengths: Vec<usize> = lengths.collect();
         let mut combinations: Vec<(Vec<Cell>, SnowKeys)> = vec![(Vec::new(), defaults.snow.keys()?)];
         for PropertyAxis { property, values } in &axes {
             let with = |(cells, snow): &(Vec<Cell>, SnowKeys), value: &[f64]| {
@@ -89,8 +93,6 @@ impl Slabs {
             }
         }
         let columns = axes.iter().map(|axis| axis.property.key()).chain(SLAB_COLUMNS).collect();
-        let lengths = axes.iter().map(|axis| axis.values.len());
-        let lengths = lengths.chain([defaults.thicknesses_cm.len(), defaults.incidences.len()]).collect();
         Ok(Self { labels: Labels { columns, cells, axes: Some(lengths) }, samples, cases, file: None })
     }
 
@@ -148,6 +150,11 @@ impl Slabs {
         Ok(slabs)
     }
 
+    /// Refuses more values than fit into memory.
+    pub(super) fn check_size(&self, wavelengths: usize) -> Result<(), Failure> {
+        check_count(self.cases.len() as f64 * wavelengths as f64, "spectral values")
+    }
+
     /// The slabs at some wavelengths, checked.
     pub(super) fn batch(&self, wavelengths: Wavelengths) -> Result<Batch, Failure> {
         let batch = Batch { samples: self.samples.clone(), cases: self.cases.clone(), wavelengths_nm: wavelengths.0 };
@@ -188,6 +195,20 @@ impl Slabs {
             None => Failure::input(error),
         }
     }
+}
+
+/// Greatest number of slabs and of their spectral values, which take some hundred bytes each.
+const MAX_VALUES: f64 = 1e8;
+
+fn check_count(count: f64, of: &str) -> Result<(), Failure> {
+    if count <= MAX_VALUES {
+        return Ok(());
+    }
+    Err(Failure::Input(format!(
+        "the options make {} {of}, but at most {} are computed at once: take fewer values of options, or wavelengths",
+        format_number(count),
+        format_number(MAX_VALUES)
+    )))
 }
 
 /// The number of a property, or the numbers of a distribution between colons.
