@@ -205,9 +205,8 @@ fn check_count(count: f64, of: &str) -> Result<(), Failure> {
         return Ok(());
     }
     Err(Failure::Input(format!(
-        "the options make {} {of}, but at most {} are computed at once: take fewer values of options, or wavelengths",
-        format_number(count),
-        format_number(MAX_VALUES)
+        "the options make {count} {of}, but at most {MAX_VALUES} are computed at once: take fewer values of options, \
+         or wavelengths"
     )))
 }
 
