@@ -64,17 +64,18 @@ impl<'a> SnowShader<'a> {
         camera_ray: &Ray,
         sampler: &mut Sampler,
     ) -> CameraTerms<'a> {
-        let sparkling = self.sparkle.as_ref().and_then(|sparkle| {
-            let kind = surface.kind_of_snow(sparkle.objects(), sampler)?;
-            sparkle.at((surface.hit, kind, surface.normal), camera_ray)
-        });
-        let terms = match (&mut self.method, &surface.shading) {
+        let mut terms = match (&mut self.method, &surface.shading) {
             (ShadingMethod::Field(shader), Shading::Field(snow)) => {
                 shader.camera_terms(*snow, surface, camera_ray, sampler)
             }
             _ => CameraTerms::default(),
         };
-        CameraTerms { sparkling, ..terms }
+        if let Some(sparkle) = &self.sparkle
+            && let Some(kind) = surface.kind_of_snow(sparkle.objects(), sampler)
+        {
+            terms.sparkling = sparkle.at((surface.hit, kind, surface.normal), camera_ray);
+        }
+        terms
     }
 
     /// Light of lamps and skies that comes through snow.
