@@ -123,35 +123,42 @@ impl Curves {
         self.rows.len() / self.labels.cells.len()
     }
 
-    /// A row for each slab and wavelength, or each slab and band. The metadata get the greatest standard error, and the
-    /// sunlight in the bands.
-    pub(super) fn table(&self, mut metadata: Metadata) -> DataTable {
+    /// The fluxes of a slab at each wavelength, or in each band.
+    fn fluxes(&self, curve: &[Radiometry]) -> Vec<Fluxes> {
+        let fluxes: Vec<Fluxes> = curve.iter().map(|row| row.fluxes).collect();
+        if self.bands.is_empty() { fluxes } else { self.bands.iter().map(|band| band.broadband(&fluxes)).collect() }
+    }
+
+    /// Metadata of the fluxes: the greatest standard error, and the sunlight in the bands.
+    pub(super) fn metadata(&self) -> Metadata {
+        // Nothing passes through a half-space.
+        let finite = self.of_slabs().filter(|(_, curve)| curve[0].thickness_cm.is_finite());
+        let passed = finite.flat_map(|(_, curve)| self.fluxes(curve)).map(|fluxes| fluxes.transmittance);
+        let mut metadata: Metadata = worst_error(&passed.collect::<Vec<_>>()).into_iter().collect();
+        if !self.bands.is_empty() {
+            metadata.extend(broadband::metadata(&self.bands));
+        }
+        metadata
+    }
+
+    /// A row for each slab and wavelength, or each slab and band.
+    pub(super) fn table(&self, metadata: Metadata) -> DataTable {
         let errors = if self.has_errors { &ERROR_COLUMNS[..] } else { &[] };
         let last_leading = if self.bands.is_empty() { "wavelength_nm" } else { "band" };
         let mut columns = [&self.labels.columns[..], &[last_leading], &Fluxes::NAMES, errors].concat();
-        let (mut rows, mut passed): (Vec<Vec<Cell>>, Vec<Estimate>) = (Vec::new(), Vec::new());
+        let names: Vec<Cell> = if self.bands.is_empty() {
+            self.rows[..self.wavelengths()].iter().map(|row| row.wavelength_nm.into()).collect()
+        } else {
+            self.bands.iter().map(|band| Cell::Word(broadband::name(band.band, band.range))).collect()
+        };
+        let mut rows: Vec<Vec<Cell>> = Vec::new();
         for (leading, curve) in self.of_slabs() {
-            let fluxes: Vec<Fluxes> = curve.iter().map(|row| row.fluxes).collect();
-            let of_band =
-                |band: &BandWeights| (Cell::Word(broadband::name(band.band, band.range)), band.broadband(&fluxes));
-            let values: Vec<(Cell, Fluxes)> = if self.bands.is_empty() {
-                curve.iter().map(|row| (row.wavelength_nm.into(), row.fluxes)).collect()
-            } else {
-                self.bands.iter().map(of_band).collect()
-            };
-            // Nothing passes through a half-space.
-            if curve[0].thickness_cm.is_finite() {
-                passed.extend(values.iter().map(|(_, fluxes)| fluxes.transmittance));
-            }
-            rows.extend(values.into_iter().map(|(cell, fluxes)| self.row(leading, cell, fluxes)));
+            let fluxes = names.iter().cloned().zip(self.fluxes(curve));
+            rows.extend(fluxes.map(|(name, fluxes)| self.row(leading, name, fluxes)));
         }
         if !self.intervals.is_empty() {
             columns.extend(plus_minus::COLUMNS);
             rows.iter_mut().zip(&self.intervals).for_each(|(row, at)| row.extend(plus_minus::cells(at)));
-        }
-        metadata.extend(worst_error(&passed));
-        if !self.bands.is_empty() {
-            metadata.extend(broadband::metadata(&self.bands));
         }
         DataTable { columns, rows, metadata }
     }
@@ -163,9 +170,7 @@ impl Curves {
     }
 
     /// The fluxes at each wavelength as NetCDF.
-    pub(super) fn netcdf(&self, mut metadata: Metadata) -> NetCdf<'static> {
-        let finite = self.rows.iter().filter(|row| row.thickness_cm.is_finite());
-        metadata.extend(worst_error(&finite.map(|row| row.fluxes.transmittance).collect::<Vec<_>>()));
+    pub(super) fn netcdf(&self, metadata: &Metadata) -> NetCdf<'static> {
         let (mut variables, mut dimensions) = self.labels.variables();
         let coordinates: Vec<&str> = variables
             .iter()

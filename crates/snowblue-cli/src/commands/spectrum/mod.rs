@@ -136,13 +136,14 @@ impl Spectrum {
             Some(pack) => self.solve_layers(pack, quiet)?,
             None => self.solve_slabs(quiet)?,
         };
-        let metadata = self.metadata(snow, curves.labels.columns.contains(&GROUND_ALBEDO.key));
+        let mut metadata = self.metadata(snow, curves.labels.columns.contains(&GROUND_ALBEDO.key));
+        metadata.extend(curves.metadata());
         if let Some(path) = &self.plot {
-            let plot = plot::spectrum(&curves.rows, &curves.table(metadata.clone()).metadata, self.stack.has_ground());
+            let plot = plot::spectrum(&curves.rows, &metadata, self.stack.has_ground());
             write_file(path, plot.as_bytes())?;
         }
         match self.output.netcdf_path() {
-            Some(path) => curves.netcdf(metadata).write(path).map_err(Failure::work),
+            Some(path) => curves.netcdf(&metadata).write(path).map_err(Failure::work),
             None => self.output.write(&curves.table(metadata), quiet),
         }
     }
