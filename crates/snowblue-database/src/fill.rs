@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use snowblue_transport::monte_carlo::{self, MonteCarloOptions};
 use snowblue_transport::optics::IceTable;
 use snowblue_transport::ordinates::{
-    HomogeneousMedium, IncidentLight, OrdinatesOptions, Peak, StreamGroup, Streams, solve_each,
+    HomogeneousMedium, ModalLight, OrdinatesOptions, Peak, StreamGroup, Streams, solve_each,
 };
 use snowblue_transport::rng::Stream;
 use snowblue_transport::sample::SnowSample;
@@ -305,7 +305,7 @@ fn fill_grain(axes: &Axes, samples: &[SnowSample], tallies: &GrainTallies, strea
         // Dry and clean samples that differ only in density have equal scattering.
         let same = |s: usize| media.iter().position(|other| other.scattering == media[s].scattering).unwrap_or(s);
         let same: Vec<usize> = (0..media.len()).map(same).collect();
-        let mut modes: BTreeMap<(usize, usize), (HomogeneousMedium, Vec<IncidentLight>)> = BTreeMap::new();
+        let mut modes: BTreeMap<(usize, usize), (HomogeneousMedium, Vec<ModalLight>)> = BTreeMap::new();
         for (s, medium) in media.iter().enumerate() {
             for StreamGroup { streams, places: group } in streams.groups(&incidences, Peak::of(&samples[s])) {
                 let (modes, lit) = modes.entry((same[s], streams)).or_insert_with(|| {

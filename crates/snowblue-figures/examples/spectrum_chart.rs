@@ -7,6 +7,7 @@
 use std::error::Error;
 
 use snowblue_figures::plot;
+use snowblue_transport::optics::Wavelengths;
 use snowblue_transport::ordinates::{self, OrdinatesOptions};
 use snowblue_transport::sample::SnowSample;
 use snowblue_transport::slab::{Incidence, Slab};
@@ -16,7 +17,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         sample: SnowSample::default(),
         thicknesses_cm: vec![5.0, 15.0],
         incidences: vec![Incidence::Diffuse],
-        wavelengths_nm: (400..=700).step_by(10).map(f64::from).collect(),
+        wavelengths_nm: Wavelengths::visible().0,
     };
     let rows = ordinates::solve(&slab, &OrdinatesOptions::default())?;
     let metadata = [("snow", "400 µm, 300 kg/m³".to_owned())];

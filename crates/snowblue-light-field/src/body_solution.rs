@@ -68,7 +68,7 @@ impl BodySolution {
     #[inline]
     pub fn at(&self, objects: &Objects, surface: &SurfaceInteraction, sampler: &mut Sampler) -> SnowAt<'_> {
         let mix = self.snow.kinds.at_surface(objects, surface);
-        let kind = if mix.is_mixed() { mix.pick(sampler.next_four()[0]) } else { mix.first };
+        let kind = mix.draw(|| sampler.next_four()[0]);
         SnowAt { field: self, kind, optics: &self.snow.optics[kind] }
     }
 

@@ -11,6 +11,7 @@ use snowblue_database::Interval;
 use snowblue_database::matching::{self, Given, Match, Problem, Target};
 use snowblue_render::film::image_file::write_raster_png;
 use snowblue_render::raster::RasterImage;
+use snowblue_transport::optics::Wavelengths;
 
 use crate::arguments::{Angle, Colorimetry, GivenSnow, Ordinates};
 use crate::work::{failure, input, run};
@@ -87,7 +88,7 @@ pub(crate) fn match_color<'py>(
     ordinates: Ordinates,
 ) -> PyResult<(Vec<Bound<'py, PyDict>>, Option<String>)> {
     let hex: Srgb8 = target.parse().map_err(input)?;
-    let wavelengths_nm: Vec<f64> = (400..=700).step_by(10).map(f64::from).collect();
+    let Wavelengths(wavelengths_nm) = Wavelengths::visible();
     let colorimeter = light.colorimeter(&wavelengths_nm)?;
     let given = Given {
         thickness_cm: fixed.thickness_cm.map(|(low, high)| Interval { low, high }),

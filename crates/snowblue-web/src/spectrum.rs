@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 use snowblue_color::exposure::{AutoExposure, factor};
 use snowblue_color::{Colorimeter, Illuminant, Lab, LinearRgb, Observer, THREE_SAMPLES_NM};
+use snowblue_transport::optics::Wavelengths;
 use snowblue_transport::slab::{Estimate, Radiometry};
 use wasm_bindgen::prelude::*;
 
@@ -95,7 +96,7 @@ impl Request {
     fn answer(&self) -> Result<Answer, String> {
         let illuminant: Illuminant = self.illuminant.parse().map_err(text)?;
         let observer: Observer = self.observer.parse().map_err(text)?;
-        let wavelengths_nm: Vec<f64> = (400..=700).step_by(10).map(f64::from).collect();
+        let Wavelengths(wavelengths_nm) = Wavelengths::visible();
         let all = wavelengths_nm.iter().copied().chain(THREE_SAMPLES_NM).collect();
         let rows = self.sample.rows(all, self.standard_errors)?;
         let (rows, three) = rows.split_at(wavelengths_nm.len());

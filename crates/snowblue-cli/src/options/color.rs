@@ -3,6 +3,7 @@
 use clap::builder::PossibleValue;
 use clap::{Args, ValueEnum};
 use snowblue_color::{Colorimeter, Illuminant, Observer, THREE_SAMPLES_NM};
+use snowblue_transport::optics::Wavelengths;
 
 use super::parse;
 use crate::output::Failure;
@@ -60,7 +61,7 @@ impl SampleCount {
     pub(crate) fn wavelengths_nm(self) -> Vec<f64> {
         match self {
             Self::Three => THREE_SAMPLES_NM.to_vec(),
-            Self::ThirtyOne => (400..=700).step_by(10).map(f64::from).collect(),
+            Self::ThirtyOne => Wavelengths::visible().0,
         }
     }
 }

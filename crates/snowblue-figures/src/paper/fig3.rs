@@ -2,6 +2,7 @@
 
 use snowblue_color::lab::MIDDLE_GREY;
 use snowblue_color::{ColorDifference, Colorimeter, Illuminant, Lab, Observer, THREE_SAMPLES_NM, Xyz};
+use snowblue_transport::optics::Wavelengths;
 use snowblue_transport::ordinates::{self, OrdinatesOptions};
 use snowblue_transport::sample::SnowSample;
 use snowblue_transport::slab::{Incidence, Slab};
@@ -36,8 +37,7 @@ struct IlluminantComparison {
 }
 
 pub(crate) fn figure() -> Result<Figure, FigureError> {
-    let curves =
-        [transmittances(THREE_SAMPLES_NM.to_vec())?, transmittances((400..=700).step_by(10).map(f64::from).collect())?];
+    let curves = [transmittances(THREE_SAMPLES_NM.to_vec())?, transmittances(Wavelengths::visible().0)?];
     let lamps = ILLUMINANTS.iter().map(|name| lamp(name, &curves)).collect::<Result<Vec<_>, _>>()?;
     let powers = ILLUMINANTS.iter().map(|name| format!("relative power of {name}"));
     let names = powers.chain(SAMPLES.map(|samples| format!("transmittance of {samples} samples")));

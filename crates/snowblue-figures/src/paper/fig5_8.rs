@@ -2,6 +2,7 @@
 
 use snowblue_color::{Colorimeter, Illuminant, Observer, Xyz};
 use snowblue_transport::batch::{Batch, SlabCase};
+use snowblue_transport::optics::Wavelengths;
 use snowblue_transport::ordinates::{OrdinatesOptions, solve_batch};
 use snowblue_transport::sample::{GrainSize, SnowSample, TruncatedNormal};
 use snowblue_transport::slab::Incidence;
@@ -30,7 +31,7 @@ struct Row {
 
 pub(crate) fn figure() -> Result<Figure, FigureError> {
     let rows = rows()?;
-    let wavelengths_nm: Vec<f64> = (400..=700).step_by(10).map(f64::from).collect();
+    let Wavelengths(wavelengths_nm) = Wavelengths::visible();
     let colorimeter = Colorimeter::new(Observer::Cie1931, Illuminant::D65, &wavelengths_nm)?;
     let case = |(sample, row): (usize, &Row)| {
         let thickness_cm = row.thickness_cm;

@@ -261,7 +261,7 @@ impl<'scene> ReferenceTracer<'scene> {
             return 0;
         }
         let mix = snow.kinds.at_point(self.scene.objects(), object, path.walk.ray.origin);
-        if mix.is_mixed() { mix.pick(narrow(path.walk.stream.uniform())) } else { mix.first }
+        mix.draw(|| narrow(path.walk.stream.uniform()))
     }
 
     /// The optical depth of absorption so far, at the least absorbed wavelength of each kind.

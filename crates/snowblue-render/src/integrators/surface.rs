@@ -115,10 +115,7 @@ impl Surface<'_, '_> {
     pub(super) fn kind_of_snow(&self, objects: &Objects, sampler: &mut Sampler) -> Option<usize> {
         match &self.shading {
             Shading::Field(snow) => Some(snow.kind),
-            Shading::Snow(snow) => {
-                let kind = snow.kinds().at_surface(objects, self.hit);
-                Some(if kind.is_mixed() { kind.pick(sampler.next_four()[0]) } else { kind.first })
-            }
+            Shading::Snow(snow) => Some(snow.kinds().at_surface(objects, self.hit).draw(|| sampler.next_four()[0])),
             Shading::Ground(_) | Shading::Diffuse(_) | Shading::Textured(_) => None,
         }
     }

@@ -188,10 +188,10 @@ impl KindMix {
         if number < self.share { self.second } else { self.first }
     }
 
-    /// Whether there are two kinds to choose from.
+    /// One of the kinds. The number in [0, 1) is drawn only where two kinds are mixed.
     #[inline]
-    pub fn is_mixed(&self) -> bool {
-        self.share > 0.0
+    pub fn draw(&self, number: impl FnOnce() -> f32) -> usize {
+        if self.share > 0.0 { self.pick(number()) } else { self.first }
     }
 }
 

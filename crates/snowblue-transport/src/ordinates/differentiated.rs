@@ -22,7 +22,7 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use super::eigen::Scaled;
 use super::homogeneous::{
-    Direction, HomogeneousMedium, IncidentLight, LitSlab, SlabSolution, Transfer, decay_rate, strengths,
+    Direction, HomogeneousMedium, LitSlab, ModalLight, SlabSolution, Transfer, decay_rate, strengths,
 };
 use crate::dual::{Dual, LANES, Real};
 use crate::slab::Incidence;
@@ -145,12 +145,12 @@ impl DifferentiatedMedium {
     }
 
     /// A beam, whose cosine from the normal `cosine` gives derivatives, or Lambertian light.
-    pub(super) fn light(&self, incidence: &Incidence, cosine: impl Fn(f64) -> Dual) -> IncidentLight<Dual> {
+    pub(super) fn light(&self, incidence: &Incidence, cosine: impl Fn(f64) -> Dual) -> ModalLight<Dual> {
         match incidence {
             Incidence::Beam { angle_deg } => {
-                IncidentLight::Beam(self.modes.direction(cosine(angle_deg.to_radians().cos())))
+                ModalLight::Beam(self.modes.direction(cosine(angle_deg.to_radians().cos())))
             }
-            Incidence::Diffuse => IncidentLight::Lambertian,
+            Incidence::Diffuse => ModalLight::Lambertian,
         }
     }
 

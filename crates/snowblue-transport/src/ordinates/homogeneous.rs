@@ -57,7 +57,7 @@ pub struct HomogeneousMedium {
 }
 
 /// Light on a slab, with the response of each mode to it, which does not depend on thickness.
-pub enum IncidentLight<T = f64> {
+pub enum ModalLight<T = f64> {
     /// A parallel beam.
     Beam(Direction<T>),
     /// Lambertian light.
@@ -220,16 +220,16 @@ impl HomogeneousMedium {
 
     /// Prepares a beam whose cosine from the normal is `cos_incidence`, in (0, 1].
     #[must_use]
-    pub fn beam(&self, cos_incidence: f64) -> IncidentLight {
-        IncidentLight::Beam(self.direction(cos_incidence))
+    pub fn beam(&self, cos_incidence: f64) -> ModalLight {
+        ModalLight::Beam(self.direction(cos_incidence))
     }
 
     /// Prepares a beam or Lambertian light.
     #[must_use]
-    pub fn light(&self, incidence: &Incidence) -> IncidentLight {
+    pub fn light(&self, incidence: &Incidence) -> ModalLight {
         match incidence {
             Incidence::Beam { angle_deg } => self.beam(angle_deg.to_radians().cos()),
-            Incidence::Diffuse => IncidentLight::Lambertian,
+            Incidence::Diffuse => ModalLight::Lambertian,
         }
     }
 
@@ -262,16 +262,16 @@ impl HomogeneousMedium {
     pub fn fluxes<'l>(
         &self,
         optical_depth: f64,
-        lights: impl IntoIterator<Item = &'l IncidentLight>,
+        lights: impl IntoIterator<Item = &'l ModalLight>,
     ) -> Vec<MediumFluxes> {
         let depth = optical_depth * self.scaled.depth_ratio;
         let solution = self.solve_slab(depth);
         let slab = self.lit(&solution);
-        let under = |light: &IncidentLight| {
+        let under = |light: &ModalLight| {
             let Passed { reflectance, transmittance } = slab.passed(light);
             let direct = match light {
-                IncidentLight::Beam(direction) => (-optical_depth / direction.cos_incidence).exp(),
-                IncidentLight::Lambertian => 2.0 * third_exponential_integral(optical_depth),
+                ModalLight::Beam(direction) => (-optical_depth / direction.cos_incidence).exp(),
+                ModalLight::Lambertian => 2.0 * third_exponential_integral(optical_depth),
             };
             MediumFluxes { reflectance, transmittance, direct }
         };
@@ -354,10 +354,10 @@ impl<T: Real> Transfer<T> {
 
 impl<T: Real> LitSlab<'_, T> {
     /// By reciprocity, the reflectance and transmittance under a light.
-    pub(super) fn passed(&self, light: &IncidentLight<T>) -> Passed<T> {
+    pub(super) fn passed(&self, light: &ModalLight<T>) -> Passed<T> {
         match light {
-            IncidentLight::Beam(direction) => self.leaving(direction),
-            IncidentLight::Lambertian => {
+            ModalLight::Beam(direction) => self.leaving(direction),
+            ModalLight::Lambertian => {
                 let flux = |amplitude: fn(&Amplitudes<T>) -> T| {
                     let terms = self.entering.iter().zip(&self.amplitudes).map(|(v, mode)| *v * amplitude(mode));
                     terms.fold(T::from(0.0), T::add) * 2.0

@@ -22,7 +22,7 @@ mod solve_stack;
 mod stack_media;
 
 pub use half_space::HalfSpace;
-pub use homogeneous::{Direction, HomogeneousMedium, IncidentLight, MediumFluxes};
+pub use homogeneous::{Direction, HomogeneousMedium, MediumFluxes, ModalLight};
 pub use layered::{FaceFluxes, LayeredMedium, MediumLayer};
 pub use options::{MAX_STREAMS, OrdinatesOptions, Peak, StreamGroup, Streams};
 pub use solve::{DifferentiatedFluxes, differentiate_batch, solve, solve_batch, solve_without_errors};

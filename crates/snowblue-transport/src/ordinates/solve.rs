@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 use super::differentiated::DifferentiatedMedium;
 use super::eigen::Scaled;
-use super::homogeneous::{HomogeneousMedium, IncidentLight, Passed, SlabSolution};
+use super::homogeneous::{HomogeneousMedium, ModalLight, Passed, SlabSolution};
 use super::layered::{LayeredMedium, MediumLayer};
 use super::options::{OrdinatesOptions, Peak, Streams};
 use super::solve_each::groups_alike;
@@ -357,7 +357,7 @@ impl StreamPlan {
         solved: &mut Solved,
     ) {
         let modes = HomogeneousMedium::new(&medium.scattering, self.streams);
-        let lights: Vec<IncidentLight> = self.incidences.iter().map(|incidence| modes.light(incidence)).collect();
+        let lights: Vec<ModalLight> = self.incidences.iter().map(|incidence| modes.light(incidence)).collect();
         let plan = |by| DifferentiatedPlan::new(by, &modes, self);
         let differentiated: Vec<DifferentiatedPlan> =
             if DIFFERENTIATE { differentiations.iter().map(plan).collect() } else { Vec::new() };
@@ -390,7 +390,7 @@ impl StreamPlan {
 struct DifferentiatedPlan<'m> {
     by: &'m Differentiation,
     medium: DifferentiatedMedium,
-    lights: Vec<IncidentLight<Dual>>,
+    lights: Vec<ModalLight<Dual>>,
 }
 
 impl<'m> DifferentiatedPlan<'m> {
@@ -408,7 +408,7 @@ impl<'m> DifferentiatedPlan<'m> {
         let thickness_cm = Variable::Thickness.number(slab.thickness_cm, variables);
         let lit = self.medium.lit(medium.extinction_per_m, thickness_cm, solution);
         let ground_albedo = Variable::GroundAlbedo.number(slab.ground_albedo, variables);
-        let diffuse = (!ground_albedo.is_zero()).then(|| lit.passed(&IncidentLight::Lambertian));
+        let diffuse = (!ground_albedo.is_zero()).then(|| lit.passed(&ModalLight::Lambertian));
         for (place, light) in &slab.cases {
             let passed = lit.passed(&self.lights[*light]);
             all[*place] = diffuse.map_or(passed, |diffuse| on_ground(passed, diffuse, ground_albedo));

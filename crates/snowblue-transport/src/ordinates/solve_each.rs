@@ -3,7 +3,7 @@
 
 use rayon::prelude::*;
 
-use super::homogeneous::{HomogeneousMedium, IncidentLight, MediumFluxes};
+use super::homogeneous::{HomogeneousMedium, MediumFluxes, ModalLight};
 use super::options::{OrdinatesOptions, Peak, StreamGroup, Streams};
 use crate::TransportError;
 use crate::medium::{Demand, GrainTallies, Medium, Population};
@@ -26,7 +26,7 @@ impl Medium {
         let mut filled = vec![nothing; thicknesses_cm.len() * incidences.len()];
         for StreamGroup { streams, places } in streams.groups(incidences, peak) {
             let modes = HomogeneousMedium::new(&self.scattering, streams);
-            let lights: Vec<IncidentLight> = places.iter().map(|place| modes.light(&incidences[*place])).collect();
+            let lights: Vec<ModalLight> = places.iter().map(|place| modes.light(&incidences[*place])).collect();
             for (row, thickness_cm) in filled.chunks_exact_mut(incidences.len()).zip(thicknesses_cm) {
                 let optical_depth = self.extinction_per_m * thickness_cm * 0.01;
                 for (place, fluxes) in places.iter().zip(modes.fluxes(optical_depth, &lights)) {

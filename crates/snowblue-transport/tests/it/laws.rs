@@ -5,7 +5,7 @@ use snowblue_transport::batch::{Batch, SlabCase};
 use snowblue_transport::grain::Grain;
 use snowblue_transport::grain::Spheroid;
 use snowblue_transport::monte_carlo::{self, GoniometricOptions, MonteCarloOptions, PatchGrid};
-use snowblue_transport::ordinates::{self, HomogeneousMedium, IncidentLight, MediumFluxes, OrdinatesOptions};
+use snowblue_transport::ordinates::{self, HomogeneousMedium, MediumFluxes, ModalLight, OrdinatesOptions};
 use snowblue_transport::rng::Stream;
 use snowblue_transport::sample::{GrainSize, SizeMeasure, SnowSample, TruncatedNormal};
 use snowblue_transport::slab::{Estimate, Incidence, Radiometry, Slab};
@@ -387,7 +387,7 @@ proptest! {
         };
         if HomogeneousMedium::check(&medium, streams).is_ok() {
             let solved = HomogeneousMedium::new(&medium, streams);
-            let lambertian = solved.fluxes(10_f64.powf(depth_exponent), &[IncidentLight::Lambertian])[0];
+            let lambertian = solved.fluxes(10_f64.powf(depth_exponent), &[ModalLight::Lambertian])[0];
             prop_assert!(lambertian.reflectance >= -1e-10 && lambertian.transmittance >= -1e-10, "{lambertian:?}");
             prop_assert!(lambertian.reflectance + lambertian.transmittance <= 1.0 + 1e-9, "{lambertian:?}");
         }
