@@ -48,12 +48,12 @@ clean_albedo, sooty_albedo = (spectra[name].reflectance for name in ("layers", "
 assert float(sooty_albedo.sel(wavelength=500)) < float(clean_albedo.sel(wavelength=500)) - 0.01
 assert abs(float(sooty_albedo.sel(wavelength=1300) - clean_albedo.sel(wavelength=1300))) < 1e-3
 """,
-    # 4 standard deviations, and the retrieval that the chapter on measurements prints.
+    # 4 standard deviations, and the retrieval that the book prints.
     "albedo": """
 assert ((found["retrieved"] - found["truth"]).abs() < 4 * found["standard deviation"]).all()
 assert abs(fits["scale 1"].ssa.item() - 30.5) < 0.1 and abs(fits["scale retrieved"].ssa.item() - 28.2) < 0.1
 """,
-    # Rows and values of the published tables, and numbers of the chapter on measurements to their printed digits.
+    # Rows and values of the published tables, and the book's numbers to their printed digits.
     "measured_albedo": """
 assert len(measured) == 181 and measured.albedo_340mm.iloc[0] == 0.99419 and measured.albedo_45mm.iloc[-1] == 0.46215
 assert abs(rms.loc["400–1300"] - [0.0096, 0.0261, 0.0153]).max() < 1e-4
