@@ -21,9 +21,8 @@
 //!
 //! **Outliers.** The variance of a pixel is the greater one of the variance of its own samples and the mean variance
 //! of the pixels around it. A single large sample therefore makes no dot: its pixel has a large σ and takes the mean
-//! around it, and so do the pixels around it, which receive its light. A variance that few samples n give is itself
-//! uncertain, so that σ counts √((n − 1)/(n − 3)) times, as the standard deviation of Student's t does. Three samples
-//! and fewer contradict nothing.
+//! around it, and so do the pixels around it, which receive its light. Few samples n have missed the rarest large ones,
+//! so that σ counts √(1 + 16/n) times.
 //!
 //! **The noise that is left** is the standard error of the mean, and where a level contradicted a mean, also the
 //! difference that the contradiction takes: one of both means is wrong by as much.
@@ -56,12 +55,13 @@ const BASELINE_DEVIATION: f32 = 1.0;
 /// weight falls by e^{−½}: a fraction of the distance. Without it, light passes between surfaces that lie one behind
 /// the other.
 const DISTANCE_DEVIATION: f32 = 0.005;
-/// Number of standard errors by which the mean of a level may differ from the pixel itself. A smaller one leaves noise,
-/// a greater one blurs what only the residual shows, such as seams and contact shadows.
+/// Number of standard errors by which the mean of a level may differ from the pixel itself. A smaller one leaves single
+/// pixels of even noise as they are, a greater one blurs what only the residual shows, such as seams and contact
+/// shadows. The means of two levels may differ by one standard error of the smaller level.
 const SAMPLE_CONFIDENCE: f32 = 3.0;
-/// Number of standard errors by which the mean of a level may differ from the mean of a smaller level. Such means are
-/// averages, whose errors are known better than the error of one pixel.
-const MEAN_CONFIDENCE: f32 = 1.0;
+/// Number of samples whose variance counts twice. A smaller one leaves faint dots in pictures of few samples, a greater
+/// one blurs them.
+const SAMPLES_OF_DOUBT: f32 = 16.0;
 /// Number of levels over which variances are averaged: pixels up to 6 pixels away. Fewer lose light, because distant
 /// pixels do not take part in a rare large sample; more blur edges.
 const VARIANCE_LEVELS: usize = 2;
@@ -273,7 +273,8 @@ impl Filter {
         // Means of r/b that contradict no smaller level.
         let interval = |level: &Level, pixel: usize, confidence: f32| {
             let (mean, luminance) = (level.residual[pixel * self.values + 1], level.luminance[pixel]);
-            let reach = confidence * student_deviation(pixels[pixel].count()) * luminance.error();
+            let doubt = (1.0 + SAMPLES_OF_DOUBT / pixels[pixel].count().max(1) as f32).sqrt();
+            let reach = confidence * doubt * luminance.error();
             [luminance.unit() * mean - reach, luminance.unit() * mean + reach]
         };
         let mut intervals: Vec<[f32; 2]> =
@@ -303,12 +304,12 @@ impl Filter {
                     && own.baseline + samples.residual[pixel * self.values + 1] >= 0.0;
                 *need = *low <= mean && mean <= *high && !is_negative;
                 if *need {
-                    let [least, most] = interval(&level, pixel, MEAN_CONFIDENCE);
+                    let [least, most] = interval(&level, pixel, 1.0);
                     [*low, *high] = [low.max(least), high.min(most)];
                     residual.iter_mut().zip(means).for_each(|(residual, mean)| *residual = scale * mean);
                     luminance.variance = scale * scale * of_level.variance;
                 } else if number > 0 {
-                    luminance.variance *= 1.0 + MEAN_CONFIDENCE * MEAN_CONFIDENCE;
+                    luminance.variance *= 2.0;
                 }
             });
         }
@@ -394,12 +395,6 @@ impl Filter {
             }
         }
     }
-}
-
-/// Ratio of the standard deviation of Student's t of n samples to the standard deviation of the normal distribution;
-/// without limit for at most three samples.
-fn student_deviation(samples: u32) -> f32 {
-    if samples <= 3 { f32::MAX } else { ((samples - 1) as f32 / (samples - 3) as f32).sqrt() }
 }
 
 #[cfg(test)]
