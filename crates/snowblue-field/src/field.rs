@@ -3,13 +3,13 @@
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 use rayon::prelude::*;
 use wide::f32x4;
 
 use crate::body::Body;
 use crate::element::{CORNERS, gradients, shape};
-use crate::grid::{Cell, Grid, GridOptions};
+use crate::grid::{Cell, Grid, GridOptions, SurfacePlace};
 use crate::octree::NONE;
 use crate::scan::SurfaceElement;
 use crate::solver::solve;
@@ -72,15 +72,6 @@ const RESOLVED_CELLS: [f32; 2] = [1.0, 2.0];
 /// A quantity on the surface of a body, smoothed over the size of a cell.
 #[derive(Debug, Clone, Default)]
 pub struct SurfaceValues(Vec<NodeFlux>);
-
-/// A place on the surface of a body, for repeated reads of values.
-#[derive(Debug, Clone, Copy)]
-pub struct SurfacePlace {
-    cell: u32,
-    /// Coordinates within the cell, between 0 and 1.
-    at: [f32; 3],
-    normal: Vec3,
-}
 
 /// Patches of the surface of a body.
 #[derive(Debug)]
@@ -387,18 +378,17 @@ impl SnowBody {
         normal: DVec3,
     ) -> Option<impl Iterator<Item = f32x4> + use<'f>> {
         let place = self.grid.find_at_surface(point, normal)?;
-        let groups = self.surface_nodes.flux(&self.grid, &values.0, place, normal.as_vec3());
-        Some(groups.into_iter().take(values.0.len()))
+        Some(self.value_at(values, &place).into_iter().take(values.0.len()))
     }
 
     /// A point of the surface, in m, with an outward unit normal; none if there is no cell within a step of the point.
     #[must_use]
     pub fn surface_place(&self, point: DVec3, normal: DVec3) -> Option<SurfacePlace> {
-        let (number, at) = self.grid.number_at_surface(point, normal)?;
-        Some(SurfacePlace { cell: u32::try_from(number).ok()?, at, normal: normal.as_vec3() })
+        self.grid.find_at_surface(point, normal)
     }
 
     /// The values that [`surface_value`](Self::surface_value) gives, at a place.
+    #[inline]
     #[must_use]
     pub fn value_at(&self, values: &SurfaceValues, place: &SurfacePlace) -> Groups {
         let cell = &self.grid.cells[place.cell as usize];
@@ -420,7 +410,7 @@ impl SnowBody {
     /// The fluence rate of each group of wavelengths at a point of the body, in m; none if there is no cell.
     #[inline]
     pub fn fluence<'f>(&self, fluence: &'f Fluence, point: DVec3) -> Option<impl Iterator<Item = f32x4> + use<'f>> {
-        let (cell, at) = self.grid.find_near(point)?;
+        let (cell, at) = self.grid.find_inside(point)?;
         let (shape, corners) = (shape(at), cell.corners);
         Some(fluence.nodes.iter().map(move |nodes| weighted(nodes, &corners, &shape)))
     }
@@ -433,7 +423,7 @@ impl SnowBody {
         fluence: &'f Fluence,
         point: DVec3,
     ) -> Option<impl Iterator<Item = [f32x4; 3]> + use<'f>> {
-        let (cell, at) = self.grid.find_near(point)?;
+        let (cell, at) = self.grid.find_inside(point)?;
         let slopes = gradients(at.map(f64::from).into(), self.grid.cell_size(cell)).map(DVec3::as_vec3);
         let corners = cell.corners;
         Some(
