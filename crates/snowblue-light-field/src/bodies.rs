@@ -7,7 +7,7 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3, Vec3A};
 use snowblue_base::KeyPath;
 use snowblue_field::{
-    AxisCrossing, Body, CellSizes, FieldError, GROUP, GridOptions, KnownFactor, LayerSpectrum, ScaledSizes, SnowBody,
+    AxisCrossing, Body, CellSizes, FieldError, GridOptions, KnownFactor, LayerSpectrum, ScaledSizes, SnowBody,
     SnowOfCells, SpectralNodes, Survey, fit_sizes,
 };
 use snowblue_geometry::bounds::Bounds;
@@ -29,6 +29,8 @@ pub(crate) struct SceneBodies {
     pub(crate) systems: Vec<Arc<BodySystem>>,
     /// The number of the body of each object; none for other objects.
     pub(crate) of_object: Vec<Option<usize>>,
+    /// Whether snow that the camera of the scene does not see has larger cells.
+    pub(crate) has_one_view: bool,
 }
 
 /// A body of snow with its cells and equations.
@@ -99,13 +101,13 @@ impl SceneBodies {
             surveyed.push(SurveyedBody { shape, snow: Arc::clone(snow), survey });
         }
         if surveyed.is_empty() {
-            return Ok(Self { systems: Vec::new(), of_object });
+            return Ok(Self { systems: Vec::new(), of_object, has_one_view });
         }
         // All bodies have the same wavelengths, so that light can pass between them.
         let spectra: Vec<Vec<LayerSpectrum>> =
             surveyed.iter().map(|body| body.snow.spectra(body.survey.mean_thickness_m())).collect();
         let nodes = SpectralNodes::for_bodies(&spectra);
-        let groups = nodes.indices().len() / GROUP;
+        let groups = nodes.group_count();
         let sight = Sight::new(scene, has_one_view);
         let settings = &scene.description().light_field;
         let wanted_mib = surveyed.iter().map(|body| {
@@ -124,7 +126,7 @@ impl SceneBodies {
                 .map_err(|error| refusal(body.shape.object, &error))?;
             systems.push(Arc::new(system));
         }
-        Ok(Self { systems, of_object })
+        Ok(Self { systems, of_object, has_one_view })
     }
 }
 
@@ -187,7 +189,7 @@ impl BodySystem {
         memory_mib: u64,
     ) -> Result<Self, FieldError> {
         let SurveyedBody { shape, snow, survey } = surveyed;
-        let groups = nodes.indices().len() / GROUP;
+        let groups = nodes.group_count();
         let scaled = |sizes| -> Result<ScaledSizes, FieldError> {
             let (factor, _) = fit_sizes(shape, step_m, sizes, groups, memory_mib)?;
             Ok(ScaledSizes { sizes, factor })

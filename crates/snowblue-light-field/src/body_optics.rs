@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use snowblue_base::narrow;
-use snowblue_field::{CellBox, Diffusion, GROUP, LayerSpectrum, SnowOptics, SpectralNodes};
+use snowblue_field::{CellBox, Diffusion, LayerSpectrum, SnowOptics, SpectralNodes};
 use snowblue_geometry::ray::SurfacePoint;
 use snowblue_scene::material::snow::SnowKinds;
 use snowblue_scene::material::surface_optics::SurfaceOptics;
@@ -113,7 +113,7 @@ impl BodyOptics {
         nodes: &SpectralNodes,
     ) -> impl Fn(&CellBox) -> Vec<Diffusion> + Sync + use<'a> {
         let of_kinds: Vec<Vec<Diffusion>> = self.optics.iter().map(|kind| kind.diffusion(nodes)).collect();
-        let groups = nodes.indices().len() / GROUP;
+        let groups = nodes.group_count();
         move |cell| {
             if let [everywhere] = &*of_kinds {
                 return everywhere.clone();

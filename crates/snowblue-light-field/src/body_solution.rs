@@ -33,7 +33,7 @@ const SKY_NOISE: f32 = 0.01;
 pub struct BodySolution {
     pub(crate) system: Arc<BodySystem>,
     /// The light by the lights of each spectrum.
-    pub(crate) lit: Vec<LitFluence>,
+    pub(crate) lit: Vec<Arc<LitFluence>>,
 }
 
 /// The light at a point of the surface of a body, with the snow there.
@@ -204,12 +204,6 @@ impl SnowAt<'_> {
         let mut sum = self.field.diffuse_irradiance(surface) * FRAC_1_PI;
         sum += flux;
         sum
-    }
-}
-
-impl std::fmt::Debug for BodySolution {
-    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        formatter.debug_struct("BodySolution").field("nodes", &self.system.cells.node_count()).finish_non_exhaustive()
     }
 }
 

@@ -4,7 +4,7 @@ use std::f32::consts::PI;
 
 use glam::Vec3A;
 use rayon::prelude::*;
-use snowblue_field::{Fluence, GROUP, SolveOptions, SpectralNodes, SurfaceElement, VolumeSource};
+use snowblue_field::{Fluence, SolveOptions, SpectralNodes, SurfaceElement, VolumeSource};
 use snowblue_geometry::ray::SurfacePoint;
 use wide::f32x4;
 
@@ -46,8 +46,8 @@ pub(crate) struct DirectLight<'a> {
 
 impl<'a> DirectLight<'a> {
     /// Samples the lights of one spectrum at all surface elements of a body.
-    pub(crate) fn new(scene: &LitScene, system: &'a BodySystem, illumination: &Illumination) -> Self {
-        let (objects, elements) = (scene.scene.objects(), system.cells.surface());
+    pub(crate) fn new(lit_scene: &LitScene, system: &'a BodySystem, illumination: &Illumination) -> Self {
+        let (objects, elements) = (lit_scene.scene.objects(), system.cells.surface());
         let samples = (MAX_SAMPLES / elements.len().max(1)).clamp(1, MAX_SAMPLES_PER_ELEMENT);
         let samples = u32::try_from(samples).unwrap_or(1);
         let lights = illumination.lights.iter().copied().filter(|light| !light.is_diffuse());
@@ -74,7 +74,7 @@ impl<'a> DirectLight<'a> {
                 push(&mut direct.irradiance, &system.nodes, &irradiance);
                 direct.spectrum += escape_weighted;
             }
-            scene.add_rays(&queries);
+            lit_scene.add_rays(&queries);
             direct
         };
         let tasks: Vec<Self> = elements.par_chunks(ELEMENTS_PER_TASK).enumerate().map(task).collect();
@@ -87,28 +87,35 @@ impl<'a> DirectLight<'a> {
         let is_inside = |lamp: &&LampInSnow| {
             illumination.indices.contains(&lamp.light) && objects.body_of(lamp.object) == objects.body_of(system.object)
         };
-        let lamps = scene.lamps_in_snow.iter().filter(is_inside);
+        let lamps = lit_scene.lamps_in_snow.iter().filter(is_inside);
         direct.sources = lamps.map(|LampInSnow { lamp, .. }| source(lamp, &system.nodes)).collect();
         direct
     }
 
     /// No light at no element.
     fn dark(system: &'a BodySystem) -> Self {
-        let empty = || vec![Vec::new(); system.nodes.indices().len() / GROUP];
+        let empty = || vec![Vec::new(); system.nodes.group_count()];
         let (escape_weighted, irradiance) = (empty(), empty());
         Self { system, escape_weighted, irradiance, spectrum: Spectrum::ZERO, sources: Vec::new() }
     }
 
     /// Solves for the light inside the body for this light and the diffuse irradiance H.
-    pub(crate) fn solve<'f>(&'f self, diffuse: &[Vec<f32x4>], options: SolveOptions<'f>) -> Fluence {
+    pub(crate) fn solve<'f>(
+        &'f self,
+        lit_scene: &LitScene,
+        diffuse: &[Vec<f32x4>],
+        options: SolveOptions<'f>,
+    ) -> Fluence {
         let options = SolveOptions { sources: &self.sources, ..options };
-        self.system.cells.solve_inside(&slices(&self.entering(diffuse)), options)
+        let fluence = self.system.cells.solve(&self.entering(diffuse), options);
+        lit_scene.add_solution();
+        fluence
     }
 
     /// The net flux J and the exitance J + Σ F + H of each surface element, for the diffuse irradiance H and the light
     /// inside.
     pub(crate) fn flux_and_exitance(&self, diffuse: &[Vec<f32x4>], fluence: &Fluence) -> [ElementValues; 2] {
-        let flux = self.system.cells.element_flux(fluence, &slices(&self.entering(diffuse)));
+        let flux = self.system.cells.element_flux(fluence, &self.entering(diffuse));
         let mut irradiance = diffuse.to_vec();
         add(&mut irradiance, &self.irradiance);
         let mut exitance = flux.clone();
@@ -131,10 +138,6 @@ fn source(lamp: &InnerLamp, nodes: &SpectralNodes) -> VolumeSource {
         radius_m: f64::from(lamp.radius_m),
         power: nodes.gather(|wavelength| 4.0 * PI * lamp.intensity.0[wavelength]).collect(),
     }
-}
-
-fn slices(groups: &[Vec<f32x4>]) -> Vec<&[f32x4]> {
-    groups.iter().map(Vec::as_slice).collect()
 }
 
 /// Adds an element with a spectrum.

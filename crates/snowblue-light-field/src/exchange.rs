@@ -43,69 +43,71 @@ const MIN_LIGHT: f32 = 1e-20;
 
 /// The surfaces of all bodies, which exchange light. Their values are concatenated, body by body.
 pub(crate) struct Exchange<'a> {
-    scene: &'a LitScene<'a>,
+    lit_scene: &'a LitScene<'a>,
     systems: &'a [Arc<BodySystem>],
     patches: JoinedPatches,
     paths: Vec<GatheredPaths>,
-    /// 1 − a of each surface element; none if no path ends at snow.
-    slab_reflectance: Option<ElementValues>,
+    /// 1 − a of each surface element; empty if no path ends at snow.
+    slab_reflectance: ElementValues,
 }
 
 /// The patches of all bodies. Single elements have so few rays that in a narrow gap some elements see only each other,
 /// as if no light left the gap. Some of the elements of a patch see out of the gap.
 struct JoinedPatches {
+    /// The patches of each body, numbered on from the patches of the body before.
     bodies: Vec<SurfacePatches>,
-    /// The patch of each surface element.
-    of_element: Vec<u32>,
     /// The area of each surface element, divided by the area of its patch.
     share: Vec<f32>,
-    /// The first patch of each body.
-    starts: Vec<u32>,
     count: usize,
 }
 
 impl<'a> Exchange<'a> {
     /// Traces paths from the surface of each body to snow, other surfaces and uniform skies, for the lights of some
     /// spectra.
-    pub(crate) fn new(scene: &'a LitScene, bodies: &'a SceneBodies, illuminations: &[&Illumination]) -> Self {
+    pub(crate) fn new(lit_scene: &'a LitScene, bodies: &'a SceneBodies, illuminations: &[Illumination]) -> Self {
         let systems = &*bodies.systems;
         let patches = JoinedPatches::new(systems);
         let place_at = |hit: &SurfaceInteraction| {
             let number = bodies.of_object[hit.object]?;
             let (cells, surface) = (&systems[number].cells, hit.surface_point());
             let place = cells.surface_place(surface.point.as_dvec3(), surface.normal.as_dvec3())?;
-            let patch = cells.patch_at(&patches.bodies[number], &place).map(|patch| patches.starts[number] + patch);
+            let patch = cells.patch_at(&patches.bodies[number], &place);
             Some(PlaceOnSnow { body: u32::try_from(number).ok()?, place, patch })
         };
-        let of_body = |system: &Arc<BodySystem>| GatheredPaths::new(scene, system, illuminations, &place_at);
+        let of_body = |system: &Arc<BodySystem>| GatheredPaths::new(lit_scene, system, illuminations, &place_at);
         let paths: Vec<GatheredPaths> = systems.iter().map(of_body).collect();
-        let slab_reflectance = paths
-            .iter()
-            .any(GatheredPaths::reach_snow)
-            .then(|| joined(systems.iter().map(|system| system.cells.slab_reflectance())));
-        Self { scene, systems, patches, paths, slab_reflectance }
+        let slab_reflectance = if paths.iter().any(GatheredPaths::reach_snow) {
+            joined(systems.iter().map(|system| system.cells.slab_reflectance()))
+        } else {
+            ElementValues::new()
+        };
+        Self { lit_scene, systems, patches, paths, slab_reflectance }
     }
 
-    /// Finds the irradiance H of each body for the direct light of one of the spectra, by its number. Returns it with
-    /// solutions inside for nearly this irradiance; no solutions if no path ends at snow.
-    pub(crate) fn balance(&self, spectrum: usize, direct: &[DirectLight]) -> (Vec<ElementValues>, Vec<Fluence>) {
+    /// Finds the irradiance H of each body for the direct light of one of the spectra, by its number. If a path ends at
+    /// snow, each irradiance comes with a solution inside for nearly this irradiance.
+    pub(crate) fn balance(&self, spectrum: usize, direct: &[DirectLight]) -> Vec<(ElementValues, Option<Fluence>)> {
         let steady = self.paths.iter().map(|paths| paths.steady(spectrum).clone());
-        let Some(slab_reflectance) = &self.slab_reflectance else { return (steady.collect(), Vec::new()) };
+        if self.slab_reflectance.is_empty() {
+            return steady.map(|diffuse| (diffuse, None)).collect();
+        }
+        // In the iteration, light is H + Σ F, and outer light is H₀ + Σ F.
         let mut outer = joined(steady);
         let irradiance = joined(direct.iter().map(|direct| direct.irradiance.clone()));
-        // The first estimate is by slabs alone.
+        // The first estimate has slabs in place of solutions inside.
         let escape_weighted = joined(direct.iter().map(|direct| direct.escape_weighted.clone()));
         let mut exitance = outer.clone();
         add(&mut exitance, &escape_weighted);
-        multiply(&mut exitance, slab_reflectance);
+        multiply(&mut exitance, &self.slab_reflectance);
         subtract(&mut exitance, &escape_weighted);
         add(&mut exitance, &irradiance);
         add(&mut outer, &irradiance);
-        let mut light = self.of_slabs(slab_reflectance, self.received_of_patches(&self.patches.means(&exitance)));
+        let mut light = self.of_slabs(self.received_of_patches(&self.patches.means(&exitance)));
         add(&mut light, &outer);
+        // A round solves inside each body, and estimates the light that is missing in H₀ + G E(H) = H.
         let mut fluences: Vec<Fluence> = Vec::new();
-        let mut missing_of = |light: &[Vec<f32x4>]| {
-            self.scene.rounds.fetch_add(1, Ordering::Relaxed);
+        let mut round = |light: &[Vec<f32x4>]| {
+            self.lit_scene.rounds.fetch_add(1, Ordering::Relaxed);
             let mut diffuse = light.to_vec();
             subtract(&mut diffuse, &irradiance);
             let mut solutions = Vec::with_capacity(direct.len());
@@ -117,8 +119,7 @@ impl<'a> Exchange<'a> {
                     }
                     None => SolveOptions { tolerance: FIRST_RESIDUAL, ..SolveOptions::default() },
                 };
-                let fluence = direct.solve(&diffuse, goal);
-                self.scene.add_solution();
+                let fluence = direct.solve(self.lit_scene, &diffuse, goal);
                 let [_, exitance] = direct.flux_and_exitance(&diffuse, &fluence);
                 exitances.push(direct.system.cells.smooth(&exitance));
                 solutions.push(fluence);
@@ -130,9 +131,9 @@ impl<'a> Exchange<'a> {
             });
             add(&mut missing, &outer);
             subtract(&mut missing, light);
-            self.of_slabs(slab_reflectance, missing)
+            self.of_slabs(missing)
         };
-        let first = missing_of(&light);
+        let first = round(&light);
         add(&mut light, &first);
         // Errors are weighted by area and relative to the light at their place. In gaps most light comes through snow,
         // which the first estimate leaves out.
@@ -142,11 +143,11 @@ impl<'a> Exchange<'a> {
         let mut missing = |relative: &[Vec<f32x4>]| {
             let mut light = relative.to_vec();
             multiply(&mut light, &scale);
-            let mut missing = missing_of(&light);
+            let mut missing = round(&light);
             divide(&mut missing, &scale);
             missing
         };
-        let most_rounds = self.scene.scene.description().light_field.most_rounds as usize;
+        let most_rounds = self.lit_scene.scene.description().light_field.most_rounds as usize;
         let most_estimates = most_rounds.saturating_sub(1);
         let options = FixedPointOptions { tolerance: TOLERANCE, most_estimates, history: HISTORY };
         let mut diffuse = solve_fixed_point(light, &mut missing, options);
@@ -154,7 +155,7 @@ impl<'a> Exchange<'a> {
         subtract(&mut diffuse, &irradiance);
         // Rounding can make a small difference negative.
         diffuse.iter_mut().flatten().for_each(|value| *value = value.max(f32x4::ZERO));
-        (self.parts(&diffuse), fluences)
+        self.parts(&diffuse).into_iter().zip(fluences.into_iter().map(Some)).collect()
     }
 
     /// Divides a scale by the square root of the area of each element relative to the mean area. Squares of values
@@ -188,10 +189,10 @@ impl<'a> Exchange<'a> {
     }
 
     /// Adds the irradiance by reflections between surfaces to an irradiance, if the snow at each element is a slab.
-    fn of_slabs(&self, slab_reflectance: &[Vec<f32x4>], mut irradiance: ElementValues) -> ElementValues {
+    fn of_slabs(&self, mut irradiance: ElementValues) -> ElementValues {
         let reflected = |irradiance: &[Vec<f32x4>]| {
             let mut exitance = irradiance.to_vec();
-            multiply(&mut exitance, slab_reflectance);
+            multiply(&mut exitance, &self.slab_reflectance);
             self.patches.means(&exitance)
         };
         let start = reflected(&irradiance);
@@ -220,26 +221,31 @@ impl<'a> Exchange<'a> {
 
 impl JoinedPatches {
     fn new(systems: &[Arc<BodySystem>]) -> Self {
-        let bodies: Vec<SurfacePatches> = systems.iter().map(|system| system.cells.patches()).collect();
-        let (mut of_element, mut starts, mut count) = (Vec::new(), Vec::new(), 0);
-        for patches in &bodies {
-            of_element.extend(patches.of_element.iter().map(|patch| count + patch));
-            starts.push(count);
-            count += patches.count;
+        let mut bodies: Vec<SurfacePatches> = Vec::with_capacity(systems.len());
+        for system in systems {
+            let first = bodies.last().map_or(0, |patches| patches.end);
+            bodies.push(system.cells.patches(first));
         }
-        let mut area_m2 = vec![0.0; count as usize];
-        let areas = || elements_of(systems).map(|element| element.area_m2);
-        of_element.iter().zip(areas()).for_each(|(patch, area)| area_m2[*patch as usize] += area);
-        let share = of_element.iter().zip(areas()).map(|(patch, area)| area / area_m2[*patch as usize]);
-        Self { share: share.collect(), bodies, of_element, starts, count: count as usize }
+        let count = bodies.last().map_or(0, |patches| patches.end as usize);
+        let mut patches = Self { bodies, share: Vec::new(), count };
+        let elements = || elements_of(systems).map(|element| element.area_m2).zip(patches.of_elements());
+        let mut area_m2 = vec![0.0; count];
+        elements().for_each(|(area, patch)| area_m2[patch] += area);
+        patches.share = elements().map(|(area, patch)| area / area_m2[patch]).collect();
+        patches
+    }
+
+    /// The number of the patch of each surface element.
+    fn of_elements(&self) -> impl Iterator<Item = usize> {
+        self.bodies.iter().flat_map(|patches| &patches.of_element).map(|patch| *patch as usize)
     }
 
     /// The means over each patch of values at the surface elements.
     fn means(&self, elements: &[Vec<f32x4>]) -> ElementValues {
         let of_group = |elements: &Vec<f32x4>| {
             let mut means = vec![f32x4::ZERO; self.count];
-            for ((value, share), patch) in elements.iter().zip(&self.share).zip(&self.of_element) {
-                means[*patch as usize] += *value * *share;
+            for ((value, share), patch) in elements.iter().zip(&self.share).zip(self.of_elements()) {
+                means[patch] += *value * *share;
             }
             means
         };

@@ -10,7 +10,7 @@
 
 use rayon::prelude::*;
 use snowblue_base::narrow;
-use snowblue_field::{GROUP, Groups, SurfaceElement, SurfacePlace};
+use snowblue_field::{Groups, SurfaceElement, SurfacePlace};
 use snowblue_geometry::ray::{Ray, SurfacePoint};
 use wide::f32x4;
 
@@ -75,28 +75,28 @@ struct PathEnd {
 impl GatheredPaths {
     /// Traces the rays of a body. `place_at` gives the place of a hit of snow.
     pub(crate) fn new(
-        scene: &LitScene,
+        lit_scene: &LitScene,
         system: &BodySystem,
-        illuminations: &[&Illumination],
+        illuminations: &[Illumination],
         place_at: &(dyn Fn(&SurfaceInteraction) -> Option<PlaceOnSnow> + Sync),
     ) -> Self {
         let elements = system.cells.surface();
         let rays_per_element = (MAX_RAYS / elements.len().max(1)).clamp(1, MAX_RAYS_PER_ELEMENT);
         let has_sky = illuminations.iter().any(|lights| lights.uniform_sky != Spectrum::ZERO);
-        let is_dark = illuminations.is_empty() || scene.max_bounces == 0 && !has_sky;
+        let is_dark = illuminations.is_empty() || lit_scene.max_bounces == 0 && !has_sky;
         let rays_per_element = if is_dark { 0 } else { u32::try_from(rays_per_element).unwrap_or(1) };
         // Light leaves snow some transport lengths from where it enters, and the exitance is known for each cell. This
         // length need not be exact: only estimates use it.
         let spread_m = narrow(system.cells.step_m());
         let empty = || Self {
-            steady: vec![vec![Vec::new(); system.nodes.indices().len() / GROUP]; illuminations.len()],
+            steady: vec![vec![Vec::new(); system.nodes.group_count()]; illuminations.len()],
             end_starts: vec![0],
             ends: Vec::new(),
             throughputs: Vec::new(),
             rays_per_element,
         };
         let task = |(task, elements): (usize, &[SurfaceElement])| {
-            let mut queries = SceneQueries::new(scene.scene.objects());
+            let mut queries = SceneQueries::new(lit_scene.scene.objects());
             let mut paths = empty();
             let mut sums = vec![Spectrum::ZERO; illuminations.len()];
             for (k, element) in elements.iter().enumerate() {
@@ -106,7 +106,7 @@ impl GatheredPaths {
                     // One sequence for all elements, so that the rays of neighbours are well distributed together.
                     let sampler = Sampler::new(2, 0, number.wrapping_mul(rays_per_element).wrapping_add(ray));
                     let start = (system.object, surface_point(element));
-                    let end = trace(&mut queries, start, sampler, (scene, illuminations), &mut sums);
+                    let end = trace(&mut queries, start, sampler, (lit_scene, illuminations), &mut sums);
                     let Some(PathEnd { hit, throughput, gap_m }) = end else { continue };
                     let Some(place) = place_at(&hit) else { continue };
                     let throughput = throughput.map(|throughput| {
@@ -122,7 +122,7 @@ impl GatheredPaths {
                 }
                 paths.end_starts.push(paths.ends.len());
             }
-            scene.add_rays(&queries);
+            lit_scene.add_rays(&queries);
             paths
         };
         let tasks: Vec<Self> = elements.par_chunks(ELEMENTS_PER_TASK).enumerate().map(task).collect();
@@ -191,10 +191,10 @@ fn trace(
     queries: &mut SceneQueries,
     (mut object, mut surface): (usize, SurfacePoint),
     mut sampler: Sampler,
-    (scene, illuminations): (&LitScene, &[&Illumination]),
+    (lit_scene, illuminations): (&LitScene, &[Illumination]),
     light: &mut [Spectrum],
 ) -> Option<PathEnd> {
-    let most_surfaces = scene.max_bounces.min(MAX_SURFACES);
+    let most_surfaces = lit_scene.max_bounces.min(MAX_SURFACES);
     let mut throughput = None;
     for bounce in 0..=most_surfaces {
         let [u, v, ..] = sampler.next_four();
@@ -210,7 +210,8 @@ fn trace(
         if most_surfaces == 0 {
             break;
         }
-        let Some(reflectance) = scene.reflectance(&hit) else {
+        let Some(reflectance) = lit_scene.scene.materials()[hit.material].albedo(lit_scene.scene.objects(), &hit)
+        else {
             return Some(PathEnd { gap_m: hit.point.distance(surface.point), hit, throughput });
         };
         if bounce == most_surfaces {

@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use snowblue_base::KeyPath;
 use snowblue_scene::light::Light;
 use snowblue_scene::light::emitter::InnerLamp;
-use snowblue_scene::objects::{Object, SurfaceInteraction};
+use snowblue_scene::objects::Object;
 use snowblue_scene::progress::{Phase, Progress, Report};
 use snowblue_scene::queries::SceneQueries;
 use snowblue_scene::spectrum::Spectrum;
@@ -36,7 +36,6 @@ pub(crate) struct LitScene<'a> {
 }
 
 /// A lamp inside snow, or a part of a lamp.
-#[derive(Debug, Clone)]
 pub(crate) struct LampInSnow {
     /// Index of the light among the lights that the light field is solved for.
     pub(crate) light: usize,
@@ -121,11 +120,6 @@ impl<'a> LitScene<'a> {
             }
         }
         found
-    }
-
-    /// The reflectance of a diffuse surface; none for snow.
-    pub(crate) fn reflectance(&self, surface: &SurfaceInteraction) -> Option<Spectrum> {
-        self.scene.materials()[surface.material].albedo(self.scene.objects(), surface)
     }
 
     /// Reports the number of solutions so far.
