@@ -78,28 +78,7 @@ impl SceneBodies {
             report(Progress { phase: Phase::Cells, done: done as u64, total: total as u64 });
         };
         report(0, 0);
-        let objects = scene.objects();
-        let refusal = |object: usize, reason: &dyn Display| -> SceneError {
-            let name = &objects.list()[object].name;
-            KeyPath::root("object").error(format!("\"{name}\" {reason}")).into()
-        };
-        let mut of_object = vec![None; objects.list().len()];
-        let mut surveyed: Vec<SurveyedBody> = Vec::new();
-        for (object, listed) in objects.list().iter().enumerate() {
-            let Some(snow) = snow[listed.material].as_ref().filter(|_| of_object[object].is_none()) else { continue };
-            if surveyed.len() == MAX_BODIES {
-                let reason = format!(
-                    "is one body of snow more than the {MAX_BODIES} that this integrator takes: give touching objects \
-                     the same 'body'"
-                );
-                return Err(refusal(object, &reason));
-            }
-            objects.body_of(object).iter().for_each(|member| of_object[*member] = Some(surveyed.len()));
-            let infinite = || refusal(object, &"is infinite: only pcasnow can render infinite snow");
-            let shape = BodyShape::new(objects, object).ok_or_else(infinite)?;
-            let survey = Survey::new(&shape).map_err(|error| refusal(object, &error))?;
-            surveyed.push(SurveyedBody { shape, snow: Arc::clone(snow), survey });
-        }
+        let (surveyed, of_object) = surveyed_bodies(scene, snow)?;
         if surveyed.is_empty() {
             return Ok(Self { systems: Vec::new(), of_object, has_one_view });
         }
@@ -113,7 +92,7 @@ impl SceneBodies {
         let wanted_mib = surveyed.iter().map(|body| {
             let (step_m, _) = body
                 .cell_sizes(settings, &sight, groups, u64::from(u32::MAX))
-                .map_err(|error| refusal(body.shape.object, &error))?;
+                .map_err(|error| refusal(scene, body.shape.object, &error))?;
             Ok(body.survey.memory_mib(step_m, groups))
         });
         let memory_mib = memory_of_each(wanted_mib.collect::<Result<_, SceneError>>()?, settings.memory_mib());
@@ -123,11 +102,43 @@ impl SceneBodies {
             let system = body
                 .cell_sizes(settings, &sight, groups, memory_mib)
                 .and_then(|sizes| BodySystem::new(body, &nodes, sizes, memory_mib))
-                .map_err(|error| refusal(body.shape.object, &error))?;
+                .map_err(|error| refusal(scene, body.shape.object, &error))?;
             systems.push(Arc::new(system));
         }
         Ok(Self { systems, of_object, has_one_view })
     }
+}
+
+/// The bodies of snow of a scene, and the number of the body of each object.
+fn surveyed_bodies<'a>(
+    scene: &'a Scene,
+    snow: &SnowOfMaterials<BodyOptics>,
+) -> Result<(Vec<SurveyedBody<'a>>, Vec<Option<usize>>), SceneError> {
+    let objects = scene.objects();
+    let mut of_object = vec![None; objects.list().len()];
+    let mut surveyed: Vec<SurveyedBody> = Vec::new();
+    for (object, listed) in objects.list().iter().enumerate() {
+        let Some(snow) = snow[listed.material].as_ref().filter(|_| of_object[object].is_none()) else { continue };
+        if surveyed.len() == MAX_BODIES {
+            let reason = format!(
+                "is one body of snow more than the {MAX_BODIES} that this integrator takes: give touching objects the \
+                 same 'body'"
+            );
+            return Err(refusal(scene, object, &reason));
+        }
+        objects.body_of(object).iter().for_each(|member| of_object[*member] = Some(surveyed.len()));
+        let infinite = || refusal(scene, object, &"is infinite: only pcasnow can render infinite snow");
+        let shape = BodyShape::new(objects, object).ok_or_else(infinite)?;
+        let survey = Survey::new(&shape).map_err(|error| refusal(scene, object, &error))?;
+        surveyed.push(SurveyedBody { shape, snow: Arc::clone(snow), survey });
+    }
+    Ok((surveyed, of_object))
+}
+
+/// The reason why a body has no grid, as an error at one of its objects.
+fn refusal(scene: &Scene, object: usize, reason: &dyn Display) -> SceneError {
+    let name = &scene.objects().list()[object].name;
+    KeyPath::root("object").error(format!("\"{name}\" {reason}")).into()
 }
 
 /// The memory limit of each body, in MiB, with which all bodies together stay within `memory_mib`. Bodies that want

@@ -21,7 +21,7 @@ use wide::f32x4;
 
 use crate::bodies::BodySystem;
 use crate::body_optics::{BodyOptics, KindOptics};
-use crate::direct_light::DirectLight;
+use crate::direct_light::LightOnBody;
 use crate::lit_scene::Illumination;
 
 /// Greatest number of spectral nodes.
@@ -67,7 +67,7 @@ impl LitFluence {
     /// `spectrum` is the spectrum of the lights.
     pub(crate) fn new(
         illumination: &Illumination,
-        direct: &DirectLight,
+        direct: &LightOnBody,
         diffuse: &[Vec<f32x4>],
         fluence: Fluence,
         spectrum: Spectrum,

@@ -31,9 +31,9 @@ pub(crate) const ELEMENTS_PER_TASK: usize = 256;
 /// Values at each surface element of a body, or of all bodies, for each group of spectral nodes.
 pub(crate) type ElementValues = Vec<Vec<f32x4>>;
 
-/// The light of lamps and skies of one spectrum in a body, without the light of uniform skies: values at each surface
+/// A body with the light of lamps and skies of one spectrum, without the light of uniform skies: values at each surface
 /// element in W m⁻² as a band density, and the lamps inside the body.
-pub(crate) struct DirectLight<'a> {
+pub(crate) struct LightOnBody<'a> {
     pub(crate) system: &'a BodySystem,
     /// Σ K F.
     pub(crate) escape_weighted: ElementValues,
@@ -44,7 +44,7 @@ pub(crate) struct DirectLight<'a> {
     sources: Vec<VolumeSource>,
 }
 
-impl<'a> DirectLight<'a> {
+impl<'a> LightOnBody<'a> {
     /// Samples the lights of one spectrum at all surface elements of a body.
     pub(crate) fn new(lit_scene: &LitScene, system: &'a BodySystem, illumination: &Illumination) -> Self {
         let (objects, elements) = (lit_scene.scene.objects(), system.cells.surface());

@@ -19,7 +19,7 @@ use snowblue_scene::objects::SurfaceInteraction;
 use wide::{f32x4, f64x4};
 
 use crate::bodies::{BodySystem, SceneBodies};
-use crate::direct_light::{DirectLight, ElementValues, add, append, combine};
+use crate::direct_light::{ElementValues, LightOnBody, add, append, combine};
 use crate::gather::{GatheredPaths, PlaceOnSnow};
 use crate::lit_scene::{Illumination, LitScene};
 
@@ -86,7 +86,7 @@ impl<'a> Exchange<'a> {
 
     /// Finds the irradiance H of each body for the direct light of one of the spectra, by its number. If a path ends at
     /// snow, each irradiance comes with a solution inside for nearly this irradiance.
-    pub(crate) fn balance(&self, spectrum: usize, direct: &[DirectLight]) -> Vec<(ElementValues, Option<Fluence>)> {
+    pub(crate) fn balance(&self, spectrum: usize, direct: &[LightOnBody]) -> Vec<(ElementValues, Option<Fluence>)> {
         let steady = self.paths.iter().map(|paths| paths.steady(spectrum).clone());
         if self.slab_reflectance.is_empty() {
             return steady.map(|diffuse| (diffuse, None)).collect();

@@ -17,7 +17,7 @@ use crate::bodies::SceneBodies;
 use crate::body_optics::{BodyOptics, SnowOfMaterials};
 use crate::body_solution::{BodySolution, LitFluence};
 use crate::bright_snow::{BrightSnow, SnowSeen};
-use crate::direct_light::DirectLight;
+use crate::direct_light::LightOnBody;
 use crate::exchange::Exchange;
 use crate::lit_scene::LitScene;
 
@@ -122,8 +122,8 @@ impl LightField {
         let exchange = Exchange::new(lit_scene, &bodies, &illuminations);
         for (number, illumination) in illuminations.iter().enumerate() {
             // Lamps and skies light the surface of each body.
-            let direct: Vec<DirectLight> =
-                bodies.systems.iter().map(|system| DirectLight::new(lit_scene, system, illumination)).collect();
+            let direct: Vec<LightOnBody> =
+                bodies.systems.iter().map(|system| LightOnBody::new(lit_scene, system, illumination)).collect();
             // Bodies and other surfaces exchange light until it is in balance.
             let balance = exchange.balance(number, &direct);
             let spectrum = illumination.spectrum.unwrap_or_else(|| mean_spectrum(&direct));
@@ -218,7 +218,7 @@ impl std::fmt::Debug for LightField {
 }
 
 /// The spectrum of the light on all bodies; white if there is none.
-fn mean_spectrum(direct: &[DirectLight]) -> Spectrum {
+fn mean_spectrum(direct: &[LightOnBody]) -> Spectrum {
     let mut sum = Spectrum::ZERO;
     direct.iter().for_each(|direct| sum += direct.spectrum);
     if sum.maximum() > 0.0 { sum } else { Spectrum::ONE }

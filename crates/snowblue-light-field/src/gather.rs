@@ -37,7 +37,7 @@ pub(crate) struct GatheredPaths {
     /// The paths of element k that end at snow are `ends[end_starts[k]..end_starts[k + 1]]`.
     end_starts: Vec<usize>,
     ends: Vec<SnowEnd>,
-    /// Throughputs of paths via diffuse surfaces: a value for each group and each such path.
+    /// Throughputs of paths via diffuse surfaces: a value for each group of each such path.
     throughputs: Vec<f32x4>,
     rays_per_element: u32,
 }
@@ -46,7 +46,7 @@ pub(crate) struct GatheredPaths {
 #[derive(Debug, Clone, Copy)]
 struct SnowEnd {
     place: PlaceOnSnow,
-    /// The index of its first throughput; none if it met no other surface.
+    /// The index of the throughput of its first group; none if the path met no other surface.
     throughput: Option<u32>,
     /// Share of the light in a lit gap of this width that the snow sends back into the gap, and not out beside the
     /// gap.
@@ -180,7 +180,8 @@ impl GatheredPaths {
     }
 }
 
-#[expect(clippy::cast_possible_truncation, reason = "a body has at most 2^21 rays")]
+/// The number of throughputs so far.
+#[expect(clippy::cast_possible_truncation, reason = "a body has at most 2^21 paths with four groups each")]
 fn number_of(throughputs: &[f32x4]) -> u32 {
     throughputs.len() as u32
 }
