@@ -46,5 +46,7 @@ fn solution_for_a_lamp(bencher: Bencher) {
     };
     let light: Vec<f32x4> = block.surface().iter().map(lit).collect();
     let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-    bencher.bench_local(|| one.install(|| block.solve(black_box(&[&light, &light]), SolveOptions::default())));
+    bencher.bench_local(|| {
+        one.install(|| block.solve(black_box(&[light.clone(), light.clone()]), SolveOptions::default()))
+    });
 }

@@ -3,6 +3,8 @@
 
 #![allow(clippy::print_stdout, reason = "an example")]
 
+use std::slice::from_ref;
+
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
@@ -64,7 +66,7 @@ fn main() {
     let built = start.elapsed();
     let up = axes.z_axis.as_vec3();
     let light: Vec<f32x4> = body.surface().iter().map(|one| f32x4::splat(one.normal.dot(up).max(0.0))).collect();
-    let fluence = body.solve(&[&light], SolveOptions::default());
+    let fluence = body.solve(from_ref(&light), SolveOptions::default());
     let solved = start.elapsed() - built;
     let lines = counted.lines.map(AtomicUsize::into_inner);
     println!("nodes: {}, surface elements: {}", body.node_count(), body.surface().len());

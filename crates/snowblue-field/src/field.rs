@@ -3,13 +3,13 @@
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 use rayon::prelude::*;
 use wide::f32x4;
 
 use crate::body::Body;
 use crate::element::{CORNERS, gradients, shape};
-use crate::grid::{Cell, Grid, GridOptions};
+use crate::grid::{Cell, Grid, GridOptions, SurfacePlace};
 use crate::octree::NONE;
 use crate::scan::SurfaceElement;
 use crate::solver::solve;
@@ -70,37 +70,24 @@ impl Default for SolveOptions<'_> {
 const RESOLVED_CELLS: [f32; 2] = [1.0, 2.0];
 
 /// A quantity on the surface of a body, smoothed over the size of a cell.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct SurfaceValues(Vec<NodeFlux>);
-
-/// A place on the surface of a body, for repeated reads of values.
-#[derive(Debug, Clone, Copy)]
-pub struct SurfacePlace {
-    cell: u32,
-    /// Coordinates within the cell, between 0 and 1.
-    at: [f32; 3],
-    normal: Vec3,
-}
 
 /// Patches of the surface of a body.
 #[derive(Debug)]
 pub struct SurfacePatches {
-    /// The patch of each surface element.
+    /// The number of the patch of each surface element.
     pub of_element: Vec<u32>,
-    /// The patch of each orientation in each cell at the surface, or [`NONE`].
+    /// The number of the patch of each orientation in each cell at the surface, or [`NONE`].
     of_cell: Vec<[u32; SIDES]>,
-    /// Number of patches.
-    pub count: u32,
+    /// The number after the last patch.
+    pub end: u32,
 }
 
-/// Fluence rates inside a body for one distribution of light on its surface.
+/// Fluence rates inside a body for one distribution of light on its surface: for each group of four wavelengths, the
+/// values of all nodes, in W m⁻² per unit of the light.
 #[derive(Debug, Clone)]
-pub struct Fluence {
-    /// For each group of four wavelengths, the values of all nodes, in W m⁻² per unit of the light.
-    nodes: Vec<Vec<f32x4>>,
-    /// The net flux through the surface.
-    flux: SurfaceValues,
-}
+pub struct Fluence(Vec<Vec<f32x4>>);
 
 /// Snow that varies from cell to cell.
 #[derive(Clone, Copy)]
@@ -222,22 +209,10 @@ impl SnowBody {
     ///
     /// If there are not as many groups as the body has, or not as many values as surface elements.
     #[must_use]
-    pub fn solve(&self, light: &[&[f32x4]], options: SolveOptions) -> Fluence {
-        let mut fluence = self.solve_inside(light, options);
-        fluence.flux = self.smooth(&self.element_flux(&fluence, light));
-        fluence
-    }
-
-    /// Solves without computing the [`flux`](Self::flux), for solutions that serve as a start for others.
-    ///
-    /// # Panics
-    ///
-    /// As [`solve`](Self::solve).
-    #[must_use]
-    pub fn solve_inside(&self, light: &[&[f32x4]], options: SolveOptions) -> Fluence {
+    pub fn solve(&self, light: &[Vec<f32x4>], options: SolveOptions) -> Fluence {
         assert_eq!(light.len(), self.systems.len());
-        let nodes = light.iter().enumerate().map(|(group, light)| self.solve_group(group, light, options)).collect();
-        Fluence { nodes, flux: SurfaceValues::default() }
+        let groups = light.iter().enumerate();
+        Fluence(groups.map(|(group, light)| self.solve_group(group, light, options)).collect())
     }
 
     /// Share of the diffuse irradiance that leaves each surface element again, 1 + J/H, for each group of wavelengths.
@@ -262,21 +237,22 @@ impl SnowBody {
         self.diffusion.par_iter().map(of_group).collect()
     }
 
-    /// The patches of the surface. A patch is the set of surface elements in a cell that face about the same way.
+    /// The patches of the surface, numbered from `first` on. A patch is the set of surface elements in a cell that face
+    /// about the same way.
     #[must_use]
-    pub fn patches(&self) -> SurfacePatches {
+    pub fn patches(&self, first: u32) -> SurfacePatches {
         let mut patches = SurfacePatches {
             of_element: vec![0; self.grid.surface.len()],
             of_cell: vec![[NONE; SIDES]; self.grid.cut_cells.len()],
-            count: 0,
+            end: first,
         };
         for (cell, elements) in self.grid.surface_cells() {
             let of_side = &mut patches.of_cell[cell.cut as usize];
             for index in elements {
                 let [(side, _), ..] = sorted_sides(self.grid.surface[index].normal);
                 if of_side[side] == NONE {
-                    of_side[side] = patches.count;
-                    patches.count += 1;
+                    of_side[side] = patches.end;
+                    patches.end += 1;
                 }
                 patches.of_element[index] = of_side[side];
             }
@@ -284,7 +260,7 @@ impl SnowBody {
         patches
     }
 
-    /// The patch that holds a place; none if no patch of its cell faces this way.
+    /// The number of the patch that holds a place; none if no patch of its cell faces this way.
     #[must_use]
     pub fn patch_at(&self, patches: &SurfacePatches, place: &SurfacePlace) -> Option<u32> {
         let of_side = patches.of_cell.get(self.grid.cells[place.cell as usize].cut as usize)?;
@@ -299,7 +275,7 @@ impl SnowBody {
         for source in options.sources {
             add_source(&self.grid, source, group, diffusion, &mut right);
         }
-        let start = options.start.map(|start| self.at_free_nodes(&start.nodes[group]));
+        let start = options.start.map(|start| self.at_free_nodes(&start.0[group]));
         let residuals = [options.tolerance, options.residual_left];
         let (solution, iterations) = solve(&self.systems[group], &right, start, residuals);
         self.solves.fetch_add(1, Ordering::Relaxed);
@@ -326,15 +302,15 @@ impl SnowBody {
     /// Net outward flux at each surface element for the light of the solution, for each group of wavelengths. The flux
     /// is linear in the light and in the solution.
     #[must_use]
-    pub fn element_flux(&self, fluence: &Fluence, light: &[&[f32x4]]) -> Vec<Vec<f32x4>> {
-        let of_group = |((nodes, light), missing): ((&Vec<f32x4>, &&[f32x4]), &Vec<f32x4>)| {
+    pub fn element_flux(&self, fluence: &Fluence, light: &[Vec<f32x4>]) -> Vec<Vec<f32x4>> {
+        let of_group = |((nodes, light), missing): ((&Vec<f32x4>, &Vec<f32x4>), &Vec<f32x4>)| {
             let mut flux = self.flux_of_grid(nodes, light);
-            for ((flux, light), missing) in flux.iter_mut().zip(*light).zip(missing) {
+            for ((flux, light), missing) in flux.iter_mut().zip(light).zip(missing) {
                 *flux += *missing * *light;
             }
             flux
         };
-        fluence.nodes.par_iter().zip(light).zip(&self.missing_flux).map(of_group).collect()
+        fluence.0.par_iter().zip(light).zip(&self.missing_flux).map(of_group).collect()
     }
 
     /// J = (φ − 4 Σ K F) / (3q) at each surface element.
@@ -387,42 +363,29 @@ impl SnowBody {
         normal: DVec3,
     ) -> Option<impl Iterator<Item = f32x4> + use<'f>> {
         let place = self.grid.find_at_surface(point, normal)?;
-        let groups = self.surface_nodes.flux(&self.grid, &values.0, place, normal.as_vec3());
-        Some(groups.into_iter().take(values.0.len()))
+        Some(self.value_at(values, &place).into_iter().take(values.0.len()))
     }
 
     /// A point of the surface, in m, with an outward unit normal; none if there is no cell within a step of the point.
     #[must_use]
     pub fn surface_place(&self, point: DVec3, normal: DVec3) -> Option<SurfacePlace> {
-        let (number, at) = self.grid.number_at_surface(point, normal)?;
-        Some(SurfacePlace { cell: u32::try_from(number).ok()?, at, normal: normal.as_vec3() })
+        self.grid.find_at_surface(point, normal)
     }
 
     /// The values that [`surface_value`](Self::surface_value) gives, at a place.
+    #[inline]
     #[must_use]
     pub fn value_at(&self, values: &SurfaceValues, place: &SurfacePlace) -> Groups {
         let cell = &self.grid.cells[place.cell as usize];
         self.surface_nodes.flux(&self.grid, &values.0, (cell, place.at), place.normal)
     }
 
-    /// The net flux outwards through the surface of each group of wavelengths at a point, in m, with an outward unit
-    /// normal; none if there is no cell within a step of the point.
-    #[inline]
-    pub fn flux<'f>(
-        &'f self,
-        fluence: &'f Fluence,
-        point: DVec3,
-        normal: DVec3,
-    ) -> Option<impl Iterator<Item = f32x4> + use<'f>> {
-        self.surface_value(&fluence.flux, point, normal)
-    }
-
     /// The fluence rate of each group of wavelengths at a point of the body, in m; none if there is no cell.
     #[inline]
     pub fn fluence<'f>(&self, fluence: &'f Fluence, point: DVec3) -> Option<impl Iterator<Item = f32x4> + use<'f>> {
-        let (cell, at) = self.grid.find_near(point)?;
+        let (cell, at) = self.grid.find_inside(point)?;
         let (shape, corners) = (shape(at), cell.corners);
-        Some(fluence.nodes.iter().map(move |nodes| weighted(nodes, &corners, &shape)))
+        Some(fluence.0.iter().map(move |nodes| weighted(nodes, &corners, &shape)))
     }
 
     /// The gradient of the fluence rate of each group of wavelengths at a point of the body, per m; none if there is no
@@ -433,11 +396,11 @@ impl SnowBody {
         fluence: &'f Fluence,
         point: DVec3,
     ) -> Option<impl Iterator<Item = [f32x4; 3]> + use<'f>> {
-        let (cell, at) = self.grid.find_near(point)?;
+        let (cell, at) = self.grid.find_inside(point)?;
         let slopes = gradients(at.map(f64::from).into(), self.grid.cell_size(cell)).map(DVec3::as_vec3);
         let corners = cell.corners;
         Some(
-            fluence.nodes.iter().map(move |nodes| {
+            fluence.0.iter().map(move |nodes| {
                 std::array::from_fn(|axis| weighted(nodes, &corners, &slopes.map(|slope| slope[axis])))
             }),
         )

@@ -9,7 +9,7 @@
 
 use std::ops::Range;
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use crate::body::{Body, Scanner};
@@ -55,6 +55,17 @@ pub(crate) struct CutCell {
     pub(crate) inside: Option<Box<[f32; CELL_PARTS]>>,
     /// Its surface elements: a range of [`Grid::surface`].
     pub(crate) surface: [u32; 2],
+}
+
+/// A place on the surface of a body, for repeated reads of values.
+#[derive(Debug, Clone, Copy)]
+pub struct SurfacePlace {
+    /// The number of the cell.
+    pub(crate) cell: u32,
+    /// Coordinates within the cell, between 0 and 1.
+    pub(crate) at: [f32; 3],
+    /// Outward unit normal of the surface.
+    pub(crate) normal: Vec3,
 }
 
 /// A term of the value of a node, which is a weighted mean of the values of free nodes.
@@ -174,13 +185,6 @@ impl Grid {
         self.lattice.low + self.lattice.step * DVec3::new(x, y, z) + 0.5 * self.cell_size(cell)
     }
 
-    /// The cell that holds a point, with the point's coordinates within it; none outside of all cells.
-    #[inline]
-    pub(crate) fn find(&self, point: DVec3) -> Option<(&Cell, [f32; 3])> {
-        let cell = &self.cells[self.number_at(point)?];
-        Some((cell, self.within(cell, point)))
-    }
-
     /// The number of the cell at a point, in m; none outside.
     #[inline]
     pub(crate) fn number_at(&self, point: DVec3) -> Option<usize> {
@@ -194,43 +198,40 @@ impl Grid {
     /// Lines miss a part of the body that reaches into a cell by less than [`SLIVER`] of the cell. The grid then lacks
     /// this cell.
     #[inline]
-    pub(crate) fn find_near(&self, point: DVec3) -> Option<(&Cell, [f32; 3])> {
-        self.find(point).or_else(|| self.find_beside(point))
+    pub(crate) fn find_inside(&self, point: DVec3) -> Option<(&Cell, [f32; 3])> {
+        let cell = &self.cells[self.number_at(point).or_else(|| self.number_beside(point))?];
+        Some((cell, self.within(cell, point)))
     }
 
+    /// The number of a cell within [`SLIVER`] of a cell that the grid lacks. `point` lies in the cell that lacks.
     #[cold]
-    fn find_beside(&self, point: DVec3) -> Option<(&Cell, [f32; 3])> {
+    fn number_beside(&self, point: DVec3) -> Option<usize> {
         let (_, level) = self.octree.find(self.lattice.cell_at(point));
         let reach = self.lattice.step * (SLIVER * f64::from(1u32 << level));
         let offset = |place: i32| [place / 9 - 1, place / 3 % 3 - 1, place % 3 - 1];
         // Across faces first, then across edges and corners.
-        let beside = (1..=3).find_map(|axes: usize| {
+        (1..=3).find_map(|axes: usize| {
             let offsets = (0..27).map(offset).filter(|offset| offset.iter().filter(|step| **step != 0).count() == axes);
             offsets
                 .map(|offset| DVec3::from_array(offset.map(f64::from)))
                 .find_map(|offset| self.number_at(point + offset * reach))
-        });
-        let cell = &self.cells[beside?];
-        Some((cell, self.within(cell, point)))
+        })
     }
 
-    /// The cell at a point of the surface with an outward normal, with the point's coordinates within it.
+    /// The cell at a point of the surface, in m, with an outward unit normal; none if there is no cell within a step
+    /// of the point.
     #[inline]
-    pub(crate) fn find_at_surface(&self, point: DVec3, normal: DVec3) -> Option<(&Cell, [f32; 3])> {
-        let (number, at) = self.number_at_surface(point, normal)?;
-        Some((&self.cells[number], at))
-    }
-
-    /// The number of the cell at a point of the surface with an outward normal, with the point's coordinates within
-    /// the cell.
-    #[inline]
-    pub(crate) fn number_at_surface(&self, point: DVec3, normal: DVec3) -> Option<(usize, [f32; 3])> {
+    pub(crate) fn find_at_surface(&self, point: DVec3, normal: DVec3) -> Option<SurfacePlace> {
         let (_, level) = self.octree.find(self.lattice.cell_at(point));
         let step = self.lattice.step * f64::from(1u32 << level);
         INWARD.iter().find_map(|inward| {
             let point = point - normal * step * *inward;
-            let number = self.number_at(point)?;
-            Some((number, self.within(&self.cells[number], point)))
+            let cell = self.number_at(point)?;
+            Some(SurfacePlace {
+                cell: number(cell),
+                at: self.within(&self.cells[cell], point),
+                normal: normal.as_vec3(),
+            })
         })
     }
 
@@ -478,8 +479,8 @@ mod tests {
             let (z, turn) = (2.0 * number(0.618_034) - 1.0, std::f64::consts::TAU * number(0.754_878));
             let across = (1.0 - z * z).sqrt();
             let point = ball.centre + 0.499 * DVec3::new(across * turn.cos(), across * turn.sin(), z);
-            without += usize::from(grid.find(point).is_none());
-            assert!(grid.find_near(point).is_some(), "{point}");
+            without += usize::from(grid.number_at(point).is_none());
+            assert!(grid.find_inside(point).is_some(), "{point}");
         }
         assert!(without > 10, "{without}");
     }

@@ -21,9 +21,9 @@ mod system;
 mod vectors;
 
 pub use body::{AxisCrossing, Body};
-pub use field::{CellBox, Fluence, SnowBody, SnowOfCells, SolveOptions, SurfacePatches, SurfacePlace, SurfaceValues};
+pub use field::{CellBox, Fluence, SnowBody, SnowOfCells, SolveOptions, SurfacePatches, SurfaceValues};
 pub use fixed_point::{FixedPointOptions, Missing, solve_fixed_point};
-pub use grid::GridOptions;
+pub use grid::{GridOptions, SurfacePlace};
 pub use optics::SnowOptics;
 pub use plan::{FieldError, ScaledSizes, Survey, fit_sizes};
 pub use scan::SurfaceElement;

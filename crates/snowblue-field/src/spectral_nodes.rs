@@ -117,6 +117,12 @@ impl SpectralNodes {
         &self.indices
     }
 
+    /// Number of groups of four nodes.
+    #[must_use]
+    pub fn group_count(&self) -> usize {
+        self.indices.len() / GROUP
+    }
+
     /// Values of all wavelengths at the nodes, in groups.
     pub fn gather(&self, values: impl Fn(usize) -> f32) -> impl Iterator<Item = f32x4> {
         self.indices.as_chunks::<GROUP>().0.iter().map(move |group| f32x4::from(group.map(&values)))

@@ -4,13 +4,17 @@
 use std::sync::Arc;
 
 use snowblue_base::narrow;
-use snowblue_field::{CellBox, Diffusion, GROUP, LayerSpectrum, SnowOptics, SpectralNodes};
+use snowblue_field::{CellBox, Diffusion, LayerSpectrum, SnowOptics, SpectralNodes};
 use snowblue_geometry::ray::SurfacePoint;
 use snowblue_scene::material::snow::SnowKinds;
 use snowblue_scene::material::surface_optics::SurfaceOptics;
 use snowblue_scene::objects::Objects;
-use snowblue_scene::spectrum::SAMPLES;
+use snowblue_scene::spectrum::{SAMPLES, wavelengths_nm};
+use snowblue_scene::{Scene, SceneError};
 use snowblue_transport::monte_carlo::WalkEnds;
+
+/// The snow of each material, by the index of the material; none for other materials.
+pub type SnowOfMaterials<T> = Vec<Option<Arc<T>>>;
 
 /// The snow of a body: its kinds with their optics, layers in order from the top. Uniform snow has one kind.
 #[derive(Debug)]
@@ -33,6 +37,33 @@ pub struct KindOptics {
 }
 
 impl BodyOptics {
+    /// The snow of each material of a scene, computed with `rays` rays through the grains of each kind. `walk_ends`
+    /// gives the ends of random walks, if there are any, for a material, a kind of its snow, and a transport mean free
+    /// path in m.
+    ///
+    /// # Errors
+    ///
+    /// If the constants of some snow do not cover a wavelength.
+    pub fn of_materials(
+        scene: &Scene,
+        kinds: &SnowOfMaterials<SnowKinds>,
+        rays: u32,
+        walk_ends: &dyn Fn(usize, usize, f64) -> Option<WalkEndsByDepth>,
+    ) -> Result<SnowOfMaterials<Self>, SceneError> {
+        let of_material = |(material, kinds): (usize, &Option<Arc<SnowKinds>>)| {
+            let Some(kinds) = kinds else { return Ok(None) };
+            let optics = kinds.samples.iter().enumerate().map(|(kind, sample)| {
+                let optics = SnowOptics::new(sample, &wavelengths_nm(), rays)
+                    .map_err(|error| scene.material_path(material).error(format!("cannot be rendered: {error}")))?;
+                let ends = walk_ends(material, kind, optics.transport_lengths_m[SAMPLES / 2]);
+                Ok(KindOptics::new(optics, ends))
+            });
+            let optics = optics.collect::<Result<_, SceneError>>()?;
+            Ok(Some(Arc::new(Self { kinds: Arc::clone(kinds), optics })))
+        };
+        kinds.iter().enumerate().map(of_material).collect()
+    }
+
     /// The uppermost layer, or the snow where a mask is 0.
     pub fn top(&self) -> &KindOptics {
         &self.optics[0]
@@ -44,7 +75,7 @@ impl BodyOptics {
     }
 
     /// The least transport mean free path, in m.
-    pub(super) fn least_transport_length_m(&self) -> f64 {
+    pub(crate) fn least_transport_length_m(&self) -> f64 {
         let lengths = self.optics.iter().flat_map(|kind| &kind.surface.optics().transport_lengths_m);
         lengths.copied().fold(f64::INFINITY, f64::min)
     }
@@ -66,7 +97,7 @@ impl BodyOptics {
 
     /// The transport mean free path at each wavelength, in m, of snow with a thickness in m: the harmonic mean over
     /// its kinds, weighted by thickness.
-    pub(super) fn transport_lengths_m(&self, thickness_m: f64) -> Vec<f64> {
+    pub(crate) fn transport_lengths_m(&self, thickness_m: f64) -> Vec<f64> {
         let layers = self.spectra(thickness_m);
         let inverse =
             |layer: &LayerSpectrum, k: usize| layer.thickness_m / (thickness_m * layer.transport_lengths_m[k]);
@@ -75,14 +106,14 @@ impl BodyOptics {
     }
 
     /// The snow of a cell of the body of an object, for each group of spectral nodes.
-    pub(super) fn diffusion<'a>(
+    pub(crate) fn diffusion<'a>(
         &'a self,
         objects: &'a Objects,
         object: usize,
         nodes: &SpectralNodes,
     ) -> impl Fn(&CellBox) -> Vec<Diffusion> + Sync + use<'a> {
         let of_kinds: Vec<Vec<Diffusion>> = self.optics.iter().map(|kind| kind.diffusion(nodes)).collect();
-        let groups = nodes.indices().len() / GROUP;
+        let groups = nodes.group_count();
         move |cell| {
             if let [everywhere] = &*of_kinds {
                 return everywhere.clone();
@@ -97,7 +128,7 @@ impl BodyOptics {
 
 impl KindOptics {
     /// The optics of some snow.
-    pub(crate) fn new(optics: SnowOptics, walk_ends: Option<WalkEndsByDepth>) -> Self {
+    fn new(optics: SnowOptics, walk_ends: Option<WalkEndsByDepth>) -> Self {
         let transport_length_m = narrow(optics.transport_lengths_m[SAMPLES / 2]);
         let reduced = 1.0 - narrow(optics.half_space.phase().asymmetry());
         let extinction_per_m = (transport_length_m * reduced).recip();

@@ -12,29 +12,28 @@ use std::sync::Arc;
 
 use arrayvec::ArrayVec;
 use glam::Vec3A;
-use snowblue_field::{Fluence, KnownFactor, MAX_GROUPS, SnowBody, SpectralNodes, SurfaceValues};
+use snowblue_field::{Fluence, MAX_GROUPS, SurfaceValues};
 use snowblue_geometry::ray::SurfacePoint;
 use snowblue_scene::objects::{Objects, SurfaceInteraction};
 use snowblue_scene::sampling::Sampler;
 use snowblue_scene::spectrum::Spectrum;
 use wide::f32x4;
 
+use crate::bodies::BodySystem;
 use crate::body_optics::{BodyOptics, KindOptics};
+use crate::direct_light::LightOnBody;
+use crate::lit_scene::Illumination;
 
 /// Greatest number of spectral nodes.
 const MAX_NODES: usize = MAX_GROUPS * snowblue_field::GROUP;
+/// Relative noise to which the irradiance by a sky is smoothed where it is read.
+const SKY_NOISE: f32 = 0.01;
 
 /// The light in a body of snow.
 pub struct BodySolution {
-    pub(super) body: SnowBody,
+    pub(crate) system: Arc<BodySystem>,
     /// The light by the lights of each spectrum.
-    pub(super) lit: Vec<LitFluence>,
-    pub(super) nodes: SpectralNodes,
-    pub(super) snow: Arc<BodyOptics>,
-    /// ℓ* of the whole snowpack.
-    pub(super) transport_length: KnownFactor,
-    /// If its cell sizes are for a viewer: the factor of these sizes that makes the cells fit into the memory.
-    pub(super) view_factor: Option<f64>,
+    pub(crate) lit: Vec<Arc<LitFluence>>,
 }
 
 /// The light at a point of the surface of a body, with the snow there.
@@ -49,99 +48,134 @@ pub struct SnowAt<'f> {
 }
 
 /// The light in a body by lights of one spectrum.
-pub(super) struct LitFluence {
-    pub(super) fluence: Fluence,
+pub(crate) struct LitFluence {
+    fluence: Fluence,
     /// The net flux J.
-    pub(super) flux: SurfaceValues,
+    flux: SurfaceValues,
     /// The exitance of the surface, J + Σ F + H.
-    pub(super) exitance: SurfaceValues,
+    exitance: SurfaceValues,
     /// The irradiance H by uniform skies and other surfaces, if there is any.
-    pub(super) diffuse: Option<SurfaceValues>,
+    diffuse: Option<SurfaceValues>,
     /// The spectrum of the lights.
-    pub(super) spectrum: Spectrum,
+    spectrum: Spectrum,
     /// The irradiance by smooth skies, if the lights are such skies.
-    pub(super) sky: Option<SurfaceValues>,
+    sky: Option<SurfaceValues>,
+}
+
+impl LitFluence {
+    /// Prepares the light inside a body for reads. `direct` and `diffuse`, H, are the light at its surface, and
+    /// `spectrum` is the spectrum of the lights.
+    pub(crate) fn new(
+        illumination: &Illumination,
+        direct: &LightOnBody,
+        diffuse: &[Vec<f32x4>],
+        fluence: Fluence,
+        spectrum: Spectrum,
+    ) -> Self {
+        let cells = &direct.system.cells;
+        let is_of_sky = illumination.lights.iter().all(|light| light.is_smooth_sky());
+        let sky = is_of_sky.then(|| {
+            let mut sky = direct.irradiance.clone();
+            cells.denoise(&mut sky, SKY_NOISE);
+            cells.smooth(&sky)
+        });
+        let is_dark = diffuse.iter().flatten().all(|values| *values == f32x4::ZERO);
+        let [flux, exitance] = direct.flux_and_exitance(diffuse, &fluence);
+        let [flux, exitance] = cells.smooth_light(&flux, &exitance);
+        Self { diffuse: (!is_dark).then(|| cells.smooth(diffuse)), exitance, flux, fluence, sky, spectrum }
+    }
 }
 
 impl BodySolution {
     /// The light at a hit, with the snow there. In a mix, the sampler chooses one of the kinds.
     #[inline]
     pub fn at(&self, objects: &Objects, surface: &SurfaceInteraction, sampler: &mut Sampler) -> SnowAt<'_> {
-        let mix = self.snow.kinds.at_surface(objects, surface);
+        let mix = self.snow().kinds.at_surface(objects, surface);
         let kind = mix.draw(|| sampler.next_four()[0]);
-        SnowAt { field: self, kind, optics: &self.snow.optics[kind] }
+        SnowAt { field: self, kind, optics: &self.snow().optics[kind] }
     }
 
     /// The snow.
     pub fn snow(&self) -> &Arc<BodyOptics> {
-        &self.snow
+        &self.system.snow
     }
 
     /// The irradiance H by uniform skies and other surfaces, in W m⁻² as a band density.
     pub fn diffuse_irradiance(&self, surface: &SurfacePoint) -> Spectrum {
-        let (point, normal) = (surface.point.as_dvec3(), surface.normal.as_dvec3());
-        self.sum(|lit| {
-            let groups = self.body.surface_value(lit.diffuse.as_ref()?, point, normal)?;
-            Some(self.spectrum(groups, &lit.spectrum))
-        })
+        self.at_surface(surface, |lit| lit.diffuse.as_ref())
     }
 
     /// The irradiance by smooth skies, in W m⁻² as a band density. It is sampled when the light field is computed, and
     /// smoothed over the size of a cell.
     pub fn sky_irradiance(&self, surface: &SurfacePoint) -> Spectrum {
-        let (point, normal) = (surface.point.as_dvec3(), surface.normal.as_dvec3());
-        self.sum(|lit| Some(self.spectrum(self.body.surface_value(lit.sky.as_ref()?, point, normal)?, &lit.spectrum)))
+        self.at_surface(surface, |lit| lit.sky.as_ref())
     }
 
     /// Radiance that leaves a surface point, equal in all directions: the exitance divided by π.
     pub fn mean_radiance(&self, surface: &SurfacePoint) -> Spectrum {
-        self.exitance(surface.point, surface.normal) * FRAC_1_PI
+        self.exitance(surface) * FRAC_1_PI
     }
 
     /// The fluence rate inside, in W m⁻² as a band density.
     pub fn fluence(&self, point: Vec3A) -> Spectrum {
-        self.sum(|lit| Some(self.spectrum(self.body.fluence(&lit.fluence, point.as_dvec3())?, &lit.spectrum)))
+        self.sum(|lit| self.system.cells.fluence(&lit.fluence, point.as_dvec3()))
     }
 
     /// Size of the cells at the surface, in m.
     pub fn surface_step_m(&self) -> f64 {
-        self.body.surface_step_m()
+        self.system.cells.surface_step_m()
     }
 
     /// The exitance of the surface, net flux plus irradiance, in W m⁻² as a band density.
-    pub(crate) fn exitance(&self, point: Vec3A, normal: Vec3A) -> Spectrum {
-        let (point, normal) = (point.as_dvec3(), normal.as_dvec3());
-        self.sum(|lit| Some(self.spectrum(self.body.surface_value(&lit.exitance, point, normal)?, &lit.spectrum)))
+    pub(crate) fn exitance(&self, surface: &SurfacePoint) -> Spectrum {
+        self.at_surface(surface, |lit| Some(&lit.exitance))
     }
 
     /// The exitance of the surface, as a sum over the spectral nodes.
-    pub(super) fn brightness(&self, surface: &SurfacePoint) -> f32 {
-        let (point, normal) = (surface.point.as_dvec3(), surface.normal.as_dvec3());
-        let values = self.lit.iter().filter_map(|lit| self.body.surface_value(&lit.exitance, point, normal));
+    pub(crate) fn brightness(&self, surface: &SurfacePoint) -> f32 {
+        let values = self.lit.iter().filter_map(|lit| self.groups(&lit.exitance, surface));
         values.flatten().map(f32x4::reduce_add).sum()
     }
 
     /// The net flux outwards through the surface, in W m⁻² as a band density.
-    pub fn flux(&self, point: Vec3A, normal: Vec3A) -> Spectrum {
-        let (point, normal) = (point.as_dvec3(), normal.as_dvec3());
-        self.sum(|lit| Some(self.spectrum(self.body.surface_value(&lit.flux, point, normal)?, &lit.spectrum)))
+    pub fn flux(&self, surface: &SurfacePoint) -> Spectrum {
+        self.at_surface(surface, |lit| Some(&lit.flux))
     }
 
-    /// The sum over the lights of all spectra.
-    fn sum(&self, term: impl Fn(&LitFluence) -> Option<Spectrum>) -> Spectrum {
+    /// A quantity of the surface: the sum over the lights of all spectra that have it.
+    fn at_surface(&self, surface: &SurfacePoint, values: impl Fn(&LitFluence) -> Option<&SurfaceValues>) -> Spectrum {
+        self.sum(|lit| self.groups(values(lit)?, surface))
+    }
+
+    /// The sum over the lights of all spectra of a quantity at the spectral nodes.
+    fn sum<'f, G: Iterator<Item = f32x4>>(&'f self, groups: impl Fn(&'f LitFluence) -> Option<G>) -> Spectrum {
         let mut sum = Spectrum::ZERO;
-        self.lit.iter().filter_map(term).for_each(|spectrum| sum += spectrum);
+        for lit in &self.lit {
+            if let Some(groups) = groups(lit) {
+                sum += self.spectrum(groups, &lit.spectrum);
+            }
+        }
         sum
+    }
+
+    /// A quantity at a surface point for each group of spectral nodes; none if there is no cell near the point.
+    fn groups<'f>(
+        &'f self,
+        values: &'f SurfaceValues,
+        surface: &SurfacePoint,
+    ) -> Option<impl Iterator<Item = f32x4> + use<'f>> {
+        self.system.cells.surface_value(values, surface.point.as_dvec3(), surface.normal.as_dvec3())
     }
 
     /// Interpolates a quantity from the spectral nodes to all wavelengths, in light of a spectrum. The logarithm is
     /// interpolated, or the quantity itself if a value is not positive.
-    pub(super) fn spectrum(&self, groups: impl Iterator<Item = f32x4>, light: &Spectrum) -> Spectrum {
+    fn spectrum(&self, groups: impl Iterator<Item = f32x4>, light: &Spectrum) -> Spectrum {
         let mut at_nodes = [0.0; MAX_NODES];
         for (values, group) in at_nodes.chunks_exact_mut(snowblue_field::GROUP).zip(groups) {
             values.copy_from_slice(group.as_array());
         }
-        let indices = self.nodes.indices();
+        let BodySystem { nodes, transport_length, .. } = &*self.system;
+        let indices = nodes.indices();
         let at_nodes = &mut at_nodes[..indices.len()];
         let is_positive = at_nodes.iter().all(|value| *value > 0.0);
         for (value, index) in at_nodes.iter_mut().zip(indices) {
@@ -151,11 +185,10 @@ impl BodySolution {
                 *value = value.max(f32::MIN_POSITIVE).ln();
             }
         }
-        let power = if is_positive { self.transport_length.power(at_nodes) } else { 0.0 };
+        let power = if is_positive { transport_length.power(at_nodes) } else { 0.0 };
         let value = |wavelength: usize| {
-            let value = self.nodes.interpolate(wavelength, at_nodes);
-            let value =
-                if is_positive { (value + power * self.transport_length.lacking(wavelength)).exp() } else { value };
+            let value = nodes.interpolate(wavelength, at_nodes);
+            let value = if is_positive { (value + power * transport_length.lacking(wavelength)).exp() } else { value };
             value * light.0[wavelength]
         };
         Spectrum(std::array::from_fn(value))
@@ -167,17 +200,10 @@ impl SnowAt<'_> {
     /// a band density. It may be negative where the surface is lit: it subtracts the light that the reflection
     /// function reflects but that does not return.
     pub fn diffuse_radiance(&self, surface: &SurfacePoint, cos_exit: f32) -> Spectrum {
-        let flux =
-            self.field.flux(surface.point, surface.normal) * (self.optics.surface().escape(cos_exit) * FRAC_1_PI);
+        let flux = self.field.flux(surface) * (self.optics.surface().escape(cos_exit) * FRAC_1_PI);
         let mut sum = self.field.diffuse_irradiance(surface) * FRAC_1_PI;
         sum += flux;
         sum
-    }
-}
-
-impl std::fmt::Debug for BodySolution {
-    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        formatter.debug_struct("BodySolution").field("nodes", &self.body.node_count()).finish_non_exhaustive()
     }
 }
 
@@ -227,7 +253,7 @@ impl<'f> NearLight<'f> {
     pub fn fluence(&self, point: Vec3A) -> Spectrum {
         let mut sum = Spectrum::ZERO;
         for near in &self.lit {
-            if let Some(groups) = self.field.body.fluence(&near.lit.fluence, point.as_dvec3()) {
+            if let Some(groups) = self.field.system.cells.fluence(&near.lit.fluence, point.as_dvec3()) {
                 sum += near.spectrum(self.field, groups);
             }
         }
@@ -238,7 +264,7 @@ impl<'f> NearLight<'f> {
     pub fn diffuse_irradiance(&self, surface: &SurfacePoint) -> Spectrum {
         let mut sum = Spectrum::ZERO;
         for near in &self.lit {
-            if let Some(groups) = diffuse_irradiance(self.field, near.lit, surface) {
+            if let Some(groups) = near.lit.diffuse.as_ref().and_then(|diffuse| self.field.groups(diffuse, surface)) {
                 sum += near.spectrum(self.field, groups);
             }
         }
@@ -262,12 +288,12 @@ impl<'f> NearLight<'f> {
 
 impl<'f> NearFluence<'f> {
     fn new(field: &'f BodySolution, lit: &'f LitFluence, point: Vec3A, surface: &SurfacePoint) -> Option<Self> {
-        let fluence: Nodes = field.body.fluence(&lit.fluence, point.as_dvec3())?.collect();
+        let fluence: Nodes = field.system.cells.fluence(&lit.fluence, point.as_dvec3())?.collect();
         let mut gradient = [(); 3].map(|()| Nodes::new());
-        for group in field.body.gradient(&lit.fluence, point.as_dvec3())? {
+        for group in field.system.cells.gradient(&lit.fluence, point.as_dvec3())? {
             gradient.iter_mut().zip(group).for_each(|(axis, values)| axis.push(values));
         }
-        let diffuse = diffuse_irradiance(field, lit, surface).into_iter().flatten().collect();
+        let diffuse = lit.diffuse.as_ref().and_then(|diffuse| field.groups(diffuse, surface));
         // Where the grid is too coarse for the remaining light, the spectrum of the light source is used.
         let is_positive = fluence.iter().all(|values| values.as_array().iter().all(|value| *value > 0.0));
         let spectrum = if is_positive { field.spectrum(fluence.iter().copied(), &lit.spectrum) } else { lit.spectrum };
@@ -275,30 +301,23 @@ impl<'f> NearFluence<'f> {
             let value = spectrum.0[index];
             if value >= f32::MIN_POSITIVE { value.recip() } else { 0.0 }
         };
-        let reciprocals = field.nodes.gather(reciprocal).collect();
+        let reciprocals = field.system.nodes.gather(reciprocal).collect();
+        let diffuse = diffuse.into_iter().flatten().collect();
         Some(Self { lit, spectrum, reciprocals, fluence, gradient, diffuse })
     }
 
     /// Interpolates a quantity from the nodes to all wavelengths.
     fn spectrum(&self, field: &BodySolution, groups: impl Iterator<Item = f32x4>) -> Spectrum {
         let mut ratios = [0.0; MAX_NODES];
-        let count = field.nodes.indices().len();
+        let count = field.system.nodes.indices().len();
         for ((ratios, group), reciprocals) in
             ratios.chunks_exact_mut(snowblue_field::GROUP).zip(groups).zip(&self.reciprocals)
         {
             ratios.copy_from_slice((group * *reciprocals).as_array());
         }
-        let value =
-            |wavelength: usize| field.nodes.interpolate(wavelength, &ratios[..count]) * self.spectrum.0[wavelength];
+        let value = |wavelength: usize| {
+            field.system.nodes.interpolate(wavelength, &ratios[..count]) * self.spectrum.0[wavelength]
+        };
         Spectrum(std::array::from_fn(value))
     }
-}
-
-/// The diffuse irradiance H of a surface point at the nodes, if there is any.
-fn diffuse_irradiance<'f>(
-    field: &'f BodySolution,
-    lit: &'f LitFluence,
-    surface: &SurfacePoint,
-) -> Option<impl Iterator<Item = f32x4> + use<'f>> {
-    field.body.surface_value(lit.diffuse.as_ref()?, surface.point.as_dvec3(), surface.normal.as_dvec3())
 }

@@ -12,8 +12,8 @@ use glam::Vec3A;
 use snowblue_geometry::ray::SurfacePoint;
 use wide::f32x8;
 
-use super::body_solution::BodySolution;
-use super::surface_light::surface_point;
+use crate::body_solution::BodySolution;
+use crate::direct_light::surface_point;
 use snowblue_scene::directions::Directions;
 use snowblue_scene::spectrum::Spectrum;
 
@@ -38,7 +38,7 @@ pub struct SnowSeen {
 
 /// The bright snow of a scene.
 #[derive(Debug)]
-pub(super) struct BrightSnow(Vec<RadiantPatches>);
+pub(crate) struct BrightSnow(Vec<RadiantPatches>);
 
 /// Patches of the surface, in the lanes of vectors. A patch has similar normals, and is approximated by a rectangle.
 #[derive(Debug)]
@@ -105,11 +105,11 @@ struct ElementGroup {
 }
 
 impl BrightSnow {
-    pub(super) fn new(bodies: &[BodySolution]) -> Self {
-        let count: usize = bodies.iter().map(|body| body.body.surface().len()).sum();
+    pub(crate) fn new(bodies: &[BodySolution]) -> Self {
+        let count: usize = bodies.iter().map(|body| body.system.cells.surface().len()).sum();
         let stride = count.div_ceil(MAX_ELEMENTS).max(1);
         let elements = bodies.iter().flat_map(|body| {
-            body.body.surface().iter().step_by(stride).filter_map(|element| {
+            body.system.cells.surface().iter().step_by(stride).filter_map(|element| {
                 let surface = surface_point(element);
                 let (exitance, area_m2) = (body.brightness(&surface), element.area_m2 * stride as f32);
                 let radiance = body.mean_radiance(&surface);
@@ -125,7 +125,7 @@ impl BrightSnow {
 
     /// The irradiance of a surface by the snow if no part of the snow hides another part, and the share of the light
     /// of a uniform sky that the snow hides.
-    pub(super) fn seen_from(&self, surface: &SurfacePoint) -> SnowSeen {
+    pub(crate) fn seen_from(&self, surface: &SurfacePoint) -> SnowSeen {
         let (mut share, mut irradiance) = (0.0, Spectrum::ZERO);
         for patches in &self.0 {
             let factors = patches.form_factors(surface).to_array();
@@ -140,7 +140,7 @@ impl BrightSnow {
 
     /// Samples the direction of a path that continues from a surface. Returns the direction with the factor cos θ / (π
     /// p) of the path's throughput, where p is the density of the direction.
-    pub(super) fn sample(&self, directions: &Directions, [u, v, choice]: [f32; 3]) -> (Vec3A, f32) {
+    pub(crate) fn sample(&self, directions: &Directions, [u, v, choice]: [f32; 3]) -> (Vec3A, f32) {
         let surface = directions.surface();
         let views: ArrayVec<Views, MAX_BLOCKS> = self.0.iter().map(|patches| patches.views(surface)).collect();
         let total = views.iter().fold(f32x8::ZERO, |sum, views| sum + views.weight).reduce_add();

@@ -8,16 +8,20 @@
 //! preconditioner: it is solved for the residual of each estimate. In a gap narrower than a cell, light that enters
 //! the snow leaves it beside the gap, so there the exitance of slabs is reduced.
 
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+
 use snowblue_base::narrow;
 use snowblue_field::{
-    FixedPointOptions, Fluence, Groups, SnowBody, SolveOptions, SurfacePatches, SurfacePlace, SurfaceValues,
-    solve_fixed_point,
+    FixedPointOptions, Fluence, Groups, SolveOptions, SurfaceElement, SurfacePatches, SurfaceValues, solve_fixed_point,
 };
+use snowblue_scene::objects::SurfaceInteraction;
 use wide::{f32x4, f64x4};
 
-use super::body_system::{BodySystem, Lighting, Solution, add};
-use super::field_scene::FieldScene;
-use super::gather::{ElementValues, GatheredPaths, PlaceOnSnow};
+use crate::bodies::{BodySystem, SceneBodies};
+use crate::direct_light::{ElementValues, LightOnBody, add, append, combine};
+use crate::gather::{GatheredPaths, PlaceOnSnow};
+use crate::lit_scene::{Illumination, LitScene};
 
 /// Tolerance for the light: root mean square over the surface of the light that an estimate by slabs still adds,
 /// relative to the light at each place.
@@ -38,83 +42,98 @@ const MIN_AREA: f32 = 1e-4;
 const MIN_LIGHT: f32 = 1e-20;
 
 /// The surfaces of all bodies, which exchange light. Their values are concatenated, body by body.
-pub(super) struct Exchange<'a> {
-    prepared: &'a [BodySystem<'a>],
-    paths: &'a [GatheredPaths],
-    /// 1 − a of each surface element.
+pub(crate) struct Exchange<'a> {
+    lit_scene: &'a LitScene<'a>,
+    systems: &'a [Arc<BodySystem>],
+    patches: JoinedPatches,
+    paths: Vec<GatheredPaths>,
+    /// 1 − a of each surface element; empty if no path ends at snow.
     slab_reflectance: ElementValues,
-    patches: &'a JoinedPatches,
 }
 
 /// The patches of all bodies. Single elements have so few rays that in a narrow gap some elements see only each other,
 /// as if no light left the gap. Some of the elements of a patch see out of the gap.
-pub(super) struct JoinedPatches {
+struct JoinedPatches {
+    /// The patches of each body, numbered on from the patches of the body before.
     bodies: Vec<SurfacePatches>,
-    /// The patch of each surface element.
-    of_element: Vec<u32>,
     /// The area of each surface element, divided by the area of its patch.
     share: Vec<f32>,
-    /// The first patch of each body.
-    starts: Vec<u32>,
     count: usize,
 }
 
-/// The light in balance.
-pub(super) struct Balance {
-    /// The irradiance H of each body.
-    pub(super) diffuse: Vec<ElementValues>,
-    /// Solutions inside for nearly this irradiance.
-    pub(super) fluences: Vec<Fluence>,
-}
-
 impl<'a> Exchange<'a> {
-    pub(super) fn new(prepared: &'a [BodySystem<'a>], patches: &'a JoinedPatches, paths: &'a [GatheredPaths]) -> Self {
-        let slab_reflectance = joined(prepared.iter().map(|prepared| prepared.body.slab_reflectance()));
-        Self { prepared, paths, slab_reflectance, patches }
+    /// Traces paths from the surface of each body to snow, other surfaces and uniform skies, for the lights of some
+    /// spectra.
+    pub(crate) fn new(lit_scene: &'a LitScene, bodies: &'a SceneBodies, illuminations: &[Illumination]) -> Self {
+        let systems = &*bodies.systems;
+        let patches = JoinedPatches::new(systems);
+        let place_at = |hit: &SurfaceInteraction| {
+            let number = bodies.of_object[hit.object]?;
+            let (cells, surface) = (&systems[number].cells, hit.surface_point());
+            let place = cells.surface_place(surface.point.as_dvec3(), surface.normal.as_dvec3())?;
+            let patch = cells.patch_at(&patches.bodies[number], &place);
+            Some(PlaceOnSnow { body: u32::try_from(number).ok()?, place, patch })
+        };
+        let of_body = |system: &Arc<BodySystem>| GatheredPaths::new(lit_scene, system, illuminations, &place_at);
+        let paths: Vec<GatheredPaths> = systems.iter().map(of_body).collect();
+        let slab_reflectance = if paths.iter().any(GatheredPaths::reach_snow) {
+            joined(systems.iter().map(|system| system.cells.slab_reflectance()))
+        } else {
+            ElementValues::new()
+        };
+        Self { lit_scene, systems, patches, paths, slab_reflectance }
     }
 
-    /// Finds the irradiance H for lamps and skies of one spectrum. `steady` is H without light from snow.
-    pub(super) fn balance(&self, lightings: &[Lighting], steady: Vec<ElementValues>, scene: &FieldScene) -> Balance {
+    /// Finds the irradiance H of each body for the direct light of one of the spectra, by its number. If a path ends at
+    /// snow, each irradiance comes with a solution inside for nearly this irradiance.
+    pub(crate) fn balance(&self, spectrum: usize, direct: &[LightOnBody]) -> Vec<(ElementValues, Option<Fluence>)> {
+        let steady = self.paths.iter().map(|paths| paths.steady(spectrum).clone());
+        if self.slab_reflectance.is_empty() {
+            return steady.map(|diffuse| (diffuse, None)).collect();
+        }
+        // In the iteration, light is H + Σ F, and outer light is H₀ + Σ F.
         let mut outer = joined(steady);
-        let direct = joined(lightings.iter().map(|lighting| lighting.entering.irradiance.clone()));
-        // The first estimate is by slabs alone.
-        let escape_weighted = joined(lightings.iter().map(|lighting| lighting.entering.escape_weighted.clone()));
+        let irradiance = joined(direct.iter().map(|direct| direct.irradiance.clone()));
+        // The first estimate has slabs in place of solutions inside.
+        let escape_weighted = joined(direct.iter().map(|direct| direct.escape_weighted.clone()));
         let mut exitance = outer.clone();
         add(&mut exitance, &escape_weighted);
         multiply(&mut exitance, &self.slab_reflectance);
         subtract(&mut exitance, &escape_weighted);
-        add(&mut exitance, &direct);
-        add(&mut outer, &direct);
+        add(&mut exitance, &irradiance);
+        add(&mut outer, &irradiance);
         let mut light = self.of_slabs(self.received_of_patches(&self.patches.means(&exitance)));
         add(&mut light, &outer);
+        // A round solves inside each body, and estimates the light that is missing in H₀ + G E(H) = H.
         let mut fluences: Vec<Fluence> = Vec::new();
-        let mut missing_of = |light: &[Vec<f32x4>]| {
-            scene.watch.begin_round();
+        let mut round = |light: &[Vec<f32x4>]| {
+            self.lit_scene.rounds.fetch_add(1, Ordering::Relaxed);
             let mut diffuse = light.to_vec();
-            subtract(&mut diffuse, &direct);
-            let mut solutions = Vec::with_capacity(self.prepared.len());
-            for (number, (prepared, diffuse)) in self.prepared.iter().zip(self.parts(&diffuse)).enumerate() {
+            subtract(&mut diffuse, &irradiance);
+            let mut solutions = Vec::with_capacity(direct.len());
+            let mut exitances: Vec<SurfaceValues> = Vec::with_capacity(direct.len());
+            for (number, (direct, diffuse)) in direct.iter().zip(self.parts(&diffuse)).enumerate() {
                 let goal = match fluences.get(number) {
                     Some(start) => {
                         SolveOptions { start: Some(start), residual_left: RESIDUAL_LEFT, ..SolveOptions::default() }
                     }
                     None => SolveOptions { tolerance: FIRST_RESIDUAL, ..SolveOptions::default() },
                 };
-                solutions.push(prepared.solve(&lightings[number], &diffuse, goal));
+                let fluence = direct.solve(self.lit_scene, &diffuse, goal);
+                let [_, exitance] = direct.flux_and_exitance(&diffuse, &fluence);
+                exitances.push(direct.system.cells.smooth(&exitance));
+                solutions.push(fluence);
             }
-            let smooth =
-                |(prepared, solution): (&BodySystem, &Solution)| prepared.body.smooth(&prepared.exitance(solution));
-            let exitances: Vec<SurfaceValues> = self.prepared.iter().zip(&solutions).map(smooth).collect();
+            fluences = solutions;
             let mut missing = self.received(diffuse.len(), &|snow, _| {
                 let body = snow.body as usize;
-                self.prepared[body].body.value_at(&exitances[body], &snow.place)
+                self.systems[body].cells.value_at(&exitances[body], &snow.place)
             });
-            fluences = solutions.into_iter().map(|solution| solution.fluence).collect();
             add(&mut missing, &outer);
             subtract(&mut missing, light);
             self.of_slabs(missing)
         };
-        let first = missing_of(&light);
+        let first = round(&light);
         add(&mut light, &first);
         // Errors are weighted by area and relative to the light at their place. In gaps most light comes through snow,
         // which the first estimate leaves out.
@@ -124,24 +143,25 @@ impl<'a> Exchange<'a> {
         let mut missing = |relative: &[Vec<f32x4>]| {
             let mut light = relative.to_vec();
             multiply(&mut light, &scale);
-            let mut missing = missing_of(&light);
+            let mut missing = round(&light);
             divide(&mut missing, &scale);
             missing
         };
-        let most_estimates = (scene.settings.most_rounds as usize).saturating_sub(1);
+        let most_rounds = self.lit_scene.scene.description().light_field.most_rounds as usize;
+        let most_estimates = most_rounds.saturating_sub(1);
         let options = FixedPointOptions { tolerance: TOLERANCE, most_estimates, history: HISTORY };
         let mut diffuse = solve_fixed_point(light, &mut missing, options);
         multiply(&mut diffuse, &scale);
-        subtract(&mut diffuse, &direct);
+        subtract(&mut diffuse, &irradiance);
         // Rounding can make a small difference negative.
         diffuse.iter_mut().flatten().for_each(|value| *value = value.max(f32x4::ZERO));
-        Balance { diffuse: self.parts(&diffuse), fluences }
+        self.parts(&diffuse).into_iter().zip(fluences.into_iter().map(Some)).collect()
     }
 
     /// Divides a scale by the square root of the area of each element relative to the mean area. Squares of values
     /// relative to this scale are then weighted by area.
     fn weigh_by_area(&self, groups: &mut [Vec<f32x4>]) {
-        let elements = || self.prepared.iter().flat_map(|prepared| prepared.body.surface());
+        let elements = || elements_of(self.systems);
         let area_m2: f64 = elements().map(|element| f64::from(element.area_m2)).sum();
         let mean_m2 = area_m2 / elements().count().max(1) as f64;
         let root = |area_m2: f32| narrow(f64::from(area_m2) / mean_m2).max(MIN_AREA).sqrt();
@@ -190,42 +210,42 @@ impl<'a> Exchange<'a> {
     /// The values of each body.
     fn parts(&self, joined: &[Vec<f32x4>]) -> Vec<ElementValues> {
         let mut end = 0;
-        let of_body = |prepared: &BodySystem| {
+        let of_body = |system: &Arc<BodySystem>| {
             let start = end;
-            end += prepared.body.surface().len();
+            end += system.cells.surface().len();
             joined.iter().map(|group| group[start..end].to_vec()).collect()
         };
-        self.prepared.iter().map(of_body).collect()
+        self.systems.iter().map(of_body).collect()
     }
 }
 
 impl JoinedPatches {
-    pub(super) fn new(prepared: &[BodySystem]) -> Self {
-        let bodies: Vec<SurfacePatches> = prepared.iter().map(|prepared| prepared.body.patches()).collect();
-        let (mut of_element, mut starts, mut count) = (Vec::new(), Vec::new(), 0);
-        for patches in &bodies {
-            of_element.extend(patches.of_element.iter().map(|patch| count + patch));
-            starts.push(count);
-            count += patches.count;
+    fn new(systems: &[Arc<BodySystem>]) -> Self {
+        let mut bodies: Vec<SurfacePatches> = Vec::with_capacity(systems.len());
+        for system in systems {
+            let first = bodies.last().map_or(0, |patches| patches.end);
+            bodies.push(system.cells.patches(first));
         }
-        let mut area_m2 = vec![0.0; count as usize];
-        let areas = || prepared.iter().flat_map(|prepared| prepared.body.surface()).map(|element| element.area_m2);
-        of_element.iter().zip(areas()).for_each(|(patch, area)| area_m2[*patch as usize] += area);
-        let share = of_element.iter().zip(areas()).map(|(patch, area)| area / area_m2[*patch as usize]);
-        Self { share: share.collect(), bodies, of_element, starts, count: count as usize }
+        let count = bodies.last().map_or(0, |patches| patches.end as usize);
+        let mut patches = Self { bodies, share: Vec::new(), count };
+        let elements = || elements_of(systems).map(|element| element.area_m2).zip(patches.of_elements());
+        let mut area_m2 = vec![0.0; count];
+        elements().for_each(|(area, patch)| area_m2[patch] += area);
+        patches.share = elements().map(|(area, patch)| area / area_m2[patch]).collect();
+        patches
     }
 
-    /// The patch that holds a place of a body.
-    pub(super) fn at(&self, number: usize, body: &SnowBody, place: &SurfacePlace) -> Option<u32> {
-        Some(self.starts[number] + body.patch_at(&self.bodies[number], place)?)
+    /// The number of the patch of each surface element.
+    fn of_elements(&self) -> impl Iterator<Item = usize> {
+        self.bodies.iter().flat_map(|patches| &patches.of_element).map(|patch| *patch as usize)
     }
 
     /// The means over each patch of values at the surface elements.
     fn means(&self, elements: &[Vec<f32x4>]) -> ElementValues {
         let of_group = |elements: &Vec<f32x4>| {
             let mut means = vec![f32x4::ZERO; self.count];
-            for ((value, share), patch) in elements.iter().zip(&self.share).zip(&self.of_element) {
-                means[*patch as usize] += *value * *share;
+            for ((value, share), patch) in elements.iter().zip(&self.share).zip(self.of_elements()) {
+                means[patch] += *value * *share;
             }
             means
         };
@@ -233,32 +253,29 @@ impl JoinedPatches {
     }
 }
 
-/// The values of all bodies, one after the other.
+/// The surface elements of all bodies, one body after the other.
+fn elements_of(systems: &[Arc<BodySystem>]) -> impl Iterator<Item = &SurfaceElement> {
+    systems.iter().flat_map(|system| system.cells.surface())
+}
+
+/// The values of all bodies, one body after the other.
 fn joined(bodies: impl IntoIterator<Item = ElementValues>) -> ElementValues {
-    let mut all = ElementValues::new();
-    for values in bodies {
-        all.resize(values.len(), Vec::new());
-        all.iter_mut().zip(values).for_each(|(group, values)| group.extend(values));
-    }
+    let mut bodies = bodies.into_iter();
+    let mut all = bodies.next().unwrap_or_default();
+    bodies.for_each(|values| append(&mut all, values));
     all
 }
 
 fn subtract(groups: &mut [Vec<f32x4>], others: &[Vec<f32x4>]) {
-    for (group, other) in groups.iter_mut().zip(others) {
-        group.iter_mut().zip(other).for_each(|(value, other)| *value -= *other);
-    }
+    combine(groups, others, |value, other| *value -= other);
 }
 
 fn multiply(groups: &mut [Vec<f32x4>], factors: &[Vec<f32x4>]) {
-    for (group, factors) in groups.iter_mut().zip(factors) {
-        group.iter_mut().zip(factors).for_each(|(value, factor)| *value *= *factor);
-    }
+    combine(groups, factors, |value, factor| *value *= factor);
 }
 
 fn divide(groups: &mut [Vec<f32x4>], divisors: &[Vec<f32x4>]) {
-    for (group, divisors) in groups.iter_mut().zip(divisors) {
-        group.iter_mut().zip(divisors).for_each(|(value, divisor)| *value /= *divisor);
-    }
+    combine(groups, divisors, |value, divisor| *value /= divisor);
 }
 
 /// The light, raised to at least a small part of the mean light.

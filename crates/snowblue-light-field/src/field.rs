@@ -1,40 +1,48 @@
 //! The light in all snow of a scene, solved for by lights of each spectrum.
 
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+
 use glam::Vec3A;
-use snowblue_field::{FieldError, GROUP, LayerSpectrum, SnowBody, SolveOptions, SpectralNodes, Survey};
+use snowblue_field::{SnowBody, SolveOptions};
 use snowblue_geometry::ray::SurfacePoint;
 use snowblue_scene::directions::Directions;
-use snowblue_scene::objects::SurfaceInteraction;
+use snowblue_scene::light::Light;
+use snowblue_scene::progress::Report;
 use snowblue_scene::spectrum::Spectrum;
+use snowblue_scene::{Changes, Scene, SceneError};
 
+use crate::bodies::SceneBodies;
+use crate::body_optics::{BodyOptics, SnowOfMaterials};
 use crate::body_solution::{BodySolution, LitFluence};
-use crate::body_system::{BodySystem, Lighting, SurveyedBody};
 use crate::bright_snow::{BrightSnow, SnowSeen};
-use crate::exchange::{Balance, Exchange, JoinedPatches};
-use crate::field_scene::{BodyGeometry, FieldScene, SolveStatistics};
-use crate::gather::{GatherScene, GatheredPaths, LightsAround, PlaceOnSnow};
-use crate::illumination::{Illumination, LampInSnow, illuminations};
-use crate::surface_light::NOISE;
+use crate::direct_light::LightOnBody;
+use crate::exchange::Exchange;
+use crate::lit_scene::LitScene;
 
-/// Greatest number of bodies of snow. Each body has a grid, and is lit by all other bodies.
-const MAX_BODIES: usize = 1000;
+/// Relative noise to which the irradiance by other surfaces is smoothed.
+const NOISE: f32 = 0.05;
 
 /// The light in all snow of a scene.
-#[derive(Debug)]
 pub struct LightField {
-    bodies: Vec<BodySolution>,
-    /// The body of each object.
-    body_of: Vec<Option<usize>>,
-    lamps_in_snow: Vec<LampInSnow>,
+    bodies: SceneBodies,
+    solutions: Solutions,
+    /// The solutions of each body.
+    by_body: Vec<BodySolution>,
     bright_snow: BrightSnow,
-    /// The lights of each solution, by their indices in the scene.
-    lights: Vec<Vec<usize>>,
+    /// Indices of the lights that are inside snow.
+    lamps_inside: Vec<usize>,
     /// Number of solutions that are not taken from an earlier light field.
     solved_count: usize,
-    /// Whether snow that the camera does not see has larger cells.
-    has_one_view: bool,
-    work: SolveStatistics,
+    /// Rounds of light between bodies.
+    rounds: u64,
+    /// Rays from surfaces of snow to lights and other surfaces.
+    rays: u64,
 }
+
+/// The light in each body by lights of one spectrum, by the indices of these lights in the scene.
+type Solutions = BTreeMap<Vec<usize>, Vec<Arc<LitFluence>>>;
 
 /// Statistics of a light field and of the work on it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -61,124 +69,84 @@ pub struct FieldStatistics {
     pub rays: u64,
 }
 
-/// A solution: the indices of its lights in the scene, and its light in each body.
-type LitBodies = (Vec<usize>, Vec<LitFluence>);
-
 impl LightField {
-    /// Solves for the light of all bodies.
+    /// Solves for the light in all snow of a scene, and reports the progress. If `has_one_view` holds, snow that the
+    /// camera of the scene does not see has larger cells.
     ///
     /// # Errors
     ///
-    /// With the object's index and the reason, if a body has no grid.
-    pub(crate) fn new(scene: &FieldScene) -> Result<Self, (usize, String)> {
-        scene.watch.cells(0, 0);
-        let mut body_of = vec![None; scene.objects.list().len()];
-        let mut bare: Vec<SurveyedBody> = Vec::new();
-        for object in 0..body_of.len() {
-            if body_of[object].is_some() {
-                continue;
-            }
-            let Some(snow) = (scene.snow)(object) else { continue };
-            if bare.len() == MAX_BODIES {
-                return Err((
-                    object,
-                    format!(
-                        "is one body of snow more than the {MAX_BODIES} that this integrator takes: give touching \
-                         objects the same 'body'"
-                    ),
-                ));
-            }
-            scene.objects.body_of(object).iter().for_each(|member| body_of[*member] = Some(bare.len()));
-            let solid = BodyGeometry::new(scene, object)
-                .ok_or_else(|| (object, "is infinite: only pcasnow can render infinite snow".to_owned()))?;
-            let survey = Survey::new(&solid).map_err(|error| (object, error.to_string()))?;
-            bare.push(SurveyedBody { solid, snow, survey });
-        }
-        let refusal = |object: usize| move |error: FieldError| (object, error.to_string());
-        // All bodies have the same wavelengths, so that light can pass between them.
-        let spectra: Vec<Vec<LayerSpectrum>> =
-            bare.iter().map(|body| body.snow.spectra(body.survey.mean_thickness_m())).collect();
-        let nodes = (!spectra.is_empty()).then(|| SpectralNodes::for_bodies(&spectra));
-        let count = bare.len();
-        let mut prepared = Vec::with_capacity(count);
-        if let Some(nodes) = &nodes {
-            let groups = nodes.indices().len() / GROUP;
-            let wanted = bare.iter().map(|body| body.wanted_mib(groups, scene).map_err(refusal(body.solid.object)));
-            let memory_mib = memory_of_each(wanted.collect::<Result<_, _>>()?, scene.settings.memory_mib());
-            for body in bare {
-                scene.watch.cells(prepared.len(), count);
-                let object = body.solid.object;
-                prepared.push(BodySystem::new(body, nodes, scene, memory_mib).map_err(refusal(object))?);
-            }
-        }
-        Ok(Self::lit(prepared, body_of, scene, Vec::new()))
+    /// If a body has no grid, or a light other than a point or a sphere lies inside snow.
+    pub fn new(
+        scene: &Scene,
+        snow: &SnowOfMaterials<BodyOptics>,
+        has_one_view: bool,
+        report: Report,
+    ) -> Result<Self, SceneError> {
+        let lit_scene = LitScene::new(scene, report)?;
+        let bodies = SceneBodies::new(scene, snow, has_one_view, report)?;
+        Ok(Self::solve(&lit_scene, bodies, Solutions::new()))
     }
 
-    /// Solves again for the lights for which `has_changed` holds, in the same bodies, and keeps the solutions of the
-    /// other lights. The light field is identical, to the last bit, to a newly computed light field.
-    pub(crate) fn relit(self, scene: &FieldScene, has_changed: &dyn Fn(usize) -> bool) -> Self {
-        if !(0..scene.lights.len()).any(has_changed) {
-            return Self { solved_count: 0, ..self };
+    /// The light field in the same snow of a scene whose lights have changed. It reports the progress, and keeps the
+    /// solutions of lights that have not changed. The light field is identical, to the last bit, to a newly computed
+    /// light field.
+    ///
+    /// # Errors
+    ///
+    /// If a light other than a point or a sphere lies inside snow.
+    pub fn after_changes(self, scene: &Scene, changes: &Changes, report: Report) -> Result<Self, SceneError> {
+        let lit_scene = LitScene::new(scene, report)?;
+        if !(0..scene.lights().len()).any(|light| changes.has_light(light)) {
+            return Ok(Self { solved_count: 0, ..self });
         }
-        let (prepared, mut solutions, body_of) = self.into_parts(scene);
-        solutions.retain(|(lights, _)| !lights.iter().any(|light| has_changed(*light)));
-        Self::lit(prepared, body_of, scene, solutions)
+        let Self { bodies, solutions: mut known, .. } = self;
+        known.retain(|lights, _| !lights.iter().any(|light| changes.has_light(*light)));
+        Ok(Self::solve(&lit_scene, bodies, known))
     }
 
-    /// The bodies without light, the solutions, and the body of each object.
-    fn into_parts<'s>(self, scene: &'s FieldScene) -> (Vec<BodySystem<'s>>, Vec<LitBodies>, Vec<Option<usize>>) {
-        let Self { bodies, body_of, lights, .. } = self;
-        let mut solutions: Vec<LitBodies> = lights.into_iter().map(|lights| (lights, Vec::new())).collect();
-        let prepared = bodies.into_iter().enumerate().map(|(number, one)| {
-            let object = body_of.iter().position(|body| *body == Some(number));
-            let solid = object.and_then(|object| BodyGeometry::new(scene, object));
-            let BodySolution { body, lit, nodes, snow, transport_length, view_factor } = one;
-            solutions.iter_mut().zip(lit).for_each(|((_, bodies), lit)| bodies.push(lit));
-            let solid = solid.expect("a body with a light field has an object and bounds");
-            BodySystem { solid, body, nodes, snow, transport_length, view_factor }
+    /// The light field in the same snow by a single light, which need not be a light of the scene. `max_bounces` is
+    /// the greatest number of surfaces after the first surface on a path of light.
+    pub(crate) fn of_light(&self, scene: &Scene, light: &Arc<Light>, max_bounces: u32, report: Report) -> Self {
+        let lit_scene = LitScene::with_light(scene, light, max_bounces, report);
+        Self::solve(&lit_scene, self.bodies.clone(), Solutions::new())
+    }
+
+    /// Solves for the light of all lights in all bodies, and keeps the solutions that are known.
+    fn solve(lit_scene: &LitScene, bodies: SceneBodies, mut solutions: Solutions) -> Self {
+        // Lights of one spectrum have one solution.
+        let mut illuminations = lit_scene.illuminations();
+        solutions.retain(|lights, _| illuminations.iter().any(|illumination| illumination.indices == *lights));
+        illuminations.retain(|illumination| !solutions.contains_key(&illumination.indices));
+        lit_scene.report_solutions();
+        // Paths from all bodies to snow and other surfaces serve the lights of all spectra.
+        let exchange = Exchange::new(lit_scene, &bodies, &illuminations);
+        for (number, illumination) in illuminations.iter().enumerate() {
+            // Lamps and skies light the surface of each body.
+            let direct: Vec<LightOnBody> =
+                bodies.systems.iter().map(|system| LightOnBody::new(lit_scene, system, illumination)).collect();
+            // Bodies and other surfaces exchange light until it is in balance.
+            let balance = exchange.balance(number, &direct);
+            let spectrum = illumination.spectrum.unwrap_or_else(|| mean_spectrum(&direct));
+            // The light inside each body follows from all light that enters at its surface.
+            let lit = direct.iter().zip(balance).map(|(direct, (mut diffuse, start))| {
+                direct.system.cells.denoise(&mut diffuse, NOISE);
+                let options = SolveOptions { start: start.as_ref(), ..SolveOptions::default() };
+                let fluence = direct.solve(lit_scene, &diffuse, options);
+                Arc::new(LitFluence::new(illumination, direct, &diffuse, fluence, spectrum))
+            });
+            solutions.insert(illumination.indices.clone(), lit.collect());
+        }
+        let by_body = bodies.systems.iter().enumerate().map(|(body, system)| BodySolution {
+            system: Arc::clone(system),
+            lit: solutions.values().map(|lit| Arc::clone(&lit[body])).collect(),
         });
-        (prepared.collect(), solutions, body_of)
-    }
-
-    /// Solves for the light in bodies, except for lights whose solutions are known.
-    fn lit(
-        prepared: Vec<BodySystem>,
-        body_of: Vec<Option<usize>>,
-        scene: &FieldScene,
-        mut known: Vec<LitBodies>,
-    ) -> Self {
-        let mut lit: Vec<Vec<LitFluence>> = prepared.iter().map(|_| Vec::new()).collect();
-        let illuminations = illuminations(scene.lights, scene.lamps_in_snow);
-        let is_known = |illumination: &&Illumination| known.iter().any(|(lights, _)| *lights == illumination.indices);
-        let unknown: Vec<&Illumination> = illuminations.iter().filter(|illumination| !is_known(illumination)).collect();
-        let solved_count = unknown.len();
-        scene.watch.light();
-        let mut solved = solve(scene, &unknown, &prepared, &body_of).into_iter();
-        let mut lights = Vec::new();
-        for illumination in illuminations {
-            let of_bodies = match known.iter().position(|(lights, _)| *lights == illumination.indices) {
-                Some(number) => known.swap_remove(number).1,
-                None => solved.next().unwrap_or_default(),
-            };
-            lit.iter_mut().zip(of_bodies).for_each(|(lit, one)| lit.push(one));
-            lights.push(illumination.indices);
-        }
-        let bodies = prepared.into_iter().zip(lit).map(|(one, lit)| {
-            let BodySystem { body, nodes, snow, transport_length, view_factor, .. } = one;
-            BodySolution { body, lit, nodes, snow, transport_length, view_factor }
-        });
-        let bodies: Vec<BodySolution> = bodies.collect();
-        let bright_snow = BrightSnow::new(if scene.max_bounces > 0 { &bodies } else { &[] });
-        Self {
-            bodies,
-            body_of,
-            lamps_in_snow: scene.lamps_in_snow.to_vec(),
-            bright_snow,
-            lights,
-            solved_count,
-            has_one_view: scene.has_one_view,
-            work: scene.watch.work(),
-        }
+        let by_body: Vec<BodySolution> = by_body.collect();
+        // Other surfaces look for the brightest snow.
+        let bright_snow = BrightSnow::new(if lit_scene.max_bounces > 0 { &by_body } else { &[] });
+        let [rounds, rays] = [&lit_scene.rounds, &lit_scene.rays].map(|count| count.load(Ordering::Relaxed));
+        let whole_lamps = lit_scene.lamps_in_snow.iter().filter(|lamp| lamp.is_whole);
+        let (lamps_inside, solved_count) = (whole_lamps.map(|lamp| lamp.light).collect(), illuminations.len());
+        Self { solutions, by_body, bright_snow, lamps_inside, solved_count, rounds, rays, bodies }
     }
 
     /// The number of solutions that are not taken from an earlier light field.
@@ -188,12 +156,7 @@ impl LightField {
 
     /// Whether a light of the scene is a lamp inside snow.
     pub fn is_inside(&self, light: usize) -> bool {
-        self.parts_inside(light).any(|part| part.is_whole)
-    }
-
-    /// The parts of a light of the scene that are inside snow.
-    pub(crate) fn parts_inside(&self, light: usize) -> impl Iterator<Item = &LampInSnow> {
-        self.lamps_in_snow.iter().filter(move |lamp| lamp.light == light)
+        self.lamps_inside.contains(&light)
     }
 
     /// Samples the direction of a path that continues from a surface, from three numbers in [0, 1). Half of the paths
@@ -210,146 +173,53 @@ impl LightField {
 
     /// If cell sizes are for a viewer: the greatest factor of these sizes that makes the cells fit into the memory.
     pub fn view_factor(&self) -> Option<f64> {
-        self.bodies.iter().filter_map(|body| body.view_factor).max_by(f64::total_cmp)
+        self.bodies.systems.iter().filter_map(|system| system.view_factor).max_by(f64::total_cmp)
     }
 
     /// Whether the light field is for the pictures of one camera. Snow that this camera does not see has larger cells.
     pub fn has_one_view(&self) -> bool {
-        self.has_one_view
+        self.bodies.has_one_view
     }
 
     /// The statistics of the light field and of the work on it.
     pub fn statistics(&self) -> FieldStatistics {
-        let bodies = || self.bodies.iter().map(|body| &body.body);
-        let [solves, iterations] = [0, 1].map(|of| bodies().map(|body| body.solves_and_iterations()[of]).sum());
+        let cells = || self.bodies.systems.iter().map(|system| &system.cells);
+        let [solves, iterations] = [0, 1].map(|of| cells().map(|body| body.solves_and_iterations()[of]).sum());
         FieldStatistics {
-            bodies: self.bodies.len(),
-            cells: bodies().map(SnowBody::cell_count).sum(),
+            bodies: self.bodies.systems.len(),
+            cells: cells().map(SnowBody::cell_count).sum(),
             nodes: self.node_count(),
-            bytes: bodies().map(SnowBody::bytes).sum(),
-            groups: self.bodies.first().map_or(0, |body| body.nodes.indices().len() / GROUP),
-            lights: self.lights.len(),
+            bytes: cells().map(SnowBody::bytes).sum(),
+            groups: self.bodies.systems.first().map_or(0, |system| system.nodes.group_count()),
+            lights: self.solutions.len(),
             solves,
             iterations,
-            rounds: self.work.rounds,
-            rays: self.work.rays,
+            rounds: self.rounds,
+            rays: self.rays,
         }
     }
 
     /// Unknowns of a solution at each wavelength, of all bodies.
     pub(crate) fn node_count(&self) -> usize {
-        self.bodies.iter().map(|body| body.body.node_count()).sum()
+        self.bodies.systems.iter().map(|system| system.cells.node_count()).sum()
     }
 
     /// The light in the body that an object of snow belongs to.
     #[inline]
     pub fn of_object(&self, object: usize) -> Option<&BodySolution> {
-        self.body_of[object].map(|body| &self.bodies[body])
+        self.bodies.of_object[object].map(|body| &self.by_body[body])
     }
 }
 
-/// The memory limit of each body, in MiB, with which all bodies together stay within `memory_mib`. Bodies that want
-/// less leave the rest to the other bodies.
-fn memory_of_each(mut wanted_mib: Vec<f64>, memory_mib: u32) -> u64 {
-    wanted_mib.sort_by(f64::total_cmp);
-    let (mut rest_mib, mut bodies) = (f64::from(memory_mib), wanted_mib.len());
-    for wanted in &wanted_mib {
-        let share = rest_mib / bodies as f64;
-        if *wanted > share {
-            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "rounding down is intended")]
-            return (share as u64).max(1);
-        }
-        rest_mib -= wanted;
-        bodies -= 1;
+impl std::fmt::Debug for LightField {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        self.statistics().fmt(formatter)
     }
-    memory_mib.into()
-}
-
-/// Greatest number of diffuse surfaces between two pieces of snow.
-const MAX_GATHER_SURFACES: u32 = 8;
-
-/// Solves for the light of each of some illuminations in all bodies.
-pub(super) fn solve(
-    scene: &FieldScene,
-    illuminations: &[&Illumination],
-    prepared: &[BodySystem],
-    body_of: &[Option<usize>],
-) -> Vec<Vec<LitFluence>> {
-    if illuminations.is_empty() {
-        return Vec::new();
-    }
-    let patches = JoinedPatches::new(prepared);
-    let paths = gathered_paths(scene, illuminations, (prepared, &patches), body_of);
-    let exchange = paths.iter().any(GatheredPaths::reach_snow).then(|| Exchange::new(prepared, &patches, &paths));
-    let solve = |(number, illumination): (usize, &&Illumination)| {
-        let lightings: Vec<Lighting> = prepared.iter().map(|body| body.lighting(illumination, body_of)).collect();
-        let steady = paths.iter().map(|paths| paths.steady(number).clone()).collect();
-        let balance = match &exchange {
-            Some(exchange) => exchange.balance(&lightings, steady, scene),
-            None => Balance { diffuse: steady, fluences: Vec::new() },
-        };
-        let spectrum = illumination.spectrum.unwrap_or_else(|| mean_spectrum(&lightings));
-        let is_of_sky = illumination.lights.iter().all(|light| light.is_smooth_sky());
-        let Balance { diffuse, fluences } = balance;
-        let bodies = prepared.iter().zip(&lightings).zip(diffuse).enumerate();
-        let lit = bodies.map(|(number, ((prepared, lighting), mut diffuse))| {
-            prepared.body.denoise(&mut diffuse, NOISE);
-            let options = SolveOptions { start: fluences.get(number), ..SolveOptions::default() };
-            let solution = prepared.solve(lighting, &diffuse, options);
-            let sky = is_of_sky.then_some(&lighting.entering.irradiance);
-            prepared.lit(solution, &diffuse, sky, spectrum)
-        });
-        lit.collect()
-    };
-    illuminations.iter().enumerate().map(solve).collect()
-}
-
-/// Traces paths from the surface of each body to snow, other surfaces and uniform skies.
-fn gathered_paths(
-    scene: &FieldScene,
-    illuminations: &[&Illumination],
-    (prepared, patches): (&[BodySystem], &JoinedPatches),
-    body_of: &[Option<usize>],
-) -> Vec<GatheredPaths> {
-    let place_at = |hit: &SurfaceInteraction| {
-        let number = body_of[hit.object]?;
-        let surface = hit.surface_point();
-        let (point, normal) = (surface.point.as_dvec3(), surface.normal.as_dvec3());
-        let body = &prepared[number].body;
-        let place = body.surface_place(point, normal)?;
-        Some(PlaceOnSnow { body: u32::try_from(number).ok()?, place, patch: patches.at(number, body, &place) })
-    };
-    let lit = illuminations.iter().map(|illumination| {
-        let mut sky = Spectrum::ZERO;
-        let skies = illumination.lights.iter().filter(|light| light.is_diffuse());
-        skies.filter_map(|light| light.uniform_power()).for_each(|radiance| sky += *radiance);
-        LightsAround { lights: &illumination.lights, sky }
-    });
-    let around = GatherScene {
-        lit: lit.collect(),
-        reflectance: scene.reflectance,
-        most_surfaces: scene.max_bounces.min(MAX_GATHER_SURFACES),
-        place_at: &place_at,
-    };
-    prepared.iter().map(|body| GatheredPaths::new(&body.solid, &body.body, &body.nodes, &around)).collect()
 }
 
 /// The spectrum of the light on all bodies; white if there is none.
-fn mean_spectrum(lightings: &[Lighting]) -> Spectrum {
+fn mean_spectrum(direct: &[LightOnBody]) -> Spectrum {
     let mut sum = Spectrum::ZERO;
-    lightings.iter().for_each(|lighting| sum += lighting.entering.spectrum);
+    direct.iter().for_each(|direct| sum += direct.spectrum);
     if sum.maximum() > 0.0 { sum } else { Spectrum::ONE }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn bodies_share_the_memory_of_the_scene() {
-        assert_eq!(memory_of_each(vec![200.0, 100.0, 300.0], 1024), 1024);
-        // The two small bodies take 300 MiB.
-        assert_eq!(memory_of_each(vec![5000.0, 200.0, 1e9, 100.0], 1024), 362);
-        assert_eq!(memory_of_each(vec![90.0; 1000], 500), 1);
-    }
 }

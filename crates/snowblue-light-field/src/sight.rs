@@ -8,8 +8,6 @@ use std::sync::OnceLock;
 use glam::DVec3;
 use snowblue_field::{CellSizes, SizeLimits, SizesByDistance};
 use snowblue_scene::Scene;
-use snowblue_scene::camera::PerspectiveCamera;
-use snowblue_scene::objects::Objects;
 use snowblue_scene::seen::{MIN_ROWS, SIZE_PER_DISTANCE, SeenPlaces};
 
 /// Greatest size of the cells at the surface that follow the picture, in m.
@@ -20,47 +18,56 @@ const MAX_CELLS_ALONG: f64 = 1000.0;
 /// Pixels of a picture that a cell of a body that is not wide may span.
 const PIXELS: f64 = 2.0;
 
-/// A camera, the fineness of its picture, and what it sees.
-pub(crate) struct CameraCells<'a> {
-    objects: &'a Objects,
-    camera: &'a PerspectiveCamera,
-    /// Angle of a pixel, in rad.
-    pixel_rad: f64,
+/// The sizes of cells for the pictures of a scene's camera.
+pub(crate) struct Sight<'a> {
+    scene: &'a Scene,
+    /// Whether only this camera is used. Snow that it does not see then has larger cells.
+    has_one_view: bool,
     seen: OnceLock<SeenPlaces>,
 }
 
-impl<'a> CameraCells<'a> {
-    /// The cell sizes for the camera of a scene.
-    pub(crate) fn of(scene: &'a Scene) -> Self {
-        let fov_rad = f64::from(scene.view().vertical_fov_deg.to_radians());
-        let rows = scene.film().height.get().max(MIN_ROWS);
-        let (objects, camera) = (scene.objects(), scene.camera());
-        Self { objects, camera, pixel_rad: fov_rad / f64::from(rows), seen: OnceLock::new() }
+impl<'a> Sight<'a> {
+    /// The sizes of cells for the camera of a scene, and for no other camera if `has_one_view` holds.
+    pub(crate) fn new(scene: &'a Scene, has_one_view: bool) -> Self {
+        Self { scene, has_one_view, seen: OnceLock::new() }
     }
 
     /// Sizes of the cells of a wide body of an extent in m.
-    pub(crate) fn sizes_of_wide(&self, extent_m: f64) -> SizesByDistance {
-        SizesByDistance::of_picture(self.viewpoint(), self.pixel_rad, greatest_cell_m(extent_m))
+    pub(crate) fn sizes_of_wide(&self, extent_m: f64) -> SizesBySight<'_> {
+        let greatest_m = greatest_cell_m(extent_m);
+        let sizes = SizesByDistance::of_picture(self.viewpoint(), self.pixel_rad(), greatest_m);
+        let seen = self.has_one_view.then(|| self.seen());
+        SizesBySight { sizes, seen, greatest_m }
     }
 
-    /// Sizes of the cells of a body that is not wide, which are at most `greatest_m` everywhere, in m.
-    pub(crate) fn sizes(&self, greatest_m: f64) -> SizesByDistance {
-        let [detail_per_distance, flat_per_distance] = [PIXELS * self.pixel_rad; 2];
-        SizesByDistance { viewpoint: self.viewpoint(), detail_per_distance, flat_per_distance, greatest_m }
+    /// Sizes of the cells of a body of an extent in m that is not wide; none if all its cells at the surface have one
+    /// size. Cells that are seen are at most `greatest_m` wide, in m.
+    pub(crate) fn sizes(&self, extent_m: f64, greatest_m: f64) -> Option<SizesBySight<'_>> {
+        let [detail_per_distance, flat_per_distance] = [PIXELS * self.pixel_rad(); 2];
+        let viewpoint = self.viewpoint();
+        let sizes = SizesByDistance { viewpoint, detail_per_distance, flat_per_distance, greatest_m };
+        let with_seen = || SizesBySight { sizes, seen: Some(self.seen()), greatest_m: greatest_cell_m(extent_m) };
+        self.has_one_view.then(with_seen)
     }
 
-    /// The places that are seen.
-    pub(crate) fn seen(&self) -> &SeenPlaces {
-        self.seen.get_or_init(|| SeenPlaces::of(self.objects, self.camera))
+    /// The places that the camera sees.
+    fn seen(&self) -> &SeenPlaces {
+        self.seen.get_or_init(|| SeenPlaces::of(self.scene.objects(), self.scene.camera()))
     }
 
     fn viewpoint(&self) -> DVec3 {
-        self.camera.position().as_dvec3()
+        self.scene.camera().position().as_dvec3()
+    }
+
+    /// Angle of a pixel, in rad.
+    fn pixel_rad(&self) -> f64 {
+        let rows = self.scene.film().height.get().max(MIN_ROWS);
+        f64::from(self.scene.view().vertical_fov_deg.to_radians()) / f64::from(rows)
     }
 }
 
 /// Greatest size of the cells at the surface of a body of an extent in m.
-pub(crate) fn greatest_cell_m(extent_m: f64) -> f64 {
+fn greatest_cell_m(extent_m: f64) -> f64 {
     MAX_CELL_M.max(extent_m / MAX_CELLS_ALONG)
 }
 
@@ -69,11 +76,11 @@ pub(crate) fn greatest_cell_m(extent_m: f64) -> f64 {
 #[derive(Debug)]
 pub(crate) struct SizesBySight<'a> {
     /// The sizes where everything is seen.
-    pub(crate) sizes: SizesByDistance,
+    sizes: SizesByDistance,
     /// The places that are seen; if none, everything counts as seen.
-    pub(crate) seen: Option<&'a SeenPlaces>,
+    seen: Option<&'a SeenPlaces>,
     /// The greatest size, in m.
-    pub(crate) greatest_m: f64,
+    greatest_m: f64,
 }
 
 impl CellSizes for SizesBySight<'_> {

@@ -27,7 +27,7 @@ mod surface_mesh;
 mod tests;
 
 use arrayvec::ArrayVec;
-use glam::{Vec2, Vec3, Vec3A};
+use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 use snowblue_base::{ParameterRange, narrow};
 use snowblue_color::LinearRgb;
@@ -41,7 +41,7 @@ use snowblue_scene::progress::{Phase, Progress, Report};
 use snowblue_scene::spectrum::{SAMPLES, Spectrum, WAVELENGTH_STEP_NM};
 
 use flux_limit::{BoundedFlux, limit, vertex_areas_m2, within};
-use lamps::{field_of, lamps};
+use lamps::lamps;
 use lightmap::{FlatSurface, lay_out};
 use snowblue_geometry::ellipsoid::Ellipsoid;
 use snowblue_geometry::ray::SurfacePoint;
@@ -136,14 +136,6 @@ pub enum BakeError {
     /// The surface cannot be laid out in the lightmap.
     #[error("{reason}")]
     Layout {
-        /// The reason.
-        reason: String,
-    },
-    /// A lamp has no light field.
-    #[error("object \"{object}\" {reason}")]
-    Field {
-        /// Name of the object.
-        object: String,
         /// The reason.
         reason: String,
     },
@@ -242,8 +234,8 @@ fn rgb(flux: &Spectrum, sensor: &Sensor) -> LinearRgb {
 ///
 /// # Errors
 ///
-/// When there is no snow, a lamp has no light field, there would be too many vertices, the size of the lightmap is not
-/// within [`LIGHTMAP_SIZES`], or the surface cannot be laid out in it.
+/// When there is no snow, there would be too many vertices, the size of the lightmap is not within [`LIGHTMAP_SIZES`],
+/// or the surface cannot be laid out in it.
 pub fn bake(scene: &Scene, field: &LightField, options: BakeOptions, report: Report) -> Result<BakedScene, BakeError> {
     if options.lightmap.is_some() && !HAS_LIGHTMAPS {
         return Err(BakeError::NoLightmaps);
@@ -278,10 +270,8 @@ pub fn bake(scene: &Scene, field: &LightField, options: BakeOptions, report: Rep
     }
     let of_lamp = |done: usize| Progress { phase: Phase::Lamps, done: done as u64, total: lamps.len() as u64 };
     for (number, lamp) in lamps.iter().enumerate() {
-        // Reports of the solution for a lamp only show that the program is running.
-        let alone = field_of(lamp, scene, field, &|_| report(of_lamp(number))).map_err(|(object, reason)| {
-            BakeError::Field { object: scene.objects().list()[object].name.clone(), reason }
-        })?;
+        // Without other surfaces. Reports of the solution for a lamp only show that the program is running.
+        let alone = field.of_light(scene, &scene.lights()[lamp.light], 0, &|_| report(of_lamp(number)));
         for (surface, sky) in surfaces.iter_mut().zip(&mut sky) {
             let mut flux = surface.flux(&alone, options.channels, scene.sensor());
             sky.iter_mut().zip(&flux).for_each(|(rest, value)| *rest -= value);
@@ -406,7 +396,7 @@ impl Surface {
     /// The net flux at all vertices.
     fn flux(&self, field: &LightField, channels: Channels, sensor: &Sensor) -> Vec<f32> {
         let Some(body) = field.of_object(self.object) else { return Vec::new() };
-        let values = |(point, normal)| channels.values(&body.flux(point, normal), sensor);
+        let values = |place| channels.values(&body.flux(&place), sensor);
         self.places().flat_map_iter(values).collect()
     }
 
@@ -414,7 +404,7 @@ impl Surface {
     fn limit(&mut self, values: &mut [f32], field: &LightField, channels: Channels, sensor: &Sensor) {
         let count = channels.count();
         let Some(body) = field.of_object(self.object) else { return };
-        let flux_at = |vertex: usize| body.flux(self.points[vertex].into(), self.baked.normals[vertex].into());
+        let flux_at = |vertex: usize| body.flux(&self.place(vertex));
         for (vertex, [before, flux]) in self.limited(body, &flux_at) {
             let mut change = flux;
             change += before * -1.0;
@@ -434,7 +424,7 @@ impl Surface {
         // Renderers use the polynomial, so that the greater of both escape functions counts.
         let escape = self.baked.half_space.escape(1.0).max(self.baked.snow.escape.at(1.0));
         let least = |vertex: usize, flux: &Spectrum| {
-            let mut irradiance = body.exitance(self.points[vertex].into(), self.baked.normals[vertex].into());
+            let mut irradiance = body.exitance(&self.place(vertex));
             irradiance += *flux * -1.0;
             irradiance * -narrow((1.0 - IRRADIANCE_ERROR) / escape)
         };
@@ -467,16 +457,16 @@ impl Surface {
     /// The exitance at all vertices.
     fn exitance(&self, field: &LightField, sensor: &Sensor) -> Vec<LinearRgb> {
         let Some(body) = field.of_object(self.object) else { return Vec::new() };
-        self.places().map(|(point, normal)| rgb(&body.exitance(point, normal), sensor)).collect()
+        self.places().map(|place| rgb(&body.exitance(&place), sensor)).collect()
     }
 
     /// The irradiance at all vertices: the exitance minus the net flux.
     fn irradiance(&self, field: &LightField, sensor: &Sensor) -> Vec<VertexIrradiance> {
         let Some(body) = field.of_object(self.object) else { return Vec::new() };
-        let at_vertex = |(point, normal)| {
-            let diffuse = body.diffuse_irradiance(&SurfacePoint { point, normal });
-            let mut direct = body.exitance(point, normal);
-            direct += body.flux(point, normal) * -1.0;
+        let at_vertex = |place| {
+            let diffuse = body.diffuse_irradiance(&place);
+            let mut direct = body.exitance(&place);
+            direct += body.flux(&place) * -1.0;
             direct += diffuse * -1.0;
             let [direct, diffuse] = [direct, diffuse].map(|light| rgb(&light, sensor));
             let is_seen = direct.luminance() > MIN_DIRECT * diffuse.luminance();
@@ -485,9 +475,13 @@ impl Surface {
         self.places().map(at_vertex).collect()
     }
 
-    /// The points where the light is read, with normals.
-    fn places(&self) -> impl IndexedParallelIterator<Item = (Vec3A, Vec3A)> {
-        let vertices = self.points.par_iter().zip(&self.baked.normals);
-        vertices.map(|(point, normal)| (Vec3A::from(*point), Vec3A::from(*normal)))
+    /// The places where the light of all vertices is read.
+    fn places(&self) -> impl IndexedParallelIterator<Item = SurfacePoint> {
+        (0..self.points.len()).into_par_iter().map(|vertex| self.place(vertex))
+    }
+
+    /// The place where the light of a vertex is read.
+    fn place(&self, vertex: usize) -> SurfacePoint {
+        SurfacePoint { point: self.points[vertex].into(), normal: self.baked.normals[vertex].into() }
     }
 }

@@ -21,23 +21,21 @@ use snowblue_geometry::mesh_bvh::MeshBvh;
 use snowblue_geometry::ray::SurfacePoint;
 use snowblue_scene::description::{LightDescription, SceneDescription, SkyDescription};
 use snowblue_scene::light::{Light, LightOrigin};
-use snowblue_scene::objects::{Side, SurfaceInteraction};
+use snowblue_scene::objects::Side;
 use snowblue_scene::queries::SceneQueries;
 use snowblue_scene::spectrum::{SAMPLES, Spectrum};
 use snowblue_scene::{Scene, SceneError};
 
 use crate::bake::sky_directions::SkyDirections;
 use crate::bake::{BakeError, BakedObject, DEFAULT_CELLS, MAX_VERTICES, Surface, rgb, surfaces};
-use crate::field_scene::WorkCounter;
-use crate::illumination::parts_in_snow;
-use crate::{BodySolution, FieldScene, LightField};
+use crate::{BodySolution, LightField};
 
 /// The snow of a scene, to be lit by one light at a time.
 #[derive(Debug)]
 pub struct Relighting {
     pub(super) scene: Scene,
-    /// The light field of the last light. It is taken and put back when it is solved for again.
-    field: Option<LightField>,
+    /// The light field of the scene.
+    field: LightField,
     pub(super) surfaces: Vec<Surface>,
     /// The triangles of each object, once a place on them is sought.
     pub(super) meshes: OnceLock<Vec<MeshBvh>>,
@@ -90,7 +88,7 @@ impl Relighting {
     pub fn new(scene: Scene, field: LightField, cells_per_edge: Option<f64>) -> Result<Self, BakeError> {
         let cells = cells_per_edge.unwrap_or(DEFAULT_CELLS);
         let surfaces = surfaces(&scene, &field, |body| cells * body.surface_step_m(), MAX_VERTICES, None)?;
-        Ok(Self { scene, field: Some(field), surfaces, meshes: OnceLock::new() })
+        Ok(Self { scene, field, surfaces, meshes: OnceLock::new() })
     }
 
     /// The objects of snow, without light.
@@ -100,7 +98,7 @@ impl Relighting {
 
     /// Unknowns of a solution at each wavelength.
     pub fn node_count(&self) -> usize {
-        self.field.as_ref().map_or(0, LightField::node_count)
+        self.field.node_count()
     }
 
     /// Lights above the snow: the lamps, and then the sun and the sky without it, or an overcast sky. `files` holds the
@@ -137,36 +135,13 @@ impl Relighting {
     }
 
     /// Solves for the light of a lamp or a sky without any other.
-    pub fn light(&mut self, light: &Arc<Light>) -> LitSnow {
+    pub fn light(&self, light: &Arc<Light>) -> LitSnow {
+        let max_bounces = self.scene.integrator().max_bounces.get();
+        let field = self.field.of_light(&self.scene, light, max_bounces, &|_| {});
+        let lit = self.surfaces.iter().map(|surface| surface.lit(&self.scene, &field, light));
+        let (surfaces, spectra) = lit.unzip();
         let (light, strength) = (Arc::clone(light), self.strength(light));
-        let (surfaces, spectra) = self.lit(&light).into_iter().unzip();
         LitSnow { surfaces, spectra, strength, light, directions: OnceLock::new() }
-    }
-
-    fn lit(&mut self, light: &Arc<Light>) -> Vec<(LitSurface, Vec<VertexSpectra>)> {
-        let Self { scene, surfaces, .. } = self;
-        // A light that is neither a point nor a sphere stays outside.
-        let inside = parts_in_snow(scene, 0, light).unwrap_or_default();
-        let reflectance =
-            |surface: &SurfaceInteraction| scene.materials()[surface.material].albedo(scene.objects(), surface);
-        let Some(field) = self.field.take() else { return Vec::new() };
-        let lit_scene = FieldScene {
-            objects: scene.objects(),
-            lights: std::slice::from_ref(light),
-            snow: &|_| None,
-            lamps_in_snow: &inside,
-            reflectance: &reflectance,
-            max_bounces: scene.integrator().max_bounces.get(),
-            sight: None,
-            has_one_view: false,
-            settings: scene.description().light_field,
-            watch: WorkCounter::new(&|_| {}),
-        };
-        let field = field.relit(&lit_scene, &|_| true);
-        let of_surface = |surface: &Surface| surface.lit(scene, &field, light);
-        let lit = surfaces.iter().map(of_surface).collect();
-        self.field = Some(field);
-        lit
     }
 }
 
@@ -174,10 +149,8 @@ impl Surface {
     /// The light of a lamp or a sky at all vertices.
     fn lit(&self, scene: &Scene, field: &LightField, light: &Light) -> (LitSurface, Vec<VertexSpectra>) {
         let spectra_in = |body: &BodySolution| -> Vec<VertexSpectra> {
-            let of_place = |(point, normal)| VertexSpectra {
-                flux: body.flux(point, normal),
-                irradiance: body.diffuse_irradiance(&SurfacePoint { point, normal }),
-            };
+            let of_place =
+                |place| VertexSpectra { flux: body.flux(&place), irradiance: body.diffuse_irradiance(&place) };
             let mut spectra: Vec<VertexSpectra> = self.places().map(of_place).collect();
             for (vertex, [_, flux]) in self.limited(body, &|vertex| spectra[vertex].flux) {
                 spectra[vertex].flux = flux;
@@ -189,8 +162,7 @@ impl Surface {
             spectra.iter().map(|vertex| rgb(of(vertex), scene.sensor())).collect()
         };
         let central = light.central_sample();
-        let visibility = |queries: &mut SceneQueries, (point, normal)| {
-            let surface = SurfacePoint { point, normal };
+        let visibility = |queries: &mut SceneQueries, surface| {
             let is_hidden = central.is_some_and(|sample| {
                 sample.incident_at(&surface).is_some()
                     && !sample.is_visible(queries, &surface, Side::Outer(self.object))
@@ -207,8 +179,7 @@ impl Surface {
                         let LinearRgb { r, g, b } = rgb(power, scene.sensor());
                         [r, g, b].map(narrow)
                     });
-                    let received = |queries: &mut SceneQueries, (point, normal)| {
-                        let surface = SurfacePoint { point, normal };
+                    let received = |queries: &mut SceneQueries, surface| {
                         let [r, g, b] = sky.irradiance(queries, &surface, Side::Outer(self.object)).map(f64::from);
                         LinearRgb { r, g, b }
                     };

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use glam::{DAffine3, DQuat, DVec3, Mat3A};
+use glam::{DAffine3, DQuat, DVec3, Mat3A, Vec3A};
 use snowblue_geometry::cuboid::Cuboid;
 use snowblue_geometry::ellipsoid::Ellipsoid;
 use snowblue_geometry::instance::Instance;

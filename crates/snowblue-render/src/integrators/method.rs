@@ -6,7 +6,7 @@ use std::sync::{Arc, OnceLock};
 
 use glam::Vec3A;
 use snowblue_database::CompressedTable;
-use snowblue_light_field::{BodyOptics, LightField, SnowOfMaterials, optics_of_materials};
+use snowblue_light_field::{BodyOptics, LightField, SnowOfMaterials};
 use snowblue_scene::material::Material;
 use snowblue_scene::material::snow::SnowKinds;
 use snowblue_scene::objects::SurfaceInteraction;
@@ -121,7 +121,7 @@ impl Prepared {
                 let optics = optics.get_or_init(|| {
                     let kinds: SnowOfMaterials<SnowKinds> =
                         volumes.iter().map(|snow| snow.as_ref().map(|snow| Arc::clone(&snow.kinds))).collect();
-                    optics_of_materials(&self.scene, &kinds, ALBEDO_RAYS, &|_, _, _| None).unwrap_or_default()
+                    BodyOptics::of_materials(&self.scene, &kinds, ALBEDO_RAYS, &|_, _, _| None).unwrap_or_default()
                 });
                 optics.get(surface.material).and_then(Option::as_deref)
             }
@@ -152,16 +152,16 @@ impl Method {
         Ok(match scene.integrator().kind {
             IntegratorKind::PcaSnow => Self::PcaSnow(TableCurves::prepare(scene, &kinds, table, notes)?),
             IntegratorKind::Diffusion => {
-                let snow = optics_of_materials(scene, &kinds, rays, &|_, _, _| None)?;
-                Self::Diffusion(LightField::of_scene(scene, &snow, has_one_view, report)?)
+                let snow = BodyOptics::of_materials(scene, &kinds, rays, &|_, _, _| None)?;
+                Self::Diffusion(LightField::new(scene, &snow, has_one_view, report)?)
             }
             IntegratorKind::Hybrid => {
                 let volumes = SnowVolumes::for_short_walks(scene, &kinds)?;
                 let walk_ends = |material: usize, kind: usize, length_m: f64| {
                     volumes[material].as_ref().map(|snow| snow.walk_ends(kind, length_m))
                 };
-                let snow = optics_of_materials(scene, &kinds, rays, &walk_ends)?;
-                Self::Hybrid(LightField::of_scene(scene, &snow, has_one_view, report)?, volumes)
+                let snow = BodyOptics::of_materials(scene, &kinds, rays, &walk_ends)?;
+                Self::Hybrid(LightField::new(scene, &snow, has_one_view, report)?, volumes)
             }
             IntegratorKind::Reference => Self::Reference(SnowVolumes::for_long_walks(scene, &kinds)?, Box::default()),
         })

@@ -138,7 +138,7 @@ fn light_beside_an_edge_does_not_vary_along_it() {
             interpolated.push(
                 weights(corners).iter().zip(corners).map(|(weight, vertex)| weight * values(*vertex)).sum::<f64>(),
             );
-            read.push(f64::from(field.flux(place.into(), Vec3A::X).0[0]));
+            read.push(f64::from(field.flux(&SurfacePoint { point: place.into(), normal: Vec3A::X }).0[0]));
         }
         let variation = |values: &[f64]| {
             let (low, high) =
@@ -187,8 +187,10 @@ fn no_radiance_of_lit_snow_is_negative_and_the_flux_of_each_side_is_kept() {
             let place = |row: u16, column: u16| half * (normal + one * at(row) + other * at(column));
             let area_m2 = f64::from(4.0 * (half.dot(one) * half.dot(other)) / f32::from(parts).powi(2));
             let places = (0..parts).flat_map(|row| (0..parts).map(move |column| place(row, column)));
-            let expected: f64 =
-                places.map(|place| area_m2 * f64::from(field.flux(place.into(), normal.into()).0[0])).sum();
+            let expected: f64 = places
+                .map(|place| SurfacePoint { point: place.into(), normal: normal.into() })
+                .map(|place| area_m2 * f64::from(field.flux(&place).0[0]))
+                .sum();
             let is_of_side = |corners: &&[u32; 3]| object.normals[corners[0] as usize].dot(normal) > 0.9;
             let of_triangle = |corners: &[u32; 3]| {
                 triangle_m2(object, *corners) * corners.map(|k| flux(k as usize, 0)).iter().sum::<f64>() / 3.0
@@ -225,7 +227,7 @@ fn the_attributes_add_up_to_the_whole_flux() {
             }
             let (point, normal) = (object.positions[vertex].into(), object.normals[vertex].into());
             let LinearRgb { g: whole, .. } =
-                LinearRgb::from_xyz(integrator.scene().sensor().xyz(&field.flux(point, normal)));
+                LinearRgb::from_xyz(integrator.scene().sensor().xyz(&field.flux(&SurfacePoint { point, normal })));
             let green: Vec<f64> = object.flux.iter().map(|values| f64::from(values[3 * vertex + 1])).collect();
             let sum: f64 = green.iter().sum();
             // The light is read a fiftieth of a step away from the vertex.
@@ -395,7 +397,7 @@ fn relighting_forgets_the_last_lamp() {
     let options = BakeOptions { step_m: Some(0.02), is_total: true, ..BakeOptions::default() };
     let fresh = [&behind, &inside].map(|integrator| integrator.bake(options, &|_| {}).unwrap());
     let cells = cells_of(&behind, 0.02);
-    let mut relighting = behind.into_relighting(cells).unwrap();
+    let relighting = behind.into_relighting(cells).unwrap();
     for number in [1, 0, 1] {
         let lit = relighting.light(&lamps[number]).surfaces;
         assert_eq!(lit.len(), 2);
@@ -456,7 +458,7 @@ fn under_sky(sky: &str) -> (BakedObject, Vec<Lit>) {
     let baked = integrator.bake(options, &|_| {}).unwrap().objects.remove(0);
     let sky = integrator.scene().description().sky.clone();
     let cells = cells_of(&integrator, 0.02);
-    let mut relighting = integrator.into_relighting(cells).unwrap();
+    let relighting = integrator.into_relighting(cells).unwrap();
     let lights = relighting.lights(Vec::new(), sky, &FilesInMemory::default()).unwrap();
     let lit = |light: Arc<Light>| {
         let LitSnow { strength, mut surfaces, .. } = relighting.light(&light);
@@ -569,7 +571,7 @@ fn ball_under(light: &str) -> LitBall {
     let options = BakeOptions { is_total: true, ..BakeOptions::default() };
     let object = integrator.bake(options, &|_| {}).unwrap().objects.remove(0);
     let lights = integrator.scene().lights().to_vec();
-    let mut relighting = integrator.into_relighting(None).unwrap();
+    let relighting = integrator.into_relighting(None).unwrap();
     let snow: Vec<LitSnow> = lights.iter().map(|light| relighting.light(light)).collect();
     let lit = lights.into_iter().zip(&snow).map(|(light, snow)| (light, snow.strength, snow.surfaces[0].clone()));
     LitBall { integrator: prepare(), object, lit: lit.collect(), snow, relighting }
@@ -714,7 +716,7 @@ fn the_exposure_fits_the_light_through_the_snow() {
     for (lamp, of_fifty, level) in [(LAMP_BEHIND, 45, 2.8), (&inside, 49, 0.95)] {
         let integrator = coarse(&format!("{lamp}{BLOCK}"), 0);
         let light = Arc::clone(&integrator.scene().lights()[0]);
-        let mut relighting = integrator.into_relighting(None).unwrap();
+        let relighting = integrator.into_relighting(None).unwrap();
         let snow = relighting.light(&light);
         let factor = |factor| relighting.exposure_factor(&[WeightedLight { snow: &snow, factor }]);
         let shown = factor(1.0).unwrap();

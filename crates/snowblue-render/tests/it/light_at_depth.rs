@@ -4,6 +4,7 @@
 use glam::Vec3A;
 use snowblue_base::files::FilesInMemory;
 use snowblue_color::{Colorimeter, DominantWavelength, Illuminant, Observer};
+use snowblue_geometry::ray::SurfacePoint;
 use snowblue_sky::{ClearSky, WAVELENGTHS_NM};
 use snowblue_transport::layer_file::LayerFile;
 use snowblue_transport::ordinates::{OrdinatesOptions, solve_stack};
@@ -124,8 +125,8 @@ fn a_slab_absorbs_over_a_day_what_discrete_ordinates_say() {
         };
         // Light is sampled at each surface element: the mean over some places has less noise.
         for k in 1..=32 {
-            let [top, bottom] =
-                [(0.0, Vec3A::Z), (-0.2, Vec3A::NEG_Z)].map(|(z, normal)| field.flux(point(z, k), normal));
+            let [top, bottom] = [(0.0, Vec3A::Z), (-0.2, Vec3A::NEG_Z)]
+                .map(|(z, normal)| field.flux(&SurfacePoint { point: point(z, k), normal }));
             for (sum, (top, bottom)) in found.iter_mut().zip(top.0.iter().zip(bottom.0)) {
                 *sum -= f64::from(top + bottom) / 32.0;
             }

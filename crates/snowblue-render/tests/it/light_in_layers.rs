@@ -76,7 +76,7 @@ fn lamps_move_over_layers() {
     };
     let there = integrator(&text("[0.05, 0.3, 0.02]"));
     let fresh = there.bake(BakeOptions::default(), &|_| {}).unwrap();
-    let mut relighting = integrator(&text("[-0.2, -0.4, 0.3]")).into_relighting(None).unwrap();
+    let relighting = integrator(&text("[-0.2, -0.4, 0.3]")).into_relighting(None).unwrap();
     let lit = relighting.light(&there.scene().lights()[0]).surfaces.remove(0);
     let known = &fresh.objects[0].flux[0];
     let greatest = known.iter().map(|flux| f64::from(flux.abs())).fold(0.0, f64::max);

@@ -148,7 +148,7 @@ pub(super) fn read(
         let Shown { surface, triangle, .. } = shown[*texel];
         let surface = &surfaces[surface as usize];
         let place = place(surface, triangle, *texel, size);
-        let exitance = field.of_object(surface.object)?.exitance(place.point, place.normal);
+        let exitance = field.of_object(surface.object)?.exitance(&place);
         let LinearRgb { r, g, b } = LinearRgb::from_xyz(sensor.xyz(&exitance));
         Some([r, g, b].map(narrow))
     };
