@@ -56,15 +56,17 @@ pub(crate) struct LitFluence {
     exitance: SurfaceValues,
     /// The irradiance H by uniform skies and other surfaces, if there is any.
     diffuse: Option<SurfaceValues>,
-    /// The spectrum of the lights.
+    /// The spectrum of the lights, with some light at all wavelengths.
     spectrum: Spectrum,
+    /// The fraction of this light that the lights emit; none if it is 1 at all wavelengths.
+    emitted: Option<Spectrum>,
     /// The irradiance by smooth skies, if the lights are such skies.
     sky: Option<SurfaceValues>,
 }
 
 impl LitFluence {
     /// Prepares the light inside a body for reads. `direct` and `diffuse`, H, are the light at its surface, and
-    /// `spectrum` is the spectrum of the lights.
+    /// `spectrum` is the spectrum of the lights, with some light at all wavelengths.
     pub(crate) fn new(
         illumination: &Illumination,
         direct: &LightOnBody,
@@ -79,10 +81,17 @@ impl LitFluence {
             cells.denoise(&mut sky, SKY_NOISE);
             cells.smooth(&sky)
         });
+        let emitted = illumination.spectrum.filter(|emitted| emitted.0 != spectrum.0);
+        let emitted = emitted.map(|emitted| Spectrum(std::array::from_fn(|k| emitted.0[k] / spectrum.0[k])));
         let is_dark = diffuse.iter().flatten().all(|values| *values == f32x4::ZERO);
         let [flux, exitance] = direct.flux_and_exitance(diffuse, &fluence);
         let [flux, exitance] = cells.smooth_light(&flux, &exitance);
-        Self { diffuse: (!is_dark).then(|| cells.smooth(diffuse)), exitance, flux, fluence, sky, spectrum }
+        Self { diffuse: (!is_dark).then(|| cells.smooth(diffuse)), exitance, flux, fluence, sky, spectrum, emitted }
+    }
+
+    /// The part of a quantity that is due to light that the lights emit.
+    fn emitted(&self, quantity: Spectrum) -> Spectrum {
+        self.emitted.map_or(quantity, |emitted| quantity * emitted)
     }
 }
 
@@ -152,7 +161,7 @@ impl BodySolution {
         let mut sum = Spectrum::ZERO;
         for lit in &self.lit {
             if let Some(groups) = groups(lit) {
-                sum += self.spectrum(groups, &lit.spectrum);
+                sum += lit.emitted(self.spectrum(groups, &lit.spectrum));
             }
         }
         sum
@@ -318,6 +327,6 @@ impl<'f> NearFluence<'f> {
         let value = |wavelength: usize| {
             field.system.nodes.interpolate(wavelength, &ratios[..count]) * self.spectrum.0[wavelength]
         };
-        Spectrum(std::array::from_fn(value))
+        self.lit.emitted(Spectrum(std::array::from_fn(value)))
     }
 }

@@ -9,7 +9,7 @@ use snowblue_geometry::ray::SurfacePoint;
 use wide::f32x4;
 
 use crate::bodies::BodySystem;
-use crate::lit_scene::{Illumination, LampInSnow, LitScene};
+use crate::lit_scene::{Illumination, LampInSnow, LitScene, with_all_wavelengths};
 use snowblue_scene::directions::Directions;
 use snowblue_scene::light::emitter::InnerLamp;
 use snowblue_scene::light::{Light, LightSample};
@@ -133,10 +133,11 @@ impl<'a> LightOnBody<'a> {
 
 /// A lamp inside snow as a source of diffuse light.
 fn source(lamp: &InnerLamp, nodes: &SpectralNodes) -> VolumeSource {
+    let intensity = with_all_wavelengths(&lamp.intensity);
     VolumeSource {
         centre: lamp.position.as_dvec3(),
         radius_m: f64::from(lamp.radius_m),
-        power: nodes.gather(|wavelength| 4.0 * PI * lamp.intensity.0[wavelength]).collect(),
+        power: nodes.gather(|wavelength| 4.0 * PI * intensity.0[wavelength]).collect(),
     }
 }
 
@@ -176,7 +177,10 @@ pub(crate) fn visit_lights(
         let mut add = |sample: &LightSample, share: f32| {
             let Some(incident) = sample.incident_at(surface) else { return };
             if sample.is_visible(queries, surface, side) {
-                let power = light.power(&sample.origin);
+                let power = match light.uniform_power() {
+                    Some(power) => with_all_wavelengths(power),
+                    None => light.power(&sample.origin),
+                };
                 visit(incident.cos_incidence, power * (share * incident.irradiance_per_power));
             }
         };

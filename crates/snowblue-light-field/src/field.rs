@@ -19,7 +19,7 @@ use crate::body_solution::{BodySolution, LitFluence};
 use crate::bright_snow::{BrightSnow, SnowSeen};
 use crate::direct_light::LightOnBody;
 use crate::exchange::Exchange;
-use crate::lit_scene::LitScene;
+use crate::lit_scene::{LitScene, with_all_wavelengths};
 
 /// Relative noise to which the irradiance by other surfaces is smoothed.
 const NOISE: f32 = 0.05;
@@ -126,7 +126,7 @@ impl LightField {
                 bodies.systems.iter().map(|system| LightOnBody::new(lit_scene, system, illumination)).collect();
             // Bodies and other surfaces exchange light until it is in balance.
             let balance = exchange.balance(number, &direct);
-            let spectrum = illumination.spectrum.unwrap_or_else(|| mean_spectrum(&direct));
+            let spectrum = illumination.spectrum.as_ref().map_or_else(|| mean_spectrum(&direct), with_all_wavelengths);
             // The light inside each body follows from all light that enters at its surface.
             let lit = direct.iter().zip(balance).map(|(direct, (mut diffuse, start))| {
                 direct.system.cells.denoise(&mut diffuse, NOISE);

@@ -18,6 +18,8 @@ use snowblue_scene::{Scene, SceneError};
 
 /// Largest difference of proportional spectra, relative to their maximum.
 const SAME_SPECTRUM: f32 = 1e-3;
+/// Least light at a wavelength that a solution has, relative to the greatest.
+const LEAST_LIGHT: f32 = 1e-3;
 
 /// A scene, the lights that the light field is solved for, and the work so far.
 pub(crate) struct LitScene<'a> {
@@ -116,7 +118,7 @@ impl<'a> LitScene<'a> {
             illumination.indices.push(index);
             illumination.lights.push(light);
             if let Some(radiance) = spectrum.filter(|_| light.is_diffuse()) {
-                illumination.uniform_sky += radiance;
+                illumination.uniform_sky += with_all_wavelengths(&radiance);
             }
         }
         found
@@ -167,6 +169,13 @@ fn parts_in_snow(scene: &Scene, index: usize, light: &Light) -> Result<Vec<LampI
             Ok(caps.into_values().collect())
         }
     }
+}
+
+/// The light of an emitter, raised where it has hardly any: light inside snow is interpolated between few wavelengths,
+/// relative to its spectrum, and needs some light at each. Reads of a solution take the added light away.
+pub(crate) fn with_all_wavelengths(power: &Spectrum) -> Spectrum {
+    let least = LEAST_LIGHT * power.maximum();
+    Spectrum(power.0.map(|value| value.max(least)))
 }
 
 fn are_proportional(one: &Spectrum, other: &Spectrum) -> bool {

@@ -51,6 +51,33 @@ fn flux(integrator: &mut Integrator, target: Vec3A, up: f32) -> [f64; 3] {
     sums
 }
 
+/// Light of one wavelength does not depend on light of other wavelengths: snow reflects and transmits the blue light of
+/// a lamp without red light as it does the blue light of a lamp of all wavelengths.
+#[test]
+fn a_lamp_that_lacks_wavelengths_has_the_light_of_the_others() {
+    let lamp = "[[light]]\ntype = \"point\"\nposition = [0.02, 0.1, 0.03]\nradiant_intensity_w_sr = 1\nspectrum = \"lamp.csv\"\n";
+    let body = shape("box", "size = [0.1, 0.02, 0.1]");
+    let last_blue = 10;
+    for method in ["diffusion", "hybrid"] {
+        for eye in [Vec3A::new(0.02, 1.0, 0.1), Vec3A::new(0.02, -1.0, 0.1)] {
+            let [all, blue] = [30, last_blue].map(|last| {
+                let rows = (0..=30).map(|k| format!("{},{}\n", 400 + 10 * k, if k <= last { 1.0 } else { 0.0 }));
+                let csv = format!("wavelength_nm,value\n{}", rows.collect::<String>());
+                let scene = scene_by(method, &format!("{SNOW}{lamp}{body}"), &[("lamp.csv", csv)]);
+                radiance(&mut prepared(&scene, None), eye, Vec3A::new(0.01, 0.01 * eye.y, 0.01))
+            });
+            // Both lamps have 1 W/sr in all.
+            let scale = blue.0[0] / all.0[0];
+            for k in 0..=last_blue {
+                let ratio = blue.0[k] / (scale * all.0[k]);
+                assert!((ratio - 1.0).abs() < 0.01, "{method} {eye} {k}: {ratio}");
+            }
+            assert!(blue.0[last_blue + 1..].iter().all(|light| *light == 0.0));
+            assert!((scale / 2.9 - 1.0).abs() < 0.1, "{method} {eye}: {scale}");
+        }
+    }
+}
+
 /// Slabs under a directional light. They are 60 times as wide as thick and the light does not depend on the place.
 #[test]
 fn diffusion_through_slabs_agrees_with_discrete_ordinates() {
