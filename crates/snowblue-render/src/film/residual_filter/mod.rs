@@ -299,10 +299,9 @@ impl Filter {
                 let own = samples.luminance[pixel];
                 let scale =
                     if own.baseline > 0.0 && of_level.baseline > 0.0 { own.baseline * of_level.unit() } else { 1.0 };
-                // A huge outlier of a neighbour can make the mean negative.
-                let is_negative = own.baseline + scale * means[1] < 0.0
-                    && own.baseline + samples.residual[pixel * self.values + 1] >= 0.0;
-                *need = *low <= mean && mean <= *high && !is_negative;
+                // Light below 0 is wrong: a mean that makes it so contradicts the pixel, and a pixel that has it goes on.
+                let is_dark = |residual: f32| own.baseline + residual < 0.0;
+                *need = is_dark(residual[1]) || (*low <= mean && mean <= *high && !is_dark(scale * means[1]));
                 if *need {
                     let [least, most] = interval(&level, pixel, 1.0);
                     [*low, *high] = [low.max(least), high.min(most)];
