@@ -55,7 +55,8 @@ fn flux(integrator: &mut Integrator, target: Vec3A, up: f32) -> [f64; 3] {
 /// a lamp without red light as it does the blue light of a lamp of all wavelengths.
 #[test]
 fn a_lamp_that_lacks_wavelengths_has_the_light_of_the_others() {
-    let lamp = "[[light]]\ntype = \"point\"\nposition = [0.02, 0.1, 0.03]\nradiant_intensity_w_sr = 1\nspectrum = \"lamp.csv\"\n";
+    let lamp = "[[light]]\ntype = \"point\"\nposition = [0.02, 0.1, 0.03]\nradiant_intensity_w_sr = 1\n\
+                spectrum = \"lamp.csv\"\n";
     let body = shape("box", "size = [0.1, 0.02, 0.1]");
     let last_blue = 10;
     for method in ["diffusion", "hybrid"] {

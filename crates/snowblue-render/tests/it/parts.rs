@@ -7,9 +7,10 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use exr::prelude::{FlatSamples, ReadChannels, ReadLayers, read};
 use snowblue_base::Count;
-use snowblue_color::LinearRgb;
+use snowblue_color::{Illuminant, LinearRgb};
 use snowblue_render::Exposure;
 use snowblue_render::SceneFile;
+use snowblue_render::files::FilesInMemory;
 use snowblue_render::film::Film;
 use snowblue_render::film::aov::Aovs;
 use snowblue_render::film::image_file::write_exr;
@@ -18,7 +19,7 @@ use snowblue_render::render::{RenderControl, accumulator, all_samples, render_al
 use snowblue_render::scene::film::ImageSize;
 use snowblue_render::{FilmAccumulator, Integrator, SampleBlock};
 
-use crate::snow::{SNOW, analytic_table, camera_of, computed_table, prepared, scene, scene_of_few_grains};
+use crate::snow::{SNOW, analytic_table, camera_of, computed_table, parsed, prepared, scene, scene_of_few_grains};
 
 const ALL: Aovs = Aovs {
     spectrum: true,
@@ -190,6 +191,39 @@ fn aovs_sum_to_the_same_image_and_only_the_spectrum_changes_colours_within_the_t
     for (with, without) in at_once.film().pixels().iter().zip(image.pixels()) {
         for (with, without) in [(with.x, without.x), (with.y, without.y), (with.z, without.z)] {
             assert!((with - without).abs() <= 2e-4 * without, "{with} {without}");
+        }
+    }
+}
+
+/// Snow by each method under any white has the colours of its spectra, also where PCASnow has a table of responses.
+#[test]
+fn any_light_may_be_white() {
+    let temperatures = [2000, 2500, 3200, 4500, 6500, 9000, 15_000, 20_000].map(|kelvin| format!("{kelvin}K"));
+    let whites: Vec<String> = Illuminant::all().map(|light| light.name().to_owned()).chain(temperatures).collect();
+    let scene_under = |method: &str, white: &str| {
+        let film = format!("width = 3\nheight = 3\nwhite = \"{white}\"");
+        let text = camera_of(method).replace("width = 1\nheight = 1", &film);
+        let body = "[[object]]\nshape = \"box\"\nsize = [2, 0.3, 4]\nmaterial = \"snow\"\n\
+                    [[light]]\ntype = \"point\"\nposition = [0, 1, 0.5]\nradiant_intensity_w_sr = 10\n\
+                    [[light]]\ntype = \"point\"\nposition = [0, -2, 0.5]\nradiant_intensity_w_sr = 1\n";
+        parsed(format!("{text}{SNOW}{COARSE}{body}")).build(&FilesInMemory::default()).unwrap()
+    };
+    for method in ["pcasnow", "diffusion", "hybrid", "reference"] {
+        // The light field does not depend on the white.
+        let few = if method == "pcasnow" { 1 } else { 14 };
+        for white in whites.iter().step_by(few) {
+            let integrator = prepared(&scene_under(method, white), None);
+            let [film, of_spectra] = [false, true].map(|spectrum| {
+                let aovs = Aovs { spectrum, ..Aovs::default() };
+                sums_of(&integrator, aovs, &all_samples(integrator.scene())).film()
+            });
+            for (pixel, of_spectrum) in film.pixels().iter().zip(of_spectra.pixels()) {
+                let pairs = [(pixel.x, of_spectrum.x), (pixel.y, of_spectrum.y), (pixel.z, of_spectrum.z)];
+                for (value, of_spectrum) in pairs {
+                    assert!((value - of_spectrum).abs() <= 1e-3 * of_spectrum.abs(), "{method} {white}: {pixel:?}");
+                }
+            }
+            assert!(film.pixels().iter().any(|pixel| pixel.y > 0.0), "{method} {white}");
         }
     }
 }

@@ -299,7 +299,8 @@ impl Filter {
                 let own = samples.luminance[pixel];
                 let scale =
                     if own.baseline > 0.0 && of_level.baseline > 0.0 { own.baseline * of_level.unit() } else { 1.0 };
-                // Light below 0 is wrong: a mean that makes it so contradicts the pixel, and a pixel that has it goes on.
+                // Light below 0 is wrong: a level that has it is not taken, and a pixel that has it takes the next
+                // level.
                 let is_dark = |residual: f32| own.baseline + residual < 0.0;
                 *need = is_dark(residual[1]) || (*low <= mean && mean <= *high && !is_dark(scale * means[1]));
                 if *need {
