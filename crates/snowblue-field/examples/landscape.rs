@@ -4,7 +4,6 @@
 #![allow(clippy::print_stdout, reason = "an example")]
 
 use std::slice::from_ref;
-
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 

@@ -366,7 +366,8 @@ impl SnowBody {
         Some(self.value_at(values, &place).into_iter().take(values.0.len()))
     }
 
-    /// A point of the surface, in m, with an outward unit normal; none if there is no cell within a step of the point.
+    /// The place of a point of the surface, in m, with an outward unit normal; none if there is no cell within a step
+    /// of the point.
     #[must_use]
     pub fn surface_place(&self, point: DVec3, normal: DVec3) -> Option<SurfacePlace> {
         self.grid.find_at_surface(point, normal)

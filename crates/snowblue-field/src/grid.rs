@@ -203,7 +203,8 @@ impl Grid {
         Some((cell, self.within(cell, point)))
     }
 
-    /// The number of a cell within [`SLIVER`] of a cell that the grid lacks. `point` lies in the cell that lacks.
+    /// The number of a cell next to a point that lies in a cell that the grid lacks; none if the distance exceeds
+    /// [`SLIVER`] of the lacking cell.
     #[cold]
     fn number_beside(&self, point: DVec3) -> Option<usize> {
         let (_, level) = self.octree.find(self.lattice.cell_at(point));
@@ -218,7 +219,7 @@ impl Grid {
         })
     }
 
-    /// The cell at a point of the surface, in m, with an outward unit normal; none if there is no cell within a step
+    /// The place of a point of the surface, in m, with an outward unit normal; none if there is no cell within a step
     /// of the point.
     #[inline]
     pub(crate) fn find_at_surface(&self, point: DVec3, normal: DVec3) -> Option<SurfacePlace> {

@@ -159,8 +159,8 @@ fn memory_of_each(mut wanted_mib: Vec<f64>, memory_mib: u32) -> u64 {
 }
 
 impl SurveyedBody<'_> {
-    /// The size of its smallest cells, in m, and the rule by which other cells follow the picture, if they do, for
-    /// `groups` groups of wavelengths and within `memory_mib` MiB.
+    /// The size of the smallest cells of the body, in m, and the rule for the sizes of other cells if these follow the
+    /// picture. The cells of `groups` groups of wavelengths stay within `memory_mib` MiB.
     fn cell_sizes<'s>(
         &self,
         settings: &LightFieldSettings,

@@ -56,7 +56,7 @@ pub(crate) struct LitFluence {
     exitance: SurfaceValues,
     /// The irradiance H by uniform skies and other surfaces, if there is any.
     diffuse: Option<SurfaceValues>,
-    /// The spectrum of the lights, with some light at all wavelengths.
+    /// The spectrum of the lights. If it is uniform over each light, it has some light at all wavelengths.
     spectrum: Spectrum,
     /// The fraction of this light that the lights emit; none if it is 1 at all wavelengths.
     emitted: Option<Spectrum>,
@@ -66,7 +66,7 @@ pub(crate) struct LitFluence {
 
 impl LitFluence {
     /// Prepares the light inside a body for reads. `direct` and `diffuse`, H, are the light at its surface, and
-    /// `spectrum` is the spectrum of the lights, with some light at all wavelengths.
+    /// `spectrum` is the spectrum of the lights, as stored.
     pub(crate) fn new(
         illumination: &Illumination,
         direct: &LightOnBody,
@@ -138,12 +138,6 @@ impl BodySolution {
     /// The exitance of the surface, net flux plus irradiance, in W m⁻² as a band density.
     pub(crate) fn exitance(&self, surface: &SurfacePoint) -> Spectrum {
         self.at_surface(surface, |lit| Some(&lit.exitance))
-    }
-
-    /// The exitance of the surface, as a sum over the spectral nodes.
-    pub(crate) fn brightness(&self, surface: &SurfacePoint) -> f32 {
-        let values = self.lit.iter().filter_map(|lit| self.groups(&lit.exitance, surface));
-        values.flatten().map(f32x4::reduce_add).sum()
     }
 
     /// The net flux outwards through the surface, in W m⁻² as a band density.

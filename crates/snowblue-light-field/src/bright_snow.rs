@@ -111,8 +111,9 @@ impl BrightSnow {
         let elements = bodies.iter().flat_map(|body| {
             body.system.cells.surface().iter().step_by(stride).filter_map(|element| {
                 let surface = surface_point(element);
-                let (exitance, area_m2) = (body.brightness(&surface), element.area_m2 * stride as f32);
                 let radiance = body.mean_radiance(&surface);
+                let exitance = PI * radiance.0.iter().sum::<f32>();
+                let area_m2 = element.area_m2 * stride as f32;
                 (exitance > 0.0).then_some(Element { surface, area_m2, exitance, radiance })
             })
         });

@@ -1,4 +1,4 @@
-//! The light that lamps and skies bring to a surface of snow, and the light inside for it.
+//! The light of lamps and skies at the surface of a body of snow, and the solution inside the body for this light.
 
 use std::f32::consts::PI;
 
@@ -31,8 +31,8 @@ pub(crate) const ELEMENTS_PER_TASK: usize = 256;
 /// Values at each surface element of a body, or of all bodies, for each group of spectral nodes.
 pub(crate) type ElementValues = Vec<Vec<f32x4>>;
 
-/// A body with the light of lamps and skies of one spectrum, without the light of uniform skies: values at each surface
-/// element in W m⁻² as a band density, and the lamps inside the body.
+/// A body with the light of lamps and skies of one spectrum, without the light of uniform skies, and the lamps inside
+/// the body. Values at each surface element are in W m⁻² as a band density.
 pub(crate) struct LightOnBody<'a> {
     pub(crate) system: &'a BodySystem,
     /// Σ K F.
@@ -99,7 +99,7 @@ impl<'a> LightOnBody<'a> {
         Self { system, escape_weighted, irradiance, spectrum: Spectrum::ZERO, sources: Vec::new() }
     }
 
-    /// Solves for the light inside the body for this light and the diffuse irradiance H.
+    /// Solves for the light inside the body, lit by this light and by the diffuse irradiance H.
     pub(crate) fn solve<'f>(
         &'f self,
         lit_scene: &LitScene,
@@ -116,10 +116,9 @@ impl<'a> LightOnBody<'a> {
     /// inside.
     pub(crate) fn flux_and_exitance(&self, diffuse: &[Vec<f32x4>], fluence: &Fluence) -> [ElementValues; 2] {
         let flux = self.system.cells.element_flux(fluence, &self.entering(diffuse));
-        let mut irradiance = diffuse.to_vec();
-        add(&mut irradiance, &self.irradiance);
-        let mut exitance = flux.clone();
-        add(&mut exitance, &irradiance);
+        let mut exitance = diffuse.to_vec();
+        add(&mut exitance, &self.irradiance);
+        add(&mut exitance, &flux);
         [flux, exitance]
     }
 
@@ -164,7 +163,8 @@ pub(crate) fn combine(groups: &mut [Vec<f32x4>], others: &[Vec<f32x4>], change: 
 }
 
 /// Visits the visible samples of all lights at a surface point on a side of an object: the cosine of incidence and the
-/// irradiance. Lights with extent are sampled once with each sampler.
+/// irradiance. Lights with extent are sampled once with each sampler. Uniform lights have some light at all wavelengths
+/// ([`with_all_wavelengths`]).
 pub(crate) fn visit_lights(
     queries: &mut SceneQueries,
     lights: &[&Light],
@@ -174,13 +174,11 @@ pub(crate) fn visit_lights(
 ) {
     let directions = Directions::Cosine(*surface);
     for light in lights {
+        let uniform = light.uniform_power().map(with_all_wavelengths);
         let mut add = |sample: &LightSample, share: f32| {
             let Some(incident) = sample.incident_at(surface) else { return };
             if sample.is_visible(queries, surface, side) {
-                let power = match light.uniform_power() {
-                    Some(power) => with_all_wavelengths(power),
-                    None => light.power(&sample.origin),
-                };
+                let power = uniform.unwrap_or_else(|| light.power(&sample.origin));
                 visit(incident.cos_incidence, power * (share * incident.irradiance_per_power));
             }
         };

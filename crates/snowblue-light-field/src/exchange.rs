@@ -84,8 +84,9 @@ impl<'a> Exchange<'a> {
         Self { lit_scene, systems, patches, paths, slab_reflectance }
     }
 
-    /// Finds the irradiance H of each body for the direct light of one of the spectra, by its number. If a path ends at
-    /// snow, each irradiance comes with a solution inside for nearly this irradiance.
+    /// Finds the irradiance H of each body for the lights of one spectrum. `spectrum` is the number of these lights
+    /// among the illuminations, and `direct` is their direct light. If any path ends at snow, each irradiance comes
+    /// with a solution inside the body for nearly this irradiance.
     pub(crate) fn balance(&self, spectrum: usize, direct: &[LightOnBody]) -> Vec<(ElementValues, Option<Fluence>)> {
         let steady = self.paths.iter().map(|paths| paths.steady(spectrum).clone());
         if self.slab_reflectance.is_empty() {

@@ -31,7 +31,7 @@ pub struct LightField {
     /// The solutions of each body.
     by_body: Vec<BodySolution>,
     bright_snow: BrightSnow,
-    /// Indices of the lights that are inside snow.
+    /// Indices of the lights whose middles are inside snow.
     lamps_inside: Vec<usize>,
     /// Number of solutions that are not taken from an earlier light field.
     solved_count: usize,
@@ -41,7 +41,8 @@ pub struct LightField {
     rays: u64,
 }
 
-/// The light in each body by lights of one spectrum, by the indices of these lights in the scene.
+/// The light in each body by the lights of one spectrum. The key holds the indices of these lights among the lights
+/// that are solved for.
 type Solutions = BTreeMap<Vec<usize>, Vec<Arc<LitFluence>>>;
 
 /// Statistics of a light field and of the work on it.
@@ -59,7 +60,8 @@ pub struct FieldStatistics {
     pub groups: usize,
     /// Sets of lights of one spectrum.
     pub lights: usize,
-    /// Solutions in a body for a group of wavelengths, since the cells were made.
+    /// Solutions in a body for a group of wavelengths since the cells were made, by all light fields that share these
+    /// cells.
     pub solves: u64,
     /// Iterations of conjugate gradients in all solutions.
     pub iterations: u64,
@@ -99,7 +101,9 @@ impl LightField {
         if !(0..scene.lights().len()).any(|light| changes.has_light(light)) {
             return Ok(Self { solved_count: 0, ..self });
         }
-        let Self { bodies, solutions: mut known, .. } = self;
+        let Self { bodies, solutions: mut known, by_body, .. } = self;
+        // The solutions of changed lights are freed before new solutions need memory.
+        drop(by_body);
         known.retain(|lights, _| !lights.iter().any(|light| changes.has_light(*light)));
         Ok(Self::solve(&lit_scene, bodies, known))
     }
@@ -141,7 +145,7 @@ impl LightField {
             lit: solutions.values().map(|lit| Arc::clone(&lit[body])).collect(),
         });
         let by_body: Vec<BodySolution> = by_body.collect();
-        // Other surfaces look for the brightest snow.
+        // Half of the paths that continue from other surfaces go towards bright snow.
         let bright_snow = BrightSnow::new(if lit_scene.max_bounces > 0 { &by_body } else { &[] });
         let [rounds, rays] = [&lit_scene.rounds, &lit_scene.rays].map(|count| count.load(Ordering::Relaxed));
         let whole_lamps = lit_scene.lamps_in_snow.iter().filter(|lamp| lamp.is_whole);

@@ -22,7 +22,7 @@ use snowblue_scene::queries::SceneQueries;
 use snowblue_scene::sampling::{Sampler, cosine_direction};
 use snowblue_scene::spectrum::Spectrum;
 
-/// Greatest number of rays of a body, which limits memory and time.
+/// Number of rays of a body above which each surface element has only one ray, which limits memory and time.
 const MAX_RAYS: usize = 2 << 20;
 /// Greatest number of rays of a surface element.
 const MAX_RAYS_PER_ELEMENT: usize = 16;
@@ -180,8 +180,8 @@ impl GatheredPaths {
     }
 }
 
-/// The number of throughputs so far.
-#[expect(clippy::cast_possible_truncation, reason = "a body has at most 2^21 paths with four groups each")]
+/// The number of values in a list of throughputs.
+#[expect(clippy::cast_possible_truncation, reason = "a body has fewer than 2^30 paths, with at most four groups each")]
 fn number_of(throughputs: &[f32x4]) -> u32 {
     throughputs.len() as u32
 }

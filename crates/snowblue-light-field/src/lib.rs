@@ -3,10 +3,10 @@
 //! # The light field
 //!
 //! The fluence rate inside each body of snow obeys a diffusion equation ([`snowblue_field`]). Its boundary condition is
-//! the light that enters at the surface. The fluence rate determines the net flux J through the surface at each
-//! wavelength. The radiance that leaves the snow is then
+//! the light that enters at the surface, directed (F) and diffuse (H). The fluence rate determines the net flux J
+//! through the surface at each wavelength. The radiance that leaves the snow is then
 //!
-//! L(μ) = Σ R₀(μ, μ₀, Δϕ) F + K(μ) J/π.
+//! L(μ) = Σ R₀(μ, μ₀, Δϕ) F + (H + K(μ) J)/π.
 //!
 //! The files, in the order in which a light field is made:
 //!

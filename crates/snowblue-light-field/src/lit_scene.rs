@@ -16,9 +16,9 @@ use snowblue_scene::queries::SceneQueries;
 use snowblue_scene::spectrum::Spectrum;
 use snowblue_scene::{Scene, SceneError};
 
-/// Largest difference of proportional spectra, relative to their maximum.
+/// Largest relative difference of proportional spectra at a wavelength.
 const SAME_SPECTRUM: f32 = 1e-3;
-/// Least light at a wavelength that a solution has, relative to the greatest.
+/// Least light of an emitter at any wavelength, relative to the light at its strongest wavelength, that solutions have.
 const LEAST_LIGHT: f32 = 1e-3;
 
 /// A scene, the lights that the light field is solved for, and the work so far.
@@ -44,7 +44,7 @@ pub(crate) struct LampInSnow {
     /// An object of the body that holds the lamp.
     pub(crate) object: usize,
     pub(crate) lamp: InnerLamp,
-    /// Whether the middle of the lamp is inside.
+    /// Whether the middle of the whole lamp is inside the snow.
     pub(crate) is_whole: bool,
 }
 
@@ -53,9 +53,9 @@ pub(crate) struct Illumination<'a> {
     /// The indices of the lights.
     pub(crate) indices: Vec<usize>,
     pub(crate) lights: Vec<&'a Light>,
-    /// The spectrum of the lights; none if it varies, as the spectrum of an image does.
+    /// The spectrum that the lights emit; none if the spectrum varies over a light, as in an image.
     pub(crate) spectrum: Option<Spectrum>,
-    /// The radiance of uniform skies, in W m⁻² sr⁻¹ as a band density.
+    /// The radiance of uniform skies, with some light at all wavelengths, in W m⁻² sr⁻¹ as a band density.
     pub(crate) uniform_sky: Spectrum,
 }
 
@@ -171,8 +171,10 @@ fn parts_in_snow(scene: &Scene, index: usize, light: &Light) -> Result<Vec<LampI
     }
 }
 
-/// The light of an emitter, raised where it has hardly any: light inside snow is interpolated between few wavelengths,
-/// relative to its spectrum, and needs some light at each. Reads of a solution take the added light away.
+/// The power of an emitter, raised at wavelengths where the emitter has hardly any light. The light inside snow is
+/// interpolated between few wavelengths, relative to the spectrum of the emitter, and therefore needs some light at
+/// each wavelength. [`BodySolution`](crate::BodySolution) subtracts the added light when it is read. Images, and
+/// reflection by coloured surfaces, may still lack wavelengths.
 pub(crate) fn with_all_wavelengths(power: &Spectrum) -> Spectrum {
     let least = LEAST_LIGHT * power.maximum();
     Spectrum(power.0.map(|value| value.max(least)))
@@ -180,5 +182,8 @@ pub(crate) fn with_all_wavelengths(power: &Spectrum) -> Spectrum {
 
 fn are_proportional(one: &Spectrum, other: &Spectrum) -> bool {
     let [scale, other_scale] = [one, other].map(Spectrum::maximum);
-    one.0.iter().zip(other.0).all(|(a, b)| (a * other_scale - b * scale).abs() <= SAME_SPECTRUM * scale * other_scale)
+    one.0.iter().zip(other.0).all(|(a, b)| {
+        let (a, b) = (a * other_scale, b * scale);
+        (a - b).abs() <= SAME_SPECTRUM * a.max(b)
+    })
 }

@@ -40,8 +40,8 @@ impl<'a> Sight<'a> {
         SizesBySight { sizes, seen, greatest_m }
     }
 
-    /// Sizes of the cells of a body of an extent in m that is not wide; none if all its cells at the surface have one
-    /// size. Cells that are seen are at most `greatest_m` wide, in m.
+    /// Sizes of the cells of a body that is not wide, with an extent in m; none if all cells at its surface have one
+    /// size. Visible cells are at most `greatest_m` wide, in m.
     pub(crate) fn sizes(&self, extent_m: f64, greatest_m: f64) -> Option<SizesBySight<'_>> {
         let [detail_per_distance, flat_per_distance] = [PIXELS * self.pixel_rad(); 2];
         let viewpoint = self.viewpoint();

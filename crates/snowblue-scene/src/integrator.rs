@@ -83,8 +83,9 @@ pub struct IntegratorSettings {
     /// Standard error of a pixel relative to its luminance below which it gets no further samples.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub noise_target: Option<Number<NoiseTarget>>,
-    /// Whether `hybrid` and `diffusion` filter noise: what samples find beside an estimate without noise, for snow the
-    /// light field at the surface, is averaged over pixels of like surfaces, fewer as samples come.
+    /// Whether `hybrid` and `diffusion` filter noise: the difference of samples from an estimate with little noise, for
+    /// snow the light field at the surface, is averaged over pixels of like surfaces, over fewer pixels as samples are
+    /// added.
     pub filter: bool,
     /// Greatest number of surfaces after the first on a path; 0 is direct light only.
     pub max_bounces: Count<Bounces>,

@@ -54,7 +54,7 @@ fn flux(integrator: &mut Integrator, target: Vec3A, up: f32) -> [f64; 3] {
 /// Light of one wavelength does not depend on light of other wavelengths: snow reflects and transmits the blue light of
 /// a lamp without red light as it does the blue light of a lamp of all wavelengths.
 #[test]
-fn a_lamp_that_lacks_wavelengths_has_the_light_of_the_others() {
+fn a_lamp_without_some_wavelengths_has_its_light_at_the_others() {
     let lamp = "[[light]]\ntype = \"point\"\nposition = [0.02, 0.1, 0.03]\nradiant_intensity_w_sr = 1\n\
                 spectrum = \"lamp.csv\"\n";
     let body = shape("box", "size = [0.1, 0.02, 0.1]");

@@ -1,4 +1,4 @@
-//! The noise filter: light is smooth where a baseline, an estimate with little noise, contains all edges.
+//! The noise filter: it averages the part of the light that a baseline, an estimate with little noise, lacks.
 //!
 //! A sample of a surface is the sum of a baseline b, which has little noise, and a residual r, the sample less the
 //! baseline. At snow the baseline is the radiance that the light field gives at the surface; a sky that is not an image
@@ -16,16 +16,18 @@
 //! **The width.** A pixel takes the levels in turn, and stops before the first level whose mean of r/b contradicts the
 //! mean of a smaller level: they differ by more than the standard error σ of the smaller level, or by more than 3σ if
 //! the smaller level is the pixel itself (the method of Lepski 1991, *On a problem of adaptive estimation in Gaussian
-//! white noise*, Theory of Probability and its Applications 35, 454). So the neighbourhood follows the noise: as
-//! samples are added, σ falls, edges of the residual appear, and the image converges to the unfiltered image.
+//! white noise*, Theory of Probability and its Applications 35, 454). Light below 0 is wrong: a mean that makes it so
+//! contradicts the pixel, and a pixel whose light is below 0 takes the next level in any case. So the neighbourhood
+//! follows the noise: as samples are added, σ falls, edges of the residual appear, and the image converges to the
+//! unfiltered image.
 //!
 //! **Outliers.** The variance of a pixel is the greater one of the variance of its own samples and the mean variance
 //! of the pixels around it. A single large sample therefore makes no dot: its pixel has a large σ and takes the mean
 //! around it, and so do the pixels around it, which receive its light. Few samples n have missed the rarest large ones,
 //! so that σ counts √(1 + 16/n) times.
 //!
-//! **The noise that is left** is the standard error of the mean, and where a level contradicted a mean, also the
-//! difference that the contradiction takes: one of both means is wrong by as much.
+//! **The noise that is left** is the standard error of the mean. Where a later level contradicts a mean of several
+//! pixels, its variance counts twice: the mean may also be wrong by as much as its standard error.
 //!
 //! The filter works on the sums of an image, at the end. So a resumed or merged image equals an image that is
 //! rendered in one run. A part of an image is filtered by itself. `scripts/bench_filter` measures the errors of the
@@ -38,21 +40,21 @@ use crate::film::accumulator::{FilmAccumulator, PixelSums};
 use crate::film::aov::{Aovs, ResidualLayout};
 use crate::film::window::near;
 
-/// Weights along a row or a column: a cubic B-spline. A narrower kernel would leave gaps between the pixels of wide
-/// levels.
+/// Weights along a row or a column: the refinement mask of the cubic B-spline, with which the means of each level have
+/// the weights of a cubic B-spline.
 const KERNEL: [f32; 5] = [1.0 / 16.0, 4.0 / 16.0, 6.0 / 16.0, 4.0 / 16.0, 1.0 / 16.0];
 /// For each level, ratio of the variance of its means to the variance of means over independent pixels, on a plane of
 /// equal pixels. Neighbours share samples, which raises the ratio: without it, wide levels would seem to have a tenth
 /// of their noise. The last level has a neighbourhood of ±62 pixels.
 const SHARED_VARIANCE: [f32; 5] = [1.0, 2.727, 3.196, 3.307, 3.335];
-/// Deviation of the normal at which a weight falls by e^{−½}. A greater one mixes the faces of a block along its
+/// Deviation of the normal at which a weight falls to e^{−½}. A greater one mixes the faces of a block along its
 /// edges, a smaller one leaves curved snow noisy.
 const NORMAL_DEVIATION: f32 = 0.3;
-/// Deviation of ln b at which a weight falls by e^{−½}. A greater one mixes light into shadows, a smaller one leaves
+/// Deviation of ln b at which a weight falls to e^{−½}. A greater one mixes light into shadows, a smaller one leaves
 /// noise where light falls off.
 const BASELINE_DEVIATION: f32 = 1.0;
 /// Deviation of the distance from the camera, beyond its change on a plane through the neighbouring pixels, at which a
-/// weight falls by e^{−½}: a fraction of the distance. Without it, light passes between surfaces that lie one behind
+/// weight falls to e^{−½}: a fraction of the distance. Without it, light passes between surfaces that lie one behind
 /// the other.
 const DISTANCE_DEVIATION: f32 = 0.005;
 /// Number of standard errors by which the mean of a level may differ from the pixel itself. A smaller one leaves single
@@ -60,7 +62,7 @@ const DISTANCE_DEVIATION: f32 = 0.005;
 /// shadows. The means of two levels may differ by one standard error of the smaller level.
 const SAMPLE_CONFIDENCE: f32 = 3.0;
 /// Number of samples whose variance counts twice. A smaller one leaves faint dots in pictures of few samples, a greater
-/// one blurs them.
+/// one blurs them. Repeated samples of a pixel that is done count as samples.
 const SAMPLES_OF_DOUBT: f32 = 16.0;
 /// Number of levels over which variances are averaged: pixels up to 6 pixels away. Fewer lose light, because distant
 /// pixels do not take part in a rare large sample; more blur edges.
@@ -79,7 +81,8 @@ pub(crate) struct Filtered {
     noise: Vec<f32>,
 }
 
-/// Memory that the filter needs, in bytes per pixel of an image: guides, and four levels.
+/// Memory that the filter needs, in bytes per pixel of an image: references to the sums, guides, four levels, and the
+/// intervals and marks of pixels.
 pub fn bytes_per_pixel(aovs: Aovs) -> u64 {
     let bytes = |layout: ResidualLayout| {
         let level = size_of::<Luminance>() + layout.values * size_of::<f32>();
@@ -144,8 +147,8 @@ impl Filtered {
         Self::but_for(film, &[])
     }
 
-    /// Filters the residuals of an image faster: the changes and the noise of pixels that are `done` are not needed.
-    /// No pixel is done if `done` is empty.
+    /// Filters the residuals of an image faster: pixels that are `done` keep their own samples, and their changes and
+    /// noise must not be used. No pixel is done if `done` is empty.
     pub(crate) fn but_for(film: &FilmAccumulator, done: &[bool]) -> Option<Self> {
         let layout = film.aovs().residual_layout()?;
         let values = layout.values;
