@@ -58,8 +58,8 @@ pub(crate) struct LitFluence {
     diffuse: Option<SurfaceValues>,
     /// The spectrum of the lights. If it is uniform over each light, it has some light at all wavelengths.
     spectrum: Spectrum,
-    /// The fraction of this light that the lights emit; none if it is 1 at all wavelengths.
-    emitted: Option<Spectrum>,
+    /// The fraction of this light that the lights emit.
+    emitted: Spectrum,
     /// The irradiance by smooth skies, if the lights are such skies.
     sky: Option<SurfaceValues>,
 }
@@ -81,17 +81,12 @@ impl LitFluence {
             cells.denoise(&mut sky, SKY_NOISE);
             cells.smooth(&sky)
         });
-        let emitted = illumination.spectrum.filter(|emitted| emitted.0 != spectrum.0);
-        let emitted = emitted.map(|emitted| Spectrum(std::array::from_fn(|k| emitted.0[k] / spectrum.0[k])));
+        let fraction = |emitted: Spectrum| Spectrum(std::array::from_fn(|k| emitted.0[k] / spectrum.0[k]));
+        let emitted = illumination.spectrum.map_or(Spectrum::ONE, fraction);
         let is_dark = diffuse.iter().flatten().all(|values| *values == f32x4::ZERO);
         let [flux, exitance] = direct.flux_and_exitance(diffuse, &fluence);
         let [flux, exitance] = cells.smooth_light(&flux, &exitance);
         Self { diffuse: (!is_dark).then(|| cells.smooth(diffuse)), exitance, flux, fluence, sky, spectrum, emitted }
-    }
-
-    /// The part of a quantity that is due to light that the lights emit.
-    fn emitted(&self, quantity: Spectrum) -> Spectrum {
-        self.emitted.map_or(quantity, |emitted| quantity * emitted)
     }
 }
 
@@ -155,7 +150,7 @@ impl BodySolution {
         let mut sum = Spectrum::ZERO;
         for lit in &self.lit {
             if let Some(groups) = groups(lit) {
-                sum += lit.emitted(self.spectrum(groups, &lit.spectrum));
+                sum += self.spectrum(groups, &lit.spectrum) * lit.emitted;
             }
         }
         sum
@@ -321,6 +316,6 @@ impl<'f> NearFluence<'f> {
         let value = |wavelength: usize| {
             field.system.nodes.interpolate(wavelength, &ratios[..count]) * self.spectrum.0[wavelength]
         };
-        self.lit.emitted(Spectrum(std::array::from_fn(value)))
+        Spectrum(std::array::from_fn(value)) * self.lit.emitted
     }
 }
