@@ -65,6 +65,11 @@ impl LightSpectrum {
         Ok(Self::of_power(&power))
     }
 
+    /// The spectrum of a band density; none if it is black.
+    pub(crate) fn of_spectrum(spectrum: &Spectrum) -> Option<Self> {
+        (spectrum.maximum() > 0.0).then(|| Self::of_power(&spectrum.0.map(f64::from)))
+    }
+
     /// Reads a file of `wavelength_nm,value` rows with or without a header. The values may have any unit. Between the
     /// rows the spectrum is linear.
     ///

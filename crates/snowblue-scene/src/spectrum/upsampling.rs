@@ -62,6 +62,20 @@ mod tests {
         Colorimeter::new(Observer::Cie1931, illuminant, &wavelengths_nm()).unwrap()
     }
 
+    /// The light of a colour has its chromaticity.
+    #[test]
+    fn lights_have_the_chromaticity_of_their_colour() {
+        for rgb in [[1.0, 0.5, 0.25], [0.04, 0.02, 0.01]] {
+            let light = LightSpectrum::of_spectrum(&Upsampling::daylight().spectrum(rgb)).unwrap();
+            let xyz = observer(Illuminant::E).xyz(&light.relative.0.map(f64::from));
+            let LinearRgb { r, g, b } = LinearRgb::from_xyz(xyz);
+            // The white of D65 over 400–700 nm is the white of sRGB within 1 %.
+            assert!((xyz.y - 1.0).abs() < 1e-6, "{xyz:?}");
+            assert!((g / r / 0.5 - 1.0).abs() < 0.02 && (b / r / 0.25 - 1.0).abs() < 0.03, "{r} {g} {b}");
+        }
+        assert!(LightSpectrum::of_spectrum(&Upsampling::daylight().spectrum([0.0; 3])).is_none());
+    }
+
     /// A grid of colours over the whole gamut, with its corners.
     fn gamut() -> impl Iterator<Item = [f64; 3]> {
         let channel = |number: usize| (number % 6) as f64 / 5.0;

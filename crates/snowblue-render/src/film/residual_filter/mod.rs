@@ -16,10 +16,11 @@
 //! **The width.** A pixel takes the levels in turn, and stops before the first level whose mean of r/b contradicts the
 //! mean of a smaller level: they differ by more than the standard error σ of the smaller level, or by more than 3σ if
 //! the smaller level is the pixel itself (the method of Lepski 1991, *On a problem of adaptive estimation in Gaussian
-//! white noise*, Theory of Probability and its Applications 35, 454). Light below 0 is wrong: a mean that makes it so
-//! contradicts the pixel, and a pixel whose light is below 0 takes the next level in any case. So the neighbourhood
-//! follows the noise: as samples are added, σ falls, edges of the residual appear, and the image converges to the
-//! unfiltered image.
+//! white noise*, Theory of Probability and its Applications 35, 454). A level that makes the light negative is passed
+//! over. A pixel whose light is less than its standard error takes the next level in any case, and in the end the mean
+//! of the pixels around it. So the
+//! neighbourhood follows the noise: as samples are added, σ falls, edges of the residual appear, and the image
+//! converges to the unfiltered image.
 //!
 //! **Outliers.** The variance of a pixel is the greater one of the variance of its own samples and the mean variance
 //! of the pixels around it. A single large sample therefore makes no dot: its pixel has a large σ and takes the mean
@@ -38,7 +39,7 @@ use snowblue_base::narrow;
 
 use crate::film::accumulator::{FilmAccumulator, PixelSums};
 use crate::film::aov::{Aovs, ResidualLayout};
-use crate::film::window::near;
+use crate::film::window::{near, square_around};
 
 /// Weights along a row or a column: the refinement mask of the cubic B-spline, with which the means of each level have
 /// the weights of a cubic B-spline.
@@ -133,6 +134,11 @@ impl Luminance {
     /// Factor that makes residuals relative to the baseline. Without a baseline, residuals are absolute.
     fn unit(self) -> f32 {
         if self.baseline > 0.0 { self.baseline.recip() } else { 1.0 }
+    }
+
+    /// Whether the light of a pixel with a residual is less than its standard error.
+    fn is_unknown(self, residual: f32) -> bool {
+        self.baseline + residual < self.variance.sqrt()
     }
 
     /// Standard error of the residual, relative to the baseline.
@@ -302,10 +308,11 @@ impl Filter {
                 let own = samples.luminance[pixel];
                 let scale =
                     if own.baseline > 0.0 && of_level.baseline > 0.0 { own.baseline * of_level.unit() } else { 1.0 };
-                // Light below 0 is wrong: a level that has it is not taken, and a pixel that has it takes the next
-                // level.
-                let is_dark = |residual: f32| own.baseline + residual < 0.0;
-                *need = is_dark(residual[1]) || (*low <= mean && mean <= *high && !is_dark(scale * means[1]));
+                // A level that makes the light negative is passed over.
+                if own.baseline + scale * means[1] < 0.0 {
+                    return;
+                }
+                *need = luminance.is_unknown(residual[1]) || (*low <= mean && mean <= *high);
                 if *need {
                     let [least, most] = interval(&level, pixel, 1.0);
                     [*low, *high] = [low.max(least), high.min(most)];
@@ -316,7 +323,39 @@ impl Filter {
                 }
             });
         }
+        self.mend_unknown(samples, done, &mut result);
         result
+    }
+
+    /// Gives the pixels that are still unknown, as at edges without like pixels, the mean r/b of the eight pixels
+    /// around them that show like surfaces.
+    fn mend_unknown(&self, samples: &Level, done: &[bool], result: &mut Level) {
+        let size = [self.width, self.guides.len() / self.width];
+        let residuals = result.residual.par_chunks_exact_mut(self.values).zip(&result.luminance).enumerate();
+        residuals.for_each(|(pixel, (residual, luminance))| {
+            let surface = self.guides[pixel].surface;
+            if surface == Surface::None || done.get(pixel) == Some(&true) || !luminance.is_unknown(residual[1]) {
+                return;
+            }
+            let own = &samples.residual[pixel * self.values..][..self.values];
+            let of_samples = samples.luminance[pixel];
+            if of_samples.variance < luminance.variance && !of_samples.is_unknown(own[1]) {
+                residual.copy_from_slice(own);
+                return;
+            }
+            let (mut baseline, mut sums) = (0.0, vec![0.0; self.values]);
+            for other in square_around(pixel, 1, size).filter(|other| *other != pixel) {
+                if self.guides[other].surface == surface {
+                    baseline += samples.luminance[other].baseline;
+                    let values = &samples.residual[other * self.values..];
+                    sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += value);
+                }
+            }
+            if baseline > 0.0 && baseline + sums[1] > 0.0 {
+                let scale = luminance.baseline / baseline;
+                residual.iter_mut().zip(&sums).for_each(|(residual, sum)| *residual = scale * sum);
+            }
+        });
     }
 
     /// The luminances, in which the variance of a pixel is at least the mean variance of the pixels around it, relative
