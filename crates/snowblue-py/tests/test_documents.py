@@ -145,6 +145,7 @@ def test_the_albedos_of_other_models_are_those_of_the_book(repository):
     near = nm <= 1300
     assert f"{max(one[near].max() for one in off.values()):.3f}" == "0.011"
     assert f"{min(one[near].min() for one in off.values()):.3f}" == "-0.035"
+    assert 8.5 < max((of["TARTES"] / of["its grains, 32 streams"]).max() for of in albedos.values()) < 9
     coalbedos = [np.array([one[0] for one in single[name]])[near] for name in ("ours", "theirs")]
     assert abs(coalbedos[0] / coalbedos[1] - 1).max() < 0.03
     asymmetry = single["medium"].asymmetry.values[near]
@@ -174,7 +175,9 @@ def check_spheres(compare, nm, albedos, single, page):
     }
     high, steep, low, grazing = differences[columns[0], columns[1]]
     assert [f"{one.max():.3f}" for one in (high, steep)] == ["0.009", "0.009"]
+    assert [nm[one.argmax()] for one in (high, steep)] == [1205, 1305]
     assert [f"{one.min():.3f}" for one in (low, grazing)] == ["-0.018", "-0.062"]
+    assert nm[low.argmin()] == nm[grazing.argmin()] == 1305
     assert f"{max(abs(one).max() for one in differences[columns[2], columns[1]]):.3f}" == "0.009"
     assert f"{max(abs(one).max() for one in differences[columns[3], columns[2]]):.3f}" == "0.018"
 

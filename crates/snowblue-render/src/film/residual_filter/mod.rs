@@ -18,9 +18,8 @@
 //! the smaller level is the pixel itself (the method of Lepski 1991, *On a problem of adaptive estimation in Gaussian
 //! white noise*, Theory of Probability and its Applications 35, 454). A level that makes the light negative is passed
 //! over. A pixel whose light is less than its standard error takes the next level in any case, and in the end the mean
-//! of the pixels around it. So the
-//! neighbourhood follows the noise: as samples are added, σ falls, edges of the residual appear, and the image
-//! converges to the unfiltered image.
+//! of the pixels around it. So the neighbourhood follows the noise: as samples are added, σ falls, edges of the
+//! residual appear, and the image converges to the unfiltered image.
 //!
 //! **Outliers.** The variance of a pixel is the greater one of the variance of its own samples and the mean variance
 //! of the pixels around it. A single large sample therefore makes no dot: its pixel has a large σ and takes the mean
