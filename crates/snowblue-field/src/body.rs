@@ -71,6 +71,16 @@ impl<'b> Scanner<'b> {
         self.found(axis)
     }
 
+    /// Thickness of the body at a point near its surface with a normal, in m: the length of the line through the point
+    /// along the nearest axis, times the cosine between both. It is 0 outside of the body.
+    pub(crate) fn thickness_m(&mut self, point: DVec3, normal: Vec3) -> f64 {
+        let axis = normal.abs().max_position();
+        let holds =
+            |segment: &Segment| (segment.enter.coordinate_m..=segment.leave.coordinate_m).contains(&point[axis]);
+        let length_m = self.segments(axis, point).find(holds).map_or(0.0, |segment| segment.length_m());
+        length_m * f64::from(normal[axis].abs())
+    }
+
     /// Finds the crossings of a line, and returns whether their number is even.
     fn cast(&mut self, axis: usize, point: DVec3) -> bool {
         self.crossings.clear();

@@ -177,6 +177,12 @@ impl SnowBody {
         self.step_m() * sum / area_m2
     }
 
+    /// Size of the cell at a place of the surface, in m.
+    #[must_use]
+    pub fn cell_size_m(&self, place: &SurfacePlace) -> f64 {
+        self.grid.cell_size(&self.grid.cells[place.cell as usize]).max_element()
+    }
+
     /// Number of unknowns at each wavelength.
     #[must_use]
     pub fn node_count(&self) -> usize {
@@ -379,6 +385,12 @@ impl SnowBody {
     pub fn value_at(&self, values: &SurfaceValues, place: &SurfacePlace) -> Groups {
         let cell = &self.grid.cells[place.cell as usize];
         self.surface_nodes.flux(&self.grid, &values.0, (cell, place.at), place.normal)
+    }
+
+    /// Whether there is a cell at a point, in m.
+    #[must_use]
+    pub fn has_cell_at(&self, point: DVec3) -> bool {
+        self.grid.find_inside(point).is_some()
     }
 
     /// The fluence rate of each group of wavelengths at a point of the body, in m; none if there is no cell.

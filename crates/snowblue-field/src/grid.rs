@@ -451,7 +451,8 @@ mod tests {
             hole_size: DVec3::new(0.1, 0.1, 0.2),
         };
         let viewpoint = axes * DVec3::Z * 0.8;
-        let sizes = SizesByDistance { viewpoint, detail_per_distance: 0.02, flat_per_distance: 0.25, greatest_m: 0.4 };
+        let sizes =
+            SizesByDistance { viewpoint, sizes_per_distance: [0.02, 0.02, 0.25], greatest_m: 0.4, thin_below_m: 0.1 };
         let grid = Grid::new(&body, GridOptions { step_m: 0.01, shift: DVec3::ZERO, sizes: Some(&sizes) });
         let surface_levels: Vec<u8> = grid.surface_cells().map(|(cell, _)| cell.level).collect();
         assert!(surface_levels.iter().any(|level| *level <= 1) && surface_levels.iter().any(|level| *level >= 4));

@@ -222,13 +222,6 @@ impl Survey {
         self.bytes(step_m, groups) / f64::from(1 << 20)
     }
 
-    /// Greatest size of the cells at the surface of a body that is not wide, in m. `transport_length_m` is the
-    /// transport mean free path of the snow.
-    #[must_use]
-    pub fn coarsest_usual_step_m(&self, transport_length_m: f64) -> f64 {
-        COARSE_LENGTHS * transport_length_m
-    }
-
     fn bytes(&self, step_m: f64, groups: usize) -> f64 {
         let at_surface = 1.5 * self.area_m2 / (step_m * step_m);
         BYTES_PER_SURFACE_CELL * at_surface + (groups * System::BYTES_PER_NODE) as f64 * self.nodes(step_m)
@@ -246,8 +239,13 @@ pub struct ScaledSizes<'r> {
 
 impl CellSizes for ScaledSizes<'_> {
     fn least_between(&self, low: DVec3, high: DVec3) -> SizeLimits {
-        let SizeLimits { flat_m, detailed_m } = self.sizes.least_between(low, high);
-        SizeLimits { flat_m: self.factor * flat_m, detailed_m: self.factor * detailed_m }
+        let SizeLimits { flat_m, detailed_m, thin_m } = self.sizes.least_between(low, high);
+        let [flat_m, detailed_m, thin_m] = [flat_m, detailed_m, thin_m].map(|size_m| self.factor * size_m);
+        SizeLimits { flat_m, detailed_m, thin_m }
+    }
+
+    fn thin_below_m(&self) -> f64 {
+        self.sizes.thin_below_m()
     }
 }
 
@@ -335,9 +333,9 @@ mod tests {
         let ball = Ball { centre: DVec3::ZERO, radius: 1.0 };
         let sizes = SizesByDistance {
             viewpoint: DVec3::Z * 1.5,
-            detail_per_distance: 0.03,
-            flat_per_distance: 0.15,
+            sizes_per_distance: [0.03, 0.03, 0.15],
             greatest_m: 0.5,
+            thin_below_m: 0.1,
         };
         let wall = BoxBody::aligned(DVec3::ZERO, DVec3::new(3.0, 3.0, 0.15));
         let turned = BoxBody { axes: DMat3::from_rotation_y(0.4), ..wall };

@@ -15,7 +15,7 @@ use std::ops::Range;
 use glam::{DVec2, DVec3, Vec3};
 use rayon::prelude::*;
 
-use crate::body::{Body, Scanner};
+use crate::body::{Body, Scanner, Segment};
 use crate::cut_cells::INWARD;
 use crate::lattice::{Lattice, across};
 use crate::octree::key;
@@ -25,8 +25,10 @@ use crate::octree::key;
 pub struct SizeLimits {
     /// Limit where the surface is a flat sheet above snow that is at least two such cells thick.
     pub flat_m: f64,
-    /// Limit elsewhere: at edges, at holes and in thin walls.
+    /// Limit where the surface is not flat, above thick snow.
     pub detailed_m: f64,
+    /// Limit in thin snow, which light passes, and at walls.
+    pub thin_m: f64,
 }
 
 /// A rule for the sizes of the cells at the surface.
@@ -34,6 +36,9 @@ pub trait CellSizes: Debug + Sync {
     /// The least limits at any point of the box between two corners, in m. A box inside another box has no smaller
     /// limits.
     fn least_between(&self, low: DVec3, high: DVec3) -> SizeLimits;
+
+    /// Thickness below which snow is thin, in m.
+    fn thin_below_m(&self) -> f64;
 }
 
 /// Sizes that grow with the distance to a viewpoint.
@@ -41,41 +46,49 @@ pub trait CellSizes: Debug + Sync {
 pub struct SizesByDistance {
     /// Position of the viewer, in m.
     pub viewpoint: DVec3,
-    /// Cell size at details, divided by the distance.
-    pub detail_per_distance: f64,
-    /// Cell size at flat sheets, divided by the distance.
-    pub flat_per_distance: f64,
+    /// Cell size divided by the distance: in thin snow, at details, and at flat sheets.
+    pub sizes_per_distance: [f64; 3],
     /// Greatest size of any cell, in m.
     pub greatest_m: f64,
+    /// Thickness below which snow is thin, in m.
+    pub thin_below_m: f64,
 }
 
-/// Greatest number of pixels of a picture that a cell may span, at details and at flat sheets.
-const PIXELS: [f64; 2] = [4.0, 30.0];
+/// Greatest number of pixels of a picture that a cell may span: in thin snow, at details, and at flat sheets. Pixels
+/// have the light that enters at their place, so that in thick snow cells need not resolve the light along the surface.
+const PIXELS: [f64; 3] = [8.0, 16.0, 30.0];
+/// Thickness below which snow is thin, in transport mean free paths: it transmits 3 % of the light or more.
+const THIN_LENGTHS: f64 = 50.0;
 
 impl SizesByDistance {
-    /// Sizes for a picture from a viewpoint, in m, with an angle per pixel in rad. Cells span at most 4 pixels at
-    /// details and 30 pixels at flat sheets, and are at most `greatest_m` wide.
+    /// Sizes for a picture from a viewpoint, in m, with an angle per pixel in rad. Cells span at most 8 pixels in thin
+    /// snow, 16 pixels at details and 30 pixels at flat sheets, and are at most `greatest_m` wide.
     #[must_use]
-    pub fn of_picture(viewpoint: DVec3, angle_per_pixel: f64, greatest_m: f64) -> Self {
-        let [detail_per_distance, flat_per_distance] = PIXELS.map(|pixels| pixels * angle_per_pixel);
-        Self { viewpoint, detail_per_distance, flat_per_distance, greatest_m }
+    pub fn of_picture(viewpoint: DVec3, angle_per_pixel: f64, greatest_m: f64, transport_length_m: f64) -> Self {
+        let sizes_per_distance = PIXELS.map(|pixels| pixels * angle_per_pixel);
+        Self { viewpoint, sizes_per_distance, greatest_m, thin_below_m: THIN_LENGTHS * transport_length_m }
     }
 }
 
 impl CellSizes for SizesByDistance {
     fn least_between(&self, low: DVec3, high: DVec3) -> SizeLimits {
         let distance_m = self.viewpoint.distance(self.viewpoint.clamp(low, high));
-        let limit = |per_distance: f64| (per_distance * distance_m).min(self.greatest_m);
-        SizeLimits { flat_m: limit(self.flat_per_distance), detailed_m: limit(self.detail_per_distance) }
+        let [thin_m, detailed_m, flat_m] =
+            self.sizes_per_distance.map(|per_distance| (per_distance * distance_m).min(self.greatest_m));
+        SizeLimits { flat_m, detailed_m, thin_m }
+    }
+
+    fn thin_below_m(&self) -> f64 {
+        self.thin_below_m
     }
 }
 
-/// Least cosine of the angle between a normal of a flat sheet and the mean normal: 15°.
-const FLAT_COS: f32 = 0.966;
+/// Least cosine of the angle between a normal of a flat sheet and the mean normal: 45°.
+const FLAT_COS: f32 = 0.707;
 /// Least vertical component of the normal of a flat sheet: 60°. Lines along z sample steeper sheets poorly.
 const STEEP_COS: f32 = 0.5;
-/// Greatest distance of a flat sheet from its mean plane, in cells: the departure of an arc of 15° to either side.
-const FLAT_CELLS: f64 = 0.125;
+/// Greatest distance of a flat sheet from its mean plane, in cells.
+const FLAT_CELLS: f64 = 0.3;
 /// Least thickness of the snow below a flat sheet, in cells. Two cells resolve light that passes through. Where light
 /// decays within one cell, no light passes through two cells.
 const THICK_CELLS: f64 = 2.0;
@@ -112,6 +125,8 @@ struct Inside {
     ends: [f64; 2],
     /// Outward normals at its ends.
     normals: [Vec3; 2],
+    /// Thickness of the body below its ends, in m: about along the normals.
+    thickness_m: [f64; 2],
 }
 
 /// The lines along z, with the surface that they meet.
@@ -164,7 +179,7 @@ fn missed(
         let is_allowed = |level: &u8| {
             let coarse = lattice.coarsened(*level);
             let low = coarse.corner(finest.map(|k| k >> level));
-            coarse.step.max_element() <= sizes.least_between(low, low + coarse.step).detailed_m
+            coarse.step.max_element() <= sizes.least_between(low, low + coarse.step).thin_m
         };
         let level = (column_level + 1..=lattice.top_level()).take_while(is_allowed).last().unwrap_or(column_level);
         Some((level, key(finest.map(|k| k >> level))))
@@ -201,11 +216,17 @@ impl<'a> Lines<'a> {
         let columns = columns(lattice, body, sizes, 2);
         let cast = |scanner: &mut Scanner, (level, place): &(u8, [u32; 2])| -> Vec<Inside> {
             let points = points_of_column(&lattice.coarsened(*level), 2, *place);
-            let segments = scanner.sound_segments(2, points).map(|segment| Inside {
-                ends: [segment.enter.coordinate_m, segment.leave.coordinate_m],
-                normals: [segment.enter.normal, segment.leave.normal],
-            });
-            segments.collect()
+            let segments: Vec<Segment> = scanner.sound_segments(2, points).collect();
+            let inside = |segment: &Segment| {
+                let ends = [segment.enter, segment.leave];
+                let thickness_m = ends.map(|end| {
+                    let point = points[0].truncate().extend(end.coordinate_m);
+                    let inside = point - end.normal.as_dvec3() * (INWARD[0] * lattice.step);
+                    scanner.thickness_m(inside, end.normal)
+                });
+                Inside { ends: ends.map(|end| end.coordinate_m), normals: ends.map(|end| end.normal), thickness_m }
+            };
+            segments.iter().map(inside).collect()
         };
         let found: Vec<Vec<Inside>> = columns.par_iter().map_init(|| Scanner::new(body), cast).collect();
         let (mut lines, mut segments) = (Vec::with_capacity(columns.len()), Vec::new());
@@ -273,10 +294,14 @@ impl<'a> Lines<'a> {
         if !lines.clone().any(|line| self.meets(&self.lines[line], low.z, high.z)) {
             return Vec::new();
         }
-        let SizeLimits { flat_m, detailed_m } = self.sizes.least_between(low, high);
+        let SizeLimits { flat_m, detailed_m, thin_m } = self.sizes.least_between(low, high);
         let size_m = coarse.step.max_element();
         let is_smallest = level == 0 || self.lines[lines.start].level >= level;
-        if is_smallest || size_m <= detailed_m || size_m <= flat_m && self.is_flat(lines.clone(), low, high) {
+        if is_smallest
+            || size_m <= thin_m
+            || size_m <= detailed_m && !self.is_thin(lines.clone(), low, high)
+            || size_m <= flat_m && self.is_flat(lines.clone(), low, high)
+        {
             return vec![(level, key(place))];
         }
         let is_wide = lines.len() >= PARALLEL_LINES;
@@ -303,6 +328,21 @@ impl<'a> Lines<'a> {
             || self.walls[line.walls.clone()].iter().any(|wall| wall[0] < high && wall[1] > low)
     }
 
+    /// Whether much light may pass through the snow between two corners of a cell.
+    fn is_thin(&self, lines: Range<usize>, low: DVec3, high: DVec3) -> bool {
+        self.lines[lines].iter().any(|line| {
+            let mut ends = self.segments[line.segments.clone()]
+                .iter()
+                .flat_map(|inside| inside.ends.into_iter().zip(inside.thickness_m));
+            ends.any(|(end, thickness_m)| (low.z..=high.z).contains(&end) && thickness_m < self.sizes.thin_below_m())
+        })
+    }
+
+    /// Whether the surface passes between a line and its neighbours at the height of a cell.
+    fn has_wall(&self, line: &Line, low: DVec3, high: DVec3) -> bool {
+        self.walls[line.walls.clone()].iter().any(|wall| wall[0] < high.z && wall[1] > low.z)
+    }
+
     /// Whether the surface between two corners of a cell is one flat sheet above thick snow.
     fn is_flat(&self, lines: Range<usize>, low: DVec3, high: DVec3) -> bool {
         let lines = &self.lines[lines];
@@ -319,16 +359,15 @@ impl<'a> Lines<'a> {
             normal += inside.normals[end];
             point += line.at.extend(inside.ends[end]);
             count += 1.0;
-            least_thickness_m = least_thickness_m.min(inside.ends[1] - inside.ends[0]);
+            least_thickness_m = least_thickness_m.min(inside.thickness_m[end]);
         }
         let (normal, point) = (normal.normalize_or_zero(), point / count);
-        let is_wall = |wall: &[f64; 2]| wall[0] < high.z && wall[1] > low.z;
         let is_plain = |(_, inside, end): (&Line, &Inside, usize)| inside.normals[end].dot(normal) >= FLAT_COS;
         let rise = f64::from(normal.z);
         if normal.z.abs() < STEEP_COS
-            || least_thickness_m * rise.abs() < THICK_CELLS * size_m
+            || least_thickness_m < THICK_CELLS * size_m
             || !crossings().all(is_plain)
-            || lines.iter().any(|line| self.walls[line.walls.clone()].iter().any(is_wall))
+            || lines.iter().any(|line| self.has_wall(line, low, high))
         {
             return false;
         }
@@ -365,7 +404,7 @@ fn columns(lattice: &Lattice, body: &dyn Body, sizes: &dyn CellSizes, axis: usiz
             low[k] = coarse.low[k] + f64::from(place) * coarse.step[k];
             high[k] = low[k] + coarse.step[k];
         }
-        if level == 0 || coarse.step[u].max(coarse.step[v]) <= sizes.least_between(low, high).detailed_m {
+        if level == 0 || coarse.step[u].max(coarse.step[v]) <= sizes.least_between(low, high).thin_m {
             columns.push((level, place));
         } else {
             let children = (0..4).rev().map(|child| [0, 1].map(|k| 2 * place[k] + (child >> k & 1)));
@@ -404,9 +443,9 @@ mod tests {
     fn sizes_grow_with_the_distance_to_the_nearest_point_of_a_box() {
         let rule = SizesByDistance {
             viewpoint: DVec3::new(0.0, 0.0, 2.0),
-            detail_per_distance: 0.01,
-            flat_per_distance: 0.1,
+            sizes_per_distance: [0.005, 0.01, 0.1],
             greatest_m: 0.15,
+            thin_below_m: 0.1,
         };
         let at = |low: DVec3, high: DVec3| rule.least_between(low, high);
         let near = at(DVec3::new(-1.0, -1.0, 0.0), DVec3::ONE);
@@ -424,6 +463,10 @@ mod tests {
     impl CellSizes for Everywhere {
         fn least_between(&self, _: DVec3, _: DVec3) -> SizeLimits {
             self.0
+        }
+
+        fn thin_below_m(&self) -> f64 {
+            0.1
         }
     }
 
@@ -449,7 +492,9 @@ mod tests {
         let body = BoxBody::aligned(DVec3::new(0.5, 0.1, 0.75), DVec3::splat(0.3));
         let lattice = Lattice::around(&body, 0.03, DVec3::ZERO);
         let finest = |body: &dyn Body| -> Vec<u64> {
-            let keys = demands(body, &lattice, &Everywhere(SizeLimits { flat_m: 0.0, detailed_m: 0.0 }))[0].clone();
+            let keys = demands(body, &lattice, &Everywhere(SizeLimits { flat_m: 0.0, detailed_m: 0.0, thin_m: 0.0 }))
+                [0]
+            .clone();
             keys.into_iter().filter(|key| place(*key).iter().all(|k| *k < 10)).collect()
         };
         assert_eq!(finest(&body).len(), 10 * 10 * 10 - 8 * 8 * 8);
@@ -462,14 +507,14 @@ mod tests {
         let outer = BoxBody::aligned(DVec3::new(0.5, 0.1, 0.75), DVec3::splat(0.3));
         let body = BoxWithHole { outer, hole_centre: outer.centre, hole_size: DVec3::splat(0.294) };
         let lattice = Lattice::around(&body, 0.03, DVec3::ZERO);
-        let found = demands(&body, &lattice, &Everywhere(SizeLimits { flat_m: 0.0, detailed_m: 0.0 }));
+        let found = demands(&body, &lattice, &Everywhere(SizeLimits { flat_m: 0.0, detailed_m: 0.0, thin_m: 0.0 }));
         let within = found[0].iter().filter(|key| place(**key).iter().all(|k| *k < 10)).count();
         assert_eq!(within, 10 * 10 * 10 - 8 * 8 * 8);
     }
 
     #[test]
     fn cells_of_30_cm_do_not_miss_a_hole_of_10_cm() {
-        let rule = Everywhere(SizeLimits { flat_m: 0.3, detailed_m: 0.05 });
+        let rule = Everywhere(SizeLimits { flat_m: 0.3, detailed_m: 0.05, thin_m: 0.05 });
         for x in [0.0, 0.013, 0.11] {
             let hole_centre = DVec3::new(x, 0.4, 0.7);
             let body = BoxWithHole {

@@ -9,7 +9,7 @@ use snowblue_geometry::ray::SurfacePoint;
 use snowblue_scene::material::snow::SnowKinds;
 use snowblue_scene::material::surface_optics::SurfaceOptics;
 use snowblue_scene::objects::Objects;
-use snowblue_scene::spectrum::{SAMPLES, wavelengths_nm};
+use snowblue_scene::spectrum::{SAMPLES, Spectrum, wavelengths_nm};
 use snowblue_scene::{Scene, SceneError};
 use snowblue_transport::monte_carlo::WalkEnds;
 
@@ -32,6 +32,10 @@ pub struct KindOptics {
     transport_length_m: f32,
     /// κ at the middle wavelength, in 1/m.
     extinction_per_m: f32,
+    /// The reciprocal √(3 μ_a / ℓ*) of the length along which diffuse light decays, in 1/m.
+    decay_per_m: Spectrum,
+    /// ℓ* at each wavelength, in m.
+    transport_lengths_m: Spectrum,
     /// The ends of random walks, if there are any.
     walk_ends: Option<WalkEndsByDepth>,
 }
@@ -132,7 +136,15 @@ impl KindOptics {
         let transport_length_m = narrow(optics.transport_lengths_m[SAMPLES / 2]);
         let reduced = 1.0 - narrow(optics.half_space.phase().asymmetry());
         let extinction_per_m = (transport_length_m * reduced).recip();
-        Self { surface: SurfaceOptics::new(optics), transport_length_m, extinction_per_m, walk_ends }
+        let decay_per_m = |k: usize| narrow((3.0 * optics.absorption_per_m[k] / optics.transport_lengths_m[k]).sqrt());
+        Self {
+            transport_length_m,
+            extinction_per_m,
+            decay_per_m: Spectrum(std::array::from_fn(decay_per_m)),
+            transport_lengths_m: Spectrum(std::array::from_fn(|k| narrow(optics.transport_lengths_m[k]))),
+            walk_ends,
+            surface: SurfaceOptics::new(optics),
+        }
     }
 
     fn diffusion(&self, nodes: &SpectralNodes) -> Vec<Diffusion> {
@@ -153,6 +165,24 @@ impl KindOptics {
     pub fn mean_displacement_m(&self, end_depth: EndDepth, cos: f32) -> f32 {
         let ends = self.walk_ends.as_ref().map(|ends| ends[end_depth as usize].at(f64::from(cos)));
         ends.map_or(0.0, |ends| narrow(ends.displacement) * self.transport_length_m)
+    }
+
+    /// The fluence rate φ(z) at a depth in a half-space, in m, as the factors of the light E that enters and of the
+    /// net flux J outwards: φ(z) = (4E + 3qJ) cosh κz + 3J sinh κz / (κ ℓ*), with κ² = 3 μ_a / ℓ*.
+    pub(crate) fn fluence_factors(&self, depth_m: f32) -> [Spectrum; 2] {
+        let extrapolation = narrow(self.surface.half_space().extrapolation());
+        let mut factors = [Spectrum::ZERO; 2];
+        for wavelength in 0..SAMPLES {
+            let decay_per_m = self.decay_per_m.0[wavelength].max(f32::MIN_POSITIVE);
+            let growth = (decay_per_m * depth_m).exp_m1();
+            // sinh x = (g + g / (1 + g)) / 2 with g = eˣ − 1, without cancellation.
+            let sinh = 0.5 * (growth + growth / (1.0 + growth));
+            let cosh = 1.0 + growth - sinh;
+            factors[0].0[wavelength] = 4.0 * cosh;
+            let length_m = self.transport_lengths_m.0[wavelength];
+            factors[1].0[wavelength] = 3.0 * (extrapolation * cosh + sinh / (decay_per_m * length_m));
+        }
+        factors
     }
 
     /// Transport mean free path at the middle wavelength, in m.

@@ -12,6 +12,7 @@ use std::sync::Arc;
 
 use arrayvec::ArrayVec;
 use glam::Vec3A;
+use snowblue_base::narrow;
 use snowblue_field::{Fluence, MAX_GROUPS, SurfaceValues};
 use snowblue_geometry::ray::SurfacePoint;
 use snowblue_scene::objects::{Objects, SurfaceInteraction};
@@ -28,6 +29,13 @@ use crate::lit_scene::Illumination;
 const MAX_NODES: usize = MAX_GROUPS * snowblue_field::GROUP;
 /// Relative noise to which the irradiance by a sky is smoothed where it is read.
 const SKY_NOISE: f32 = 0.01;
+/// Depth of the layer below a surface in which cells do not resolve the light: a share of the size of the cell there,
+/// and the least depth in transport mean free paths, from which on light is diffuse. The share is near 1/π: light that
+/// varies from cell to cell decays along a cell divided by π.
+const LAYER_CELLS: f64 = 1.0 / 3.0;
+const LEAST_DEPTH_LENGTHS: f32 = 2.0;
+/// Number of depths that are tried in thin snow, each half as deep as the depth before.
+const DEPTHS: i32 = 6;
 
 /// The light in a body of snow.
 pub struct BodySolution {
@@ -193,15 +201,65 @@ impl BodySolution {
     }
 }
 
-impl SnowAt<'_> {
-    /// Radiance that leaves a surface point without the reflection of directed light, (K(μ) J + H)/π, in W m⁻² sr⁻¹ as
-    /// a band density. It may be negative where the surface is lit: it subtracts the light that the reflection
-    /// function reflects but that does not return.
-    pub fn diffuse_radiance(&self, surface: &SurfacePoint, cos_exit: f32) -> Spectrum {
-        let flux = self.field.flux(surface) * (self.optics.surface().escape(cos_exit) * FRAC_1_PI);
-        let mut sum = self.field.diffuse_irradiance(surface) * FRAC_1_PI;
-        sum += flux;
-        sum
+/// Light from inside snow at a point of its surface, in W m⁻² sr⁻¹ as a band density: a constant, less a factor times
+/// the directed light that enters at the point. It may be negative where the surface is lit: it subtracts the light
+/// that the reflection function reflects but that does not return.
+pub struct LightFromInside {
+    /// The radiance where no directed light enters.
+    pub radiance: Spectrum,
+    /// Decrease of the radiance for each unit of Σ K F, in 1/sr.
+    pub decrease_per_sr: Spectrum,
+}
+
+/// The uppermost layer of snow at a point of the surface. The cells do not resolve how light varies along the surface
+/// in this layer, but they resolve it below.
+///
+/// In the layer, light depends on the depth only, as in a half-space. The flux J through the surface follows from the
+/// fluence rate φ at the bottom of the layer and from the light E that enters at the point
+/// ([`KindOptics::fluence_factors`]). Light that varies within a cell changes J as it does in deep snow, if the wave
+/// number of its variation is the reciprocal of the layer's depth. For a layer that is thick beside the decay of
+/// light, J is −a E, with the absorptance a of deep snow.
+struct TopLayer {
+    /// The fluence rate at the bottom of the layer.
+    fluence: Spectrum,
+    /// Factors of E and of J in the fluence rate at the bottom.
+    factors: [Spectrum; 2],
+}
+
+impl TopLayer {
+    /// The net flux outwards through the surface, for the light E that enters.
+    fn flux(&self, entering: &Spectrum) -> Spectrum {
+        let [of_entering, of_flux] = &self.factors;
+        let flux = |k: usize| (self.fluence.0[k] - of_entering.0[k] * entering.0[k]) / of_flux.0[k];
+        Spectrum(std::array::from_fn(flux))
+    }
+}
+
+impl<'f> SnowAt<'f> {
+    /// The radiance that leaves a surface point without the reflection of directed light, (H + K(μ) J)/π.
+    pub fn light_from_inside(&self, surface: &SurfacePoint, cos_exit: f32) -> LightFromInside {
+        let escape = self.optics.surface().escape(cos_exit) * FRAC_1_PI;
+        let diffuse = self.field.diffuse_irradiance(surface);
+        let layer = self.top_layer(surface);
+        let mut radiance = diffuse * FRAC_1_PI;
+        radiance += layer.flux(&diffuse) * escape;
+        let [of_entering, of_flux] = &layer.factors;
+        let decrease = |k: usize| escape * of_entering.0[k] / of_flux.0[k];
+        LightFromInside { radiance, decrease_per_sr: Spectrum(std::array::from_fn(decrease)) }
+    }
+
+    /// The layer that the cells do not resolve.
+    fn top_layer(&self, surface: &SurfacePoint) -> TopLayer {
+        let cells = &self.field.system.cells;
+        let (point, normal) = (surface.point.as_dvec3(), surface.normal.as_dvec3());
+        let size_m = cells.surface_place(point, normal).map_or(0.0, |place| cells.cell_size_m(&place));
+        let least_m = f64::from(LEAST_DEPTH_LENGTHS * self.optics.transport_length_m());
+        // In thin snow, the layer ends in the snow.
+        let depths_m = (0..DEPTHS).map(|halvings| (LAYER_CELLS * size_m).max(least_m) * 0.5_f64.powi(halvings));
+        let depth_m = depths_m.into_iter().find(|depth_m| cells.has_cell_at(point - normal * *depth_m));
+        let depth_m = narrow(depth_m.unwrap_or(0.0));
+        let fluence = self.field.fluence(surface.point - surface.normal * depth_m);
+        TopLayer { fluence, factors: self.optics.fluence_factors(depth_m) }
     }
 }
 
@@ -213,6 +271,8 @@ pub struct NearLight<'f> {
     field: &'f BodySolution,
     /// The light by the lights of each spectrum.
     lit: Vec<NearFluence<'f>>,
+    /// Fluence rate that the field lacks around the point, because the light that enters varies within a cell.
+    lacking: Spectrum,
 }
 
 /// The light around a point by lights of one spectrum.
@@ -241,15 +301,25 @@ pub struct LightWeights {
 }
 
 impl<'f> NearLight<'f> {
-    /// The light around a point below a surface; none if the grid has no cell there.
-    pub fn new(field: &'f BodySolution, point: Vec3A, surface: &SurfacePoint) -> Option<Self> {
+    /// The light around the point at a depth below a surface, in transport mean free paths; none if the grid has no
+    /// cell there. `entering` is the directed light Σ K F that enters at the surface.
+    pub fn new(snow: SnowAt<'f>, surface: &SurfacePoint, depth: f32, entering: &Spectrum) -> Option<Self> {
+        let SnowAt { field, optics, .. } = snow;
+        let depth_m = depth * optics.transport_length_m();
+        let point = surface.point - surface.normal * depth_m;
         let lit: Option<Vec<_>> = field.lit.iter().map(|lit| NearFluence::new(field, lit, point, surface)).collect();
-        Some(Self { field, lit: lit? })
+        let mut entering = *entering;
+        entering += field.diffuse_irradiance(surface);
+        let (flux, [of_entering, of_flux]) = (snow.top_layer(surface).flux(&entering), optics.fluence_factors(depth_m));
+        let mut lacking = field.fluence(point) * -1.0;
+        lacking += of_entering * entering;
+        lacking += of_flux * flux;
+        Some(Self { field, lit: lit?, lacking })
     }
 
     /// The fluence rate at another point, in W m⁻² as a band density.
     pub fn fluence(&self, point: Vec3A) -> Spectrum {
-        let mut sum = Spectrum::ZERO;
+        let mut sum = self.lacking;
         for near in &self.lit {
             if let Some(groups) = self.field.system.cells.fluence(&near.lit.fluence, point.as_dvec3()) {
                 sum += near.spectrum(self.field, groups);
@@ -271,7 +341,7 @@ impl<'f> NearLight<'f> {
 
     /// A sum of the quantities at the point, in W m⁻² as a band density.
     pub fn sum(&self, weights: &LightWeights) -> Spectrum {
-        let mut sum = Spectrum::ZERO;
+        let mut sum = self.lacking * weights.fluence;
         for near in &self.lit {
             let group = |k: usize| {
                 let [x, y, z] = [0, 1, 2].map(|axis| near.gradient[axis][k] * weights.gradient[axis]);

@@ -12,7 +12,7 @@ use crate::bodies::BodySystem;
 use crate::lit_scene::{Illumination, LampInSnow, LitScene, with_all_wavelengths};
 use snowblue_scene::directions::Directions;
 use snowblue_scene::light::emitter::InnerLamp;
-use snowblue_scene::light::{Light, LightSample};
+use snowblue_scene::light::{IncidentLight, Light, LightSample};
 use snowblue_scene::objects::Side;
 use snowblue_scene::queries::SceneQueries;
 use snowblue_scene::sampling::Sampler;
@@ -63,8 +63,8 @@ impl<'a> LightOnBody<'a> {
                 let samples = (0..samples).map(|index| Sampler::new(1, 0, first.wrapping_add(index)));
                 let (surface, side) = (surface_point(element), Side::Outer(system.object));
                 let optics = system.snow.at_surface(objects, system.object, &surface);
-                let mut add = |cos: f32, of_sample: Spectrum| {
-                    escape_weighted += of_sample * optics.surface().escape(cos);
+                let mut add = |incident: &IncidentLight, of_sample: Spectrum| {
+                    escape_weighted += of_sample * optics.surface().escape(incident.cos_incidence);
                     irradiance += of_sample;
                 };
                 let samples_of_sun = samples.clone().take(MAX_SAMPLES_OF_SUN);
@@ -162,15 +162,15 @@ pub(crate) fn combine(groups: &mut [Vec<f32x4>], others: &[Vec<f32x4>], change: 
     }
 }
 
-/// Visits the visible samples of all lights at a surface point on a side of an object: the cosine of incidence and the
-/// irradiance. Lights with extent are sampled once with each sampler. Uniform lights have some light at all wavelengths
+/// Visits the visible samples of all lights at a surface point on a side of an object, with the irradiance. Lights with
+/// extent are sampled once with each sampler. Uniform lights have some light at all wavelengths
 /// ([`with_all_wavelengths`]).
 pub(crate) fn visit_lights(
     queries: &mut SceneQueries,
     lights: &[&Light],
     (surface, side): (&SurfacePoint, Side),
     samplers: impl ExactSizeIterator<Item = Sampler> + Clone,
-    visit: &mut dyn FnMut(f32, Spectrum),
+    visit: &mut dyn FnMut(&IncidentLight, Spectrum),
 ) {
     let directions = Directions::Cosine(*surface);
     for light in lights {
@@ -179,7 +179,7 @@ pub(crate) fn visit_lights(
             let Some(incident) = sample.incident_at(surface) else { return };
             if sample.is_visible(queries, surface, side) {
                 let power = uniform.unwrap_or_else(|| light.power(&sample.origin));
-                visit(incident.cos_incidence, power * (share * incident.irradiance_per_power));
+                visit(&incident, power * (share * incident.irradiance_per_power));
             }
         };
         if let Some(sample) = light.delta_sample() {

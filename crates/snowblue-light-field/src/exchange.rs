@@ -67,14 +67,16 @@ impl<'a> Exchange<'a> {
     pub(crate) fn new(lit_scene: &'a LitScene, bodies: &'a SceneBodies, illuminations: &[Illumination]) -> Self {
         let systems = &*bodies.systems;
         let patches = JoinedPatches::new(systems);
-        let place_at = |hit: &SurfaceInteraction| {
+        let objects = lit_scene.scene.objects();
+        let snow_at = |hit: &SurfaceInteraction| {
             let number = bodies.of_object[hit.object]?;
-            let (cells, surface) = (&systems[number].cells, hit.surface_point());
+            let (BodySystem { cells, snow, .. }, surface) = (&*systems[number], hit.surface_point());
             let place = cells.surface_place(surface.point.as_dvec3(), surface.normal.as_dvec3())?;
             let patch = cells.patch_at(&patches.bodies[number], &place);
-            Some(PlaceOnSnow { body: u32::try_from(number).ok()?, place, patch })
+            let place = PlaceOnSnow { body: u32::try_from(number).ok()?, place, patch };
+            Some((place, snow.at_surface(objects, hit.object, &surface).surface()))
         };
-        let of_body = |system: &Arc<BodySystem>| GatheredPaths::new(lit_scene, system, illuminations, &place_at);
+        let of_body = |system: &Arc<BodySystem>| GatheredPaths::new(lit_scene, system, illuminations, &snow_at);
         let paths: Vec<GatheredPaths> = systems.iter().map(of_body).collect();
         let slab_reflectance = if paths.iter().any(GatheredPaths::reach_snow) {
             joined(systems.iter().map(|system| system.cells.slab_reflectance()))

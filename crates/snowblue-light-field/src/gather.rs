@@ -8,6 +8,8 @@
 //! The same rays sample the sky and the snow around an element. In a cavity of snow, where light is reflected some
 //! hundred times, the shares of sky and snow therefore add up to one.
 
+use std::f32::consts::{FRAC_1_PI, PI};
+
 use rayon::prelude::*;
 use snowblue_base::narrow;
 use snowblue_field::{Groups, SurfaceElement, SurfacePlace};
@@ -17,6 +19,9 @@ use wide::f32x4;
 use crate::bodies::BodySystem;
 use crate::direct_light::{ELEMENTS_PER_TASK, ElementValues, append, push, surface_point, visit_lights};
 use crate::lit_scene::{Illumination, LitScene};
+use snowblue_scene::light::Light;
+use snowblue_scene::material::Material;
+use snowblue_scene::material::surface_optics::SurfaceOptics;
 use snowblue_scene::objects::{Side, SurfaceInteraction};
 use snowblue_scene::queries::SceneQueries;
 use snowblue_scene::sampling::{Sampler, cosine_direction};
@@ -68,17 +73,19 @@ struct PathEnd {
     hit: SurfaceInteraction,
     /// Throughput via other surfaces; none if the path met no other surface.
     throughput: Option<Spectrum>,
+    /// Random numbers for lights at the end.
+    sampler: Sampler,
     /// The distance from the last surface: the width of the gap.
     gap_m: f32,
 }
 
 impl GatheredPaths {
-    /// Traces the rays of a body. `place_at` gives the place of a hit of snow.
-    pub(crate) fn new(
+    /// Traces the rays of a body. `snow_at` gives the place of a hit of snow, and the optics of its surface.
+    pub(crate) fn new<'a>(
         lit_scene: &LitScene,
         system: &BodySystem,
         illuminations: &[Illumination],
-        place_at: &(dyn Fn(&SurfaceInteraction) -> Option<PlaceOnSnow> + Sync),
+        snow_at: &(dyn Fn(&SurfaceInteraction) -> Option<(PlaceOnSnow, &'a SurfaceOptics)> + Sync),
     ) -> Self {
         let elements = system.cells.surface();
         let rays_per_element = (MAX_RAYS / elements.len().max(1)).clamp(1, MAX_RAYS_PER_ELEMENT);
@@ -107,8 +114,10 @@ impl GatheredPaths {
                     let sampler = Sampler::new(2, 0, number.wrapping_mul(rays_per_element).wrapping_add(ray));
                     let start = (system.object, surface_point(element));
                     let end = trace(&mut queries, start, sampler, (lit_scene, illuminations), &mut sums);
-                    let Some(PathEnd { hit, throughput, gap_m }) = end else { continue };
-                    let Some(place) = place_at(&hit) else { continue };
+                    let Some(PathEnd { hit, throughput, sampler, gap_m }) = end else { continue };
+                    let Some((place, optics)) = snow_at(&hit) else { continue };
+                    let light = (illuminations, &mut *sums);
+                    add_reflection(&mut queries, (&hit, optics), throughput.as_ref(), sampler, light);
                     let throughput = throughput.map(|throughput| {
                         let first = number_of(&paths.throughputs);
                         paths.throughputs.extend(system.nodes.gather(|index| throughput.0[index]));
@@ -116,7 +125,7 @@ impl GatheredPaths {
                     });
                     paths.ends.push(SnowEnd { place, throughput, kept_in_gap: gap_m / (gap_m + spread_m) });
                 }
-                let share = std::f32::consts::PI / rays_per_element.max(1) as f32;
+                let share = PI / rays_per_element.max(1) as f32;
                 for (sum, steady) in sums.iter().zip(&mut paths.steady) {
                     push(steady, &system.nodes, &(*sum * share));
                 }
@@ -213,20 +222,26 @@ fn trace(
         }
         let Some(reflectance) = lit_scene.scene.materials()[hit.material].albedo(lit_scene.scene.objects(), &hit)
         else {
-            return Some(PathEnd { gap_m: hit.point.distance(surface.point), hit, throughput });
+            return Some(PathEnd { gap_m: hit.point.distance(surface.point), hit, throughput, sampler });
         };
         if bounce == most_surfaces {
             break;
         }
-        let through = throughput.unwrap_or(Spectrum::ONE) * reflectance;
+        let through = throughput.unwrap_or(Spectrum::ONE);
         (object, surface) = (hit.object, hit.surface_point());
         let place = (&surface, Side::Outer(object));
+        let material = &lit_scene.scene.materials()[hit.material];
         for (light, Illumination { lights, .. }) in light.iter_mut().zip(illuminations) {
             let samplers = std::iter::once(sampler);
-            visit_lights(queries, lights, place, samplers, &mut |_, irradiance| {
-                light.add_product(std::f32::consts::FRAC_1_PI, &through, &irradiance);
+            visit_lights(queries, lights, place, samplers, &mut |incident, irradiance| {
+                let reflectance = match material {
+                    Material::Ground(snow) => snow.reflectance(hit.normal, hit.direction, incident.direction),
+                    Material::Diffuse(_) | Material::Snow(_) => reflectance,
+                };
+                light.add_product(FRAC_1_PI, &(through * reflectance), &irradiance);
             });
         }
+        let through = through * reflectance;
         sampler.next_four();
         throughput = Some(through);
         if through.maximum() < 1e-3 {
@@ -234,4 +249,24 @@ fn trace(
         }
     }
     None
+}
+
+/// Adds, for the lights of each spectrum, the difference of the light of lamps and of the sun that snow reflects along
+/// a path's last ray from the exitance divided by π. Snow reflects light at grazing angles forwards.
+fn add_reflection(
+    queries: &mut SceneQueries,
+    (hit, optics): (&SurfaceInteraction, &SurfaceOptics),
+    throughput: Option<&Spectrum>,
+    sampler: Sampler,
+    (illuminations, light): (&[Illumination], &mut [Spectrum]),
+) {
+    let (surface, through) = (hit.surface_point(), throughput.unwrap_or(&Spectrum::ONE));
+    for (light, Illumination { lights, .. }) in light.iter_mut().zip(illuminations) {
+        let small: Vec<&Light> = lights.iter().copied().filter(|light| light.is_small()).collect();
+        let (place, samplers) = ((&surface, Side::Outer(hit.object)), std::iter::once(sampler));
+        visit_lights(queries, &small, place, samplers, &mut |incident, irradiance| {
+            let per_sr = optics.reflection_per_sr(hit.normal, hit.direction, incident.direction);
+            light.add_product(per_sr - FRAC_1_PI, through, &irradiance);
+        });
+    }
 }

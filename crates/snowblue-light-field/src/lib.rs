@@ -33,6 +33,6 @@ mod lit_scene;
 mod sight;
 
 pub use body_optics::{BodyOptics, EndDepth, KindOptics, SnowOfMaterials, WalkEndsByDepth};
-pub use body_solution::{BodySolution, LightWeights, NearLight, SnowAt};
+pub use body_solution::{BodySolution, LightFromInside, LightWeights, NearLight, SnowAt};
 pub use bright_snow::SnowSeen;
 pub use field::{FieldStatistics, LightField};

@@ -15,14 +15,12 @@ const MAX_CELL_M: f64 = 1.0;
 /// Number of cells of the greatest size along a body that is wider than this number of metres. A million lines pass
 /// through all of these cells.
 const MAX_CELLS_ALONG: f64 = 1000.0;
-/// Pixels of a picture that a cell of a body that is not wide may span.
-const PIXELS: f64 = 2.0;
 
 /// The sizes of cells for the pictures of a scene's camera.
 pub(crate) struct Sight<'a> {
     scene: &'a Scene,
     /// Whether only this camera is used. Snow that it does not see then has larger cells.
-    has_one_view: bool,
+    pub(crate) has_one_view: bool,
     seen: OnceLock<SeenPlaces>,
 }
 
@@ -32,22 +30,12 @@ impl<'a> Sight<'a> {
         Self { scene, has_one_view, seen: OnceLock::new() }
     }
 
-    /// Sizes of the cells of a wide body of an extent in m.
-    pub(crate) fn sizes_of_wide(&self, extent_m: f64) -> SizesBySight<'_> {
-        let greatest_m = greatest_cell_m(extent_m);
-        let sizes = SizesByDistance::of_picture(self.viewpoint(), self.pixel_rad(), greatest_m);
-        let seen = self.has_one_view.then(|| self.seen());
-        SizesBySight { sizes, seen, greatest_m }
-    }
-
-    /// Sizes of the cells of a body that is not wide, with an extent in m; none if all cells at its surface have one
-    /// size. Visible cells are at most `greatest_m` wide, in m.
-    pub(crate) fn sizes(&self, extent_m: f64, greatest_m: f64) -> Option<SizesBySight<'_>> {
-        let [detail_per_distance, flat_per_distance] = [PIXELS * self.pixel_rad(); 2];
-        let viewpoint = self.viewpoint();
-        let sizes = SizesByDistance { viewpoint, detail_per_distance, flat_per_distance, greatest_m };
-        let with_seen = || SizesBySight { sizes, seen: Some(self.seen()), greatest_m: greatest_cell_m(extent_m) };
-        self.has_one_view.then(with_seen)
+    /// Sizes of the cells of a body of an extent in m, of snow with a transport mean free path in m.
+    pub(crate) fn sizes(&self, extent_m: f64, transport_length_m: f64) -> SizesBySight<'_> {
+        let greatest_m = MAX_CELL_M.max(extent_m / MAX_CELLS_ALONG);
+        let viewpoint = self.scene.camera().position().as_dvec3();
+        let sizes = SizesByDistance::of_picture(viewpoint, self.pixel_rad(), greatest_m, transport_length_m);
+        SizesBySight { sizes, seen: self.has_one_view.then(|| self.seen()), greatest_m }
     }
 
     /// The places that the camera sees.
@@ -55,20 +43,11 @@ impl<'a> Sight<'a> {
         self.seen.get_or_init(|| SeenPlaces::of(self.scene.objects(), self.scene.camera()))
     }
 
-    fn viewpoint(&self) -> DVec3 {
-        self.scene.camera().position().as_dvec3()
-    }
-
     /// Angle of a pixel, in rad.
     fn pixel_rad(&self) -> f64 {
         let rows = self.scene.film().height.get().max(MIN_ROWS);
         f64::from(self.scene.view().vertical_fov_deg.to_radians()) / f64::from(rows)
     }
-}
-
-/// Greatest size of the cells at the surface of a body of an extent in m.
-fn greatest_cell_m(extent_m: f64) -> f64 {
-    MAX_CELL_M.max(extent_m / MAX_CELLS_ALONG)
 }
 
 /// A rule with the sizes of another rule at places that are seen. Elsewhere sizes increase with the distance to these
@@ -85,10 +64,15 @@ pub(crate) struct SizesBySight<'a> {
 
 impl CellSizes for SizesBySight<'_> {
     fn least_between(&self, low: DVec3, high: DVec3) -> SizeLimits {
-        let SizeLimits { flat_m, detailed_m } = self.sizes.least_between(low, high);
+        let SizeLimits { flat_m, detailed_m, thin_m } = self.sizes.least_between(low, high);
         let hidden_m = self.seen.map_or(0.0, |seen| SIZE_PER_DISTANCE * seen.distance_m(low, high));
-        let hidden_m = hidden_m.min(self.greatest_m);
-        SizeLimits { flat_m: flat_m.max(hidden_m), detailed_m: detailed_m.max(hidden_m) }
+        let [flat_m, detailed_m, thin_m] =
+            [flat_m, detailed_m, thin_m].map(|size_m| size_m.max(hidden_m.min(self.greatest_m)));
+        SizeLimits { flat_m, detailed_m, thin_m }
+    }
+
+    fn thin_below_m(&self) -> f64 {
+        self.sizes.thin_below_m
     }
 }
 
@@ -101,15 +85,15 @@ mod tests {
         let seen = SeenPlaces::of_places(vec![DVec3::new(0.0, 2.0, 0.0)]);
         let sizes = SizesByDistance {
             viewpoint: DVec3::ZERO,
-            detail_per_distance: 0.005,
-            flat_per_distance: 0.02,
+            sizes_per_distance: [0.005, 0.01, 0.02],
             greatest_m: 0.5,
+            thin_below_m: 0.1,
         };
-        let sizes = SizesBySight { sizes, seen: Some(&seen), greatest_m: greatest_cell_m(1.0) };
+        let sizes = SizesBySight { sizes, seen: Some(&seen), greatest_m: MAX_CELL_M };
         let at = |y: f64| sizes.least_between(DVec3::new(0.0, y, 0.0), DVec3::new(0.0, y, 0.0));
-        assert_eq!(at(2.0), SizeLimits { flat_m: 0.04, detailed_m: 0.01 });
+        assert_eq!(at(2.0), SizeLimits { flat_m: 0.04, detailed_m: 0.02, thin_m: 0.01 });
         // Half a metre behind the place that is seen.
-        assert_eq!(at(2.5), SizeLimits { flat_m: 0.0625, detailed_m: 0.0625 });
-        assert_eq!(at(100.0), SizeLimits { flat_m: 1.0, detailed_m: 1.0 });
+        assert_eq!(at(2.5), SizeLimits { flat_m: 0.125, detailed_m: 0.125, thin_m: 0.125 });
+        assert_eq!(at(100.0), SizeLimits { flat_m: 1.0, detailed_m: 1.0, thin_m: 1.0 });
     }
 }

@@ -1,7 +1,7 @@
 //! The terms of the light that a surface sends along a camera ray.
 
+use snowblue_light_field::LightFromInside;
 use snowblue_scene::light::Light;
-use snowblue_scene::spectrum::Spectrum;
 
 use crate::integrators::diffusion::single_scattering::ScatteringPoint;
 use crate::integrators::sparkle::SparklingPoint;
@@ -12,8 +12,8 @@ pub(super) struct CameraTerms<'a> {
     pub(super) has_reflection: bool,
     /// Whether samples of smooth skies count; else a random walk samples them.
     pub(super) has_smooth_skies: bool,
-    /// The radiance from inside of snow with a light field.
-    pub(super) from_inside: Option<Spectrum>,
+    /// The light from inside of snow with a light field.
+    pub(super) from_inside: Option<LightFromInside>,
     /// A point in snow for the single scattering that the reflection of a half-space misses.
     pub(super) scattering: Option<ScatteringPoint<'a>>,
     /// Facets that mirror lights.

@@ -21,7 +21,7 @@ use snowblue_geometry::ray::Ray;
 use snowblue_scene::Scene;
 use snowblue_scene::directions::Directions;
 use snowblue_scene::film::sensor::SensorSample;
-use snowblue_scene::light::{IncidentLight, LightSample};
+use snowblue_scene::light::{IncidentLight, Light, LightSample};
 use snowblue_scene::objects::{Side, SurfaceInteraction};
 use snowblue_scene::queries::{SceneQueries, Statistics};
 use snowblue_scene::sampling::Sampler;
@@ -33,7 +33,7 @@ use crate::integrators::light_tables::{Carried, LightTables, Source};
 use crate::integrators::method::Prepared;
 use crate::integrators::sample::{FilteredSample, PathSample, survival_probability};
 use crate::integrators::snow_shader::SnowShader;
-use crate::integrators::surface::{OpenSky, Surface};
+use crate::integrators::surface::{OpenSky, Shading, Surface};
 
 /// Traces paths through a scene.
 #[derive(Debug)]
@@ -131,35 +131,41 @@ impl<'a> PathTracer<'a> {
         PathSample { radiance, sees_snow, distance_m: Some(distance_m), filtered }
     }
 
-    /// Light that comes to a path's first surface from further surfaces and by rays that hit lights, reflected there;
-    /// none where the first surface ends the path.
+    /// Light that comes to a path's first surface from further surfaces and by rays that hit lights, reflected there.
+    /// At snow with a light field, it is the difference of this light from the light of the field's irradiance, which
+    /// the other terms contain.
     fn later_light(&mut self, first: &Surface, sampler: &mut Sampler) -> Option<Spectrum> {
         let max_bounces = self.scene.integrator().max_bounces.get();
-        if first.has_field() || (max_bounces == 0 && !self.has_area_lights) {
+        if max_bounces == 0 && (first.has_field() || !self.has_area_lights) {
             return None;
         }
         let (mut radiance, mut throughput) = (Spectrum::ZERO, Spectrum::ONE);
+        if let Shading::Field(snow) = &first.shading {
+            radiance.add_product(-FRAC_1_PI, &throughput, &snow.field.diffuse_irradiance(&first.shading_point()));
+        }
         let (mut next, mut from) = (self.bounce(first, 0, &mut throughput, sampler), first.directions);
+        // Samples of lights at snow with a field are complete. Only rays find even skies.
+        let mut finds_lamps = !first.has_field();
         for bounce in 1.. {
             let Some(ray) = next else { break };
             let hit = self.queries.indirect_hit(&ray);
             if self.has_area_lights {
-                radiance.add_product(1.0, &throughput, &self.hit_lights(&ray, hit.as_ref(), Some(&from)));
+                radiance.add_product(
+                    1.0,
+                    &throughput,
+                    &self.hit_lights(&ray, hit.as_ref(), Some((&from, finds_lamps))),
+                );
             }
             let Some(hit) = hit.filter(|_| bounce <= max_bounces) else { break };
             let surface = self.surface(&hit, sampler);
-            if let Some(mean) = surface.mean_radiance() {
-                radiance.add_product(1.0, &throughput, &mean);
-                break;
-            }
             let DirectLight { mut steady, smooth_sky, .. } =
-                self.direct_light::<Spectrum>(&surface, &CameraTerms::default(), sampler);
+                self.direct_light::<Spectrum>(&surface, &SnowShader::later_terms(&surface), sampler);
             steady += smooth_sky;
             radiance.add_product(1.0, &throughput, &steady);
-            // The last ray only finds lights.
-            let goes_on = bounce < max_bounces || self.has_area_lights;
+            // The last ray only finds lights. The light of snow with a field includes further surfaces.
+            let goes_on = !surface.has_field() && (bounce < max_bounces || self.has_area_lights);
             next = if goes_on { self.bounce(&surface, bounce, &mut throughput, sampler) } else { None };
-            from = surface.directions;
+            (from, finds_lamps) = (surface.directions, true);
         }
         Some(radiance)
     }
@@ -178,12 +184,16 @@ impl<'a> PathTracer<'a> {
         Some(Ray { origin: self.queries.off_surface(surface.hit.object, &surface.hit.surface_point()), direction })
     }
 
-    /// Radiance from the lights that a ray hits before a surface.
-    fn hit_lights(&self, ray: &Ray, hit: Option<&SurfaceInteraction>, from: Option<&Directions>) -> Spectrum {
+    /// Radiance from the lights that a ray hits before a surface. The ray starts at the camera, or at a surface with
+    /// the density of `from`, where it finds all lights or only even skies.
+    fn hit_lights(&self, ray: &Ray, hit: Option<&SurfaceInteraction>, from: Option<(&Directions, bool)>) -> Spectrum {
         let limit_m = hit.map_or(f32::INFINITY, |hit| light_limit_m(ray, hit));
         let mut radiance = Spectrum::ZERO;
-        for emitted in self.scene.lights().iter().filter_map(|light| light.hit_radiance(ray, limit_m, from)) {
-            radiance += emitted;
+        let finds = |light: &Light| from.is_none_or(|(_, finds_lamps)| finds_lamps || light.is_diffuse());
+        for light in self.scene.lights().iter().filter(|light| finds(light)) {
+            if let Some(emitted) = light.hit_radiance(ray, limit_m, from.map(|(directions, _)| directions)) {
+                radiance += emitted;
+            }
         }
         radiance
     }
@@ -210,7 +220,7 @@ impl<'a> PathTracer<'a> {
         let transmitted = SnowShader::transmitted(surface, scene, tables, &mut self.queries, sampler);
         let mut light = DirectLight { steady: transmitted, smooth_sky: C::ZERO, sparkle: C::ZERO };
         let mut sparkle = terms.sparkling.as_ref().map(|_| Spectrum::ZERO);
-        let mut spectra = terms.from_inside.map(|from_inside| [from_inside, Spectrum::ZERO]);
+        let mut spectra = terms.from_inside.as_ref().map(|from_inside| [from_inside.radiance, Spectrum::ZERO]);
         for (index, source) in scene.lights().iter().enumerate().filter(|(_, light)| terms.count(light)) {
             let mut add = |sample: &LightSample| {
                 let incident = self.visible(surface, sample);
@@ -226,10 +236,19 @@ impl<'a> PathTracer<'a> {
                         *sparkle += change;
                     }
                 }
-                if let Some(spectra) = &mut spectra
-                    && let Some(change) = self.snow.single_scattering(terms, surface, (source, sample), incident)
-                {
-                    spectra[usize::from(source.is_smooth_sky())] += change;
+                if let Some(spectra) = &mut spectra {
+                    let spectrum = &mut spectra[usize::from(source.is_smooth_sky())];
+                    if let (Some(incident), Some(from_inside), Shading::Field(snow)) =
+                        (&incident, &terms.from_inside, &surface.shading)
+                    {
+                        let entering =
+                            incident.irradiance_per_power * snow.optics.surface().escape(incident.cos_incidence);
+                        let power = source.power(&sample.origin);
+                        spectrum.add_product(-entering, &from_inside.decrease_per_sr, &power);
+                    }
+                    if let Some(change) = self.snow.single_scattering(terms, surface, (source, sample), incident) {
+                        *spectrum += change;
+                    }
                 }
             };
             match tables.delta_sample(index) {

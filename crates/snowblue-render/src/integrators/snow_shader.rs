@@ -78,6 +78,17 @@ impl<'a> SnowShader<'a> {
         terms
     }
 
+    /// The terms of the light that a later surface of a path sends back along the path.
+    pub(super) fn later_terms(surface: &Surface) -> CameraTerms<'a> {
+        let from_inside = if let Shading::Field(snow) = &surface.shading {
+            let point = surface.shading_point();
+            Some(snow.light_from_inside(&point, -point.normal.dot(surface.hit.direction)))
+        } else {
+            None
+        };
+        CameraTerms { from_inside, ..CameraTerms::default() }
+    }
+
     /// Light of lamps and skies that comes through snow.
     #[inline]
     pub(super) fn transmitted<C: Carried>(

@@ -92,13 +92,6 @@ impl Surface<'_, '_> {
         matches!(self.shading, Shading::Field(_))
     }
 
-    /// The mean radiance of snow with a light field over all directions.
-    #[inline]
-    pub(super) fn mean_radiance(&self) -> Option<Spectrum> {
-        let Shading::Field(snow) = &self.shading else { return None };
-        Some(snow.field.mean_radiance(&self.hit.surface_point()))
-    }
-
     /// Samples of a light with extent for reflection, whose contributions add up. Snow with a light field gets one
     /// sample per technique of the light, because no further ray of the path finds lights there.
     #[inline]

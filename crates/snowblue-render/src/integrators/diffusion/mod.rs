@@ -60,7 +60,7 @@ impl<'a> FieldShader<'a> {
         let [number, ..] = sampler.next_four();
         CameraTerms {
             has_smooth_skies: self.walks.is_none(),
-            from_inside: Some(snow.diffuse_radiance(&point, -point.normal.dot(surface.hit.direction))),
+            from_inside: Some(snow.light_from_inside(&point, -point.normal.dot(surface.hit.direction))),
             scattering: Some(self.single_scattering.point(snow, surface.hit, camera_ray, number)),
             ..CameraTerms::default()
         }

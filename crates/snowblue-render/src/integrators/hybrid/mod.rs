@@ -50,7 +50,7 @@ use snowblue_transport::rng::Stream;
 use crate::integrators::snow_volumes::{SnowVolumes, attenuation};
 use crate::integrators::snow_walk::{SnowWalk, WalkLight};
 use crate::integrators::surroundings::{Flight, Medium, SnowBodies, SnowQueries};
-use tangent_half_space::TangentHalfSpace;
+use tangent_half_space::{TangentHalfSpace, TangentLight};
 
 /// A ball inside the body, in transport mean free paths: its distance below an entry, and its radius. Where the ball
 /// fits into the body, no edge is near, and the body is thick.
@@ -158,9 +158,13 @@ impl<'scene> WalkTracer<'scene> {
         };
         self.surroundings.statistics.walks += 1;
         let entry = SurfacePoint { point: ray.origin, normal: surface.normal };
-        let match_depth_m = end_depth.match_lengths() * transport_length_m;
-        let near = NearLight::new(field, entry.point - entry.normal * match_depth_m, &entry);
-        let mut tangent = near.as_ref().map(|near| self.tangent_half_space(snow, near, entry, &mut walk));
+        let lights = self.lights_at(snow, &entry, &mut walk);
+        let mut entering = Spectrum::ZERO;
+        lights.iter().for_each(|light| entering += light.irradiance * at.optics.surface().escape(light.cos_incidence));
+        let near = NearLight::new(at, &entry, end_depth.match_lengths(), &entering);
+        let mut tangent = near
+            .as_ref()
+            .map(|near| TangentHalfSpace::new((at.optics, end_depth), near, entry, (walk.walk.ray.direction, lights)));
         loop {
             let end = self.follow(&mut walk, snow, near.as_ref(), tangent.as_mut());
             if let Some(tangent) = tangent.take() {
@@ -236,24 +240,18 @@ impl<'scene> WalkTracer<'scene> {
         }
     }
 
-    /// The half-space that is tangent at the entry, lit by the lights that shine on it.
-    fn tangent_half_space<'a>(
-        &mut self,
-        snow: WalkMedium<'a>,
-        near: &'a NearLight<'a>,
-        entry: SurfacePoint,
-        walk: &mut Walk,
-    ) -> TangentHalfSpace<'a> {
-        let mut tangent = TangentHalfSpace::new((snow.at.optics, snow.end_depth), near, entry, walk.walk.ray.direction);
+    /// The lights that shine on the entry of a walk.
+    fn lights_at(&mut self, snow: WalkMedium, entry: &SurfacePoint, walk: &mut Walk) -> Vec<TangentLight> {
         let from = off_surface(entry.point, entry.normal, self.scene.objects().reach_m(snow.object));
+        let mut lights = Vec::new();
         for (index, WalkLight { sample, power }) in self.lights.iter().enumerate() {
-            let Some(incident) = sample.incident_at(&entry) else { continue };
+            let Some(incident) = sample.incident_at(entry) else { continue };
             let chance = walk.walk.stream.uniform();
             if let Some(transmitted) = self.surroundings.transmitted(from, &sample.origin, snow.medium(), chance) {
-                tangent.light(index, &incident, *power * transmitted);
+                lights.push(TangentLight::new(index, &incident, *power * transmitted));
             }
         }
-        tangent
+        lights
     }
 
     /// Follows a walk in the body, and with the same random numbers in the half-space, until both have ended.

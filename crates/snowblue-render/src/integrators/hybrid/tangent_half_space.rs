@@ -38,13 +38,13 @@ pub(super) struct TangentHalfSpace<'a> {
 }
 
 /// A light that shines on the half-space.
-struct TangentLight {
+pub(super) struct TangentLight {
     /// Its number among the lights of the walk.
     index: usize,
     to_light: Vec3A,
-    cos_incidence: f32,
+    pub(super) cos_incidence: f32,
     /// F, as a band density.
-    irradiance: Spectrum,
+    pub(super) irradiance: Spectrum,
     /// Light that the walk has found: the sum of the phase function over the scatterings that this light reached, in
     /// 1/sr.
     scattered_per_sr: f32,
@@ -58,26 +58,28 @@ enum End {
     Inside(Vec3A),
 }
 
-impl<'a> TangentHalfSpace<'a> {
-    /// The half-space at the entry of a ray, still dark.
-    pub(super) fn new(
-        (optics, end_depth): (&'a KindOptics, EndDepth),
-        near: &'a NearLight<'a>,
-        entry: SurfacePoint,
-        direction: Vec3A,
-    ) -> Self {
-        Self { optics, end_depth, near, entry, direction, lights: Vec::new(), end: None }
-    }
-
-    /// Adds light number `index` of the walk.
-    pub(super) fn light(&mut self, index: usize, incident: &IncidentLight, power: Spectrum) {
-        self.lights.push(TangentLight {
+impl TangentLight {
+    /// Light number `index` of the walk.
+    pub(super) fn new(index: usize, incident: &IncidentLight, power: Spectrum) -> Self {
+        Self {
             index,
             to_light: incident.direction,
             cos_incidence: incident.cos_incidence,
             irradiance: power * incident.irradiance_per_power,
             scattered_per_sr: 0.0,
-        });
+        }
+    }
+}
+
+impl<'a> TangentHalfSpace<'a> {
+    /// The half-space at the entry of a ray with a direction, lit by lights.
+    pub(super) fn new(
+        (optics, end_depth): (&'a KindOptics, EndDepth),
+        near: &'a NearLight<'a>,
+        entry: SurfacePoint,
+        (direction, lights): (Vec3A, Vec<TangentLight>),
+    ) -> Self {
+        Self { optics, end_depth, near, entry, direction, lights, end: None }
     }
 
     pub(super) fn has_ended(&self) -> bool {
