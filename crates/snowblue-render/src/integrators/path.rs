@@ -140,10 +140,11 @@ impl<'a> PathTracer<'a> {
             return None;
         }
         let (mut radiance, mut throughput) = (Spectrum::ZERO, Spectrum::ONE);
+        let (mut next, mut from) = (self.bounce(first, 0, &mut throughput, sampler), first.directions);
         if let Shading::Field(snow) = &first.shading {
+            // The mean throughput of directions is 1, for R₀ belongs to snow that does not absorb.
             radiance.add_product(-FRAC_1_PI, &throughput, &snow.field.diffuse_irradiance(&first.shading_point()));
         }
-        let (mut next, mut from) = (self.bounce(first, 0, &mut throughput, sampler), first.directions);
         // Samples of lights at snow with a field are complete. Only rays find even skies.
         let mut finds_lamps = !first.has_field();
         for bounce in 1.. {
