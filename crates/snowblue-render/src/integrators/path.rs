@@ -5,8 +5,9 @@
 //! direction is cos θ / π at a diffuse surface, so that only its reflectance ρ remains, and approximately the density
 //! of the reflected light at snow. Long paths end by Russian roulette.
 //!
-//! The method shades snow ([`SnowShader`]). A path continues from snow by PCASnow as from any surface. It ends at
-//! snow with a light field, which contains the light of further surfaces.
+//! The method shades snow ([`SnowShader`]). A path continues from snow by PCASnow as from any surface. From snow with a
+//! light field it continues if the snow is its first surface: the ray corrects the irradiance of the field, which is a
+//! mean over cells. A path ends at later snow with a light field, which contains the light of further surfaces.
 //!
 //! Lights with extent are found by sampling them and by the path's next ray, weighted by multiple importance sampling
 //! (see [`light`](snowblue_scene::light)).
