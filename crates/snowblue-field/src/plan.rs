@@ -222,6 +222,13 @@ impl Survey {
         self.bytes(step_m, groups) / f64::from(1 << 20)
     }
 
+    /// Greatest size of the cells at the surface of a body that is not wide, in m. `transport_length_m` is the
+    /// transport mean free path of the snow.
+    #[must_use]
+    pub fn coarsest_usual_step_m(&self, transport_length_m: f64) -> f64 {
+        COARSE_LENGTHS * transport_length_m
+    }
+
     fn bytes(&self, step_m: f64, groups: usize) -> f64 {
         let at_surface = 1.5 * self.area_m2 / (step_m * step_m);
         BYTES_PER_SURFACE_CELL * at_surface + (groups * System::BYTES_PER_NODE) as f64 * self.nodes(step_m)

@@ -178,13 +178,13 @@ impl SurveyedBody<'_> {
             (None, Some(nodes)) => Ok((survey.step_of_nodes_m(nodes.get(), shortest_m, groups, memory_mib)?, None)),
             (None, None) => {
                 let [low, high] = shape.bounds();
-                let is_wide = survey.is_wide(shortest_m, groups, memory_mib);
-                let sizes =
-                    (is_wide || sight.has_one_view).then(|| sight.sizes((high - low).max_element(), shortest_m));
-                if is_wide {
-                    return Ok((survey.finest_step_m(shortest_m), sizes));
+                let extent_m = (high - low).max_element();
+                if survey.is_wide(shortest_m, groups, memory_mib) {
+                    let sizes = sight.sizes_of_wide(extent_m, shortest_m);
+                    return Ok((survey.finest_step_m(shortest_m), Some(sizes)));
                 }
                 let step_m = survey.choose_step_m(shortest_m, groups, memory_mib)?;
+                let sizes = sight.sizes(extent_m, survey.coarsest_usual_step_m(shortest_m));
                 let least_m = sizes.as_ref().map_or(0.0, |sizes| sizes.least_between(low, high).thin_m);
                 Ok((step_m.max(least_m), sizes))
             }

@@ -32,9 +32,9 @@ const SKY_NOISE: f32 = 0.01;
 /// is near 1/π: light that varies from cell to cell decays along a cell divided by π.
 const LAYER_CELLS: f32 = 1.0 / 3.0;
 /// Least depth of this layer in transport mean free paths, and greatest depth as a share of the thickness of the snow.
-/// Above this depth light is not diffuse, and thin snow is no half-space: the flux of the cells is better there.
-const LEAST_DEPTH_LENGTHS: f32 = 2.0;
-const LAYER_THICKNESSES: f32 = 0.25;
+/// In cells of up to 10 mean free paths and in thin snow, which light passes, the flux of the cells is better.
+const LEAST_DEPTH_LENGTHS: f32 = 3.5;
+const LAYER_THICKNESSES: f32 = 0.1;
 
 /// The light in a body of snow.
 pub struct BodySolution {
@@ -255,8 +255,7 @@ impl SnowAt<'_> {
         LightFromInside { radiance, decrease_per_sr }
     }
 
-    /// The layer that the cells do not resolve; none where they resolve light that is not yet diffuse, in thin snow,
-    /// and in snow of several layers.
+    /// The layer that the cells do not resolve; none in small cells, in thin snow, and in snow of several layers.
     fn top_layer(&self, surface: &SurfacePoint) -> Option<TopLayer> {
         let cells = &self.field.system.cells;
         let place = cells.surface_place(surface.point.as_dvec3(), surface.normal.as_dvec3())?;

@@ -15,12 +15,14 @@ const MAX_CELL_M: f64 = 1.0;
 /// Number of cells of the greatest size along a body that is wider than this number of metres. A million lines pass
 /// through all of these cells.
 const MAX_CELLS_ALONG: f64 = 1000.0;
+/// Pixels of a picture that a cell of a body that is not wide may span.
+const PIXELS: f64 = 2.0;
 
 /// The sizes of cells for the pictures of a scene's camera.
 pub(crate) struct Sight<'a> {
     scene: &'a Scene,
     /// Whether only this camera is used. Snow that it does not see then has larger cells.
-    pub(crate) has_one_view: bool,
+    has_one_view: bool,
     seen: OnceLock<SeenPlaces>,
 }
 
@@ -30,12 +32,20 @@ impl<'a> Sight<'a> {
         Self { scene, has_one_view, seen: OnceLock::new() }
     }
 
-    /// Sizes of the cells of a body of an extent in m, of snow with a transport mean free path in m.
-    pub(crate) fn sizes(&self, extent_m: f64, transport_length_m: f64) -> SizesBySight<'_> {
-        let greatest_m = MAX_CELL_M.max(extent_m / MAX_CELLS_ALONG);
-        let viewpoint = self.scene.camera().position().as_dvec3();
+    /// Sizes of the cells of a wide body of an extent in m, of snow with a transport mean free path in m.
+    pub(crate) fn sizes_of_wide(&self, extent_m: f64, transport_length_m: f64) -> SizesBySight<'_> {
+        let (viewpoint, greatest_m) = (self.viewpoint(), greatest_cell_m(extent_m));
         let sizes = SizesByDistance::of_picture(viewpoint, self.pixel_rad(), greatest_m, transport_length_m);
         SizesBySight { sizes, seen: self.has_one_view.then(|| self.seen()), greatest_m }
+    }
+
+    /// Sizes of the cells of a body that is not wide, with an extent in m; none if all cells at its surface have one
+    /// size. Visible cells are at most `greatest_m` wide, in m.
+    pub(crate) fn sizes(&self, extent_m: f64, greatest_m: f64) -> Option<SizesBySight<'_>> {
+        let sizes_per_distance = [PIXELS * self.pixel_rad(); 3];
+        let sizes = SizesByDistance { viewpoint: self.viewpoint(), sizes_per_distance, greatest_m, thin_below_m: 0.0 };
+        let with_seen = || SizesBySight { sizes, seen: Some(self.seen()), greatest_m: greatest_cell_m(extent_m) };
+        self.has_one_view.then(with_seen)
     }
 
     /// The places that the camera sees.
@@ -43,11 +53,20 @@ impl<'a> Sight<'a> {
         self.seen.get_or_init(|| SeenPlaces::of(self.scene.objects(), self.scene.camera()))
     }
 
+    fn viewpoint(&self) -> DVec3 {
+        self.scene.camera().position().as_dvec3()
+    }
+
     /// Angle of a pixel, in rad.
     fn pixel_rad(&self) -> f64 {
         let rows = self.scene.film().height.get().max(MIN_ROWS);
         f64::from(self.scene.view().vertical_fov_deg.to_radians()) / f64::from(rows)
     }
+}
+
+/// Greatest size of the cells at the surface of a body of an extent in m.
+fn greatest_cell_m(extent_m: f64) -> f64 {
+    MAX_CELL_M.max(extent_m / MAX_CELLS_ALONG)
 }
 
 /// A rule with the sizes of another rule at places that are seen. Elsewhere sizes increase with the distance to these
@@ -93,7 +112,7 @@ mod tests {
         let at = |y: f64| sizes.least_between(DVec3::new(0.0, y, 0.0), DVec3::new(0.0, y, 0.0));
         assert_eq!(at(2.0), SizeLimits { flat_m: 0.04, detailed_m: 0.02, thin_m: 0.01 });
         // Half a metre behind the place that is seen.
-        assert_eq!(at(2.5), SizeLimits { flat_m: 0.125, detailed_m: 0.125, thin_m: 0.125 });
+        assert_eq!(at(2.5), SizeLimits { flat_m: 0.0625, detailed_m: 0.0625, thin_m: 0.0625 });
         assert_eq!(at(100.0), SizeLimits { flat_m: 1.0, detailed_m: 1.0, thin_m: 1.0 });
     }
 }

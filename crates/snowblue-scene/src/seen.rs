@@ -14,7 +14,7 @@ pub const RAYS: u16 = 256;
 /// picture of 32 rows, the wall of a snow hut would be thinner than a cell.
 pub const MIN_ROWS: u32 = 240;
 /// Greatest size of an invisible cell or edge, over its distance to the nearest visible place.
-pub const SIZE_PER_DISTANCE: f64 = 0.25;
+pub const SIZE_PER_DISTANCE: f64 = 0.125;
 /// Greatest number of places in a leaf of the tree.
 const LEAF: usize = 8;
 /// More than the number of levels of the tree. Each level halves the number of places.
