@@ -19,6 +19,8 @@ const ANGLE_PER_PIXEL: f64 = 1e-3;
 
 /// Size of the finest cells, in m: as far as 4 pixels at 1 m.
 const STEP_M: f64 = 0.0039;
+/// Transport mean free path of the snow, in m.
+const TRANSPORT_LENGTH_M: f32 = 0.002;
 /// Memory for the grid, in MiB.
 const MEMORY_MIB: u64 = 256;
 
@@ -49,14 +51,14 @@ fn main() {
         hole_size: DVec3::new(0.1, 0.1, 0.2),
     };
     let viewpoint = top + axes.z_axis;
-    let sizes = SizesByDistance::of_picture(viewpoint, ANGLE_PER_PIXEL, 1.0, 0.002);
+    let sizes = SizesByDistance::of_picture(viewpoint, ANGLE_PER_PIXEL, 1.0, TRANSPORT_LENGTH_M.into());
     let start = Instant::now();
     let (factor, nodes) = fit_sizes(&slope, STEP_M, &sizes, 1, MEMORY_MIB).expect("the grid fits into the memory");
     println!("sizes of the picture times {factor:.2}, some {nodes} nodes: {:.2?}", start.elapsed());
     let sizes = ScaledSizes { sizes: &sizes, factor };
     let counted = Counted { body: &slope, lines: [0, 1, 2].map(|_| AtomicUsize::new(0)) };
     let snow = Diffusion {
-        transport_length_m: f32x4::splat(0.002),
+        transport_length_m: f32x4::splat(TRANSPORT_LENGTH_M),
         absorption_per_m: f32x4::from([0.0015, 0.02, 0.08, 0.23]),
     };
     let options = GridOptions { step_m: STEP_M, shift: DVec3::ZERO, sizes: Some(&sizes) };

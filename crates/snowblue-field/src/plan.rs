@@ -246,9 +246,7 @@ pub struct ScaledSizes<'r> {
 
 impl CellSizes for ScaledSizes<'_> {
     fn least_between(&self, low: DVec3, high: DVec3) -> SizeLimits {
-        let SizeLimits { flat_m, detailed_m, thin_m } = self.sizes.least_between(low, high);
-        let [flat_m, detailed_m, thin_m] = [flat_m, detailed_m, thin_m].map(|size_m| self.factor * size_m);
-        SizeLimits { flat_m, detailed_m, thin_m }
+        self.sizes.least_between(low, high).map(|size_m| self.factor * size_m)
     }
 
     fn thin_below_m(&self) -> f64 {

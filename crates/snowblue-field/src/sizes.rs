@@ -27,8 +27,17 @@ pub struct SizeLimits {
     pub flat_m: f64,
     /// Limit where the surface is not flat, above thick snow.
     pub detailed_m: f64,
-    /// Limit in thin snow, which light passes, and at walls.
+    /// Limit in thin snow, which light passes.
     pub thin_m: f64,
+}
+
+impl SizeLimits {
+    /// Changes each limit.
+    #[must_use]
+    pub fn map(self, change: impl Fn(f64) -> f64) -> Self {
+        let Self { flat_m, detailed_m, thin_m } = self;
+        Self { flat_m: change(flat_m), detailed_m: change(detailed_m), thin_m: change(thin_m) }
+    }
 }
 
 /// A rule for the sizes of the cells at the surface.
@@ -300,7 +309,7 @@ impl<'a> Lines<'a> {
         let is_smallest = level == 0 || self.lines[lines.start].level >= level;
         if is_smallest
             || size_m <= thin_m
-            || size_m <= detailed_m && !self.is_thin(lines.clone(), low, high)
+            || size_m <= detailed_m && !self.is_thin(lines.clone(), low.z, high.z)
             || size_m <= flat_m && self.is_flat(lines.clone(), low, high)
         {
             return vec![(level, key(place))];
@@ -325,37 +334,36 @@ impl<'a> Lines<'a> {
     /// `high`.
     fn meets(&self, line: &Line, low: f64, high: f64) -> bool {
         let crosses = |inside: &Inside| inside.ends.iter().any(|end| (low..=high).contains(end));
-        self.segments[line.segments.clone()].iter().any(crosses)
-            || self.walls[line.walls.clone()].iter().any(|wall| wall[0] < high && wall[1] > low)
+        self.segments[line.segments.clone()].iter().any(crosses) || self.has_wall(line, low, high)
     }
 
-    /// Whether much light may pass through the snow between two corners of a cell.
-    fn is_thin(&self, lines: Range<usize>, low: DVec3, high: DVec3) -> bool {
-        self.lines[lines].iter().any(|line| {
-            let mut ends = self.segments[line.segments.clone()]
-                .iter()
-                .flat_map(|inside| inside.ends.into_iter().zip(inside.thickness_m));
-            ends.any(|(end, thickness_m)| (low.z..=high.z).contains(&end) && thickness_m < self.sizes.thin_below_m())
-        })
+    /// Whether the surface passes between a line and its neighbours at a height from `low` to `high`.
+    fn has_wall(&self, line: &Line, low: f64, high: f64) -> bool {
+        self.walls[line.walls.clone()].iter().any(|wall| wall[0] < high && wall[1] > low)
     }
 
-    /// Whether the surface passes between a line and its neighbours at the height of a cell.
-    fn has_wall(&self, line: &Line, low: DVec3, high: DVec3) -> bool {
-        self.walls[line.walls.clone()].iter().any(|wall| wall[0] < high.z && wall[1] > low.z)
+    /// The crossings of lines with the surface at a height from `low` to `high`: the line, the segment, and the number
+    /// of the segment's end.
+    fn crossings(&self, lines: Range<usize>, low: f64, high: f64) -> impl Iterator<Item = (&Line, &Inside, usize)> {
+        let segments = self.lines[lines]
+            .iter()
+            .flat_map(|line| self.segments[line.segments.clone()].iter().map(move |inside| (line, inside)));
+        let ends = segments.flat_map(|(line, inside)| [0, 1].map(|end| (line, inside, end)));
+        ends.filter(move |(_, inside, end)| (low..=high).contains(&inside.ends[*end]))
+    }
+
+    /// Whether much light may pass through the snow at a height from `low` to `high`.
+    fn is_thin(&self, lines: Range<usize>, low: f64, high: f64) -> bool {
+        let thin_below_m = self.sizes.thin_below_m();
+        self.crossings(lines, low, high).any(|(_, inside, end)| inside.thickness_m[end] < thin_below_m)
     }
 
     /// Whether the surface between two corners of a cell is one flat sheet above thick snow.
     fn is_flat(&self, lines: Range<usize>, low: DVec3, high: DVec3) -> bool {
-        let lines = &self.lines[lines];
         let size_m = (high - low).max_element();
         let (mut normal, mut point, mut count) = (Vec3::ZERO, DVec3::ZERO, 0.0);
         let mut least_thickness_m = f64::INFINITY;
-        let crossings = || {
-            let segments =
-                lines.iter().flat_map(|line| self.segments[line.segments.clone()].iter().zip(std::iter::repeat(line)));
-            let ends = segments.flat_map(|(inside, line)| [0, 1].map(|end| (line, inside, end)));
-            ends.filter(|(_, inside, end)| (low.z..=high.z).contains(&inside.ends[*end]))
-        };
+        let crossings = || self.crossings(lines.clone(), low.z, high.z);
         for (line, inside, end) in crossings() {
             normal += inside.normals[end];
             point += line.at.extend(inside.ends[end]);
@@ -368,12 +376,12 @@ impl<'a> Lines<'a> {
         if normal.z.abs() < STEEP_COS
             || least_thickness_m < THICK_CELLS * size_m
             || !crossings().all(is_plain)
-            || lines.iter().any(|line| self.has_wall(line, low, high))
+            || self.lines[lines.clone()].iter().any(|line| self.has_wall(line, low.z, high.z))
         {
             return false;
         }
         let slack_m = FLAT_CELLS * size_m / rise.abs();
-        lines.iter().all(|line| {
+        self.lines[lines].iter().all(|line| {
             let aside = (line.at - point.truncate()).dot(normal.as_dvec3().truncate());
             let height = (point.z - aside / rise).clamp(low.z - slack_m, high.z + slack_m);
             // Heights that must be inside, and heights that must be outside.

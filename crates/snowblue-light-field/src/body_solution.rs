@@ -200,14 +200,14 @@ impl BodySolution {
     }
 }
 
-/// Light from inside snow at a point of its surface, in W m⁻² sr⁻¹ as a band density: a constant, less a factor times
-/// the directed light that enters at the point. It may be negative where the surface is lit: it subtracts the light
-/// that the reflection function reflects but that does not return.
+/// Light from inside snow at a point of its surface, in W m⁻² sr⁻¹ as a band density: a constant and, in wide cells,
+/// less a factor times the directed light that enters at the point. It may be negative where the surface is lit: it
+/// subtracts the light that the reflection function reflects but that does not return.
 pub struct LightFromInside {
     /// The radiance where no directed light enters.
     pub radiance: Spectrum,
-    /// Decrease of the radiance for each unit of Σ K F, in 1/sr.
-    pub decrease_per_sr: Spectrum,
+    /// Decrease of the radiance for each unit of Σ K F, in 1/sr; none where the cells resolve the light that enters.
+    pub decrease_per_sr: Option<Spectrum>,
 }
 
 /// The uppermost layer of snow at a point of the surface. The cells do not resolve how light varies along the surface
@@ -245,10 +245,9 @@ impl SnowAt<'_> {
     pub fn light_from_inside(&self, surface: &SurfacePoint, cos_exit: f32) -> LightFromInside {
         let escape = self.optics.surface().escape(cos_exit) * FRAC_1_PI;
         let diffuse = self.field.diffuse_irradiance(surface);
-        let layer = self.top_layer(surface);
-        let (flux, decrease_per_sr) = match &layer {
-            Some(layer) => (layer.flux(&diffuse), layer.decrease() * escape),
-            None => (self.field.flux(surface), Spectrum::ZERO),
+        let (flux, decrease_per_sr) = match self.top_layer(surface) {
+            Some(layer) => (layer.flux(&diffuse), Some(layer.decrease() * escape)),
+            None => (self.field.flux(surface), None),
         };
         let mut radiance = diffuse * FRAC_1_PI;
         radiance += flux * escape;

@@ -102,6 +102,10 @@ impl GatheredPaths {
             throughputs: Vec::new(),
             rays_per_element,
         };
+        let small_lights: Vec<Vec<&Light>> = illuminations
+            .iter()
+            .map(|lights| lights.lights.iter().copied().filter(|light| light.is_small()).collect())
+            .collect();
         let task = |(task, elements): (usize, &[SurfaceElement])| {
             let mut queries = SceneQueries::new(lit_scene.scene.objects());
             let mut paths = empty();
@@ -116,7 +120,7 @@ impl GatheredPaths {
                     let end = trace(&mut queries, start, sampler, (lit_scene, illuminations), &mut sums);
                     let Some(PathEnd { hit, throughput, sampler, gap_m }) = end else { continue };
                     let Some((place, optics)) = snow_at(&hit) else { continue };
-                    let light = (illuminations, &mut *sums);
+                    let light = (&*small_lights, &mut *sums);
                     add_reflection(&mut queries, (&hit, optics), throughput.as_ref(), sampler, light);
                     let throughput = throughput.map(|throughput| {
                         let first = number_of(&paths.throughputs);
@@ -251,20 +255,19 @@ fn trace(
     None
 }
 
-/// Adds, for the lights of each spectrum, the difference of the light of lamps and of the sun that snow reflects along
-/// a path's last ray from the exitance divided by π. Snow reflects light at grazing angles forwards.
+/// Adds, for the small lights of each spectrum, the difference of the light that snow reflects along a path's last ray
+/// from the reflected light in the exitance divided by π. Snow reflects light at grazing angles forwards.
 fn add_reflection(
     queries: &mut SceneQueries,
     (hit, optics): (&SurfaceInteraction, &SurfaceOptics),
     throughput: Option<&Spectrum>,
     sampler: Sampler,
-    (illuminations, light): (&[Illumination], &mut [Spectrum]),
+    (small_lights, light): (&[Vec<&Light>], &mut [Spectrum]),
 ) {
     let (surface, through) = (hit.surface_point(), throughput.unwrap_or(&Spectrum::ONE));
-    for (light, Illumination { lights, .. }) in light.iter_mut().zip(illuminations) {
-        let small: Vec<&Light> = lights.iter().copied().filter(|light| light.is_small()).collect();
+    for (light, lights) in light.iter_mut().zip(small_lights) {
         let (place, samplers) = ((&surface, Side::Outer(hit.object)), std::iter::once(sampler));
-        visit_lights(queries, &small, place, samplers, &mut |incident, irradiance| {
+        visit_lights(queries, lights, place, samplers, &mut |incident, irradiance| {
             let per_sr = optics.reflection_per_sr(hit.normal, hit.direction, incident.direction);
             light.add_product(per_sr - FRAC_1_PI, through, &irradiance);
         });

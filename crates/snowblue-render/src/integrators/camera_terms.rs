@@ -1,10 +1,12 @@
 //! The terms of the light that a surface sends along a camera ray.
 
 use snowblue_light_field::LightFromInside;
-use snowblue_scene::light::Light;
+use snowblue_scene::light::{IncidentLight, Light, LightSample};
+use snowblue_scene::spectrum::Spectrum;
 
 use crate::integrators::diffusion::single_scattering::ScatteringPoint;
 use crate::integrators::sparkle::SparklingPoint;
+use crate::integrators::surface::{Shading, Surface};
 
 /// Terms of the light from a surface to the camera, beside transmission and smooth reflection.
 pub(super) struct CameraTerms<'a> {
@@ -27,6 +29,20 @@ impl Default for CameraTerms<'_> {
 }
 
 impl CameraTerms<'_> {
+    /// The change of the light from inside of snow by the light of a light sample that enters; none where the cells of
+    /// the light field resolve this light.
+    pub(super) fn change_from_inside(
+        &self,
+        surface: &Surface,
+        (light, sample): (&Light, &LightSample),
+        incident: &IncidentLight,
+    ) -> Option<Spectrum> {
+        let decrease_per_sr = self.from_inside.as_ref()?.decrease_per_sr?;
+        let Shading::Field(snow) = &surface.shading else { return None };
+        let entering = incident.irradiance_per_power * snow.optics.surface().escape(incident.cos_incidence);
+        Some(light.power(&sample.origin) * decrease_per_sr * -entering)
+    }
+
     /// Whether a light contributes.
     #[inline]
     pub(super) fn count(&self, light: &Light) -> bool {

@@ -146,7 +146,7 @@ impl<'a> PathTracer<'a> {
             // The mean throughput of directions is 1, for R₀ belongs to snow that does not absorb.
             radiance.add_product(-FRAC_1_PI, &throughput, &snow.field.diffuse_irradiance(&first.shading_point()));
         }
-        // Samples of lights at snow with a field are complete. Only rays find even skies.
+        // Samples of lights at snow with a field are complete. Only rays find uniform skies.
         let mut finds_lamps = !first.has_field();
         for bounce in 1.. {
             let Some(ray) = next else { break };
@@ -187,7 +187,7 @@ impl<'a> PathTracer<'a> {
     }
 
     /// Radiance from the lights that a ray hits before a surface. The ray starts at the camera, or at a surface with
-    /// the density of `from`, where it finds all lights or only even skies.
+    /// the density of `from`, where it finds all lights or only uniform skies.
     fn hit_lights(&self, ray: &Ray, hit: Option<&SurfaceInteraction>, from: Option<(&Directions, bool)>) -> Spectrum {
         let limit_m = hit.map_or(f32::INFINITY, |hit| light_limit_m(ray, hit));
         let mut radiance = Spectrum::ZERO;
@@ -240,17 +240,11 @@ impl<'a> PathTracer<'a> {
                 }
                 if let Some(spectra) = &mut spectra {
                     let spectrum = &mut spectra[usize::from(source.is_smooth_sky())];
-                    if let (Some(incident), Some(from_inside), Shading::Field(snow)) =
-                        (&incident, &terms.from_inside, &surface.shading)
-                    {
-                        let entering =
-                            incident.irradiance_per_power * snow.optics.surface().escape(incident.cos_incidence);
-                        let power = source.power(&sample.origin);
-                        spectrum.add_product(-entering, &from_inside.decrease_per_sr, &power);
-                    }
-                    if let Some(change) = self.snow.single_scattering(terms, surface, (source, sample), incident) {
-                        *spectrum += change;
-                    }
+                    let entering = incident.as_ref();
+                    let entering =
+                        entering.and_then(|incident| terms.change_from_inside(surface, (source, sample), incident));
+                    let scattered = self.snow.single_scattering(terms, surface, (source, sample), incident);
+                    entering.into_iter().chain(scattered).for_each(|change| *spectrum += change);
                 }
             };
             match tables.delta_sample(index) {

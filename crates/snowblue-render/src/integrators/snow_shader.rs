@@ -80,13 +80,7 @@ impl<'a> SnowShader<'a> {
 
     /// The terms of the light that a later surface of a path sends back along the path.
     pub(super) fn later_terms(surface: &Surface) -> CameraTerms<'a> {
-        let from_inside = if let Shading::Field(snow) = &surface.shading {
-            let point = surface.shading_point();
-            Some(snow.light_from_inside(&point, -point.normal.dot(surface.hit.direction)))
-        } else {
-            None
-        };
-        CameraTerms { from_inside, ..CameraTerms::default() }
+        CameraTerms { from_inside: surface.light_from_inside(), ..CameraTerms::default() }
     }
 
     /// Light of lamps and skies that comes through snow.

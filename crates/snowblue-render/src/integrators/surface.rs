@@ -4,7 +4,7 @@ use std::f32::consts::{FRAC_1_PI, PI, TAU};
 
 use glam::Vec3A;
 use snowblue_geometry::ray::SurfacePoint;
-use snowblue_light_field::SnowAt;
+use snowblue_light_field::{LightFromInside, SnowAt};
 use snowblue_scene::Scene;
 use snowblue_scene::directions::Directions;
 use snowblue_scene::light::{Light, LightOrigin, LightSample};
@@ -84,6 +84,12 @@ impl Surface<'_, '_> {
                 Spectrum::constant(PI * per_sr)
             }
         }
+    }
+
+    /// The light from inside of snow with a light field that leaves the surface along the ray.
+    pub(super) fn light_from_inside(&self) -> Option<LightFromInside> {
+        let Shading::Field(snow) = &self.shading else { return None };
+        Some(snow.light_from_inside(&self.shading_point(), -self.normal.dot(self.hit.direction)))
     }
 
     /// Whether the surface is snow with a light field.

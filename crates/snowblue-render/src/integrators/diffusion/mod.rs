@@ -56,11 +56,10 @@ impl<'a> FieldShader<'a> {
         if self.walks.is_some() && !self.is_filtered {
             return CameraTerms { has_reflection: false, ..CameraTerms::default() };
         }
-        let point = surface.shading_point();
         let [number, ..] = sampler.next_four();
         CameraTerms {
             has_smooth_skies: self.walks.is_none(),
-            from_inside: Some(snow.light_from_inside(&point, -point.normal.dot(surface.hit.direction))),
+            from_inside: surface.light_from_inside(),
             scattering: Some(self.single_scattering.point(snow, surface.hit, camera_ray, number)),
             ..CameraTerms::default()
         }
