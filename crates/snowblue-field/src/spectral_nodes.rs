@@ -47,7 +47,7 @@ pub struct SpectralNodes {
     indices: Vec<usize>,
     /// √μ_a of the nodes, or the arc length that replaces it.
     at_nodes: Vec<f64>,
-    /// For each wavelength the weight of the value at each node.
+    /// For each node the weight of its value at each wavelength.
     weights: Vec<Vec<f32>>,
 }
 
@@ -72,7 +72,8 @@ impl SpectralNodes {
             indices.push(*nearest.unwrap_or(&order[order.len() - 1]));
         }
         let at_nodes: Vec<f64> = indices.iter().map(|index| roots[*index]).collect();
-        let weights = roots.iter().map(|root| spline_weights(&at_nodes, *root)).collect();
+        let of_wavelengths: Vec<Vec<f32>> = roots.iter().map(|root| spline_weights(&at_nodes, *root)).collect();
+        let weights = (0..count).map(|node| of_wavelengths.iter().map(|weights| weights[node]).collect()).collect();
         Self { indices, at_nodes, weights }
     }
 
@@ -87,6 +88,7 @@ impl SpectralNodes {
     pub fn for_bodies(bodies: &[Vec<LayerSpectrum>]) -> Self {
         const ALLOWED: f64 = 5e-3;
         let bodies = thickest_of_each_snow(bodies);
+        let roots = roots(&bodies);
         // The transmittance of a slab divided by ℓ* is k/sinh kd, which is 1/d without absorption.
         let of_layer = |layer: &LayerSpectrum, index: usize| {
             let k = (3.0 * layer.absorption_per_m[index] / layer.transport_lengths_m[index]).sqrt();
@@ -98,10 +100,10 @@ impl SpectralNodes {
             let light =
                 |index: usize| -> f64 { layers.iter().filter(is_there).map(|layer| of_layer(layer, index)).sum() };
             let at_nodes: Vec<f32> = nodes.indices.iter().map(|index| single(light(*index))).collect();
-            let error = |index| (f64::from(nodes.interpolate(index, &at_nodes)) - light(index)).abs();
-            (0..nodes.weights.len()).any(|index| error(index) > ALLOWED)
+            let mut values = vec![0.0; roots.len()];
+            nodes.add_interpolated(&at_nodes, &mut values);
+            values.iter().enumerate().any(|(index, value)| (f64::from(*value) - light(index)).abs() > ALLOWED)
         };
-        let roots = roots(&bodies);
         let mut nodes = Self::new(&roots, 1);
         for groups in 2..=MAX_GROUPS {
             if bodies.iter().any(|layers| has_error(&nodes, layers)) {
@@ -128,11 +130,12 @@ impl SpectralNodes {
         self.indices.as_chunks::<GROUP>().0.iter().map(move |group| f32x4::from(group.map(&values)))
     }
 
-    /// The value at wavelength number `wavelength` of the spline through values at the nodes.
+    /// Adds the spline through values at the nodes to a sum at each wavelength.
     #[inline]
-    #[must_use]
-    pub fn interpolate(&self, wavelength: usize, nodes: &[f32]) -> f32 {
-        self.weights[wavelength].iter().zip(nodes).map(|(weight, value)| weight * value).sum()
+    pub fn add_interpolated(&self, at_nodes: &[f32], sums: &mut [f32]) {
+        for (value, weights) in at_nodes.iter().zip(&self.weights) {
+            sums.iter_mut().zip(weights).for_each(|(sum, weight)| *sum += weight * value);
+        }
     }
 }
 
@@ -158,7 +161,10 @@ impl KnownFactor {
         let predicted = |weights: &[f32]| -> f64 {
             weights.iter().zip(&at_nodes).map(|(weight, at)| f64::from(*weight) * at).sum()
         };
-        let lacking = nodes.weights.iter().zip(&logarithms).map(|(weights, at)| single(at - predicted(weights)));
+        let mut lacking = logarithms;
+        for (at, weights) in at_nodes.iter().zip(&nodes.weights) {
+            lacking.iter_mut().zip(weights).for_each(|(lacking, weight)| *lacking -= f64::from(*weight) * at);
+        }
         // The value at each node minus the value that the other nodes predict for it.
         let differences = (0..at_nodes.len()).map(|node| {
             let mut others = nodes.at_nodes.clone();
@@ -173,7 +179,7 @@ impl KnownFactor {
         let (difference, mut power_weights) = greatest.unwrap_or_default();
         let inverse = if difference.abs() > MIN_LACKING { difference.recip() } else { 0.0 };
         power_weights.iter_mut().for_each(|weight| *weight = single(f64::from(*weight) * inverse));
-        Self { lacking: lacking.collect(), power_weights }
+        Self { lacking: lacking.into_iter().map(single).collect(), power_weights }
     }
 
     /// The power of the factor in some values, from the logarithms of the values at the nodes.
@@ -189,12 +195,12 @@ impl KnownFactor {
         sum.clamp((range - 0.5).min(1.0), 1.0 + 0.5 * range)
     }
 
-    /// The logarithm of the factor at a wavelength minus the spline through its logarithms at the nodes, for a power
-    /// of 1.
+    /// The logarithm of the factor minus the spline through its logarithms at the nodes, at each wavelength for a
+    /// power of 1.
     #[inline]
     #[must_use]
-    pub fn lacking(&self, wavelength: usize) -> f32 {
-        self.lacking[wavelength]
+    pub fn lacking(&self) -> &[f32] {
+        &self.lacking
     }
 }
 
@@ -314,6 +320,12 @@ mod tests {
         (0..31).map(|k| 4e-4 * (f64::from(k) * 0.21).exp()).collect()
     }
 
+    fn interpolated(nodes: &SpectralNodes, at_nodes: &[f32]) -> [f32; 31] {
+        let mut values = [0.0; 31];
+        nodes.add_interpolated(at_nodes, &mut values);
+        values
+    }
+
     /// The largest error of the logarithm of the light behind a slab, over all wavelengths.
     fn worst(groups: usize, thickness_m: f64) -> f64 {
         let absorption = absorption();
@@ -326,8 +338,8 @@ mod tests {
         };
         #[expect(clippy::cast_possible_truncation, reason = "rounding is intended")]
         let at_nodes: Vec<f32> = nodes.indices().iter().map(|index| light(*index) as f32).collect();
-        let error = |index: usize| (f64::from(nodes.interpolate(index, &at_nodes)) - light(index)).abs();
-        (0..31).map(error).fold(0.0, f64::max)
+        let error = |(index, value)| (f64::from(value) - light(index)).abs();
+        interpolated(&nodes, &at_nodes).into_iter().enumerate().map(error).fold(0.0, f64::max)
     }
 
     #[test]
@@ -352,8 +364,8 @@ mod tests {
                 let at_nodes: Vec<f32> = nodes.indices().iter().map(|index| single(light(*index))).collect();
                 let found = factor.power(&at_nodes);
                 assert!((f64::from(found) - power).abs() < 0.05, "{groups} {power}: {found}");
-                for index in 0..31 {
-                    let value = nodes.interpolate(index, &at_nodes) + found * factor.lacking(index);
+                for (index, value) in interpolated(&nodes, &at_nodes).into_iter().enumerate() {
+                    let value = value + found * factor.lacking()[index];
                     // The error of the spline through four nodes alone is 7·10⁻⁴.
                     assert!((f64::from(value) - light(index)).abs() < 1e-3, "{groups} {power} {index}: {value}");
                 }
@@ -376,8 +388,8 @@ mod tests {
             };
             let at_nodes: Vec<f32> = nodes.indices().iter().map(|index| single(light(*index))).collect();
             let power = factor.power(&at_nodes);
-            for index in 0..31 {
-                let value = nodes.interpolate(index, &at_nodes) + power * factor.lacking(index);
+            for (index, value) in interpolated(&nodes, &at_nodes).into_iter().enumerate() {
+                let value = value + power * factor.lacking()[index];
                 // Half a percent by the choice of nodes, and the error of the power.
                 let error = (f64::from(value) - light(index)).abs();
                 assert!(error < 7e-3, "{thickness_m} m, {index}: {error}, power {power}");
@@ -391,9 +403,10 @@ mod tests {
         let root = |k: f64| if k < 16.0 { 1.88 + 1e-5 * k * k } else { 0.8 + 0.3 * (0.6 * k).sin() };
         let roots: Vec<f64> = (0..31).map(|k| root(f64::from(k))).collect();
         for groups in 1..=MAX_GROUPS {
-            for weights in SpectralNodes::new(&roots, groups).weights {
-                let sum: f32 = weights.iter().map(|weight| weight.abs()).sum();
-                assert!(sum < 3.0, "{groups}: {weights:?}");
+            let weights = SpectralNodes::new(&roots, groups).weights;
+            for index in 0..31 {
+                let sum: f32 = weights.iter().map(|of_node| of_node[index].abs()).sum();
+                assert!(sum < 3.0, "{groups} {index}: {weights:?}");
             }
         }
     }
@@ -403,9 +416,8 @@ mod tests {
         let nodes = SpectralNodes::new(&[0.3, 0.4], 1);
         assert_eq!(nodes.indices().len(), 4);
         let values: Vec<f32> = nodes.indices().iter().map(|index| [3.0, 5.0][*index]).collect();
-        assert!(
-            (nodes.interpolate(0, &values) - 3.0).abs() < 1e-6 && (nodes.interpolate(1, &values) - 5.0).abs() < 1e-6
-        );
+        let found = interpolated(&nodes, &values);
+        assert!((found[0] - 3.0).abs() < 1e-6 && (found[1] - 5.0).abs() < 1e-6);
     }
 
     /// With 50 ng/g of soot in a crust over clean snow, blue and orange light have equal mean absorption, but the
@@ -435,8 +447,8 @@ mod tests {
                 };
                 #[expect(clippy::cast_possible_truncation, reason = "rounding is intended")]
                 let at_nodes: Vec<f32> = nodes.indices().iter().map(|index| light(*index) as f32).collect();
-                for index in 0..31 {
-                    let error = f64::from(nodes.interpolate(index, &at_nodes)) - light(index);
+                for (index, value) in interpolated(&nodes, &at_nodes).into_iter().enumerate() {
+                    let error = f64::from(value) - light(index);
                     assert!(error.abs() < 5e-3, "{index}: {error}");
                 }
             }

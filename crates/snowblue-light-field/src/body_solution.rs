@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 use arrayvec::ArrayVec;
 use glam::Vec3A;
-use snowblue_field::{Fluence, MAX_GROUPS, SurfaceValues};
+use snowblue_field::{Fluence, MAX_GROUPS, SurfacePlace, SurfaceValues};
 use snowblue_geometry::ray::SurfacePoint;
 use snowblue_scene::objects::{Objects, SurfaceInteraction};
 use snowblue_scene::sampling::Sampler;
@@ -147,9 +147,16 @@ impl BodySolution {
         self.at_surface(surface, |lit| Some(&lit.flux))
     }
 
-    /// A quantity of the surface: the sum over the lights of all spectra that have it.
+    /// A quantity at a point of the surface; 0 if there is no cell near the point.
     fn at_surface(&self, surface: &SurfacePoint, values: impl Fn(&LitFluence) -> Option<&SurfaceValues>) -> Spectrum {
-        self.sum(|lit| self.groups(values(lit)?, surface))
+        let exists = self.lit.iter().any(|lit| values(lit).is_some());
+        let place = exists.then(|| self.place(surface)).flatten();
+        place.map_or(Spectrum::ZERO, |place| self.at_place(&place, values))
+    }
+
+    /// A quantity at a place of the surface: the sum over the lights of all spectra that have it.
+    fn at_place(&self, place: &SurfacePlace, values: impl Fn(&LitFluence) -> Option<&SurfaceValues>) -> Spectrum {
+        self.sum(|lit| Some(self.groups(values(lit)?, place)))
     }
 
     /// The sum over the lights of all spectra of a quantity at the spectral nodes.
@@ -163,40 +170,48 @@ impl BodySolution {
         sum
     }
 
-    /// A quantity at a surface point for each group of spectral nodes; none if there is no cell near the point.
-    fn groups<'f>(
-        &'f self,
-        values: &'f SurfaceValues,
-        surface: &SurfacePoint,
-    ) -> Option<impl Iterator<Item = f32x4> + use<'f>> {
-        self.system.cells.surface_value(values, surface.point.as_dvec3(), surface.normal.as_dvec3())
+    /// The place of a point of the surface; none if there is no cell near the point.
+    fn place(&self, surface: &SurfacePoint) -> Option<SurfacePlace> {
+        self.system.cells.surface_place(surface.point.as_dvec3(), surface.normal.as_dvec3())
+    }
+
+    /// A quantity at a place of the surface for each group of spectral nodes.
+    fn groups(&self, values: &SurfaceValues, place: &SurfacePlace) -> impl Iterator<Item = f32x4> + use<> {
+        let groups = self.system.cells.value_at(values, place);
+        groups.into_iter().take(self.system.nodes.group_count())
     }
 
     /// Interpolates a quantity from the spectral nodes to all wavelengths, in light of a spectrum. The logarithm is
     /// interpolated, or the quantity itself if a value is not positive.
     fn spectrum(&self, groups: impl Iterator<Item = f32x4>, light: &Spectrum) -> Spectrum {
-        let mut at_nodes = [0.0; MAX_NODES];
-        for (values, group) in at_nodes.chunks_exact_mut(snowblue_field::GROUP).zip(groups) {
-            values.copy_from_slice(group.as_array());
-        }
         let BodySystem { nodes, transport_length, .. } = &*self.system;
-        let indices = nodes.indices();
-        let at_nodes = &mut at_nodes[..indices.len()];
-        let is_positive = at_nodes.iter().all(|value| *value > 0.0);
-        for (value, index) in at_nodes.iter_mut().zip(indices) {
-            let light = light.0[*index];
-            *value = if light > 0.0 { *value / light } else { 0.0 };
+        let mut values: Nodes = groups.collect();
+        let is_positive = values.iter().all(|values| values.simd_gt(f32x4::ZERO).all());
+        for (values, light) in values.iter_mut().zip(nodes.gather(|index| light.0[index])) {
+            *values = light.simd_gt(f32x4::ZERO).select(*values / light, f32x4::ZERO);
             if is_positive {
-                *value = value.max(f32::MIN_POSITIVE).ln();
+                *values = values.max(f32x4::splat(f32::MIN_POSITIVE)).ln();
             }
         }
-        let power = if is_positive { transport_length.power(at_nodes) } else { 0.0 };
-        let value = |wavelength: usize| {
-            let value = nodes.interpolate(wavelength, at_nodes);
-            let value = if is_positive { (value + power * transport_length.lacking(wavelength)).exp() } else { value };
-            value * light.0[wavelength]
-        };
-        Spectrum(std::array::from_fn(value))
+        let mut spectrum = Spectrum::ZERO;
+        let at_nodes: ArrayVec<f32, MAX_NODES> = values.iter().flat_map(|values| values.to_array()).collect();
+        nodes.add_interpolated(&at_nodes, &mut spectrum.0);
+        if is_positive {
+            let power = transport_length.power(&at_nodes);
+            let exponents = spectrum.0.iter_mut().zip(transport_length.lacking());
+            exponents.for_each(|(exponent, lacking)| *exponent += power * lacking);
+            exponentiate(&mut spectrum.0);
+        }
+        spectrum * *light
+    }
+}
+
+/// Replaces numbers by their exponentials.
+fn exponentiate(values: &mut [f32]) {
+    for chunk in values.chunks_mut(snowblue_field::GROUP) {
+        let mut group = [0.0; snowblue_field::GROUP];
+        group[..chunk.len()].copy_from_slice(chunk);
+        chunk.copy_from_slice(&f32x4::from(group).exp().to_array()[..chunk.len()]);
     }
 }
 
@@ -204,6 +219,8 @@ impl BodySolution {
 /// less a factor times the directed light that enters at the point. It may be negative where the surface is lit: it
 /// subtracts the light that the reflection function reflects but that does not return.
 pub struct LightFromInside {
+    /// The irradiance H by uniform skies and other surfaces, whose light the radiance includes, in W m⁻².
+    pub diffuse_irradiance: Spectrum,
     /// The radiance where no directed light enters.
     pub radiance: Spectrum,
     /// Decrease of the radiance for each unit of Σ K F, in 1/sr; none where the cells resolve the light that enters.
@@ -244,21 +261,23 @@ impl SnowAt<'_> {
     /// The radiance that leaves a surface point without the reflection of directed light, (H + K(μ) J)/π.
     pub fn light_from_inside(&self, surface: &SurfacePoint, cos_exit: f32) -> LightFromInside {
         let escape = self.optics.surface().escape(cos_exit) * FRAC_1_PI;
-        let diffuse = self.field.diffuse_irradiance(surface);
-        let (flux, decrease_per_sr) = match self.top_layer(surface) {
+        let Some(place) = self.field.place(surface) else {
+            let dark = Spectrum::ZERO;
+            return LightFromInside { diffuse_irradiance: dark, radiance: dark, decrease_per_sr: None };
+        };
+        let diffuse = self.field.at_place(&place, |lit| lit.diffuse.as_ref());
+        let (flux, decrease_per_sr) = match self.top_layer(surface, &place) {
             Some(layer) => (layer.flux(&diffuse), Some(layer.decrease() * escape)),
-            None => (self.field.flux(surface), None),
+            None => (self.field.at_place(&place, |lit| Some(&lit.flux)), None),
         };
         let mut radiance = diffuse * FRAC_1_PI;
         radiance += flux * escape;
-        LightFromInside { radiance, decrease_per_sr }
+        LightFromInside { diffuse_irradiance: diffuse, radiance, decrease_per_sr }
     }
 
     /// The layer that the cells do not resolve; none in small cells, in thin snow, and in snow of several layers.
-    fn top_layer(&self, surface: &SurfacePoint) -> Option<TopLayer> {
-        let cells = &self.field.system.cells;
-        let place = cells.surface_place(surface.point.as_dvec3(), surface.normal.as_dvec3())?;
-        let [size_m, thickness_m] = cells.size_and_thickness_m(&place);
+    fn top_layer(&self, surface: &SurfacePoint, place: &SurfacePlace) -> Option<TopLayer> {
+        let [size_m, thickness_m] = self.field.system.cells.size_and_thickness_m(place);
         let depth_m = LAYER_CELLS * size_m;
         let is_resolved = depth_m < LEAST_DEPTH_LENGTHS * self.optics.transport_length_m();
         let BodyOptics { kinds, optics } = &**self.field.snow();
@@ -315,11 +334,12 @@ impl<'f> NearLight<'f> {
         let SnowAt { field, optics, .. } = snow;
         let depth_m = depth * optics.transport_length_m();
         let point = surface.point - surface.normal * depth_m;
-        let lit: Option<Vec<_>> = field.lit.iter().map(|lit| NearFluence::new(field, lit, point, surface)).collect();
+        let place = field.place(surface)?;
+        let lit: Option<Vec<_>> = field.lit.iter().map(|lit| NearFluence::new(field, lit, point, &place)).collect();
         let mut lacking = Spectrum::ZERO;
-        if let Some(layer) = snow.top_layer(surface) {
+        if let Some(layer) = snow.top_layer(surface, &place) {
             let mut entering = *entering;
-            entering += field.diffuse_irradiance(surface);
+            entering += field.at_place(&place, |lit| lit.diffuse.as_ref());
             let [of_entering, of_flux] = optics.fluence_factors(depth_m);
             lacking = field.fluence(point) * -1.0;
             lacking += of_entering * entering;
@@ -341,10 +361,11 @@ impl<'f> NearLight<'f> {
 
     /// The diffuse irradiance H of a surface point near by, in W m⁻² as a band density.
     pub fn diffuse_irradiance(&self, surface: &SurfacePoint) -> Spectrum {
+        let Some(place) = self.field.place(surface) else { return Spectrum::ZERO };
         let mut sum = Spectrum::ZERO;
         for near in &self.lit {
-            if let Some(groups) = near.lit.diffuse.as_ref().and_then(|diffuse| self.field.groups(diffuse, surface)) {
-                sum += near.spectrum(self.field, groups);
+            if let Some(diffuse) = &near.lit.diffuse {
+                sum += near.spectrum(self.field, self.field.groups(diffuse, &place));
             }
         }
         sum
@@ -366,13 +387,13 @@ impl<'f> NearLight<'f> {
 }
 
 impl<'f> NearFluence<'f> {
-    fn new(field: &'f BodySolution, lit: &'f LitFluence, point: Vec3A, surface: &SurfacePoint) -> Option<Self> {
+    fn new(field: &'f BodySolution, lit: &'f LitFluence, point: Vec3A, place: &SurfacePlace) -> Option<Self> {
         let fluence: Nodes = field.system.cells.fluence(&lit.fluence, point.as_dvec3())?.collect();
         let mut gradient = [(); 3].map(|()| Nodes::new());
         for group in field.system.cells.gradient(&lit.fluence, point.as_dvec3())? {
             gradient.iter_mut().zip(group).for_each(|(axis, values)| axis.push(values));
         }
-        let diffuse = lit.diffuse.as_ref().and_then(|diffuse| field.groups(diffuse, surface));
+        let diffuse = lit.diffuse.as_ref().map(|diffuse| field.groups(diffuse, place));
         // Where the grid is too coarse for the remaining light, the spectrum of the light source is used.
         let is_positive = fluence.iter().all(|values| values.as_array().iter().all(|value| *value > 0.0));
         let spectrum = if is_positive { field.spectrum(fluence.iter().copied(), &lit.spectrum) } else { lit.spectrum };
@@ -387,16 +408,10 @@ impl<'f> NearFluence<'f> {
 
     /// Interpolates a quantity from the nodes to all wavelengths.
     fn spectrum(&self, field: &BodySolution, groups: impl Iterator<Item = f32x4>) -> Spectrum {
-        let mut ratios = [0.0; MAX_NODES];
-        let count = field.system.nodes.indices().len();
-        for ((ratios, group), reciprocals) in
-            ratios.chunks_exact_mut(snowblue_field::GROUP).zip(groups).zip(&self.reciprocals)
-        {
-            ratios.copy_from_slice((group * *reciprocals).as_array());
-        }
-        let value = |wavelength: usize| {
-            field.system.nodes.interpolate(wavelength, &ratios[..count]) * self.spectrum.0[wavelength]
-        };
-        Spectrum(std::array::from_fn(value)) * self.lit.emitted
+        let ratios = groups.zip(&self.reciprocals).flat_map(|(group, reciprocals)| (group * *reciprocals).to_array());
+        let ratios: ArrayVec<f32, MAX_NODES> = ratios.collect();
+        let mut spectrum = Spectrum::ZERO;
+        field.system.nodes.add_interpolated(&ratios, &mut spectrum.0);
+        spectrum * self.spectrum * self.lit.emitted
     }
 }

@@ -27,6 +27,9 @@ const MAX_ELEMENTS: usize = 1 << 16;
 /// Share of the rays that are sampled as if there were no patches.
 const OWN_SHARE: f32 = 0.5;
 
+/// Cosine below which a patch counts as seen from its side, where rounding decides.
+const LEAST_COS: f32 = 1e-3;
+
 /// Approximate description of the snow that a surface sees.
 #[derive(Debug, Clone, Copy)]
 pub struct SnowSeen {
@@ -329,12 +332,12 @@ impl RadiantPatches {
         let way = self.way(from);
         let distance_squared = dot(&way, &way).fast_max(f32x8::splat(f32::MIN_POSITIVE));
         let per_distance = f32x8::ONE / distance_squared.sqrt();
-        let axis = way.map(|way| way * per_distance);
-        // Greatest sine of the angle that half of the patch subtends.
-        let [along, across] = self.half_m;
-        let sin = unit((along * along + across * across).sqrt() * per_distance);
-        let cos_from = unit(dot(&axis, &from.normal.to_array().map(f32x8::splat)) + sin);
-        let cos_to = unit(sin + self.sin_spread - dot(&axis, &self.normal));
+        // The heights of the highest corner above the surface and of the point above the patch, by the distance. A patch
+        // below the surface and a patch that faces away are not seen.
+        let normal = from.normal.to_array().map(f32x8::splat);
+        let [along, across] = [0, 1].map(|side| self.half_m[side] * dot(&self.sides[side], &normal).abs());
+        let cos_from = unit((dot(&way, &normal) + along + across) * per_distance - LEAST_COS);
+        let cos_to = unit(self.sin_spread - dot(&way, &self.normal) * per_distance - LEAST_COS);
         let seen_sr = (self.area_m2 * cos_to / distance_squared).fast_min(f32x8::splat(PI));
         Views { patches: self, way, weight: self.exitance * seen_sr * cos_from }
     }

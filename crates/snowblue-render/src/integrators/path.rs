@@ -34,7 +34,7 @@ use crate::integrators::light_tables::{Carried, LightTables, Source};
 use crate::integrators::method::Prepared;
 use crate::integrators::sample::{FilteredSample, PathSample, survival_probability};
 use crate::integrators::snow_shader::SnowShader;
-use crate::integrators::surface::{OpenSky, Shading, Surface};
+use crate::integrators::surface::{OpenSky, Surface};
 
 /// Traces paths through a scene.
 #[derive(Debug)]
@@ -107,7 +107,7 @@ impl<'a> PathTracer<'a> {
         if let Some(walked) = self.snow.walk(&surface, camera_ray, sampler) {
             light = C::emitted(self.scene, &walked);
         }
-        let later = self.later_light(&surface, sampler);
+        let later = self.later_light(&surface, &terms, sampler);
         let later = later.map(|later| C::emitted(self.scene, &later));
         // Single facets are sharp in the picture, so the residual leaves sparkle out and the filter does not spread
         // it.
@@ -135,16 +135,16 @@ impl<'a> PathTracer<'a> {
     /// Light that comes to a path's first surface from further surfaces and by rays that hit lights, reflected there.
     /// At snow with a light field, it is the difference of this light from the light of the field's irradiance, which
     /// the other terms contain.
-    fn later_light(&mut self, first: &Surface, sampler: &mut Sampler) -> Option<Spectrum> {
+    fn later_light(&mut self, first: &Surface, terms: &CameraTerms, sampler: &mut Sampler) -> Option<Spectrum> {
         let max_bounces = self.scene.integrator().max_bounces.get();
         if max_bounces == 0 && (first.has_field() || !self.has_area_lights) {
             return None;
         }
         let (mut radiance, mut throughput) = (Spectrum::ZERO, Spectrum::ONE);
         let (mut next, mut from) = (self.bounce(first, 0, &mut throughput, sampler), first.directions);
-        if let Shading::Field(snow) = &first.shading {
+        if let Some(from_inside) = &terms.from_inside {
             // The mean throughput of directions is 1, for R₀ belongs to snow that does not absorb.
-            radiance.add_product(-FRAC_1_PI, &throughput, &snow.field.diffuse_irradiance(&first.shading_point()));
+            radiance.add_product(-FRAC_1_PI, &throughput, &from_inside.diffuse_irradiance);
         }
         // Samples of lights at snow with a field are complete. Only rays find uniform skies.
         let mut finds_lamps = !first.has_field();
