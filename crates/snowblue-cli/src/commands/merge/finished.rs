@@ -33,6 +33,8 @@ pub(super) fn develop(
         notes.push("there is no channel `snow`: the automatic exposure is for a picture without snow");
     }
     print_notes(quiet, notes.iter().map(|note| format!("{}: {note}", path.display())));
+    // The comments of another program have no keywords, which a PNG needs.
+    let comments = settings.map_or("", |_| &*comments);
     let metadata: Vec<(&str, &str)> = comments.lines().filter_map(|line| line.split_once(": ")).collect();
     write_png(&film, development, &metadata, &file.path).map_err(Failure::work)?;
     let ImageSize { width, height } = film.size();

@@ -39,7 +39,7 @@ Examples:
   snowblue render scene.toml --spp-range 0:50 -o part1.exr    (and 50:100, elsewhere)
   snowblue merge part1.exr part2.exr -o whole.exr
   snowblue merge tile*.exr -o whole.png --exposure -1
-  snowblue merge picture.exr -o warm.png --exposure auto --white 5000K --tone agx
+  snowblue merge picture.exr -o other.png --exposure auto --white 5000K --tone agx
   snowblue merge part*.exr --keep-sums -o half.exr    (to be merged again, or resumed)
   snowblue database build --shard 1/3 -o part1.nc    (and 2/3, 3/3, on machines of one kind)
   snowblue merge part1.nc part2.nc part3.nc -o full.nc
