@@ -2,8 +2,8 @@
 //!
 //! Lines along z through the nodes of a square lattice find the ground. Gaps narrower than the depth of the snow are
 //! bridged: the ground of the snow is where a ball of that diameter comes to rest. Where the ground ends, or drops by
-//! more than half the depth from one node to the next, the snow ends. The ends lie on the edges of the ground, and not at
-//! nodes, so that they are as straight as the edges.
+//! more than half the depth from one node to the next, the snow ends. The ends lie on the edges of the ground, and not
+//! at nodes, so that they are as straight as the edges.
 //!
 //! The snow lies as loose material does. With the height g of the ground, the slope t from which snow slides and the
 //! depth D elsewhere, W is the greatest field for which
