@@ -18,8 +18,6 @@
 //!
 //! The surface of deep snow shows the mean of the ground within half a depth.
 
-use std::f64::consts::SQRT_2;
-
 use glam::{DVec2, I64Vec2, Vec2, Vec3A};
 use rayon::prelude::*;
 use snowblue_base::narrow;
@@ -254,12 +252,16 @@ impl<'a> Cover<'a> {
         grid(self.lattice.size).flat_map(triangles)
     }
 
+    /// The greatest difference of height over a distance at which the ground still counts as continuous, in m.
+    fn greatest_step_m(&self, distance_m: f64) -> f64 {
+        self.lattice.radius_m + self.layer.slide_slope * distance_m
+    }
+
     /// For each node, whether the snow ends before each neighbour.
     fn cuts(&self) -> Vec<[bool; 6]> {
         let ground_m = |node: u32| self.nodes[node as usize].ground_m;
         let is_cut = |node: &Node, side: usize| {
-            let length_m = self.lattice.cell_m * if side % 3 == 1 { SQRT_2 } else { 1.0 };
-            let most_m = self.lattice.radius_m + self.layer.slide_slope * length_m;
+            let most_m = self.greatest_step_m(self.lattice.cell_m * NEIGHBOURS[side].as_dvec2().length());
             self.node(node.at + NEIGHBOURS[side]).is_none_or(|other| (ground_m(other) - node.ground_m).abs() > most_m)
         };
         let mut cuts: Vec<[bool; 6]> =
@@ -291,15 +293,14 @@ impl<'a> Cover<'a> {
         let lattice = self.lattice;
         let end = |node: &Node, side: usize| {
             let (from_m, step_m) = (lattice.place_m(node.at), lattice.cell_m * NEIGHBOURS[side].as_dvec2());
-            let beyond_m = self
-                .node(node.at + NEIGHBOURS[side])
-                .map_or(f64::NEG_INFINITY, |other| self.nodes[other as usize].ground_m);
             let (mut inside, mut outside, mut height_m) = (0.0, 1.0, node.ground_m);
             // A bridge has no ground whose edge could be found.
             for _ in 0..if node.is_bridge { 0 } else { BISECTIONS } {
                 let middle = 0.5 * (inside + outside);
                 let hit_m = lattice.hit(from_m + middle * step_m).map(|hit| f64::from(hit.point.z));
-                match hit_m.filter(|hit_m| (hit_m - node.ground_m).abs() < (hit_m - beyond_m).abs()) {
+                match hit_m
+                    .filter(|hit_m| (hit_m - node.ground_m).abs() <= self.greatest_step_m(middle * step_m.length()))
+                {
                     Some(hit_m) => (inside, height_m) = (middle, hit_m),
                     None => outside = middle,
                 }
@@ -593,9 +594,10 @@ mod tests {
 
     #[test]
     fn snow_ends_at_a_step_and_shelters_the_ground_below() {
-        let ground = [level([-1.0, 0.0, 0.0], [2.0, 2.0]), level([0.0, 0.0, 1.0], [1.5, 2.0])];
+        let strip = level([1.5, 0.0, 0.5], [0.01, 2.0]);
+        let ground = [level([-1.0, 0.0, 0.0], [2.0, 2.0]), level([0.0, 0.0, 1.0], [1.5, 2.0]), strip];
         let solid = snow(&ground.concat());
-        // No triangle joins both levels.
+        // No triangle joins both levels, not even where a face between two nodes lies far below the edge.
         for triangle in 0..solid.indices.len() {
             let [a, b, c] = solid.corners(triangle).map(|corner| corner.z);
             assert!(a.max(b).max(c) - a.min(b).min(c) < 0.1, "{a} {b} {c}");
