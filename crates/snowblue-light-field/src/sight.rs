@@ -65,7 +65,7 @@ pub(crate) struct SizesBySight<'a> {
 impl CellSizes for SizesBySight<'_> {
     fn least_between(&self, low: DVec3, high: DVec3) -> SizeLimits {
         let SizeLimits { flat_m, detailed_m, thin_m } = self.sizes.least_between(low, high);
-        let hidden_m = self.seen.map_or(0.0, |seen| SIZE_PER_DISTANCE * seen.distance_m(low, high));
+        let hidden_m = self.seen.map_or(0.0, |seen| SIZE_PER_DISTANCE * seen.distance_m(low, high, 0.0));
         let [flat_m, detailed_m, thin_m] =
             [flat_m, detailed_m, thin_m].map(|size_m| size_m.max(hidden_m.min(self.greatest_m)));
         SizeLimits { flat_m, detailed_m, thin_m }

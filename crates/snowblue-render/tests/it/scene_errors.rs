@@ -421,6 +421,11 @@ fn mistakes_in_landscapes_are_named() {
             26,
             "object[1].part is of meshes, but the ground is none",
         ),
+        (
+            "shape = \"snowpack\"\nground = \"gone.asc\"\nslide_deg = 40\ndepth = 1",
+            26,
+            "object[1].slide_deg is of meshes, but the ground is none",
+        ),
     ];
     for (wrong, line, expected) in cases {
         let message = landscape_mistake(&SCENE.replacen("mesh = \"gone.ply\"", wrong, 1));
