@@ -178,7 +178,7 @@ mod tests {
             let image = PngImage::read(&file).unwrap();
             assert_eq!((image.width, image.height, image.channels), (2, 1, channels));
             assert_eq!(image.values, expected);
-            assert_eq!([0, 1].map(|pixel| image.alpha_of(pixel)), alpha);
+            assert_eq!((0..2).map(|pixel| image.alpha_of(pixel)).collect::<Vec<_>>(), alpha);
         }
         let deep = PngImage::read(&png(ColorType::Grayscale, BitDepth::Sixteen, None, &[0, 1, 0xff, 0xff])).unwrap();
         assert_eq!(deep.values, [1.0 / 65_535.0, 1.0]);

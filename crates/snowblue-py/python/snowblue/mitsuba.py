@@ -883,15 +883,15 @@ def _surface(bsdf: Any, name: str, files: dict[str, bytes]) -> dict[str, Any]:
     if bsdf.class_name() == "ThinDielectric" and passed > LEAST_OF_PANES:
         # At normal incidence, a pane of the refractive index n lets 2n / (n² + 1) pass.
         return {"type": "glass", "refractive_index": (1.0 + (1.0 - min(passed, 1.0) ** 2) ** 0.5) / passed}
-    if passed == 0.0 and mi.has_flag(bsdf.flags(), mi.BSDFFlags.Transmission):
-        warnings.warn(f"a {bsdf.class_name()} blocks light for snow; a thindielectric or a mask does not", stacklevel=2)
     opacity = {"opacity": 1.0 - passed} if passed > 0.0 else {}
     values = np.array(_first(bsdf.eval_diffuse_reflectance(_interaction())), dtype=float)
     if not ((values >= 0) & (values <= 1)).all():
         raise ValueError(f"the {bsdf.class_name()} of a shape reflects {values.max():g}, but must reflect 0 to 1")
     flags = bsdf.flags()
     is_uniform = not mi.has_flag(flags, mi.BSDFFlags.SpatiallyVarying)
-    if not (mi.has_flag(flags, mi.BSDFFlags.DiffuseReflection) and is_uniform):
+    if passed == 0.0 and mi.has_flag(flags, mi.BSDFFlags.Transmission):
+        warnings.warn(f"a {bsdf.class_name()} blocks light for snow; a thindielectric or a mask does not", stacklevel=2)
+    elif not (mi.has_flag(flags, mi.BSDFFlags.DiffuseReflection) and is_uniform):
         warnings.warn(
             f"a {bsdf.class_name()} gives light to snow as a diffuse surface with the reflectance at its middle",
             stacklevel=2,

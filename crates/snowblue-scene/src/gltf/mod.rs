@@ -184,7 +184,7 @@ impl Palette<'_> {
         if material.has_transmission_texture {
             note("blocks light: its transmission has a texture, which is not read");
         } else if material.transmission >= 1.0 {
-            if paint.is_some() || material.base_colour != [1.0; 3] {
+            if paint.is_some() || material.base_colour.iter().any(|factor| *factor < 1.0) {
                 note("is clear glass: its colour is not read");
             }
             return Ok(Material::Glass(Glass::new(material.ior.into())));

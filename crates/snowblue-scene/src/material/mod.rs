@@ -54,7 +54,8 @@ pub enum MaterialDescription {
 impl MaterialDescription {
     /// Reads a material.
     pub(crate) fn read(mut table: Table) -> Result<Self, ParseError> {
-        let kinds: [(&str, fn(Table) -> Result<Self, ParseError>); 3] = [
+        type Read = fn(Table) -> Result<MaterialDescription, ParseError>;
+        let kinds: [(&str, Read); 3] = [
             ("diffuse", |table| DiffuseDescription::read(table).map(Self::Diffuse)),
             ("glass", |table| table.read().map(Self::Glass)),
             ("snow", |table| SnowMaterialDescription::read(table).map(Self::Snow)),
