@@ -191,7 +191,7 @@ mod tests {
         encoder.set_color(ColorType::Grayscale);
         encoder.write_header().unwrap().write_chunk(png::chunk::IDAT, &[]).unwrap();
         let message = PngImage::read(&wide).unwrap_err();
-        assert!(message.contains("16777216 × 16777216 pixels take 4563402752 MiB of memory"), "{message}");
+        assert!(message.contains("16777216 × 16777216 pixels take 5637144576 MiB of memory"), "{message}");
     }
 
     #[test]
