@@ -40,7 +40,7 @@ impl<'a> Sight<'a> {
 
     /// The places that the camera sees.
     fn seen(&self) -> &SeenPlaces {
-        self.seen.get_or_init(|| SeenPlaces::of(self.scene.objects(), self.scene.camera()))
+        self.seen.get_or_init(|| SeenPlaces::of(self.scene.objects(), self.scene.materials(), self.scene.camera()))
     }
 
     /// Angle of a pixel, in rad.

@@ -5,6 +5,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::camera::PerspectiveCamera;
+use crate::material::Material;
 use crate::objects::Objects;
 use crate::queries::SceneQueries;
 
@@ -40,12 +41,13 @@ struct PlaceBox {
 }
 
 impl SeenPlaces {
-    /// The places on objects that a camera sees.
-    pub fn of(objects: &Objects, camera: &PerspectiveCamera) -> Self {
+    /// The places on objects that a camera sees, straight on through transparent surfaces.
+    pub fn of(objects: &Objects, materials: &[Material], camera: &PerspectiveCamera) -> Self {
         let at = |k: u16| (f32::from(k) + 0.5) / f32::from(RAYS);
         let of_row = |row: u16| -> Vec<DVec3> {
-            let mut queries = SceneQueries::new(objects);
-            let hits = (0..RAYS).filter_map(|column| queries.camera_hit(&camera.ray(at(column), at(row))));
+            let mut queries = SceneQueries::new(objects, materials);
+            let hits =
+                (0..RAYS).filter_map(|column| queries.camera_hit(&mut camera.ray(at(column), at(row)), || 0.0, |_| {}));
             hits.map(|hit| hit.point.as_dvec3()).collect()
         };
         let rows: Vec<Vec<DVec3>> = (0..RAYS).into_par_iter().map(of_row).collect();

@@ -179,7 +179,12 @@ fn mistakes_in_snow_are_named_with_file_line_value_and_range() {
     assert_named(&[
         (SNOW_KEYS, "path = \"view\"", 8, "material.drift.path: unknown field `path`"),
         (SNOW_KEYS, "sparkle = { size = 80 }", 8, "material.drift.sparkle.size: unknown field `size`"),
-        ("type = \"snow\"", "type = \"pca_snow\"", 7, "drift.type is \"pca_snow\", but must be one of diffuse, snow"),
+        (
+            "type = \"snow\"",
+            "type = \"pca_snow\"",
+            7,
+            "drift.type is \"pca_snow\", but must be one of diffuse, glass, snow",
+        ),
     ]);
 }
 

@@ -66,7 +66,7 @@ pub(crate) fn with_relief(
     let width_per_m = 2.0 * (0.5 * fov_rad).tan();
     let aspect = f64::from(film.width.get()) / f64::from(film.height.get());
     let sight = ViewDetail {
-        seen: SeenPlaces::of(objects, camera),
+        seen: SeenPlaces::of(objects, materials, camera),
         viewpoint: camera.position().as_dvec3(),
         pixel_per_m: width_per_m / f64::from(film.height.get().max(MIN_ROWS)),
         ray_per_m: width_per_m * aspect.max(1.0) / f64::from(RAYS),
