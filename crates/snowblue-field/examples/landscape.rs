@@ -49,7 +49,7 @@ fn main() {
         hole_size: DVec3::new(0.1, 0.1, 0.2),
     };
     let viewpoint = top + axes.z_axis;
-    let sizes = SizesByDistance::of_picture(viewpoint, ANGLE_PER_PIXEL, 1.0);
+    let sizes = SizesByDistance::of_picture(viewpoint, ANGLE_PER_PIXEL, 1.0, 0.002);
     let start = Instant::now();
     let (factor, nodes) = fit_sizes(&slope, STEP_M, &sizes, 1, MEMORY_MIB).expect("the grid fits into the memory");
     println!("sizes of the picture times {factor:.2}, some {nodes} nodes: {:.2?}", start.elapsed());

@@ -177,10 +177,12 @@ impl SnowBody {
         self.step_m() * sum / area_m2
     }
 
-    /// Size of the cell at a place of the surface, in m.
+    /// Size of the cell at a place of the surface, and the least thickness of the snow below the cell's surface, in m.
     #[must_use]
-    pub fn cell_size_m(&self, place: &SurfacePlace) -> f64 {
-        self.grid.cell_size(&self.grid.cells[place.cell as usize]).max_element()
+    pub fn size_and_thickness_m(&self, place: &SurfacePlace) -> [f32; 2] {
+        let cell = &self.grid.cells[place.cell as usize];
+        let thickness_m = self.grid.thickness_m[self.grid.elements(cell)].iter().copied().fold(f32::INFINITY, f32::min);
+        [self.grid.cell_size(cell).as_vec3().max_element(), thickness_m]
     }
 
     /// Number of unknowns at each wavelength.
@@ -385,12 +387,6 @@ impl SnowBody {
     pub fn value_at(&self, values: &SurfaceValues, place: &SurfacePlace) -> Groups {
         let cell = &self.grid.cells[place.cell as usize];
         self.surface_nodes.flux(&self.grid, &values.0, (cell, place.at), place.normal)
-    }
-
-    /// Whether there is a cell at a point, in m.
-    #[must_use]
-    pub fn has_cell_at(&self, point: DVec3) -> bool {
-        self.grid.find_inside(point).is_some()
     }
 
     /// The fluence rate of each group of wavelengths at a point of the body, in m; none if there is no cell.

@@ -61,8 +61,9 @@ const PIXELS: [f64; 3] = [8.0, 16.0, 30.0];
 const THIN_LENGTHS: f64 = 50.0;
 
 impl SizesByDistance {
-    /// Sizes for a picture from a viewpoint, in m, with an angle per pixel in rad. Cells span at most 8 pixels in thin
-    /// snow, 16 pixels at details and 30 pixels at flat sheets, and are at most `greatest_m` wide.
+    /// Sizes for a picture from a viewpoint, in m, with an angle per pixel in rad, of snow with a transport mean free
+    /// path in m. Cells span at most 8 pixels in thin snow, 16 pixels at details and 30 pixels at flat sheets, and are
+    /// at most `greatest_m` wide.
     #[must_use]
     pub fn of_picture(viewpoint: DVec3, angle_per_pixel: f64, greatest_m: f64, transport_length_m: f64) -> Self {
         let sizes_per_distance = PIXELS.map(|pixels| pixels * angle_per_pixel);

@@ -12,7 +12,6 @@ use std::sync::Arc;
 
 use arrayvec::ArrayVec;
 use glam::Vec3A;
-use snowblue_base::narrow;
 use snowblue_field::{Fluence, MAX_GROUPS, SurfaceValues};
 use snowblue_geometry::ray::SurfacePoint;
 use snowblue_scene::objects::{Objects, SurfaceInteraction};
@@ -29,13 +28,13 @@ use crate::lit_scene::Illumination;
 const MAX_NODES: usize = MAX_GROUPS * snowblue_field::GROUP;
 /// Relative noise to which the irradiance by a sky is smoothed where it is read.
 const SKY_NOISE: f32 = 0.01;
-/// Depth of the layer below a surface in which cells do not resolve the light: a share of the size of the cell there,
-/// and the least depth in transport mean free paths, from which on light is diffuse. The share is near 1/π: light that
-/// varies from cell to cell decays along a cell divided by π.
-const LAYER_CELLS: f64 = 1.0 / 3.0;
+/// Depth of the layer below a surface in which cells do not resolve the light, as a share of the size of the cell. It
+/// is near 1/π: light that varies from cell to cell decays along a cell divided by π.
+const LAYER_CELLS: f32 = 1.0 / 3.0;
+/// Least depth of this layer in transport mean free paths, and greatest depth as a share of the thickness of the snow.
+/// Above this depth light is not diffuse, and thin snow is no half-space: the flux of the cells is better there.
 const LEAST_DEPTH_LENGTHS: f32 = 2.0;
-/// Number of depths that are tried in thin snow, each half as deep as the depth before.
-const DEPTHS: i32 = 6;
+const LAYER_THICKNESSES: f32 = 0.25;
 
 /// The light in a body of snow.
 pub struct BodySolution {
@@ -233,33 +232,44 @@ impl TopLayer {
         let flux = |k: usize| (self.fluence.0[k] - of_entering.0[k] * entering.0[k]) / of_flux.0[k];
         Spectrum(std::array::from_fn(flux))
     }
+
+    /// Decrease of the flux for each unit of light that enters.
+    fn decrease(&self) -> Spectrum {
+        let [of_entering, of_flux] = &self.factors;
+        Spectrum(std::array::from_fn(|k| of_entering.0[k] / of_flux.0[k]))
+    }
 }
 
-impl<'f> SnowAt<'f> {
+impl SnowAt<'_> {
     /// The radiance that leaves a surface point without the reflection of directed light, (H + K(μ) J)/π.
     pub fn light_from_inside(&self, surface: &SurfacePoint, cos_exit: f32) -> LightFromInside {
         let escape = self.optics.surface().escape(cos_exit) * FRAC_1_PI;
         let diffuse = self.field.diffuse_irradiance(surface);
         let layer = self.top_layer(surface);
+        let (flux, decrease_per_sr) = match &layer {
+            Some(layer) => (layer.flux(&diffuse), layer.decrease() * escape),
+            None => (self.field.flux(surface), Spectrum::ZERO),
+        };
         let mut radiance = diffuse * FRAC_1_PI;
-        radiance += layer.flux(&diffuse) * escape;
-        let [of_entering, of_flux] = &layer.factors;
-        let decrease = |k: usize| escape * of_entering.0[k] / of_flux.0[k];
-        LightFromInside { radiance, decrease_per_sr: Spectrum(std::array::from_fn(decrease)) }
+        radiance += flux * escape;
+        LightFromInside { radiance, decrease_per_sr }
     }
 
-    /// The layer that the cells do not resolve.
-    fn top_layer(&self, surface: &SurfacePoint) -> TopLayer {
+    /// The layer that the cells do not resolve; none where they resolve light that is not yet diffuse, in thin snow,
+    /// and in snow of several layers.
+    fn top_layer(&self, surface: &SurfacePoint) -> Option<TopLayer> {
         let cells = &self.field.system.cells;
-        let (point, normal) = (surface.point.as_dvec3(), surface.normal.as_dvec3());
-        let size_m = cells.surface_place(point, normal).map_or(0.0, |place| cells.cell_size_m(&place));
-        let least_m = f64::from(LEAST_DEPTH_LENGTHS * self.optics.transport_length_m());
-        // In thin snow, the layer ends in the snow.
-        let depths_m = (0..DEPTHS).map(|halvings| (LAYER_CELLS * size_m).max(least_m) * 0.5_f64.powi(halvings));
-        let depth_m = depths_m.into_iter().find(|depth_m| cells.has_cell_at(point - normal * *depth_m));
-        let depth_m = narrow(depth_m.unwrap_or(0.0));
+        let place = cells.surface_place(surface.point.as_dvec3(), surface.normal.as_dvec3())?;
+        let [size_m, thickness_m] = cells.size_and_thickness_m(&place);
+        let depth_m = LAYER_CELLS * size_m;
+        let is_resolved = depth_m < LEAST_DEPTH_LENGTHS * self.optics.transport_length_m();
+        let BodyOptics { kinds, optics } = &**self.field.snow();
+        let has_layers = kinds.are_layers() && optics.len() > 1;
+        if is_resolved || has_layers || depth_m > LAYER_THICKNESSES * thickness_m {
+            return None;
+        }
         let fluence = self.field.fluence(surface.point - surface.normal * depth_m);
-        TopLayer { fluence, factors: self.optics.fluence_factors(depth_m) }
+        Some(TopLayer { fluence, factors: self.optics.fluence_factors(depth_m) })
     }
 }
 
@@ -308,12 +318,15 @@ impl<'f> NearLight<'f> {
         let depth_m = depth * optics.transport_length_m();
         let point = surface.point - surface.normal * depth_m;
         let lit: Option<Vec<_>> = field.lit.iter().map(|lit| NearFluence::new(field, lit, point, surface)).collect();
-        let mut entering = *entering;
-        entering += field.diffuse_irradiance(surface);
-        let (flux, [of_entering, of_flux]) = (snow.top_layer(surface).flux(&entering), optics.fluence_factors(depth_m));
-        let mut lacking = field.fluence(point) * -1.0;
-        lacking += of_entering * entering;
-        lacking += of_flux * flux;
+        let mut lacking = Spectrum::ZERO;
+        if let Some(layer) = snow.top_layer(surface) {
+            let mut entering = *entering;
+            entering += field.diffuse_irradiance(surface);
+            let [of_entering, of_flux] = optics.fluence_factors(depth_m);
+            lacking = field.fluence(point) * -1.0;
+            lacking += of_entering * entering;
+            lacking += of_flux * layer.flux(&entering);
+        }
         Some(Self { field, lit: lit?, lacking })
     }
 

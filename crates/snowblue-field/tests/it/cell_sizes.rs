@@ -32,6 +32,10 @@ impl CellSizes for EvenSizes {
     fn least_between(&self, _: DVec3, _: DVec3) -> SizeLimits {
         self.0
     }
+
+    fn thin_below_m(&self) -> f64 {
+        0.1
+    }
 }
 
 /// The fluence rate at a depth in a slab of a thickness whose front is lit with 4 K F = 4.
@@ -67,7 +71,7 @@ fn flat_slabs_of_coarse_cells_have_the_solution_of_one_dimension() {
         let axes = DMat3::from_euler(EulerRot::XYZ, angle, 0.5 * angle, 0.2 * angle);
         let width_m = 8.0 * thickness_m;
         let body = BoxBody { centre: DVec3::ZERO, size: DVec3::new(width_m, width_m, thickness_m), axes };
-        let sizes = EvenSizes(SizeLimits { flat_m: 1.01 * size_m, detailed_m: 0.51 * size_m });
+        let sizes = EvenSizes(SizeLimits { flat_m: 1.01 * size_m, detailed_m: 0.51 * size_m, thin_m: 0.51 * size_m });
         let options = GridOptions { step_m: 0.5 * size_m, shift: DVec3::new(0.3, 0.2, 0.4), sizes: Some(&sizes) };
         let prepared = SnowBody::uniform(&body, options, &[snow()], Q);
         let lit = |element: &SurfaceElement| {
@@ -114,7 +118,7 @@ fn flat_slabs_of_coarse_cells_have_the_solution_of_one_dimension() {
 fn cells_wider_than_light_reaches_have_the_flux_of_a_half_space() {
     let axes = DMat3::from_euler(EulerRot::XYZ, 0.3, 0.15, 0.06);
     let body = BoxBody { centre: DVec3::ZERO, size: DVec3::new(6.0, 6.0, 1.0), axes };
-    let sizes = EvenSizes(SizeLimits { flat_m: 0.41, detailed_m: 0.21 });
+    let sizes = EvenSizes(SizeLimits { flat_m: 0.41, detailed_m: 0.21, thin_m: 0.21 });
     let options = GridOptions { step_m: 0.2, shift: DVec3::ZERO, sizes: Some(&sizes) };
     let red = Diffusion { absorption_per_m: f32x4::splat(0.23), ..snow() };
     let prepared = SnowBody::uniform(&body, options, &[red], Q);
@@ -168,8 +172,8 @@ fn a_hole_in_a_slab_has_the_light_of_a_fine_grid() {
     };
     let sizes = SizesByDistance {
         viewpoint: DVec3::Z * 0.4,
-        detail_per_distance: 0.03,
-        flat_per_distance: 0.15,
+        sizes_per_distance: [0.03, 0.03, 0.15],
+        thin_below_m: 0.1,
         greatest_m: 0.11,
     };
     let step_m = 0.0125;
@@ -217,8 +221,8 @@ fn light_is_conserved_where_cells_change_their_size() {
     };
     let sizes = SizesByDistance {
         viewpoint: DVec3::Z * 0.4,
-        detail_per_distance: 0.05,
-        flat_per_distance: 0.2,
+        sizes_per_distance: [0.05, 0.05, 0.2],
+        thin_below_m: 0.1,
         greatest_m: 0.2,
     };
     for absorption in [0.0, 0.0015] {
@@ -267,8 +271,8 @@ fn the_flux_is_continuous_where_cells_change_their_size() {
     let body = BoxBody::aligned(DVec3::ZERO, DVec3::new(1.6, 1.6, 0.4));
     let sizes = SizesByDistance {
         viewpoint: DVec3::Z * 0.3,
-        detail_per_distance: 0.05,
-        flat_per_distance: 0.2,
+        sizes_per_distance: [0.05, 0.05, 0.2],
+        thin_below_m: 0.1,
         greatest_m: 0.2,
     };
     let options = GridOptions { step_m: 0.02, shift: DVec3::ZERO, sizes: Some(&sizes) };
@@ -305,8 +309,8 @@ fn a_landscape_with_a_hole_has_few_nodes() {
     };
     let sizes = SizesByDistance {
         viewpoint: top + axes.z_axis,
-        detail_per_distance: 0.02,
-        flat_per_distance: 0.1,
+        sizes_per_distance: [0.02, 0.02, 0.1],
+        thin_below_m: 0.1,
         greatest_m: 1.0,
     };
     let options = GridOptions { step_m: 0.0078, shift: DVec3::ZERO, sizes: Some(&sizes) };

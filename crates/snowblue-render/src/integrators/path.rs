@@ -5,8 +5,9 @@
 //! direction is cos θ / π at a diffuse surface, so that only its reflectance ρ remains, and approximately the density
 //! of the reflected light at snow. Long paths end by Russian roulette.
 //!
-//! The method shades snow ([`SnowShader`]). A path continues from snow by PCASnow as from any surface. It ends at
-//! snow with a light field, which contains the light of further surfaces.
+//! The method shades snow ([`SnowShader`]). A path continues from snow by PCASnow as from any surface. From snow with a
+//! light field it continues if the snow is its first surface: the ray corrects the irradiance of the field, which is a
+//! mean over cells. A path ends at later snow with a light field, which contains the light of further surfaces.
 //!
 //! Lights with extent are found by sampling them and by the path's next ray, weighted by multiple importance sampling
 //! (see [`light`](snowblue_scene::light)).
@@ -144,10 +145,11 @@ impl<'a> PathTracer<'a> {
             return None;
         }
         let (mut radiance, mut throughput) = (Spectrum::ZERO, Spectrum::ONE);
+        let (mut next, mut from) = (self.bounce(first, 0, &mut throughput, sampler), first.directions);
         if let Shading::Field(snow) = &first.shading {
+            // The mean throughput of directions is 1, for R₀ belongs to snow that does not absorb.
             radiance.add_product(-FRAC_1_PI, &throughput, &snow.field.diffuse_irradiance(&first.shading_point()));
         }
-        let (mut next, mut from) = (self.bounce(first, 0, &mut throughput, sampler), first.directions);
         // Samples of lights at snow with a field are complete. Only rays find even skies.
         let mut finds_lamps = !first.has_field();
         for bounce in 1.. {

@@ -1,7 +1,7 @@
 //! Shading of snow surfaces by a method, for the path tracer.
 //!
-//! Snow by PCASnow is a surface that transmits and reflects light, and paths go on from it. Snow with a light field
-//! ends a path: the field contains the light of further surfaces. Sparkle is a part of the reflection in both cases.
+//! Snow by PCASnow is a surface that transmits and reflects light, and paths go on from it. The light field of other
+//! snow contains the light of further surfaces. Sparkle is a part of the reflection in both cases.
 
 use std::f32::consts::FRAC_1_PI;
 

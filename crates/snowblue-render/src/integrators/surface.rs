@@ -88,14 +88,14 @@ impl Surface<'_, '_> {
         }
     }
 
-    /// Whether the surface is snow with a light field, at which paths end.
+    /// Whether the surface is snow with a light field.
     #[inline]
     pub(super) fn has_field(&self) -> bool {
         matches!(self.shading, Shading::Field(_))
     }
 
     /// Samples of a light with extent for reflection, whose contributions add up. Snow with a light field gets one
-    /// sample per technique of the light, because no further ray of the path finds lights there.
+    /// sample per technique of the light, because further rays of the path find no lamps there.
     #[inline]
     pub(super) fn samples_of(&self, light: &Light, sampler: &mut Sampler) -> [Option<LightSample>; 2] {
         match &self.shading {

@@ -77,7 +77,7 @@ fn drift(grain_size_um: f64) -> Integrator {
         up: Vec3A::Z,
         vertical_fov_deg: 45.0,
     };
-    prepared(&seen(scene_of_many_grains("diffusion", &text, &[("ball.ply", sphere())]), &view, 16), None)
+    prepared(&seen(scene_of_many_grains("diffusion", &text, &[("ball.ply", sphere())]), &view, 128), None)
 }
 
 /// [`SNOW`] of another grain size.

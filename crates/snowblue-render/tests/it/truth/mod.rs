@@ -220,7 +220,7 @@ macro_rules! one_test_a_scene {
 
 one_test_a_scene! {
     ball_2_5 ball_5 ball_10 ball_25 ball_50 torus knot_sun corner groove gap plate igloo_wall lamp_inside block_sky
-    coarse fresh mask boundary wet_and_dirty two_layers rough lamp_through_snow hole cave
+    coarse fresh mask boundary wet_and_dirty two_layers rough lamp_through_snow shadow low_sun hole cave
 }
 
 /// The stored references are still what the reference integrator renders: cell by cell within its noise, as a χ² test

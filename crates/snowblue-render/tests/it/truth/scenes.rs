@@ -127,6 +127,32 @@ fn ball(name: &'static str, lengths: f64, diffusion: [f64; 2]) -> Scene {
         .with_samples(if lengths > 25.0 { 10_000 } else { 16_384 })
 }
 
+/// The shadow of a plate on thick snow, with cells of forty transport mean free paths. In the shadow, which has a sixth
+/// of the light around it, the light that cells of 8 mm spread into the shadow is missing: 2 % of the light around.
+fn shadow() -> Scene {
+    let block = object("shape = \"box\"\nsize = [0.8, 0.8, 0.3]\nposition = [0, 0, -0.15]");
+    let plate = "[material.dark]\ntype = \"diffuse\"\nreflectance = 0\n\
+                 [[object]]\nshape = \"box\"\nsize = [0.12, 0.12, 0.005]\nposition = [-0.1, -0.1, 0.1]\n\
+                 material = \"dark\"\n[environment]\nradiance_w_m2_sr = 3\n[light_field]\nstep_mm = 80\n";
+    Scene::new("shadow", [0.03, 0.13], 0.06, block + plate + LOW_SUN)
+        .with_hybrid(0.03, 0.13)
+        .seen_from([0.3, -1.0, 1.2])
+        .with_samples(512)
+}
+
+/// A thin sheet above a plain of snow, between the camera and a sun of 12°: the plain reflects the sun forwards.
+fn low_sun() -> Scene {
+    let content = "[[object]]\nshape = \"box\"\nsize = [0.4, 0.003, 0.4]\nmaterial = \"snow\"\n\
+                   [[object]]\nshape = \"plane\"\nposition = [0, 0, -2]\nmaterial = \"snow\"\n\
+                   [[light]]\ntype = \"directional\"\ndirection = [0.413, -0.886, -0.208]\n\
+                   irradiance_w_m2 = 100\n";
+    Scene::new("low_sun", [0.05, 0.05], 0.02, content.to_owned())
+        .with_snow("snow = \"fresh\"\ndensity_kg_m3 = 120\n")
+        .with_hybrid(0.04, 0.05)
+        .seen_from([0.0, -1.0, 0.0])
+        .with_samples(4096)
+}
+
 /// A closed surface as an OBJ file, by a function of two angles.
 fn closed(counts: [u32; 2], place: impl Fn(f64, f64) -> [f64; 3]) -> String {
     let (mut text, [around, across]) = (String::new(), counts);
@@ -357,6 +383,8 @@ pub(super) fn scenes() -> Vec<Scene> {
             .with_hybrid(0.03, 0.03)
             .at(seen_from_offset(Vec3A::Z, &through))
             .with_samples(1024),
+        shadow(),
+        low_sun(),
         hole(),
         cave(),
     ]
