@@ -1,6 +1,54 @@
-//! Exposure: factors applied to linear light before display.
+//! Exposure: factors applied to linear light before display, and the level at which a white of some luminance is shown.
+//!
+//! **White in dim light looks darker than white in the sun.** An adapted eye does not make up for all of the
+//! difference. Cones respond to a white of the luminance L, in cd/m², by
+//!
+//! > A(L) = x / (x + 27.13), x = F^0.42, F = 0.2 k⁴ L + 0.1 (1 − k⁴)² L^(1/3), k = 1 / (L + 1)
+//!
+//! This is CIECAM02 (CIE 159:2004, *A colour appearance model for colour management systems*), with an adapting
+//! luminance of a fifth of white, its usual value. A picture shows white at the level A(L) relative to white in the
+//! sun. In daylight the level is about proportional to L^0.14.
 
 use crate::rgb::LinearRgb;
+
+/// Luminance of snow in the sun in cd/m². Sun and sky give level ground some 65 klx at an elevation of the sun of 35°,
+/// and steeper slopes as much in a lower sun.
+pub const SUNLIT_SNOW_CD_M2: f64 = 20_000.0;
+
+/// The level at which a white of a luminance in cd/m² is shown, relative to white in the sun: at most 1.
+///
+/// Snow below an overcast sky is shown half a stop darker than in the sun, at dusk one to two stops:
+/// ```
+/// # use snowblue_color::exposure::level_of_white;
+/// let stops = |luminance_cd_m2| level_of_white(luminance_cd_m2).log2();
+/// assert!((stops(2000.0) + 0.44).abs() < 0.01);
+/// assert!((stops(100.0) + 1.02).abs() < 0.01);
+/// assert!((stops(2.0) + 1.80).abs() < 0.01);
+/// ```
+pub fn level_of_white(luminance_cd_m2: f64) -> f64 {
+    (response_to_white(luminance_cd_m2) / response_to_white(SUNLIT_SNOW_CD_M2)).min(1.0)
+}
+
+/// Response of cones to a white of a luminance in cd/m², relative to its upper limit.
+fn response_to_white(luminance_cd_m2: f64) -> f64 {
+    let compressed = luminance_level_factor(luminance_cd_m2).powf(0.42);
+    compressed / (compressed + 27.13)
+}
+
+/// The factor F of CIECAM02 for a luminance of white in cd/m².
+fn luminance_level_factor(white_cd_m2: f64) -> f64 {
+    let dark = (white_cd_m2 + 1.0).recip().powi(4);
+    0.2 * dark * white_cd_m2 + 0.1 * (1.0 - dark).powi(2) * white_cd_m2.cbrt()
+}
+
+/// The value below which a fraction of the values lies, 0–1; none if there are no values.
+pub fn quantile(values: impl IntoIterator<Item = f64>, fraction: f64) -> Option<f64> {
+    let mut values: Vec<f64> = values.into_iter().collect();
+    let last = values.len().checked_sub(1)?;
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a fraction of a length")]
+    let rank = ((fraction * values.len() as f64) as usize).min(last);
+    Some(*values.select_nth_unstable_by(rank, f64::total_cmp).1)
+}
 
 /// Greatest exposure, in stops; the least is its negative.
 pub const MAX_STOPS: f64 = 100.0;
@@ -46,12 +94,8 @@ impl AutoExposure {
 
     /// Exposure factor for some pixels; none if there are none or the quantile is black.
     pub fn factor_of_any(self, pixels: impl IntoIterator<Item = LinearRgb>) -> Option<f64> {
-        let mut brightest: Vec<f64> = pixels.into_iter().map(brightest_channel).collect();
-        let last = brightest.len().checked_sub(1)?;
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a fraction of a length")]
-        let rank = ((self.fraction * brightest.len() as f64) as usize).min(last);
-        let (_, &mut quantile, _) = brightest.select_nth_unstable_by(rank, f64::total_cmp);
-        (quantile > 0.0).then(|| self.level / quantile)
+        let brightest = quantile(pixels.into_iter().map(brightest_channel), self.fraction)?;
+        (brightest > 0.0).then(|| self.level / brightest)
     }
 }
 
@@ -77,6 +121,22 @@ mod tests {
         let pixels = || (0..200).rev().map(|level| grey(f64::from(level)));
         assert!((auto(0.99, 0.9, pixels()) - 0.9 / 198.0).abs() < 1e-9);
         assert!((auto(1.0, 0.8, pixels()) - 0.8 / 199.0).abs() < 1e-9);
+    }
+
+    /// Factors of the worked examples of CIECAM02 for adapting luminances of 318.31 and 31.83 cd/m², a fifth of white.
+    #[test]
+    fn the_factor_has_its_published_values() {
+        assert!((luminance_level_factor(5.0 * 318.31) - 1.17).abs() < 0.005);
+        assert!((luminance_level_factor(5.0 * 31.83) - 0.54).abs() < 0.005);
+    }
+
+    #[test]
+    fn white_is_darker_in_less_light_and_never_brighter_than_in_the_sun() {
+        let levels: Vec<f64> = (-40..=60).map(|step| level_of_white((0.25 * f64::from(step)).exp2())).collect();
+        for pair in levels.windows(2) {
+            assert!(pair[0] < pair[1] || pair == [1.0; 2], "{pair:?}");
+        }
+        assert!(level_of_white(0.0).abs() < 1e-15 && level_of_white(1e9) <= 1.0);
     }
 
     #[test]

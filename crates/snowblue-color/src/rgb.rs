@@ -9,7 +9,7 @@ use std::ops::{AddAssign, Mul};
 use std::str::FromStr;
 
 use crate::error::ColorError;
-use crate::matrix::{self, Matrix, Vector, inverse, multiply, product};
+use crate::matrix::{Matrix, Vector, inverse, multiply, product, transpose};
 use crate::transfer::{decode_srgb, encode_rec2020, encode_srgb};
 use crate::xyz::{Chromaticity, Xyz};
 
@@ -62,6 +62,24 @@ pub struct LinearRgb {
     pub g: f64,
     /// Blue.
     pub b: f64,
+}
+
+impl Primaries {
+    /// Tristimulus values of one unit of red, green and blue, where one unit of each gives a white of luminance 1; none
+    /// if the white does not lie between the primaries.
+    pub fn units(self, white: Chromaticity) -> Option<[Xyz; 3]> {
+        let units = transpose(self.matrix(at_unit_luminance(white))).map(|[x, y, z]| Xyz { x, y, z });
+        // Imaginary primaries may have a negative luminance. The comparison also fails for NaN.
+        units.iter().all(|Xyz { x, y, z }| x + y + z > 0.0).then_some(units)
+    }
+
+    /// From amounts of the primaries to tristimulus values, where one unit of each is the white.
+    const fn matrix(self, white: Vector) -> Matrix {
+        let Self { red, green, blue } = self;
+        let [x, y, z] = transpose([at_unit_luminance(red), at_unit_luminance(green), at_unit_luminance(blue)]);
+        let scales = product(inverse([x, y, z]), white);
+        [multiply(x, scales), multiply(y, scales), multiply(z, scales)]
+    }
 }
 
 impl RgbSpace {
@@ -171,11 +189,8 @@ static XYZ_TO_RGB: [Matrix; 3] =
     [xyz_to_rgb(RgbSpace::Srgb), xyz_to_rgb(RgbSpace::Rec2020), xyz_to_rgb(RgbSpace::AcesCg)];
 
 pub(crate) const fn rgb_to_xyz(space: RgbSpace) -> Matrix {
-    let Primaries { red, green, blue } = space.primaries();
-    let [x, y, z] = matrix::transpose([at_unit_luminance(red), at_unit_luminance(green), at_unit_luminance(blue)]);
-    let white = space.white();
-    let scales = product(inverse([x, y, z]), [white.x, white.y, white.z]);
-    [multiply(x, scales), multiply(y, scales), multiply(z, scales)]
+    let Xyz { x, y, z } = space.white();
+    space.primaries().matrix([x, y, z])
 }
 
 const fn xyz_to_rgb(space: RgbSpace) -> Matrix {

@@ -138,9 +138,10 @@ impl Cuboid {
         ShapeHit::plain(on_surface.distance(point), on_surface, self.rotate_to_scene(normal))
     }
 
-    /// Texture coordinates of a point on the surface, with the normal of the visible side.
+    /// Texture coordinates of a point on the surface, with a normal on either side.
     pub fn texture_coordinates(&self, point: Vec3A, normal: Vec3A) -> TextureCoordinates {
-        TextureCoordinates::on_box(self.to_object * (point - self.centre), self.to_object * normal)
+        let (point, normal) = (self.to_object * (point - self.centre), self.to_object * normal);
+        TextureCoordinates::on_box(point, if normal.dot(point) < 0.0 { -normal } else { normal })
     }
 
     #[inline]

@@ -8,7 +8,7 @@ use exr::meta::{BlockDescription, MetaData};
 use png::{BitDepth, ColorType, Transformations};
 use snowblue_base::files::{FileError, NamedFile, check_expansion, check_formats, check_memory};
 
-/// An image with the values of its file, scaled to 0–1, without alpha.
+/// An image with the values of its file, scaled to 0–1.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PngImage {
     /// Pixels from left to right.
@@ -19,6 +19,8 @@ pub struct PngImage {
     pub channels: usize,
     /// Values, row by row from the top.
     pub values: Vec<f32>,
+    /// The alpha of each pixel; empty if the file has no alpha.
+    pub alpha: Vec<f32>,
 }
 
 impl PngImage {
@@ -51,25 +53,33 @@ impl PngImage {
             ColorType::Rgb | ColorType::Indexed => (3, 3),
             ColorType::Rgba => (4, 3),
         };
-        // Memory of the decoded image, of its values, and of the colours made of the values.
+        // Memory of the decoded image, of its values, and of the colours with alpha made of the values.
         let sample_bytes = if depth == BitDepth::Sixteen { 2 } else { 1 };
-        let pixel_bytes = stored * sample_bytes + channels * size_of::<f32>() + size_of::<[f32; 3]>();
+        let pixel_bytes = stored * (sample_bytes + size_of::<f32>()) + size_of::<[f32; 4]>();
         let pixels = f64::from(width) * f64::from(height);
         check_memory(&format!("{width} × {height} pixels"), pixels * pixel_bytes as f64, png.len())?;
         let mut bytes = vec![0; reader.output_buffer_size().ok_or("the image is too large")?];
         let frame = reader.next_frame(&mut bytes).map_err(malformed)?;
         bytes.truncate(frame.buffer_size());
-        let mut values = Vec::with_capacity(width as usize * height as usize * channels);
+        let sample = |sample: &[u8]| match sample {
+            [high, low] => f32::from(u16::from_be_bytes([*high, *low])) / 65_535.0,
+            [byte, ..] => f32::from(*byte) / 255.0,
+            [] => 0.0,
+        };
+        let pixels = width as usize * height as usize;
+        let mut values = Vec::with_capacity(pixels * channels);
+        let mut alpha = Vec::with_capacity(pixels * (stored - channels));
         for pixel in bytes.chunks_exact(stored * sample_bytes) {
-            let (pairs, _) = pixel.as_chunks::<2>();
-            match depth {
-                BitDepth::Sixteen => {
-                    values.extend(pairs[..channels].iter().map(|&pair| f32::from(u16::from_be_bytes(pair)) / 65_535.0));
-                }
-                _ => values.extend(pixel[..channels].iter().map(|&byte| f32::from(byte) / 255.0)),
-            }
+            let (color, rest) = pixel.split_at(channels * sample_bytes);
+            values.extend(color.chunks_exact(sample_bytes).map(sample));
+            alpha.extend(rest.chunks_exact(sample_bytes).map(sample));
         }
-        Ok(Self { width: frame.width as usize, height: frame.height as usize, channels, values })
+        Ok(Self { width: frame.width as usize, height: frame.height as usize, channels, values, alpha })
+    }
+
+    /// The alpha of a pixel, by its number; 1 without alpha.
+    pub fn alpha_of(&self, pixel: usize) -> f32 {
+        self.alpha.get(pixel).copied().unwrap_or(1.0)
     }
 
     /// Red, green and blue of each pixel, as the file encodes them. Grey images have three equal channels.
@@ -143,24 +153,32 @@ mod tests {
     #[test]
     fn reads_every_colour_type_and_bit_depth() {
         let shade = 0x80 as f32 / 255.0;
-        for (file, channels, expected) in [
-            (png(ColorType::Grayscale, BitDepth::Eight, None, &[0, 0x80]), 1, vec![0.0, shade]),
-            (png(ColorType::Grayscale, BitDepth::One, None, &[0b0100_0000]), 1, vec![0.0, 1.0]),
-            (png(ColorType::GrayscaleAlpha, BitDepth::Eight, None, &[0x80, 7, 255, 9]), 1, vec![shade, 1.0]),
+        for (file, channels, expected, alpha) in [
+            (png(ColorType::Grayscale, BitDepth::Eight, None, &[0, 0x80]), 1, vec![0.0, shade], [1.0; 2]),
+            (png(ColorType::Grayscale, BitDepth::One, None, &[0b0100_0000]), 1, vec![0.0, 1.0], [1.0; 2]),
             (
-                png(ColorType::Rgba, BitDepth::Eight, None, &[255, 0, 0x80, 1, 0, 0, 0, 1]),
+                png(ColorType::GrayscaleAlpha, BitDepth::Eight, None, &[0x80, 0, 255, 0x80]),
+                1,
+                vec![shade, 1.0],
+                [0.0, shade],
+            ),
+            (
+                png(ColorType::Rgba, BitDepth::Eight, None, &[255, 0, 0x80, 0x80, 0, 0, 0, 255]),
                 3,
                 vec![1.0, 0.0, shade, 0.0, 0.0, 0.0],
+                [shade, 1.0],
             ),
             (
                 png(ColorType::Indexed, BitDepth::One, Some(&[0, 0, 255, 255, 0, 0]), &[0b1000_0000]),
                 3,
                 vec![1.0, 0.0, 0.0, 0.0, 0.0, 1.0],
+                [1.0; 2],
             ),
         ] {
             let image = PngImage::read(&file).unwrap();
             assert_eq!((image.width, image.height, image.channels), (2, 1, channels));
             assert_eq!(image.values, expected);
+            assert_eq!((0..2).map(|pixel| image.alpha_of(pixel)).collect::<Vec<_>>(), alpha);
         }
         let deep = PngImage::read(&png(ColorType::Grayscale, BitDepth::Sixteen, None, &[0, 1, 0xff, 0xff])).unwrap();
         assert_eq!(deep.values, [1.0 / 65_535.0, 1.0]);
@@ -173,7 +191,7 @@ mod tests {
         encoder.set_color(ColorType::Grayscale);
         encoder.write_header().unwrap().write_chunk(png::chunk::IDAT, &[]).unwrap();
         let message = PngImage::read(&wide).unwrap_err();
-        assert!(message.contains("16777216 × 16777216 pixels take 4563402752 MiB of memory"), "{message}");
+        assert!(message.contains("16777216 × 16777216 pixels take 5637144576 MiB of memory"), "{message}");
     }
 
     #[test]

@@ -42,10 +42,10 @@ impl Plane {
         (point - self.point).dot(self.normal) < 0.0
     }
 
-    /// Texture coordinates of a point on the plane, with the normal of the visible side.
-    pub fn texture_coordinates(&self, point: Vec3A, normal: Vec3A) -> TextureCoordinates {
+    /// Texture coordinates of a point on the plane, seen from the side of its normal.
+    pub fn texture_coordinates(&self, point: Vec3A) -> TextureCoordinates {
         let to_local = self.axes.transpose();
-        TextureCoordinates::on_box(to_local * (point - self.point), to_local * normal)
+        TextureCoordinates::on_box(to_local * (point - self.point), to_local * self.normal)
     }
 
     fn distance_m(&self, ray: &Ray, limit_m: f32) -> Option<f32> {

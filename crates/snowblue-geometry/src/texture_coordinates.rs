@@ -12,7 +12,7 @@ pub enum TextureCoordinates {
 }
 
 impl TextureCoordinates {
-    /// The coordinates of a point on a box around the origin, with the normal of the visible side.
+    /// The coordinates of a point on a box around the origin, with the outward normal.
     pub fn on_box(point: Vec3A, normal: Vec3A) -> Self {
         let size = normal.abs();
         Self::Metres(if size.z >= size.x.max(size.y) {

@@ -332,8 +332,8 @@ impl RadiantPatches {
         let way = self.way(from);
         let distance_squared = dot(&way, &way).fast_max(f32x8::splat(f32::MIN_POSITIVE));
         let per_distance = f32x8::ONE / distance_squared.sqrt();
-        // The heights of the highest corner above the surface and of the point above the patch, by the distance. A patch
-        // below the surface and a patch that faces away are not seen.
+        // The height of the highest corner above the surface and the height of the point above the patch, divided by
+        // the distance. A patch below the surface and a patch that faces away are not seen.
         let normal = from.normal.to_array().map(f32x8::splat);
         let [along, across] = [0, 1].map(|side| self.half_m[side] * dot(&self.sides[side], &normal).abs());
         let cos_from = unit((dot(&way, &normal) + along + across) * per_distance - LEAST_COS);

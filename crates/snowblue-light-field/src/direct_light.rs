@@ -53,7 +53,7 @@ impl<'a> LightOnBody<'a> {
         let lights = illumination.lights.iter().copied().filter(|light| !light.is_diffuse());
         let (small, wide): (Vec<&Light>, Vec<&Light>) = lights.partition(|light| light.is_small());
         let task = |(task, elements): (usize, &[SurfaceElement])| {
-            let mut queries = SceneQueries::new(objects);
+            let mut queries = SceneQueries::new(objects, lit_scene.scene.materials());
             let mut direct = Self::dark(system);
             for (k, element) in elements.iter().enumerate() {
                 let number = u32::try_from(task * ELEMENTS_PER_TASK + k).unwrap_or(u32::MAX);
@@ -177,9 +177,10 @@ pub(crate) fn visit_lights(
         let uniform = light.uniform_power().map(with_all_wavelengths);
         let mut add = |sample: &LightSample, share: f32| {
             let Some(incident) = sample.incident_at(surface) else { return };
-            if sample.is_visible(queries, surface, side) {
+            let transmittance = sample.transmittance(queries, surface, side);
+            if transmittance > 0.0 {
                 let power = uniform.unwrap_or_else(|| light.power(&sample.origin));
-                visit(&incident, power * (share * incident.irradiance_per_power));
+                visit(&incident, power * (share * transmittance * incident.irradiance_per_power));
             }
         };
         if let Some(sample) = light.delta_sample() {

@@ -107,7 +107,7 @@ impl GatheredPaths {
             .map(|lights| lights.lights.iter().copied().filter(|light| light.is_small()).collect())
             .collect();
         let task = |(task, elements): (usize, &[SurfaceElement])| {
-            let mut queries = SceneQueries::new(lit_scene.scene.objects());
+            let mut queries = SceneQueries::new(lit_scene.scene.objects(), lit_scene.scene.materials());
             let mut paths = empty();
             let mut sums = vec![Spectrum::ZERO; illuminations.len()];
             for (k, element) in elements.iter().enumerate() {
@@ -213,8 +213,8 @@ fn trace(
     for bounce in 0..=most_surfaces {
         let [u, v, ..] = sampler.next_four();
         let direction = cosine_direction(surface.normal, u, v);
-        let ray = Ray { origin: queries.off_surface(object, &surface), direction };
-        let Some(hit) = queries.indirect_hit(&ray) else {
+        let mut ray = Ray { origin: queries.off_surface(object, &surface), direction };
+        let Some(hit) = queries.indirect_hit(&mut ray, || sampler.next_four()[0], |_| {}) else {
             // The lights at diffuse surfaces include the sky.
             if throughput.is_none() {
                 light.iter_mut().zip(illuminations).for_each(|(light, lights)| *light += lights.uniform_sky);
@@ -240,7 +240,7 @@ fn trace(
             visit_lights(queries, lights, place, samplers, &mut |incident, irradiance| {
                 let reflectance = match material {
                     Material::Ground(snow) => snow.reflectance(hit.normal, hit.direction, incident.direction),
-                    Material::Diffuse(_) | Material::Snow(_) => reflectance,
+                    Material::Diffuse(..) | Material::Glass(_) | Material::Snow(_) => reflectance,
                 };
                 light.add_product(FRAC_1_PI, &(through * reflectance), &irradiance);
             });

@@ -50,7 +50,7 @@ impl<'a> Sight<'a> {
 
     /// The places that the camera sees.
     fn seen(&self) -> &SeenPlaces {
-        self.seen.get_or_init(|| SeenPlaces::of(self.scene.objects(), self.scene.camera()))
+        self.seen.get_or_init(|| SeenPlaces::of(self.scene.objects(), self.scene.materials(), self.scene.camera()))
     }
 
     fn viewpoint(&self) -> DVec3 {
@@ -83,7 +83,7 @@ pub(crate) struct SizesBySight<'a> {
 
 impl CellSizes for SizesBySight<'_> {
     fn least_between(&self, low: DVec3, high: DVec3) -> SizeLimits {
-        let hidden_m = self.seen.map_or(0.0, |seen| SIZE_PER_DISTANCE * seen.distance_m(low, high));
+        let hidden_m = self.seen.map_or(0.0, |seen| SIZE_PER_DISTANCE * seen.distance_m(low, high, 0.0));
         self.sizes.least_between(low, high).map(|size_m| size_m.max(hidden_m.min(self.greatest_m)))
     }
 

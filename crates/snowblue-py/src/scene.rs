@@ -11,7 +11,6 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use snowblue_color::LinearRgb;
 use snowblue_database::CompressedTable;
-use snowblue_render::Development;
 use snowblue_render::bake::{
     BakeError, BakeOptions, BakedObject, BakedScene, Channels, STEP_RANGE, write_glb, write_ply,
 };
@@ -20,6 +19,7 @@ use snowblue_render::film::channels::channels;
 use snowblue_render::film::image_file::{to_raster, write_png};
 use snowblue_render::film::resumable_file;
 use snowblue_render::render::{RenderControl, accumulator, all_samples, render_coarse, render_missing};
+use snowblue_render::scene::film::PictureSettings;
 use snowblue_render::scene::provenance::Provenance;
 use snowblue_render::scene::spectrum::wavelengths_nm;
 use snowblue_render::{
@@ -169,12 +169,14 @@ impl Scene {
                     let reason = "samples have a radiance that is not finite, or above 2.8e8 W m⁻² sr⁻¹";
                     return Err(failure(format!("{unusable_samples} {reason}")));
                 }
-                Ok((sums, (provenance.to_string(), integrator.solved_light_fields(), integrator.notes().to_vec())))
+                let notes = integrator.notes().to_vec();
+                let settings = scene.picture_settings();
+                Ok((sums, (provenance.to_string(), integrator.solved_light_fields(), notes, settings)))
             },
         )?;
-        let (provenance, solved_light_fields, notes) = made;
+        let (provenance, solved_light_fields, notes, settings) = made;
         if let (Some(path), Some(is_png)) = (output, is_png) {
-            save(&sums, development, is_png, &path).map_err(failure)?;
+            save(&sums, settings, is_png, &path).map_err(failure)?;
         }
         let dict = PyDict::new(py);
         for channel in channels(&sums) {
@@ -358,12 +360,12 @@ fn is_png(path: &Path) -> PyResult<bool> {
     }
 }
 
-fn save(sums: &FilmAccumulator, development: Development, is_png: bool, path: &Path) -> Result<(), RenderError> {
+fn save(sums: &FilmAccumulator, settings: PictureSettings, is_png: bool, path: &Path) -> Result<(), RenderError> {
     let software = concat!("snowblue ", env!("CARGO_PKG_VERSION"));
     let metadata = [("Software", software)];
     if is_png {
-        write_png(&sums.film(), development, &metadata, path)
+        write_png(&sums.film(), settings.development, &metadata, path)
     } else {
-        resumable_file::write(sums, None, &metadata, path)
+        resumable_file::write(sums, settings, None, &metadata, path)
     }
 }

@@ -24,7 +24,6 @@ use crate::scene::{Scene, SceneDescription};
 use crate::shape::{ObjectBuilder, ObjectDescription, body_of_two, notes_on_bodies, with_relief};
 use crate::sky::BuiltSky;
 use crate::sources::{RecordedFiles, Sources};
-use crate::spectrum::light_spectrum::LightSpectrum;
 
 /// The parts of a scene without its described lights.
 struct Solids {
@@ -172,15 +171,8 @@ impl SceneDescription {
             return Ok(Sensor::cie_1931());
         }
         let wrong = |reason: &str| KeyPath::root("film").key("white").error(format!("is \"{white}\", but {reason}"));
-        let spectrum = match white {
-            WhiteBalance::Illuminant(illuminant) => {
-                LightSpectrum::illuminant(illuminant).map_err(|error| wrong(&error.to_string()))?.relative
-            }
-            WhiteBalance::Temperature(kelvin) => {
-                LightSpectrum::of_temperature(kelvin).map_err(|error| wrong(&error.to_string()))?.relative
-            }
-            WhiteBalance::Sky => irradiance_by_sky(lights),
-        };
+        let spectrum = white.spectrum().map_err(|error| wrong(&error.to_string()))?;
+        let spectrum = spectrum.unwrap_or_else(|| irradiance_by_sky(lights));
         if spectrum.maximum() <= 0.0 {
             return Err(wrong("there is no sky, sun or distant lamp above"));
         }

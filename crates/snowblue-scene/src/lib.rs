@@ -4,7 +4,7 @@
 //!
 //! ```text
 //! SceneFile (TOML) ─► SceneDescription ─► Scene ─┬─ objects: shapes and meshes, their intersections and chords
-//!                             files ────────┘    ├─ materials: diffuse and snow
+//!                             files ────────┘    ├─ materials: diffuse, glass and snow
 //!                                                └─ lights, camera, film settings
 //! ```
 //!
@@ -34,6 +34,7 @@ pub mod material;
 pub mod objects;
 pub mod queries;
 pub mod seen;
+pub mod transparency;
 pub mod undisturbed;
 
 mod layering;
@@ -64,9 +65,9 @@ pub mod description {
         PointLightDescription, RectangleLightDescription, SkyGlow, SphereLightDescription, SpotLightDescription,
     };
     pub use crate::material::{
-        DiffuseDescription, LayeredSnowDescription, LayersTop, MaskDescription, MaskedSnowDescription,
-        MaterialDescription, ReliefDescription, SnowDescription, SnowMaterialDescription, SparkleDescription,
-        TextureDescription,
+        DiffuseDescription, GlassDescription, LayeredSnowDescription, LayersTop, MaskDescription,
+        MaskedSnowDescription, MaterialDescription, ReliefDescription, SnowDescription, SnowMaterialDescription,
+        SparkleDescription, TextureDescription,
     };
     pub use crate::scene::SceneDescription;
     pub use crate::shape::{

@@ -173,7 +173,7 @@ impl Objects {
         match &self.objects[surface.object].shape {
             Shape::Cuboid(cuboid) => cuboid.texture_coordinates(surface.point, surface.normal),
             Shape::Ellipsoid(ellipsoid) => ellipsoid.texture_coordinates(surface.point),
-            Shape::Plane(plane) => plane.texture_coordinates(surface.point, surface.normal),
+            Shape::Plane(plane) => plane.texture_coordinates(surface.point),
             Shape::Mesh(instance) => {
                 TextureCoordinates::Image(instance.mesh().uv(&surface.location).unwrap_or_default())
             }
@@ -188,13 +188,26 @@ impl Objects {
     /// The first hit of a ray.
     #[inline]
     pub fn first_hit(&self, ray: &Ray) -> Option<SurfaceInteraction> {
-        let mut nearest = Nearest { distance_m: f32::INFINITY, hit: None };
-        for &index in &self.tried {
+        self.first_hit_of(ray, f32::INFINITY, |_| true)
+    }
+
+    /// The first hit of a ray on an object that counts, nearer than `limit_m`.
+    #[inline]
+    pub(crate) fn first_hit_of(
+        &self,
+        ray: &Ray,
+        limit_m: f32,
+        counts: impl Fn(usize) -> bool,
+    ) -> Option<SurfaceInteraction> {
+        let mut nearest = Nearest { distance_m: limit_m, hit: None };
+        for &index in self.tried.iter().filter(|index| counts(**index)) {
             nearest.try_object(self, index, ray);
         }
         if let Some(hierarchy) = &self.hierarchy {
             hierarchy.visit(ray, nearest.distance_m, &mut |index| {
-                nearest.try_object(self, index, ray);
+                if counts(index) {
+                    nearest.try_object(self, index, ray);
+                }
                 nearest.distance_m
             });
         }
@@ -217,15 +230,9 @@ impl Objects {
         self.occluded_by(ray, limit_m, |_| true)
     }
 
-    /// Whether anything occludes a ray from one side of a surface, nearer than `limit_m`.
-    #[inline]
-    pub(crate) fn occluded(&self, ray: &Ray, limit_m: f32, side: Side) -> bool {
-        self.occluded_by(ray, limit_m, |index| self.can_occlude(index, side))
-    }
-
     /// Whether an object can occlude a light from one side of a surface.
     #[inline]
-    fn can_occlude(&self, index: usize, side: Side) -> bool {
+    pub(crate) fn can_occlude(&self, index: usize, side: Side) -> bool {
         match side {
             Side::Outer(_) => true,
             // A convex shape does not occlude a light in front of the surface point where the path leaves the shape.
@@ -234,8 +241,9 @@ impl Objects {
         }
     }
 
+    /// Whether an object that counts occludes a ray nearer than `limit_m`.
     #[inline]
-    fn occluded_by(&self, ray: &Ray, limit_m: f32, counts: impl Fn(usize) -> bool) -> bool {
+    pub(crate) fn occluded_by(&self, ray: &Ray, limit_m: f32, counts: impl Fn(usize) -> bool) -> bool {
         let occludes = |index: usize| counts(index) && self.objects[index].shape.occludes(ray, limit_m);
         if self.tried.iter().any(|&index| occludes(index)) {
             return true;
@@ -709,8 +717,10 @@ mod tests {
         assert_eq!(crossed, [0, 0, 1, 1]);
         let beyond = Ray { origin: Vec3A::new(0.6, 0.1, 0.2), direction: Vec3A::X };
         assert!(objects.any_hit(&beyond, 2.5));
-        assert!(!objects.occluded(&beyond, 2.5, Side::Inner(0)), "the second block of the wall does not count");
-        assert!(objects.occluded(&beyond, 3.5, Side::Inner(0)), "another body does");
+        let occluded =
+            |limit_m| objects.occluded_by(&beyond, limit_m, |index| objects.can_occlude(index, Side::Inner(0)));
+        assert!(!occluded(2.5), "the second block of the wall does not count");
+        assert!(occluded(3.5), "another body does");
         assert!(objects.holds(1, Vec3A::new(2.2, 0.3, -0.4)) && !objects.holds(1, Vec3A::new(2.2, 0.6, -0.4)));
     }
 }

@@ -4,7 +4,9 @@ use glam::Vec3A;
 use snowblue_geometry::body::{Chord, Line, chord, parts};
 use snowblue_geometry::ray::{Crossing, Ray, SurfacePoint, off_surface};
 
+use crate::material::Material;
 use crate::objects::{Objects, Side, SurfaceInteraction, set_object};
+use crate::transparency::{Segment, TransparentSurfaces};
 
 /// Counts of a rendering.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -60,6 +62,7 @@ impl Statistics {
 #[derive(Debug)]
 pub struct SceneQueries<'scene> {
     objects: &'scene Objects,
+    transparent: TransparentSurfaces<'scene>,
     /// Buffer for the crossings of one line.
     crossings: Vec<Crossing>,
     /// Counts of the queries so far.
@@ -68,8 +71,13 @@ pub struct SceneQueries<'scene> {
 
 impl<'scene> SceneQueries<'scene> {
     /// Starts with zero counts.
-    pub fn new(objects: &'scene Objects) -> Self {
-        Self { objects, crossings: Vec::with_capacity(16), statistics: Statistics::default() }
+    pub fn new(objects: &'scene Objects, materials: &'scene [Material]) -> Self {
+        Self {
+            objects,
+            transparent: TransparentSurfaces::new(objects, materials),
+            crossings: Vec::with_capacity(16),
+            statistics: Statistics::default(),
+        }
     }
 
     /// The objects of the scene.
@@ -77,17 +85,28 @@ impl<'scene> SceneQueries<'scene> {
         self.objects
     }
 
-    /// First hit of a camera ray.
+    /// The surface where a camera ray ends, with the arguments of [`TransparentSurfaces::first_end`].
     #[inline]
-    pub fn camera_hit(&mut self, ray: &Ray) -> Option<SurfaceInteraction> {
+    pub fn camera_hit(
+        &mut self,
+        ray: &mut Ray,
+        number: impl FnMut() -> f32,
+        visit: impl FnMut(&Segment),
+    ) -> Option<SurfaceInteraction> {
         self.statistics.camera_rays += 1;
-        self.objects.first_hit(ray)
+        self.transparent.first_end(ray, number, visit)
     }
 
-    /// First hit of a ray that leaves a surface.
-    pub fn indirect_hit(&mut self, ray: &Ray) -> Option<SurfaceInteraction> {
+    /// The surface where a ray ends that leaves a surface, with the arguments of
+    /// [`TransparentSurfaces::first_end`].
+    pub fn indirect_hit(
+        &mut self,
+        ray: &mut Ray,
+        number: impl FnMut() -> f32,
+        visit: impl FnMut(&Segment),
+    ) -> Option<SurfaceInteraction> {
         self.statistics.indirect_rays += 1;
-        self.objects.first_hit(ray)
+        self.transparent.first_end(ray, number, visit)
     }
 
     /// Origin of a ray that leaves an object's surface on the side of the normal.
@@ -96,24 +115,26 @@ impl<'scene> SceneQueries<'scene> {
         off_surface(surface.point, surface.normal, self.objects.reach_m(object))
     }
 
-    /// Whether nothing occludes a target from a point just off one side of a surface.
+    /// The share of light that passes from a target to a point just off one side of a surface.
     #[inline]
-    pub(crate) fn sees(&mut self, from: Vec3A, side: Side, target: Vec3A) -> bool {
+    pub(crate) fn transmittance_to(&mut self, from: Vec3A, side: Side, target: Vec3A) -> f32 {
         let offset = target - from;
         let distance_m = offset.length();
-        self.is_unoccluded(&Ray { origin: from, direction: offset / distance_m }, distance_m, side)
+        self.transmittance(&Ray { origin: from, direction: offset / distance_m }, distance_m, side)
     }
 
-    /// Whether nothing occludes a distant light from a point just off one side of a surface.
+    /// The share of light that passes from a distant light to a point just off one side of a surface.
     #[inline]
-    pub(crate) fn sees_distant(&mut self, from: Vec3A, side: Side, direction: Vec3A) -> bool {
-        self.is_unoccluded(&Ray { origin: from, direction }, f32::INFINITY, side)
+    pub(crate) fn transmittance_to_distant(&mut self, from: Vec3A, side: Side, direction: Vec3A) -> f32 {
+        self.transmittance(&Ray { origin: from, direction }, f32::INFINITY, side)
     }
 
     #[inline]
-    fn is_unoccluded(&mut self, ray: &Ray, limit_m: f32, side: Side) -> bool {
+    fn transmittance(&mut self, ray: &Ray, limit_m: f32, side: Side) -> f32 {
         self.statistics.shadow_rays += 1;
-        !self.objects.occluded(ray, limit_m, side)
+        let Self { objects, transparent, .. } = self;
+        let is_opaque = |index: usize| objects.can_occlude(index, side) && !transparent.holds(index);
+        if objects.occluded_by(ray, limit_m, is_opaque) { 0.0 } else { transparent.transmittance(ray, limit_m) }
     }
 
     /// Depth of a straight path through the solid that an object is or belongs to.

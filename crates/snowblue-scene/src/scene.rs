@@ -11,9 +11,10 @@ use snowblue_base::{Count, KeyPath, Numbers};
 use crate::air::Air;
 use crate::camera::{CameraDescription, PerspectiveCamera, View};
 use crate::film::sensor::Sensor;
-use crate::film::{FilmSettings, ImageSize};
+use crate::film::white_balance::PictureWhite;
+use crate::film::{FilmSettings, ImageSize, PictureSettings};
 use crate::integrator::{Bounces, IntegratorKind, IntegratorSettings, LightFieldSettings, SamplesPerPixel};
-use crate::light::{EnvironmentDescription, Light, LightDescription};
+use crate::light::{EnvironmentDescription, Light, LightDescription, irradiance_by_sky};
 use crate::material::{Material, MaterialDescription};
 use crate::objects::Objects;
 use crate::shape::ObjectDescription;
@@ -132,6 +133,13 @@ impl Scene {
     /// The sensor, which turns spectra into colours.
     pub fn sensor(&self) -> &Sensor {
         &self.sensor
+    }
+
+    /// The settings of a PNG, and the colour of the sky, from which another white follows.
+    pub fn picture_settings(&self) -> PictureSettings {
+        let sky = Sensor::cie_1931().white_xyz(&irradiance_by_sky(&self.lights));
+        let white = PictureWhite { white: self.film.white, sky };
+        PictureSettings { development: self.film.development(), white }
     }
 
     /// The file of the table for PCASnow, if the description names a table.

@@ -5,6 +5,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::camera::PerspectiveCamera;
+use crate::material::Material;
 use crate::objects::Objects;
 use crate::queries::SceneQueries;
 
@@ -40,12 +41,13 @@ struct PlaceBox {
 }
 
 impl SeenPlaces {
-    /// The places on objects that a camera sees.
-    pub fn of(objects: &Objects, camera: &PerspectiveCamera) -> Self {
+    /// The places on objects that a camera sees, straight on through transparent surfaces.
+    pub fn of(objects: &Objects, materials: &[Material], camera: &PerspectiveCamera) -> Self {
         let at = |k: u16| (f32::from(k) + 0.5) / f32::from(RAYS);
         let of_row = |row: u16| -> Vec<DVec3> {
-            let mut queries = SceneQueries::new(objects);
-            let hits = (0..RAYS).filter_map(|column| queries.camera_hit(&camera.ray(at(column), at(row))));
+            let mut queries = SceneQueries::new(objects, materials);
+            let hits =
+                (0..RAYS).filter_map(|column| queries.camera_hit(&mut camera.ray(at(column), at(row)), || 0.0, |_| {}));
             hits.map(|hit| hit.point.as_dvec3()).collect()
         };
         let rows: Vec<Vec<DVec3>> = (0..RAYS).into_par_iter().map(of_row).collect();
@@ -72,12 +74,16 @@ impl SeenPlaces {
         Self { places, boxes }
     }
 
-    /// The distance in m from the box between two corners to the nearest place; infinite if no place is visible.
-    pub fn distance_m(&self, low: DVec3, high: DVec3) -> f64 {
+    /// The distance in m from the box between two corners to the nearest place; infinite if no place is visible. If a
+    /// place lies within `near_m`, the distance is that to such a place, which need not be the nearest.
+    pub fn distance_m(&self, low: DVec3, high: DVec3, near_m: f64) -> f64 {
         let mut least = f64::INFINITY;
         let with_distance = |index: usize| (self.boxes[index].distance_squared(low, high), index);
         let mut stack = ArrayVec::<_, MAX_LEVELS>::from_iter([with_distance(0)]);
         while let Some((nearest, index)) = stack.pop() {
+            if least <= near_m * near_m {
+                break;
+            }
             if nearest >= least {
                 continue;
             }
@@ -124,8 +130,11 @@ mod tests {
             let high = low + 0.2 * point(7000 + k);
             let nearest =
                 places.iter().map(|place| place.distance(place.clamp(low, high))).fold(f64::INFINITY, f64::min);
-            assert!((seen.distance_m(low, high) - nearest).abs() < 1e-12, "{low} {high}");
+            assert!((seen.distance_m(low, high, 0.0) - nearest).abs() < 1e-12, "{low} {high}");
+            let near_m = 0.1;
+            let found = seen.distance_m(low, high, near_m);
+            assert!(if nearest <= near_m { found <= near_m } else { (found - nearest).abs() < 1e-12 }, "{low} {high}");
         }
-        assert!(SeenPlaces::of_places(Vec::new()).distance_m(DVec3::ZERO, DVec3::ONE).is_infinite());
+        assert!(SeenPlaces::of_places(Vec::new()).distance_m(DVec3::ZERO, DVec3::ONE, 0.0).is_infinite());
     }
 }

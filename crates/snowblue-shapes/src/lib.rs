@@ -17,7 +17,6 @@ mod sheet;
 pub mod terrain;
 
 pub mod refinement;
-mod segments;
 pub mod snow_on_mesh;
 
 pub mod carved;

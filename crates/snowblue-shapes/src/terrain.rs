@@ -335,7 +335,7 @@ impl<'a> Refinement<'a> {
 
     /// Whether the surface at some points of a cell is farther above or below its triangles than a tolerance.
     fn misses(&self, cell: Cell, halved: [bool; 4], divisions: u32, tolerance_m: f64) -> bool {
-        let triangles = self.planes(cell, halved);
+        let triangles = planes(halved, |point| self.levels(self.place(units_of(key(on_cell(cell, point))))));
         let step = f64::from(cell.size) / f64::from(divisions);
         let mut is_off = false;
         let mut has_snow = false;
@@ -361,7 +361,6 @@ impl<'a> Refinement<'a> {
     /// print are much less than height differences.
     fn misses_print(&self, cell: Cell, halved: [bool; 4], tolerance_m: f64) -> bool {
         const SIDE: usize = PRINT_SAMPLES as usize + 1;
-        let triangles = self.planes(cell, halved);
         let step = f64::from(cell.size) / f64::from(PRINT_SAMPLES);
         let place_of = |column: usize, row: usize| {
             let units = DVec2::new(cell.x.into(), cell.y.into()) + DVec2::new(column as f64, row as f64) * step;
@@ -369,6 +368,11 @@ impl<'a> Refinement<'a> {
         };
         let levels: [[Levels; SIDE]; SIDE] =
             std::array::from_fn(|row| std::array::from_fn(|column| self.levels(place_of(column, row))));
+        // The corners of triangles are among the samples.
+        let triangles = planes(halved, |point| {
+            let [column, row] = point.map(|halves| usize::from(halves) * (SIDE - 1) / 2);
+            levels[row][column]
+        });
         let step_m = self.terrain.cell_m * step / f64::from(self.per_grid_cell);
         let slope = |before: Levels, after: Levels, steps: usize, step_m: f64| {
             (after.top_m - before.top_m) / (step_m * steps as f64)
@@ -386,12 +390,11 @@ impl<'a> Refinement<'a> {
                 || (sampled.bottom_m - found.bottom_m).abs() > tolerance_m.max(self.tolerance_m)
         })
     }
+}
 
-    /// The planes of a cell's triangles.
-    fn planes(&self, cell: Cell, halved: [bool; 4]) -> Planes {
-        let levels = |point| self.levels(self.place(units_of(key(on_cell(cell, point)))));
-        Planes(triangles_of(halved).into_iter().map(|points| Plane::new(points, points.map(levels))).collect())
-    }
+/// The planes of the triangles of a cell, by the levels at its points.
+fn planes(halved: [bool; 4], levels: impl Fn(CellPoint) -> Levels) -> Planes {
+    Planes(triangles_of(halved).into_iter().map(|points| Plane::new(points, points.map(&levels))).collect())
 }
 
 /// The triangles of all cells, and their edges at the boundary of the surface, by the numbers of corners.

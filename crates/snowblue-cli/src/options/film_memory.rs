@@ -27,7 +27,12 @@ impl FilmMemory {
         let pixels = windows.iter().map(|window| memory_bytes(window, aovs)).sum::<u64>();
         let output_bytes = file.bytes_per_pixel(aovs);
         let output = windows.first().map_or(0, |window| window.size().pixel_count() as u64 * output_bytes);
-        let (needed_mib, allowed_mib) = ((pixels + output).div_ceil(1 << 20), self.film_memory_mib);
+        self.check_bytes(file, pixels + output)
+    }
+
+    /// Refuses a picture that takes more bytes than allowed. Returns its memory in MiB if it is large.
+    pub(crate) fn check_bytes(self, file: &PictureFile, bytes: u64) -> Result<Option<u64>, Failure> {
+        let (needed_mib, allowed_mib) = (bytes.div_ceil(1 << 20), self.film_memory_mib);
         if needed_mib > allowed_mib {
             return Err(Failure::Input(format!(
                 "{}: the pixels need {needed_mib} MiB of memory, but {allowed_mib} MiB are allowed: raise \

@@ -5,6 +5,7 @@ pub(crate) mod parse;
 
 mod color;
 mod compression;
+mod development;
 mod engine;
 mod film_memory;
 mod given;
@@ -17,6 +18,7 @@ mod weather;
 
 pub(crate) use color::{ColorOptions, LightOptions, SampleCount};
 pub(crate) use compression::Compression;
+pub(crate) use development::DevelopmentOptions;
 pub(crate) use engine::OrdinatesArguments;
 pub(crate) use film_memory::FilmMemory;
 pub(crate) use given::{GivenOptions, Idle, has_no_effect};

@@ -19,7 +19,7 @@ pub(crate) use files::{
     check_extension, check_not_input, check_path, check_table_path, create_folder, ending, output_path, write_file,
 };
 pub(crate) use phases::Phases;
-pub(crate) use picture_file::{IDLE_PNG_OPTION, PictureFile, PictureFormat, SCENE_NOTE, TABLE_NOTE, describe_samples};
+pub(crate) use picture_file::{PictureFile, PictureFormat, SCENE_NOTE, TABLE_NOTE, describe_samples};
 pub(crate) use printable::printable;
 pub(crate) use progress::Progress;
 pub(crate) use report::{Format, OutputOptions};

@@ -2,12 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
+use snowblue_color::ChromaticAdaptation;
 use snowblue_render::FilmAccumulator;
 use snowblue_render::film::accumulator::SampleCounts;
 use snowblue_render::film::aov::Aovs;
-use snowblue_render::film::image_file::write_png;
+use snowblue_render::film::image_file::{PNG_BYTES, write_png};
 use snowblue_render::film::residual_filter;
-use snowblue_render::film::resumable_file::{self, ResumeData};
+use snowblue_render::film::resumable_file;
+use snowblue_render::scene::film::PictureSettings;
+use snowblue_render::scene::provenance::Provenance;
 
 use super::failure::{Failure, Outcome};
 use super::files::{check_path, ending};
@@ -21,10 +24,6 @@ pub(crate) enum PictureFormat {
 /// Keywords of the notes of a picture on its scene.
 pub(crate) const SCENE_NOTE: &str = "Scene";
 pub(crate) const TABLE_NOTE: &str = "Table";
-
-/// Why options of a PNG have no effect on an EXR without sums.
-pub(crate) const IDLE_PNG_OPTION: &str =
-    "an .exr holds light as it is; with --keep-sums it also keeps exposure and tone curve of a later .png";
 
 /// A picture file to write.
 #[derive(Debug, Clone)]
@@ -47,12 +46,11 @@ impl PictureFile {
         Ok(Self { path: path.to_owned(), format, keeps_sums })
     }
 
-    /// Memory that writing takes in addition to the sums, in bytes for each pixel: the memory of the filter, and for
-    /// a PNG the memory of its colours, of what they show, of their brightness for the exposure, and of the bytes
-    /// before and after encoding. An EXR is written in blocks.
+    /// Memory that writing takes in addition to the sums, in bytes for each pixel: the memory of the filter, and the
+    /// memory of a PNG. An EXR is written in blocks.
     pub(crate) fn bytes_per_pixel(&self, aovs: Aovs) -> u64 {
         let encoding = match self.format {
-            PictureFormat::Png => 44,
+            PictureFormat::Png => PNG_BYTES as u64,
             PictureFormat::Exr => 0,
         };
         encoding + residual_filter::bytes_per_pixel(aovs)
@@ -68,9 +66,15 @@ impl PictureFile {
         }
     }
 
-    /// Writes the picture with metadata. The metadata `more` precede the metadata of the provenance.
-    pub(crate) fn write(&self, sums: &FilmAccumulator, resume_data: ResumeData, more: &[(&str, String)]) -> Outcome {
-        let ResumeData { provenance, development } = resume_data;
+    /// Writes the picture with metadata. The metadata `more` precede the metadata of the provenance. A PNG shows the
+    /// colours after some adaptations.
+    pub(crate) fn write(
+        &self,
+        sums: &FilmAccumulator,
+        (provenance, settings): (&Provenance, PictureSettings),
+        adaptations: &[ChromaticAdaptation],
+        more: &[(&str, String)],
+    ) -> Outcome {
         let mut notes = vec![("Software", format!("snowblue {}", provenance.get("version").unwrap_or("?")))];
         notes.extend(more.iter().cloned());
         notes.push(("Samples per pixel", describe_samples(sums)));
@@ -81,9 +85,12 @@ impl PictureFile {
         }
         let notes: Vec<(&str, &str)> = notes.iter().map(|(keyword, text)| (*keyword, &**text)).collect();
         match self.format {
-            PictureFormat::Png => write_png(&sums.film(), development, &notes, &self.path),
+            PictureFormat::Png => {
+                write_png(&sums.film().adapted(adaptations), settings.development, &notes, &self.path)
+            }
             PictureFormat::Exr => {
-                resumable_file::write(sums, self.keeps_sums.then_some(resume_data), &notes, &self.path)
+                let provenance = self.keeps_sums.then_some(provenance);
+                resumable_file::write(sums, settings, provenance, &notes, &self.path)
             }
         }
         .map_err(Failure::work)

@@ -10,6 +10,7 @@ mod colours;
 mod command;
 mod export;
 mod figures;
+mod finished;
 mod idle_options;
 #[cfg(target_os = "linux")]
 mod interrupt;

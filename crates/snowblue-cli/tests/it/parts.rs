@@ -92,7 +92,7 @@ fn parts_merge_to_the_whole_picture() {
     merge(&folder, &format!("{parts} --keep-sums"), "merged.exr");
     assert!(bright == decoded(&merge(&folder, "merged.exr", "merged.png")), "through another file");
     render(&folder, "dark.exr", "--spp-range 2:3 --exposure -5");
-    merge(&folder, "a.exr dark.exr", "merged.exr");
+    merge(&folder, "a.exr dark.exr --exposure 0", "merged.exr");
     let expected = ["exposure", "-1.2", "a.exr", "-5", "dark.exr", "--exposure"];
     folder.assert_refused("merge a.exr dark.exr -o new.png", &expected);
 }
@@ -127,6 +127,7 @@ fn parts_of_different_pictures_are_refused() {
         ("a.exr plain.exr", &["plain.exr", "--keep-sums"]),
         ("a.exr table.nc", &["a.exr is a picture", "table.nc is a table", "kind"]),
         ("a.exr scene.toml", &["scene.toml: is neither a picture", ".exr", ".nc"]),
+        ("a.exr --white D50", &["--white has no effect: ", ".png"]),
         ("empty.exr a.exr", &["empty.exr: is empty"]),
         ("a.exr missing.exr", &["missing.exr"]),
     ] {

@@ -216,8 +216,6 @@ const LINES: &[(&str, &[(&str, Words)])] = &[
     (
         "render --scene block_30cm --width 21 --height 14 -o no.exr",
         &[
-            ("--exposure 1", &["--exposure has no effect: ", "holds light as it is"]),
-            ("--tone agx", &["--tone has no effect: ", "holds light as it is"]),
             (
                 "--crop 0:22,0:14",
                 &["--crop has the columns 0:22, but the picture has 21 × 14 pixels: columns lie in 0:21"],

@@ -88,7 +88,7 @@ impl Relighting {
         let received = sky.directions.get_or_init(|| SkyDirections::new(&sky.light, |power| power.0));
         let power = |from: &Vec3A| sky.light.power(&LightOrigin::Distant(*from));
         let from: Vec<Spectrum> = directions.iter().map(power).collect();
-        let mut queries = SceneQueries::new(self.scene.objects());
+        let mut queries = SceneQueries::new(self.scene.objects(), self.scene.materials());
         let Surface { object, points, baked, .. } = sight.surface;
         let mut sum = Spectrum::ZERO;
         for (vertex, weight) in sight.surface.corners(sight.place) {

@@ -67,7 +67,8 @@ pub struct LitSurface {
     /// V F of a sky, in the unit of `flux`: the direct irradiance by the sky. Empty for lamps and the sun, whose F
     /// follows from their positions.
     pub sky_irradiance: Vec<LinearRgb>,
-    /// The visibility V of a lamp or the sun: 0 in shadow, else 1. It is 1 where the surface faces away, and for a sky.
+    /// The visibility V of a lamp or the sun: the share of its light that passes other surfaces, 0 in shadow. It is 1
+    /// where the surface faces away, and for a sky.
     pub visibility: Vec<f32>,
 }
 
@@ -163,11 +164,8 @@ impl Surface {
         };
         let central = light.central_sample();
         let visibility = |queries: &mut SceneQueries, surface| {
-            let is_hidden = central.is_some_and(|sample| {
-                sample.incident_at(&surface).is_some()
-                    && !sample.is_visible(queries, &surface, Side::Outer(self.object))
-            });
-            if is_hidden { 0.0 } else { 1.0 }
+            let facing = central.filter(|sample| sample.incident_at(&surface).is_some());
+            facing.map_or(1.0, |sample| sample.transmittance(queries, &surface, Side::Outer(self.object)))
         };
         let surface = LitSurface {
             flux: colors(|vertex| &vertex.flux),
@@ -183,10 +181,13 @@ impl Surface {
                         let [r, g, b] = sky.irradiance(queries, &surface, Side::Outer(self.object)).map(f64::from);
                         LinearRgb { r, g, b }
                     };
-                    self.places().map_init(|| SceneQueries::new(scene.objects()), received).collect()
+                    self.places().map_init(|| SceneQueries::new(scene.objects(), scene.materials()), received).collect()
                 }
             },
-            visibility: self.places().map_init(|| SceneQueries::new(scene.objects()), visibility).collect(),
+            visibility: self
+                .places()
+                .map_init(|| SceneQueries::new(scene.objects(), scene.materials()), visibility)
+                .collect(),
         };
         (surface, spectra)
     }

@@ -54,9 +54,8 @@ impl<const N: usize> SkyDirections<N> {
         for direction in &self.tried {
             if let Some(irradiance) = direction.on(surface) {
                 add(&mut tried, irradiance);
-                if direction.sample.is_visible(queries, surface, side) {
-                    add(&mut seen, irradiance);
-                }
+                let transmittance = direction.sample.transmittance(queries, surface, side);
+                add(&mut seen, irradiance.map(|irradiance| irradiance * transmittance));
             }
         }
         self.others.iter().filter_map(|direction| direction.on(surface)).for_each(|one| add(&mut open, one));

@@ -76,6 +76,8 @@ METHOD_PARAMETERS = {
 """The methods, and the parameters that only one of them has."""
 SKY_FILE, SKY_HEIGHT = "sky.exr", 256
 """The image of an envmap: greater ones are reduced to this height."""
+LEAST_OF_PANES = 0.6
+"""What a pane of the greatest refractive index, 3, lets pass at normal incidence."""
 WHITE_FILE = "white.csv"
 """The spectrum of the lamps that are solved for: 1 at all wavelengths."""
 
@@ -552,7 +554,7 @@ class _Field:
                 one |= {"body": bsdf.body} if bsdf.body else {}
             else:
                 one["material"] = f"bsdf of shape {number}"
-                materials[one["material"]] = _diffuse(bsdf, one["material"], files)
+                materials[one["material"]] = _surface(bsdf, one["material"], files)
             objects.append(one)
         document: dict[str, Any] = {
             "camera": {"position": [0, -1, 0], "look_at": [0, 0, 0]},
@@ -874,14 +876,22 @@ def _exr(image: np.ndarray) -> bytes:
     return stream.raw_buffer()
 
 
-def _diffuse(bsdf: Any, name: str, files: dict[str, bytes]) -> dict[str, Any]:
-    """The diffuse reflectance of a surface that is not snow."""
+def _surface(bsdf: Any, name: str, files: dict[str, bytes]) -> dict[str, Any]:
+    """The material of a surface that is not snow: the pane of a thin dielectric, else its diffuse reflectance and what
+    it lets pass straight on."""
+    passed = float(np.mean(_first(bsdf.eval_null_transmission(_interaction()))))
+    if bsdf.class_name() == "ThinDielectric" and passed > LEAST_OF_PANES:
+        # At normal incidence, a pane of the refractive index n lets 2n / (n² + 1) pass.
+        return {"type": "glass", "refractive_index": (1.0 + (1.0 - min(passed, 1.0) ** 2) ** 0.5) / passed}
+    opacity = {"opacity": 1.0 - passed} if passed > 0.0 else {}
     values = np.array(_first(bsdf.eval_diffuse_reflectance(_interaction())), dtype=float)
     if not ((values >= 0) & (values <= 1)).all():
         raise ValueError(f"the {bsdf.class_name()} of a shape reflects {values.max():g}, but must reflect 0 to 1")
     flags = bsdf.flags()
     is_uniform = not mi.has_flag(flags, mi.BSDFFlags.SpatiallyVarying)
-    if not (mi.has_flag(flags, mi.BSDFFlags.DiffuseReflection) and is_uniform):
+    if passed == 0.0 and mi.has_flag(flags, mi.BSDFFlags.Transmission):
+        warnings.warn(f"a {bsdf.class_name()} blocks light for snow; a thindielectric or a mask does not", stacklevel=2)
+    elif not (mi.has_flag(flags, mi.BSDFFlags.DiffuseReflection) and is_uniform):
         warnings.warn(
             f"a {bsdf.class_name()} gives light to snow as a diffuse surface with the reflectance at its middle",
             stacklevel=2,
@@ -890,8 +900,8 @@ def _diffuse(bsdf: Any, name: str, files: dict[str, bytes]) -> dict[str, Any]:
         file = f"{name}.csv"
         # A uniform reflectance has one value.
         files[file] = _csv(np.broadcast_to(values.reshape(-1), VISIBLE_NM.shape))
-        return {"type": "diffuse", "reflectance_spectrum": file}
-    return {"type": "diffuse", "reflectance_rgb": np.broadcast_to(values.reshape(-1), 3).tolist()}
+        return {"type": "diffuse", "reflectance_spectrum": file, **opacity}
+    return {"type": "diffuse", "reflectance_rgb": np.broadcast_to(values.reshape(-1), 3).tolist(), **opacity}
 
 
 def _matrix(transform: Any) -> np.ndarray:

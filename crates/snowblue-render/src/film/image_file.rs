@@ -25,6 +25,10 @@ use crate::error::RenderError;
 use crate::film::Film;
 use crate::raster::RasterImage;
 
+/// Memory of a pixel while a PNG is written, in bytes: its colour and what it shows, its brightness for the exposure,
+/// and the bytes before and after encoding.
+pub const PNG_BYTES: usize = 44;
+
 /// Texts that are stored with an image: pairs of keyword and text, such as the program and the seed.
 pub type Metadata<'a> = [(&'a str, &'a str)];
 

@@ -7,6 +7,7 @@
 pub mod accumulator;
 pub mod aov;
 pub mod channels;
+pub mod finished_file;
 pub mod image_file;
 pub(crate) mod noise;
 pub(crate) mod pixel_accumulator;
@@ -14,7 +15,7 @@ pub mod residual_filter;
 pub mod resumable_file;
 pub mod window;
 
-use snowblue_color::{LinearRgb, Xyz};
+use snowblue_color::{ChromaticAdaptation, LinearRgb, Xyz};
 
 use snowblue_scene::film::{Development, ImageSize};
 
@@ -53,6 +54,13 @@ impl Film {
         Self { shown, ..self }
     }
 
+    /// The image after some adaptations, one after the other, as for another light that looks white.
+    #[must_use]
+    pub fn adapted(self, adaptations: &[ChromaticAdaptation]) -> Self {
+        let adapted = |xyz| adaptations.iter().fold(xyz, |xyz, adaptation| adaptation.apply(xyz));
+        Self { pixels: self.pixels.into_iter().map(adapted).collect(), ..self }
+    }
+
     /// Size in pixels.
     pub fn size(&self) -> ImageSize {
         self.size
@@ -70,11 +78,11 @@ impl Film {
     }
 
     /// The pixels that show snow in half of their samples at least, and no lamp.
-    pub fn snow_pixels(&self) -> impl Iterator<Item = Xyz> {
+    pub fn snow_pixels(&self) -> impl Iterator<Item = Xyz> + Clone {
         self.showing(|shown| shown.snow >= 0.5 && !shown.emitter)
     }
 
-    fn showing(&self, is_meant: impl Fn(Shown) -> bool) -> impl Iterator<Item = Xyz> {
+    fn showing(&self, is_meant: impl Fn(Shown) -> bool + Clone) -> impl Iterator<Item = Xyz> + Clone {
         let pixels = self.pixels.iter().enumerate();
         pixels.filter(move |(index, _)| is_meant(self.shown(*index))).map(|(_, pixel)| *pixel)
     }
@@ -115,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn snow_is_displayed_as_white_snow_unless_highlights_would_be_lost() {
+    fn sunlit_snow_is_displayed_as_white_snow_unless_highlights_would_be_lost() {
         let grey = |level: f64| LinearRgb { r: level, g: level, b: level }.xyz();
         let film = |snow: f64, sky: f64| {
             let pixels = (0..100).map(|k| grey(if k < 60 { snow } else { sky })).collect();
@@ -130,14 +138,19 @@ mod tests {
                 tone.displayed(LinearRgb::from_xyz(grey(level * film.display_factor(development)))).luminance()
             };
             // A dim sky does not matter.
-            for sky in [0.0, 5.0] {
-                let level = displayed(&film(7.0, sky), 7.0);
+            for sky in [0.0, 50.0] {
+                let level = displayed(&film(100.0, sky), 100.0);
                 assert!((level - snow).abs() < 1e-9, "{tone}: {level}");
             }
             // Before a sky that is ten times as bright, the sky gets twice the light of highlights.
-            let bright = film(7.0, 70.0);
-            let light = 70.0 * bright.display_factor(development);
+            let bright = film(100.0, 1000.0);
+            let light = 1000.0 * bright.display_factor(development);
             assert!((light / (2.0 * tone.light_of(highlights)) - 1.0).abs() < 1e-9, "{tone}: {light}");
+            // In less light snow is darker, by any tone curve: by half a stop to two stops down to 0.5 cd/m².
+            let light = |level: f64| level * film(level, 0.0).display_factor(development);
+            let darker = [8.0, 0.5, 0.01].map(|level| (light(level) / light(100.0)).log2());
+            assert!(darker.is_sorted_by(|more, less| more > less), "{tone}: {darker:?}");
+            assert!((-0.6..-0.3).contains(&darker[0]) && (-1.9..-1.5).contains(&darker[2]), "{tone}: {darker:?}");
         }
     }
 }

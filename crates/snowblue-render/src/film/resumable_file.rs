@@ -3,11 +3,13 @@
 //! Every file has the [`channels`](crate::film::channels) of its means. The unit of the spectrum is in the attribute
 //! `emissiveUnits`.
 //!
+//! Every file has attributes with the exposure and the tone curve of a later PNG, the light that looks white, and the
+//! chromaticity of the light of the sky, if there is a sky.
+//!
 //! A resumable file has four further unsigned 32-bit channels for each sum (`sums.X.0`, the lowest 32 bits, to
-//! `sums.X.3`). Its attributes hold the range of samples, the [`Provenance`], the AOVs, and the
-//! exposure and the tone curve of a PNG. One more channel (`sums.missing`) has the number of samples that a
-//! pixel lacks at the end of the range. The data window and the display window give the position of a part in the
-//! image.
+//! `sums.X.3`). Its attributes hold the range of samples, the [`Provenance`] and the AOVs. One more channel
+//! (`sums.missing`) has the number of samples that a pixel lacks at the end of the range. The data window and the
+//! display window give the position of a part in the image.
 
 use std::fmt::Display;
 use std::fs::File;
@@ -29,6 +31,7 @@ use exr::prelude::{Compression, Encoding, Image, Layer, Vec2, WritableImage as _
 use snowblue_base::atomic_file::write_atomically;
 use snowblue_base::files::FileError;
 use snowblue_color::exposure::MAX_STOPS;
+use snowblue_color::{Chromaticity, Xyy, Xyz};
 use snowblue_geometry::images::check_header_expansion;
 
 use crate::error::RenderError;
@@ -38,7 +41,8 @@ use crate::film::channels::{Mean, means};
 use crate::film::image_file::{Metadata, attributes, exr_text, note_of, of_exr_text};
 use crate::film::residual_filter::Filtered;
 use crate::film::window::{Window, range_length};
-use snowblue_scene::film::{Development, Exposure, ImageSize};
+use snowblue_scene::film::white_balance::PictureWhite;
+use snowblue_scene::film::{Development, Exposure, ImageSize, PictureSettings};
 use snowblue_scene::provenance::Provenance;
 
 const PROVENANCE: &str = "snowblueProvenance";
@@ -46,29 +50,24 @@ const SAMPLE_RANGE: &str = "snowblueSamples";
 const AOVS: &str = "snowblueAovs";
 const EXPOSURE: &str = "snowblueExposure";
 const TONE: &str = "snowblueTone";
+const WHITE: &str = "snowblueWhite";
+/// The chromaticity of the light of the sky, `x y`.
+const SKY: &str = "snowblueSky";
 /// The channel of missing samples.
 const MISSING: &str = "sums.missing";
 
 /// Channels of 32 bits for a sum.
 const WORDS: usize = 4;
 
-/// Data that a resumable file stores beside the sums.
-#[derive(Debug, Clone, Copy)]
-pub struct ResumeData<'a> {
-    /// The inputs that the samples depend on.
-    pub provenance: &'a Provenance,
-    /// Exposure and tone curve for a PNG of the image. They may differ between parts of an image.
-    pub development: Development,
-}
-
-/// Writes the means of the samples as OpenEXR. With `resume_data` the file is resumable.
+/// Writes the means of the samples as OpenEXR. With the provenance the file is resumable.
 ///
 /// # Errors
 ///
 /// When the image cannot be encoded or written.
 pub fn write(
     accumulator: &FilmAccumulator,
-    resume_data: Option<ResumeData>,
+    settings: PictureSettings,
+    provenance: Option<&Provenance>,
     metadata: &Metadata,
     path: &Path,
 ) -> Result<(), RenderError> {
@@ -90,8 +89,15 @@ pub fn write(
             insert(name, text);
         }
     }
+    let PictureSettings { development, white: PictureWhite { white, sky } } = settings;
+    insert(EXPOSURE, &development.exposure.to_string());
+    insert(TONE, development.tone.name());
+    insert(WHITE, &white.to_string());
+    if let Some(Chromaticity { x, y }) = sky.map(Xyz::chromaticity) {
+        insert(SKY, &format!("{x} {y}"));
+    }
     let mut encoding = Encoding::SMALL_LOSSLESS;
-    if let Some(ResumeData { provenance, development }) = resume_data {
+    if let Some(provenance) = provenance {
         // The lower bits of sums are noise. Deflate makes them 10 % smaller than run lengths, in eight times the time,
         // for which an interrupt would have to wait.
         encoding.compression = Compression::RLE;
@@ -99,8 +105,6 @@ pub fn write(
         let Range { start, end } = accumulator.samples();
         insert(SAMPLE_RANGE, &format!("{start}:{end}"));
         insert(AOVS, &aovs.to_string());
-        insert(EXPOSURE, &development.exposure.to_string());
-        insert(TONE, development.tone.name());
         channels.extend(sum_channels(aovs));
     }
     let channels = FilmChannels::new(accumulator, channels);
@@ -254,8 +258,8 @@ pub struct ResumableImage {
     comments: String,
     /// The inputs that the samples depend on.
     pub provenance: Provenance,
-    /// Exposure and tone curve for a PNG of the image.
-    pub development: Development,
+    /// What a PNG of the image needs.
+    pub settings: PictureSettings,
     /// The samples of the pixel with most samples.
     pub samples: Range<u32>,
     /// The values that are summed beside colours.
@@ -273,6 +277,17 @@ impl ResumableImage {
     ///
     /// When the file cannot be read, or has no sums that this version can read.
     pub fn open(path: &Path) -> Result<Self, RenderError> {
+        let reason = "the image has no sums, so it cannot be resumed or merged (render with --keep-sums)";
+        let without = || FileError::Content { path: path.into(), reason: reason.to_owned() };
+        Self::open_if_resumable(path)?.ok_or_else(|| without().into())
+    }
+
+    /// Reads the header of a file; none if the image has no sums.
+    ///
+    /// # Errors
+    ///
+    /// When the file cannot be read, or has sums that this version cannot read.
+    pub fn open_if_resumable(path: &Path) -> Result<Option<Self>, RenderError> {
         let invalid =
             |reason: &str| RenderError::from(FileError::Content { path: path.into(), reason: reason.to_owned() });
         let meta = MetaData::read_from_file(path, false).map_err(|error| match error {
@@ -283,7 +298,7 @@ impl ResumableImage {
         })?;
         let header = meta.headers.first().ok_or_else(|| invalid("the EXR file has no image"))?;
         if !header.channels.list.iter().any(|channel| channel.name == *word_channel_name("X", 0)) {
-            return Err(invalid("the image has no sums, so it cannot be resumed or merged (render with --keep-sums)"));
+            return Ok(None);
         }
         if text(header, PROVENANCE).is_none() {
             return Err(invalid("another version of snowblue wrote the image; this one cannot resume or merge it"));
@@ -292,26 +307,13 @@ impl ResumableImage {
         let length = std::fs::metadata(path).map_err(|source| FileError::Read { path: path.into(), source })?.len();
         let length = usize::try_from(length).unwrap_or(usize::MAX);
         check_header_expansion(header, pixel_bytes(image.aovs), length).map_err(|reason| invalid(&reason))?;
-        Ok(image)
+        Ok(Some(image))
     }
 
     /// The content of the header, or the reason why it does not describe sums.
     fn from_header(path: &Path, header: &Header) -> Result<Self, String> {
         fn damaged(part: &str) -> String {
             format!("the {part} of the sums are damaged")
-        }
-        /// An attribute as a value.
-        fn parsed<T: FromStr<Err: Display>>(header: &Header, name: &str) -> Result<T, String> {
-            let text = text(header, name).ok_or_else(|| format!("the attribute {name} of the sums is missing"))?;
-            text.parse().map_err(|error| format!("the attribute {name} of the sums: {error}"))
-        }
-        fn development(header: &Header) -> Result<Development, String> {
-            let exposure = parsed(header, EXPOSURE)?;
-            if matches!(exposure, Exposure::Stops(stops) if !(-MAX_STOPS..=MAX_STOPS).contains(&stops)) {
-                let range = format!("must lie in -{MAX_STOPS} to {MAX_STOPS} stops");
-                return Err(format!("the attribute {EXPOSURE} of the sums is {exposure}, but {range}"));
-            }
-            Ok(Development { exposure, tone: parsed(header, TONE)? })
         }
         let display = header.shared_attributes.display_window;
         let position = header.own_attributes.layer_position;
@@ -334,10 +336,10 @@ impl ResumableImage {
             path: path.into(),
             comments: header.own_attributes.comments.as_ref().map(of_exr_text).unwrap_or_default(),
             provenance: Provenance::parse(&parsed::<String>(header, PROVENANCE)?),
-            development: development(header)?,
+            settings: settings_of(header)?,
             samples: samples.ok_or_else(|| damaged("range of samples"))?,
             aovs: Aovs::of_file(&parsed::<String>(header, AOVS)?)
-                .map_err(|error| format!("the attribute {AOVS} of the sums: {error}"))?,
+                .map_err(|error| format!("the attribute {AOVS}: {error}"))?,
             image_size,
             window,
         })
@@ -406,6 +408,38 @@ impl ResumableImage {
             .map_err(unreadable)?;
         Ok(accumulator)
     }
+}
+
+/// The settings that [`write`] stores.
+fn settings_of(header: &Header) -> Result<PictureSettings, String> {
+    let exposure = parsed(header, EXPOSURE)?;
+    if matches!(exposure, Exposure::Stops(stops) if !(-MAX_STOPS..=MAX_STOPS).contains(&stops)) {
+        let range = format!("must lie in -{MAX_STOPS} to {MAX_STOPS} stops");
+        return Err(format!("the attribute {EXPOSURE} is {exposure}, but {range}"));
+    }
+    let sky = text(header, SKY).map(|text| {
+        let (x, y) = text.split_once(' ').and_then(|(x, y)| Some((x.parse().ok()?, y.parse().ok()?)))?;
+        let xyz = Xyy { chromaticity: Chromaticity { x, y }, luminance: 1.0 }.xyz();
+        (x > 0.0 && y > 0.0 && xyz.z > 0.0).then_some(xyz)
+    });
+    if sky == Some(None) {
+        return Err(format!("the attribute {SKY} is no chromaticity"));
+    }
+    Ok(PictureSettings {
+        development: Development { exposure, tone: parsed(header, TONE)? },
+        white: PictureWhite { white: parsed(header, WHITE)?, sky: sky.flatten() },
+    })
+}
+
+/// The settings of a later PNG; none in a file of another program.
+pub(crate) fn settings_if_any(header: &Header) -> Result<Option<PictureSettings>, String> {
+    text(header, WHITE).map(|_| settings_of(header)).transpose()
+}
+
+/// An attribute as a value.
+fn parsed<T: FromStr<Err: Display>>(header: &Header, name: &str) -> Result<T, String> {
+    let text = text(header, name).ok_or_else(|| format!("the attribute {name} is missing"))?;
+    text.parse().map_err(|error| format!("the attribute {name}: {error}"))
 }
 
 /// A text attribute of a layer.

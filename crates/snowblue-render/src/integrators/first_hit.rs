@@ -1,5 +1,7 @@
 //! First hits of camera rays, for channels beside the colour: the surface, and the snow behind it.
 //!
+//! A surface that lets more than half of the light pass, as glass does, does not count.
+//!
 //! First hits are found separately from the path of light, so that pictures without such channels take no time for
 //! them.
 
@@ -43,7 +45,7 @@ struct Behind {
 impl<'a> FirstHits<'a> {
     pub(in crate::integrators) fn new(prepared: &'a Prepared) -> Self {
         let scene = &prepared.scene;
-        Self { prepared, scene, queries: SceneQueries::new(scene.objects()) }
+        Self { prepared, scene, queries: SceneQueries::new(scene.objects(), scene.materials()) }
     }
 
     /// Adds the first hit of a camera ray to the AOVs of its pixel.
@@ -55,7 +57,7 @@ impl<'a> FirstHits<'a> {
         if !channels.need_first_surface() {
             return;
         }
-        let Some(surface) = self.queries.camera_hit(ray) else { return };
+        let Some(surface) = self.hit(ray) else { return };
         pixel.add_aov(Aov::Normal, surface.normal.to_array());
         let is_needed = channels.thickness || channels.angle || channels.albedo;
         let is_snow = self.scene.materials()[surface.material].is_snow();
@@ -78,7 +80,13 @@ impl<'a> FirstHits<'a> {
     fn sees_emitter(&mut self, ray: &Ray) -> bool {
         let scene = self.scene;
         let sees = |limit_m: f32| scene.lights().iter().any(|light| light.is_seen_as_emitter(ray, limit_m));
-        sees(f32::INFINITY) && self.queries.camera_hit(ray).is_none_or(|surface| sees(light_limit_m(ray, &surface)))
+        sees(f32::INFINITY) && self.hit(ray).is_none_or(|surface| sees(light_limit_m(ray, &surface)))
+    }
+
+    /// The first hit of a camera ray.
+    fn hit(&mut self, ray: &Ray) -> Option<SurfaceInteraction> {
+        let mut ray = *ray;
+        self.queries.camera_hit(&mut ray, || 0.5, |_| {})
     }
 
     /// The snow behind a surface, along the path that does not depend on the lights.

@@ -113,8 +113,12 @@ impl LightTable {
     fn new(scene: &Scene, curves: &[Option<Arc<SnowCurves>>], power: &Spectrum, tables_left: &mut usize) -> Self {
         let weights = scene.sensor().weights_of(power);
         let of_material = |(number, material): (usize, &Material)| match material {
-            Material::Diffuse(Diffuse::Uniform(reflectance)) => MaterialResponse::Constant(sum(&weights, reflectance)),
-            Material::Diffuse(Diffuse::Textured(_)) | Material::Ground(_) => MaterialResponse::Spectral,
+            Material::Diffuse(Diffuse::Uniform(reflectance), _) => {
+                MaterialResponse::Constant(sum(&weights, reflectance))
+            }
+            Material::Diffuse(Diffuse::Textured(_), _) | Material::Glass(_) | Material::Ground(_) => {
+                MaterialResponse::Spectral
+            }
             Material::Snow(_) => {
                 let curves = curves.get(number).and_then(Option::as_deref).filter(|_| *tables_left > 0);
                 let Some(table) = curves.and_then(SnowCurves::single).and_then(|snow| snow.project(&weights)) else {

@@ -17,6 +17,7 @@
 //! spectrum.
 
 use std::f32::consts::FRAC_1_PI;
+use std::sync::Arc;
 
 use snowblue_geometry::ray::Ray;
 use snowblue_scene::Scene;
@@ -27,6 +28,7 @@ use snowblue_scene::objects::{Side, SurfaceInteraction};
 use snowblue_scene::queries::{SceneQueries, Statistics};
 use snowblue_scene::sampling::Sampler;
 use snowblue_scene::spectrum::Spectrum;
+use snowblue_scene::transparency::Segment;
 
 use crate::integrators::camera_terms::CameraTerms;
 use crate::integrators::first_hit::light_limit_m;
@@ -34,7 +36,7 @@ use crate::integrators::light_tables::{Carried, LightTables, Source};
 use crate::integrators::method::Prepared;
 use crate::integrators::sample::{FilteredSample, PathSample, survival_probability};
 use crate::integrators::snow_shader::SnowShader;
-use crate::integrators::surface::{OpenSky, Surface};
+use crate::integrators::surface::{OpenSky, Shading, Surface};
 
 /// Traces paths through a scene.
 #[derive(Debug)]
@@ -66,7 +68,7 @@ impl<'a> PathTracer<'a> {
         Self {
             scene,
             tables: if responses { &prepared.tables } else { &prepared.no_tables },
-            queries: SceneQueries::new(scene.objects()),
+            queries: SceneQueries::new(scene.objects(), scene.materials()),
             snow,
             has_area_lights: scene.lights().iter().any(|light| light.has_extent()),
             open_sky: prepared.open_sky.as_ref(),
@@ -91,10 +93,12 @@ impl<'a> PathTracer<'a> {
 
     #[inline]
     fn trace<C: Carried>(&mut self, camera_ray: &Ray, sampler: &mut Sampler) -> PathSample<C> {
-        let hit = self.queries.camera_hit(camera_ray);
+        let mut camera_ray = *camera_ray;
+        let (hit, lamps) = self.next_surface(&mut camera_ray, None, sampler);
+        let camera_ray = &camera_ray;
         let mut radiance = C::ZERO;
         if self.has_area_lights {
-            radiance += C::emitted(self.scene, &self.hit_lights(camera_ray, hit.as_ref(), None));
+            radiance += C::emitted(self.scene, &lamps);
         }
         let Some(hit) = hit else {
             return PathSample { radiance, sees_snow: false, distance_m: None, filtered: None };
@@ -142,22 +146,21 @@ impl<'a> PathTracer<'a> {
         }
         let (mut radiance, mut throughput) = (Spectrum::ZERO, Spectrum::ONE);
         let (mut next, mut from) = (self.bounce(first, 0, &mut throughput, sampler), first.directions);
-        if let Some(from_inside) = &terms.from_inside {
+        if let Shading::Field(snow) = &first.shading {
+            let from_inside = terms.from_inside.as_ref();
+            let diffuse = from_inside.map_or_else(
+                || snow.field.diffuse_irradiance(&first.shading_point()),
+                |from_inside| from_inside.diffuse_irradiance,
+            );
             // The mean throughput of directions is 1, for R₀ belongs to snow that does not absorb.
-            radiance.add_product(-FRAC_1_PI, &throughput, &from_inside.diffuse_irradiance);
+            radiance.add_product(-FRAC_1_PI, &throughput, &diffuse);
         }
         // Samples of lights at snow with a field are complete. Only rays find uniform skies.
         let mut finds_lamps = !first.has_field();
         for bounce in 1.. {
-            let Some(ray) = next else { break };
-            let hit = self.queries.indirect_hit(&ray);
-            if self.has_area_lights {
-                radiance.add_product(
-                    1.0,
-                    &throughput,
-                    &self.hit_lights(&ray, hit.as_ref(), Some((&from, finds_lamps))),
-                );
-            }
+            let Some(mut ray) = next else { break };
+            let (hit, lamps) = self.next_surface(&mut ray, Some((&from, finds_lamps)), sampler);
+            radiance.add_product(1.0, &throughput, &lamps);
             let Some(hit) = hit.filter(|_| bounce <= max_bounces) else { break };
             let surface = self.surface(&hit, sampler);
             let DirectLight { mut steady, smooth_sky, .. } =
@@ -186,18 +189,28 @@ impl<'a> PathTracer<'a> {
         Some(Ray { origin: self.queries.off_surface(surface.hit.object, &surface.hit.surface_point()), direction })
     }
 
-    /// Radiance from the lights that a ray hits before a surface. The ray starts at the camera, or at a surface with
-    /// the density of `from`, where it finds all lights or only uniform skies.
-    fn hit_lights(&self, ray: &Ray, hit: Option<&SurfaceInteraction>, from: Option<(&Directions, bool)>) -> Spectrum {
-        let limit_m = hit.map_or(f32::INFINITY, |hit| light_limit_m(ray, hit));
+    /// The surface where a ray ends, and the radiance from the lights that it hits before. The ray starts at the
+    /// camera, or at a surface with the density of `from`, where it finds all lights or only uniform skies.
+    #[inline]
+    fn next_surface(
+        &mut self,
+        ray: &mut Ray,
+        from: Option<(&Directions, bool)>,
+        sampler: &mut Sampler,
+    ) -> (Option<SurfaceInteraction>, Spectrum) {
+        let Self { scene, queries, has_area_lights, .. } = self;
         let mut radiance = Spectrum::ZERO;
-        let finds = |light: &Light| from.is_none_or(|(_, finds_lamps)| finds_lamps || light.is_diffuse());
-        for light in self.scene.lights().iter().filter(|light| finds(light)) {
-            if let Some(emitted) = light.hit_radiance(ray, limit_m, from.map(|(directions, _)| directions)) {
-                radiance += emitted;
+        let visit = |segment: &Segment| {
+            if *has_area_lights {
+                radiance += hit_lights(scene, segment, from);
             }
-        }
-        radiance
+        };
+        let number = || sampler.next_four()[0];
+        let hit = match from {
+            None => queries.camera_hit(ray, number, visit),
+            Some(_) => queries.indirect_hit(ray, number, visit),
+        };
+        (hit, radiance)
     }
 
     #[inline]
@@ -265,8 +278,28 @@ impl<'a> PathTracer<'a> {
     /// The incident light of a light sample at a surface; none if the sample is occluded.
     #[inline]
     fn visible(&mut self, surface: &Surface, sample: &LightSample) -> Option<IncidentLight> {
-        let incident = sample.incident_at(&surface.shading_point())?;
+        let mut incident = sample.incident_at(&surface.shading_point())?;
         let (point, side) = (surface.hit.surface_point(), Side::Outer(surface.hit.object));
-        sample.is_visible(&mut self.queries, &point, side).then_some(incident)
+        incident.irradiance_per_power *= sample.transmittance(&mut self.queries, &point, side);
+        (incident.irradiance_per_power > 0.0).then_some(incident)
     }
+}
+
+/// Radiance from the lights that a segment of a ray hits. Light samples do not find a light in the mirror of a pane.
+/// Without them, the sun there would be noise, so that only the camera sees it.
+fn hit_lights(
+    scene: &Scene,
+    Segment { ray, hit, is_mirrored }: &Segment,
+    from: Option<(&Directions, bool)>,
+) -> Spectrum {
+    let limit_m = hit.as_ref().map_or(f32::INFINITY, |hit| light_limit_m(ray, hit));
+    let of_light = |light: &Arc<Light>| match from {
+        Some((_, false)) if !light.is_diffuse() => None,
+        from if !is_mirrored => light.hit_radiance(ray, limit_m, from.map(|(directions, _)| directions)),
+        Some(_) if light.is_small() => None,
+        _ => light.full_hit_radiance(ray, limit_m).map(|hit| hit.radiance),
+    };
+    let mut radiance = Spectrum::ZERO;
+    scene.lights().iter().filter_map(of_light).for_each(|emitted| radiance += emitted);
+    radiance
 }

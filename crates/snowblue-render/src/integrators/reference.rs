@@ -38,12 +38,13 @@ use crate::integrators::snow_walk::{SnowWalk, WalkLight};
 use crate::integrators::surroundings::{BodyId, Flight, Medium, SnowBodies, SnowQueries};
 use snowblue_scene::Scene;
 use snowblue_scene::directions::Directions;
-use snowblue_scene::light::LightHit;
+use snowblue_scene::light::{Light, LightHit};
 use snowblue_scene::material::Material;
 use snowblue_scene::objects::SurfaceInteraction;
 use snowblue_scene::queries::Statistics;
 use snowblue_scene::sampling::Sampler;
 use snowblue_scene::spectrum::Spectrum;
+use snowblue_scene::transparency::Segment;
 
 /// Traces paths of light from grain to grain.
 #[derive(Debug)]
@@ -126,8 +127,7 @@ impl<'scene> ReferenceTracer<'scene> {
 
     /// Traces a path to its end. Returns whether the first surface is snow, and its distance in m.
     fn trace(&mut self, path: &mut Path) -> (bool, Option<f32>) {
-        let hit = self.surroundings.first_hit(&path.walk.ray);
-        self.add_visible_lights(path, hit.as_ref());
+        let hit = self.next_surface(path, true);
         let sees_snow = hit.as_ref().is_some_and(|surface| self.scene.materials()[surface.material].looks_like_snow());
         let distance_m = hit.as_ref().map(|surface| surface.point.distance(path.walk.ray.origin));
         self.follow(path, hit);
@@ -140,13 +140,15 @@ impl<'scene> ReferenceTracer<'scene> {
         for bounce in 0..=self.scene.integrator().max_bounces.get() {
             let Some(surface) = hit else { return };
             match &self.scene.materials()[surface.material] {
-                Material::Diffuse(diffuse) => {
+                Material::Diffuse(diffuse, _) => {
                     let reflectance = diffuse.reflectance(self.scene.objects(), &surface);
                     let directions = Directions::Cosine(surface.surface_point());
                     if !self.reflect(path, &surface, (directions, |_| reflectance), bounce) {
                         return;
                     }
                 }
+                // Paths end at a pane only after many others.
+                Material::Glass(_) => return,
                 Material::Ground(ground) => {
                     let reflectance = |to_light| ground.reflectance(surface.normal, surface.direction, to_light);
                     let directions = ground.surface().directions(surface.surface_point(), surface.direction);
@@ -172,10 +174,34 @@ impl<'scene> ReferenceTracer<'scene> {
                     SnowEnd::Outside => within = None,
                 }
             }
-            hit = self.surroundings.first_hit(&path.walk.ray);
-            let limit_m = hit.map_or(f32::INFINITY, |surface| surface.point.distance(path.walk.ray.origin));
-            self.add_area_lights(path, limit_m, None);
+            hit = self.next_surface(path, false);
         }
+    }
+
+    /// The surface where the ray of a path ends outside of snow. Adds the lights with extent on the way: the lights
+    /// that the camera sees if the ray starts there, with the sun and all lamps in mirrors, or else all but the sun.
+    fn next_surface(&mut self, path: &mut Path, is_camera_ray: bool) -> Option<SurfaceInteraction> {
+        let Self { scene, surroundings, .. } = self;
+        let SnowWalk { ray, stream, throughput, radiance, .. } = &mut path.walk;
+        let origin = ray.origin;
+        let visit = |Segment { ray, hit, is_mirrored }: &Segment| {
+            let limit_m = hit.map_or(f32::INFINITY, |hit| hit.point.distance(ray.origin));
+            let of_light = |light: &Arc<Light>| {
+                if is_camera_ray && !is_mirrored {
+                    return light.hit_radiance(ray, limit_m, None);
+                }
+                let counts = is_camera_ray || !light.is_small();
+                counts.then(|| light.full_hit_radiance(ray, limit_m))?.map(|hit| hit.radiance)
+            };
+            let lights = scene.lights().iter().filter_map(of_light);
+            lights.for_each(|light| radiance.add_product(1.0, throughput, &light));
+        };
+        let hit = surroundings.first_end(ray, || narrow(stream.uniform()), visit);
+        if ray.origin != origin {
+            let ray = *ray;
+            path.walk.continue_along(ray);
+        }
+        hit
     }
 
     /// Reflects a path. Returns false if it ends.
@@ -217,7 +243,7 @@ impl<'scene> ReferenceTracer<'scene> {
             let flight_m = path.walk.flight_m(mean_flight_m);
             let flight = self.surroundings.fly(object, &path.walk.ray, flight_m, known_exit.take());
             let length_m = flight.length_m();
-            self.add_area_lights(path, length_m, Some((snow, kind)));
+            self.add_area_lights(path, length_m, (snow, kind));
             self.lengths[kind].pores_m += f64::from(length_m);
             if self.least_absorption(snow) > absorption_limit {
                 return SnowEnd::Absorbed;
@@ -245,6 +271,9 @@ impl<'scene> ReferenceTracer<'scene> {
                     path.walk.throughput *= self.attenuation(snow, (kind, 0.0));
                     path.walk.ray.origin = origin;
                     return SnowEnd::Outside;
+                }
+                Flight::Solid(surface, _) if path.walk.goes_on(&self.surroundings, &surface) => {
+                    kind = self.kind_at(snow, object, path);
                 }
                 Flight::Solid(surface, _) => {
                     path.walk.throughput *= self.attenuation(snow, (kind, 0.0));
@@ -303,26 +332,16 @@ impl<'scene> ReferenceTracer<'scene> {
         }
     }
 
-    /// Adds the lights with extent that the camera sees.
-    fn add_visible_lights(&self, path: &mut Path, hit: Option<&SurfaceInteraction>) {
-        let limit_m = hit.map_or(f32::INFINITY, |surface| surface.point.distance(path.walk.ray.origin));
-        for light in self.scene.lights() {
-            if let Some(radiance) = light.hit_radiance(&path.walk.ray, limit_m, None) {
-                path.walk.radiance += radiance;
-            }
-        }
-    }
-
     /// Adds the lights with extent within `limit_m` along the ray, in a kind of snow after the path lengths so far.
     #[inline]
-    fn add_area_lights(&self, path: &mut Path, limit_m: f32, snow: Option<(&SnowVolumes, usize)>) {
+    fn add_area_lights(&self, path: &mut Path, limit_m: f32, (snow, kind): (&SnowVolumes, usize)) {
         if !self.has_area_lights {
             return;
         }
         let lights = self.scene.lights().iter().filter(|light| !light.is_small());
         let hits = lights.filter_map(|light| light.full_hit_radiance(&path.walk.ray, limit_m));
         for LightHit { radiance, distance_m } in hits {
-            let absorbed = snow.map_or(Spectrum::ONE, |(snow, kind)| self.attenuation(snow, (kind, distance_m.into())));
+            let absorbed = self.attenuation(snow, (kind, distance_m.into()));
             path.walk.radiance.add_product(1.0, &(path.walk.throughput * absorbed), &radiance);
         }
     }

@@ -140,7 +140,11 @@ impl<'a> SnowShader<'a> {
     ) -> Option<Spectrum> {
         let (ShadingMethod::Field(shader), Some(point)) = (&mut self.method, &terms.scattering) else { return None };
         // The half-space that the ray enters has the geometric normal.
-        let on_plane = incident.and_then(|_| sample.incident_at(&surface.hit.surface_point()));
+        let on_plane = incident.and_then(|visible| {
+            let on_plane = sample.incident_at(&surface.hit.surface_point())?;
+            let irradiance_per_power = visible.irradiance_per_power / visible.cos_incidence * on_plane.cos_incidence;
+            Some(IncidentLight { irradiance_per_power, ..on_plane })
+        });
         Some(light.power(&sample.origin) * shader.single_scattering.correction(point, sample, on_plane.as_ref()))
     }
 

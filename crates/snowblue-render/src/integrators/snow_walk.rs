@@ -48,6 +48,20 @@ impl SnowWalk {
         Self { ray, side, stream, throughput: Spectrum::ONE, radiance: Spectrum::ZERO }
     }
 
+    /// Continues along another ray.
+    pub(super) fn continue_along(&mut self, ray: Ray) {
+        self.ray = ray;
+        self.side = ray.direction.any_orthonormal_vector();
+    }
+
+    /// Goes on from a surface that the walk passes or that mirrors it. Returns false if the walk ends there or is
+    /// reflected diffusely.
+    pub(super) fn goes_on(&mut self, surroundings: &SnowQueries, surface: &SurfaceInteraction) -> bool {
+        let onward = surroundings.onward(surface, || narrow(self.stream.uniform()));
+        onward.into_iter().for_each(|ray| self.continue_along(ray));
+        onward.is_some()
+    }
+
     /// A free flight through snow, t = −ln u / κ, in m.
     #[inline]
     pub(super) fn flight_m(&mut self, mean_flight_m: f64) -> f32 {
@@ -95,8 +109,7 @@ impl SnowWalk {
             return false;
         }
         self.throughput = self.throughput * survival.recip();
-        self.ray = Ray { origin: from, direction };
-        self.side = direction.any_orthonormal_vector();
+        self.continue_along(Ray { origin: from, direction });
         true
     }
 }

@@ -47,8 +47,10 @@ impl<'v, 'a: 'v> Surface<'v, 'a> {
     #[inline]
     pub(super) fn new(scene: &'a Scene, hit: &'v SurfaceInteraction, snow: impl FnOnce() -> Shading<'v, 'a>) -> Self {
         let shading = match &scene.materials()[hit.material] {
-            Material::Diffuse(Diffuse::Uniform(reflectance)) => Shading::Diffuse(reflectance),
-            Material::Diffuse(diffuse) => Shading::Textured(diffuse.reflectance(scene.objects(), hit)),
+            Material::Diffuse(Diffuse::Uniform(reflectance), _) => Shading::Diffuse(reflectance),
+            Material::Diffuse(diffuse, _) => Shading::Textured(diffuse.reflectance(scene.objects(), hit)),
+            // Rays end at a pane only after many others.
+            Material::Glass(_) => Shading::Textured(Spectrum::ZERO),
             Material::Ground(ground) => Shading::Ground(ground),
             Material::Snow(_) => snow(),
         };

@@ -15,14 +15,15 @@ use snowblue_scene::light::LightOrigin;
 use snowblue_scene::objects::{Object, Objects, SurfaceInteraction};
 use snowblue_scene::queries::Statistics;
 use snowblue_scene::spectrum::Spectrum;
+use snowblue_scene::transparency::{Segment, TransparentSurfaces};
 
 /// The bodies of snow of a scene, and the other objects.
 #[derive(Debug)]
 pub(crate) struct SnowBodies {
     bodies: Vec<BodyId>,
-    /// Objects that are not snow.
+    /// Opaque objects that are not snow.
     solids: Vec<usize>,
-    /// For each object of snow, the solids that may lie in its body or touch it.
+    /// For each object of snow, the objects of other materials that may lie in its body or touch it.
     neighbours: Vec<Arc<[usize]>>,
 }
 
@@ -38,7 +39,7 @@ impl SnowBodies {
     pub(crate) fn new(scene: &Scene) -> Self {
         let (objects, list) = (scene.objects(), scene.objects().list());
         let is_snow = |object: &Object| scene.materials()[object.material].is_snow();
-        let solids: Vec<usize> = (0..list.len()).filter(|&index| !is_snow(&list[index])).collect();
+        let others: Vec<usize> = (0..list.len()).filter(|&index| !is_snow(&list[index])).collect();
         let none: Arc<[usize]> = Arc::new([]);
         let (mut bodies, mut neighbours) = (Vec::new(), vec![none; list.len()]);
         for (index, object) in list.iter().enumerate() {
@@ -49,9 +50,11 @@ impl SnowBodies {
             bodies.push(BodyId { object: index, material: object.material });
             // Flights cross all objects of a body.
             let is_near = |solid: &usize| members.iter().any(|member| may_touch(objects, *member, *solid));
-            let near: Arc<[usize]> = solids.iter().copied().filter(is_near).collect();
+            let near: Arc<[usize]> = others.iter().copied().filter(is_near).collect();
             members.iter().for_each(|member| neighbours[*member] = Arc::clone(&near));
         }
+        let transparent = TransparentSurfaces::new(objects, scene.materials());
+        let solids = others.into_iter().filter(|&index| !transparent.holds(index)).collect();
         Self { bodies, solids, neighbours }
     }
 }
@@ -72,6 +75,7 @@ fn may_touch(objects: &Objects, first: usize, second: usize) -> bool {
 pub(super) struct SnowQueries<'a> {
     scene: &'a Scene,
     bodies: &'a SnowBodies,
+    transparent: TransparentSurfaces<'a>,
     /// The snow of each material for walks; empty where there are none.
     volumes: &'a [Option<Arc<SnowVolumes>>],
     /// Whether all snow is known to be closed.
@@ -129,6 +133,7 @@ impl<'a> SnowQueries<'a> {
         Self {
             scene,
             bodies,
+            transparent: TransparentSurfaces::new(scene.objects(), scene.materials()),
             volumes,
             is_closed: scene.integrator().kind.has_light_field(),
             crossings: Vec::with_capacity(16),
@@ -146,10 +151,20 @@ impl<'a> SnowQueries<'a> {
         self.objects().reach_m(object)
     }
 
-    /// First hit of a ray outside of snow.
-    pub(super) fn first_hit(&mut self, ray: &Ray) -> Option<SurfaceInteraction> {
+    /// The surface where a ray outside of snow ends, with the arguments of [`TransparentSurfaces::first_end`].
+    pub(super) fn first_end(
+        &mut self,
+        ray: &mut Ray,
+        number: impl FnMut() -> f32,
+        visit: impl FnMut(&Segment),
+    ) -> Option<SurfaceInteraction> {
         self.statistics.indirect_rays += 1;
-        self.objects().first_hit(ray)
+        self.transparent.first_end(ray, number, visit)
+    }
+
+    /// The ray that goes on from a hit, with the arguments of [`TransparentSurfaces::onward`].
+    pub(super) fn onward(&self, hit: &SurfaceInteraction, number: impl FnMut() -> f32) -> Option<Ray> {
+        self.transparent.onward(hit, number)
     }
 
     /// Moves the origin of a ray that hits a body from outside to its entry point, and returns the flight to the
@@ -177,7 +192,9 @@ impl<'a> SnowQueries<'a> {
         let touching_m = flight.length_m() + TOUCH_DISTANCE_M;
         let mut nearest: Option<(usize, ShapeHit)> = None;
         for &solid in &*self.bodies.neighbours[object] {
-            let limit_m = nearest.map_or(touching_m, |(_, hit)| hit.distance_m);
+            // The next ray from outside of the snow finds transparent surfaces that only touch it.
+            let most_m = if self.transparent.holds(solid) { flight.length_m() } else { touching_m };
+            let limit_m = nearest.map_or(most_m, |(_, hit)| hit.distance_m.min(most_m));
             nearest = list[solid].shape.first_hit(ray, limit_m).map(|hit| (solid, hit)).or(nearest);
         }
         let Some((solid, hit)) = nearest.filter(|(_, hit)| !matches!(flight, Flight::Free(m) if m <= hit.distance_m))
@@ -238,8 +255,8 @@ impl<'a> SnowQueries<'a> {
         alone.body.is_none() && flight_m < to_light.distance_m && !alone.shape.occludes(&ray, flight_m)
     }
 
-    /// Optical depth of the snow along the line to a light, by the extinction coefficient of each object's snow in
-    /// 1/m; none behind solids, or where hardly any light is left.
+    /// Optical depth of the snow and of transparent surfaces along the line to a light, by the extinction coefficient
+    /// of each object's snow in 1/m; none behind solids, or where hardly any light is left.
     pub(super) fn optical_depth(
         &mut self,
         from: Vec3A,
@@ -258,12 +275,15 @@ impl<'a> SnowQueries<'a> {
                 return None;
             }
         }
-        (!self.is_behind_solid(&ray, to_light.distance_m)).then_some(depth)
+        let past_solids = self.transmittance_past_solids(&ray, to_light.distance_m);
+        (past_solids > 0.0).then(|| depth - past_solids.ln())
     }
 
-    fn is_behind_solid(&self, ray: &Ray, limit_m: f32) -> bool {
+    /// The share of light on a ray that the objects of other materials than snow let pass within `limit_m`.
+    fn transmittance_past_solids(&self, ray: &Ray, limit_m: f32) -> f32 {
         let list = self.objects().list();
-        self.bodies.solids.iter().any(|&solid| list[solid].shape.occludes(ray, limit_m))
+        let is_occluded = self.bodies.solids.iter().any(|&solid| list[solid].shape.occludes(ray, limit_m));
+        if is_occluded { 0.0 } else { self.transparent.transmittance(ray, limit_m) }
     }
 
     /// Transmittance along the line to a light: none behind solids or, with probability 1 − e^{−κd} decided by
@@ -294,10 +314,11 @@ impl<'a> SnowQueries<'a> {
                 return None;
             }
         }
-        if self.is_behind_solid(&ray, to_light.distance_m) {
+        let past_solids = self.transmittance_past_solids(&ray, to_light.distance_m);
+        if past_solids <= 0.0 {
             return None;
         }
-        let mut transmittance = Spectrum::ONE;
+        let mut transmittance = Spectrum::constant(past_solids);
         let with_snow = self.bodies.bodies.iter().filter_map(|body| Some((body, self.snow_of(*body)?)));
         for ((body, snow), pores_m) in with_snow.zip(&self.snow_m) {
             let pores_m = *pores_m;

@@ -92,8 +92,8 @@ fn the_aov_says_where_a_lamp_is() {
     assert!(emitter.contains(&1.0) && emitter.contains(&0.0));
 }
 
-/// An even plane of snow under an even sky, with a dark floor at its side, is displayed at 0.8, code 231, and by AgX at
-/// 0.6, code 203.
+/// An even plane of snow under a uniform sky, as bright as snow in the sun, with a dark floor at its side, is displayed
+/// at 0.8, code 231, and by AgX at 0.6, code 203.
 #[test]
 fn a_plane_of_snow_is_white() {
     for (method, tone, expected) in
@@ -104,7 +104,7 @@ fn a_plane_of_snow_is_white() {
              [film]\nwidth = 16\nheight = 8\ntone = \"{tone}\"\n\
              [integrator]\nsamples_per_pixel = 64\nmax_bounces = 0\ntype = \"{method}\"\n{SNOW}\
              [material.floor]\ntype = \"diffuse\"\nreflectance = 0.1\n\
-             [environment]\nradiance_w_m2_sr = 37\nvisible = false\n\
+             [environment]\nradiance_w_m2_sr = 150\nvisible = false\n\
              [[object]]\nshape = \"box\"\nsize = [0.3, 0.3, 0.1]\nposition = [-0.15, 0, -0.05]\nmaterial = \"snow\"\n\
              [[object]]\nshape = \"box\"\nsize = [0.3, 0.3, 0.1]\nposition = [0.15, 0, -0.05]\nmaterial = \"floor\"\n"
         );

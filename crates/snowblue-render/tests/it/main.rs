@@ -37,4 +37,5 @@ mod snow_block;
 mod snow_layers;
 mod solids;
 mod sparkle;
+mod transparent;
 mod truth;

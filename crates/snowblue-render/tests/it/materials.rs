@@ -364,6 +364,48 @@ fn textured(image: &str) -> String {
 }
 
 #[test]
+fn light_passes_a_gltf_by_its_alpha_and_its_transmission() {
+    let folder = Folder::new();
+    let path = folder.path().join("whole.toml");
+    // Below the square, there is a white plane under the sun.
+    let white = "[material.white]\ntype = \"diffuse\"\nreflectance = 1\n\
+        [[object]]\nshape = \"plane\"\nposition = [0, 0, -1]\nmaterial = \"white\"\n";
+    let passed = |material: &str, keys: &str| {
+        let material = format!(r#""materials":[{{"name":"floor",{material}}}]"#);
+        folder.write("floor.gltf", &gltf(&material, LAMP, "", &NO_IMAGE));
+        std::fs::write(&path, format!("gltf = \"floor.gltf\"\n{}{keys}{white}{SUN}", snow::CAMERA)).unwrap();
+        let scene = Scene::load(&path).unwrap();
+        let notes = scene.notes().join(" ");
+        let mut integrator = prepared(&scene, None);
+        let mut lit = |y: f32| radiance(&mut integrator, Vec3A::new(0.0, 0.5, -0.5), Vec3A::new(0.0, y, -1.0)).mean();
+        // The lamp of the glTF shines straight down, and is weak beside the sun.
+        (lit(0.75) / lit(9.0), notes)
+    };
+    let factor = |rest: &str| format!(r#""pbrMetallicRoughness":{{"baseColorFactor":[1,1,1,0.25]}}{rest}"#);
+    let transmission = |keys: &str| {
+        format!(r#""extensions":{{"KHR_materials_transmission":{{{keys}}},"KHR_materials_ior":{{"ior":1.7}}}}"#)
+    };
+    let pane = "[material.floor]\ntype = \"glass\"\nrefractive_index = 1.7\n";
+    let (by_pane, _) = passed(&factor(""), pane);
+    assert!((0.8..0.9).contains(&by_pane), "{by_pane}");
+    for (material, expected) in [
+        (factor(""), 0.0),
+        (factor(r#","alphaMode":"BLEND""#), 0.75),
+        (factor(r#","alphaMode":"MASK""#), 1.0),
+        (factor(r#","alphaMode":"MASK","alphaCutoff":0.2"#), 0.0),
+        (transmission(r#""transmissionFactor":1"#), by_pane),
+        (transmission(r#""transmissionFactor":0.4"#), 0.4),
+    ] {
+        let (found, notes) = passed(&material, "");
+        assert!((found - expected).abs() < 1e-3 && notes.is_empty(), "{material}: {found} for {expected}; {notes}");
+    }
+    let textured = transmission(r#""transmissionFactor":1,"transmissionTexture":{"index":0}"#)
+        + r#"}],"textures":[{"source":0}],"images":[{"bufferView":3,"mimeType":"image/png""#;
+    let (found, notes) = passed(&textured, "");
+    assert!(found < 1e-3 && notes.contains("\"floor\" blocks light"), "{found}; {notes}");
+}
+
+#[test]
 fn invalid_base_colours_of_a_gltf_are_errors() {
     let folder = Folder::new();
     let path = folder.path().join("whole.toml");

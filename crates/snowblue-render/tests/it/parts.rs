@@ -14,9 +14,10 @@ use snowblue_render::files::FilesInMemory;
 use snowblue_render::film::Film;
 use snowblue_render::film::aov::Aovs;
 use snowblue_render::film::image_file::write_exr;
-use snowblue_render::film::resumable_file::{self, ResumableImage, ResumeData};
+use snowblue_render::film::resumable_file::{self, ResumableImage};
 use snowblue_render::render::{RenderControl, accumulator, all_samples, render_all, render_missing};
-use snowblue_render::scene::film::ImageSize;
+use snowblue_render::scene::film::white_balance::{PictureWhite, WhiteBalance};
+use snowblue_render::scene::film::{ImageSize, PictureSettings};
 use snowblue_render::{FilmAccumulator, Integrator, SampleBlock};
 
 use crate::snow::{SNOW, analytic_table, camera_of, computed_table, parsed, prepared, scene, scene_of_few_grains};
@@ -116,8 +117,7 @@ fn filtered_parts_are_the_filtered_image() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("sums.exr");
         let provenance = integrator.provenance();
-        let resume = ResumeData { provenance: &provenance, development: Exposure::Auto.into() };
-        resumable_file::write(&at_once, Some(resume), &[], &path).unwrap();
+        resumable_file::write(&at_once, PictureSettings::default(), Some(&provenance), &[], &path).unwrap();
         assert!(ResumableImage::open(&path).unwrap().read_sums().unwrap() == at_once);
         // The colours of the file are those of the film.
         let channels = channels_of(&path);
@@ -279,14 +279,19 @@ fn files_keep_the_exact_sums_and_their_position_in_the_image() {
         // Columns 4 and 5 have more samples.
         let mut sums = sums_of(&integrator, channels, &block(4..15, 3..12, 5..9));
         render_missing(&integrator, &block(4..6, 3..12, 5..12), &mut sums, RenderControl::default());
-        let resume_data = ResumeData { provenance: &provenance, development: Exposure::Stops(-1.2).into() };
-        resumable_file::write(&sums, Some(resume_data), &[("seed", "1")], &path).unwrap();
+        let sky = LinearRgb { r: 0.5, g: 0.7, b: 1.0 }.xyz().with_luminance(1.0);
+        let white = PictureWhite { white: WhiteBalance::Temperature(5123.4), sky: Some(sky) };
+        let settings = PictureSettings { development: Exposure::Stops(-1.2).into(), white };
+        resumable_file::write(&sums, settings, Some(&provenance), &[("seed", "1")], &path).unwrap();
         let file = ResumableImage::open(&path).unwrap();
         assert_eq!(
             (&file.provenance, file.aovs, file.image_size),
             (&provenance, sums.aovs(), ImageSize { width: 23, height: 17 })
         );
-        assert_eq!((&file.samples, file.development), (&(5..12), resume_data.development));
+        assert_eq!((&file.samples, file.settings.development), (&(5..12), settings.development));
+        assert_eq!(file.settings.white.white, white.white);
+        let found = file.settings.white.sky.unwrap();
+        assert!((found.x - sky.x).abs() + (found.z - sky.z).abs() < 1e-12, "{found:?} {sky:?}");
         let back = file.read_sums().unwrap();
         assert!(back == sums);
         let rest = SampleBlock { samples: 5..37, ..all_samples(integrator.scene()) };
@@ -295,8 +300,8 @@ fn files_keep_the_exact_sums_and_their_position_in_the_image() {
         assert!(completed == sums_of(&integrator, channels, &rest));
     }
     // A file without sums is not resumable.
-    resumable_file::write(&sums_of(&integrator, Aovs::default(), &all_samples(integrator.scene())), None, &[], &path)
-        .unwrap();
+    let sums = sums_of(&integrator, Aovs::default(), &all_samples(integrator.scene()));
+    resumable_file::write(&sums, PictureSettings::default(), None, &[], &path).unwrap();
     // Automatic exposure needs to know where the picture shows a lamp, and where snow.
     assert_eq!(channels_of(&path).into_keys().collect::<Vec<_>>(), ["B", "G", "R", "emitter", "snow"]);
     assert!(ResumableImage::open(&path).unwrap_err().to_string().contains("no sums"));
@@ -315,8 +320,8 @@ fn files_of_the_same_sums_have_the_same_bytes() {
     let sums = sums_of(&integrator, ALL, &block(4..15, 3..12, 5..9));
     let written = |name: &str| {
         let path = folder.path().join(name);
-        let resume_data = ResumeData { provenance: &provenance, development: Exposure::Auto.into() };
-        resumable_file::write(&sums, Some(resume_data), &[("seed", "1")], &path).unwrap();
+        let settings = PictureSettings::default();
+        resumable_file::write(&sums, settings, Some(&provenance), &[("seed", "1")], &path).unwrap();
         std::fs::read(path).unwrap()
     };
     let first = written("0.exr");
@@ -331,7 +336,7 @@ fn channels_have_the_values_of_their_names() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("all.exr");
     let sums = sums_of(&integrator, ALL, &all_samples(integrator.scene()));
-    resumable_file::write(&sums, None, &[], &path).unwrap();
+    resumable_file::write(&sums, PictureSettings::default(), None, &[], &path).unwrap();
     let channels = channels_of(&path);
     assert_eq!(channels.len(), 3 + 31 + 3 + 3 + 3 + 1 + 1 + 1 + 1);
     // The camera is at (0, −9, 0). The block's front faces −y, in the left half of the image.
@@ -384,7 +389,7 @@ fn the_variance_channel_agrees_with_the_variance_over_images() {
     for seed in 0..image_count {
         integrator.set_seed(5000 + seed);
         let sums = sums_of(&integrator, channels, &block(0..23, 0..17, 0..64));
-        resumable_file::write(&sums, None, &[], &path).unwrap();
+        resumable_file::write(&sums, PictureSettings::default(), None, &[], &path).unwrap();
         let variance = &channels_of(&path)["variance.G"];
         estimated.iter_mut().zip(variance).for_each(|(sum, one)| *sum += f64::from(*one) / f64::from(image_count));
     }

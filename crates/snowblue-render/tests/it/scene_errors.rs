@@ -179,7 +179,12 @@ fn mistakes_in_snow_are_named_with_file_line_value_and_range() {
     assert_named(&[
         (SNOW_KEYS, "path = \"view\"", 8, "material.drift.path: unknown field `path`"),
         (SNOW_KEYS, "sparkle = { size = 80 }", 8, "material.drift.sparkle.size: unknown field `size`"),
-        ("type = \"snow\"", "type = \"pca_snow\"", 7, "drift.type is \"pca_snow\", but must be one of diffuse, snow"),
+        (
+            "type = \"snow\"",
+            "type = \"pca_snow\"",
+            7,
+            "drift.type is \"pca_snow\", but must be one of diffuse, glass, snow",
+        ),
     ]);
 }
 
@@ -420,6 +425,11 @@ fn mistakes_in_landscapes_are_named() {
             "shape = \"snowpack\"\nground = \"gone.asc\"\npart = \"a\"\ndepth = 1",
             26,
             "object[1].part is of meshes, but the ground is none",
+        ),
+        (
+            "shape = \"snowpack\"\nground = \"gone.asc\"\nslide_deg = 40\ndepth = 1",
+            26,
+            "object[1].slide_deg is of meshes, but the ground is none",
         ),
     ];
     for (wrong, line, expected) in cases {

@@ -10,10 +10,11 @@ use std::str::FromStr;
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use snowblue_base::{Count, Number, ParameterRange, quantities};
-use snowblue_color::exposure::{AutoExposure, MAX_STOPS, factor};
+use snowblue_color::exposure::{AutoExposure, MAX_STOPS, factor, level_of_white, quantile};
 use snowblue_color::{LinearRgb, ToneCurve};
 
-use crate::film::white_balance::WhiteBalance;
+use crate::film::sensor::UNIT_CD_M2;
+use crate::film::white_balance::{PictureWhite, WhiteBalance};
 use crate::values::{AnyOf, Notations, text};
 
 quantities! {
@@ -92,6 +93,15 @@ pub struct Development {
     pub tone: ToneCurve,
 }
 
+/// What an EXR file keeps for a PNG that is made of it later.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct PictureSettings {
+    /// Exposure and tone curve. They may differ between parts of an image.
+    pub development: Development,
+    /// The light that looks white, and the light of the sky.
+    pub white: PictureWhite,
+}
+
 impl From<Exposure> for Development {
     /// The exposure without a tone curve: levels are proportional to radiance up to white.
     fn from(exposure: Exposure) -> Self {
@@ -101,13 +111,13 @@ impl From<Exposure> for Development {
 
 /// The fraction of all pixels that automatic exposure fits into the display's range. The rest are highlights.
 const HIGHLIGHT_FRACTION: f64 = 0.99;
-/// The fraction of the snow pixels that is displayed below the level of snow. If any snow is lit, lit snow has this
-/// level.
+/// The fraction of the snow pixels that is displayed below the level of snow, which is the level of lit snow if any
+/// snow is lit.
 const SNOW_FRACTION: f64 = 0.9;
 
 /// Displayed levels. A level of 1 is the display's white.
 struct Levels {
-    /// Level of lit snow.
+    /// Level of snow in the sun.
     snow: f64,
     /// Level of the brightest pixels except highlights, in a picture without snow.
     highlights: f64,
@@ -131,9 +141,10 @@ const MAX_OVER_HIGHLIGHTS: f64 = 2.0;
 #[derive(Debug, Clone, Copy, PartialEq, Default, JsonSchema)]
 #[schemars(with = "AnyOf<String, Number<Stops>>")]
 pub enum Exposure {
-    /// The 90th percentile of the pixels that show snow is displayed as white snow is, at 0.8 (0.6 with AgX). At most,
-    /// the 99th percentile of all pixels gets twice the light that is displayed as 0.9 (0.75); without snow it is
-    /// displayed as 0.9. Pixels that show a lamp or the sun do not count.
+    /// The 90th percentile of the pixels that show snow gets the light that is displayed as white, at 0.8 (0.6 with
+    /// AgX), or less light where its luminance is less than that of snow in the sun ([`level_of_white`]). At most, the
+    /// 99th percentile of all pixels gets twice the light that is displayed as 0.9 (0.75); without snow it is displayed
+    /// as 0.9. Pixels that show a lamp or the sun do not count.
     #[default]
     Auto,
     /// The factor is 2^stops. At 0 stops, a luminance of 1 (that of 1 W m⁻² sr⁻¹ of equal-energy light over
@@ -152,14 +163,22 @@ impl Exposure {
 impl Development {
     /// The factor by which radiance is multiplied before the tone curve. `pixels` are all counted pixels, and `snow`
     /// are the counted pixels that show snow.
-    pub fn display_factor(self, pixels: impl Iterator<Item = LinearRgb>, snow: impl Iterator<Item = LinearRgb>) -> f64 {
-        let metering = |fraction, level| AutoExposure { fraction, level: self.tone.light_of(level) };
+    pub fn display_factor(
+        self,
+        pixels: impl Iterator<Item = LinearRgb>,
+        snow: impl Iterator<Item = LinearRgb> + Clone,
+    ) -> f64 {
         match self.exposure {
             Exposure::Stops(stops) => factor(stops),
             Exposure::Auto => {
                 let levels = Levels::of(self.tone);
-                let of_highlights = metering(HIGHLIGHT_FRACTION, levels.highlights).factor_of_any(pixels);
-                let of_snow = metering(SNOW_FRACTION, levels.snow).factor_of_any(snow);
+                let metering =
+                    AutoExposure { fraction: HIGHLIGHT_FRACTION, level: self.tone.light_of(levels.highlights) };
+                let of_highlights = metering.factor_of_any(pixels);
+                let of_snow = quantile(snow.clone().map(LinearRgb::luminance), SNOW_FRACTION).and_then(|luminance| {
+                    let level = self.tone.light_of(levels.snow) * level_of_white(luminance.max(0.0) * UNIT_CD_M2);
+                    AutoExposure { fraction: SNOW_FRACTION, level }.factor_of_any(snow)
+                });
                 match (of_snow, of_highlights) {
                     (Some(of_snow), Some(of_highlights)) => of_snow.min(MAX_OVER_HIGHLIGHTS * of_highlights),
                     (of_snow, of_highlights) => of_snow.or(of_highlights).unwrap_or(1.0),

@@ -10,6 +10,10 @@ use snowblue_color::{ChromaticAdaptation, Colorimeter, Illuminant, LinearRgb, Ob
 use crate::spectrum::light_spectrum::LightSpectrum;
 use crate::spectrum::{SAMPLES, Spectrum, wavelengths_nm};
 
+/// Luminance in cd/m² of a Y of 1, which is the luminance of 1 W m⁻² sr⁻¹ of equal-energy light over 400–700 nm:
+/// 683 lm/W times 0.345, the mean of ȳ on the wavelength grid.
+pub(crate) const UNIT_CD_M2: f64 = 235.5;
+
 /// Number of wavelengths in a SIMD register.
 const REGISTER_WIDTH: usize = 4;
 
@@ -107,16 +111,23 @@ impl Sensor {
     /// The sensor adapted to a light that eyes or a camera see as white; none if the colour of this light is outside
     /// of sRGB.
     pub(crate) fn balanced(self, white: &Spectrum) -> Option<Self> {
-        let white = *white * narrow(self.xyz(white).y.recip());
-        let [from_white, to_white] = [white, self.white].map(|white| self.xyz(&white));
-        let LinearRgb { r, g, b } = LinearRgb::from_xyz(from_white);
-        // Within sRGB all responses of the cones are positive. The comparison also fails for NaN.
-        if ![r, g, b].into_iter().all(|channel| channel > 0.0) {
-            return None;
-        }
-        let adaptation = ChromaticAdaptation { from_white, to_white };
+        let adaptation = ChromaticAdaptation { from_white: self.white_xyz(white)?, to_white: self.xyz(&self.white) };
         let weights = self.weights.map(|weight| adaptation.apply(weight));
-        Some(Self::new(weights, white))
+        Some(Self::new(weights, *white * narrow(self.xyz(white).y.recip())))
+    }
+
+    /// Tristimulus values of a light that may look white, at luminance 1; none if its colour is outside of sRGB, or it
+    /// is black.
+    pub(crate) fn white_xyz(&self, white: &Spectrum) -> Option<Xyz> {
+        let xyz = self.xyz(white).with_luminance(1.0);
+        let LinearRgb { r, g, b } = LinearRgb::from_xyz(xyz);
+        // Within sRGB all responses of the cones are positive. The comparison also fails for NaN.
+        [r, g, b].into_iter().all(|channel| channel > 0.0).then_some(xyz)
+    }
+
+    /// Tristimulus values of the light in which a grey surface is neutral.
+    pub(crate) fn own_white_xyz(&self) -> Xyz {
+        self.xyz(&self.white)
     }
 
     fn new(weights: [Xyz; SAMPLES], white: Spectrum) -> Self {
@@ -185,6 +196,13 @@ mod tests {
         let sensor = Sensor::cie_1931();
         assert!((sensor.xyz(&Spectrum::ONE).y - 1.0).abs() < 1e-12);
         assert!((sensor.luminance().dot(&Spectrum::ONE) - 1.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn the_unit_of_luminance_is_that_of_the_observer() {
+        let observed = wavelengths_nm().map(|nm| Observer::Cie1931.color_matching(nm).unwrap().y);
+        let unit_cd_m2 = 683.0 * observed.iter().sum::<f64>() / observed.len() as f64;
+        assert!((unit_cd_m2 / UNIT_CD_M2 - 1.0).abs() < 1e-3, "{unit_cd_m2}");
     }
 
     #[test]

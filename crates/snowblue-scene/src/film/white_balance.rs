@@ -6,8 +6,11 @@ use std::str::FromStr;
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use snowblue_base::{Number, ParameterRange, quantities};
-use snowblue_color::{ColorError, Illuminant, temperature};
+use snowblue_color::{ChromaticAdaptation, ColorError, Illuminant, Xyz, temperature};
 
+use crate::film::sensor::Sensor;
+use crate::spectrum::Spectrum;
+use crate::spectrum::light_spectrum::LightSpectrum;
 use crate::values::{AnyOf, Notations};
 
 quantities! {
@@ -34,6 +37,49 @@ pub enum WhiteBalance {
 impl Default for WhiteBalance {
     fn default() -> Self {
         Self::Illuminant(Illuminant::D65)
+    }
+}
+
+impl WhiteBalance {
+    /// The relative spectrum of the light; none for the light of the sky, which a scene has.
+    pub(crate) fn spectrum(self) -> Result<Option<Spectrum>, ColorError> {
+        let light = match self {
+            Self::Illuminant(illuminant) => LightSpectrum::illuminant(illuminant)?,
+            Self::Temperature(kelvin) => LightSpectrum::of_temperature(kelvin)?,
+            Self::Sky => return Ok(None),
+        };
+        Ok(Some(light.relative))
+    }
+}
+
+/// The light that looks white in a picture, and the light of its sky, with which another light can look white later.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct PictureWhite {
+    /// The light that looks white.
+    pub white: WhiteBalance,
+    /// Tristimulus values of the light of the sky on level ground, at luminance 1; none without a sky, or if its colour
+    /// is outside of sRGB.
+    pub sky: Option<Xyz>,
+}
+
+impl PictureWhite {
+    /// The adaptations, one after the other, after which another light looks white.
+    ///
+    /// # Errors
+    ///
+    /// When a light has a colour outside of sRGB, or the light of the sky is not known.
+    pub fn changed_to(self, white: WhiteBalance) -> Result<[ChromaticAdaptation; 2], String> {
+        let sensor = Sensor::cie_1931();
+        let xyz = |white: WhiteBalance| match white.spectrum().map_err(|error| error.to_string())? {
+            None => self.sky.ok_or_else(|| {
+                "the colour of the light of the sky is not known: the file has no attribute snowblueSky".to_owned()
+            }),
+            Some(light) => {
+                sensor.white_xyz(&light).ok_or_else(|| format!("the light {white} has a colour outside of sRGB"))
+            }
+        };
+        let (display, own, new) = (sensor.own_white_xyz(), xyz(self.white)?, xyz(white)?);
+        Ok([(display, own), (new, display)].map(|(from_white, to_white)| ChromaticAdaptation { from_white, to_white }))
     }
 }
 
@@ -87,6 +133,30 @@ impl<'de> Deserialize<'de> for WhiteBalance {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A picture for one light and then for another is the picture for the other.
+    #[test]
+    fn a_white_can_be_changed_later() {
+        let spectrum = Spectrum(std::array::from_fn(|k| 1.0 + (0.4 * k as f32).sin()));
+        let sky = LightSpectrum::of_temperature(12_000.0).unwrap().relative;
+        let seen = |white: WhiteBalance| {
+            let light = white.spectrum().unwrap().unwrap_or(sky);
+            Sensor::cie_1931().balanced(&light).unwrap().xyz(&spectrum)
+        };
+        let whites = ["D65", "A", "5000K", "sky"].map(|name| name.parse::<WhiteBalance>().unwrap());
+        for own in whites {
+            let picture = PictureWhite { white: own, sky: Sensor::cie_1931().white_xyz(&sky) };
+            for other in whites {
+                let changed = picture.changed_to(other).unwrap().into_iter().fold(seen(own), |xyz, to| to.apply(xyz));
+                let expected = seen(other);
+                for (found, expected) in [(changed.x, expected.x), (changed.y, expected.y), (changed.z, expected.z)] {
+                    assert!((found / expected - 1.0).abs() < 1e-5, "{own} to {other}: {found} {expected}");
+                }
+            }
+        }
+        let without_sky = PictureWhite::default();
+        assert!(without_sky.changed_to(WhiteBalance::Sky).unwrap_err().contains("sky is not known"));
+    }
 
     #[test]
     fn temperatures_are_read_with_and_without_their_unit() {

@@ -1,11 +1,14 @@
-//! Base colours of glTF materials.
+//! Base colours and transparency of glTF materials.
 
+use gltf::material::AlphaMode;
 use snowblue_base::files::{FileError, FileSource};
+use snowblue_base::{Quantity, RangeError};
 use snowblue_geometry::images::PngImage;
 use snowblue_geometry::mesh_files::gltf::GltfFile;
 
-use crate::material::texture::Texture;
-use crate::material::texture::linear_rgb;
+use crate::material::glass::PaneIndex;
+use crate::material::texture::{Texture, linear_rgb, with_alpha};
+use crate::values::Fraction;
 
 /// A material of a glTF.
 #[derive(Debug)]
@@ -15,6 +18,17 @@ pub(super) struct GltfMaterial {
     /// Base colour factor, in linear sRGB: the reflectance, or the factor of the texture.
     pub(super) base_colour: [f32; 3],
     texture: Option<BaseColourTexture>,
+    /// Alpha factor: the opacity, or the factor of the alpha of the texture.
+    alpha: f32,
+    alpha_mode: AlphaMode,
+    /// The least opacity of a surface that is there, if the alpha masks it.
+    alpha_cutoff: f32,
+    /// The share of light that passes the surface where it is opaque.
+    pub(super) transmission: f32,
+    /// Whether the share varies by a texture, which is not read.
+    pub(super) has_transmission_texture: bool,
+    /// Refractive index.
+    pub(super) ior: f32,
 }
 
 /// The texture of a base colour.
@@ -30,19 +44,43 @@ struct BaseColourTexture {
 pub(super) fn gltf_material(file: &GltfFile, index: usize) -> Option<GltfMaterial> {
     let material = file.document().materials().nth(index)?;
     let surface = material.pbr_metallic_roughness();
-    let [r, g, b, _] = surface.base_color_factor();
+    let [r, g, b, alpha] = surface.base_color_factor();
+    let transmission = material.transmission();
     let texture = surface
         .base_color_texture()
         .map(|info| BaseColourTexture { index: info.texture().index(), uv_set: info.tex_coord() });
-    Some(GltfMaterial { name: material.name().map(str::to_owned), base_colour: [r, g, b], texture })
+    Some(GltfMaterial {
+        name: material.name().map(str::to_owned),
+        base_colour: [r, g, b],
+        texture,
+        alpha,
+        alpha_mode: material.alpha_mode(),
+        alpha_cutoff: material.alpha_cutoff().unwrap_or(0.5),
+        transmission: transmission.as_ref().map_or(0.0, |transmission| transmission.transmission_factor()),
+        has_transmission_texture: transmission.is_some_and(|found| found.transmission_texture().is_some()),
+        ior: material.ior().unwrap_or(1.5),
+    })
+}
+
+impl GltfMaterial {
+    /// The opacity of the surface where the alpha of its texture is `alpha`.
+    pub(super) fn opacity(&self, alpha: f32) -> f32 {
+        let alpha = alpha * self.alpha;
+        match self.alpha_mode {
+            AlphaMode::Opaque => 1.0,
+            AlphaMode::Mask if alpha < self.alpha_cutoff => 0.0,
+            AlphaMode::Mask => 1.0,
+            AlphaMode::Blend => alpha,
+        }
+    }
 }
 
 /// The texture of a material's base colour, multiplied by the base colour factor, if it has one.
 ///
 /// # Errors
 ///
-/// When the factor does not lie in 0–1, or the texture is not a PNG, cannot be read, or uses another set of texture
-/// coordinates than `TEXCOORD_0`.
+/// When a factor or the refractive index is out of range, or the texture is not a PNG, cannot be read, or uses another
+/// set of texture coordinates than `TEXCOORD_0`.
 pub(super) fn base_colour_texture(
     file: &GltfFile,
     material: &GltfMaterial,
@@ -53,6 +91,15 @@ pub(super) fn base_colour_texture(
     if !material.base_colour.iter().all(|factor| (0.0..=1.0).contains(factor)) {
         let [r, g, b] = material.base_colour;
         return Err(wrong(&format!("factor is {r}, {g}, {b}, but must lie in 0–1")));
+    }
+    for (what, value, range) in [
+        ("alpha", material.alpha, Fraction::RANGE),
+        ("transmission", material.transmission, Fraction::RANGE),
+        ("refractive index", material.ior, PaneIndex::RANGE),
+    ] {
+        let outside =
+            |error: RangeError| file.wrong(format!("{what} of the material \"{name}\" {}", error.after_key()));
+        range.check(value.into()).map_err(outside)?;
     }
     let Some(BaseColourTexture { index, uv_set }) = material.texture else {
         return Ok(None);
@@ -67,6 +114,7 @@ pub(super) fn base_colour_texture(
     }
     let image = PngImage::read(&bytes).map_err(|reason| wrong(&reason))?;
     let tinted = |pixel: [f32; 3]| std::array::from_fn(|channel| pixel[channel] * material.base_colour[channel]);
-    let pixels = linear_rgb(&image).into_iter().map(tinted).collect();
+    let colors = linear_rgb(&image).into_iter().map(tinted).collect();
+    let pixels = with_alpha(&image, colors, |alpha| material.opacity(alpha));
     Ok(Some(Texture::new(image.width, pixels, 1.0)))
 }

@@ -32,6 +32,7 @@ use crate::light::spot::SpotLight;
 use crate::material::Material;
 use crate::material::NamedMaterial;
 use crate::material::diffuse::Diffuse;
+use crate::material::glass::Glass;
 use crate::material::texture::Texture;
 use crate::objects::Object;
 use crate::shape::{check_closed, solid};
@@ -72,8 +73,14 @@ pub(crate) fn read_gltf(
     // Parts of meshes that are known to be closed.
     let mut closed = BTreeSet::new();
     let mut notes = Vec::new();
-    let mut palette =
-        Palette { file: &file, sources, own: materials.len(), known: BTreeMap::new(), texture_bytes: 0.0 };
+    let mut palette = Palette {
+        file: &file,
+        sources,
+        own: materials.len(),
+        known: BTreeMap::new(),
+        texture_bytes: 0.0,
+        notes: Vec::new(),
+    };
     for node in &nodes {
         let Some(number) = node.mesh() else { continue };
         let parts = match meshes.entry(number) {
@@ -111,6 +118,7 @@ pub(crate) fn read_gltf(
             objects.push(Object { name, shape, material, body: None, undisturbed: None });
         }
     }
+    notes.extend(palette.notes);
     let lights = punctual_lights(&nodes);
     let lights = lights.iter().map(|light| convert(light).map_err(wrong)).collect::<Result<_, _>>()?;
     Ok(GltfScene { objects, view: view(&nodes), lights, notes })
@@ -136,6 +144,8 @@ struct Palette<'file> {
     known: BTreeMap<Option<usize>, usize>,
     /// Memory of the textures so far, in bytes.
     texture_bytes: f64,
+    /// Sentences on what is not read.
+    notes: Vec<String>,
 }
 
 impl Palette<'_> {
@@ -151,12 +161,12 @@ impl Palette<'_> {
         let index = match own {
             Some(index) => index,
             None => {
-                let diffuse = match &material {
-                    Some(material) => self.diffuse(material)?,
-                    None => Diffuse::colored([1.0; 3], self.sources.upsampling),
-                };
                 let name = name.unwrap_or_else(|| format!("glTF material {}", materials.len()));
-                materials.push(NamedMaterial { name, material: Material::Diffuse(diffuse) });
+                let material = match &material {
+                    Some(material) => self.convert(&name, material)?,
+                    None => Material::Diffuse(Diffuse::colored([1.0; 3], self.sources.upsampling), 1.0),
+                };
+                materials.push(NamedMaterial { name, material });
                 materials.len() - 1
             }
         };
@@ -164,15 +174,27 @@ impl Palette<'_> {
         Ok(index)
     }
 
-    fn diffuse(&mut self, material: &GltfMaterial) -> Result<Diffuse, SceneError> {
+    /// Glass, if all light passes the material where it is opaque, else a diffuse material.
+    fn convert(&mut self, name: &str, material: &GltfMaterial) -> Result<Material, SceneError> {
         let paint = base_colour_texture(self.file, material, self.sources.files)?;
         self.texture_bytes += paint.as_ref().map_or(0.0, Texture::bytes);
         // Any number of materials may have the same image.
         check_total("its textures", self.texture_bytes).map_err(|reason| self.file.wrong(reason))?;
-        Ok(paint.map_or_else(
-            || Diffuse::colored(material.base_colour, self.sources.upsampling),
-            |texture| Diffuse::textured(texture, self.sources.upsampling),
-        ))
+        let mut note = |what: &str| self.notes.push(format!("glTF material \"{name}\" {what}"));
+        if material.has_transmission_texture {
+            note("blocks light: its transmission has a texture, which is not read");
+        } else if material.transmission >= 1.0 {
+            if paint.is_some() || material.base_colour.iter().any(|factor| *factor < 1.0) {
+                note("is clear glass: its colour is not read");
+            }
+            return Ok(Material::Glass(Glass::new(material.ior.into())));
+        }
+        let transmission = if material.has_transmission_texture { 0.0 } else { material.transmission };
+        let (diffuse, opacity) = match paint {
+            Some(texture) => (Diffuse::textured(texture, self.sources.upsampling), 1.0),
+            None => (Diffuse::colored(material.base_colour, self.sources.upsampling), material.opacity(1.0)),
+        };
+        Ok(Material::Diffuse(diffuse, opacity * (1.0 - transmission)))
     }
 }
 

@@ -32,7 +32,7 @@ pub(crate) trait Emitter: Debug + Send + Sync + 'static {
     }
 
     /// A sampled point or direction of a light with extent as seen from a point, by two numbers in [0, 1); none if
-    /// the light does not shine there. An even sky is never sampled this way.
+    /// the light does not shine there. A uniform sky is never sampled this way.
     fn sample_li(&self, _from: Vec3A, _numbers: [f32; 2]) -> Option<LightOrigin> {
         None
     }

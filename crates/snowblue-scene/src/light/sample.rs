@@ -210,16 +210,16 @@ impl LightSample {
         Some(IncidentLight { cos_incidence: 1.0, ..incident })
     }
 
-    /// Whether nothing occludes the light from a point on one side of an object's surface.
+    /// The share of the light that passes other surfaces on the way to a point on one side of an object's surface.
     #[inline]
-    pub fn is_visible(&self, queries: &mut SceneQueries, surface: &SurfacePoint, side: Side) -> bool {
+    pub fn transmittance(&self, queries: &mut SceneQueries, surface: &SurfacePoint, side: Side) -> f32 {
         let from = queries.off_surface(side.object(), surface);
         match self.origin {
-            LightOrigin::Point(position) => queries.sees(from, side, position),
+            LightOrigin::Point(position) => queries.transmittance_to(from, side, position),
             LightOrigin::Emitter(emitter) => {
-                queries.sees(from, side, emitter.position.lerp(surface.point, SHADOW_EPSILON))
+                queries.transmittance_to(from, side, emitter.position.lerp(surface.point, SHADOW_EPSILON))
             }
-            LightOrigin::Distant(direction) => queries.sees_distant(from, side, direction),
+            LightOrigin::Distant(direction) => queries.transmittance_to_distant(from, side, direction),
         }
     }
 }

@@ -170,7 +170,7 @@ impl Light {
         Some(LightSample { origin, falloff: Falloff::None })
     }
 
-    /// The technique that samples a light for reflection at a point, in addition to the path's next ray. An even sky
+    /// The technique that samples a light for reflection at a point, in addition to the path's next ray. A uniform sky
     /// has no such technique: only the next ray finds it.
     fn reflection_technique(&self, point: Vec3A) -> Option<SamplingTechnique<'static>> {
         match self.light_type {

@@ -35,7 +35,7 @@ impl DeepSnow {
         })
     }
 
-    /// The albedo under an even sky.
+    /// The albedo under a uniform sky.
     pub fn albedo(&self) -> &Spectrum {
         &self.albedo
     }

@@ -1,4 +1,4 @@
-//! Lambertian surfaces: radiance L = ρ E / π in all directions.
+//! Lambertian surfaces: radiance L = ρ E / π in all directions. Light passes straight on where they are not opaque.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -27,6 +27,10 @@ pub struct DiffuseDescription {
     /// A CSV file with the columns `wavelength_nm,value`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reflectance_spectrum: Option<String>,
+    /// The share of light that the surface does not let pass straight on, 0–1; 1 if absent. It multiplies the alpha of
+    /// the image.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub opacity: Option<Number<Fraction>>,
     /// An image in encoded sRGB.
     #[serde(flatten, skip_deserializing)]
     #[schemars(!skip_deserializing)]
@@ -76,11 +80,12 @@ pub enum Diffuse {
     Textured(Box<ReflectanceTexture>),
 }
 
-/// A texture whose colours are reflectances.
+/// A texture whose colours are reflectances, and whose alpha is an opacity.
 #[derive(Debug)]
 pub struct ReflectanceTexture {
     /// Linear sRGB.
     texture: Texture,
+    has_alpha: bool,
     upsampling: Upsampling,
 }
 
@@ -92,14 +97,30 @@ impl Diffuse {
 
     /// Reflectance from a texture in linear sRGB.
     pub(crate) fn textured(texture: Texture, upsampling: Upsampling) -> Self {
-        Self::Textured(Box::new(ReflectanceTexture { texture, upsampling }))
+        Self::Textured(Box::new(ReflectanceTexture { has_alpha: texture.has_alpha(), texture, upsampling }))
     }
 
     /// Reflectance at a hit.
     pub fn reflectance(&self, objects: &Objects, surface: &SurfaceInteraction) -> Spectrum {
         match self {
             Self::Uniform(reflectance) => *reflectance,
-            Self::Textured(texture) => texture.upsampling.spectrum(texture.texture.at(objects, surface)),
+            Self::Textured(texture) => {
+                let [r, g, b, _] = texture.texture.at(objects, surface);
+                texture.upsampling.spectrum([r, g, b])
+            }
+        }
+    }
+
+    /// Whether the texture has an alpha below 1 anywhere.
+    pub(super) fn has_alpha(&self) -> bool {
+        matches!(self, Self::Textured(texture) if texture.has_alpha)
+    }
+
+    /// The alpha of the texture at a hit; 1 without a texture.
+    pub(super) fn alpha(&self, objects: &Objects, surface: &SurfaceInteraction) -> f32 {
+        match self {
+            Self::Textured(texture) if texture.has_alpha => texture.texture.at(objects, surface)[3],
+            Self::Uniform(_) | Self::Textured(_) => 1.0,
         }
     }
 }

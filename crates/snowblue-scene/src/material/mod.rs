@@ -2,6 +2,7 @@
 
 pub mod deep_snow;
 pub mod diffuse;
+pub mod glass;
 pub mod mask;
 pub(crate) mod relief;
 pub mod snow;
@@ -15,7 +16,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::Serialize;
 use snowblue_base::toml_table::Table;
-use snowblue_base::{KeyPath, ParseError};
+use snowblue_base::{KeyPath, Number, ParseError, narrow};
 use snowblue_geometry::shape::Shape;
 
 use crate::error::SceneError;
@@ -24,11 +25,13 @@ use crate::sources::Sources;
 use crate::spectrum::Spectrum;
 use deep_snow::DeepSnow;
 use diffuse::Diffuse;
+use glass::Glass;
 use snow::{Snow, SnowMaterial};
 use texture::Texture;
 
 pub use crate::layering::LayersTop;
 pub use diffuse::DiffuseDescription;
+pub use glass::GlassDescription;
 pub use mask::MaskDescription;
 pub use relief::ReliefDescription;
 pub use snow_keys::{LayeredSnowDescription, MaskedSnowDescription, SnowDescription, SnowMaterialDescription};
@@ -42,6 +45,8 @@ pub use texture::TextureDescription;
 pub enum MaterialDescription {
     /// A Lambertian surface.
     Diffuse(DiffuseDescription),
+    /// A thin pane.
+    Glass(GlassDescription),
     /// Snow.
     Snow(SnowMaterialDescription),
 }
@@ -49,12 +54,14 @@ pub enum MaterialDescription {
 impl MaterialDescription {
     /// Reads a material.
     pub(crate) fn read(mut table: Table) -> Result<Self, ParseError> {
-        let is_snow = table.take_name("type", &[("diffuse", false), ("snow", true)])?;
-        if is_snow {
-            SnowMaterialDescription::read(table).map(Self::Snow)
-        } else {
-            DiffuseDescription::read(table).map(Self::Diffuse)
-        }
+        type Read = fn(Table) -> Result<MaterialDescription, ParseError>;
+        let kinds: [(&str, Read); 3] = [
+            ("diffuse", |table| DiffuseDescription::read(table).map(Self::Diffuse)),
+            ("glass", |table| table.read().map(Self::Glass)),
+            ("snow", |table| SnowMaterialDescription::read(table).map(Self::Snow)),
+        ];
+        let read = table.take_name("type", &kinds)?;
+        read(table)
     }
 
     /// Whether the material has relief.
@@ -77,7 +84,11 @@ pub(crate) fn build_materials(
     let built = descriptions.iter().map(|(name, description)| {
         let path = KeyPath::root("material").key(name);
         let material = match description {
-            MaterialDescription::Diffuse(diffuse) => Material::Diffuse(diffuse.build(&path, sources)?),
+            MaterialDescription::Diffuse(diffuse) => {
+                let opacity = narrow(diffuse.opacity.map_or(1.0, Number::get));
+                Material::Diffuse(diffuse.build(&path, sources)?, opacity)
+            }
+            MaterialDescription::Glass(glass) => Material::Glass(glass.build()),
             MaterialDescription::Snow(snow) => Material::Snow(Box::new(snow.build(&path, sources)?)),
         };
         Ok(NamedMaterial { name: name.clone(), material })
@@ -88,8 +99,10 @@ pub(crate) fn build_materials(
 /// The material of an object.
 #[derive(Debug)]
 pub enum Material {
-    /// A Lambertian surface.
-    Diffuse(Diffuse),
+    /// A Lambertian surface, with its opacity.
+    Diffuse(Diffuse, f32),
+    /// A thin pane.
+    Glass(Glass),
     /// Deep snow as the surface of a plane.
     Ground(Box<DeepSnow>),
     /// Snow.
@@ -100,7 +113,7 @@ impl Material {
     /// The snow, if the material is snow with an inside.
     pub fn snow(&self) -> Option<&Snow> {
         match self {
-            Self::Diffuse(_) | Self::Ground(_) => None,
+            Self::Diffuse(..) | Self::Glass(_) | Self::Ground(_) => None,
             Self::Snow(material) => Some(&material.snow),
         }
     }
@@ -108,7 +121,7 @@ impl Material {
     /// The sparkle, if the material is snow with sparkle.
     pub fn sparkle(&self) -> Option<&SparkleDescription> {
         match self {
-            Self::Diffuse(_) | Self::Ground(_) => None,
+            Self::Diffuse(..) | Self::Glass(_) | Self::Ground(_) => None,
             Self::Snow(material) => material.sparkle.as_ref(),
         }
     }
@@ -116,15 +129,41 @@ impl Material {
     /// The relief, if the material is snow with relief.
     pub(crate) fn relief(&self) -> Option<&ReliefDescription> {
         match self {
-            Self::Diffuse(_) | Self::Ground(_) => None,
+            Self::Diffuse(..) | Self::Glass(_) | Self::Ground(_) => None,
             Self::Snow(material) => material.relief.as_ref(),
         }
     }
 
-    /// The fraction of even light that the material reflects at a hit; none for snow with an inside.
+    /// Whether light passes a surface of the material straight on.
+    #[inline]
+    pub(crate) fn is_transparent(&self) -> bool {
+        match self {
+            Self::Diffuse(diffuse, opacity) => *opacity < 1.0 || diffuse.has_alpha(),
+            Self::Glass(_) => true,
+            Self::Ground(_) | Self::Snow(_) => false,
+        }
+    }
+
+    /// Whether the material mirrors the light that does not pass it.
+    pub(crate) fn is_mirror(&self) -> bool {
+        matches!(self, Self::Glass(_))
+    }
+
+    /// The share of light that passes the surface straight on at a hit.
+    pub(crate) fn transmittance(&self, objects: &Objects, surface: &SurfaceInteraction) -> f32 {
+        match self {
+            Self::Diffuse(diffuse, opacity) => 1.0 - opacity * diffuse.alpha(objects, surface),
+            Self::Glass(glass) => glass.transmittance(-surface.normal.dot(surface.direction)),
+            Self::Ground(_) | Self::Snow(_) => 0.0,
+        }
+    }
+
+    /// The fraction of even light that the material reflects diffusely at a hit, where it is opaque; none for snow with
+    /// an inside.
     pub fn albedo(&self, objects: &Objects, surface: &SurfaceInteraction) -> Option<Spectrum> {
         match self {
-            Self::Diffuse(diffuse) => Some(diffuse.reflectance(objects, surface)),
+            Self::Diffuse(diffuse, _) => Some(diffuse.reflectance(objects, surface)),
+            Self::Glass(_) => Some(Spectrum::ZERO),
             Self::Ground(ground) => Some(*ground.albedo()),
             Self::Snow(_) => None,
         }
@@ -143,8 +182,8 @@ impl Material {
     /// Checks that a shape has what the material needs; the error says what is missing.
     pub(crate) fn check(&self, shape: &Shape) -> Result<(), String> {
         match self {
-            Self::Diffuse(Diffuse::Uniform(_)) | Self::Ground(_) => Ok(()),
-            Self::Diffuse(Diffuse::Textured(_)) => Texture::check(shape),
+            Self::Diffuse(Diffuse::Uniform(_), _) | Self::Glass(_) | Self::Ground(_) => Ok(()),
+            Self::Diffuse(Diffuse::Textured(_), _) => Texture::check(shape),
             Self::Snow(material) => {
                 let is_masked = matches!(material.snow, Snow::Masked { .. });
                 if is_masked && material.relief.is_some() && shape.mesh().is_none() {

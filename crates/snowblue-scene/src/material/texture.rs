@@ -59,7 +59,7 @@ impl TextureDescription {
         };
         let image = PngImage::decode(&sources.open(&path.key("texture"), file)?)?;
         let width_m = narrow(self.texture_scale_m.map_or(1.0, Number::get));
-        Ok(Some(Texture::new(image.width, pixels(&image), width_m)))
+        Ok(Some(Texture::new(image.width, with_alpha(&image, pixels(&image), |alpha| alpha), width_m)))
     }
 }
 
@@ -69,13 +69,19 @@ pub(crate) fn linear_rgb(image: &PngImage) -> Vec<[f32; 3]> {
     image.encoded_rgb().into_iter().map(|pixel| pixel.map(linear)).collect()
 }
 
+/// Colours of the pixels of an image, with a function of their alphas.
+pub(crate) fn with_alpha(image: &PngImage, colors: Vec<[f32; 3]>, of: impl Fn(f32) -> f32) -> Vec<[f32; 4]> {
+    let with_alpha = |(pixel, [r, g, b]): (usize, [f32; 3])| [r, g, b, of(image.alpha_of(pixel))];
+    colors.into_iter().enumerate().map(with_alpha).collect()
+}
+
 /// An image that repeats.
 #[derive(Debug, Clone)]
 pub struct Texture {
     width: usize,
     height: usize,
-    /// Row by row from the top.
-    pixels: Vec<[f32; 3]>,
+    /// Colours with alpha, row by row from the top.
+    pixels: Vec<[f32; 4]>,
     /// Width of the image on shapes with coordinates in metres.
     width_m: f32,
 }
@@ -83,8 +89,13 @@ pub struct Texture {
 impl Texture {
     /// An image with `width` pixels a row, row by row from the top, `width_m` wide on shapes with coordinates in
     /// metres.
-    pub(crate) fn new(width: usize, pixels: Vec<[f32; 3]>, width_m: f32) -> Self {
+    pub(crate) fn new(width: usize, pixels: Vec<[f32; 4]>, width_m: f32) -> Self {
         Self { width, height: pixels.len() / width, pixels, width_m }
+    }
+
+    /// Whether the alpha of any pixel is below 1.
+    pub(crate) fn has_alpha(&self) -> bool {
+        self.pixels.iter().any(|[.., alpha]| *alpha < 1.0)
     }
 
     /// Memory of the image, in bytes.
@@ -106,8 +117,8 @@ impl Texture {
         }
     }
 
-    /// The three channels at a hit.
-    pub(crate) fn at(&self, objects: &Objects, surface: &SurfaceInteraction) -> [f32; 3] {
+    /// The three channels and the alpha at a hit.
+    pub(crate) fn at(&self, objects: &Objects, surface: &SurfaceInteraction) -> [f32; 4] {
         self.value(match objects.texture_coordinates_at(surface) {
             TextureCoordinates::Image(place) => place,
             TextureCoordinates::Metres(place) => {
@@ -117,10 +128,10 @@ impl Texture {
         })
     }
 
-    fn value(&self, place: Vec2) -> [f32; 3] {
+    fn value(&self, place: Vec2) -> [f32; 4] {
         let (columns, right) = neighbours(place.x, self.width);
         let (rows, down) = neighbours(1.0 - place.y, self.height);
-        let mut value = [0.0; 3];
+        let mut value = [0.0; 4];
         for (row, share_down) in [(rows[0], 1.0 - down), (rows[1], down)] {
             for (column, share_right) in [(columns[0], 1.0 - right), (columns[1], right)] {
                 let pixel = self.pixels[row * self.width + column];
@@ -149,7 +160,7 @@ mod tests {
     #[test]
     fn textures_are_decoded_as_srgb() {
         // The value 188 of 255 is a linear 0.5 (IEC 61966-2-1).
-        let image = PngImage { width: 2, height: 1, channels: 1, values: vec![188.0 / 255.0, 1.0] };
+        let image = PngImage { width: 2, height: 1, channels: 1, values: vec![188.0 / 255.0, 1.0], alpha: Vec::new() };
         let [half, white] = linear_rgb(&image)[..] else { panic!("two pixels") };
         assert!((half[2] - 0.5).abs() < 0.003 && (white[0] - 1.0).abs() < 1e-6);
     }
@@ -160,7 +171,7 @@ mod tests {
 
     #[test]
     fn pixels_are_met_in_their_middles_and_joined_by_straight_lines() {
-        let grey = |value: f32| [value; 3];
+        let grey = |value: f32| [value; 4];
         // Two rows of three: 0 1 2 above 3 4 5.
         let texture = Texture::new(3, (0..6).map(|value| grey(value as f32)).collect(), 1.0);
         let at = |x: f32, y: f32| texture.value(Vec2::new(x, y))[0];

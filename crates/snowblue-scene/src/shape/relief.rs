@@ -66,7 +66,7 @@ pub(crate) fn with_relief(
     let width_per_m = 2.0 * (0.5 * fov_rad).tan();
     let aspect = f64::from(film.width.get()) / f64::from(film.height.get());
     let sight = ViewDetail {
-        seen: SeenPlaces::of(objects, camera),
+        seen: SeenPlaces::of(objects, materials, camera),
         viewpoint: camera.position().as_dvec3(),
         pixel_per_m: width_per_m / f64::from(film.height.get().max(MIN_ROWS)),
         ray_per_m: width_per_m * aspect.max(1.0) / f64::from(RAYS),
@@ -174,7 +174,7 @@ impl ViewDetail {
         let [low, high] = [bounds.low, bounds.high].map(|corner| corner.as_dvec3());
         let nearest_m = self.viewpoint.distance(self.viewpoint.clamp(low, high));
         let farthest_m = (self.viewpoint - low).abs().max((high - self.viewpoint).abs()).length();
-        let hidden_m = self.seen.distance_m(low, high) - Self::RAYS_APART * self.ray_per_m * farthest_m;
+        let hidden_m = self.seen.distance_m(low, high, 0.0) - Self::RAYS_APART * self.ray_per_m * farthest_m;
         (PIXELS * self.pixel_per_m * nearest_m).max(SIZE_PER_DISTANCE * hidden_m)
     }
 
@@ -186,8 +186,10 @@ impl ViewDetail {
     /// Greatest length of the edges around a place, in m, but at least `least_m`: shorter edges are not needed.
     fn edge_m(&self, place: DVec3, least_m: f64) -> f64 {
         let distance_m = place.distance(self.viewpoint);
-        let hidden_m = self.seen.distance_m(place, place) - Self::RAYS_APART * self.ray_per_m * distance_m;
-        (PIXELS * self.pixel_per_m * distance_m).max(SIZE_PER_DISTANCE * hidden_m).max(least_m)
+        let visible_m = (PIXELS * self.pixel_per_m * distance_m).max(least_m);
+        let beside_m = Self::RAYS_APART * self.ray_per_m * distance_m;
+        let near_m = beside_m + visible_m / SIZE_PER_DISTANCE;
+        visible_m.max(SIZE_PER_DISTANCE * (self.seen.distance_m(place, place, near_m) - beside_m))
     }
 }
 

@@ -10,11 +10,13 @@ use serde::{Deserialize, Deserializer, Serialize};
 use snowblue_base::files::extension;
 use snowblue_base::toml_table::Table;
 use snowblue_base::{KeyError, KeyPath, Number, Numbers, ParameterRange, ParseError, quantities};
+use snowblue_geometry::mesh_bvh::MeshBvh;
 use snowblue_geometry::mesh_files::{MESH_EXTENSIONS, read_mesh_from};
+use snowblue_geometry::ray::MeshLocation;
 use snowblue_geometry::triangle_mesh::TriangleMesh;
 use snowblue_shapes::height_field::Heights;
 use snowblue_shapes::height_files::{Georeference, HeightGrid};
-use snowblue_shapes::snow_on_mesh::snow_on_mesh;
+use snowblue_shapes::snow_on_mesh::{SnowLayer, snow_on_mesh};
 use snowblue_shapes::terrain::{Depth, DepthImage, Filling, SnowCover};
 
 use super::grid::{GridSettings, PlacedGrid, grid_of_rows, read_grid};
@@ -29,12 +31,16 @@ quantities! {
     pub SnowDepth = ParameterRange::new("depth", -100.0, 100.0, "m");
     /// Height of the underside of snow above the ground.
     pub Gap = ParameterRange::new("gap", 0.0, 10.0, "m");
+    /// The slope from which snow slides.
+    pub SlideAngle = ParameterRange::new("angle", 10.0, 80.0, "°");
 }
 
 /// Least depth of snow of uniform depth, in m.
 const MIN_DEPTH_M: f64 = 1e-3;
 /// Default gap between ground and snow, in m, in addition to the tolerance of both.
 const GAP_M: f64 = 1e-3;
+/// Default slope from which snow slides, in degrees.
+const SLIDE_DEG: f64 = 50.0;
 /// The part of the gap for the rounding of coordinates and the offsets of rays from surfaces, as a fraction of the
 /// longer side: four times the greatest offset.
 const GAP_OF_SIDE: f64 = 1.0 / (1 << 19) as f64;
@@ -43,8 +49,8 @@ const GAP_OF_SIDE: f64 = 1.0 / (1 << 19) as f64;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SnowpackDescription {
-    /// A PNG, OpenEXR, ESRI ASCII grid or GeoTIFF of heights, or a PLY, OBJ, STL, glTF or GLB file, on all of whose
-    /// faces that look upwards snow lies.
+    /// A PNG, OpenEXR, ESRI ASCII grid or GeoTIFF of heights, or a PLY, OBJ, STL, glTF or GLB file. Snow lies on what
+    /// is seen of a mesh from above.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ground: Option<String>,
     /// Rows of heights from far (greatest y) to near, each from left to right, all of one length, instead of a file.
@@ -69,6 +75,9 @@ pub struct SnowpackDescription {
     /// triangles and rounding may miss.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gap: Option<Number<Gap>>,
+    /// The slope from which snow slides off a mesh, in degrees; 50 if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub slide_deg: Option<Number<SlideAngle>>,
 }
 
 /// The depth of snow.
@@ -178,8 +187,9 @@ impl ShapeKeys for SnowpackDescription {
             }
             return Ok(object.place(self.on_mesh(path, file, object.sources)?)?.into());
         }
-        if self.part.is_some() || self.up.is_some() {
-            let key = if self.part.is_some() { "part" } else { "up" };
+        let of_meshes =
+            [("part", self.part.is_some()), ("up", self.up.is_some()), ("slide_deg", self.slide_deg.is_some())];
+        if let Some((key, _)) = of_meshes.into_iter().find(|(_, is_given)| *is_given) {
             return Err(path.key(key).error("is of meshes, but the ground is none").into());
         }
         let rows = self.heights.as_ref().map(|rows| {
@@ -217,12 +227,14 @@ impl SnowpackDescription {
         mesh.append(&read, &upright(file, self.up)).map_err(wrong)?;
         let reach_m = mesh.positions.iter().map(|position| position.abs().max_element()).fold(0.0, f32::max);
         let gap_m = self.gap.map_or(GAP_M + 2.0 * GAP_OF_SIDE * f64::from(reach_m), Number::get);
+        let slide_slope = self.slide_deg.map_or(SLIDE_DEG, Number::get).to_radians().tan();
+        let layer = |most_m: f64| SnowLayer { gap_m, most_m, slide_slope };
         let min_m = self.least_depth.get();
         let path = path.key("depth");
         let varying = match &self.depth {
             DepthDescription::Uniform(depth) => {
                 let depth_m = depth.get();
-                return Ok(snow_on_mesh(mesh, gap_m, depth_m, |_, _| depth_m).map_err(wrong)?);
+                return Ok(snow_on_mesh(mesh, &layer(depth_m), &|_, _| depth_m).map_err(wrong)?);
             }
             DepthDescription::Varying(varying) => varying,
         };
@@ -240,7 +252,8 @@ impl SnowpackDescription {
                 }
                 let depth_m = |value: f32| at_least(from_m + f64::from(value) * (to_m - from_m), min_m);
                 let max_m = values.iter().map(|value| depth_m(*value)).fold(0.0, f64::max);
-                snow_on_mesh(mesh, gap_m, max_m, |mesh, vertex| depth_m(mesh.attributes[attribute][vertex]))
+                let at = |mesh: &MeshBvh, place: &MeshLocation| mesh.attribute(attribute, place).map_or(0.0, depth_m);
+                snow_on_mesh(mesh, &layer(max_m), &at)
             }
             DepthSource::Texture(texture) => {
                 let path = path.key("texture");
@@ -249,9 +262,10 @@ impl SnowpackDescription {
                     return Err(path.error(reason).into());
                 }
                 let image = depth_of_grid(&path, texture, read_grid(&path, texture, sources)?, [from_m, to_m])?;
-                let depth_m =
-                    |mesh: &TriangleMesh, vertex: usize| at_least(image.at(mesh.uv[vertex].as_dvec2()), min_m);
-                snow_on_mesh(mesh, gap_m, image.greatest_m(), depth_m)
+                let at = |mesh: &MeshBvh, place: &MeshLocation| {
+                    mesh.uv(place).map_or(0.0, |uv| at_least(image.at(uv.as_dvec2()), min_m))
+                };
+                snow_on_mesh(mesh, &layer(image.greatest_m()), &at)
             }
         };
         Ok(solid.map_err(wrong)?)

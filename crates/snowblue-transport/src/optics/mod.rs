@@ -42,6 +42,22 @@ pub fn fresnel(cos_incidence: f64, relative_index: f64) -> Fresnel {
     Fresnel { reflectance: 0.5 * (s + p), cos_refraction }
 }
 
+/// The share of unpolarised light that a pane without absorption transmits, by the refractive index of the pane
+/// relative to the medium around it. The light that goes to and fro between the two faces counts: ½ Σ (1 − R)²/(1 − R²)
+/// over both polarisations, with the reflectance R of a face (Stokes 1860, *On the intensity of the light reflected
+/// from or transmitted through a pile of plates*, Proceedings of the Royal Society 11, 545–556).
+///
+/// ```
+/// # use snowblue_transport::optics::pane_transmittance;
+/// // At normal incidence, this is 2n/(n² + 1): window glass transmits 92 % of light.
+/// assert!((pane_transmittance(1.0, 1.52) - 3.04 / (1.52 * 1.52 + 1.0)).abs() < 1e-15);
+/// ```
+#[must_use]
+pub fn pane_transmittance(cos_incidence: f64, relative_index: f64) -> f64 {
+    let (_, [s, p]) = polarised(cos_incidence, relative_index);
+    0.5 * ((1.0 - s) / (1.0 + s) + (1.0 - p) / (1.0 + p))
+}
+
 /// Reflection and refraction of polarised light: the cosine of the angle of refraction, and the reflectances of s-
 /// and p-polarised light.
 #[inline]

@@ -1,5 +1,7 @@
-//! `snowblue merge`: merges parts of a picture, or the shards of a table; compresses a full table.
+//! `snowblue merge`: merges parts of a picture, or the shards of a table; makes a PNG of a finished EXR; compresses a
+//! full table.
 
+mod finished;
 mod pictures;
 
 use std::fs::File;
@@ -7,34 +9,37 @@ use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use snowblue_color::ToneCurve;
 use snowblue_database::Table;
 use snowblue_database::file::{self, AnyTable};
 use snowblue_database::shard::{self, NamedShard};
-use snowblue_render::Exposure;
+use snowblue_render::film::resumable_file::ResumableImage;
 
-use crate::options::{Compression, FilmMemory, GivenOptions, Idle, limits, parse};
+use crate::options::{Compression, DevelopmentOptions, FilmMemory, GivenOptions, Idle};
 use crate::output::{
-    Failure, IDLE_PNG_OPTION, Outcome, PictureFile, PictureFormat, check_not_input, check_table_path, output_path,
-    print_notes,
+    Failure, Outcome, PictureFile, PictureFormat, check_not_input, check_table_path, output_path, print_notes,
 };
-use pictures::{Given, merge_pictures};
+use finished::develop;
+use pictures::merge_pictures;
 
 /// Magic number of OpenEXR.
 const EXR_MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
 
-/// Merge parts of a picture (render --spp-range, --crop), or all shards of a table (database build --shard)
+/// Merge parts of a picture (render --spp-range, --crop), or all shards of a table (database build --shard); make a PNG
+/// of any EXR
 #[derive(Debug, Args)]
 #[command(
     allow_negative_numbers = true,
     after_help = "The result is identical to that of a single run, to the last bit. The parts of a picture must have \
 one scene, seed and table. They can be ranges of samples, tiles, or both, in any order; the samples of a pixel \
-must make one range.
+must make one range. --exposure, --tone and --white set how a .png shows its light, without rendering again. Its \
+source is parts, or any single .exr with linear RGB, also of another program: the channels R, G and B, or the first \
+layer that has them.
 
 Examples:
   snowblue render scene.toml --spp-range 0:50 -o part1.exr    (and 50:100, elsewhere)
   snowblue merge part1.exr part2.exr -o whole.exr
   snowblue merge tile*.exr -o whole.png --exposure -1
+  snowblue merge picture.exr -o other.png --exposure auto --white 5000K --tone agx
   snowblue merge part*.exr --keep-sums -o half.exr    (to be merged again, or resumed)
   snowblue database build --shard 1/3 -o part1.nc    (and 2/3, 3/3, on machines of one kind)
   snowblue merge part1.nc part2.nc part3.nc -o full.nc
@@ -51,14 +56,8 @@ pub(crate) struct Merge {
     /// Keep the sums of samples in a merged .exr, for further merging and render --resume
     #[arg(long)]
     keep_sums: bool,
-    #[arg(
-        long, value_name = "STOPS", value_parser = parse::exposure, allow_negative_numbers = true,
-        help = format!("Exposure of a PNG in stops [{}], or 'auto' [default: that of the parts]", limits::stops())
-    )]
-    exposure: Option<Exposure>,
-    /// Tone curve of a PNG: filmic, agx or none [default: that of the parts]
-    #[arg(long, value_name = "CURVE", value_parser = clap::value_parser!(ToneCurve))]
-    tone: Option<ToneCurve>,
+    #[command(flatten)]
+    development: DevelopmentOptions,
     /// File to write: .exr or .png for a picture, .nc (NetCDF) for a table
     #[arg(short, long, value_name = "FILE", value_parser = output_path())]
     output: PathBuf,
@@ -82,14 +81,14 @@ impl Merge {
             )));
         }
         let summary = match kinds[0] {
-            PartKind::Picture => self.merge_pictures(),
+            PartKind::Picture => self.merge_pictures(quiet),
             PartKind::Table => self.merge_shards(),
         }?;
         print_notes(quiet, [format!("{}: {summary}", self.output.display())]);
         Ok(())
     }
 
-    fn merge_pictures(&self) -> Result<String, Failure> {
+    fn merge_pictures(&self, quiet: bool) -> Result<String, Failure> {
         self.given.refuse_idle(&[Idle {
             when: true,
             options: &["space"],
@@ -100,17 +99,23 @@ impl Merge {
             file.needs_exr("--keep-sums")?;
         }
         self.given.refuse_idle(&[Idle {
-            when: file.format == PictureFormat::Exr && !self.keep_sums,
-            options: &["exposure", "tone"],
-            why: IDLE_PNG_OPTION,
+            when: file.format == PictureFormat::Exr,
+            options: &["white"],
+            why: "an .exr keeps the colours of its parts; it is for a .png",
         }])?;
-        merge_pictures(&self.parts, &file, Given { exposure: self.exposure, tone: self.tone }, self.film_memory)
+        if let [part] = &*self.parts
+            && file.format == PictureFormat::Png
+            && ResumableImage::open_if_resumable(part).map_err(Failure::input)?.is_none()
+        {
+            return develop(part, &file, self.development, self.film_memory, quiet);
+        }
+        merge_pictures(&self.parts, &file, self.development, self.film_memory)
     }
 
     fn merge_shards(&self) -> Result<String, Failure> {
         self.given.refuse_idle(&[Idle {
             when: true,
-            options: &["keep_sums", "exposure", "tone", "film_memory_mib"],
+            options: &["keep_sums", "exposure", "tone", "white", "film_memory_mib"],
             why: "it is for pictures, but the parts are tables",
         }])?;
         check_table_path(&self.output)?;
@@ -159,7 +164,7 @@ impl PartKind {
             start if start == EXR_MAGIC => Ok(Self::Picture),
             // The classic format, and the format of NetCDF-4, which the reader refuses.
             start if start.starts_with(b"CDF") || start == b"\x89HDF" => Ok(Self::Table),
-            _ => Err(refused("is neither a picture with sums (.exr) nor a table (.nc)")),
+            _ => Err(refused("is neither a picture (.exr) nor a table (.nc)")),
         }
     }
 

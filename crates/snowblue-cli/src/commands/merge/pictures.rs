@@ -1,23 +1,17 @@
 //! Merges parts of a picture.
 
 use std::fmt::Display;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use snowblue_color::ToneCurve;
-use snowblue_render::film::resumable_file::{ResumableImage, ResumeData};
+use snowblue_color::ChromaticAdaptation;
+use snowblue_render::film::resumable_file::ResumableImage;
 use snowblue_render::raster::PixelPosition;
-use snowblue_render::scene::film::ImageSize;
-use snowblue_render::{Development, Exposure, FilmAccumulator};
+use snowblue_render::scene::film::white_balance::{PictureWhite, WhiteBalance};
+use snowblue_render::scene::film::{ImageSize, PictureSettings};
+use snowblue_render::{Development, FilmAccumulator};
 
-use crate::options::FilmMemory;
-use crate::output::{Failure, Outcome, PictureFile, PictureFormat, SCENE_NOTE, TABLE_NOTE, describe_samples};
-
-/// Settings of the picture that options give. The parts give the other settings.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Given {
-    pub(super) exposure: Option<Exposure>,
-    pub(super) tone: Option<ToneCurve>,
-}
+use crate::options::{DevelopmentOptions, FilmMemory};
+use crate::output::{Failure, Outcome, PictureFile, SCENE_NOTE, TABLE_NOTE, describe_samples};
 
 /// Merges parts, writes the picture and returns a summary.
 ///
@@ -26,20 +20,19 @@ pub(super) struct Given {
 pub(super) fn merge_pictures(
     paths: &[PathBuf],
     file: &PictureFile,
-    given: Given,
+    given: DevelopmentOptions,
     memory: FilmMemory,
 ) -> Result<String, Failure> {
     let parts: Vec<ResumableImage> =
         paths.iter().map(|path| ResumableImage::open(path).map_err(Failure::input)).collect::<Result<_, _>>()?;
     check(paths, &parts)?;
-    let development = if file.format == PictureFormat::Exr && !file.keeps_sums {
-        Development::default()
-    } else {
-        let exposures = || common(paths, &parts, "exposure", |development| development.exposure);
-        let tones = || common(paths, &parts, "tone", |development| development.tone);
-        Development { exposure: given.exposure.map_or_else(exposures, Ok)?, tone: given.tone.map_or_else(tones, Ok)? }
-    };
+    let exposures = || common(paths, &parts, "exposure", |development| development.exposure);
+    let tones = || common(paths, &parts, "tone", |development| development.tone);
+    let development =
+        Development { exposure: given.exposure.map_or_else(exposures, Ok)?, tone: given.tone.map_or_else(tones, Ok)? };
     let first = &parts[0];
+    let settings = PictureSettings { development, ..first.settings };
+    let adaptations = adaptations(&paths[0], settings.white, given.white)?;
     let window = parts.iter().fold(first.window.clone(), |window, part| window.enclosing(&part.window));
     let largest = parts.iter().map(|part| &part.window).max_by_key(|window| window.size().pixel_count());
     memory.check(file, &[Some(&window), largest].into_iter().flatten().collect::<Vec<_>>(), first.aovs)?;
@@ -60,10 +53,21 @@ pub(super) fn merge_pictures(
     } else {
         format!(" of {} × {}, from {},{}", whole.width, whole.height, window.columns.start, window.rows.start)
     };
-    file.write(&sums, ResumeData { provenance: &first.provenance, development }, &common_notes(&parts))?;
+    file.write(&sums, (&first.provenance, settings), &adaptations, &common_notes(&parts))?;
     let (samples, count) = (describe_samples(&sums), paths.len());
     let parts = if count == 1 { "part" } else { "parts" };
     Ok(format!("{columns} × {rows} pixels{crop}, {samples} samples per pixel, from {count} {parts}"))
+}
+
+/// The adaptations after which the light of `--white` looks white; none without the option.
+pub(super) fn adaptations(
+    path: &Path,
+    own: PictureWhite,
+    given: Option<WhiteBalance>,
+) -> Result<Vec<ChromaticAdaptation>, Failure> {
+    let adaptations = given.map(|white| own.changed_to(white)).transpose();
+    let adaptations = adaptations.map_err(|reason| Failure::Input(format!("{}: --white: {reason}", path.display())))?;
+    Ok(adaptations.into_iter().flatten().collect())
 }
 
 /// The notes on the scene that all parts share: a merged file is the file of a single run.
@@ -82,13 +86,13 @@ fn common<T: Copy + PartialEq + Display>(
     name: &str,
     of: impl Fn(Development) -> T,
 ) -> Result<T, Failure> {
-    let first = of(parts[0].development);
-    match paths.iter().zip(parts).find(|(_, part)| of(part.development) != first) {
+    let first = of(parts[0].settings.development);
+    match paths.iter().zip(parts).find(|(_, part)| of(part.settings.development) != first) {
         None => Ok(first),
         Some((path, part)) => Err(Failure::Input(format!(
             "the {name} is {first} in {}, but {} in {}: give --{name}",
             paths[0].display(),
-            of(part.development),
+            of(part.settings.development),
             path.display()
         ))),
     }

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use snowblue_render::film::resumable_file::{ResumableImage, ResumeData};
+use snowblue_render::film::resumable_file::ResumableImage;
 use snowblue_render::render::{RenderControl, accumulator, render_missing, with_needed};
 use snowblue_render::scene::provenance::Provenance;
 use snowblue_render::scene::queries::Statistics;
@@ -135,11 +135,7 @@ impl RenderJob<'_> {
     fn write(&self, sums: &FilmAccumulator) -> Outcome {
         let mut file = self.file.clone();
         file.keeps_sums |= !self.is_finished(sums);
-        file.write(
-            sums,
-            ResumeData { provenance: &self.provenance, development: self.scene().film().development() },
-            &self.notes,
-        )
+        file.write(sums, (&self.provenance, self.scene().picture_settings()), &[], &self.notes)
     }
 
     fn is_finished(&self, sums: &FilmAccumulator) -> bool {

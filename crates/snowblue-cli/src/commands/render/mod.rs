@@ -11,12 +11,9 @@ use std::time::Duration;
 use clap::Args;
 use snowblue_base::atomic_file::is_stream;
 use snowblue_base::{Count, Number};
-use snowblue_color::ToneCurve;
 use snowblue_database::CompressedTable;
-use snowblue_render::Exposure;
 use snowblue_render::film::window::Window;
 use snowblue_render::render::{render_coarse, with_needed};
-use snowblue_render::scene::film::white_balance::WhiteBalance;
 use snowblue_render::scene::film::{ImageSize, SidePixels};
 use snowblue_render::scene::integrator::{Bounces, NoiseTarget, SamplesPerPixel};
 use snowblue_render::scene::progress::Report;
@@ -25,10 +22,12 @@ use snowblue_render::{Aovs, Integrator, Phase, Preparation, SampleBlock, Scene, 
 
 use crate::commands::interrupt;
 use crate::input::SCENES;
-use crate::options::{FilmMemory, GivenOptions, Idle, LightFieldOptions, SceneOptions, limits, parse};
+use crate::options::{
+    DevelopmentOptions, FilmMemory, GivenOptions, Idle, LightFieldOptions, SceneOptions, limits, parse,
+};
 use crate::output::{
-    Failure, Format, IDLE_PNG_OPTION, Outcome, OutputOptions, Phases, PictureFile, PictureFormat, SCENE_NOTE,
-    TABLE_NOTE, check_not_input, output_path, print, print_notes,
+    Failure, Format, Outcome, OutputOptions, Phases, PictureFile, SCENE_NOTE, TABLE_NOTE, check_not_input, output_path,
+    print, print_notes,
 };
 use job::RenderJob;
 use preview::{Preview, TEV};
@@ -139,26 +138,8 @@ pub(crate) struct Render {
     seed: Option<u32>,
     #[command(flatten)]
     light_field: LightFieldOptions,
-    #[arg(
-        long, value_name = "STOPS", value_parser = parse::exposure, allow_negative_numbers = true,
-        help = format!(
-            "Exposure of a PNG in stops [{}], or 'auto', instead of the scene's; 'auto' shows lit snow as white, \
-             and leaves out pixels that show a lamp or the sun", limits::stops()
-        )
-    )]
-    exposure: Option<Exposure>,
-    /// Tone curve of a PNG, instead of the scene's: filmic (a straight line with a shoulder below white, on luminance),
-    /// agx (low contrast, with pale highlights) or none (light as it is, up to white)
-    #[arg(long, value_name = "CURVE", value_parser = clap::value_parser!(ToneCurve))]
-    tone: Option<ToneCurve>,
-    #[arg(
-        long, value_name = "LIGHT", value_parser = clap::value_parser!(WhiteBalance),
-        help = format!(
-            "Light that looks white, instead of the scene's: a CIE illuminant such as D65 or D55, a colour \
-             temperature [{}], or 'sky' for the light of sun and sky on level ground", limits::temperatures()
-        )
-    )]
-    white: Option<WhiteBalance>,
+    #[command(flatten)]
+    development: DevelopmentOptions,
     /// Arbitrary output variables (AOVs) of an .exr, separated by commas: rgb, spectrum (31 channels, W/(m² sr nm)),
     /// variance (of the mean), normal, albedo, thickness (m), angle (degrees), emitter (fraction of samples that see a
     /// lamp or the sun), snow (fraction that sees snow)
@@ -336,11 +317,6 @@ impl Render {
                 file.needs_exr(option)?;
             }
         }
-        self.given.refuse_idle(&[Idle {
-            when: file.format == PictureFormat::Exr && !file.keeps_sums,
-            options: &["exposure", "tone"],
-            why: IDLE_PNG_OPTION,
-        }])?;
         Ok(file)
     }
 
@@ -402,9 +378,7 @@ impl Render {
         let SceneDescription { film, integrator, light_field, .. } = scene;
         film.width = self.width.unwrap_or(film.width);
         film.height = self.height.unwrap_or(film.height);
-        film.exposure = self.exposure.unwrap_or(film.exposure);
-        film.tone = self.tone.unwrap_or(film.tone);
-        film.white = self.white.unwrap_or(film.white);
+        self.development.override_values(film);
         let with_path_mode = self.path.map(|_| IntegratorKind::PcaSnow);
         integrator.kind = self.integrator.or(with_path_mode).unwrap_or(integrator.kind);
         if self.check {

@@ -23,7 +23,7 @@ from snowblue._scene import _ply
 from snowblue.blender._closing import extent, open_edges
 from snowblue.blender._lamps import WHITE_FILE, Lamp, SnowSurface, lamp_of
 from snowblue.blender._layers import Layers, layers_of
-from snowblue.blender._meshes import WITH_FACES, diffuse_of, placed, world_mesh
+from snowblue.blender._meshes import WITH_FACES, material_of, placed, world_mesh
 from snowblue.blender._settings import baked_of, is_snow, object_of, painted_of, scene_of, snow_of, source_of
 from snowblue.blender._world import Skylight, changes_with_time, skylight_of
 
@@ -330,7 +330,7 @@ def _add_surfaces(
     vertices, triangles, slots = world_mesh(shown, to_world, made.unit_m)
     for slot in np.unique(slots):
         material = f"{thing.name} {slot}"
-        made.materials[material] = diffuse_of(thing, int(slot))
+        made.materials[material] = material_of(thing, int(slot))
         _add(made, thing.name, vertices, triangles[slots == slot], material, {})
 
 

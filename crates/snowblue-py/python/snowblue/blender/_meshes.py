@@ -1,4 +1,4 @@
-"""Evaluated meshes in metres, with modifiers and transforms applied, and the colours of surfaces that are not snow."""
+"""Evaluated meshes in metres, with modifiers and transforms applied, and the materials of surfaces without snow."""
 
 from __future__ import annotations
 
@@ -14,6 +14,8 @@ WITH_FACES = ("MESH", "CURVE", "SURFACE", "FONT", "META")
 DEFAULT_REFLECTANCE = 0.8
 """That of Blender's default material."""
 UNKNOWN_REFLECTANCE = 0.5
+GREATEST_INDEX = 3.0
+"""The greatest refractive index of a pane."""
 
 
 def world_mesh(
@@ -43,7 +45,7 @@ def placed(vertices: np.ndarray, to_world: Matrix, unit_m: float) -> np.ndarray:
     return (vertices @ matrix[:3, :3].T + matrix[:3, 3]) * unit_m
 
 
-def diffuse_of(thing: bpy.types.Object, slot: int) -> dict[str, Any]:
+def material_of(thing: bpy.types.Object, slot: int) -> dict[str, Any]:
     """The material of a scene for a surface that is not snow."""
     slots = thing.material_slots
     material = slots[min(slot, len(slots) - 1)].material if len(slots) else None
@@ -62,15 +64,31 @@ def diffuse_of(thing: bpy.types.Object, slot: int) -> dict[str, Any]:
     output = tree.get_output_node("CYCLES")
     links = output.inputs["Surface"].links if output else ()
     node = links[0].from_node if links else None
-    name = {"BSDF_PRINCIPLED": "Base Color", "BSDF_DIFFUSE": "Color"}.get(node.type if node else "")
+    kind = node.type if node else ""
+    is_principled = kind == "BSDF_PRINCIPLED"
+    transmission = _value(node, "Transmission Weight", "Transmission") if is_principled else float(kind == "BSDF_GLASS")
+    index = _value(node, "IOR") if transmission == 1.0 else None
+    if index is not None and 1.0 <= index <= GREATEST_INDEX:
+        return {"type": "glass", "refractive_index": index}
+    alpha = _value(node, "Alpha") if is_principled else 1.0
+    if is_principled and (transmission != 0.0 or alpha is None):
+        warnings.warn(f"material '{material.name}' blocks light for snow that it lets pass in part", stacklevel=2)
+    opacity = {} if alpha is None or alpha == 1.0 else {"opacity": alpha}
+    name = {"BSDF_PRINCIPLED": "Base Color", "BSDF_DIFFUSE": "Color"}.get(kind)
     if name is None or node.inputs[name].is_linked:
         warnings.warn(
             f"material '{material.name}' has no plain colour: it reflects light onto snow as a grey of "
-            f"{UNKNOWN_REFLECTANCE}",
+            f"{UNKNOWN_REFLECTANCE}, and blocks light unless it has an alpha",
             stacklevel=2,
         )
-        return {"type": "diffuse", "reflectance": UNKNOWN_REFLECTANCE}
-    return {"type": "diffuse", "reflectance_rgb": list(node.inputs[name].default_value[:3])}
+        return {"type": "diffuse", "reflectance": UNKNOWN_REFLECTANCE, **opacity}
+    return {"type": "diffuse", "reflectance_rgb": list(node.inputs[name].default_value[:3]), **opacity}
+
+
+def _value(node: bpy.types.Node, *names: str) -> float | None:
+    """The value of an input, which has one of some names in each version of Blender; none where it varies."""
+    socket = next(node.inputs[name] for name in names if name in node.inputs)
+    return None if socket.is_linked else float(socket.default_value)
 
 
 def _shines(node: bpy.types.Node) -> bool:

@@ -39,11 +39,12 @@ use snowblue_geometry::ray::{Ray, SurfacePoint, off_surface};
 use snowblue_light_field::{EndDepth, LightField, NearLight, SnowAt};
 use snowblue_scene::Scene;
 use snowblue_scene::directions::Directions;
-use snowblue_scene::light::{Light, LightHit, LightSample};
+use snowblue_scene::light::{Light, LightSample};
 use snowblue_scene::objects::SurfaceInteraction;
 use snowblue_scene::queries::Statistics;
 use snowblue_scene::sampling::Sampler;
 use snowblue_scene::spectrum::Spectrum;
+use snowblue_scene::transparency::Segment;
 use snowblue_transport::monte_carlo::{PathLengths, ScatteringEvent, Volume, VolumeNode};
 use snowblue_transport::rng::Stream;
 
@@ -183,7 +184,8 @@ impl<'scene> WalkTracer<'scene> {
                     walk.walk.radiance.add_product(FRAC_1_PI, &throughput, &irradiance);
                     if walk.is_straight {
                         let ahead = Ray { origin: surface.point, direction: camera_ray.direction };
-                        walk.walk.radiance.add_product(1.0, &throughput, &self.lights_ahead(&ahead));
+                        let ahead = self.lights_ahead(ahead, &mut walk.walk.stream);
+                        walk.walk.radiance.add_product(1.0, &throughput, &ahead);
                     }
                     return walk.walk.radiance;
                 }
@@ -212,14 +214,18 @@ impl<'scene> WalkTracer<'scene> {
     /// The light of lamps with extent and of skies that a ray hits before any object. Sampling of lights begins at
     /// the first grain, so a walk without scattering has no other light of them. The sun counts as small, as in the
     /// reference.
-    fn lights_ahead(&mut self, ray: &Ray) -> Spectrum {
+    fn lights_ahead(&mut self, mut ray: Ray, stream: &mut Stream) -> Spectrum {
         let lights = self.scene.lights().iter().enumerate();
         let lights = lights.filter(|(index, light)| !light.is_small() && self.is_sampled(*index, light));
-        let hits: Vec<LightHit> = lights.filter_map(|(_, light)| light.full_hit_radiance(ray, f32::INFINITY)).collect();
+        let lights: Vec<&Light> = lights.map(|(_, light)| &**light).collect();
         let mut radiance = Spectrum::ZERO;
-        if !hits.is_empty() {
-            let limit_m = self.surroundings.first_hit(ray).map_or(f32::INFINITY, |hit| hit.point.distance(ray.origin));
-            hits.iter().filter(|hit| hit.distance_m <= limit_m).for_each(|hit| radiance += hit.radiance);
+        if !lights.is_empty() {
+            let visit = |Segment { ray, hit, .. }: &Segment| {
+                let limit_m = hit.map_or(f32::INFINITY, |hit| hit.point.distance(ray.origin));
+                let hits = lights.iter().filter_map(|light| light.full_hit_radiance(ray, limit_m));
+                hits.for_each(|hit| radiance += hit.radiance);
+            };
+            self.surroundings.first_end(&mut ray, || narrow(stream.uniform()), visit);
         }
         radiance
     }
@@ -345,6 +351,10 @@ impl<'scene> WalkTracer<'scene> {
 
     /// Reflects a walk at a solid in the snow or in contact with it. Returns false if the walk ends.
     fn reflect(&mut self, walk: &mut Walk, snow: WalkMedium, surface: &SurfaceInteraction) -> bool {
+        if walk.walk.goes_on(&self.surroundings, surface) {
+            walk.is_straight &= walk.walk.ray.direction == surface.direction;
+            return true;
+        }
         let material = &self.scene.materials()[surface.material];
         let Some(albedo) = material.albedo(self.scene.objects(), surface) else { return false };
         let reflectance = albedo * attenuation(snow.volume, &walk.lengths, 0.0);

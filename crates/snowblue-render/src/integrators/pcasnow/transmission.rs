@@ -124,14 +124,18 @@ impl SnowVertex<'_> {
         };
         let (Some(straight), Some(line)) = (straight, line) else {
             let only = straight.or(line)?;
-            return self.is_lit(queries, sample, &only).then(|| radiance(&only));
+            let share = self.share_at_entry(queries, sample, &only);
+            return (share > 0.0).then(|| radiance(&only) * share);
         };
         let isotropic = |radiance: &C, passage: &Passage| radiance.luminance(tables) / passage.incident.cos_emission;
         let [mut brighter, mut darker] = [straight, line].map(|passage| (radiance(&passage), passage));
         if isotropic(&darker.0, &darker.1) > isotropic(&brighter.0, &brighter.1) {
             std::mem::swap(&mut brighter, &mut darker);
         }
-        [brighter, darker].into_iter().find(|(_, passage)| self.is_lit(queries, sample, passage)).map(|(one, _)| one)
+        [brighter, darker].into_iter().find_map(|(radiance, passage)| {
+            let share = self.share_at_entry(queries, sample, &passage);
+            (share > 0.0).then(|| radiance * share)
+        })
     }
 
     /// The passage along the straight path, if its exit faces the light.
@@ -164,9 +168,9 @@ impl SnowVertex<'_> {
         Some(Passage { depth_cm: depth_cm(&chord), incident, entry })
     }
 
-    /// Whether the light reaches the entry of a passage.
+    /// The share of the light that reaches the entry of a passage.
     #[inline]
-    fn is_lit(&self, queries: &mut SceneQueries, sample: &LightSample, passage: &Passage) -> bool {
-        passage.entry.is_none_or(|(entry, side)| sample.is_visible(queries, &entry, side))
+    fn share_at_entry(&self, queries: &mut SceneQueries, sample: &LightSample, passage: &Passage) -> f32 {
+        passage.entry.map_or(1.0, |(entry, side)| sample.transmittance(queries, &entry, side))
     }
 }
