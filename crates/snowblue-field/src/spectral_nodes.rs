@@ -2,7 +2,8 @@
 //!
 //! At any place, the logarithm of the fluence rate relative to the spectrum of the incident light is nearly a smooth
 //! and even function of √μ_a, since light decays over a distance z as e^{−√(3 μ_a/ℓ*) z}. A cubic spline gives all
-//! wavelengths. It passes through a few nodes at equal distances in √μ_a, and through their mirror images at −√μ_a.
+//! wavelengths. It passes through a few nodes, and through their mirror images at −√μ_a. The nodes have equal
+//! distances in √μ_a or, as only light of low absorption comes through thick snow, in its root.
 //!
 //! The logarithm also depends on ℓ*, which varies by 3 % from 400 to 700 nm, mostly where μ_a hardly varies. Light
 //! behind thin snow is proportional to ℓ*. Light that thick snow reflects hardly depends on ℓ*. The power of ℓ* at a
@@ -54,14 +55,16 @@ pub struct SpectralNodes {
 impl SpectralNodes {
     /// Chooses `groups` groups of four nodes for all wavelengths, by their √μ_a. If there are few wavelengths, one of
     /// them may serve as several nodes.
-    fn new(roots: &[f64], groups: usize) -> Self {
+    fn new(roots: &[f64], groups: usize, spacing: Spacing) -> Self {
         let mut order: Vec<usize> = (0..roots.len()).collect();
         order.sort_by(|a, b| roots[*a].total_cmp(&roots[*b]));
         let (least, greatest) = (roots[order[0]], roots[order[order.len() - 1]]);
         let count = groups * GROUP;
         let mut indices: Vec<usize> = Vec::with_capacity(count);
         for node in 0..count {
-            let wanted = least + (greatest - least) * node as f64 / (count - 1) as f64;
+            let part = node as f64 / (count - 1) as f64;
+            let part = if spacing == Spacing::Growing { part * part } else { part };
+            let wanted = least + (greatest - least) * part;
             // Wavelengths of less absorption are taken, and each further node needs another wavelength.
             let after = indices.last().map_or(0, |last| 1 + order.iter().position(|index| index == last).unwrap_or(0));
             let left = count - node;
@@ -104,10 +107,10 @@ impl SpectralNodes {
             nodes.add_interpolated(&at_nodes, &mut values);
             values.iter().enumerate().any(|(index, value)| (f64::from(*value) - light(index)).abs() > ALLOWED)
         };
-        let mut nodes = Self::new(&roots, 1);
-        for groups in 2..=MAX_GROUPS {
+        let mut nodes = Self::new(&roots, 1, Spacing::Equal);
+        for (groups, spacing) in (2..=MAX_GROUPS).flat_map(|groups| Spacing::ALL.map(|spacing| (groups, spacing))) {
             if bodies.iter().any(|layers| has_error(&nodes, layers)) {
-                nodes = Self::new(&roots, groups);
+                nodes = Self::new(&roots, groups, spacing);
             }
         }
         nodes
@@ -137,6 +140,19 @@ impl SpectralNodes {
             sums.iter_mut().zip(weights).for_each(|(sum, weight)| *sum += weight * value);
         }
     }
+}
+
+/// Distances of the nodes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Spacing {
+    /// Equal distances in √μ_a.
+    Equal,
+    /// Distances that grow with √μ_a.
+    Growing,
+}
+
+impl Spacing {
+    const ALL: [Self; 2] = [Self::Equal, Self::Growing];
 }
 
 /// A factor with a known spectrum that enters the values at a place with some power.
@@ -330,7 +346,7 @@ mod tests {
     fn worst(groups: usize, thickness_m: f64) -> f64 {
         let absorption = absorption();
         let roots: Vec<f64> = absorption.iter().map(|absorption| absorption.sqrt()).collect();
-        let nodes = SpectralNodes::new(&roots, groups);
+        let nodes = SpectralNodes::new(&roots, groups, Spacing::Equal);
         assert_eq!((nodes.indices()[0], nodes.indices()[4 * groups - 1]), (0, 30));
         let light = |index: usize| {
             let k: f64 = (3.0 * absorption[index] / 0.002_f64).sqrt();
@@ -357,7 +373,7 @@ mod tests {
         // ℓ* grows by 3.5 %, most of it where μ_a is least.
         let lengths: Vec<f64> = (0..31).map(|k| (0.035 * (1.0 - (-0.1 * f64::from(k)).exp())).exp()).collect();
         for groups in [1, 2, 4] {
-            let nodes = SpectralNodes::new(&roots, groups);
+            let nodes = SpectralNodes::new(&roots, groups, Spacing::Equal);
             let factor = KnownFactor::new(&nodes, &lengths);
             for power in [0.0, 0.4, 1.0] {
                 let light = |index: usize| power * lengths[index].ln() - 0.3 * absorption()[index];
@@ -378,7 +394,7 @@ mod tests {
     fn light_behind_slabs_keeps_its_colour_though_the_factor_varies() {
         let lengths: Vec<f64> = (0..31).map(|k| 0.002 * (0.035 * (1.0 - (-0.1 * f64::from(k)).exp())).exp()).collect();
         let absorption = absorption();
-        for thickness_m in [0.01, 0.03, 0.1, 0.2, 0.3, 0.6] {
+        for thickness_m in [0.01, 0.03, 0.1, 0.2, 0.3, 0.6, 1.0, 2.0] {
             let layer = LayerSpectrum { transport_lengths_m: &lengths, absorption_per_m: &absorption, thickness_m };
             let nodes = SpectralNodes::for_bodies(&[vec![layer]]);
             let factor = KnownFactor::new(&nodes, &lengths);
@@ -403,17 +419,19 @@ mod tests {
         let root = |k: f64| if k < 16.0 { 1.88 + 1e-5 * k * k } else { 0.8 + 0.3 * (0.6 * k).sin() };
         let roots: Vec<f64> = (0..31).map(|k| root(f64::from(k))).collect();
         for groups in 1..=MAX_GROUPS {
-            let weights = SpectralNodes::new(&roots, groups).weights;
-            for index in 0..31 {
-                let sum: f32 = weights.iter().map(|of_node| of_node[index].abs()).sum();
-                assert!(sum < 3.0, "{groups} {index}: {weights:?}");
+            for spacing in Spacing::ALL {
+                let weights = SpectralNodes::new(&roots, groups, spacing).weights;
+                for index in 0..31 {
+                    let sum: f32 = weights.iter().map(|of_node| of_node[index].abs()).sum();
+                    assert!(sum < 3.0, "{groups} {spacing:?} {index}: {weights:?}");
+                }
             }
         }
     }
 
     #[test]
     fn few_wavelengths_are_nodes_several_times() {
-        let nodes = SpectralNodes::new(&[0.3, 0.4], 1);
+        let nodes = SpectralNodes::new(&[0.3, 0.4], 1, Spacing::Equal);
         assert_eq!(nodes.indices().len(), 4);
         let values: Vec<f32> = nodes.indices().iter().map(|index| [3.0, 5.0][*index]).collect();
         let found = interpolated(&nodes, &values);

@@ -25,7 +25,7 @@ use crate::lit_scene::{Illumination, LitScene};
 
 /// Tolerance for the light: root mean square over the surface of the light that an estimate by slabs still adds,
 /// relative to the light at each place.
-const TOLERANCE: f64 = 1e-3;
+const TOLERANCE: f64 = 3e-3;
 /// Number of steps that are remembered.
 const HISTORY: usize = 5;
 /// Options of the iteration for light between slabs.

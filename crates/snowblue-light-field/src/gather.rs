@@ -30,7 +30,7 @@ use snowblue_scene::spectrum::Spectrum;
 /// Number of rays of a body above which each surface element has only one ray, which limits memory and time.
 const MAX_RAYS: usize = 2 << 20;
 /// Greatest number of rays of a surface element.
-const MAX_RAYS_PER_ELEMENT: usize = 16;
+const MAX_RAYS_PER_ELEMENT: usize = 8;
 
 /// Greatest number of diffuse surfaces between two pieces of snow.
 const MAX_SURFACES: u32 = 8;
