@@ -1,7 +1,7 @@
 //! Interface between the grid and a body of snow: its bounds, and the crossings of axis-parallel lines with its
 //! surface.
 //!
-//! The grid needs nothing else: the segments of lines inside the body measure its volume, and the crossings sample its
+//! The grid needs little else: the segments of lines inside the body measure its volume, and the crossings sample its
 //! surface. Any shape that rays can be traced through is a body, for example a union of touching blocks.
 
 use glam::{DVec3, Vec3};
@@ -15,6 +15,11 @@ pub trait Body: Sync {
     /// Adds all crossings of a line with the surface, in any order. The line is parallel to axis 0, 1 or 2, in the
     /// direction of growing coordinates, and goes through `point`, in m.
     fn crossings(&self, axis: usize, point: DVec3, crossings: &mut Vec<AxisCrossing>);
+
+    /// Whether other snow covers the surface at a point, in m, with an outward unit normal. No light passes there.
+    fn is_covered(&self, _point: DVec3, _normal: Vec3) -> bool {
+        false
+    }
 }
 
 /// A crossing of a line parallel to an axis with a surface.

@@ -109,7 +109,9 @@ impl CutCells {
         let mut found: Vec<(u64, Sample)> = Vec::new();
         for scan in &scans {
             let samples = surface(body, &scan.lattice, &scan.columns).into_par_iter();
-            let keyed = samples.map(|sample| (cell_of(&sample.element), sample));
+            let open =
+                samples.filter(|Sample { element, .. }| !body.is_covered(element.point.as_dvec3(), element.normal));
+            let keyed = open.map(|sample| (cell_of(&sample.element), sample));
             let own = keyed.filter(|((level, _), _)| *level == scan.level);
             found.par_extend(own.map(|((_, key), sample)| (key, sample)));
         }

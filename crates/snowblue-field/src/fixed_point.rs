@@ -20,7 +20,8 @@ pub type Missing<'p> = &'p mut dyn FnMut(&[Vec<f32x4>]) -> Vec<Vec<f32x4>>;
 /// Stopping criteria and history of the iteration for a fixed point.
 #[derive(Debug, Clone, Copy)]
 pub struct FixedPointOptions {
-    /// Greatest residual relative to x, in each system.
+    /// Greatest error of each system: the root mean square of the residual relative to x, where x is above the root
+    /// mean square of all its elements, or relative to this root mean square.
     pub tolerance: f64,
     /// Greatest number of evaluations of the residual.
     pub most_estimates: usize,
@@ -47,14 +48,13 @@ pub fn solve_fixed_point(start: Vectors, missing: Missing, options: FixedPointOp
     let mut last: Option<(Vectors, Vectors)> = None;
     for _ in 0..options.most_estimates {
         let mut rest = missing(&solution);
-        let missed = norms(&rest);
         if let Some((step, before)) = last.take() {
             if steps.len() == options.history.max(1) {
                 steps.remove(0);
             }
             steps.push(Step::new(step, before, &rest, &steps));
         }
-        let before = rest.clone();
+        let missed = rest.clone();
         let mut step: Vectors = rest.iter().map(|group| vec![f32x4::ZERO; group.len()]).collect();
         for known in &steps {
             for (group, rest) in rest.iter_mut().enumerate() {
@@ -65,10 +65,10 @@ pub fn solve_fixed_point(start: Vectors, missing: Missing, options: FixedPointOp
         }
         add(&mut step, &rest);
         add(&mut solution, &step);
-        if greatest_ratio(&missed, &norms(&solution)) <= options.tolerance {
+        if error(&missed, &solution) <= options.tolerance {
             break;
         }
-        last = Some((step, before));
+        last = Some((step, missed));
     }
     solution
 }
@@ -100,14 +100,19 @@ fn dot(one: &[f32x4], other: &[f32x4]) -> f64x4 {
     sum(one, |row, value| wide(*value) * wide(other[row]))
 }
 
-fn norms(vectors: &[Vec<f32x4>]) -> Vec<f64x4> {
-    vectors.iter().map(|vector| dot(vector, vector).sqrt()).collect()
-}
-
-fn greatest_ratio(dividends: &[f64x4], divisors: &[f64x4]) -> f64 {
-    let ratios = dividends.iter().zip(divisors).flat_map(|(dividend, divisor)| ratio(*dividend, *divisor).to_array());
-    // A ratio that is not a number counts as not converged.
-    ratios.fold(0.0, |greatest, ratio| if ratio.is_nan() { f64::INFINITY } else { greatest.max(ratio) })
+/// The greatest error of all systems, by the residuals of x.
+fn error(missed: &[Vec<f32x4>], solution: &[Vec<f32x4>]) -> f64 {
+    let of_group = |(missed, solution): (&Vec<f32x4>, &Vec<f32x4>)| {
+        let mean_square = dot(solution, solution) / f64x4::splat(solution.len() as f64);
+        let squares = sum(missed, |row, missed| {
+            let [missed, value] = [wide(*missed), wide(solution[row])];
+            ratio(missed * missed, (value * value).max(mean_square))
+        });
+        (squares / f64x4::splat(missed.len() as f64)).sqrt().to_array()
+    };
+    // An error that is not a number counts as not converged.
+    let errors = missed.iter().zip(solution).flat_map(of_group);
+    errors.fold(0.0, |greatest, error| if error.is_nan() { f64::INFINITY } else { greatest.max(error) })
 }
 
 /// Adds the vectors of all groups.

@@ -11,7 +11,7 @@ use snowblue_field::{
     SnowOfCells, SpectralNodes, Survey, fit_sizes,
 };
 use snowblue_geometry::bounds::Bounds;
-use snowblue_geometry::ray::{Crossing, Ray};
+use snowblue_geometry::ray::{Crossing, Ray, off_surface};
 use snowblue_scene::integrator::LightFieldSettings;
 use snowblue_scene::objects::Objects;
 use snowblue_scene::progress::{Phase, Progress, Report};
@@ -59,6 +59,8 @@ struct BodyShape<'a> {
     /// One of its objects.
     object: usize,
     bounds: Bounds,
+    /// The objects of other snow.
+    other_snow: Vec<usize>,
 }
 
 impl SceneBodies {
@@ -128,7 +130,7 @@ fn surveyed_bodies<'a>(
         }
         objects.body_of(object).iter().for_each(|member| of_object[*member] = Some(surveyed.len()));
         let infinite = || refusal(scene, object, &"is infinite: only pcasnow can render infinite snow");
-        let shape = BodyShape::new(objects, object).ok_or_else(infinite)?;
+        let shape = BodyShape::new(scene, object).ok_or_else(infinite)?;
         let survey = Survey::new(&shape).map_err(|error| refusal(scene, object, &error))?;
         surveyed.push(SurveyedBody { shape, snow: Arc::clone(snow), survey });
     }
@@ -233,13 +235,21 @@ thread_local! {
 
 impl<'a> BodyShape<'a> {
     /// The body that an object belongs to; none if it has no bounds.
-    fn new(objects: &'a Objects, object: usize) -> Option<Self> {
+    fn new(scene: &'a Scene, object: usize) -> Option<Self> {
+        let objects = scene.objects();
         let mut bounds = Bounds::of(std::iter::empty());
-        for member in objects.body_of(object) {
+        let members = objects.body_of(object);
+        for member in members {
             let of_member = objects.list()[*member].shape.bounds()?;
             bounds = Bounds { low: bounds.low.min(of_member.low), high: bounds.high.max(of_member.high) };
         }
-        Some(Self { objects, object, bounds })
+        let is_other = |index: &usize| {
+            let overlaps = |other: Bounds| bounds.low.cmple(other.high).all() && other.low.cmple(bounds.high).all();
+            let is_snow = scene.materials()[objects.list()[*index].material].looks_like_snow();
+            is_snow && !members.contains(index) && objects.bounds(*index).is_none_or(overlaps)
+        };
+        let other_snow = (0..objects.list().len()).filter(is_other).collect();
+        Some(Self { objects, object, bounds, other_snow })
     }
 }
 
@@ -261,6 +271,11 @@ impl Body for BodyShape<'_> {
                 normal: Vec3::from(crossing.normal).normalize_or_zero(),
             }));
         });
+    }
+
+    fn is_covered(&self, point: DVec3, normal: Vec3) -> bool {
+        let above = off_surface(Vec3A::from(point.as_vec3()), normal.into(), self.objects.reach_m(self.object));
+        self.other_snow.iter().any(|other| self.objects.holds(*other, above))
     }
 }
 

@@ -40,6 +40,9 @@ pub struct KindOptics {
     walk_ends: Option<WalkEndsByDepth>,
 }
 
+/// Number of lengths of decay after which no light is left in single precision.
+const DARK_DECAYS: f32 = 20.0;
+
 impl BodyOptics {
     /// The snow of each material of a scene, computed with `rays` rays through the grains of each kind. `walk_ends`
     /// gives the ends of random walks, if there are any, for a material, a kind of its snow, and a transport mean free
@@ -168,13 +171,14 @@ impl KindOptics {
     }
 
     /// The fluence rate φ(z) at a depth in a half-space, in m, as the factors of the light E that enters and of the
-    /// net flux J outwards: φ(z) = (4E + 3qJ) cosh κz + 3J sinh κz / (κ ℓ*), with κ² = 3 μ_a / ℓ*.
+    /// net flux J outwards: φ(z) = (4E + 3qJ) cosh κz + 3J sinh κz / (κ ℓ*), with κ² = 3 μ_a / ℓ*. No light comes from
+    /// depths of many lengths of decay, so that J = −a E there: such depths count as this number of lengths.
     pub(crate) fn fluence_factors(&self, depth_m: f32) -> [Spectrum; 2] {
         let extrapolation = narrow(self.surface.half_space().extrapolation());
         let mut factors = [Spectrum::ZERO; 2];
         for wavelength in 0..SAMPLES {
             let decay_per_m = self.decay_per_m.0[wavelength].max(f32::MIN_POSITIVE);
-            let growth = (decay_per_m * depth_m).exp_m1();
+            let growth = (decay_per_m * depth_m).min(DARK_DECAYS).exp_m1();
             // sinh x = (g + g / (1 + g)) / 2 with g = eˣ − 1, without cancellation.
             let sinh = 0.5 * (growth + growth / (1.0 + growth));
             let cosh = 1.0 + growth - sinh;

@@ -10,11 +10,10 @@ use snowblue_field::{CellSizes, SizeLimits, SizesByDistance};
 use snowblue_scene::Scene;
 use snowblue_scene::seen::{MIN_ROWS, SIZE_PER_DISTANCE, SeenPlaces};
 
-/// Greatest size of the cells at the surface that follow the picture, in m.
+/// Greatest size of the cells at the surface that follow the picture, in m, and as a share of the extent of the body;
+/// the larger size counts.
 const MAX_CELL_M: f64 = 1.0;
-/// Number of cells of the greatest size along a body that is wider than this number of metres. A million lines pass
-/// through all of these cells.
-const MAX_CELLS_ALONG: f64 = 1000.0;
+const MAX_CELL_SHARE: f64 = 1.0 / 32.0;
 /// Pixels of a picture that a cell of a body that is not wide may span.
 const PIXELS: f64 = 2.0;
 
@@ -66,7 +65,7 @@ impl<'a> Sight<'a> {
 
 /// Greatest size of the cells at the surface of a body of an extent in m.
 fn greatest_cell_m(extent_m: f64) -> f64 {
-    MAX_CELL_M.max(extent_m / MAX_CELLS_ALONG)
+    MAX_CELL_M.max(extent_m * MAX_CELL_SHARE)
 }
 
 /// A rule with the sizes of another rule at places that are seen. Elsewhere sizes increase with the distance to these

@@ -6,7 +6,6 @@ use std::sync::Arc;
 
 use snowblue_base::files::FileSource;
 use snowblue_base::{KeyError, KeyPath};
-use snowblue_geometry::shape::Shape;
 use snowblue_transport::SnowSample;
 
 use crate::air::Air;
@@ -115,14 +114,8 @@ impl SceneDescription {
         let camera = camera
             .ok_or_else(|| path.key("look_at").error("must not lie at the camera's position or along its up axis"))?;
         let check = |objects: &Objects| {
-            let is_snow = |object: &Object| materials[object.material].is_snow();
-            // A plane is no solid, but snow fills the space behind a plane of snow.
-            let is_behind = |object: &Object, point| match (&object.shape, &materials[object.material]) {
-                (Shape::Plane(plane), Material::Ground(_)) => plane.is_behind(point),
-                _ => false,
-            };
-            let behind = |point| objects.list().iter().position(|object| is_behind(object, point));
-            let in_snow = |point| behind(point).or_else(|| objects.around(point, is_snow));
+            let is_snow = |object: &Object| materials[object.material].looks_like_snow();
+            let in_snow = |point| objects.around(point, is_snow);
             let name = |index: usize| &objects.list()[index].name;
             if let Some(index) = in_snow(view.position) {
                 let reason = format!("lies inside the snow of \"{}\"", name(index));

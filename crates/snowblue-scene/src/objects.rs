@@ -390,8 +390,15 @@ impl Objects {
         (0..self.objects.len()).find(|&index| is_of_kind(&self.objects[index]) && self.holds(index, point))
     }
 
-    /// Whether a point lies inside an object: lines in three directions must agree. False for an open surface.
+    /// Whether a point lies inside an object: lines in three directions must agree. False for an open surface. The
+    /// inside of a plane is the space behind it.
     pub fn holds(&self, object: usize, point: Vec3A) -> bool {
+        if let Shape::Plane(plane) = &self.objects[object].shape {
+            return plane.is_behind(point);
+        }
+        if self.bounds[object].is_some_and(|bounds| !bounds.contains(point)) {
+            return false;
+        }
         let mut crossings = Vec::new();
         [Vec3A::new(0.36, 0.48, 0.8), Vec3A::new(-0.8, 0.6, 0.0), Vec3A::new(0.48, -0.6, -0.64)].iter().all(
             |&direction| {

@@ -167,6 +167,27 @@ fn undisturbed_surfaces_follow_their_objects() {
     assert!(land("rotation_deg = [5, 0, 0]\n").objects().list()[0].undisturbed.is_none(), "tilted");
 }
 
+/// Snow of kilometres, whose cells are far larger than the depth that light reaches, reflects the sun as a plane of snow
+/// does.
+#[test]
+fn snow_of_kilometres_is_deep_snow() {
+    let of = |shape: &str| {
+        let sun =
+            "[[light]]\ntype = \"directional\"\ndirection = [0, 2, -1]\nirradiance_w_m2 = 5\nilluminant = \"E\"\n";
+        let text = format!("{SNOW}{sun}[[object]]\nmaterial = \"snow\"\n{shape}");
+        let mut integrator = prepared(&scene_by("diffusion", &text, &[]), None);
+        // Single scattering is sampled.
+        integrator.set_samples_per_pixel(4096);
+        radiance(&mut integrator, Vec3A::new(0.0, -9.0, 0.0), Vec3A::new(100.0, 50.0, -600.0))
+    };
+    let wide = of("shape = \"box\"\nsize = [2000, 2000, 300]\nposition = [0, 0, -750]\n");
+    let plane = of("shape = \"plane\"\nposition = [0, 0, -600]\n");
+    // The single scattering of the body is that of few grains, at all wavelengths by the same factor.
+    let ratios: Vec<f32> = wide.0.iter().zip(plane.0).map(|(wide, plane)| wide / plane).collect();
+    assert!(ratios.iter().all(|ratio| (ratio - 1.0).abs() < 0.02), "{ratios:?}");
+    assert!(ratios.iter().all(|ratio| (ratio / ratios[0] - 1.0).abs() < 2e-3), "{ratios:?}");
+}
+
 /// Under a white sky, thin snow reflects what the slab of the same depth does by discrete ordinates on the same ground.
 #[test]
 fn the_ground_shines_through_thin_snow() {
