@@ -20,7 +20,7 @@ use snowblue_scene::spectrum::Spectrum;
 
 /// Greatest number of samples of a light with extent at each surface element. Each node of the grid has about twenty
 /// elements.
-const MAX_SAMPLES_PER_ELEMENT: usize = 8;
+const MAX_SAMPLES_PER_ELEMENT: usize = 16;
 /// Greatest number of samples of the sun. Samples differ where the sun is partly hidden, and by its dark limb.
 const MAX_SAMPLES_OF_SUN: usize = 8;
 /// Greatest number of samples of a light with extent on a body, which limits the time.

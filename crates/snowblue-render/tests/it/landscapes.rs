@@ -167,8 +167,8 @@ fn undisturbed_surfaces_follow_their_objects() {
     assert!(land("rotation_deg = [5, 0, 0]\n").objects().list()[0].undisturbed.is_none(), "tilted");
 }
 
-/// Snow of kilometres, whose cells are far larger than the depth that light reaches, reflects the sun as a plane of snow
-/// does.
+/// Snow of kilometres, whose cells are far larger than the depth that light reaches, reflects the sun as a plane of
+/// snow does.
 #[test]
 fn snow_of_kilometres_is_deep_snow() {
     let of = |shape: &str| {
