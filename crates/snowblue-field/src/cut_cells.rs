@@ -109,11 +109,11 @@ impl CutCells {
         let mut found: Vec<(u64, Sample)> = Vec::new();
         for scan in &scans {
             let samples = surface(body, &scan.lattice, &scan.columns).into_par_iter();
-            let open =
-                samples.filter(|Sample { element, .. }| !body.is_covered(element.point.as_dvec3(), element.normal));
-            let keyed = open.map(|sample| (cell_of(&sample.element), sample));
+            let keyed = samples.map(|sample| (cell_of(&sample.element), sample));
             let own = keyed.filter(|((level, _), _)| *level == scan.level);
-            found.par_extend(own.map(|((_, key), sample)| (key, sample)));
+            let open =
+                own.filter(|(_, Sample { element, .. })| !body.is_covered(element.point.as_dvec3(), element.normal));
+            found.par_extend(open.map(|((_, key), sample)| (key, sample)));
         }
         found.sort_by_key(|(key, _)| *key);
         // Cells that the surface only touches may be inside or outside.

@@ -8,10 +8,10 @@ use glam::{DVec3, Vec3, Vec3A};
 use snowblue_base::KeyPath;
 use snowblue_field::{
     AxisCrossing, Body, CellSizes, FieldError, GridOptions, KnownFactor, LayerSpectrum, ScaledSizes, SnowBody,
-    SnowOfCells, SpectralNodes, Survey, fit_sizes,
+    SnowOfCells, SpectralNodes, SurfacePlace, Survey, fit_sizes,
 };
 use snowblue_geometry::bounds::Bounds;
-use snowblue_geometry::ray::{Crossing, Ray, off_surface};
+use snowblue_geometry::ray::{Crossing, Ray, SurfacePoint, off_surface};
 use snowblue_scene::integrator::LightFieldSettings;
 use snowblue_scene::objects::Objects;
 use snowblue_scene::progress::{Phase, Progress, Report};
@@ -225,6 +225,14 @@ impl BodySystem {
             transport_length: KnownFactor::new(nodes, &snow.transport_lengths_m(survey.mean_thickness_m())),
             view_factor: sizes.map(|sizes| sizes.factor),
         })
+    }
+}
+
+impl BodySystem {
+    /// The place of a point of the surface; none if there is no cell near the point.
+    #[inline]
+    pub(crate) fn place(&self, surface: &SurfacePoint) -> Option<SurfacePlace> {
+        self.cells.surface_place(surface.point.as_dvec3(), surface.normal.as_dvec3())
     }
 }
 

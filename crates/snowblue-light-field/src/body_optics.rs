@@ -171,8 +171,8 @@ impl KindOptics {
     }
 
     /// The fluence rate φ(z) at a depth in a half-space, in m, as the factors of the light E that enters and of the
-    /// net flux J outwards: φ(z) = (4E + 3qJ) cosh κz + 3J sinh κz / (κ ℓ*), with κ² = 3 μ_a / ℓ*. No light comes from
-    /// depths of many lengths of decay, so that J = −a E there: such depths count as this number of lengths.
+    /// net flux J outwards: φ(z) = (4E + 3qJ) cosh κz + 3J sinh κz / (κ ℓ*), with κ² = 3 μ_a / ℓ*. Greater depths than
+    /// [`DARK_DECAYS`] / κ count as this depth, so that the factors are finite.
     pub(crate) fn fluence_factors(&self, depth_m: f32) -> [Spectrum; 2] {
         let extrapolation = narrow(self.surface.half_space().extrapolation());
         let mut factors = [Spectrum::ZERO; 2];

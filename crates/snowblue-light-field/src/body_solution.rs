@@ -150,7 +150,7 @@ impl BodySolution {
     /// A quantity at a point of the surface; 0 if there is no cell near the point.
     fn at_surface(&self, surface: &SurfacePoint, values: impl Fn(&LitFluence) -> Option<&SurfaceValues>) -> Spectrum {
         let exists = self.lit.iter().any(|lit| values(lit).is_some());
-        let place = exists.then(|| self.place(surface)).flatten();
+        let place = exists.then(|| self.system.place(surface)).flatten();
         place.map_or(Spectrum::ZERO, |place| self.at_place(&place, values))
     }
 
@@ -170,11 +170,6 @@ impl BodySolution {
         sum
     }
 
-    /// The place of a point of the surface; none if there is no cell near the point.
-    fn place(&self, surface: &SurfacePoint) -> Option<SurfacePlace> {
-        self.system.cells.surface_place(surface.point.as_dvec3(), surface.normal.as_dvec3())
-    }
-
     /// A quantity at a place of the surface for each group of spectral nodes.
     fn groups(&self, values: &SurfaceValues, place: &SurfacePlace) -> impl Iterator<Item = f32x4> + use<> {
         let groups = self.system.cells.value_at(values, place);
@@ -186,7 +181,7 @@ impl BodySolution {
     fn spectrum(&self, groups: impl Iterator<Item = f32x4>, light: &Spectrum) -> Spectrum {
         let BodySystem { nodes, transport_length, .. } = &*self.system;
         let mut values: Nodes = groups.collect();
-        let is_positive = values.iter().all(|values| values.simd_gt(f32x4::ZERO).all());
+        let is_positive = are_positive(&values);
         for (values, light) in values.iter_mut().zip(nodes.gather(|index| light.0[index])) {
             *values = light.simd_gt(f32x4::ZERO).select(*values / light, f32x4::ZERO);
             if is_positive {
@@ -261,7 +256,7 @@ impl SnowAt<'_> {
     /// The radiance that leaves a surface point without the reflection of directed light, (H + K(μ) J)/π.
     pub fn light_from_inside(&self, surface: &SurfacePoint, cos_exit: f32) -> LightFromInside {
         let escape = self.optics.surface().escape(cos_exit) * FRAC_1_PI;
-        let Some(place) = self.field.place(surface) else {
+        let Some(place) = self.field.system.place(surface) else {
             let dark = Spectrum::ZERO;
             return LightFromInside { diffuse_irradiance: dark, radiance: dark, decrease_per_sr: None };
         };
@@ -292,6 +287,11 @@ impl SnowAt<'_> {
 
 /// Values at the spectral nodes, in groups.
 type Nodes = ArrayVec<f32x4, MAX_GROUPS>;
+
+/// Whether the values at all nodes are above 0.
+fn are_positive(nodes: &Nodes) -> bool {
+    nodes.iter().all(|values| values.simd_gt(f32x4::ZERO).all())
+}
 
 /// The light around a point inside a body.
 pub struct NearLight<'f> {
@@ -334,7 +334,7 @@ impl<'f> NearLight<'f> {
         let SnowAt { field, optics, .. } = snow;
         let depth_m = depth * optics.transport_length_m();
         let point = surface.point - surface.normal * depth_m;
-        let place = field.place(surface)?;
+        let place = field.system.place(surface)?;
         let lit: Option<Vec<_>> = field.lit.iter().map(|lit| NearFluence::new(field, lit, point, &place)).collect();
         let mut lacking = Spectrum::ZERO;
         if let Some(layer) = snow.top_layer(surface, &place) {
@@ -361,7 +361,7 @@ impl<'f> NearLight<'f> {
 
     /// The diffuse irradiance H of a surface point near by, in W m⁻² as a band density.
     pub fn diffuse_irradiance(&self, surface: &SurfacePoint) -> Spectrum {
-        let Some(place) = self.field.place(surface) else { return Spectrum::ZERO };
+        let Some(place) = self.field.system.place(surface) else { return Spectrum::ZERO };
         let mut sum = Spectrum::ZERO;
         for near in &self.lit {
             if let Some(diffuse) = &near.lit.diffuse {
@@ -395,7 +395,7 @@ impl<'f> NearFluence<'f> {
         }
         let diffuse = lit.diffuse.as_ref().map(|diffuse| field.groups(diffuse, place));
         // Where the grid is too coarse for the remaining light, the spectrum of the light source is used.
-        let is_positive = fluence.iter().all(|values| values.as_array().iter().all(|value| *value > 0.0));
+        let is_positive = are_positive(&fluence);
         let spectrum = if is_positive { field.spectrum(fluence.iter().copied(), &lit.spectrum) } else { lit.spectrum };
         let reciprocal = |index: usize| {
             let value = spectrum.0[index];

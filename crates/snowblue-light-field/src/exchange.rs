@@ -71,7 +71,7 @@ impl<'a> Exchange<'a> {
         let snow_at = |hit: &SurfaceInteraction| {
             let number = bodies.of_object[hit.object]?;
             let (BodySystem { cells, snow, .. }, surface) = (&*systems[number], hit.surface_point());
-            let place = cells.surface_place(surface.point.as_dvec3(), surface.normal.as_dvec3())?;
+            let place = systems[number].place(&surface)?;
             let patch = cells.patch_at(&patches.bodies[number], &place);
             let place = PlaceOnSnow { body: u32::try_from(number).ok()?, place, patch };
             Some((place, snow.at_surface(objects, hit.object, &surface).surface()))
