@@ -42,7 +42,7 @@ fn rays() -> Vec<Ray> {
         let height = 1.0 - (f32::from(number) + 0.5) / 512.0;
         let out = Vec3A::new(turn.cos(), turn.sin(), 0.0) * (1.0 - height * height).sqrt() + Vec3A::Z * height;
         let aside = out.any_orthonormal_vector() * (0.618_034 * f32::from(number)).fract();
-        Ray { origin: out * 3.0, direction: (aside - out * 3.0).normalize() }
+        Ray::new(out * 3.0, (aside - out * 3.0).normalize())
     };
     (0..1024).map(ray).collect()
 }

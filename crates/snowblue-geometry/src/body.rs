@@ -2,10 +2,11 @@
 //!
 //! Overlapping or touching segments of the solids of one body are merged.
 //!
-//! A line enters a closed surface as often as it leaves it, so its sorted crossings pair up. For the depth of a path
-//! from a surface point, all crossings of the *whole* line count, also crossings behind the point. The segments are
-//! then clipped at the point. The result therefore depends neither on whether a rounded point lies inside or outside
-//! its surface, nor on the orientation of triangles.
+//! The inside of a surface is where its winding number is not 0: the entries of a line so far less its exits. Shells
+//! of one mesh may therefore overlap, and a shell inside another shell is a cavity if it is turned inwards. The
+//! orientation of the whole surface has no effect. For the depth of a path from a surface point, all crossings of the
+//! *whole* line count, also crossings behind the point. The segments are then clipped at the point. The result
+//! therefore does not depend on whether a rounded point lies inside or outside its surface.
 
 use glam::Vec3A;
 
@@ -15,16 +16,67 @@ use crate::ray::Crossing;
 /// finest snow grain.
 pub const TOUCH_DISTANCE_M: f32 = 1e-5;
 
-/// Sorts the crossings from index `first` on, which belong to one solid, and drops an unpaired last crossing.
+/// Replaces the crossings of a line with one solid, from index `first` on, by its segments inside: an entry and an
+/// exit each, in order along the line.
 ///
-/// Returns whether there was an unpaired crossing, which means that the surface is open.
+/// If entries and exits differ in number, the orientation of the surface is inconsistent or the surface is open. The
+/// crossings then alternate, and an unpaired last crossing is dropped. Returns whether there was one, which means that
+/// the surface is open.
 pub fn pair_up(crossings: &mut Vec<Crossing>, first: usize) -> bool {
-    crossings[first..].sort_unstable_by(|a, b| a.distance_m.total_cmp(&b.distance_m));
+    sort(&mut crossings[first..]);
+    if winding(&crossings[first..]) == 0 {
+        keep_ends(crossings, first, 0);
+        return false;
+    }
     let odd = (crossings.len() - first) % 2 == 1;
     if odd {
         crossings.pop();
     }
     odd
+}
+
+/// Replaces the crossings of a line with a closed solid beyond a point by its segments inside, as [`pair_up`] does. If
+/// the point is inside, the first segment begins with `start`.
+pub fn pair_up_from(start: Crossing, crossings: &mut Vec<Crossing>) {
+    sort(crossings);
+    let before = -winding(crossings);
+    keep_ends(crossings, 0, before);
+    if before != 0 {
+        crossings.insert(0, start);
+    }
+}
+
+/// The change of the winding number along crossings: 0 for all crossings of a line with a closed surface.
+pub fn winding(crossings: &[Crossing]) -> i32 {
+    crossings.iter().map(change).sum()
+}
+
+fn change(crossing: &Crossing) -> i32 {
+    if crossing.is_entry { 1 } else { -1 }
+}
+
+/// Sorts crossings along their line, of equal distances the entries first.
+fn sort(crossings: &mut [Crossing]) {
+    let order = |a: &Crossing, b: &Crossing| a.distance_m.total_cmp(&b.distance_m).then(b.is_entry.cmp(&a.is_entry));
+    match crossings {
+        [a, b] if a.distance_m <= b.distance_m => {}
+        _ => crossings.sort_unstable_by(order),
+    }
+}
+
+/// Keeps the crossings, from index `first` on, at which the winding number begins or ceases to be 0. It is `winding`
+/// before them.
+fn keep_ends(crossings: &mut Vec<Crossing>, first: usize, mut winding: i32) {
+    let mut kept = first;
+    for index in first..crossings.len() {
+        let before = winding;
+        winding += change(&crossings[index]);
+        if (before == 0) != (winding == 0) {
+            crossings[kept] = crossings[index];
+            kept += 1;
+        }
+    }
+    crossings.truncate(kept);
 }
 
 /// Merges the segments of several solids, each a pair of crossings, into disjoint segments in order along the line.
@@ -133,16 +185,6 @@ impl Chord {
     }
 }
 
-/// Sorts all crossings of a line with a solid and pairs them up. An unpaired last crossing, of an open surface, is
-/// dropped; the caller counts such lines.
-pub fn parts(crossings: &mut [Crossing]) -> impl Iterator<Item = &[Crossing; 2]> {
-    match crossings {
-        [a, b] if a.distance_m <= b.distance_m => {}
-        _ => crossings.sort_unstable_by(|a, b| a.distance_m.total_cmp(&b.distance_m)),
-    }
-    crossings.as_chunks().0.iter()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -151,7 +193,8 @@ mod tests {
         let (mut crossings, mut odd) = (Vec::new(), false);
         for solid in solids {
             let first = crossings.len();
-            crossings.extend(solid.iter().map(|&distance_m| Crossing::new(distance_m, Vec3A::X)));
+            let crossing = |(k, &distance_m): (usize, &f32)| Crossing::new(distance_m, Vec3A::X, k % 2 == 0);
+            crossings.extend(solid.iter().enumerate().map(crossing));
             odd |= pair_up(&mut crossings, first);
         }
         unite(&mut crossings);
@@ -160,11 +203,47 @@ mod tests {
 
     #[test]
     fn overlapping_touching_and_nested_segments_merge_and_gaps_remain() {
-        assert_eq!(united(&[&[0.5, 0.0], &[0.4, 0.9]]), (vec![0.0, 0.9], false));
+        assert_eq!(united(&[&[0.0, 0.5], &[0.4, 0.9]]), (vec![0.0, 0.9], false));
         assert_eq!(united(&[&[0.4, 0.9], &[0.0, 0.4]]), (vec![0.0, 0.9], false));
         assert_eq!(united(&[&[0.0, 1.0], &[0.2, 0.3]]), (vec![0.0, 1.0], false));
         assert_eq!(united(&[&[0.0, 0.1, 0.6, 0.9], &[0.2, 0.3]]), (vec![0.0, 0.1, 0.2, 0.3, 0.6, 0.9], false));
         assert_eq!(united(&[&[], &[]]), (vec![], false));
+    }
+
+    fn wound(crossings: &[(f32, bool)]) -> (Vec<f32>, bool) {
+        let crossing = |&(distance_m, is_entry)| Crossing::new(distance_m, Vec3A::X, is_entry);
+        let mut crossings: Vec<Crossing> = crossings.iter().map(crossing).collect();
+        let odd = pair_up(&mut crossings, 0);
+        (crossings.iter().map(|crossing| crossing.distance_m).collect(), odd)
+    }
+
+    #[test]
+    fn the_inside_is_where_the_winding_number_is_not_0() {
+        let (entry, exit) = (true, false);
+        // Shells that overlap, one shell inside another, and the same shell twice.
+        assert_eq!(wound(&[(0.5, exit), (0.0, entry), (0.4, entry), (0.9, exit)]), (vec![0.0, 0.9], false));
+        assert_eq!(wound(&[(0.0, entry), (0.4, entry), (0.5, exit), (0.9, exit)]), (vec![0.0, 0.9], false));
+        assert_eq!(wound(&[(0.0, entry), (0.0, entry), (0.9, exit), (0.9, exit)]), (vec![0.0, 0.9], false));
+        // A cavity, and a surface that is turned inside out.
+        let cavity = [(0.0, entry), (0.4, exit), (0.5, entry), (0.9, exit)];
+        assert_eq!(wound(&cavity), (vec![0.0, 0.4, 0.5, 0.9], false));
+        assert_eq!(wound(&cavity.map(|(at, is_entry)| (at, !is_entry))), (vec![0.0, 0.4, 0.5, 0.9], false));
+        // Without a consistent orientation the crossings alternate.
+        assert_eq!(wound(&[(0.0, entry), (0.4, entry), (0.5, entry), (0.9, exit)]), (vec![0.0, 0.4, 0.5, 0.9], false));
+        assert_eq!(wound(&[(0.0, entry), (0.4, entry), (0.5, entry)]), (vec![0.0, 0.4], true));
+    }
+
+    #[test]
+    fn a_line_that_starts_inside_begins_there() {
+        let from = |crossings: &[(f32, bool)]| {
+            let crossing = |&(distance_m, is_entry)| Crossing::new(distance_m, Vec3A::X, is_entry);
+            let mut crossings: Vec<Crossing> = crossings.iter().map(crossing).collect();
+            pair_up_from(Crossing::new(-1.0, Vec3A::X, true), &mut crossings);
+            crossings.iter().map(|crossing| crossing.distance_m).collect::<Vec<_>>()
+        };
+        assert_eq!(from(&[(0.2, false), (0.1, false)]), [-1.0, 0.2]);
+        assert_eq!(from(&[(0.1, false), (0.2, true), (0.3, false)]), [-1.0, 0.1, 0.2, 0.3]);
+        assert_eq!(from(&[(0.1, true), (0.3, false)]), [0.1, 0.3]);
     }
 
     #[test]
@@ -176,14 +255,16 @@ mod tests {
         Line { point: Vec3A::ZERO, normal: Vec3A::NEG_X, direction, end_m: f32::INFINITY }
     }
 
-    fn crossings(distances_m: &[f32]) -> Vec<Crossing> {
-        distances_m.iter().map(|&distance_m| Crossing::new(distance_m, Vec3A::NEG_X * 3.0)).collect()
+    fn chord_of(distances_m: &[f32], line: &Line) -> Option<Chord> {
+        let crossing = |(k, &distance_m)| Crossing::new(distance_m, Vec3A::NEG_X * 3.0, k % 2 == 0);
+        let mut crossings = distances_m.iter().enumerate().map(crossing).collect();
+        pair_up(&mut crossings, 0);
+        chord(crossings.as_chunks().0.iter(), line)
     }
 
     #[test]
     fn segments_add_up_to_the_last_exit() {
-        let mut unsorted = crossings(&[0.7, 1e-7, 0.5, 0.2, -0.9, -0.4]);
-        let last = chord(parts(&mut unsorted), &line(Vec3A::X)).unwrap().with_unit_normal();
+        let last = chord_of(&[-0.9, -0.4, 1e-7, 0.2, 0.5, 0.7], &line(Vec3A::X)).unwrap().with_unit_normal();
         assert!((last.depth_m - 0.4).abs() < 1e-6);
         let ChordEnd::Surface { point, normal, .. } = last.exit else { panic!("leaves the solid") };
         assert!((point.x - 0.7).abs() < 1e-6 && (normal.x - 1.0).abs() < 1e-6);
@@ -191,31 +272,28 @@ mod tests {
 
     #[test]
     fn segments_behind_the_point_do_not_count() {
-        let mut through = crossings(&[-0.4, 0.3]);
-        assert!((chord(parts(&mut through), &line(Vec3A::X)).unwrap().depth_m - 0.3).abs() < 1e-6);
+        assert!((chord_of(&[-0.4, 0.3], &line(Vec3A::X)).unwrap().depth_m - 0.3).abs() < 1e-6);
     }
 
     #[test]
     fn a_light_ends_the_path_inside_or_outside() {
-        let mut twice = crossings(&[0.0, 0.2, 0.5, 0.7]);
+        let twice = [0.0, 0.2, 0.5, 0.7];
         let within = Line { end_m: 0.6, ..line(Vec3A::X) };
-        let chord_to_light = chord(parts(&mut twice), &within).unwrap();
+        let chord_to_light = chord_of(&twice, &within).unwrap();
         assert!((chord_to_light.depth_m - 0.3).abs() < 1e-6);
         assert!(matches!(chord_to_light.exit, ChordEnd::Inside));
         let between = Line { end_m: 0.3, ..line(Vec3A::X) };
-        assert!((chord(parts(&mut twice), &between).unwrap().depth_m - 0.2).abs() < 1e-6);
+        assert!((chord_of(&twice, &between).unwrap().depth_m - 0.2).abs() < 1e-6);
     }
 
     #[test]
     fn an_outward_path_has_no_depth_despite_rounding() {
-        let mut behind = crossings(&[-0.3, 1e-7]);
-        assert!(chord(parts(&mut behind), &line(Vec3A::NEG_X)).is_none());
+        assert!(chord_of(&[-0.3, 1e-7], &line(Vec3A::NEG_X)).is_none());
     }
 
     #[test]
     fn an_unpaired_crossing_adds_no_depth() {
-        let mut open = crossings(&[0.0, 0.2, 0.5]);
-        assert!((chord(parts(&mut open), &line(Vec3A::X)).unwrap().depth_m - 0.2).abs() < 1e-6);
-        assert!(chord(parts(&mut crossings(&[0.0])), &line(Vec3A::X)).is_none());
+        assert!((chord_of(&[0.0, 0.2, 0.5], &line(Vec3A::X)).unwrap().depth_m - 0.2).abs() < 1e-6);
+        assert!(chord_of(&[0.0], &line(Vec3A::X)).is_none());
     }
 }

@@ -91,11 +91,11 @@ mod tests {
     fn a_ray_parallel_to_an_axis_intersects_a_box() {
         let unit = Bounds { low: Vec3A::ZERO, high: Vec3A::ONE };
         let ahead = Interval { start_m: 0.0, end_m: f32::INFINITY };
-        let ray = Ray { origin: Vec3A::new(-2.0, 0.0, 0.5), direction: Vec3A::X };
+        let ray = Ray::new(Vec3A::new(-2.0, 0.0, 0.5), Vec3A::X);
         let inside = unit.intersect(&ray, ahead).unwrap();
         assert!((inside.start_m - 2.0).abs() < 1e-6 && (inside.end_m - 3.0).abs() < 1e-6);
         assert!(unit.intersect(&ray, Interval { end_m: 1.9, ..ahead }).is_none());
-        let beside = Ray { origin: Vec3A::new(-2.0, 1.1, 0.5), direction: Vec3A::X };
+        let beside = Ray::new(Vec3A::new(-2.0, 1.1, 0.5), Vec3A::X);
         assert!(unit.intersect(&beside, ahead).is_none());
     }
 }

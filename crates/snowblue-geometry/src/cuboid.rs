@@ -103,7 +103,7 @@ impl Cuboid {
     /// # use snowblue_geometry::{cuboid::Cuboid, ray::Ray};
     /// # use glam::{Mat3A, Vec3A};
     /// let cube = Cuboid::new(Vec3A::ZERO, Vec3A::ONE, Mat3A::IDENTITY);
-    /// let ray = Ray { origin: Vec3A::splat(-2.0), direction: Vec3A::ONE.normalize() };
+    /// let ray = Ray::new(Vec3A::splat(-2.0), Vec3A::ONE.normalize());
     /// let [enter, leave] = cube.crossings(&ray).unwrap();
     /// assert!((leave.distance_m - enter.distance_m - 3f32.sqrt()).abs() < 1e-6);
     /// ```
@@ -115,7 +115,8 @@ impl Cuboid {
         let side = Vec3A::ONE.copysign(local.direction);
         let inward = face_normal(slabs.enter_m.cmpeq(Vec3A::splat(near_m)), -side);
         let outward = face_normal(slabs.leave_m.cmpeq(Vec3A::splat(far_m)), side);
-        Some([Crossing::new(near_m, self.rotate_to_scene(inward)), Crossing::new(far_m, self.rotate_to_scene(outward))])
+        let [inward, outward] = [inward, outward].map(|normal| self.rotate_to_scene(normal));
+        Some([Crossing::new(near_m, inward, true), Crossing::new(far_m, outward, false)])
     }
 
     /// Whether a point inside is farther than `depth_m` from all faces.
@@ -148,9 +149,11 @@ impl Cuboid {
     fn ray_to_object(&self, ray: &Ray) -> Ray {
         let origin = ray.origin - self.centre;
         if self.is_axis_aligned {
-            return Ray { origin, direction: ray.direction };
+            return Ray { origin, ..*ray };
         }
-        Ray { origin: self.to_object * origin, direction: self.to_object * ray.direction }
+        let [origin, direction, remainder] =
+            [origin, ray.direction, ray.remainder].map(|vector| self.to_object * vector);
+        Ray { origin, direction, remainder }
     }
 
     /// Rotates a vector to scene space.
@@ -163,9 +166,10 @@ impl Cuboid {
     #[inline]
     fn slabs(&self, local: &Ray) -> Slabs {
         let inverse = finite_inverse(local.direction);
-        let middle = -local.origin * inverse;
-        let reach = self.half_size * inverse.abs();
-        Slabs { enter_m: middle - reach, leave_m: middle + reach }
+        // The difference of nearly equal coordinates is exact.
+        let far = self.half_size.copysign(inverse);
+        let distance_m = |plane: Vec3A| (plane - local.origin - local.remainder) * inverse;
+        Slabs { enter_m: distance_m(-far), leave_m: distance_m(far) }
     }
 }
 
@@ -225,7 +229,7 @@ mod tests {
             let z = 1.0 - 2.0 * (k as f32 + 0.5) / 5000.0;
             let direction = Vec3A::new((1.0 - z * z).sqrt() * turn.cos(), (1.0 - z * z).sqrt() * turn.sin(), z);
             let side = direction.any_orthonormal_vector() * (0.35 * (k % 17) as f32 / 17.0);
-            let ray = Ray { origin: Vec3A::from(centre) + side - direction * 2.0, direction };
+            let ray = Ray::new(Vec3A::from(centre) + side - direction * 2.0, direction);
             traced.clear();
             mesh.crossings(&ray, f32::NEG_INFINITY, &mut traced);
             let exact = cuboid.crossings(&ray);
@@ -248,7 +252,7 @@ mod tests {
             assert!(apart.dot(hit.normal).abs() < 4e-7, "both points lie on the face");
             assert!(apart.length() * hit.normal.dot(direction).abs() < 2e-6, "line {k}");
             assert!(hit.normal.dot(direction) < 0.0 && cuboid.occludes(&ray, 9.0));
-            let inside = Ray { origin: hit.point + 1e-3 * direction, direction };
+            let inside = Ray::new(hit.point + 1e-3 * direction, direction);
             if let Some(out) = cuboid.first_hit(&inside, 9.0) {
                 assert!(
                     out.normal.dot(exact[1].normal) > 0.999_99

@@ -122,15 +122,18 @@ impl Ellipsoid {
     /// # use snowblue_geometry::{ellipsoid::Ellipsoid, ray::Ray};
     /// # use glam::{DAffine3, DVec3, Vec3A};
     /// let ball = Ellipsoid::new(DAffine3::from_scale(DVec3::splat(0.5))).unwrap();
-    /// let ray = Ray { origin: Vec3A::splat(3.0), direction: Vec3A::NEG_ONE.normalize() };
+    /// let ray = Ray::new(Vec3A::splat(3.0), Vec3A::NEG_ONE.normalize());
     /// let [enter, leave] = ball.crossings(&ray).unwrap();
     /// assert!((leave.distance_m - enter.distance_m - 1.0).abs() < 1e-6);
     /// ```
     pub fn crossings(&self, ray: &Ray) -> Option<[Crossing; 2]> {
         let chord = self.intersect(ray)?;
-        let crossing =
-            |distance_m| Crossing::new(narrow(distance_m), self.normal(chord.at(distance_m)).as_vec3a().normalize());
-        Some(chord.distances_m.map(crossing))
+        let crossing = |distance_m: f64, is_entry: bool| {
+            let normal = self.normal(chord.at(distance_m)).as_vec3a().normalize();
+            Crossing::new(narrow(distance_m), normal, is_entry)
+        };
+        let [enter_m, leave_m] = chord.distances_m;
+        Some([crossing(enter_m, true), crossing(leave_m, false)])
     }
 
     /// Texture coordinates of a point on the surface.
@@ -140,7 +143,7 @@ impl Ellipsoid {
 
     /// The chord of the ray's line, if it crosses the ellipsoid.
     fn intersect(&self, ray: &Ray) -> Option<UnitSphereChord> {
-        let origin = self.to_unit.transform_point3(ray.origin.as_dvec3());
+        let origin = self.to_unit.transform_point3(ray.origin.as_dvec3() + ray.remainder.as_dvec3());
         let direction = self.to_unit.transform_vector3(ray.direction.as_dvec3());
         let per_m_squared = direction.length_squared();
         let nearest_m = -origin.dot(direction) / per_m_squared;
@@ -193,8 +196,7 @@ mod tests {
             let angle = 0.1 * f64::from(k);
             let origin = centre + DVec3::new(3.0 * angle.cos(), 3.0 * angle.sin(), 0.02 * f64::from(k - 100));
             let target = centre + turn * DVec3::new(0.1, -0.05, 0.2);
-            let ray =
-                Ray { origin: origin.as_vec3a(), direction: (target - origin).normalize().as_vec3a().normalize() };
+            let ray = Ray::new(origin.as_vec3a(), (target - origin).normalize().as_vec3a().normalize());
             let hit = ball.first_hit(&ray, f32::INFINITY).unwrap();
             let local = turn.inverse() * (hit.point.as_dvec3() - centre);
             // (x/a)² + (y/b)² + (z/c)² = 1, with rounding errors of coordinates near 3 m and a semi-axis of 0.2 m.

@@ -49,7 +49,7 @@ impl Plane {
     }
 
     fn distance_m(&self, ray: &Ray, limit_m: f32) -> Option<f32> {
-        let distance_m = (self.point - ray.origin).dot(self.normal) / ray.direction.dot(self.normal);
+        let distance_m = (self.point - ray.origin - ray.remainder).dot(self.normal) / ray.direction.dot(self.normal);
         (distance_m > 0.0 && distance_m < limit_m.min(HORIZON_M)).then_some(distance_m)
     }
 }
@@ -61,12 +61,12 @@ mod tests {
     #[test]
     fn a_floor_is_hit_from_above_and_below_but_not_by_parallel_rays() {
         let floor = Plane::new(Vec3A::new(0.0, 0.0, 2.0), Mat3A::IDENTITY);
-        let down = Ray { origin: Vec3A::new(1.0, 1.0, 5.0), direction: Vec3A::new(0.6, 0.0, -0.8) };
+        let down = Ray::new(Vec3A::new(1.0, 1.0, 5.0), Vec3A::new(0.6, 0.0, -0.8));
         let hit = floor.first_hit(&down, 9.0).unwrap();
         assert!((hit.distance_m - 3.75).abs() < 1e-6 && (hit.point - Vec3A::new(3.25, 1.0, 2.0)).length() < 1e-6);
         assert!(floor.first_hit(&down, 3.7).is_none() && !floor.occludes(&down, 3.7) && floor.occludes(&down, 3.8));
-        assert!(floor.occludes(&Ray { origin: Vec3A::ZERO, direction: Vec3A::Z }, 2.1));
-        assert!(floor.first_hit(&Ray { origin: Vec3A::ZERO, direction: Vec3A::X }, f32::INFINITY).is_none());
-        assert!(floor.first_hit(&Ray { origin: Vec3A::ZERO, direction: Vec3A::NEG_Z }, f32::INFINITY).is_none());
+        assert!(floor.occludes(&Ray::new(Vec3A::ZERO, Vec3A::Z), 2.1));
+        assert!(floor.first_hit(&Ray::new(Vec3A::ZERO, Vec3A::X), f32::INFINITY).is_none());
+        assert!(floor.first_hit(&Ray::new(Vec3A::ZERO, Vec3A::NEG_Z), f32::INFINITY).is_none());
     }
 }

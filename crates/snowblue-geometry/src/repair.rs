@@ -61,6 +61,24 @@ pub fn repair(mesh: &TriangleMesh) -> RepairedMesh {
     }
 }
 
+/// Turns the minority of the triangles of each connected part, so that all triangles of the part have one orientation.
+/// Returns the number of turned triangles.
+pub fn turn_alike(mesh: &mut TriangleMesh) -> usize {
+    let vertices = merged(&mesh.positions, &mesh.indices);
+    let merge = |triangle: &[u32; 3]| triangle.map(|corner| vertices[corner as usize]);
+    let triangles: Vec<[u32; 3]> = mesh.indices.iter().map(merge).collect();
+    let mut count = 0;
+    for part in parts(vertices.len(), &triangles) {
+        let reversed = part.iter().filter(|triangle| triangle.is_reversed).count();
+        let is_turned = |triangle: &&PartTriangle| triangle.is_reversed == (2 * reversed <= part.len());
+        for PartTriangle { triangle, .. } in part.iter().filter(is_turned) {
+            mesh.indices[*triangle].swap(1, 2);
+            count += 1;
+        }
+    }
+    count
+}
+
 /// Turns triangles so that all triangles of a connected part have one orientation and the volume of the part is
 /// positive.
 fn turn_outwards(triangles: &mut [[u32; 3]], positions: &[Vec3]) {

@@ -15,6 +15,8 @@ use snowblue_base::narrow;
 pub struct Transform {
     to_scene: Affine3A,
     to_object: Affine3A,
+    /// The map to object space, for the origins of rays.
+    exact_to_object: DAffine3,
     normal_to_scene: Mat3A,
     /// An upper bound of the factor by which lengths grow on the way to object space.
     stretch_to_object: f32,
@@ -38,6 +40,7 @@ impl Transform {
         finite.then(|| Self {
             to_scene: to_scene.as_affine3a(),
             to_object: to_object.as_affine3a(),
+            exact_to_object: to_object,
             normal_to_scene: normal_to_scene.as_mat3().into(),
             stretch_to_object: narrow(stretch(&to_object.matrix3)),
         })
@@ -53,8 +56,10 @@ impl Transform {
     pub(crate) fn ray_to_object(&self, ray: &Ray) -> ObjectRay {
         let direction = self.to_object.transform_vector3a(ray.direction);
         let length_per_m = direction.length();
-        let origin = self.to_object.transform_point3a(ray.origin);
-        ObjectRay { ray: Ray { origin, direction: direction / length_per_m }, length_per_m }
+        let exact = self.exact_to_object.transform_point3(ray.origin.as_dvec3() + ray.remainder.as_dvec3());
+        let origin = exact.as_vec3a();
+        let remainder = (exact - origin.as_dvec3()).as_vec3a();
+        ObjectRay { ray: Ray { origin, direction: direction / length_per_m, remainder }, length_per_m }
     }
 
     /// Transforms a point to object space.
@@ -112,7 +117,7 @@ mod tests {
             DAffine3::from_scale_rotation_translation(stretch, DQuat::from_rotation_y(0.7), DVec3::new(0.3, -1.0, 2.0));
         let transform = Transform::new(&map).unwrap();
         assert!((transform.volume_scale() - 3.0).abs() < 1e-6);
-        let ray = Ray { origin: Vec3A::new(0.1, 0.2, 0.3), direction: Vec3A::new(0.48, -0.6, 0.64) };
+        let ray = Ray::new(Vec3A::new(0.1, 0.2, 0.3), Vec3A::new(0.48, -0.6, 0.64));
         let ObjectRay { ray: object_ray, length_per_m } = transform.ray_to_object(&ray);
         let near = transform.point_to_scene(object_ray.at(0.5));
         let far = transform.point_to_scene(object_ray.at(0.5 + length_per_m));

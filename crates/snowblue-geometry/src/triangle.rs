@@ -9,7 +9,7 @@
 //! doi:10.1145/77635.77639). Every line therefore crosses a closed surface an even number of times, which depths
 //! through snow rely on.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use wide::f32x4;
 
 use crate::ray::Ray;
@@ -18,8 +18,10 @@ use crate::ray::Ray;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ShearedRay {
     origin: Vec3,
+    remainder: Vec3,
     axes: [usize; 3],
-    shear: [f32; 3],
+    shear: [f32; 2],
+    direction: DVec3,
 }
 
 /// The crossing of a line with a triangle.
@@ -29,6 +31,8 @@ pub(crate) struct TriangleHit {
     pub(crate) distance_m: f64,
     /// Barycentric weights of the corners.
     pub(crate) weights: [f64; 3],
+    /// Whether the line enters through the side from which the corners run counter-clockwise.
+    pub(crate) is_entry: bool,
 }
 
 /// Up to four triangles that are tested together.
@@ -80,8 +84,10 @@ impl ShearedRay {
         let along = direction[z];
         Self {
             origin: ray.origin.into(),
+            remainder: ray.remainder.into(),
             axes: [x, y, z],
-            shear: [direction[x] / along, direction[y] / along, 1.0 / along],
+            shear: [direction[x] / along, direction[y] / along],
+            direction: direction.as_dvec3(),
         }
     }
 
@@ -90,19 +96,23 @@ impl ShearedRay {
     pub(crate) fn intersect(&self, corners: &[Vec3; 3]) -> Option<TriangleHit> {
         let [a, b, c] = corners;
         let (a, b, c) = (self.sheared(*a), self.sheared(*b), self.sheared(*c));
-        let edges = [edge_function(b, c), edge_function(c, a), edge_function(a, b)];
-        let sides = edges.each_ref().map(|edge| edge.is_left);
-        if sides != [sides[0]; 3] {
+        let is_left = is_left_of(b, c);
+        if is_left_of(c, a) != is_left || is_left_of(a, b) != is_left {
             return None;
         }
-        let [edge_a, edge_b, edge_c] = edges.map(|edge| edge.area);
-        let sum = edge_a + edge_b + edge_c;
+        // The corners of a large triangle are far from the ray, where single precision is too coarse for the distance.
+        let [a, b, c] = corners.map(|corner| self.exactly_sheared(corner));
+        let areas = DVec3::new(area(b, c), area(c, a), area(a, b));
+        let sum = areas.element_sum();
         if sum == 0.0 {
             return None;
         }
-        let weights = [edge_a / sum, edge_b / sum, edge_c / sum];
-        let depth = weights[0] * f64::from(a.z) + weights[1] * f64::from(b.z) + weights[2] * f64::from(c.z);
-        Some(TriangleHit { distance_m: depth * f64::from(self.shear[2]), weights })
+        let weights = (areas / sum).clamp(DVec3::ZERO, DVec3::ONE);
+        let depth = weights.dot(DVec3::new(a.z, b.z, c.z));
+        let along = self.direction[self.axes[2]];
+        // The sheared axes are right-handed if the ray runs along the positive axis.
+        let is_entry = is_left != (along > 0.0);
+        Some(TriangleHit { distance_m: depth / along, weights: weights.to_array(), is_entry })
     }
 
     /// Culls four triangles: one bit for each that the line may cross.
@@ -114,7 +124,9 @@ impl ShearedRay {
     pub(crate) fn candidates(&self, four: &FourTriangles) -> u32 {
         let relative_error = f32x4::splat(4.0 * f32::EPSILON);
         let [x, y, z] = self.axes;
-        let relative = |corner: usize, axis: usize| four.corners[corner][axis] - f32x4::splat(self.origin[axis]);
+        let relative = |corner: usize, axis: usize| {
+            four.corners[corner][axis] - f32x4::splat(self.origin[axis]) - f32x4::splat(self.remainder[axis])
+        };
         let sheared = |corner: usize| {
             let along = relative(corner, z);
             let [shear_x, shear_y] = [f32x4::splat(self.shear[0]), f32x4::splat(self.shear[1])];
@@ -133,27 +145,33 @@ impl ShearedRay {
 
     #[inline(always)]
     fn sheared(&self, corner: Vec3) -> Vec3 {
-        let relative = corner - self.origin;
+        let relative = corner - self.origin - self.remainder;
         let [x, y, z] = self.axes;
         let along = relative[z];
         Vec3::new(relative[x] - self.shear[0] * along, relative[y] - self.shear[1] * along, along)
     }
+
+    #[inline(always)]
+    fn exactly_sheared(&self, corner: Vec3) -> DVec3 {
+        let relative = corner.as_dvec3() - self.origin.as_dvec3() - self.remainder.as_dvec3();
+        let [x, y, z] = self.axes;
+        let along = relative[z] / self.direction[z];
+        DVec3::new(relative[x] - self.direction[x] * along, relative[y] - self.direction[y] * along, relative[z])
+    }
 }
 
-/// An edge function at the ray's position (0, 0).
-struct EdgeFunction {
-    /// Twice the signed area of the triangle of the edge and the ray.
-    area: f64,
-    /// Whether the ray passes on the left of the edge, with ties resolved.
-    is_left: bool,
-}
-
+/// Twice the signed area of the triangle of an edge and the ray's position (0, 0).
 #[inline(always)]
-fn edge_function(from: Vec3, to: Vec3) -> EdgeFunction {
-    let area = f64::from(from.x) * f64::from(to.y) - f64::from(from.y) * f64::from(to.x);
+fn area(from: DVec3, to: DVec3) -> f64 {
+    from.x * to.y - from.y * to.x
+}
+
+/// Whether the ray passes on the left of an edge, with ties resolved.
+#[inline(always)]
+fn is_left_of(from: Vec3, to: Vec3) -> bool {
+    let area = area(from.as_dvec3(), to.as_dvec3());
     // If the area is zero, the sign of its derivative with the ray at (ε, ε²), in first and then second order.
-    let is_left = area > 0.0 || (area == 0.0 && (to.y < from.y || (to.y <= from.y && to.x > from.x)));
-    EdgeFunction { area, is_left }
+    area > 0.0 || (area == 0.0 && (to.y < from.y || (to.y <= from.y && to.x > from.x)))
 }
 
 #[cfg(test)]
@@ -174,7 +192,7 @@ mod tests {
             for j in 1..16 {
                 let origin = Vec3A::new(i as f32 / 16.0, j as f32 / 16.0, 1.0);
                 for direction in [Vec3A::NEG_Z, Vec3A::Z] {
-                    let ray = ShearedRay::new(&Ray { origin, direction });
+                    let ray = ShearedRay::new(&Ray::new(origin, direction));
                     let hits: Vec<_> = fan().iter().filter_map(|corners| ray.intersect(corners)).collect();
                     assert_eq!(hits.len(), 1, "at {origin}");
                     assert!((hits[0].distance_m + f64::from(direction.z)).abs() < 1e-12);
@@ -203,7 +221,7 @@ mod tests {
                 assert_eq!(four.corners(place), [*a, *b, *c]);
                 let aim = [*a, a.lerp(*b, 0.3), (a + b + c) / 3.0, a.lerp(*b, 1.7)][(k / 3 % 4) as usize];
                 let direction = (aim - 3.0 * point(k, 7)).normalize();
-                let ray = ShearedRay::new(&Ray { origin: (aim - direction).into(), direction: direction.into() });
+                let ray = ShearedRay::new(&Ray::new((aim - direction).into(), direction.into()));
                 let candidates = ray.candidates(&four);
                 for (other, triangle) in triangles.iter().enumerate() {
                     let hit = ray.intersect(triangle).is_some();
@@ -216,23 +234,23 @@ mod tests {
         // single precision cannot decide.
         assert!(crossed >= 20_000 && kept <= crossed + 40_000 && tested == 320_000, "{crossed} {kept}");
         let single_triangle = FourTriangles::new(fan().into_iter().take(1));
-        let through = ShearedRay::new(&Ray { origin: Vec3A::new(0.25, 0.1, 1.0), direction: Vec3A::NEG_Z });
+        let through = ShearedRay::new(&Ray::new(Vec3A::new(0.25, 0.1, 1.0), Vec3A::NEG_Z));
         assert_eq!(through.candidates(&single_triangle), 1, "unused lanes are culled");
     }
 
     #[test]
     fn lines_outside_and_edge_on_do_not_cross() {
         let corners = [Vec3::ZERO, Vec3::X, Vec3::Y];
-        let miss = ShearedRay::new(&Ray { origin: Vec3A::new(0.6, 0.6, 1.0), direction: Vec3A::NEG_Z });
+        let miss = ShearedRay::new(&Ray::new(Vec3A::new(0.6, 0.6, 1.0), Vec3A::NEG_Z));
         assert!(miss.intersect(&corners).is_none());
-        let edge_on = ShearedRay::new(&Ray { origin: Vec3A::new(-1.0, 0.2, 0.0), direction: Vec3A::X });
+        let edge_on = ShearedRay::new(&Ray::new(Vec3A::new(-1.0, 0.2, 0.0), Vec3A::X));
         assert!(edge_on.intersect(&corners).is_none());
     }
 
     #[test]
     fn barycentric_weights_and_distance_are_correct() {
         let corners = [Vec3::new(0.0, 0.0, 2.0), Vec3::new(1.0, 0.0, 3.0), Vec3::new(0.0, 1.0, 1.0)];
-        let ray = Ray { origin: Vec3A::new(0.3, 0.1, 0.0), direction: Vec3A::new(0.0, 0.0, 1.0) };
+        let ray = Ray::new(Vec3A::new(0.3, 0.1, 0.0), Vec3A::new(0.0, 0.0, 1.0));
         let hit = ShearedRay::new(&ray).intersect(&corners).unwrap();
         // The plane is z = 2 + x − y.
         assert!((hit.distance_m - 2.2).abs() < 1e-6);

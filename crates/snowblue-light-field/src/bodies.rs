@@ -271,9 +271,11 @@ impl Body for BodyShape<'_> {
         // Well before the body, so that all crossings lie ahead.
         let margin = 0.1 * (self.bounds.high - self.bounds.low).max_element();
         origin[axis] = self.bounds.low[axis] - margin;
-        let ray = Ray { origin, direction: Vec3A::AXES[axis] };
+        let ray = Ray::new(origin, Vec3A::AXES[axis]);
         CROSSINGS.with_borrow_mut(|found| {
-            self.objects.crossings(self.object, &ray, f32::INFINITY, found);
+            let is_open = self.objects.segments(self.object, &ray, f32::INFINITY, found);
+            // An odd number of crossings says that the line is not sound.
+            found.truncate(if is_open { 1 } else { found.len() });
             crossings.extend(found.iter().map(|crossing| AxisCrossing {
                 coordinate_m: f64::from(origin[axis]) + f64::from(crossing.distance_m),
                 normal: Vec3::from(crossing.normal).normalize_or_zero(),

@@ -213,7 +213,7 @@ fn trace(
     for bounce in 0..=most_surfaces {
         let [u, v, ..] = sampler.next_four();
         let direction = cosine_direction(surface.normal, u, v);
-        let mut ray = Ray { origin: queries.off_surface(object, &surface), direction };
+        let mut ray = Ray::new(queries.off_surface(object, &surface), direction);
         let Some(hit) = queries.indirect_hit(&mut ray, || sampler.next_four()[0], |_| {}) else {
             // The lights at diffuse surfaces include the sky.
             if throughput.is_none() {

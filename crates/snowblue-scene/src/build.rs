@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use glam::DVec3;
 use snowblue_base::files::FileSource;
 use snowblue_base::{KeyError, KeyPath};
 use snowblue_transport::SnowSample;
@@ -53,7 +54,8 @@ impl SceneDescription {
     /// When a value is out of range, or a file is missing or malformed. The error names the path of the value in the
     /// description, or the file.
     pub fn build(&self, files: &dyn FileSource) -> Result<Scene, SceneError> {
-        self.build_with(None, None, files)
+        let (description, local_origin) = self.around_local_origin();
+        description.build_with(local_origin, None, None, files)
     }
 
     /// Builds the scene like [`build`](Self::build), and shares equal parts with an earlier scene whose files were
@@ -63,7 +65,8 @@ impl SceneDescription {
     ///
     /// As [`build`](Self::build).
     pub fn build_after(&self, earlier: &Scene, files: &dyn FileSource) -> Result<Scene, SceneError> {
-        let changes = Changes::new(&earlier.description, self);
+        let (description, local_origin) = self.around_local_origin();
+        let changes = Changes::new(&earlier.description, &description);
         if changes.solids {
             return self.build(files);
         }
@@ -83,11 +86,13 @@ impl SceneDescription {
             air: earlier.air.clone(),
             files: earlier.light_files.clone(),
         });
-        self.build_with(Some(solids), lights, files)
+        description.build_with(local_origin, Some(solids), lights, files)
     }
 
+    /// Builds the scene of a description around its local origin.
     fn build_with(
         &self,
+        local_origin: DVec3,
         solids: Option<Solids>,
         lights: Option<DescribedLights>,
         files: &dyn FileSource,
@@ -96,7 +101,7 @@ impl SceneDescription {
         if let Some(camera) = &self.camera {
             camera.check(&KeyPath::root("camera"))?;
         }
-        let solids = solids.map_or_else(|| self.solids(files), Ok)?;
+        let solids = solids.map_or_else(|| self.solids(local_origin, files), Ok)?;
         let described = lights.map_or_else(|| self.described_lights(&solids.materials, files), Ok)?;
         let DescribedLights { mut lights, air, files: light_files } = described;
         let described_lights = lights.len();
@@ -151,6 +156,7 @@ impl SceneDescription {
             sensor,
             table_file: self.integrator.pcasnow.table.as_ref().map(|name| files.display_name(name)),
             description: self.clone(),
+            local_origin,
             notes,
             solid_files: solids.files,
             light_files,
@@ -173,7 +179,7 @@ impl SceneDescription {
     }
 
     /// Builds everything except the described lights.
-    fn solids(&self, files: &dyn FileSource) -> Result<Solids, SceneError> {
+    fn solids(&self, local_origin: DVec3, files: &dyn FileSource) -> Result<Solids, SceneError> {
         let files = RecordedFiles::new(files);
         let sources = Sources::new(&files);
         let mut materials = build_materials(&self.materials, &sources)?;
@@ -191,6 +197,9 @@ impl SceneDescription {
         notes.extend(gltf.notes);
         objects.extend(gltf.objects);
         let objects = Objects::new(objects);
+        if local_origin != DVec3::ZERO {
+            notes.push(format!("the scene is computed around {local_origin} m, where the camera looks"));
+        }
         notes.extend(notes_on_bodies(&objects, &materials, self.integrator.kind));
         if let Some(body) = body_of_two(&objects).filter(|_| !self.integrator.kind.has_curves()) {
             let reason = format!("has a body \"{body}\" of several materials; this integrator takes one");

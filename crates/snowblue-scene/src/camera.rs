@@ -13,7 +13,7 @@ use snowblue_base::{KeyError, KeyPath, Number, Numbers, ParameterRange, narrow, 
 use snowblue_geometry::ray::Ray;
 
 use crate::sampling::concentric_disc;
-use crate::values::{Coordinate, Direction, MAX_COORDINATE_M, point, upwards};
+use crate::values::{Coordinate, Direction, MAX_REACH_M, point, upwards};
 
 quantities! {
     /// Angle between the upper and the lower edge of a picture.
@@ -21,7 +21,7 @@ quantities! {
     /// Diameter of the aperture of a lens.
     pub Aperture = ParameterRange::new("aperture", 0.0, 10.0, "m");
     /// Distance of the plane of focus.
-    pub FocusDistance = ParameterRange::new("distance of focus", MIN_FOCUS_M, MAX_COORDINATE_M, "m");
+    pub FocusDistance = ParameterRange::new("distance of focus", MIN_FOCUS_M, MAX_REACH_M, "m");
 }
 
 /// A camera: a pinhole, or a thin lens.
@@ -188,7 +188,7 @@ impl PerspectiveCamera {
     #[inline]
     pub fn ray(&self, across: f32, down: f32) -> Ray {
         let direction = self.through(across, down);
-        Ray { origin: self.position, direction: direction / direction.length() }
+        Ray::new(self.position, direction / direction.length())
     }
 
     /// The ray through a point of the image and a point of the lens, which two numbers in [0, 1) choose evenly.
@@ -198,7 +198,7 @@ impl PerspectiveCamera {
         let [x, y] = concentric_disc(numbers);
         let offset = lens.right * x + lens.up * y;
         let direction = self.through(across, down) - offset * lens.inverse_focus_per_m;
-        Ray { origin: self.position + offset, direction: direction / direction.length() }
+        Ray::new(self.position + offset, direction / direction.length())
     }
 
     /// The change of the direction of a ray from one pixel to the next, to the right and downwards, in an image of

@@ -1,8 +1,9 @@
 //! Checks of the objects of a scene: size, volume, topology, and crossings of random lines.
 
 use glam::Vec3A;
+use snowblue_geometry::body::pair_up;
 use snowblue_geometry::bounds::Bounds;
-use snowblue_geometry::ray::Ray;
+use snowblue_geometry::ray::{Crossing, Ray};
 use snowblue_geometry::shape::Shape;
 use snowblue_geometry::topology::{Topology, volume};
 
@@ -12,6 +13,8 @@ use crate::sampling::Sampler;
 
 /// Number of random lines through each object.
 const LINES: u32 = 10_000;
+/// Relative rounding error of sums of lengths.
+const ROUNDING: f64 = 1e-4;
 
 /// The checks of an object.
 #[derive(Debug, Clone, PartialEq)]
@@ -47,6 +50,7 @@ pub fn inspect(scene: &Scene) -> Vec<Inspection> {
 }
 
 fn inspect_object(number: u32, object: &Object, is_snow: bool) -> Inspection {
+    let lines = random_lines(number, &object.shape);
     let (topology, volume_m3) = match &object.shape {
         Shape::Cuboid(cuboid) => (Topology::default(), Some(cuboid.volume_m3())),
         Shape::Ellipsoid(ellipsoid) => (Topology::default(), Some(ellipsoid.volume_m3())),
@@ -55,18 +59,18 @@ fn inspect_object(number: u32, object: &Object, is_snow: bool) -> Inspection {
             let mesh = instance.mesh().triangles();
             let topology = Topology::of(mesh);
             let is_solid = topology.is_closed() && topology.reversed_edges == 0;
-            (topology, is_solid.then(|| volume(mesh) * instance.transform().volume_scale()))
+            let volume_m3 = || volume(mesh) * instance.transform().volume_scale() * lines.inside_per_wound();
+            (topology, is_solid.then(volume_m3))
         }
     };
-    let RandomLines { crossing, odd } = random_lines(number, &object.shape);
     Inspection {
         name: object.name.clone(),
         is_snow,
         size_m: extent(&object.shape).map(|bounds| bounds.high - bounds.low),
         volume_m3,
         topology,
-        lines: crossing,
-        odd_lines: odd,
+        lines: lines.crossing,
+        odd_lines: lines.odd,
     }
 }
 
@@ -87,6 +91,19 @@ struct RandomLines {
     crossing: u32,
     /// Number of these lines that cross the object an odd number of times.
     odd: u32,
+    /// Length of these lines inside the object, in m.
+    inside_m: f64,
+    /// Their length inside times the winding number, which counts overlapping shells more than once, in m.
+    wound_m: f64,
+}
+
+impl RandomLines {
+    /// The volume of the inside as a share of the volume by the orientation of triangles. Lengths of random lines are
+    /// proportional to volumes. Without overlapping shells it is 1.
+    fn inside_per_wound(&self) -> f64 {
+        let share = self.inside_m / self.wound_m.abs();
+        if (share - 1.0).abs() < ROUNDING || !share.is_finite() { 1.0 } else { share }
+    }
 }
 
 fn random_lines(number: u32, shape: &Shape) -> RandomLines {
@@ -103,9 +120,15 @@ fn random_lines(number: u32, shape: &Shape) -> RandomLines {
             continue;
         };
         crossings.clear();
-        shape.crossings(&Ray { origin: centre + radius_m * from, direction }, &mut crossings);
+        shape.crossings(&Ray::new(centre + radius_m * from, direction), &mut crossings);
         lines.crossing += u32::from(!crossings.is_empty());
         lines.odd += u32::from(crossings.len() % 2 == 1);
+        let signed_m =
+            |crossing: &Crossing| f64::from(crossing.distance_m) * if crossing.is_entry { -1.0 } else { 1.0 };
+        lines.wound_m += crossings.iter().map(signed_m).sum::<f64>();
+        pair_up(&mut crossings, 0);
+        let length_m = |[enter, leave]: &[Crossing; 2]| f64::from(leave.distance_m - enter.distance_m);
+        lines.inside_m += crossings.as_chunks().0.iter().map(length_m).sum::<f64>();
     }
     lines
 }

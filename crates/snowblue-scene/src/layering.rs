@@ -6,7 +6,6 @@ use glam::{DVec3, Vec3A};
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use snowblue_base::{Number, narrow};
-use snowblue_geometry::body::pair_up;
 use snowblue_geometry::ray::{Crossing, Ray, SurfacePoint};
 use snowblue_transport::stack::Layer;
 
@@ -71,9 +70,9 @@ pub(crate) fn depth_below_surface(objects: &Objects, object: usize, point: Vec3A
     if let Some(height_m) = undisturbed.and_then(|surface| surface.height_m(point.x, point.y)) {
         return (height_m - point.z).max(0.0);
     }
-    let up = Ray { origin: point, direction: Vec3A::Z };
+    let up = Ray::new(point, Vec3A::Z);
     CROSSINGS.with_borrow_mut(|crossings| {
-        objects.crossings(object, &up, f32::INFINITY, crossings);
+        objects.segments(object, &up, f32::INFINITY, crossings);
         crossings.iter().map(|crossing| crossing.distance_m).fold(0.0, f32::max)
     })
 }
@@ -147,10 +146,9 @@ impl Layering {
     /// Adds the length of a vertical line in each layer, in m.
     fn add_lengths(&self, objects: &Objects, object: usize, (bottom, height_m): (Vec3A, f64), lengths_m: &mut [f64]) {
         let depth_m = self.depth_m(objects, object, bottom);
-        let up = Ray { origin: bottom, direction: Vec3A::Z };
+        let up = Ray::new(bottom, Vec3A::Z);
         CROSSINGS.with_borrow_mut(|crossings| {
-            objects.crossings(object, &up, f32::INFINITY, crossings);
-            pair_up(crossings, 0);
+            objects.segments(object, &up, f32::INFINITY, crossings);
             for segment in crossings.chunks_exact(2) {
                 // Depths of the upper and the lower end.
                 let [low_m, high_m] = [0, 1].map(|end| f64::from(segment[end].distance_m).clamp(0.0, height_m));

@@ -38,6 +38,7 @@ pub mod transparency;
 pub mod undisturbed;
 
 mod layering;
+mod local_origin;
 
 pub mod air;
 mod gltf;

@@ -1,7 +1,7 @@
 //! Ray queries to the objects of a scene, with counts. Each thread has its own queries and counts.
 
 use glam::Vec3A;
-use snowblue_geometry::body::{Chord, Line, chord, parts};
+use snowblue_geometry::body::{Chord, Line, chord};
 use snowblue_geometry::ray::{Crossing, Ray, SurfacePoint, off_surface};
 
 use crate::material::Material;
@@ -120,13 +120,13 @@ impl<'scene> SceneQueries<'scene> {
     pub(crate) fn transmittance_to(&mut self, from: Vec3A, side: Side, target: Vec3A) -> f32 {
         let offset = target - from;
         let distance_m = offset.length();
-        self.transmittance(&Ray { origin: from, direction: offset / distance_m }, distance_m, side)
+        self.transmittance(&Ray::new(from, offset / distance_m), distance_m, side)
     }
 
     /// The share of light that passes from a distant light to a point just off one side of a surface.
     #[inline]
     pub(crate) fn transmittance_to_distant(&mut self, from: Vec3A, side: Side, direction: Vec3A) -> f32 {
-        self.transmittance(&Ray { origin: from, direction }, f32::INFINITY, side)
+        self.transmittance(&Ray::new(from, direction), f32::INFINITY, side)
     }
 
     #[inline]
@@ -141,14 +141,14 @@ impl<'scene> SceneQueries<'scene> {
     #[inline]
     pub fn chord(&mut self, object: usize, line: &Line) -> Option<Chord> {
         self.statistics.depth_lines += 1;
-        let ray = Ray { origin: line.point, direction: line.direction };
+        let ray = Ray::new(line.point, line.direction);
         if let Some(convex) = self.objects.convex(object) {
             let mut pair = convex.pair(&ray)?;
             set_object(object, &mut pair);
             return chord(std::iter::once(&pair), line);
         }
-        let odd = self.objects.crossings(object, &ray, line.end_m, &mut self.crossings);
+        let odd = self.objects.segments(object, &ray, line.end_m, &mut self.crossings);
         self.statistics.odd_depth_lines += u64::from(odd);
-        Some(chord(parts(&mut self.crossings), line)?.with_unit_normal())
+        Some(chord(self.crossings.as_chunks().0.iter(), line)?.with_unit_normal())
     }
 }

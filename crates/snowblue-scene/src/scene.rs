@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use glam::DVec3;
 use schemars::JsonSchema;
 use serde::Serialize;
 use snowblue_base::{Count, KeyPath, Numbers};
@@ -109,8 +110,10 @@ pub struct Scene {
     pub(crate) sensor: Sensor,
     /// The file of the table for PCASnow, if the description names a table.
     pub(crate) table_file: Option<PathBuf>,
-    /// The description from which the scene was built.
+    /// The description around the local origin, with the changes made since.
     pub(crate) description: SceneDescription,
+    /// The origin of the scene in the coordinates of the file, in m.
+    pub(crate) local_origin: DVec3,
     /// Sentences that say what was changed in meshes. `solid_notes` has no sentence about changes for the relief.
     pub(crate) notes: Vec<String>,
     pub(crate) solid_notes: Vec<String>,
@@ -178,9 +181,16 @@ impl Scene {
         &self.integrator
     }
 
-    /// The description from which the scene was built, with the changes made since.
+    /// The description from which the scene was built, around its [local origin](Self::local_origin), with the changes
+    /// made since.
     pub fn description(&self) -> &SceneDescription {
         &self.description
+    }
+
+    /// The origin of the scene in the coordinates of the description from which it was built, in m. It is 0 unless the
+    /// camera looks at a point farther than 500 m from their origin.
+    pub fn local_origin(&self) -> DVec3 {
+        self.local_origin
     }
 
     /// Sentences that say what was changed in meshes.

@@ -103,7 +103,7 @@ impl<'scene> TransparentSurfaces<'scene> {
         }
         let mirrored = hit.direction - 2.0 * hit.direction.dot(hit.normal) * hit.normal;
         let origin = off_surface(hit.point, hit.normal, self.objects.reach_m(hit.object));
-        material.is_mirror().then_some(Ray { origin, direction: mirrored.normalize() })
+        material.is_mirror().then_some(Ray::new(origin, mirrored.normalize()))
     }
 
     fn transmittance_at(&self, hit: &SurfaceInteraction) -> f32 {
@@ -113,6 +113,6 @@ impl<'scene> TransparentSurfaces<'scene> {
     /// The ray from just behind a hit.
     fn behind(&self, hit: &SurfaceInteraction) -> Ray {
         let origin = off_surface(hit.point, -hit.normal, self.objects.reach_m(hit.object));
-        Ray { origin, direction: hit.direction }
+        Ray::new(origin, hit.direction)
     }
 }

@@ -12,8 +12,10 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use snowblue_base::{KeyError, KeyPath, Number, Numbers, ParameterRange, Quantity, narrow, quantities};
 use snowblue_color::{LinearRgb, Srgb8};
 
-/// Greatest coordinate of anything in a scene, in m.
-pub(crate) const MAX_COORDINATE_M: f64 = 1e5;
+/// Greatest coordinate of anything in a description, in m: more than the coordinates of national grids.
+const MAX_COORDINATE_M: f64 = 1e8;
+/// Greatest coordinate of anything in a scene from its local origin, in m.
+pub(crate) const MAX_REACH_M: f64 = 1e5;
 
 quantities! {
     /// A coordinate of anything in a scene.

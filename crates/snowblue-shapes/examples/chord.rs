@@ -24,7 +24,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let drift = Instance::new(mesh.into(), transform);
 
     for height_m in [1.1, 1.3] {
-        let ray = Ray { origin: Vec3A::new(-3.0, 0.0, height_m), direction: Vec3A::X };
+        let ray = Ray::new(Vec3A::new(-3.0, 0.0, height_m), Vec3A::X);
         let mut crossings = Vec::new();
         drift.crossings(&ray, &mut crossings);
         crossings.sort_by(|a, b| a.distance_m.total_cmp(&b.distance_m));

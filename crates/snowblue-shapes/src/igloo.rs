@@ -286,11 +286,7 @@ mod tests {
             // Just inside the edge, where the neighbour does not overlap.
             let thickness = |towards: Vec3| {
                 let mut crossings = Vec::new();
-                mesh.crossings(
-                    &Ray { origin: (0.1 * towards).into(), direction: towards.into() },
-                    f32::NEG_INFINITY,
-                    &mut crossings,
-                );
+                mesh.crossings(&Ray::new((0.1 * towards).into(), towards.into()), f32::NEG_INFINITY, &mut crossings);
                 crossings.sort_by(|a, b| a.distance_m.total_cmp(&b.distance_m));
                 crossings.chunks_exact(2).map(|pair| pair[1].distance_m - pair[0].distance_m).sum::<f32>()
             };
@@ -309,7 +305,7 @@ mod tests {
             let azimuth = 2.399_963 * f64::from(number);
             let level = (1.0 - rise * rise).sqrt();
             let direction = DVec3::new(level * azimuth.cos(), level * azimuth.sin(), rise).as_vec3a();
-            let ray = Ray { origin: glam::Vec3A::ZERO, direction };
+            let ray = Ray::new(glam::Vec3A::ZERO, direction);
             assert!(blocks.iter().any(|block| block.occludes(&ray, f32::INFINITY)), "{direction}");
         }
     }

@@ -158,7 +158,7 @@ impl<'a> Lattice<'a> {
     fn hit(&self, place_m: DVec2) -> Option<ShapeHit> {
         let bounds = self.ground.bounds();
         let origin = place_m.as_vec2().extend(bounds.high.z + bounds.diagonal_m());
-        let ray = Ray { origin: origin.into(), direction: Vec3A::NEG_Z };
+        let ray = Ray::new(origin.into(), Vec3A::NEG_Z);
         self.ground.first_hit(&ray, f32::INFINITY)
     }
 
@@ -483,7 +483,7 @@ mod tests {
     /// The depth of the snow below a place, if there is any.
     fn depth_m(mesh: &MeshBvh, x: f32, y: f32) -> Option<f32> {
         let mut crossings = Vec::new();
-        let ray = Ray { origin: Vec3A::new(x, y, 9.0), direction: Vec3A::NEG_Z };
+        let ray = Ray::new(Vec3A::new(x, y, 9.0), Vec3A::NEG_Z);
         mesh.crossings(&ray, 0.0, &mut crossings);
         crossings.sort_by(|one, other| one.distance_m.total_cmp(&other.distance_m));
         assert_eq!(crossings.len() % 2, 0);
@@ -548,7 +548,7 @@ mod tests {
                 let sides =
                     [level([-1.0, 0.0, 0.0], [1.0 - half_m, 2.0]), level([half_m, 0.0, 0.0], [1.0 - half_m, 2.0])];
                 let mesh = MeshBvh::new(snow(&[sides.concat(), floor].concat()));
-                let ray = Ray { origin: Vec3A::new(0.003, 1.0, 9.0), direction: Vec3A::NEG_Z };
+                let ray = Ray::new(Vec3A::new(0.003, 1.0, 9.0), Vec3A::NEG_Z);
                 let top_m = mesh.first_hit(&ray, f32::INFINITY).map(|hit| f64::from(hit.point.z));
                 // A ball between both sides sinks by less than its radius.
                 let is_closed = top_m.is_some_and(|top_m| (0.5..1.05).contains(&(top_m / DEPTH_M)));
@@ -605,7 +605,7 @@ mod tests {
         let mesh = MeshBvh::new(solid);
         for (x, levels) in [(-0.5, 1), (0.75, 1), (1.49, 1)] {
             let mut crossings = Vec::new();
-            mesh.crossings(&Ray { origin: Vec3A::new(x, 1.0, 9.0), direction: Vec3A::NEG_Z }, 0.0, &mut crossings);
+            mesh.crossings(&Ray::new(Vec3A::new(x, 1.0, 9.0), Vec3A::NEG_Z), 0.0, &mut crossings);
             assert_eq!(crossings.len(), 2 * levels, "{x}");
         }
     }

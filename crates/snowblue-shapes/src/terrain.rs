@@ -606,7 +606,7 @@ mod tests {
                 let position = DVec2::new(f64::from(column) * 0.25 - 40.0, 20.0 - f64::from(row) * 0.25);
                 // A little inwards, so that lines do not miss the edge; slopes are below 0.7.
                 let origin = Vec3A::new(narrow(0.9999 * position.x), narrow(0.9999 * position.y), 10.0);
-                let hit = mesh.first_hit(&Ray { origin, direction: Vec3A::NEG_Z }, f32::INFINITY).unwrap();
+                let hit = mesh.first_hit(&Ray::new(origin, Vec3A::NEG_Z), f32::INFINITY).unwrap();
                 let error_m = f64::from(hit.point.z) - hills_m(position);
                 assert!(error_m.abs() < 0.05 + 0.7 * 0.005, "{position}: {error_m}");
             }
@@ -655,7 +655,7 @@ mod tests {
         check_closed(&solid);
         let mesh = MeshBvh::new(solid);
         let down = |x: f32| {
-            let ray = Ray { origin: Vec3A::new(x, 0.003, 1.0), direction: Vec3A::NEG_Z };
+            let ray = Ray::new(Vec3A::new(x, 0.003, 1.0), Vec3A::NEG_Z);
             mesh.first_hit(&ray, f32::INFINITY).map(|hit| hit.point.z)
         };
         assert_eq!(down(0.0), None);

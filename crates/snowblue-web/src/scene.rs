@@ -272,7 +272,7 @@ impl LightField {
         let tone: ToneCurve = tone.parse().map_err(|reason| JsError::new(&text(reason)))?;
         let [x, y, z, across, along, up] = *ray else { return Err(JsError::new("a ray has six numbers")) };
         let (origin, towards) = (Vec3A::new(x, y, z), Vec3A::new(across, along, up));
-        let Some(place) = self.snow.place_along(&Ray { origin, direction: towards.normalize() }) else {
+        let Some(place) = self.snow.place_along(&Ray::new(origin, towards.normalize())) else {
             return Ok(None);
         };
         let directions: Vec<Vec3A> = directions.chunks_exact(3).map(Vec3A::from_slice).collect();

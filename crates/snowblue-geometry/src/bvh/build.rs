@@ -233,7 +233,7 @@ mod tests {
     /// The primitives of all leaves that a line along z through a point hits. Both traversals find equal primitives.
     fn candidates(bvh: &Bvh8, point: Vec3A) -> Vec<usize> {
         let (mut found, mut found_ordered) = (Vec::new(), Vec::new());
-        let ray = BvhRay::new(&Ray { origin: point - Vec3A::Z, direction: Vec3A::Z }, AHEAD);
+        let ray = BvhRay::new(&Ray::new(point - Vec3A::Z, Vec3A::Z), AHEAD);
         bvh.traverse(&ray, |leaf| {
             found.extend(bvh.primitives(leaf));
             false
@@ -256,7 +256,7 @@ mod tests {
             .collect();
         let bvh = Bvh8::build(&beads);
         for (direction, sign) in [(Vec3A::X, 1.0), (Vec3A::NEG_X, -1.0)] {
-            let ray = Ray { origin: Vec3A::new(298.5, 0.0, 0.0) - 400.0 * direction, direction };
+            let ray = Ray::new(Vec3A::new(298.5, 0.0, 0.0) - 400.0 * direction, direction);
             let (mut previous, mut visited) = (f32::NEG_INFINITY, 0);
             bvh.traverse_ordered(&BvhRay::new(&ray, AHEAD), |leaf| {
                 let positions = bvh.primitives(leaf).map(|bead| sign * 3.0 * bead as f32);

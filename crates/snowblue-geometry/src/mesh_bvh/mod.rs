@@ -1,9 +1,9 @@
 //! Ray queries on a triangle mesh through its bounding volume hierarchy: first hit, occlusion, and all crossings of a
 //! line.
 //!
-//! Crossings must be counted exactly. The triangle test is watertight and ignores orientation. Every query moves its
-//! origin to the mesh's bounds, so that rounding errors scale with the size of the mesh and not with its distance, and
-//! the boxes of the hierarchy are padded by more than these errors.
+//! Crossings must be counted exactly. The triangle test is watertight and ignores orientation. A query from outside of
+//! the mesh's bounds moves its origin to the bounds, so that rounding errors scale with the size of the mesh and not
+//! with its distance, and the boxes of the hierarchy are padded by more than these errors.
 
 use glam::{Vec2, Vec3, Vec3A};
 
@@ -183,7 +183,7 @@ impl MeshBvh {
             query.intersect(four, |slot, hit| {
                 let distance_m = narrow(hit.distance_m + f64::from(query.start_m));
                 if distance_m >= from_m {
-                    crossings.push(Crossing::new(distance_m, area_normal(&four.corners(slot))));
+                    crossings.push(Crossing::new(distance_m, area_normal(&four.corners(slot)), hit.is_entry));
                 }
             });
             false
@@ -203,11 +203,14 @@ impl MeshQuery {
     /// Prepares an interval of a ray; none if it misses the bounds.
     #[inline]
     fn new(mesh: &MeshBvh, ray: &Ray, interval: Interval) -> Option<Self> {
-        let start_m = mesh.bounds.intersect(ray, interval)?.start_m;
-        let moved = Ray { origin: ray.at(start_m), direction: ray.direction };
+        let within = mesh.bounds.intersect(ray, interval)?;
+        // The point of the interval that is nearest to the origin.
+        let start_m = 0.0_f32.clamp(within.start_m, within.end_m);
+        let mut moved = *ray;
+        moved.advance(start_m);
         // If the interval starts before the bounds, the moved ray has no start: by rounding, the origin of a distant
         // ray may be moved into the bounds.
-        let from_m = if start_m > interval.start_m { f32::NEG_INFINITY } else { 0.0 };
+        let from_m = if within.start_m > interval.start_m { f32::NEG_INFINITY } else { interval.start_m - start_m };
         let moved_interval = Interval { start_m: from_m, end_m: interval.end_m - start_m };
         Some(Self { start_m, bvh_ray: BvhRay::new(&moved, moved_interval), sheared: ShearedRay::new(&moved) })
     }

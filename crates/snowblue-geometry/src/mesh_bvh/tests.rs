@@ -58,7 +58,7 @@ fn lines_through_vertices_and_edges_have_even_crossings() {
         let target: Vec3A = if k % 2 == 0 { corners[0].into() } else { ((corners[0] + corners[1]) * 0.5).into() };
         let origin = target - direction * [0.0, 2.0, 100.0][k % 3];
         crossings.clear();
-        mesh.crossings(&Ray { origin, direction }, f32::NEG_INFINITY, &mut crossings);
+        mesh.crossings(&Ray::new(origin, direction), f32::NEG_INFINITY, &mut crossings);
         assert_eq!(crossings.len() % 2, 0, "line {k}");
         through += usize::from(!crossings.is_empty());
     }
@@ -75,7 +75,7 @@ fn distant_lines_have_exact_crossings_and_first_hits() {
         for (k, direction) in directions(20_000).enumerate() {
             let away_m = [1.0, 30.0, 1e3, 1e4, 1e5][k % 5];
             let aim = Vec3A::new(0.1 + 0.8 * (k as f32 * 0.618).fract(), 0.5, 0.3 + 0.4 * (k as f32 * 0.755).fract());
-            let ray = Ray { origin: 0.5 * aim - direction * away_m, direction };
+            let ray = Ray::new(0.5 * aim - direction * away_m, direction);
             crossings.clear();
             mesh.crossings(&ray, f32::NEG_INFINITY, &mut crossings);
             assert_eq!(crossings.len() % 2, 0, "line {k} from {away_m} m");
@@ -117,7 +117,7 @@ fn the_sign_of_zero_directions_has_no_effect() {
             let signed =
                 |axis: usize| if along[axis].abs() < 0.5 && signs & (1 << axis) != 0 { -0.0 } else { along[axis] };
             let direction = Vec3A::new(signed(0), signed(1), signed(2));
-            let ray = Ray { origin: Vec3A::new(0.11, 0.07, 0.05) - 3.0 * along, direction };
+            let ray = Ray::new(Vec3A::new(0.11, 0.07, 0.05) - 3.0 * along, direction);
             let mut crossings = Vec::new();
             mesh.crossings(&ray, f32::NEG_INFINITY, &mut crossings);
             assert_eq!(crossings.len(), 2, "{direction:?}");
@@ -140,7 +140,7 @@ fn lines_beside_vertices_have_exact_crossings() {
         let beside = direction.any_orthonormal_vector() * (((k % 41) as f32 - 20.0) * 5e-8);
         let origin = Vec3A::from(triangles[k * 7 % triangles.len()][0]) + beside - direction * (k % 3) as f32;
         crossings.clear();
-        mesh.crossings(&Ray { origin, direction }, f32::NEG_INFINITY, &mut crossings);
+        mesh.crossings(&Ray::new(origin, direction), f32::NEG_INFINITY, &mut crossings);
         assert_eq!(crossings.len() % 2, 0, "line {k}");
     }
 }
@@ -157,7 +157,7 @@ fn lines_along_box_sides_have_exact_crossings() {
             (origin[(axis + 1) % 3], origin[(axis + 2) % 3]) = (at(i), at(j));
             crossings.clear();
             let direction = Vec3A::from(Vec3::AXES[axis]);
-            mesh.crossings(&Ray { origin, direction }, f32::NEG_INFINITY, &mut crossings);
+            mesh.crossings(&Ray::new(origin, direction), f32::NEG_INFINITY, &mut crossings);
             assert_eq!(crossings.len(), 2, "axis {axis}, corner {i}, {j}");
         }
     }
@@ -171,7 +171,7 @@ fn axis_parallel_lines_through_vertices_have_exact_crossings() {
         for k in 0..64 {
             let side = axis.any_orthonormal_vector() * (k as f32 / 64.0);
             crossings.clear();
-            mesh.crossings(&Ray { origin: side - axis * 3.0, direction: axis }, f32::NEG_INFINITY, &mut crossings);
+            mesh.crossings(&Ray::new(side - axis * 3.0, axis), f32::NEG_INFINITY, &mut crossings);
             assert_eq!(crossings.len(), 2, "{axis} {k}");
         }
     }
@@ -181,7 +181,7 @@ fn axis_parallel_lines_through_vertices_have_exact_crossings() {
 fn first_hit_occlusion_and_crossings_agree() {
     let mesh = MeshBvh::new(TriangleMesh::from_triangles(&sphere(12)));
     for direction in directions(500) {
-        let ray = Ray { origin: direction * -3.0 + Vec3A::new(0.02, 0.3, -0.1), direction };
+        let ray = Ray::new(direction * -3.0 + Vec3A::new(0.02, 0.3, -0.1), direction);
         let hit = mesh.first_hit(&ray, f32::INFINITY).unwrap();
         let mut crossings = Vec::new();
         mesh.crossings(&ray, f32::NEG_INFINITY, &mut crossings);
@@ -193,7 +193,7 @@ fn first_hit_occlusion_and_crossings_agree() {
         assert!(!mesh.occludes(&ray, hit.distance_m - 1e-4));
         assert!(mesh.first_hit(&ray, hit.distance_m - 1e-4).is_none());
         // From inside, the far crossing is the first hit.
-        let inside = Ray { origin: ray.at(3.0), direction };
+        let inside = Ray::new(ray.at(3.0), direction);
         let far = mesh.first_hit(&inside, f32::INFINITY).unwrap();
         assert!((far.distance_m + 3.0 - crossings[1].distance_m).abs() < 2e-6);
     }
@@ -202,7 +202,7 @@ fn first_hit_occlusion_and_crossings_agree() {
 #[test]
 fn a_single_triangle_can_be_hit() {
     let mesh = MeshBvh::new(TriangleMesh::from_triangles(&[[Vec3::ZERO, Vec3::X, Vec3::Y]]));
-    let ray = Ray { origin: Vec3A::new(0.2, 0.2, 1.0), direction: Vec3A::NEG_Z };
+    let ray = Ray::new(Vec3A::new(0.2, 0.2, 1.0), Vec3A::NEG_Z);
     let hit = mesh.first_hit(&ray, f32::INFINITY).unwrap();
     assert!((hit.distance_m - 1.0).abs() < 1e-6 && (hit.normal.z.abs() - 1.0).abs() < 1e-6);
 }

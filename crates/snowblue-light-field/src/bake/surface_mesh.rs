@@ -146,7 +146,7 @@ fn faces_outwards(shape: &Shape, middle: Vec3, normal: Vec3, reach_m: f32) -> Op
         return None;
     }
     let mut crossings = Vec::new();
-    shape.crossings(&Ray { origin: middle.into(), direction: normal.into() }, &mut crossings);
+    shape.crossings(&Ray::new(middle.into(), normal.into()), &mut crossings);
     let is_here = |crossing: &&Crossing| crossing.distance_m.abs() <= ROUNDING * reach_m;
     if crossings.len() % 2 != 0 || crossings.iter().filter(is_here).count() != 1 {
         return None;

@@ -186,7 +186,7 @@ impl<'a> PathTracer<'a> {
             return None;
         }
         *throughput = *throughput * survival.recip();
-        Some(Ray { origin: self.queries.off_surface(surface.hit.object, &surface.hit.surface_point()), direction })
+        Some(Ray::new(self.queries.off_surface(surface.hit.object, &surface.hit.surface_point()), direction))
     }
 
     /// The surface where a ray ends, and the radiance from the lights that it hits before. The ray starts at the

@@ -160,11 +160,12 @@ impl<'scene> ReferenceTracer<'scene> {
             }
             if let Some(snow) = within {
                 let entering = self.scene.materials()[surface.material].is_snow();
-                match self.scatter(path, snow, entering) {
+                match self.scatter(path, snow, entering.then_some(&surface)) {
                     SnowEnd::Absorbed => return,
                     SnowEnd::Missed => {
                         let reach_m = self.scene.objects().reach_m(surface.object);
-                        path.walk.ray.origin = off_surface(surface.point, -surface.normal, reach_m);
+                        let behind = off_surface(surface.point, -surface.normal, reach_m);
+                        path.walk.ray = Ray::new(behind, path.walk.ray.direction);
                         within = None;
                     }
                     SnowEnd::Solid(surface) => {
@@ -216,8 +217,13 @@ impl<'scene> ReferenceTracer<'scene> {
         path.walk.reflect(&mut self.surroundings, surface, reflection, at_surface)
     }
 
-    /// Scatters a path in snow, from its surface if `entering`, else from inside.
-    fn scatter(&mut self, path: &mut Path, BodyId { object, material }: BodyId, entering: bool) -> SnowEnd {
+    /// Scatters a path in snow, from the surface where it enters, else from inside.
+    fn scatter(
+        &mut self,
+        path: &mut Path,
+        BodyId { object, material }: BodyId,
+        entering: Option<&SurfaceInteraction>,
+    ) -> SnowEnd {
         let Some(snow) = self.volumes[material].as_deref() else { return SnowEnd::Absorbed };
         let greatest_per_m = snow.greatest_extinction_per_m(path.node);
         let mean_flight_m = greatest_per_m.recip();
@@ -230,8 +236,8 @@ impl<'scene> ReferenceTracer<'scene> {
             snow.volumes.iter().map(|kind| kind.nodes()[path.node].events_from(first_event)).collect();
         // The exit along the first flight, where it is known.
         let mut known_exit = None;
-        if entering {
-            known_exit = self.surroundings.enter(object, &mut path.walk.ray);
+        if let Some(surface) = entering {
+            known_exit = self.surroundings.enter(surface, &mut path.walk.ray);
             if known_exit.is_none() {
                 return SnowEnd::Missed;
             }
@@ -250,7 +256,7 @@ impl<'scene> ReferenceTracer<'scene> {
             }
             match flight {
                 Flight::Free(_) => {
-                    path.walk.ray.origin = path.walk.ray.at(length_m);
+                    path.walk.ray.advance(length_m);
                     kind = self.kind_at(snow, object, path);
                     if !snow.kinds.is_uniform() {
                         let extinction_per_m = snow.volumes[kind].nodes()[path.node].extinction_per_m();
@@ -269,7 +275,7 @@ impl<'scene> ReferenceTracer<'scene> {
                 }
                 Flight::Out { origin, .. } => {
                     path.walk.throughput *= self.attenuation(snow, (kind, 0.0));
-                    path.walk.ray.origin = origin;
+                    path.walk.ray = Ray::new(origin, path.walk.ray.direction);
                     return SnowEnd::Outside;
                 }
                 Flight::Solid(surface, _) if path.walk.goes_on(&self.surroundings, &surface) => {
@@ -319,9 +325,9 @@ impl<'scene> ReferenceTracer<'scene> {
         let medium = path.medium();
         for light in &self.delta_lights {
             let chance = path.walk.stream.uniform();
-            let (point, flight_m) = (path.walk.ray.origin, narrow(-chance.ln() * mean_flight_m));
+            let (ray, flight_m) = (&path.walk.ray, narrow(-chance.ln() * mean_flight_m));
             let origin = &light.sample.origin;
-            if snow.kinds.is_uniform() && self.surroundings.stays_inside(object, point, origin, flight_m) {
+            if snow.kinds.is_uniform() && self.surroundings.stays_inside(object, ray, origin, flight_m) {
                 continue;
             }
             let found = light.scattered(&mut self.surroundings, node, &path.walk.ray, (medium, chance));

@@ -90,11 +90,12 @@ impl SnowWalk {
         (directions, reflectance): (Directions, impl Fn(Vec3A) -> Spectrum),
         (lights, medium, bounce): (&[WalkLight], Medium, u32),
     ) -> bool {
-        let from = off_surface(surface.point, surface.normal, surroundings.reach_m(surface.object));
+        let off_surface = off_surface(surface.point, surface.normal, surroundings.reach_m(surface.object));
+        let from = Ray::new(off_surface, surface.normal);
         for WalkLight { sample, power } in lights {
             let chance = self.stream.uniform();
             if let Some(incident) = sample.incident_at(&surface.surface_point())
-                && let Some(transmitted) = surroundings.transmitted(from, &sample.origin, medium, chance)
+                && let Some(transmitted) = surroundings.transmitted(&from, &sample.origin, medium, chance)
             {
                 let factor = incident.irradiance_per_power * FRAC_1_PI;
                 let reflected = self.throughput * reflectance(incident.direction);
@@ -109,7 +110,7 @@ impl SnowWalk {
             return false;
         }
         self.throughput = self.throughput * survival.recip();
-        self.continue_along(Ray { origin: from, direction });
+        self.continue_along(from.towards(direction));
         true
     }
 }
@@ -125,7 +126,7 @@ impl WalkLight {
         (medium, chance): (Medium, f64),
     ) -> Option<Spectrum> {
         let (point, Self { sample, power }) = (ray.origin, self);
-        let mut scattered = surroundings.transmitted(point, &sample.origin, medium, chance)?;
+        let mut scattered = surroundings.transmitted(ray, &sample.origin, medium, chance)?;
         let normal = sample.origin.direction_from(point).direction;
         let incident = sample.incident_at(&SurfacePoint { point, normal })?;
         let phase = node.phase_per_sr(f64::from(ray.direction.dot(normal)));

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::Vec3A;
 use snowblue_base::narrow;
-use snowblue_geometry::body::{TOUCH_DISTANCE_M, pair_up};
+use snowblue_geometry::body::TOUCH_DISTANCE_M;
 use snowblue_geometry::ray::{Crossing, Ray, ShapeHit, off_surface};
 use snowblue_transport::monte_carlo::{PathLengths, Volume};
 use snowblue_transport::rng::Stream;
@@ -171,12 +171,17 @@ impl<'a> SnowQueries<'a> {
     /// exit.
     ///
     /// The search uses all crossings of the line, so that the result does not depend on the rounding of the hit
-    /// point.
-    pub(super) fn enter(&mut self, surface_object: usize, ray: &mut Ray) -> Option<Flight> {
-        self.cross(surface_object, ray, f32::INFINITY);
+    /// point. It starts just before the hit point, because short distances have small rounding errors.
+    pub(super) fn enter(&mut self, surface: &SurfaceInteraction, ray: &mut Ray) -> Option<Flight> {
+        /// Distance before the hit point, as a fraction of the greatest coordinate: some rounding errors.
+        const BEFORE: f32 = 1.0 / (1 << 18) as f32;
+        let distance_m = surface.point.distance(ray.origin);
+        let near_m = (distance_m - BEFORE * distance_m.max(self.reach_m(surface.object))).max(0.0);
+        ray.advance(near_m);
+        self.cross(surface.object, ray, f32::INFINITY);
         let pair = self.crossings.chunks_exact(2).find(|pair| pair[1].distance_m > 0.0)?;
-        let (start_m, stop) = (pair[0].distance_m.max(0.0), pair[1]);
-        ray.origin = ray.at(start_m);
+        let (start_m, stop) = (pair[0].distance_m.max(-near_m), pair[1]);
+        ray.advance(start_m);
         Some(self.out(ray, stop.distance_m - start_m, stop.normal, stop.object as usize))
     }
 
@@ -220,14 +225,16 @@ impl<'a> SnowQueries<'a> {
     fn fly_through_snow(&mut self, object: usize, ray: &Ray, flight_m: f32) -> Flight {
         let alone = &self.objects().list()[object];
         if alone.body.is_none() {
-            return match alone.shape.first_hit(ray, flight_m) {
+            match alone.shape.first_hit(ray, flight_m) {
                 // A ray from a point exactly on the surface may miss the surface by rounding.
                 None if self.objects().bounds(object).is_some_and(|bounds| !bounds.contains(ray.at(flight_m))) => {
-                    Flight::Out { length_m: 0.0, origin: ray.origin, normal: ray.direction }
+                    return Flight::Out { length_m: 0.0, origin: ray.origin, normal: ray.direction };
                 }
-                None => Flight::Free(flight_m),
-                Some(hit) => self.out(ray, hit.distance_m, hit.normal, object),
-            };
+                None => return Flight::Free(flight_m),
+                Some(hit) if alone.shape.is_convex() => return self.out(ray, hit.distance_m, hit.normal, object),
+                // The ray may pass into another shell of the mesh.
+                Some(_) => {}
+            }
         }
         self.cross(object, ray, flight_m);
         let around = |pair: &&[Crossing]| pair[0].distance_m <= TOUCH_DISTANCE_M && pair[1].distance_m > 0.0;
@@ -246,27 +253,27 @@ impl<'a> SnowQueries<'a> {
         Flight::Out { length_m, origin, normal: outward }
     }
 
-    /// Whether the line to a light is still inside the object after `flight_m`. A quick test of the nearest face only;
-    /// it returns false for bodies of several objects.
+    /// Whether the line from the origin of a ray to a light is still inside the object after `flight_m`. A quick test
+    /// of the nearest face only; it returns false for bodies of several objects.
     #[inline]
-    pub(super) fn stays_inside(&self, object: usize, from: Vec3A, origin: &LightOrigin, flight_m: f32) -> bool {
-        let (alone, to_light) = (&self.objects().list()[object], origin.direction_from(from));
-        let ray = Ray { origin: from, direction: to_light.direction };
+    pub(super) fn stays_inside(&self, object: usize, from: &Ray, origin: &LightOrigin, flight_m: f32) -> bool {
+        let (alone, to_light) = (&self.objects().list()[object], origin.direction_from(from.origin));
+        let ray = from.towards(to_light.direction);
         alone.body.is_none() && flight_m < to_light.distance_m && !alone.shape.occludes(&ray, flight_m)
     }
 
-    /// Optical depth of the snow and of transparent surfaces along the line to a light, by the extinction coefficient
-    /// of each object's snow in 1/m; none behind solids, or where hardly any light is left.
+    /// Optical depth of the snow and of transparent surfaces along the line from the origin of a ray to a light, by the
+    /// extinction coefficient of each object's snow in 1/m; none behind solids, or where hardly any light is left.
     pub(super) fn optical_depth(
         &mut self,
-        from: Vec3A,
+        from: &Ray,
         origin: &LightOrigin,
         extinction_per_m: &dyn Fn(usize) -> f32,
     ) -> Option<f32> {
         /// Optical depth beyond which light is lost in rounding.
         const DARK: f32 = 20.0;
-        let to_light = origin.direction_from(from);
-        let ray = Ray { origin: from, direction: to_light.direction };
+        let to_light = origin.direction_from(from.origin);
+        let ray = from.towards(to_light.direction);
         self.statistics.shadow_rays += 1;
         let mut depth = 0.0;
         for &BodyId { object, .. } in &self.bodies.bodies {
@@ -286,17 +293,17 @@ impl<'a> SnowQueries<'a> {
         if is_occluded { 0.0 } else { self.transparent.transmittance(ray, limit_m) }
     }
 
-    /// Transmittance along the line to a light: none behind solids or, with probability 1 − e^{−κd} decided by
-    /// `chance`, in snow; else the transmittance by absorption in the pores.
+    /// Transmittance along the line from the origin of a ray to a light: none behind solids or, with probability
+    /// 1 − e^{−κd} decided by `chance`, in snow; else the transmittance by absorption in the pores.
     pub(super) fn transmitted(
         &mut self,
-        from: Vec3A,
+        from: &Ray,
         origin: &LightOrigin,
         medium: Medium,
         chance: f64,
     ) -> Option<Spectrum> {
-        let to_light = origin.direction_from(from);
-        let ray = Ray { origin: from, direction: to_light.direction };
+        let to_light = origin.direction_from(from.origin);
+        let ray = from.towards(to_light.direction);
         self.statistics.shadow_rays += 1;
         let mut depth = 0.0;
         self.snow_m.clear();
@@ -325,7 +332,9 @@ impl<'a> SnowQueries<'a> {
             let volume = match medium.volume_in(snow) {
                 Some((volume, _)) => volume,
                 // The pores of a few mm of snow absorb little light, so the snow at the start of the line suffices.
-                None => &snow.volumes[snow.kinds.at_point(self.objects(), body.object, from).pick(narrow(chance))],
+                None => {
+                    &snow.volumes[snow.kinds.at_point(self.objects(), body.object, from.origin).pick(narrow(chance))]
+                }
             };
             let lengths = PathLengths { pores_m, ..PathLengths::default() };
             transmittance *= attenuation(volume, &lengths, 0.0);
@@ -372,16 +381,15 @@ impl<'a> SnowQueries<'a> {
         self.crossings.chunks_exact(2).map(|pair| f64::from(part(pair))).sum()
     }
 
-    /// Sets `crossings` to the segments of a line inside a body, as ordered pairs.
+    /// Sets `crossings` to the segments of a line inside a body.
     fn cross(&mut self, object: usize, ray: &Ray, limit_m: f32) {
         self.statistics.depth_lines += 1;
         let (objects, crossings) = (self.scene.objects(), &mut self.crossings);
         let odd = if self.is_closed {
-            objects.crossings_of_closed(object, ray, limit_m, crossings)
+            objects.segments_of_closed(object, ray, limit_m, crossings)
         } else {
-            objects.crossings(object, ray, limit_m, crossings)
+            objects.segments(object, ray, limit_m, crossings)
         };
         self.statistics.odd_depth_lines += u64::from(odd);
-        pair_up(&mut self.crossings, 0);
     }
 }

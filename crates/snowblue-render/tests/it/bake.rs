@@ -664,7 +664,7 @@ fn lit_curved_snow_has_the_radiance_of_a_rendering() {
             // most at the edge of the shadow, where it adds light that is scattered once.
             assert!((relit / expected - 1.0).abs() < 0.05, "{light} {normal}: {relit} {expected}");
             let eye = position + to_eye;
-            let place = relighting.place_along(&Ray { origin: eye, direction: -to_eye }).unwrap();
+            let place = relighting.place_along(&Ray::new(eye, -to_eye)).unwrap();
             let spectrum = relighting.radiance_towards(eye, place, &weighted, &directions);
             for (value, expected) in spectrum.0.iter().zip(radiance.0) {
                 assert!((value / expected - 1.0).abs() < 0.05, "{light} {normal}: {value} {expected}");

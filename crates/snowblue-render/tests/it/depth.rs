@@ -178,7 +178,7 @@ fn scenes_of_many_objects_use_the_bvh_over_objects() {
     let light = "[environment]\nradiance_w_m2_sr = 1\n";
     let scene = scene(&format!("{SNOW}{text}{light}"), &[]);
     for k in 0..40 {
-        let ray = Ray { origin: Vec3A::new(k as f32 + 0.1, -5.0, 0.1), direction: Vec3A::Y };
+        let ray = Ray::new(Vec3A::new(k as f32 + 0.1, -5.0, 0.1), Vec3A::Y);
         assert_eq!(scene.objects().first_hit(&ray).unwrap().object, k);
         assert!(scene.objects().any_hit(&ray, 5.0) && !scene.objects().any_hit(&ray, 4.7));
     }

@@ -30,8 +30,8 @@ fn land(objects: &str, files: &[(&str, String)]) -> Scene {
 /// Heights of the crossings of a vertical line with an object, from above.
 fn heights(scene: &Scene, object: usize, x: f32, y: f32) -> Vec<f32> {
     let mut crossings: Vec<Crossing> = Vec::new();
-    let ray = Ray { origin: Vec3A::new(x, y, 100.0), direction: Vec3A::NEG_Z };
-    assert!(!scene.objects().crossings(object, &ray, f32::INFINITY, &mut crossings));
+    let ray = Ray::new(Vec3A::new(x, y, 100.0), Vec3A::NEG_Z);
+    assert!(!scene.objects().segments(object, &ray, f32::INFINITY, &mut crossings));
     crossings.sort_by(|a, b| a.distance_m.total_cmp(&b.distance_m));
     crossings.iter().map(|crossing| 100.0 - crossing.distance_m).collect()
 }

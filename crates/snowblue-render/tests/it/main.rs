@@ -24,6 +24,7 @@ mod lights;
 mod materials;
 mod mesh_formats;
 mod parts;
+mod places;
 mod progress;
 mod reference;
 mod relief;

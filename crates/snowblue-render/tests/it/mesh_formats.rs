@@ -144,7 +144,7 @@ fn every_format_gives_the_same_hits_and_texture_coordinates() {
         let mut hits = 0;
         for (k, direction) in directions(1000).enumerate() {
             let side = direction.any_orthonormal_vector() * (0.5 * (k % 13) as f32 / 13.0);
-            let ray = Ray { origin: side - direction * 2.0, direction };
+            let ray = Ray::new(side - direction * 2.0, direction);
             let (one, two) = (from_ply.objects().first_hit(&ray), other.objects().first_hit(&ray));
             let (Some(one), Some(two)) = (one, two) else {
                 assert!(one.is_none() && two.is_none(), "ray {k}");
@@ -178,7 +178,7 @@ fn snow_from_stl_is_closed_and_has_the_same_hits() {
     assert!(inspection.is_watertight(), "{inspection:?}");
     assert_eq!(inspection.topology.merged_vertices, 0);
     for direction in directions(100) {
-        let ray = Ray { origin: -2.0 * direction, direction };
+        let ray = Ray::new(-2.0 * direction, direction);
         let [one, two] = [&from_ply, &from_stl].map(|scene| scene.objects().first_hit(&ray).unwrap());
         assert_eq!((one.point, one.normal), (two.point, two.normal));
     }
@@ -211,7 +211,7 @@ fn every_format_gives_its_vertex_normals_for_shading_only() {
     let paint = "[material.paint]\ntype = \"diffuse\"\nreflectance = 0.5\n";
     let of = |keys: &str| {
         folder.load(&format!("{CAMERA}{paint}[[object]]\n{keys}\nmaterial = \"paint\"\n")).map(|scene| {
-            let ray = Ray { origin: Vec3A::new(0.25, 0.25, 1.0), direction: Vec3A::NEG_Z };
+            let ray = Ray::new(Vec3A::new(0.25, 0.25, 1.0), Vec3A::NEG_Z);
             scene.objects().first_hit(&ray).unwrap()
         })
     };
@@ -249,7 +249,7 @@ fn a_gltf_scene_has_its_meshes_camera_and_materials() {
     assert!((ahead.direction - Vec3A::Y).length() < 1e-6);
     assert!((scene.camera().ray(0.5, 0.0).direction.angle_between(ahead.direction) - 0.25).abs() < 1e-5);
     assert_eq!(scene.objects().first_hit(&ahead).unwrap().object, 0);
-    let back = Ray { origin: Vec3A::new(0.0, 20.0, 0.0), direction: Vec3A::NEG_Y };
+    let back = Ray::new(Vec3A::new(0.0, 20.0, 0.0), Vec3A::NEG_Y);
     assert_eq!(scene.objects().first_hit(&back).unwrap().object, 1);
     // Without a material in the scene that of the glTF is used.
     let plain = folder.load(&format!("gltf = \"stone.glb\"\n{light}")).unwrap();

@@ -37,7 +37,7 @@ fn mesh(scene: &Scene, object: usize) -> &TriangleMesh {
 
 /// Heights of the surface at places on a grid, found by rays from above.
 fn heights(scene: &Scene, places: impl Iterator<Item = [f32; 2]>) -> Vec<f32> {
-    let down = |[x, y]: [f32; 2]| Ray { origin: Vec3A::new(x, y, 1.0), direction: Vec3A::NEG_Z };
+    let down = |[x, y]: [f32; 2]| Ray::new(Vec3A::new(x, y, 1.0), Vec3A::NEG_Z);
     places.map(|place| scene.objects().first_hit(&down(place)).unwrap().point.z).collect()
 }
 
@@ -112,8 +112,8 @@ fn thin_snow_does_not_cut_itself() {
     let mut crossings = Vec::new();
     let (mut least_m, mut greatest_m) = (f32::INFINITY, 0f32);
     for [x, y] in grid(40, 2e-3) {
-        let down = Ray { origin: Vec3A::new(x, y, 1.0), direction: Vec3A::NEG_Z };
-        assert!(!scene.objects().crossings(0, &down, f32::INFINITY, &mut crossings));
+        let down = Ray::new(Vec3A::new(x, y, 1.0), Vec3A::NEG_Z);
+        assert!(!scene.objects().segments(0, &down, f32::INFINITY, &mut crossings));
         assert_eq!(crossings.len(), 2, "{x} {y}");
         let thickness_m = (crossings[0].distance_m - crossings[1].distance_m).abs();
         (least_m, greatest_m) = (least_m.min(thickness_m), greatest_m.max(thickness_m));
@@ -138,7 +138,7 @@ fn balls_are_rough_outwards_and_inwards() {
     let mut moments = Moments::default();
     for [x, z] in grid(40, 7.5e-3) {
         let direction = -Vec3A::new(x, -0.5, z).normalize();
-        let hit = scene.objects().first_hit(&Ray { origin: -direction, direction }).unwrap();
+        let hit = scene.objects().first_hit(&Ray::new(-direction, direction)).unwrap();
         moments.push(f64::from(hit.point.length() - 0.5) / 5e-4);
     }
     let (mean, deviation) = (moments.mean(), moments.standard_error() * 40.0);
@@ -164,8 +164,8 @@ fn surfaces_that_touch_stay_together() {
     }
     let mut crossings = Vec::new();
     for [y, z] in grid(20, 1e-3) {
-        let along = Ray { origin: Vec3A::new(-1.0, y, z + 0.015), direction: Vec3A::X };
-        assert!(!scene.objects().crossings(0, &along, f32::INFINITY, &mut crossings));
+        let along = Ray::new(Vec3A::new(-1.0, y, z + 0.015), Vec3A::X);
+        assert!(!scene.objects().segments(0, &along, f32::INFINITY, &mut crossings));
         assert_eq!(crossings.len(), 2, "no gap at the joint: {y} {z}");
     }
 }

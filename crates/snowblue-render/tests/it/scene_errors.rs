@@ -611,19 +611,6 @@ fn bodies_of_snow_that_meet_have_a_note() {
     assert!(of("position = [0, 0, 1.001]\nmaterial = \"drift\"").is_empty());
 }
 
-#[test]
-fn snow_far_from_the_origin_has_a_note() {
-    let at = |x_m: f64, integrator: &str| {
-        let place = format!("shape = \"box\"\nposition = [{x_m}, 0, 0]");
-        let scene = SCENE.replacen("shape = \"box\"", &place, 1).replacen("pcasnow", integrator, 1);
-        load(&scene, Some(PLY)).unwrap().notes().to_vec()
-    };
-    assert!(at(-200.0, "hybrid").is_empty());
-    let notes = at(-3000.0, "hybrid");
-    assert!(notes.len() == 1 && notes[0].contains("\"box\" is 3000 m from the origin"), "{notes:?}");
-    assert!(at(-3000.0, "diffusion").is_empty(), "it has no random walks");
-}
-
 /// A tetrahedron, and the same without a side.
 fn tetrahedron(faces: usize) -> String {
     let header = PLY.split("0 0 0\n").next().unwrap().replace("vertex 3", "vertex 4");

@@ -38,7 +38,7 @@ fn rays_from_convex_bodies_do_not_hit_them() {
             for (k, direction) in directions(2000).enumerate() {
                 let aside = direction.any_orthonormal_vector() * (0.3 * size as f32 * (k % 17) as f32 / 17.0);
                 let Some(hit) =
-                    objects.first_hit(&Ray { origin: centre + aside - direction * (1.5 * size as f32), direction })
+                    objects.first_hit(&Ray::new(centre + aside - direction * (1.5 * size as f32), direction))
                 else {
                     continue;
                 };
@@ -46,7 +46,7 @@ fn rays_from_convex_bodies_do_not_hit_them() {
                 let origin = off_surface(hit.point, hit.normal, objects.reach_m(0));
                 // From near the normal to grazing.
                 for (u, v) in [(0.05, 0.1), (0.5, 0.5), (0.99, 0.7), (0.9999, 0.3)] {
-                    let off = Ray { origin, direction: cosine_direction(hit.normal, u, v) };
+                    let off = Ray::new(origin, cosine_direction(hit.normal, u, v));
                     assert!(!objects.any_hit(&off, f32::INFINITY), "{shape} at {position:?} turned {turn:?}: line {k}");
                 }
             }

@@ -7,8 +7,11 @@ use snowblue_geometry::ray::{Crossing, Ray};
 use snowblue_render::render::render_all;
 use snowblue_render::scene::Scene;
 use snowblue_render::scene::film::ImageSize;
+use snowblue_render::scene::inspection::inspect;
 
-use crate::snow::{SNOW, analytic_table, directions, integrator, pcasnow, prepared, radiance, scene};
+use crate::snow::{
+    SNOW, analytic_table, directions, integrator, pcasnow, prepared, radiance, scene, scene_of_few_grains,
+};
 
 const LIGHT: &str = "[[light]]\ntype = \"point\"\nposition = [0.1, 2.0, 0.2]\nradiant_intensity_w_sr = 10\n";
 
@@ -26,7 +29,7 @@ fn objects(text: &str) -> Scene {
 /// The crossings of a line with the first object, by distance.
 fn crossings(scene: &Scene, ray: &Ray) -> Vec<Crossing> {
     let mut crossings = Vec::new();
-    assert!(!scene.objects().crossings(0, ray, f32::INFINITY, &mut crossings));
+    assert!(!scene.objects().segments(0, ray, f32::INFINITY, &mut crossings));
     crossings.sort_by(|a, b| a.distance_m.total_cmp(&b.distance_m));
     crossings
 }
@@ -41,7 +44,7 @@ fn crossings_of_a_sphere_are_exact_in_every_direction() {
         let towards = direction.as_dvec3().normalize();
         let miss_m = 0.31 * (k % 23) as f64 / 23.0;
         let eye = (centre + towards.any_orthonormal_vector() * miss_m - towards * 3.0).as_vec3a();
-        let found = crossings(&ball, &Ray { origin: eye, direction: towards.as_vec3a() });
+        let found = crossings(&ball, &Ray::new(eye, towards.as_vec3a()));
         // The expected crossings of the rounded ray.
         let along = towards.as_vec3a().as_dvec3();
         let to_centre = centre.as_vec3a().as_dvec3() - eye.as_dvec3();
@@ -74,7 +77,7 @@ fn a_scaled_and_rotated_mesh_equals_the_box_of_that_size() {
         let mut hits = 0;
         for (k, direction) in directions(2000).enumerate() {
             let side = direction.any_orthonormal_vector() * (0.4 * (k % 17) as f32 / 17.0);
-            let ray = Ray { origin: Vec3A::new(0.3, -0.2, 0.4) + side - direction * 2.0, direction };
+            let ray = Ray::new(Vec3A::new(0.3, -0.2, 0.4) + side - direction * 2.0, direction);
             let (one, other) = (crossings(&stretched, &ray), crossings(&exact, &ray));
             assert_eq!(one.len(), other.len(), "line {k}");
             for (one, other) in one.iter().zip(&other) {
@@ -93,11 +96,69 @@ fn a_scaled_and_rotated_mesh_equals_the_box_of_that_size() {
     }
 }
 
+/// Vertices and sides of the cube from −1 to 1, moved along x and turned inside out.
+fn shells(cubes: &[(f64, bool)]) -> String {
+    let (mut vertices, mut sides) = (String::new(), String::new());
+    for (number, (x, is_turned)) in cubes.iter().enumerate() {
+        for corner in 0..8 {
+            let [along, across, up] = [corner & 1, corner >> 1 & 1, corner >> 2].map(|bit| f64::from(2 * bit - 1));
+            let size = if *is_turned { 0.5 } else { 1.0 };
+            vertices += &format!("{} {} {}\n", x + size * along, size * across, size * up);
+        }
+        for mut side in [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]] {
+            if *is_turned {
+                side.reverse();
+            }
+            sides += &format!("4 {}\n", side.map(|corner: usize| (8 * number + corner).to_string()).join(" "));
+        }
+    }
+    let header = CUBE.split("-1 -1").next().unwrap_or_default();
+    let header = header.replace("vertex 8", &format!("vertex {}", 8 * cubes.len()));
+    header.replace("face 6", &format!("face {}", 6 * cubes.len())) + &vertices + &sides
+}
+
+/// Shells of one mesh that overlap are one solid, and a shell that is turned inwards is a cavity.
+#[test]
+fn shells_of_a_mesh_are_inside_where_their_winding_number_is_not_0() {
+    let object = "[[object]]\nmesh = \"shells.ply\"\nscale = 0.1\nmaterial = \"snow\"\n";
+    let lengths = |cubes: &[(f64, bool)]| {
+        let scene = scene(&format!("{SNOW}{object}{LIGHT}"), &[("shells.ply", shells(cubes))]);
+        let found = crossings(&scene, &Ray::new(Vec3A::new(-1.0, 0.011, 0.02), Vec3A::X));
+        let found: Vec<f32> = found.iter().map(|crossing| (crossing.distance_m * 1e4).round() / 1e4).collect();
+        let volume_m3 = inspect(&scene)[0].volume_m3.unwrap();
+        (found, (volume_m3 * 1e5).round() / 1e5)
+    };
+    assert_eq!(lengths(&[(0.0, false), (1.0, false)]), (vec![0.9, 1.2], 0.012));
+    assert_eq!(lengths(&[(0.0, false), (1.0, false), (0.5, false)]), (vec![0.9, 1.2], 0.012));
+    assert_eq!(lengths(&[(0.0, false), (5.0, false)]), (vec![0.9, 1.1, 1.4, 1.6], 0.016));
+    assert_eq!(lengths(&[(0.0, false), (0.0, true)]), (vec![0.9, 0.95, 1.05, 1.1], 0.007));
+}
+
+#[test]
+fn overlapping_shells_are_as_bright_as_a_body_of_two_objects() {
+    for method in ["pcasnow", "diffusion", "hybrid", "reference"] {
+        let radiance_of = |text: &str, file: (&str, String)| {
+            let scene = scene_of_few_grains(method, &format!("{SNOW}{text}{LIGHT}"), &[file]);
+            radiance(&mut prepared(&scene, None), Vec3A::new(0.0, -2.0, 0.3), Vec3A::new(0.05, -0.1, 0.02)).0[15]
+        };
+        let mesh = "[[object]]\nmesh = \"shells.ply\"\nscale = 0.1\nmaterial = \"snow\"\n";
+        let joined = radiance_of(mesh, ("shells.ply", shells(&[(0.0, false), (1.0, false)])));
+        let half = |x: f64| {
+            format!(
+                "[[object]]\nmesh = \"cube.ply\"\nscale = 0.1\nposition = [{x}, 0, 0]\nmaterial = \"snow\"\n\
+                 body = \"one\"\n"
+            )
+        };
+        let body = radiance_of(&(half(0.0) + &half(0.1)), ("cube.ply", CUBE.into()));
+        assert!(joined > 0.0 && (joined / body - 1.0).abs() < 1e-3, "{method}: {joined} for {body}");
+    }
+}
+
 #[test]
 fn scaled_spheres_have_distances_in_metres() {
     let egg = objects("[[object]]\nshape = \"sphere\"\nradius = 1\nscale = [0.1, 0.2, 0.4]\nmaterial = \"snow\"\n");
     for (axis, length_m) in [(Vec3A::X, 0.2), (Vec3A::Y, 0.4), (Vec3A::Z, 0.8)] {
-        let found = crossings(&egg, &Ray { origin: -3.0 * axis, direction: axis });
+        let found = crossings(&egg, &Ray::new(-3.0 * axis, axis));
         assert!((found[1].distance_m - found[0].distance_m - length_m).abs() < 1e-6);
     }
 }
@@ -138,7 +199,7 @@ fn a_gap_in_a_body_is_air() {
     let target = Vec3A::new(0.1, 0.0, -0.05);
     let depth = |parts: &[(f64, f64)]| {
         let scene = objects(&blocks(parts, true));
-        let found = crossings(&scene, &Ray { origin: target - Vec3A::Y, direction: Vec3A::Y });
+        let found = crossings(&scene, &Ray::new(target - Vec3A::Y, Vec3A::Y));
         found.chunks(2).map(|pair| pair[1].distance_m - pair[0].distance_m).sum::<f32>()
     };
     assert!((depth(&[(0.0, 0.1), (0.4, 0.6)]) - 0.3).abs() < 1e-6);

@@ -108,8 +108,8 @@ pub(crate) fn read_gltf(
             let placement =
                 placement(&(node.to_root * *to_original)).map_err(|reason| wrong(format!("{name}: {reason}")))?;
             let instance = Instance::new(Arc::clone(mesh), placement);
-            check_reach(instance.bounds().greatest_coordinate()).map_err(|reason| wrong(format!("{name} {reason}")))?;
             let shape = Shape::Mesh(instance);
+            check_reach(&shape).map_err(|reason| wrong(format!("{name} {reason}")))?;
             made_of.check(&shape).map_err(misfit)?;
             let must_be_closed = integrator.has_light_field() && made_of.is_snow();
             if must_be_closed && closed.insert((number, part)) {

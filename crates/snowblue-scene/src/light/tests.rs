@@ -99,7 +99,7 @@ fn sun() -> Light {
 
 /// The density per sr of a technique in a direction from the place; 0 where the direction misses the light.
 fn density_per_sr(light: &Light, technique: &SamplingTechnique, direction: Vec3A) -> f64 {
-    let ray = Ray { origin: place().point, direction };
+    let ray = Ray::new(place().point, direction);
     let origin = light.origin_on(&ray, f32::INFINITY);
     origin.map_or(0.0, |origin| {
         f64::from(light.density(technique, &origin)) * f64::from(origin.area_per_solid_angle(ray.origin))
@@ -275,7 +275,7 @@ fn each_way_and_both_together_meet_the_closed_forms() {
         let mut ways = [Moments::default(); 3];
         for draw in 0..20_000 {
             let [u, v] = numbers(7, draw);
-            let ray = Ray { origin: at.point, direction: cosine_direction(at.normal, u, v) };
+            let ray = Ray::new(at.point, cosine_direction(at.normal, u, v));
             let hit = |from| f64::from(light.hit_radiance(&ray, f32::INFINITY, from).map_or(0.0, |hit| hit.0[0])) * PI;
             ways[0].push(f64::from(irradiance(light.sample(0, &alone, &mut sampler(8, draw)))));
             ways[1].push(hit(None));

@@ -2,7 +2,7 @@
 //! that enters through a hole never leaves, so that inside and outside are undefined.
 
 use snowblue_geometry::coincident::weld;
-use snowblue_geometry::repair::remove_coincident;
+use snowblue_geometry::repair::{remove_coincident, turn_alike};
 use snowblue_geometry::topology::Topology;
 use snowblue_geometry::triangle_mesh::TriangleMesh;
 
@@ -10,8 +10,9 @@ use snowblue_geometry::triangle_mesh::TriangleMesh;
 /// follow.
 const MAX_OF_AN_EDGE: usize = 100;
 
-/// Joins vertices of equal position, removes triangles that bound no solid, and reports the number of removed
-/// triangles. Refuses a mesh without remaining triangles.
+/// Joins vertices of equal position, removes triangles that bound no solid, gives the triangles of each connected part
+/// one orientation, and reports the numbers of removed and turned triangles. Refuses a mesh without remaining
+/// triangles.
 pub(crate) fn solid(mesh: &mut TriangleMesh) -> Result<Option<String>, String> {
     weld(&mut mesh.positions, &mesh.indices);
     let all = mesh.indices.len();
@@ -20,7 +21,15 @@ pub(crate) fn solid(mesh: &mut TriangleMesh) -> Result<Option<String>, String> {
     if removed == all {
         return Err(format!("all {all} triangles {reason}, so that nothing is inside"));
     }
-    Ok((removed > 0).then(|| format!("{removed} of {all} triangles {reason}, and are left out")))
+    let turned = turn_alike(mesh);
+    let mut changes = Vec::new();
+    if removed > 0 {
+        changes.push(format!("{removed} of {all} triangles {reason}, and are left out"));
+    }
+    if turned > 0 {
+        changes.push(format!("{turned} of {all} triangles face the other way than their neighbours, and are turned"));
+    }
+    Ok((!changes.is_empty()).then(|| changes.join("; ")))
 }
 
 /// Refuses an open mesh, and a mesh with an edge of many triangles.
@@ -87,6 +96,26 @@ mod tests {
             assert_eq!(check_closed(&mesh), Ok(()));
             assert!(mesh.positions[24 * 48..].iter().all(|vertex| *vertex == mesh.positions[24 * 48]));
         }
+    }
+
+    #[test]
+    fn triangles_are_turned_as_most_of_their_part() {
+        let mut mesh = tetrahedra(1);
+        let inner = mesh.positions.iter().map(|position| *position * 0.1 + 0.1).collect::<Vec<_>>();
+        let cavity = mesh.indices.iter().map(|[a, b, c]| [a + 12, c + 12, b + 12]).collect::<Vec<_>>();
+        mesh.positions.extend(inner);
+        mesh.indices.extend(cavity);
+        let before = mesh.clone();
+        assert_eq!(solid(&mut mesh).unwrap(), None);
+        mesh.indices[2].swap(1, 2);
+        mesh.indices[5].swap(0, 1);
+        let note = solid(&mut mesh).unwrap().unwrap();
+        assert_eq!(note, "2 of 8 triangles face the other way than their neighbours, and are turned");
+        let turns = |mesh: &TriangleMesh| -> Vec<Vec3> {
+            let normal = |[a, b, c]: [Vec3; 3]| (b - a).cross(c - a);
+            (0..mesh.indices.len()).map(|triangle| normal(mesh.corners(triangle))).collect()
+        };
+        assert_eq!(turns(&mesh), turns(&before));
     }
 
     #[test]

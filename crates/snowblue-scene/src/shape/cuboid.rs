@@ -22,6 +22,6 @@ impl ShapeKeys for BoxDescription {
     fn build(&self, object: &mut ObjectContext) -> Result<BuiltShape, SceneError> {
         let placing = &object.placing;
         let size = (point(self.size).as_dvec3() * placing.scale).as_vec3a();
-        Ok(Shape::Cuboid(Cuboid::new(placing.position, size, placing.axes())).into())
+        Ok(Shape::Cuboid(Cuboid::new(placing.position.as_vec3a(), size, placing.axes())).into())
     }
 }

@@ -63,7 +63,7 @@ fn meet(objects: &Objects, pair: [usize; 2], common: &Bounds) -> bool {
         let mut place = Vec3A::ZERO;
         place[(axis + 1) % 3] = at(line % LINES);
         place[(axis + 2) % 3] = at(line / LINES);
-        let ray = Ray { origin: common.low + place * size, direction: Vec3A::AXES[*axis] };
+        let ray = Ray::new(common.low + place * size, Vec3A::AXES[*axis]);
         for (object, crossings) in pair.into_iter().zip(&mut crossings) {
             crossings.clear();
             objects.list()[object].shape.crossings(&ray, crossings);

@@ -14,7 +14,7 @@ use snowblue_geometry::shape::Shape;
 use snowblue_geometry::triangle_mesh::TriangleMesh;
 
 use super::imprint::ImprintDescription;
-use super::placing::{Placing, check_reach, placement};
+use super::placing::{Placing, placement};
 use crate::error::SceneError;
 use crate::sources::Sources;
 use crate::undisturbed::UndisturbedSurface;
@@ -88,7 +88,6 @@ impl ObjectContext<'_> {
         let wrong = |reason: String| self.path.error(format!("is misplaced: {reason}"));
         let placement = placement(&(self.placing.to_scene() * centred.to_original)).map_err(wrong)?;
         let instance = Instance::new(Arc::new(MeshBvh::new(centred.mesh.smooth())), placement);
-        check_reach(instance.bounds().greatest_coordinate()).map_err(wrong)?;
         Ok(Shape::Mesh(instance))
     }
 }

@@ -13,7 +13,7 @@ use snowblue_geometry::shape::Shape;
 
 use super::closed::{check_closed, solid};
 use super::keys::{BuiltShape, FileMesh, ObjectContext, ShapeKeys};
-use super::placing::{check_reach, placement, upright};
+use super::placing::{placement, upright};
 use crate::error::SceneError;
 use crate::values::UpAxis;
 
@@ -90,7 +90,6 @@ impl ShapeKeys for MeshDescription {
         }
         let placement = placement(&(to_scene * found.to_original)).map_err(wrong)?;
         let instance = Instance::new(Arc::clone(&found.mesh), placement);
-        check_reach(instance.bounds().greatest_coordinate()).map_err(wrong)?;
         Ok(Shape::Mesh(instance).into())
     }
 }

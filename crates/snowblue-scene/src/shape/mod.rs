@@ -235,6 +235,7 @@ impl<'scene> ObjectBuilder<'scene> {
             notes: &mut self.notes,
         })?;
         for part in &parts {
+            check_reach(part).map_err(|reason| path.error(reason))?;
             material.check(part).map_err(|reason| {
                 path.key("material").error(format!("is \"{material_name}\", which does not fit: {reason}"))
             })?;

@@ -12,13 +12,9 @@ use crate::objects::{Object, Objects};
 
 /// Greatest number of bodies that notes name one by one.
 const MAX_NAMED: usize = 3;
-/// Coordinate beyond which random walks lose more than 1 % of the light, because rays start off the surface by a
-/// multiple of the rounding of coordinates. A ball lost 0.5 % below this coordinate, 2.5 % above it, and 6 % above
-/// 512 m.
-const FAR_M: f32 = 256.0;
 
-/// Notes on bodies of snow that have a side below the size of their finest grains, that are so far from the origin that
-/// random walks lose light, or that meet.
+/// Notes on bodies of snow that have a side below the size of their finest grains, or that
+/// meet.
 pub(crate) fn notes_on_bodies(
     objects: &Objects,
     materials: &[NamedMaterial],
@@ -28,7 +24,7 @@ pub(crate) fn notes_on_bodies(
         let Object { name, body, .. } = &objects.list()[object];
         body.as_ref().unwrap_or(name)
     };
-    let (mut small, mut far) = (Vec::new(), Vec::new());
+    let mut small = Vec::new();
     for (index, object) in objects.list().iter().enumerate() {
         let members = objects.body_of(index);
         let snow = materials[object.material].material.snow().filter(|_| members.first() == Some(&index));
@@ -36,14 +32,6 @@ pub(crate) fn notes_on_bodies(
         let (Some(snow), Some(bounds)) = (snow, bounds) else { continue };
         let bounds = Bounds::of(bounds.iter().flat_map(|bounds| [bounds.low.into(), bounds.high.into()]));
         let name = name(index);
-        let away_m = bounds.low.max(-bounds.high).max_element();
-        if integrator.has_walks() && away_m > FAR_M {
-            far.push(format!(
-                "\"{name}\" is {} m from the origin, where coordinates are so coarse that random walks lose some per \
-                 cent of the light: move the scene to the origin",
-                short_number(f64::from(away_m.round()))
-            ));
-        }
         let size_mm = 1e3 * (bounds.high - bounds.low).as_dvec3();
         let rounding_mm = 2e3 * f64::from(bounds.low.abs().max(bounds.high.abs()).max_element() * f32::EPSILON);
         let grains_mm = snow.samples().iter().map(|sample| 1e-3 * sample.grain_size.middle_um());
@@ -73,9 +61,8 @@ pub(crate) fn notes_on_bodies(
     let pairs = if has_joints { joints(objects, is_snow) } else { Vec::new() };
     let mut meeting: Vec<String> = pairs.into_iter().map(of_pair).collect();
     name_first(&mut small, "bodies are smaller than a grain of their snow");
-    name_first(&mut far, "bodies are far from the origin");
     name_first(&mut meeting, "pairs of bodies meet");
-    [small, far, meeting].concat()
+    [small, meeting].concat()
 }
 
 /// Keeps the first notes on bodies, and adds the number of the remaining notes.

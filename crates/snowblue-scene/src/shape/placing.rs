@@ -1,14 +1,15 @@
 //! Places of objects in the scene.
 
-use glam::{DAffine3, DMat3, DVec3, EulerRot, Mat3A, Vec3A};
+use glam::{DAffine3, DMat3, DVec3, EulerRot, Mat3A};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use snowblue_base::{Numbers, narrow};
+use snowblue_base::{Numbers, narrow, short_number};
 use snowblue_geometry::mesh_files::gltf::Y_UP_TO_Z_UP;
 use snowblue_geometry::mesh_files::is_y_up;
+use snowblue_geometry::shape::Shape;
 use snowblue_geometry::transform::Transform;
 
-use crate::values::{Coordinate, MAX_COORDINATE_M, Rotation, Scale, UpAxis, point};
+use crate::values::{Coordinate, MAX_REACH_M, Rotation, Scale, UpAxis};
 
 /// What all objects have.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -37,7 +38,7 @@ impl ObjectSettings {
 
 /// Position, rotation and scale of a shape.
 pub(crate) struct Placing {
-    pub(super) position: Vec3A,
+    pub(super) position: DVec3,
     rotation: DMat3,
     pub(super) scale: DVec3,
 }
@@ -49,7 +50,7 @@ impl Placing {
             Scale::Uniform(scale) => DVec3::splat(scale.get()),
             Scale::Axes(scales) => DVec3::from(scales.get().map(|scale| f64::from(narrow(scale)))),
         };
-        Self { position: point(settings.position), rotation: rotation(settings.rotation_deg), scale }
+        Self { position: settings.position.get().into(), rotation: rotation(settings.rotation_deg), scale }
     }
 
     /// The directions of the shape's axes in the scene.
@@ -59,7 +60,7 @@ impl Placing {
 
     /// The map from the shape's coordinates to the scene.
     pub(super) fn to_scene(&self) -> DAffine3 {
-        DAffine3::from_mat3_translation(self.rotation * DMat3::from_diagonal(self.scale), self.position.as_dvec3())
+        DAffine3::from_mat3_translation(self.rotation * DMat3::from_diagonal(self.scale), self.position)
     }
 }
 
@@ -81,10 +82,15 @@ pub(crate) fn placement(to_scene: &DAffine3) -> Result<Transform, String> {
     Transform::new(to_scene).ok_or_else(|| "its transform flattens it, but must keep its volume".to_owned())
 }
 
-/// Refuses bounds that reach farther than a scene may.
-pub(crate) fn check_reach(reach_m: f32) -> Result<(), String> {
-    if f64::from(reach_m) <= MAX_COORDINATE_M {
+/// Refuses a shape that reaches farther than a scene may.
+pub(crate) fn check_reach(shape: &Shape) -> Result<(), String> {
+    let reach_m = shape.bounds().map_or(0.0, |bounds| bounds.greatest_coordinate());
+    if f64::from(reach_m) <= MAX_REACH_M {
         return Ok(());
     }
-    Err(format!("reaches to {reach_m} m, but must lie within {MAX_COORDINATE_M} m"))
+    Err(format!(
+        "reaches {} km from the point that the camera looks at, but must lie within {} km",
+        short_number((f64::from(reach_m) / 1e3).round()),
+        MAX_REACH_M / 1e3
+    ))
 }

@@ -19,6 +19,6 @@ impl ShapeKeys for PlaneDescription {
         if placing.scale != glam::DVec3::ONE {
             return Err(object.path.key("scale").error("does not apply to a plane, which is infinite").into());
         }
-        Ok(Shape::Plane(Plane::new(placing.position, placing.axes())).into())
+        Ok(Shape::Plane(Plane::new(placing.position.as_vec3a(), placing.axes())).into())
     }
 }

@@ -285,7 +285,7 @@ impl<'a> Neighbours<'a> {
             return 0.0;
         }
         let (direction, limit_m) = (offset / length_m, length_m / OF_WAY);
-        let ahead = Ray { origin: off_surface(point, direction, self.reach_m), direction };
+        let ahead = Ray::new(off_surface(point, direction, self.reach_m), direction);
         let mut way_m = self.own.first_hit(&ahead, limit_m).map_or(limit_m, |hit| hit.distance_m);
         // Where the moved point is nearer to another part of the surface, a face may move only to the middle between
         // both parts.
@@ -297,7 +297,7 @@ impl<'a> Neighbours<'a> {
         for (shape, is_of_body) in &self.others {
             let both = [direction, -direction];
             for direction in &both[..if *is_of_body { 2 } else { 1 }] {
-                let ray = Ray { origin: point - *direction * touching_m, direction: *direction };
+                let ray = Ray::new(point - *direction * touching_m, *direction);
                 let hit = shape.first_hit(&ray, limit_m + 2.0 * touching_m);
                 way_m = hit.map_or(way_m, |hit| way_m.min((hit.distance_m - 2.0 * touching_m).max(0.0)));
             }

@@ -62,10 +62,13 @@ impl<'scene> SingleScattering<'scene> {
         let distance_m = -(1.0 - number).ln() / snow.optics.extinction_per_m();
         let direction = surface.direction;
         let mut ray = *camera_ray;
-        let way_out = self.surroundings.enter(surface.object, &mut ray);
+        let way_out = self.surroundings.enter(surface, &mut ray);
         let flight = way_out.map(|way_out| self.surroundings.fly(surface.object, &ray, distance_m, Some(way_out)));
         let is_inside = matches!(flight, Some(Flight::Free(_)));
-        let ray = is_inside.then(|| Ray { origin: ray.at(distance_m), direction });
+        let ray = is_inside.then(|| {
+            ray.advance(distance_m);
+            ray
+        });
         let cos_exit = -surface.normal.dot(direction);
         ScatteringPoint { snow, distance_m, ray, direction, cos_exit }
     }
@@ -88,7 +91,7 @@ impl<'scene> SingleScattering<'scene> {
         let body = point.ray.map_or(0.0, |ray| {
             let normal = sample.origin.direction_from(ray.origin).direction;
             let Some(incident) = sample.incident_at(&SurfacePoint { point: ray.origin, normal }) else { return 0.0 };
-            let depth = self.surroundings.optical_depth(ray.origin, &sample.origin, &|object| {
+            let depth = self.surroundings.optical_depth(&ray, &sample.origin, &|object| {
                 // Unscattered light passes only a few mm of snow: snow of one kind in this body, and hardly any snow
                 // of another body.
                 self.field.of_object(object).map_or(0.0, |field| {

@@ -140,7 +140,7 @@ impl<'scene> WalkTracer<'scene> {
         let end_depth = self.end_depth(at, surface);
         let snow = WalkMedium { object: surface.object, volume, node: &volume.nodes()[0], at, end_depth };
         let mut ray = *camera_ray;
-        let Some(way_out) = self.surroundings.enter(surface.object, &mut ray) else {
+        let Some(way_out) = self.surroundings.enter(surface, &mut ray) else {
             // The ray grazes a rim: the surface has no other side.
             return field.mean_radiance(&surface.surface_point());
         };
@@ -165,7 +165,7 @@ impl<'scene> WalkTracer<'scene> {
         let near = NearLight::new(at, &entry, end_depth.match_lengths(), &entering);
         let mut tangent = near
             .as_ref()
-            .map(|near| TangentHalfSpace::new((at.optics, end_depth), near, entry, (walk.walk.ray.direction, lights)));
+            .map(|near| TangentHalfSpace::new((at.optics, end_depth), near, (walk.walk.ray, surface.normal), lights));
         loop {
             let end = self.follow(&mut walk, snow, near.as_ref(), tangent.as_mut());
             if let Some(tangent) = tangent.take() {
@@ -183,7 +183,7 @@ impl<'scene> WalkTracer<'scene> {
                         .map_or_else(|| field.diffuse_irradiance(&surface), |near| near.diffuse_irradiance(&surface));
                     walk.walk.radiance.add_product(FRAC_1_PI, &throughput, &irradiance);
                     if walk.is_straight {
-                        let ahead = Ray { origin: surface.point, direction: camera_ray.direction };
+                        let ahead = Ray::new(surface.point, camera_ray.direction);
                         let ahead = self.lights_ahead(ahead, &mut walk.walk.stream);
                         walk.walk.radiance.add_product(1.0, &throughput, &ahead);
                     }
@@ -248,12 +248,13 @@ impl<'scene> WalkTracer<'scene> {
 
     /// The lights that shine on the entry of a walk.
     fn lights_at(&mut self, snow: WalkMedium, entry: &SurfacePoint, walk: &mut Walk) -> Vec<TangentLight> {
-        let from = off_surface(entry.point, entry.normal, self.scene.objects().reach_m(snow.object));
+        let off_surface = off_surface(entry.point, entry.normal, self.scene.objects().reach_m(snow.object));
+        let from = Ray::new(off_surface, entry.normal);
         let mut lights = Vec::new();
         for (index, WalkLight { sample, power }) in self.lights.iter().enumerate() {
             let Some(incident) = sample.incident_at(entry) else { continue };
             let chance = walk.walk.stream.uniform();
-            if let Some(transmitted) = self.surroundings.transmitted(from, &sample.origin, snow.medium(), chance) {
+            if let Some(transmitted) = self.surroundings.transmitted(&from, &sample.origin, snow.medium(), chance) {
                 lights.push(TangentLight::new(index, &incident, *power * transmitted));
             }
         }
@@ -291,7 +292,7 @@ impl<'scene> WalkTracer<'scene> {
             if let Some(end) = finished(&mut end, tangent.as_deref()) {
                 return end;
             }
-            walk.walk.ray.origin = walk.walk.ray.at(flight_m);
+            walk.walk.ray.advance(flight_m);
             self.join_lights(walk, snow, end.is_none(), tangent.as_deref_mut());
             let Some(event) = walk.events.next() else { return BodyEnd::Inside };
             if end.is_none() {
@@ -300,10 +301,9 @@ impl<'scene> WalkTracer<'scene> {
             }
             walk.walk.turn(event.cos_scattering);
             walk.is_straight &= end.is_some();
-            let x = walk.walk.ray.origin;
             let ahead = walk.walk.ray.at(transport_length_m);
             let end_depth_m = snow.end_depth.lengths() * transport_length_m;
-            if end.is_none() && self.scene.objects().holds_deeply(snow.object, x, end_depth_m) {
+            if end.is_none() && self.scene.objects().holds_deeply(snow.object, walk.walk.ray.origin, end_depth_m) {
                 let fluence = near.map_or_else(|| snow.at.field.fluence(ahead), |near| near.fluence(ahead));
                 let through = walk.walk.throughput * attenuation(snow.volume, &walk.lengths, 0.0);
                 walk.walk.radiance.add_product(0.25 * FRAC_1_PI, &through, &fluence);
@@ -312,7 +312,7 @@ impl<'scene> WalkTracer<'scene> {
             if end.is_some()
                 && let Some(tangent) = &mut tangent
             {
-                tangent.end_below(x, ahead);
+                tangent.end_below(&walk.walk.ray);
             }
             if let Some(end) = finished(&mut end, tangent.as_deref()) {
                 return end;
@@ -329,7 +329,6 @@ impl<'scene> WalkTracer<'scene> {
         is_in_body: bool,
         mut tangent: Option<&mut TangentHalfSpace>,
     ) {
-        let point = walk.walk.ray.origin;
         for (index, light) in self.lights.iter().enumerate() {
             // A light contributes with the probability e^{−κd} that it is seen through snow of the depth d: deep
             // inside, there is nothing to compute.
@@ -338,7 +337,8 @@ impl<'scene> WalkTracer<'scene> {
             if let Some(tangent) = &mut tangent {
                 tangent.join(index, &walk.walk.ray, seen_m);
             }
-            if !is_in_body || self.surroundings.stays_inside(snow.object, point, &light.sample.origin, seen_m) {
+            if !is_in_body || self.surroundings.stays_inside(snow.object, &walk.walk.ray, &light.sample.origin, seen_m)
+            {
                 continue;
             }
             let found = light.scattered(&mut self.surroundings, snow.node, &walk.walk.ray, (snow.medium(), chance));

@@ -20,7 +20,7 @@ use std::f32::consts::{FRAC_1_PI, PI};
 
 use glam::Vec3A;
 use snowblue_base::narrow;
-use snowblue_geometry::ray::{Ray, SurfacePoint};
+use snowblue_geometry::ray::Ray;
 use snowblue_light_field::{EndDepth, KindOptics, LightWeights, NearLight};
 use snowblue_scene::light::IncidentLight;
 use snowblue_scene::spectrum::Spectrum;
@@ -30,9 +30,10 @@ pub(super) struct TangentHalfSpace<'a> {
     optics: &'a KindOptics,
     end_depth: EndDepth,
     near: &'a NearLight<'a>,
-    entry: SurfacePoint,
-    /// Direction of the ray that enters.
-    direction: Vec3A,
+    /// The ray from the entry into the snow.
+    entry: Ray,
+    /// Outward normal at the entry.
+    normal: Vec3A,
     lights: Vec<TangentLight>,
     end: Option<End>,
 }
@@ -54,7 +55,7 @@ pub(super) struct TangentLight {
 enum End {
     /// Out of the half-space.
     Outside,
-    /// Inside, at a point.
+    /// Inside, at an offset from the entry in m.
     Inside(Vec3A),
 }
 
@@ -72,27 +73,33 @@ impl TangentLight {
 }
 
 impl<'a> TangentHalfSpace<'a> {
-    /// The half-space at the entry of a ray with a direction, lit by lights.
+    /// The half-space at the entry of a ray, with the outward normal there, lit by lights.
     pub(super) fn new(
         (optics, end_depth): (&'a KindOptics, EndDepth),
         near: &'a NearLight<'a>,
-        entry: SurfacePoint,
-        (direction, lights): (Vec3A, Vec<TangentLight>),
+        (entry, normal): (Ray, Vec3A),
+        lights: Vec<TangentLight>,
     ) -> Self {
-        Self { optics, end_depth, near, entry, direction, lights, end: None }
+        Self { optics, end_depth, near, entry, normal, lights, end: None }
     }
 
     pub(super) fn has_ended(&self) -> bool {
         self.end.is_some()
     }
 
-    fn depth_m(&self, point: Vec3A) -> f32 {
-        (self.entry.point - point).dot(self.entry.normal)
+    /// The offset from the entry of a point of a ray, in m.
+    fn offset(&self, ray: &Ray, distance_m: f32) -> Vec3A {
+        ray.offset_from(&self.entry) + ray.direction * distance_m
+    }
+
+    /// The depth of a point at an offset from the entry, in m.
+    fn depth_m(&self, offset: Vec3A) -> f32 {
+        -offset.dot(self.normal)
     }
 
     /// Moves the walk along a ray. The walk ends if it leaves the half-space.
     pub(super) fn fly(&mut self, ray: &Ray, flight_m: f32) {
-        if self.end.is_none() && self.depth_m(ray.at(flight_m)) < 0.0 {
+        if self.end.is_none() && self.depth_m(self.offset(ray, flight_m)) < 0.0 {
             self.end = Some(End::Outside);
         }
     }
@@ -102,7 +109,7 @@ impl<'a> TangentHalfSpace<'a> {
         if self.end.is_some() {
             return;
         }
-        let depth_m = self.depth_m(ray.origin);
+        let depth_m = self.depth_m(self.offset(ray, 0.0));
         if let Some(light) = self.lights.iter_mut().find(|light| light.index == index)
             && depth_m < seen_m * light.cos_incidence
         {
@@ -111,11 +118,13 @@ impl<'a> TangentHalfSpace<'a> {
         }
     }
 
-    /// Ends the walk at the point `ahead` of a scattering, if that lies deep enough.
-    pub(super) fn end_below(&mut self, scattering: Vec3A, ahead: Vec3A) {
-        let least_m = self.end_depth.lengths() * self.optics.transport_length_m();
-        if self.end.is_none() && self.depth_m(scattering) >= least_m {
-            self.end = Some(End::Inside(ahead));
+    /// Ends the walk a transport mean free path along its ray, if the scattering at the origin of the ray lies deep
+    /// enough.
+    pub(super) fn end_below(&mut self, ray: &Ray) {
+        let transport_length_m = self.optics.transport_length_m();
+        let least_m = self.end_depth.lengths() * transport_length_m;
+        if self.end.is_none() && self.depth_m(self.offset(ray, 0.0)) >= least_m {
+            self.end = Some(End::Inside(self.offset(ray, transport_length_m)));
         }
     }
 
@@ -136,8 +145,9 @@ impl<'a> TangentHalfSpace<'a> {
 
     /// The mean radiance of a half-space with a normal.
     fn mean(&self, normal: Vec3A) -> Spectrum {
-        let cos_exit = -normal.dot(self.direction);
-        let along = self.direction + normal * cos_exit;
+        let direction = self.entry.direction;
+        let cos_exit = -normal.dot(direction);
+        let along = direction + normal * cos_exit;
         let escape = self.optics.surface().escape(cos_exit) / (3.0 * PI * self.match_depth());
         let displacement_m = self.optics.mean_displacement_m(self.end_depth, cos_exit);
         let mut sum = self.near.sum(&LightWeights {
@@ -150,7 +160,7 @@ impl<'a> TangentHalfSpace<'a> {
             if cos <= 0.0 {
                 continue;
             }
-            let reflection = self.optics.surface().reflection_per_sr(normal, self.direction, *to_light);
+            let reflection = self.optics.surface().reflection_per_sr(normal, direction, *to_light);
             sum +=
                 *irradiance * (cos / cos_incidence * (reflection - 4.0 * escape * self.optics.surface().escape(cos)));
         }
@@ -159,14 +169,13 @@ impl<'a> TangentHalfSpace<'a> {
 
     /// Subtracts the result of the walk.
     fn subtract_found(&self, sum: &mut Spectrum) {
-        let SurfacePoint { point: entry, normal } = self.entry;
+        let normal = self.normal;
         let (mut weights, mut entering) = (LightWeights { fluence: 0.0, gradient: Vec3A::ZERO, diffuse: 0.0 }, 0.0);
         match self.end {
-            Some(End::Inside(ahead)) => {
+            Some(End::Inside(offset)) => {
                 let depth = narrow(self.optics.surface().half_space().extrapolation())
-                    + self.depth_m(ahead) / self.optics.transport_length_m();
+                    + self.depth_m(offset) / self.optics.transport_length_m();
                 let share = depth / self.match_depth();
-                let offset = ahead - entry;
                 weights.fluence = -0.25 * FRAC_1_PI * share;
                 weights.gradient = (offset - normal * normal.dot(offset)) * (-0.25 * FRAC_1_PI);
                 entering = FRAC_1_PI * (1.0 - share);

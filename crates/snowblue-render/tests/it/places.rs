@@ -1,0 +1,70 @@
+//! Snow looks alike wherever it lies: far from the origin of coordinates, and on surfaces of kilometres.
+
+use glam::Vec3A;
+use snowblue_render::render::render_all;
+use snowblue_render::scene::Scene;
+
+use crate::snow::{SNOW, estimate, prepared, scene_of_few_grains};
+
+/// A ball and a lamp before a camera, moved by some lengths in m.
+fn ball_at([x, y, z]: [f64; 3]) -> Scene {
+    let at = |[own_x, own_y, own_z]: [f64; 3]| format!("[{}, {}, {}]", x + own_x, y + own_y, z + own_z);
+    let text = format!(
+        "[camera]\nposition = {}\nlook_at = {}\nvertical_fov_deg = 14\n[film]\nwidth = 8\nheight = 6\n[integrator]\n\
+         type = \"hybrid\"\nsamples_per_pixel = 16\nfilter = false\n[light_field]\nstep_mm = 10\n{SNOW}\
+         [[object]]\nshape = \"sphere\"\nradius = 0.1\nposition = {}\nmaterial = \"snow\"\n\
+         [[light]]\ntype = \"point\"\nposition = {}\nradiant_intensity_w_sr = 10\n",
+        at([0.0, -1.0, 0.3]),
+        at([0.0; 3]),
+        at([0.0; 3]),
+        at([0.5, -1.0, 0.5]),
+    );
+    crate::snow::parsed(text).build(&snowblue_base::files::FilesInMemory::default()).unwrap()
+}
+
+#[test]
+fn a_scene_in_a_national_grid_is_as_at_the_origin() {
+    let light = |scene: &Scene| -> f64 {
+        let film = render_all(&prepared(scene, None), &|_| {}).film;
+        film.pixels().iter().map(|xyz| xyz.y).sum()
+    };
+    let (near, far) = (ball_at([0.0; 3]), ball_at([54_300.0, 5_190_200.0, 2400.0]));
+    assert!(near.notes().is_empty(), "{:?}", near.notes());
+    assert_eq!(far.local_origin().to_array(), [54_000.0, 5_190_000.0, 2000.0]);
+    assert_eq!(far.notes(), ["the scene is computed around [54000, 5190000, 2000] m, where the camera looks"]);
+    let ratio = light(&far) / light(&near);
+    assert!((ratio - 1.0).abs() < 1e-4, "{ratio}");
+}
+
+/// A slope that rises 0.6 m for each metre along x, at the scale of a valley and at the scale of a garden. Walks in
+/// snow take steps of a millimetre, and the coordinates of the valley are rounded to 0.06 mm.
+#[test]
+fn a_slope_of_kilometres_is_as_bright_as_a_slope_of_metres() {
+    let slope = |scale: f64, method: &str| {
+        let row: Vec<String> = (0..=64).map(|k| format!("{}", f64::from(k) / 64.0)).collect();
+        let rows = vec![format!("[{}]", row.join(", ")); 2].join(", ");
+        let text = format!(
+            "{SNOW}[[object]]\nshape = \"heights\"\nheights = [{rows}]\nsize = [{}, {}, {}]\nbottom = {}\n\
+             position = [{}, 0, 0]\nmaterial = \"snow\"\n\
+             [[light]]\ntype = \"directional\"\ndirection = [0.98, 0, -0.17]\nirradiance_w_m2 = 500\n",
+            10.0 * scale,
+            10.0 * scale,
+            6.0 * scale,
+            -4.0 * scale,
+            5.0 * scale,
+        );
+        let mut integrator = prepared(&scene_of_few_grains(method, &text, &[]), None);
+        let scale = scale as f32;
+        let target = Vec3A::new(8.5, 0.1, 5.1) * scale;
+        let [_, green, _] =
+            estimate(&mut integrator, target + Vec3A::new(-5.0, -5.0, 1.0) * scale, target, 64, [3, 15, 28]);
+        green
+    };
+    for method in ["hybrid", "reference"] {
+        let (valley, garden) = (slope(100.0, method), slope(1.0, method));
+        let (difference, error) =
+            (valley.mean / garden.mean - 1.0, (valley.standard_error.hypot(garden.standard_error)) / garden.mean);
+        println!("{method} {difference} {error}");
+        assert!(difference.abs() < 4.0 * error && error < 0.01, "{method}: {difference} ± {error}");
+    }
+}
