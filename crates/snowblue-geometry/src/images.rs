@@ -1,5 +1,5 @@
-//! Image files as input: PNG for textures, masks and height fields, and the memory that OpenEXR files take, known from
-//! their headers before anything is decoded.
+//! Image files as input: PNG for textures, masks and height fields, JPEG for textures of a glTF, and the memory that
+//! OpenEXR files take, known from their headers before anything is decoded.
 
 use std::io::Cursor;
 
@@ -7,6 +7,9 @@ use exr::meta::header::Header;
 use exr::meta::{BlockDescription, MetaData};
 use png::{BitDepth, ColorType, Transformations};
 use snowblue_base::files::{FileError, NamedFile, check_expansion, check_formats, check_memory};
+use zune_jpeg::JpegDecoder;
+use zune_jpeg::errors::DecodeErrors;
+use zune_jpeg::zune_core::options::DecoderOptions;
 
 /// An image with the values of its file, scaled to 0–1.
 #[derive(Debug, Clone, PartialEq)]
@@ -75,6 +78,25 @@ impl PngImage {
             alpha.extend(rest.chunks_exact(sample_bytes).map(sample));
         }
         Ok(Self { width: frame.width as usize, height: frame.height as usize, channels, values, alpha })
+    }
+
+    /// Decodes a JPEG, as a glTF may hold it. Its orientation and its colour profile are no part of a glTF.
+    ///
+    /// # Errors
+    ///
+    /// As [`read`](Self::read).
+    pub fn read_jpeg(jpeg: &[u8]) -> Result<Self, String> {
+        let malformed = |error: DecodeErrors| format!("not a readable JPEG file: {error:?}");
+        let mut decoder =
+            JpegDecoder::new_with_options(Cursor::new(jpeg), DecoderOptions::new_safe().set_strict_mode(true));
+        decoder.decode_headers().map_err(malformed)?;
+        let (width, height) = decoder.dimensions().ok_or("the image has no size")?;
+        // Memory of the decoded image, of its values, and of the colours with alpha made of the values.
+        let pixel_bytes = 3 * (1 + size_of::<f32>()) + size_of::<[f32; 4]>();
+        check_memory(&format!("{width} × {height} pixels"), (width * height * pixel_bytes) as f64, jpeg.len())?;
+        let bytes = decoder.decode().map_err(malformed)?;
+        let values = bytes.iter().map(|byte| f32::from(*byte) / 255.0).collect();
+        Ok(Self { width, height, channels: bytes.len() / (width * height), values, alpha: Vec::new() })
     }
 
     /// The alpha of a pixel, by its number; 1 without alpha.

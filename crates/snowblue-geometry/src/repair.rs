@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use crate::coincident::{keep_used, merged};
+use crate::coincident::{keep_used, merged, merged_within};
 use crate::edges::{PartTriangle, parts, visit_edges};
 use crate::topology::Topology;
 use crate::triangle_mesh::TriangleMesh;
@@ -25,13 +25,13 @@ pub struct RepairedMesh {
     pub filled_holes: Vec<usize>,
 }
 
-/// Merges coincident vertices, drops triangles that bound no solid ([`remove_coincident`]), turns triangles so that
+/// Merges vertices that coincide or lie within `merge_distance`, drops triangles that bound no solid ([`remove_coincident`]), turns triangles so that
 /// all triangles of a part face outwards, and fills each hole with a triangle fan.
 ///
 /// A hole is a loop of boundary edges. Loops that share a vertex are left open;
 /// [`Topology::of`](crate::topology::Topology::of) counts their edges.
-pub fn repair(mesh: &TriangleMesh) -> RepairedMesh {
-    let vertices = merged(&mesh.positions, &mesh.indices);
+pub fn repair(mesh: &TriangleMesh, merge_distance: f64) -> RepairedMesh {
+    let vertices = merged_within(&mesh.positions, &mesh.indices, merge_distance);
     let merge = |triangle: &[u32; 3]| triangle.map(|corner| vertices[corner as usize]);
     let indices = mesh.indices.iter().map(merge).collect();
     let mut merged = TriangleMesh { positions: mesh.positions.clone(), indices, ..TriangleMesh::default() };
@@ -201,7 +201,7 @@ mod tests {
 
     #[test]
     fn a_closed_mesh_is_unchanged() {
-        let repaired = repair(&solid());
+        let repaired = repair(&solid(), 0.0);
         assert_eq!(repaired.mesh.indices.len(), solid().indices.len());
         assert_eq!((repaired.merged_vertices, repaired.dropped_triangles), (0, 0));
         assert!(repaired.filled_holes.is_empty());
@@ -219,12 +219,28 @@ mod tests {
             &(0..damaged.indices.len()).map(|number| damaged.corners(number)).collect::<Vec<_>>(),
         );
         assert!(!Topology::of(&damaged).is_closed());
-        let repaired = repair(&damaged);
+        let repaired = repair(&damaged, 0.0);
         let topology = Topology::of(&repaired.mesh);
         assert!(topology.is_closed() && topology.reversed_edges == 0, "{topology:?}");
         assert_eq!((repaired.dropped_triangles, repaired.filled_holes), (1, vec![3, 4]));
         assert_eq!(repaired.mesh.positions.len(), whole.positions.len());
         assert!((volume(&repaired.mesh) - 3.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn vertices_within_the_merge_distance_become_one() {
+        // Each triangle has corners of its own, up to 0.01 from the corners of its neighbours.
+        let whole = solid();
+        let corners = (0..whole.indices.len()).flat_map(|triangle| whole.corners(triangle));
+        let moved = corners.enumerate().map(|(k, corner)| corner + Vec3::splat(0.005 * (k as f32).sin()));
+        let positions: Vec<Vec3> = moved.collect();
+        let triangles: Vec<[Vec3; 3]> = positions.as_chunks().0.to_vec();
+        let apart = TriangleMesh::from_triangles(&triangles);
+        assert!(!Topology::of(&repair(&apart, 0.001).mesh).is_closed());
+        let repaired = repair(&apart, 0.02);
+        assert_eq!((repaired.mesh.positions.len(), repaired.dropped_triangles), (whole.positions.len(), 0));
+        assert!(Topology::of(&repaired.mesh).is_closed() && repaired.filled_holes.is_empty());
+        assert!((volume(&repaired.mesh) - 3.0).abs() < 0.2);
     }
 
     #[test]
@@ -234,7 +250,7 @@ mod tests {
         let before = damaged.indices.len();
         damaged.indices.retain(|triangle| ![[0, 5, 1], [1, 6, 2]].contains(triangle));
         assert_eq!(damaged.indices.len(), before - 2);
-        let repaired = repair(&damaged);
+        let repaired = repair(&damaged, 0.0);
         assert_eq!(Topology::of(&repaired.mesh).open_edges, Topology::of(&damaged).open_edges);
     }
 }

@@ -47,6 +47,21 @@ pub(super) enum LightKind {
     },
 }
 
+impl PunctualLight {
+    /// Luminous intensity in cd, or illuminance in lx.
+    pub(super) fn strength(&self) -> f64 {
+        match self.kind {
+            LightKind::Point { intensity_cd } | LightKind::Spot { intensity_cd, .. } => intensity_cd,
+            LightKind::Directional { illuminance_lx } => illuminance_lx,
+        }
+    }
+
+    /// Whether it is not black.
+    pub(super) fn shines(&self) -> bool {
+        self.strength() * self.colour.luminance() != 0.0
+    }
+}
+
 /// The view of the first perspective camera among nodes, if there is one.
 pub(super) fn view(nodes: &[PlacedNode]) -> Option<View> {
     nodes.iter().find_map(|placed| {
@@ -62,6 +77,18 @@ pub(super) fn view(nodes: &[PlacedNode]) -> Option<View> {
             vertical_fov_deg: lens.yfov().to_degrees(),
         })
     })
+}
+
+/// Sentences on cameras and lights that are not read as they are.
+pub(super) fn notes(nodes: &[PlacedNode]) -> Vec<String> {
+    let mut cameras = nodes.iter().filter_map(|placed| placed.node.camera());
+    let is_orthographic = |camera: gltf::Camera| matches!(camera.projection(), Projection::Orthographic(_));
+    let has_range = |placed: &PlacedNode| placed.node.light().is_some_and(|light| light.range().is_some());
+    let notes = [
+        (cameras.any(is_orthographic), "an orthographic camera is not read"),
+        (nodes.iter().any(has_range), "the range of lights is not read: their light reaches everywhere"),
+    ];
+    notes.into_iter().filter(|(is_so, _)| *is_so).map(|(_, note)| note.to_owned()).collect()
 }
 
 /// The lights of nodes.

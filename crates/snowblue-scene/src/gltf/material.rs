@@ -1,6 +1,7 @@
 //! Base colours and transparency of glTF materials.
 
 use gltf::material::AlphaMode;
+use gltf::texture::WrappingMode;
 use snowblue_base::files::{FileError, FileSource};
 use snowblue_base::{Quantity, RangeError};
 use snowblue_geometry::images::PngImage;
@@ -17,7 +18,8 @@ pub(super) struct GltfMaterial {
     pub(super) name: Option<String>,
     /// Base colour factor, in linear sRGB: the reflectance, or the factor of the texture.
     pub(super) base_colour: [f32; 3],
-    texture: Option<BaseColourTexture>,
+    /// Index of the texture of the base colour in the file.
+    texture: Option<usize>,
     /// Alpha factor: the opacity, or the factor of the alpha of the texture.
     alpha: f32,
     alpha_mode: AlphaMode,
@@ -29,15 +31,8 @@ pub(super) struct GltfMaterial {
     pub(super) has_transmission_texture: bool,
     /// Refractive index.
     pub(super) ior: f32,
-}
-
-/// The texture of a base colour.
-#[derive(Debug, Clone, Copy)]
-struct BaseColourTexture {
-    /// Index of the texture in the file.
-    index: usize,
-    /// Index of its set of texture coordinates.
-    uv_set: u32,
+    /// Properties that are not read.
+    pub(super) unread: Vec<&'static str>,
 }
 
 /// A material by its index.
@@ -46,13 +41,23 @@ pub(super) fn gltf_material(file: &GltfFile, index: usize) -> Option<GltfMateria
     let surface = material.pbr_metallic_roughness();
     let [r, g, b, alpha] = surface.base_color_factor();
     let transmission = material.transmission();
-    let texture = surface
-        .base_color_texture()
-        .map(|info| BaseColourTexture { index: info.texture().index(), uv_set: info.tex_coord() });
+    let texture = surface.base_color_texture().map(|info| info.texture());
+    let repeats = |texture: &gltf::Texture| {
+        let sampler = texture.sampler();
+        [sampler.wrap_s(), sampler.wrap_t()] == [WrappingMode::Repeat; 2]
+    };
+    let unread = [
+        ("metalness", surface.metallic_factor() > 0.0),
+        ("gloss", surface.roughness_factor() < 1.0),
+        ("a normal map", material.normal_texture().is_some()),
+        ("emission", material.emissive_factor() != [0.0; 3]),
+        ("a texture that does not repeat", !texture.as_ref().is_none_or(repeats)),
+    ];
     Some(GltfMaterial {
         name: material.name().map(str::to_owned),
         base_colour: [r, g, b],
-        texture,
+        texture: texture.map(|texture| texture.index()),
+        unread: unread.into_iter().filter(|(_, is_so)| *is_so).map(|(what, _)| what).collect(),
         alpha,
         alpha_mode: material.alpha_mode(),
         alpha_cutoff: material.alpha_cutoff().unwrap_or(0.5),
@@ -79,8 +84,7 @@ impl GltfMaterial {
 ///
 /// # Errors
 ///
-/// When a factor or the refractive index is out of range, or the texture is not a PNG, cannot be read, or uses another
-/// set of texture coordinates than `TEXCOORD_0`.
+/// When a factor or the refractive index is out of range, or the texture is neither a PNG nor a JPEG or cannot be read.
 pub(super) fn base_colour_texture(
     file: &GltfFile,
     material: &GltfMaterial,
@@ -101,18 +105,15 @@ pub(super) fn base_colour_texture(
             |error: RangeError| file.wrong(format!("{what} of the material \"{name}\" {}", error.after_key()));
         range.check(value.into()).map_err(outside)?;
     }
-    let Some(BaseColourTexture { index, uv_set }) = material.texture else {
+    let Some(index) = material.texture else {
         return Ok(None);
     };
-    if uv_set != 0 {
-        return Err(wrong(&format!("the texture uses TEXCOORD_{uv_set}, but must use TEXCOORD_0")));
-    }
     let texture = file.document().textures().nth(index).ok_or_else(|| wrong("the texture is missing"))?;
-    let bytes = file.image(&texture.source(), files)?;
-    if bytes.starts_with(&[0xff, 0xd8]) {
-        return Err(wrong("the texture is a JPEG, but must be a PNG (or define the material in the scene file)"));
-    }
-    let image = PngImage::read(&bytes).map_err(|reason| wrong(&reason))?;
+    let source = texture.source().ok_or_else(|| wrong("the texture has no image that is a PNG or JPEG"))?;
+    let bytes = file.image(&source, files)?;
+    let is_jpeg = bytes.starts_with(&[0xff, 0xd8]);
+    let image = if is_jpeg { PngImage::read_jpeg(&bytes) } else { PngImage::read(&bytes) };
+    let image = image.map_err(|reason| wrong(&reason))?;
     let tinted = |pixel: [f32; 3]| std::array::from_fn(|channel| pixel[channel] * material.base_colour[channel]);
     let colors = linear_rgb(&image).into_iter().map(tinted).collect();
     let pixels = with_alpha(&image, colors, |alpha| material.opacity(alpha));

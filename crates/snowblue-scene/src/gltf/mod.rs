@@ -45,6 +45,9 @@ use snowblue_base::{KeyPath, narrow};
 /// Greatest strength of a light, in cd or lx.
 const MAX_STRENGTH: f64 = 1e15;
 
+/// Greatest number of materials that a note names.
+const MAX_NAMED: usize = 3;
+
 /// The parts of a scene that come from a glTF.
 #[derive(Default)]
 pub(crate) struct GltfScene {
@@ -72,7 +75,7 @@ pub(crate) fn read_gltf(
     let mut objects = Vec::new();
     // Parts of meshes that are known to be closed.
     let mut closed = BTreeSet::new();
-    let mut notes = Vec::new();
+    let mut notes: Vec<String> = file.notes().iter().map(|note| format!("{path} is \"{name}\": {note}")).collect();
     let mut palette = Palette {
         file: &file,
         sources,
@@ -80,15 +83,21 @@ pub(crate) fn read_gltf(
         known: BTreeMap::new(),
         texture_bytes: 0.0,
         notes: Vec::new(),
+        unread: BTreeMap::new(),
     };
     for node in &nodes {
         let Some(number) = node.mesh() else { continue };
-        let parts = match meshes.entry(number) {
+        // The shape of a mesh depends on the weights of its morph targets.
+        let shape = (number, node.with_own_weights());
+        let parts = match meshes.entry(shape) {
             Entry::Occupied(known) => known.into_mut(),
             Entry::Vacant(fresh) => {
                 let mut parts = Vec::new();
-                for mut surface in file.surfaces(number)? {
+                for mut surface in file.surfaces(node)? {
                     let material = palette.index(surface.material, materials)?;
+                    if material >= palette.own && surface.mesh.attributes.contains_key("red") {
+                        palette.note("vertex colours", &materials[material].name);
+                    }
                     if materials[material].material.is_snow() {
                         let name = node.name();
                         let note = solid(&mut surface.mesh).map_err(|reason| wrong(format!("{name}: {reason}")))?;
@@ -105,22 +114,28 @@ pub(crate) fn read_gltf(
             let (name, material) = (node.name(), *material);
             let NamedMaterial { name: material_name, material: made_of } = &materials[material];
             let misfit = |reason| wrong(format!("{name} of material \"{material_name}\": {reason}"));
-            let placement =
-                placement(&(node.to_root * *to_original)).map_err(|reason| wrong(format!("{name}: {reason}")))?;
-            let instance = Instance::new(Arc::clone(mesh), placement);
-            check_reach(instance.bounds().greatest_coordinate()).map_err(|reason| wrong(format!("{name} {reason}")))?;
-            let shape = Shape::Mesh(instance);
-            made_of.check(&shape).map_err(misfit)?;
+            for to_root in &node.instances {
+                let placement = placement(&(*to_root * *to_original));
+                let placement = placement.map_err(|reason| wrong(format!("{name}: {reason}")))?;
+                let instance = Instance::new(Arc::clone(mesh), placement);
+                check_reach(instance.bounds().greatest_coordinate())
+                    .map_err(|reason| wrong(format!("{name} {reason}")))?;
+                let shape = Shape::Mesh(instance);
+                made_of.check(&shape).map_err(misfit)?;
+                objects.push(Object { name: name.clone(), shape, material, body: None, undisturbed: None });
+            }
             let must_be_closed = integrator.has_light_field() && made_of.is_snow();
-            if must_be_closed && closed.insert((number, part)) {
+            if must_be_closed && closed.insert((shape, part)) {
                 check_closed(mesh.triangles()).map_err(misfit)?;
             }
-            objects.push(Object { name, shape, material, body: None, undisturbed: None });
         }
     }
     notes.extend(palette.notes);
-    let lights = punctual_lights(&nodes);
-    let lights = lights.iter().map(|light| convert(light).map_err(wrong)).collect::<Result<_, _>>()?;
+    notes.extend(palette.unread.into_iter().map(|(what, materials)| unread_note(what, &materials)));
+    notes.extend(lights::notes(&nodes));
+    let (shining, dark): (Vec<_>, Vec<_>) = punctual_lights(&nodes).into_iter().partition(PunctualLight::shines);
+    notes.extend(dark.iter().map(|light| format!("light \"{}\" is black and left out", light.name)));
+    let lights = shining.iter().map(|light| convert(light).map_err(wrong)).collect::<Result<_, _>>()?;
     Ok(GltfScene { objects, view: view(&nodes), lights, notes })
 }
 
@@ -146,6 +161,18 @@ struct Palette<'file> {
     texture_bytes: f64,
     /// Sentences on what is not read.
     notes: Vec<String>,
+    /// The names of materials with a property that is not read, by the property.
+    unread: BTreeMap<&'static str, Vec<String>>,
+}
+
+/// A sentence on a property of materials that is not read.
+fn unread_note(what: &str, materials: &[String]) -> String {
+    let names = materials.iter().take(MAX_NAMED).map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ");
+    let more = match materials.len().saturating_sub(MAX_NAMED) {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    format!("glTF materials are diffuse: {what} is not read of {names}{more}")
 }
 
 impl Palette<'_> {
@@ -163,7 +190,10 @@ impl Palette<'_> {
             None => {
                 let name = name.unwrap_or_else(|| format!("glTF material {}", materials.len()));
                 let material = match &material {
-                    Some(material) => self.convert(&name, material)?,
+                    Some(material) => {
+                        material.unread.iter().for_each(|what| self.note(what, &name));
+                        self.convert(&name, material)?
+                    }
                     None => Material::Diffuse(Diffuse::colored([1.0; 3], self.sources.upsampling), 1.0),
                 };
                 materials.push(NamedMaterial { name, material });
@@ -172,6 +202,14 @@ impl Palette<'_> {
         };
         self.known.insert(number, index);
         Ok(index)
+    }
+
+    /// Adds a material to the materials with a property that is not read.
+    fn note(&mut self, what: &'static str, material: &str) {
+        let materials = self.unread.entry(what).or_default();
+        if !materials.iter().any(|name| name == material) {
+            materials.push(material.to_owned());
+        }
     }
 
     /// Glass, if all light passes the material where it is opaque, else a diffuse material.
@@ -201,12 +239,8 @@ impl Palette<'_> {
 /// A light of a glTF.
 fn convert(light: &PunctualLight) -> Result<Light, String> {
     let LinearRgb { r, g, b } = light.colour;
-    let strength = match light.kind {
-        LightKind::Point { intensity_cd } | LightKind::Spot { intensity_cd, .. } => intensity_cd,
-        LightKind::Directional { illuminance_lx } => illuminance_lx,
-    };
-    if ![r, g, b, strength].iter().all(|value| (0.0..=MAX_STRENGTH).contains(value)) || light.colour.luminance() <= 0.0
-    {
+    let strength = light.strength();
+    if ![r, g, b, strength].iter().all(|value| (0.0..=MAX_STRENGTH).contains(value)) {
         let name = &light.name;
         return Err(format!("light \"{name}\" is {strength} times {r}, {g}, {b}, but must be positive and finite"));
     }
@@ -216,9 +250,10 @@ fn convert(light: &PunctualLight) -> Result<Light, String> {
     Ok(match light.kind {
         LightKind::Point { .. } => Light::new(PointLight { position, emission }),
         LightKind::Spot { inner_cone_deg, outer_cone_deg, .. } => {
-            if inner_cone_deg >= outer_cone_deg {
+            // Blender writes equal cones for a hard edge.
+            if inner_cone_deg > outer_cone_deg {
                 return Err(format!(
-                    "spot \"{}\" has an inner cone of {inner_cone_deg}°, but must be below its outer cone of \
+                    "spot \"{}\" has an inner cone of {inner_cone_deg}°, but must be within its outer cone of \
                      {outer_cone_deg}°",
                     light.name
                 ));

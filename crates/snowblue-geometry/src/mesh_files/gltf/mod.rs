@@ -2,9 +2,11 @@
 //! transforms, and meshes. All other content of a file, such as materials, cameras and lights, is in its
 //! [document](GltfFile::document).
 //!
-//! Reads triangles with `POSITION`, `NORMAL`, `TEXCOORD_0`, `TEXCOORD_1` (attributes `lightmap_u`, `lightmap_v`),
-//! `COLOR_0` (`red`, `green`, `blue`) and application-specific scalar attributes, whose names begin with an underscore.
-//! Ignores points and lines, skins and morph targets.
+//! Reads triangles with `POSITION`, `NORMAL`, `TEXCOORD_1` (attributes `lightmap_u`, `lightmap_v`), `COLOR_0` (`red`,
+//! `green`, `blue`) and application-specific scalar attributes, whose names begin with an underscore. Texture
+//! coordinates are the coordinates of the base colour texture, transformed by KHR_texture_transform, or else
+//! `TEXCOORD_0`. Morph targets have the default weights. EXT_mesh_gpu_instancing places a mesh several times.
+//! [`notes`](GltfFile::notes) names what is not read.
 
 mod checked;
 
@@ -13,20 +15,26 @@ use std::path::{Path, PathBuf};
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use glam::{DAffine3, DMat3, DMat4, DVec3, Vec2, Vec3};
+use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3, Mat2, Vec2, Vec3};
 use gltf::accessor::Dimensions;
-use gltf::mesh::Mode;
+use gltf::mesh::{Mode, MorphTarget};
+use gltf::texture::TextureTransform;
 use gltf::{Document, Gltf, Image, Node, Primitive, Semantic};
 
+use crate::mesh_files::faces::strip;
 use crate::triangle_mesh::{SECOND_UV, TriangleMesh};
 use crate::vertex_normals::VertexNormals;
+use percent_encoding::percent_decode_str;
 use snowblue_base::narrow;
 
-use checked::{numbers, valid};
+use checked::{READ_EXTENSIONS, numbers, valid, whole};
 use snowblue_base::files::{FileError, FileSource, FilesIn, NamedFile, check_memory, check_total, name_beside};
 
 /// Maps the axes of glTF (y up, z towards the viewer) to the axes of a scene (z up, y away from the viewer).
 pub const Y_UP_TO_Z_UP: DMat3 = DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::NEG_Y);
+
+/// Memory of an instance of a mesh in a scene, in bytes.
+const BYTES_PER_INSTANCE: usize = 512;
 
 /// A glTF file with its buffers.
 #[derive(Debug)]
@@ -46,6 +54,8 @@ pub struct PlacedNode<'file> {
     pub node: Node<'file>,
     /// Maps the node's coordinates to the coordinates of the scene.
     pub to_root: DAffine3,
+    /// Maps the coordinates of the node's mesh to the coordinates of the scene, for each instance of the mesh.
+    pub instances: Vec<DAffine3>,
     /// Whether the node, its mesh or an ancestor has the requested name.
     named: bool,
 }
@@ -69,6 +79,11 @@ impl PlacedNode<'_> {
     /// Index of its mesh in the file, if it has a mesh.
     pub fn mesh(&self) -> Option<usize> {
         self.node.mesh().map(|mesh| mesh.index())
+    }
+
+    /// Index of the node, if the weights of the morph targets of its mesh are its own.
+    pub fn with_own_weights(&self) -> Option<usize> {
+        self.node.weights().map(|_| self.node.index())
     }
 }
 
@@ -121,6 +136,7 @@ impl GltfFile {
         let mut pending: Vec<_> = scene.nodes().map(|node| (node, root, name.is_none())).collect();
         pending.reverse();
         let mut visited = vec![false; self.gltf.nodes().len()];
+        let mut instance_count = 0;
         while let Some((node, parent, named)) = pending.pop() {
             let index = node.index();
             if std::mem::replace(&mut visited[index], true) {
@@ -132,12 +148,62 @@ impl GltfFile {
             let named = named || mesh_named || (name.is_some() && node.name() == name);
             let children: Vec<_> = node.children().collect();
             pending.extend(children.into_iter().rev().map(|child| (child, to_root, named)));
-            nodes.push(PlacedNode { node, to_root, named });
+            let instances = self.instances(&node, to_root, instance_count);
+            let instances = instances.map_err(|reason| self.wrong(format!("node {index}: {reason}")))?;
+            instance_count += instances.len();
+            nodes.push(PlacedNode { node, to_root, instances, named });
         }
         // Nodes share a mesh.
         let meshes: BTreeSet<usize> = nodes.iter().filter_map(PlacedNode::mesh).collect();
         self.check_mesh_memory("its meshes", meshes.into_iter())?;
         Ok(nodes)
+    }
+
+    /// The places of the mesh of a node (Khronos Group 2022, EXT_mesh_gpu_instancing), which come after `others`.
+    fn instances(&self, node: &Node, to_root: DAffine3, others: usize) -> Result<Vec<DAffine3>, String> {
+        let Some(extension) = node.extension_value("EXT_mesh_gpu_instancing") else { return Ok(vec![to_root]) };
+        let read = |name: &str, dimensions| -> Result<Option<Vec<f64>>, String> {
+            let index = &extension["attributes"][name];
+            let number = index.as_u64().and_then(|number| usize::try_from(number).ok());
+            let accessor = number.and_then(|number| self.gltf.accessors().nth(number));
+            match accessor {
+                Some(accessor) => numbers(&accessor, dimensions, &self.buffers).map(Some),
+                None if index.is_null() => Ok(None),
+                None => Err(format!("the instances have {name} of accessor {index}, which is missing")),
+            }
+        };
+        let translations = read("TRANSLATION", Dimensions::Vec3)?.map(|numbers| numbers.as_chunks().0.to_vec());
+        let rotations = read("ROTATION", Dimensions::Vec4)?.map(|numbers| numbers.as_chunks().0.to_vec());
+        let scales = read("SCALE", Dimensions::Vec3)?.map(|numbers| numbers.as_chunks().0.to_vec());
+        let lengths =
+            [translations.as_ref().map(Vec::len), rotations.as_ref().map(Vec::len), scales.as_ref().map(Vec::len)];
+        let count = lengths.into_iter().flatten().next().ok_or("the instances have no place")?;
+        if lengths.into_iter().flatten().any(|length| length != count) {
+            return Err("the attributes of its instances differ in their numbers".into());
+        }
+        check_memory("all instances", ((others + count) * BYTES_PER_INSTANCE) as f64, self.size)?;
+        let place = |number: usize| {
+            let translation = translations.as_ref().map_or(DVec3::ZERO, |all| DVec3::from_array(all[number]));
+            let rotation = rotations.as_ref().map_or(DQuat::IDENTITY, |all| DQuat::from_array(all[number]).normalize());
+            let scale = scales.as_ref().map_or(DVec3::ONE, |all| DVec3::from_array(all[number]));
+            to_root * DAffine3::from_scale_rotation_translation(scale, rotation, translation)
+        };
+        Ok((0..count).map(place).collect())
+    }
+
+    /// Sentences on content of the file that changes shapes or light, but is not read.
+    pub fn notes(&self) -> Vec<String> {
+        let primitives = || self.gltf.meshes().flat_map(|mesh| mesh.primitives());
+        let unread = self.gltf.extensions_used().filter(|name| !READ_EXTENSIONS.contains(name));
+        let unread: Vec<&str> = unread.collect();
+        let lines = primitives().filter(|primitive| triangles(primitive.mode(), &[0; 3]).is_empty()).count();
+        let notes = [
+            (!unread.is_empty(), format!("extensions that are not read: {}", unread.join(", "))),
+            (self.gltf.skins().len() > 0, "skins are not read: meshes have their shape without a pose".into()),
+            (self.gltf.animations().len() > 0, "animations are not read: nodes are in their default places".into()),
+            (lines > 0, format!("points and lines have no area and are left out: {lines} primitives")),
+        ];
+        notes.into_iter().filter(|(is_so, _)| *is_so).map(|(_, note)| note).collect()
     }
 
     /// Refuses meshes, given by their indices, that take too much memory together.
@@ -159,11 +225,14 @@ impl GltfFile {
         let mut found = false;
         let mut nodes = self.nodes_named(DAffine3::IDENTITY, part)?;
         nodes.retain(|node| node.named);
-        self.check_mesh_memory("the meshes of its nodes", nodes.iter().filter_map(PlacedNode::mesh))?;
+        let copies = nodes.iter().flat_map(|node| node.instances.iter().filter_map(|_| node.mesh()));
+        self.check_mesh_memory("the meshes of its nodes", copies)?;
         for node in &nodes {
             found = true;
-            for surface in node.mesh().map_or_else(|| Ok(Vec::new()), |mesh| self.surfaces(mesh))? {
-                whole.append(&surface.mesh, &node.to_root).map_err(|reason| self.wrong(reason))?;
+            for surface in self.surfaces(node)? {
+                for to_root in &node.instances {
+                    whole.append(&surface.mesh, to_root).map_err(|reason| self.wrong(reason))?;
+                }
             }
         }
         match part {
@@ -172,16 +241,18 @@ impl GltfFile {
         }
     }
 
-    /// The triangles of a mesh in object space, grouped by material.
+    /// The triangles of the mesh of a node in object space, grouped by material; none without a mesh.
     ///
     /// # Errors
     ///
     /// When the mesh data are malformed or missing.
-    pub fn surfaces(&self, mesh: usize) -> Result<Vec<GltfSurface>, FileError> {
+    pub fn surfaces(&self, node: &PlacedNode) -> Result<Vec<GltfSurface>, FileError> {
         let mut surfaces: Vec<GltfSurface> = Vec::new();
-        for primitive in self.gltf.meshes().nth(mesh).into_iter().flat_map(|mesh| mesh.primitives()) {
-            let triangles =
-                self.primitive(&primitive).map_err(|reason| self.wrong(format!("mesh {mesh}: {reason}")))?;
+        let Some(mesh) = node.node.mesh() else { return Ok(surfaces) };
+        let weights = node.node.weights().or(mesh.weights()).unwrap_or_default();
+        for primitive in mesh.primitives() {
+            let triangles = self.primitive(&primitive, weights);
+            let triangles = triangles.map_err(|reason| self.wrong(format!("mesh {}: {reason}", mesh.index())))?;
             let material = primitive.material().index();
             match surfaces.iter_mut().find(|surface| surface.material == material) {
                 Some(surface) => {
@@ -194,13 +265,26 @@ impl GltfFile {
         Ok(surfaces)
     }
 
-    fn primitive(&self, primitive: &Primitive) -> Result<TriangleMesh, String> {
-        let read = |accessor, dimensions| numbers(&accessor, dimensions, &self.buffers);
+    fn primitive(&self, primitive: &Primitive, weights: &[f32]) -> Result<TriangleMesh, String> {
+        let read = |accessor: gltf::Accessor<'_>, dimensions| numbers(&accessor, dimensions, &self.buffers);
         let positions = primitive.get(&Semantic::Positions).ok_or("there are no positions")?;
         let vectors = |numbers: Vec<f64>| -> Vec<Vec3> {
             numbers.chunks_exact(3).map(|p| Vec3::new(narrow(p[0]), narrow(p[1]), narrow(p[2]))).collect()
         };
-        let positions = vectors(read(positions, Dimensions::Vec3)?);
+        // Morph targets add to vectors in proportion to their weights.
+        let morphed = |base: gltf::Accessor, of_target: fn(&MorphTarget<'_>) -> Option<usize>| -> Result<_, String> {
+            let mut all = read(base, Dimensions::Vec3)?;
+            for (target, weight) in primitive.morph_targets().zip(weights).filter(|(_, weight)| **weight != 0.0) {
+                let accessor = of_target(&target).and_then(|index| self.gltf.accessors().nth(index));
+                let added = accessor.map_or_else(|| Ok(Vec::new()), |accessor| read(accessor, Dimensions::Vec3))?;
+                if !added.is_empty() && added.len() != all.len() {
+                    return Err("a morph target has another number of vertices".to_owned());
+                }
+                all.iter_mut().zip(added).for_each(|(value, added)| *value += f64::from(*weight) * added);
+            }
+            Ok(vectors(all))
+        };
+        let positions = morphed(positions, |target| target.positions().map(|accessor| accessor.index()))?;
         if let Some(value) = positions.iter().flat_map(|position| position.to_array()).find(|value| !value.is_finite())
         {
             return Err(format!("a coordinate is {value}, but must be finite"));
@@ -215,16 +299,30 @@ impl GltfFile {
                 positions.len()
             ));
         }
-        let uv = match primitive.get(&Semantic::TexCoords(0)) {
+        let texture = primitive.material().pbr_metallic_roughness().base_color_texture();
+        let transform = texture.as_ref().and_then(gltf::texture::Info::texture_transform);
+        let set =
+            transform.as_ref().and_then(TextureTransform::tex_coord).or(texture.as_ref().map(|info| info.tex_coord()));
+        let uv = match primitive.get(&Semantic::TexCoords(set.unwrap_or(0))) {
             Some(accessor) => {
                 let values = read(accessor, Dimensions::Vec2)?;
-                // The origin of glTF is the upper left corner of the image, ours the lower left.
-                values.chunks_exact(2).map(|uv| Vec2::new(narrow(uv[0]), narrow(1.0 - uv[1]))).collect()
+                let read = values.chunks_exact(2).map(|uv| Vec2::new(narrow(uv[0]), narrow(uv[1])));
+                // The origin of glTF is the upper left corner of the image, ours the lower left. A rotation is
+                // counter-clockwise as seen in the image, unlike the matrix in the text of KHR_texture_transform
+                // (github.com/KhronosGroup/glTF/issues/1563).
+                let to_image = |uv: Vec2| match &transform {
+                    Some(transform) => {
+                        let turned = Mat2::from_angle(-transform.rotation()) * (Vec2::from(transform.scale()) * uv);
+                        turned + Vec2::from(transform.offset())
+                    }
+                    None => uv,
+                };
+                read.map(to_image).map(|uv| Vec2::new(uv.x, 1.0 - uv.y)).collect()
             }
             None => Vec::new(),
         };
         let normals = match primitive.get(&Semantic::Normals) {
-            Some(accessor) => vectors(read(accessor, Dimensions::Vec3)?),
+            Some(accessor) => morphed(accessor, |target| target.normals().map(|accessor| accessor.index()))?,
             None => Vec::new(),
         };
         let mut attributes = BTreeMap::new();
@@ -301,28 +399,13 @@ fn bytes_of(primitive: &Primitive) -> f64 {
 fn triangles(mode: Mode, indices: &[u32]) -> Vec<[u32; 3]> {
     match mode {
         Mode::Triangles => indices.chunks_exact(3).map(|corner| [corner[0], corner[1], corner[2]]).collect(),
-        Mode::TriangleStrip => {
-            let turned = |(number, corner): (usize, &[u32])| {
-                let (second, third) = if number % 2 == 0 { (1, 2) } else { (2, 1) };
-                [corner[0], corner[second], corner[third]]
-            };
-            indices.windows(3).enumerate().map(turned).collect()
-        }
+        Mode::TriangleStrip => strip(indices).collect(),
         Mode::TriangleFan => match indices {
             [centre, rim @ ..] => rim.windows(2).map(|pair| [*centre, pair[0], pair[1]]).collect(),
             [] => Vec::new(),
         },
         Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip => Vec::new(),
     }
-}
-
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "accessors hold unsigned integers of at most 32 bits"
-)]
-fn whole(index: f64) -> u32 {
-    index as u32
 }
 
 /// The files that a glTF names.
@@ -357,7 +440,7 @@ impl Neighbours<'_> {
     fn uri(&self, uri: &str, what: &str) -> Result<Vec<u8>, FileError> {
         let wrong = |reason: String| FileError::Content { path: self.path.into(), reason: format!("{what} {reason}") };
         let Some(data) = uri.strip_prefix("data:") else {
-            let name = name_beside(self.name, &uri.replace("%20", " "));
+            let name = name_beside(self.name, &percent_decode_str(uri).decode_utf8_lossy());
             return NamedFile::read(self.files, &name).map(|file| file.bytes);
         };
         let text = data.split_once(";base64,").map(|(_, text)| text);
