@@ -159,6 +159,8 @@ fn memory(header: &Header, pixel_bytes: impl Fn(usize) -> usize) -> (String, f64
 #[cfg(test)]
 mod tests {
     use super::*;
+    use base64::Engine as _;
+    use base64::engine::general_purpose::STANDARD;
 
     fn png(color: ColorType, depth: BitDepth, palette: Option<&'static [u8]>, data: &[u8]) -> Vec<u8> {
         let mut bytes = Vec::new();
@@ -204,6 +206,43 @@ mod tests {
         }
         let deep = PngImage::read(&png(ColorType::Grayscale, BitDepth::Sixteen, None, &[0, 1, 0xff, 0xff])).unwrap();
         assert_eq!(deep.values, [1.0 / 65_535.0, 1.0]);
+    }
+
+    /// Red, green, blue and white, each 8 × 8 pixels, as libjpeg writes it with quality 75.
+    const FOUR_COLOURS: &str = "/9j/4AAQSkZJRgABAQAAAQABAAD/2wBDAAgGBgcGBQgHBwcJCQgKDBQNDAsLDBkSEw8UHRofHh0aHBwgJC4nICIsIxwcKDcpLDAx\
+        NDQ0Hyc5PTgyPC4zNDL/2wBDAQkJCQwLDBgNDRgyIRwhMjIyMjIyMjIyMjIyMjIyMjIyMjIyMjIyMjIyMjIyMjIyMjIyMjIyMjIy\
+        MjIyMjIyMjL/wAARCAAQABADAREAAhEBAxEB/8QAFgABAQEAAAAAAAAAAAAAAAAABwYI/8QAFBABAAAAAAAAAAAAAAAAAAAAAP/E\
+        ABcBAAMBAAAAAAAAAAAAAAAAAAYHCAX/xAAUEQEAAAAAAAAAAAAAAAAAAAAA/9oADAMBAAIRAxEAPwCLDJ4koNIvAyvDMbiI5pv/\
+        2Q==";
+
+    /// The luminance of these colours.
+    const FOUR_GREYS: &str = "/9j/4AAQSkZJRgABAQAAAQABAAD/2wBDAAgGBgcGBQgHBwcJCQgKDBQNDAsLDBkSEw8UHRofHh0aHBwgJC4nICIsIxwcKDcpLDAx\
+        NDQ0Hyc5PTgyPC4zNDL/wAALCAAQABABAREA/8QAFgABAQEAAAAAAAAAAAAAAAAABwYI/8QAFBABAAAAAAAAAAAAAAAAAAAAAP/a\
+        AAgBAQAAPwCLJQGbif/Z";
+
+    #[test]
+    fn reads_colours_and_greys_of_a_jpeg() {
+        let decode = |text| STANDARD.decode(text).unwrap();
+        let middles = [(4, 4), (12, 4), (4, 12), (12, 12)];
+        let image = PngImage::read_jpeg(&decode(FOUR_COLOURS)).unwrap();
+        assert_eq!((image.width, image.height, image.alpha.len()), (16, 16, 0));
+        let pixels = image.encoded_rgb();
+        let expected = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0; 3]];
+        // Luminance of Rec. 601, by which JPEG codes colours.
+        let greys = PngImage::read_jpeg(&decode(FOUR_GREYS)).unwrap().encoded_rgb();
+        for (((x, y), color), grey) in middles.into_iter().zip(expected).zip([0.299, 0.587, 0.114, 1.0f32]) {
+            let (found, found_grey) = (pixels[y * 16 + x], greys[y * 16 + x]);
+            assert!((0..3).all(|channel| (found[channel] - color[channel]).abs() < 0.02), "{found:?} for {color:?}");
+            assert!(found_grey.iter().all(|value| (value - grey).abs() < 0.02), "{found_grey:?} for {grey}");
+        }
+    }
+
+    #[test]
+    fn a_jpeg_that_is_cut_is_refused() {
+        let whole = STANDARD.decode(FOUR_COLOURS).unwrap();
+        for length in 0..whole.len() - 8 {
+            assert!(PngImage::read_jpeg(&whole[..length]).is_err(), "{length} of {} bytes", whole.len());
+        }
     }
 
     #[test]

@@ -36,24 +36,27 @@ pub(super) fn read(file: &NamedFile, part: Option<&str>) -> Result<ReadMesh, Fil
     Ok(parser.finish())
 }
 
-/// The lines of a text with their numbers from 1. Lines joined by `\` have the number of the first of them.
+/// The lines of a text with their numbers from 1. Lines joined by `\` have the number of the first of them. A `\` in a
+/// comment joins no lines.
 fn lines(text: &str) -> impl Iterator<Item = (usize, Cow<'_, str>)> {
     let mut physical = (1..).zip(text.lines());
     std::iter::from_fn(move || {
         let (number, line) = physical.next()?;
         let mut line = Cow::Borrowed(line);
-        while let Some(begin) = line.trim_end().strip_suffix('\\') {
+        while let Some(begin) = line.trim_end().strip_suffix('\\')
+            && !line.contains('#')
+        {
             line = format!("{begin} {}", physical.next().map_or("", |(_, next)| next)).into();
         }
         Some((number, line))
     })
 }
 
-/// The keyword of a line, and its words as a name. A comment, which begins with `#` after a space, is no part of it.
+/// The keyword of a line, and its words as a name. A comment, which begins with `#` between spaces, is no part of it.
 fn statement(line: &str) -> (&str, &str) {
     let line = line.trim();
     let (keyword, words) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
-    (keyword, words.split(" #").next().unwrap_or_default().trim())
+    (keyword, words.split(" # ").next().unwrap_or_default().trim())
 }
 
 /// The statements that begin a part of a given name.
@@ -300,7 +303,7 @@ mod tests {
             [[0, 1, 2]]
         );
         let message = read_text(text, None).unwrap_err();
-        assert!(message.starts_with("mesh.obj:6: "), "{message}");
+        assert!(message.starts_with("mesh.obj:5: "), "{message}");
         assert_eq!(read_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3 \\", None).unwrap().indices.len(), 1);
     }
 

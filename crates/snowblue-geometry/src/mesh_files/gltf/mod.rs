@@ -448,3 +448,194 @@ impl Neighbours<'_> {
         STANDARD.decode(text).map_err(|error| wrong(format!("is not base64: {error}")))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use snowblue_base::files::FilesInMemory;
+
+    /// Accessor 0 of [`read`]: the corners of a triangle, in m.
+    const CORNERS: [[f32; 3]; 3] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    /// A mesh of the triangle.
+    const MESHES: &str = r#""meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}]"#;
+    /// A node with the mesh.
+    const NODES: &str = r#""nodes":[{"mesh":0}]"#;
+
+    fn bytes(numbers: &[f32]) -> Vec<u8> {
+        numbers.iter().flat_map(|number| number.to_le_bytes()).collect()
+    }
+
+    /// Reads a file with further content. Accessors after the triangle are given by their bytes and keys, and accessor
+    /// N has buffer view N, unless it has no bytes.
+    fn read(content: &[&str], accessors: &[(Vec<u8>, &str)]) -> Result<GltfFile, String> {
+        let corners = r#""componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]"#;
+        let all = [&[(bytes(CORNERS.as_flattened()), corners)], accessors].concat();
+        let (mut data, mut views, mut of_views) = (Vec::new(), Vec::new(), Vec::new());
+        for (number, (bytes, keys)) in all.into_iter().enumerate() {
+            views.push(format!(r#"{{"buffer":0,"byteOffset":{},"byteLength":{}}}"#, data.len(), bytes.len().max(1)));
+            let view = if bytes.is_empty() { String::new() } else { format!(r#""bufferView":{number},"#) };
+            of_views.push(format!("{{{view}{keys}}}"));
+            data.extend(bytes);
+            data.resize(data.len().next_multiple_of(4), 0);
+        }
+        let text = format!(
+            r#"{{"asset":{{"version":"2.0"}},"scenes":[{{"nodes":[0]}}],{},"bufferViews":[{}],"accessors":[{}],
+            "buffers":[{{"byteLength":{},"uri":"gel%C3%A4nde%20%231.bin"}}]}}"#,
+            content.join(","),
+            views.join(","),
+            of_views.join(","),
+            data.len()
+        );
+        // The byte order mark is allowed in files, though not in glTF.
+        let files = FilesInMemory::from([("a.gltf", format!("\u{feff}{text}").into_bytes()), ("gelände #1.bin", data)]);
+        GltfFile::read(&files, "a.gltf").map_err(|error| error.to_string())
+    }
+
+    fn positions(content: &[&str], accessors: &[(Vec<u8>, &str)]) -> Vec<Vec3> {
+        read(content, accessors).unwrap().mesh(None).unwrap().positions
+    }
+
+    fn assert_near(found: &[Vec3], expected: &[[f32; 3]]) {
+        assert_eq!(found.len(), expected.len(), "{found:?}");
+        let near = found.iter().zip(expected).all(|(one, other)| one.abs_diff_eq(Vec3::from_array(*other), 1e-6));
+        assert!(near, "{found:?} for {expected:?}");
+    }
+
+    #[test]
+    fn a_mesh_is_placed_at_each_of_its_instances() {
+        // The second instance is turned by 90° about z and twice as large. The node moves both by (0, 0, 5).
+        let nodes = r#""nodes":[{"mesh":0,"translation":[0,0,5],"extensions":{"EXT_mesh_gpu_instancing":
+            {"attributes":{"TRANSLATION":1,"ROTATION":2,"SCALE":3}}}}],"extensionsRequired":["EXT_mesh_gpu_instancing"]"#;
+        let vectors = r#""componentType":5126,"count":2,"type":"VEC3""#;
+        let half = 0.5f32.sqrt();
+        let instances = [
+            (bytes(&[0.0, 0.0, 0.0, 10.0, 0.0, 0.0]), vectors),
+            (bytes(&[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, half, half]), r#""componentType":5126,"count":2,"type":"VEC4""#),
+            (bytes(&[1.0, 1.0, 1.0, 2.0, 2.0, 2.0]), vectors),
+        ];
+        let expected = [[0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]];
+        let turned = [[10.0, 0.0, 5.0], [10.0, 2.0, 5.0], [8.0, 0.0, 5.0]];
+        assert_near(&positions(&[nodes, MESHES], &instances), &[expected, turned].concat());
+        let file = read(&[nodes, MESHES], &instances).unwrap();
+        assert_eq!(file.nodes(DAffine3::IDENTITY).unwrap()[0].instances.len(), 2);
+        assert!(file.notes().is_empty());
+        for (right, wrong, expected) in [
+            (r#""SCALE":3"#, r#""SCALE":0"#, "node 0: the attributes of its instances differ in their numbers"),
+            (r#""SCALE":3"#, r#""SCALE":9"#, "node 0: the instances have SCALE of accessor 9, which is missing"),
+        ] {
+            let file = read(&[&nodes.replace(right, wrong), MESHES], &instances).unwrap();
+            let message = file.nodes(DAffine3::IDENTITY).unwrap_err().to_string();
+            assert!(message.contains(expected), "{message}");
+        }
+    }
+
+    #[test]
+    fn morph_targets_have_the_weights_of_the_node_or_else_of_the_mesh() {
+        let mesh = r#""meshes":[{"weights":[0.5,1],"primitives":[{"attributes":{"POSITION":0},
+            "targets":[{"POSITION":1},{"POSITION":2}]}]}]"#;
+        let vectors = r#""componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,4]"#;
+        let targets = [
+            (bytes(&[0.0, 0.0, 4.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]), vectors),
+            (bytes(&[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0]), vectors),
+        ];
+        let expected = [[0.0, 0.0, 2.0], [2.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        assert_near(&positions(&[NODES, mesh], &targets), &expected);
+        let of_node = r#""nodes":[{"mesh":0,"weights":[0.25,0]}]"#;
+        let expected = [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        assert_near(&positions(&[of_node, mesh], &targets), &expected);
+        assert_near(&positions(&[NODES, &mesh.replace(r#""weights":[0.5,1],"#, "")], &targets), &CORNERS);
+        let short = [targets[0].clone(), (bytes(&[1.0; 6]), &*vectors.replace(r#""count":3"#, r#""count":2"#))];
+        let message = read(&[NODES, mesh], &short).unwrap().mesh(None).unwrap_err().to_string();
+        assert!(message.contains("mesh 0: a morph target has another number of vertices"), "{message}");
+    }
+
+    #[test]
+    fn sparse_accessors_replace_elements_of_their_base_or_of_zeros() {
+        let mesh = r#""meshes":[{"primitives":[{"attributes":{"POSITION":1}}]}]"#;
+        let sparse = r#""componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0],"sparse":{"count":2,
+            "indices":{"bufferView":2,"componentType":5121},"values":{"bufferView":3}}"#;
+        let unused = r#""componentType":5121,"count":2,"type":"SCALAR""#;
+        let all = |base: &[f32], index: u8| {
+            let values = bytes(&[7.0, 7.0, 7.0, 8.0, 8.0, 8.0]);
+            [(bytes(base), sparse), (vec![0, index], unused), (values, unused)]
+        };
+        let [zero, one, seven, eight] = [[0.0; 3], [1.0; 3], [7.0; 3], [8.0; 3]];
+        assert_near(&positions(&[NODES, mesh], &all(&[1.0; 9], 2)), &[seven, one, eight]);
+        assert_near(&positions(&[NODES, mesh], &all(&[], 2)), &[seven, zero, eight]);
+        let message = read(&[NODES, mesh], &all(&[1.0; 9], 3)).unwrap().mesh(None).unwrap_err().to_string();
+        assert!(message.contains("accessor 1 replaces element 3, but has fewer"), "{message}");
+    }
+
+    #[test]
+    fn quantised_positions_are_integers_or_fractions() {
+        let mesh = r#""meshes":[{"primitives":[{"attributes":{"POSITION":1}}]}],
+            "extensionsRequired":["KHR_mesh_quantization"]"#;
+        let keys = |normalized| {
+            format!(
+                r#""componentType":5122,"normalized":{normalized},"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]"#
+            )
+        };
+        let numbers: Vec<u8> = [0i16, 0, 0, 32767, 0, 0, 0, -32767, 0].iter().flat_map(|n| n.to_le_bytes()).collect();
+        let of = |normalized| positions(&[NODES, mesh], &[(numbers.clone(), &keys(normalized))]);
+        assert_near(&of(true), &[[0.0; 3], [1.0, 0.0, 0.0], [0.0, -1.0, 0.0]]);
+        assert_near(&of(false), &[[0.0; 3], [32767.0, 0.0, 0.0], [0.0, -32767.0, 0.0]]);
+    }
+
+    #[test]
+    fn texture_coordinates_are_those_of_the_base_colour_texture() {
+        let mesh = r#""meshes":[{"primitives":[{"attributes":{"POSITION":0,"TEXCOORD_0":1,"TEXCOORD_1":2},"material":0}]}],
+            "textures":[{"source":0}],"images":[{"uri":"a.png"}]"#;
+        let texture = |keys: &str| {
+            format!(r#""materials":[{{"pbrMetallicRoughness":{{"baseColorTexture":{{"index":0{keys}}}}}}}]"#)
+        };
+        let pairs = r#""componentType":5126,"count":3,"type":"VEC2""#;
+        let sets = [(bytes(&[0.0, 0.0, 1.0, 0.0, 0.0, 1.0]), pairs), (bytes(&[0.5; 6]), pairs)];
+        let of = |keys: &str| read(&[NODES, mesh, &texture(keys)], &sets).unwrap().mesh(None).unwrap();
+        let transform = |keys: &str| of(&format!(r#","extensions":{{"KHR_texture_transform":{{{keys}}}}}"#)).uv;
+        // The first number counts to the right, and the second upwards from the lower edge.
+        let near = |found: Vec<Vec2>, expected: [[f32; 2]; 3]| {
+            let near = found.iter().zip(expected).all(|(one, other)| one.abs_diff_eq(Vec2::from(other), 1e-6));
+            assert!(near && found.len() == 3, "{found:?} for {expected:?}");
+        };
+        near(of("").uv, [[0.0, 1.0], [1.0, 1.0], [0.0, 0.0]]);
+        near(of(r#","texCoord":1"#).uv, [[0.5; 2]; 3]);
+        assert_eq!(of("").attributes[SECOND_UV[0]], [0.5; 3], "the lightmap has the second set in any case");
+        near(transform(r#""texCoord":1,"scale":[4,2]"#), [[2.0, 0.0]; 3]);
+        near(transform(r#""offset":[0.25,0.5],"scale":[4,2]"#), [[0.25, 0.5], [4.25, 0.5], [0.25, -1.5]]);
+        // A quarter turn counter-clockwise in the image: right becomes up, and down becomes right.
+        near(transform(r#""rotation":1.5707963267948966"#), [[0.0, 1.0], [0.0, 2.0], [1.0, 1.0]]);
+        // The scale comes before the rotation.
+        near(transform(r#""rotation":1.5707963267948966,"scale":[3,1]"#), [[0.0, 1.0], [0.0, 4.0], [1.0, 1.0]]);
+    }
+
+    #[test]
+    fn extensions_that_are_required_are_refused_with_a_way_out_and_others_are_named() {
+        for (name, way_out) in [
+            ("KHR_draco_mesh_compression", "export it from Blender with Data > Compression switched off"),
+            ("EXT_meshopt_compression", "run `gltfpack` without `-c`, `-cc` and `-cz`"),
+            ("KHR_texture_basisu", "run `gltfpack` without `-tc`"),
+            ("ACME_roof", "export it without this extension"),
+        ] {
+            let required = format!(r#""extensionsUsed":["{name}"],"extensionsRequired":["{name}"]"#);
+            let message = read(&[NODES, MESHES, &required], &[]).unwrap_err();
+            assert!(
+                message.contains(&format!("it requires the extension {name}, which is not read: {way_out}")),
+                "{message}"
+            );
+            let used = format!(r#""extensionsUsed":["{name}","KHR_lights_punctual"]"#);
+            let file = read(&[NODES, MESHES, &used], &[]).unwrap();
+            assert_eq!(file.notes(), [format!("extensions that are not read: {name}")]);
+        }
+    }
+
+    #[test]
+    fn notes_name_what_changes_shapes_and_is_not_read() {
+        let nodes = r#""nodes":[{"mesh":0,"skin":0}],"skins":[{"joints":[0]}]"#;
+        let meshes =
+            r#""meshes":[{"primitives":[{"attributes":{"POSITION":0}},{"attributes":{"POSITION":0},"mode":1}]}]"#;
+        let file = read(&[nodes, meshes], &[]).unwrap();
+        let notes = file.notes().join("\n");
+        assert!(notes.contains("skins are not read") && notes.contains("left out: 1 primitives"), "{notes}");
+        assert_eq!(file.mesh(None).unwrap().indices.len(), 1);
+    }
+}
