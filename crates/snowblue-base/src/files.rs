@@ -198,6 +198,11 @@ pub fn checked_text(path: &Path, bytes: &[u8]) -> Result<String, FileError> {
     }
 }
 
+/// A message of a library in one line.
+pub fn one_line(message: &str) -> String {
+    message.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
 /// Refuses the formats of the feature `formats` in a build without it. The compiler then drops the code that follows.
 ///
 /// # Errors

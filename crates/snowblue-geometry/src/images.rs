@@ -6,7 +6,7 @@ use std::io::Cursor;
 use exr::meta::header::Header;
 use exr::meta::{BlockDescription, MetaData};
 use png::{BitDepth, ColorType, Transformations};
-use snowblue_base::files::{FileError, NamedFile, check_expansion, check_formats, check_memory};
+use snowblue_base::files::{FileError, NamedFile, check_expansion, check_formats, check_memory, one_line};
 use zune_jpeg::JpegDecoder;
 use zune_jpeg::errors::DecodeErrors;
 use zune_jpeg::zune_core::options::DecoderOptions;
@@ -86,7 +86,7 @@ impl PngImage {
     ///
     /// As [`read`](Self::read).
     pub fn read_jpeg(jpeg: &[u8]) -> Result<Self, String> {
-        let malformed = |error: DecodeErrors| format!("not a readable JPEG file: {error:?}");
+        let malformed = |error: DecodeErrors| format!("not a readable JPEG file: {}", one_line(&format!("{error:?}")));
         let mut decoder =
             JpegDecoder::new_with_options(Cursor::new(jpeg), DecoderOptions::new_safe().set_strict_mode(true));
         decoder.decode_headers().map_err(malformed)?;

@@ -17,6 +17,9 @@ use crate::output::{Failure, Outcome, check_not_input, check_path, ending, outpu
 /// Least volume of a solid, in cubes of the diagonal of its bounds. The volume of a sheet is only rounding.
 const MIN_VOLUME: f64 = 1e-9;
 
+/// The end of messages on meshes that are not closed.
+const CLOSE_VERTICES: &str = "--merge-distance joins vertices that lie close together";
+
 const MERGE_DISTANCE: ParameterRange = ParameterRange::new("merge distance", 0.0, 1e6, "units of the file");
 
 /// Close a mesh with small defects, so that it can be snow
@@ -71,12 +74,14 @@ impl Repair {
             let Topology { open_edges, odd_shared_edges, .. } = topology;
             return Err(Failure::Input(format!(
                 "{input}: {open_edges} edges are still open and {odd_shared_edges} have an odd number of triangles; \
-                 --merge-distance joins vertices that lie close together"
+                 {CLOSE_VERTICES}"
             )));
         }
         let size = Bounds::of(mesh.positions.iter().copied()).diagonal_m();
         if mesh.indices.is_empty() || volume(&mesh) < MIN_VOLUME * f64::from(size).powi(3) {
-            return Err(Failure::Input(format!("{input}: nothing is inside: the triangles are sheets")));
+            return Err(Failure::Input(format!(
+                "{input}: nothing is inside: the triangles are sheets; {CLOSE_VERTICES}"
+            )));
         }
         write_file(&self.output, &content(&mesh))?;
         let all = counted(topology.triangles, "triangle", "triangles");

@@ -13,7 +13,7 @@ use ply_rs_bw::parser::{ParseError, Parser, Reader};
 use ply_rs_bw::ply::{
     ElementDef, Encoding, Header, Property, PropertyAccess, PropertyAccessResult, PropertyDef, PropertyType, ScalarType,
 };
-use snowblue_base::files::{FileError, NamedFile};
+use snowblue_base::files::{FileError, NamedFile, one_line};
 
 use crate::mesh_files::coordinates::{COORDINATES, check_all_finite, number as mesh_number};
 use crate::mesh_files::faces::{Faces, ReadMesh, strip};
@@ -291,10 +291,6 @@ fn mesh(vertices: &[Vertex], faces: &[Face], tristrips: &[Face], names: &[String
         mesh.attributes.insert(name.clone(), values(index).collect());
     }
     Ok(ReadMesh { mesh, notes })
-}
-
-fn one_line(message: &str) -> String {
-    message.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 /// The positions and triangles of a mesh as a binary file (Turk 1994, "The PLY polygon file format").

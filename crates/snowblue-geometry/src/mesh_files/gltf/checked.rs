@@ -13,7 +13,7 @@ use gltf::json::camera::Type;
 use gltf::json::mesh::Semantic;
 use gltf::json::validation::{Checked, Validate};
 use gltf::{Accessor, Document, Gltf};
-use snowblue_base::files::{check_memory, decode_text};
+use snowblue_base::files::{check_memory, decode_text, one_line};
 
 /// Length of the header of a GLB, in bytes: three numbers of 32 bits. The last number is the length of the file.
 const GLB_HEADER: usize = 12;
@@ -45,7 +45,7 @@ pub(super) fn valid(bytes: &[u8]) -> Result<Gltf, String> {
     } else {
         Gltf::from_slice_without_validation(decode_text(bytes).as_bytes())
     };
-    let Gltf { document, blob } = read.map_err(|error| one_line(&error))?;
+    let Gltf { document, blob } = read.map_err(|error| one_line(&error.to_string()))?;
     let mut root = document.into_json();
     check_required(&root)?;
     // The crate refuses extensions that it does not know.
@@ -66,10 +66,6 @@ pub(super) fn valid(bytes: &[u8]) -> Result<Gltf, String> {
     check_images(&root)?;
     check_cameras(&root)?;
     Ok(Gltf { document: Document::from_json_without_validation(root), blob })
-}
-
-fn one_line(error: &gltf::Error) -> String {
-    error.to_string().split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 /// Refuses extensions without which the file has another meaning, and says how to write the file without them.
