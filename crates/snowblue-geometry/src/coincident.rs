@@ -21,8 +21,8 @@ pub fn merged(positions: &[Vec3], triangles: &[[u32; 3]]) -> Vec<u32> {
 }
 
 /// For each vertex, the first vertex that coincides with it or lies within a distance. This vertex represents these
-/// vertices and itself. Distances between representatives exceed the tolerance and the distance. A vertex that is not finite represents
-/// itself only. Vertices that no triangle uses do not count for the size of the mesh.
+/// vertices and itself. Distances between representatives exceed the tolerance and the distance. A vertex that is not
+/// finite represents itself only. Vertices that no triangle uses do not count for the size of the mesh.
 #[expect(clippy::cast_possible_truncation, reason = "vertex indices have 32 bits")]
 pub fn merged_within(positions: &[Vec3], triangles: &[[u32; 3]], distance: f64) -> Vec<u32> {
     let mut grid = Grid::around(triangles.as_flattened().iter().map(|corner| positions[*corner as usize]));

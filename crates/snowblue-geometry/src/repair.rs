@@ -25,8 +25,9 @@ pub struct RepairedMesh {
     pub filled_holes: Vec<usize>,
 }
 
-/// Merges vertices that coincide or lie within `merge_distance`, drops triangles that bound no solid ([`remove_coincident`]), turns triangles so that
-/// all triangles of a part face outwards, and fills each hole with a triangle fan.
+/// Merges vertices that coincide or lie within `merge_distance`, drops triangles that bound no solid
+/// ([`remove_coincident`]), turns triangles so that all triangles of a part face outwards, and fills each hole with a
+/// triangle fan.
 ///
 /// A hole is a loop of boundary edges. Loops that share a vertex are left open;
 /// [`Topology::of`](crate::topology::Topology::of) counts their edges.

@@ -20,15 +20,16 @@ const MIN_VOLUME: f64 = 1e-9;
 /// The end of messages on meshes that are not closed.
 const CLOSE_VERTICES: &str = "--merge-distance joins vertices that lie close together";
 
+/// Distances within which vertices are joined.
 const MERGE_DISTANCE: ParameterRange = ParameterRange::new("merge distance", 0.0, 1e6, "units of the file");
 
 /// Close a mesh with small defects, so that it can be snow
 #[derive(Debug, Args)]
 #[command(after_help = "\
-Vertices at the same position become one, and with --merge-distance vertices that lie close together. Triangles with coincident corners or that coincide with others are dropped. \
-All triangles of a part are turned to face outwards. Holes are filled. A mesh that is open then, where holes meet at a \
-vertex or an edge belongs to three triangles, is an error. The output has positions and triangles only; a glTF is \
-turned to z up.
+Vertices at the same position become one, and with --merge-distance vertices that lie close together. Triangles with \
+coincident corners or that coincide with others are dropped. All triangles of a part are turned to face outwards. \
+Holes are filled. A mesh that is open then, where holes meet at a vertex or an edge belongs to three triangles, is an \
+error. The output has positions and triangles only; a glTF is turned to z up.
 
 'snowblue render --check' says what is wrong with the meshes of a scene.
 
@@ -47,7 +48,7 @@ pub(crate) struct Repair {
     #[arg(long, value_name = "NAME")]
     part: Option<String>,
     /// Join vertices up to this distance, in the file's unit; those at the same position are always joined
-    #[arg(long, value_name = "LENGTH", default_value = "0", hide_default_value = true, value_parser = parse::parameter(MERGE_DISTANCE))]
+    #[arg(long, value_name = "LENGTH", default_value = "0", value_parser = parse::parameter(MERGE_DISTANCE))]
     merge_distance: f64,
 }
 

@@ -400,7 +400,8 @@ fn light_passes_a_gltf_by_its_alpha_and_its_transmission() {
         |rest: &str| format!(r#""pbrMetallicRoughness":{{"metallicFactor":0,"baseColorFactor":[1,1,1,0.25]}}{rest}"#);
     let transmission = |keys: &str| {
         format!(
-            r#""pbrMetallicRoughness":{{"metallicFactor":0}},"extensions":{{"KHR_materials_transmission":{{{keys}}},"KHR_materials_ior":{{"ior":1.7}}}}"#
+            r#""pbrMetallicRoughness":{{"metallicFactor":0}},
+            "extensions":{{"KHR_materials_transmission":{{{keys}}},"KHR_materials_ior":{{"ior":1.7}}}}"#
         )
     };
     let pane = "[material.floor]\ntype = \"glass\"\nrefractive_index = 1.7\n";

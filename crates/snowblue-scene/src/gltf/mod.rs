@@ -1,8 +1,5 @@
 //! A whole glTF as part of a scene: its meshes in their places, its camera and its lights. A material is the material
 //! of the same name in the description, or else diffuse with the glTF's base colour.
-//!
-//! A light's strength is in candela or lux. Its spectrum is daylight (D65) times its colour, scaled so that ȳ gives the
-//! same number of lumens at 683 lm/W (Khronos Group 2020, KHR_lights_punctual).
 
 mod lights;
 mod material;
@@ -13,7 +10,6 @@ use std::sync::Arc;
 
 use glam::DAffine3;
 use snowblue_base::files::{FileError, check_formats, check_total};
-use snowblue_color::LinearRgb;
 use snowblue_geometry::instance::Instance;
 use snowblue_geometry::mesh_bvh::MeshBvh;
 use snowblue_geometry::mesh_files::gltf::{GltfFile, Y_UP_TO_Z_UP};
@@ -21,14 +17,10 @@ use snowblue_geometry::shape::Shape;
 
 use crate::camera::View;
 use crate::error::SceneError;
-use crate::gltf::lights::{LightKind, PunctualLight, punctual_lights, view};
-use crate::gltf::material::{GltfMaterial, base_colour_texture, gltf_material};
+use crate::gltf::lights::{lights, view};
+use crate::gltf::material::{DEFAULT_INDEX, base_colour_texture, opacity, unread};
 use crate::integrator::IntegratorKind;
 use crate::light::Light;
-use crate::light::directional::DirectionalLight;
-use crate::light::point::PointLight;
-use crate::light::sample::SpotCone;
-use crate::light::spot::SpotLight;
 use crate::material::Material;
 use crate::material::NamedMaterial;
 use crate::material::diffuse::Diffuse;
@@ -38,12 +30,7 @@ use crate::objects::Object;
 use crate::shape::{check_closed, solid};
 use crate::shape::{check_reach, placement};
 use crate::sources::Sources;
-use crate::spectrum::light_spectrum::lumens_per_watt_of_luminance_one;
-use crate::spectrum::upsampling::Upsampling;
-use snowblue_base::{KeyPath, narrow};
-
-/// Greatest strength of a light, in cd or lx.
-const MAX_STRENGTH: f64 = 1e15;
+use snowblue_base::KeyPath;
 
 /// Greatest number of materials that a note names.
 const MAX_NAMED: usize = 3;
@@ -132,11 +119,9 @@ pub(crate) fn read_gltf(
     }
     notes.extend(palette.notes);
     notes.extend(palette.unread.into_iter().map(|(what, materials)| unread_note(what, &materials)));
-    notes.extend(lights::notes(&nodes));
-    let (shining, dark): (Vec<_>, Vec<_>) = punctual_lights(&nodes).into_iter().partition(PunctualLight::shines);
-    notes.extend(dark.iter().map(|light| format!("light \"{}\" is black and left out", light.name)));
-    let lights = shining.iter().map(|light| convert(light).map_err(wrong)).collect::<Result<_, _>>()?;
-    Ok(GltfScene { objects, view: view(&nodes), lights, notes })
+    let lights = lights(&nodes, &mut notes).map_err(wrong)?;
+    let view = view(&nodes, &mut notes);
+    Ok(GltfScene { objects, view, lights, notes })
 }
 
 /// A part of a mesh with one material.
@@ -182,8 +167,8 @@ impl Palette<'_> {
             return Ok(index);
         }
         // A glTF's default material is white.
-        let material = number.and_then(|number| gltf_material(self.file, number));
-        let name = material.as_ref().and_then(|material| material.name.clone());
+        let material = number.and_then(|number| self.file.document().materials().nth(number));
+        let name = material.as_ref().and_then(|material| material.name().map(str::to_owned));
         let own = name.as_ref().and_then(|name| materials[..self.own].iter().position(|other| other.name == *name));
         let index = match own {
             Some(index) => index,
@@ -191,7 +176,7 @@ impl Palette<'_> {
                 let name = name.unwrap_or_else(|| format!("glTF material {}", materials.len()));
                 let material = match &material {
                     Some(material) => {
-                        material.unread.iter().for_each(|what| self.note(what, &name));
+                        unread(material).for_each(|what| self.note(what, &name));
                         self.convert(&name, material)?
                     }
                     None => Material::Diffuse(Diffuse::colored([1.0; 3], self.sources.upsampling), 1.0),
@@ -213,54 +198,27 @@ impl Palette<'_> {
     }
 
     /// Glass, if all light passes the material where it is opaque, else a diffuse material.
-    fn convert(&mut self, name: &str, material: &GltfMaterial) -> Result<Material, SceneError> {
+    fn convert(&mut self, name: &str, material: &gltf::Material) -> Result<Material, SceneError> {
         let paint = base_colour_texture(self.file, material, self.sources.files)?;
         self.texture_bytes += paint.as_ref().map_or(0.0, Texture::bytes);
         // Any number of materials may have the same image.
         check_total("its textures", self.texture_bytes).map_err(|reason| self.file.wrong(reason))?;
+        let [r, g, b, _] = material.pbr_metallic_roughness().base_color_factor();
+        let mut transmission = material.transmission().map_or(0.0, |found| found.transmission_factor());
         let mut note = |what: &str| self.notes.push(format!("glTF material \"{name}\" {what}"));
-        if material.has_transmission_texture {
+        if material.transmission().is_some_and(|found| found.transmission_texture().is_some()) {
             note("blocks light: its transmission has a texture, which is not read");
-        } else if material.transmission >= 1.0 {
-            if paint.is_some() || material.base_colour.iter().any(|factor| *factor < 1.0) {
+            transmission = 0.0;
+        } else if transmission >= 1.0 {
+            if paint.is_some() || [r, g, b].iter().any(|factor| *factor < 1.0) {
                 note("is clear glass: its colour is not read");
             }
-            return Ok(Material::Glass(Glass::new(material.ior.into())));
+            return Ok(Material::Glass(Glass::new(material.ior().unwrap_or(DEFAULT_INDEX).into())));
         }
-        let transmission = if material.has_transmission_texture { 0.0 } else { material.transmission };
         let (diffuse, opacity) = match paint {
             Some(texture) => (Diffuse::textured(texture, self.sources.upsampling), 1.0),
-            None => (Diffuse::colored(material.base_colour, self.sources.upsampling), material.opacity(1.0)),
+            None => (Diffuse::colored([r, g, b], self.sources.upsampling), opacity(material, 1.0)),
         };
         Ok(Material::Diffuse(diffuse, opacity * (1.0 - transmission)))
     }
-}
-
-/// A light of a glTF.
-fn convert(light: &PunctualLight) -> Result<Light, String> {
-    let LinearRgb { r, g, b } = light.colour;
-    let strength = light.strength();
-    if ![r, g, b, strength].iter().all(|value| (0.0..=MAX_STRENGTH).contains(value)) {
-        let name = &light.name;
-        return Err(format!("light \"{name}\" is {strength} times {r}, {g}, {b}, but must be positive and finite"));
-    }
-    let emission =
-        Upsampling::daylight().spectrum([r, g, b].map(narrow)) * narrow(strength / lumens_per_watt_of_luminance_one());
-    let position = light.position;
-    Ok(match light.kind {
-        LightKind::Point { .. } => Light::new(PointLight { position, emission }),
-        LightKind::Spot { inner_cone_deg, outer_cone_deg, .. } => {
-            // Blender writes equal cones for a hard edge.
-            if inner_cone_deg > outer_cone_deg {
-                return Err(format!(
-                    "spot \"{}\" has an inner cone of {inner_cone_deg}°, but must be within its outer cone of \
-                     {outer_cone_deg}°",
-                    light.name
-                ));
-            }
-            let cone = SpotCone::new(light.direction, narrow(inner_cone_deg), narrow(outer_cone_deg));
-            Light::new(SpotLight { position, cone, emission })
-        }
-        LightKind::Directional { .. } => Light::new(DirectionalLight { to_light: -light.direction, emission }),
-    })
 }

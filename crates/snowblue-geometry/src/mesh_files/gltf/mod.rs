@@ -17,9 +17,10 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3, Mat2, Vec2, Vec3};
 use gltf::accessor::Dimensions;
-use gltf::mesh::{Mode, MorphTarget};
-use gltf::texture::TextureTransform;
-use gltf::{Document, Gltf, Image, Node, Primitive, Semantic};
+use gltf::json::Value;
+use gltf::mesh::Mode;
+use gltf::texture::{Info, TextureTransform};
+use gltf::{Accessor, Document, Gltf, Image, Node, Primitive, Semantic};
 
 use crate::mesh_files::faces::strip;
 use crate::triangle_mesh::{SECOND_UV, TriangleMesh};
@@ -28,7 +29,7 @@ use percent_encoding::percent_decode_str;
 use snowblue_base::narrow;
 
 use checked::{READ_EXTENSIONS, numbers, valid, whole};
-use snowblue_base::files::{FileError, FileSource, FilesIn, NamedFile, check_memory, check_total, name_beside};
+use snowblue_base::files::{FileError, FileSource, NamedFile, check_memory, check_total, name_beside};
 
 /// Maps the axes of glTF (y up, z towards the viewer) to the axes of a scene (z up, y away from the viewer).
 pub const Y_UP_TO_Z_UP: DMat3 = DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::NEG_Y);
@@ -88,20 +89,11 @@ impl PlacedNode<'_> {
 }
 
 impl GltfFile {
-    /// Reads a `.gltf` or `.glb` file and its buffers.
+    /// Reads a `.gltf` or `.glb` file and its buffers. Buffer names are relative to the file's own name.
     ///
     /// # Errors
     ///
     /// When a file cannot be read, or is truncated or malformed.
-    pub fn open(path: &Path) -> Result<Self, FileError> {
-        Self::read(&FilesIn::beside(path), &path.file_name().unwrap_or_default().to_string_lossy())
-    }
-
-    /// Reads a file and its buffers from a source of files. Buffer names are relative to the file's own name.
-    ///
-    /// # Errors
-    ///
-    /// As [`open`](Self::open).
     pub fn read(files: &dyn FileSource, name: &str) -> Result<Self, FileError> {
         let NamedFile { path, bytes } = NamedFile::read(files, name)?;
         let wrong = |reason: String| FileError::Content { path: path.clone(), reason };
@@ -162,33 +154,38 @@ impl GltfFile {
     /// The places of the mesh of a node (Khronos Group 2022, EXT_mesh_gpu_instancing), which come after `others`.
     fn instances(&self, node: &Node, to_root: DAffine3, others: usize) -> Result<Vec<DAffine3>, String> {
         let Some(extension) = node.extension_value("EXT_mesh_gpu_instancing") else { return Ok(vec![to_root]) };
-        let read = |name: &str, dimensions| -> Result<Option<Vec<f64>>, String> {
-            let index = &extension["attributes"][name];
-            let number = index.as_u64().and_then(|number| usize::try_from(number).ok());
-            let accessor = number.and_then(|number| self.gltf.accessors().nth(number));
-            match accessor {
-                Some(accessor) => numbers(&accessor, dimensions, &self.buffers).map(Some),
-                None if index.is_null() => Ok(None),
-                None => Err(format!("the instances have {name} of accessor {index}, which is missing")),
-            }
-        };
-        let translations = read("TRANSLATION", Dimensions::Vec3)?.map(|numbers| numbers.as_chunks().0.to_vec());
-        let rotations = read("ROTATION", Dimensions::Vec4)?.map(|numbers| numbers.as_chunks().0.to_vec());
-        let scales = read("SCALE", Dimensions::Vec3)?.map(|numbers| numbers.as_chunks().0.to_vec());
-        let lengths =
-            [translations.as_ref().map(Vec::len), rotations.as_ref().map(Vec::len), scales.as_ref().map(Vec::len)];
-        let count = lengths.into_iter().flatten().next().ok_or("the instances have no place")?;
-        if lengths.into_iter().flatten().any(|length| length != count) {
+        let attributes = &extension["attributes"];
+        let translations = self.of_instances(attributes, "TRANSLATION", Dimensions::Vec3)?;
+        let rotations = self.of_instances(attributes, "ROTATION", Dimensions::Vec4)?;
+        let scales = self.of_instances(attributes, "SCALE", Dimensions::Vec3)?;
+        let lengths = [translations.len(), rotations.len(), scales.len()];
+        let count = lengths.into_iter().max().unwrap_or(0);
+        if lengths.iter().any(|length| ![0, count].contains(length)) {
             return Err("the attributes of its instances differ in their numbers".into());
         }
         check_memory("all instances", ((others + count) * BYTES_PER_INSTANCE) as f64, self.size)?;
         let place = |number: usize| {
-            let translation = translations.as_ref().map_or(DVec3::ZERO, |all| DVec3::from_array(all[number]));
-            let rotation = rotations.as_ref().map_or(DQuat::IDENTITY, |all| DQuat::from_array(all[number]).normalize());
-            let scale = scales.as_ref().map_or(DVec3::ONE, |all| DVec3::from_array(all[number]));
+            let translation = translations.get(number).map_or(DVec3::ZERO, |own| DVec3::from_array(*own));
+            let rotation = rotations.get(number).map_or(DQuat::IDENTITY, |own| DQuat::from_array(*own).normalize());
+            let scale = scales.get(number).map_or(DVec3::ONE, |own| DVec3::from_array(*own));
             to_root * DAffine3::from_scale_rotation_translation(scale, rotation, translation)
         };
         Ok((0..count).map(place).collect())
+    }
+
+    /// An attribute of instances; empty if they lack it.
+    fn of_instances<const WIDTH: usize>(
+        &self,
+        attributes: &Value,
+        name: &str,
+        dimensions: Dimensions,
+    ) -> Result<Vec<[f64; WIDTH]>, String> {
+        let Some(index) = attributes.get(name) else { return Ok(Vec::new()) };
+        let number = index.as_u64().and_then(|number| usize::try_from(number).ok());
+        let accessor = number.and_then(|number| self.gltf.accessors().nth(number));
+        let accessor =
+            accessor.ok_or_else(|| format!("{name} of its instances is accessor {index}, which is missing"))?;
+        Ok(numbers(&accessor, dimensions, &self.buffers)?.as_chunks().0.to_vec())
     }
 
     /// Sentences on content of the file that changes shapes or light, but is not read.
@@ -266,31 +263,17 @@ impl GltfFile {
     }
 
     fn primitive(&self, primitive: &Primitive, weights: &[f32]) -> Result<TriangleMesh, String> {
-        let read = |accessor: gltf::Accessor<'_>, dimensions| numbers(&accessor, dimensions, &self.buffers);
+        let read = |accessor: &Accessor<'_>, dimensions| numbers(accessor, dimensions, &self.buffers);
         let positions = primitive.get(&Semantic::Positions).ok_or("there are no positions")?;
-        let vectors = |numbers: Vec<f64>| -> Vec<Vec3> {
-            numbers.chunks_exact(3).map(|p| Vec3::new(narrow(p[0]), narrow(p[1]), narrow(p[2]))).collect()
-        };
-        // Morph targets add to vectors in proportion to their weights.
-        let morphed = |base: gltf::Accessor, of_target: fn(&MorphTarget<'_>) -> Option<usize>| -> Result<_, String> {
-            let mut all = read(base, Dimensions::Vec3)?;
-            for (target, weight) in primitive.morph_targets().zip(weights).filter(|(_, weight)| **weight != 0.0) {
-                let accessor = of_target(&target).and_then(|index| self.gltf.accessors().nth(index));
-                let added = accessor.map_or_else(|| Ok(Vec::new()), |accessor| read(accessor, Dimensions::Vec3))?;
-                if !added.is_empty() && added.len() != all.len() {
-                    return Err("a morph target has another number of vertices".to_owned());
-                }
-                all.iter_mut().zip(added).for_each(|(value, added)| *value += f64::from(*weight) * added);
-            }
-            Ok(vectors(all))
-        };
-        let positions = morphed(positions, |target| target.positions().map(|accessor| accessor.index()))?;
+        let targets = || primitive.morph_targets().zip(weights).filter(|(_, weight)| **weight != 0.0);
+        let moves = targets().map(|(target, weight)| (target.positions(), *weight));
+        let positions = self.vectors(&positions, moves)?;
         if let Some(value) = positions.iter().flat_map(|position| position.to_array()).find(|value| !value.is_finite())
         {
             return Err(format!("a coordinate is {value}, but must be finite"));
         }
         let indices: Vec<u32> = match primitive.indices() {
-            Some(accessor) => read(accessor, Dimensions::Scalar)?.into_iter().map(whole).collect(),
+            Some(accessor) => read(&accessor, Dimensions::Scalar)?.into_iter().map(whole).collect(),
             None => (0..u32::try_from(positions.len()).map_err(|_| "there are too many vertices")?).collect(),
         };
         if let Some(index) = indices.iter().find(|&&index| index as usize >= positions.len()) {
@@ -299,32 +282,11 @@ impl GltfFile {
                 positions.len()
             ));
         }
-        let texture = primitive.material().pbr_metallic_roughness().base_color_texture();
-        let transform = texture.as_ref().and_then(gltf::texture::Info::texture_transform);
-        let set =
-            transform.as_ref().and_then(TextureTransform::tex_coord).or(texture.as_ref().map(|info| info.tex_coord()));
-        let uv = match primitive.get(&Semantic::TexCoords(set.unwrap_or(0))) {
-            Some(accessor) => {
-                let values = read(accessor, Dimensions::Vec2)?;
-                let read = values.chunks_exact(2).map(|uv| Vec2::new(narrow(uv[0]), narrow(uv[1])));
-                // The origin of glTF is the upper left corner of the image, ours the lower left. A rotation is
-                // counter-clockwise as seen in the image, unlike the matrix in the text of KHR_texture_transform
-                // (github.com/KhronosGroup/glTF/issues/1563).
-                let to_image = |uv: Vec2| match &transform {
-                    Some(transform) => {
-                        let turned = Mat2::from_angle(-transform.rotation()) * (Vec2::from(transform.scale()) * uv);
-                        turned + Vec2::from(transform.offset())
-                    }
-                    None => uv,
-                };
-                read.map(to_image).map(|uv| Vec2::new(uv.x, 1.0 - uv.y)).collect()
-            }
-            None => Vec::new(),
-        };
         let normals = match primitive.get(&Semantic::Normals) {
-            Some(accessor) => morphed(accessor, |target| target.normals().map(|accessor| accessor.index()))?,
+            Some(accessor) => self.vectors(&accessor, targets().map(|(target, weight)| (target.normals(), *weight)))?,
             None => Vec::new(),
         };
+        let uv = self.texture_coordinates(primitive)?;
         let mut attributes = BTreeMap::new();
         for (semantic, accessor) in primitive.attributes() {
             let kind = accessor.dimensions();
@@ -336,7 +298,7 @@ impl GltfFile {
                 (Semantic::TexCoords(1), Dimensions::Vec2) => SECOND_UV.map(str::to_owned).into(),
                 _ => continue,
             };
-            let values = read(accessor, kind)?;
+            let values = read(&accessor, kind)?;
             for (channel, name) in names.into_iter().enumerate() {
                 let channel = values.chunks_exact(kind.multiplicity()).map(|element| narrow(element[channel]));
                 attributes.insert(name, channel.collect());
@@ -352,6 +314,43 @@ impl GltfFile {
         }
         let indices = triangles(primitive.mode(), &indices);
         Ok(TriangleMesh { positions, indices, uv, normals: VertexNormals::new(normals), attributes })
+    }
+
+    /// The vectors of an accessor, to which morph targets add in proportion to their weights.
+    fn vectors<'file>(
+        &self,
+        base: &Accessor,
+        targets: impl Iterator<Item = (Option<Accessor<'file>>, f32)>,
+    ) -> Result<Vec<Vec3>, String> {
+        let mut all = numbers(base, Dimensions::Vec3, &self.buffers)?;
+        for (accessor, weight) in targets.filter_map(|(accessor, weight)| Some((accessor?, weight))) {
+            let added = numbers(&accessor, Dimensions::Vec3, &self.buffers)?;
+            if added.len() != all.len() {
+                return Err("a morph target has another number of vertices".into());
+            }
+            all.iter_mut().zip(added).for_each(|(value, added)| *value += f64::from(weight) * added);
+        }
+        Ok(all.as_chunks().0.iter().map(|vector| DVec3::from_array(*vector).as_vec3()).collect())
+    }
+
+    /// The coordinates in the texture of the base colour, or else `TEXCOORD_0`; empty without coordinates.
+    fn texture_coordinates(&self, primitive: &Primitive) -> Result<Vec<Vec2>, String> {
+        let texture = primitive.material().pbr_metallic_roughness().base_color_texture();
+        let transform = texture.as_ref().and_then(Info::texture_transform);
+        let set = transform.as_ref().and_then(TextureTransform::tex_coord).or(texture.as_ref().map(Info::tex_coord));
+        let Some(accessor) = primitive.get(&Semantic::TexCoords(set.unwrap_or(0))) else { return Ok(Vec::new()) };
+        let (offset, rotation, scale) =
+            transform.map_or(([0.0; 2], 0.0, [1.0; 2]), |found| (found.offset(), found.rotation(), found.scale()));
+        // A rotation is counter-clockwise as seen in the image, unlike the matrix in the text of KHR_texture_transform
+        // (github.com/KhronosGroup/glTF/issues/1563).
+        let turn = Mat2::from_angle(-rotation);
+        let to_image = |[u, v]: [f64; 2]| {
+            let Vec2 { x, y } = turn * (Vec2::from(scale) * Vec2::new(narrow(u), narrow(v))) + Vec2::from(offset);
+            // The origin of glTF is the upper left corner of the image, ours the lower left.
+            Vec2::new(x, 1.0 - y)
+        };
+        let values = numbers(&accessor, Dimensions::Vec2, &self.buffers)?;
+        Ok(values.as_chunks().0.iter().copied().map(to_image).collect())
     }
 
     /// The whole content of the file. Every index in it is in range, and everything that a part requires is present.
@@ -389,7 +388,7 @@ impl GltfFile {
 /// Greatest memory of the triangles of a primitive, in bytes: the numbers of its accessors in double precision and as
 /// they are used.
 fn bytes_of(primitive: &Primitive) -> f64 {
-    let numbers = |accessor: gltf::Accessor| accessor.count() as f64 * accessor.dimensions().multiplicity() as f64;
+    let numbers = |accessor: Accessor| accessor.count() as f64 * accessor.dimensions().multiplicity() as f64;
     let indices = primitive.indices().map_or(0.0, numbers);
     let attributes: f64 = primitive.attributes().map(|(_, accessor)| numbers(accessor)).sum();
     16.0 * (indices + attributes)
@@ -505,7 +504,8 @@ mod tests {
     fn a_mesh_is_placed_at_each_of_its_instances() {
         // The second instance is turned by 90° about z and twice as large. The node moves both by (0, 0, 5).
         let nodes = r#""nodes":[{"mesh":0,"translation":[0,0,5],"extensions":{"EXT_mesh_gpu_instancing":
-            {"attributes":{"TRANSLATION":1,"ROTATION":2,"SCALE":3}}}}],"extensionsRequired":["EXT_mesh_gpu_instancing"]"#;
+            {"attributes":{"TRANSLATION":1,"ROTATION":2,"SCALE":3}}}}],
+            "extensionsRequired":["EXT_mesh_gpu_instancing"]"#;
         let vectors = r#""componentType":5126,"count":2,"type":"VEC3""#;
         let half = 0.5f32.sqrt();
         let instances = [
@@ -521,7 +521,7 @@ mod tests {
         assert!(file.notes().is_empty());
         for (right, wrong, expected) in [
             (r#""SCALE":3"#, r#""SCALE":0"#, "node 0: the attributes of its instances differ in their numbers"),
-            (r#""SCALE":3"#, r#""SCALE":9"#, "node 0: the instances have SCALE of accessor 9, which is missing"),
+            (r#""SCALE":3"#, r#""SCALE":9"#, "node 0: SCALE of its instances is accessor 9, which is missing"),
         ] {
             let file = read(&[&nodes.replace(right, wrong), MESHES], &instances).unwrap();
             let message = file.nodes(DAffine3::IDENTITY).unwrap_err().to_string();
@@ -583,7 +583,8 @@ mod tests {
 
     #[test]
     fn texture_coordinates_are_those_of_the_base_colour_texture() {
-        let mesh = r#""meshes":[{"primitives":[{"attributes":{"POSITION":0,"TEXCOORD_0":1,"TEXCOORD_1":2},"material":0}]}],
+        let mesh = r#""meshes":[{"primitives":[{"attributes":{"POSITION":0,"TEXCOORD_0":1,"TEXCOORD_1":2},
+            "material":0}]}],
             "textures":[{"source":0}],"images":[{"uri":"a.png"}]"#;
         let texture = |keys: &str| {
             format!(r#""materials":[{{"pbrMetallicRoughness":{{"baseColorTexture":{{"index":0{keys}}}}}}}]"#)
