@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use crate::coincident::{keep_used, merged, merged_within};
 use crate::edges::{PartTriangle, parts, visit_edges};
+use crate::mesh_files::faces::Faces;
 use crate::topology::Topology;
 use crate::triangle_mesh::TriangleMesh;
 
@@ -26,8 +27,8 @@ pub struct RepairedMesh {
 }
 
 /// Merges vertices that coincide or lie within `merge_distance`, drops triangles that bound no solid
-/// ([`remove_coincident`]), turns triangles so that all triangles of a part face outwards, and fills each hole with a
-/// triangle fan.
+/// ([`remove_coincident`]), turns triangles so that all triangles of a part face outwards, and fills each hole as a
+/// polygon.
 ///
 /// A hole is a loop of boundary edges. Loops that share a vertex are left open;
 /// [`Topology::of`](crate::topology::Topology::of) counts their edges.
@@ -40,11 +41,12 @@ pub fn repair(mesh: &TriangleMesh, merge_distance: f64) -> RepairedMesh {
     let TriangleMesh { positions: old_positions, indices: mut triangles, .. } = merged;
     let before = triangles.clone();
     turn_outwards(&mut triangles, &old_positions);
-    let mut filled_holes = Vec::new();
+    let (mut filled_holes, mut filling) = (Vec::new(), Faces::default());
     for hole in holes(old_positions.len(), &triangles) {
         filled_holes.push(hole.len());
-        triangles.extend(hole[1..].windows(2).map(|pair| [hole[0], pair[0], pair[1]]));
+        filling.add(&hole, &old_positions);
     }
+    triangles.extend(filling.triangles);
     // The volume of a part is known once it is closed.
     turn_outwards(&mut triangles, &old_positions);
     let turned_triangles = before.iter().zip(&triangles).filter(|(before, after)| before != after).count();
@@ -242,6 +244,26 @@ mod tests {
         assert_eq!((repaired.mesh.positions.len(), repaired.dropped_triangles), (whole.positions.len(), 0));
         assert!(Topology::of(&repaired.mesh).is_closed() && repaired.filled_holes.is_empty());
         assert!((volume(&repaired.mesh) - 3.0).abs() < 0.2);
+    }
+
+    #[test]
+    fn a_concave_hole_is_filled_within_its_edges() {
+        let area = |mesh: &TriangleMesh| -> f32 {
+            let doubled = |[a, b, c]: [Vec3; 3]| (b - a).cross(c - a).length();
+            (0..mesh.indices.len()).map(|triangle| 0.5 * doubled(mesh.corners(triangle))).sum()
+        };
+        let whole = solid();
+        // Three squares of the top, in the form of an L.
+        let is_cut = |middle: Vec3| middle.z > 0.49 && middle.x < 0.5 && !(middle.x > -0.5 && middle.y < 0.0);
+        let mut damaged = whole.clone();
+        damaged.indices.retain(|triangle| {
+            !is_cut(triangle.map(|corner| whole.positions[corner as usize]).into_iter().sum::<Vec3>() / 3.0)
+        });
+        assert_eq!(damaged.indices.len(), whole.indices.len() - 6);
+        let repaired = repair(&damaged, 0.0);
+        assert_eq!(repaired.filled_holes, [8]);
+        assert!(Topology::of(&repaired.mesh).is_closed());
+        assert!((area(&repaired.mesh) - area(&whole)).abs() < 1e-5, "{} {}", area(&repaired.mesh), area(&whole));
     }
 
     #[test]

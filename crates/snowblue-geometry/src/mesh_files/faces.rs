@@ -1,5 +1,5 @@
-//! Faces of mesh files as triangles. A polygon becomes a triangle fan if the fan lies within the polygon, else its ears
-//! are clipped (Meisters 1975, "Polygons have ears", doi:10.2307/2319703; the crate `earcut`).
+//! Polygons as triangles: faces of mesh files, and holes. A polygon becomes a triangle fan if the fan lies within the
+//! polygon, else its ears are clipped (Meisters 1975, "Polygons have ears", doi:10.2307/2319703; the crate `earcut`).
 
 use std::collections::BTreeSet;
 
@@ -23,9 +23,9 @@ pub struct ReadMesh {
 
 /// The triangles of the faces of a file, and the number of faces that have no triangles of their shape.
 #[derive(Default)]
-pub(super) struct Faces {
+pub(crate) struct Faces {
     /// The triangles, as indices of vertices.
-    pub(super) triangles: Vec<[u32; 3]>,
+    pub(crate) triangles: Vec<[u32; 3]>,
     /// Faces of less than three corners.
     small: usize,
     /// Faces with edges that cross.
@@ -34,7 +34,7 @@ pub(super) struct Faces {
 
 impl Faces {
     /// Adds a face with these corners, which are indices into `positions`.
-    pub(super) fn add(&mut self, corners: &[u32], positions: &[Vec3]) {
+    pub(crate) fn add(&mut self, corners: &[u32], positions: &[Vec3]) {
         match corners {
             [] | [_] | [_, _] => self.small += 1,
             &[a, b, c] => self.triangles.push([a, b, c]),

@@ -1,7 +1,7 @@
 //! Mesh files: PLY, Wavefront OBJ, STL, glTF 2.0 and GLB, chosen by file extension.
 
 mod coordinates;
-mod faces;
+pub(crate) mod faces;
 pub mod gltf;
 mod obj;
 mod ply;

@@ -41,12 +41,16 @@ pub(super) fn read(file: &NamedFile, part: Option<&str>) -> Result<ReadMesh, Fil
 fn lines(text: &str) -> impl Iterator<Item = (usize, Cow<'_, str>)> {
     let mut physical = (1..).zip(text.lines());
     std::iter::from_fn(move || {
-        let (number, line) = physical.next()?;
-        let mut line = Cow::Borrowed(line);
-        while let Some(begin) = line.trim_end().strip_suffix('\\')
-            && !line.contains('#')
+        let (number, mut end) = physical.next()?;
+        let mut line = Cow::Borrowed(end);
+        while let Some(begin) = end.trim_end().strip_suffix('\\')
+            && !end.contains('#')
         {
-            line = format!("{begin} {}", physical.next().map_or("", |(_, next)| next)).into();
+            let kept = line.len() - (end.len() - begin.len());
+            end = physical.next().map_or("", |(_, next)| next);
+            let joined = line.to_mut();
+            joined.truncate(kept);
+            joined.extend([" ", end]);
         }
         Some((number, line))
     })

@@ -141,7 +141,7 @@ pub(super) fn numbers(accessor: &Accessor, dimensions: Dimensions, buffers: &[Ve
         None => {
             let count = accessor.count().saturating_mul(width);
             check_memory("its numbers", 8.0 * count as f64, buffers.iter().map(Vec::len).sum())
-                .map_err(|reason| wrong(&format!(": {reason}")))?;
+                .map_err(|reason| wrong(&format!("is too large: {reason}")))?;
             vec![0.0; count]
         }
     };
@@ -155,8 +155,7 @@ pub(super) fn numbers(accessor: &Accessor, dimensions: Dimensions, buffers: &[Ve
         let indices = read(index, sparse.indices().view(), sparse.indices().offset(), sparse.count())?;
         let replaced = read(own, sparse.values().view(), sparse.values().offset(), sparse.count())?;
         for (index, element) in indices.into_iter().zip(replaced.chunks_exact(width)) {
-            let start = whole(index) as usize * width;
-            let place = values.get_mut(start..start + width);
+            let place = values.chunks_exact_mut(width).nth(whole(index) as usize);
             place.ok_or_else(|| wrong(&format!("replaces element {index}, but has fewer")))?.copy_from_slice(element);
         }
     }
@@ -189,8 +188,8 @@ impl Elements<'_> {
         let part = buffer.get(view.offset()..view.offset().checked_add(view.length())?)?;
         let size = self.kind.size() * self.width;
         let stride = view.stride().unwrap_or(size);
-        let end = count.saturating_sub(1).checked_mul(stride)?.checked_add(offset)?;
-        if end.checked_add(size.min(size * count))? > part.len() {
+        let Some(last) = count.checked_sub(1) else { return Some(Vec::new()) };
+        if last.checked_mul(stride)?.checked_add(offset)?.checked_add(size)? > part.len() {
             return None;
         }
         let elements =

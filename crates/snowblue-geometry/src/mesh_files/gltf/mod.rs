@@ -35,7 +35,7 @@ use snowblue_base::files::{FileError, FileSource, NamedFile, check_memory, check
 pub const Y_UP_TO_Z_UP: DMat3 = DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::NEG_Y);
 
 /// Memory of an instance of a mesh in a scene, in bytes.
-const BYTES_PER_INSTANCE: usize = 512;
+const BYTES_PER_INSTANCE: f64 = 512.0;
 
 /// A glTF file with its buffers.
 #[derive(Debug)]
@@ -160,10 +160,10 @@ impl GltfFile {
         let scales = self.of_instances(attributes, "SCALE", Dimensions::Vec3)?;
         let lengths = [translations.len(), rotations.len(), scales.len()];
         let count = lengths.into_iter().max().unwrap_or(0);
-        if lengths.iter().any(|length| ![0, count].contains(length)) {
-            return Err("the attributes of its instances differ in their numbers".into());
+        if count == 0 || lengths.iter().any(|length| ![0, count].contains(length)) {
+            return Err("the attributes of its instances are missing, or differ in their numbers".into());
         }
-        check_memory("all instances", ((others + count) * BYTES_PER_INSTANCE) as f64, self.size)?;
+        check_memory("all instances", (others + count) as f64 * BYTES_PER_INSTANCE, self.size)?;
         let place = |number: usize| {
             let translation = translations.get(number).map_or(DVec3::ZERO, |own| DVec3::from_array(*own));
             let rotation = rotations.get(number).map_or(DQuat::IDENTITY, |own| DQuat::from_array(*own).normalize());
@@ -520,7 +520,7 @@ mod tests {
         assert_eq!(file.nodes(DAffine3::IDENTITY).unwrap()[0].instances.len(), 2);
         assert!(file.notes().is_empty());
         for (right, wrong, expected) in [
-            (r#""SCALE":3"#, r#""SCALE":0"#, "node 0: the attributes of its instances differ in their numbers"),
+            (r#""SCALE":3"#, r#""SCALE":0"#, "node 0: the attributes of its instances are missing, or differ"),
             (r#""SCALE":3"#, r#""SCALE":9"#, "node 0: SCALE of its instances is accessor 9, which is missing"),
         ] {
             let file = read(&[&nodes.replace(right, wrong), MESHES], &instances).unwrap();
