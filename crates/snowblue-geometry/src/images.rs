@@ -11,6 +11,9 @@ use zune_jpeg::JpegDecoder;
 use zune_jpeg::errors::DecodeErrors;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
+/// The first bytes of a JPEG file.
+pub const JPEG_START: [u8; 2] = [0xff, 0xd8];
+
 /// An image with the values of its file, scaled to 0–1.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PngImage {
@@ -42,8 +45,11 @@ impl PngImage {
     ///
     /// # Errors
     ///
-    /// When the file is malformed, or takes more memory than a file of its length may take.
+    /// When the file is a JPEG or malformed, or takes more memory than a file of its length may take.
     pub fn read(png: &[u8]) -> Result<Self, String> {
+        if png.starts_with(&JPEG_START) {
+            return Err("it is a JPEG file, but must be a PNG file: save it as PNG".into());
+        }
         let malformed = |error: png::DecodingError| format!("not a readable PNG file: {error}");
         let mut decoder = png::Decoder::new(Cursor::new(png));
         decoder.set_transformations(Transformations::EXPAND);
@@ -240,8 +246,9 @@ mod tests {
     }
 
     #[test]
-    fn a_jpeg_that_is_cut_is_refused() {
+    fn a_jpeg_that_is_cut_or_named_as_png_is_refused() {
         let whole = STANDARD.decode(FOUR_COLOURS).unwrap();
+        assert!(PngImage::read(&whole).unwrap_err().ends_with("save it as PNG"));
         for length in 0..whole.len() - 8 {
             assert!(PngImage::read_jpeg(&whole[..length]).is_err(), "{length} of {} bytes", whole.len());
         }

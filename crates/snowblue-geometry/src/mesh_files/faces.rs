@@ -52,10 +52,10 @@ impl Faces {
     /// Sentences on the faces that have no triangles of their shape.
     pub(super) fn notes(&self) -> Vec<String> {
         let all = [
-            (self.small, "with less than three corners: left out, since they have no area"),
-            (self.crossed, "with edges that cross: their triangles cover another area"),
+            (self.small, "faces of less than three corners, which have no area, are left out"),
+            (self.crossed, "edges of faces cross, so that their triangles cover another area"),
         ];
-        all.into_iter().filter(|(count, _)| *count > 0).map(|(count, what)| format!("faces {what}: {count}")).collect()
+        all.into_iter().filter(|(count, _)| *count > 0).map(|(count, what)| format!("{what}: {count}")).collect()
     }
 }
 
@@ -205,10 +205,10 @@ mod tests {
         assert_eq!(line.triangles.len(), 2, "faces beside a line stay joined");
         assert_eq!(
             cut(&square[..2]).0.notes(),
-            ["faces with less than three corners: left out, since they have no area: 1"]
+            ["faces of less than three corners, which have no area, are left out: 1"]
         );
         // The edges of a bow tie of unequal wings cross.
         let tie = [[0.0, 0.0], [3.0, 3.0], [3.0, 0.0], [0.0, 1.0]];
-        assert!(cut(&tie).0.notes()[0].starts_with("faces with edges that cross"));
+        assert!(cut(&tie).0.notes()[0].starts_with("edges of faces cross"));
     }
 }

@@ -324,7 +324,7 @@ mod tests {
         let file = NamedFile { path: "mesh.obj".into(), bytes: text.into() };
         let ReadMesh { mesh, notes } = read(&file, None).unwrap();
         assert_eq!(mesh.indices.len(), 2);
-        assert_eq!(notes, ["faces with less than three corners: left out, since they have no area: 2"]);
+        assert_eq!(notes, ["faces of less than three corners, which have no area, are left out: 2"]);
     }
 
     #[test]

@@ -255,6 +255,7 @@ fn mesh(vertices: &[Vertex], faces: &[Face], tristrips: &[Face], names: &[String
     let mut mesh = TriangleMesh { positions, ..TriangleMesh::default() };
     check_all_finite(&mesh.positions)?;
     let mut read = Faces::default();
+    read.triangles.reserve(faces.len());
     let corner = |what: &str, number: usize, index: i64| {
         u32::try_from(index).ok().filter(|&index| (index as usize) < vertices.len()).ok_or_else(|| {
             format!("{what} {number} refers to vertex {index}, but there are {} (0 is the first)", vertices.len())

@@ -162,6 +162,7 @@ pub(super) fn numbers(accessor: &Accessor, dimensions: Dimensions, buffers: &[Ve
     Ok(values)
 }
 
+/// An index that was read as a number.
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
