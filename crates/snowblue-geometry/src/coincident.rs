@@ -15,12 +15,18 @@ pub const TOLERANCE: f64 = f32::EPSILON as f64;
 /// side, and are looked up in the neighbouring cell too; larger cells may hold more vertices.
 const CELL: f64 = 8.0;
 
-/// For each vertex, the first vertex that coincides with it. This vertex represents all vertices that coincide with
-/// it, and itself. Distances between representatives exceed the tolerance. A vertex that is not finite represents
-/// itself only. Vertices that no triangle uses do not count for the size of the mesh.
-#[expect(clippy::cast_possible_truncation, reason = "vertex indices have 32 bits")]
+/// As [`merged_within`], for vertices that coincide.
 pub fn merged(positions: &[Vec3], triangles: &[[u32; 3]]) -> Vec<u32> {
-    let grid = Grid::around(triangles.as_flattened().iter().map(|corner| positions[*corner as usize]));
+    merged_within(positions, triangles, 0.0)
+}
+
+/// For each vertex, the first vertex that coincides with it or lies within a distance. This vertex represents these
+/// vertices and itself. Distances between representatives exceed the tolerance and the distance. A vertex that is not
+/// finite represents itself only. Vertices that no triangle uses do not count for the size of the mesh.
+#[expect(clippy::cast_possible_truncation, reason = "vertex indices have 32 bits")]
+pub fn merged_within(positions: &[Vec3], triangles: &[[u32; 3]], distance: f64) -> Vec<u32> {
+    let mut grid = Grid::around(triangles.as_flattened().iter().map(|corner| positions[*corner as usize]));
+    grid.tolerance = grid.tolerance.max(distance);
     // A hash table with open addressing: each slot holds the vertex of a new position.
     let bits = (2 * positions.len()).next_power_of_two().trailing_zeros().max(1);
     let mut slots = vec![u32::MAX; 1 << bits];

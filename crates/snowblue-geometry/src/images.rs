@@ -1,12 +1,18 @@
-//! Image files as input: PNG for textures, masks and height fields, and the memory that OpenEXR files take, known from
-//! their headers before anything is decoded.
+//! Image files as input: PNG for textures, masks and height fields, JPEG for textures of a glTF, and the memory that
+//! OpenEXR files take, known from their headers before anything is decoded.
 
 use std::io::Cursor;
 
 use exr::meta::header::Header;
 use exr::meta::{BlockDescription, MetaData};
 use png::{BitDepth, ColorType, Transformations};
-use snowblue_base::files::{FileError, NamedFile, check_expansion, check_formats, check_memory};
+use snowblue_base::files::{FileError, NamedFile, check_expansion, check_formats, check_memory, one_line};
+use zune_jpeg::JpegDecoder;
+use zune_jpeg::errors::DecodeErrors;
+use zune_jpeg::zune_core::options::DecoderOptions;
+
+/// The first bytes of a JPEG file.
+pub const JPEG_START: [u8; 2] = [0xff, 0xd8];
 
 /// An image with the values of its file, scaled to 0–1.
 #[derive(Debug, Clone, PartialEq)]
@@ -39,8 +45,11 @@ impl PngImage {
     ///
     /// # Errors
     ///
-    /// When the file is malformed, or takes more memory than a file of its length may take.
+    /// When the file is a JPEG or malformed, or takes more memory than a file of its length may take.
     pub fn read(png: &[u8]) -> Result<Self, String> {
+        if png.starts_with(&JPEG_START) {
+            return Err("it is a JPEG file, but must be a PNG file: save it as PNG".into());
+        }
         let malformed = |error: png::DecodingError| format!("not a readable PNG file: {error}");
         let mut decoder = png::Decoder::new(Cursor::new(png));
         decoder.set_transformations(Transformations::EXPAND);
@@ -75,6 +84,25 @@ impl PngImage {
             alpha.extend(rest.chunks_exact(sample_bytes).map(sample));
         }
         Ok(Self { width: frame.width as usize, height: frame.height as usize, channels, values, alpha })
+    }
+
+    /// Decodes a JPEG, as a glTF may hold it. Its orientation and its colour profile are no part of a glTF.
+    ///
+    /// # Errors
+    ///
+    /// As [`read`](Self::read).
+    pub fn read_jpeg(jpeg: &[u8]) -> Result<Self, String> {
+        let malformed = |error: DecodeErrors| format!("not a readable JPEG file: {}", one_line(&format!("{error:?}")));
+        let mut decoder =
+            JpegDecoder::new_with_options(Cursor::new(jpeg), DecoderOptions::new_safe().set_strict_mode(true));
+        decoder.decode_headers().map_err(malformed)?;
+        let (width, height) = decoder.dimensions().ok_or("the image has no size")?;
+        // Memory of the decoded image, of its values, and of the colours with alpha made of the values.
+        let pixel_bytes = 3 * (1 + size_of::<f32>()) + size_of::<[f32; 4]>();
+        check_memory(&format!("{width} × {height} pixels"), (width * height * pixel_bytes) as f64, jpeg.len())?;
+        let bytes = decoder.decode().map_err(malformed)?;
+        let values = bytes.iter().map(|byte| f32::from(*byte) / 255.0).collect();
+        Ok(Self { width, height, channels: bytes.len() / (width * height), values, alpha: Vec::new() })
     }
 
     /// The alpha of a pixel, by its number; 1 without alpha.
@@ -137,6 +165,8 @@ fn memory(header: &Header, pixel_bytes: impl Fn(usize) -> usize) -> (String, f64
 #[cfg(test)]
 mod tests {
     use super::*;
+    use base64::Engine as _;
+    use base64::engine::general_purpose::STANDARD;
 
     fn png(color: ColorType, depth: BitDepth, palette: Option<&'static [u8]>, data: &[u8]) -> Vec<u8> {
         let mut bytes = Vec::new();
@@ -182,6 +212,46 @@ mod tests {
         }
         let deep = PngImage::read(&png(ColorType::Grayscale, BitDepth::Sixteen, None, &[0, 1, 0xff, 0xff])).unwrap();
         assert_eq!(deep.values, [1.0 / 65_535.0, 1.0]);
+    }
+
+    /// Red, green, blue and white, each 8 × 8 pixels, as libjpeg writes it with quality 75.
+    const FOUR_COLOURS: &str = "\
+        /9j/4AAQSkZJRgABAQAAAQABAAD/2wBDAAgGBgcGBQgHBwcJCQgKDBQNDAsLDBkSEw8UHRofHh0aHBwgJC4nICIsIxwcKDcpLDAx\
+        NDQ0Hyc5PTgyPC4zNDL/2wBDAQkJCQwLDBgNDRgyIRwhMjIyMjIyMjIyMjIyMjIyMjIyMjIyMjIyMjIyMjIyMjIyMjIyMjIyMjIy\
+        MjIyMjIyMjL/wAARCAAQABADAREAAhEBAxEB/8QAFgABAQEAAAAAAAAAAAAAAAAABwYI/8QAFBABAAAAAAAAAAAAAAAAAAAAAP/E\
+        ABcBAAMBAAAAAAAAAAAAAAAAAAYHCAX/xAAUEQEAAAAAAAAAAAAAAAAAAAAA/9oADAMBAAIRAxEAPwCLDJ4koNIvAyvDMbiI5pv/\
+        2Q==";
+
+    /// The luminance of these colours.
+    const FOUR_GREYS: &str = "\
+        /9j/4AAQSkZJRgABAQAAAQABAAD/2wBDAAgGBgcGBQgHBwcJCQgKDBQNDAsLDBkSEw8UHRofHh0aHBwgJC4nICIsIxwcKDcpLDAx\
+        NDQ0Hyc5PTgyPC4zNDL/wAALCAAQABABAREA/8QAFgABAQEAAAAAAAAAAAAAAAAABwYI/8QAFBABAAAAAAAAAAAAAAAAAAAAAP/a\
+        AAgBAQAAPwCLJQGbif/Z";
+
+    #[test]
+    fn reads_colours_and_greys_of_a_jpeg() {
+        let decode = |text| STANDARD.decode(text).unwrap();
+        let middles = [(4, 4), (12, 4), (4, 12), (12, 12)];
+        let image = PngImage::read_jpeg(&decode(FOUR_COLOURS)).unwrap();
+        assert_eq!((image.width, image.height, image.alpha.len()), (16, 16, 0));
+        let pixels = image.encoded_rgb();
+        let expected = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0; 3]];
+        // Luminance of Rec. 601, by which JPEG codes colours.
+        let greys = PngImage::read_jpeg(&decode(FOUR_GREYS)).unwrap().encoded_rgb();
+        for (((x, y), color), grey) in middles.into_iter().zip(expected).zip([0.299, 0.587, 0.114, 1.0f32]) {
+            let (found, found_grey) = (pixels[y * 16 + x], greys[y * 16 + x]);
+            assert!((0..3).all(|channel| (found[channel] - color[channel]).abs() < 0.02), "{found:?} for {color:?}");
+            assert!(found_grey.iter().all(|value| (value - grey).abs() < 0.02), "{found_grey:?} for {grey}");
+        }
+    }
+
+    #[test]
+    fn a_jpeg_that_is_cut_or_named_as_png_is_refused() {
+        let whole = STANDARD.decode(FOUR_COLOURS).unwrap();
+        assert!(PngImage::read(&whole).unwrap_err().ends_with("save it as PNG"));
+        for length in 0..whole.len() - 8 {
+            assert!(PngImage::read_jpeg(&whole[..length]).is_err(), "{length} of {} bytes", whole.len());
+        }
     }
 
     #[test]

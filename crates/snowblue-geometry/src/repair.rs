@@ -5,8 +5,9 @@ use std::collections::BTreeMap;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use crate::coincident::{keep_used, merged};
+use crate::coincident::{keep_used, merged, merged_within};
 use crate::edges::{PartTriangle, parts, visit_edges};
+use crate::mesh_files::faces::Faces;
 use crate::topology::Topology;
 use crate::triangle_mesh::TriangleMesh;
 
@@ -25,13 +26,14 @@ pub struct RepairedMesh {
     pub filled_holes: Vec<usize>,
 }
 
-/// Merges coincident vertices, drops triangles that bound no solid ([`remove_coincident`]), turns triangles so that
-/// all triangles of a part face outwards, and fills each hole with a triangle fan.
+/// Merges vertices that coincide or lie within `merge_distance`, drops triangles that bound no solid
+/// ([`remove_coincident`]), turns triangles so that all triangles of a part face outwards, and fills each hole as a
+/// polygon.
 ///
 /// A hole is a loop of boundary edges. Loops that share a vertex are left open;
 /// [`Topology::of`](crate::topology::Topology::of) counts their edges.
-pub fn repair(mesh: &TriangleMesh) -> RepairedMesh {
-    let vertices = merged(&mesh.positions, &mesh.indices);
+pub fn repair(mesh: &TriangleMesh, merge_distance: f64) -> RepairedMesh {
+    let vertices = merged_within(&mesh.positions, &mesh.indices, merge_distance);
     let merge = |triangle: &[u32; 3]| triangle.map(|corner| vertices[corner as usize]);
     let indices = mesh.indices.iter().map(merge).collect();
     let mut merged = TriangleMesh { positions: mesh.positions.clone(), indices, ..TriangleMesh::default() };
@@ -39,11 +41,12 @@ pub fn repair(mesh: &TriangleMesh) -> RepairedMesh {
     let TriangleMesh { positions: old_positions, indices: mut triangles, .. } = merged;
     let before = triangles.clone();
     turn_outwards(&mut triangles, &old_positions);
-    let mut filled_holes = Vec::new();
+    let (mut filled_holes, mut filling) = (Vec::new(), Faces::default());
     for hole in holes(old_positions.len(), &triangles) {
         filled_holes.push(hole.len());
-        triangles.extend(hole[1..].windows(2).map(|pair| [hole[0], pair[0], pair[1]]));
+        filling.add(&hole, &old_positions);
     }
+    triangles.extend(filling.triangles);
     // The volume of a part is known once it is closed.
     turn_outwards(&mut triangles, &old_positions);
     let turned_triangles = before.iter().zip(&triangles).filter(|(before, after)| before != after).count();
@@ -219,7 +222,7 @@ mod tests {
 
     #[test]
     fn a_closed_mesh_is_unchanged() {
-        let repaired = repair(&solid());
+        let repaired = repair(&solid(), 0.0);
         assert_eq!(repaired.mesh.indices.len(), solid().indices.len());
         assert_eq!((repaired.merged_vertices, repaired.dropped_triangles), (0, 0));
         assert!(repaired.filled_holes.is_empty());
@@ -237,12 +240,48 @@ mod tests {
             &(0..damaged.indices.len()).map(|number| damaged.corners(number)).collect::<Vec<_>>(),
         );
         assert!(!Topology::of(&damaged).is_closed());
-        let repaired = repair(&damaged);
+        let repaired = repair(&damaged, 0.0);
         let topology = Topology::of(&repaired.mesh);
         assert!(topology.is_closed() && topology.reversed_edges == 0, "{topology:?}");
         assert_eq!((repaired.dropped_triangles, repaired.filled_holes), (1, vec![3, 4]));
         assert_eq!(repaired.mesh.positions.len(), whole.positions.len());
         assert!((volume(&repaired.mesh) - 3.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn vertices_within_the_merge_distance_become_one() {
+        // Each triangle has corners of its own, up to 0.01 from the corners of its neighbours.
+        let whole = solid();
+        let corners = (0..whole.indices.len()).flat_map(|triangle| whole.corners(triangle));
+        let moved = corners.enumerate().map(|(k, corner)| corner + Vec3::splat(0.005 * (k as f32).sin()));
+        let positions: Vec<Vec3> = moved.collect();
+        let triangles: Vec<[Vec3; 3]> = positions.as_chunks().0.to_vec();
+        let apart = TriangleMesh::from_triangles(&triangles);
+        assert!(!Topology::of(&repair(&apart, 0.001).mesh).is_closed());
+        let repaired = repair(&apart, 0.02);
+        assert_eq!((repaired.mesh.positions.len(), repaired.dropped_triangles), (whole.positions.len(), 0));
+        assert!(Topology::of(&repaired.mesh).is_closed() && repaired.filled_holes.is_empty());
+        assert!((volume(&repaired.mesh) - 3.0).abs() < 0.2);
+    }
+
+    #[test]
+    fn a_concave_hole_is_filled_within_its_edges() {
+        let area = |mesh: &TriangleMesh| -> f32 {
+            let doubled = |[a, b, c]: [Vec3; 3]| (b - a).cross(c - a).length();
+            (0..mesh.indices.len()).map(|triangle| 0.5 * doubled(mesh.corners(triangle))).sum()
+        };
+        let whole = solid();
+        // Three squares of the top, in the form of an L.
+        let is_cut = |middle: Vec3| middle.z > 0.49 && middle.x < 0.5 && !(middle.x > -0.5 && middle.y < 0.0);
+        let mut damaged = whole.clone();
+        damaged.indices.retain(|triangle| {
+            !is_cut(triangle.map(|corner| whole.positions[corner as usize]).into_iter().sum::<Vec3>() / 3.0)
+        });
+        assert_eq!(damaged.indices.len(), whole.indices.len() - 6);
+        let repaired = repair(&damaged, 0.0);
+        assert_eq!(repaired.filled_holes, [8]);
+        assert!(Topology::of(&repaired.mesh).is_closed());
+        assert!((area(&repaired.mesh) - area(&whole)).abs() < 1e-5, "{} {}", area(&repaired.mesh), area(&whole));
     }
 
     #[test]
@@ -252,7 +291,7 @@ mod tests {
         let before = damaged.indices.len();
         damaged.indices.retain(|triangle| ![[0, 5, 1], [1, 6, 2]].contains(triangle));
         assert_eq!(damaged.indices.len(), before - 2);
-        let repaired = repair(&damaged);
+        let repaired = repair(&damaged, 0.0);
         assert_eq!(Topology::of(&repaired.mesh).open_edges, Topology::of(&damaged).open_edges);
     }
 }

@@ -192,7 +192,9 @@ impl SceneDescription {
         let mut notes = builder.notes;
         let gltf = match &self.gltf {
             None => GltfScene::default(),
-            Some(name) => read_gltf(&KeyPath::root("gltf"), name, &mut materials, &sources, self.integrator.kind)?,
+            Some(name) => {
+                read_gltf(&KeyPath::root("gltf"), name, &mut materials, &sources, self.integrator.kind, local_origin)?
+            }
         };
         notes.extend(gltf.notes);
         objects.extend(gltf.objects);

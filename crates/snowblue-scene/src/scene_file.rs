@@ -4,20 +4,20 @@
 //!
 //! Powers of lights are totals of 31 bands of 10 nm around 400, 410, …, 700 nm.
 //!
-//! Boxes and spheres are placed by their centre, a mesh by its own origin, a plane by any point of it. A plane faces
-//! z until it is turned. Rotations are about x, then y, then z, each counter-clockwise seen from the axis' tip; scale
+//! Boxes and spheres are placed by their centre, a mesh by its own origin, a plane by any point of it. A plane faces z
+//! until it is turned. Rotations are about x, then y, then z, each counter-clockwise seen from the axis' tip; scale
 //! comes before rotation, position after. File names are relative to the folder of the scene file. glTF has y upwards
-//! and is turned to z; `up` overrides this for single meshes. `part` is an object or group of an OBJ file, or a node
-//! or mesh of a glTF. With `smooth = false` the faces of a mesh are shaded as flat faces. A material of a glTF is the
-//! material of the same name in the scene file; without such a material it is diffuse, with its base colour. Heights,
-//! row by row from far to near, are multiplied by the third number of `size`; a level `bottom` closes the solid. On a
-//! georeferenced map, x is east and y is north, the origin is the middle of the map or of `crop`, and the height at
-//! the origin lies at z = 0 unless `datum` gives another height. Snow of a depth lies on ground that is another
-//! object. Prints are pressed into surfaces of heights. A drift is snow of a depth below z = 0, with mounds above it.
-//! An igloo has one object for each block; all its blocks belong to one body. Carved snow is the union of the added
-//! solids without the union of the removed solids. Snow objects with the same `body` are one solid.
-//! [`texture`](crate::material::texture) describes where an image lies on a shape, [`snow`](crate::material::snow)
-//! the effect of a mask, and [`layer_file`](snowblue_transport::layer_file) the format of a file of layers.
+//! and is turned to z; `up` overrides this for single meshes. `part` is an object, group or material of an OBJ file, or
+//! a node or mesh of a glTF. With `smooth = false` the faces of a mesh are shaded as flat faces. A material of a glTF
+//! is the material of the same name in the scene file; without such a material it is diffuse, with its base colour.
+//! Heights, row by row from far to near, are multiplied by the third number of `size`; a level `bottom` closes the
+//! solid. On a georeferenced map, x is east and y is north, the origin is the middle of the map or of `crop`, and the
+//! height at the origin lies at z = 0 unless `datum` gives another height. Snow of a depth lies on ground that is
+//! another object. Prints are pressed into surfaces of heights. A drift is snow of a depth below z = 0, with mounds
+//! above it. An igloo has one object for each block; all its blocks belong to one body. Carved snow is the union of the
+//! added solids without the union of the removed solids. Snow objects with the same `body` are one solid.
+//! [`texture`](crate::material::texture) describes where an image lies on a shape, [`snow`](crate::material::snow) the
+//! effect of a mask, and [`layer_file`](snowblue_transport::layer_file) the format of a file of layers.
 //!
 //! Under a sky x points east and y north; azimuths run from north by way of east, and the sun must be above the
 //! horizon. Below the horizon the sky is dark.
@@ -27,7 +27,7 @@ use std::path::{Path, PathBuf};
 use serde::de::Error;
 use serde::{Deserialize, Deserializer};
 use snowblue_base::ParseError;
-use snowblue_base::files::{FileError, FileSource, FilesIn};
+use snowblue_base::files::{FileError, FileSource, FilesIn, checked_text};
 use snowblue_base::toml_table::Table;
 
 use crate::error::SceneError;
@@ -54,13 +54,8 @@ impl SceneFile {
     /// When it cannot be read, a key is unknown or missing, or a value is out of range. The message names the file and
     /// the line.
     pub fn open(path: &Path) -> Result<Self, SceneError> {
-        let bytes =
-            std::fs::read(path).map_err(|source| SceneError::File(FileError::Read { path: path.into(), source }))?;
-        let text = String::from_utf8(bytes).map_err(|error| {
-            let text = &error.as_bytes()[..error.utf8_error().valid_up_to()];
-            let line = 1 + text.iter().filter(|byte| **byte == b'\n').count();
-            SceneError::Text { path: path.into(), line, reason: "the line is not text (UTF-8)".to_owned() }
-        })?;
+        let bytes = std::fs::read(path).map_err(|source| FileError::Read { path: path.into(), source })?;
+        let text = checked_text(path, &bytes)?;
         Self::parse(text, path)
     }
 

@@ -172,12 +172,13 @@ export class Measurement {
   }
 }
 
-/** The text of a file, in the words of the command if it is none. */
+/** The text of a file in UTF-8, or in UTF-16 with a byte order mark. */
 async function textOf(file: File): Promise<string> {
-  const bytes = await file.arrayBuffer();
+  const bytes = new Uint8Array(await file.arrayBuffer());
+  const marks = new Map([["255,254", "utf-16le"], ["254,255", "utf-16be"]]);
   try {
-    return new TextDecoder("utf-8", { fatal: true }).decode(bytes);
+    return new TextDecoder(marks.get(bytes.slice(0, 2).join()) ?? "utf-8", { fatal: true }).decode(bytes);
   } catch {
-    throw new Error(`${file.name}: is not text (UTF-8)`);
+    throw new Error(`${file.name}: is not text (UTF-8, or UTF-16 with a byte order mark)`);
   }
 }

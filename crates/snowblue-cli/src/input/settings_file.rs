@@ -1,9 +1,10 @@
 //! Settings in TOML, with errors that name the file and the line.
 
 use std::fmt::Display;
-use std::io::ErrorKind;
 use std::ops::Range;
 use std::path::Path;
+
+use snowblue_base::files::checked_text;
 
 use crate::output::Failure;
 
@@ -17,13 +18,9 @@ pub(crate) struct SettingsFile<'f> {
 impl SettingsFile<'_> {
     /// Reads the text of a file.
     pub(crate) fn read(path: &Path) -> Result<String, Failure> {
-        std::fs::read_to_string(path).map_err(|error| {
-            let name = path.display();
-            Failure::Input(match error.kind() {
-                ErrorKind::InvalidData => format!("{name}: is not text (UTF-8)"),
-                _ => format!("{name}: cannot be read: {error}"),
-            })
-        })
+        let bytes = std::fs::read(path)
+            .map_err(|error| Failure::Input(format!("{}: cannot be read: {error}", path.display())))?;
+        checked_text(path, &bytes).map_err(Failure::input)
     }
 
     /// An error at a byte range of the text.

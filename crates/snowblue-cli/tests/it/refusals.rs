@@ -31,7 +31,7 @@ const LINES: &[(&str, &[(&str, Words)])] = &[
         "spectrum --layers",
         &[
             ("none.toml", &["none.toml"]),
-            ("latin1.toml", &["latin1.toml: is not text (UTF-8)"]),
+            ("latin1.toml", &["latin1.toml:2: the line is not text (UTF-8, or UTF-16 with a byte order mark)"]),
             ("pack.toml --format csv -o pack.toml", &["pack.toml: would be overwritten"]),
             ("x.toml --ice picard2016", &["--layers", "--ice"]),
             ("x.toml --grain-size 100", &["--layers", "--grain-size"]),
@@ -364,7 +364,7 @@ const SPECTRUM: &[(&str, Words)] = &[
 const RENDER: &[(&str, Words)] = &[
     ("no.toml -o picture.png", &["no.toml"]),
     ("no.toml -o picture.gif", &["picture.gif", ".png", ".exr"]),
-    ("latin1.toml -o picture.png", &["latin1.toml:2: the line is not text (UTF-8)"]),
+    ("latin1.toml -o picture.png", &["latin1.toml:2: the line is not text (UTF-8, or UTF-16 with a byte order mark)"]),
     ("-o never.png", &["scene file", "--scene NAME", "--list-scenes"]),
     ("--scene fig11_dragon -o never.png", &["fig11_dragon", "models/dragon.ply"]),
     ("--scene block -o never.png", &["'block'", "block_30cm", "igloo_clear"]),

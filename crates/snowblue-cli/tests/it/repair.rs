@@ -20,3 +20,16 @@ fn holes_are_filled_and_triangles_that_bound_no_solid_are_dropped() {
         assert_names(&folder.stderr(&format!("repair {input} -o {output}")), &words);
     }
 }
+
+#[test]
+fn vertices_that_lie_close_together_are_joined_on_demand() {
+    let folder = Folder::new();
+    // A tetrahedron whose triangles have corners of their own, up to 0.002 apart.
+    let apart = "v 0 0 0\nv 0 1 0\nv 1 0 0\nv 0.001 0 0\nv 1 0.001 0\nv 0 0 1\nv 0 0 0\nv 0 0 1.001\nv 0 1.001 0\n\
+        v 1 0 0\nv 0 1 0\nv 0 0.001 1\nf 1 2 3\nf 4 5 6\nf 7 8 9\nf 10 11 12\n";
+    folder.write("apart.obj", apart);
+    let words = ["apart.obj: ", "--merge-distance joins vertices that lie close together"];
+    folder.assert_refused("repair apart.obj -o closed.ply", &words);
+    let words = ["4 triangles, watertight (8 vertices merged, 0 triangles dropped, 0 turned, 0 holes filled"];
+    assert_names(&folder.stderr("repair apart.obj --merge-distance 0.01 -o closed.ply"), &words);
+}

@@ -15,6 +15,12 @@ pub(super) fn check_finite(position: Vec3, vertex: impl Fn() -> String) -> Resul
     }
 }
 
+/// Checks that the coordinates of all vertices are finite.
+pub(super) fn check_all_finite(positions: &[Vec3]) -> Result<(), String> {
+    let mut positions = positions.iter().enumerate();
+    positions.try_for_each(|(number, position)| check_finite(*position, || format!("vertex {number}")))
+}
+
 /// Parses a word of a text file as a number. `quantity` names the quantity in the error message.
 pub(super) fn number(word: &str, quantity: impl Display) -> Result<f32, String> {
     word.parse().map_err(|_| {

@@ -1,6 +1,7 @@
 //! Mesh files: PLY, Wavefront OBJ, STL, glTF 2.0 and GLB, chosen by file extension.
 
 mod coordinates;
+pub(crate) mod faces;
 pub mod gltf;
 mod obj;
 mod ply;
@@ -10,10 +11,11 @@ use std::path::Path;
 
 use snowblue_base::files::{FileError, FileSource, FilesIn, NamedFile, check_formats, extension};
 
-use crate::mesh_files::coordinates::check_finite;
+use crate::mesh_files::coordinates::check_all_finite;
 use crate::mesh_files::gltf::GltfFile;
 use crate::triangle_mesh::TriangleMesh;
 
+pub use faces::ReadMesh;
 pub use obj::obj_text;
 pub use ply::ply_bytes;
 pub use stl::stl_bytes;
@@ -23,14 +25,14 @@ pub const MESH_EXTENSIONS: [&str; 5] = ["ply", "obj", "stl", "gltf", "glb"];
 
 /// Reads a mesh file, in the file's own unit and axes. The node transforms of a glTF are applied.
 ///
-/// `part` selects a part by name: an object or group of an OBJ file, or a node or mesh of a glTF with its descendants.
-/// PLY and STL files have no parts.
+/// `part` selects a part by name: an object, group or material of an OBJ file, or a node or mesh of a glTF with its
+/// descendants. PLY and STL files have no parts.
 ///
 /// # Errors
 ///
 /// When the extension is unknown, or the file cannot be read, is truncated or malformed, has no faces or no such part,
 /// has a vertex that is not finite, or a face with an index out of range.
-pub fn read_mesh_file(path: &Path, part: Option<&str>) -> Result<TriangleMesh, FileError> {
+pub fn read_mesh_file(path: &Path, part: Option<&str>) -> Result<ReadMesh, FileError> {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     read_mesh_from(&FilesIn::beside(path), &name, part)
 }
@@ -40,10 +42,10 @@ pub fn read_mesh_file(path: &Path, part: Option<&str>) -> Result<TriangleMesh, F
 /// # Errors
 ///
 /// As [`read_mesh_file`].
-pub fn read_mesh_from(files: &dyn FileSource, name: &str, part: Option<&str>) -> Result<TriangleMesh, FileError> {
+pub fn read_mesh_from(files: &dyn FileSource, name: &str, part: Option<&str>) -> Result<ReadMesh, FileError> {
     let path = files.display_name(name);
     let wrong = |reason: String| FileError::Content { path: path.clone(), reason };
-    let mesh = match extension(&path).as_str() {
+    let read = match extension(&path).as_str() {
         "ply" if part.is_some() => return Err(wrong("a PLY file has no parts".into())),
         "stl" if part.is_some() => return Err(wrong("an STL file has no parts".into())),
         "ply" => {
@@ -53,11 +55,12 @@ pub fn read_mesh_from(files: &dyn FileSource, name: &str, part: Option<&str>) ->
         "obj" => obj::read(&NamedFile::read(files, name)?, part)?,
         "stl" => {
             check_formats(&path)?;
-            stl::read(&NamedFile::read(files, name)?)?
+            ReadMesh { mesh: stl::read(&NamedFile::read(files, name)?)?, notes: Vec::new() }
         }
         "gltf" | "glb" => {
             check_formats(&path)?;
-            GltfFile::read(files, name)?.mesh(part)?
+            let file = GltfFile::read(files, name)?;
+            ReadMesh { mesh: file.mesh(part)?, notes: file.notes() }
         }
         other => {
             let [others @ .., last] = MESH_EXTENSIONS;
@@ -65,8 +68,8 @@ pub fn read_mesh_from(files: &dyn FileSource, name: &str, part: Option<&str>) ->
             return Err(wrong(format!("the extension is \"{other}\", but must be {others} or {last}")));
         }
     };
-    check(&mesh).map_err(wrong)?;
-    Ok(mesh)
+    check(&read.mesh).map_err(wrong)?;
+    Ok(read)
 }
 
 /// Whether the format of a mesh file defines y as up, as glTF does.
@@ -74,19 +77,10 @@ pub fn is_y_up(path: &Path) -> bool {
     matches!(extension(path).as_str(), "gltf" | "glb")
 }
 
-/// Checks that there are faces, positions are finite and indices are in range.
+/// Checks that there are faces, and that positions are finite.
 fn check(mesh: &TriangleMesh) -> Result<(), String> {
     if mesh.indices.is_empty() {
         return Err("the mesh has no faces, but must have at least one".into());
     }
-    for (number, position) in mesh.positions.iter().enumerate() {
-        check_finite(*position, || format!("vertex {number}"))?;
-    }
-    let count = mesh.positions.len();
-    for (number, vertices) in mesh.indices.iter().enumerate() {
-        if let Some(index) = vertices.iter().find(|&&index| index as usize >= count) {
-            return Err(format!("triangle {number} refers to vertex {index}, but there are {count} (0 is the first)"));
-        }
-    }
-    Ok(())
+    check_all_finite(&mesh.positions)
 }

@@ -1,35 +1,104 @@
-//! Wavefront OBJ files. Reads `v`, `vt`, `vn`, `f`, `o` and `g`; other keywords are ignored.
+//! Wavefront OBJ files (Wavefront 1992, "Object Files (.obj)", appendix B1 of the Advanced Visualizer manual). Reads
+//! `v`, `vt`, `vn`, `f`, `o`, `g` and `usemtl`. Refuses surfaces that are not polygons, and content in other files.
+//! Ignores lines, points, smoothing groups and the files of materials.
 //!
-//! Faces with more than three corners become triangle fans. A vertex with two texture coordinates or two normals
-//! becomes two vertices. Six numbers after `v` are position and colour, stored as the attributes `red`, `green` and
-//! `blue`.
+//! A line that ends with `\` continues on the next line. A vertex with two texture coordinates or two normals becomes
+//! two vertices. Six numbers after `v` are position and colour, stored as the attributes `red`, `green` and `blue`.
 
-use std::collections::BTreeMap;
+use std::borrow::Cow;
 use std::collections::btree_map::Entry;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::{Display, Write};
 
 use glam::{Vec2, Vec3};
 use snowblue_base::files::{FileError, NamedFile};
 
 use crate::mesh_files::coordinates::{check_finite, number};
+use crate::mesh_files::faces::{Faces, ReadMesh};
 use crate::triangle_mesh::TriangleMesh;
 use crate::vertex_normals::VertexNormals;
 
+/// Greatest number of names that a message has.
+const MAX_NAMED: usize = 5;
+
 const COLOUR: [&str; 3] = ["red", "green", "blue"];
 
-/// Reads a file, or its object or group of a given name.
-pub(super) fn read(file: &NamedFile, part: Option<&str>) -> Result<TriangleMesh, FileError> {
+/// Reads a file, or its part of a given name.
+pub(super) fn read(file: &NamedFile, part: Option<&str>) -> Result<ReadMesh, FileError> {
     let (path, text) = (&file.path, file.text());
+    let naming =
+        part.map(|part| Naming::of(&text, part).map_err(|reason| FileError::Content { path: path.clone(), reason }));
+    let naming = naming.transpose()?;
     let mut parser = Parser { in_part: part.is_none(), ..Parser::default() };
-    for (number, line) in text.lines().enumerate() {
-        parser.line(line, part).map_err(|reason| FileError::Line { path: path.clone(), line: number + 1, reason })?;
+    for (line, content) in lines(&text) {
+        parser.line(&content, naming).map_err(|reason| FileError::Line { path: path.clone(), line, reason })?;
     }
-    match part {
-        Some(part) if !parser.found => Err(FileError::Content {
-            path: path.clone(),
-            reason: format!("there is no object or group named \"{part}\""),
-        }),
-        _ => Ok(parser.finish()),
+    Ok(parser.finish())
+}
+
+/// The lines of a text with their numbers from 1. Lines joined by `\` have the number of the first of them. A `\` in a
+/// comment joins no lines.
+fn lines(text: &str) -> impl Iterator<Item = (usize, Cow<'_, str>)> {
+    let mut physical = (1..).zip(text.lines());
+    std::iter::from_fn(move || {
+        let (number, mut end) = physical.next()?;
+        let mut line = Cow::Borrowed(end);
+        while let Some(begin) = end.trim_end().strip_suffix('\\')
+            && !end.contains('#')
+        {
+            let kept = line.len() - (end.len() - begin.len());
+            end = physical.next().map_or("", |(_, next)| next);
+            let joined = line.to_mut();
+            joined.truncate(kept);
+            joined.extend([" ", end]);
+        }
+        Some((number, line))
+    })
+}
+
+/// The keyword of a line, and its words as a name. A comment, which begins with `#` between spaces, is no part of it.
+fn statement(line: &str) -> (&str, &str) {
+    let line = line.trim();
+    let (keyword, words) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
+    (keyword, words.split(" # ").next().unwrap_or_default().trim())
+}
+
+/// The statements that begin a part of a given name.
+#[derive(Clone, Copy)]
+struct Naming<'part> {
+    part: &'part str,
+    /// The keyword of the statements.
+    keyword: &'static str,
+    /// Whether the words of a statement are names of several groups.
+    of_several: bool,
+}
+
+impl<'part> Naming<'part> {
+    /// The first of these statements that has the name: an object, a group, one of several groups, a material.
+    fn of(text: &str, part: &'part str) -> Result<Self, String> {
+        let all = [("o", false), ("g", false), ("g", true), ("usemtl", false)];
+        let all = all.map(|(keyword, of_several)| Self { part, keyword, of_several });
+        let mut found = [false; 4];
+        let mut names = BTreeSet::new();
+        for (_, line) in lines(text) {
+            let (keyword, name) = statement(&line);
+            all.iter().zip(&mut found).for_each(|(naming, found)| *found |= naming.fits(keyword, name) == Some(true));
+            if all.iter().any(|naming| naming.keyword == keyword) && names.len() < MAX_NAMED {
+                names.insert(format!("\"{name}\""));
+            }
+        }
+        let naming = all.into_iter().zip(found).find(|(_, found)| *found);
+        naming.map(|(naming, _)| naming).ok_or_else(|| {
+            let names = Vec::from_iter(names).join(", ");
+            let some = if names.is_empty() { "it has no names".into() } else { format!("names in it are {names}") };
+            format!("there is no object, group or material named \"{part}\": {some}")
+        })
+    }
+
+    /// Whether the part begins with a statement; none if it neither begins nor ends.
+    fn fits(self, keyword: &str, name: &str) -> Option<bool> {
+        let is_named = || name == self.part || self.of_several && name.split_whitespace().any(|word| word == self.part);
+        (keyword == self.keyword).then(is_named)
     }
 }
 
@@ -60,14 +129,17 @@ struct Parser {
     mesh: TriangleMesh,
     vertex_normals: Vec<Vec3>,
     vertex_colours: Vec<[f32; 3]>,
+    faces: Faces,
     /// Whether the current line belongs to the requested part.
     in_part: bool,
-    /// Whether the requested part has occurred.
-    found: bool,
 }
 
 impl Parser {
-    fn line(&mut self, line: &str, part: Option<&str>) -> Result<(), String> {
+    fn line(&mut self, line: &str, naming: Option<Naming>) -> Result<(), String> {
+        if let Some(naming) = naming {
+            let (keyword, name) = statement(line);
+            self.in_part = naming.fits(keyword, name).unwrap_or(self.in_part);
+        }
         let line = line.split('#').next().unwrap_or_default();
         let mut words = line.split_whitespace();
         match words.next() {
@@ -85,11 +157,11 @@ impl Parser {
                 ref numbers => return Err(format!("a normal has {} numbers, but must have 3", numbers.len())),
             },
             Some("f") if self.in_part => self.face(words)?,
-            Some("o" | "g") => {
-                if let Some(part) = part {
-                    self.in_part = words.any(|word| word == part);
-                    self.found |= self.in_part;
-                }
+            Some(keyword @ ("surf" | "bzp" | "bsp" | "cdc" | "cdp")) => {
+                return Err(format!("`{keyword}` is a free-form surface, which is not read: export it as polygons"));
+            }
+            Some(keyword @ ("call" | "csh")) => {
+                return Err(format!("`{keyword}` takes lines from elsewhere, which are not read: export one file"));
             }
             _ => {}
         }
@@ -111,13 +183,7 @@ impl Parser {
 
     fn face<'line>(&mut self, words: impl Iterator<Item = &'line str>) -> Result<(), String> {
         let corners = words.map(|word| self.corner(word)).collect::<Result<Vec<_>, _>>()?;
-        let [first, rest @ ..] = corners.as_slice() else {
-            return Err("a face has no corners, but must have at least 3".into());
-        };
-        if rest.len() < 2 {
-            return Err(format!("a face has {} corners, but must have at least 3", corners.len()));
-        }
-        self.mesh.indices.extend(rest.windows(2).map(|pair| [*first, pair[0], pair[1]]));
+        self.faces.add(&corners, &self.mesh.positions);
         Ok(())
     }
 
@@ -146,7 +212,7 @@ impl Parser {
     }
 
     /// Drops texture coordinates, normals and colours unless every vertex has them.
-    fn finish(mut self) -> TriangleMesh {
+    fn finish(mut self) -> ReadMesh {
         let count = self.mesh.positions.len();
         if self.mesh.uv.len() != count {
             self.mesh.uv.clear();
@@ -160,7 +226,9 @@ impl Parser {
                 self.mesh.attributes.insert(name.to_owned(), values);
             }
         }
-        self.mesh
+        let notes = self.faces.notes();
+        self.mesh.indices = self.faces.triangles;
+        ReadMesh { mesh: self.mesh, notes }
     }
 }
 
@@ -189,7 +257,7 @@ mod tests {
 
     fn read_text(text: &str, part: Option<&str>) -> Result<TriangleMesh, String> {
         let file = NamedFile { path: "mesh.obj".into(), bytes: text.as_bytes().into() };
-        read(&file, part).map_err(|error| error.to_string())
+        read(&file, part).map(|read| read.mesh).map_err(|error| error.to_string())
     }
 
     #[test]
@@ -209,9 +277,54 @@ mod tests {
         assert_eq!((left.indices.len(), left.positions.len()), (2, 4));
         assert_eq!(left.normals.at(1, left.indices[1], [0.2, 0.3, 0.5]), Some(Vec3::Z));
         assert_eq!(read_text(SQUARE, Some("other")).unwrap().corners(0)[1], Vec3::X);
-        assert!(
-            read_text(SQUARE, Some("middle")).unwrap_err().contains("there is no object or group named \"middle\"")
+        let message = read_text(SQUARE, Some("middle")).unwrap_err();
+        let names = r#"names in it are "inner other", "left", "right""#;
+        assert!(message.ends_with(&format!(r#"no object, group or material named "middle": {names}"#)), "{message}");
+    }
+
+    #[test]
+    fn names_of_parts_are_whole_and_groups_lie_within_objects() {
+        let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\no Snow Drift\ng roof # of snow\nusemtl Old Snow\nf 1 2 3\n\
+            o Snow\nusemtl New #2\nf 1 2 3\nf 1 2 4\ng\nf 1 3 4\nusemtl Old Snow\nf 2 3 4\n";
+        for (part, count) in [
+            ("Snow Drift", 1),
+            ("Snow", 4),
+            // A group lasts until the next group, and a material until the next material.
+            ("roof", 3),
+            ("Old Snow", 2),
+            ("New #2", 3),
+        ] {
+            assert_eq!(read_text(text, Some(part)).unwrap().indices.len(), count, "{part}");
+        }
+        assert!(read_text(text, Some("Drift")).is_err() && read_text(text, Some("New")).is_err());
+    }
+
+    #[test]
+    fn lines_that_end_with_a_backslash_continue() {
+        let text = "v 0 0 \\\n 0\nv 1 0 0\r\nv 0 1 0 # \\\nf 1 2 \\ \n  3 \\\nv 9 9 9\n";
+        assert_eq!(
+            read_text("v 0 0 \\\n 0\r\nv 1 0 0\nv 0 1 0\nf 1 \\\n 2 \\ \r\n3", None).unwrap().indices,
+            [[0, 1, 2]]
         );
+        let message = read_text(text, None).unwrap_err();
+        assert!(message.starts_with("mesh.obj:5: "), "{message}");
+        assert_eq!(read_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3 \\", None).unwrap().indices.len(), 1);
+    }
+
+    #[test]
+    fn a_file_in_utf_16_is_read() {
+        let bytes = format!("\u{feff}{SQUARE}").encode_utf16().flat_map(u16::to_le_bytes).collect();
+        let file = NamedFile { path: "mesh.obj".into(), bytes };
+        assert_eq!(read(&file, None).unwrap().mesh, read_text(SQUARE, None).unwrap());
+    }
+
+    #[test]
+    fn faces_without_area_have_a_note() {
+        let text = SQUARE.replacen("f -4/1 -3/4 -2/3", "f -4/1 -3/4\nf 1", 1);
+        let file = NamedFile { path: "mesh.obj".into(), bytes: text.into() };
+        let ReadMesh { mesh, notes } = read(&file, None).unwrap();
+        assert_eq!(mesh.indices.len(), 2);
+        assert_eq!(notes, ["faces of less than three corners, which have no area, are left out: 2"]);
     }
 
     #[test]
@@ -220,7 +333,8 @@ mod tests {
             ("f 1/1/1", "f 0/1/1", 12, "refers to vertex 0, but there are 4"),
             ("f 1/1/1", "f 1/5/1", 12, "refers to texture coordinate 5"),
             ("f -4/1", "f -5/1", 15, "refers to vertex -5"),
-            ("f -4/1 -3/4 -2/3", "f -4/1 -3/4", 15, "a face has 2 corners"),
+            ("o right", "surf 0 1 0 1 1 2 3 4", 13, "`surf` is a free-form surface, which is not read"),
+            ("o right", "call more.obj", 13, "`call` takes lines from elsewhere"),
             ("v 1 1 0 0 0 1", "v 1 1", 5, "a vertex has 2 numbers"),
             ("v 1 1 0 0 0 1", "v 1 nan 0", 5, "coordinate y of vertex 3 (1 is the first) is NaN, but must be finite"),
             ("v 1 1 0 0 0 1", "v 1 1 1e99", 5, "coordinate z of vertex 3 (1 is the first) is inf, but must be finite"),

@@ -1,8 +1,8 @@
 //! PLY files (Turk 1994, "The PLY polygon file format"), ASCII or binary.
 //!
 //! Reads vertex positions `x y z`, normals `nx ny nz`, texture coordinates (`u v`, `s t` or `texture_u texture_v`), all
-//! scalar vertex properties but positions as attributes, and `vertex_indices` (or `vertex_index`) of faces. Faces with
-//! more than three corners become triangle fans. Other elements and properties are ignored.
+//! scalar vertex properties but positions as attributes, and `vertex_indices` (or `vertex_index`) of faces and of the
+//! element `tristrips`, where -1 ends a strip. Other elements and properties are ignored.
 
 use std::borrow::Cow;
 use std::io::{Cursor, Seek};
@@ -10,10 +10,13 @@ use std::path::Path;
 
 use glam::{Vec2, Vec3};
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
-use ply_rs_bw::ply::{ElementDef, Encoding, Header, Property, PropertyAccess, PropertyAccessResult, PropertyType};
-use snowblue_base::files::{FileError, NamedFile};
+use ply_rs_bw::ply::{
+    ElementDef, Encoding, Header, Property, PropertyAccess, PropertyAccessResult, PropertyDef, PropertyType, ScalarType,
+};
+use snowblue_base::files::{FileError, NamedFile, one_line};
 
-use crate::mesh_files::coordinates::{COORDINATES, number as mesh_number};
+use crate::mesh_files::coordinates::{COORDINATES, check_all_finite, number as mesh_number};
+use crate::mesh_files::faces::{Faces, ReadMesh, strip};
 use crate::triangle_mesh::TriangleMesh;
 use crate::vertex_normals::VertexNormals;
 use snowblue_base::narrow;
@@ -93,15 +96,23 @@ fn is_index_list(name: &str) -> bool {
     name == "vertex_indices" || name == "vertex_index"
 }
 
+fn is_index_list_of_integers((name, definition): (&String, &PropertyDef)) -> bool {
+    let PropertyType::List(_, item) = &definition.data_type else { return false };
+    is_index_list(name) && !matches!(item, ScalarType::Float | ScalarType::Double)
+}
+
 /// Reads a PLY file, in the file's own unit.
-pub(super) fn read(file: &NamedFile) -> Result<TriangleMesh, FileError> {
+pub(super) fn read(file: &NamedFile) -> Result<ReadMesh, FileError> {
     let path = &file.path;
     let wrong = |reason: String| FileError::Content { path: path.clone(), reason };
-    let mut reader = Reader::new(Cursor::new(file.bytes.as_slice()));
+    // A file with a byte order mark is a text. Otherwise the header says whether the file is a text.
+    let marked = (!file.bytes.starts_with(b"ply")).then(|| file.text());
+    let mut reader = Reader::new(Cursor::new(marked.as_ref().map_or(&*file.bytes, |text| text.as_bytes())));
     let header = Parser::<Vertex>::new().read_header(&mut reader).map_err(|error| malformed(path, &error, None))?;
     let content = if header.encoding == Encoding::Ascii { file.text() } else { Cow::default() };
     let mut text = TextLines::after_header(&content);
     let (mut vertices, mut faces, mut names) = (Vec::new(), Vec::new(), Vec::new());
+    let mut tristrips: Vec<Face> = Vec::new();
     for element in header.elements.values() {
         if element.properties.is_empty() {
             return Err(wrong(format!("element {} has no properties", element.name)));
@@ -112,11 +123,15 @@ pub(super) fn read(file: &NamedFile) -> Result<TriangleMesh, FileError> {
                 names = attribute_names(element).map_err(wrong)?;
                 vertices = payload.read()?;
             }
+            "face" | "tristrips" if !element.properties.iter().any(is_index_list_of_integers) => {
+                return Err(wrong(format!("element {} has no list `vertex_indices` of integers", element.name)));
+            }
             "face" => faces = payload.read()?,
+            "tristrips" => tristrips = payload.read()?,
             _ => drop(payload.read::<Ignored>()?),
         }
     }
-    mesh(&vertices, &faces, &names).map_err(wrong)
+    mesh(&vertices, &faces, &tristrips, &names).map_err(wrong)
 }
 
 /// The part of a file that holds an element.
@@ -235,25 +250,33 @@ fn attribute_names(element: &ElementDef) -> Result<Vec<String>, String> {
     }
 }
 
-fn mesh(vertices: &[Vertex], faces: &[Face], names: &[String]) -> Result<TriangleMesh, String> {
-    let mut mesh = TriangleMesh {
-        positions: vertices.iter().map(|vertex| Vec3::from_array(vertex.position)).collect(),
-        indices: Vec::with_capacity(faces.len()),
-        ..TriangleMesh::default()
+fn mesh(vertices: &[Vertex], faces: &[Face], tristrips: &[Face], names: &[String]) -> Result<ReadMesh, String> {
+    let positions = vertices.iter().map(|vertex| Vec3::from_array(vertex.position)).collect();
+    let mut mesh = TriangleMesh { positions, ..TriangleMesh::default() };
+    check_all_finite(&mesh.positions)?;
+    let mut read = Faces::default();
+    read.triangles.reserve(faces.len());
+    let corner = |what: &str, number: usize, index: i64| {
+        u32::try_from(index).ok().filter(|&index| (index as usize) < vertices.len()).ok_or_else(|| {
+            format!("{what} {number} refers to vertex {index}, but there are {} (0 is the first)", vertices.len())
+        })
     };
+    let mut corners = Vec::new();
     for (number, face) in faces.iter().enumerate() {
-        if face.0.len() < 3 {
-            return Err(format!("face {number} has {} corners, but must have at least 3", face.0.len()));
+        corners.clear();
+        for index in &face.0 {
+            corners.push(corner("face", number, *index)?);
         }
-        let corner = |index: i64| {
-            u32::try_from(index).ok().filter(|&index| (index as usize) < vertices.len()).ok_or_else(|| {
-                format!("face {number} refers to vertex {index}, but there are {} (0 is the first)", vertices.len())
-            })
-        };
-        for pair in face.0[1..].windows(2) {
-            mesh.indices.push([corner(face.0[0])?, corner(pair[0])?, corner(pair[1])?]);
+        read.add(&corners, &mesh.positions);
+    }
+    for (number, Face(indices)) in tristrips.iter().enumerate() {
+        for part in indices.split(|index| *index == -1) {
+            let part = part.iter().map(|index| corner("strip", number, *index)).collect::<Result<Vec<_>, _>>()?;
+            strip(&part).for_each(|triangle| read.add(&triangle, &mesh.positions));
         }
     }
+    let notes = read.notes();
+    mesh.indices = read.triangles;
     let values = |column: usize| vertices.iter().map(move |vertex| vertex.attributes[column]);
     let column = |name: &str| names.iter().position(|other| other == name);
     for [u, v] in TEXTURE_COORDINATES {
@@ -268,11 +291,7 @@ fn mesh(vertices: &[Vertex], faces: &[Face], names: &[String]) -> Result<Triangl
     for (index, name) in names.iter().enumerate() {
         mesh.attributes.insert(name.clone(), values(index).collect());
     }
-    Ok(mesh)
-}
-
-fn one_line(message: &str) -> String {
-    message.split_whitespace().collect::<Vec<_>>().join(" ")
+    Ok(ReadMesh { mesh, notes })
 }
 
 /// The positions and triangles of a mesh as a binary file (Turk 1994, "The PLY polygon file format").
@@ -295,7 +314,7 @@ pub fn ply_bytes(mesh: &TriangleMesh) -> Vec<u8> {
 
 #[cfg(test)]
 mod tests {
-    use super::{TriangleMesh, Vec2, Vec3};
+    use super::{TriangleMesh, Vec2, Vec3, ply_bytes};
     use crate::mesh_files::read_mesh_from;
     use snowblue_base::files::FilesInMemory;
     use std::fmt::Write;
@@ -306,7 +325,7 @@ mod tests {
 
     fn read(content: &[u8]) -> Result<TriangleMesh, String> {
         let files = FilesInMemory::from([("mesh.ply", content)]);
-        read_mesh_from(&files, "mesh.ply", None).map_err(|error| error.to_string())
+        read_mesh_from(&files, "mesh.ply", None).map(|read| read.mesh).map_err(|error| error.to_string())
     }
 
     #[test]
@@ -339,6 +358,26 @@ mod tests {
         }
         let cut = read(&content[..content.len() - 2]).unwrap_err();
         assert!(cut.contains("near byte "), "{cut}");
+    }
+
+    #[test]
+    fn strips_turn_every_second_triangle_and_begin_again_after_minus_one() {
+        let header = HEADER.replace("face 2", "tristrips 1").replace("uchar int", "int int");
+        let strips = read(format!("{header}{VERTICES}8 0 1 3 2 -1 2 1 0\n").as_bytes()).unwrap();
+        // All triangles of the first strip face up as its first one, and the triangle of the second strip faces down.
+        assert_eq!(strips.indices, [[0, 1, 3], [1, 2, 3], [2, 1, 0]]);
+        let message = read(format!("{header}{VERTICES}4 0 1 2 9\n").as_bytes()).unwrap_err();
+        assert!(message.contains("strip 0 refers to vertex 9, but there are 4"), "{message}");
+    }
+
+    #[test]
+    fn text_has_any_encoding_and_line_endings() {
+        let text = format!("{HEADER}{VERTICES}4 0 1 2 3\n3 0 1 2\n");
+        let expected = read(text.as_bytes()).unwrap();
+        let utf16: Vec<u8> = format!("\u{feff}{text}").encode_utf16().flat_map(u16::to_be_bytes).collect();
+        let files = [utf16, format!("\u{feff}{text}").into(), text.replace('\n', "\r\n").into()];
+        assert!(files.iter().all(|bytes| read(bytes).unwrap() == expected));
+        assert_eq!(read(&ply_bytes(&expected)).unwrap().indices, expected.indices);
     }
 
     #[test]
@@ -409,7 +448,11 @@ mod tests {
             ),
             (format!("{HEADER}{VERTICES}{face}3 0 1 4\n"), "face 1 refers to vertex 4"),
             (format!("{HEADER}{VERTICES}{face}3 0 1 -1\n"), "face 1 refers to vertex -1"),
-            (format!("{HEADER}{VERTICES}{face}2 0 1\n"), "face 1 has 2 corners"),
+            (format!("{HEADER}{VERTICES}2 0 1\n0\n"), "the mesh has no faces"),
+            (
+                HEADER.replace("uchar int vertex", "uchar float vertex") + VERTICES + face + face,
+                "element face has no list `vertex_indices` of integers",
+            ),
             (HEADER.replace(" z", " w") + VERTICES + face + face, "no coordinate `z`"),
             (HEADER.replace("vertex 4", "vertex 4000000000000000000") + VERTICES, "not a readable PLY"),
             (

@@ -19,15 +19,16 @@ const TRIANGLE: usize = 12 + 36 + 2;
 /// Reads a file. An ASCII file begins with `solid`, and so do some binary files. A binary file has the length that
 /// follows from its number of triangles.
 pub(super) fn read(file: &NamedFile) -> Result<TriangleMesh, FileError> {
-    let NamedFile { path, bytes } = file;
-    let begins_as_text = bytes.trim_ascii_start().get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
-    let triangles = match binary(bytes) {
-        Err(_) if begins_as_text && !bytes.contains(&0) => {
-            ascii(&file.text()).map_err(|(line, reason)| FileError::Line { path: path.clone(), line, reason })?
-        }
-        triangles => {
-            let triangles = triangles.and_then(|triangles| check_triangles(&triangles).map(|()| triangles));
-            triangles.map_err(|reason| FileError::Content { path: path.clone(), reason })?
+    let wrong = |reason| FileError::Content { path: file.path.clone(), reason };
+    let triangles = match binary(&file.bytes) {
+        Ok(triangles) => check_triangles(&triangles).map(|()| triangles).map_err(wrong)?,
+        Err(reason) => {
+            let text = file.text();
+            let begins_as_text = text.trim_start().get(..5).is_some_and(|word| word.eq_ignore_ascii_case("solid"));
+            if !begins_as_text || text.contains('\0') {
+                return Err(wrong(reason));
+            }
+            ascii(&text).map_err(|(line, reason)| FileError::Line { path: file.path.clone(), line, reason })?
         }
     };
     Ok(welded(&triangles))
@@ -157,7 +158,7 @@ mod tests {
 
     fn read(content: &[u8]) -> Result<TriangleMesh, String> {
         let files = FilesInMemory::from([("mesh.stl", content)]);
-        read_mesh_from(&files, "mesh.stl", None).map_err(|error| error.to_string())
+        read_mesh_from(&files, "mesh.stl", None).map(|read| read.mesh).map_err(|error| error.to_string())
     }
 
     fn tetrahedron() -> TriangleMesh {
@@ -170,6 +171,10 @@ mod tests {
         let square = read(TEXT.as_bytes()).unwrap();
         assert_eq!(square.positions, [Vec3::ZERO, Vec3::X, Vec3::new(1.0, 1.0, 0.0), Vec3::Y]);
         assert_eq!(square.indices, [[0, 1, 2], [0, 2, 3]]);
+        let utf16: Vec<u8> = format!("\u{feff}{TEXT}").encode_utf16().flat_map(u16::to_le_bytes).collect();
+        for bytes in [utf16, format!("\u{feff}{TEXT}").into(), TEXT.replace('\n', "\r").into()] {
+            assert_eq!(read(&bytes).unwrap(), square);
+        }
     }
 
     #[test]

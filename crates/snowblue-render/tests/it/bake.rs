@@ -310,7 +310,7 @@ fn files_hold_the_meshes_and_their_attributes() {
     assert_eq!(names, ["COLOR_0", "NORMAL", "POSITION", "_LAMP_0", "_LAMP_1", "_SKY"]);
     let extras = file.default_scene().unwrap().extras().as_ref().unwrap().get().to_owned();
     assert!(["scene_hash", "color_0_scale_w_m2", "snowblue 0."].iter().all(|name| extras.contains(name)), "{extras}");
-    let mesh = read_mesh_file(&glb, None).unwrap();
+    let mesh = read_mesh_file(&glb, None).unwrap().mesh;
     assert_eq!(mesh.positions.len(), count);
     assert!(mesh.attributes["blue"].iter().all(|value| (0.0..=1.0).contains(value)));
     let [x, y, z] = baked.objects[0].positions[0].to_array();
@@ -320,7 +320,7 @@ fn files_hold_the_meshes_and_their_attributes() {
         let baked = self::baked(&integrator, 0.03, channels);
         let ply = folder.path().join("snow.ply");
         write_ply(&baked, &provenance, &ply).unwrap();
-        let mesh = read_mesh_file(&ply, None).unwrap();
+        let mesh = read_mesh_file(&ply, None).unwrap().mesh;
         assert_eq!((mesh.positions.len(), mesh.positions[0]), (count, baked.objects[0].positions[0]));
         assert_eq!(mesh.attributes.len(), 3 + 3 * channels.count());
         let (first, last) = match channels {

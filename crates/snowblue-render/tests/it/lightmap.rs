@@ -208,7 +208,9 @@ fn a_glb_has_the_lightmap_as_its_base_colour() {
         let material = primitive.material();
         let texture = material.pbr_metallic_roughness().base_color_texture().unwrap();
         assert_eq!(texture.tex_coord(), 0);
-        let gltf::image::Source::View { view, mime_type } = texture.texture().source().source() else { panic!() };
+        let gltf::image::Source::View { view, mime_type } = texture.texture().source().unwrap().source() else {
+            panic!()
+        };
         assert_eq!(mime_type, "image/png");
         let png = PngImage::read(&blob[view.offset()..view.offset() + view.length()]).unwrap();
         assert_eq!((png.width, png.height, png.channels), (128, 128, 3));

@@ -4,6 +4,8 @@ use std::f64::consts::PI;
 use std::fmt::Write;
 use std::path::Path;
 
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
 use glam::Vec3A;
 use snowblue_color::LinearRgb;
 use snowblue_database::{CompressedTable, PcaSnow, TableSample};
@@ -316,8 +318,7 @@ fn gltf(material: &str, lights: &str, nodes: &str, image: &[u8]) -> String {
 }
 
 fn base64(bytes: &[u8]) -> String {
-    use base64::Engine;
-    base64::engine::general_purpose::STANDARD.encode(bytes)
+    STANDARD.encode(bytes)
 }
 
 /// Placeholder where there is no image.
@@ -344,14 +345,28 @@ fn base_colours_and_textures_of_a_gltf_are_used() {
     let green = "[material.floor]\ntype = \"diffuse\"\nreflectance_rgb = [0, 1, 0]\n";
     assert_eq!(nearest(&reflectance(&mut load(green), Vec3A::ZERO, 0.8)), 1, "the scene replaces the material");
     let png = std::fs::read(folder.path().join("four.png")).unwrap();
+    // The colours of "four.png" with 8 × 8 pixels each, as libjpeg writes them with quality 75.
+    let jpeg = "/9j/4AAQSkZJRgABAQAAAQABAAD/2wBDAAgGBgcGBQgHBwcJCQgKDBQNDAsLDBkSEw8UHRofHh0aHBwgJC4nICIsIxwcKDcpLDAx\
+        NDQ0Hyc5PTgyPC4zNDL/2wBDAQkJCQwLDBgNDRgyIRwhMjIyMjIyMjIyMjIyMjIyMjIyMjIyMjIyMjIyMjIyMjIyMjIyMjIyMjIyMjIyMjIyMj\
+        L/wAARCAAQABADAREAAhEBAxEB/8QAFgABAQEAAAAAAAAAAAAAAAAABwYI/8QAFBABAAAAAAAAAAAAAAAAAAAAAP/EABcBAAMBAAAAAAAAAAAA\
+        AAAAAAYHCAX/xAAUEQEAAAAAAAAAAAAAAAAAAAAA/9oADAMBAAIRAxEAPwCLDJ4koNIvAyvDMbiI5pv/2Q==";
+    std::fs::write(folder.path().join("four.jpg"), STANDARD.decode(jpeg).unwrap()).unwrap();
     let uri = format!(r#""uri":"data:image/png;base64,{}""#, base64(&png));
-    for image in [r#""uri":"four.png""#, &uri, r#""bufferView":3,"mimeType":"image/png""#] {
+    for image in [r#""uri":"four.png""#, r#""uri":"f%6Fur.jpg""#, &uri, r#""bufferView":3,"mimeType":"image/png""#] {
         folder.write("floor.gltf", &gltf(&textured(image), LAMP, "", &png));
         let mut integrator = load("");
         for (at, expected) in [([-0.5, 0.5], 0), ([0.5, 0.5], 1), ([-0.5, -0.5], 2), ([0.5, -0.5], 3)] {
             let found = reflectance(&mut integrator, Vec3A::new(at[0], at[1], 0.0), 0.8);
             assert_eq!(nearest(&found), expected, "{at:?}");
         }
+    }
+    // Moved by half the image to the right, and by half downwards.
+    let moved = textured(r#""uri":"four.png""#)
+        .replace(r#"{"index":0}"#, r#"{"index":0,"extensions":{"KHR_texture_transform":{"offset":[0.5,0.5]}}}"#);
+    folder.write("floor.gltf", &gltf(&moved, LAMP, "", &png));
+    let mut integrator = load("");
+    for (at, expected) in [([-0.5, 0.5], 3), ([0.5, 0.5], 2), ([-0.5, -0.5], 1), ([0.5, -0.5], 0)] {
+        assert_eq!(nearest(&reflectance(&mut integrator, Vec3A::new(at[0], at[1], 0.0), 0.8)), expected, "{at:?}");
     }
 }
 
@@ -381,9 +396,13 @@ fn light_passes_a_gltf_by_its_alpha_and_its_transmission() {
         // The lamp of the glTF shines straight down, and is weak beside the sun.
         (lit(0.75) / lit(9.0), notes)
     };
-    let factor = |rest: &str| format!(r#""pbrMetallicRoughness":{{"baseColorFactor":[1,1,1,0.25]}}{rest}"#);
+    let factor =
+        |rest: &str| format!(r#""pbrMetallicRoughness":{{"metallicFactor":0,"baseColorFactor":[1,1,1,0.25]}}{rest}"#);
     let transmission = |keys: &str| {
-        format!(r#""extensions":{{"KHR_materials_transmission":{{{keys}}},"KHR_materials_ior":{{"ior":1.7}}}}"#)
+        format!(
+            r#""pbrMetallicRoughness":{{"metallicFactor":0}},
+            "extensions":{{"KHR_materials_transmission":{{{keys}}},"KHR_materials_ior":{{"ior":1.7}}}}"#
+        )
     };
     let pane = "[material.floor]\ntype = \"glass\"\nrefractive_index = 1.7\n";
     let (by_pane, _) = passed(&factor(""), pane);
@@ -415,7 +434,7 @@ fn invalid_base_colours_of_a_gltf_are_errors() {
     let missing = textured(r#""uri":"gone.png""#);
     for (material, expected) in [
         (bright, &["floor.gltf: ", "\"floor\"", "2, 0, 0", "0–1"][..]),
-        (&jpeg, &["floor.gltf: ", "\"floor\"", "JPEG", "PNG"]),
+        (&jpeg, &["floor.gltf: ", "\"floor\"", "not a readable JPEG file"]),
         (&missing, &["gone.png"]),
     ] {
         folder.write("floor.gltf", &gltf(material, LAMP, "", &[0xff, 0xd8, 0xff, 0xe0]));
@@ -452,6 +471,9 @@ fn lights_of_a_gltf_have_their_photometric_intensity() {
             beside(30.0) * fade(0.2, 0.6),
         ),
         (r#""type":"spot","intensity":30,"spot":{"innerConeAngle":0.1,"outerConeAngle":0.4}"#, 30.0 / 4.0, 0.0),
+        // The edge is hard. One metre beside the middle, the angle is 0.464.
+        (r#""type":"spot","intensity":30,"spot":{"innerConeAngle":0.47,"outerConeAngle":0.47}"#, 7.5, beside(30.0)),
+        (r#""type":"spot","intensity":30,"spot":{"innerConeAngle":0.46,"outerConeAngle":0.46}"#, 7.5, 0.0),
     ] {
         folder.write("floor.gltf", &gltf(white, &format!(r#"{{{light},"color":[1,0.5,0.25]}}"#), ",1", &NO_IMAGE));
         let path = folder.path().join("whole.toml");
@@ -463,6 +485,28 @@ fn lights_of_a_gltf_have_their_photometric_intensity() {
             // Tolerance: six decimals of the basis, and white restricted to 400–700 nm.
             assert!((found - expected).abs() <= 5e-3 * expected, "{light} at {x}: {found} for {expected}");
         }
+    }
+}
+
+#[test]
+fn black_lights_of_a_gltf_and_properties_that_are_not_read_have_notes() {
+    let folder = Folder::new();
+    let path = folder.path().join("whole.toml");
+    std::fs::write(&path, format!("gltf = \"floor.gltf\"\n{}{SUN}", snow::CAMERA)).unwrap();
+    let notes = |material: &str, light: &str| {
+        folder.write("floor.gltf", &gltf(&format!(r#""materials":[{material}]"#), light, ",1", &NO_IMAGE));
+        let scene = Scene::load(&path).unwrap();
+        (scene.lights().len(), scene.notes().join("\n"))
+    };
+    let plain = r#"{"name":"floor","pbrMetallicRoughness":{"metallicFactor":0}}"#;
+    assert_eq!(notes(plain, LAMP), (2, String::new()));
+    for black in [r#"{"type":"point","intensity":0}"#, r#"{"type":"point","intensity":9,"color":[0,0,0]}"#] {
+        assert_eq!(notes(plain, black), (1, "light \"node 1\" is black and left out".to_owned()));
+    }
+    let shiny = r#"{"name":"floor","emissiveFactor":[1,0,0],"pbrMetallicRoughness":{"roughnessFactor":0.5}}"#;
+    let (_, found) = notes(shiny, r#"{"type":"point","intensity":9,"range":5}"#);
+    for what in ["emission is not read of \"floor\"", "gloss is", "metalness is", "\"node 1\" has a range"] {
+        assert!(found.contains(what), "{what}: {found}");
     }
 }
 

@@ -1,57 +1,29 @@
 //! Cameras and punctual lights of a glTF, in the scene's axes.
 
-use glam::{DAffine3, DVec3, Vec3A};
+use glam::{DAffine3, DVec3};
 use gltf::camera::Projection;
 use gltf::khr_lights_punctual::Kind;
-use snowblue_color::LinearRgb;
+use snowblue_base::narrow;
 use snowblue_geometry::mesh_files::gltf::PlacedNode;
 
 use crate::camera::View;
+use crate::light::Light;
+use crate::light::directional::DirectionalLight;
+use crate::light::point::PointLight;
+use crate::light::sample::SpotCone;
+use crate::light::spot::SpotLight;
+use crate::spectrum::light_spectrum::lumens_per_watt_of_luminance_one;
+use crate::spectrum::upsampling::Upsampling;
 
-/// A light of the glTF extension KHR_lights_punctual, in the scene's axes.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct PunctualLight {
-    /// Name of its node.
-    pub(super) name: String,
-    /// Its kind and intensity.
-    pub(super) kind: LightKind,
-    /// Position in m; unused for a directional light.
-    pub(super) position: Vec3A,
-    /// Unit direction in which it emits; unused for a point light.
-    pub(super) direction: Vec3A,
-    /// Its colour, a factor on the intensity of each channel.
-    pub(super) colour: LinearRgb,
-}
+/// Greatest strength of a light, in cd or lx.
+const MAX_STRENGTH: f32 = 1e15;
 
-/// Kind of a glTF light.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum LightKind {
-    /// Emits equally in all directions.
-    Point {
-        /// Luminous intensity, in cd.
-        intensity_cd: f64,
-    },
-    /// Emits in one direction from infinitely far away.
-    Directional {
-        /// Illuminance of a surface perpendicular to the light, in lx.
-        illuminance_lx: f64,
-    },
-    /// Emits in a cone, with a falloff between the two angles.
-    Spot {
-        /// Luminous intensity in the inner cone, in cd.
-        intensity_cd: f64,
-        /// Half angle of the inner cone, in degrees.
-        inner_cone_deg: f64,
-        /// Half angle of the outer cone, in degrees.
-        outer_cone_deg: f64,
-    },
-}
-
-/// The view of the first perspective camera among nodes, if there is one.
-pub(super) fn view(nodes: &[PlacedNode]) -> Option<View> {
+/// The view of the first perspective camera among nodes, if there is one. Other cameras get a sentence in `notes`.
+pub(super) fn view(nodes: &[PlacedNode], notes: &mut Vec<String>) -> Option<View> {
     nodes.iter().find_map(|placed| {
         let camera = placed.node.camera()?;
         let Projection::Perspective(lens) = camera.projection() else {
+            notes.push(format!("camera \"{}\" is orthographic, which is not read", placed.name()));
             return None;
         };
         let position = placed.to_root.translation;
@@ -64,29 +36,47 @@ pub(super) fn view(nodes: &[PlacedNode]) -> Option<View> {
     })
 }
 
-/// The lights of nodes.
-pub(super) fn punctual_lights(nodes: &[PlacedNode]) -> Vec<PunctualLight> {
-    let light = |placed: &PlacedNode| {
-        let light = placed.node.light()?;
-        let intensity = f64::from(light.intensity());
-        let [r, g, b] = light.color().map(f64::from);
-        Some(PunctualLight {
-            name: placed.name(),
-            kind: match light.kind() {
-                Kind::Point => LightKind::Point { intensity_cd: intensity },
-                Kind::Directional => LightKind::Directional { illuminance_lx: intensity },
-                Kind::Spot { inner_cone_angle, outer_cone_angle } => LightKind::Spot {
-                    intensity_cd: intensity,
-                    inner_cone_deg: f64::from(inner_cone_angle).to_degrees(),
-                    outer_cone_deg: f64::from(outer_cone_angle).to_degrees(),
-                },
-            },
-            position: placed.to_root.translation.as_vec3a(),
-            direction: forward(&placed.to_root)?.as_vec3a().normalize(),
-            colour: LinearRgb { r, g, b },
-        })
-    };
-    nodes.iter().filter_map(light).collect()
+/// The lights of nodes. Adds sentences on what is not read as it is in the file to `notes`.
+///
+/// A light's strength is in candela or lux. Its spectrum is daylight (D65) times its colour, scaled so that ȳ gives the
+/// same number of lumens at 683 lm/W (Khronos Group 2020, KHR_lights_punctual).
+pub(super) fn lights(nodes: &[PlacedNode], notes: &mut Vec<String>) -> Result<Vec<Light>, String> {
+    let mut lights = Vec::new();
+    for placed in nodes {
+        let Some(light) = placed.node.light() else { continue };
+        let (name, strength, [r, g, b]) = (placed.name(), light.intensity(), light.color());
+        if ![r, g, b, strength].iter().all(|value| (0.0..=MAX_STRENGTH).contains(value)) {
+            return Err(format!("light \"{name}\" is {strength} times {r}, {g}, {b}, but must be positive and finite"));
+        }
+        if strength * (r + g + b) <= 0.0 {
+            notes.push(format!("light \"{name}\" is black and left out"));
+            continue;
+        }
+        if light.range().is_some() {
+            notes.push(format!("light \"{name}\" has a range, which is not read: its light reaches everywhere"));
+        }
+        let scale = narrow(f64::from(strength) / lumens_per_watt_of_luminance_one());
+        let emission = Upsampling::daylight().spectrum([r, g, b]) * scale;
+        let position = placed.to_root.translation.as_vec3a();
+        let direction =
+            forward(&placed.to_root).ok_or_else(|| format!("light \"{name}\" has a scale of 0"))?.as_vec3a();
+        lights.push(match light.kind() {
+            Kind::Point => Light::new(PointLight { position, emission }),
+            Kind::Directional => Light::new(DirectionalLight { to_light: -direction, emission }),
+            Kind::Spot { inner_cone_angle, outer_cone_angle } => {
+                let [inner_deg, outer_deg] = [inner_cone_angle, outer_cone_angle].map(f32::to_degrees);
+                // Blender writes equal cones for a hard edge.
+                if inner_deg > outer_deg {
+                    return Err(format!(
+                        "spot \"{name}\" has an inner cone of {inner_deg}°, but must be within its outer cone of \
+                         {outer_deg}°"
+                    ));
+                }
+                Light::new(SpotLight { position, cone: SpotCone::new(direction, inner_deg, outer_deg), emission })
+            }
+        });
+    }
+    Ok(lights)
 }
 
 /// The direction of a camera or light: the negative z axis of its node.
@@ -96,10 +86,12 @@ fn forward(to_root: &DAffine3) -> Option<DVec3> {
 
 #[cfg(test)]
 mod tests {
+    use glam::Vec3A;
     use snowblue_base::files::FilesInMemory;
     use snowblue_geometry::mesh_files::gltf::{GltfFile, Y_UP_TO_Z_UP};
 
     use super::*;
+    use crate::light::sample::{LightOrigin, LightSample};
 
     const LAMP: &str = r#"{"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
         "extensionsUsed": ["KHR_lights_punctual"],
@@ -111,10 +103,11 @@ mod tests {
     #[test]
     fn lights_are_transformed_like_meshes() {
         let file = GltfFile::read(&FilesInMemory::from([("lamp.gltf", LAMP)]), "lamp.gltf").unwrap();
-        let lights = punctual_lights(&file.nodes(DAffine3::from_mat3(Y_UP_TO_Z_UP)).unwrap());
-        let [lamp] = &lights[..] else { panic!("{lights:?}") };
-        assert_eq!((lamp.name.as_str(), lamp.kind), ("lamp", LightKind::Point { intensity_cd: 30.0 }));
-        assert!((lamp.position - Vec3A::new(0.0, 0.0, 3.0)).length() < 1e-6);
-        assert!((lamp.colour.g - 0.5).abs() < 1e-6);
+        let lights = lights(&file.nodes(DAffine3::from_mat3(Y_UP_TO_Z_UP)).unwrap(), &mut Vec::new()).unwrap();
+        let [lamp] = &lights[..] else { panic!("one light") };
+        let Some(LightSample { origin: LightOrigin::Point(position), .. }) = lamp.delta_sample() else {
+            panic!("a point light");
+        };
+        assert!((position - Vec3A::new(0.0, 0.0, 3.0)).length() < 1e-6);
     }
 }

@@ -1,8 +1,5 @@
 //! A whole glTF as part of a scene: its meshes in their places, its camera and its lights. A material is the material
 //! of the same name in the description, or else diffuse with the glTF's base colour.
-//!
-//! A light's strength is in candela or lux. Its spectrum is daylight (D65) times its colour, scaled so that ȳ gives the
-//! same number of lumens at 683 lm/W (Khronos Group 2020, KHR_lights_punctual).
 
 mod lights;
 mod material;
@@ -11,9 +8,8 @@ use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use glam::DAffine3;
+use glam::{DAffine3, DVec3};
 use snowblue_base::files::{FileError, check_formats, check_total};
-use snowblue_color::LinearRgb;
 use snowblue_geometry::instance::Instance;
 use snowblue_geometry::mesh_bvh::MeshBvh;
 use snowblue_geometry::mesh_files::gltf::{GltfFile, Y_UP_TO_Z_UP};
@@ -21,14 +17,10 @@ use snowblue_geometry::shape::Shape;
 
 use crate::camera::View;
 use crate::error::SceneError;
-use crate::gltf::lights::{LightKind, PunctualLight, punctual_lights, view};
-use crate::gltf::material::{GltfMaterial, base_colour_texture, gltf_material};
+use crate::gltf::lights::{lights, view};
+use crate::gltf::material::{DEFAULT_INDEX, base_colour_texture, opacity, unread};
 use crate::integrator::IntegratorKind;
 use crate::light::Light;
-use crate::light::directional::DirectionalLight;
-use crate::light::point::PointLight;
-use crate::light::sample::SpotCone;
-use crate::light::spot::SpotLight;
 use crate::material::Material;
 use crate::material::NamedMaterial;
 use crate::material::diffuse::Diffuse;
@@ -38,12 +30,10 @@ use crate::objects::Object;
 use crate::shape::{check_closed, solid};
 use crate::shape::{check_reach, placement};
 use crate::sources::Sources;
-use crate::spectrum::light_spectrum::lumens_per_watt_of_luminance_one;
-use crate::spectrum::upsampling::Upsampling;
-use snowblue_base::{KeyPath, narrow};
+use snowblue_base::KeyPath;
 
-/// Greatest strength of a light, in cd or lx.
-const MAX_STRENGTH: f64 = 1e15;
+/// Greatest number of materials that a note names.
+const MAX_NAMED: usize = 3;
 
 /// The parts of a scene that come from a glTF.
 #[derive(Default)]
@@ -55,24 +45,25 @@ pub(crate) struct GltfScene {
     pub(crate) notes: Vec<String>,
 }
 
-/// Reads a glTF with y turned to z; its materials that the description lacks are added to `materials`.
+/// Reads a glTF with y turned to z, around the local origin of the scene; its materials that the description lacks are added to `materials`.
 pub(crate) fn read_gltf(
     path: &KeyPath,
     name: &str,
     materials: &mut Vec<NamedMaterial>,
     sources: &Sources,
     integrator: IntegratorKind,
+    local_origin: DVec3,
 ) -> Result<GltfScene, SceneError> {
     check_formats(&sources.files.display_name(name))?;
     let file = GltfFile::read(sources.files, name).map_err(|error| sources.named(path, name, error))?;
     let wrong =
         |reason: String| SceneError::File(FileError::Content { path: sources.files.display_name(name), reason });
-    let nodes = file.nodes(DAffine3::from_mat3(Y_UP_TO_Z_UP))?;
+    let nodes = file.nodes(DAffine3::from_mat3_translation(Y_UP_TO_Z_UP, -local_origin))?;
     let mut meshes = BTreeMap::new();
     let mut objects = Vec::new();
     // Parts of meshes that are known to be closed.
     let mut closed = BTreeSet::new();
-    let mut notes = Vec::new();
+    let mut notes: Vec<String> = file.notes().iter().map(|note| format!("{path} is \"{name}\": {note}")).collect();
     let mut palette = Palette {
         file: &file,
         sources,
@@ -80,15 +71,21 @@ pub(crate) fn read_gltf(
         known: BTreeMap::new(),
         texture_bytes: 0.0,
         notes: Vec::new(),
+        unread: BTreeMap::new(),
     };
     for node in &nodes {
         let Some(number) = node.mesh() else { continue };
-        let parts = match meshes.entry(number) {
+        // The shape of a mesh depends on the weights of its morph targets.
+        let shape = (number, node.with_own_weights());
+        let parts = match meshes.entry(shape) {
             Entry::Occupied(known) => known.into_mut(),
             Entry::Vacant(fresh) => {
                 let mut parts = Vec::new();
-                for mut surface in file.surfaces(number)? {
+                for mut surface in file.surfaces(node)? {
                     let material = palette.index(surface.material, materials)?;
+                    if material >= palette.own && surface.mesh.attributes.contains_key("red") {
+                        palette.note("vertex colours", &materials[material].name);
+                    }
                     if materials[material].material.is_snow() {
                         let name = node.name();
                         let note = solid(&mut surface.mesh).map_err(|reason| wrong(format!("{name}: {reason}")))?;
@@ -105,23 +102,26 @@ pub(crate) fn read_gltf(
             let (name, material) = (node.name(), *material);
             let NamedMaterial { name: material_name, material: made_of } = &materials[material];
             let misfit = |reason| wrong(format!("{name} of material \"{material_name}\": {reason}"));
-            let placement =
-                placement(&(node.to_root * *to_original)).map_err(|reason| wrong(format!("{name}: {reason}")))?;
-            let instance = Instance::new(Arc::clone(mesh), placement);
-            let shape = Shape::Mesh(instance);
-            check_reach(&shape).map_err(|reason| wrong(format!("{name} {reason}")))?;
-            made_of.check(&shape).map_err(misfit)?;
+            for to_root in &node.instances {
+                let placement = placement(&(*to_root * *to_original));
+                let placement = placement.map_err(|reason| wrong(format!("{name}: {reason}")))?;
+                let instance = Instance::new(Arc::clone(mesh), placement);
+                let shape = Shape::Mesh(instance);
+                check_reach(&shape).map_err(|reason| wrong(format!("{name} {reason}")))?;
+                made_of.check(&shape).map_err(misfit)?;
+                objects.push(Object { name: name.clone(), shape, material, body: None, undisturbed: None });
+            }
             let must_be_closed = integrator.has_light_field() && made_of.is_snow();
-            if must_be_closed && closed.insert((number, part)) {
+            if must_be_closed && closed.insert((shape, part)) {
                 check_closed(mesh.triangles()).map_err(misfit)?;
             }
-            objects.push(Object { name, shape, material, body: None, undisturbed: None });
         }
     }
     notes.extend(palette.notes);
-    let lights = punctual_lights(&nodes);
-    let lights = lights.iter().map(|light| convert(light).map_err(wrong)).collect::<Result<_, _>>()?;
-    Ok(GltfScene { objects, view: view(&nodes), lights, notes })
+    notes.extend(palette.unread.into_iter().map(|(what, materials)| unread_note(what, &materials)));
+    let lights = lights(&nodes, &mut notes).map_err(wrong)?;
+    let view = view(&nodes, &mut notes);
+    Ok(GltfScene { objects, view, lights, notes })
 }
 
 /// A part of a mesh with one material.
@@ -146,6 +146,18 @@ struct Palette<'file> {
     texture_bytes: f64,
     /// Sentences on what is not read.
     notes: Vec<String>,
+    /// The names of materials with a property that is not read, by the property.
+    unread: BTreeMap<&'static str, Vec<String>>,
+}
+
+/// A sentence on a property of materials that is not read.
+fn unread_note(what: &str, materials: &[String]) -> String {
+    let names = materials.iter().take(MAX_NAMED).map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ");
+    let more = match materials.len().saturating_sub(MAX_NAMED) {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    format!("glTF materials are diffuse: {what} is not read of {names}{more}")
 }
 
 impl Palette<'_> {
@@ -155,15 +167,18 @@ impl Palette<'_> {
             return Ok(index);
         }
         // A glTF's default material is white.
-        let material = number.and_then(|number| gltf_material(self.file, number));
-        let name = material.as_ref().and_then(|material| material.name.clone());
+        let material = number.and_then(|number| self.file.document().materials().nth(number));
+        let name = material.as_ref().and_then(|material| material.name().map(str::to_owned));
         let own = name.as_ref().and_then(|name| materials[..self.own].iter().position(|other| other.name == *name));
         let index = match own {
             Some(index) => index,
             None => {
                 let name = name.unwrap_or_else(|| format!("glTF material {}", materials.len()));
                 let material = match &material {
-                    Some(material) => self.convert(&name, material)?,
+                    Some(material) => {
+                        unread(material).for_each(|what| self.note(what, &name));
+                        self.convert(&name, material)?
+                    }
                     None => Material::Diffuse(Diffuse::colored([1.0; 3], self.sources.upsampling), 1.0),
                 };
                 materials.push(NamedMaterial { name, material });
@@ -174,58 +189,36 @@ impl Palette<'_> {
         Ok(index)
     }
 
+    /// Adds a material to the materials with a property that is not read.
+    fn note(&mut self, what: &'static str, material: &str) {
+        let materials = self.unread.entry(what).or_default();
+        if !materials.iter().any(|name| name == material) {
+            materials.push(material.to_owned());
+        }
+    }
+
     /// Glass, if all light passes the material where it is opaque, else a diffuse material.
-    fn convert(&mut self, name: &str, material: &GltfMaterial) -> Result<Material, SceneError> {
+    fn convert(&mut self, name: &str, material: &gltf::Material) -> Result<Material, SceneError> {
         let paint = base_colour_texture(self.file, material, self.sources.files)?;
         self.texture_bytes += paint.as_ref().map_or(0.0, Texture::bytes);
         // Any number of materials may have the same image.
         check_total("its textures", self.texture_bytes).map_err(|reason| self.file.wrong(reason))?;
+        let [r, g, b, _] = material.pbr_metallic_roughness().base_color_factor();
+        let mut transmission = material.transmission().map_or(0.0, |found| found.transmission_factor());
         let mut note = |what: &str| self.notes.push(format!("glTF material \"{name}\" {what}"));
-        if material.has_transmission_texture {
+        if material.transmission().is_some_and(|found| found.transmission_texture().is_some()) {
             note("blocks light: its transmission has a texture, which is not read");
-        } else if material.transmission >= 1.0 {
-            if paint.is_some() || material.base_colour.iter().any(|factor| *factor < 1.0) {
+            transmission = 0.0;
+        } else if transmission >= 1.0 {
+            if paint.is_some() || [r, g, b].iter().any(|factor| *factor < 1.0) {
                 note("is clear glass: its colour is not read");
             }
-            return Ok(Material::Glass(Glass::new(material.ior.into())));
+            return Ok(Material::Glass(Glass::new(material.ior().unwrap_or(DEFAULT_INDEX).into())));
         }
-        let transmission = if material.has_transmission_texture { 0.0 } else { material.transmission };
         let (diffuse, opacity) = match paint {
             Some(texture) => (Diffuse::textured(texture, self.sources.upsampling), 1.0),
-            None => (Diffuse::colored(material.base_colour, self.sources.upsampling), material.opacity(1.0)),
+            None => (Diffuse::colored([r, g, b], self.sources.upsampling), opacity(material, 1.0)),
         };
         Ok(Material::Diffuse(diffuse, opacity * (1.0 - transmission)))
     }
-}
-
-/// A light of a glTF.
-fn convert(light: &PunctualLight) -> Result<Light, String> {
-    let LinearRgb { r, g, b } = light.colour;
-    let strength = match light.kind {
-        LightKind::Point { intensity_cd } | LightKind::Spot { intensity_cd, .. } => intensity_cd,
-        LightKind::Directional { illuminance_lx } => illuminance_lx,
-    };
-    if ![r, g, b, strength].iter().all(|value| (0.0..=MAX_STRENGTH).contains(value)) || light.colour.luminance() <= 0.0
-    {
-        let name = &light.name;
-        return Err(format!("light \"{name}\" is {strength} times {r}, {g}, {b}, but must be positive and finite"));
-    }
-    let emission =
-        Upsampling::daylight().spectrum([r, g, b].map(narrow)) * narrow(strength / lumens_per_watt_of_luminance_one());
-    let position = light.position;
-    Ok(match light.kind {
-        LightKind::Point { .. } => Light::new(PointLight { position, emission }),
-        LightKind::Spot { inner_cone_deg, outer_cone_deg, .. } => {
-            if inner_cone_deg >= outer_cone_deg {
-                return Err(format!(
-                    "spot \"{}\" has an inner cone of {inner_cone_deg}°, but must be below its outer cone of \
-                     {outer_cone_deg}°",
-                    light.name
-                ));
-            }
-            let cone = SpotCone::new(light.direction, narrow(inner_cone_deg), narrow(outer_cone_deg));
-            Light::new(SpotLight { position, cone, emission })
-        }
-        LightKind::Directional { .. } => Light::new(DirectionalLight { to_light: -light.direction, emission }),
-    })
 }

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use snowblue_base::KeyPath;
 use snowblue_geometry::instance::Instance;
 use snowblue_geometry::mesh_bvh::MeshBvh;
-use snowblue_geometry::mesh_files::read_mesh_from;
+use snowblue_geometry::mesh_files::{ReadMesh, read_mesh_from};
 use snowblue_geometry::shape::Shape;
 
 use super::closed::{check_closed, solid};
@@ -23,7 +23,7 @@ use crate::values::UpAxis;
 pub struct MeshDescription {
     /// A PLY, OBJ, STL, glTF or GLB file.
     pub mesh: String,
-    /// An object or group of an OBJ file, or a node or mesh of a glTF; the whole file if absent.
+    /// An object, group or material of an OBJ file, or a node or mesh of a glTF; the whole file if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub part: Option<String>,
     /// The axis that points upwards in the file; y in glTF and z in other formats if absent.
@@ -64,11 +64,12 @@ impl MeshDescription {
             Entry::Occupied(known) => known.into_mut(),
             Entry::Vacant(fresh) => {
                 let read = read_mesh_from(object.sources.files, file, part.as_deref());
-                let mut read = read.map_err(|error| object.sources.named(path, file, error))?;
+                let ReadMesh { mesh: mut read, mut notes } =
+                    read.map_err(|error| object.sources.named(path, file, error))?;
                 if object.is_snow {
-                    let note = solid(&mut read).map_err(|reason| path.error(format!("is \"{file}\": {reason}")))?;
-                    object.notes.extend(note.map(|note| format!("{path} is \"{file}\": {note}")));
+                    notes.extend(solid(&mut read).map_err(|reason| path.error(format!("is \"{file}\": {reason}")))?);
                 }
+                object.notes.extend(notes.into_iter().map(|note| format!("{path} is \"{file}\": {note}")));
                 let centred = read.centred();
                 let mesh = if *smooth { centred.mesh.smooth() } else { centred.mesh.flat() };
                 let (mesh, to_original) = (Arc::new(MeshBvh::new(mesh)), centred.to_original);

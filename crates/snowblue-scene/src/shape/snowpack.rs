@@ -11,7 +11,7 @@ use snowblue_base::files::extension;
 use snowblue_base::toml_table::Table;
 use snowblue_base::{KeyError, KeyPath, Number, Numbers, ParameterRange, ParseError, quantities};
 use snowblue_geometry::mesh_bvh::MeshBvh;
-use snowblue_geometry::mesh_files::{MESH_EXTENSIONS, read_mesh_from};
+use snowblue_geometry::mesh_files::{MESH_EXTENSIONS, ReadMesh, read_mesh_from};
 use snowblue_geometry::ray::MeshLocation;
 use snowblue_geometry::triangle_mesh::TriangleMesh;
 use snowblue_shapes::height_field::Heights;
@@ -60,7 +60,7 @@ pub struct SnowpackDescription {
     #[serde(flatten, skip_deserializing)]
     #[schemars(!skip_deserializing)]
     pub grid: GridSettings,
-    /// An object or group of an OBJ file, or a node or mesh of a glTF; the whole file if absent.
+    /// An object, group or material of an OBJ file, or a node or mesh of a glTF; the whole file if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub part: Option<String>,
     /// The axis that points upwards in a mesh file; y in glTF and z in other formats if absent.
@@ -185,7 +185,8 @@ impl ShapeKeys for SnowpackDescription {
             if let Some(key) = self.grid.first_key() {
                 return Err(path.key(key).error("is of heights, but the ground is a mesh").into());
             }
-            return Ok(object.place(self.on_mesh(path, file, object.sources)?)?.into());
+            let snow = self.on_mesh(path, file, object)?;
+            return Ok(object.place(snow)?.into());
         }
         let of_meshes =
             [("part", self.part.is_some()), ("up", self.up.is_some()), ("slide_deg", self.slide_deg.is_some())];
@@ -218,10 +219,12 @@ impl ShapeKeys for SnowpackDescription {
 
 impl SnowpackDescription {
     /// Snow on a mesh.
-    fn on_mesh(&self, path: &KeyPath, file: &str, sources: &Sources) -> Result<TriangleMesh, SceneError> {
+    fn on_mesh(&self, path: &KeyPath, file: &str, object: &mut ObjectContext) -> Result<TriangleMesh, SceneError> {
         let key = path.key("ground");
-        let read = read_mesh_from(sources.files, file, self.part.as_deref());
-        let read = read.map_err(|error| sources.named(&key, file, error))?;
+        let read = read_mesh_from(object.sources.files, file, self.part.as_deref());
+        let ReadMesh { mesh: read, notes } = read.map_err(|error| object.sources.named(&key, file, error))?;
+        object.notes.extend(notes.into_iter().map(|note| format!("{key} is \"{file}\": {note}")));
+        let sources = object.sources;
         let mut mesh = TriangleMesh::default();
         let wrong = |reason: String| key.error(format!("is \"{file}\", which {reason}"));
         mesh.append(&read, &upright(file, self.up)).map_err(wrong)?;

@@ -1,21 +1,36 @@
 //! Checks of a glTF.
 //!
-//! [`valid`] checks the conditions under which the `gltf` crate does not panic, since it unwraps: all indices are in
-//! range, and everything that a part requires is present. [`numbers`]: accessors are read from buffers with all
-//! lengths checked (glTF 2.0 specification, section 3.6, Khronos Group 2021).
+//! [`valid`] refuses files that require extensions that are not read. It checks the conditions under which the `gltf`
+//! crate does not panic, since it unwraps: all indices are in range, and everything that a part requires is present.
+//! [`numbers`]: accessors are read from buffers with all lengths checked (glTF 2.0 specification, section 3.6, Khronos
+//! Group 2021). The readers of the crate check less, and take integers for single-precision numbers.
 
+use gltf::accessor::sparse::IndexType;
 use gltf::accessor::{DataType, Dimensions};
+use gltf::buffer::View;
 use gltf::json::Root;
 use gltf::json::camera::Type;
 use gltf::json::mesh::Semantic;
 use gltf::json::validation::{Checked, Validate};
 use gltf::{Accessor, Document, Gltf};
+use snowblue_base::files::{check_memory, decode_text, one_line};
 
 /// Length of the header of a GLB, in bytes: three numbers of 32 bits. The last number is the length of the file.
 const GLB_HEADER: usize = 12;
 
 /// Greatest number of mistakes that a message names.
 const MAX_NAMED: usize = 3;
+
+/// The extensions that are read, and an extension that only says which triangles were a polygon.
+pub(super) const READ_EXTENSIONS: [&str; 7] = [
+    "EXT_mesh_gpu_instancing",
+    "FB_ngon_encoding",
+    "KHR_lights_punctual",
+    "KHR_materials_ior",
+    "KHR_materials_transmission",
+    "KHR_mesh_quantization",
+    "KHR_texture_transform",
+];
 
 /// Reads a glTF or GLB, such that access to its parts does not panic.
 pub(super) fn valid(bytes: &[u8]) -> Result<Gltf, String> {
@@ -25,8 +40,16 @@ pub(super) fn valid(bytes: &[u8]) -> Result<Gltf, String> {
             return Err(format!("its length is {length} bytes, but must be at least {GLB_HEADER} bytes"));
         }
     }
-    let Gltf { document, blob } = Gltf::from_slice_without_validation(bytes).map_err(|error| one_line(&error))?;
-    let root = document.into_json();
+    let read = if bytes.starts_with(b"glTF") {
+        Gltf::from_slice_without_validation(bytes)
+    } else {
+        Gltf::from_slice_without_validation(decode_text(bytes).as_bytes())
+    };
+    let Gltf { document, blob } = read.map_err(|error| one_line(&error.to_string()))?;
+    let mut root = document.into_json();
+    check_required(&root)?;
+    // The crate refuses extensions that it does not know.
+    root.extensions_required.clear();
     // The crate's own validation looks up this accessor without a check.
     check_positions(&root)?;
     let (mut named, mut count) = (Vec::new(), 0);
@@ -45,8 +68,18 @@ pub(super) fn valid(bytes: &[u8]) -> Result<Gltf, String> {
     Ok(Gltf { document: Document::from_json_without_validation(root), blob })
 }
 
-fn one_line(error: &gltf::Error) -> String {
-    error.to_string().split_whitespace().collect::<Vec<_>>().join(" ")
+/// Refuses extensions without which the file has another meaning, and says how to write the file without them.
+fn check_required(root: &Root) -> Result<(), String> {
+    let unknown = root.extensions_required.iter().find(|name| !READ_EXTENSIONS.contains(&name.as_str()));
+    let Some(name) = unknown else { return Ok(()) };
+    let way_out = match name.as_str() {
+        "KHR_draco_mesh_compression" => "export it from Blender with Data > Compression switched off",
+        "EXT_meshopt_compression" | "KHR_meshopt_compression" => "run `gltfpack` without `-c`, `-cc` and `-cz`",
+        "KHR_texture_basisu" => "run `gltfpack` without `-tc`, with textures as PNG or JPEG",
+        "EXT_texture_webp" | "EXT_texture_avif" => "write its textures as PNG or JPEG (in Blender: Images > Automatic)",
+        _ => "export it without this extension",
+    };
+    Err(format!("it requires the extension {name}, which is not read: {way_out}"))
 }
 
 fn check_positions(root: &Root) -> Result<(), String> {
@@ -87,44 +120,83 @@ fn check_cameras(root: &Root) -> Result<(), String> {
     }
 }
 
-/// The numbers of an accessor, element by element. Normalised integers become fractions of 1.
+/// The numbers of an accessor, element by element. Normalised integers become fractions of 1. Without data, numbers
+/// are 0; a sparse accessor replaces some of its elements.
 ///
 /// # Errors
 ///
-/// When the elements have other dimensions or reach beyond the end of their buffer, or when the accessor is sparse,
-/// which is not supported.
+/// When the elements have other dimensions or reach beyond the end of their buffer, or take too much memory.
 pub(super) fn numbers(accessor: &Accessor, dimensions: Dimensions, buffers: &[Vec<u8>]) -> Result<Vec<f64>, String> {
-    let number = accessor.index();
-    let wrong = |reason: &str| format!("accessor {number} {reason}");
-    if accessor.sparse().is_some() {
-        return Err(wrong("is sparse, which is not supported"));
-    }
+    let wrong = |reason: &str| format!("accessor {} {reason}", accessor.index());
     if accessor.dimensions() != dimensions {
-        let (found, wanted) = (accessor.dimensions(), dimensions);
-        return Err(format!("accessor {number} has elements of type {found:?}, but must have {wanted:?}"));
+        let found = accessor.dimensions();
+        return Err(wrong(&format!("has elements of type {found:?}, but must have {dimensions:?}")));
     }
-    let view = accessor.view().ok_or_else(|| wrong("has no data"))?;
+    let width = dimensions.multiplicity();
+    let own = Elements { kind: accessor.data_type(), is_normalized: accessor.normalized(), width, buffers };
     let beyond = || wrong("reaches beyond the end of its buffer: the file is truncated or malformed");
-    let part = buffers
-        .get(view.buffer().index())
-        .and_then(|buffer| buffer.get(view.offset()..view.offset().checked_add(view.length())?))
-        .ok_or_else(beyond)?;
-    let (size, width) = (accessor.size(), accessor.data_type().size());
-    let stride = view.stride().unwrap_or(size);
-    let end =
-        accessor.count().saturating_sub(1).checked_mul(stride).and_then(|last| {
-            last.checked_add(accessor.offset())?.checked_add(if accessor.count() > 0 { size } else { 0 })
-        });
-    if end.is_none_or(|end| end > part.len()) {
-        return Err(beyond());
-    }
-    let mut values = Vec::with_capacity(accessor.count() * dimensions.multiplicity());
-    for element in 0..accessor.count() {
-        let start = accessor.offset() + element * stride;
-        let bytes = &part[start..start + size];
-        values.extend(bytes.chunks_exact(width).map(|bytes| value(bytes, accessor.data_type(), accessor.normalized())));
+    let read = |elements: Elements, view, offset, count| elements.read(&view, offset, count).ok_or_else(beyond);
+    let mut values = match accessor.view() {
+        Some(view) => read(own, view, accessor.offset(), accessor.count())?,
+        None => {
+            let count = accessor.count().saturating_mul(width);
+            check_memory("its numbers", 8.0 * count as f64, buffers.iter().map(Vec::len).sum())
+                .map_err(|reason| wrong(&format!("is too large: {reason}")))?;
+            vec![0.0; count]
+        }
+    };
+    if let Some(sparse) = accessor.sparse() {
+        let kind = match sparse.indices().index_type() {
+            IndexType::U8 => DataType::U8,
+            IndexType::U16 => DataType::U16,
+            IndexType::U32 => DataType::U32,
+        };
+        let index = Elements { kind, is_normalized: false, width: 1, buffers };
+        let indices = read(index, sparse.indices().view(), sparse.indices().offset(), sparse.count())?;
+        let replaced = read(own, sparse.values().view(), sparse.values().offset(), sparse.count())?;
+        for (index, element) in indices.into_iter().zip(replaced.chunks_exact(width)) {
+            let place = values.chunks_exact_mut(width).nth(whole(index) as usize);
+            place.ok_or_else(|| wrong(&format!("replaces element {index}, but has fewer")))?.copy_from_slice(element);
+        }
     }
     Ok(values)
+}
+
+/// An index that was read as a number.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "indices are unsigned integers of at most 32 bits"
+)]
+pub(super) fn whole(index: f64) -> u32 {
+    index as u32
+}
+
+/// How elements lie in buffers.
+#[derive(Clone, Copy)]
+struct Elements<'file> {
+    kind: DataType,
+    is_normalized: bool,
+    /// Numbers of an element.
+    width: usize,
+    buffers: &'file [Vec<u8>],
+}
+
+impl Elements<'_> {
+    /// The numbers of `count` elements from `offset` in a view; none if they reach beyond the end of their buffer.
+    fn read(self, view: &View, offset: usize, count: usize) -> Option<Vec<f64>> {
+        let buffer = self.buffers.get(view.buffer().index())?;
+        let part = buffer.get(view.offset()..view.offset().checked_add(view.length())?)?;
+        let size = self.kind.size() * self.width;
+        let stride = view.stride().unwrap_or(size);
+        let Some(last) = count.checked_sub(1) else { return Some(Vec::new()) };
+        if last.checked_mul(stride)?.checked_add(offset)?.checked_add(size)? > part.len() {
+            return None;
+        }
+        let elements =
+            (0..count).flat_map(|element| part[offset + element * stride..][..size].chunks_exact(self.kind.size()));
+        Some(elements.map(|bytes| value(bytes, self.kind, self.is_normalized)).collect())
+    }
 }
 
 fn value(bytes: &[u8], kind: DataType, normalized: bool) -> f64 {

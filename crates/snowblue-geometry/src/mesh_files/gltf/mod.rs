@@ -2,9 +2,11 @@
 //! transforms, and meshes. All other content of a file, such as materials, cameras and lights, is in its
 //! [document](GltfFile::document).
 //!
-//! Reads triangles with `POSITION`, `NORMAL`, `TEXCOORD_0`, `TEXCOORD_1` (attributes `lightmap_u`, `lightmap_v`),
-//! `COLOR_0` (`red`, `green`, `blue`) and application-specific scalar attributes, whose names begin with an underscore.
-//! Ignores points and lines, skins and morph targets.
+//! Reads triangles with `POSITION`, `NORMAL`, `TEXCOORD_1` (attributes `lightmap_u`, `lightmap_v`), `COLOR_0` (`red`,
+//! `green`, `blue`) and application-specific scalar attributes, whose names begin with an underscore. Texture
+//! coordinates are the coordinates of the base colour texture, transformed by KHR_texture_transform, or else
+//! `TEXCOORD_0`. Morph targets have the default weights. EXT_mesh_gpu_instancing places a mesh several times.
+//! [`notes`](GltfFile::notes) names what is not read.
 
 mod checked;
 
@@ -13,20 +15,27 @@ use std::path::{Path, PathBuf};
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use glam::{DAffine3, DMat3, DMat4, DVec3, Vec2, Vec3};
+use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3, Mat2, Vec2, Vec3};
 use gltf::accessor::Dimensions;
+use gltf::json::Value;
 use gltf::mesh::Mode;
-use gltf::{Document, Gltf, Image, Node, Primitive, Semantic};
+use gltf::texture::{Info, TextureTransform};
+use gltf::{Accessor, Document, Gltf, Image, Node, Primitive, Semantic};
 
+use crate::mesh_files::faces::strip;
 use crate::triangle_mesh::{SECOND_UV, TriangleMesh};
 use crate::vertex_normals::VertexNormals;
+use percent_encoding::percent_decode_str;
 use snowblue_base::narrow;
 
-use checked::{numbers, valid};
-use snowblue_base::files::{FileError, FileSource, FilesIn, NamedFile, check_memory, check_total, name_beside};
+use checked::{READ_EXTENSIONS, numbers, valid, whole};
+use snowblue_base::files::{FileError, FileSource, NamedFile, check_memory, check_total, name_beside};
 
 /// Maps the axes of glTF (y up, z towards the viewer) to the axes of a scene (z up, y away from the viewer).
 pub const Y_UP_TO_Z_UP: DMat3 = DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::NEG_Y);
+
+/// Memory of an instance of a mesh in a scene, in bytes.
+const BYTES_PER_INSTANCE: f64 = 512.0;
 
 /// A glTF file with its buffers.
 #[derive(Debug)]
@@ -46,6 +55,8 @@ pub struct PlacedNode<'file> {
     pub node: Node<'file>,
     /// Maps the node's coordinates to the coordinates of the scene.
     pub to_root: DAffine3,
+    /// Maps the coordinates of the node's mesh to the coordinates of the scene, for each instance of the mesh.
+    pub instances: Vec<DAffine3>,
     /// Whether the node, its mesh or an ancestor has the requested name.
     named: bool,
 }
@@ -70,23 +81,19 @@ impl PlacedNode<'_> {
     pub fn mesh(&self) -> Option<usize> {
         self.node.mesh().map(|mesh| mesh.index())
     }
+
+    /// Index of the node, if the weights of the morph targets of its mesh are its own.
+    pub fn with_own_weights(&self) -> Option<usize> {
+        self.node.weights().map(|_| self.node.index())
+    }
 }
 
 impl GltfFile {
-    /// Reads a `.gltf` or `.glb` file and its buffers.
+    /// Reads a `.gltf` or `.glb` file and its buffers. Buffer names are relative to the file's own name.
     ///
     /// # Errors
     ///
     /// When a file cannot be read, or is truncated or malformed.
-    pub fn open(path: &Path) -> Result<Self, FileError> {
-        Self::read(&FilesIn::beside(path), &path.file_name().unwrap_or_default().to_string_lossy())
-    }
-
-    /// Reads a file and its buffers from a source of files. Buffer names are relative to the file's own name.
-    ///
-    /// # Errors
-    ///
-    /// As [`open`](Self::open).
     pub fn read(files: &dyn FileSource, name: &str) -> Result<Self, FileError> {
         let NamedFile { path, bytes } = NamedFile::read(files, name)?;
         let wrong = |reason: String| FileError::Content { path: path.clone(), reason };
@@ -121,6 +128,7 @@ impl GltfFile {
         let mut pending: Vec<_> = scene.nodes().map(|node| (node, root, name.is_none())).collect();
         pending.reverse();
         let mut visited = vec![false; self.gltf.nodes().len()];
+        let mut instance_count = 0;
         while let Some((node, parent, named)) = pending.pop() {
             let index = node.index();
             if std::mem::replace(&mut visited[index], true) {
@@ -132,12 +140,67 @@ impl GltfFile {
             let named = named || mesh_named || (name.is_some() && node.name() == name);
             let children: Vec<_> = node.children().collect();
             pending.extend(children.into_iter().rev().map(|child| (child, to_root, named)));
-            nodes.push(PlacedNode { node, to_root, named });
+            let instances = self.instances(&node, to_root, instance_count);
+            let instances = instances.map_err(|reason| self.wrong(format!("node {index}: {reason}")))?;
+            instance_count += instances.len();
+            nodes.push(PlacedNode { node, to_root, instances, named });
         }
         // Nodes share a mesh.
         let meshes: BTreeSet<usize> = nodes.iter().filter_map(PlacedNode::mesh).collect();
         self.check_mesh_memory("its meshes", meshes.into_iter())?;
         Ok(nodes)
+    }
+
+    /// The places of the mesh of a node (Khronos Group 2022, EXT_mesh_gpu_instancing), which come after `others`.
+    fn instances(&self, node: &Node, to_root: DAffine3, others: usize) -> Result<Vec<DAffine3>, String> {
+        let Some(extension) = node.extension_value("EXT_mesh_gpu_instancing") else { return Ok(vec![to_root]) };
+        let attributes = &extension["attributes"];
+        let translations = self.of_instances(attributes, "TRANSLATION", Dimensions::Vec3)?;
+        let rotations = self.of_instances(attributes, "ROTATION", Dimensions::Vec4)?;
+        let scales = self.of_instances(attributes, "SCALE", Dimensions::Vec3)?;
+        let lengths = [translations.len(), rotations.len(), scales.len()];
+        let count = lengths.into_iter().max().unwrap_or(0);
+        if count == 0 || lengths.iter().any(|length| ![0, count].contains(length)) {
+            return Err("the attributes of its instances are missing, or differ in their numbers".into());
+        }
+        check_memory("all instances", (others + count) as f64 * BYTES_PER_INSTANCE, self.size)?;
+        let place = |number: usize| {
+            let translation = translations.get(number).map_or(DVec3::ZERO, |own| DVec3::from_array(*own));
+            let rotation = rotations.get(number).map_or(DQuat::IDENTITY, |own| DQuat::from_array(*own).normalize());
+            let scale = scales.get(number).map_or(DVec3::ONE, |own| DVec3::from_array(*own));
+            to_root * DAffine3::from_scale_rotation_translation(scale, rotation, translation)
+        };
+        Ok((0..count).map(place).collect())
+    }
+
+    /// An attribute of instances; empty if they lack it.
+    fn of_instances<const WIDTH: usize>(
+        &self,
+        attributes: &Value,
+        name: &str,
+        dimensions: Dimensions,
+    ) -> Result<Vec<[f64; WIDTH]>, String> {
+        let Some(index) = attributes.get(name) else { return Ok(Vec::new()) };
+        let number = index.as_u64().and_then(|number| usize::try_from(number).ok());
+        let accessor = number.and_then(|number| self.gltf.accessors().nth(number));
+        let accessor =
+            accessor.ok_or_else(|| format!("{name} of its instances is accessor {index}, which is missing"))?;
+        Ok(numbers(&accessor, dimensions, &self.buffers)?.as_chunks().0.to_vec())
+    }
+
+    /// Sentences on content of the file that changes shapes or light, but is not read.
+    pub fn notes(&self) -> Vec<String> {
+        let primitives = || self.gltf.meshes().flat_map(|mesh| mesh.primitives());
+        let unread = self.gltf.extensions_used().filter(|name| !READ_EXTENSIONS.contains(name));
+        let unread: Vec<&str> = unread.collect();
+        let lines = primitives().filter(|primitive| triangles(primitive.mode(), &[0; 3]).is_empty()).count();
+        let notes = [
+            (!unread.is_empty(), format!("extensions that are not read: {}", unread.join(", "))),
+            (self.gltf.skins().len() > 0, "skins are not read: meshes have their shape without a pose".into()),
+            (self.gltf.animations().len() > 0, "animations are not read: nodes are in their default places".into()),
+            (lines > 0, format!("points and lines have no area and are left out: {lines} primitives")),
+        ];
+        notes.into_iter().filter(|(is_so, _)| *is_so).map(|(_, note)| note).collect()
     }
 
     /// Refuses meshes, given by their indices, that take too much memory together.
@@ -159,11 +222,14 @@ impl GltfFile {
         let mut found = false;
         let mut nodes = self.nodes_named(DAffine3::IDENTITY, part)?;
         nodes.retain(|node| node.named);
-        self.check_mesh_memory("the meshes of its nodes", nodes.iter().filter_map(PlacedNode::mesh))?;
+        let copies = nodes.iter().flat_map(|node| node.instances.iter().filter_map(|_| node.mesh()));
+        self.check_mesh_memory("the meshes of its nodes", copies)?;
         for node in &nodes {
             found = true;
-            for surface in node.mesh().map_or_else(|| Ok(Vec::new()), |mesh| self.surfaces(mesh))? {
-                whole.append(&surface.mesh, &node.to_root).map_err(|reason| self.wrong(reason))?;
+            for surface in self.surfaces(node)? {
+                for to_root in &node.instances {
+                    whole.append(&surface.mesh, to_root).map_err(|reason| self.wrong(reason))?;
+                }
             }
         }
         match part {
@@ -172,16 +238,18 @@ impl GltfFile {
         }
     }
 
-    /// The triangles of a mesh in object space, grouped by material.
+    /// The triangles of the mesh of a node in object space, grouped by material; none without a mesh.
     ///
     /// # Errors
     ///
     /// When the mesh data are malformed or missing.
-    pub fn surfaces(&self, mesh: usize) -> Result<Vec<GltfSurface>, FileError> {
+    pub fn surfaces(&self, node: &PlacedNode) -> Result<Vec<GltfSurface>, FileError> {
         let mut surfaces: Vec<GltfSurface> = Vec::new();
-        for primitive in self.gltf.meshes().nth(mesh).into_iter().flat_map(|mesh| mesh.primitives()) {
-            let triangles =
-                self.primitive(&primitive).map_err(|reason| self.wrong(format!("mesh {mesh}: {reason}")))?;
+        let Some(mesh) = node.node.mesh() else { return Ok(surfaces) };
+        let weights = node.node.weights().or(mesh.weights()).unwrap_or_default();
+        for primitive in mesh.primitives() {
+            let triangles = self.primitive(&primitive, weights);
+            let triangles = triangles.map_err(|reason| self.wrong(format!("mesh {}: {reason}", mesh.index())))?;
             let material = primitive.material().index();
             match surfaces.iter_mut().find(|surface| surface.material == material) {
                 Some(surface) => {
@@ -194,19 +262,18 @@ impl GltfFile {
         Ok(surfaces)
     }
 
-    fn primitive(&self, primitive: &Primitive) -> Result<TriangleMesh, String> {
-        let read = |accessor, dimensions| numbers(&accessor, dimensions, &self.buffers);
+    fn primitive(&self, primitive: &Primitive, weights: &[f32]) -> Result<TriangleMesh, String> {
+        let read = |accessor: &Accessor<'_>, dimensions| numbers(accessor, dimensions, &self.buffers);
         let positions = primitive.get(&Semantic::Positions).ok_or("there are no positions")?;
-        let vectors = |numbers: Vec<f64>| -> Vec<Vec3> {
-            numbers.chunks_exact(3).map(|p| Vec3::new(narrow(p[0]), narrow(p[1]), narrow(p[2]))).collect()
-        };
-        let positions = vectors(read(positions, Dimensions::Vec3)?);
+        let targets = || primitive.morph_targets().zip(weights).filter(|(_, weight)| **weight != 0.0);
+        let moves = targets().map(|(target, weight)| (target.positions(), *weight));
+        let positions = self.vectors(&positions, moves)?;
         if let Some(value) = positions.iter().flat_map(|position| position.to_array()).find(|value| !value.is_finite())
         {
             return Err(format!("a coordinate is {value}, but must be finite"));
         }
         let indices: Vec<u32> = match primitive.indices() {
-            Some(accessor) => read(accessor, Dimensions::Scalar)?.into_iter().map(whole).collect(),
+            Some(accessor) => read(&accessor, Dimensions::Scalar)?.into_iter().map(whole).collect(),
             None => (0..u32::try_from(positions.len()).map_err(|_| "there are too many vertices")?).collect(),
         };
         if let Some(index) = indices.iter().find(|&&index| index as usize >= positions.len()) {
@@ -215,18 +282,11 @@ impl GltfFile {
                 positions.len()
             ));
         }
-        let uv = match primitive.get(&Semantic::TexCoords(0)) {
-            Some(accessor) => {
-                let values = read(accessor, Dimensions::Vec2)?;
-                // The origin of glTF is the upper left corner of the image, ours the lower left.
-                values.chunks_exact(2).map(|uv| Vec2::new(narrow(uv[0]), narrow(1.0 - uv[1]))).collect()
-            }
-            None => Vec::new(),
-        };
         let normals = match primitive.get(&Semantic::Normals) {
-            Some(accessor) => vectors(read(accessor, Dimensions::Vec3)?),
+            Some(accessor) => self.vectors(&accessor, targets().map(|(target, weight)| (target.normals(), *weight)))?,
             None => Vec::new(),
         };
+        let uv = self.texture_coordinates(primitive)?;
         let mut attributes = BTreeMap::new();
         for (semantic, accessor) in primitive.attributes() {
             let kind = accessor.dimensions();
@@ -238,7 +298,7 @@ impl GltfFile {
                 (Semantic::TexCoords(1), Dimensions::Vec2) => SECOND_UV.map(str::to_owned).into(),
                 _ => continue,
             };
-            let values = read(accessor, kind)?;
+            let values = read(&accessor, kind)?;
             for (channel, name) in names.into_iter().enumerate() {
                 let channel = values.chunks_exact(kind.multiplicity()).map(|element| narrow(element[channel]));
                 attributes.insert(name, channel.collect());
@@ -254,6 +314,43 @@ impl GltfFile {
         }
         let indices = triangles(primitive.mode(), &indices);
         Ok(TriangleMesh { positions, indices, uv, normals: VertexNormals::new(normals), attributes })
+    }
+
+    /// The vectors of an accessor, to which morph targets add in proportion to their weights.
+    fn vectors<'file>(
+        &self,
+        base: &Accessor,
+        targets: impl Iterator<Item = (Option<Accessor<'file>>, f32)>,
+    ) -> Result<Vec<Vec3>, String> {
+        let mut all = numbers(base, Dimensions::Vec3, &self.buffers)?;
+        for (accessor, weight) in targets.filter_map(|(accessor, weight)| Some((accessor?, weight))) {
+            let added = numbers(&accessor, Dimensions::Vec3, &self.buffers)?;
+            if added.len() != all.len() {
+                return Err("a morph target has another number of vertices".into());
+            }
+            all.iter_mut().zip(added).for_each(|(value, added)| *value += f64::from(weight) * added);
+        }
+        Ok(all.as_chunks().0.iter().map(|vector| DVec3::from_array(*vector).as_vec3()).collect())
+    }
+
+    /// The coordinates in the texture of the base colour, or else `TEXCOORD_0`; empty without coordinates.
+    fn texture_coordinates(&self, primitive: &Primitive) -> Result<Vec<Vec2>, String> {
+        let texture = primitive.material().pbr_metallic_roughness().base_color_texture();
+        let transform = texture.as_ref().and_then(Info::texture_transform);
+        let set = transform.as_ref().and_then(TextureTransform::tex_coord).or(texture.as_ref().map(Info::tex_coord));
+        let Some(accessor) = primitive.get(&Semantic::TexCoords(set.unwrap_or(0))) else { return Ok(Vec::new()) };
+        let (offset, rotation, scale) =
+            transform.map_or(([0.0; 2], 0.0, [1.0; 2]), |found| (found.offset(), found.rotation(), found.scale()));
+        // A rotation is counter-clockwise as seen in the image, unlike the matrix in the text of KHR_texture_transform
+        // (github.com/KhronosGroup/glTF/issues/1563).
+        let turn = Mat2::from_angle(-rotation);
+        let to_image = |[u, v]: [f64; 2]| {
+            let Vec2 { x, y } = turn * (Vec2::from(scale) * Vec2::new(narrow(u), narrow(v))) + Vec2::from(offset);
+            // The origin of glTF is the upper left corner of the image, ours the lower left.
+            Vec2::new(x, 1.0 - y)
+        };
+        let values = numbers(&accessor, Dimensions::Vec2, &self.buffers)?;
+        Ok(values.as_chunks().0.iter().copied().map(to_image).collect())
     }
 
     /// The whole content of the file. Every index in it is in range, and everything that a part requires is present.
@@ -291,7 +388,7 @@ impl GltfFile {
 /// Greatest memory of the triangles of a primitive, in bytes: the numbers of its accessors in double precision and as
 /// they are used.
 fn bytes_of(primitive: &Primitive) -> f64 {
-    let numbers = |accessor: gltf::Accessor| accessor.count() as f64 * accessor.dimensions().multiplicity() as f64;
+    let numbers = |accessor: Accessor| accessor.count() as f64 * accessor.dimensions().multiplicity() as f64;
     let indices = primitive.indices().map_or(0.0, numbers);
     let attributes: f64 = primitive.attributes().map(|(_, accessor)| numbers(accessor)).sum();
     16.0 * (indices + attributes)
@@ -301,28 +398,13 @@ fn bytes_of(primitive: &Primitive) -> f64 {
 fn triangles(mode: Mode, indices: &[u32]) -> Vec<[u32; 3]> {
     match mode {
         Mode::Triangles => indices.chunks_exact(3).map(|corner| [corner[0], corner[1], corner[2]]).collect(),
-        Mode::TriangleStrip => {
-            let turned = |(number, corner): (usize, &[u32])| {
-                let (second, third) = if number % 2 == 0 { (1, 2) } else { (2, 1) };
-                [corner[0], corner[second], corner[third]]
-            };
-            indices.windows(3).enumerate().map(turned).collect()
-        }
+        Mode::TriangleStrip => strip(indices).collect(),
         Mode::TriangleFan => match indices {
             [centre, rim @ ..] => rim.windows(2).map(|pair| [*centre, pair[0], pair[1]]).collect(),
             [] => Vec::new(),
         },
         Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip => Vec::new(),
     }
-}
-
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "accessors hold unsigned integers of at most 32 bits"
-)]
-fn whole(index: f64) -> u32 {
-    index as u32
 }
 
 /// The files that a glTF names.
@@ -357,11 +439,204 @@ impl Neighbours<'_> {
     fn uri(&self, uri: &str, what: &str) -> Result<Vec<u8>, FileError> {
         let wrong = |reason: String| FileError::Content { path: self.path.into(), reason: format!("{what} {reason}") };
         let Some(data) = uri.strip_prefix("data:") else {
-            let name = name_beside(self.name, &uri.replace("%20", " "));
+            let name = name_beside(self.name, &percent_decode_str(uri).decode_utf8_lossy());
             return NamedFile::read(self.files, &name).map(|file| file.bytes);
         };
         let text = data.split_once(";base64,").map(|(_, text)| text);
         let text = text.ok_or_else(|| wrong("must be encoded as base64".into()))?;
         STANDARD.decode(text).map_err(|error| wrong(format!("is not base64: {error}")))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use snowblue_base::files::FilesInMemory;
+
+    /// Accessor 0 of [`read`]: the corners of a triangle, in m.
+    const CORNERS: [[f32; 3]; 3] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    /// A mesh of the triangle.
+    const MESHES: &str = r#""meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}]"#;
+    /// A node with the mesh.
+    const NODES: &str = r#""nodes":[{"mesh":0}]"#;
+
+    fn bytes(numbers: &[f32]) -> Vec<u8> {
+        numbers.iter().flat_map(|number| number.to_le_bytes()).collect()
+    }
+
+    /// Reads a file with further content. Accessors after the triangle are given by their bytes and keys, and accessor
+    /// N has buffer view N, unless it has no bytes.
+    fn read(content: &[&str], accessors: &[(Vec<u8>, &str)]) -> Result<GltfFile, String> {
+        let corners = r#""componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]"#;
+        let all = [&[(bytes(CORNERS.as_flattened()), corners)], accessors].concat();
+        let (mut data, mut views, mut of_views) = (Vec::new(), Vec::new(), Vec::new());
+        for (number, (bytes, keys)) in all.into_iter().enumerate() {
+            views.push(format!(r#"{{"buffer":0,"byteOffset":{},"byteLength":{}}}"#, data.len(), bytes.len().max(1)));
+            let view = if bytes.is_empty() { String::new() } else { format!(r#""bufferView":{number},"#) };
+            of_views.push(format!("{{{view}{keys}}}"));
+            data.extend(bytes);
+            data.resize(data.len().next_multiple_of(4), 0);
+        }
+        let text = format!(
+            r#"{{"asset":{{"version":"2.0"}},"scenes":[{{"nodes":[0]}}],{},"bufferViews":[{}],"accessors":[{}],
+            "buffers":[{{"byteLength":{},"uri":"gel%C3%A4nde%20%231.bin"}}]}}"#,
+            content.join(","),
+            views.join(","),
+            of_views.join(","),
+            data.len()
+        );
+        // The byte order mark is allowed in files, though not in glTF.
+        let files = FilesInMemory::from([("a.gltf", format!("\u{feff}{text}").into_bytes()), ("gelände #1.bin", data)]);
+        GltfFile::read(&files, "a.gltf").map_err(|error| error.to_string())
+    }
+
+    fn positions(content: &[&str], accessors: &[(Vec<u8>, &str)]) -> Vec<Vec3> {
+        read(content, accessors).unwrap().mesh(None).unwrap().positions
+    }
+
+    fn assert_near(found: &[Vec3], expected: &[[f32; 3]]) {
+        assert_eq!(found.len(), expected.len(), "{found:?}");
+        let near = found.iter().zip(expected).all(|(one, other)| one.abs_diff_eq(Vec3::from_array(*other), 1e-6));
+        assert!(near, "{found:?} for {expected:?}");
+    }
+
+    #[test]
+    fn a_mesh_is_placed_at_each_of_its_instances() {
+        // The second instance is turned by 90° about z and twice as large. The node moves both by (0, 0, 5).
+        let nodes = r#""nodes":[{"mesh":0,"translation":[0,0,5],"extensions":{"EXT_mesh_gpu_instancing":
+            {"attributes":{"TRANSLATION":1,"ROTATION":2,"SCALE":3}}}}],
+            "extensionsRequired":["EXT_mesh_gpu_instancing"]"#;
+        let vectors = r#""componentType":5126,"count":2,"type":"VEC3""#;
+        let half = 0.5f32.sqrt();
+        let instances = [
+            (bytes(&[0.0, 0.0, 0.0, 10.0, 0.0, 0.0]), vectors),
+            (bytes(&[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, half, half]), r#""componentType":5126,"count":2,"type":"VEC4""#),
+            (bytes(&[1.0, 1.0, 1.0, 2.0, 2.0, 2.0]), vectors),
+        ];
+        let expected = [[0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]];
+        let turned = [[10.0, 0.0, 5.0], [10.0, 2.0, 5.0], [8.0, 0.0, 5.0]];
+        assert_near(&positions(&[nodes, MESHES], &instances), &[expected, turned].concat());
+        let file = read(&[nodes, MESHES], &instances).unwrap();
+        assert_eq!(file.nodes(DAffine3::IDENTITY).unwrap()[0].instances.len(), 2);
+        assert!(file.notes().is_empty());
+        for (right, wrong, expected) in [
+            (r#""SCALE":3"#, r#""SCALE":0"#, "node 0: the attributes of its instances are missing, or differ"),
+            (r#""SCALE":3"#, r#""SCALE":9"#, "node 0: SCALE of its instances is accessor 9, which is missing"),
+        ] {
+            let file = read(&[&nodes.replace(right, wrong), MESHES], &instances).unwrap();
+            let message = file.nodes(DAffine3::IDENTITY).unwrap_err().to_string();
+            assert!(message.contains(expected), "{message}");
+        }
+    }
+
+    #[test]
+    fn morph_targets_have_the_weights_of_the_node_or_else_of_the_mesh() {
+        let mesh = r#""meshes":[{"weights":[0.5,1],"primitives":[{"attributes":{"POSITION":0},
+            "targets":[{"POSITION":1},{"POSITION":2}]}]}]"#;
+        let vectors = r#""componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,4]"#;
+        let targets = [
+            (bytes(&[0.0, 0.0, 4.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]), vectors),
+            (bytes(&[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0]), vectors),
+        ];
+        let expected = [[0.0, 0.0, 2.0], [2.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        assert_near(&positions(&[NODES, mesh], &targets), &expected);
+        let of_node = r#""nodes":[{"mesh":0,"weights":[0.25,0]}]"#;
+        let expected = [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        assert_near(&positions(&[of_node, mesh], &targets), &expected);
+        assert_near(&positions(&[NODES, &mesh.replace(r#""weights":[0.5,1],"#, "")], &targets), &CORNERS);
+        let short = [targets[0].clone(), (bytes(&[1.0; 6]), &*vectors.replace(r#""count":3"#, r#""count":2"#))];
+        let message = read(&[NODES, mesh], &short).unwrap().mesh(None).unwrap_err().to_string();
+        assert!(message.contains("mesh 0: a morph target has another number of vertices"), "{message}");
+    }
+
+    #[test]
+    fn sparse_accessors_replace_elements_of_their_base_or_of_zeros() {
+        let mesh = r#""meshes":[{"primitives":[{"attributes":{"POSITION":1}}]}]"#;
+        let sparse = r#""componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0],"sparse":{"count":2,
+            "indices":{"bufferView":2,"componentType":5121},"values":{"bufferView":3}}"#;
+        let unused = r#""componentType":5121,"count":2,"type":"SCALAR""#;
+        let all = |base: &[f32], index: u8| {
+            let values = bytes(&[7.0, 7.0, 7.0, 8.0, 8.0, 8.0]);
+            [(bytes(base), sparse), (vec![0, index], unused), (values, unused)]
+        };
+        let [zero, one, seven, eight] = [[0.0; 3], [1.0; 3], [7.0; 3], [8.0; 3]];
+        assert_near(&positions(&[NODES, mesh], &all(&[1.0; 9], 2)), &[seven, one, eight]);
+        assert_near(&positions(&[NODES, mesh], &all(&[], 2)), &[seven, zero, eight]);
+        let message = read(&[NODES, mesh], &all(&[1.0; 9], 3)).unwrap().mesh(None).unwrap_err().to_string();
+        assert!(message.contains("accessor 1 replaces element 3, but has fewer"), "{message}");
+    }
+
+    #[test]
+    fn quantised_positions_are_integers_or_fractions() {
+        let mesh = r#""meshes":[{"primitives":[{"attributes":{"POSITION":1}}]}],
+            "extensionsRequired":["KHR_mesh_quantization"]"#;
+        let keys = |normalized| {
+            format!(
+                r#""componentType":5122,"normalized":{normalized},"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]"#
+            )
+        };
+        let numbers: Vec<u8> = [0i16, 0, 0, 32767, 0, 0, 0, -32767, 0].iter().flat_map(|n| n.to_le_bytes()).collect();
+        let of = |normalized| positions(&[NODES, mesh], &[(numbers.clone(), &keys(normalized))]);
+        assert_near(&of(true), &[[0.0; 3], [1.0, 0.0, 0.0], [0.0, -1.0, 0.0]]);
+        assert_near(&of(false), &[[0.0; 3], [32767.0, 0.0, 0.0], [0.0, -32767.0, 0.0]]);
+    }
+
+    #[test]
+    fn texture_coordinates_are_those_of_the_base_colour_texture() {
+        let mesh = r#""meshes":[{"primitives":[{"attributes":{"POSITION":0,"TEXCOORD_0":1,"TEXCOORD_1":2},
+            "material":0}]}],
+            "textures":[{"source":0}],"images":[{"uri":"a.png"}]"#;
+        let texture = |keys: &str| {
+            format!(r#""materials":[{{"pbrMetallicRoughness":{{"baseColorTexture":{{"index":0{keys}}}}}}}]"#)
+        };
+        let pairs = r#""componentType":5126,"count":3,"type":"VEC2""#;
+        let sets = [(bytes(&[0.0, 0.0, 1.0, 0.0, 0.0, 1.0]), pairs), (bytes(&[0.5; 6]), pairs)];
+        let of = |keys: &str| read(&[NODES, mesh, &texture(keys)], &sets).unwrap().mesh(None).unwrap();
+        let transform = |keys: &str| of(&format!(r#","extensions":{{"KHR_texture_transform":{{{keys}}}}}"#)).uv;
+        // The first number counts to the right, and the second upwards from the lower edge.
+        let near = |found: Vec<Vec2>, expected: [[f32; 2]; 3]| {
+            let near = found.iter().zip(expected).all(|(one, other)| one.abs_diff_eq(Vec2::from(other), 1e-6));
+            assert!(near && found.len() == 3, "{found:?} for {expected:?}");
+        };
+        near(of("").uv, [[0.0, 1.0], [1.0, 1.0], [0.0, 0.0]]);
+        near(of(r#","texCoord":1"#).uv, [[0.5; 2]; 3]);
+        assert_eq!(of("").attributes[SECOND_UV[0]], [0.5; 3], "the lightmap has the second set in any case");
+        near(transform(r#""texCoord":1,"scale":[4,2]"#), [[2.0, 0.0]; 3]);
+        near(transform(r#""offset":[0.25,0.5],"scale":[4,2]"#), [[0.25, 0.5], [4.25, 0.5], [0.25, -1.5]]);
+        // A quarter turn counter-clockwise in the image: right becomes up, and down becomes right.
+        near(transform(r#""rotation":1.5707963267948966"#), [[0.0, 1.0], [0.0, 2.0], [1.0, 1.0]]);
+        // The scale comes before the rotation.
+        near(transform(r#""rotation":1.5707963267948966,"scale":[3,1]"#), [[0.0, 1.0], [0.0, 4.0], [1.0, 1.0]]);
+    }
+
+    #[test]
+    fn extensions_that_are_required_are_refused_with_a_way_out_and_others_are_named() {
+        for (name, way_out) in [
+            ("KHR_draco_mesh_compression", "export it from Blender with Data > Compression switched off"),
+            ("EXT_meshopt_compression", "run `gltfpack` without `-c`, `-cc` and `-cz`"),
+            ("KHR_texture_basisu", "run `gltfpack` without `-tc`"),
+            ("ACME_roof", "export it without this extension"),
+        ] {
+            let required = format!(r#""extensionsUsed":["{name}"],"extensionsRequired":["{name}"]"#);
+            let message = read(&[NODES, MESHES, &required], &[]).unwrap_err();
+            assert!(
+                message.contains(&format!("it requires the extension {name}, which is not read: {way_out}")),
+                "{message}"
+            );
+            let used = format!(r#""extensionsUsed":["{name}","KHR_lights_punctual"]"#);
+            let file = read(&[NODES, MESHES, &used], &[]).unwrap();
+            assert_eq!(file.notes(), [format!("extensions that are not read: {name}")]);
+        }
+    }
+
+    #[test]
+    fn notes_name_what_changes_shapes_and_is_not_read() {
+        let nodes = r#""nodes":[{"mesh":0,"skin":0}],"skins":[{"joints":[0]}]"#;
+        let meshes =
+            r#""meshes":[{"primitives":[{"attributes":{"POSITION":0}},{"attributes":{"POSITION":0},"mode":1}]}]"#;
+        let file = read(&[nodes, meshes], &[]).unwrap();
+        let notes = file.notes().join("\n");
+        assert!(notes.contains("skins are not read") && notes.contains("left out: 1 primitives"), "{notes}");
+        assert_eq!(file.mesh(None).unwrap().indices.len(), 1);
     }
 }
