@@ -35,7 +35,7 @@ impl PngImage {
         image.map_err(|reason| FileError::Content { path: file.path.clone(), reason })
     }
 
-    /// Decodes a PNG of any colour type. Palettes become colours.
+    /// Decodes a PNG of any colour type. Palettes become colours, and colours that are all grey become grey.
     ///
     /// # Errors
     ///
@@ -74,7 +74,13 @@ impl PngImage {
             values.extend(color.chunks_exact(sample_bytes).map(sample));
             alpha.extend(rest.chunks_exact(sample_bytes).map(sample));
         }
-        Ok(Self { width: frame.width as usize, height: frame.height as usize, channels, values, alpha })
+        let mut image = Self { width: frame.width as usize, height: frame.height as usize, channels, values, alpha };
+        if image.values.chunks_exact(channels).all(|pixel| pixel.iter().all(|value| value.total_cmp(&pixel[0]).is_eq()))
+        {
+            image.values = image.values.into_iter().step_by(channels).collect();
+            image.channels = 1;
+        }
+        Ok(image)
     }
 
     /// The alpha of a pixel, by its number; 1 without alpha.
@@ -172,6 +178,19 @@ mod tests {
                 png(ColorType::Indexed, BitDepth::One, Some(&[0, 0, 255, 255, 0, 0]), &[0b1000_0000]),
                 3,
                 vec![1.0, 0.0, 0.0, 0.0, 0.0, 1.0],
+                [1.0; 2],
+            ),
+            // Grey that is stored as colours or by a palette.
+            (
+                png(ColorType::Rgb, BitDepth::Eight, None, &[0x80, 0x80, 0x80, 255, 255, 255]),
+                1,
+                vec![shade, 1.0],
+                [1.0; 2],
+            ),
+            (
+                png(ColorType::Indexed, BitDepth::One, Some(&[0, 0, 0, 255, 255, 255]), &[0b1000_0000]),
+                1,
+                vec![1.0, 0.0],
                 [1.0; 2],
             ),
         ] {

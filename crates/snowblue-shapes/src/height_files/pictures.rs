@@ -3,44 +3,48 @@
 use std::io::Cursor;
 
 use exr::prelude::{ReadChannels, ReadLayers, read};
-use snowblue_base::files::{FileError, NamedFile};
 use snowblue_geometry::images::{PngImage, check_exr_size};
 
-use crate::height_files::height_grid::HeightGrid;
+use crate::height_files::height_grid::{HeightGrid, StatedByUser};
 
-/// Reads a PNG.
-pub(super) fn read_png(file: &NamedFile) -> Result<HeightGrid, FileError> {
-    let image = PngImage::decode(file)?;
+/// Reads a PNG. A height whose pixel is not opaque is missing.
+pub(super) fn read_png(image: &PngImage, stated: &StatedByUser) -> Result<HeightGrid, String> {
     if image.channels > 1 {
-        let reason = "the image is coloured, but must be grey".into();
-        return Err(FileError::Content { path: file.path.clone(), reason });
+        return Err("the image is coloured, but must be grey".to_owned());
     }
-    Ok(HeightGrid { columns: image.width, values: image.values, georeference: None, no_data: None })
+    let height = |(pixel, value): (usize, &f32)| if image.alpha_of(pixel) < 1.0 { f32::NAN } else { *value };
+    let values = image.values.iter().enumerate().map(height).collect();
+    HeightGrid::new(image.width, values, stated.no_data, Ok(None))
 }
 
-/// Reads an EXR. A height that is not finite is an error.
-pub(super) fn read_exr(bytes: &[u8]) -> Result<HeightGrid, String> {
+/// Reads an EXR of one channel besides alpha, or of equal channels.
+pub(super) fn read_exr(bytes: &[u8], stated: &StatedByUser) -> Result<HeightGrid, String> {
     // Memory for all channels as they are stored, and for one channel as heights.
     check_exr_size(bytes, |samples| samples + size_of::<f32>())?;
     let image = read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer().all_attributes();
     let image = image.from_buffered(Cursor::new(bytes)).map_err(|error| format!("not a readable EXR file: {error}"))?;
     let layer = image.layer_data;
-    let channel = layer.channel_data.list.first().ok_or("the image has no channel")?;
-    let values: Vec<f32> = channel.sample_data.values_as_f32().collect();
-    if let Some(height) = values.iter().find(|height| !height.is_finite()) {
-        return Err(format!("a height is {height}, but must be finite"));
+    let mut channels = layer.channel_data.list.iter().filter(|channel| channel.name != *"A");
+    let channel = channels.next().ok_or("the image has no channel of heights")?;
+    if let Some(other) = channels.find(|other| other.sample_data != channel.sample_data) {
+        let (first, second) = (&channel.name, &other.name);
+        return Err(format!(
+            "the channels {first} and {second} differ, but heights must be in one channel (`oiiotool IN.exr --ch \
+             {first} -o OUT.exr` takes {first})"
+        ));
     }
-    Ok(HeightGrid { columns: layer.size.width(), values, georeference: None, no_data: None })
+    let values: Vec<f32> = channel.sample_data.values_as_f32().collect();
+    HeightGrid::new(layer.size.width(), values, stated.no_data, Ok(None))
 }
 
 #[cfg(test)]
 mod tests {
-    use snowblue_base::files::FilesInMemory;
+    use snowblue_base::files::{FileError, FilesInMemory};
 
     use super::*;
 
     fn read(name: &str, bytes: Vec<u8>) -> Result<HeightGrid, FileError> {
-        HeightGrid::read(&FilesInMemory::from([(name, bytes)]), name)
+        HeightGrid::read(&FilesInMemory::from([(name, bytes)]), name, &StatedByUser::default())
     }
 
     #[test]
