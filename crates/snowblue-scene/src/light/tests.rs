@@ -76,7 +76,7 @@ fn image() -> Light {
     let value = |k: u32| if k % 8 > 5 { 0.0 } else { f64::from(k * 37 % 11) };
     let pixels = (0..32).map(|k| LinearRgb { r: value(k), g: value(k), b: value(k) }).collect();
     let panorama = Panorama { width: 8, height: 4, pixels };
-    Light::new(SkyImage::new(&panorama, 0.1, 70.0).unwrap())
+    Light::new(SkyImage::new(&panorama, 0.1, None, 70.0).unwrap())
 }
 
 /// A clear sky with its sun at 20° in the south-west.
@@ -221,7 +221,7 @@ fn directions_are_drawn_with_their_density() {
 fn samples_of_an_image_with_a_small_sun_weigh_alike() {
     let value = |k: usize| if (30..33).contains(&(k / 256)) && (100..103).contains(&(k % 256)) { 1e4 } else { 1.0 };
     let pixels = (0..256 * 128).map(|k| LinearRgb { r: value(k), g: value(k), b: value(k) }).collect();
-    let sky = SkyImage::new(&Panorama { width: 256, height: 128, pixels }, 1.0, 70.0).unwrap();
+    let sky = SkyImage::new(&Panorama { width: 256, height: 128, pixels }, 1.0, None, 70.0).unwrap();
     let weight = |draw: u32| {
         let origin = sky.sample_li(place().point, numbers(11, draw)).unwrap();
         LightSpectrum::luminance(&sky.le(&origin)) / sky.pdf_li(place().point, &origin)
@@ -309,7 +309,7 @@ fn the_sky_image_is_upright_and_seen_from_within() {
     pixels[8 + 5] = LinearRgb { r: 1.0, g: 1.0, b: 1.0 };
     let panorama = Panorama { width: 8, height: 4, pixels };
     let brightest = |rotation_deg: f32| {
-        let image = SkyImage::new(&panorama, 1.0, rotation_deg).unwrap();
+        let image = SkyImage::new(&panorama, 1.0, None, rotation_deg).unwrap();
         let looks = (0..16).map(|k| {
             let turn = narrow(TAU) * (k as f32 + 0.5) / 16.0;
             Vec3A::new(turn.cos(), turn.sin(), 0.41).normalize()
@@ -322,8 +322,8 @@ fn the_sky_image_is_upright_and_seen_from_within() {
     let turned = brightest(90.0);
     assert!(turned.x < 0.0 && turned.y > 0.0, "a quarter turn brings +x to +y: {turned}");
     // Pixels that single precision could not sum are refused.
-    let refused = SkyImage::new(&panorama, 2e12, 0.0).unwrap_err();
-    assert_eq!(refused, "pixel 5, 1 is 2.0e12 with its scale, but must be at most 1e12");
+    let refused = SkyImage::new(&panorama, 2e12, None, 0.0).unwrap_err();
+    assert_eq!(refused, "pixel 5, 1 is 2.0e12 with its scale, but must be at most 1e12; `max_radiance` limits it");
 }
 
 #[test]
