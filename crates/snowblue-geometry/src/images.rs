@@ -98,7 +98,7 @@ impl PngImage {
 /// Greatest number of blocks that are decoded at a time.
 const BLOCKS_AT_A_TIME: f64 = 4.0;
 
-/// Refuses a file whose images take more memory than the file may take. `pixel_bytes` gives the memory of a pixel in
+/// Refuses a file whose images together take more memory than the file may take. `pixel_bytes` gives the memory of a pixel in
 /// bytes, from the bytes of its samples in the file.
 ///
 /// # Errors
@@ -107,8 +107,10 @@ const BLOCKS_AT_A_TIME: f64 = 4.0;
 pub fn check_exr_size(bytes: &[u8], pixel_bytes: impl Fn(usize) -> usize) -> Result<(), String> {
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false);
     let meta = meta.map_err(|error| format!("not a readable EXR file: {error}"))?;
+    let mut asked = 0.0;
     meta.headers.iter().try_for_each(|header| {
-        let (what, asked) = memory(header, &pixel_bytes);
+        let (what, of_header) = memory(header, &pixel_bytes);
+        asked += of_header;
         check_memory(&what, asked, bytes.len())
     })
 }

@@ -375,7 +375,23 @@ fn mistakes_in_landscapes_are_named() {
         ("shape = \"heights\"\nfile = \"gone.asc\"", 25, "object[1].file cannot be used: 1 of 6 heights are missing"),
         ("shape = \"heights\"\nfile = \"gone.tif\"", 25, "gone.tif does not exist"),
         ("shape = \"heights\"\nheights = [[1, 2], [1, 2]]\nbottom = 0", 23, "object[1].size is missing"),
-        ("shape = \"heights\"\nheights = [[1, 2], [1, 2]]\nsize = [1, 1, 1]", 23, "object[1].bottom is missing"),
+        (
+            "shape = \"heights\"\nheights = [[1, -9999], [1, 2]]\nsize = [1, 1, 1]",
+            24,
+            "object[1].heights cannot be used: 1 heights are -9999.0, which often marks missing heights",
+        ),
+        (
+            "shape = \"heights\"\nheights = [[1, 2], [1, 2]]\nsize = [1, 1, 1]\nunit = \"ft\"",
+            26,
+            "object[1].unit is the unit of a map, whose place and unit `size` replaces",
+        ),
+        ("shape = \"heights\"\nfile = \"gone.asc\"\nunit = \"feet\"", 26, "expected one of `m`, `cm`, `ft`, `us-ft`"),
+        (
+            "shape = \"heights\"\nfile = \"gone.asc\"\nnodata = 5\nmap_unit = \"cm\"\n\
+             crop = { centre = [0, 0], size = [9, 9] }",
+            28,
+            "crop reaches beyond the grid, which covers x = 0.05 to 0.25 m and y = 0.05 to 0.15 m",
+        ),
         ("shape = \"heights\"", 23, "object[1] needs one of heights, file"),
         (
             "shape = \"heights\"\nfile = \"gone.asc\"\nfill = 5\ncrop = { centre = [50, 10], size = [20, 10] }",

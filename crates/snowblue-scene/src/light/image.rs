@@ -2,7 +2,6 @@
 //!
 //! Pixels lie as in a [table of directions](super::direction_table). Interpolation is bilinear.
 
-use std::f64::consts::PI;
 use std::sync::Arc;
 
 use glam::Vec3A;
@@ -25,7 +24,7 @@ use snowblue_base::{Number, narrow};
 /// Largest channel of a pixel. This is the limit of all lights, far below the limit of single precision.
 const MAX_PIXEL: f64 = 1e12;
 /// Luminance up to which rays find the light of an image by chance, relative to the mean over all directions.
-const FAINT_OF_MEAN: f64 = 4.0;
+const FAINT_OF_MEAN: f32 = 4.0;
 
 /// Light of an image of all directions.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -153,17 +152,6 @@ impl SkyImage {
         Some(Self { image, part, table })
     }
 
-    /// Mean luminance over all directions.
-    fn mean_luminance(&self) -> f64 {
-        let (mut sum, mut weights) = (0.0, 0.0);
-        for (row, pixels) in self.image.pixels.chunks_exact(self.image.width).enumerate() {
-            let weight = (PI * (row as f64 + 0.5) / self.image.height as f64).sin();
-            sum += weight * pixels.iter().map(|pixel| f64::from(luminance(*pixel))).sum::<f64>();
-            weights += weight * pixels.len() as f64;
-        }
-        sum / weights
-    }
-
     /// Bilinear interpolation between pixel centres, periodic in azimuth and constant beyond the first and last row.
     fn color(&self, direction: Vec3A) -> [f32; 3] {
         let [across, down] = self.table.place(direction).map(|place| place - 0.5);
@@ -218,7 +206,7 @@ impl Emitter for SkyImage {
     }
 
     fn parts(&self) -> Option<[Light; 2]> {
-        let limit = narrow(FAINT_OF_MEAN * self.mean_luminance());
+        let limit = FAINT_OF_MEAN * self.table.mean();
         let [faint, bright] =
             [Part::Faint(limit), Part::Bright(limit)].map(|part| Self::part(Arc::clone(&self.image), part));
         Some([Light::new(faint?), Light::new(bright?)])

@@ -26,7 +26,6 @@ pub(crate) mod image;
 pub(crate) mod keys;
 mod panorama;
 pub(crate) mod point;
-mod radiance_file;
 mod rectangle;
 pub(crate) mod sample;
 mod sphere;

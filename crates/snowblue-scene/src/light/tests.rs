@@ -387,3 +387,62 @@ fn the_sun_is_sampled_with_its_density_and_gives_its_irradiance() {
     // A quarter of an even disc lies within half of the radius; with limb darkening more.
     assert!((520..640).contains(&inner), "{inner}");
 }
+
+/// An even sky with a sun of two pixels, 10⁴ times as bright.
+fn sunny_image() -> SkyImage {
+    let mut pixels = vec![LinearRgb { r: 0.4, g: 0.5, b: 0.6 }; 64 * 32];
+    pixels[8 * 64 + 20..][..2].fill(LinearRgb { r: 5e3, g: 5e3, b: 5e3 });
+    SkyImage::new(&Panorama { width: 64, height: 32, pixels }, 1.0, None, 30.0).unwrap()
+}
+
+#[test]
+fn the_faint_and_the_bright_part_of_an_image_add_up_to_it() {
+    let whole = Arc::new(Light::new(sunny_image()).with_visibility(false));
+    let [faint, bright] = &Light::parts(&whole)[..] else { panic!("two parts") };
+    assert!(!faint.is_small() && bright.is_small() && !bright.is_sky());
+    let mut brightest: f32 = 0.0;
+    for draw in 0..4_000 {
+        let technique = SamplingTechnique::OfLight(Vec3A::ZERO);
+        let origins = [&whole, bright].map(|light| light.sample_origin(&technique, numbers(3, draw)).unwrap());
+        for origin in origins {
+            let [whole, faint, bright] = [&whole, faint, bright].map(|light| light.power(&origin));
+            brightest = brightest.max(faint.0[15]);
+            for k in 0..31 {
+                assert!((faint.0[k] + bright.0[k] - whole.0[k]).abs() <= 1e-5 * whole.0[k], "{whole:?}");
+            }
+        }
+    }
+    // In the row of the sun, at a polar angle of 48°, a pixel has 0.74/0.64 of the mean solid angle. Two of 2,048
+    // pixels of 5,000 and the sky of 0.48 have a mean of 6.1. Rays find four times as much at most, 51 times the sky.
+    let sky = whole.power(&LightOrigin::Distant(Vec3A::NEG_Z)).0[15];
+    assert!((45.0..55.0).contains(&(brightest / sky)), "{}", brightest / sky);
+    // An image without a sun, and other skies, are one part.
+    for light in [image(), dome(), ball()] {
+        assert_eq!(Light::parts(&Arc::new(light)).len(), 1);
+    }
+}
+
+#[test]
+fn burnt_out_pixels_are_counted_and_limited() {
+    let mut pixels = vec![LinearRgb { r: 1.0, g: 1.0, b: 1.0 }; 32];
+    pixels[9] = LinearRgb { r: 1.0, g: f64::INFINITY, b: 2.0 };
+    pixels[10] = LinearRgb { r: f64::INFINITY, g: f64::INFINITY, b: f64::INFINITY };
+    let mut panorama = Panorama { width: 8, height: 4, pixels };
+    let image = |panorama: &Panorama, max| SkyImage::new(panorama, 2.0, max, 0.0);
+    let refused = image(&panorama, None).unwrap_err();
+    let expected = "pixel 1, 1 is 1, inf, 2, and 2 of 32 pixels are infinite; `max_radiance` replaces infinity";
+    assert_eq!(refused, expected);
+    let most = |sky: &SkyImage, k: usize| {
+        let directions = (0..64).map(|k| {
+            let turn = narrow(TAU) * (k as f32 + 0.5) / 64.0;
+            LightOrigin::Distant(Vec3A::new(turn.cos(), turn.sin(), 0.414).normalize())
+        });
+        directions.map(|origin| sky.le(&origin).0[k]).fold(0.0, f32::max)
+    };
+    // Grey of 2 · 100 keeps the shape of daylight, as grey of 2 · 1 does.
+    let sky = image(&panorama, Some(100.0)).unwrap();
+    let even = sky.le(&LightOrigin::Distant(Vec3A::NEG_Z)).0[15];
+    assert!((most(&sky, 15) / even / 100.0 - 1.0).abs() < 0.05, "{} of {even}", most(&sky, 15));
+    panorama.pixels[3].r = f64::NAN;
+    assert!(image(&panorama, Some(100.0)).unwrap_err().starts_with("pixel 3, 0 is NaN"));
+}

@@ -101,7 +101,6 @@ impl ShapeKeys for DriftDescription {
             heights,
             tolerance_m: 0.0,
             origin_on_map_m: None,
-            is_of_map: false,
         };
         placed.build(object, Filling::Below(-size_m.z), |reason| match reason.strip_prefix("bottom ") {
             Some(_) => too_small(reason).into(),

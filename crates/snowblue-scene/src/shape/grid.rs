@@ -22,7 +22,7 @@ quantities! {
     /// A coordinate of a map.
     pub MapCoordinate = ParameterRange::new("coordinate", -1e8, 1e8, "m");
     /// A value of a file that marks missing heights.
-    pub NoData = ParameterRange::new("value", -f32::MAX as f64, f32::MAX as f64, "");
+    pub NoData = ParameterRange::new("value", -3.5e38, 3.5e38, "");
     /// How far triangles may lie from the heights.
     pub Tolerance = ParameterRange::new("tolerance", 0.0, 1e4, "m");
 }
@@ -129,8 +129,6 @@ pub(super) struct PlacedGrid {
     pub(super) tolerance_m: f64,
     /// The object's origin in the coordinates of the file, if the file gives the place of its heights.
     pub(super) origin_on_map_m: Option<DVec2>,
-    /// Whether the heights are of a map, whose place `size` may replace.
-    pub(super) is_of_map: bool,
 }
 
 impl PlacedGrid {
@@ -145,7 +143,6 @@ impl PlacedGrid {
             heights_of(grid.clone(), key)?;
         }
         let cells = DVec2::new((grid.columns - 1) as f64, (grid.rows() - 1) as f64);
-        let is_of_map = !matches!(grid.georeference, Ok(None));
         let georeference = match (settings.size, &grid.georeference) {
             (Some(size), _) => {
                 let units = [("unit", settings.unit), ("map_unit", settings.map_unit)];
@@ -185,7 +182,6 @@ impl PlacedGrid {
             cell_m,
             tolerance_m: settings.tolerance.map_or(usual_tolerance_m, Number::get),
             origin_on_map_m: is_map.then_some(origin_m),
-            is_of_map,
         })
     }
 

@@ -11,7 +11,7 @@ use super::keys::{BuiltShape, ObjectContext, ShapeKeys, check_shapes};
 use crate::error::SceneError;
 use crate::values::{Coordinate, only_one, point};
 
-/// Default distance of the bottom of a map below its least height, as a fraction of the map's longer side.
+/// Default distance of the bottom below the least height, as a fraction of the longer side.
 const BOTTOM_OF_SIDE: f64 = 0.01;
 
 /// A solid under a surface of heights.
@@ -29,7 +29,7 @@ pub struct HeightFieldDescription {
     #[serde(flatten, skip_deserializing)]
     #[schemars(!skip_deserializing)]
     pub grid: GridSettings,
-    /// Where the solid ends below, in m. Of a map, by default a hundredth of its longer side below the least height.
+    /// Where the solid ends below, in m; by default a hundredth of the longer side below the least height.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bottom: Option<Number<Coordinate>>,
 }
@@ -51,7 +51,6 @@ impl ShapeKeys for HeightFieldDescription {
             Ok((read_grid(&key, file, object.sources, &settings.stated())?, key))
         });
         let (grid, key) = only_one(path, [("heights", rows), ("file", file)])??;
-        let is_missing = || path.key("bottom").error("is missing");
         // The reason begins with the name of the key.
         let wrong = |reason: String| match reason.strip_prefix("bottom ") {
             Some(reason) => SceneError::from(path.key("bottom").error(reason)),
@@ -65,13 +64,8 @@ impl ShapeKeys for HeightFieldDescription {
         }
         check_shapes(path)?;
         let placed = PlacedGrid::new(path, &key, grid, settings)?;
-        let longer_m = placed.size_m().max_element();
-        let bottom_m = match bottom_m {
-            Some(bottom_m) => f64::from(bottom_m),
-            None if placed.is_of_map => f64::from(placed.least_m()) - BOTTOM_OF_SIDE * longer_m,
-            None => return Err(is_missing().into()),
-        };
-        placed.build(object, Filling::Below(bottom_m), wrong)
+        let usual_m = f64::from(placed.least_m()) - BOTTOM_OF_SIDE * placed.size_m().max_element();
+        placed.build(object, Filling::Below(bottom_m.map_or(usual_m, f64::from)), wrong)
     }
 
     fn takes_imprints(&self) -> bool {

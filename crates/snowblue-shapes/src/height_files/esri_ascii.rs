@@ -80,8 +80,10 @@ pub(super) fn read(text: &str, system: Option<&str>, stated: &StatedByUser) -> R
         (None, Some(text)) => units::of_well_known_text(text, far_left),
         (None, None) => units::unstated([far_left, near_left + DVec2::new(size.x, 0.0)], cell),
     };
-    let height_unit_m = stated.height_unit_m.unwrap_or(1.0);
-    let georeference = unit_m.and_then(|unit_m| Georeference::new(far_left, cell, [unit_m, height_unit_m]));
+    let georeference = unit_m.and_then(|unit_m| {
+        let height_unit_m = stated.height_unit_m.map_or_else(|| units::of_unstated_heights(unit_m), Ok)?;
+        Georeference::new(far_left, cell, [unit_m, height_unit_m])
+    });
     HeightGrid::new(columns, values, Some(no_data), georeference.map(Some))
 }
 
@@ -136,7 +138,8 @@ mod tests {
     }
 
     /// The system of a map in Washington in feet, as ArcGIS writes it.
-    const FEET: &str = "PROJCS[\"NAD_1983_StatePlane_Washington_North_FIPS_4601_Feet\",GEOGCS[\"GCS_North_American_1983\",\
+    const FEET: &str = "PROJCS[\"NAD_1983_StatePlane_Washington_North_FIPS_4601_Feet\",\
+        GEOGCS[\"GCS_North_American_1983\",\
         DATUM[\"D_North_American_1983\",SPHEROID[\"GRS_1980\",6378137.0,298.257222101]],PRIMEM[\"Greenwich\",0.0],\
         UNIT[\"Degree\",0.0174532925199433]],PROJECTION[\"Lambert_Conformal_Conic\"],PARAMETER[\"Latitude_Of_Origin\",\
         47.0],UNIT[\"Foot_US\",0.3048006096012192]]";
@@ -148,9 +151,11 @@ mod tests {
             super::read(GRID, Some(system), stated).unwrap().georeference.map(|place| place.unwrap().cell_m.x)
         };
         // Ten US survey feet of 1200/3937 m.
-        assert!((cell_m(FEET, &stated).unwrap() - 12_000.0 / 3937.0).abs() < 1e-12);
+        let metres_high = StatedByUser { height_unit_m: Some(1.0), ..stated };
+        assert!((cell_m(FEET, &metres_high).unwrap() - 12_000.0 / 3937.0).abs() < 1e-12);
+        assert!(cell_m(FEET, &stated).unwrap_err().contains("`unit = \"ft\"` or `unit = \"m\"` says it"));
         assert_eq!(cell_m("PROJCRS[\"x\",CS[Cartesian,2],LENGTHUNIT[\"metre\",1]]", &stated), Ok(10.0));
-        assert_eq!(cell_m(FEET, &StatedByUser { map_unit_m: Some(2.0), ..stated }), Ok(20.0));
+        assert_eq!(cell_m(FEET, &StatedByUser { map_unit_m: Some(2.0), ..metres_high }), Ok(20.0));
         let refused = |system: &str| cell_m(system, &stated).unwrap_err();
         assert!(refused("GEOGCS[\"WGS 84\",UNIT[\"degree\",0.0174]]").contains("the map is in degrees: `gdalwarp"));
         assert!(refused("Projection GEOGRAPHIC").contains("`map_unit` says its unit"));
@@ -165,7 +170,7 @@ mod tests {
             GRID.replace("1000", "7.7").replace("2000", "46").replace("cellsize 10", "cellsize 0.000277777778");
         let message = read(&degrees).unwrap().georeference.unwrap_err();
         assert!(message.contains("are degrees or metres: `gdalwarp -s_srs EPSG:4326 -t_srs EPSG:32632"), "{message}");
-        assert!(message.contains("`map_unit = \"m\"` if it is in metres"), "{message}");
+        assert!(message.contains("`map_unit = \"m\"` says that they are metres"), "{message}");
         let south = degrees.replace("yllcorner 46", "yllcorner -46");
         assert!(read(&south).unwrap().georeference.unwrap_err().contains("EPSG:32732"));
         let metres = StatedByUser { map_unit_m: Some(1.0), height_unit_m: Some(0.3048), ..StatedByUser::default() };
@@ -195,7 +200,6 @@ mod tests {
             ("cellsize 10", "dx 10", "either cellsize, or dx and dy"),
             ("xllcorner", "xllcenter 0\nxllcorner", "either xllcorner or xllcenter"),
             ("1 2.5", "nan 2.5", "a height is NaN, but must be finite"),
-            ("2.5", "1e39", "a height is inf, but must be finite"),
             ("2.5", "2,5", "a height is \"2,5\", but must be a number"),
             ("4e0 5 6", "4e0 5", "there are 5 heights, but must be 3 × 2"),
             ("4e0 5 6", "4e0 5 6 7", "\"7\" follows the 3 × 2 heights"),

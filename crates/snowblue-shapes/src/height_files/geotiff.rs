@@ -66,10 +66,6 @@ pub(super) fn read(bytes: &[u8], stated: &StatedByUser) -> Result<HeightGrid, St
         ));
     }
     let band = Band::read(&mut file)?;
-    let no_data = match stated.no_data {
-        Some(no_data) => Some(no_data),
-        None => no_data(&mut file)?,
-    };
     let georeference = georeference(&mut file, [columns, rows], &band, stated);
     let mut values = heights(decoded(&mut file, bytes)?)?;
     if values.len() != columns * rows {
@@ -86,7 +82,7 @@ pub(super) fn read(bytes: &[u8], stated: &StatedByUser) -> Result<HeightGrid, St
                 .to_owned());
         }
     }
-    let grid = HeightGrid::new(columns, values, no_data, georeference)?;
+    let grid = HeightGrid::new(columns, values, stated.no_data.or(band.no_data), georeference)?;
     Ok(HeightGrid { values: grid.values.into_iter().map(|value| band.value(value)).collect(), ..grid })
 }
 
@@ -144,21 +140,10 @@ fn copied(file: &mut File, bytes: &[u8], is_zstandard: bool) -> TiffResult<Vec<u
         new_lengths.push(u32::try_from(plain.len())?);
         new_places.push(u32::try_from(image.write_data(plain.as_slice())?)?);
     }
-    let kept = [
-        Tag::ImageWidth,
-        Tag::ImageLength,
-        Tag::BitsPerSample,
-        Tag::SampleFormat,
-        Tag::SamplesPerPixel,
-        Tag::Predictor,
-        Tag::RowsPerStrip,
-        Tag::TileWidth,
-        Tag::TileLength,
-        Tag::Compression,
-    ];
-    for tag in kept {
-        if let Some(value) = file.find_tag_unsigned::<u32>(tag)? {
-            image.write_tag(tag, value)?;
+    // The tags that describe the pixels have one number.
+    for (tag, value) in file.tag_iter().collect::<TiffResult<Vec<_>>>()? {
+        if let Ok(number) = value.into_u32() {
+            image.write_tag(tag, number)?;
         }
     }
     if is_zstandard {
@@ -173,14 +158,11 @@ fn copied(file: &mut File, bytes: &[u8], is_zstandard: bool) -> TiffResult<Vec<u
 
 /// Marks heights as missing where a mask of one bit a pixel is 0.
 fn apply_mask(values: &mut [f32], columns: usize, file: &mut File, bytes: &[u8]) -> Result<(), String> {
-    let bits = file.find_tag_unsigned::<u16>(Tag::BitsPerSample).map_err(unreadable)?.unwrap_or(1);
-    let DecodingResult::U8(mask) = decoded(file, bytes)? else {
-        return Err(format!("the mask has {bits} bits a pixel, but must have 1"));
-    };
     let row_bytes = columns.div_ceil(8);
-    if bits != 1 || mask.len() != values.len() / columns * row_bytes {
-        return Err(format!("the mask has {bits} bits a pixel and {} bytes, but must have 1 bit a pixel", mask.len()));
-    }
+    let mask = match decoded(file, bytes)? {
+        DecodingResult::U8(mask) if mask.len() == values.len() / columns * row_bytes => mask,
+        _ => return Err("the mask must have 1 bit a pixel".to_owned()),
+    };
     for (row, bits) in values.chunks_exact_mut(columns).zip(mask.chunks_exact(row_bytes)) {
         for (column, value) in row.iter_mut().enumerate() {
             if bits[column / 8] << (column % 8) & 0x80 == 0 {
@@ -210,17 +192,10 @@ fn heights(decoded: DecodingResult) -> Result<Vec<f32>, String> {
     })
 }
 
-/// The value that marks missing heights.
-fn no_data(file: &mut File) -> Result<Option<f32>, String> {
-    let Some(value) = file.find_tag(Tag::GdalNodata).map_err(unreadable)? else { return Ok(None) };
-    let text = value.into_string().map_err(unreadable)?;
-    let text = text.trim_matches(|letter: char| letter.is_whitespace() || letter == '\0');
-    let number: f64 = text.parse().map_err(|_| format!("GDAL_NODATA is \"{text}\", but must be a number"))?;
-    Ok(Some(narrow(number)))
-}
-
 /// What GDAL says of the values of the first band: a height is the offset and the scale times the value, in the unit.
 struct Band {
+    /// The value that marks missing heights.
+    no_data: Option<f32>,
     scale: f64,
     offset: f64,
     unit: Option<String>,
@@ -228,13 +203,19 @@ struct Band {
 
 impl Band {
     fn read(file: &mut File) -> Result<Self, String> {
-        let mut band = Self { scale: 1.0, offset: 0.0, unit: None };
-        let Some(value) = file.find_tag(GDAL_METADATA).map_err(unreadable)? else { return Ok(band) };
-        let text = value.into_string().map_err(unreadable)?;
-        let text = text.trim_matches('\0');
-        let document = roxmltree::Document::parse(text);
-        let document =
-            document.map_err(|error| format!("GDAL_METADATA is not readable: {error}").replace('\n', " "))?;
+        let mut text = |tag: Tag| {
+            let text =
+                file.find_tag(tag).map_err(unreadable)?.map(Value::into_string).transpose().map_err(unreadable)?;
+            Ok::<_, String>(text.map(|text| text.trim_matches(['\0', ' ', '\n']).to_owned()))
+        };
+        let mut band = Self { no_data: None, scale: 1.0, offset: 0.0, unit: None };
+        if let Some(text) = text(Tag::GdalNodata)? {
+            let number = text.parse().map_err(|_| format!("GDAL_NODATA is \"{text}\", but must be a number"))?;
+            band.no_data = Some(narrow(number));
+        }
+        let Some(text) = text(GDAL_METADATA)? else { return Ok(band) };
+        let unreadable = |error| format!("GDAL_METADATA is not readable: {error}").replace('\n', " ");
+        let document = roxmltree::Document::parse(&text).map_err(unreadable)?;
         for item in document.descendants().filter(|item| item.attribute("sample").unwrap_or("0") == "0") {
             let text = item.text().unwrap_or_default().trim();
             let number = || match text.parse::<f64>() {
@@ -680,7 +661,7 @@ mod tests {
         let message = read(&images(&[heights, heights])).unwrap_err();
         assert!(message.contains("the file has several images, but must have one (`gdal_translate GTIFF_DIR:1:"));
         let bytes: (&[_], &[u8]) = (&[&GREY_BYTES[..], &[(Tag::NewSubfileType, MASK)]].concat(), heights.1);
-        assert!(read(&images(&[heights, bytes])).unwrap_err().contains("the mask has 8 bits a pixel"));
+        assert_eq!(read(&images(&[heights, bytes])).unwrap_err(), "the mask must have 1 bit a pixel");
     }
 
     #[test]
@@ -728,10 +709,6 @@ mod tests {
         let flat = Tags { scale: vec![0.0, 3.0, 0.0], ..Tags::new(&[PROJECTED, METRES]) };
         assert!(message(&flat).contains("the cell size is 0 m"));
         assert!(message(&Tags { no_data: "none", ..Tags::new(&[]) }).contains("GDAL_NODATA is \"none\""));
-        let mut infinite = HEIGHTS;
-        infinite[1] = f32::INFINITY;
-        let bytes = file::<Gray32Float>(&infinite, &Tags::new(&[PROJECTED, METRES]), PLAIN);
-        assert_eq!(read(&bytes).unwrap_err(), "a height is inf, but must be finite");
         let mut missing = HEIGHTS;
         missing[1] = f32::NAN;
         let grid = read(&file::<Gray32Float>(&missing, &Tags::new(&[PROJECTED, METRES]), PLAIN)).unwrap();

@@ -1,4 +1,4 @@
-//! Heights as pictures: a grey PNG, where white is 1, or the first channel of an EXR.
+//! Heights as pictures: a grey PNG, where white is 1, or an EXR of one channel.
 
 use std::io::Cursor;
 
@@ -24,6 +24,12 @@ pub(super) fn read_exr(bytes: &[u8], stated: &StatedByUser) -> Result<HeightGrid
     let image = read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer().all_attributes();
     let image = image.from_buffered(Cursor::new(bytes)).map_err(|error| format!("not a readable EXR file: {error}"))?;
     let layer = image.layer_data;
+    let window = image.attributes.display_window;
+    if (window.position, window.size) != (layer.attributes.layer_position, layer.size) {
+        return Err(
+            "the image is a part of its display window (`oiiotool IN.exr --croptofull -o OUT.exr` fills it)".to_owned()
+        );
+    }
     let mut channels = layer.channel_data.list.iter().filter(|channel| channel.name != *"A");
     let channel = channels.next().ok_or("the image has no channel of heights")?;
     if let Some(other) = channels.find(|other| other.sample_data != channel.sample_data) {
@@ -61,7 +67,7 @@ mod tests {
     }
 
     #[test]
-    fn reads_the_first_channel_of_an_exr_from_far_to_near() {
+    fn reads_the_channel_of_an_exr_from_far_to_near() {
         use exr::prelude::{AnyChannel, AnyChannels, FlatSamples, Image, WritableImage};
         let exr = |size: (usize, usize), channels: Vec<AnyChannel<FlatSamples>>| {
             let mut bytes = Cursor::new(Vec::new());
@@ -71,13 +77,41 @@ mod tests {
         };
         let values = vec![0.25f32, -1.5, 3.0, 1e-3, 70_000.0, 0.0];
         let height = AnyChannel::new("Y", FlatSamples::F32(values.clone()));
-        let other = AnyChannel::new("Z", FlatSamples::F32(vec![9.0; 6]));
-        let grid = read("drift.EXR", exr((3, 2), vec![other, height])).unwrap();
-        assert_eq!((grid.columns, grid.values), (3, values));
+        let other = |name: &str| AnyChannel::new(name, FlatSamples::F32(vec![9.0; 6]));
+        let grid = read("drift.EXR", exr((3, 2), vec![other("A"), height.clone()])).unwrap();
+        assert_eq!((grid.columns, grid.values.as_slice()), (3, values.as_slice()));
+        let grey = ["R", "G", "B"].map(|name| AnyChannel { name: name.into(), ..height.clone() });
+        assert_eq!(read("drift.EXR", exr((3, 2), grey.to_vec())).unwrap().values, values);
+        let message = read("drift.EXR", exr((3, 2), vec![other("Z"), height])).unwrap_err().to_string();
+        assert!(message.contains("the channels Y and Z differ, but heights must be in one channel"), "{message}");
         let message = read("drift.EXR", b"no picture".to_vec()).unwrap_err().to_string();
         assert!(message.contains("drift.EXR: not a readable EXR"), "{message}");
         let hole = AnyChannel::new("Y", FlatSamples::F32(vec![0.0, 0.0, f32::NAN, 0.0]));
-        let message = read("drift.EXR", exr((2, 2), vec![hole])).unwrap_err().to_string();
-        assert!(message.contains("a height is NaN, but must be finite"), "{message}");
+        let message = read("drift.EXR", exr((2, 2), vec![hole])).unwrap().filled(None).unwrap_err();
+        assert!(message.contains("1 of 4 heights are missing"), "{message}");
+    }
+
+    #[test]
+    fn a_part_of_a_display_window_is_refused() {
+        use exr::meta::attribute::IntegerBounds;
+        use exr::prelude::{AnyChannel, AnyChannels, FlatSamples, Image, WritableImage};
+        let heights = AnyChannel::new("Y", FlatSamples::F32(vec![1.0; 4]));
+        let mut image = Image::from_channels((2, 2), AnyChannels::sort([heights].into_iter().collect()));
+        image.attributes.display_window = IntegerBounds::from_dimensions((4, 2));
+        let mut bytes = Cursor::new(Vec::new());
+        image.write().to_buffered(&mut bytes).unwrap();
+        let message = read("drift.exr", bytes.into_inner()).unwrap_err().to_string();
+        assert!(message.contains("`oiiotool IN.exr --croptofull -o OUT.exr`"), "{message}");
+    }
+
+    #[test]
+    fn heights_whose_pixels_are_not_opaque_are_missing() {
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, 2, 2);
+        encoder.set_color(png::ColorType::GrayscaleAlpha);
+        encoder.write_header().unwrap().write_image_data(&[0, 255, 51, 255, 102, 0, 255, 255]).unwrap();
+        let values = read("drift.png", bytes).unwrap().values;
+        assert_eq!((values[0], values[1], values[3]), (0.0, 0.2, 1.0));
+        assert!(values[2].is_nan());
     }
 }

@@ -54,16 +54,27 @@ pub(super) fn unstated(corners: [DVec2; 2], cell: DVec2) -> Result<f64, String> 
         let [DVec2 { x: west, y: north }, DVec2 { x: east, y: south }] = corners;
         return Err(format!(
             "the file does not say whether x = {west} to {east} and y = {south} to {north} are degrees or metres: \
-             {}; `map_unit = \"m\"` if it is in metres",
-            line(corners[0], "-s_srs EPSG:4326 ", "if it is in degrees")
+             {} of degrees; `map_unit = \"m\"` says that they are metres",
+            line(corners[0], "-s_srs EPSG:4326 ")
         ));
     }
     Ok(1.0)
 }
 
+/// The metre for heights of a map in metres that states no unit of heights.
+pub(super) fn of_unstated_heights(map_unit_m: f64) -> Result<f64, String> {
+    // The German legal metre is a metre too.
+    if (map_unit_m - 1.0).abs() < 1e-3 {
+        return Ok(1.0);
+    }
+    Err("the map is not in metres, and the file does not say the unit of its heights; `unit = \"ft\"` or `unit = \
+         \"m\"` says it"
+        .to_owned())
+}
+
 /// Why a map in degrees cannot be used.
 pub(super) fn degrees(corner: DVec2) -> String {
-    format!("the map is in degrees: {}", line(corner, "", "in metres"))
+    format!("the map is in degrees: {}", line(corner, ""))
 }
 
 /// Why a map in web Mercator cannot be used.
@@ -74,15 +85,15 @@ pub(super) fn web_mercator(corner: DVec2) -> String {
     format!(
         "the map is in the Mercator projection, whose lengths are {:.2} times too long there: {}",
         latitude_rad.cos().recip(),
-        line(corner, "", "of true lengths")
+        line(corner, "")
     )
 }
 
 /// The command that makes a map in the zone of UTM of a corner in degrees.
-fn line(corner_deg: DVec2, from: &str, what: &str) -> String {
+fn line(corner_deg: DVec2, from: &str) -> String {
     let zone = ((corner_deg.x + 180.0) / 6.0).floor().clamp(0.0, 59.0) + 1.0;
     let hemisphere = if corner_deg.y < 0.0 { 32_700.0 } else { 32_600.0 };
-    format!("`gdalwarp {from}-t_srs EPSG:{} -r cubic IN.tif OUT.tif` makes a map {what}", hemisphere + zone)
+    format!("`gdalwarp {from}-t_srs EPSG:{} -r cubic IN.tif OUT.tif` makes a map in metres", hemisphere + zone)
 }
 
 /// The rows of a table of three columns.
