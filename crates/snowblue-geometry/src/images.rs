@@ -98,8 +98,8 @@ impl PngImage {
 /// Greatest number of blocks that are decoded at a time.
 const BLOCKS_AT_A_TIME: f64 = 4.0;
 
-/// Refuses a file whose images together take more memory than the file may take. `pixel_bytes` gives the memory of a pixel in
-/// bytes, from the bytes of its samples in the file.
+/// Refuses a file whose images together take more memory than the file may take. `pixel_bytes` gives the memory of a
+/// pixel in bytes, from the bytes of its samples in the file.
 ///
 /// # Errors
 ///

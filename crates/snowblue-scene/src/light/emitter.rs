@@ -2,13 +2,13 @@
 
 use std::f32::consts::PI;
 use std::fmt::Debug;
+use std::sync::Arc;
 
 use glam::Vec3A;
 use snowblue_geometry::ray::Ray;
 use snowblue_geometry::shape::Shape;
 
 use crate::light::sample::{LightOrigin, SpotCone};
-use crate::light::techniques::Light;
 use crate::spectrum::Spectrum;
 
 /// A kind of light.
@@ -62,7 +62,7 @@ pub(crate) trait Emitter: Debug + Send + Sync + 'static {
 
     /// The light as the sum of a light that rays find by chance and a light that they do not; none if rays find the
     /// whole light, or none of it.
-    fn parts(&self) -> Option<[Light; 2]> {
+    fn parts(&self) -> Option<[Arc<dyn Emitter>; 2]> {
         None
     }
 

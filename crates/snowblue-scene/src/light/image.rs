@@ -15,7 +15,6 @@ use crate::light::emitter::{Emitter, LightType};
 use crate::light::keys::{PixelValue, SkyScale};
 use crate::light::panorama::Panorama;
 use crate::light::sample::LightOrigin;
-use crate::light::techniques::Light;
 use crate::spectrum::Spectrum;
 use crate::spectrum::upsampling::Upsampling;
 use crate::values::{Rotation, visible};
@@ -205,11 +204,11 @@ impl Emitter for SkyImage {
         Some(LightOrigin::Distant(ray.direction))
     }
 
-    fn parts(&self) -> Option<[Light; 2]> {
+    fn parts(&self) -> Option<[Arc<dyn Emitter>; 2]> {
         let limit = FAINT_OF_MEAN * self.table.mean();
         let [faint, bright] =
             [Part::Faint(limit), Part::Bright(limit)].map(|part| Self::part(Arc::clone(&self.image), part));
-        Some([Light::new(faint?), Light::new(bright?)])
+        Some([Arc::new(faint?), Arc::new(bright?)])
     }
 }
 

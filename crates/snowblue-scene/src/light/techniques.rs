@@ -62,7 +62,10 @@ impl Light {
     /// The lights of which each is found by rays, or is small: the light itself, or two lights that add up to it.
     pub fn parts(light: &Arc<Self>) -> Vec<Arc<Self>> {
         match light.emitter.parts() {
-            Some(parts) => parts.into_iter().map(|part| Arc::new(part.with_visibility(light.is_visible))).collect(),
+            Some(parts) => {
+                let of_part = |emitter: Arc<dyn Emitter>| Self { light_type: emitter.light_type(), emitter, ..**light };
+                parts.into_iter().map(of_part).map(Arc::new).collect()
+            }
             None => vec![Arc::clone(light)],
         }
     }
