@@ -85,9 +85,10 @@ impl HeightGrid {
             None => {
                 if let Some(mark) = USUAL_NO_DATA.into_iter().find(|mark| count(*mark) > 0) {
                     return Err(format!(
-                        "{} heights are {mark:?}, which often marks missing heights, but the file does not say so: \
+                        "{} of {} heights are {mark:?}, which often marks missing heights, but the file does not say so: \
                          `nodata = {mark:?}` if they are missing, else `nodata` with a value that no height has",
-                        count(mark)
+                        count(mark),
+                        values.len()
                     ));
                 }
             }
@@ -212,7 +213,7 @@ mod tests {
         for mark in USUAL_NO_DATA {
             let grid = |no_data: Option<f32>| HeightGrid::new(2, vec![1.0, mark, 2.0, 3.0], no_data, Ok(None));
             let message = grid(None).unwrap_err();
-            assert!(message.starts_with(&format!("1 heights are {mark:?}")), "{message}");
+            assert!(message.starts_with(&format!("1 of 4 heights are {mark:?}")), "{message}");
             // The advice is a number of a scene file.
             let advice = message.split("`nodata = ").nth(1).unwrap().split('`').next().unwrap();
             assert_eq!(advice.parse::<f32>().unwrap().to_bits(), mark.to_bits());
