@@ -343,7 +343,7 @@ impl Keys {
         }
         match self.value(VERTICAL_SYSTEM) {
             Some(code) => units::of_system(code).ok_or_else(|| {
-                format!("the heights are in EPSG:{code}, which is no known system of heights; `unit` says their unit")
+                format!("the heights are in EPSG:{code}, which is no known system of heights that count upwards; `unit` says their unit")
             }),
             None if (map_unit_m - 1.0).abs() < 1e-3 => Ok(1.0),
             None => {
@@ -618,8 +618,11 @@ mod tests {
         assert!(message.contains("GDAL_METADATA is not readable"), "{message}");
     }
 
-    /// A file of images of 3 by 2 pixels in one strip, each with its tags and its strip.
-    fn images(images: &[(&[(Tag, u32)], &[u8])]) -> Vec<u8> {
+    /// The tags and the strip of an image.
+    type Tagged<'image> = (&'image [(Tag, u32)], &'image [u8]);
+
+    /// A file of images of 3 by 2 pixels in one strip.
+    fn images(images: &[Tagged]) -> Vec<u8> {
         let mut bytes = Cursor::new(Vec::new());
         let mut encoder = TiffEncoder::new(&mut bytes).unwrap();
         for (tags, strip) in images {
@@ -649,18 +652,18 @@ mod tests {
 
     #[test]
     fn a_mask_marks_missing_heights() {
-        let heights: (&[_], &[u8]) = (&GREY_BYTES, &[1, 2, 3, 4, 5, 6]);
+        let heights: Tagged = (&GREY_BYTES, &[1, 2, 3, 4, 5, 6]);
         // Bits of each row from the left, in a byte a row: 0 is missing.
-        let mask: (&[_], &[u8]) = (&MASK_BITS, &[0b1010_0000, 0b1100_0000]);
+        let mask: Tagged = (&MASK_BITS, &[0b1010_0000, 0b1100_0000]);
         let values = read(&images(&[heights, mask])).unwrap().values;
         let missing: Vec<usize> = (0..6).filter(|number| values[*number].is_nan()).collect();
         assert_eq!((missing, values[0], values[4]), (vec![1, 5], 1.0, 5.0));
         // A smaller copy is no other height.
-        let overview: (&[_], &[u8]) = (&[&GREY_BYTES[..], &[(Tag::NewSubfileType, REDUCED)]].concat(), heights.1);
+        let overview: Tagged = (&[&GREY_BYTES[..], &[(Tag::NewSubfileType, REDUCED)]].concat(), heights.1);
         assert_eq!(read(&images(&[heights, overview])).unwrap().values, [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
         let message = read(&images(&[heights, heights])).unwrap_err();
         assert!(message.contains("the file has several images, but must have one (`gdal_translate GTIFF_DIR:1:"));
-        let bytes: (&[_], &[u8]) = (&[&GREY_BYTES[..], &[(Tag::NewSubfileType, MASK)]].concat(), heights.1);
+        let bytes: Tagged = (&[&GREY_BYTES[..], &[(Tag::NewSubfileType, MASK)]].concat(), heights.1);
         assert_eq!(read(&images(&[heights, bytes])).unwrap_err(), "the mask must have 1 bit a pixel");
     }
 
