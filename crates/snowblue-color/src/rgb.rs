@@ -20,7 +20,7 @@ const D65: Chromaticity = Chromaticity { x: 0.3127, y: 0.3290 };
 ///
 /// Conversions do not adapt to the white: D65 in [`RgbSpace::AcesCg`], whose white is about D60, is slightly blue
 /// rather than 1, 1, 1. To map the white of a scene to 1, 1, 1, apply a
-/// [`ChromaticAdaptation`](crate::xyz::ChromaticAdaptation) to the tristimulus values first.
+/// [`ChromaticAdaptation`] to the tristimulus values first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum RgbSpace {
     /// sRGB: primaries of Rec. 709, white D65 (IEC 61966-2-1:1999, ITU-R BT.709-6).
