@@ -343,7 +343,10 @@ impl Keys {
         }
         match self.value(VERTICAL_SYSTEM) {
             Some(code) => units::of_system(code).ok_or_else(|| {
-                format!("the heights are in EPSG:{code}, which is no known system of heights that count upwards; `unit` says their unit")
+                format!(
+                    "the heights are in EPSG:{code}, which is no known system of heights that count upwards; `unit` \
+                     says their unit"
+                )
             }),
             None if (map_unit_m - 1.0).abs() < 1e-3 => Ok(1.0),
             None => {

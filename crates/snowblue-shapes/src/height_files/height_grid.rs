@@ -85,8 +85,9 @@ impl HeightGrid {
             None => {
                 if let Some(mark) = USUAL_NO_DATA.into_iter().find(|mark| count(*mark) > 0) {
                     return Err(format!(
-                        "{} of {} heights are {mark:?}, which often marks missing heights, but the file does not say so: \
-                         `nodata = {mark:?}` if they are missing, else `nodata` with a value that no height has",
+                        "{} of {} heights are {mark:?}, which often marks missing heights, but the file does not \
+                         say so: `nodata = {mark:?}` if they are missing, else `nodata` with a value that no height \
+                         has",
                         count(mark),
                         values.len()
                     ));
