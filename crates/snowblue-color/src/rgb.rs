@@ -11,7 +11,7 @@ use std::str::FromStr;
 use crate::error::ColorError;
 use crate::matrix::{Matrix, Vector, inverse, multiply, product, transpose};
 use crate::transfer::{decode_srgb, encode_rec2020, encode_srgb};
-use crate::xyz::{Chromaticity, Xyz};
+use crate::xyz::{ChromaticAdaptation, Chromaticity, Xyy, Xyz};
 
 /// D65 as defined by sRGB and Rec. 2020.
 const D65: Chromaticity = Chromaticity { x: 0.3127, y: 0.3290 };
@@ -20,7 +20,7 @@ const D65: Chromaticity = Chromaticity { x: 0.3127, y: 0.3290 };
 ///
 /// Conversions do not adapt to the white: D65 in [`RgbSpace::AcesCg`], whose white is about D60, is slightly blue
 /// rather than 1, 1, 1. To map the white of a scene to 1, 1, 1, apply a
-/// [`ChromaticAdaptation`](crate::xyz::ChromaticAdaptation) to the tristimulus values first.
+/// [`ChromaticAdaptation`] to the tristimulus values first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum RgbSpace {
     /// sRGB: primaries of Rec. 709, white D65 (IEC 61966-2-1:1999, ITU-R BT.709-6).
@@ -71,6 +71,25 @@ impl Primaries {
         let units = transpose(self.matrix(at_unit_luminance(white))).map(|[x, y, z]| Xyz { x, y, z });
         // Imaginary primaries may have a negative luminance. The comparison also fails for NaN.
         units.iter().all(|Xyz { x, y, z }| x + y + z > 0.0).then_some(units)
+    }
+
+    /// Linear sRGB of one unit of red, green and blue in a space of a white, adapted to the white of sRGB; none if the
+    /// white does not lie between the primaries, or is no white of broadband light.
+    ///
+    /// White is white in every space:
+    /// ```
+    /// # use snowblue_color::RgbSpace;
+    /// let film = RgbSpace::AcesCg;
+    /// let [red, green, blue] = film.primaries().in_srgb(film.white().chromaticity()).unwrap();
+    /// assert!((red.r + green.r + blue.r - 1.0).abs() < 1e-12);
+    /// // The red of film is outside the gamut of screens.
+    /// assert!(red.r > 1.7 && red.g < 0.0);
+    /// ```
+    pub fn in_srgb(self, white: Chromaticity) -> Option<[LinearRgb; 3]> {
+        let units = self.units(white)?;
+        let from_white = Xyy { chromaticity: white, luminance: 1.0 }.xyz();
+        let adaptation = ChromaticAdaptation { from_white, to_white: RgbSpace::Srgb.white() };
+        adaptation.is_possible().then(|| units.map(|unit| LinearRgb::from_xyz(adaptation.apply(unit))))
     }
 
     /// From amounts of the primaries to tristimulus values, where one unit of each is the white.

@@ -120,21 +120,29 @@ pub struct ChromaticAdaptation {
 }
 
 impl ChromaticAdaptation {
+    /// Whether every cone response of `from_white` is above 0, as of every broadband light.
+    pub fn is_possible(self) -> bool {
+        cone_responses(self.from_white).iter().all(|response| *response > 0.0)
+    }
+
     /// Tristimulus values that look under `to_white` as `xyz` looks under `from_white`.
     ///
     /// # Panics
-    /// If a cone response of `from_white` is not above 0. Every broadband light has positive responses.
+    /// If the adaptation is not [possible](Self::is_possible).
     #[must_use]
     pub fn apply(self, xyz: Xyz) -> Xyz {
-        let [mut cones, from_cones, to_cones] =
-            [xyz, self.from_white, self.to_white].map(|Xyz { x, y, z }| product(XYZ_TO_SHARPENED, [x, y, z]));
-        assert!(from_cones.iter().all(|response| *response > 0.0), "{:?} is no white", self.from_white);
+        assert!(self.is_possible(), "{:?} is no white", self.from_white);
+        let [mut cones, from_cones, to_cones] = [xyz, self.from_white, self.to_white].map(cone_responses);
         for ((response, to), from) in cones.iter_mut().zip(to_cones).zip(from_cones) {
             *response *= to / from;
         }
         let [x, y, z] = product(SHARPENED_TO_XYZ, cones);
         Xyz { x, y, z }
     }
+}
+
+fn cone_responses(Xyz { x, y, z }: Xyz) -> [f64; 3] {
+    product(XYZ_TO_SHARPENED, [x, y, z])
 }
 
 #[cfg(test)]

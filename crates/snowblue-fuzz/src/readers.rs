@@ -21,7 +21,7 @@ pub fn axes(bytes: &[u8]) -> bool {
     axes_file::parse(&String::from_utf8_lossy(bytes)).is_ok_and(|axes| axes.check(IceTable::default()).is_ok())
 }
 
-/// An image of the sky, in OpenEXR.
+/// An image of the sky, in OpenEXR or Radiance.
 pub fn exr_sky(bytes: &[u8]) -> bool {
     build(&format!("{CAMERA}[environment]\nimage = \"file.exr\"\n"), "file.exr", bytes)
 }

@@ -41,7 +41,7 @@ impl PngImage {
         image.map_err(|reason| FileError::Content { path: file.path.clone(), reason })
     }
 
-    /// Decodes a PNG of any colour type. Palettes become colours.
+    /// Decodes a PNG of any colour type. Palettes become colours, and colours that are all grey become grey.
     ///
     /// # Errors
     ///
@@ -83,7 +83,13 @@ impl PngImage {
             values.extend(color.chunks_exact(sample_bytes).map(sample));
             alpha.extend(rest.chunks_exact(sample_bytes).map(sample));
         }
-        Ok(Self { width: frame.width as usize, height: frame.height as usize, channels, values, alpha })
+        let mut image = Self { width: frame.width as usize, height: frame.height as usize, channels, values, alpha };
+        if image.values.chunks_exact(channels).all(|pixel| pixel.iter().all(|value| value.total_cmp(&pixel[0]).is_eq()))
+        {
+            image.values = image.values.into_iter().step_by(channels).collect();
+            image.channels = 1;
+        }
+        Ok(image)
     }
 
     /// Decodes a JPEG, as a glTF may hold it. Its orientation and its colour profile are no part of a glTF.
@@ -120,8 +126,8 @@ impl PngImage {
 /// Greatest number of blocks that are decoded at a time.
 const BLOCKS_AT_A_TIME: f64 = 4.0;
 
-/// Refuses a file whose images take more memory than the file may take. `pixel_bytes` gives the memory of a pixel in
-/// bytes, from the bytes of its samples in the file.
+/// Refuses a file whose images together take more memory than the file may take. `pixel_bytes` gives the memory of a
+/// pixel in bytes, from the bytes of its samples in the file.
 ///
 /// # Errors
 ///
@@ -129,8 +135,10 @@ const BLOCKS_AT_A_TIME: f64 = 4.0;
 pub fn check_exr_size(bytes: &[u8], pixel_bytes: impl Fn(usize) -> usize) -> Result<(), String> {
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false);
     let meta = meta.map_err(|error| format!("not a readable EXR file: {error}"))?;
+    let mut asked = 0.0;
     meta.headers.iter().try_for_each(|header| {
-        let (what, asked) = memory(header, &pixel_bytes);
+        let (what, of_header) = memory(header, &pixel_bytes);
+        asked += of_header;
         check_memory(&what, asked, bytes.len())
     })
 }
@@ -202,6 +210,19 @@ mod tests {
                 png(ColorType::Indexed, BitDepth::One, Some(&[0, 0, 255, 255, 0, 0]), &[0b1000_0000]),
                 3,
                 vec![1.0, 0.0, 0.0, 0.0, 0.0, 1.0],
+                [1.0; 2],
+            ),
+            // Grey that is stored as colours or by a palette.
+            (
+                png(ColorType::Rgb, BitDepth::Eight, None, &[0x80, 0x80, 0x80, 255, 255, 255]),
+                1,
+                vec![shade, 1.0],
+                [1.0; 2],
+            ),
+            (
+                png(ColorType::Indexed, BitDepth::One, Some(&[0, 0, 0, 255, 255, 255]), &[0b1000_0000]),
+                1,
+                vec![1.0, 0.0],
                 [1.0; 2],
             ),
         ] {

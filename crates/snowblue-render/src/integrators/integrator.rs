@@ -218,12 +218,14 @@ impl Integrator {
 
     /// A tracer for one task, with zero counts. For pictures of spectra, `responses` is false.
     pub(crate) fn tracer(&self, responses: bool) -> Tracer<'_> {
-        let Prepared { scene, bodies, .. } = &self.prepared;
+        let Prepared { scene, bodies, parts_of_lights, .. } = &self.prepared;
         let paths = match self.prepared.tracing() {
             Tracing::OverSurfaces(snow) => {
                 Paths::OverSurfaces(Box::new(PathTracer::new(&self.prepared, snow, responses)))
             }
-            Tracing::InVolumes(volumes) => Paths::Reference(Box::new(ReferenceTracer::new(scene, bodies, volumes))),
+            Tracing::InVolumes(volumes) => {
+                Paths::Reference(Box::new(ReferenceTracer::new((scene, parts_of_lights), bodies, volumes)))
+            }
         };
         Tracer { paths, air: scene.air() }
     }

@@ -7,6 +7,7 @@ use std::sync::{Arc, OnceLock};
 use glam::Vec3A;
 use snowblue_database::CompressedTable;
 use snowblue_light_field::{BodyOptics, LightField, SnowOfMaterials};
+use snowblue_scene::light::Light;
 use snowblue_scene::material::Material;
 use snowblue_scene::material::snow::SnowKinds;
 use snowblue_scene::objects::SurfaceInteraction;
@@ -34,6 +35,8 @@ pub(super) struct Prepared {
     pub(super) scene: Scene,
     pub(super) method: Method,
     pub(super) bodies: SnowBodies,
+    /// The lights as the reference samples them: each is found by rays, or is small.
+    pub(super) parts_of_lights: Vec<Arc<Light>>,
     /// The facets of snow that sparkles; none where nothing does.
     pub(super) sparkle: Option<SceneSparkle>,
     /// The responses to each light, and no responses, for pictures of spectra.
@@ -67,12 +70,14 @@ impl Prepared {
     /// If the constants of some snow do not cover a wavelength.
     pub(super) fn new(scene: &Scene, method: Method) -> Result<Self, RenderError> {
         let tables = method.light_tables(scene);
+        let is_reference = matches!(method, Method::Reference(..));
+        let parts_of_lights = scene.lights().iter().filter(|_| is_reference).flat_map(Light::parts).collect();
         let (bodies, no_tables) = (SnowBodies::new(scene), LightTables::none(scene));
         let is_drawn = method.draws_sparkle() && scene.materials().iter().any(|material| material.sparkle().is_some());
         let sparkle = is_drawn.then(|| SceneSparkle::new(scene, &method.kinds(scene))).transpose()?;
         let is_filtered = scene.description().is_filtered();
         let open_sky = is_filtered.then(|| OpenSky::new(scene.lights().iter().map(Arc::as_ref)));
-        Ok(Self { scene: scene.clone(), method, bodies, sparkle, tables, no_tables, open_sky })
+        Ok(Self { scene: scene.clone(), method, bodies, parts_of_lights, sparkle, tables, no_tables, open_sky })
     }
 
     /// The reasons why the sparkle of materials is not drawn, in sentences.

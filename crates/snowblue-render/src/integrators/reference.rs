@@ -6,7 +6,9 @@
 //! L += β(λ) P(cos Θ; λ) e^{−κd} V I(λ)/r²,   β(λ) = e^{−γ(λ)ℓ},
 //!
 //! where ℓ is the path length in ice so far, d the distance through snow to the light, and V the visibility of the
-//! light past solids. The rays of the path itself find lights with extent. Three techniques reduce the cost without
+//! light past solids. The rays of the path itself find lights with extent. The sun, and the pixels of an image of the
+//! sky that are far brighter than its mean, are too small for this: a direction of each, drawn once a path, acts as a
+//! light without extent. Three techniques reduce the cost without
 //! changing a mean:
 //!
 //! - A light contributes with the probability e^{−κd}, so deep in snow there is mostly nothing to compute.
@@ -50,6 +52,8 @@ use snowblue_scene::transparency::Segment;
 #[derive(Debug)]
 pub(crate) struct ReferenceTracer<'scene> {
     scene: &'scene Scene,
+    /// The lights of the scene, in parts of which each is found by rays, or is small.
+    lights: &'scene [Arc<Light>],
     surroundings: SnowQueries<'scene>,
     volumes: &'scene [Option<Arc<SnowVolumes>>],
     delta_lights: Vec<WalkLight>,
@@ -81,9 +85,9 @@ enum SnowEnd {
 }
 
 impl<'scene> ReferenceTracer<'scene> {
-    /// Starts with zero counts.
+    /// Starts with zero counts. `lights` are the [parts](Light::parts) of the lights of the scene.
     pub(crate) fn new(
-        scene: &'scene Scene,
+        (scene, lights): (&'scene Scene, &'scene [Arc<Light>]),
         bodies: &'scene SnowBodies,
         volumes: &'scene [Option<Arc<SnowVolumes>>],
     ) -> Self {
@@ -92,10 +96,11 @@ impl<'scene> ReferenceTracer<'scene> {
         let weights = |node: &VolumeNode| Spectrum(std::array::from_fn(|k| node.weights()[k]));
         Self {
             scene,
+            lights,
             surroundings: SnowQueries::new(scene, bodies, volumes),
             volumes,
-            delta_lights: Vec::with_capacity(scene.lights().len()),
-            has_area_lights: scene.lights().iter().any(|light| !light.is_small()),
+            delta_lights: Vec::with_capacity(lights.len()),
+            has_area_lights: lights.iter().any(|light| !light.is_small()),
             weights: volume.map_or(vec![Spectrum::ONE], |volume| volume.nodes().iter().map(weights).collect()),
             lengths: Vec::new(),
         }
@@ -112,7 +117,7 @@ impl<'scene> ReferenceTracer<'scene> {
         self.surroundings.statistics.camera_rays += 1;
         let mut of_lights = *sampler;
         self.delta_lights.clear();
-        self.delta_lights.extend(self.scene.lights().iter().filter_map(|light| {
+        self.delta_lights.extend(self.lights.iter().filter_map(|light| {
             let sample = light.small_sample(&mut of_lights)?;
             Some(WalkLight { sample, power: light.power(&sample.origin) })
         }));
@@ -182,7 +187,7 @@ impl<'scene> ReferenceTracer<'scene> {
     /// The surface where the ray of a path ends outside of snow. Adds the lights with extent on the way: the lights
     /// that the camera sees if the ray starts there, with the sun and all lamps in mirrors, or else all but the sun.
     fn next_surface(&mut self, path: &mut Path, is_camera_ray: bool) -> Option<SurfaceInteraction> {
-        let Self { scene, surroundings, .. } = self;
+        let Self { lights, surroundings, .. } = self;
         let SnowWalk { ray, stream, throughput, radiance, .. } = &mut path.walk;
         let origin = ray.origin;
         let visit = |Segment { ray, hit, is_mirrored }: &Segment| {
@@ -194,8 +199,7 @@ impl<'scene> ReferenceTracer<'scene> {
                 let counts = is_camera_ray || !light.is_small();
                 counts.then(|| light.full_hit_radiance(ray, limit_m))?.map(|hit| hit.radiance)
             };
-            let lights = scene.lights().iter().filter_map(of_light);
-            lights.for_each(|light| radiance.add_product(1.0, throughput, &light));
+            lights.iter().filter_map(of_light).for_each(|light| radiance.add_product(1.0, throughput, &light));
         };
         let hit = surroundings.first_end(ray, || narrow(stream.uniform()), visit);
         if ray.origin != origin {
@@ -344,7 +348,7 @@ impl<'scene> ReferenceTracer<'scene> {
         if !self.has_area_lights {
             return;
         }
-        let lights = self.scene.lights().iter().filter(|light| !light.is_small());
+        let lights = self.lights.iter().filter(|light| !light.is_small());
         let hits = lights.filter_map(|light| light.full_hit_radiance(&path.walk.ray, limit_m));
         for LightHit { radiance, distance_m } in hits {
             let absorbed = self.attenuation(snow, (kind, distance_m.into()));

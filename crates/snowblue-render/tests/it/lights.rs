@@ -15,7 +15,7 @@ use snowblue_render::scene::spectrum::light_spectrum::LightSpectrum;
 use snowblue_render::{Aovs, Integrator};
 use snowblue_stat::{Moments, sidak_level, z_p_value};
 
-use crate::snow::{SNOW, analytic_table, extinction_per_cm, integrator, pcasnow, prepared, radiance, scene};
+use crate::snow::{SNOW, analytic_table, extinction_per_cm, integrator, pcasnow, prepared, radiance, scene, scene_by};
 
 /// Thickness of the slab, in cm.
 const DEPTH_CM: f64 = 20.0;
@@ -131,7 +131,7 @@ fn a_sky_of_luminance_alone_is_grey_and_other_channels_are_named() {
         let channel = |name: &&str| AnyChannel::new(*name, FlatSamples::F32((0..8).map(|k| k as f32).collect()));
         let channels = AnyChannels::sort(channels.iter().map(channel).collect());
         Image::from_channels((4, 2), channels).write().to_file(&path).unwrap();
-        Panorama::read_exr(&|path: &str| std::fs::read(path), path.to_str().unwrap())
+        Panorama::read(&|path: &str| std::fs::read(path), path.to_str().unwrap(), None)
     };
     let grey = write("grey.exr", &["Y"]).unwrap();
     assert_eq!((grey.width, grey.height), (4, 2));
@@ -300,6 +300,50 @@ fn snow_does_not_increase_the_radiance_of_a_light_inside() {
         let mut slab = slab("path = \"brightest\"", &lamp);
         for moment in repeated(&mut slab, Vec3A::new(0.1, 0.1, -1.0), Vec3A::ZERO, 256) {
             assert!(moment.mean() < 1.0 + 4.0 * moment.standard_error(), "{depth_m} m: {moment:?}");
+        }
+    }
+}
+
+/// A small sun in an image of the sky gives most of the light of a floor. Rays find it once in 180 times.
+#[test]
+fn a_small_sun_in_an_image_lights_a_floor_as_its_pixels_say() {
+    const WIDTH: u32 = 64;
+    const HEIGHT: u32 = 32;
+    let value = |row: u32, column: u32| match (row, column) {
+        (9 | 10, 30 | 31) => 3000.0,
+        (0..16, _) => 0.3,
+        _ => 0.0,
+    };
+    let pixel = |number: u32| {
+        let value = value(number / WIDTH, number % WIDTH);
+        LinearRgb { r: value, g: value, b: value }.xyz()
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("sunny.exr");
+    let film = Film::new(ImageSize { width: WIDTH, height: HEIGHT }, (0..WIDTH * HEIGHT).map(pixel).collect());
+    write_exr(&film, &[], &path).unwrap();
+    // The sum over the pixels of the radiance, the cosine and the solid angle, over π and times the reflectance. The
+    // interpolation between pixels moves light by a sixth of the square of a pixel, (π/32)², in rad²: 0.2 %.
+    let share = |row: u32| {
+        let polar = PI * (f64::from(row) + 0.5) / f64::from(HEIGHT);
+        polar.cos() * polar.sin() * (PI / f64::from(HEIGHT)).powi(2)
+    };
+    let places = (0..HEIGHT / 2).flat_map(|row| (0..WIDTH).map(move |column| (row, column)));
+    let irradiance: f64 = places.map(|(row, column)| value(row, column) * share(row)).sum();
+    let shape = LightSpectrum::illuminant("D65".parse().unwrap()).unwrap().relative;
+    let expected = [0, 15, 30].map(|k| 0.5 * irradiance / PI * f64::from(shape.0[k]));
+    for method in ["reference", "hybrid"] {
+        let text = format!(
+            "[material.grey]\ntype = \"diffuse\"\nreflectance = 0.5\n\
+             [[object]]\nshape = \"plane\"\nmaterial = \"grey\"\n[environment]\nimage = \"{}\"\n",
+            path.display()
+        );
+        let mut floor = prepared(&scene_by(method, &text, &[]), None);
+        let found = repeated(&mut floor, Vec3A::new(2.0, 0.0, 1.2), Vec3A::ZERO, 64);
+        assert_agrees(&found, expected, 5e-3, method);
+        // By chance, a sample has a standard deviation of 13 times the mean, and the mean of 1,024 an error of 0.4.
+        for moment in &found {
+            assert!(moment.standard_error() < 0.01 * moment.mean(), "{method}: {moment:?}");
         }
     }
 }

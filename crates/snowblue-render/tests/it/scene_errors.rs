@@ -375,7 +375,6 @@ fn mistakes_in_landscapes_are_named() {
         ("shape = \"heights\"\nfile = \"gone.asc\"", 25, "object[1].file cannot be used: 1 of 6 heights are missing"),
         ("shape = \"heights\"\nfile = \"gone.tif\"", 25, "gone.tif does not exist"),
         ("shape = \"heights\"\nheights = [[1, 2], [1, 2]]\nbottom = 0", 23, "object[1].size is missing"),
-        ("shape = \"heights\"\nheights = [[1, 2], [1, 2]]\nsize = [1, 1, 1]", 23, "object[1].bottom is missing"),
         ("shape = \"heights\"", 23, "object[1] needs one of heights, file"),
         (
             "shape = \"heights\"\nfile = \"gone.asc\"\nfill = 5\ncrop = { centre = [50, 10], size = [20, 10] }",
@@ -432,11 +431,31 @@ fn mistakes_in_landscapes_are_named() {
             "object[1].slide_deg is of meshes, but the ground is none",
         ),
     ];
-    for (wrong, line, expected) in cases {
-        let message = landscape_mistake(&SCENE.replacen("mesh = \"gone.ply\"", wrong, 1));
-        assert!(message.contains(&format!("scene.toml:{line}: ")), "{wrong}: {message}");
-        assert!(message.contains(expected) && !message.contains('\n'), "{wrong}: {message}");
-    }
+    cases.into_iter().for_each(check_landscape_mistake);
+}
+
+#[test]
+fn mistakes_in_units_and_marks_of_missing_heights_are_named() {
+    let cases = [
+        (
+            "shape = \"heights\"\nheights = [[1, -9999], [1, 2]]\nsize = [1, 1, 1]",
+            25,
+            "object[1].heights cannot be used: 1 of 4 heights are -9999.0, which often marks missing heights",
+        ),
+        (
+            "shape = \"heights\"\nheights = [[1, 2], [1, 2]]\nsize = [1, 1, 1]\nunit = \"ft\"",
+            27,
+            "object[1].unit is the unit of a map, whose place and unit `size` replaces",
+        ),
+        ("shape = \"heights\"\nfile = \"gone.asc\"\nunit = \"feet\"", 26, "expected one of `m`, `cm`, `ft`, `us-ft`"),
+        (
+            "shape = \"heights\"\nfile = \"gone.asc\"\nnodata = 5\nmap_unit = \"cm\"\nunit = \"m\"\n\
+             crop = { centre = [0, 0], size = [9, 9] }",
+            29,
+            "crop reaches beyond the grid, which covers x = 0.05 to 0.25 m and y = 0.0",
+        ),
+    ];
+    cases.into_iter().for_each(check_landscape_mistake);
 }
 
 #[test]
@@ -469,6 +488,13 @@ fn mistakes_in_prints_are_named() {
     }
     let message = landscape_mistake(&scene("shape = \"sphere\"\nradius = 1", hole));
     assert!(message.contains("object[1].imprint needs a surface of heights"), "{message}");
+}
+
+/// Checks the line and the message of a mistake of a scene in which the mesh is replaced.
+fn check_landscape_mistake((wrong, line, expected): (&str, u32, &str)) {
+    let message = landscape_mistake(&SCENE.replacen("mesh = \"gone.ply\"", wrong, 1));
+    assert!(message.contains(&format!("scene.toml:{line}: ")), "{wrong}: {message}");
+    assert!(message.contains(expected) && !message.contains('\n'), "{wrong}: {message}");
 }
 
 /// The mistake of a scene beside a map and a mesh.

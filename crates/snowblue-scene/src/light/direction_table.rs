@@ -23,6 +23,8 @@ pub(super) struct DirectionTable {
     turn_rad: f32,
     /// Brightness at the middle of each pixel.
     bright: Vec<f32>,
+    /// Mean brightness over all directions.
+    mean: f32,
     /// Cumulative fractions of the light over the rows of cells, and over the columns of each row.
     rows: Vec<f32>,
     columns: Vec<f32>,
@@ -33,7 +35,7 @@ impl DirectionTable {
     /// `turn_rad`, counter-clockwise seen from above. None if all is dark.
     pub(super) fn new(width: usize, bright: Vec<f32>, turn_rad: f32) -> Option<Self> {
         let height = bright.len() / width;
-        let mut table = Self { width, height, turn_rad, bright, rows: Vec::new(), columns: Vec::new() };
+        let mut table = Self { width, height, turn_rad, bright, mean: 0.0, rows: Vec::new(), columns: Vec::new() };
         let mut row_weights = Vec::with_capacity(height + 1);
         table.columns.reserve_exact(width * (height + 1));
         for row in 0..=height {
@@ -45,7 +47,14 @@ impl DirectionTable {
         }
         let (total, rows) = cumulative(row_weights.into_iter());
         table.rows = rows;
+        // The weights of rows add up to 2 for each column.
+        table.mean = narrow(total / (2 * width) as f64);
         (total > 0.0).then_some(table)
+    }
+
+    /// Mean brightness over all directions.
+    pub(super) fn mean(&self) -> f32 {
+        self.mean
     }
 
     /// A direction with the density [`density_per_sr`](Self::density_per_sr), from two numbers in [0, 1).

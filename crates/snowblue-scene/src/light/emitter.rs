@@ -2,6 +2,7 @@
 
 use std::f32::consts::PI;
 use std::fmt::Debug;
+use std::sync::Arc;
 
 use glam::Vec3A;
 use snowblue_geometry::ray::Ray;
@@ -59,6 +60,12 @@ pub(crate) trait Emitter: Debug + Send + Sync + 'static {
         false
     }
 
+    /// The light as the sum of a light that rays find by chance and a light that they do not; none if rays find the
+    /// whole light, or none of it.
+    fn parts(&self) -> Option<[Arc<dyn Emitter>; 2]> {
+        None
+    }
+
     /// The light as a lamp inside snow; none if it cannot be one.
     fn inner_lamp(&self) -> Option<InnerLamp> {
         None
@@ -79,7 +86,7 @@ pub(crate) enum LightType {
         /// Its apparent area over π, in m².
         spread_m2: f32,
     },
-    /// A disc of directions about a unit vector towards the light, so small that rays do not find it by chance.
+    /// Few directions about a unit vector towards the light, so few that rays do not find them by chance.
     Disc(Vec3A),
     /// All directions.
     Infinite,

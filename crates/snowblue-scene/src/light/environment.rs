@@ -4,11 +4,12 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use snowblue_base::files::FileError;
 use snowblue_base::toml_table::Table;
-use snowblue_base::{KeyPath, ParseError, narrow};
+use snowblue_base::{KeyPath, Number, ParseError, narrow};
 
 use crate::error::SceneError;
-use crate::light::image::{ImageSkyDescription, Panorama, SkyImage};
+use crate::light::image::{ImageSkyDescription, SkyImage};
 use crate::light::keys::LightKeys;
+use crate::light::panorama::Panorama;
 use crate::light::techniques::Light;
 use crate::light::uniform_sky::SkyGlow;
 use crate::sources::Sources;
@@ -46,9 +47,10 @@ impl EnvironmentDescription {
         match self {
             Self::Uniform { spectrum, glow } => Ok(glow.light(path, &spectrum.build(path, sources)?)?),
             Self::Image(sky) => {
-                let panorama = Panorama::read_exr(sources.files, &sky.image)
+                let panorama = Panorama::read(sources.files, &sky.image, sky.layer.as_deref())
                     .map_err(|error| sources.named(&path.key("image"), &sky.image, error))?;
-                let image = SkyImage::new(&panorama, narrow(sky.scale.get()), narrow(sky.rotation_deg.get()));
+                let [scale, turn_deg] = [sky.scale.get(), sky.rotation_deg.get()].map(narrow);
+                let image = SkyImage::new(&panorama, scale, sky.max_radiance.map(Number::get), turn_deg);
                 let image = image.map_err(|reason| {
                     SceneError::File(FileError::Content { path: sources.files.display_name(&sky.image), reason })
                 })?;

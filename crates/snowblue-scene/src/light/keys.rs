@@ -21,6 +21,8 @@ quantities! {
     pub Irradiance = ParameterRange::new("irradiance", 0.0, MAX_STRENGTH, "W/m²");
     /// A factor of the light of a sky.
     pub SkyScale = ParameterRange::new("scale", 1e-9, 1e9, "");
+    /// A channel of a pixel of a sky.
+    pub PixelValue = ParameterRange::new("value", 1e-9, MAX_STRENGTH, "");
 }
 
 /// The keys of one kind of light, without the keys of its spectrum.

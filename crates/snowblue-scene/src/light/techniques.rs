@@ -59,6 +59,17 @@ impl Light {
         Self { is_visible, ..self }
     }
 
+    /// The lights of which each is found by rays, or is small: the light itself, or two lights that add up to it.
+    pub fn parts(light: &Arc<Self>) -> Vec<Arc<Self>> {
+        match light.emitter.parts() {
+            Some(parts) => {
+                let of_part = |emitter: Arc<dyn Emitter>| Self { light_type: emitter.light_type(), emitter, ..**light };
+                parts.into_iter().map(of_part).map(Arc::new).collect()
+            }
+            None => vec![Arc::clone(light)],
+        }
+    }
+
     /// The name of the light: its `type` in a scene file, `sun` or `sky`.
     pub fn name(&self) -> &'static str {
         self.emitter.name()

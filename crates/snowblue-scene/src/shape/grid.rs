@@ -7,7 +7,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use snowblue_base::{KeyError, KeyPath, Number, Numbers, ParameterRange, narrow, quantities};
 use snowblue_shapes::height_field::Heights;
-use snowblue_shapes::height_files::{Georeference, HeightGrid, Window};
+use snowblue_shapes::height_files::{Georeference, HeightGrid, StatedByUser, Window};
 use snowblue_shapes::terrain::{Filling, Terrain};
 
 use super::keys::{BuiltShape, ObjectContext};
@@ -21,6 +21,8 @@ quantities! {
     pub Height = ParameterRange::new("height", -1e5, 1e5, "m");
     /// A coordinate of a map.
     pub MapCoordinate = ParameterRange::new("coordinate", -1e8, 1e8, "m");
+    /// A value of a file that marks missing heights.
+    pub NoData = ParameterRange::new("value", -3.5e38, 3.5e38, "");
     /// How far triangles may lie from the heights.
     pub Tolerance = ParameterRange::new("tolerance", 0.0, 1e4, "m");
 }
@@ -36,6 +38,15 @@ pub struct GridSettings {
     /// Lengths along x and y, and the height of the value 1, in m; by default those of a georeferenced file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub size: Option<Numbers<ShapeSize, 3>>,
+    /// The unit of the heights of a map; by default the unit that the file states, or m.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unit: Option<LengthUnit>,
+    /// The unit of the coordinates of a map; by default the unit that the file states, or m.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub map_unit: Option<LengthUnit>,
+    /// The value that marks missing heights; by default the value that the file states.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub nodata: Option<Number<NoData>>,
     /// The height that lies at z = 0, in m; by default the height at the object's origin in a georeferenced file, else
     /// 0.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -52,6 +63,31 @@ pub struct GridSettings {
     pub tolerance: Option<Number<Tolerance>>,
 }
 
+/// A unit of length of a map.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum LengthUnit {
+    /// Metre.
+    M,
+    /// Centimetre.
+    Cm,
+    /// International foot, 0.3048 m.
+    Ft,
+    /// US survey foot, 1200/3937 m.
+    UsFt,
+}
+
+impl LengthUnit {
+    fn in_m(self) -> f64 {
+        match self {
+            Self::M => 1.0,
+            Self::Cm => 0.01,
+            Self::Ft => 0.3048,
+            Self::UsFt => 1200.0 / 3937.0,
+        }
+    }
+}
+
 /// A part of a grid. Its middle becomes the object's origin.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -64,13 +100,24 @@ pub struct CropDescription {
 
 impl GridSettings {
     /// The keys.
-    pub(super) const KEYS: [&str; 5] = ["size", "datum", "fill", "crop", "tolerance"];
+    pub(super) const KEYS: [&str; 8] = ["size", "unit", "map_unit", "nodata", "datum", "fill", "crop", "tolerance"];
 
     /// The first key that is set; none if no key is set.
     pub(super) fn first_key(&self) -> Option<&'static str> {
-        let Self { size, datum, fill, crop, tolerance } = self;
-        let is_set = [size.is_some(), datum.is_some(), fill.is_some(), crop.is_some(), tolerance.is_some()];
+        let Self { size, unit, map_unit, nodata, datum, fill, crop, tolerance } = self;
+        let of_files = [unit.is_some(), map_unit.is_some(), nodata.is_some()];
+        let of_grids = [datum.is_some(), fill.is_some(), crop.is_some(), tolerance.is_some()];
+        let is_set = [size.is_some()].into_iter().chain(of_files).chain(of_grids);
         Self::KEYS.into_iter().zip(is_set).find_map(|(key, is_set)| is_set.then_some(key))
+    }
+
+    /// What the keys say of a file, instead of the file.
+    pub(super) fn stated(&self) -> StatedByUser {
+        StatedByUser {
+            no_data: self.nodata.map(|value| narrow(value.get())),
+            height_unit_m: self.unit.map(LengthUnit::in_m),
+            map_unit_m: self.map_unit.map(LengthUnit::in_m),
+        }
     }
 }
 
@@ -96,16 +143,23 @@ impl PlacedGrid {
             heights_of(grid.clone(), key)?;
         }
         let cells = DVec2::new((grid.columns - 1) as f64, (grid.rows() - 1) as f64);
-        let (georeference, height_scale) = match (settings.size, grid.georeference) {
+        let georeference = match (settings.size, &grid.georeference) {
             (Some(size), _) => {
+                let units = [("unit", settings.unit), ("map_unit", settings.map_unit)];
+                if let Some((key, _)) = units.into_iter().find(|(_, unit)| unit.is_some()) {
+                    return Err(path.key(key).error("is the unit of a map, whose place and unit `size` replaces"));
+                }
                 let size = point(size).as_dvec3();
                 let far_left_m = 0.5 * size.truncate() * DVec2::new(-1.0, 1.0);
-                (Georeference { far_left_m, cell_m: size.truncate() / cells }, size.z)
+                Georeference { far_left_m, cell_m: size.truncate() / cells, height_unit_m: size.z }
             }
-            (None, Some(georeference)) => (georeference, 1.0),
-            (None, None) => return Err(path.key("size").error("is missing, and the file does not say it")),
+            (None, Ok(Some(georeference))) => *georeference,
+            (None, Ok(None)) => return Err(path.key("size").error("is missing, and the file does not say it")),
+            (None, Err(reason)) => {
+                return Err(key.error(format!("cannot be used: {reason}; `size` replaces the place of a map")));
+            }
         };
-        let Georeference { far_left_m, cell_m } = georeference;
+        let Georeference { far_left_m, cell_m, height_unit_m } = georeference;
         let (grid, far_left_m, origin_m) = match settings.crop {
             None => (grid, far_left_m, far_left_m + 0.5 * cells * cell_m * DVec2::new(1.0, -1.0)),
             Some(crop) => {
@@ -115,14 +169,15 @@ impl PlacedGrid {
                 (grid, far_left_m, window.centre_m)
             }
         };
-        let heights = heights_of(filled(grid, settings.fill.map(Number::get), key)?, key)?;
+        let fill = settings.fill.map(|fill_m| fill_m.get() / height_unit_m);
+        let heights = heights_of(filled(grid, fill, key)?, key)?.scaled(narrow(height_unit_m));
         let far_left_m = far_left_m - origin_m;
         let of_origin = || heights.at(-far_left_m * DVec2::new(1.0, -1.0) / cell_m);
         let is_map = settings.size.is_none();
         let datum_m = settings.datum.map(Number::get).unwrap_or_else(|| if is_map { of_origin() } else { 0.0 });
         let usual_tolerance_m = if is_map { TOLERANCE_OF_CELL * cell_m.min_element() } else { 0.0 };
         Ok(Self {
-            heights: heights.scaled(narrow(height_scale)).lowered(datum_m),
+            heights: heights.lowered(datum_m),
             far_left_m,
             cell_m,
             tolerance_m: settings.tolerance.map_or(usual_tolerance_m, Number::get),
@@ -176,22 +231,24 @@ impl PlacedGrid {
     }
 }
 
-/// A grid of rows from far (greatest y) to near, each from left to right.
-pub(super) fn grid_of_rows(rows: &[Vec<f64>], path: &KeyPath) -> Result<HeightGrid, KeyError> {
+/// A grid of rows from far (greatest y) to near, each from left to right, among which `no_data` marks missing heights.
+pub(super) fn grid_of_rows(rows: &[Vec<f64>], path: &KeyPath, no_data: Option<f32>) -> Result<HeightGrid, KeyError> {
     if rows.windows(2).any(|pair| pair[0].len() != pair[1].len()) {
         return Err(path.error("must be a list of lists of numbers, all of one length"));
     }
-    Ok(HeightGrid {
-        columns: rows.first().map_or(0, Vec::len),
-        values: rows.iter().flatten().copied().map(narrow).collect(),
-        georeference: None,
-        no_data: None,
-    })
+    let values = rows.iter().flatten().copied().map(narrow).collect();
+    HeightGrid::new(rows.first().map_or(0, Vec::len), values, no_data, Ok(None))
+        .map_err(|reason| path.error(format!("cannot be used: {reason}")))
 }
 
 /// The grid of a file.
-pub(super) fn read_grid(path: &KeyPath, file: &str, sources: &Sources) -> Result<HeightGrid, SceneError> {
-    HeightGrid::read(sources.files, file).map_err(|error| sources.named(path, file, error))
+pub(super) fn read_grid(
+    path: &KeyPath,
+    file: &str,
+    sources: &Sources,
+    stated: &StatedByUser,
+) -> Result<HeightGrid, SceneError> {
+    HeightGrid::read(sources.files, file, stated).map_err(|error| sources.named(path, file, error))
 }
 
 /// Fills missing heights; `key` is the path to the heights.

@@ -11,7 +11,7 @@ use super::keys::{BuiltShape, ObjectContext, ShapeKeys, check_shapes};
 use crate::error::SceneError;
 use crate::values::{Coordinate, only_one, point};
 
-/// Default distance of the bottom of a map below its least height, as a fraction of the map's longer side.
+/// Default distance of the bottom below the least height, as a fraction of the longer side.
 const BOTTOM_OF_SIDE: f64 = 0.01;
 
 /// A solid under a surface of heights.
@@ -22,16 +22,14 @@ pub struct HeightFieldDescription {
     /// third number of `size`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub heights: Option<Vec<Vec<f64>>>,
-    /// A grey PNG, white being 1, the first channel of an OpenEXR image, an ESRI ASCII grid or a GeoTIFF, instead of
-    /// rows.
+    /// A grey PNG, white being 1, an OpenEXR image of one channel, an ESRI ASCII grid or a GeoTIFF, instead of rows.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
     /// Where they lie.
     #[serde(flatten, skip_deserializing)]
     #[schemars(!skip_deserializing)]
     pub grid: GridSettings,
-    /// Where the solid ends below, in m. Of a georeferenced file, by default a hundredth of its longer side below the
-    /// least height.
+    /// Where the solid ends below, in m; by default a hundredth of the longer side below the least height.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bottom: Option<Number<Coordinate>>,
 }
@@ -46,14 +44,13 @@ impl ShapeKeys for HeightFieldDescription {
         let (path, settings) = (object.path, &self.grid);
         let rows = self.heights.as_ref().map(|rows| {
             let key = path.key("heights");
-            Ok::<_, SceneError>((grid_of_rows(rows, &key)?, key))
+            Ok::<_, SceneError>((grid_of_rows(rows, &key, settings.stated().no_data)?, key))
         });
         let file = self.file.as_ref().map(|file| {
             let key = path.key("file");
-            Ok((read_grid(&key, file, object.sources)?, key))
+            Ok((read_grid(&key, file, object.sources, &settings.stated())?, key))
         });
         let (grid, key) = only_one(path, [("heights", rows), ("file", file)])??;
-        let is_missing = || path.key("bottom").error("is missing");
         // The reason begins with the name of the key.
         let wrong = |reason: String| match reason.strip_prefix("bottom ") {
             Some(reason) => SceneError::from(path.key("bottom").error(reason)),
@@ -61,20 +58,14 @@ impl ShapeKeys for HeightFieldDescription {
         };
         let bottom_m = self.bottom.map(|bottom| narrow(bottom.get()));
         let others = GridSettings { size: None, ..settings.clone() };
-        if let (Some(size), [], None) = (settings.size, object.imprints, others.first_key()) {
+        if let (Some(size), [], None, Some(bottom_m)) = (settings.size, object.imprints, others.first_key(), bottom_m) {
             let heights = heights_of(filled(grid, None, &key)?, &key)?;
-            let bottom_m = bottom_m.ok_or_else(is_missing)?;
             return Ok(object.place(heights.solid(point(size).into(), bottom_m).map_err(wrong)?)?.into());
         }
         check_shapes(path)?;
         let placed = PlacedGrid::new(path, &key, grid, settings)?;
-        let longer_m = placed.size_m().max_element();
-        let bottom_m = match bottom_m {
-            Some(bottom_m) => f64::from(bottom_m),
-            None if placed.origin_on_map_m.is_some() => f64::from(placed.least_m()) - BOTTOM_OF_SIDE * longer_m,
-            None => return Err(is_missing().into()),
-        };
-        placed.build(object, Filling::Below(bottom_m), wrong)
+        let usual_m = f64::from(placed.least_m()) - BOTTOM_OF_SIDE * placed.size_m().max_element();
+        placed.build(object, Filling::Below(bottom_m.map_or(usual_m, f64::from)), wrong)
     }
 
     fn takes_imprints(&self) -> bool {

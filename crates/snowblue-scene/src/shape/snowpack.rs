@@ -9,13 +9,13 @@ use serde::de::{Error, IntoDeserializer, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 use snowblue_base::files::extension;
 use snowblue_base::toml_table::Table;
-use snowblue_base::{KeyError, KeyPath, Number, Numbers, ParameterRange, ParseError, quantities};
+use snowblue_base::{KeyError, KeyPath, Number, Numbers, ParameterRange, ParseError, narrow, quantities};
 use snowblue_geometry::mesh_bvh::MeshBvh;
 use snowblue_geometry::mesh_files::{MESH_EXTENSIONS, ReadMesh, read_mesh_from};
 use snowblue_geometry::ray::MeshLocation;
 use snowblue_geometry::triangle_mesh::TriangleMesh;
 use snowblue_shapes::height_field::Heights;
-use snowblue_shapes::height_files::{Georeference, HeightGrid};
+use snowblue_shapes::height_files::{Georeference, HeightGrid, StatedByUser};
 use snowblue_shapes::snow_on_mesh::{SnowLayer, snow_on_mesh};
 use snowblue_shapes::terrain::{Depth, DepthImage, Filling, SnowCover};
 
@@ -94,7 +94,7 @@ pub enum DepthDescription {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct VaryingDepth {
-    /// A grey PNG, white being 1, the first channel of an OpenEXR image, an ESRI ASCII grid or a GeoTIFF.
+    /// A grey PNG, white being 1, an OpenEXR image of one channel, an ESRI ASCII grid or a GeoTIFF; a map in m.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub texture: Option<String>,
     /// The name of an attribute of the vertices of a mesh, instead of an image.
@@ -195,11 +195,11 @@ impl ShapeKeys for SnowpackDescription {
         }
         let rows = self.heights.as_ref().map(|rows| {
             let key = path.key("heights");
-            Ok::<_, SceneError>((grid_of_rows(rows, &key)?, key))
+            Ok::<_, SceneError>((grid_of_rows(rows, &key, self.grid.stated().no_data)?, key))
         });
         let file = self.ground.as_ref().map(|file| {
             let key = path.key("ground");
-            Ok((read_grid(&key, file, object.sources)?, key))
+            Ok((read_grid(&key, file, object.sources, &self.grid.stated())?, key))
         });
         let (grid, key) = only_one(path, [("ground", file), ("heights", rows)])??;
         let placed = PlacedGrid::new(path, &key, grid, &self.grid)?;
@@ -264,7 +264,12 @@ impl SnowpackDescription {
                     let reason = format!("is \"{texture}\", but {file} has no texture coordinates");
                     return Err(path.error(reason).into());
                 }
-                let image = depth_of_grid(&path, texture, read_grid(&path, texture, sources)?, [from_m, to_m])?;
+                let image = depth_of_grid(
+                    &path,
+                    texture,
+                    read_grid(&path, texture, sources, &StatedByUser::default())?,
+                    [from_m, to_m],
+                )?;
                 let at = |mesh: &MeshBvh, place: &MeshLocation| {
                     mesh.uv(place).map_or(0.0, |uv| at_least(image.at(uv.as_dvec2()), min_m))
                 };
@@ -286,11 +291,11 @@ impl DepthDescription {
             return Err(path.error("is an attribute, but the ground is no mesh and has none").into());
         };
         let path = path.key("texture");
-        let grid = read_grid(&path, texture, sources)?;
-        let (place, origin_m) = (grid.georeference, ground.origin_on_map_m);
+        let grid = read_grid(&path, texture, sources, &StatedByUser::default())?;
+        let (place, origin_m) = (grid.georeference.clone(), ground.origin_on_map_m);
         let mut depth = depth_of_grid(&path, texture, grid, varying.range.get())?;
         // If both maps are georeferenced, the map of depths is placed by its coordinates on the map of heights.
-        if let (Some(Georeference { far_left_m, cell_m }), Some(origin_m)) = (place, origin_m) {
+        if let (Ok(Some(Georeference { far_left_m, cell_m, .. })), Some(origin_m)) = (place, origin_m) {
             let to_cells = DVec2::new(1.0, -1.0) / cell_m;
             depth.first = (origin_m + ground.far_left_m - far_left_m) * to_cells;
             depth.span = ground.size_m() / cell_m;
@@ -308,9 +313,11 @@ impl DepthDescription {
 /// Depths from edge to edge of an image.
 fn depth_of_grid(path: &KeyPath, file: &str, grid: HeightGrid, range_m: [f64; 2]) -> Result<DepthImage, KeyError> {
     let wrong = |reason: String| path.error(format!("is \"{file}\": {reason}"));
+    let unit_m =
+        grid.georeference.as_ref().map_err(|reason| wrong(reason.clone()))?.map_or(1.0, |map| map.height_unit_m);
     let grid = grid.filled(None).map_err(wrong)?;
     let values = Heights::new(grid.columns, grid.values).map_err(wrong)?;
-    Ok(DepthImage::from_edge_to_edge(values, range_m))
+    Ok(DepthImage::from_edge_to_edge(values.scaled(narrow(unit_m)), range_m))
 }
 
 /// The depth, or 0 if the depth is less than `min_m`.

@@ -2,21 +2,24 @@
 //! GeoTIFF Standard* 1.1, document 19-008r4).
 //!
 //! `ModelPixelScaleTag` and `ModelTiepointTag`, or `ModelTransformationTag`, map columns and rows to the east and
-//! north. In `GeoKeyDirectoryTag`, the key 1024 distinguishes maps in metres from maps in degrees, and the key 1025
-//! says whether a tie point is the corner or the middle of a pixel. Heights are in metres. GDAL's tag 42113 holds the
-//! text of the value that marks missing heights.
+//! north. `GeoKeyDirectoryTag` names the system of the map and of the heights, and their units. GDAL's tag 42113 holds
+//! the text of the value that marks missing heights, and tag 42112 the unit, the scale and the offset of a band. An
+//! image that is a transparency mask marks missing heights too.
 
-use std::io::Cursor;
+use std::io::{Cursor, Read as _};
 
 use glam::DVec2;
+use ruzstd::decoding::StreamingDecoder;
 use snowblue_base::files::check_memory;
 use snowblue_base::narrow;
-use tiff::TiffError;
-use tiff::decoder::{Decoder, DecodingResult};
-use tiff::tags::Tag;
-use tiff::{ColorType, decoder::ifd::Value};
+use tiff::decoder::ifd::Value;
+use tiff::decoder::{ChunkType, Decoder, DecodingResult};
+use tiff::encoder::TiffEncoder;
+use tiff::tags::{ByteOrder, CompressionMethod, PhotometricInterpretation, Tag};
+use tiff::{ColorType, TiffError, TiffResult};
 
-use crate::height_files::height_grid::{Georeference, HeightGrid, check_cell, check_size};
+use crate::height_files::height_grid::{Georeference, HeightGrid, StatedByUser, check_size};
+use crate::height_files::units;
 
 /// Codes of the keys that are read, by table 2 of the standard, and of their values.
 const MODEL_TYPE: u16 = 1024;
@@ -24,16 +27,30 @@ const GEOGRAPHIC: u16 = 2;
 const GEOCENTRIC: u16 = 3;
 const RASTER_TYPE: u16 = 1025;
 const PIXEL_IS_POINT: u16 = 2;
+const GEOGRAPHIC_SYSTEM: u16 = 2048;
+const PROJECTED_SYSTEM: u16 = 3072;
+const PROJECTION_METHOD: u16 = 3075;
+const MERCATOR: u16 = 7;
 const LINEAR_UNITS: u16 = 3076;
+const LINEAR_UNIT_SIZE: u16 = 3077;
+const VERTICAL_SYSTEM: u16 = 4096;
 const VERTICAL_UNITS: u16 = 4099;
-const METRE: u16 = 9001;
-/// The value of a key that the file defines itself, and one that stands for none.
+/// The value of a key that the file defines itself.
 const USER_DEFINED: u16 = 32_767;
+/// Systems of the EPSG register in the Mercator projection, on a sphere and on an ellipsoid.
+const MERCATOR_SYSTEMS: [u16; 3] = [3857, 3785, 3395];
+/// Bits of `NewSubfileType`.
+const REDUCED: u32 = 1;
+const MASK: u32 = 4;
+/// Greatest side of a tile in Zstandard.
+const MAX_TILE: u32 = 4096;
+/// GDAL's text about the bands.
+const GDAL_METADATA: Tag = Tag::Unknown(42_112);
 
 type File<'a> = Decoder<Cursor<&'a [u8]>>;
 
 /// Reads a grid.
-pub(super) fn read(bytes: &[u8]) -> Result<HeightGrid, String> {
+pub(super) fn read(bytes: &[u8], stated: &StatedByUser) -> Result<HeightGrid, String> {
     let mut file = Decoder::new(Cursor::new(bytes)).map_err(unreadable)?;
     let (width, height) = file.dimensions().map_err(unreadable)?;
     let (columns, rows) = (width as usize, height as usize);
@@ -43,25 +60,117 @@ pub(super) fn read(bytes: &[u8]) -> Result<HeightGrid, String> {
     check_memory(&format!("{columns} × {rows} heights"), (columns * rows * height_bytes) as f64, bytes.len())?;
     let colour = file.colortype().map_err(unreadable)?;
     if !matches!(colour, ColorType::Gray(_)) {
-        return Err(format!("the image is {colour:?}, but must have one band of heights"));
+        return Err(format!(
+            "the image is {colour:?}, but must have one band of heights (`gdal_translate -b 1 IN.tif OUT.tif` takes \
+             the first)"
+        ));
     }
-    let georeference = georeference(&mut file)?;
-    let no_data = no_data(&mut file)?;
-    let mut values = heights(file.read_image().map_err(unreadable)?)?;
+    let band = Band::read(&mut file)?;
+    let georeference = georeference(&mut file, [columns, rows], &band, stated);
+    let mut values = heights(decoded(&mut file, bytes)?)?;
     if values.len() != columns * rows {
         return Err(format!("there are {} heights, but must be {columns} × {rows}", values.len()));
     }
-    for value in &mut values {
-        // In a map, NaN marks a missing height.
-        if value.is_infinite() && no_data.is_none_or(|no_data| no_data.to_bits() != value.to_bits()) {
-            return Err(format!("a height is {value}, but must be finite"));
+    while file.more_images() {
+        file.next_image().map_err(unreadable)?;
+        let kind = file.find_tag_unsigned::<u32>(Tag::NewSubfileType).map_err(unreadable)?.unwrap_or(0);
+        if kind == MASK && file.dimensions().map_err(unreadable)? == (width, height) {
+            apply_mask(&mut values, columns, &mut file, bytes)?;
+        } else if kind & (REDUCED | MASK) == 0 {
+            return Err("the file has several images, but must have one (`gdal_translate GTIFF_DIR:1:IN.tif OUT.tif` \
+                        takes the first)"
+                .to_owned());
         }
     }
-    Ok(HeightGrid { columns, values, georeference, no_data })
+    let grid = HeightGrid::new(columns, values, stated.no_data.or(band.no_data), georeference)?;
+    Ok(HeightGrid { values: grid.values.into_iter().map(|value| band.value(value)).collect(), ..grid })
 }
 
 fn unreadable(error: TiffError) -> String {
-    format!("not a readable TIFF file: {error}").replace('\n', " ")
+    let way_out = match &error {
+        TiffError::UnsupportedError(_) => " (`gdal_translate -co COMPRESS=DEFLATE IN.tif OUT.tif` may mend it)",
+        _ => "",
+    };
+    format!("not a readable TIFF file: {error}{way_out}").replace('\n', " ")
+}
+
+/// The pixels of an image as they are stored, in which 0 is never white. The library inverts images in which 0 is
+/// white, and reads neither masks nor Zstandard: such images are copied into a file without these.
+fn decoded(file: &mut File, bytes: &[u8]) -> Result<DecodingResult, String> {
+    let number = |file: &mut File, tag| file.find_tag_unsigned::<u16>(tag).map_err(unreadable);
+    let is_zstandard = number(file, Tag::Compression)? == Some(CompressionMethod::ZSTD.to_u16());
+    let is_plain =
+        number(file, Tag::PhotometricInterpretation)? == Some(PhotometricInterpretation::BlackIsZero.to_u16());
+    if is_plain && !is_zstandard {
+        return file.read_image().map_err(unreadable);
+    }
+    if file.byte_order() != ByteOrder::native() {
+        return Err("the file has another order of bytes than this machine (`gdal_translate IN.tif OUT.tif` mends it)"
+            .to_owned());
+    }
+    let copy = copied(file, bytes, is_zstandard).map_err(unreadable)?;
+    Decoder::new(Cursor::new(&copy)).and_then(|mut copy| copy.read_image()).map_err(unreadable)
+}
+
+/// A file with a copy of an image in which 0 is black, with chunks that are decompressed if they are in Zstandard.
+fn copied(file: &mut File, bytes: &[u8], is_zstandard: bool) -> TiffResult<Vec<u8>> {
+    let [places, lengths] = match file.get_chunk_type() {
+        ChunkType::Strip => [Tag::StripOffsets, Tag::StripByteCounts],
+        ChunkType::Tile => [Tag::TileOffsets, Tag::TileByteCounts],
+    };
+    let [begins, sizes] = [places, lengths].map(|tag| file.find_tag_unsigned_vec::<usize>(tag));
+    let mut copy = Cursor::new(Vec::new());
+    let mut encoder = TiffEncoder::new(&mut copy)?;
+    let mut image = encoder.image_directory()?;
+    let (mut new_places, mut new_lengths) = (Vec::new(), Vec::new());
+    // All chunks have at most all pixels and the padding of tiles, in double precision.
+    let ((columns, rows), (across, down)) = (file.dimensions()?, file.chunk_dimensions());
+    let padded = |pixels: u32, of_chunk: u32| u64::from(pixels) + u64::from(of_chunk.min(MAX_TILE));
+    let mut most_bytes = 8 * padded(columns, across) * padded(rows, down);
+    for (begin, size) in begins?.into_iter().flatten().zip(sizes?.into_iter().flatten()) {
+        let chunk = bytes.get(begin..begin.saturating_add(size)).unwrap_or_default();
+        let mut plain = Vec::new();
+        if is_zstandard {
+            let decoder = StreamingDecoder::new(chunk).map_err(std::io::Error::other)?;
+            decoder.take(most_bytes).read_to_end(&mut plain)?;
+            most_bytes -= plain.len() as u64;
+        } else {
+            plain.extend_from_slice(chunk);
+        }
+        new_lengths.push(u32::try_from(plain.len())?);
+        new_places.push(u32::try_from(image.write_data(plain.as_slice())?)?);
+    }
+    // The tags that describe the pixels have one number.
+    for (tag, value) in file.tag_iter().collect::<TiffResult<Vec<_>>>()? {
+        if let Ok(number) = value.into_u32() {
+            image.write_tag(tag, number)?;
+        }
+    }
+    if is_zstandard {
+        image.write_tag(Tag::Compression, CompressionMethod::None)?;
+    }
+    image.write_tag(Tag::PhotometricInterpretation, PhotometricInterpretation::BlackIsZero)?;
+    image.write_tag(places, new_places.as_slice())?;
+    image.write_tag(lengths, new_lengths.as_slice())?;
+    image.finish()?;
+    Ok(copy.into_inner())
+}
+
+/// Marks heights as missing where a mask of one bit a pixel is 0.
+fn apply_mask(values: &mut [f32], columns: usize, file: &mut File, bytes: &[u8]) -> Result<(), String> {
+    let row_bytes = columns.div_ceil(8);
+    let mask = match decoded(file, bytes)? {
+        DecodingResult::U8(mask) if mask.len() == values.len() / columns * row_bytes => mask,
+        _ => return Err("the mask must have 1 bit a pixel".to_owned()),
+    };
+    for (row, bits) in values.chunks_exact_mut(columns).zip(mask.chunks_exact(row_bytes)) {
+        for (column, value) in row.iter_mut().enumerate() {
+            if bits[column / 8] << (column % 8) & 0x80 == 0 {
+                *value = f32::NAN;
+            }
+        }
+    }
+    Ok(())
 }
 
 /// The values in single precision.
@@ -76,26 +185,69 @@ fn heights(decoded: DecodingResult) -> Result<Vec<f32>, String> {
         DecodingResult::F32(values) => values,
         DecodingResult::F64(values) => values.into_iter().map(narrow).collect(),
         DecodingResult::F16(_) | DecodingResult::U64(_) | DecodingResult::I64(_) => {
-            return Err("the heights are of a kind that is not read; write them as Float32".to_owned());
+            return Err("the heights are of a kind that is not read (`gdal_translate -ot Float32 IN.tif OUT.tif` \
+                        mends it)"
+                .to_owned());
         }
     })
 }
 
-/// The value that marks missing heights.
-fn no_data(file: &mut File) -> Result<Option<f32>, String> {
-    let Some(value) = file.find_tag(Tag::GdalNodata).map_err(unreadable)? else { return Ok(None) };
-    let text = value.into_string().map_err(unreadable)?;
-    let text = text.trim_matches(|letter: char| letter.is_whitespace() || letter == '\0');
-    let number: f64 = text.parse().map_err(|_| format!("GDAL_NODATA is \"{text}\", but must be a number"))?;
-    Ok(Some(narrow(number)))
+/// What GDAL says of the values of the first band: a height is the offset and the scale times the value, in the unit.
+struct Band {
+    /// The value that marks missing heights.
+    no_data: Option<f32>,
+    scale: f64,
+    offset: f64,
+    unit: Option<String>,
+}
+
+impl Band {
+    fn read(file: &mut File) -> Result<Self, String> {
+        let mut text = |tag: Tag| {
+            let text =
+                file.find_tag(tag).map_err(unreadable)?.map(Value::into_string).transpose().map_err(unreadable)?;
+            Ok::<_, String>(text.map(|text| text.trim_matches(['\0', ' ', '\n']).to_owned()))
+        };
+        let mut band = Self { no_data: None, scale: 1.0, offset: 0.0, unit: None };
+        if let Some(text) = text(Tag::GdalNodata)? {
+            let number = text.parse().map_err(|_| format!("GDAL_NODATA is \"{text}\", but must be a number"))?;
+            band.no_data = Some(narrow(number));
+        }
+        let Some(text) = text(GDAL_METADATA)? else { return Ok(band) };
+        let unreadable = |error| format!("GDAL_METADATA is not readable: {error}").replace('\n', " ");
+        let document = roxmltree::Document::parse(&text).map_err(unreadable)?;
+        for item in document.descendants().filter(|item| item.attribute("sample").unwrap_or("0") == "0") {
+            let text = item.text().unwrap_or_default().trim();
+            let number = || match text.parse::<f64>() {
+                Ok(number) if number.is_finite() => Ok(number),
+                _ => Err(format!("GDAL_METADATA has \"{text}\", but must have a finite number")),
+            };
+            match item.attribute("role") {
+                Some("scale") => band.scale = number()?,
+                Some("offset") => band.offset = number()?,
+                Some("unittype") => band.unit = Some(text.to_owned()).filter(|unit| !unit.is_empty()),
+                _ => {}
+            }
+        }
+        Ok(band)
+    }
+
+    fn value(&self, stored: f32) -> f32 {
+        narrow(self.offset + self.scale * f64::from(stored))
+    }
 }
 
 /// The place of the heights; none if the file does not give it.
-fn georeference(file: &mut File) -> Result<Option<Georeference>, String> {
+fn georeference(
+    file: &mut File,
+    [columns, rows]: [usize; 2],
+    band: &Band,
+    stated: &StatedByUser,
+) -> Result<Option<Georeference>, String> {
     let scale = numbers(file, Tag::ModelPixelScaleTag)?;
     let tie_point = numbers(file, Tag::ModelTiepointTag)?;
     let matrix = numbers(file, Tag::ModelTransformationTag)?;
-    let (corner_m, cell_m) = match (scale.as_deref(), tie_point.as_deref(), matrix.as_deref()) {
+    let (corner, cell) = match (scale.as_deref(), tie_point.as_deref(), matrix.as_deref()) {
         (Some([dx, dy, ..]), Some([column, row, _, x, y, ..]), _) => {
             (DVec2::new(x - column * dx, y + row * dy), DVec2::new(*dx, *dy))
         }
@@ -109,41 +261,101 @@ fn georeference(file: &mut File) -> Result<Option<Georeference>, String> {
         }
         _ => return Ok(None),
     };
-    let is_point = check_keys(file)?;
-    check_cell(cell_m)?;
-    let middle = if is_point { DVec2::ZERO } else { 0.5 * cell_m * DVec2::new(1.0, -1.0) };
-    let far_left_m = corner_m + middle;
-    if !far_left_m.is_finite() {
-        return Err(format!("the map begins at {far_left_m}, but must begin at a finite place"));
-    }
-    Ok(Some(Georeference { far_left_m, cell_m }))
+    let keys = Keys::read(file)?;
+    let far = corner + cell * DVec2::new(columns as f64, -(rows as f64));
+    let map_m = stated.map_unit_m.map_or_else(|| keys.map_unit_m([corner, far], cell), Ok)?;
+    let height_m = stated.height_unit_m.map_or_else(|| keys.height_unit_m(band, map_m), Ok)?;
+    let is_point = keys.value(RASTER_TYPE) == Some(PIXEL_IS_POINT);
+    let middle = if is_point { DVec2::ZERO } else { 0.5 * cell * DVec2::new(1.0, -1.0) };
+    Georeference::new(corner + middle, cell, [map_m, height_m]).map(Some)
 }
 
-/// Refuses maps that are not in metres. Returns whether a tie point is the middle of a pixel.
-fn check_keys(file: &mut File) -> Result<bool, String> {
-    let directory = match file.find_tag(Tag::GeoKeyDirectoryTag).map_err(unreadable)? {
-        Some(directory) => directory.into_u16_vec().map_err(unreadable)?,
-        None => Vec::new(),
-    };
-    // A head of four numbers, then four numbers for each key: the key, the place of its value, the number of values,
-    // and the value.
-    let (keys, _) = directory.as_chunks::<4>();
-    let value = |key: u16| keys.iter().skip(1).find(|entry| entry[0] == key && entry[1] == 0).map(|entry| entry[3]);
-    match value(MODEL_TYPE) {
-        Some(GEOGRAPHIC) => {
-            return Err("the map is in degrees, but must be in metres (`gdalwarp -t_srs EPSG:32632` makes such a map \
-                        of 6° to 12° east); or leave its place out with `size`"
-                .to_owned());
-        }
-        Some(GEOCENTRIC) => return Err("the map is geocentric, but must be projected in metres".to_owned()),
-        _ => {}
+/// The directory of keys: after a head of four numbers, four numbers for each key, which are the key, the tag of its
+/// value or 0, the number of values, and the value or its place in the tag.
+struct Keys {
+    directory: Vec<u16>,
+    doubles: Vec<f64>,
+}
+
+impl Keys {
+    fn read(file: &mut File) -> Result<Self, String> {
+        let directory = file.find_tag_unsigned_vec(Tag::GeoKeyDirectoryTag).map_err(unreadable)?;
+        let doubles = numbers(file, Tag::GeoDoubleParamsTag)?;
+        Ok(Self { directory: directory.unwrap_or_default(), doubles: doubles.unwrap_or_default() })
     }
-    for (key, what) in [(LINEAR_UNITS, "lengths"), (VERTICAL_UNITS, "heights")] {
-        if let Some(unit) = value(key).filter(|unit| ![0, METRE, USER_DEFINED].contains(unit)) {
-            return Err(format!("the unit of {what} is EPSG:{unit}, but must be the metre (EPSG:9001)"));
+
+    fn entry(&self, key: u16) -> Option<&[u16; 4]> {
+        self.directory.as_chunks().0.iter().skip(1).find(|entry| entry[0] == key)
+    }
+
+    /// The value of a key; none if the key is absent or undefined, which is 0.
+    fn value(&self, key: u16) -> Option<u16> {
+        self.entry(key).filter(|entry| entry[1] == 0 && entry[3] != 0).map(|entry| entry[3])
+    }
+
+    /// The unit of a key of units in m; none if the key is absent.
+    fn unit_m(&self, key: u16) -> Result<Option<f64>, String> {
+        let Some(unit) = self.value(key) else { return Ok(None) };
+        let own_size = || self.doubles.get(usize::from(self.entry(LINEAR_UNIT_SIZE)?[3])).copied();
+        let length_m = match unit {
+            USER_DEFINED if key == LINEAR_UNITS => own_size(),
+            unit => units::of_code(unit),
+        };
+        length_m.map(Some).ok_or_else(|| format!("the key {key} has the unit {unit}, which is no known unit of length"))
+    }
+
+    /// The unit of the map in m.
+    fn map_unit_m(&self, corners: [DVec2; 2], cell: DVec2) -> Result<f64, String> {
+        let system = self.value(PROJECTED_SYSTEM);
+        match self.value(MODEL_TYPE) {
+            Some(GEOGRAPHIC) => return Err(units::degrees(corners[0])),
+            Some(GEOCENTRIC) => return Err("the map is geocentric, but must be projected".to_owned()),
+            _ if system.is_none() && self.value(GEOGRAPHIC_SYSTEM).is_some() => return Err(units::degrees(corners[0])),
+            _ => {}
+        }
+        if system.is_some_and(|code| MERCATOR_SYSTEMS.contains(&code))
+            || self.value(PROJECTION_METHOD) == Some(MERCATOR)
+        {
+            return Err(units::web_mercator(corners[0]));
+        }
+        if let Some(unit_m) = self.unit_m(LINEAR_UNITS)? {
+            return Ok(unit_m);
+        }
+        match system.map(|code| (code, units::of_system(code))) {
+            Some((_, Some(unit_m))) => Ok(unit_m),
+            Some((code, None)) => Err(format!("the unit of EPSG:{code} is unknown; `map_unit` says it")),
+            None if self.value(MODEL_TYPE).is_some() => {
+                Err("the file does not say the unit of its coordinates; `map_unit` says it".to_owned())
+            }
+            None => units::unstated(corners, cell),
         }
     }
-    Ok(value(RASTER_TYPE) == Some(PIXEL_IS_POINT))
+
+    /// The unit of the heights in m: the unit of the band, of the key, of the system of heights, or the metre on a map
+    /// in metres.
+    fn height_unit_m(&self, band: &Band, map_unit_m: f64) -> Result<f64, String> {
+        if let Some(name) = &band.unit {
+            return units::of_name(name)
+                .ok_or_else(|| format!("the unit of the heights is \"{name}\", which is unknown; `unit` says it"));
+        }
+        if let Some(unit_m) = self.unit_m(VERTICAL_UNITS)? {
+            return Ok(unit_m);
+        }
+        match self.value(VERTICAL_SYSTEM) {
+            Some(code) => units::of_system(code).ok_or_else(|| {
+                format!(
+                    "the heights are in EPSG:{code}, which is no known system of heights that count upwards; `unit` \
+                     says their unit"
+                )
+            }),
+            None if (map_unit_m - 1.0).abs() < 1e-3 => Ok(1.0),
+            None => {
+                Err("the map is not in metres, and the file does not say the unit of its heights; `unit = \"ft\"` \
+                         or `unit = \"m\"` says it"
+                    .to_owned())
+            }
+        }
+    }
 }
 
 /// The numbers of a tag.
@@ -158,6 +370,10 @@ mod tests {
     use tiff::encoder::{Compression, Predictor, TiffEncoder, TiffValue};
 
     use super::*;
+
+    fn read(bytes: &[u8]) -> Result<HeightGrid, String> {
+        super::read(bytes, &StatedByUser::default())
+    }
 
     /// How a file is written.
     #[derive(Clone, Copy)]
@@ -176,6 +392,7 @@ mod tests {
         matrix: Vec<f64>,
         keys: Vec<u16>,
         no_data: &'static str,
+        metadata: String,
     }
 
     impl Tags {
@@ -187,7 +404,17 @@ mod tests {
                 matrix: Vec::new(),
                 keys: head.into_iter().chain(keys.iter().flatten().copied()).collect(),
                 no_data: "-9999",
+                metadata: String::new(),
             }
+        }
+
+        /// The tags with what GDAL says of the first band, and of another band.
+        fn with_metadata(self, role: &str, value: &str) -> Self {
+            let metadata = format!(
+                "<GDALMetadata><Item name=\"A\" sample=\"0\" role=\"{role}\">{value}</Item>\
+                 <Item name=\"A\" sample=\"1\" role=\"{role}\">7</Item></GDALMetadata>"
+            );
+            Self { metadata, ..self }
         }
     }
 
@@ -219,6 +446,10 @@ mod tests {
             }
             directory.write_tag(Tag::GeoKeyDirectoryTag, tags.keys.as_slice()).unwrap();
             directory.write_tag(Tag::GdalNodata, tags.no_data).unwrap();
+            directory.write_tag(Tag::GeoDoubleParamsTag, [0.5].as_slice()).unwrap();
+            if !tags.metadata.is_empty() {
+                directory.write_tag(GDAL_METADATA, tags.metadata.as_str()).unwrap();
+            }
             image.write_data(values).unwrap();
         }
         let mut bytes = Cursor::new(Vec::new());
@@ -232,21 +463,24 @@ mod tests {
 
     const HEIGHTS: [f32; 6] = [1.5, 2.0, -9999.0, 4.25, 5.0, 6.0];
     const PROJECTED: [u16; 4] = [MODEL_TYPE, 0, 1, 1];
+    const METRES: [u16; 4] = [LINEAR_UNITS, 0, 1, 9001];
+
+    /// A place with pixels of 2 m by 3 m.
+    fn place(x: f64, y: f64) -> Result<Option<Georeference>, String> {
+        Ok(Some(Georeference::new(DVec2::new(x, y), DVec2::new(2.0, 3.0), [1.0; 2]).unwrap()))
+    }
 
     #[test]
     fn heights_and_places_survive_every_way_of_writing() {
-        let tags = Tags::new(&[PROJECTED]);
+        let tags = Tags::new(&[PROJECTED, METRES]);
         let deflate = Compression::Deflate(DeflateLevel::default());
         for compression in [Compression::Uncompressed, Compression::Lzw, deflate, Compression::Packbits] {
             for is_big in [false, true] {
                 let grid = read(&file::<Gray32Float>(&HEIGHTS, &tags, Way { compression, is_big, ..PLAIN })).unwrap();
-                assert_eq!(
-                    (grid.columns, grid.values.as_slice(), grid.no_data),
-                    (3, HEIGHTS.as_slice(), Some(-9999.0))
-                );
+                assert!(grid.values[2].is_nan());
+                assert_eq!((grid.columns, &grid.values[..2], &grid.values[3..]), (3, &HEIGHTS[..2], &HEIGHTS[3..]));
                 // The middle of the first pixel, of 2 m by 3 m.
-                let place = Georeference { far_left_m: DVec2::new(501.0, 898.5), cell_m: DVec2::new(2.0, 3.0) };
-                assert_eq!(grid.georeference, Some(place));
+                assert_eq!(grid.georeference, place(501.0, 898.5));
             }
         }
         let way = Way { predictor: Predictor::Horizontal, compression: Compression::Lzw, ..PLAIN };
@@ -270,37 +504,220 @@ mod tests {
     #[test]
     fn tie_points_of_pixel_middles_and_matrices_are_understood() {
         let read_place = |tags: &Tags| read(&file::<Gray32Float>(&HEIGHTS, tags, PLAIN)).unwrap().georeference;
-        let place = |x: f64, y: f64| Some(Georeference { far_left_m: DVec2::new(x, y), cell_m: DVec2::new(2.0, 3.0) });
-        let points = Tags::new(&[PROJECTED, [RASTER_TYPE, 0, 1, PIXEL_IS_POINT]]);
+        let points = Tags::new(&[PROJECTED, METRES, [RASTER_TYPE, 0, 1, PIXEL_IS_POINT]]);
         assert_eq!(read_place(&points), place(500.0, 900.0));
-        let other_corner = Tags { tie_point: vec![3.0, 2.0, 0.0, 506.0, 894.0, 0.0], ..Tags::new(&[PROJECTED]) };
+        let other_corner =
+            Tags { tie_point: vec![3.0, 2.0, 0.0, 506.0, 894.0, 0.0], ..Tags::new(&[PROJECTED, METRES]) };
         assert_eq!(read_place(&other_corner), place(501.0, 898.5));
         let matrix = vec![2.0, 0.0, 0.0, 500.0, 0.0, -3.0, 0.0, 900.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
         let none = Tags { scale: vec![], tie_point: vec![], ..Tags::new(&[]) };
         assert_eq!(read_place(&Tags { matrix: matrix.clone(), ..Tags::new(&[]) }), place(501.0, 898.5));
         assert_eq!(read_place(&Tags { matrix, ..none }), place(501.0, 898.5));
-        assert_eq!(read_place(&Tags { scale: vec![], ..Tags::new(&[]) }), None, "a TIFF that is no map");
+        assert_eq!(read_place(&Tags { scale: vec![], ..Tags::new(&[]) }), Ok(None), "a TIFF that is no map");
+    }
+
+    /// Lengths of the cell along x and of a height of 1, in m, or the reason why the map has no place.
+    fn units_m(tags: &Tags) -> Result<[f64; 2], String> {
+        let place = read(&file::<Gray32Float>(&HEIGHTS, tags, PLAIN)).unwrap().georeference;
+        place.map(|place| place.unwrap()).map(|place| [place.cell_m.x, place.height_unit_m])
     }
 
     #[test]
-    fn maps_that_are_not_in_metres_are_refused() {
-        let message = |tags: &Tags| read(&file::<Gray32Float>(&HEIGHTS, tags, PLAIN)).unwrap_err();
-        assert!(message(&Tags::new(&[[MODEL_TYPE, 0, 1, GEOGRAPHIC]])).contains("in degrees, but must be in metres"));
-        let feet = message(&Tags::new(&[PROJECTED, [LINEAR_UNITS, 0, 1, 9003]]));
-        assert_eq!(feet, "the unit of lengths is EPSG:9003, but must be the metre (EPSG:9001)");
+    fn units_are_the_units_of_keys_and_systems() {
+        const FOOT: f64 = 0.3048;
+        const SURVEY_FOOT: f64 = 1200.0 / 3937.0;
+        let system = |code: u16| [PROJECTED_SYSTEM, 0, 1, code];
+        let heights = |code: u16| [VERTICAL_SYSTEM, 0, 1, code];
+        let own_size = [LINEAR_UNIT_SIZE, 34_736, 1, 0];
+        for (keys, expected) in [
+            // UTM zone 32 north, the Swiss grid and the British grid.
+            (vec![PROJECTED, system(32_632)], [2.0, 1.0]),
+            (vec![system(2056)], [2.0, 1.0]),
+            (vec![system(27_700), heights(5701)], [2.0, 1.0]),
+            // Washington North in US survey feet, with NAVD88 in the same feet, and Oregon in international feet.
+            (vec![PROJECTED, system(2285), heights(6360)], [2.0 * SURVEY_FOOT, SURVEY_FOOT]),
+            (vec![system(2992), heights(8228)], [2.0 * FOOT, FOOT]),
+            // Heights in feet on a map in metres, by their system or by their unit.
+            (vec![system(32_632), heights(6360)], [2.0, SURVEY_FOOT]),
+            (vec![system(32_632), [VERTICAL_UNITS, 0, 1, 9002]], [2.0, FOOT]),
+            // The unit of the file is stronger than the unit of the system.
+            (vec![system(2285), METRES], [2.0, 1.0]),
+            // A unit of half a metre.
+            (vec![system(USER_DEFINED), [LINEAR_UNITS, 0, 1, USER_DEFINED], own_size, heights(5703)], [1.0, 1.0]),
+            // A map without keys.
+            (vec![], [2.0, 1.0]),
+        ] {
+            let found = units_m(&Tags::new(&keys)).unwrap();
+            assert!(
+                found.iter().zip(expected).all(|(found, expected)| (found / expected - 1.0).abs() < 1e-8),
+                "{keys:?}: {found:?}"
+            );
+        }
+        // The unit of a band is stronger than a system of heights.
+        for (name, unit_m) in
+            [("US survey foot", SURVEY_FOOT), ("ft", FOOT), ("Metre", 1.0), ("cm", 0.01), ("", 0.3048)]
+        {
+            let tags = Tags::new(&[PROJECTED, METRES, heights(8228)]).with_metadata("unittype", name);
+            assert!((units_m(&tags).unwrap()[1] / unit_m - 1.0).abs() < 1e-8, "{name}");
+        }
+    }
+
+    #[test]
+    fn maps_of_unknown_units_are_refused_with_a_way_out() {
+        let system = |code: u16| [PROJECTED_SYSTEM, 0, 1, code];
+        // 8° E and 46.6° N, in zone 32 of UTM.
+        let degrees = |keys: &[[u16; 4]]| Tags { tie_point: vec![0.0, 0.0, 0.0, 8.0, 46.6, 0.0], ..Tags::new(keys) };
+        let mercator =
+            |keys: &[[u16; 4]]| Tags { tie_point: vec![0.0, 0.0, 0.0, 890_000.0, 5_870_000.0, 0.0], ..Tags::new(keys) };
+        for (tags, expected) in [
+            (
+                degrees(&[[MODEL_TYPE, 0, 1, GEOGRAPHIC]]),
+                "degrees: `gdalwarp -t_srs EPSG:32632 -r cubic IN.tif OUT.tif`",
+            ),
+            (degrees(&[[GEOGRAPHIC_SYSTEM, 0, 1, 4326]]), "degrees: `gdalwarp -t_srs EPSG:32632"),
+            (Tags { scale: vec![1e-4, 1e-4, 0.0], ..degrees(&[]) }, "are degrees or metres"),
+            (Tags::new(&[[MODEL_TYPE, 0, 1, GEOCENTRIC]]), "geocentric"),
+            // y = 5,870,000 m is 46.54° N, where 1/cos φ is 1.45.
+            (mercator(&[PROJECTED, system(3857), METRES]), "1.45 times too long there: `gdalwarp -t_srs EPSG:32632"),
+            (mercator(&[PROJECTED, [PROJECTION_METHOD, 0, 1, MERCATOR], METRES]), "1.45 times too long"),
+            (Tags::new(&[PROJECTED, [LINEAR_UNITS, 0, 1, 9102]]), "the unit 9102, which is no known unit of length"),
+            (Tags::new(&[PROJECTED]), "does not say the unit of its coordinates; `map_unit` says it"),
+            (Tags::new(&[PROJECTED, system(1)]), "the unit of EPSG:1 is unknown; `map_unit` says it"),
+            (Tags::new(&[PROJECTED, system(2285)]), "the unit of its heights; `unit = \"ft\"`"),
+            // Depths below the sea surface count downwards.
+            (
+                Tags::new(&[PROJECTED, METRES, [VERTICAL_SYSTEM, 0, 1, 5715]]),
+                "EPSG:5715, which is no known system of heights",
+            ),
+            (Tags::new(&[PROJECTED, METRES]).with_metadata("unittype", "Kelvin"), "\"Kelvin\", which is unknown"),
+        ] {
+            let message = units_m(&tags).unwrap_err();
+            assert!(message.contains(expected) && !message.contains('\n'), "{expected}: {message}");
+            // The user knows better.
+            let stated = StatedByUser { map_unit_m: Some(1.0), height_unit_m: Some(1.0), no_data: None };
+            let place = super::read(&file::<Gray32Float>(&HEIGHTS, &tags, PLAIN), &stated).unwrap().georeference;
+            assert!(place.unwrap().is_some(), "{expected}");
+        }
+    }
+
+    #[test]
+    fn a_height_is_the_offset_and_the_scale_times_the_value() {
+        let tags = Tags { no_data: "250", ..Tags::new(&[PROJECTED, METRES]).with_metadata("scale", "0.1") };
+        let values = read(&file::<Gray8>(&[1, 2, 250, 4, 0, 6], &tags, PLAIN)).unwrap().values;
+        assert!(values[2].is_nan());
+        assert_eq!((values[0], values[3], values[5]), (0.1, 0.4, 0.6));
+        let tags = Tags::new(&[PROJECTED, METRES]).with_metadata("offset", "-100");
+        assert_eq!(
+            read(&file::<Gray8>(&[1, 2, 250, 4, 0, 6], &tags, PLAIN)).unwrap().values[3..],
+            [-96.0, -100.0, -94.0]
+        );
+        for (role, value) in [("scale", "a"), ("offset", "nan")] {
+            let tags = Tags::new(&[]).with_metadata(role, value);
+            let message = read(&file::<Gray32Float>(&HEIGHTS, &tags, PLAIN)).unwrap_err();
+            assert_eq!(message, format!("GDAL_METADATA has \"{value}\", but must have a finite number"));
+        }
+        let tags = Tags { metadata: "<GDALMetadata>".to_owned(), ..Tags::new(&[]) };
+        let message = read(&file::<Gray32Float>(&HEIGHTS, &tags, PLAIN)).unwrap_err();
+        assert!(message.contains("GDAL_METADATA is not readable"), "{message}");
+    }
+
+    /// The tags and the strip of an image.
+    type Tagged<'image> = (&'image [(Tag, u32)], &'image [u8]);
+
+    /// A file of images of 3 by 2 pixels in one strip.
+    fn images(images: &[Tagged]) -> Vec<u8> {
+        let mut bytes = Cursor::new(Vec::new());
+        let mut encoder = TiffEncoder::new(&mut bytes).unwrap();
+        for (tags, strip) in images {
+            let mut image = encoder.image_directory().unwrap();
+            let place = image.write_data(*strip).unwrap();
+            let size = [(Tag::ImageWidth, 3), (Tag::ImageLength, 2), (Tag::SamplesPerPixel, 1), (Tag::RowsPerStrip, 2)];
+            let strip = [
+                (Tag::StripOffsets, u32::try_from(place).unwrap()),
+                (Tag::StripByteCounts, u32::try_from(strip.len()).unwrap()),
+            ];
+            for (tag, value) in size.iter().chain(&strip).chain(*tags) {
+                image.write_tag(*tag, *value).unwrap();
+            }
+            image.finish().unwrap();
+        }
+        bytes.into_inner()
+    }
+
+    const GREY_BYTES: [(Tag, u32); 3] =
+        [(Tag::BitsPerSample, 8), (Tag::Compression, 1), (Tag::PhotometricInterpretation, 1)];
+    const MASK_BITS: [(Tag, u32); 4] = [
+        (Tag::NewSubfileType, MASK),
+        (Tag::BitsPerSample, 1),
+        (Tag::Compression, 1),
+        (Tag::PhotometricInterpretation, 4),
+    ];
+
+    #[test]
+    fn a_mask_marks_missing_heights() {
+        let heights: Tagged = (&GREY_BYTES, &[1, 2, 3, 4, 5, 6]);
+        // Bits of each row from the left, in a byte a row: 0 is missing.
+        let mask: Tagged = (&MASK_BITS, &[0b1010_0000, 0b1100_0000]);
+        let values = read(&images(&[heights, mask])).unwrap().values;
+        let missing: Vec<usize> = (0..6).filter(|number| values[*number].is_nan()).collect();
+        assert_eq!((missing, values[0], values[4]), (vec![1, 5], 1.0, 5.0));
+        // A smaller copy is no other height.
+        let overview: Tagged = (&[&GREY_BYTES[..], &[(Tag::NewSubfileType, REDUCED)]].concat(), heights.1);
+        assert_eq!(read(&images(&[heights, overview])).unwrap().values, [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
+        let message = read(&images(&[heights, heights])).unwrap_err();
+        assert!(message.contains("the file has several images, but must have one (`gdal_translate GTIFF_DIR:1:"));
+        let bytes: Tagged = (&[&GREY_BYTES[..], &[(Tag::NewSubfileType, MASK)]].concat(), heights.1);
+        assert_eq!(read(&images(&[heights, bytes])).unwrap_err(), "the mask must have 1 bit a pixel");
+    }
+
+    #[test]
+    fn zero_is_no_greater_height_where_it_is_white() {
+        let is_white = [&GREY_BYTES[..2], &[(Tag::PhotometricInterpretation, 0)]].concat();
+        assert_eq!(
+            read(&images(&[(&is_white, &[1, 2, 0, 255, 5, 6])])).unwrap().values,
+            [1.0, 2.0, 0.0, 255.0, 5.0, 6.0]
+        );
+    }
+
+    #[test]
+    fn strips_in_zstandard_are_read() {
+        use ruzstd::encoding::{CompressionLevel, compress_to_vec};
+        let tags = [
+            (Tag::BitsPerSample, 32),
+            (Tag::SampleFormat, 3),
+            (Tag::Compression, u32::from(CompressionMethod::ZSTD.to_u16())),
+            (Tag::PhotometricInterpretation, 1),
+        ];
+        let plain: Vec<u8> = HEIGHTS.iter().flat_map(|height| height.to_ne_bytes()).collect();
+        let strip = compress_to_vec(plain.as_slice(), CompressionLevel::Fastest);
+        let stated = StatedByUser { no_data: Some(6.0), ..StatedByUser::default() };
+        let values = super::read(&images(&[(&tags, &strip)]), &stated).unwrap().values;
+        assert_eq!(values[..5], HEIGHTS[..5]);
+        assert!(values[5].is_nan(), "the user's value marks missing heights");
+        let message = super::read(&images(&[(&tags, &strip[..strip.len() - 4])]), &stated).unwrap_err();
+        assert!(message.contains("not a readable TIFF file") && !message.contains('\n'), "{message}");
+        // A strip that decompresses to more than the image does not fill the memory.
+        let bomb = compress_to_vec(vec![0u8; 1 << 28].as_slice(), CompressionLevel::Fastest);
+        assert!(super::read(&images(&[(&tags, &bomb)]), &stated).is_ok());
+        let lerc = [&tags[..2], &[(Tag::Compression, 34_887), (Tag::PhotometricInterpretation, 1)]].concat();
+        let message = super::read(&images(&[(&lerc, &strip)]), &stated).unwrap_err();
+        assert!(message.contains("`gdal_translate -co COMPRESS=DEFLATE IN.tif OUT.tif`"), "{message}");
+    }
+
+    #[test]
+    fn malformed_maps_are_refused() {
+        let message = |tags: &Tags| {
+            read(&file::<Gray32Float>(&HEIGHTS, tags, PLAIN)).and_then(|grid| grid.georeference).unwrap_err()
+        };
         let turned = vec![2.0, 0.5, 0.0, 500.0, 0.0, -3.0, 0.0, 900.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
-        let turned = Tags { matrix: turned, scale: vec![], ..Tags::new(&[PROJECTED]) };
+        let turned = Tags { matrix: turned, scale: vec![], ..Tags::new(&[PROJECTED, METRES]) };
         assert!(message(&turned).contains("turned or mirrored"));
-        let flat = Tags { scale: vec![0.0, 3.0, 0.0], ..Tags::new(&[PROJECTED]) };
+        let flat = Tags { scale: vec![0.0, 3.0, 0.0], ..Tags::new(&[PROJECTED, METRES]) };
         assert!(message(&flat).contains("the cell size is 0 m"));
         assert!(message(&Tags { no_data: "none", ..Tags::new(&[]) }).contains("GDAL_NODATA is \"none\""));
-        let mut infinite = HEIGHTS;
-        infinite[1] = f32::INFINITY;
-        let bytes = file::<Gray32Float>(&infinite, &Tags::new(&[PROJECTED]), PLAIN);
-        assert_eq!(read(&bytes).unwrap_err(), "a height is inf, but must be finite");
         let mut missing = HEIGHTS;
         missing[1] = f32::NAN;
-        let grid = read(&file::<Gray32Float>(&missing, &Tags::new(&[PROJECTED]), PLAIN)).unwrap();
+        let grid = read(&file::<Gray32Float>(&missing, &Tags::new(&[PROJECTED, METRES]), PLAIN)).unwrap();
         assert!(grid.filled(None).unwrap_err().contains("2 of 6 heights are missing, the first in row 1 and column 2"));
     }
 
@@ -308,7 +725,7 @@ mod tests {
     /// panics.
     #[test]
     fn broken_files_are_refused() {
-        let tags = Tags::new(&[PROJECTED]);
+        let tags = Tags::new(&[PROJECTED, METRES]);
         for compression in [Compression::Uncompressed, Compression::Lzw] {
             let whole = file::<Gray32Float>(&HEIGHTS, &tags, Way { compression, ..PLAIN });
             for length in 0..whole.len() {

@@ -4,18 +4,29 @@ use glam::DVec2;
 
 /// Greatest number of heights along a side of a map.
 const MAX_SIDE: usize = 4096;
+/// Values by which files that state no value for missing heights often mark them.
+const USUAL_NO_DATA: [f32; 3] = [-9999.0, -32_768.0, f32::MIN];
 
 /// Heights on a grid, row by row from the far side (greatest y, the north) to the near side, each from left to right.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HeightGrid {
     /// Number of columns.
     pub columns: usize,
-    /// Heights in m where there is a georeference; else values of pixels, white being 1.
+    /// Heights in the unit of the file, or values of pixels, white being 1; NaN where a height is missing.
     pub values: Vec<f32>,
-    /// Place of the heights, if the file gives it.
-    pub georeference: Option<Georeference>,
+    /// Place of the heights, if the file gives it, or the reason why the place that it gives cannot be used.
+    pub georeference: Result<Option<Georeference>, String>,
+}
+
+/// What the user says of a file of heights, instead of the file.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct StatedByUser {
     /// The value that marks missing heights.
     pub no_data: Option<f32>,
+    /// The unit of the heights, in m.
+    pub height_unit_m: Option<f64>,
+    /// The unit of the coordinates of a map, in m.
+    pub map_unit_m: Option<f64>,
 }
 
 /// Place of the heights of a map.
@@ -25,6 +36,23 @@ pub struct Georeference {
     pub far_left_m: DVec2,
     /// Distance between two columns and between two rows, in m.
     pub cell_m: DVec2,
+    /// The unit of the heights, in m.
+    pub height_unit_m: f64,
+}
+
+impl Georeference {
+    /// The place of heights by the place of the first height and the cell in the unit of a map, and the units of the
+    /// map and of the heights in m.
+    pub(super) fn new(first: DVec2, cell: DVec2, [map_unit_m, height_unit_m]: [f64; 2]) -> Result<Self, String> {
+        let (far_left_m, cell_m) = (first * map_unit_m, cell * map_unit_m);
+        if let Some(cell_m) = cell_m.to_array().into_iter().find(|cell_m| !(1e-4..=1e5).contains(cell_m)) {
+            return Err(format!("the cell size is {cell_m} m, but must lie in 0.0001 to 100000 m"));
+        }
+        if !far_left_m.is_finite() {
+            return Err(format!("the map begins at {far_left_m}, but must begin at a finite place"));
+        }
+        Ok(Self { far_left_m, cell_m, height_unit_m })
+    }
 }
 
 /// The part of a map that is used.
@@ -37,6 +65,38 @@ pub struct Window {
 }
 
 impl HeightGrid {
+    /// A grid of values among which `no_data` and NaN mark missing heights.
+    ///
+    /// # Errors
+    ///
+    /// When a height is a usual mark of missing heights while `no_data` is none.
+    pub fn new(
+        columns: usize,
+        mut values: Vec<f32>,
+        no_data: Option<f32>,
+        georeference: Result<Option<Georeference>, String>,
+    ) -> Result<Self, String> {
+        let count = |mark: f32| values.iter().filter(|value| value.to_bits() == mark.to_bits()).count();
+        match no_data {
+            Some(mark) => {
+                let missing = values.iter_mut().filter(|value| value.to_bits() == mark.to_bits());
+                missing.for_each(|value| *value = f32::NAN);
+            }
+            None => {
+                if let Some(mark) = USUAL_NO_DATA.into_iter().find(|mark| count(*mark) > 0) {
+                    return Err(format!(
+                        "{} of {} heights are {mark:?}, which often marks missing heights, but the file does not \
+                         say so: `nodata = {mark:?}` if they are missing, else `nodata` with a value that no height \
+                         has",
+                        count(mark),
+                        values.len()
+                    ));
+                }
+            }
+        }
+        Ok(Self { columns, values, georeference })
+    }
+
     /// Number of rows.
     pub fn rows(&self) -> usize {
         self.values.len() / self.columns
@@ -49,7 +109,7 @@ impl HeightGrid {
     ///
     /// When the window reaches beyond the grid, or has fewer than two rows or columns.
     pub fn cropped(&self, georeference: &Georeference, window: &Window) -> Result<(Self, DVec2), String> {
-        let Georeference { far_left_m, cell_m } = *georeference;
+        let Georeference { far_left_m, cell_m, .. } = *georeference;
         let (columns, rows) = (self.columns, self.rows());
         let half_m = 0.5 * window.size_m;
         let left_m = window.centre_m.x - half_m.x - far_left_m.x;
@@ -75,8 +135,7 @@ impl HeightGrid {
         let cropped = Self {
             columns: right - left + 1,
             values: (far..=near).flat_map(row).copied().collect(),
-            georeference: self.georeference,
-            no_data: self.no_data,
+            georeference: self.georeference.clone(),
         };
         Ok((cropped, begins_m))
     }
@@ -87,14 +146,9 @@ impl HeightGrid {
     ///
     /// When heights are missing and `fill` is none.
     pub fn filled(mut self, fill: Option<f32>) -> Result<Self, String> {
-        let no_data = self.no_data;
-        let is_missing = |value: &f32| {
-            // Readers store NaN only for missing heights.
-            value.is_nan() || no_data.is_some_and(|no_data| no_data.to_bits() == value.to_bits())
-        };
-        let Some(first) = self.values.iter().position(is_missing) else { return Ok(self) };
+        let Some(first) = self.values.iter().position(|value| value.is_nan()) else { return Ok(self) };
         let Some(fill) = fill else {
-            let count = self.values.iter().filter(|value| is_missing(value)).count();
+            let count = self.values.iter().filter(|value| value.is_nan()).count();
             return Err(format!(
                 "{count} of {} heights are missing, the first in row {} and column {} (1 is the first)",
                 self.values.len(),
@@ -102,7 +156,7 @@ impl HeightGrid {
                 first % self.columns + 1
             ));
         };
-        self.values.iter_mut().filter(|value| is_missing(value)).for_each(|value| *value = fill);
+        self.values.iter_mut().filter(|value| value.is_nan()).for_each(|value| *value = fill);
         Ok(self)
     }
 }
@@ -115,14 +169,6 @@ pub(super) fn check_size(columns: usize, rows: usize) -> Result<(), String> {
     Err(format!("the grid is {columns} × {rows}, but must be 2 × 2 to {MAX_SIDE} × {MAX_SIDE}"))
 }
 
-/// Rejects distances between heights that are out of range.
-pub(super) fn check_cell(cell_m: DVec2) -> Result<(), String> {
-    match cell_m.to_array().into_iter().find(|cell| !(1e-4..=1e5).contains(cell)) {
-        Some(cell) => Err(format!("the cell size is {cell} m, but must lie in 0.0001 to 100000 m")),
-        None => Ok(()),
-    }
-}
-
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a place within a grid")]
 fn whole(place: f64) -> usize {
     place as usize
@@ -133,16 +179,20 @@ mod tests {
     use super::*;
 
     fn grid() -> HeightGrid {
-        HeightGrid { columns: 4, values: (0..12u8).map(f32::from).collect(), georeference: None, no_data: Some(6.0) }
+        HeightGrid::new(4, (0..12u8).map(f32::from).collect(), Some(6.0), Ok(None)).unwrap()
+    }
+
+    fn filled(fill: f32) -> HeightGrid {
+        grid().filled(Some(fill)).unwrap()
     }
 
     #[test]
     fn a_window_holds_the_nearest_heights() {
-        let place = Georeference { far_left_m: DVec2::new(100.0, 520.0), cell_m: DVec2::new(5.0, 10.0) };
+        let place = Georeference::new(DVec2::new(100.0, 520.0), DVec2::new(5.0, 10.0), [1.0; 2]).unwrap();
         let window = Window { centre_m: DVec2::new(108.0, 506.0), size_m: DVec2::new(10.0, 10.0) };
-        let (cropped, begins_m) = grid().cropped(&place, &window).unwrap();
+        let (cropped, begins_m) = filled(-1.0).cropped(&place, &window).unwrap();
         // x = 103 to 113 m are columns 1 to 3, y = 511 to 501 m are rows 1 and 2.
-        assert_eq!((cropped.columns, cropped.values), (3, vec![5.0, 6.0, 7.0, 9.0, 10.0, 11.0]));
+        assert_eq!((cropped.columns, cropped.values), (3, vec![5.0, -1.0, 7.0, 9.0, 10.0, 11.0]));
         assert_eq!(begins_m, DVec2::new(105.0, 510.0));
         let beyond = Window { centre_m: DVec2::new(130.0, 506.0), ..window };
         let message = grid().cropped(&place, &beyond).unwrap_err();
@@ -155,8 +205,22 @@ mod tests {
     fn missing_heights_are_counted_or_filled() {
         let message = grid().filled(None).unwrap_err();
         assert!(message.contains("1 of 12 heights are missing, the first in row 2 and column 3"), "{message}");
-        assert_eq!(grid().filled(Some(-1.0)).unwrap().values[6].to_bits(), (-1.0f32).to_bits());
-        let whole = HeightGrid { no_data: None, ..grid() };
-        assert_eq!(whole.clone().filled(None).unwrap(), whole);
+        assert_eq!(filled(-1.0).values[6].to_bits(), (-1.0f32).to_bits());
+        assert_eq!(filled(6.0).filled(None).unwrap(), filled(6.0));
+    }
+
+    #[test]
+    fn usual_marks_of_missing_heights_must_be_stated() {
+        for mark in USUAL_NO_DATA {
+            let grid = |no_data: Option<f32>| HeightGrid::new(2, vec![1.0, mark, 2.0, 3.0], no_data, Ok(None));
+            let message = grid(None).unwrap_err();
+            assert!(message.starts_with(&format!("1 of 4 heights are {mark:?}")), "{message}");
+            // The advice is a number of a scene file.
+            let advice = message.split("`nodata = ").nth(1).unwrap().split('`').next().unwrap();
+            assert_eq!(advice.parse::<f32>().unwrap().to_bits(), mark.to_bits());
+            assert!(grid(Some(mark)).unwrap().values[1].is_nan());
+            // A height that is known to be none of these is a height.
+            assert_eq!(grid(Some(-99_999.0)).unwrap().values[1].to_bits(), mark.to_bits());
+        }
     }
 }

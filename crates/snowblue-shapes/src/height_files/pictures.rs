@@ -1,46 +1,56 @@
-//! Heights as pictures: a grey PNG, where white is 1, or the first channel of an EXR.
+//! Heights as pictures: a grey PNG, where white is 1, or an EXR of one channel.
 
 use std::io::Cursor;
 
 use exr::prelude::{ReadChannels, ReadLayers, read};
-use snowblue_base::files::{FileError, NamedFile};
 use snowblue_geometry::images::{PngImage, check_exr_size};
 
-use crate::height_files::height_grid::HeightGrid;
+use crate::height_files::height_grid::{HeightGrid, StatedByUser};
 
-/// Reads a PNG.
-pub(super) fn read_png(file: &NamedFile) -> Result<HeightGrid, FileError> {
-    let image = PngImage::decode(file)?;
+/// Reads a PNG. A height whose pixel is not opaque is missing.
+pub(super) fn read_png(image: &PngImage, stated: &StatedByUser) -> Result<HeightGrid, String> {
     if image.channels > 1 {
-        let reason = "the image is coloured, but must be grey".into();
-        return Err(FileError::Content { path: file.path.clone(), reason });
+        return Err("the image is coloured, but must be grey".to_owned());
     }
-    Ok(HeightGrid { columns: image.width, values: image.values, georeference: None, no_data: None })
+    let height = |(pixel, value): (usize, &f32)| if image.alpha_of(pixel) < 1.0 { f32::NAN } else { *value };
+    let values = image.values.iter().enumerate().map(height).collect();
+    HeightGrid::new(image.width, values, stated.no_data, Ok(None))
 }
 
-/// Reads an EXR. A height that is not finite is an error.
-pub(super) fn read_exr(bytes: &[u8]) -> Result<HeightGrid, String> {
+/// Reads an EXR of one channel besides alpha, or of equal channels.
+pub(super) fn read_exr(bytes: &[u8], stated: &StatedByUser) -> Result<HeightGrid, String> {
     // Memory for all channels as they are stored, and for one channel as heights.
     check_exr_size(bytes, |samples| samples + size_of::<f32>())?;
     let image = read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer().all_attributes();
     let image = image.from_buffered(Cursor::new(bytes)).map_err(|error| format!("not a readable EXR file: {error}"))?;
     let layer = image.layer_data;
-    let channel = layer.channel_data.list.first().ok_or("the image has no channel")?;
-    let values: Vec<f32> = channel.sample_data.values_as_f32().collect();
-    if let Some(height) = values.iter().find(|height| !height.is_finite()) {
-        return Err(format!("a height is {height}, but must be finite"));
+    let window = image.attributes.display_window;
+    if (window.position, window.size) != (layer.attributes.layer_position, layer.size) {
+        return Err(
+            "the image is a part of its display window (`oiiotool IN.exr --croptofull -o OUT.exr` fills it)".to_owned()
+        );
     }
-    Ok(HeightGrid { columns: layer.size.width(), values, georeference: None, no_data: None })
+    let mut channels = layer.channel_data.list.iter().filter(|channel| channel.name != *"A");
+    let channel = channels.next().ok_or("the image has no channel of heights")?;
+    if let Some(other) = channels.find(|other| other.sample_data != channel.sample_data) {
+        let (first, second) = (&channel.name, &other.name);
+        return Err(format!(
+            "the channels {first} and {second} differ, but heights must be in one channel (`oiiotool IN.exr --ch \
+             {first} -o OUT.exr` takes {first})"
+        ));
+    }
+    let values: Vec<f32> = channel.sample_data.values_as_f32().collect();
+    HeightGrid::new(layer.size.width(), values, stated.no_data, Ok(None))
 }
 
 #[cfg(test)]
 mod tests {
-    use snowblue_base::files::FilesInMemory;
+    use snowblue_base::files::{FileError, FilesInMemory};
 
     use super::*;
 
     fn read(name: &str, bytes: Vec<u8>) -> Result<HeightGrid, FileError> {
-        HeightGrid::read(&FilesInMemory::from([(name, bytes)]), name)
+        HeightGrid::read(&FilesInMemory::from([(name, bytes)]), name, &StatedByUser::default())
     }
 
     #[test]
@@ -57,7 +67,7 @@ mod tests {
     }
 
     #[test]
-    fn reads_the_first_channel_of_an_exr_from_far_to_near() {
+    fn reads_the_channel_of_an_exr_from_far_to_near() {
         use exr::prelude::{AnyChannel, AnyChannels, FlatSamples, Image, WritableImage};
         let exr = |size: (usize, usize), channels: Vec<AnyChannel<FlatSamples>>| {
             let mut bytes = Cursor::new(Vec::new());
@@ -67,13 +77,41 @@ mod tests {
         };
         let values = vec![0.25f32, -1.5, 3.0, 1e-3, 70_000.0, 0.0];
         let height = AnyChannel::new("Y", FlatSamples::F32(values.clone()));
-        let other = AnyChannel::new("Z", FlatSamples::F32(vec![9.0; 6]));
-        let grid = read("drift.EXR", exr((3, 2), vec![other, height])).unwrap();
-        assert_eq!((grid.columns, grid.values), (3, values));
+        let other = |name: &str| AnyChannel::new(name, FlatSamples::F32(vec![9.0; 6]));
+        let grid = read("drift.EXR", exr((3, 2), vec![other("A"), height.clone()])).unwrap();
+        assert_eq!((grid.columns, grid.values.as_slice()), (3, values.as_slice()));
+        let grey = ["R", "G", "B"].map(|name| AnyChannel { name: name.into(), ..height.clone() });
+        assert_eq!(read("drift.EXR", exr((3, 2), grey.to_vec())).unwrap().values, values);
+        let message = read("drift.EXR", exr((3, 2), vec![other("Z"), height])).unwrap_err().to_string();
+        assert!(message.contains("the channels Y and Z differ, but heights must be in one channel"), "{message}");
         let message = read("drift.EXR", b"no picture".to_vec()).unwrap_err().to_string();
         assert!(message.contains("drift.EXR: not a readable EXR"), "{message}");
         let hole = AnyChannel::new("Y", FlatSamples::F32(vec![0.0, 0.0, f32::NAN, 0.0]));
-        let message = read("drift.EXR", exr((2, 2), vec![hole])).unwrap_err().to_string();
-        assert!(message.contains("a height is NaN, but must be finite"), "{message}");
+        let message = read("drift.EXR", exr((2, 2), vec![hole])).unwrap().filled(None).unwrap_err();
+        assert!(message.contains("1 of 4 heights are missing"), "{message}");
+    }
+
+    #[test]
+    fn a_part_of_a_display_window_is_refused() {
+        use exr::meta::attribute::IntegerBounds;
+        use exr::prelude::{AnyChannel, AnyChannels, FlatSamples, Image, WritableImage};
+        let heights = AnyChannel::new("Y", FlatSamples::F32(vec![1.0; 4]));
+        let mut image = Image::from_channels((2, 2), AnyChannels::sort([heights].into_iter().collect()));
+        image.attributes.display_window = IntegerBounds::from_dimensions((4, 2));
+        let mut bytes = Cursor::new(Vec::new());
+        image.write().to_buffered(&mut bytes).unwrap();
+        let message = read("drift.exr", bytes.into_inner()).unwrap_err().to_string();
+        assert!(message.contains("`oiiotool IN.exr --croptofull -o OUT.exr`"), "{message}");
+    }
+
+    #[test]
+    fn heights_whose_pixels_are_not_opaque_are_missing() {
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, 2, 2);
+        encoder.set_color(png::ColorType::GrayscaleAlpha);
+        encoder.write_header().unwrap().write_image_data(&[0, 255, 51, 255, 102, 0, 255, 255]).unwrap();
+        let values = read("drift.png", bytes).unwrap().values;
+        assert_eq!((values[0], values[1], values[3]), (0.0, 0.2, 1.0));
+        assert!(values[2].is_nan());
     }
 }

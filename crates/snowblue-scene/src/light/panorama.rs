@@ -1,0 +1,331 @@
+//! Files of environment images: OpenEXR and Radiance.
+
+use std::io::Cursor;
+
+use exr::image::{AnyChannels, FlatSamples, Layer};
+use exr::meta::attribute::EnvironmentMap;
+use exr::prelude::{ReadChannels, ReadLayers, Vec2};
+use image::codecs::hdr::{HdrDecoder, HdrMetadata};
+use image::{DynamicImage, ImageError};
+use snowblue_base::files::{FileError, FileSource, NamedFile, check_formats, check_memory};
+use snowblue_color::{Chromaticity, LinearRgb, Primaries};
+use snowblue_geometry::images::check_exr_size;
+
+/// Memory of a pixel: a colour of double precision, and its colour, brightness and share of the light in single
+/// precision.
+const PIXEL_BYTES: usize = size_of::<LinearRgb>() + 5 * size_of::<f32>();
+
+/// An environment image as in its file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Panorama {
+    /// Pixels in a row, over all azimuths.
+    pub width: usize,
+    /// Pixels from zenith to nadir.
+    pub height: usize,
+    /// Linear sRGB, row by row.
+    pub pixels: Vec<LinearRgb>,
+}
+
+/// The channels of a part of an OpenEXR file.
+type Part = Layer<AnyChannels<FlatSamples>>;
+
+impl Panorama {
+    /// Reads an OpenEXR or Radiance file, in the primaries that it states, or in linear sRGB. Pixels outside the data
+    /// window of an OpenEXR file are black. Without `layer`, it is the first part of an OpenEXR file with red, green
+    /// and blue, or with luminance only, which is grey.
+    ///
+    /// # Errors
+    ///
+    /// When there is no such file, or it is malformed, has another format, is a cube map, or holds neither red, green
+    /// and blue nor luminance alone.
+    pub fn read(files: &dyn FileSource, name: &str, layer: Option<&str>) -> Result<Self, FileError> {
+        let NamedFile { path, bytes } = NamedFile::read(files, name)?;
+        check_formats(&path)?;
+        let is = |magic: &[u8]| bytes.starts_with(magic);
+        let read = if is(b"#?") {
+            match layer {
+                Some(layer) => Err(format!("a Radiance file has no layer \"{layer}\"")),
+                None => Self::of_radiance(&bytes),
+            }
+        } else if is(b"\x89PNG") || is(b"\xff\xd8") {
+            Err("the image is a PNG or JPEG, whose values end at white, so that the sun is too dark: take the .exr or \
+                 .hdr of this sky, or convert it with `magick IN.jpg -colorspace RGB OUT.hdr`"
+                .to_owned())
+        } else {
+            Self::of_exr(&bytes, layer)
+        };
+        read.map_err(|reason| FileError::Content { path, reason })
+    }
+
+    /// Reads a Radiance file, whose values are multiplied by its exposure and its correction of colours.
+    fn of_radiance(bytes: &[u8]) -> Result<Self, String> {
+        let unreadable = |error: ImageError| format!("not a readable Radiance file: {error}").replace('\n', " ");
+        // The first line names the program that wrote the file.
+        let rest = bytes.iter().position(|byte| *byte == b'\n').map_or(&[][..], |end| &bytes[end..]);
+        let decoder = HdrDecoder::new(Cursor::new([b"#?RADIANCE", rest].concat())).map_err(unreadable)?;
+        let HdrMetadata { width, height, exposure, color_correction, custom_attributes, .. } = decoder.metadata();
+        check_pixels(width as usize, height as usize, bytes.len())?;
+        let (exposure, (red, green, blue)) = (exposure.unwrap_or(1.0), color_correction.unwrap_or((1.0, 1.0, 1.0)));
+        let factors = [red, green, blue].map(|factor| f64::from(exposure * factor));
+        if !factors.iter().all(|factor| factor.is_finite() && *factor > 0.0) {
+            return Err(format!("the exposure is {factors:?}, but must be finite and above 0"));
+        }
+        let image = DynamicImage::from_decoder(decoder).map_err(unreadable)?.into_rgb32f();
+        let color = |pixel: &[f32]| {
+            let [r, g, b] = [0, 1, 2].map(|channel| f64::from(pixel[channel]) / factors[channel]);
+            LinearRgb { r, g, b }
+        };
+        let mut pixels = image.as_raw().chunks_exact(3).map(color).collect::<Vec<_>>();
+        if let Some((_, primaries)) = custom_attributes.iter().find(|(key, _)| key == "PRIMARIES") {
+            let numbers: Vec<f64> = primaries.split_whitespace().filter_map(|number| number.parse().ok()).collect();
+            let [red, green, blue, white] = *numbers.as_chunks().0 else {
+                return Err(format!("PRIMARIES is \"{primaries}\", but must have eight numbers"));
+            };
+            convert(&mut pixels, [red, green, blue, white])?;
+        }
+        Ok(Self { width: width as usize, height: height as usize, pixels })
+    }
+
+    /// Reads an OpenEXR file.
+    fn of_exr(bytes: &[u8], layer: Option<&str>) -> Result<Self, String> {
+        check_exr_size(bytes, |samples| samples + PIXEL_BYTES)?;
+        let image = exr::prelude::read().no_deep_data().largest_resolution_level().all_channels().all_layers();
+        let image = image.all_attributes().from_buffered(Cursor::new(bytes));
+        let image = image.map_err(|error| format!("not a readable EXR file: {error}"))?;
+        let parts = &image.layer_data;
+        let found = parts.iter().find_map(|part| Some((part, colours(part, layer)?)));
+        let Some((part, channels)) = found else { return Err(lacks(parts, layer)) };
+        if part.attributes.environment_map == Some(EnvironmentMap::Cube) {
+            return Err("the image is a cube map, but must be latitude by longitude (`exrenvmap -latlong IN.exr \
+                        OUT.exr` makes such an image)"
+                .to_owned());
+        }
+        let window = image.attributes.display_window;
+        let (width, height) = (window.size.width(), window.size.height());
+        check_pixels(width, height, bytes.len())?;
+        let mut pixels = vec![LinearRgb::default(); width * height];
+        let offset = part.attributes.layer_position - window.position;
+        let [mut red, mut green, mut blue] = channels.map(FlatSamples::values_as_f32);
+        let inside = |place: usize, offset: i32, count: usize| {
+            usize::try_from(place as i64 + i64::from(offset)).ok().filter(|place| *place < count)
+        };
+        for Vec2(column, row) in (0..part.size.area()).map(|index| Vec2(index % part.size.0, index / part.size.0)) {
+            let (Some(r), Some(g), Some(b)) = (red.next(), green.next(), blue.next()) else {
+                return Err("the channels of colours have fewer pixels than the image".to_owned());
+            };
+            if let (Some(x), Some(y)) = (inside(column, offset.0, width), inside(row, offset.1, height)) {
+                pixels[y * width + x] = LinearRgb { r: r.into(), g: g.into(), b: b.into() };
+            }
+        }
+        if let Some(stated) = image.attributes.chromaticities {
+            let stated = [stated.red, stated.green, stated.blue, stated.white];
+            convert(&mut pixels, stated.map(|Vec2(x, y)| [x, y].map(f64::from)))?;
+        }
+        Ok(Self { width, height, pixels })
+    }
+}
+
+/// The channels of red, green and blue of a part, which are one channel if there is only luminance besides alpha.
+fn colours<'part>(part: &'part Part, layer: Option<&str>) -> Option<[&'part FlatSamples; 3]> {
+    let prefix = match layer {
+        Some(layer) if part.attributes.layer_name.as_ref().is_none_or(|name| name != layer) => format!("{layer}."),
+        _ => String::new(),
+    };
+    let channels = &part.channel_data.list;
+    let channel = |name: &str| {
+        let name = format!("{prefix}{name}");
+        channels.iter().find(|channel| channel.name == *name.as_str()).map(|channel| &channel.sample_data)
+    };
+    if let (Some(red), Some(green), Some(blue)) = (channel("R"), channel("G"), channel("B")) {
+        return Some([red, green, blue]);
+    }
+    // Luminance with chroma channels is not grey.
+    let names = channels.iter().map(|channel| channel.name.to_string());
+    let mut others = names.filter_map(|name| name.strip_prefix(&prefix).map(str::to_owned));
+    others.all(|name| ["A", "Y"].contains(&name.as_str())).then(|| channel("Y").map(|grey| [grey; 3]))?
+}
+
+/// Why no part has colours.
+fn lacks(parts: &[Part], layer: Option<&str>) -> String {
+    let named = |part: &Part| {
+        let name = part.attributes.layer_name.as_ref().filter(|_| parts.len() > 1);
+        let channels: Vec<String> = part.channel_data.list.iter().map(|channel| channel.name.to_string()).collect();
+        name.map_or_else(|| channels.join(", "), |name| format!("{name}: {}", channels.join(", ")))
+    };
+    let found = parts.iter().map(named).collect::<Vec<_>>().join("; ");
+    let of_layer = layer.map(|layer| format!(" of the layer \"{layer}\"")).unwrap_or_default();
+    format!("the channels are {found}, but must include R, G and B{of_layer}, or be Y alone; `layer` chooses a layer")
+}
+
+/// Refuses an image of more pixels than a file of `file_bytes` may have.
+fn check_pixels(width: usize, height: usize, file_bytes: usize) -> Result<(), String> {
+    check_memory(&format!("{width} × {height} pixels"), width as f64 * height as f64 * PIXEL_BYTES as f64, file_bytes)
+}
+
+/// Converts colours to linear sRGB from a space of the chromaticities of red, green, blue and white.
+fn convert(pixels: &mut [LinearRgb], chromaticities: [[f64; 2]; 4]) -> Result<(), String> {
+    let [red, green, blue, white] = chromaticities.map(|[x, y]| Chromaticity { x, y });
+    let units = Primaries { red, green, blue }.in_srgb(white);
+    let [red, green, blue] =
+        units.ok_or_else(|| format!("the chromaticities {chromaticities:?} are of no space of colours"))?;
+    for pixel in pixels {
+        let LinearRgb { r, g, b } = *pixel;
+        *pixel = red * r;
+        *pixel += green * g;
+        *pixel += blue * b;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use exr::meta::attribute::{Chromaticities, IntegerBounds};
+    use exr::prelude::{AnyChannel, Encoding, Image, ImageAttributes, LayerAttributes, SmallVec, WritableImage};
+    use snowblue_base::files::FilesInMemory;
+
+    use super::*;
+
+    fn read(bytes: Vec<u8>, layer: Option<&str>) -> Result<Panorama, String> {
+        Panorama::read(&FilesInMemory::from([("sky", bytes)]), "sky", layer).map_err(|error| error.to_string())
+    }
+
+    /// A part of 4 by 2 pixels whose channels have one value each.
+    fn part(name: &str, channels: &[(&str, f32)]) -> Part {
+        let channel = |(name, value): &(&str, f32)| AnyChannel::new(*name, FlatSamples::F32(vec![*value; 8]));
+        let channels = AnyChannels::sort(channels.iter().map(channel).collect());
+        Layer::new((4, 2), LayerAttributes::named(name), Encoding::FAST_LOSSLESS, channels)
+    }
+
+    /// A file of parts with attributes, whose display window has a place and a size.
+    fn exr(
+        parts: Vec<Part>,
+        (position, size): ((i32, i32), (usize, usize)),
+        primaries: Option<[[f32; 2]; 4]>,
+    ) -> Vec<u8> {
+        let chromaticities = primaries.map(|primaries| {
+            let [red, green, blue, white] = primaries.map(|[x, y]| Vec2(x, y));
+            Chromaticities { red, green, blue, white }
+        });
+        let window = IntegerBounds::new(position, size);
+        let attributes = ImageAttributes { chromaticities, ..ImageAttributes::new(window) };
+        let mut bytes = Cursor::new(Vec::new());
+        let image = Image { attributes, layer_data: parts.into_iter().collect::<SmallVec<[Part; 2]>>() };
+        image.write().to_buffered(&mut bytes).unwrap();
+        bytes.into_inner()
+    }
+
+    const WHOLE: ((i32, i32), (usize, usize)) = ((0, 0), (4, 2));
+    const RGB: [(&str, f32); 3] = [("R", 0.1), ("G", 0.2), ("B", 0.4)];
+
+    fn color(r: f32, g: f32, b: f32) -> LinearRgb {
+        LinearRgb { r: r.into(), g: g.into(), b: b.into() }
+    }
+
+    #[test]
+    fn the_data_window_lies_in_the_display_window() {
+        let rgb = color(0.1, 0.2, 0.4);
+        // The upper half, and the lower right quarter.
+        let upper = read(exr(vec![part("a", &RGB)], ((0, 0), (4, 4)), None), None).unwrap();
+        assert_eq!((upper.width, upper.height), (4, 4));
+        assert_eq!(upper.pixels, [[rgb; 8], [LinearRgb::default(); 8]].concat());
+        let quarter = read(exr(vec![part("a", &RGB)], ((-4, -2), (8, 4)), None), None).unwrap();
+        let is_lit = |pixel: usize| pixel % 8 >= 4 && pixel / 8 >= 2;
+        assert!((0..32).all(|pixel| quarter.pixels[pixel] == if is_lit(pixel) { rgb } else { LinearRgb::default() }));
+        // What reaches beyond the display window is cut off.
+        let cut = read(exr(vec![part("a", &RGB)], ((1, 1), (2, 1)), None), None).unwrap();
+        assert_eq!((cut.width, cut.pixels), (2, vec![rgb; 2]));
+        let message = read(exr(vec![part("a", &RGB)], ((0, 0), (1 << 20, 1 << 20)), None), None).unwrap_err();
+        assert!(message.contains("1048576 × 1048576 pixels take"), "{message}");
+    }
+
+    #[test]
+    fn colours_are_in_the_primaries_of_the_file() {
+        const ACES_CG: [[f32; 2]; 4] = [[0.713, 0.293], [0.165, 0.83], [0.128, 0.044], [0.32168, 0.33767]];
+        // From ACEScg to linear sRGB, adapted from D60 to D65 by the matrix of Bradford: the columns of
+        // 1.70505 -0.62179 -0.08326, -0.13026 1.14080 -0.01055, -0.02400 -0.12897 1.15297 (Academy, ACES 1.0.3).
+        for (channel, expected) in [
+            ("R", [1.70505, -0.13026, -0.024]),
+            ("G", [-0.62179, 1.1408, -0.12897]),
+            ("B", [-0.08326, -0.01055, 1.15297]),
+        ] {
+            let channels = ["R", "G", "B"].map(|name| (name, if name == channel { 1.0 } else { 0.0 }));
+            let LinearRgb { r, g, b } =
+                read(exr(vec![part("a", &channels)], WHOLE, Some(ACES_CG)), None).unwrap().pixels[0];
+            let far =
+                [r, g, b].iter().zip(expected).map(|(found, expected)| (found - expected).abs()).fold(0.0, f64::max);
+            assert!(far < 2e-5, "{channel}: {r} {g} {b}");
+        }
+        // The same by the header of a Radiance file. One mantissa of 128 with the exponent 129 is 1.
+        let header = "FORMAT=32-bit_rle_rgbe\nPRIMARIES=.713 .293 .165 .83 .128 .044 .32168 .33767\n";
+        let LinearRgb { r, g, b } = radiance(header, &[128, 0, 0, 129]).unwrap().pixels[0];
+        assert!((r - 1.70505).abs() < 2e-5 && (g + 0.13026).abs() < 2e-5 && (b + 0.024).abs() < 2e-5, "{r} {g} {b}");
+        // Three equal primaries make one colour.
+        let flat = [[0.3, 0.3]; 4];
+        let message = read(exr(vec![part("a", &RGB)], WHOLE, Some(flat)), None).unwrap_err();
+        assert!(message.contains("are of no space of colours"), "{message}");
+    }
+
+    #[test]
+    fn a_layer_is_a_part_or_a_prefix_of_channels() {
+        let channels = [("sun.R", 3.0), ("sun.G", 2.0), ("sun.B", 1.0), ("Z", 7.0), ("grey.Y", 5.0)];
+        let bytes = || exr(vec![part("a", &channels), part("b", &RGB)], WHOLE, None);
+        let first = |layer: Option<&str>| read(bytes(), layer).map(|panorama| panorama.pixels[0]);
+        assert_eq!(first(None), Ok(color(0.1, 0.2, 0.4)));
+        assert_eq!(first(Some("b")), Ok(color(0.1, 0.2, 0.4)));
+        assert_eq!(first(Some("sun")), Ok(color(3.0, 2.0, 1.0)));
+        assert_eq!(first(Some("grey")), Ok(color(5.0, 5.0, 5.0)));
+        let message = first(Some("moon")).unwrap_err();
+        let expected = "the channels are a: Z, grey.Y, sun.B, sun.G, sun.R; b: B, G, R, but must include R, G and B of \
+                        the layer \"moon\"";
+        assert!(message.contains(expected), "{message}");
+    }
+
+    #[test]
+    fn cube_maps_and_pictures_of_screens_are_refused_with_a_way_out() {
+        let mut cube = part("a", &RGB);
+        cube.attributes.environment_map = Some(EnvironmentMap::Cube);
+        let message = read(exr(vec![cube], WHOLE, None), None).unwrap_err();
+        assert!(message.contains("`exrenvmap -latlong IN.exr OUT.exr`"), "{message}");
+        let mut latlong = part("a", &RGB);
+        latlong.attributes.environment_map = Some(EnvironmentMap::LatitudeLongitude);
+        assert!(read(exr(vec![latlong], WHOLE, None), None).is_ok());
+        for magic in [&b"\x89PNG\r\n\x1a\n"[..], b"\xff\xd8\xff\xe0"] {
+            let message = read(magic.to_vec(), None).unwrap_err();
+            assert!(message.contains("`magick IN.jpg -colorspace RGB OUT.hdr`"), "{message}");
+        }
+    }
+
+    /// A Radiance file of 8 by 1 pixels, with a header and pixels that are all alike.
+    fn radiance(header: &str, pixel: &[u8; 4]) -> Result<Panorama, String> {
+        // Runs of 8 equal bytes of each channel.
+        let row = [vec![2, 2, 0, 8], pixel.iter().flat_map(|byte| [128 + 8, *byte]).collect()].concat();
+        read([format!("#?RGBE\n# a comment\n{header}\n-Y 1 +X 8\n").into_bytes(), row].concat(), None)
+    }
+
+    #[test]
+    fn radiance_files_are_read_with_their_exposure() {
+        let format = "FORMAT=32-bit_rle_rgbe\n";
+        let panorama = radiance(format, &[128, 64, 32, 138]).unwrap();
+        // The mantissa times 2 to the exponent less 128 + 8.
+        assert_eq!((panorama.width, panorama.height), (8, 1));
+        assert_eq!(panorama.pixels, [color(512.0, 256.0, 128.0); 8]);
+        // Exposures multiply each other.
+        let exposed = format!("{format}EXPOSURE=2\nEXPOSURE= 4\nCOLORCORR= 1 2 .5\n");
+        assert_eq!(radiance(&exposed, &[128, 64, 32, 138]).unwrap().pixels[7], color(64.0, 16.0, 32.0));
+        for (header, expected) in [
+            ("FORMAT=32-bit_rle_xyze\n", "32-bit_rle_xyze"),
+            (&format!("{format}EXPOSURE=0\n"), "the exposure is [0.0, 0.0, 0.0], but must be finite and above 0"),
+            (&format!("{format}PRIMARIES=.64 .33\n"), "PRIMARIES is \".64 .33\", but must have eight numbers"),
+        ] {
+            let message = radiance(header, &[1, 1, 1, 1]).unwrap_err();
+            assert!(message.contains(expected) && !message.contains('\n'), "{message}");
+        }
+        let whole = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 2\n".to_vec();
+        for wrong in [whole.clone(), String::from_utf8(whole).unwrap().replace("-Y", "+Y").into_bytes(), b"#?".to_vec()]
+        {
+            let message = read(wrong, None).unwrap_err();
+            assert!(message.contains("not a readable Radiance file") && !message.contains('\n'), "{message}");
+        }
+        assert!(read(b"#?RADIANCE\n".to_vec(), Some("a")).unwrap_err().contains("has no layer \"a\""));
+    }
+}
