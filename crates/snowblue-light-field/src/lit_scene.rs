@@ -73,8 +73,8 @@ impl<'a> LitScene<'a> {
             lamps_in_snow.extend(parts_in_snow(scene, index, light).map_err(|object| {
                 let name = &scene.objects().list()[object].name;
                 let reason = format!(
-                    "lies inside the snow of \"{name}\", or faces the snow and touches it: inside, lights are points or \
-                     spheres; before the snow, leave a gap of 0.0001 m or more"
+                    "lies inside the snow of \"{name}\", or faces the snow and touches it: inside, lights are points \
+                     or spheres; before the snow, leave a gap of 0.0001 m or more"
                 );
                 KeyPath::root("light").index(index).error(reason)
             })?);

@@ -263,8 +263,8 @@ impl Scene {
         self.camera = PerspectiveCamera::new(&self.view, lens, self.film.aspect()).unwrap_or(self.camera);
     }
 
-    /// Points the camera elsewhere, in coordinates from the [local origin](Self::local_origin), and keeps its lens. Returns false without a change if the view looks along its own
-    /// up direction or nowhere, or is out of range.
+    /// Points the camera elsewhere, in coordinates from the [local origin](Self::local_origin), and keeps its lens.
+    /// Returns false without a change if the view looks along its own up direction or nowhere, or is out of range.
     ///
     /// The method does not check that the camera stays out of snow.
     pub fn set_view(&mut self, view: &View) -> bool {

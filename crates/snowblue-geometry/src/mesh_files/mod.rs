@@ -26,7 +26,8 @@ pub use stl::stl_bytes;
 /// The extensions of mesh files.
 pub const MESH_EXTENSIONS: [&str; 5] = ["ply", "obj", "stl", "gltf", "glb"];
 
-/// Reads a mesh file, in the file's own unit and axes, from an origin near the mesh. The node transforms of a glTF are applied.
+/// Reads a mesh file, in the file's own unit and axes, from an origin near the mesh. The node transforms of a glTF are
+/// applied.
 ///
 /// `part` selects a part by name: an object, group or material of an OBJ file, or a node or mesh of a glTF with its
 /// descendants. PLY and STL files have no parts.

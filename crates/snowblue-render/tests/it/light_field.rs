@@ -56,8 +56,8 @@ fn flux(integrator: &mut Integrator, target: Vec3A, up: f32) -> [f64; 3] {
 fn a_lamp_that_touches_the_snow_before_it_is_refused() {
     let prepare = |x_m: f64, look_at: f64| {
         let lamp = format!(
-            "[[light]]\ntype = \"rectangle\"\nposition = [{x_m}, 0, 0]\nlook_at = [{look_at}, 0, 0]\nsize = [0.05, 0.05]\n\
-             radiance_w_m2_sr = 10\n"
+            "[[light]]\ntype = \"rectangle\"\nposition = [{x_m}, 0, 0]\nlook_at = [{look_at}, 0, 0]\n\
+             size = [0.05, 0.05]\nradiance_w_m2_sr = 10\n"
         );
         let text = format!("{SNOW}{}{lamp}", shape("box", "size = [0.1, 0.1, 0.1]"));
         Integrator::prepare(&snow::scene_of_few_grains("diffusion", &text, &[])).map(|_| ())
