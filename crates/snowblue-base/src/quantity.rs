@@ -131,12 +131,6 @@ impl<Q: Quantity, const LENGTH: usize> Numbers<Q, LENGTH> {
         values.iter().try_for_each(|value| Q::RANGE.check(*value)).map(|()| Self(values, PhantomData))
     }
 
-    /// The numbers in the range that are nearest to finite numbers.
-    #[must_use]
-    pub fn nearest(values: [f64; LENGTH]) -> Self {
-        Self(values.map(|value| value.clamp(Q::RANGE.least, Q::RANGE.greatest)), PhantomData)
-    }
-
     /// Numbers that are known to lie in the range.
     ///
     /// # Panics

@@ -49,6 +49,9 @@ pub enum FieldError {
         /// Bound of the memory, in MiB.
         memory_mib: u64,
     },
+    /// Cells of one size, as for a number of nodes, do not fit into the memory.
+    #[error("is too wide for a number of nodes, which gives its surface cells of one size: leave `nodes` out")]
+    TooWideForNodes,
     /// The requested cells are too coarse for the snow.
     #[error(
         "has cells of {step_mm} mm, but its snow needs cells of at most {allowed_mm:.1} mm, {COARSEST_LENGTHS:.0} \
@@ -138,7 +141,7 @@ impl Survey {
     ) -> Result<f64, FieldError> {
         let wanted = bisect(|step_m| self.nodes(step_m) <= f64::from(nodes));
         let wanted = wanted.clamp(FINEST_LENGTHS * transport_length_m, COARSEST_LENGTHS * transport_length_m);
-        self.at_least(wanted, transport_length_m, groups, memory_mib)
+        self.at_least(wanted, transport_length_m, groups, memory_mib).map_err(|_| FieldError::TooWideForNodes)
     }
 
     /// The wanted cell size or the smallest cell size that fits into the memory, whichever is larger.
@@ -365,6 +368,8 @@ mod tests {
         let body = BoxBody::aligned(DVec3::ZERO, DVec3::splat(1000.0));
         let error = Survey::new(&body).unwrap().choose_step_m(1e-4, 2, 1024).unwrap_err();
         assert!(matches!(error, FieldError::TooLarge { memory_mib: 1024, .. }), "{error}");
+        let error = Survey::new(&body).unwrap().step_of_nodes_m(1000, 1e-4, 2, 1024).unwrap_err();
+        assert!(error.to_string().contains("leave `nodes` out"), "{error}");
         let small = BoxBody::aligned(DVec3::ZERO, DVec3::new(0.6, 0.15, 0.6));
         let step_m = Survey::new(&small).unwrap().choose_step_m(0.002, 2, 1024).unwrap();
         assert!(step_m > 0.005 && step_m < 0.02, "{step_m}");

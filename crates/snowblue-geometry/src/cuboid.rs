@@ -166,7 +166,7 @@ impl Cuboid {
     #[inline]
     fn slabs(&self, local: &Ray) -> Slabs {
         let inverse = finite_inverse(local.direction);
-        // The difference of nearly equal coordinates is exact.
+        // Relative to the centre, the difference of nearly equal coordinates is exact.
         let far = self.half_size.copysign(inverse);
         let distance_m = |plane: Vec3A| (plane - local.origin - local.remainder) * inverse;
         Slabs { enter_m: distance_m(-far), leave_m: distance_m(far) }

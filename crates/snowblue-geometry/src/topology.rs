@@ -1,8 +1,8 @@
 //! Mesh topology: whether a triangle mesh is closed, after coincident vertices are merged.
 //!
-//! If every edge belongs to an even number of triangles, every line crosses the surface an even number of times. Depths
-//! through a solid rely on that. The orientation of triangles has no effect on depths; reversed edges are only
-//! reported.
+//! If every edge belongs to an even number of triangles, every line crosses the surface an even number of times. If as
+//! many triangles run along each edge in one direction as in the other, every line enters the surface as often as it
+//! leaves it. Depths through a solid rely on both.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -28,6 +28,8 @@ pub struct Topology {
     pub odd_shared_edges: usize,
     /// Number of edges of two triangles with inconsistent orientation.
     pub reversed_edges: usize,
+    /// Number of edges of an even number of triangles, at least four, of which more run in one direction.
+    pub unbalanced_edges: usize,
     /// Greatest number of triangles of an edge.
     pub most_of_an_edge: usize,
 }
@@ -51,6 +53,9 @@ impl Topology {
             topology.shared_edges += usize::from(sides.len() > 2);
             topology.odd_shared_edges += usize::from(sides.len() > 2 && sides.len() % 2 == 1);
             topology.most_of_an_edge = topology.most_of_an_edge.max(sides.len());
+            let forward = sides.iter().filter(|side| side.is_forward()).count();
+            let is_even = sides.len() > 2 && sides.len() % 2 == 0;
+            topology.unbalanced_edges += usize::from(is_even && 2 * forward != sides.len());
             topology.reversed_edges += usize::from(sides.len() == 2 && sides[0].from == sides[1].from);
         });
         topology

@@ -91,7 +91,7 @@ impl ShearedRay {
         }
     }
 
-    /// The crossing of the ray's line with a triangle of either orientation; none if the triangle is edge-on.
+    /// The crossing of the ray's line with a triangle of either orientation. None if the rounded triangle is edge-on.
     #[inline]
     pub(crate) fn intersect(&self, corners: &[Vec3; 3]) -> Option<TriangleHit> {
         let [a, b, c] = corners;
@@ -100,14 +100,17 @@ impl ShearedRay {
         if is_left_of(c, a) != is_left || is_left_of(a, b) != is_left {
             return None;
         }
+        // Three corners in one place have an edge function of 0 and pass the test wherever they are.
+        if a.truncate() == b.truncate() && b.truncate() == c.truncate() {
+            return None;
+        }
         // The corners of a large triangle are far from the ray, where single precision is too coarse for the distance.
         let [a, b, c] = corners.map(|corner| self.exactly_sheared(corner));
         let areas = DVec3::new(area(b, c), area(c, a), area(a, b));
         let sum = areas.element_sum();
-        if sum == 0.0 {
-            return None;
-        }
-        let weights = (areas / sum).clamp(DVec3::ZERO, DVec3::ONE);
+        // By rounding, the ray may pass beside the exact triangle, or see it edge-on.
+        let weights = if sum == 0.0 { DVec3::ONE } else { (areas / sum).clamp(DVec3::ZERO, DVec3::ONE) };
+        let weights = weights / weights.element_sum();
         let depth = weights.dot(DVec3::new(a.z, b.z, c.z));
         let along = self.direction[self.axes[2]];
         // The sheared axes are right-handed if the ray runs along the positive axis.
@@ -245,6 +248,24 @@ mod tests {
         assert!(miss.intersect(&corners).is_none());
         let edge_on = ShearedRay::new(&Ray::new(Vec3A::new(-1.0, 0.2, 0.0), Vec3A::X));
         assert!(edge_on.intersect(&corners).is_none());
+    }
+
+    /// A triangle of 1 m, a kilometre away and seen at a grazing angle: rounding decides whether rays along its edges
+    /// hit it, but the hits lie on it.
+    #[test]
+    fn hits_of_distant_triangles_lie_within_them() {
+        let corners = [Vec3::new(1000.0, 0.3, 0.0), Vec3::new(1001.0, 0.7, 0.02), Vec3::new(1000.3, -0.2, 0.01)];
+        let mut hits = 0;
+        for k in 0..2000 {
+            let aim = corners[k % 3].lerp(corners[(k + 1) % 3], k as f32 / 2000.0);
+            let direction = Vec3A::from(aim).normalize();
+            let Some(hit) = ShearedRay::new(&Ray::new(Vec3A::ZERO, direction)).intersect(&corners) else { continue };
+            hits += 1;
+            let sum: f64 = hit.weights.iter().sum();
+            assert!((sum - 1.0).abs() < 1e-12, "{:?}", hit.weights);
+            assert!((999.9..1001.1).contains(&hit.distance_m), "{}", hit.distance_m);
+        }
+        assert!(hits > 500, "{hits}");
     }
 
     #[test]

@@ -274,8 +274,11 @@ impl Body for BodyShape<'_> {
         let ray = Ray::new(origin, Vec3A::AXES[axis]);
         CROSSINGS.with_borrow_mut(|found| {
             let is_open = self.objects.segments(self.object, &ray, f32::INFINITY, found);
-            // An odd number of crossings says that the line is not sound.
-            found.truncate(if is_open { 1 } else { found.len() });
+            if is_open {
+                // An odd number of crossings says that the line is not sound.
+                crossings.push(AxisCrossing { coordinate_m: point[axis], normal: Vec3::ZERO });
+                return;
+            }
             crossings.extend(found.iter().map(|crossing| AxisCrossing {
                 coordinate_m: f64::from(origin[axis]) + f64::from(crossing.distance_m),
                 normal: Vec3::from(crossing.normal).normalize_or_zero(),

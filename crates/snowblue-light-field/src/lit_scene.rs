@@ -18,6 +18,8 @@ use snowblue_scene::{Scene, SceneError};
 
 /// Largest relative difference of proportional spectra at a wavelength.
 const SAME_SPECTRUM: f32 = 1e-3;
+/// Distance in m of snow that touches a lamp.
+const TOUCHING_M: f32 = 5e-5;
 /// Least light of an emitter at any wavelength, relative to the light at its strongest wavelength, that solutions have.
 const LEAST_LIGHT: f32 = 1e-3;
 
@@ -70,7 +72,10 @@ impl<'a> LitScene<'a> {
         for (index, light) in scene.lights().iter().enumerate() {
             lamps_in_snow.extend(parts_in_snow(scene, index, light).map_err(|object| {
                 let name = &scene.objects().list()[object].name;
-                let reason = format!("lies inside the snow of \"{name}\"; there, lights are points or spheres");
+                let reason = format!(
+                    "lies inside the snow of \"{name}\", or faces the snow and touches it: inside, lights are points \
+                     or spheres; before the snow, leave a gap of 0.0001 m or more"
+                );
                 KeyPath::root("light").index(index).error(reason)
             })?);
         }
@@ -149,9 +154,11 @@ impl<'a> LitScene<'a> {
 /// The object that holds the light, if the light is neither a point nor a sphere.
 fn parts_in_snow(scene: &Scene, index: usize, light: &Light) -> Result<Vec<LampInSnow>, usize> {
     let is_snow = |object: &Object| scene.materials()[object.material].is_snow();
-    let position = light.central_sample().and_then(|sample| sample.origin.position());
-    let holder = position.and_then(|position| scene.objects().around(position, is_snow));
-    match (light.inner_lamp(), holder) {
+    let lamp = light.inner_lamp();
+    let before = if lamp.is_none() { light.points_before(TOUCHING_M) } else { Vec::new() };
+    let centre = light.central_sample().and_then(|sample| sample.origin.position());
+    let holder = centre.into_iter().chain(before).find_map(|point| scene.objects().around(point, is_snow));
+    match (lamp, holder) {
         (None, None) => Ok(Vec::new()),
         (None, Some(object)) => Err(object),
         (Some(lamp), Some(object)) => Ok(vec![LampInSnow { light: index, object, lamp, is_whole: true }]),

@@ -54,8 +54,7 @@ impl SceneDescription {
     /// When a value is out of range, or a file is missing or malformed. The error names the path of the value in the
     /// description, or the file.
     pub fn build(&self, files: &dyn FileSource) -> Result<Scene, SceneError> {
-        let (description, local_origin) = self.around_local_origin();
-        description.build_with(local_origin, None, None, files)
+        self.around_local_origin()?.build_with(None, None, files)
     }
 
     /// Builds the scene like [`build`](Self::build), and shares equal parts with an earlier scene whose files were
@@ -65,10 +64,10 @@ impl SceneDescription {
     ///
     /// As [`build`](Self::build).
     pub fn build_after(&self, earlier: &Scene, files: &dyn FileSource) -> Result<Scene, SceneError> {
-        let (description, local_origin) = self.around_local_origin();
+        let description = self.around_local_origin()?;
         let changes = Changes::new(&earlier.description, &description);
         if changes.solids {
-            return self.build(files);
+            return description.build_with(None, None, files);
         }
         let (described, of_gltf) = earlier.lights.split_at(earlier.described_lights);
         let solids = Solids {
@@ -86,13 +85,12 @@ impl SceneDescription {
             air: earlier.air.clone(),
             files: earlier.light_files.clone(),
         });
-        description.build_with(local_origin, Some(solids), lights, files)
+        description.build_with(Some(solids), lights, files)
     }
 
     /// Builds the scene of a description around its local origin.
     fn build_with(
         &self,
-        local_origin: DVec3,
         solids: Option<Solids>,
         lights: Option<DescribedLights>,
         files: &dyn FileSource,
@@ -101,7 +99,7 @@ impl SceneDescription {
         if let Some(camera) = &self.camera {
             camera.check(&KeyPath::root("camera"))?;
         }
-        let solids = solids.map_or_else(|| self.solids(local_origin, files), Ok)?;
+        let solids = solids.map_or_else(|| self.solids(files), Ok)?;
         let described = lights.map_or_else(|| self.described_lights(&solids.materials, files), Ok)?;
         let DescribedLights { mut lights, air, files: light_files } = described;
         let described_lights = lights.len();
@@ -156,7 +154,6 @@ impl SceneDescription {
             sensor,
             table_file: self.integrator.pcasnow.table.as_ref().map(|name| files.display_name(name)),
             description: self.clone(),
-            local_origin,
             notes,
             solid_files: solids.files,
             light_files,
@@ -179,7 +176,7 @@ impl SceneDescription {
     }
 
     /// Builds everything except the described lights.
-    fn solids(&self, local_origin: DVec3, files: &dyn FileSource) -> Result<Solids, SceneError> {
+    fn solids(&self, files: &dyn FileSource) -> Result<Solids, SceneError> {
         let files = RecordedFiles::new(files);
         let sources = Sources::new(&files);
         let mut materials = build_materials(&self.materials, &sources)?;
@@ -192,15 +189,20 @@ impl SceneDescription {
         let mut notes = builder.notes;
         let gltf = match &self.gltf {
             None => GltfScene::default(),
-            Some(name) => {
-                read_gltf(&KeyPath::root("gltf"), name, &mut materials, &sources, self.integrator.kind, local_origin)?
-            }
+            Some(name) => read_gltf(
+                &KeyPath::root("gltf"),
+                name,
+                &mut materials,
+                &sources,
+                self.integrator.kind,
+                self.local_origin,
+            )?,
         };
         notes.extend(gltf.notes);
         objects.extend(gltf.objects);
         let objects = Objects::new(objects);
-        if local_origin != DVec3::ZERO {
-            notes.push(format!("the scene is computed around {local_origin} m, where the camera looks"));
+        if self.local_origin != DVec3::ZERO {
+            notes.push(format!("the scene is computed around {} m, where the camera looks", self.local_origin));
         }
         notes.extend(notes_on_bodies(&objects, &materials, self.integrator.kind));
         if let Some(body) = body_of_two(&objects).filter(|_| !self.integrator.kind.has_curves()) {
@@ -251,9 +253,9 @@ impl SceneDescription {
         })
     }
 
-    /// Builds the lights of a description for built materials.
-    pub fn lights_over(&self, materials: &[Material], files: &dyn FileSource) -> Result<Vec<Arc<Light>>, SceneError> {
-        Ok(self.described_lights(materials, files)?.lights)
+    /// Builds the lights of the description for a built scene.
+    pub fn lights_over(&self, scene: &Scene, files: &dyn FileSource) -> Result<Vec<Arc<Light>>, SceneError> {
+        Ok(self.around(scene.local_origin())?.described_lights(&scene.materials, files)?.lights)
     }
 
     /// The view of the camera, or the view of the glTF, and its path in the description.

@@ -45,10 +45,12 @@ impl Changes {
             environment,
             sky,
             objects,
+            local_origin,
         } = one;
         let solids = *gltf != other.gltf
             || *materials != other.materials
             || *objects != other.objects
+            || *local_origin != other.local_origin
             || *kind != other.integrator.kind
             // Without `camera`, the scene takes the camera of the glTF.
             || camera.is_some() != other.camera.is_some();

@@ -5,57 +5,79 @@
 //! precision, so that nothing is lost.
 
 use glam::DVec3;
-use snowblue_base::{Number, Numbers};
+use snowblue_base::{KeyError, KeyPath, Number, Numbers};
 
 use crate::light::LightSource;
 use crate::material::{LayersTop, MaterialDescription, SnowDescription};
 use crate::scene::SceneDescription;
-use crate::values::Coordinate;
+use crate::values::{Coordinate, MAX_REACH_M};
 
 /// Coordinates of a local origin are multiples of this length in m, so that most scenes keep their coordinates.
 const STEP_M: f64 = 1000.0;
 
 impl SceneDescription {
-    /// The description around its local origin, and this origin in the coordinates of `self`, in m. Without a camera in
-    /// the description it is 0.
-    pub(crate) fn around_local_origin(&self) -> (Self, DVec3) {
+    /// The description around a local origin. Without a camera in the description, the origin stays.
+    pub(crate) fn around_local_origin(&self) -> Result<Self, KeyError> {
         let centre = self.camera.as_ref().map_or(DVec3::ZERO, |camera| camera.look_at.get().into());
-        let origin = (centre / STEP_M).round() * STEP_M;
-        let mut moved = self.clone();
-        if origin != DVec3::ZERO {
-            moved.move_by(-origin);
-        }
-        (moved, origin)
+        self.around((centre / STEP_M).round() * STEP_M)
     }
 
-    /// Moves everything in the description.
-    fn move_by(&mut self, by: DVec3) {
-        let move_point = |position: &mut Numbers<Coordinate, 3>| {
-            *position = Numbers::nearest((DVec3::from(position.get()) + by).to_array());
-        };
-        if let Some(camera) = &mut self.camera {
-            [&mut camera.position, &mut camera.look_at].into_iter().for_each(move_point);
+    /// The description around an origin in its own coordinates, in m.
+    pub(crate) fn around(&self, origin: DVec3) -> Result<Self, KeyError> {
+        let mut moved = self.clone();
+        if origin == DVec3::ZERO {
+            return Ok(moved);
         }
-        self.objects.iter_mut().for_each(|object| move_point(&mut object.common.position));
-        for light in &mut self.lights {
-            match &mut light.source {
-                LightSource::Point(light) => move_point(&mut light.position),
-                LightSource::Sphere(light) => move_point(&mut light.position),
-                LightSource::Spot(light) => [&mut light.position, &mut light.look_at].into_iter().for_each(move_point),
+        moved.local_origin += origin;
+        if let Some(camera) = &mut moved.camera {
+            let path = KeyPath::root("camera");
+            move_near(&path.key("position"), &mut camera.position, origin)?;
+            move_near(&path.key("look_at"), &mut camera.look_at, origin)?;
+        }
+        for (index, light) in moved.lights.iter_mut().enumerate() {
+            let positions: &mut [(&str, &mut Numbers<Coordinate, 3>)] = match &mut light.source {
+                LightSource::Point(light) => &mut [("position", &mut light.position)],
+                LightSource::Sphere(light) => &mut [("position", &mut light.position)],
+                LightSource::Spot(light) => &mut [("position", &mut light.position), ("look_at", &mut light.look_at)],
                 LightSource::Rectangle(light) => {
-                    [&mut light.position, &mut light.look_at].into_iter().for_each(move_point);
+                    &mut [("position", &mut light.position), ("look_at", &mut light.look_at)]
                 }
-                LightSource::Directional(_) => {}
+                LightSource::Directional(_) => &mut [],
+            };
+            for (key, position) in positions {
+                move_near(&KeyPath::root("light").index(index).key(*key), position, origin)?;
             }
         }
-        for material in self.materials.values_mut() {
+        // The origin of an object may be far away from its shape.
+        for (index, object) in moved.objects.iter_mut().enumerate() {
+            let path = KeyPath::root("object").index(index).key("position");
+            let position = &mut object.common.position;
+            *position = Numbers::new((DVec3::from(position.get()) - origin).to_array())
+                .map_err(|error| path.error(format!("does not fit to a camera near {origin} m: {error}")))?;
+        }
+        for (name, material) in &mut moved.materials {
             if let MaterialDescription::Snow(snow) = material
                 && let SnowDescription::Layers(layers) = &mut snow.snow
                 && let LayersTop::Height(height) = &mut layers.layers_top
             {
-                let [moved] = Numbers::<Coordinate, 1>::nearest([height.get() + by.z]).get();
-                *height = Number::of(moved);
+                let path = KeyPath::root("material").key(name).key("layers_top");
+                *height = Number::new(height.get() - origin.z).map_err(|error| path.error(error.to_string()))?;
             }
         }
+        Ok(moved)
     }
+}
+
+/// Moves a position, which must lie near the local origin.
+fn move_near(path: &KeyPath, position: &mut Numbers<Coordinate, 3>, origin: DVec3) -> Result<(), KeyError> {
+    let moved = DVec3::from(position.get()) - origin;
+    if moved.abs().max_element() > MAX_REACH_M {
+        return Err(path.error(format!(
+            "is {:.0} km from the point that the camera looks at, but must lie within {} km",
+            moved.length() / 1e3,
+            MAX_REACH_M / 1e3
+        )));
+    }
+    *position = Numbers::of(moved.to_array());
+    Ok(())
 }

@@ -1,5 +1,6 @@
 //! The inputs of an image. Parts of an image can be merged only if their inputs agree.
 
+use glam::DVec3;
 use std::collections::BTreeMap;
 use std::fmt;
 
@@ -120,6 +121,9 @@ fn scene_hash(scene: &SceneDescription, files: &BTreeMap<&str, u64>) -> u64 {
     description.light_field = LightFieldSettings::default();
     let mut hash = Fnv1a::default();
     hash.add(description.to_toml().as_bytes());
+    if description.local_origin != DVec3::ZERO {
+        hash.add(description.local_origin.to_string().as_bytes());
+    }
     for (name, content) in files {
         hash.add(name.as_bytes());
         hash.add(&content.to_le_bytes());

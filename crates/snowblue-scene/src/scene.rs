@@ -59,6 +59,10 @@ pub struct SceneDescription {
     /// What is there.
     #[serde(rename = "object", skip_serializing_if = "Vec::is_empty")]
     pub objects: Vec<ObjectDescription>,
+    /// The origin of these coordinates in the coordinates of the scene file, in m.
+    #[serde(skip)]
+    #[schemars(skip)]
+    pub local_origin: DVec3,
 }
 
 impl SceneDescription {
@@ -112,8 +116,6 @@ pub struct Scene {
     pub(crate) table_file: Option<PathBuf>,
     /// The description around the local origin, with the changes made since.
     pub(crate) description: SceneDescription,
-    /// The origin of the scene in the coordinates of the file, in m.
-    pub(crate) local_origin: DVec3,
     /// Sentences that say what was changed in meshes. `solid_notes` has no sentence about changes for the relief.
     pub(crate) notes: Vec<String>,
     pub(crate) solid_notes: Vec<String>,
@@ -190,7 +192,7 @@ impl Scene {
     /// The origin of the scene in the coordinates of the description from which it was built, in m. It is 0 unless the
     /// camera looks at a point farther than 500 m from their origin.
     pub fn local_origin(&self) -> DVec3 {
-        self.local_origin
+        self.description.local_origin
     }
 
     /// Sentences that say what was changed in meshes.
@@ -261,8 +263,8 @@ impl Scene {
         self.camera = PerspectiveCamera::new(&self.view, lens, self.film.aspect()).unwrap_or(self.camera);
     }
 
-    /// Points the camera elsewhere and keeps its lens. Returns false without a change if the view looks along its own
-    /// up direction or nowhere, or is out of range.
+    /// Points the camera elsewhere, in coordinates from the [local origin](Self::local_origin), and keeps its lens.
+    /// Returns false without a change if the view looks along its own up direction or nowhere, or is out of range.
     ///
     /// The method does not check that the camera stays out of snow.
     pub fn set_view(&mut self, view: &View) -> bool {

@@ -24,6 +24,7 @@
 
 use std::path::{Path, PathBuf};
 
+use glam::DVec3;
 use serde::de::Error;
 use serde::{Deserialize, Deserializer};
 use snowblue_base::ParseError;
@@ -129,6 +130,7 @@ impl SceneDescription {
             environment: root.take_table("environment")?.map(EnvironmentDescription::read).transpose()?,
             sky: root.take_table("sky")?.map(SkyDescription::read).transpose()?,
             objects: objects?,
+            local_origin: DVec3::ZERO,
         };
         root.finish()?;
         Ok(scene)

@@ -4,7 +4,7 @@ use snowblue_base::narrow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use glam::{Vec3, Vec3A};
+use glam::{DVec3, Vec3, Vec3A};
 use js_sys::Date;
 use serde_json::json;
 use snowblue_color::{LinearRgb, Srgb8, ToneCurve};
@@ -63,7 +63,7 @@ impl Files {
     pub fn add_mesh(&mut self, name: &str, positions: &[f32], triangles: &[u32]) {
         let positions = positions.as_chunks().0.iter().copied().map(Vec3::from_array).collect();
         let mesh = TriangleMesh { positions, indices: triangles.as_chunks().0.to_vec(), ..TriangleMesh::default() };
-        self.0.insert(name, obj_text(&mesh));
+        self.0.insert(name, obj_text(&mesh, DVec3::ZERO));
     }
 
     /// Adds a file by its content.

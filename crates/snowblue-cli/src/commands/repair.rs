@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use glam::DVec3;
 use snowblue_base::ParameterRange;
 use snowblue_geometry::bounds::Bounds;
 use snowblue_geometry::mesh_files::gltf::Y_UP_TO_Z_UP;
@@ -55,18 +56,25 @@ pub(crate) struct Repair {
 impl Repair {
     pub(crate) fn run(&self, quiet: bool) -> Outcome {
         let (input, output) = (self.input.display(), self.output.display());
-        let content: fn(&TriangleMesh) -> Vec<u8> = match &*ending(&self.output, "ply") {
+        let content: fn(&TriangleMesh, DVec3) -> Vec<u8> = match &*ending(&self.output, "ply") {
             "ply" => ply_bytes,
-            "obj" => |mesh| obj_text(mesh).into_bytes(),
-            "stl" => stl_bytes,
+            "obj" => |mesh, origin| obj_text(mesh, origin).into_bytes(),
+            "stl" => |mesh, _| stl_bytes(mesh),
             _ => return Err(Failure::Input(format!("{output}: the repaired mesh must end in .ply, .obj or .stl"))),
         };
         check_not_input(&self.input, &self.output)?;
         check_path(&self.output)?;
-        let ReadMesh { mut mesh, notes } = read_mesh_file(&self.input, self.part.as_deref()).map_err(Failure::input)?;
+        let ReadMesh { mut mesh, mut origin, notes } =
+            read_mesh_file(&self.input, self.part.as_deref()).map_err(Failure::input)?;
         print_notes(quiet, notes.iter().map(|note| format!("{input}: {note}")));
         if is_y_up(&self.input) {
             mesh.positions.iter_mut().for_each(|position| *position = (Y_UP_TO_Z_UP * position.as_dvec3()).as_vec3());
+            origin = Y_UP_TO_Z_UP * origin;
+        }
+        if origin != DVec3::ZERO && ending(&self.output, "ply") == "stl" {
+            return Err(Failure::Input(format!(
+                "{output}: an .stl is too coarse for coordinates near {origin}; write a .ply or an .obj"
+            )));
         }
         let RepairedMesh { mesh, merged_vertices, dropped_triangles, turned_triangles: turned, filled_holes } =
             repair(&mesh, self.merge_distance);
@@ -84,7 +92,7 @@ impl Repair {
                 "{input}: nothing is inside: the triangles are sheets; {CLOSE_VERTICES}"
             )));
         }
-        write_file(&self.output, &content(&mesh))?;
+        write_file(&self.output, &content(&mesh, origin))?;
         let all = counted(topology.triangles, "triangle", "triangles");
         let merged = counted(merged_vertices, "vertex", "vertices");
         let dropped = counted(dropped_triangles, "triangle", "triangles");

@@ -1,9 +1,9 @@
 //! Ray queries on a triangle mesh through its bounding volume hierarchy: first hit, occlusion, and all crossings of a
 //! line.
 //!
-//! Crossings must be counted exactly. The triangle test is watertight and ignores orientation. A query from outside of
-//! the mesh's bounds moves its origin to the bounds, so that rounding errors scale with the size of the mesh and not
-//! with its distance, and the boxes of the hierarchy are padded by more than these errors.
+//! Crossings must be counted exactly. The triangle test is watertight and accepts either orientation. A query from
+//! outside of the mesh's bounds moves its origin to the bounds, so that rounding errors scale with the size of the mesh
+//! and not with its distance, and the boxes of the hierarchy are padded by more than these errors.
 
 use glam::{Vec2, Vec3, Vec3A};
 
@@ -191,7 +191,7 @@ impl MeshBvh {
     }
 }
 
-/// A ray whose origin was moved to the mesh's bounds.
+/// A ray whose origin, if it was outside of the mesh's bounds, was moved to the bounds.
 struct MeshQuery {
     /// Distance from the original origin to the new origin.
     start_m: f32,

@@ -1,8 +1,9 @@
 //! Coordinates in mesh files, and error messages about invalid coordinates.
 
 use std::fmt::Display;
+use std::str::FromStr;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 /// Their names.
 pub(super) const COORDINATES: [&str; 3] = ["x", "y", "z"];
@@ -21,8 +22,15 @@ pub(super) fn check_all_finite(positions: &[Vec3]) -> Result<(), String> {
     positions.try_for_each(|(number, position)| check_finite(*position, || format!("vertex {number}")))
 }
 
+/// An origin near a vertex. It is the origin of the file unless the vertex is farther than half a kilometre from there,
+/// in metres.
+pub(super) fn origin_near(vertex: DVec3) -> DVec3 {
+    const STEP: f64 = 1000.0;
+    if vertex.is_finite() { (vertex / STEP).round() * STEP } else { DVec3::ZERO }
+}
+
 /// Parses a word of a text file as a number. `quantity` names the quantity in the error message.
-pub(super) fn number(word: &str, quantity: impl Display) -> Result<f32, String> {
+pub(super) fn number<T: FromStr>(word: &str, quantity: impl Display) -> Result<T, String> {
     word.parse().map_err(|_| {
         let hint = if word.contains(',') { " with a decimal point" } else { "" };
         format!("{quantity} is \"{word}\", but must be a number{hint}")

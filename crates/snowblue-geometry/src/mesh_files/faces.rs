@@ -17,6 +17,8 @@ const MAX_DIFFERENCE: f64 = 1e-6;
 pub struct ReadMesh {
     /// The mesh.
     pub mesh: TriangleMesh,
+    /// The origin of its coordinates in the coordinates of the file, which single precision may be too coarse for.
+    pub origin: DVec3,
     /// Sentences on content of the file that the mesh lacks.
     pub notes: Vec<String>,
 }

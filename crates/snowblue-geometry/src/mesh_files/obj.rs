@@ -9,11 +9,13 @@ use std::borrow::Cow;
 use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::{Display, Write};
+use std::str::FromStr;
 
-use glam::{Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 use snowblue_base::files::{FileError, NamedFile};
+use snowblue_base::narrow;
 
-use crate::mesh_files::coordinates::{check_finite, number};
+use crate::mesh_files::coordinates::{check_finite, number, origin_near};
 use crate::mesh_files::faces::{Faces, ReadMesh};
 use crate::triangle_mesh::TriangleMesh;
 use crate::vertex_normals::VertexNormals;
@@ -102,13 +104,19 @@ impl<'part> Naming<'part> {
     }
 }
 
-/// The positions and triangles of a mesh as a file.
+/// The positions and triangles of a mesh, whose coordinates begin at `origin`, as a file.
 #[must_use]
-pub fn obj_text(mesh: &TriangleMesh) -> String {
+pub fn obj_text(mesh: &TriangleMesh, origin: DVec3) -> String {
     let mut text = String::new();
     // Writing to a string cannot fail.
-    for Vec3 { x, y, z } in &mesh.positions {
-        let _ = writeln!(text, "v {x} {y} {z}");
+    for position in &mesh.positions {
+        // Only a sum needs more digits than a coordinate.
+        let _ = if origin == DVec3::ZERO {
+            writeln!(text, "v {} {} {}", position.x, position.y, position.z)
+        } else {
+            let [x, y, z] = (position.as_dvec3() + origin).to_array();
+            writeln!(text, "v {x} {y} {z}")
+        };
     }
     for triangle in &mesh.indices {
         let [a, b, c] = triangle.map(|vertex| u64::from(vertex) + 1);
@@ -121,6 +129,8 @@ pub fn obj_text(mesh: &TriangleMesh) -> String {
 #[derive(Default)]
 struct Parser {
     positions: Vec<Vec3>,
+    /// Origin of the positions.
+    origin: DVec3,
     colours: Vec<[f32; 3]>,
     uv: Vec<Vec2>,
     normals: Vec<Vec3>,
@@ -168,15 +178,18 @@ impl Parser {
         Ok(())
     }
 
-    fn position(&mut self, numbers: &[f32]) -> Result<(), String> {
+    fn position(&mut self, numbers: &[f64]) -> Result<(), String> {
         let (&[x, y, z, ref more @ ..], 3..=7) = (numbers, numbers.len()) else {
             return Err(format!("a vertex has {} numbers, but must have 3 to 7", numbers.len()));
         };
-        let position = Vec3::new(x, y, z);
-        check_finite(position, || format!("vertex {} (1 is the first)", self.positions.len() + 1))?;
-        self.positions.push(position);
+        let position = DVec3::new(x, y, z);
+        check_finite(position.as_vec3(), || format!("vertex {} (1 is the first)", self.positions.len() + 1))?;
+        if self.positions.is_empty() {
+            self.origin = origin_near(position);
+        }
+        self.positions.push((position - self.origin).as_vec3());
         if let &[.., red, green, blue] = more {
-            self.colours.push([red, green, blue]);
+            self.colours.push([red, green, blue].map(narrow));
         }
         Ok(())
     }
@@ -228,11 +241,14 @@ impl Parser {
         }
         let notes = self.faces.notes();
         self.mesh.indices = self.faces.triangles;
-        ReadMesh { mesh: self.mesh, notes }
+        ReadMesh { mesh: self.mesh, origin: self.origin, notes }
     }
 }
 
-fn numbers<'line>(words: impl Iterator<Item = &'line str>, quantity: impl Display + Copy) -> Result<Vec<f32>, String> {
+fn numbers<'line, T: FromStr>(
+    words: impl Iterator<Item = &'line str>,
+    quantity: impl Display + Copy,
+) -> Result<Vec<T>, String> {
     words.map(|word| number(word, quantity)).collect()
 }
 
@@ -322,7 +338,7 @@ mod tests {
     fn faces_without_area_have_a_note() {
         let text = SQUARE.replacen("f -4/1 -3/4 -2/3", "f -4/1 -3/4\nf 1", 1);
         let file = NamedFile { path: "mesh.obj".into(), bytes: text.into() };
-        let ReadMesh { mesh, notes } = read(&file, None).unwrap();
+        let ReadMesh { mesh, notes, .. } = read(&file, None).unwrap();
         assert_eq!(mesh.indices.len(), 2);
         assert_eq!(notes, ["faces of less than three corners, which have no area, are left out: 2"]);
     }

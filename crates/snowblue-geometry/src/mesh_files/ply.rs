@@ -8,14 +8,14 @@ use std::borrow::Cow;
 use std::io::{Cursor, Seek};
 use std::path::Path;
 
-use glam::{Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
 use ply_rs_bw::ply::{
     ElementDef, Encoding, Header, Property, PropertyAccess, PropertyAccessResult, PropertyDef, PropertyType, ScalarType,
 };
 use snowblue_base::files::{FileError, NamedFile, one_line};
 
-use crate::mesh_files::coordinates::{COORDINATES, check_all_finite, number as mesh_number};
+use crate::mesh_files::coordinates::{COORDINATES, check_all_finite, number as mesh_number, origin_near};
 use crate::mesh_files::faces::{Faces, ReadMesh, strip};
 use crate::triangle_mesh::TriangleMesh;
 use crate::vertex_normals::VertexNormals;
@@ -29,7 +29,7 @@ const TEXTURE_COORDINATES: [[&str; 2]; 3] = [["u", "v"], ["s", "t"], ["texture_u
 /// A vertex: its position, and its attributes in the order of the header.
 #[derive(Default)]
 struct Vertex {
-    position: [f32; 3],
+    position: [f64; 3],
     attributes: Vec<f32>,
 }
 
@@ -52,19 +52,19 @@ impl PropertyAccess for Vertex {
 
     fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
         let value = match property {
-            Property::Float(value) => value,
-            Property::Double(value) => narrow(value),
-            Property::Int(value) => narrow(f64::from(value)),
-            Property::UInt(value) => narrow(f64::from(value)),
-            Property::Short(value) => f32::from(value),
-            Property::UShort(value) => f32::from(value),
-            Property::Char(value) => f32::from(value),
-            Property::UChar(value) => f32::from(value),
+            Property::Float(value) => value.into(),
+            Property::Double(value) => value,
+            Property::Int(value) => value.into(),
+            Property::UInt(value) => value.into(),
+            Property::Short(value) => value.into(),
+            Property::UShort(value) => value.into(),
+            Property::Char(value) => value.into(),
+            Property::UChar(value) => value.into(),
             _ => return PropertyAccessResult::Ignored,
         };
         match COORDINATES.iter().position(|axis| *axis == name) {
             Some(axis) => self.position[axis] = value,
-            None => self.attributes.push(value),
+            None => self.attributes.push(narrow(value)),
         }
         PropertyAccessResult::Set
     }
@@ -200,11 +200,11 @@ fn text_element<T: PropertyAccess>(element: &ElementDef, number: usize, line: &s
         let mut word = || words.next().ok_or_else(|| format!("{quantity} is missing"));
         let value = match definition.data_type {
             PropertyType::Scalar(_) => {
-                let value = mesh_number(word()?, quantity)?;
-                if is_coordinate && !value.is_finite() {
-                    return Err(format!("{quantity} is {value}, but must be finite"));
+                let value: f64 = mesh_number(word()?, quantity)?;
+                if is_coordinate && !narrow(value).is_finite() {
+                    return Err(format!("{quantity} is {}, but must be finite", narrow(value)));
                 }
-                Property::Float(value)
+                Property::Double(value)
             }
             PropertyType::List(..) => {
                 let whole = |word: &str| {
@@ -251,7 +251,8 @@ fn attribute_names(element: &ElementDef) -> Result<Vec<String>, String> {
 }
 
 fn mesh(vertices: &[Vertex], faces: &[Face], tristrips: &[Face], names: &[String]) -> Result<ReadMesh, String> {
-    let positions = vertices.iter().map(|vertex| Vec3::from_array(vertex.position)).collect();
+    let origin = vertices.first().map_or(DVec3::ZERO, |vertex| origin_near(vertex.position.into()));
+    let positions = vertices.iter().map(|vertex| (DVec3::from(vertex.position) - origin).as_vec3()).collect();
     let mut mesh = TriangleMesh { positions, ..TriangleMesh::default() };
     check_all_finite(&mesh.positions)?;
     let mut read = Faces::default();
@@ -291,20 +292,27 @@ fn mesh(vertices: &[Vertex], faces: &[Face], tristrips: &[Face], names: &[String
     for (index, name) in names.iter().enumerate() {
         mesh.attributes.insert(name.clone(), values(index).collect());
     }
-    Ok(ReadMesh { mesh, notes })
+    Ok(ReadMesh { mesh, origin, notes })
 }
 
-/// The positions and triangles of a mesh as a binary file (Turk 1994, "The PLY polygon file format").
+/// The positions and triangles of a mesh, whose coordinates begin at `origin`, as a binary file (Turk 1994, "The PLY
+/// polygon file format"). Away from the origin of the file, positions have double precision.
 #[must_use]
-pub fn ply_bytes(mesh: &TriangleMesh) -> Vec<u8> {
+pub fn ply_bytes(mesh: &TriangleMesh, origin: DVec3) -> Vec<u8> {
+    let number = if origin == DVec3::ZERO { "float" } else { "double" };
     let mut content = format!(
-        "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty float x\nproperty float y\n\
-         property float z\nelement face {}\nproperty list uchar uint vertex_indices\nend_header\n",
+        "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty {number} x\nproperty {number} y\n\
+         property {number} z\nelement face {}\nproperty list uchar uint vertex_indices\nend_header\n",
         mesh.positions.len(),
         mesh.indices.len()
     )
     .into_bytes();
-    content.extend(mesh.positions.iter().flat_map(|position| position.to_array()).flat_map(f32::to_le_bytes));
+    if origin == DVec3::ZERO {
+        content.extend(mesh.positions.iter().flat_map(|position| position.to_array()).flat_map(f32::to_le_bytes));
+    } else {
+        let exact = mesh.positions.iter().map(|position| position.as_dvec3() + origin);
+        content.extend(exact.flat_map(|position| position.to_array()).flat_map(f64::to_le_bytes));
+    }
     for triangle in &mesh.indices {
         content.push(3);
         content.extend(triangle.iter().copied().flat_map(u32::to_le_bytes));
@@ -314,7 +322,7 @@ pub fn ply_bytes(mesh: &TriangleMesh) -> Vec<u8> {
 
 #[cfg(test)]
 mod tests {
-    use super::{TriangleMesh, Vec2, Vec3, ply_bytes};
+    use super::{DVec3, TriangleMesh, Vec2, Vec3, ply_bytes};
     use crate::mesh_files::read_mesh_from;
     use snowblue_base::files::FilesInMemory;
     use std::fmt::Write;
@@ -377,7 +385,31 @@ mod tests {
         let utf16: Vec<u8> = format!("\u{feff}{text}").encode_utf16().flat_map(u16::to_be_bytes).collect();
         let files = [utf16, format!("\u{feff}{text}").into(), text.replace('\n', "\r\n").into()];
         assert!(files.iter().all(|bytes| read(bytes).unwrap() == expected));
-        assert_eq!(read(&ply_bytes(&expected)).unwrap().indices, expected.indices);
+        assert_eq!(read(&ply_bytes(&expected, DVec3::ZERO)).unwrap().indices, expected.indices);
+    }
+
+    #[test]
+    fn positions_in_a_national_grid_keep_their_millimetres() {
+        let origin = DVec3::new(455_000.0, 5_190_000.0, 3000.0);
+        let positions = [Vec3::new(0.001, 0.0, 0.0), Vec3::new(0.0, 1.002, 0.0), Vec3::new(0.0, 0.0, 0.5)].into();
+        let expected = TriangleMesh { positions, indices: vec![[0, 1, 2]], ..TriangleMesh::default() };
+        for (name, bytes) in [
+            ("mesh.ply", ply_bytes(&expected, origin)),
+            ("mesh.obj", crate::mesh_files::obj_text(&expected, origin).into_bytes()),
+        ] {
+            let files = FilesInMemory::from([(name, &*bytes)]);
+            let read = read_mesh_from(&files, name, None).unwrap();
+            assert_eq!((read.origin, &read.notes[..]), (origin, &[][..]), "{name}");
+            for (found, expected) in read.mesh.positions.iter().zip(&expected.positions) {
+                assert!(found.distance(*expected) < 1e-8, "{name}: {found}");
+            }
+        }
+        // Single precision has lost them.
+        let mut coarse = expected;
+        coarse.positions.iter_mut().for_each(|position| *position += origin.as_vec3());
+        let files = FilesInMemory::from([("mesh.ply", &*ply_bytes(&coarse, DVec3::ZERO))]);
+        let notes = read_mesh_from(&files, "mesh.ply", None).unwrap().notes;
+        assert!(notes.iter().any(|note| note.contains("its coordinates are multiples of about")), "{notes:?}");
     }
 
     #[test]

@@ -10,7 +10,7 @@ use std::f64::consts::{FRAC_1_PI, PI};
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use serde_json::{Map, Value, json};
 use snowblue_base::atomic_file::write_atomically;
 use snowblue_base::files::FileError;
@@ -88,7 +88,11 @@ impl Parts {
             let accessors = parts.add_object(object, &names, &preview);
             let extras: Map<String, Value> =
                 of_snow(object, &names).into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
-            nodes.push(json!({ "name": object.name, "mesh": number }));
+            let mut node = json!({ "name": object.name, "mesh": number });
+            if baked.origin != DVec3::ZERO {
+                node["translation"] = json!((Y_UP_TO_Z_UP.transpose() * baked.origin).to_array());
+            }
+            nodes.push(node);
             let primitive = json!({
                 "attributes": accessors.attributes, "indices": accessors.indices, "material": 0, "mode": 4
             });
@@ -357,6 +361,7 @@ fn of_file(baked: &BakedScene, provenance: &Provenance) -> Vec<(&'static str, St
     let mut entries = vec![
         ("generator", generator(provenance)),
         ("content", "net flux J of light outwards through the surface of snow; negative on lit faces".to_owned()),
+        ("origin", format!("{} m: what positions count from in the scene file", baked.origin)),
         ("units", format!("positions in m; fluxes in {weighting}")),
         ("shading", "L(mu) = sum of R0 F over direct lights + K(mu) J / pi, R0 nearly 1/pi, J a sum".to_owned()),
     ];

@@ -27,7 +27,7 @@ mod surface_mesh;
 mod tests;
 
 use arrayvec::ArrayVec;
-use glam::{Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 use rayon::prelude::*;
 use snowblue_base::{ParameterRange, narrow};
 use snowblue_color::LinearRgb;
@@ -150,6 +150,8 @@ pub struct BakedScene {
     pub channels: Channels,
     /// All objects of snow.
     pub objects: Vec<BakedObject>,
+    /// The origin of their positions in the coordinates of the scene file, in m.
+    pub origin: DVec3,
     /// The light as a texture, if a lightmap was requested.
     pub lightmap: Option<Lightmap>,
     /// The irradiance at the vertices of each object, if it was requested.
@@ -294,6 +296,7 @@ pub fn bake(scene: &Scene, field: &LightField, options: BakeOptions, report: Rep
         lamps,
         channels: options.channels,
         objects: finished.collect(),
+        origin: scene.local_origin(),
         lightmap,
         irradiance,
         exposure: scene.film().exposure,

@@ -116,7 +116,7 @@ impl Relighting {
     ) -> Result<Vec<Arc<Light>>, SceneError> {
         let description =
             SceneDescription { lights: lamps, sky, film: *self.scene.film(), ..SceneDescription::default() };
-        description.lights_over(self.scene.materials(), files)
+        description.lights_over(&self.scene, files)
     }
 
     /// The [strength](Light::strength) of a light as linear sRGB.

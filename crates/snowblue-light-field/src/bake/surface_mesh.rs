@@ -7,6 +7,7 @@
 //! lightmap, the faces have separate vertices.
 
 use glam::{Vec2, Vec3, Vec3A};
+use snowblue_geometry::body::winding;
 use snowblue_geometry::coincident::{keep_used, merged};
 use snowblue_geometry::edges::{Grouped, PartTriangle, parts};
 use snowblue_geometry::ellipsoid::Ellipsoid;
@@ -137,7 +138,7 @@ fn facet(vertices: [u32; 3], positions: &[Vec3]) -> Facet {
     Facet { vertices, normal, uv: [Vec2::ZERO; 3] }
 }
 
-/// Whether a triangle's normal points out of the solid: beyond it, a line crosses the surface an even number of times.
+/// Whether a triangle's normal points out of the solid: just beyond it, the winding number of the surface is 0.
 /// None if the line gives no answer: at an open mesh, and where another triangle covers the middle of this triangle.
 fn faces_outwards(shape: &Shape, middle: Vec3, normal: Vec3, reach_m: f32) -> Option<bool> {
     /// Greatest distance from the triangle at which the line crosses it, as a fraction of the greatest coordinate.
@@ -148,10 +149,11 @@ fn faces_outwards(shape: &Shape, middle: Vec3, normal: Vec3, reach_m: f32) -> Op
     let mut crossings = Vec::new();
     shape.crossings(&Ray::new(middle.into(), normal.into()), &mut crossings);
     let is_here = |crossing: &&Crossing| crossing.distance_m.abs() <= ROUNDING * reach_m;
-    if crossings.len() % 2 != 0 || crossings.iter().filter(is_here).count() != 1 {
+    if winding(&crossings) != 0 || crossings.iter().filter(is_here).count() != 1 {
         return None;
     }
-    Some(crossings.iter().filter(|crossing| !is_here(crossing) && crossing.distance_m > 0.0).count() % 2 == 0)
+    crossings.retain(|crossing| !is_here(&crossing) && crossing.distance_m > 0.0);
+    Some(winding(&crossings) == 0)
 }
 
 /// Shift of a point of the surface from a vertex on a sharp edge towards the middle of a face, as a fraction of the

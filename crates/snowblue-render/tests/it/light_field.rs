@@ -51,6 +51,25 @@ fn flux(integrator: &mut Integrator, target: Vec3A, up: f32) -> [f64; 3] {
     sums
 }
 
+/// A lamp that touches the snow that it faces has no direct light on the elements of the surface.
+#[test]
+fn a_lamp_that_touches_the_snow_before_it_is_refused() {
+    let prepare = |x_m: f64, look_at: f64| {
+        let lamp = format!(
+            "[[light]]\ntype = \"rectangle\"\nposition = [{x_m}, 0, 0]\nlook_at = [{look_at}, 0, 0]\n\
+             size = [0.05, 0.05]\nradiance_w_m2_sr = 10\n"
+        );
+        let text = format!("{SNOW}{}{lamp}", shape("box", "size = [0.1, 0.1, 0.1]"));
+        Integrator::prepare(&snow::scene_of_few_grains("diffusion", &text, &[])).map(|_| ())
+    };
+    for refused in [prepare(0.05, -1.0), prepare(0.0, 1.0)] {
+        let message = refused.unwrap_err().to_string();
+        assert!(message.contains("faces the snow and touches it") && message.contains("0.0001 m"), "{message}");
+    }
+    assert!(prepare(0.0501, -1.0).is_ok(), "it leaves a gap");
+    assert!(prepare(0.05, 1.0).is_ok(), "it faces away");
+}
+
 /// Light of one wavelength does not depend on light of other wavelengths: snow reflects and transmits the blue light of
 /// a lamp without red light as it does the blue light of a lamp of all wavelengths.
 #[test]

@@ -307,7 +307,7 @@ fn mistakes_are_named() {
         (
             &format!("{keys}layers_top = 1e9\n"),
             Some(good),
-            "material.snow.layers_top is 1000000000 m, but must lie in -100000–100000 m",
+            "material.snow.layers_top is 1000000000 m, but must lie in -100000000–100000000 m",
         ),
     ] {
         let message = error(keys, layers);

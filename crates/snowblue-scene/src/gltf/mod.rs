@@ -45,7 +45,8 @@ pub(crate) struct GltfScene {
     pub(crate) notes: Vec<String>,
 }
 
-/// Reads a glTF with y turned to z, around the local origin of the scene; its materials that the description lacks are added to `materials`.
+/// Reads a glTF with y turned to z, around the local origin of the scene; its materials that the description lacks are
+/// added to `materials`.
 pub(crate) fn read_gltf(
     path: &KeyPath,
     name: &str,

@@ -49,6 +49,11 @@ pub(crate) trait Emitter: Debug + Send + Sync + 'static {
         None
     }
 
+    /// Points at a distance in m before a flat emitting side, spread over this side.
+    fn points_before(&self, _distance_m: f32) -> Vec<Vec3A> {
+        Vec::new()
+    }
+
     /// The irradiance of a facing surface by a disc, in W/m² as a band density.
     fn normal_irradiance(&self) -> Spectrum {
         Spectrum::ZERO

@@ -147,6 +147,13 @@ impl Emitter for RectangleLight {
         LightType::Area { centre: self.centre, spread_m2: self.area_m2() * FRAC_1_PI }
     }
 
+    fn points_before(&self, distance_m: f32) -> Vec<Vec3A> {
+        const PLACES: [f32; 3] = [-0.98, 0.0, 0.98];
+        let [across, up] = [self.across * self.half_width_m, self.up * self.half_height_m];
+        let middle = self.centre + self.normal * distance_m;
+        PLACES.iter().flat_map(|u| PLACES.map(|v| middle + across * *u + up * v)).collect()
+    }
+
     fn uniform(&self) -> Option<&Spectrum> {
         Some(&self.emission)
     }

@@ -142,6 +142,11 @@ impl Light {
         self.emitter.is_smooth_sky()
     }
 
+    /// Points at a distance in m before a flat emitting side, spread over this side; none for other lights.
+    pub fn points_before(&self, distance_m: f32) -> Vec<Vec3A> {
+        self.emitter.points_before(distance_m)
+    }
+
     /// The light as a lamp inside snow; none if it cannot be one.
     pub fn inner_lamp(&self) -> Option<InnerLamp> {
         self.emitter.inner_lamp()

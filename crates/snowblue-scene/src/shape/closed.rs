@@ -41,8 +41,15 @@ pub(crate) fn check_closed(mesh: &TriangleMesh) -> Result<(), String> {
             topology.most_of_an_edge
         ));
     }
-    if topology.is_closed() {
+    if topology.is_closed() && topology.reversed_edges + topology.unbalanced_edges == 0 {
         return Ok(());
+    }
+    if topology.is_closed() {
+        return Err(format!(
+            "at {} edges its triangles face different sides and cannot be turned alike, so that inside and outside are \
+             undefined; recalculate its normals",
+            topology.reversed_edges + topology.unbalanced_edges
+        ));
     }
     let Topology { open_edges, odd_shared_edges, .. } = topology;
     let odd = match odd_shared_edges {

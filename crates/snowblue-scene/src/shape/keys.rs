@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use glam::DAffine3;
+use glam::{DAffine3, DVec3};
 use serde::de::DeserializeOwned;
 use snowblue_base::toml_table::Table;
 use snowblue_base::{KeyError, KeyPath, ParseError};
@@ -84,9 +84,15 @@ pub(super) struct MeshCache(pub(super) BTreeMap<(String, Option<String>, bool, b
 impl ObjectContext<'_> {
     /// A solid with the transform of the object.
     pub(super) fn place(&self, triangles: TriangleMesh) -> Result<Shape, KeyError> {
+        self.place_from(DVec3::ZERO, triangles)
+    }
+
+    /// A solid with the transform of the object, whose coordinates begin at `origin` in the coordinates of the object.
+    pub(super) fn place_from(&self, origin: DVec3, triangles: TriangleMesh) -> Result<Shape, KeyError> {
         let centred = triangles.centred();
         let wrong = |reason: String| self.path.error(format!("is misplaced: {reason}"));
-        let placement = placement(&(self.placing.to_scene() * centred.to_original)).map_err(wrong)?;
+        let to_object = DAffine3::from_translation(origin) * centred.to_original;
+        let placement = placement(&(self.placing.to_scene() * to_object)).map_err(wrong)?;
         let instance = Instance::new(Arc::new(MeshBvh::new(centred.mesh.smooth())), placement);
         Ok(Shape::Mesh(instance))
     }

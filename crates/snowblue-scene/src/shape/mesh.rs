@@ -3,6 +3,7 @@
 use std::collections::btree_map::Entry;
 use std::sync::Arc;
 
+use glam::DAffine3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use snowblue_base::KeyPath;
@@ -64,7 +65,7 @@ impl MeshDescription {
             Entry::Occupied(known) => known.into_mut(),
             Entry::Vacant(fresh) => {
                 let read = read_mesh_from(object.sources.files, file, part.as_deref());
-                let ReadMesh { mesh: mut read, mut notes } =
+                let ReadMesh { mesh: mut read, origin, mut notes } =
                     read.map_err(|error| object.sources.named(path, file, error))?;
                 if object.is_snow {
                     notes.extend(solid(&mut read).map_err(|reason| path.error(format!("is \"{file}\": {reason}")))?);
@@ -72,7 +73,8 @@ impl MeshDescription {
                 object.notes.extend(notes.into_iter().map(|note| format!("{path} is \"{file}\": {note}")));
                 let centred = read.centred();
                 let mesh = if *smooth { centred.mesh.smooth() } else { centred.mesh.flat() };
-                let (mesh, to_original) = (Arc::new(MeshBvh::new(mesh)), centred.to_original);
+                let (mesh, to_original) =
+                    (Arc::new(MeshBvh::new(mesh)), DAffine3::from_translation(origin) * centred.to_original);
                 fresh.insert(FileMesh { mesh, to_original, is_closed: false })
             }
         })

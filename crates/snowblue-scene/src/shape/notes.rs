@@ -13,8 +13,7 @@ use crate::objects::{Object, Objects};
 /// Greatest number of bodies that notes name one by one.
 const MAX_NAMED: usize = 3;
 
-/// Notes on bodies of snow that have a side below the size of their finest grains, or that
-/// meet.
+/// Notes on bodies of snow that have a side below the size of their finest grains, or that meet.
 pub(crate) fn notes_on_bodies(
     objects: &Objects,
     materials: &[NamedMaterial],

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use schemars::JsonSchema;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Error, IntoDeserializer, MapAccess, Visitor};
@@ -185,8 +185,8 @@ impl ShapeKeys for SnowpackDescription {
             if let Some(key) = self.grid.first_key() {
                 return Err(path.key(key).error("is of heights, but the ground is a mesh").into());
             }
-            let snow = self.on_mesh(path, file, object)?;
-            return Ok(object.place(snow)?.into());
+            let (origin, snow) = self.on_mesh(path, file, object)?;
+            return Ok(object.place_from(origin, snow)?.into());
         }
         let of_meshes =
             [("part", self.part.is_some()), ("up", self.up.is_some()), ("slide_deg", self.slide_deg.is_some())];
@@ -218,16 +218,23 @@ impl ShapeKeys for SnowpackDescription {
 }
 
 impl SnowpackDescription {
-    /// Snow on a mesh.
-    fn on_mesh(&self, path: &KeyPath, file: &str, object: &mut ObjectContext) -> Result<TriangleMesh, SceneError> {
+    /// Snow on a mesh, and the origin of its coordinates.
+    fn on_mesh(
+        &self,
+        path: &KeyPath,
+        file: &str,
+        object: &mut ObjectContext,
+    ) -> Result<(DVec3, TriangleMesh), SceneError> {
         let key = path.key("ground");
         let read = read_mesh_from(object.sources.files, file, self.part.as_deref());
-        let ReadMesh { mesh: read, notes } = read.map_err(|error| object.sources.named(&key, file, error))?;
+        let ReadMesh { mesh: read, origin, notes } = read.map_err(|error| object.sources.named(&key, file, error))?;
         object.notes.extend(notes.into_iter().map(|note| format!("{key} is \"{file}\": {note}")));
         let sources = object.sources;
         let mut mesh = TriangleMesh::default();
         let wrong = |reason: String| key.error(format!("is \"{file}\", which {reason}"));
-        mesh.append(&read, &upright(file, self.up)).map_err(wrong)?;
+        let upright = upright(file, self.up);
+        mesh.append(&read, &upright).map_err(wrong)?;
+        let origin = upright.transform_vector3(origin);
         let reach_m = mesh.positions.iter().map(|position| position.abs().max_element()).fold(0.0, f32::max);
         let gap_m = self.gap.map_or(GAP_M + 2.0 * GAP_OF_SIDE * f64::from(reach_m), Number::get);
         let slide_slope = self.slide_deg.map_or(SLIDE_DEG, Number::get).to_radians().tan();
@@ -237,7 +244,8 @@ impl SnowpackDescription {
         let varying = match &self.depth {
             DepthDescription::Uniform(depth) => {
                 let depth_m = depth.get();
-                return Ok(snow_on_mesh(mesh, &layer(depth_m), &|_, _| depth_m).map_err(wrong)?);
+                let snow = snow_on_mesh(mesh, &layer(depth_m), &|_, _| depth_m).map_err(wrong)?;
+                return Ok((origin, snow));
             }
             DepthDescription::Varying(varying) => varying,
         };
@@ -276,7 +284,7 @@ impl SnowpackDescription {
                 snow_on_mesh(mesh, &layer(image.greatest_m()), &at)
             }
         };
-        Ok(solid.map_err(wrong)?)
+        Ok((origin, solid.map_err(wrong)?))
     }
 }
 
