@@ -64,6 +64,17 @@ def test_pictures_have_their_aovs_and_a_display(tmp_path):
     picture.display.plot.imshow()
 
 
+def test_pictures_for_compositing_have_alpha_depth_and_position():
+    picture = block(environment={"radiance_w_m2_sr": 1}).render(
+        integrator="pcasnow", samples_per_pixel=4, aovs=["alpha", "depth", "position"])
+    covered, sky = picture.alpha == 1, picture.alpha == 0
+    assert covered.any() and sky.any()
+    assert (picture.rgb.where(sky, 0) == 0).all() and (picture.depth.where(sky, 1e10) == np.float32(1e10)).all()
+    # The block is a cube of 0.2 m on the plane z = 0, and the camera looks at its middle from 1.15 m.
+    assert (abs(picture.position.where(covered, 0)).max(["y", "x"]) < [0.1001, 0.1001, 0.2001]).all()
+    assert 1.0 < picture.depth.isel(y=9, x=12) < 1.15 and picture.depth.units == "m"
+
+
 def test_a_tone_curve_changes_the_display_alone():
     few = {"integrator": "diffusion", "samples_per_pixel": 4, "exposure": 4.0}
     none, filmic, agx = (block().render(tone=tone, **few) for tone in ("none", "filmic", "agx"))
@@ -205,8 +216,8 @@ def test_bad_scenes_are_named(tmp_path, repository):
         snowblue.Scene(camera={**CAMERA, "vertical_fov_deg": 400})
     with pytest.raises(ValueError, match="samples"):
         block().render(samples_per_pixel=0)
-    with pytest.raises(ValueError, match="'depth' is none of"):
-        block().render(aovs=["depth"])
+    with pytest.raises(ValueError, match="'distance' is none of"):
+        block().render(aovs=["distance"])
     with pytest.raises(ValueError, match="must end in .png or .exr"):
         block().render(output=tmp_path / "picture.jpg")
     with pytest.raises(FileNotFoundError, match="no such folder"):

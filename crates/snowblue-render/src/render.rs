@@ -265,6 +265,8 @@ impl RowRenderer<'_> {
         let mut accumulator = PixelAccumulator::new(aovs);
         let mut pattern = PixelPattern::new(scene.integrator().seed, 0..0);
         let mut samples_done = 0;
+        // Beside alpha, a sample without a surface is black.
+        let is_shown = |distance_m: Option<f32>| !aovs.alpha || distance_m.is_some();
         let pixels = row.sums.chunks_exact_mut(aovs.sum_count()).zip(row.counts);
         let done = done.iter().copied().chain(std::iter::repeat(false));
         for ((column, (sums, count)), is_done) in pass.columns.clone().zip(pixels).zip(done) {
@@ -288,16 +290,21 @@ impl RowRenderer<'_> {
             let pixel = Pixel::new(scene, &pattern, column, row.number);
             for sample in samples {
                 let (ray, mut sampler) = (pixel.camera_ray(sample), pixel.sampler(sample));
-                let sees_snow = if aovs.spectrum {
+                let (sees_snow, sees_surface) = if aovs.spectrum {
                     let sample = tracer.radiance(&ray, &mut sampler);
-                    accumulator.add_radiance(scene.sensor(), &sample.radiance, sample.filtered.as_ref());
-                    sample.sees_snow
+                    if is_shown(sample.distance_m) {
+                        accumulator.add_radiance(scene.sensor(), &sample.radiance, sample.filtered.as_ref());
+                    }
+                    (sample.sees_snow, sample.distance_m.is_some())
                 } else {
                     let sample = tracer.response(scene, &ray, &mut sampler);
-                    accumulator.add_sample(sample.radiance, sample.filtered.as_ref());
-                    sample.sees_snow
+                    if is_shown(sample.distance_m) {
+                        accumulator.add_sample(sample.radiance, sample.filtered.as_ref());
+                    }
+                    (sample.sees_snow, sample.distance_m.is_some())
                 };
-                accumulator.add_aov(Aov::Snow, [if sees_snow { 1.0 } else { 0.0 }, 0.0, 0.0]);
+                accumulator.add_aov(Aov::Snow, [f32::from(sees_snow), 0.0, 0.0]);
+                accumulator.add_aov(Aov::Alpha, [f32::from(sees_surface), 0.0, 0.0]);
                 if let Some(first_hits) = &mut first_hits {
                     first_hits.add(&ray, &mut accumulator, aovs);
                 }

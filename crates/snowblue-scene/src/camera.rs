@@ -183,6 +183,11 @@ impl PerspectiveCamera {
         self.position
     }
 
+    /// Distance of a point from the plane of the lens, along the viewing axis, in m.
+    pub fn depth_m(&self, point: Vec3A) -> f32 {
+        (point - self.position).dot(self.forward)
+    }
+
     /// The ray through a point of the image and the middle of the lens: (0, 0) is the upper left corner and (1, 1) the
     /// lower right.
     #[inline]

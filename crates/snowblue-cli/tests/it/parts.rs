@@ -98,6 +98,17 @@ fn parts_merge_to_the_whole_picture() {
 }
 
 #[test]
+fn parts_with_alpha_and_depth_merge_to_the_whole_picture() {
+    let folder = without_field();
+    let aovs = "--aovs alpha,depth,position";
+    render(&folder, "whole.exr", &format!("{aovs} --spp 5"));
+    render(&folder, "a.exr", &format!("{aovs} --spp-range 0:2"));
+    render(&folder, "b.exr", &format!("{aovs} --spp-range 2:5"));
+    merge(&folder, "b.exr a.exr", "merged.exr");
+    assert!(folder.bytes("merged.exr") == folder.bytes("whole.exr"));
+}
+
+#[test]
 fn parts_of_different_pictures_are_refused() {
     let folder = without_field();
     render(&folder, "a.exr", "--spp-range 0:4");
@@ -107,6 +118,7 @@ fn parts_of_different_pictures_are_refused() {
     render(&folder, "view.exr", "--spp-range 4:6 --path view");
     folder.stdout("render scene.toml --width 22 --height 14 -o size.exr --spp-range 4:6");
     render(&folder, "normal.exr", "--spp-range 4:6 --aovs rgb,normal");
+    render(&folder, "alpha.exr", "--spp-range 4:6 --aovs alpha");
     render(&folder, "tile.exr", "--spp 4 --crop 0:2,0:2");
     render(&folder, "corner.exr", "--spp 4 --crop 3:5,3:5");
     render(&folder, "plain.exr", "--spp 1");
@@ -122,6 +134,7 @@ fn parts_of_different_pictures_are_refused() {
         ("a.exr view.exr", &["path", "view"]),
         ("a.exr size.exr", &["width", "21", "22"]),
         ("a.exr normal.exr", &["AOVs", "rgb", "rgb,normal"]),
+        ("a.exr alpha.exr", &["AOVs", "rgb", "rgb,snow,alpha"]),
         ("a.exr scene.exr", &["a.exr", "scene.exr", "scene"]),
         ("tile.exr corner.exr", &["pixel 2,0"]),
         ("a.exr plain.exr", &["plain.exr", "--keep-sums"]),
@@ -196,13 +209,15 @@ fn a_viewer_gets_the_picture_and_a_missing_one_is_reported_first() {
 #[test]
 fn requested_aovs_are_in_the_file() {
     let folder = without_field();
-    render(&folder, "all.exr", "--spp 2 --aovs spectrum,variance,normal,albedo,thickness,angle");
+    render(&folder, "all.exr", "--spp 2 --aovs spectrum,variance,normal,albedo,thickness,angle,position,depth,alpha");
     let names: Vec<String> = pixels(&folder.path("all.exr")).into_iter().map(|(name, _)| name).collect();
     for name in ["R", "S0.400,000000nm", "S0.700,000000nm", "variance.G", "normal.Z", "albedo.B", "thickness", "angle"]
+        .into_iter()
+        .chain(["A", "depth.Z", "position.X", "position.Y", "position.Z"])
     {
         assert!(names.iter().any(|one| one == name), "{name}: {names:?}");
     }
-    assert_eq!(names.len(), 46);
+    assert_eq!(names.len(), 51);
     // A PNG is made of the colours of parts with other AOVs.
     render(&folder, "part.exr", "--spp 1 --aovs normal --keep-sums");
     assert_eq!(merge(&folder, "part.exr", "part.png")[..4], *b"\x89PNG");

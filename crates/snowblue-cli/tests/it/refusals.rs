@@ -225,7 +225,7 @@ const LINES: &[(&str, &[(&str, Words)])] = &[
             ("--crop 5:6", &["--crop", "the rows are missing", "X0:X1,Y0:Y1", "500:516,300:316"]),
             ("--spp-range 0:4294967296", &["--spp-range", "4294967296", "4294967295"]),
             ("--spp-range 0:4 --spp 4", &["--spp-range", "--spp"]),
-            ("--aovs depth", &["'depth'", "rgb", "spectrum"]),
+            ("--aovs distance", &["'distance'", "rgb", "depth"]),
             ("--checkpoint 0", &["--checkpoint", "0 minutes", "0.01–100000 minutes"]),
         ],
     ),

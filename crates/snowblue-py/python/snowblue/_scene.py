@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 
 Integrator = Literal["hybrid", "diffusion", "pcasnow", "reference"]
 Tone = Literal["filmic", "agx", "none"]
-Aov = Literal["spectrum", "variance", "normal", "albedo", "thickness", "angle", "emitter", "snow"]
+Aov = Literal[
+    "spectrum", "variance", "normal", "albedo", "thickness", "angle", "emitter", "snow", "alpha", "depth", "position"]
 AXES = {"R": "r", "G": "g", "B": "b", "X": "x", "Y": "y", "Z": "z"}
 
 
@@ -161,7 +162,8 @@ class Scene:
             Leave out the filter of hybrid and diffusion, which averages the noise of random walks, of samples of a sky
             and of light from other surfaces over pixels of like surfaces.
         aovs : sequence
-            Values beside the colours: spectrum, variance, normal, albedo, thickness, angle, emitter, snow.
+            Values beside the colours: spectrum, variance, normal, albedo, thickness, angle, emitter, snow, alpha (the
+            colours then leave the sky out), depth along the viewing axis, position.
         database : Database, optional
             A compressed table of curves for pcasnow instead of that of the scene, or else the embedded one. The curves
             of snow that it does not hold are solved for.
@@ -336,10 +338,12 @@ def _picture(rendered: dict[str, Any]) -> xr.Dataset:
     groups: dict[str, list[str]] = {}
     for name in rendered:
         group = "rgb" if name in ("R", "G", "B") else "spectrum" if name.startswith("S0.") else name.split(".")[0]
+        group = "alpha" if name == "A" else group
         groups.setdefault(group, []).append(name)
-    last = {"rgb": "channel", "variance": "channel", "albedo": "channel", "normal": "axis", "spectrum": "wavelength"}
+    last = {"rgb": "channel", "variance": "channel", "albedo": "channel", "spectrum": "wavelength"}
+    last |= {"normal": "axis", "position": "axis"}
     units = {"rgb": "W m-2 sr-1", "variance": "W2 m-4 sr-2", "spectrum": "W m-2 sr-1 nm-1"}
-    units |= {"thickness": "m", "angle": "degree"}
+    units |= {"thickness": "m", "angle": "degree", "depth": "m", "position": "m"}
     coords: dict[str, Any] = {
         "y": ("y", np.arange(height)[::-1], {"long_name": "rows from the bottom"}),
         "x": ("x", np.arange(width), {"long_name": "columns from the left"}),
@@ -355,7 +359,7 @@ def _picture(rendered: dict[str, Any]) -> xr.Dataset:
         variables[group] = (("y", "x", last[group]), stacked, description)
         if group == "spectrum":
             coords["wavelength"] = own_axis(WAVELENGTH, wavelengths_nm)
-        elif group == "normal":
+        elif last[group] == "axis":
             coords["axis"] = [AXES[name.split(".")[1]] for name in names]
     return xr.Dataset(variables, coords, attributes(**made))
 

@@ -362,9 +362,10 @@ impl PixelSums<'_> {
         if self.count < 2 { narrow(square) } else { narrow((square - mean * mean).max(0.0) / (count - 1.0)) }
     }
 
-    /// Mean of one value of an AOV over the samples that have it; 0 if none has, or the layout does not have the AOV.
+    /// Mean of one value of an AOV over the samples that have it, if the layout has the AOV and any sample has it.
     pub(crate) fn aov(&self, aov: Aov, value: usize) -> f32 {
-        self.aovs.offset(aov).map_or(0.0, |offset| self.quotient(offset + 1 + value, offset))
+        let offset = self.aovs.offset(aov).filter(|offset| self.sums[*offset] > 0);
+        offset.map_or(aov.without_samples(), |offset| self.quotient(offset + 1 + value, offset))
     }
 
     /// Variance of the mean of red, green and blue, s²/n. Infinite if the pixel has one sample only, or its sum of

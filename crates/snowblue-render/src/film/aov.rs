@@ -28,29 +28,47 @@ pub struct Aovs {
     pub emitter: bool,
     /// Fraction of the samples that see snow first. Automatic exposure meters pixels of snow.
     pub snow: bool,
+    /// Fraction of the samples that see a surface. The colours then leave out the samples that see none.
+    pub alpha: bool,
+    /// Distance of the first surface along the viewing axis, in m.
+    pub depth: bool,
+    /// Position of the first surface in the coordinates of the scene file, in m.
+    pub position: bool,
     /// The sums that the filter needs. They are no channels of an image.
     pub residual: bool,
 }
+
+/// The name of the colours, which every image has.
+const RGB: &str = "rgb";
 
 /// The name in files of the sums for the filter.
 const RESIDUAL: &str = "residual";
 
 /// A name that belongs to no AOV.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("'{0}' is none of {names}", names = Aovs::NAMES.join(", "))]
+#[error("'{0}' is none of {names}", names = Aovs::NAMES)]
 pub struct UnknownAov(pub String);
 
 impl Aovs {
     /// Names of all AOVs. An image always has `rgb`.
-    pub const NAMES: [&str; 9] =
-        ["rgb", "spectrum", "variance", "normal", "albedo", "thickness", "angle", "emitter", "snow"];
+    pub const NAMES: &str =
+        "rgb, spectrum, variance, normal, albedo, thickness, angle, emitter, snow, alpha, depth, position";
 
-    fn named_flags(&mut self) -> [(&'static str, &mut bool); 9] {
-        let Self { spectrum, variance, normal, albedo, thickness, angle, emitter, snow, residual } = self;
-        let [_, names @ ..] = Self::NAMES;
-        let mut names = names.into_iter().chain([RESIDUAL]);
-        [spectrum, variance, normal, albedo, thickness, angle, emitter, snow, residual]
-            .map(|flag| (names.next().unwrap_or_default(), flag))
+    fn named_flags(&mut self) -> [(&'static str, &mut bool); 12] {
+        [
+            ("spectrum", &mut self.spectrum),
+            ("variance", &mut self.variance),
+            ("normal", &mut self.normal),
+            ("albedo", &mut self.albedo),
+            ("thickness", &mut self.thickness),
+            ("angle", &mut self.angle),
+            ("emitter", &mut self.emitter),
+            ("snow", &mut self.snow),
+            ("alpha", &mut self.alpha),
+            ("depth", &mut self.depth),
+            ("position", &mut self.position),
+            (RESIDUAL, &mut self.residual),
+        ]
     }
 }
 
@@ -59,7 +77,7 @@ impl fmt::Display for Aovs {
     fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
         let mut copy = *self;
         let names = copy.named_flags().into_iter().filter(|(_, is_set)| **is_set).map(|(name, _)| name);
-        formatter.write_str(&std::iter::once(Self::NAMES[0]).chain(names).collect::<Vec<_>>().join(","))
+        formatter.write_str(&std::iter::once(RGB).chain(names).collect::<Vec<_>>().join(","))
     }
 }
 
@@ -77,7 +95,7 @@ impl Aovs {
     /// Parses the names in a file, which may include the name of the sums for the filter.
     pub(crate) fn of_file(text: &str) -> Result<Self, UnknownAov> {
         let mut aovs = Self::default();
-        for name in text.split(',').map(str::trim).filter(|name| *name != Self::NAMES[0]) {
+        for name in text.split(',').map(str::trim).filter(|name| *name != RGB) {
             match aovs.named_flags().into_iter().find(|(one, _)| *one == name) {
                 Some((_, flag)) => *flag = true,
                 None => return Err(UnknownAov(name.to_owned())),
@@ -96,11 +114,23 @@ pub(crate) enum Aov {
     Angle,
     Emitter,
     Snow,
+    Alpha,
+    Depth,
+    Position,
 }
 
 impl Aov {
-    pub(crate) const ALL: [Self; 6] =
-        [Self::Normal, Self::Albedo, Self::Thickness, Self::Angle, Self::Emitter, Self::Snow];
+    pub(crate) const ALL: [Self; 9] = [
+        Self::Normal,
+        Self::Albedo,
+        Self::Thickness,
+        Self::Angle,
+        Self::Emitter,
+        Self::Snow,
+        Self::Alpha,
+        Self::Depth,
+        Self::Position,
+    ];
 
     /// Its channels in an image file.
     pub(crate) fn channel_names(self) -> &'static [&'static str] {
@@ -111,7 +141,15 @@ impl Aov {
             Self::Angle => &["angle"],
             Self::Emitter => &["emitter"],
             Self::Snow => &["snow"],
+            Self::Alpha => &["A"],
+            Self::Depth => &["depth.Z"],
+            Self::Position => &["position.X", "position.Y", "position.Z"],
         }
+    }
+
+    /// Its values in a pixel without a sample that has it. The depth is beyond all surfaces, as in Blender's files.
+    pub(crate) fn without_samples(self) -> f32 {
+        if self == Self::Depth { 1e10 } else { 0.0 }
     }
 }
 
@@ -168,7 +206,8 @@ impl Aovs {
 
     /// Whether any AOV needs the first surface on a sample's path.
     pub(crate) fn need_first_surface(self) -> bool {
-        [Aov::Normal, Aov::Albedo, Aov::Thickness, Aov::Angle].into_iter().any(|aov| self.contains(aov))
+        let others = [Aov::Emitter, Aov::Snow, Aov::Alpha];
+        Aov::ALL.into_iter().any(|aov| self.contains(aov) && !others.contains(&aov))
     }
 
     pub(crate) fn contains(self, aov: Aov) -> bool {
@@ -179,6 +218,9 @@ impl Aovs {
             Aov::Angle => self.angle,
             Aov::Emitter => self.emitter,
             Aov::Snow => self.snow,
+            Aov::Alpha => self.alpha,
+            Aov::Depth => self.depth,
+            Aov::Position => self.position,
         }
     }
 
@@ -254,11 +296,15 @@ mod tests {
 
     #[test]
     fn offsets_agree_with_names() {
-        for bits in 0..512u32 {
-            let [spectrum, variance, normal, albedo, thickness, angle, emitter, snow, residual] =
-                [0, 1, 2, 3, 4, 5, 6, 7, 8].map(|k| bits >> k & 1 == 1);
-            let aovs = Aovs { spectrum, variance, normal, albedo, thickness, angle, emitter, snow, residual };
+        for bits in 0..4096u32 {
+            let mut aovs = Aovs::default();
+            for (k, (_, flag)) in aovs.named_flags().into_iter().enumerate() {
+                *flag = bits >> k & 1 == 1;
+            }
+            let Aovs { spectrum, residual, .. } = aovs;
             let names = aovs.sum_names();
+            let distinct: std::collections::HashSet<&String> = names.iter().collect();
+            assert_eq!(distinct.len(), names.len(), "{names:?}");
             let offset = |name: &str| names.iter().position(|one| one == name);
             assert_eq!(names.len(), aovs.sum_count());
             assert_eq!(offset("R_squared"), aovs.squares_offset());
@@ -275,7 +321,8 @@ mod tests {
             ] {
                 assert_eq!(offset(&format!("residual_{name}")), layout.map(of));
             }
-            for (aov, name) in Aov::ALL.into_iter().zip(["normal", "albedo", "thickness", "angle", "emitter", "snow"]) {
+            let first_names = ["normal", "albedo", "thickness", "angle", "emitter", "snow", "A", "depth", "position"];
+            for (aov, name) in Aov::ALL.into_iter().zip(first_names) {
                 assert_eq!(offset(&format!("{name}_samples")), aovs.offset(aov), "{names:?}");
             }
             assert_eq!(offset("S00"), spectrum.then_some(SPECTRUM_OFFSET));
@@ -286,6 +333,6 @@ mod tests {
 
     #[test]
     fn unknown_names_are_errors() {
-        assert_eq!("rgb, depth".parse::<Aovs>(), Err(UnknownAov("depth".to_owned())));
+        assert_eq!("rgb, z".parse::<Aovs>(), Err(UnknownAov("z".to_owned())));
     }
 }

@@ -84,6 +84,8 @@ pub fn write(
         (aovs.spectrum, "emissiveUnits", "W.m^-2.sr^-1.nm^-1"),
         (aovs.thickness, "thicknessUnits", "m"),
         (aovs.angle, "angleUnits", "deg"),
+        (aovs.depth, "depthUnits", "m"),
+        (aovs.position, "positionUnits", "m"),
     ] {
         if is_needed {
             insert(name, text);

@@ -10,6 +10,7 @@ mod any_snow;
 mod bake;
 mod brightest;
 mod build_after;
+mod compositing;
 mod depth;
 mod exposure;
 mod furnace;

@@ -31,6 +31,9 @@ const ALL: Aovs = Aovs {
     angle: true,
     emitter: true,
     snow: true,
+    alpha: false,
+    depth: true,
+    position: true,
     residual: false,
 };
 
@@ -338,7 +341,7 @@ fn channels_have_the_values_of_their_names() {
     let sums = sums_of(&integrator, ALL, &all_samples(integrator.scene()));
     resumable_file::write(&sums, PictureSettings::default(), None, &[], &path).unwrap();
     let channels = channels_of(&path);
-    assert_eq!(channels.len(), 3 + 31 + 3 + 3 + 3 + 1 + 1 + 1 + 1);
+    assert_eq!(channels.len(), 3 + 31 + 3 + 3 + 3 + 1 + 1 + 1 + 1 + 1 + 3);
     // The camera is at (0, −9, 0). The block's front faces −y, in the left half of the image.
     let block = 8 * 23 + 7;
     let at = |name: &str| channels[name][block];
@@ -348,7 +351,10 @@ fn channels_have_the_values_of_their_names() {
     // The first light lies behind the block.
     assert!(at("angle") > 0.0 && at("angle") < 90.0);
     // A corner pixel shows nothing.
-    assert!(channels.values().all(|values| values[0].to_bits() == 0), "empty pixels are 0");
+    for (name, values) in &channels {
+        let expected: f32 = if name == "depth.Z" { 1e10 } else { 0.0 };
+        assert_eq!(values[0].to_bits(), expected.to_bits(), "{name}");
+    }
     // The spectrum has the colour of the pixel.
     let wavelengths = snowblue_render::scene::spectrum::wavelengths_nm();
     let names = wavelengths.map(|nm| format!("S0.{nm:.0},000000nm"));

@@ -142,7 +142,8 @@ pub(crate) struct Render {
     development: DevelopmentOptions,
     /// Arbitrary output variables (AOVs) of an .exr, separated by commas: rgb, spectrum (31 channels, W/(m² sr nm)),
     /// variance (of the mean), normal, albedo, thickness (m), angle (degrees), emitter (fraction of samples that see a
-    /// lamp or the sun), snow (fraction that sees snow)
+    /// lamp or the sun), snow (fraction that sees snow), alpha (fraction that sees a surface; leaves the sky out of the
+    /// colours), depth (m along the viewing axis), position (m)
     #[arg(long, value_name = "LIST", default_value = "rgb", value_parser = parse::aovs)]
     aovs: Aovs,
     /// Keep the sums of samples in an .exr, for 'snowblue merge' and --resume; parts of pictures always keep them
