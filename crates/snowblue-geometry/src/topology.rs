@@ -54,7 +54,7 @@ impl Topology {
             topology.odd_shared_edges += usize::from(sides.len() > 2 && sides.len() % 2 == 1);
             topology.most_of_an_edge = topology.most_of_an_edge.max(sides.len());
             let forward = sides.iter().filter(|side| side.is_forward()).count();
-            let is_even = sides.len() > 2 && sides.len() % 2 == 0;
+            let is_even = sides.len() > 2 && sides.len().is_multiple_of(2);
             topology.unbalanced_edges += usize::from(is_even && 2 * forward != sides.len());
             topology.reversed_edges += usize::from(sides.len() == 2 && sides[0].from == sides[1].from);
         });
