@@ -45,7 +45,7 @@ impl SceneDescription {
                 LightSource::Directional(_) => &mut [],
             };
             for (key, position) in positions {
-                move_near(&KeyPath::root("light").index(index).key(*key), position, origin)?;
+                move_near(&KeyPath::root("light").index(index).key(key), position, origin)?;
             }
         }
         // The origin of an object may be far away from its shape.

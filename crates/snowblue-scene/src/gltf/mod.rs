@@ -52,8 +52,7 @@ pub(crate) fn read_gltf(
     name: &str,
     materials: &mut Vec<NamedMaterial>,
     sources: &Sources,
-    integrator: IntegratorKind,
-    local_origin: DVec3,
+    (integrator, local_origin): (IntegratorKind, DVec3),
 ) -> Result<GltfScene, SceneError> {
     check_formats(&sources.files.display_name(name))?;
     let file = GltfFile::read(sources.files, name).map_err(|error| sources.named(path, name, error))?;
