@@ -71,7 +71,7 @@ def test_pictures_for_compositing_have_alpha_depth_and_position():
     assert covered.any() and sky.any()
     assert (picture.rgb.where(sky, 0) == 0).all() and (picture.depth.where(sky, 1e10) == np.float32(1e10)).all()
     # The block is a cube of 0.2 m on the plane z = 0, and the camera looks at its middle from 1.15 m.
-    assert (abs(picture.position.where(covered, 0)).max(["y", "x"]) < [0.1001, 0.1001, 0.2001]).all()
+    assert (abs(picture.position.where(covered, 0)).max(["y", "x"]).values < [0.1001, 0.1001, 0.2001]).all()
     assert 1.0 < picture.depth.isel(y=9, x=12) < 1.15 and picture.depth.units == "m"
 
 

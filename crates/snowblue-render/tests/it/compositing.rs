@@ -51,10 +51,10 @@ fn alpha_is_the_covered_area() {
     let of = rendered(&wall("pcasnow", [0.0; 3], ""), all_three());
     for (index, alpha) in of("A").into_iter().enumerate() {
         match index % SIDE {
-            0..4 => assert_eq!(alpha, 1.0),
-            // 256 stratified samples: two strata of 16 along a row are 0.125 wide.
+            0..4 => assert!(alpha >= 1.0, "{alpha}"),
+            // 256 independent samples have a standard error of 0.03, and the stratified samples err less.
             4 => assert!((alpha - 0.4).abs() < 0.02, "{alpha}"),
-            _ => assert_eq!(alpha, 0.0),
+            _ => assert!(alpha <= 0.0, "{alpha}"),
         }
     }
 }
@@ -77,16 +77,16 @@ fn a_picture_over_its_sky_is_the_picture_without_alpha() {
         let own = |alpha: bool| rendered(&description, Aovs { alpha, spectrum, ..Aovs::default() });
         let (plain, with_alpha) = (own(false), own(true));
         let alpha = with_alpha("A");
-        assert_eq!(alpha[0], 1.0);
-        let empty = alpha.iter().position(|alpha| *alpha == 0.0).unwrap();
+        assert!(alpha[0] >= 1.0);
+        let empty = alpha.iter().position(|alpha| *alpha <= 0.0).unwrap();
         for name in ["R", "G", "B"] {
             let (plain, premultiplied) = (plain(name), with_alpha(name));
             let sky = plain[empty];
             for ((plain, premultiplied), alpha) in plain.iter().zip(premultiplied).zip(&alpha) {
-                if *alpha == 1.0 {
+                if *alpha >= 1.0 {
                     assert_eq!(premultiplied.to_bits(), plain.to_bits());
-                } else if *alpha == 0.0 {
-                    assert_eq!(premultiplied, 0.0, "no sky, and no lamp before it");
+                } else if *alpha <= 0.0 {
+                    assert_eq!(premultiplied.to_bits(), 0, "no sky, and no lamp before it");
                 }
                 let over = premultiplied + (1.0 - alpha) * sky;
                 let shows_lamp = !tables.is_empty() && *plain > 2.0 * sky;
@@ -108,13 +108,14 @@ fn depth_is_planar_and_positions_lie_on_the_surface() {
         let of = rendered(&description, all_three());
         let [alpha, depth, x, y, z] = ["A", "depth.Z", "position.X", "position.Y", "position.Z"].map(of);
         for (index, alpha) in alpha.iter().enumerate() {
-            if *alpha == 0.0 {
-                assert_eq!([depth[index], x[index], y[index], z[index]], [1e10, 0.0, 0.0, 0.0]);
+            if *alpha <= 0.0 {
+                let values = [depth[index], x[index], y[index], z[index]].map(f32::to_bits);
+                assert_eq!(values, [1e10_f32.to_bits(), 0, 0, 0]);
                 continue;
             }
             assert!((depth[index] - DISTANCE_M).abs() < 1e-5, "{}", depth[index]);
             assert!((y[index] - DISTANCE_M).abs() < 1e-5, "{}", y[index]);
-            if *alpha == 1.0 && !is_lens {
+            if *alpha >= 1.0 && !is_lens {
                 let [column, row] = [index % SIDE, index / SIDE].map(|place| 0.25 * (place as f32 + 0.5) - 1.0);
                 assert!((x[index] - column).abs() < 0.01 && (z[index] + row).abs() < 0.01, "{} {}", x[index], z[index]);
             }
