@@ -194,8 +194,7 @@ impl SceneDescription {
                 name,
                 &mut materials,
                 &sources,
-                self.integrator.kind,
-                self.local_origin,
+                (self.integrator.kind, self.local_origin),
             )?,
         };
         notes.extend(gltf.notes);
