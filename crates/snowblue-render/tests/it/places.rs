@@ -1,6 +1,6 @@
 //! Snow looks alike wherever it lies: far from the origin of coordinates, and on surfaces of kilometres.
 
-use glam::Vec3A;
+use glam::{DVec3, Vec3A};
 use snowblue_render::render::render_all;
 use snowblue_render::scene::Scene;
 
@@ -30,7 +30,7 @@ fn a_scene_in_a_national_grid_is_as_at_the_origin() {
     };
     let (near, far) = (ball_at([0.0; 3]), ball_at([54_300.0, 5_190_200.0, 2400.0]));
     assert!(near.notes().is_empty(), "{:?}", near.notes());
-    assert_eq!(far.local_origin().to_array(), [54_000.0, 5_190_000.0, 2000.0]);
+    assert_eq!(far.local_origin(), DVec3::new(54_000.0, 5_190_000.0, 2000.0));
     assert_eq!(far.notes(), ["the scene is computed around [54000, 5190000, 2000] m, where the camera looks"]);
     let ratio = light(&far) / light(&near);
     // Rounding turns a few walks of thousands elsewhere.

@@ -127,14 +127,14 @@ fn shells_of_a_mesh_are_inside_where_their_winding_number_is_not_0() {
         let found: Vec<f32> = found.iter().map(|crossing| (crossing.distance_m * 1e4).round() / 1e4).collect();
         (found, inspect(&scene)[0].volume_m3.unwrap())
     };
-    let cases: [(&[(f64, bool)], &[f32], f64); 4] = [
-        (&[(0.0, false), (1.0, false)], &[0.9, 1.2], 0.012),
-        (&[(0.0, false), (1.0, false), (0.5, false)], &[0.9, 1.2], 0.012),
-        (&[(0.0, false), (5.0, false)], &[0.9, 1.1, 1.4, 1.6], 0.016),
-        (&[(0.0, false), (0.0, true)], &[0.9, 0.95, 1.05, 1.1], 0.007),
+    let cases = [
+        (vec![(0.0, false), (1.0, false)], vec![0.9, 1.2], 0.012),
+        (vec![(0.0, false), (1.0, false), (0.5, false)], vec![0.9, 1.2], 0.012),
+        (vec![(0.0, false), (5.0, false)], vec![0.9, 1.1, 1.4, 1.6], 0.016),
+        (vec![(0.0, false), (0.0, true)], vec![0.9, 0.95, 1.05, 1.1], 0.007),
     ];
     for (cubes, segments, volume_m3) in cases {
-        let (found, found_m3) = lengths(cubes);
+        let (found, found_m3) = lengths(&cubes);
         assert_eq!(found, segments);
         // The volume of shells that overlap follows from random lines.
         assert!((found_m3 / volume_m3 - 1.0).abs() < 0.01, "{found_m3} for {volume_m3}");
