@@ -64,7 +64,7 @@ pub fn read_mesh_from(files: &dyn FileSource, name: &str, part: Option<&str>) ->
         "gltf" | "glb" => {
             check_formats(&path)?;
             let file = GltfFile::read(files, name)?;
-            ReadMesh { mesh: file.mesh(part)?, origin: DVec3::ZERO, notes: file.notes() }
+            ReadMesh { mesh: file.mesh(part)?, origin: DVec3::ZERO, notes: file.notes(false) }
         }
         other => {
             let [others @ .., last] = MESH_EXTENSIONS;

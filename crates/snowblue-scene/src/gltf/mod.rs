@@ -63,7 +63,7 @@ pub(crate) fn read_gltf(
     let mut objects = Vec::new();
     // Parts of meshes that are known to be closed.
     let mut closed = BTreeSet::new();
-    let mut notes: Vec<String> = file.notes().iter().map(|note| format!("{path} is \"{name}\": {note}")).collect();
+    let mut notes: Vec<String> = file.notes(true).iter().map(|note| format!("{path} is \"{name}\": {note}")).collect();
     let mut palette = Palette {
         file: &file,
         sources,

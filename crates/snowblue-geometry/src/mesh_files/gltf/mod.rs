@@ -188,11 +188,12 @@ impl GltfFile {
         Ok(numbers(&accessor, dimensions, &self.buffers)?.as_chunks().0.to_vec())
     }
 
-    /// Sentences on content of the file that changes shapes or light, but is not read.
-    pub fn notes(&self) -> Vec<String> {
+    /// Sentences on content of the file that changes shapes or, where its materials count, light, but is not read.
+    pub fn notes(&self, with_materials: bool) -> Vec<String> {
         let primitives = || self.gltf.meshes().flat_map(|mesh| mesh.primitives());
+        let counts = |name: &&str| with_materials || !name.starts_with("KHR_materials_");
         let unread = self.gltf.extensions_used().filter(|name| !READ_EXTENSIONS.contains(name));
-        let unread: Vec<&str> = unread.collect();
+        let unread: Vec<&str> = unread.filter(counts).collect();
         let lines = primitives().filter(|primitive| triangles(primitive.mode(), &[0; 3]).is_empty()).count();
         let notes = [
             (!unread.is_empty(), format!("extensions that are not read: {}", unread.join(", "))),
@@ -518,7 +519,7 @@ mod tests {
         assert_near(&positions(&[nodes, MESHES], &instances), &[expected, turned].concat());
         let file = read(&[nodes, MESHES], &instances).unwrap();
         assert_eq!(file.nodes(DAffine3::IDENTITY).unwrap()[0].instances.len(), 2);
-        assert!(file.notes().is_empty());
+        assert!(file.notes(true).is_empty());
         for (right, wrong, expected) in [
             (r#""SCALE":3"#, r#""SCALE":0"#, "node 0: the attributes of its instances are missing, or differ"),
             (r#""SCALE":3"#, r#""SCALE":9"#, "node 0: SCALE of its instances is accessor 9, which is missing"),
@@ -625,7 +626,7 @@ mod tests {
             );
             let used = format!(r#""extensionsUsed":["{name}","KHR_lights_punctual"]"#);
             let file = read(&[NODES, MESHES, &used], &[]).unwrap();
-            assert_eq!(file.notes(), [format!("extensions that are not read: {name}")]);
+            assert_eq!(file.notes(true), [format!("extensions that are not read: {name}")]);
         }
     }
 
@@ -635,7 +636,7 @@ mod tests {
         let meshes =
             r#""meshes":[{"primitives":[{"attributes":{"POSITION":0}},{"attributes":{"POSITION":0},"mode":1}]}]"#;
         let file = read(&[nodes, meshes], &[]).unwrap();
-        let notes = file.notes().join("\n");
+        let notes = file.notes(true).join("\n");
         assert!(notes.contains("skins are not read") && notes.contains("left out: 1 primitives"), "{notes}");
         assert_eq!(file.mesh(None).unwrap().indices.len(), 1);
     }
