@@ -5,9 +5,12 @@ use std::collections::BTreeMap;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
+use crate::body::winding;
 use crate::coincident::{keep_used, merged, merged_within};
 use crate::edges::{PartTriangle, parts, visit_edges};
+use crate::mesh_bvh::MeshBvh;
 use crate::mesh_files::faces::Faces;
+use crate::ray::Ray;
 use crate::topology::Topology;
 use crate::triangle_mesh::TriangleMesh;
 
@@ -27,8 +30,8 @@ pub struct RepairedMesh {
 }
 
 /// Merges vertices that coincide or lie within `merge_distance`, drops triangles that bound no solid
-/// ([`remove_coincident`]), turns triangles so that all triangles of a part face outwards, and fills each hole as a
-/// polygon.
+/// ([`remove_coincident`]), turns triangles so that all triangles of a part face outwards, or
+/// inwards if the part is a cavity, and fills each hole as a polygon.
 ///
 /// A hole is a loop of boundary edges. Loops that share a vertex are left open;
 /// [`Topology::of`](crate::topology::Topology::of) counts their edges.
@@ -40,14 +43,14 @@ pub fn repair(mesh: &TriangleMesh, merge_distance: f64) -> RepairedMesh {
     let dropped_triangles = remove_coincident(&mut merged);
     let TriangleMesh { positions: old_positions, indices: mut triangles, .. } = merged;
     let before = triangles.clone();
-    turn_outwards(&mut triangles, &old_positions);
+    turn_minorities(&before, old_positions.len(), &mut triangles);
     let (mut filled_holes, mut filling) = (Vec::new(), Faces::default());
     for hole in holes(old_positions.len(), &triangles) {
         filled_holes.push(hole.len());
         filling.add(&hole, &old_positions);
     }
     triangles.extend(filling.triangles);
-    // The volume of a part is known once it is closed.
+    // The triangles of holes run as the triangles around them. The volume of a part is known once it is closed.
     turn_outwards(&mut triangles, &old_positions);
     let turned_triangles = before.iter().zip(&triangles).filter(|(before, after)| before != after).count();
     let mut filled = TriangleMesh { positions: old_positions, indices: triangles, ..TriangleMesh::default() };
@@ -70,32 +73,58 @@ pub fn turn_alike(mesh: &mut TriangleMesh) -> usize {
     let vertices = merged(&mesh.positions, &mesh.indices);
     let merge = |triangle: &[u32; 3]| triangle.map(|corner| vertices[corner as usize]);
     let triangles: Vec<[u32; 3]> = mesh.indices.iter().map(merge).collect();
+    turn_minorities(&triangles, vertices.len(), &mut mesh.indices)
+}
+
+/// As [`turn_alike`], by triangles of merged vertices for triangles of any vertices.
+fn turn_minorities(merged: &[[u32; 3]], vertices: usize, triangles: &mut [[u32; 3]]) -> usize {
     let mut count = 0;
-    for part in parts(vertices.len(), &triangles) {
+    for part in parts(vertices, merged) {
         let reversed = part.iter().filter(|triangle| triangle.is_reversed).count();
         let is_turned = |triangle: &&PartTriangle| triangle.is_reversed == (2 * reversed <= part.len());
         for PartTriangle { triangle, .. } in part.iter().filter(is_turned) {
-            mesh.indices[*triangle].swap(1, 2);
+            triangles[*triangle].swap(1, 2);
             count += 1;
         }
     }
     count
 }
 
-/// Turns triangles so that all triangles of a connected part have one orientation and the volume of the part is
-/// positive.
+/// Turns parts of one orientation each outwards, except for surfaces of cavities: parts that face inwards inside of
+/// other parts.
 fn turn_outwards(triangles: &mut [[u32; 3]], positions: &[Vec3]) {
+    /// Distance of a point behind a triangle, as a fraction of the length of an edge.
+    const BEHIND: f32 = 1e-3;
     let middle = positions.iter().map(|position| position.as_dvec3()).sum::<DVec3>() / positions.len().max(1) as f64;
-    for part in parts(positions.len(), triangles) {
-        let volume = |PartTriangle { triangle, is_reversed }: &PartTriangle| {
-            let [a, b, c] = triangles[*triangle].map(|corner| positions[corner as usize].as_dvec3() - middle);
-            if *is_reversed { -a.dot(b.cross(c)) } else { a.dot(b.cross(c)) }
-        };
-        let is_inside_out = part.iter().map(volume).sum::<f64>() < 0.0;
-        for PartTriangle { triangle, is_reversed } in part {
-            if is_reversed != is_inside_out {
-                triangles[triangle].swap(1, 2);
-            }
+    let volume = |triangle: &[u32; 3]| {
+        let [a, b, c] = triangle.map(|corner| positions[corner as usize].as_dvec3() - middle);
+        a.dot(b.cross(c))
+    };
+    if triangles.iter().map(volume).sum::<f64>() < 0.0 {
+        triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
+    }
+    let parts = parts(positions.len(), triangles);
+    let inwards: Vec<_> = parts
+        .iter()
+        .filter(|part| part.iter().map(|triangle| volume(&triangles[triangle.triangle])).sum::<f64>() < 0.0)
+        .collect();
+    if inwards.is_empty() {
+        return;
+    }
+    let mesh = TriangleMesh { positions: positions.to_vec(), indices: triangles.to_vec(), ..TriangleMesh::default() };
+    let mesh = MeshBvh::new(mesh);
+    let mut crossings = Vec::new();
+    for part in inwards {
+        let is_inside = [0, part.len() / 2, part.len() - 1].iter().all(|number| {
+            let [a, b, c] = mesh.triangles().corners(part[*number].triangle);
+            let behind = -(b - a).cross(c - a).normalize_or_zero();
+            let point = (a + b + c) / 3.0 + behind * (BEHIND * a.distance(b));
+            crossings.clear();
+            mesh.crossings(&Ray::new(point.into(), behind.into()), 0.0, &mut crossings);
+            winding(&crossings) != 0
+        });
+        if !is_inside {
+            part.iter().for_each(|triangle| triangles[triangle.triangle].swap(1, 2));
         }
     }
 }
@@ -188,9 +217,11 @@ fn holes(vertices: usize, triangles: &[[u32; 3]]) -> Vec<Vec<u32>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cuboid::Cuboid;
     use crate::topology::volume;
     use crate::triangle_mesh::closed_grids;
-    use glam::Vec3;
+    use glam::{Mat3A, Vec3A};
+    use glam::{Mat3A, Vec3A};
 
     /// A box of 3 × 2 × 0.5, with 3 × 2 squares at its top and at its bottom.
     fn solid() -> TriangleMesh {
@@ -218,6 +249,34 @@ mod tests {
         let mut doubled = TriangleMesh::from_triangles(&[&sides[..], &sides[3..]].concat());
         assert_eq!(remove_coincident(&mut doubled), 1);
         assert!(Topology::of(&doubled).is_closed());
+    }
+
+    /// The unit cube, and a cube of some size around a point, which may be turned inside out.
+    fn two_cubes(middle: Vec3, size: f32, is_turned: bool) -> TriangleMesh {
+        let mut mesh = Cuboid::new(Vec3A::splat(0.5), Vec3A::ONE, Mat3A::IDENTITY).triangles();
+        let count = u32::try_from(mesh.positions.len()).unwrap();
+        let second: Vec<Vec3> = mesh.positions.iter().map(|position| middle + (*position - 0.5) * size).collect();
+        let turn = |[a, b, c]: [u32; 3]| if is_turned { [a, c, b] } else { [a, b, c] };
+        let triangles: Vec<[u32; 3]> =
+            mesh.indices.iter().map(|triangle| turn(triangle.map(|corner| corner + count))).collect();
+        mesh.positions.extend(second);
+        mesh.indices.extend(triangles);
+        mesh
+    }
+
+    #[test]
+    fn cavities_stay_and_other_parts_face_outwards() {
+        let volume_of = |mesh: &TriangleMesh| volume(&repair(mesh, 0.0).mesh);
+        let inside_out = |mut mesh: TriangleMesh| {
+            mesh.indices.iter_mut().for_each(|triangle| triangle.swap(1, 2));
+            mesh
+        };
+        let cavity = two_cubes(Vec3::splat(0.5), 0.5, true);
+        assert!((volume_of(&cavity) - 0.875).abs() < 1e-6, "{}", volume_of(&cavity));
+        assert!((volume_of(&inside_out(cavity)) - 0.875).abs() < 1e-6);
+        let beside = two_cubes(Vec3::splat(5.0), 0.5, true);
+        assert!((volume_of(&beside) - 1.125).abs() < 1e-6, "{}", volume_of(&beside));
+        assert!((volume_of(&inside_out(beside)) - 1.125).abs() < 1e-6);
     }
 
     #[test]

@@ -159,6 +159,9 @@ fn lacks(parts: &[Part], layer: Option<&str>) -> String {
 
 /// Refuses an image of more pixels than a file of `file_bytes` may have.
 fn check_pixels(width: usize, height: usize, file_bytes: usize) -> Result<(), String> {
+    if width == 0 || height == 0 {
+        return Err(format!("the image has {width} × {height} pixels, but must have at least one"));
+    }
     check_memory(&format!("{width} × {height} pixels"), width as f64 * height as f64 * PIXEL_BYTES as f64, file_bytes)
 }
 
@@ -325,6 +328,11 @@ mod tests {
         {
             let message = read(wrong, None).unwrap_err();
             assert!(message.contains("not a readable Radiance file") && !message.contains('\n'), "{message}");
+        }
+        for size in ["-Y 0 +X 0", "-Y 0 +X 8"] {
+            let message =
+                read(format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n{size}\n").into_bytes(), None).unwrap_err();
+            assert!(message.contains("must have at least one"), "{message}");
         }
         assert!(read(b"#?RADIANCE\n".to_vec(), Some("a")).unwrap_err().contains("has no layer \"a\""));
     }

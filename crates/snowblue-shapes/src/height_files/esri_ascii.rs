@@ -161,6 +161,11 @@ mod tests {
         assert!(refused("Projection GEOGRAPHIC").contains("`map_unit` says its unit"));
         let web = FEET.replace("Lambert_Conformal_Conic", "Mercator_Auxiliary_Sphere");
         assert!(refused(&web).contains("Mercator projection"));
+        let world = FEET.replace("Lambert_Conformal_Conic", "Mercator");
+        assert!(refused(&world).contains("Mercator projection"));
+        // ArcGIS appends the system of the heights.
+        let with_heights = format!("{FEET},VERTCS[\"NAVD_1988\",VDATUM[\"x\"],UNIT[\"Meter\",1.0]]");
+        assert_eq!(cell_m(&with_heights, &metres_high), cell_m(FEET, &metres_high));
     }
 
     #[test]

@@ -572,7 +572,7 @@ mod tests {
         for (tags, expected) in [
             (
                 degrees(&[[MODEL_TYPE, 0, 1, GEOGRAPHIC]]),
-                "degrees: `gdalwarp -t_srs EPSG:32632 -r cubic IN.tif OUT.tif`",
+                "degrees: `gdalwarp -t_srs EPSG:32632 -r cubic -dstnodata -9999 IN.tif OUT.tif`",
             ),
             (degrees(&[[GEOGRAPHIC_SYSTEM, 0, 1, 4326]]), "degrees: `gdalwarp -t_srs EPSG:32632"),
             (Tags { scale: vec![1e-4, 1e-4, 0.0], ..degrees(&[]) }, "are degrees or metres"),

@@ -36,9 +36,13 @@ pub(super) fn of_well_known_text(text: &str, corner: DVec2) -> Result<f64, Strin
     if text.trim_start().starts_with("GEOG") {
         return Err(degrees(corner));
     }
-    if ["Pseudo-Mercator", "Auxiliary_Sphere"].iter().any(|name| text.contains(name)) {
+    let mercator = ["Pseudo-Mercator", "Auxiliary_Sphere", "PROJECTION[\"Mercator", "METHOD[\"Mercator"];
+    if mercator.iter().any(|name| text.contains(name)) {
         return Err(web_mercator(corner));
     }
+    // A system of heights may follow the system of the map.
+    let heights = ["VERTCS[", "VERT_CS[", "VERTCRS["].iter().filter_map(|name| text.find(name)).min();
+    let text = &text[..heights.unwrap_or(text.len())];
     let projected = text.trim_start().starts_with("PROJC").then_some(text);
     let unit = projected.and_then(|text| text.rsplit_once("UNIT[")?.1.split([',', ']']).nth(1)?.trim().parse().ok());
     unit.ok_or_else(|| {
@@ -93,7 +97,10 @@ pub(super) fn web_mercator(corner: DVec2) -> String {
 fn line(corner_deg: DVec2, from: &str) -> String {
     let zone = ((corner_deg.x + 180.0) / 6.0).floor().clamp(0.0, 59.0) + 1.0;
     let hemisphere = if corner_deg.y < 0.0 { 32_700.0 } else { 32_600.0 };
-    format!("`gdalwarp {from}-t_srs EPSG:{} -r cubic IN.tif OUT.tif` makes a map in metres", hemisphere + zone)
+    format!(
+        "`gdalwarp {from}-t_srs EPSG:{} -r cubic -dstnodata -9999 IN.tif OUT.tif` makes a map in metres",
+        hemisphere + zone
+    )
 }
 
 /// The rows of a table of three columns.
