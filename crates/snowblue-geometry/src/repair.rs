@@ -221,7 +221,6 @@ mod tests {
     use crate::topology::volume;
     use crate::triangle_mesh::closed_grids;
     use glam::{Mat3A, Vec3A};
-    use glam::{Mat3A, Vec3A};
 
     /// A box of 3 × 2 × 0.5, with 3 × 2 squares at its top and at its bottom.
     fn solid() -> TriangleMesh {
