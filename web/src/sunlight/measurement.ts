@@ -172,13 +172,13 @@ export class Measurement {
   }
 }
 
-/** The text of a file in UTF-8, or in UTF-16 with a byte order mark. */
+/** The text of a file in UTF-8, or in UTF-16 with a byte order mark; in the words of the command if a line is none. */
 async function textOf(file: File): Promise<string> {
   const bytes = new Uint8Array(await file.arrayBuffer());
   const marks = new Map([["255,254", "utf-16le"], ["254,255", "utf-16be"]]);
-  try {
-    return new TextDecoder(marks.get(bytes.slice(0, 2).join()) ?? "utf-8", { fatal: true }).decode(bytes);
-  } catch {
-    throw new Error(`${file.name}: is not text (UTF-8, or UTF-16 with a byte order mark)`);
-  }
+  const text = new TextDecoder(marks.get(bytes.slice(0, 2).join()) ?? "utf-8").decode(bytes);
+  const wrong = text.indexOf("\uFFFD");
+  if (wrong < 0) return text;
+  const line = text.slice(0, wrong).split("\n").length;
+  throw new Error(`${file.name}:${line}: the line is not text (UTF-8, or UTF-16 with a byte order mark)`);
 }
