@@ -198,9 +198,9 @@ pub fn checked_text(path: &Path, bytes: &[u8]) -> Result<String, FileError> {
     }
 }
 
-/// A message of a library in one line.
-pub fn one_line(message: &str) -> String {
-    message.split_whitespace().collect::<Vec<_>>().join(" ")
+/// A text in one line, as a message or a name.
+pub fn one_line(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 /// Refuses the formats of the feature `formats` in a build without it. The compiler then drops the code that follows.

@@ -54,11 +54,19 @@ pub fn merged_within(positions: &[Vec3], triangles: &[[u32; 3]], distance: f64) 
     first
 }
 
-/// Moves each vertex to the first vertex that coincides with it, so that no ray passes between them.
-pub fn weld(positions: &mut [Vec3], triangles: &[[u32; 3]]) {
-    for (index, first) in merged(positions, triangles).into_iter().enumerate() {
-        positions[index] = positions[first as usize];
+/// Triangles of the vertices that represent their corners ([`merged`]).
+pub(crate) fn renumbered(triangles: &[[u32; 3]], vertices: &[u32]) -> Vec<[u32; 3]> {
+    triangles.iter().map(|triangle| triangle.map(|corner| vertices[corner as usize])).collect()
+}
+
+/// Moves each vertex to the first vertex that coincides with it, so that no ray passes between them. Returns these
+/// first vertices.
+pub fn weld(positions: &mut [Vec3], triangles: &[[u32; 3]]) -> Vec<u32> {
+    let vertices = merged(positions, triangles);
+    for (index, first) in vertices.iter().enumerate() {
+        positions[index] = positions[*first as usize];
     }
+    vertices
 }
 
 /// A grid around vertices.

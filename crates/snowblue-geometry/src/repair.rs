@@ -6,7 +6,7 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use crate::body::winding;
-use crate::coincident::{keep_used, merged, merged_within};
+use crate::coincident::{keep_used, merged, merged_within, renumbered};
 use crate::edges::{PartTriangle, parts, visit_edges};
 use crate::mesh_bvh::MeshBvh;
 use crate::mesh_files::faces::Faces;
@@ -37,13 +37,12 @@ pub struct RepairedMesh {
 /// [`Topology::of`](crate::topology::Topology::of) counts their edges.
 pub fn repair(mesh: &TriangleMesh, merge_distance: f64) -> RepairedMesh {
     let vertices = merged_within(&mesh.positions, &mesh.indices, merge_distance);
-    let merge = |triangle: &[u32; 3]| triangle.map(|corner| vertices[corner as usize]);
-    let indices = mesh.indices.iter().map(merge).collect();
+    let indices = renumbered(&mesh.indices, &vertices);
     let mut merged = TriangleMesh { positions: mesh.positions.clone(), indices, ..TriangleMesh::default() };
     let dropped_triangles = remove_coincident(&mut merged);
     let TriangleMesh { positions: old_positions, indices: mut triangles, .. } = merged;
     let before = triangles.clone();
-    turn_minorities(&before, old_positions.len(), &mut triangles);
+    turn_alike(&mut triangles, &vertices);
     let (mut filled_holes, mut filling) = (Vec::new(), Faces::default());
     for hole in holes(old_positions.len(), &triangles) {
         filled_holes.push(hole.len());
@@ -68,18 +67,11 @@ pub fn repair(mesh: &TriangleMesh, merge_distance: f64) -> RepairedMesh {
 }
 
 /// Turns the minority of the triangles of each connected part, so that all triangles of the part have one orientation.
-/// Returns the number of turned triangles.
-pub fn turn_alike(mesh: &mut TriangleMesh) -> usize {
-    let vertices = merged(&mesh.positions, &mesh.indices);
-    let merge = |triangle: &[u32; 3]| triangle.map(|corner| vertices[corner as usize]);
-    let triangles: Vec<[u32; 3]> = mesh.indices.iter().map(merge).collect();
-    turn_minorities(&triangles, vertices.len(), &mut mesh.indices)
-}
-
-/// As [`turn_alike`], by triangles of merged vertices for triangles of any vertices.
-fn turn_minorities(merged: &[[u32; 3]], vertices: usize, triangles: &mut [[u32; 3]]) -> usize {
+/// `vertices` are the vertices that represent the vertices of the mesh ([`merged`]). Returns the number of turned
+/// triangles.
+pub fn turn_alike(triangles: &mut [[u32; 3]], vertices: &[u32]) -> usize {
     let mut count = 0;
-    for part in parts(vertices, merged) {
+    for part in parts(vertices.len(), &renumbered(triangles, vertices)) {
         let reversed = part.iter().filter(|triangle| triangle.is_reversed).count();
         let is_turned = |triangle: &&PartTriangle| triangle.is_reversed == (2 * reversed <= part.len());
         for PartTriangle { triangle, .. } in part.iter().filter(is_turned) {

@@ -7,7 +7,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::coincident::merged;
+use crate::coincident::{merged, renumbered};
 use crate::edges::{Side, visit_edges};
 use crate::triangle_mesh::TriangleMesh;
 
@@ -46,9 +46,7 @@ impl Topology {
             (q - p).cross(r - p) == DVec3::ZERO
         };
         topology.degenerate_triangles = (0..mesh.indices.len()).into_par_iter().filter(is_degenerate).count();
-        let triangles: Vec<[u32; 3]> =
-            mesh.indices.iter().map(|indices| indices.map(|index| vertices[index as usize])).collect();
-        visit_edges(vertices.len(), &triangles, |sides: &[Side]| {
+        visit_edges(vertices.len(), &renumbered(&mesh.indices, &vertices), |sides: &[Side]| {
             topology.open_edges += usize::from(sides.len() == 1);
             topology.shared_edges += usize::from(sides.len() > 2);
             topology.odd_shared_edges += usize::from(sides.len() > 2 && sides.len() % 2 == 1);

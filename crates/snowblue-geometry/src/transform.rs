@@ -4,11 +4,18 @@
 //! by one factor. Distances are therefore in metres of the scene, however an object is stretched. Normals are
 //! transformed by the inverse transpose (Pharr, Jakob & Humphreys 2023, section 3.9.4).
 
-use glam::{Affine3A, DAffine3, DMat3, Mat3A, Vec3A};
+use glam::{Affine3A, DAffine3, DMat3, DVec3, Mat3A, Vec3A};
 
 use crate::bounds::Bounds;
 use crate::ray::Ray;
 use snowblue_base::narrow;
+
+/// An origin near a point, from which single precision suffices: the coordinates rounded to 1000, in m or in the unit
+/// of a file. It is 0 for most scenes and files, and for a point that is not finite.
+pub fn origin_near(point: DVec3) -> DVec3 {
+    const STEP: f64 = 1000.0;
+    if point.is_finite() { (point / STEP).round() * STEP } else { DVec3::ZERO }
+}
 
 /// An affine transform with its inverse.
 #[derive(Debug, Clone, Copy)]

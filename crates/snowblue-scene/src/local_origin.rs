@@ -6,20 +6,18 @@
 
 use glam::DVec3;
 use snowblue_base::{KeyError, KeyPath, Number, Numbers};
+use snowblue_geometry::transform::origin_near;
 
 use crate::light::LightSource;
 use crate::material::{LayersTop, MaterialDescription, SnowDescription};
 use crate::scene::SceneDescription;
 use crate::values::{Coordinate, MAX_REACH_M};
 
-/// Coordinates of a local origin are multiples of this length in m, so that most scenes keep their coordinates.
-const STEP_M: f64 = 1000.0;
-
 impl SceneDescription {
     /// The description around a local origin. Without a camera in the description, the origin stays.
     pub(crate) fn around_local_origin(&self) -> Result<Self, KeyError> {
         let centre = self.camera.as_ref().map_or(DVec3::ZERO, |camera| camera.look_at.get().into());
-        self.around((centre / STEP_M).round() * STEP_M)
+        self.around(origin_near(centre))
     }
 
     /// The description around an origin in its own coordinates, in m.

@@ -28,9 +28,9 @@ const MERGE_DISTANCE: ParameterRange = ParameterRange::new("merge distance", 0.0
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Vertices at the same position become one, and with --merge-distance vertices that lie close together. Triangles with \
-coincident corners or that coincide with others are dropped. All triangles of a part are turned to face outwards. \
-Holes are filled. A mesh that is open then, where holes meet at a vertex or an edge belongs to three triangles, is an \
-error. The output has positions and triangles only; a glTF is turned to z up.
+coincident corners or that coincide with others are dropped. All triangles of a part are turned to face outwards, or \
+inwards if the part is a cavity. Holes are filled. A mesh that is open then, where holes meet at a vertex or an edge \
+belongs to three triangles, is an error. The output has positions and triangles only; a glTF is turned to z up.
 
 'snowblue render --check' says what is wrong with the meshes of a scene.
 

@@ -3,7 +3,7 @@
 use std::fmt::Display;
 use std::str::FromStr;
 
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 
 /// Their names.
 pub(super) const COORDINATES: [&str; 3] = ["x", "y", "z"];
@@ -20,13 +20,6 @@ pub(super) fn check_finite(position: Vec3, vertex: impl Fn() -> String) -> Resul
 pub(super) fn check_all_finite(positions: &[Vec3]) -> Result<(), String> {
     let mut positions = positions.iter().enumerate();
     positions.try_for_each(|(number, position)| check_finite(*position, || format!("vertex {number}")))
-}
-
-/// An origin near a vertex. It is the origin of the file unless the vertex is farther than half a kilometre from there,
-/// in metres.
-pub(super) fn origin_near(vertex: DVec3) -> DVec3 {
-    const STEP: f64 = 1000.0;
-    if vertex.is_finite() { (vertex / STEP).round() * STEP } else { DVec3::ZERO }
 }
 
 /// Parses a word of a text file as a number. `quantity` names the quantity in the error message.

@@ -15,8 +15,9 @@ use glam::{DVec3, Vec2, Vec3};
 use snowblue_base::files::{FileError, NamedFile};
 use snowblue_base::narrow;
 
-use crate::mesh_files::coordinates::{check_finite, number, origin_near};
+use crate::mesh_files::coordinates::{check_finite, number};
 use crate::mesh_files::faces::{Faces, ReadMesh};
+use crate::transform::origin_near;
 use crate::triangle_mesh::TriangleMesh;
 use crate::vertex_normals::VertexNormals;
 

@@ -13,7 +13,7 @@ use std::path::Path;
 use glam::{DVec3, Vec3};
 use serde_json::{Map, Value, json};
 use snowblue_base::atomic_file::write_atomically;
-use snowblue_base::files::FileError;
+use snowblue_base::files::{FileError, one_line};
 use snowblue_base::narrow;
 use snowblue_color::{LinearRgb, Srgb8};
 use snowblue_geometry::mesh_files::gltf::Y_UP_TO_Z_UP;
@@ -343,11 +343,6 @@ fn header(baked: &BakedScene, provenance: &Provenance) -> String {
     lines.push("property list uchar uint vertex_indices".to_owned());
     lines.push("end_header\n".to_owned());
     lines.join("\n")
-}
-
-/// A name without line breaks.
-fn one_line(name: &str) -> String {
-    name.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 /// The metadata of the whole file: names and values.

@@ -46,13 +46,16 @@ const RESIDUAL: &str = "residual";
 
 /// A name that belongs to no AOV.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("'{0}' is none of {names}", names = Aovs::NAMES)]
+#[error("'{0}' is none of {names}", names = Aovs::names())]
 pub struct UnknownAov(pub String);
 
 impl Aovs {
-    /// Names of all AOVs. An image always has `rgb`.
-    pub const NAMES: &str =
-        "rgb, spectrum, variance, normal, albedo, thickness, angle, emitter, snow, alpha, depth, position";
+    /// Names of all AOVs that an image may have. It always has `rgb`.
+    fn names() -> String {
+        let names = Self::default().named_flags().map(|(name, _)| name);
+        let names = std::iter::once(RGB).chain(names.into_iter().filter(|name| *name != RESIDUAL));
+        names.collect::<Vec<_>>().join(", ")
+    }
 
     fn named_flags(&mut self) -> [(&'static str, &mut bool); 12] {
         [

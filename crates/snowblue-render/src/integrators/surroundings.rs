@@ -293,8 +293,9 @@ impl<'a> SnowQueries<'a> {
         if is_occluded { 0.0 } else { self.transparent.transmittance(ray, limit_m) }
     }
 
-    /// Transmittance along the line from the origin of a ray to a light: none behind solids or, with probability
-    /// 1 − e^{−κd} decided by `chance`, in snow; else the transmittance by absorption in the pores.
+    /// Transmittance along the line to a light from the origin of a ray, whose direction has no effect: none behind
+    /// solids or, with probability 1 − e^{−κd} decided by `chance`, in snow; else the transmittance by absorption in
+    /// the pores.
     pub(super) fn transmitted(
         &mut self,
         from: &Ray,

@@ -14,14 +14,14 @@ const MAX_OF_AN_EDGE: usize = 100;
 /// one orientation, and reports the numbers of removed and turned triangles. Refuses a mesh without remaining
 /// triangles.
 pub(crate) fn solid(mesh: &mut TriangleMesh) -> Result<Option<String>, String> {
-    weld(&mut mesh.positions, &mesh.indices);
+    let vertices = weld(&mut mesh.positions, &mesh.indices);
     let all = mesh.indices.len();
     let removed = remove_coincident(mesh);
     let reason = "have coincident corners or coincide with others";
     if removed == all {
         return Err(format!("all {all} triangles {reason}, so that nothing is inside"));
     }
-    let turned = turn_alike(mesh);
+    let turned = turn_alike(&mut mesh.indices, &vertices);
     let mut changes = Vec::new();
     if removed > 0 {
         changes.push(format!("{removed} of {all} triangles {reason}, and are left out"));
@@ -41,17 +41,16 @@ pub(crate) fn check_closed(mesh: &TriangleMesh) -> Result<(), String> {
             topology.most_of_an_edge
         ));
     }
-    if topology.is_closed() && topology.reversed_edges + topology.unbalanced_edges == 0 {
-        return Ok(());
-    }
+    let Topology { open_edges, odd_shared_edges, reversed_edges, unbalanced_edges, .. } = topology;
     if topology.is_closed() {
-        return Err(format!(
-            "at {} edges its triangles face different sides and cannot be turned alike, so that inside and outside are \
-             undefined; recalculate its normals",
-            topology.reversed_edges + topology.unbalanced_edges
-        ));
+        return match reversed_edges + unbalanced_edges {
+            0 => Ok(()),
+            count => Err(format!(
+                "at {count} edges its triangles face different sides and cannot be turned alike, so that inside and \
+                 outside are undefined; recalculate its normals"
+            )),
+        };
     }
-    let Topology { open_edges, odd_shared_edges, .. } = topology;
     let odd = match odd_shared_edges {
         0 => String::new(),
         count => format!(" and {count} edges of an odd number of triangles"),

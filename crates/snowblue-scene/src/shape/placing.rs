@@ -89,7 +89,7 @@ pub(crate) fn check_reach(shape: &Shape) -> Result<(), String> {
         return Ok(());
     }
     Err(format!(
-        "reaches {} km from the point that the camera looks at, but must lie within {} km",
+        "reaches {} km from the origin around which the scene is computed, but must lie within {} km",
         short_number((f64::from(reach_m) / 1e3).round()),
         MAX_REACH_M / 1e3
     ))

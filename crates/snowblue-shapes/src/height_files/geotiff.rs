@@ -348,12 +348,7 @@ impl Keys {
                      says their unit"
                 )
             }),
-            None if (map_unit_m - 1.0).abs() < 1e-3 => Ok(1.0),
-            None => {
-                Err("the map is not in metres, and the file does not say the unit of its heights; `unit = \"ft\"` \
-                         or `unit = \"m\"` says it"
-                    .to_owned())
-            }
+            None => units::of_unstated_heights(map_unit_m),
         }
     }
 }
