@@ -13,18 +13,20 @@
 //! difference of normals, of ln b and of distances from the camera; snow and other surfaces have no weight for each
 //! other.
 //!
-//! **The width.** A pixel takes the levels in turn, and stops before the first level whose mean of r/b contradicts the
-//! mean of a smaller level: they differ by more than the standard error σ of the smaller level, or by more than 3σ if
-//! the smaller level is the pixel itself (the method of Lepski 1991, *On a problem of adaptive estimation in Gaussian
-//! white noise*, Theory of Probability and its Applications 35, 454). A level that makes the light negative is passed
-//! over. A pixel whose light is less than its standard error takes the next level in any case, and in the end the mean
-//! of the pixels around it. So the neighbourhood follows the noise: as samples are added, σ falls, edges of the
-//! residual appear, and the image converges to the unfiltered image.
+//! **The width.** A pixel takes the levels in turn, and stops before the first level that changes the light by more
+//! than noise: its mean of r/b differs from the pixel itself by more than 3σ, where σ is the standard error, or the
+//! changes of r/b from the level before have a mean square over the pixels around that exceeds the variance that the
+//! level takes away. The square of the change and the variance estimate the error of a level (Rousselle, Knaus &
+//! Zwicker 2011, *Adaptive sampling and reconstruction using greedy error minimization*, ACM TOG 30(6), 159). A single
+//! pixel whose mean differs by chance therefore does not stop. A level that makes the light negative is passed over. A
+//! pixel whose light is less than its standard error takes the next level in any case, and in the end the mean of the
+//! pixels around it. So the neighbourhood follows the noise: as samples are added, σ falls, edges of the residual
+//! appear, and the image converges to the unfiltered image.
 //!
 //! **Outliers.** The variance of a pixel is the greater one of the variance of its own samples and the mean variance
 //! of the pixels around it. A single large sample therefore makes no dot: its pixel has a large σ and takes the mean
 //! around it, and so do the pixels around it, which receive its light. Few samples n have missed the rarest large ones,
-//! so that σ counts √(1 + 16/n) times.
+//! so that σ² counts 1 + 16/n times.
 //!
 //! **The noise that is left** is the standard error of the mean. Where a later level contradicts a mean of several
 //! pixels, its variance counts twice: the mean may also be wrong by as much as its standard error.
@@ -59,14 +61,14 @@ const BASELINE_DEVIATION: f32 = 1.0;
 const DISTANCE_DEVIATION: f32 = 0.005;
 /// Number of standard errors by which the mean of a level may differ from the pixel itself. A smaller one leaves single
 /// pixels of even noise as they are, a greater one blurs what only the residual shows, such as seams and contact
-/// shadows. The means of two levels may differ by one standard error of the smaller level.
+/// shadows.
 const SAMPLE_CONFIDENCE: f32 = 3.0;
 /// Number of samples whose variance counts twice. A smaller one leaves faint dots in pictures of few samples, a greater
 /// one blurs them. Repeated samples of a pixel that is done count as samples.
 const SAMPLES_OF_DOUBT: f32 = 16.0;
-/// Number of levels over which variances are averaged: pixels up to 6 pixels away. Fewer lose light, because distant
-/// pixels do not take part in a rare large sample; more blur edges.
-const VARIANCE_LEVELS: usize = 2;
+/// Number of levels over which variances and changes are averaged: pixels up to 6 pixels away. Fewer lose light,
+/// because distant pixels do not take part in a rare large sample, and leave dots; more blur edges.
+const AROUND_LEVELS: usize = 2;
 
 /// Number of weights on each side of the middle weight.
 const REACH: usize = KERNEL.len() / 2;
@@ -82,11 +84,11 @@ pub(crate) struct Filtered {
 }
 
 /// Memory that the filter needs, in bytes per pixel of an image: references to the sums, guides, four levels, and the
-/// intervals and marks of pixels.
+/// intervals, changes and marks of pixels.
 pub fn bytes_per_pixel(aovs: Aovs) -> u64 {
     let bytes = |layout: ResidualLayout| {
         let level = size_of::<Luminance>() + layout.values * size_of::<f32>();
-        size_of::<PixelSums>() + size_of::<Guide>() + 4 * level + 4 * size_of::<f32>()
+        size_of::<PixelSums>() + size_of::<Guide>() + 4 * level + 8 * size_of::<f32>()
     };
     aovs.residual_layout().map_or(0, bytes) as u64
 }
@@ -278,26 +280,28 @@ impl Filter {
         let mut result = level.clone();
         let mut needs: Vec<bool> = self.guides.iter().map(|guide| guide.surface != Surface::None).collect();
         needs.iter_mut().zip(done).for_each(|(need, done)| *need &= !done);
-        // Means of r/b that contradict no smaller level.
-        let interval = |level: &Level, pixel: usize, confidence: f32| {
-            let (mean, luminance) = (level.residual[pixel * self.values + 1], level.luminance[pixel]);
-            let doubt = (1.0 + SAMPLES_OF_DOUBT / pixels[pixel].count().max(1) as f32).sqrt();
-            let reach = confidence * doubt * luminance.error();
-            [luminance.unit() * mean - reach, luminance.unit() * mean + reach]
+        let doubt = |pixel: usize| 1.0 + SAMPLES_OF_DOUBT / pixels[pixel].count().max(1) as f32;
+        // Means of r/b that do not contradict the pixel itself.
+        let interval = |(pixel, luminance): (usize, &Luminance)| {
+            let mean = luminance.unit() * level.residual[pixel * self.values + 1];
+            let reach = SAMPLE_CONFIDENCE * doubt(pixel).sqrt() * luminance.error();
+            [mean - reach, mean + reach]
         };
-        let mut intervals: Vec<[f32; 2]> =
-            (0..needs.len()).into_par_iter().map(|pixel| interval(&level, pixel, SAMPLE_CONFIDENCE)).collect();
+        let intervals: Vec<[f32; 2]> = level.luminance.par_iter().enumerate().map(interval).collect();
         for (number, shared) in SHARED_VARIANCE.into_iter().enumerate() {
             if !needs.contains(&true) {
                 break;
             }
-            // Number of pixels that the later levels reach.
-            let reach = (number + 1..SHARED_VARIANCE.len()).map(|later| REACH << later).sum();
+            // Number of pixels that the later levels, and the means around, reach.
+            let levels = (number + 1..SHARED_VARIANCE.len()).chain(0..AROUND_LEVELS);
+            let reach = levels.map(|level| REACH << level).sum();
             let is_read = near(&needs, reach, self.width);
-            level = self.next(&level, 1 << number, shared, &is_read);
+            let wider = self.next(&level, 1 << number, shared, &is_read);
+            let changes = self.changes_around(&level, &wider, &is_read);
+            level = wider;
             let results = result.residual.par_chunks_exact_mut(self.values).zip(&mut result.luminance);
-            let results = results.zip(&mut needs).zip(&mut intervals).enumerate();
-            results.for_each(|(pixel, (((residual, luminance), need), [low, high]))| {
+            let results = results.zip(&mut needs).zip(&intervals).zip(changes).enumerate();
+            results.for_each(|(pixel, ((((residual, luminance), need), &[low, high]), [change, noise]))| {
                 if !*need {
                     return;
                 }
@@ -311,10 +315,9 @@ impl Filter {
                 if own.baseline + scale * means[1] < 0.0 {
                     return;
                 }
-                *need = luminance.is_unknown(residual[1]) || (*low <= mean && mean <= *high);
+                let is_noise = number == 0 || change <= doubt(pixel) * noise;
+                *need = luminance.is_unknown(residual[1]) || (low <= mean && mean <= high && is_noise);
                 if *need {
-                    let [least, most] = interval(&level, pixel, 1.0);
-                    [*low, *high] = [low.max(least), high.min(most)];
                     residual.iter_mut().zip(means).for_each(|(residual, mean)| *residual = scale * mean);
                     luminance.variance = scale * scale * of_level.variance;
                 } else if number > 0 {
@@ -324,6 +327,19 @@ impl Filter {
         }
         self.mend_unknown(samples, done, &mut result);
         result
+    }
+
+    /// For each pixel, the mean square of the changes of r/b from a level to a wider level, and the mean variance that
+    /// the wider level takes away, over the pixels around.
+    fn changes_around(&self, finer: &Level, wider: &Level, is_read: &[bool]) -> Vec<[f32; 2]> {
+        let change = |pixel: usize| {
+            let [before, after] = [finer, wider].map(|level| {
+                let luminance = level.luminance[pixel];
+                (luminance.unit() * level.residual[pixel * self.values + 1], luminance.error().powi(2))
+            });
+            if is_read[pixel] { [(after.0 - before.0).powi(2), (before.1 - after.1).max(0.0)] } else { [0.0; 2] }
+        };
+        self.means_around((0..is_read.len()).into_par_iter().map(change).collect())
     }
 
     /// Gives the pixels that are still unknown, as at edges without like pixels, the mean r/b of the eight pixels
@@ -360,23 +376,28 @@ impl Filter {
     /// The luminances, in which the variance of a pixel is at least the mean variance of the pixels around it, relative
     /// to the baseline.
     fn with_variances_around(&self, samples: &Level) -> Vec<Luminance> {
-        let mut means: Vec<f32> = samples.luminance.iter().map(|luminance| luminance.error().powi(2)).collect();
-        for level in 0..VARIANCE_LEVELS {
-            let mean = |pixel: usize| {
-                let (mut total, mut sum) = (0.0, 0.0);
-                self.for_neighbours(pixel, 1 << level, |neighbour, weight| {
-                    total += weight;
-                    sum += weight * means[neighbour];
-                });
-                if total > 0.0 { sum / total } else { 0.0 }
-            };
-            means = (0..means.len()).into_par_iter().map(mean).collect();
-        }
-        let greater = |(own, mean): (&Luminance, &f32)| Luminance {
+        let means = self.means_around(samples.luminance.iter().map(|luminance| [luminance.error().powi(2)]).collect());
+        let greater = |(own, [mean]): (&Luminance, &[f32; 1])| Luminance {
             variance: own.variance.max(mean / own.unit().powi(2)),
             ..*own
         };
         samples.luminance.iter().zip(&means).map(greater).collect()
+    }
+
+    /// The means of values over the pixels around each pixel.
+    fn means_around<const N: usize>(&self, mut values: Vec<[f32; N]>) -> Vec<[f32; N]> {
+        for level in 0..AROUND_LEVELS {
+            let mean = |pixel: usize| {
+                let (mut total, mut sums) = (0.0, [0.0; N]);
+                self.for_neighbours(pixel, 1 << level, |neighbour, weight| {
+                    total += weight;
+                    sums.iter_mut().zip(values[neighbour]).for_each(|(sum, value)| *sum += weight * value);
+                });
+                if total > 0.0 { sums.map(|sum| sum / total) } else { sums }
+            };
+            values = (0..values.len()).into_par_iter().map(mean).collect();
+        }
+        values
     }
 
     /// The next level, from pixels that are `step` pixels apart, with the factor `shared` of the variance. Only

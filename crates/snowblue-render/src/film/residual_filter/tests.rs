@@ -230,6 +230,16 @@ fn rare_large_samples_of_snow_leave_no_dots() {
     assert!(greatest < 0.08, "{greatest} of {mean}");
 }
 
+/// A mean over 5 × 5 pixels may differ by chance from the pixels farther away.
+#[test]
+fn even_noise_leaves_no_dots() {
+    let film = film(16, |_, number| 2.0 * (number - 0.5));
+    let (light, mean) = light_of_snow(&film);
+    let greatest = light.iter().map(|light| (light / mean - 1.0).abs()).fold(0.0, f64::max);
+    // The standard errors of a pixel and of a mean over 5 × 5 pixels are 0.072 and 0.02.
+    assert!(greatest < 0.05, "{greatest}");
+}
+
 /// The residuals of snow and of other surfaces differ in kind.
 #[test]
 fn snow_and_other_surfaces_of_like_light_are_kept_apart() {
