@@ -66,9 +66,9 @@ const SAMPLE_CONFIDENCE: f32 = 3.0;
 /// Number of samples whose variance counts twice. A smaller one leaves faint dots in pictures of few samples, a greater
 /// one blurs them. Repeated samples of a pixel that is done count as samples.
 const SAMPLES_OF_DOUBT: f32 = 16.0;
-/// Number of levels over which variances and changes are averaged: pixels up to 6 pixels away. Fewer lose light,
-/// because distant pixels do not take part in a rare large sample, and leave dots; more blur edges.
-const AROUND_LEVELS: usize = 2;
+/// Number of levels over which variances are averaged: pixels up to 6 pixels away. Fewer lose light, because distant
+/// pixels do not take part in a rare large sample; more blur edges.
+const VARIANCE_LEVELS: usize = 2;
 
 /// Number of weights on each side of the middle weight.
 const REACH: usize = KERNEL.len() / 2;
@@ -292,12 +292,14 @@ impl Filter {
             if !needs.contains(&true) {
                 break;
             }
-            // Number of pixels that the later levels, and the means around, reach.
-            let levels = (number + 1..SHARED_VARIANCE.len()).chain(0..AROUND_LEVELS);
-            let reach = levels.map(|level| REACH << level).sum();
+            // Number of pixels that the changes and the later levels reach.
+            let reach = (number..SHARED_VARIANCE.len()).map(|level| REACH << level).sum();
             let is_read = near(&needs, reach, self.width);
             let wider = self.next(&level, 1 << number, shared, &is_read);
-            let changes = self.changes_around(&level, &wider, &is_read);
+            let changes = match number {
+                0 => vec![[0.0; 2]; needs.len()],
+                _ => self.changes_around(&level, &wider, 1 << number, &is_read),
+            };
             level = wider;
             let results = result.residual.par_chunks_exact_mut(self.values).zip(&mut result.luminance);
             let results = results.zip(&mut needs).zip(&intervals).zip(changes).enumerate();
@@ -315,7 +317,7 @@ impl Filter {
                 if own.baseline + scale * means[1] < 0.0 {
                     return;
                 }
-                let is_noise = number == 0 || change <= doubt(pixel) * noise;
+                let is_noise = change <= doubt(pixel) * noise;
                 *need = luminance.is_unknown(residual[1]) || (low <= mean && mean <= high && is_noise);
                 if *need {
                     residual.iter_mut().zip(means).for_each(|(residual, mean)| *residual = scale * mean);
@@ -330,8 +332,8 @@ impl Filter {
     }
 
     /// For each pixel, the mean square of the changes of r/b from a level to a wider level, and the mean variance that
-    /// the wider level takes away, over the pixels around.
-    fn changes_around(&self, finer: &Level, wider: &Level, is_read: &[bool]) -> Vec<[f32; 2]> {
+    /// the wider level takes away, over pixels around that are `step` pixels apart.
+    fn changes_around(&self, finer: &Level, wider: &Level, step: usize, is_read: &[bool]) -> Vec<[f32; 2]> {
         let change = |pixel: usize| {
             let [before, after] = [finer, wider].map(|level| {
                 let luminance = level.luminance[pixel];
@@ -339,7 +341,8 @@ impl Filter {
             });
             if is_read[pixel] { [(after.0 - before.0).powi(2), (before.1 - after.1).max(0.0)] } else { [0.0; 2] }
         };
-        self.means_around((0..is_read.len()).into_par_iter().map(change).collect())
+        let changes: Vec<_> = (0..is_read.len()).into_par_iter().map(change).collect();
+        self.means_around(&changes, step)
     }
 
     /// Gives the pixels that are still unknown, as at edges without like pixels, the mean r/b of the eight pixels
@@ -376,7 +379,10 @@ impl Filter {
     /// The luminances, in which the variance of a pixel is at least the mean variance of the pixels around it, relative
     /// to the baseline.
     fn with_variances_around(&self, samples: &Level) -> Vec<Luminance> {
-        let means = self.means_around(samples.luminance.iter().map(|luminance| [luminance.error().powi(2)]).collect());
+        let mut means: Vec<_> = samples.luminance.iter().map(|luminance| [luminance.error().powi(2)]).collect();
+        for level in 0..VARIANCE_LEVELS {
+            means = self.means_around(&means, 1 << level);
+        }
         let greater = |(own, [mean]): (&Luminance, &[f32; 1])| Luminance {
             variance: own.variance.max(mean / own.unit().powi(2)),
             ..*own
@@ -384,20 +390,17 @@ impl Filter {
         samples.luminance.iter().zip(&means).map(greater).collect()
     }
 
-    /// The means of values over the pixels around each pixel.
-    fn means_around<const N: usize>(&self, mut values: Vec<[f32; N]>) -> Vec<[f32; N]> {
-        for level in 0..AROUND_LEVELS {
-            let mean = |pixel: usize| {
-                let (mut total, mut sums) = (0.0, [0.0; N]);
-                self.for_neighbours(pixel, 1 << level, |neighbour, weight| {
-                    total += weight;
-                    sums.iter_mut().zip(values[neighbour]).for_each(|(sum, value)| *sum += weight * value);
-                });
-                if total > 0.0 { sums.map(|sum| sum / total) } else { sums }
-            };
-            values = (0..values.len()).into_par_iter().map(mean).collect();
-        }
-        values
+    /// The means of values over pixels around each pixel, `step` pixels apart.
+    fn means_around<const N: usize>(&self, values: &[[f32; N]], step: usize) -> Vec<[f32; N]> {
+        let mean = |pixel: usize| {
+            let (mut total, mut sums) = (0.0, [0.0; N]);
+            self.for_neighbours(pixel, step, |neighbour, weight| {
+                total += weight;
+                sums.iter_mut().zip(values[neighbour]).for_each(|(sum, value)| *sum += weight * value);
+            });
+            if total > 0.0 { sums.map(|sum| sum / total) } else { sums }
+        };
+        (0..values.len()).into_par_iter().map(mean).collect()
     }
 
     /// The next level, from pixels that are `step` pixels apart, with the factor `shared` of the variance. Only
