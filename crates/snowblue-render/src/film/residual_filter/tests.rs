@@ -235,9 +235,9 @@ fn rare_large_samples_of_snow_leave_no_dots() {
 fn even_noise_leaves_no_dots() {
     let film = film(16, |_, number| 2.0 * (number - 0.5));
     let (light, mean) = light_of_snow(&film);
-    let greatest = light.iter().map(|light| (light / mean - 1.0).abs()).fold(0.0, f64::max);
+    let square = light.iter().map(|light| (light / mean - 1.0).powi(2)).sum::<f64>() / light.len() as f64;
     // The standard errors of a pixel and of a mean over 5 × 5 pixels are 0.072 and 0.02.
-    assert!(greatest < 0.05, "{greatest}");
+    assert!(square.sqrt() < 0.0125, "{}", square.sqrt());
 }
 
 /// The residuals of snow and of other surfaces differ in kind.
