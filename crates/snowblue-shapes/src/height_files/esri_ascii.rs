@@ -76,8 +76,8 @@ pub(super) fn read(text: &str, system: Option<&str>, stated: &StatedByUser) -> R
     let size = cell * DVec2::new((columns - 1) as f64, (rows - 1) as f64);
     let far_left = near_left + DVec2::new(0.0, size.y);
     let unit_m = match (stated.map_unit_m, system) {
-        (Some(unit_m), _) => Ok(unit_m),
-        (None, Some(text)) => units::of_well_known_text(text, far_left),
+        (stated_m, Some(text)) => units::of_well_known_text(text, far_left, stated_m),
+        (Some(unit_m), None) => Ok(unit_m),
         (None, None) => units::unstated([far_left, near_left + DVec2::new(size.x, 0.0)], cell),
     };
     let georeference = unit_m.and_then(|unit_m| {
@@ -156,9 +156,22 @@ mod tests {
         assert!(cell_m(FEET, &stated).unwrap_err().contains("`unit = \"ft\"` or `unit = \"m\"` says it"));
         assert_eq!(cell_m("PROJCRS[\"x\",CS[Cartesian,2],LENGTHUNIT[\"metre\",1]]", &stated), Ok(10.0));
         assert_eq!(cell_m(FEET, &StatedByUser { map_unit_m: Some(2.0), ..metres_high }), Ok(20.0));
-        let refused = |system: &str| cell_m(system, &stated).unwrap_err();
+        // A stated unit makes no metres of degrees or of a distorted map.
+        let refused = |system: &str| {
+            let metres = StatedByUser { map_unit_m: Some(1.0), ..metres_high };
+            assert!(cell_m(system, &metres).is_err() || cell_m(system, &stated).unwrap_err().contains("`map_unit`"));
+            cell_m(system, &stated).unwrap_err()
+        };
         assert!(refused("GEOGCS[\"WGS 84\",UNIT[\"degree\",0.0174]]").contains("the map is in degrees: `gdalwarp"));
-        assert!(refused("Projection GEOGRAPHIC").contains("`map_unit` says its unit"));
+        for degrees in [
+            "Projection    GEOGRAPHIC\nUnits DD",
+            "GEOGCRS[\"WGS 84\",CS[ellipsoidal,2],ANGLEUNIT[\"degree\",0.0174]]",
+            "COMPD_CS[\"x\",GEOGCS[\"WGS 84\",UNIT[\"degree\",0.0174]],VERT_CS[\"EGM96\",UNIT[\"metre\",1]]]",
+        ] {
+            assert!(refused(degrees).contains("the map is in degrees: `gdalwarp"), "{degrees}");
+        }
+        assert!(refused("GEODCRS[\"WGS 84\",CS[Cartesian,3],LENGTHUNIT[\"metre\",1]]").contains("geocentric"));
+        assert!(refused("Projection UTM\nZone 32\nUnits METERS").contains("`map_unit` says its unit"));
         let web = FEET.replace("Lambert_Conformal_Conic", "Mercator_Auxiliary_Sphere");
         assert!(refused(&web).contains("Mercator projection"));
         let world = FEET.replace("Lambert_Conformal_Conic", "Mercator");
@@ -166,6 +179,8 @@ mod tests {
         // ArcGIS appends the system of the heights.
         let with_heights = format!("{FEET},VERTCS[\"NAVD_1988\",VDATUM[\"x\"],UNIT[\"Meter\",1.0]]");
         assert_eq!(cell_m(&with_heights, &metres_high), cell_m(FEET, &metres_high));
+        let compound = format!("COMPD_CS[\"x\",{with_heights}]");
+        assert_eq!(cell_m(&compound, &metres_high), cell_m(FEET, &metres_high));
     }
 
     #[test]

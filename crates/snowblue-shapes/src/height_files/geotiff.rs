@@ -23,6 +23,7 @@ use crate::height_files::units;
 
 /// Codes of the keys that are read, by table 2 of the standard, and of their values.
 const MODEL_TYPE: u16 = 1024;
+const PROJECTED_MODEL: u16 = 1;
 const GEOGRAPHIC: u16 = 2;
 const GEOCENTRIC: u16 = 3;
 const RASTER_TYPE: u16 = 1025;
@@ -263,7 +264,7 @@ fn georeference(
     };
     let keys = Keys::read(file)?;
     let far = corner + cell * DVec2::new(columns as f64, -(rows as f64));
-    let map_m = stated.map_unit_m.map_or_else(|| keys.map_unit_m([corner, far], cell), Ok)?;
+    let map_m = keys.map_unit_m([corner, far], cell, stated.map_unit_m)?;
     let height_m = stated.height_unit_m.map_or_else(|| keys.height_unit_m(band, map_m), Ok)?;
     let is_point = keys.value(RASTER_TYPE) == Some(PIXEL_IS_POINT);
     let middle = if is_point { DVec2::ZERO } else { 0.5 * cell * DVec2::new(1.0, -1.0) };
@@ -304,12 +305,14 @@ impl Keys {
         length_m.map(Some).ok_or_else(|| format!("the key {key} has the unit {unit}, which is no known unit of length"))
     }
 
-    /// The unit of the map in m.
-    fn map_unit_m(&self, corners: [DVec2; 2], cell: DVec2) -> Result<f64, String> {
+    /// The unit of the map in m: the unit that the user states, of the file, or of its system. A map in degrees, in the
+    /// Mercator projection or around the middle of the Earth is refused whatever the user states.
+    fn map_unit_m(&self, corners: [DVec2; 2], cell: DVec2, stated_m: Option<f64>) -> Result<f64, String> {
         let system = self.value(PROJECTED_SYSTEM);
         match self.value(MODEL_TYPE) {
             Some(GEOGRAPHIC) => return Err(units::degrees(corners[0])),
-            Some(GEOCENTRIC) => return Err("the map is geocentric, but must be projected".to_owned()),
+            Some(GEOCENTRIC) => return Err(units::geocentric()),
+            Some(PROJECTED_MODEL) => {}
             _ if system.is_none() && self.value(GEOGRAPHIC_SYSTEM).is_some() => return Err(units::degrees(corners[0])),
             _ => {}
         }
@@ -318,7 +321,7 @@ impl Keys {
         {
             return Err(units::web_mercator(corners[0]));
         }
-        if let Some(unit_m) = self.unit_m(LINEAR_UNITS)? {
+        if let Some(unit_m) = stated_m.map_or_else(|| self.unit_m(LINEAR_UNITS), |unit_m| Ok(Some(unit_m)))? {
             return Ok(unit_m);
         }
         match system.map(|code| (code, units::of_system(code))) {
@@ -567,7 +570,7 @@ mod tests {
         for (tags, expected) in [
             (
                 degrees(&[[MODEL_TYPE, 0, 1, GEOGRAPHIC]]),
-                "degrees: `gdalwarp -t_srs EPSG:32632 -r cubic -dstnodata -9999 IN.tif OUT.tif`",
+                "the map is in degrees: `gdalwarp -t_srs EPSG:32632 -r cubic -dstnodata -9999 IN.tif OUT.tif`",
             ),
             (degrees(&[[GEOGRAPHIC_SYSTEM, 0, 1, 4326]]), "degrees: `gdalwarp -t_srs EPSG:32632"),
             (Tags { scale: vec![1e-4, 1e-4, 0.0], ..degrees(&[]) }, "are degrees or metres"),
@@ -588,10 +591,16 @@ mod tests {
         ] {
             let message = units_m(&tags).unwrap_err();
             assert!(message.contains(expected) && !message.contains('\n'), "{expected}: {message}");
-            // The user knows better.
+            // The user may state an unknown unit, but cannot turn degrees or a distorted map into metres.
             let stated = StatedByUser { map_unit_m: Some(1.0), height_unit_m: Some(1.0), no_data: None };
             let place = super::read(&file::<Gray32Float>(&HEIGHTS, &tags, PLAIN), &stated).unwrap().georeference;
-            assert!(place.unwrap().is_some(), "{expected}");
+            let is_refused =
+                ["the map is in degrees", "times too long", "geocentric"].iter().any(|kind| message.contains(kind));
+            if is_refused {
+                assert_eq!(place, Err(message));
+            } else {
+                assert!(place.unwrap().is_some(), "{expected}");
+            }
         }
     }
 

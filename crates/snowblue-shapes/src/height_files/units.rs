@@ -30,22 +30,34 @@ pub(super) fn of_system(code: u16) -> Option<f64> {
     of_code(number(unit[2]))
 }
 
-/// The unit in m that a text of well-known text states (Open Geospatial Consortium 2001, document 01-009): the last
-/// unit of a projected system. `corner` lies in the map, in its unit.
-pub(super) fn of_well_known_text(text: &str, corner: DVec2) -> Result<f64, String> {
-    if text.trim_start().starts_with("GEOG") {
-        return Err(degrees(corner));
-    }
-    let mercator = ["Pseudo-Mercator", "Auxiliary_Sphere", "PROJECTION[\"Mercator", "METHOD[\"Mercator"];
-    if mercator.iter().any(|name| text.contains(name)) {
-        return Err(web_mercator(corner));
-    }
-    // A system of heights may follow the system of the map.
+/// The unit of a map in m by a text of well-known text (Open Geospatial Consortium 2001, document 01-009): the unit that
+/// the user states, or the last unit of a projected system. `corner` lies in the map, in its unit.
+///
+/// A map in degrees, in the Mercator projection or around the middle of the Earth is refused whatever the user states.
+pub(super) fn of_well_known_text(text: &str, corner: DVec2, stated_m: Option<f64>) -> Result<f64, String> {
+    // A system of heights may follow the system of the map, and a compound system holds both.
     let heights = ["VERTCS[", "VERT_CS[", "VERTCRS["].iter().filter_map(|name| text.find(name)).min();
     let text = &text[..heights.unwrap_or(text.len())];
-    let projected = text.trim_start().starts_with("PROJC").then_some(text);
-    let unit = projected.and_then(|text| text.rsplit_once("UNIT[")?.1.split([',', ']']).nth(1)?.trim().parse().ok());
-    unit.ok_or_else(|| {
+    let kinds = ["PROJC", "GEOGC", "GEODC", "GEOCC"];
+    let kind = kinds.into_iter().filter_map(|kind| Some((text.find(kind)?, kind))).min().map(|(_, kind)| kind);
+    // ARC/INFO wrote lines of words.
+    let has_words = |words: [&str; 2]| {
+        text.lines().any(|line| line.split_whitespace().map(str::to_ascii_uppercase).take(2).eq(words))
+    };
+    match kind {
+        Some("GEODC") if text.contains("CS[Cartesian") => return Err(geocentric()),
+        Some("GEOCC") => return Err(geocentric()),
+        Some("GEOGC" | "GEODC") => return Err(degrees(corner)),
+        None if has_words(["PROJECTION", "GEOGRAPHIC"]) => return Err(degrees(corner)),
+        _ => {}
+    }
+    let mercator = ["Pseudo-Mercator", "Auxiliary_Sphere", "PROJECTION[\"Mercator", "METHOD[\"Mercator"];
+    if mercator.iter().any(|name| text.contains(name)) || has_words(["PROJECTION", "MERCATOR"]) {
+        return Err(web_mercator(corner));
+    }
+    let projected = (kind == Some("PROJC")).then_some(text);
+    let unit = || projected.and_then(|text| text.rsplit_once("UNIT[")?.1.split([',', ']']).nth(1)?.trim().parse().ok());
+    stated_m.or_else(unit).ok_or_else(|| {
         format!("the system \"{}…\" is unknown; `map_unit` says its unit", text.chars().take(40).collect::<String>())
     })
 }
@@ -79,6 +91,11 @@ pub(super) fn of_unstated_heights(map_unit_m: f64) -> Result<f64, String> {
 /// Why a map in degrees cannot be used.
 pub(super) fn degrees(corner: DVec2) -> String {
     format!("the map is in degrees: {}", line(corner, ""))
+}
+
+/// Why a map around the middle of the Earth cannot be used.
+pub(super) fn geocentric() -> String {
+    "the map is geocentric, but must be projected".to_owned()
 }
 
 /// Why a map in web Mercator cannot be used.
