@@ -39,8 +39,8 @@ impl Panorama {
     ///
     /// # Errors
     ///
-    /// When there is no such file, or it is malformed, has another format, is a cube map, holds neither red, green and
-    /// blue nor luminance alone, or has a channel that is not finite.
+    /// When there is no such file, or it is malformed, has another format, is a cube map, is not twice as wide as high,
+    /// holds neither red, green and blue nor luminance alone, or has a channel that is not finite.
     pub fn read(
         files: &dyn FileSource,
         name: &str,
@@ -63,11 +63,27 @@ impl Panorama {
             Self::of_exr(&bytes, layer)
         };
         let finished = |(mut panorama, chromaticities): (Self, Option<_>)| {
+            panorama.check_shape()?;
             panorama.limit(max_radiance)?;
             chromaticities.map_or(Ok(()), |stated| panorama.convert(stated))?;
             Ok(panorama)
         };
         read.and_then(finished).map_err(|reason| FileError::Content { path, reason })
+    }
+
+    /// Refuses an image that is not twice as wide as high, up to a pixel: azimuths have twice the angle of elevations.
+    fn check_shape(&self) -> Result<(), String> {
+        let Self { width, height, .. } = self;
+        if width.abs_diff(2 * height) <= 1 {
+            return Ok(());
+        }
+        let whole = format!("`oiiotool IN.exr --resize {}x{height} -o OUT.exr` if it shows all directions", 2 * height);
+        let part = format!(
+            "`oiiotool IN.exr --fullsize {width}x{}+0+0 -o OUT.exr` if it shows the upper part of all directions, or ",
+            width.div_ceil(2)
+        );
+        let part = if *width > 2 * height { part.as_str() } else { "" };
+        Err(format!("the image is {width} × {height} pixels, but must be twice as wide as high: {part}{whole}"))
     }
 
     /// Replaces channels above `max_radiance` by it, and refuses channels that are not finite. In other primaries, one
@@ -263,13 +279,17 @@ mod tests {
     #[test]
     fn the_data_window_lies_in_the_display_window() {
         let rgb = color(0.1, 0.2, 0.4);
-        // The upper half, and the lower right quarter.
-        let upper = read(exr(vec![part("a", &RGB)], ((0, 0), (4, 4)), None), None).unwrap();
-        assert_eq!((upper.width, upper.height), (4, 4));
-        assert_eq!(upper.pixels, [[rgb; 8], [LinearRgb::default(); 8]].concat());
-        let quarter = read(exr(vec![part("a", &RGB)], ((-4, -2), (8, 4)), None), None).unwrap();
-        let is_lit = |pixel: usize| pixel % 8 >= 4 && pixel / 8 >= 2;
-        assert!((0..32).all(|pixel| quarter.pixels[pixel] == if is_lit(pixel) { rgb } else { LinearRgb::default() }));
+        // The upper left and the lower right quarter.
+        for (position, [first_column, first_row]) in [((0, 0), [0, 0]), ((-4, -2), [4, 2])] {
+            let quarter = read(exr(vec![part("a", &RGB)], (position, (8, 4)), None), None).unwrap();
+            let is_lit = |pixel: usize| {
+                (first_column..first_column + 4).contains(&(pixel % 8))
+                    && (first_row..first_row + 2).contains(&(pixel / 8))
+            };
+            let expected: Vec<_> =
+                (0..32).map(|pixel| if is_lit(pixel) { rgb } else { LinearRgb::default() }).collect();
+            assert_eq!((quarter.width, quarter.pixels), (8, expected));
+        }
         // What reaches beyond the display window is cut off.
         let cut = read(exr(vec![part("a", &RGB)], ((1, 1), (2, 1)), None), None).unwrap();
         assert_eq!((cut.width, cut.pixels), (2, vec![rgb; 2]));
@@ -341,6 +361,19 @@ mod tests {
     }
 
     #[test]
+    fn images_that_are_not_twice_as_wide_as_high_are_refused_with_a_way_out() {
+        let message = |size| read(exr(vec![part("a", &RGB)], ((0, 0), size), None), None).map(|_| ()).unwrap_err();
+        let expected = "the image is 4 × 1 pixels, but must be twice as wide as high: `oiiotool IN.exr --fullsize \
+                        4x2+0+0 -o OUT.exr` if it shows the upper part of all directions, or `oiiotool IN.exr --resize \
+                        2x1 -o OUT.exr` if it shows all directions";
+        assert!(message((4, 1)).ends_with(expected), "{}", message((4, 1)));
+        let expected = "as high: `oiiotool IN.exr --resize 8x4 -o OUT.exr` if it shows all directions";
+        assert!(message((4, 4)).ends_with(expected), "{}", message((4, 4)));
+        // Half of an odd width is rounded.
+        assert!(read(exr(vec![part("a", &RGB)], ((0, 0), (5, 2)), None), None).is_ok());
+    }
+
+    #[test]
     fn cube_maps_and_pictures_of_screens_are_refused_with_a_way_out() {
         let mut cube = part("a", &RGB);
         cube.attributes.environment_map = Some(EnvironmentMap::Cube);
@@ -355,11 +388,11 @@ mod tests {
         }
     }
 
-    /// A Radiance file of 8 by 1 pixels, with a header and pixels that are all alike.
+    /// A Radiance file of 8 by 4 pixels, with a header and pixels that are all alike.
     fn radiance(header: &str, pixel: &[u8; 4]) -> Result<Panorama, String> {
         // Runs of 8 equal bytes of each channel.
         let row = [vec![2, 2, 0, 8], pixel.iter().flat_map(|byte| [128 + 8, *byte]).collect()].concat();
-        read([format!("#?RGBE\n# a comment\n{header}\n-Y 1 +X 8\n").into_bytes(), row].concat(), None)
+        read([format!("#?RGBE\n# a comment\n{header}\n-Y 4 +X 8\n").into_bytes(), row.repeat(4)].concat(), None)
     }
 
     #[test]
@@ -367,8 +400,8 @@ mod tests {
         let format = "FORMAT=32-bit_rle_rgbe\n";
         let panorama = radiance(format, &[128, 64, 32, 138]).unwrap();
         // The mantissa times 2 to the exponent less 128 + 8.
-        assert_eq!((panorama.width, panorama.height), (8, 1));
-        assert_eq!(panorama.pixels, [color(512.0, 256.0, 128.0); 8]);
+        assert_eq!((panorama.width, panorama.height), (8, 4));
+        assert_eq!(panorama.pixels, [color(512.0, 256.0, 128.0); 32]);
         // Exposures multiply each other.
         let exposed = format!("{format}EXPOSURE=2\nEXPOSURE= 4\nCOLORCORR= 1 2 .5\n");
         assert_eq!(radiance(&exposed, &[128, 64, 32, 138]).unwrap().pixels[7], color(64.0, 16.0, 32.0));
