@@ -172,10 +172,22 @@ mod tests {
         }
         assert!(refused("GEODCRS[\"WGS 84\",CS[Cartesian,3],LENGTHUNIT[\"metre\",1]]").contains("geocentric"));
         assert!(refused("Projection UTM\nZone 32\nUnits METERS").contains("`map_unit` says its unit"));
+        for name in ["Mercator", "Plate_Carree", "Cylindrical_Equal_Area", "Mollweide", "Equidistant_Cylindrical"] {
+            let world = FEET.replace("Lambert_Conformal_Conic", name);
+            assert!(
+                refused(&world).contains("a projection of the whole Earth") && refused(&world).contains("EPSG:326ZZ")
+            );
+        }
+        // The place of a web map is known: x = 1005 m lies just east of Greenwich.
         let web = FEET.replace("Lambert_Conformal_Conic", "Mercator_Auxiliary_Sphere");
-        assert!(refused(&web).contains("Mercator projection"));
-        let world = FEET.replace("Lambert_Conformal_Conic", "Mercator");
-        assert!(refused(&world).contains("Mercator projection"));
+        assert!(refused(&web).contains("EPSG:32631"));
+        let conversion =
+            "PROJCRS[\"x\",CONVERSION[\"y\",METHOD[\"Lambert Cylindrical Equal Area\"]],LENGTHUNIT[\"m\",1]]";
+        assert!(refused(conversion).contains("a projection of the whole Earth"));
+        assert!(refused("Projection  MERCATOR\nUnits METERS").contains("a projection of the whole Earth"));
+        for local in ["Transverse_Mercator", "Hotine_Oblique_Mercator_Azimuth_Center", "Lambert_Azimuthal_Equal_Area"] {
+            assert!(cell_m(&FEET.replace("Lambert_Conformal_Conic", local), &metres_high).is_ok());
+        }
         // ArcGIS appends the system of the heights.
         let with_heights = format!("{FEET},VERTCS[\"NAVD_1988\",VDATUM[\"x\"],UNIT[\"Meter\",1.0]]");
         assert_eq!(cell_m(&with_heights, &metres_high), cell_m(FEET, &metres_high));

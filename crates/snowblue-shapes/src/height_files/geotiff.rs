@@ -31,15 +31,15 @@ const PIXEL_IS_POINT: u16 = 2;
 const GEOGRAPHIC_SYSTEM: u16 = 2048;
 const PROJECTED_SYSTEM: u16 = 3072;
 const PROJECTION_METHOD: u16 = 3075;
-const MERCATOR: u16 = 7;
+/// Methods that project the whole Earth: Mercator, equirectangular, Miller, Robinson, sinusoidal, Van der Grinten, and
+/// of GDAL the cylindrical equal area.
+const WORLD_PROJECTIONS: [u16; 7] = [7, 17, 20, 23, 24, 25, 28];
 const LINEAR_UNITS: u16 = 3076;
 const LINEAR_UNIT_SIZE: u16 = 3077;
 const VERTICAL_SYSTEM: u16 = 4096;
 const VERTICAL_UNITS: u16 = 4099;
 /// The value of a key that the file defines itself.
 const USER_DEFINED: u16 = 32_767;
-/// Systems of the EPSG register in the Mercator projection, on a sphere and on an ellipsoid.
-const MERCATOR_SYSTEMS: [u16; 3] = [3857, 3785, 3395];
 /// Bits of `NewSubfileType`.
 const REDUCED: u32 = 1;
 const MASK: u32 = 4;
@@ -305,8 +305,8 @@ impl Keys {
         length_m.map(Some).ok_or_else(|| format!("the key {key} has the unit {unit}, which is no known unit of length"))
     }
 
-    /// The unit of the map in m: the unit that the user states, of the file, or of its system. A map in degrees, in the
-    /// Mercator projection or around the middle of the Earth is refused whatever the user states.
+    /// The unit of the map in m: the unit that the user states, of the file, or of its system. A map in degrees, in a
+    /// projection of the whole Earth or around the middle of the Earth is refused whatever the user states.
     fn map_unit_m(&self, corners: [DVec2; 2], cell: DVec2, stated_m: Option<f64>) -> Result<f64, String> {
         let system = self.value(PROJECTED_SYSTEM);
         match self.value(MODEL_TYPE) {
@@ -316,10 +316,11 @@ impl Keys {
             _ if system.is_none() && self.value(GEOGRAPHIC_SYSTEM).is_some() => return Err(units::degrees(corners[0])),
             _ => {}
         }
-        if system.is_some_and(|code| MERCATOR_SYSTEMS.contains(&code))
-            || self.value(PROJECTION_METHOD) == Some(MERCATOR)
-        {
-            return Err(units::web_mercator(corners[0]));
+        if let Some(reason) = system.and_then(|code| units::world_system(code, corners[0])) {
+            return Err(reason);
+        }
+        if self.value(PROJECTION_METHOD).is_some_and(|method| WORLD_PROJECTIONS.contains(&method)) {
+            return Err(units::world(None));
         }
         if let Some(unit_m) = stated_m.map_or_else(|| self.unit_m(LINEAR_UNITS), |unit_m| Ok(Some(unit_m)))? {
             return Ok(unit_m);
@@ -575,9 +576,13 @@ mod tests {
             (degrees(&[[GEOGRAPHIC_SYSTEM, 0, 1, 4326]]), "degrees: `gdalwarp -t_srs EPSG:32632"),
             (Tags { scale: vec![1e-4, 1e-4, 0.0], ..degrees(&[]) }, "are degrees or metres"),
             (Tags::new(&[[MODEL_TYPE, 0, 1, GEOCENTRIC]]), "geocentric"),
-            // y = 5,870,000 m is 46.54° N, where 1/cos φ is 1.45.
-            (mercator(&[PROJECTED, system(3857), METRES]), "1.45 times too long there: `gdalwarp -t_srs EPSG:32632"),
-            (mercator(&[PROJECTED, [PROJECTION_METHOD, 0, 1, MERCATOR], METRES]), "1.45 times too long"),
+            // x = 890,000 m is 8° E on the maps that begin at Greenwich, of Mercator and of degrees as metres.
+            (mercator(&[PROJECTED, system(3857), METRES]), "lengths are not true: `gdalwarp -t_srs EPSG:32632"),
+            (mercator(&[PROJECTED, system(4087)]), "lengths are not true: `gdalwarp -t_srs EPSG:32632"),
+            (
+                mercator(&[PROJECTED, [PROJECTION_METHOD, 0, 1, 7], METRES]),
+                "lengths are not true: `gdalwarp -t_srs EPSG:326ZZ",
+            ),
             (Tags::new(&[PROJECTED, [LINEAR_UNITS, 0, 1, 9102]]), "the unit 9102, which is no known unit of length"),
             (Tags::new(&[PROJECTED]), "does not say the unit of its coordinates; `map_unit` says it"),
             (Tags::new(&[PROJECTED, system(1)]), "the unit of EPSG:1 is unknown; `map_unit` says it"),
@@ -595,12 +600,25 @@ mod tests {
             let stated = StatedByUser { map_unit_m: Some(1.0), height_unit_m: Some(1.0), no_data: None };
             let place = super::read(&file::<Gray32Float>(&HEIGHTS, &tags, PLAIN), &stated).unwrap().georeference;
             let is_refused =
-                ["the map is in degrees", "times too long", "geocentric"].iter().any(|kind| message.contains(kind));
+                ["the map is in degrees", "whole Earth", "geocentric"].iter().any(|kind| message.contains(kind));
             if is_refused {
                 assert_eq!(place, Err(message));
             } else {
                 assert!(place.unwrap().is_some(), "{expected}");
             }
+        }
+    }
+
+    #[test]
+    fn projections_of_the_whole_earth_are_refused_in_every_unit() {
+        for code in [3832, 3994, 3857, 4087, 4088, 32_662, 32_663, 6933, 3410, 3395, 8857, 54_004, 54_009] {
+            let message = units_m(&Tags::new(&[PROJECTED, [PROJECTED_SYSTEM, 0, 1, code], METRES])).unwrap_err();
+            assert!(message.contains("a projection of the whole Earth") && message.contains("`gdalwarp"), "{message}");
+        }
+        // Their neighbours in the register: UTM, a polar map and a Lambert grid.
+        for code in [32_660, 3995, 3833, 3856, 6931, 3409] {
+            let found = units_m(&Tags::new(&[PROJECTED, [PROJECTED_SYSTEM, 0, 1, code]]));
+            assert!(found == Ok([2.0, 1.0]) || found.as_ref().unwrap_err().contains("is unknown"), "{code}: {found:?}");
         }
     }
 
