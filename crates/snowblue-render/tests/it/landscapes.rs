@@ -51,6 +51,10 @@ fn maps_lie_in_their_place_with_snow_on_them() {
     let objects = "[[object]]\nshape = \"heights\"\nfile = \"hill.asc\"\nmaterial = \"rock\"\n\
         [[object]]\nshape = \"snowpack\"\nground = \"hill.asc\"\ndepth = 0.5\nmaterial = \"snow\"\n";
     let scene = land(objects, &[("hill.asc", map(hill))]);
+    for key in ["object[0].file", "object[1].ground"] {
+        let note = format!("{key} states no coordinate system: its coordinates count as metres");
+        assert!(scene.notes().iter().any(|other| other.starts_with(&note)), "{:?}", scene.notes());
+    }
     let inspections = check_watertight(&scene);
     // 8 cells of 2 m by 5 cells of 2 m, all under 0.5 m of snow; coordinates are rounded by 1e-6 m.
     let volume_m3 = inspections[1].volume_m3.unwrap();

@@ -138,6 +138,7 @@ impl PlacedGrid {
         key: &KeyPath,
         grid: HeightGrid,
         settings: &GridSettings,
+        notes: &mut Vec<String>,
     ) -> Result<Self, KeyError> {
         if grid.columns < 2 || grid.rows() < 2 {
             heights_of(grid.clone(), key)?;
@@ -151,15 +152,18 @@ impl PlacedGrid {
                 }
                 let size = point(size).as_dvec3();
                 let far_left_m = 0.5 * size.truncate() * DVec2::new(-1.0, 1.0);
-                Georeference { far_left_m, cell_m: size.truncate() / cells, height_unit_m: size.z }
+                Georeference { far_left_m, cell_m: size.truncate() / cells, height_unit_m: size.z, states_unit: true }
             }
-            (None, Ok(Some(georeference))) => *georeference,
+            (None, Ok(Some(georeference))) => {
+                notes.extend(note_on_unit(georeference, key));
+                *georeference
+            }
             (None, Ok(None)) => return Err(path.key("size").error("is missing, and the file does not say it")),
             (None, Err(reason)) => {
                 return Err(key.error(format!("cannot be used: {reason}; `size` replaces the place of a map")));
             }
         };
-        let Georeference { far_left_m, cell_m, height_unit_m } = georeference;
+        let Georeference { far_left_m, cell_m, height_unit_m, .. } = georeference;
         let (grid, far_left_m, origin_m) = match settings.crop {
             None => (grid, far_left_m, far_left_m + 0.5 * cells * cell_m * DVec2::new(1.0, -1.0)),
             Some(crop) => {
@@ -249,6 +253,13 @@ pub(super) fn read_grid(
     stated: &StatedByUser,
 ) -> Result<HeightGrid, SceneError> {
     HeightGrid::read(sources.files, file, stated).map_err(|error| sources.named(path, file, error))
+}
+
+/// A note on a map that states no unit; `key` is the path to the map.
+pub(super) fn note_on_unit(map: &Georeference, key: &KeyPath) -> Option<String> {
+    (!map.states_unit).then(|| {
+        format!("{key} states no coordinate system: its coordinates count as metres (`map_unit` states their unit)")
+    })
 }
 
 /// Fills missing heights; `key` is the path to the heights.

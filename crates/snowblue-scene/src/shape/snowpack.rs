@@ -19,11 +19,10 @@ use snowblue_shapes::height_files::{Georeference, HeightGrid, StatedByUser};
 use snowblue_shapes::snow_on_mesh::{SnowLayer, snow_on_mesh};
 use snowblue_shapes::terrain::{Depth, DepthImage, Filling, SnowCover};
 
-use super::grid::{GridSettings, PlacedGrid, grid_of_rows, read_grid};
+use super::grid::{GridSettings, PlacedGrid, grid_of_rows, note_on_unit, read_grid};
 use super::keys::{BuiltShape, ObjectContext, ShapeKeys, check_shapes};
 use super::placing::upright;
 use crate::error::SceneError;
-use crate::sources::Sources;
 use crate::values::{SmallLength, UpAxis, only_one};
 
 quantities! {
@@ -202,10 +201,10 @@ impl ShapeKeys for SnowpackDescription {
             Ok((read_grid(&key, file, object.sources, &self.grid.stated())?, key))
         });
         let (grid, key) = only_one(path, [("ground", file), ("heights", rows)])??;
-        let placed = PlacedGrid::new(path, &key, grid, &self.grid)?;
+        let placed = PlacedGrid::new(path, &key, grid, &self.grid, object.notes)?;
         let usual_gap_m = GAP_M + 2.0 * placed.tolerance_m + GAP_OF_SIDE * placed.size_m().max_element();
         let cover = SnowCover {
-            depth: self.depth.over(&path.key("depth"), &placed, object.sources)?,
+            depth: self.depth.over(&path.key("depth"), &placed, object)?,
             gap_m: self.gap.map_or(usual_gap_m, Number::get),
             least_depth_m: self.least_depth.get(),
         };
@@ -290,7 +289,7 @@ impl SnowpackDescription {
 
 impl DepthDescription {
     /// The depth of snow on heights.
-    fn over(&self, path: &KeyPath, ground: &PlacedGrid, sources: &Sources) -> Result<Depth, SceneError> {
+    fn over(&self, path: &KeyPath, ground: &PlacedGrid, object: &mut ObjectContext) -> Result<Depth, SceneError> {
         let varying = match self {
             Self::Uniform(depth) => return Ok(Depth::Uniform(depth.get())),
             Self::Varying(varying) => varying,
@@ -299,11 +298,13 @@ impl DepthDescription {
             return Err(path.error("is an attribute, but the ground is no mesh and has none").into());
         };
         let path = path.key("texture");
-        let grid = read_grid(&path, texture, sources, &StatedByUser::default())?;
+        let grid = read_grid(&path, texture, object.sources, &StatedByUser::default())?;
         let (place, origin_m) = (grid.georeference.clone(), ground.origin_on_map_m);
         let mut depth = depth_of_grid(&path, texture, grid, varying.range.get())?;
         // If both maps are georeferenced, the map of depths is placed by its coordinates on the map of heights.
-        if let (Ok(Some(Georeference { far_left_m, cell_m, .. })), Some(origin_m)) = (place, origin_m) {
+        if let (Ok(Some(map)), Some(origin_m)) = (place, origin_m) {
+            object.notes.extend(note_on_unit(&map, &path));
+            let Georeference { far_left_m, cell_m, .. } = map;
             let to_cells = DVec2::new(1.0, -1.0) / cell_m;
             depth.first = (origin_m + ground.far_left_m - far_left_m) * to_cells;
             depth.span = ground.size_m() / cell_m;

@@ -76,13 +76,13 @@ pub(super) fn read(text: &str, system: Option<&str>, stated: &StatedByUser) -> R
     let size = cell * DVec2::new((columns - 1) as f64, (rows - 1) as f64);
     let far_left = near_left + DVec2::new(0.0, size.y);
     let unit_m = match (stated.map_unit_m, system) {
-        (stated_m, Some(text)) => units::of_well_known_text(text, far_left, stated_m),
-        (Some(unit_m), None) => Ok(unit_m),
-        (None, None) => units::unstated([far_left, near_left + DVec2::new(size.x, 0.0)], cell),
+        (stated_m, Some(text)) => units::of_well_known_text(text, far_left, stated_m).map(Some),
+        (Some(unit_m), None) => Ok(Some(unit_m)),
+        (None, None) => units::check_unstated([far_left, near_left + DVec2::new(size.x, 0.0)], cell).map(|()| None),
     };
     let georeference = unit_m.and_then(|unit_m| {
         let height_unit_m = stated.height_unit_m.map_or_else(|| units::of_unstated_heights(unit_m), Ok)?;
-        Georeference::new(far_left, cell, [unit_m, height_unit_m])
+        Georeference::new(far_left, cell, unit_m, height_unit_m)
     });
     HeightGrid::new(columns, values, Some(no_data), georeference.map(Some))
 }
@@ -123,7 +123,7 @@ mod tests {
         assert_eq!((grid.columns, &grid.values[..2], &grid.values[3..]), (3, &[1.0, 2.5][..], &[4.0, 5.0, 6.0][..]));
         assert!(grid.values[2].is_nan());
         let place = |x: f64, y: f64, cell: [f64; 2]| {
-            Ok(Some(Georeference::new(DVec2::new(x, y), cell.into(), [1.0; 2]).unwrap()))
+            Ok(Some(Georeference::new(DVec2::new(x, y), cell.into(), None, 1.0).unwrap()))
         };
         assert_eq!(grid.georeference, place(1005.0, 2015.0, [10.0; 2]));
         let centred = GRID.replace("corner", "center").replace("cellsize 10", "dx 10\ndy 20");
@@ -208,6 +208,9 @@ mod tests {
         let metres = StatedByUser { map_unit_m: Some(1.0), height_unit_m: Some(0.3048), ..StatedByUser::default() };
         let place = super::read(&degrees, None, &metres).unwrap().georeference.unwrap().unwrap();
         assert_eq!((place.cell_m.x, place.height_unit_m), (0.000_277_777_778, 0.3048));
+        // Longitudes that count from 0: 352.3° E is 7.7° W, in zone 29.
+        let west = degrees.replace("xllcorner 7.7", "xllcorner 352.3");
+        assert!(read(&west).unwrap().georeference.unwrap_err().contains("-t_srs EPSG:32629"));
         // A cell of a degree would be wider than any map.
         assert!(read(&degrees.replace("0.000277777778", "1")).unwrap().georeference.is_ok());
     }

@@ -268,7 +268,7 @@ fn georeference(
     let height_m = stated.height_unit_m.map_or_else(|| keys.height_unit_m(band, map_m), Ok)?;
     let is_point = keys.value(RASTER_TYPE) == Some(PIXEL_IS_POINT);
     let middle = if is_point { DVec2::ZERO } else { 0.5 * cell * DVec2::new(1.0, -1.0) };
-    Georeference::new(corner + middle, cell, [map_m, height_m]).map(Some)
+    Georeference::new(corner + middle, cell, map_m, height_m).map(Some)
 }
 
 /// The directory of keys: after a head of four numbers, four numbers for each key, which are the key, the tag of its
@@ -305,9 +305,9 @@ impl Keys {
         length_m.map(Some).ok_or_else(|| format!("the key {key} has the unit {unit}, which is no known unit of length"))
     }
 
-    /// The unit of the map in m: the unit that the user states, of the file, or of its system. A map in degrees, in a
+    /// The unit of the map in m: the unit that the user states, of the file, or of its system, if any. A map in degrees, in a
     /// projection of the whole Earth or around the middle of the Earth is refused whatever the user states.
-    fn map_unit_m(&self, corners: [DVec2; 2], cell: DVec2, stated_m: Option<f64>) -> Result<f64, String> {
+    fn map_unit_m(&self, corners: [DVec2; 2], cell: DVec2, stated_m: Option<f64>) -> Result<Option<f64>, String> {
         let system = self.value(PROJECTED_SYSTEM);
         match self.value(MODEL_TYPE) {
             Some(GEOGRAPHIC) => return Err(units::degrees(corners[0])),
@@ -323,21 +323,21 @@ impl Keys {
             return Err(units::world(None));
         }
         if let Some(unit_m) = stated_m.map_or_else(|| self.unit_m(LINEAR_UNITS), |unit_m| Ok(Some(unit_m)))? {
-            return Ok(unit_m);
+            return Ok(Some(unit_m));
         }
         match system.map(|code| (code, units::of_system(code))) {
-            Some((_, Some(unit_m))) => Ok(unit_m),
+            Some((_, Some(unit_m))) => Ok(Some(unit_m)),
             Some((code, None)) => Err(format!("the unit of EPSG:{code} is unknown; `map_unit` says it")),
             None if self.value(MODEL_TYPE).is_some() => {
                 Err("the file does not say the unit of its coordinates; `map_unit` says it".to_owned())
             }
-            None => units::unstated(corners, cell),
+            None => units::check_unstated(corners, cell).map(|()| None),
         }
     }
 
     /// The unit of the heights in m: the unit of the band, of the key, of the system of heights, or the metre on a map
     /// in metres.
-    fn height_unit_m(&self, band: &Band, map_unit_m: f64) -> Result<f64, String> {
+    fn height_unit_m(&self, band: &Band, map_unit_m: Option<f64>) -> Result<f64, String> {
         if let Some(name) = &band.unit {
             return units::of_name(name)
                 .ok_or_else(|| format!("the unit of the heights is \"{name}\", which is unknown; `unit` says it"));
@@ -465,8 +465,8 @@ mod tests {
     const METRES: [u16; 4] = [LINEAR_UNITS, 0, 1, 9001];
 
     /// A place with pixels of 2 m by 3 m.
-    fn place(x: f64, y: f64) -> Result<Option<Georeference>, String> {
-        Ok(Some(Georeference::new(DVec2::new(x, y), DVec2::new(2.0, 3.0), [1.0; 2]).unwrap()))
+    fn place(x: f64, y: f64, unit_m: Option<f64>) -> Result<Option<Georeference>, String> {
+        Ok(Some(Georeference::new(DVec2::new(x, y), DVec2::new(2.0, 3.0), unit_m, 1.0).unwrap()))
     }
 
     #[test]
@@ -479,7 +479,7 @@ mod tests {
                 assert!(grid.values[2].is_nan());
                 assert_eq!((grid.columns, &grid.values[..2], &grid.values[3..]), (3, &HEIGHTS[..2], &HEIGHTS[3..]));
                 // The middle of the first pixel, of 2 m by 3 m.
-                assert_eq!(grid.georeference, place(501.0, 898.5));
+                assert_eq!(grid.georeference, place(501.0, 898.5, Some(1.0)));
             }
         }
         let way = Way { predictor: Predictor::Horizontal, compression: Compression::Lzw, ..PLAIN };
@@ -504,14 +504,14 @@ mod tests {
     fn tie_points_of_pixel_middles_and_matrices_are_understood() {
         let read_place = |tags: &Tags| read(&file::<Gray32Float>(&HEIGHTS, tags, PLAIN)).unwrap().georeference;
         let points = Tags::new(&[PROJECTED, METRES, [RASTER_TYPE, 0, 1, PIXEL_IS_POINT]]);
-        assert_eq!(read_place(&points), place(500.0, 900.0));
+        assert_eq!(read_place(&points), place(500.0, 900.0, Some(1.0)));
         let other_corner =
             Tags { tie_point: vec![3.0, 2.0, 0.0, 506.0, 894.0, 0.0], ..Tags::new(&[PROJECTED, METRES]) };
-        assert_eq!(read_place(&other_corner), place(501.0, 898.5));
+        assert_eq!(read_place(&other_corner), place(501.0, 898.5, Some(1.0)));
         let matrix = vec![2.0, 0.0, 0.0, 500.0, 0.0, -3.0, 0.0, 900.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
         let none = Tags { scale: vec![], tie_point: vec![], ..Tags::new(&[]) };
-        assert_eq!(read_place(&Tags { matrix: matrix.clone(), ..Tags::new(&[]) }), place(501.0, 898.5));
-        assert_eq!(read_place(&Tags { matrix, ..none }), place(501.0, 898.5));
+        assert_eq!(read_place(&Tags { matrix: matrix.clone(), ..Tags::new(&[]) }), place(501.0, 898.5, None));
+        assert_eq!(read_place(&Tags { matrix, ..none }), place(501.0, 898.5, None));
         assert_eq!(read_place(&Tags { scale: vec![], ..Tags::new(&[]) }), Ok(None), "a TIFF that is no map");
     }
 

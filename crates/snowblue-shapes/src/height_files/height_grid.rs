@@ -38,12 +38,16 @@ pub struct Georeference {
     pub cell_m: DVec2,
     /// The unit of the heights, in m.
     pub height_unit_m: f64,
+    /// Whether the file or the user states the unit of the coordinates. Otherwise they count as metres.
+    pub states_unit: bool,
 }
 
 impl Georeference {
-    /// The place of heights by the place of the first height and the cell in the unit of a map, and the units of the
-    /// map and of the heights in m.
-    pub(super) fn new(first: DVec2, cell: DVec2, [map_unit_m, height_unit_m]: [f64; 2]) -> Result<Self, String> {
+    /// The place of heights by the place of the first height and the cell in the unit of a map, this unit in m if it is
+    /// stated, and the unit of the heights in m.
+    pub(super) fn new(first: DVec2, cell: DVec2, map_unit_m: Option<f64>, height_unit_m: f64) -> Result<Self, String> {
+        let states_unit = map_unit_m.is_some();
+        let map_unit_m = map_unit_m.unwrap_or(1.0);
         let (far_left_m, cell_m) = (first * map_unit_m, cell * map_unit_m);
         if let Some(cell_m) = cell_m.to_array().into_iter().find(|cell_m| !(1e-4..=1e5).contains(cell_m)) {
             return Err(format!("the cell size is {cell_m} m, but must lie in 0.0001 to 100000 m"));
@@ -51,7 +55,7 @@ impl Georeference {
         if !far_left_m.is_finite() {
             return Err(format!("the map begins at {far_left_m}, but must begin at a finite place"));
         }
-        Ok(Self { far_left_m, cell_m, height_unit_m })
+        Ok(Self { far_left_m, cell_m, height_unit_m, states_unit })
     }
 }
 
@@ -188,7 +192,7 @@ mod tests {
 
     #[test]
     fn a_window_holds_the_nearest_heights() {
-        let place = Georeference::new(DVec2::new(100.0, 520.0), DVec2::new(5.0, 10.0), [1.0; 2]).unwrap();
+        let place = Georeference::new(DVec2::new(100.0, 520.0), DVec2::new(5.0, 10.0), None, 1.0).unwrap();
         let window = Window { centre_m: DVec2::new(108.0, 506.0), size_m: DVec2::new(10.0, 10.0) };
         let (cropped, begins_m) = filled(-1.0).cropped(&place, &window).unwrap();
         // x = 103 to 113 m are columns 1 to 3, y = 511 to 501 m are rows 1 and 2.

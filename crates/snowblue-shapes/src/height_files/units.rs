@@ -86,10 +86,10 @@ pub(super) fn of_well_known_text(text: &str, corner: DVec2, stated_m: Option<f64
     })
 }
 
-/// The metre for a map that states no system, unless its coordinates may be degrees. `corners` are the west and north,
-/// and the east and south.
-pub(super) fn unstated(corners: [DVec2; 2], cell: DVec2) -> Result<f64, String> {
-    let may_be_degrees = corners.iter().all(|corner| corner.x.abs() <= 180.0 && corner.y.abs() <= 90.0);
+/// Refuses a map that states no system if its coordinates may be degrees. `corners` are the west and north, and the east
+/// and south. Longitudes may count from -180 or from 0.
+pub(super) fn check_unstated(corners: [DVec2; 2], cell: DVec2) -> Result<(), String> {
+    let may_be_degrees = corners.iter().all(|corner| (-180.0..=360.0).contains(&corner.x) && corner.y.abs() <= 90.0);
     if may_be_degrees && cell.max_element() <= MAX_CELL_DEG {
         let [DVec2 { x: west, y: north }, DVec2 { x: east, y: south }] = corners;
         return Err(format!(
@@ -98,13 +98,13 @@ pub(super) fn unstated(corners: [DVec2; 2], cell: DVec2) -> Result<f64, String> 
             line(Some(corners[0]), "-s_srs EPSG:4326 ")
         ));
     }
-    Ok(1.0)
+    Ok(())
 }
 
 /// The metre for heights of a map in metres that states no unit of heights.
-pub(super) fn of_unstated_heights(map_unit_m: f64) -> Result<f64, String> {
+pub(super) fn of_unstated_heights(map_unit_m: Option<f64>) -> Result<f64, String> {
     // The German legal metre is a metre too.
-    if (map_unit_m - 1.0).abs() < 1e-3 {
+    if map_unit_m.is_none_or(|unit_m| (unit_m - 1.0).abs() < 1e-3) {
         return Ok(1.0);
     }
     Err("the map is not in metres, and the file does not say the unit of its heights; `unit = \"ft\"` or `unit = \
@@ -133,7 +133,7 @@ pub(super) fn world(corner: Option<DVec2>) -> String {
 fn line(corner_deg: Option<DVec2>, from: &str) -> String {
     let (zone, remark) = match corner_deg {
         Some(DVec2 { x: longitude, y: latitude }) => {
-            let zone = ((longitude + 180.0) / 6.0).floor().clamp(0.0, 59.0) + 1.0;
+            let zone = ((longitude + 180.0).rem_euclid(360.0) / 6.0).floor() + 1.0;
             ((if latitude < 0.0 { 32_700.0 } else { 32_600.0 } + zone).to_string(), "")
         }
         None => (
