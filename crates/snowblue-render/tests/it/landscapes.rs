@@ -109,6 +109,24 @@ fn maps_of_depths_lie_in_their_place_on_maps_of_heights() {
 }
 
 #[test]
+fn maps_of_depths_have_the_keys_that_messages_advise() {
+    // 16 m by 10 m of snow: 50 cm deep, 0.25 m where the map has no depth, and 3/4 of the way from 0 to 1 m.
+    for (keys, depth_of_map, volume_m3) in [
+        (", unit = \"cm\"", 50.0, 80.0),
+        (", fill = 0.25", -9999.0, 40.0),
+        (", nodata = 7, fill = 0.75, unit = \"cm\", range = [0.5, 1]", 7.0, 120.0),
+    ] {
+        let objects = format!(
+            "[[object]]\nshape = \"snowpack\"\nground = \"flat.asc\"\nmaterial = \"snow\"\n\
+             depth = {{ texture = \"depth.asc\"{keys} }}\n"
+        );
+        let files = [("flat.asc", map(|_, _| 700.0)), ("depth.asc", map(|_, _| depth_of_map))];
+        let found_m3 = check_watertight(&land(&objects, &files))[0].volume_m3.unwrap();
+        assert!((found_m3 - volume_m3).abs() < 1e-3, "{keys}: {found_m3}");
+    }
+}
+
+#[test]
 fn snow_lies_on_meshes_by_an_attribute_of_their_vertices() {
     let ply = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
         property float snow_cm\nelement face 2\nproperty list uchar int vertex_indices\nend_header\n\

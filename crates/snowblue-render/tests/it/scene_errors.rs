@@ -406,6 +406,16 @@ fn mistakes_in_landscapes_are_named() {
             "object[1].depth is an attribute, but the ground is no mesh",
         ),
         (
+            "shape = \"snowpack\"\nground = \"gone.asc\"\nfill = 5\ndepth = { texture = \"gone.asc\" }",
+            27,
+            "column 3 (1 is the first); `fill` gives a depth for them",
+        ),
+        (
+            "shape = \"snowpack\"\nground = \"gone.asc\"\nfill = 5\ndepth = { attribute = \"snow\", nodata = 1 }",
+            27,
+            "object[1].depth.nodata is of images, but the depth is an attribute",
+        ),
+        (
             "shape = \"snowpack\"\nground = \"gone.ply\"\ndepth = { attribute = \"snow\" }",
             26,
             "depth.attribute is \"snow\", but gone.ply has only []",

@@ -58,7 +58,7 @@ pub(super) fn read(text: &str, system: Option<&str>, stated: &StatedByUser) -> R
         _ => Err(format!("the place is missing: either {corner} or {centre}")),
     };
     let near_left = DVec2::new(place("xllcorner", "xllcenter", cell.x)?, place("yllcorner", "yllcenter", cell.y)?);
-    let no_data = stated.no_data.unwrap_or_else(|| narrow(value("nodata_value").unwrap_or(USUAL_NO_DATA)));
+    let no_data = narrow(value("nodata_value").unwrap_or(USUAL_NO_DATA));
     let mut values = Vec::with_capacity(columns * rows);
     let may_be_nan = no_data.is_nan();
     for word in words.by_ref().take(columns * rows) {
@@ -84,7 +84,7 @@ pub(super) fn read(text: &str, system: Option<&str>, stated: &StatedByUser) -> R
         let height_unit_m = stated.height_unit_m.map_or_else(|| units::of_unstated_heights(unit_m), Ok)?;
         Georeference::new(far_left, cell, unit_m, height_unit_m)
     });
-    HeightGrid::new(columns, values, Some(no_data), georeference.map(Some))
+    HeightGrid::new(columns, values, [Some(no_data), stated.no_data], georeference.map(Some))
 }
 
 fn number(word: &str, what: &str) -> Result<f64, String> {
@@ -132,9 +132,10 @@ mod tests {
 
     #[test]
     fn a_height_of_9999_below_zero_is_missing_where_the_header_states_no_other_value() {
-        let missing = |text: &str| read(text).unwrap().values.iter().filter(|value| value.is_nan()).count();
-        assert_eq!(missing(&GRID.replace("NODATA_value -9999\n", "")), 1);
-        assert_eq!(missing(&GRID.replace("NODATA_value -9999\n", "NODATA_value -1\n")), 0);
+        let unstated = read(&GRID.replace("NODATA_value -9999\n", "")).unwrap();
+        assert_eq!(unstated.values.iter().filter(|value| value.is_nan()).count(), 1);
+        let message = read(&GRID.replace("NODATA_value -9999\n", "NODATA_value -1\n")).unwrap_err();
+        assert!(message.starts_with("1 of 6 heights are -9999.0, which often marks missing heights"), "{message}");
     }
 
     /// The system of a map in Washington in feet, as ArcGIS writes it.

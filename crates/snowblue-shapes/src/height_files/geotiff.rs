@@ -83,7 +83,7 @@ pub(super) fn read(bytes: &[u8], stated: &StatedByUser) -> Result<HeightGrid, St
                 .to_owned());
         }
     }
-    let grid = HeightGrid::new(columns, values, stated.no_data.or(band.no_data), georeference)?;
+    let grid = HeightGrid::new(columns, values, [band.no_data, stated.no_data], georeference)?;
     Ok(HeightGrid { values: grid.values.into_iter().map(|value| band.value(value)).collect(), ..grid })
 }
 

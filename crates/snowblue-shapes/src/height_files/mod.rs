@@ -16,6 +16,7 @@ use snowblue_base::files::{FileError, FileSource, NamedFile, check_formats, chec
 use snowblue_geometry::images::PngImage;
 
 pub use height_grid::{Georeference, HeightGrid, StatedByUser, Window};
+pub use units::of_code as length_unit_m;
 
 impl HeightGrid {
     /// Reads a file of heights.

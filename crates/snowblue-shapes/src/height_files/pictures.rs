@@ -14,7 +14,7 @@ pub(super) fn read_png(image: &PngImage, stated: &StatedByUser) -> Result<Height
     }
     let height = |(pixel, value): (usize, &f32)| if image.alpha_of(pixel) < 1.0 { f32::NAN } else { *value };
     let values = image.values.iter().enumerate().map(height).collect();
-    HeightGrid::new(image.width, values, stated.no_data, Ok(None))
+    HeightGrid::new(image.width, values, [None, stated.no_data], Ok(None))
 }
 
 /// Reads an EXR of one channel besides alpha, or of equal channels.
@@ -40,7 +40,7 @@ pub(super) fn read_exr(bytes: &[u8], stated: &StatedByUser) -> Result<HeightGrid
         ));
     }
     let values: Vec<f32> = channel.sample_data.values_as_f32().collect();
-    HeightGrid::new(layer.size.width(), values, stated.no_data, Ok(None))
+    HeightGrid::new(layer.size.width(), values, [None, stated.no_data], Ok(None))
 }
 
 #[cfg(test)]

@@ -18,7 +18,7 @@ const WORLD_PROJECTIONS: &str = "aitoff|behrmann|compact miller|craster|cylindri
     mollweide|natural earth|plate carree|popular visualisation|pseudo plate carree|robinson|sinusoidal|van der grinten";
 
 /// The length of a unit of the EPSG register in m, by its code.
-pub(super) fn of_code(code: u16) -> Option<f64> {
+pub fn of_code(code: u16) -> Option<f64> {
     rows(UNITS).find_map(|[unit, metres, _]| (unit.parse() == Ok(code)).then(|| metres.parse().ok())?)
 }
 
