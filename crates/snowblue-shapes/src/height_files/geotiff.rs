@@ -40,6 +40,10 @@ const VERTICAL_SYSTEM: u16 = 4096;
 const VERTICAL_UNITS: u16 = 4099;
 /// The value of a key that the file defines itself.
 const USER_DEFINED: u16 = 32_767;
+/// The orientation whose first row is at the top and whose first column is on the left.
+const UPRIGHT: u16 = 1;
+/// Kinds of `ExtraSamples` that are alpha, with which colours are multiplied or not.
+const ALPHA: [u16; 2] = [1, 2];
 /// Bits of `NewSubfileType`.
 const REDUCED: u32 = 1;
 const MASK: u32 = 4;
@@ -59,12 +63,22 @@ pub(super) fn read(bytes: &[u8], stated: &StatedByUser) -> Result<HeightGrid, St
     // The heights as decoded, in double precision at most, and the heights in single precision.
     let height_bytes = size_of::<f64>() + size_of::<f32>();
     check_memory(&format!("{columns} × {rows} heights"), (columns * rows * height_bytes) as f64, bytes.len())?;
+    let orientation = file.find_tag_unsigned::<u16>(Tag::Orientation).map_err(unreadable)?.unwrap_or(UPRIGHT);
+    if orientation != UPRIGHT {
+        return Err(format!(
+            "the orientation is {orientation}, but must be {UPRIGHT} (`gdal_translate IN.tif OUT.tif` takes the rows as \
+             they are stored, and `magick IN.tif -auto-orient OUT.tif` turns them)"
+        ));
+    }
     let colour = file.colortype().map_err(unreadable)?;
     if !matches!(colour, ColorType::Gray(_)) {
-        return Err(format!(
-            "the image is {colour:?}, but must have one band of heights (`gdal_translate -b 1 IN.tif OUT.tif` takes \
-             the first)"
-        ));
+        let extra = file.find_tag_unsigned_vec::<u16>(Tag::ExtraSamples).map_err(unreadable)?.unwrap_or_default();
+        let way_out = if extra.iter().any(|kind| ALPHA.contains(kind)) {
+            "gdalwarp -ot Float32 -dstnodata -9999 IN.tif OUT.tif` makes transparent heights missing"
+        } else {
+            "gdal_translate -b 1 IN.tif OUT.tif` takes the first"
+        };
+        return Err(format!("the image is {colour:?}, but must have one band of heights (`{way_out})"));
     }
     let band = Band::read(&mut file)?;
     let georeference = georeference(&mut file, [columns, rows], &band, stated);
@@ -197,8 +211,8 @@ fn heights(decoded: DecodingResult) -> Result<Vec<f32>, String> {
 struct Band {
     /// The value that marks missing heights.
     no_data: Option<f32>,
-    scale: f64,
-    offset: f64,
+    scale: Option<f64>,
+    offset: Option<f64>,
     unit: Option<String>,
 }
 
@@ -209,7 +223,7 @@ impl Band {
                 file.find_tag(tag).map_err(unreadable)?.map(Value::into_string).transpose().map_err(unreadable)?;
             Ok::<_, String>(text.map(|text| text.trim_matches(['\0', ' ', '\n']).to_owned()))
         };
-        let mut band = Self { no_data: None, scale: 1.0, offset: 0.0, unit: None };
+        let mut band = Self { no_data: None, scale: None, offset: None, unit: None };
         if let Some(text) = text(Tag::GdalNodata)? {
             let number = text.parse().map_err(|_| format!("GDAL_NODATA is \"{text}\", but must be a number"))?;
             band.no_data = Some(narrow(number));
@@ -224,8 +238,8 @@ impl Band {
                 _ => Err(format!("GDAL_METADATA has \"{text}\", but must have a finite number")),
             };
             match item.attribute("role") {
-                Some("scale") => band.scale = number()?,
-                Some("offset") => band.offset = number()?,
+                Some("scale") => band.scale = Some(number()?),
+                Some("offset") => band.offset = Some(number()?),
                 Some("unittype") => band.unit = Some(text.to_owned()).filter(|unit| !unit.is_empty()),
                 _ => {}
             }
@@ -234,7 +248,7 @@ impl Band {
     }
 
     fn value(&self, stored: f32) -> f32 {
-        narrow(self.offset + self.scale * f64::from(stored))
+        narrow(self.offset.unwrap_or(0.0) + self.scale.unwrap_or(1.0) * f64::from(stored))
     }
 }
 
@@ -248,20 +262,31 @@ fn georeference(
     let scale = numbers(file, Tag::ModelPixelScaleTag)?;
     let tie_point = numbers(file, Tag::ModelTiepointTag)?;
     let matrix = numbers(file, Tag::ModelTransformationTag)?;
-    let (corner, cell) = match (scale.as_deref(), tie_point.as_deref(), matrix.as_deref()) {
-        (Some([dx, dy, ..]), Some([column, row, _, x, y, ..]), _) => {
-            (DVec2::new(x - column * dx, y + row * dy), DVec2::new(*dx, *dy))
-        }
-        (_, _, Some([dx, by_row, _, x, by_column, dy, _, y, ..])) => {
-            if *by_row != 0.0 || *by_column != 0.0 || *dx < 0.0 || *dy > 0.0 {
-                return Err("the map is turned or mirrored, but its rows must run from west to east and its columns \
-                            from north to south (gdalwarp makes such a map)"
-                    .to_owned());
+    let (corner, cell, [height_scale, height_offset]) =
+        match (scale.as_deref(), tie_point.as_deref(), matrix.as_deref()) {
+            (Some([dx, dy, dz, ..]), Some([column, row, value, x, y, z, ..]), _) => {
+                (DVec2::new(x - column * dx, y + row * dy), DVec2::new(*dx, *dy), [*dz, z - value * dz])
             }
-            (DVec2::new(*x, *y), DVec2::new(*dx, -dy))
-        }
-        _ => return Ok(None),
-    };
+            (_, _, Some([dx, by_row, _, x, by_column, dy, _, y, _, _, dz, z, ..])) => {
+                if *by_row != 0.0 || *by_column != 0.0 || *dx < 0.0 || *dy > 0.0 {
+                    return Err(
+                        "the map is turned or mirrored, but its rows must run from west to east and its columns \
+                            from north to south (gdalwarp makes such a map)"
+                            .to_owned(),
+                    );
+                }
+                (DVec2::new(*x, *y), DVec2::new(*dx, -dy), [*dz, *z])
+            }
+            _ => return Ok(None),
+        };
+    // The scale 0 says nothing of heights.
+    let changes_heights = height_scale != 0.0 && ((height_scale - 1.0).abs() > 0.0 || height_offset != 0.0);
+    if changes_heights && band.scale.or(band.offset).is_none() {
+        return Err(format!(
+            "the tags of its place multiply heights by {height_scale} and add {height_offset}, which is not read \
+             (`gdal_translate -a_scale {height_scale} -a_offset {height_offset} IN.tif OUT.tif` says so of the band)"
+        ));
+    }
     let keys = Keys::read(file)?;
     let far = corner + cell * DVec2::new(columns as f64, -(rows as f64));
     let map_m = keys.map_unit_m([corner, far], cell, stated.map_unit_m)?;
@@ -522,6 +547,30 @@ mod tests {
     }
 
     #[test]
+    fn scales_of_heights_by_the_place_are_refused_unless_the_band_states_them() {
+        let place = |scale: f64, z: f64| Tags {
+            scale: vec![2.0, 3.0, scale],
+            tie_point: vec![0.0, 0.0, 10.0, 500.0, 900.0, z],
+            ..Tags::new(&[PROJECTED, METRES])
+        };
+        for (scale, z) in [(0.0, 0.0), (0.0, 250.0), (1.0, 10.0)] {
+            assert!(units_m(&place(scale, z)).is_ok(), "{scale} {z}");
+        }
+        // Ten steps of 0.5 m below 105 m is 100 m at 0, and a shift alone changes heights too.
+        for (scale, z, expected) in
+            [(0.5, 105.0, "-a_scale 0.5 -a_offset 100 IN"), (1.0, 0.0, "-a_scale 1 -a_offset -10 IN")]
+        {
+            let message = units_m(&place(scale, z)).unwrap_err();
+            assert!(message.contains(expected), "{message}");
+            let stated = place(scale, z).with_metadata("scale", "0.5");
+            assert_eq!(read(&file::<Gray32Float>(&HEIGHTS, &stated, PLAIN)).unwrap().values[3..], [2.125, 2.5, 3.0]);
+        }
+        let matrix = vec![2.0, 0.0, 0.0, 500.0, 0.0, -3.0, 0.0, 900.0, 0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 0.0, 1.0];
+        let tags = Tags { matrix, scale: vec![], ..Tags::new(&[PROJECTED, METRES]) };
+        assert!(units_m(&tags).unwrap_err().contains("-a_scale 0.1 -a_offset 0 IN"));
+    }
+
+    #[test]
     fn units_are_the_units_of_keys_and_systems() {
         const FOOT: f64 = 0.3048;
         const SURVEY_FOOT: f64 = 1200.0 / 3937.0;
@@ -659,7 +708,10 @@ mod tests {
                 (Tag::StripByteCounts, u32::try_from(strip.len()).unwrap()),
             ];
             for (tag, value) in size.iter().chain(&strip).chain(*tags) {
-                image.write_tag(*tag, *value).unwrap();
+                match u16::try_from(*value) {
+                    Ok(short) if *tag == Tag::ExtraSamples => image.write_tag(*tag, short).unwrap(),
+                    _ => image.write_tag(*tag, *value).unwrap(),
+                }
             }
             image.finish().unwrap();
         }
@@ -690,6 +742,26 @@ mod tests {
         assert!(message.contains("the file has several images, but must have one (`gdal_translate GTIFF_DIR:1:"));
         let bytes: Tagged = (&[&GREY_BYTES[..], &[(Tag::NewSubfileType, MASK)]].concat(), heights.1);
         assert_eq!(read(&images(&[heights, bytes])).unwrap_err(), "the mask must have 1 bit a pixel");
+    }
+
+    #[test]
+    fn turned_images_and_more_bands_are_refused_with_a_way_out() {
+        let with = |tag: Tag, value: u32| [&GREY_BYTES[..], &[(tag, value)]].concat();
+        let message = read(&images(&[(&with(Tag::Orientation, 4), &[1, 2, 3, 4, 5, 6])])).unwrap_err();
+        assert!(message.contains("the orientation is 4, but must be 1 (`gdal_translate IN.tif OUT.tif`"), "{message}");
+        assert!(read(&images(&[(&with(Tag::Orientation, 1), &[1, 2, 3, 4, 5, 6])])).is_ok());
+        let bands = [
+            (Tag::SamplesPerPixel, 2),
+            (Tag::BitsPerSample, 8),
+            (Tag::Compression, 1),
+            (Tag::PhotometricInterpretation, 1),
+        ];
+        for (kind, expected) in [(0, "`gdal_translate -b 1"), (1, "`gdalwarp -ot Float32 -dstnodata"), (2, "`gdalwarp")]
+        {
+            let tags = [&bands[..], &[(Tag::ExtraSamples, kind)]].concat();
+            let message = read(&images(&[(&tags, &[0; 12])])).unwrap_err();
+            assert!(message.contains(expected), "{message}");
+        }
     }
 
     #[test]

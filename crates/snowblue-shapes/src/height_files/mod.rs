@@ -125,7 +125,8 @@ mod tests {
         assert!(message.contains("hill.prj:1: the line is not text"), "{message}");
         let locked = |name: &str| match name {
             "hill.asc" => Ok(GRID.into()),
-            _ => Err(io::Error::from(io::ErrorKind::PermissionDenied)),
+            "hill.prj" => Err(io::Error::from(io::ErrorKind::PermissionDenied)),
+            _ => Err(io::Error::from(io::ErrorKind::NotFound)),
         };
         let message = HeightGrid::read(&locked, "hill.asc", &StatedByUser::default()).unwrap_err().to_string();
         assert!(message.contains("cannot read hill.prj: permission denied"), "{message}");
