@@ -406,16 +406,6 @@ fn mistakes_in_landscapes_are_named() {
             "object[1].depth is an attribute, but the ground is no mesh",
         ),
         (
-            "shape = \"snowpack\"\nground = \"gone.asc\"\nfill = 5\ndepth = { texture = \"gone.asc\" }",
-            27,
-            "column 3 (1 is the first); `fill` gives a depth for them",
-        ),
-        (
-            "shape = \"snowpack\"\nground = \"gone.asc\"\nfill = 5\ndepth = { attribute = \"snow\", nodata = 1 }",
-            27,
-            "object[1].depth.nodata is of images, but the depth is an attribute",
-        ),
-        (
             "shape = \"snowpack\"\nground = \"gone.ply\"\ndepth = { attribute = \"snow\" }",
             26,
             "depth.attribute is \"snow\", but gone.ply has only []",
@@ -447,6 +437,16 @@ fn mistakes_in_landscapes_are_named() {
 #[test]
 fn mistakes_in_units_and_marks_of_missing_heights_are_named() {
     let cases = [
+        (
+            "shape = \"snowpack\"\nground = \"gone.asc\"\nfill = 5\ndepth = { texture = \"gone.asc\" }",
+            27,
+            "column 3 (1 is the first); `fill` gives a depth for them",
+        ),
+        (
+            "shape = \"snowpack\"\nground = \"gone.asc\"\nfill = 5\ndepth = { attribute = \"snow\", nodata = 1 }",
+            27,
+            "object[1].depth.nodata is of images, but the depth is an attribute",
+        ),
         (
             "shape = \"heights\"\nheights = [[1, -9999], [1, 2]]\nsize = [1, 1, 1]",
             25,

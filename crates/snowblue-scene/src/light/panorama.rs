@@ -4,12 +4,12 @@ use std::io::Cursor;
 
 use exr::image::{AnyChannels, FlatSamples, Layer};
 use exr::meta::attribute::EnvironmentMap;
-use exr::prelude::{ReadChannels, ReadLayers, Vec2};
+use exr::prelude::Vec2;
 use image::codecs::hdr::{HdrDecoder, HdrMetadata};
 use image::{DynamicImage, ImageError};
 use snowblue_base::files::{FileError, FileSource, NamedFile, check_formats, check_memory};
 use snowblue_color::{Chromaticity, LinearRgb, Primaries};
-use snowblue_geometry::images::check_exr_size;
+use snowblue_geometry::images::read_exr;
 
 /// Memory of a pixel: a colour of double precision, and its colour, brightness and share of the light in single
 /// precision.
@@ -151,10 +151,7 @@ impl Panorama {
 
     /// Reads an OpenEXR file.
     fn of_exr(bytes: &[u8], layer: Option<&str>) -> Result<(Self, Option<Chromaticities>), String> {
-        check_exr_size(bytes, |samples| samples + PIXEL_BYTES)?;
-        let image = exr::prelude::read().no_deep_data().largest_resolution_level().all_channels().all_layers();
-        let image = image.all_attributes().from_buffered(Cursor::new(bytes));
-        let image = image.map_err(|error| format!("not a readable EXR file: {error}"))?;
+        let image = read_exr(bytes, |samples| samples + PIXEL_BYTES)?;
         let parts = &image.layer_data;
         let found = parts.iter().find_map(|part| Some((part, colours(part, layer)?)));
         let Some((part, channels)) = found else { return Err(lacks(parts, layer)) };

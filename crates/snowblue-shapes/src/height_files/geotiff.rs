@@ -3,8 +3,7 @@
 //!
 //! `ModelPixelScaleTag` and `ModelTiepointTag`, or `ModelTransformationTag`, map columns and rows to the east and
 //! north. `GeoKeyDirectoryTag` names the system of the map and of the heights, and their units. GDAL's tag 42113 holds
-//! the text of the value that marks missing heights, and tag 42112 the unit, the scale and the offset of a band. An
-//! image that is a transparency mask marks missing heights too.
+//! the text of the value that marks missing heights, and tag 42112 the unit, the scale and the offset of a band.
 
 use std::io::{Cursor, Read as _};
 
@@ -66,8 +65,8 @@ pub(super) fn read(bytes: &[u8], stated: &StatedByUser) -> Result<HeightGrid, St
     let orientation = file.find_tag_unsigned::<u16>(Tag::Orientation).map_err(unreadable)?.unwrap_or(UPRIGHT);
     if orientation != UPRIGHT {
         return Err(format!(
-            "the orientation is {orientation}, but must be {UPRIGHT} (`gdal_translate IN.tif OUT.tif` takes the rows as \
-             they are stored, and `magick IN.tif -auto-orient OUT.tif` turns them)"
+            "the orientation is {orientation}, but must be {UPRIGHT} (`gdal_translate IN.tif OUT.tif` takes the rows \
+             as they are stored, and `magick IN.tif -auto-orient OUT.tif` turns them)"
         ));
     }
     let colour = file.colortype().map_err(unreadable)?;
@@ -82,16 +81,21 @@ pub(super) fn read(bytes: &[u8], stated: &StatedByUser) -> Result<HeightGrid, St
     }
     let band = Band::read(&mut file)?;
     let georeference = georeference(&mut file, [columns, rows], &band, stated);
-    let mut values = heights(decoded(&mut file, bytes)?)?;
+    let values = heights(decoded(&mut file, bytes)?)?;
     if values.len() != columns * rows {
         return Err(format!("there are {} heights, but must be {columns} × {rows}", values.len()));
     }
     while file.more_images() {
         file.next_image().map_err(unreadable)?;
         let kind = file.find_tag_unsigned::<u32>(Tag::NewSubfileType).map_err(unreadable)?.unwrap_or(0);
-        if kind == MASK && file.dimensions().map_err(unreadable)? == (width, height) {
-            apply_mask(&mut values, columns, &mut file, bytes)?;
-        } else if kind & (REDUCED | MASK) == 0 {
+        if kind & MASK != 0 {
+            return Err(
+                "missing heights are in a mask of the file, which is not read (`gdalwarp -dstnodata -9999 IN.tif \
+                        OUT.tif` writes them into the map)"
+                    .to_owned(),
+            );
+        }
+        if kind & REDUCED == 0 {
             return Err("the file has several images, but must have one (`gdal_translate GTIFF_DIR:1:IN.tif OUT.tif` \
                         takes the first)"
                 .to_owned());
@@ -109,26 +113,28 @@ fn unreadable(error: TiffError) -> String {
     format!("not a readable TIFF file: {error}{way_out}").replace('\n', " ")
 }
 
-/// The pixels of an image as they are stored, in which 0 is never white. The library inverts images in which 0 is
-/// white, and reads neither masks nor Zstandard: such images are copied into a file without these.
+/// The pixels of an image. The library does not read Zstandard: such images are copied into a file without it. It
+/// inverts images in which 0 is white, which the programs of maps do not.
 fn decoded(file: &mut File, bytes: &[u8]) -> Result<DecodingResult, String> {
     let number = |file: &mut File, tag| file.find_tag_unsigned::<u16>(tag).map_err(unreadable);
-    let is_zstandard = number(file, Tag::Compression)? == Some(CompressionMethod::ZSTD.to_u16());
-    let is_plain =
-        number(file, Tag::PhotometricInterpretation)? == Some(PhotometricInterpretation::BlackIsZero.to_u16());
-    if is_plain && !is_zstandard {
+    if number(file, Tag::PhotometricInterpretation)? != Some(PhotometricInterpretation::BlackIsZero.to_u16()) {
+        return Err("the value 0 is white, but must be black (`gdal_translate -co PHOTOMETRIC=MINISBLACK IN.tif \
+                    OUT.tif` mends it)"
+            .to_owned());
+    }
+    if number(file, Tag::Compression)? != Some(CompressionMethod::ZSTD.to_u16()) {
         return file.read_image().map_err(unreadable);
     }
     if file.byte_order() != ByteOrder::native() {
         return Err("the file has another order of bytes than this machine (`gdal_translate IN.tif OUT.tif` mends it)"
             .to_owned());
     }
-    let copy = copied(file, bytes, is_zstandard).map_err(unreadable)?;
+    let copy = copied(file, bytes).map_err(unreadable)?;
     Decoder::new(Cursor::new(&copy)).and_then(|mut copy| copy.read_image()).map_err(unreadable)
 }
 
-/// A file with a copy of an image in which 0 is black, with chunks that are decompressed if they are in Zstandard.
-fn copied(file: &mut File, bytes: &[u8], is_zstandard: bool) -> TiffResult<Vec<u8>> {
+/// A file with a copy of an image in Zstandard, whose chunks are decompressed.
+fn copied(file: &mut File, bytes: &[u8]) -> TiffResult<Vec<u8>> {
     let [places, lengths] = match file.get_chunk_type() {
         ChunkType::Strip => [Tag::StripOffsets, Tag::StripByteCounts],
         ChunkType::Tile => [Tag::TileOffsets, Tag::TileByteCounts],
@@ -145,13 +151,9 @@ fn copied(file: &mut File, bytes: &[u8], is_zstandard: bool) -> TiffResult<Vec<u
     for (begin, size) in begins?.into_iter().flatten().zip(sizes?.into_iter().flatten()) {
         let chunk = bytes.get(begin..begin.saturating_add(size)).unwrap_or_default();
         let mut plain = Vec::new();
-        if is_zstandard {
-            let decoder = StreamingDecoder::new(chunk).map_err(std::io::Error::other)?;
-            decoder.take(most_bytes).read_to_end(&mut plain)?;
-            most_bytes -= plain.len() as u64;
-        } else {
-            plain.extend_from_slice(chunk);
-        }
+        let decoder = StreamingDecoder::new(chunk).map_err(std::io::Error::other)?;
+        decoder.take(most_bytes).read_to_end(&mut plain)?;
+        most_bytes -= plain.len() as u64;
         new_lengths.push(u32::try_from(plain.len())?);
         new_places.push(u32::try_from(image.write_data(plain.as_slice())?)?);
     }
@@ -161,31 +163,11 @@ fn copied(file: &mut File, bytes: &[u8], is_zstandard: bool) -> TiffResult<Vec<u
             image.write_tag(tag, number)?;
         }
     }
-    if is_zstandard {
-        image.write_tag(Tag::Compression, CompressionMethod::None)?;
-    }
-    image.write_tag(Tag::PhotometricInterpretation, PhotometricInterpretation::BlackIsZero)?;
+    image.write_tag(Tag::Compression, CompressionMethod::None)?;
     image.write_tag(places, new_places.as_slice())?;
     image.write_tag(lengths, new_lengths.as_slice())?;
     image.finish()?;
     Ok(copy.into_inner())
-}
-
-/// Marks heights as missing where a mask of one bit a pixel is 0.
-fn apply_mask(values: &mut [f32], columns: usize, file: &mut File, bytes: &[u8]) -> Result<(), String> {
-    let row_bytes = columns.div_ceil(8);
-    let mask = match decoded(file, bytes)? {
-        DecodingResult::U8(mask) if mask.len() == values.len() / columns * row_bytes => mask,
-        _ => return Err("the mask must have 1 bit a pixel".to_owned()),
-    };
-    for (row, bits) in values.chunks_exact_mut(columns).zip(mask.chunks_exact(row_bytes)) {
-        for (column, value) in row.iter_mut().enumerate() {
-            if bits[column / 8] << (column % 8) & 0x80 == 0 {
-                *value = f32::NAN;
-            }
-        }
-    }
-    Ok(())
 }
 
 /// The values in single precision.
@@ -330,8 +312,8 @@ impl Keys {
         length_m.map(Some).ok_or_else(|| format!("the key {key} has the unit {unit}, which is no known unit of length"))
     }
 
-    /// The unit of the map in m: the unit that the user states, of the file, or of its system, if any. A map in degrees, in a
-    /// projection of the whole Earth or around the middle of the Earth is refused whatever the user states.
+    /// The unit of the map in m: the unit that the user states, of the file, or of its system, if any. A map in
+    /// degrees, in a projection of the whole Earth or around the middle of the Earth is refused whatever the user says.
     fn map_unit_m(&self, corners: [DVec2; 2], cell: DVec2, stated_m: Option<f64>) -> Result<Option<f64>, String> {
         let system = self.value(PROJECTED_SYSTEM);
         match self.value(MODEL_TYPE) {
@@ -720,28 +702,20 @@ mod tests {
 
     const GREY_BYTES: [(Tag, u32); 3] =
         [(Tag::BitsPerSample, 8), (Tag::Compression, 1), (Tag::PhotometricInterpretation, 1)];
-    const MASK_BITS: [(Tag, u32); 4] = [
-        (Tag::NewSubfileType, MASK),
-        (Tag::BitsPerSample, 1),
-        (Tag::Compression, 1),
-        (Tag::PhotometricInterpretation, 4),
-    ];
 
     #[test]
-    fn a_mask_marks_missing_heights() {
+    fn masks_and_other_images_are_refused_with_a_way_out() {
         let heights: Tagged = (&GREY_BYTES, &[1, 2, 3, 4, 5, 6]);
-        // Bits of each row from the left, in a byte a row: 0 is missing.
-        let mask: Tagged = (&MASK_BITS, &[0b1010_0000, 0b1100_0000]);
-        let values = read(&images(&[heights, mask])).unwrap().values;
-        let missing: Vec<usize> = (0..6).filter(|number| values[*number].is_nan()).collect();
-        assert_eq!((missing, values[0], values[4]), (vec![1, 5], 1.0, 5.0));
+        let of_kind = |kind: u32| [&GREY_BYTES[..], &[(Tag::NewSubfileType, kind)]].concat();
+        for kind in [MASK, MASK | REDUCED] {
+            let message = read(&images(&[heights, (&of_kind(kind), heights.1)])).unwrap_err();
+            assert!(message.contains("in a mask of the file, which is not read (`gdalwarp -dstnodata"), "{message}");
+        }
         // A smaller copy is no other height.
-        let overview: Tagged = (&[&GREY_BYTES[..], &[(Tag::NewSubfileType, REDUCED)]].concat(), heights.1);
+        let overview: Tagged = (&of_kind(REDUCED), heights.1);
         assert_eq!(read(&images(&[heights, overview])).unwrap().values, [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
         let message = read(&images(&[heights, heights])).unwrap_err();
         assert!(message.contains("the file has several images, but must have one (`gdal_translate GTIFF_DIR:1:"));
-        let bytes: Tagged = (&[&GREY_BYTES[..], &[(Tag::NewSubfileType, MASK)]].concat(), heights.1);
-        assert_eq!(read(&images(&[heights, bytes])).unwrap_err(), "the mask must have 1 bit a pixel");
     }
 
     #[test]
@@ -765,12 +739,10 @@ mod tests {
     }
 
     #[test]
-    fn zero_is_no_greater_height_where_it_is_white() {
+    fn heights_whose_zero_is_white_are_refused_with_a_way_out() {
         let is_white = [&GREY_BYTES[..2], &[(Tag::PhotometricInterpretation, 0)]].concat();
-        assert_eq!(
-            read(&images(&[(&is_white, &[1, 2, 0, 255, 5, 6])])).unwrap().values,
-            [1.0, 2.0, 0.0, 255.0, 5.0, 6.0]
-        );
+        let message = read(&images(&[(&is_white, &[1, 2, 0, 255, 5, 6])])).unwrap_err();
+        assert!(message.contains("`gdal_translate -co PHOTOMETRIC=MINISBLACK IN.tif OUT.tif`"), "{message}");
     }
 
     #[test]

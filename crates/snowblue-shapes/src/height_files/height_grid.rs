@@ -73,7 +73,7 @@ pub struct Window {
 }
 
 impl HeightGrid {
-    /// A grid of values among which NaN and two values mark missing heights: the values that the file and the user state.
+    /// A grid of values among which NaN and two values mark missing heights, stated by the file and by the user.
     ///
     /// # Errors
     ///

@@ -13,7 +13,7 @@ use std::io;
 use std::path::Path;
 
 use snowblue_base::files::{FileError, FileSource, NamedFile, check_formats, checked_text};
-use snowblue_geometry::images::PngImage;
+use snowblue_geometry::images::DecodedImage;
 
 pub use height_grid::{Georeference, HeightGrid, StatedByUser, Window};
 pub use units::of_code as length_unit_m;
@@ -39,7 +39,7 @@ impl HeightGrid {
         }
         check_formats(&file.path)?;
         match extension.as_str() {
-            "png" => pictures::read_png(&PngImage::decode(&file)?, stated).map_err(wrong),
+            "png" => pictures::read_png(&DecodedImage::decode(&file)?, stated).map_err(wrong),
             "exr" => pictures::read_exr(&file.bytes, stated).map_err(wrong),
             "tif" | "tiff" => {
                 let mut grid = geotiff::read(&file.bytes, stated).map_err(wrong)?;

@@ -1,14 +1,11 @@
 //! Heights as pictures: a grey PNG, where white is 1, or an EXR of one channel.
 
-use std::io::Cursor;
-
-use exr::prelude::{ReadChannels, ReadLayers, read};
-use snowblue_geometry::images::{PngImage, check_exr_size};
+use snowblue_geometry::images::{self, DecodedImage};
 
 use crate::height_files::height_grid::{HeightGrid, StatedByUser};
 
 /// Reads a PNG. A height whose pixel is not opaque is missing.
-pub(super) fn read_png(image: &PngImage, stated: &StatedByUser) -> Result<HeightGrid, String> {
+pub(super) fn read_png(image: &DecodedImage, stated: &StatedByUser) -> Result<HeightGrid, String> {
     if image.channels > 1 {
         return Err("the image is coloured, but must be grey".to_owned());
     }
@@ -20,10 +17,14 @@ pub(super) fn read_png(image: &PngImage, stated: &StatedByUser) -> Result<Height
 /// Reads an EXR of one channel besides alpha, or of equal channels. A height whose alpha is below 1 is missing.
 pub(super) fn read_exr(bytes: &[u8], stated: &StatedByUser) -> Result<HeightGrid, String> {
     // Memory for all channels as they are stored, for one channel as heights, and for alpha.
-    check_exr_size(bytes, |samples| samples + 2 * size_of::<f32>())?;
-    let image = read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer().all_attributes();
-    let image = image.from_buffered(Cursor::new(bytes)).map_err(|error| format!("not a readable EXR file: {error}"))?;
-    let layer = image.layer_data;
+    let image = images::read_exr(bytes, |samples| samples + 2 * size_of::<f32>())?;
+    let [layer] = &image.layer_data[..] else {
+        return Err(
+            "the file has several parts, but must have one (`oiiotool IN.exr --subimage 0 -o OUT.exr` takes the \
+                    first)"
+                .to_owned(),
+        );
+    };
     let window = image.attributes.display_window;
     if (window.position, window.size) != (layer.attributes.layer_position, layer.size) {
         return Err(
@@ -49,6 +50,8 @@ pub(super) fn read_exr(bytes: &[u8], stated: &StatedByUser) -> Result<HeightGrid
 
 #[cfg(test)]
 mod tests {
+    use std::io::Cursor;
+
     use snowblue_base::files::{FileError, FilesInMemory};
 
     use super::*;

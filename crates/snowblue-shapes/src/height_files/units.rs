@@ -5,17 +5,18 @@ use glam::DVec2;
 
 /// Codes, lengths in m and names of the units of length.
 const UNITS: &str = include_str!("../../data/epsg_units.csv");
-/// Ranges of codes of projected systems and of systems of heights, with the codes of their units. The unit `world` is of
-/// projections of the whole Earth, and `greenwich` of those with x = 0 at Greenwich and true lengths on the equator.
+/// Ranges of codes of projected systems and of systems of heights, with the codes of their units. The unit `world` is
+/// of projections of the whole Earth, and `greenwich` of those with x = 0 at Greenwich and true lengths on the equator.
 const SYSTEMS: &str = include_str!("../../data/epsg_systems.csv");
 /// Greatest cell of a grid that may be in degrees: wider cells would be wider than the greatest cell in metres.
 const MAX_CELL_DEG: f64 = 0.9;
 /// Length of a degree of the equator, in m (EPSG:3857).
 const M_PER_DEG: f64 = 111_319.490_793;
-/// The first words of the names of projections of the whole Earth, in Esri's well-known text and in that of the register.
+/// The first words of the names of projections of the whole Earth, of Esri and of the register.
 const WORLD_PROJECTIONS: &str = "aitoff|behrmann|compact miller|craster|cylindrical equal area|eckert|equal earth|\
-    equidistant cylindrical|equirectangular|flat polar|gall|goode|hammer|lambert cylindrical equal area|mercator|miller|\
-    mollweide|natural earth|plate carree|popular visualisation|pseudo plate carree|robinson|sinusoidal|van der grinten";
+    equidistant cylindrical|equirectangular|flat polar|gall|goode|hammer|lambert cylindrical equal area|mercator|\
+    miller|mollweide|natural earth|plate carree|popular visualisation|pseudo plate carree|robinson|sinusoidal|\
+    van der grinten";
 
 /// The length of a unit of the EPSG register in m, by its code.
 pub fn of_code(code: u16) -> Option<f64> {
@@ -49,8 +50,8 @@ pub(super) fn world_system(code: u16, corner: DVec2) -> Option<String> {
     }
 }
 
-/// The unit of a map in m by a text of well-known text (Open Geospatial Consortium 2001, document 01-009): the unit that
-/// the user states, or the last unit of a projected system. `corner` lies in the map, in its unit.
+/// The unit of a map in m by a text of well-known text (Open Geospatial Consortium 2001, document 01-009): the unit
+/// that the user states, or the last unit of a projected system. `corner` lies in the map, in its unit.
 ///
 /// A map in degrees, in a projection of the whole Earth or around the middle of the Earth is refused whatever the user
 /// states.
@@ -86,8 +87,8 @@ pub(super) fn of_well_known_text(text: &str, corner: DVec2, stated_m: Option<f64
     })
 }
 
-/// Refuses a map that states no system if its coordinates may be degrees. `corners` are the west and north, and the east
-/// and south. Longitudes may count from -180 or from 0.
+/// Refuses a map that states no system if its coordinates may be degrees. `corners` are the west and north, and the
+/// east and south. Longitudes may count from -180 or from 0.
 pub(super) fn check_unstated(corners: [DVec2; 2], cell: DVec2) -> Result<(), String> {
     let may_be_degrees = corners.iter().all(|corner| (-180.0..=360.0).contains(&corner.x) && corner.y.abs() <= 90.0);
     if may_be_degrees && cell.max_element() <= MAX_CELL_DEG {
