@@ -16,6 +16,9 @@ const ALLOWED_PER_BYTE: f64 = 4096.0;
 /// Greatest memory of any file in bytes, however long it is.
 const MAX_ALLOWED: f64 = (16u64 << 30) as f64;
 
+/// Greatest number of names of which a message gives each.
+pub const MAX_NAMED: usize = 3;
+
 /// Why a file cannot be used. Every message names the file, and the line if there is one.
 #[derive(Debug, thiserror::Error)]
 pub enum FileError {
@@ -203,6 +206,14 @@ pub fn one_line(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
+/// The first three names of a list, and the number of the others among `count`.
+pub fn first_names(names: &[String], count: usize) -> String {
+    let first = &names[..names.len().min(MAX_NAMED)];
+    let more = count.saturating_sub(first.len());
+    let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+    format!("{}{more}", first.join(", "))
+}
+
 /// Refuses the formats of the feature `formats` in a build without it. The compiler then drops the code that follows.
 ///
 /// # Errors
@@ -307,6 +318,12 @@ mod tests {
             let message = checked_text("a.toml".as_ref(), bytes).unwrap_err().to_string();
             assert!(message.starts_with("a.toml:2: the line is not text"), "{message}");
         }
+    }
+
+    #[test]
+    fn a_list_of_names_ends_with_the_number_of_the_others() {
+        let names = ["a", "b", "c", "d"].map(str::to_owned);
+        assert_eq!([first_names(&names[..3], 3), first_names(&names, 5)], ["a, b, c", "a, b, c and 2 more"]);
     }
 
     #[test]

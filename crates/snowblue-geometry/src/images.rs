@@ -3,8 +3,10 @@
 
 use std::io::Cursor;
 
+use exr::image::{AnyChannels, FlatSamples, Image, Layers};
 use exr::meta::header::Header;
 use exr::meta::{BlockDescription, MetaData};
+use exr::prelude::{ReadChannels, ReadLayers};
 use png::{BitDepth, ColorType, Transformations};
 use snowblue_base::files::{FileError, NamedFile, check_expansion, check_formats, check_memory, one_line};
 use zune_jpeg::JpegDecoder;
@@ -12,11 +14,11 @@ use zune_jpeg::errors::DecodeErrors;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
 /// The first bytes of a JPEG file.
-pub const JPEG_START: [u8; 2] = [0xff, 0xd8];
+const JPEG_START: [u8; 2] = [0xff, 0xd8];
 
 /// An image with the values of its file, scaled to 0–1.
 #[derive(Debug, Clone, PartialEq)]
-pub struct PngImage {
+pub struct DecodedImage {
     /// Pixels from left to right.
     pub width: usize,
     /// Pixels from top to bottom.
@@ -29,27 +31,33 @@ pub struct PngImage {
     pub alpha: Vec<f32>,
 }
 
-impl PngImage {
+impl DecodedImage {
     /// Decodes a PNG file.
     ///
     /// # Errors
     ///
-    /// As [`read`](Self::read), and in a build without the feature `formats`.
+    /// As [`read`](Self::read), for a JPEG, and in a build without the feature `formats`.
     pub fn decode(file: &NamedFile) -> Result<Self, FileError> {
         check_formats(&file.path)?;
-        let image = Self::read(&file.bytes);
+        let image = if file.bytes.starts_with(&JPEG_START) {
+            Err("it is a JPEG file, but must be a PNG file: save it as PNG".to_owned())
+        } else {
+            Self::read_png(&file.bytes)
+        };
         image.map_err(|reason| FileError::Content { path: file.path.clone(), reason })
     }
 
-    /// Decodes a PNG of any colour type. Palettes become colours, and colours that are all grey become grey.
+    /// Decodes a PNG or a JPEG, by its first bytes, as a glTF may hold it.
     ///
     /// # Errors
     ///
-    /// When the file is a JPEG or malformed, or takes more memory than a file of its length may take.
-    pub fn read(png: &[u8]) -> Result<Self, String> {
-        if png.starts_with(&JPEG_START) {
-            return Err("it is a JPEG file, but must be a PNG file: save it as PNG".into());
-        }
+    /// When the file is malformed, or takes more memory than a file of its length may take.
+    pub fn read(bytes: &[u8]) -> Result<Self, String> {
+        if bytes.starts_with(&JPEG_START) { Self::read_jpeg(bytes) } else { Self::read_png(bytes) }
+    }
+
+    /// Decodes a PNG of any colour type. Palettes become colours, and colours that are all grey become grey.
+    fn read_png(png: &[u8]) -> Result<Self, String> {
         let malformed = |error: png::DecodingError| format!("not a readable PNG file: {error}");
         let mut decoder = png::Decoder::new(Cursor::new(png));
         decoder.set_transformations(Transformations::EXPAND);
@@ -92,12 +100,8 @@ impl PngImage {
         Ok(image)
     }
 
-    /// Decodes a JPEG, as a glTF may hold it. Its orientation and its colour profile are no part of a glTF.
-    ///
-    /// # Errors
-    ///
-    /// As [`read`](Self::read).
-    pub fn read_jpeg(jpeg: &[u8]) -> Result<Self, String> {
+    /// Decodes a JPEG. Its orientation and its colour profile are no part of a glTF.
+    fn read_jpeg(jpeg: &[u8]) -> Result<Self, String> {
         let malformed = |error: DecodeErrors| format!("not a readable JPEG file: {}", one_line(&format!("{error:?}")));
         let mut decoder =
             JpegDecoder::new_with_options(Cursor::new(jpeg), DecoderOptions::new_safe().set_strict_mode(true));
@@ -126,21 +130,26 @@ impl PngImage {
 /// Greatest number of blocks that are decoded at a time.
 const BLOCKS_AT_A_TIME: f64 = 4.0;
 
-/// Refuses a file whose images together take more memory than the file may take. `pixel_bytes` gives the memory of a
-/// pixel in bytes, from the bytes of its samples in the file.
+/// The parts of an OpenEXR file with all channels and attributes.
+pub type ExrImage = Image<Layers<AnyChannels<FlatSamples>>>;
+
+/// Decodes an OpenEXR file, unless its images together take more memory than the file may take. `pixel_bytes` gives
+/// the memory of a pixel in bytes, from the bytes of its samples in the file.
 ///
 /// # Errors
 ///
-/// When the header cannot be read, or an image takes more memory.
-pub fn check_exr_size(bytes: &[u8], pixel_bytes: impl Fn(usize) -> usize) -> Result<(), String> {
-    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false);
-    let meta = meta.map_err(|error| format!("not a readable EXR file: {error}"))?;
+/// When the file is malformed, or an image takes more memory.
+pub fn read_exr(bytes: &[u8], pixel_bytes: impl Fn(usize) -> usize) -> Result<ExrImage, String> {
+    let unreadable = |error: exr::error::Error| format!("not a readable EXR file: {error}");
+    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(unreadable)?;
     let mut asked = 0.0;
-    meta.headers.iter().try_for_each(|header| {
+    for header in &meta.headers {
         let (what, of_header) = memory(header, &pixel_bytes);
         asked += of_header;
-        check_memory(&what, asked, bytes.len())
-    })
+        check_memory(&what, asked, bytes.len())?;
+    }
+    let reader = exr::prelude::read().no_deep_data().largest_resolution_level().all_channels().all_layers();
+    reader.all_attributes().from_buffered(Cursor::new(bytes)).map_err(unreadable)
 }
 
 /// Refuses an image that takes more memory than the length of its file justifies. `pixel_bytes` is the memory of a
@@ -226,12 +235,13 @@ mod tests {
                 [1.0; 2],
             ),
         ] {
-            let image = PngImage::read(&file).unwrap();
+            let image = DecodedImage::read(&file).unwrap();
             assert_eq!((image.width, image.height, image.channels), (2, 1, channels));
             assert_eq!(image.values, expected);
             assert_eq!((0..2).map(|pixel| image.alpha_of(pixel)).collect::<Vec<_>>(), alpha);
         }
-        let deep = PngImage::read(&png(ColorType::Grayscale, BitDepth::Sixteen, None, &[0, 1, 0xff, 0xff])).unwrap();
+        let deep =
+            DecodedImage::read(&png(ColorType::Grayscale, BitDepth::Sixteen, None, &[0, 1, 0xff, 0xff])).unwrap();
         assert_eq!(deep.values, [1.0 / 65_535.0, 1.0]);
     }
 
@@ -253,12 +263,12 @@ mod tests {
     fn reads_colours_and_greys_of_a_jpeg() {
         let decode = |text| STANDARD.decode(text).unwrap();
         let middles = [(4, 4), (12, 4), (4, 12), (12, 12)];
-        let image = PngImage::read_jpeg(&decode(FOUR_COLOURS)).unwrap();
+        let image = DecodedImage::read(&decode(FOUR_COLOURS)).unwrap();
         assert_eq!((image.width, image.height, image.alpha.len()), (16, 16, 0));
         let pixels = image.encoded_rgb();
         let expected = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0; 3]];
         // Luminance of Rec. 601, by which JPEG codes colours.
-        let greys = PngImage::read_jpeg(&decode(FOUR_GREYS)).unwrap().encoded_rgb();
+        let greys = DecodedImage::read(&decode(FOUR_GREYS)).unwrap().encoded_rgb();
         for (((x, y), color), grey) in middles.into_iter().zip(expected).zip([0.299, 0.587, 0.114, 1.0f32]) {
             let (found, found_grey) = (pixels[y * 16 + x], greys[y * 16 + x]);
             assert!((0..3).all(|channel| (found[channel] - color[channel]).abs() < 0.02), "{found:?} for {color:?}");
@@ -269,9 +279,10 @@ mod tests {
     #[test]
     fn a_jpeg_that_is_cut_or_named_as_png_is_refused() {
         let whole = STANDARD.decode(FOUR_COLOURS).unwrap();
-        assert!(PngImage::read(&whole).unwrap_err().ends_with("save it as PNG"));
+        let file = NamedFile { path: "a.png".into(), bytes: whole.clone() };
+        assert!(DecodedImage::decode(&file).unwrap_err().to_string().ends_with("save it as PNG"));
         for length in 0..whole.len() - 8 {
-            assert!(PngImage::read_jpeg(&whole[..length]).is_err(), "{length} of {} bytes", whole.len());
+            assert!(DecodedImage::read(&whole[..length]).is_err(), "{length} of {} bytes", whole.len());
         }
     }
 
@@ -281,13 +292,13 @@ mod tests {
         let mut encoder = png::Encoder::new(&mut wide, 1 << 24, 1 << 24);
         encoder.set_color(ColorType::Grayscale);
         encoder.write_header().unwrap().write_chunk(png::chunk::IDAT, &[]).unwrap();
-        let message = PngImage::read(&wide).unwrap_err();
+        let message = DecodedImage::read(&wide).unwrap_err();
         assert!(message.contains("16777216 × 16777216 pixels take 5637144576 MiB of memory"), "{message}");
     }
 
     #[test]
     fn grey_images_have_three_equal_channels() {
-        let image = PngImage::read(&png(ColorType::Grayscale, BitDepth::Eight, None, &[188, 255])).unwrap();
+        let image = DecodedImage::read(&png(ColorType::Grayscale, BitDepth::Eight, None, &[188, 255])).unwrap();
         assert_eq!(image.encoded_rgb(), [[188.0 / 255.0; 3], [1.0; 3]]);
     }
 }

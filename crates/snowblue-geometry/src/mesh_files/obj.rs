@@ -12,7 +12,7 @@ use std::fmt::{Display, Write};
 use std::str::FromStr;
 
 use glam::{DVec3, Vec2, Vec3};
-use snowblue_base::files::{FileError, NamedFile};
+use snowblue_base::files::{FileError, NamedFile, first_names};
 use snowblue_base::narrow;
 
 use crate::mesh_files::coordinates::{check_finite, number};
@@ -20,9 +20,6 @@ use crate::mesh_files::faces::{Faces, ReadMesh};
 use crate::transform::origin_near;
 use crate::triangle_mesh::TriangleMesh;
 use crate::vertex_normals::VertexNormals;
-
-/// Greatest number of names that a message has.
-const MAX_NAMED: usize = 5;
 
 const COLOUR: [&str; 3] = ["red", "green", "blue"];
 
@@ -86,13 +83,13 @@ impl<'part> Naming<'part> {
         for (_, line) in lines(text) {
             let (keyword, name) = statement(&line);
             all.iter().zip(&mut found).for_each(|(naming, found)| *found |= naming.fits(keyword, name) == Some(true));
-            if all.iter().any(|naming| naming.keyword == keyword) && names.len() < MAX_NAMED {
+            if all.iter().any(|naming| naming.keyword == keyword) {
                 names.insert(format!("\"{name}\""));
             }
         }
         let naming = all.into_iter().zip(found).find(|(_, found)| *found);
         naming.map(|(naming, _)| naming).ok_or_else(|| {
-            let names = Vec::from_iter(names).join(", ");
+            let names = first_names(&Vec::from_iter(names.iter().cloned()), names.len());
             let some = if names.is_empty() { "it has no names".into() } else { format!("names in it are {names}") };
             format!("there is no object, group or material named \"{part}\": {some}")
         })

@@ -10,10 +10,10 @@ use std::path::Path;
 use exr::meta::MetaData;
 use exr::meta::attribute::Chromaticities;
 use exr::meta::header::Header;
-use exr::prelude::{AnyChannels, FlatSamples, Layer, ReadChannels as _, ReadLayers as _};
+use exr::prelude::{AnyChannels, FlatSamples, Layer};
 use snowblue_base::files::FileError;
 use snowblue_color::{ChromaticAdaptation, Chromaticity, Primaries, RgbSpace, Xyy, Xyz};
-use snowblue_geometry::images::check_exr_size;
+use snowblue_geometry::images::read_exr;
 use snowblue_scene::film::{ImageSize, PictureSettings};
 
 use crate::error::RenderError;
@@ -70,11 +70,9 @@ impl FinishedImage {
     }
 
     fn of(bytes: &[u8]) -> Result<Self, String> {
-        check_exr_size(bytes, |samples| samples + PIXEL_BYTES)?;
+        let image = read_exr(bytes, |samples| samples + PIXEL_BYTES)?;
         let unreadable = |error: exr::error::Error| format!("not a readable EXR file: {error}");
         let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(unreadable)?;
-        let reader = exr::prelude::read().no_deep_data().largest_resolution_level().all_channels().all_layers();
-        let image = reader.all_attributes().from_buffered(Cursor::new(bytes)).map_err(unreadable)?;
         let found = image.layer_data.iter().zip(&meta.headers).find_map(|(layer, header)| {
             let prefix = rgb_prefix(layer)?;
             Some((layer, header, prefix))

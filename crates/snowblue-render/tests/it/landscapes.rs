@@ -51,6 +51,10 @@ fn maps_lie_in_their_place_with_snow_on_them() {
     let objects = "[[object]]\nshape = \"heights\"\nfile = \"hill.asc\"\nmaterial = \"rock\"\n\
         [[object]]\nshape = \"snowpack\"\nground = \"hill.asc\"\ndepth = 0.5\nmaterial = \"snow\"\n";
     let scene = land(objects, &[("hill.asc", map(hill))]);
+    for key in ["object[0].file", "object[1].ground"] {
+        let note = format!("{key} states no coordinate system: its coordinates count as metres");
+        assert!(scene.notes().iter().any(|other| other.starts_with(&note)), "{:?}", scene.notes());
+    }
     let inspections = check_watertight(&scene);
     // 8 cells of 2 m by 5 cells of 2 m, all under 0.5 m of snow; coordinates are rounded by 1e-6 m.
     let volume_m3 = inspections[1].volume_m3.unwrap();
@@ -102,6 +106,24 @@ fn maps_of_depths_lie_in_their_place_on_maps_of_heights() {
     assert!((volume_m3 - 6.0 * 4.0 * 0.9).abs() < 1e-4, "{volume_m3}");
     let [top, bottom] = heights(&scene, 0, 2.0, 1.0)[..] else { panic!("snow") };
     assert!((top - bottom - 0.1 * (7.0 + 5.0)).abs() < 1e-4, "{top} {bottom}");
+}
+
+#[test]
+fn maps_of_depths_have_the_keys_that_messages_advise() {
+    // 16 m by 10 m of snow: 50 cm deep, 0.25 m where the map has no depth, and 3/4 of the way from 0 to 1 m.
+    for (keys, depth_of_map, volume_m3) in [
+        (", unit = \"cm\"", 50.0, 80.0),
+        (", fill = 0.25", -9999.0, 40.0),
+        (", nodata = 7, fill = 0.75, unit = \"cm\", range = [0.5, 1]", 7.0, 120.0),
+    ] {
+        let objects = format!(
+            "[[object]]\nshape = \"snowpack\"\nground = \"flat.asc\"\nmaterial = \"snow\"\n\
+             depth = {{ texture = \"depth.asc\"{keys} }}\n"
+        );
+        let files = [("flat.asc", map(|_, _| 700.0)), ("depth.asc", map(|_, _| depth_of_map))];
+        let found_m3 = check_watertight(&land(&objects, &files))[0].volume_m3.unwrap();
+        assert!((found_m3 - volume_m3).abs() < 1e-3, "{keys}: {found_m3}");
+    }
 }
 
 #[test]

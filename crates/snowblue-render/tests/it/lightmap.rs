@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use glam::{DVec2, DVec3};
 use snowblue_base::files::FilesInMemory;
 use snowblue_color::{LinearRgb, Srgb8};
-use snowblue_geometry::images::PngImage;
+use snowblue_geometry::images::DecodedImage;
 use snowblue_render::Integrator;
 use snowblue_render::bake::{BakeOptions, BakedObject, BakedScene, Lightmap, glb_bytes};
 
@@ -212,7 +212,7 @@ fn a_glb_has_the_lightmap_as_its_base_colour() {
             panic!()
         };
         assert_eq!(mime_type, "image/png");
-        let png = PngImage::read(&blob[view.offset()..view.offset() + view.length()]).unwrap();
+        let png = DecodedImage::read(&blob[view.offset()..view.offset() + view.length()]).unwrap();
         assert_eq!((png.width, png.height, png.channels), (128, 128, 3));
         // The colours are the light over the scale, in the transfer function of sRGB.
         let extras = file.default_scene().unwrap().extras().as_ref().unwrap().get().to_owned();

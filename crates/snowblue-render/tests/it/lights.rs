@@ -131,7 +131,7 @@ fn a_sky_of_luminance_alone_is_grey_and_other_channels_are_named() {
         let channel = |name: &&str| AnyChannel::new(*name, FlatSamples::F32((0..8).map(|k| k as f32).collect()));
         let channels = AnyChannels::sort(channels.iter().map(channel).collect());
         Image::from_channels((4, 2), channels).write().to_file(&path).unwrap();
-        Panorama::read(&|path: &str| std::fs::read(path), path.to_str().unwrap(), None)
+        Panorama::read(&|path: &str| std::fs::read(path), path.to_str().unwrap(), None, None)
     };
     let grey = write("grey.exr", &["Y"]).unwrap();
     assert_eq!((grey.width, grey.height), (4, 2));

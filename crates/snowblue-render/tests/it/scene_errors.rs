@@ -438,6 +438,16 @@ fn mistakes_in_landscapes_are_named() {
 fn mistakes_in_units_and_marks_of_missing_heights_are_named() {
     let cases = [
         (
+            "shape = \"snowpack\"\nground = \"gone.asc\"\nfill = 5\ndepth = { texture = \"gone.asc\" }",
+            27,
+            "column 3 (1 is the first); `fill` gives a depth for them",
+        ),
+        (
+            "shape = \"snowpack\"\nground = \"gone.asc\"\nfill = 5\ndepth = { attribute = \"snow\", nodata = 1 }",
+            27,
+            "object[1].depth.nodata is of images, but the depth is an attribute",
+        ),
+        (
             "shape = \"heights\"\nheights = [[1, -9999], [1, 2]]\nsize = [1, 1, 1]",
             25,
             "object[1].heights cannot be used: 1 of 4 heights are -9999.0, which often marks missing heights",

@@ -21,8 +21,7 @@ quantities! {
 
 /// The light in which a white surface is neutral in a picture.
 ///
-/// Colours are adapted from it to the white of sRGB, D65, as eyes and cameras do
-/// ([`ChromaticAdaptation`]).
+/// Colours are adapted from it to the white of sRGB, D65, as eyes and cameras do.
 #[derive(Debug, Clone, Copy, PartialEq, JsonSchema)]
 #[schemars(with = "AnyOf<String, Number<ColorTemperature>>")]
 pub enum WhiteBalance {

@@ -4,7 +4,7 @@ use gltf::material::AlphaMode;
 use gltf::texture::WrappingMode;
 use snowblue_base::files::{FileError, FileSource};
 use snowblue_base::{Quantity, RangeError};
-use snowblue_geometry::images::{JPEG_START, PngImage};
+use snowblue_geometry::images::DecodedImage;
 use snowblue_geometry::mesh_files::gltf::GltfFile;
 
 use crate::material::glass::PaneIndex;
@@ -72,9 +72,7 @@ pub(super) fn base_colour_texture(
     let source = info.texture().source();
     let source = source.ok_or_else(|| wrong("the texture has no image that is a PNG or JPEG"))?;
     let bytes = file.image(&source, files)?;
-    let is_jpeg = bytes.starts_with(&JPEG_START);
-    let image = if is_jpeg { PngImage::read_jpeg(&bytes) } else { PngImage::read(&bytes) };
-    let image = image.map_err(|reason| wrong(&reason))?;
+    let image = DecodedImage::read(&bytes).map_err(|reason| wrong(&reason))?;
     let tinted = |pixel: [f32; 3]| std::array::from_fn(|channel| pixel[channel] * base_colour[channel]);
     let colors = linear_rgb(&image).into_iter().map(tinted).collect();
     let pixels = with_alpha(&image, colors, |alpha| opacity(material, alpha));

@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
-use snowblue_base::files::{FileError, check_formats, check_total};
+use snowblue_base::files::{FileError, check_formats, check_total, first_names};
 use snowblue_geometry::instance::Instance;
 use snowblue_geometry::mesh_bvh::MeshBvh;
 use snowblue_geometry::mesh_files::gltf::{GltfFile, Y_UP_TO_Z_UP};
@@ -31,9 +31,6 @@ use crate::shape::{check_closed, solid};
 use crate::shape::{check_reach, placement};
 use crate::sources::Sources;
 use snowblue_base::KeyPath;
-
-/// Greatest number of materials that a note names.
-const MAX_NAMED: usize = 3;
 
 /// The parts of a scene that come from a glTF.
 #[derive(Default)]
@@ -152,12 +149,8 @@ struct Palette<'file> {
 
 /// A sentence on a property of materials that is not read.
 fn unread_note(what: &str, materials: &[String]) -> String {
-    let names = materials.iter().take(MAX_NAMED).map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ");
-    let more = match materials.len().saturating_sub(MAX_NAMED) {
-        0 => String::new(),
-        more => format!(" and {more} more"),
-    };
-    format!("glTF materials are diffuse: {what} is not read of {names}{more}")
+    let names = first_names(materials, materials.len());
+    format!("glTF materials are diffuse: {what} is not read of {names}")
 }
 
 impl Palette<'_> {
@@ -191,9 +184,9 @@ impl Palette<'_> {
 
     /// Adds a material to the materials with a property that is not read.
     fn note(&mut self, what: &'static str, material: &str) {
-        let materials = self.unread.entry(what).or_default();
-        if !materials.iter().any(|name| name == material) {
-            materials.push(material.to_owned());
+        let (materials, name) = (self.unread.entry(what).or_default(), format!("\"{material}\""));
+        if !materials.contains(&name) {
+            materials.push(name);
         }
     }
 

@@ -47,10 +47,11 @@ impl EnvironmentDescription {
         match self {
             Self::Uniform { spectrum, glow } => Ok(glow.light(path, &spectrum.build(path, sources)?)?),
             Self::Image(sky) => {
-                let panorama = Panorama::read(sources.files, &sky.image, sky.layer.as_deref())
+                let max_radiance = sky.max_radiance.map(Number::get);
+                let panorama = Panorama::read(sources.files, &sky.image, sky.layer.as_deref(), max_radiance)
                     .map_err(|error| sources.named(&path.key("image"), &sky.image, error))?;
                 let [scale, turn_deg] = [sky.scale.get(), sky.rotation_deg.get()].map(narrow);
-                let image = SkyImage::new(&panorama, scale, sky.max_radiance.map(Number::get), turn_deg);
+                let image = SkyImage::new(&panorama, scale, turn_deg);
                 let image = image.map_err(|reason| {
                     SceneError::File(FileError::Content { path: sources.files.display_name(&sky.image), reason })
                 })?;

@@ -38,7 +38,8 @@ pub struct ImageSkyDescription {
     /// Multiplies the image.
     #[serde(default = "ImageSkyDescription::default_scale")]
     pub scale: Number<SkyScale>,
-    /// Greatest value of a channel, before `scale`: brighter channels, and infinite channels, get this value.
+    /// Greatest value of a channel of the file, before `scale`: brighter channels, and infinite channels, get this
+    /// value.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_radiance: Option<Number<PixelValue>>,
     /// Turns the image about z, counter-clockwise seen from above, in degrees.
@@ -99,39 +100,21 @@ impl ImageSkyDescription {
 
 impl SkyImage {
     /// Light of an image times `scale`. The value 1 is the luminance of 1 W m⁻² sr⁻¹ of equal-energy light, as in the
-    /// images that this crate writes. Channels above `max_radiance` become it, before `scale`. `rotation_deg` turns the
-    /// image about z, counter-clockwise seen from above.
+    /// images that this crate writes. `rotation_deg` turns the image about z, counter-clockwise seen from above.
     ///
     /// A colour outside the sRGB gamut becomes the nearest colour of the same luminance.
     ///
     /// # Errors
     ///
-    /// When a pixel is not finite or too bright, or all pixels are black.
-    pub(crate) fn new(
-        panorama: &Panorama,
-        scale: f32,
-        max_radiance: Option<f64>,
-        rotation_deg: f32,
-    ) -> Result<Self, String> {
+    /// When a pixel is too bright, or all pixels are black.
+    pub(crate) fn new(panorama: &Panorama, scale: f32, rotation_deg: f32) -> Result<Self, String> {
         let (width, height) = (panorama.width, panorama.height);
         let mut pixels = Vec::with_capacity(panorama.pixels.len());
         for (index, pixel) in panorama.pixels.iter().enumerate() {
-            let channels = [pixel.r, pixel.g, pixel.b];
-            let [r, g, b] = channels
-                .map(|channel| max_radiance.map_or(channel, |most| if channel > most { most } else { channel }));
-            let (column, row) = (index % width, index / width);
-            if ![r, g, b].iter().all(|channel| channel.is_finite()) {
-                let is_burnt = |pixel: &&LinearRgb| [pixel.r, pixel.g, pixel.b].contains(&f64::INFINITY);
-                let burnt = panorama.pixels.iter().filter(is_burnt).count();
-                return Err(format!(
-                    "pixel {column}, {row} is {r}, {g}, {b}, and {burnt} of {} pixels are infinite; `max_radiance` \
-                     replaces infinity",
-                    panorama.pixels.len()
-                ));
-            }
-            let LinearRgb { r, g, b } = LinearRgb { r, g, b }.into_gamut();
+            let LinearRgb { r, g, b } = pixel.into_gamut();
             let brightest = f64::from(scale) * r.max(g).max(b);
             if brightest > MAX_PIXEL {
+                let (column, row) = (index % width, index / width);
                 return Err(format!(
                     "pixel {column}, {row} is {brightest:.1e} with its scale, but must be at most {MAX_PIXEL:e}; \
                      `max_radiance` limits it"

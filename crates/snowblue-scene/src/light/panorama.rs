@@ -4,12 +4,12 @@ use std::io::Cursor;
 
 use exr::image::{AnyChannels, FlatSamples, Layer};
 use exr::meta::attribute::EnvironmentMap;
-use exr::prelude::{ReadChannels, ReadLayers, Vec2};
+use exr::prelude::Vec2;
 use image::codecs::hdr::{HdrDecoder, HdrMetadata};
 use image::{DynamicImage, ImageError};
 use snowblue_base::files::{FileError, FileSource, NamedFile, check_formats, check_memory};
 use snowblue_color::{Chromaticity, LinearRgb, Primaries};
-use snowblue_geometry::images::check_exr_size;
+use snowblue_geometry::images::read_exr;
 
 /// Memory of a pixel: a colour of double precision, and its colour, brightness and share of the light in single
 /// precision.
@@ -26,19 +26,27 @@ pub struct Panorama {
     pub pixels: Vec<LinearRgb>,
 }
 
+/// The chromaticities x and y of red, green, blue and white that a file states.
+type Chromaticities = [[f64; 2]; 4];
+
 /// The channels of a part of an OpenEXR file.
 type Part = Layer<AnyChannels<FlatSamples>>;
 
 impl Panorama {
     /// Reads an OpenEXR or Radiance file, in the primaries that it states, or in linear sRGB. Pixels outside the data
     /// window of an OpenEXR file are black. Without `layer`, it is the first part of an OpenEXR file with red, green
-    /// and blue, or with luminance only, which is grey.
+    /// and blue, or with luminance only, which is grey. Channels of the file above `max_radiance` become it.
     ///
     /// # Errors
     ///
-    /// When there is no such file, or it is malformed, has another format, is a cube map, or holds neither red, green
-    /// and blue nor luminance alone.
-    pub fn read(files: &dyn FileSource, name: &str, layer: Option<&str>) -> Result<Self, FileError> {
+    /// When there is no such file, or it is malformed, has another format, is a cube map, is not twice as wide as high,
+    /// holds neither red, green and blue nor luminance alone, or has a channel that is not finite.
+    pub fn read(
+        files: &dyn FileSource,
+        name: &str,
+        layer: Option<&str>,
+        max_radiance: Option<f64>,
+    ) -> Result<Self, FileError> {
         let NamedFile { path, bytes } = NamedFile::read(files, name)?;
         check_formats(&path)?;
         let is = |magic: &[u8]| bytes.starts_with(magic);
@@ -54,11 +62,68 @@ impl Panorama {
         } else {
             Self::of_exr(&bytes, layer)
         };
-        read.map_err(|reason| FileError::Content { path, reason })
+        let finished = |(mut panorama, chromaticities): (Self, Option<_>)| {
+            panorama.check_shape()?;
+            panorama.limit(max_radiance)?;
+            chromaticities.map_or(Ok(()), |stated| panorama.convert(stated))?;
+            Ok(panorama)
+        };
+        read.and_then(finished).map_err(|reason| FileError::Content { path, reason })
+    }
+
+    /// Refuses an image that is not twice as wide as high, up to a pixel: azimuths have twice the angle of elevations.
+    fn check_shape(&self) -> Result<(), String> {
+        let Self { width, height, .. } = self;
+        if width.abs_diff(2 * height) <= 1 {
+            return Ok(());
+        }
+        let whole = format!("`oiiotool IN.exr --resize {}x{height} -o OUT.exr` if it shows all directions", 2 * height);
+        let part = format!(
+            "`oiiotool IN.exr --fullsize {width}x{}+0+0 -o OUT.exr` if it shows the upper part of all directions, or ",
+            width.div_ceil(2)
+        );
+        let part = if *width > 2 * height { part.as_str() } else { "" };
+        Err(format!("the image is {width} × {height} pixels, but must be twice as wide as high: {part}{whole}"))
+    }
+
+    /// Replaces channels above `max_radiance` by it, and refuses channels that are not finite. In other primaries, one
+    /// infinite channel would be no number.
+    fn limit(&mut self, max_radiance: Option<f64>) -> Result<(), String> {
+        let burnt = |pixel: &&LinearRgb| [pixel.r, pixel.g, pixel.b].contains(&f64::INFINITY);
+        let burnt = self.pixels.iter().filter(burnt).count();
+        let count = self.pixels.len();
+        for (index, LinearRgb { r, g, b }) in self.pixels.iter_mut().enumerate() {
+            for channel in [&mut *r, g, b] {
+                *channel = max_radiance.filter(|most| *channel > *most).unwrap_or(*channel);
+            }
+            if ![*r, *g, *b].iter().all(|channel| channel.is_finite()) {
+                let (column, row) = (index % self.width, index / self.width);
+                return Err(format!(
+                    "pixel {column}, {row} is {r}, {g}, {b}, and {burnt} of {count} pixels are infinite; \
+                     `max_radiance` replaces infinity"
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    /// Converts colours to linear sRGB from a space of the chromaticities of red, green, blue and white.
+    fn convert(&mut self, chromaticities: Chromaticities) -> Result<(), String> {
+        let [red, green, blue, white] = chromaticities.map(|[x, y]| Chromaticity { x, y });
+        let units = Primaries { red, green, blue }.in_srgb(white);
+        let [red, green, blue] =
+            units.ok_or_else(|| format!("the chromaticities {chromaticities:?} are of no space of colours"))?;
+        for pixel in &mut self.pixels {
+            let LinearRgb { r, g, b } = *pixel;
+            *pixel = red * r;
+            *pixel += green * g;
+            *pixel += blue * b;
+        }
+        Ok(())
     }
 
     /// Reads a Radiance file, whose values are multiplied by its exposure and its correction of colours.
-    fn of_radiance(bytes: &[u8]) -> Result<Self, String> {
+    fn of_radiance(bytes: &[u8]) -> Result<(Self, Option<Chromaticities>), String> {
         let unreadable = |error: ImageError| format!("not a readable Radiance file: {error}").replace('\n', " ");
         // The first line names the program that wrote the file.
         let rest = bytes.iter().position(|byte| *byte == b'\n').map_or(&[][..], |end| &bytes[end..]);
@@ -75,23 +140,18 @@ impl Panorama {
             let [r, g, b] = [0, 1, 2].map(|channel| f64::from(pixel[channel]) / factors[channel]);
             LinearRgb { r, g, b }
         };
-        let mut pixels = image.as_raw().chunks_exact(3).map(color).collect::<Vec<_>>();
-        if let Some((_, primaries)) = custom_attributes.iter().find(|(key, _)| key == "PRIMARIES") {
+        let pixels = image.as_raw().chunks_exact(3).map(color).collect();
+        let chromaticities = custom_attributes.iter().find(|(key, _)| key == "PRIMARIES").map(|(_, primaries)| {
             let numbers: Vec<f64> = primaries.split_whitespace().filter_map(|number| number.parse().ok()).collect();
-            let [red, green, blue, white] = *numbers.as_chunks().0 else {
-                return Err(format!("PRIMARIES is \"{primaries}\", but must have eight numbers"));
-            };
-            convert(&mut pixels, [red, green, blue, white])?;
-        }
-        Ok(Self { width: width as usize, height: height as usize, pixels })
+            Chromaticities::try_from(numbers.as_chunks().0)
+                .map_err(|_| format!("PRIMARIES is \"{primaries}\", but must have eight numbers"))
+        });
+        Ok((Self { width: width as usize, height: height as usize, pixels }, chromaticities.transpose()?))
     }
 
     /// Reads an OpenEXR file.
-    fn of_exr(bytes: &[u8], layer: Option<&str>) -> Result<Self, String> {
-        check_exr_size(bytes, |samples| samples + PIXEL_BYTES)?;
-        let image = exr::prelude::read().no_deep_data().largest_resolution_level().all_channels().all_layers();
-        let image = image.all_attributes().from_buffered(Cursor::new(bytes));
-        let image = image.map_err(|error| format!("not a readable EXR file: {error}"))?;
+    fn of_exr(bytes: &[u8], layer: Option<&str>) -> Result<(Self, Option<Chromaticities>), String> {
+        let image = read_exr(bytes, |samples| samples + PIXEL_BYTES)?;
         let parts = &image.layer_data;
         let found = parts.iter().find_map(|part| Some((part, colours(part, layer)?)));
         let Some((part, channels)) = found else { return Err(lacks(parts, layer)) };
@@ -117,11 +177,10 @@ impl Panorama {
                 pixels[y * width + x] = LinearRgb { r: r.into(), g: g.into(), b: b.into() };
             }
         }
-        if let Some(stated) = image.attributes.chromaticities {
-            let stated = [stated.red, stated.green, stated.blue, stated.white];
-            convert(&mut pixels, stated.map(|Vec2(x, y)| [x, y].map(f64::from)))?;
-        }
-        Ok(Self { width, height, pixels })
+        let chromaticities = image.attributes.chromaticities.map(|stated| {
+            [stated.red, stated.green, stated.blue, stated.white].map(|Vec2(x, y)| [x, y].map(f64::from))
+        });
+        Ok((Self { width, height, pixels }, chromaticities))
     }
 }
 
@@ -165,31 +224,21 @@ fn check_pixels(width: usize, height: usize, file_bytes: usize) -> Result<(), St
     check_memory(&format!("{width} × {height} pixels"), width as f64 * height as f64 * PIXEL_BYTES as f64, file_bytes)
 }
 
-/// Converts colours to linear sRGB from a space of the chromaticities of red, green, blue and white.
-fn convert(pixels: &mut [LinearRgb], chromaticities: [[f64; 2]; 4]) -> Result<(), String> {
-    let [red, green, blue, white] = chromaticities.map(|[x, y]| Chromaticity { x, y });
-    let units = Primaries { red, green, blue }.in_srgb(white);
-    let [red, green, blue] =
-        units.ok_or_else(|| format!("the chromaticities {chromaticities:?} are of no space of colours"))?;
-    for pixel in pixels {
-        let LinearRgb { r, g, b } = *pixel;
-        *pixel = red * r;
-        *pixel += green * g;
-        *pixel += blue * b;
-    }
-    Ok(())
-}
-
 #[cfg(test)]
 mod tests {
-    use exr::meta::attribute::{Chromaticities, IntegerBounds};
+    use exr::meta::attribute::{Chromaticities as StatedChromaticities, IntegerBounds};
     use exr::prelude::{AnyChannel, Encoding, Image, ImageAttributes, LayerAttributes, SmallVec, WritableImage};
     use snowblue_base::files::FilesInMemory;
 
     use super::*;
 
     fn read(bytes: Vec<u8>, layer: Option<&str>) -> Result<Panorama, String> {
-        Panorama::read(&FilesInMemory::from([("sky", bytes)]), "sky", layer).map_err(|error| error.to_string())
+        read_limited(bytes, layer, None)
+    }
+
+    fn read_limited(bytes: Vec<u8>, layer: Option<&str>, max_radiance: Option<f64>) -> Result<Panorama, String> {
+        let files = FilesInMemory::from([("sky", bytes)]);
+        Panorama::read(&files, "sky", layer, max_radiance).map_err(|error| error.to_string())
     }
 
     /// A part of 4 by 2 pixels whose channels have one value each.
@@ -207,7 +256,7 @@ mod tests {
     ) -> Vec<u8> {
         let chromaticities = primaries.map(|primaries| {
             let [red, green, blue, white] = primaries.map(|[x, y]| Vec2(x, y));
-            Chromaticities { red, green, blue, white }
+            StatedChromaticities { red, green, blue, white }
         });
         let window = IntegerBounds::new(position, size);
         let attributes = ImageAttributes { chromaticities, ..ImageAttributes::new(window) };
@@ -227,13 +276,17 @@ mod tests {
     #[test]
     fn the_data_window_lies_in_the_display_window() {
         let rgb = color(0.1, 0.2, 0.4);
-        // The upper half, and the lower right quarter.
-        let upper = read(exr(vec![part("a", &RGB)], ((0, 0), (4, 4)), None), None).unwrap();
-        assert_eq!((upper.width, upper.height), (4, 4));
-        assert_eq!(upper.pixels, [[rgb; 8], [LinearRgb::default(); 8]].concat());
-        let quarter = read(exr(vec![part("a", &RGB)], ((-4, -2), (8, 4)), None), None).unwrap();
-        let is_lit = |pixel: usize| pixel % 8 >= 4 && pixel / 8 >= 2;
-        assert!((0..32).all(|pixel| quarter.pixels[pixel] == if is_lit(pixel) { rgb } else { LinearRgb::default() }));
+        // The upper left and the lower right quarter.
+        for (position, [first_column, first_row]) in [((0, 0), [0, 0]), ((-4, -2), [4, 2])] {
+            let quarter = read(exr(vec![part("a", &RGB)], (position, (8, 4)), None), None).unwrap();
+            let is_lit = |pixel: usize| {
+                (first_column..first_column + 4).contains(&(pixel % 8))
+                    && (first_row..first_row + 2).contains(&(pixel / 8))
+            };
+            let expected: Vec<_> =
+                (0..32).map(|pixel| if is_lit(pixel) { rgb } else { LinearRgb::default() }).collect();
+            assert_eq!((quarter.width, quarter.pixels), (8, expected));
+        }
         // What reaches beyond the display window is cut off.
         let cut = read(exr(vec![part("a", &RGB)], ((1, 1), (2, 1)), None), None).unwrap();
         assert_eq!((cut.width, cut.pixels), (2, vec![rgb; 2]));
@@ -241,9 +294,30 @@ mod tests {
         assert!(message.contains("1048576 × 1048576 pixels take"), "{message}");
     }
 
+    const ACES_CG: [[f32; 2]; 4] = [[0.713, 0.293], [0.165, 0.83], [0.128, 0.044], [0.32168, 0.33767]];
+
+    #[test]
+    fn burnt_out_channels_are_limited_before_their_primaries_are_converted() {
+        let bytes =
+            |[r, g, b]: [f32; 3], primaries| exr(vec![part("a", &[("R", r), ("G", g), ("B", b)])], WHOLE, primaries);
+        let expected = "pixel 0, 0 is inf, inf, inf, and 8 of 8 pixels are infinite; `max_radiance` replaces infinity";
+        for primaries in [None, Some(ACES_CG)] {
+            let burnt = || bytes([f32::INFINITY; 3], primaries);
+            assert!(read(burnt(), None).unwrap_err().ends_with(expected));
+            // White of any primaries is white of sRGB.
+            let LinearRgb { r, g, b } = read_limited(burnt(), None, Some(100.0)).unwrap().pixels[0];
+            assert!([r, g, b].iter().all(|channel| (channel - 100.0).abs() < 1e-3), "{r} {g} {b}");
+            let no_number = read_limited(bytes([f32::NAN, 0.0, 0.0], primaries), None, Some(100.0)).unwrap_err();
+            assert!(no_number.contains("pixel 0, 0 is NaN, 0, 0, and 0 of 8 pixels are infinite"), "{no_number}");
+        }
+        // The first column of the matrix of the next test.
+        let red = read_limited(bytes([f32::INFINITY, 0.0, 0.0], Some(ACES_CG)), None, Some(100.0)).unwrap();
+        let LinearRgb { r, g, b } = red.pixels[0];
+        assert!((r - 170.505).abs() < 2e-3 && (g + 13.026).abs() < 2e-3 && (b + 2.4).abs() < 2e-3, "{r} {g} {b}");
+    }
+
     #[test]
     fn colours_are_in_the_primaries_of_the_file() {
-        const ACES_CG: [[f32; 2]; 4] = [[0.713, 0.293], [0.165, 0.83], [0.128, 0.044], [0.32168, 0.33767]];
         // From ACEScg to linear sRGB, adapted from D60 to D65 by the matrix of Bradford: the columns of
         // 1.70505 -0.62179 -0.08326, -0.13026 1.14080 -0.01055, -0.02400 -0.12897 1.15297 (Academy, ACES 1.0.3).
         for (channel, expected) in [
@@ -284,6 +358,19 @@ mod tests {
     }
 
     #[test]
+    fn images_that_are_not_twice_as_wide_as_high_are_refused_with_a_way_out() {
+        let message = |size| read(exr(vec![part("a", &RGB)], ((0, 0), size), None), None).map(|_| ()).unwrap_err();
+        let expected = "the image is 4 × 1 pixels, but must be twice as wide as high: `oiiotool IN.exr --fullsize \
+                        4x2+0+0 -o OUT.exr` if it shows the upper part of all directions, or `oiiotool IN.exr --resize \
+                        2x1 -o OUT.exr` if it shows all directions";
+        assert!(message((4, 1)).ends_with(expected), "{}", message((4, 1)));
+        let expected = "as high: `oiiotool IN.exr --resize 8x4 -o OUT.exr` if it shows all directions";
+        assert!(message((4, 4)).ends_with(expected), "{}", message((4, 4)));
+        // Half of an odd width is rounded.
+        assert!(read(exr(vec![part("a", &RGB)], ((0, 0), (5, 2)), None), None).is_ok());
+    }
+
+    #[test]
     fn cube_maps_and_pictures_of_screens_are_refused_with_a_way_out() {
         let mut cube = part("a", &RGB);
         cube.attributes.environment_map = Some(EnvironmentMap::Cube);
@@ -298,11 +385,11 @@ mod tests {
         }
     }
 
-    /// A Radiance file of 8 by 1 pixels, with a header and pixels that are all alike.
+    /// A Radiance file of 8 by 4 pixels, with a header and pixels that are all alike.
     fn radiance(header: &str, pixel: &[u8; 4]) -> Result<Panorama, String> {
         // Runs of 8 equal bytes of each channel.
         let row = [vec![2, 2, 0, 8], pixel.iter().flat_map(|byte| [128 + 8, *byte]).collect()].concat();
-        read([format!("#?RGBE\n# a comment\n{header}\n-Y 1 +X 8\n").into_bytes(), row].concat(), None)
+        read([format!("#?RGBE\n# a comment\n{header}\n-Y 4 +X 8\n").into_bytes(), row.repeat(4)].concat(), None)
     }
 
     #[test]
@@ -310,8 +397,8 @@ mod tests {
         let format = "FORMAT=32-bit_rle_rgbe\n";
         let panorama = radiance(format, &[128, 64, 32, 138]).unwrap();
         // The mantissa times 2 to the exponent less 128 + 8.
-        assert_eq!((panorama.width, panorama.height), (8, 1));
-        assert_eq!(panorama.pixels, [color(512.0, 256.0, 128.0); 8]);
+        assert_eq!((panorama.width, panorama.height), (8, 4));
+        assert_eq!(panorama.pixels, [color(512.0, 256.0, 128.0); 32]);
         // Exposures multiply each other.
         let exposed = format!("{format}EXPOSURE=2\nEXPOSURE= 4\nCOLORCORR= 1 2 .5\n");
         assert_eq!(radiance(&exposed, &[128, 64, 32, 138]).unwrap().pixels[7], color(64.0, 16.0, 32.0));

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use snowblue_base::toml_table::Table;
 use snowblue_base::{KeyPath, Numbers, ParameterRange, ParseError, narrow, quantities};
-use snowblue_geometry::images::PngImage;
+use snowblue_geometry::images::DecodedImage;
 use snowblue_geometry::shape::Shape;
 
 use crate::error::SceneError;
@@ -52,7 +52,7 @@ impl MaskDescription {
         let is_given =
             [("texture", self.texture.texture.as_ref().map(drop)), ("attribute", self.attribute.as_ref().map(drop))];
         only_one(path, is_given)?;
-        let texture = self.texture.build(path, sources, PngImage::encoded_rgb)?.map(Mask::RasterImage);
+        let texture = self.texture.build(path, sources, DecodedImage::encoded_rgb)?.map(Mask::RasterImage);
         let attribute = self.attribute.clone().map(|name| Mask::Attribute { name, range: range.map(narrow) });
         texture.or(attribute).ok_or_else(|| path.error("needs a texture or an attribute").into())
     }

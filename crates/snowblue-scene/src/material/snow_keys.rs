@@ -54,7 +54,7 @@ pub enum SnowDescription {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LayeredSnowDescription {
-    /// A file of layers, top first ([`layer_file`](snowblue_transport::layer_file)). The last layer goes on below.
+    /// A file of layers, top first. The last layer goes on below.
     pub layers: String,
     /// Where the first layer begins: "surface", or a height z in m.
     #[serde(default)]

@@ -17,7 +17,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use snowblue_base::{KeyPath, Number, ParameterRange, narrow, quantities};
 use snowblue_color::transfer::decode_srgb;
-use snowblue_geometry::images::PngImage;
+use snowblue_geometry::images::DecodedImage;
 
 use crate::error::SceneError;
 use crate::objects::{Objects, SurfaceInteraction};
@@ -49,7 +49,7 @@ impl TextureDescription {
         &self,
         path: &KeyPath,
         sources: &Sources,
-        pixels: impl Fn(&PngImage) -> Vec<[f32; 3]>,
+        pixels: impl Fn(&DecodedImage) -> Vec<[f32; 3]>,
     ) -> Result<Option<Texture>, SceneError> {
         let Some(file) = &self.texture else {
             return match self.texture_scale_m {
@@ -57,20 +57,20 @@ impl TextureDescription {
                 None => Ok(None),
             };
         };
-        let image = PngImage::decode(&sources.open(&path.key("texture"), file)?)?;
+        let image = DecodedImage::decode(&sources.open(&path.key("texture"), file)?)?;
         let width_m = narrow(self.texture_scale_m.map_or(1.0, Number::get));
         Ok(Some(Texture::new(image.width, with_alpha(&image, pixels(&image), |alpha| alpha), width_m)))
     }
 }
 
 /// The pixels of an image in linear sRGB.
-pub(crate) fn linear_rgb(image: &PngImage) -> Vec<[f32; 3]> {
+pub(crate) fn linear_rgb(image: &DecodedImage) -> Vec<[f32; 3]> {
     let linear = |code: f32| narrow(decode_srgb(f64::from(code)));
     image.encoded_rgb().into_iter().map(|pixel| pixel.map(linear)).collect()
 }
 
 /// Colours of the pixels of an image, with a function of their alphas.
-pub(crate) fn with_alpha(image: &PngImage, colors: Vec<[f32; 3]>, of: impl Fn(f32) -> f32) -> Vec<[f32; 4]> {
+pub(crate) fn with_alpha(image: &DecodedImage, colors: Vec<[f32; 3]>, of: impl Fn(f32) -> f32) -> Vec<[f32; 4]> {
     let with_alpha = |(pixel, [r, g, b]): (usize, [f32; 3])| [r, g, b, of(image.alpha_of(pixel))];
     colors.into_iter().enumerate().map(with_alpha).collect()
 }
@@ -160,7 +160,8 @@ mod tests {
     #[test]
     fn textures_are_decoded_as_srgb() {
         // The value 188 of 255 is a linear 0.5 (IEC 61966-2-1).
-        let image = PngImage { width: 2, height: 1, channels: 1, values: vec![188.0 / 255.0, 1.0], alpha: Vec::new() };
+        let image =
+            DecodedImage { width: 2, height: 1, channels: 1, values: vec![188.0 / 255.0, 1.0], alpha: Vec::new() };
         let [half, white] = linear_rgb(&image)[..] else { panic!("two pixels") };
         assert!((half[2] - 0.5).abs() < 0.003 && (white[0] - 1.0).abs() < 1e-6);
     }

@@ -7,7 +7,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use snowblue_base::{KeyError, KeyPath, Number, Numbers, ParameterRange, narrow, quantities};
 use snowblue_shapes::height_field::Heights;
-use snowblue_shapes::height_files::{Georeference, HeightGrid, StatedByUser, Window};
+use snowblue_shapes::height_files::{Georeference, HeightGrid, StatedByUser, Window, length_unit_m};
 use snowblue_shapes::terrain::{Filling, Terrain};
 
 use super::keys::{BuiltShape, ObjectContext};
@@ -44,7 +44,7 @@ pub struct GridSettings {
     /// The unit of the coordinates of a map; by default the unit that the file states, or m.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub map_unit: Option<LengthUnit>,
-    /// The value that marks missing heights; by default the value that the file states.
+    /// A value that marks missing heights, besides the value that the file states.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub nodata: Option<Number<NoData>>,
     /// The height that lies at z = 0, in m; by default the height at the object's origin in a georeferenced file, else
@@ -63,29 +63,28 @@ pub struct GridSettings {
     pub tolerance: Option<Number<Tolerance>>,
 }
 
-/// A unit of length of a map.
+/// A unit of length of a map, with its code in the EPSG register.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum LengthUnit {
     /// Metre.
-    M,
+    M = 9001,
     /// Centimetre.
-    Cm,
+    Cm = 1033,
     /// International foot, 0.3048 m.
-    Ft,
+    Ft = 9002,
     /// US survey foot, 1200/3937 m.
-    UsFt,
+    UsFt = 9003,
 }
 
-impl LengthUnit {
-    fn in_m(self) -> f64 {
-        match self {
-            Self::M => 1.0,
-            Self::Cm => 0.01,
-            Self::Ft => 0.3048,
-            Self::UsFt => 1200.0 / 3937.0,
-        }
-    }
+/// What the keys `unit`, `map_unit` and `nodata` say of a file, instead of the file.
+pub(super) fn stated(
+    unit: Option<LengthUnit>,
+    map_unit: Option<LengthUnit>,
+    no_data: Option<Number<NoData>>,
+) -> StatedByUser {
+    let [height_unit_m, map_unit_m] = [unit, map_unit].map(|unit| length_unit_m(unit? as u16));
+    StatedByUser { no_data: no_data.map(|value| narrow(value.get())), height_unit_m, map_unit_m }
 }
 
 /// A part of a grid. Its middle becomes the object's origin.
@@ -113,11 +112,7 @@ impl GridSettings {
 
     /// What the keys say of a file, instead of the file.
     pub(super) fn stated(&self) -> StatedByUser {
-        StatedByUser {
-            no_data: self.nodata.map(|value| narrow(value.get())),
-            height_unit_m: self.unit.map(LengthUnit::in_m),
-            map_unit_m: self.map_unit.map(LengthUnit::in_m),
-        }
+        stated(self.unit, self.map_unit, self.nodata)
     }
 }
 
@@ -138,6 +133,7 @@ impl PlacedGrid {
         key: &KeyPath,
         grid: HeightGrid,
         settings: &GridSettings,
+        notes: &mut Vec<String>,
     ) -> Result<Self, KeyError> {
         if grid.columns < 2 || grid.rows() < 2 {
             heights_of(grid.clone(), key)?;
@@ -151,15 +147,18 @@ impl PlacedGrid {
                 }
                 let size = point(size).as_dvec3();
                 let far_left_m = 0.5 * size.truncate() * DVec2::new(-1.0, 1.0);
-                Georeference { far_left_m, cell_m: size.truncate() / cells, height_unit_m: size.z }
+                Georeference { far_left_m, cell_m: size.truncate() / cells, height_unit_m: size.z, states_unit: true }
             }
-            (None, Ok(Some(georeference))) => *georeference,
+            (None, Ok(Some(georeference))) => {
+                notes.extend(note_on_unit(georeference, key));
+                *georeference
+            }
             (None, Ok(None)) => return Err(path.key("size").error("is missing, and the file does not say it")),
             (None, Err(reason)) => {
                 return Err(key.error(format!("cannot be used: {reason}; `size` replaces the place of a map")));
             }
         };
-        let Georeference { far_left_m, cell_m, height_unit_m } = georeference;
+        let Georeference { far_left_m, cell_m, height_unit_m, .. } = georeference;
         let (grid, far_left_m, origin_m) = match settings.crop {
             None => (grid, far_left_m, far_left_m + 0.5 * cells * cell_m * DVec2::new(1.0, -1.0)),
             Some(crop) => {
@@ -237,7 +236,7 @@ pub(super) fn grid_of_rows(rows: &[Vec<f64>], path: &KeyPath, no_data: Option<f3
         return Err(path.error("must be a list of lists of numbers, all of one length"));
     }
     let values = rows.iter().flatten().copied().map(narrow).collect();
-    HeightGrid::new(rows.first().map_or(0, Vec::len), values, no_data, Ok(None))
+    HeightGrid::new(rows.first().map_or(0, Vec::len), values, [None, no_data], Ok(None))
         .map_err(|reason| path.error(format!("cannot be used: {reason}")))
 }
 
@@ -249,6 +248,13 @@ pub(super) fn read_grid(
     stated: &StatedByUser,
 ) -> Result<HeightGrid, SceneError> {
     HeightGrid::read(sources.files, file, stated).map_err(|error| sources.named(path, file, error))
+}
+
+/// A note on a map that states no unit; `key` is the path to the map.
+pub(super) fn note_on_unit(map: &Georeference, key: &KeyPath) -> Option<String> {
+    (!map.states_unit).then(|| {
+        format!("{key} states no coordinate system: its coordinates count as metres (`map_unit` states their unit)")
+    })
 }
 
 /// Fills missing heights; `key` is the path to the heights.

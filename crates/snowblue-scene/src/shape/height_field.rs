@@ -63,7 +63,7 @@ impl ShapeKeys for HeightFieldDescription {
             return Ok(object.place(heights.solid(point(size).into(), bottom_m).map_err(wrong)?)?.into());
         }
         check_shapes(path)?;
-        let placed = PlacedGrid::new(path, &key, grid, settings)?;
+        let placed = PlacedGrid::new(path, &key, grid, settings, object.notes)?;
         let usual_m = f64::from(placed.least_m()) - BOTTOM_OF_SIDE * placed.size_m().max_element();
         placed.build(object, Filling::Below(bottom_m.map_or(usual_m, f64::from)), wrong)
     }

@@ -31,7 +31,7 @@ pub struct MeshDescription {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub up: Option<UpAxis>,
     /// Whether it is shaded by interpolated vertex normals: those of the file, or else the means of its faces. If not,
-    /// or at edges of more than [`CREASE_DEG`](snowblue_geometry::vertex_normals::CREASE_DEG), faces are flat.
+    /// or at edges of more than 40°, faces are flat.
     #[serde(default = "smooth", skip_serializing_if = "Clone::clone")]
     pub smooth: bool,
 }

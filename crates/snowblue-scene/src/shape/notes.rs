@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use snowblue_base::files::MAX_NAMED;
 use snowblue_base::short_number;
 use snowblue_geometry::bounds::Bounds;
 
@@ -9,9 +10,6 @@ use super::joints::joints;
 use crate::integrator::IntegratorKind;
 use crate::material::NamedMaterial;
 use crate::objects::{Object, Objects};
-
-/// Greatest number of bodies that notes name one by one.
-const MAX_NAMED: usize = 3;
 
 /// Notes on bodies of snow that have a side below the size of their finest grains, or that meet.
 pub(crate) fn notes_on_bodies(

@@ -15,11 +15,11 @@ use snowblue_geometry::mesh_files::{MESH_EXTENSIONS, ReadMesh, read_mesh_from};
 use snowblue_geometry::ray::MeshLocation;
 use snowblue_geometry::triangle_mesh::TriangleMesh;
 use snowblue_shapes::height_field::Heights;
-use snowblue_shapes::height_files::{Georeference, HeightGrid, StatedByUser};
+use snowblue_shapes::height_files::Georeference;
 use snowblue_shapes::snow_on_mesh::{SnowLayer, snow_on_mesh};
 use snowblue_shapes::terrain::{Depth, DepthImage, Filling, SnowCover};
 
-use super::grid::{GridSettings, PlacedGrid, grid_of_rows, read_grid};
+use super::grid::{GridSettings, LengthUnit, NoData, PlacedGrid, grid_of_rows, note_on_unit, read_grid, stated};
 use super::keys::{BuiltShape, ObjectContext, ShapeKeys, check_shapes};
 use super::placing::upright;
 use crate::error::SceneError;
@@ -103,6 +103,18 @@ pub struct VaryingDepth {
     /// The depths where the value is 0 and where it is 1, in m.
     #[serde(default = "VaryingDepth::default_range")]
     pub range: Numbers<SnowDepth, 2>,
+    /// The unit of the depths of a map; by default the unit that the file states, or m.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unit: Option<LengthUnit>,
+    /// The unit of the coordinates of a map; by default the unit that the file states, or m.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub map_unit: Option<LengthUnit>,
+    /// A value that marks missing depths, besides the value that the file states.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub nodata: Option<Number<NoData>>,
+    /// The depth where the file has none, in m. Without it, missing depths are an error.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fill: Option<Number<SnowDepth>>,
 }
 
 impl<'de> Deserialize<'de> for DepthDescription {
@@ -149,6 +161,15 @@ impl VaryingDepth {
     }
 
     fn source(&self, path: &KeyPath) -> Result<DepthSource<'_>, KeyError> {
+        let of_files = [
+            ("unit", self.unit.is_some()),
+            ("map_unit", self.map_unit.is_some()),
+            ("nodata", self.nodata.is_some()),
+            ("fill", self.fill.is_some()),
+        ];
+        if let (Some(_), Some((key, _))) = (&self.attribute, of_files.into_iter().find(|(_, is_given)| *is_given)) {
+            return Err(path.key(key).error("is of images, but the depth is an attribute"));
+        }
         only_one(
             path,
             [
@@ -156,6 +177,30 @@ impl VaryingDepth {
                 ("attribute", self.attribute.as_deref().map(DepthSource::Attribute)),
             ],
         )
+    }
+
+    /// Depths from edge to edge of a file, and their place if the file is a map. `path` leads to these keys.
+    fn image(
+        &self,
+        path: &KeyPath,
+        file: &str,
+        sources: &Sources,
+    ) -> Result<(DepthImage, Option<Georeference>), SceneError> {
+        let key = path.key("texture");
+        let wrong = |reason: String| key.error(format!("is \"{file}\": {reason}"));
+        let mut grid = read_grid(&key, file, sources, &stated(self.unit, self.map_unit, self.nodata))?;
+        let place = grid.georeference.clone().map_err(wrong)?;
+        let units = [("unit", self.unit), ("map_unit", self.map_unit)];
+        if let (None, Some((key, _))) = (place, units.into_iter().find(|(_, unit)| unit.is_some())) {
+            return Err(path.key(key).error(format!("is of maps, but \"{file}\" is none")).into());
+        }
+        let unit_m = place.map_or(1.0, |map| map.height_unit_m);
+        grid.values.iter_mut().for_each(|value| *value *= narrow(unit_m));
+        let [from_m, to_m] = self.range.get();
+        let fill = self.fill.map(|fill_m| narrow((fill_m.get() - from_m) / (to_m - from_m)));
+        let grid = grid.filled(fill).map_err(|reason| wrong(format!("{reason}; `fill` gives a depth for them")))?;
+        let values = Heights::new(grid.columns, grid.values).map_err(wrong)?;
+        Ok((DepthImage::from_edge_to_edge(values, [from_m, to_m]), place))
     }
 }
 
@@ -202,10 +247,10 @@ impl ShapeKeys for SnowpackDescription {
             Ok((read_grid(&key, file, object.sources, &self.grid.stated())?, key))
         });
         let (grid, key) = only_one(path, [("ground", file), ("heights", rows)])??;
-        let placed = PlacedGrid::new(path, &key, grid, &self.grid)?;
+        let placed = PlacedGrid::new(path, &key, grid, &self.grid, object.notes)?;
         let usual_gap_m = GAP_M + 2.0 * placed.tolerance_m + GAP_OF_SIDE * placed.size_m().max_element();
         let cover = SnowCover {
-            depth: self.depth.over(&path.key("depth"), &placed, object.sources)?,
+            depth: self.depth.over(&path.key("depth"), &placed, object)?,
             gap_m: self.gap.map_or(usual_gap_m, Number::get),
             least_depth_m: self.least_depth.get(),
         };
@@ -267,17 +312,11 @@ impl SnowpackDescription {
                 snow_on_mesh(mesh, &layer(max_m), &at)
             }
             DepthSource::Texture(texture) => {
-                let path = path.key("texture");
                 if mesh.uv.is_empty() {
                     let reason = format!("is \"{texture}\", but {file} has no texture coordinates");
-                    return Err(path.error(reason).into());
+                    return Err(path.key("texture").error(reason).into());
                 }
-                let image = depth_of_grid(
-                    &path,
-                    texture,
-                    read_grid(&path, texture, sources, &StatedByUser::default())?,
-                    [from_m, to_m],
-                )?;
+                let (image, _) = varying.image(&path, texture, sources)?;
                 let at = |mesh: &MeshBvh, place: &MeshLocation| {
                     mesh.uv(place).map_or(0.0, |uv| at_least(image.at(uv.as_dvec2()), min_m))
                 };
@@ -290,7 +329,7 @@ impl SnowpackDescription {
 
 impl DepthDescription {
     /// The depth of snow on heights.
-    fn over(&self, path: &KeyPath, ground: &PlacedGrid, sources: &Sources) -> Result<Depth, SceneError> {
+    fn over(&self, path: &KeyPath, ground: &PlacedGrid, object: &mut ObjectContext) -> Result<Depth, SceneError> {
         let varying = match self {
             Self::Uniform(depth) => return Ok(Depth::Uniform(depth.get())),
             Self::Varying(varying) => varying,
@@ -298,12 +337,12 @@ impl DepthDescription {
         let DepthSource::Texture(texture) = varying.source(path)? else {
             return Err(path.error("is an attribute, but the ground is no mesh and has none").into());
         };
+        let (mut depth, place) = varying.image(path, texture, object.sources)?;
         let path = path.key("texture");
-        let grid = read_grid(&path, texture, sources, &StatedByUser::default())?;
-        let (place, origin_m) = (grid.georeference.clone(), ground.origin_on_map_m);
-        let mut depth = depth_of_grid(&path, texture, grid, varying.range.get())?;
         // If both maps are georeferenced, the map of depths is placed by its coordinates on the map of heights.
-        if let (Ok(Some(Georeference { far_left_m, cell_m, .. })), Some(origin_m)) = (place, origin_m) {
+        if let (Some(map), Some(origin_m)) = (place, ground.origin_on_map_m) {
+            object.notes.extend(note_on_unit(&map, &path));
+            let Georeference { far_left_m, cell_m, .. } = map;
             let to_cells = DVec2::new(1.0, -1.0) / cell_m;
             depth.first = (origin_m + ground.far_left_m - far_left_m) * to_cells;
             depth.span = ground.size_m() / cell_m;
@@ -316,16 +355,6 @@ impl DepthDescription {
         }
         Ok(Depth::Varying(depth))
     }
-}
-
-/// Depths from edge to edge of an image.
-fn depth_of_grid(path: &KeyPath, file: &str, grid: HeightGrid, range_m: [f64; 2]) -> Result<DepthImage, KeyError> {
-    let wrong = |reason: String| path.error(format!("is \"{file}\": {reason}"));
-    let unit_m =
-        grid.georeference.as_ref().map_err(|reason| wrong(reason.clone()))?.map_or(1.0, |map| map.height_unit_m);
-    let grid = grid.filled(None).map_err(wrong)?;
-    let values = Heights::new(grid.columns, grid.values).map_err(wrong)?;
-    Ok(DepthImage::from_edge_to_edge(values.scaled(narrow(unit_m)), range_m))
 }
 
 /// The depth, or 0 if the depth is less than `min_m`.

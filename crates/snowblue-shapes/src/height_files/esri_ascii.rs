@@ -58,7 +58,7 @@ pub(super) fn read(text: &str, system: Option<&str>, stated: &StatedByUser) -> R
         _ => Err(format!("the place is missing: either {corner} or {centre}")),
     };
     let near_left = DVec2::new(place("xllcorner", "xllcenter", cell.x)?, place("yllcorner", "yllcenter", cell.y)?);
-    let no_data = stated.no_data.unwrap_or_else(|| narrow(value("nodata_value").unwrap_or(USUAL_NO_DATA)));
+    let no_data = narrow(value("nodata_value").unwrap_or(USUAL_NO_DATA));
     let mut values = Vec::with_capacity(columns * rows);
     let may_be_nan = no_data.is_nan();
     for word in words.by_ref().take(columns * rows) {
@@ -76,15 +76,15 @@ pub(super) fn read(text: &str, system: Option<&str>, stated: &StatedByUser) -> R
     let size = cell * DVec2::new((columns - 1) as f64, (rows - 1) as f64);
     let far_left = near_left + DVec2::new(0.0, size.y);
     let unit_m = match (stated.map_unit_m, system) {
-        (Some(unit_m), _) => Ok(unit_m),
-        (None, Some(text)) => units::of_well_known_text(text, far_left),
-        (None, None) => units::unstated([far_left, near_left + DVec2::new(size.x, 0.0)], cell),
+        (stated_m, Some(text)) => units::of_well_known_text(text, far_left, stated_m).map(Some),
+        (Some(unit_m), None) => Ok(Some(unit_m)),
+        (None, None) => units::check_unstated([far_left, near_left + DVec2::new(size.x, 0.0)], cell).map(|()| None),
     };
     let georeference = unit_m.and_then(|unit_m| {
         let height_unit_m = stated.height_unit_m.map_or_else(|| units::of_unstated_heights(unit_m), Ok)?;
-        Georeference::new(far_left, cell, [unit_m, height_unit_m])
+        Georeference::new(far_left, cell, unit_m, height_unit_m)
     });
-    HeightGrid::new(columns, values, Some(no_data), georeference.map(Some))
+    HeightGrid::new(columns, values, [Some(no_data), stated.no_data], georeference.map(Some))
 }
 
 fn number(word: &str, what: &str) -> Result<f64, String> {
@@ -123,7 +123,7 @@ mod tests {
         assert_eq!((grid.columns, &grid.values[..2], &grid.values[3..]), (3, &[1.0, 2.5][..], &[4.0, 5.0, 6.0][..]));
         assert!(grid.values[2].is_nan());
         let place = |x: f64, y: f64, cell: [f64; 2]| {
-            Ok(Some(Georeference::new(DVec2::new(x, y), cell.into(), [1.0; 2]).unwrap()))
+            Ok(Some(Georeference::new(DVec2::new(x, y), cell.into(), None, 1.0).unwrap()))
         };
         assert_eq!(grid.georeference, place(1005.0, 2015.0, [10.0; 2]));
         let centred = GRID.replace("corner", "center").replace("cellsize 10", "dx 10\ndy 20");
@@ -132,9 +132,10 @@ mod tests {
 
     #[test]
     fn a_height_of_9999_below_zero_is_missing_where_the_header_states_no_other_value() {
-        let missing = |text: &str| read(text).unwrap().values.iter().filter(|value| value.is_nan()).count();
-        assert_eq!(missing(&GRID.replace("NODATA_value -9999\n", "")), 1);
-        assert_eq!(missing(&GRID.replace("NODATA_value -9999\n", "NODATA_value -1\n")), 0);
+        let unstated = read(&GRID.replace("NODATA_value -9999\n", "")).unwrap();
+        assert_eq!(unstated.values.iter().filter(|value| value.is_nan()).count(), 1);
+        let message = read(&GRID.replace("NODATA_value -9999\n", "NODATA_value -1\n")).unwrap_err();
+        assert!(message.starts_with("1 of 6 heights are -9999.0, which often marks missing heights"), "{message}");
     }
 
     /// The system of a map in Washington in feet, as ArcGIS writes it.
@@ -156,16 +157,43 @@ mod tests {
         assert!(cell_m(FEET, &stated).unwrap_err().contains("`unit = \"ft\"` or `unit = \"m\"` says it"));
         assert_eq!(cell_m("PROJCRS[\"x\",CS[Cartesian,2],LENGTHUNIT[\"metre\",1]]", &stated), Ok(10.0));
         assert_eq!(cell_m(FEET, &StatedByUser { map_unit_m: Some(2.0), ..metres_high }), Ok(20.0));
-        let refused = |system: &str| cell_m(system, &stated).unwrap_err();
+        // A stated unit makes no metres of degrees or of a distorted map.
+        let refused = |system: &str| {
+            let metres = StatedByUser { map_unit_m: Some(1.0), ..metres_high };
+            assert!(cell_m(system, &metres).is_err() || cell_m(system, &stated).unwrap_err().contains("`map_unit`"));
+            cell_m(system, &stated).unwrap_err()
+        };
         assert!(refused("GEOGCS[\"WGS 84\",UNIT[\"degree\",0.0174]]").contains("the map is in degrees: `gdalwarp"));
-        assert!(refused("Projection GEOGRAPHIC").contains("`map_unit` says its unit"));
+        for degrees in [
+            "Projection    GEOGRAPHIC\nUnits DD",
+            "GEOGCRS[\"WGS 84\",CS[ellipsoidal,2],ANGLEUNIT[\"degree\",0.0174]]",
+            "COMPD_CS[\"x\",GEOGCS[\"WGS 84\",UNIT[\"degree\",0.0174]],VERT_CS[\"EGM96\",UNIT[\"metre\",1]]]",
+        ] {
+            assert!(refused(degrees).contains("the map is in degrees: `gdalwarp"), "{degrees}");
+        }
+        assert!(refused("GEODCRS[\"WGS 84\",CS[Cartesian,3],LENGTHUNIT[\"metre\",1]]").contains("geocentric"));
+        assert!(refused("Projection UTM\nZone 32\nUnits METERS").contains("`map_unit` says its unit"));
+        for name in ["Mercator", "Plate_Carree", "Cylindrical_Equal_Area", "Mollweide", "Equidistant_Cylindrical"] {
+            let world = FEET.replace("Lambert_Conformal_Conic", name);
+            assert!(
+                refused(&world).contains("a projection of the whole Earth") && refused(&world).contains("EPSG:326ZZ")
+            );
+        }
+        // The place of a web map is known: x = 1005 m lies just east of Greenwich.
         let web = FEET.replace("Lambert_Conformal_Conic", "Mercator_Auxiliary_Sphere");
-        assert!(refused(&web).contains("Mercator projection"));
-        let world = FEET.replace("Lambert_Conformal_Conic", "Mercator");
-        assert!(refused(&world).contains("Mercator projection"));
+        assert!(refused(&web).contains("EPSG:32631"));
+        let conversion =
+            "PROJCRS[\"x\",CONVERSION[\"y\",METHOD[\"Lambert Cylindrical Equal Area\"]],LENGTHUNIT[\"m\",1]]";
+        assert!(refused(conversion).contains("a projection of the whole Earth"));
+        assert!(refused("Projection  MERCATOR\nUnits METERS").contains("a projection of the whole Earth"));
+        for local in ["Transverse_Mercator", "Hotine_Oblique_Mercator_Azimuth_Center", "Lambert_Azimuthal_Equal_Area"] {
+            assert!(cell_m(&FEET.replace("Lambert_Conformal_Conic", local), &metres_high).is_ok());
+        }
         // ArcGIS appends the system of the heights.
         let with_heights = format!("{FEET},VERTCS[\"NAVD_1988\",VDATUM[\"x\"],UNIT[\"Meter\",1.0]]");
         assert_eq!(cell_m(&with_heights, &metres_high), cell_m(FEET, &metres_high));
+        let compound = format!("COMPD_CS[\"x\",{with_heights}]");
+        assert_eq!(cell_m(&compound, &metres_high), cell_m(FEET, &metres_high));
     }
 
     #[test]
@@ -181,6 +209,9 @@ mod tests {
         let metres = StatedByUser { map_unit_m: Some(1.0), height_unit_m: Some(0.3048), ..StatedByUser::default() };
         let place = super::read(&degrees, None, &metres).unwrap().georeference.unwrap().unwrap();
         assert_eq!((place.cell_m.x, place.height_unit_m), (0.000_277_777_778, 0.3048));
+        // Longitudes that count from 0: 352.3° E is 7.7° W, in zone 29.
+        let west = degrees.replace("xllcorner 7.7", "xllcorner 352.3");
+        assert!(read(&west).unwrap().georeference.unwrap_err().contains("-t_srs EPSG:32629"));
         // A cell of a degree would be wider than any map.
         assert!(read(&degrees.replace("0.000277777778", "1")).unwrap().georeference.is_ok());
     }

@@ -3,8 +3,7 @@
 //!
 //! `ModelPixelScaleTag` and `ModelTiepointTag`, or `ModelTransformationTag`, map columns and rows to the east and
 //! north. `GeoKeyDirectoryTag` names the system of the map and of the heights, and their units. GDAL's tag 42113 holds
-//! the text of the value that marks missing heights, and tag 42112 the unit, the scale and the offset of a band. An
-//! image that is a transparency mask marks missing heights too.
+//! the text of the value that marks missing heights, and tag 42112 the unit, the scale and the offset of a band.
 
 use std::io::{Cursor, Read as _};
 
@@ -23,6 +22,7 @@ use crate::height_files::units;
 
 /// Codes of the keys that are read, by table 2 of the standard, and of their values.
 const MODEL_TYPE: u16 = 1024;
+const PROJECTED_MODEL: u16 = 1;
 const GEOGRAPHIC: u16 = 2;
 const GEOCENTRIC: u16 = 3;
 const RASTER_TYPE: u16 = 1025;
@@ -30,15 +30,19 @@ const PIXEL_IS_POINT: u16 = 2;
 const GEOGRAPHIC_SYSTEM: u16 = 2048;
 const PROJECTED_SYSTEM: u16 = 3072;
 const PROJECTION_METHOD: u16 = 3075;
-const MERCATOR: u16 = 7;
+/// Methods that project the whole Earth: Mercator, equirectangular, Miller, Robinson, sinusoidal, Van der Grinten, and
+/// of GDAL the cylindrical equal area.
+const WORLD_PROJECTIONS: [u16; 7] = [7, 17, 20, 23, 24, 25, 28];
 const LINEAR_UNITS: u16 = 3076;
 const LINEAR_UNIT_SIZE: u16 = 3077;
 const VERTICAL_SYSTEM: u16 = 4096;
 const VERTICAL_UNITS: u16 = 4099;
 /// The value of a key that the file defines itself.
 const USER_DEFINED: u16 = 32_767;
-/// Systems of the EPSG register in the Mercator projection, on a sphere and on an ellipsoid.
-const MERCATOR_SYSTEMS: [u16; 3] = [3857, 3785, 3395];
+/// The orientation whose first row is at the top and whose first column is on the left.
+const UPRIGHT: u16 = 1;
+/// Kinds of `ExtraSamples` that are alpha, with which colours are multiplied or not.
+const ALPHA: [u16; 2] = [1, 2];
 /// Bits of `NewSubfileType`.
 const REDUCED: u32 = 1;
 const MASK: u32 = 4;
@@ -58,31 +62,46 @@ pub(super) fn read(bytes: &[u8], stated: &StatedByUser) -> Result<HeightGrid, St
     // The heights as decoded, in double precision at most, and the heights in single precision.
     let height_bytes = size_of::<f64>() + size_of::<f32>();
     check_memory(&format!("{columns} × {rows} heights"), (columns * rows * height_bytes) as f64, bytes.len())?;
+    let orientation = file.find_tag_unsigned::<u16>(Tag::Orientation).map_err(unreadable)?.unwrap_or(UPRIGHT);
+    if orientation != UPRIGHT {
+        return Err(format!(
+            "the orientation is {orientation}, but must be {UPRIGHT} (`gdal_translate IN.tif OUT.tif` takes the rows \
+             as they are stored, and `magick IN.tif -auto-orient OUT.tif` turns them)"
+        ));
+    }
     let colour = file.colortype().map_err(unreadable)?;
     if !matches!(colour, ColorType::Gray(_)) {
-        return Err(format!(
-            "the image is {colour:?}, but must have one band of heights (`gdal_translate -b 1 IN.tif OUT.tif` takes \
-             the first)"
-        ));
+        let extra = file.find_tag_unsigned_vec::<u16>(Tag::ExtraSamples).map_err(unreadable)?.unwrap_or_default();
+        let way_out = if extra.iter().any(|kind| ALPHA.contains(kind)) {
+            "gdalwarp -ot Float32 -dstnodata -9999 IN.tif OUT.tif` makes transparent heights missing"
+        } else {
+            "gdal_translate -b 1 IN.tif OUT.tif` takes the first"
+        };
+        return Err(format!("the image is {colour:?}, but must have one band of heights (`{way_out})"));
     }
     let band = Band::read(&mut file)?;
     let georeference = georeference(&mut file, [columns, rows], &band, stated);
-    let mut values = heights(decoded(&mut file, bytes)?)?;
+    let values = heights(decoded(&mut file, bytes)?)?;
     if values.len() != columns * rows {
         return Err(format!("there are {} heights, but must be {columns} × {rows}", values.len()));
     }
     while file.more_images() {
         file.next_image().map_err(unreadable)?;
         let kind = file.find_tag_unsigned::<u32>(Tag::NewSubfileType).map_err(unreadable)?.unwrap_or(0);
-        if kind == MASK && file.dimensions().map_err(unreadable)? == (width, height) {
-            apply_mask(&mut values, columns, &mut file, bytes)?;
-        } else if kind & (REDUCED | MASK) == 0 {
+        if kind & MASK != 0 {
+            return Err(
+                "missing heights are in a mask of the file, which is not read (`gdalwarp -dstnodata -9999 IN.tif \
+                        OUT.tif` writes them into the map)"
+                    .to_owned(),
+            );
+        }
+        if kind & REDUCED == 0 {
             return Err("the file has several images, but must have one (`gdal_translate GTIFF_DIR:1:IN.tif OUT.tif` \
                         takes the first)"
                 .to_owned());
         }
     }
-    let grid = HeightGrid::new(columns, values, stated.no_data.or(band.no_data), georeference)?;
+    let grid = HeightGrid::new(columns, values, [band.no_data, stated.no_data], georeference)?;
     Ok(HeightGrid { values: grid.values.into_iter().map(|value| band.value(value)).collect(), ..grid })
 }
 
@@ -94,26 +113,28 @@ fn unreadable(error: TiffError) -> String {
     format!("not a readable TIFF file: {error}{way_out}").replace('\n', " ")
 }
 
-/// The pixels of an image as they are stored, in which 0 is never white. The library inverts images in which 0 is
-/// white, and reads neither masks nor Zstandard: such images are copied into a file without these.
+/// The pixels of an image. The library does not read Zstandard: such images are copied into a file without it. It
+/// inverts images in which 0 is white, which the programs of maps do not.
 fn decoded(file: &mut File, bytes: &[u8]) -> Result<DecodingResult, String> {
     let number = |file: &mut File, tag| file.find_tag_unsigned::<u16>(tag).map_err(unreadable);
-    let is_zstandard = number(file, Tag::Compression)? == Some(CompressionMethod::ZSTD.to_u16());
-    let is_plain =
-        number(file, Tag::PhotometricInterpretation)? == Some(PhotometricInterpretation::BlackIsZero.to_u16());
-    if is_plain && !is_zstandard {
+    if number(file, Tag::PhotometricInterpretation)? != Some(PhotometricInterpretation::BlackIsZero.to_u16()) {
+        return Err("the value 0 is white, but must be black (`gdal_translate -co PHOTOMETRIC=MINISBLACK IN.tif \
+                    OUT.tif` mends it)"
+            .to_owned());
+    }
+    if number(file, Tag::Compression)? != Some(CompressionMethod::ZSTD.to_u16()) {
         return file.read_image().map_err(unreadable);
     }
     if file.byte_order() != ByteOrder::native() {
         return Err("the file has another order of bytes than this machine (`gdal_translate IN.tif OUT.tif` mends it)"
             .to_owned());
     }
-    let copy = copied(file, bytes, is_zstandard).map_err(unreadable)?;
+    let copy = copied(file, bytes).map_err(unreadable)?;
     Decoder::new(Cursor::new(&copy)).and_then(|mut copy| copy.read_image()).map_err(unreadable)
 }
 
-/// A file with a copy of an image in which 0 is black, with chunks that are decompressed if they are in Zstandard.
-fn copied(file: &mut File, bytes: &[u8], is_zstandard: bool) -> TiffResult<Vec<u8>> {
+/// A file with a copy of an image in Zstandard, whose chunks are decompressed.
+fn copied(file: &mut File, bytes: &[u8]) -> TiffResult<Vec<u8>> {
     let [places, lengths] = match file.get_chunk_type() {
         ChunkType::Strip => [Tag::StripOffsets, Tag::StripByteCounts],
         ChunkType::Tile => [Tag::TileOffsets, Tag::TileByteCounts],
@@ -130,13 +151,9 @@ fn copied(file: &mut File, bytes: &[u8], is_zstandard: bool) -> TiffResult<Vec<u
     for (begin, size) in begins?.into_iter().flatten().zip(sizes?.into_iter().flatten()) {
         let chunk = bytes.get(begin..begin.saturating_add(size)).unwrap_or_default();
         let mut plain = Vec::new();
-        if is_zstandard {
-            let decoder = StreamingDecoder::new(chunk).map_err(std::io::Error::other)?;
-            decoder.take(most_bytes).read_to_end(&mut plain)?;
-            most_bytes -= plain.len() as u64;
-        } else {
-            plain.extend_from_slice(chunk);
-        }
+        let decoder = StreamingDecoder::new(chunk).map_err(std::io::Error::other)?;
+        decoder.take(most_bytes).read_to_end(&mut plain)?;
+        most_bytes -= plain.len() as u64;
         new_lengths.push(u32::try_from(plain.len())?);
         new_places.push(u32::try_from(image.write_data(plain.as_slice())?)?);
     }
@@ -146,31 +163,11 @@ fn copied(file: &mut File, bytes: &[u8], is_zstandard: bool) -> TiffResult<Vec<u
             image.write_tag(tag, number)?;
         }
     }
-    if is_zstandard {
-        image.write_tag(Tag::Compression, CompressionMethod::None)?;
-    }
-    image.write_tag(Tag::PhotometricInterpretation, PhotometricInterpretation::BlackIsZero)?;
+    image.write_tag(Tag::Compression, CompressionMethod::None)?;
     image.write_tag(places, new_places.as_slice())?;
     image.write_tag(lengths, new_lengths.as_slice())?;
     image.finish()?;
     Ok(copy.into_inner())
-}
-
-/// Marks heights as missing where a mask of one bit a pixel is 0.
-fn apply_mask(values: &mut [f32], columns: usize, file: &mut File, bytes: &[u8]) -> Result<(), String> {
-    let row_bytes = columns.div_ceil(8);
-    let mask = match decoded(file, bytes)? {
-        DecodingResult::U8(mask) if mask.len() == values.len() / columns * row_bytes => mask,
-        _ => return Err("the mask must have 1 bit a pixel".to_owned()),
-    };
-    for (row, bits) in values.chunks_exact_mut(columns).zip(mask.chunks_exact(row_bytes)) {
-        for (column, value) in row.iter_mut().enumerate() {
-            if bits[column / 8] << (column % 8) & 0x80 == 0 {
-                *value = f32::NAN;
-            }
-        }
-    }
-    Ok(())
 }
 
 /// The values in single precision.
@@ -196,8 +193,8 @@ fn heights(decoded: DecodingResult) -> Result<Vec<f32>, String> {
 struct Band {
     /// The value that marks missing heights.
     no_data: Option<f32>,
-    scale: f64,
-    offset: f64,
+    scale: Option<f64>,
+    offset: Option<f64>,
     unit: Option<String>,
 }
 
@@ -208,7 +205,7 @@ impl Band {
                 file.find_tag(tag).map_err(unreadable)?.map(Value::into_string).transpose().map_err(unreadable)?;
             Ok::<_, String>(text.map(|text| text.trim_matches(['\0', ' ', '\n']).to_owned()))
         };
-        let mut band = Self { no_data: None, scale: 1.0, offset: 0.0, unit: None };
+        let mut band = Self { no_data: None, scale: None, offset: None, unit: None };
         if let Some(text) = text(Tag::GdalNodata)? {
             let number = text.parse().map_err(|_| format!("GDAL_NODATA is \"{text}\", but must be a number"))?;
             band.no_data = Some(narrow(number));
@@ -223,8 +220,8 @@ impl Band {
                 _ => Err(format!("GDAL_METADATA has \"{text}\", but must have a finite number")),
             };
             match item.attribute("role") {
-                Some("scale") => band.scale = number()?,
-                Some("offset") => band.offset = number()?,
+                Some("scale") => band.scale = Some(number()?),
+                Some("offset") => band.offset = Some(number()?),
                 Some("unittype") => band.unit = Some(text.to_owned()).filter(|unit| !unit.is_empty()),
                 _ => {}
             }
@@ -233,7 +230,7 @@ impl Band {
     }
 
     fn value(&self, stored: f32) -> f32 {
-        narrow(self.offset + self.scale * f64::from(stored))
+        narrow(self.offset.unwrap_or(0.0) + self.scale.unwrap_or(1.0) * f64::from(stored))
     }
 }
 
@@ -247,27 +244,38 @@ fn georeference(
     let scale = numbers(file, Tag::ModelPixelScaleTag)?;
     let tie_point = numbers(file, Tag::ModelTiepointTag)?;
     let matrix = numbers(file, Tag::ModelTransformationTag)?;
-    let (corner, cell) = match (scale.as_deref(), tie_point.as_deref(), matrix.as_deref()) {
-        (Some([dx, dy, ..]), Some([column, row, _, x, y, ..]), _) => {
-            (DVec2::new(x - column * dx, y + row * dy), DVec2::new(*dx, *dy))
-        }
-        (_, _, Some([dx, by_row, _, x, by_column, dy, _, y, ..])) => {
-            if *by_row != 0.0 || *by_column != 0.0 || *dx < 0.0 || *dy > 0.0 {
-                return Err("the map is turned or mirrored, but its rows must run from west to east and its columns \
-                            from north to south (gdalwarp makes such a map)"
-                    .to_owned());
+    let (corner, cell, [height_scale, height_offset]) =
+        match (scale.as_deref(), tie_point.as_deref(), matrix.as_deref()) {
+            (Some([dx, dy, dz, ..]), Some([column, row, value, x, y, z, ..]), _) => {
+                (DVec2::new(x - column * dx, y + row * dy), DVec2::new(*dx, *dy), [*dz, z - value * dz])
             }
-            (DVec2::new(*x, *y), DVec2::new(*dx, -dy))
-        }
-        _ => return Ok(None),
-    };
+            (_, _, Some([dx, by_row, _, x, by_column, dy, _, y, _, _, dz, z, ..])) => {
+                if *by_row != 0.0 || *by_column != 0.0 || *dx < 0.0 || *dy > 0.0 {
+                    return Err(
+                        "the map is turned or mirrored, but its rows must run from west to east and its columns \
+                            from north to south (gdalwarp makes such a map)"
+                            .to_owned(),
+                    );
+                }
+                (DVec2::new(*x, *y), DVec2::new(*dx, -dy), [*dz, *z])
+            }
+            _ => return Ok(None),
+        };
+    // The scale 0 says nothing of heights.
+    let changes_heights = height_scale != 0.0 && ((height_scale - 1.0).abs() > 0.0 || height_offset != 0.0);
+    if changes_heights && band.scale.or(band.offset).is_none() {
+        return Err(format!(
+            "the tags of its place multiply heights by {height_scale} and add {height_offset}, which is not read \
+             (`gdal_translate -a_scale {height_scale} -a_offset {height_offset} IN.tif OUT.tif` says so of the band)"
+        ));
+    }
     let keys = Keys::read(file)?;
     let far = corner + cell * DVec2::new(columns as f64, -(rows as f64));
-    let map_m = stated.map_unit_m.map_or_else(|| keys.map_unit_m([corner, far], cell), Ok)?;
+    let map_m = keys.map_unit_m([corner, far], cell, stated.map_unit_m)?;
     let height_m = stated.height_unit_m.map_or_else(|| keys.height_unit_m(band, map_m), Ok)?;
     let is_point = keys.value(RASTER_TYPE) == Some(PIXEL_IS_POINT);
     let middle = if is_point { DVec2::ZERO } else { 0.5 * cell * DVec2::new(1.0, -1.0) };
-    Georeference::new(corner + middle, cell, [map_m, height_m]).map(Some)
+    Georeference::new(corner + middle, cell, map_m, height_m).map(Some)
 }
 
 /// The directory of keys: after a head of four numbers, four numbers for each key, which are the key, the tag of its
@@ -304,36 +312,39 @@ impl Keys {
         length_m.map(Some).ok_or_else(|| format!("the key {key} has the unit {unit}, which is no known unit of length"))
     }
 
-    /// The unit of the map in m.
-    fn map_unit_m(&self, corners: [DVec2; 2], cell: DVec2) -> Result<f64, String> {
+    /// The unit of the map in m: the unit that the user states, of the file, or of its system, if any. A map in
+    /// degrees, in a projection of the whole Earth or around the middle of the Earth is refused whatever the user says.
+    fn map_unit_m(&self, corners: [DVec2; 2], cell: DVec2, stated_m: Option<f64>) -> Result<Option<f64>, String> {
         let system = self.value(PROJECTED_SYSTEM);
         match self.value(MODEL_TYPE) {
             Some(GEOGRAPHIC) => return Err(units::degrees(corners[0])),
-            Some(GEOCENTRIC) => return Err("the map is geocentric, but must be projected".to_owned()),
+            Some(GEOCENTRIC) => return Err(units::geocentric()),
+            Some(PROJECTED_MODEL) => {}
             _ if system.is_none() && self.value(GEOGRAPHIC_SYSTEM).is_some() => return Err(units::degrees(corners[0])),
             _ => {}
         }
-        if system.is_some_and(|code| MERCATOR_SYSTEMS.contains(&code))
-            || self.value(PROJECTION_METHOD) == Some(MERCATOR)
-        {
-            return Err(units::web_mercator(corners[0]));
+        if let Some(reason) = system.and_then(|code| units::world_system(code, corners[0])) {
+            return Err(reason);
         }
-        if let Some(unit_m) = self.unit_m(LINEAR_UNITS)? {
-            return Ok(unit_m);
+        if self.value(PROJECTION_METHOD).is_some_and(|method| WORLD_PROJECTIONS.contains(&method)) {
+            return Err(units::world(None));
+        }
+        if let Some(unit_m) = stated_m.map_or_else(|| self.unit_m(LINEAR_UNITS), |unit_m| Ok(Some(unit_m)))? {
+            return Ok(Some(unit_m));
         }
         match system.map(|code| (code, units::of_system(code))) {
-            Some((_, Some(unit_m))) => Ok(unit_m),
+            Some((_, Some(unit_m))) => Ok(Some(unit_m)),
             Some((code, None)) => Err(format!("the unit of EPSG:{code} is unknown; `map_unit` says it")),
             None if self.value(MODEL_TYPE).is_some() => {
                 Err("the file does not say the unit of its coordinates; `map_unit` says it".to_owned())
             }
-            None => units::unstated(corners, cell),
+            None => units::check_unstated(corners, cell).map(|()| None),
         }
     }
 
     /// The unit of the heights in m: the unit of the band, of the key, of the system of heights, or the metre on a map
     /// in metres.
-    fn height_unit_m(&self, band: &Band, map_unit_m: f64) -> Result<f64, String> {
+    fn height_unit_m(&self, band: &Band, map_unit_m: Option<f64>) -> Result<f64, String> {
         if let Some(name) = &band.unit {
             return units::of_name(name)
                 .ok_or_else(|| format!("the unit of the heights is \"{name}\", which is unknown; `unit` says it"));
@@ -461,8 +472,8 @@ mod tests {
     const METRES: [u16; 4] = [LINEAR_UNITS, 0, 1, 9001];
 
     /// A place with pixels of 2 m by 3 m.
-    fn place(x: f64, y: f64) -> Result<Option<Georeference>, String> {
-        Ok(Some(Georeference::new(DVec2::new(x, y), DVec2::new(2.0, 3.0), [1.0; 2]).unwrap()))
+    fn place(x: f64, y: f64, unit_m: Option<f64>) -> Result<Option<Georeference>, String> {
+        Ok(Some(Georeference::new(DVec2::new(x, y), DVec2::new(2.0, 3.0), unit_m, 1.0).unwrap()))
     }
 
     #[test]
@@ -475,7 +486,7 @@ mod tests {
                 assert!(grid.values[2].is_nan());
                 assert_eq!((grid.columns, &grid.values[..2], &grid.values[3..]), (3, &HEIGHTS[..2], &HEIGHTS[3..]));
                 // The middle of the first pixel, of 2 m by 3 m.
-                assert_eq!(grid.georeference, place(501.0, 898.5));
+                assert_eq!(grid.georeference, place(501.0, 898.5, Some(1.0)));
             }
         }
         let way = Way { predictor: Predictor::Horizontal, compression: Compression::Lzw, ..PLAIN };
@@ -500,14 +511,14 @@ mod tests {
     fn tie_points_of_pixel_middles_and_matrices_are_understood() {
         let read_place = |tags: &Tags| read(&file::<Gray32Float>(&HEIGHTS, tags, PLAIN)).unwrap().georeference;
         let points = Tags::new(&[PROJECTED, METRES, [RASTER_TYPE, 0, 1, PIXEL_IS_POINT]]);
-        assert_eq!(read_place(&points), place(500.0, 900.0));
+        assert_eq!(read_place(&points), place(500.0, 900.0, Some(1.0)));
         let other_corner =
             Tags { tie_point: vec![3.0, 2.0, 0.0, 506.0, 894.0, 0.0], ..Tags::new(&[PROJECTED, METRES]) };
-        assert_eq!(read_place(&other_corner), place(501.0, 898.5));
+        assert_eq!(read_place(&other_corner), place(501.0, 898.5, Some(1.0)));
         let matrix = vec![2.0, 0.0, 0.0, 500.0, 0.0, -3.0, 0.0, 900.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
         let none = Tags { scale: vec![], tie_point: vec![], ..Tags::new(&[]) };
-        assert_eq!(read_place(&Tags { matrix: matrix.clone(), ..Tags::new(&[]) }), place(501.0, 898.5));
-        assert_eq!(read_place(&Tags { matrix, ..none }), place(501.0, 898.5));
+        assert_eq!(read_place(&Tags { matrix: matrix.clone(), ..Tags::new(&[]) }), place(501.0, 898.5, None));
+        assert_eq!(read_place(&Tags { matrix, ..none }), place(501.0, 898.5, None));
         assert_eq!(read_place(&Tags { scale: vec![], ..Tags::new(&[]) }), Ok(None), "a TIFF that is no map");
     }
 
@@ -515,6 +526,30 @@ mod tests {
     fn units_m(tags: &Tags) -> Result<[f64; 2], String> {
         let place = read(&file::<Gray32Float>(&HEIGHTS, tags, PLAIN)).unwrap().georeference;
         place.map(|place| place.unwrap()).map(|place| [place.cell_m.x, place.height_unit_m])
+    }
+
+    #[test]
+    fn scales_of_heights_by_the_place_are_refused_unless_the_band_states_them() {
+        let place = |scale: f64, z: f64| Tags {
+            scale: vec![2.0, 3.0, scale],
+            tie_point: vec![0.0, 0.0, 10.0, 500.0, 900.0, z],
+            ..Tags::new(&[PROJECTED, METRES])
+        };
+        for (scale, z) in [(0.0, 0.0), (0.0, 250.0), (1.0, 10.0)] {
+            assert!(units_m(&place(scale, z)).is_ok(), "{scale} {z}");
+        }
+        // Ten steps of 0.5 m below 105 m is 100 m at 0, and a shift alone changes heights too.
+        for (scale, z, expected) in
+            [(0.5, 105.0, "-a_scale 0.5 -a_offset 100 IN"), (1.0, 0.0, "-a_scale 1 -a_offset -10 IN")]
+        {
+            let message = units_m(&place(scale, z)).unwrap_err();
+            assert!(message.contains(expected), "{message}");
+            let stated = place(scale, z).with_metadata("scale", "0.5");
+            assert_eq!(read(&file::<Gray32Float>(&HEIGHTS, &stated, PLAIN)).unwrap().values[3..], [2.125, 2.5, 3.0]);
+        }
+        let matrix = vec![2.0, 0.0, 0.0, 500.0, 0.0, -3.0, 0.0, 900.0, 0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 0.0, 1.0];
+        let tags = Tags { matrix, scale: vec![], ..Tags::new(&[PROJECTED, METRES]) };
+        assert!(units_m(&tags).unwrap_err().contains("-a_scale 0.1 -a_offset 0 IN"));
     }
 
     #[test]
@@ -567,14 +602,18 @@ mod tests {
         for (tags, expected) in [
             (
                 degrees(&[[MODEL_TYPE, 0, 1, GEOGRAPHIC]]),
-                "degrees: `gdalwarp -t_srs EPSG:32632 -r cubic -dstnodata -9999 IN.tif OUT.tif`",
+                "the map is in degrees: `gdalwarp -t_srs EPSG:32632 -r cubic -dstnodata -9999 IN.tif OUT.tif`",
             ),
             (degrees(&[[GEOGRAPHIC_SYSTEM, 0, 1, 4326]]), "degrees: `gdalwarp -t_srs EPSG:32632"),
             (Tags { scale: vec![1e-4, 1e-4, 0.0], ..degrees(&[]) }, "are degrees or metres"),
             (Tags::new(&[[MODEL_TYPE, 0, 1, GEOCENTRIC]]), "geocentric"),
-            // y = 5,870,000 m is 46.54° N, where 1/cos φ is 1.45.
-            (mercator(&[PROJECTED, system(3857), METRES]), "1.45 times too long there: `gdalwarp -t_srs EPSG:32632"),
-            (mercator(&[PROJECTED, [PROJECTION_METHOD, 0, 1, MERCATOR], METRES]), "1.45 times too long"),
+            // x = 890,000 m is 8° E on the maps that begin at Greenwich, of Mercator and of degrees as metres.
+            (mercator(&[PROJECTED, system(3857), METRES]), "lengths are not true: `gdalwarp -t_srs EPSG:32632"),
+            (mercator(&[PROJECTED, system(4087)]), "lengths are not true: `gdalwarp -t_srs EPSG:32632"),
+            (
+                mercator(&[PROJECTED, [PROJECTION_METHOD, 0, 1, 7], METRES]),
+                "lengths are not true: `gdalwarp -t_srs EPSG:326ZZ",
+            ),
             (Tags::new(&[PROJECTED, [LINEAR_UNITS, 0, 1, 9102]]), "the unit 9102, which is no known unit of length"),
             (Tags::new(&[PROJECTED]), "does not say the unit of its coordinates; `map_unit` says it"),
             (Tags::new(&[PROJECTED, system(1)]), "the unit of EPSG:1 is unknown; `map_unit` says it"),
@@ -588,10 +627,29 @@ mod tests {
         ] {
             let message = units_m(&tags).unwrap_err();
             assert!(message.contains(expected) && !message.contains('\n'), "{expected}: {message}");
-            // The user knows better.
+            // The user may state an unknown unit, but cannot turn degrees or a distorted map into metres.
             let stated = StatedByUser { map_unit_m: Some(1.0), height_unit_m: Some(1.0), no_data: None };
             let place = super::read(&file::<Gray32Float>(&HEIGHTS, &tags, PLAIN), &stated).unwrap().georeference;
-            assert!(place.unwrap().is_some(), "{expected}");
+            let is_refused =
+                ["the map is in degrees", "whole Earth", "geocentric"].iter().any(|kind| message.contains(kind));
+            if is_refused {
+                assert_eq!(place, Err(message));
+            } else {
+                assert!(place.unwrap().is_some(), "{expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn projections_of_the_whole_earth_are_refused_in_every_unit() {
+        for code in [3832, 3994, 3857, 4087, 4088, 32_662, 32_663, 6933, 3410, 3395, 8857, 54_004, 54_009] {
+            let message = units_m(&Tags::new(&[PROJECTED, [PROJECTED_SYSTEM, 0, 1, code], METRES])).unwrap_err();
+            assert!(message.contains("a projection of the whole Earth") && message.contains("`gdalwarp"), "{message}");
+        }
+        // Their neighbours in the register: UTM, a polar map and a Lambert grid.
+        for code in [32_660, 3995, 3833, 3856, 6931, 3409] {
+            let found = units_m(&Tags::new(&[PROJECTED, [PROJECTED_SYSTEM, 0, 1, code]]));
+            assert!(found == Ok([2.0, 1.0]) || found.as_ref().unwrap_err().contains("is unknown"), "{code}: {found:?}");
         }
     }
 
@@ -632,7 +690,10 @@ mod tests {
                 (Tag::StripByteCounts, u32::try_from(strip.len()).unwrap()),
             ];
             for (tag, value) in size.iter().chain(&strip).chain(*tags) {
-                image.write_tag(*tag, *value).unwrap();
+                match u16::try_from(*value) {
+                    Ok(short) if *tag == Tag::ExtraSamples => image.write_tag(*tag, short).unwrap(),
+                    _ => image.write_tag(*tag, *value).unwrap(),
+                }
             }
             image.finish().unwrap();
         }
@@ -641,37 +702,47 @@ mod tests {
 
     const GREY_BYTES: [(Tag, u32); 3] =
         [(Tag::BitsPerSample, 8), (Tag::Compression, 1), (Tag::PhotometricInterpretation, 1)];
-    const MASK_BITS: [(Tag, u32); 4] = [
-        (Tag::NewSubfileType, MASK),
-        (Tag::BitsPerSample, 1),
-        (Tag::Compression, 1),
-        (Tag::PhotometricInterpretation, 4),
-    ];
 
     #[test]
-    fn a_mask_marks_missing_heights() {
+    fn masks_and_other_images_are_refused_with_a_way_out() {
         let heights: Tagged = (&GREY_BYTES, &[1, 2, 3, 4, 5, 6]);
-        // Bits of each row from the left, in a byte a row: 0 is missing.
-        let mask: Tagged = (&MASK_BITS, &[0b1010_0000, 0b1100_0000]);
-        let values = read(&images(&[heights, mask])).unwrap().values;
-        let missing: Vec<usize> = (0..6).filter(|number| values[*number].is_nan()).collect();
-        assert_eq!((missing, values[0], values[4]), (vec![1, 5], 1.0, 5.0));
+        let of_kind = |kind: u32| [&GREY_BYTES[..], &[(Tag::NewSubfileType, kind)]].concat();
+        for kind in [MASK, MASK | REDUCED] {
+            let message = read(&images(&[heights, (&of_kind(kind), heights.1)])).unwrap_err();
+            assert!(message.contains("in a mask of the file, which is not read (`gdalwarp -dstnodata"), "{message}");
+        }
         // A smaller copy is no other height.
-        let overview: Tagged = (&[&GREY_BYTES[..], &[(Tag::NewSubfileType, REDUCED)]].concat(), heights.1);
+        let overview: Tagged = (&of_kind(REDUCED), heights.1);
         assert_eq!(read(&images(&[heights, overview])).unwrap().values, [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
         let message = read(&images(&[heights, heights])).unwrap_err();
         assert!(message.contains("the file has several images, but must have one (`gdal_translate GTIFF_DIR:1:"));
-        let bytes: Tagged = (&[&GREY_BYTES[..], &[(Tag::NewSubfileType, MASK)]].concat(), heights.1);
-        assert_eq!(read(&images(&[heights, bytes])).unwrap_err(), "the mask must have 1 bit a pixel");
     }
 
     #[test]
-    fn zero_is_no_greater_height_where_it_is_white() {
+    fn turned_images_and_more_bands_are_refused_with_a_way_out() {
+        let with = |tag: Tag, value: u32| [&GREY_BYTES[..], &[(tag, value)]].concat();
+        let message = read(&images(&[(&with(Tag::Orientation, 4), &[1, 2, 3, 4, 5, 6])])).unwrap_err();
+        assert!(message.contains("the orientation is 4, but must be 1 (`gdal_translate IN.tif OUT.tif`"), "{message}");
+        assert!(read(&images(&[(&with(Tag::Orientation, 1), &[1, 2, 3, 4, 5, 6])])).is_ok());
+        let bands = [
+            (Tag::SamplesPerPixel, 2),
+            (Tag::BitsPerSample, 8),
+            (Tag::Compression, 1),
+            (Tag::PhotometricInterpretation, 1),
+        ];
+        for (kind, expected) in [(0, "`gdal_translate -b 1"), (1, "`gdalwarp -ot Float32 -dstnodata"), (2, "`gdalwarp")]
+        {
+            let tags = [&bands[..], &[(Tag::ExtraSamples, kind)]].concat();
+            let message = read(&images(&[(&tags, &[0; 12])])).unwrap_err();
+            assert!(message.contains(expected), "{message}");
+        }
+    }
+
+    #[test]
+    fn heights_whose_zero_is_white_are_refused_with_a_way_out() {
         let is_white = [&GREY_BYTES[..2], &[(Tag::PhotometricInterpretation, 0)]].concat();
-        assert_eq!(
-            read(&images(&[(&is_white, &[1, 2, 0, 255, 5, 6])])).unwrap().values,
-            [1.0, 2.0, 0.0, 255.0, 5.0, 6.0]
-        );
+        let message = read(&images(&[(&is_white, &[1, 2, 0, 255, 5, 6])])).unwrap_err();
+        assert!(message.contains("`gdal_translate -co PHOTOMETRIC=MINISBLACK IN.tif OUT.tif`"), "{message}");
     }
 
     #[test]

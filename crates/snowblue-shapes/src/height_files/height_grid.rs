@@ -4,8 +4,12 @@ use glam::DVec2;
 
 /// Greatest number of heights along a side of a map.
 const MAX_SIDE: usize = 4096;
-/// Values by which files that state no value for missing heights often mark them.
-const USUAL_NO_DATA: [f32; 3] = [-9999.0, -32_768.0, f32::MIN];
+/// Values by which files often mark missing heights without saying so.
+const USUAL_NO_DATA: [f32; 5] = [-9999.0, -10_000.0, -32_767.0, -32_768.0, -99_999.0];
+/// Values of this magnitude are marks of missing heights: no height is as far from 0 in any unit.
+const MIN_HUGE: f32 = 1e9;
+/// Two huge values are one mark if they differ by this fraction: texts of the least number of single precision differ.
+const ROUNDING: f32 = 1e-6;
 
 /// Heights on a grid, row by row from the far side (greatest y, the north) to the near side, each from left to right.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,12 +42,16 @@ pub struct Georeference {
     pub cell_m: DVec2,
     /// The unit of the heights, in m.
     pub height_unit_m: f64,
+    /// Whether the file or the user states the unit of the coordinates. Otherwise they count as metres.
+    pub states_unit: bool,
 }
 
 impl Georeference {
-    /// The place of heights by the place of the first height and the cell in the unit of a map, and the units of the
-    /// map and of the heights in m.
-    pub(super) fn new(first: DVec2, cell: DVec2, [map_unit_m, height_unit_m]: [f64; 2]) -> Result<Self, String> {
+    /// The place of heights by the place of the first height and the cell in the unit of a map, this unit in m if it is
+    /// stated, and the unit of the heights in m.
+    pub(super) fn new(first: DVec2, cell: DVec2, map_unit_m: Option<f64>, height_unit_m: f64) -> Result<Self, String> {
+        let states_unit = map_unit_m.is_some();
+        let map_unit_m = map_unit_m.unwrap_or(1.0);
         let (far_left_m, cell_m) = (first * map_unit_m, cell * map_unit_m);
         if let Some(cell_m) = cell_m.to_array().into_iter().find(|cell_m| !(1e-4..=1e5).contains(cell_m)) {
             return Err(format!("the cell size is {cell_m} m, but must lie in 0.0001 to 100000 m"));
@@ -51,7 +59,7 @@ impl Georeference {
         if !far_left_m.is_finite() {
             return Err(format!("the map begins at {far_left_m}, but must begin at a finite place"));
         }
-        Ok(Self { far_left_m, cell_m, height_unit_m })
+        Ok(Self { far_left_m, cell_m, height_unit_m, states_unit })
     }
 }
 
@@ -65,36 +73,44 @@ pub struct Window {
 }
 
 impl HeightGrid {
-    /// A grid of values among which `no_data` and NaN mark missing heights.
+    /// A grid of values among which NaN and two values mark missing heights, stated by the file and by the user.
     ///
     /// # Errors
     ///
-    /// When a height is a usual mark of missing heights while `no_data` is none.
+    /// When a height is a usual mark of missing heights that the file does not state, while the user states none.
     pub fn new(
         columns: usize,
         mut values: Vec<f32>,
-        no_data: Option<f32>,
+        [by_file, by_user]: [Option<f32>; 2],
         georeference: Result<Option<Georeference>, String>,
     ) -> Result<Self, String> {
-        let count = |mark: f32| values.iter().filter(|value| value.to_bits() == mark.to_bits()).count();
-        match no_data {
-            Some(mark) => {
-                let missing = values.iter_mut().filter(|value| value.to_bits() == mark.to_bits());
-                missing.for_each(|value| *value = f32::NAN);
-            }
-            None => {
-                if let Some(mark) = USUAL_NO_DATA.into_iter().find(|mark| count(*mark) > 0) {
-                    return Err(format!(
-                        "{} of {} heights are {mark:?}, which often marks missing heights, but the file does not \
-                         say so: `nodata = {mark:?}` if they are missing, else `nodata` with a value that no height \
-                         has",
-                        count(mark),
-                        values.len()
-                    ));
-                }
+        let marks = [by_file, by_user].into_iter().flatten();
+        values
+            .iter_mut()
+            .filter(|value| marks.clone().any(|mark| is_mark(**value, mark)))
+            .for_each(|value| *value = f32::NAN);
+        let mut unstated: Vec<f32> = Vec::new();
+        for value in values.iter().filter(|value| by_user.is_none() && is_usual_mark(**value)) {
+            if unstated.len() < 2 && !unstated.iter().any(|mark| is_mark(*value, *mark)) {
+                unstated.push(*value);
             }
         }
-        Ok(Self { columns, values, georeference })
+        let count = |mark: f32| values.iter().filter(|value| is_mark(**value, mark)).count();
+        let begins = |mark: f32| format!("{} of {} heights are {mark:?}", count(mark), values.len());
+        match unstated[..] {
+            [] => Ok(Self { columns, values, georeference }),
+            [mark] => Err(format!(
+                "{}, which often marks missing heights, but the file does not say so: `nodata = {mark:?}` if they are \
+                 missing, else `nodata` with a value that no height has",
+                begins(mark)
+            )),
+            [first, second, ..] => Err(format!(
+                "{} and {} {second:?}, which often mark missing heights, but the file does not say so: `gdalwarp \
+                 -srcnodata {first} -dstnodata {second} IN.tif OUT.tif` makes one mark of both",
+                begins(first),
+                count(second)
+            )),
+        }
     }
 
     /// Number of rows.
@@ -161,6 +177,16 @@ impl HeightGrid {
     }
 }
 
+/// Whether a value is a mark of missing heights.
+fn is_mark(value: f32, mark: f32) -> bool {
+    let rounding = if mark.abs() < MIN_HUGE { 0.0 } else { ROUNDING * mark.abs() };
+    value.to_bits() == mark.to_bits() || (value - mark).abs() <= rounding
+}
+
+fn is_usual_mark(value: f32) -> bool {
+    value.is_finite() && (value.abs() >= MIN_HUGE || USUAL_NO_DATA.into_iter().any(|mark| is_mark(value, mark)))
+}
+
 /// Rejects a map with more heights than allowed, or with fewer heights than a surface needs.
 pub(super) fn check_size(columns: usize, rows: usize) -> Result<(), String> {
     if (2..=MAX_SIDE).contains(&columns) && (2..=MAX_SIDE).contains(&rows) {
@@ -179,7 +205,7 @@ mod tests {
     use super::*;
 
     fn grid() -> HeightGrid {
-        HeightGrid::new(4, (0..12u8).map(f32::from).collect(), Some(6.0), Ok(None)).unwrap()
+        HeightGrid::new(4, (0..12u8).map(f32::from).collect(), [Some(6.0), None], Ok(None)).unwrap()
     }
 
     fn filled(fill: f32) -> HeightGrid {
@@ -188,7 +214,7 @@ mod tests {
 
     #[test]
     fn a_window_holds_the_nearest_heights() {
-        let place = Georeference::new(DVec2::new(100.0, 520.0), DVec2::new(5.0, 10.0), [1.0; 2]).unwrap();
+        let place = Georeference::new(DVec2::new(100.0, 520.0), DVec2::new(5.0, 10.0), None, 1.0).unwrap();
         let window = Window { centre_m: DVec2::new(108.0, 506.0), size_m: DVec2::new(10.0, 10.0) };
         let (cropped, begins_m) = filled(-1.0).cropped(&place, &window).unwrap();
         // x = 103 to 113 m are columns 1 to 3, y = 511 to 501 m are rows 1 and 2.
@@ -211,16 +237,35 @@ mod tests {
 
     #[test]
     fn usual_marks_of_missing_heights_must_be_stated() {
-        for mark in USUAL_NO_DATA {
-            let grid = |no_data: Option<f32>| HeightGrid::new(2, vec![1.0, mark, 2.0, 3.0], no_data, Ok(None));
-            let message = grid(None).unwrap_err();
-            assert!(message.starts_with(&format!("1 of 4 heights are {mark:?}")), "{message}");
-            // The advice is a number of a scene file.
-            let advice = message.split("`nodata = ").nth(1).unwrap().split('`').next().unwrap();
-            assert_eq!(advice.parse::<f32>().unwrap().to_bits(), mark.to_bits());
-            assert!(grid(Some(mark)).unwrap().values[1].is_nan());
+        // The least number of single precision as two programs print it, the marks of NetCDF and of Surfer, and the
+        // least integer of 32 bits.
+        let huge = [f32::MIN, -3.402_823e38, 1e20, 9.969_21e36, 1.701_41e38, -2_147_483_648.0];
+        for mark in huge.into_iter().chain([-9999.0, -32_768.0, -32_767.0, -10_000.0, -99_999.0]) {
+            let grid = |marks| HeightGrid::new(2, vec![1.0, mark, 2.0, 3.0], marks, Ok(None));
+            // Another mark that the file states is no reason to overlook this one.
+            for by_file in [None, Some(-1.0)] {
+                let message = grid([by_file, None]).unwrap_err();
+                assert!(message.starts_with(&format!("1 of 4 heights are {mark:?}")), "{message}");
+                // The advice is a number of a scene file.
+                let advice = message.split("`nodata = ").nth(1).unwrap().split('`').next().unwrap();
+                assert_eq!(advice.parse::<f32>().unwrap().to_bits(), mark.to_bits());
+                assert!(grid([by_file, Some(mark)]).unwrap().values[1].is_nan());
+            }
+            assert!(grid([Some(mark), None]).unwrap().values[1].is_nan());
             // A height that is known to be none of these is a height.
-            assert_eq!(grid(Some(-99_999.0)).unwrap().values[1].to_bits(), mark.to_bits());
+            assert_eq!(grid([None, Some(-7.0)]).unwrap().values[1].to_bits(), mark.to_bits());
         }
+        // Nearly equal texts of the least number are one mark.
+        let texts = HeightGrid::new(2, vec![1.0, -3.402_823e38, f32::MIN, 3.0], [Some(f32::MIN), None], Ok(None));
+        assert_eq!(texts.unwrap().values.iter().filter(|value| value.is_nan()).count(), 2);
+        let both =
+            HeightGrid::new(2, vec![1.0, -9999.0, -32_768.0, 3.0], [Some(f32::MIN), None], Ok(None)).unwrap_err();
+        assert!(both.contains("`gdalwarp -srcnodata -9999 -dstnodata -32768 IN.tif OUT.tif`"), "{both}");
+        // The marks of the file and of the user are both marks.
+        let both = HeightGrid::new(2, vec![1.0, -9999.0, -32_768.0, 3.0], [Some(-9999.0), Some(-32_768.0)], Ok(None));
+        assert_eq!(both.unwrap().values.iter().filter(|value| value.is_nan()).count(), 2);
+        // Neighbours of the marks are heights.
+        let heights = vec![-9998.0, -9999.5, -32_766.0, 9e8];
+        assert_eq!(HeightGrid::new(2, heights.clone(), [None; 2], Ok(None)).unwrap().values, heights);
     }
 }

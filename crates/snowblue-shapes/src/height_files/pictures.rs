@@ -1,29 +1,30 @@
 //! Heights as pictures: a grey PNG, where white is 1, or an EXR of one channel.
 
-use std::io::Cursor;
-
-use exr::prelude::{ReadChannels, ReadLayers, read};
-use snowblue_geometry::images::{PngImage, check_exr_size};
+use snowblue_geometry::images::{self, DecodedImage};
 
 use crate::height_files::height_grid::{HeightGrid, StatedByUser};
 
 /// Reads a PNG. A height whose pixel is not opaque is missing.
-pub(super) fn read_png(image: &PngImage, stated: &StatedByUser) -> Result<HeightGrid, String> {
+pub(super) fn read_png(image: &DecodedImage, stated: &StatedByUser) -> Result<HeightGrid, String> {
     if image.channels > 1 {
         return Err("the image is coloured, but must be grey".to_owned());
     }
     let height = |(pixel, value): (usize, &f32)| if image.alpha_of(pixel) < 1.0 { f32::NAN } else { *value };
     let values = image.values.iter().enumerate().map(height).collect();
-    HeightGrid::new(image.width, values, stated.no_data, Ok(None))
+    HeightGrid::new(image.width, values, [None, stated.no_data], Ok(None))
 }
 
-/// Reads an EXR of one channel besides alpha, or of equal channels.
+/// Reads an EXR of one channel besides alpha, or of equal channels. A height whose alpha is below 1 is missing.
 pub(super) fn read_exr(bytes: &[u8], stated: &StatedByUser) -> Result<HeightGrid, String> {
-    // Memory for all channels as they are stored, and for one channel as heights.
-    check_exr_size(bytes, |samples| samples + size_of::<f32>())?;
-    let image = read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer().all_attributes();
-    let image = image.from_buffered(Cursor::new(bytes)).map_err(|error| format!("not a readable EXR file: {error}"))?;
-    let layer = image.layer_data;
+    // Memory for all channels as they are stored, for one channel as heights, and for alpha.
+    let image = images::read_exr(bytes, |samples| samples + 2 * size_of::<f32>())?;
+    let [layer] = &image.layer_data[..] else {
+        return Err(
+            "the file has several parts, but must have one (`oiiotool IN.exr --subimage 0 -o OUT.exr` takes the \
+                    first)"
+                .to_owned(),
+        );
+    };
     let window = image.attributes.display_window;
     if (window.position, window.size) != (layer.attributes.layer_position, layer.size) {
         return Err(
@@ -39,12 +40,18 @@ pub(super) fn read_exr(bytes: &[u8], stated: &StatedByUser) -> Result<HeightGrid
              {first} -o OUT.exr` takes {first})"
         ));
     }
-    let values: Vec<f32> = channel.sample_data.values_as_f32().collect();
-    HeightGrid::new(layer.size.width(), values, stated.no_data, Ok(None))
+    let alpha = layer.channel_data.list.iter().find(|channel| channel.name == *"A");
+    let alpha: Vec<f32> = alpha.map(|alpha| alpha.sample_data.values_as_f32().collect()).unwrap_or_default();
+    let is_opaque = |pixel: usize| alpha.get(pixel).is_none_or(|alpha| *alpha >= 1.0);
+    let height = |(pixel, value): (usize, f32)| if is_opaque(pixel) { value } else { f32::NAN };
+    let values = channel.sample_data.values_as_f32().enumerate().map(height).collect();
+    HeightGrid::new(layer.size.width(), values, [None, stated.no_data], Ok(None))
 }
 
 #[cfg(test)]
 mod tests {
+    use std::io::Cursor;
+
     use snowblue_base::files::{FileError, FilesInMemory};
 
     use super::*;
@@ -86,6 +93,10 @@ mod tests {
         assert!(message.contains("the channels Y and Z differ, but heights must be in one channel"), "{message}");
         let message = read("drift.EXR", b"no picture".to_vec()).unwrap_err().to_string();
         assert!(message.contains("drift.EXR: not a readable EXR"), "{message}");
+        let alpha = AnyChannel::new("A", FlatSamples::F32(vec![1.0, 0.0, 0.5, 1.0, f32::NAN, 1.0]));
+        let values = read("drift.EXR", exr((3, 2), vec![alpha, grey[0].clone()])).unwrap().values;
+        let missing: Vec<usize> = (0..6).filter(|pixel| values[*pixel].is_nan()).collect();
+        assert_eq!((missing, values[3]), (vec![1, 2, 4], 1e-3));
         let hole = AnyChannel::new("Y", FlatSamples::F32(vec![0.0, 0.0, f32::NAN, 0.0]));
         let message = read("drift.EXR", exr((2, 2), vec![hole])).unwrap().filled(None).unwrap_err();
         assert!(message.contains("1 of 4 heights are missing"), "{message}");

@@ -17,8 +17,8 @@ use crate::parameters::{
     Density, FACETNESS, GRAIN_SIZE, MASS_FRACTION, SPHERICITY, SURFACE_AREA, SurfaceArea, Temperature, WaterSaturation,
 };
 
-/// What is known of a snow. The specific surface area and the density that it lacks are those of its kind; all else is
-/// that of [`SnowSample::default`].
+/// What is known of a snow. The specific surface area and the density that it lacks are those of its kind; all else has
+/// its default.
 ///
 /// ```
 /// use snowblue_base::Number;
@@ -37,7 +37,7 @@ pub struct SnowKeys {
     /// Kind of snow.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub snow: Option<SnowType>,
-    /// Grain size, in µm: a mean, or the ends of a range ([`GrainSize::from_numbers`]).
+    /// Grain size, in µm: a mean, or the ends of a range.
     #[serde(with = "one_or_several", skip_serializing_if = "Option::is_none")]
     #[schemars(with = "Option<one_or_several::Numbers>")]
     pub grain_size_um: Option<Vec<f64>>,

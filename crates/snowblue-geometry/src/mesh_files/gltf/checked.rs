@@ -13,13 +13,10 @@ use gltf::json::camera::Type;
 use gltf::json::mesh::Semantic;
 use gltf::json::validation::{Checked, Validate};
 use gltf::{Accessor, Document, Gltf};
-use snowblue_base::files::{check_memory, decode_text, one_line};
+use snowblue_base::files::{MAX_NAMED, check_memory, decode_text, first_names, one_line};
 
 /// Length of the header of a GLB, in bytes: three numbers of 32 bits. The last number is the length of the file.
 const GLB_HEADER: usize = 12;
-
-/// Greatest number of mistakes that a message names.
-const MAX_NAMED: usize = 3;
 
 /// The extensions that are read, and an extension that only says which triangles were a polygon.
 pub(super) const READ_EXTENSIONS: [&str; 7] = [
@@ -60,8 +57,7 @@ pub(super) fn valid(bytes: &[u8]) -> Result<Gltf, String> {
         }
     });
     if count > 0 {
-        let more = if count > named.len() { format!(", and {} more", count - named.len()) } else { String::new() };
-        return Err(format!("{}{more}", named.join(", ")));
+        return Err(first_names(&named, count));
     }
     check_images(&root)?;
     check_cameras(&root)?;
@@ -253,7 +249,7 @@ mod tests {
             assert!(message.contains(expected) && !message.contains('\n'), "{message}");
         }
         let many = FILE.replacen("[0]", "[9, 9, 9, 9, 9]", 1);
-        assert!(valid(many.as_bytes()).unwrap_err().ends_with(", and 2 more"));
+        assert!(valid(many.as_bytes()).unwrap_err().ends_with(" and 2 more"));
         let message = valid(b"glTF\x02\0\0\0\x03\0\0\0").unwrap_err();
         assert_eq!(message, "its length is 3 bytes, but must be at least 12 bytes");
     }
