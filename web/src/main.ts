@@ -3,6 +3,7 @@
 import init from "native:spectrum";
 import firstAnswer from "virtual:first-answer";
 import { Answers, FORMER, type Shown } from "./answers";
+import { BLUE_NM, RED_NM, compared } from "./brightness";
 import { version } from "./catalog";
 import { Chart } from "./chart/chart";
 import { curve, type Content, type Curve } from "./chart/draw";
@@ -20,7 +21,7 @@ import { COARSE_RAYS, FINE_RAYS, coarseRequest, defaultState, fineRequest } from
 import { Share } from "./share";
 import type { State } from "./state";
 import { Store } from "./store";
-import { STEPS, blueness } from "./story/steps";
+import { STEPS } from "./story/steps";
 import { Story } from "./story/story";
 import type { Sunlight } from "./sunlight/sunlight";
 import { Swatches } from "./swatch";
@@ -119,7 +120,10 @@ function show(shown: Shown<SpectrumAnswer>): void {
   current = curve(sample, 0, answer);
   swatches.set(answer);
   if (storyStep !== undefined) story.set(answer);
-  byId("meaning").textContent = `Through this snow, blue (450 nm) is ${blueness(answer)} (650 nm).`;
+  const words = compared(answer.transmittance, answer, 1);
+  byId("meaning").textContent = words === undefined
+    ? "Hardly any light comes through this snow."
+    : `Through this snow, ${words} (${BLUE_NM} and ${RED_NM} nm).`;
   compare.set(answer);
   drawCurves();
   byId("precision").textContent = precision(answer, fine);

@@ -1,7 +1,7 @@
-// Numbers that visitors type, and names that tell samples apart.
+// Numbers that visitors type, names that tell samples apart, and words where there is hardly any light.
 
 import assert from "node:assert/strict";
-import { control, final, follow, pageTest } from "./page.mjs";
+import { control, final, follow, lit, pageTest } from "./page.mjs";
 
 /** Types as people do, key by key. */
 async function type(field, text) {
@@ -65,4 +65,19 @@ pageTest("samples that differ have names that differ", {}, async (page) => {
   }
   assert.equal(names[0], "15 cm, 400 µm, 300 kg/m³");
   assert.equal(new Set(names).size, snows.length, names.join("\n"));
+});
+
+const DARK = "shape=block&layer=thickness_cm:60,black-carbon:100000";
+
+pageTest("where hardly any light is left, the page says so", { fragment: DARK }, async (page) => {
+  await final(page);
+  assert.equal(await page.locator("#meaning").textContent(), "Hardly any light comes through this snow.");
+  await follow(page, "shape=ball&layer=thickness_cm:60");
+  await final(page);
+  assert.match(await page.locator("#meaning").textContent(), /^Through this snow, blue is [\d.]+ times as bright as red/);
+  await follow(page, "layer=thickness_cm:300");
+  await final(page);
+  const words = await page.locator("#meaning").textContent();
+  assert.match(words, /blue is more than 10,000 times as bright as red|Hardly any light/);
+  await lit(page);
 });

@@ -1,6 +1,7 @@
 /** The steps of the story: what each shows, its one control, and what it says of the present values. */
 
 import { impurities, parameters } from "../catalog";
+import { BLUE_NM, RED_NM, at, compared } from "../brightness";
 import type { Fit } from "../chart/scale";
 import type { SpectrumAnswer } from "../native";
 import { figure, short } from "../numbers";
@@ -28,27 +29,15 @@ export interface Step {
   source: string;
 }
 
-export const BLUE_NM = 450;
-export const RED_NM = 650;
-export const at = (
-  values: readonly number[], { wavelengths_nm }: Pick<SpectrumAnswer, "wavelengths_nm">, nm: number,
-) =>
-  values[wavelengths_nm.indexOf(nm)]!;
 /** In percent; what is next to all has a digit more. */
 export const percent = (value: number, digits = 2) =>
   `${figure(100 * value, value > 0.995 && value < 1 ? 4 : digits)}\u00a0%`;
 
 const passing = (answer: SpectrumAnswer, nm: number) => percent(at(answer.transmittance, answer, nm));
 
-/** How many times as bright as another light one is. */
-export const timesAsBright = (ratio: number) =>
-  `${ratio < 1e6 ? short(ratio, 2) : figure(ratio, 2)} times as bright as`;
-
 /** How many times as much blue as red light passes. */
-export function blueness(answer: SpectrumAnswer): string {
-  const ratio = at(answer.transmittance, answer, BLUE_NM) / at(answer.transmittance, answer, RED_NM);
-  return `${timesAsBright(ratio)} red`;
-}
+const blueness = (answer: SpectrumAnswer) =>
+  compared(answer.transmittance, answer, 1) ?? "hardly any light comes through";
 
 /** Transmittance relative to that of blue. */
 const PASSING = {
@@ -124,7 +113,7 @@ export const STEPS: Step[] = [
     },
     text: (answer, below_cm) =>
       `Under moonlight snow is white. But a lamp shines below ${short(below_cm)} cm of this snow, and what comes ` +
-      `through is blue: blue light is ${blueness(answer)}. Bury the lamp deeper.`,
+      `through is blue: ${blueness(answer)}. Bury the lamp deeper.`,
     source: "After Varsa & Baranoski 2024; Bohren 1983, Colors of snow, frozen waterfalls, and icebergs",
   },
   {
@@ -169,7 +158,7 @@ export const STEPS: Step[] = [
     },
     text: (answer, thickness_cm) =>
       `A block of ${short(thickness_cm)} cm lets ${passing(answer, BLUE_NM)} of the blue ` +
-      `light through. Behind it, blue is ${blueness(answer)}. Make it thicker: it gets darker and bluer.`,
+      `light through. Behind it, ${blueness(answer)}. Make it thicker: it gets darker and bluer.`,
     source: "Warren 1982, Optical properties of snow",
   },
   {
@@ -182,7 +171,7 @@ export const STEPS: Step[] = [
     },
     text(answer, ng_g) {
       const result = `${passing(answer, BLUE_NM)} of the blue gets through ` +
-        `${LAMP_DEPTH_CM} cm, and blue is ${blueness(answer)}`;
+        `${LAMP_DEPTH_CM} cm, and ${blueness(answer)}`;
       return ng_g === 0
         ? `Without soot, ${result}. Add some, and the glow dies.`
         : `With ${short(ng_g)} ng of soot in each gram of snow, ${short(ng_g / 10, 3)} parts in a hundred million, ` +

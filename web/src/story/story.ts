@@ -1,5 +1,6 @@
 /** Why snow is blue, in steps that each have one figure and one control. */
 
+import { BLUE_NM, RED_NM, at } from "../brightness";
 import { byId, el, say } from "../dom";
 import type { SpectrumAnswer } from "../native";
 import { figure } from "../numbers";
@@ -10,7 +11,7 @@ import type { Store } from "../store";
 import type { ViewHost } from "../view-host";
 import { colorOf, ice, layer, spectrum } from "./drawings";
 import { absorptionAt, left, solidIce_m, surfacesOn } from "./ice";
-import { BLUE_NM, RED_NM, STEPS, at, length, percent, type Step } from "./steps";
+import { STEPS, length, percent, type Step } from "./steps";
 import { absorbing, freePath, meanOf, transmitted, walks, type Walk } from "./walks";
 
 /** Walks whose lengths count, and of these those that are drawn: the first, and the first that get through. */
