@@ -2,9 +2,10 @@
 
 import { byId, el, say } from "./dom";
 import { imported } from "./imported";
-import type { State, View } from "./state";
+import type { State, Vector, View } from "./state";
 import type { Store } from "./store";
 import { FieldClient, fieldInput } from "./view/field-client";
+import type { Ringed } from "./view/rings";
 import { body } from "./view/shapes";
 import type { Backdrop } from "./view/snow-canvas";
 import type { Viewer } from "./view/viewer";
@@ -29,6 +30,8 @@ export class ViewHost {
   #shown: Viewer | undefined;
   #rest: ReturnType<typeof setTimeout> | undefined;
   #backdrop: Backdrop = "dark";
+  #rings: readonly Vector[] = [];
+  #ringed: (lights: Ringed) => void = () => undefined;
 
   constructor(store: Store) {
     this.#store = store;
@@ -72,6 +75,12 @@ export class ViewHost {
     void this.#viewer?.then((viewer) => viewer.setBackdrop(backdrop), () => undefined);
   }
 
+  /** Marks places of the snow; `ringed` is called with their light when it is known. */
+  ring(places: readonly Vector[], ringed: (lights: Ringed) => void): void {
+    [this.#rings, this.#ringed] = [places, ringed];
+    void this.#viewer?.then((viewer) => viewer.setRings(places), () => undefined);
+  }
+
   /** Takes away the picture that stands for the first view of the story. */
   endPoster(): void {
     byId("poster").classList.add("gone");
@@ -84,7 +93,11 @@ export class ViewHost {
   /** A lamp or the camera moves at once; the snow follows when its control is at rest, as all light is solved again. */
   #follow(viewer: Viewer, state: State, before: State): void {
     clearTimeout(this.#rest);
-    const set = () => viewer.set(this.#store.state.layers[0]!, this.#store.state.view);
+    this.#rest = undefined;
+    const set = () => {
+      this.#rest = undefined;
+      viewer.set(this.#store.state.layers[0]!, this.#store.state.view);
+    };
     if (state === before || state.view !== before.view) set();
     else this.#rest = setTimeout(set, REST_MS);
   }
@@ -113,6 +126,10 @@ export class ViewHost {
         this.#open();
       },
       status: (text: string) => say(byId("view-status"), text),
+      // While a control moves, the light is that of the snow before.
+      ringed: (lights: Ringed) => {
+        if (this.#rest === undefined) this.#ringed(lights);
+      },
       error: (text: string) => {
         this.error(text);
         if (text !== "") this.#open();
@@ -123,6 +140,7 @@ export class ViewHost {
     });
     this.#field = undefined;
     viewer.setBackdrop(this.#backdrop);
+    viewer.setRings(this.#rings);
     byId("view-wait").hidden = true;
     this.#shown = viewer;
     this.#follow(viewer, this.#store.state, this.#store.state);

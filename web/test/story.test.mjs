@@ -33,6 +33,30 @@ async function light(page) {
   return pixels(page, places);
 }
 
+/** Every ratio in the text is that of the light that the picture has at a ring, and there is one for each ring. */
+async function statesItsPicture(page) {
+  const rings = page.locator(".sb-probed:not([hidden])");
+  const expected = async () => {
+    const clauses = [];
+    for (const ring of await rings.all()) {
+      const place = await ring.evaluate(({ style }) => ({ x: parseFloat(style.left) / 100, y: parseFloat(style.top) / 100 }));
+      const { wavelengths_nm, radiance } = await page.evaluate((place) => window.__snowblue.probe(place), place);
+      const [blue, red] = [450, 650].map((nm) => radiance[wavelengths_nm.indexOf(nm)]);
+      const [one, other, times] = blue >= red ? ["blue", "red", blue / red] : ["red", "blue", red / blue];
+      clauses.push(`${one} is ${Number(times.toPrecision(2))} times as bright as ${other}`);
+    }
+    return clauses;
+  };
+  await page.locator("#story-text", { hasText: "times as bright as" }).waitFor();
+  // The text follows the fine light.
+  const clauses = await expected();
+  assert.ok(clauses.length > 0, "there is no ring");
+  await page.waitForFunction((clauses) => {
+    const said = document.getElementById("story-text").textContent.match(/(blue|red) is [^ ]+ times as bright as \w+/g);
+    return JSON.stringify(said) === JSON.stringify(clauses);
+  }, clauses, { timeout: 20_000 });
+}
+
 /** Mean of a channel on snow. */
 function mean(all, channel) {
   const snow = all.filter(([, , , alpha]) => alpha === 1);
@@ -84,11 +108,9 @@ pageTest("the story", { fragment: "" }, async (page, t) => {
       const [before, wordsBefore] = [await look(), await text(page)];
       const set = () => storyControl(page, label).fill(String(value));
       await (isSnow ? relight(page, set) : set());
-      // The paper's line has no text of its lamp.
-      if (label !== "Lamp to the side") {
-        await page.waitForFunction((words) => document.getElementById("story-text").textContent !== words, wordsBefore);
-      }
+      await page.waitForFunction((words) => document.getElementById("story-text").textContent !== words, wordsBefore);
       const after = await look();
+      if (isSnow) await statesItsPicture(page);
       if (isSnow) {
         assert.ok(change(before, after) > CHANGE, `the light changes by ${change(before, after)}`);
         if (label === "Thickness") isDarkerAndBluer(after, before);

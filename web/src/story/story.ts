@@ -9,6 +9,7 @@ import { defaultState } from "../request";
 import type { Layer, State } from "../state";
 import type { Store } from "../store";
 import type { ViewHost } from "../view-host";
+import type { Ringed } from "../view/rings";
 import { colorOf, ice, layer, spectrum } from "./drawings";
 import { absorptionAt, left, solidIce_m, surfacesOn } from "./ice";
 import { STEPS, length, percent, type Step } from "./steps";
@@ -38,6 +39,8 @@ export class Story {
   readonly #values = STEPS.map(({ value }) => value);
   #step = 0;
   #answer: SpectrumAnswer | undefined;
+  /** The light at the rings of the picture. */
+  #lights: Ringed = [];
   #walks: { free_path: number; all: Walk[] } | undefined;
 
   /** `opened` is called when a step is, and `finish` after the last one. */
@@ -76,12 +79,13 @@ export class Story {
     if (step.figure !== "ice" && step.figure !== "walks") this.#host.backdrop(step.figure);
     this.#opened(index);
     this.#store.replace(this.#stateOf(step));
-    this.#say();
+    this.#ring();
   }
 
   /** Has no control while the laboratory is open. */
   close(): void {
     this.#control.replaceChildren();
+    this.#host.ring([], () => undefined);
   }
 
   /** Takes the spectrum of the present snow. */
@@ -100,6 +104,16 @@ export class Story {
   #set(value: number): void {
     this.#values[this.#step] = value;
     this.#store.update((state) => STEPS[this.#step]!.set(state, value));
+    this.#ring();
+  }
+
+  /** Marks the places of the step; its text states their light once it is known. */
+  #ring(): void {
+    this.#lights = [];
+    this.#host.ring(STEPS[this.#step]!.rings?.(this.#values[this.#step]!) ?? [], (lights) => {
+      this.#lights = lights;
+      this.#say();
+    });
     this.#say();
   }
 
@@ -114,28 +128,30 @@ export class Story {
 
   #say(): void {
     const [step, value, answer] = [STEPS[this.#step]!, this.#values[this.#step]!, this.#answer];
-    if (answer === undefined) return;
-    say(this.#text, step.figure === "walks" ? this.#ofWalks(answer, value) : step.text(answer, value));
+    if (step.figure !== "walks") say(this.#text, step.text(value, this.#lights));
+    else if (answer !== undefined) say(this.#text, this.#ofWalks(answer, value));
     this.#draw();
   }
 
   #draw(): void {
     const [step, value, answer] = [STEPS[this.#step]!, this.#values[this.#step]!, this.#answer];
-    if (answer === undefined) return;
-    this.#spectrum.hidden = step.spectrum === undefined;
-    if (step.spectrum !== undefined) {
-      const { title, fit, of } = step.spectrum;
+    const light = this.#lights.at(-1);
+    this.#spectrum.hidden = light === undefined;
+    if (light !== undefined) {
+      const greatest = Math.max(...light.radiance, Number.MIN_VALUE);
       const width = Math.max(this.#spectrum.clientWidth, 200);
+      const title = `The light at the ${this.#lights.length > 1 ? "right " : ""}ring, of its greatest`;
       this.#spectrum.replaceChildren(
         // The text says it in words.
-        el("p", { "aria-hidden": "true" }, title), spectrum(width, SPECTRUM_HEIGHT, of(answer), fit));
+        el("p", { "aria-hidden": "true" }, title),
+        spectrum(width, SPECTRUM_HEIGHT, light.radiance.map((value) => value / greatest), "full"));
     }
     const { clientWidth: width, clientHeight: height } = this.#drawing;
     if (this.#drawing.hidden || width === 0) return;
     this.#drawing.setAttribute("aria-label", this.#text.textContent ?? "");
     if (step.figure === "ice") {
       this.#drawing.replaceChildren(ice(width, height, length(value), value));
-    } else {
+    } else if (answer !== undefined) {
       const all = this.#walksOf(answer);
       const through = transmitted(all);
       const path = iceOn(through, answer);

@@ -57,8 +57,16 @@ export function body(shape: Exclude<Shape, "own">, snow_cm: number): Body {
   return one;
 }
 
+/** The front of a block, towards the camera, in m. */
+export function blockFront_m(thickness_cm: number): number {
+  return metres(BLOCK_BACK_M - 0.01 * thickness_cm);
+}
+
+function metres(value: number): number {
+  return Number(value.toFixed(6));
+}
+
 function block(thickness_cm: number): Body {
-  const metres = (value: number) => Number(value.toFixed(6));
   const depth = metres(0.01 * thickness_cm);
   const middle = metres(BLOCK_BACK_M - 0.5 * depth);
   return { object: { shape: "box", size: [0.4, depth, 0.4], position: [0, middle, 0.2] }, target: [0, middle, 0.19] };

@@ -1,7 +1,7 @@
 /** Snow in 3-D, lit by lamps that are dragged, or by a sky. */
 
 import { imported } from "../imported";
-import type { Lamp, Layer, Method, View } from "../state";
+import type { Lamp, Layer, Method, Vector, View } from "../state";
 import { type FieldClient, fieldInput } from "./field-client";
 import type { Probed } from "./field-messages";
 import { LampHandles } from "./lamps";
@@ -10,6 +10,7 @@ import { LitBody } from "./lit-body";
 import { Orbit } from "./orbit";
 import { PictureView } from "./picture-view";
 import { type Place, Probe } from "./probe";
+import { Rings, type Ringed } from "./rings";
 import { type Film, sceneOf, toToml } from "./scene";
 import { fileOf } from "./scene-files";
 import { BLOCK_CM, body as bodyOf, type Body, defaults, meshBody, namedMesh } from "./shapes";
@@ -21,6 +22,8 @@ export interface ViewerEvents {
   /** The light of the present view is shown. */
   lit(): void;
   status(text: string): void;
+  /** The light at the rings; none while it is computed. */
+  ringed(lights: Ringed): void;
   /** One sentence, or nothing when the last one no longer applies. */
   error(text: string): void;
   /** The light of all snow cannot be computed; another view may be tried. */
@@ -64,8 +67,8 @@ const NO_TARGET: Body["target"] = [0, 0, 0.15];
 
 /** Events of a disposed view. */
 const IGNORED: ViewerEvents = {
-  change: () => undefined, lit: () => undefined, status: () => undefined, error: () => undefined,
-  failed: () => undefined,
+  change: () => undefined, lit: () => undefined, status: () => undefined, ringed: () => undefined,
+  error: () => undefined, failed: () => undefined,
 };
 
 const SHEET = new CSSStyleSheet();
@@ -80,6 +83,7 @@ export class Viewer {
   private readonly picture: PictureView;
   private readonly handles: LampHandles | undefined;
   private readonly probe: Probe | undefined;
+  private readonly rings: Rings | undefined;
   private readonly observer: ResizeObserver;
   private first: Layer = { thickness_cm: 1 };
   private view: View | undefined;
@@ -112,6 +116,8 @@ export class Viewer {
         (place) => this.canvas!.isBehindSnow(place), (lamp, position) => this.moveLamp(lamp, position),
       );
       this.probe = new Probe(this.canvas.element, this.layer, (place) => this.lightAt(place));
+      this.rings = new Rings(
+        this.layer, this.canvas.camera, (place) => this.lightAt(place), (lights) => this.events.ringed(lights));
     }
     this.field.open({
       changed: () => this.lightChanged(),
@@ -145,6 +151,12 @@ export class Viewer {
   setBackdrop(backdrop: Backdrop): void {
     this.root.dataset["backdrop"] = backdrop;
     this.canvas?.setBackdrop(backdrop);
+  }
+
+  /** Marks places of the snow and states their light. */
+  setRings(places: readonly Vector[]): void {
+    this.rings?.set(places);
+    this.rings?.refresh(this.field.isLit);
   }
 
   /** Shows a visitor's mesh; what cannot be used is refused by an error in one sentence. */
@@ -216,6 +228,7 @@ export class Viewer {
     this.observer.disconnect();
     this.field.dispose();
     this.picture.dispose();
+    this.rings?.dispose();
     this.canvas?.dispose();
     this.root.remove();
     delete window.__snowblue;
@@ -224,7 +237,10 @@ export class Viewer {
   private makeCanvas(): SnowCanvas | undefined {
     let canvas: SnowCanvas;
     try {
-      canvas = new SnowCanvas(() => this.handles?.place());
+      canvas = new SnowCanvas(() => {
+        this.handles?.place();
+        this.rings?.place();
+      });
     } catch {
       this.events.error("This browser has no WebGL 2, which the view in 3-D needs. All other parts work without it.");
       return undefined;
@@ -318,11 +334,12 @@ export class Viewer {
     this.stops = view.exposure === "auto" ? this.metered(lit?.stops ?? this.stops) : view.exposure;
     this.canvas.exposure = 2 ** this.stops;
     this.probe?.refresh();
+    this.rings?.refresh(this.field.isLit);
     this.trace(view);
   }
 
   /** What leaves the snow at a place of the view where the light field is seen. */
-  private async lightAt(place: Place): Promise<Probed> {
+  async lightAt(place: Place): Promise<Probed> {
     const view = this.view;
     if (view === undefined || this.body === undefined || this.picture.covers(place.x)) return undefined;
     const canvas = this.canvas!;
