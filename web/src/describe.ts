@@ -3,7 +3,8 @@
 import { parameters, type ParameterKey } from "./catalog";
 import { minus, short, withUnit } from "./numbers";
 import { amounts, entries, plain, spread } from "./snow";
-import type { Layer, Sample } from "./state";
+import type { Layer, Sample, State } from "./state";
+import { block_cm } from "./view/shapes";
 
 export function describe({ layers, angle_deg, ground_albedo, illuminant, observer }: Sample): string {
   const [first] = layers;
@@ -20,12 +21,23 @@ export function describe({ layers, angle_deg, ground_albedo, illuminant, observe
   return words.join(", ");
 }
 
+/** What the view shows, whose snow is that of the first layer. */
+export function describeView({ layers: [first], view }: State): string {
+  const shape = {
+    block: `Block of ${short(block_cm(first!.thickness_cm))} cm`, ball: "Ball of 38 cm",
+    igloo: "Wall of an igloo", drift: "Drift", sculpture: "Sculpture", own: "Own mesh",
+  }[view.shape];
+  const words = [...describeSnow(first!), view.sky === undefined ? "lamplight" : `${view.sky.type} sky`];
+  if (view.method !== "field") words.push(`on the right ${{ pcasnow: "PCASnow", hybrid: "random walks" }[view.method]}`);
+  return `${shape}: ${words.join(", ")}`;
+}
+
 function describeLayer(layer: Layer): string {
   return [`${short(layer.thickness_cm)} cm`, ...describeSnow(layer)].join(", ");
 }
 
 /** Grains and density, and what else is not as by default. */
-function describeSnow(layer: Layer): string[] {
+export function describeSnow(layer: Layer): string[] {
   const { grain_size_um, ssa_m2_kg } = layer;
   const size = grain_size_um ?? spread(layer, "grain_size_um").mean;
   const words = ssa_m2_kg === undefined ? [`${values(size)} µm`] : [`${values(ssa_m2_kg)} m²/kg`];

@@ -1,8 +1,10 @@
 /** The link, the files and the commands of what the page shows. */
 
 import { version } from "./catalog";
+import { compared } from "./brightness";
 import type { Chart } from "./chart/chart";
 import type { Content } from "./chart/draw";
+import { describeView } from "./describe";
 import { byId, el, say } from "./dom";
 import { LAYERS_FILE, commandLines, layersToml, pythonCall } from "./share-commands";
 import { captioned, csv, pngFile, save, svgFile } from "./share-files";
@@ -10,6 +12,8 @@ import type { Store } from "./store";
 import type { Viewer } from "./view/viewer";
 import type { ViewHost } from "./view-host";
 
+/** Of a view. */
+const MIDDLE = { x: 0.5, y: 0.5 };
 /** Width of the chart in files, in px. */
 const WIDTH = 1080;
 
@@ -46,10 +50,12 @@ export class Share {
         file("SVG", async () => save("snow.svg", figure(), "image/svg+xml")),
         file("PNG", async () => save("snow.png", await pngFile(figure()))),
         button("3-D PNG", async () => save("snow-view.png", await (await view.viewer()).exportPng())),
-        file("Picture to share", async () => {
-          const { name, hex } = shared.content().curves[0]!;
-          const lines = [name, `transmitted light ${hex}`, location.href];
-          save("snow-blue.png", await captioned(await (await view.viewer()).exportPng(), hex, lines));
+        button("Picture to share", async () => {
+          const viewer = await view.viewer();
+          const light = await viewer.lightAt(MIDDLE);
+          const words = light && compared(light.radiance, light);
+          const lines = [describeView(store.state), ...(words ? [`in the middle, ${words}`] : []), location.href];
+          save("snow-blue.png", await captioned(await viewer.exportPng(), light?.srgb, lines));
         }),
         button("3-D GLB", async () => save("snow.glb", await (await view.viewer()).exportGlb())),
         button("Scene TOML", async () => saveScene(await view.viewer())),

@@ -97,8 +97,30 @@ pageTest("files in and out", {}, async (page, t) => {
       context.drawImage(bitmap, 0, 0);
       return [...context.getImageData(x, y, 1, 1).data.subarray(0, 3)];
     }, [[...file], place]);
-    const hex = await page.locator("#swatches .hex").first().textContent();
-    assert.equal(`#${Buffer.from(color).toString("hex")}`, hex);
+    const { srgb } = await page.evaluate(() => window.__snowblue.probe({ x: 0.5, y: 0.5 }));
+    assert.deepEqual(color, srgb);
+  });
+
+  await t.test("the caption of the picture to share says what is seen", async () => {
+    await follow(page, "shape=ball");
+    await lit(page);
+    await page.evaluate(() => {
+      window.written = [];
+      const { fillText } = OffscreenCanvasRenderingContext2D.prototype;
+      OffscreenCanvasRenderingContext2D.prototype.fillText = function (text, ...rest) {
+        window.written.push(text);
+        fillText.call(this, text, ...rest);
+      };
+    });
+    await saved(page, "Picture to share");
+    const { wavelengths_nm, radiance } = await page.evaluate(() => window.__snowblue.probe({ x: 0.5, y: 0.5 }));
+    const [blue, red] = [450, 650].map((nm) => radiance[wavelengths_nm.indexOf(nm)]);
+    const times = Number((blue / red).toPrecision(2));
+    assert.deepEqual((await page.evaluate(() => window.written)).slice(0, 2), [
+      "Ball of 38 cm: 400 µm, 300 kg/m³, lamplight", `in the middle, blue is ${times} times as bright as red`,
+    ]);
+    await follow(page, "shape=block");
+    await lit(page);
   });
 
   await t.test("3-D GLB", async () => {

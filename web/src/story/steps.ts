@@ -39,7 +39,7 @@ const atRing = (light: ProbedLight, ring = "ring") =>
   `at the ${ring}, ${compared(light.radiance, light) ?? "hardly any light leaves the snow"}`;
 /** The light of all wavelengths. */
 const power = ({ radiance }: ProbedLight) =>
-  `${figure((1e3 * radiance.reduce((sum, value) => sum + value, 0)) / radiance.length, 2)} mW/(m² sr)`;
+  `${figure(radiance.reduce((sum, value) => sum + value, 0) / radiance.length, 2)} W/(m² sr)`;
 
 /** Height of the mound of the drift above the ground, in m. */
 const MOUND_M = 0.22;

@@ -44,11 +44,16 @@ export const BLOCK_CM = { least: 2, greatest: 60 } as const;
 /** The back of the block, towards its lamp, in m. The front moves with the thickness. */
 const BLOCK_BACK_M = 0.14;
 
+/** The thickness of the block for some snow. */
+export function block_cm(snow_cm: number): number {
+  return Math.min(Math.max(snow_cm, BLOCK_CM.least), BLOCK_CM.greatest);
+}
+
 /** The body of a shape. The block is as thick as the snow. */
 export function body(shape: Exclude<Shape, "own">, snow_cm: number): Body {
   let one = made.get(shape);
   if (shape === "block") {
-    const thickness_cm = Math.min(Math.max(snow_cm, BLOCK_CM.least), BLOCK_CM.greatest);
+    const thickness_cm = block_cm(snow_cm);
     if (one === undefined || thickness_cm !== blockThickness_cm) one = block(thickness_cm);
     blockThickness_cm = thickness_cm;
   }
