@@ -25,7 +25,7 @@ export function describe({ layers, angle_deg, ground_albedo, illuminant, observe
 export function describeView({ layers: [first], view }: State): string {
   const shape = {
     block: `Block of ${short(block_cm(first!.thickness_cm))} cm`, ball: "Ball of 38 cm",
-    igloo: "Wall of an igloo", drift: "Drift", sculpture: "Sculpture", own: "Own mesh",
+    igloo: "Wall of an igloo", drift: "Drift", sculpture: "Sculpture", own: `Mesh ${view.mesh?.name}`,
   }[view.shape];
   const words = [...describeSnow(first!), view.sky === undefined ? "lamplight" : `${view.sky.type} sky`];
   if (view.method !== "field") words.push(`on the right ${{ pcasnow: "PCASnow", hybrid: "random walks" }[view.method]}`);

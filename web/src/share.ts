@@ -36,7 +36,7 @@ export class Share {
   constructor(store: Store, chart: Chart, shared: Shared, view: ViewHost) {
     const about = `snowblue ${version}, discrete ordinates`;
     const figure = () => svgFile(chart.picture(WIDTH), shared.content(), about);
-    const button = (label: string, run: () => Promise<void>) =>
+    const button = (label: string, run: () => Promise<string | void>) =>
       el("button", { type: "button", class: "button", click: () => void this.#run(label, run) }, label);
     const file = (label: string, write: () => Promise<void>) => button(label, async () => {
       say(byId("share-status"), "Computing the final figures.");
@@ -45,7 +45,13 @@ export class Share {
     });
     byId("share").append(
       el("div", { class: "row wrap" },
-        button("Copy link", async () => copy(location.href)),
+        button("Copy link", async () => {
+          await copy(location.href);
+          const { shape, mesh } = store.state.view;
+          return shape === "own" && mesh!.packed === ""
+            ? `The link is copied without the mesh, which is too large for a link: it opens a block.`
+            : "The link is copied.";
+        }),
         file("CSV", async () => save("snow.csv", csv(shared.content().curves), "text/csv")),
         file("SVG", async () => save("snow.svg", figure(), "image/svg+xml")),
         file("PNG", async () => save("snow.png", await pngFile(figure()))),
@@ -76,11 +82,11 @@ export class Share {
     this.#python.set(pythonCall(state, solar_nm));
   }
 
-  async #run(label: string, run: () => Promise<void>): Promise<void> {
+  /** Says what has been done. */
+  async #run(label: string, run: () => Promise<string | void>): Promise<void> {
     const status = byId("share-status");
     try {
-      await run();
-      say(status, label === "Copy link" ? "The link is copied." : `${label} is saved.`);
+      say(status, (await run()) ?? `${label} is saved.`);
     } catch (error) {
       say(status, `${label} failed: ${error instanceof Error ? error.message : error}`);
     }
@@ -88,10 +94,10 @@ export class Share {
 }
 
 /** The scene file, and the mesh that it needs. */
-async function saveScene(viewer: Viewer): Promise<void> {
+function saveScene(viewer: Viewer): void {
   save("scene.toml", viewer.sceneToml(), "application/toml");
-  const mesh = await viewer.sceneMesh();
-  if (mesh !== undefined) save(mesh.name, mesh.file);
+  const mesh = viewer.sceneMesh;
+  if (mesh !== undefined) save(mesh.name, new Blob([mesh.bytes]));
 }
 
 /** A text to copy. */

@@ -19,10 +19,8 @@ export class ViewHost {
   #open!: () => void;
   readonly #store: Store;
   readonly #script = imported<typeof import("./view/viewer")>("viewer.js");
-  /** Loads the view again that could not be loaded. */
-  readonly #again = el("button", {
-    type: "button", class: "button", hidden: true, click: () => void this.start(),
-  }, "Try again");
+  /** What to do about the error. */
+  readonly #offer = el("button", { type: "button", class: "button", hidden: true });
   /** The light for the view that is loaded next. */
   #field: FieldClient | undefined;
   #viewer: Promise<Viewer> | undefined;
@@ -36,7 +34,7 @@ export class ViewHost {
   constructor(store: Store) {
     this.#store = store;
     this.opened = new Promise((resolve) => (this.#open = resolve));
-    byId("view-error").after(this.#again);
+    byId("view-error").after(this.#offer);
     store.subscribe((state, before) => {
       if (this.#shown !== undefined) this.#follow(this.#shown, state, before);
     });
@@ -63,10 +61,11 @@ export class ViewHost {
     await this.viewer().catch(() => undefined);
   }
 
-  async addMesh(file: File): Promise<void> {
+  /** Shows a visitor's mesh, whose lengths are multiples of a scale in m. */
+  async addMesh(file: File, scale: number): Promise<void> {
     this.error("");
     // A view that cannot be loaded says so itself.
-    await (await this.viewer().catch(() => undefined))?.addMesh(file);
+    await (await this.viewer().catch(() => undefined))?.addMesh(file, scale);
   }
 
   /** Sets what is seen behind the snow. */
@@ -86,8 +85,15 @@ export class ViewHost {
     byId("poster").classList.add("gone");
   }
 
-  error(text: string): void {
+  /** Says what is wrong, with a button for what to do about it, if that is known. */
+  error(text: string, label = "", run?: () => void): void {
     say(byId("view-error"), text);
+    this.#offer.hidden = run === undefined;
+    this.#offer.textContent = label;
+    this.#offer.onclick = () => {
+      this.error("");
+      run?.();
+    };
   }
 
   /** A lamp or the camera moves at once; the snow follows when its control is at rest, as all light is solved again. */
@@ -108,14 +114,12 @@ export class ViewHost {
     this.#field?.dispose();
     this.#viewer = this.#shown = this.#field = undefined;
     byId("view-wait").hidden = true;
-    this.error(text);
-    this.#again.hidden = false;
+    this.error(text, "Try again", () => void this.start());
     this.#open();
   }
 
   async #load(): Promise<Viewer> {
     this.error("");
-    this.#again.hidden = true;
     byId("view-wait").hidden = false;
     const { Viewer } = await this.#script();
     const field = this.#field ?? new FieldClient();
@@ -130,8 +134,8 @@ export class ViewHost {
       ringed: (lights: Ringed) => {
         if (this.#rest === undefined) this.#ringed(lights);
       },
-      error: (text: string) => {
-        this.error(text);
+      error: (text: string, repair?: () => void) => {
+        this.error(text, "Repair the mesh", repair);
         if (text !== "") this.#open();
       },
       failed: (text: string) => {

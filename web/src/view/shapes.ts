@@ -1,8 +1,8 @@
 /** The snow that the view shows: what scene files say of each shape, and where its camera and lamps are at first. */
 
 import type { Shape, Vector, View } from "../state";
-import type { NamedMesh } from "./field-messages";
-import type { Triangles } from "./triangles";
+import type { MeshFile } from "./field-messages";
+import type { MeshInfo } from "./file-messages";
 import { drift } from "./drift";
 import { sculpture } from "./sculpture";
 import { wall } from "./wall";
@@ -10,7 +10,13 @@ import { wall } from "./wall";
 /** A surface: keys of an `[[object]]` of a scene file without its material, and the mesh that they name. */
 export interface Surface {
   object: Record<string, unknown>;
-  mesh?: { name: string; triangles: Triangles };
+  mesh?: MeshFile;
+}
+
+/** Coordinates of vertices, and vertices of triangles, counter-clockwise from outside. */
+export interface Triangles {
+  positions: number[];
+  triangles: number[];
 }
 
 /** A piece of snow. */
@@ -27,11 +33,6 @@ export type Size = "coarse" | "fine";
 /** The surface of a body for light fields of a size of cells. */
 export function surfaceOf(body: Body, size: Size): Surface {
   return size === "coarse" ? (body.coarse ?? body) : body;
-}
-
-/** The mesh of a surface, as workers take it. */
-export function namedMesh({ mesh }: Surface): NamedMesh | undefined {
-  return mesh === undefined ? undefined : { name: mesh.name, ...mesh.triangles };
 }
 
 /** Bodies of all shapes except `own`, each made once; of the block only the last. */
@@ -83,7 +84,7 @@ const MAKERS: Record<Exclude<Shape, "own" | "block">, () => Body> = {
     target: [0, 0, 0.19],
   }),
   igloo: () => ({
-    ...meshBody("igloo-wall", wall(10, 11), [0, 0.02, 0.21]),
+    ...meshSurface("igloo-wall", wall(10, 11)), target: [0, 0.02, 0.21],
     coarse: meshSurface("igloo-wall", wall(5, 6)),
   }),
   drift: () => ({
@@ -92,19 +93,28 @@ const MAKERS: Record<Exclude<Shape, "own" | "block">, () => Body> = {
     target: [0, 0, 0.06],
   }),
   sculpture: () => ({
-    ...meshBody("sculpture", sculpture(36, 48), [0, 0, 0.27]),
+    ...meshSurface("sculpture", sculpture(36, 48)), target: [0, 0, 0.27],
     coarse: meshSurface("sculpture", sculpture(24, 33)),
   }),
 };
 
-/** The snow of a mesh. */
-export function meshBody(name: string, triangles: Triangles, target: [number, number, number]): Body {
-  return { ...meshSurface(name, triangles), target };
+/** Triangles as a Wavefront OBJ file: three coordinates of each vertex, three vertices of each triangle. */
+function meshSurface(stem: string, { positions, triangles }: Triangles): Surface {
+  const rows = (letter: string, values: number[]) =>
+    values.flatMap((_, at) => (at % 3 === 0 ? [`${letter} ${values.slice(at, at + 3).join(" ")}\n`] : []));
+  const text = [...rows("v", positions), ...rows("f", triangles.map((vertex) => vertex + 1))].join("");
+  const name = `${stem}.obj`;
+  return { object: { mesh: name, up: "z", smooth: true }, mesh: { name, bytes: new TextEncoder().encode(text) } };
 }
 
-function meshSurface(name: string, triangles: Triangles): Surface {
-  const file = `${name}.obj`;
-  return { object: { mesh: file, up: "z", smooth: true }, mesh: { name: file, triangles } };
+/** The snow of a visitor's mesh, whose lengths are multiples of a scale in m. It stands on the ground. */
+export function ownBody({ file, least, lengths }: MeshInfo & { file: MeshFile }, scale: number): Body {
+  const [x, y, z] = least.map((from, axis) => metres(-scale * (from + (axis === 2 ? 0 : 0.5 * lengths[axis]!))));
+  return {
+    object: { mesh: file.name, up: "z", smooth: true, scale, position: [x, y, z] },
+    mesh: file,
+    target: [0, 0, metres(0.5 * scale * lengths[2])],
+  };
 }
 
 /** Where the lamp of a shape is at first, and azimuth, elevation and distance of its camera. */
