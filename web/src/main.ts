@@ -61,13 +61,15 @@ const sunlightScript = imported<typeof import("./sunlight/sunlight")>("sunlight.
 let addressTimer: ReturnType<typeof setTimeout> | undefined;
 /** The open step of the story; none in the laboratory. */
 let storyStep: number | undefined;
+/** What the laboratory had when the story was opened from it. */
+let beforeStory: State | undefined;
 
 buildPanel(byId("panel"), store);
 buildToolbar(store, host);
 const share = new Share(store, chart, { content, settle, solar_nm }, host);
-const story = new Story(store, host, opened, () => enterLaboratory());
+const story = new Story(store, host, addEntry, opened, () => enterLaboratory());
 byId("open-story").addEventListener("click", () => enterStory());
-byId("open-laboratory").addEventListener("click", () => enterLaboratory());
+byId("open-laboratory").addEventListener("click", () => enterLaboratory(beforeStory));
 follow(location.hash.slice(1));
 // The first light takes longest, so it is asked for before anything is drawn.
 host.ask();
@@ -229,16 +231,19 @@ function follow(fragment: string): void {
 function enterStory(): void {
   if (storyStep !== undefined) return;
   addEntry();
+  beforeStory = store.state;
   follow("");
   replaceAddress();
 }
 
-/** From the story to the laboratory, with the same snow. */
-function enterLaboratory(): void {
+/** From the story to the laboratory, with the same snow or a state that it had before. */
+function enterLaboratory(before?: State): void {
   if (storyStep === undefined) return;
   addEntry();
   storyStep = undefined;
   showPart("laboratory");
+  if (before !== undefined) store.replace(before);
+  beforeStory = undefined;
   replaceAddress();
   byId("open-laboratory").focus();
 }

@@ -78,7 +78,7 @@ function isDarkerAndBluer(thick, thin) {
 }
 
 async function shows(page, index) {
-  assert.match(await page.locator("#story-words").textContent(), new RegExp(`${index + 1} of ${STEPS.length}`));
+  await page.locator("#story-words", { hasText: `${index + 1} of ${STEPS.length}` }).waitFor();
   assert.equal(await stepButton(page, index).getAttribute("aria-current"), "step");
   const sliders = page.locator("#story input[type=range]");
   assert.equal(await sliders.count(), 1);
@@ -191,6 +191,40 @@ pageTest("the story by keyboard, and the way to the laboratory and back", { frag
     await page.getByRole("button", { name: "Story", exact: true }).press("Enter");
     await shows(page, 0);
   });
+});
+
+const KEPT = "layer=thickness_cm:22&pin=layer%3Dthickness_cm:30";
+
+pageTest("steps are in the history, and the story keeps pins and sample", { fragment: KEPT }, async (page, t) => {
+  const pins = page.locator("#compare-table tbody tr", { hasText: "30 cm, " });
+  await final(page);
+  await page.getByRole("button", { name: "Story", exact: true }).click();
+  await shows(page, 0);
+
+  await t.test("the button of the browser leads back step by step", async () => {
+    await stepButton(page, 3).click();
+    await page.getByRole("button", { name: "Next", exact: true }).click();
+    await shows(page, 4);
+    await page.goBack();
+    await shows(page, 3);
+    await page.goBack();
+    await shows(page, 0);
+    await page.goForward();
+    await shows(page, 3);
+  });
+
+  await t.test("the laboratory is as it was", async () => {
+    await page.getByRole("button", { name: "Laboratory", exact: true }).click();
+    assert.equal(await control(page, "Thickness").inputValue(), "22");
+    await pins.waitFor();
+  });
+});
+
+pageTest("the block of step 5 opens with its shades", { fragment: "story=5" }, async (page) => {
+  const all = await light(page);
+  const { stops } = await page.evaluate(() => window.__snowblue.figures);
+  const white = all.filter((pixel) => pixel[3] === 1 && Math.max(...pixel.slice(0, 3)) * 2 ** stops >= 1);
+  assert.equal(white.length, 0, `${white.length} of ${all.length} places are white`);
 });
 
 pageTest("links", { fragment: "shape=ball&layer=thickness_cm:22&camera=0,10,1.2" }, async (page, t) => {

@@ -156,7 +156,7 @@ export const STEPS: Step[] = [
   {
     name: "Thickness", title: "Each centimetre makes it bluer", control: BLOCK_THICKNESS, value: 15,
     figure: "dark", rings: (thickness_cm) => [onBlock(thickness_cm)],
-    start: (state) => block(state, 0.5),
+    start: (state) => block(state, -1),
     set: (state, thickness_cm) => {
       state.layers = [{ thickness_cm }];
     },

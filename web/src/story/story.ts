@@ -24,7 +24,6 @@ const SPECTRUM_HEIGHT = 128;
 export class Story {
   readonly #store: Store;
   readonly #host: ViewHost;
-  readonly #opened: (step: number) => void;
   readonly #drawing = byId("story-drawing");
   readonly #count = el("p", { class: "note" });
   readonly #title = el("h2", { id: "story-title", tabindex: -1 });
@@ -43,11 +42,16 @@ export class Story {
   #lights: Ringed = [];
   #walks: { free_path: number; all: Walk[] } | undefined;
 
-  /** `opened` is called when a step is, and `finish` after the last one. */
-  constructor(store: Store, host: ViewHost, opened: (step: number) => void, readonly finish: () => void) {
+  /**
+   * `leave` is called before the visitor goes to another step, `opened` when one is open, and `finish` after the last
+   * one.
+   */
+  constructor(
+    store: Store, host: ViewHost, readonly leave: () => void, readonly opened: (step: number) => void,
+    readonly finish: () => void,
+  ) {
     this.#store = store;
     this.#host = host;
-    this.#opened = opened;
     this.#buttons = STEPS.map(({ name }, index) =>
       el("button", { type: "button", class: "chip", click: () => this.#move(index) }, `${index + 1} ${name}`));
     byId("story-words").append(this.#count, this.#title, this.#text, this.#source);
@@ -77,7 +81,7 @@ export class Story {
     byId("story-snow").hidden = !isSnow;
     this.#drawing.hidden = isSnow;
     if (step.figure !== "ice" && step.figure !== "walks") this.#host.backdrop(step.figure);
-    this.#opened(index);
+    this.opened(index);
     this.#store.replace(this.#stateOf(step));
     this.#ring();
   }
@@ -96,6 +100,7 @@ export class Story {
 
   #move(index: number): void {
     if (index === STEPS.length) return this.finish();
+    if (index !== this.#step) this.leave();
     this.open(index);
     this.#title.focus({ preventScroll: true });
     byId("story").scrollIntoView();
@@ -117,10 +122,10 @@ export class Story {
     this.#say();
   }
 
-  /** The default state with the view of a step; a drawing keeps the view, so that its light stays. */
+  /** The default state with the view of a step, and the pins; a drawing keeps the view, so that its light stays. */
   #stateOf(step: Step): State {
-    const state = defaultState();
-    state.view = structuredClone(this.#store.state.view);
+    const { view, pinned } = this.#store.state;
+    const state = structuredClone({ ...defaultState(), view, pinned });
     step.start(state);
     step.set(state, this.#values[this.#step]!);
     return state;
