@@ -115,7 +115,6 @@ const { metafile } = await esbuild.build({
     "src/main.ts",
     "src/sunlight/sunlight.ts",
     "src/view/viewer.ts",
-    "src/view/own-mesh.ts",
     "src/style.css",
     ...readdirSync(join(ROOT, "src/workers")).map((file) => `src/workers/${file}`),
   ],

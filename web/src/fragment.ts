@@ -9,7 +9,7 @@ import { defaultState } from "./request";
 import { amounts, entries } from "./snow";
 import {
   AT_DEPTH, METHODS, MOST_LAMPS, MOST_LAYERS, MOST_PINNED, RANGES, SHAPES,
-  type Camera, type IceTable, type Lamp, type Layer, type Sample, type Sky, type State, type Vector,
+  type Camera, type IceTable, type Lamp, type Layer, type MeshPlace, type Sample, type Sky, type State, type Vector,
 } from "./state";
 import { defaults } from "./view/shapes";
 import { AZIMUTH as SUN_AZIMUTH } from "./view/sky";
@@ -26,10 +26,11 @@ const COUNTS: Partial<Record<ParameterKey, readonly number[]>> = {
 };
 /** Keys beside those of a sample. */
 const OF_STATE = [
-  "exposure", "range", "at_depth", "shape", "method", "view_exposure", "lamp", "sky", "camera", "pin",
+  "exposure", "range", "at_depth", "shape", "mesh", "method", "view_exposure", "lamp", "sky", "camera", "pin",
 ];
 const METRES = { least: -100, greatest: 100, default: 0, unit: "m" };
 const STRENGTH = { least: 0, greatest: 1e6, default: 10, unit: "W/sr" };
+const UNIT = { least: 1e-6, greatest: 1e6, default: 1, unit: "m" };
 const DISTANCE = { least: 0.01, greatest: 100, default: 1, unit: "m" };
 const AZIMUTH = { least: -360, greatest: 360, default: 0, unit: "°" };
 const ELEVATION = { least: -90, greatest: 90, default: 0, unit: "°" };
@@ -41,13 +42,15 @@ export function encode(state: State): string {
     if (String(value) !== String(unless)) pairs.push([key, String(value)]);
   };
   const { view } = state;
-  // A link has no mesh: it shows the default shape instead of the visitor's own, with its lamps and camera.
-  const { shape, lamps, camera } = view.shape === "own" ? usual.view : view;
+  const mesh = view.shape === "own" ? view.mesh : undefined;
+  // Of a mesh that is too large, the link shows the default shape instead, with its lamps and camera.
+  const { shape, lamps, camera } = view.shape === "own" && !mesh?.packed ? usual.view : view;
   const placed = defaults(shape);
   add("exposure", state.swatch_exposure, usual.swatch_exposure);
   add("range", state.range, usual.range);
   add("at_depth", state.at_depth, usual.at_depth);
-  add("shape", shape, usual.view.shape);
+  if (shape !== "own") add("shape", shape, usual.view.shape);
+  else pairs.push(["mesh", [mesh!.name, mesh!.scale, rounded(mesh!.length), mesh!.packed].join()]);
   add("method", view.method, usual.view.method);
   add("view_exposure", view.exposure, usual.view.exposure);
   const places = lamps.map(lampText);
@@ -75,6 +78,8 @@ export function decode(fragment: string): State {
   state.at_depth = word("at_depth", given.get("at_depth") ?? state.at_depth, AT_DEPTH);
   const shape = word("shape", given.get("shape") ?? state.view.shape, SHAPES);
   Object.assign(state.view, { shape, ...structuredClone(defaults(shape)) });
+  const ofMesh = given.get("mesh");
+  if (ofMesh !== null) Object.assign(state.view, { shape: "own", mesh: mesh(ofMesh), ...structuredClone(defaults("own")) });
   state.view.method = word("method", given.get("method") ?? state.view.method, METHODS);
   state.view.exposure = exposure(given.get("view_exposure"));
   atMost("lamps", lamps.length, MOST_LAMPS);
@@ -194,6 +199,17 @@ function sky(text: string): Sky {
     elevation_deg: inside("sun elevation", elevation!, parameters.elevation_deg),
     azimuth_deg: inside("sun azimuth", azimuth!, SUN_AZIMUTH),
     turbidity: inside("turbidity", turbidity!, parameters.turbidity),
+  };
+}
+
+function mesh(text: string): MeshPlace {
+  const [name, scale, length, packed] = text.split(",");
+  if (!/^[\w.-]+\.(ply|obj|stl|glb)$/i.test(name!) || !packed) {
+    throw new Error("a mesh has the name of a file, a unit, a length and its content");
+  }
+  return {
+    name: name!, packed, scale: inside("unit of the mesh", number("mesh", scale!), UNIT),
+    length: number("mesh", length ?? ""),
   };
 }
 

@@ -3,6 +3,7 @@
 import init from "native:spectrum";
 import firstAnswer from "virtual:first-answer";
 import { Answers, FORMER, type Shown } from "./answers";
+import { BLUE_NM, RED_NM, compared } from "./brightness";
 import { version } from "./catalog";
 import { Chart } from "./chart/chart";
 import { curve, type Content, type Curve } from "./chart/draw";
@@ -20,7 +21,7 @@ import { COARSE_RAYS, FINE_RAYS, coarseRequest, defaultState, fineRequest } from
 import { Share } from "./share";
 import type { State } from "./state";
 import { Store } from "./store";
-import { STEPS, blueness } from "./story/steps";
+import { STEPS } from "./story/steps";
 import { Story } from "./story/story";
 import type { Sunlight } from "./sunlight/sunlight";
 import { Swatches } from "./swatch";
@@ -60,13 +61,15 @@ const sunlightScript = imported<typeof import("./sunlight/sunlight")>("sunlight.
 let addressTimer: ReturnType<typeof setTimeout> | undefined;
 /** The open step of the story; none in the laboratory. */
 let storyStep: number | undefined;
+/** What the laboratory had when the story was opened from it. */
+let beforeStory: State | undefined;
 
 buildPanel(byId("panel"), store);
 buildToolbar(store, host);
 const share = new Share(store, chart, { content, settle, solar_nm }, host);
-const story = new Story(store, host, opened, () => enterLaboratory());
+const story = new Story(store, host, addEntry, opened, () => enterLaboratory());
 byId("open-story").addEventListener("click", () => enterStory());
-byId("open-laboratory").addEventListener("click", () => enterLaboratory());
+byId("open-laboratory").addEventListener("click", () => enterLaboratory(beforeStory));
 follow(location.hash.slice(1));
 // The first light takes longest, so it is asked for before anything is drawn.
 host.ask();
@@ -119,7 +122,10 @@ function show(shown: Shown<SpectrumAnswer>): void {
   current = curve(sample, 0, answer);
   swatches.set(answer);
   if (storyStep !== undefined) story.set(answer);
-  byId("meaning").textContent = `Through this snow, blue (450 nm) is ${blueness(answer)} (650 nm).`;
+  const words = compared(answer.transmittance, answer, 1);
+  byId("meaning").textContent = words === undefined
+    ? "Hardly any light comes through this snow."
+    : `Through this snow, ${words} (${BLUE_NM} and ${RED_NM} nm).`;
   compare.set(answer);
   drawCurves();
   byId("precision").textContent = precision(answer, fine);
@@ -225,16 +231,19 @@ function follow(fragment: string): void {
 function enterStory(): void {
   if (storyStep !== undefined) return;
   addEntry();
+  beforeStory = store.state;
   follow("");
   replaceAddress();
 }
 
-/** From the story to the laboratory, with the same snow. */
-function enterLaboratory(): void {
+/** From the story to the laboratory, with the same snow or a state that it had before. */
+function enterLaboratory(before?: State): void {
   if (storyStep === undefined) return;
   addEntry();
   storyStep = undefined;
   showPart("laboratory");
+  if (before !== undefined) store.replace(before);
+  beforeStory = undefined;
   replaceAddress();
   byId("open-laboratory").focus();
 }

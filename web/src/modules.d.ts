@@ -24,6 +24,14 @@ declare module "native:scene" {
   export const bake_glb: Native["bake_glb"];
 }
 
+/** `wasm/meshes.js`; its wasm file lies beside every script of the page. */
+declare module "native:meshes" {
+  type Native = import("./native").MeshesModule;
+  const init: Native["default"];
+  export default init;
+  export const closed_mesh: Native["closed_mesh"];
+}
+
 /** What the module `spectrum` says of its parameters, read when the page is built. */
 declare module "virtual:catalog" {
   const catalog: import("./catalog").Catalog;

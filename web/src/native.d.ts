@@ -57,13 +57,18 @@ export interface CurveFile {
   quantity: Measures;
 }
 
-export interface MeasuredCurve {
+export interface Curve {
   wavelengths_nm: number[];
   values: number[];
 }
 
+export interface MeasuredCurve extends Curve {
+  /** Sentences on what of the file it is made of. */
+  notes: string[];
+}
+
 /** What `difference_from` computes. */
-export interface DifferenceRequest extends MeasuredCurve {
+export interface DifferenceRequest extends Curve {
   sample: SampleRequest;
   quantity: Measures;
   /** Wavelengths outside are left out. */
@@ -203,7 +208,7 @@ export interface SpectrumModule {
 
 /**
  * The module `scene`. A scene is JSON with the keys of a scene file (docs/src/rendering.md; lengths in metres, z up).
- * Its meshes (`{ mesh: "NAME", up: "z", material: "drift" }`) are triangles that were added under that name.
+ * Its meshes (`{ mesh: "NAME", material: "drift" }`) are files that were added under that name.
  */
 export interface SceneModule {
   default(module: { module_or_path: WebAssembly.Module | string | URL }): Promise<unknown>;
@@ -223,12 +228,21 @@ export interface SceneModule {
   bake_glb(scene: string, files: Files): Uint8Array<ArrayBuffer>;
 }
 
-/** Files that a scene names. */
+/** The module `meshes`. */
+export interface MeshesModule {
+  default(module: { module_or_path: WebAssembly.Module }): Promise<unknown>;
+  /** Reads a PLY, OBJ, STL or GLB file, and closes its holes. */
+  closed_mesh(name: string, content: Uint8Array): {
+    /** JSON of a `MeshInfo`. */
+    about(): string;
+    /** As a Wavefront OBJ file with z upwards. */
+    obj(): Uint8Array<ArrayBuffer>;
+  };
+}
+
+/** Files that a scene names: meshes are OBJ files. */
 export interface Files {
-  /** As OBJ: three coordinates for each vertex; three vertices for each triangle, counter-clockwise from outside. */
-  add_mesh(name: string, positions: Float32Array, triangles: Uint32Array): void;
   add(name: string, content: Uint8Array): void;
-  content(name: string): Uint8Array<ArrayBuffer>;
   free(): void;
 }
 

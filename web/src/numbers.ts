@@ -19,6 +19,16 @@ export function figure(value: number, digits = 3): string {
   return minus(value.toFixed(Math.min(decimals, 8)));
 }
 
+/** A number as people type it, with a decimal point or comma; why it has two meanings; or nothing if it is none. */
+export function read(text: string): number | string | undefined {
+  const typed = text.trim().replace("−", "-");
+  if (!/^[+-]?(\d+[.,]?\d*|[.,]\d+)(e[+-]?\d+)?$/i.test(typed)) return undefined;
+  if (/^[+-]?[1-9]\d{0,2},\d{3}$/.test(typed)) {
+    return `${typed} may be ${Number(typed.replace(",", "."))} or ${typed.replace(",", "")}: enter it without the comma`;
+  }
+  return Number(typed.replace(",", "."));
+}
+
 /** A number with fixed decimals and a true minus sign. */
 export function decimal(value: number, decimals: number): string {
   const text = value.toFixed(decimals);

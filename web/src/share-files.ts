@@ -2,6 +2,7 @@
 
 import { QUANTITIES, RANGE_ENDS, marks, stroke, within, type Content, type Curve, type Measured } from "./chart/draw";
 import { svg } from "./dom";
+import type { Rgb } from "./view/field-messages";
 
 /** The light colour scheme, for files. */
 const INK = {
@@ -92,8 +93,8 @@ function fitting(context: OffscreenCanvasRenderingContext2D, line: string, width
   return cut(most);
 }
 
-/** A picture with a strip below it: a swatch of a colour beside lines of text. */
-export async function captioned(picture: Blob, hex: string, lines: readonly string[]): Promise<Blob> {
+/** A picture with a strip below it: lines of text, and beside them a swatch of a colour of the picture if it has one. */
+export async function captioned(picture: Blob, srgb: Rgb | undefined, lines: readonly string[]): Promise<Blob> {
   const image = await createImageBitmap(picture);
   const { width, height } = image;
   const em = Math.max(14, Math.round(width / 48));
@@ -103,12 +104,15 @@ export async function captioned(picture: Blob, hex: string, lines: readonly stri
   context.fillStyle = "#0b1118";
   context.fillRect(0, 0, width, height + strip);
   context.drawImage(image, 0, 0);
-  context.fillStyle = hex;
-  context.fillRect(em, height + em, strip - 2 * em, strip - 2 * em);
+  const margin = srgb === undefined ? em : strip;
+  if (srgb !== undefined) {
+    context.fillStyle = `rgb(${srgb})`;
+    context.fillRect(em, height + em, strip - 2 * em, strip - 2 * em);
+  }
   context.fillStyle = "#dbe6ef";
   context.font = `${em}px system-ui, sans-serif`;
   lines.forEach((line, row) =>
-    context.fillText(fitting(context, line, width - strip - em), strip, height + 1.5 * em * (row + 1.2)));
+    context.fillText(fitting(context, line, width - margin - em), margin, height + 1.5 * em * (row + 1.2)));
   return canvas.convertToBlob({ type: "image/png" });
 }
 

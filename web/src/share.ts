@@ -1,8 +1,10 @@
 /** The link, the files and the commands of what the page shows. */
 
 import { version } from "./catalog";
+import { compared } from "./brightness";
 import type { Chart } from "./chart/chart";
 import type { Content } from "./chart/draw";
+import { describeView } from "./describe";
 import { byId, el, say } from "./dom";
 import { LAYERS_FILE, commandLines, layersToml, pythonCall } from "./share-commands";
 import { captioned, csv, pngFile, save, svgFile } from "./share-files";
@@ -10,6 +12,8 @@ import type { Store } from "./store";
 import type { Viewer } from "./view/viewer";
 import type { ViewHost } from "./view-host";
 
+/** Of a view. */
+const MIDDLE = { x: 0.5, y: 0.5 };
 /** Width of the chart in files, in px. */
 const WIDTH = 1080;
 
@@ -32,7 +36,7 @@ export class Share {
   constructor(store: Store, chart: Chart, shared: Shared, view: ViewHost) {
     const about = `snowblue ${version}, discrete ordinates`;
     const figure = () => svgFile(chart.picture(WIDTH), shared.content(), about);
-    const button = (label: string, run: () => Promise<void>) =>
+    const button = (label: string, run: () => Promise<string | void>) =>
       el("button", { type: "button", class: "button", click: () => void this.#run(label, run) }, label);
     const file = (label: string, write: () => Promise<void>) => button(label, async () => {
       say(byId("share-status"), "Computing the final figures.");
@@ -41,15 +45,23 @@ export class Share {
     });
     byId("share").append(
       el("div", { class: "row wrap" },
-        button("Copy link", async () => copy(location.href)),
+        button("Copy link", async () => {
+          await copy(location.href);
+          const { shape, mesh } = store.state.view;
+          return shape === "own" && mesh!.packed === ""
+            ? `The link is copied without the mesh, which is too large for a link: it opens a block.`
+            : "The link is copied.";
+        }),
         file("CSV", async () => save("snow.csv", csv(shared.content().curves), "text/csv")),
         file("SVG", async () => save("snow.svg", figure(), "image/svg+xml")),
         file("PNG", async () => save("snow.png", await pngFile(figure()))),
         button("3-D PNG", async () => save("snow-view.png", await (await view.viewer()).exportPng())),
-        file("Picture to share", async () => {
-          const { name, hex } = shared.content().curves[0]!;
-          const lines = [name, `transmitted light ${hex}`, location.href];
-          save("snow-blue.png", await captioned(await (await view.viewer()).exportPng(), hex, lines));
+        button("Picture to share", async () => {
+          const viewer = await view.viewer();
+          const light = await viewer.lightAt(MIDDLE);
+          const words = light && compared(light.radiance, light);
+          const lines = [describeView(store.state), ...(words ? [`in the middle, ${words}`] : []), location.href];
+          save("snow-blue.png", await captioned(await viewer.exportPng(), light?.srgb, lines));
         }),
         button("3-D GLB", async () => save("snow.glb", await (await view.viewer()).exportGlb())),
         button("Scene TOML", async () => saveScene(await view.viewer())),
@@ -70,11 +82,11 @@ export class Share {
     this.#python.set(pythonCall(state, solar_nm));
   }
 
-  async #run(label: string, run: () => Promise<void>): Promise<void> {
+  /** Says what has been done. */
+  async #run(label: string, run: () => Promise<string | void>): Promise<void> {
     const status = byId("share-status");
     try {
-      await run();
-      say(status, label === "Copy link" ? "The link is copied." : `${label} is saved.`);
+      say(status, (await run()) ?? `${label} is saved.`);
     } catch (error) {
       say(status, `${label} failed: ${error instanceof Error ? error.message : error}`);
     }
@@ -82,10 +94,10 @@ export class Share {
 }
 
 /** The scene file, and the mesh that it needs. */
-async function saveScene(viewer: Viewer): Promise<void> {
+function saveScene(viewer: Viewer): void {
   save("scene.toml", viewer.sceneToml(), "application/toml");
-  const mesh = await viewer.sceneMesh();
-  if (mesh !== undefined) save(mesh.name, mesh.file);
+  const mesh = viewer.sceneMesh;
+  if (mesh !== undefined) save(mesh.name, new Blob([mesh.bytes]));
 }
 
 /** A text to copy. */

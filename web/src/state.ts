@@ -42,8 +42,22 @@ export interface Camera {
   distance_m: number;
 }
 
+/** A visitor's mesh in the view. */
+export interface MeshPlace {
+  /** The name of its file. */
+  name: string;
+  /** The unit of the file in m. */
+  scale: number;
+  /** Greatest length along an axis, in the unit of the file. */
+  length: number;
+  /** The file for links, packed; empty if it is too large for a link. */
+  packed: string;
+}
+
 export interface View {
   shape: Shape;
+  /** Of the shape `own`. */
+  mesh?: MeshPlace | undefined;
   lamps: Lamp[];
   /** Shines instead of the lamps. */
   sky: Sky | undefined;

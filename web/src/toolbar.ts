@@ -5,6 +5,7 @@ import { acceptDrops } from "./drops";
 import { icon } from "./icons/icons";
 import { Radio, Select } from "./panel/choice";
 import { illuminantOptions } from "./panel/light";
+import { outside } from "./numbers";
 import { NumberField } from "./panel/number-field";
 import { control, type Control } from "./panel/parameters";
 import { MOST_LAMPS, type Lamp, type Method, type Shape, type Sky, type State } from "./state";
@@ -48,6 +49,16 @@ const EXPOSURE: Control = {
   ...control("exposure", { slider: [-10, 10], scale: "linear", step: 0.5 }), label: "Stops",
 };
 
+const UNITS = [
+  { value: "", label: "of the format (STL mm, others m)" }, { value: "1", label: "m" }, { value: "0.01", label: "cm" },
+  { value: "0.001", label: "mm" }, { value: "0.0254", label: "inches" },
+];
+const MESH_LENGTH: Control = {
+  label: "Greatest length", quantity: "greatest length", range: { least: 0.1, greatest: 3000, default: 40, unit: "cm" },
+  slider: [1, 300], scale: "log", sentence: "Of the mesh along an axis; lamps and camera move with it.",
+  source: "snowblue, chapter In the browser",
+};
+
 function defaultSky(type: Sky["type"]): Sky {
   const elevation_deg = ELEVATION.range.default;
   return type === "overcast"
@@ -62,7 +73,6 @@ export function buildToolbar(store: Store, host: ViewHost): void {
       "Drag the view to turn it, and a lamp to move it. The snow is that of the first layer. The block is as thick " +
       "as it; all other shapes have a thickness of their own."),
   );
-  acceptDrops(byId("view-drop"), (file) => void host.addMesh(file));
 }
 
 function shapeRow(store: Store, host: ViewHost): HTMLElement {
@@ -71,20 +81,27 @@ function shapeRow(store: Store, host: ViewHost): HTMLElement {
     SHAPES.map((one) => ({ ...one, icon: icon(one.value) })),
     (value) => {
       host.error("");
-      store.update(({ view }) => Object.assign(view, { shape: value }, structuredClone(defaults(value))));
+      store.update(({ view }) => Object.assign(view, { shape: value, mesh: undefined }, structuredClone(defaults(value))));
     },
   );
   shape.element.classList.add("shapes");
+  const size = new MeshSize(store);
+  const take = (file: File) => {
+    size.element.hidden = false;
+    void host.addMesh(file, size.scale(file.name));
+  };
+  acceptDrops(byId("view-drop"), take);
   const input = el("input", {
-    type: "file", accept: ".ply,.glb", class: "hidden", tabindex: -1, "aria-label": "File of a mesh, PLY or GLB",
+    type: "file", accept: ".ply,.obj,.stl,.glb", class: "hidden", tabindex: -1,
+    "aria-label": "File of a mesh, PLY, OBJ, STL or GLB",
     change: () => {
       const [file] = input.files ?? [];
-      if (file !== undefined) void host.addMesh(file);
+      if (file !== undefined) take(file);
       input.value = "";
     },
   });
   const own = el("button", {
-    type: "button", class: "button own", title: "PLY or GLB, closed; or drop a file on the view",
+    type: "button", class: "button own", title: "PLY, OBJ, STL or GLB; or drop a file on the view",
     click: () => input.click(),
   }, icon("own"), "Own mesh");
   store.subscribe(({ view }) => {
@@ -100,7 +117,7 @@ function shapeRow(store: Store, host: ViewHost): HTMLElement {
     add.disabled = view.lamps.length >= MOST_LAMPS;
     add.hidden = view.sky !== undefined;
   });
-  return el("div", { class: "row wrap" }, shape.element, own, input, add);
+  return el("div", { class: "row wrap" }, shape.element, own, input, add, size.element);
 }
 
 function settings(store: Store): HTMLElement {
@@ -136,6 +153,44 @@ function settings(store: Store): HTMLElement {
   });
   return el("div", { class: "settings" },
     method.element, el("div", { class: "stack" }, mode.element, stops.element), light.element, lamps, sky.element);
+}
+
+/** The unit of mesh files, and the length of the present mesh. */
+class MeshSize {
+  readonly element = el("div", { class: "row wrap", hidden: true });
+  readonly #unit: Select<string>;
+  #chosen = "";
+
+  constructor(store: Store) {
+    this.#unit = new Select<string>({ label: "Unit of mesh files" }, UNITS, (value) => {
+      this.#chosen = value;
+      const { shape, mesh } = store.state.view;
+      const length_m = shape === "own" ? mesh!.length * this.scale(mesh!.name) : NaN;
+      // A unit in which the present mesh is not shown is for the next file.
+      if (outside("", 100 * length_m, MESH_LENGTH.range) === undefined) resize(length_m);
+    });
+    const resize = (length_m: number) => store.update(({ view }) => {
+      const factor = length_m / (view.mesh!.scale * view.mesh!.length);
+      view.mesh!.scale = Number((factor * view.mesh!.scale).toPrecision(6));
+      for (const { position } of view.lamps) position.forEach((value, axis) => (position[axis] = factor * value));
+      view.camera.distance_m *= factor;
+    });
+    const length = new NumberField(MESH_LENGTH, (cm) => resize(0.01 * cm));
+    this.element.append(this.#unit.element, length.element);
+    store.subscribe(({ view: { shape, mesh } }) => {
+      length.element.hidden = shape !== "own";
+      if (shape === "own") {
+        this.element.hidden = false;
+        length.set(Number((100 * mesh!.scale * mesh!.length).toPrecision(4)));
+      }
+      this.#unit.set(this.#chosen);
+    });
+  }
+
+  /** The unit of a file in m: glTF states it, and of others the formats' usual one counts until a unit is chosen. */
+  scale(name: string): number {
+    return /\.glb$/i.test(name) ? 1 : Number(this.#chosen || (/\.stl$/i.test(name) ? 0.001 : 1));
+  }
 }
 
 class SkyFields {

@@ -2,9 +2,10 @@
 
 import { byId, el, say } from "./dom";
 import { imported } from "./imported";
-import type { State, View } from "./state";
+import type { State, Vector, View } from "./state";
 import type { Store } from "./store";
 import { FieldClient, fieldInput } from "./view/field-client";
+import type { Ringed } from "./view/rings";
 import { body } from "./view/shapes";
 import type { Backdrop } from "./view/snow-canvas";
 import type { Viewer } from "./view/viewer";
@@ -18,10 +19,8 @@ export class ViewHost {
   #open!: () => void;
   readonly #store: Store;
   readonly #script = imported<typeof import("./view/viewer")>("viewer.js");
-  /** Loads the view again that could not be loaded. */
-  readonly #again = el("button", {
-    type: "button", class: "button", hidden: true, click: () => void this.start(),
-  }, "Try again");
+  /** What to do about the error. */
+  readonly #offer = el("button", { type: "button", class: "button", hidden: true });
   /** The light for the view that is loaded next. */
   #field: FieldClient | undefined;
   #viewer: Promise<Viewer> | undefined;
@@ -29,11 +28,13 @@ export class ViewHost {
   #shown: Viewer | undefined;
   #rest: ReturnType<typeof setTimeout> | undefined;
   #backdrop: Backdrop = "dark";
+  #rings: readonly Vector[] = [];
+  #ringed: (lights: Ringed) => void = () => undefined;
 
   constructor(store: Store) {
     this.#store = store;
     this.opened = new Promise((resolve) => (this.#open = resolve));
-    byId("view-error").after(this.#again);
+    byId("view-error").after(this.#offer);
     store.subscribe((state, before) => {
       if (this.#shown !== undefined) this.#follow(this.#shown, state, before);
     });
@@ -60,10 +61,11 @@ export class ViewHost {
     await this.viewer().catch(() => undefined);
   }
 
-  async addMesh(file: File): Promise<void> {
+  /** Shows a visitor's mesh, whose lengths are multiples of a scale in m. */
+  async addMesh(file: File, scale: number): Promise<void> {
     this.error("");
     // A view that cannot be loaded says so itself.
-    await (await this.viewer().catch(() => undefined))?.addMesh(file);
+    await (await this.viewer().catch(() => undefined))?.addMesh(file, scale);
   }
 
   /** Sets what is seen behind the snow. */
@@ -72,19 +74,36 @@ export class ViewHost {
     void this.#viewer?.then((viewer) => viewer.setBackdrop(backdrop), () => undefined);
   }
 
+  /** Marks places of the snow; `ringed` is called with their light when it is known. */
+  ring(places: readonly Vector[], ringed: (lights: Ringed) => void): void {
+    [this.#rings, this.#ringed] = [places, ringed];
+    void this.#viewer?.then((viewer) => viewer.setRings(places), () => undefined);
+  }
+
   /** Takes away the picture that stands for the first view of the story. */
   endPoster(): void {
     byId("poster").classList.add("gone");
   }
 
-  error(text: string): void {
+  /** Says what is wrong, with a button for what to do about it, if that is known. */
+  error(text: string, label = "", run?: () => void): void {
     say(byId("view-error"), text);
+    this.#offer.hidden = run === undefined;
+    this.#offer.textContent = label;
+    this.#offer.onclick = () => {
+      this.error("");
+      run?.();
+    };
   }
 
   /** A lamp or the camera moves at once; the snow follows when its control is at rest, as all light is solved again. */
   #follow(viewer: Viewer, state: State, before: State): void {
     clearTimeout(this.#rest);
-    const set = () => viewer.set(this.#store.state.layers[0]!, this.#store.state.view);
+    this.#rest = undefined;
+    const set = () => {
+      this.#rest = undefined;
+      viewer.set(this.#store.state.layers[0]!, this.#store.state.view);
+    };
     if (state === before || state.view !== before.view) set();
     else this.#rest = setTimeout(set, REST_MS);
   }
@@ -95,14 +114,12 @@ export class ViewHost {
     this.#field?.dispose();
     this.#viewer = this.#shown = this.#field = undefined;
     byId("view-wait").hidden = true;
-    this.error(text);
-    this.#again.hidden = false;
+    this.error(text, "Try again", () => void this.start());
     this.#open();
   }
 
   async #load(): Promise<Viewer> {
     this.error("");
-    this.#again.hidden = true;
     byId("view-wait").hidden = false;
     const { Viewer } = await this.#script();
     const field = this.#field ?? new FieldClient();
@@ -113,8 +130,12 @@ export class ViewHost {
         this.#open();
       },
       status: (text: string) => say(byId("view-status"), text),
-      error: (text: string) => {
-        this.error(text);
+      // While a control moves, the light is that of the snow before.
+      ringed: (lights: Ringed) => {
+        if (this.#rest === undefined) this.#ringed(lights);
+      },
+      error: (text: string, repair?: () => void) => {
+        this.error(text, "Repair the mesh", repair);
         if (text !== "") this.#open();
       },
       failed: (text: string) => {
@@ -123,6 +144,7 @@ export class ViewHost {
     });
     this.#field = undefined;
     viewer.setBackdrop(this.#backdrop);
+    viewer.setRings(this.#rings);
     byId("view-wait").hidden = true;
     this.#shown = viewer;
     this.#follow(viewer, this.#store.state, this.#store.state);

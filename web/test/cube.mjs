@@ -29,8 +29,51 @@ function ply(triangles, corners = CORNERS) {
     "ply", "format ascii 1.0",
     `element vertex ${corners.length}`, ...["x", "y", "z"].map((axis) => `property float ${axis}`),
     `element face ${triangles.length}`, "property list uchar int vertex_indices", "end_header",
-    ...corners.map((corner) => corner.join(" ")), ...triangles.map((triangle) => `3 ${triangle.join(" ")}`), "",
+    ...corners.map((corner) => corner.join(" ")), ...triangles.map((face) => `${face.length} ${face.join(" ")}`), "",
   ].join("\n");
+}
+
+/** A prism whose ends are pentagons, 30 cm high. */
+export function prismPly() {
+  const ring = [0, 1, 2, 3, 4].map((corner) => (2 * Math.PI * corner) / 5);
+  const corners = [0, SIDE].flatMap((z) => ring.map((angle) => [0.15 * Math.cos(angle), 0.15 * Math.sin(angle), z]));
+  const sides = [0, 1, 2, 3, 4].map((at) => [at, (at + 1) % 5, 5 + (at + 1) % 5, 5 + at]);
+  return ply([[4, 3, 2, 1, 0], [5, 6, 7, 8, 9], ...sides], corners);
+}
+
+/** A cube of 300, as programs for millimetres write it. */
+export function cubeStl() {
+  const corners = CORNERS.map((corner) => corner.map((value) => 1000 * value));
+  const facet = (triangle) => ["facet normal 0 0 0", "outer loop",
+    ...triangle.map((corner) => `vertex ${corners[corner].join(" ")}`), "endloop", "endfacet"];
+  return ["solid cube", ...TRIANGLES.flatMap(facet), "endsolid cube", ""].join("\n");
+}
+
+export function cubeObj() {
+  return [...CORNERS.map((corner) => `v ${corner.join(" ")}`),
+    ...TRIANGLES.map((triangle) => `f ${triangle.map((corner) => corner + 1).join(" ")}`), ""].join("\n");
+}
+
+/** A ball of so many triangles that no link holds it. */
+export function ballObj(around = 120, rings = 60) {
+  const at = (ring, place) => (ring === 0 ? 1 : ring === rings ? 2 + (rings - 1) * around :
+    2 + (ring - 1) * around + (place % around));
+  const rows = ["v 0 0 0.15"];
+  for (let ring = 1; ring < rings; ring++) {
+    for (let place = 0; place < around; place++) {
+      const [polar, azimuth] = [(Math.PI * ring) / rings, (2 * Math.PI * place) / around];
+      rows.push(`v ${0.15 * Math.sin(polar) * Math.cos(azimuth)} ${0.15 * Math.sin(polar) * Math.sin(azimuth)} ${
+        0.15 * Math.cos(polar)}`);
+    }
+  }
+  rows.push("v 0 0 -0.15");
+  for (let ring = 0; ring < rings; ring++) {
+    for (let place = 0; place < around; place++) {
+      const corners = [at(ring, place), at(ring + 1, place), at(ring + 1, place + 1), at(ring, place + 1)];
+      rows.push(`f ${[...new Set(corners)].join(" ")}`);
+    }
+  }
+  return `${rows.join("\n")}\n`;
 }
 
 export function cubeGlb() {

@@ -8,12 +8,12 @@ import { chooseMesh, control, final, follow, lit, pageTest, pixel, saved, viewSi
 const GLB = cubeGlb();
 /** What cannot be used, and what is said of it. */
 const REFUSED = [
-  ["broken.ply", Buffer.from("ply\nformat ascii 1.0\nelement vertex 3\n"), /^broken\.ply cannot be read: it .+\.$/],
-  ["short.ply", Buffer.from(cubePly().slice(0, 180)), /^short\.ply cannot be read: it .+\.$/],
-  ["short.glb", GLB.subarray(0, GLB.length / 2), /^short\.glb cannot be read: it .+\.$/],
-  ["noise.glb", Buffer.alloc(200, 7), /^noise\.glb cannot be read: it .+\.$/],
-  ["text.txt", Buffer.from("This is no mesh."), /^text\.txt is neither a PLY nor a GLB file\.$/],
-  ["open.ply", Buffer.from(openPly()), /^The mesh open has .+, but snow must be a closed solid\..+\.$/],
+  ["broken.ply", Buffer.from("ply\nformat ascii 1.0\nelement vertex 3\n"), /^The mesh broken\.ply was refused: .+\.$/],
+  ["short.ply", Buffer.from(cubePly().slice(0, 180)), /^The mesh short\.ply was refused: .+\.$/],
+  ["short.glb", GLB.subarray(0, GLB.length / 2), /^The mesh short\.glb was refused: .+\.$/],
+  ["noise.glb", Buffer.alloc(200, 7), /^The mesh noise\.glb was refused: .+\.$/],
+  ["text.txt", Buffer.from("This is no mesh."), /^The mesh text\.txt was refused: the extension is "txt", but must be .+\.$/],
+  ["open.ply", Buffer.from(openPly()), /^The mesh open\.ply has 3 open edges, but snow must be a closed solid\.$/],
 ];
 
 const PNG = [0x89, 0x50, 0x4e, 0x47, 0x0d, 0x0a, 0x1a, 0x0a];
@@ -97,8 +97,30 @@ pageTest("files in and out", {}, async (page, t) => {
       context.drawImage(bitmap, 0, 0);
       return [...context.getImageData(x, y, 1, 1).data.subarray(0, 3)];
     }, [[...file], place]);
-    const hex = await page.locator("#swatches .hex").first().textContent();
-    assert.equal(`#${Buffer.from(color).toString("hex")}`, hex);
+    const { srgb } = await page.evaluate(() => window.__snowblue.probe({ x: 0.5, y: 0.5 }));
+    assert.deepEqual(color, srgb);
+  });
+
+  await t.test("the caption of the picture to share says what is seen", async () => {
+    await follow(page, "shape=ball");
+    await lit(page);
+    await page.evaluate(() => {
+      window.written = [];
+      const { fillText } = OffscreenCanvasRenderingContext2D.prototype;
+      OffscreenCanvasRenderingContext2D.prototype.fillText = function (text, ...rest) {
+        window.written.push(text);
+        fillText.call(this, text, ...rest);
+      };
+    });
+    await saved(page, "Picture to share");
+    const { wavelengths_nm, radiance } = await page.evaluate(() => window.__snowblue.probe({ x: 0.5, y: 0.5 }));
+    const [blue, red] = [450, 650].map((nm) => radiance[wavelengths_nm.indexOf(nm)]);
+    const times = Number((blue / red).toPrecision(2));
+    assert.deepEqual((await page.evaluate(() => window.written)).slice(0, 2), [
+      "Ball of 38 cm: 400 µm, 300 kg/m³, lamplight", `in the middle, blue is ${times} times as bright as red`,
+    ]);
+    await follow(page, "shape=block");
+    await lit(page);
   });
 
   await t.test("3-D GLB", async () => {

@@ -33,6 +33,30 @@ async function light(page) {
   return pixels(page, places);
 }
 
+/** Every ratio in the text is that of the light that the picture has at a ring, and there is one for each ring. */
+async function statesItsPicture(page) {
+  const rings = page.locator(".sb-probed:not([hidden])");
+  const expected = async () => {
+    const clauses = [];
+    for (const ring of await rings.all()) {
+      const place = await ring.evaluate(({ style }) => ({ x: parseFloat(style.left) / 100, y: parseFloat(style.top) / 100 }));
+      const { wavelengths_nm, radiance } = await page.evaluate((place) => window.__snowblue.probe(place), place);
+      const [blue, red] = [450, 650].map((nm) => radiance[wavelengths_nm.indexOf(nm)]);
+      const [one, other, times] = blue >= red ? ["blue", "red", blue / red] : ["red", "blue", red / blue];
+      clauses.push(`${one} is ${Number(times.toPrecision(2))} times as bright as ${other}`);
+    }
+    return clauses;
+  };
+  await page.locator("#story-text", { hasText: "times as bright as" }).waitFor();
+  // The text follows the fine light.
+  const clauses = await expected();
+  assert.ok(clauses.length > 0, "there is no ring");
+  await page.waitForFunction((clauses) => {
+    const said = document.getElementById("story-text").textContent.match(/(blue|red) is [^ ]+ times as bright as \w+/g);
+    return JSON.stringify(said) === JSON.stringify(clauses);
+  }, clauses, { timeout: 20_000 });
+}
+
 /** Mean of a channel on snow. */
 function mean(all, channel) {
   const snow = all.filter(([, , , alpha]) => alpha === 1);
@@ -54,7 +78,7 @@ function isDarkerAndBluer(thick, thin) {
 }
 
 async function shows(page, index) {
-  assert.match(await page.locator("#story-words").textContent(), new RegExp(`${index + 1} of ${STEPS.length}`));
+  await page.locator("#story-words", { hasText: `${index + 1} of ${STEPS.length}` }).waitFor();
   assert.equal(await stepButton(page, index).getAttribute("aria-current"), "step");
   const sliders = page.locator("#story input[type=range]");
   assert.equal(await sliders.count(), 1);
@@ -84,11 +108,9 @@ pageTest("the story", { fragment: "" }, async (page, t) => {
       const [before, wordsBefore] = [await look(), await text(page)];
       const set = () => storyControl(page, label).fill(String(value));
       await (isSnow ? relight(page, set) : set());
-      // The paper's line has no text of its lamp.
-      if (label !== "Lamp to the side") {
-        await page.waitForFunction((words) => document.getElementById("story-text").textContent !== words, wordsBefore);
-      }
+      await page.waitForFunction((words) => document.getElementById("story-text").textContent !== words, wordsBefore);
       const after = await look();
+      if (isSnow) await statesItsPicture(page);
       if (isSnow) {
         assert.ok(change(before, after) > CHANGE, `the light changes by ${change(before, after)}`);
         if (label === "Thickness") isDarkerAndBluer(after, before);
@@ -169,6 +191,40 @@ pageTest("the story by keyboard, and the way to the laboratory and back", { frag
     await page.getByRole("button", { name: "Story", exact: true }).press("Enter");
     await shows(page, 0);
   });
+});
+
+const KEPT = "layer=thickness_cm:22&pin=layer%3Dthickness_cm:30";
+
+pageTest("steps are in the history, and the story keeps pins and sample", { fragment: KEPT }, async (page, t) => {
+  const pins = page.locator("#compare-table tbody tr", { hasText: "30 cm, " });
+  await final(page);
+  await page.getByRole("button", { name: "Story", exact: true }).click();
+  await shows(page, 0);
+
+  await t.test("the button of the browser leads back step by step", async () => {
+    await stepButton(page, 3).click();
+    await page.getByRole("button", { name: "Next", exact: true }).click();
+    await shows(page, 4);
+    await page.goBack();
+    await shows(page, 3);
+    await page.goBack();
+    await shows(page, 0);
+    await page.goForward();
+    await shows(page, 3);
+  });
+
+  await t.test("the laboratory is as it was", async () => {
+    await page.getByRole("button", { name: "Laboratory", exact: true }).click();
+    assert.equal(await control(page, "Thickness").inputValue(), "22");
+    await pins.waitFor();
+  });
+});
+
+pageTest("the block of step 5 opens with its shades", { fragment: "story=5" }, async (page) => {
+  const all = await light(page);
+  const { stops } = await page.evaluate(() => window.__snowblue.figures);
+  const white = all.filter((pixel) => pixel[3] === 1 && Math.max(...pixel.slice(0, 3)) * 2 ** stops >= 1);
+  assert.equal(white.length, 0, `${white.length} of ${all.length} places are white`);
 });
 
 pageTest("links", { fragment: "shape=ball&layer=thickness_cm:22&camera=0,10,1.2" }, async (page, t) => {

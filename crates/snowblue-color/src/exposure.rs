@@ -50,6 +50,19 @@ pub fn quantile(values: impl IntoIterator<Item = f64>, fraction: f64) -> Option<
     Some(*values.select_nth_unstable_by(rank, f64::total_cmp).1)
 }
 
+/// The value below which a fraction of the weights of the values lies, 0–1; none if there are no values.
+fn weighted_quantile(values: impl IntoIterator<Item = (f64, f64)>, fraction: f64) -> Option<f64> {
+    let mut values: Vec<(f64, f64)> = values.into_iter().collect();
+    values.sort_unstable_by(|(one, _), (other, _)| one.total_cmp(other));
+    let wanted = fraction * values.iter().map(|(_, weight)| weight).sum::<f64>();
+    let mut below = 0.0;
+    let found = values.iter().find(|(_, weight)| {
+        below += weight;
+        below > wanted
+    });
+    found.or(values.last()).map(|(value, _)| *value)
+}
+
 /// Greatest exposure, in stops; the least is its negative.
 pub const MAX_STOPS: f64 = 100.0;
 
@@ -94,8 +107,18 @@ impl AutoExposure {
 
     /// Exposure factor for some pixels; none if there are none or the quantile is black.
     pub fn factor_of_any(self, pixels: impl IntoIterator<Item = LinearRgb>) -> Option<f64> {
-        let brightest = quantile(pixels.into_iter().map(brightest_channel), self.fraction)?;
-        (brightest > 0.0).then(|| self.level / brightest)
+        self.factor_of_level(quantile(pixels.into_iter().map(brightest_channel), self.fraction)?)
+    }
+
+    /// Exposure factor for the light of some areas, which count by their size; none if there are none or the quantile
+    /// is black.
+    pub fn factor_of_areas(self, areas: impl IntoIterator<Item = (LinearRgb, f64)>) -> Option<f64> {
+        let levels = areas.into_iter().map(|(light, area)| (brightest_channel(light), area));
+        self.factor_of_level(weighted_quantile(levels, self.fraction)?)
+    }
+
+    fn factor_of_level(self, level: f64) -> Option<f64> {
+        (level > 0.0).then(|| self.level / level)
     }
 }
 
@@ -137,6 +160,20 @@ mod tests {
             assert!(pair[0] < pair[1] || pair == [1.0; 2], "{pair:?}");
         }
         assert!(level_of_white(0.0).abs() < 1e-15 && level_of_white(1e9) <= 1.0);
+    }
+
+    #[test]
+    fn areas_count_by_their_size() {
+        let exposure = AutoExposure { fraction: 0.9, level: 1.0 };
+        let whole = |sizes: &[(f64, f64)]| {
+            exposure.factor_of_areas(sizes.iter().map(|(level, size)| (grey(*level), *size))).unwrap()
+        };
+        // A large bright area beside many small dark ones, and the same area in pieces.
+        let small = [(1.0, 0.05); 16];
+        let (one, pieces) = ([&small[..], &[(4.0, 0.2)]].concat(), [&small[..], &[(4.0, 0.1); 2]].concat());
+        assert!((whole(&one) - 0.25).abs() < 1e-12 && (whole(&pieces) - whole(&one)).abs() < 1e-12);
+        assert!((auto(0.9, 1.0, one[..16].iter().map(|(level, _)| grey(*level))) - 1.0).abs() < 1e-12);
+        assert_eq!(exposure.factor_of_areas([]), None);
     }
 
     #[test]

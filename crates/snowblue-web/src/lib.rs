@@ -5,8 +5,8 @@
 //! message of the command.
 //!
 //! The page loads two modules: a small module of spectra, colours and light at depth, with the default feature
-//! `spectrum`, and a module of light fields and pictures for its workers, with only the feature `scene`. A browser
-//! runs each module on one thread.
+//! `spectrum`, and a module of light fields and pictures for its workers, with only the feature `scene`. A third, with
+//! only the feature `meshes`, reads the mesh files of visitors. A browser runs each module on one thread.
 
 use std::fmt::Display;
 
@@ -28,6 +28,9 @@ pub mod parameters;
 
 #[cfg(feature = "scene")]
 pub mod scene;
+
+#[cfg(feature = "meshes")]
+pub mod meshes;
 
 /// The message of an error.
 fn text(error: impl Display) -> String {

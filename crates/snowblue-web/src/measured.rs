@@ -1,7 +1,8 @@
-//! Comparison of a measured curve with the computed curve.
+//! Comparison of a measured curve with the computed curve, and files of instruments as curves.
 
 use serde::{Deserialize, Serialize};
-use snowblue_base::spectrum_csv::{self, SpectrumRows};
+use snowblue_base::csv_text::{cells, rows};
+use snowblue_base::spectrum_csv::{self, SpectrumError, SpectrumRows};
 use snowblue_transport::inversion::Quantity;
 use snowblue_transport::slab::Radiometry;
 use wasm_bindgen::prelude::*;
@@ -22,6 +23,16 @@ enum Measures {
 struct Curve {
     wavelengths_nm: Vec<f64>,
     values: Vec<f64>,
+    /// Sentences on what the curve is made of.
+    notes: Vec<String>,
+}
+
+/// A file of an instrument as `snowblue color --spectrum` reads a spectrum: each line of the file is one line here.
+struct Rewritten {
+    lines: Vec<String>,
+    /// The first of the lines that stand in reverse order, if wavelengths descend in the file.
+    reversed_from: Option<usize>,
+    notes: Vec<String>,
 }
 
 /// Difference of a measured curve from the computed curve.
@@ -37,7 +48,9 @@ struct Difference {
 }
 
 /// Reads a measured curve like `snowblue color --spectrum`, but within the range of a measured quantity, which
-/// includes values below 0 due to noise: JSON of `{ name, text, quantity }` in, of `{ wavelengths_nm, values }` out.
+/// includes values below 0 due to noise: JSON of `{ name, text, quantity }` in, of `{ wavelengths_nm, values, notes }`
+/// out. Columns may also be separated by tabs or semicolons, then with decimal commas; wavelengths may descend, and be
+/// in µm or values in percent if the header says so; rows without a number as their value are left out.
 ///
 /// # Errors
 ///
@@ -61,12 +74,14 @@ pub fn curve(file: &str) -> Result<String, String> {
         quantity: Measures,
     }
     let File { name, text: content, quantity } = serde_json::from_str(file).map_err(text)?;
-    let spectra = spectrum_csv::read_within(&content, quantity.column(), quantity.measured().range())
-        .map_err(|error| error.in_file(&name))?;
+    let Rewritten { lines, reversed_from, notes } = Rewritten::of(&content, quantity.column());
+    let in_file = |line: usize| reversed_from.map_or(line, |start| start + lines.len() + 1 - line);
+    let spectra = spectrum_csv::read_within(&lines.join("\n"), quantity.column(), quantity.measured().range())
+        .map_err(|error| SpectrumError { line: error.line.map(in_file), ..error }.in_file(&name))?;
     let [SpectrumRows { wavelengths_nm, values, .. }] = &spectra[..] else {
         return Err(format!("{name}: holds {} spectra, but must hold one", spectra.len()));
     };
-    let curve = Curve { wavelengths_nm: wavelengths_nm.clone(), values: values.clone() };
+    let curve = Curve { wavelengths_nm: wavelengths_nm.clone(), values: values.clone(), notes };
     serde_json::to_string(&curve).map_err(text)
 }
 
@@ -119,6 +134,100 @@ pub fn difference(request: &str) -> Result<String, String> {
         mean: mean(&mut differences.iter().copied()),
     };
     serde_json::to_string(&difference).map_err(text)
+}
+
+impl Rewritten {
+    fn of(content: &str, quantity: &str) -> Self {
+        let table: Vec<(usize, Vec<String>)> = rows(content).map(|(line, row)| (line - 1, cells_of(row))).collect();
+        let is_row = |row: &[String]| row[0].parse::<f64>().is_ok();
+        let first = table.iter().position(|(_, row)| is_row(row)).unwrap_or(table.len());
+        let (above, rows) = table.split_at(first);
+        let mut lines = vec![String::new(); content.lines().count()];
+        let mut notes = Vec::new();
+        let (mut value, mut scales) = (1, [1.0; 2]);
+        if let [others @ .., (line, names)] = above {
+            if !others.is_empty() {
+                notes.push(format!("lines above the names of its columns, which are not read: {}", others.len()));
+            }
+            let columns: Vec<Column> = names.iter().map(|name| Column::named(name, quantity)).collect();
+            value = columns.iter().position(|column| column.name == quantity).unwrap_or(1);
+            scales = [columns.first(), columns.get(value)].map(|column| column.map_or(1.0, |column| column.scale));
+            lines[*line] = columns.into_iter().map(|column| column.name).collect::<Vec<_>>().join(",");
+            let units =
+                [(scales[0] > 1.0, "its wavelengths are in µm"), (scales[1] < 1.0, "its values are in percent")];
+            notes.extend(units.into_iter().filter(|(is_so, _)| *is_so).map(|(_, note)| note.to_owned()));
+        }
+        let mut missing = 0;
+        for (line, row) in rows {
+            if row.get(value).is_some_and(|cell| cell.is_empty() || cell.eq_ignore_ascii_case("nan")) {
+                missing += 1;
+                continue;
+            }
+            let scale = |place| {
+                if place == 0 {
+                    scales[0]
+                } else if place == value {
+                    scales[1]
+                } else {
+                    1.0
+                }
+            };
+            let written = row.iter().enumerate().map(|(place, cell)| scaled(cell, scale(place)));
+            lines[*line] = written.collect::<Vec<_>>().join(",");
+        }
+        if missing > 0 {
+            notes.push(format!("rows without a value, which are left out: {missing}"));
+        }
+        let wavelengths: Vec<f64> = rows.iter().filter_map(|(_, row)| row[0].parse().ok()).collect();
+        let descends = wavelengths.len() > 1 && wavelengths.is_sorted_by(|one, other| one > other);
+        let reversed_from = rows.first().filter(|_| descends).map(|(line, _)| *line);
+        if let Some(start) = reversed_from {
+            lines[start..].reverse();
+        }
+        Self { lines, reversed_from, notes }
+    }
+}
+
+/// A column by the name that [`spectrum_csv`] has for it, and the factor to its unit there.
+struct Column {
+    name: String,
+    scale: f64,
+}
+
+impl Column {
+    fn named(name: &str, quantity: &str) -> Self {
+        let written = name.to_lowercase().replace('\u{3bc}', "µ");
+        let (word, unit) = written.split_at(written.find(['(', '[', '%', '_', ' ', '/']).unwrap_or(written.len()));
+        let unit = unit.trim_matches(|c: char| !c.is_alphanumeric() && c != '%' && c != 'µ');
+        let (name, scale) = match (word, unit) {
+            ("wavelength" | "lambda" | "wl", "" | "nm") | ("nm", "") => ("wavelength_nm", 1.0),
+            ("wavelength" | "lambda" | "wl", "µm" | "um" | "micron" | "microns") | ("µm" | "um", "") => {
+                ("wavelength_nm", 1000.0)
+            }
+            (word, "") if word == quantity => (quantity, 1.0),
+            (word, "%" | "percent") if word == quantity => (quantity, 0.01),
+            (_, "%" | "percent") => (name, 0.01),
+            _ => (name, 1.0),
+        };
+        Self { name: name.to_owned(), scale }
+    }
+}
+
+/// The cells of a row that commas separate, or else tabs or semicolons, with decimal points.
+fn cells_of(row: &str) -> Vec<String> {
+    let Some(separator) = [';', '\t'].into_iter().find(|separator| row.contains(*separator)) else {
+        return cells(row).map(str::to_owned).collect();
+    };
+    let row = row.trim_end().trim_end_matches(separator);
+    row.split(separator).map(|cell| cell.trim().trim_matches('"').trim().replace(',', ".")).collect()
+}
+
+/// A number times a factor, without the rounding of the product.
+fn scaled(cell: &str, scale: f64) -> String {
+    match cell.parse::<f64>() {
+        Ok(value) if scale > 1.0 || scale < 1.0 => ((value * scale * 1e9).round() / 1e9).to_string(),
+        _ => cell.to_owned(),
+    }
 }
 
 impl Measures {

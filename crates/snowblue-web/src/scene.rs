@@ -4,15 +4,13 @@ use snowblue_base::narrow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use glam::{DVec3, Vec3, Vec3A};
+use glam::Vec3A;
 use js_sys::Date;
 use serde_json::json;
 use snowblue_color::{LinearRgb, Srgb8, ToneCurve};
-use snowblue_geometry::mesh_files::obj_text;
 use snowblue_geometry::ray::Ray;
-use snowblue_geometry::triangle_mesh::TriangleMesh;
 use snowblue_render::bake::{BakeOptions, BakedObject, LitSnow, LitSurface, Relighting, WeightedLight, glb_bytes};
-use snowblue_render::files::{FileSource, FilesInMemory};
+use snowblue_render::files::FilesInMemory;
 use snowblue_render::film::image_file::to_raster;
 use snowblue_render::render::{RenderControl, accumulator, all_samples, render_missing};
 use snowblue_render::scene::IntegratorKind;
@@ -23,7 +21,7 @@ use wasm_bindgen::prelude::*;
 
 use crate::text;
 
-/// Files that scenes name: meshes, and the coefficients of the clear sky.
+/// Files that scenes name: OBJ meshes, and the coefficients of the clear sky.
 #[wasm_bindgen]
 #[derive(Debug, Default)]
 pub struct Files(FilesInMemory);
@@ -58,26 +56,9 @@ impl Files {
         Self::default()
     }
 
-    /// Adds a mesh of triangles as a Wavefront OBJ file: three coordinates of each vertex, and three vertices of each
-    /// triangle.
-    pub fn add_mesh(&mut self, name: &str, positions: &[f32], triangles: &[u32]) {
-        let positions = positions.as_chunks().0.iter().copied().map(Vec3::from_array).collect();
-        let mesh = TriangleMesh { positions, indices: triangles.as_chunks().0.to_vec(), ..TriangleMesh::default() };
-        self.0.insert(name, obj_text(&mesh, DVec3::ZERO));
-    }
-
     /// Adds a file by its content.
     pub fn add(&mut self, name: &str, content: &[u8]) {
         self.0.insert(name, content);
-    }
-
-    /// The content of a file.
-    ///
-    /// # Errors
-    ///
-    /// When there is no such file.
-    pub fn content(&self, name: &str) -> Result<Vec<u8>, JsError> {
-        self.0.read(name).map_err(|error| JsError::new(&format!("{name}: {error}")))
     }
 }
 

@@ -2,7 +2,7 @@
 
 import { el, fresh, say } from "../dom";
 import type { Range } from "../native";
-import { between, outside, short, withUnit } from "../numbers";
+import { between, outside, read, short, withUnit } from "../numbers";
 import { hint } from "./hint";
 import type { Control } from "./parameters";
 
@@ -25,10 +25,10 @@ export class NumberField {
     const { button, sentence: text } = hint(label, sentence, source);
     this.#error = el("p", { id: `${id}-error`, class: "error", role: "alert", hidden: true });
     const described = `${text.id} ${this.#error.id}`;
-    const entered = () => this.#entered(change);
+    // Not of type number, which drops a decimal comma in most languages of browsers: 2,5 would be 25.
     this.#entry = el("input", {
-      id, type: "number", inputmode: "decimal", step: "any", "aria-describedby": described, autocomplete: "off",
-      input: entered, change: entered,
+      id, type: "text", inputmode: "decimal", "aria-describedby": described, autocomplete: "off",
+      input: () => this.#entered(change),
     });
     const linear = control.scale === "linear";
     const [least, greatest] = this.#ends();
@@ -55,22 +55,28 @@ export class NumberField {
   set(value: number, range: Range = this.#control.range): void {
     this.#range = range;
     const typing = document.activeElement === this.#entry;
-    if (!typing || Number(this.#entry.value) !== value) {
+    if (!typing || read(this.#entry.value) !== value) {
       this.#entry.value = short(value);
       this.#refuse(undefined);
     }
+    this.#slide(value);
+  }
+
+  #slide(value: number): void {
     this.#slider.value = String(this.#toSlider(value));
     this.#describe(value);
   }
 
   #entered(change: (value: number) => void): void {
-    const value = this.#entry.value === "" ? NaN : Number(this.#entry.value);
     const { least, greatest, unit } = this.#range;
-    const reason = Number.isNaN(value)
-      ? `enter a number in ${withUnit(between(least, greatest), unit)}`
-      : outside(this.#control.quantity, value, this.#range);
+    const value = read(this.#entry.value);
+    const reason = typeof value === "number"
+      ? outside(this.#control.quantity, value, this.#range)
+      : value ?? `enter a number in ${withUnit(between(least, greatest), unit)}`;
     this.#refuse(reason);
-    if (reason === undefined) change(value);
+    if (reason !== undefined) return;
+    this.#slide(value as number);
+    change(value as number);
   }
 
   #refuse(reason: string | undefined): void {

@@ -1,13 +1,14 @@
 /** The steps of the story: what each shows, its one control, and what it says of the present values. */
 
 import { impurities, parameters } from "../catalog";
-import type { Fit } from "../chart/scale";
-import type { SpectrumAnswer } from "../native";
+import { BLUE_NM, RED_NM, compared } from "../brightness";
 import { figure, short } from "../numbers";
 import { GRAIN_SIZE, THICKNESS, control, impurityControl, type Control } from "../panel/parameters";
 import { setImpurity } from "../snow";
 import type { State, Vector } from "../state";
-import { BLOCK_CM, defaults } from "../view/shapes";
+import type { ProbedLight } from "../view/field-messages";
+import type { Ringed } from "../view/rings";
+import { BLOCK_CM, blockFront_m, defaults } from "../view/shapes";
 import type { Backdrop } from "../view/snow-canvas";
 import { absorptionAt, left } from "./ice";
 
@@ -19,43 +20,26 @@ export interface Step {
   value: number;
   /** The 3-D snow, or a drawing of what cannot be seen. */
   figure: Backdrop | "ice" | "walks";
-  /** The spectrum below the text. */
-  spectrum?: { title: string; fit: Fit; of(answer: SpectrumAnswer): number[] };
+  /** Places of the snow whose light the text states, from left to right. */
+  rings?(value: number): Vector[];
   /** Sets the state of the page before the control does. */
   start(state: State): void;
   set(state: State, value: number): void;
-  text(answer: SpectrumAnswer, value: number): string;
+  /** Without light while it is computed. */
+  text(value: number, lights: Ringed): string;
   source: string;
 }
 
-export const BLUE_NM = 450;
-export const RED_NM = 650;
-export const at = (
-  values: readonly number[], { wavelengths_nm }: Pick<SpectrumAnswer, "wavelengths_nm">, nm: number,
-) =>
-  values[wavelengths_nm.indexOf(nm)]!;
 /** In percent; what is next to all has a digit more. */
 export const percent = (value: number, digits = 2) =>
   `${figure(100 * value, value > 0.995 && value < 1 ? 4 : digits)}\u00a0%`;
 
-const passing = (answer: SpectrumAnswer, nm: number) => percent(at(answer.transmittance, answer, nm));
-
-/** How many times as bright as another light one is. */
-export const timesAsBright = (ratio: number) =>
-  `${ratio < 1e6 ? short(ratio, 2) : figure(ratio, 2)} times as bright as`;
-
-/** How many times as much blue as red light passes. */
-export function blueness(answer: SpectrumAnswer): string {
-  const ratio = at(answer.transmittance, answer, BLUE_NM) / at(answer.transmittance, answer, RED_NM);
-  return `${timesAsBright(ratio)} red`;
-}
-
-/** Transmittance relative to that of blue. */
-const PASSING = {
-  title: "The light that gets through (blue = 1)", fit: "full" as const,
-  of: (answer: SpectrumAnswer) => answer.transmittance.map((value) =>
-    value / at(answer.transmittance, answer, BLUE_NM)),
-};
+/** What the picture has at a ring, in a clause. */
+const atRing = (light: ProbedLight, ring = "ring") =>
+  `at the ${ring}, ${compared(light.radiance, light) ?? "hardly any light leaves the snow"}`;
+/** The light of all wavelengths. */
+const power = ({ radiance }: ProbedLight) =>
+  `${figure(radiance.reduce((sum, value) => sum + value, 0) / radiance.length, 2)} W/(m² sr)`;
 
 /** Height of the mound of the drift above the ground, in m. */
 const MOUND_M = 0.22;
@@ -76,6 +60,15 @@ function dusk({ view }: State): void {
   ];
   view.camera = { azimuth_deg: 0, elevation_deg: 11, distance_m: 1.05 };
 }
+
+/** On the side of the mound that faces the camera. */
+const ON_MOUND: Vector = [0, -0.1, 0.19];
+/** On the sides of the mound towards the sun and away from it. */
+const IN_SUN: Vector = [-0.14, -0.04, 0.164];
+const IN_SHADE: Vector = [0.12, -0.12, 0.149];
+
+/** The middle of the front of a block. */
+const onBlock = (thickness_cm: number): Vector => [0, blockFront_m(thickness_cm), 0.2];
 
 /** A block with a lamp behind it. */
 function block({ view }: State, exposure: State["view"]["exposure"]): void {
@@ -116,21 +109,21 @@ const SIDE: Control = {
 export const STEPS: Step[] = [
   {
     name: "Glow", title: "A lamp in the snow glows blue", control: DEPTH, value: LAMP_DEPTH_CM, figure: "dusk",
-    spectrum: PASSING,
+    rings: () => [ON_MOUND],
     start: dusk,
     set(state, below_cm) {
       state.layers = [{ thickness_cm: below_cm }];
       state.view.lamps[0]!.position = lampBelow(below_cm);
     },
-    text: (answer, below_cm) =>
+    text: (below_cm, [light]) =>
       `Under moonlight snow is white. But a lamp shines below ${short(below_cm)} cm of this snow, and what comes ` +
-      `through is blue: blue light is ${blueness(answer)}. Bury the lamp deeper.`,
+      `through is blue${light === undefined ? "" : `: ${atRing(light)}`}. Bury the lamp deeper.`,
     source: "After Varsa & Baranoski 2024; Bohren 1983, Colors of snow, frozen waterfalls, and icebergs",
   },
   {
     name: "Ice", title: "Ice absorbs red", control: ICE_PATH, value: 3, figure: "ice",
     start: () => undefined, set: () => undefined,
-    text: (_, path_m) =>
+    text: (path_m) =>
       `Ice absorbs red light ${short(absorptionAt(RED_NM) / absorptionAt(BLUE_NM), 2)} times as strongly as blue. ` +
       `After ${length(path_m)} of clear ice, ${percent(left(BLUE_NM, path_m))} of the blue is left and ` +
       `${percent(left(RED_NM, path_m))} of the red. It takes metres; so how can centimetres of snow be blue?`,
@@ -149,50 +142,50 @@ export const STEPS: Step[] = [
   },
   {
     name: "Grains", title: "Coarse grains let more light through", control: GRAIN_SIZE, value: 400, figure: "dark",
-    spectrum: { title: "The light that gets through", fit: "close", of: ({ transmittance }) => transmittance },
+    rings: () => [onBlock(15)],
     start: (state) => block(state, -0.3),
     set: (state, grain_size_um) => {
       state.layers = [{ thickness_cm: 15, grain_size_um }];
     },
-    text: (answer, grain_size_um) =>
-      `15 cm of snow with grains of ${short(grain_size_um)} µm let ${passing(answer, BLUE_NM)} of the blue through ` +
-      `and ${passing(answer, RED_NM)} of the red. Coarse grains have fewer surfaces that turn light back: old snow ` +
-      `is brighter inside than fresh snow.`,
+    text: (grain_size_um, [light]) =>
+      `A lamp shines behind 15 cm of snow with grains of ${short(grain_size_um)} µm. ` +
+      (light === undefined ? "" : `The ring sends out ${power(light)}, and ${atRing(light)}. `) +
+      `Coarse grains have fewer surfaces that turn light back: old snow is brighter inside than fresh snow.`,
     source: "Wiscombe & Warren 1980, A model for the spectral albedo of snow. I",
   },
   {
     name: "Thickness", title: "Each centimetre makes it bluer", control: BLOCK_THICKNESS, value: 15,
-    figure: "dark", spectrum: PASSING,
-    start: (state) => block(state, 0.5),
+    figure: "dark", rings: (thickness_cm) => [onBlock(thickness_cm)],
+    start: (state) => block(state, -1),
     set: (state, thickness_cm) => {
       state.layers = [{ thickness_cm }];
     },
-    text: (answer, thickness_cm) =>
-      `A block of ${short(thickness_cm)} cm lets ${passing(answer, BLUE_NM)} of the blue ` +
-      `light through. Behind it, blue is ${blueness(answer)}. Make it thicker: it gets darker and bluer.`,
+    text: (thickness_cm, [light]) =>
+      `A lamp shines behind a block of ${short(thickness_cm)} cm. ` +
+      (light === undefined ? "" : `The ring sends out ${power(light)}, and ${atRing(light)}. `) +
+      `Make it thicker: it gets darker and bluer.`,
     source: "Warren 1982, Optical properties of snow",
   },
   {
     name: "Soot", title: "A little soot takes the blue away", control: SOOT, value: 30, figure: "dusk",
-    spectrum: PASSING,
+    rings: () => [ON_MOUND],
     start: dusk,
     set(state, ng_g) {
       const [layer] = (state.layers = [{ thickness_cm: LAMP_DEPTH_CM }]);
       setImpurity(layer!, "black-carbon", ng_g);
     },
-    text(answer, ng_g) {
-      const result = `${passing(answer, BLUE_NM)} of the blue gets through ` +
-        `${LAMP_DEPTH_CM} cm, and blue is ${blueness(answer)}`;
+    text(ng_g, [light]) {
+      const result = light === undefined ? "" : ` The ring sends out ${power(light)}, and ${atRing(light)}.`;
       return ng_g === 0
-        ? `Without soot, ${result}. Add some, and the glow dies.`
-        : `With ${short(ng_g)} ng of soot in each gram of snow, ${short(ng_g / 10, 3)} parts in a hundred million, ` +
-          `${result}. Soot absorbs all colours. Set it to 0, and the glow is back.`;
+        ? `The snow is without soot.${result} Add some, and the glow dies.`
+        : `Each gram of the snow holds ${short(ng_g)} ng of soot, ${short(ng_g / 10, 3)} parts in a hundred ` +
+          `million.${result} Soot absorbs all colours. Set it to 0, and the glow is back.`;
     },
     source: "Warren & Wiscombe 1980, A model for the spectral albedo of snow. II",
   },
   {
     name: "Sun", title: "By day snow is white, its shadow blue", control: ELEVATION, value: 18, figure: "day",
-    spectrum: { title: "The light that snow sends back", fit: "full", of: ({ reflectance }) => reflectance },
+    rings: () => [IN_SUN, IN_SHADE],
     start: (state) => {
       dusk(state);
       state.view.exposure = "auto";
@@ -202,15 +195,16 @@ export const STEPS: Step[] = [
       state.angle_deg = 90 - elevation_deg;
       state.view.sky = { type: "clear", elevation_deg, azimuth_deg: 305, turbidity: 2.5 };
     },
-    text: (answer, elevation_deg) =>
-      `The sun stands ${short(elevation_deg)}° high. Snow sends back ` +
-      `${percent(at(answer.reflectance, answer, BLUE_NM), 3)} of its blue and ` +
-      `${percent(at(answer.reflectance, answer, RED_NM), 3)} of its red: white. Shadows are blue for another reason: ` +
-      `only the sky shines there. A lower sun loses less light in the snow.`,
+    text: (elevation_deg, [sunny, shady]) =>
+      `The sun stands ${short(elevation_deg)}° high. Snow sends back nearly all of its light, of all colours: ` +
+      `${sunny === undefined ? "in the sun it is white" : atRing(sunny, "left ring, towards the sun")}. Shadows are ` +
+      `blue for another reason: only the sky shines there${shady === undefined ? "" : `, and ${
+        atRing(shady, "right ring, away from the sun")}`}. A lower sun loses less light in the snow.`,
     source: "Wiscombe & Warren 1980; sky: Hosek & Wilkie 2012",
   },
   {
     name: "Method", title: "A line through the snow is not enough", control: SIDE, value: -5, figure: "dark",
+    rings: () => [onBlock(15)],
     start(state) {
       block(state, -2);
       state.view.method = "pcasnow";
@@ -220,11 +214,10 @@ export const STEPS: Step[] = [
       const [lamp] = state.view.lamps;
       lamp!.position = [0.01 * side_cm, lamp!.position[1], lamp!.position[2]];
     },
-    text: (answer) =>
+    text: (_, [light]) =>
       `On the right, the paper's PCASnow: light takes a straight line through the snow, whose transmittance is ` +
-      `tabulated (${passing(answer, BLUE_NM)} of the blue through 15 cm). On the left, the ` +
-      `light field: light spreads and leaves by every side, so that the block fades towards its edges. Drag the ` +
-      `line between both.`,
+      `tabulated. On the left, the light field: light spreads and leaves by every side, so that the block fades ` +
+      `towards its edges${light === undefined ? "" : `; ${atRing(light)}`}. Drag the line between both.`,
     source: "Varsa & Baranoski 2024, doi:10.1109/MCG.2023.3307517",
   },
 ];

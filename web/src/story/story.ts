@@ -1,5 +1,6 @@
 /** Why snow is blue, in steps that each have one figure and one control. */
 
+import { BLUE_NM, RED_NM, at } from "../brightness";
 import { byId, el, say } from "../dom";
 import type { SpectrumAnswer } from "../native";
 import { figure } from "../numbers";
@@ -8,9 +9,10 @@ import { defaultState } from "../request";
 import type { Layer, State } from "../state";
 import type { Store } from "../store";
 import type { ViewHost } from "../view-host";
+import type { Ringed } from "../view/rings";
 import { colorOf, ice, layer, spectrum } from "./drawings";
 import { absorptionAt, left, solidIce_m, surfacesOn } from "./ice";
-import { BLUE_NM, RED_NM, STEPS, at, length, percent, type Step } from "./steps";
+import { STEPS, length, percent, type Step } from "./steps";
 import { absorbing, freePath, meanOf, transmitted, walks, type Walk } from "./walks";
 
 /** Walks whose lengths count, and of these those that are drawn: the first, and the first that get through. */
@@ -22,7 +24,6 @@ const SPECTRUM_HEIGHT = 128;
 export class Story {
   readonly #store: Store;
   readonly #host: ViewHost;
-  readonly #opened: (step: number) => void;
   readonly #drawing = byId("story-drawing");
   readonly #count = el("p", { class: "note" });
   readonly #title = el("h2", { id: "story-title", tabindex: -1 });
@@ -37,13 +38,20 @@ export class Story {
   readonly #values = STEPS.map(({ value }) => value);
   #step = 0;
   #answer: SpectrumAnswer | undefined;
+  /** The light at the rings of the picture. */
+  #lights: Ringed = [];
   #walks: { free_path: number; all: Walk[] } | undefined;
 
-  /** `opened` is called when a step is, and `finish` after the last one. */
-  constructor(store: Store, host: ViewHost, opened: (step: number) => void, readonly finish: () => void) {
+  /**
+   * `leave` is called before the visitor goes to another step, `opened` when one is open, and `finish` after the last
+   * one.
+   */
+  constructor(
+    store: Store, host: ViewHost, readonly leave: () => void, readonly opened: (step: number) => void,
+    readonly finish: () => void,
+  ) {
     this.#store = store;
     this.#host = host;
-    this.#opened = opened;
     this.#buttons = STEPS.map(({ name }, index) =>
       el("button", { type: "button", class: "chip", click: () => this.#move(index) }, `${index + 1} ${name}`));
     byId("story-words").append(this.#count, this.#title, this.#text, this.#source);
@@ -73,14 +81,15 @@ export class Story {
     byId("story-snow").hidden = !isSnow;
     this.#drawing.hidden = isSnow;
     if (step.figure !== "ice" && step.figure !== "walks") this.#host.backdrop(step.figure);
-    this.#opened(index);
+    this.opened(index);
     this.#store.replace(this.#stateOf(step));
-    this.#say();
+    this.#ring();
   }
 
   /** Has no control while the laboratory is open. */
   close(): void {
     this.#control.replaceChildren();
+    this.#host.ring([], () => undefined);
   }
 
   /** Takes the spectrum of the present snow. */
@@ -91,6 +100,7 @@ export class Story {
 
   #move(index: number): void {
     if (index === STEPS.length) return this.finish();
+    if (index !== this.#step) this.leave();
     this.open(index);
     this.#title.focus({ preventScroll: true });
     byId("story").scrollIntoView();
@@ -99,13 +109,23 @@ export class Story {
   #set(value: number): void {
     this.#values[this.#step] = value;
     this.#store.update((state) => STEPS[this.#step]!.set(state, value));
+    this.#ring();
+  }
+
+  /** Marks the places of the step; its text states their light once it is known. */
+  #ring(): void {
+    this.#lights = [];
+    this.#host.ring(STEPS[this.#step]!.rings?.(this.#values[this.#step]!) ?? [], (lights) => {
+      this.#lights = lights;
+      this.#say();
+    });
     this.#say();
   }
 
-  /** The default state with the view of a step; a drawing keeps the view, so that its light stays. */
+  /** The default state with the view of a step, and the pins; a drawing keeps the view, so that its light stays. */
   #stateOf(step: Step): State {
-    const state = defaultState();
-    state.view = structuredClone(this.#store.state.view);
+    const { view, pinned } = this.#store.state;
+    const state = structuredClone({ ...defaultState(), view, pinned });
     step.start(state);
     step.set(state, this.#values[this.#step]!);
     return state;
@@ -113,28 +133,30 @@ export class Story {
 
   #say(): void {
     const [step, value, answer] = [STEPS[this.#step]!, this.#values[this.#step]!, this.#answer];
-    if (answer === undefined) return;
-    say(this.#text, step.figure === "walks" ? this.#ofWalks(answer, value) : step.text(answer, value));
+    if (step.figure !== "walks") say(this.#text, step.text(value, this.#lights));
+    else if (answer !== undefined) say(this.#text, this.#ofWalks(answer, value));
     this.#draw();
   }
 
   #draw(): void {
     const [step, value, answer] = [STEPS[this.#step]!, this.#values[this.#step]!, this.#answer];
-    if (answer === undefined) return;
-    this.#spectrum.hidden = step.spectrum === undefined;
-    if (step.spectrum !== undefined) {
-      const { title, fit, of } = step.spectrum;
+    const light = this.#lights.at(-1);
+    this.#spectrum.hidden = light === undefined;
+    if (light !== undefined) {
+      const greatest = Math.max(...light.radiance, Number.MIN_VALUE);
       const width = Math.max(this.#spectrum.clientWidth, 200);
+      const title = `The light at the ${this.#lights.length > 1 ? "right " : ""}ring, of its greatest`;
       this.#spectrum.replaceChildren(
         // The text says it in words.
-        el("p", { "aria-hidden": "true" }, title), spectrum(width, SPECTRUM_HEIGHT, of(answer), fit));
+        el("p", { "aria-hidden": "true" }, title),
+        spectrum(width, SPECTRUM_HEIGHT, light.radiance.map((value) => value / greatest), "full"));
     }
     const { clientWidth: width, clientHeight: height } = this.#drawing;
     if (this.#drawing.hidden || width === 0) return;
     this.#drawing.setAttribute("aria-label", this.#text.textContent ?? "");
     if (step.figure === "ice") {
       this.#drawing.replaceChildren(ice(width, height, length(value), value));
-    } else {
+    } else if (answer !== undefined) {
       const all = this.#walksOf(answer);
       const through = transmitted(all);
       const path = iceOn(through, answer);

@@ -38,7 +38,7 @@ export class Measurement {
     this.#engines = engines;
     this.#redraw = redraw;
     const input = el("input", {
-      type: "file", accept: ".csv,.txt,text/csv", class: "hidden", tabindex: -1,
+      type: "file", accept: ".csv,.txt,.tsv,.asc,.dat,text/csv,text/plain", class: "hidden", tabindex: -1,
       "aria-label": "File of a measured curve",
       change: () => {
         const [file] = input.files ?? [];
@@ -126,7 +126,7 @@ export class Measurement {
     }
     say(this.#error, "");
     this.#note.textContent =
-      "A CSV file of wavelength_nm,value, with values of 0 to 1; or drop it here. It stays in this browser.";
+      "A text file of wavelengths and values, as instruments write it; or drop it here. It stays in this browser.";
     this.#redraw();
     this.#compare();
   }
@@ -157,28 +157,29 @@ export class Measurement {
     this.#differences?.want(sample);
   }
 
-  #show({ name, quantity }: Measured, shown: Shown<Difference>): void {
+  #show({ name, quantity, notes }: Measured, shown: Shown<Difference>): void {
     if ("error" in shown) {
       this.#note.textContent = `${name}: ${shown.error}.`;
       return;
     }
     const { count, first_nm, last_nm, root_mean_square, mean } = shown.answer;
+    const more = notes.map((note) => ` ${note[0]!.toUpperCase()}${note.slice(1)}.`).join("");
     this.#note.replaceChildren(
       el("span", { class: "ring" }), `${name}, ${quantity}: root-mean-square difference from the current sample `,
       el("strong", {}, figure(root_mean_square)),
       `, mean of measured − computed ${figure(mean)}, over ${count} wavelengths of ${first_nm}–${last_nm} nm` +
-      `${shown.fine ? "." : " (preview)."}`);
+      `${shown.fine ? "." : " (preview)."}${more}`);
     if (shown.fine) announce("measured", this.#note.textContent ?? "");
   }
 }
 
-/** The text of a file in UTF-8, or in UTF-16 with a byte order mark; in the words of the command if a line is none. */
+/** The text of a file in UTF-8, in UTF-16 with a byte order mark, or else in Latin-1, as instruments write it. */
 async function textOf(file: File): Promise<string> {
   const bytes = new Uint8Array(await file.arrayBuffer());
   const marks = new Map([["255,254", "utf-16le"], ["254,255", "utf-16be"]]);
-  const text = new TextDecoder(marks.get(bytes.slice(0, 2).join()) ?? "utf-8").decode(bytes);
-  const wrong = text.indexOf("\uFFFD");
-  if (wrong < 0) return text;
-  const line = text.slice(0, wrong).split("\n").length;
-  throw new Error(`${file.name}:${line}: the line is not text (UTF-8, or UTF-16 with a byte order mark)`);
+  try {
+    return new TextDecoder(marks.get(bytes.slice(0, 2).join()) ?? "utf-8", { fatal: true }).decode(bytes);
+  } catch {
+    return new TextDecoder("latin1").decode(bytes);
+  }
 }

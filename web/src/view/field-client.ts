@@ -11,7 +11,7 @@ import { lightsOf, type Wanted, wantedOf } from "./lights";
 import type { LitBody } from "./lit-body";
 import { sceneWorker } from "./native-scene";
 import { fieldScene } from "./scene";
-import { type Body, namedMesh, type Size, surfaceOf } from "./shapes";
+import { type Body, type Size, surfaceOf } from "./shapes";
 
 /** Rays through grains for the coarse field: an error of 1 % in the light behind 15 cm. */
 const COARSE_RAYS = 1 << 14;
@@ -257,7 +257,7 @@ export class FieldClient {
   }
 
   private request(stage: Size, { body, scenes, lights, strengths }: FieldInput): FieldRequest {
-    const mesh = namedMesh(surfaceOf(body, stage));
+    const { mesh } = surfaceOf(body, stage);
     const [grain_rays, cells] = stage === "coarse" ? [COARSE_RAYS, undefined] : [undefined, FINE_CELLS_PER_EDGE];
     return {
       version: this.version, bodyKey: this.key(stage), scene: scenes[stage], mesh, grain_rays, cells_per_edge: cells,

@@ -1,10 +1,9 @@
 /** What the view and the worker `field` say to each other. */
 
-/** A closed mesh under the name that a scene has for it. */
-export interface NamedMesh {
+/** A mesh file under the name that a scene has for it. */
+export interface MeshFile {
   name: string;
-  positions: Float32Array;
-  triangles: Uint32Array;
+  bytes: Uint8Array<ArrayBuffer>;
 }
 
 export interface FieldRequest {
@@ -12,7 +11,7 @@ export interface FieldRequest {
   /** Differs between bodies, snows and sizes of cells. */
   bodyKey: string;
   scene: string;
-  mesh: NamedMesh | undefined;
+  mesh: MeshFile | undefined;
   /** Rays through grains for the optics of the snow, if not the default. */
   grain_rays: number | undefined;
   /** Greatest distance of vertices in cells, if not the default. */

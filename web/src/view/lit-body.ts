@@ -25,6 +25,8 @@ export interface SolvedLight {
 export class LitBody {
   readonly group = new Group();
   readonly key: string;
+  /** The same of the coarse and the fine body of some snow. */
+  readonly number: string;
   readonly nodes: number;
   readonly lights: SolvedLight[] = [];
   /** The automatic exposure in stops; none without light. */
@@ -38,6 +40,7 @@ export class LitBody {
 
   constructor({ bodyKey, nodes, objects, reflection }: BodyAnswer) {
     this.key = bodyKey;
+    this.number = bodyKey.split(" ")[1]!;
     this.nodes = nodes;
     this.reflection = reflectionTexture(reflection);
     this.escapes = objects.map(({ escape }) => escape);

@@ -1,12 +1,12 @@
 /** What the view and the worker `picture` say to each other. */
 
-import type { NamedMesh } from "./field-messages";
+import type { MeshFile } from "./field-messages";
 
 /** Starts a picture, or stops the present one if there is no scene. */
 export interface PictureRequest {
   version: number;
   scene: string | undefined;
-  mesh: NamedMesh | undefined;
+  mesh: MeshFile | undefined;
 }
 
 export type PictureAnswer =

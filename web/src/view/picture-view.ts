@@ -1,6 +1,6 @@
 /** A traced picture beside the light field, on the right of a line that is dragged. */
 
-import type { NamedMesh } from "./field-messages";
+import type { MeshFile } from "./field-messages";
 import { sceneWorker } from "./native-scene";
 import type { PictureAnswer, PictureRequest } from "./picture-messages";
 
@@ -12,7 +12,7 @@ const LEAST_SHARE = 0.05;
 /** A scene to be traced. */
 export interface PictureInput {
   scene: string;
-  mesh: NamedMesh | undefined;
+  mesh: MeshFile | undefined;
   /** Name of the method for the caption. */
   name: string;
 }
@@ -51,7 +51,7 @@ export class PictureView {
 
   /** Traces a scene once it rests; nothing happens if it is the present one. Without one the picture is hidden. */
   set(input: PictureInput | undefined): void {
-    if (input?.scene === this.input?.scene && input?.mesh?.positions === this.input?.mesh?.positions) return;
+    if (input?.scene === this.input?.scene && input?.mesh?.bytes === this.input?.mesh?.bytes) return;
     this.input = input;
     this.version += 1;
     clearTimeout(this.timer);

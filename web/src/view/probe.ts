@@ -1,8 +1,8 @@
 /** The light of one place of the snow: where it is asked for, and a card that shows it. */
 
+import { BLUE_NM, RED_NM, at, compared } from "../brightness";
 import { el, svg } from "../dom";
 import { colorOf } from "../story/drawings";
-import { BLUE_NM, RED_NM, at, timesAsBright } from "../story/steps";
 import type { Probed, ProbedLight } from "./field-messages";
 
 /** Greatest way of a finger or a pen that taps, in px. */
@@ -134,10 +134,8 @@ export class Probe {
 
 /** How blue the light is, in words. */
 function sentence(answer: ProbedLight): string {
-  const [blue, red] = [BLUE_NM, RED_NM].map((nm) => at(answer.radiance, answer, nm)) as [number, number];
-  if (blue >= red && red > 0) return `Here blue is ${timesAsBright(blue / red)} red.`;
-  if (red > blue && blue > 0) return `Here red is ${timesAsBright(red / blue)} blue.`;
-  return "Hardly any light leaves the snow here.";
+  const words = compared(answer.radiance, answer);
+  return words === undefined ? "Hardly any light leaves the snow here." : `Here ${words}.`;
 }
 
 /** The spectrum relative to its greatest value, with blue and red. */

@@ -1,6 +1,6 @@
 /** A sculpture of snow: a column with three rounded lobes that winds about its axis and is slimmest at its waist. */
 
-import type { Triangles } from "./triangles";
+import type { Triangles } from "./shapes";
 
 const HEIGHT_M = 0.56;
 const TURN_RAD = 2.1;
@@ -38,5 +38,5 @@ export function sculpture(stepsUp: number, stepsAround: number): Triangles {
       triangles.push(a, b, c, a, c, d);
     }
   }
-  return { positions: Float32Array.from(positions), triangles: Uint32Array.from(triangles) };
+  return { positions, triangles };
 }

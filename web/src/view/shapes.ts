@@ -1,8 +1,8 @@
 /** The snow that the view shows: what scene files say of each shape, and where its camera and lamps are at first. */
 
 import type { Shape, Vector, View } from "../state";
-import type { NamedMesh } from "./field-messages";
-import type { Triangles } from "./triangles";
+import type { MeshFile } from "./field-messages";
+import type { MeshInfo } from "./file-messages";
 import { drift } from "./drift";
 import { sculpture } from "./sculpture";
 import { wall } from "./wall";
@@ -10,7 +10,13 @@ import { wall } from "./wall";
 /** A surface: keys of an `[[object]]` of a scene file without its material, and the mesh that they name. */
 export interface Surface {
   object: Record<string, unknown>;
-  mesh?: { name: string; triangles: Triangles };
+  mesh?: MeshFile;
+}
+
+/** Coordinates of vertices, and vertices of triangles, counter-clockwise from outside. */
+export interface Triangles {
+  positions: number[];
+  triangles: number[];
 }
 
 /** A piece of snow. */
@@ -29,11 +35,6 @@ export function surfaceOf(body: Body, size: Size): Surface {
   return size === "coarse" ? (body.coarse ?? body) : body;
 }
 
-/** The mesh of a surface, as workers take it. */
-export function namedMesh({ mesh }: Surface): NamedMesh | undefined {
-  return mesh === undefined ? undefined : { name: mesh.name, ...mesh.triangles };
-}
-
 /** Bodies of all shapes except `own`, each made once; of the block only the last. */
 const made = new Map<Shape, Body>();
 /** Thickness of the last block, in cm. */
@@ -44,11 +45,16 @@ export const BLOCK_CM = { least: 2, greatest: 60 } as const;
 /** The back of the block, towards its lamp, in m. The front moves with the thickness. */
 const BLOCK_BACK_M = 0.14;
 
+/** The thickness of the block for some snow. */
+export function block_cm(snow_cm: number): number {
+  return Math.min(Math.max(snow_cm, BLOCK_CM.least), BLOCK_CM.greatest);
+}
+
 /** The body of a shape. The block is as thick as the snow. */
 export function body(shape: Exclude<Shape, "own">, snow_cm: number): Body {
   let one = made.get(shape);
   if (shape === "block") {
-    const thickness_cm = Math.min(Math.max(snow_cm, BLOCK_CM.least), BLOCK_CM.greatest);
+    const thickness_cm = block_cm(snow_cm);
     if (one === undefined || thickness_cm !== blockThickness_cm) one = block(thickness_cm);
     blockThickness_cm = thickness_cm;
   }
@@ -57,8 +63,16 @@ export function body(shape: Exclude<Shape, "own">, snow_cm: number): Body {
   return one;
 }
 
+/** The front of a block, towards the camera, in m. */
+export function blockFront_m(thickness_cm: number): number {
+  return metres(BLOCK_BACK_M - 0.01 * thickness_cm);
+}
+
+function metres(value: number): number {
+  return Number(value.toFixed(6));
+}
+
 function block(thickness_cm: number): Body {
-  const metres = (value: number) => Number(value.toFixed(6));
   const depth = metres(0.01 * thickness_cm);
   const middle = metres(BLOCK_BACK_M - 0.5 * depth);
   return { object: { shape: "box", size: [0.4, depth, 0.4], position: [0, middle, 0.2] }, target: [0, middle, 0.19] };
@@ -70,7 +84,7 @@ const MAKERS: Record<Exclude<Shape, "own" | "block">, () => Body> = {
     target: [0, 0, 0.19],
   }),
   igloo: () => ({
-    ...meshBody("igloo-wall", wall(10, 11), [0, 0.02, 0.21]),
+    ...meshSurface("igloo-wall", wall(10, 11)), target: [0, 0.02, 0.21],
     coarse: meshSurface("igloo-wall", wall(5, 6)),
   }),
   drift: () => ({
@@ -79,19 +93,28 @@ const MAKERS: Record<Exclude<Shape, "own" | "block">, () => Body> = {
     target: [0, 0, 0.06],
   }),
   sculpture: () => ({
-    ...meshBody("sculpture", sculpture(36, 48), [0, 0, 0.27]),
+    ...meshSurface("sculpture", sculpture(36, 48)), target: [0, 0, 0.27],
     coarse: meshSurface("sculpture", sculpture(24, 33)),
   }),
 };
 
-/** The snow of a mesh. */
-export function meshBody(name: string, triangles: Triangles, target: [number, number, number]): Body {
-  return { ...meshSurface(name, triangles), target };
+/** Triangles as a Wavefront OBJ file: three coordinates of each vertex, three vertices of each triangle. */
+function meshSurface(stem: string, { positions, triangles }: Triangles): Surface {
+  const rows = (letter: string, values: number[]) =>
+    values.flatMap((_, at) => (at % 3 === 0 ? [`${letter} ${values.slice(at, at + 3).join(" ")}\n`] : []));
+  const text = [...rows("v", positions), ...rows("f", triangles.map((vertex) => vertex + 1))].join("");
+  const name = `${stem}.obj`;
+  return { object: { mesh: name, up: "z", smooth: true }, mesh: { name, bytes: new TextEncoder().encode(text) } };
 }
 
-function meshSurface(name: string, triangles: Triangles): Surface {
-  const file = `${name}.obj`;
-  return { object: { mesh: file, up: "z", smooth: true }, mesh: { name: file, triangles } };
+/** The snow of a visitor's mesh, whose lengths are multiples of a scale in m. It stands on the ground. */
+export function ownBody({ file, least, lengths }: MeshInfo & { file: MeshFile }, scale: number): Body {
+  const [x, y, z] = least.map((from, axis) => metres(-scale * (from + (axis === 2 ? 0 : 0.5 * lengths[axis]!))));
+  return {
+    object: { mesh: file.name, up: "z", smooth: true, scale, position: [x, y, z] },
+    mesh: file,
+    target: [0, 0, metres(0.5 * scale * lengths[2])],
+  };
 }
 
 /** Where the lamp of a shape is at first, and azimuth, elevation and distance of its camera. */

@@ -15,6 +15,9 @@ const MOST_PIXEL_RATIO = 2;
 const FEW_PIXELS = 250_000;
 const SLOW_FRAME_MS = 50;
 const REST_MS = 150;
+/** The exposure comes near to a new one within this, and is that one within a step of so many stops. */
+const EASE_MS = 150;
+const EASE_STOPS = 0.02;
 /** Columns and rows by which the view is metered. */
 const FEW_PLACES = [48, 36] as const;
 
@@ -33,8 +36,10 @@ export class SnowCanvas {
   private readonly sun = new SunMark();
   private body: LitBody | undefined;
   private wanted: Wanted[] = [];
-  /** A factor of radiance. */
+  /** A factor of radiance. The picture follows it smoothly as long as the snow is the same. */
   exposure = 1;
+  private shown = 1;
+  private isOther = true;
   private tone: Output = "filmic";
   private size = { width: 1, height: 1 };
   private frame = 0;
@@ -103,6 +108,7 @@ export class SnowCanvas {
   ): void {
     this.tone = tone;
     if (this.body !== body) {
+      this.isOther ||= this.body?.number !== body?.number;
       if (this.body !== undefined) this.scene.remove(this.body.group);
       if (body !== undefined) this.scene.add(body.group);
       this.body = body;
@@ -131,14 +137,27 @@ export class SnowCanvas {
           this.sharpen();
         }, REST_MS);
       }
-      this.draw();
+      this.draw(this.eased(since));
       this.drawn();
     });
   }
 
+  /** The exposure after some time. */
+  private eased(since_ms: number): number {
+    const rest = Math.log2(this.exposure / this.shown);
+    if (this.isOther || Math.abs(rest) < EASE_STOPS) {
+      this.shown = this.exposure;
+    } else {
+      this.shown *= 2 ** (rest * (1 - Math.exp(-Math.min(since_ms, EASE_MS) / EASE_MS)));
+      this.invalidate();
+    }
+    this.isOther = false;
+    return this.shown;
+  }
+
   /** Draws now, for a copy of the canvas. */
-  draw(): void {
-    this.body?.show(this.wanted, this.exposure, this.tone);
+  draw(exposure = this.exposure): void {
+    this.body?.show(this.wanted, exposure, this.tone);
     this.renderer.render(this.scene, this.camera);
     this.frames += 1;
   }

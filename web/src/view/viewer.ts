@@ -1,18 +1,19 @@
 /** Snow in 3-D, lit by lamps that are dragged, or by a sky. */
 
-import { imported } from "../imported";
-import type { Lamp, Layer, Method, View } from "../state";
+import type { Lamp, Layer, MeshPlace, Method, Vector, View } from "../state";
 import { type FieldClient, fieldInput } from "./field-client";
-import type { Probed } from "./field-messages";
+import type { MeshFile, Probed } from "./field-messages";
 import { LampHandles } from "./lamps";
 import { wantedOf } from "./lights";
 import { LitBody } from "./lit-body";
 import { Orbit } from "./orbit";
+import { OpenMesh, OwnMeshes } from "./own-mesh";
 import { PictureView } from "./picture-view";
 import { type Place, Probe } from "./probe";
+import { Rings, type Ringed } from "./rings";
 import { type Film, sceneOf, toToml } from "./scene";
 import { fileOf } from "./scene-files";
-import { BLOCK_CM, body as bodyOf, type Body, defaults, meshBody, namedMesh } from "./shapes";
+import { BLOCK_CM, body as bodyOf, type Body, defaults } from "./shapes";
 import { type Backdrop, SnowCanvas } from "./snow-canvas";
 import { STYLE } from "./style";
 
@@ -21,8 +22,10 @@ export interface ViewerEvents {
   /** The light of the present view is shown. */
   lit(): void;
   status(text: string): void;
-  /** One sentence, or nothing when the last one no longer applies. */
-  error(text: string): void;
+  /** The light at the rings; none while it is computed. */
+  ringed(lights: Ringed): void;
+  /** One sentence, or nothing when the last one no longer applies; and a repair of what it says, if there is one. */
+  error(text: string, repair?: () => void): void;
   /** The light of all snow cannot be computed; another view may be tried. */
   failed(text: string): void;
 }
@@ -39,8 +42,11 @@ interface TestHook {
   probe(place: Place): Promise<Probed>;
   /** Frames in a second while the camera turns. */
   measureFrames(count: number): number;
-  /** Calls for drawing and triangles of a frame, unknowns of the field, and ms from a move to the coarse light. */
-  readonly figures: { calls: number; triangles: number; nodes: number; latency_ms: number };
+  /**
+   * Calls for drawing and triangles of a frame, unknowns of the field, ms from a move to the coarse light, and the
+   * exposure in stops.
+   */
+  readonly figures: { calls: number; triangles: number; nodes: number; latency_ms: number; stops: number };
 }
 
 declare global {
@@ -64,14 +70,12 @@ const NO_TARGET: Body["target"] = [0, 0, 0.15];
 
 /** Events of a disposed view. */
 const IGNORED: ViewerEvents = {
-  change: () => undefined, lit: () => undefined, status: () => undefined, error: () => undefined,
-  failed: () => undefined,
+  change: () => undefined, lit: () => undefined, status: () => undefined, ringed: () => undefined,
+  error: () => undefined, failed: () => undefined,
 };
 
 const SHEET = new CSSStyleSheet();
 SHEET.replaceSync(STYLE);
-
-const ownMeshScript = imported<typeof import("./own-mesh")>("own-mesh.js");
 
 export class Viewer {
   private readonly root = document.createElement("div");
@@ -80,16 +84,16 @@ export class Viewer {
   private readonly picture: PictureView;
   private readonly handles: LampHandles | undefined;
   private readonly probe: Probe | undefined;
+  private readonly rings: Rings | undefined;
   private readonly observer: ResizeObserver;
   private first: Layer = { thickness_cm: 1 };
   private view: View | undefined;
-  private own: Body | undefined;
+  private readonly own = new OwnMeshes();
   /** What was shown before the visitor's mesh. */
   private beforeOwn: View | undefined;
   private stops = 0;
   private waiting: { resolve(): void; reject(reason: Error): void }[] = [];
-  /** How the visitor's mesh was scaled, and whether it has been lit. */
-  private ownNotice = "";
+  /** Whether the visitor's mesh has been lit. */
   private isOwnLit = false;
 
   /** `field` may have been asked for light before. */
@@ -112,6 +116,8 @@ export class Viewer {
         (place) => this.canvas!.isBehindSnow(place), (lamp, position) => this.moveLamp(lamp, position),
       );
       this.probe = new Probe(this.canvas.element, this.layer, (place) => this.lightAt(place));
+      this.rings = new Rings(
+        this.layer, this.canvas.camera, (place) => this.lightAt(place), (lights) => this.events.ringed(lights));
     }
     this.field.open({
       changed: () => this.lightChanged(),
@@ -147,25 +153,34 @@ export class Viewer {
     this.canvas?.setBackdrop(backdrop);
   }
 
+  /** Marks places of the snow and states their light. */
+  setRings(places: readonly Vector[]): void {
+    this.rings?.set(places);
+    this.rings?.refresh(this.field.isLit);
+  }
+
   /** Shows a visitor's mesh; what cannot be used is refused by an error in one sentence. */
-  async addMesh(file: File): Promise<void> {
+  async addMesh(file: File, scale: number, isRepaired = false): Promise<void> {
     try {
-      const { readMesh } = await ownMeshScript().catch((error) => {
-        throw new Error(`${file.name} cannot be read: ${error.message}. Choose it again.`);
-      });
-      const mesh = await readMesh(file);
-      this.own = meshBody(mesh.name, mesh.triangles, [0, 0, 0.5 * mesh.height_m]);
-      this.isOwnLit = false;
-      const size = `${Math.round(100 * mesh.size_m)} cm`;
-      this.ownNotice =
-        mesh.factor === undefined
-          ? ""
-          : `${file.name} was scaled by ${mesh.factor.toPrecision(3)}, so that it measures ${size}.`;
+      const mesh = await this.own.take(file, scale, isRepaired);
       if (this.view === undefined) return;
-      if (this.view.shape !== "own") this.beforeOwn = this.view;
-      this.change({ ...this.view, shape: "own", ...around(mesh.size_m, mesh.height_m) }, this.first);
+      this.beforeOwn = this.view;
+      this.isOwnLit = false;
+      const size = scale * mesh.length;
+      this.change({ ...this.view, shape: "own", mesh, ...around(size, this.own.height_m(mesh)) }, this.first);
     } catch (error) {
-      this.events.error(error instanceof Error ? error.message : String(error));
+      const repair = error instanceof OpenMesh && !isRepaired ? () => void this.addMesh(file, scale, true) : undefined;
+      this.events.error(textOf(error), repair);
+    }
+  }
+
+  /** The mesh of a link. */
+  private async unpack(mesh: MeshPlace): Promise<void> {
+    try {
+      await this.own.unpack(mesh);
+      if (this.view?.mesh?.name === mesh.name) this.apply(this.view, this.first);
+    } catch (error) {
+      this.events.error(textOf(error));
     }
   }
 
@@ -174,7 +189,7 @@ export class Viewer {
     await this.whenFine();
     const [body, view] = [this.body!, this.view!];
     const scene = JSON.stringify(this.pictureScene(body, view, FILE_PIXELS));
-    return fileOf({ scene, mesh: namedMesh(body) });
+    return fileOf({ scene, mesh: body.mesh });
   }
 
   /** The view as it is shown. */
@@ -203,10 +218,9 @@ export class Viewer {
     return toToml(this.pictureScene(body, view, FILE_PIXELS), comments);
   }
 
-  /** The mesh that the scene file needs, as OBJ, if it needs one. */
-  async sceneMesh(): Promise<{ name: string; file: Blob } | undefined> {
-    const mesh = this.body === undefined ? undefined : namedMesh(this.body);
-    return mesh === undefined ? undefined : { name: mesh.name, file: await fileOf({ scene: undefined, mesh }) };
+  /** The mesh file that the scene file needs, if it needs one. */
+  get sceneMesh(): MeshFile | undefined {
+    return this.body?.mesh;
   }
 
   /** Ends it. What comes late is of no interest: the page may show another view. */
@@ -216,6 +230,7 @@ export class Viewer {
     this.observer.disconnect();
     this.field.dispose();
     this.picture.dispose();
+    this.rings?.dispose();
     this.canvas?.dispose();
     this.root.remove();
     delete window.__snowblue;
@@ -224,7 +239,10 @@ export class Viewer {
   private makeCanvas(): SnowCanvas | undefined {
     let canvas: SnowCanvas;
     try {
-      canvas = new SnowCanvas(() => this.handles?.place());
+      canvas = new SnowCanvas(() => {
+        this.handles?.place();
+        this.rings?.place();
+      });
     } catch {
       this.events.error("This browser has no WebGL 2, which the view in 3-D needs. All other parts work without it.");
       return undefined;
@@ -248,8 +266,8 @@ export class Viewer {
 
   private get body(): Body | undefined {
     if (this.view === undefined) return undefined;
-    const { shape } = this.view;
-    return shape === "own" ? this.own : bodyOf(shape, this.first.thickness_cm);
+    const { shape, mesh } = this.view;
+    return shape === "own" ? mesh && this.own.body(mesh) : bodyOf(shape, this.first.thickness_cm);
   }
 
   private moveLamp(lamp: number, position: Lamp["position"]): void {
@@ -267,8 +285,8 @@ export class Viewer {
     [this.view, this.first] = [view, layer];
     const body = this.body;
     if (this.canvas === undefined) return;
-    if (body === undefined) this.events.status("Choose a PLY or GLB file of a closed mesh, or drop it here.");
-    else this.light(body, view);
+    if (body !== undefined) this.light(body, view);
+    else if (view.mesh !== undefined) void this.unpack(view.mesh);
     this.handles?.set(view.sky === undefined ? view.lamps : []);
     this.canvas.aim(view.camera, body?.target ?? NO_TARGET);
     this.show();
@@ -290,7 +308,7 @@ export class Viewer {
         this.view?.sky === undefined ? "" : "Below the horizon the sky is dark.",
         "Squares on the ground measure 10 cm.",
         "Point at the snow, or tap it, for the spectrum of its light.",
-        this.view?.shape === "own" ? this.ownNotice : "",
+        ...(this.view?.shape === "own" ? this.own.notes.map((note) => `Of the mesh: ${note}.`) : []),
       ].filter((sentence) => sentence !== "").join(" "),
     );
     for (const { resolve } of this.waiting.splice(0)) resolve();
@@ -318,11 +336,12 @@ export class Viewer {
     this.stops = view.exposure === "auto" ? this.metered(lit?.stops ?? this.stops) : view.exposure;
     this.canvas.exposure = 2 ** this.stops;
     this.probe?.refresh();
+    this.rings?.refresh(this.field.isLit);
     this.trace(view);
   }
 
   /** What leaves the snow at a place of the view where the light field is seen. */
-  private async lightAt(place: Place): Promise<Probed> {
+  async lightAt(place: Place): Promise<Probed> {
     const view = this.view;
     if (view === undefined || this.body === undefined || this.picture.covers(place.x)) return undefined;
     const canvas = this.canvas!;
@@ -338,7 +357,7 @@ export class Viewer {
     }
     const scene = this.pictureScene(body, view, PICTURE_PIXELS);
     scene.integrator.samples_per_pixel = PICTURE_SAMPLES;
-    this.picture.set({ scene: JSON.stringify(scene), mesh: namedMesh(body), name: NAMES[view.method] });
+    this.picture.set({ scene: JSON.stringify(scene), mesh: body.mesh, name: NAMES[view.method] });
   }
 
   private whenFine(): Promise<void> {
@@ -377,16 +396,11 @@ export class Viewer {
   /** The present snow cannot be lit. A mesh that never was is taken back. */
   private refused(text: string): void {
     this.fail(text);
-    if (this.view?.shape !== "own" || this.own === undefined || this.isOwnLit) return;
-    const name = this.own.mesh!.name.replace(/\.obj$/, "");
-    this.own = undefined;
-    if (this.beforeOwn !== undefined) this.change(this.beforeOwn, this.first);
-    const defect = /it has (.+?), but/.exec(text)?.[1];
-    this.events.error(
-      defect === undefined
-        ? `The mesh ${name} was refused: ${text}.`
-        : `The mesh ${name} has ${defect}, but snow must be a closed solid. Close its holes and try again.`,
-    );
+    const { shape, mesh } = this.view ?? {};
+    if (shape !== "own" || mesh === undefined || this.isOwnLit || this.beforeOwn === undefined) return;
+    this.own.revert();
+    this.change(this.beforeOwn, this.first);
+    this.events.error(`The mesh ${mesh.name} was refused: ${text}.`);
   }
 
   private testHook(): TestHook {
@@ -412,7 +426,7 @@ export class Viewer {
       },
       get figures() {
         const { best, latency_ms } = viewer.field;
-        return { ...viewer.canvas!.work, nodes: best?.nodes ?? 0, latency_ms };
+        return { ...viewer.canvas!.work, nodes: best?.nodes ?? 0, latency_ms, stops: viewer.stops };
       },
     };
   }
@@ -421,6 +435,10 @@ export class Viewer {
 /** The tone curve. The traced picture beside the light field has none. */
 function toneOf({ method }: View): "filmic" | "none" {
   return method === "field" ? "filmic" : "none";
+}
+
+function textOf(error: unknown): string {
+  return error instanceof Error ? error.message : String(error);
 }
 
 function same(one: unknown, other: unknown): boolean {

@@ -3,7 +3,7 @@
  * are rounded towards both faces, so that the wall is thinnest at the seams.
  */
 
-import type { Triangles } from "./triangles";
+import type { Triangles } from "./shapes";
 
 const RADIUS_M = 0.8;
 const WIDTH_M = 0.7;
@@ -69,5 +69,5 @@ export function wall(columnsOfHalfBlock: number, rowsOfCourse: number): Triangle
     quad(at(INNER, row, 0), at(OUTER, row, 0), at(OUTER, row + 1, 0), at(INNER, row + 1, 0));
     quad(at(OUTER, row, columns), at(INNER, row, columns), at(INNER, row + 1, columns), at(OUTER, row + 1, columns));
   }
-  return { positions: Float32Array.from(positions), triangles: Uint32Array.from(triangles) };
+  return { positions, triangles };
 }

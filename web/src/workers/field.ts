@@ -66,7 +66,7 @@ function prepare({ version, bodyKey, scene, mesh, grain_rays, cells_per_edge }: 
   before?.field.free();
   const meshes = new Files();
   try {
-    if (mesh !== undefined) meshes.add_mesh(mesh.name, mesh.positions, mesh.triangles);
+    if (mesh !== undefined) meshes.add(mesh.name, mesh.bytes);
     const field = new LightField(scene, meshes, grain_rays, cells_per_edge);
     body = { key: bodyKey, field, lights: [] };
     const objects: SurfaceGeometry[] = range(field.object_count()).map((object) => ({

@@ -1,4 +1,4 @@
-/** Makes one file of a scene: the light field on its snow as GLB, or without a scene the mesh as OBJ. */
+/** Makes the light field on the snow of a scene as a GLB file. */
 
 import init, { Files, bake_glb } from "native:scene";
 import type { FileAnswer, FileRequest } from "../view/file-messages";
@@ -19,11 +19,9 @@ async function make(module: WebAssembly.Module, { scene, mesh }: FileRequest): P
   try {
     await init({ module_or_path: module });
     const files = new Files();
-    if (mesh !== undefined) files.add_mesh(mesh.name, mesh.positions, mesh.triangles);
-    if (scene !== undefined && (JSON.parse(scene) as ReturnType<typeof sceneOf>).sky?.type === "clear") {
-      await addCoefficients(files);
-    }
-    post({ bytes: scene === undefined ? files.content(mesh!.name) : bake_glb(scene, files) });
+    if (mesh !== undefined) files.add(mesh.name, mesh.bytes);
+    if ((JSON.parse(scene) as ReturnType<typeof sceneOf>).sky?.type === "clear") await addCoefficients(files);
+    post({ bytes: bake_glb(scene, files) });
   } catch (error) {
     post({ error: error instanceof Error ? error.message : String(error) });
   }

@@ -31,7 +31,7 @@ async function trace({ version, scene, mesh }: PictureRequest): Promise<void> {
   if (scene === undefined || newest !== version) return;
   const files = new Files();
   try {
-    if (mesh !== undefined) files.add_mesh(mesh.name, mesh.positions, mesh.triangles);
+    if (mesh !== undefined) files.add(mesh.name, mesh.bytes);
     const { integrator, sky } = JSON.parse(scene) as ReturnType<typeof sceneOf>;
     if (sky?.type === "clear") await addCoefficients(files);
     if (newest !== version) return;

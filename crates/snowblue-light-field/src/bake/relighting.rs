@@ -5,8 +5,9 @@
 //! sun, and the sky without the sun.
 //!
 //! The exposure is computed from the vertices, because the snow may be viewed from any side and no picture is known.
-//! The brightness of a vertex is its brightness at an angle of 37° to the normal, cos θ = 0.8, without the light of
-//! lamps that the surface reflects. Under lamps, only vertices count at which more light leaves than enters.
+//! A vertex counts by a third of the area of its triangles, so that the exposure does not depend on how finely a part
+//! of the surface is divided. Its brightness is that at an angle of 37° to the normal, cos θ = 0.8, without the light
+//! of lamps that the surface reflects. Under lamps, only vertices count at which more light leaves than enters.
 
 use std::f64::consts::FRAC_1_PI;
 use std::sync::{Arc, OnceLock};
@@ -225,21 +226,21 @@ impl Relighting {
     #[must_use]
     pub fn exposure_factor(&self, lights: &[WeightedLight]) -> Option<f64> {
         let has_sky = lights.iter().any(|light| light.snow.is_of_sky());
-        let (mut pixels, mut entering, mut leaving) = (Vec::new(), 0.0, 0.0);
+        let (mut seen, mut entering, mut leaving) = (Vec::new(), 0.0, 0.0);
         for (number, surface) in self.surfaces.iter().enumerate() {
             let escape = surface.baked.snow.escape.at(COS_EXIT);
-            for vertex in 0..surface.baked.positions.len() {
+            for (vertex, area) in areas(&surface.baked).into_iter().enumerate() {
                 let VertexLight { flux, irradiance: mut exitance } = self.vertex_light(lights, number, vertex);
                 let net = flux.luminance();
                 if has_sky || net > 0.0 {
                     exitance += flux * escape;
-                    pixels.push(exitance * FRAC_1_PI);
+                    seen.push((exitance * FRAC_1_PI, area));
                 }
-                entering += f64::max(-net, 0.0);
-                leaving += f64::max(net, 0.0);
+                entering += area * f64::max(-net, 0.0);
+                leaving += area * f64::max(net, 0.0);
             }
         }
-        let is_lit = pixels.iter().any(|pixel| pixel.luminance() > 0.0);
+        let is_lit = seen.iter().any(|(light, _)| light.luminance() > 0.0);
         let rule = if has_sky {
             SKY
         } else if entering < ENTERING * leaving {
@@ -247,7 +248,7 @@ impl Relighting {
         } else {
             OUTSIDE
         };
-        is_lit.then(|| rule.factor(pixels))
+        is_lit.then(|| rule.factor_of_areas(seen).unwrap_or(1.0))
     }
 
     fn vertex_light(&self, lights: &[WeightedLight], surface: usize, vertex: usize) -> VertexLight {
@@ -274,6 +275,18 @@ impl Relighting {
         let cos = incident.map_or(0.0, |incident| incident.cos_incidence);
         snow.strength * f64::from(cos)
     }
+}
+
+/// A third of the area of the triangles at each vertex, in m².
+fn areas(object: &BakedObject) -> Vec<f64> {
+    let mut areas = vec![0.0; object.positions.len()];
+    for vertices in &object.triangles {
+        let [a, b, c] = vertices.map(|vertex| object.positions[vertex as usize].as_dvec3());
+        for vertex in vertices {
+            areas[*vertex as usize] += (b - a).cross(c - a).length() / 6.0;
+        }
+    }
+    areas
 }
 
 impl LitSnow {

@@ -111,13 +111,14 @@ fn curve(text: &str, quantity: &str) -> Result<String, String> {
 #[test]
 fn a_measured_curve_is_read_as_by_the_command() {
     let read = parsed(curve("# panel\nwavelength_nm,albedo\n400,0.97\n1030.5,0.6\n", "reflectance"));
-    assert_eq!(read, json!({ "wavelengths_nm": [400.0, 1030.5], "values": [0.97, 0.6] }));
+    assert_eq!(read, json!({ "wavelengths_nm": [400.0, 1030.5], "values": [0.97, 0.6], "notes": [] }));
     // Noise around 0 in the infrared.
     assert_eq!(parsed(curve("2500,-0.01\n", "reflectance"))["values"], json!([-0.01]));
     let table = "wavelength_nm,reflectance,transmittance\n400,0.9,0.1\n500,0.8,0.2\n";
     assert_eq!(parsed(curve(table, "transmittance"))["values"], json!([0.1, 0.2]));
     for (text, quantity, expected) in [
-        ("400;0.9", "reflectance", "field.csv:1: expected a wavelength in nm and a value, but found '400;0.9'"),
+        ("400;bright", "reflectance", "field.csv:1: expected a wavelength in nm and a value, but found '400,bright'"),
+        ("500\t0.9\n400\t90\n", "reflectance", "field.csv:2: albedo is 90, but must lie in -0.5–1.5"),
         (
             "400,0.9\n400,0.9",
             "reflectance",
@@ -135,6 +136,29 @@ fn a_measured_curve_is_read_as_by_the_command() {
     ] {
         let message = curve(text, quantity).unwrap_err();
         assert!(message.starts_with(expected), "{message}");
+    }
+}
+
+/// Files as instruments and their programs write them hold the same curve.
+#[test]
+fn files_of_instruments_are_read_as_they_are_written() {
+    let expected = json!([[400.0, 500.0], [0.97, 0.6]]);
+    for (text, notes) in [
+        ("400\t0.97\n500\t0.6\n", json!([])),
+        ("Wellenlänge;Albedo\n400;0,97\n500;0,6;\n", json!([])),
+        ("nm;R\n500;0,6\n400;0,97\n", json!([])),
+        ("Wavelength (nm)\tReflectance (%)\n400\t97\n500\t60\n", json!(["its values are in percent"])),
+        ("Wavelength [µm],Reflectance\n0.4,0.97\n0.5,0.6\n", json!(["its wavelengths are in µm"])),
+        ("wavelength_um,reflectance,sd\n0.4,0.97,NaN\n0.5,0.6,0\n", json!(["its wavelengths are in µm"])),
+        ("400,0.97\n450,NaN\n500,0.6\n", json!(["rows without a value, which are left out: 1"])),
+        (
+            "ASD FieldSpec\nGPS\tnone\nWavelength\tx\n400\t0.97\n500\t0.6\n",
+            json!(["lines above the names of its columns, which are not read: 2"]),
+        ),
+    ] {
+        let read = parsed(curve(text, "reflectance"));
+        assert_eq!(json!([read["wavelengths_nm"], read["values"]]), expected, "{text}");
+        assert_eq!(read["notes"], notes, "{text}");
     }
 }
 
