@@ -143,8 +143,8 @@ def spectrum(
     seed : int
         Seed of all randomness.
     standard_errors : bool
-        Standard errors by the jackknife: variables that end in `_se`. Values alone take about a sixteenth of the time,
-        once the grains are known. Random walks always have errors.
+        Standard errors: variables that end in `_se`. Values alone take about half of the time, once the grains are
+        known. Random walks always have errors.
     jacobian : str or several, optional
         Parameters with respect to which the results are differentiated, by discrete ordinates only: `ssa_m2_kg`,
         `density_kg_m3`, `thickness_cm`, `water_saturation`, `ground_albedo`, the names of impurities, and `cos_angle`,

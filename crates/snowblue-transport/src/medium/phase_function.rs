@@ -314,6 +314,8 @@ fn inverse_distribution(per_sr: &[f64]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::dual::LANES;
+    use crate::medium::{Composition, directions};
     use crate::{Demand, GrainTallies, Impurities, Substance, TallyPlan};
 
     #[test]
@@ -377,11 +379,16 @@ mod tests {
             let demand = Demand::of_sample(&sample, &[500.0]);
             let plan = TallyPlan { degree: 2, rays: 1 << 18, seed: 1 };
             let tallies = GrainTallies::new(&Population::of_sample(&sample), &demand, &plan);
-            let asymmetry = |without| tallies.medium(&sample, 500.0, without).scattering.asymmetry();
-            let expected = asymmetry(None);
-            // Jackknife over the 16 batches.
-            let square: f64 = (0..16).map(|batch| (asymmetry(Some(batch)) - expected).powi(2)).sum();
-            let deviation = (square * 15.0 / 16.0).sqrt();
+            let expected = tallies.medium(&sample, 500.0).scattering.asymmetry();
+            let composition = Composition::new(&sample);
+            let deviations = tallies.deviations(&sample.grain_size, &composition.at(500.0));
+            let exactly = composition.differentiated(&[]).at(500.0);
+            let square = |directions: &[_]| {
+                let medium = tallies.deviated_medium(&exactly, &deviations, directions);
+                medium.scattering.moments[1].squared_gradient()
+            };
+            let directions = directions(std::iter::once(&deviations));
+            let deviation = directions.chunks(LANES).map(square).sum::<f64>().sqrt();
             let function = PhaseFunction::of_sample(&sample, 500.0, &PhasePlan { rays: 1 << 18, seed: 9 });
             let found = function.unwrap().asymmetry();
             assert!((found - expected).abs() < 4.0 * 2.0_f64.sqrt() * deviation, "{found} {expected} ± {deviation}");
