@@ -24,7 +24,7 @@ use super::population::Population;
 use super::scattering::Scattering;
 use crate::dual::Real;
 use crate::optics::{IndexNodes, lagrange};
-use crate::quadrature::{Quadrature, legendre_polynomials};
+use crate::quadrature::legendre_polynomials;
 use crate::rng::Stream;
 use crate::sample::GrainSize;
 
@@ -248,12 +248,9 @@ impl TallyPart {
     fn absorption_columns<T: Real>(&self, size: &GrainSize, absorption_per_m: T) -> Vec<(T, usize)> {
         let grid = &self.tally.absorptions[..self.absorptions];
         let mut columns = vec![T::from(0.0); grid.len() + 1];
-        let rule = Quadrature::half_range(if size.min_um < size.max_um { 6 } else { 1 });
-        let mean_square = size.mean_square_um2();
-        for (node, weight) in rule.cosines.iter().zip(&rule.weights) {
-            let size_um = size.min_um + node * (size.max_um - size.min_um);
+        for (size_um, weight) in size.by_area_um() {
             let x = absorption_per_m * size_um * 1e-6;
-            let strength = x * (weight * size_um * size_um / mean_square);
+            let strength = x * weight;
             for (column, weight) in columns.iter_mut().zip(interpolation_weights(grid, x)) {
                 *column += strength * weight;
             }
