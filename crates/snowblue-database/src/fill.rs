@@ -301,7 +301,7 @@ fn fill_grain(axes: &Axes, samples: &[SnowSample], tallies: &GrainTallies, strea
     let block = samples.len() * lights * thicknesses * wavelengths;
     let mut filled = GrainValues { transmittance: vec![0.0; block], reflectance: vec![0.0; block] };
     for (w, wavelength_nm) in axes.wavelengths_nm.iter().enumerate() {
-        let media: Vec<Medium> = samples.iter().map(|sample| tallies.medium(sample, *wavelength_nm, None)).collect();
+        let media: Vec<Medium> = samples.iter().map(|sample| tallies.medium(sample, *wavelength_nm)).collect();
         // Dry and clean samples that differ only in density have equal scattering.
         let same = |s: usize| media.iter().position(|other| other.scattering == media[s].scattering).unwrap_or(s);
         let same: Vec<usize> = (0..media.len()).map(same).collect();

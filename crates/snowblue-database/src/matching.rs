@@ -358,7 +358,7 @@ impl<'t> Search<'t> {
         let sample = problem.sample;
         let (streams, peak) = (self.options.streams, Peak::of(&sample));
         let at = |wavelength_nm: &f64| -> Vec<f64> {
-            let medium = self.tallies.medium(&sample, *wavelength_nm, None);
+            let medium = self.tallies.medium(&sample, *wavelength_nm);
             let fluxes = medium.fluxes(thicknesses_cm, &[self.incidence], streams, peak);
             fluxes.into_iter().map(|fluxes| fluxes.transmittance).collect()
         };

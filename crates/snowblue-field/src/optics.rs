@@ -29,8 +29,7 @@ impl SnowOptics {
         let demand = Demand::of_sample(sample, wavelengths_nm);
         let plan = TallyPlan { degree: 1, rays, seed: 1 };
         let tallies = GrainTallies::new(&Population::of_sample(sample), &demand, &plan);
-        let media: Vec<_> =
-            wavelengths_nm.iter().map(|wavelength_nm| tallies.medium(sample, *wavelength_nm, None)).collect();
+        let media: Vec<_> = wavelengths_nm.iter().map(|wavelength_nm| tallies.medium(sample, *wavelength_nm)).collect();
         let transport_length_m = |medium: &Medium| {
             let scattering = &medium.scattering;
             let albedo = 1.0 - scattering.one_minus_albedo;

@@ -41,11 +41,15 @@ mod _native {
         wavelength_range,
     };
     #[pymodule_export]
-    use super::spectra::{band_weights, bsdf, covered_bands, light_in_layers, spectrum, spread, stack};
+    use super::spectra::{band_weights, brf, bsdf, covered_bands, light_in_layers, spectrum, spread, stack};
 
     #[pymodule_export]
     #[allow(non_upper_case_globals, reason = "a Python name")]
     const __version__: &str = env!("CARGO_PKG_VERSION");
+
+    /// Greatest angle of a beam from the normal, in degrees.
+    #[pymodule_export]
+    const GREATEST_ANGLE_DEG: f64 = snowblue_transport::parameters::ANGLE.range.greatest;
 
     /// Least and greatest size of a lightmap.
     #[pymodule_export]

@@ -177,5 +177,5 @@ fn media(sample: &SnowSample, wavelengths_nm: &[f64], degree: usize, seed: u64) 
     let plan = TallyPlan { degree, rays: OrdinatesOptions::default().tally_rays, seed };
     let demand = Demand::of_sample(sample, wavelengths_nm);
     let tallies = GrainTallies::new(&Population::of_sample(sample), &demand, &plan);
-    wavelengths_nm.iter().map(|wavelength_nm| tallies.medium(sample, *wavelength_nm, None)).collect()
+    wavelengths_nm.iter().map(|wavelength_nm| tallies.medium(sample, *wavelength_nm)).collect()
 }

@@ -392,6 +392,25 @@ pub(crate) fn bsdf<'py>(
     Ok(dict)
 }
 
+/// Bidirectional reflectance factors of a stack of layers: for each angle, then each wavelength, zenith and azimuth of
+/// the view.
+#[pyfunction]
+#[pyo3(signature = (ground, cases, views, ordinates))]
+pub(crate) fn brf<'py>(
+    py: Python<'py>,
+    ground: Ground,
+    cases: Cases,
+    views: (Vec<f64>, Vec<f64>),
+    ordinates: Ordinates,
+) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    let stack = ground.stack(cases.incidences()?, cases.wavelength_nm)?;
+    let (options, (zeniths_deg, azimuths_deg)) = (ordinates.options()?, views);
+    let views = ordinates::Views { zeniths_deg, azimuths_deg };
+    let light = run(py, None, move |_| ordinates::bidirectional(&stack, &views, &options).map_err(input))?;
+    let factors = light.iter().flat_map(|one| &one.reflection).map(|per_sr| std::f64::consts::PI * per_sr);
+    Ok(PyArray1::from_vec(py, factors.collect()))
+}
+
 impl GivenCases<'_> {
     fn cases(&self, snows: usize) -> PyResult<Vec<SlabCase>> {
         let incidences: Vec<Incidence> = self.angle_deg.iter().map(Angle::incidence).collect::<PyResult<_>>()?;

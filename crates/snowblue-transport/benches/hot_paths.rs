@@ -61,7 +61,7 @@ fn spectrum_by_ordinates(bencher: Bencher, streams: usize) {
     let plan = TallyPlan { degree: streams, rays: 1 << 12, seed: 1 };
     let (population, wavelengths_nm) = (Population::of_sample(&sample), visible_nm());
     let tallies = GrainTallies::new(&population, &Demand::of_sample(&sample, &wavelengths_nm), &plan);
-    let medium = |wavelength_nm: &f64| tallies.medium(&sample, *wavelength_nm, None).scattering;
+    let medium = |wavelength_nm: &f64| tallies.medium(&sample, *wavelength_nm).scattering;
     let optics: Vec<Scattering> = wavelengths_nm.iter().map(medium).collect();
     bencher.bench_local(|| {
         let flux = |scattering: &Scattering| {

@@ -100,6 +100,11 @@ impl Dual {
         &self.derivatives
     }
 
+    /// Sum of the squares of all derivatives.
+    pub(crate) fn squared_gradient(&self) -> f64 {
+        self.derivatives.iter().map(|derivative| derivative * derivative).sum()
+    }
+
     /// A function of this number with the given value and derivative.
     ///
     /// A function that no longer changes has the derivative 0 even where its argument is infinite.

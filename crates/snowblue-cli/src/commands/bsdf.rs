@@ -7,10 +7,11 @@ use snowblue_figures::plot;
 use snowblue_figures::{Cell, DataTable, Metadata, format_number};
 use snowblue_transport::monte_carlo::{self, Distribution, GoniometricOptions, PatchGrid};
 use snowblue_transport::optics::Wavelengths;
+use snowblue_transport::ordinates::{self, OrdinatesOptions};
 use snowblue_transport::parameters::{ANGLE, THICKNESS};
 use snowblue_transport::slab::{Estimate, Incidence, Slab};
 
-use crate::options::{SnowOptions, limits, parse};
+use crate::options::{Engine, GivenOptions, Idle, SnowOptions, limits, parse};
 use crate::output::{Failure, Outcome, OutputOptions, Progress, check_extension, write_file};
 
 const COLUMNS: [&str; 7] =
@@ -27,9 +28,12 @@ times this integral. Light that crosses the slab unscattered is in no patch; the
 
 Examples:
   snowblue bsdf --thickness 5 --angle 60 --wavelengths 450,550,650 --plot bsdf.svg
+  snowblue bsdf --engine ordinates --thickness inf --angle 60
   snowblue bsdf --thickness 1 --patches 20x24 --rays 1000000 -o bsdf.csv"
 )]
 pub(crate) struct Bsdf {
+    #[command(flatten)]
+    given: GivenOptions,
     #[command(flatten)]
     sample: SnowOptions,
     #[arg(
@@ -48,6 +52,9 @@ pub(crate) struct Bsdf {
         help = format!("Wavelengths in nm: FIRST:LAST:STEP or a list [{}]", limits::snow_wavelengths())
     )]
     wavelengths: Wavelengths,
+    /// Discrete ordinates take a second, without noise; their patches have no standard errors
+    #[arg(long, value_name = "ENGINE", value_enum, default_value = "montecarlo", help_heading = "Engine")]
+    engine: Engine,
     /// Number of rays for each wavelength [2–1000000000000]
     #[arg(
         long, value_name = "N", default_value_t = monte_carlo::DEFAULT_RAYS, value_parser = parse::rays(),
@@ -74,22 +81,32 @@ impl Bsdf {
         if let Some(path) = &self.plot {
             check_extension(path, "svg", "the plot")?;
         }
+        let is_walk = self.engine == Engine::Montecarlo;
+        let why = "--engine ordinates solves equations instead of sending rays through the snow";
+        self.given.refuse_idle(&[Idle { when: !is_walk, options: &["rays"], why }])?;
         let slab = Slab {
             sample: self.sample.sample()?,
             thicknesses_cm: vec![self.thickness],
             incidences: vec![self.angle],
             wavelengths_nm: self.wavelengths.0.clone(),
         };
-        let options = GoniometricOptions { rays: self.rays, seed: self.seed, patches: self.grid() };
-        let bar = Progress::new("rays", quiet);
-        let distributions = monte_carlo::distribute(&slab, &options, &|at| bar.set(at.traced, at.total));
-        bar.finish();
+        let distributions = if is_walk {
+            let options = GoniometricOptions { rays: self.rays, seed: self.seed, patches: self.grid() };
+            let bar = Progress::new("rays", quiet);
+            let distributions = monte_carlo::distribute(&slab, &options, &|at| bar.set(at.traced, at.total));
+            bar.finish();
+            distributions
+        } else {
+            let options = OrdinatesOptions { seed: self.seed, ..OrdinatesOptions::default() };
+            ordinates::distribute(&slab, self.grid(), &options)
+        };
         let distributions = distributions.map_err(Failure::input)?;
         let made = self.provenance()?;
         if let Some(path) = &self.plot {
             write_file(path, plot::bsdf(&distributions, &made).as_bytes())?;
         }
-        self.output.write(&results(&distributions, &made), quiet)
+        let columns = if is_walk { COLUMNS.len() } else { COLUMNS.len() - 1 };
+        self.output.write(&results(&distributions, &made, columns), quiet)
     }
 
     fn grid(&self) -> PatchGrid {
@@ -99,9 +116,13 @@ impl Bsdf {
     /// Metadata of table and plot.
     fn provenance(&self) -> Result<Metadata, Failure> {
         let PatchGrid { rings, sectors } = self.grid();
+        let engine = match self.engine {
+            Engine::Montecarlo => format!("Monte Carlo, {} rays", self.rays),
+            Engine::Ordinates => "discrete ordinates".to_owned(),
+        };
         let mut made = vec![
             ("snowblue", env!("CARGO_PKG_VERSION").to_owned()),
-            ("engine", format!("Monte Carlo, {} rays on {rings} × {sectors} patches", self.rays)),
+            ("engine", format!("{engine} on {rings} × {sectors} patches")),
         ];
         made.extend(self.sample.metadata()?);
         made.push(("seed", self.seed.to_string()));
@@ -109,8 +130,8 @@ impl Bsdf {
     }
 }
 
-/// A row for each patch.
-fn results(distributions: &[Distribution], made: &Metadata) -> DataTable {
+/// A row for each patch, with so many of [`COLUMNS`].
+fn results(distributions: &[Distribution], made: &Metadata, columns: usize) -> DataTable {
     let mut rows = Vec::new();
     for distribution in distributions {
         for (side, patches) in [("reflection", &distribution.reflection), ("transmission", &distribution.transmission)]
@@ -119,11 +140,11 @@ fn results(distributions: &[Distribution], made: &Metadata) -> DataTable {
                 let Estimate { value, standard_error } = patch.bsdf_per_sr;
                 let centre = [patch.theta_deg, patch.phi_deg, patch.solid_angle_sr, distribution.wavelength_nm];
                 let numbers = centre.into_iter().chain([value, standard_error]);
-                std::iter::once(Cell::word(side)).chain(numbers.map(Cell::from)).collect()
+                std::iter::once(Cell::word(side)).chain(numbers.map(Cell::from)).take(columns).collect()
             }));
         }
     }
-    DataTable { columns: COLUMNS.to_vec(), rows, metadata: with_fluxes(distributions, made) }
+    DataTable { columns: COLUMNS[..columns].to_vec(), rows, metadata: with_fluxes(distributions, made) }
 }
 
 /// Metadata followed by the fluxes at each wavelength.

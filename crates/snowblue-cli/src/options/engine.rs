@@ -1,9 +1,18 @@
-//! Options of the discrete ordinates.
+//! Engines, and options of the discrete ordinates.
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use snowblue_transport::ordinates::{OrdinatesOptions, Streams};
 
 use super::parse;
+
+/// An engine.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Engine {
+    /// Discrete ordinates
+    Ordinates,
+    /// Monte Carlo random walk from grain to grain
+    Montecarlo,
+}
 
 /// Options of the discrete ordinates.
 #[derive(Debug, Clone, Copy, Args)]

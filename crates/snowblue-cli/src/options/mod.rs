@@ -19,7 +19,7 @@ mod weather;
 pub(crate) use color::{ColorOptions, LightOptions, SampleCount};
 pub(crate) use compression::Compression;
 pub(crate) use development::DevelopmentOptions;
-pub(crate) use engine::OrdinatesArguments;
+pub(crate) use engine::{Engine, OrdinatesArguments};
 pub(crate) use film_memory::FilmMemory;
 pub(crate) use given::{GivenOptions, Idle, has_no_effect};
 pub(crate) use light_field::LightFieldOptions;

@@ -122,19 +122,20 @@ impl SnowOptions {
     /// Metadata of the samples of a batch: the properties without a column, or without a value for each sample in
     /// their column. Columns in `full` have a value for each sample.
     pub(crate) fn properties(&self, sample: &SnowSample, columns: &[&str], full: &[&str]) -> Metadata {
-        let has = |name: &&str| columns.contains(name);
+        let (has, is_full) = (|name: &&str| columns.contains(name), |name: &&str| full.contains(name));
         let GrainSize { min_um, max_um, measure } = sample.grain_size;
         let mut metadata = Metadata::new();
         metadata.extend(self.kind_metadata().filter(|_| !has(&"snow")));
-        if !["snow", GRAIN_SIZE.key, SURFACE_AREA.key, "optical_radius_um"].iter().any(has) {
+        // Empty cells take the size and the density of the options.
+        if !["snow", GRAIN_SIZE.key, SURFACE_AREA.key, "optical_radius_um"].iter().any(is_full) {
             metadata.push((GRAIN_SIZE.key, describe_range(min_um, max_um)));
         }
         // Surface areas, optical radii and kinds of snow have a measure of their own.
-        if !["snow", "size_measure", SURFACE_AREA.key, "optical_radius_um"].iter().any(has) {
+        if !["snow", "size_measure", SURFACE_AREA.key, "optical_radius_um"].iter().any(is_full) {
             let measure = if has(&GRAIN_SIZE.key) { self.size_measure } else { measure };
             metadata.push(("size_measure", describe_measure(measure).to_owned()));
         }
-        if !["snow", DENSITY.key].iter().any(has) {
+        if !["snow", DENSITY.key].iter().any(is_full) {
             metadata.push((DENSITY.key, format_number(sample.density_kg_m3)));
         }
         let others = Property::all().filter_map(|property| {

@@ -24,6 +24,24 @@ fn words(path: &Path) -> String {
     words
 }
 
+/// Patches by ordinates have the fluxes of random walks, on any depth.
+#[test]
+fn bsdf_by_ordinates_has_no_noise() {
+    let common = "bsdf --thickness 0.3 --wavelengths 500 --angle 50 --engine ordinates";
+    let text = stdout(common);
+    let mut lines = text.lines();
+    assert_eq!(lines.next(), Some("side,theta_deg,phi_deg,solid_angle_sr,wavelength_nm,bsdf_per_sr"));
+    let values: Vec<f64> = lines.map(|line| line.rsplit(',').next().unwrap().parse().unwrap()).collect();
+    assert_eq!(values.len(), 2 * 120);
+    // 3 mm absorb almost nothing, and let a quarter of a per cent through unscattered.
+    let flux = values.iter().sum::<f64>() * std::f64::consts::PI / 120.0;
+    assert!((0.985..1.003).contains(&flux), "{flux}");
+    let folder = Folder::new();
+    folder.stdout("bsdf --thickness inf --engine ordinates --wavelengths 900 --plot bsdf.svg");
+    assert!(!words(&folder.path("bsdf.svg")).contains("standard error"));
+    folder.assert_refused(&format!("{common} --rays 100"), &["--rays has no effect: ", "--engine ordinates"]);
+}
+
 #[test]
 fn bsdf_prints_patches_that_add_up() {
     let common = "bsdf --thickness 0.3 --wavelengths 500 --rays 2000 --seed 7";

@@ -352,7 +352,7 @@ fn extinction_length_m(sample: &SnowSample, options: &OrdinatesOptions) -> Resul
     let plan = TallyPlan { degree: 2, rays: options.tally_rays, seed: options.seed };
     let demand = Demand::of_sample(sample, &[MIDDLE_NM]);
     let tallies = GrainTallies::new(&Population::of_sample(sample), &demand, &plan);
-    Ok(1.0 / tallies.medium(sample, MIDDLE_NM, None).extinction_per_m)
+    Ok(1.0 / tallies.medium(sample, MIDDLE_NM).extinction_per_m)
 }
 
 /// y of the cosine of an angle of incidence, −1 to 1.

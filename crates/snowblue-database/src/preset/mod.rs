@@ -218,9 +218,9 @@ impl SnowReference {
         let plan = TallyPlan { degree, rays: options.tally_rays, seed: options.seed };
         let demand = Demand::of_sample(sample, wavelengths_nm);
         let tallies = GrainTallies::new(&Population::of_sample(sample), &demand, &plan);
-        let optics = |nm: &f64| SpectralOptics::new(&tallies.medium(sample, *nm, None), options.streams, peak);
+        let optics = |nm: &f64| SpectralOptics::new(&tallies.medium(sample, *nm), options.streams, peak);
         let spectrum = wavelengths_nm.par_iter().map(optics).collect();
-        let middle = tallies.medium(sample, MIDDLE_NM, None).scattering;
+        let middle = tallies.medium(sample, MIDDLE_NM).scattering;
         let phase = PhaseFunction::of_sample(sample, MIDDLE_NM, &PhasePlan::default())?;
         let phase = phase.with_asymmetry(middle.asymmetry());
         Ok(Self {

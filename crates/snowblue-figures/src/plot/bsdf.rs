@@ -52,7 +52,7 @@ pub fn bsdf(distributions: &[Distribution], metadata: &[(&'static str, String)])
 impl Half {
     /// A half whose scale holds all points and their errors.
     fn new<'p>(points: impl Iterator<Item = &'p PlanePoint>, face: f64, up: f64) -> Self {
-        let most = points.map(|point| point.bsdf_per_sr.value + point.bsdf_per_sr.standard_error).fold(0.0, f64::max);
+        let most = points.map(|point| point.bsdf_per_sr.value + error(point.bsdf_per_sr)).fold(0.0, f64::max);
         Self { scale: Axis::linear_to_marks(0.0, if most > 0.0 { most } else { 1.0 }, 4.0), face, up }
     }
 
@@ -96,8 +96,8 @@ impl Half {
     fn curve(&self, chart: &mut Chart, points: &[PlanePoint], colour: &str) {
         let [lower, middle, upper] = [-1.0, 0.0, 1.0].map(|sign| {
             let point = |point: &PlanePoint| {
-                let Estimate { value, standard_error } = point.bsdf_per_sr;
-                self.at(point.theta_deg, RADIUS * self.scale.fraction(value + sign * standard_error))
+                let end = point.bsdf_per_sr.value + sign * error(point.bsdf_per_sr);
+                self.at(point.theta_deg, RADIUS * self.scale.fraction(end))
             };
             points.iter().map(point).collect::<Vec<_>>()
         });
@@ -125,7 +125,15 @@ fn legend(chart: &mut Chart, distributions: &[Distribution], colours: &[String])
         let entries = [("incident beam".to_owned(), line("6 4")), ("direct light".to_owned(), line("2 4"))];
         y = chart.legend((x, y), "", &entries);
     }
-    chart.text((x, y), "bands: ± 1 standard error", Lettering { size: 11.0, ..REMARK });
+    let mut patches = distributions.iter().flat_map(|distribution| &distribution.reflection);
+    if patches.any(|patch| !patch.bsdf_per_sr.standard_error.is_nan()) {
+        chart.text((x, y), "bands: ± 1 standard error", Lettering { size: 11.0, ..REMARK });
+    }
+}
+
+/// The standard error; none of discrete ordinates.
+fn error(estimate: Estimate) -> f64 {
+    estimate.standard_error.max(0.0)
 }
 
 /// A flux and its standard error.

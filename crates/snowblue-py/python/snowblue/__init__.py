@@ -19,7 +19,7 @@ from snowblue._inversion import invert
 from snowblue._light import light_at_depth
 from snowblue._scene import Bake, BakedObject, Scene
 from snowblue._sky import sky, sun_position, sunlight
-from snowblue._spectra import aged_ssa, albedo, bsdf, layers, single_scattering, spectrum
+from snowblue._spectra import aged_ssa, albedo, brf, bsdf, layers, single_scattering, spectrum
 
 __all__ = [
     "Bake",
@@ -31,6 +31,7 @@ __all__ = [
     "aged_ssa",
     "albedo",
     "bands",
+    "brf",
     "bsdf",
     "color",
     "illuminants",

@@ -236,6 +236,8 @@ class Axes:
         self.sizes: dict[str, int] = {}
         self.own: dict[str, xr.Variable] = {}
         """The arguments that have dimensions, as coordinates."""
+        self.gaps: list[str] = []
+        """The arguments of several values. Where one of them is NaN, so are the results."""
         self._carriers: list[xr.DataArray] = []
         """Arrays with further coordinates."""
         self._labels: dict[str, Any] = {}
@@ -252,10 +254,14 @@ class Axes:
         """Adds an argument, whose values are numbers unless they are converted otherwise, by its name. The label names
         a value that cannot be converted. A single value makes an axis too if it must `always` be one."""
         array = array_of(quantity, value, convert, label)
-        if always and array.ndim == 0:
+        if array.ndim > 0:
+            self.gaps.append(name)
+        elif always:
             array = array.expand_dims(quantity.name)
         self.broadcast(quantity.name, array)
-        self.arrays[name] = array
+        # Of several angles, those at night are missing.
+        is_night = quantity.name == ANGLE.name and name in self.gaps
+        self.arrays[name] = array.where(array <= _native.GREATEST_ANGLE_DEG) if is_night else array
         if array.ndim > 0:
             self.own[quantity.name] = array.variable.copy(deep=False)
             self.own[quantity.name].attrs = quantity.attributes()

@@ -38,11 +38,13 @@ def in_blocks(
     *,
     inner: Sequence[str] = (),
     bands: Sequence[str] | None = None,
+    gaps: Sequence[str] = (),
     **shared: Any,
 ) -> dict[str, xr.Variable]:
     """What a function gives for each element of the dimensions `sizes`, at once or, of arrays of dask, by blocks.
 
-    An array is broadcast to these dimensions, and whole along those of `inner`. First the function is called without
+    An array is broadcast to these dimensions, and whole along those of `inner`. Where an array among `gaps` is NaN, so
+    are the results; whole numbers are 0 and words are empty there. First the function is called without
     rows: it checks its options, and says what it gives. `shared` are further arguments, which workers get once.
     """
     import xarray as xr
@@ -63,7 +65,7 @@ def in_blocks(
         for dims, array in outputs.values():
             options["output_sizes"] |= dict(zip(dims, array.shape[1:]))
     found = xr.apply_ufunc(
-        functools.partial(_solved, solve, dict(zip(arrays, map(len, cores))), dict(sizes), bands),
+        functools.partial(_solved, solve, dict(zip(arrays, map(len, cores))), dict(sizes), bands, gaps),
         *places,
         *values,
         input_core_dims=[[] for _ in places] + cores,
@@ -82,6 +84,7 @@ def _solved(
     inner: Mapping[str, int],
     sizes: Mapping[str, int],
     bands: Sequence[str] | None,
+    gaps: Sequence[str],
     *blocks: np.ndarray,
     **shared: Any,
 ) -> Any:
@@ -92,12 +95,17 @@ def _solved(
     for (name, count), block in zip(inner.items(), blocks[len(sizes) :]):
         own = block.shape[block.ndim - count :]
         rows[name] = np.broadcast_to(block, shape + own).reshape(-1, *own)
+    known = np.ones(int(np.prod(shape)), bool)
+    for name in gaps:
+        known &= rows[name] == rows[name]
+    rows = rows if known.all() else {name: values[known] for name, values in rows.items()}
     try:
-        found = [array.reshape(shape + array.shape[1:]) for _, array in solve(rows, **shared).values()]
+        found = [_filled(array, known).reshape(shape + array.shape[1:]) for _, array in solve(rows, **shared).values()]
     except ValueError as error:
         if len(error.args) == 1:
             raise
         message, row, *channel = error.args
+        row = np.flatnonzero(known)[row]
         indices = zip(sizes.items(), places, np.unravel_index(row, shape) if shape else ())
         at = [f"{dim}[{place.flat[0] + index}]" for (dim, size), place, index in indices if size > 1]
         at += [] if bands else [f"wavelength[{place}]" for place in channel]
@@ -105,6 +113,17 @@ def _solved(
         message += f", in the band {bands[channel[0]]}" if bands and channel else ""
         raise ValueError(message) from None
     return tuple(found) if len(found) > 1 else found[0]
+
+
+def _filled(array: np.ndarray, known: np.ndarray) -> np.ndarray:
+    """The results of known rows, among all rows."""
+    if known.all():
+        return array
+    filled = np.full((known.size, *array.shape[1:]), np.nan if array.dtype.kind == "f" else 0, array.dtype)
+    if array.dtype.kind == "U":
+        filled[:] = ""
+    filled[known] = array
+    return filled
 
 
 def dataset(variables: Mapping[str, Any], coords: Mapping[str, Any], attrs: Mapping[str, Any]) -> xr.Dataset:

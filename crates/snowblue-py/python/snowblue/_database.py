@@ -198,7 +198,7 @@ class Database:
             axes.add(name, Quantity(name, units.get(name)), value)
         axes.add("thickness_cm", THICKNESS, thickness_cm, always=True)
         axes.add("angle_deg", BEAM, angle_deg, always=True)
-        variables = in_blocks(_looked_up, axes.arrays, axes.sizes, table=self)
+        variables = in_blocks(_looked_up, axes.arrays, axes.sizes, gaps=axes.gaps, table=self)
         for name, variable in variables.items():
             variable.attrs = {"units": "1", "long_name": name}
         wavelength = axis(WAVELENGTH, self.axes["wavelength"])

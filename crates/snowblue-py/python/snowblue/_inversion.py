@@ -305,7 +305,7 @@ def invert(
         prior = _found(no_rows(axes.arrays, inner), **options)["prior"]
         bands = None if weights is None else [*curves]
         solve = functools.partial(_retrieved, dims={name: one.inner for name, one in measured.items()}, **options)
-        found = in_blocks(solve, axes.arrays, axes.sizes, inner=inner, bands=bands)
+        found = in_blocks(solve, axes.arrays, axes.sizes, inner=inner, bands=bands, gaps=axes.gaps)
     made["prior"] = "; ".join(
         f"{_words(name, layer)}: median {'of the argument' if median is None else f'{median:g}'}, "
         f"deviation {deviation:g}"

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 __version__: str
+GREATEST_ANGLE_DEG: float
 LIGHTMAP_SIZES: tuple[int, int]
 
 _Progress = Callable[[int, int], object] | None
@@ -39,6 +40,12 @@ def stack(
     engine: dict[str, Any],
     progress: _Progress,
 ) -> dict[str, NDArray[np.float64]]: ...
+def brf(
+    ground: dict[str, Any],
+    cases: dict[str, list[Any]],
+    views: tuple[list[float], list[float]],
+    ordinates: dict[str, Any],
+) -> NDArray[np.float64]: ...
 def bsdf(
     snow: dict[str, Any],
     slab: tuple[float, float | str, list[float]],

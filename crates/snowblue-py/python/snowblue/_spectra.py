@@ -34,6 +34,7 @@ from snowblue._arguments import (
     check_names,
     checks_names,
     hyphenated,
+    is_several,
     located,
     mapping,
     mass_argument,
@@ -73,6 +74,7 @@ LONG_NAMES = {
     "coalbedo": "single-scattering co-albedo",
     "asymmetry": "asymmetry parameter",
     "moments": "Legendre moments of the phase function",
+    "brf": "bidirectional reflectance factor",
     "brdf": "bidirectional reflectance distribution function",
     "btdf": "bidirectional transmittance distribution function",
 }
@@ -85,6 +87,8 @@ JACOBIAN = {
 }
 """Parameters of derivatives other than impurities."""
 DEPTH_FLUXES = ("down", "up", "net", "fluence", "e_folding_depth")
+VIEW_ZENITH = Quantity("view_zenith", "degree", "angle of the view from the normal")
+VIEW_AZIMUTH = Quantity("view_azimuth", "degree", "azimuth of the view from the forward direction")
 NEW_SNOW = Quantity("new_snow", "m2 kg-1", "specific surface area of the snow when it was new")
 AGE = Quantity("age", "h", "age of the snow")
 ASPECTS = {
@@ -117,7 +121,8 @@ def spectrum(
 
     Arguments are broadcast as xarray broadcasts: a list or an array makes an axis of its own, and
     :class:`xarray.DataArray` arguments that share a dimension are paired along it, so that there is one slab for
-    each row of a table. If an argument is an array of dask, the result is computed by blocks, when it is asked for.
+    each row of a table. Where an argument of several values is NaN, or an angle beyond 89.99 (night), the results are
+    NaN. If an argument is an array of dask, the result is computed by blocks, when it is asked for.
     Snows that differ in anything but the shapes of their grains (facetness, sphericity) share the rays through grains,
     which take most of the time of a first spectrum.
 
@@ -143,8 +148,8 @@ def spectrum(
     seed : int
         Seed of all randomness.
     standard_errors : bool
-        Standard errors by the jackknife: variables that end in `_se`. Values alone take about a sixteenth of the time,
-        once the grains are known. Random walks always have errors.
+        Standard errors: variables that end in `_se`. Values alone take about half of the time, once the grains are
+        known. Random walks always have errors.
     jacobian : str or several, optional
         Parameters with respect to which the results are differentiated, by discrete ordinates only: `ssa_m2_kg`,
         `density_kg_m3`, `thickness_cm`, `water_saturation`, `ground_albedo`, the names of impurities, and `cos_angle`,
@@ -216,7 +221,7 @@ def spectrum(
     made = _made(engine, streams, rays, per_wavelength, seed)
     with reporting(axes.progress(progress), "rays" if engine == "montecarlo" else "slabs") as report:
         # Blocks have all wavelengths, since the rays through grains are those of indices of refraction among them.
-        variables = in_blocks(functools.partial(solve, report=report), axes.arrays, axes.sizes)
+        variables = in_blocks(functools.partial(solve, report=report), axes.arrays, axes.sizes, gaps=axes.gaps)
     ground = axes.arrays["ground_albedo"]
     if ground.ndim == 0 and ground != 0:
         made["ground_albedo"] = ground.item()
@@ -321,7 +326,8 @@ def layers(
     layers : mappings or pandas.DataFrame, top first
         Each has `thickness_cm`, and arguments of :class:`Snow`. The last may be infinitely thick. A layer of clear ice
         is `{"kind": "ice", "thickness_cm": 1}`; it may have the table `ice` too, and nothing else. In a row of a
-        DataFrame, NaN is an argument that is not given, and columns such as `black_carbon_ng_g` are impurities.
+        DataFrame, NaN is an argument that is not given, but a size of grains must be, or a kind of snow. Columns such
+        as `black_carbon_ng_g` are impurities.
     ground_albedo : float, 0 to 1
         On a ground that reflects, `transmittance` is the downward flux at the ground per incident flux. It may
         exceed 1, since light is reflected back and forth.
@@ -331,7 +337,7 @@ def layers(
         snow like that of the layer, far from all faces. At a face of ice the fluxes and the fluence rate are those
         outside it; `e_folding_depth` at a face of ice to air is that of the ice.
     angle_deg, wavelength_nm, engine, streams, rays, seed
-        As in :func:`spectrum`.
+        As in :func:`spectrum`; of several angles also NaN.
     standard_errors : bool
         Standard errors: variables that end in `_se`. Random walks always have them.
     progress : bool or callable, optional
@@ -373,9 +379,12 @@ def layers(
     depths_cm = coords["depth"].values.tolist()
     if engine == "montecarlo" and depths_cm:
         raise ValueError("depth_cm needs the engine 'ordinates'")
+    # Of several angles, those at night and those that are missing have no results.
+    is_day = coords["angle"].values <= _native.GREATEST_ANGLE_DEG
+    is_day |= not is_several(angle_deg)
     cases = {
         "thickness_cm": [],
-        "angle_deg": angles_or_diffuse(coords["angle"]),
+        "angle_deg": angles_or_diffuse(coords["angle"][is_day]) or [0.0],
         "wavelength_nm": coords["wavelength"].values.tolist(),
     }
     ground_albedo = number("ground_albedo", ground_albedo)
@@ -394,7 +403,9 @@ def layers(
         dims = ["angle", "wavelength"]
         dims += [] if flux.removesuffix("_se") in FLUXES else ["depth"]
         dims += ["changed_layer"] if is_of_layers(parameter) else []
-        variables[name.replace("-", "_")] = (dims, array.reshape([coords[dim].size for dim in dims]))
+        values = np.full([coords[dim].size for dim in dims], np.nan)
+        values[is_day] = array.reshape([-1, *values.shape[1:]])[: is_day.sum()]
+        variables[name.replace("-", "_")] = (dims, values)
     made = {
         "layers": described_layers(packed),
         "ground_albedo": ground_albedo,
@@ -417,7 +428,11 @@ def packed_layers(
     if isinstance(layers, str) or not isinstance(layers, Iterable):
         raise ValueError(f"layers is {shown(layers)}, but must be {what}")
     if hasattr(layers, "to_dict"):
-        layers = [_row_of_layers(row) for row in layers.to_dict("records")]
+        rows = layers.to_dict("records")
+        layers = []
+        for place, row in enumerate(rows):
+            with located("layers", place, len(rows)):
+                layers.append(_row_of_layers(row))
     layers = list(layers)
     for place, layer in enumerate(layers):
         layer = mapping(f"layers[{place}]", layer, "{'thickness_cm': 10, 'snow': 'fresh'}")
@@ -439,6 +454,9 @@ def _row_of_layers(row: Mapping[str, Any]) -> dict[str, Any]:
     import pandas as pd
 
     layer = {name: value for name, value in row.items() if np.ndim(value) > 0 or not pd.isna(value)}
+    for name in ("ssa_m2_kg", "grain_size_um"):
+        if name in row and not layer.keys() & {"ssa_m2_kg", "grain_size_um", "snow", "kind"}:
+            raise ValueError(f"{name} is NaN: give it, or a kind of snow, or leave out the layer")
     for substance in SUBSTANCES:
         name = mass_argument(substance)
         if name in layer:
@@ -566,6 +584,79 @@ def bsdf(
 
 
 @checks_names(*SNOW_NAMES)
+def brf(
+    *,
+    view_zenith_deg: Any,
+    view_azimuth_deg: Any = (0.0, 180.0),
+    angle_deg: Any = 60.0,
+    wavelength_nm: Any = (450.0, 550.0, 650.0),
+    layers: Iterable[Mapping[str, Any]] | pd.DataFrame | None = None,
+    thickness_cm: float = np.inf,
+    ground_albedo: float = 0.0,
+    streams: int | str = "auto",
+    seed: int = 1,
+    **snow: Unpack[Snow],
+) -> xr.Dataset:
+    """Bidirectional reflectance factor of snow or of layers of snow, by discrete ordinates.
+
+    Parameters
+    ----------
+    view_zenith_deg : float or array, 0 to 89.99
+        Angle of the view from the normal.
+    view_azimuth_deg : float or array, -360 to 360
+        Azimuth of the leaving light from the direction in which the beam travels: 0 is forward, 180 back to the sun.
+    angle_deg, wavelength_nm
+        As in :func:`spectrum`.
+    layers : mappings or pandas.DataFrame, optional
+        As in :func:`layers`, of snow only, instead of `thickness_cm` and the arguments of a snow.
+    thickness_cm : float, 0 to 100000
+        Infinity is a half-space.
+    ground_albedo : float, 0 to 1
+    streams : even int or "auto"
+        Directions of the discrete ordinates in both hemispheres; half as many azimuthal modes. "auto" is 48.
+    seed : int
+    **snow
+        Arguments of :class:`Snow`, one value each.
+
+    Returns
+    -------
+    xarray.Dataset
+        `brf`, the radiance over that of a white Lambertian surface, on angle, wavelength, view zenith and view azimuth.
+        Its mean over the hemisphere, weighted with the cosine of the view zenith, is the albedo.
+
+    Examples
+    --------
+    >>> import snowblue
+    >>> snow = snowblue.brf(view_zenith_deg=60, ssa_m2_kg=20, wavelength_nm=1030).brf
+    >>> bool(snow.sel(view_azimuth=0) > 1.2 * snow.sel(view_azimuth=180))
+    True
+    """
+    if layers is not None and snow:
+        raise TypeError(f"{next(iter(snow))} belongs to the layers")
+    given = one_snow(snow)
+    packed = [(given, number("thickness_cm", thickness_cm))] if layers is None else packed_layers(layers)
+    coords = {
+        "angle": own_axis(ANGLE, angle_deg, angle),
+        "wavelength": own_axis(WAVELENGTH, wavelengths(wavelength_nm)),
+        "view_zenith": own_axis(VIEW_ZENITH, view_zenith_deg),
+        "view_azimuth": own_axis(VIEW_AZIMUTH, view_azimuth_deg),
+    }
+    ground_albedo = number("ground_albedo", ground_albedo)
+    ground = {"layers": packed, "ground_albedo": ground_albedo, "depth_cm": []}
+    cases = {
+        "thickness_cm": [],
+        "angle_deg": angles_or_diffuse(coords["angle"]),
+        "wavelength_nm": coords["wavelength"].values.tolist(),
+    }
+    views = (coords["view_zenith"].values.tolist(), coords["view_azimuth"].values.tolist())
+    with locating_layers(packed, angles_deg=cases["angle_deg"]):
+        values = _native.brf(ground, cases, views, ordinates(streams, seed))
+    made = {"layers": described_layers(packed), "ground_albedo": ground_albedo}
+    made |= _made("ordinates", streams, DEFAULT_RAYS, False, seed)
+    return _dataset({"brf": ([*coords], values.reshape([one.size for one in coords.values()]))}, coords, made)
+
+
+@checks_names(*SNOW_NAMES)
 def single_scattering(
     *, wavelength_nm: Any = VISIBLE_NM, degree: int = 32, seed: int = 1, **snow: Unpack[Snow]
 ) -> xr.Dataset:
@@ -637,7 +728,7 @@ def aged_ssa(
     axes.add("temperature_c", SNOW["temperature_c"], temperature_c)
     axes.add("age_h", AGE, age_h)
     solve = functools.partial(_aged, temperature_gradient=bool(temperature_gradient))
-    solved = dataset(in_blocks(solve, axes.arrays, axes.sizes), axes.coordinates(), {})
+    solved = dataset(in_blocks(solve, axes.arrays, axes.sizes, gaps=axes.gaps), axes.coordinates(), {})
     return solved.ssa_m2_kg.assign_attrs(
         **SNOW["ssa_m2_kg"].attributes(),
         source="Taillandier et al. 2007, doi:10.1029/2006JF000514",

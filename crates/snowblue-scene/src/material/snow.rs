@@ -143,7 +143,7 @@ impl Kind {
         let plan = TallyPlan { degree: 1, rays: COMPARING_RAYS, seed: 1 };
         let tallies = GrainTallies::new(&Population::of_sample(&sample), &demand, &plan);
         let coefficients = [0, SAMPLES / 2, SAMPLES - 1].map(|index| {
-            let medium = tallies.medium(&sample, wavelengths_nm[index], None);
+            let medium = tallies.medium(&sample, wavelengths_nm[index]);
             let lost = medium.scattering.one_minus_albedo;
             let transport_per_m = medium.extinction_per_m * (1.0 - (1.0 - lost) * medium.scattering.asymmetry());
             [transport_per_m, medium.extinction_per_m * lost]

@@ -3,8 +3,9 @@
 use super::constituents::{Constituents, Grains};
 use super::population::Population;
 use super::scattering::{HenyeyGreenstein, Medium, Scattering, mix};
-use super::tally::{TallyPart, TallyPlan, TallyRequest};
-use crate::dual::Real;
+use super::tally::{Deviations, TallyPart, TallyPlan, TallyRequest};
+use super::tally_errors::{DeviatingGrains, GrainDeviations};
+use crate::dual::{Dual, Real};
 use crate::optics::ice::IceTable;
 use crate::sample::{GrainSize, SnowSample};
 
@@ -100,36 +101,79 @@ impl GrainTallies {
         Self { in_air: narrowed(&self.in_air), in_water: self.in_water.as_ref().map(narrowed) }
     }
 
-    /// The medium of a sample within the demand at a wavelength; `without` leaves out one of the 16 batches of the
-    /// tallies, for the jackknife (Tukey 1958).
+    /// The medium of a sample within the demand at a wavelength.
     ///
     /// # Panics
     /// If the sample is wet and the demand is not.
     #[must_use]
-    pub fn medium(&self, sample: &SnowSample, wavelength_nm: f64, without: Option<usize>) -> Medium {
-        self.medium_of(&sample.grain_size, &Constituents::new(sample, wavelength_nm), without)
+    pub fn medium(&self, sample: &SnowSample, wavelength_nm: f64) -> Medium {
+        self.medium_of(&sample.grain_size, &Constituents::new(sample, wavelength_nm))
     }
 
     /// The medium of constituents, with grains of some sizes.
     ///
     /// # Panics
     /// If a grain is in water and the demand is not.
-    pub(crate) fn medium_of<T: Real>(
+    pub(crate) fn medium_of<T: Real>(&self, size: &GrainSize, constituents: &Constituents<T>) -> Medium<T> {
+        let scattering = |part: &TallyPart, grains: &Grains<T>| {
+            part.scattering(size, grains.relative_index, grains.absorption_per_m)
+        };
+        self.mixed(
+            constituents,
+            self.kinds(constituents).map(|kind| kind.map(|(part, grains)| scattering(part, grains))),
+        )
+    }
+
+    /// The deviations of grains in air and in water with each batch of the tallies. All tallies use common scrambles of
+    /// the sequence, so their batches correspond.
+    pub(crate) fn deviations(&self, size: &GrainSize, constituents: &Constituents) -> GrainDeviations {
+        let of_kind = |(part, grains): (&TallyPart, &Grains)| {
+            let (scattering, deviations) = part.deviations(size, grains.relative_index, grains.absorption_per_m);
+            DeviatingGrains { extinction_per_m: grains.extinction_per_m, scattering, deviations }
+        };
+        GrainDeviations(self.kinds(constituents).map(|kind| kind.map(of_kind)))
+    }
+
+    /// The medium of grains whose deviations are known.
+    pub(crate) fn medium_of_deviations(
         &self,
-        size: &GrainSize,
-        constituents: &Constituents<T>,
-        without: Option<usize>,
-    ) -> Medium<T> {
-        let is_dry = constituents.in_water.extinction_per_m.is_zero();
+        constituents: &Constituents,
+        GrainDeviations(grains): &GrainDeviations,
+    ) -> Medium {
+        self.mixed(constituents, grains.each_ref().map(|kind| kind.as_ref().map(|kind| kind.scattering.clone())))
+    }
+
+    /// The medium with the deviations of its grains in some directions.
+    pub(crate) fn deviated_medium(
+        &self,
+        constituents: &Constituents<Dual>,
+        GrainDeviations(grains): &GrainDeviations,
+        directions: &[Deviations],
+    ) -> Medium<Dual> {
+        self.mixed(constituents, grains.each_ref().map(|kind| kind.as_ref().map(|kind| kind.along(directions))))
+    }
+
+    /// The grains in air and in water, if there are any, with their tallies.
+    fn kinds<'c, T: Real>(
+        &self,
+        Constituents { in_air, in_water, .. }: &'c Constituents<T>,
+    ) -> [Option<(&TallyPart, &'c Grains<T>)>; 2] {
+        let is_dry = in_water.extinction_per_m.is_zero();
         assert!(is_dry || self.in_water.is_some(), "the tallies do not cover wet snow");
+        [(Some(&self.in_air), in_air), (self.in_water.as_ref(), in_water)].map(|(tally, grains)| {
+            tally.filter(|_| !grains.extinction_per_m.is_zero()).map(|tally| (&tally.part, grains))
+        })
+    }
+
+    /// The mixture of grains in air and in water, which scatter in this way, with the other constituents.
+    fn mixed<T: Real>(
+        &self,
+        constituents: &Constituents<T>,
+        [in_air, in_water]: [Option<Scattering<T>>; 2],
+    ) -> Medium<T> {
         let mut parts = Vec::new();
-        for (tally, grains) in
-            [(Some(&self.in_air), constituents.in_air), (self.in_water.as_ref(), constituents.in_water)]
-        {
-            if let Some(tally) = tally.filter(|_| !grains.extinction_per_m.is_zero()) {
-                let scattering = tally.part.scattering(size, grains.relative_index, grains.absorption_per_m, without);
-                parts.push(Medium { extinction_per_m: grains.extinction_per_m, scattering });
-            }
+        for (scattering, grains) in [(in_air, constituents.in_air), (in_water, constituents.in_water)] {
+            parts.extend(scattering.map(|scattering| Medium { extinction_per_m: grains.extinction_per_m, scattering }));
         }
         // A single scatterer needs no sums, which would round.
         if parts.len() == 1 && constituents.particles.is_empty() && constituents.pore_absorption_per_m.is_zero() {

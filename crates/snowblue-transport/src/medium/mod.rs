@@ -8,6 +8,7 @@ mod phase_function;
 mod population;
 mod scattering;
 mod tally;
+mod tally_errors;
 
 pub(crate) use constituents::{Composition, Constituents};
 pub use external_reflection::ExternalReflection;
@@ -17,5 +18,6 @@ pub use phase_function::{PhaseFunction, PhasePlan};
 pub(crate) use population::{HitSizes, hit_size_m};
 pub use population::{Population, facet_diameters_um};
 pub use scattering::{HenyeyGreenstein, Medium, Scattering};
+pub(crate) use tally::DEFAULT_RAYS;
 pub use tally::TallyPlan;
-pub(crate) use tally::{DEFAULT_RAYS, Jackknife};
+pub(crate) use tally_errors::{GrainDeviations, directions};

@@ -1,6 +1,6 @@
 //! The phase function of a sample: the distribution of the directions into which its scatterers turn light.
 //!
-//! It is conservative, that is, absorption is left out:
+//! Its integral is 1, also of the light that absorbing grains scatter ([`PhaseFunction::of_scattered_light`]):
 //!
 //! ```text
 //! ∫ p dΩ = 1,   g = ∫ p cos Θ dΩ,   χ_l = ∫ p P_l(cos Θ) dΩ   (Chandrasekhar 1960, §3, with his p over 4π).
@@ -63,7 +63,7 @@ impl AngleBins {
     }
 }
 
-/// A conservative phase function of random orientation, tabulated.
+/// A phase function of random orientation, tabulated.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PhaseFunction {
     /// p at the middles of the bins, in 1/sr.
@@ -92,13 +92,23 @@ impl Default for PhasePlan {
 
 /// Sums over rays, weighted by the projected area of the grains.
 struct RaySums {
+    /// Of the light that is not absorbed.
     bins: Vec<f64>,
     cosine: f64,
+    kept: f64,
+    /// Of all light.
     weight: f64,
 }
 
+impl RaySums {
+    fn new() -> Self {
+        Self { bins: vec![0.0; BINS.0], cosine: 0.0, kept: 0.0, weight: 0.0 }
+    }
+}
+
 impl PhaseFunction {
-    /// The phase function of scattering by the grains and particles of a sample, from rays through random grains.
+    /// The phase function of scattering by the grains and particles of a sample, as if ice did not absorb, from rays
+    /// through random grains.
     ///
     /// Grains send most light forward, the more so in water, whose refractive index is close to the index of ice:
     /// ```
@@ -116,30 +126,51 @@ impl PhaseFunction {
     pub fn of_sample(sample: &SnowSample, wavelength_nm: f64, plan: &PhasePlan) -> Result<Self, TransportError> {
         sample.check()?;
         sample.check_wavelength(wavelength_nm)?;
+        Ok(Self::with_absorption(sample, wavelength_nm, plan, 0.0))
+    }
+
+    /// The phase function of the light that grains and particles scatter and do not absorb.
+    ///
+    /// # Panics
+    /// If the sample or the wavelength is out of range.
+    pub(crate) fn of_scattered_light(sample: &SnowSample, wavelength_nm: f64, plan: &PhasePlan) -> Self {
+        Self::with_absorption(sample, wavelength_nm, plan, 1.0)
+    }
+
+    /// The phase function with absorption by the ice times a factor.
+    fn with_absorption(sample: &SnowSample, wavelength_nm: f64, plan: &PhasePlan, factor: f64) -> Self {
         let constituents = Constituents::new(sample, wavelength_nm);
         let population = Population::of_sample(sample);
         let total_per_m = constituents.scatterer_extinction_per_m();
-        let (mut per_sr, mut asymmetry) = (vec![0.0; BINS.0], 0.0);
+        let (mut per_sr, mut scattered, mut along) = (vec![0.0; BINS.0], 0.0, 0.0);
         let present = |grains: &Grains| grains.extinction_per_m > 0.0;
         let kinds: Vec<Grains> =
             [constituents.in_air, constituents.in_water].into_iter().filter(|grains| present(grains)).collect();
         for grains in &kinds {
             let share = PhasePlan { rays: plan.rays.div_ceil(if kinds.len() > 1 { 2 } else { 1 }), ..*plan };
-            let sums = trace(&population, grains.relative_index, &share);
-            let factor = grains.extinction_per_m / total_per_m / sums.weight;
-            asymmetry += factor * sums.cosine;
+            let absorption_per_m = factor * grains.absorption_per_m;
+            let sizes: Vec<(f64, f64)> = sample.grain_size.by_area_um().collect();
+            let kept = |ice_path: f64| {
+                let optical_path = absorption_per_m * 1e-6 * ice_path;
+                sizes.iter().map(|(size_um, weight)| weight * (-optical_path * size_um).exp()).sum()
+            };
+            let sums = trace(&population, grains.relative_index, &share, kept);
+            let fraction = grains.extinction_per_m / total_per_m / sums.weight;
+            scattered += fraction * sums.kept;
+            along += fraction * sums.cosine;
             for (bin, (value, sum)) in per_sr.iter_mut().zip(&sums.bins).enumerate() {
-                *value += factor * sum / BINS.solid_angle_sr(bin);
+                *value += fraction * sum / BINS.solid_angle_sr(bin);
             }
         }
         for particle in &constituents.particles {
             let fraction = particle.scattering_per_m / total_per_m;
-            asymmetry += fraction * particle.asymmetry;
+            scattered += fraction;
+            along += fraction * particle.asymmetry;
             for (bin, value) in per_sr.iter_mut().enumerate() {
                 *value += fraction * henyey_greenstein_per_sr(particle.asymmetry, cosine(middle(bin)));
             }
         }
-        Ok(Self::new(per_sr, asymmetry))
+        Self::new(per_sr, along / scattered)
     }
 
     /// The phase function of Henyey & Greenstein (1941), (1 − g²)/(1 + g² − 2g cos Θ)^{3/2}/4π.
@@ -225,27 +256,30 @@ impl PhaseFunction {
     }
 }
 
-/// Traces rays through random grains of one relative index.
-fn trace(population: &Population, relative_index: f64, plan: &PhasePlan) -> RaySums {
+/// Traces rays through random grains of one relative index, which keep a fraction of the light by its path through ice.
+fn trace(population: &Population, relative_index: f64, plan: &PhasePlan, kept: impl Fn(f64) -> f64 + Sync) -> RaySums {
     let tasks: Vec<u32> = (0..plan.rays.max(1)).step_by(RAYS_PER_TASK as usize).collect();
     let task = |first: u32| {
-        let mut sums = RaySums { bins: vec![0.0; BINS.0], cosine: 0.0, weight: 0.0 };
+        let mut sums = RaySums::new();
         let batch = first / MAX_RAYS_PER_BATCH;
         let scramble = scramble(plan.seed, batch as usize);
         for ray in first..(first + RAYS_PER_TASK).min(plan.rays.max(1)) {
             let mut stream = Stream::on_sequence(plan.seed, ray.into(), ray % MAX_RAYS_PER_BATCH, scramble);
             let (scattered, weight) = population.scatter(relative_index, &mut stream);
-            sums.bins[BINS.bin(scattered.cos_scattering)] += weight;
-            sums.cosine += weight * scattered.cos_scattering;
+            let part = weight * kept(scattered.ice_path);
+            sums.bins[BINS.bin(scattered.cos_scattering)] += part;
+            sums.cosine += part * scattered.cos_scattering;
+            sums.kept += part;
             sums.weight += weight;
         }
         sums
     };
     let parts: Vec<RaySums> = tasks.into_par_iter().map(task).collect();
-    let mut sums = RaySums { bins: vec![0.0; BINS.0], cosine: 0.0, weight: 0.0 };
+    let mut sums = RaySums::new();
     for part in parts {
         sums.bins.iter_mut().zip(&part.bins).for_each(|(sum, term)| *sum += term);
         sums.cosine += part.cosine;
+        sums.kept += part.kept;
         sums.weight += part.weight;
     }
     sums
@@ -314,6 +348,8 @@ fn inverse_distribution(per_sr: &[f64]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::dual::LANES;
+    use crate::medium::{Composition, directions};
     use crate::{Demand, GrainTallies, Impurities, Substance, TallyPlan};
 
     #[test]
@@ -377,11 +413,16 @@ mod tests {
             let demand = Demand::of_sample(&sample, &[500.0]);
             let plan = TallyPlan { degree: 2, rays: 1 << 18, seed: 1 };
             let tallies = GrainTallies::new(&Population::of_sample(&sample), &demand, &plan);
-            let asymmetry = |without| tallies.medium(&sample, 500.0, without).scattering.asymmetry();
-            let expected = asymmetry(None);
-            // Jackknife over the 16 batches.
-            let square: f64 = (0..16).map(|batch| (asymmetry(Some(batch)) - expected).powi(2)).sum();
-            let deviation = (square * 15.0 / 16.0).sqrt();
+            let expected = tallies.medium(&sample, 500.0).scattering.asymmetry();
+            let composition = Composition::new(&sample);
+            let deviations = tallies.deviations(&sample.grain_size, &composition.at(500.0));
+            let exactly = composition.differentiated(&[]).at(500.0);
+            let square = |directions: &[_]| {
+                let medium = tallies.deviated_medium(&exactly, &deviations, directions);
+                medium.scattering.moments[1].squared_gradient()
+            };
+            let directions = directions(std::iter::once(&deviations));
+            let deviation = directions.chunks(LANES).map(square).sum::<f64>().sqrt();
             let function = PhaseFunction::of_sample(&sample, 500.0, &PhasePlan { rays: 1 << 18, seed: 9 });
             let found = function.unwrap().asymmetry();
             assert!((found - expected).abs() < 4.0 * 2.0_f64.sqrt() * deviation, "{found} {expected} ± {deviation}");

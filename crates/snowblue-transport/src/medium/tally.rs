@@ -7,7 +7,7 @@
 //!
 //! The index of ice varies little, so tallies at a few Chebyshev nodes in n, with common random numbers, are
 //! interpolated. The points where rays enter grains come from Owen-scrambled Sobol' sequences (Burley 2020, JCGT 9(4));
-//! the scrambles are independent, and the scatter between them gives the standard error of the tally, by the jackknife
+//! the scrambles are independent, and the scatter between them gives the covariance of the tally, by the jackknife
 //! (Quenouille 1956, doi:10.1093/biomet/43.3-4.353).
 //!
 //! A tally takes most of the time of a spectrum and depends on the grains only, not on the thickness, density or
@@ -24,10 +24,9 @@ use super::population::Population;
 use super::scattering::Scattering;
 use crate::dual::Real;
 use crate::optics::{IndexNodes, lagrange};
-use crate::quadrature::{Quadrature, legendre_polynomials};
+use crate::quadrature::legendre_polynomials;
 use crate::rng::Stream;
 use crate::sample::GrainSize;
-use crate::slab::Estimate;
 
 /// Number of independent scrambles of the sequence, whose scatter gives the standard error.
 const BATCHES: usize = 16;
@@ -43,6 +42,9 @@ const MAX_KEPT: usize = 16;
 
 /// Tallies with their requests, the last used first.
 static LAST: Mutex<VecDeque<(TallyRequest, Arc<Tally>)>> = Mutex::new(VecDeque::new());
+
+/// Deviations of a quantity with each batch.
+pub(super) type Deviations = [f64; BATCHES];
 
 /// Options of a tally.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -71,6 +73,16 @@ struct Moments {
     scattered: Vec<f64>,
     absorbed: Vec<Vec<f64>>,
     weight: f64,
+}
+
+/// Sums of each batch at one index, for some sizes and absorption, over the weight of all batches.
+struct BatchSums<T> {
+    /// Of all light that meets grains: [batch][degree].
+    moments: Vec<f64>,
+    /// Of the light that is absorbed.
+    absorbed: Vec<T>,
+    /// Weight of each batch over the weight of all batches.
+    shares: [f64; BATCHES],
 }
 
 /// The part of a tally that a request asks for. The tally may have been made for a wider request: the sums of a
@@ -183,49 +195,87 @@ impl TallyPart {
         Arc::ptr_eq(&self.tally, &other.tally)
     }
 
-    /// Single scattering by grains of the given sizes, relative index n and absorption coefficient in 1/m; `without`
-    /// leaves out one of the 16 batches, for the jackknife (Tukey 1958).
-    pub(crate) fn scattering<T: Real>(
-        &self,
-        size: &GrainSize,
-        n: f64,
-        absorption_per_m: T,
-        without: Option<usize>,
-    ) -> Scattering<T> {
-        let Self { tally, degree, .. } = self;
-        let (mut moments, mut absorbed) = (vec![0.0; degree + 1], vec![T::from(0.0); degree + 1]);
+    /// Single scattering by grains of the given sizes, relative index n and absorption coefficient in 1/m.
+    pub(super) fn scattering<T: Real>(&self, size: &GrainSize, n: f64, absorption_per_m: T) -> Scattering<T> {
+        self.sums(size, n, absorption_per_m).scattering(self.degree)
+    }
+
+    /// Single scattering, and the deviations of the co-albedo and of the moments χ_1, χ_2, … with each batch by the
+    /// infinitesimal jackknife (Efron 1982, *The Jackknife, the Bootstrap and Other Resampling Plans*, ch. 6):
+    /// derivatives by the weight of the batch, scaled so that their products sum to the covariance.
+    pub(super) fn deviations(&self, size: &GrainSize, n: f64, absorption_per_m: f64) -> (Scattering, Vec<Deviations>) {
+        let width = self.degree + 1;
+        let sums = self.sums(size, n, absorption_per_m);
+        let [all_moments, all_absorbed] = [total(&sums.moments, width), total(&sums.absorbed, width)];
+        let scattering = sums.scattering(self.degree);
+        let scale = (BATCHES as f64 / (BATCHES as f64 - 1.0)).sqrt();
+        let per_kept = scale / (1.0 - scattering.one_minus_albedo);
+        let mut deviations = vec![[0.0; BATCHES]; width];
+        let batches = sums.moments.chunks_exact(width).zip(sums.absorbed.chunks_exact(width)).zip(sums.shares);
+        for (place, ((moments, absorbed), share)) in batches.enumerate() {
+            let coalbedo = absorbed[0] - share * all_absorbed[0];
+            for (l, deviation) in deviations.iter_mut().enumerate() {
+                let lost = absorbed[l] - share * all_absorbed[l] - scattering.moments[l] * coalbedo;
+                deviation[place] = per_kept * (moments[l] - share * all_moments[l] - lost);
+            }
+            deviations[0][place] = scale * coalbedo;
+        }
+        (scattering, deviations)
+    }
+
+    /// The sums of each batch.
+    fn sums<T: Real>(&self, size: &GrainSize, n: f64, absorption_per_m: T) -> BatchSums<T> {
+        let width = self.degree + 1;
         let columns = self.absorption_columns(size, absorption_per_m);
-        for (index_weight, batches) in tally.index_nodes.weights(n).into_iter().zip(&tally.sums) {
-            let kept = || batches.iter().enumerate().filter(|(i, _)| Some(*i) != without).map(|(_, batch)| batch);
-            let factor = index_weight / kept().map(|batch| batch.weight).sum::<f64>();
-            for batch in kept() {
-                add_scaled(&mut moments, factor, &batch.scattered);
+        let (mut moments, mut absorbed) = (vec![0.0; BATCHES * width], vec![T::from(0.0); BATCHES * width]);
+        let mut shares = [0.0; BATCHES];
+        for (index_weight, batches) in self.tally.index_nodes.weights(n).into_iter().zip(&self.tally.sums) {
+            let weight: f64 = batches.iter().map(|batch| batch.weight).sum();
+            let sums = moments.chunks_exact_mut(width).zip(absorbed.chunks_exact_mut(width));
+            for ((batch, (moments, absorbed)), share) in batches.iter().zip(sums).zip(&mut shares) {
+                add_scaled(moments, index_weight / weight, &batch.scattered);
                 for (strength, column) in &columns {
-                    add_scaled(&mut absorbed, *strength * factor, &batch.absorbed[*column]);
+                    add_scaled(absorbed, *strength * (index_weight / weight), &batch.absorbed[*column]);
                 }
+                // The rays are common, so the share is equal at all indices.
+                *share = batch.weight / weight;
             }
         }
-        let one_minus_albedo = absorbed[0];
-        let kept = |(moment, lost): (&f64, &T)| (T::from(*moment) - *lost) / (T::from(1.0) - one_minus_albedo);
-        Scattering { one_minus_albedo, moments: moments.iter().zip(&absorbed).map(kept).collect() }
+        BatchSums { moments, absorbed, shares }
     }
 
     /// The weights of columns of absorbed moments, averaged over the sizes: x times the interpolation weights at x.
     fn absorption_columns<T: Real>(&self, size: &GrainSize, absorption_per_m: T) -> Vec<(T, usize)> {
         let grid = &self.tally.absorptions[..self.absorptions];
         let mut columns = vec![T::from(0.0); grid.len() + 1];
-        let rule = Quadrature::half_range(if size.min_um < size.max_um { 6 } else { 1 });
-        let mean_square = size.mean_square_um2();
-        for (node, weight) in rule.cosines.iter().zip(&rule.weights) {
-            let size_um = size.min_um + node * (size.max_um - size.min_um);
+        for (size_um, weight) in size.by_area_um() {
             let x = absorption_per_m * size_um * 1e-6;
-            let strength = x * (weight * size_um * size_um / mean_square);
+            let strength = x * weight;
             for (column, weight) in columns.iter_mut().zip(interpolation_weights(grid, x)) {
                 *column += strength * weight;
             }
         }
         columns.into_iter().zip(0..).filter(|(strength, _)| !strength.is_zero()).collect()
     }
+}
+
+impl<T: Real> BatchSums<T> {
+    /// Single scattering by all batches.
+    fn scattering(&self, degree: usize) -> Scattering<T> {
+        let (moments, absorbed) = (total(&self.moments, degree + 1), total(&self.absorbed, degree + 1));
+        let one_minus_albedo = absorbed[0];
+        let kept = |(moment, lost): (&f64, &T)| (T::from(*moment) - *lost) / (T::from(1.0) - one_minus_albedo);
+        Scattering { one_minus_albedo, moments: moments.iter().zip(&absorbed).map(kept).collect() }
+    }
+}
+
+/// The sum of rows of some width.
+fn total<T: Real>(rows: &[T], width: usize) -> Vec<T> {
+    let mut total = vec![T::from(0.0); width];
+    for row in rows.chunks_exact(width) {
+        total.iter_mut().zip(row).for_each(|(sum, term)| *sum += *term);
+    }
+    total
 }
 
 fn run_batch(population: &Population, n: f64, batch: usize, absorptions: &[f64], plan: &TallyPlan) -> Moments {
@@ -302,38 +352,6 @@ fn interpolation_weights<T: Real>(grid: &[f64], x: T) -> Vec<T> {
     weights
 }
 
-/// A result from all batches of a tally, and the results without each batch.
-pub(crate) struct Jackknife<T> {
-    whole: T,
-    parts: Vec<T>,
-}
-
-impl<T> Jackknife<T> {
-    /// Computes `result` with all batches, then without each batch.
-    pub(crate) fn new(result: impl Fn(Option<usize>) -> T) -> Self {
-        Self { whole: result(None), parts: (0..BATCHES).map(|batch| result(Some(batch))).collect() }
-    }
-
-    /// Computes `result` with all batches only: standard errors are NaN.
-    pub(crate) fn without_errors(result: impl Fn(Option<usize>) -> T) -> Self {
-        Self { whole: result(None), parts: Vec::new() }
-    }
-
-    /// The result of all batches.
-    pub(crate) fn whole(&self) -> &T {
-        &self.whole
-    }
-
-    /// A quantity of the result with its standard error, √((B − 1)/B Σ (v_b − v̄)²).
-    pub(crate) fn estimate(&self, quantity: impl Fn(&T) -> f64) -> Estimate {
-        let parts: Vec<f64> = self.parts.iter().map(&quantity).collect();
-        let count = parts.len() as f64;
-        let mean = parts.iter().sum::<f64>() / count;
-        let squares: f64 = parts.iter().map(|part| (part - mean).powi(2)).sum();
-        Estimate { value: quantity(&self.whole), standard_error: ((count - 1.0) / count * squares).sqrt() }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::population::Population;
@@ -383,11 +401,12 @@ mod tests {
         let narrowed = wide.part_of(tally_on(2, &wide)).narrowed(4, 0.1);
         // From weak absorption to the end of the narrower grid, x = 0.1, where the interpolation has no later values.
         for absorption_per_m in [0.01, 3.0, 100.0, 220.0] {
-            for without in [None, Some(3)] {
-                let of = |part: &TallyPart| part.scattering(&sample.grain_size, 1.304, absorption_per_m, without);
-                assert_eq!(of(&own), of(&shared));
-                assert_eq!(of(&own), of(&narrowed));
-            }
+            let of = |part: &TallyPart| {
+                let whole = part.scattering(&sample.grain_size, 1.304, absorption_per_m);
+                (whole, part.deviations(&sample.grain_size, 1.304, absorption_per_m))
+            };
+            assert_eq!(of(&own), of(&shared));
+            assert_eq!(of(&own), of(&narrowed));
         }
     }
 }

@@ -150,7 +150,7 @@ impl PatchGrid {
         PI / self.count() as f64
     }
 
-    fn check(self) -> Result<(), RangeError> {
+    pub(crate) fn check(self) -> Result<(), RangeError> {
         RING_RANGE.check(self.rings as f64)?;
         SECTOR_RANGE.check(self.sectors as f64)
     }
@@ -162,7 +162,15 @@ impl PatchGrid {
         part(sine_squared, self.rings) * self.sectors + part(azimuth / PI, self.sectors)
     }
 
-    fn patch(self, index: usize, bsdf_per_sr: Estimate) -> Patch {
+    /// Angles from the normal, `per_ring` in each ring at equal steps of sin²θ, and azimuths, `per_sector` in each
+    /// sector, in degrees.
+    pub(crate) fn directions_deg(self, per_ring: usize, per_sector: usize) -> (Vec<f64>, Vec<f64>) {
+        let middles = |count: usize| (0..count).map(move |step| (step as f64 + 0.5) / count as f64);
+        let zeniths = middles(self.rings * per_ring).map(|square: f64| square.sqrt().asin().to_degrees());
+        (zeniths.collect(), middles(self.sectors * per_sector).map(|part| 180.0 * part).collect())
+    }
+
+    pub(crate) fn patch(self, index: usize, bsdf_per_sr: Estimate) -> Patch {
         let (ring, sector) = ((index / self.sectors) as f64, (index % self.sectors) as f64);
         let (rings, sectors) = (self.rings as f64, self.sectors as f64);
         let cosine = |ring: f64| (1.0 - ring / rings).sqrt();

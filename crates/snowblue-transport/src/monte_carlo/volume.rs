@@ -314,7 +314,7 @@ mod tests {
                         along += fraction * middle_cos;
                     }
                 }
-                let medium = tallies.medium(&sample, *wavelength_nm, None);
+                let medium = tallies.medium(&sample, *wavelength_nm);
                 let lost = medium.scattering.one_minus_albedo * medium.extinction_per_m;
                 let in_pores = Constituents::new(&sample, *wavelength_nm).pore_absorption_per_m;
                 let expected = (lost - in_pores) / (medium.extinction_per_m - in_pores);

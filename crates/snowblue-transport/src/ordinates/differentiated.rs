@@ -51,11 +51,6 @@ pub(super) struct DifferentiatedMedium {
 impl DifferentiatedModes {
     /// The modes of `medium` with the derivatives of `scaled`.
     pub(super) fn new(medium: &HomogeneousMedium, scaled: Scaled<Dual>) -> Self {
-        Self::with_changes(medium, scaled).0
-    }
-
-    /// The modes with their derivatives, and the change of the modes with each variable.
-    fn with_changes(medium: &HomogeneousMedium, scaled: Scaled<Dual>) -> (Self, [Option<ModeChange>; LANES]) {
         let modes = &medium.modes;
         let n = modes.rates.len();
         let mut shapes = DMatrix::zeros(n, medium.basis.ncols());
@@ -63,14 +58,29 @@ impl DifferentiatedModes {
             let matrix = if l % 2 == 0 { &modes.sums } else { &modes.differences };
             shape.gemv_tr(1.0, matrix, &medium.basis.column(l), 0.0);
         }
-        let changes: [Option<ModeChange>; LANES] =
-            std::array::from_fn(|lane| ModeChange::new(&modes.rates, &scaled, &shapes, lane));
-        let by_change =
-            |of: &dyn Fn(&ModeChange) -> f64| changes.each_ref().map(|change| change.as_ref().map_or(0.0, of));
-        let change = DMatrix::from_fn(n, n, |i, j| Dual::new(0.0, by_change(&|change| change.shapes[(i, j)])));
-        let rate = |(j, k): (usize, &f64)| Dual::new(*k, by_change(&|change| 0.5 * change.squared_rates[j] / k));
-        let rates = modes.rates.iter().enumerate().map(rate).collect();
-        (Self { rates, scaled, change, shapes }, changes)
+        // ε and o, each with its derivatives by all variables.
+        let [even, odd] = operator_changes(&scaled, &shapes);
+        let squares: Vec<f64> = modes.rates.iter().map(|k| k * k).collect();
+        let entry = |i: usize, j: usize| {
+            let (even, odd) = (&even[(i, j)], &odd[(i, j)]);
+            // A difference of rates, not of their squares, keeps its precision.
+            let gap = (modes.rates[j] - modes.rates[i]) * (modes.rates[j] + modes.rates[i]);
+            let of = |lane: usize| match i == j {
+                true => 0.5 * odd[lane],
+                false => quotient(even[lane] + squares[j] * odd[lane], gap),
+            };
+            Dual::new(0.0, std::array::from_fn(of))
+        };
+        let rate = |(j, k): (usize, &f64)| {
+            let of = |lane: usize| quotient(even[(j, j)][lane] + squares[j] * odd[(j, j)][lane], 2.0 * k);
+            Dual::new(*k, std::array::from_fn(of))
+        };
+        Self {
+            rates: modes.rates.iter().enumerate().map(rate).collect(),
+            change: DMatrix::from_fn(n, n, entry),
+            shapes,
+            scaled,
+        }
     }
 
     /// X u.
@@ -121,21 +131,16 @@ impl DifferentiatedMedium {
     /// `medium` with the derivatives of `scaled`.
     pub(super) fn new(medium: &HomogeneousMedium, scaled: Scaled<Dual>) -> Self {
         let HomogeneousMedium { gamma, delta, entering: [h, v], .. } = medium;
-        let (modes, changes) = DifferentiatedModes::with_changes(medium, scaled);
+        let modes = DifferentiatedModes::new(medium, scaled);
         let n = modes.rates.len();
-        // Half of dΓ and of dΔ, to which its transpose is added.
-        let halves = |half: &dyn Fn(&DMatrix<f64>) -> DMatrix<f64>| {
-            changes.each_ref().map(|change| change.as_ref().map(|ModeChange { shapes: x, .. }| half(x)))
-        };
-        let symmetric = |matrix: &DMatrix<f64>, halves: &[Option<DMatrix<f64>>; LANES]| {
-            let by = |i: usize, j: usize| {
-                halves.each_ref().map(|half| half.as_ref().map_or(0.0, |half| half[(i, j)] + half[(j, i)]))
-            };
-            DMatrix::from_fn(n, n, |i, j| Dual::new(matrix[(i, j)], by(i, j)))
+        // The sum of a matrix and of a half of its change with its transpose.
+        let changed = |matrix: &DMatrix<f64>, half: &dyn Fn(&DVector<f64>) -> Vec<Dual>| {
+            let halves: Vec<Vec<Dual>> = matrix.column_iter().map(|column| half(&column.into_owned())).collect();
+            DMatrix::from_fn(n, n, |i, j| halves[i][j] + halves[j][i] + matrix[(i, j)])
         };
         Self {
-            gamma: symmetric(gamma, &halves(&|x| -(x * gamma))),
-            delta: symmetric(delta, &halves(&|x| delta * x)),
+            gamma: changed(gamma, &|column| modes.changed(column).into_iter().map(|by| -by).collect()),
+            delta: changed(delta, &|column| modes.changed_transposed(column)),
             entering: [
                 h.iter().zip(modes.changed(h)).map(|(h, by)| -by + *h).collect(),
                 v.iter().zip(modes.changed_transposed(v)).map(|(v, by)| by + *v).collect(),
@@ -227,42 +232,27 @@ fn transposed_product(matrix: &DMatrix<Dual>, vector: &[f64]) -> Vec<Dual> {
     matrix.column_iter().map(sum).collect()
 }
 
-/// The change of modes with one variable.
-struct ModeChange {
-    /// d(k²) of each mode.
-    squared_rates: Vec<f64>,
-    /// X.
-    shapes: DMatrix<f64>,
+/// The changes of E and O with each variable, in the modes.
+fn operator_changes(scaled: &Scaled<Dual>, shapes: &DMatrix<f64>) -> [DMatrix<[f64; LANES]>; 2] {
+    [0, 1].map(|parity| {
+        let mut sum = DMatrix::from_element(shapes.nrows(), shapes.nrows(), [0.0; LANES]);
+        for l in (parity..scaled.albedo_moments.len()).step_by(2) {
+            // The isotropic direction is an eigenvector of E with the eigenvalue 1 − ω.
+            let change = if l == 0 { scaled.one_minus_albedo } else { -scaled.albedo_moments[l] };
+            let shape = shapes.column(l);
+            let columns = sum.as_mut_slice().chunks_exact_mut(shape.len());
+            for (column, entry) in columns.zip(shape.as_slice()) {
+                let factor = change.derivatives().map(|derivative| derivative * entry);
+                for (sum, one) in column.iter_mut().zip(shape.as_slice()) {
+                    sum.iter_mut().zip(factor).for_each(|(sum, factor)| *sum += factor * one);
+                }
+            }
+        }
+        sum
+    })
 }
 
-impl ModeChange {
-    /// None if the variable does not change the medium.
-    fn new(rates: &[f64], scaled: &Scaled<Dual>, shapes: &DMatrix<f64>, lane: usize) -> Option<Self> {
-        // The isotropic direction is an eigenvector of E with the eigenvalue 1 − ω.
-        let isotropic = -scaled.one_minus_albedo.derivatives()[lane];
-        let others = scaled.albedo_moments.iter().skip(1).map(|moment| moment.derivatives()[lane]);
-        let moments: Vec<f64> = std::iter::once(isotropic).chain(others).collect();
-        if moments.iter().all(|moment| moment.is_zero()) {
-            return None;
-        }
-        let n = rates.len();
-        let product = |parity: usize| {
-            let mut product = DMatrix::zeros(n, n);
-            for l in (parity..moments.len()).step_by(2) {
-                product.ger(-moments[l], &shapes.column(l), &shapes.column(l), 1.0);
-            }
-            product
-        };
-        let (even, odd) = (product(0), product(1));
-        let squares: Vec<f64> = rates.iter().map(|k| k * k).collect();
-        let entry = |i: usize, j: usize| {
-            // A difference of rates, not of their squares, keeps its precision.
-            let gap = (rates[j] - rates[i]) * (rates[j] + rates[i]);
-            if i == j { 0.5 * odd[(i, i)] } else { (even[(i, j)] + squares[j] * odd[(i, j)]) / gap }
-        };
-        Some(Self {
-            squared_rates: (0..n).map(|i| even[(i, i)] + squares[i] * odd[(i, i)]).collect(),
-            shapes: DMatrix::from_fn(n, n, entry),
-        })
-    }
+/// A change over the gap of two modes, or 0 if nothing changes, where there may be no gap.
+fn quotient(change: f64, gap: f64) -> f64 {
+    if change.is_zero() { 0.0 } else { change / gap }
 }

@@ -11,15 +11,8 @@
 //! with the escape function K, 2∫ K μ dμ = 1, the extrapolation length q and the reflection function R₀ (Sobolev 1975,
 //! *Light Scattering in Planetary Atmospheres*, ch. 2; Kokhanovsky & Zege 2004, doi:10.1364/AO.43.001589).
 //!
-//! **Adding–doubling** (van de Hulst 1980, *Multiple Light Scattering*, ch. 4; de Haan, Bosma & Hovenier 1987) gives
-//! these functions for each azimuthal mode: two equal layers with reflection r and transmission t make one layer with
-//!
-//! ```text
-//! t′ = t (1 − r r)⁻¹ t,   r′ = r + t r (1 − r r)⁻¹ t.
-//! ```
-//!
-//! The first layer is thin enough for the implicit midpoint rule, which conserves energy exactly. A thick layer with
-//! the depth τ transmits the fraction T = (4/3)/((1 − g)τ + 2q) of Lambertian light, with the angular distribution K.
+//! Adding–doubling gives these functions for each azimuthal mode. A thick layer with the depth τ transmits the fraction
+//! T = (4/3)/((1 − g)τ + 2q) of Lambertian light, with the angular distribution K.
 //! Its reflection is less than the reflection of the half-space by T K(μ) K(μ₀)/π. The error of both relations is the
 //! light that has not yet diffused.
 //!
@@ -32,6 +25,7 @@ use std::f64::consts::PI;
 
 use nalgebra::{DMatrix, DVector};
 
+use super::adding::{DiffuseOperators, FIRST_DEPTH, PhaseMatrices};
 use super::eigen::Scaled;
 use crate::medium::{PhaseFunction, Scattering};
 use crate::optics::lagrange;
@@ -45,8 +39,6 @@ const MODES: usize = 12;
 const CELLS: usize = 64;
 /// Cells of the escape function in √μ.
 const ESCAPE_CELLS: usize = 256;
-/// Optical depth of the first layer.
-const FIRST_DEPTH: f64 = 1.0 / 65_536.0;
 /// Depth in transport mean free paths where light has diffused: the next mode has decayed by more than e⁻⁴⁰.
 const DIFFUSE_DEPTH: f64 = 40.0;
 
@@ -67,20 +59,6 @@ pub struct HalfSpace {
 /// √((1 − μ²)(1 − μ₀²)), without which they are smooth at μ = 1.
 type Modes = [f32; MODES];
 
-/// Reflection and transmission of diffuse light by a layer, in one azimuthal mode: matrices from radiances of incidence
-/// to radiances of exit.
-struct DiffuseOperators {
-    reflection: DMatrix<f64>,
-    transmission: DMatrix<f64>,
-}
-
-/// One azimuthal mode of a phase function times 4π, on the nodes: from each direction into the directions of its own
-/// hemisphere and of the opposite hemisphere.
-struct PhaseMatrices {
-    forward: DMatrix<f64>,
-    backward: DMatrix<f64>,
-}
-
 impl HalfSpace {
     /// Solves the half-space of a phase function.
     #[must_use]
@@ -94,7 +72,7 @@ impl HalfSpace {
         let doublings = doublings(&scaled);
         for mode in 0..MODES {
             let matrices = PhaseMatrices::new(&scaled, mode, rule);
-            let mut layer = DiffuseOperators::thin(&matrices, rule);
+            let mut layer = DiffuseOperators::thin(&matrices, rule, FIRST_DEPTH);
             (0..doublings).for_each(|_| layer = layer.doubled());
             let mut reflection = DiffuseOperators::per_flux(layer.reflection, rule);
             if mode == 0 {
@@ -213,76 +191,6 @@ impl HalfSpace {
         }
         modes
     }
-}
-
-impl DiffuseOperators {
-    /// A thin layer by the implicit midpoint rule: t ± r = (1 + X)⁻¹ (1 − X) with X = ½τ M⁻¹ (1 − ½(p₊ ± p₋) W).
-    fn thin(phase: &PhaseMatrices, rule: &Quadrature) -> Self {
-        let identity = DMatrix::identity(NODES, NODES);
-        let half_step = |scattering: DMatrix<f64>| {
-            DMatrix::from_fn(NODES, NODES, |i, j| {
-                let kept = identity[(i, j)] - 0.5 * scattering[(i, j)] * rule.weights[j];
-                0.5 * FIRST_DEPTH * kept / rule.cosines[i]
-            })
-        };
-        let solve = |half_step: DMatrix<f64>| divide(&identity + &half_step, &identity - &half_step);
-        let sum = solve(half_step(&phase.forward + &phase.backward));
-        let difference = solve(half_step(&phase.forward - &phase.backward));
-        Self { reflection: 0.5 * (&sum - &difference), transmission: 0.5 * (sum + difference) }
-    }
-
-    /// Two of these layers.
-    fn doubled(&self) -> Self {
-        let Self { reflection: r, transmission: t } = self;
-        let between = divide(DMatrix::identity(NODES, NODES) - r * r, t.clone());
-        Self { reflection: r + t * (r * &between), transmission: t * between }
-    }
-
-    /// The radiance per incident flux, in 1/sr: the radiance per incident radiance times 1/(2π μ₀ w).
-    fn per_flux(mut reflection: DMatrix<f64>, rule: &Quadrature) -> DMatrix<f64> {
-        for (mut column, (mu, weight)) in reflection.column_iter_mut().zip(rule.cosines.iter().zip(&rule.weights)) {
-            column /= 2.0 * PI * mu * weight;
-        }
-        reflection
-    }
-}
-
-impl PhaseMatrices {
-    /// Sums over degrees by the addition theorem: Σ (2l + 1) χ_l Λ_l(μ) Λ_l(±μ′).
-    fn new(medium: &Scaled, mode: usize, rule: &Quadrature) -> Self {
-        let functions = legendre_functions(mode, rule);
-        let mut parities = [DMatrix::zeros(NODES, NODES), DMatrix::zeros(NODES, NODES)];
-        for (step, column) in functions.column_iter().enumerate() {
-            let l = mode + step;
-            let strength = (2 * l + 1) as f64 * medium.albedo_moments[l];
-            parities[step % 2].ger(strength, &column, &column, 1.0);
-        }
-        let [even, odd] = parities;
-        Self { forward: &even + &odd, backward: even - odd }
-    }
-}
-
-/// √((l − m)!/(l + m)!) P_l^m(μ) at the nodes, a column for each l = m … 2N − 1 (Abramowitz & Stegun 1964, 8.5.3).
-fn legendre_functions(mode: usize, rule: &Quadrature) -> DMatrix<f64> {
-    let mut functions = DMatrix::zeros(NODES, 2 * NODES - mode);
-    let m = mode as f64;
-    for (i, mu) in rule.cosines.iter().enumerate() {
-        let sectoral = |k: usize| (1.0 - mu * mu).sqrt() * ((2 * k - 1) as f64 / (2 * k) as f64).sqrt();
-        let (mut before, mut legendre) = (0.0, (1..=mode).map(sectoral).product::<f64>());
-        for (step, value) in functions.row_mut(i).iter_mut().enumerate() {
-            *value = legendre;
-            let l = (mode + step) as f64;
-            let next = ((2.0 * l + 1.0) * mu * legendre - (l * l - m * m).sqrt() * before)
-                / ((l + 1.0) * (l + 1.0) - m * m).sqrt();
-            (before, legendre) = (legendre, next);
-        }
-    }
-    functions
-}
-
-/// A⁻¹ B.
-fn divide(a: DMatrix<f64>, b: DMatrix<f64>) -> DMatrix<f64> {
-    a.lu().solve(&b).unwrap_or_else(|| unreachable!("a layer reflects less than all light"))
 }
 
 /// How often the first layer is doubled until light has diffused.

@@ -25,7 +25,7 @@ use crate::TransportError;
 use crate::dual::Real;
 use crate::medium::Scattering;
 use crate::quadrature::{Quadrature, legendre_polynomials};
-use crate::slab::Incidence;
+use crate::slab::{Fluxes, Incidence};
 
 /// Fluxes over the incident flux on a horizontal plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -328,6 +328,11 @@ impl<T: Real> Passed<T> {
     /// ground.
     pub(super) fn absorbed(self, ground_albedo: T) -> T {
         T::from(1.0) - self.reflectance - (T::from(1.0) - ground_albedo) * self.transmittance
+    }
+
+    /// Reflectance, transmittance and absorptance over a ground of this albedo.
+    pub(super) fn fluxes(self, ground_albedo: T) -> Fluxes<T> {
+        Fluxes::from([self.reflectance, self.transmittance, self.absorbed(ground_albedo)])
     }
 }
 

@@ -3,9 +3,11 @@
 //! Chandrasekhar's (1960) method with double-Gauss quadrature and δ-M scaling, averaged over azimuth because only
 //! fluxes are computed. A homogeneous medium is solved once ([`HomogeneousMedium`]); each thickness then costs two
 //! small Cholesky factorisations and each angle a sum over the modes. Layers of several media on a ground are combined
-//! by the adding method ([`LayeredMedium`]), with slabs of clear ice between them. The half-space without absorption
-//! has all azimuths ([`HalfSpace`]).
+//! by the adding method ([`LayeredMedium`]), with slabs of clear ice between them. Radiances have all azimuthal modes,
+//! of layers ([`bidirectional()`]) and of the half-space without absorption ([`HalfSpace`]).
 
+mod adding;
+mod bidirectional;
 mod differentiated;
 mod eigen;
 mod escape;
@@ -21,6 +23,7 @@ mod solve_each;
 mod solve_stack;
 mod stack_media;
 
+pub use bidirectional::{BidirectionalLight, Views, bidirectional, distribute};
 pub use half_space::HalfSpace;
 pub use homogeneous::{Direction, HomogeneousMedium, MediumFluxes, ModalLight};
 pub use layered::{FaceFluxes, LayeredMedium, MediumLayer};

@@ -20,7 +20,7 @@ use super::solve_each::groups_alike;
 use crate::TransportError;
 use crate::batch::{Batch, BatchError, SlabCase};
 use crate::dual::{Dual, LANES, Real};
-use crate::medium::{Composition, Demand, GrainTallies, Jackknife, Medium, Population};
+use crate::medium::{Composition, Demand, GrainTallies, Medium, Population, directions};
 use crate::sample::Property;
 use crate::slab::{Estimate, Fluxes, Incidence, Radiometry, Slab};
 use crate::variable::Variable;
@@ -38,7 +38,8 @@ pub struct DifferentiatedFluxes {
     pub derivatives: Vec<Fluxes<f64>>,
 }
 
-/// Variables, no more than a [`Dual`] has derivatives, and a medium with its derivatives by these variables.
+/// Variables, no more than a [`Dual`] has derivatives, and a medium with its derivatives by these variables. Without
+/// variables the derivatives are deviations of the grain tallies.
 struct Differentiation {
     variables: Vec<Variable>,
     medium: Medium<Dual>,
@@ -87,7 +88,7 @@ struct Gathered {
 
 /// Reflectance, transmittance and absorptance for each thickness, then each incidence, then each wavelength.
 ///
-/// The standard errors follow from the grain tally, by a jackknife over its batches.
+/// The standard errors follow from the covariance of the grain tallies, by the delta method.
 ///
 /// # Errors
 /// If a parameter or the number of streams is out of range.
@@ -95,7 +96,7 @@ pub fn solve(slab: &Slab, options: &OrdinatesOptions) -> Result<Vec<Radiometry>,
     solve_with(slab, options, true)
 }
 
-/// As [`solve`], without standard errors, which are NaN: they take most of the time once the grains are tallied.
+/// As [`solve`], without standard errors, which are NaN: they take half of the time once the grains are tallied.
 ///
 /// # Errors
 /// If a parameter or the number of streams is out of range.
@@ -110,8 +111,8 @@ fn solve_with(slab: &Slab, options: &OrdinatesOptions, errors: bool) -> Result<V
     Ok(batch.radiometry(&solved))
 }
 
-/// Fluxes of each case at each wavelength, the wavelength running fastest. Without `errors` the standard errors, by a
-/// jackknife over the batches of the grain tallies, are NaN; they take 16 times as long as the values.
+/// Fluxes of each case at each wavelength, the wavelength running fastest. Without `errors` the standard errors of the
+/// grain tallies are NaN; they take as long as the values.
 ///
 /// `progress` is called from any thread with the number of cases done.
 ///
@@ -153,7 +154,7 @@ pub fn solve_batch(
     errors: bool,
     progress: &(dyn Fn(usize) + Sync),
 ) -> Result<Vec<Fluxes>, BatchError> {
-    Ok(solved::<false>(batch, &[], (options, errors), progress)?.fluxes)
+    Ok(differentiate_batch(batch, &[], options, errors, progress)?.fluxes)
 }
 
 /// As [`solve_batch`], with the derivatives with respect to each of `variables`.
@@ -189,16 +190,6 @@ pub fn differentiate_batch(
     errors: bool,
     progress: &(dyn Fn(usize) + Sync),
 ) -> Result<DifferentiatedFluxes, BatchError> {
-    solved::<true>(batch, variables, (options, errors), progress)
-}
-
-/// Solves a batch. Programs that never differentiate, such as the page, do not contain the code of derivatives.
-fn solved<const DIFFERENTIATE: bool>(
-    batch: &Batch,
-    variables: &[Variable],
-    (options, errors): (&OrdinatesOptions, bool),
-    progress: &(dyn Fn(usize) + Sync),
-) -> Result<DifferentiatedFluxes, BatchError> {
     options.streams.check()?;
     batch.check()?;
     let Batch { samples, cases, wavelengths_nm } = batch;
@@ -222,17 +213,27 @@ fn solved<const DIFFERENTIATE: bool>(
             let tallies = tallies.narrowed(plan.degree, sample.grain_size.max_um);
             let composition = Composition::new(sample);
             let group = |group| (group, composition.differentiated(group));
-            let groups: Vec<_> = if DIFFERENTIATE { variables.chunks(LANES).map(group).collect() } else { Vec::new() };
+            let groups: Vec<_> = variables.chunks(LANES).map(group).collect();
+            let exactly = composition.differentiated(&[]);
             let at = |wavelength_nm: &f64| {
                 let differentiation = |(variables, composition): &(&[Variable], Composition<Dual>)| Differentiation {
                     variables: variables.to_vec(),
-                    medium: tallies.medium_of(&sample.grain_size, &composition.at(*wavelength_nm), None),
+                    medium: tallies.medium_of(&sample.grain_size, &composition.at(*wavelength_nm)),
                 };
-                let differentiations: Vec<Differentiation> =
-                    if DIFFERENTIATE { groups.iter().map(differentiation).collect() } else { Vec::new() };
+                let mut differentiations: Vec<Differentiation> = groups.iter().map(differentiation).collect();
                 let constituents = composition.at(*wavelength_nm);
-                let medium = |without| tallies.medium_of(&sample.grain_size, &constituents, without);
-                plan.solve::<DIFFERENTIATE>(medium, &differentiations, errors)
+                let medium = if errors {
+                    let deviations = tallies.deviations(&sample.grain_size, &constituents);
+                    let exactly = exactly.at(*wavelength_nm);
+                    differentiations.extend(directions(std::iter::once(&deviations)).chunks(LANES).map(|directions| {
+                        let medium = tallies.deviated_medium(&exactly, &deviations, directions);
+                        Differentiation { variables: Vec::new(), medium }
+                    }));
+                    tallies.medium_of_deviations(&constituents, &deviations)
+                } else {
+                    tallies.medium_of(&sample.grain_size, &constituents)
+                };
+                plan.solve(&medium, &differentiations, errors)
             };
             let by_wavelength: Vec<_> = wavelengths_nm.par_iter().map(at).collect();
             progress(done.fetch_add(plan.grounds.len(), Ordering::Relaxed) + plan.grounds.len());
@@ -300,67 +301,42 @@ impl Plan {
         Self { sample, groups: groups.into_iter().map(group).collect(), degree, grounds }
     }
 
-    /// All cases at one wavelength, with the derivatives by the variables of `differentiations`.
-    fn solve<const DIFFERENTIATE: bool>(
-        &self,
-        medium: impl Fn(Option<usize>) -> Medium,
-        differentiations: &[Differentiation],
-        errors: bool,
-    ) -> DifferentiatedFluxes {
-        let result = |without: Option<usize>| {
-            self.solved::<DIFFERENTIATE>(&medium(without), if without.is_none() { differentiations } else { &[] })
-        };
-        let solved = if errors { Jackknife::new(result) } else { Jackknife::without_errors(result) };
-        let case = |(place, ground): (usize, &f64)| Fluxes {
-            reflectance: solved.estimate(|solved| solved.values[place].reflectance),
-            transmittance: solved.estimate(|solved| solved.values[place].transmittance),
-            absorptance: solved.estimate(|solved: &Solved| solved.values[place].absorbed(*ground)),
-        };
-        let fluxes = self.grounds.iter().enumerate().map(case).collect();
-        let mut derivatives = Vec::new();
-        let grounds = if DIFFERENTIATE { &*self.grounds } else { &[] };
-        for (place, ground) in grounds.iter().enumerate() {
-            for (Differentiation { variables, .. }, of_case) in
-                differentiations.iter().zip(&solved.whole().differentiated)
-            {
-                let passed = of_case[place];
-                let absorptance = passed.absorbed(Variable::GroundAlbedo.number(*ground, variables));
-                let fluxes = Fluxes::from([passed.reflectance, passed.transmittance, absorptance]);
-                let by = |lane: usize| fluxes.map(|number| number.derivatives()[lane]);
-                derivatives.extend((0..variables.len()).map(by));
-            }
-        }
-        DifferentiatedFluxes { fluxes, derivatives }
-    }
-
-    /// Reflectance and transmittance of each case on a medium.
-    fn solved<const DIFFERENTIATE: bool>(&self, medium: &Medium, differentiations: &[Differentiation]) -> Solved {
-        let count = self.grounds.len();
-        let nothing = |_: &Differentiation| vec![Passed::of(Dual::from(f64::NAN)); count];
+    /// All cases at one wavelength, with the derivatives by the variables of `differentiations`, and with their errors
+    /// if those without variables give `errors`.
+    fn solve(&self, medium: &Medium, differentiations: &[Differentiation], errors: bool) -> DifferentiatedFluxes {
+        let nothing = |_: &Differentiation| vec![Passed::of(Dual::from(f64::NAN)); self.grounds.len()];
         let mut solved = Solved {
-            values: vec![Passed::of(f64::NAN); count],
+            values: vec![Passed::of(f64::NAN); self.grounds.len()],
             differentiated: differentiations.iter().map(nothing).collect(),
         };
-        for group in &self.groups {
-            group.fill::<DIFFERENTIATE>(medium, differentiations, &mut solved);
+        self.groups.iter().for_each(|group| group.fill(medium, differentiations, &mut solved));
+        let mut answer = DifferentiatedFluxes { fluxes: Vec::new(), derivatives: Vec::new() };
+        for (place, ground) in self.grounds.iter().enumerate() {
+            let mut variances = Fluxes::from([if errors { 0.0 } else { f64::NAN }; 3]).to_array();
+            for (Differentiation { variables, .. }, of_case) in differentiations.iter().zip(&solved.differentiated) {
+                let fluxes = of_case[place].fluxes(Variable::GroundAlbedo.number(*ground, variables));
+                let by = |lane: usize| fluxes.map(|number| number.derivatives()[lane]);
+                answer.derivatives.extend((0..variables.len()).map(by));
+                if variables.is_empty() {
+                    let squares = fluxes.to_array().map(|number| number.squared_gradient());
+                    variances.iter_mut().zip(squares).for_each(|(sum, square)| *sum += square);
+                }
+            }
+            let values = solved.values[place].fluxes(*ground).to_array();
+            let estimate = |flux: usize| Estimate { value: values[flux], standard_error: variances[flux].sqrt() };
+            answer.fluxes.push(Fluxes::from([0, 1, 2].map(estimate)));
         }
-        solved
+        answer
     }
 }
 
 impl StreamPlan {
     /// Fills in the cases of these streams.
-    fn fill<const DIFFERENTIATE: bool>(
-        &self,
-        medium: &Medium,
-        differentiations: &[Differentiation],
-        solved: &mut Solved,
-    ) {
+    fn fill(&self, medium: &Medium, differentiations: &[Differentiation], solved: &mut Solved) {
         let modes = HomogeneousMedium::new(&medium.scattering, self.streams);
         let lights: Vec<ModalLight> = self.incidences.iter().map(|incidence| modes.light(incidence)).collect();
         let plan = |by| DifferentiatedPlan::new(by, &modes, self);
-        let differentiated: Vec<DifferentiatedPlan> =
-            if DIFFERENTIATE { differentiations.iter().map(plan).collect() } else { Vec::new() };
+        let differentiated: Vec<DifferentiatedPlan> = differentiations.iter().map(plan).collect();
         for slab @ SlabPlan { thickness_cm, ground_albedo, cases } in &self.slabs {
             let optical_depth = medium.extinction_per_m * thickness_cm * 0.01;
             let solution = LazyCell::new(|| modes.solve_slab(optical_depth * modes.scaled.depth_ratio));
@@ -377,10 +353,8 @@ impl StreamPlan {
                     solved.values[*place] = lit.passed(&lights[*light]);
                 }
             }
-            if DIFFERENTIATE {
-                for (plan, passed) in differentiated.iter().zip(&mut solved.differentiated) {
-                    plan.fill(slab, &solution, passed);
-                }
+            for (plan, passed) in differentiated.iter().zip(&mut solved.differentiated) {
+                plan.fill(slab, &solution, passed);
             }
         }
     }

@@ -116,7 +116,7 @@ fn solve_alike(
     let tallies = GrainTallies::new(&Population::of_sample(&samples[0]), &demand, &plan);
     let solve = |sample: &SnowSample| {
         let at = |nm: &f64| {
-            let medium = tallies.medium(sample, *nm, None);
+            let medium = tallies.medium(sample, *nm);
             medium.fluxes(&slab.thicknesses_cm, &slab.incidences, options.streams, Peak::of(sample))
         };
         let by_wavelength: Vec<Vec<MediumFluxes>> = slab.wavelengths_nm.par_iter().map(at).collect();

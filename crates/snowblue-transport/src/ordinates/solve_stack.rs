@@ -1,7 +1,6 @@
 //! Layers of snow on a ground by discrete ordinates, with the standard errors of the grain tallies.
 //!
-//! Layers with equal grain shapes share a tally, and layers with equal single scattering share their modes. All
-//! tallies use common scrambles of the sequence, so the jackknife leaves out corresponding batches of all of them.
+//! Layers with equal grain shapes share a tally, and layers with equal single scattering share their modes.
 //! Derivatives are computed with the values, from common modes and linear systems.
 
 use rayon::prelude::*;
@@ -16,10 +15,10 @@ use super::sensitivity::{Adjoint, DifferentiatedLayer, FluxChange, Sensitivity};
 use super::stack_media::{DifferentiatedMedia, Differentiation, Grains, peak};
 use crate::TransportError;
 use crate::dual::{Dual, LANES, Real};
-use crate::medium::{Jackknife, Medium};
+use crate::medium::Medium;
 
 use crate::sample::Property;
-use crate::slab::{Fluxes, Incidence, Radiometry};
+use crate::slab::{Estimate, Fluxes, Incidence, Radiometry};
 use crate::stack::{DepthFluxes, LayerKind, Place, Slice, Slices, Stack, StackDerivatives, StackRadiometry};
 use crate::variable::{LayerVariable, Variable};
 
@@ -44,6 +43,8 @@ struct StackFluxes {
     profile: Vec<ProfilePoint>,
     /// Derivatives by each variable of each layer.
     derivatives: Vec<StackDerivatives>,
+    /// Deviations with the grain tallies.
+    deviations: Vec<StackDerivatives>,
 }
 
 /// A stack of media under some lights, and the emissions of its fluxes.
@@ -109,15 +110,15 @@ struct ProfilePoint {
 
 /// Fluxes above a stack, at its depths, and below it, for each incidence, then each wavelength.
 ///
-/// The standard errors follow from the grain tallies, by a jackknife over their batches.
+/// The standard errors follow from the covariance of the grain tallies, by the delta method.
 ///
 /// # Errors
 /// If a parameter or the number of streams is out of range.
 pub fn solve_stack(stack: &Stack, options: &OrdinatesOptions) -> Result<Vec<StackRadiometry>, TransportError> {
-    Ok(solved::<false>(stack, &[], options, true)?.fluxes)
+    Ok(differentiate_stack(stack, &[], options, true)?.fluxes)
 }
 
-/// As [`solve_stack`], without standard errors, which are NaN: they take most of the time once the grains are tallied.
+/// As [`solve_stack`], without standard errors, which are NaN.
 ///
 /// # Errors
 /// If a parameter or the number of streams is out of range.
@@ -125,7 +126,7 @@ pub fn solve_stack_without_errors(
     stack: &Stack,
     options: &OrdinatesOptions,
 ) -> Result<Vec<StackRadiometry>, TransportError> {
-    Ok(solved::<false>(stack, &[], options, false)?.fluxes)
+    Ok(differentiate_stack(stack, &[], options, false)?.fluxes)
 }
 
 /// Fluxes of a stack, and their derivatives with respect to each of `variables` of each layer, of the light and of the
@@ -162,16 +163,6 @@ pub fn differentiate_stack(
     options: &OrdinatesOptions,
     errors: bool,
 ) -> Result<DifferentiatedStack, TransportError> {
-    solved::<true>(stack, variables, options, errors)
-}
-
-/// Solves a stack. Programs that never differentiate, such as the page, do not contain the code of derivatives.
-fn solved<const DIFFERENTIATE: bool>(
-    stack: &Stack,
-    variables: &[Variable],
-    options: &OrdinatesOptions,
-    errors: bool,
-) -> Result<DifferentiatedStack, TransportError> {
     stack.check()?;
     options.streams.check()?;
     for variable in variables {
@@ -179,26 +170,22 @@ fn solved<const DIFFERENTIATE: bool>(
     }
     let grains = Grains::new(stack, variables.contains(&Variable::Snow(Property::WaterSaturation)), options);
     let slices = stack.slices();
-    let differentiations: Vec<Differentiation> = if DIFFERENTIATE {
-        variables.chunks(LANES).map(|variables| Differentiation::new(stack, variables)).collect()
-    } else {
-        Vec::new()
-    };
+    let differentiations: Vec<Differentiation> =
+        variables.chunks(LANES).map(|variables| Differentiation::new(stack, variables)).collect();
+    let exactly = Differentiation::new(stack, &[]);
     let at = |wavelength_nm: &f64| {
-        let differentiated: Vec<DifferentiatedMedia> = if DIFFERENTIATE {
-            differentiations.iter().map(|by| grains.differentiated_media(stack, *wavelength_nm, by)).collect()
-        } else {
-            Vec::new()
+        let media = grains.media(stack, *wavelength_nm);
+        let mut differentiated: Vec<DifferentiatedMedia> =
+            differentiations.iter().map(|by| grains.differentiated_media(stack, *wavelength_nm, by)).collect();
+        if errors {
+            differentiated.extend(grains.deviated_media(stack, *wavelength_nm, &exactly));
+        }
+        let all = stack_fluxes((stack, &slices), *wavelength_nm, &media, &differentiated, options.streams);
+        let answer = |(incidence, mut fluxes): (&Incidence, StackFluxes)| {
+            let derivatives = std::mem::take(&mut fluxes.derivatives);
+            (fluxes.radiometry(stack, *incidence, *wavelength_nm, errors), derivatives)
         };
-        let fluxes = |without: Option<usize>| {
-            let media = grains.media(stack, *wavelength_nm, without);
-            let by = if without.is_none() { &*differentiated } else { &[] };
-            stack_fluxes::<DIFFERENTIATE>((stack, &slices), *wavelength_nm, &media, by, options.streams)
-        };
-        let jackknife = if errors { Jackknife::new(fluxes) } else { Jackknife::without_errors(fluxes) };
-        let answers = (0..stack.incidences.len()).map(|place| radiometry(stack, place, *wavelength_nm, &jackknife));
-        let derivatives = jackknife.whole().iter().map(|of_light| of_light.derivatives.clone());
-        answers.zip(derivatives).collect()
+        stack.incidences.iter().zip(all).map(answer).collect()
     };
     // [wavelength][incidence]
     let spectra: Vec<Vec<(StackRadiometry, Vec<StackDerivatives>)>> = stack.wavelengths_nm.par_iter().map(at).collect();
@@ -212,47 +199,44 @@ fn solved<const DIFFERENTIATE: bool>(
     Ok(answer)
 }
 
-fn radiometry(
-    stack: &Stack,
-    place: usize,
-    wavelength_nm: f64,
-    jackknife: &Jackknife<Vec<StackFluxes>>,
-) -> StackRadiometry {
-    let incidence = stack.incidences[place];
-    let absorbed = |fluxes: &Vec<StackFluxes>| {
-        let StackFluxes { reflectance, transmittance, .. } = fluxes[place];
-        Passed { reflectance, transmittance }.absorbed(stack.ground_albedo)
-    };
-    let at_depth = |number: usize| {
-        let estimate =
-            |quantity: fn(&ProfilePoint) -> f64| jackknife.estimate(|all| quantity(&all[place].profile[number]));
-        DepthFluxes {
-            down: estimate(|at| at.fluxes.down),
-            up: estimate(|at| at.fluxes.up),
-            net: estimate(|at| at.fluxes.net),
-            fluence: estimate(|at| at.fluence),
-            absorbed_per_m: estimate(|at| at.absorption_per_m * at.absorbed_fluence),
-            e_folding_depth_cm: estimate(|at| at.e_folding_depth_cm),
-        }
-    };
-    StackRadiometry {
-        whole: Radiometry {
-            thickness_cm: stack.thickness_cm(),
-            incidence,
-            wavelength_nm,
-            fluxes: Fluxes {
-                reflectance: jackknife.estimate(|fluxes| fluxes[place].reflectance),
-                transmittance: jackknife.estimate(|fluxes| fluxes[place].transmittance),
-                absorptance: jackknife.estimate(absorbed),
+impl StackFluxes {
+    /// The fluxes, with standard errors from the deviations if there are `errors`.
+    fn radiometry(&self, stack: &Stack, incidence: Incidence, wavelength_nm: f64, errors: bool) -> StackRadiometry {
+        let estimate = |value: f64, deviation: &dyn Fn(&StackDerivatives) -> f64| {
+            let variance = self.deviations.iter().map(|one| deviation(one).powi(2)).sum::<f64>();
+            Estimate { value, standard_error: if errors { variance.sqrt() } else { f64::NAN } }
+        };
+        let at_depth = |(number, at): (usize, &ProfilePoint)| {
+            let of = |value: f64, quantity: fn(&DepthFluxes<f64>) -> f64| {
+                estimate(value, &|one| quantity(&one.profile[number]))
+            };
+            DepthFluxes {
+                down: of(at.fluxes.down, |one| one.down),
+                up: of(at.fluxes.up, |one| one.up),
+                net: of(at.fluxes.net, |one| one.net),
+                fluence: of(at.fluence, |one| one.fluence),
+                absorbed_per_m: of(at.absorption_per_m * at.absorbed_fluence, |one| one.absorbed_per_m),
+                e_folding_depth_cm: of(at.e_folding_depth_cm, |one| one.e_folding_depth_cm),
+            }
+        };
+        let Self { reflectance, transmittance, .. } = *self;
+        let values = Passed { reflectance, transmittance }.fluxes(stack.ground_albedo).to_array();
+        let flux = |place: usize| estimate(values[place], &|one| one.whole.to_array()[place]);
+        StackRadiometry {
+            whole: Radiometry {
+                thickness_cm: stack.thickness_cm(),
+                incidence,
+                wavelength_nm,
+                fluxes: Fluxes::from([0, 1, 2].map(flux)),
             },
-        },
-        direct: jackknife.whole()[place].direct,
-        profile: (0..stack.depths_cm.len()).map(at_depth).collect(),
+            direct: self.direct,
+            profile: self.profile.iter().enumerate().map(at_depth).collect(),
+        }
     }
 }
 
 /// Fluxes of a stack with layers of these media under each incidence, and their derivatives.
-fn stack_fluxes<const DIFFERENTIATE: bool>(
+fn stack_fluxes(
     (stack, cut): (&Stack, &Slices),
     wavelength_nm: f64,
     media: &[Medium],
@@ -295,9 +279,8 @@ fn stack_fluxes<const DIFFERENTIATE: bool>(
             let direct = direct(&depths, &stack.incidences[*place]);
             all[*place] = StackFluxes { direct, ..solved.fluxes(light, media) };
         }
-        let is_differentiated = DIFFERENTIATE && !differentiated.is_empty();
-        let adjoints = if is_differentiated { solved.layered.adjoints() } else { Vec::new() };
-        for by in if is_differentiated { differentiated } else { &[] } {
+        let adjoints = if differentiated.is_empty() { Vec::new() } else { solved.layered.adjoints() };
+        for by in differentiated {
             let scaled = |medium: &Medium<Dual>| Scaled::new(&medium.scattering, streams);
             let modes = solved.layers.iter().zip(&by.media);
             let modes: Vec<DifferentiatedModes> =
@@ -309,9 +292,13 @@ fn stack_fluxes<const DIFFERENTIATE: bool>(
                 let fluxes = &mut all[*place];
                 for (lane, variable) in by.variables.iter().enumerate() {
                     for by in LayerVariable::of_layers(&[*variable], stack.layers.len()) {
-                        let derivatives = changes.by(&by, lane, fluxes, (stack, cut));
+                        let derivatives = changes.by(Some(&by), lane, fluxes, (stack, cut));
                         fluxes.derivatives.push(derivatives);
                     }
+                }
+                for lane in if by.variables.is_empty() { 0..LANES } else { 0..0 } {
+                    let deviations = changes.by(None, lane, fluxes, (stack, cut));
+                    fluxes.deviations.push(deviations);
                 }
             }
         }
@@ -450,10 +437,10 @@ impl DifferentiatedMedia<'_> {
 }
 
 impl StackChanges {
-    /// The derivatives by a variable of a layer.
+    /// The derivatives by a variable of a layer, or with all media.
     fn by(
         &self,
-        by: &LayerVariable,
+        by: Option<&LayerVariable>,
         lane: usize,
         fluxes: &StackFluxes,
         (stack, cut): (&Stack, &Slices),
@@ -464,9 +451,8 @@ impl StackChanges {
             reflectance: number(fluxes.reflectance, of(&self.reflectance)),
             transmittance: number(fluxes.transmittance, of(&self.transmittance)),
         };
-        let is_ground = f64::from(u8::from(by.variable == Variable::GroundAlbedo));
-        let absorptance = passed.absorbed(number(stack.ground_albedo, is_ground));
-        let whole = Fluxes::from([passed.reflectance, passed.transmittance, absorptance]);
+        let is_ground = f64::from(u8::from(by.is_some_and(|by| by.variable == Variable::GroundAlbedo)));
+        let whole = passed.fluxes(number(stack.ground_albedo, is_ground));
         let points = fluxes.profile.iter().zip(&self.profile);
         StackDerivatives {
             whole: whole.map(|number| number.derivatives()[lane]),
@@ -476,9 +462,10 @@ impl StackChanges {
 }
 
 impl FluxChange {
-    /// The derivative by a variable of a layer, which sums over slices, or by a variable of the light or of the
-    /// ground.
-    fn by(&self, by: &LayerVariable, lane: usize, cut: &Slices) -> f64 {
+    /// The derivative by a variable of a layer, which sums over slices, by a variable of the light or of the ground,
+    /// or with all media.
+    fn by(&self, by: Option<&LayerVariable>, lane: usize, cut: &Slices) -> f64 {
+        let Some(by) = by else { return self.layers.iter().map(|slice| slice[lane]).sum() };
         let Some(layer) = by.layer else { return self.whole[lane] };
         let weight = |slice: &Slice| match by.variable {
             Variable::Thickness => slice.growth(layer),
@@ -490,10 +477,10 @@ impl FluxChange {
 }
 
 impl ProfileChange {
-    /// The derivatives by a variable. `of` gives the derivative of a flux from its change.
+    /// The derivatives by a variable, or with all media. `of` gives the derivative of a flux from its change.
     fn by(
         &self,
-        by: &LayerVariable,
+        by: Option<&LayerVariable>,
         lane: usize,
         (point, cut): (&ProfilePoint, &Slices),
         of: &dyn Fn(&FluxChange) -> f64,
@@ -501,18 +488,20 @@ impl ProfileChange {
         let [down, up, net] = self.fluxes.each_ref().map(of);
         let fluence = of(&self.fluence);
         let mut changes = [down, up, net, fluence, self.within_ice.as_ref().map_or(fluence, of)];
-        if let (Some((slice, [by_place, by_thickness])), Variable::Thickness, Some(layer)) =
-            (&self.within, by.variable, by.layer)
+        if let (
+            Some((slice, [by_place, by_thickness])),
+            Some(LayerVariable { variable: Variable::Thickness, layer: Some(layer) }),
+        ) = (&self.within, by)
         {
             let slice = &cut.slices[*slice];
-            let (by_own, is_above) = (slice.growth(layer), slice.moves_with(layer));
+            let (by_own, is_above) = (slice.growth(*layer), slice.moves_with(*layer));
             for (change, (by_place, by_thickness)) in changes.iter_mut().zip(by_place.iter().zip(by_thickness)) {
                 *change += by_thickness * by_own - if is_above { *by_place } else { 0.0 };
             }
         }
         let [down, up, net, fluence, absorbed_fluence] = changes;
         // A thickness changes no medium.
-        let is_own = by.layer == Some(self.layer);
+        let is_own = by.is_none_or(|by| by.layer == Some(self.layer));
         let own = |number: &Dual| if is_own { number.derivatives()[lane] } else { 0.0 };
         let absorption_per_m = Dual::new(point.absorption_per_m, [own(&self.absorption_per_m); LANES]);
         let absorbed_per_m = absorption_per_m * Dual::new(point.absorbed_fluence, [absorbed_fluence; LANES]);

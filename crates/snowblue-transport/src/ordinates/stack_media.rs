@@ -1,8 +1,8 @@
 //! The media of the layers of a stack at a wavelength, with the tallies of their grains.
 
 use super::options::{MAX_STREAMS, OrdinatesOptions, Peak};
-use crate::dual::{Dual, Real};
-use crate::medium::{Composition, Demand, GrainTallies, Medium, Population, Scattering};
+use crate::dual::{Dual, LANES, Real};
+use crate::medium::{Composition, Demand, GrainDeviations, GrainTallies, Medium, Population, Scattering, directions};
 use crate::optics::IceTable;
 use crate::sample::SnowSample;
 use crate::stack::{Layer, LayerKind, Stack};
@@ -15,7 +15,8 @@ pub(super) struct Differentiation<'v> {
     compositions: Vec<Option<Composition<Dual>>>,
 }
 
-/// Some variables, and the medium of each layer with its derivatives at one wavelength.
+/// Some variables, and the medium of each layer with its derivatives at one wavelength. Without variables the
+/// derivatives are deviations of the grain tallies.
 pub(super) struct DifferentiatedMedia<'v> {
     pub(super) variables: &'v [Variable],
     pub(super) media: Vec<Medium<Dual>>,
@@ -67,14 +68,44 @@ impl Grains {
     }
 
     /// The medium of each layer at a wavelength.
-    pub(super) fn media(&self, stack: &Stack, wavelength_nm: f64, without: Option<usize>) -> Vec<Medium> {
+    pub(super) fn media(&self, stack: &Stack, wavelength_nm: f64) -> Vec<Medium> {
         let layers = stack.layers.iter().zip(&self.kind_of_layer);
         let medium = |(layer, kind): (&Layer, &Option<usize>)| match (&layer.kind, kind) {
-            (LayerKind::Snow(sample), Some(kind)) => self.tallies[*kind].medium(sample, wavelength_nm, without),
+            (LayerKind::Snow(sample), Some(kind)) => self.tallies[*kind].medium(sample, wavelength_nm),
             (LayerKind::Snow(_), None) => unreachable!("snow has tallies"),
             (LayerKind::Ice(table), _) => clear_ice(*table, wavelength_nm),
         };
         layers.map(medium).collect()
+    }
+
+    /// The medium of each layer at a wavelength, with deviations of the tallies. `exactly` has no variables.
+    pub(super) fn deviated_media<'v>(
+        &self,
+        stack: &Stack,
+        wavelength_nm: f64,
+        Differentiation { variables, compositions }: &Differentiation<'v>,
+    ) -> Vec<DifferentiatedMedia<'v>> {
+        let layers = || stack.layers.iter().zip(&self.kind_of_layer);
+        let deviations = |(layer, kind): (&Layer, &Option<usize>)| {
+            let (sample, tallies) = (layer.sample()?, &self.tallies[(*kind)?]);
+            Some(tallies.deviations(&sample.grain_size, &Composition::new(sample).at(wavelength_nm)))
+        };
+        let deviations: Vec<Option<GrainDeviations>> = layers().map(deviations).collect();
+        let directions = directions(deviations.iter().flatten());
+        let along = |directions: &[_]| {
+            let media =
+                layers().zip(compositions).zip(&deviations).map(|(((layer, kind), composition), deviations)| {
+                    match (&layer.kind, kind, composition, deviations) {
+                        (LayerKind::Snow(_), Some(kind), Some(composition), Some(deviations)) => {
+                            self.tallies[*kind].deviated_medium(&composition.at(wavelength_nm), deviations, directions)
+                        }
+                        (LayerKind::Snow(_), ..) => unreachable!("snow has tallies and a composition"),
+                        (LayerKind::Ice(table), ..) => clear_ice(*table, wavelength_nm),
+                    }
+                });
+            DifferentiatedMedia { variables, media: media.collect() }
+        };
+        directions.chunks(LANES).map(along).collect()
     }
 
     /// The medium of each layer at a wavelength, with derivatives.
@@ -91,7 +122,7 @@ impl Grains {
             composition,
         ) {
             (LayerKind::Snow(sample), Some(kind), Some(composition)) => {
-                self.tallies[*kind].medium_of(&sample.grain_size, &composition.at(wavelength_nm), None)
+                self.tallies[*kind].medium_of(&sample.grain_size, &composition.at(wavelength_nm))
             }
             (LayerKind::Snow(_), ..) => unreachable!("snow has tallies and a composition"),
             (LayerKind::Ice(table), ..) => clear_ice(*table, wavelength_nm),

@@ -20,6 +20,7 @@ use crate::TransportError;
 use crate::grain::SizeMeasure;
 use crate::optics::ice;
 use crate::parameters::{GRAIN_SIZE, SURFACE_AREA, TEMPERATURE};
+use crate::quadrature::Quadrature;
 
 /// Half-width of the range that a mean grain size represents, in µm (the paper's Table S1: 200–300 for 250).
 pub const MEAN_SIZE_HALF_RANGE_UM: f64 = 50.0;
@@ -102,6 +103,16 @@ impl GrainSize {
     #[must_use]
     pub fn middle_um(&self) -> f64 {
         0.5 * (self.min_um + self.max_um)
+    }
+
+    /// Sizes s in µm and their weights, which sum to 1 and go as s², for integrals over the projected area of grains.
+    pub(crate) fn by_area_um(&self) -> impl Iterator<Item = (f64, f64)> + use<> {
+        let rule = Quadrature::half_range(if self.min_um < self.max_um { 6 } else { 1 });
+        let (least, width, mean_square) = (self.min_um, self.max_um - self.min_um, self.mean_square_um2());
+        rule.cosines.iter().zip(&rule.weights).map(move |(node, weight)| {
+            let size_um = least + node * width;
+            (size_um, weight * size_um * size_um / mean_square)
+        })
     }
 
     /// ⟨s²⟩ in µm².

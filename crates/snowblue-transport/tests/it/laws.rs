@@ -5,7 +5,7 @@ use snowblue_transport::batch::{Batch, SlabCase};
 use snowblue_transport::grain::Grain;
 use snowblue_transport::grain::Spheroid;
 use snowblue_transport::monte_carlo::{self, GoniometricOptions, MonteCarloOptions, PatchGrid};
-use snowblue_transport::ordinates::{self, HomogeneousMedium, MediumFluxes, ModalLight, OrdinatesOptions};
+use snowblue_transport::ordinates::{self, HomogeneousMedium, MediumFluxes, ModalLight, OrdinatesOptions, Streams};
 use snowblue_transport::rng::Stream;
 use snowblue_transport::sample::{GrainSize, SizeMeasure, SnowSample, TruncatedNormal};
 use snowblue_transport::slab::{Estimate, Incidence, Radiometry, Slab};
@@ -270,7 +270,7 @@ fn asymmetry_of_the_papers_population() {
         let plan = TallyPlan { degree: 2, rays: 1 << 20, seed: 2 };
         let demand = Demand::of_sample(&sample, &[550.0]);
         let tallies = GrainTallies::new(&Population::of_sample(&sample), &demand, &plan);
-        let asymmetry = tallies.medium(&sample, 550.0, None).scattering.asymmetry();
+        let asymmetry = tallies.medium(&sample, 550.0).scattering.asymmetry();
         // Rounding of the third digit, the stated 0.0003, and 4 σ of this tally, were its rays independent: 0.45/2¹⁰.
         assert!((asymmetry - g).abs() < 0.0005 + 0.0003 + 0.0018, "{facetness}: {asymmetry}, expected {g}");
     }
@@ -299,6 +299,39 @@ fn standard_errors_are_correct() {
             let chi_squared = squares.sum::<f64>() * if per_wavelength { 1.0 } else { 61.0 / 63.0 };
             let above = snowblue_stat::chi_squared_p_value(chi_squared, SEEDS as f64 - 1.0);
             assert!((0.001..0.999).contains(&above), "{per_wavelength} {wavelength} {quantity}: {chi_squared}");
+        }
+    }
+}
+
+/// Standard errors of the ordinates are correct: over many seeds of the tallies, deviations in units of the error have
+/// the mean square 15/13 of errors from 16 batches.
+#[test]
+fn standard_errors_of_tallies_are_correct() {
+    const SEEDS: u64 = 200;
+    let beam = |angle_deg| Incidence::Beam { angle_deg };
+    let wet = SnowSample { water_saturation: 0.1, ..SnowSample::default() };
+    for (sample, streams) in [(SnowSample::default(), Streams::Auto), (wet, Streams::Exactly(16))] {
+        let slab = Slab {
+            sample,
+            thicknesses_cm: vec![0.02, 1.0, 30.0],
+            incidences: vec![beam(0.0), beam(60.0), beam(88.0), Incidence::Diffuse],
+            wavelengths_nm: vec![450.0, 1030.0, 1300.0],
+        };
+        let run = |seed| ordinates::solve(&slab, &OrdinatesOptions { tally_rays: 1 << 10, streams, seed }).unwrap();
+        let answers: Vec<Vec<Radiometry>> = (0..SEEDS).map(run).collect();
+        for row in 0..answers[0].len() {
+            for quantity in 0..3 {
+                let all = || answers.iter().map(|answer| answer[row].fluxes.to_array()[quantity]);
+                let mean = all().map(|one| one.value).sum::<f64>() / SEEDS as f64;
+                if mean < 1e-9 {
+                    continue;
+                }
+                let square = all().map(|one| ((one.value - mean) / one.standard_error).powi(2)).sum::<f64>();
+                let ratio = square / (SEEDS as f64 - 1.0) / (15.0 / 13.0);
+                // Squares of Student's t with 15 degrees of freedom have a relative variance of 28/11.
+                let allowed = 4.0 * (28.0 / 11.0 / SEEDS as f64).sqrt();
+                assert!((ratio - 1.0).abs() < allowed, "{ratio} {quantity} {:?}", answers[0][row]);
+            }
         }
     }
 }

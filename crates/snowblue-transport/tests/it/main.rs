@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "tests may panic")]
 
 mod batch;
+mod bidirectional;
 mod broadband;
 mod derivatives;
 mod engines_agree;

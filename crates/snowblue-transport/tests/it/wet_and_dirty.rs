@@ -40,11 +40,8 @@ fn one_layer(sample: SnowSample, thickness_cm: f64) -> Stack {
 
 fn medium(sample: &SnowSample, wavelength_nm: f64) -> Medium {
     let plan = TallyPlan { degree: 2, rays: 1 << 18, seed: 5 };
-    GrainTallies::new(&Population::of_sample(sample), &Demand::of_sample(sample, &[wavelength_nm]), &plan).medium(
-        sample,
-        wavelength_nm,
-        None,
-    )
+    GrainTallies::new(&Population::of_sample(sample), &Demand::of_sample(sample, &[wavelength_nm]), &plan)
+        .medium(sample, wavelength_nm)
 }
 
 fn transmittance(sample: SnowSample, thickness_cm: f64, wavelength_nm: f64) -> f64 {

@@ -9,7 +9,7 @@ mod slabs;
 
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use snowblue_figures::{DataTable, Metadata, plot};
 use snowblue_transport::batch::Batch;
 use snowblue_transport::monte_carlo::{self, MonteCarloOptions};
@@ -22,7 +22,7 @@ use snowblue_transport::spread::{Uncertainty, solve_spread};
 use snowblue_transport::stack::{Layer, Stack};
 use snowblue_transport::sunlight::BandWeights;
 
-use crate::options::{GivenOptions, Idle, OrdinatesArguments, SlabOptions, SnowOptions, limits, parse};
+use crate::options::{Engine, GivenOptions, Idle, OrdinatesArguments, SlabOptions, SnowOptions, limits, parse};
 use crate::output::{Failure, Outcome, OutputOptions, Progress, check_extension, check_not_input, write_file};
 use broadband::{ALL_BANDS, Bands};
 use curves::{Curves, Labels};
@@ -115,14 +115,6 @@ pub(crate) struct Spectrum {
     /// Draw transmittance and reflectance against wavelength into this SVG file
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     plot: Option<PathBuf>,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Engine {
-    /// Discrete ordinates
-    Ordinates,
-    /// Monte Carlo random walk from grain to grain
-    Montecarlo,
 }
 
 impl Spectrum {
