@@ -14,6 +14,8 @@ export interface Impurity {
   name: string;
   text: string;
   source: string;
+  /** Whether it takes many streams. */
+  has_sharp_peak: boolean;
 }
 
 /** A property of snow that is a number. */

@@ -1,6 +1,6 @@
 /** What the page computes: the default state, and requests to the engine. */
 
-import { parameters } from "./catalog";
+import { impurities, parameters } from "./catalog";
 import type { SampleRequest, SpectrumRequest } from "./native";
 import { impurity, plain } from "./snow";
 import type { Sample, State } from "./state";
@@ -34,7 +34,8 @@ const STEEPEST_DEG = 80;
 
 export function coarseRequest(state: Asked): SpectrumRequest {
   const hasManyStreams = (state.angle_deg !== "diffuse" && state.angle_deg > STEEPEST_DEG)
-    || state.layers.some((layer) => plain(layer, "water_saturation") > 0 || impurity(layer, "snow-algae") > 0);
+    || state.layers.some((layer) => plain(layer, "water_saturation") > 0
+      || impurities.some(({ name, has_sharp_peak }) => has_sharp_peak && impurity(layer, name) > 0));
   return spectrumRequest(state, COARSE_RAYS, !hasManyStreams);
 }
 

@@ -20,7 +20,7 @@ fn main() -> Result<(), DatabaseError> {
     let path = std::env::args_os().nth(1).map_or_else(default, PathBuf::from);
 
     // 1. Axes. Start from the paper's and replace what differs: here old snow with soot, at three angles.
-    let soot = Property::Impurity(Substance::BlackCarbon);
+    let soot = Property::Impurity(Substance::BLACK_CARBON);
     let axes = Axes {
         grain_sizes_um: vec![400.0, 600.0, 900.0],
         facetness: vec![0.1],

@@ -432,7 +432,7 @@ mod tests {
         Axes {
             properties: vec![
                 PropertyAxis { property: Property::WaterSaturation, values: vec![0.0, 0.1] },
-                PropertyAxis { property: Property::Impurity(Substance::BlackCarbon), values: vec![0.0, 10.0, 100.0] },
+                PropertyAxis { property: Property::Impurity(Substance::BLACK_CARBON), values: vec![0.0, 10.0, 100.0] },
             ],
             diffuse: true,
             ..Axes::paper()
@@ -487,8 +487,8 @@ mod tests {
         wet_and_sooty().check(IceTable::default()).unwrap();
         let temperature = |values| PropertyAxis { property: Property::Temperature, values };
         let message = |axes: Axes| axes.check(IceTable::default()).unwrap_err().to_string();
-        let infrared = Axes { wavelengths_nm: vec![500.0, 1500.0], ..wet_and_sooty() };
-        assert!(message(infrared).contains("with impurities is 1500 nm"));
+        let infrared = Axes { wavelengths_nm: vec![500.0, 2600.0], ..wet_and_sooty() };
+        assert!(message(infrared).contains("wavelength is 2600 nm"));
         let twice = Axes { properties: vec![temperature(vec![-5.0]), temperature(vec![-5.0])], ..Axes::paper() };
         assert_eq!(message(twice), "the axis temperature must have one list of values");
         let warm = Axes { properties: vec![temperature(vec![-5.0, 5.0])], ..Axes::paper() };

@@ -73,7 +73,10 @@ pub fn parse(text: &str) -> Result<Axes, ParseError> {
     for (name, values) in given {
         let wrong = |reason: &str| KeyPath::root(MASS_FRACTION.key).key(&name).error(reason).in_text(text);
         let substance = name.parse().map_err(|_| {
-            wrong(&format!("is an unknown impurity; known are {}", Substance::ALL.map(Substance::name).join(", ")))
+            wrong(&format!(
+                "is an unknown impurity; known are {}",
+                Substance::all().map(Substance::name).collect::<Vec<_>>().join(", ")
+            ))
         })?;
         if substances.contains(&substance) {
             return Err(wrong("is given twice, with a hyphen and with an underscore"));

@@ -123,10 +123,10 @@ mod tests {
     #[test]
     fn samples_of_a_table_are_recognised_and_others_are_not() {
         let ice = IceTable::default();
-        let dirty = TableSample::new(333.3, 0.05, 250.0).with(Property::Impurity(Substance::BlackCarbon), 20.0);
+        let dirty = TableSample::new(333.3, 0.05, 250.0).with(Property::Impurity(Substance::BLACK_CARBON), 20.0);
         let sample = dirty.snow(ice).unwrap();
         let found = TableSample::of(&sample).unwrap();
-        assert_eq!(found.snow(ice).unwrap().impurities, Impurities::none().with(Substance::BlackCarbon, 20.0));
+        assert_eq!(found.snow(ice).unwrap().impurities, Impurities::none().with(Substance::BLACK_CARBON, 20.0));
         assert!((found.grain_size_um - 333.3).abs() < 1e-9 && found.facetness.total_cmp(&0.05).is_eq());
         let round = SnowSample { sphericity: TruncatedNormal::exactly(0.9), ..sample };
         assert_eq!(TableSample::of(&round), None);

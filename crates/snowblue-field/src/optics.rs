@@ -69,7 +69,7 @@ mod tests {
         let facetness = |facetness: f64| SnowKeys { facetness: Some(vec![facetness]), ..SnowKeys::default() };
         let sphericity = |sphericity: f64| SnowKeys { sphericity: Some(vec![sphericity]), ..SnowKeys::default() };
         let wet = SnowKeys { water_saturation: Some(Number::of(0.5)), ..SnowKeys::default() };
-        let soot = Impurities::none().with(Substance::BlackCarbon, 1000.0);
+        let soot = Impurities::none().with(Substance::BLACK_CARBON, 1000.0);
         let dirty = SnowKeys { impurities_ng_g: soot, ..SnowKeys::default() };
         for keys in [facetness(0.0), facetness(1.0), sphericity(0.6), sphericity(0.9), wet, dirty] {
             let sample = keys.sample().unwrap();

@@ -7,11 +7,11 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use snowblue_database::unit_in_files;
-use snowblue_transport::Substance;
 use snowblue_transport::medium::{Demand, GrainTallies, Medium, Population, TallyPlan};
 use snowblue_transport::ordinates::OrdinatesOptions;
 use snowblue_transport::sample::{self, Metamorphism, Property, SnowSample, TruncatedNormal, aged_surface_area_m2_kg};
 use snowblue_transport::spread::Uncertainty;
+use snowblue_transport::{IceTable, Substance};
 
 use crate::arguments::{Column, GivenSnow};
 use crate::work::{input, input_in_row, run};
@@ -45,8 +45,8 @@ pub(crate) fn properties() -> Vec<(&'static str, &'static str, &'static str, boo
 
 /// Names of impurities.
 #[pyfunction]
-pub(crate) fn substances() -> [&'static str; Substance::ALL.len()] {
-    Substance::ALL.map(Substance::name)
+pub(crate) fn substances() -> Vec<&'static str> {
+    Substance::all().map(Substance::name).collect()
 }
 
 /// Properties that may have a standard deviation, without impurities, by the names of the keyword arguments.
@@ -122,13 +122,6 @@ fn values(sample: &SnowSample) -> Vec<(&'static str, Value)> {
     Property::all().filter_map(value).chain(words).collect()
 }
 
-/// The first and the last wavelength that the tables of a snow cover, in nm.
-#[pyfunction]
-pub(crate) fn wavelength_range(snow: GivenSnow) -> PyResult<(f64, f64)> {
-    let range = snow.sample()?.wavelength_range();
-    Ok((range.first_nm, range.last_nm))
-}
-
 /// Specific surface areas of snow after each age in hours, in m²/kg, from those of new snow at each temperature. An
 /// error of one has its row.
 #[pyfunction]
@@ -145,6 +138,13 @@ pub(crate) fn aged_surface_area(
         aged_surface_area_m2_kg(*new, *temperature, *age, metamorphism).map_err(|error| input_in_row(error, row))
     };
     Ok(PyArray1::from_vec(py, rows.map(aged).collect::<PyResult<_>>()?))
+}
+
+/// The first and the last wavelength of the model, in nm.
+#[pyfunction]
+pub(crate) fn wavelength_range() -> (f64, f64) {
+    let range = IceTable::default().wavelength_range();
+    (range.first_nm, range.last_nm)
 }
 
 /// Extinction coefficient, co-albedo and moments of the phase function at each wavelength, the degree of the moments

@@ -341,7 +341,7 @@ pub(crate) fn band_weights<'py>(
         (_, Some(response)) => ("sensor", response),
         (Some(name), None) => {
             let band = band(&name)?;
-            (band.name(), band.response(&wavelengths_nm).map_err(input)?)
+            (band.name(), band.response())
         }
         (None, None) => return Err(input("neither a band nor a response is given")),
     };

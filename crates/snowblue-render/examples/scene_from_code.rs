@@ -43,7 +43,7 @@ fn block_on_floor() -> SceneDescription {
     // Fresh snow with some soot, in ng/g; all that is not said follows from the kind.
     let fresh = SnowKeys {
         snow: Some(SnowType::Fresh),
-        impurities_ng_g: Impurities::none().with(Substance::BlackCarbon, 20.0),
+        impurities_ng_g: Impurities::none().with(Substance::BLACK_CARBON, 20.0),
         ..SnowKeys::default()
     };
     scene.materials.insert("snow".to_owned(), MaterialDescription::Snow(SnowDescription::Uniform(fresh).into()));

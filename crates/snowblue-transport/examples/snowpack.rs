@@ -8,7 +8,7 @@ use snowblue_transport::sample::SnowType;
 use snowblue_transport::{Impurities, Incidence, Layer, SnowSample, Stack, Substance, TransportError};
 
 fn main() -> Result<(), TransportError> {
-    let black_carbon = Impurities::none().with(Substance::BlackCarbon, 20.0);
+    let black_carbon = Impurities::none().with(Substance::BLACK_CARBON, 20.0);
     let stack = Stack {
         layers: vec![
             Layer::snow(SnowType::Fresh.sample()?, 3.0),

@@ -276,8 +276,7 @@ impl LightInLayers {
     /// The light of a band, from spectra at these ascending wavelengths.
     ///
     /// # Errors
-    /// If the wavelengths do not cover the band, as for [`BandWeights`](crate::sunlight::BandWeights). The solar band
-    /// comprises all wavelengths.
+    /// If the wavelengths do not cover the band, as for [`BandWeights`](crate::sunlight::BandWeights).
     pub fn band(&self, band: Band, wavelengths_nm: &[f64]) -> Result<BandLight, TransportError> {
         let weights = band_integrals(band, wavelengths_nm)?;
         let level = |spectrum: &[LightLevel]| {

@@ -214,7 +214,7 @@ mod tests {
     use crate::slab::Incidence;
 
     fn soot(deviation: f64) -> Uncertainty {
-        of(Property::Impurity(Substance::BlackCarbon), deviation)
+        of(Property::Impurity(Substance::BLACK_CARBON), deviation)
     }
 
     fn of(property: Property, deviation: f64) -> Uncertainty {
@@ -226,7 +226,7 @@ mod tests {
             grain_size: GrainSize::from_specific_surface_area(20.0, -5.0).unwrap(),
             ..SnowSample::default()
         };
-        snow.impurities = snow.impurities.with(Substance::BlackCarbon, 10.0);
+        snow.impurities = snow.impurities.with(Substance::BLACK_CARBON, 10.0);
         snow
     }
 
@@ -244,7 +244,7 @@ mod tests {
             (drawn.iter().map(area).collect::<Vec<_>>(), 20.0, 2.0),
             (sizes, size_um, 0.3 * size_um),
             (drawn.iter().map(|sample| sample.density_kg_m3).collect(), 300.0, 30.0),
-            (drawn.iter().map(|sample| sample.impurities.ng_g(Substance::BlackCarbon)).collect(), 10.0, 5.0),
+            (drawn.iter().map(|sample| sample.impurities.ng_g(Substance::BLACK_CARBON)).collect(), 10.0, 5.0),
         ] {
             let found = values.iter().sum::<f64>() / DRAWS as f64;
             let variance = values.iter().map(|value| (value - found).powi(2)).sum::<f64>() / DRAWS as f64;
@@ -269,7 +269,7 @@ mod tests {
         let median = 10.0 / 1.25_f64.sqrt();
         let ends = [-1.0, 1.0].map(|sign| median * (sign * 1.959_964 * deviation).exp());
         let with =
-            |ng_g: f64| SnowSample { impurities: snow().impurities.with(Substance::BlackCarbon, ng_g), ..snow() };
+            |ng_g: f64| SnowSample { impurities: snow().impurities.with(Substance::BLACK_CARBON, ng_g), ..snow() };
         let at_ends = Batch { samples: ends.map(with).to_vec(), cases: vec![case(0), case(1)], ..batch };
         let solved = solve_batch(&at_ends, &options, false, &|_| ()).unwrap();
         for (wavelength, interval) in spread.iter().enumerate() {

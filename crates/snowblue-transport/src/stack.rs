@@ -10,7 +10,7 @@
 use snowblue_base::ParameterRange;
 
 use crate::error::TransportError;
-use crate::optics::{IceTable, WavelengthRange};
+use crate::optics::IceTable;
 use crate::parameters::{GROUND_ALBEDO, THICKNESS};
 use crate::sample::SnowSample;
 use crate::slab::{Estimate, Fluxes, Incidence, Radiometry, check_incidences, check_thickness, check_wavelengths};
@@ -39,6 +39,7 @@ pub struct Layer {
 
 /// The material of a layer.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "almost all layers are snow")]
 pub enum LayerKind {
     /// Snow.
     Snow(SnowSample),
@@ -342,15 +343,6 @@ impl Layer {
     #[must_use]
     pub fn is_ice(&self) -> bool {
         self.sample().is_none()
-    }
-
-    /// The wavelengths that the tables of all constituents of the layer cover.
-    #[must_use]
-    pub fn wavelength_range(&self) -> WavelengthRange {
-        match &self.kind {
-            LayerKind::Snow(sample) => sample.wavelength_range(),
-            LayerKind::Ice(table) => table.wavelength_range(),
-        }
     }
 
     /// Checks the snow and the thickness, which may be infinite if this is the last layer, of snow.

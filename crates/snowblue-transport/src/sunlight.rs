@@ -38,7 +38,8 @@ static G173: LazyLock<SpectralTable> =
 /// A band of the sun's spectrum.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Band {
-    /// The whole range of the model, 300–2500 nm in dry and clean snow, weighted by energy.
+    /// 320–2500 nm, weighted by energy: the range of all tables and of the sky. 0.2 % of sunlight have shorter
+    /// wavelengths.
     Solar,
     /// 400–700 nm, weighted by energy.
     Visible,
@@ -53,8 +54,6 @@ pub enum Band {
 pub struct BandWeights {
     /// The band.
     pub band: Band,
-    /// First and last wavelength of the band.
-    pub range: WavelengthRange,
     /// Weight of each wavelength. The sum of the weights is 1.
     weights: Vec<f64>,
 }
@@ -74,28 +73,22 @@ impl Band {
         }
     }
 
-    /// First and last wavelength of the band in snow whose tables cover `available`
-    /// ([`SnowSample::wavelength_range`](crate::sample::SnowSample::wavelength_range)). `available` bounds the solar
-    /// band and the end of the near-infrared band.
+    /// First and last wavelength of the band.
     #[must_use]
-    pub fn wavelength_range(self, available: WavelengthRange) -> WavelengthRange {
+    pub const fn wavelength_range(self) -> WavelengthRange {
         match self {
-            Self::Solar => available,
+            Self::Solar => WavelengthRange::new(320.0, 2500.0),
             Self::Visible | Self::Par => WavelengthRange::new(400.0, 700.0),
-            Self::NearInfrared => WavelengthRange::new(700.0, available.last_nm),
+            Self::NearInfrared => WavelengthRange::new(700.0, 2500.0),
         }
     }
 
-    /// Response of the band: g on the wavelengths of a curve. The solar band comprises all wavelengths; the
-    /// near-infrared band ends with the last wavelength.
-    ///
-    /// # Errors
-    /// As [`band_integrals`].
-    pub fn response(self, wavelengths_nm: &[f64]) -> Result<LinearSpectrum, TransportError> {
-        let range = self.wavelength_range(ends(wavelengths_nm)?);
-        check_cover(self.name(), range, wavelengths_nm)?;
-        let WavelengthRange { first_nm, last_nm } = range;
-        LinearSpectrum::new("response", &[first_nm, last_nm], &[self.weight(first_nm), self.weight(last_nm)])
+    /// Response of the band: g.
+    #[must_use]
+    pub fn response(self) -> LinearSpectrum {
+        let WavelengthRange { first_nm, last_nm } = self.wavelength_range();
+        let values = [first_nm, last_nm].map(|wavelength_nm| self.weight(wavelength_nm));
+        LinearSpectrum { wavelengths_nm: vec![first_nm, last_nm], values: values.to_vec() }
     }
 
     /// g, up to a factor.
@@ -108,17 +101,17 @@ impl Band {
 }
 
 impl BandWeights {
-    /// Weights of ascending wavelengths for snow whose tables cover `available`.
+    /// Weights of ascending wavelengths.
     ///
     /// # Errors
     /// [`TransportError::Descending`] if they do not ascend, [`TransportError::Uncovered`] if they do not reach the
     /// ends of the band or have a gap of more than [`MAX_STEP_NM`] in it.
-    pub fn new(band: Band, available: WavelengthRange, wavelengths_nm: &[f64]) -> Result<Self, TransportError> {
-        let range = band.wavelength_range(available);
+    pub fn new(band: Band, wavelengths_nm: &[f64]) -> Result<Self, TransportError> {
+        let range = band.wavelength_range();
         check_cover(band.name(), range, wavelengths_nm)?;
         let integrals = integrals(wavelengths_nm, range, |wavelength_nm| band.weight(wavelength_nm));
         let sum: f64 = integrals.iter().sum();
-        Ok(Self { band, range, weights: integrals.into_iter().map(|integral| integral / sum).collect() })
+        Ok(Self { band, weights: integrals.into_iter().map(|integral| integral / sum).collect() })
     }
 
     /// Integrates the curve of one slab and one incidence, at the wavelengths of the weights, over the band. The
@@ -207,10 +200,6 @@ fn check_cover(band: &'static str, range: WavelengthRange, wavelengths_nm: &[f64
     let (Some(first_nm), Some(last_nm)) = (wavelengths_nm.first(), wavelengths_nm.last()) else {
         return Err(uncovered(low_nm, high_nm));
     };
-    // The near-infrared band ends with the last wavelength. It is empty if the wavelengths end before its start.
-    if *last_nm <= low_nm {
-        return Err(uncovered(low_nm, high_nm.max(low_nm)));
-    }
     if *first_nm > low_nm {
         return Err(uncovered(low_nm, first_nm.min(high_nm)));
     }
@@ -224,7 +213,7 @@ fn check_cover(band: &'static str, range: WavelengthRange, wavelengths_nm: &[f64
     }
 }
 
-/// Wavelengths for the bands within a range, in nm: the first one, one every 10 nm from there, and the last one.
+/// Wavelengths for bands within a range, in nm: the first one, one every 10 nm from there, and the last one.
 #[must_use]
 pub fn wavelengths_nm(range: WavelengthRange) -> Vec<f64> {
     let steps = std::iter::successors(Some(range.first_nm), |nm| Some(nm + STEP_NM));
@@ -250,17 +239,13 @@ fn check_ascent(wavelengths_nm: &[f64]) -> Result<(), TransportError> {
 }
 
 /// The weight of each ascending wavelength in the integral over a band of a spectrum that is linear between
-/// wavelengths: ∫ h dλ, or for PAR ∫ h λ/(h c N_A) dλ, in µmol J⁻¹ nm. The solar band comprises all wavelengths; the
-/// near-infrared band ends with the last wavelength.
+/// wavelengths: ∫ h dλ, or for PAR ∫ h λ/(h c N_A) dλ, in µmol J⁻¹ nm.
 ///
 /// # Errors
 /// As [`BandWeights::new`].
 pub fn band_integrals(band: Band, wavelengths_nm: &[f64]) -> Result<Vec<f64>, TransportError> {
-    let range = band.wavelength_range(ends(wavelengths_nm)?);
+    let range = band.wavelength_range();
     check_cover(band.name(), range, wavelengths_nm)?;
-    if wavelengths_nm.len() < 2 {
-        return Err(TransportError::Missing { quantity: "second wavelength" });
-    }
     let weight = |wavelength_nm| match band {
         Band::Par => PHOTONS_UMOL_J_NM * wavelength_nm,
         Band::Solar | Band::Visible | Band::NearInfrared => 1.0,
@@ -399,8 +384,6 @@ fn spectral_irradiance_w_m2_nm(wavelength_nm: f64) -> f64 {
 mod tests {
     use super::*;
 
-    const WARREN: WavelengthRange = WavelengthRange::new(300.0, 2500.0);
-
     fn curve(wavelengths_nm: &[f64], value: impl Fn(f64) -> f64) -> Vec<Fluxes> {
         let fluxes = |wavelength_nm: &f64| {
             let value = value(*wavelength_nm);
@@ -425,7 +408,7 @@ mod tests {
             response_weights("sensor", &response, light, &wavelengths_nm).unwrap()
         };
         for (band, response) in [(Band::Visible, &ones), (Band::Par, &visible)] {
-            let expected = BandWeights::new(band, WARREN, &wavelengths_nm).unwrap();
+            let expected = BandWeights::new(band, &wavelengths_nm).unwrap();
             for (found, expected) in weights(response, None).iter().zip(&expected.weights) {
                 assert!((found - expected).abs() < 1e-14, "{band:?}");
             }
@@ -457,7 +440,8 @@ mod tests {
         for (nm, printed) in [(300.0, 1.0205e-3), (550.0, 1.5399), (1400.0, 3.2466e-9), (2500.0, 7.0642e-3)] {
             assert!((spectral_irradiance_w_m2_nm(nm) - printed).abs() < 1e-15);
         }
-        assert!((irradiance_w_m2(WARREN) + 0.0015 + 7.79 - 1000.37).abs() < 0.01);
+        let all = WavelengthRange::new(300.0, 2500.0);
+        assert!((irradiance_w_m2(all) + 0.0015 + 7.79 - 1000.37).abs() < 0.01);
     }
 
     #[test]
@@ -480,7 +464,7 @@ mod tests {
     fn a_constant_curve_has_its_constant_as_mean() {
         for wavelengths_nm in [steps(300, 2500, 10), steps(298, 2503, 7), steps(250, 2520, 45)] {
             for band in Band::ALL {
-                let weights = BandWeights::new(band, WARREN, &wavelengths_nm).unwrap();
+                let weights = BandWeights::new(band, &wavelengths_nm).unwrap();
                 let Fluxes { transmittance, reflectance, .. } = weights.broadband(&curve(&wavelengths_nm, |_| 0.3));
                 assert!((transmittance.value - 0.3).abs() < 1e-14 && (reflectance.value - 0.7).abs() < 1e-14);
                 assert!((transmittance.standard_error - 0.03).abs() < 1e-15, "errors are fully correlated");
@@ -494,12 +478,9 @@ mod tests {
         let line = |nm: f64| nm / 4000.0;
         for band in Band::ALL {
             let mean = |wavelengths_nm: &[f64]| {
-                BandWeights::new(band, WARREN, wavelengths_nm)
-                    .unwrap()
-                    .broadband(&curve(wavelengths_nm, line))
-                    .transmittance
+                BandWeights::new(band, wavelengths_nm).unwrap().broadband(&curve(wavelengths_nm, line)).transmittance
             };
-            let range = band.wavelength_range(WARREN);
+            let range = band.wavelength_range();
             let moment = |power: i32| integral(range, |nm| nm.powi(power));
             let photons = i32::from(band == Band::Par);
             let expected = line(1.0) * moment(photons + 1) / moment(photons);
@@ -511,12 +492,11 @@ mod tests {
 
     #[test]
     fn uncovered_bands_are_refused() {
-        let message =
-            |band, wavelengths_nm: &[f64]| BandWeights::new(band, WARREN, wavelengths_nm).unwrap_err().to_string();
+        let message = |band, wavelengths_nm: &[f64]| BandWeights::new(band, wavelengths_nm).unwrap_err().to_string();
         assert_eq!(
             message(Band::Solar, &steps(400, 700, 10)),
-            "the solar band needs wavelengths from 300 to 2500 nm, no more than 50 nm apart, \
-             but there is none from 300 to 400 nm"
+            "the solar band needs wavelengths from 320 to 2500 nm, no more than 50 nm apart, \
+             but there is none from 320 to 400 nm"
         );
         assert!(message(Band::NearInfrared, &steps(400, 700, 10)).ends_with("none from 700 to 2500 nm"));
         assert!(message(Band::NearInfrared, &steps(400, 600, 10)).ends_with("none from 700 to 2500 nm"));
@@ -526,8 +506,7 @@ mod tests {
         // Gaps outside the band do not matter.
         let mut beyond = steps(400, 700, 20);
         beyond.push(1000.0);
-        assert!(BandWeights::new(Band::Par, WARREN, &beyond).is_ok());
-        let near_infrared = Band::NearInfrared.wavelength_range(WavelengthRange::new(320.0, 1400.0));
-        assert_eq!(near_infrared, WavelengthRange::new(700.0, 1400.0));
+        assert!(BandWeights::new(Band::Par, &beyond).is_ok());
+        assert!(message(Band::NearInfrared, &steps(700, 1500, 10)).ends_with("none from 1500 to 2500 nm"));
     }
 }

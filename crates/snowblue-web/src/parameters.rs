@@ -87,11 +87,15 @@ pub fn kinds() -> String {
 #[wasm_bindgen]
 #[must_use]
 pub fn impurities() -> String {
-    let entry = |substance: &Substance| {
-        let (name, text, source) = (substance.name(), substance.text(), substance.source());
-        json!({ "name": name, "text": text, "source": source })
+    let entry = |substance: Substance| {
+        json!({
+            "name": substance.name(),
+            "text": substance.text(),
+            "source": substance.source(),
+            "has_sharp_peak": substance.has_sharp_peak(),
+        })
     };
-    json!(Substance::ALL.iter().map(entry).collect::<Vec<_>>()).to_string()
+    json!(Substance::all().map(entry).collect::<Vec<_>>()).to_string()
 }
 
 /// The properties of snow that are numbers, without impurities, a JSON array of objects.

@@ -94,11 +94,10 @@ impl Sample {
         })
     }
 
-    /// The wavelengths that the tables of all layers cover.
+    /// The wavelengths that the table of ice covers.
     pub(crate) fn wavelength_range(&self) -> Result<WavelengthRange, String> {
-        let stack = self.stack()?;
-        let ranges = stack.layers.iter().map(stack::Layer::wavelength_range);
-        ranges.reduce(WavelengthRange::intersection).ok_or_else(|| "there is no layer".to_owned())
+        let layer = self.layers.first().ok_or("there is no layer")?;
+        Ok(layer.sample()?.ice.wavelength_range())
     }
 
     pub(crate) fn options(&self) -> OrdinatesOptions {

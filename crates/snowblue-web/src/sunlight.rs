@@ -15,7 +15,7 @@ use crate::text;
 struct Answer {
     #[serde(flatten)]
     curves: Curves,
-    /// All of [`Band::ALL`], as far as the tables of the snow reach.
+    /// All of [`Band::ALL`].
     bands: Vec<Mean>,
 }
 
@@ -40,8 +40,8 @@ pub fn sunlight_name() -> String {
     SPECTRUM.to_owned()
 }
 
-/// Solves for the spectrum from 300 to 2500 nm, or as far as the tables of the snow reach, every 10 nm, and its means
-/// over the bands of `snowblue spectrum --broadband`: JSON in and out.
+/// Solves for the spectrum every 10 nm, as far as the table of ice reaches, and its means over the bands of `snowblue
+/// spectrum --broadband`: JSON in and out.
 ///
 /// # Errors
 ///
@@ -58,13 +58,12 @@ pub fn sunlight(sample: &str) -> Result<String, JsError> {
 /// As [`sunlight`].
 pub fn answer(sample: &str) -> Result<String, String> {
     let sample: Sample = serde_json::from_str(sample).map_err(text)?;
-    let available = sample.wavelength_range()?;
-    let wavelengths_nm = wavelengths_nm(available);
+    let wavelengths_nm = wavelengths_nm(sample.wavelength_range()?);
     let rows = sample.rows(wavelengths_nm.clone(), false)?;
     let fluxes: Vec<Fluxes> = rows.iter().map(|row| row.fluxes).collect();
     let mean = |band: Band| {
-        let weights = BandWeights::new(band, available, &wavelengths_nm).map_err(text)?;
-        let (mean, range) = (weights.broadband(&fluxes), weights.range);
+        let weights = BandWeights::new(band, &wavelengths_nm).map_err(text)?;
+        let (mean, range) = (weights.broadband(&fluxes), band.wavelength_range());
         let (full_sun, unit) = match band {
             Band::Par => (photon_flux_umol_m2_s(range), "µmol m⁻² s⁻¹"),
             Band::Solar | Band::Visible | Band::NearInfrared => (irradiance_w_m2(range), "W/m²"),

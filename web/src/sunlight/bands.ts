@@ -16,19 +16,16 @@ const PARTS = [
   { key: "transmittance", label: "Transmitted" },
   { key: "absorptance", label: "Absorbed" },
 ] as const;
-/** Where dry and clean snow ends, in nm. */
-const LAST_NM = 2500;
 
 export class Bands {
   readonly #lead = el("p", { class: "lead", hidden: true });
   readonly #table = el("table", { class: "figures bands" });
   readonly #precision = el("p", { class: "note precision" });
   readonly #error = el("p", { class: "error", role: "alert", hidden: true });
-  readonly #end = el("p", { class: "note", hidden: true });
 
   constructor(parent: HTMLElement) {
     parent.append(
-      this.#precision, this.#error, this.#lead, scrolled("Bands of sunlight", this.#table), this.#end,
+      this.#precision, this.#error, this.#lead, scrolled("Bands of sunlight", this.#table),
       el("p", { class: "note" },
         `Means weighted by the standard sun (${sunlight}), at the incidence of the sample. Absorbed is by the ` +
         "snow: A = 1 − R − (1 − ground albedo) T. PAR counts photons, all other bands energy."),
@@ -54,8 +51,6 @@ export class Bands {
       ` broadband albedo: of the light of the sun, ${limits(solar!)}, this snow reflects ` +
       `${decimal(100 * solar!.reflectance, 1)} %.`);
     if (shown.fine) announce("bands", `Broadband albedo in sunlight: ${decimal(solar!.reflectance, 3)}.`);
-    say(this.#end, solar!.last_nm < LAST_NM
-      ? `The bands end at ${solar!.last_nm} nm, as the tables of water and impurities do.` : "");
     this.#table.replaceChildren(
       el("thead", {}, el("tr", {},
         el("th", { scope: "col" }, "Band"),

@@ -7,8 +7,7 @@ use snowblue_base::Quantity;
 use snowblue_color::exposure::MAX_STOPS;
 use snowblue_color::temperature::RANGE_K;
 use snowblue_transport::Parameter;
-use snowblue_transport::optics::WavelengthRange;
-use snowblue_transport::sample::SnowSample;
+use snowblue_transport::optics::{IceTable, WavelengthRange};
 
 /// The description of a parameter, with its unit and its limits.
 pub(crate) fn described(parameter: &Parameter) -> String {
@@ -25,14 +24,10 @@ pub(crate) fn of<Q: Quantity>() -> String {
     ends(&Q::RANGE.inclusive())
 }
 
-/// The first and the last wavelength of a range, in nm.
-pub(crate) fn wavelengths(WavelengthRange { first_nm, last_nm }: WavelengthRange) -> String {
-    ends(&(first_nm..=last_nm))
-}
-
-/// The wavelengths of dry, clean snow, in nm.
+/// The wavelengths of the model, in nm.
 pub(crate) fn snow_wavelengths() -> String {
-    wavelengths(SnowSample::default().wavelength_range())
+    let WavelengthRange { first_nm, last_nm } = IceTable::default().wavelength_range();
+    ends(&(first_nm..=last_nm))
 }
 
 /// Colour temperatures.

@@ -2,7 +2,6 @@
 
 use clap::{Arg, ArgAction, ArgGroup, ArgMatches, Args, Command, FromArgMatches};
 use snowblue_database::axis_properties;
-use snowblue_transport::optics::{impurity, water};
 use snowblue_transport::parameters::MASS_FRACTION;
 use snowblue_transport::sample::{MEAN_SIZE_HALF_RANGE_UM, MEAN_SIZE_RANGE, Property, SnowKeys};
 use snowblue_transport::{Parameter, Substance, TransportError};
@@ -66,7 +65,6 @@ fn help(property: Property, of_table: bool) -> String {
         Property::GrainSize => format!(": a mean, {of_mean}, or MIN:MAX, uniform in number{range}"),
         Property::Facetness if !of_table => format!("{range}: a mean (± 0.1, SD 0.075) or MIN:MAX:MEAN:SD"),
         Property::Sphericity => format!("{range}: one value or MIN:MAX:MEAN:SD; without it 0.7:0.9:0.8:0.1"),
-        Property::WaterSaturation => format!("{range}; for {} nm", limits::wavelengths(water::WAVELENGTH_RANGE)),
         Property::Temperature => format!("{range}; changes the density of ice only"),
         _ => range,
     };
@@ -118,11 +116,10 @@ impl<const OF_TABLE: bool> Args for PropertyValues<OF_TABLE> {
                 .help(format!("{}{}", property.parameter().describe(), help(property, OF_TABLE)))
         });
         let impurity = option(IMPURITY).value_name("NAME=NG_G").value_parser(impurity_axis).help(format!(
-            "{}, as black-carbon=10; several separated by commas or repeated: {}; for {} nm. {} also takes several \
+            "{}, as black-carbon=10; several separated by commas or repeated: {}. {} also takes several \
              values of one, black-carbon=0:10:100",
             limits::described(&MASS_FRACTION),
-            Substance::ALL.map(Substance::name).join(", "),
-            limits::wavelengths(impurity::WAVELENGTH_RANGE),
+            Substance::all().map(Substance::name).collect::<Vec<_>>().join(", "),
             if OF_TABLE { "An axis" } else { "spectrum" }
         ));
         command.args(plain).arg(impurity).group(ArgGroup::new(Self::GROUP).multiple(true).args(Self::names()))

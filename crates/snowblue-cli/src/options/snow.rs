@@ -157,7 +157,7 @@ impl SnowOptions {
             };
             Some(format!("{substance}{amount} ({})", substance.source()))
         };
-        let present: Vec<String> = Substance::ALL.into_iter().filter_map(describe).collect();
+        let present: Vec<String> = Substance::all().filter_map(describe).collect();
         if !present.is_empty() {
             metadata.push(("impurities", present.join(", ")));
         }

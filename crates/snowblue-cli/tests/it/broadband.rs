@@ -21,7 +21,7 @@ fn bands_have_a_row_for_each_thickness_and_angle() {
     let solved = rows(&stdout("spectrum --broadband --thickness 1,15 --angle 0,diffuse --streams 8"), HEADER);
     assert_eq!(solved.len(), 16);
     let names: Vec<&str> = solved[..4].iter().map(|row| row[2].as_str()).collect();
-    assert_eq!(names, ["solar-300-2500", "visible-400-700", "near-infrared-700-2500", "par-400-700"]);
+    assert_eq!(names, ["solar-320-2500", "visible-400-700", "near-infrared-700-2500", "par-400-700"]);
     assert_eq!((solved[4][0].as_str(), solved[4][1].as_str(), solved[8][0].as_str()), ("1", "diffuse", "15"));
     for row in &solved {
         let sum: f64 = (3..6).map(|column| number(row, column)).sum();

@@ -545,7 +545,7 @@ mod tests {
         let message = reference.preset(RgbSpace::Srgb, SubsurfaceModel::OpenPbr).unwrap_err().to_string();
         assert!(message.starts_with("red of deep snow is 1.5000000 in sRGB"), "{message}");
         let dirty =
-            SnowSample { impurities: Impurities::none().with(Substance::BlackCarbon, 1e5), ..SnowSample::default() };
+            SnowSample { impurities: Impurities::none().with(Substance::BLACK_CARBON, 1e5), ..SnowSample::default() };
         let dirty = SnowReference::new(&dirty, &colorimeter(), &options()).unwrap();
         let black = dirty.preset(RgbSpace::AcesCg, SubsurfaceModel::OpenPbr).unwrap();
         assert!(black.channels.iter().all(|channel| channel.color < 0.3 && channel.color > 0.2), "{black:?}");

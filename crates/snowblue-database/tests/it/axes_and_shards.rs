@@ -17,7 +17,7 @@ fn axes() -> Axes {
         densities_kg_m3: vec![250.0, 400.0],
         properties: vec![
             PropertyAxis { property: Property::WaterSaturation, values: vec![0.0, 0.2] },
-            PropertyAxis { property: Property::Impurity(Substance::BlackCarbon), values: vec![0.0, 50.0] },
+            PropertyAxis { property: Property::Impurity(Substance::BLACK_CARBON), values: vec![0.0, 50.0] },
         ],
         diffuse: true,
         angles_deg: vec![0.0, 60.0],

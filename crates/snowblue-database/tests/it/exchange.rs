@@ -15,7 +15,7 @@ fn axes() -> Axes {
         densities_kg_m3: vec![300.0],
         properties: vec![
             PropertyAxis { property: Property::Temperature, values: vec![-5.0, -1.0] },
-            PropertyAxis { property: Property::Impurity(Substance::BlackCarbon), values: vec![0.0, 20.0] },
+            PropertyAxis { property: Property::Impurity(Substance::BLACK_CARBON), values: vec![0.0, 20.0] },
         ],
         diffuse: true,
         angles_deg: vec![0.0, 60.0],

@@ -201,7 +201,7 @@ fn mixes_interpolate_logarithms() {
 /// amounts of soot are the hardest case, since ice absorbs almost no blue light.
 #[test]
 fn further_properties_are_interpolated() {
-    let soot = Property::Impurity(Substance::BlackCarbon);
+    let soot = Property::Impurity(Substance::BLACK_CARBON);
     let compressed = |properties: Vec<PropertyAxis>| {
         let axes = Axes {
             grain_sizes_um: vec![300.0],

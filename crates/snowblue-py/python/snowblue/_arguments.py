@@ -36,9 +36,9 @@ class Snow(TypedDict, total=False):
     - `facetness`: roughness: a mean (0 to 1), or a tuple of min, max, mean and standard deviation; 0.3
     - `sphericity`: Riley sphericity: one value (0.5 to 1), or a tuple as for facetness; (0.7, 0.9, 0.8, 0.1)
     - `density_kg_m3`: density of the dry snow (10 to 900); 300
-    - `water_saturation`: fraction of the pore volume that is water (0 to 1), for 300 to 1400 nm; 0
-    - `impurities_ng_g`: a dictionary of mass fractions of black-carbon, brown-carbon, saharan-dust, colorado-dust and
-      snow-algae, for 305 to 1495 nm; none
+    - `water_saturation`: fraction of the pore volume that is water (0 to 1); 0
+    - `impurities_ng_g`: a dictionary of mass fractions by name, such as black-carbon, saharan-dust and snow-algae; the
+      chapter on grains and the command's `--impurity` list all names; none
     - `temperature_c`: temperature (-60 to 0), which changes the density of ice only; -5
     - `ice`: absorption of ice: warren2008 or picard2016; warren2008
     """
@@ -597,9 +597,9 @@ def own_axis(quantity: Quantity, value: Any, convert: Callable[[str, Any], Any] 
 
 
 def wavelengths(value: Any) -> xr.DataArray:
-    """Wavelengths at which ice is known, along their own dimension or another one. Other matter is known at fewer."""
+    """Wavelengths of the model, along their own dimension or another one."""
     array = axis(WAVELENGTH, value)
-    least, greatest = _native.wavelength_range({})
+    least, greatest = _native.wavelength_range()
     for place, nm in enumerate(array.values.tolist()):
         with located("wavelength", place, array.size):
             if not least <= nm <= greatest:

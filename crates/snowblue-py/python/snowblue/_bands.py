@@ -36,8 +36,8 @@ def bands(
         Result of :func:`spectrum`, :func:`layers` or :func:`albedo`, with ascending wavelengths that cover the bands in
         steps of 50 nm or less.
     bands : names, or a mapping of names to responses
-        solar (all wavelengths), par (photons of 400 to 700 nm), visible, near-infrared. A response is an
-        :class:`xarray.DataArray` on `wavelength`, or a pair of wavelengths (nm) and values, in any unit; between the
+        solar (320 to 2500 nm), par (photons of 400 to 700 nm), visible, near-infrared (700 to 2500 nm). A response is
+        an :class:`xarray.DataArray` on `wavelength`, or a pair of wavelengths (nm) and values, in any unit; between the
         wavelengths it is linear, and beyond them 0. A response at a single wavelength is a band of this wavelength,
         which must be one of the spectra. None is the band of that name.
     light : xarray.DataArray, optional

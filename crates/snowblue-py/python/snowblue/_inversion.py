@@ -131,7 +131,7 @@ def invert(
         an :class:`xarray.DataArray` other than `wavelength` (nm) are those of the result, and pair with those of other
         arguments. Plain arrays have the wavelength last.
     wavelength_nm : array
-        Needed where no dimension `wavelength` has it. The tables of impurities reach from 305 to 1495 nm. With `bands`
+        Needed where no dimension `wavelength` has it. With `bands`
         the wavelengths at which the model is solved; by default those of the responses in steps of 10 nm or less.
     bands : names, or a mapping of names to responses, optional
         The bands of a sensor, as in :func:`snowblue.bands`, if the values are means over them. The last dimension of

@@ -10,7 +10,6 @@ import numpy as np
 from snowblue import _native
 from snowblue._arguments import (
     DEPTH,
-    SUBSTANCES,
     THICKNESS,
     WAVELENGTH,
     Quantity,
@@ -78,8 +77,7 @@ def light_at_depth(
         Arguments of :func:`sky`, such as `dict(latitude_deg=47.27, longitude_deg=11.39, time="2026-02-01T12:00+01:00",
         turbidity=2)`, or its result, or measurements in that form: `direct` and `diffuse` in W m-2 nm-1 on
         `wavelength`, which ascends, and the `elevation` of the sun in degrees. Default wavelengths are every 10 nm of
-        320 to 720 nm and, under a clear sky, every 20 nm of 740 to 2500 nm, as far as the tables of the snow reach: to
-        1480 nm with impurities.
+        320 to 720 nm and, under a clear sky, every 20 nm of 740 to 2500 nm.
     depth_cm : array
         Depths below the surface. At a face of ice fluxes are those outside it; `absorbed` and `warming` at a face of
         ice to air are those of the ice.
@@ -89,7 +87,7 @@ def light_at_depth(
         Sums over a day instead of values at each time, whose steps must be equal: of the 96 quarters of an hour that
         :func:`sky` takes for a date alone, `time="2026-02-01"`.
     bands : names
-        Integrals: solar (over all wavelengths), par (photons of 400 to 700 nm), visible, near-infrared. By default
+        Integrals: solar (320 to 2500 nm), par (photons of 400 to 700 nm), visible, near-infrared. By default
         those of solar and par that the wavelengths cover.
     jacobian : str or several, optional
         Parameters with respect to which all but the warming is differentiated, as in :func:`layers`, at constant
@@ -125,7 +123,7 @@ def light_at_depth(
     if not isinstance(sky, xr.Dataset):
         sky = mapping("sky", sky, "{'elevation_deg': 25}, or a dataset of snowblue.sky")
         check_names(SKY_NAMES, sky)
-        sky = daylight(**{"wavelength_nm": _wavelengths(packed, sky, jacobian), **sky})
+        sky = daylight(**{"wavelength_nm": _native.daylight_wavelengths(), **sky})
     for name in ("direct", "diffuse", "elevation"):
         if name not in sky:
             raise ValueError(f"the sky has no '{name}'")
@@ -217,20 +215,6 @@ def light_at_depth(
         ends = (sky.time.values[0] - half, sky.time.values[-1] + half)
         made["sum"] = "from {} to {} UTC".format(*(str(end.astype("datetime64[s]")) for end in ends))
     return xr.Dataset(variables, coords, attributes(**made))
-
-
-def _wavelengths(
-    packed: list[tuple[dict[str, Any], float]], sky: Mapping[str, Any], jacobian: Iterable[str]
-) -> np.ndarray:
-    """Default wavelengths under a sky, as far as the tables of all layers reach, and of what changes in them."""
-    changed: dict[str, Any] = {"impurities_ng_g": {name: 1.0 for name in jacobian if name in SUBSTANCES}}
-    if "water_saturation" in jacobian:
-        changed["water_saturation"] = 0.01
-    of_layers = ({name: value for name, value in layer.items() if name != "kind"} for layer, _ in packed)
-    ranges = [_native.wavelength_range(snow) for snow in (*of_layers, changed)]
-    first_nm, last_nm = max(one[0] for one in ranges), min(one[1] for one in ranges)
-    all_nm = np.array(_native.daylight_wavelengths())
-    return all_nm[(first_nm <= all_nm) & (all_nm <= last_nm)]
 
 
 def _check_steps(times: np.ndarray) -> None:

@@ -302,13 +302,13 @@ mod tests {
         let dirty = SnowSample {
             density_kg_m3: 500.0,
             water_saturation: 0.2,
-            impurities: Impurities::none().with(Substance::BlackCarbon, 100.0),
+            impurities: Impurities::none().with(Substance::BLACK_CARBON, 100.0),
             ice: IceTable::default(),
             ..clean
         };
         let middle = SnowSample::between(&[clean, dirty], 0.25);
         assert!((middle.density_kg_m3 - 350.0).abs() < 1e-9 && (middle.water_saturation - 0.05).abs() < 1e-12);
-        assert_eq!(middle.impurities, Impurities::none().with(Substance::BlackCarbon, 25.0));
+        assert_eq!(middle.impurities, Impurities::none().with(Substance::BLACK_CARBON, 25.0));
         assert_eq!(
             (SnowSample::between(&[clean, dirty], 0.0), SnowSample::between(&[clean, dirty], 1.0)),
             (clean, dirty)

@@ -6,7 +6,6 @@ use super::measured::Quantity;
 use super::problem::{Inversion, Observation};
 use crate::TransportError;
 use crate::medium::{Demand, GrainTallies, Population};
-use crate::optics::Substance;
 use crate::ordinates::{DifferentiatedStack, Peak, differentiate_stack};
 use crate::parameters::SURFACE_AREA;
 use crate::sample::{Property, SnowSample};
@@ -139,8 +138,11 @@ impl Inversion {
         let wavelengths_nm: Vec<f64> = used.iter().map(|place| self.wavelengths_nm[*place]).collect();
         let retrieves = |variable: Variable| self.variables.iter().any(|by| by.variable == variable);
         let is_wet = retrieves(Variable::Snow(Property::WaterSaturation));
-        let has_peak = |substance: &Substance| substance.has_sharp_peak() && retrieves(Variable::impurity(*substance));
-        let adds_peak = is_wet || Substance::ALL.iter().any(has_peak);
+        let has_peak = |by: &LayerVariable| match by.variable {
+            Variable::Snow(Property::Impurity(substance)) => substance.has_sharp_peak(),
+            _ => false,
+        };
+        let adds_peak = is_wet || self.variables.iter().any(has_peak);
         let mut known: Vec<SnowSample> = Vec::new();
         for observation in observations {
             let peaks = observation.layers.iter().filter_map(|layer| layer.sample().map(Peak::of));

@@ -93,12 +93,15 @@ impl Composition {
         let relative = |variable: Variable, value: f64| number(variable, value) / value;
         let denser = relative(Variable::Snow(Property::Density), self.density_kg_m3);
         let finer = relative(Variable::Snow(Property::SurfaceArea), 4.0 * self.extinction_per_m / self.density_kg_m3);
-        let mass_fraction = |substance: Substance| {
-            let present = self.mass_fractions.iter().find(|(other, _)| *other == substance);
-            let value = present.map_or(0.0, |(_, mass_fraction_ng_g)| *mass_fraction_ng_g);
-            (substance, number(Variable::impurity(substance), value))
-        };
-        let mass_fractions = Substance::ALL.into_iter().map(mass_fraction);
+        let added = variables.iter().filter_map(|variable| match variable {
+            Variable::Snow(Property::Impurity(substance)) => Some((*substance, 0.0)),
+            _ => None,
+        });
+        let is_present =
+            |(substance, _): &(Substance, f64)| self.mass_fractions.iter().any(|(one, _)| one == substance);
+        let mass_fractions = self.mass_fractions.iter().copied().chain(added.filter(|one| !is_present(one)));
+        let mass_fractions =
+            mass_fractions.map(|(substance, ng_g)| (substance, number(Variable::impurity(substance), ng_g)));
         Composition {
             ice: self.ice,
             extinction_per_m: denser * finer * self.extinction_per_m,
@@ -106,7 +109,7 @@ impl Composition {
             ice_fraction: denser * self.ice_fraction,
             density_kg_m3: denser * self.density_kg_m3,
             water_saturation: number(Variable::Snow(Property::WaterSaturation), self.water_saturation),
-            mass_fractions: mass_fractions.filter(|(_, mass_fraction)| !mass_fraction.is_zero()).collect(),
+            mass_fractions: mass_fractions.collect(),
         }
     }
 }
@@ -168,7 +171,7 @@ mod tests {
     /// 3·10⁻⁶.
     #[test]
     fn absorption_is_proportional_to_the_mass_of_black_carbon() {
-        let impurities = Impurities::none().with(Substance::BlackCarbon, 10.0);
+        let impurities = Impurities::none().with(Substance::BLACK_CARBON, 10.0);
         let sooty = Constituents::new(&SnowSample { impurities, ..SnowSample::default() }, 500.0);
         assert!((sooty.pore_absorption_per_m - 0.0238).abs() < 1e-4, "{}", sooty.pore_absorption_per_m);
         assert!((sooty.particles[0].scattering_per_m - 0.0139).abs() < 1e-4);

@@ -222,7 +222,7 @@ mod tests {
     #[test]
     fn it_is_a_part_of_the_phase_function() {
         let wet = SnowSample { water_saturation: 0.5, ..SnowSample::default() };
-        let impurities = Impurities::none().with(Substance::SaharanDust, 1e6);
+        let impurities = Impurities::none().with(Substance::SAHARAN_DUST, 1e6);
         for sample in [SnowSample::default(), wet, SnowSample { impurities, ..SnowSample::default() }] {
             let phase = PhaseFunction::of_sample(&sample, 550.0, &PhasePlan::default()).unwrap();
             let part = ExternalReflection::of_sample(&sample, 550.0).unwrap();

@@ -364,7 +364,7 @@ mod tests {
 
     fn samples() -> [SnowSample; 3] {
         let wet = SnowSample { water_saturation: 0.3, ..SnowSample::default() };
-        let impurities = Impurities::none().with(Substance::BlackCarbon, 1e6);
+        let impurities = Impurities::none().with(Substance::BLACK_CARBON, 1e6);
         [SnowSample::default(), wet, SnowSample { impurities, ..SnowSample::default() }]
     }
 

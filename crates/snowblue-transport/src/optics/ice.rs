@@ -17,7 +17,8 @@ use serde::{Deserialize, Serialize};
 use super::spectral_table::{SpectralTable, WavelengthRange};
 use crate::error::{TransportError, find_by_name};
 
-/// Wavelengths of the model: beyond 2500 nm ice absorbs too strongly for geometric optics.
+/// Wavelengths of the model, which tables of water and impurities cover. Beyond 2500 nm ice absorbs too strongly for
+/// geometric optics.
 const MODEL_RANGE: WavelengthRange = WavelengthRange::new(300.0, 2500.0);
 /// First wavelength of the Picard 2016 table, in nm.
 const PICARD_FIRST_NM: f64 = 320.0;
@@ -66,7 +67,7 @@ impl IceTable {
         }
     }
 
-    /// The wavelengths that the table covers and at which ice is clear enough for a real refractive index.
+    /// The wavelengths of the model that the table covers.
     #[must_use]
     pub fn wavelength_range(self) -> WavelengthRange {
         match self {

@@ -67,6 +67,17 @@ impl SpectralTable {
         Self(csv.lines().skip(1).map(|line| line.split(',').map(number).collect()).collect())
     }
 
+    /// The table with the values of a column times a factor.
+    pub(crate) fn scaled(mut self, column: usize, factor: f64) -> Self {
+        self.0.iter_mut().for_each(|row| row[column] *= factor);
+        self
+    }
+
+    /// The greatest value of a column.
+    pub(crate) fn greatest(&self, column: usize) -> f64 {
+        self.0.iter().map(|row| row[column]).fold(f64::NEG_INFINITY, f64::max)
+    }
+
     /// First and last wavelength.
     pub(crate) fn wavelength_range(&self) -> WavelengthRange {
         WavelengthRange::new(self.0[0][0], self.0[self.0.len() - 1][0])

@@ -171,7 +171,7 @@ pub fn solve_batch(
 /// let case = SlabCase { sample: 0, thickness_cm: 5.0, incidence: Incidence::Diffuse, ground_albedo: 0.0 };
 /// let batch = Batch { samples: vec![SnowSample::default()], cases: vec![case], wavelengths_nm: vec![450.0] };
 /// let options = OrdinatesOptions { tally_rays: 1 << 12, ..OrdinatesOptions::default() };
-/// let soot = Variable::impurity(Substance::BlackCarbon);
+/// let soot = Variable::impurity(Substance::BLACK_CARBON);
 /// let solved = differentiate_batch(&batch, &[Variable::Snow(Property::Density), soot], &options, false, &|_| ())?;
 /// // Denser snow of this thickness is brighter, and sootier snow is darker.
 /// assert!(solved.derivatives[0].reflectance > 0.0 && solved.derivatives[1].reflectance < 0.0);

@@ -144,7 +144,7 @@ pub fn solve_stack_without_errors(
 ///     incidences: vec![Incidence::Diffuse],
 ///     wavelengths_nm: vec![450.0],
 /// };
-/// let soot = [Variable::impurity(Substance::BlackCarbon)];
+/// let soot = [Variable::impurity(Substance::BLACK_CARBON)];
 /// let options = OrdinatesOptions { tally_rays: 1 << 12, ..OrdinatesOptions::default() };
 /// let solved = differentiate_stack(&stack, &soot, &options, false)?;
 /// // A mass fraction of soot darkens a thick layer more than a thin one.

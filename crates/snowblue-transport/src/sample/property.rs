@@ -7,7 +7,7 @@ use super::grain_size::{GrainSize, MEAN_SIZE_HALF_RANGE_UM};
 use super::snow_sample::SnowSample;
 use super::truncated_normal::{FACETNESS_RANGES, SPHERICITY_RANGES, TruncatedNormal};
 use crate::error::TransportError;
-use crate::optics::Substance;
+use crate::optics::{Impurities, Substance};
 use crate::parameters::{
     ANGLE, DENSITY, FACETNESS, GRAIN_SIZE, GROUND_ALBEDO, MASS_FRACTION, SPHERICITY, SURFACE_AREA, TEMPERATURE,
     THICKNESS, WATER_SATURATION, name_and_unit,
@@ -122,7 +122,7 @@ pub fn parameters() -> impl Iterator<Item = Parameter> {
 impl Property {
     /// Every property.
     pub fn all() -> impl Iterator<Item = Self> + Clone {
-        ROWS.iter().map(|row| row.property).chain(Substance::ALL.into_iter().map(Self::Impurity))
+        ROWS.iter().map(|row| row.property).chain(Substance::all().map(Self::Impurity))
     }
 
     /// The property of a key, such as `density_kg_m3` or `black_carbon_ng_g`.
@@ -188,10 +188,16 @@ impl Property {
         }
     }
 
-    /// Whether it is a number by itself, beside grain size, shape and density.
-    fn is_plain(self) -> bool {
+    /// The mass fractions of impurities that are not 0.
+    pub(super) fn of_impurities(impurities: &Impurities) -> impl Iterator<Item = Self> + use<> {
+        impurities.given().map(|(substance, _)| Self::Impurity(substance))
+    }
+
+    /// The properties that are numbers by themselves, beside grain size, shape, density and impurities.
+    fn plain() -> impl Iterator<Item = Self> {
         use Property::{Density, Facetness, GrainSize, Sphericity, SurfaceArea};
-        !matches!(self, GrainSize | SurfaceArea | Facetness | Sphericity | Density)
+        let all = ROWS.iter().map(|row| row.property);
+        all.filter(|one| !matches!(one, GrainSize | SurfaceArea | Facetness | Sphericity | Density))
     }
 
     /// Its row. Impurities have rows of their own.
@@ -225,10 +231,9 @@ impl SnowSample {
             hash.add(format!("{} {mass_fraction_ng_g:.8e} ", substance.name()).as_bytes());
         }
         // Later properties count where they differ from their defaults, so that identifiers stay as they are.
-        for property in Property::all().filter(|property| property.is_plain()) {
+        for property in Property::plain() {
             let (Parameter { key, default, .. }, value) = (property.parameter(), property.get(self));
-            let has_counted =
-                matches!(property, Property::WaterSaturation | Property::Temperature | Property::Impurity(_));
+            let has_counted = matches!(property, Property::WaterSaturation | Property::Temperature);
             if !has_counted && value.total_cmp(&default).is_ne() {
                 hash.add(format!("{key} {value:.8e} ").as_bytes());
             }
@@ -246,7 +251,7 @@ impl SnowSample {
         self.sphericity.check(&SPHERICITY_RANGES)?;
         self.facetness.check(&FACETNESS_RANGES)?;
         check_density(self.density_kg_m3)?;
-        for property in Property::all().filter(|property| property.is_plain()) {
+        for property in Property::plain().chain(Property::of_impurities(&self.impurities)) {
             property.parameter().range.check(property.get(self))?;
         }
         Ok(())
@@ -274,7 +279,8 @@ impl SnowSample {
             density_kg_m3: between(first.density_kg_m3, last.density_kg_m3),
             ..*first
         };
-        for property in Property::all().filter(|property| property.is_plain()) {
+        let impurities = [first, last].into_iter().flat_map(|one| Property::of_impurities(&one.impurities));
+        for property in Property::plain().chain(impurities) {
             property.set(&mut sample, between(property.get(first), property.get(last)));
         }
         sample

@@ -12,7 +12,7 @@ use super::snow_type::SnowType;
 use super::truncated_normal::TruncatedNormal;
 use crate::TransportError;
 use crate::grain::SizeMeasure;
-use crate::optics::{IceTable, Impurities, Substance};
+use crate::optics::{IceTable, Impurities};
 use crate::parameters::{
     Density, FACETNESS, GRAIN_SIZE, MASS_FRACTION, SPHERICITY, SURFACE_AREA, SurfaceArea, Temperature, WaterSaturation,
 };
@@ -116,9 +116,9 @@ impl SnowKeys {
             sample.sphericity = TruncatedNormal::sphericity(numbers).map_err(wrong(SPHERICITY.key))?;
         }
         self.set_grain_size(&mut sample)?;
-        for substance in Substance::ALL {
-            MASS_FRACTION.range.check(sample.impurities.ng_g(substance)).map_err(|error| SnowKeyError {
-                impurity: Some(substance.name().to_owned()),
+        for property in Property::of_impurities(&sample.impurities) {
+            MASS_FRACTION.range.check(property.get(&sample)).map_err(|error| SnowKeyError {
+                impurity: Some(property.parameter().title.to_owned()),
                 ..wrong(MASS_FRACTION.key)(error.into())
             })?;
         }
@@ -223,6 +223,7 @@ mod one_or_several {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::optics::Substance;
 
     #[test]
     fn the_schema_has_every_property() {
@@ -251,7 +252,7 @@ mod tests {
         let rough = SnowKeys { facetness: Some(vec![2.0]), ..SnowKeys::default() };
         let (key, _, reason) = wrong(rough);
         assert_eq!((key, &*reason), ("facetness", "facetness is 2, but must lie in 0–1"));
-        let impurities_ng_g = Impurities::none().with(Substance::BlackCarbon, 2e7);
+        let impurities_ng_g = Impurities::none().with(Substance::BLACK_CARBON, 2e7);
         let (key, impurity, _) = wrong(SnowKeys { impurities_ng_g, ..SnowKeys::default() });
         assert_eq!((key, &*impurity), ("impurities_ng_g", "black-carbon"));
         let twice =

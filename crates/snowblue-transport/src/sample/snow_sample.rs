@@ -6,9 +6,8 @@ use super::grain_size::{GrainSize, MEAN_SIZE_HALF_RANGE_UM};
 use super::truncated_normal::TruncatedNormal;
 use crate::TransportError;
 use crate::grain::{SizeMeasure, Spheroid};
+use crate::optics::Impurities;
 use crate::optics::ice::{self, IceTable};
-use crate::optics::impurity::{self, Impurities};
-use crate::optics::{WavelengthRange, water};
 use crate::parameters::{DENSITY, FACETNESS, GRAIN_SIZE, SPHERICITY, TEMPERATURE, WATER_SATURATION};
 
 /// The composition of snow.
@@ -60,35 +59,19 @@ impl SnowSample {
         self.ice_fraction() * 0.25 * area / (volume * 1e-6)
     }
 
-    /// Whether one tally serves both samples: equal shape, facetness, size measure and ice table.
-    pub(crate) fn has_grains_of(&self, other: &Self) -> bool {
-        (self.sphericity, self.facetness, self.grain_size.measure, self.ice)
-            == (other.sphericity, other.facetness, other.grain_size.measure, other.ice)
-    }
-
-    /// The wavelengths that the tables of ice and of the water and impurities in the sample cover.
-    #[must_use]
-    pub fn wavelength_range(&self) -> WavelengthRange {
-        let mut range = self.ice.wavelength_range();
-        if self.water_saturation > 0.0 {
-            range = range.intersection(water::WAVELENGTH_RANGE);
-        }
-        if !self.impurities.is_none() {
-            range = range.intersection(impurity::WAVELENGTH_RANGE);
-        }
-        range
-    }
-
-    /// Checks that the tables of ice and of the water and impurities in the sample cover `wavelength_nm`.
+    /// Checks that the tables of ice and of the impurities in the sample cover `wavelength_nm`.
     ///
     /// # Errors
     /// [`TransportError::Range`] if a table does not cover it.
     pub fn check_wavelength(&self, wavelength_nm: f64) -> Result<(), TransportError> {
         self.ice.check_wavelength(wavelength_nm)?;
-        if self.water_saturation > 0.0 {
-            water::check_wavelength(wavelength_nm)?;
-        }
-        Ok(self.impurities.check_wavelength(wavelength_nm)?)
+        self.impurities.present().try_for_each(|(substance, _)| substance.check_wavelength(wavelength_nm))
+    }
+
+    /// Whether one tally serves both samples: equal shape, facetness, size measure and ice table.
+    pub(crate) fn has_grains_of(&self, other: &Self) -> bool {
+        (self.sphericity, self.facetness, self.grain_size.measure, self.ice)
+            == (other.sphericity, other.facetness, other.grain_size.measure, other.ice)
     }
 }
 
@@ -137,9 +120,9 @@ mod tests {
     #[test]
     fn the_identifier_depends_on_each_property() {
         let usual = SnowSample::default();
-        let mut others: Vec<SnowSample> = Substance::ALL
+        let mut others: Vec<SnowSample> = Substance::all()
             .map(|substance| SnowSample { impurities: Impurities::none().with(substance, 1.0), ..usual })
-            .into();
+            .collect();
         let mut add = |change: &dyn Fn(&mut SnowSample)| {
             let mut other = usual;
             change(&mut other);

@@ -20,7 +20,7 @@ fn samples() -> Vec<SnowSample> {
     vec![
         usual,
         SnowSample { grain_size: of_area(2.0), density_kg_m3: 450.0, ..usual },
-        SnowSample { impurities: Impurities::none().with(Substance::BlackCarbon, 80.0), ..usual },
+        SnowSample { impurities: Impurities::none().with(Substance::BLACK_CARBON, 80.0), ..usual },
         SnowSample { facetness: TruncatedNormal::exactly(0.5), ..usual },
         SnowSample { grain_size: of_area(10.0), water_saturation: 0.1, ..usual },
         SnowSample::default(),

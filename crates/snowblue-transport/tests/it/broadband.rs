@@ -23,7 +23,7 @@ fn curves(sample: SnowSample, thicknesses_cm: &[f64], angles_deg: &[f64], wavele
 fn broadband(band: Band, curve: &[Radiometry]) -> Fluxes {
     let (wavelengths_nm, fluxes): (Vec<f64>, Vec<Fluxes>) =
         curve.iter().map(|row| (row.wavelength_nm, row.fluxes)).unzip();
-    BandWeights::new(band, SnowSample::default().wavelength_range(), &wavelengths_nm).unwrap().broadband(&fluxes)
+    BandWeights::new(band, &wavelengths_nm).unwrap().broadband(&fluxes)
 }
 
 /// Gardner & Sharp (2010, doi:10.1029/2009JF001444) fit the broadband albedo of deep pure snow by 1.48 − S^−0.07 for

@@ -11,6 +11,19 @@ const OPTIONS: OrdinatesOptions = OrdinatesOptions { tally_rays: 1 << 10, stream
 const NM: [f64; 4] = [400.0, 550.0, 900.0, 1350.0];
 const SURFACE_AREA_M2_KG: f64 = 20.0;
 
+/// Every variable, of the impurities those whose tables differ most.
+fn variables() -> Vec<Variable> {
+    const KEPT: [Substance; 5] = [
+        Substance::BLACK_CARBON,
+        Substance::SAHARAN_DUST,
+        Substance::COLORADO_DUST,
+        Substance::BROWN_CARBON,
+        Substance::SNOW_ALGAE,
+    ];
+    let is_kept = |by: &Variable| !matches!(by, Variable::Snow(Property::Impurity(one)) if !KEPT.contains(one));
+    Variable::all().into_iter().filter(is_kept).collect()
+}
+
 /// One slab of one snow.
 #[derive(Debug, Clone, Copy)]
 struct Scene {
@@ -33,11 +46,11 @@ fn scene(sample: SnowSample, thickness_cm: f64, angle_deg: f64, ground_albedo: f
 /// Thin, thick and deep, under high and low sun and a white sky, clean, dirty and wet, on black and bright ground.
 fn scenes() -> Vec<(&'static str, Scene)> {
     let dirt = Impurities::none()
-        .with(Substance::BlackCarbon, 200.0)
-        .with(Substance::SaharanDust, 5e4)
-        .with(Substance::BrownCarbon, 300.0);
+        .with(Substance::BLACK_CARBON, 200.0)
+        .with(Substance::SAHARAN_DUST, 5e4)
+        .with(Substance::BROWN_CARBON, 300.0);
     let dirty = SnowSample { impurities: dirt, ..snow() };
-    let algae = SnowSample { impurities: dirt.with(Substance::SnowAlgae, 1e5), ..snow() };
+    let algae = SnowSample { impurities: dirt.with(Substance::SNOW_ALGAE, 1e5), ..snow() };
     let wet = SnowSample { water_saturation: 0.2, ..snow() };
     let smooth = SnowSample { facetness: TruncatedNormal::exactly(0.0), density_kg_m3: 120.0, ..snow() };
     let soaked = SnowSample { water_saturation: 0.9, impurities: dirt, ..snow() };
@@ -163,9 +176,9 @@ fn assert_near(what: &str, (found, expected): (&[[f64; 3]], &[[f64; 3]]), values
     }
 }
 
-/// The derivatives by one of `Variable::all()` at each wavelength.
+/// The derivatives by one of [`variables`] at each wavelength.
 fn column(all: &[[f64; 3]], place: usize) -> Vec<[f64; 3]> {
-    all.iter().skip(place).step_by(Variable::all().len()).copied().collect()
+    all.iter().skip(place).step_by(variables().len()).copied().collect()
 }
 
 /// Central differences over h and 2h, extrapolated: their error is of the order h⁴.
@@ -174,8 +187,8 @@ fn derivatives_agree_with_central_differences() {
     let central = [(2.0, -1.0), (1.0, 8.0), (-1.0, -8.0), (-2.0, 1.0)].map(|(steps, weight)| (steps, weight / 12.0));
     let mut compared = 0;
     for (name, scene) in scenes() {
-        let (derivatives, values) = (differentiate(&scene, &Variable::all(), &OPTIONS), solve(&scene, &OPTIONS));
-        for (place, variable) in Variable::all().into_iter().enumerate() {
+        let (derivatives, values) = (differentiate(&scene, &variables(), &OPTIONS), solve(&scene, &OPTIONS));
+        for (place, variable) in variables().into_iter().enumerate() {
             let Some(at) = value(&scene, variable) else {
                 assert!(column(&derivatives, place).iter().flatten().all(|derivative| derivative.abs() <= 0.0));
                 continue;
@@ -211,8 +224,8 @@ fn derivatives_at_the_ends_of_ranges_agree_with_differences_to_one_side() {
     let mut compared = 0;
     // Such differences in a film are rounding.
     for (name, scene) in scenes().into_iter().skip(1).take(5).chain(ends) {
-        let (derivatives, values) = (differentiate(&scene, &Variable::all(), &options), solve(&scene, &options));
-        for (place, variable) in Variable::all().into_iter().enumerate() {
+        let (derivatives, values) = (differentiate(&scene, &variables(), &options), solve(&scene, &options));
+        for (place, variable) in variables().into_iter().enumerate() {
             // Traces change deep snow.
             let depth_cm = 1.0 + scene.case.thickness_cm.min(1e3);
             let is_fraction = matches!(
@@ -220,7 +233,7 @@ fn derivatives_at_the_ends_of_ranges_agree_with_differences_to_one_side() {
                 Variable::Snow(Property::WaterSaturation) | Variable::CosIncidence | Variable::GroundAlbedo
             );
             let step = match variable {
-                Variable::Snow(Property::Impurity(Substance::BlackCarbon | Substance::BrownCarbon)) => 1.0 / depth_cm,
+                Variable::Snow(Property::Impurity(Substance::BLACK_CARBON | Substance::BROWN_CARBON)) => 1.0 / depth_cm,
                 Variable::Snow(Property::Impurity(_)) => 100.0 / depth_cm,
                 // The steepest mode decays over 10⁻³ cm.
                 Variable::Thickness => 1e-6,
@@ -251,8 +264,8 @@ fn derivatives_at_the_ends_of_ranges_agree_with_differences_to_one_side() {
 fn the_remainder_of_taylor_is_of_second_order() {
     let mut tested = 0;
     for (name, scene) in scenes() {
-        let (derivatives, values) = (differentiate(&scene, &Variable::all(), &OPTIONS), solve(&scene, &OPTIONS));
-        for (place, variable) in Variable::all().into_iter().enumerate() {
+        let (derivatives, values) = (differentiate(&scene, &variables(), &OPTIONS), solve(&scene, &OPTIONS));
+        for (place, variable) in variables().into_iter().enumerate() {
             let Some(at) = value(&scene, variable).filter(|at| *at > 0.0) else { continue };
             let step = 4e-3 * if at < 1.0 { at.min(1.0 - at) } else { at };
             let there = [1.0, 0.5].map(|part| solve(&with(&scene, variable, at + part * step), &OPTIONS));
@@ -307,15 +320,15 @@ fn derivatives_are_those_that_a_slab_has_alone() {
         cases: cases.collect(),
         wavelengths_nm: NM.to_vec(),
     };
-    let solved = differentiate_batch(&together, &Variable::all(), &OPTIONS, true, &|_| ()).unwrap();
+    let solved = differentiate_batch(&together, &variables(), &OPTIONS, true, &|_| ()).unwrap();
     let bits = |rows: &[[f64; 3]]| -> Vec<u64> { rows.iter().flatten().map(|value| value.to_bits()).collect() };
-    let per_case = NM.len() * Variable::all().len();
+    let per_case = NM.len() * variables().len();
     for ((name, scene), rows) in scenes.iter().zip(solved.derivatives.chunks(per_case)) {
         let rows: Vec<[f64; 3]> =
             rows.iter().map(|row| [row.reflectance, row.transmittance, row.absorptance]).collect();
-        assert_eq!(bits(&rows), bits(&differentiate(scene, &Variable::all(), &OPTIONS)), "{name}");
+        assert_eq!(bits(&rows), bits(&differentiate(scene, &variables(), &OPTIONS)), "{name}");
         let values = solve(scene, &OPTIONS);
-        for (place, variable) in Variable::all().into_iter().enumerate() {
+        for (place, variable) in variables().into_iter().enumerate() {
             let by_one = differentiate(scene, &[variable], &OPTIONS);
             for (wavelength, (of_all, alone)) in column(&rows, place).iter().zip(&by_one).enumerate() {
                 for flux in 0..2 {

@@ -42,7 +42,10 @@ prop_compose! {
         size_um in interval(GRAIN_SIZE.range), sphericity in distribution(SPHERICITY.range),
         facetness in distribution(FACETNESS.range), density_kg_m3 in within(DENSITY.range),
         water_saturation in within(WATER_SATURATION.range), temperature_c in within(TEMPERATURE.range),
-        impurity in prop::option::of((prop::sample::select(Substance::ALL.to_vec()), within(MASS_FRACTION.range))),
+        impurity in prop::option::of((
+            prop::sample::select(Substance::all().collect::<Vec<_>>()),
+            within(MASS_FRACTION.range),
+        )),
         is_picard in any::<bool>(),
     ) -> SnowSample {
         SnowSample {
@@ -58,9 +61,9 @@ prop_compose! {
     }
 }
 
-/// The first and the last wavelength that the tables of a sample cover, and one between them, in nm.
+/// The first and the last wavelength that the table of ice covers, and one between them, in nm.
 fn wavelengths_nm(sample: &SnowSample) -> Vec<f64> {
-    let range = sample.wavelength_range();
+    let range = sample.ice.wavelength_range();
     vec![range.first_nm, 0.7 * range.first_nm + 0.3 * range.last_nm, range.last_nm]
 }
 

@@ -13,8 +13,8 @@ use snowblue_transport::{
 
 const OPTIONS: OrdinatesOptions = OrdinatesOptions { tally_rays: 1 << 10, streams: Streams::Auto, seed: 1 };
 const NM: [f64; 12] = [400.0, 450.0, 500.0, 600.0, 700.0, 800.0, 900.0, 1000.0, 1030.0, 1100.0, 1200.0, 1300.0];
-const SOOT: Variable = Variable::impurity(Substance::BlackCarbon);
-const DUST: Variable = Variable::impurity(Substance::SaharanDust);
+const SOOT: Variable = Variable::impurity(Substance::BLACK_CARBON);
+const DUST: Variable = Variable::impurity(Substance::SAHARAN_DUST);
 
 /// Snow under a light, with the medians of the prior.
 #[derive(Debug, Clone)]
@@ -48,7 +48,7 @@ fn inversion(variables: &[Variable], deviations: &[f64]) -> Inversion {
 /// Exact albedo and transmittance at each wavelength.
 fn exact(truth: &Truth) -> [Vec<f64>; 2] {
     let grain_size = GrainSize::from_specific_surface_area(truth.area_m2_kg, -5.0).unwrap();
-    let impurities = SnowSample::default().impurities.with(Substance::BlackCarbon, truth.soot_ng_g);
+    let impurities = SnowSample::default().impurities.with(Substance::BLACK_CARBON, truth.soot_ng_g);
     let sample = SnowSample { grain_size, impurities, ..SnowSample::default() };
     let (incidences, diffuse) = match &truth.light {
         Illumination::Single(incidence) => (vec![*incidence; 2], vec![0.0; NM.len()]),
@@ -237,18 +237,18 @@ fn bands_of_single_wavelengths_have_the_posterior_of_the_wavelengths() {
     assert!(near(&found.fits[0], &reordered) && found.data == 11 && found.fits[0][8].is_nan());
 }
 
-/// Soot has no optical properties beyond 1495 nm, which only one of the bands needs.
+/// Picard's table of ice begins at 320 nm, and only one of the bands needs shorter wavelengths.
 #[test]
 fn a_spectrum_needs_the_wavelengths_of_its_own_bands_only() {
-    let mut wavelengths_nm = NM.to_vec();
-    wavelengths_nm.push(1600.0);
-    let mut all: Vec<Vec<f64>> = bands().into_iter().map(|band| [band, vec![0.0]].concat()).collect();
+    let wavelengths_nm = [&[310.0], &NM[..]].concat();
+    let mut all: Vec<Vec<f64>> = bands().into_iter().map(|band| [vec![0.0], band].concat()).collect();
     let mut last = vec![0.0; NM.len() + 1];
-    (last[11], last[12]) = (0.5, 0.5);
+    (last[0], last[1]) = (0.5, 0.5);
     all.push(last);
     let whole = inversion(&[Variable::Snow(Property::SurfaceArea), SOOT], &[1.0, 2.0]);
     let inversion = Inversion { wavelengths_nm, bands: Some(all), ..whole.clone() };
     let mut spectrum = observation(&deep(20.0, 100.0, beam(60.0)), &[30.0, 50.0], 0.01);
+    spectrum.layers[0].sample_mut().unwrap().ice = IceTable::Picard2016;
     let values = means(&bands(), &spectrum.measured[0].values);
     let expected = one(
         &Inversion { bands: Some(bands()), ..whole },
@@ -261,7 +261,7 @@ fn a_spectrum_needs_the_wavelengths_of_its_own_bands_only() {
     spectrum.measured[0].values[5] = 0.3;
     let error = inversion.retrieve(&[spectrum], &|_| ()).unwrap_err();
     assert_eq!((error.observation, error.wavelength), (Some(0), Some(5)), "{error}");
-    assert!(error.to_string().contains("impurities is 1600 nm"), "{error}");
+    assert!(error.to_string().contains("wavelength is 310 nm"), "{error}");
 }
 
 #[test]
@@ -476,7 +476,7 @@ fn every_variable_can_be_retrieved() {
         (Variable::CosIncidence, 45_f64.to_radians().cos(), 0.5),
     ] {
         let grain_size = GrainSize::from_specific_surface_area(25.0, -5.0).unwrap();
-        let impurities = SnowSample::default().impurities.with(Substance::BlackCarbon, 100.0);
+        let impurities = SnowSample::default().impurities.with(Substance::BLACK_CARBON, 100.0);
         let transmittance = Measured { quantity: Quantity::Transmittance, ..measured(transmittance.clone(), 1e-3) };
         let sample = SnowSample { grain_size, impurities, ..SnowSample::default() };
         let spectrum = Observation {
@@ -538,20 +538,20 @@ fn all_variables_at_ends_of_their_ranges_are_named() {
 fn a_spectrum_needs_its_own_wavelengths_only() {
     let mut inversion = inversion(&[Variable::Snow(Property::SurfaceArea)], &[1.0]);
     let mut dry = observation(&deep(20.0, 0.0, beam(30.0)), &[20.0], 0.01);
-    let mut wet = dry.clone();
-    wet.layers[0].sample_mut().unwrap().water_saturation = 0.05;
-    inversion.wavelengths_nm.push(1600.0);
-    for (spectrum, value) in [(&mut dry, 0.1), (&mut wet, f64::NAN)] {
+    let mut picard = dry.clone();
+    picard.layers[0].sample_mut().unwrap().ice = IceTable::Picard2016;
+    inversion.wavelengths_nm.push(310.0);
+    for (spectrum, value) in [(&mut dry, 0.95), (&mut picard, f64::NAN)] {
         let albedo = &mut spectrum.measured[0];
         albedo.values.push(value);
         albedo.standard_deviations.push(0.05);
     }
-    let found = retrieve(&inversion, &[wet.clone(), dry.clone(), wet.clone()]);
+    let found = retrieve(&inversion, &[picard.clone(), dry.clone(), picard.clone()]);
     assert!(found.iter().all(|retrieval| retrieval.outcome == Outcome::Converged), "{found:?}");
     assert!(found[0].values == found[2].values && found[0].data == 12 && found[1].data == 13);
     assert!(found[0].fits[0][12].is_nan() && found[1].fits[0][12] > 0.0 && found[0].fits[0][11] > 0.0);
-    wet.measured[0].values[12] = 0.1;
-    let error = inversion.retrieve(&[dry, wet], &|_| ()).unwrap_err();
+    picard.measured[0].values[12] = 0.95;
+    let error = inversion.retrieve(&[dry, picard], &|_| ()).unwrap_err();
     assert!((error.observation, error.wavelength) == (Some(1), Some(12)), "{error}");
 }
 
@@ -617,7 +617,7 @@ fn wrong_input_is_named_with_its_place() {
         changed(&|i| i.prior_covariance[0] = -1.0).2.starts_with("the prior of ssa_m2_kg: standard deviation is NaN")
     );
     assert_eq!(changed(&|i| i.variables.clear()), whole("no quantity to retrieve is given"));
-    assert!(changed(&|i| i.wavelengths_nm[2] = 1600.0).1 == Some(2));
+    assert!(changed(&|i| i.wavelengths_nm[2] = 2600.0).1 == Some(2));
     let half_space = "thickness cannot be retrieved for a half-space";
     assert_eq!(changed(&|i| i.variables[1] = Variable::Thickness.into()).2, half_space);
 }
@@ -639,7 +639,7 @@ fn exact_in_layers(areas_m2_kg: [f64; 2], soot_ng_g: f64, depths_cm: &[f64], ang
     for (layer, area_m2_kg) in layers.iter_mut().zip(areas_m2_kg) {
         let sample = layer.sample_mut().unwrap();
         sample.grain_size = GrainSize::from_specific_surface_area(area_m2_kg, -5.0).unwrap();
-        sample.impurities = sample.impurities.with(Substance::BlackCarbon, soot_ng_g);
+        sample.impurities = sample.impurities.with(Substance::BLACK_CARBON, soot_ng_g);
     }
     let stack = Stack {
         layers,

@@ -479,9 +479,9 @@ fn light_in_layers_is_conserved() {
             // The rounding of the difference, and the curvature over 20 µm.
             assert!((power - at.absorbed_per_m).abs() < 1e-4 * power + 1e-9, "{power} {}", at.absorbed_per_m);
         }
-        let solar = light.band(Band::Solar, &wavelengths_nm).unwrap();
-        let kept = solar.levels[0].net - solar.levels[4].net;
-        assert!((solar.absorbed.iter().sum::<f64>() - kept).abs() < 1e-9);
+        let visible = light.band(Band::Visible, &wavelengths_nm).unwrap();
+        let kept = visible.levels[0].net - visible.levels[4].net;
+        assert!((visible.absorbed.iter().sum::<f64>() - kept).abs() < 1e-9);
         // 1 W m⁻² nm⁻¹ from 400 to 700 nm are 165000 nm² /(h c N_A) photons.
         let par = light.band(Band::Par, &wavelengths_nm).unwrap();
         assert!((par.levels[0].down - 165_000.0 * 8.359_35e-3 * incident[0]).abs() < 1e-3, "{}", par.levels[0].down);
@@ -490,7 +490,7 @@ fn light_in_layers_is_conserved() {
     let day = LightInLayers::sum_of_day(&solved[..2]);
     assert!((day.levels[3].actinic - 43_200.0 * solved[0].levels[3].actinic).abs() < 1e-6);
     // Warming of a layer is that of its power, and wet snow melts.
-    let band = solved[0].band(Band::Solar, &wavelengths_nm).unwrap();
+    let band = solved[0].band(Band::Visible, &wavelengths_nm).unwrap();
     let [_, layers] = band.warming_k_h(&stack);
     let expected = 3600.0 * band.absorbed[1] / (0.07 * 300.0 * (152.5 + 7.122 * 268.15));
     assert_near(layers[1], expected, 1e-12, "warming");
@@ -500,7 +500,7 @@ fn light_in_layers_is_conserved() {
         layer.thickness_cm = f64::INFINITY;
     }
     let solved = light_in_layers(&endless, &lights[..1], &ordinates_options()).unwrap();
-    let band = solved[0].band(Band::Solar, &wavelengths_nm).unwrap();
+    let band = solved[0].band(Band::Visible, &wavelengths_nm).unwrap();
     assert_near(band.absorbed.iter().sum(), band.levels[0].net, 1e-9, "absorbed by a half-space");
     let [at_depths, of_layers] = band.warming_k_h(&endless);
     let last = of_layers.len() - 1;

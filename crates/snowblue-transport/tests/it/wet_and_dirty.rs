@@ -3,9 +3,10 @@
 use snowblue_transport::monte_carlo::{self, MonteCarloOptions};
 use snowblue_transport::optics::{Impurities, Substance};
 use snowblue_transport::ordinates::{self, OrdinatesOptions, Streams};
-use snowblue_transport::sample::{GrainSize, SnowSample, TruncatedNormal};
-use snowblue_transport::slab::{Estimate, Incidence, Radiometry, Slab};
+use snowblue_transport::sample::{GrainSize, SizeMeasure, SnowSample, TruncatedNormal};
+use snowblue_transport::slab::{Estimate, Fluxes, Incidence, Radiometry, Slab};
 use snowblue_transport::stack::{Layer, Stack};
+use snowblue_transport::sunlight::{Band, BandWeights, irradiance_w_m2, wavelengths_nm};
 use snowblue_transport::{Demand, GrainTallies, Medium, Population, TallyPlan};
 
 /// A small tally, for laws that hold for any phase function.
@@ -16,7 +17,7 @@ fn wet(water_saturation: f64) -> SnowSample {
 }
 
 fn sooty(ng_g: f64) -> SnowSample {
-    SnowSample { impurities: Impurities::none().with(Substance::BlackCarbon, ng_g), ..SnowSample::default() }
+    SnowSample { impurities: Impurities::none().with(Substance::BLACK_CARBON, ng_g), ..SnowSample::default() }
 }
 
 fn slab(sample: SnowSample, thickness_cm: f64, wavelengths_nm: &[f64]) -> Slab {
@@ -186,8 +187,8 @@ fn light_without_snow_reaches_the_ground() {
 /// All impurities at several saturations, in the ultraviolet, blue, red and infrared.
 #[test]
 fn engines_agree_about_wet_and_dirty_snow() {
-    let dust = Impurities::none().with(Substance::SaharanDust, 2e6).with(Substance::ColoradoDust, 1e6);
-    let living = Impurities::none().with(Substance::SnowAlgae, 3e5).with(Substance::BrownCarbon, 2e4);
+    let dust = Impurities::none().with(Substance::SAHARAN_DUST, 2e6).with(Substance::COLORADO_DUST, 1e6);
+    let living = Impurities::none().with(Substance::SNOW_ALGAE, 3e5).with(Substance::BROWN_CARBON, 2e4);
     let coarse = SnowSample { grain_size: GrainSize::around(1500.0).unwrap(), ..SnowSample::default() };
     let cases = [
         (wet(0.3), 0.5, [400.0, 700.0, 1100.0]),
@@ -270,5 +271,65 @@ fn assert_agree(some: &[Radiometry], others: &[Radiometry], what: &str) {
             let z = z_score(a, b);
             assert!(z.abs() < 4.0, "{what}, {quantity}: {a:?} {b:?}, z = {z:.1}");
         }
+    }
+}
+
+/// The albedo of deep snow of smooth spheres of 100 µm radius under a sun at 60°.
+fn albedo_of_spheres(impurities: Impurities, wavelengths_nm: &[f64]) -> Vec<Fluxes> {
+    let sample = SnowSample {
+        grain_size: GrainSize { min_um: 200.0, max_um: 200.0, measure: SizeMeasure::OpticalDiameter },
+        sphericity: TruncatedNormal::exactly(1.0),
+        facetness: TruncatedNormal::exactly(0.0),
+        impurities,
+        ..SnowSample::default()
+    };
+    let incidences = vec![Incidence::Beam { angle_deg: 60.0 }];
+    let slab = Slab { incidences, ..slab(sample, f64::INFINITY, wavelengths_nm) };
+    let solved = ordinates::solve_without_errors(&slab, &OrdinatesOptions::default()).unwrap();
+    solved.iter().map(|row| row.fluxes).collect()
+}
+
+/// BioSNICAR (Cook et al. 2020) for Mie spheres, with the impurities in its own broadband irradiance of a clear winter
+/// day, which is redder than ours. The algae are 21,810 cells/g.
+#[test]
+fn albedos_of_dirty_snow_are_those_of_biosnicar() {
+    let wavelengths_nm = wavelengths_nm(Band::Solar.wavelength_range());
+    let weights = BandWeights::new(Band::Solar, &wavelengths_nm).unwrap();
+    let none = Impurities::none();
+    for (impurities, expected) in [
+        (none, 0.829),
+        (none.with(Substance::BLACK_CARBON, 100.0), 0.811),
+        (none.with(Substance::BLACK_CARBON, 1000.0), 0.759),
+        (none.with(Substance::SAHARAN_DUST, 50_000.0), 0.789),
+    ] {
+        let found = weights.broadband(&albedo_of_spheres(impurities, &wavelengths_nm)).reflectance.value;
+        assert!((found - expected).abs() < 0.005, "{impurities}: {found}, but BioSNICAR has {expected}");
+    }
+    let found = albedo_of_spheres(none.with(Substance::SNOW_ALGAE, 21_810.0), &[405.0])[0].reflectance.value;
+    assert!((found - 0.912).abs() < 0.002, "{found}");
+}
+
+/// More of an impurity raises no band's albedo. By energy, the visible and the near-infrared band leave of the solar band
+/// an albedo of the ultraviolet.
+#[test]
+fn impurities_lower_the_albedo_of_every_band() {
+    let wavelengths_nm = wavelengths_nm(Band::Solar.wavelength_range());
+    let weights = Band::ALL.map(|band| BandWeights::new(band, &wavelengths_nm).unwrap());
+    let albedos = |impurities| {
+        let fluxes = albedo_of_spheres(impurities, &wavelengths_nm);
+        weights.each_ref().map(|band| band.broadband(&fluxes).reflectance.value)
+    };
+    for substance in Substance::all() {
+        let rows = [0.0, 100.0, 10_000.0].map(|ng_g| albedos(Impurities::none().with(substance, ng_g)));
+        for band in 0..Band::ALL.len() {
+            // Large grains of dust scatter between the grains of snow in the infrared, by less than 10⁻⁵ of the albedo.
+            let falls = rows.windows(2).all(|pair| pair[1][band] < pair[0][band] + 1e-5);
+            assert!(falls && rows[2][band] < rows[0][band] + 1e-5, "{substance}, {:?}: {rows:?}", Band::ALL[band]);
+        }
+        assert!(rows[2][0] < rows[0][0], "{substance} absorbs sunlight: {rows:?}");
+        let energies = Band::ALL.map(|band| irradiance_w_m2(band.wavelength_range()));
+        let rest = |of: &dyn Fn(usize) -> f64| of(0) - of(1) - of(2);
+        let ultraviolet = rest(&|band| rows[2][band] * energies[band]) / rest(&|band| energies[band]);
+        assert!((0.0..1.0).contains(&ultraviolet), "{substance}: {ultraviolet}");
     }
 }

@@ -1,7 +1,6 @@
 //! Sunlight, light at depth and measured curves of the web page agree with the crates below.
 
 use serde_json::{Value, json};
-use snowblue_transport::optics::WavelengthRange;
 use snowblue_transport::ordinates::{OrdinatesOptions, solve_stack, solve_without_errors};
 use snowblue_transport::sample::SnowSample;
 use snowblue_transport::slab::{Fluxes, Incidence, Slab};
@@ -47,9 +46,8 @@ fn the_solar_spectrum_and_its_bands_are_those_of_the_engine() {
     }
     let fluxes: Vec<Fluxes> = rows.iter().map(|row| row.fluxes).collect();
     for (index, band) in Band::ALL.into_iter().enumerate() {
-        let available = WavelengthRange::new(300.0, 2500.0);
-        let weights = BandWeights::new(band, available, &wavelengths_nm).unwrap();
-        let (mean, range) = (weights.broadband(&fluxes), weights.range);
+        let weights = BandWeights::new(band, &wavelengths_nm).unwrap();
+        let (mean, range) = (weights.broadband(&fluxes), band.wavelength_range());
         let found = &answer["bands"][index];
         assert_eq!((&found["name"], &found["first_nm"]), (&json!(band.name()), &json!(range.first_nm)));
         let full_sun = if band == Band::Par { photon_flux_umol_m2_s } else { irradiance_w_m2 };
@@ -61,16 +59,19 @@ fn the_solar_spectrum_and_its_bands_are_those_of_the_engine() {
     assert_eq!(sunlight::sunlight_name(), SPECTRUM);
 }
 
-/// Tables of water and impurities end before 2500 nm, and so do the bands.
+/// Soot and water do not change the bands, and darken all of them.
 #[test]
-fn bands_end_where_the_tables_do() {
-    let soot = json!({ "layers": [{ "thickness_cm": 5.0, "impurities_ng_g": { "black-carbon": 100.0 } }] });
-    let answer = parsed(sunlight::answer(&sample(soot).to_string()));
-    let wavelengths_nm = answer["wavelengths_nm"].as_array().unwrap();
-    assert_eq!((&wavelengths_nm[0], &wavelengths_nm[1]), (&json!(305.0), &json!(315.0)));
-    assert_eq!(wavelengths_nm.last().unwrap(), &json!(1495.0));
-    let ends: Vec<_> = answer["bands"].as_array().unwrap().iter().map(|band| &band["last_nm"]).collect();
-    assert_eq!(ends, [&json!(1495.0), &json!(700.0), &json!(1495.0), &json!(700.0)]);
+fn soot_and_water_darken_every_band() {
+    let reflectances = |layer: Value| -> Vec<f64> {
+        let answer = parsed(sunlight::answer(&sample(json!({ "layers": [layer] })).to_string()));
+        assert_eq!(answer["wavelengths_nm"].as_array().unwrap().last().unwrap(), &json!(2500.0));
+        answer["bands"].as_array().unwrap().iter().map(|band| band["reflectance"].as_f64().unwrap()).collect()
+    };
+    let clean = reflectances(json!({ "thickness_cm": 5.0 }));
+    let sooty = json!({ "thickness_cm": 5.0, "impurities_ng_g": { "black-carbon": 100.0 } });
+    for dark in [sooty, json!({ "thickness_cm": 5.0, "water_saturation": 0.1 })].map(reflectances) {
+        assert!(dark.iter().zip(&clean).all(|(dark, clean)| dark < clean), "{dark:?} {clean:?}");
+    }
 }
 
 #[test]

@@ -29,35 +29,33 @@ impl Bands {
         &self.0
     }
 
-    /// Wavelengths from the lowest to the highest end of all bands, within the range of the tables.
-    pub(super) fn wavelengths(&self, range: WavelengthRange) -> Wavelengths {
-        let ranges = self.0.iter().map(|band| band.wavelength_range(range));
+    /// Wavelengths from the lowest to the highest end of all bands.
+    pub(super) fn wavelengths(&self) -> Wavelengths {
+        let ranges = self.0.iter().map(|band| band.wavelength_range());
         Wavelengths(ranges.reduce(WavelengthRange::hull).map_or_else(Vec::new, sunlight::wavelengths_nm))
     }
 
     /// Weights of each band.
-    pub(super) fn weights(
-        &self,
-        range: WavelengthRange,
-        wavelengths: &Wavelengths,
-    ) -> Result<Vec<BandWeights>, Failure> {
-        let weights = self.0.iter().map(|band| BandWeights::new(*band, range, &wavelengths.0));
+    pub(super) fn weights(&self, wavelengths: &Wavelengths) -> Result<Vec<BandWeights>, Failure> {
+        let weights = self.0.iter().map(|band| BandWeights::new(*band, &wavelengths.0));
         weights.collect::<Result<_, _>>().map_err(Failure::input)
     }
 }
 
-/// Name and ends of a band, as `solar-300-2500`; the ends depend on the range of the tables.
-pub(super) fn name(band: Band, range: WavelengthRange) -> String {
-    format!("{}-{}-{}", band.name(), range.first_nm, range.last_nm)
+/// Name and ends of a band, as `solar-320-2500`.
+pub(super) fn name(band: Band) -> String {
+    let WavelengthRange { first_nm, last_nm } = band.wavelength_range();
+    format!("{}-{first_nm}-{last_nm}", band.name())
 }
 
 /// The solar spectrum, and the irradiance of each band.
 pub(super) fn metadata(bands: &[BandWeights]) -> Metadata {
-    let irradiance = |BandWeights { band, range, .. }: &BandWeights| match band {
-        Band::Par => {
-            format!("{} {:.2} µmol m⁻² s⁻¹", name(*band, *range), sunlight::photon_flux_umol_m2_s(*range))
+    let irradiance = |BandWeights { band, .. }: &BandWeights| {
+        let (name, range) = (name(*band), band.wavelength_range());
+        match band {
+            Band::Par => format!("{name} {:.2} µmol m⁻² s⁻¹", sunlight::photon_flux_umol_m2_s(range)),
+            _ => format!("{name} {:.2} W m⁻²", sunlight::irradiance_w_m2(range)),
         }
-        _ => format!("{} {:.2} W m⁻²", name(*band, *range), sunlight::irradiance_w_m2(*range)),
     };
     let sun: Vec<String> = bands.iter().map(irradiance).collect();
     vec![("sunlight", sunlight::SPECTRUM.to_owned()), ("full sun", sun.join(", "))]
@@ -71,11 +69,11 @@ mod tests {
     fn bands_cover_their_wavelengths() {
         let all = bands(ALL_BANDS).unwrap();
         assert_eq!(all.0, Band::ALL);
-        let wavelengths = all.wavelengths(WavelengthRange::new(320.0, 2500.0));
+        let wavelengths = all.wavelengths();
         assert_eq!((wavelengths.0.len(), wavelengths.0[0].to_bits()), (219, 320_f64.to_bits()));
-        let (par, range) = (bands("par").unwrap(), WavelengthRange::new(300.0, 2500.0));
-        assert_eq!(par.wavelengths(range).0.len(), 31);
-        assert_eq!(par.weights(range, &par.wavelengths(range)).unwrap().len(), 1);
+        let par = bands("par").unwrap();
+        assert_eq!(par.wavelengths().0.len(), 31);
+        assert_eq!(par.weights(&par.wavelengths()).unwrap().len(), 1);
         assert!(bands("ultraviolet").unwrap_err().contains("'ultraviolet'"));
     }
 }

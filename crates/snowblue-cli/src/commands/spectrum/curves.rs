@@ -149,7 +149,7 @@ impl Curves {
         let names: Vec<Cell> = if self.bands.is_empty() {
             self.rows[..self.wavelengths()].iter().map(|row| row.wavelength_nm.into()).collect()
         } else {
-            self.bands.iter().map(|band| Cell::Word(broadband::name(band.band, band.range))).collect()
+            self.bands.iter().map(|band| Cell::Word(broadband::name(band.band))).collect()
         };
         let mut rows: Vec<Vec<Cell>> = Vec::new();
         for (leading, curve) in self.of_slabs() {

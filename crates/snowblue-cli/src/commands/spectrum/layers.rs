@@ -1,12 +1,13 @@
 //! Layers of snow on a ground: options, and fluxes at depths.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 use snowblue_base::toml_table::ParseError;
 use snowblue_figures::{Cell, Metadata, format_number};
 use snowblue_transport::layer_file::LayerFile;
-use snowblue_transport::optics::{Substance, WavelengthRange, Wavelengths};
+use snowblue_transport::optics::{Substance, Wavelengths};
 use snowblue_transport::parameters::GROUND_ALBEDO;
 use snowblue_transport::slab::Incidence;
 use snowblue_transport::stack::{Layer, Stack, StackRadiometry};
@@ -100,15 +101,10 @@ impl StackOptions {
         let Some(path) = &self.layers else { return Ok(None) };
         let LayerFile { layers, ice, .. } = read(path)?;
         let mut metadata = vec![("ice", ice.name().to_owned()), ("layers", path.display().to_string())];
-        let is_present = |substance: &Substance| {
-            layers.iter().filter_map(Layer::sample).any(|sample| sample.impurities.ng_g(*substance) > 0.0)
-        };
-        let sources: Vec<&str> = Substance::ALL
-            .iter()
-            .filter(|substance| is_present(substance))
-            .map(|substance| substance.source())
-            .collect();
-        if !sources.is_empty() {
+        let present = layers.iter().filter_map(Layer::sample).flat_map(|sample| sample.impurities.present());
+        let present: BTreeSet<Substance> = present.map(|(substance, _)| substance).collect();
+        if !present.is_empty() {
+            let sources: Vec<&str> = present.into_iter().map(Substance::source).collect();
             metadata.push(("impurities", sources.join(", ")));
         }
         Ok(Some(Pack { layers, metadata }))
@@ -130,14 +126,6 @@ impl StackOptions {
         };
         stack.check().map_err(Failure::input)?;
         Ok(stack)
-    }
-}
-
-impl Pack {
-    /// The range of wavelengths that the tables of all layers cover, in nm.
-    pub(super) fn wavelength_range(&self) -> WavelengthRange {
-        let first = self.layers[0].wavelength_range();
-        self.layers.iter().map(Layer::wavelength_range).fold(first, WavelengthRange::intersection)
     }
 }
 

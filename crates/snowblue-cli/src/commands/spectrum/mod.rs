@@ -11,12 +11,12 @@ use std::path::PathBuf;
 
 use clap::Args;
 use snowblue_figures::{DataTable, Metadata, plot};
+use snowblue_sky::daylight_wavelengths_nm;
 use snowblue_transport::batch::Batch;
 use snowblue_transport::monte_carlo::{self, MonteCarloOptions};
-use snowblue_transport::optics::{WavelengthRange, Wavelengths};
+use snowblue_transport::optics::{IceTable, Wavelengths};
 use snowblue_transport::ordinates;
 use snowblue_transport::parameters::GROUND_ALBEDO;
-use snowblue_transport::sample::SnowSample;
 use snowblue_transport::slab::Fluxes;
 use snowblue_transport::spread::{Uncertainty, solve_spread};
 use snowblue_transport::stack::{Layer, Stack};
@@ -211,31 +211,30 @@ impl Spectrum {
         Ok(())
     }
 
-    /// The given wavelengths, or the wavelengths of the sky or of the bands within the range of the tables.
-    fn wavelengths(&self, range: WavelengthRange) -> Result<Wavelengths, Failure> {
-        let snow = SnowSample::default().wavelength_range();
+    /// The given wavelengths, or the wavelengths of the sky or of the bands.
+    fn wavelengths(&self) -> Result<Wavelengths, Failure> {
+        let snow = IceTable::default().wavelength_range();
         match (&self.wavelengths, &self.broadband) {
             (Some(wavelengths), _) => {
                 let mut each = wavelengths.0.iter();
                 each.try_for_each(|nm| snow.check("wavelength", *nm)).map_err(Failure::input)?;
                 Ok(wavelengths.clone())
             }
-            _ if self.sky.is_used() => Ok(self.sky.wavelengths(range)),
-            (None, Some(bands)) => Ok(bands.wavelengths(range)),
+            _ if self.sky.is_used() => Ok(Wavelengths(daylight_wavelengths_nm())),
+            (None, Some(bands)) => Ok(bands.wavelengths()),
             (None, None) => Ok(Wavelengths::visible()),
         }
     }
 
     /// The weights of the bands; none without `--broadband`.
-    fn bands(&self, range: WavelengthRange, wavelengths: &Wavelengths) -> Result<Vec<BandWeights>, Failure> {
-        self.broadband.as_ref().map_or(Ok(Vec::new()), |bands| bands.weights(range, wavelengths))
+    fn bands(&self, wavelengths: &Wavelengths) -> Result<Vec<BandWeights>, Failure> {
+        self.broadband.as_ref().map_or(Ok(Vec::new()), |bands| bands.weights(wavelengths))
     }
 
     /// Solves the layers of a file. Also returns the metadata of the snow.
     fn solve_layers(&self, pack: Pack, quiet: bool) -> Result<(Curves, Metadata), Failure> {
-        let range = pack.wavelength_range();
-        let wavelengths = self.wavelengths(range)?;
-        let bands = self.bands(range, &wavelengths)?;
+        let wavelengths = self.wavelengths()?;
+        let bands = self.bands(&wavelengths)?;
         let stack = self.stack.stack(pack.layers, &self.slab.angle, &wavelengths)?;
         self.check_plot(stack.thickness_cm().is_infinite())?;
         let rows = if self.engine == Engine::Montecarlo {
@@ -265,18 +264,9 @@ impl Spectrum {
             Some(path) => Slabs::read(path, &defaults, &self.given)?,
             None => Slabs::of_options(&defaults)?,
         };
-        let range = slabs.wavelength_range();
-        let wavelengths = self.wavelengths(range)?;
+        let wavelengths = self.wavelengths()?;
         slabs.check_size(wavelengths.0.len())?;
-        if let Some(band) = self.broadband.as_ref().and_then(|bands| slabs.band_that_differs(bands.list(), range)) {
-            let name = band.name();
-            let WavelengthRange { first_nm, last_nm } = range;
-            return Err(Failure::Input(format!(
-                "--broadband {name} reaches as far as the tables of the snow, which differ: all of them cover only \
-                 {first_nm}–{last_nm} nm; compute these slabs apart, or take visible or par"
-            )));
-        }
-        let bands = self.bands(range, &wavelengths)?;
+        let bands = self.bands(&wavelengths)?;
         let batch = slabs.batch(wavelengths)?;
         let intervals = self.intervals(&slabs, &batch, quiet)?;
         let rows = batch.radiometry(&self.fluxes(&slabs, &batch, quiet)?);
@@ -323,16 +313,15 @@ impl Spectrum {
 
     /// Fluxes at depths: of a unit of light, or under a sky.
     fn light_at_depths(&self) -> Result<DataTable, Failure> {
-        let (packs, range, snow) = if let Some(pack) = self.stack.pack()? {
-            let range = pack.wavelength_range();
-            (vec![pack.layers], range, pack.metadata)
+        let (packs, snow) = if let Some(pack) = self.stack.pack()? {
+            (vec![pack.layers], pack.metadata)
         } else {
             let sample = self.sample.sample()?;
             let pack = |thickness_cm: &f64| vec![Layer::snow(sample, *thickness_cm)];
             let packs = self.slab.thickness.iter().map(pack).collect();
-            (packs, sample.wavelength_range(), self.sample.metadata_of(&sample))
+            (packs, self.sample.metadata_of(&sample))
         };
-        let (wavelengths, metadata) = (self.wavelengths(range)?, self.metadata(snow, false));
+        let (wavelengths, metadata) = (self.wavelengths()?, self.metadata(snow, false));
         let stacks = packs.into_iter().map(|layers| self.stack.stack(layers, &self.slab.angle, &wavelengths));
         let stacks: Vec<Stack> = stacks.collect::<Result<_, Failure>>()?;
         let options = self.ordinates.options();

@@ -74,7 +74,7 @@ mod tests {
     #[test]
     fn deviations_have_the_names_of_options() {
         let found = uncertainty("ssa=2, density=30,black-carbon=5,ice").unwrap();
-        let soot = Property::Impurity(Substance::BlackCarbon);
+        let soot = Property::Impurity(Substance::BLACK_CARBON);
         assert_eq!(found.deviations, [(Property::SurfaceArea, 2.0), (Property::Density, 30.0), (soot, 5.0)]);
         assert!(found.ice);
         for (words, message) in [

@@ -2,9 +2,8 @@
 
 use clap::Args;
 use snowblue_figures::{Cell, DataTable, Metadata};
-use snowblue_sky::{DateTime, Daylight, Place, SkyError, daylight_wavelengths_nm, sun_position, times_of_day};
+use snowblue_sky::{DateTime, Daylight, Place, SkyError, sun_position, times_of_day};
 use snowblue_transport::illumination::{Illumination, LightInLayers, LightLevel, light_in_layers};
-use snowblue_transport::optics::{WavelengthRange, Wavelengths};
 use snowblue_transport::ordinates::OrdinatesOptions;
 use snowblue_transport::stack::Stack;
 use snowblue_transport::sunlight::Band;
@@ -69,12 +68,6 @@ impl SkyOptions {
     /// Whether there is a sky.
     pub(super) fn is_used(&self) -> bool {
         self.sky.is_some()
-    }
-
-    /// Wavelengths that sample the sky, as far as the tables of the snow reach.
-    pub(super) fn wavelengths(&self, range: WavelengthRange) -> Wavelengths {
-        let all = daylight_wavelengths_nm().into_iter();
-        Wavelengths(all.filter(|nm| (range.first_nm..=range.last_nm).contains(nm)).collect())
     }
 
     /// The light at the depths of a stack: spectra, or bands.
@@ -176,14 +169,10 @@ impl Solved {
             warming_column,
         ];
         let none = || Cell::word("");
-        let [first_nm, .., last_nm] = stack.wavelengths_nm[..] else {
-            return Err(Failure::Input("--broadband needs several --wavelengths, at most 50 nm apart".to_owned()));
-        };
-        let range = WavelengthRange { first_nm, last_nm };
         let mut rows: Vec<Vec<Cell>> = Vec::new();
         for band in bands {
             let of_band = light.band(*band, &stack.wavelengths_nm).map_err(Failure::input)?;
-            let name = broadband::name(*band, band.wavelength_range(range));
+            let name = broadband::name(*band);
             let unit = match (band, is_day) {
                 (Band::Par, false) => "µmol/s",
                 (Band::Par, true) => "µmol",

@@ -8,10 +8,9 @@ use snowblue_base::csv_text::{cells, is_comment, lines, separator_hint};
 use snowblue_figures::{Cell, format_number};
 use snowblue_transport::Number;
 use snowblue_transport::batch::{Batch, BatchError, SlabCase};
-use snowblue_transport::optics::{WavelengthRange, Wavelengths};
+use snowblue_transport::optics::Wavelengths;
 use snowblue_transport::sample::{Property, SizeMeasure, SnowKeys, SnowSample};
 use snowblue_transport::slab::Incidence;
-use snowblue_transport::sunlight::Band;
 
 use super::curves::{Labels, SLAB_COLUMNS, slab_cells};
 use crate::input::SettingsFile;
@@ -116,7 +115,7 @@ impl Slabs {
         };
         // An error in the options does not belong to a line.
         let sample = first.snow.sample().map_err(|wrong| Failure::input(wrong.error))?;
-        let wavelengths_nm = vec![sample.wavelength_range().first_nm];
+        let wavelengths_nm = vec![sample.ice.wavelength_range().first_nm];
         Batch { samples: vec![sample], cases: vec![first.case(0)], wavelengths_nm }.check().map_err(Failure::input)?;
         let others = [(Column::Thickness, 0), (Column::Angle, 1)];
         let others = others.iter().filter(|(column, _)| !columns.contains(column)).map(|(_, place)| *place);
@@ -160,18 +159,6 @@ impl Slabs {
         let batch = Batch { samples: self.samples.clone(), cases: self.cases.clone(), wavelengths_nm: wavelengths.0 };
         batch.check().map_err(|wrong| self.failure(&wrong))?;
         Ok(batch)
-    }
-
-    /// The wavelengths that the tables of all kinds of snow cover.
-    pub(super) fn wavelength_range(&self) -> WavelengthRange {
-        let first = self.samples[0].wavelength_range();
-        self.samples.iter().fold(first, |range, sample| range.intersection(sample.wavelength_range()))
-    }
-
-    /// The first of some bands that differs between the kinds of snow, whose tables all cover `range`.
-    pub(super) fn band_that_differs(&self, bands: &[Band], range: WavelengthRange) -> Option<Band> {
-        let own = |band: Band| self.samples.iter().map(move |sample| band.wavelength_range(sample.wavelength_range()));
-        bands.iter().copied().find(|band| own(*band).any(|own| own != band.wavelength_range(range)))
     }
 
     /// Whether all slabs have the snow of the options.

@@ -544,7 +544,7 @@ mod tests {
             ..SnowSample::default()
         };
         let wet = SnowSample { water_saturation: 0.5, ..dry };
-        let dusty = SnowSample { impurities: Impurities::none().with(Substance::SaharanDust, 1e7), ..dry };
+        let dusty = SnowSample { impurities: Impurities::none().with(Substance::SAHARAN_DUST, 1e7), ..dry };
         for (sample, shares) in [(dry, 0.999..1.001), (wet, 0.3..0.7), (dusty, 0.3..0.97)] {
             let (size_um, flat_fraction, pixel_rad) = (100.0, 0.7, MRAD);
             let sparkle = SparkleDescription {
