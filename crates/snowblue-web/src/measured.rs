@@ -225,7 +225,7 @@ fn cells_of(row: &str) -> Vec<String> {
 /// A number times a factor, without the rounding of the product.
 fn scaled(cell: &str, scale: f64) -> String {
     match cell.parse::<f64>() {
-        Ok(value) if scale > 1.0 || scale < 1.0 => ((value * scale * 1e9).round() / 1e9).to_string(),
+        Ok(value) if scale != 1.0 => ((value * scale * 1e9).round() / 1e9).to_string(),
         _ => cell.to_owned(),
     }
 }
