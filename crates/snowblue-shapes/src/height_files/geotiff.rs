@@ -200,17 +200,12 @@ struct Band {
 
 impl Band {
     fn read(file: &mut File) -> Result<Self, String> {
-        let mut text = |tag: Tag| {
-            let text =
-                file.find_tag(tag).map_err(unreadable)?.map(Value::into_string).transpose().map_err(unreadable)?;
-            Ok::<_, String>(text.map(|text| text.trim_matches(['\0', ' ', '\n']).to_owned()))
-        };
         let mut band = Self { no_data: None, scale: None, offset: None, unit: None };
-        if let Some(text) = text(Tag::GdalNodata)? {
+        if let Some(text) = text(file, Tag::GdalNodata)? {
             let number = text.parse().map_err(|_| format!("GDAL_NODATA is \"{text}\", but must be a number"))?;
             band.no_data = Some(narrow(number));
         }
-        let Some(text) = text(GDAL_METADATA)? else { return Ok(band) };
+        let Some(text) = text(file, GDAL_METADATA)? else { return Ok(band) };
         let unreadable = |error| format!("GDAL_METADATA is not readable: {error}").replace('\n', " ");
         let document = roxmltree::Document::parse(&text).map_err(unreadable)?;
         for item in document.descendants().filter(|item| item.attribute("sample").unwrap_or("0") == "0") {
@@ -283,13 +278,17 @@ fn georeference(
 struct Keys {
     directory: Vec<u16>,
     doubles: Vec<f64>,
+    /// The system in well-known text, as programs of Esri and GDAL write it among the texts of keys.
+    system: Option<String>,
 }
 
 impl Keys {
     fn read(file: &mut File) -> Result<Self, String> {
         let directory = file.find_tag_unsigned_vec(Tag::GeoKeyDirectoryTag).map_err(unreadable)?;
         let doubles = numbers(file, Tag::GeoDoubleParamsTag)?;
-        Ok(Self { directory: directory.unwrap_or_default(), doubles: doubles.unwrap_or_default() })
+        let texts = text(file, Tag::GeoAsciiParamsTag)?.unwrap_or_default();
+        let system = texts.split_once("ESRI PE String = ").map(|(_, system)| system.to_owned());
+        Ok(Self { directory: directory.unwrap_or_default(), doubles: doubles.unwrap_or_default(), system })
     }
 
     fn entry(&self, key: u16) -> Option<&[u16; 4]> {
@@ -315,6 +314,9 @@ impl Keys {
     /// The unit of the map in m: the unit that the user states, of the file, or of its system, if any. A map in
     /// degrees, in a projection of the whole Earth or around the middle of the Earth is refused whatever the user says.
     fn map_unit_m(&self, corners: [DVec2; 2], cell: DVec2, stated_m: Option<f64>) -> Result<Option<f64>, String> {
+        if let Some(text) = &self.system {
+            return units::of_well_known_text(text, corners[0], stated_m).map(Some);
+        }
         let system = self.value(PROJECTED_SYSTEM);
         match self.value(MODEL_TYPE) {
             Some(GEOGRAPHIC) => return Err(units::degrees(corners[0])),
@@ -364,6 +366,12 @@ impl Keys {
     }
 }
 
+/// The text of a tag.
+fn text(file: &mut File, tag: Tag) -> Result<Option<String>, String> {
+    let text = file.find_tag(tag).map_err(unreadable)?.map(Value::into_string).transpose().map_err(unreadable)?;
+    Ok(text.map(|text| text.trim_matches(['\0', ' ', '\n']).to_owned()))
+}
+
 /// The numbers of a tag.
 fn numbers(file: &mut File, tag: Tag) -> Result<Option<Vec<f64>>, String> {
     file.find_tag(tag).map_err(unreadable)?.map(Value::into_f64_vec).transpose().map_err(unreadable)
@@ -399,6 +407,7 @@ mod tests {
         keys: Vec<u16>,
         no_data: &'static str,
         metadata: String,
+        texts: String,
     }
 
     impl Tags {
@@ -411,6 +420,7 @@ mod tests {
                 keys: head.into_iter().chain(keys.iter().flatten().copied()).collect(),
                 no_data: "-9999",
                 metadata: String::new(),
+                texts: String::new(),
             }
         }
 
@@ -453,6 +463,9 @@ mod tests {
             directory.write_tag(Tag::GeoKeyDirectoryTag, tags.keys.as_slice()).unwrap();
             directory.write_tag(Tag::GdalNodata, tags.no_data).unwrap();
             directory.write_tag(Tag::GeoDoubleParamsTag, [0.5].as_slice()).unwrap();
+            if !tags.texts.is_empty() {
+                directory.write_tag(Tag::GeoAsciiParamsTag, tags.texts.as_str()).unwrap();
+            }
             if !tags.metadata.is_empty() {
                 directory.write_tag(GDAL_METADATA, tags.metadata.as_str()).unwrap();
             }
@@ -646,6 +659,16 @@ mod tests {
             let message = units_m(&Tags::new(&[PROJECTED, [PROJECTED_SYSTEM, 0, 1, code], METRES])).unwrap_err();
             assert!(message.contains("a projection of the whole Earth") && message.contains("`gdalwarp"), "{message}");
         }
+        // A system of Esri, as GDAL writes it.
+        let system = |method: &str| Tags {
+            texts: format!(
+                "x|ESRI PE String = PROJCS[\"y\",GEOGCS[\"z\"],PROJECTION[\"{method}\"],UNIT[\"Foot\",0.3048]]|"
+            ),
+            ..Tags::new(&[[MODEL_TYPE, 0, 1, USER_DEFINED], [GEOGRAPHIC_SYSTEM, 0, 1, USER_DEFINED]])
+        };
+        assert!(units_m(&system("Mollweide")).unwrap_err().contains("a projection of the whole Earth"));
+        let albers = system("Albers").with_metadata("unittype", "m");
+        assert_eq!(units_m(&albers), Ok([0.6096, 1.0]));
         // Their neighbours in the register: UTM, a polar map and a Lambert grid.
         for code in [32_660, 3995, 3833, 3856, 6931, 3409] {
             let found = units_m(&Tags::new(&[PROJECTED, [PROJECTED_SYSTEM, 0, 1, code]]));

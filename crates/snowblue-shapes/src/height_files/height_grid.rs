@@ -89,28 +89,20 @@ impl HeightGrid {
             .iter_mut()
             .filter(|value| marks.clone().any(|mark| is_mark(**value, mark)))
             .for_each(|value| *value = f32::NAN);
-        let mut unstated: Vec<f32> = Vec::new();
-        for value in values.iter().filter(|value| by_user.is_none() && is_usual_mark(**value)) {
-            if unstated.len() < 2 && !unstated.iter().any(|mark| is_mark(*value, *mark)) {
-                unstated.push(*value);
-            }
-        }
-        let count = |mark: f32| values.iter().filter(|value| is_mark(**value, mark)).count();
-        let begins = |mark: f32| format!("{} of {} heights are {mark:?}", count(mark), values.len());
-        match unstated[..] {
-            [] => Ok(Self { columns, values, georeference }),
-            [mark] => Err(format!(
-                "{}, which often marks missing heights, but the file does not say so: `nodata = {mark:?}` if they are \
-                 missing, else `nodata` with a value that no height has",
-                begins(mark)
-            )),
-            [first, second, ..] => Err(format!(
-                "{} and {} {second:?}, which often mark missing heights, but the file does not say so: `gdalwarp \
-                 -srcnodata {first} -dstnodata {second} IN.tif OUT.tif` makes one mark of both",
-                begins(first),
-                count(second)
-            )),
-        }
+        let mut unstated = values.iter().copied().filter(|value| by_user.is_none() && is_usual_mark(*value));
+        let Some(mark) = unstated.next() else { return Ok(Self { columns, values, georeference }) };
+        let way_out = match unstated.find(|value| !is_mark(*value, mark)) {
+            None => format!("`nodata = {mark:?}` if they are missing, else `nodata` with a value that no height has"),
+            Some(other) => format!(
+                "others are {other:?}, and `gdalwarp -srcnodata {mark} -dstnodata {other} IN.tif OUT.tif` makes one \
+                 mark of both"
+            ),
+        };
+        Err(format!(
+            "{} of {} heights are {mark:?}, which often marks missing heights, but the file does not say so: {way_out}",
+            values.iter().filter(|value| is_mark(**value, mark)).count(),
+            values.len()
+        ))
     }
 
     /// Number of rows.

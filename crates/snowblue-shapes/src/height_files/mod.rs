@@ -12,7 +12,7 @@ mod units;
 use std::io;
 use std::path::Path;
 
-use snowblue_base::files::{FileError, FileSource, NamedFile, check_formats, checked_text};
+use snowblue_base::files::{FileError, FileSource, NamedFile, check_formats, checked_text, one_line};
 use snowblue_geometry::images::DecodedImage;
 
 pub use height_grid::{Georeference, HeightGrid, StatedByUser, Window};
@@ -43,16 +43,11 @@ impl HeightGrid {
             "exr" => pictures::read_exr(&file.bytes, stated).map_err(wrong),
             "tif" | "tiff" => {
                 let mut grid = geotiff::read(&file.bytes, stated).map_err(wrong)?;
-                if grid.georeference == Ok(None) {
-                    let world_file =
-                        ["tfw", "TFW", "tifw", "wld"].map(|extension| Path::new(name).with_extension(extension));
-                    if let Some(world_file) = world_file.iter().find(|name| exists(files, name)) {
-                        grid.georeference = Err(format!(
-                            "its place is in {}, which is not read (`gdal_translate IN.tif OUT.tif` writes it into the \
-                             map)",
-                            world_file.display()
-                        ));
-                    }
+                let world_files =
+                    ["tfw", "TFW", "tifw", "wld"].map(|extension| Path::new(name).with_extension(extension));
+                let mut world_files = world_files.iter().filter(|name| exists(files, name));
+                if let (Ok(None), Some(world_file)) = (&grid.georeference, world_files.next()) {
+                    grid.georeference = Err(not_read("the place is", &world_file.to_string_lossy(), "gdal_translate"));
                 }
                 Ok(grid)
             }
@@ -67,25 +62,24 @@ const AUXILIARY_ELEMENTS: [&str; 8] =
 
 /// Refuses a map if a mask, or what GDAL writes beside a file that it does not change, would change its heights.
 fn check_beside(files: &dyn FileSource, name: &str) -> Result<(), String> {
-    let mask = format!("{name}.msk");
+    let [mask, auxiliary] = ["msk", "aux.xml"].map(|extension| format!("{name}.{extension}"));
     if exists(files, mask.as_ref()) {
-        return Err(format!(
-            "missing heights are in {mask}, which is not read (`gdalwarp -dstnodata -9999 IN.tif OUT.tif` writes them \
-             into the map)"
-        ));
+        return Err(not_read("missing heights are", &mask, "gdalwarp -dstnodata -9999"));
     }
-    let auxiliary = format!("{name}.aux.xml");
     let Some(file) = beside(files, auxiliary.as_ref()).map_err(|error| error.to_string())? else { return Ok(()) };
     let text = file.text();
-    let document =
-        roxmltree::Document::parse(&text).map_err(|error| format!("{auxiliary} is not readable: {error}"))?;
-    match document.descendants().map(|element| element.tag_name().name()).find(|name| AUXILIARY_ELEMENTS.contains(name))
-    {
-        Some(element) => Err(format!(
-            "{auxiliary} has {element}, which is not read (`gdal_translate IN.tif OUT.tif` writes it into the map)"
-        )),
+    let unreadable = |error| one_line(&format!("{auxiliary} is not readable: {error}"));
+    let document = roxmltree::Document::parse(&text).map_err(unreadable)?;
+    let mut names = document.descendants().map(|element| element.tag_name().name());
+    match names.find(|name| AUXILIARY_ELEMENTS.contains(name)) {
+        Some(element) => Err(not_read(&format!("{element} is"), &auxiliary, "gdal_translate")),
         None => Ok(()),
     }
+}
+
+/// Why a map cannot be used while a file beside it says something of it.
+fn not_read(what: &str, file: &str, program: &str) -> String {
+    format!("{what} in {file}, which is not read (`{program} IN.tif OUT.tif` writes it into the map)")
 }
 
 fn exists(files: &dyn FileSource, name: &Path) -> bool {
@@ -149,7 +143,7 @@ mod tests {
         let statistics = "<Metadata><MDI key=\"STATISTICS_MEAN\">2.5</MDI></Metadata><Histograms/>";
         assert_eq!(of_band(statistics).unwrap().values, [1.0, 2.0, 3.0, 4.0]);
         let scale = of_band(&format!("{statistics}<Scale>0.1</Scale>")).unwrap_err();
-        assert!(scale.contains("hill.asc.aux.xml has Scale, which is not read (`gdal_translate"), "{scale}");
+        assert!(scale.contains("Scale is in hill.asc.aux.xml, which is not read (`gdal_translate"), "{scale}");
         let broken = read("hill.asc.aux.xml", "<PAMDataset>").unwrap_err();
         assert!(broken.contains("hill.asc.aux.xml is not readable") && !broken.contains('\n'), "{broken}");
     }
@@ -167,7 +161,7 @@ mod tests {
         for name in ["hill.tfw", "hill.TFW", "hill.wld"] {
             let message = place(name).unwrap_err();
             assert!(
-                message.contains(&format!("its place is in {name}, which is not read (`gdal_translate")),
+                message.contains(&format!("the place is in {name}, which is not read (`gdal_translate")),
                 "{message}"
             );
         }

@@ -59,28 +59,27 @@ pub(super) fn of_well_known_text(text: &str, corner: DVec2, stated_m: Option<f64
     // A system of heights may follow the system of the map, and a compound system holds both.
     let heights = ["VERTCS[", "VERT_CS[", "VERTCRS["].iter().filter_map(|name| text.find(name)).min();
     let text = &text[..heights.unwrap_or(text.len())];
-    let kinds = ["PROJC", "GEOGC", "GEODC", "GEOCC"];
-    let kind = kinds.into_iter().filter_map(|kind| Some((text.find(kind)?, kind))).min().map(|(_, kind)| kind);
     let method = ["PROJECTION[\"", "METHOD[\""].iter().find_map(|key| text.split_once(key)?.1.split('"').next());
     // ARC/INFO wrote lines of two words.
     let of_arc_info = text.lines().find_map(|line| {
         let (key, value) = line.trim().split_once(char::is_whitespace)?;
         key.eq_ignore_ascii_case("projection").then(|| value.trim())
     });
-    let method = method.or(of_arc_info).unwrap_or_default();
-    let method = method.to_lowercase().replace('_', " ");
-    match kind {
-        Some("GEODC") if text.contains("CS[Cartesian") => return Err(geocentric()),
-        Some("GEOCC") => return Err(geocentric()),
-        Some("GEOGC" | "GEODC") => return Err(degrees(corner)),
-        None if method == "geographic" => return Err(degrees(corner)),
-        _ => {}
+    let method = method.or(of_arc_info).unwrap_or_default().to_lowercase().replace('_', " ");
+    let has = |key: &str| text.contains(key);
+    // A projected system holds the system of its latitudes and longitudes.
+    let is_projected = has("PROJC");
+    if !is_projected && (has("GEOCC") || has("CS[Cartesian")) {
+        return Err(geocentric());
+    }
+    if !is_projected && (has("GEOGC") || has("GEODC") || method == "geographic") {
+        return Err(degrees(corner));
     }
     if WORLD_PROJECTIONS.split('|').any(|name| method.starts_with(name)) {
-        let is_web_map = ["Pseudo-Mercator", "Mercator_Auxiliary_Sphere"].iter().any(|name| text.contains(name));
+        let is_web_map = has("Pseudo-Mercator") || has("Mercator_Auxiliary_Sphere");
         return Err(world(is_web_map.then_some(corner)));
     }
-    let projected = (kind == Some("PROJC")).then_some(text);
+    let projected = is_projected.then_some(text);
     let unit = || projected.and_then(|text| text.rsplit_once("UNIT[")?.1.split([',', ']']).nth(1)?.trim().parse().ok());
     stated_m.or_else(unit).ok_or_else(|| {
         format!("the system \"{}…\" is unknown; `map_unit` says its unit", text.chars().take(40).collect::<String>())
