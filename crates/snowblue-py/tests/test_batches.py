@@ -189,10 +189,10 @@ def test_series_are_paired_by_their_index():
 
 
 def test_masked_values_are_missing():
-    with pytest.raises(ValueError, match=r"density is NaN kg/m³.*, at density\[1\]"):
-        plain(density_kg_m3=np.ma.masked_equal([300, 50], 50))
-    with pytest.raises(ValueError, match=r"thickness is NaN cm.*, at thickness\[0\]"):
-        plain(thickness_cm=np.ma.masked_less([1.0, 5.0], 2))
+    by_density = plain(density_kg_m3=np.ma.masked_equal([300, 50], 50)).reflectance
+    by_thickness = plain(thickness_cm=np.ma.masked_less([1.0, 5.0], 2)).reflectance
+    assert by_density.isnull().all(["thickness", "angle", "wavelength"]).values.tolist() == [False, True]
+    assert by_thickness.isnull().all(["angle", "wavelength"]).values.tolist() == [True, False]
 
 
 def test_wavelengths_of_an_albedo_may_be_a_tuple():
@@ -207,9 +207,9 @@ def test_wavelengths_of_an_albedo_may_be_a_tuple():
     ({"grain_size_um": xr.DataArray([400.0, 60.0], dims="site")}, r"mean grain size is 60 µm.*, at site\[1\]"),
     ({"snow": ["firn", "slush"]}, r"'slush' is not known; there are .*, at snow\[1\]"),
     ({"thickness_cm": [1, 2, -3]}, r"thickness is -3 cm.*, at thickness\[2\]"),
-    ({"angle_deg": [0, 95], "thickness_cm": [1, 2]}, r"angle is 95°.*, at thickness\[0\], angle\[1\]"),
+    ({"angle_deg": [0, -5], "thickness_cm": [1, 2]}, r"angle is -5°.*, at thickness\[0\], angle\[1\]"),
     ({"ground_albedo": xr.DataArray([0.1, 1.5], dims="site")}, r"ground albedo is 1.5.*, at site\[1\]"),
-    ({"ssa_m2_kg": [20, np.nan]}, r"specific surface area is NaN m²/kg.*, at specific_surface_area\[1\]"),
+    ({"ssa_m2_kg": [20, 0.1]}, r"specific surface area is 0.1 m²/kg.*, at specific_surface_area\[1\]"),
     ({"impurities_ng_g": {"black-carbon": [0, -5]}}, r"-5 ng/g.*, at black_carbon\[1\]"),
     ({"thickness_cm": [[1, 2], [3, 4]]}, "thickness has 2 dimensions"),
     ({"thickness_cm": []}, "thickness has no values"),

@@ -283,7 +283,7 @@ def test_lazy_fluxes_and_bands_are_inverted(nothing_runs):
 @pytest.mark.parametrize(("name", "value", "words"), [
     ("density", 1200, r"density is 1200 kg/m³, but must lie in 10–900 kg/m³, at pit\[9\]"),
     ("thickness", -1, r"thickness is -1 cm, but must lie in 0–100000 cm, at pit\[9\]"),
-    ("angle", np.nan, r"angle is NaN°, .*at pit\[9\]"),
+    ("angle", -5, r"angle is -5°, .*at pit\[9\]"),
 ])
 def test_a_wrong_value_is_named_when_its_block_is_computed(name, value, words):
     pits = drawn(12)

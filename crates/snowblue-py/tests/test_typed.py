@@ -205,7 +205,7 @@ def test_ice_is_refused_with_a_reason():
     ({"thickness_cm": np.inf}, {}, r"thickness is inf cm, .*, at layers\[1\]$"),
     ({"facetness": np.nan}, {}, r"facetness is NaN, .*, at layers\[1\]$"),
     ({}, {"depth_cm": [1, -np.inf]}, r"depth is -inf cm, but must lie in 0–9 cm, at depth\[1\]$"),
-    ({}, {"angle_deg": [0, 30, 95]}, r"angle is 95°, but must lie in 0–89.99°, at angle\[2\]$"),
+    ({}, {"angle_deg": [0, 30, -5]}, r"angle is -5°, but must lie in 0–89.99°, at angle\[2\]$"),
     ({}, {"wavelength_nm": [500, 200]}, r"wavelength is 200 nm, but must lie in 300–2500 nm, at wavelength\[1\]$"),
     ({}, {"ground_albedo": 2}, "ground albedo is 2, but must lie in 0–1$"),
 ])

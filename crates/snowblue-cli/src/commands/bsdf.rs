@@ -52,7 +52,7 @@ pub(crate) struct Bsdf {
         help = format!("Wavelengths in nm: FIRST:LAST:STEP or a list [{}]", limits::snow_wavelengths())
     )]
     wavelengths: Wavelengths,
-    /// Discrete ordinates take a second, without noise; their patches have no standard errors
+    /// Method of solution; discrete ordinates have no noise, and patches without standard errors
     #[arg(long, value_name = "ENGINE", value_enum, default_value = "montecarlo", help_heading = "Engine")]
     engine: Engine,
     /// Number of rays for each wavelength [2–1000000000000]
