@@ -1,4 +1,4 @@
-/** The JSON that functions of the module `spectrum` take and give. The build writes their types into `web/native`. */
+/** The JSON that functions of the module `spectrum` take and give. The build writes types into `web/wasm`. */
 
 /** What is known of a snow: the keys of a layer in `snowblue spectrum --layers`. Missing keys have the defaults. */
 export interface Snow {
