@@ -28,7 +28,8 @@ export function describeView({ layers: [first], view }: State): string {
     igloo: "Wall of an igloo", drift: "Drift", sculpture: "Sculpture", own: `Mesh ${view.mesh?.name}`,
   }[view.shape];
   const words = [...describeSnow(first!), view.sky === undefined ? "lamplight" : `${view.sky.type} sky`];
-  if (view.method !== "field") words.push(`on the right ${{ pcasnow: "PCASnow", hybrid: "random walks" }[view.method]}`);
+  if (view.method === "pcasnow") words.push("on the right PCASnow");
+  if (view.method === "hybrid") words.push("on the right random walks");
   return `${shape}: ${words.join(", ")}`;
 }
 

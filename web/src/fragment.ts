@@ -79,7 +79,9 @@ export function decode(fragment: string): State {
   const shape = word("shape", given.get("shape") ?? state.view.shape, SHAPES);
   Object.assign(state.view, { shape, ...structuredClone(defaults(shape)) });
   const ofMesh = given.get("mesh");
-  if (ofMesh !== null) Object.assign(state.view, { shape: "own", mesh: mesh(ofMesh), ...structuredClone(defaults("own")) });
+  if (ofMesh !== null) {
+    Object.assign(state.view, { shape: "own", mesh: mesh(ofMesh), ...structuredClone(defaults("own")) });
+  }
   state.view.method = word("method", given.get("method") ?? state.view.method, METHODS);
   state.view.exposure = exposure(given.get("view_exposure"));
   atMost("lamps", lamps.length, MOST_LAMPS);

@@ -24,7 +24,8 @@ export function read(text: string): number | string | undefined {
   const typed = text.trim().replace("−", "-");
   if (!/^[+-]?(\d+[.,]?\d*|[.,]\d+)(e[+-]?\d+)?$/i.test(typed)) return undefined;
   if (/^[+-]?[1-9]\d{0,2},\d{3}$/.test(typed)) {
-    return `${typed} may be ${Number(typed.replace(",", "."))} or ${typed.replace(",", "")}: enter it without the comma`;
+    const meanings = `${Number(typed.replace(",", "."))} or ${typed.replace(",", "")}`;
+    return `${typed} may be ${meanings}: enter it without the comma`;
   }
   return Number(typed.replace(",", "."));
 }

@@ -93,7 +93,7 @@ function fitting(context: OffscreenCanvasRenderingContext2D, line: string, width
   return cut(most);
 }
 
-/** A picture with a strip below it: lines of text, and beside them a swatch of a colour of the picture if it has one. */
+/** A picture with a strip below it: lines of text, beside a swatch of a colour of the picture if it has one. */
 export async function captioned(picture: Blob, srgb: Rgb | undefined, lines: readonly string[]): Promise<Blob> {
   const image = await createImageBitmap(picture);
   const { width, height } = image;

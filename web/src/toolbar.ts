@@ -81,7 +81,8 @@ function shapeRow(store: Store, host: ViewHost): HTMLElement {
     SHAPES.map((one) => ({ ...one, icon: icon(one.value) })),
     (value) => {
       host.error("");
-      store.update(({ view }) => Object.assign(view, { shape: value, mesh: undefined }, structuredClone(defaults(value))));
+      const places = structuredClone(defaults(value));
+      store.update(({ view }) => Object.assign(view, { shape: value, mesh: undefined }, places));
     },
   );
   shape.element.classList.add("shapes");

@@ -93,20 +93,22 @@ browserTest("a view that is gone says nothing more", async (page) => {
 
 const cube = Buffer.from(cubePly());
 
-browserTest("without own-mesh.js at first", async (page) => {
-  missing = "own-mesh.js";
-  await page.goto(`${server.url}#laboratory`);
-  await lit(page);
-  const error = page.locator("#view-error", { hasText: "cube.ply cannot be read" });
-  await chooseMesh(page, "cube.ply", cube);
-  await error.waitFor();
-  missing = undefined;
-  await chooseMesh(page, "cube.ply", cube);
-  await error.waitFor({ state: "hidden" });
-  await lit(page);
-  const [width, height] = await viewSize(page);
-  assert.equal((await pixel(page, [width / 2, height / 2]))[3], 1, "there is no snow");
-}, { expected: /404|own-mesh\.js/ });
+for (const file of ["meshes.js", "meshes_bg.wasm"]) {
+  browserTest(`without ${file} at first`, async (page) => {
+    missing = file;
+    await page.goto(`${server.url}#laboratory`);
+    await lit(page);
+    const error = page.locator("#view-error", { hasText: "The mesh cube.ply was refused: " });
+    await chooseMesh(page, "cube.ply", cube);
+    await error.waitFor();
+    missing = undefined;
+    await chooseMesh(page, "cube.ply", cube);
+    await error.waitFor({ state: "hidden" });
+    await lit(page);
+    const [width, height] = await viewSize(page);
+    assert.equal((await pixel(page, [width / 2, height / 2]))[3], 1, "there is no snow");
+  }, { expected: /404|meshes/ });
+}
 
 test("all scripts that are loaded later are imported by the rule that tries again", async () => {
   const files = (await readdir(SOURCE, { recursive: true })).filter((file) => /(?<!\.d)\.ts$/.test(file));

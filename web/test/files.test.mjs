@@ -12,7 +12,7 @@ const REFUSED = [
   ["short.ply", Buffer.from(cubePly().slice(0, 180)), /^The mesh short\.ply was refused: .+\.$/],
   ["short.glb", GLB.subarray(0, GLB.length / 2), /^The mesh short\.glb was refused: .+\.$/],
   ["noise.glb", Buffer.alloc(200, 7), /^The mesh noise\.glb was refused: .+\.$/],
-  ["text.txt", Buffer.from("This is no mesh."), /^The mesh text\.txt was refused: the extension is "txt", but must be .+\.$/],
+  ["text.txt", Buffer.from("This is no mesh."), /^The mesh text\.txt was refused: the extension is "txt", but .+\.$/],
   ["open.ply", Buffer.from(openPly()), /^The mesh open\.ply has 3 open edges, but snow must be a closed solid\.$/],
 ];
 

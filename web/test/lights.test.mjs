@@ -61,3 +61,27 @@ pageTest("all shapes have the light of snowblue render", { fragment: "shape=bloc
     });
   }
 });
+
+/** Of the exposure in stops, between the coarse and the fine light; a third of a stop is hardly seen. */
+const STEP_STOPS = 0.35;
+
+pageTest("the exposure of the fine light is that of the coarse one", { fragment: "shape=block" }, async (page) => {
+  await lit(page);
+  for (const shape of ["igloo", "sculpture", "ball"]) {
+    await follow(page, `shape=${shape}`);
+    const [coarse, fine] = await page.evaluate(() => new Promise((resolve) => {
+      let [coarse, isReady] = [undefined, false];
+      void window.__snowblue.ready.then(() => (isReady = true));
+      const look = () => {
+        const { nodes, stops } = window.__snowblue.figures;
+        if (isReady) return resolve([coarse, stops]);
+        // The fine light of the shape before has more nodes.
+        if (nodes < 10_000) coarse = stops;
+        setTimeout(look, 5);
+      };
+      look();
+    }));
+    assert.ok(coarse !== undefined, "there was no coarse light");
+    assert.ok(Math.abs(fine - coarse) < STEP_STOPS, `${shape}: ${coarse} and ${fine} stops`);
+  }
+});

@@ -39,7 +39,8 @@ async function statesItsPicture(page) {
   const expected = async () => {
     const clauses = [];
     for (const ring of await rings.all()) {
-      const place = await ring.evaluate(({ style }) => ({ x: parseFloat(style.left) / 100, y: parseFloat(style.top) / 100 }));
+      const [x, y] = await ring.evaluate(({ style: { left, top } }) => [left, top].map((one) => parseFloat(one) / 100));
+      const place = { x, y };
       const { wavelengths_nm, radiance } = await page.evaluate((place) => window.__snowblue.probe(place), place);
       const [blue, red] = [450, 650].map((nm) => radiance[wavelengths_nm.indexOf(nm)]);
       const [one, other, times] = blue >= red ? ["blue", "red", blue / red] : ["red", "blue", red / blue];

@@ -250,8 +250,8 @@ pageTest("a measured curve", {}, async (page, t) => {
     await chooseCurve(page, "field.txt", Buffer.from(`${lines.join("\r\n")}\r\n`, "latin1"));
     await note.filter({ hasText: "over 2 wavelengths of 500–600 nm." }).waitFor();
     assert.match(await note.textContent(), new RegExp("^field\\.txt, .+ nm\\. Lines above the names of its columns, " +
-      "which are not read: 1\\. Its wavelengths are in µm\\. Its values are in percent\\. Rows without a value, which " +
-      "are left out: 1\\.$"));
+      "which are not read: 1\\. Its wavelengths are in µm\\. Its values are in percent\\. Rows without a value, " +
+      "which are left out: 1\\.$"));
     assert.equal(await page.locator("#chart .chart circle[r='2.5']").count(), 2);
   });
 

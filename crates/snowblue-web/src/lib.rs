@@ -1,7 +1,7 @@
 //! Snow in a browser: the functions that the web page calls.
 //!
 //! Requests and answers are JSON with the keys of the command and of scene files; arrays of vertices and pixels are
-//! typed arrays. `web/src/native.d.ts` declares all of it for TypeScript. Bad input throws an `Error` with the
+//! typed arrays. `web/src/native.d.ts` declares the JSON for TypeScript. Bad input throws an `Error` with the
 //! message of the command.
 //!
 //! The page loads two modules: a small module of spectra, colours and light at depth, with the default feature

@@ -1,6 +1,6 @@
 /** The coefficients of the clear sky, which workers load when they first need them. */
 
-import type { Files } from "../native";
+import type { Files } from "native:scene";
 
 const FILES = ["hosek_wilkie_2012_spectral.csv", "hosek_wilkie_2013_sun.csv"];
 

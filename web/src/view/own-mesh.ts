@@ -40,7 +40,7 @@ export class OwnMeshes {
     return open_edges === 0 ? notes : [...notes, `${open_edges} edges of holes were closed`];
   }
 
-  /** Reads a file, whose lengths are multiples of a scale in m. Throws an error of one sentence if it cannot be used. */
+  /** Reads a file, whose lengths are multiples of a scale in m. Throws an error of one sentence for a bad file. */
   async take(file: File, scale: number, isRepaired: boolean): Promise<MeshPlace> {
     if (file.size > MOST_MIB * 2 ** 20) throw new Error(`${file.name} is larger than ${MOST_MIB} MiB.`);
     const name = file.name.replace(/[^\w.-]/g, "_");

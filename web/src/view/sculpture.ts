@@ -1,6 +1,6 @@
 /** A sculpture of snow: a column with three rounded lobes that winds about its axis and is slimmest at its waist. */
 
-import type { Triangles } from "./shapes";
+import type { Triangles } from "./triangles";
 
 const HEIGHT_M = 0.56;
 const TURN_RAD = 2.1;

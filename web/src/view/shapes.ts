@@ -5,18 +5,13 @@ import type { MeshFile } from "./field-messages";
 import type { MeshInfo } from "./file-messages";
 import { drift } from "./drift";
 import { sculpture } from "./sculpture";
+import type { Triangles } from "./triangles";
 import { wall } from "./wall";
 
 /** A surface: keys of an `[[object]]` of a scene file without its material, and the mesh that they name. */
 export interface Surface {
   object: Record<string, unknown>;
   mesh?: MeshFile;
-}
-
-/** Coordinates of vertices, and vertices of triangles, counter-clockwise from outside. */
-export interface Triangles {
-  positions: number[];
-  triangles: number[];
 }
 
 /** A piece of snow. */

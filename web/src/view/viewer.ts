@@ -16,6 +16,7 @@ import { fileOf } from "./scene-files";
 import { BLOCK_CM, body as bodyOf, type Body, defaults } from "./shapes";
 import { type Backdrop, SnowCanvas } from "./snow-canvas";
 import { STYLE } from "./style";
+import { testHook } from "./test-hook";
 
 export interface ViewerEvents {
   change(view: View): void;
@@ -28,31 +29,6 @@ export interface ViewerEvents {
   error(text: string, repair?: () => void): void;
   /** The light of all snow cannot be computed; another view may be tried. */
   failed(text: string): void;
-}
-
-/** For tests only, as `window.__snowblue`. */
-interface TestHook {
-  /** Frames drawn so far. */
-  readonly frames: number;
-  /** Is kept once the fine light field of the present state is shown. */
-  readonly ready: Promise<void>;
-  /** Radiance of pixels of the canvas as linear sRGB with alpha, rows from above. */
-  readPixels(x: number, y: number, width: number, height: number): Float32Array;
-  /** The light at a place of the view, 0 to 1 from the left and from above. */
-  probe(place: Place): Promise<Probed>;
-  /** Frames in a second while the camera turns. */
-  measureFrames(count: number): number;
-  /**
-   * Calls for drawing and triangles of a frame, unknowns of the field, ms from a move to the coarse light, and the
-   * exposure in stops.
-   */
-  readonly figures: { calls: number; triangles: number; nodes: number; latency_ms: number; stops: number };
-}
-
-declare global {
-  interface Window {
-    __snowblue?: TestHook;
-  }
 }
 
 const NAMES: Record<Exclude<Method, "field">, string> = {
@@ -130,7 +106,10 @@ export class Viewer {
     this.picture = new PictureView(this.layer, (text) => this.events.error(text));
     this.observer = new ResizeObserver(() => this.resized());
     this.observer.observe(this.root);
-    window.__snowblue = this.testHook();
+    window.__snowblue = testHook({
+      canvas: () => this.canvas!, field, stops: () => this.stops, ready: () => this.whenFine(),
+      probe: (place) => this.lightAt(place), camera: () => this.view!.camera, target: () => this.body!.target,
+    });
   }
 
   /** Shows the snow of a layer in a view. Costs little if nothing changed. */
@@ -401,34 +380,6 @@ export class Viewer {
     this.own.revert();
     this.change(this.beforeOwn, this.first);
     this.events.error(`The mesh ${mesh.name} was refused: ${text}.`);
-  }
-
-  private testHook(): TestHook {
-    const viewer = this;
-    return {
-      get frames() {
-        return viewer.canvas?.frames ?? 0;
-      },
-      get ready() {
-        return viewer.whenFine();
-      },
-      readPixels: (x, y, width, height) => viewer.canvas!.readPixels(x, y, width, height),
-      probe: (place) => viewer.lightAt(place),
-      measureFrames(count) {
-        const start = performance.now();
-        for (let frame = 0; frame < count; frame++) {
-          const camera = { ...viewer.view!.camera, azimuth_deg: viewer.view!.camera.azimuth_deg + 1 };
-          viewer.canvas!.aim(camera, viewer.body!.target);
-          viewer.canvas!.finish();
-        }
-        viewer.canvas!.aim(viewer.view!.camera, viewer.body!.target);
-        return (1e3 * count) / (performance.now() - start);
-      },
-      get figures() {
-        const { best, latency_ms } = viewer.field;
-        return { ...viewer.canvas!.work, nodes: best?.nodes ?? 0, latency_ms, stops: viewer.stops };
-      },
-    };
   }
 }
 

@@ -3,7 +3,7 @@
  * are rounded towards both faces, so that the wall is thinnest at the seams.
  */
 
-import type { Triangles } from "./shapes";
+import type { Triangles } from "./triangles";
 
 const RADIUS_M = 0.8;
 const WIDTH_M = 0.7;

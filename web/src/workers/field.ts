@@ -4,7 +4,6 @@
  */
 
 import init, { Files, LightField } from "native:scene";
-import type { Files as NamedFiles, LightField as Field } from "../native";
 import { addCoefficients } from "../view/coefficients";
 import type {
   FieldAnswer, FieldRequest, LightOnObject, Probed, ProbedLight, ProbeRequest, SurfaceGeometry,
@@ -14,7 +13,7 @@ import { TABLE_SIZE } from "../view/table-size";
 
 interface Body {
   key: string;
-  field: Field;
+  field: LightField;
   /** Lights solved for, by their place. */
   lights: string[];
 }
@@ -22,7 +21,7 @@ interface Body {
 let loaded: Promise<unknown> | undefined;
 let body: Body | undefined;
 /** Of skies. */
-let files: NamedFiles | undefined;
+let files: Files | undefined;
 let newest: FieldRequest | undefined;
 let isBusy = false;
 

@@ -21,7 +21,7 @@ async function make(module: WebAssembly.Module, { scene, mesh }: FileRequest): P
     const files = new Files();
     if (mesh !== undefined) files.add(mesh.name, mesh.bytes);
     if ((JSON.parse(scene) as ReturnType<typeof sceneOf>).sky?.type === "clear") await addCoefficients(files);
-    post({ bytes: bake_glb(scene, files) });
+    post({ bytes: bake_glb(scene, files) as Uint8Array<ArrayBuffer> });
   } catch (error) {
     post({ error: error instanceof Error ? error.message : String(error) });
   }

@@ -13,7 +13,7 @@ async function read(name: string, bytes: Uint8Array): Promise<MeshAnswer> {
   try {
     await init({ module_or_path: await module() });
     const mesh = closed_mesh(name, bytes);
-    return { about: JSON.parse(mesh.about()), obj: mesh.obj() };
+    return { about: JSON.parse(mesh.about()), obj: mesh.obj() as Uint8Array<ArrayBuffer> };
   } catch (error) {
     return { error: error instanceof Error ? error.message : String(error) };
   }

@@ -1,7 +1,6 @@
 /** Traces a picture of a scene and posts it as it gets better. A new request replaces the present one. */
 
 import init, { Files, Picture } from "native:scene";
-import type { Picture as UnfinishedPicture } from "../native";
 import { addCoefficients } from "../view/coefficients";
 import type { PictureAnswer, PictureRequest } from "../view/picture-messages";
 import type { sceneOf } from "../view/scene";
@@ -66,7 +65,7 @@ async function trace({ version, scene, mesh }: PictureRequest): Promise<void> {
 }
 
 /** Posts a picture with so many samples for each pixel. */
-function show(version: number, picture: UnfinishedPicture, samples: number): void {
+function show(version: number, picture: Picture, samples: number): void {
   const pixels = picture.display() as Uint8ClampedArray<ArrayBuffer>;
   const [width, height] = [picture.width(), picture.height()];
   post({ kind: "picture", version, width, height, pixels, samples }, [pixels.buffer]);
