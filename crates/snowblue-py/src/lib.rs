@@ -37,8 +37,8 @@ mod _native {
     use super::sky::{daylight_wavelengths, sky, sun_of_day, sun_position, sunlight};
     #[pymodule_export]
     use super::snow::{
-        Snows, aged_surface_area, parameters, properties, single_scattering, substances, uncertain_properties,
-        wavelength_range,
+        Snows, aged_surface_area, declare_substance, parameters, properties, single_scattering, substances,
+        uncertain_properties, wavelength_range,
     };
     #[pymodule_export]
     use super::spectra::{band_weights, brf, bsdf, covered_bands, light_in_layers, spectrum, spread, stack};

@@ -8,10 +8,10 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use snowblue_database::unit_in_files;
 use snowblue_transport::medium::{Demand, GrainTallies, Medium, Population, TallyPlan};
+use snowblue_transport::optics::{IceTable, OwnParticles, Substance};
 use snowblue_transport::ordinates::OrdinatesOptions;
 use snowblue_transport::sample::{self, Metamorphism, Property, SnowSample, TruncatedNormal, aged_surface_area_m2_kg};
 use snowblue_transport::spread::Uncertainty;
-use snowblue_transport::{IceTable, Substance};
 
 use crate::arguments::{Column, GivenSnow};
 use crate::work::{input, input_in_row, run};
@@ -47,6 +47,20 @@ pub(crate) fn properties() -> Vec<(&'static str, &'static str, &'static str, boo
 #[pyfunction]
 pub(crate) fn substances() -> Vec<&'static str> {
     Substance::all().map(Substance::name).collect()
+}
+
+/// Declares a substance by the columns of its table, and returns its name.
+#[pyfunction]
+pub(crate) fn declare_substance(name: &str, mut columns: BTreeMap<String, Vec<f64>>) -> PyResult<&'static str> {
+    let mut take = |key: &str| columns.remove(key).unwrap_or_default();
+    let particles = OwnParticles {
+        wavelength_nm: take("wavelength_nm"),
+        extinction_m2_kg: take("extinction_m2_kg"),
+        single_scattering_albedo: take("single_scattering_albedo"),
+        asymmetry: take("asymmetry"),
+        absorption_m2_kg: take("absorption_m2_kg"),
+    };
+    particles.declare(name).map(Substance::name).map_err(input)
 }
 
 /// Properties that may have a standard deviation, without impurities, by the names of the keyword arguments.

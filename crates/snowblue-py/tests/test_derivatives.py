@@ -133,7 +133,7 @@ def test_light_at_depth_has_derivatives_in_bands():
     sun = dict(elevation_deg=[30.0, -2.0], turbidity=2, wavelength_nm=np.arange(400.0, 1001.0, 20))
     def solve(pack, jacobian=()):
         return snowblue.light_at_depth(
-            pack, sun, depth_cm=[0, 1, 5], ground_albedo=0.3, bands=["solar", "par"], jacobian=jacobian)
+            pack, sun, depth_cm=[0, 1, 5], ground_albedo=0.3, bands=["visible", "par"], jacobian=jacobian)
 
     solved, plain = solve(PACK, ["density_kg_m3", "black-carbon", "cos_angle"]), solve(PACK)
     xr.testing.assert_equal(solved[list(plain)], plain)
@@ -144,7 +144,7 @@ def test_light_at_depth_has_derivatives_in_bands():
     denser, looser = ([one | {"density_kg_m3": 250 * factor} if i == 1 else one for i, one in enumerate(PACK)]
                       for factor in (1 + 1e-4, 1 - 1e-4))
     more, less = solve(denser), solve(looser)
-    for name in ("down", "par_actinic", "solar_absorbed", "layer_absorbed", "solar_layer_absorbed"):
+    for name in ("down", "par_actinic", "visible_absorbed", "layer_absorbed", "visible_layer_absorbed"):
         found = solved[f"{name}_per_density_kg_m3"].sel(changed_layer=1)
         difference = (more[name] - less[name]) / 0.05
         assert (abs(found - difference) <= 1e-5 * abs(difference) + 1e-10 * abs(plain[name]).max()).all(), name

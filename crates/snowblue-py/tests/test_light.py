@@ -45,6 +45,43 @@ def test_light_is_conserved_and_is_that_of_layers_weighted_by_the_sky():
     assert light.par_down.sel(depth=0).item() == pytest.approx((sky.par_direct + sky.par_diffuse).item(), rel=2e-3)
 
 
+def test_soot_never_cools_and_bands_are_whole():
+    """The radiative forcing of soot and of dust, in deep snow at noon."""
+    def absorbed(**impurities_ng_g):
+        pack = [{"thickness_cm": np.inf, "ssa_m2_kg": 20, "impurities_ng_g": impurities_ng_g}]
+        return snowblue.light_at_depth(pack, NOON, depth_cm=0, bands=["solar", "near-infrared"])
+
+    clean = absorbed()
+    for dirty in (absorbed(black_carbon=100), absorbed(saharan_dust=50_000), absorbed(snow_algae=20_000)):
+        forcing = (dirty.solar_net - clean.solar_net).item()
+        assert forcing > 1 and dirty.near_infrared_net > clean.near_infrared_net
+    with pytest.raises(ValueError, match="the solar band needs wavelengths from 320 to 2500 nm, .*from 320 to 400 nm$"):
+        snowblue.bands(snowblue.spectrum(thickness_cm=100, standard_errors=False), "solar")
+
+
+def test_particles_of_a_table_are_those_of_the_columns():
+    wavelength = xr.DataArray([300.0, 2500.0], dims="wavelength")
+    by_name = snowblue.substance("my_soot", {"wavelength_nm": [300, 2500], "absorption_m2_kg": [9000, 2000]})
+    values = xr.DataArray([9000.0, 2000.0], {"wavelength": wavelength}, ["wavelength"], attrs={"units": "m2 kg-1"})
+    assert by_name == snowblue.substance("my-soot", values) == "my-soot"
+    dirty = snowblue.spectrum(
+        thickness_cm=np.inf, wavelength_nm=500, impurities_ng_g={by_name: [0, 100]}, jacobian=by_name)
+    assert dirty.my_soot.dims == ("my_soot",) and (dirty.reflectance_per_my_soot < 0).all()
+    assert dirty.reflectance[1] < dirty.reflectance[0]
+    scattering = {"wavelength": wavelength, "extinction_m2_kg": [800, 400], "single_scattering_albedo": [0.8, 0.9]}
+    for name, particles, words in (
+        ("my-soot", {"wavelength_nm": [300, 2500], "absorption_m2_kg": [1, 2]}, "my-soot: the name is that of another"),
+        ("black-carbon", values, "the name is that of another substance"),
+        ("my soot", values, "must have only letters"),
+        ("dust", scattering, "asymmetry has 0 values, but there are 2 wavelengths"),
+        ("dust", values[::-1], "ascend"),
+        ("dust", values.assign_attrs(units="m2 g-1"), "states the units 'm2 g-1'"),
+        ("dust", {"absorbance": [1, 2]}, "'absorbance' is not known; there are wavelength_nm"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            snowblue.substance(name, particles)
+
+
 def test_units_and_axes_are_stated():
     light = snowblue.light_at_depth(PACK, NOON, depth_cm=DEPTHS, bands=["solar", "par", "near-infrared"])
     assert light.down.dims == ("depth", "wavelength") and light.down.units == "W m-2 nm-1"
@@ -66,9 +103,6 @@ def test_figures_are_those_of_the_command(command, tmp_path):
     for name in ("down", "up", "net", "actinic"):
         printed = [float(row[f"{name}_w_m2_nm"]) for row in rows]
         np.testing.assert_allclose(ours[name].values.ravel(), printed, rtol=PRINTED)
-    words += ["--wavelengths", "400:700:20"]
-    visible = {"wavelength_nm": np.arange(400, 701, 20)}
-    ours = snowblue.light_at_depth(PACK, NOON | visible, depth_cm=DEPTHS, ground_albedo=0.2)
     rows = command(*words, "--sky", f"{place}T12:00:00+01:00", "--broadband", "par,solar")
     at_depth = [row for row in rows if not row["bottom_cm"]]
     for band in ("par", "solar"):
@@ -76,6 +110,8 @@ def test_figures_are_those_of_the_command(command, tmp_path):
         np.testing.assert_allclose(ours[f"{band}_actinic"], printed, rtol=PRINTED)
     in_layers = [row for row in rows if row["bottom_cm"] and row["band"].startswith("solar-")]
     np.testing.assert_allclose(ours.layer_warming, [float(row["warming_k_h"]) for row in in_layers], rtol=PRINTED)
+    words += ["--wavelengths", "400:700:20"]
+    visible = {"wavelength_nm": np.arange(400, 701, 20)}
     day = snowblue.light_at_depth(
         PACK, NOON | visible | {"time": "2026-02-01"}, depth_cm=DEPTHS, ground_albedo=0.2, daily=True
     )
@@ -86,7 +122,7 @@ def test_figures_are_those_of_the_command(command, tmp_path):
 
 
 def test_a_day_is_the_sum_of_its_quarters_and_the_night_is_dark():
-    day = {**INNSBRUCK, "time": "2026-06-21", "turbidity": 2, "wavelength_nm": np.arange(400, 701, 50)}
+    day = {**INNSBRUCK, "time": "2026-06-21", "turbidity": 2, "wavelength_nm": np.arange(320, 2501, 20)}
     quarters = snowblue.light_at_depth(PACK, day, depth_cm=[0, 5], bands=["par", "solar"])
     assert quarters.sizes["time"] == 96
     night = quarters.where(quarters.elevation < 0, drop=True)

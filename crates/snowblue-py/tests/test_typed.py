@@ -173,7 +173,7 @@ def test_clear_ice_is_a_layer():
     walked = snowblue.layers(pack, angle_deg=70, wavelength_nm=1030, engine="montecarlo", rays=20_000)
     exact = solved.sel(angle=70, wavelength=1030)
     assert abs(walked.reflectance - exact.reflectance).item() < 4 * walked.reflectance_se.item()
-    sky = {"elevation_deg": 30, "wavelength_nm": [450, 500, 550]}
+    sky = {"elevation_deg": 30, "wavelength_nm": np.arange(320, 2501, 20)}
     light = snowblue.light_at_depth(pack, sky, depth_cm=[1, 3.5])
     assert (light.solar_layer_absorbed > 0).all() and (light.layer_warming > 0).all()
     alone = snowblue.layers([{"kind": "ice", "thickness_cm": 1, "ice": "picard2016"}], wavelength_nm=450)

@@ -40,6 +40,8 @@ impl Changes {
                     pcasnow: _,
                 },
             light_field,
+            // A name has one meaning, and materials have the names.
+            substances: _,
             materials,
             lights,
             environment,

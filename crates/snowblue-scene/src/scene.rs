@@ -9,6 +9,8 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use snowblue_base::{Count, KeyPath, Numbers};
 
+use snowblue_transport::optics::OwnParticles;
+
 use crate::air::Air;
 use crate::camera::{CameraDescription, PerspectiveCamera, View};
 use crate::film::sensor::Sensor;
@@ -44,6 +46,9 @@ pub struct SceneDescription {
     pub integrator: IntegratorSettings,
     /// The grid of the light field in snow.
     pub light_field: LightFieldSettings,
+    /// Impurities that are not built in, by name.
+    #[serde(rename = "substance", skip_serializing_if = "BTreeMap::is_empty")]
+    pub substances: BTreeMap<String, OwnParticles>,
     /// Materials by name.
     #[serde(rename = "material", skip_serializing_if = "BTreeMap::is_empty")]
     pub materials: BTreeMap<String, MaterialDescription>,

@@ -30,6 +30,7 @@ use serde::{Deserialize, Deserializer};
 use snowblue_base::ParseError;
 use snowblue_base::files::{FileError, FileSource, FilesIn, checked_text};
 use snowblue_base::toml_table::Table;
+use snowblue_transport::layer_file::declare_substances;
 
 use crate::error::SceneError;
 use crate::light::{EnvironmentDescription, LightDescription};
@@ -114,6 +115,7 @@ impl SceneDescription {
     /// Reads the text of a scene file.
     fn parse(text: &str) -> Result<Self, ParseError> {
         let mut root = Table::parse(text)?;
+        let substances = declare_substances(&mut root)?;
         let mut things = |key| root.take_tables(key);
         let lights: Result<_, _> = things("light")?.into_iter().map(LightDescription::read).collect();
         let objects: Result<_, _> = things("object")?.into_iter().map(ObjectDescription::read).collect();
@@ -125,6 +127,7 @@ impl SceneDescription {
             film: root.take_as("film")?.unwrap_or_default(),
             integrator: root.take_as("integrator")?.unwrap_or_default(),
             light_field: root.take_as("light_field")?.unwrap_or_default(),
+            substances,
             materials: materials.collect::<Result<_, ParseError>>()?,
             lights: lights?,
             environment: root.take_table("environment")?.map(EnvironmentDescription::read).transpose()?,

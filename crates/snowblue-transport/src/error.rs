@@ -71,6 +71,14 @@ pub enum TransportError {
         /// Word given.
         word: String,
     },
+    /// A table of a substance that is wrong.
+    #[error("substance {name}: {reason}")]
+    Substance {
+        /// Name of the substance.
+        name: String,
+        /// Description of the error.
+        reason: String,
+    },
     /// A quantity with too few or too many numbers.
     #[error("{quantity} has {count} numbers, but must be {expected}")]
     Count {

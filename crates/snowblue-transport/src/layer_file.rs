@@ -24,14 +24,25 @@
 //! kind = "ice"
 //! thickness_cm = 0.5
 //! ```
+//!
+//! Impurities that are not built in have a table of their own ([`OwnParticles`]):
+//!
+//! ```toml
+//! [substance.my-dust]
+//! wavelength_nm = [300, 1000, 2500]
+//! extinction_m2_kg = [800, 700, 400]
+//! single_scattering_albedo = [0.8, 0.95, 0.97]
+//! asymmetry = [0.75, 0.7, 0.65]
+//! ```
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 use schemars::JsonSchema;
 use snowblue_base::toml_table::{ParseError, Table};
 
 use crate::error::TransportError;
-use crate::optics::IceTable;
+use crate::optics::{IceTable, OwnParticles};
 use crate::sample::{SnowKeyError, SnowKeys};
 use crate::stack::{Layer, check_kind};
 
@@ -66,6 +77,8 @@ pub struct LayerFile {
 pub struct LayerFileKeys {
     /// Table of the absorption of ice, for all layers.
     ice: Option<IceTable>,
+    /// Impurities that are not built in, by name.
+    substance: Option<BTreeMap<String, OwnParticles>>,
     /// The layers, top first.
     layer: Vec<LayerKeys>,
 }
@@ -110,6 +123,7 @@ impl LayerFile {
     pub fn parse(text: &str) -> Result<Self, ParseError> {
         let mut file = Table::parse(text)?;
         let ice = file.take_as("ice")?.unwrap_or_default();
+        declare_substances(&mut file)?;
         let tables = file.take_tables("layer")?;
         let none = file.error("holds no [[layer]]");
         file.finish()?;
@@ -123,6 +137,22 @@ impl LayerFile {
         let layers = tables.into_iter().enumerate().map(read).collect::<Result<_, _>>()?;
         Ok(Self { layers, spans, ice })
     }
+}
+
+/// Declares the substances of the tables `[substance.NAME]`, and returns their particles by name.
+///
+/// # Errors
+/// If a table is not that of [`OwnParticles`].
+pub fn declare_substances(file: &mut Table) -> Result<BTreeMap<String, OwnParticles>, ParseError> {
+    let tables = file.take_table("substance")?.map_or(Ok(Vec::new()), Table::into_tables)?;
+    let read = |(name, table): (String, Table)| {
+        let span = table.span();
+        let particles: OwnParticles = table.read()?;
+        let declared = particles.declare(&name);
+        declared.map_err(|error| ParseError { span, reason: error.to_string() })?;
+        Ok((name, particles))
+    };
+    tables.into_iter().map(read).collect()
 }
 
 fn read_layer(mut table: Table, text: &str, (ice, is_last): (IceTable, bool)) -> Result<Layer, ParseError> {

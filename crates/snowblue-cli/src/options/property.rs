@@ -1,10 +1,14 @@
 //! Options of the properties of snow, one for each row of their table, and `--impurity`.
 
+use std::path::Path;
+
 use clap::{Arg, ArgAction, ArgGroup, ArgMatches, Args, Command, FromArgMatches};
+use snowblue_base::files::checked_text;
 use snowblue_database::axis_properties;
+use snowblue_transport::optics::OwnParticles;
 use snowblue_transport::parameters::MASS_FRACTION;
 use snowblue_transport::sample::{MEAN_SIZE_HALF_RANGE_UM, MEAN_SIZE_RANGE, Property, SnowKeys};
-use snowblue_transport::{Parameter, Substance, TransportError};
+use snowblue_transport::{Parameter, Substance};
 
 use super::{limits, parse};
 
@@ -20,6 +24,10 @@ pub(crate) struct PropertyAxis {
 }
 
 const IMPURITY: &str = "impurity";
+
+/// The help on particles that are not built in.
+const OWN_PARTICLES: &str = ". Other particles have a file, my-dust=500:dust.csv, with the columns wavelength_nm, \
+    extinction_m2_kg, single_scattering_albedo and asymmetry, or wavelength_nm and absorption_m2_kg";
 
 impl PropertyAxis {
     /// The option as on the command line, without the hyphens before it.
@@ -41,12 +49,29 @@ pub(crate) fn values(property: Property, word: &str) -> Result<Vec<f64>, String>
     Ok(numbers)
 }
 
-/// `black-carbon=10` or `black-carbon=0:10:100`: an impurity and one or several mass fractions in ng/g.
-fn impurity_axis(words: &str) -> Result<PropertyAxis, String> {
-    let (name, ng_g) =
-        words.split_once('=').ok_or("give NAME=NG_G (black-carbon=10, or several: black-carbon=0:10:100)")?;
-    let property = Property::Impurity(name.trim().parse().map_err(|error: TransportError| error.to_string())?);
-    Ok(PropertyAxis { property, values: ng_g.split(':').map(|word| values(property, word)).collect::<Result<_, _>>()? })
+/// `black-carbon=10` or `black-carbon=0:10:100`: an impurity and one or several mass fractions in ng/g. After them may
+/// come the file of the particles of a substance that is not built in: `my-dust=500:dust.csv`.
+fn impurity_axis(words: &str, of_table: bool) -> Result<PropertyAxis, String> {
+    const FORMS: &str = "give NAME=NG_G (black-carbon=10, or several: black-carbon=0:10:100), or NAME=NG_G:FILE.csv";
+    let (name, rest) = words.split_once('=').ok_or(FORMS)?;
+    let (name, words) = (name.trim(), rest.split(':').collect::<Vec<_>>());
+    let is_number = |word: &&&str| word.trim().parse::<f64>().is_ok();
+    let (ng_g, file) = words.split_at(words.iter().take_while(is_number).count());
+    // The name of a file may have a colon. Other words are wrong numbers.
+    let file = Some(file.join(":")).filter(|file| Path::new(file).extension().is_some_and(|end| end == "csv"));
+    let substance = match &file {
+        Some(file) if of_table => return Err(format!("{file}: a table has built-in impurities only, without a file")),
+        None => name.parse::<Substance>().map_err(|error| error.to_string())?,
+        Some(file) => {
+            let bytes = std::fs::read(file).map_err(|error| format!("{file}: cannot be read: {error}"))?;
+            let text = checked_text(Path::new(file), &bytes).map_err(|error| error.to_string())?;
+            let particles = OwnParticles::read(&text).map_err(|error| error.in_file(file))?;
+            particles.declare(name).map_err(|error| format!("{file}: {error}"))?
+        }
+    };
+    let property = Property::Impurity(substance);
+    let values = if file.is_some() { ng_g } else { &words }.iter().map(|word| values(property, word));
+    Ok(PropertyAxis { property, values: values.collect::<Result<_, _>>()? })
 }
 
 /// The end of the help of a property: its range, default and form.
@@ -115,13 +140,17 @@ impl<const OF_TABLE: bool> Args for PropertyValues<OF_TABLE> {
                 .value_parser(move |word: &str| values(property, word))
                 .help(format!("{}{}", property.parameter().describe(), help(property, OF_TABLE)))
         });
-        let impurity = option(IMPURITY).value_name("NAME=NG_G").value_parser(impurity_axis).help(format!(
-            "{}, as black-carbon=10; several separated by commas or repeated: {}. {} also takes several \
-             values of one, black-carbon=0:10:100",
-            limits::described(&MASS_FRACTION),
-            Substance::all().map(Substance::name).collect::<Vec<_>>().join(", "),
-            if OF_TABLE { "An axis" } else { "spectrum" }
-        ));
+        let impurity = option(IMPURITY)
+            .value_name("NAME=NG_G")
+            .value_parser(|words: &str| impurity_axis(words, OF_TABLE))
+            .help(format!(
+                "{}, as black-carbon=10; several separated by commas or repeated: {}. {} also takes several \
+             values of one, black-carbon=0:10:100{}",
+                limits::described(&MASS_FRACTION),
+                Substance::all().map(Substance::name).collect::<Vec<_>>().join(", "),
+                if OF_TABLE { "An axis" } else { "spectrum" },
+                if OF_TABLE { "" } else { OWN_PARTICLES }
+            ));
         command.args(plain).arg(impurity).group(ArgGroup::new(Self::GROUP).multiple(true).args(Self::names()))
     }
 

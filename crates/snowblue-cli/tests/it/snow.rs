@@ -69,6 +69,43 @@ fn layers_can_differ_in_composition() {
     assert!(sooty < clean - 5e-4, "{sooty} {clean}");
 }
 
+/// The CSV of an option and the table of a layer file and of a scene declare the same particles, which darken snow.
+#[test]
+fn particles_may_have_a_table_of_their_own() {
+    let folder = Folder::new();
+    folder.write(
+        "dust.csv",
+        "wavelength_nm,extinction_m2_kg,single_scattering_albedo,asymmetry\n\
+                              300,800,0.8,0.7\n2500,400,0.9,0.6\n",
+    );
+    let table = "[substance.my-dust]\nwavelength_nm = [300, 2500]\nextinction_m2_kg = [800, 400]\n\
+                 single_scattering_albedo = [0.8, 0.9]\nasymmetry = [0.7, 0.6]\n";
+    let snow = "impurities_ng_g = { my-dust = 1000 }\n";
+    folder.write("pack.toml", format!("{table}[[layer]]\nthickness_cm = 5\n{snow}"));
+    let wavelengths = "--wavelengths 450,700";
+    let option = folder.stdout(&format!("spectrum {wavelengths} --thickness 5 --impurity my_dust=1000:dust.csv"));
+    let layers = folder.stdout(&format!("spectrum {wavelengths} --layers pack.toml"));
+    let (by_option, in_layers) = (last_row(&option, 3), last_row(&layers, 3));
+    assert!((by_option[0] - in_layers[0]).abs() < 1e-6, "{option} {layers}");
+    let clean = folder.stdout(&format!("spectrum {wavelengths} --thickness 5"));
+    assert!(by_option[0] < last_row(&clean, 3)[0] - 1e-4, "{option} {clean}");
+    let block = BLOCK.replacen("density_kg_m3 = 300\n", &format!("density_kg_m3 = 300\n{snow}"), 1);
+    folder.write("scene.toml", format!("{block}\n{table}"));
+    folder.stdout("render scene.toml --check");
+    folder.write("short.csv", "wavelength_nm,absorption_m2_kg\n400,9000\n700,5000\n");
+    folder.write("twice.csv", "400,9000\n400,5000\n");
+    folder.write("white.csv", "wavelength_nm,extinction_m2_kg,single_scattering_albedo,asymmetry\n400,800,1.1,0.7\n");
+    for (words, expected) in [
+        ("--impurity soot=9:short.csv --broadband solar", "wavelength in snow with soot is 320 nm"),
+        ("--impurity soot=9:twice.csv", "twice.csv:2: wavelength is 400 nm, but must lie above 400 nm"),
+        ("--impurity soot=9:white.csv", "white.csv:2: single-scattering albedo is 1.1, but must lie in 0–1"),
+        ("--impurity soot=9:none.csv", "none.csv: cannot be read"),
+        ("--impurity black-carbon=9:short.csv", "the name is that of another substance"),
+    ] {
+        folder.assert_refused(&format!("spectrum {words}"), &[expected]);
+    }
+}
+
 /// Also with the rows of tests: `--features snowblue-transport/test-rows`.
 #[test]
 fn every_property_is_in_options_batches_swatches_layers_and_scenes() {

@@ -11,7 +11,7 @@ use all cores; the environment variable RAYON_NUM_THREADS limits them. The same 
 """
 
 from snowblue._native import __version__, illuminants, parameters
-from snowblue._arguments import Snow
+from snowblue._arguments import Snow, substance
 from snowblue._bands import bands
 from snowblue._color import color, match, swatch
 from snowblue._database import Database
@@ -43,6 +43,7 @@ __all__ = [
     "single_scattering",
     "sky",
     "spectrum",
+    "substance",
     "sun_position",
     "sunlight",
     "swatch",

@@ -160,6 +160,14 @@ DIFFUSE_FLAG = {"flag_values": DIFFUSE_DEG, "flag_meanings": "diffuse"}
 ANGLE = Quantity("angle", "degree", "angle of incidence", DIFFUSE_FLAG)
 WAVELENGTH = Quantity("wavelength", "nm", further={"standard_name": "radiation_wavelength"})
 DEPTH = Quantity("depth", "cm")
+PARTICLES = (
+    Quantity("wavelength_nm", "nm"),
+    Quantity("extinction_m2_kg", "m2 kg-1"),
+    Quantity("single_scattering_albedo", "1"),
+    Quantity("asymmetry", "1"),
+    Quantity("absorption_m2_kg", "m2 kg-1"),
+)
+"""Columns of a table of particles."""
 GROUND_ALBEDO = Quantity("ground_albedo", "1", "albedo of the ground")
 
 TAKEN = {*RESULTS, *(one.name for one in (*SNOW.values(), THICKNESS, ANGLE, WAVELENGTH, DEPTH, GROUND_ALBEDO))}
@@ -341,14 +349,54 @@ def snow_id(given: Mapping[str, Any]) -> str:
     return single_values(given, {})["snow_id"]
 
 
+def substance(name: str, particles: Any) -> str:
+    """Declares an impurity that is not built in, for this process, and returns its name.
+
+    Parameters
+    ----------
+    name : str
+        The name of a new substance: letters, digits, hyphens and underscores.
+    particles : xarray.Dataset, DataFrame or mapping of arrays; or xarray.DataArray
+        `extinction_m2_kg`, `single_scattering_albedo` and `asymmetry`, or `absorption_m2_kg` alone, with `wavelength`
+        or `wavelength_nm` in nm, ascending. A DataArray on `wavelength` is the mass absorption coefficient in m²/kg.
+        Between the wavelengths all are linear; wavelengths beyond them are refused.
+
+    Examples
+    --------
+    >>> import snowblue
+    >>> dark = snowblue.substance("dark-dust", {"wavelength_nm": [300, 2500], "absorption_m2_kg": [300, 100]})
+    >>> clean, dirty = snowblue.albedo(impurities_ng_g={dark: [0, 5000]}, wavelength_nm=500)
+    >>> bool(dirty < clean)
+    True
+    """
+    if hasattr(particles, "dims") and not hasattr(particles, "data_vars"):
+        given = {"wavelength_nm": particles["wavelength"], "absorption_m2_kg": particles}
+    else:
+        example = "{'wavelength_nm': [300, 2500], 'absorption_m2_kg': [300, 100]}"
+        given = mapping("particles", getattr(particles, "variables", particles), example)
+    columns = {}
+    for key, values in given.items():
+        key = "wavelength_nm" if key == "wavelength" else key
+        quantity = next((one for one in PARTICLES if one.name == key), None)
+        if quantity is None:
+            known = ", ".join(one.name for one in PARTICLES)
+            raise ValueError(f"substance {name}: {shown(key)} is not known; there are {known}")
+        quantity.check(values)
+        columns[quantity.name] = np.asarray(values, dtype=float).ravel().tolist()
+    found = _native.declare_substance(name, columns)
+    if found not in SUBSTANCES:
+        SUBSTANCES.append(found)
+    return found
+
+
 def is_several(value: Any) -> bool:
     """Whether a value makes an axis: lists and arrays do; numbers, words and tuples are one value."""
     return isinstance(value, list) or not isinstance(value, (str, tuple)) and np.ndim(value) > 0
 
 
 SNOW_NAMES = tuple(Snow.__annotations__)
-SUBSTANCES = tuple(_native.substances())
-"""Names of impurities."""
+SUBSTANCES = list(_native.substances())
+"""Names of impurities. Those that are declared are added."""
 IMPURITIES = {
     "soot": "black-carbon",
     "dust": "saharan-dust",

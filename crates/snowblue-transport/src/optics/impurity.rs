@@ -8,18 +8,22 @@
 //! `data/substances.toml` declares the substances. Their optical properties are taken from BioSNICAR (Cook et al. 2020,
 //! doi:10.5194/tc-14-309-2020); [`Substance::source`] names the paper behind each substance. BioSNICAR gives the
 //! extinction of algae in m² per cell. A cell counts as 1 ng here, so that ng/g are cells per g of snow.
+//!
+//! [`OwnParticles`] declare a further substance under a name of its own, which the process keeps.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fmt;
 use std::str::FromStr;
-use std::sync::LazyLock;
+use std::sync::{LazyLock, PoisonError, RwLock};
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
-use snowblue_base::Number;
+use snowblue_base::csv_text::{cells, rows};
+use snowblue_base::spectrum_csv::{SpectrumError, read_within};
 use snowblue_base::toml_table::Table;
+use snowblue_base::{Number, ParameterRange};
 
 use super::spectral_table::SpectralTable;
 use crate::error::TransportError;
@@ -29,6 +33,15 @@ use crate::parameters::MassFraction;
 const SHARP_ASYMMETRY: f64 = 0.9;
 
 static BUILT_IN: LazyLock<Vec<Row>> = LazyLock::new(built_in);
+
+/// The substances that were declared beside the built-in ones. They stay until the process ends.
+static OWN: RwLock<Vec<&Row>> = RwLock::new(Vec::new());
+
+/// Ranges of the columns of a table of particles.
+const EXTINCTION: ParameterRange = ParameterRange::new("mass extinction", 0.0, 1e9, "m²/kg");
+const ABSORPTION: ParameterRange = ParameterRange::new("mass absorption", 0.0, 1e9, "m²/kg");
+const ALBEDO: ParameterRange = ParameterRange::new("single-scattering albedo", 0.0, 1.0, "");
+const ASYMMETRY: ParameterRange = ParameterRange::new("asymmetry", -0.99, 0.99, "");
 
 /// A substance that darkens snow.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -114,13 +127,14 @@ impl Substance {
     /// Cells of red snow algae of 1 ng: ng/g are cells per g of snow.
     pub const SNOW_ALGAE: Self = Self(20);
 
-    /// Every substance.
+    /// Every built-in substance.
     pub fn all() -> impl Iterator<Item = Self> + Clone {
         (0..BUILT_IN.len()).map(Self)
     }
 
     fn row(self) -> &'static Row {
-        &BUILT_IN[self.0]
+        let own = |place: usize| OWN.read().unwrap_or_else(PoisonError::into_inner)[place];
+        BUILT_IN.get(self.0).unwrap_or_else(|| own(self.0 - BUILT_IN.len()))
     }
 
     /// Its name.
@@ -166,6 +180,11 @@ impl Substance {
         Ok(self.row().table.wavelength_range().check(&self.row().wavelength, wavelength_nm)?)
     }
 
+    /// The optical properties of a substance that is not built in, for identifiers.
+    pub(crate) fn own_table(self) -> Option<String> {
+        (self.0 >= BUILT_IN.len()).then(|| format!("{:?}", self.row().table))
+    }
+
     /// Optical properties at a wavelength, linear between the rows.
     ///
     /// ```
@@ -197,11 +216,132 @@ impl FromStr for Substance {
     /// Words of a name may be joined by hyphens or underscores, as in the names of columns.
     fn from_str(name: &str) -> Result<Self, TransportError> {
         let hyphenated = name.replace('_', "-");
-        Self::all().find(|substance| substance.name() == hyphenated).ok_or_else(|| TransportError::Unknown {
+        let own = OWN.read().unwrap_or_else(PoisonError::into_inner).len();
+        let mut known = (0..BUILT_IN.len() + own).map(Self);
+        known.find(|substance| substance.name() == hyphenated).ok_or_else(|| TransportError::Unknown {
             quantity: "impurity",
             name: name.to_owned(),
             known: Self::all().map(Self::name).collect::<Vec<_>>().join(", "),
         })
+    }
+}
+
+/// Optical properties of a substance that is not built in: extinction, single-scattering albedo and asymmetry, or a
+/// mass absorption coefficient alone, at ascending wavelengths. They are linear between the wavelengths.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct OwnParticles {
+    /// Wavelengths, in nm.
+    pub wavelength_nm: Vec<f64>,
+    /// Mass extinction coefficient, in m²/kg.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub extinction_m2_kg: Vec<f64>,
+    /// Single-scattering albedo.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub single_scattering_albedo: Vec<f64>,
+    /// Asymmetry of the scattered light.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub asymmetry: Vec<f64>,
+    /// Mass absorption coefficient, in m²/kg, of particles that do not scatter.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub absorption_m2_kg: Vec<f64>,
+}
+
+impl OwnParticles {
+    /// Reads a CSV file with the columns `wavelength_nm`, `extinction_m2_kg`, `single_scattering_albedo` and
+    /// `asymmetry`; or `wavelength_nm` and `absorption_m2_kg`, the names of which may be missing.
+    ///
+    /// # Errors
+    /// Names the first line that is wrong.
+    pub fn read(text: &str) -> Result<Self, SpectrumError> {
+        let column = |name: &str, range: ParameterRange| {
+            let mut spectra = read_within(text, name, range)?;
+            let first = spectra.swap_remove(0);
+            match spectra.first() {
+                None => Ok((first.wavelengths_nm, first.values)),
+                Some(second) => {
+                    let line = Some(second.line);
+                    Err(SpectrumError { line, reason: "the wavelength must lie above the one before".to_owned() })
+                }
+            }
+        };
+        let scatters =
+            rows(text).next().is_some_and(|(_, header)| cells(header).any(|cell| cell == "extinction_m2_kg"));
+        if !scatters {
+            let (wavelength_nm, absorption_m2_kg) = column("absorption_m2_kg", ABSORPTION)?;
+            return Ok(Self { wavelength_nm, absorption_m2_kg, ..Self::default() });
+        }
+        let (wavelength_nm, extinction_m2_kg) = column("extinction_m2_kg", EXTINCTION)?;
+        let (_, single_scattering_albedo) = column("single_scattering_albedo", ALBEDO)?;
+        let (_, asymmetry) = column("asymmetry", ASYMMETRY)?;
+        Ok(Self { wavelength_nm, extinction_m2_kg, single_scattering_albedo, asymmetry, ..Self::default() })
+    }
+
+    /// Declares the substance of these particles under a name. The process keeps it.
+    ///
+    /// ```
+    /// use snowblue_transport::optics::{OwnParticles, Substance};
+    ///
+    /// let particles = OwnParticles::read("wavelength_nm,absorption_m2_kg\n300,9000\n2500,1000\n")?;
+    /// let soot = particles.declare("my-soot").unwrap();
+    /// assert_eq!("my_soot".parse(), Ok(soot));
+    /// assert!(soot.at(300.0).extinction_m2_kg == 9000.0 && soot.at(300.0).albedo == 0.0);
+    /// # Ok::<(), snowblue_base::spectrum_csv::SpectrumError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`TransportError::Substance`] if the name has other characters than letters, digits, hyphens and underscores, or
+    /// is the name of another substance; if there are fewer than two wavelengths, or they do not ascend; if columns
+    /// are missing or differ in length, or a value is out of range.
+    pub fn declare(&self, name: &str) -> Result<Substance, TransportError> {
+        let name = name.replace('_', "-");
+        let wrong = |reason: String| TransportError::Substance { name: name.clone(), reason };
+        if name.is_empty() || !name.chars().all(|c| c.is_ascii_alphanumeric() || c == '-') {
+            return Err(wrong("its name must have only letters, digits, hyphens and underscores".to_owned()));
+        }
+        let table = self.table().map_err(wrong)?;
+        let taken = || Err(wrong("the name is that of another substance: take another name".to_owned()));
+        if Substance::all().any(|substance| substance.name() == name) {
+            return taken();
+        }
+        let mut own = OWN.write().unwrap_or_else(PoisonError::into_inner);
+        if let Some(place) = own.iter().position(|row| row.name == name) {
+            return if own[place].table == table { Ok(Substance(BUILT_IN.len() + place)) } else { taken() };
+        }
+        let texts = ["Particles of a table of one's own.", "own table"].map(str::to_owned);
+        own.push(Box::leak(Box::new(Row::new(name.clone(), texts, (1000.0, 2.5), table))));
+        Ok(Substance(BUILT_IN.len() + own.len() - 1))
+    }
+
+    fn table(&self) -> Result<SpectralTable, String> {
+        let count = self.wavelength_nm.len();
+        if count < 2 || !self.wavelength_nm.is_sorted_by(|a, b| a < b) || !self.wavelength_nm[count - 1].is_finite() {
+            return Err("its wavelengths must be at least two numbers that ascend".to_owned());
+        }
+        let scattering = [
+            ("extinction_m2_kg", &self.extinction_m2_kg, EXTINCTION),
+            ("single_scattering_albedo", &self.single_scattering_albedo, ALBEDO),
+            ("asymmetry", &self.asymmetry, ASYMMETRY),
+        ];
+        let absorbs = !self.absorption_m2_kg.is_empty();
+        if absorbs && scattering.iter().any(|(_, values, _)| !values.is_empty()) {
+            return Err("absorption_m2_kg stands alone, without extinction, albedo and asymmetry".to_owned());
+        }
+        let column = |(name, values, range): (&str, &Vec<f64>, ParameterRange)| {
+            if values.len() != count {
+                return Err(format!("{name} has {} values, but there are {count} wavelengths", values.len()));
+            }
+            values.iter().try_for_each(|value| range.check(*value)).map_err(|error| error.to_string())?;
+            Ok(values.clone())
+        };
+        let mut columns = vec![self.wavelength_nm.clone()];
+        if absorbs {
+            columns.push(column(("absorption_m2_kg", &self.absorption_m2_kg, ABSORPTION))?);
+            columns.extend([vec![0.0; count], vec![0.0; count]]);
+        } else {
+            columns.extend(scattering.map(column).into_iter().collect::<Result<Vec<_>, _>>()?);
+        }
+        Ok(SpectralTable::of_columns(&columns))
     }
 }
 
@@ -308,7 +448,8 @@ impl JsonSchema for Impurities {
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
         let names: Vec<&str> = Substance::all().map(Substance::name).collect();
         let values = Number::<MassFraction>::json_schema(generator);
-        json_schema!({ "type": "object", "propertyNames": { "enum": names }, "additionalProperties": values })
+        let names = json_schema!({ "anyOf": [{ "enum": names }, {}] });
+        json_schema!({ "type": "object", "propertyNames": names, "additionalProperties": values })
     }
 }
 

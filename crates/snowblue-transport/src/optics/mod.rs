@@ -13,7 +13,7 @@ mod wavelengths;
 
 use crate::dual::Real;
 pub use ice::IceTable;
-pub use impurity::{Impurities, Substance};
+pub use impurity::{Impurities, OwnParticles, Substance};
 pub(crate) use index_nodes::{IndexNodes, lagrange};
 pub(crate) use spectral_table::SpectralTable;
 pub use spectral_table::WavelengthRange;

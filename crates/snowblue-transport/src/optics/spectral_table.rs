@@ -46,7 +46,7 @@ impl WavelengthRange {
 }
 
 /// Rows of numbers, the wavelength in nm first, ascending.
-#[derive(Debug)]
+#[derive(Debug, PartialEq)]
 pub(crate) struct SpectralTable(Vec<Vec<f64>>);
 
 /// The two rows that enclose a wavelength, for interpolation.
@@ -65,6 +65,11 @@ impl SpectralTable {
     pub(crate) fn new(csv: &str) -> Self {
         let number = |field: &str| field.parse().unwrap_or_else(|_| unreachable!("'{field}' is not a number"));
         Self(csv.lines().skip(1).map(|line| line.split(',').map(number).collect()).collect())
+    }
+
+    /// A table of columns of one length, the wavelengths first: at least two, ascending.
+    pub(crate) fn of_columns(columns: &[Vec<f64>]) -> Self {
+        Self((0..columns[0].len()).map(|row| columns.iter().map(|column| column[row]).collect()).collect())
     }
 
     /// The table with the values of a column times a factor.

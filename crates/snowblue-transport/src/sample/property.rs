@@ -229,6 +229,7 @@ impl SnowSample {
         }
         for (substance, mass_fraction_ng_g) in self.impurities.present() {
             hash.add(format!("{} {mass_fraction_ng_g:.8e} ", substance.name()).as_bytes());
+            hash.add(substance.own_table().unwrap_or_default().as_bytes());
         }
         // Later properties count where they differ from their defaults, so that identifiers stay as they are.
         for property in Property::plain() {

@@ -231,7 +231,7 @@ mod tests {
         for property in Property::all() {
             let range = property.parameter().range;
             if let Property::Impurity(substance) = property {
-                let names = &schema["$defs"]["Impurities"]["propertyNames"]["enum"];
+                let names = &schema["$defs"]["Impurities"]["propertyNames"]["anyOf"][0]["enum"];
                 assert!(names.as_array().unwrap().contains(&substance.name().into()), "{names}");
                 continue;
             }

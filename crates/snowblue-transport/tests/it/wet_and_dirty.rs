@@ -309,8 +309,8 @@ fn albedos_of_dirty_snow_are_those_of_biosnicar() {
     assert!((found - 0.912).abs() < 0.002, "{found}");
 }
 
-/// More of an impurity raises no band's albedo. By energy, the visible and the near-infrared band leave of the solar band
-/// an albedo of the ultraviolet.
+/// More of an impurity raises no band's albedo. By energy, the visible and the near-infrared band leave an albedo of
+/// the ultraviolet.
 #[test]
 fn impurities_lower_the_albedo_of_every_band() {
     let wavelengths_nm = wavelengths_nm(Band::Solar.wavelength_range());
