@@ -522,7 +522,7 @@ const WRONG: &[Wrong] = &[
             ("black-carbon", "soot", &["axes.toml:9:", "impurities_ng_g.soot", "black-carbon"]),
             ("preset", "presets", &["axes.toml:1:", "presets"]),
             ("[0, 0.2]", "[0, 1.2]", &["axes.toml:", "1.2"]),
-            ("400:700:50", "400:2600:50", &["axes.toml:", "2600 nm"]),
+            ("400:700:50", "400:2600:50", &["axes.toml:", "2550 nm", "300–2500 nm"]),
         ],
     },
     Wrong {

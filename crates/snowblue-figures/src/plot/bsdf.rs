@@ -29,7 +29,8 @@ pub fn bsdf(distributions: &[Distribution], metadata: &[(&'static str, String)])
     let snow = [(CENTRE_X - RADIUS, TOP), (CENTRE_X + RADIUS, TOP)];
     chart.band(&snow, &snow.map(|(x, _)| (x, BOTTOM)), SNOW, 1.0);
     if let Some(first) = distributions.first() {
-        let words = format!("{} cm of snow", first.thickness_cm);
+        let thickness = first.thickness_cm;
+        let words = if thickness.is_finite() { format!("{thickness} cm of snow") } else { "deep snow".to_owned() };
         chart.text((CENTRE_X - RADIUS + 10.0, 0.5 * (TOP + BOTTOM) + 4.0), &words, LABEL);
     }
     let colours = ordered_colours(distributions.len());
