@@ -160,7 +160,7 @@ fn mistakes_in_snow_are_named_with_file_line_value_and_range() {
         ("ice = \"rime\"", "ice: unknown variant `rime`, expected `warren2008` or `picard2016`"),
         (
             "impurities_ng_g = { soot = 5 }",
-            "impurities_ng_g: impurity 'soot' is not known; there are black-carbon, saharan-dust",
+            "impurities_ng_g: impurity 'soot' is not known; there are black-carbon, black-carbon-coated, saharan-dust",
         ),
         (
             "impurities_ng_g = { black_carbon = -5 }",
