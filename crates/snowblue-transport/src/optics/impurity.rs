@@ -430,7 +430,8 @@ impl<'de> Deserialize<'de> for Impurities {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let given = BTreeMap::<String, Number<MassFraction>>::deserialize(deserializer)?;
         if given.len() > MAX_SUBSTANCES {
-            return Err(D::Error::custom(format_args!("are {}, but at most {MAX_SUBSTANCES} are possible", given.len())));
+            let reason = format_args!("has {} substances, but at most {MAX_SUBSTANCES} are possible", given.len());
+            return Err(D::Error::custom(reason));
         }
         given.iter().try_fold(Self::none(), |impurities, (name, mass_fraction)| {
             let substance: Substance = name.parse().map_err(D::Error::custom)?;
