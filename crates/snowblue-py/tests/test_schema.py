@@ -73,7 +73,7 @@ def test_notations_are_accepted(validator, text):
     ("kind = \"ice\"\nthickness_cm = 0.5\ndensity_kg_m3 = 300\n", False),
     ("snow = \"fresh\"\n", False),
     ("thickness_cm = 3\ndensity_kg_m3 = 1200\n", False),
-    ("thickness_cm = 3\nimpurities_ng_g = { soot = 10 }\n", False),
+    ("thickness_cm = 3\nimpurities_ng_g = { black-carbon = -1 }\n", False),
 ])
 def test_layers(layer, is_valid):
     file = tomllib.loads(f"[[layer]]\n{layer}")
