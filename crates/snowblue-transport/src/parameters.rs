@@ -82,7 +82,8 @@ pub const WATER_SATURATION: Parameter = Parameter {
     default: 0.0,
     text: "Fraction of the pore volume filled with water",
     effect: "In water a grain deflects light far less than in air.",
-    source: "Röttgers et al. 2016, WOPP v3; Daimon & Masumura 2007, doi:10.1364/AO.46.003811",
+    source: "Röttgers et al. 2016, WOPP v3; Daimon & Masumura 2007, doi:10.1364/AO.46.003811; from 1225 nm Rowe et \
+             al. 2020, doi:10.1029/2020JD032624",
 };
 
 /// Mass fraction of an impurity, in ng/g: up to a hundredth of the snow.

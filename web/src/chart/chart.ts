@@ -42,7 +42,7 @@ export class Chart {
   constructor(change: (range: Range) => void) {
     this.#range = new Radio<Range>(
       { label: "Range" },
-      [{ value: "visible", label: "Visible" }, { value: "solar", label: "Solar, 300–2500 nm" }],
+      [{ value: "visible", label: "Visible" }, { value: "solar", label: "300–2500 nm" }],
       change,
     );
     this.#frame = el("div", {

@@ -58,10 +58,16 @@ fn impurity_axis(words: &str, of_table: bool) -> Result<PropertyAxis, String> {
     let is_number = |word: &&&str| word.trim().parse::<f64>().is_ok();
     let (ng_g, file) = words.split_at(words.iter().take_while(is_number).count());
     // The name of a file may have a colon. Other words are wrong numbers.
-    let file = Some(file.join(":")).filter(|file| Path::new(file).extension().is_some_and(|end| end == "csv"));
+    let file = Some(file.join(":"))
+        .filter(|file| Path::new(file).extension().is_some_and(|end| end.eq_ignore_ascii_case("csv")));
+    if file.is_some() && ng_g.is_empty() {
+        return Err(FORMS.to_owned());
+    }
     let substance = match &file {
         Some(file) if of_table => return Err(format!("{file}: a table has built-in impurities only, without a file")),
-        None => name.parse::<Substance>().map_err(|error| error.to_string())?,
+        None => {
+            name.parse::<Substance>().map_err(|error| format!("{error}; others have a file: NAME=NG_G:FILE.csv"))?
+        }
         Some(file) => {
             let bytes = std::fs::read(file).map_err(|error| format!("{file}: cannot be read: {error}"))?;
             let text = checked_text(Path::new(file), &bytes).map_err(|error| error.to_string())?;

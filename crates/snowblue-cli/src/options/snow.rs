@@ -157,7 +157,9 @@ impl SnowOptions {
             };
             Some(format!("{substance}{amount} ({})", substance.source()))
         };
-        let present: Vec<String> = Substance::all().filter_map(describe).collect();
+        let own = sample.impurities.present().map(|(substance, _)| substance);
+        let own = own.filter(|substance| !Substance::all().any(|one| one == *substance));
+        let present: Vec<String> = Substance::all().chain(own).filter_map(describe).collect();
         if !present.is_empty() {
             metadata.push(("impurities", present.join(", ")));
         }
@@ -175,7 +177,7 @@ impl SnowOptions {
         metadata.extend(self.kind_metadata());
         metadata.push(("ice", self.ice.name().to_owned()));
         if sample.water_saturation > 0.0 {
-            let source = "Daimon & Masumura 2007, Water Optical Properties Processor v3";
+            let source = "Daimon & Masumura 2007, Water Optical Properties Processor v3; from 1225 nm Rowe et al. 2020";
             metadata.push(("water", format!("saturation {} ({source})", format_number(sample.water_saturation))));
         }
         let describe = |(substance, ng_g): (Substance, f64)| {

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, TypedDict, TypeVar
 import numpy as np
 
 from snowblue import _native
-from snowblue._blocks import is_lazy
+from snowblue._blocks import OWN, is_lazy
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -383,9 +383,15 @@ def substance(name: str, particles: Any) -> str:
             raise ValueError(f"substance {name}: {shown(key)} is not known; there are {known}")
         quantity.check(values)
         columns[quantity.name] = np.asarray(values, dtype=float).ravel().tolist()
+    return _declare(name, columns)
+
+
+def _declare(name: str, columns: dict[str, list[float]]) -> str:
+    """Declares an impurity of checked columns."""
     found = _native.declare_substance(name, columns)
     if found not in SUBSTANCES:
         SUBSTANCES.append(found)
+    OWN[found] = functools.partial(_declare, name, columns)
     return found
 
 

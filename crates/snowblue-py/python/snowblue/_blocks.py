@@ -11,6 +11,9 @@ import numpy as np
 if TYPE_CHECKING:
     import xarray as xr
 
+OWN: dict[str, Callable[[], Any]] = {}
+"""For each impurity that is not built in, a function that declares it in another process."""
+
 Solve = Callable[..., Mapping[str, tuple[Sequence[str], np.ndarray]]]
 """A function of the values of each argument, row by row, that gives arrays by their names: the dimensions after that
 of the rows, and the array. A ValueError may have the number of a row after its message, and the number of a wavelength
@@ -65,7 +68,7 @@ def in_blocks(
         for dims, array in outputs.values():
             options["output_sizes"] |= dict(zip(dims, array.shape[1:]))
     found = xr.apply_ufunc(
-        functools.partial(_solved, solve, dict(zip(arrays, map(len, cores))), dict(sizes), bands, gaps),
+        functools.partial(_solved, [*OWN.values()], solve, dict(zip(arrays, map(len, cores))), dict(sizes), bands, gaps),
         *places,
         *values,
         input_core_dims=[[] for _ in places] + cores,
@@ -80,6 +83,7 @@ def in_blocks(
 
 
 def _solved(
+    own: Sequence[Callable[[], Any]],
     solve: Solve,
     inner: Mapping[str, int],
     sizes: Mapping[str, int],
@@ -89,6 +93,8 @@ def _solved(
     **shared: Any,
 ) -> Any:
     """The results of a block, of places along the dimensions `sizes` and arrays, which have inner dimensions."""
+    for declare in own:
+        declare()
     places = blocks[: len(sizes)]
     shape = np.broadcast_shapes(*(place.shape for place in places))
     rows = {}

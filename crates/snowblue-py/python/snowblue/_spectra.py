@@ -631,8 +631,9 @@ def brf(
     >>> bool(snow.sel(view_azimuth=0) > 1.2 * snow.sel(view_azimuth=180))
     True
     """
-    if layers is not None and snow:
-        raise TypeError(f"{next(iter(snow))} belongs to the layers")
+    beside = [*snow, *(["thickness_cm"] if np.isfinite(thickness_cm) else [])]
+    if layers is not None and beside:
+        raise TypeError(f"{beside[0]} belongs to the layers")
     given = one_snow(snow)
     packed = [(given, number("thickness_cm", thickness_cm))] if layers is None else packed_layers(layers)
     coords = {

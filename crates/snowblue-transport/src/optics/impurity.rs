@@ -265,8 +265,15 @@ impl OwnParticles {
                 }
             }
         };
-        let scatters =
-            rows(text).next().is_some_and(|(_, header)| cells(header).any(|cell| cell == "extinction_m2_kg"));
+        let header = rows(text).next().map(|(line, cells_of)| (line, cells(cells_of).collect::<Vec<_>>()));
+        let header = header.filter(|(_, names)| names.iter().any(|name| name.starts_with(char::is_alphabetic)));
+        let has = |columns: &[&str]| header.iter().any(|(_, names)| columns.iter().all(|one| names.contains(one)));
+        let scatters = has(&["wavelength_nm", "extinction_m2_kg", "single_scattering_albedo", "asymmetry"]);
+        if let Some((line, _)) = header.as_ref().filter(|_| !scatters && !has(&["wavelength_nm", "absorption_m2_kg"])) {
+            let reason = "the columns must be wavelength_nm and absorption_m2_kg, or wavelength_nm, extinction_m2_kg, \
+                          single_scattering_albedo and asymmetry";
+            return Err(SpectrumError { line: Some(*line), reason: reason.to_owned() });
+        }
         if !scatters {
             let (wavelength_nm, absorption_m2_kg) = column("absorption_m2_kg", ABSORPTION)?;
             return Ok(Self { wavelength_nm, absorption_m2_kg, ..Self::default() });
@@ -292,7 +299,7 @@ impl OwnParticles {
     /// # Errors
     /// [`TransportError::Substance`] if the name has other characters than letters, digits, hyphens and underscores, or
     /// is the name of another substance; if there are fewer than two wavelengths, or they do not ascend; if columns
-    /// are missing or differ in length, or a value is out of range.
+    /// are missing or differ in length, or a value is out of range; if there are 64 substances.
     pub fn declare(&self, name: &str) -> Result<Substance, TransportError> {
         let name = name.replace('_', "-");
         let wrong = |reason: String| TransportError::Substance { name: name.clone(), reason };
@@ -300,13 +307,19 @@ impl OwnParticles {
             return Err(wrong("its name must have only letters, digits, hyphens and underscores".to_owned()));
         }
         let table = self.table().map_err(wrong)?;
-        let taken = || Err(wrong("the name is that of another substance: take another name".to_owned()));
+        let taken = |by: &str| Err(wrong(format!("the name is taken by {by}: take another name")));
         if Substance::all().any(|substance| substance.name() == name) {
-            return taken();
+            return taken("a built-in substance");
         }
         let mut own = OWN.write().unwrap_or_else(PoisonError::into_inner);
         if let Some(place) = own.iter().position(|row| row.name == name) {
-            return if own[place].table == table { Ok(Substance(BUILT_IN.len() + place)) } else { taken() };
+            return match own[place].table == table {
+                true => Ok(Substance(BUILT_IN.len() + place)),
+                false => taken("another table in this process"),
+            };
+        }
+        if BUILT_IN.len() + own.len() == MAX_SUBSTANCES {
+            return Err(wrong(format!("there are {MAX_SUBSTANCES} substances, and no more are possible")));
         }
         let texts = ["Particles of a table of one's own.", "own table"].map(str::to_owned);
         own.push(Box::leak(Box::new(Row::new(name.clone(), texts, (1000.0, 2.5), table))));
@@ -345,8 +358,8 @@ impl OwnParticles {
     }
 }
 
-/// Greatest number of substances in a snow.
-const MAX_SUBSTANCES: usize = 32;
+/// Greatest number of substances, built-in ones included.
+const MAX_SUBSTANCES: usize = 64;
 
 /// Mass fraction of each substance, in ng per g of dry snow.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -371,8 +384,6 @@ impl Impurities {
 
     /// Sets the mass fraction of one substance, in ng/g.
     ///
-    /// # Panics
-    /// If there are more than 32 substances.
     #[must_use]
     pub fn with(self, substance: Substance, mass_fraction_ng_g: f64) -> Self {
         let mut all: Vec<(Substance, f64)> = self.given().filter(|(other, _)| *other != substance).collect();
@@ -429,10 +440,6 @@ impl Serialize for Impurities {
 impl<'de> Deserialize<'de> for Impurities {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let given = BTreeMap::<String, Number<MassFraction>>::deserialize(deserializer)?;
-        if given.len() > MAX_SUBSTANCES {
-            let reason = format_args!("has {} substances, but at most {MAX_SUBSTANCES} are possible", given.len());
-            return Err(D::Error::custom(reason));
-        }
         given.iter().try_fold(Self::none(), |impurities, (name, mass_fraction)| {
             let substance: Substance = name.parse().map_err(D::Error::custom)?;
             if name != substance.name() && given.contains_key(substance.name()) {

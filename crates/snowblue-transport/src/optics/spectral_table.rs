@@ -18,12 +18,6 @@ impl WavelengthRange {
         Self { first_nm, last_nm }
     }
 
-    /// The wavelengths that lie in both ranges.
-    #[must_use]
-    pub fn intersection(self, other: Self) -> Self {
-        Self { first_nm: self.first_nm.max(other.first_nm), last_nm: self.last_nm.min(other.last_nm) }
-    }
-
     /// The least range that holds both.
     #[must_use]
     pub fn hull(self, other: Self) -> Self {

@@ -130,7 +130,8 @@ impl Property {
     /// # Errors
     /// [`TransportError::Unknown`] if there is none.
     pub fn of_key(key: &str) -> Result<Self, TransportError> {
-        Self::all().find(|property| property.key() == key).ok_or_else(|| TransportError::Unknown {
+        let own = || key.strip_suffix("_ng_g")?.parse().ok().map(Self::Impurity);
+        Self::all().find(|property| property.key() == key).or_else(own).ok_or_else(|| TransportError::Unknown {
             quantity: "property of snow",
             name: key.to_owned(),
             known: Self::all().map(Self::key).collect::<Vec<_>>().join(", "),

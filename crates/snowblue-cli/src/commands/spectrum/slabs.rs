@@ -8,7 +8,7 @@ use snowblue_base::csv_text::{cells, is_comment, lines, separator_hint};
 use snowblue_figures::{Cell, format_number};
 use snowblue_transport::Number;
 use snowblue_transport::batch::{Batch, BatchError, SlabCase};
-use snowblue_transport::optics::Wavelengths;
+use snowblue_transport::optics::{Impurities, Wavelengths};
 use snowblue_transport::sample::{Property, SizeMeasure, SnowKeys, SnowSample};
 use snowblue_transport::slab::Incidence;
 
@@ -116,7 +116,8 @@ impl Slabs {
         // An error in the options does not belong to a line.
         let sample = first.snow.sample().map_err(|wrong| Failure::input(wrong.error))?;
         let wavelengths_nm = vec![sample.ice.wavelength_range().first_nm];
-        Batch { samples: vec![sample], cases: vec![first.case(0)], wavelengths_nm }.check().map_err(Failure::input)?;
+        let clean = SnowSample { impurities: Impurities::none(), ..sample };
+        Batch { samples: vec![clean], cases: vec![first.case(0)], wavelengths_nm }.check().map_err(Failure::input)?;
         let others = [(Column::Thickness, 0), (Column::Angle, 1)];
         let others = others.iter().filter(|(column, _)| !columns.contains(column)).map(|(_, place)| *place);
         let others: Vec<usize> = others.collect();
