@@ -72,7 +72,9 @@ pageTest("meshes of the visitor", {}, async (page, t) => {
     await page.reload();
     await page.waitForFunction(() => document.querySelector("#toolbar .own").ariaPressed === "true");
     await shows(page);
-    assert.deepEqual(await middle(page), light);
+    // The light field need not have the cells of the earlier one.
+    const again = await middle(page);
+    assert.ok(again.every((value, k) => Math.abs(value - light[k]) < 0.02 * light[k]), `${again} ${light}`);
   });
 
   await t.test("a link says that it cannot hold a large mesh", async () => {

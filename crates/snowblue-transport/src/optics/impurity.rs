@@ -71,8 +71,19 @@ struct Declaration {
     name: String,
     text: String,
     source: String,
+    #[serde(default = "usual_ng_g")]
     usual_ng_g: (f64, f64),
+    #[serde(default = "one_kilogram")]
     mass_kg: f64,
+}
+
+/// Of a substance without a value of its own.
+fn usual_ng_g() -> (f64, f64) {
+    (1000.0, 2.5)
+}
+
+fn one_kilogram() -> f64 {
+    1.0
 }
 
 /// The declared substances.
@@ -322,7 +333,7 @@ impl OwnParticles {
             return Err(wrong(format!("there are {MAX_SUBSTANCES} substances, and no more are possible")));
         }
         let texts = ["Particles of a table of one's own.", "own table"].map(str::to_owned);
-        own.push(Box::leak(Box::new(Row::new(name.clone(), texts, (1000.0, 2.5), table))));
+        own.push(Box::leak(Box::new(Row::new(name.clone(), texts, usual_ng_g(), table))));
         Ok(Substance(BUILT_IN.len() + own.len() - 1))
     }
 
