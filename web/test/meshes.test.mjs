@@ -70,7 +70,8 @@ pageTest("meshes of the visitor", {}, async (page, t) => {
     await page.locator("#share-status", { hasText: /^The link is copied\.$/ }).waitFor();
     const light = await middle(page);
     await page.reload();
-    await page.waitForFunction(() => document.querySelector("#toolbar .own").ariaPressed === "true");
+    // There is no snow before the mesh of the link is read.
+    await page.waitForFunction(() => window.__snowblue?.ready.then(() => true, () => false));
     await shows(page);
     // The light field need not have the cells of the earlier one.
     const again = await middle(page);
