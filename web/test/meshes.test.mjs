@@ -71,7 +71,8 @@ pageTest("meshes of the visitor", {}, async (page, t) => {
     const light = await middle(page);
     await page.reload();
     // There is no snow before the mesh of the link is read.
-    await page.waitForFunction(() => window.__snowblue?.ready.then(() => true, () => false));
+    const isLit = () => page.evaluate(() => window.__snowblue?.ready.then(() => true, () => false));
+    while (!await isLit()) await page.waitForTimeout(50);
     await shows(page);
     // The light field need not have the cells of the earlier one.
     const again = await middle(page);
