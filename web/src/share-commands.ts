@@ -26,9 +26,10 @@ export function commandLines(sample: Asked, solar_nm?: readonly number[]): strin
   const slab = [...snow, `--angle ${angle_deg}`, ...ground];
   const exposure = sample.swatch_exposure === "auto" ? "auto" : exact(sample.swatch_exposure);
   const light = [`--illuminant ${sample.illuminant}`, `--observer ${sample.observer}`, `--exposure ${exposure}`];
+  const wavelengths = `--wavelengths ${solar_nm && (stepsOf(solar_nm)?.join(":") ?? solar_nm.join())}`;
   const solar = solar_nm === undefined ? [] : [
-    ["snowblue spectrum", ...slab, `--wavelengths ${stepsOf(solar_nm)?.join(":") ?? solar_nm.join()}`, "-o solar.csv"],
-    ["snowblue spectrum", ...slab, "--broadband all", "-o bands.csv"],
+    ["snowblue spectrum", ...slab, wavelengths, "-o solar.csv"],
+    ["snowblue spectrum", ...slab, wavelengths, "--broadband all", "-o bands.csv"],
   ];
   return [
     ["snowblue spectrum", ...slab, `-o ${SPECTRUM_FILE}`],

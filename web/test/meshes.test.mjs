@@ -81,6 +81,7 @@ pageTest("meshes of the visitor", {}, async (page, t) => {
 
   await t.test("a link says that it cannot hold a large mesh", async () => {
     await show(page, "ball.obj", ballObj());
+    await page.waitForFunction(() => !location.hash.includes("mesh="));
     await page.getByRole("button", { name: "Copy link" }).click();
     await page.locator("#share-status", { hasText: "without the mesh, which is too large for a link" }).waitFor();
     assert.equal(await page.evaluate(() => location.hash.includes("mesh=")), false);

@@ -222,9 +222,12 @@ fn cells_of(row: &str) -> Vec<String> {
     row.split(separator).map(|cell| cell.trim().trim_matches('"').trim().replace(',', ".")).collect()
 }
 
-/// A number times a factor, to nine decimals.
+/// A number times a factor, to nine decimals; as it is if the factor is 1.
 fn scaled(cell: &str, scale: f64) -> String {
-    cell.parse::<f64>().map_or_else(|_| cell.to_owned(), |value| ((value * scale * 1e9).round() / 1e9).to_string())
+    match cell.parse::<f64>() {
+        Ok(value) if (scale - 1.0).abs() > 0.0 => ((value * scale * 1e9).round() / 1e9).to_string(),
+        _ => cell.to_owned(),
+    }
 }
 
 impl Measures {
