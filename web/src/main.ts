@@ -251,7 +251,7 @@ function enterLaboratory(before?: State): void {
 function opened(step: number): void {
   if (step !== 0) host.endPoster();
   storyStep = step;
-  scheduleAddress();
+  replaceAddress();
 }
 
 /** Shows one part of the page, with the 3-D view in it. */

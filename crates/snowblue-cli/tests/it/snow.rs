@@ -100,7 +100,7 @@ fn particles_may_have_a_table_of_their_own() {
         ("--impurity soot=9:twice.csv", "twice.csv:2: wavelength is 400 nm, but must lie above 400 nm"),
         ("--impurity soot=9:white.csv", "white.csv:2: single-scattering albedo is 1.1, but must lie in 0–1"),
         ("--impurity soot=9:none.csv", "none.csv: cannot be read"),
-        ("--impurity black-carbon=9:short.csv", "the name is that of another substance"),
+        ("--impurity black-carbon=9:short.csv", "the name is taken by a built-in substance"),
     ] {
         folder.assert_refused(&format!("spectrum {words}"), &[expected]);
     }
