@@ -52,7 +52,7 @@ PACK = "must be mappings in a list, or a pandas.DataFrame, top first"
      r"^impurities_ng_g is \[1, 2\], but must be a mapping such as \{'black-carbon': 10\}$"),
     (lambda: snowblue.spectrum(impurities_ng_g=np.ones(2)), r"^impurities_ng_g is array\(\[1., 1.\]\), but must be"),
     (lambda: snowblue.spectrum(impurities_ng_g={"soot": 1}),
-     "^impurity 'soot' is not known; did you mean black-carbon[?] There are black-carbon, black-carbon-coated, saharan-dust"),
+     "^impurity 'soot' is not known; did you mean black-carbon[?] There are black-carbon, black-carbon-coated, "),
     (lambda: snowblue.spectrum(impurities_ng_g={"snow-algea": [1, 2]}), "did you mean snow-algae"),
     (lambda: snowblue.spectrum(impurities_ng_g={5: 1}), "^impurity 5 is not known; there are black-carbon"),
     (lambda: snowblue.spectrum(impurities_ng_g={"snow-algae": 1, "snow_algae": 1}), "has snow-algae twice"),

@@ -52,8 +52,8 @@ pub(crate) struct Bsdf {
         help = format!("Wavelengths in nm: FIRST:LAST:STEP or a list [{}]", limits::snow_wavelengths())
     )]
     wavelengths: Wavelengths,
-    /// Method of solution; discrete ordinates have no noise of random walks, only that of the rays through grains, 0.2 %
-    /// in the visible to 3 % beyond 1500 nm, and patches without standard errors
+    /// Method of solution; discrete ordinates have no noise of random walks, only that of the rays through grains,
+    /// 0.2 % in the visible to 3 % beyond 1500 nm, and patches without standard errors
     #[arg(long, value_name = "ENGINE", value_enum, default_value = "montecarlo", help_heading = "Engine")]
     engine: Engine,
     /// Number of rays for each wavelength [2–1000000000000]

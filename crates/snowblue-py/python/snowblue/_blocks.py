@@ -68,7 +68,8 @@ def in_blocks(
         for dims, array in outputs.values():
             options["output_sizes"] |= dict(zip(dims, array.shape[1:]))
     found = xr.apply_ufunc(
-        functools.partial(_solved, [*OWN.values()], solve, dict(zip(arrays, map(len, cores))), dict(sizes), bands, gaps),
+        functools.partial(
+            _solved, [*OWN.values()], solve, dict(zip(arrays, map(len, cores))), dict(sizes), bands, gaps),
         *places,
         *values,
         input_core_dims=[[] for _ in places] + cores,
