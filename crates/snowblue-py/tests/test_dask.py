@@ -437,3 +437,13 @@ def test_the_page_on_clusters_runs(blocks, pits, tmp_path, monkeypatch):
             ssa_m2_kg=pits[0].ssa[:5], density_kg_m3=pits[0].density[:5], angle_deg=60,
             impurities_ng_g={"black-carbon": pits[0].soot[:5]}, wavelength_nm=range(400, 1401, 100))
         np.testing.assert_array_equal(solved.albedo[:5], alone)
+
+
+def test_own_particles_are_known_in_other_processes():
+    table = {"wavelength_nm": [300, 2500], "absorption_m2_kg": [300, 100]}
+    name = snowblue.substance("dust-of-workers", table)
+    amounts = xr.DataArray(da.from_array(np.array([500.0, 9000.0]), chunks=1), dims="pit")
+    later = snowblue.albedo(impurities_ng_g={name: amounts}, wavelength_nm=500)
+    now = snowblue.albedo(impurities_ng_g={name: amounts.compute()}, wavelength_nm=500)
+    np.testing.assert_array_equal(later.compute(scheduler="processes"), now)
+    assert now[1] < now[0] - 0.01
