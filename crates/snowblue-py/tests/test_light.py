@@ -70,7 +70,7 @@ def test_particles_of_a_table_are_those_of_the_columns():
     assert dirty.reflectance[1] < dirty.reflectance[0]
     scattering = {"wavelength": wavelength, "extinction_m2_kg": [800, 400], "single_scattering_albedo": [0.8, 0.9]}
     for name, particles, words in (
-        ("my-soot", {"wavelength_nm": [300, 2500], "absorption_m2_kg": [1, 2]}, "my-soot: the name is taken by another"),
+        ("my-soot", {"wavelength_nm": [300, 2500], "absorption_m2_kg": [1, 2]}, "my-soot: the name is taken"),
         ("black-carbon", values, "the name is taken by a built-in substance"),
         ("my soot", values, "must have only letters"),
         ("dust", scattering, "asymmetry has 0 values, but there are 2 wavelengths"),
