@@ -133,9 +133,9 @@ fn values(sample: &SnowSample) -> Vec<(&'static str, Value)> {
     };
     let words = [("size_measure", size.measure.name()), ("ice", sample.ice.name()), ("snow_id", &sample.id())];
     let words = words.map(|(key, word)| (key, Value::Word(word.to_owned())));
-    let own = sample.impurities.present().map(|(substance, _)| Property::Impurity(substance));
-    let own = own.filter(|property| !Property::all().any(|one| one == *property));
-    Property::all().chain(own).filter_map(value).chain(words).collect()
+    let plain = Property::all().filter(|property| !matches!(property, Property::Impurity(_)));
+    let impurities = Substance::known().map(Property::Impurity);
+    plain.chain(impurities).filter_map(value).chain(words).collect()
 }
 
 /// Specific surface areas of snow after each age in hours, in m²/kg, from those of new snow at each temperature. An

@@ -157,9 +157,7 @@ impl SnowOptions {
             };
             Some(format!("{substance}{amount} ({})", substance.source()))
         };
-        let own = sample.impurities.present().map(|(substance, _)| substance);
-        let own = own.filter(|substance| !Substance::all().any(|one| one == *substance));
-        let present: Vec<String> = Substance::all().chain(own).filter_map(describe).collect();
+        let present: Vec<String> = Substance::known().filter_map(describe).collect();
         if !present.is_empty() {
             metadata.push(("impurities", present.join(", ")));
         }

@@ -143,6 +143,12 @@ impl Substance {
         (0..BUILT_IN.len()).map(Self)
     }
 
+    /// Every substance that has been declared: the built-in ones, then those of [`OwnParticles`].
+    pub fn known() -> impl Iterator<Item = Self> + Clone {
+        let own = OWN.read().unwrap_or_else(PoisonError::into_inner).len();
+        (0..BUILT_IN.len() + own).map(Self)
+    }
+
     fn row(self) -> &'static Row {
         let own = |place: usize| OWN.read().unwrap_or_else(PoisonError::into_inner)[place];
         BUILT_IN.get(self.0).unwrap_or_else(|| own(self.0 - BUILT_IN.len()))
@@ -227,9 +233,7 @@ impl FromStr for Substance {
     /// Words of a name may be joined by hyphens or underscores, as in the names of columns.
     fn from_str(name: &str) -> Result<Self, TransportError> {
         let hyphenated = name.replace('_', "-");
-        let own = OWN.read().unwrap_or_else(PoisonError::into_inner).len();
-        let mut known = (0..BUILT_IN.len() + own).map(Self);
-        known.find(|substance| substance.name() == hyphenated).ok_or_else(|| TransportError::Unknown {
+        Self::known().find(|substance| substance.name() == hyphenated).ok_or_else(|| TransportError::Unknown {
             quantity: "impurity",
             name: name.to_owned(),
             known: Self::all().map(Self::name).collect::<Vec<_>>().join(", "),

@@ -7,22 +7,11 @@ use snowblue_transport::{
     GrainSize, Impurities, Incidence, Property, SnowSample, Substance, TruncatedNormal, Variable,
 };
 
+use crate::variables::variables;
+
 const OPTIONS: OrdinatesOptions = OrdinatesOptions { tally_rays: 1 << 10, streams: Streams::Auto, seed: 1 };
 const NM: [f64; 4] = [400.0, 550.0, 900.0, 1350.0];
 const SURFACE_AREA_M2_KG: f64 = 20.0;
-
-/// Every variable, of the impurities those whose tables differ most.
-fn variables() -> Vec<Variable> {
-    const KEPT: [Substance; 5] = [
-        Substance::BLACK_CARBON,
-        Substance::SAHARAN_DUST,
-        Substance::COLORADO_DUST,
-        Substance::BROWN_CARBON,
-        Substance::SNOW_ALGAE,
-    ];
-    let is_kept = |by: &Variable| !matches!(by, Variable::Snow(Property::Impurity(one)) if !KEPT.contains(one));
-    Variable::all().into_iter().filter(is_kept).collect()
-}
 
 /// One slab of one snow.
 #[derive(Debug, Clone, Copy)]

@@ -17,4 +17,5 @@ mod layers;
 mod published;
 mod reflection_table;
 mod refusals;
+mod variables;
 mod wet_and_dirty;
