@@ -118,6 +118,15 @@ export function pageTest(name, { fragment = "laboratory", url = server.url, ...o
   browserTest(name, opened, options);
 }
 
+/** The result of a promise of the page, which has no time limit of its own; a promise that hangs is named. */
+function within(promise, name) {
+  let timer;
+  const hangs = new Promise((_, reject) => {
+    timer = setTimeout(() => reject(new Error(`${name} takes more than ${HANGS_MS / 2e3} s`)), HANGS_MS / 2);
+  });
+  return Promise.race([promise, hangs]).finally(() => clearTimeout(timer));
+}
+
 /** A field, a select or a slider by its whole label. */
 export function control(page, label) {
   return page.getByLabel(label, { exact: true });
@@ -125,10 +134,11 @@ export function control(page, label) {
 
 /** Follows a link to another fragment; the page has taken it when this is done. */
 export async function follow(page, fragment) {
-  await page.evaluate((fragment) => new Promise((resolve) => {
+  const followed = page.evaluate((fragment) => new Promise((resolve) => {
     addEventListener("hashchange", resolve, { once: true });
     location.hash = fragment;
   }), fragment);
+  await within(followed, `the link ${fragment}`);
 }
 
 /** Waits for the final spectrum of the present sample. */
@@ -159,13 +169,13 @@ export async function relight(page, change) {
     });
   });
   await change();
-  await page.evaluate(() => window.relit);
+  await within(page.evaluate(() => window.relit), "new light");
 }
 
 /** Waits for the fine light field of the present view. */
 export async function lit(page) {
   await page.waitForFunction(() => window.__snowblue);
-  await page.evaluate(() => window.__snowblue.ready);
+  await within(page.evaluate(() => window.__snowblue.ready), "the fine light field");
 }
 
 /** A text to copy, by its title. */
@@ -182,7 +192,7 @@ export async function chooseCurve(page, name, content) {
 export async function saved(page, name, count = 1, press = (button) => button.click()) {
   const wait = await (IS_FIREFOX ? linked : downloaded)(page, count);
   await press(page.getByRole("button", { name, exact: true }));
-  return wait();
+  return within(wait(), `saving by ${name}`);
 }
 
 function downloaded(page, count) {

@@ -308,19 +308,18 @@ impl Scene {
             let earlier = last.lock().unwrap_or_else(PoisonError::into_inner).take().filter(is_current);
             let earlier = earlier.map(|built| built.integrator);
             control.set_phase(Progress { phase: Phase::Meshes, done: 0, total: 0 });
-            let scene = match &earlier {
-                None => description.build(&*files),
-                Some(earlier) => description.build_after(earlier.scene(), &*files),
+            let report = |at| control.set_phase(at);
+            let scene = if let Some(earlier) = &earlier {
+                description.build_after(earlier.scene(), &*files)
+            } else {
+                let smooth = description.build_smooth(&*files).map_err(input)?;
+                // If the first picture fails, its cells are too coarse for the snow, and no first picture is shown.
+                if shows && let Ok(Some(first)) = render_coarse(&smooth, &report) {
+                    control.show(to_raster(&first.film, first.development));
+                }
+                smooth.with_relief(&report)
             };
             let scene = scene.map_err(input)?;
-            let report = |at| control.set_phase(at);
-            // If the first picture fails, its cells are too coarse for the snow, and no first picture is shown.
-            if shows
-                && earlier.is_none()
-                && let Ok(Some(first)) = render_coarse(&scene, &report)
-            {
-                control.show(to_raster(&first.film, first.development));
-            }
             let preparation = Preparation { table: table.as_deref(), earlier, has_one_view, report: &report };
             let integrator = Integrator::prepare_with(&scene, preparation).map_err(input)?;
             let built = Built { provenance: integrator.provenance(), integrator };

@@ -40,7 +40,7 @@ use crate::integrators::{Integrator, Preparation};
 use crate::raster::PixelPosition;
 use snowblue_scene::Scene;
 use snowblue_scene::description::SceneDescription;
-use snowblue_scene::film::Development;
+use snowblue_scene::film::{Development, Exposure};
 use snowblue_scene::progress::{Phase, Progress, Report};
 use snowblue_scene::queries::Statistics;
 use snowblue_scene::sampling::{PixelPattern, PixelSampler, Sampler};
@@ -92,15 +92,18 @@ pub fn render(scene: &Scene) -> Result<Rendering, RenderError> {
     Ok(render_all(&Integrator::prepare_with(scene, preparation)?, &|_| {}))
 }
 
-/// A first picture of a scene, if there is one ([`Integrator::prepare_coarse`]), on the threads of the current rayon
-/// pool.
+/// A first picture of a scene, if there is one ([`Integrator::prepare_coarse`]), in the size of its image and with its
+/// exposure, on the threads of the current rayon pool.
 ///
 /// # Errors
 ///
 /// As [`Integrator::prepare`]: a body of snow may need finer cells.
 pub fn render_coarse(scene: &Scene, report: Report) -> Result<Option<Rendering>, RenderError> {
-    let integrator = Integrator::prepare_coarse(scene, report)?;
-    Ok(integrator.map(|integrator| render_all(&integrator, &|at| report(Progress { phase: Phase::Preview, ..at }))))
+    let Some(integrator) = Integrator::prepare_coarse(scene, report)? else { return Ok(None) };
+    let coarse = render_all(&integrator, &|at| report(Progress { phase: Phase::Preview, ..at }));
+    let exposure = Exposure::Stops(coarse.film.display_factor(coarse.development).log2());
+    let development = Development { exposure, ..coarse.development };
+    Ok(Some(Rendering { film: coarse.film.resized(scene.film().size()), development, ..coarse }))
 }
 
 /// Renders the whole image of the scene of an integrator, on the threads of the current rayon pool.

@@ -10,7 +10,7 @@ use snowblue_base::{KeyError, KeyPath};
 use snowblue_transport::SnowSample;
 
 use crate::air::Air;
-use crate::camera::{PerspectiveCamera, View};
+use crate::camera::{CameraDescription, PerspectiveCamera, View};
 use crate::changes::Changes;
 use crate::error::SceneError;
 use crate::film::sensor::Sensor;
@@ -18,8 +18,9 @@ use crate::film::white_balance::WhiteBalance;
 use crate::gltf::{GltfScene, read_gltf};
 use crate::light::{Light, irradiance_by_sky};
 use crate::material::deep_snow::DeepSnow;
-use crate::material::{Material, NamedMaterial, build_materials};
+use crate::material::{Material, MaterialDescription, NamedMaterial, build_materials};
 use crate::objects::{Object, Objects};
+use crate::progress::{Phase, Progress, Report};
 use crate::scene::{Scene, SceneDescription};
 use crate::shape::{ObjectBuilder, ObjectDescription, body_of_two, notes_on_bodies, with_relief};
 use crate::sky::BuiltSky;
@@ -28,8 +29,6 @@ use crate::sources::{RecordedFiles, Sources};
 /// The parts of a scene without its described lights.
 struct Solids {
     objects: Arc<Objects>,
-    /// The objects with relief as the camera sees it, and all notes, if they are known.
-    rough: Option<(Arc<Objects>, Vec<String>)>,
     materials: Arc<Vec<Material>>,
     gltf_lights: Vec<Arc<Light>>,
     gltf_view: Option<View>,
@@ -54,6 +53,15 @@ impl SceneDescription {
     /// When a value is out of range, or a file is missing or malformed. The error names the path of the value in the
     /// description, or the file.
     pub fn build(&self, files: &dyn FileSource) -> Result<Scene, SceneError> {
+        self.build_smooth(files)?.with_relief(&|_| {})
+    }
+
+    /// Builds the scene like [`build`](Self::build), without the relief of its snow, which [`Scene::with_relief`] adds.
+    ///
+    /// # Errors
+    ///
+    /// As [`build`](Self::build).
+    pub fn build_smooth(&self, files: &dyn FileSource) -> Result<Scene, SceneError> {
         self.around_local_origin()?.build_with(None, None, files)
     }
 
@@ -67,12 +75,11 @@ impl SceneDescription {
         let description = self.around_local_origin()?;
         let changes = Changes::new(&earlier.description, &description);
         if changes.solids {
-            return description.build_with(None, None, files);
+            return description.build_with(None, None, files)?.with_relief(&|_| {});
         }
         let (described, of_gltf) = earlier.lights.split_at(earlier.described_lights);
         let solids = Solids {
             objects: Arc::clone(&earlier.smooth_objects),
-            rough: (!changes.view).then(|| (Arc::clone(&earlier.objects), earlier.notes.clone())),
             materials: Arc::clone(&earlier.materials),
             gltf_lights: of_gltf.to_vec(),
             // With a camera in the description, the camera of a glTF does not matter.
@@ -85,10 +92,14 @@ impl SceneDescription {
             air: earlier.air.clone(),
             files: earlier.light_files.clone(),
         });
-        description.build_with(Some(solids), lights, files)
+        let smooth = description.build_with(Some(solids), lights, files)?;
+        if changes.view {
+            return smooth.with_relief(&|_| {});
+        }
+        Ok(Scene { objects: Arc::clone(&earlier.objects), notes: earlier.notes.clone(), ..smooth })
     }
 
-    /// Builds the scene of a description around its local origin.
+    /// Builds the scene of a description around its local origin, without relief.
     fn build_with(
         &self,
         solids: Option<Solids>,
@@ -110,41 +121,18 @@ impl SceneDescription {
                 .into());
         }
         let sensor = self.sensor(&lights)?;
-        let Solids { objects: smooth_objects, rough, materials, gltf_view, notes: solid_notes, .. } = solids;
+        let Solids { objects, materials, gltf_view, notes, .. } = solids;
         let (view, path) = self.view(gltf_view)?;
         let lens = self.camera.as_ref().map(|camera| camera.lens()).unwrap_or_default();
         let camera = PerspectiveCamera::new(&view, lens, self.film.aspect());
         let camera = camera
             .ok_or_else(|| path.key("look_at").error("must not lie at the camera's position or along its up axis"))?;
-        let check = |objects: &Objects| {
-            let is_snow = |object: &Object| materials[object.material].looks_like_snow();
-            let in_snow = |point| objects.around(point, is_snow);
-            let name = |index: usize| &objects.list()[index].name;
-            if let Some(index) = in_snow(view.position) {
-                let reason = format!("lies inside the snow of \"{}\"", name(index));
-                return Err(path.key("position").error(reason));
-            }
-            if let Some(index) = camera.lens_points().find_map(in_snow) {
-                let reason = format!("reaches into the snow of \"{}\"", name(index));
-                return Err(path.key("aperture").error(reason));
-            }
-            Ok(())
-        };
-        check(&smooth_objects)?;
-        let (objects, notes) = if let Some(same) = rough {
-            same
-        } else if let Some((rough, note)) = with_relief(&smooth_objects, &materials, (&camera, &view, &self.film)) {
-            check(&rough)?;
-            (Arc::new(rough), solid_notes.iter().cloned().chain(note).collect())
-        } else {
-            (Arc::clone(&smooth_objects), solid_notes.clone())
-        };
-        Ok(Scene {
+        let scene = Scene {
             camera,
             view,
+            smooth_objects: Arc::clone(&objects),
             objects,
-            smooth_objects,
-            solid_notes,
+            solid_notes: notes.clone(),
             materials,
             lights,
             described_lights,
@@ -157,7 +145,9 @@ impl SceneDescription {
             notes,
             solid_files: solids.files,
             light_files,
-        })
+        };
+        scene.check_camera()?;
+        Ok(scene)
     }
 
     /// The CIE 1931 observer who sees the light of the film's white balance as white.
@@ -210,7 +200,6 @@ impl SceneDescription {
         }
         Ok(Solids {
             objects: Arc::new(objects),
-            rough: None,
             materials: Arc::new(materials.into_iter().map(|named| named.material).collect()),
             gltf_lights: gltf.lights.into_iter().map(Arc::new).collect(),
             gltf_view: gltf.view,
@@ -259,12 +248,51 @@ impl SceneDescription {
 
     /// The view of the camera, or the view of the glTF, and its path in the description.
     fn view(&self, of_gltf: Option<View>) -> Result<(View, KeyPath), SceneError> {
-        if let Some(camera) = &self.camera {
-            return Ok((camera.view(), KeyPath::root("camera")));
-        }
+        let view = self.camera.as_ref().map(CameraDescription::view).or(of_gltf);
         let reason = "is missing, and there is no glTF with a perspective camera";
-        let view = of_gltf.ok_or_else(|| KeyPath::root("camera").error(reason))?;
-        Ok((view, KeyPath::root("gltf").key("camera")))
+        let view = view.ok_or_else(|| KeyPath::root("camera").error(reason))?;
+        Ok((view, self.camera_path()))
+    }
+
+    /// The path of the camera in the description.
+    fn camera_path(&self) -> KeyPath {
+        if self.camera.is_some() { KeyPath::root("camera") } else { KeyPath::root("gltf").key("camera") }
+    }
+}
+
+impl Scene {
+    /// The scene with the relief of its snow as the camera sees it, added to a scene
+    /// [without relief](SceneDescription::build_smooth). It reports [`Phase::Relief`].
+    ///
+    /// # Errors
+    ///
+    /// When the camera lies inside the snow with its relief.
+    pub fn with_relief(mut self, report: Report) -> Result<Self, SceneError> {
+        if self.description.materials.values().any(MaterialDescription::has_relief) {
+            report(Progress { phase: Phase::Relief, done: 0, total: 0 });
+        }
+        let relief = with_relief(&self.smooth_objects, &self.materials, (&self.camera, &self.view, &self.film));
+        if let Some((objects, note)) = relief {
+            self.objects = Arc::new(objects);
+            self.notes.extend(note);
+            self.check_camera()?;
+        }
+        Ok(self)
+    }
+
+    /// Checks that the camera lies outside of snow.
+    fn check_camera(&self) -> Result<(), KeyError> {
+        let is_snow = |object: &Object| self.materials[object.material].looks_like_snow();
+        let in_snow = |point| self.objects.around(point, is_snow);
+        let name = |index: usize| &self.objects.list()[index].name;
+        let path = self.description.camera_path();
+        if let Some(index) = in_snow(self.view.position) {
+            return Err(path.key("position").error(format!("lies inside the snow of \"{}\"", name(index))));
+        }
+        if let Some(index) = self.camera.lens_points().find_map(in_snow) {
+            return Err(path.key("aperture").error(format!("reaches into the snow of \"{}\"", name(index))));
+        }
+        Ok(())
     }
 }
 

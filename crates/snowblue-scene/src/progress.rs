@@ -5,8 +5,10 @@
 pub enum Phase {
     /// The objects of the scene are read and made.
     Meshes,
-    /// A first picture with coarse cells.
+    /// A first picture with coarse cells, without relief.
     Preview,
+    /// The relief of snow is added.
+    Relief,
     /// The optics of the snow of each material.
     Snow,
     /// Bodies of snow are divided into cells.
@@ -31,6 +33,7 @@ impl Phase {
         match self {
             Self::Meshes => "meshes",
             Self::Preview => "preview",
+            Self::Relief => "relief",
             Self::Snow => "snow",
             Self::Cells => "cells",
             Self::Light => "light",
@@ -45,7 +48,7 @@ impl Phase {
     #[must_use]
     pub fn unit(self) -> &'static str {
         match self {
-            Self::Meshes => "objects",
+            Self::Meshes | Self::Relief => "objects",
             Self::Preview => "pictures",
             Self::Snow => "materials",
             Self::Cells => "bodies",

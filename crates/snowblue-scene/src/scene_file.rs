@@ -78,7 +78,16 @@ impl SceneFile {
     ///
     /// When a changed value is out of range, or a file is missing or malformed.
     pub fn build(&self) -> Result<Scene, SceneError> {
-        self.description.build(&FilesIn::beside(&self.path)).map_err(|error| self.locate(error))
+        self.build_smooth()?.with_relief(&|_| {}).map_err(|error| self.locate(error))
+    }
+
+    /// Builds the scene like [`build`](Self::build), without the relief of its snow, which [`Scene::with_relief`] adds.
+    ///
+    /// # Errors
+    ///
+    /// As [`build`](Self::build).
+    pub fn build_smooth(&self) -> Result<Scene, SceneError> {
+        self.description.build_smooth(&FilesIn::beside(&self.path)).map_err(|error| self.locate(error))
     }
 
     /// The paths of this file and of all files that were read when it was built as `scene`.

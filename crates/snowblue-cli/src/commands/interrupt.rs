@@ -1,7 +1,7 @@
 //! Ctrl-C, and the signals by which a system or a cluster ends a program.
 
 use std::io::{self, IsTerminal as _};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -14,13 +14,15 @@ use crate::output::{Failure, INTERRUPTED, Outcome, exit_code, print_message};
 const ONE_SIGNAL: Duration = Duration::from_secs(1);
 
 static REQUESTED: AtomicBool = AtomicBool::new(false);
-static STATE: Mutex<State> = Mutex::new(State { stage: Stage::Preparation, since: None });
+static STATE: Mutex<State> = Mutex::new(State { stage: Stage::Preparation, since: None, first_picture: None });
 
 /// The state of the work when a signal arrives.
 struct State {
     stage: Stage,
     /// When the first signal came.
     since: Option<Instant>,
+    /// A file with a first picture, which is to be removed unless samples replace it.
+    first_picture: Option<PathBuf>,
 }
 
 /// The stage of the work.
@@ -46,7 +48,7 @@ pub(super) fn listen(output: &Path) -> Outcome {
             REQUESTED.store(true, Ordering::Relaxed);
             return;
         }
-        if let Some(unfinished) = &unfinished {
+        for unfinished in unfinished.iter().chain(&state.first_picture) {
             // Usually there is no such file.
             drop(std::fs::remove_file(unfinished));
         }
@@ -68,6 +70,23 @@ pub(super) fn keep_samples() {
 /// From now on signals end the program without a message.
 pub(super) fn file_is_written() {
     STATE.lock().unwrap_or_else(PoisonError::into_inner).stage = Stage::Written;
+}
+
+/// From now on a signal, or [`remove_first_picture`], removes a file.
+pub(super) fn has_first_picture(file: &Path) {
+    STATE.lock().unwrap_or_else(PoisonError::into_inner).first_picture = Some(file.to_owned());
+}
+
+/// From now on the file of the first picture stays, because samples have replaced it.
+pub(super) fn keep_picture() {
+    STATE.lock().unwrap_or_else(PoisonError::into_inner).first_picture = None;
+}
+
+/// Removes the file of a first picture that no samples have replaced.
+pub(super) fn remove_first_picture() {
+    if let Some(file) = STATE.lock().unwrap_or_else(PoisonError::into_inner).first_picture.take() {
+        drop(std::fs::remove_file(file));
+    }
 }
 
 /// Whether a signal has been received.

@@ -23,7 +23,7 @@ impl Progress {
     pub(crate) fn of_phase(phase: Phase, quiet: bool) -> Self {
         let (name, unit) = (phase.name(), phase.unit());
         let bar = match phase {
-            Phase::Meshes | Phase::Preview | Phase::Snow => {
+            Phase::Meshes | Phase::Preview | Phase::Relief | Phase::Snow => {
                 Self::with_template(&format!("{name} {{spinner}} {{elapsed}}"), quiet)
             }
             Phase::Light => {

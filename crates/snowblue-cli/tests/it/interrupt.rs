@@ -14,23 +14,46 @@ fn handles_interrupts(process: &Child) -> bool {
     u64::from_str_radix(mask.trim(), 16).unwrap() & 1 << (INTERRUPT - 1) != 0
 }
 
+/// Starts a command in a folder, waits until it is ready, and interrupts it. The command must end without samples.
+fn interrupt_before_samples(folder: &Folder, line: &str, is_ready: impl Fn(&Child) -> bool) {
+    let mut process = command(line).current_dir(folder.path("")).stderr(Stdio::piped()).spawn().unwrap();
+    while !is_ready(&process) {
+        assert!(process.try_wait().unwrap().is_none());
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let sent = Command::new("kill").args(["-INT", &process.id().to_string()]).status().unwrap();
+    assert!(sent.success());
+    let output = process.wait_with_output().unwrap();
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(130), "{message}");
+    assert_eq!(message, "snowblue: interrupted: nothing is written\n");
+}
+
 /// The light field of this scene takes many seconds, whose length a test cannot measure: what it sees is that no sample
 /// was written.
 #[test]
 fn an_interrupt_before_the_first_sample_leaves_nothing() {
     let folder = Folder::new();
     for line in ["render --scene hole_and_footprint -o picture.exr", "bake --scene hole_and_footprint -o snow.glb"] {
-        let mut process = command(line).current_dir(folder.path("")).stderr(Stdio::piped()).spawn().unwrap();
-        while !handles_interrupts(&process) {
-            assert!(process.try_wait().unwrap().is_none());
-            std::thread::sleep(Duration::from_millis(5));
-        }
-        let sent = Command::new("kill").args(["-INT", &process.id().to_string()]).status().unwrap();
-        assert!(sent.success());
-        let output = process.wait_with_output().unwrap();
-        let message = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(130), "{message}");
-        assert_eq!(message, "snowblue: interrupted: nothing is written\n");
+        interrupt_before_samples(&folder, line, handles_interrupts);
         assert!(folder.files().is_empty());
     }
+}
+
+#[test]
+fn a_first_picture_is_a_whole_png_and_goes_with_an_interrupt() {
+    let folder = Folder::new();
+    let seen = std::cell::Cell::new(false);
+    interrupt_before_samples(&folder, "render --scene hole_and_footprint -o picture.png", |_| {
+        let picture = std::fs::read(folder.path("picture.png")).unwrap_or_default();
+        seen.set(
+            picture.windows(13).any(|text| text == b"First picture") && picture.ends_with(b"IEND\xae\x42\x60\x82"),
+        );
+        seen.get()
+    });
+    assert!(seen.get() && folder.files().is_empty());
+    // An earlier file stays until there are samples.
+    folder.write("picture.png", "an earlier picture");
+    interrupt_before_samples(&folder, "render --scene hole_and_footprint -o picture.png", handles_interrupts);
+    assert_eq!(folder.bytes("picture.png"), b"an earlier picture");
 }

@@ -61,6 +61,32 @@ impl Film {
         Self { pixels: self.pixels.into_iter().map(adapted).collect(), ..self }
     }
 
+    /// The image with another number of pixels, interpolated linearly.
+    #[must_use]
+    pub fn resized(&self, size: ImageSize) -> Self {
+        // The two pixels around the middle of a new pixel along an axis, and the share of the second.
+        let around = |place: u32, side: u32, own_side: u32| {
+            let at = (f64::from(place) + 0.5) / f64::from(side) * f64::from(own_side) - 0.5;
+            let at = at.clamp(0.0, f64::from(own_side - 1));
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to the image")]
+            let first = at as usize;
+            ([first, (first + 1).min(own_side as usize - 1)], at.fract())
+        };
+        let row_length = self.size.width as usize;
+        let places = (0..size.height).flat_map(|y| (0..size.width).map(move |x| (x, y)));
+        let resized = places.map(|(x, y)| {
+            let (columns, right) = around(x, size.width, self.size.width);
+            let (rows, lower) = around(y, size.height, self.size.height);
+            let in_row = |row: usize| {
+                let [left, next] = columns.map(|column| self.pixels[row * row_length + column]);
+                left * (1.0 - right) + next * right
+            };
+            let [upper, next] = rows.map(in_row);
+            upper * (1.0 - lower) + next * lower
+        });
+        Self::new(size, resized.collect())
+    }
+
     /// Size in pixels.
     pub fn size(&self) -> ImageSize {
         self.size
@@ -120,6 +146,16 @@ mod tests {
         assert!((film.with_shown(shown).display_factor(Exposure::Auto) - 0.9 / 99.0).abs() < 1e-9);
         let black = Film::new(ImageSize { width: 1, height: 1 }, vec![Xyz::default()]);
         assert!((black.display_factor(Exposure::Auto) - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_resized_image_interpolates_linearly() {
+        let level = |value: f64| Xyz { x: value, y: 2.0 * value, z: 3.0 * value };
+        let film = Film::new(ImageSize { width: 2, height: 1 }, vec![level(1.0), level(3.0)]);
+        let resized = film.resized(ImageSize { width: 8, height: 3 });
+        let row = [1.0, 1.0, 1.25, 1.75, 2.25, 2.75, 3.0, 3.0].map(level);
+        assert_eq!(resized, Film::new(ImageSize { width: 8, height: 3 }, [row; 3].concat()));
+        assert_eq!(film.resized(film.size()), film);
     }
 
     #[test]

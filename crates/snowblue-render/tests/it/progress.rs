@@ -96,9 +96,9 @@ fn a_first_picture_is_coarse_and_like_the_last() {
     let reported = Mutex::new(Vec::new());
     let coarse = render_coarse(&scene, &|at| reported.lock().unwrap().push(at.phase)).unwrap().unwrap();
     assert!(reported.into_inner().unwrap().iter().all(|phase| *phase == Phase::Preview));
-    assert_eq!(coarse.film.size(), ImageSize { width: 16, height: 12 });
+    assert_eq!(coarse.film.size(), scene.film().size());
     // The same samples, so that they differ by the cells, the rounds of light and the rays through grains alone.
-    scene.set_image_size(coarse.film.size());
+    scene.set_image_size(ImageSize { width: 16, height: 12 });
     scene.set_samples_per_pixel(Count::of(1));
     let whole = Integrator::prepare(&scene).unwrap();
     let mean = |film: &Film| film.pixels().iter().map(|xyz| xyz.y).sum::<f64>() / film.pixels().len() as f64;

@@ -135,7 +135,9 @@ impl RenderJob<'_> {
     fn write(&self, sums: &FilmAccumulator) -> Outcome {
         let mut file = self.file.clone();
         file.keeps_sums |= !self.is_finished(sums);
-        file.write(sums, (&self.provenance, self.scene().picture_settings()), &[], &self.notes)
+        file.write(sums, (&self.provenance, self.scene().picture_settings()), &[], &self.notes)?;
+        interrupt::keep_picture();
+        Ok(())
     }
 
     fn is_finished(&self, sums: &FilmAccumulator) -> bool {

@@ -12,6 +12,7 @@ use clap::Args;
 use snowblue_base::atomic_file::is_stream;
 use snowblue_base::{Count, Number};
 use snowblue_database::CompressedTable;
+use snowblue_render::film::image_file::write_png;
 use snowblue_render::film::window::Window;
 use snowblue_render::render::{render_coarse, with_needed};
 use snowblue_render::scene::film::{ImageSize, SidePixels};
@@ -26,8 +27,8 @@ use crate::options::{
     DevelopmentOptions, FilmMemory, GivenOptions, Idle, LightFieldOptions, SceneOptions, limits, parse,
 };
 use crate::output::{
-    Failure, Format, Outcome, OutputOptions, Phases, PictureFile, SCENE_NOTE, TABLE_NOTE, check_not_input, output_path,
-    print, print_notes,
+    Failure, Format, Outcome, OutputOptions, Phases, PictureFile, PictureFormat, SCENE_NOTE, TABLE_NOTE,
+    check_not_input, output_path, print, print_notes,
 };
 use job::RenderJob;
 use preview::{Preview, TEV};
@@ -66,7 +67,8 @@ pub(crate) struct Render {
     /// Print the file of --scene, to start from, instead of rendering it
     #[arg(long)]
     print: bool,
-    /// Picture to write: .png (8-bit sRGB) or .exr (linear RGB, 32-bit); - is the standard output, as PNG
+    /// Picture to write: .png (8-bit sRGB; a new file begins as a coarse first picture) or .exr (linear RGB, 32-bit); -
+    /// is the standard output, as PNG
     #[arg(
         short, long, value_name = "FILE", value_parser = output_path(),
         required_unless_present_any = ["check", "list_scenes", "print"]
@@ -171,6 +173,9 @@ pub(crate) struct Render {
 /// printed.
 const MAX_FACTOR: f64 = 2.0;
 
+/// Fewest pixels of a picture for which a first picture is written as a file.
+const MIN_FIRST_PIXELS: usize = 1 << 14;
+
 impl Render {
     pub(crate) fn run(&self, quiet: bool) -> Outcome {
         self.check_effects()?;
@@ -185,25 +190,32 @@ impl Render {
             _ => {
                 let output = OutputOptions { output: self.output.clone(), format: self.format };
                 output.check()?;
-                let (_, scene) = self.load(&Phases::new(quiet, false), |_| Ok(()))?;
+                let (file, smooth) = self.load(&Phases::new(quiet, false), |_| Ok(()))?;
+                let scene = smooth.with_relief(&|_| {}).map_err(|error| Failure::input(file.locate(error)))?;
                 return check::check(&scene, &output, quiet);
             }
         };
+        self.render(output, quiet).inspect_err(|_| interrupt::remove_first_picture())
+    }
+
+    /// Renders the picture into a file.
+    fn render(&self, output: &Path, quiet: bool) -> Outcome {
         let file = self.file(output)?;
         interrupt::listen(output)?;
         let mut preview = self.preview(file_name(output))?;
         let phases = Phases::new(quiet, self.stats);
-        let (scene_file, scene) = self.load(&phases, |scene| self.check_memory(scene, &file, quiet))?;
-        scene_file.inputs(&scene).iter().try_for_each(|input| check_not_input(input, output))?;
+        let (scene_file, smooth) = self.load(&phases, |scene| self.check_memory(scene, &file, quiet))?;
+        scene_file.inputs(&smooth).iter().try_for_each(|input| check_not_input(input, output))?;
         let table = self.database.as_deref().map(CompressedTable::open).transpose().map_err(Failure::input)?;
         let report = |at| phases.report(at);
         // Parts and resumed pictures have no first picture, because it would cover the samples that are there.
-        let is_new = !self.resume && self.crop.is_none();
-        if let Some(preview) = preview.as_mut().filter(|_| is_new) {
-            let failed = first_picture(&scene, preview, &report).err();
+        if !self.resume && !self.is_part() {
+            let failed = first_picture(&smooth, preview.as_mut(), &file, &report).err();
             phases.end();
             print_notes(quiet, failed.map(|reason| format!("{}: no first picture: {reason}", output.display())));
         }
+        let scene = smooth.with_relief(&report).map_err(|error| Failure::input(scene_file.locate(error)))?;
+        phases.end();
         let preparation =
             Preparation { table: table.as_ref(), has_one_view: true, report: &report, ..Preparation::default() };
         let integrator = Integrator::prepare_with(&scene, preparation);
@@ -369,7 +381,7 @@ impl Render {
         self.override_values(&mut file.description);
         check(&file.description)?;
         phases.begin(Phase::Meshes);
-        let scene = file.build().map_err(Failure::input)?;
+        let scene = file.build_smooth().map_err(Failure::input)?;
         phases.end();
         Ok((file, scene))
     }
@@ -403,12 +415,27 @@ fn list_scenes() -> Outcome {
     print(&lines.concat()).map_err(Failure::work)
 }
 
-/// Shows a first picture with coarse cells.
-fn first_picture(scene: &Scene, preview: &mut Preview, report: Report) -> Result<(), String> {
-    match render_coarse(scene, report).map_err(|error| error.to_string())? {
-        Some(rendering) => preview.show_coarse(&rendering.film, scene.film().size()).map_err(|error| error.to_string()),
-        None => Ok(()),
+/// Shows a first picture with coarse cells in the viewer, and as a PNG that does not exist yet.
+fn first_picture(
+    scene: &Scene,
+    preview: Option<&mut Preview>,
+    file: &PictureFile,
+    report: Report,
+) -> Result<(), String> {
+    let writes_file = file.format == PictureFormat::Png
+        && !is_stream(&file.path)
+        && !file.path.exists()
+        && scene.film().size().pixel_count() >= MIN_FIRST_PIXELS;
+    if preview.is_none() && !writes_file {
+        return Ok(());
     }
+    let Some(first) = render_coarse(scene, report).map_err(|error| error.to_string())? else { return Ok(()) };
+    if writes_file {
+        interrupt::has_first_picture(&file.path);
+        let note = ("Comment", "First picture with coarse cells of snow");
+        write_png(&first.film, first.development, &[note], &file.path).map_err(|error| error.to_string())?;
+    }
+    preview.map_or(Ok(()), |preview| preview.show_first(&first.film)).map_err(|error| error.to_string())
 }
 
 /// A message about cells of snow that may be too large, if the cells of a body follow the pixels of the picture.

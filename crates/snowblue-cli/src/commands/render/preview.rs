@@ -55,16 +55,9 @@ impl Preview {
         self.send(sums.image_size(), sums.window(), sums.film().pixels())
     }
 
-    /// Sends a picture of fewer pixels, enlarged.
-    pub(super) fn show_coarse(&mut self, coarse: &Film, size: ImageSize) -> io::Result<()> {
-        let ImageSize { width, height } = size;
-        let at = |place: u32, side: u32, coarse_side: u32| place as usize * coarse_side as usize / side as usize;
-        let of_row = |y: u32| {
-            let row = at(y, height, coarse.size().height) * coarse.size().width as usize;
-            (0..width).map(move |x| coarse.pixels()[row + at(x, width, coarse.size().width)])
-        };
-        let pixels: Vec<Xyz> = (0..height).flat_map(of_row).collect();
-        self.send(size, &Window::of_image(size), &pixels)
+    /// Sends a first picture.
+    pub(super) fn show_first(&mut self, film: &Film) -> io::Result<()> {
+        self.send(film.size(), &Window::of_image(film.size()), film.pixels())
     }
 
     /// Sends the pixels of a window in linear sRGB.
