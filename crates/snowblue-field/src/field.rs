@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use wide::f32x4;
 
@@ -178,11 +178,19 @@ impl SnowBody {
     }
 
     /// Size of the cell at a place of the surface, and the least thickness of the snow below the cell's surface, in m.
+    /// A cell without surface elements has the thickness of the cell outwards or inwards of it, or 0.
     #[must_use]
     pub fn size_and_thickness_m(&self, place: &SurfacePlace) -> [f32; 2] {
         let cell = &self.grid.cells[place.cell as usize];
-        let thickness_m = self.grid.thickness_m[self.grid.elements(cell)].iter().copied().fold(f32::INFINITY, f32::min);
-        [self.grid.cell_size(cell).as_vec3().max_element(), thickness_m]
+        let size_m = self.grid.cell_size(cell);
+        let thickness_m =
+            |cell: &Cell| self.grid.thickness_m[self.grid.elements(cell)].iter().copied().reduce(f32::min);
+        let beside = |steps: f64| {
+            let from_centre = Vec3::from(place.at).as_dvec3() - 0.5 + place.normal.as_dvec3() * steps;
+            thickness_m(&self.grid.cells[self.grid.number_at(self.grid.cell_centre(cell) + from_centre * size_m)?])
+        };
+        let thickness_m = thickness_m(cell).or_else(|| [0.5, -0.5].into_iter().find_map(beside));
+        [size_m.as_vec3().max_element(), thickness_m.unwrap_or(0.0)]
     }
 
     /// Number of unknowns at each wavelength.

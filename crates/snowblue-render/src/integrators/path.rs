@@ -121,7 +121,7 @@ impl<'a> PathTracer<'a> {
         let distance_m = hit.point.distance(camera_ray.origin);
         let filtered = self.open_sky.map(|open_sky| {
             let mut baseline = direct.steady;
-            baseline += C::emitted(self.scene, &self.snow.smooth_sky(&surface, open_sky));
+            baseline += C::emitted(self.scene, &self.snow.smooth_sky(&surface, &terms, open_sky));
             let is_snow = surface.has_field();
             // The residual is the sample less the baseline, so any baseline is valid. A negative baseline counts as
             // 0.

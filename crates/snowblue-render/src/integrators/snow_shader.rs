@@ -149,11 +149,17 @@ impl<'a> SnowShader<'a> {
     }
 
     /// The light of smooth skies that a surface sends out, without noise. At snow with a light field it follows from
-    /// the irradiance of the field. At other surfaces it is the light as if only snow hid the skies, with the light
+    /// the irradiance of the field; in wide cells the light that enters decreases the light from inside. At other surfaces it is the light as if only snow hid the skies, with the light
     /// of that snow.
-    pub(super) fn smooth_sky(&self, surface: &Surface, open_sky: &OpenSky) -> Spectrum {
+    pub(super) fn smooth_sky(&self, surface: &Surface, terms: &CameraTerms, open_sky: &OpenSky) -> Spectrum {
         if let Shading::Field(snow) = &surface.shading {
-            return snow.field.sky_irradiance(&surface.shading_point()) * FRAC_1_PI;
+            let irradiance = snow.field.sky_irradiance(&surface.shading_point());
+            let mut light = irradiance * FRAC_1_PI;
+            if let Some(decrease_per_sr) = terms.from_inside.as_ref().and_then(|inside| inside.decrease_per_sr.as_ref())
+            {
+                light.add_product(-1.0, decrease_per_sr, &irradiance);
+            }
+            return light;
         }
         let mut light = open_sky.reflected(surface);
         if let ShadingMethod::Field(shader) = &self.method {
