@@ -10,7 +10,7 @@ use snowblue_base::{KeyError, KeyPath};
 use snowblue_transport::SnowSample;
 
 use crate::air::Air;
-use crate::camera::{PerspectiveCamera, View};
+use crate::camera::{Lens, PerspectiveCamera, View};
 use crate::changes::Changes;
 use crate::error::SceneError;
 use crate::film::sensor::Sensor;
@@ -76,7 +76,7 @@ impl SceneDescription {
             materials: Arc::clone(&earlier.materials),
             gltf_lights: of_gltf.to_vec(),
             // With a camera in the description, the camera of a glTF does not matter.
-            gltf_view: Some(earlier.view).filter(|_| self.camera.is_none()),
+            gltf_view: earlier.camera.map(|camera| *camera.view()).filter(|_| self.camera.is_none()),
             notes: earlier.solid_notes.clone(),
             files: earlier.solid_files.clone(),
         };
@@ -111,16 +111,13 @@ impl SceneDescription {
         }
         let sensor = self.sensor(&lights)?;
         let Solids { objects: smooth_objects, rough, materials, gltf_view, notes: solid_notes, .. } = solids;
-        let (view, path) = self.view(gltf_view)?;
-        let lens = self.camera.as_ref().map(|camera| camera.lens()).unwrap_or_default();
-        let camera = PerspectiveCamera::new(&view, lens, self.film.aspect());
-        let camera = camera
-            .ok_or_else(|| path.key("look_at").error("must not lie at the camera's position or along its up axis"))?;
+        let (camera, path) = self.camera(gltf_view)?;
         let check = |objects: &Objects| {
+            let Some(camera) = &camera else { return Ok(()) };
             let is_snow = |object: &Object| materials[object.material].looks_like_snow();
             let in_snow = |point| objects.around(point, is_snow);
             let name = |index: usize| &objects.list()[index].name;
-            if let Some(index) = in_snow(view.position) {
+            if let Some(index) = in_snow(camera.view().position) {
                 let reason = format!("lies inside the snow of \"{}\"", name(index));
                 return Err(path.key("position").error(reason));
             }
@@ -133,7 +130,7 @@ impl SceneDescription {
         check(&smooth_objects)?;
         let (objects, notes) = if let Some(same) = rough {
             same
-        } else if let Some((rough, note)) = with_relief(&smooth_objects, &materials, (&camera, &view, &self.film)) {
+        } else if let Some((rough, note)) = with_relief(&smooth_objects, &materials, (camera.as_ref(), &self.film))? {
             check(&rough)?;
             (Arc::new(rough), solid_notes.iter().cloned().chain(note).collect())
         } else {
@@ -141,7 +138,6 @@ impl SceneDescription {
         };
         Ok(Scene {
             camera,
-            view,
             objects,
             smooth_objects,
             solid_notes,
@@ -257,14 +253,17 @@ impl SceneDescription {
         Ok(self.around(scene.local_origin())?.described_lights(&scene.materials, files)?.lights)
     }
 
-    /// The view of the camera, or the view of the glTF, and its path in the description.
-    fn view(&self, of_gltf: Option<View>) -> Result<(View, KeyPath), SceneError> {
-        if let Some(camera) = &self.camera {
-            return Ok((camera.view(), KeyPath::root("camera")));
-        }
-        let reason = "is missing, and there is no glTF with a perspective camera";
-        let view = of_gltf.ok_or_else(|| KeyPath::root("camera").error(reason))?;
-        Ok((view, KeyPath::root("gltf").key("camera")))
+    /// The camera of the description, or else of the glTF, and its path in the description.
+    fn camera(&self, view_of_gltf: Option<View>) -> Result<(Option<PerspectiveCamera>, KeyPath), KeyError> {
+        let (view, lens, path) = match (&self.camera, view_of_gltf) {
+            (Some(camera), _) => (camera.view(), camera.lens(), KeyPath::root("camera")),
+            (None, Some(view)) => (view, Lens::default(), KeyPath::root("gltf").key("camera")),
+            (None, None) => return Ok((None, KeyPath::root("camera"))),
+        };
+        let Some(camera) = PerspectiveCamera::new(&view, lens, self.film.aspect()) else {
+            return Err(path.key("look_at").error("must not lie at the camera's position or along its up axis"));
+        };
+        Ok((Some(camera), path))
     }
 }
 

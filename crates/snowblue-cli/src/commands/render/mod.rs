@@ -17,7 +17,7 @@ use snowblue_render::render::{render_coarse, with_needed};
 use snowblue_render::scene::film::{ImageSize, SidePixels};
 use snowblue_render::scene::integrator::{Bounces, NoiseTarget, SamplesPerPixel};
 use snowblue_render::scene::progress::Report;
-use snowblue_render::scene::{IntegratorKind, PathMode};
+use snowblue_render::scene::{IntegratorKind, PathMode, Views};
 use snowblue_render::{Aovs, Integrator, Phase, Preparation, SampleBlock, Scene, SceneDescription, SceneFile};
 
 use crate::commands::interrupt;
@@ -204,8 +204,8 @@ impl Render {
             phases.end();
             print_notes(quiet, failed.map(|reason| format!("{}: no first picture: {reason}", output.display())));
         }
-        let preparation =
-            Preparation { table: table.as_ref(), has_one_view: true, report: &report, ..Preparation::default() };
+        let (table, views) = (table.as_ref(), Some(Views::Camera));
+        let preparation = Preparation { table, views, report: &report, ..Preparation::default() };
         let integrator = Integrator::prepare_with(&scene, preparation);
         let integrator = integrator.map_err(|error| Failure::input(error.located(&scene_file)))?;
         phases.end();
@@ -370,6 +370,7 @@ impl Render {
         check(&file.description)?;
         phases.begin(Phase::Meshes);
         let scene = file.build().map_err(Failure::input)?;
+        scene.camera().map_err(|error| Failure::input(file.locate(error.into())))?;
         phases.end();
         Ok((file, scene))
     }
