@@ -108,7 +108,6 @@ def test_cycles_reflects_what_the_script_claims(empty, script, tmp_path):
 def straight_out():
     """K(1) of the snow of the script: its radiance straight out over the mean of its radiance by diffuse exitance."""
     snow = snowblue.Scene(
-        camera={"position": [0, -1, 0], "look_at": [0, 0, 0]},
         integrator={"type": "diffusion"},
         material={"snow": {"type": "snow", "grain_size_um": 400, "facetness": 0.3, "density_kg_m3": 300}},
         light=[{"type": "point", "position": [0, 1, 0], "illuminant": "D65", "radiant_intensity_w_sr": 1.0}],
