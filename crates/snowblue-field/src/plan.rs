@@ -199,8 +199,9 @@ impl Survey {
         Ok(step_m)
     }
 
-    /// Size of the smallest cells that fit into `memory_mib`, in m.
-    fn smallest_step_m(&self, groups: usize, memory_mib: u64) -> f64 {
+    /// Size of the smallest cells that fit into `memory_mib`, in m, if all cells at the surface have one size.
+    #[must_use]
+    pub fn smallest_step_m(&self, groups: usize, memory_mib: u64) -> f64 {
         let bytes = memory_mib as f64 * f64::from(1 << 20);
         let countable_m = self.bounds_m.max_element() / MAX_ALONG_AXIS as f64;
         bisect(|step_m| self.bytes(step_m, groups) <= bytes).max(countable_m)

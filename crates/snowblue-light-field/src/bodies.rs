@@ -182,7 +182,8 @@ impl SurveyedBody<'_> {
                 let [low, high] = shape.bounds();
                 let extent_m = (high - low).max_element();
                 if survey.is_wide(shortest_m, groups, memory_mib) {
-                    let sizes = sight.sizes_of_wide(extent_m, shortest_m);
+                    let even_m = survey.smallest_step_m(groups, memory_mib);
+                    let sizes = sight.sizes_of_wide(extent_m, shortest_m, even_m);
                     return Ok((survey.finest_step_m(shortest_m), Some(sizes)));
                 }
                 let step_m = survey.choose_step_m(shortest_m, groups, memory_mib)?;

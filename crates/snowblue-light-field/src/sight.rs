@@ -8,6 +8,7 @@ use std::sync::OnceLock;
 use glam::DVec3;
 use snowblue_field::{CellSizes, SizeLimits, SizesByDistance};
 use snowblue_scene::Scene;
+use snowblue_scene::camera::PerspectiveCamera;
 use snowblue_scene::seen::{MIN_ROWS, SIZE_PER_DISTANCE, SeenPlaces};
 
 /// Greatest size of the cells at the surface that follow the picture, in m, and as a share of the extent of the body;
@@ -20,6 +21,8 @@ const PIXELS: f64 = 2.0;
 /// The sizes of cells for the pictures of a scene's camera.
 pub(crate) struct Sight<'a> {
     scene: &'a Scene,
+    /// The camera; none if the scene is only baked.
+    camera: Option<&'a PerspectiveCamera>,
     /// Whether only this camera is used. Snow that it does not see then has larger cells.
     has_one_view: bool,
     seen: OnceLock<SeenPlaces>,
@@ -28,14 +31,15 @@ pub(crate) struct Sight<'a> {
 impl<'a> Sight<'a> {
     /// The sizes of cells for the camera of a scene, and for no other camera if `has_one_view` holds.
     pub(crate) fn new(scene: &'a Scene, has_one_view: bool) -> Self {
-        Self { scene, has_one_view, seen: OnceLock::new() }
+        Self { scene, camera: scene.camera().ok(), has_one_view, seen: OnceLock::new() }
     }
 
     /// Sizes of the cells of a wide body of an extent in m, of snow with a transport mean free path in m.
-    pub(crate) fn sizes_of_wide(&self, extent_m: f64, transport_length_m: f64) -> SizesBySight<'_> {
-        let (viewpoint, greatest_m) = (self.viewpoint(), greatest_cell_m(extent_m));
-        let sizes = SizesByDistance::of_picture(viewpoint, self.pixel_rad(), greatest_m, transport_length_m);
-        SizesBySight { sizes, seen: self.has_one_view.then(|| self.seen()), greatest_m }
+    /// Without a camera, all cells at the surface have the size `even_m`, in m.
+    pub(crate) fn sizes_of_wide(&self, extent_m: f64, transport_length_m: f64, even_m: f64) -> SizesBySight<'_> {
+        let greatest_m = if self.camera.is_some() { greatest_cell_m(extent_m) } else { even_m };
+        let sizes = SizesByDistance::of_picture(self.viewpoint(), self.pixel_rad(), greatest_m, transport_length_m);
+        SizesBySight { sizes, seen: self.seen(), greatest_m }
     }
 
     /// Sizes of the cells of a body that is not wide, with an extent in m; none if all cells at its surface have one
@@ -43,23 +47,25 @@ impl<'a> Sight<'a> {
     pub(crate) fn sizes(&self, extent_m: f64, greatest_m: f64) -> Option<SizesBySight<'_>> {
         let sizes_per_distance = [PIXELS * self.pixel_rad(); 3];
         let sizes = SizesByDistance { viewpoint: self.viewpoint(), sizes_per_distance, greatest_m, thin_below_m: 0.0 };
-        let with_seen = || SizesBySight { sizes, seen: Some(self.seen()), greatest_m: greatest_cell_m(extent_m) };
-        self.has_one_view.then(with_seen)
+        Some(SizesBySight { sizes, seen: Some(self.seen()?), greatest_m: greatest_cell_m(extent_m) })
     }
 
-    /// The places that the camera sees.
-    fn seen(&self) -> &SeenPlaces {
-        self.seen.get_or_init(|| SeenPlaces::of(self.scene.objects(), self.scene.materials(), self.scene.camera()))
+    /// The places that the camera sees, if it is the only one.
+    fn seen(&self) -> Option<&SeenPlaces> {
+        let camera = self.camera.filter(|_| self.has_one_view)?;
+        Some(self.seen.get_or_init(|| SeenPlaces::of(self.scene.objects(), self.scene.materials(), camera)))
     }
 
+    /// The position of the camera, in m; infinitely far away without a camera.
     fn viewpoint(&self) -> DVec3 {
-        self.scene.camera().position().as_dvec3()
+        self.camera.map_or(DVec3::INFINITY, |camera| camera.view().position.as_dvec3())
     }
 
-    /// Angle of a pixel, in rad.
+    /// Angle of a pixel, in rad; any angle without a camera.
     fn pixel_rad(&self) -> f64 {
         let rows = self.scene.film().height.get().max(MIN_ROWS);
-        f64::from(self.scene.view().vertical_fov_deg.to_radians()) / f64::from(rows)
+        let fov_deg = self.camera.map_or(1.0, |camera| camera.view().vertical_fov_deg);
+        f64::from(fov_deg.to_radians()) / f64::from(rows)
     }
 }
 

@@ -19,6 +19,7 @@ use snowblue_render::film::channels::channels;
 use snowblue_render::film::image_file::{to_raster, write_png};
 use snowblue_render::film::resumable_file;
 use snowblue_render::render::{RenderControl, accumulator, all_samples, render_coarse, render_missing};
+use snowblue_render::scene::Views;
 use snowblue_render::scene::film::PictureSettings;
 use snowblue_render::scene::provenance::Provenance;
 use snowblue_render::scene::spectrum::wavelengths_nm;
@@ -50,8 +51,8 @@ struct Watchers<'py> {
 struct Method {
     /// The curves for PCASnow; none for the curves of the scene, or else the embedded curves.
     table: Option<Arc<CompressedTable>>,
-    /// Whether the scene is seen only by its camera.
-    has_one_view: bool,
+    /// The views of the pictures that are needed; none for a bake.
+    views: Option<Views>,
 }
 
 /// Time between two unfinished pictures.
@@ -158,7 +159,7 @@ impl Scene {
         let shows = preview.is_some();
         let (sums, made) = self.work(
             py,
-            Method { table, has_one_view: true },
+            Method { table, views: Some(Views::Camera) },
             Watchers { progress, preview },
             move |built, control| {
                 let Built { integrator, provenance } = built;
@@ -295,7 +296,7 @@ impl Scene {
     fn work<T: Send + 'static>(
         &self,
         py: Python<'_>,
-        Method { table, has_one_view }: Method,
+        Method { table, views }: Method,
         Watchers { progress, preview }: Watchers,
         work: impl FnOnce(&Built, &Control) -> PyResult<T> + Send + 'static,
     ) -> PyResult<T> {
@@ -320,7 +321,7 @@ impl Scene {
                 smooth.with_relief(&report)
             };
             let scene = scene.map_err(input)?;
-            let preparation = Preparation { table: table.as_deref(), earlier, has_one_view, report: &report };
+            let preparation = Preparation { table: table.as_deref(), earlier, views, report: &report };
             let integrator = Integrator::prepare_with(&scene, preparation).map_err(input)?;
             let built = Built { provenance: integrator.provenance(), integrator };
             let result = work(&built, control);

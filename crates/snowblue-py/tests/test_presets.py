@@ -9,6 +9,7 @@ import MaterialX
 import mitsuba as mi
 import numpy as np
 import pytest
+import trimesh
 from pxr import Gf, Usd, UsdGeom, UsdShade
 
 CHANNELS = 3
@@ -225,6 +226,13 @@ def test_the_scene_of_the_chapter_binds_the_preset(tmp_path, repository):
     behind, before = (matrix.ExtractTranslation() for matrix in to_world)
     # The block is about the origin: the lamp is behind its face at y = size / 2, and the camera, which looks along -z,
     # sees the middle of the block.
-    half = UsdGeom.Cube(block).GetSizeAttr().Get() / 2
+    mesh = UsdGeom.Mesh(block)
+    points = np.array(mesh.GetPointsAttr().Get())
+    assert list(mesh.GetFaceVertexCountsAttr().Get()) == [4] * 6
+    quads = np.array(mesh.GetFaceVertexIndicesAttr().Get()).reshape(6, 4)
+    solid = trimesh.Trimesh(points, np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]))
+    half = points.max()
+    assert solid.is_watertight and np.isclose(solid.volume, (2 * half) ** 3)
+    assert np.allclose(mesh.GetExtentAttr().Get(), solid.bounds)
     assert half < behind[1] and before[1] < -half
     assert np.allclose(to_world[1].TransformDir((0, 0, -1)), -before.GetNormalized(), atol=0.01)

@@ -229,6 +229,17 @@ def test_a_file_renders_without_the_add_on(scene, tmp_path):
     np.testing.assert_allclose(again[mask], picture[mask], rtol=1e-4)
 
 
+def test_registering_twice_changes_nothing(scene):
+    thing = block()
+    snowblue.blender.register()
+    assert thing.snowblue.is_snow
+    for _ in range(2):
+        snowblue.blender.unregister()
+        assert not hasattr(thing, "snowblue")
+    snowblue.blender.register()
+    assert thing.snowblue.is_snow
+
+
 def test_lamps_change_without_a_new_bake(scene, tmp_path):
     block()
     one, other = lamp(), lamp(position=(0.4, 0.5, 0.3), energy=5.0)
@@ -376,6 +387,39 @@ def test_the_world_is_that_of_the_command(scene, render, tmp_path, direction):
     for half in (slice(None, SIZE // 2), slice(SIZE // 2, None)):
         measured = ratio((picture[:, half], mask[:, half]), ours[:, half])
         np.testing.assert_allclose(measured, 1, atol=DARK)
+
+
+def test_an_image_of_the_sky_lies_as_blender_shows_it(scene, render, tmp_path):
+    """A spot in one corner of the image. The middle column lies along +x in Blender, and along +y in scene files."""
+    pixels = np.zeros((128, 256, 3), dtype=np.float32)
+    pixels[30:50, 40:80] = 10.0
+    OpenEXR.File({}, {"RGB": pixels}).write(str(render.folder / "hdri.exr"))
+    block()
+    world((1.0, 1.0, 1.0))
+    tree = bpy.context.scene.world.node_tree
+    image = tree.nodes.new("ShaderNodeTexEnvironment")
+    image.image = bpy.data.images.load(str(render.folder / "hdri.exr"))
+    [background] = [node for node in tree.nodes if node.type == "BACKGROUND"]
+    tree.links.new(image.outputs["Color"], background.inputs["Color"])
+    snowblue.blender.bake()
+    picture, mask = shot(tmp_path, AHEAD)
+    environment = {"image": "hdri.exr", "rotation_deg": -90, "visible": False}
+    ours = render(tables(AHEAD, environment=environment), "diffusion", 64)
+    for half in (slice(None, SIZE // 2), slice(SIZE // 2, None)):
+        measured = ratio((picture[:, half], mask[:, half]), ours[:, half])
+        np.testing.assert_allclose(measured, 1, atol=DARK)
+
+
+def test_snow_may_lie_anywhere(scene):
+    """A slab of 6 m about the origin."""
+    bpy.ops.mesh.primitive_cube_add(size=1, scale=(6, 6, 0.5))
+    slab = bpy.context.object
+    slab.snowblue.is_snow, slab.snowblue.preset = True, "OLD"
+    world((1.0, 1.0, 1.0))
+    [baked] = snowblue.blender.bake(step_mm=300, field_step_mm=45)
+    flux = np.empty(3 * len(baked.data.vertices), dtype=np.float32)
+    baked.data.attributes["snow_sky"].data.foreach_get("vector", flux)
+    assert np.isfinite(flux).all() and (flux != 0).any()
 
 
 def test_a_uniform_world_is_that_of_the_command(scene, render, white, tmp_path):

@@ -108,7 +108,6 @@ def test_cycles_reflects_what_the_script_claims(empty, script, tmp_path):
 def straight_out():
     """K(1) of the snow of the script: its radiance straight out over the mean of its radiance by diffuse exitance."""
     snow = snowblue.Scene(
-        camera={"position": [0, -1, 0], "look_at": [0, 0, 0]},
         integrator={"type": "diffusion"},
         material={"snow": {"type": "snow", "grain_size_um": 400, "facetness": 0.3, "density_kg_m3": 300}},
         light=[{"type": "point", "position": [0, 1, 0], "illuminant": "D65", "radiant_intensity_w_sr": 1.0}],
@@ -132,3 +131,19 @@ def test_a_sheet_of_the_add_on_transmits_what_the_script_says_of_snow(scene, scr
     bake, _ = rendered(tmp_path, 0.1, 16)
     # The light field of a sheet is within 0.5 % of discrete ordinates, and J between vertices within 0.8 %.
     np.testing.assert_allclose(bake, straight_out * claimed(script, f"through {cm} cm", 0), rtol=0.015)
+
+
+def test_a_lit_face_of_the_preset_is_as_dark_as_the_chapter_says(scene, script, tmp_path):
+    """Straight on, with the sun behind the eye: the means of the preset over those of the add-on."""
+    bpy.ops.mesh.primitive_cube_add(size=0.3)
+    block = bpy.context.object
+    block.snowblue.is_snow, block.snowblue.preset = True, "OLD"
+    bpy.ops.object.light_add(type="SUN")
+    bpy.context.object.data.energy, bpy.context.object.data.angle = math.pi, 0
+    [baked] = snowblue.blender.bake()
+    bake, _ = rendered(tmp_path, 0.3, 64)
+    snowblue.blender.clear()
+    block.snowblue.is_snow = False
+    block.data.materials.append(snow_material(script))
+    preset, _ = rendered(tmp_path, 0.3, 512)
+    np.testing.assert_allclose(preset / bake, [0.91, 0.90, 0.89], atol=0.02)

@@ -38,13 +38,14 @@ use crate::film::pixel_accumulator::PixelAccumulator;
 use crate::film::window::{SampleBlock, Window, range_length};
 use crate::integrators::{Integrator, Preparation};
 use crate::raster::PixelPosition;
-use snowblue_scene::Scene;
+use snowblue_scene::camera::PerspectiveCamera;
 use snowblue_scene::description::SceneDescription;
 use snowblue_scene::film::{Development, Exposure};
 use snowblue_scene::progress::{Phase, Progress, Report};
 use snowblue_scene::queries::Statistics;
 use snowblue_scene::sampling::{PixelPattern, PixelSampler, Sampler};
 use snowblue_scene::spectrum::Spectrum;
+use snowblue_scene::{Scene, Views};
 
 /// Samples of all pixels in one pass, within the limits of [`SAMPLES_PER_PIXEL_AND_PASS`].
 const SAMPLES_PER_PASS: u64 = 1 << 20;
@@ -88,7 +89,7 @@ pub struct Rendering {
 ///
 /// As [`Integrator::prepare`].
 pub fn render(scene: &Scene) -> Result<Rendering, RenderError> {
-    let preparation = Preparation { has_one_view: true, ..Preparation::default() };
+    let preparation = Preparation { views: Some(Views::Camera), ..Preparation::default() };
     Ok(render_all(&Integrator::prepare_with(scene, preparation)?, &|_| {}))
 }
 
@@ -163,7 +164,8 @@ pub fn all_samples(scene: &Scene) -> SampleBlock {
 ///
 /// # Panics
 ///
-/// If the block reaches beyond the accumulator's window, or begins with another sample than the accumulator.
+/// If the block reaches beyond the accumulator's window, or begins with another sample than the accumulator, or if the
+/// integrator was prepared for a bake of a scene without a camera.
 pub fn render_missing(
     integrator: &Integrator,
     target: &SampleBlock,
@@ -321,6 +323,10 @@ impl RowRenderer<'_> {
 
 /// Mean radiance of one pixel, in W m⁻² sr⁻¹ as a band density, from the same samples as in the image, without the
 /// filter of random walks.
+///
+/// # Panics
+///
+/// As [`render_missing`].
 pub fn pixel_radiance(integrator: &Integrator, pixel: PixelPosition) -> Spectrum {
     let scene = integrator.scene();
     let (mut tracer, mut sum) = (integrator.tracer(false), Spectrum::ZERO);
@@ -335,7 +341,7 @@ pub fn pixel_radiance(integrator: &Integrator, pixel: PixelPosition) -> Spectrum
 
 /// One pixel of a scene's image.
 struct Pixel<'scene> {
-    scene: &'scene Scene,
+    camera: &'scene PerspectiveCamera,
     pattern: &'scene PixelPattern,
     shift: [u32; 2],
     sampler: PixelSampler,
@@ -350,7 +356,7 @@ impl<'scene> Pixel<'scene> {
     fn new(scene: &'scene Scene, pattern: &'scene PixelPattern, column: u32, row: u32) -> Self {
         let number = row * scene.film().width.get() + column;
         Self {
-            scene,
+            camera: scene.camera().expect("an integrator for pictures has a camera"),
             pattern,
             shift: pattern.shift(number),
             sampler: PixelSampler::new(scene.integrator().seed, number),
@@ -366,7 +372,7 @@ impl<'scene> Pixel<'scene> {
     fn camera_ray(&self, sample: u32) -> Ray {
         let [across, down] = self.pattern.position(self.shift, sample);
         let (across, down) = ((self.column + across) / self.width, (self.row + down) / self.height);
-        self.scene.camera().lens_ray(across, down, self.pattern.lens_numbers(self.shift, sample))
+        self.camera.lens_ray(across, down, self.pattern.lens_numbers(self.shift, sample))
     }
 
     /// The random numbers of a sample's path.

@@ -83,7 +83,7 @@ impl SceneDescription {
             materials: Arc::clone(&earlier.materials),
             gltf_lights: of_gltf.to_vec(),
             // With a camera in the description, the camera of a glTF does not matter.
-            gltf_view: Some(earlier.view).filter(|_| self.camera.is_none()),
+            gltf_view: earlier.camera.map(|camera| *camera.view()).filter(|_| self.camera.is_none()),
             notes: earlier.solid_notes.clone(),
             files: earlier.solid_files.clone(),
         };
@@ -122,14 +122,8 @@ impl SceneDescription {
         }
         let sensor = self.sensor(&lights)?;
         let Solids { objects, materials, gltf_view, notes, .. } = solids;
-        let (view, path) = self.view(gltf_view)?;
-        let lens = self.camera.as_ref().map(|camera| camera.lens()).unwrap_or_default();
-        let camera = PerspectiveCamera::new(&view, lens, self.film.aspect());
-        let camera = camera
-            .ok_or_else(|| path.key("look_at").error("must not lie at the camera's position or along its up axis"))?;
         let scene = Scene {
-            camera,
-            view,
+            camera: self.camera(gltf_view)?,
             smooth_objects: Arc::clone(&objects),
             objects,
             solid_notes: notes.clone(),
@@ -246,12 +240,13 @@ impl SceneDescription {
         Ok(self.around(scene.local_origin())?.described_lights(&scene.materials, files)?.lights)
     }
 
-    /// The view of the camera, or the view of the glTF, and its path in the description.
-    fn view(&self, of_gltf: Option<View>) -> Result<(View, KeyPath), SceneError> {
-        let view = self.camera.as_ref().map(CameraDescription::view).or(of_gltf);
-        let reason = "is missing, and there is no glTF with a perspective camera";
-        let view = view.ok_or_else(|| KeyPath::root("camera").error(reason))?;
-        Ok((view, self.camera_path()))
+    /// The camera of the description, or else of the glTF.
+    fn camera(&self, view_of_gltf: Option<View>) -> Result<Option<PerspectiveCamera>, KeyError> {
+        let lens = self.camera.as_ref().map(CameraDescription::lens).unwrap_or_default();
+        let Some(view) = self.camera.as_ref().map(CameraDescription::view).or(view_of_gltf) else { return Ok(None) };
+        let camera = PerspectiveCamera::new(&view, lens, self.film.aspect());
+        let reason = "must not lie at the camera's position or along its up axis";
+        camera.map(Some).ok_or_else(|| self.camera_path().key("look_at").error(reason))
     }
 
     /// The path of the camera in the description.
@@ -266,13 +261,13 @@ impl Scene {
     ///
     /// # Errors
     ///
-    /// When the camera lies inside the snow with its relief.
+    /// When there is no camera, or the camera lies inside the snow with its relief.
     pub fn with_relief(mut self, report: Report) -> Result<Self, SceneError> {
         if self.description.materials.values().any(MaterialDescription::has_relief) {
             report(Progress { phase: Phase::Relief, done: 0, total: 0 });
         }
-        let relief = with_relief(&self.smooth_objects, &self.materials, (&self.camera, &self.view, &self.film));
-        if let Some((objects, note)) = relief {
+        let camera = (self.camera.as_ref(), &self.film);
+        if let Some((objects, note)) = with_relief(&self.smooth_objects, &self.materials, camera)? {
             self.objects = Arc::new(objects);
             self.notes.extend(note);
             self.check_camera()?;
@@ -282,14 +277,15 @@ impl Scene {
 
     /// Checks that the camera lies outside of snow.
     fn check_camera(&self) -> Result<(), KeyError> {
+        let Some(camera) = &self.camera else { return Ok(()) };
         let is_snow = |object: &Object| self.materials[object.material].looks_like_snow();
         let in_snow = |point| self.objects.around(point, is_snow);
         let name = |index: usize| &self.objects.list()[index].name;
         let path = self.description.camera_path();
-        if let Some(index) = in_snow(self.view.position) {
+        if let Some(index) = in_snow(camera.view().position) {
             return Err(path.key("position").error(format!("lies inside the snow of \"{}\"", name(index))));
         }
-        if let Some(index) = self.camera.lens_points().find_map(in_snow) {
+        if let Some(index) = camera.lens_points().find_map(in_snow) {
             return Err(path.key("aperture").error(format!("reaches into the snow of \"{}\"", name(index))));
         }
         Ok(())

@@ -109,7 +109,7 @@ impl CameraDescription {
 /// A camera with a perspective view.
 #[derive(Debug, Clone, Copy)]
 pub struct PerspectiveCamera {
-    position: Vec3A,
+    view: View,
     forward: Vec3A,
     /// Vectors from the middle of the image plane at distance 1 to its right edge, and to its upper edge.
     right: Vec3A,
@@ -169,23 +169,17 @@ impl PerspectiveCamera {
             up: up * radius_m,
             inverse_focus_per_m: lens.focus_m.unwrap_or(ahead.length()).max(narrow(MIN_FOCUS_M)).recip(),
         });
-        Some(Self {
-            position: view.position,
-            forward,
-            right: right * (half_height * aspect),
-            up: up * half_height,
-            lens,
-        })
+        Some(Self { view: *view, forward, right: right * (half_height * aspect), up: up * half_height, lens })
     }
 
-    /// Position, in m.
-    pub fn position(&self) -> Vec3A {
-        self.position
+    /// The view.
+    pub fn view(&self) -> &View {
+        &self.view
     }
 
     /// Distance of a point from the plane of the lens, along the viewing axis, in m.
     pub fn depth_m(&self, point: Vec3A) -> f32 {
-        (point - self.position).dot(self.forward)
+        (point - self.view.position).dot(self.forward)
     }
 
     /// The ray through a point of the image and the middle of the lens: (0, 0) is the upper left corner and (1, 1) the
@@ -193,7 +187,7 @@ impl PerspectiveCamera {
     #[inline]
     pub fn ray(&self, across: f32, down: f32) -> Ray {
         let direction = self.through(across, down);
-        Ray::new(self.position, direction / direction.length())
+        Ray::new(self.view.position, direction / direction.length())
     }
 
     /// The ray through a point of the image and a point of the lens, which two numbers in [0, 1) choose evenly.
@@ -203,7 +197,7 @@ impl PerspectiveCamera {
         let [x, y] = concentric_disc(numbers);
         let offset = lens.right * x + lens.up * y;
         let direction = self.through(across, down) - offset * lens.inverse_focus_per_m;
-        Ray::new(self.position + offset, direction / direction.length())
+        Ray::new(self.view.position + offset, direction / direction.length())
     }
 
     /// The change of the direction of a ray from one pixel to the next, to the right and downwards, in an image of
@@ -224,7 +218,7 @@ impl PerspectiveCamera {
         let ring = move |radius: f32| angles.clone().map(move |angle| (radius * angle.cos(), radius * angle.sin()));
         let places = (1..=RINGS).flat_map(move |k| ring(f32::from(k) / f32::from(RINGS)));
         let point = |lens: LensDisc| places.map(move |(x, y)| lens.right * x + lens.up * y);
-        self.lens.map(point).into_iter().flatten().map(|offset| self.position + offset)
+        self.lens.map(point).into_iter().flatten().map(|offset| self.view.position + offset)
     }
 
     /// The direction through a point of the image, of length 1 along the axis.

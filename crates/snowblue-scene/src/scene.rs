@@ -7,7 +7,7 @@ use std::sync::Arc;
 use glam::DVec3;
 use schemars::JsonSchema;
 use serde::Serialize;
-use snowblue_base::{Count, KeyPath, Numbers};
+use snowblue_base::{Count, KeyError, KeyPath, Numbers};
 
 use snowblue_transport::optics::OwnParticles;
 
@@ -37,7 +37,7 @@ pub struct SceneDescription {
     /// A glTF whose meshes, lights and materials belong to the scene, and its camera where there is no other.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gltf: Option<String>,
-    /// The camera; the camera of the glTF if absent.
+    /// The camera; the camera of the glTF if absent. `snowblue bake` needs none, unless snow has relief.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub camera: Option<CameraDescription>,
     /// Size and brightness of the picture.
@@ -100,9 +100,8 @@ impl SceneDescription {
 /// Everything that a picture depends on. Clones share large data.
 #[derive(Debug, Clone)]
 pub struct Scene {
-    pub(crate) camera: PerspectiveCamera,
-    /// The view of the camera.
-    pub(crate) view: View,
+    /// The camera; none in a scene that is only baked.
+    pub(crate) camera: Option<PerspectiveCamera>,
     pub(crate) objects: Arc<Objects>,
     /// The objects without relief.
     pub(crate) smooth_objects: Arc<Objects>,
@@ -130,14 +129,14 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// The camera.
-    pub fn camera(&self) -> &PerspectiveCamera {
-        &self.camera
-    }
-
-    /// The view of the camera.
-    pub fn view(&self) -> &View {
-        &self.view
+    /// The camera of the description or of its glTF.
+    ///
+    /// # Errors
+    ///
+    /// If the description has no camera, which a bake does not need.
+    pub fn camera(&self) -> Result<&PerspectiveCamera, KeyError> {
+        let reason = "is missing, and there is no glTF with a perspective camera";
+        self.camera.as_ref().ok_or_else(|| KeyPath::root("camera").error(reason))
     }
 
     /// The sensor, which turns spectra into colours.
@@ -265,7 +264,8 @@ impl Scene {
         (self.film.width, self.film.height) = (Count::nearest(size.width), Count::nearest(size.height));
         self.description.film = self.film;
         let lens = self.description.camera.as_ref().map(CameraDescription::lens).unwrap_or_default();
-        self.camera = PerspectiveCamera::new(&self.view, lens, self.film.aspect()).unwrap_or(self.camera);
+        let aspect = self.film.aspect();
+        self.camera = self.camera.and_then(|camera| PerspectiveCamera::new(camera.view(), lens, aspect));
     }
 
     /// Points the camera elsewhere, in coordinates from the [local origin](Self::local_origin), and keeps its lens.
@@ -282,7 +282,7 @@ impl Scene {
         let described =
             described.unwrap_or_else(|| CameraDescription::new(Numbers::default(), Numbers::default())).with_view(view);
         let Ok(described) = described else { return false };
-        (self.camera, self.view) = (camera, *view);
+        self.camera = Some(camera);
         self.description.camera = Some(described);
         true
     }

@@ -13,10 +13,10 @@ use snowblue_render::bake::{BakeOptions, BakedObject, LitSnow, LitSurface, Relig
 use snowblue_render::files::FilesInMemory;
 use snowblue_render::film::image_file::to_raster;
 use snowblue_render::render::{RenderControl, accumulator, all_samples, render_missing};
-use snowblue_render::scene::IntegratorKind;
 use snowblue_render::scene::light::Light;
 use snowblue_render::scene::spectrum::wavelengths_nm;
-use snowblue_render::{Aovs, FilmAccumulator, Integrator, SceneDescription};
+use snowblue_render::scene::{IntegratorKind, Views};
+use snowblue_render::{Aovs, FilmAccumulator, Integrator, Preparation, SceneDescription};
 use wasm_bindgen::prelude::*;
 
 use crate::text;
@@ -62,10 +62,10 @@ impl Files {
     }
 }
 
-/// The integrator of a scene.
-fn prepare(description: &SceneDescription, files: &Files) -> Result<Integrator, String> {
+/// The integrator of a scene for pictures from some views, or for a bake.
+fn prepare(description: &SceneDescription, files: &Files, views: Option<Views>) -> Result<Integrator, String> {
     let scene = description.build(&files.0).map_err(text)?;
-    Integrator::prepare(&scene).map_err(text)
+    Integrator::prepare_with(&scene, Preparation { views, ..Preparation::default() }).map_err(text)
 }
 
 /// The light field on the snow of a scene, JSON with the keys of a scene file: the GLB of `snowblue bake`.
@@ -81,7 +81,7 @@ pub fn bake_glb(scene: &str, files: &Files) -> Result<Vec<u8>, JsError> {
 fn baked(scene: &str, files: &Files) -> Result<Vec<u8>, String> {
     let mut description: SceneDescription = serde_json::from_str(scene).map_err(text)?;
     description.integrator.kind = IntegratorKind::Diffusion;
-    let integrator = prepare(&description, files)?;
+    let integrator = prepare(&description, files, None)?;
     let baked = integrator.bake(BakeOptions::default(), &|_| {}).map_err(text)?;
     glb_bytes(&baked, &integrator.provenance()).map_err(text)
 }
@@ -113,7 +113,7 @@ impl LightField {
         let mut description: SceneDescription = serde_json::from_str(scene).map_err(text)?;
         description.integrator.kind = IntegratorKind::Diffusion;
         description.light_field.grain_rays = grain_rays.unwrap_or(description.light_field.grain_rays);
-        let integrator = prepare(&description, files)?;
+        let integrator = prepare(&description, files, None)?;
         let snow = integrator.into_relighting(cells_per_edge).map_err(text)?;
         let sky = (String::new(), Vec::new());
         Ok(Self { snow, sky, solved: BTreeMap::new(), last: 0 })
@@ -344,7 +344,7 @@ impl Picture {
 
     fn unfinished(scene: &str, files: &Files) -> Result<Self, String> {
         let description: SceneDescription = serde_json::from_str(scene).map_err(text)?;
-        Ok(Self::without_samples(prepare(&description, files)?))
+        Ok(Self::without_samples(prepare(&description, files, Some(Views::All))?))
     }
 
     fn without_samples(integrator: Integrator) -> Self {

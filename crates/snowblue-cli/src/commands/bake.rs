@@ -105,7 +105,7 @@ impl Bake {
         phases.begin(Phase::Meshes);
         let scene = file.build().map_err(Failure::input)?;
         file.inputs(&scene).iter().try_for_each(|input| check_not_input(input, &self.output))?;
-        let preparation = Preparation { report: &|at| phases.report(at), ..Preparation::default() };
+        let preparation = Preparation { views: None, report: &|at| phases.report(at), ..Preparation::default() };
         let integrator = Integrator::prepare_with(&scene, preparation);
         let integrator = integrator.map_err(|error| Failure::input(error.located(&file)))?;
         phases.end();

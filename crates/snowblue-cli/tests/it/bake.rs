@@ -49,6 +49,20 @@ fn a_scene_is_baked_and_is_snow_again() {
 }
 
 #[test]
+fn pictures_need_a_camera_and_bakes_do_not() {
+    let folder = folder();
+    let (_, seen_by_none) = CUBE.split_once("[environment]").unwrap();
+    folder.write("bare.toml", format!("[environment]{seen_by_none}{SHAPE}"));
+    folder.stdout("bake bare.toml --step-mm 50 -o bare.glb");
+    folder.stdout("bake cube.toml --step-mm 50 -o cube.glb");
+    assert_eq!(folder.bytes("bare.glb").len(), folder.bytes("cube.glb").len());
+    for words in ["render bare.toml -o bare.png", "render bare.toml --check"] {
+        folder
+            .assert_refused(words, &["bare.toml", "camera is missing, and there is no glTF with a perspective camera"]);
+    }
+}
+
+#[test]
 fn the_cells_of_the_light_field_set_the_default_of_the_vertices() {
     let folder = folder();
     let baked = |step_mm: &str| {

@@ -134,7 +134,7 @@ class PCASnow:
         bodies = [shape.bsdf().body or number for number, shape in enumerate(snow)]
         names = list(dict.fromkeys(bodies))
         self.has_bodies = len(names) < len(snow)
-        arrays = [_arrays(shape) for shape in snow]
+        arrays = [arrays_of(mi.traverse(shape)) for shape in snow]
         digest = hashlib.sha256(repr(bodies).encode())
         for array in (array for pair in arrays for array in pair):
             digest.update(array.tobytes())
@@ -442,8 +442,8 @@ def name_of(thing: Any, things: list[Any]) -> str:
     return f"'{thing.id()}'" if thing.id() else f"number {list(things).index(thing) + 1} without an id"
 
 
-def _arrays(shape: Any) -> tuple[np.ndarray, np.ndarray]:
-    parameters = mi.traverse(shape)
+def arrays_of(parameters: Any) -> tuple[np.ndarray, np.ndarray]:
+    """The vertices and triangles of a mesh, by its parameters."""
     vertices = np.array(parameters["vertex_positions"]).reshape(-1, 3)
     return vertices, np.array(parameters["faces"]).astype(np.int64).reshape(-1, 3)
 

@@ -47,9 +47,10 @@ from __future__ import annotations
 import hashlib
 import json
 import warnings
+from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import drjit as dr
@@ -59,9 +60,9 @@ import numpy as np
 from snowblue import _native
 from snowblue._arguments import SNOW, SUBSTANCES, VISIBLE_NM, WORDS, mass_argument, number, snow_id, whole
 from snowblue._database import Database
-from snowblue._mitsuba_pcasnow import PATH_MODES, PCASnow, name_of
+from snowblue._mitsuba_pcasnow import PATH_MODES, PCASnow, arrays_of, name_of
 from snowblue._renderers import BAND_WIDTH_NM, _bands, _csv, _rgb
-from snowblue._scene import _baked, _json, _ply, _check_mesh
+from snowblue._scene import BakedObject, _baked, _json, _ply, _check_mesh
 
 COMPONENTS = 6
 SAMPLING_WEIGHT = 1e-6
@@ -78,6 +79,10 @@ SKY_FILE, SKY_HEIGHT = "sky.exr", 256
 """The image of an envmap: greater ones are reduced to this height."""
 LEAST_OF_PANES = 0.6
 """What a pane of the greatest refractive index, 3, lets pass at normal incidence."""
+REFLECTANCE_SAMPLES = 1024
+R3_SEQUENCE = np.array([0.8191725134, 0.6710436067, 0.5497004779])
+"""The sequence of numbers in three dimensions by M. Roberts (2018): powers of 1/1.2207440846."""
+UNSOLVED = "some snow is not solved for"
 WHITE_FILE = "white.csv"
 """The spectrum of the lamps that are solved for: 1 at all wavelengths."""
 
@@ -137,8 +142,8 @@ def _unsolved() -> float:
     """The light of snow before it is solved for. Compiled variants evaluate the plug-ins of all scenes that exist, so
     that an exception here would concern scenes that are not rendered."""
     warnings.warn(
-        "some snow is not solved for: only the integrator 'snow' renders it, with another its pixels are NaN; snow of "
-        "other scenes, which are not rendered now, does not matter",
+        f"{UNSOLVED}: only the integrator 'snow' renders it, with another its pixels are NaN; snow of other scenes, "
+        "which are not rendered now, does not matter",
         stacklevel=2,
     )
     return float("nan")
@@ -238,25 +243,18 @@ def _emitter_class() -> type:
             # Equal plug-ins become one in a dictionary: a word of its own keeps them apart.
             self.of = props.get("of", "")
             self.m_flags = mi.EmitterFlags.Surface | mi.EmitterFlags.SpatiallyVarying
+            # The light on the shape, for the next rendering.
+            self.solution: _Solution | None = None
+            # Set while the integrator renders by the light field.
             self.escape: list[float] | None = None
-            # The mesh of the user, the vertices that were set in its place, what they were computed from, and the flux
-            # there by white lamps, by what these were computed from.
-            self.given: tuple[np.ndarray, np.ndarray] | None = None
-            self.put = np.empty((0, 3))
-            self.solved = ""
-            # How often that was: a scene whose rays know another mesh must be told.
-            self.version = 0
-            self.fluxes: dict[str, np.ndarray] = {}
-            # The strengths of the lamps whose light the attributes hold.
-            self.shown = b""
             # Set while the integrator renders by PCASnow.
             self.pcasnow: PCASnow | None = None
             self.basis: list[Any] = []
 
-        def set_light(self, escape: np.ndarray, basis: np.ndarray | None) -> None:
+        def set_light(self, escape: np.ndarray, basis: np.ndarray) -> None:
             """The polynomial K and, for spectra, the wavelength functions of the attributes."""
             self.escape = escape.tolist()
-            rows = [] if basis is None else np.ascontiguousarray(basis.astype(np.float32)[..., None])
+            rows = np.ascontiguousarray(basis.astype(np.float32)[..., None])
             self.basis = [mi.Texture1f(mi.TensorXf(row), wrap_mode=dr.WrapMode.Clamp) for row in rows]
 
         def eval(self, si: Any, active: Any = True) -> Any:
@@ -322,8 +320,14 @@ def _integrator_class() -> type:
                 return self.inner.render(scene, *arguments, **keywords)
             try:
                 self.method.prepare(scene, snow, lamps)
-                with _negative_samples_allowed():
-                    return self.inner.render(scene, *arguments, **keywords)
+                with _negative_samples_allowed(), warnings.catch_warnings():
+                    # All snow of this scene is solved for.
+                    warnings.filterwarnings("ignore", UNSOLVED)
+                    picture = self.inner.render(scene, *arguments, **keywords)
+                    # Compiled variants compute the picture later, when the snow is released.
+                    dr.eval(picture)
+                    dr.sync_thread()
+                    return picture
             finally:
                 self.method.release()
 
@@ -415,17 +419,19 @@ def _method(props: mi.Properties) -> _Field | PCASnow:
 
 def _snow(scene: Any) -> list[Any]:
     """The shapes of snow."""
-    snow = [shape for shape in scene.shapes() if _is_snow(shape.bsdf())]
-    for shape in scene.shapes():
-        name = name_of(shape, scene.shapes())
-        if _is_snow_light(shape.emitter()) and shape not in snow:
-            raise ValueError(f"shape {name} has the emitter 'snow_light', but not the bsdf 'snow_surface'")
-        if shape not in snow:
-            continue
-        if "vertex_positions" not in mi.traverse(shape):
-            raise ValueError(f"shape {name} is a {shape.class_name()}, but snow must be a mesh (cube, ply, obj)")
-        if not _is_snow_light(shape.emitter()):
-            raise ValueError(f"shape {name} has the bsdf 'snow_surface', but not the emitter 'snow_light'")
+    snow, shapes = [], scene.shapes()
+    for shape in shapes:
+        reason, is_lit = "", _is_snow_light(shape.emitter())
+        if not _is_snow(shape.bsdf()):
+            reason = "has the emitter 'snow_light', but not the bsdf 'snow_surface'" if is_lit else ""
+        elif "vertex_positions" not in mi.traverse(shape):
+            reason = f"is a {shape.class_name()}, but snow must be a mesh (cube, ply, obj)"
+        elif not is_lit:
+            reason = "has the bsdf 'snow_surface', but not the emitter 'snow_light'"
+        else:
+            snow.append(shape)
+        if reason:
+            raise ValueError(f"shape {name_of(shape, shapes)} {reason}")
     return snow
 
 
@@ -440,8 +446,27 @@ class _Light:
     """The emitter itself, at 31 wavelengths."""
 
 
+@dataclass
+class _Solution:
+    """The light on a shape of snow."""
+
+    digest: str
+    """Of the scene without its lamps."""
+    mesh: dict[str, np.ndarray]
+    """The mesh whose vertices have the light: arrays by the names of the parameters of a mesh."""
+    escape_polynomial: np.ndarray
+    reflection: np.ndarray
+    """The table of (mu + mu0) R0."""
+    fluxes: dict[str, np.ndarray]
+    """The flux at the vertices by each lamp that is white and of strength 1, by the digest of the lamp."""
+
+
 class _Field:
-    """The light on the snow of a scene."""
+    """The light on the snow of a scene.
+
+    While the scene is rendered, each shape of snow has the mesh whose vertices have the light. Before and after, it has
+    the mesh of the user.
+    """
 
     def __init__(
         self,
@@ -452,11 +477,18 @@ class _Field:
     ) -> None:
         self.unit_m, self.step_mm, self.field_step_mm = unit_m, step_mm, field_step_mm
         self.gather_depth = gather_depth
-        # The versions of the meshes of snow that the rays of the scene meet.
-        self.versions: list[int] = []
+        self.scene: Any = None
+        # The shapes of snow that are rendered, and the arrays of their own meshes.
+        self.own: list[tuple[Any, dict[str, Any]]] = []
 
     def release(self) -> None:
-        """Does nothing: the snow keeps its light for the next rendering."""
+        """Gives the snow its own meshes. It keeps its light for the next rendering."""
+        own, self.own = self.own, []
+        for shape, arrays in own:
+            _remove_light(shape)
+            _set(shape, arrays)
+        if own:
+            self.scene.parameters_changed([])
 
     def prepare(self, scene: Any, snow: list[Any], lamps: list[Any]) -> None:
         """Gives the snow its light. What of it is known is not solved for again."""
@@ -468,34 +500,33 @@ class _Field:
         solved = _digest(_json(document), str(self.step_mm), files)
         keys = [_digest(_json(light.tables), "", light.files) for light in lights]
         emitters = [shape.emitter() for shape in snow]
-        is_same = all(emitter.solved == solved for emitter in emitters)
-        names = [name_of(shape, scene.shapes()) for shape in snow]
+        earlier = [emitter.solution for emitter in emitters]
+        if not all(one is not None and one.digest == solved for one in earlier):
+            earlier = [None] * len(snow)
         missing = {
-            key: light for key, light in zip(keys, lights)
-            if not (is_same and all(key in emitter.fluxes for emitter in emitters))
+            key: light for key, light in zip(keys, lights) if not all(one and key in one.fluxes for one in earlier)
         }
+        shapes = scene.shapes()
+        names = [name_of(shape, shapes) for shape in snow]
         # Nothing changes before all is known.
-        solutions = self._solve(names, document, files, lights, missing)
-        for name, emitter, by_key in zip(names, emitters, solutions):
-            points = [emitter.put] * is_same + [self._points(baked) for baked, _ in by_key.values()]
-            if any(not np.array_equal(one, points[0]) for one in points):
-                raise ValueError(f"the points on shape {name} where light is known differ between lamps: set step_mm")
-        for shape, emitter, by_key in zip(snow, emitters, solutions):
-            if not is_same:
-                self._put(shape, *next(iter(by_key.values())))
-                emitter.solved, emitter.fluxes = solved, {}
+        solutions = []
+        for name, known, by_key in zip(names, earlier, self._solve(names, document, files, lights, missing)):
+            fluxes = known.fluxes if known else {}
+            for key, (baked, reflection) in by_key.items():
+                mesh = self._refined(baked)
+                known = known or _Solution(solved, mesh, baked.escape_polynomial, reflection, {})
+                if not np.array_equal(mesh["vertex_positions"], known.mesh["vertex_positions"]):
+                    raise ValueError(
+                        f"the points on shape {name} where light is known differ between lamps: set step_mm"
+                    )
+                fluxes = fluxes | {key: baked.flux[0]}
             # Lamps that have left or moved are forgotten.
-            known = emitter.fluxes | {key: baked.flux[0] for key, (baked, _) in by_key.items()}
-            emitter.fluxes = {key: known[key] for key in keys}
-        if [emitter.version for emitter in emitters] != self.versions:
-            if is_same:
-                # Another scene has set the meshes. Setting them again marks them as changed for this one.
-                for shape, emitter in zip(snow, emitters):
-                    _set_points(shape, {"vertex_positions": emitter.put})
-            scene.parameters_changed([])
-            self.versions = [emitter.version for emitter in emitters]
-        for shape in snow:
-            self._show(shape, keys, [light.strength for light in lights])
+            solutions.append(replace(known, fluxes={key: fluxes[key] for key in keys}))
+        self.scene = scene
+        for shape, solution in zip(snow, solutions):
+            shape.emitter().solution = solution
+            self._put(shape, solution, keys, lights)
+        scene.parameters_changed([])
 
     def _solve(
         self,
@@ -505,7 +536,7 @@ class _Field:
         lights: list[_Light],
         missing: dict[str, _Light],
     ) -> list[dict[str, Any]]:
-        """For each shape of snow, by the keys of the lamps that are not known: its light, and what was baked of it."""
+        """For each shape of snow, by the keys of the lamps that are not known: its light, and its table of R0."""
         # What scenes of other lamps have in common is built once.
         given: dict[str, bytes] = dict(files)
         for light in lights:
@@ -519,45 +550,55 @@ class _Field:
             )
             objects = _named(names, lambda: native.bake(self.step_mm, content, None, None)[1:])
             for by_key, one in zip(solutions, objects):
-                by_key[key] = _baked(one, []), one
+                by_key[key] = _baked(one, []), one["reflection"]
         return solutions
 
-    def _points(self, baked: Any) -> np.ndarray:
-        return (baked.positions / self.unit_m).astype(np.float32)
-
-    def _mesh(self, shape: Any) -> tuple[np.ndarray, np.ndarray]:
-        parameters = mi.traverse(shape)
-        vertices = np.array(parameters["vertex_positions"]).reshape(-1, 3)
-        triangles = np.array(parameters["faces"]).reshape(-1, 3)
-        emitter = shape.emitter()
-        if _is_snow_light(emitter) and np.array_equal(emitter.put, vertices):
-            return emitter.given
-        return vertices, triangles
+    def _refined(self, baked: BakedObject) -> dict[str, np.ndarray]:
+        """The mesh whose vertices have the light."""
+        return {
+            "vertex_positions": (baked.positions / self.unit_m).astype(np.float32),
+            "faces": baked.triangles.astype(np.uint32),
+            "vertex_normals": baked.normals.astype(np.float32),
+            "vertex_texcoords": np.zeros((len(baked.positions), 2), dtype=np.float32),
+        }
 
     def _description(self, scene: Any, snow: list[Any]) -> tuple[dict[str, Any], dict[str, bytes]]:
         """The scene without lamps."""
         files: dict[str, bytes] = {WHITE_FILE: _csv(np.ones(len(VISIBLE_NM)))}
         materials: dict[str, Any] = {}
+        # Many shapes may have one bsdf.
+        names: dict[Any, str] = {}
+        # One warning for all shapes that are alike.
+        notes: dict[str, None] = {}
+        left_out: Counter[str] = Counter()
         # Snow comes first, so that its numbers are those of the baked objects.
-        objects = []
-        for number, shape in enumerate([*snow, *(one for one in scene.shapes() if one not in snow)]):
+        objects, is_of_snow = [], set(snow)
+        for number, shape in enumerate([*snow, *(one for one in scene.shapes() if one not in is_of_snow)]):
             lamp = shape.emitter()
             if lamp is not None and not _is_snow_light(lamp):
                 continue
-            one = self._object(shape, name_of(shape, scene.shapes()), f"shape {number}.ply", files)
+            one = self._object(shape, f"shape {number}.ply", files)
             if one is None:
+                left_out[shape.class_name()] += 1
                 continue
             bsdf = shape.bsdf()
-            if _is_snow(bsdf):
-                one["material"] = bsdf.material_name
-                materials[one["material"]] = {"type": "snow", **bsdf.material}
-                one |= {"body": bsdf.body} if bsdf.body else {}
-            else:
-                one["material"] = f"bsdf of shape {number}"
-                materials[one["material"]] = _surface(bsdf, one["material"], files)
+            if bsdf not in names and _is_snow(bsdf):
+                names[bsdf] = bsdf.material_name
+                materials[names[bsdf]] = {"type": "snow", **bsdf.material}
+            elif bsdf not in names:
+                names[bsdf] = f"bsdf {len(names)}"
+                materials[names[bsdf]], note = _surface(bsdf, names[bsdf], files)
+                notes |= {note: None} if note else {}
+            one["material"] = names[bsdf]
+            if _is_snow(bsdf) and bsdf.body:
+                one["body"] = bsdf.body
             objects.append(one)
+        for kind, count in left_out.items():
+            shapes = f"a shape of the kind {kind} casts" if count == 1 else f"{count} shapes of the kind {kind} cast"
+            notes[f"{shapes} no shadow on snow and {'gives' if count == 1 else 'give'} it no light"] = None
+        for note in notes:
+            warnings.warn(note, stacklevel=2)
         document: dict[str, Any] = {
-            "camera": {"position": [0, -1, 0], "look_at": [0, 0, 0]},
             "integrator": {"type": "diffusion", "max_bounces": self.gather_depth},
             "material": materials,
             "object": objects,
@@ -566,10 +607,11 @@ class _Field:
             document["light_field"] = {"step_mm": float(self.field_step_mm)}
         return document, files
 
-    def _object(self, shape: Any, name: str, file: str, files: dict[str, bytes]) -> dict[str, Any] | None:
+    def _object(self, shape: Any, file: str, files: dict[str, bytes]) -> dict[str, Any] | None:
+        """A shape as an object of our scenes; none if there is no such object."""
         parameters = mi.traverse(shape)
         if "vertex_positions" in parameters:
-            vertices, triangles = self._mesh(shape)
+            vertices, triangles = arrays_of(parameters)
         elif shape.class_name() == "Rectangle":
             to_world = _matrix(parameters["to_world"])
             corners = np.array([[-1, -1, 0, 1], [1, -1, 0, 1], [1, 1, 0, 1], [-1, 1, 0, 1]]) @ to_world.T
@@ -578,10 +620,8 @@ class _Field:
             center, radius = _sphere(_matrix(parameters["to_world"]))
             return {"shape": "sphere", "radius": radius * self.unit_m, "position": (center * self.unit_m).tolist()}
         else:
-            kind = shape.class_name()
-            warnings.warn(f"shape {name} is a {kind}: it casts no shadow on snow and gives it no light", stacklevel=2)
             return None
-        files[file] = _ply(np.asarray(vertices * self.unit_m, dtype="<f4"), triangles.astype(np.int64))
+        files[file] = _ply(np.asarray(vertices * self.unit_m, dtype="<f4"), triangles)
         return {"mesh": file, "up": "z"}
 
     def _light(self, emitter: Any, name: str) -> _Light:
@@ -665,46 +705,25 @@ class _Field:
             "sunsky, and area on a sphere or rectangle"
         )
 
-    def _put(self, shape: Any, baked: Any, one: dict[str, Any]) -> None:
-        """Replaces a mesh by the one whose vertices hold the light."""
-        emitter = shape.emitter()
-        emitter.given = self._mesh(shape)
-        # They are as long as the mesh before.
-        _remove_light(shape)
-        emitter.put = self._points(baked)
-        _set_points(
-            shape,
-            {
-                "vertex_positions": emitter.put,
-                "faces": baked.triangles.astype(np.uint32),
-                "vertex_normals": baked.normals.astype(np.float32),
-                "vertex_texcoords": np.zeros((len(emitter.put), 2), dtype=np.float32),
-            },
-        )
-        shape.bsdf().set_reflection(one["reflection"])
-        emitter.escape_polynomial = baked.escape_polynomial
-
-    def _show(self, shape: Any, keys: list[str], strengths: list[np.ndarray]) -> None:
-        """Sets the light at the vertices: the sum over all lamps, of which several may have one key."""
-        emitter = shape.emitter()
-        shown = "".join(keys).encode() + np.array(strengths).tobytes()
-        if emitter.shown == shown:
-            return
-        flux = sum(emitter.fluxes[key].astype(float) * strength for key, strength in zip(keys, strengths))
-        _remove_light(shape)
+    def _put(self, shape: Any, solution: _Solution, keys: list[str], lights: list[_Light]) -> None:
+        """Gives a shape the mesh whose vertices have the light: the sum over all lamps, of which several may have one
+        key."""
+        parameters = mi.traverse(shape)
+        # A parameter is a reference, a copy of it stays.
+        self.own.append((shape, {key: type(parameters[key])(parameters[key]) for key in solution.mesh}))
+        _set(shape, solution.mesh)
+        flux = sum(solution.fluxes[key].astype(float) * light.strength for key, light in zip(keys, lights))
         if _is_spectral():
-            _, _, rows = np.linalg.svd(flux, full_matrices=False)
-            # A mesh of fewer vertices has fewer components.
-            basis = np.zeros((COMPONENTS, flux.shape[1]))
-            basis[: len(rows)] = rows[:COMPONENTS]
-            coefficients = (flux @ basis.T).astype(np.float32)
-            shape.add_attribute("vertex_snow_0", 3, np.ascontiguousarray(coefficients[:, :3]).ravel())
-            shape.add_attribute("vertex_snow_1", 3, np.ascontiguousarray(coefficients[:, 3:]).ravel())
+            _, functions = np.linalg.eigh(flux.T @ flux)
+            basis = functions.T[: -COMPONENTS - 1 : -1]
+            values = np.split(flux @ basis.T, COMPONENTS // 3, axis=1)
         else:
-            basis = None
-            shape.add_attribute("vertex_snow_0", 3, _rgb(flux / _white()).astype(np.float32).ravel())
-        emitter.set_light(emitter.escape_polynomial, basis)
-        emitter.shown = shown
+            basis = np.empty((0, flux.shape[1]))
+            values = [_rgb(flux / _white())]
+        for number, three in enumerate(values):
+            shape.add_attribute(f"vertex_snow_{number}", 3, three.astype(np.float32).ravel())
+        shape.bsdf().set_reflection(solution.reflection)
+        shape.emitter().set_light(solution.escape_polynomial, basis)
 
 
 def _remove_light(shape: Any) -> None:
@@ -713,7 +732,7 @@ def _remove_light(shape: Any) -> None:
     if emitter.escape is not None:
         for number in range(2 if emitter.basis else 1):
             shape.remove_attribute(f"vertex_snow_{number}")
-    emitter.escape, emitter.shown = None, b""
+    emitter.escape = None
 
 
 def _digest(text: str, more: str, files: dict[str, bytes]) -> str:
@@ -734,21 +753,16 @@ def _named(names: list[str], action: Any) -> Any:
         raise ValueError(reason) from None
 
 
-def _set_points(shape: Any, values: dict[str, np.ndarray]) -> None:
-    """Sets the arrays of snow. The rays of a scene meet the old ones until its parameters change."""
-    _set(shape, values)
-    shape.emitter().version += 1
-
-
-def _set(shape: Any, values: dict[str, np.ndarray]) -> None:
+def _set(shape: Any, values: dict[str, Any]) -> None:
     """Sets the arrays of a mesh. Those that it lacks, as normals, stay out."""
     parameters = mi.traverse(shape)
     for key, array in values.items():
         if len(parameters[key]) > 0:
             kind = type(parameters[key])
-            # A parameter is compared with its new value, which scalar variants cannot do with other sizes than 1.
-            parameters[key] = kind(array.ravel()[:1])
-            parameters[key] = kind(array.ravel())
+            # A parameter is compared with its new value, which scalar variants cannot do with other sizes than 1. The
+            # value between must differ.
+            parameters[key] = kind(parameters[key][0] + 1)
+            parameters[key] = kind(array.ravel() if isinstance(array, np.ndarray) else array)
     parameters.update()
 
 
@@ -784,13 +798,13 @@ def _spectrum(values: Any) -> np.ndarray:
     return _bands((red, green, blue)) * _white()
 
 
-def _interaction() -> Any:
-    """The middle of a surface, seen along its normal, at 31 wavelengths in spectral variants."""
+def _interaction(wavelengths_nm: np.ndarray = VISIBLE_NM) -> Any:
+    """The middle of a surface, seen along its normal, at given wavelengths in spectral variants."""
     interaction = dr.zeros(mi.SurfaceInteraction3f)
     interaction.wi = mi.Vector3f(0, 0, 1)
     interaction.uv = mi.Point2f(0.5, 0.5)
     if _is_spectral():
-        lanes = mi.Float(VISIBLE_NM.astype(np.float32))
+        lanes = mi.Float(wavelengths_nm.astype(np.float32))
         interaction.wavelengths = mi.Spectrum(*[lanes] * 4)
     return interaction
 
@@ -876,32 +890,54 @@ def _exr(image: np.ndarray) -> bytes:
     return stream.raw_buffer()
 
 
-def _surface(bsdf: Any, name: str, files: dict[str, bytes]) -> dict[str, Any]:
-    """The material of a surface that is not snow: the pane of a thin dielectric, else its diffuse reflectance and what
-    it lets pass straight on."""
+def _surface(bsdf: Any, name: str, files: dict[str, bytes]) -> tuple[dict[str, Any], str]:
+    """The material of a surface that is not snow: the pane of a thin dielectric, else what it reflects and what it lets
+    pass straight on; and a sentence on what differs from the surface in Mitsuba."""
     passed = float(np.mean(_first(bsdf.eval_null_transmission(_interaction()))))
     if bsdf.class_name() == "ThinDielectric" and passed > LEAST_OF_PANES:
         # At normal incidence, a pane of the refractive index n lets 2n / (n² + 1) pass.
-        return {"type": "glass", "refractive_index": (1.0 + (1.0 - min(passed, 1.0) ** 2) ** 0.5) / passed}
+        return {"type": "glass", "refractive_index": (1.0 + (1.0 - min(passed, 1.0) ** 2) ** 0.5) / passed}, ""
     opacity = {"opacity": 1.0 - passed} if passed > 0.0 else {}
-    values = np.array(_first(bsdf.eval_diffuse_reflectance(_interaction())), dtype=float)
+    kind, flags = bsdf.class_name(), bsdf.flags()
+    other = (mi.BSDFFlags.Glossy, mi.BSDFFlags.DeltaReflection, mi.BSDFFlags.DeltaTransmission)
+    is_diffuse = not any(mi.has_flag(flags, lobe) for lobe in other)
+    if is_diffuse:
+        values = np.array(_first(bsdf.eval_diffuse_reflectance(_interaction())), dtype=float)
+    else:
+        values = np.minimum(_reflectance(bsdf) / max(1.0 - passed, 1e-6), 1.0)
     if not ((values >= 0) & (values <= 1)).all():
-        raise ValueError(f"the {bsdf.class_name()} of a shape reflects {values.max():g}, but must reflect 0 to 1")
-    flags = bsdf.flags()
-    is_uniform = not mi.has_flag(flags, mi.BSDFFlags.SpatiallyVarying)
+        raise ValueError(f"the {kind} of a shape reflects {values.max():g}, but must reflect 0 to 1")
+    note = ""
     if passed == 0.0 and mi.has_flag(flags, mi.BSDFFlags.Transmission):
-        warnings.warn(f"a {bsdf.class_name()} blocks light for snow; a thindielectric or a mask does not", stacklevel=2)
-    elif not (mi.has_flag(flags, mi.BSDFFlags.DiffuseReflection) and is_uniform):
-        warnings.warn(
-            f"a {bsdf.class_name()} gives light to snow as a diffuse surface with the reflectance at its middle",
-            stacklevel=2,
-        )
+        note = f"a {kind} blocks light for snow; a thindielectric or a mask does not"
+    elif not is_diffuse:
+        note = f"a {kind} gives light to snow as a diffuse surface with its reflectance at normal incidence"
+    if mi.has_flag(flags, mi.BSDFFlags.SpatiallyVarying):
+        note = f"{note or f'a {kind} gives light to snow'}, with the values at the middle of its textures"
     if _is_spectral():
         file = f"{name}.csv"
         # A uniform reflectance has one value.
         files[file] = _csv(np.broadcast_to(values.reshape(-1), VISIBLE_NM.shape))
-        return {"type": "diffuse", "reflectance_spectrum": file, **opacity}
-    return {"type": "diffuse", "reflectance_rgb": np.broadcast_to(values.reshape(-1), 3).tolist(), **opacity}
+        return {"type": "diffuse", "reflectance_spectrum": file, **opacity}, note
+    return {"type": "diffuse", "reflectance_rgb": np.broadcast_to(values.reshape(-1), 3).tolist(), **opacity}, note
+
+
+def _reflectance(bsdf: Any) -> np.ndarray:
+    """The share of the light along the normal that a surface reflects in all directions, at the middle of its
+    textures: the mean over samples of the BSDF."""
+    numbers = np.arange(1, REFLECTANCE_SAMPLES + 1)[:, None] * R3_SEQUENCE % 1.0
+    context = mi.BSDFContext()
+    if mi.variant().startswith("scalar"):
+        samples = [bsdf.sample(context, _interaction(), one, mi.Point2f(two, three)) for one, two, three in numbers]
+        weights = [np.array(weight) * (sampled.wo.z > 0) for sampled, weight in samples]
+        return np.mean(weights, axis=0)
+    wavelengths_nm = np.repeat(VISIBLE_NM, len(numbers)) if _is_spectral() else VISIBLE_NM[:1]
+    one, two, three = (mi.Float(np.resize(row, max(len(row), len(wavelengths_nm)))) for row in numbers.T)
+    sampled, weight = bsdf.sample(context, _interaction(wavelengths_nm), one, mi.Point2f(two, three))
+    weights = np.array(_first(dr.select(sampled.wo.z > 0, weight, 0)))
+    # Weights that are all equal are one number.
+    rows = max(1, weights.size // len(numbers)) if _is_spectral() else 3
+    return weights.reshape(rows, -1).mean(axis=1)
 
 
 def _matrix(transform: Any) -> np.ndarray:

@@ -59,7 +59,9 @@ impl<'a> FirstHits<'a> {
         }
         let Some(surface) = self.hit(ray) else { return };
         pixel.add_aov(Aov::Normal, surface.normal.to_array());
-        pixel.add_aov(Aov::Depth, [self.scene.camera().depth_m(surface.point), 0.0, 0.0]);
+        if let Ok(camera) = self.scene.camera() {
+            pixel.add_aov(Aov::Depth, [camera.depth_m(surface.point), 0.0, 0.0]);
+        }
         let position = surface.point.as_dvec3() + self.scene.local_origin();
         pixel.add_aov(Aov::Position, position.to_array().map(narrow));
         let is_needed = channels.thickness || channels.angle || channels.albedo;

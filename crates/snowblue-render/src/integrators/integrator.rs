@@ -53,17 +53,17 @@ pub struct Preparation<'a> {
     /// The integrator of an earlier scene. Its light fields are kept if nothing that they depend on differs. The
     /// files of both scenes must be equal.
     pub earlier: Option<Integrator>,
-    /// Whether only pictures from the camera of the scene are needed. Unless the scene asks for all views, snow that
-    /// the camera does not see then has larger cells.
-    pub has_one_view: bool,
+    /// The views of the pictures that are needed; none for a bake, which needs no camera. For pictures from the camera
+    /// of the scene alone, snow that it does not see has larger cells, unless the scene asks for all views.
+    pub views: Option<Views>,
     /// Receives the progress.
     pub report: Report<'a>,
 }
 
-/// The table of the scene or the embedded table, no earlier integrator, and no report.
+/// The table of the scene or the embedded table, no earlier integrator, pictures from all views, and no report.
 impl Default for Preparation<'_> {
     fn default() -> Self {
-        Self { table: None, earlier: None, has_one_view: false, report: &|_| {} }
+        Self { table: None, earlier: None, views: Some(Views::All), report: &|_| {} }
     }
 }
 
@@ -81,12 +81,15 @@ impl Integrator {
     ///
     /// # Errors
     ///
-    /// If a body of snow has no light field because it is infinite or too thin for its memory, a lamp other than a
-    /// point or a sphere lies inside snow, or the scene's table cannot be read.
+    /// If the scene has no camera for pictures, a body of snow has no light field because it is infinite or too thin
+    /// for its memory, a lamp other than a point or a sphere lies inside snow, or the scene's table cannot be read.
     pub fn prepare_with(scene: &Scene, preparation: Preparation) -> Result<Self, RenderError> {
         let mut notes = scene.notes().to_vec();
-        let Preparation { table, earlier, has_one_view, report } = preparation;
-        let has_one_view = has_one_view && scene.description().light_field.views == Views::Camera;
+        let Preparation { table, earlier, views, report } = preparation;
+        if views.is_some() {
+            scene.camera()?;
+        }
+        let has_one_view = [views, Some(scene.description().light_field.views)] == [Some(Views::Camera); 2];
         let method = match earlier.and_then(|earlier| earlier.kept(scene, has_one_view)) {
             Some((method, changes)) => method.relit(scene, &changes, report)?,
             None => Method::prepare(scene, table, has_one_view, report, &mut notes)?,
@@ -106,7 +109,7 @@ impl Integrator {
         let report = |_| report(Progress { phase: Phase::Preview, done: 0, total: 0 });
         let prepare = |memory_mib: u32| {
             let coarse = scene.coarse(memory_mib)?;
-            let preparation = Preparation { has_one_view: true, report: &report, ..Preparation::default() };
+            let preparation = Preparation { views: Some(Views::Camera), report: &report, ..Preparation::default() };
             Some(Self::prepare_with(&coarse, preparation))
         };
         let [memory_mib, more_mib] = COARSE_MEMORY_MIB;

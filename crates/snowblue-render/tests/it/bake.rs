@@ -10,7 +10,6 @@ use snowblue_color::LinearRgb;
 use snowblue_field::SnowOptics;
 use snowblue_geometry::mesh_files::read_mesh_file;
 use snowblue_geometry::ray::{Ray, SurfacePoint};
-use snowblue_render::Integrator;
 use snowblue_render::bake::{
     BakeOptions, BakedObject, BakedScene, Channels, LitSnow, LitSurface, Relighting, WeightedLight, write_glb,
     write_ply,
@@ -18,6 +17,7 @@ use snowblue_render::bake::{
 use snowblue_render::raster::PixelPosition;
 use snowblue_render::render::pixel_radiance;
 use snowblue_render::scene::integrator::GRAIN_RAYS;
+use snowblue_render::{Integrator, Preparation};
 use snowblue_scene::camera::View;
 use snowblue_scene::description::SceneDescription;
 use snowblue_scene::light::{Light, LightDirection, LightOrigin, irradiance_by_sky};
@@ -68,6 +68,53 @@ fn baked(integrator: &Integrator, step_m: f64, channels: Channels) -> BakedScene
 fn triangle_m2(object: &BakedObject, triangle: [u32; 3]) -> f64 {
     let [a, b, c] = triangle.map(|vertex| object.positions[vertex as usize].as_dvec3());
     0.5 * (b - a).cross(c - a).length()
+}
+
+/// Light in snow does not depend on a camera, which pictures and relief need.
+#[test]
+fn bakes_need_no_camera() {
+    let slab = "[[object]]\nshape = \"box\"\nsize = [6, 6, 0.5]\nposition = [0, 0, -0.25]\nmaterial = \"snow\"\n";
+    let coarse = "[light_field]\nstep_mm = 45\n";
+    let described = |head: &str| {
+        let mut description = parsed(format!("{head}{coarse}{LAMP_BEHIND}{slab}"));
+        description.light_field.grain_rays = 1 << 12;
+        description
+    };
+    let (_, rest) = HEAD.split_once("[film]").unwrap();
+    let without = described(&format!("[film]{rest}"));
+    let scene = without.build(&FilesInMemory::default()).unwrap();
+    let bake = Integrator::prepare_with(&scene, Preparation { views: None, ..Preparation::default() }).unwrap();
+    let with = prepared(&described(HEAD));
+    let [one, other] = [bake, with].map(|integrator| baked(&integrator, 0.3, Channels::Rgb).objects.remove(0));
+    assert_eq!((one.positions, one.flux), (other.positions, other.flux));
+
+    let missing = Integrator::prepare(&scene).unwrap_err().to_string();
+    assert_eq!(missing, "camera is missing, and there is no glTF with a perspective camera");
+    let rough = format!(
+        "{coarse}{LAMP_BEHIND}{slab}[material.snow.relief]\nheight_mm = 0.8\ncorrelation_mm = 12\nhurst = 0.6\n"
+    );
+    let rough = parsed(format!("[film]{rest}{rough}")).build(&FilesInMemory::default()).unwrap_err().to_string();
+    assert_eq!(rough, "camera is missing, but decides how fine the relief of the snow is");
+}
+
+/// A body so wide that its cells do not fit has cells of one size without a camera: a sky lights all of it alike.
+#[test]
+fn wide_snow_has_equal_cells_without_a_camera() {
+    let wide = "[[object]]\nshape = \"box\"\nsize = [100, 100, 0.5]\nmaterial = \"snow\"\n";
+    let (_, rest) = HEAD.split_once("[film]").unwrap();
+    let mut description = parsed(format!("[film]{rest}[light_field]\nmemory_mib = 64\n{SKY}{wide}"));
+    description.light_field.grain_rays = 1 << 12;
+    let scene = description.build(&FilesInMemory::default()).unwrap();
+    let bake = Integrator::prepare_with(&scene, Preparation { views: None, ..Preparation::default() }).unwrap();
+    assert!(bake.factor_of_cells().is_some_and(|factor| factor < 4.0), "{:?}", bake.factor_of_cells());
+    let object = baked(&bake, 5.0, Channels::Rgb).objects.remove(0);
+    let is_inner = |place: &Vec3| place.z > 0.2 && place.x.abs() < 40.0 && place.y.abs() < 40.0;
+    let vertices = object.positions.iter().zip(object.flux[0].as_chunks::<3>().0);
+    let green: Vec<f32> = vertices.filter_map(|(place, [_, green, _])| is_inner(place).then_some(*green)).collect();
+    let [least, most] = green
+        .iter()
+        .fold([f32::INFINITY, f32::NEG_INFINITY], |[least, most], value| [least.min(*value), most.max(*value)]);
+    assert!(green.len() > 100 && least < 0.0 && most < 0.98 * least, "{least} {most}");
 }
 
 /// What snow takes up through its surface is what it absorbs, ∫ μ_a φ dV. At 400 nm it is hardly anything, so that as

@@ -9,6 +9,7 @@ use snowblue_base::Count;
 use snowblue_render::SceneFile;
 use snowblue_render::files::FilesInMemory;
 use snowblue_render::render::{render, render_all};
+use snowblue_render::scene::Views;
 use snowblue_render::scene::spectrum::Spectrum;
 use snowblue_render::{Film, Integrator, Preparation};
 use snowblue_stat::Moments;
@@ -437,7 +438,7 @@ fn luminances(text: &str) -> impl FnMut(bool, [u32; 2]) -> Vec<f64> + use<> {
     let mut integrators = [false, true].map(|filter| {
         let text = text.replace("[integrator]\n", &format!("[integrator]\nfilter = {filter}\n"));
         let scene = parsed(text).build(&FilesInMemory::default()).unwrap();
-        let preparation = Preparation { has_one_view: true, ..Preparation::default() };
+        let preparation = Preparation { views: Some(Views::Camera), ..Preparation::default() };
         Integrator::prepare_with(&scene, preparation).unwrap()
     });
     move |is_filtered, [samples, seed]| {

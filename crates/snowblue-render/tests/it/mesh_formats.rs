@@ -244,10 +244,11 @@ fn a_gltf_scene_has_its_meshes_camera_and_materials() {
     assert_eq!(names, ["stone", "far"]);
     assert_eq!(scene.materials().len(), 1, "the scene replaces the snow of the glTF");
     // The camera is at z = 4 in the glTF, y = −4 in the scene, and faces the stone. The second instance is behind it.
-    let ahead = scene.camera().ray(0.5, 0.5);
+    let camera = scene.camera().unwrap();
+    let ahead = camera.ray(0.5, 0.5);
     assert!((ahead.origin - Vec3A::new(0.0, -4.0, 0.0)).length() < 1e-6);
     assert!((ahead.direction - Vec3A::Y).length() < 1e-6);
-    assert!((scene.camera().ray(0.5, 0.0).direction.angle_between(ahead.direction) - 0.25).abs() < 1e-5);
+    assert!((camera.ray(0.5, 0.0).direction.angle_between(ahead.direction) - 0.25).abs() < 1e-5);
     assert_eq!(scene.objects().first_hit(&ahead).unwrap().object, 0);
     let back = Ray::new(Vec3A::new(0.0, 20.0, 0.0), Vec3A::NEG_Y);
     assert_eq!(scene.objects().first_hit(&back).unwrap().object, 1);

@@ -12,7 +12,7 @@
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3, Vec3, Vec3A};
-use snowblue_base::narrow;
+use snowblue_base::{KeyError, KeyPath, narrow};
 use snowblue_geometry::bounds::Bounds;
 use snowblue_geometry::ellipsoid::Ellipsoid;
 use snowblue_geometry::instance::Instance;
@@ -26,7 +26,7 @@ use snowblue_shapes::displacement::Displacement;
 use snowblue_shapes::refinement::refine;
 use snowblue_shapes::roughness::Roughness;
 
-use crate::camera::{PerspectiveCamera, View};
+use crate::camera::PerspectiveCamera;
 use crate::film::FilmSettings;
 use crate::material::Material;
 use crate::objects::{Object, Objects};
@@ -52,22 +52,28 @@ const ROUNDEST: f32 = 1.0 / 90.0;
 
 /// The objects of a scene with the relief of their materials as a camera sees it, and a sentence if the triangles had
 /// to be larger; none if no object has relief.
+///
+/// # Errors
+///
+/// If an object has relief, and there is no camera.
 pub(crate) fn with_relief(
     objects: &Objects,
     materials: &[Material],
-    (camera, view, film): (&PerspectiveCamera, &View, &FilmSettings),
-) -> Option<(Objects, Option<String>)> {
+    (camera, film): (Option<&PerspectiveCamera>, &FilmSettings),
+) -> Result<Option<(Objects, Option<String>)>, KeyError> {
     let roughness: Vec<Option<Roughness>> =
         materials.iter().map(|material| Some(material.relief()?.roughness())).collect();
     if objects.list().iter().all(|object| roughness[object.material].is_none()) {
-        return None;
+        return Ok(None);
     }
-    let fov_rad = f64::from(view.vertical_fov_deg.to_radians());
+    let reason = "is missing, but decides how fine the relief of the snow is";
+    let camera = camera.ok_or_else(|| KeyPath::root("camera").error(reason))?;
+    let fov_rad = f64::from(camera.view().vertical_fov_deg.to_radians());
     let width_per_m = 2.0 * (0.5 * fov_rad).tan();
     let aspect = f64::from(film.width.get()) / f64::from(film.height.get());
     let sight = ViewDetail {
         seen: SeenPlaces::of(objects, materials, camera),
-        viewpoint: camera.position().as_dvec3(),
+        viewpoint: camera.view().position.as_dvec3(),
         pixel_per_m: width_per_m / f64::from(film.height.get().max(MIN_ROWS)),
         ray_per_m: width_per_m * aspect.max(1.0) / f64::from(RAYS),
     };
@@ -86,7 +92,7 @@ pub(crate) fn with_relief(
                     factor * PIXELS
                 )
             });
-            return Some((Objects::new(rough), note));
+            return Ok(Some((Objects::new(rough), note)));
         }
         factor *= 1.5;
     }

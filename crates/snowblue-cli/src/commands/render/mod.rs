@@ -18,7 +18,7 @@ use snowblue_render::render::{render_coarse, with_needed};
 use snowblue_render::scene::film::{ImageSize, SidePixels};
 use snowblue_render::scene::integrator::{Bounces, NoiseTarget, SamplesPerPixel};
 use snowblue_render::scene::progress::Report;
-use snowblue_render::scene::{IntegratorKind, PathMode};
+use snowblue_render::scene::{IntegratorKind, PathMode, Views};
 use snowblue_render::{Aovs, Integrator, Phase, Preparation, SampleBlock, Scene, SceneDescription, SceneFile};
 
 use crate::commands::interrupt;
@@ -216,8 +216,8 @@ impl Render {
         }
         let scene = smooth.with_relief(&report).map_err(|error| Failure::input(scene_file.locate(error)))?;
         phases.end();
-        let preparation =
-            Preparation { table: table.as_ref(), has_one_view: true, report: &report, ..Preparation::default() };
+        let (table, views) = (table.as_ref(), Some(Views::Camera));
+        let preparation = Preparation { table, views, report: &report, ..Preparation::default() };
         let integrator = Integrator::prepare_with(&scene, preparation);
         let integrator = integrator.map_err(|error| Failure::input(error.located(&scene_file)))?;
         phases.end();
@@ -382,6 +382,7 @@ impl Render {
         check(&file.description)?;
         phases.begin(Phase::Meshes);
         let scene = file.build_smooth().map_err(Failure::input)?;
+        scene.camera().map_err(|error| Failure::input(file.locate(error.into())))?;
         phases.end();
         Ok((file, scene))
     }

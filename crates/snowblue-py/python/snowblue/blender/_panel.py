@@ -386,7 +386,9 @@ CLASSES = (SnowSettings, SnowBakeSettings, SnowMake, SnowUnmake, SnowBake, SnowS
 
 
 def register() -> None:
-    """Adds the panel, the operators and the settings of objects and scenes to Blender."""
+    """Adds the panel, the operators and the settings of objects and scenes to Blender, unless it has them."""
+    if SnowSettings.is_registered:
+        return
     for one in CLASSES:
         bpy.utils.register_class(one)
     bpy.types.Object.snowblue = bpy.props.PointerProperty(type=SnowSettings)
@@ -395,6 +397,8 @@ def register() -> None:
 
 def unregister() -> None:
     """Takes away what :func:`register` added. Settings stay in the files that have them."""
+    if not SnowSettings.is_registered:
+        return
     if _running is not None:
         _running.stop(waits=True)
         _end(bpy.context)

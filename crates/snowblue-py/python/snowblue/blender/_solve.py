@@ -169,7 +169,6 @@ def _lights(made: Collected) -> list[_Light]:
 
 def _document(made: Collected, options: Options) -> dict[str, Any]:
     document: dict[str, Any] = {
-        "camera": {"position": [0, -1, 0], "look_at": [0, 0, 0]},
         "integrator": {"type": "diffusion", "max_bounces": options.max_bounces},
         "material": made.materials,
         "object": made.objects,

@@ -120,7 +120,7 @@ impl<'a> SparkleReader<'a> {
         let facets = self.sparkle.facets.get(surface.material)?.get(kind)?.as_ref()?;
         let (axes, origin) = self.sparkle.frames[surface.object];
         let film = self.scene.film();
-        let changes = self.scene.camera().change_per_pixel(camera_ray, [film.width.get(), film.height.get()]);
+        let changes = self.scene.camera().ok()?.change_per_pixel(camera_ray, [film.width.get(), film.height.get()]);
         let to_object = |vector: Vec3A| axes.transpose() * vector;
         let to_eye_m = camera_ray.origin - surface.point;
         let plane = to_object(surface.normal);
