@@ -149,8 +149,8 @@ impl<'a> SnowShader<'a> {
     }
 
     /// The light of smooth skies that a surface sends out, without noise. At snow with a light field it follows from
-    /// the irradiance of the field; in wide cells the light that enters decreases the light from inside. At other surfaces it is the light as if only snow hid the skies, with the light
-    /// of that snow.
+    /// the irradiance of the field; in wide cells the light that enters decreases the light from inside. At other
+    /// surfaces it is the light as if only snow hid the skies, with the light of that snow.
     pub(super) fn smooth_sky(&self, surface: &Surface, terms: &CameraTerms, open_sky: &OpenSky) -> Spectrum {
         if let Shading::Field(snow) = &surface.shading {
             let irradiance = snow.field.sky_irradiance(&surface.shading_point());
