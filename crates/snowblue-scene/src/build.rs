@@ -15,7 +15,7 @@ use crate::changes::Changes;
 use crate::error::SceneError;
 use crate::film::sensor::Sensor;
 use crate::film::white_balance::WhiteBalance;
-use crate::gltf::{GltfScene, read_gltf};
+use crate::gltf::read_gltf;
 use crate::light::{Light, irradiance_by_sky};
 use crate::material::deep_snow::DeepSnow;
 use crate::material::{Material, NamedMaterial, build_materials};
@@ -31,6 +31,7 @@ struct Solids {
     /// The objects with relief as the camera sees it, and all notes, if they are known.
     rough: Option<(Arc<Objects>, Vec<String>)>,
     materials: Arc<Vec<Material>>,
+    material_names: Arc<Vec<String>>,
     gltf_lights: Vec<Arc<Light>>,
     gltf_view: Option<View>,
     /// Sentences that say what was changed in meshes.
@@ -74,6 +75,7 @@ impl SceneDescription {
             objects: Arc::clone(&earlier.smooth_objects),
             rough: (!changes.view).then(|| (Arc::clone(&earlier.objects), earlier.notes.clone())),
             materials: Arc::clone(&earlier.materials),
+            material_names: Arc::clone(&earlier.material_names),
             gltf_lights: of_gltf.to_vec(),
             // With a camera in the description, the camera of a glTF does not matter.
             gltf_view: Some(earlier.view).filter(|_| self.camera.is_none()),
@@ -146,6 +148,7 @@ impl SceneDescription {
             smooth_objects,
             solid_notes,
             materials,
+            material_names: solids.material_names,
             lights,
             described_lights,
             air,
@@ -187,16 +190,7 @@ impl SceneDescription {
             objects.extend(builder.build(&KeyPath::root("object").index(index), object)?);
         }
         let mut notes = builder.notes;
-        let gltf = match &self.gltf {
-            None => GltfScene::default(),
-            Some(name) => read_gltf(
-                &KeyPath::root("gltf"),
-                name,
-                &mut materials,
-                &sources,
-                (self.integrator.kind, self.local_origin),
-            )?,
-        };
+        let gltf = read_gltf(self, &mut materials, &sources)?;
         notes.extend(gltf.notes);
         objects.extend(gltf.objects);
         let objects = Objects::new(objects);
@@ -211,6 +205,7 @@ impl SceneDescription {
         Ok(Solids {
             objects: Arc::new(objects),
             rough: None,
+            material_names: Arc::new(materials.iter().map(|named| named.name.clone()).collect()),
             materials: Arc::new(materials.into_iter().map(|named| named.material).collect()),
             gltf_lights: gltf.lights.into_iter().map(Arc::new).collect(),
             gltf_view: gltf.view,

@@ -108,6 +108,7 @@ pub struct Scene {
     pub(crate) smooth_objects: Arc<Objects>,
     /// Objects refer to materials by index. The materials of the description come first, in the order of their names.
     pub(crate) materials: Arc<Vec<Material>>,
+    pub(crate) material_names: Arc<Vec<String>>,
     /// The lights of the description, followed by the lights of a glTF.
     pub(crate) lights: Vec<Arc<Light>>,
     /// Number of lights of the description.
@@ -166,6 +167,11 @@ impl Scene {
     /// The materials; objects refer to these by index.
     pub fn materials(&self) -> &[Material] {
         &self.materials
+    }
+
+    /// The names of the materials, in their order. The plane of a snow and the snow share a name.
+    pub fn material_names(&self) -> &[String] {
+        &self.material_names
     }
 
     /// The lights.

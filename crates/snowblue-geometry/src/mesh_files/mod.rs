@@ -18,13 +18,23 @@ use crate::mesh_files::coordinates::check_all_finite;
 use crate::mesh_files::gltf::GltfFile;
 use crate::triangle_mesh::TriangleMesh;
 
-pub use faces::ReadMesh;
 pub use obj::obj_text;
 pub use ply::ply_bytes;
 pub use stl::stl_bytes;
 
 /// The extensions of mesh files.
 pub const MESH_EXTENSIONS: [&str; 5] = ["ply", "obj", "stl", "gltf", "glb"];
+
+/// The mesh of a file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ReadMesh {
+    /// The mesh.
+    pub mesh: TriangleMesh,
+    /// The origin of its coordinates in the coordinates of the file, which single precision may be too coarse for.
+    pub origin: DVec3,
+    /// Sentences on content of the file that the mesh lacks.
+    pub notes: Vec<String>,
+}
 
 /// Reads a mesh file, in the file's own unit and axes, from an origin near the mesh. The node transforms of a glTF are
 /// applied.
@@ -63,8 +73,7 @@ pub fn read_mesh_from(files: &dyn FileSource, name: &str, part: Option<&str>) ->
         }
         "gltf" | "glb" => {
             check_formats(&path)?;
-            let file = GltfFile::read(files, name)?;
-            ReadMesh { mesh: file.mesh(part)?, origin: DVec3::ZERO, notes: file.notes(false) }
+            GltfFile::read(files, name)?.mesh(part)?
         }
         other => {
             let [others @ .., last] = MESH_EXTENSIONS;

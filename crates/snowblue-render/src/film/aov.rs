@@ -2,12 +2,14 @@
 //!
 //! The sums of a pixel in their order: X, Y and Z; with `spectrum` one for each of 31 wavelengths; with `variance`
 //! the sums of squares of red, green and blue; with `residual` the sums of `ResidualLayout`; and for each `Aov` the
-//! number of samples that have it, then the sums of its values.
+//! number of samples that have it, then the sums of its values. Mattes are counted beside the sums.
 
 use std::fmt;
 use std::str::FromStr;
 
 use snowblue_scene::spectrum::SAMPLES;
+
+use crate::film::cryptomatte::Matte;
 
 /// The values that an image has beside its colours.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -32,8 +34,12 @@ pub struct Aovs {
     pub alpha: bool,
     /// Distance of the first surface along the viewing axis, in m.
     pub depth: bool,
-    /// Position of the first surface in the coordinates of the scene file, in m.
+    /// Position of the first surface from the local origin of the scene, in m.
     pub position: bool,
+    /// Objects of the first surfaces, as mattes.
+    pub object: bool,
+    /// Materials of the first surfaces, as mattes.
+    pub material: bool,
     /// The sums that the filter needs. They are no channels of an image.
     pub residual: bool,
 }
@@ -57,7 +63,7 @@ impl Aovs {
         names.collect::<Vec<_>>().join(", ")
     }
 
-    fn named_flags(&mut self) -> [(&'static str, &mut bool); 12] {
+    fn named_flags(&mut self) -> [(&'static str, &mut bool); 14] {
         [
             ("spectrum", &mut self.spectrum),
             ("variance", &mut self.variance),
@@ -70,6 +76,8 @@ impl Aovs {
             ("alpha", &mut self.alpha),
             ("depth", &mut self.depth),
             ("position", &mut self.position),
+            ("object", &mut self.object),
+            ("material", &mut self.material),
             (RESIDUAL, &mut self.residual),
         ]
     }
@@ -210,7 +218,21 @@ impl Aovs {
     /// Whether any AOV needs the first surface on a sample's path.
     pub(crate) fn need_first_surface(self) -> bool {
         let others = [Aov::Emitter, Aov::Snow, Aov::Alpha];
-        Aov::ALL.into_iter().any(|aov| self.contains(aov) && !others.contains(&aov))
+        self.need_mattes() || Aov::ALL.into_iter().any(|aov| self.contains(aov) && !others.contains(&aov))
+    }
+
+    /// Whether there are mattes.
+    pub(crate) fn need_mattes(self) -> bool {
+        self.object || self.material
+    }
+
+    /// The mattes.
+    pub(crate) fn mattes(self) -> impl Iterator<Item = Matte> {
+        let is_needed = move |matte: &Matte| match matte {
+            Matte::Object => self.object,
+            Matte::Material => self.material,
+        };
+        Matte::ALL.into_iter().filter(is_needed)
     }
 
     pub(crate) fn contains(self, aov: Aov) -> bool {
@@ -299,7 +321,7 @@ mod tests {
 
     #[test]
     fn offsets_agree_with_names() {
-        for bits in 0..4096u32 {
+        for bits in 0..16_384u32 {
             let mut aovs = Aovs::default();
             for (k, (_, flag)) in aovs.named_flags().into_iter().enumerate() {
                 *flag = bits >> k & 1 == 1;

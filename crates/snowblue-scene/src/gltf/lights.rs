@@ -3,6 +3,7 @@
 use glam::{DAffine3, DVec3};
 use gltf::camera::Projection;
 use gltf::khr_lights_punctual::Kind;
+use snowblue_base::files::first_names;
 use snowblue_base::narrow;
 use snowblue_geometry::mesh_files::gltf::PlacedNode;
 
@@ -20,20 +21,27 @@ const MAX_STRENGTH: f32 = 1e15;
 
 /// The view of the first perspective camera among nodes, if there is one. Other cameras get a sentence in `notes`.
 pub(super) fn view(nodes: &[PlacedNode], notes: &mut Vec<String>) -> Option<View> {
-    nodes.iter().find_map(|placed| {
-        let camera = placed.node.camera()?;
-        let Projection::Perspective(lens) = camera.projection() else {
-            notes.push(format!("camera \"{}\" is orthographic, which is not read", placed.name()));
-            return None;
-        };
-        let position = placed.to_root.translation;
-        Some(View {
-            position: position.as_vec3a(),
-            look_at: (position + forward(&placed.to_root)?).as_vec3a(),
-            up: placed.to_root.transform_vector3(DVec3::Y).as_vec3a(),
-            vertical_fov_deg: lens.yfov().to_degrees(),
-        })
-    })
+    let (mut view, mut others) = (None, Vec::new());
+    for placed in nodes {
+        let Some(camera) = placed.node.camera() else { continue };
+        let (position, forward) = (placed.to_root.translation, forward(&placed.to_root));
+        match (camera.projection(), forward) {
+            (Projection::Perspective(lens), Some(forward)) if view.is_none() => {
+                view = Some(View {
+                    position: position.as_vec3a(),
+                    look_at: (position + forward).as_vec3a(),
+                    up: placed.to_root.transform_vector3(DVec3::Y).as_vec3a(),
+                    vertical_fov_deg: lens.yfov().to_degrees(),
+                });
+            }
+            (Projection::Orthographic(_), _) => others.push(format!("\"{}\" (orthographic)", placed.name())),
+            _ => others.push(format!("\"{}\"", placed.name())),
+        }
+    }
+    if !others.is_empty() {
+        notes.push(format!("cameras of the glTF that are not read: {}", first_names(&others, others.len())));
+    }
+    view
 }
 
 /// The lights of nodes. Adds sentences on what is not read as it is in the file to `notes`.

@@ -134,6 +134,7 @@ impl ObjectDescription {
     pub fn new(shape: impl Into<ShapeDescription>, material: impl Into<String>) -> Self {
         let common = ObjectSettings {
             material: material.into(),
+            name: None,
             body: None,
             position: Numbers::default(),
             rotation_deg: Numbers::default(),
@@ -240,7 +241,8 @@ impl<'scene> ObjectBuilder<'scene> {
                 path.key("material").error(format!("is \"{material_name}\", which does not fit: {reason}"))
             })?;
         }
-        let (name, undisturbed) = (shape.name(), undisturbed.map(Arc::new));
+        let name = common.name.clone().unwrap_or_else(|| shape.name());
+        let undisturbed = undisturbed.map(Arc::new);
         let body = common.body.clone().or(body);
         let object = |shape| Object {
             name: name.clone(),
