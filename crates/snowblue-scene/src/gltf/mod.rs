@@ -8,10 +8,9 @@ use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 use std::sync::Arc;
 
-use glam::DAffine3;
+use glam::{DAffine3, DVec3};
 use snowblue_base::files::{FileError, check_formats, check_total, first_names};
 use snowblue_geometry::instance::Instance;
-use snowblue_geometry::mesh_bvh::MeshBvh;
 use snowblue_geometry::mesh_files::gltf::{GltfFile, Y_UP_TO_Z_UP};
 use snowblue_geometry::shape::Shape;
 
@@ -27,7 +26,7 @@ use crate::material::glass::Glass;
 use crate::material::texture::Texture;
 use crate::objects::Object;
 use crate::scene::SceneDescription;
-use crate::shape::{check_closed, check_reach, placement, solid};
+use crate::shape::{FileMesh, check_closed, check_reach, placement, solid};
 use crate::sources::Sources;
 use snowblue_base::KeyPath;
 
@@ -72,6 +71,7 @@ pub(crate) fn read_gltf(
         let parts = match meshes.entry(shape) {
             Entry::Occupied(known) => known.into_mut(),
             Entry::Vacant(fresh) => {
+                // Parts of one material each, with its index in the scene.
                 let mut parts = Vec::new();
                 for mut surface in file.surfaces(node)? {
                     let material = palette.index(surface.material, materials)?;
@@ -83,14 +83,12 @@ pub(crate) fn read_gltf(
                         let note = solid(&mut surface.mesh).map_err(|reason| wrong(format!("{name}: {reason}")))?;
                         notes.extend(note.map(|note| format!("{path}, {name}: {note}")));
                     }
-                    let centred = surface.mesh.centred();
-                    let mesh = Arc::new(MeshBvh::new(centred.mesh.smooth()));
-                    parts.push(MeshPart { material, mesh, to_original: centred.to_original, is_closed: false });
+                    parts.push((material, FileMesh::new(surface.mesh, DVec3::ZERO, true)));
                 }
                 fresh.insert(parts)
             }
         };
-        for MeshPart { material, mesh, to_original, is_closed } in parts {
+        for (material, FileMesh { mesh, to_original, is_closed }) in parts {
             let (name, material) = (node.name(), *material);
             let NamedMaterial { name: material_name, material: made_of } = &materials[material];
             let misfit = |reason| wrong(format!("{name} of material \"{material_name}\": {reason}"));
@@ -114,18 +112,6 @@ pub(crate) fn read_gltf(
     let lights = lights(&nodes, &mut notes).map_err(wrong)?;
     let view = if scene.camera.is_none() { view(&nodes, &mut notes) } else { None };
     Ok(GltfScene { objects, view, lights, notes })
-}
-
-/// A part of a mesh with one material.
-struct MeshPart {
-    /// Index of its material in the scene.
-    material: usize,
-    /// The mesh, centred at the origin.
-    mesh: Arc<MeshBvh>,
-    /// The map from the centred mesh to its original place.
-    to_original: DAffine3,
-    /// Whether the mesh is known to be closed.
-    is_closed: bool,
 }
 
 /// The conversion of the materials of a glTF to materials of a scene.
