@@ -34,7 +34,7 @@ pub struct RepairedMesh {
 /// inwards if the part is a cavity, and fills each hole as a polygon.
 ///
 /// A hole is a loop of boundary edges. Loops that share a vertex, and holes that no fan fills and that have more than
-/// 10,000 edges, are left open; [`Topology::of`](crate::topology::Topology::of) counts their edges.
+/// 30,000 edges, are left open; [`Topology::of`](crate::topology::Topology::of) counts their edges.
 pub fn repair(mesh: &TriangleMesh, merge_distance: f64) -> RepairedMesh {
     let vertices = merged_within(&mesh.positions, &mesh.indices, merge_distance);
     let indices = renumbered(&mesh.indices, &vertices);

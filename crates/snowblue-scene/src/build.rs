@@ -152,8 +152,6 @@ impl SceneDescription {
             lights,
             described_lights,
             air,
-            film: self.film,
-            integrator: self.integrator.clone(),
             sensor,
             table_file: self.integrator.pcasnow.table.as_ref().map(|name| files.display_name(name)),
             description: self.clone(),

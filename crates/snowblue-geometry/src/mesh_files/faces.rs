@@ -12,7 +12,7 @@ const MAX_DIFFERENCE: f64 = 1e-6;
 
 /// Greatest number of corners of a face whose fan does not lie within it. The time to clip ears may be quadratic in
 /// this number.
-const MAX_CLIPPED: usize = 10_000;
+const MAX_CLIPPED: usize = 30_000;
 
 /// The triangles of the faces of a file, and the number of faces that have no triangles of their shape.
 #[derive(Default)]
@@ -238,16 +238,16 @@ mod tests {
     fn a_concave_face_of_very_many_corners_is_refused() {
         // A circle, and a circle with a dent.
         let corner = |radius: f32, k: u16| {
-            let (sin, cos) = (f32::from(k) * std::f32::consts::TAU / 20_000.0).sin_cos();
+            let (sin, cos) = (f32::from(k) * std::f32::consts::TAU / 40_000.0).sin_cos();
             Vec3::new(radius * cos, radius * sin, 0.0)
         };
-        let mut positions: Vec<Vec3> = (0..20_000).map(|k| corner(1.0, k)).collect();
-        let corners: Vec<u32> = (0..20_000).collect();
+        let mut positions: Vec<Vec3> = (0..40_000).map(|k| corner(1.0, k)).collect();
+        let corners: Vec<u32> = (0..40_000).collect();
         let mut faces = Faces::default();
         faces.add(&corners, &positions).unwrap();
-        assert_eq!(faces.triangles.len(), 19_998);
+        assert_eq!(faces.triangles.len(), 39_998);
         positions[7] = corner(0.9, 7);
         let message = faces.add(&corners, &positions).unwrap_err();
-        assert!(message.contains("has 20000 corners, but must have at most 10000"), "{message}");
+        assert!(message.contains("has 40000 corners, but must have at most 30000"), "{message}");
     }
 }

@@ -116,6 +116,9 @@ impl Aovs {
     }
 }
 
+/// An AOV, its channels in an image file, and whether an image has it.
+type AovRow = (Aov, &'static [&'static str], fn(Aovs) -> bool);
+
 /// An AOV of the first surface on a sample's path.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Aov {
@@ -131,31 +134,24 @@ pub(crate) enum Aov {
 }
 
 impl Aov {
-    pub(crate) const ALL: [Self; 9] = [
-        Self::Normal,
-        Self::Albedo,
-        Self::Thickness,
-        Self::Angle,
-        Self::Emitter,
-        Self::Snow,
-        Self::Alpha,
-        Self::Depth,
-        Self::Position,
+    const ROWS: [AovRow; 9] = [
+        (Self::Normal, &["normal.X", "normal.Y", "normal.Z"], |aovs| aovs.normal),
+        (Self::Albedo, &["albedo.R", "albedo.G", "albedo.B"], |aovs| aovs.albedo),
+        (Self::Thickness, &["thickness"], |aovs| aovs.thickness),
+        (Self::Angle, &["angle"], |aovs| aovs.angle),
+        (Self::Emitter, &["emitter"], |aovs| aovs.emitter),
+        (Self::Snow, &["snow"], |aovs| aovs.snow),
+        (Self::Alpha, &["A"], |aovs| aovs.alpha),
+        (Self::Depth, &["depth.Z"], |aovs| aovs.depth),
+        (Self::Position, &["position.X", "position.Y", "position.Z"], |aovs| aovs.position),
     ];
+
+    /// Number of AOVs.
+    pub(crate) const COUNT: usize = Self::ROWS.len();
 
     /// Its channels in an image file.
     pub(crate) fn channel_names(self) -> &'static [&'static str] {
-        match self {
-            Self::Normal => &["normal.X", "normal.Y", "normal.Z"],
-            Self::Albedo => &["albedo.R", "albedo.G", "albedo.B"],
-            Self::Thickness => &["thickness"],
-            Self::Angle => &["angle"],
-            Self::Emitter => &["emitter"],
-            Self::Snow => &["snow"],
-            Self::Alpha => &["A"],
-            Self::Depth => &["depth.Z"],
-            Self::Position => &["position.X", "position.Y", "position.Z"],
-        }
+        Self::ROWS[self as usize].1
     }
 
     /// Its values in a pixel without a sample that has it. The depth is beyond all surfaces, as in Blender's files.
@@ -218,7 +214,7 @@ impl Aovs {
     /// Whether any AOV needs the first surface on a sample's path.
     pub(crate) fn need_first_surface(self) -> bool {
         let others = [Aov::Emitter, Aov::Snow, Aov::Alpha];
-        self.need_mattes() || Aov::ALL.into_iter().any(|aov| self.contains(aov) && !others.contains(&aov))
+        self.need_mattes() || self.of_first_surface().any(|aov| !others.contains(&aov))
     }
 
     /// Whether there are mattes.
@@ -236,17 +232,12 @@ impl Aovs {
     }
 
     pub(crate) fn contains(self, aov: Aov) -> bool {
-        match aov {
-            Aov::Normal => self.normal,
-            Aov::Albedo => self.albedo,
-            Aov::Thickness => self.thickness,
-            Aov::Angle => self.angle,
-            Aov::Emitter => self.emitter,
-            Aov::Snow => self.snow,
-            Aov::Alpha => self.alpha,
-            Aov::Depth => self.depth,
-            Aov::Position => self.position,
-        }
+        (Aov::ROWS[aov as usize].2)(self)
+    }
+
+    /// The AOVs of first surfaces.
+    pub(crate) fn of_first_surface(self) -> impl Iterator<Item = Aov> {
+        Aov::ROWS.into_iter().filter(move |(_, _, is_needed)| is_needed(self)).map(|(aov, ..)| aov)
     }
 
     /// Names of the sums of a pixel, in their order.
@@ -259,7 +250,7 @@ impl Aovs {
             names.extend(["R", "G", "B"].map(|name| format!("{name}_squared")));
         }
         names.extend(self.residual_layout().into_iter().flat_map(ResidualLayout::names));
-        for aov in Aov::ALL.into_iter().filter(|aov| self.contains(*aov)) {
+        for aov in self.of_first_surface() {
             let values = aov.channel_names().iter().map(|name| name.replace('.', "_"));
             let first = aov.channel_names()[0];
             names.push(format!("{}_samples", first.split('.').next().unwrap_or(first)));
@@ -270,8 +261,7 @@ impl Aovs {
 
     /// Number of sums of a pixel.
     pub(crate) fn sum_count(self) -> usize {
-        let aovs = Aov::ALL.into_iter().filter(|aov| self.contains(*aov));
-        self.first_aov_offset() + aovs.map(|aov| 1 + aov.channel_names().len()).sum::<usize>()
+        self.first_aov_offset() + self.of_first_surface().map(|aov| 1 + aov.channel_names().len()).sum::<usize>()
     }
 
     /// Number of the sums of colours and wavelengths.
@@ -286,7 +276,7 @@ impl Aovs {
 
     /// Offset of the number of samples that have an AOV; the sums of its values follow.
     pub(crate) fn offset(self, aov: Aov) -> Option<usize> {
-        let before = Aov::ALL.into_iter().take_while(|one| *one != aov).filter(|one| self.contains(*one));
+        let before = self.of_first_surface().take_while(|one| *one != aov);
         let values_before = before.map(|one| 1 + one.channel_names().len()).sum::<usize>();
         self.contains(aov).then(|| self.first_aov_offset() + values_before)
     }
@@ -347,7 +337,7 @@ mod tests {
                 assert_eq!(offset(&format!("residual_{name}")), layout.map(of));
             }
             let first_names = ["normal", "albedo", "thickness", "angle", "emitter", "snow", "A", "depth", "position"];
-            for (aov, name) in Aov::ALL.into_iter().zip(first_names) {
+            for ((aov, ..), name) in Aov::ROWS.into_iter().zip(first_names) {
                 assert_eq!(offset(&format!("{name}_samples")), aovs.offset(aov), "{names:?}");
             }
             assert_eq!(offset("S00"), spectrum.then_some(SPECTRUM_OFFSET));

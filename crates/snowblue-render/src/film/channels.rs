@@ -75,7 +75,7 @@ pub(crate) fn means(accumulator: &FilmAccumulator) -> Vec<(String, Mean)> {
     if aovs.variance {
         means.extend(rgb("variance.", Mean::Variance));
     }
-    for aov in Aov::ALL.into_iter().filter(|aov| aovs.contains(*aov)) {
+    for aov in aovs.of_first_surface() {
         let names = aov.channel_names().iter().enumerate();
         means.extend(names.map(|(value, name)| ((*name).to_owned(), Mean::Aov(aov, value))));
     }

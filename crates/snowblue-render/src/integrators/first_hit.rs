@@ -110,7 +110,7 @@ impl<'a> FirstHits<'a> {
     /// The first hit of a camera ray.
     fn hit(&mut self, ray: &Ray) -> Option<SurfaceInteraction> {
         let mut ray = *ray;
-        self.queries.camera_hit(&mut ray, || 0.5, |_| {})
+        self.queries.hit(&mut ray, || 0.5, |_| {})
     }
 
     /// The snow behind a surface, along the path that does not depend on the lights.

@@ -21,25 +21,23 @@ const MAX_STRENGTH: f32 = 1e15;
 
 /// The view of the first perspective camera among nodes, if there is one. Other cameras get a sentence in `notes`.
 pub(super) fn view(nodes: &[PlacedNode], notes: &mut Vec<String>) -> Option<View> {
-    let (mut view, mut others) = (None, Vec::new());
-    for placed in nodes {
-        let Some(camera) = placed.node.camera() else { continue };
-        let (position, forward) = (placed.to_root.translation, forward(&placed.to_root));
-        match (camera.projection(), forward) {
-            (Projection::Perspective(lens), Some(forward)) if view.is_none() => {
-                view = Some(View {
-                    position: position.as_vec3a(),
-                    look_at: (position + forward).as_vec3a(),
-                    up: placed.to_root.transform_vector3(DVec3::Y).as_vec3a(),
-                    vertical_fov_deg: lens.yfov().to_degrees(),
-                });
-            }
-            (Projection::Orthographic(_), _) => others.push(format!("\"{}\" (orthographic)", placed.name())),
-            _ => others.push(format!("\"{}\"", placed.name())),
-        }
-    }
-    if !others.is_empty() {
-        notes.push(format!("cameras of the glTF that are not read: {}", first_names(&others, others.len())));
+    let view_of = |placed: &PlacedNode| {
+        let camera = placed.node.camera()?;
+        let Projection::Perspective(lens) = camera.projection() else { return None };
+        let position = placed.to_root.translation;
+        Some(View {
+            position: position.as_vec3a(),
+            look_at: (position + forward(&placed.to_root)?).as_vec3a(),
+            up: placed.to_root.transform_vector3(DVec3::Y).as_vec3a(),
+            vertical_fov_deg: lens.yfov().to_degrees(),
+        })
+    };
+    let mut cameras: Vec<&PlacedNode> = nodes.iter().filter(|placed| placed.node.camera().is_some()).collect();
+    let first = cameras.iter().position(|placed| view_of(placed).is_some());
+    let view = first.and_then(|first| view_of(cameras.remove(first)));
+    if !cameras.is_empty() {
+        let names: Vec<String> = cameras.iter().map(|placed| format!("\"{}\"", placed.name())).collect();
+        notes.push(format!("cameras of the glTF that are not read: {}", first_names(&names, names.len())));
     }
     view
 }

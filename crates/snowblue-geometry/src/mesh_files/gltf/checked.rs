@@ -76,8 +76,7 @@ pub(super) fn valid(bytes: &[u8]) -> Result<ValidGltf, String> {
     if count > 0 {
         return Err(first_names(&named, count));
     }
-    check_images(&root)?;
-    check_cameras(&root)?;
+    check_images_and_cameras(&root)?;
     Ok(ValidGltf { document: Document::from_json_without_validation(root), blob, translations })
 }
 
@@ -117,28 +116,21 @@ fn check_positions(root: &Root) -> Result<(), String> {
     Ok(())
 }
 
-/// An image is a file, or a part of a buffer with its type.
-fn check_images(root: &Root) -> Result<(), String> {
-    let is_whole = |image: &gltf::json::Image| match image.buffer_view {
-        Some(_) => image.mime_type.is_some(),
-        None => image.uri.is_some(),
-    };
-    match root.images.iter().position(|image| !is_whole(image)) {
-        Some(number) => Err(format!("image {number} has neither a `uri` nor a `bufferView` with its `mimeType`")),
-        None => Ok(()),
-    }
-}
-
-/// A camera has the lens of its type.
-fn check_cameras(root: &Root) -> Result<(), String> {
-    let is_whole = |camera: &gltf::json::Camera| match camera.type_ {
-        Checked::Valid(Type::Perspective) => camera.perspective.is_some(),
-        Checked::Valid(Type::Orthographic) => camera.orthographic.is_some(),
-        Checked::Invalid => false,
-    };
-    match root.cameras.iter().position(|camera| !is_whole(camera)) {
-        Some(number) => Err(format!("camera {number} has no lens of its type")),
-        None => Ok(()),
+/// An image is a file, or a part of a buffer with its type. A camera has the lens of its type.
+fn check_images_and_cameras(root: &Root) -> Result<(), String> {
+    let image = root.images.iter().position(|image| match image.buffer_view {
+        Some(_) => image.mime_type.is_none(),
+        None => image.uri.is_none(),
+    });
+    let camera = root.cameras.iter().position(|camera| match camera.type_ {
+        Checked::Valid(Type::Perspective) => camera.perspective.is_none(),
+        Checked::Valid(Type::Orthographic) => camera.orthographic.is_none(),
+        Checked::Invalid => true,
+    });
+    match (image, camera) {
+        (Some(image), _) => Err(format!("image {image} has neither a `uri` nor a `bufferView` with its `mimeType`")),
+        (_, Some(camera)) => Err(format!("camera {camera} has no lens of its type")),
+        (None, None) => Ok(()),
     }
 }
 

@@ -11,7 +11,7 @@
 mod checked;
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -108,16 +108,49 @@ impl GltfFile {
         let wrong = |reason: String| FileError::Content { path: path.clone(), reason };
         let ValidGltf { document, mut blob, translations } =
             valid(&bytes).map_err(|reason| wrong(format!("not a readable glTF file: {reason}")))?;
-        let neighbours = Neighbours { files, name, path: &path };
-        let mut buffers: Vec<Vec<u8>> = Vec::new();
-        let mut size = bytes.len();
-        for buffer in document.buffers() {
-            let content = neighbours.buffer(&buffer, &mut blob)?;
-            size = size.saturating_add(content.len());
-            check_total("its buffers", size as f64).map_err(wrong)?;
-            buffers.push(content);
+        let (name, size) = (name.to_owned(), bytes.len());
+        let mut file = Self { name, path, document, translations, buffers: Vec::new(), size };
+        for buffer in file.document.buffers() {
+            let content = file.buffer(&buffer, &mut blob, files)?;
+            file.size = file.size.saturating_add(content.len());
+            check_total("its buffers", file.size as f64).map_err(|reason| file.wrong(reason))?;
+            file.buffers.push(content);
         }
-        Ok(Self { name: name.to_owned(), path, document, translations, buffers, size })
+        Ok(file)
+    }
+
+    /// The content of a buffer. The content of the binary chunk is taken from `blob`, since only one buffer may have
+    /// it.
+    fn buffer(
+        &self,
+        buffer: &gltf::Buffer,
+        blob: &mut Option<Vec<u8>>,
+        files: &dyn FileSource,
+    ) -> Result<Vec<u8>, FileError> {
+        let number = buffer.index();
+        let bytes = match buffer.source() {
+            gltf::buffer::Source::Bin => {
+                blob.take().ok_or_else(|| self.wrong(format!("buffer {number} is missing from the file")))?
+            }
+            gltf::buffer::Source::Uri(uri) => self.uri(uri, &format!("buffer {number}"), files)?,
+        };
+        if bytes.len() < buffer.length() {
+            let (found, wanted) = (bytes.len(), buffer.length());
+            let reason = format!("buffer {number} has {found} bytes, but must have {wanted}: the file is truncated");
+            return Err(self.wrong(reason));
+        }
+        Ok(bytes)
+    }
+
+    /// The bytes of a data URI, or of the file that the URI names.
+    fn uri(&self, uri: &str, what: &str, files: &dyn FileSource) -> Result<Vec<u8>, FileError> {
+        let Some(data) = uri.strip_prefix("data:") else {
+            let name = name_beside(&self.name, &percent_decode_str(uri).decode_utf8_lossy());
+            return NamedFile::read(files, &name).map(|file| file.bytes);
+        };
+        let text = data.split_once(";base64,").map(|(_, text)| text);
+        let text = text.ok_or_else(|| self.wrong(format!("{what} must be encoded as base64")))?;
+        STANDARD.decode(text).map_err(|error| self.wrong(format!("{what} is not base64: {error}")))
     }
 
     /// The default scene, or else the first.
@@ -387,9 +420,7 @@ impl GltfFile {
     pub fn image(&self, image: &Image, files: &dyn FileSource) -> Result<Vec<u8>, FileError> {
         let what = format!("image {}", image.index());
         match image.source() {
-            gltf::image::Source::Uri { uri, .. } => {
-                Neighbours { files, name: &self.name, path: &self.path }.uri(uri, &what)
-            }
+            gltf::image::Source::Uri { uri, .. } => self.uri(uri, &what, files),
             gltf::image::Source::View { view, .. } => {
                 let buffer = self.buffers.get(view.buffer().index());
                 let end = view.offset().checked_add(view.length());
@@ -425,47 +456,6 @@ fn triangles(mode: Mode, indices: &[u32]) -> Vec<[u32; 3]> {
             [] => Vec::new(),
         },
         Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip => Vec::new(),
-    }
-}
-
-/// The files that a glTF names.
-struct Neighbours<'file> {
-    files: &'file dyn FileSource,
-    /// The glTF's own name, and its name in error messages.
-    name: &'file str,
-    path: &'file Path,
-}
-
-impl Neighbours<'_> {
-    /// The content of a buffer. The content of the binary chunk is taken from `blob`, since only one buffer may have
-    /// it.
-    fn buffer(&self, buffer: &gltf::Buffer, blob: &mut Option<Vec<u8>>) -> Result<Vec<u8>, FileError> {
-        let wrong = |reason: String| FileError::Content { path: self.path.into(), reason };
-        let number = buffer.index();
-        let bytes = match buffer.source() {
-            gltf::buffer::Source::Bin => {
-                blob.take().ok_or_else(|| wrong(format!("buffer {number} is missing from the file")))?
-            }
-            gltf::buffer::Source::Uri(uri) => self.uri(uri, &format!("buffer {number}"))?,
-        };
-        if bytes.len() < buffer.length() {
-            let (found, wanted) = (bytes.len(), buffer.length());
-            let reason = format!("buffer {number} has {found} bytes, but must have {wanted}: the file is truncated");
-            return Err(wrong(reason));
-        }
-        Ok(bytes)
-    }
-
-    /// The bytes of a data URI, or of the file that the URI names.
-    fn uri(&self, uri: &str, what: &str) -> Result<Vec<u8>, FileError> {
-        let wrong = |reason: String| FileError::Content { path: self.path.into(), reason: format!("{what} {reason}") };
-        let Some(data) = uri.strip_prefix("data:") else {
-            let name = name_beside(self.name, &percent_decode_str(uri).decode_utf8_lossy());
-            return NamedFile::read(self.files, &name).map(|file| file.bytes);
-        };
-        let text = data.split_once(";base64,").map(|(_, text)| text);
-        let text = text.ok_or_else(|| wrong("must be encoded as base64".into()))?;
-        STANDARD.decode(text).map_err(|error| wrong(format!("is not base64: {error}")))
     }
 }
 
@@ -524,14 +514,14 @@ mod tests {
     #[test]
     fn nodes_far_away_keep_their_places_and_further_scenes_have_a_note() {
         // Single precision has steps of 0.5 m at 5,190,200 m.
-        let far = [5_190_200.3125, 0.0, -455_123.640625];
-        let matrix = format!("[1,0,0,0, 0,1,0,0, 0,0,1,0, {},{},{},1]", far[0], far[1], far[2]);
-        for place in [format!(r#""translation":{far:?}"#), format!(r#""matrix":{matrix}"#)] {
+        let far = DVec3::new(5_190_200.312_5, 0.0, -455_123.640_625);
+        let matrix = format!("[1,0,0,0, 0,1,0,0, 0,0,1,0, {},{},{},1]", far.x, far.y, far.z);
+        for place in [format!(r#""translation":{:?}"#, far.to_array()), format!(r#""matrix":{matrix}"#)] {
             let nodes = format!(r#""nodes":[{{"mesh":0,{place}}}]"#);
             let file = read(&[&nodes, MESHES], &[]).unwrap();
-            assert_eq!(file.nodes(DAffine3::IDENTITY).unwrap()[0].to_root.translation.to_array(), far);
+            assert_eq!(file.nodes(DAffine3::IDENTITY).unwrap()[0].to_root.translation, far);
             let ReadMesh { mesh, origin, notes } = file.mesh(None).unwrap();
-            assert_eq!(origin + mesh.positions[1].as_dvec3(), DVec3::from(far) + DVec3::X);
+            assert_eq!(origin + mesh.positions[1].as_dvec3(), far + DVec3::X);
             assert!(notes.is_empty(), "{notes:?}");
         }
         let file = GltfFile::read(&FilesInMemory::from([("a.gltf", TWO_SCENES)]), "a.gltf").unwrap();
