@@ -63,14 +63,15 @@ impl DecodedImage {
         let decoder = PngDecoder::new(Cursor::new(png)).map_err(malformed)?;
         let ((width, height), color) = (decoder.dimensions(), decoder.color_type());
         // Memory of the decoded image, of its colours with alpha, of its values, and of the colours made of the values.
-        let pixel_bytes = usize::from(color.bytes_per_pixel()) + 3 * size_of::<[f32; 4]>();
+        let pixel_bytes = usize::from(color.bytes_per_pixel()) + size_of::<[u16; 4]>() + 2 * size_of::<[f32; 4]>();
         let pixels = f64::from(width) * f64::from(height);
         check_memory(&format!("{width} × {height} pixels"), pixels * pixel_bytes as f64, png.len())?;
-        let image = DynamicImage::from_decoder(decoder).map_err(malformed)?.into_rgba32f();
-        let is_grey = image.pixels().all(|Rgba([r, g, b, _])| r.total_cmp(g).is_eq() && r.total_cmp(b).is_eq());
+        let image = DynamicImage::from_decoder(decoder).map_err(malformed)?.into_rgba16();
+        let is_grey = image.pixels().all(|Rgba([r, g, b, _])| r == g && r == b);
         let channels = if is_grey { 1 } else { 3 };
-        let values = image.pixels().flat_map(|Rgba(pixel)| pixel[..channels].iter().copied()).collect();
-        let alpha = image.pixels().filter(|_| color.has_alpha()).map(|Rgba([.., alpha])| *alpha).collect();
+        let fraction = |value: &u16| f32::from(*value) / 65_535.0;
+        let values = image.pixels().flat_map(|Rgba(pixel)| pixel[..channels].iter().map(fraction)).collect();
+        let alpha = image.pixels().filter(|_| color.has_alpha()).map(|Rgba([.., alpha])| fraction(alpha)).collect();
         Ok(Self { width: width as usize, height: height as usize, channels, values, alpha })
     }
 
@@ -268,7 +269,7 @@ mod tests {
         encoder.set_color(ColorType::Grayscale);
         encoder.write_header().unwrap().write_chunk(png::chunk::IDAT, &[]).unwrap();
         let message = DecodedImage::read(&wide).unwrap_err();
-        assert!(message.contains("16777216 × 16777216 pixels take 13153337344 MiB of memory"), "{message}");
+        assert!(message.contains("16777216 × 16777216 pixels take 11005853696 MiB of memory"), "{message}");
     }
 
     #[test]

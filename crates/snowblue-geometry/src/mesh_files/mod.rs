@@ -5,6 +5,7 @@ pub(crate) mod faces;
 pub mod gltf;
 mod obj;
 mod ply;
+mod read_mesh;
 mod stl;
 
 use std::path::Path;
@@ -20,21 +21,11 @@ use crate::triangle_mesh::TriangleMesh;
 
 pub use obj::obj_text;
 pub use ply::ply_bytes;
+pub use read_mesh::ReadMesh;
 pub use stl::stl_bytes;
 
 /// The extensions of mesh files.
 pub const MESH_EXTENSIONS: [&str; 5] = ["ply", "obj", "stl", "gltf", "glb"];
-
-/// The mesh of a file.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ReadMesh {
-    /// The mesh.
-    pub mesh: TriangleMesh,
-    /// The origin of its coordinates in the coordinates of the file, which single precision may be too coarse for.
-    pub origin: DVec3,
-    /// Sentences on content of the file that the mesh lacks.
-    pub notes: Vec<String>,
-}
 
 /// Reads a mesh file, in the file's own unit and axes, from an origin near the mesh. The node transforms of a glTF are
 /// applied.

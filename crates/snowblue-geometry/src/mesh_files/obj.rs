@@ -17,9 +17,9 @@ use glam::{DVec3, Vec2, Vec3};
 use snowblue_base::files::{FileError, NamedFile, first_names};
 use snowblue_base::narrow;
 
-use crate::mesh_files::ReadMesh;
 use crate::mesh_files::coordinates::{check_finite, number};
 use crate::mesh_files::faces::Faces;
+use crate::mesh_files::read_mesh::ReadMesh;
 use crate::transform::origin_near;
 use crate::triangle_mesh::TriangleMesh;
 use crate::vertex_normals::VertexNormals;

@@ -15,9 +15,9 @@ use ply_rs_bw::ply::{
 };
 use snowblue_base::files::{FileError, NamedFile, one_line};
 
-use crate::mesh_files::ReadMesh;
 use crate::mesh_files::coordinates::{COORDINATES, check_all_finite, number as mesh_number};
 use crate::mesh_files::faces::{Faces, strip};
+use crate::mesh_files::read_mesh::ReadMesh;
 use crate::transform::origin_near;
 use crate::triangle_mesh::TriangleMesh;
 use crate::vertex_normals::VertexNormals;

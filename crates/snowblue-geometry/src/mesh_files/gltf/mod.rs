@@ -22,8 +22,8 @@ use gltf::mesh::Mode;
 use gltf::texture::{Info, TextureTransform};
 use gltf::{Accessor, Document, Image, Node, Primitive, Scene, Semantic};
 
-use crate::mesh_files::ReadMesh;
 use crate::mesh_files::faces::strip;
+use crate::mesh_files::read_mesh::ReadMesh;
 use crate::transform::origin_near;
 use crate::triangle_mesh::{SECOND_UV, TriangleMesh};
 use crate::vertex_normals::VertexNormals;
