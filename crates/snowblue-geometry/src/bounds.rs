@@ -25,12 +25,20 @@ pub struct Bounds {
 impl Bounds {
     /// The bounds of points; an inverted, empty box if there are none.
     pub fn of(points: impl Iterator<Item = Vec3>) -> Self {
-        let mut bounds = Self { low: Vec3A::INFINITY, high: Vec3A::NEG_INFINITY };
-        for point in points {
-            bounds.low = bounds.low.min(point.into());
-            bounds.high = bounds.high.max(point.into());
-        }
-        bounds
+        let nothing = Self { low: Vec3A::INFINITY, high: Vec3A::NEG_INFINITY };
+        points.fold(nothing, |bounds, point| bounds.around(Self { low: point.into(), high: point.into() }))
+    }
+
+    /// The bounds of two boxes.
+    #[must_use]
+    pub fn around(self, other: Self) -> Self {
+        Self { low: self.low.min(other.low), high: self.high.max(other.high) }
+    }
+
+    /// The box that two boxes share; none if they neither touch nor overlap.
+    pub fn common(self, other: Self) -> Option<Self> {
+        let common = Self { low: self.low.max(other.low), high: self.high.min(other.high) };
+        common.low.cmple(common.high).all().then_some(common)
     }
 
     /// Moves all sides outwards.

@@ -7,7 +7,8 @@ use exr::image::{AnyChannels, FlatSamples, Image, Layers};
 use exr::meta::header::Header;
 use exr::meta::{BlockDescription, MetaData};
 use exr::prelude::{ReadChannels, ReadLayers};
-use png::{BitDepth, ColorType, Transformations};
+use image::codecs::png::PngDecoder;
+use image::{DynamicImage, ImageDecoder as _, ImageError, Rgba};
 use snowblue_base::files::{FileError, NamedFile, check_expansion, check_formats, check_memory, one_line};
 use zune_jpeg::JpegDecoder;
 use zune_jpeg::errors::DecodeErrors;
@@ -58,46 +59,20 @@ impl DecodedImage {
 
     /// Decodes a PNG of any colour type. Palettes become colours, and colours that are all grey become grey.
     fn read_png(png: &[u8]) -> Result<Self, String> {
-        let malformed = |error: png::DecodingError| format!("not a readable PNG file: {error}");
-        let mut decoder = png::Decoder::new(Cursor::new(png));
-        decoder.set_transformations(Transformations::EXPAND);
-        let mut reader = decoder.read_info().map_err(malformed)?;
-        let (width, height) = reader.info().size();
-        let (color, depth) = reader.output_color_type();
-        let (stored, channels) = match color {
-            ColorType::Grayscale => (1, 1),
-            ColorType::GrayscaleAlpha => (2, 1),
-            ColorType::Rgb | ColorType::Indexed => (3, 3),
-            ColorType::Rgba => (4, 3),
-        };
-        // Memory of the decoded image, of its values, and of the colours with alpha made of the values.
-        let sample_bytes = if depth == BitDepth::Sixteen { 2 } else { 1 };
-        let pixel_bytes = stored * (sample_bytes + size_of::<f32>()) + size_of::<[f32; 4]>();
+        let malformed = |error: ImageError| format!("not a readable PNG file: {}", one_line(&error.to_string()));
+        let decoder = PngDecoder::new(Cursor::new(png)).map_err(malformed)?;
+        let ((width, height), color) = (decoder.dimensions(), decoder.color_type());
+        // Memory of the decoded image, of its colours with alpha, of its values, and of the colours made of the values.
+        let pixel_bytes = usize::from(color.bytes_per_pixel()) + size_of::<[u16; 4]>() + 2 * size_of::<[f32; 4]>();
         let pixels = f64::from(width) * f64::from(height);
         check_memory(&format!("{width} × {height} pixels"), pixels * pixel_bytes as f64, png.len())?;
-        let mut bytes = vec![0; reader.output_buffer_size().ok_or("the image is too large")?];
-        let frame = reader.next_frame(&mut bytes).map_err(malformed)?;
-        bytes.truncate(frame.buffer_size());
-        let sample = |sample: &[u8]| match sample {
-            [high, low] => f32::from(u16::from_be_bytes([*high, *low])) / 65_535.0,
-            [byte, ..] => f32::from(*byte) / 255.0,
-            [] => 0.0,
-        };
-        let pixels = width as usize * height as usize;
-        let mut values = Vec::with_capacity(pixels * channels);
-        let mut alpha = Vec::with_capacity(pixels * (stored - channels));
-        for pixel in bytes.chunks_exact(stored * sample_bytes) {
-            let (color, rest) = pixel.split_at(channels * sample_bytes);
-            values.extend(color.chunks_exact(sample_bytes).map(sample));
-            alpha.extend(rest.chunks_exact(sample_bytes).map(sample));
-        }
-        let mut image = Self { width: frame.width as usize, height: frame.height as usize, channels, values, alpha };
-        if image.values.chunks_exact(channels).all(|pixel| pixel.iter().all(|value| value.total_cmp(&pixel[0]).is_eq()))
-        {
-            image.values = image.values.into_iter().step_by(channels).collect();
-            image.channels = 1;
-        }
-        Ok(image)
+        let image = DynamicImage::from_decoder(decoder).map_err(malformed)?.into_rgba16();
+        let is_grey = image.pixels().all(|Rgba([r, g, b, _])| r == g && r == b);
+        let channels = if is_grey { 1 } else { 3 };
+        let fraction = |value: &u16| f32::from(*value) / 65_535.0;
+        let values = image.pixels().flat_map(|Rgba(pixel)| pixel[..channels].iter().map(fraction)).collect();
+        let alpha = image.pixels().filter(|_| color.has_alpha()).map(|Rgba([.., alpha])| fraction(alpha)).collect();
+        Ok(Self { width: width as usize, height: height as usize, channels, values, alpha })
     }
 
     /// Decodes a JPEG. Its orientation and its colour profile are no part of a glTF.
@@ -184,6 +159,7 @@ mod tests {
     use super::*;
     use base64::Engine as _;
     use base64::engine::general_purpose::STANDARD;
+    use png::{BitDepth, ColorType};
 
     fn png(color: ColorType, depth: BitDepth, palette: Option<&'static [u8]>, data: &[u8]) -> Vec<u8> {
         let mut bytes = Vec::new();
@@ -293,7 +269,7 @@ mod tests {
         encoder.set_color(ColorType::Grayscale);
         encoder.write_header().unwrap().write_chunk(png::chunk::IDAT, &[]).unwrap();
         let message = DecodedImage::read(&wide).unwrap_err();
-        assert!(message.contains("16777216 × 16777216 pixels take 5637144576 MiB of memory"), "{message}");
+        assert!(message.contains("16777216 × 16777216 pixels take 11005853696 MiB of memory"), "{message}");
     }
 
     #[test]

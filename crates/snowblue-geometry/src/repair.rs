@@ -33,8 +33,8 @@ pub struct RepairedMesh {
 /// ([`remove_coincident`]), turns triangles so that all triangles of a part face outwards, or
 /// inwards if the part is a cavity, and fills each hole as a polygon.
 ///
-/// A hole is a loop of boundary edges. Loops that share a vertex are left open;
-/// [`Topology::of`](crate::topology::Topology::of) counts their edges.
+/// A hole is a loop of boundary edges. Loops that share a vertex, and holes that no fan fills and that have more than
+/// 30,000 edges, are left open; [`Topology::of`](crate::topology::Topology::of) counts their edges.
 pub fn repair(mesh: &TriangleMesh, merge_distance: f64) -> RepairedMesh {
     let vertices = merged_within(&mesh.positions, &mesh.indices, merge_distance);
     let indices = renumbered(&mesh.indices, &vertices);
@@ -45,8 +45,9 @@ pub fn repair(mesh: &TriangleMesh, merge_distance: f64) -> RepairedMesh {
     turn_alike(&mut triangles, &vertices);
     let (mut filled_holes, mut filling) = (Vec::new(), Faces::default());
     for hole in holes(old_positions.len(), &triangles) {
-        filled_holes.push(hole.len());
-        filling.add(&hole, &old_positions);
+        if filling.add(&hole, &old_positions).is_ok() {
+            filled_holes.push(hole.len());
+        }
     }
     triangles.extend(filling.triangles);
     // The triangles of holes run as the triangles around them. The volume of a part is known once it is closed.

@@ -99,8 +99,8 @@ impl TriangleMesh {
         (self, normals.into_iter().map(Option::unwrap_or_default).collect())
     }
 
-    /// Appends another mesh, transformed by `map`. Texture coordinates, vertex normals and attributes are kept only
-    /// where both meshes have them.
+    /// Appends another mesh, transformed by `map`. Texture coordinates and attributes are kept only where both meshes
+    /// have them. If one of them has no vertex normals, its faces are flat.
     ///
     /// # Errors
     ///
@@ -110,13 +110,9 @@ impl TriangleMesh {
         u32::try_from(self.positions.len() + other.positions.len()).map_err(too_many)?;
         let base = u32::try_from(self.positions.len()).map_err(too_many)?;
         let first = self.indices.is_empty() && self.positions.is_empty();
-        if !first && (self.normals.is_empty() || other.normals.is_empty()) {
-            self.normals = VertexNormals::default();
-        } else {
-            let triangles =
-                u32::try_from(self.indices.len()).map_err(|_| "the mesh has more than 4294967295 triangles")?;
-            self.normals.append(&other.normals, triangles, &map.matrix3);
-        }
+        let triangles = u32::try_from(self.indices.len()).map_err(|_| "the mesh has more than 4294967295 triangles")?;
+        let vertices = [self.positions.len(), other.positions.len()];
+        self.normals.append(&other.normals, triangles, vertices, &map.matrix3);
         if first {
             (self.uv, self.attributes) = (other.uv.clone(), other.attributes.clone());
         } else {
@@ -209,7 +205,13 @@ mod tests {
         };
         let mut both = part(true);
         both.append(&part(false), &DAffine3::from_scale(DVec3::new(1.0, 1.0, -1.0))).unwrap();
-        assert!(both.uv.is_empty() && both.normals.is_empty());
+        assert!(both.uv.is_empty());
+        let normal =
+            |triangle: u32, of: &TriangleMesh| of.normals.at(triangle, of.indices[triangle as usize], [0.2, 0.3, 0.5]);
+        assert_eq!([normal(0, &both), normal(1, &both)], [Some(Vec3::Z), None]);
+        let mut flat_first = part(false);
+        flat_first.append(&part(true), &DAffine3::IDENTITY).unwrap();
+        assert_eq!([normal(0, &flat_first), normal(1, &flat_first)], [None, Some(Vec3::Z)]);
         assert_eq!(both.attributes["wetness"].len(), 6);
         assert_eq!(both.indices, [[0, 1, 2], [3, 5, 4]], "a mirrored part still faces outwards");
     }

@@ -41,9 +41,13 @@ struct CreaseTriangle {
 }
 
 impl VertexNormals {
-    /// One normal for each vertex, of any length. A vertex whose normal is zero or not finite has none.
+    /// One normal for each vertex, of any length. A vertex whose normal is zero or not finite has none, and triangles
+    /// with such a vertex are flat.
     pub fn new(normals: impl IntoIterator<Item = Vec3>) -> Self {
-        let normals = normals.into_iter().map(Vec3::normalize_or_zero).collect();
+        let mut normals: Vec<Vec3> = normals.into_iter().map(Vec3::normalize_or_zero).collect();
+        if normals.iter().all(|normal| *normal == Vec3::ZERO) {
+            normals.clear();
+        }
         Self { normals, at_creases: Vec::new() }
     }
 
@@ -93,11 +97,17 @@ impl VertexNormals {
     }
 
     /// Appends the normals of another mesh, transformed by `map`, which also turns mirrored triangles around.
-    /// `triangles` is the number of triangles so far.
-    pub(crate) fn append(&mut self, other: &Self, triangles: u32, map: &DMat3) {
+    /// `triangles` is the number of triangles so far, and `vertices` are the numbers of vertices of both meshes.
+    /// Vertices of a mesh without normals have none.
+    pub(crate) fn append(&mut self, other: &Self, triangles: u32, vertices: [usize; 2], map: &DMat3) {
+        if self.is_empty() && other.is_empty() {
+            return;
+        }
         let (normal_map, mirrors) = (map.inverse().transpose(), map.determinant() < 0.0);
         let transformed = |normal: Vec3| (normal_map * normal.as_dvec3()).normalize_or_zero().as_vec3();
+        self.normals.resize(vertices[0], Vec3::ZERO);
         self.normals.extend(other.normals.iter().copied().map(transformed));
+        self.normals.resize(vertices[0] + vertices[1], Vec3::ZERO);
         self.at_creases.extend(other.at_creases.iter().map(|crease| {
             let [a, b, c] = crease.corner_normals.map(transformed);
             let corner_normals = if mirrors { [a, c, b] } else { [a, b, c] };
@@ -363,9 +373,9 @@ mod tests {
         let part = VertexNormals::smooth(&bent, &indices);
         let map = DMat3::from_diagonal(DVec3::new(2.0, 1.0, -3.0));
         let mut whole = VertexNormals::default();
-        whole.append(&part, 0, &DMat3::IDENTITY);
+        whole.append(&part, 0, [0, 6], &DMat3::IDENTITY);
         assert!(whole.normals.iter().zip(&part.normals).all(|(one, other)| one.abs_diff_eq(*other, 1e-6)));
-        whole.append(&part, 2, &map);
+        whole.append(&part, 2, [6, 6], &map);
         let weights = [0.2, 0.3, 0.5];
         let normal = part.at(1, indices[1], weights).unwrap().as_dvec3();
         let [a, b, c] = indices[1].map(|at| at + 6);

@@ -249,11 +249,10 @@ impl<'a> BodyShape<'a> {
         let mut bounds = Bounds::of(std::iter::empty());
         let members = objects.body_of(object);
         for member in members {
-            let of_member = objects.list()[*member].shape.bounds()?;
-            bounds = Bounds { low: bounds.low.min(of_member.low), high: bounds.high.max(of_member.high) };
+            bounds = bounds.around(objects.list()[*member].shape.bounds()?);
         }
         let is_other = |index: &usize| {
-            let overlaps = |other: Bounds| bounds.low.cmple(other.high).all() && other.low.cmple(bounds.high).all();
+            let overlaps = |other: Bounds| bounds.common(other).is_some();
             let is_snow = scene.materials()[objects.list()[*index].material].looks_like_snow();
             is_snow && !members.contains(index) && objects.bounds(*index).is_none_or(overlaps)
         };

@@ -214,7 +214,8 @@ fn trace(
         let [u, v, ..] = sampler.next_four();
         let direction = cosine_direction(surface.normal, u, v);
         let mut ray = Ray::new(queries.off_surface(object, &surface), direction);
-        let Some(hit) = queries.indirect_hit(&mut ray, || sampler.next_four()[0], |_| {}) else {
+        queries.statistics.indirect_rays += 1;
+        let Some(hit) = queries.hit(&mut ray, || sampler.next_four()[0], |_| {}) else {
             // The lights at diffuse surfaces include the sky.
             if throughput.is_none() {
                 light.iter_mut().zip(illuminations).for_each(|(light, lights)| *light += lights.uniform_sky);

@@ -185,6 +185,7 @@ impl Scene {
         }
         let film = sums.film();
         dict.set_item("display", PyArray1::from_vec(py, to_raster(&film, development).bytes()))?;
+        dict.set_item("attributes", sums.attributes().clone())?;
         dict.set_item("width", film.size().width)?;
         dict.set_item("height", film.size().height)?;
         dict.set_item("exposure_stops", film.display_factor(development).log2())?;

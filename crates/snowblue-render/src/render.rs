@@ -32,9 +32,11 @@ use crate::error::RenderError;
 use crate::film::Film;
 use crate::film::accumulator::{FilmAccumulator, Row};
 use crate::film::aov::{Aov, Aovs};
+use crate::film::cryptomatte::Matte;
 use crate::film::image_file::write_png;
 use crate::film::noise::{decide, repeat};
 use crate::film::pixel_accumulator::PixelAccumulator;
+use crate::film::resumable_file::POSITION_ORIGIN;
 use crate::film::window::{SampleBlock, Window, range_length};
 use crate::integrators::{Integrator, Preparation};
 use crate::raster::PixelPosition;
@@ -134,7 +136,16 @@ impl Rendering {
 /// An accumulator without samples for a window of a scene's image. It has the AOVs that the scene needs.
 pub fn accumulator(scene: &Scene, aovs: Aovs, window: &Window) -> FilmAccumulator {
     let aovs = with_needed(aovs, scene.description());
-    FilmAccumulator::new(scene.film().size(), window, aovs)
+    let mut accumulator = FilmAccumulator::new(scene.film().size(), window, aovs);
+    let objects = || scene.objects().list().iter().map(|object| &*object.name);
+    let attributes = aovs.mattes().flat_map(|matte| match matte {
+        Matte::Object => matte.attributes(objects()),
+        Matte::Material => matte.attributes(scene.material_names().iter().map(String::as_str)),
+    });
+    let [x, y, z] = scene.local_origin().to_array();
+    let origin = aovs.position.then(|| (POSITION_ORIGIN.to_owned(), format!("{x} {y} {z}")));
+    accumulator.attributes = attributes.chain(origin).collect();
+    accumulator
 }
 
 /// The AOVs that are asked for, and the AOVs that the scene needs: the variance with a noise target; for automatic
@@ -272,9 +283,10 @@ impl RowRenderer<'_> {
         let mut samples_done = 0;
         // Beside alpha, a sample without a surface is black.
         let is_shown = |distance_m: Option<f32>| !aovs.alpha || distance_m.is_some();
-        let pixels = row.sums.chunks_exact_mut(aovs.sum_count()).zip(row.counts);
+        let mattes = row.mattes.iter_mut().map(Some).chain(std::iter::repeat_with(|| None));
+        let pixels = row.sums.chunks_exact_mut(aovs.sum_count()).zip(row.counts).zip(mattes);
         let done = done.iter().copied().chain(std::iter::repeat(false));
-        for ((column, (sums, count)), is_done) in pass.columns.clone().zip(pixels).zip(done) {
+        for ((column, ((sums, count), mut mattes)), is_done) in pass.columns.clone().zip(pixels).zip(done) {
             let samples = pass.samples.start + *count..pass.samples.end;
             if samples.is_empty() {
                 continue;
@@ -311,7 +323,7 @@ impl RowRenderer<'_> {
                 accumulator.add_aov(Aov::Snow, [f32::from(sees_snow), 0.0, 0.0]);
                 accumulator.add_aov(Aov::Alpha, [f32::from(sees_surface), 0.0, 0.0]);
                 if let Some(first_hits) = &mut first_hits {
-                    first_hits.add(&ray, &mut accumulator, aovs);
+                    first_hits.add(&ray, &mut accumulator, mattes.as_deref_mut(), aovs);
                 }
             }
             accumulator.flush(sums);

@@ -15,7 +15,7 @@ use crate::changes::Changes;
 use crate::error::SceneError;
 use crate::film::sensor::Sensor;
 use crate::film::white_balance::WhiteBalance;
-use crate::gltf::{GltfScene, read_gltf};
+use crate::gltf::read_gltf;
 use crate::light::{Light, irradiance_by_sky};
 use crate::material::deep_snow::DeepSnow;
 use crate::material::{Material, MaterialDescription, NamedMaterial, build_materials};
@@ -30,6 +30,7 @@ use crate::sources::{RecordedFiles, Sources};
 struct Solids {
     objects: Arc<Objects>,
     materials: Arc<Vec<Material>>,
+    material_names: Arc<Vec<String>>,
     gltf_lights: Vec<Arc<Light>>,
     gltf_view: Option<View>,
     /// Sentences that say what was changed in meshes.
@@ -81,6 +82,7 @@ impl SceneDescription {
         let solids = Solids {
             objects: Arc::clone(&earlier.smooth_objects),
             materials: Arc::clone(&earlier.materials),
+            material_names: Arc::clone(&earlier.material_names),
             gltf_lights: of_gltf.to_vec(),
             // With a camera in the description, the camera of a glTF does not matter.
             gltf_view: earlier.camera.map(|camera| *camera.view()).filter(|_| self.camera.is_none()),
@@ -128,11 +130,10 @@ impl SceneDescription {
             objects,
             solid_notes: notes.clone(),
             materials,
+            material_names: solids.material_names,
             lights,
             described_lights,
             air,
-            film: self.film,
-            integrator: self.integrator.clone(),
             sensor,
             table_file: self.integrator.pcasnow.table.as_ref().map(|name| files.display_name(name)),
             description: self.clone(),
@@ -171,16 +172,7 @@ impl SceneDescription {
             objects.extend(builder.build(&KeyPath::root("object").index(index), object)?);
         }
         let mut notes = builder.notes;
-        let gltf = match &self.gltf {
-            None => GltfScene::default(),
-            Some(name) => read_gltf(
-                &KeyPath::root("gltf"),
-                name,
-                &mut materials,
-                &sources,
-                (self.integrator.kind, self.local_origin),
-            )?,
-        };
+        let gltf = read_gltf(self, &mut materials, &sources)?;
         notes.extend(gltf.notes);
         objects.extend(gltf.objects);
         let objects = Objects::new(objects);
@@ -194,6 +186,7 @@ impl SceneDescription {
         }
         Ok(Solids {
             objects: Arc::new(objects),
+            material_names: Arc::new(materials.iter().map(|named| named.name.clone()).collect()),
             materials: Arc::new(materials.into_iter().map(|named| named.material).collect()),
             gltf_lights: gltf.lights.into_iter().map(Arc::new).collect(),
             gltf_view: gltf.view,
@@ -266,7 +259,7 @@ impl Scene {
         if self.description.materials.values().any(MaterialDescription::has_relief) {
             report(Progress { phase: Phase::Relief, done: 0, total: 0 });
         }
-        let camera = (self.camera.as_ref(), &self.film);
+        let camera = (self.camera.as_ref(), &self.description.film);
         if let Some((objects, note)) = with_relief(&self.smooth_objects, &self.materials, camera)? {
             self.objects = Arc::new(objects);
             self.notes.extend(note);

@@ -354,11 +354,8 @@ impl Objects {
         if let [only] = members {
             return self.objects[*only].shape.holds_deeply(point, depth_m);
         }
-        let may_hold = |member: &usize| {
-            self.bounds[*member].is_some_and(|bounds| {
-                (point - bounds.low).min_element() > depth_m && (bounds.high - point).min_element() > depth_m
-            })
-        };
+        let may_hold =
+            |member: &usize| self.bounds[*member].is_some_and(|bounds| bounds.padded(-depth_m).contains(point));
         members.iter().filter(|member| may_hold(member)).any(|member| {
             let shape = &self.objects[*member].shape;
             shape.holds_deeply(point, depth_m) && (shape.is_convex() || self.holds(*member, point))

@@ -85,27 +85,15 @@ impl<'scene> SceneQueries<'scene> {
         self.objects
     }
 
-    /// The surface where a camera ray ends, with the arguments of [`TransparentSurfaces::first_end`].
+    /// The surface where a ray from the camera or from a surface ends, with the arguments of
+    /// [`TransparentSurfaces::first_end`]. The caller counts the ray.
     #[inline]
-    pub fn camera_hit(
-        &mut self,
+    pub fn hit(
+        &self,
         ray: &mut Ray,
         number: impl FnMut() -> f32,
         visit: impl FnMut(&Segment),
     ) -> Option<SurfaceInteraction> {
-        self.statistics.camera_rays += 1;
-        self.transparent.first_end(ray, number, visit)
-    }
-
-    /// The surface where a ray ends that leaves a surface, with the arguments of
-    /// [`TransparentSurfaces::first_end`].
-    pub fn indirect_hit(
-        &mut self,
-        ray: &mut Ray,
-        number: impl FnMut() -> f32,
-        visit: impl FnMut(&Segment),
-    ) -> Option<SurfaceInteraction> {
-        self.statistics.indirect_rays += 1;
         self.transparent.first_end(ray, number, visit)
     }
 

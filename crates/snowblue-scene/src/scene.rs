@@ -107,14 +107,13 @@ pub struct Scene {
     pub(crate) smooth_objects: Arc<Objects>,
     /// Objects refer to materials by index. The materials of the description come first, in the order of their names.
     pub(crate) materials: Arc<Vec<Material>>,
+    pub(crate) material_names: Arc<Vec<String>>,
     /// The lights of the description, followed by the lights of a glTF.
     pub(crate) lights: Vec<Arc<Light>>,
     /// Number of lights of the description.
     pub(crate) described_lights: usize,
     /// The air between the camera and the surfaces that it sees, if aerial perspective is on.
     pub(crate) air: Option<Arc<Air>>,
-    pub(crate) film: FilmSettings,
-    pub(crate) integrator: IntegratorSettings,
     pub(crate) sensor: Sensor,
     /// The file of the table for PCASnow, if the description names a table.
     pub(crate) table_file: Option<PathBuf>,
@@ -147,8 +146,8 @@ impl Scene {
     /// The settings of a PNG, and the colour of the sky, from which another white follows.
     pub fn picture_settings(&self) -> PictureSettings {
         let sky = Sensor::cie_1931().white_xyz(&irradiance_by_sky(&self.lights));
-        let white = PictureWhite { white: self.film.white, sky };
-        PictureSettings { development: self.film.development(), white }
+        let white = PictureWhite { white: self.description.film.white, sky };
+        PictureSettings { development: self.description.film.development(), white }
     }
 
     /// The file of the table for PCASnow, if the description names a table.
@@ -167,6 +166,11 @@ impl Scene {
         &self.materials
     }
 
+    /// The names of the materials, in their order. The plane of a snow and the snow share a name.
+    pub fn material_names(&self) -> &[String] {
+        &self.material_names
+    }
+
     /// The lights.
     pub fn lights(&self) -> &[Arc<Light>] {
         &self.lights
@@ -179,12 +183,12 @@ impl Scene {
 
     /// Size and brightness of the picture.
     pub fn film(&self) -> &FilmSettings {
-        &self.film
+        &self.description.film
     }
 
     /// The integrator and its settings.
     pub fn integrator(&self) -> &IntegratorSettings {
-        &self.integrator
+        &self.description.integrator
     }
 
     /// The description from which the scene was built, around its [local origin](Self::local_origin), with the changes
@@ -219,17 +223,18 @@ impl Scene {
     /// The scene for a first picture, which takes about a second: few pixels with one sample each, rendered by
     /// `diffusion` with coarse cells. The cells take at most `memory_mib` MiB. None for PCASnow, which has no cells.
     pub fn coarse(&self, memory_mib: u32) -> Option<Self> {
-        if self.integrator.kind.has_curves() {
+        if self.description.integrator.kind.has_curves() {
             return None;
         }
         let mut coarse = self.clone();
-        let [width, height] = [self.film.width, self.film.height].map(|side| f64::from(side.get()));
+        let [width, height] =
+            [self.description.film.width, self.description.film.height].map(|side| f64::from(side.get()));
         let factor = (width * height / COARSE_PIXELS).sqrt().max(COARSE_FACTOR);
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "small positive numbers")]
         let [width, height] = [width, height].map(|side| (side / factor).ceil() as u32);
         coarse.set_image_size(ImageSize { width, height });
-        coarse.integrator.kind = IntegratorKind::Diffusion;
-        coarse.integrator.noise_target = None;
+        coarse.description.integrator.kind = IntegratorKind::Diffusion;
+        coarse.description.integrator.noise_target = None;
         coarse.set_samples_per_pixel(Count::of(1));
         coarse.description.light_field = LightFieldSettings {
             memory_mib: self.description.light_field.memory_mib,
@@ -243,28 +248,25 @@ impl Scene {
 
     /// Sets the number of samples per pixel.
     pub fn set_samples_per_pixel(&mut self, samples: Count<SamplesPerPixel>) {
-        self.integrator.samples_per_pixel = samples;
-        self.description.integrator = self.integrator.clone();
+        self.description.integrator.samples_per_pixel = samples;
     }
 
     /// Sets the greatest number of surfaces after the first on a path.
     pub fn set_max_bounces(&mut self, bounces: Count<Bounces>) {
-        self.integrator.max_bounces = bounces;
-        self.description.integrator = self.integrator.clone();
+        self.description.integrator.max_bounces = bounces;
     }
 
     /// Sets the seed of the random numbers.
     pub fn set_seed(&mut self, seed: u32) {
-        self.integrator.seed = seed;
-        self.description.integrator = self.integrator.clone();
+        self.description.integrator.seed = seed;
     }
 
     /// Sets the size of the picture, within the least and the greatest size. The vertical field of view stays.
     pub fn set_image_size(&mut self, size: ImageSize) {
-        (self.film.width, self.film.height) = (Count::nearest(size.width), Count::nearest(size.height));
-        self.description.film = self.film;
+        (self.description.film.width, self.description.film.height) =
+            (Count::nearest(size.width), Count::nearest(size.height));
         let lens = self.description.camera.as_ref().map(CameraDescription::lens).unwrap_or_default();
-        let aspect = self.film.aspect();
+        let aspect = self.description.film.aspect();
         self.camera = self.camera.and_then(|camera| PerspectiveCamera::new(camera.view(), lens, aspect));
     }
 
@@ -273,7 +275,7 @@ impl Scene {
     ///
     /// The method does not check that the camera stays out of snow.
     pub fn set_view(&mut self, view: &View) -> bool {
-        let aspect = self.film.aspect();
+        let aspect = self.description.film.aspect();
         let described = self.description.camera.clone();
         let lens = described.as_ref().map(CameraDescription::lens).unwrap_or_default();
         let Some(camera) = PerspectiveCamera::new(view, lens, aspect) else {

@@ -45,9 +45,8 @@ impl SeenPlaces {
     pub fn of(objects: &Objects, materials: &[Material], camera: &PerspectiveCamera) -> Self {
         let at = |k: u16| (f32::from(k) + 0.5) / f32::from(RAYS);
         let of_row = |row: u16| -> Vec<DVec3> {
-            let mut queries = SceneQueries::new(objects, materials);
-            let hits =
-                (0..RAYS).filter_map(|column| queries.camera_hit(&mut camera.ray(at(column), at(row)), || 0.0, |_| {}));
+            let queries = SceneQueries::new(objects, materials);
+            let hits = (0..RAYS).filter_map(|column| queries.hit(&mut camera.ray(at(column), at(row)), || 0.0, |_| {}));
             hits.map(|hit| hit.point.as_dvec3()).collect()
         };
         let rows: Vec<Vec<DVec3>> = (0..RAYS).into_par_iter().map(of_row).collect();

@@ -272,12 +272,19 @@ pub(crate) fn only_one<T, const COUNT: usize>(
 }
 
 /// Declares an enumeration of things of one kind. Each line has the word that names the thing, its variant, and the
-/// type of its keys. A file of its own declares this type, which implements a common trait.
+/// type of its keys. A file of its own declares this type, which implements a common trait. Where serde alone does not
+/// read the keys, the function of the type that reads a table follows.
 macro_rules! things {
+    (@keys $table:ident, $keys:path) => {
+        $table.read::<$keys>()
+    };
+    (@keys $table:ident, $keys:path, $read:ident) => {
+        <$keys>::$read($table)
+    };
     (
         $(#[$doc:meta])*
         $name:ident by $tag:literal: dyn $interface:path {
-            $($(#[$variant_doc:meta])* $word:literal => $variant:ident($keys:path),)*
+            $($(#[$variant_doc:meta])* $word:literal => $variant:ident($keys:path $(, $read:ident)?),)*
         }
     ) => {
         $(#[$doc])*
@@ -292,7 +299,7 @@ macro_rules! things {
             pub(crate) fn read(mut table: snowblue_base::toml_table::Table) -> Result<Self, snowblue_base::ParseError> {
                 type Read = fn(snowblue_base::toml_table::Table) -> Result<$name, snowblue_base::ParseError>;
                 let known: &[(&str, Read)] =
-                    &[$(($word, |table| <$keys as $interface>::read(table).map($name::$variant)),)*];
+                    &[$(($word, |table| things!(@keys table, $keys $(, $read)?).map($name::$variant)),)*];
                 table.take_name($tag, known)?(table)
             }
 

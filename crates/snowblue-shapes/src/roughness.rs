@@ -113,14 +113,6 @@ impl Roughness {
         MAX_NOISE * INVERSE_DEVIATION * self.octaves.iter().map(|octave| octave.height_m).sum::<f64>()
     }
 
-    /// Autocorrelation of heights at a distance in m, over all places and directions in space.
-    pub fn autocorrelation(&self, distance_m: f64) -> f64 {
-        let variance: f64 = self.octaves.iter().map(|octave| octave.height_m.powi(2)).sum();
-        let covariance =
-            |octave: &Octave| octave.height_m.powi(2) * noise_correlation(distance_m / octave.wavelength_m);
-        self.octaves.iter().map(covariance).sum::<f64>() / variance
-    }
-
     /// Root mean square of the slope of the surface.
     pub fn slope(&self) -> f64 {
         let of_octave = |octave: &Octave| (octave.height_m / octave.wavelength_m).powi(2);
@@ -264,6 +256,16 @@ fn lattice_weight(t: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use glam::DMat3;
+
+    impl Roughness {
+        /// Autocorrelation of heights at a distance in m, over all places and directions in space.
+        fn autocorrelation(&self, distance_m: f64) -> f64 {
+            let variance: f64 = self.octaves.iter().map(|octave| octave.height_m.powi(2)).sum();
+            let covariance =
+                |octave: &Octave| octave.height_m.powi(2) * noise_correlation(distance_m / octave.wavelength_m);
+            self.octaves.iter().map(covariance).sum::<f64>() / variance
+        }
+    }
 
     use super::*;
 

@@ -7,21 +7,12 @@ use earcut::Earcut;
 use earcut::utils3d::project3d_to_2d;
 use glam::{DVec3, Vec3};
 
-use crate::triangle_mesh::TriangleMesh;
-
 /// Greatest difference between the area of a polygon and the areas of its triangles, as a fraction of the area.
 const MAX_DIFFERENCE: f64 = 1e-6;
 
-/// The mesh of a file.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ReadMesh {
-    /// The mesh.
-    pub mesh: TriangleMesh,
-    /// The origin of its coordinates in the coordinates of the file, which single precision may be too coarse for.
-    pub origin: DVec3,
-    /// Sentences on content of the file that the mesh lacks.
-    pub notes: Vec<String>,
-}
+/// Greatest number of corners of a face whose fan does not lie within it. The time to clip ears may be quadratic in
+/// this number.
+const MAX_CLIPPED: usize = 30_000;
 
 /// The triangles of the faces of a file, and the number of faces that have no triangles of their shape.
 #[derive(Default)]
@@ -36,12 +27,23 @@ pub(crate) struct Faces {
 
 impl Faces {
     /// Adds a face with these corners, which are indices into `positions`.
-    pub(crate) fn add(&mut self, corners: &[u32], positions: &[Vec3]) {
+    ///
+    /// # Errors
+    ///
+    /// When a face without a fan has too many corners.
+    pub(crate) fn add(&mut self, corners: &[u32], positions: &[Vec3]) -> Result<(), String> {
         match corners {
             [] | [_] | [_, _] => self.small += 1,
             &[a, b, c] => self.triangles.push([a, b, c]),
             [first, rest @ ..] if has_fan(corners, positions) => {
                 self.triangles.extend(rest.windows(2).map(|pair| [*first, pair[0], pair[1]]));
+            }
+            _ if corners.len() > MAX_CLIPPED => {
+                return Err(format!(
+                    "a face is concave and has {} corners, but must have at most {MAX_CLIPPED}: export the mesh as \
+                     triangles",
+                    corners.len()
+                ));
             }
             _ => {
                 let (triangles, is_simple) = without_ears(corners, positions);
@@ -49,6 +51,7 @@ impl Faces {
                 self.crossed += usize::from(!is_simple);
             }
         }
+        Ok(())
     }
 
     /// Sentences on the faces that have no triangles of their shape.
@@ -61,12 +64,14 @@ impl Faces {
     }
 }
 
-/// Whether no triangle of the fan about the first corner is turned against the polygon.
+/// Whether no triangle of the fan about the first corner is turned against the polygon. Where the edges of a polygon
+/// cross, the areas of its triangles may cancel.
 fn has_fan(corners: &[u32], positions: &[Vec3]) -> bool {
     let at = |corner: u32| positions[corner as usize].as_dvec3() - positions[corners[0] as usize].as_dvec3();
     let areas = || corners[1..].windows(2).map(|pair| at(pair[0]).cross(at(pair[1])));
     let whole: DVec3 = areas().sum();
-    areas().all(|area| area.dot(whole) >= 0.0)
+    let least = MAX_DIFFERENCE * areas().map(DVec3::length).sum::<f64>();
+    whole.length() >= least && areas().all(|area| area.dot(whole) >= 0.0)
 }
 
 /// The triangles of a polygon as indices of its corners, and whether their area is the area of the polygon.
@@ -106,7 +111,7 @@ fn without_ears(corners: &[u32], positions: &[Vec3]) -> (Vec<[u32; 3]>, bool) {
             (last, at) = (Some(at), next[1]);
         }
     }
-    (triangles, (covered - whole).abs() <= MAX_DIFFERENCE * whole.abs())
+    (triangles, !flat.is_empty() && (covered - whole).abs() <= MAX_DIFFERENCE * whole.abs())
 }
 
 /// The triangles of a strip: every second one is turned, so that all face one way.
@@ -120,13 +125,14 @@ pub(super) fn strip<Index: Copy>(indices: &[Index]) -> impl Iterator<Item = [Ind
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::triangle_mesh::TriangleMesh;
 
     /// The triangles of a polygon in the plane z = 1, and their area.
     fn cut(outline: &[[f32; 2]]) -> (Faces, Vec<f32>) {
         let positions: Vec<Vec3> = outline.iter().map(|[x, y]| Vec3::new(*x, *y, 1.0)).collect();
         let mut faces = Faces::default();
         let corners: Vec<u32> = (0..).zip(outline).map(|(corner, _)| corner).collect();
-        faces.add(&corners, &positions);
+        faces.add(&corners, &positions).unwrap();
         let mesh = TriangleMesh { positions, indices: faces.triangles.clone(), ..TriangleMesh::default() };
         let area = |triangle| {
             let [a, b, c] = mesh.corners(triangle);
@@ -209,8 +215,39 @@ mod tests {
             cut(&square[..2]).0.notes(),
             ["faces of less than three corners, which have no area, are left out: 1"]
         );
-        // The edges of a bow tie of unequal wings cross.
-        let tie = [[0.0, 0.0], [3.0, 3.0], [3.0, 0.0], [0.0, 1.0]];
-        assert!(cut(&tie).0.notes()[0].starts_with("edges of faces cross"));
+        // The edges of bow ties of unequal and of equal wings, of a star of five points, and of a loop cross.
+        let star: Vec<[f32; 2]> = (0..5_u8).map(|k| (2.5 * f32::from(k)).sin_cos().into()).collect();
+        let loop_of_six = [[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [1.0, 4.0], [1.0, -1.0], [0.0, -1.0]];
+        for crossed in [
+            &[[0.0, 0.0], [3.0, 3.0], [3.0, 0.0], [0.0, 1.0]][..],
+            &[[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 1.0]],
+            &star,
+            &loop_of_six,
+        ] {
+            let (faces, _) = cut(crossed);
+            assert_eq!(
+                faces.notes(),
+                ["edges of faces cross, so that their triangles cover another area: 1"],
+                "{crossed:?}: {:?}",
+                faces.triangles
+            );
+        }
+    }
+
+    #[test]
+    fn a_concave_face_of_very_many_corners_is_refused() {
+        // A circle, and a circle with a dent.
+        let corner = |radius: f32, k: u16| {
+            let (sin, cos) = (f32::from(k) * std::f32::consts::TAU / 40_000.0).sin_cos();
+            Vec3::new(radius * cos, radius * sin, 0.0)
+        };
+        let mut positions: Vec<Vec3> = (0..40_000).map(|k| corner(1.0, k)).collect();
+        let corners: Vec<u32> = (0..40_000).collect();
+        let mut faces = Faces::default();
+        faces.add(&corners, &positions).unwrap();
+        assert_eq!(faces.triangles.len(), 39_998);
+        positions[7] = corner(0.9, 7);
+        let message = faces.add(&corners, &positions).unwrap_err();
+        assert!(message.contains("has 40000 corners, but must have at most 30000"), "{message}");
     }
 }

@@ -5,6 +5,7 @@ pub(crate) mod faces;
 pub mod gltf;
 mod obj;
 mod ply;
+mod read_mesh;
 mod stl;
 
 use std::path::Path;
@@ -18,9 +19,9 @@ use crate::mesh_files::coordinates::check_all_finite;
 use crate::mesh_files::gltf::GltfFile;
 use crate::triangle_mesh::TriangleMesh;
 
-pub use faces::ReadMesh;
 pub use obj::obj_text;
 pub use ply::ply_bytes;
+pub use read_mesh::ReadMesh;
 pub use stl::stl_bytes;
 
 /// The extensions of mesh files.
@@ -63,8 +64,7 @@ pub fn read_mesh_from(files: &dyn FileSource, name: &str, part: Option<&str>) ->
         }
         "gltf" | "glb" => {
             check_formats(&path)?;
-            let file = GltfFile::read(files, name)?;
-            ReadMesh { mesh: file.mesh(part)?, origin: DVec3::ZERO, notes: file.notes(false) }
+            GltfFile::read(files, name)?.mesh(part)?
         }
         other => {
             let [others @ .., last] = MESH_EXTENSIONS;

@@ -1,6 +1,8 @@
 //! Wavefront OBJ files (Wavefront 1992, "Object Files (.obj)", appendix B1 of the Advanced Visualizer manual). Reads
-//! `v`, `vt`, `vn`, `f`, `o`, `g` and `usemtl`. Refuses surfaces that are not polygons, and content in other files.
-//! Ignores lines, points, smoothing groups and the files of materials.
+//! `v`, `vt`, `vn`, `f` (in old files `fo`), `o`, `g` and `usemtl`. Refuses surfaces that are not polygons, and content
+//! in other files. Ignores smoothing groups and the files of materials. All other statements have a note.
+//!
+//! A face with a corner that has no `vn` has the normal of its plane, if other faces have `vn`.
 //!
 //! A line that ends with `\` continues on the next line. A vertex with two texture coordinates or two normals becomes
 //! two vertices. Six numbers after `v` are position and colour, stored as the attributes `red`, `green` and `blue`.
@@ -16,12 +18,18 @@ use snowblue_base::files::{FileError, NamedFile, first_names};
 use snowblue_base::narrow;
 
 use crate::mesh_files::coordinates::{check_finite, number};
-use crate::mesh_files::faces::{Faces, ReadMesh};
+use crate::mesh_files::faces::Faces;
+use crate::mesh_files::read_mesh::ReadMesh;
 use crate::transform::origin_near;
 use crate::triangle_mesh::TriangleMesh;
 use crate::vertex_normals::VertexNormals;
 
 const COLOUR: [&str; 3] = ["red", "green", "blue"];
+
+/// Greatest number of letters of an unknown keyword in a note.
+const MAX_SHOWN: usize = 24;
+/// Statements that change no shape: names, smoothing groups, materials, and levels of detail.
+const WITHOUT_SHAPE: [&str; 9] = ["o", "g", "s", "mg", "usemtl", "mtllib", "usemap", "maplib", "lod"];
 
 /// Reads a file, or its part of a given name.
 pub(super) fn read(file: &NamedFile, part: Option<&str>) -> Result<ReadMesh, FileError> {
@@ -138,6 +146,8 @@ struct Parser {
     vertex_normals: Vec<Vec3>,
     vertex_colours: Vec<[f32; 3]>,
     faces: Faces,
+    /// Keywords of the statements that are not read, in quotation marks.
+    unread: BTreeSet<String>,
     /// Whether the current line belongs to the requested part.
     in_part: bool,
 }
@@ -164,14 +174,18 @@ impl Parser {
                 [x, y, z] => self.normals.push(Vec3::new(x, y, z)),
                 ref numbers => return Err(format!("a normal has {} numbers, but must have 3", numbers.len())),
             },
-            Some("f") if self.in_part => self.face(words)?,
+            Some("f" | "fo") if self.in_part => self.face(words)?,
+            Some("f" | "fo") | None => {}
             Some(keyword @ ("surf" | "bzp" | "bsp" | "cdc" | "cdp")) => {
                 return Err(format!("`{keyword}` is a free-form surface, which is not read: export it as polygons"));
             }
             Some(keyword @ ("call" | "csh")) => {
                 return Err(format!("`{keyword}` takes lines from elsewhere, which are not read: export one file"));
             }
-            _ => {}
+            Some(keyword) if self.in_part && !WITHOUT_SHAPE.contains(&keyword) => {
+                self.unread.insert(format!("`{}`", keyword.chars().take(MAX_SHOWN).collect::<String>()));
+            }
+            Some(_) => {}
         }
         Ok(())
     }
@@ -194,8 +208,7 @@ impl Parser {
 
     fn face<'line>(&mut self, words: impl Iterator<Item = &'line str>) -> Result<(), String> {
         let corners = words.map(|word| self.corner(word)).collect::<Result<Vec<_>, _>>()?;
-        self.faces.add(&corners, &self.mesh.positions);
-        Ok(())
+        self.faces.add(&corners, &self.mesh.positions)
     }
 
     /// The vertex of a face corner such as `7`, `7/3`, `7//5` or `-1/-1/-1`.
@@ -217,27 +230,29 @@ impl Parser {
         entry.insert(fresh);
         self.mesh.positions.push(self.positions[position]);
         self.mesh.uv.extend(uv.map(|uv| self.uv[uv]));
-        self.vertex_normals.extend(normal.map(|normal| self.normals[normal]));
+        self.vertex_normals.push(normal.map_or(Vec3::ZERO, |normal| self.normals[normal]));
         self.vertex_colours.extend(self.colours.get(position));
         Ok(fresh)
     }
 
-    /// Drops texture coordinates, normals and colours unless every vertex has them.
+    /// Drops texture coordinates and colours unless every vertex has them.
     fn finish(mut self) -> ReadMesh {
         let count = self.mesh.positions.len();
         if self.mesh.uv.len() != count {
             self.mesh.uv.clear();
         }
-        if self.vertex_normals.len() == count {
-            self.mesh.normals = VertexNormals::new(self.vertex_normals);
-        }
+        self.mesh.normals = VertexNormals::new(self.vertex_normals);
         if self.vertex_colours.len() == count && self.colours.len() == self.positions.len() {
             for (channel, name) in COLOUR.into_iter().enumerate() {
                 let values = self.vertex_colours.iter().map(|colour| colour[channel]).collect();
                 self.mesh.attributes.insert(name.to_owned(), values);
             }
         }
-        let notes = self.faces.notes();
+        let mut notes = self.faces.notes();
+        if !self.unread.is_empty() {
+            let unread = first_names(&Vec::from_iter(self.unread.iter().cloned()), self.unread.len());
+            notes.push(format!("statements that are not read: {unread}"));
+        }
         self.mesh.indices = self.faces.triangles;
         ReadMesh { mesh: self.mesh, origin: self.origin, notes }
     }
@@ -279,7 +294,9 @@ mod tests {
         let all = read_text(SQUARE, None).unwrap();
         assert_eq!(all.indices.len(), 3);
         assert_eq!(all.positions.len(), 7, "one vertex has two texture coordinates, and three have a normal or none");
-        assert!(all.normals.is_empty(), "some vertices have none");
+        let normal = |triangle: u32| all.normals.at(triangle, all.indices[triangle as usize], [0.2, 0.3, 0.5]);
+        assert_eq!([normal(0), normal(1), normal(2)], [Some(Vec3::Z), Some(Vec3::Z), None], "the last face has none");
+        assert!(read_text(&SQUARE.replace("/1 ", " ").replace("4/4/1", "4/4"), None).unwrap().normals.is_empty());
         assert_eq!(all.corners(1), [Vec3::ZERO, Vec3::new(1.0, 1.0, 0.0), Vec3::Y]);
         assert_eq!(all.uv[all.indices[2][1] as usize], Vec2::Y);
         assert_eq!(all.attributes["green"][all.indices[2][1] as usize].to_bits(), 1f32.to_bits());
@@ -339,6 +356,21 @@ mod tests {
         let ReadMesh { mesh, notes, .. } = read(&file, None).unwrap();
         assert_eq!(mesh.indices.len(), 2);
         assert_eq!(notes, ["faces of less than three corners, which have no area, are left out: 2"]);
+    }
+
+    #[test]
+    fn statements_that_are_not_read_have_a_note() {
+        let notes = |text: &str, part| {
+            let file = NamedFile { path: "mesh.obj".into(), bytes: text.into() };
+            read(&file, part).unwrap().notes
+        };
+        assert!(notes(SQUARE, None).is_empty());
+        // The old keyword of faces is read.
+        let old = SQUARE.replacen("f 1/1/1", "fo 1/1/1", 1);
+        assert_eq!(read_text(&old, None), read_text(SQUARE, None));
+        let lines = format!("s off\nl 1 2\np 3\nl 2 3\n{SQUARE}curv 0 1 1 2\n");
+        assert_eq!(notes(&lines, None), ["statements that are not read: `curv`, `l`, `p`"]);
+        assert_eq!(notes(&lines, Some("left")), Vec::<String>::new(), "lines of other parts");
     }
 
     #[test]

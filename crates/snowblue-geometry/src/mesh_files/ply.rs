@@ -16,7 +16,8 @@ use ply_rs_bw::ply::{
 use snowblue_base::files::{FileError, NamedFile, one_line};
 
 use crate::mesh_files::coordinates::{COORDINATES, check_all_finite, number as mesh_number};
-use crate::mesh_files::faces::{Faces, ReadMesh, strip};
+use crate::mesh_files::faces::{Faces, strip};
+use crate::mesh_files::read_mesh::ReadMesh;
 use crate::transform::origin_near;
 use crate::triangle_mesh::TriangleMesh;
 use crate::vertex_normals::VertexNormals;
@@ -269,12 +270,12 @@ fn mesh(vertices: &[Vertex], faces: &[Face], tristrips: &[Face], names: &[String
         for index in &face.0 {
             corners.push(corner("face", number, *index)?);
         }
-        read.add(&corners, &mesh.positions);
+        read.add(&corners, &mesh.positions)?;
     }
     for (number, Face(indices)) in tristrips.iter().enumerate() {
         for part in indices.split(|index| *index == -1) {
             let part = part.iter().map(|index| corner("strip", number, *index)).collect::<Result<Vec<_>, _>>()?;
-            strip(&part).for_each(|triangle| read.add(&triangle, &mesh.positions));
+            read.triangles.extend(strip(&part));
         }
     }
     let notes = read.notes();

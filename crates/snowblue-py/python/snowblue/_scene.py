@@ -22,7 +22,8 @@ if TYPE_CHECKING:
 Integrator = Literal["hybrid", "diffusion", "pcasnow", "reference"]
 Tone = Literal["filmic", "agx", "none"]
 Aov = Literal[
-    "spectrum", "variance", "normal", "albedo", "thickness", "angle", "emitter", "snow", "alpha", "depth", "position"]
+    "spectrum", "variance", "normal", "albedo", "thickness", "angle", "emitter", "snow", "alpha", "depth", "position",
+    "object", "material"]
 AXES = {"R": "r", "G": "g", "B": "b", "X": "x", "Y": "y", "Z": "z"}
 
 
@@ -163,7 +164,8 @@ class Scene:
             and of light from other surfaces over pixels of like surfaces.
         aovs : sequence
             Values beside the colours: spectrum, variance, normal, albedo, thickness, angle, emitter, snow, alpha (the
-            colours then leave the sky out), depth along the viewing axis, position.
+            colours then leave the sky out), depth along the viewing axis, position (in m from the attribute
+            position_origin_m), object and material (the fraction of each pixel that each name covers).
         database : Database, optional
             A compressed table of curves for pcasnow instead of that of the scene, or else the embedded one. The curves
             of snow that it does not hold are solved for.
@@ -328,6 +330,21 @@ def _target(output: str | PathLike[str] | None) -> str | None:
     return None if output is None else fspath(output)
 
 
+_MATTES = {"object": "CryptoObject", "material": "CryptoMaterial"}
+
+
+def _mattes(rendered: dict[str, Any], about: dict[str, str], layer: str) -> dict[str, np.ndarray]:
+    """The coverage of the pixels by each name, from the ranked identifiers of a layer, which are taken out."""
+    ranked = [rendered.pop(name) for name in list(rendered) if name.startswith(layer)]
+    if not ranked:
+        return {}
+    key = next(key for key, text in about.items() if key.endswith("/name") and text == layer)
+    manifest: dict[str, str] = json.loads(about[key.replace("/name", "/manifest")])
+    ids = {name: np.frombuffer(bytes.fromhex(code)[::-1], "<f4") for name, code in manifest.items()}
+    pairs = list(zip(ranked[::2], ranked[1::2], strict=True))
+    return {name: sum(np.where(found == one, covered, 0) for found, covered in pairs) for name, one in ids.items()}
+
+
 def _picture(rendered: dict[str, Any]) -> xr.Dataset:
     import xarray as xr
 
@@ -335,6 +352,10 @@ def _picture(rendered: dict[str, Any]) -> xr.Dataset:
     display, wavelengths_nm = rendered.pop("display"), rendered.pop("wavelengths")
     made = {name: rendered.pop(name) for name in ("exposure_stops", "provenance", "solved_light_fields")}
     made["notes"] = "\n".join(rendered.pop("notes"))
+    about = rendered.pop("attributes")
+    if "positionOrigin" in about:
+        made["position_origin_m"] = [float(number) for number in about["positionOrigin"].split()]
+    mattes = {group: _mattes(rendered, about, layer) for group, layer in _MATTES.items()}
     groups: dict[str, list[str]] = {}
     for name in rendered:
         group = "rgb" if name in ("R", "G", "B") else "spectrum" if name.startswith("S0.") else name.split(".")[0]
@@ -350,6 +371,11 @@ def _picture(rendered: dict[str, Any]) -> xr.Dataset:
         "channel": ["r", "g", "b"],
     }
     variables: dict[str, Any] = {"display": (("y", "x", "channel"), display.reshape(height, width, 3))}
+    for group, of_names in mattes.items():
+        if of_names:
+            coords[group] = list(of_names)
+            stacked = np.stack([matte.reshape(height, width) for matte in of_names.values()], axis=-1)
+            variables[group] = (("y", "x", group), stacked, {"units": "1", "long_name": f"coverage by each {group}"})
     for group, names in groups.items():
         stacked = np.stack([rendered[name].reshape(height, width) for name in names], axis=-1)
         description = {"units": units.get(group, "1"), "long_name": group}

@@ -13,6 +13,8 @@
 //! The samples of a pixel form one range. All pixels begin with one common sample. After an interrupt, and in tiles
 //! with different numbers of samples, they end with different samples.
 
+use std::collections::BTreeMap;
+use std::iter::repeat;
 use std::ops::Range;
 
 use rayon::prelude::*;
@@ -20,6 +22,7 @@ use snowblue_base::narrow;
 use snowblue_color::{LinearRgb, Xyz};
 
 use crate::film::aov::{Aov, Aovs, SPECTRUM_OFFSET};
+use crate::film::cryptomatte::{IdCounts, Matte, PixelMattes};
 use crate::film::window::{SampleBlock, Window, range_length};
 use crate::raster::PixelPosition;
 use snowblue_scene::film::ImageSize;
@@ -41,6 +44,10 @@ pub struct FilmAccumulator {
     counts: Vec<u32>,
     /// The sums of each pixel, in the layout of [`Aovs`], row by row.
     sums: Vec<i128>,
+    /// The mattes of each pixel, for each row; the rows are empty if there are none.
+    mattes: Vec<Vec<PixelMattes>>,
+    /// Names and texts of the attributes of the AOVs.
+    pub(crate) attributes: BTreeMap<String, String>,
     /// The decision for the present pass.
     pub(crate) decision: Decision,
 }
@@ -65,7 +72,9 @@ impl PartialEq for Decision {
 
 /// Memory of a pixel, in bytes.
 pub(crate) fn pixel_bytes(aovs: Aovs) -> usize {
-    aovs.sum_count() * size_of::<i128>() + size_of::<u32>()
+    /// Memory of usual numbers of identifiers.
+    const MATTES: usize = size_of::<PixelMattes>() + 2 * 64;
+    aovs.sum_count() * size_of::<i128>() + size_of::<u32>() + if aovs.need_mattes() { MATTES } else { 0 }
 }
 
 /// Memory of the sums of a window, in bytes.
@@ -106,6 +115,8 @@ impl FilmAccumulator {
     /// When the window reaches beyond the image.
     pub fn new(image_size: ImageSize, window: &Window, aovs: Aovs) -> Self {
         assert!(Window::of_image(image_size).contains(window), "the window lies within the image");
+        let ImageSize { width, height } = window.size();
+        let mattes = vec![PixelMattes::default(); if aovs.need_mattes() { width as usize } else { 0 }];
         Self {
             image_size,
             window: window.clone(),
@@ -113,6 +124,8 @@ impl FilmAccumulator {
             first_sample: 0,
             counts: vec![0; window.size().pixel_count()],
             sums: vec![0; window.size().pixel_count() * aovs.sum_count()],
+            mattes: vec![mattes; height as usize],
+            attributes: BTreeMap::new(),
             decision: Decision::default(),
         }
     }
@@ -130,6 +143,12 @@ impl FilmAccumulator {
     /// The values that are summed beside colours.
     pub fn aovs(&self) -> Aovs {
         self.aovs
+    }
+
+    /// Names and texts of attributes that a file of the image has for its AOVs: the names that have mattes, and the
+    /// origin of positions.
+    pub fn attributes(&self) -> &BTreeMap<String, String> {
+        &self.attributes
     }
 
     /// The samples of the pixel with most samples.
@@ -230,6 +249,16 @@ impl FilmAccumulator {
             let own = self.sums[index * sums.len()..].iter_mut();
             own.zip(sums).for_each(|(sum, term)| *sum = sum.saturating_add(*term));
         }
+        for ((PixelPosition { x, y }, _), added) in other.pixels().zip(other.mattes.iter().flatten()) {
+            let [column, row] = [x - self.window.columns.start, y - self.window.rows.start].map(|place| place as usize);
+            self.mattes[row][column].iter_mut().zip(added).for_each(|(counts, added)| counts.add_all(added));
+        }
+        self.attributes.clone_from(&other.attributes);
+    }
+
+    /// The greatest number of something in the mattes of a pixel.
+    pub(crate) fn most_in_mattes(&self, matte: Matte, count: impl Fn(&IdCounts) -> usize) -> usize {
+        self.mattes.iter().flatten().map(|pixel| count(&pixel[matte as usize])).max().unwrap_or(0)
     }
 
     /// Number of sums of a row of pixels.
@@ -254,11 +283,13 @@ impl FilmAccumulator {
         let (width, height) = (range_length(&target.columns) as usize, target.rows.len());
         let (row_length, sum_count) = (self.row_length(), self.aovs.sum_count());
         let counts = self.counts.par_chunks_mut(self.window.size().width as usize);
-        let rows = self.sums.par_chunks_mut(row_length).zip(counts).skip(first_row).take(height);
-        rows.zip(target.rows.clone()).map(move |((sums, counts), number)| Row {
+        let mattes = self.mattes.par_iter_mut();
+        let rows = self.sums.par_chunks_mut(row_length).zip(counts).zip(mattes).skip(first_row).take(height);
+        rows.zip(target.rows.clone()).map(move |(((sums, counts), mattes), number)| Row {
             number,
             sums: &mut sums[first_column * sum_count..][..width * sum_count],
             counts: &mut counts[first_column..][..width],
+            mattes: mattes.get_mut(first_column..).unwrap_or_default(),
         })
     }
 
@@ -267,7 +298,9 @@ impl FilmAccumulator {
         let start = (row - self.window.rows.start) as usize * self.row_length();
         let pixels = self.sums[start..][..self.row_length()].chunks_exact(self.aovs.sum_count());
         let counts = &self.counts[self.index(self.window.columns.start, row)..];
-        pixels.zip(counts).map(|(sums, count)| PixelSums { aovs: self.aovs, sums, count: *count })
+        let mattes = self.mattes[(row - self.window.rows.start) as usize].iter().map(Some).chain(repeat(None));
+        let pixels = pixels.zip(counts).zip(mattes);
+        pixels.map(|((sums, count), mattes)| PixelSums { aovs: self.aovs, sums, mattes, count: *count })
     }
 
     /// The pixels of the window, row by row.
@@ -281,6 +314,18 @@ impl FilmAccumulator {
         let sums = self.sums.chunks_exact_mut(length).skip((row - self.window.rows.start) as usize).take(1);
         let sums = sums.flatten().skip(first * sum_count);
         sums.skip(offset).step_by(sum_count).zip(bits).for_each(|(sum, bits)| *sum |= bits);
+    }
+
+    /// Sets a value of an entry of the mattes of some pixels of a row of the window, counted from its left.
+    pub(crate) fn fill_mattes(&mut self, row: u32, first: usize, place: MatteWord, numbers: Vec<u32>) {
+        let pixels = self.mattes[(row - self.window.rows.start) as usize].iter_mut().skip(first);
+        let MatteWord { matte, entry, value } = place;
+        pixels.zip(numbers).for_each(|(pixel, number)| pixel[matte as usize].set(entry, value, number));
+    }
+
+    /// Drops the entries without samples that fill up the mattes of a file.
+    pub(crate) fn drop_empty_entries(&mut self) {
+        self.mattes.iter_mut().flatten().flatten().for_each(IdCounts::drop_empty);
     }
 
     /// Sets the number of samples of some pixels of a row of the window, counted from its left.
@@ -297,6 +342,16 @@ pub(crate) struct Row<'sums> {
     pub(crate) sums: &'sums mut [i128],
     /// The number of samples in the sums of each pixel.
     pub(crate) counts: &'sums mut [u32],
+    /// The mattes of each pixel; empty if there are none.
+    pub(crate) mattes: &'sums mut [PixelMattes],
+}
+
+/// Where a file stores a number of the mattes of a pixel: the identifier or the count of an entry.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct MatteWord {
+    pub(crate) matte: Matte,
+    pub(crate) entry: usize,
+    pub(crate) value: usize,
 }
 
 /// The sums of a pixel.
@@ -304,6 +359,7 @@ pub(crate) struct Row<'sums> {
 pub(crate) struct PixelSums<'a> {
     aovs: Aovs,
     sums: &'a [i128],
+    mattes: Option<&'a PixelMattes>,
     /// Number of samples.
     count: u32,
 }
@@ -366,6 +422,11 @@ impl PixelSums<'_> {
     pub(crate) fn aov(&self, aov: Aov, value: usize) -> f32 {
         let offset = self.aovs.offset(aov).filter(|offset| self.sums[*offset] > 0);
         offset.map_or(aov.without_samples(), |offset| self.quotient(offset + 1 + value, offset))
+    }
+
+    /// The mattes of the pixel, if there are any.
+    pub(crate) fn matte(&self, matte: Matte) -> Option<&IdCounts> {
+        self.mattes.map(|mattes| &mattes[matte as usize])
     }
 
     /// Variance of the mean of red, green and blue, s²/n. Infinite if the pixel has one sample only, or its sum of

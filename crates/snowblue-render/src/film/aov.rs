@@ -2,12 +2,14 @@
 //!
 //! The sums of a pixel in their order: X, Y and Z; with `spectrum` one for each of 31 wavelengths; with `variance`
 //! the sums of squares of red, green and blue; with `residual` the sums of `ResidualLayout`; and for each `Aov` the
-//! number of samples that have it, then the sums of its values.
+//! number of samples that have it, then the sums of its values. Mattes are counted beside the sums.
 
 use std::fmt;
 use std::str::FromStr;
 
 use snowblue_scene::spectrum::SAMPLES;
+
+use crate::film::cryptomatte::Matte;
 
 /// The values that an image has beside its colours.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -32,8 +34,12 @@ pub struct Aovs {
     pub alpha: bool,
     /// Distance of the first surface along the viewing axis, in m.
     pub depth: bool,
-    /// Position of the first surface in the coordinates of the scene file, in m.
+    /// Position of the first surface from the local origin of the scene, in m.
     pub position: bool,
+    /// Objects of the first surfaces, as mattes.
+    pub object: bool,
+    /// Materials of the first surfaces, as mattes.
+    pub material: bool,
     /// The sums that the filter needs. They are no channels of an image.
     pub residual: bool,
 }
@@ -57,7 +63,7 @@ impl Aovs {
         names.collect::<Vec<_>>().join(", ")
     }
 
-    fn named_flags(&mut self) -> [(&'static str, &mut bool); 12] {
+    fn named_flags(&mut self) -> [(&'static str, &mut bool); 14] {
         [
             ("spectrum", &mut self.spectrum),
             ("variance", &mut self.variance),
@@ -70,6 +76,8 @@ impl Aovs {
             ("alpha", &mut self.alpha),
             ("depth", &mut self.depth),
             ("position", &mut self.position),
+            ("object", &mut self.object),
+            ("material", &mut self.material),
             (RESIDUAL, &mut self.residual),
         ]
     }
@@ -108,6 +116,9 @@ impl Aovs {
     }
 }
 
+/// An AOV, its channels in an image file, and whether an image has it.
+type AovRow = (Aov, &'static [&'static str], fn(Aovs) -> bool);
+
 /// An AOV of the first surface on a sample's path.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Aov {
@@ -123,31 +134,24 @@ pub(crate) enum Aov {
 }
 
 impl Aov {
-    pub(crate) const ALL: [Self; 9] = [
-        Self::Normal,
-        Self::Albedo,
-        Self::Thickness,
-        Self::Angle,
-        Self::Emitter,
-        Self::Snow,
-        Self::Alpha,
-        Self::Depth,
-        Self::Position,
+    const ROWS: [AovRow; 9] = [
+        (Self::Normal, &["normal.X", "normal.Y", "normal.Z"], |aovs| aovs.normal),
+        (Self::Albedo, &["albedo.R", "albedo.G", "albedo.B"], |aovs| aovs.albedo),
+        (Self::Thickness, &["thickness"], |aovs| aovs.thickness),
+        (Self::Angle, &["angle"], |aovs| aovs.angle),
+        (Self::Emitter, &["emitter"], |aovs| aovs.emitter),
+        (Self::Snow, &["snow"], |aovs| aovs.snow),
+        (Self::Alpha, &["A"], |aovs| aovs.alpha),
+        (Self::Depth, &["depth.Z"], |aovs| aovs.depth),
+        (Self::Position, &["position.X", "position.Y", "position.Z"], |aovs| aovs.position),
     ];
+
+    /// Number of AOVs.
+    pub(crate) const COUNT: usize = Self::ROWS.len();
 
     /// Its channels in an image file.
     pub(crate) fn channel_names(self) -> &'static [&'static str] {
-        match self {
-            Self::Normal => &["normal.X", "normal.Y", "normal.Z"],
-            Self::Albedo => &["albedo.R", "albedo.G", "albedo.B"],
-            Self::Thickness => &["thickness"],
-            Self::Angle => &["angle"],
-            Self::Emitter => &["emitter"],
-            Self::Snow => &["snow"],
-            Self::Alpha => &["A"],
-            Self::Depth => &["depth.Z"],
-            Self::Position => &["position.X", "position.Y", "position.Z"],
-        }
+        Self::ROWS[self as usize].1
     }
 
     /// Its values in a pixel without a sample that has it. The depth is beyond all surfaces, as in Blender's files.
@@ -210,21 +214,30 @@ impl Aovs {
     /// Whether any AOV needs the first surface on a sample's path.
     pub(crate) fn need_first_surface(self) -> bool {
         let others = [Aov::Emitter, Aov::Snow, Aov::Alpha];
-        Aov::ALL.into_iter().any(|aov| self.contains(aov) && !others.contains(&aov))
+        self.need_mattes() || self.of_first_surface().any(|aov| !others.contains(&aov))
+    }
+
+    /// Whether there are mattes.
+    pub(crate) fn need_mattes(self) -> bool {
+        self.object || self.material
+    }
+
+    /// The mattes.
+    pub(crate) fn mattes(self) -> impl Iterator<Item = Matte> {
+        let is_needed = move |matte: &Matte| match matte {
+            Matte::Object => self.object,
+            Matte::Material => self.material,
+        };
+        Matte::ALL.into_iter().filter(is_needed)
     }
 
     pub(crate) fn contains(self, aov: Aov) -> bool {
-        match aov {
-            Aov::Normal => self.normal,
-            Aov::Albedo => self.albedo,
-            Aov::Thickness => self.thickness,
-            Aov::Angle => self.angle,
-            Aov::Emitter => self.emitter,
-            Aov::Snow => self.snow,
-            Aov::Alpha => self.alpha,
-            Aov::Depth => self.depth,
-            Aov::Position => self.position,
-        }
+        (Aov::ROWS[aov as usize].2)(self)
+    }
+
+    /// The AOVs of first surfaces.
+    pub(crate) fn of_first_surface(self) -> impl Iterator<Item = Aov> {
+        Aov::ROWS.into_iter().filter(move |(_, _, is_needed)| is_needed(self)).map(|(aov, ..)| aov)
     }
 
     /// Names of the sums of a pixel, in their order.
@@ -237,7 +250,7 @@ impl Aovs {
             names.extend(["R", "G", "B"].map(|name| format!("{name}_squared")));
         }
         names.extend(self.residual_layout().into_iter().flat_map(ResidualLayout::names));
-        for aov in Aov::ALL.into_iter().filter(|aov| self.contains(*aov)) {
+        for aov in self.of_first_surface() {
             let values = aov.channel_names().iter().map(|name| name.replace('.', "_"));
             let first = aov.channel_names()[0];
             names.push(format!("{}_samples", first.split('.').next().unwrap_or(first)));
@@ -248,8 +261,7 @@ impl Aovs {
 
     /// Number of sums of a pixel.
     pub(crate) fn sum_count(self) -> usize {
-        let aovs = Aov::ALL.into_iter().filter(|aov| self.contains(*aov));
-        self.first_aov_offset() + aovs.map(|aov| 1 + aov.channel_names().len()).sum::<usize>()
+        self.first_aov_offset() + self.of_first_surface().map(|aov| 1 + aov.channel_names().len()).sum::<usize>()
     }
 
     /// Number of the sums of colours and wavelengths.
@@ -264,7 +276,7 @@ impl Aovs {
 
     /// Offset of the number of samples that have an AOV; the sums of its values follow.
     pub(crate) fn offset(self, aov: Aov) -> Option<usize> {
-        let before = Aov::ALL.into_iter().take_while(|one| *one != aov).filter(|one| self.contains(*one));
+        let before = self.of_first_surface().take_while(|one| *one != aov);
         let values_before = before.map(|one| 1 + one.channel_names().len()).sum::<usize>();
         self.contains(aov).then(|| self.first_aov_offset() + values_before)
     }
@@ -299,7 +311,7 @@ mod tests {
 
     #[test]
     fn offsets_agree_with_names() {
-        for bits in 0..4096u32 {
+        for bits in 0..16_384u32 {
             let mut aovs = Aovs::default();
             for (k, (_, flag)) in aovs.named_flags().into_iter().enumerate() {
                 *flag = bits >> k & 1 == 1;
@@ -325,7 +337,7 @@ mod tests {
                 assert_eq!(offset(&format!("residual_{name}")), layout.map(of));
             }
             let first_names = ["normal", "albedo", "thickness", "angle", "emitter", "snow", "A", "depth", "position"];
-            for (aov, name) in Aov::ALL.into_iter().zip(first_names) {
+            for ((aov, ..), name) in Aov::ROWS.into_iter().zip(first_names) {
                 assert_eq!(offset(&format!("{name}_samples")), aovs.offset(aov), "{names:?}");
             }
             assert_eq!(offset("S00"), spectrum.then_some(SPECTRUM_OFFSET));

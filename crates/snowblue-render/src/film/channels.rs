@@ -1,6 +1,7 @@
 //! The means of an image as named channels.
 //!
 //! Every image has the channels `R`, `G` and `B`, and the channels of its AOVs under names that other programs know.
+//! Mattes have as many layers as the pixel with most identifiers needs.
 //! The spectrum follows Fichet, Pacanowski & Wilkie (2021, "An OpenEXR layout for spectral images", Journal of
 //! Computer Graphics Techniques 10(3), 1–18): `S0.400,000000nm` and so on, in W m⁻² sr⁻¹ nm⁻¹.
 
@@ -10,6 +11,7 @@ use snowblue_color::LinearRgb;
 
 use crate::film::accumulator::{FilmAccumulator, PixelSums};
 use crate::film::aov::Aov;
+use crate::film::cryptomatte::Matte;
 use crate::film::residual_filter::Filtered;
 use crate::film::{Film, Shown};
 use snowblue_scene::spectrum::{SAMPLES, WAVELENGTH_STEP_NM, wavelengths_nm};
@@ -34,6 +36,8 @@ pub(crate) enum Mean {
     Variance(usize),
     /// A value of an AOV.
     Aov(Aov, usize),
+    /// The identifier or the coverage of a rank of mattes.
+    Matte { matte: Matte, rank: usize, value: usize },
 }
 
 impl Mean {
@@ -47,6 +51,9 @@ impl Mean {
             Self::Radiance { wavelength, factor } => pixel.radiance(wavelength, changes) * factor,
             Self::Variance(channel) => pixel.variance()[channel],
             Self::Aov(aov, value) => pixel.aov(aov, value),
+            Self::Matte { matte, rank, value } => {
+                pixel.matte(matte).and_then(|counts| counts.ranked().get(rank).copied()).map_or(0.0, |at| at[value])
+            }
         }
     }
 }
@@ -68,9 +75,20 @@ pub(crate) fn means(accumulator: &FilmAccumulator) -> Vec<(String, Mean)> {
     if aovs.variance {
         means.extend(rgb("variance.", Mean::Variance));
     }
-    for aov in Aov::ALL.into_iter().filter(|aov| aovs.contains(*aov)) {
+    for aov in aovs.of_first_surface() {
         let names = aov.channel_names().iter().enumerate();
         means.extend(names.map(|(value, name)| ((*name).to_owned(), Mean::Aov(aov, value))));
+    }
+    for matte in aovs.mattes() {
+        // Two identifiers of a layer, each followed by its coverage.
+        let layers = accumulator.most_in_mattes(matte, |counts| counts.ranked().len()).div_ceil(2).max(1);
+        let channels = ["R", "G", "B", "A"].into_iter().enumerate();
+        means.extend((0..layers).flat_map(|layer| channels.clone().map(move |place| (layer, place))).map(
+            |(layer, (place, name))| {
+                let mean = Mean::Matte { matte, rank: 2 * layer + place / 2, value: place % 2 };
+                (format!("{}{layer:02}.{name}", matte.layer()), mean)
+            },
+        ));
     }
     means
 }

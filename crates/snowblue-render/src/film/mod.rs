@@ -7,6 +7,7 @@
 pub mod accumulator;
 pub mod aov;
 pub mod channels;
+pub(crate) mod cryptomatte;
 pub mod finished_file;
 pub mod image_file;
 pub(crate) mod noise;

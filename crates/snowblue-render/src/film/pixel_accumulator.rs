@@ -72,7 +72,7 @@ pub(crate) struct PixelAccumulator {
     spectrum: [SplitSum; SAMPLES],
     squares: [i128; 3],
     residual: ResidualSums,
-    first_hit: [AovSums; Aov::ALL.len()],
+    first_hit: [AovSums; Aov::COUNT],
     /// Samples that are not finite, or too bright.
     pub(crate) unusable_samples: u64,
 }
@@ -193,7 +193,7 @@ impl PixelAccumulator {
         if let Some(layout) = self.aovs.residual_layout() {
             self.residual.flush(layout, sums);
         }
-        for aov in Aov::ALL {
+        for aov in self.aovs.of_first_surface() {
             if let Some(offset) = self.aovs.offset(aov) {
                 let AovSums { count, values } = &mut self.first_hit[aov as usize];
                 sums[offset] += std::mem::take(count);

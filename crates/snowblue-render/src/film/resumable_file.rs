@@ -35,9 +35,10 @@ use snowblue_color::{Chromaticity, Xyy, Xyz};
 use snowblue_geometry::images::check_header_expansion;
 
 use crate::error::RenderError;
-use crate::film::accumulator::{FilmAccumulator, PixelSums, pixel_bytes};
+use crate::film::accumulator::{FilmAccumulator, MatteWord, PixelSums, pixel_bytes};
 use crate::film::aov::Aovs;
 use crate::film::channels::{Mean, means};
+use crate::film::cryptomatte::{self, Matte};
 use crate::film::image_file::{Metadata, attributes, exr_text, note_of, of_exr_text};
 use crate::film::residual_filter::Filtered;
 use crate::film::window::{Window, range_length};
@@ -53,6 +54,8 @@ const TONE: &str = "snowblueTone";
 const WHITE: &str = "snowblueWhite";
 /// The chromaticity of the light of the sky, `x y`.
 const SKY: &str = "snowblueSky";
+/// The place of the local origin, from which positions count, in the scene file: `x y z` in m.
+pub(crate) const POSITION_ORIGIN: &str = "positionOrigin";
 /// The channel of missing samples.
 const MISSING: &str = "sums.missing";
 
@@ -79,6 +82,9 @@ pub fn write(
     let mut insert =
         |name: &str, text: &str| attributes.other.insert(exr_text(name), AttributeValue::Text(exr_text(text)));
     let aovs = accumulator.aovs();
+    for (name, text) in &accumulator.attributes {
+        insert(name, text);
+    }
     for (is_needed, name, text) in [
         (aovs.spectrum, "spectralLayoutVersion", "1.0"),
         (aovs.spectrum, "emissiveUnits", "W.m^-2.sr^-1.nm^-1"),
@@ -108,6 +114,10 @@ pub fn write(
         insert(SAMPLE_RANGE, &format!("{start}:{end}"));
         insert(AOVS, &aovs.to_string());
         channels.extend(sum_channels(aovs));
+        for matte in aovs.mattes() {
+            let entries = accumulator.most_in_mattes(matte, |counts| counts.entries().len());
+            channels.extend((0..entries).flat_map(|entry| matte_channels(matte, entry)));
+        }
     }
     let channels = FilmChannels::new(accumulator, channels);
     let mut image = Image::from_layer(Layer::new(exr_size(window.size()), attributes, encoding, channels));
@@ -163,6 +173,18 @@ enum Content {
     },
     /// The number of samples that a pixel lacks at the end of the range.
     Missing,
+    Matte(MatteWord),
+}
+
+/// The identifier and the count of an entry of mattes.
+fn matte_channels(matte: Matte, entry: usize) -> [(String, Content); 2] {
+    let channel = |(value, name)| {
+        (
+            word_channel_name(&format!("{}.{name}", matte.layer()), entry),
+            Content::Matte(MatteWord { matte, entry, value }),
+        )
+    };
+    [(0, "id"), (1, "samples")].map(channel)
 }
 
 /// The words of all sums, and the missing samples.
@@ -232,6 +254,10 @@ impl ChannelsWriter for &FilmChannels<'_> {
                     }
                     Content::Word { offset, word } => {
                         bytes.extend(pixels.iter().flat_map(|pixel| word_of(pixel.at(offset), word).to_ne_bytes()));
+                    }
+                    Content::Matte(MatteWord { matte, entry, value }) => {
+                        let word = |pixel: &PixelSums| pixel.matte(matte)?.entries().get(entry).map(|at| at[value]);
+                        bytes.extend(pixels.iter().flat_map(|pixel| word(pixel).unwrap_or(0).to_ne_bytes()));
                     }
                     Content::Missing => {
                         bytes.extend(pixels.iter().flat_map(|pixel| (most - pixel.count()).to_ne_bytes()));
@@ -308,7 +334,8 @@ impl ResumableImage {
         let image = Self::from_header(path, header).map_err(|reason| invalid(&reason))?;
         let length = std::fs::metadata(path).map_err(|source| FileError::Read { path: path.into(), source })?.len();
         let length = usize::try_from(length).unwrap_or(usize::MAX);
-        check_header_expansion(header, pixel_bytes(image.aovs), length).map_err(|reason| invalid(&reason))?;
+        let mattes = size_of::<u32>() * header.channels.list.len();
+        check_header_expansion(header, pixel_bytes(image.aovs) + mattes, length).map_err(|reason| invalid(&reason))?;
         Ok(Some(image))
     }
 
@@ -371,14 +398,27 @@ impl ResumableImage {
         let header = header.ok_or_else(|| invalid("the file has changed".to_owned()))?;
         // The part of the sums that each channel of the file holds.
         let mut contents: Vec<Option<Content>> = vec![None; header.channels.list.len()];
-        for (name, content) in sum_channels(self.aovs) {
+        let place_of = |name: &str| {
             let is_named =
                 |channel: &ChannelDescription| channel.name == *name && channel.sample_type == SampleType::U32;
-            let place = header.channels.list.iter().position(is_named);
-            let place = place.ok_or_else(|| invalid(format!("the channel {name} is missing")))?;
+            header.channels.list.iter().position(is_named)
+        };
+        for (name, content) in sum_channels(self.aovs) {
+            let place = place_of(&name).ok_or_else(|| invalid(format!("the channel {name} is missing")))?;
             contents[place] = Some(content);
         }
+        for matte in self.aovs.mattes() {
+            for (name, content) in (0..header.channels.list.len()).flat_map(|entry| matte_channels(matte, entry)) {
+                let Some(place) = place_of(&name) else { break };
+                contents[place] = Some(content);
+            }
+        }
         let mut accumulator = FilmAccumulator::new(self.image_size, &self.window, self.aovs);
+        let attributes = header.own_attributes.other.iter().filter_map(|(name, value)| match value {
+            AttributeValue::Text(text) => Some((of_exr_text(name), of_exr_text(text))),
+            _ => None,
+        });
+        accumulator.attributes = attributes.filter(|(name, _)| is_of_aovs(name)).collect();
         accumulator.begin_at(self.samples.start);
         let most = range_length(&self.samples);
         let rows = self.window.rows.start;
@@ -398,6 +438,7 @@ impl ResumableImage {
                                 let error = || exr::error::Error::Invalid("more samples are missing than all".into());
                                 accumulator.fill_counts(row, first, counts.ok_or_else(error)?);
                             }
+                            Some(Content::Matte(word)) => accumulator.fill_mattes(row, first, word, values()?),
                             Some(Content::Word { offset, word }) => {
                                 let bits = |bits: u32| (u128::from(bits) << (32 * word)).cast_signed();
                                 accumulator.fill_bits(row, first, offset, values()?.into_iter().map(bits));
@@ -408,6 +449,7 @@ impl ResumableImage {
                 })
             })
             .map_err(unreadable)?;
+        accumulator.drop_empty_entries();
         Ok(accumulator)
     }
 }
@@ -436,6 +478,11 @@ fn settings_of(header: &Header) -> Result<PictureSettings, String> {
 /// The settings of a later PNG; none in a file of another program.
 pub(crate) fn settings_if_any(header: &Header) -> Result<Option<PictureSettings>, String> {
     text(header, WHITE).map(|_| settings_of(header)).transpose()
+}
+
+/// Whether an attribute belongs to the AOVs of the scene.
+fn is_of_aovs(name: &str) -> bool {
+    name.starts_with(cryptomatte::ATTRIBUTES) || name == POSITION_ORIGIN
 }
 
 /// An attribute as a value.

@@ -11,6 +11,7 @@ use snowblue_geometry::body::{ChordEnd, Line};
 use snowblue_geometry::ray::Ray;
 
 use crate::film::aov::{Aov, Aovs};
+use crate::film::cryptomatte::{Matte, NO_SURFACE, PixelMattes, id};
 use crate::film::pixel_accumulator::PixelAccumulator;
 use crate::integrators::method::Prepared;
 use snowblue_scene::Scene;
@@ -48,8 +49,14 @@ impl<'a> FirstHits<'a> {
         Self { prepared, scene, queries: SceneQueries::new(scene.objects(), scene.materials()) }
     }
 
-    /// Adds the first hit of a camera ray to the AOVs of its pixel.
-    pub(crate) fn add(&mut self, ray: &Ray, pixel: &mut PixelAccumulator, channels: Aovs) {
+    /// Adds the first hit of a camera ray to the AOVs of its pixel, and to its mattes, if there are any.
+    pub(crate) fn add(
+        &mut self,
+        ray: &Ray,
+        pixel: &mut PixelAccumulator,
+        mattes: Option<&mut PixelMattes>,
+        channels: Aovs,
+    ) {
         if channels.emitter {
             let seen = self.sees_emitter(ray);
             pixel.add_aov(Aov::Emitter, [if seen { 1.0 } else { 0.0 }, 0.0, 0.0]);
@@ -57,13 +64,19 @@ impl<'a> FirstHits<'a> {
         if !channels.need_first_surface() {
             return;
         }
-        let Some(surface) = self.hit(ray) else { return };
+        let hit = self.hit(ray);
+        if let Some(mattes) = mattes {
+            for matte in channels.mattes() {
+                let id = hit.as_ref().map_or(NO_SURFACE, |surface| id(self.name(matte, surface)));
+                mattes[matte as usize].add(id, 1);
+            }
+        }
+        let Some(surface) = hit else { return };
         pixel.add_aov(Aov::Normal, surface.normal.to_array());
         if let Ok(camera) = self.scene.camera() {
             pixel.add_aov(Aov::Depth, [camera.depth_m(surface.point), 0.0, 0.0]);
         }
-        let position = surface.point.as_dvec3() + self.scene.local_origin();
-        pixel.add_aov(Aov::Position, position.to_array().map(narrow));
+        pixel.add_aov(Aov::Position, surface.point.to_array());
         let is_needed = channels.thickness || channels.angle || channels.albedo;
         let is_snow = self.scene.materials()[surface.material].is_snow();
         let behind = if is_needed && is_snow { self.behind(&surface) } else { None };
@@ -80,6 +93,14 @@ impl<'a> FirstHits<'a> {
         }
     }
 
+    /// The name of what has mattes.
+    fn name(&self, matte: Matte, surface: &SurfaceInteraction) -> &'a str {
+        match matte {
+            Matte::Object => &self.scene.objects().list()[surface.object].name,
+            Matte::Material => &self.scene.material_names()[surface.material],
+        }
+    }
+
     /// Whether a camera ray meets a lamp or the sun before any surface. Few rays meet a lamp at all, and only these
     /// rays search for the surface.
     fn sees_emitter(&mut self, ray: &Ray) -> bool {
@@ -91,7 +112,7 @@ impl<'a> FirstHits<'a> {
     /// The first hit of a camera ray.
     fn hit(&mut self, ray: &Ray) -> Option<SurfaceInteraction> {
         let mut ray = *ray;
-        self.queries.camera_hit(&mut ray, || 0.5, |_| {})
+        self.queries.hit(&mut ray, || 0.5, |_| {})
     }
 
     /// The snow behind a surface, along the path that does not depend on the lights.

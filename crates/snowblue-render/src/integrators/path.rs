@@ -206,10 +206,9 @@ impl<'a> PathTracer<'a> {
             }
         };
         let number = || sampler.next_four()[0];
-        let hit = match from {
-            None => queries.camera_hit(ray, number, visit),
-            Some(_) => queries.indirect_hit(ray, number, visit),
-        };
+        let Statistics { camera_rays, indirect_rays, .. } = &mut queries.statistics;
+        *(if from.is_none() { camera_rays } else { indirect_rays }) += 1;
+        let hit = queries.hit(ray, number, visit);
         (hit, radiance)
     }
 

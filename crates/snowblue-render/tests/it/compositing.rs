@@ -1,10 +1,10 @@
-//! Pictures over a plate: alpha, depth and position.
+//! Pictures over a plate: alpha, depth, position and mattes.
 
 use snowblue_base::Number;
 use snowblue_base::files::FilesInMemory;
 use snowblue_render::film::channels::channels;
 use snowblue_render::render::{RenderControl, accumulator, all_samples, render_missing};
-use snowblue_render::{Aovs, SceneDescription};
+use snowblue_render::{Aovs, FilmAccumulator, SceneDescription};
 
 use crate::snow::{SNOW, analytic_table, parsed, prepared};
 
@@ -32,13 +32,17 @@ fn wall(method: &str, [x, y, z]: [f64; 3], tables: &str) -> SceneDescription {
     ))
 }
 
-/// A function that gives a channel by its name.
-fn rendered(description: &SceneDescription, aovs: Aovs) -> impl Fn(&str) -> Vec<f32> + use<> {
+fn sums(description: &SceneDescription, aovs: Aovs) -> FilmAccumulator {
     let scene = description.build(&FilesInMemory::default()).unwrap_or_else(|error| panic!("{error}"));
     let (integrator, all) = (prepared(&scene, Some(&analytic_table())), all_samples(&scene));
     let mut sums = accumulator(&scene, aovs, &all.window());
     render_missing(&integrator, &all, &mut sums, RenderControl::default());
-    let channels = channels(&sums);
+    sums
+}
+
+/// A function that gives a channel by its name.
+fn rendered(description: &SceneDescription, aovs: Aovs) -> impl Fn(&str) -> Vec<f32> + use<> {
+    let channels = channels(&sums(description, aovs));
     move |name| channels.iter().find(|channel| channel.name == name).map(|one| one.values.clone()).unwrap()
 }
 
@@ -123,13 +127,65 @@ fn depth_is_planar_and_positions_lie_on_the_surface() {
     }
 }
 
-/// Positions are those of the scene file where the scene is computed around a local origin. A float of 5,190,200 has a
-/// last place of 0.5.
+/// Positions count from the local origin of the scene. In a national grid, floats have steps of half a metre.
 #[test]
-fn positions_in_a_national_grid_are_in_its_coordinates() {
+fn positions_in_a_national_grid_are_as_fine_as_near_its_origin() {
     let of = rendered(&wall("pcasnow", [54_300.0, 5_190_200.0, 2400.0], ""), all_three());
     let [depth, x, y, z] = ["depth.Z", "position.X", "position.Y", "position.Z"].map(|name| of(name)[0]);
     assert!((depth - DISTANCE_M).abs() < 1e-3, "{depth}");
-    assert!((x - 54_299.125).abs() < 0.02 && (z - 2400.875).abs() < 0.02, "{x} {z}");
-    assert!((y - 5_190_202.0).abs() <= 0.5, "{y}");
+    // The origin lies at 54,000, 5,190,000 and 2000 m.
+    assert!((x - 299.125).abs() < 0.02 && (z - 400.875).abs() < 0.02, "{x} {z}");
+    assert!((y - 202.0).abs() < 1e-3, "{y}");
+}
+
+/// The fraction of each pixel that a name covers, by the manifest of the mattes.
+fn matte(sums: &FilmAccumulator, layer: &str, name: &str) -> Vec<f32> {
+    let attributes = sums.attributes();
+    let (key, _) = attributes.iter().find(|(key, text)| key.ends_with("/name") && *text == layer).unwrap();
+    let manifest = &attributes[&key.replace("/name", "/manifest")];
+    let manifest: serde_json::Value = serde_json::from_str(manifest).unwrap();
+    let id = u32::from_str_radix(manifest[name].as_str().unwrap(), 16).unwrap();
+    let (channels, mut coverage) = (channels(sums), vec![0.0; SIDE * SIDE]);
+    let values = |name: String| channels.iter().find(|channel| channel.name == name).map(|channel| &channel.values);
+    for (number, [of_ids, of_coverage]) in (0..4).flat_map(|number| [(number, ["R", "G"]), (number, ["B", "A"])]) {
+        let Some(ids) = values(format!("{layer}{number:02}.{of_ids}")) else { continue };
+        let covered = values(format!("{layer}{number:02}.{of_coverage}")).unwrap();
+        let of_name =
+            ids.iter().zip(covered).map(|(found, covered)| if found.to_bits() == id { *covered } else { 0.0 });
+        coverage.iter_mut().zip(of_name).for_each(|(sum, covered)| *sum += covered);
+    }
+    coverage
+}
+
+/// A wall that covers 0.4 of the fifth pixel of a row, a ball before it, and a pane before the last row.
+fn scene_with_mattes(noise_target: Option<f64>) -> SceneDescription {
+    let more = "[material.pane]\ntype = \"glass\"\n\
+                [[object]]\nshape = \"box\"\nsize = [9, 0.01, 0.2]\nposition = [0, 0.5, -0.3]\nmaterial = \"pane\"\n\
+                [[object]]\nname = \"Ball \\\"1\\\"\"\nshape = \"sphere\"\nradius = 0.3\nposition = [-0.5, 1.5, 0]\n\
+                material = \"snow\"\n";
+    let mut description = wall("pcasnow", [0.0; 3], more);
+    description.integrator.noise_target = noise_target.map(|target| Number::new(target).unwrap());
+    description
+}
+
+#[test]
+fn mattes_are_the_covered_areas() {
+    let mattes = Aovs { object: true, material: true, alpha: true, snow: true, ..Aovs::default() };
+    for noise_target in [None, Some(0.5)] {
+        let sums = sums(&scene_with_mattes(noise_target), mattes);
+        let [ball, boxes] = ["Ball \"1\"", "box"].map(|name| matte(&sums, "CryptoObject", name));
+        let [snow, wall] = ["snow", "wall"].map(|name| matte(&sums, "CryptoMaterial", name));
+        assert!(matte(&sums, "CryptoMaterial", "pane").iter().all(|coverage| *coverage <= 0.0), "panes do not count");
+        assert_eq!((&ball, &boxes), (&snow, &wall));
+        assert!(ball.iter().any(|coverage| *coverage >= 1.0));
+        let edge = |row: usize| boxes[row * SIDE + 4];
+        assert!((edge(0) - 0.4).abs() < if noise_target.is_none() { 0.02 } else { 0.15 }, "{}", edge(0));
+        if noise_target.is_none() {
+            let channels = channels(&sums);
+            let of = |name: &str| &channels.iter().find(|channel| channel.name == name).unwrap().values;
+            for (pixel, (alpha, of_snow)) in of("A").iter().zip(of("snow")).enumerate().take(7 * SIDE) {
+                assert!((ball[pixel] + boxes[pixel] - alpha).abs() < 1e-6 && (ball[pixel] - of_snow).abs() < 1e-6);
+            }
+        }
+    }
 }

@@ -34,6 +34,8 @@ const ALL: Aovs = Aovs {
     alpha: false,
     depth: true,
     position: true,
+    object: true,
+    material: true,
     residual: false,
 };
 
@@ -341,7 +343,7 @@ fn channels_have_the_values_of_their_names() {
     let sums = sums_of(&integrator, ALL, &all_samples(integrator.scene()));
     resumable_file::write(&sums, PictureSettings::default(), None, &[], &path).unwrap();
     let channels = channels_of(&path);
-    assert_eq!(channels.len(), 3 + 31 + 3 + 3 + 3 + 1 + 1 + 1 + 1 + 1 + 3);
+    assert_eq!(channels.len(), 3 + 31 + 3 + 3 + 3 + 1 + 1 + 1 + 1 + 1 + 3 + 2 * 4);
     // The camera is at (0, −9, 0). The block's front faces −y, in the left half of the image.
     let block = 8 * 23 + 7;
     let at = |name: &str| channels[name][block];

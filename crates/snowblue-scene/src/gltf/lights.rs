@@ -3,6 +3,7 @@
 use glam::{DAffine3, DVec3};
 use gltf::camera::Projection;
 use gltf::khr_lights_punctual::Kind;
+use snowblue_base::files::first_names;
 use snowblue_base::narrow;
 use snowblue_geometry::mesh_files::gltf::PlacedNode;
 
@@ -20,12 +21,9 @@ const MAX_STRENGTH: f32 = 1e15;
 
 /// The view of the first perspective camera among nodes, if there is one. Other cameras get a sentence in `notes`.
 pub(super) fn view(nodes: &[PlacedNode], notes: &mut Vec<String>) -> Option<View> {
-    nodes.iter().find_map(|placed| {
+    let view_of = |placed: &PlacedNode| {
         let camera = placed.node.camera()?;
-        let Projection::Perspective(lens) = camera.projection() else {
-            notes.push(format!("camera \"{}\" is orthographic, which is not read", placed.name()));
-            return None;
-        };
+        let Projection::Perspective(lens) = camera.projection() else { return None };
         let position = placed.to_root.translation;
         Some(View {
             position: position.as_vec3a(),
@@ -33,7 +31,15 @@ pub(super) fn view(nodes: &[PlacedNode], notes: &mut Vec<String>) -> Option<View
             up: placed.to_root.transform_vector3(DVec3::Y).as_vec3a(),
             vertical_fov_deg: lens.yfov().to_degrees(),
         })
-    })
+    };
+    let mut cameras: Vec<&PlacedNode> = nodes.iter().filter(|placed| placed.node.camera().is_some()).collect();
+    let first = cameras.iter().position(|placed| view_of(placed).is_some());
+    let view = first.and_then(|first| view_of(cameras.remove(first)));
+    if !cameras.is_empty() {
+        let names: Vec<String> = cameras.iter().map(|placed| format!("\"{}\"", placed.name())).collect();
+        notes.push(format!("cameras of the glTF that are not read: {}", first_names(&names, names.len())));
+    }
+    view
 }
 
 /// The lights of nodes. Adds sentences on what is not read as it is in the file to `notes`.

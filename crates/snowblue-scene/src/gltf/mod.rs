@@ -4,14 +4,13 @@
 mod lights;
 mod material;
 
+use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
-use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
 use snowblue_base::files::{FileError, check_formats, check_total, first_names};
 use snowblue_geometry::instance::Instance;
-use snowblue_geometry::mesh_bvh::MeshBvh;
 use snowblue_geometry::mesh_files::gltf::{GltfFile, Y_UP_TO_Z_UP};
 use snowblue_geometry::shape::Shape;
 
@@ -19,7 +18,6 @@ use crate::camera::View;
 use crate::error::SceneError;
 use crate::gltf::lights::{lights, view};
 use crate::gltf::material::{DEFAULT_INDEX, base_colour_texture, opacity, unread};
-use crate::integrator::IntegratorKind;
 use crate::light::Light;
 use crate::material::Material;
 use crate::material::NamedMaterial;
@@ -27,8 +25,8 @@ use crate::material::diffuse::Diffuse;
 use crate::material::glass::Glass;
 use crate::material::texture::Texture;
 use crate::objects::Object;
-use crate::shape::{check_closed, solid};
-use crate::shape::{check_reach, placement};
+use crate::scene::SceneDescription;
+use crate::shape::{FileMesh, check_closed, check_reach, placement, solid};
 use crate::sources::Sources;
 use snowblue_base::KeyPath;
 
@@ -42,24 +40,22 @@ pub(crate) struct GltfScene {
     pub(crate) notes: Vec<String>,
 }
 
-/// Reads a glTF with y turned to z, around the local origin of the scene; its materials that the description lacks are
-/// added to `materials`.
+/// Reads the glTF of a scene, if it has one, with y turned to z, around the local origin of the scene; its materials
+/// that the description lacks are added to `materials`.
 pub(crate) fn read_gltf(
-    path: &KeyPath,
-    name: &str,
+    scene: &SceneDescription,
     materials: &mut Vec<NamedMaterial>,
     sources: &Sources,
-    (integrator, local_origin): (IntegratorKind, DVec3),
 ) -> Result<GltfScene, SceneError> {
+    let Some(name) = &scene.gltf else { return Ok(GltfScene::default()) };
+    let path = &KeyPath::root("gltf");
     check_formats(&sources.files.display_name(name))?;
     let file = GltfFile::read(sources.files, name).map_err(|error| sources.named(path, name, error))?;
     let wrong =
         |reason: String| SceneError::File(FileError::Content { path: sources.files.display_name(name), reason });
-    let nodes = file.nodes(DAffine3::from_mat3_translation(Y_UP_TO_Z_UP, -local_origin))?;
+    let nodes = file.nodes(DAffine3::from_mat3_translation(Y_UP_TO_Z_UP, -scene.local_origin))?;
     let mut meshes = BTreeMap::new();
     let mut objects = Vec::new();
-    // Parts of meshes that are known to be closed.
-    let mut closed = BTreeSet::new();
     let mut notes: Vec<String> = file.notes(true).iter().map(|note| format!("{path} is \"{name}\": {note}")).collect();
     let mut palette = Palette {
         file: &file,
@@ -71,12 +67,11 @@ pub(crate) fn read_gltf(
         unread: BTreeMap::new(),
     };
     for node in &nodes {
-        let Some(number) = node.mesh() else { continue };
-        // The shape of a mesh depends on the weights of its morph targets.
-        let shape = (number, node.with_own_weights());
+        let Some(shape) = node.mesh_shape() else { continue };
         let parts = match meshes.entry(shape) {
             Entry::Occupied(known) => known.into_mut(),
             Entry::Vacant(fresh) => {
+                // Parts of one material each, with its index in the scene.
                 let mut parts = Vec::new();
                 for mut surface in file.surfaces(node)? {
                     let material = palette.index(surface.material, materials)?;
@@ -88,14 +83,12 @@ pub(crate) fn read_gltf(
                         let note = solid(&mut surface.mesh).map_err(|reason| wrong(format!("{name}: {reason}")))?;
                         notes.extend(note.map(|note| format!("{path}, {name}: {note}")));
                     }
-                    let centred = surface.mesh.centred();
-                    let mesh = Arc::new(MeshBvh::new(centred.mesh.smooth()));
-                    parts.push(MeshPart { material, mesh, to_original: centred.to_original });
+                    parts.push((material, FileMesh::new(surface.mesh, DVec3::ZERO, true)));
                 }
                 fresh.insert(parts)
             }
         };
-        for (part, MeshPart { material, mesh, to_original }) in parts.iter().enumerate() {
+        for (material, FileMesh { mesh, to_original, is_closed }) in parts {
             let (name, material) = (node.name(), *material);
             let NamedMaterial { name: material_name, material: made_of } = &materials[material];
             let misfit = |reason| wrong(format!("{name} of material \"{material_name}\": {reason}"));
@@ -108,27 +101,17 @@ pub(crate) fn read_gltf(
                 made_of.check(&shape).map_err(misfit)?;
                 objects.push(Object { name: name.clone(), shape, material, body: None, undisturbed: None });
             }
-            let must_be_closed = integrator.has_light_field() && made_of.is_snow();
-            if must_be_closed && closed.insert((shape, part)) {
+            if scene.integrator.kind.has_light_field() && made_of.is_snow() && !*is_closed {
                 check_closed(mesh.triangles()).map_err(misfit)?;
+                *is_closed = true;
             }
         }
     }
     notes.extend(palette.notes);
     notes.extend(palette.unread.into_iter().map(|(what, materials)| unread_note(what, &materials)));
     let lights = lights(&nodes, &mut notes).map_err(wrong)?;
-    let view = view(&nodes, &mut notes);
+    let view = if scene.camera.is_none() { view(&nodes, &mut notes) } else { None };
     Ok(GltfScene { objects, view, lights, notes })
-}
-
-/// A part of a mesh with one material.
-struct MeshPart {
-    /// Index of its material in the scene.
-    material: usize,
-    /// The mesh, centred at the origin.
-    mesh: Arc<MeshBvh>,
-    /// The map from the centred mesh to its original place.
-    to_original: DAffine3,
 }
 
 /// The conversion of the materials of a glTF to materials of a scene.

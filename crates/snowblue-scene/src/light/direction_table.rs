@@ -17,7 +17,7 @@ use crate::sampling::{cumulative, invert, share};
 
 /// Cumulative sums of brightness over all directions.
 #[derive(Debug)]
-pub(super) struct DirectionTable {
+pub(crate) struct DirectionTable {
     width: usize,
     height: usize,
     turn_rad: f32,

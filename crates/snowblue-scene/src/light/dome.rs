@@ -115,20 +115,12 @@ impl Emitter for SkyDome {
         true
     }
 
-    fn uniform(&self) -> Option<&Spectrum> {
-        None
-    }
-
     fn le(&self, origin: &LightOrigin) -> Spectrum {
         self.model.radiance(origin.direction())
     }
 
-    fn sample_li(&self, _from: Vec3A, numbers: [f32; 2]) -> Option<LightOrigin> {
-        Some(LightOrigin::Distant(self.table.sample(numbers)))
-    }
-
-    fn pdf_li(&self, _from: Vec3A, origin: &LightOrigin) -> f32 {
-        self.table.density_per_sr(origin.direction())
+    fn table(&self) -> Option<&DirectionTable> {
+        Some(&self.table)
     }
 }
 

@@ -8,6 +8,7 @@ use glam::Vec3A;
 use snowblue_geometry::ray::Ray;
 use snowblue_geometry::shape::Shape;
 
+use crate::light::direction_table::DirectionTable;
 use crate::light::sample::{LightOrigin, SpotCone};
 use crate::spectrum::Spectrum;
 
@@ -24,7 +25,14 @@ pub(crate) trait Emitter: Debug + Send + Sync + 'static {
     fn light_type(&self) -> LightType;
 
     /// The power of all origins, as defined by [`le`](Self::le); none if the power differs between origins.
-    fn uniform(&self) -> Option<&Spectrum>;
+    fn uniform(&self) -> Option<&Spectrum> {
+        None
+    }
+
+    /// The brightness of each direction by which a distant light is sampled.
+    fn table(&self) -> Option<&DirectionTable> {
+        None
+    }
 
     /// The power of an origin, as a band density: for a point the radiant intensity in W/sr, for a direction the
     /// irradiance of a facing surface in W/m², for all other origins the radiance in W m⁻² sr⁻¹.
@@ -34,13 +42,13 @@ pub(crate) trait Emitter: Debug + Send + Sync + 'static {
 
     /// A sampled point or direction of a light with extent as seen from a point, by two numbers in [0, 1); none if
     /// the light does not shine there. A uniform sky is never sampled this way.
-    fn sample_li(&self, _from: Vec3A, _numbers: [f32; 2]) -> Option<LightOrigin> {
-        None
+    fn sample_li(&self, _from: Vec3A, numbers: [f32; 2]) -> Option<LightOrigin> {
+        self.table().map(|table| LightOrigin::Distant(table.sample(numbers)))
     }
 
     /// Density of [`sample_li`](Self::sample_li) over the directions from the same point, in 1/sr.
-    fn pdf_li(&self, _from: Vec3A, _origin: &LightOrigin) -> f32 {
-        0.0
+    fn pdf_li(&self, _from: Vec3A, origin: &LightOrigin) -> f32 {
+        self.table().map_or(0.0, |table| table.density_per_sr(origin.direction()))
     }
 
     /// The point where a ray hits the emitting side of a surface before `limit_m`, or the direction in which it hits

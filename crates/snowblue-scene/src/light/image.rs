@@ -167,20 +167,12 @@ impl Emitter for SkyImage {
         }
     }
 
-    fn uniform(&self) -> Option<&Spectrum> {
-        None
-    }
-
     fn le(&self, origin: &LightOrigin) -> Spectrum {
         self.image.upsampling.spectrum(self.color(origin.direction()))
     }
 
-    fn sample_li(&self, _from: Vec3A, numbers: [f32; 2]) -> Option<LightOrigin> {
-        Some(LightOrigin::Distant(self.table.sample(numbers)))
-    }
-
-    fn pdf_li(&self, _from: Vec3A, origin: &LightOrigin) -> f32 {
-        self.table.density_per_sr(origin.direction())
+    fn table(&self) -> Option<&DirectionTable> {
+        Some(&self.table)
     }
 
     fn hit(&self, ray: &Ray, _limit_m: f32) -> Option<LightOrigin> {

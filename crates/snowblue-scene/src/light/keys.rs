@@ -1,8 +1,6 @@
 //! The common interface of the keys of all kinds of lights in a scene file.
 
-use serde::de::DeserializeOwned;
-use snowblue_base::toml_table::Table;
-use snowblue_base::{KeyError, KeyPath, ParameterRange, ParseError, quantities};
+use snowblue_base::{KeyError, KeyPath, ParameterRange, quantities};
 
 use crate::light::techniques::Light;
 use crate::spectrum::light_spectrum::LightSpectrum;
@@ -27,18 +25,6 @@ quantities! {
 
 /// The keys of one kind of light, without the keys of its spectrum.
 pub(crate) trait LightKeys {
-    /// Reads the keys of a table.
-    ///
-    /// # Errors
-    ///
-    /// With the first value that is out of its range.
-    fn read(table: Table) -> Result<Self, ParseError>
-    where
-        Self: DeserializeOwned,
-    {
-        table.read()
-    }
-
     /// The light with a spectrum.
     ///
     /// # Errors

@@ -77,13 +77,7 @@ impl Light {
 
     /// Whether the light shines from all sides.
     pub fn is_sky(&self) -> bool {
-        match self.light_type {
-            LightType::Infinite | LightType::UniformInfinite => true,
-            LightType::DeltaPosition(..)
-            | LightType::DeltaDirection(_)
-            | LightType::Area { .. }
-            | LightType::Disc(_) => false,
-        }
+        matches!(self.light_type, LightType::Infinite | LightType::UniformInfinite)
     }
 
     /// The radiant intensity of a point in W/sr, or the irradiance of a surface that faces a distant light or the sun
@@ -107,10 +101,7 @@ impl Light {
 
     /// Whether the light is so small that rays do not find it by chance.
     pub fn is_small(&self) -> bool {
-        match self.light_type {
-            LightType::DeltaPosition(..) | LightType::DeltaDirection(_) | LightType::Disc(_) => true,
-            LightType::Area { .. } | LightType::Infinite | LightType::UniformInfinite => false,
-        }
+        matches!(self.light_type, LightType::Disc(_)) || !self.has_extent()
     }
 
     /// The variance, across one axis, of the direction from which the light comes to a point, in rad². It is the
@@ -127,14 +118,7 @@ impl Light {
 
     /// Whether the light shines evenly from all sides, so that only rays find it.
     pub fn is_diffuse(&self) -> bool {
-        match self.light_type {
-            LightType::UniformInfinite => true,
-            LightType::DeltaPosition(..)
-            | LightType::DeltaDirection(_)
-            | LightType::Area { .. }
-            | LightType::Disc(_)
-            | LightType::Infinite => false,
-        }
+        matches!(self.light_type, LightType::UniformInfinite)
     }
 
     /// Whether the light is a sky without edges: a model of the sky, without its sun, and not an image.
@@ -275,14 +259,7 @@ impl Light {
         let [u, v, ..] = sampler.next_four();
         let origin = self.sample_origin(technique, [u, v])?;
         let density: f32 = techniques.iter().flatten().map(|technique| self.density(technique, &origin)).sum();
-        let spread_m2 = match self.light_type {
-            LightType::Area { spread_m2, .. } => spread_m2,
-            LightType::DeltaPosition(..)
-            | LightType::DeltaDirection(_)
-            | LightType::Disc(_)
-            | LightType::Infinite
-            | LightType::UniformInfinite => 0.0,
-        };
+        let spread_m2 = if let LightType::Area { spread_m2, .. } = self.light_type { spread_m2 } else { 0.0 };
         let falloff = Falloff::Sampled { density, spread_m2 };
         (density > 0.0).then_some(LightSample { origin, falloff })
     }

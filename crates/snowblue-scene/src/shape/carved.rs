@@ -45,6 +45,14 @@ pub struct CarvedDescription {
 }
 
 impl CarvedDescription {
+    /// Reads the keys of a table.
+    pub(super) fn read(mut table: Table) -> Result<Self, ParseError> {
+        let mut solids =
+            |key| table.take_tables(key)?.into_iter().map(SolidDescription::read).collect::<Result<_, ParseError>>();
+        let (add, remove) = (solids("add")?, solids("remove")?);
+        Ok(Self { add, remove, ..table.read()? })
+    }
+
     fn default_relief_length() -> Number<Unevenness> {
         Number::of(0.3)
     }
@@ -71,7 +79,7 @@ impl CarvedDescription {
         }
         let solids = |key: &str, solids: &[SolidDescription]| -> Result<Vec<Solid>, KeyError> {
             let path = path.key(key);
-            solids.iter().enumerate().map(|(index, solid)| solid.build(&path.index(index))).collect()
+            solids.iter().enumerate().map(|(index, solid)| solid.keys().build(&path.index(index))).collect()
         };
         Ok(Carved {
             cell_m,
@@ -86,13 +94,6 @@ impl CarvedDescription {
 }
 
 impl ShapeKeys for CarvedDescription {
-    fn read(mut table: Table) -> Result<Self, ParseError> {
-        let mut solids =
-            |key| table.take_tables(key)?.into_iter().map(SolidDescription::read).collect::<Result<_, ParseError>>();
-        let (add, remove) = (solids("add")?, solids("remove")?);
-        Ok(Self { add, remove, ..table.read()? })
-    }
-
     fn build(&self, object: &mut ObjectContext) -> Result<BuiltShape, SceneError> {
         let path = object.path;
         check_shapes(path)?;

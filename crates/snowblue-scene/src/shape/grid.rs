@@ -14,7 +14,7 @@ use super::keys::{BuiltShape, ObjectContext};
 use crate::error::SceneError;
 use crate::sources::Sources;
 use crate::undisturbed::UndisturbedSurface;
-use crate::values::{ShapeSize, point};
+use crate::values::{ShapeSize, only_one, point};
 
 quantities! {
     /// A height above the sea or above a floor.
@@ -110,10 +110,31 @@ impl GridSettings {
         Self::KEYS.into_iter().zip(is_set).find_map(|(key, is_set)| is_set.then_some(key))
     }
 
+    /// The heights of the one of two keys that is given, and its path.
+    pub(super) fn read(
+        &self,
+        given: [(&str, Option<GridSource>); 2],
+        object: &ObjectContext,
+    ) -> Result<(HeightGrid, KeyPath), SceneError> {
+        let with_key = |(name, source): (_, Option<_>)| (name, source.map(|source| (object.path.key(name), source)));
+        let (key, source) = only_one(object.path, given.map(with_key))?;
+        let grid = match source {
+            GridSource::Rows(rows) => grid_of_rows(rows, &key, self.stated().no_data)?,
+            GridSource::File(file) => read_grid(&key, file, object.sources, &self.stated())?,
+        };
+        Ok((grid, key))
+    }
+
     /// What the keys say of a file, instead of the file.
-    pub(super) fn stated(&self) -> StatedByUser {
+    fn stated(&self) -> StatedByUser {
         stated(self.unit, self.map_unit, self.nodata)
     }
+}
+
+/// Where heights come from.
+pub(super) enum GridSource<'keys> {
+    Rows(&'keys Vec<Vec<f64>>),
+    File(&'keys String),
 }
 
 /// Heights in their place, relative to the object's origin.
@@ -208,7 +229,7 @@ impl PlacedGrid {
         let mut imprints = Vec::with_capacity(object.imprints.len());
         for (index, imprint) in object.imprints.iter().enumerate() {
             let path = object.path.key("imprint").index(index);
-            let position = DVec2::from(imprint.position());
+            let position = DVec2::from(imprint.keys().position());
             if position.cmplt(low).any() || position.cmpgt(high).any() {
                 let reason = format!(
                     "is {position}, but must lie on the surface: x = {} to {} m and y = {} to {} m",
@@ -216,7 +237,7 @@ impl PlacedGrid {
                 );
                 return Err(path.key("position").error(reason).into());
             }
-            imprints.push(imprint.build(&path)?);
+            imprints.push(imprint.keys().build(&path)?);
         }
         let Self { heights, far_left_m, cell_m, tolerance_m, .. } = self;
         let terrain = Terrain { heights, far_left_m, cell_m, filling, imprints };
@@ -231,7 +252,7 @@ impl PlacedGrid {
 }
 
 /// A grid of rows from far (greatest y) to near, each from left to right, among which `no_data` marks missing heights.
-pub(super) fn grid_of_rows(rows: &[Vec<f64>], path: &KeyPath, no_data: Option<f32>) -> Result<HeightGrid, KeyError> {
+fn grid_of_rows(rows: &[Vec<f64>], path: &KeyPath, no_data: Option<f32>) -> Result<HeightGrid, KeyError> {
     if rows.windows(2).any(|pair| pair[0].len() != pair[1].len()) {
         return Err(path.error("must be a list of lists of numbers, all of one length"));
     }

@@ -6,10 +6,10 @@ use snowblue_base::toml_table::Table;
 use snowblue_base::{Number, ParseError, narrow};
 use snowblue_shapes::terrain::Filling;
 
-use super::grid::{GridSettings, PlacedGrid, filled, grid_of_rows, heights_of, read_grid};
+use super::grid::{GridSettings, GridSource, PlacedGrid, filled, heights_of};
 use super::keys::{BuiltShape, ObjectContext, ShapeKeys, check_shapes};
 use crate::error::SceneError;
-use crate::values::{Coordinate, only_one, point};
+use crate::values::{Coordinate, point};
 
 /// Default distance of the bottom below the least height, as a fraction of the longer side.
 const BOTTOM_OF_SIDE: f64 = 0.01;
@@ -34,23 +34,22 @@ pub struct HeightFieldDescription {
     pub bottom: Option<Number<Coordinate>>,
 }
 
-impl ShapeKeys for HeightFieldDescription {
-    fn read(mut table: Table) -> Result<Self, ParseError> {
+impl HeightFieldDescription {
+    /// Reads the keys of a table.
+    pub(super) fn read(mut table: Table) -> Result<Self, ParseError> {
         let grid = table.split(&GridSettings::KEYS).read()?;
         Ok(Self { grid, ..table.read()? })
     }
+}
 
+impl ShapeKeys for HeightFieldDescription {
     fn build(&self, object: &mut ObjectContext) -> Result<BuiltShape, SceneError> {
         let (path, settings) = (object.path, &self.grid);
-        let rows = self.heights.as_ref().map(|rows| {
-            let key = path.key("heights");
-            Ok::<_, SceneError>((grid_of_rows(rows, &key, settings.stated().no_data)?, key))
-        });
-        let file = self.file.as_ref().map(|file| {
-            let key = path.key("file");
-            Ok((read_grid(&key, file, object.sources, &settings.stated())?, key))
-        });
-        let (grid, key) = only_one(path, [("heights", rows), ("file", file)])??;
+        let given = [
+            ("heights", self.heights.as_ref().map(GridSource::Rows)),
+            ("file", self.file.as_ref().map(GridSource::File)),
+        ];
+        let (grid, key) = settings.read(given, object)?;
         // The reason begins with the name of the key.
         let wrong = |reason: String| match reason.strip_prefix("bottom ") {
             Some(reason) => SceneError::from(path.key("bottom").error(reason)),

@@ -1,10 +1,8 @@
 //! Prints in snow.
 
 use schemars::JsonSchema;
-use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
-use snowblue_base::toml_table::Table;
-use snowblue_base::{KeyError, KeyPath, Number, Numbers, ParameterRange, ParseError, quantities};
+use snowblue_base::{KeyError, KeyPath, Number, Numbers, ParameterRange, quantities};
 use snowblue_shapes::imprint::{Foot, Imprint, ImprintKind, Sole, Wall};
 
 use crate::values::{Coordinate, Rotation, SmallLength, things};
@@ -30,14 +28,6 @@ things! {
 
 /// The keys of one kind of print.
 pub(crate) trait ImprintKeys {
-    /// Reads the keys of a table.
-    fn read(table: Table) -> Result<Self, ParseError>
-    where
-        Self: DeserializeOwned,
-    {
-        table.read()
-    }
-
     /// The middle of the print, in m.
     fn position(&self) -> [f64; 2];
 
@@ -109,18 +99,6 @@ pub enum FootDescription {
     /// The right one.
     #[default]
     Right,
-}
-
-impl ImprintDescription {
-    /// The middle of the print, in m.
-    pub fn position(&self) -> [f64; 2] {
-        self.keys().position()
-    }
-
-    /// Builds the print.
-    pub(super) fn build(&self, path: &KeyPath) -> Result<Imprint, KeyError> {
-        self.keys().build(path)
-    }
 }
 
 impl HoleDescription {

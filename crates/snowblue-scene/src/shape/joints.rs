@@ -29,7 +29,9 @@ pub(crate) fn joints(objects: &Objects, is_of_kind: impl Fn(usize) -> bool) -> V
     for (k, (one, bounds)) in bounded.iter().enumerate() {
         for (other, of_other) in &bounded[k + 1..] {
             let bodies = [body(*one).min(body(*other)), body(*one).max(body(*other))];
-            let Some(common) = common_box(bounds, of_other).filter(|_| bodies[0] != bodies[1]) else { continue };
+            let margin_m = touch_distance_m(bounds).max(touch_distance_m(of_other));
+            let common = bounds.padded(margin_m).common(of_other.padded(margin_m));
+            let Some(common) = common.filter(|_| bodies[0] != bodies[1]) else { continue };
             if examined < MAX_PAIRS && !joints.contains(&bodies) {
                 examined += 1;
                 if meet(objects, [*one, *other], &common) {
@@ -44,13 +46,6 @@ pub(crate) fn joints(objects: &Objects, is_of_kind: impl Fn(usize) -> bool) -> V
 /// Distance within which objects in a box touch, in m.
 fn touch_distance_m(bounds: &Bounds) -> f32 {
     TOUCH_DISTANCE_M.max(ROUNDING * bounds.greatest_coordinate())
-}
-
-/// The box in which objects in two boxes may meet.
-fn common_box(one: &Bounds, other: &Bounds) -> Option<Bounds> {
-    let margin_m = touch_distance_m(one).max(touch_distance_m(other));
-    let (low, high) = (one.low.max(other.low) - margin_m, one.high.min(other.high) + margin_m);
-    low.cmple(high).all().then_some(Bounds { low, high })
 }
 
 /// Whether enough lines through a box pass from one object into the other, or through both at once.

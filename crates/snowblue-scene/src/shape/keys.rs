@@ -5,9 +5,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
-use serde::de::DeserializeOwned;
-use snowblue_base::toml_table::Table;
-use snowblue_base::{KeyError, KeyPath, ParseError};
+use snowblue_base::{KeyError, KeyPath};
 use snowblue_geometry::instance::Instance;
 use snowblue_geometry::mesh_bvh::MeshBvh;
 use snowblue_geometry::shape::Shape;
@@ -21,14 +19,6 @@ use crate::undisturbed::UndisturbedSurface;
 
 /// The keys of one kind of shape.
 pub(crate) trait ShapeKeys {
-    /// Reads the keys of a table.
-    fn read(table: Table) -> Result<Self, ParseError>
-    where
-        Self: DeserializeOwned,
-    {
-        table.read()
-    }
-
     /// Builds the shape in its place.
     fn build(&self, object: &mut ObjectContext) -> Result<BuiltShape, SceneError>;
 
@@ -69,12 +59,22 @@ impl From<Shape> for BuiltShape {
 }
 
 /// A mesh from a file, centred at the origin.
-pub(super) struct FileMesh {
-    pub(super) mesh: Arc<MeshBvh>,
+pub(crate) struct FileMesh {
+    pub(crate) mesh: Arc<MeshBvh>,
     /// The map from the centred mesh to its original place.
-    pub(super) to_original: DAffine3,
+    pub(crate) to_original: DAffine3,
     /// Whether the mesh is known to be closed.
-    pub(super) is_closed: bool,
+    pub(crate) is_closed: bool,
+}
+
+impl FileMesh {
+    /// A mesh whose coordinates begin at `origin`, with smooth vertex normals or with flat faces.
+    pub(crate) fn new(mesh: TriangleMesh, origin: DVec3, is_smooth: bool) -> Self {
+        let centred = mesh.centred();
+        let mesh = if is_smooth { centred.mesh.smooth() } else { centred.mesh.flat() };
+        let to_original = DAffine3::from_translation(origin) * centred.to_original;
+        Self { mesh: Arc::new(MeshBvh::new(mesh)), to_original, is_closed: false }
+    }
 }
 
 /// Meshes by file, by part, by whether they are smooth, and by whether they are snow.
@@ -89,12 +89,10 @@ impl ObjectContext<'_> {
 
     /// A solid with the transform of the object, whose coordinates begin at `origin` in the coordinates of the object.
     pub(super) fn place_from(&self, origin: DVec3, triangles: TriangleMesh) -> Result<Shape, KeyError> {
-        let centred = triangles.centred();
+        let FileMesh { mesh, to_original, .. } = FileMesh::new(triangles, origin, true);
         let wrong = |reason: String| self.path.error(format!("is misplaced: {reason}"));
-        let to_object = DAffine3::from_translation(origin) * centred.to_original;
-        let placement = placement(&(self.placing.to_scene() * to_object)).map_err(wrong)?;
-        let instance = Instance::new(Arc::new(MeshBvh::new(centred.mesh.smooth())), placement);
-        Ok(Shape::Mesh(instance))
+        let placement = placement(&(self.placing.to_scene() * to_original)).map_err(wrong)?;
+        Ok(Shape::Mesh(Instance::new(mesh, placement)))
     }
 }
 

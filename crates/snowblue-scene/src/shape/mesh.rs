@@ -3,12 +3,10 @@
 use std::collections::btree_map::Entry;
 use std::sync::Arc;
 
-use glam::DAffine3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use snowblue_base::KeyPath;
 use snowblue_geometry::instance::Instance;
-use snowblue_geometry::mesh_bvh::MeshBvh;
 use snowblue_geometry::mesh_files::{ReadMesh, read_mesh_from};
 use snowblue_geometry::shape::Shape;
 
@@ -71,11 +69,7 @@ impl MeshDescription {
                     notes.extend(solid(&mut read).map_err(|reason| path.error(format!("is \"{file}\": {reason}")))?);
                 }
                 object.notes.extend(notes.into_iter().map(|note| format!("{path} is \"{file}\": {note}")));
-                let centred = read.centred();
-                let mesh = if *smooth { centred.mesh.smooth() } else { centred.mesh.flat() };
-                let (mesh, to_original) =
-                    (Arc::new(MeshBvh::new(mesh)), DAffine3::from_translation(origin) * centred.to_original);
-                fresh.insert(FileMesh { mesh, to_original, is_closed: false })
+                fresh.insert(FileMesh::new(read, origin, *smooth))
             }
         })
     }

@@ -36,6 +36,7 @@ use crate::material::NamedMaterial;
 use crate::objects::Object;
 use crate::sources::Sources;
 use crate::values::{Coordinate, Scale, things};
+pub(crate) use keys::FileMesh;
 use keys::{BuiltShape, MeshCache, ObjectContext, ShapeKeys};
 use placing::Placing;
 
@@ -70,15 +71,15 @@ things! {
         /// The endless plane z = 0.
         "plane" => Plane(PlaneDescription),
         /// A solid under a surface of heights.
-        "heights" => Heights(HeightFieldDescription),
+        "heights" => Heights(HeightFieldDescription, read),
         /// Ground under snow, with mounds.
         "drift" => Drift(DriftDescription),
         /// Snow on a surface of heights or on a mesh.
-        "snowpack" => Snowpack(SnowpackDescription),
+        "snowpack" => Snowpack(SnowpackDescription, read),
         /// An igloo, one object for each block.
         "igloo" => Igloo(IglooDescription),
         /// The union of solids without the union of others.
-        "carved" => Carved(CarvedDescription),
+        "carved" => Carved(CarvedDescription, read),
     }
 }
 
@@ -134,6 +135,7 @@ impl ObjectDescription {
     pub fn new(shape: impl Into<ShapeDescription>, material: impl Into<String>) -> Self {
         let common = ObjectSettings {
             material: material.into(),
+            name: None,
             body: None,
             position: Numbers::default(),
             rotation_deg: Numbers::default(),
@@ -240,7 +242,8 @@ impl<'scene> ObjectBuilder<'scene> {
                 path.key("material").error(format!("is \"{material_name}\", which does not fit: {reason}"))
             })?;
         }
-        let (name, undisturbed) = (shape.name(), undisturbed.map(Arc::new));
+        let name = common.name.clone().unwrap_or_else(|| shape.name());
+        let undisturbed = undisturbed.map(Arc::new);
         let body = common.body.clone().or(body);
         let object = |shape| Object {
             name: name.clone(),

@@ -17,6 +17,10 @@ use crate::values::{Coordinate, MAX_REACH_M, Rotation, Scale, UpAxis};
 pub struct ObjectSettings {
     /// Name of its material.
     pub material: String,
+    /// The name in reports and mattes; by default the word of its shape, or the name of its mesh file. Several objects
+    /// may have one name.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
     /// Snow objects of the same body are one solid.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub body: Option<String>,
@@ -33,7 +37,7 @@ pub struct ObjectSettings {
 
 impl ObjectSettings {
     /// The keys.
-    pub(super) const KEYS: [&str; 5] = ["material", "body", "position", "rotation_deg", "scale"];
+    pub(super) const KEYS: [&str; 6] = ["material", "name", "body", "position", "rotation_deg", "scale"];
 }
 
 /// Position, rotation and scale of a shape.

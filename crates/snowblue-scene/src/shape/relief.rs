@@ -274,8 +274,8 @@ impl<'a> Neighbours<'a> {
     fn of(objects: &'a Objects, (index, own): (usize, Shape), greatest_m: f32) -> Self {
         let around = objects.bounds(index).map(|bounds| bounds.padded(greatest_m / OF_WAY + TOUCHING_M));
         let is_near = |other: &usize| {
-            let meets = |one: Bounds, other: Bounds| one.low.cmple(other.high).all() && other.low.cmple(one.high).all();
-            *other != index && around.zip(objects.bounds(*other)).is_none_or(|(one, other)| meets(one, other))
+            let both = around.zip(objects.bounds(*other));
+            *other != index && both.is_none_or(|(around, other)| around.common(other).is_some())
         };
         let (list, body) = (objects.list(), objects.body_of(index));
         let others = (0..list.len()).filter(is_near).map(|other| (&list[other].shape, body.contains(&other)));

@@ -19,7 +19,7 @@ use snowblue_shapes::height_files::Georeference;
 use snowblue_shapes::snow_on_mesh::{SnowLayer, snow_on_mesh};
 use snowblue_shapes::terrain::{Depth, DepthImage, Filling, SnowCover};
 
-use super::grid::{GridSettings, LengthUnit, NoData, PlacedGrid, grid_of_rows, note_on_unit, read_grid, stated};
+use super::grid::{GridSettings, GridSource, LengthUnit, NoData, PlacedGrid, note_on_unit, read_grid, stated};
 use super::keys::{BuiltShape, ObjectContext, ShapeKeys, check_shapes};
 use super::placing::upright;
 use crate::error::SceneError;
@@ -205,17 +205,18 @@ impl VaryingDepth {
 }
 
 impl SnowpackDescription {
+    /// Reads the keys of a table.
+    pub(super) fn read(mut table: Table) -> Result<Self, ParseError> {
+        let grid = table.split(&GridSettings::KEYS).read()?;
+        Ok(Self { grid, ..table.read()? })
+    }
+
     fn default_least_depth() -> Number<SmallLength> {
         Number::of(1e-3)
     }
 }
 
 impl ShapeKeys for SnowpackDescription {
-    fn read(mut table: Table) -> Result<Self, ParseError> {
-        let grid = table.split(&GridSettings::KEYS).read()?;
-        Ok(Self { grid, ..table.read()? })
-    }
-
     fn build(&self, object: &mut ObjectContext) -> Result<BuiltShape, SceneError> {
         let path = object.path;
         check_shapes(path)?;
@@ -238,15 +239,11 @@ impl ShapeKeys for SnowpackDescription {
         if let Some((key, _)) = of_meshes.into_iter().find(|(_, is_given)| *is_given) {
             return Err(path.key(key).error("is of meshes, but the ground is none").into());
         }
-        let rows = self.heights.as_ref().map(|rows| {
-            let key = path.key("heights");
-            Ok::<_, SceneError>((grid_of_rows(rows, &key, self.grid.stated().no_data)?, key))
-        });
-        let file = self.ground.as_ref().map(|file| {
-            let key = path.key("ground");
-            Ok((read_grid(&key, file, object.sources, &self.grid.stated())?, key))
-        });
-        let (grid, key) = only_one(path, [("ground", file), ("heights", rows)])??;
+        let given = [
+            ("ground", self.ground.as_ref().map(GridSource::File)),
+            ("heights", self.heights.as_ref().map(GridSource::Rows)),
+        ];
+        let (grid, key) = self.grid.read(given, object)?;
         let placed = PlacedGrid::new(path, &key, grid, &self.grid, object.notes)?;
         let usual_gap_m = GAP_M + 2.0 * placed.tolerance_m + GAP_OF_SIDE * placed.size_m().max_element();
         let cover = SnowCover {

@@ -2,10 +2,9 @@
 
 use glam::DVec3;
 use schemars::JsonSchema;
-use serde::de::{DeserializeOwned, Deserializer};
+use serde::de::Deserializer;
 use serde::{Deserialize, Serialize};
-use snowblue_base::toml_table::Table;
-use snowblue_base::{KeyError, KeyPath, Number, Numbers, ParameterRange, ParseError, quantities};
+use snowblue_base::{KeyError, KeyPath, Number, Numbers, ParameterRange, quantities};
 use snowblue_shapes::carved::Solid;
 
 use super::placing::rotation;
@@ -41,14 +40,6 @@ things! {
 
 /// The keys of one kind of solid.
 pub(crate) trait SolidKeys {
-    /// Reads the keys of a table.
-    fn read(table: Table) -> Result<Self, ParseError>
-    where
-        Self: DeserializeOwned,
-    {
-        table.read()
-    }
-
     /// Builds the solid.
     fn build(&self, path: &KeyPath) -> Result<Solid, KeyError>;
 }
@@ -133,11 +124,6 @@ impl SolidDescription {
     /// Whether the solid is bounded in all directions.
     pub(super) fn is_bounded(&self) -> bool {
         !matches!(self, Self::HalfSpace(_))
-    }
-
-    /// Builds the solid.
-    pub(super) fn build(&self, path: &KeyPath) -> Result<Solid, KeyError> {
-        self.keys().build(path)
     }
 }
 

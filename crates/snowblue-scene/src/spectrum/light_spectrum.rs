@@ -45,11 +45,7 @@ impl LightSpectrum {
     ///
     /// When the illuminant's table does not cover 400–700 nm.
     pub fn illuminant(illuminant: Illuminant) -> Result<Self, ColorError> {
-        let mut power = [0.0; SAMPLES];
-        for (sample, nm) in power.iter_mut().zip(wavelengths_nm()) {
-            *sample = illuminant.relative_power(nm)?;
-        }
-        Ok(Self::of_power(&power))
+        Self::of_relative_power(|nm| illuminant.relative_power(nm))
     }
 
     /// The spectrum of a correlated [colour temperature](temperature) in K.
@@ -58,9 +54,13 @@ impl LightSpectrum {
     ///
     /// When the temperature lies outside its range.
     pub fn of_temperature(kelvin: f64) -> Result<Self, ColorError> {
+        Self::of_relative_power(|nm| temperature::relative_power(kelvin, nm))
+    }
+
+    fn of_relative_power(relative_power: impl Fn(f64) -> Result<f64, ColorError>) -> Result<Self, ColorError> {
         let mut power = [0.0; SAMPLES];
         for (sample, nm) in power.iter_mut().zip(wavelengths_nm()) {
-            *sample = temperature::relative_power(kelvin, nm)?;
+            *sample = relative_power(nm)?;
         }
         Ok(Self::of_power(&power))
     }

@@ -5,17 +5,15 @@
 //! north. `GeoKeyDirectoryTag` names the system of the map and of the heights, and their units. GDAL's tag 42113 holds
 //! the text of the value that marks missing heights, and tag 42112 the unit, the scale and the offset of a band.
 
-use std::io::{Cursor, Read as _};
+use std::io::Cursor;
 
 use glam::DVec2;
-use ruzstd::decoding::StreamingDecoder;
 use snowblue_base::files::check_memory;
 use snowblue_base::narrow;
 use tiff::decoder::ifd::Value;
-use tiff::decoder::{ChunkType, Decoder, DecodingResult};
-use tiff::encoder::TiffEncoder;
-use tiff::tags::{ByteOrder, CompressionMethod, PhotometricInterpretation, Tag};
-use tiff::{ColorType, TiffError, TiffResult};
+use tiff::decoder::{Decoder, DecodingResult};
+use tiff::tags::{PhotometricInterpretation, Tag};
+use tiff::{ColorType, TiffError};
 
 use crate::height_files::height_grid::{Georeference, HeightGrid, StatedByUser, check_size};
 use crate::height_files::units;
@@ -46,8 +44,6 @@ const ALPHA: [u16; 2] = [1, 2];
 /// Bits of `NewSubfileType`.
 const REDUCED: u32 = 1;
 const MASK: u32 = 4;
-/// Greatest side of a tile in Zstandard.
-const MAX_TILE: u32 = 4096;
 /// GDAL's text about the bands.
 const GDAL_METADATA: Tag = Tag::Unknown(42_112);
 
@@ -81,7 +77,14 @@ pub(super) fn read(bytes: &[u8], stated: &StatedByUser) -> Result<HeightGrid, St
     }
     let band = Band::read(&mut file)?;
     let georeference = georeference(&mut file, [columns, rows], &band, stated);
-    let values = heights(decoded(&mut file, bytes)?)?;
+    // The library inverts images in which 0 is white, which the programs of maps do not.
+    let kind = file.find_tag_unsigned::<u16>(Tag::PhotometricInterpretation).map_err(unreadable)?;
+    if kind != Some(PhotometricInterpretation::BlackIsZero.to_u16()) {
+        return Err("the value 0 is white, but must be black (`gdal_translate -co PHOTOMETRIC=MINISBLACK IN.tif \
+                    OUT.tif` mends it)"
+            .to_owned());
+    }
+    let values = heights(file.read_image().map_err(unreadable)?)?;
     if values.len() != columns * rows {
         return Err(format!("there are {} heights, but must be {columns} × {rows}", values.len()));
     }
@@ -111,63 +114,6 @@ fn unreadable(error: TiffError) -> String {
         _ => "",
     };
     format!("not a readable TIFF file: {error}{way_out}").replace('\n', " ")
-}
-
-/// The pixels of an image. The library does not read Zstandard: such images are copied into a file without it. It
-/// inverts images in which 0 is white, which the programs of maps do not.
-fn decoded(file: &mut File, bytes: &[u8]) -> Result<DecodingResult, String> {
-    let number = |file: &mut File, tag| file.find_tag_unsigned::<u16>(tag).map_err(unreadable);
-    if number(file, Tag::PhotometricInterpretation)? != Some(PhotometricInterpretation::BlackIsZero.to_u16()) {
-        return Err("the value 0 is white, but must be black (`gdal_translate -co PHOTOMETRIC=MINISBLACK IN.tif \
-                    OUT.tif` mends it)"
-            .to_owned());
-    }
-    if number(file, Tag::Compression)? != Some(CompressionMethod::ZSTD.to_u16()) {
-        return file.read_image().map_err(unreadable);
-    }
-    if file.byte_order() != ByteOrder::native() {
-        return Err("the file has another order of bytes than this machine (`gdal_translate IN.tif OUT.tif` mends it)"
-            .to_owned());
-    }
-    let copy = copied(file, bytes).map_err(unreadable)?;
-    Decoder::new(Cursor::new(&copy)).and_then(|mut copy| copy.read_image()).map_err(unreadable)
-}
-
-/// A file with a copy of an image in Zstandard, whose chunks are decompressed.
-fn copied(file: &mut File, bytes: &[u8]) -> TiffResult<Vec<u8>> {
-    let [places, lengths] = match file.get_chunk_type() {
-        ChunkType::Strip => [Tag::StripOffsets, Tag::StripByteCounts],
-        ChunkType::Tile => [Tag::TileOffsets, Tag::TileByteCounts],
-    };
-    let [begins, sizes] = [places, lengths].map(|tag| file.find_tag_unsigned_vec::<usize>(tag));
-    let mut copy = Cursor::new(Vec::new());
-    let mut encoder = TiffEncoder::new(&mut copy)?;
-    let mut image = encoder.image_directory()?;
-    let (mut new_places, mut new_lengths) = (Vec::new(), Vec::new());
-    // All chunks have at most all pixels and the padding of tiles, in double precision.
-    let ((columns, rows), (across, down)) = (file.dimensions()?, file.chunk_dimensions());
-    let padded = |pixels: u32, of_chunk: u32| u64::from(pixels) + u64::from(of_chunk.min(MAX_TILE));
-    let mut most_bytes = 8 * padded(columns, across) * padded(rows, down);
-    for (begin, size) in begins?.into_iter().flatten().zip(sizes?.into_iter().flatten()) {
-        let chunk = bytes.get(begin..begin.saturating_add(size)).unwrap_or_default();
-        let mut plain = Vec::new();
-        let decoder = StreamingDecoder::new(chunk).map_err(std::io::Error::other)?;
-        decoder.take(most_bytes).read_to_end(&mut plain)?;
-        most_bytes -= plain.len() as u64;
-        new_lengths.push(u32::try_from(plain.len())?);
-        new_places.push(u32::try_from(image.write_data(plain.as_slice())?)?);
-    }
-    // The tags that describe the pixels have one number.
-    for (tag, value) in file.tag_iter().collect::<TiffResult<Vec<_>>>()? {
-        if let Ok(number) = value.into_u32() {
-            image.write_tag(tag, number)?;
-        }
-    }
-    image.write_tag(Tag::Compression, CompressionMethod::None)?;
-    image.write_tag(places, new_places.as_slice())?;
-    image.write_tag(lengths, new_lengths.as_slice())?;
-    image.finish()?;
-    Ok(copy.into_inner())
 }
 
 /// The values in single precision.
@@ -769,28 +715,18 @@ mod tests {
     }
 
     #[test]
-    fn strips_in_zstandard_are_read() {
-        use ruzstd::encoding::{CompressionLevel, compress_to_vec};
-        let tags = [
-            (Tag::BitsPerSample, 32),
-            (Tag::SampleFormat, 3),
-            (Tag::Compression, u32::from(CompressionMethod::ZSTD.to_u16())),
-            (Tag::PhotometricInterpretation, 1),
-        ];
-        let plain: Vec<u8> = HEIGHTS.iter().flat_map(|height| height.to_ne_bytes()).collect();
-        let strip = compress_to_vec(plain.as_slice(), CompressionLevel::Fastest);
-        let stated = StatedByUser { no_data: Some(6.0), ..StatedByUser::default() };
-        let values = super::read(&images(&[(&tags, &strip)]), &stated).unwrap().values;
-        assert_eq!(values[..5], HEIGHTS[..5]);
-        assert!(values[5].is_nan(), "the user's value marks missing heights");
-        let message = super::read(&images(&[(&tags, &strip[..strip.len() - 4])]), &stated).unwrap_err();
-        assert!(message.contains("not a readable TIFF file") && !message.contains('\n'), "{message}");
-        // A strip that decompresses to more than the image does not fill the memory.
-        let bomb = compress_to_vec(vec![0u8; 1 << 28].as_slice(), CompressionLevel::Fastest);
-        assert!(super::read(&images(&[(&tags, &bomb)]), &stated).is_ok());
-        let lerc = [&tags[..2], &[(Tag::Compression, 34_887), (Tag::PhotometricInterpretation, 1)]].concat();
-        let message = super::read(&images(&[(&lerc, &strip)]), &stated).unwrap_err();
-        assert!(message.contains("`gdal_translate -co COMPRESS=DEFLATE IN.tif OUT.tif`"), "{message}");
+    fn compressions_that_are_not_read_are_refused_with_a_way_out() {
+        // Zstandard and LERC.
+        for compression in [50_000, 34_887] {
+            let tags = [
+                (Tag::BitsPerSample, 32),
+                (Tag::SampleFormat, 3),
+                (Tag::Compression, compression),
+                (Tag::PhotometricInterpretation, 1),
+            ];
+            let message = super::read(&images(&[(&tags, &[0; 24])]), &StatedByUser::default()).unwrap_err();
+            assert!(message.contains("`gdal_translate -co COMPRESS=DEFLATE IN.tif OUT.tif`"), "{message}");
+        }
     }
 
     #[test]

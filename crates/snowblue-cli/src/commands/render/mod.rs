@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::Args;
+use glam::DVec3;
 use snowblue_base::atomic_file::is_stream;
 use snowblue_base::{Count, Number};
 use snowblue_database::CompressedTable;
@@ -145,7 +146,7 @@ pub(crate) struct Render {
     /// Arbitrary output variables (AOVs) of an .exr, separated by commas: rgb, spectrum (31 channels, W/(m² sr nm)),
     /// variance (of the mean), normal, albedo, thickness (m), angle (degrees), emitter (fraction of samples that see a
     /// lamp or the sun), snow (fraction that sees snow), alpha (fraction that sees a surface; leaves the sky out of the
-    /// colours), depth (m along the viewing axis), position (m)
+    /// colours), depth (m along the viewing axis), position (m), object, material (mattes in the layout of Cryptomatte)
     #[arg(long, value_name = "LIST", default_value = "rgb", value_parser = parse::aovs)]
     aovs: Aovs,
     /// Keep the sums of samples in an .exr, for 'snowblue merge' and --resume; parts of pictures always keep them
@@ -221,7 +222,10 @@ impl Render {
         let integrator = Integrator::prepare_with(&scene, preparation);
         let integrator = integrator.map_err(|error| Failure::input(error.located(&scene_file)))?;
         phases.end();
-        let notes = integrator.notes().iter().cloned().chain(coarse_cells(&integrator));
+        let origin = scene.local_origin();
+        let positions = (self.aovs.position && origin != DVec3::ZERO)
+            .then(|| format!("`position` counts from {origin} m, which the attribute `positionOrigin` holds"));
+        let notes = integrator.notes().iter().cloned().chain(coarse_cells(&integrator)).chain(positions);
         print_notes(quiet, notes.map(|note| format!("{}: {note}", output.display())));
         let target = self.target(scene.description())?;
         let job = RenderJob {

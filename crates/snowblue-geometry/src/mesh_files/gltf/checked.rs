@@ -5,14 +5,19 @@
 //! [`numbers`]: accessors are read from buffers with all lengths checked (glTF 2.0 specification, section 3.6, Khronos
 //! Group 2021). The readers of the crate check less, and take integers for single-precision numbers.
 
+use std::borrow::Cow;
+
+use glam::DVec3;
 use gltf::accessor::sparse::IndexType;
 use gltf::accessor::{DataType, Dimensions};
+use gltf::binary::Glb;
 use gltf::buffer::View;
-use gltf::json::Root;
 use gltf::json::camera::Type;
+use gltf::json::deserialize::from_slice;
 use gltf::json::mesh::Semantic;
 use gltf::json::validation::{Checked, Validate};
-use gltf::{Accessor, Document, Gltf};
+use gltf::json::{Root, Value};
+use gltf::{Accessor, Document};
 use snowblue_base::files::{MAX_NAMED, check_memory, decode_text, first_names, one_line};
 
 /// Length of the header of a GLB, in bytes: three numbers of 32 bits. The last number is the length of the file.
@@ -29,21 +34,33 @@ pub(super) const READ_EXTENSIONS: [&str; 7] = [
     "KHR_texture_transform",
 ];
 
+/// The content of a file.
+#[derive(Debug)]
+pub(super) struct ValidGltf {
+    pub(super) document: Document,
+    /// The binary chunk.
+    pub(super) blob: Option<Vec<u8>>,
+    /// The translation of each node in double precision, unlike in the document; none if it is not stated.
+    pub(super) translations: Vec<Option<DVec3>>,
+}
+
 /// Reads a glTF or GLB, such that access to its parts does not panic.
-pub(super) fn valid(bytes: &[u8]) -> Result<Gltf, String> {
+pub(super) fn valid(bytes: &[u8]) -> Result<ValidGltf, String> {
     if let (true, Some(&[a, b, c, d])) = (bytes.starts_with(b"glTF"), bytes.get(8..GLB_HEADER)) {
         let length = u32::from_le_bytes([a, b, c, d]);
         if (length as usize) < GLB_HEADER {
             return Err(format!("its length is {length} bytes, but must be at least {GLB_HEADER} bytes"));
         }
     }
-    let read = if bytes.starts_with(b"glTF") {
-        Gltf::from_slice_without_validation(bytes)
+    let (text, blob) = if bytes.starts_with(b"glTF") {
+        let Glb { json, bin, .. } = Glb::from_slice(bytes).map_err(|error| one_line(&error.to_string()))?;
+        (json, bin.map(Cow::into_owned))
     } else {
-        Gltf::from_slice_without_validation(decode_text(bytes).as_bytes())
+        (decode_text(bytes).into_owned().into_bytes().into(), None)
     };
-    let Gltf { document, blob } = read.map_err(|error| one_line(&error.to_string()))?;
-    let mut root = document.into_json();
+    let mut root: Root = from_slice(&text).map_err(|error| one_line(&error.to_string()))?;
+    let json: Value = from_slice(&text).map_err(|error| one_line(&error.to_string()))?;
+    let translations = json["nodes"].as_array().into_iter().flatten().map(translation).collect();
     check_required(&root)?;
     // The crate refuses extensions that it does not know.
     root.extensions_required.clear();
@@ -59,9 +76,17 @@ pub(super) fn valid(bytes: &[u8]) -> Result<Gltf, String> {
     if count > 0 {
         return Err(first_names(&named, count));
     }
-    check_images(&root)?;
-    check_cameras(&root)?;
-    Ok(Gltf { document: Document::from_json_without_validation(root), blob })
+    check_images_and_cameras(&root)?;
+    Ok(ValidGltf { document: Document::from_json_without_validation(root), blob, translations })
+}
+
+/// The translation of a node, alone or in its matrix.
+fn translation(node: &Value) -> Option<DVec3> {
+    let number = |key: &str, place: usize| node[key].get(place)?.as_f64();
+    let vector = |key: &str, first: usize| {
+        Some(DVec3::new(number(key, first)?, number(key, first + 1)?, number(key, first + 2)?))
+    };
+    vector("translation", 0).or_else(|| vector("matrix", 12))
 }
 
 /// Refuses extensions without which the file has another meaning, and says how to write the file without them.
@@ -91,28 +116,21 @@ fn check_positions(root: &Root) -> Result<(), String> {
     Ok(())
 }
 
-/// An image is a file, or a part of a buffer with its type.
-fn check_images(root: &Root) -> Result<(), String> {
-    let is_whole = |image: &gltf::json::Image| match image.buffer_view {
-        Some(_) => image.mime_type.is_some(),
-        None => image.uri.is_some(),
-    };
-    match root.images.iter().position(|image| !is_whole(image)) {
-        Some(number) => Err(format!("image {number} has neither a `uri` nor a `bufferView` with its `mimeType`")),
-        None => Ok(()),
-    }
-}
-
-/// A camera has the lens of its type.
-fn check_cameras(root: &Root) -> Result<(), String> {
-    let is_whole = |camera: &gltf::json::Camera| match camera.type_ {
-        Checked::Valid(Type::Perspective) => camera.perspective.is_some(),
-        Checked::Valid(Type::Orthographic) => camera.orthographic.is_some(),
-        Checked::Invalid => false,
-    };
-    match root.cameras.iter().position(|camera| !is_whole(camera)) {
-        Some(number) => Err(format!("camera {number} has no lens of its type")),
-        None => Ok(()),
+/// An image is a file, or a part of a buffer with its type. A camera has the lens of its type.
+fn check_images_and_cameras(root: &Root) -> Result<(), String> {
+    let image = root.images.iter().position(|image| match image.buffer_view {
+        Some(_) => image.mime_type.is_none(),
+        None => image.uri.is_none(),
+    });
+    let camera = root.cameras.iter().position(|camera| match camera.type_ {
+        Checked::Valid(Type::Perspective) => camera.perspective.is_none(),
+        Checked::Valid(Type::Orthographic) => camera.orthographic.is_none(),
+        Checked::Invalid => true,
+    });
+    match (image, camera) {
+        (Some(image), _) => Err(format!("image {image} has neither a `uri` nor a `bufferView` with its `mimeType`")),
+        (_, Some(camera)) => Err(format!("camera {camera} has no lens of its type")),
+        (None, None) => Ok(()),
     }
 }
 

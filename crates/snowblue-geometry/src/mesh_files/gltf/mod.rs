@@ -11,7 +11,7 @@
 mod checked;
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -20,15 +20,17 @@ use gltf::accessor::Dimensions;
 use gltf::json::Value;
 use gltf::mesh::Mode;
 use gltf::texture::{Info, TextureTransform};
-use gltf::{Accessor, Document, Gltf, Image, Node, Primitive, Semantic};
+use gltf::{Accessor, Document, Image, Node, Primitive, Scene, Semantic};
 
 use crate::mesh_files::faces::strip;
+use crate::mesh_files::read_mesh::ReadMesh;
+use crate::transform::origin_near;
 use crate::triangle_mesh::{SECOND_UV, TriangleMesh};
 use crate::vertex_normals::VertexNormals;
 use percent_encoding::percent_decode_str;
 use snowblue_base::narrow;
 
-use checked::{READ_EXTENSIONS, numbers, valid, whole};
+use checked::{READ_EXTENSIONS, ValidGltf, numbers, valid, whole};
 use snowblue_base::files::{FileError, FileSource, NamedFile, check_memory, check_total, name_beside};
 
 /// Maps the axes of glTF (y up, z towards the viewer) to the axes of a scene (z up, y away from the viewer).
@@ -42,7 +44,9 @@ const BYTES_PER_INSTANCE: f64 = 512.0;
 pub struct GltfFile {
     name: String,
     path: PathBuf,
-    gltf: Gltf,
+    document: Document,
+    /// The translation of each node, if it is stated. The document has it in single precision.
+    translations: Vec<Option<DVec3>>,
     buffers: Vec<Vec<u8>>,
     /// Length of the file and its buffers, in bytes.
     size: usize,
@@ -77,15 +81,20 @@ impl PlacedNode<'_> {
         self.node.name().map(str::to_owned).or(mesh_name).unwrap_or_else(|| format!("node {}", self.node.index()))
     }
 
-    /// Index of its mesh in the file, if it has a mesh.
-    pub fn mesh(&self) -> Option<usize> {
-        self.node.mesh().map(|mesh| mesh.index())
+    /// The shape of its mesh, if it has a mesh.
+    pub fn mesh_shape(&self) -> Option<MeshShape> {
+        let with_own_weights = self.node.weights().map(|_| self.node.index());
+        self.node.mesh().map(|mesh| MeshShape { mesh: mesh.index(), with_own_weights })
     }
+}
 
-    /// Index of the node, if the weights of the morph targets of its mesh are its own.
-    pub fn with_own_weights(&self) -> Option<usize> {
-        self.node.weights().map(|_| self.node.index())
-    }
+/// A mesh with weights of its morph targets. Nodes share it unless they have weights of their own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct MeshShape {
+    /// Index of the mesh in the file.
+    mesh: usize,
+    /// Index of the node whose weights the morph targets have; none for the weights of the mesh.
+    with_own_weights: Option<usize>,
 }
 
 impl GltfFile {
@@ -97,18 +106,56 @@ impl GltfFile {
     pub fn read(files: &dyn FileSource, name: &str) -> Result<Self, FileError> {
         let NamedFile { path, bytes } = NamedFile::read(files, name)?;
         let wrong = |reason: String| FileError::Content { path: path.clone(), reason };
-        let mut gltf = valid(&bytes).map_err(|reason| wrong(format!("not a readable glTF file: {reason}")))?;
-        let mut blob = gltf.blob.take();
-        let neighbours = Neighbours { files, name, path: &path };
-        let mut buffers: Vec<Vec<u8>> = Vec::new();
-        let mut size = bytes.len();
-        for buffer in gltf.buffers() {
-            let content = neighbours.buffer(&buffer, &mut blob)?;
-            size = size.saturating_add(content.len());
-            check_total("its buffers", size as f64).map_err(wrong)?;
-            buffers.push(content);
+        let ValidGltf { document, mut blob, translations } =
+            valid(&bytes).map_err(|reason| wrong(format!("not a readable glTF file: {reason}")))?;
+        let (name, size) = (name.to_owned(), bytes.len());
+        let mut file = Self { name, path, document, translations, buffers: Vec::new(), size };
+        for buffer in file.document.buffers() {
+            let content = file.buffer(&buffer, &mut blob, files)?;
+            file.size = file.size.saturating_add(content.len());
+            check_total("its buffers", file.size as f64).map_err(|reason| file.wrong(reason))?;
+            file.buffers.push(content);
         }
-        Ok(Self { name: name.to_owned(), path, gltf, buffers, size })
+        Ok(file)
+    }
+
+    /// The content of a buffer. The content of the binary chunk is taken from `blob`, since only one buffer may have
+    /// it.
+    fn buffer(
+        &self,
+        buffer: &gltf::Buffer,
+        blob: &mut Option<Vec<u8>>,
+        files: &dyn FileSource,
+    ) -> Result<Vec<u8>, FileError> {
+        let number = buffer.index();
+        let bytes = match buffer.source() {
+            gltf::buffer::Source::Bin => {
+                blob.take().ok_or_else(|| self.wrong(format!("buffer {number} is missing from the file")))?
+            }
+            gltf::buffer::Source::Uri(uri) => self.uri(uri, &format!("buffer {number}"), files)?,
+        };
+        if bytes.len() < buffer.length() {
+            let (found, wanted) = (bytes.len(), buffer.length());
+            let reason = format!("buffer {number} has {found} bytes, but must have {wanted}: the file is truncated");
+            return Err(self.wrong(reason));
+        }
+        Ok(bytes)
+    }
+
+    /// The bytes of a data URI, or of the file that the URI names.
+    fn uri(&self, uri: &str, what: &str, files: &dyn FileSource) -> Result<Vec<u8>, FileError> {
+        let Some(data) = uri.strip_prefix("data:") else {
+            let name = name_beside(&self.name, &percent_decode_str(uri).decode_utf8_lossy());
+            return NamedFile::read(files, &name).map(|file| file.bytes);
+        };
+        let text = data.split_once(";base64,").map(|(_, text)| text);
+        let text = text.ok_or_else(|| self.wrong(format!("{what} must be encoded as base64")))?;
+        STANDARD.decode(text).map_err(|error| self.wrong(format!("{what} is not base64: {error}")))
+    }
+
+    /// The default scene, or else the first.
+    fn scene(&self) -> Option<Scene<'_>> {
+        self.document.default_scene().or_else(|| self.document.scenes().next())
     }
 
     /// The nodes of the default scene, parents before children, with the root transformed by `root`.
@@ -122,12 +169,11 @@ impl GltfFile {
     }
 
     fn nodes_named(&self, root: DAffine3, name: Option<&str>) -> Result<Vec<PlacedNode<'_>>, FileError> {
-        let scene = self.gltf.default_scene().or_else(|| self.gltf.scenes().next());
-        let scene = scene.ok_or_else(|| self.wrong("the file has no scene".into()))?;
+        let scene = self.scene().ok_or_else(|| self.wrong("the file has no scene".into()))?;
         let mut nodes = Vec::new();
         let mut pending: Vec<_> = scene.nodes().map(|node| (node, root, name.is_none())).collect();
         pending.reverse();
-        let mut visited = vec![false; self.gltf.nodes().len()];
+        let mut visited = vec![false; self.document.nodes().len()];
         let mut instance_count = 0;
         while let Some((node, parent, named)) = pending.pop() {
             let index = node.index();
@@ -135,7 +181,9 @@ impl GltfFile {
                 return Err(self.wrong(format!("node {index} has two parents")));
             }
             let local = DMat4::from_cols_array_2d(&node.transform().matrix().map(|column| column.map(f64::from)));
-            let to_root = parent * DAffine3::from_mat4(local);
+            let mut local = DAffine3::from_mat4(local);
+            local.translation = self.translations[index].unwrap_or(local.translation);
+            let to_root = parent * local;
             let mesh_named = node.mesh().is_some_and(|mesh| name.is_some() && mesh.name() == name);
             let named = named || mesh_named || (name.is_some() && node.name() == name);
             let children: Vec<_> = node.children().collect();
@@ -145,9 +193,8 @@ impl GltfFile {
             instance_count += instances.len();
             nodes.push(PlacedNode { node, to_root, instances, named });
         }
-        // Nodes share a mesh.
-        let meshes: BTreeSet<usize> = nodes.iter().filter_map(PlacedNode::mesh).collect();
-        self.check_mesh_memory("its meshes", meshes.into_iter())?;
+        let shapes: BTreeSet<MeshShape> = nodes.iter().filter_map(PlacedNode::mesh_shape).collect();
+        self.check_mesh_memory("its meshes", shapes.iter().map(|shape| shape.mesh))?;
         Ok(nodes)
     }
 
@@ -182,7 +229,7 @@ impl GltfFile {
     ) -> Result<Vec<[f64; WIDTH]>, String> {
         let Some(index) = attributes.get(name) else { return Ok(Vec::new()) };
         let number = index.as_u64().and_then(|number| usize::try_from(number).ok());
-        let accessor = number.and_then(|number| self.gltf.accessors().nth(number));
+        let accessor = number.and_then(|number| self.document.accessors().nth(number));
         let accessor =
             accessor.ok_or_else(|| format!("{name} of its instances is accessor {index}, which is missing"))?;
         Ok(numbers(&accessor, dimensions, &self.buffers)?.as_chunks().0.to_vec())
@@ -190,15 +237,18 @@ impl GltfFile {
 
     /// Sentences on content of the file that changes shapes or, where its materials count, light, but is not read.
     pub fn notes(&self, with_materials: bool) -> Vec<String> {
-        let primitives = || self.gltf.meshes().flat_map(|mesh| mesh.primitives());
+        let primitives = || self.document.meshes().flat_map(|mesh| mesh.primitives());
         let counts = |name: &&str| with_materials || !name.starts_with("KHR_materials_");
-        let unread = self.gltf.extensions_used().filter(|name| !READ_EXTENSIONS.contains(name));
+        let unread = self.document.extensions_used().filter(|name| !READ_EXTENSIONS.contains(name));
         let unread: Vec<&str> = unread.filter(counts).collect();
+        let scene = |scene: Scene| scene.name().map_or_else(|| scene.index().to_string(), |name| format!("\"{name}\""));
+        let read = self.scene().map(scene).unwrap_or_default();
         let lines = primitives().filter(|primitive| triangles(primitive.mode(), &[0; 3]).is_empty()).count();
         let notes = [
             (!unread.is_empty(), format!("extensions that are not read: {}", unread.join(", "))),
-            (self.gltf.skins().len() > 0, "skins are not read: meshes have their shape without a pose".into()),
-            (self.gltf.animations().len() > 0, "animations are not read: nodes are in their default places".into()),
+            (self.document.scenes().len() > 1, format!("only one of its scenes is read: {read}")),
+            (self.document.skins().len() > 0, "skins are not read: meshes have their shape without a pose".into()),
+            (self.document.animations().len() > 0, "animations are not read: nodes are in their default places".into()),
             (lines > 0, format!("points and lines have no area and are left out: {lines} primitives")),
         ];
         notes.into_iter().filter(|(is_so, _)| *is_so).map(|(_, note)| note).collect()
@@ -207,7 +257,7 @@ impl GltfFile {
     /// Refuses meshes, given by their indices, that take too much memory together.
     fn check_mesh_memory(&self, what: &str, meshes: impl Iterator<Item = usize>) -> Result<(), FileError> {
         let bytes: Vec<f64> =
-            self.gltf.meshes().map(|mesh| mesh.primitives().map(|primitive| bytes_of(&primitive)).sum()).collect();
+            self.document.meshes().map(|mesh| mesh.primitives().map(|primitive| bytes_of(&primitive)).sum()).collect();
         let asked = meshes.map(|mesh| bytes[mesh]).sum();
         check_memory(what, asked, self.size).map_err(|reason| self.wrong(reason))
     }
@@ -218,24 +268,27 @@ impl GltfFile {
     /// # Errors
     ///
     /// When a mesh is malformed, or no node or mesh has that name.
-    pub fn mesh(&self, part: Option<&str>) -> Result<TriangleMesh, FileError> {
+    pub fn mesh(&self, part: Option<&str>) -> Result<ReadMesh, FileError> {
         let mut whole = TriangleMesh::default();
-        let mut found = false;
         let mut nodes = self.nodes_named(DAffine3::IDENTITY, part)?;
         nodes.retain(|node| node.named);
-        let copies = nodes.iter().flat_map(|node| node.instances.iter().filter_map(|_| node.mesh()));
+        let with_mesh = || nodes.iter().filter_map(|node| Some((node, node.mesh_shape()?.mesh)));
+        let copies = with_mesh().flat_map(|(node, mesh)| node.instances.iter().map(move |_| mesh));
         self.check_mesh_memory("the meshes of its nodes", copies)?;
-        for node in &nodes {
-            found = true;
+        let origin = with_mesh().next().map_or(DVec3::ZERO, |(node, _)| origin_near(node.to_root.translation));
+        for (node, _) in with_mesh() {
             for surface in self.surfaces(node)? {
                 for to_root in &node.instances {
-                    whole.append(&surface.mesh, to_root).map_err(|reason| self.wrong(reason))?;
+                    let near_origin = DAffine3::from_translation(-origin) * *to_root;
+                    whole.append(&surface.mesh, &near_origin).map_err(|reason| self.wrong(reason))?;
                 }
             }
         }
         match part {
-            Some(part) if !found => Err(self.wrong(format!("its scene has no node or mesh named \"{part}\""))),
-            _ => Ok(whole),
+            Some(part) if nodes.is_empty() => {
+                Err(self.wrong(format!("its scene has no node or mesh named \"{part}\"")))
+            }
+            _ => Ok(ReadMesh { mesh: whole, origin, notes: self.notes(false) }),
         }
     }
 
@@ -356,7 +409,7 @@ impl GltfFile {
 
     /// The whole content of the file. Every index in it is in range, and everything that a part requires is present.
     pub fn document(&self) -> &Document {
-        &self.gltf.document
+        &self.document
     }
 
     /// The bytes of an image of the document, in the image's own format.
@@ -367,9 +420,7 @@ impl GltfFile {
     pub fn image(&self, image: &Image, files: &dyn FileSource) -> Result<Vec<u8>, FileError> {
         let what = format!("image {}", image.index());
         match image.source() {
-            gltf::image::Source::Uri { uri, .. } => {
-                Neighbours { files, name: &self.name, path: &self.path }.uri(uri, &what)
-            }
+            gltf::image::Source::Uri { uri, .. } => self.uri(uri, &what, files),
             gltf::image::Source::View { view, .. } => {
                 let buffer = self.buffers.get(view.buffer().index());
                 let end = view.offset().checked_add(view.length());
@@ -405,47 +456,6 @@ fn triangles(mode: Mode, indices: &[u32]) -> Vec<[u32; 3]> {
             [] => Vec::new(),
         },
         Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip => Vec::new(),
-    }
-}
-
-/// The files that a glTF names.
-struct Neighbours<'file> {
-    files: &'file dyn FileSource,
-    /// The glTF's own name, and its name in error messages.
-    name: &'file str,
-    path: &'file Path,
-}
-
-impl Neighbours<'_> {
-    /// The content of a buffer. The content of the binary chunk is taken from `blob`, since only one buffer may have
-    /// it.
-    fn buffer(&self, buffer: &gltf::Buffer, blob: &mut Option<Vec<u8>>) -> Result<Vec<u8>, FileError> {
-        let wrong = |reason: String| FileError::Content { path: self.path.into(), reason };
-        let number = buffer.index();
-        let bytes = match buffer.source() {
-            gltf::buffer::Source::Bin => {
-                blob.take().ok_or_else(|| wrong(format!("buffer {number} is missing from the file")))?
-            }
-            gltf::buffer::Source::Uri(uri) => self.uri(uri, &format!("buffer {number}"))?,
-        };
-        if bytes.len() < buffer.length() {
-            let (found, wanted) = (bytes.len(), buffer.length());
-            let reason = format!("buffer {number} has {found} bytes, but must have {wanted}: the file is truncated");
-            return Err(wrong(reason));
-        }
-        Ok(bytes)
-    }
-
-    /// The bytes of a data URI, or of the file that the URI names.
-    fn uri(&self, uri: &str, what: &str) -> Result<Vec<u8>, FileError> {
-        let wrong = |reason: String| FileError::Content { path: self.path.into(), reason: format!("{what} {reason}") };
-        let Some(data) = uri.strip_prefix("data:") else {
-            let name = name_beside(self.name, &percent_decode_str(uri).decode_utf8_lossy());
-            return NamedFile::read(self.files, &name).map(|file| file.bytes);
-        };
-        let text = data.split_once(";base64,").map(|(_, text)| text);
-        let text = text.ok_or_else(|| wrong("must be encoded as base64".into()))?;
-        STANDARD.decode(text).map_err(|error| wrong(format!("is not base64: {error}")))
     }
 }
 
@@ -492,13 +502,49 @@ mod tests {
     }
 
     fn positions(content: &[&str], accessors: &[(Vec<u8>, &str)]) -> Vec<Vec3> {
-        read(content, accessors).unwrap().mesh(None).unwrap().positions
+        read(content, accessors).unwrap().mesh(None).unwrap().mesh.positions
     }
 
     fn assert_near(found: &[Vec3], expected: &[[f32; 3]]) {
         assert_eq!(found.len(), expected.len(), "{found:?}");
         let near = found.iter().zip(expected).all(|(one, other)| one.abs_diff_eq(Vec3::from_array(*other), 1e-6));
         assert!(near, "{found:?} for {expected:?}");
+    }
+
+    #[test]
+    fn nodes_far_away_keep_their_places_and_further_scenes_have_a_note() {
+        // Single precision has steps of 0.5 m at 5,190,200 m.
+        let far = DVec3::new(5_190_200.312_5, 0.0, -455_123.640_625);
+        let matrix = format!("[1,0,0,0, 0,1,0,0, 0,0,1,0, {},{},{},1]", far.x, far.y, far.z);
+        for place in [format!(r#""translation":{:?}"#, far.to_array()), format!(r#""matrix":{matrix}"#)] {
+            let nodes = format!(r#""nodes":[{{"mesh":0,{place}}}]"#);
+            let file = read(&[&nodes, MESHES], &[]).unwrap();
+            assert_eq!(file.nodes(DAffine3::IDENTITY).unwrap()[0].to_root.translation, far);
+            let ReadMesh { mesh, origin, notes } = file.mesh(None).unwrap();
+            assert_eq!(origin + mesh.positions[1].as_dvec3(), far + DVec3::X);
+            assert!(notes.is_empty(), "{notes:?}");
+        }
+        let file = GltfFile::read(&FilesInMemory::from([("a.gltf", TWO_SCENES)]), "a.gltf").unwrap();
+        assert_eq!(file.notes(false), ["only one of its scenes is read: \"winter\""]);
+    }
+
+    const TWO_SCENES: &str = r#"{"asset": {"version": "2.0"}, "scene": 1, "nodes": [{}, {}],
+        "scenes": [{"nodes": [0]}, {"nodes": [1], "name": "winter"}]}"#;
+
+    /// Nodes share a mesh of a million vertices, 48 MB, unless each has weights of its own.
+    #[test]
+    fn memory_counts_the_mesh_of_each_node_with_own_weights() {
+        let large = r#""componentType":5126,"count":1000000,"type":"VEC3","min":[0,0,0],"max":[0,0,0]"#;
+        let mesh = r#""meshes":[{"primitives":[{"attributes":{"POSITION":1}}]}]"#;
+        let places = |own: &str| {
+            let node = format!(r#",{{"mesh":0{own}}}"#).repeat(100);
+            let children: Vec<usize> = (1..=100).collect();
+            let nodes = format!(r#""nodes":[{{"children":{children:?}}}{node}]"#);
+            let file = read(&[&nodes, mesh], &[(vec![0; 36], large)]).unwrap();
+            file.nodes(DAffine3::IDENTITY).map(|nodes| nodes.len()).map_err(|error| error.to_string())
+        };
+        assert_eq!(places(""), Ok(101));
+        assert!(places(r#","weights":[0.5]"#).unwrap_err().contains("its meshes take"));
     }
 
     #[test]
@@ -592,7 +638,7 @@ mod tests {
         };
         let pairs = r#""componentType":5126,"count":3,"type":"VEC2""#;
         let sets = [(bytes(&[0.0, 0.0, 1.0, 0.0, 0.0, 1.0]), pairs), (bytes(&[0.5; 6]), pairs)];
-        let of = |keys: &str| read(&[NODES, mesh, &texture(keys)], &sets).unwrap().mesh(None).unwrap();
+        let of = |keys: &str| read(&[NODES, mesh, &texture(keys)], &sets).unwrap().mesh(None).unwrap().mesh;
         let transform = |keys: &str| of(&format!(r#","extensions":{{"KHR_texture_transform":{{{keys}}}}}"#)).uv;
         // The first number counts to the right, and the second upwards from the lower edge.
         let near = |found: Vec<Vec2>, expected: [[f32; 2]; 3]| {
@@ -638,6 +684,6 @@ mod tests {
         let file = read(&[nodes, meshes], &[]).unwrap();
         let notes = file.notes(true).join("\n");
         assert!(notes.contains("skins are not read") && notes.contains("left out: 1 primitives"), "{notes}");
-        assert_eq!(file.mesh(None).unwrap().indices.len(), 1);
+        assert_eq!(file.mesh(None).unwrap().mesh.indices.len(), 1);
     }
 }
