@@ -42,29 +42,46 @@ pub(super) fn peak(stack: &Stack) -> Peak {
 }
 
 impl Grains {
-    /// Traces rays through the grains, also in water if any layer is wet or if wanted.
-    pub(super) fn new(stack: &Stack, in_water: bool, options: &OrdinatesOptions) -> Self {
-        let plan = options.plan(&stack.incidences, peak(stack));
-        // A sample of each kind of grains, with the demand of all layers of that kind.
-        let mut kinds: Vec<(SnowSample, Demand)> = Vec::new();
-        let mut kind_of_layer = Vec::new();
-        for layer in &stack.layers {
-            let Some(sample) = layer.sample() else {
-                kind_of_layer.push(None);
-                continue;
-            };
-            let demand = Demand::of_sample(sample, &stack.wavelengths_nm);
-            let demand = Demand { wet: demand.wet || in_water, ..demand };
-            let kind = kinds.iter().position(|(other, _)| other.has_grains_of(sample)).unwrap_or(kinds.len());
-            match kinds.get_mut(kind) {
-                Some((_, whole)) => *whole = whole.and(&demand),
-                None => kinds.push((*sample, demand)),
+    /// Traces rays through the grains of stacks at common wavelengths, also in water if any layer is wet or if wanted.
+    /// The tallies of a stack do not depend on the other stacks.
+    pub(super) fn of_stacks(stacks: &[Stack], in_water: bool, options: &OrdinatesOptions) -> Vec<Self> {
+        // A sample of each kind of grains, with the demand of all layers of that kind and the greatest degree.
+        let mut kinds: Vec<(SnowSample, Demand, usize)> = Vec::new();
+        for stack in stacks {
+            let degree = options.plan(&stack.incidences, peak(stack)).degree;
+            for sample in stack.layers.iter().filter_map(Layer::sample) {
+                let demand = Demand::of_sample(sample, &stack.wavelengths_nm);
+                let demand = Demand { wet: demand.wet || in_water, ..demand };
+                match kinds.iter_mut().find(|(other, ..)| other.has_grains_of(sample)) {
+                    Some((_, whole, greatest)) => (*whole, *greatest) = (whole.and(&demand), degree.max(*greatest)),
+                    None => kinds.push((*sample, demand, degree)),
+                }
             }
-            kind_of_layer.push(Some(kind));
         }
-        let tallies =
-            kinds.iter().map(|(sample, demand)| GrainTallies::new(&Population::of_sample(sample), demand, &plan));
-        Self { tallies: tallies.collect(), kind_of_layer }
+        let tally = |(sample, demand, degree): (SnowSample, Demand, usize)| {
+            let plan = options.plan_of_degree(degree);
+            (sample, GrainTallies::new(&Population::of_sample(&sample), &demand, &plan))
+        };
+        let kinds: Vec<(SnowSample, GrainTallies)> = kinds.into_iter().map(tally).collect();
+        stacks.iter().map(|stack| Self::narrowed(stack, &kinds, options)).collect()
+    }
+
+    /// The part of the tallies of each kind of grains that the layers of a stack need.
+    fn narrowed(stack: &Stack, kinds: &[(SnowSample, GrainTallies)], options: &OrdinatesOptions) -> Self {
+        let degree = options.plan(&stack.incidences, peak(stack)).degree;
+        let kind = |sample: &SnowSample| kinds.iter().position(|(other, _)| other.has_grains_of(sample));
+        let kind_of_layer: Vec<Option<usize>> = stack.layers.iter().map(|layer| kind(layer.sample()?)).collect();
+        let mut present: Vec<usize> = kind_of_layer.iter().flatten().copied().collect();
+        present.sort_unstable();
+        present.dedup();
+        let narrowed = |kind: &usize| {
+            let own = stack.layers.iter().zip(&kind_of_layer).filter(|(_, of_layer)| **of_layer == Some(*kind));
+            let sizes_um = own.filter_map(|(layer, _)| Some(layer.sample()?.grain_size.max_um));
+            kinds[*kind].1.narrowed(degree, sizes_um.fold(0.0, f64::max))
+        };
+        let tallies = present.iter().map(narrowed).collect();
+        let place = |kind: Option<usize>| present.binary_search(&kind?).ok();
+        Self { tallies, kind_of_layer: kind_of_layer.into_iter().map(place).collect() }
     }
 
     /// The medium of each layer at a wavelength.
