@@ -197,7 +197,8 @@ impl SolvedPack {
 
 /// Fluxes of packs of layers: for each light, then each wavelength; and at depths, the depth running fastest.
 /// Derivatives with respect to each parameter of `jacobian` have `_per_` and its name; their layers run fastest, of
-/// parameters that layers have. Where a pack has fewer layers or depths than the results, they are NaN. An error of one of several packs has the row of its first light.
+/// parameters that layers have. Where a pack has fewer layers or depths than the results, they are NaN. An error of one
+/// of several packs has the row of its first light.
 #[pyfunction]
 #[pyo3(signature = (packs, lights, jacobian, engine, progress))]
 #[expect(clippy::too_many_arguments, reason = "one for each group of keywords")]

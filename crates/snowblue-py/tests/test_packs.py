@@ -75,7 +75,8 @@ def test_angles_and_grounds_pair_with_packs():
 
 
 def test_ice_may_lie_among_the_layers():
-    layers = [{"thickness_cm": 4, "ssa_m2_kg": 30}, {"kind": "ice", "thickness_cm": 1}, {"thickness_cm": 9, "ssa_m2_kg": 10}]
+    snow = [{"thickness_cm": 4, "ssa_m2_kg": 30}, {"thickness_cm": 9, "ssa_m2_kg": 10}]
+    layers = [snow[0], {"kind": "ice", "thickness_cm": 1}, snow[1]]
     packs = xr.Dataset(
         {
             "kind": ("layer", ["", "ice", ""]),
@@ -157,7 +158,7 @@ def test_a_ground_spectrum_must_cover_the_wavelengths():
         lambda: snowblue.spectrum(wavelength_nm=[390.0, 500.0], ground_albedo=SOIL),
         lambda: snowblue.layers([dict(thickness_cm=1)], wavelength_nm=[390.0, 500.0], ground_albedo=SOIL),
     ):
-        with pytest.raises(ValueError, match="ground albedo is given from 400 to 1200 nm, but it is needed from 390 to 500"):
+        with pytest.raises(ValueError, match="albedo is given from 400 to 1200 nm, but it is needed from 390 to 500"):
             call()
     with pytest.raises(ValueError, match="no coordinate with its values in nm"):
         snowblue.spectrum(wavelength_nm=[500.0], ground_albedo=SOIL.drop_vars("wavelength"))
@@ -178,8 +179,8 @@ def test_a_ground_with_a_spectrum_is_known_in_retrievals():
     grey = snowblue.invert(measured.drop_vars("ground_albedo"), ground_albedo=0.1, **known)
     assert abs(stated.ssa - 18) < 2 * stated.ssa_sd and abs(given.ssa - 18) < 2 * given.ssa_sd
     assert abs(grey.ssa - 18) > 5 * grey.ssa_sd
-    bands = snowblue.bands(measured.drop_vars("ground_albedo"), {"a": ([450, 500], [1, 1]), "b": ([1000, 1050], [1, 1])})
     responses = {"a": ([450, 500], [1, 1]), "b": ([1000, 1050], [1, 1])}
+    bands = snowblue.bands(measured.drop_vars("ground_albedo"), responses)
     banded = snowblue.invert(bands, bands=responses, wavelength_nm=nm, ground_albedo=ground, **known)
     assert abs(banded.ssa - 18) < 2 * banded.ssa_sd
     with pytest.raises(ValueError, match="the ground has a spectrum"):

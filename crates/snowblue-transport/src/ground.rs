@@ -40,7 +40,7 @@ impl GroundAlbedo {
     /// The albedo at each of some wavelengths in nm.
     ///
     /// # Errors
-    /// If there is no wavelength, or not one albedo for each; if wavelengths do not ascend or an albedo is out of range.
+    /// If there is no wavelength, or not one albedo for each; if wavelengths do not ascend; if an albedo is out of range.
     pub fn spectrum(wavelengths_nm: Vec<f64>, albedos: Vec<f64>) -> Result<Self, TransportError> {
         let wrong = |rule| TransportError::Combination { quantity: "wavelength of the ground albedo", rule };
         if wavelengths_nm.is_empty() || wavelengths_nm.len() != albedos.len() {
@@ -53,7 +53,7 @@ impl GroundAlbedo {
         Ok(Self::Spectrum(GroundSpectrum(Arc::new(SpectralTable::of_columns(&[wavelengths_nm, albedos])))))
     }
 
-    /// Reads the spectrum of a CSV file with the columns `wavelength_nm` and `albedo`, of which the names may be missing.
+    /// Reads the spectrum of a CSV file with the columns `wavelength_nm` and `albedo`, whose names may be missing.
     ///
     /// # Errors
     /// Names the first line that is wrong.

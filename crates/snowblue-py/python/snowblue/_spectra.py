@@ -230,7 +230,8 @@ def spectrum(
     made = _made(engine, streams, rays, per_wavelength, seed)
     with reporting(axes.progress(progress), "rays" if engine == "montecarlo" else "slabs") as report:
         # Blocks have all wavelengths, since the rays through grains are those of indices of refraction among them.
-        variables = in_blocks(functools.partial(solve, report=report), axes.arrays, axes.sizes, inner=at.dims, gaps=axes.gaps)
+        solve = functools.partial(solve, report=report)
+        variables = in_blocks(solve, axes.arrays, axes.sizes, inner=at.dims, gaps=axes.gaps)
     ground = axes.arrays["ground_albedo"]
     if ground.ndim == 0 and ground != 0:
         made["ground_albedo"] = ground.item()
@@ -365,7 +366,8 @@ def layers(
     -------
     xarray.Dataset
         Fractions of the incident flux on angle and wavelength, and on angle, wavelength and depth; derivatives also
-        on changed_layer. The dimensions of a Dataset come first. Absorptance is that of the snow: 1 - reflectance - (1 - ground_albedo) transmittance.
+        on changed_layer. The dimensions of a Dataset come first. Absorptance is that of the snow: 1 - reflectance - (1 -
+        ground_albedo) transmittance.
 
     Examples
     --------

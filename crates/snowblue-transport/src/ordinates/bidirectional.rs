@@ -115,7 +115,7 @@ pub fn bidirectional(
     let options = OrdinatesOptions { streams: Streams::Exactly(streams), ..*options };
     let grains = Grains::of_stacks(slice::from_ref(stack), false, &options).swap_remove(0);
     let at = |wavelength_nm: &f64| {
-        let media = grains.media(stack, *wavelength_nm);
+        let media = grains.media(*wavelength_nm);
         let layers = stack.layers.iter().zip(&media).filter_map(|(layer, medium)| {
             let scaled = Scaled::new(&medium.scattering, streams);
             let plan = PhasePlan { rays: PHASE_RAYS, seed: options.seed };

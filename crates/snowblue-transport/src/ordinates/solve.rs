@@ -301,8 +301,8 @@ impl Plan {
         Self { sample, groups: groups.into_iter().map(group).collect(), degree, grounds }
     }
 
-    /// All cases in a medium at its wavelength in nm, with the derivatives by the variables of `differentiations`, and with their errors
-    /// if those without variables give `errors`.
+    /// All cases in a medium at its wavelength in nm, with the derivatives by the variables of `differentiations`, and
+    /// with their errors if those without variables give `errors`.
     fn solve(
         &self,
         medium: &Medium,

@@ -15,7 +15,7 @@ use super::ice_slab::{FaceQuantity, direct};
 use super::layered::{Emission, FaceEmissions, FaceFluxes, IcePlane, LayeredMedium, MediumLayer, Response};
 use super::options::{OrdinatesOptions, StreamGroup, Streams};
 use super::sensitivity::{Adjoint, DifferentiatedLayer, FluxChange, Sensitivity};
-use super::stack_media::{DifferentiatedMedia, Differentiation, Grains, peak};
+use super::stack_media::{DifferentiatedMedia, Grains, peak};
 use crate::TransportError;
 use crate::batch::BatchError;
 use crate::dual::{Dual, LANES, Real};
@@ -216,15 +216,12 @@ fn solve_with_grains(
     (streams, errors): (Streams, bool),
 ) -> DifferentiatedStack {
     let slices = stack.slices();
-    let differentiations: Vec<Differentiation> =
-        variables.chunks(LANES).map(|variables| Differentiation::new(stack, variables)).collect();
-    let exactly = Differentiation::new(stack, &[]);
     let at = |wavelength_nm: &f64| {
-        let media = grains.media(stack, *wavelength_nm);
-        let mut differentiated: Vec<DifferentiatedMedia> =
-            differentiations.iter().map(|by| grains.differentiated_media(stack, *wavelength_nm, by)).collect();
+        let media = grains.media(*wavelength_nm);
+        let by = |variables| grains.differentiated_media(*wavelength_nm, variables);
+        let mut differentiated: Vec<DifferentiatedMedia> = variables.chunks(LANES).map(by).collect();
         if errors {
-            differentiated.extend(grains.deviated_media(stack, *wavelength_nm, &exactly));
+            differentiated.extend(grains.deviated_media(*wavelength_nm));
         }
         let all = stack_fluxes((stack, &slices), *wavelength_nm, &media, &differentiated, streams);
         let answer = |(incidence, mut fluxes): (&Incidence, StackFluxes)| {

@@ -4,16 +4,9 @@ use super::options::{MAX_STREAMS, OrdinatesOptions, Peak};
 use crate::dual::{Dual, LANES, Real};
 use crate::medium::{Composition, Demand, GrainDeviations, GrainTallies, Medium, Population, Scattering, directions};
 use crate::optics::IceTable;
-use crate::sample::SnowSample;
+use crate::sample::{GrainSize, SnowSample};
 use crate::stack::{Layer, LayerKind, Stack};
 use crate::variable::Variable;
-
-/// Variables, no more than a [`Dual`] has derivatives, and the composition of each layer with its derivatives.
-pub(super) struct Differentiation<'v> {
-    pub(super) variables: &'v [Variable],
-    /// None of ice.
-    compositions: Vec<Option<Composition<Dual>>>,
-}
 
 /// Some variables, and the medium of each layer with its derivatives at one wavelength. Without variables the
 /// derivatives are deviations of the grain tallies.
@@ -22,18 +15,21 @@ pub(super) struct DifferentiatedMedia<'v> {
     pub(super) media: Vec<Medium<Dual>>,
 }
 
-/// Tallies of the grains of a stack.
+/// Tallies of the grains of a stack, and what its layers are made of.
 pub(super) struct Grains {
     tallies: Vec<GrainTallies>,
-    /// The tallies of each layer; none of ice.
-    kind_of_layer: Vec<Option<usize>>,
+    layers: Vec<LayerMaterial>,
 }
 
-impl<'v> Differentiation<'v> {
-    pub(super) fn new(stack: &Stack, variables: &'v [Variable]) -> Self {
-        let of = |sample: &SnowSample| Composition::new(sample).differentiated(variables);
-        Self { variables, compositions: stack.layers.iter().map(|layer| layer.sample().map(of)).collect() }
-    }
+/// The material of a layer.
+enum LayerMaterial {
+    Snow {
+        /// The place of its tallies.
+        tallies: usize,
+        size: GrainSize,
+        composition: Box<Composition>,
+    },
+    Ice(IceTable),
 }
 
 /// The sharpest peak of all layers. All layers have one number of streams.
@@ -80,71 +76,67 @@ impl Grains {
             kinds[*kind].1.narrowed(degree, sizes_um.fold(0.0, f64::max))
         };
         let tallies = present.iter().map(narrowed).collect();
-        let place = |kind: Option<usize>| present.binary_search(&kind?).ok();
-        Self { tallies, kind_of_layer: kind_of_layer.into_iter().map(place).collect() }
+        let material = |(layer, kind): (&Layer, &Option<usize>)| match (&layer.kind, kind) {
+            (LayerKind::Snow(sample), Some(kind)) => LayerMaterial::Snow {
+                tallies: present.partition_point(|one| one < kind),
+                size: sample.grain_size,
+                composition: Box::new(Composition::new(sample)),
+            },
+            (LayerKind::Snow(_), None) => unreachable!("snow has tallies"),
+            (LayerKind::Ice(table), _) => LayerMaterial::Ice(*table),
+        };
+        Self { tallies, layers: stack.layers.iter().zip(&kind_of_layer).map(material).collect() }
     }
 
     /// The medium of each layer at a wavelength.
-    pub(super) fn media(&self, stack: &Stack, wavelength_nm: f64) -> Vec<Medium> {
-        let layers = stack.layers.iter().zip(&self.kind_of_layer);
-        let medium = |(layer, kind): (&Layer, &Option<usize>)| match (&layer.kind, kind) {
-            (LayerKind::Snow(sample), Some(kind)) => self.tallies[*kind].medium(sample, wavelength_nm),
-            (LayerKind::Snow(_), None) => unreachable!("snow has tallies"),
-            (LayerKind::Ice(table), _) => clear_ice(*table, wavelength_nm),
+    pub(super) fn media(&self, wavelength_nm: f64) -> Vec<Medium> {
+        let medium = |layer: &LayerMaterial| match layer {
+            LayerMaterial::Snow { tallies, size, composition } => {
+                self.tallies[*tallies].medium_of(size, &composition.at(wavelength_nm))
+            }
+            LayerMaterial::Ice(table) => clear_ice(*table, wavelength_nm),
         };
-        layers.map(medium).collect()
+        self.layers.iter().map(medium).collect()
     }
 
-    /// The medium of each layer at a wavelength, with deviations of the tallies. `exactly` has no variables.
-    pub(super) fn deviated_media<'v>(
-        &self,
-        stack: &Stack,
-        wavelength_nm: f64,
-        Differentiation { variables, compositions }: &Differentiation<'v>,
-    ) -> Vec<DifferentiatedMedia<'v>> {
-        let layers = || stack.layers.iter().zip(&self.kind_of_layer);
-        let deviations = |(layer, kind): (&Layer, &Option<usize>)| {
-            let (sample, tallies) = (layer.sample()?, &self.tallies[(*kind)?]);
-            Some(tallies.deviations(&sample.grain_size, &Composition::new(sample).at(wavelength_nm)))
+    /// The medium of each layer at a wavelength, with deviations of the tallies.
+    pub(super) fn deviated_media(&self, wavelength_nm: f64) -> Vec<DifferentiatedMedia<'static>> {
+        let deviations = |layer: &LayerMaterial| match layer {
+            LayerMaterial::Snow { tallies, size, composition } => {
+                Some(self.tallies[*tallies].deviations(size, &composition.at(wavelength_nm)))
+            }
+            LayerMaterial::Ice(_) => None,
         };
-        let deviations: Vec<Option<GrainDeviations>> = layers().map(deviations).collect();
+        let deviations: Vec<Option<GrainDeviations>> = self.layers.iter().map(deviations).collect();
         let directions = directions(deviations.iter().flatten());
         let along = |directions: &[_]| {
-            let media =
-                layers().zip(compositions).zip(&deviations).map(|(((layer, kind), composition), deviations)| {
-                    match (&layer.kind, kind, composition, deviations) {
-                        (LayerKind::Snow(_), Some(kind), Some(composition), Some(deviations)) => {
-                            self.tallies[*kind].deviated_medium(&composition.at(wavelength_nm), deviations, directions)
-                        }
-                        (LayerKind::Snow(_), ..) => unreachable!("snow has tallies and a composition"),
-                        (LayerKind::Ice(table), ..) => clear_ice(*table, wavelength_nm),
-                    }
-                });
-            DifferentiatedMedia { variables, media: media.collect() }
+            let medium = |(layer, deviations): (&LayerMaterial, &Option<GrainDeviations>)| match (layer, deviations) {
+                (LayerMaterial::Snow { tallies, composition, .. }, Some(deviations)) => {
+                    let exactly = composition.differentiated(&[]);
+                    self.tallies[*tallies].deviated_medium(&exactly.at(wavelength_nm), deviations, directions)
+                }
+                (LayerMaterial::Snow { .. }, None) => unreachable!("snow has deviations"),
+                (LayerMaterial::Ice(table), _) => clear_ice(*table, wavelength_nm),
+            };
+            let media = self.layers.iter().zip(&deviations).map(medium).collect();
+            DifferentiatedMedia { variables: &[], media }
         };
         directions.chunks(LANES).map(along).collect()
     }
 
-    /// The medium of each layer at a wavelength, with derivatives.
+    /// The medium of each layer at a wavelength, with derivatives by some variables, no more than a [`Dual`] has.
     pub(super) fn differentiated_media<'v>(
         &self,
-        stack: &Stack,
         wavelength_nm: f64,
-        Differentiation { variables, compositions }: &Differentiation<'v>,
+        variables: &'v [Variable],
     ) -> DifferentiatedMedia<'v> {
-        let layers = stack.layers.iter().zip(&self.kind_of_layer).zip(compositions);
-        let medium = |((layer, kind), composition): ((&Layer, &Option<usize>), &Option<Composition<Dual>>)| match (
-            &layer.kind,
-            kind,
-            composition,
-        ) {
-            (LayerKind::Snow(sample), Some(kind), Some(composition)) => {
-                self.tallies[*kind].medium_of(&sample.grain_size, &composition.at(wavelength_nm))
+        let medium = |layer: &LayerMaterial| match layer {
+            LayerMaterial::Snow { tallies, size, composition } => {
+                self.tallies[*tallies].medium_of(size, &composition.differentiated(variables).at(wavelength_nm))
             }
-            (LayerKind::Snow(_), ..) => unreachable!("snow has tallies and a composition"),
-            (LayerKind::Ice(table), ..) => clear_ice(*table, wavelength_nm),
+            LayerMaterial::Ice(table) => clear_ice(*table, wavelength_nm),
         };
-        DifferentiatedMedia { variables, media: layers.map(medium).collect() }
+        DifferentiatedMedia { variables, media: self.layers.iter().map(medium).collect() }
     }
 }
 

@@ -200,8 +200,8 @@ fn thousands_of_snows_stay_in_order() {
     }
 }
 
-/// At each wavelength the ground has the albedo that its spectrum has there: slabs, layers, their derivatives and random
-/// walks have the bits of a grey ground of that albedo.
+/// At each wavelength the ground has the albedo that its spectrum has there: slabs, layers, their derivatives and
+/// random walks have the bits of a grey ground of that albedo.
 #[test]
 fn a_spectrum_as_ground_is_grey_at_each_wavelength() {
     let wavelengths_nm = vec![450.0, 700.0, 1100.0];
