@@ -74,6 +74,16 @@ def test_angles_and_grounds_pair_with_packs():
     np.testing.assert_array_equal(several.reflectance[0, 1], own.reflectance[0])
 
 
+def test_coordinates_on_layers_are_properties_or_left_out():
+    packs = season().isel(time=[0, 1]).assign_coords(site=("time", ["a", "b"]))
+    packs = packs.assign_coords(z=packs.thickness_cm.cumsum("layer")).set_coords("density_kg_m3")
+    options = dict(wavelength_nm=NM, standard_errors=False)
+    solved = snowblue.layers(packs, **options)
+    assert set(solved.coords) == {"time", "site", "angle", "wavelength"}
+    plain = snowblue.layers(season().isel(time=[0, 1]), **options)
+    xr.testing.assert_equal(solved.reflectance.drop_vars("site"), plain.reflectance)
+
+
 def test_ice_may_lie_among_the_layers():
     snow = [{"thickness_cm": 4, "ssa_m2_kg": 30}, {"thickness_cm": 9, "ssa_m2_kg": 10}]
     layers = [snow[0], {"kind": "ice", "thickness_cm": 1}, snow[1]]
@@ -164,7 +174,7 @@ def test_a_ground_spectrum_must_cover_the_wavelengths():
         snowblue.spectrum(wavelength_nm=[500.0], ground_albedo=SOIL.drop_vars("wavelength"))
     with pytest.raises(ValueError, match="ground albedo is 1.6, but must lie in 0–1"):
         snowblue.spectrum(wavelength_nm=[500.0], ground_albedo=3 * SOIL + 1)
-    with pytest.raises(ValueError, match="ground_albedo has several values"):
+    with pytest.raises(ValueError, match=r"ground_albedo is \[0.1, 0.2\], but must be one number, or a spectrum"):
         snowblue.layers([dict(thickness_cm=1)], ground_albedo=[0.1, 0.2])
 
 

@@ -40,7 +40,7 @@ impl GroundAlbedo {
     /// The albedo at each of some wavelengths in nm.
     ///
     /// # Errors
-    /// If there is no wavelength, or not one albedo for each; if wavelengths do not ascend; if an albedo is out of range.
+    /// If there is no wavelength, or not one albedo for each; if wavelengths do not ascend; if an albedo is not 0–1.
     pub fn spectrum(wavelengths_nm: Vec<f64>, albedos: Vec<f64>) -> Result<Self, TransportError> {
         let wrong = |rule| TransportError::Combination { quantity: "wavelength of the ground albedo", rule };
         if wavelengths_nm.is_empty() || wavelengths_nm.len() != albedos.len() {

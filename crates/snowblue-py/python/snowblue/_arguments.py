@@ -558,12 +558,17 @@ def add_ground(axes: Axes, value: Any, at: xr.DataArray) -> None:
         raise ValueError("ground_albedo has the dimension 'wavelength', but no coordinate with its values in nm")
     found = interpolated("ground albedo", value.astype(float), at.values, at.values)
     [dim] = at.dims
-    found = found.drop_vars("wavelength").rename(wavelength=dim)
     axes.gaps.append("ground_albedo")
-    axes.broadcast("ground_albedo", found.isel({dim: 0}))
+    axes.broadcast("ground_albedo", at_first(found, "wavelength"))
+    found = found.drop_vars("wavelength").rename(wavelength=dim)
     axes.arrays["ground_albedo"] = found
     axes.own["ground_albedo"] = found.variable.copy(deep=False)
     axes.own["ground_albedo"].attrs = GROUND_ALBEDO.attributes()
+
+
+def at_first(array: xr.DataArray, dim: str) -> xr.DataArray:
+    """The first part of an array along a dimension, without the coordinates that lie on the dimension."""
+    return array.drop_vars([name for name, one in array.coords.items() if dim in one.dims]).isel({dim: 0})
 
 
 def one_ground(value: Any, at: xr.DataArray) -> tuple[Any, dict[str, Any], dict[str, Any]]:
@@ -572,7 +577,7 @@ def one_ground(value: Any, at: xr.DataArray) -> tuple[Any, dict[str, Any], dict[
     axes = Axes()
     add_ground(axes, value, at)
     if axes.sizes:
-        raise ValueError("ground_albedo has several values, but must have one, or be a spectrum on 'wavelength'")
+        raise ValueError(f"ground_albedo is {shown(value)}, but must be one number, or a spectrum on 'wavelength'")
     albedo = axes.arrays["ground_albedo"]
     if albedo.ndim == 0:
         return albedo.item(), {}, {"ground_albedo": albedo.item()}

@@ -31,6 +31,7 @@ from snowblue._arguments import (
     angles_or_diffuse,
     argument_names,
     array_of,
+    at_first,
     attributes,
     by_argument,
     by_substance,
@@ -366,8 +367,8 @@ def layers(
     -------
     xarray.Dataset
         Fractions of the incident flux on angle and wavelength, and on angle, wavelength and depth; derivatives also
-        on changed_layer. The dimensions of a Dataset come first. Absorptance is that of the snow: 1 - reflectance - (1 -
-        ground_albedo) transmittance.
+        on changed_layer. The dimensions of a Dataset come first. Absorptance is that of the snow: 1 - reflectance -
+        (1 - ground_albedo) transmittance.
 
     Examples
     --------
@@ -475,12 +476,14 @@ def _add_packs(axes: Axes, packs: xr.Dataset) -> int:
     quantities = {**SNOW, "thickness_cm": THICKNESS, "kind": KIND}
     quantities |= {name: Quantity(name, "ng g-1") for name in masses}
     check_names(quantities, packs.data_vars)
-    for name, given in packs.data_vars.items():
-        convert = word if name in (*WORDS, "kind") else number
-        array = array_of(quantities[name], given, convert)
+    for name in packs.variables:
+        if name not in quantities:
+            continue
+        array = packs[name].drop_vars([coord for coord in packs.coords if coord in quantities])
+        array = array_of(quantities[name], array, word if name in (*WORDS, "kind") else number)
         array = array if "layer" in array.dims else array.expand_dims(layer=packs.sizes["layer"])
-        array = array.transpose(..., "layer").drop_vars("layer", errors="ignore")
-        axes.broadcast(name, array.isel(layer=0))
+        array = array.transpose(..., "layer")
+        axes.broadcast(name, at_first(array, "layer"))
         axes.arrays[masses.get(name, name)] = array
     return packs.sizes["layer"]
 

@@ -38,8 +38,8 @@ pub(super) struct StackOptions {
         help = format!(
             "{} [{}; default: {}, no ground], or a CSV file of its spectrum with the columns wavelength_nm and \
              albedo, linear between its wavelengths. On a ground that reflects, transmittance is the downward flux \
-             at the ground over the incident flux; it may exceed 1, since light is reflected to and fro. absorptance is that \
-             of the snow: 1 − reflectance − (1 − ALBEDO) transmittance",
+             at the ground over the incident flux; it may exceed 1, since light is reflected to and fro. absorptance \
+             is that of the snow: 1 − reflectance − (1 − ALBEDO) transmittance",
             GROUND_ALBEDO.describe(), limits::ends(&GROUND_ALBEDO.range.inclusive()), GROUND_ALBEDO.default
         )
     )]

@@ -69,7 +69,8 @@ pub(crate) struct Spectrum {
              decimals have a point. Lines that begin with # are comments; below the names they are slabs if the first \
              column is name. Columns are {}. Where a cell is empty or there is no column, the option counts, and the \
              result has its value; a note says so of empty cells. A line with a number NaN has results NaN. All \
-             lines are checked before any is computed. NetCDF has the dimensions slab and wavelength", slabs::names_of_columns()
+             lines are checked before any is computed. NetCDF has the dimensions slab and wavelength",
+            slabs::names_of_columns()
         )
     )]
     batch: Option<PathBuf>,
