@@ -267,11 +267,11 @@ impl Spectrum {
             Some(path) => Slabs::read(path, &defaults, &self.given)?,
             None => Slabs::of_options(&defaults)?,
         };
-        print_notes(quiet, &slabs.notes);
         let wavelengths = self.wavelengths()?;
         slabs.check_size(wavelengths.0.len())?;
         let bands = self.bands(&wavelengths)?;
         let batch = slabs.batch(wavelengths)?;
+        print_notes(quiet, &slabs.notes);
         let intervals = self.intervals(&slabs, &batch, quiet)?;
         let rows = batch.radiometry(&self.fluxes(&slabs, &batch, quiet)?);
         let unknown = Fluxes::from([Estimate { value: f64::NAN, standard_error: f64::NAN }; 3]);

@@ -134,8 +134,13 @@ impl Slabs {
         // An error in the options does not belong to a line.
         let sample = first.snow.sample().map_err(|wrong| Failure::input(wrong.error))?;
         let wavelengths_nm = vec![sample.ice.wavelength_range().first_nm];
+        let mut case = first.case(0);
+        // A spectrum was checked when it was read, and need not cover this wavelength.
+        if let GroundAlbedo::Spectrum(_) = case.ground_albedo {
+            case.ground_albedo = 0.0.into();
+        }
         let clean = SnowSample { impurities: Impurities::none(), ..sample };
-        Batch { samples: vec![clean], cases: vec![first.case(0)], wavelengths_nm }.check().map_err(Failure::input)?;
+        Batch { samples: vec![clean], cases: vec![case], wavelengths_nm }.check().map_err(Failure::input)?;
         let others = [(Column::Thickness, 0), (Column::Angle, 1)];
         let others = others.iter().filter(|(column, _)| !columns.contains(column)).map(|(_, place)| *place);
         let others: Vec<usize> = others.collect();
