@@ -270,14 +270,26 @@ pub(crate) fn stacks<'py>(
         };
         add(&dict, DEPTH_NAMES, rows.clone().flat_map(at), with_errors)?;
     }
+    add_derivatives(&dict, &rows.collect::<Vec<_>>(), variables, [lights.layers, depths])?;
+    Ok(dict)
+}
+
+/// Adds the derivatives of rows of solved packs with respect to each variable, for results with so many layers and
+/// depths.
+fn add_derivatives(
+    dict: &Bound<'_, PyDict>,
+    rows: &[(&SolvedPack, usize)],
+    variables: &[Variable],
+    [layers, depths]: [usize; 2],
+) -> PyResult<()> {
     for (place, variable) in variables.iter().enumerate() {
-        let (per, most) = (format!("_per_{variable}"), if variable.is_of_layer() { lights.layers } else { 1 });
-        let of_layers = rows.clone().flat_map(|(pack, row)| (0..most).map(move |layer| (pack, row, layer)));
+        let (per, most) = (format!("_per_{variable}"), if variable.is_of_layer() { layers } else { 1 });
+        let of_layers = rows.iter().copied().flat_map(|(pack, row)| (0..most).map(move |layer| (pack, row, layer)));
         let whole = |(pack, row, layer): (&SolvedPack, usize, usize)| {
             let by = pack.derivatives(row, (variables, place), layer);
             by.map_or([f64::NAN; 3], |by| by.whole.to_array())
         };
-        add_numbers(&dict, Fluxes::NAMES, &per, of_layers.map(whole))?;
+        add_numbers(dict, Fluxes::NAMES, &per, of_layers.map(whole))?;
         if depths > 0 {
             let at = |(pack, row): (&'_ SolvedPack, usize)| {
                 let at = |(depth, layer): (usize, usize)| {
@@ -287,10 +299,10 @@ pub(crate) fn stacks<'py>(
                 let places = (0..depths).flat_map(|depth| (0..most).map(move |layer| (depth, layer)));
                 places.map(at).collect::<Vec<_>>()
             };
-            add_numbers(&dict, DEPTH_NAMES, &per, rows.clone().flat_map(at))?;
+            add_numbers(dict, DEPTH_NAMES, &per, rows.iter().copied().flat_map(at))?;
         }
     }
-    Ok(dict)
+    Ok(())
 }
 
 /// The places of each variable, whose layers follow each other.
