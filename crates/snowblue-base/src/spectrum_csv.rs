@@ -115,6 +115,18 @@ pub fn read_within(text: &str, quantity: &str, range: ParameterRange) -> Result<
     Ok(spectra)
 }
 
+/// As [`read_within`], of a text with one spectrum.
+///
+/// # Errors
+/// As [`read`], and on the line where a second spectrum starts.
+pub fn read_one(text: &str, quantity: &str, range: ParameterRange) -> Result<SpectrumRows, SpectrumError> {
+    let mut spectra = read_within(text, quantity, range)?;
+    match spectra.get(1) {
+        None => Ok(spectra.swap_remove(0)),
+        Some(second) => Err(at(second.line)("the wavelength must lie above the one before".to_owned())),
+    }
+}
+
 /// The start of a line in a message.
 fn shown(line: &str) -> String {
     match line.char_indices().nth(MAX_SHOWN) {

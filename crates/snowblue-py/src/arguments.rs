@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 
 use pyo3::prelude::*;
 use snowblue_color::{Colorimeter, Illuminant, Observer};
-use snowblue_transport::TransportError;
 use snowblue_transport::ordinates::{OrdinatesOptions, Streams};
 use snowblue_transport::sample::{Property, SnowKeys, SnowSample};
 use snowblue_transport::slab::{Incidence, Slab};
+use snowblue_transport::{GroundAlbedo, TransportError};
 
 use crate::work::{input, input_in_row};
 
@@ -80,6 +80,22 @@ pub(crate) enum Angle {
     Word(String),
 }
 
+/// An albedo of the ground, or the wavelengths and the albedos of a spectrum.
+#[derive(FromPyObject)]
+pub(crate) enum GivenGround {
+    Grey(f64),
+    Spectrum(Vec<f64>, Vec<f64>),
+}
+
+impl GivenGround {
+    pub(crate) fn albedo(&self) -> Result<GroundAlbedo, TransportError> {
+        match self {
+            Self::Grey(albedo) => Ok((*albedo).into()),
+            Self::Spectrum(wavelengths_nm, albedos) => GroundAlbedo::spectrum(wavelengths_nm.clone(), albedos.clone()),
+        }
+    }
+}
+
 /// Thicknesses, angles and wavelengths.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
@@ -128,8 +144,8 @@ impl GivenSnow {
     }
 
     /// The snow.
-    pub(crate) fn sample(&self) -> PyResult<SnowSample> {
-        self.keys().and_then(|snow| snow.sample().map_err(|wrong| wrong.error)).map_err(input)
+    pub(crate) fn sample(&self) -> Result<SnowSample, TransportError> {
+        self.keys().and_then(|snow| snow.sample().map_err(|wrong| wrong.error))
     }
 
     fn keys(&self) -> Result<SnowKeys, TransportError> {
@@ -157,7 +173,7 @@ impl Cases {
     /// Slabs of a snow, checked.
     pub(crate) fn slab(&self, snow: &GivenSnow) -> PyResult<Slab> {
         let slab = Slab {
-            sample: snow.sample()?,
+            sample: snow.sample().map_err(input)?,
             thicknesses_cm: self.thickness_cm.clone(),
             incidences: self.incidences()?,
             wavelengths_nm: self.wavelength_nm.clone(),

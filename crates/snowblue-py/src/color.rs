@@ -95,7 +95,7 @@ pub(crate) fn match_color<'py>(
         grain_size: fixed.grain_size,
         density: fixed.density,
     };
-    let problem = Problem::new(snow.sample()?, angle.incidence()?, given);
+    let problem = Problem::new(snow.sample().map_err(input)?, angle.incidence()?, given);
     let options = ordinates.options()?;
     let color = hex.decode().xyz();
     let (found, missed) = run(py, None, move |_| {

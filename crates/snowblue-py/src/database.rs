@@ -226,7 +226,7 @@ impl Table {
         };
         let snow: Vec<PcaSnow> = samples
             .par_iter()
-            .map(|sample| PcaSnow::new(table, &sample.sample()?).map_err(input))
+            .map(|sample| PcaSnow::new(table, &sample.sample().map_err(input)?).map_err(input))
             .collect::<PyResult<_>>()?;
         looked_up(py, &table.axes, &snow, &thickness_cm, &angle_deg)
     }
@@ -239,7 +239,7 @@ impl Table {
         thickness_cm: Vec<f32>,
         angle_deg: Vec<f32>,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let (table, sample) = (self.compressed()?, snow.sample()?);
+        let (table, sample) = (self.compressed()?, snow.sample().map_err(input)?);
         let axes = table.axes.clone();
         let (snow, _) = run(py, None, move |_| {
             PcaSnow::read_or_solve(Some(&table), &[sample], &table.axes.wavelengths_nm).map_err(input)

@@ -7,12 +7,12 @@ use snowblue_transport::inversion::{
     Illumination, Inversion, InversionError, Measured, Observation, Prior, Quantity, Retrieval, Retrieved,
 };
 use snowblue_transport::slab::Incidence;
-use snowblue_transport::{Layer, LayerVariable, ParameterRange, SnowSample, short_number};
+use snowblue_transport::{GroundAlbedo, Layer, LayerVariable, ParameterRange, SnowSample, Variable, short_number};
 
-use crate::arguments::{Angle, Ordinates};
+use crate::arguments::{Angle, GivenGround, Ordinates};
 use crate::snow::Snows;
 use crate::spectra::GivenLayer;
-use crate::work::{Control, input, input_at, run};
+use crate::work::{Control, input, input_at, input_in_row, run};
 
 /// The known properties of each pack and its light, as in the cases of a spectrum, and the measured values.
 #[derive(FromPyObject)]
@@ -20,7 +20,7 @@ use crate::work::{Control, input, input_at, run};
 pub(crate) struct GivenPacks<'py> {
     thickness_cm: Vec<f64>,
     angle_deg: Vec<Angle>,
-    ground_albedo: Vec<f64>,
+    ground_albedo: Vec<GivenGround>,
     wavelength_nm: Vec<f64>,
     /// The weights of the wavelengths in each band, if values are measured in bands.
     bands: Option<Vec<Vec<f64>>>,
@@ -213,8 +213,8 @@ impl GivenPacks<'_> {
             let of_pack = depth_cm.len().max(1) * channels;
             check(values, of_pack).and_then(|()| check(standard_deviation, of_pack))?;
         }
-        let layers = self.layers.as_ref().map(|layers| layers.iter().map(GivenLayer::layer).collect::<PyResult<_>>());
-        let layers: Option<Vec<Layer>> = layers.transpose()?;
+        let layers = self.layers.as_ref().map(|layers| layers.iter().map(GivenLayer::layer).collect::<Result<_, _>>());
+        let layers: Option<Vec<Layer>> = layers.transpose().map_err(input)?;
         let row = |array: &PyReadonlyArray2<f64>, number: usize| array.as_array().row(number).to_vec();
         let observation = |number: usize| -> PyResult<Observation> {
             let place = |column: usize, count: usize| {
@@ -247,7 +247,9 @@ impl GivenPacks<'_> {
             };
             let mut observation = Observation {
                 layers: layers.as_ref().map_or_else(slab, |layers| Ok(layers.clone()))?,
-                ground_albedo: self.ground_albedo[place(3, self.ground_albedo.len())?],
+                ground_albedo: self.ground_albedo[place(3, self.ground_albedo.len())?]
+                    .albedo()
+                    .map_err(|error| input_in_row(error, number))?,
                 illumination,
                 prior_medians: Vec::new(),
                 measured: self.measured.iter().map(measured).collect::<PyResult<_>>()?,
@@ -270,6 +272,11 @@ fn prior_median(observation: &Observation, by: &LayerVariable, prior: &Prior) ->
     }
     if by.layer.is_none() && by.variable.is_of_layer() && known.is_nan() {
         return Err(format!("the prior of {by} has no median, and the layers differ: give the prior a median"));
+    }
+    if by.variable == Variable::GroundAlbedo && matches!(observation.ground_albedo, GroundAlbedo::Spectrum(_)) {
+        return Err("the prior of ground_albedo has no median, and the ground has a spectrum: give the prior a \
+                    median"
+            .to_owned());
     }
     let ParameterRange { least, greatest, .. } = observation.range(by);
     // A half-space and diffuse light are another error.

@@ -41,7 +41,7 @@ mod _native {
         uncertain_properties, wavelength_range,
     };
     #[pymodule_export]
-    use super::spectra::{band_weights, brf, bsdf, covered_bands, light_in_layers, spectrum, spread, stack};
+    use super::spectra::{band_weights, brf, bsdf, covered_bands, light_in_layers, spectrum, spread, stacks};
 
     #[pymodule_export]
     #[allow(non_upper_case_globals, reason = "a Python name")]

@@ -173,7 +173,7 @@ pub(crate) fn single_scattering<'py>(
     degree: usize,
     seed: u64,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let sample = snow.sample()?;
+    let sample = snow.sample().map_err(input)?;
     sample.check().map_err(input)?;
     for wavelength_nm in &wavelengths_nm {
         sample.check_wavelength(*wavelength_nm).map_err(input)?;

@@ -8,14 +8,14 @@ use snowblue_transport::batch::{Batch, BatchError, SlabCase};
 use snowblue_transport::illumination::{self, BandLight, DifferentiatedLight, Illumination, LightInLayers};
 use snowblue_transport::monte_carlo::{self, Distribution, GoniometricOptions, MonteCarloOptions, PatchGrid};
 use snowblue_transport::ordinates::{self, DifferentiatedFluxes, DifferentiatedStack};
-use snowblue_transport::slab::{Estimate, Fluxes, Incidence, Radiometry};
+use snowblue_transport::slab::{Estimate, Fluxes, Incidence};
 use snowblue_transport::spread::{Uncertainty, solve_spread};
-use snowblue_transport::stack::{DepthFluxes, Layer, Stack, StackDerivatives, check_kind};
+use snowblue_transport::stack::{DepthFluxes, Layer, Stack, StackDerivatives, StackRadiometry, check_kind};
 use snowblue_transport::sunlight::{Band, LinearSpectrum, band_integrals, response_weights};
-use snowblue_transport::{IceTable, LayerVariable, Property, Variable};
+use snowblue_transport::{GroundAlbedo, IceTable, LayerVariable, Property, TransportError, Variable};
 use std::ops::Range;
 
-use crate::arguments::{Angle, Cases, GivenSnow, Ordinates};
+use crate::arguments::{Angle, Cases, GivenGround, GivenSnow, Ordinates};
 use crate::snow::Snows;
 use crate::work::{Control, input, input_at, input_in_row, run};
 
@@ -36,7 +36,7 @@ pub(crate) struct Engine {
 pub(crate) struct GivenCases<'py> {
     thickness_cm: Vec<f64>,
     angle_deg: Vec<Angle>,
-    ground_albedo: Vec<f64>,
+    ground_albedo: Vec<GivenGround>,
     wavelength_nm: Vec<f64>,
     /// [case][snow, thickness, angle, ground]
     places: PyReadonlyArray2<'py, i64>,
@@ -72,7 +72,7 @@ impl<'py> FromPyObject<'_, 'py> for GivenKind {
 #[pyo3(from_item_all)]
 pub(crate) struct Ground {
     layers: Vec<GivenLayer>,
-    ground_albedo: f64,
+    ground_albedo: GivenGround,
     depth_cm: Vec<f64>,
 }
 
@@ -162,56 +162,147 @@ pub(crate) fn spread<'py>(
     Ok(dict)
 }
 
-/// Fluxes of a stack of layers, for each angle, then each wavelength; and at depths, the depth running fastest.
+/// Lights on packs of layers: the pack of each light, by its number.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct GivenLights {
+    pack: Vec<usize>,
+    angle_deg: Vec<Angle>,
+    wavelength_nm: Vec<f64>,
+    /// The numbers of layers and of depths of the results.
+    layers: usize,
+    depths: usize,
+}
+
+/// A solved pack of so many layers.
+struct SolvedPack {
+    solved: DifferentiatedStack,
+    layers: usize,
+}
+
+impl SolvedPack {
+    /// The derivatives in a row with respect to one of some variables, of a layer if it belongs to layers; none beyond
+    /// the layers of the pack.
+    fn derivatives(
+        &self,
+        row: usize,
+        (variables, place): (&[Variable], usize),
+        layer: usize,
+    ) -> Option<&StackDerivatives> {
+        let width = |variable: &Variable| if variable.is_of_layer() { self.layers } else { 1 };
+        let [first, all] = [&variables[..place], variables].map(|some| some.iter().map(width).sum::<usize>());
+        (layer < width(&variables[place])).then(|| &self.solved.derivatives[row * all + first + layer])
+    }
+}
+
+/// Fluxes of packs of layers: for each light, then each wavelength; and at depths, the depth running fastest.
 /// Derivatives with respect to each parameter of `jacobian` have `_per_` and its name; their layers run fastest, of
-/// parameters that layers have.
+/// parameters that layers have. Where a pack has fewer layers or depths than the results, they are NaN. An error of one
+/// of several packs has the row of its first light.
 #[pyfunction]
-#[pyo3(signature = (ground, cases, jacobian, engine, progress))]
+#[pyo3(signature = (packs, lights, jacobian, engine, progress))]
 #[expect(clippy::too_many_arguments, reason = "one for each group of keywords")]
-pub(crate) fn stack<'py>(
+pub(crate) fn stacks<'py>(
     py: Python<'py>,
-    ground: Ground,
-    cases: Cases,
+    packs: Vec<Ground>,
+    lights: GivenLights,
     jacobian: Vec<String>,
     engine: Engine,
     progress: Option<Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let stack = ground.stack(cases.incidences()?, cases.wavelength_nm)?;
+    let mut incidences: Vec<Vec<Incidence>> = vec![Vec::new(); packs.len()];
+    let (mut places, mut rows) = (Vec::new(), vec![None; packs.len()]);
+    for (row, (pack, angle)) in lights.pack.iter().zip(&lights.angle_deg).enumerate() {
+        let own = incidences.get_mut(*pack).ok_or_else(|| input("a light has a pack beyond the packs"))?;
+        places.push((*pack, own.len()));
+        own.push(angle.incidence()?);
+        rows[*pack] = rows[*pack].or((packs.len() > 1).then_some(row));
+    }
+    let wavelengths = lights.wavelength_nm.len();
+    let given = packs.into_iter().zip(incidences).zip(&rows);
+    let stack = |((pack, incidences), row): ((Ground, _), &Option<usize>)| {
+        pack.stack(incidences, lights.wavelength_nm.clone(), *row)
+    };
+    let stacks: Vec<Stack> = given.map(stack).collect::<PyResult<_>>()?;
+    let layers: Vec<usize> = stacks.iter().map(|stack| stack.layers.len()).collect();
     let options = engine.ordinates.options()?;
     let monte_carlo = engine.monte_carlo();
     let with_errors = engine.standard_errors || monte_carlo.is_some();
     let variables = variables(&jacobian)?;
-    let of_layers = LayerVariable::of_layers(&variables, stack.layers.len());
-    let (rows, profile, derivatives) = run(py, progress.as_ref(), move |control| {
-        if let Some(options) = monte_carlo {
-            let rows = monte_carlo::solve_stack(&stack, &options, &of_several(control, 0, 1)).map_err(input)?;
-            return Ok((rows, Vec::new(), Vec::new()));
+    let by = variables.clone();
+    let solved: Vec<DifferentiatedStack> = run(py, progress.as_ref(), move |control| {
+        let count = stacks.len();
+        let walk = |options: &MonteCarloOptions, (place, stack): (usize, &Stack)| {
+            let solved = monte_carlo::solve_stack(stack, options, &of_several(control, place, count));
+            let answer = |whole| StackRadiometry { whole, direct: f64::NAN, profile: Vec::new() };
+            let fluxes = solved.map_err(|error| input_at(error, rows[place], None))?.into_iter().map(answer).collect();
+            Ok(DifferentiatedStack { fluxes, derivatives: Vec::new() })
+        };
+        match &monte_carlo {
+            Some(options) => stacks.iter().enumerate().map(|one| walk(options, one)).collect(),
+            None => {
+                let done = |done| control.set(done as u64, count as u64);
+                let solved = ordinates::differentiate_stacks(&stacks, &by, &options, with_errors, &done);
+                solved.map_err(|BatchError { case, error }| input_at(error, case.and_then(|pack| rows[pack]), None))
+            }
         }
-        let solved = ordinates::differentiate_stack(&stack, &variables, &options, with_errors).map_err(input)?;
-        let DifferentiatedStack { fluxes, derivatives } = solved;
-        let rows = fluxes.iter().map(|answer| answer.whole).collect::<Vec<Radiometry>>();
-        Ok((rows, fluxes.into_iter().flat_map(|answer| answer.profile).collect(), derivatives))
     })?;
+    let packs: Vec<SolvedPack> =
+        solved.into_iter().zip(layers).map(|(solved, layers)| SolvedPack { solved, layers }).collect();
     let dict = PyDict::new(py);
-    add(&dict, Fluxes::NAMES, rows.iter().map(|row| row.fluxes.to_array()), with_errors)?;
-    if !profile.is_empty() {
-        add(&dict, DEPTH_NAMES, profile.iter().map(of_depth), with_errors)?;
+    let (packs, variables) = (&packs[..], &variables[..]);
+    let rows = places.iter().flat_map(|(pack, light)| {
+        (0..wavelengths).map(move |wavelength| (&packs[*pack], light * wavelengths + wavelength))
+    });
+    let profile = |(pack, row): (&SolvedPack, usize)| pack.solved.fluxes[row].profile.clone();
+    add(
+        &dict,
+        Fluxes::NAMES,
+        rows.clone().map(|(pack, row)| pack.solved.fluxes[row].whole.fluxes.to_array()),
+        with_errors,
+    )?;
+    let depths = lights.depths;
+    if depths > 0 {
+        let unknown = Estimate { value: f64::NAN, standard_error: f64::NAN };
+        let at = |one: (&SolvedPack, usize)| {
+            let profile = profile(one);
+            (0..depths).map(move |depth| profile.get(depth).map_or([unknown; 5], of_depth))
+        };
+        add(&dict, DEPTH_NAMES, rows.clone().flat_map(at), with_errors)?;
     }
-    for (name, places) in places_by_name(&of_layers) {
-        let (rows, per) =
-            (|| derivatives.chunks_exact(of_layers.len()).map(|row| &row[places.clone()]), format!("_per_{name}"));
-        add_numbers(&dict, Fluxes::NAMES, &per, rows().flatten().map(|one| one.whole.to_array()))?;
-        let depths = derivatives.first().map_or(0, |one| one.profile.len());
+    add_derivatives(&dict, &rows.collect::<Vec<_>>(), variables, [lights.layers, depths])?;
+    Ok(dict)
+}
+
+/// Adds the derivatives of rows of solved packs with respect to each variable, for results with so many layers and
+/// depths.
+fn add_derivatives(
+    dict: &Bound<'_, PyDict>,
+    rows: &[(&SolvedPack, usize)],
+    variables: &[Variable],
+    [layers, depths]: [usize; 2],
+) -> PyResult<()> {
+    for (place, variable) in variables.iter().enumerate() {
+        let (per, most) = (format!("_per_{variable}"), if variable.is_of_layer() { layers } else { 1 });
+        let of_layers = rows.iter().copied().flat_map(|(pack, row)| (0..most).map(move |layer| (pack, row, layer)));
+        let whole = |(pack, row, layer): (&SolvedPack, usize, usize)| {
+            let by = pack.derivatives(row, (variables, place), layer);
+            by.map_or([f64::NAN; 3], |by| by.whole.to_array())
+        };
+        add_numbers(dict, Fluxes::NAMES, &per, of_layers.map(whole))?;
         if depths > 0 {
-            let of_row = |row: &[StackDerivatives]| {
-                (0..depths)
-                    .flat_map(|depth| row.iter().map(move |one| of_depth(&one.profile[depth])))
-                    .collect::<Vec<_>>()
+            let at = |(pack, row): (&'_ SolvedPack, usize)| {
+                let at = |(depth, layer): (usize, usize)| {
+                    let by = pack.derivatives(row, (variables, place), layer);
+                    by.and_then(|by| by.profile.get(depth)).map_or([f64::NAN; 5], of_depth)
+                };
+                let places = (0..depths).flat_map(|depth| (0..most).map(move |layer| (depth, layer)));
+                places.map(at).collect::<Vec<_>>()
             };
-            add_numbers(&dict, DEPTH_NAMES, &per, rows().flat_map(of_row))?;
+            add_numbers(dict, DEPTH_NAMES, &per, rows.iter().copied().flat_map(at))?;
         }
     }
-    Ok(dict)
+    Ok(())
 }
 
 /// The places of each variable, whose layers follow each other.
@@ -250,7 +341,7 @@ pub(crate) fn light_in_layers<'py>(
     ordinates: Ordinates,
 ) -> PyResult<Bound<'py, PyDict>> {
     let wavelengths_nm = wavelength_nm.clone();
-    let stack = ground.stack(vec![Incidence::Diffuse], wavelength_nm)?;
+    let stack = ground.stack(vec![Incidence::Diffuse], wavelength_nm, None)?;
     let options = ordinates.options()?;
     let light = |(elevation_deg, direct, diffuse)| Illumination::under_sun(elevation_deg, direct, diffuse);
     let lights: Vec<Illumination> = lights.into_iter().map(light).collect();
@@ -403,7 +494,7 @@ pub(crate) fn brf<'py>(
     views: (Vec<f64>, Vec<f64>),
     ordinates: Ordinates,
 ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-    let stack = ground.stack(cases.incidences()?, cases.wavelength_nm)?;
+    let stack = ground.stack(cases.incidences()?, cases.wavelength_nm, None)?;
     let (options, (zeniths_deg, azimuths_deg)) = (ordinates.options()?, views);
     let views = ordinates::Views { zeniths_deg, azimuths_deg };
     let light = run(py, None, move |_| ordinates::bidirectional(&stack, &views, &options).map_err(input))?;
@@ -414,13 +505,15 @@ pub(crate) fn brf<'py>(
 impl GivenCases<'_> {
     fn cases(&self, snows: usize) -> PyResult<Vec<SlabCase>> {
         let incidences: Vec<Incidence> = self.angle_deg.iter().map(Angle::incidence).collect::<PyResult<_>>()?;
+        let ground = |(row, given): (usize, &GivenGround)| given.albedo().map_err(|error| input_in_row(error, row));
+        let grounds: Vec<GroundAlbedo> = self.ground_albedo.iter().enumerate().map(ground).collect::<PyResult<_>>()?;
         let case = |row: ArrayView1<i64>| {
             let place = |column: usize| usize::try_from(*row.get(column)?).ok();
             Some(SlabCase {
                 sample: place(0).filter(|snow| *snow < snows)?,
                 thickness_cm: *self.thickness_cm.get(place(1)?)?,
                 incidence: *incidences.get(place(2)?)?,
-                ground_albedo: *self.ground_albedo.get(place(3)?)?,
+                ground_albedo: grounds.get(place(3)?)?.clone(),
             })
         };
         let cases: Option<_> = self.places.as_array().rows().into_iter().map(case).collect();
@@ -429,28 +522,36 @@ impl GivenCases<'_> {
 }
 
 impl Ground {
-    /// The layers under some incidences, checked.
-    fn stack(self, incidences: Vec<Incidence>, wavelengths_nm: Vec<f64>) -> PyResult<Stack> {
+    /// The layers under some incidences, checked. An error has the row.
+    fn stack(self, incidences: Vec<Incidence>, wavelengths_nm: Vec<f64>, row: Option<usize>) -> PyResult<Stack> {
+        let in_row = |error| input_at(error, row, None);
+        let layer = |(place, given): (usize, &GivenLayer)| {
+            let layer = given.layer().and_then(|layer| layer.check(place + 1 == self.layers.len()).map(|()| layer));
+            layer.map_err(|error| match row {
+                Some(_) => input_at(format!("{error}, in layer {place}"), row, None),
+                None => input(error),
+            })
+        };
         let stack = Stack {
-            layers: self.layers.iter().map(GivenLayer::layer).collect::<PyResult<_>>()?,
-            ground_albedo: self.ground_albedo,
+            layers: self.layers.iter().enumerate().map(layer).collect::<PyResult<_>>()?,
+            ground_albedo: self.ground_albedo.albedo().map_err(in_row)?,
             depths_cm: self.depth_cm,
             incidences,
             wavelengths_nm,
         };
-        stack.check().map_err(input)?;
+        stack.check().map_err(in_row)?;
         Ok(stack)
     }
 }
 
 impl GivenLayer {
-    pub(crate) fn layer(&self) -> PyResult<Layer> {
+    pub(crate) fn layer(&self) -> Result<Layer, TransportError> {
         let Self(kind, thickness_cm) = self;
         Ok(match kind {
             GivenKind::Snow(snow) => Layer::snow(snow.sample()?, *thickness_cm),
             GivenKind::Named { kind, ice, others } => {
-                check_kind(kind, others.first().map(String::as_str)).map_err(input)?;
-                let table: Option<IceTable> = ice.as_deref().map(str::parse).transpose().map_err(input)?;
+                check_kind(kind, others.first().map(String::as_str))?;
+                let table: Option<IceTable> = ice.as_deref().map(str::parse).transpose()?;
                 Layer::ice(table.unwrap_or_default(), *thickness_cm)
             }
         })

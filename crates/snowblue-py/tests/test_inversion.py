@@ -448,7 +448,7 @@ def test_transmittance_fluxes_and_a_sky_in_bands():
         fluxes={"down": truth.down}, fluxes_standard_deviation=0.02 * truth.down, **arguments)
     assert abs(fit.ssa - 25) < 0.1 and fit.data == 16 and fit.down_fit.dims == ("depth", "band")
     assert abs(fit.down_fit / truth.down - 1).max() < 0.005
-    with pytest.raises(ValueError, match="diffuse fraction is given from 420 to 600 nm, but the bands need it from"):
+    with pytest.raises(ValueError, match="diffuse fraction is given from 420 to 600 nm, but it is needed from"):
         snowblue.invert(
             truth.reflectance, bands=sensor, angle_deg=60, diffuse_fraction=fraction.sel(wavelength=slice(420, 600)))
 

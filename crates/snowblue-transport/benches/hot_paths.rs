@@ -100,7 +100,7 @@ fn derivatives_of_layers(bencher: Bencher, (variables, depths): (usize, u32)) {
     };
     let stack = Stack {
         layers: (1..=5).map(layer).collect(),
-        ground_albedo: 0.2,
+        ground_albedo: 0.2.into(),
         depths_cm: (1..=depths).map(|place| 7.0 * f64::from(place)).collect(),
         incidences: vec![Incidence::Beam { angle_deg: 60.0 }],
         wavelengths_nm: visible_nm(),
@@ -112,7 +112,8 @@ fn derivatives_of_layers(bencher: Bencher, (variables, depths): (usize, u32)) {
 
 fn differentiate(bencher: Bencher, sample: SnowSample, slabs: u32, variables: usize) {
     let incidence = Incidence::Beam { angle_deg: 60.0 };
-    let case = |place: u32| SlabCase { sample: 0, thickness_cm: 5.0 + f64::from(place), incidence, ground_albedo: 0.0 };
+    let case =
+        |place: u32| SlabCase { sample: 0, thickness_cm: 5.0 + f64::from(place), incidence, ground_albedo: 0.0.into() };
     let batch = Batch { samples: vec![sample], cases: (0..slabs).map(case).collect(), wavelengths_nm: visible_nm() };
     let options = OrdinatesOptions { tally_rays: 1 << 12, ..OrdinatesOptions::default() };
     let variables = &Variable::all()[..variables];

@@ -15,7 +15,7 @@ fn main() -> Result<(), TransportError> {
             Layer::snow(SnowSample { impurities: black_carbon, ..SnowType::WindPacked.sample()? }, 5.0),
             Layer::snow(SnowType::Rounded.sample()?, 12.0),
         ],
-        ground_albedo: 0.15,
+        ground_albedo: 0.15.into(),
         depths_cm: vec![0.0, 1.0, 3.0, 8.0, 20.0],
         incidences: vec![Incidence::Diffuse],
         wavelengths_nm: vec![450.0, 700.0],

@@ -1,7 +1,7 @@
 //! Many slabs of snow, each with its own snow, thickness, light and ground, and their fluxes.
 
 use crate::TransportError;
-use crate::parameters::GROUND_ALBEDO;
+use crate::ground::GroundAlbedo;
 use crate::sample::SnowSample;
 use crate::slab::{Fluxes, Incidence, Radiometry, Slab, check_incidences, check_thickness, check_wavelengths};
 
@@ -17,7 +17,7 @@ pub struct Batch {
 }
 
 /// A slab of one of several samples, under one light, on a Lambertian ground.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct SlabCase {
     /// Index of the sample of the slab.
     pub sample: usize,
@@ -25,8 +25,8 @@ pub struct SlabCase {
     pub thickness_cm: f64,
     /// Incident light.
     pub incidence: Incidence,
-    /// Albedo of the ground, 0–1.
-    pub ground_albedo: f64,
+    /// Albedo of the ground.
+    pub ground_albedo: GroundAlbedo,
 }
 
 /// An error in a batch.
@@ -86,7 +86,8 @@ impl Batch {
         }
         check_thickness(case.thickness_cm)?;
         check_incidences(&[case.incidence])?;
-        GROUND_ALBEDO.range.check(case.ground_albedo)?;
+        case.ground_albedo.check()?;
+        case.ground_albedo.check_wavelengths(&self.wavelengths_nm)?;
         if is_sample_known { Ok(()) } else { check_wavelengths(&self.wavelengths_nm, sample) }
     }
 }
@@ -98,7 +99,7 @@ impl From<&Slab> for Batch {
             sample: 0,
             thickness_cm: *thickness_cm,
             incidence: *incidence,
-            ground_albedo: 0.0,
+            ground_albedo: 0.0.into(),
         };
         let cases = slab.thicknesses_cm.iter().flat_map(|h| slab.incidences.iter().map(move |i| case(h, i)));
         Self { samples: vec![slab.sample], cases: cases.collect(), wavelengths_nm: slab.wavelengths_nm.clone() }
@@ -122,7 +123,7 @@ mod tests {
             sample,
             thickness_cm,
             incidence: Incidence::Beam { angle_deg: 60.0 },
-            ground_albedo: 0.0,
+            ground_albedo: 0.0.into(),
         };
         let wrong = |cases: Vec<SlabCase>| {
             let batch = Batch { samples: vec![SnowSample::default(), dense], cases, wavelengths_nm: vec![500.0] };

@@ -47,6 +47,7 @@ pub mod grain;
 
 pub mod sample;
 
+mod ground;
 pub mod slab;
 pub mod stack;
 
@@ -67,6 +68,7 @@ pub mod sunlight;
 pub mod illumination;
 
 pub use error::TransportError;
+pub use ground::{GroundAlbedo, GroundSpectrum};
 pub use medium::{
     Demand, GrainTallies, HenyeyGreenstein, Medium, PhaseFunction, PhasePlan, Population, Scattering, TallyPlan,
 };

@@ -65,8 +65,8 @@ pub fn solve_spread(
         let in_case = |error| BatchError { case: Some(*first), error };
         let samples = uncertainty.draw(sample, options.seed).map_err(in_case)?;
         let drawn = |case: &usize| {
-            let case = batch.cases[*case];
-            (0..DRAWS).map(move |sample| SlabCase { sample, ..case })
+            let case = &batch.cases[*case];
+            (0..DRAWS).map(move |sample| SlabCase { sample, ..case.clone() })
         };
         let drawn = Batch {
             samples,
@@ -260,7 +260,8 @@ mod tests {
     /// the ends of the interval of the quantity.
     #[test]
     fn the_interval_of_one_quantity_is_that_of_its_ends() {
-        let case = |sample| SlabCase { sample, thickness_cm: 20.0, incidence: Incidence::Diffuse, ground_albedo: 0.0 };
+        let case =
+            |sample| SlabCase { sample, thickness_cm: 20.0, incidence: Incidence::Diffuse, ground_albedo: 0.0.into() };
         let options = OrdinatesOptions { tally_rays: 1 << 12, ..OrdinatesOptions::default() };
         let batch = Batch { samples: vec![snow()], cases: vec![case(0)], wavelengths_nm: vec![450.0, 700.0] };
         let spread = solve_spread(&batch, &soot(5.0), &options, &|_| ()).unwrap();

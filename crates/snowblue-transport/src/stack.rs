@@ -10,8 +10,9 @@
 use snowblue_base::ParameterRange;
 
 use crate::error::TransportError;
+use crate::ground::GroundAlbedo;
 use crate::optics::IceTable;
-use crate::parameters::{GROUND_ALBEDO, THICKNESS};
+use crate::parameters::THICKNESS;
 use crate::sample::SnowSample;
 use crate::slab::{Estimate, Fluxes, Incidence, Radiometry, check_incidences, check_thickness, check_wavelengths};
 
@@ -52,8 +53,8 @@ pub enum LayerKind {
 pub struct Stack {
     /// Layers, top first.
     pub layers: Vec<Layer>,
-    /// Albedo of the ground, 0–1; with 0 the stack acts as a free slab.
-    pub ground_albedo: f64,
+    /// Albedo of the ground.
+    pub ground_albedo: GroundAlbedo,
     /// Depths below the top at which to compute fluxes, in cm.
     pub depths_cm: Vec<f64>,
     /// Incident light.
@@ -164,6 +165,7 @@ impl Stack {
     /// Reports the first quantity that is missing or lies outside its range.
     pub fn check(&self) -> Result<(), TransportError> {
         self.check_pack()?;
+        self.ground_albedo.check_wavelengths(&self.wavelengths_nm)?;
         self.layers.iter().try_for_each(|layer| layer.check_wavelengths(&self.wavelengths_nm))
     }
 
@@ -183,7 +185,7 @@ impl Stack {
                 return Err(TransportError::Combination { quantity: "ice table", rule });
             }
         }
-        GROUND_ALBEDO.range.check(self.ground_albedo)?;
+        self.ground_albedo.check()?;
         let bottom_cm = self.thickness_cm();
         for depth_cm in &self.depths_cm {
             if !(0.0..=bottom_cm * (1.0 + DEPTH_ROUNDING)).contains(depth_cm) {
@@ -389,7 +391,7 @@ mod tests {
         let layer = |thickness_cm: &f64| Layer::snow(SnowSample::default(), *thickness_cm);
         Stack {
             layers: thicknesses_cm.iter().map(layer).collect(),
-            ground_albedo: 0.0,
+            ground_albedo: 0.0.into(),
             depths_cm: depths_cm.to_vec(),
             incidences: vec![Incidence::Diffuse],
             wavelengths_nm: vec![500.0],
@@ -432,7 +434,7 @@ mod tests {
         assert_eq!(stack(&[0.1, 0.7], &[0.8]).check(), Ok(()));
         let message = stack(&[1.0, 2.0], &[3.1]).check().unwrap_err().to_string();
         assert_eq!(message, "depth is 3.1 cm, but must lie in 0–3 cm");
-        let bright = Stack { ground_albedo: 1.5, ..stack(&[1.0], &[]) };
+        let bright = Stack { ground_albedo: 1.5.into(), ..stack(&[1.0], &[]) };
         assert!(bright.check().unwrap_err().to_string().starts_with("ground albedo is 1.5"));
         assert!(stack(&[], &[]).check().is_err());
     }

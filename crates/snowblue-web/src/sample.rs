@@ -72,7 +72,7 @@ impl Sample {
         let options = self.options();
         let Stack { layers, ground_albedo, incidences, .. } = self.stack()?;
         let single = if let [layer] = &*layers { layer.sample().zip(Some(layer.thickness_cm)) } else { None };
-        if let (Some((sample, thickness_cm)), true) = (single, ground_albedo == 0.0) {
+        if let (Some((sample, thickness_cm)), true) = (single, ground_albedo == 0.0.into()) {
             let slab = Slab { sample: *sample, thicknesses_cm: vec![thickness_cm], incidences, wavelengths_nm };
             let solve = if errors { solve } else { solve_without_errors };
             return solve(&slab, &options).map_err(text);
@@ -87,7 +87,7 @@ impl Sample {
         let layer = |layer: &Layer| Ok(stack::Layer::snow(layer.sample()?, layer.thickness_cm));
         Ok(Stack {
             layers: self.layers.iter().map(layer).collect::<Result<_, String>>()?,
-            ground_albedo: self.ground_albedo,
+            ground_albedo: self.ground_albedo.into(),
             depths_cm: Vec::new(),
             incidences: vec![self.angle_deg.incidence()?],
             wavelengths_nm: Vec::new(),

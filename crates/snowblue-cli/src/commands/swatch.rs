@@ -226,7 +226,7 @@ impl Swatch {
                 batch.samples.len() - 1
             });
             let (thickness_cm, incidence) = (slab.thickness[0], slab.angle[0]);
-            batch.cases.push(SlabCase { sample, thickness_cm, incidence, ground_albedo: 0.0 });
+            batch.cases.push(SlabCase { sample, thickness_cm, incidence, ground_albedo: 0.0.into() });
         }
         let thicknesses_cm: Vec<f64> = batch.cases.iter().map(|case| case.thickness_cm).collect();
         check_transmits(&thicknesses_cm, self.reflected)?;

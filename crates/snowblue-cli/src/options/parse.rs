@@ -1,8 +1,11 @@
 //! Parsers of option values: numbers, ranges, lists and distributions.
 
 use std::ops::{Range, RangeInclusive};
+use std::path::Path;
 use std::time::Duration;
 
+use snowblue_base::files::checked_text;
+use snowblue_base::spectrum_csv::SpectrumError;
 use snowblue_base::{Count, Number, ParameterRange, Quantity};
 use snowblue_color::exposure::MAX_STOPS;
 use snowblue_color::{Illuminant, Observer, Srgb8};
@@ -10,6 +13,7 @@ use snowblue_render::Aovs;
 use snowblue_render::Exposure;
 use snowblue_render::film::window::Window;
 use snowblue_sky::DateTime;
+use snowblue_transport::GroundAlbedo;
 use snowblue_transport::optics::IceTable;
 use snowblue_transport::ordinates::Streams;
 use snowblue_transport::sample::{SizeMeasure, SnowType};
@@ -24,6 +28,35 @@ pub(crate) struct Span {
 
 pub(crate) fn number(word: &str) -> Result<f64, String> {
     word.trim().parse().map_err(|_| format!("'{word}' is not a number"))
+}
+
+/// Albedo of the ground: a number, or the name of a CSV file with its spectrum.
+#[derive(Debug, Clone)]
+pub(crate) struct GivenGround {
+    pub(crate) albedo: GroundAlbedo,
+    /// The number or the name of the file.
+    pub(crate) word: String,
+}
+
+pub(crate) fn ground_albedo(word: &str) -> Result<GivenGround, String> {
+    let albedo = match word.trim().parse::<f64>() {
+        Ok(albedo) => albedo.into(),
+        Err(_) if has_end(word, "csv") => csv_file(word, GroundAlbedo::read)?,
+        Err(_) => return Err(format!("'{word}' is neither a number nor the name of a CSV file")),
+    };
+    Ok(GivenGround { albedo, word: word.trim().to_owned() })
+}
+
+/// Whether the name of a file has an ending, in any case.
+pub(crate) fn has_end(file: &str, end: &str) -> bool {
+    Path::new(file).extension().is_some_and(|own| own.eq_ignore_ascii_case(end))
+}
+
+/// What `read` reads in a CSV file. An error names the file and the line.
+pub(crate) fn csv_file<T>(file: &str, read: impl Fn(&str) -> Result<T, SpectrumError>) -> Result<T, String> {
+    let bytes = std::fs::read(file).map_err(|error| format!("{file}: cannot be read: {error}"))?;
+    let text = checked_text(Path::new(file), &bytes).map_err(|error| error.to_string())?;
+    read(&text).map_err(|error| error.in_file(file))
 }
 
 /// The parser of a parameter. Its errors name the parameter with its range and unit.

@@ -1,9 +1,6 @@
 //! Options of the properties of snow, one for each row of their table, and `--impurity`.
 
-use std::path::Path;
-
 use clap::{Arg, ArgAction, ArgGroup, ArgMatches, Args, Command, FromArgMatches};
-use snowblue_base::files::checked_text;
 use snowblue_database::axis_properties;
 use snowblue_transport::optics::OwnParticles;
 use snowblue_transport::parameters::MASS_FRACTION;
@@ -58,8 +55,7 @@ fn impurity_axis(words: &str, of_table: bool) -> Result<PropertyAxis, String> {
     let is_number = |word: &&&str| word.trim().parse::<f64>().is_ok();
     let (ng_g, file) = words.split_at(words.iter().take_while(is_number).count());
     // The name of a file may have a colon. Other words are wrong numbers.
-    let file = Some(file.join(":"))
-        .filter(|file| Path::new(file).extension().is_some_and(|end| end.eq_ignore_ascii_case("csv")));
+    let file = Some(file.join(":")).filter(|file| parse::has_end(file, "csv"));
     if file.is_some() && ng_g.is_empty() {
         return Err(FORMS.to_owned());
     }
@@ -69,9 +65,7 @@ fn impurity_axis(words: &str, of_table: bool) -> Result<PropertyAxis, String> {
             name.parse::<Substance>().map_err(|error| format!("{error}; others have a file: NAME=NG_G:FILE.csv"))?
         }
         Some(file) => {
-            let bytes = std::fs::read(file).map_err(|error| format!("{file}: cannot be read: {error}"))?;
-            let text = checked_text(Path::new(file), &bytes).map_err(|error| error.to_string())?;
-            let particles = OwnParticles::read(&text).map_err(|error| error.in_file(file))?;
+            let particles = parse::csv_file(file, OwnParticles::read)?;
             particles.declare(name).map_err(|error| format!("{file}: {error}"))?
         }
     };

@@ -251,3 +251,77 @@ fn spectra_are_written_as_netcdf_with_dimensions() {
     assert_eq!(twice.data_set().get_var("reflectance").unwrap().dim_names(), ["slab", "wavelength"]);
     assert!(folder.text("twice.svg").contains("<svg"));
 }
+
+/// A line with NaN has no fluxes, and the others have those that they have without it. Empty cells are named.
+#[test]
+fn lines_with_gaps_have_no_fluxes() {
+    let folder = Folder::new();
+    folder.write("pits.csv", "name,ssa_m2_kg,density_kg_m3,thickness_cm\na,20,200,5\nb,NaN,300,5\nc,30,nan,5\nd,,,7\n");
+    folder.write("whole.csv", "name,ssa_m2_kg,density_kg_m3,thickness_cm\na,20,200,5\nd,,,7\n");
+    for options in ["--wavelengths 500,900", "--broadband par", "--wavelengths 500 --plus-minus density=10 --streams 4"]
+    {
+        let run = |file: &str, quiet: &str| {
+            let output = folder.run(&format!("spectrum {quiet} --batch {file} {options} --format csv"));
+            [output.stdout, output.stderr].map(|text| String::from_utf8(text).unwrap())
+        };
+        let [[printed, notes], [whole, _], [_, quiet]] =
+            [run("pits.csv", ""), run("whole.csv", ""), run("pits.csv", "--quiet")];
+        let of = |name: &str| printed.lines().filter(|line| line.starts_with(name)).collect::<Vec<_>>();
+        for name in ["b,NaN,300,", "c,30,NaN,"] {
+            assert!(!of(name).is_empty(), "{printed}");
+            assert!(of(name).iter().all(|line| line.ends_with("NaN,NaN,NaN")), "{printed}");
+        }
+        let known: Vec<&str> = whole.lines().skip(1).collect();
+        assert_eq!([of("a,"), of("d,")].concat(), known);
+        assert_names(
+            &notes,
+            &[
+                "pits.csv: 1 of 4 lines have no density_kg_m3: 300 is taken",
+                "pits.csv: 1 of 4 lines have no ssa_m2_kg: a grain size of 350–450 µm, unless another column has one,",
+            ],
+        );
+        assert!(!quiet.contains("is taken"), "{quiet}");
+    }
+    folder.write("pits.csv", "thickness_cm\nNaN\n");
+    folder.stdout("spectrum --batch pits.csv --wavelengths 500 -o pits.nc");
+    let reflectance = FileReader::open(folder.path("pits.nc")).unwrap().read_var_f64("reflectance").unwrap();
+    assert!(reflectance[0].is_nan());
+    // Other cells of a line with a gap are checked.
+    folder.write("pits.csv", "density_kg_m3,ssa_m2_kg\nNaN,5000\n");
+    folder.run("spectrum --batch pits.csv").status.code().filter(|code| *code == 2).unwrap();
+}
+
+/// A spectrum as ground: each wavelength has the fluxes on the grey ground of its albedo there.
+#[test]
+fn a_ground_may_have_a_spectrum() {
+    let folder = Folder::new();
+    folder.write("soil.csv", "wavelength_nm,albedo\n400,0.1\n600,0.3\n1200,0.6\n");
+    folder.write("pits.csv", "thickness_cm,ground_albedo\n5,soil.csv\n5,0.2\n5,\n");
+    folder.write("pack.toml", "[[layer]]\nthickness_cm = 5\n");
+    let row = |options: &str, row: usize| {
+        let text = folder.stdout(&format!("spectrum --wavelengths 500,900 {options}"));
+        text.lines().nth(row).unwrap().rsplitn(4, ',').take(3).map(str::to_owned).collect::<Vec<_>>()
+    };
+    for snow in ["--thickness 5", "--layers pack.toml"] {
+        let spectrum = format!("{snow} --ground-albedo soil.csv");
+        assert_eq!(row(&spectrum, 1), row(&format!("{snow} --ground-albedo 0.2"), 1));
+        assert_eq!(row(&spectrum, 2), row(&format!("{snow} --ground-albedo 0.45"), 2));
+    }
+    let batch = |place: usize| row("--batch pits.csv --ground-albedo soil.csv", place);
+    assert_eq!([batch(1), batch(2)], [batch(5), batch(6)]);
+    assert_eq!(batch(1), batch(3));
+    assert_ne!(batch(2), batch(4));
+    for (options, words) in [
+        ("--wavelengths 350", &["wavelength above the ground is 350 nm", "400–1200 nm"][..]),
+        ("--wavelengths 500 --ground-albedo none.csv", &["none.csv", "cannot be read"]),
+        ("--wavelengths 500 --ground-albedo soil", &["'soil' is neither a number nor the name of a CSV file"]),
+    ] {
+        let ground = if options.contains("ground") { "" } else { "--ground-albedo soil.csv" };
+        let output = folder.run(&format!("spectrum {options} {ground}"));
+        assert_eq!(output.status.code(), Some(2));
+        assert_names(&String::from_utf8(output.stderr).unwrap(), words);
+    }
+    folder.write("bright.csv", "wavelength_nm,albedo\n400,0.1\n600,1.3\n");
+    let output = folder.run("spectrum --ground-albedo bright.csv");
+    assert_names(&String::from_utf8(output.stderr).unwrap(), &["bright.csv:3", "ground albedo is 1.3", "0–1"]);
+}

@@ -39,7 +39,7 @@ pub(crate) fn figure() -> Result<Figure, FigureError> {
             sample,
             thickness_cm,
             incidence: Incidence::Beam { angle_deg },
-            ground_albedo: 0.0,
+            ground_albedo: 0.0.into(),
         })
     };
     let batch = Batch {

@@ -546,11 +546,57 @@ def add_snow(axes: Axes, given: Mapping[str, Any]) -> dict[str, Any]:
     return fixed
 
 
+def add_ground(axes: Axes, value: Any, at: xr.DataArray) -> None:
+    """Adds the albedo of the ground: a number, an axis, or a spectrum on `wavelength`, which must cover the wavelengths
+    `at`. The spectrum is interpolated at these."""
+    value = labelled(value)
+    if "wavelength" not in getattr(value, "dims", ()):
+        axes.add("ground_albedo", GROUND_ALBEDO, value)
+        return
+    GROUND_ALBEDO.check(value)
+    if "wavelength" not in value.coords:
+        raise ValueError("ground_albedo has the dimension 'wavelength', but no coordinate with its values in nm")
+    found = interpolated("ground albedo", value.astype(float), at.values, at.values)
+    [dim] = at.dims
+    axes.gaps.append("ground_albedo")
+    axes.broadcast("ground_albedo", at_first(found, "wavelength"))
+    found = found.drop_vars("wavelength").rename(wavelength=dim)
+    axes.arrays["ground_albedo"] = found
+    axes.own["ground_albedo"] = found.variable.copy(deep=False)
+    axes.own["ground_albedo"].attrs = GROUND_ALBEDO.attributes()
+
+
+def at_first(array: xr.DataArray, dim: str) -> xr.DataArray:
+    """The first part of an array along a dimension, without the coordinates that lie on the dimension."""
+    return array.drop_vars([name for name, one in array.coords.items() if dim in one.dims]).isel({dim: 0})
+
+
+def one_ground(value: Any, at: xr.DataArray) -> tuple[Any, dict[str, Any], dict[str, Any]]:
+    """The albedo of one ground, as the engines take it; and the coordinate, if it is a spectrum, or attribute that
+    states it."""
+    axes = Axes()
+    add_ground(axes, value, at)
+    if axes.sizes:
+        raise ValueError(f"ground_albedo is {shown(value)}, but must be one number, or a spectrum on 'wavelength'")
+    albedo = axes.arrays["ground_albedo"]
+    if albedo.ndim == 0:
+        return albedo.item(), {}, {"ground_albedo": albedo.item()}
+    return grounds(albedo.values[None], at.values)[0], axes.own, {}
+
+
+def grounds(albedos: np.ndarray, wavelengths_nm: Any) -> list[Any]:
+    """Grounds as the engines take them: the albedo of each, or its spectrum at some wavelengths."""
+    if albedos.ndim == 1:
+        return albedos.tolist()
+    known_nm, places = np.unique(wavelengths_nm, return_index=True)
+    return [(known_nm.tolist(), row) for row in albedos[:, places].tolist()]
+
+
 def slabs_of_rows(
-    fixed: Mapping[str, Any], rows: Mapping[str, np.ndarray]
+    fixed: Mapping[str, Any], rows: Mapping[str, np.ndarray], wavelengths_nm: list[float]
 ) -> tuple[_native.Snows, dict[str, Any]]:
     """The snows that differ among some rows; and thickness, light and ground of each row, whose places among the values
-    are those of its snow, thickness, light and ground."""
+    are those of its snow, thickness, light and ground. A ground may have an albedo at each wavelength."""
     count = len(rows["angle_deg"])
     columns = {name: values.tolist() for name, values in rows.items() if name in SNOW or name in SUBSTANCES}
     all_values = list(zip(*columns.values())) if columns else [()] * count
@@ -568,7 +614,8 @@ def slabs_of_rows(
     return native, {
         "thickness_cm": rows["thickness_cm"].tolist(),
         "angle_deg": angles_or_diffuse(rows["angle_deg"]),
-        "ground_albedo": rows["ground_albedo"].tolist(),
+        "ground_albedo": grounds(rows["ground_albedo"], wavelengths_nm),
+        "wavelength_nm": wavelengths_nm,
         "places": np.stack([snow, own, own, own], axis=-1),
     }
 
@@ -648,6 +695,35 @@ def own_axis(quantity: Quantity, value: Any, convert: Callable[[str, Any], Any] 
     if variable.dims != (quantity.name,):
         raise ValueError(f"{quantity.name} is an array over '{variable.dims[0]}', but can only be an axis of its own")
     return variable
+
+
+def interpolated(label: str, value: Any, wavelengths_nm: np.ndarray, used_nm: np.ndarray) -> Any:
+    """An array on `wavelength` at other wavelengths, of which it must cover those that are used."""
+    import xarray as xr
+
+    if "wavelength" not in getattr(value, "dims", ()) or "wavelength" not in value.coords:
+        return value
+    value = value.transpose(..., "wavelength")
+    own_nm = own_axis(WAVELENGTH, value.wavelength.values).values
+    if not (np.diff(own_nm) > 0).all():
+        raise ValueError(f"the {label} has wavelengths that do not ascend")
+    if own_nm[0] > used_nm.min() or own_nm[-1] < used_nm.max():
+        raise ValueError(
+            f"the {label} is given from {own_nm[0]:g} to {own_nm[-1]:g} nm, but it is needed from "
+            f"{used_nm.min():g} to {used_nm.max():g} nm"
+        )
+    found = xr.apply_ufunc(
+        lambda row: np.interp(wavelengths_nm, own_nm, row),
+        value,
+        input_core_dims=[["wavelength"]],
+        output_core_dims=[["wavelength"]],
+        exclude_dims={"wavelength"},
+        vectorize=True,
+        dask="parallelized",
+        output_dtypes=[float],
+        dask_gufunc_kwargs={"output_sizes": {"wavelength": len(wavelengths_nm)}, "allow_rechunk": True},
+    )
+    return found.assign_coords(wavelength=wavelengths_nm)
 
 
 def wavelengths(value: Any) -> xr.DataArray:

@@ -104,10 +104,10 @@ def _solved(
         rows[name] = np.broadcast_to(block, shape + own).reshape(-1, *own)
     known = np.ones(int(np.prod(shape)), bool)
     for name in gaps:
-        known &= rows[name] == rows[name]
+        known &= (rows[name] == rows[name]).reshape(known.size, -1).all(axis=1)
     rows = rows if known.all() else {name: values[known] for name, values in rows.items()}
     try:
-        found = [_filled(array, known).reshape(shape + array.shape[1:]) for _, array in solve(rows, **shared).values()]
+        found = [filled(array, known).reshape(shape + array.shape[1:]) for _, array in solve(rows, **shared).values()]
     except ValueError as error:
         if len(error.args) == 1:
             raise
@@ -122,7 +122,7 @@ def _solved(
     return tuple(found) if len(found) > 1 else found[0]
 
 
-def _filled(array: np.ndarray, known: np.ndarray) -> np.ndarray:
+def filled(array: np.ndarray, known: np.ndarray) -> np.ndarray:
     """The results of known rows, among all rows."""
     if known.all():
         return array

@@ -21,12 +21,14 @@ from snowblue._arguments import (
     Axes,
     Quantity,
     Snow,
+    add_ground,
     add_snow,
     angle,
     angles_or_diffuse,
     attributes,
     checks_names,
     hyphenated,
+    interpolated,
     labelled,
     mapping,
     mass_argument,
@@ -172,7 +174,7 @@ def invert(
         Default: the spectrum's coordinate or attribute `thickness_cm`, or its coordinate `thickness` in cm; if it has
         none, infinity.
     ground_albedo : float or array
-        Default: the spectrum's coordinate or attribute; if it has none, 0.
+        As in :func:`snowblue.spectrum`. Default: the spectrum's coordinate or attribute; if it has none, 0.
     prior_correlation : array
         Correlation matrix of the prior, in the order of `retrieve`.
     streams, seed, progress
@@ -261,7 +263,7 @@ def invert(
         if weights is not None:
             spectrum = _at_wavelengths(wavelengths_nm)
             used_nm = wavelengths_nm[weights.any(axis=0)]
-            diffuse_fraction = _interpolated("diffuse fraction", diffuse_fraction, wavelengths_nm, used_nm)
+            diffuse_fraction = interpolated("diffuse fraction", diffuse_fraction, wavelengths_nm, used_nm)
         axes.arrays["diffuse_fraction"] = spectrum.rows("diffuse fraction", diffuse_fraction, axes)
     made: dict[str, Any] = {}
     for name, own in (("thickness_cm", thickness_cm), ("angle_deg", angle_deg), ("ground_albedo", ground_albedo)):
@@ -271,7 +273,10 @@ def invert(
             continue
         value, source = (own, "argument") if own is not None else _stated(name, measured)
         quantity = STATED[name][0]
-        axes.add(name, quantity, value, angle if quantity is ANGLE else number)
+        if quantity is GROUND_ALBEDO:
+            add_ground(axes, value, xr.DataArray(wavelengths_nm, dims="wavelength"))
+        else:
+            axes.add(name, quantity, value, angle if quantity is ANGLE else number)
         values = [] if is_lazy(axes.arrays[name]) else axes.arrays[name].values.ravel().tolist()
         values = angles_or_diffuse(values) if quantity is ANGLE else values
         made[name] = values[0] if len(values) == 1 else f"of the {source}"
@@ -319,6 +324,8 @@ def invert(
         kept = [(_without(snow, names, place), thickness) for place, (snow, thickness) in enumerate(packed)]
         made = {"layers": described_layers(kept), **made}
     coords = {name: one for name, one in axes.coordinates(first.values).items() if name not in described}
+    if weights is not None and "wavelength" in axes.arrays["ground_albedo"].dims:
+        del coords["ground_albedo"]  # The wavelengths of the result are those of the bands.
     mean_nm = wavelengths_nm if weights is None else weights @ wavelengths_nm
     coords["wavelength"] = (channels.dims, mean_nm, WAVELENGTH.attributes())
     if weights is not None:
@@ -364,7 +371,7 @@ def _found(
     report: Any,
 ) -> dict[str, Any]:
     """What is retrieved from some spectra, and the priors that were used."""
-    native, given = slabs_of_rows(fixed, rows)
+    native, given = slabs_of_rows(fixed, rows, packs["wavelength_nm"])
     flat = {name: values.reshape(len(values), math.prod(values.shape[1:])) for name, values in rows.items()}
     measured = [
         {**one, "values": flat[one["quantity"]], "standard_deviation": flat[_deviation_of(one["quantity"])]}
@@ -605,35 +612,6 @@ def _at_wavelengths(wavelengths_nm: np.ndarray) -> Measured:
 
     values = xr.DataArray(np.zeros(len(wavelengths_nm)), {"wavelength": wavelengths_nm}, ["wavelength"])
     return Measured(values, values, "wavelength")
-
-
-def _interpolated(label: str, value: Any, wavelengths_nm: np.ndarray, used_nm: np.ndarray) -> Any:
-    """An array on `wavelength` at other wavelengths, of which it must cover those that are used."""
-    import xarray as xr
-
-    if "wavelength" not in getattr(value, "dims", ()) or "wavelength" not in value.coords:
-        return value
-    value = value.transpose(..., "wavelength")
-    own_nm = own_axis(WAVELENGTH, value.wavelength.values).values
-    if not (np.diff(own_nm) > 0).all():
-        raise ValueError(f"the {label} has wavelengths that do not ascend")
-    if own_nm[0] > used_nm.min() or own_nm[-1] < used_nm.max():
-        raise ValueError(
-            f"the {label} is given from {own_nm[0]:g} to {own_nm[-1]:g} nm, but the bands need it from "
-            f"{used_nm.min():g} to {used_nm.max():g} nm"
-        )
-    found = xr.apply_ufunc(
-        lambda row: np.interp(wavelengths_nm, own_nm, row),
-        value,
-        input_core_dims=[["wavelength"]],
-        output_core_dims=[["wavelength"]],
-        exclude_dims={"wavelength"},
-        vectorize=True,
-        dask="parallelized",
-        output_dtypes=[float],
-        dask_gufunc_kwargs={"output_sizes": {"wavelength": len(wavelengths_nm)}, "allow_rechunk": True},
-    )
-    return found.assign_coords(wavelength=wavelengths_nm)
 
 
 def _measured(given: dict[str, Any], channels: xr.Variable) -> dict[str, Measured]:

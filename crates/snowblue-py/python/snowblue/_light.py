@@ -18,7 +18,7 @@ from snowblue._arguments import (
     checks_names,
     mapping,
     names_of,
-    number,
+    one_ground,
     ordinates,
     own_axis,
 )
@@ -57,7 +57,7 @@ def light_at_depth(
     sky: Mapping[str, Any] | xr.Dataset,
     *,
     depth_cm: Any,
-    ground_albedo: float = 0.0,
+    ground_albedo: Any = 0.0,
     daily: bool = False,
     bands: Iterable[str] | None = None,
     jacobian: str | Iterable[str] = (),
@@ -81,7 +81,7 @@ def light_at_depth(
     depth_cm : array
         Depths below the surface. At a face of ice fluxes are those outside it; `absorbed` and `warming` at a face of
         ice to air are those of the ice.
-    ground_albedo : float, 0 to 1
+    ground_albedo : float, 0 to 1, or a spectrum on `wavelength` as in :func:`spectrum`
         Albedo of the ground below the snow.
     daily : bool
         Sums over a day instead of values at each time, whose steps must be equal: of the 96 quarters of an hour that
@@ -166,7 +166,8 @@ def light_at_depth(
         bands = [band for band in ("solar", "par") if band in covered]
     bands = names_of("bands", bands, "bands, such as 'par'")
     check_names(BANDS, bands)
-    ground = {"layers": packed, "ground_albedo": number("ground_albedo", ground_albedo), "depth_cm": depths_cm}
+    albedo, of_ground, stated = one_ground(ground_albedo, wavelength)
+    ground = {"layers": packed, "ground_albedo": albedo, "depth_cm": depths_cm}
     with locating_layers(packed, depths_cm):
         arrays = _native.light_in_layers(
             ground, wavelengths_nm, lights, bands, bool(daily), jacobian, ordinates(streams, seed)
@@ -181,6 +182,7 @@ def light_at_depth(
         "layer": layer,
         "thickness": xr.Variable("layer", [thickness_cm for _, thickness_cm in packed], THICKNESS.attributes()),
         "wavelength": wavelength,
+        **of_ground,
         "changed_layer": changed_layer(len(packed)),
     }
     sizes = {dim: sky.sizes[dim] for dim in dims} | {name: coords[name].size for name in AXES}
@@ -206,7 +208,7 @@ def light_at_depth(
     made = {
         **{f"sky_{name}": value for name, value in sky.attrs.items() if name not in ("Conventions", "source")},
         "layers": described_layers(packed),
-        "ground_albedo": ground["ground_albedo"],
+        **stated,
         "engine": f"discrete ordinates, {streams} streams",
         "seed": seed,
     }

@@ -33,9 +33,9 @@ def spread(
 def aged_surface_area(
     new_m2_kg: list[float], temperature_c: list[float], age_h: list[float], temperature_gradient: bool
 ) -> NDArray[np.float64]: ...
-def stack(
-    ground: dict[str, Any],
-    cases: dict[str, list[Any]],
+def stacks(
+    packs: list[dict[str, Any]],
+    lights: dict[str, Any],
     jacobian: list[str],
     engine: dict[str, Any],
     progress: _Progress,

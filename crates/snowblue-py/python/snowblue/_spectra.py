@@ -21,18 +21,24 @@ from snowblue._arguments import (
     THICKNESS,
     VISIBLE_NM,
     WAVELENGTH,
+    WORDS,
     Axes,
     Quantity,
     Snow,
+    add_ground,
     add_snow,
     angle,
     angles_or_diffuse,
     argument_names,
+    array_of,
+    at_first,
     attributes,
+    by_argument,
     by_substance,
     check_engine,
     check_names,
     checks_names,
+    grounds,
     hyphenated,
     is_several,
     located,
@@ -40,6 +46,7 @@ from snowblue._arguments import (
     mass_argument,
     names_of,
     number,
+    one_ground,
     one_snow,
     ordinates,
     own_axis,
@@ -50,8 +57,9 @@ from snowblue._arguments import (
     truth,
     wavelengths,
     whole,
+    word,
 )
-from snowblue._blocks import dataset, in_blocks
+from snowblue._blocks import dataset, filled, in_blocks
 from snowblue._progress import Progress, reporting
 
 if TYPE_CHECKING:
@@ -90,6 +98,7 @@ DEPTH_FLUXES = ("down", "up", "net", "fluence", "e_folding_depth")
 VIEW_ZENITH = Quantity("view_zenith", "degree", "angle of the view from the normal")
 VIEW_AZIMUTH = Quantity("view_azimuth", "degree", "azimuth of the view from the forward direction")
 NEW_SNOW = Quantity("new_snow", "m2 kg-1", "specific surface area of the snow when it was new")
+KIND = Quantity("kind", long_name="kind of a layer that is not snow")
 AGE = Quantity("age", "h", "age of the snow")
 ASPECTS = {
     "_se": "standard error of {}",
@@ -136,7 +145,8 @@ def spectrum(
         All slabs have the same wavelengths.
     ground_albedo : float or array, 0 to 1
         On a ground that reflects, `transmittance` is the downward flux at the ground per incident flux, and absorptance
-        that of the snow, as in :func:`layers`.
+        that of the snow, as in :func:`layers`. A DataArray or Series on `wavelength` is a spectrum, linear between its
+        wavelengths, which must cover those of the snow.
     engine : "ordinates" or "montecarlo"
         Discrete ordinates, or random walks from grain to grain.
     streams : even int or "auto"
@@ -202,8 +212,8 @@ def spectrum(
     fixed = add_snow(axes, snow)
     axes.add("thickness_cm", THICKNESS, thickness_cm, always=True)
     axes.add("angle_deg", ANGLE, angle_deg, angle, always=True)
-    axes.add("ground_albedo", GROUND_ALBEDO, ground_albedo)
     at = wavelengths(wavelength_nm)
+    add_ground(axes, ground_albedo, at)
     if at.dims[0] in axes.sizes:
         raise ValueError(f"wavelength is an array over '{at.dims[0]}', but all slabs have the same wavelengths")
     jacobian = parameters(jacobian, engine)
@@ -221,7 +231,8 @@ def spectrum(
     made = _made(engine, streams, rays, per_wavelength, seed)
     with reporting(axes.progress(progress), "rays" if engine == "montecarlo" else "slabs") as report:
         # Blocks have all wavelengths, since the rays through grains are those of indices of refraction among them.
-        variables = in_blocks(functools.partial(solve, report=report), axes.arrays, axes.sizes, gaps=axes.gaps)
+        solve = functools.partial(solve, report=report)
+        variables = in_blocks(solve, axes.arrays, axes.sizes, inner=at.dims, gaps=axes.gaps)
     ground = axes.arrays["ground_albedo"]
     if ground.ndim == 0 and ground != 0:
         made["ground_albedo"] = ground.item()
@@ -249,8 +260,8 @@ def _spectra(
         raise ValueError(
             "thickness_cm is inf, a half-space, which needs the engine 'ordinates': give 'montecarlo' a finite one"
         )
-    native, cases = slabs_of_rows(fixed, rows)
-    cases |= {"wavelength_nm": wavelength.values.tolist(), "jacobian": jacobian}
+    native, cases = slabs_of_rows(fixed, rows, wavelength.values.tolist())
+    cases["jacobian"] = jacobian
     found = _native.spectrum(native, cases, engine, report)
     if uncertainty:
         found |= _native.spread(native, cases, uncertainty, engine, report)
@@ -305,9 +316,9 @@ def albedo(
 
 @checks_names()
 def layers(
-    layers: Iterable[Mapping[str, Any]] | pd.DataFrame,
+    layers: Iterable[Mapping[str, Any]] | pd.DataFrame | xr.Dataset,
     *,
-    ground_albedo: float = 0.0,
+    ground_albedo: Any = 0.0,
     depth_cm: Any = (),
     angle_deg: Any = 0.0,
     wavelength_nm: Any = VISIBLE_NM,
@@ -323,12 +334,15 @@ def layers(
 
     Parameters
     ----------
-    layers : mappings or pandas.DataFrame, top first
+    layers : mappings, pandas.DataFrame or xarray.Dataset, top first
         Each has `thickness_cm`, and arguments of :class:`Snow`. The last may be infinitely thick. A layer of clear ice
         is `{"kind": "ice", "thickness_cm": 1}`; it may have the table `ice` too, and nothing else. In a row of a
         DataFrame, NaN is an argument that is not given, but a size of grains must be, or a kind of snow. Columns such
-        as `black_carbon_ng_g` are impurities.
-    ground_albedo : float, 0 to 1
+        as `black_carbon_ng_g` are impurities. A Dataset has these columns as variables on `layer`, and many packs on
+        further dimensions, such as `time`: they share the rays through grains. Layers without a thickness (NaN) are
+        absent; they must lie below the others. A pack of which anything else is missing has NaN as results, as has a
+        depth below its ground. The word "" is a word that is not given.
+    ground_albedo : float, 0 to 1, or a spectrum on `wavelength` as in :func:`spectrum`
         On a ground that reflects, `transmittance` is the downward flux at the ground per incident flux. It may
         exceed 1, since light is reflected back and forth.
     depth_cm : array
@@ -337,11 +351,11 @@ def layers(
         snow like that of the layer, far from all faces. At a face of ice the fluxes and the fluence rate are those
         outside it; `e_folding_depth` at a face of ice to air is that of the ice.
     angle_deg, wavelength_nm, engine, streams, rays, seed
-        As in :func:`spectrum`; of several angles also NaN.
+        As in :func:`spectrum`; of several angles also NaN. Angles and grounds of a Dataset pair along its dimensions.
     standard_errors : bool
         Standard errors: variables that end in `_se`. Random walks always have them.
     progress : bool or callable, optional
-        As in :func:`spectrum`, of random walks.
+        As in :func:`spectrum`, of random walks and of packs of a Dataset.
     jacobian : str or several, optional
         Parameters with respect to which the results are differentiated, as in :func:`spectrum`. Derivatives such as
         `down_per_density_kg_m3` have the dimension `changed_layer`, the number of the layer whose property changes,
@@ -353,7 +367,8 @@ def layers(
     -------
     xarray.Dataset
         Fractions of the incident flux on angle and wavelength, and on angle, wavelength and depth; derivatives also
-        on changed_layer. Absorptance is that of the snow: 1 - reflectance - (1 - ground_albedo) transmittance.
+        on changed_layer. The dimensions of a Dataset come first. Absorptance is that of the snow: 1 - reflectance -
+        (1 - ground_albedo) transmittance.
 
     Examples
     --------
@@ -369,52 +384,171 @@ def layers(
     >>> upper, lower = sooty.reflectance_per_black_carbon.squeeze().values
     >>> bool(lower < upper < 0)
     True
+
+    Two days, of which the first has one layer:
+
+    >>> import xarray as xr
+    >>> columns = {"thickness_cm": [[20, np.nan], [5, 20]], "ssa_m2_kg": [[15, np.nan], [60, 15]]}
+    >>> days = xr.Dataset({name: (("time", "layer"), values) for name, values in columns.items()})
+    >>> bare, fresh = snowblue.layers(days, wavelength_nm=1030, standard_errors=False).reflectance.squeeze()
+    >>> bool(fresh > bare + 0.1)
+    True
     """
-    packed = packed_layers(layers)
-    coords = {
-        "angle": own_axis(ANGLE, angle_deg, angle),
-        "wavelength": own_axis(WAVELENGTH, wavelengths(wavelength_nm)),
-        "depth": own_axis(DEPTH, depth_cm),
-    }
-    depths_cm = coords["depth"].values.tolist()
-    if engine == "montecarlo" and depths_cm:
+    wavelength = own_axis(WAVELENGTH, wavelengths(wavelength_nm))
+    depth = own_axis(DEPTH, depth_cm)
+    if engine == "montecarlo" and depth.size > 0:
         raise ValueError("depth_cm needs the engine 'ordinates'")
-    # Of several angles, those at night and those that are missing have no results.
-    is_day = coords["angle"].values <= _native.GREATEST_ANGLE_DEG
-    is_day |= not is_several(angle_deg)
-    cases = {
-        "thickness_cm": [],
-        "angle_deg": angles_or_diffuse(coords["angle"][is_day]) or [0.0],
-        "wavelength_nm": coords["wavelength"].values.tolist(),
-    }
-    ground_albedo = number("ground_albedo", ground_albedo)
-    ground = {"layers": packed, "ground_albedo": ground_albedo, "depth_cm": depths_cm}
+    coords = {"wavelength": wavelength} | ({"depth": depth} if depth.size > 0 else {})
     options = _engine(engine, streams, rays, False, seed, standard_errors)
     jacobian = parameters(jacobian, engine)
-    with reporting(progress, "rays") as report, locating_layers(packed, depths_cm, cases["angle_deg"]):
-        arrays = _native.stack(ground, cases, jacobian, options, report)
-    if not depths_cm:
-        del coords["depth"]
+    engine_made = _made(engine, streams, rays, False, seed)
+    lights = {"wavelength_nm": wavelength.values.tolist(), "depths": depth.size}
+    if hasattr(layers, "data_vars"):
+        if engine == "montecarlo":
+            raise ValueError("layers of a Dataset need the engine 'ordinates'")
+        axes = Axes()
+        count = _add_packs(axes, layers)
+        axes.add("angle_deg", ANGLE, angle_deg, angle, always=True)
+        add_ground(axes, ground_albedo, wavelength)
+        solve = functools.partial(
+            _packs, depth_cm=depth.values, jacobian=jacobian, engine=options, lights={**lights, "layers": count}
+        )
+        with reporting(axes.progress(progress), "packs") as report:
+            variables = in_blocks(
+                functools.partial(solve, report=report),
+                axes.arrays,
+                axes.sizes,
+                inner=("layer", "wavelength"),
+                gaps=axes.gaps,
+            )
+        coords = axes.coordinates() | coords
+        ground = axes.arrays["ground_albedo"]
+        stated = {"ground_albedo": ground.item()} if ground.ndim == 0 else {}
+        made = {"layers": "of the dataset", **stated, **engine_made}
+        is_bright = ground.ndim > 0 or ground > 0
+    else:
+        packed = packed_layers(layers)
+        count = len(packed)
+        coords = {"angle": own_axis(ANGLE, angle_deg, angle)} | coords
+        # Of several angles, those at night and those that are missing have no results.
+        is_day = coords["angle"].values <= _native.GREATEST_ANGLE_DEG
+        is_day |= not is_several(angle_deg)
+        angles_deg = angles_or_diffuse(coords["angle"][is_day]) or [0.0]
+        lights |= {"pack": [0] * len(angles_deg), "angle_deg": angles_deg, "layers": count}
+        albedo, of_ground, stated = one_ground(ground_albedo, wavelength)
+        pack = {"layers": packed, "ground_albedo": albedo, "depth_cm": depth.values.tolist()}
+        with reporting(progress, "rays") as report, locating_layers(packed, pack["depth_cm"], angles_deg):
+            arrays = _native.stacks([pack], lights, jacobian, options, report)
+        variables = {}
+        for name, (dims, values) in _of_packs(arrays, lights).items():
+            all_values = np.full([is_day.size, *values.shape[1:]], np.nan)
+            all_values[is_day] = values[: is_day.sum()]
+            variables[name] = (["angle", *dims], all_values)
+        coords |= of_ground
+        made = {"layers": described_layers(packed), **stated, **engine_made}
+        is_bright = of_ground or albedo > 0
     if jacobian:
-        coords["changed_layer"] = changed_layer(len(packed))
+        coords["changed_layer"] = changed_layer(count)
+    solved = _dataset(variables, coords, made)
+    if is_bright:
+        _describe_ground(solved, stated.get("ground_albedo"))
+    return solved
+
+
+def _of_packs(arrays: Mapping[str, np.ndarray], lights: Mapping[str, Any]) -> dict[str, Any]:
+    """Fluxes under some lights: the dimensions after that of the lights, and the values."""
+    sizes = {"wavelength": len(lights["wavelength_nm"]), "depth": lights["depths"], "changed_layer": lights["layers"]}
     variables = {}
     for name, array in arrays.items():
         flux, _, parameter = name.partition("_per_")
-        dims = ["angle", "wavelength"]
-        dims += [] if flux.removesuffix("_se") in FLUXES else ["depth"]
+        dims = ["wavelength", *([] if flux.removesuffix("_se") in FLUXES else ["depth"])]
         dims += ["changed_layer"] if is_of_layers(parameter) else []
-        values = np.full([coords[dim].size for dim in dims], np.nan)
-        values[is_day] = array.reshape([-1, *values.shape[1:]])[: is_day.sum()]
-        variables[name.replace("-", "_")] = (dims, values)
-    made = {
-        "layers": described_layers(packed),
-        "ground_albedo": ground_albedo,
-        **_made(engine, streams, rays, False, seed),
+        shape = [len(lights["pack"]), *(sizes[dim] for dim in dims)]
+        variables[name.replace("-", "_")] = (dims, array.reshape(shape))
+    return variables
+
+
+def _add_packs(axes: Axes, packs: xr.Dataset) -> int:
+    """Adds the properties of packs of layers on `layer`, and gives the number of layers."""
+    if "layer" not in packs.dims or "thickness_cm" not in packs:
+        raise ValueError("the dataset of layers needs the dimension 'layer', top first, and the variable thickness_cm")
+    masses = {mass_argument(substance): substance for substance in SUBSTANCES}
+    quantities = {**SNOW, "thickness_cm": THICKNESS, "kind": KIND}
+    quantities |= {name: Quantity(name, "ng g-1") for name in masses}
+    check_names(quantities, packs.data_vars)
+    for name in packs.variables:
+        if name not in quantities:
+            continue
+        array = packs[name].drop_vars([coord for coord in packs.coords if coord in quantities])
+        array = array_of(quantities[name], array, word if name in (*WORDS, "kind") else number)
+        array = array if "layer" in array.dims else array.expand_dims(layer=packs.sizes["layer"])
+        array = array.transpose(..., "layer")
+        axes.broadcast(name, at_first(array, "layer"))
+        axes.arrays[masses.get(name, name)] = array
+    return packs.sizes["layer"]
+
+
+def _packs(
+    rows: Mapping[str, np.ndarray],
+    depth_cm: np.ndarray,
+    jacobian: list[str],
+    engine: Mapping[str, Any],
+    lights: Mapping[str, Any],
+    report: Any,
+) -> dict[str, Any]:
+    """The fluxes of packs under a light each; NaN where a property of a pack is missing, or all layers are."""
+    albedos = grounds(rows["ground_albedo"], lights["wavelength_nm"])
+    columns = {name: values.tolist() for name, values in rows.items() if name not in ("ground_albedo", "angle_deg")}
+    order = np.argsort(depth_cm, kind="stable")
+    packs: list[dict[str, Any]] = []
+    numbers: dict[Any, int | None] = {}
+    places = []
+    for row, albedo in enumerate(albedos):
+        values = [tuple(column[row]) for column in columns.values()]
+        key = (*map(repr, values), repr(albedo))
+        if key not in numbers:
+            layers = _pack([dict(zip(columns, layer)) for layer in zip(*values)])
+            numbers[key] = None if layers is None else len(packs)
+            if layers is not None:
+                bottom_cm = sum(thickness_cm for _, thickness_cm in layers) * (1.0 + 1e-12)
+                own_cm = depth_cm[order][depth_cm[order] <= bottom_cm].tolist()
+                packs.append({"layers": layers, "ground_albedo": albedo, "depth_cm": own_cm})
+        places.append(numbers[key])
+    is_known = np.array([place is not None for place in places], dtype=bool)
+    lights = {
+        **lights,
+        "pack": [place for place in places if place is not None],
+        "angle_deg": angles_or_diffuse(rows["angle_deg"][is_known]),
     }
-    solved = _dataset(variables, coords, made)
-    if ground_albedo > 0:
-        _describe_ground(solved, ground_albedo)
-    return solved
+    try:
+        arrays = _native.stacks(packs, lights, jacobian, engine, report)
+    except ValueError as error:
+        message, *row = error.args
+        raise ValueError(message, *(int(np.flatnonzero(is_known)[place]) for place in row)) from None
+    found = {}
+    for name, (dims, values) in _of_packs(arrays, lights).items():
+        if "depth" in dims:
+            values = np.take(values, np.argsort(order), axis=1 + dims.index("depth"))
+        found[name] = (dims, filled(values, is_known))
+    return found
+
+
+def _pack(layers: list[dict[str, Any]]) -> list[tuple[dict[str, Any], float]] | None:
+    """The layers that have a thickness, for the engine; None if there is none, if one lies below a layer without
+    thickness, or if a property is missing."""
+    present = [layer for layer in layers if layer["thickness_cm"] == layer["thickness_cm"]]
+    if not present or layers[: len(present)] != present:
+        return None
+    packed = []
+    for layer in present:
+        # Ice has no properties of snow.
+        is_ice = layer.get("kind", "") != ""
+        known = {name: value for name, value in layer.items() if value != "" and not (is_ice and value != value)}
+        if any(value != value for value in known.values()):
+            return None
+        thickness_cm = known.pop("thickness_cm")
+        packed.append((known if is_ice else by_argument(known), thickness_cm))
+    return packed
 
 
 def packed_layers(
@@ -501,10 +635,10 @@ def locating_layers(
 
 def _refusal(layers: list[Any], depth_cm: list[float] = [], angle_deg: list[Any] = []) -> str:
     """What is wrong with layers, depths or angles. Nothing is solved: at last, no wavelength is given."""
-    ground = {"layers": layers, "ground_albedo": 0.0, "depth_cm": depth_cm}
-    cases = {"thickness_cm": [], "angle_deg": angle_deg, "wavelength_nm": []}
+    pack = {"layers": layers, "ground_albedo": 0.0, "depth_cm": depth_cm}
+    lights = {"pack": [0] * len(angle_deg), "angle_deg": angle_deg, "wavelength_nm": [], "layers": 0, "depths": 0}
     try:
-        _native.stack(ground, cases, [], _engine("ordinates", "auto", 2, False, 1, False), None)
+        _native.stacks([pack], lights, [], _engine("ordinates", "auto", 2, False, 1, False), None)
     except ValueError as error:
         return error.args[0]
     return ""
@@ -592,7 +726,7 @@ def brf(
     wavelength_nm: Any = (450.0, 550.0, 650.0),
     layers: Iterable[Mapping[str, Any]] | pd.DataFrame | None = None,
     thickness_cm: float = np.inf,
-    ground_albedo: float = 0.0,
+    ground_albedo: Any = 0.0,
     streams: int | str = "auto",
     seed: int = 1,
     **snow: Unpack[Snow],
@@ -611,7 +745,7 @@ def brf(
         As in :func:`layers`, of snow only, instead of `thickness_cm` and the arguments of a snow.
     thickness_cm : float, 0 to 100000
         Infinity is a half-space.
-    ground_albedo : float, 0 to 1
+    ground_albedo : float, 0 to 1, or a spectrum on `wavelength` as in :func:`spectrum`
     streams : even int or "auto"
         Directions of the discrete ordinates in both hemispheres; half as many azimuthal modes. "auto" is 48.
     seed : int
@@ -642,8 +776,8 @@ def brf(
         "view_zenith": own_axis(VIEW_ZENITH, view_zenith_deg),
         "view_azimuth": own_axis(VIEW_AZIMUTH, view_azimuth_deg),
     }
-    ground_albedo = number("ground_albedo", ground_albedo)
-    ground = {"layers": packed, "ground_albedo": ground_albedo, "depth_cm": []}
+    albedo, of_ground, stated = one_ground(ground_albedo, coords["wavelength"])
+    ground = {"layers": packed, "ground_albedo": albedo, "depth_cm": []}
     cases = {
         "thickness_cm": [],
         "angle_deg": angles_or_diffuse(coords["angle"]),
@@ -652,9 +786,9 @@ def brf(
     views = (coords["view_zenith"].values.tolist(), coords["view_azimuth"].values.tolist())
     with locating_layers(packed, angles_deg=cases["angle_deg"]):
         values = _native.brf(ground, cases, views, ordinates(streams, seed))
-    made = {"layers": described_layers(packed), "ground_albedo": ground_albedo}
-    made |= _made("ordinates", streams, DEFAULT_RAYS, False, seed)
-    return _dataset({"brf": ([*coords], values.reshape([one.size for one in coords.values()]))}, coords, made)
+    made = {"layers": described_layers(packed), **stated, **_made("ordinates", streams, DEFAULT_RAYS, False, seed)}
+    variables = {"brf": ([*coords], values.reshape([one.size for one in coords.values()]))}
+    return _dataset(variables, coords | of_ground, made)
 
 
 @checks_names(*SNOW_NAMES)

@@ -37,7 +37,7 @@ fn files() -> FilesInMemory {
 fn pack(thickness_cm: f64, depths_cm: &[f64], incidence: Incidence) -> Vec<StackRadiometry> {
     let stack = Stack {
         layers: vec![Layer { thickness_cm, ..LayerFile::parse(PACK).unwrap().layers[0] }],
-        ground_albedo: 0.0,
+        ground_albedo: 0.0.into(),
         depths_cm: depths_cm.to_vec(),
         incidences: vec![incidence],
         wavelengths_nm: wavelengths_nm().to_vec(),

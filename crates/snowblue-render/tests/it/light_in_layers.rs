@@ -38,7 +38,7 @@ fn each_layer_absorbs_as_discrete_ordinates_say() {
     let stack = Stack {
         depths_cm: vec![0.0, 2.0, 10.0],
         layers,
-        ground_albedo: 0.0,
+        ground_albedo: 0.0.into(),
         incidences: vec![Incidence::Beam { angle_deg: 0.0 }],
         wavelengths_nm: wavelengths_nm().to_vec(),
     };

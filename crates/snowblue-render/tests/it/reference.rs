@@ -101,7 +101,7 @@ fn a_slab_under_a_uniform_sky_returns_what_it_does_not_absorb() {
 fn snow_on_white_ground_agrees_with_a_stack_on_white_ground() {
     let stack = Stack {
         layers: vec![Layer::snow(SnowSample::default(), 2.0)],
-        ground_albedo: 1.0,
+        ground_albedo: 1.0.into(),
         depths_cm: vec![],
         incidences: vec![Incidence::Beam { angle_deg: 30.0 }],
         wavelengths_nm: vec![400.0, 550.0, 700.0],

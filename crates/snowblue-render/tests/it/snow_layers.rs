@@ -83,7 +83,7 @@ fn light_through_layers_agrees_with_discrete_ordinates() {
     for (name, pack) in PACKS {
         let stack = Stack {
             layers: LayerFile::parse(pack).unwrap().layers,
-            ground_albedo: 0.0,
+            ground_albedo: 0.0.into(),
             depths_cm: Vec::new(),
             incidences: angles_deg.map(|angle_deg| Incidence::Beam { angle_deg }).to_vec(),
             wavelengths_nm: wavelengths_nm().to_vec(),

@@ -18,7 +18,7 @@
 //! let grain_size = GrainSize::from_specific_surface_area(12.0, -5.0)?;
 //! let truth = Stack {
 //!     layers: vec![half_space(SnowSample { grain_size, ..SnowSample::default() })],
-//!     ground_albedo: 0.0,
+//!     ground_albedo: 0.0.into(),
 //!     depths_cm: vec![],
 //!     incidences: vec![incidence],
 //!     wavelengths_nm: wavelengths_nm.clone(),
@@ -42,7 +42,7 @@
 //! };
 //! let observation = Observation {
 //!     layers: vec![half_space(SnowSample::default())],
-//!     ground_albedo: 0.0,
+//!     ground_albedo: 0.0.into(),
 //!     illumination: Illumination::Single(incidence),
 //!     prior_medians: vec![20.0],
 //!     measured: vec![albedo],

@@ -110,7 +110,7 @@ impl Inversion {
         let mut stack = observation.stack(used.iter().map(|place| self.wavelengths_nm[*place]).collect());
         for (by, value) in self.variables.iter().zip(values) {
             match by.variable {
-                Variable::GroundAlbedo => stack.ground_albedo = *value,
+                Variable::GroundAlbedo => stack.ground_albedo = (*value).into(),
                 Variable::CosIncidence => {
                     stack.incidences[0] = Incidence::Beam { angle_deg: value.acos().to_degrees() };
                 }

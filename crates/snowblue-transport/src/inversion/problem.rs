@@ -8,6 +8,7 @@ use super::measured::{Channels, Measured, Quantity, check_bands};
 use super::state::state_range;
 use crate::TransportError;
 use crate::error::InversionError;
+use crate::ground::GroundAlbedo;
 use crate::ordinates::OrdinatesOptions;
 use crate::slab::Incidence;
 use crate::stack::{ICE_THICKNESS_RANGE, Layer, Stack};
@@ -42,7 +43,7 @@ pub struct Observation {
     /// Layers, top first; the values of retrieved variables are ignored.
     pub layers: Vec<Layer>,
     /// Albedo of the Lambertian ground.
-    pub ground_albedo: f64,
+    pub ground_albedo: GroundAlbedo,
     /// Light on the snow.
     pub illumination: Illumination,
     /// Median of the prior of each variable, in its unit.
@@ -181,14 +182,18 @@ impl Inversion {
             DIFFUSE_FRACTION_RANGE.check(diffuse_fractions[place])?;
         }
         let wavelength_nm = self.wavelengths_nm[place];
+        // The known value of a retrieved variable is ignored.
+        if !self.variables.iter().any(|by| by.variable == Variable::GroundAlbedo) {
+            observation.ground_albedo.check_wavelengths(&[wavelength_nm])?;
+        }
         observation.layers.iter().try_for_each(|layer| layer.check_wavelengths(&[wavelength_nm]))?;
         self.variables.iter().try_for_each(|by| by.variable.check_at(wavelength_nm))
     }
 }
 
 impl Observation {
-    /// The known value of a variable; NaN for the cosine of diffuse light, and for the common value of layers with
-    /// different values.
+    /// The known value of a variable; NaN for the cosine of diffuse light, for a ground with a spectrum, and for the
+    /// common value of layers with different values.
     #[must_use]
     pub fn known(&self, by: LayerVariable) -> f64 {
         let of_layers = |value: &dyn Fn(&Layer) -> f64| {
@@ -205,7 +210,10 @@ impl Observation {
                 Incidence::Beam { angle_deg } => angle_deg.to_radians().cos(),
                 Incidence::Diffuse => f64::NAN,
             },
-            Variable::GroundAlbedo => self.ground_albedo,
+            Variable::GroundAlbedo => match self.ground_albedo {
+                GroundAlbedo::Grey(albedo) => albedo,
+                GroundAlbedo::Spectrum(_) => f64::NAN,
+            },
         }
     }
 
@@ -235,7 +243,7 @@ impl Observation {
     pub(super) fn stack(&self, wavelengths_nm: Vec<f64>) -> Stack {
         Stack {
             layers: self.layers.clone(),
-            ground_albedo: self.ground_albedo,
+            ground_albedo: self.ground_albedo.clone(),
             depths_cm: self.measured.iter().flat_map(|measured| &measured.depths_cm).copied().collect(),
             incidences: self.illumination.incidences(),
             wavelengths_nm,

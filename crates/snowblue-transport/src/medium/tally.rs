@@ -65,9 +65,11 @@ struct Tally {
     absorptions: Vec<f64>,
     /// [index node][batch]
     sums: Vec<Vec<Moments>>,
+    /// The sums of all batches at each index node.
+    totals: Vec<Moments>,
 }
 
-/// Sums of one batch at one index: ⟨P_l⟩, and ⟨P_l (1 − e^{−xℓ})⟩/x for x → 0 and each x of the grid.
+/// Sums of one batch, or of all, at one index: ⟨P_l⟩, and ⟨P_l (1 − e^{−xℓ})⟩/x for x → 0 and each x of the grid.
 #[derive(Debug, Clone)]
 struct Moments {
     scattered: Vec<f64>,
@@ -76,11 +78,11 @@ struct Moments {
 }
 
 /// Sums of each batch at one index, for some sizes and absorption, over the weight of all batches.
-struct BatchSums<T> {
+struct BatchSums {
     /// Of all light that meets grains: [batch][degree].
     moments: Vec<f64>,
     /// Of the light that is absorbed.
-    absorbed: Vec<T>,
+    absorbed: Vec<f64>,
     /// Weight of each batch over the weight of all batches.
     shares: [f64; BATCHES],
 }
@@ -166,11 +168,12 @@ impl TallyRequest {
             index_nodes.nodes().iter().flat_map(|n| (0..BATCHES).map(move |batch| (*n, batch))).collect();
         let mut moments: Vec<Moments> =
             jobs.into_par_iter().map(|(n, batch)| run_batch(population, n, batch, absorptions, plan)).collect();
-        let mut sums = Vec::with_capacity(index_nodes.nodes().len());
+        let mut sums: Vec<Vec<Moments>> = Vec::with_capacity(index_nodes.nodes().len());
         for _ in index_nodes.nodes() {
             sums.push(moments.drain(..BATCHES).collect());
         }
-        Tally { index_nodes: index_nodes.clone(), absorptions: absorptions.clone(), sums }
+        let totals = sums.iter().map(|batches| Moments::total(batches)).collect();
+        Tally { index_nodes: index_nodes.clone(), absorptions: absorptions.clone(), sums, totals }
     }
 }
 
@@ -197,7 +200,18 @@ impl TallyPart {
 
     /// Single scattering by grains of the given sizes, relative index n and absorption coefficient in 1/m.
     pub(super) fn scattering<T: Real>(&self, size: &GrainSize, n: f64, absorption_per_m: T) -> Scattering<T> {
-        self.sums(size, n, absorption_per_m).scattering(self.degree)
+        let columns = self.absorption_columns(size, absorption_per_m);
+        let (mut moments, mut absorbed) = (vec![0.0; self.degree + 1], vec![T::from(0.0); self.degree + 1]);
+        for (index_weight, total) in self.tally.index_nodes.weights(n).into_iter().zip(&self.tally.totals) {
+            let factor = index_weight / total.weight;
+            add_scaled(&mut moments, factor, &total.scattered);
+            for (strength, column) in &columns {
+                add_scaled(&mut absorbed, *strength * factor, &total.absorbed[*column]);
+            }
+        }
+        let one_minus_albedo = absorbed[0];
+        let kept = |(moment, lost): (&f64, &T)| (T::from(*moment) - *lost) / (T::from(1.0) - one_minus_albedo);
+        Scattering { one_minus_albedo, moments: moments.iter().zip(&absorbed).map(kept).collect() }
     }
 
     /// Single scattering, and the deviations of the co-albedo and of the moments χ_1, χ_2, … with each batch by the
@@ -207,7 +221,7 @@ impl TallyPart {
         let width = self.degree + 1;
         let sums = self.sums(size, n, absorption_per_m);
         let [all_moments, all_absorbed] = [total(&sums.moments, width), total(&sums.absorbed, width)];
-        let scattering = sums.scattering(self.degree);
+        let scattering = self.scattering(size, n, absorption_per_m);
         let scale = (BATCHES as f64 / (BATCHES as f64 - 1.0)).sqrt();
         let per_kept = scale / (1.0 - scattering.one_minus_albedo);
         let mut deviations = vec![[0.0; BATCHES]; width];
@@ -224,13 +238,15 @@ impl TallyPart {
     }
 
     /// The sums of each batch.
-    fn sums<T: Real>(&self, size: &GrainSize, n: f64, absorption_per_m: T) -> BatchSums<T> {
+    fn sums(&self, size: &GrainSize, n: f64, absorption_per_m: f64) -> BatchSums {
         let width = self.degree + 1;
         let columns = self.absorption_columns(size, absorption_per_m);
-        let (mut moments, mut absorbed) = (vec![0.0; BATCHES * width], vec![T::from(0.0); BATCHES * width]);
+        let (mut moments, mut absorbed) = (vec![0.0; BATCHES * width], vec![0.0; BATCHES * width]);
         let mut shares = [0.0; BATCHES];
-        for (index_weight, batches) in self.tally.index_nodes.weights(n).into_iter().zip(&self.tally.sums) {
-            let weight: f64 = batches.iter().map(|batch| batch.weight).sum();
+        let nodes = self.tally.sums.iter().zip(&self.tally.totals);
+        for (index_weight, (batches, Moments { weight, .. })) in
+            self.tally.index_nodes.weights(n).into_iter().zip(nodes)
+        {
             let sums = moments.chunks_exact_mut(width).zip(absorbed.chunks_exact_mut(width));
             for ((batch, (moments, absorbed)), share) in batches.iter().zip(sums).zip(&mut shares) {
                 add_scaled(moments, index_weight / weight, &batch.scattered);
@@ -259,22 +275,24 @@ impl TallyPart {
     }
 }
 
-impl<T: Real> BatchSums<T> {
-    /// Single scattering by all batches.
-    fn scattering(&self, degree: usize) -> Scattering<T> {
-        let (moments, absorbed) = (total(&self.moments, degree + 1), total(&self.absorbed, degree + 1));
-        let one_minus_albedo = absorbed[0];
-        let kept = |(moment, lost): (&f64, &T)| (T::from(*moment) - *lost) / (T::from(1.0) - one_minus_albedo);
-        Scattering { one_minus_albedo, moments: moments.iter().zip(&absorbed).map(kept).collect() }
+impl Moments {
+    /// The sums of some batches.
+    fn total(batches: &[Self]) -> Self {
+        let mut total = batches[0].clone();
+        for batch in &batches[1..] {
+            total.weight += batch.weight;
+            add_scaled(&mut total.scattered, 1.0, &batch.scattered);
+            let columns = total.absorbed.iter_mut().zip(&batch.absorbed);
+            columns.for_each(|(sums, terms)| add_scaled(sums, 1.0, terms));
+        }
+        total
     }
 }
 
 /// The sum of rows of some width.
-fn total<T: Real>(rows: &[T], width: usize) -> Vec<T> {
-    let mut total = vec![T::from(0.0); width];
-    for row in rows.chunks_exact(width) {
-        total.iter_mut().zip(row).for_each(|(sum, term)| *sum += *term);
-    }
+fn total(rows: &[f64], width: usize) -> Vec<f64> {
+    let mut total = vec![0.0; width];
+    rows.chunks_exact(width).for_each(|row| add_scaled(&mut total, 1.0, row));
     total
 }
 

@@ -151,7 +151,7 @@ pub fn solve_batch(
 
 /// The slab whose cases these are, in the order of the slab.
 fn slab_of(batch: &Batch, cases: &[usize]) -> Option<Slab> {
-    let own: Vec<SlabCase> = cases.iter().map(|case| SlabCase { sample: 0, ..batch.cases[*case] }).collect();
+    let own: Vec<SlabCase> = cases.iter().map(|case| SlabCase { sample: 0, ..batch.cases[*case].clone() }).collect();
     let first = own.first()?;
     let incidences: Vec<Incidence> = own
         .iter()
@@ -171,7 +171,7 @@ fn slab_of(batch: &Batch, cases: &[usize]) -> Option<Slab> {
 fn stack_of(batch: &Batch, case: &SlabCase) -> Stack {
     Stack {
         layers: vec![Layer::snow(batch.samples[case.sample], case.thickness_cm)],
-        ground_albedo: case.ground_albedo,
+        ground_albedo: case.ground_albedo.clone(),
         depths_cm: Vec::new(),
         incidences: vec![case.incidence],
         wavelengths_nm: batch.wavelengths_nm.clone(),

@@ -68,13 +68,14 @@ pub fn solve_stack(
     for &incidence in &stack.incidences {
         for &wavelength_nm in &stack.wavelengths_nm {
             let optical = OpticalStack::new(stack, wavelength_nm);
+            let ground_albedo = stack.ground_albedo.at(wavelength_nm);
             // The inverted seed makes the streams independent of the streams of slabs.
             let seed = Stream::key(!options.seed, answer.len() as u64);
             let sums = sum_over_rays(options.rays, |ray| {
                 let mut stream = Stream::new(seed, ray);
                 let cosine = cos_incidence(incidence, &mut stream);
-                let [reflected, arrived] = trace_ray(&optical, stack.ground_albedo, cosine, &mut stream);
-                [reflected, arrived, 1.0 - reflected - (1.0 - stack.ground_albedo) * arrived]
+                let [reflected, arrived] = trace_ray(&optical, ground_albedo, cosine, &mut stream);
+                [reflected, arrived, 1.0 - reflected - (1.0 - ground_albedo) * arrived]
             });
             answer.push(Radiometry {
                 thickness_cm: stack.thickness_cm(),

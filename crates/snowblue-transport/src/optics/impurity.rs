@@ -21,7 +21,7 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use snowblue_base::csv_text::{cells, rows};
-use snowblue_base::spectrum_csv::{SpectrumError, read_within};
+use snowblue_base::spectrum_csv::{SpectrumError, read_one};
 use snowblue_base::toml_table::Table;
 use snowblue_base::{Number, ParameterRange};
 
@@ -270,15 +270,7 @@ impl OwnParticles {
     /// Names the first line that is wrong.
     pub fn read(text: &str) -> Result<Self, SpectrumError> {
         let column = |name: &str, range: ParameterRange| {
-            let mut spectra = read_within(text, name, range)?;
-            let first = spectra.swap_remove(0);
-            match spectra.first() {
-                None => Ok((first.wavelengths_nm, first.values)),
-                Some(second) => {
-                    let line = Some(second.line);
-                    Err(SpectrumError { line, reason: "the wavelength must lie above the one before".to_owned() })
-                }
-            }
+            read_one(text, name, range).map(|spectrum| (spectrum.wavelengths_nm, spectrum.values))
         };
         let header = rows(text).next().map(|(line, cells_of)| (line, cells(cells_of).collect::<Vec<_>>()));
         let header = header.filter(|(_, names)| names.iter().any(|name| name.starts_with(char::is_alphabetic)));

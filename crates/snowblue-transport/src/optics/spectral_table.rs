@@ -61,7 +61,7 @@ impl SpectralTable {
         Self(csv.lines().skip(1).map(|line| line.split(',').map(number).collect()).collect())
     }
 
-    /// A table of columns of one length, the wavelengths first: at least two, ascending.
+    /// A table of columns of one length, the wavelengths first: at least one, ascending.
     pub(crate) fn of_columns(columns: &[Vec<f64>]) -> Self {
         Self((0..columns[0].len()).map(|row| columns.iter().map(|column| column[row]).collect()).collect())
     }
@@ -87,6 +87,11 @@ impl SpectralTable {
         self.0.iter().map(|row| row[0])
     }
 
+    /// All numbers, row by row.
+    pub(crate) fn numbers(&self) -> impl Iterator<Item = f64> {
+        self.0.iter().flatten().copied()
+    }
+
     /// Finds the rows that enclose a wavelength.
     ///
     /// # Panics
@@ -99,8 +104,9 @@ impl SpectralTable {
             "wavelength is {wavelength_nm} nm, but must lie in {first_nm}–{last_nm} nm"
         );
         let next = self.0.partition_point(|row| row[0] <= wavelength_nm).min(self.0.len() - 1);
-        let (below, above) = (&self.0[next - 1], &self.0[next]);
-        Interpolation { below, above, fraction: (wavelength_nm - below[0]) / (above[0] - below[0]) }
+        let (below, above) = (&self.0[next.saturating_sub(1)], &self.0[next]);
+        let step_nm = above[0] - below[0];
+        Interpolation { below, above, fraction: if step_nm > 0.0 { (wavelength_nm - below[0]) / step_nm } else { 0.0 } }
     }
 }
 

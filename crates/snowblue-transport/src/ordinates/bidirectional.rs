@@ -11,6 +11,7 @@
 //! a tenth too great. Light that is not scattered is left out.
 
 use std::f64::consts::PI;
+use std::slice;
 
 use nalgebra::DMatrix;
 use rayon::prelude::*;
@@ -80,7 +81,7 @@ struct ScatteringLayer {
 ///
 /// let stack = Stack {
 ///     layers: vec![Layer::snow(SnowSample::default(), f64::INFINITY)],
-///     ground_albedo: 0.0,
+///     ground_albedo: 0.0.into(),
 ///     depths_cm: vec![],
 ///     incidences: vec![Incidence::Beam { angle_deg: 60.0 }],
 ///     wavelengths_nm: vec![1030.0],
@@ -112,9 +113,9 @@ pub fn bidirectional(
         Streams::Exactly(streams) => streams,
     };
     let options = OrdinatesOptions { streams: Streams::Exactly(streams), ..*options };
-    let grains = Grains::new(stack, false, &options);
+    let grains = Grains::of_stacks(slice::from_ref(stack), false, &options).swap_remove(0);
     let at = |wavelength_nm: &f64| {
-        let media = grains.media(stack, *wavelength_nm);
+        let media = grains.media(*wavelength_nm);
         let layers = stack.layers.iter().zip(&media).filter_map(|(layer, medium)| {
             let scaled = Scaled::new(&medium.scattering, streams);
             let plan = PhasePlan { rays: PHASE_RAYS, seed: options.seed };
@@ -126,7 +127,7 @@ pub fn bidirectional(
                 scaled,
             })
         });
-        light(&layers.collect::<Vec<_>>(), stack.ground_albedo, &stack.incidences, views)
+        light(&layers.collect::<Vec<_>>(), stack.ground_albedo.at(*wavelength_nm), &stack.incidences, views)
     };
     // [wavelength][incidence]
     let spectra: Vec<Vec<BidirectionalLight>> = stack.wavelengths_nm.par_iter().map(at).collect();
@@ -154,7 +155,7 @@ pub fn distribute(
     for thickness_cm in &slab.thicknesses_cm {
         let stack = Stack {
             layers: vec![Layer::snow(slab.sample, *thickness_cm)],
-            ground_albedo: 0.0,
+            ground_albedo: 0.0.into(),
             depths_cm: Vec::new(),
             incidences: slab.incidences.clone(),
             wavelengths_nm: slab.wavelengths_nm.clone(),

@@ -30,4 +30,6 @@ pub use layered::{FaceFluxes, LayeredMedium, MediumLayer};
 pub use options::{MAX_STREAMS, OrdinatesOptions, Peak, StreamGroup, Streams};
 pub use solve::{DifferentiatedFluxes, differentiate_batch, solve, solve_batch, solve_without_errors};
 pub use solve_each::{FluxSpectra, solve_each};
-pub use solve_stack::{DifferentiatedStack, differentiate_stack, solve_stack, solve_stack_without_errors};
+pub use solve_stack::{
+    DifferentiatedStack, differentiate_stack, differentiate_stacks, solve_stack, solve_stack_without_errors,
+};

@@ -20,6 +20,7 @@ use super::solve_each::groups_alike;
 use crate::TransportError;
 use crate::batch::{Batch, BatchError, SlabCase};
 use crate::dual::{Dual, LANES, Real};
+use crate::ground::GroundAlbedo;
 use crate::medium::{Composition, Demand, GrainTallies, Medium, Population, directions};
 use crate::sample::Property;
 use crate::slab::{Estimate, Fluxes, Incidence, Radiometry, Slab};
@@ -57,8 +58,8 @@ struct Plan {
     groups: Vec<StreamPlan>,
     /// The greatest number of streams.
     degree: usize,
-    /// The albedo of each case's ground.
-    grounds: Vec<f64>,
+    /// The ground of each case.
+    grounds: Vec<GroundAlbedo>,
 }
 
 /// Cases with one number of streams.
@@ -71,7 +72,7 @@ struct StreamPlan {
 /// Cases with one thickness and ground.
 struct SlabPlan {
     thickness_cm: f64,
-    ground_albedo: f64,
+    ground_albedo: GroundAlbedo,
     /// Indices among the cases of the sample and among the incidences.
     cases: Vec<(usize, usize)>,
 }
@@ -82,8 +83,8 @@ struct Gathered {
     /// The place of an incidence among the incidences, by the bits of its angle.
     known: BTreeMap<u64, usize>,
     incidences: Vec<Incidence>,
-    /// Places of cases and incidences, by the bits of thickness and ground.
-    slabs: BTreeMap<[u64; 2], Vec<(usize, usize)>>,
+    /// The slabs by the bits of thickness and ground.
+    slabs: BTreeMap<(u64, Vec<u64>), SlabPlan>,
 }
 
 /// Reflectance, transmittance and absorptance for each thickness, then each incidence, then each wavelength.
@@ -129,7 +130,7 @@ fn solve_with(slab: &Slab, options: &OrdinatesOptions, errors: bool) -> Result<V
 ///     sample,
 ///     thickness_cm,
 ///     incidence: Incidence::Diffuse,
-///     ground_albedo: 0.0,
+///     ground_albedo: 0.0.into(),
 /// };
 /// let batch = Batch {
 ///     samples: vec![of_area(10.0)?, of_area(40.0)?],
@@ -168,7 +169,7 @@ pub fn solve_batch(
 /// use snowblue_transport::ordinates::{OrdinatesOptions, differentiate_batch};
 /// use snowblue_transport::{Incidence, Property, SnowSample, Substance, Variable};
 ///
-/// let case = SlabCase { sample: 0, thickness_cm: 5.0, incidence: Incidence::Diffuse, ground_albedo: 0.0 };
+/// let case = SlabCase { sample: 0, thickness_cm: 5.0, incidence: Incidence::Diffuse, ground_albedo: 0.0.into() };
 /// let batch = Batch { samples: vec![SnowSample::default()], cases: vec![case], wavelengths_nm: vec![450.0] };
 /// let options = OrdinatesOptions { tally_rays: 1 << 12, ..OrdinatesOptions::default() };
 /// let soot = Variable::impurity(Substance::BLACK_CARBON);
@@ -233,7 +234,7 @@ pub fn differentiate_batch(
                 } else {
                     tallies.medium_of(&sample.grain_size, &constituents)
                 };
-                plan.solve(&medium, &differentiations, errors)
+                plan.solve(&medium, *wavelength_nm, &differentiations, errors)
             };
             let by_wavelength: Vec<_> = wavelengths_nm.par_iter().map(at).collect();
             progress(done.fetch_add(plan.grounds.len(), Ordering::Relaxed) + plan.grounds.len());
@@ -266,16 +267,18 @@ fn shared_tallies(plans: &[Plan], batch: &Batch, in_water: bool, options: &Ordin
 }
 
 impl Gathered {
-    fn add(&mut self, place: usize, SlabCase { thickness_cm, incidence, ground_albedo, .. }: SlabCase) {
+    fn add(&mut self, place: usize, SlabCase { thickness_cm, incidence, ground_albedo, .. }: &SlabCase) {
         let key = match incidence {
             Incidence::Beam { angle_deg } => angle_deg.to_bits(),
             Incidence::Diffuse => u64::MAX,
         };
         let light = *self.known.entry(key).or_insert(self.incidences.len());
         if light == self.incidences.len() {
-            self.incidences.push(incidence);
+            self.incidences.push(*incidence);
         }
-        self.slabs.entry([thickness_cm, ground_albedo].map(f64::to_bits)).or_default().push((place, light));
+        let slab = self.slabs.entry((thickness_cm.to_bits(), ground_albedo.bits()));
+        let new = || SlabPlan { thickness_cm: *thickness_cm, ground_albedo: ground_albedo.clone(), cases: Vec::new() };
+        slab.or_insert_with(new).cases.push((place, light));
     }
 }
 
@@ -285,36 +288,40 @@ impl Plan {
         let mut groups: BTreeMap<usize, Gathered> = BTreeMap::new();
         let mut grounds = Vec::with_capacity(cases.len());
         for (place, number) in cases.iter().enumerate() {
-            let case = batch.cases[*number];
+            let case = &batch.cases[*number];
             groups.entry(streams.under(&case.incidence, peak)).or_default().add(place, case);
-            grounds.push(case.ground_albedo);
+            grounds.push(case.ground_albedo.clone());
         }
         let degree = groups.keys().next_back().copied().unwrap_or_default();
-        let group = |(streams, Gathered { incidences, slabs, .. }): (usize, Gathered)| {
-            let slab = |([thickness, ground], cases): ([u64; 2], _)| SlabPlan {
-                thickness_cm: f64::from_bits(thickness),
-                ground_albedo: f64::from_bits(ground),
-                cases,
-            };
-            StreamPlan { streams, incidences, slabs: slabs.into_iter().map(slab).collect() }
+        let group = |(streams, Gathered { incidences, slabs, .. }): (usize, Gathered)| StreamPlan {
+            streams,
+            incidences,
+            slabs: slabs.into_values().collect(),
         };
         Self { sample, groups: groups.into_iter().map(group).collect(), degree, grounds }
     }
 
-    /// All cases at one wavelength, with the derivatives by the variables of `differentiations`, and with their errors
-    /// if those without variables give `errors`.
-    fn solve(&self, medium: &Medium, differentiations: &[Differentiation], errors: bool) -> DifferentiatedFluxes {
+    /// All cases in a medium at its wavelength in nm, with the derivatives by the variables of `differentiations`, and
+    /// with their errors if those without variables give `errors`.
+    fn solve(
+        &self,
+        medium: &Medium,
+        wavelength_nm: f64,
+        differentiations: &[Differentiation],
+        errors: bool,
+    ) -> DifferentiatedFluxes {
         let nothing = |_: &Differentiation| vec![Passed::of(Dual::from(f64::NAN)); self.grounds.len()];
         let mut solved = Solved {
             values: vec![Passed::of(f64::NAN); self.grounds.len()],
             differentiated: differentiations.iter().map(nothing).collect(),
         };
-        self.groups.iter().for_each(|group| group.fill(medium, differentiations, &mut solved));
+        self.groups.iter().for_each(|group| group.fill(medium, wavelength_nm, differentiations, &mut solved));
         let mut answer = DifferentiatedFluxes { fluxes: Vec::new(), derivatives: Vec::new() };
         for (place, ground) in self.grounds.iter().enumerate() {
+            let ground = ground.at(wavelength_nm);
             let mut variances = Fluxes::from([if errors { 0.0 } else { f64::NAN }; 3]).to_array();
             for (Differentiation { variables, .. }, of_case) in differentiations.iter().zip(&solved.differentiated) {
-                let fluxes = of_case[place].fluxes(Variable::GroundAlbedo.number(*ground, variables));
+                let fluxes = of_case[place].fluxes(Variable::GroundAlbedo.number(ground, variables));
                 let by = |lane: usize| fluxes.map(|number| number.derivatives()[lane]);
                 answer.derivatives.extend((0..variables.len()).map(by));
                 if variables.is_empty() {
@@ -322,7 +329,7 @@ impl Plan {
                     variances.iter_mut().zip(squares).for_each(|(sum, square)| *sum += square);
                 }
             }
-            let values = solved.values[place].fluxes(*ground).to_array();
+            let values = solved.values[place].fluxes(ground).to_array();
             let estimate = |flux: usize| Estimate { value: values[flux], standard_error: variances[flux].sqrt() };
             answer.fluxes.push(Fluxes::from([0, 1, 2].map(estimate)));
         }
@@ -332,7 +339,7 @@ impl Plan {
 
 impl StreamPlan {
     /// Fills in the cases of these streams.
-    fn fill(&self, medium: &Medium, differentiations: &[Differentiation], solved: &mut Solved) {
+    fn fill(&self, medium: &Medium, wavelength_nm: f64, differentiations: &[Differentiation], solved: &mut Solved) {
         let modes = HomogeneousMedium::new(&medium.scattering, self.streams);
         let lights: Vec<ModalLight> = self.incidences.iter().map(|incidence| modes.light(incidence)).collect();
         let plan = |by| DifferentiatedPlan::new(by, &modes, self);
@@ -340,10 +347,11 @@ impl StreamPlan {
         for slab @ SlabPlan { thickness_cm, ground_albedo, cases } in &self.slabs {
             let optical_depth = medium.extinction_per_m * thickness_cm * 0.01;
             let solution = LazyCell::new(|| modes.solve_slab(optical_depth * modes.scaled.depth_ratio));
-            if *ground_albedo > 0.0 {
+            let ground_albedo = ground_albedo.at(wavelength_nm);
+            if ground_albedo > 0.0 {
                 let under: Vec<Incidence> = cases.iter().map(|(_, light)| self.incidences[*light]).collect();
                 let layer = MediumLayer { medium: &modes, optical_depth };
-                let layered = LayeredMedium::new(&[layer], *ground_albedo, &under);
+                let layered = LayeredMedium::new(&[layer], ground_albedo, &under);
                 for (((place, _), top), bottom) in cases.iter().zip(layered.fluxes(0)).zip(layered.fluxes(1)) {
                     solved.values[*place] = Passed { reflectance: top.up, transmittance: bottom.down };
                 }
@@ -354,7 +362,7 @@ impl StreamPlan {
                 }
             }
             for (plan, passed) in differentiated.iter().zip(&mut solved.differentiated) {
-                plan.fill(slab, &solution, passed);
+                plan.fill(slab, ground_albedo, &solution, passed);
             }
         }
     }
@@ -377,11 +385,11 @@ impl<'m> DifferentiatedPlan<'m> {
     }
 
     /// Fills in the cases of a slab, whose systems have been solved.
-    fn fill(&self, slab: &SlabPlan, solution: &SlabSolution, all: &mut [Passed<Dual>]) {
+    fn fill(&self, slab: &SlabPlan, ground_albedo: f64, solution: &SlabSolution, all: &mut [Passed<Dual>]) {
         let Differentiation { variables, medium } = self.by;
         let thickness_cm = Variable::Thickness.number(slab.thickness_cm, variables);
         let lit = self.medium.lit(medium.extinction_per_m, thickness_cm, solution);
-        let ground_albedo = Variable::GroundAlbedo.number(slab.ground_albedo, variables);
+        let ground_albedo = Variable::GroundAlbedo.number(ground_albedo, variables);
         let diffuse = (!ground_albedo.is_zero()).then(|| lit.passed(&ModalLight::Lambertian));
         for (place, light) in &slab.cases {
             let passed = lit.passed(&self.lights[*light]);

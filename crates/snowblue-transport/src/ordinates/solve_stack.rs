@@ -3,6 +3,9 @@
 //! Layers with equal grain shapes share a tally, and layers with equal single scattering share their modes.
 //! Derivatives are computed with the values, from common modes and linear systems.
 
+use std::slice;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use rayon::prelude::*;
 
 use super::differentiated::DifferentiatedModes;
@@ -12,8 +15,9 @@ use super::ice_slab::{FaceQuantity, direct};
 use super::layered::{Emission, FaceEmissions, FaceFluxes, IcePlane, LayeredMedium, MediumLayer, Response};
 use super::options::{OrdinatesOptions, StreamGroup, Streams};
 use super::sensitivity::{Adjoint, DifferentiatedLayer, FluxChange, Sensitivity};
-use super::stack_media::{DifferentiatedMedia, Differentiation, Grains, peak};
+use super::stack_media::{DifferentiatedMedia, Grains, peak};
 use crate::TransportError;
+use crate::batch::BatchError;
 use crate::dual::{Dual, LANES, Real};
 use crate::medium::Medium;
 
@@ -139,7 +143,7 @@ pub fn solve_stack_without_errors(
 /// let layer = |thickness_cm| Layer::snow(SnowSample::default(), thickness_cm);
 /// let stack = Stack {
 ///     layers: vec![layer(2.0), layer(20.0)],
-///     ground_albedo: 0.0,
+///     ground_albedo: 0.0.into(),
 ///     depths_cm: vec![],
 ///     incidences: vec![Incidence::Diffuse],
 ///     wavelengths_nm: vec![450.0],
@@ -163,24 +167,63 @@ pub fn differentiate_stack(
     options: &OrdinatesOptions,
     errors: bool,
 ) -> Result<DifferentiatedStack, TransportError> {
-    stack.check()?;
+    let solved = differentiate_stacks(slice::from_ref(stack), variables, options, errors, &|_| ());
+    solved.map(|mut one| one.swap_remove(0)).map_err(|wrong| wrong.error)
+}
+
+/// As [`differentiate_stack`], of many stacks at common wavelengths. Grains that differ only in size share the rays
+/// that are traced through them. The numbers of a stack do not depend on other stacks, to the last bit.
+///
+/// `progress` is called from any thread with the number of stacks done.
+///
+/// # Errors
+/// As [`differentiate_stack`], with the place of the stack.
+///
+/// # Panics
+/// If the wavelengths of the stacks differ.
+pub fn differentiate_stacks(
+    stacks: &[Stack],
+    variables: &[Variable],
+    options: &OrdinatesOptions,
+    errors: bool,
+    progress: &(dyn Fn(usize) + Sync),
+) -> Result<Vec<DifferentiatedStack>, BatchError> {
     options.streams.check()?;
-    for variable in variables {
-        stack.wavelengths_nm.iter().try_for_each(|wavelength_nm| variable.check_at(*wavelength_nm))?;
+    for (place, stack) in stacks.iter().enumerate() {
+        assert_eq!(stack.wavelengths_nm, stacks[0].wavelengths_nm, "stacks need common wavelengths");
+        stack.check().map_err(|error| BatchError { case: Some(place), error })?;
     }
-    let grains = Grains::new(stack, variables.contains(&Variable::Snow(Property::WaterSaturation)), options);
+    for variable in variables {
+        let wavelengths_nm = stacks.first().map_or(&[][..], |stack| &stack.wavelengths_nm);
+        wavelengths_nm.iter().try_for_each(|wavelength_nm| variable.check_at(*wavelength_nm))?;
+    }
+    let in_water = variables.contains(&Variable::Snow(Property::WaterSaturation));
+    let grains = Grains::of_stacks(stacks, in_water, options);
+    let done = AtomicUsize::new(0);
+    let solve = |(stack, grains): (&Stack, &Grains)| {
+        let solved = solve_with_grains(stack, grains, variables, (options.streams, errors));
+        progress(done.fetch_add(1, Ordering::Relaxed) + 1);
+        solved
+    };
+    Ok(stacks.par_iter().zip(&grains).map(solve).collect())
+}
+
+/// The fluxes and derivatives of a stack whose grains are tallied.
+fn solve_with_grains(
+    stack: &Stack,
+    grains: &Grains,
+    variables: &[Variable],
+    (streams, errors): (Streams, bool),
+) -> DifferentiatedStack {
     let slices = stack.slices();
-    let differentiations: Vec<Differentiation> =
-        variables.chunks(LANES).map(|variables| Differentiation::new(stack, variables)).collect();
-    let exactly = Differentiation::new(stack, &[]);
     let at = |wavelength_nm: &f64| {
-        let media = grains.media(stack, *wavelength_nm);
-        let mut differentiated: Vec<DifferentiatedMedia> =
-            differentiations.iter().map(|by| grains.differentiated_media(stack, *wavelength_nm, by)).collect();
+        let media = grains.media(*wavelength_nm);
+        let by = |variables| grains.differentiated_media(*wavelength_nm, variables);
+        let mut differentiated: Vec<DifferentiatedMedia> = variables.chunks(LANES).map(by).collect();
         if errors {
-            differentiated.extend(grains.deviated_media(stack, *wavelength_nm, &exactly));
+            differentiated.extend(grains.deviated_media(*wavelength_nm));
         }
-        let all = stack_fluxes((stack, &slices), *wavelength_nm, &media, &differentiated, options.streams);
+        let all = stack_fluxes((stack, &slices), *wavelength_nm, &media, &differentiated, streams);
         let answer = |(incidence, mut fluxes): (&Incidence, StackFluxes)| {
             let derivatives = std::mem::take(&mut fluxes.derivatives);
             (fluxes.radiometry(stack, *incidence, *wavelength_nm, errors), derivatives)
@@ -196,7 +239,7 @@ pub fn differentiate_stack(
             answer.derivatives.extend_from_slice(derivatives);
         }
     }
-    Ok(answer)
+    answer
 }
 
 impl StackFluxes {
@@ -220,7 +263,7 @@ impl StackFluxes {
             }
         };
         let Self { reflectance, transmittance, .. } = *self;
-        let values = Passed { reflectance, transmittance }.fluxes(stack.ground_albedo).to_array();
+        let values = Passed { reflectance, transmittance }.fluxes(stack.ground_albedo.at(wavelength_nm)).to_array();
         let flux = |place: usize| estimate(values[place], &|one| one.whole.to_array()[place]);
         StackRadiometry {
             whole: Radiometry {
@@ -244,6 +287,7 @@ fn stack_fluxes(
     streams: Streams,
 ) -> Vec<StackFluxes> {
     let mut all = vec![StackFluxes::default(); stack.incidences.len()];
+    let ground_albedo = stack.ground_albedo.at(wavelength_nm);
     // Layers with equal single scattering, such as one snow at several densities, share their modes.
     let ice_index = |layer: usize| match stack.layers[layer].kind {
         LayerKind::Snow(_) => None,
@@ -273,7 +317,7 @@ fn stack_fluxes(
             .collect();
         let incidences: Vec<Incidence> = places.iter().map(|place| stack.incidences[*place]).collect();
         let depths: Vec<_> = slices.iter().map(|slice| (slice.medium.ice_index, slice.optical_depth)).collect();
-        let layered = LayeredMedium::new(&slices, stack.ground_albedo, &incidences);
+        let layered = LayeredMedium::new(&slices, ground_albedo, &incidences);
         let solved = SolvedStack::new(layers, layered, cut, media);
         for (light, place) in solved.layered.lights.iter().zip(&places) {
             let direct = direct(&depths, &stack.incidences[*place]);
@@ -285,19 +329,19 @@ fn stack_fluxes(
             let modes = solved.layers.iter().zip(&by.media);
             let modes: Vec<DifferentiatedModes> =
                 modes.map(|(modes, medium)| DifferentiatedModes::new(modes, scaled(medium))).collect();
-            let sensitivities = by.sensitivities(stack, cut, &modes, (&solved.layered, &adjoints));
+            let sensitivities = by.sensitivities(ground_albedo, cut, &modes, (&solved.layered, &adjoints));
             let lights = solved.layered.lights.iter().zip(&sensitivities);
             for (light, place) in lights.zip(&places) {
                 let changes = solved.changes(light, &modes, &by.media);
                 let fluxes = &mut all[*place];
                 for (lane, variable) in by.variables.iter().enumerate() {
                     for by in LayerVariable::of_layers(&[*variable], stack.layers.len()) {
-                        let derivatives = changes.by(Some(&by), lane, fluxes, (stack, cut));
+                        let derivatives = changes.by(Some(&by), lane, fluxes, (ground_albedo, cut));
                         fluxes.derivatives.push(derivatives);
                     }
                 }
                 for lane in if by.variables.is_empty() { 0..LANES } else { 0..0 } {
-                    let deviations = changes.by(None, lane, fluxes, (stack, cut));
+                    let deviations = changes.by(None, lane, fluxes, (ground_albedo, cut));
                     fluxes.deviations.push(deviations);
                 }
             }
@@ -419,7 +463,7 @@ impl DifferentiatedMedia<'_> {
     /// The derivatives under each light.
     fn sensitivities<'a>(
         &self,
-        stack: &Stack,
+        ground_albedo: f64,
         cut: &Slices,
         modes: &[DifferentiatedModes],
         (layered, adjoints): (&'a LayeredMedium<'_>, &'a [Adjoint]),
@@ -431,7 +475,7 @@ impl DifferentiatedMedia<'_> {
             DifferentiatedLayer { modes, depth: modes.depth(media[slice.layer].extinction_per_m, thickness_cm) }
         };
         let slices: Vec<DifferentiatedLayer> = cut.slices.iter().map(slice).collect();
-        let ground_albedo = Variable::GroundAlbedo.number(stack.ground_albedo, variables);
+        let ground_albedo = Variable::GroundAlbedo.number(ground_albedo, variables);
         layered.sensitivities(adjoints, &slices, ground_albedo, variables)
     }
 }
@@ -443,7 +487,7 @@ impl StackChanges {
         by: Option<&LayerVariable>,
         lane: usize,
         fluxes: &StackFluxes,
-        (stack, cut): (&Stack, &Slices),
+        (ground_albedo, cut): (f64, &Slices),
     ) -> StackDerivatives {
         let of = |change: &FluxChange| change.by(by, lane, cut);
         let number = |value: f64, derivative: f64| Dual::new(value, [derivative; LANES]);
@@ -452,7 +496,7 @@ impl StackChanges {
             transmittance: number(fluxes.transmittance, of(&self.transmittance)),
         };
         let is_ground = f64::from(u8::from(by.is_some_and(|by| by.variable == Variable::GroundAlbedo)));
-        let whole = passed.fluxes(number(stack.ground_albedo, is_ground));
+        let whole = passed.fluxes(number(ground_albedo, is_ground));
         let points = fluxes.profile.iter().zip(&self.profile);
         StackDerivatives {
             whole: whole.map(|number| number.derivatives()[lane]),

@@ -21,7 +21,7 @@ fn pack() -> Stack {
     let coarse = SnowSample { grain_size, water_saturation: 0.2, ..SnowSample::default() };
     Stack {
         layers: vec![Layer::snow(fine, 0.3), Layer::snow(coarse, 2.0)],
-        ground_albedo: 0.4,
+        ground_albedo: 0.4.into(),
         depths_cm: Vec::new(),
         incidences: vec![beam(0.0), beam(65.0), Incidence::Diffuse],
         wavelengths_nm: vec![500.0, 1030.0, 1300.0],

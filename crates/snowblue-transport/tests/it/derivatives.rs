@@ -14,7 +14,7 @@ const NM: [f64; 4] = [400.0, 550.0, 900.0, 1350.0];
 const SURFACE_AREA_M2_KG: f64 = 20.0;
 
 /// One slab of one snow.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 struct Scene {
     sample: SnowSample,
     case: SlabCase,
@@ -29,7 +29,7 @@ fn snow() -> SnowSample {
 
 fn scene(sample: SnowSample, thickness_cm: f64, angle_deg: f64, ground_albedo: f64) -> Scene {
     let incidence = if angle_deg < 0.0 { Incidence::Diffuse } else { Incidence::Beam { angle_deg } };
-    Scene { sample, case: SlabCase { sample: 0, thickness_cm, incidence, ground_albedo } }
+    Scene { sample, case: SlabCase { sample: 0, thickness_cm, incidence, ground_albedo: f64::into(ground_albedo) } }
 }
 
 /// Thin, thick and deep, under high and low sun and a white sky, clean, dirty and wet, on black and bright ground.
@@ -67,7 +67,7 @@ fn scenes() -> Vec<(&'static str, Scene)> {
 }
 
 fn batch(scene: &Scene) -> Batch {
-    Batch { samples: vec![scene.sample], cases: vec![scene.case], wavelengths_nm: NM.to_vec() }
+    Batch { samples: vec![scene.sample], cases: vec![scene.case.clone()], wavelengths_nm: NM.to_vec() }
 }
 
 fn solve(scene: &Scene, options: &OrdinatesOptions) -> Vec<[f64; 3]> {
@@ -94,13 +94,13 @@ fn value(scene: &Scene, variable: Variable) -> Option<f64> {
             Incidence::Beam { angle_deg } => angle_deg.to_radians().cos(),
             Incidence::Diffuse => return None,
         },
-        Variable::GroundAlbedo => case.ground_albedo,
+        Variable::GroundAlbedo => case.ground_albedo.at(550.0),
     })
 }
 
 /// The scene with another value of a variable.
 fn with(scene: &Scene, variable: Variable, value_then: f64) -> Scene {
-    let mut changed = *scene;
+    let mut changed = scene.clone();
     let Scene { sample, case } = &mut changed;
     match variable {
         Variable::Snow(Property::SurfaceArea) => {
@@ -116,7 +116,7 @@ fn with(scene: &Scene, variable: Variable, value_then: f64) -> Scene {
         }
         Variable::Snow(_) => unreachable!("{variable} has no derivatives"),
         Variable::CosIncidence => case.incidence = Incidence::Beam { angle_deg: value_then.acos().to_degrees() },
-        Variable::GroundAlbedo => case.ground_albedo = value_then,
+        Variable::GroundAlbedo => case.ground_albedo = value_then.into(),
     }
     changed
 }
@@ -303,7 +303,7 @@ fn density_and_thickness_act_as_one_in_dry_snow() {
 #[test]
 fn derivatives_are_those_that_a_slab_has_alone() {
     let scenes = scenes();
-    let cases = scenes.iter().enumerate().map(|(sample, (_, scene))| SlabCase { sample, ..scene.case });
+    let cases = scenes.iter().enumerate().map(|(sample, (_, scene))| SlabCase { sample, ..scene.case.clone() });
     let together = Batch {
         samples: scenes.iter().map(|(_, scene)| scene.sample).collect(),
         cases: cases.collect(),

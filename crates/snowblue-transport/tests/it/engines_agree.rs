@@ -136,7 +136,7 @@ fn engines_agree_about_layers() {
     for (layers, ground_albedo) in [(vec![fresh, old], 0.0), (vec![old, fresh], 0.6), (vec![crust, fresh, old], 0.95)] {
         let stack = Stack {
             layers,
-            ground_albedo,
+            ground_albedo: f64::into(ground_albedo),
             depths_cm: vec![],
             incidences: vec![Incidence::Beam { angle_deg: 50.0 }, Incidence::Diffuse],
             wavelengths_nm: vec![450.0, 700.0, 1030.0],

@@ -42,7 +42,7 @@ fn packs() -> Vec<(&'static str, Vec<Layer>)> {
 fn stack(layers: Vec<Layer>, ground_albedo: f64, wavelengths_nm: &[f64]) -> Stack {
     Stack {
         layers,
-        ground_albedo,
+        ground_albedo: f64::into(ground_albedo),
         depths_cm: vec![],
         incidences: LIGHTS.to_vec(),
         wavelengths_nm: wavelengths_nm.to_vec(),

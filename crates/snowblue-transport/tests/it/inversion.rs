@@ -8,7 +8,8 @@ use snowblue_transport::inversion::{
 use snowblue_transport::ordinates::{OrdinatesOptions, Streams, solve_batch, solve_stack_without_errors};
 use snowblue_transport::rng::Stream;
 use snowblue_transport::{
-    GrainSize, IceTable, Incidence, Layer, LayerVariable, Property, SnowSample, Stack, Substance, Variable,
+    GrainSize, GroundAlbedo, IceTable, Incidence, Layer, LayerVariable, Property, SnowSample, Stack, Substance,
+    Variable,
 };
 
 const OPTIONS: OrdinatesOptions = OrdinatesOptions { tally_rays: 1 << 10, streams: Streams::Auto, seed: 1 };
@@ -60,7 +61,7 @@ fn exact(truth: &Truth) -> [Vec<f64>; 2] {
         sample: 0,
         thickness_cm: truth.thickness_cm,
         incidence: *incidence,
-        ground_albedo: 0.0,
+        ground_albedo: 0.0.into(),
     };
     let batch =
         Batch { samples: vec![sample], cases: incidences.iter().map(case).collect(), wavelengths_nm: NM.to_vec() };
@@ -88,7 +89,7 @@ fn observation(truth: &Truth, medians: &[f64], deviation: f64) -> Observation {
     let [albedo, _] = exact(truth);
     Observation {
         layers: vec![Layer::snow(SnowSample::default(), truth.thickness_cm)],
-        ground_albedo: 0.0,
+        ground_albedo: 0.0.into(),
         illumination: truth.light.clone(),
         prior_medians: medians.to_vec(),
         measured: vec![measured(albedo, deviation)],
@@ -643,7 +644,7 @@ fn exact_in_layers(areas_m2_kg: [f64; 2], soot_ng_g: f64, depths_cm: &[f64], ang
     }
     let stack = Stack {
         layers,
-        ground_albedo: 0.1,
+        ground_albedo: 0.1.into(),
         depths_cm: depths_cm.to_vec(),
         incidences: vec![Incidence::Beam { angle_deg }],
         wavelengths_nm: NM.to_vec(),
@@ -671,7 +672,7 @@ fn profile(values: [Vec<f64>; 2], depths_cm: &[f64], deviation: f64, relative: f
 fn of_pack(measured: Vec<Measured>, angle_deg: f64, medians: &[f64]) -> Observation {
     Observation {
         layers: pack(),
-        ground_albedo: 0.1,
+        ground_albedo: 0.1.into(),
         illumination: beam(angle_deg),
         prior_medians: medians.to_vec(),
         measured,
@@ -786,7 +787,7 @@ fn the_thickness_of_ice_is_retrieved() {
     };
     let stack = Stack {
         layers: glazed(0.4, 12.0),
-        ground_albedo: 0.0,
+        ground_albedo: 0.0.into(),
         depths_cm: vec![],
         incidences: vec![Incidence::Beam { angle_deg: 50.0 }],
         wavelengths_nm: NM.to_vec(),
@@ -795,7 +796,7 @@ fn the_thickness_of_ice_is_retrieved() {
     let albedo = solved.iter().map(|row| row.whole.fluxes.reflectance.value).collect();
     let observation = Observation {
         layers: glazed(1.0, 30.0),
-        ground_albedo: 0.0,
+        ground_albedo: 0.0.into(),
         illumination: beam(50.0),
         prior_medians: vec![1.0, 20.0],
         measured: vec![measured(albedo, 1e-4)],
@@ -865,4 +866,38 @@ fn wrong_packs_are_named() {
     assert_eq!(common.to_string(), "the prior of thickness_cm: thickness is 5 cm, but must lie in 6–100000 cm");
     let half_space = told(thickness(1), &|wrong| wrong.layers[1].thickness_cm = f64::INFINITY);
     assert_eq!(half_space.to_string(), "thickness cannot be retrieved for a half-space");
+}
+
+/// A spectrum as ground is known like a grey one; a ground that is retrieved is grey.
+#[test]
+fn snow_on_a_ground_with_a_spectrum_is_found() {
+    let soil = GroundAlbedo::spectrum(vec![300.0, 2500.0], vec![0.05, 0.6]).unwrap();
+    let truth =
+        SnowSample { grain_size: GrainSize::from_specific_surface_area(18.0, -5.0).unwrap(), ..SnowSample::default() };
+    let stack = Stack {
+        layers: vec![Layer::snow(truth, 1.0)],
+        ground_albedo: soil.clone(),
+        depths_cm: vec![],
+        incidences: vec![Incidence::Diffuse],
+        wavelengths_nm: NM.to_vec(),
+    };
+    let solved = solve_stack_without_errors(&stack, &OPTIONS).unwrap();
+    let albedo = solved.iter().map(|row| row.whole.fluxes.reflectance.value).collect();
+    let inversion = inversion(&[Variable::Snow(Property::SurfaceArea)], &[1.0]);
+    let observation = Observation {
+        layers: vec![Layer::snow(SnowSample::default(), 1.0)],
+        ground_albedo: soil,
+        illumination: Illumination::Single(Incidence::Diffuse),
+        prior_medians: vec![10.0],
+        measured: vec![measured(albedo, 1e-4)],
+    };
+    let on_grey = Observation { ground_albedo: 0.05.into(), ..observation.clone() };
+    let [found, wrong] = [observation.clone(), on_grey].map(|one_of| one(&inversion, one_of).values[0]);
+    assert!((found.median / 18.0 - 1.0).abs() < 1e-6, "{found:?}");
+    assert!((wrong.median - 18.0).abs() > 10.0 * wrong.standard_deviation, "{wrong:?}");
+    let short = GroundAlbedo::spectrum(vec![300.0, 500.0], vec![0.1, 0.1]).unwrap();
+    let short = Observation { ground_albedo: short, ..observation };
+    assert!(short.known(Variable::GroundAlbedo.into()).is_nan());
+    let message = inversion.retrieve(&[short], &|_| ()).unwrap_err().to_string();
+    assert!(message.contains("wavelength above the ground"), "{message}");
 }

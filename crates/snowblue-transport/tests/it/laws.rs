@@ -343,12 +343,12 @@ fn results_do_not_depend_on_threads() {
     let wet = SnowSample { water_saturation: 0.2, ..slab.sample };
     let stack = Stack {
         layers: vec![Layer::snow(slab.sample, 0.5), Layer::snow(wet, 0.2)],
-        ground_albedo: 0.3,
+        ground_albedo: 0.3.into(),
         depths_cm: vec![0.1],
         incidences: slab.incidences.clone(),
         wavelengths_nm: slab.wavelengths_nm.clone(),
     };
-    let case = |sample| SlabCase { sample, thickness_cm: 0.5, incidence: NORMAL, ground_albedo: 0.0 };
+    let case = |sample| SlabCase { sample, thickness_cm: 0.5, incidence: NORMAL, ground_albedo: 0.0.into() };
     let samples = vec![slab.sample, wet];
     let batch = Batch { samples, cases: vec![case(0), case(1)], wavelengths_nm: slab.wavelengths_nm.clone() };
     let by_rays = || {

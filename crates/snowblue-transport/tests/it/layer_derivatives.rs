@@ -37,7 +37,7 @@ fn stack(layers: &[(SnowSample, f64)], angle_deg: f64, ground_albedo: f64, depth
     let layer = |(sample, thickness_cm): &(SnowSample, f64)| Layer::snow(*sample, *thickness_cm);
     Stack {
         layers: layers.iter().map(layer).collect(),
-        ground_albedo,
+        ground_albedo: f64::into(ground_albedo),
         depths_cm: depths_cm.to_vec(),
         incidences: vec![incidence],
         wavelengths_nm: NM.to_vec(),
@@ -130,7 +130,7 @@ fn value(stack: &Stack, by: &LayerVariable) -> Option<f64> {
             Incidence::Beam { angle_deg } => angle_deg.to_radians().cos(),
             Incidence::Diffuse => return None,
         },
-        Variable::GroundAlbedo => stack.ground_albedo,
+        Variable::GroundAlbedo => stack.ground_albedo.at(550.0),
         Variable::Snow(Property::SurfaceArea) => 4.0 * sample?.extinction_per_m() / sample?.density_kg_m3,
         Variable::Snow(Property::Density) => sample?.density_kg_m3,
         Variable::Thickness => layer.map(|layer| layer.thickness_cm).filter(|thickness| thickness.is_finite())?,
@@ -148,7 +148,7 @@ fn with(stack: &Stack, by: &LayerVariable, value_then: f64) -> Stack {
         (Variable::CosIncidence, _) => {
             changed.incidences[0] = Incidence::Beam { angle_deg: value_then.acos().to_degrees() };
         }
-        (Variable::GroundAlbedo, _) => changed.ground_albedo = value_then,
+        (Variable::GroundAlbedo, _) => changed.ground_albedo = value_then.into(),
         (variable, layer) => {
             let layer = &mut changed.layers[layer.unwrap()];
             let Some(sample) = layer.sample_mut().filter(|_| variable != Variable::Thickness) else {
@@ -335,7 +335,12 @@ fn one_layer_has_the_derivatives_of_the_slab() {
     {
         let stack = stack(&[(sample, thickness_cm)], angle_deg, ground_albedo, &[]);
         let layered = differentiate(&stack, &variables(), &OPTIONS);
-        let case = SlabCase { sample: 0, thickness_cm, incidence: stack.incidences[0], ground_albedo };
+        let case = SlabCase {
+            sample: 0,
+            thickness_cm,
+            incidence: stack.incidences[0],
+            ground_albedo: f64::into(ground_albedo),
+        };
         let batch = Batch { samples: vec![sample], cases: vec![case], wavelengths_nm: NM.to_vec() };
         let slab = differentiate_batch(&batch, &variables(), &OPTIONS, false, &|_| ()).unwrap();
         assert_eq!(layered.len(), slab.derivatives.len());

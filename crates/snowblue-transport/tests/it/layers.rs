@@ -220,7 +220,7 @@ fn winter() -> Stack {
         layers: [(fresh, 3.0), (SnowSample::default(), 7.0), (old, 12.0)]
             .map(|(sample, thickness_cm)| Layer::snow(sample, thickness_cm))
             .to_vec(),
-        ground_albedo: 0.2,
+        ground_albedo: 0.2.into(),
         depths_cm: vec![0.0, 1.0, 3.0, 8.0, 22.0],
         incidences: LIGHTS.to_vec(),
         wavelengths_nm: vec![400.0, 550.0, 700.0, 1000.0],
@@ -265,7 +265,7 @@ fn profiles_of_a_snow_pack() {
 fn stacks_of_one_sample_are_slabs() {
     let layer = |thickness_cm| Layer::snow(SnowSample::default(), thickness_cm);
     let denser = SnowSample { density_kg_m3: 600.0, ..SnowSample::default() };
-    let one = Stack { layers: vec![layer(15.0)], ground_albedo: 0.0, ..winter() };
+    let one = Stack { layers: vec![layer(15.0)], ground_albedo: 0.0.into(), ..winter() };
     // Half the thickness at twice the density is the same load.
     let three =
         Stack { layers: vec![layer(4.0), Layer::snow(denser, 3.0), layer(5.0)], depths_cm: vec![], ..one.clone() };

@@ -24,7 +24,13 @@ fn slab(sample: SnowSample, wavelength_nm: f64) -> Slab {
 }
 
 fn stack(layers: Vec<Layer>, wavelength_nm: f64) -> Stack {
-    Stack { layers, ground_albedo: 0.0, depths_cm: vec![], incidences: vec![BEAM], wavelengths_nm: vec![wavelength_nm] }
+    Stack {
+        layers,
+        ground_albedo: 0.0.into(),
+        depths_cm: vec![],
+        incidences: vec![BEAM],
+        wavelengths_nm: vec![wavelength_nm],
+    }
 }
 
 fn told<T>(answer: Result<T, impl ToString>) -> Result<(), String> {
@@ -34,7 +40,7 @@ fn told<T>(answer: Result<T, impl ToString>) -> Result<(), String> {
 #[test]
 fn refusals_name_the_quantity_its_value_and_its_range() {
     let snow = SnowSample::default();
-    let case = SlabCase { sample: 0, thickness_cm: 1.0, incidence: BEAM, ground_albedo: 0.0 };
+    let case = SlabCase { sample: 0, thickness_cm: 1.0, incidence: BEAM, ground_albedo: 0.0.into() };
     let batch = Batch { samples: vec![snow], cases: vec![case], wavelengths_nm: vec![300.0] };
     let slab_by = |variable| differentiate_batch(&batch, &[variable], &OPTIONS(), false, &|_| ());
     let of_ice = stack(vec![Layer::ice(IceTable::default(), 1.0), Layer::ice(IceTable::Picard2016, 1.0)], 500.0);

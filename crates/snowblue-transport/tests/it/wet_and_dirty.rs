@@ -32,7 +32,7 @@ fn slab(sample: SnowSample, thickness_cm: f64, wavelengths_nm: &[f64]) -> Slab {
 fn one_layer(sample: SnowSample, thickness_cm: f64) -> Stack {
     Stack {
         layers: vec![Layer::snow(sample, thickness_cm)],
-        ground_albedo: 0.0,
+        ground_albedo: 0.0.into(),
         depths_cm: vec![],
         incidences: vec![Incidence::Beam { angle_deg: 0.0 }],
         wavelengths_nm: vec![400.0, 1000.0],
@@ -172,7 +172,7 @@ fn automatic_streams_suffice_in_wet_snow() {
 #[test]
 fn light_without_snow_reaches_the_ground() {
     for albedo in [0.0, 0.5] {
-        let stack = Stack { ground_albedo: albedo, ..one_layer(SnowSample::default(), 0.0) };
+        let stack = Stack { ground_albedo: albedo.into(), ..one_layer(SnowSample::default(), 0.0) };
         let options = MonteCarloOptions { rays: 4000, seed: 3, ..MonteCarloOptions::default() };
         let simulated = &monte_carlo::solve_stack(&stack, &options, &|_| ()).unwrap()[0];
         let solved = &ordinates::solve_stack_without_errors(&stack, &FEW_RAYS).unwrap()[0].whole;
@@ -224,7 +224,7 @@ fn engines_agree_about_wet_and_dirty_layers() {
     let layer = Layer::snow;
     let stack = Stack {
         layers: vec![layer(sooty(300.0), 0.5), layer(wet(0.5), 1.0), layer(SnowSample::default(), 0.5)],
-        ground_albedo: 0.3,
+        ground_albedo: 0.3.into(),
         depths_cm: vec![],
         incidences: vec![Incidence::Beam { angle_deg: 30.0 }, Incidence::Diffuse],
         wavelengths_nm: vec![450.0, 650.0, 1000.0],

@@ -87,7 +87,7 @@ fn light_at_depth_is_that_of_the_engine() {
     let layer = Layer::snow;
     let stack = Stack {
         layers: vec![layer(SnowSample::default(), 2.0), layer(dense, 8.0)],
-        ground_albedo: 0.3,
+        ground_albedo: 0.3.into(),
         depths_cm,
         incidences: vec![INCIDENCE],
         wavelengths_nm,

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use snowblue_base::toml_table::ParseError;
 use snowblue_figures::{Cell, Metadata, format_number};
+use snowblue_transport::GroundAlbedo;
 use snowblue_transport::layer_file::LayerFile;
 use snowblue_transport::optics::{Substance, Wavelengths};
 use snowblue_transport::parameters::GROUND_ALBEDO;
@@ -13,6 +14,7 @@ use snowblue_transport::slab::Incidence;
 use snowblue_transport::stack::{Layer, Stack, StackRadiometry};
 
 use crate::input::SettingsFile;
+use crate::options::parse::GivenGround;
 use crate::options::property::PropertyValues;
 use crate::options::{limits, parse, snow_options};
 use crate::output::Failure;
@@ -32,15 +34,16 @@ pub(super) struct StackOptions {
     )]
     layers: Option<PathBuf>,
     #[arg(
-        long, value_name = "ALBEDO", value_parser = parse::number,
+        long, value_name = "ALBEDO", value_parser = parse::ground_albedo,
         help = format!(
-            "{} [{}; default: {}, no ground]. On a ground that reflects, transmittance is the downward flux at the \
-             ground over the incident flux; it may exceed 1, since light is reflected to and fro. absorptance is that \
-             of the snow: 1 − reflectance − (1 − ALBEDO) transmittance",
+            "{} [{}; default: {}, no ground], or a CSV file of its spectrum with the columns wavelength_nm and \
+             albedo, linear between its wavelengths. On a ground that reflects, transmittance is the downward flux \
+             at the ground over the incident flux; it may exceed 1, since light is reflected to and fro. absorptance \
+             is that of the snow: 1 − reflectance − (1 − ALBEDO) transmittance",
             GROUND_ALBEDO.describe(), limits::ends(&GROUND_ALBEDO.range.inclusive()), GROUND_ALBEDO.default
         )
     )]
-    ground_albedo: Option<f64>,
+    ground_albedo: Option<GivenGround>,
     /// Print fluxes through a level plane (down, up, net) and the fluence rate from all directions at these depths in
     /// cm, separated by commas, instead of fluxes of the whole slab
     #[arg(long, value_name = "CM", value_delimiter = ',', value_parser = parse::number)]
@@ -64,21 +67,25 @@ impl StackOptions {
     }
 
     /// The albedo of the ground; 0 without a ground.
-    pub(super) fn ground_albedo(&self) -> f64 {
-        self.ground_albedo.unwrap_or(0.0)
+    pub(super) fn ground_albedo(&self) -> GivenGround {
+        let black = || GivenGround { albedo: 0.0.into(), word: "0".to_owned() };
+        self.ground_albedo.clone().unwrap_or_else(black)
     }
 
     /// Whether the snow lies on a ground that reflects.
     pub(super) fn has_ground(&self) -> bool {
-        self.ground_albedo.is_some_and(|albedo| albedo > 0.0)
+        self.ground_albedo.as_ref().is_some_and(|ground| ground.albedo.reflects())
     }
 
     /// Metadata about the effect of the ground on the columns.
     pub(super) fn metadata(&self, has_column: bool) -> Option<(&'static str, String)> {
-        let (albedo, absorbed) = match self.ground_albedo.filter(|_| self.has_ground()) {
+        let (albedo, absorbed) = match &self.ground_albedo {
             _ if has_column => ("in the column ground_albedo".to_owned(), "(1 - ground_albedo)".to_owned()),
-            Some(albedo) => (format_number(albedo), format_number(1.0 - albedo)),
-            None => return None,
+            Some(GivenGround { albedo: GroundAlbedo::Grey(albedo), .. }) if self.has_ground() => {
+                (format_number(*albedo), format_number(1.0 - albedo))
+            }
+            Some(GivenGround { word, .. }) if self.has_ground() => (format!("of {word}"), "(1 - albedo)".to_owned()),
+            _ => return None,
         };
         let columns = if self.has_depths() {
             String::new()
@@ -119,7 +126,7 @@ impl StackOptions {
     ) -> Result<Stack, Failure> {
         let stack = Stack {
             layers,
-            ground_albedo: self.ground_albedo(),
+            ground_albedo: self.ground_albedo().albedo,
             depths_cm: self.depths.clone(),
             incidences: incidences.to_vec(),
             wavelengths_nm: wavelengths.0.clone(),

@@ -17,13 +17,15 @@ use snowblue_transport::monte_carlo::{self, MonteCarloOptions};
 use snowblue_transport::optics::{IceTable, Wavelengths};
 use snowblue_transport::ordinates;
 use snowblue_transport::parameters::GROUND_ALBEDO;
-use snowblue_transport::slab::Fluxes;
+use snowblue_transport::slab::{Estimate, Fluxes, Incidence, Radiometry};
 use snowblue_transport::spread::{Uncertainty, solve_spread};
 use snowblue_transport::stack::{Layer, Stack};
 use snowblue_transport::sunlight::BandWeights;
 
 use crate::options::{Engine, GivenOptions, Idle, OrdinatesArguments, SlabOptions, SnowOptions, limits, parse};
-use crate::output::{Failure, Outcome, OutputOptions, Progress, check_extension, check_not_input, write_file};
+use crate::output::{
+    Failure, Outcome, OutputOptions, Progress, check_extension, check_not_input, print_notes, write_file,
+};
 use broadband::{ALL_BANDS, Bands};
 use curves::{Curves, Labels};
 use layers::{PROFILE_COLUMNS, Pack, StackOptions, profile_rows};
@@ -66,8 +68,9 @@ pub(crate) struct Spectrum {
             "CSV file of slabs, one a line, below a line of names of columns. Cells are separated by commas, and \
              decimals have a point. Lines that begin with # are comments; below the names they are slabs if the first \
              column is name. Columns are {}. Where a cell is empty or there is no column, the option counts, and the \
-             result has its value. All lines are checked before any is computed. NetCDF has the dimensions slab and \
-             wavelength", slabs::names_of_columns()
+             result has its value; a note says so of empty cells. A line with a number NaN has results NaN. All \
+             lines are checked before any is computed. NetCDF has the dimensions slab and wavelength",
+            slabs::names_of_columns()
         )
     )]
     batch: Option<PathBuf>,
@@ -268,8 +271,17 @@ impl Spectrum {
         slabs.check_size(wavelengths.0.len())?;
         let bands = self.bands(&wavelengths)?;
         let batch = slabs.batch(wavelengths)?;
+        print_notes(quiet, &slabs.notes);
         let intervals = self.intervals(&slabs, &batch, quiet)?;
         let rows = batch.radiometry(&self.fluxes(&slabs, &batch, quiet)?);
+        let unknown = Fluxes::from([Estimate { value: f64::NAN, standard_error: f64::NAN }; 3]);
+        let unknown = |nm: &f64| Radiometry {
+            thickness_cm: f64::NAN,
+            incidence: Incidence::Diffuse,
+            wavelength_nm: *nm,
+            fluxes: unknown,
+        };
+        let rows = slabs.with_gaps(&rows, &batch.wavelengths_nm.iter().map(unknown).collect::<Vec<_>>());
         let snow = if slabs.has_one_snow() {
             self.sample.metadata_of(&slabs.samples[0])
         } else {
@@ -308,7 +320,8 @@ impl Spectrum {
         let (bar, count) = (Progress::new("slabs", quiet), batch.cases.len() as u64);
         let solved = solve_spread(batch, uncertainty, &self.ordinates.options(), &|done| bar.set(done as u64, count));
         bar.finish();
-        solved.map_err(|wrong| slabs.failure(&wrong))
+        let unknown = vec![Fluxes::from([[f64::NAN; 2]; 3]); batch.wavelengths_nm.len()];
+        Ok(slabs.with_gaps(&solved.map_err(|wrong| slabs.failure(&wrong))?, &unknown))
     }
 
     /// Fluxes at depths: of a unit of light, or under a sky.

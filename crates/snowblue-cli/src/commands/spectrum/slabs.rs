@@ -6,14 +6,15 @@ use std::path::{Path, PathBuf};
 
 use snowblue_base::csv_text::{cells, is_comment, lines, separator_hint};
 use snowblue_figures::{Cell, format_number};
-use snowblue_transport::Number;
 use snowblue_transport::batch::{Batch, BatchError, SlabCase};
 use snowblue_transport::optics::{Impurities, Wavelengths};
-use snowblue_transport::sample::{Property, SizeMeasure, SnowKeys, SnowSample};
+use snowblue_transport::sample::{GrainSize, Property, SizeMeasure, SnowKeys, SnowSample};
 use snowblue_transport::slab::Incidence;
+use snowblue_transport::{GroundAlbedo, Number};
 
 use super::curves::{Labels, SLAB_COLUMNS, slab_cells};
 use crate::input::SettingsFile;
+use crate::options::parse::GivenGround;
 use crate::options::property::{option_name, values};
 use crate::options::{GivenOptions, PropertyAxis, SnowOptions, has_no_effect, parse, set_optical_radius};
 use crate::output::Failure;
@@ -26,6 +27,10 @@ pub(super) struct Slabs {
     cases: Vec<SlabCase>,
     /// The file, and the line of each case in the file, from 1; none for options.
     file: Option<(PathBuf, Vec<usize>)>,
+    /// Whether each slab is a case. The others have a cell NaN, and no fluxes.
+    is_known: Vec<bool>,
+    /// Which columns of the file have empty cells, and what they stand for.
+    pub(super) notes: Vec<String>,
 }
 
 /// Values of the options, for quantities that no column or axis sets.
@@ -33,7 +38,7 @@ pub(super) struct Defaults<'o> {
     pub(super) snow: &'o SnowOptions,
     pub(super) thicknesses_cm: &'o [f64],
     pub(super) incidences: &'o [Incidence],
-    pub(super) ground_albedo: f64,
+    pub(super) ground_albedo: GivenGround,
 }
 
 /// A column of a file.
@@ -55,7 +60,18 @@ struct Line {
     snow: SnowKeys,
     thickness_cm: f64,
     incidence: Incidence,
-    ground_albedo: f64,
+    ground_albedo: GivenGround,
+}
+
+/// A line of a file that is read.
+struct ReadLine {
+    own: Line,
+    cells: Vec<Cell>,
+    sample: SnowSample,
+    /// Which of its cells are not empty.
+    is_given: Vec<bool>,
+    /// Whether no cell is NaN.
+    is_known: bool,
 }
 
 impl Slabs {
@@ -86,13 +102,15 @@ impl Slabs {
                         sample: samples.len() - 1,
                         thickness_cm: *thickness_cm,
                         incidence: *incidence,
-                        ground_albedo: defaults.ground_albedo,
+                        ground_albedo: defaults.ground_albedo.albedo.clone(),
                     });
                 }
             }
         }
         let columns = axes.iter().map(|axis| axis.property.key()).chain(SLAB_COLUMNS).collect();
-        Ok(Self { labels: Labels { columns, cells, axes: Some(lengths) }, samples, cases, file: None })
+        let is_known = vec![true; cells.len()];
+        let labels = Labels { columns, cells, axes: Some(lengths) };
+        Ok(Self { labels, samples, cases, file: None, is_known, notes: Vec::new() })
     }
 
     /// The lines of a file.
@@ -111,37 +129,53 @@ impl Slabs {
             snow: defaults.snow.keys()?,
             thickness_cm: single("thickness", defaults.thicknesses_cm)?,
             incidence: single("angle", defaults.incidences)?,
-            ground_albedo: defaults.ground_albedo,
+            ground_albedo: defaults.ground_albedo.clone(),
         };
         // An error in the options does not belong to a line.
         let sample = first.snow.sample().map_err(|wrong| Failure::input(wrong.error))?;
         let wavelengths_nm = vec![sample.ice.wavelength_range().first_nm];
+        let mut case = first.case(0);
+        // A spectrum was checked when it was read, and need not cover this wavelength.
+        if let GroundAlbedo::Spectrum(_) = case.ground_albedo {
+            case.ground_albedo = 0.0.into();
+        }
         let clean = SnowSample { impurities: Impurities::none(), ..sample };
-        Batch { samples: vec![clean], cases: vec![first.case(0)], wavelengths_nm }.check().map_err(Failure::input)?;
+        Batch { samples: vec![clean], cases: vec![case], wavelengths_nm }.check().map_err(Failure::input)?;
         let others = [(Column::Thickness, 0), (Column::Angle, 1)];
         let others = others.iter().filter(|(column, _)| !columns.contains(column)).map(|(_, place)| *place);
         let others: Vec<usize> = others.collect();
         let names = columns.iter().map(|column| column.name()).chain(others.iter().map(|place| SLAB_COLUMNS[*place]));
         let labels = Labels { columns: names.collect(), cells: Vec::new(), axes: None };
-        let mut slabs = Self { labels, samples: Vec::new(), cases: Vec::new(), file: None };
-        let (mut numbers, mut is_full) = (Vec::new(), vec![true; columns.len()]);
+        let (samples, cases, notes) = (Vec::new(), Vec::new(), Vec::new());
+        let mut slabs = Self { labels, samples, cases, file: None, is_known: Vec::new(), notes };
+        let (mut numbers, mut empty) = (Vec::new(), vec![0; columns.len()]);
         // A name may begin with the sign of a comment.
         let has_comments = columns.first() != Some(&Column::Name);
         for (number, line) in lines.filter(|(_, line)| !has_comments || !is_comment(line)) {
-            let (own, mut cells, sample, is_given) = first.read(&columns, line).map_err(|why| at(number, &why))?;
-            is_full.iter_mut().zip(is_given).for_each(|(full, given)| *full &= given);
+            let ReadLine { own, mut cells, sample, is_given, is_known } =
+                first.read(&columns, line).map_err(|why| at(number, &why))?;
+            empty.iter_mut().zip(is_given).for_each(|(empty, given)| *empty += usize::from(!given));
             let slab = slab_cells(own.thickness_cm, &own.incidence);
             cells.extend(others.iter().map(|place| slab[*place].clone()));
             slabs.labels.cells.push(cells);
-            let sample = slabs.place_of(sample);
-            slabs.cases.push(own.case(sample));
-            numbers.push(number);
+            slabs.is_known.push(is_known);
+            if is_known {
+                let sample = slabs.place_of(sample);
+                slabs.cases.push(own.case(sample));
+                numbers.push(number);
+            }
         }
-        if slabs.cases.is_empty() {
+        if slabs.is_known.is_empty() {
             return Err(Failure::Input(format!("{}: has no slab below the names of columns", path.display())));
         }
         slabs.file = Some((path.to_owned(), numbers));
-        for (column, _) in columns.iter().zip(is_full).filter(|(_, full)| *full) {
+        let count = slabs.is_known.len();
+        let note = |(column, empty): (&Column, &usize)| {
+            let taken = first.default_text(*column, &sample)?;
+            Some(format!("{}: {empty} of {count} lines have no {}: {taken} is taken", path.display(), column.name()))
+        };
+        slabs.notes = columns.iter().zip(&empty).filter(|(_, empty)| **empty > 0).filter_map(note).collect();
+        for (column, _) in columns.iter().zip(empty).filter(|(_, empty)| *empty == 0) {
             if let Some(option) = column.option().filter(|option| given.has(option) && column.is_in(&first.snow)) {
                 let why = format!("each line of {} has {}", path.display(), column.name());
                 return Err(has_no_effect(option, &why));
@@ -165,6 +199,16 @@ impl Slabs {
     /// Whether all slabs have the snow of the options.
     pub(super) fn has_one_snow(&self) -> bool {
         self.file.is_none() && self.samples.len() == 1
+    }
+
+    /// The values of all slabs at each wavelength, by those of the cases; `unknown` where a cell is NaN.
+    pub(super) fn with_gaps<T: Clone>(&self, of_cases: &[T], unknown: &[T]) -> Vec<T> {
+        let mut cases = of_cases.chunks_exact(unknown.len());
+        let of_slab = |is_known: &bool| match is_known {
+            true => cases.next().unwrap_or_else(|| unreachable!("there are the values of each case")).to_vec(),
+            false => unknown.to_vec(),
+        };
+        self.is_known.iter().flat_map(of_slab).collect()
     }
 
     /// The place of a sample among the samples of the batch. Neighbouring lines often have the same sample.
@@ -242,16 +286,17 @@ fn columns(header: &str, given: &GivenOptions) -> Result<Vec<Column>, String> {
 }
 
 impl Line {
-    /// The slab of a line, its cells, its snow, and which of its cells are not empty. Where a cell is empty, the slab
-    /// has the value of `self`.
-    fn read(&self, columns: &[Column], line: &str) -> Result<(Self, Vec<Cell>, SnowSample, Vec<bool>), String> {
+    /// The slab of a line. Where a cell is empty, the slab has the value of `self`; where it is NaN too, but the slab
+    /// is not known.
+    fn read(&self, columns: &[Column], line: &str) -> Result<ReadLine, String> {
         let words: Vec<&str> = cells(line).collect();
         if words.len() != columns.len() {
             let hint = separator_hint(line, columns.len());
             return Err(format!("has {} cells, but there are {} columns{hint}", words.len(), columns.len()));
         }
-        let mut own = Self { snow: self.snow.clone(), ..*self };
-        let given = || columns.iter().zip(&words).filter(|(_, word)| !word.is_empty());
+        let mut own = Self { snow: self.snow.clone(), ground_albedo: self.ground_albedo.clone(), ..*self };
+        let is_nan = |(column, word): &(&Column, &&str)| column.is_number() && word.parse().is_ok_and(f64::is_nan);
+        let given = || columns.iter().zip(&words).filter(|cell| !cell.1.is_empty() && !is_nan(cell));
         for (column, word) in given() {
             if let Some((other, _)) = given().find(|(other, _)| column.excludes(**other)) {
                 return Err(format!("{} cannot be given with {}", column.name(), other.name()));
@@ -265,7 +310,8 @@ impl Line {
             _ => Cell::word(*word),
         };
         let cells = columns.iter().zip(&words).map(cell).collect();
-        Ok((own, cells, sample, words.iter().map(|word| !word.is_empty()).collect()))
+        let is_known = !columns.iter().zip(&words).any(|cell| is_nan(&cell));
+        Ok(ReadLine { own, cells, sample, is_given: words.iter().map(|word| !word.is_empty()).collect(), is_known })
     }
 
     /// The meaning of an empty cell of a line, if `self` is the slab of the options. It is empty if no option sets
@@ -276,7 +322,10 @@ impl Line {
         match column {
             Column::Thickness => self.thickness_cm.into(),
             Column::Angle => Cell::word(self.incidence.to_string()),
-            Column::Ground => self.ground_albedo.into(),
+            Column::Ground => match self.ground_albedo.albedo {
+                GroundAlbedo::Grey(albedo) => albedo.into(),
+                GroundAlbedo::Spectrum(_) => Cell::word(&self.ground_albedo.word),
+            },
             Column::Property(Property::SurfaceArea) => number(snow.ssa_m2_kg.map(Number::get)),
             Column::Property(Property::GrainSize) => snow.grain_size_um.as_deref().map_or(Cell::word(""), cell),
             Column::OpticalRadius => number(snow.grain_size_um.as_ref().map(|diameters_um| 0.5 * diameters_um[0])),
@@ -288,10 +337,28 @@ impl Line {
         }
     }
 
+    /// The meaning of an empty cell in words; none of a name.
+    fn default_text(&self, column: Column, sample: &SnowSample) -> Option<String> {
+        let text = self.default_cell(column, sample).text();
+        Some(match column {
+            Column::Name => return None,
+            _ if !text.is_empty() => text,
+            Column::Property(Property::Facetness | Property::Sphericity) => {
+                "the distribution of the options".to_owned()
+            }
+            _ => {
+                let GrainSize { min_um, max_um, .. } = sample.grain_size;
+                let [min_um, max_um] = [min_um, max_um].map(format_number);
+                format!("a grain size of {min_um}–{max_um} µm, unless another column has one,")
+            }
+        })
+    }
+
     /// The slab with a sample of a batch.
     fn case(&self, sample: usize) -> SlabCase {
-        let Self { thickness_cm, incidence, ground_albedo, .. } = *self;
-        SlabCase { sample, thickness_cm, incidence, ground_albedo }
+        let Self { thickness_cm, incidence, ground_albedo, .. } = self;
+        let ground_albedo = ground_albedo.albedo.clone();
+        SlabCase { sample, thickness_cm: *thickness_cm, incidence: *incidence, ground_albedo }
     }
 
     fn set(&mut self, column: Column, word: &str) -> Result<(), String> {
@@ -300,7 +367,7 @@ impl Line {
             Column::Name => {}
             Column::Thickness => self.thickness_cm = parse::number(word)?,
             Column::Angle => self.incidence = parse::incidence(word)?,
-            Column::Ground => self.ground_albedo = parse::number(word)?,
+            Column::Ground => self.ground_albedo = parse::ground_albedo(word)?,
             Column::Snow => snow.snow = Some(parse::snow_type(word)?),
             Column::OpticalRadius => set_optical_radius(snow, parse::number(word)?),
             Column::SizeMeasure => snow.size_measure = Some(parse::size_measure(word)?),
@@ -333,6 +400,11 @@ impl Column {
             Self::Ice => "ice",
             Self::Property(property) => property.key(),
         }
+    }
+
+    /// Whether its cells are numbers.
+    fn is_number(self) -> bool {
+        !matches!(self, Self::Name | Self::Snow | Self::SizeMeasure | Self::Ice)
     }
 
     /// Whether a slab cannot have both quantities, in two columns or in a column and an option. Grains have only one
