@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 use rayon::prelude::*;
 use wide::f32x4;
 
@@ -177,20 +177,13 @@ impl SnowBody {
         self.step_m() * sum / area_m2
     }
 
-    /// Size of the cell at a place of the surface, and the least thickness of the snow below the cell's surface, in m.
-    /// A cell without surface elements has the thickness of the cell outwards or inwards of it, or 0.
+    /// Size of the cell at a place of the surface, and the least thickness of the snow below the surface in this cell
+    /// and the cells around it, in m.
     #[must_use]
     pub fn size_and_thickness_m(&self, place: &SurfacePlace) -> [f32; 2] {
         let cell = &self.grid.cells[place.cell as usize];
-        let size_m = self.grid.cell_size(cell);
-        let thickness_m =
-            |cell: &Cell| self.grid.thickness_m[self.grid.elements(cell)].iter().copied().reduce(f32::min);
-        let beside = |steps: f64| {
-            let from_centre = Vec3::from(place.at).as_dvec3() - 0.5 + place.normal.as_dvec3() * steps;
-            thickness_m(&self.grid.cells[self.grid.number_at(self.grid.cell_centre(cell) + from_centre * size_m)?])
-        };
-        let thickness_m = thickness_m(cell).or_else(|| [0.5, -0.5].into_iter().find_map(beside));
-        [size_m.as_vec3().max_element(), thickness_m.unwrap_or(0.0)]
+        let thickness_m = self.surface_nodes.least_thickness_m(&self.grid, cell);
+        [self.grid.cell_size(cell).as_vec3().max_element(), thickness_m]
     }
 
     /// Number of unknowns at each wavelength.

@@ -43,6 +43,8 @@ pub(crate) struct SurfaceNodes {
     /// node's mean in interpolation. With weights by area, the nodes of large cells would outweigh the nodes of small
     /// cells in the cells between them.
     weight: Vec<[f32; SIDES]>,
+    /// Least thickness of the snow below the surface in the cells around each node, in m.
+    thickness_m: Vec<f32>,
 }
 
 /// Numbers of the nodes around a node, including the node itself, with the number of cells that they share. There are
@@ -54,7 +56,12 @@ pub(crate) type NodeFlux = Vec<[f32x4; SIDES]>;
 
 impl SurfaceNodes {
     pub(crate) fn new(grid: &Grid) -> Self {
-        let mut nodes = Self { number: vec![NONE; grid.free_count], area_m2: Vec::new(), weight: Vec::new() };
+        let mut nodes = Self {
+            number: vec![NONE; grid.free_count],
+            area_m2: Vec::new(),
+            weight: Vec::new(),
+            thickness_m: Vec::new(),
+        };
         for cell in grid.cells.iter().filter(|cell| cell.cut != NONE) {
             for term in cell.corners.iter().flat_map(|corner| grid.terms(*corner)) {
                 let number = &mut nodes.number[term.free as usize];
@@ -66,6 +73,7 @@ impl SurfaceNodes {
         }
         let (mut area_m2, mut weight) = (std::mem::take(&mut nodes.area_m2), Vec::new());
         weight.resize(area_m2.len(), [0.0; SIDES]);
+        let mut thickness_m = vec![f32::INFINITY; area_m2.len()];
         let mut element_weights = vec![1.0; grid.surface.len()];
         for (cell, elements) in grid.surface_cells() {
             element_weights[elements].fill(0.25_f32.powi(cell.level.into()));
@@ -73,8 +81,17 @@ impl SurfaceNodes {
         nodes.visit_elements(grid, &mut |index, place, side, area| {
             area_m2[place][side] += area;
             weight[place][side] += area * element_weights[index];
+            thickness_m[place] = thickness_m[place].min(grid.thickness_m[index]);
         });
-        Self { area_m2, weight, ..nodes }
+        Self { area_m2, weight, thickness_m, ..nodes }
+    }
+
+    /// The least thickness of the snow below the surface in a cell and the cells around it, in m. Lines miss the
+    /// surface in cells into which the body reaches by little.
+    pub(crate) fn least_thickness_m(&self, grid: &Grid, cell: &Cell) -> f32 {
+        let terms = cell.corners.iter().flat_map(|corner| grid.terms(*corner));
+        let thicknesses_m = terms.filter_map(|term| self.thickness_m.get(self.number[term.free as usize] as usize));
+        thicknesses_m.copied().fold(f32::INFINITY, f32::min)
     }
 
     /// The smoothed flux, from the fluxes of all surface elements.

@@ -136,6 +136,24 @@ fn cells_wider_than_light_reaches_have_the_flux_of_a_half_space() {
     }
 }
 
+/// Lines miss the surface in cells into which the slab reaches by little. These cells have no surface elements.
+#[test]
+fn every_place_on_a_slab_has_the_thickness_of_the_slab() {
+    let thickness_m = 0.3;
+    let axes = DMat3::from_euler(EulerRot::XYZ, 0.6, 0.3, 0.12);
+    let body = BoxBody { centre: DVec3::ZERO, size: DVec3::new(2.4, 2.4, thickness_m), axes };
+    let sizes = EvenSizes(SizeLimits { flat_m: 0.061, detailed_m: 0.031, thin_m: 0.031 });
+    let options = GridOptions { step_m: 0.03, shift: DVec3::new(0.3, 0.2, 0.4), sizes: Some(&sizes) };
+    let prepared = SnowBody::uniform(&body, options, &[snow()], Q);
+    for k in 0..65_536 {
+        let place = DVec3::new(f64::from(k % 256) - 127.5, f64::from(k / 256) - 127.5, 0.0) / 256.0;
+        let place = axes * (place + 0.5 * thickness_m * DVec3::Z);
+        let [_, found_m] = prepared.size_and_thickness_m(&prepared.surface_place(place, axes.z_axis).unwrap());
+        // Along an axis the slab may end at its sides.
+        assert!((0.5..1.001).contains(&(f64::from(found_m) / thickness_m)), "{k}: {found_m} m");
+    }
+}
+
 /// The flux by two lights together is the sum of those by each, also in cells in which light decays. The solution for
 /// light that goes back and forth in a cavity requires it.
 #[test]

@@ -508,6 +508,20 @@ fn floors_and_plains_have_less_noise_and_the_same_light() {
     }
 }
 
+/// In wide cells, light that enters at a point decreases the light from inside there, also the light of a sky.
+#[test]
+fn cells_of_even_snow_under_an_even_sky_do_not_show() {
+    let mut picture = luminances(&format!(
+        "[camera]\nposition = [0, -8, 6]\nlook_at = [0, 0, 1]\nvertical_fov_deg = 8\n[film]\nwidth = 96\nheight = 72\n\
+         [integrator]\n[light_field]\nstep_mm = 20\n[sky]\ntype = \"overcast\"\n{SNOW}{}",
+        shape("box", "size = [3, 3, 0.45]\nrotation_deg = [35, 10, 0]\nposition = [0, 0, 1]")
+    ));
+    let light = picture(true, [4, 1]);
+    let mean = light.iter().sum::<f64>() / light.len() as f64;
+    let furthest = light.iter().map(|light| (light / mean - 1.0).abs()).fold(0.0, f64::max);
+    assert!(furthest < 0.04, "{furthest}");
+}
+
 /// With few samples no pixel of snow is a black dot among the snow around it, and the light is that of the walks.
 #[test]
 fn pictures_of_few_samples_have_no_black_dots() {

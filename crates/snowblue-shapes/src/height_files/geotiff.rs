@@ -715,18 +715,29 @@ mod tests {
     }
 
     #[test]
-    fn compressions_that_are_not_read_are_refused_with_a_way_out() {
-        // Zstandard and LERC.
-        for compression in [50_000, 34_887] {
-            let tags = [
+    fn strips_in_zstandard_are_read_and_in_lerc_refused_with_a_way_out() {
+        let tags = |compression: u32| {
+            [
                 (Tag::BitsPerSample, 32),
                 (Tag::SampleFormat, 3),
                 (Tag::Compression, compression),
                 (Tag::PhotometricInterpretation, 1),
-            ];
-            let message = super::read(&images(&[(&tags, &[0; 24])]), &StatedByUser::default()).unwrap_err();
-            assert!(message.contains("`gdal_translate -co COMPRESS=DEFLATE IN.tif OUT.tif`"), "{message}");
-        }
+            ]
+        };
+        let read = |tags: &[(Tag, u32)], strip: &[u8]| {
+            super::read(&images(&[(tags, strip)]), &StatedByUser { no_data: Some(6.0), ..StatedByUser::default() })
+        };
+        // A frame of one block of 24 bytes that are not compressed (RFC 8878).
+        let mut strip = vec![0x28, 0xb5, 0x2f, 0xfd, 0x20, 24, 0xc1, 0, 0];
+        strip.extend(HEIGHTS.iter().flat_map(|height| height.to_ne_bytes()));
+        let zstandard = tags(50_000);
+        let values = read(&zstandard, &strip).unwrap().values;
+        assert_eq!(values[..5], HEIGHTS[..5]);
+        assert!(values[5].is_nan(), "the user's value marks missing heights");
+        let message = read(&zstandard, &strip[1..]).unwrap_err();
+        assert!(message.contains("not a readable TIFF file") && !message.contains('\n'), "{message}");
+        let message = read(&tags(34_887), &strip).unwrap_err();
+        assert!(message.contains("`gdal_translate -co COMPRESS=DEFLATE IN.tif OUT.tif`"), "{message}");
     }
 
     #[test]
