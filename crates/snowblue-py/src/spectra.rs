@@ -17,7 +17,7 @@ use std::ops::Range;
 
 use crate::arguments::{Angle, Cases, GivenGround, GivenSnow, Ordinates};
 use crate::snow::Snows;
-use crate::work::{Control, input, input_at, input_in_row, run};
+use crate::work::{input, input_at, input_in_row, run};
 
 /// Number of rays of the Monte Carlo engine, or none for discrete ordinates.
 #[derive(FromPyObject)]
@@ -174,7 +174,7 @@ pub(crate) struct GivenLights {
     depths: usize,
 }
 
-/// A solved pack of so many layers.
+/// A solved pack, with the number of its layers.
 struct SolvedPack {
     solved: DifferentiatedStack,
     layers: usize,
@@ -231,17 +231,17 @@ pub(crate) fn stacks<'py>(
     let variables = variables(&jacobian)?;
     let by = variables.clone();
     let solved: Vec<DifferentiatedStack> = run(py, progress.as_ref(), move |control| {
-        let count = stacks.len();
-        let walk = |options: &MonteCarloOptions, (place, stack): (usize, &Stack)| {
-            let solved = monte_carlo::solve_stack(stack, options, &of_several(control, place, count));
+        let walk = |options: &MonteCarloOptions, (stack, row): (&Stack, &Option<usize>)| {
+            let solved = monte_carlo::solve_stack(stack, options, &|at| control.set(at.traced, at.total));
             let answer = |whole| StackRadiometry { whole, direct: f64::NAN, profile: Vec::new() };
-            let fluxes = solved.map_err(|error| input_at(error, rows[place], None))?.into_iter().map(answer).collect();
+            let fluxes = solved.map_err(|error| input_at(error, *row, None))?.into_iter().map(answer).collect();
             Ok(DifferentiatedStack { fluxes, derivatives: Vec::new() })
         };
         match &monte_carlo {
-            Some(options) => stacks.iter().enumerate().map(|one| walk(options, one)).collect(),
+            // Random walks take one pack.
+            Some(options) => stacks.iter().zip(&rows).map(|pack| walk(options, pack)).collect(),
             None => {
-                let done = |done| control.set(done as u64, count as u64);
+                let done = |done| control.set(done as u64, stacks.len() as u64);
                 let solved = ordinates::differentiate_stacks(&stacks, &by, &options, with_errors, &done);
                 solved.map_err(|BatchError { case, error }| input_at(error, case.and_then(|pack| rows[pack]), None))
             }
@@ -274,8 +274,8 @@ pub(crate) fn stacks<'py>(
     Ok(dict)
 }
 
-/// Adds the derivatives of rows of solved packs with respect to each variable, for results with so many layers and
-/// depths.
+/// Adds the derivatives of rows of solved packs with respect to each variable, for the numbers of layers and depths of
+/// the results.
 fn add_derivatives(
     dict: &Bound<'_, PyDict>,
     rows: &[(&SolvedPack, usize)],
@@ -466,7 +466,7 @@ pub(crate) fn bsdf<'py>(
     let sectors = sectors.unwrap_or(PatchGrid::for_incidence(slab.incidences[0]).sectors);
     let options = GoniometricOptions { rays, seed, patches: PatchGrid { rings, sectors } };
     let distributions = run(py, progress.as_ref(), move |control| {
-        monte_carlo::distribute(&slab, &options, &of_several(control, 0, 1)).map_err(input)
+        monte_carlo::distribute(&slab, &options, &|at| control.set(at.traced, at.total)).map_err(input)
     })?;
     let dict = PyDict::new(py);
     let patches = |of: fn(&Distribution) -> &Vec<monte_carlo::Patch>| {
@@ -563,11 +563,6 @@ impl Engine {
         let Self { ordinates, rays, per_wavelength, .. } = self;
         rays.map(|rays| MonteCarloOptions { rays, seed: ordinates.seed(), per_wavelength: *per_wavelength })
     }
-}
-
-/// The progress of one part of several equal parts.
-fn of_several(control: &Control, part: usize, parts: usize) -> impl Fn(monte_carlo::RayProgress) + Sync {
-    move |at| control.set(at.traced + part as u64 * at.total, at.total * parts as u64)
 }
 
 /// Adds an array for each quantity of the rows, by its name and `end`.

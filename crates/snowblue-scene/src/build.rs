@@ -177,7 +177,7 @@ impl SceneDescription {
         objects.extend(gltf.objects);
         let objects = Objects::new(objects);
         if self.local_origin != DVec3::ZERO {
-            notes.push(format!("the scene is computed around {} m, where the camera looks", self.local_origin));
+            notes.push(format!("the scene is computed around {} m", self.local_origin));
         }
         notes.extend(notes_on_bodies(&objects, &materials, self.integrator.kind));
         if let Some(body) = body_of_two(&objects).filter(|_| !self.integrator.kind.has_curves()) {
@@ -254,7 +254,7 @@ impl Scene {
     ///
     /// # Errors
     ///
-    /// When there is no camera, or the camera lies inside the snow with its relief.
+    /// When snow has relief, and there is no camera or it lies inside the snow with its relief.
     pub fn with_relief(mut self, report: Report) -> Result<Self, SceneError> {
         if self.description.materials.values().any(MaterialDescription::has_relief) {
             report(Progress { phase: Phase::Relief, done: 0, total: 0 });

@@ -1,8 +1,8 @@
 //! Scenes far from the origin of their coordinates, as in a national grid.
 //!
 //! Rays have single precision, which resolves half a metre at the coordinates of a national grid. A scene is therefore
-//! built around a local origin near the point that the camera looks at. Positions of a description have double
-//! precision, so that nothing is lost.
+//! built around a local origin near the point that the camera looks at, or near its first object. Positions of a
+//! description have double precision, so that nothing is lost.
 
 use glam::DVec3;
 use snowblue_base::{KeyError, KeyPath, Number, Numbers};
@@ -14,10 +14,11 @@ use crate::scene::SceneDescription;
 use crate::values::{Coordinate, MAX_REACH_M};
 
 impl SceneDescription {
-    /// The description around a local origin. Without a camera in the description, the origin stays.
+    /// The description around a local origin, near the point that its camera looks at, or else near its first object.
     pub(crate) fn around_local_origin(&self) -> Result<Self, KeyError> {
-        let centre = self.camera.as_ref().map_or(DVec3::ZERO, |camera| camera.look_at.get().into());
-        self.around(origin_near(centre))
+        let seen = self.camera.as_ref().map(|camera| camera.look_at.get());
+        let centre = seen.or_else(|| self.objects.first().map(|object| object.common.position.get()));
+        self.around(origin_near(centre.unwrap_or_default().into()))
     }
 
     /// The description around an origin in its own coordinates, in m.

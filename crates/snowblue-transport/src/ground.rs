@@ -44,7 +44,7 @@ impl GroundAlbedo {
     pub fn spectrum(wavelengths_nm: Vec<f64>, albedos: Vec<f64>) -> Result<Self, TransportError> {
         let wrong = |rule| TransportError::Combination { quantity: "wavelength of the ground albedo", rule };
         if wavelengths_nm.is_empty() || wavelengths_nm.len() != albedos.len() {
-            return Err(wrong("is missing, or an albedo is"));
+            return Err(wrong("is missing, or has no albedo"));
         }
         if !wavelengths_nm.iter().all(|nm| nm.is_finite()) || !wavelengths_nm.is_sorted_by(|a, b| a < b) {
             return Err(wrong("does not ascend"));

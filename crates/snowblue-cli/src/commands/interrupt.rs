@@ -72,20 +72,24 @@ pub(super) fn file_is_written() {
     STATE.lock().unwrap_or_else(PoisonError::into_inner).stage = Stage::Written;
 }
 
-/// From now on a signal, or [`remove_first_picture`], removes a file.
-pub(super) fn has_first_picture(file: &Path) {
+/// From now on a signal, or the end of [`RemoveFirstPicture`], removes a file.
+pub(super) fn set_first_picture(file: &Path) {
     STATE.lock().unwrap_or_else(PoisonError::into_inner).first_picture = Some(file.to_owned());
 }
 
-/// From now on the file of the first picture stays, because samples have replaced it.
-pub(super) fn keep_picture() {
-    STATE.lock().unwrap_or_else(PoisonError::into_inner).first_picture = None;
+/// From now on the file of the first picture stays, because samples replace it. Returns the file.
+pub(super) fn keep_picture() -> Option<PathBuf> {
+    STATE.lock().unwrap_or_else(PoisonError::into_inner).first_picture.take()
 }
 
-/// Removes the file of a first picture that no samples have replaced.
-pub(super) fn remove_first_picture() {
-    if let Some(file) = STATE.lock().unwrap_or_else(PoisonError::into_inner).first_picture.take() {
-        drop(std::fs::remove_file(file));
+/// Removes at its end, also in a panic, the file of a first picture that no samples have replaced.
+pub(super) struct RemoveFirstPicture;
+
+impl Drop for RemoveFirstPicture {
+    fn drop(&mut self) {
+        if let Some(file) = keep_picture() {
+            drop(std::fs::remove_file(file));
+        }
     }
 }
 

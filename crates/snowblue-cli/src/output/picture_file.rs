@@ -46,6 +46,11 @@ impl PictureFile {
         Ok(Self { path: path.to_owned(), format, keeps_sums })
     }
 
+    /// Whether there is no file, and no link either.
+    pub(crate) fn is_new(&self) -> bool {
+        self.path.symlink_metadata().is_err()
+    }
+
     /// Memory that writing takes in addition to the sums, in bytes for each pixel: the memory of the filter, and the
     /// memory of a PNG. An EXR is written in blocks.
     pub(crate) fn bytes_per_pixel(&self, aovs: Aovs) -> u64 {

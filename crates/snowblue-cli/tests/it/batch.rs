@@ -288,7 +288,9 @@ fn lines_with_gaps_have_no_fluxes() {
     assert!(reflectance[0].is_nan());
     // Other cells of a line with a gap are checked.
     folder.write("pits.csv", "density_kg_m3,ssa_m2_kg\nNaN,5000\n");
-    folder.run("spectrum --batch pits.csv").status.code().filter(|code| *code == 2).unwrap();
+    folder.assert_refused("spectrum --batch pits.csv", &["pits.csv:2", "5000"]);
+    folder.write("pits.csv", "density_kg_m3,thickness_cm\nNaN,-5\n");
+    folder.assert_refused("spectrum --batch pits.csv", &["pits.csv:2", "thickness is -5 cm"]);
 }
 
 /// A spectrum as ground: each wavelength has the fluxes on the grey ground of its albedo there.

@@ -1,5 +1,7 @@
 //! An interrupt before the first sample.
 
+use std::io::Read as _;
+use std::net::TcpListener;
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
@@ -52,8 +54,21 @@ fn a_first_picture_is_a_whole_png_and_goes_with_an_interrupt() {
         seen.get()
     });
     assert!(seen.get() && folder.files().is_empty());
-    // An earlier file stays until there are samples.
+    // An earlier file stays until there are samples, also when the viewer gets a first picture.
     folder.write("picture.png", "an earlier picture");
-    interrupt_before_samples(&folder, "render --scene hole_and_footprint -o picture.png", handles_interrupts);
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = listener.local_addr().unwrap();
+    let viewer = std::thread::spawn(move || {
+        let (mut stream, _) = listener.accept().unwrap();
+        // The second packet has the pixels.
+        for _ in 0..2 {
+            let mut length = [0; 4];
+            stream.read_exact(&mut length).unwrap();
+            let mut packet = vec![0; u32::from_le_bytes(length) as usize - length.len()];
+            stream.read_exact(&mut packet).unwrap();
+        }
+    });
+    let line = format!("render --scene hole_and_footprint --tev {address} -o picture.png");
+    interrupt_before_samples(&folder, &line, |_| viewer.is_finished());
     assert_eq!(folder.bytes("picture.png"), b"an earlier picture");
 }

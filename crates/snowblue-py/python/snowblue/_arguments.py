@@ -546,9 +546,9 @@ def add_snow(axes: Axes, given: Mapping[str, Any]) -> dict[str, Any]:
     return fixed
 
 
-def add_ground(axes: Axes, value: Any, at: xr.DataArray) -> None:
-    """Adds the albedo of the ground: a number, an axis, or a spectrum on `wavelength`, which must cover the wavelengths
-    `at`. The spectrum is interpolated at these."""
+def add_ground(axes: Axes, value: Any, at: xr.DataArray, used_nm: np.ndarray | None = None) -> None:
+    """Adds the albedo of the ground: a number, an axis, or a spectrum on `wavelength`. The spectrum is interpolated at
+    the wavelengths `at`, and must cover those that are used, by default all."""
     value = labelled(value)
     if "wavelength" not in getattr(value, "dims", ()):
         axes.add("ground_albedo", GROUND_ALBEDO, value)
@@ -556,7 +556,7 @@ def add_ground(axes: Axes, value: Any, at: xr.DataArray) -> None:
     GROUND_ALBEDO.check(value)
     if "wavelength" not in value.coords:
         raise ValueError("ground_albedo has the dimension 'wavelength', but no coordinate with its values in nm")
-    found = interpolated("ground albedo", value.astype(float), at.values, at.values)
+    found = interpolated("ground albedo", value.astype(float), at.values, at.values if used_nm is None else used_nm)
     [dim] = at.dims
     axes.gaps.append("ground_albedo")
     axes.broadcast("ground_albedo", at_first(found, "wavelength"))

@@ -242,12 +242,13 @@ def invert(
     if bands is None:
         if light is not None:
             raise TypeError("light is given without bands")
-        wavelengths_nm = _wavelengths(given, wavelength_nm)
+        used_nm = wavelengths_nm = _wavelengths(given, wavelength_nm)
         channels = xr.Variable("wavelength", wavelengths_nm)
     else:
         curves = response_curves(bands)
         wavelengths_nm = _model_wavelengths(curves, wavelength_nm)
         weights = band_weights(curves, light, wavelengths_nm.tolist())
+        used_nm = wavelengths_nm[weights.any(axis=0)]
         channels = xr.Variable("band", [*curves])
     measured = _measured(given, channels)
     first = next(iter(measured.values())).at_one_depth()
@@ -262,7 +263,6 @@ def invert(
         spectrum = first
         if weights is not None:
             spectrum = _at_wavelengths(wavelengths_nm)
-            used_nm = wavelengths_nm[weights.any(axis=0)]
             diffuse_fraction = interpolated("diffuse fraction", diffuse_fraction, wavelengths_nm, used_nm)
         axes.arrays["diffuse_fraction"] = spectrum.rows("diffuse fraction", diffuse_fraction, axes)
     made: dict[str, Any] = {}
@@ -274,7 +274,7 @@ def invert(
         value, source = (own, "argument") if own is not None else _stated(name, measured)
         quantity = STATED[name][0]
         if quantity is GROUND_ALBEDO:
-            add_ground(axes, value, xr.DataArray(wavelengths_nm, dims="wavelength"))
+            add_ground(axes, value, xr.DataArray(wavelengths_nm, dims="wavelength"), used_nm)
         else:
             axes.add(name, quantity, value, angle if quantity is ANGLE else number)
         values = [] if is_lazy(axes.arrays[name]) else axes.arrays[name].values.ravel().tolist()

@@ -484,11 +484,13 @@ class _Field:
     def release(self) -> None:
         """Gives the snow its own meshes. It keeps its light for the next rendering."""
         own, self.own = self.own, []
+        # A scene that stayed here would live as long as its integrator, which it owns.
+        scene, self.scene = self.scene, None
         for shape, arrays in own:
             _remove_light(shape)
             _set(shape, arrays)
         if own:
-            self.scene.parameters_changed([])
+            scene.parameters_changed([])
 
     def prepare(self, scene: Any, snow: list[Any], lamps: list[Any]) -> None:
         """Gives the snow its light. What of it is known is not solved for again."""
@@ -904,7 +906,9 @@ def _surface(bsdf: Any, name: str, files: dict[str, bytes]) -> tuple[dict[str, A
     if is_diffuse:
         values = np.array(_first(bsdf.eval_diffuse_reflectance(_interaction())), dtype=float)
     else:
-        values = np.minimum(_reflectance(bsdf) / max(1.0 - passed, 1e-6), 1.0)
+        values = _reflectance(bsdf) / max(1.0 - passed, 1e-6)
+        # Samples have noise.
+        values = np.where(values < 1.02, np.minimum(values, 1.0), values)
     if not ((values >= 0) & (values <= 1)).all():
         raise ValueError(f"the {kind} of a shape reflects {values.max():g}, but must reflect 0 to 1")
     note = ""

@@ -89,7 +89,8 @@ impl Integrator {
         if views.is_some() {
             scene.camera()?;
         }
-        let has_one_view = [views, Some(scene.description().light_field.views)] == [Some(Views::Camera); 2];
+        let is_camera = |views: Views| views == Views::Camera;
+        let has_one_view = views.is_some_and(is_camera) && is_camera(scene.description().light_field.views);
         let method = match earlier.and_then(|earlier| earlier.kept(scene, has_one_view)) {
             Some((method, changes)) => method.relit(scene, &changes, report)?,
             None => Method::prepare(scene, table, has_one_view, report, &mut notes)?,

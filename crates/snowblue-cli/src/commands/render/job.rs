@@ -135,9 +135,10 @@ impl RenderJob<'_> {
     fn write(&self, sums: &FilmAccumulator) -> Outcome {
         let mut file = self.file.clone();
         file.keeps_sums |= !self.is_finished(sums);
-        file.write(sums, (&self.provenance, self.scene().picture_settings()), &[], &self.notes)?;
-        interrupt::keep_picture();
-        Ok(())
+        // A signal must not remove the finished picture.
+        let first_picture = interrupt::keep_picture();
+        let written = file.write(sums, (&self.provenance, self.scene().picture_settings()), &[], &self.notes);
+        written.inspect_err(|_| first_picture.as_deref().into_iter().for_each(interrupt::set_first_picture))
     }
 
     fn is_finished(&self, sums: &FilmAccumulator) -> bool {

@@ -68,8 +68,8 @@ pub(crate) struct Render {
     /// Print the file of --scene, to start from, instead of rendering it
     #[arg(long)]
     print: bool,
-    /// Picture to write: .png (8-bit sRGB; a new file begins as a coarse first picture) or .exr (linear RGB, 32-bit); -
-    /// is the standard output, as PNG
+    /// Picture to write: .png (8-bit sRGB; a new file may begin as a coarse first picture) or .exr (linear RGB,
+    /// 32-bit); - is the standard output, as PNG
     #[arg(
         short, long, value_name = "FILE", value_parser = output_path(),
         required_unless_present_any = ["check", "list_scenes", "print"]
@@ -196,7 +196,8 @@ impl Render {
                 return check::check(&scene, &output, quiet);
             }
         };
-        self.render(output, quiet).inspect_err(|_| interrupt::remove_first_picture())
+        let _removes = interrupt::RemoveFirstPicture;
+        self.render(output, quiet)
     }
 
     /// Renders the picture into a file.
@@ -429,14 +430,15 @@ fn first_picture(
 ) -> Result<(), String> {
     let writes_file = file.format == PictureFormat::Png
         && !is_stream(&file.path)
-        && !file.path.exists()
+        && file.is_new()
         && scene.film().size().pixel_count() >= MIN_FIRST_PIXELS;
     if preview.is_none() && !writes_file {
         return Ok(());
     }
     let Some(first) = render_coarse(scene, report).map_err(|error| error.to_string())? else { return Ok(()) };
-    if writes_file {
-        interrupt::has_first_picture(&file.path);
+    // The file may have come meanwhile.
+    if writes_file && file.is_new() {
+        interrupt::set_first_picture(&file.path);
         let note = ("Comment", "First picture with coarse cells of snow");
         write_png(&first.film, first.development, &[note], &file.path).map_err(|error| error.to_string())?;
     }

@@ -133,14 +133,7 @@ impl Slabs {
         };
         // An error in the options does not belong to a line.
         let sample = first.snow.sample().map_err(|wrong| Failure::input(wrong.error))?;
-        let wavelengths_nm = vec![sample.ice.wavelength_range().first_nm];
-        let mut case = first.case(0);
-        // A spectrum was checked when it was read, and need not cover this wavelength.
-        if let GroundAlbedo::Spectrum(_) = case.ground_albedo {
-            case.ground_albedo = 0.0.into();
-        }
-        let clean = SnowSample { impurities: Impurities::none(), ..sample };
-        Batch { samples: vec![clean], cases: vec![case], wavelengths_nm }.check().map_err(Failure::input)?;
+        check_slab(&sample, first.case(0)).map_err(Failure::input)?;
         let others = [(Column::Thickness, 0), (Column::Angle, 1)];
         let others = others.iter().filter(|(column, _)| !columns.contains(column)).map(|(_, place)| *place);
         let others: Vec<usize> = others.collect();
@@ -163,6 +156,8 @@ impl Slabs {
                 let sample = slabs.place_of(sample);
                 slabs.cases.push(own.case(sample));
                 numbers.push(number);
+            } else {
+                check_slab(&sample, own.case(0)).map_err(|error| at(number, &error.to_string()))?;
             }
         }
         if slabs.is_known.is_empty() {
@@ -172,7 +167,10 @@ impl Slabs {
         let count = slabs.is_known.len();
         let note = |(column, empty): (&Column, &usize)| {
             let taken = first.default_text(*column, &sample)?;
-            Some(format!("{}: {empty} of {count} lines have no {}: {taken} is taken", path.display(), column.name()))
+            let has_kinds = matches!(column, Column::Property(_)) && columns.contains(&Column::Snow);
+            let or = if has_kinds { ", or the value of the kind of snow of the line," } else { "" };
+            let (path, name) = (path.display(), column.name());
+            Some(format!("{path}: {empty} of {count} lines have no {name}: {taken}{or} is taken"))
         };
         slabs.notes = columns.iter().zip(&empty).filter(|(_, empty)| **empty > 0).filter_map(note).collect();
         for (column, _) in columns.iter().zip(empty).filter(|(_, empty)| *empty == 0) {
@@ -285,9 +283,19 @@ fn columns(header: &str, given: &GivenOptions) -> Result<Vec<Column>, String> {
     Ok(columns)
 }
 
+/// Checks a slab at one wavelength. Impurities, and a spectrum as ground, were checked when they were read, and need
+/// not cover this wavelength.
+fn check_slab(sample: &SnowSample, mut case: SlabCase) -> Result<(), BatchError> {
+    if let GroundAlbedo::Spectrum(_) = case.ground_albedo {
+        case.ground_albedo = 0.0.into();
+    }
+    let clean = SnowSample { impurities: Impurities::none(), ..*sample };
+    let wavelengths_nm = vec![sample.ice.wavelength_range().first_nm];
+    Batch { samples: vec![clean], cases: vec![case], wavelengths_nm }.check()
+}
+
 impl Line {
-    /// The slab of a line. Where a cell is empty, the slab has the value of `self`; where it is NaN too, but the slab
-    /// is not known.
+    /// The slab of a line. A cell that is empty or NaN has the value of `self`; a slab with a cell NaN is not computed.
     fn read(&self, columns: &[Column], line: &str) -> Result<ReadLine, String> {
         let words: Vec<&str> = cells(line).collect();
         if words.len() != columns.len() {
@@ -346,6 +354,7 @@ impl Line {
             Column::Property(Property::Facetness | Property::Sphericity) => {
                 "the distribution of the options".to_owned()
             }
+            Column::SizeMeasure => SizeMeasure::default().name().to_owned(),
             _ => {
                 let GrainSize { min_um, max_um, .. } = sample.grain_size;
                 let [min_um, max_um] = [min_um, max_um].map(format_number);
