@@ -299,6 +299,7 @@ fn a_ground_may_have_a_spectrum() {
     let folder = Folder::new();
     folder.write("soil.csv", "wavelength_nm,albedo\n400,0.1\n600,0.3\n1200,0.6\n");
     folder.write("pits.csv", "thickness_cm,ground_albedo\n5,soil.csv\n5,0.2\n5,\n");
+    folder.assert_refused("spectrum --ground-albedo soil.csv -o soil.csv", &["soil.csv"]);
     folder.write("pack.toml", "[[layer]]\nthickness_cm = 5\n");
     let row = |options: &str, row: usize| {
         let text = folder.stdout(&format!("spectrum --wavelengths 500,900 {options}"));

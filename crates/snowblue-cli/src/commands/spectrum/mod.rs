@@ -7,11 +7,12 @@ mod plus_minus;
 mod sky;
 mod slabs;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use snowblue_figures::{DataTable, Metadata, plot};
 use snowblue_sky::daylight_wavelengths_nm;
+use snowblue_transport::GroundAlbedo;
 use snowblue_transport::batch::Batch;
 use snowblue_transport::monte_carlo::{self, MonteCarloOptions};
 use snowblue_transport::optics::{IceTable, Wavelengths};
@@ -153,7 +154,9 @@ impl Spectrum {
             let name = path.display();
             return Err(Failure::Input(format!("{name}: NetCDF needs spectra; write bands and depths as CSV or JSON")));
         }
-        let mut inputs = self.batch.as_deref().into_iter().chain(self.stack.file());
+        let ground = self.stack.ground_albedo();
+        let ground = matches!(ground.albedo, GroundAlbedo::Spectrum(_)).then_some(Path::new(&ground.word));
+        let mut inputs = self.batch.as_deref().into_iter().chain(self.stack.file()).chain(ground);
         match &self.output.output {
             Some(output) => inputs.try_for_each(|input| check_not_input(input, output)),
             None => Ok(()),
