@@ -43,8 +43,9 @@ impl Grains {
     pub(super) fn of_stacks(stacks: &[Stack], in_water: bool, options: &OrdinatesOptions) -> Vec<Self> {
         // A sample of each kind of grains, with the demand of all layers of that kind and the greatest degree.
         let mut kinds: Vec<(SnowSample, Demand, usize)> = Vec::new();
-        for stack in stacks {
-            let degree = options.plan(&stack.incidences, peak(stack)).degree;
+        let degrees: Vec<usize> =
+            stacks.iter().map(|stack| options.plan(&stack.incidences, peak(stack)).degree).collect();
+        for (stack, &degree) in stacks.iter().zip(&degrees) {
             for sample in stack.layers.iter().filter_map(Layer::sample) {
                 let demand = Demand::of_sample(sample, &stack.wavelengths_nm);
                 let demand = Demand { wet: demand.wet || in_water, ..demand };
@@ -59,12 +60,11 @@ impl Grains {
             (sample, GrainTallies::new(&Population::of_sample(&sample), &demand, &plan))
         };
         let kinds: Vec<(SnowSample, GrainTallies)> = kinds.into_iter().map(tally).collect();
-        stacks.iter().map(|stack| Self::narrowed(stack, &kinds, options)).collect()
+        stacks.iter().zip(degrees).map(|(stack, degree)| Self::narrowed(stack, &kinds, degree)).collect()
     }
 
-    /// The part of the tallies of each kind of grains that the layers of a stack need.
-    fn narrowed(stack: &Stack, kinds: &[(SnowSample, GrainTallies)], options: &OrdinatesOptions) -> Self {
-        let degree = options.plan(&stack.incidences, peak(stack)).degree;
+    /// The part of the tallies of each kind of grains that the layers of a stack need, up to a degree.
+    fn narrowed(stack: &Stack, kinds: &[(SnowSample, GrainTallies)], degree: usize) -> Self {
         let kind = |sample: &SnowSample| kinds.iter().position(|(other, _)| other.has_grains_of(sample));
         let kind_of_layer: Vec<Option<usize>> = stack.layers.iter().map(|layer| kind(layer.sample()?)).collect();
         let mut present: Vec<usize> = kind_of_layer.iter().flatten().copied().collect();

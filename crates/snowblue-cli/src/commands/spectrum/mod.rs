@@ -277,14 +277,13 @@ impl Spectrum {
         print_notes(quiet, &slabs.notes);
         let intervals = self.intervals(&slabs, &batch, quiet)?;
         let rows = batch.radiometry(&self.fluxes(&slabs, &batch, quiet)?);
-        let unknown = Fluxes::from([Estimate { value: f64::NAN, standard_error: f64::NAN }; 3]);
         let unknown = |nm: &f64| Radiometry {
             thickness_cm: f64::NAN,
             incidence: Incidence::Diffuse,
             wavelength_nm: *nm,
-            fluxes: unknown,
+            fluxes: Fluxes::from([Estimate { value: f64::NAN, standard_error: f64::NAN }; 3]),
         };
-        let rows = slabs.with_gaps(&rows, &batch.wavelengths_nm.iter().map(unknown).collect::<Vec<_>>());
+        let rows = slabs.with_gaps(rows, &batch.wavelengths_nm.iter().map(unknown).collect::<Vec<_>>());
         let snow = if slabs.has_one_snow() {
             self.sample.metadata_of(&slabs.samples[0])
         } else {
@@ -324,7 +323,7 @@ impl Spectrum {
         let solved = solve_spread(batch, uncertainty, &self.ordinates.options(), &|done| bar.set(done as u64, count));
         bar.finish();
         let unknown = vec![Fluxes::from([[f64::NAN; 2]; 3]); batch.wavelengths_nm.len()];
-        Ok(slabs.with_gaps(&solved.map_err(|wrong| slabs.failure(&wrong))?, &unknown))
+        Ok(slabs.with_gaps(solved.map_err(|wrong| slabs.failure(&wrong))?, &unknown))
     }
 
     /// Fluxes at depths: of a unit of light, or under a sky.

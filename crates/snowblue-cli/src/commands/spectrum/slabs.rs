@@ -200,7 +200,10 @@ impl Slabs {
     }
 
     /// The values of all slabs at each wavelength, by those of the cases; `unknown` where a cell is NaN.
-    pub(super) fn with_gaps<T: Clone>(&self, of_cases: &[T], unknown: &[T]) -> Vec<T> {
+    pub(super) fn with_gaps<T: Clone>(&self, of_cases: Vec<T>, unknown: &[T]) -> Vec<T> {
+        if self.cases.len() == self.is_known.len() {
+            return of_cases;
+        }
         let mut cases = of_cases.chunks_exact(unknown.len());
         let of_slab = |is_known: &bool| match is_known {
             true => cases.next().unwrap_or_else(|| unreachable!("there are the values of each case")).to_vec(),
